@@ -28,6 +28,7 @@ test: $(STAMP)
 
 check: $(STAMP)
 	@echo "ruff check" && $(BIN)/ruff check --quiet --output-format concise .
+	@echo "ruff format" && $(BIN)/ruff format --quiet --check .
 	@echo "import layers" && $(BIN)/lint-imports --no-logo --no-cache
 	@echo "mypy" && $(BIN)/mypy --no-error-summary
 	@echo "check: passed"

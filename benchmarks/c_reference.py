@@ -10,8 +10,14 @@ from numpy.ctypeslib import ndpointer
 
 from stillhook.kernels.c99.source import c_source
 
-COMMON = "-std=c99 -O3 -march=native -ffp-contract=fast -fno-math-errno -fno-trapping-math -fno-signed-zeros -fopenmp-simd"
-WIDTHS = {"512-bit vectors": "-mprefer-vector-width=512", "256-bit vectors": "-mprefer-vector-width=256", "default vectors": ""}
+COMMON = (
+    "-std=c99 -O3 -march=native -ffp-contract=fast -fno-math-errno -fno-trapping-math -fno-signed-zeros -fopenmp-simd"
+)
+WIDTHS = {
+    "512-bit vectors": "-mprefer-vector-width=512",
+    "256-bit vectors": "-mprefer-vector-width=256",
+    "default vectors": "",
+}
 """Ways to compile; the fastest that the machine and gcc take is the reference."""
 
 

@@ -1,6 +1,8 @@
-"""How often do stated 95 % intervals hold the truth, from logs to parameters? `python -m benchmarks.coverage [campaigns]`.
+"""How often do stated 95 % intervals hold the truth, from logs to parameters? `python -m benchmarks.coverage
+[campaigns]`.
 
-Each campaign is run by the twin with its own noise (0.5 bar, 0.2 % of speed, 12-bit converters), written, read, and identified blind.
+Each campaign is run by the twin with its own noise (0.5 bar, 0.2 % of speed, 12-bit converters), written, read, and
+identified blind.
 """
 
 import sys
@@ -24,7 +26,9 @@ def campaign(name: str, truth: Y, seed: int) -> tuple[dict[str, bool], float]:
     with tempfile.TemporaryDirectory() as folder:
         instruments = Instruments(noise=Noise.TYPICAL, seed=seed)
         plan = identify.campaign_plan(name)
-        written = identify.write_campaign(plan, folder, instruments=instruments, duration=f"{MINUTES:g} min", parquet=True)
+        written = identify.write_campaign(
+            plan, folder, instruments=instruments, duration=f"{MINUTES:g} min", parquet=True
+        )
         r = identify.friction(written.campaign, proposals=0)
     inside = {i.name: i.low <= getattr(truth, i.name) <= i.high for i in r.intervals}
     off = np.abs(predicted(r.points, r.loss, r.fit.y) - predicted(r.points, r.loss, truth))

@@ -1,9 +1,9 @@
 """A whole table of lifts in the time domain: `python -m benchmarks.lift_table [--share 0.07] [--threads 2] [--json]`.
 
-The deep phase of the embedded lift plan, half an hour of compensation at 1,500 m in every sea of its table (12 heights, 10 periods,
-3 headings) and 10 seeds: 3,600 lifts at the step of production, tip motions made as they are run. --share runs as many of its columns and
-tells what all would take; processor time is what counts where others use the machine. The part that the compiled kernel takes is told, as
-the rest is what a faster road around it could win.
+The deep phase of the embedded lift plan, half an hour of compensation at 1,500 m in every sea of its table (12 heights,
+10 periods, 3 headings) and 10 seeds: 3,600 lifts at the step of production, tip motions made as they are run. --share
+runs as many of its columns and tells what all would take; processor time is what counts where others use the machine.
+The part that the compiled kernel takes is told, as the rest is what a faster road around it could win.
 """
 
 import argparse
@@ -38,7 +38,9 @@ def table(plan: LiftPlan, seeds: int = SEEDS) -> list[InSea]:
     lift = hanging.model_copy(update={"programme": programme, "duration": HALF_AN_HOUR})
     seas, e = plan.environment.table(), plan.environment
     cells = zip(seas.Hs.tolist(), seas.Tp.tolist(), seas.beta.tolist(), strict=True)
-    return [InSea(lift, e.sea(*cell), seed, plan.vessel, plan.at.x, plan.at.y) for cell in cells for seed in range(seeds)]
+    return [
+        InSea(lift, e.sea(*cell), seed, plan.vessel, plan.at.x, plan.at.y) for cell in cells for seed in range(seeds)
+    ]
 
 
 @contextmanager
@@ -97,8 +99,14 @@ def main() -> None:
     if args.json:
         print(json.dumps(found))
         return
-    print(f"{found['n_run']:.0f} of {found['n_cases']:.0f} lifts of half an hour in {found['wall']:.1f} s, {found['n_failed']:.0f} failed")
-    print(f"a core runs {found['times_real']:,.0f} times real time, the kernel alone {found['times_real_kernel']:,.0f}", end=" ")
+    print(
+        f"{found['n_run']:.0f} of {found['n_cases']:.0f} lifts of half an hour in {found['wall']:.1f} s,"
+        f" {found['n_failed']:.0f} failed"
+    )
+    print(
+        f"a core runs {found['times_real']:,.0f} times real time, the kernel alone {found['times_real_kernel']:,.0f}",
+        end=" ",
+    )
     print(f"({100.0 * found['kernel_share']:.0f} % of the processor time)")
     print(f"whole table: {found['whole_table_2_cores']:.0f} s on two cores that it has alone; asked for {GOAL:.0f} s")
 

@@ -1,6 +1,7 @@
 """How fast are crane logs read, and with how much memory? `python -m benchmarks.logs [MB]`.
 
-Twelve logs of twenty minutes at 100 Hz with twenty columns, and one log of so many MB (200 unless given) whose memory is watched.
+Twelve logs of twenty minutes at 100 Hz with twenty columns, and one log of so many MB (200 unless given) whose memory
+is watched.
 """
 
 import resource
@@ -85,7 +86,10 @@ def read(path: Path) -> None:
     seconds = time.perf_counter() - begin
     size, half = path.stat().st_size / 1e6, peaks[len(peaks) // 2]
     print(f"one log, {log.samples} samples, {size:.0f} MB: {seconds:.2f} s, {len(log.t)} bins")
-    print(f"peak memory {peaks[0]:.0f} MB after the first piece, {half:.0f} MB half-way, {peak_memory():.0f} MB at the end")
+    print(
+        f"peak memory {peaks[0]:.0f} MB after the first piece, {half:.0f} MB half-way, {peak_memory():.0f} MB at"
+        " the end"
+    )
 
 
 if __name__ == "__main__":

@@ -1,4 +1,5 @@
-"""Speed of lowerings: `python -m benchmarks.lowering`. Simulated seconds per second of one core (processor time), after compilation."""
+"""Speed of lowerings: `python -m benchmarks.lowering`. Simulated seconds per second of one core (processor time), after
+compilation."""
 
 import statistics
 from collections.abc import Callable
@@ -24,7 +25,9 @@ HOUR = 3600.0
 
 def template() -> Payload:
     """A plain structure of 100 t."""
-    levels = tuple({"h": f"{h} m", "V": f"{4 * h} m^3", "A33": f"{30 * h} t", "A_p": f"{8 * h} m^2"} for h in (0.0, 5.0))
+    levels = tuple(
+        {"h": f"{h} m", "V": f"{4 * h} m^3", "A33": f"{30 * h} t", "A_p": f"{8 * h} m^2"} for h in (0.0, 5.0)
+    )
     return Payload(name="template", mass="100 t", height="5 m", C_D=2.5, levels=levels)
 
 
@@ -36,24 +39,37 @@ def water(duration: float) -> WaveField:
     c, s = 0.5 * np.cos(omega * t), 0.5 * np.sin(omega * t)
     return WaveField(
         dt=dt, eta=c[:, 0], eta_dot=-omega * s[:, 0], w=-omega * s * down, a=-(omega**2) * c * down, z_0=2.0, ds=0.2
-    )  # fmt: skip
+    )
 
 
 def hour_at_depth(i: int) -> Lowering:
     """One hour of compensation at 3,000 m on 20 elements of wire."""
     return Lowering(
-        payload=template(), tip=Sine(amplitude=f"{0.6 + 0.02 * i} m", period=f"{8 + 0.2 * i} s"), h_tip="25 m", depth="3100 m",
-        z_0="-3000 m", programme=(Stage(mode="ahc", time=f"{HOUR - 60} s"),), duration=f"{HOUR} s", wire=DeepWire(nodes=20),
-    )  # fmt: skip
+        payload=template(),
+        tip=Sine(amplitude=f"{0.6 + 0.02 * i} m", period=f"{8 + 0.2 * i} s"),
+        h_tip="25 m",
+        depth="3100 m",
+        z_0="-3000 m",
+        programme=(Stage(mode="ahc", time=f"{HOUR - 60} s"),),
+        duration=f"{HOUR} s",
+        wire=DeepWire(nodes=20),
+    )
 
 
 def through_the_splash_zone(i: int) -> Lowering:
     """Ten minutes from air to 50 m through waves, in splash mode and compensated."""
     stages = (Stage(mode="splash", lower="6 m/min", depth="15 m"), Stage(mode="ahc", lower="12 m/min", depth="50 m"))
     return Lowering(
-        payload=template(), tip=Sine(amplitude=f"{0.6 + 0.02 * i} m", period=f"{8 + 0.2 * i} s"), waves=water(600.0), h_tip="25 m",
-        depth="300 m", z_0="2 m", programme=stages, duration="600 s", wire=DeepWire(nodes=20),
-    )  # fmt: skip
+        payload=template(),
+        tip=Sine(amplitude=f"{0.6 + 0.02 * i} m", period=f"{8 + 0.2 * i} s"),
+        waves=water(600.0),
+        h_tip="25 m",
+        depth="300 m",
+        z_0="2 m",
+        programme=stages,
+        duration="600 s",
+        wire=DeepWire(nodes=20),
+    )
 
 
 def rate(work: Callable[[], Any], simulated: float) -> float:
@@ -69,7 +85,9 @@ def rate(work: Callable[[], Any], simulated: float) -> float:
 
 def main() -> None:
     crane = load_crane("deep-250t")
-    table = Table("lowering", "times real time", "asked for", title=f'"{crane.name}", 20 elements of wire, step 5 ms, one core')
+    table = Table(
+        "lowering", "times real time", "asked for", title=f'"{crane.name}", 20 elements of wire, step 5 ms, one core'
+    )
     for name, make, duration, goals in (
         ("one hour of AHC at 3,000 m", hour_at_depth, HOUR, ("1,000", "8,000")),
         ("splash zone in waves, 10 min", through_the_splash_zone, 600.0, ("1,000", "")),

@@ -1,8 +1,9 @@
 """What a planner waits for: `python -m benchmarks.plan [--quick] [--threads 2] [--json]`.
 
-The embedded lift plan, from the command line to the finished report, each run a process of its own: the frequency tier, residuals of the
-winch made anew and found on disk, then (not with --quick) all tiers. By the clock on the wall, and by processor time, which other
-programs on the machine disturb less; both cores are busy in the twin's tier alone. Kernels are compiled before.
+The embedded lift plan, from the command line to the finished report, each run a process of its own: the frequency tier,
+residuals of the winch made anew and found on disk, then (not with --quick) all tiers. By the clock on the wall, and by
+processor time, which other programs on the machine disturb less; both cores are busy in the twin's tier alone. Kernels
+are compiled before.
 """
 
 import argparse
@@ -42,7 +43,9 @@ def run(name: str, cache: Path, args: list[str], goal: float) -> Spent:
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN), perf_counter()
     env = {**os.environ, "STILLHOOK_CACHE": str(cache)}
     command = [str(Path(sys.executable).with_name("stillhook")), "plan", PLAN, *args]
-    code = subprocess.run(command, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False).returncode
+    code = subprocess.run(
+        command, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False
+    ).returncode
     wall, after = perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
     return Spent(name, wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, code, goal)
 
@@ -80,7 +83,14 @@ def main() -> None:
     if args.json:
         print(json.dumps([spent._asdict() for spent in found]))
         return
-    table = Table("run", "wall", "processor", "asked for", "exit code", title=f'Lift plan "{PLAN}", {args.threads} threads, seconds')
+    table = Table(
+        "run",
+        "wall",
+        "processor",
+        "asked for",
+        "exit code",
+        title=f'Lift plan "{PLAN}", {args.threads} threads, seconds',
+    )
     for spent in found:
         table.add_row(spent.name, f"{spent.wall:.1f}", f"{spent.processor:.1f}", f"{spent.goal:.0f}", str(spent.code))
     Console().print(table)

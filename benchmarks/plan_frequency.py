@@ -1,7 +1,7 @@
 """The frequency tier of a lift plan, part by part: `python -m benchmarks.plan_frequency [PLAN] [--json]`.
 
-Wall and processor time of everything that a user waits for, with residuals of the winch made anew in an empty cache of their own (kernels
-compiled, elsewhere), and found on disk.
+Wall and processor time of everything that a user waits for, with residuals of the winch made anew in an empty cache of
+their own (kernels compiled, elsewhere), and found on disk.
 """
 
 import argparse
@@ -45,11 +45,17 @@ def main() -> None:
     found = timed("demands", lambda: demands(plan, plan.alternatives, seas, phases, forcing, winch))
     new = [v for name, v in parts.items() if name != "residuals, from disk"]
     report = {
-        "seas": len(seas), "demands": len(found), "load of the machine": os.getloadavg()[0], "goal [s]": GOAL,
-        "wall [s]": sum(w for w, _ in new), "processor [s]": sum(c for _, c in new),
+        "seas": len(seas),
+        "demands": len(found),
+        "load of the machine": os.getloadavg()[0],
+        "goal [s]": GOAL,
+        "wall [s]": sum(w for w, _ in new),
+        "processor [s]": sum(c for _, c in new),
         "parts, wall and processor [s]": {name: [round(x, 2) for x in v] for name, v in parts.items()},
-    }  # fmt: skip
-    print(json.dumps(report, indent=2) if args.json else "\n".join(f"{name}: {value}" for name, value in report.items()))
+    }
+    print(
+        json.dumps(report, indent=2) if args.json else "\n".join(f"{name}: {value}" for name, value in report.items())
+    )
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """A year of measured spectra by the frequency road: `python -m benchmarks.road SPECTRA VESSEL [--json]`.
 
-SPECTRA is an NDBC spectral file, VESSEL a file of motion transfer functions. Everything that a user waits for is timed from the start of
-the process: imports, reading, the residual of the winch (made anew, and found on disk), the road.
+SPECTRA is an NDBC spectral file, VESSEL a file of motion transfer functions. Everything that a user waits for is timed
+from the start of the process: imports, reading, the residual of the winch (made anew, and found on disk), the road.
 """
 
 import argparse
@@ -15,7 +15,9 @@ CRANE, PAYLOAD, DEPTH = "deep-250t", "manifold-60t", 1500.0
 X, Y, HEADING = -20.0, -18.0, math.pi
 
 
-def year(spectra: str, vessel: str, payload: str = PAYLOAD, depth: float = DEPTH, cache: bool = True) -> tuple[Any, dict[str, float]]:
+def year(
+    spectra: str, vessel: str, payload: str = PAYLOAD, depth: float = DEPTH, cache: bool = True
+) -> tuple[Any, dict[str, float]]:
     """The Dataset of a year, and wall times of its parts [s]."""
     from stillhook import load_crane
     from stillhook.formats.vessel.open import read_vessel
@@ -39,7 +41,9 @@ def year(spectra: str, vessel: str, payload: str = PAYLOAD, depth: float = DEPTH
     series, rao = read_spectra(spectra), read_vessel(vessel)
     done("reading")
     crane, programme = load_crane(CRANE), (Stage(mode="ahc", time="60 s"),)
-    lift = Lowering(payload=read_payload(payload), h_tip="25 m", depth="3000 m", z_0="5 m", programme=programme, duration="60 s")
+    lift = Lowering(
+        payload=read_payload(payload), h_tip="25 m", depth="3000 m", z_0="5 m", programme=programme, duration="60 s"
+    )
     what = hung(crane, lift, -depth)
     done("crane and lift")
     residual = identify_residual(crane, what.duty, cache=cache)
@@ -64,11 +68,18 @@ def main() -> None:
     cpu = process_time() - cpu
     again.pop("imports")
     report = {
-        "records": found.sizes["case"], "residual made anew": first, "total, residual made anew": sum(first.values()),
-        "residual from disk": again, "total, residual from disk": first["imports"] + sum(again.values()), "processor, from disk": cpu,
-        "sigma_v mean": float(found["sigma_v"].mean()), "sigma_load mean": float(found["sigma_load"].mean()),
-    }  # fmt: skip
-    print(json.dumps(report, indent=2) if args.json else "\n".join(f"{name}: {value}" for name, value in report.items()))
+        "records": found.sizes["case"],
+        "residual made anew": first,
+        "total, residual made anew": sum(first.values()),
+        "residual from disk": again,
+        "total, residual from disk": first["imports"] + sum(again.values()),
+        "processor, from disk": cpu,
+        "sigma_v mean": float(found["sigma_v"].mean()),
+        "sigma_load mean": float(found["sigma_load"].mean()),
+    }
+    print(
+        json.dumps(report, indent=2) if args.json else "\n".join(f"{name}: {value}" for name, value in report.items())
+    )
 
 
 if __name__ == "__main__":

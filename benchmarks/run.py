@@ -1,8 +1,8 @@
 """Speed against references, in one table: `python -m benchmarks.run [--json]` (`make bench`).
 
-Every figure is simulated seconds per second. "Wall" is by the clock on the wall; "per core" is by processor time, which other
-programs on the machine disturb less. Measurements are interleaved (A B A B ...) and medians are shown. Ratios are medians of the
-ratios within a round.
+Every figure is simulated seconds per second. "Wall" is by the clock on the wall; "per core" is by processor time, which
+other programs on the machine disturb less. Measurements are interleaved (A B A B ...) and medians are shown. Ratios are
+medians of the ratios within a round.
 """
 
 import argparse
@@ -96,7 +96,9 @@ def kernel_jobs(libraries: dict[str, Any]) -> dict[str, Job]:
         for n_sub, step in ((10, "1 ms"), (2, "5 ms")):
             kernels = {"ours": None} | {f"C, {w}": CKernel(lib, lanes) for w, lib in libraries.items()}
             for name, kernel in kernels.items():
-                jobs[f"kernel, {what}, {step}: {name}"] = lambda c=cases, n=n_sub, k=kernel: kernel_run(c, n, kernel=k).sample  # type: ignore[misc]
+                jobs[f"kernel, {what}, {step}: {name}"] = lambda c=cases, n=n_sub, k=kernel: (
+                    kernel_run(c, n, kernel=k).sample
+                )  # type: ignore[misc]
     return jobs
 
 
@@ -128,18 +130,25 @@ def ratio(found: dict[str, list[Sample]], a: str, b: str, *, wall: bool = False)
 
 def scipy_rows() -> list[Row]:
     """solve_ivp with machine code and with plain Python for the right-hand side; short, it is slow."""
-    case = Scenario(load="100 t", s_w="100 m", tip="sine 2.8 m 12 s", mode="ssc", duration="6 s", ramp="2 s", warm_up="0 s")
+    case = Scenario(
+        load="100 t", s_w="100 m", tip="sine 2.8 m 12 s", mode="ssc", duration="6 s", ramp="2 s", warm_up="0 s"
+    )
     brief = case.model_copy(update={"duration": 0.5})
     SolverRun(brief, compiled=True).go("LSODA")
     found = {}
     for method in ("LSODA", "RK45"):
-        found[f"scipy solve_ivp {method}, rtol {RTOL:g}, compiled rates"] = [SolverRun(case, compiled=True).go(method) for _ in range(3)]
-    found[f"scipy solve_ivp LSODA, rtol {RTOL:g}, plain Python rates"] = [SolverRun(brief, compiled=False).go("LSODA") for _ in range(3)]
+        found[f"scipy solve_ivp {method}, rtol {RTOL:g}, compiled rates"] = [
+            SolverRun(case, compiled=True).go(method) for _ in range(3)
+        ]
+    found[f"scipy solve_ivp LSODA, rtol {RTOL:g}, plain Python rates"] = [
+        SolverRun(brief, compiled=False).go("LSODA") for _ in range(3)
+    ]
     return rows(found)
 
 
 def difference(library: Any, lanes: int) -> float:
-    """Largest difference between C's run and ours: of the series relative to each signal's largest value, of the end state likewise."""
+    """Largest difference between C's run and ours: of the series relative to each signal's largest value, of the end
+    state likewise."""
     cases = lifts(lanes, 60.0)
     ours, theirs = (kernel_run(cases, 2, every=1, kernel=k).block for k in (None, CKernel(library, lanes)))
     a, b = ours.out.reshape(-1, size(Signals), lanes), theirs.out.reshape(-1, size(Signals), lanes)
@@ -169,12 +178,17 @@ def measure(rounds: int = ROUNDS) -> Report:
     notes, ratios, differences = [], {}, {}
     busy = os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0
     if busy > 0.5:
-        notes.append(f"Other programs were running (load {busy:.1f}): figures by wall time, and the gain of two threads, are too low.")
+        notes.append(
+            f"Other programs were running (load {busy:.1f}): figures by wall time, and the gain of two threads, are too"
+            " low."
+        )
     product = interleave(product_jobs(), rounds)
     names = list(product)
     if len(names) > 4:
         ratios["2 threads over 1 thread (wall; near-linear is 2)"] = ratio(product, names[4], names[3], wall=True)
-        ratios["2 threads over 1 thread, work per second of a core (1 = nothing lost)"] = ratio(product, names[4], names[3])
+        ratios["2 threads over 1 thread, work per second of a core (1 = nothing lost)"] = ratio(
+            product, names[4], names[3]
+        )
     with tempfile.TemporaryDirectory() as folder:
         libraries = {}
         if compiler() is None:
@@ -182,23 +196,33 @@ def measure(rounds: int = ROUNDS) -> Report:
         else:
             built = {w: compile_c(crane().plant.value, Path(folder), f"{COMMON} {f}") for w, f in WIDTHS.items()}
             libraries = {w: lib for w, lib in built.items() if lib is not None}
-            notes.append(f"C: {gcc_version()}, {COMMON}, compiled for each vector width; the fastest build of each line is shown.")
+            notes.append(
+                f"C: {gcc_version()}, {COMMON}, compiled for each vector width; the fastest build of each line is"
+                " shown."
+            )
         kernels = interleave(kernel_jobs(libraries), rounds)
         if libraries:
             for start in dict.fromkeys(n.split(":")[0] for n in kernels):
-                ratios[f"ours over C, {start.removeprefix('kernel, ')}"] = ratio(kernels, f"{start}: ours", fastest(kernels, start))
+                ratios[f"ours over C, {start.removeprefix('kernel, ')}"] = ratio(
+                    kernels, f"{start}: ours", fastest(kernels, start)
+                )
             for lanes in (1, VL):
                 worst = max(difference(lib, lanes) for lib in libraries.values())
                 differences[f"C against ours, {lanes} lane{'s' if lanes > 1 else ''}, 60 s"] = worst
     reference = scipy_rows()
     best = next(r for r in rows(product) if "5 ms, 1 thread" in r.name)
-    ratios["our batch at 5 ms over scipy with compiled rates"] = best.core / max(r.core for r in reference if "compiled" in r.name)
+    ratios["our batch at 5 ms over scipy with compiled rates"] = best.core / max(
+        r.core for r in reference if "compiled" in r.name
+    )
     return Report(machine(), [*rows(product), *best_builds(kernels), *reference], ratios, differences, notes)
 
 
 def machine() -> str:
     cpu = llvm.get_host_cpu_name()
-    return f"{platform.machine()} {cpu}, {os.cpu_count()} cores, Python {platform.python_version()}, Numba {numba.__version__}"
+    return (
+        f"{platform.machine()} {cpu}, {os.cpu_count()} cores, Python {platform.python_version()}, Numba"
+        f" {numba.__version__}"
+    )
 
 
 def show(report: Report) -> None:
@@ -222,13 +246,17 @@ def show(report: Report) -> None:
         console.print(note)
     against = [v for k, v in report.ratios.items() if k.startswith("ours over C, 16")]
     if against:
-        console.print(f"Goal: ours over C with 16 lanes at least {GOAL}: {'reached' if min(against) >= GOAL else 'MISSED'}.")
+        console.print(
+            f"Goal: ours over C with 16 lanes at least {GOAL}: {'reached' if min(against) >= GOAL else 'MISSED'}."
+        )
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.run", description=__doc__)
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
-    parser.add_argument("--rounds", type=int, default=ROUNDS, help="rounds of interleaved measurements (default %(default)s)")
+    parser.add_argument(
+        "--rounds", type=int, default=ROUNDS, help="rounds of interleaved measurements (default %(default)s)"
+    )
     options = parser.parse_args()
     report = measure(options.rounds)
     if options.json:

@@ -1,5 +1,6 @@
-"""What a case costs when there are many: a map from the shell, ten thousand draws, one worker against two, and what a task costs
-beside its work. `python -m benchmarks.scale [--json]`. Times depend on the machine; the ratios and costs per case are what counts.
+"""What a case costs when there are many: a map from the shell, ten thousand draws, one worker against two, and what a
+task costs beside its work. `python -m benchmarks.scale [--json]`. Times depend on the machine; the ratios and costs per
+case are what counts.
 """
 
 import argparse
@@ -39,7 +40,8 @@ def timed(work: Callable[[], Any]) -> float:
 
 
 def map_from_the_shell() -> float:
-    """Seconds that `stillhook map nov-250t` takes: 12 speeds x 9 loads x 3 controllers of 30 s, the start of Python included."""
+    """Seconds that `stillhook map nov-250t` takes: 12 speeds x 9 loads x 3 controllers of 30 s, the start of Python
+    included."""
     command = [str(Path(sys.executable).with_name("stillhook")), "map", "nov-250t"]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)  # kernels compiled, files in the page cache
     return median(timed(lambda: subprocess.run(command, check=True, stdout=subprocess.DEVNULL)) for _ in range(ROUNDS))
@@ -56,7 +58,9 @@ def drawn(crane: Crane, n: int) -> list[Crane]:
 
 
 def one_case() -> Scenario:
-    return Scenario(load="100 t", s_w="100 m", tip=Sine(amplitude="2 m", period="12 s"), duration=f"{SECONDS:g} s", warm_up="20 s")
+    return Scenario(
+        load="100 t", s_w="100 m", tip=Sine(amplitude="2 m", period="12 s"), duration=f"{SECONDS:g} s", warm_up="20 s"
+    )
 
 
 def many_cases(n: int) -> list[Scenario]:
@@ -72,7 +76,10 @@ def workers_against_one(crane: Crane, cases: list[Scenario]) -> tuple[float, flo
     found: dict[int, list[float]] = {1: [], 2: []}
     for _ in range(CLUSTER_ROUNDS):
         for workers in found:
-            with LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+            with (
+                LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster,
+                Client(cluster) as client,
+            ):
                 summaries(crane, cases[: 4 * VL], client=client)
                 found[workers].append(timed(lambda: summaries(crane, cases, client=client)))
     return median(found[1]), median(found[2])
@@ -106,7 +113,13 @@ def costs(crane: Crane) -> dict[str, float]:
 
     n = len(cases)
     give = median(timed(giver) for _ in range(ROUNDS)) / n
-    return {"worker_case": worker, "giver_case": give, "sent_bytes": len(sent) / n, "back_bytes": len(back) / n, "task_cases": n}
+    return {
+        "worker_case": worker,
+        "giver_case": give,
+        "sent_bytes": len(sent) / n,
+        "back_bytes": len(back) / n,
+        "task_cases": n,
+    }
 
 
 def main() -> None:
@@ -126,7 +139,11 @@ def main() -> None:
     found["task"] = task
     found["most_workers"] = task / (found["task_cases"] * found["giver_case"] + found["empty_task"])
     if wanted.json:
-        print(json.dumps({k: round(v, 9) for k, v in found.items()} | {"code": results_hash(), "cores": os.cpu_count()}, indent=2))
+        print(
+            json.dumps(
+                {k: round(v, 9) for k, v in found.items()} | {"code": results_hash(), "cores": os.cpu_count()}, indent=2
+            )
+        )
         return
     table = Table("what", "value")
     for name, text in (
@@ -137,7 +154,10 @@ def main() -> None:
         ("sent, and back, for each case", f"{found['sent_bytes']:.0f} and {found['back_bytes']:.0f} bytes"),
         ("a task", f"{found['task_cases']:.0f} cases, {found['task']:.2f} s"),
         ("a task without work", f"{1e3 * found['empty_task']:.2f} ms"),
-        ("one Dask worker, two", f"{found['one_worker']:.2f} s, {found['two_workers']:.2f} s: {found['ratio_two_workers']:.2f} times"),
+        (
+            "one Dask worker, two",
+            f"{found['one_worker']:.2f} s, {found['two_workers']:.2f} s: {found['ratio_two_workers']:.2f} times",
+        ),
         ("workers that one giver keeps busy with cases of 60 s", f"{found['most_workers']:.0f}"),
     ):
         table.add_row(name, text)

@@ -1,7 +1,7 @@
 """The same winch in `scipy.integrate.solve_ivp`: what it takes to follow it with a general-purpose solver.
 
-The PLC acts every cycle, so the solver is called cycle by cycle with the commands held. The bristle is one of the differential
-equations here (`bristle_rate`), where the engine advances it exactly.
+The PLC acts every cycle, so the solver is called cycle by cycle with the commands held. The bristle is one of the
+differential equations here (`bristle_rate`), where the engine advances it exactly.
 """
 
 import functools
@@ -28,12 +28,13 @@ from stillhook.winches.records import Tip
 Array = NDArray[np.float64]
 RTOL = 1.0e-4
 SCALES = (1.0, 10.0, 1.0, 10.0, 1.0, 10.0, 1.0, 10.0, 1.0e7, 1.0e7, 0.1, 100.0, 1.0, 1.0e-2, 1.0, 1.0)
-"""Typical size of each state of the active/passive winch; absolute tolerances are RTOL times these. RTOL gives the wire of a 2.8 m
-sine to about 0.1 mm, as our 5 ms step does."""
+"""Typical size of each state of the active/passive winch; absolute tolerances are RTOL times these. RTOL gives the wire
+of a 2.8 m sine to about 0.1 mm, as our 5 ms step does."""
 
 
 class SolverRun:
-    """One trajectory through solve_ivp; `compiled` chooses between machine code and plain Python for the right-hand side."""
+    """One trajectory through solve_ivp; `compiled` chooses between machine code and plain Python for the right-hand
+    side."""
 
     def __init__(self, case: Scenario, *, compiled: bool) -> None:
         c = crane()
@@ -54,7 +55,9 @@ class SolverRun:
         for k in range(self.drive.n_ticks):
             self.observe(self.A, rows[k])
             c = quintic(rows[k], rows[k + 1], dt)
-            x = solve_ivp(self.rhs, (0.0, dt), self.A[: self.n_x].copy(), method, args=(self.A, c), rtol=RTOL, atol=atol)
+            x = solve_ivp(
+                self.rhs, (0.0, dt), self.A[: self.n_x].copy(), method, args=(self.A, c), rtol=RTOL, atol=atol
+            )
             if not x.success:
                 raise RuntimeError(x.message)
             self.A[: self.n_x] = x.y[:, -1]
@@ -86,7 +89,11 @@ def _functions(d: Any, compiled: bool) -> tuple[Callable[..., Any], Callable[...
         u = b.u_0 if t < b.p.plc.t_compute else b.u
         now = circuit(y, u, b.geo, Tip(s, v), b.p)
         out = np.empty(len(x))
-        put(out, 0, with_z(rates(now, y, u, b.geo, b.p), bristle_rate(y.omega_m, y.z, now.g, now.held, b.p.hoist.bristle)))
+        put(
+            out,
+            0,
+            with_z(rates(now, y, u, b.geo, b.p), bristle_rate(y.omega_m, y.z, now.g, now.held, b.p.hoist.bristle)),
+        )
         return out
 
     def observe(A: Array, row: Array) -> None:

@@ -1,7 +1,7 @@
 """How long may a step be? Writes the tables of docs/validation/step-size.md: `python -m benchmarks.steps [--check]`.
 
-Every case runs with each step and with the reference of 0.1 ms; wire and pressures are compared at every PLC cycle from the very
-start, the peak-to-peak error over the moving window of the metrics.
+Every case runs with each step and with the reference of 0.1 ms; wire and pressures are compared at every PLC cycle from
+the very start, the peak-to-peak error over the moving window of the metrics.
 """
 
 import math
@@ -53,12 +53,27 @@ def demonstration() -> list[Case]:
     tips = {"2.8 m, 12 s": "sine 2.8 m 12 s", "0.95 m, 12 s": low, "2 m, 13 s + 0.5 m, 6 s": two}
     for mode in ("ns", "hs", "ssc"):
         name = f"250 t crane, {mode.upper()}"
-        out += [Case(f"{name}, 100 t, {words}", nov_250t, scenario("100 t", "100 m", tip, mode)) for words, tip in tips.items()]
+        out += [
+            Case(f"{name}, 100 t, {words}", nov_250t, scenario("100 t", "100 m", tip, mode))
+            for words, tip in tips.items()
+        ]
         out.append(Case(f"{name}, hook alone at 15 m, 0.95 m, 12 s", nov_250t, scenario("0 t", "15 m", low, mode)))
-    out.append(Case("150 t crane, HS, 90 t, 2.8 m, 12 s", load_crane("nov-150t"), scenario("90 t", "20 m", "sine 2.8 m 12 s", "hs")))
+    out.append(
+        Case(
+            "150 t crane, HS, 90 t, 2.8 m, 12 s",
+            load_crane("nov-150t"),
+            scenario("90 t", "20 m", "sine 2.8 m 12 s", "hs"),
+        )
+    )
     pure = load_crane("nov-100t-pure-active")
     for mode in ("ns", "ssc"):
-        out.append(Case(f"pure active crane, {mode.upper()}, 50 t, 1 m, 10 s", pure, scenario("50 t", "100 m", "sine 1 m 10 s", mode)))
+        out.append(
+            Case(
+                f"pure active crane, {mode.upper()}, 50 t, 1 m, 10 s",
+                pure,
+                scenario("50 t", "100 m", "sine 1 m 10 s", mode),
+            )
+        )
     return out
 
 
@@ -71,12 +86,20 @@ def demanding() -> list[Case]:
     return [
         Case("motion ramped in over 2 s instead of 10 s", crane, scenario("100 t", "100 m", sine, "ssc", ramp="2 s")),
         Case("motion starts at full speed, no ramp", crane, scenario("100 t", "100 m", sine, "ssc", ramp="0 s")),
-        Case("150 t crane, HS, 124 t, 147 m, no ramp", load_crane("nov-150t"), scenario("124 t", "147 m", sine, "hs", ramp="0 s")),
+        Case(
+            "150 t crane, HS, 124 t, 147 m, no ramp",
+            load_crane("nov-150t"),
+            scenario("124 t", "147 m", sine, "hs", ramp="0 s"),
+        ),
         Case("relief valves open: 3.6 m, 10 s, 200 t", crane, scenario("200 t", "100 m", "sine 3.6 m 10 s", "hs")),
         Case("bristle five times as stiff", stiff, plain),
         Case("bristle a fifth as stiff", soft, plain),
         Case("slow reversals: 0.2 m, 20 s", crane, scenario("100 t", "100 m", "sine 0.2 m 20 s", "ssc")),
-        Case("regularised friction instead of the bristle", crane, scenario("100 t", "100 m", sine, "ssc", friction="regularised")),
+        Case(
+            "regularised friction instead of the bristle",
+            crane,
+            scenario("100 t", "100 m", sine, "ssc", friction="regularised"),
+        ),
     ]
 
 
@@ -122,7 +145,11 @@ def number(x: float, digits: int) -> str:
 
 
 def three(d: Deviation | None) -> list[str]:
-    return ["refused"] * 3 if d is None else [f"{d.wire * 1e3:.4f} mm", f"{d.peak / 1e5:.3f} bar", f"{d.e_pp * 1e3:.4f} mm"]
+    return (
+        ["refused"] * 3
+        if d is None
+        else [f"{d.wire * 1e3:.4f} mm", f"{d.peak / 1e5:.3f} bar", f"{d.e_pp * 1e3:.4f} mm"]
+    )
 
 
 def worst_table(results: dict[str, dict[int, Deviation | None]]) -> str:
@@ -145,9 +172,15 @@ def case_table(results: dict[str, dict[int, Deviation | None]]) -> str:
 
 
 def stability_table() -> str:
-    """The fastest mode that the integration has to follow, and the longest step that it allows, with the hook alone and with load."""
+    """The fastest mode that the integration has to follow, and the longest step that it allows, with the hook alone and
+    with load."""
     lines = []
-    for name, load in (("nov-250t", "100 t"), ("nov-250t", "0 t"), ("nov-150t", "90 t"), ("nov-100t-pure-active", "50 t")):
+    for name, load in (
+        ("nov-250t", "100 t"),
+        ("nov-250t", "0 t"),
+        ("nov-150t", "90 t"),
+        ("nov-100t-pure-active", "50 t"),
+    ):
         for friction in ("lugre", "regularised"):
             case = Scenario(load=load, s_w="15 m", friction=friction)
             mode, rate = max(fastest_rates(pack(load_crane(name), case)).items(), key=lambda i: i[1])
@@ -159,7 +192,10 @@ def stability_table() -> str:
 
 def reference_error(cases: list[Case]) -> Deviation:
     """Largest deviation of the reference itself from half its step."""
-    pairs = ((run_one(c.crane, c.scenario, n_sub=REFERENCE), run_one(c.crane, c.scenario, n_sub=2 * REFERENCE)) for c in cases)
+    pairs = (
+        (run_one(c.crane, c.scenario, n_sub=REFERENCE), run_one(c.crane, c.scenario, n_sub=2 * REFERENCE))
+        for c in cases
+    )
     return Deviation(*(max(column) for column in zip(*(deviation(a, b) for a, b in pairs), strict=True)))
 
 
@@ -177,8 +213,9 @@ def conclusion(results: dict[str, dict[int, Deviation | None]]) -> str:
     kept = len(got) == len(results) and wire <= WIRE and peak <= PRESSURE
     verdict = "holds" if kept else "does not hold"
     return (
-        f"**The claim {verdict}**: with 5 ms the largest deviations over {len(results)} cases are {wire * 1e3:.3f} mm of wire "
-        f"(allowed {WIRE * 1e3:.1f} mm) and {peak / 1e5:.3f} bar of peak pressure (allowed {PRESSURE / 1e5:.1f} bar)."
+        f"**The claim {verdict}**: with 5 ms the largest deviations over {len(results)} cases are {wire * 1e3:.3f} mm"
+        f" of wire (allowed {WIRE * 1e3:.1f} mm) and {peak / 1e5:.3f} bar of peak pressure (allowed"
+        f" {PRESSURE / 1e5:.1f} bar)."
     )
 
 

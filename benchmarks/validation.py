@@ -1,7 +1,8 @@
 """How long does a validation take, from files to certificate? `python -m benchmarks.validation`.
 
-A synthetic campaign like paper F table 3 (2200 s of heave compensation at 100 Hz, and the tests of limits and dynamics), read, validated
-and certified in a process of its own that starts from cached kernels; and by itself, step by step, as parts of reading the logs.
+A synthetic campaign like paper F table 3 (2200 s of heave compensation at 100 Hz, and the tests of limits and
+dynamics), read, validated and certified in a process of its own that starts from cached kernels; and by itself, step by
+step, as parts of reading the logs.
 """
 
 import os
@@ -27,7 +28,16 @@ def main() -> None:
         written = write_campaign(Path(folder) / "tests")
         validate(written.campaign)  # compiles
         begin = time.perf_counter()
-        command = [sys.executable, "-c", COMMAND, "validate", str(written.campaign), "--out", str(Path(folder) / "out"), "--json"]
+        command = [
+            sys.executable,
+            "-c",
+            COMMAND,
+            "validate",
+            str(written.campaign),
+            "--out",
+            str(Path(folder) / "out"),
+            "--json",
+        ]
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         whole = time.perf_counter() - begin
         campaign = load_campaign(written.campaign)
@@ -35,7 +45,9 @@ def main() -> None:
         records = read_records(campaign, lambda share: None)
         reading = time.perf_counter() - begin
         logged = sum(s.duration for r in records if r.test.kind is Kind.AHC for s in r.segments)
-        print(f"{logged:.0f} s of heave compensation on {os.cpu_count()} cores: {whole:.1f} s from files to certificate")
+        print(
+            f"{logged:.0f} s of heave compensation on {os.cpu_count()} cores: {whole:.1f} s from files to certificate"
+        )
         print(f"({GOAL:.0f} s allowed), {logged / whole:.0f} times as fast as the crane.")
         print(f"Reading the logs takes {reading:.2f} s; over that:")
         for step, check in CHECKS.items():

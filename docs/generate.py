@@ -1,8 +1,8 @@
 """Write the generated reference pages and check every relative link of the documentation.
 
-    python docs/generate.py           write the pages, then check the links
-    python docs/generate.py --check   write nothing; fail when a page is out of date or a link is broken
-    python docs/generate.py --links   only check the links (needs no installed package)
+python docs/generate.py           write the pages, then check the links
+python docs/generate.py --check   write nothing; fail when a page is out of date or a link is broken
+python docs/generate.py --links   only check the links (needs no installed package)
 """
 
 from __future__ import annotations
@@ -70,9 +70,10 @@ def criteria() -> str:
         for c in s.criteria
     ]
     lead = (
-        "What `stillhook validate` judges a twin by, unless a campaign names a criteria file of its own. Steps are those of paper F, 0 is "
-        "the data set. A line is shown where the whole 95 % interval meets the limit, refuted where no part of it does, else not shown. "
-        "Must be: what the line must come to; for information: it is not judged; if there are data: no data at all do not stand in the way."
+        "What `stillhook validate` judges a twin by, unless a campaign names a criteria file of its own. Steps are"
+        " those of paper F, 0 is the data set. A line is shown where the whole 95 % interval meets the limit, refuted"
+        " where no part of it does, else not shown. Must be: what the line must come to; for information: it is not"
+        " judged; if there are data: no data at all do not stand in the way."
     )
     head = ("set", "key", "step", "what", "measure", "limit", "must be", "source", "reason")
     return page("Acceptance criteria", lead, head, rows)
@@ -100,12 +101,15 @@ def rules() -> str:
         for r in s.rules
     ]
     capacities = "; ".join(f"`{name}` {c.meaning}" for name, c in CAPACITIES.items())
-    numbers = "; ".join(f"`{name}` {meaning}, {sets[0].settings[name]:g} (SI)" for name, (_, meaning) in SETTINGS.items())
+    numbers = "; ".join(
+        f"`{name}` {meaning}, {sets[0].settings[name]:g} (SI)" for name, (_, meaning) in SETTINGS.items()
+    )
     lead = (
-        "What a lift plan is judged by, unless it names a rule file of its own: [change the rules](../how-to/change-the-rules.md). "
-        "Standards are recalled, not quoted: check every clause against the edition that your operation is approved by. Level: the most "
-        "probable largest value of a phase (mpm), or what 90 % of such phases stay below (p90); mean: no largest value.\n\n"
-        f"Capacities that a limit may name: {capacities}.\n\nNumbers of the closed form: {numbers}."
+        "What a lift plan is judged by, unless it names a rule file of its own: [change the"
+        " rules](../how-to/change-the-rules.md). Standards are recalled, not quoted: check every clause against the"
+        " edition that your operation is approved by. Level: the most probable largest value of a phase (mpm), or what"
+        " 90 % of such phases stay below (p90); mean: no largest value.\n\nCapacities that a limit may name:"
+        f" {capacities}.\n\nNumbers of the closed form: {numbers}."
     )
     head = ("set", "key", "what", "quantity", "asked", "level", "phases", "standard, edition, clause", "note")
     return page("Rules of lift plans", lead, head, rows)

@@ -37,7 +37,10 @@ def write_all(all_loads: Mapping[Ship, Mapping[float, Loads]], irregular: Mappin
         kept[ship.name] = numbers(ship, by_panel) | {"irregular": lids(*irregular[ship])}
         print(f"{ship.name}: {VESSELS / ship.name}.csv")
     seas = {"periods": PERIODS, "headings": HEADINGS_SEAS}
-    text = json.dumps({"capytaine": version("capytaine"), "rho": RHO, "g": G, "seas": seas, "reasons": REASONS, "ships": kept}, indent=1)
+    text = json.dumps(
+        {"capytaine": version("capytaine"), "rho": RHO, "g": G, "seas": seas, "reasons": REASONS, "ships": kept},
+        indent=1,
+    )
     PAGE.write_text(one_line_arrays(text) + "\n", encoding="utf-8", newline="\n")
 
 
@@ -53,17 +56,22 @@ def write_vessel(ship: Ship, loads: Loads) -> None:
     damping, waves = roll_damping(ship, weights, loads)
     lines, periods = ship.lines, 2.0 * np.pi / np.array(natural(weights, loads))
     notes = (
-        f"A hull of our own in closed form, no ship that floats: waterline {lines.L:g} m, breadth {lines.B:g} m, draught {lines.T:g} m, "
-        f"{weights.mass / 1e3:.0f} t, centre of gravity {weights.centre[0]:+.2f} m from midship and {lines.T + weights.centre[2]:.2f} m "
-        f"above the keel, GM {ship.GM:g} m, "
-        f"radii of inertia {ship.r_xx * lines.B:.2f}, {ship.r_yy * lines.L:.2f}, {ship.r_zz * lines.L:.2f} m",
-        f"Roll damping: {100.0 * ship.zeta:g} % of critical ({damping:.4g} N m s/rad) is added to what waves carry away "
-        f"({100.0 * waves:.2g} %); linear: real roll is damped more in higher seas",
+        (
+            f"A hull of our own in closed form, no ship that floats: waterline {lines.L:g} m, breadth {lines.B:g} m,"
+            f" draught {lines.T:g} m, {weights.mass / 1e3:.0f} t, centre of gravity {weights.centre[0]:+.2f} m from"
+            f" midship and {lines.T + weights.centre[2]:.2f} m above the keel, GM {ship.GM:g} m, radii of inertia"
+            f" {ship.r_xx * lines.B:.2f}, {ship.r_yy * lines.L:.2f}, {ship.r_zz * lines.L:.2f} m"
+        ),
+        (
+            f"Roll damping: {100.0 * ship.zeta:g} % of critical ({damping:.4g} N m s/rad) is added to what waves carry"
+            f" away ({100.0 * waves:.2g} %); linear: real roll is damped more in higher seas"
+        ),
         f"Natural periods: heave {periods[0]:.2f} s, roll {periods[1]:.2f} s, pitch {periods[2]:.2f} s",
         "Deep water, no speed, no moorings; panel method of potential flow",
     )
     source = (
-        f"Capytaine {version('capytaine')}, {loads.panels} panels of about {ship.panel:g} m and {loads.lid} on an inner lid; hulls/make.py"
+        f"Capytaine {version('capytaine')}, {loads.panels} panels of about {ship.panel:g} m and {loads.lid} on an inner"
+        " lid; hulls/make.py"
     )
     write_rao_csv(rao(ship, loads), VESSELS / f"{ship.name}.csv", source=source, notes=notes, mirror=True)
 
@@ -121,8 +129,8 @@ def load_numbers(ship: Ship, weights: Floating, loads: Loads) -> dict[str, Any]:
 
 
 def haskind(loads: Loads) -> FloatArray:
-    """Damping that follows from excitation, over that from radiation, (n, 6): omega^3/(4 pi rho g^3) times the integral of |F|^2 over
-    all headings."""
+    """Damping that follows from excitation, over that from radiation, (n, 6): omega^3/(4 pi rho g^3) times the integral
+    of |F|^2 over all headings."""
     step = loads.beta[1] - loads.beta[0]
     found = loads.omega[:, None] ** 3 / (4.0 * np.pi * RHO * G**3) * (np.abs(loads.F) ** 2).sum(axis=1) * step
     return found / np.diagonal(loads.B, axis1=1, axis2=2)
@@ -170,9 +178,10 @@ def damping_numbers(ship: Ship, loads: Loads, zeta: float) -> dict[str, Any]:
 
 
 def table_numbers(ship: Ship, loads: Loads) -> dict[str, Any]:
-    """How much is lost by the table's frequencies and headings, and by the splines through the loads: the tip's standard deviations over
-    those from the table, less 1, the largest. Frequencies: from loads on a grid eight times as fine. Headings: at those that the loads have
-    and the table has not. Splines: from every second frequency of the loads."""
+    """How much is lost by the table's frequencies and headings, and by the splines through the loads: the tip's
+    standard deviations over those from the table, less 1, the largest. Frequencies: from loads on a grid eight times as
+    fine. Headings: at those that the loads have and the table has not. Splines: from every second frequency of the
+    loads."""
     table = rao(ship, loads)
     weights = floating(ship, loads)
     steps = [np.linspace(a, b, 9) for a, b in zip(table.omega[:-1], table.omega[1:], strict=True)]

@@ -4,11 +4,11 @@ Half-breadth at height z <= 0, x forward from midship:
 
     y(x, z) = b(x) [1 - (-z/d(x))^p(x)]^(1/p(x))
 
-b(x) is the waterline's half-breadth: B/2 over the parallel middle body, B/2 (1 - s^n) to the stem, B/2 [1 - (1 - t_b) s^2] to the transom.
-d(x) is the local draught: T, rising aft as T [1 - (1 - t_d) s^2] to the transom. p(x) is the fullness of the section (2: an ellipse; large:
-a box with a small bilge radius), p_m amidships and p_e at the ends, with s^2 (3 - 2 s) between. s runs from 0 to 1 along each end.
-A quarter of such a section has the area b d G(1 + 1/p)^2 / G(1 + 2/p) (G: gamma function), so volume, waterplane and
-their moments are known without any panel.
+b(x) is the waterline's half-breadth: B/2 over the parallel middle body, B/2 (1 - s^n) to the stem, B/2 [1 - (1 - t_b)
+s^2] to the transom. d(x) is the local draught: T, rising aft as T [1 - (1 - t_d) s^2] to the transom. p(x) is the
+fullness of the section (2: an ellipse; large: a box with a small bilge radius), p_m amidships and p_e at the ends, with
+s^2 (3 - 2 s) between. s runs from 0 to 1 along each end. A quarter of such a section has the area b d G(1 + 1/p)^2 /
+G(1 + 2/p) (G: gamma function), so volume, waterplane and their moments are known without any panel.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ SMALLEST = 1e-6  # m^2: smaller panels are what is left where lines meet
 
 @dataclass(frozen=True)
 class Lines:
-    """Main dimensions [m]: waterline length L from transom to stem, breadth B, draught T. Ends as parts of L: entrance (waterline to the
-    stem), run (waterline to the transom), rise (keel to the transom). n exponent of the entrance; t_b, t_d half-breadth and draught of
-    the transom over those amidships; p_m, p_bow, p_stern fullness of sections."""
+    """Main dimensions [m]: waterline length L from transom to stem, breadth B, draught T. Ends as parts of L: entrance
+    (waterline to the stem), run (waterline to the transom), rise (keel to the transom). n exponent of the entrance;
+    t_b, t_d half-breadth and draught of the transom over those amidships; p_m, p_bow, p_stern fullness of sections."""
 
     L: float
     B: float
@@ -72,7 +72,11 @@ class Lines:
     def over_length(self, f: Callable[[FloatArray], FloatArray]) -> float:
         """Integral of f over the ship's length."""
         breaks = [(0.5 - self.entrance) * self.L, (self.run - 0.5) * self.L, (self.rise - 0.5) * self.L]
-        return float(quad(lambda x: float(f(np.float64(x))), -self.L / 2.0, self.L / 2.0, points=breaks, epsrel=1e-10, limit=200)[0])
+        return float(
+            quad(
+                lambda x: float(f(np.float64(x))), -self.L / 2.0, self.L / 2.0, points=breaks, epsrel=1e-10, limit=200
+            )[0]
+        )
 
     def first_moment(self, x: FloatArray) -> FloatArray:
         """Integral of depth over the section [m^3]: b d^2 (2/p) B(2/p, 1 + 1/p)."""
@@ -81,8 +85,8 @@ class Lines:
         return 2.0 * self.half_breadth(x) * self.draught(x) ** 2 * beta / p
 
     def form(self) -> dict[str, float]:
-        """Volume [m^3], waterplane [m^2], its second moments about midship's axes [m^4], centres of buoyancy and flotation [m], and
-        coefficients, by quadrature of the closed forms."""
+        """Volume [m^3], waterplane [m^2], its second moments about midship's axes [m^4], centres of buoyancy and
+        flotation [m], and coefficients, by quadrature of the closed forms."""
         V = self.over_length(self.area)
         A_w = self.over_length(lambda x: 2.0 * self.half_breadth(x))
         return {
@@ -107,7 +111,8 @@ def stations(lines: Lines, h: float) -> FloatArray:
 
 
 def section(b: float, d: float, p: float, n: int) -> FloatArray:
-    """n + 1 points (y, z) along a section from the waterline to the keel, evenly over its girth but closer where it turns (BILGE)."""
+    """n + 1 points (y, z) along a section from the waterline to the keel, evenly over its girth but closer where it
+    turns (BILGE)."""
     angle = np.linspace(0.0, np.pi / 2.0, 2001)
     y, z = b * np.cos(angle) ** (2.0 / p), -d * np.sin(angle) ** (2.0 / p)
     y[-1], z[0] = 0.0, 0.0

@@ -1,4 +1,5 @@
-"""Compute the library's vessels from their hulls: wave loads, motions, the files in src/stillhook/library/vessels, and what the page keeps.
+"""Compute the library's vessels from their hulls: wave loads, motions, the files in src/stillhook/library/vessels, and
+what the page keeps.
 
     python hulls/make.py                 loads of every ship and panel size (half an hour on one core), then all files
     python hulls/make.py --loads         loads alone
@@ -69,7 +70,10 @@ def main(asked: list[str]) -> None:
 
         if missing := [f for ship in SHIPS for h in (ship.panel, *ship.coarser) if not (f := kept(ship, h)).exists()]:
             sys.exit(f"{missing[0].name} is not in {KEPT}: compute the loads first (--loads).")
-        pair = lambda ship: (Loads.load(kept(ship, ship.coarser[0], "-lid")), Loads.load(kept(ship, ship.coarser[0], "-open")))
+        pair = lambda ship: (
+            Loads.load(kept(ship, ship.coarser[0], "-lid")),
+            Loads.load(kept(ship, ship.coarser[0], "-open")),
+        )
         all_loads = {ship: {h: Loads.load(kept(ship, h)) for h in (ship.panel, *ship.coarser)} for ship in SHIPS}
         write_all(all_loads, {ship: pair(ship) for ship in SHIPS})
 

@@ -2,9 +2,9 @@
 
     [-omega^2 (M + A) + i omega (B + B_v) + C] H = F        for unit wave amplitude, exp(+i omega t)
 
-M holds mass and inertia about the origin (midship, centreline, still waterline), C hydrostatics and weight, B_v one number: added linear
-roll damping, zeta of the critical one 2 sqrt(I C_44), where I = M_44 + A_44 - (M_24 + A_24)^2/(M_22 + A_22) at roll's natural frequency is
-the inertia of a roll that is free to sway.
+M holds mass and inertia about the origin (midship, centreline, still waterline), C hydrostatics and weight, B_v one
+number: added linear roll damping, zeta of the critical one 2 sqrt(I C_44), where I = M_44 + A_44 - (M_24 +
+A_24)^2/(M_22 + A_22) at roll's natural frequency is the inertia of a roll that is free to sway.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ HEADINGS = 2
 """The table has every so many-th heading of the loads."""
 ANSWERS = (0.3, 1.6)  # rad/s
 ROLL_STEP, ROLL_STEPS = 0.006, 12
-"""Frequencies about the peak of roll [rad/s]: a quarter of its half width at 5 % damping apart, three half widths to each side."""
+"""Frequencies about the peak of roll [rad/s]: a quarter of its half width at 5 % damping apart, three half widths to
+each side."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,8 @@ def cross(r: FloatArray) -> FloatArray:
 
 
 def floating(ship: Ship, loads: Loads) -> Floating:
-    """Weights so that it floats on even keel with its GM: the panels' own volume, so that mass and buoyancy are the same to the last kg."""
+    """Weights so that it floats on even keel with its GM: the panels' own volume, so that mass and buoyancy are the
+    same to the last kg."""
     mass = RHO * loads.V
     C = loads.C.copy()
     z_G = C[ROLL, ROLL] / (mass * G) - ship.GM  # loads.C has the weight at height 0
@@ -102,8 +104,8 @@ def finer(loads: Loads, omega: FloatArray) -> Loads:
 
 
 def grid(loads: Loads, roll: float) -> FloatArray:
-    """Frequencies of the vessel's table: those of the loads, one more between two of them where a ship answers, and more about the narrow
-    peak of roll."""
+    """Frequencies of the vessel's table: those of the loads, one more between two of them where a ship answers, and
+    more about the narrow peak of roll."""
     between = (loads.omega[1:] + loads.omega[:-1]) / 2.0
     even = np.concatenate([loads.omega, between[(between > ANSWERS[0]) & (between < ANSWERS[1])]])
     about = roll + ROLL_STEP * np.arange(-ROLL_STEPS, ROLL_STEPS + 1)

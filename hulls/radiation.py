@@ -22,17 +22,20 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 RHO, G = RHO_SEA, STANDARD_GRAVITY
 METHOD = "direct"
-"""Unknown potentials. With unknown sources Haskind's relation misses by 4 to 6 % where this misses by 1 %, and one mesh came out wrong."""
+"""Unknown potentials. With unknown sources Haskind's relation misses by 4 to 6 % where this misses by 1 %, and one mesh
+came out wrong."""
 DOFS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
 
 
 @dataclass(frozen=True)
 class Loads:
-    """About midship, centreline, still waterline; x forward, y to port, z up; exp(+i omega t), crest at the origin at phase 0.
+    """About midship, centreline, still waterline; x forward, y to port, z up; exp(+i omega t), crest at the origin at
+    phase 0.
 
-    omega (n,) [rad/s]; beta (m,) [rad]; A (n, 6, 6) added mass and B damping [kg, kg m, kg m^2 and each per s], first index the motion,
-    second the force; F (n, m, 6) excitation [N/m, N]; C (6, 6) hydrostatic stiffness of a ship whose weight sits at the origin's height
-    above the centre of buoyancy; V [m^3], centre of buoyancy (3,) [m], panels on hull and lid; asymmetry as `even` finds it.
+    omega (n,) [rad/s]; beta (m,) [rad]; A (n, 6, 6) added mass and B damping [kg, kg m, kg m^2 and each per s], first
+    index the motion, second the force; F (n, m, 6) excitation [N/m, N]; C (6, 6) hydrostatic stiffness of a ship whose
+    weight sits at the origin's height above the centre of buoyancy; V [m^3], centre of buoyancy (3,) [m], panels on
+    hull and lid; asymmetry as `even` finds it.
     """
 
     omega: FloatArray
@@ -71,18 +74,27 @@ def body(lines: Lines, h: float, *, lid: bool) -> Any:
     """The floating body, its port half mirrored."""
     cpt = capytaine()
     whole = lambda panels: cpt.ReflectionSymmetricMesh(cpt.Mesh(*panels), plane="xOz")
-    ship = cpt.FloatingBody(whole(hull_panels(lines, h)), lid_mesh=whole(lid_panels(lines, h)) if lid else None, name="ship")
+    ship = cpt.FloatingBody(
+        whole(hull_panels(lines, h)), lid_mesh=whole(lid_panels(lines, h)) if lid else None, name="ship"
+    )
     ship.add_all_rigid_body_dofs(rotation_center=(0.0, 0.0, 0.0))
     return ship
 
 
-def loads(lines: Lines, h: float, omega: FloatArray, beta: FloatArray, *, lid: bool = True, dofs: Sequence[str] = DOFS) -> Loads:
-    """Loads with panels of about h [m]; without headings radiation alone, of some motions where `dofs` names them (the others are 0)."""
+def loads(
+    lines: Lines, h: float, omega: FloatArray, beta: FloatArray, *, lid: bool = True, dofs: Sequence[str] = DOFS
+) -> Loads:
+    """Loads with panels of about h [m]; without headings radiation alone, of some motions where `dofs` names them (the
+    others are 0)."""
     cpt = capytaine()
     ship = body(lines, h, lid=lid)
     solver = cpt.BEMSolver(method=METHOD)
     here = {"body": ship, "rho": RHO, "g": G}
-    A, B, F = np.zeros((len(omega), 6, 6)), np.zeros((len(omega), 6, 6)), np.zeros((len(omega), len(beta), 6), dtype=complex)
+    A, B, F = (
+        np.zeros((len(omega), 6, 6)),
+        np.zeros((len(omega), 6, 6)),
+        np.zeros((len(omega), len(beta), 6), dtype=complex),
+    )
     for i, w in enumerate(omega):
         radiation = [cpt.RadiationProblem(omega=w, radiating_dof=dof, **here) for dof in dofs]
         diffraction = [cpt.DiffractionProblem(omega=w, wave_direction=b, **here) for b in beta]
@@ -97,16 +109,23 @@ def loads(lines: Lines, h: float, omega: FloatArray, beta: FloatArray, *, lid: b
     ship.center_of_mass = np.array([ship.center_of_buoyancy[0], 0.0, 0.0])
     C = np.asarray(ship.compute_hydrostatic_stiffness(rho=RHO, g=G).values, dtype=float)
     count = (int(ship.mesh.nb_faces), 0 if ship.lid_mesh is None else int(ship.lid_mesh.nb_faces))
-    return even(Loads(omega, beta, A, B, F, C, float(ship.volume), np.asarray(ship.center_of_buoyancy, dtype=float), *count, 0.0))
+    return even(
+        Loads(
+            omega, beta, A, B, F, C, float(ship.volume), np.asarray(ship.center_of_buoyancy, dtype=float), *count, 0.0
+        )
+    )
 
 
 def even(uneven: Loads) -> Loads:
-    """Loads made the same to port and starboard: a mirrored panel that is not plane has another middle than its mirror image.
+    """Loads made the same to port and starboard: a mirrored panel that is not plane has another middle than its mirror
+    image.
 
     `asymmetry` says how much of the largest excitation of its kind (translations, rotations) was taken away."""
     mirror = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
     keep = np.outer(mirror, mirror) > 0.0
-    whole = replace(uneven, A=uneven.A * keep, B=uneven.B * keep, C=uneven.C * keep, centre=uneven.centre * (1.0, 0.0, 1.0))
+    whole = replace(
+        uneven, A=uneven.A * keep, B=uneven.B * keep, C=uneven.C * keep, centre=uneven.centre * (1.0, 0.0, 1.0)
+    )
     if not len(uneven.beta):
         return whole
     other = np.argmin(np.abs(np.exp(1j * uneven.beta)[:, None] - np.exp(-1j * uneven.beta)), axis=0)

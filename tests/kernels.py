@@ -1,6 +1,6 @@
 """Compiles the kernels that many tests run, one to a process, side by side: left to themselves the workers would each compile them all.
 
-    python -m tests.kernels lift_driver pure-active 16
+python -m tests.kernels lift_driver pure-active 16
 """
 
 import os
@@ -28,7 +28,9 @@ def compile_all() -> None:
 def _in_a_process(kernel: tuple[str, str, int]) -> None:
     kind, plant, lanes = kernel
     if not is_compiled(plant, lanes, kind):  # a lowering compiles the driver that it stands on as well
-        subprocess.run([sys.executable, "-m", "tests.kernels", kind, plant, str(lanes)], cwd=ROOT, capture_output=True, check=False)
+        subprocess.run(
+            [sys.executable, "-m", "tests.kernels", kind, plant, str(lanes)], cwd=ROOT, capture_output=True, check=False
+        )
 
 
 def compile_one(kind: str, plant: str, lanes: int) -> None:

@@ -1,10 +1,12 @@
-"""Make the library's weather: a hindcast that nobody measured, for examples and tests. Its file and its name say SYNTHETIC.
+"""Make the library's weather: a hindcast that nobody measured, for examples and tests. Its file and its name say
+SYNTHETIC.
 
     python weather_data/make.py
 
-Ten years, a record every three hours, of a deep and open place such as the Norwegian Sea: strong winters and calm summers, storms of a day
-or two, wind sea that grows with the wind and dies after it, swell of its own from the north-west. Every number below is assumed and has no
-source but judgement: that Hs is some 2.5 m on average, twice as high in January as in July, and stays within a metre for a day.
+Ten years, a record every three hours, of a deep and open place such as the Norwegian Sea: strong winters and calm
+summers, storms of a day or two, wind sea that grows with the wind and dies after it, swell of its own from the
+north-west. Every number below is assumed and has no source but judgement: that Hs is some 2.5 m on average, twice as
+high in January as in July, and stays within a metre for a day.
 """
 
 from __future__ import annotations
@@ -82,7 +84,13 @@ def weather() -> tuple[NDArray[np.datetime64], dict[str, FloatArray]]:
     T_swell = np.clip(11.2 + 0.9 * season + 1.9 * red(rng, n, 60.0), 7.5, 18.0)
     Tp = np.where(sea > swell, np.maximum(T_sea, 3.0), T_swell)
     kept = slice(None, None, STEP)
-    columns = {"Hs": Hs, "Tp": Tp, "from": np.angle(flow) % (2.0 * np.pi), "wind": wind, "wind_from": wind_from % (2.0 * np.pi)}
+    columns = {
+        "Hs": Hs,
+        "Tp": Tp,
+        "from": np.angle(flow) % (2.0 * np.pi),
+        "wind": wind,
+        "wind_from": wind_from % (2.0 * np.pi),
+    }
     return time[kept], {name: x[kept] for name, x in columns.items()}
 
 

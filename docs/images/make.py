@@ -1,4 +1,5 @@
-"""Draw the pictures of README and guides: the demonstration's swell under NS, HS and SSC; moments of a lowering to 3,000 m.
+"""Draw the pictures of README and guides: the demonstration's swell under NS, HS and SSC; moments of a lowering to
+3,000 m.
 
 python docs/images/make.py
 """

@@ -18,7 +18,8 @@ LOOKED_AT = 1560.0  # s: 20 beats of swell and roll
 
 
 def side_by_side(runs: Iterable[tuple[Crane, Scenario]]) -> list[Numbers]:
-    """The summary of every run, in order, SI; runs of one length share blocks of sixteen. A run that diverges stops the page."""
+    """The summary of every run, in order, SI; runs of one length share blocks of sixteen. A run that diverges stops the
+    page."""
     asked = list(runs)
     found = summaries([crane for crane, _ in asked], [case for _, case in asked])
     failed = [i for i, one in enumerate(found) if one["status"] == "diverged"]
@@ -26,9 +27,16 @@ def side_by_side(runs: Iterable[tuple[Crane, Scenario]]) -> list[Numbers]:
     return found
 
 
-def wave(parts: Sequence[tuple[float, float]], v_peak: float, phase: float = 0.0, *, start: float = 0.0, end: float = LOOKED_AT) -> Motion:
-    """Sines in these proportions, so large that the tip's highest speed from start to end [s] is v_peak [m/s]; each next one starts
-    `phase` [rad] later."""
+def wave(
+    parts: Sequence[tuple[float, float]],
+    v_peak: float,
+    phase: float = 0.0,
+    *,
+    start: float = 0.0,
+    end: float = LOOKED_AT,
+) -> Motion:
+    """Sines in these proportions, so large that the tip's highest speed from start to end [s] is v_peak [m/s]; each
+    next one starts `phase` [rad] later."""
     t = np.arange(start, end, 0.01)
 
     def motion(scale: float) -> Motion:

@@ -1,4 +1,5 @@
-"""A measured staircase of speeds on a test bench: an electro-hydraulic ram with gas springs, out and in at rising speed."""
+"""A measured staircase of speeds on a test bench: an electro-hydraulic ram with gas springs, out and in at rising
+speed."""
 
 from __future__ import annotations
 
@@ -23,7 +24,8 @@ PICTURE = "bench-staircase.png"
 FILE = Path("bench_mbari") / "FrictionIDMovesWithBiasCurr.exp"
 
 INCH, POUND, PSI = 0.0254, 4.4482216152605, 6.894757293168  # m, N, kPa: exact by definition, rounded to 13 digits
-# Source of the areas and of the friction table: osrf/mbari_wec_gz, models/mbari_wec/model.sdf.em and src/PTOFriction/PTOFriction.cpp.
+# Source of the areas and of the friction table: osrf/mbari_wec_gz, models/mbari_wec/model.sdf.em and
+# src/PTOFriction/PTOFriction.cpp.
 PISTON = 1.375 * INCH**2  # m^2
 GAS_LOWER, GAS_UPPER = 0.0115, 0.0127  # m^2
 TABLE_SPEED = (0.0, 0.01, 0.05, 0.1, 0.4)  # m/s
@@ -51,7 +53,8 @@ MAPPING = {
 
 
 class Results(NamedTuple):
-    """The log and the friction curves of what the machine pushes, without the oil's force, and without the gas's as well."""
+    """The log and the friction curves of what the machine pushes, without the oil's force, and without the gas's as
+    well."""
 
     log: Log
     whole: FrictionCurve
@@ -72,7 +75,11 @@ def efforts(log: Log, piston: float = PISTON) -> dict[str, NDArray[np.float64]]:
     """Force of the machine, less the oil's on the piston, less the gas's [N]."""
     s = log.signals
     oil_off = s["effort"] - piston * (s["p_a"] - s["p_b"])
-    return {"whole": s["effort"], "oil_off": oil_off, "gas_off": oil_off - (GAS_LOWER * s["gas_lower"] - GAS_UPPER * s["gas_upper"])}
+    return {
+        "whole": s["effort"],
+        "oil_off": oil_off,
+        "gas_off": oil_off - (GAS_LOWER * s["gas_lower"] - GAS_UPPER * s["gas_upper"]),
+    }
 
 
 def curve(log: Log, effort: NDArray[np.float64]) -> FrictionCurve:
@@ -96,7 +103,14 @@ def _with(p: CurvePoint) -> str:
 def _friction(r: Results) -> Iterator[tuple[str, ...]]:
     for a, b, c in zip(r.whole.points, r.oil_off.points, r.gas_off.points, strict=True):
         theirs = published(c.speed)
-        yield f"{a.speed:.3f}", _with(a), _with(b), _with(c), f"{theirs:.0f}", percent(c.friction / theirs - 1.0, sign=True)
+        yield (
+            f"{a.speed:.3f}",
+            _with(a),
+            _with(b),
+            _with(c),
+            f"{theirs:.0f}",
+            percent(c.friction / theirs - 1.0, sign=True),
+        )
 
 
 def _loads(r: Results) -> Iterator[tuple[str, ...]]:
@@ -104,7 +118,11 @@ def _loads(r: Results) -> Iterator[tuple[str, ...]]:
         way = row[0].way
         assert way is not None
         spans = [p.load_way for p in row]
-        yield f"{row[0].speed:.3f}", f"{way[0]:.2f} to {way[1]:.2f}", *(f"{s[0]:.0f} to {s[1]:.0f}" for s in spans if s is not None)
+        yield (
+            f"{row[0].speed:.3f}",
+            f"{way[0]:.2f} to {way[1]:.2f}",
+            *(f"{s[0]:.0f} to {s[1]:.0f}" for s in spans if s is not None),
+        )
 
 
 def _steps(r: Results) -> Iterator[tuple[str, ...]]:
@@ -114,7 +132,11 @@ def _steps(r: Results) -> Iterator[tuple[str, ...]]:
     for name, sign in (("out", 1), ("in", -1)):
         speeds = [abs(w.speed) for w in used if w.direction == sign]
         yield f"steady, used, {name}", str(len(speeds)), f"{min(speeds):.3f} to {max(speeds):.3f} m/s"
-    yield "steady, no partner", str(len(alone)), "; ".join(f"{abs(u.speed):.3f} m/s {_way(u.direction)}" for u in r.whole.unpaired)
+    yield (
+        "steady, no partner",
+        str(len(alone)),
+        "; ".join(f"{abs(u.speed):.3f} m/s {_way(u.direction)}" for u in r.whole.unpaired),
+    )
     fast = [x for x in found.rejected if abs(x.speed) > max(p.speed for p in r.whole.points) / 2.0]
     yield "rejected, fast", str(len(fast)), f"{fast[0].reason} (the first)"
     slow = [x for x in found.rejected if x not in fast]
@@ -127,13 +149,21 @@ def _way(direction: int) -> str:
 
 def repeated(found: FrictionCurve) -> tuple[CurvePoint, CurvePoint]:
     """The step that was run twice."""
-    return next((a, b) for a, b in zip(found.points[:-1], found.points[1:], strict=True) if b.speed - a.speed < SAME * a.speed)
+    return next(
+        (a, b) for a, b in zip(found.points[:-1], found.points[1:], strict=True) if b.speed - a.speed < SAME * a.speed
+    )
 
 
 def _repeats(r: Results) -> Iterator[tuple[str, ...]]:
     for name, found in (("force of the machine", r.whole), ("less the oil", r.oil_off), ("less the gas", r.gas_off)):
         a, b = repeated(found)
-        yield name, _with(a), _with(b), f"{abs(a.friction - b.friction):.0f}", f"{100.0 * abs(a.friction - b.friction) / a.friction:.1f} %"
+        yield (
+            name,
+            _with(a),
+            _with(b),
+            f"{abs(a.friction - b.friction):.0f}",
+            f"{100.0 * abs(a.friction - b.friction) / a.friction:.1f} %",
+        )
 
 
 def compute() -> tuple[dict[str, str], Results]:
@@ -146,7 +176,10 @@ def compute() -> tuple[dict[str, str], Results]:
         "friction": table(("speed [m/s]", *EFFORTS, "makers' table [N]", "ours against it"), _friction(r)),
         "loads": table(("speed [m/s]", "way [m]", *EFFORTS), _loads(r)),
         "repeats": table(("effort", "first [N]", "second [N]", "difference [N]", "of the friction"), _repeats(r)),
-        "area": table(("speed [m/s]", "friction with a piston 1 % larger"), [(f"{v:.3f}", f"−{-100.0 * c:.1f} %") for v, c in changes]),
+        "area": table(
+            ("speed [m/s]", "friction with a piston 1 % larger"),
+            [(f"{v:.3f}", f"−{-100.0 * c:.1f} %") for v, c in changes],
+        ),
     }
     return blocks, r
 
@@ -166,7 +199,14 @@ def draw(r: Results) -> None:
         half = [1e-3 * (p.interval[1] - p.friction) for p in found.points]
         ax.errorbar(v, F, yerr=half, fmt="o-", color=colour, lw=1.0, ms=4.0, capsize=3.0, label=f"{name}, 95 %")
     speeds = np.linspace(0.02, 0.4, 50)
-    ax.plot(speeds, [1e-3 * published(v) for v in speeds], color="black", ls="--", lw=1.0, label="friction table of the machine's makers")
+    ax.plot(
+        speeds,
+        [1e-3 * published(v) for v in speeds],
+        color="black",
+        ls="--",
+        lw=1.0,
+        label="friction table of the machine's makers",
+    )
     ax.set_yscale("log")
     ax.set_yticks((0.5, 1.0, 2.0, 5.0, 10.0), ("0.5", "1", "2", "5", "10"))
     ax.set_xlim(0.0, 0.4)

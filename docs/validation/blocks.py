@@ -1,4 +1,5 @@
-"""Pages whose tables are computed: what stands between `<!-- name -->` and `<!-- end -->` is written by the page's script."""
+"""Pages whose tables are computed: what stands between `<!-- name -->` and `<!-- end -->` is written by the page's
+script."""
 
 from __future__ import annotations
 
@@ -38,7 +39,8 @@ def verdict(holds: bool, otherwise: str) -> str:
 
 
 def filled(page: str, blocks: Mapping[str, str]) -> str:
-    """The page's text with its blocks as computed. A block without a place, or a place without a block, is a mistake."""
+    """The page's text with its blocks as computed. A block without a place, or a place without a block, is a
+    mistake."""
     text = (HERE / page).read_text(encoding="utf-8")
     places = re.findall(r"<!-- ([\w-]+) -->\n(?:.*?\n)??<!-- end -->", text, flags=re.DOTALL)
     assert sorted(places) == sorted(blocks), f"{page} has places for {places}, its script computes {list(blocks)}"

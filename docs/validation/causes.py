@@ -1,4 +1,5 @@
-"""The block of causes of a page: what every uncertain factor and every open setting does to the page's figures, alone and in pairs."""
+"""The block of causes of a page: what every uncertain factor and every open setting does to the page's figures, alone
+and in pairs."""
 
 from __future__ import annotations
 
@@ -27,7 +28,19 @@ from stillhook.analysis.uncertainty.factors import FACTORS
 from stillhook.library import changed
 from stillhook.sea.motion.motion import Motion
 
-__all__ = ["Alternative", "Attribution", "Figure", "Pair", "Runs", "attribute", "block", "from_series", "lower", "notes", "varied"]
+__all__ = [
+    "Alternative",
+    "Attribution",
+    "Figure",
+    "Pair",
+    "Runs",
+    "attribute",
+    "block",
+    "from_series",
+    "lower",
+    "notes",
+    "varied",
+]
 
 SHORT = {
     Verdict.CLOSES: "**closes**",
@@ -43,16 +56,21 @@ AT_ONCE = 32
 SHOWN = 8
 """Pairs that are shown."""
 RULE = (
-    "What each [factor](uncertainty.md#what-is-drawn) and each setting that is not printed does to these figures{pairs}: the figure at the "
-    "lower and the upper end, largest effect first ([how to read it](../how-to/how-sure-is-it.md#5-what-could-be-the-cause)). `friction` "
-    "is that of gears, bearings, sheaves and wire; that of the motors is `motor_loss`."
+    "What each [factor](uncertainty.md#what-is-drawn) and each setting that is not printed does to these"
+    " figures{pairs}: the figure at the lower and the upper end, largest effect first ([how to read"
+    " it](../how-to/how-sure-is-it.md#5-what-could-be-the-cause)). `friction` is that of gears, bearings, sheaves and"
+    " wire; that of the motors is `motor_loss`."
 )
 
 
 def block(found: Attribution, rule: str = RULE) -> str:
     """The ranking as a table, the nearest pairs, and what both say in sentences."""
     parts = [rule.format(pairs=", alone and two together" if found.pairs else ", one at a time"), ranking(found)]
-    if len(found.figures) > 1 and found.pairs and any(f.gap(x) > 0.0 for f, x in zip(found.figures, found.base, strict=True)):
+    if (
+        len(found.figures) > 1
+        and found.pairs
+        and any(f.gap(x) > 0.0 for f, x in zip(found.figures, found.base, strict=True))
+    ):
         parts.append("Nearest to print, one change or two:")
         parts.append(nearest(found))
     parts.append("\n".join(f"- {line}" for line in found.words()))
@@ -127,7 +145,8 @@ def varied(
     more: Mapping[str, Any] | None = None,
     group: str = "",
 ) -> Alternative:
-    """Another crane file, another tip, and fields of the scenario as texts, for the runs named in only, all unless named."""
+    """Another crane file, another tip, and fields of the scenario as texts, for the runs named in only, all unless
+    named."""
     read = Scenario(**{"load": "200 t", "s_w": "0 m", "duration": "60 s", **more}) if more else None
     fields = {name: getattr(read, name) for name in more or ()} | ({} if tip is None else {"tip": tip})
 
@@ -150,19 +169,33 @@ STANDARD = (varied("wire damping ratio 0.95, as paper C assumes", {"wire": WIRE}
 
 
 def attribute(
-    runs: Runs, figures: Sequence[Figure], alternatives: Sequence[Alternative] = (), *, pairs: bool = True, evaluate: Evaluate | None = None
+    runs: Runs,
+    figures: Sequence[Figure],
+    alternatives: Sequence[Alternative] = (),
+    *,
+    pairs: bool = True,
+    evaluate: Evaluate | None = None,
 ) -> Attribution:
     """`stillhook.analysis.attribute` with the alternatives that every page tries."""
     return ranked(runs, figures, (*alternatives, *STANDARD), pairs=pairs, evaluate=evaluate)
 
 
-def lower(a: str, b: str, name: str, label: str, printed: str = "", *, percent: float = 0.0, most: float = math.inf) -> Figure:
-    """By how many per cent a number of run a is below that of run b; printed as at least `percent`, and at most `most`."""
+def lower(
+    a: str, b: str, name: str, label: str, printed: str = "", *, percent: float = 0.0, most: float = math.inf
+) -> Figure:
+    """By how many per cent a number of run a is below that of run b; printed as at least `percent`, and at most
+    `most`."""
 
     def value(r: Mapping[str, Mapping[str, Any]]) -> float:
         there = float(r[b][name])
         return 100.0 * (1.0 - float(r[a][name]) / there) if there > 0.0 else math.nan
 
     return Figure(
-        label, value, least=percent, most=most, unit="%", digits=0, printed=printed or (f"{percent:g} % at least" if percent else "lower")
+        label,
+        value,
+        least=percent,
+        most=most,
+        unit="%",
+        digits=0,
+        printed=printed or (f"{percent:g} % at least" if percent else "lower"),
     )

@@ -1,7 +1,8 @@
-"""Which code the tables of the slow pages were computed by. While that code and the tables are the same, nothing is computed again.
+"""Which code the tables of the slow pages were computed by. While that code and the tables are the same, nothing is
+computed again.
 
-Kept for each page: the packages and scripts that its computation loaded, a hash of all their files (with the pinned libraries), and a hash
-of its tables. Prose around the tables is free to change.
+Kept for each page: the packages and scripts that its computation loaded, a hash of all their files (with the pinned
+libraries), and a hash of its tables. Prose around the tables is free to change.
 """
 
 from __future__ import annotations
@@ -25,13 +26,17 @@ BOOKKEEPING = ("make.py", "computed.py", "trial_store.py")
 
 
 def loaded() -> list[str]:
-    """What this process has imported so far, as paths below the root: folders of the package, its own modules, scripts beside the pages."""
-    files = [Path(file).resolve() for module in list(sys.modules.values()) if (file := getattr(module, "__file__", None))]
+    """What this process has imported so far, as paths below the root: folders of the package, its own modules, scripts
+    beside the pages."""
+    files = [
+        Path(file).resolve() for module in list(sys.modules.values()) if (file := getattr(module, "__file__", None))
+    ]
     return sorted({place for file in files if file.is_relative_to(ROOT) and (place := _place(file.relative_to(ROOT)))})
 
 
 def _place(path: Path) -> str:
-    """`src/stillhook/<folder>` for all modules in and below it, the file itself for others, nothing for what no number comes from."""
+    """`src/stillhook/<folder>` for all modules in and below it, the file itself for others, nothing for what no number
+    comes from."""
     if path.parts[:2] == ("src", "stillhook"):
         return Path(*path.parts[:3]).as_posix()
     return path.as_posix() if path.parts[:2] == ("docs", "validation") and path.name not in BOOKKEEPING else ""
@@ -44,7 +49,9 @@ def code(places: Iterable[str], root: Path = ROOT) -> str:
         if not (root / place).exists():
             return ""
         for path in _files(root / place):
-            digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes().replace(b"\r\n", b"\n"))
+            digest.update(
+                path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes().replace(b"\r\n", b"\n")
+            )
     return digest.hexdigest()[:DIGITS]
 
 
@@ -63,7 +70,11 @@ def tables(text: str) -> str:
 def stands(page: Path, root: Path = ROOT, store: Path = STORE) -> bool:
     """Whether the tables of the page are those kept, by code that has not changed since."""
     kept = trial_store.read(store).get(page.name)
-    return kept is not None and kept["code"] == code(kept["loaded"], root) and kept["tables"] == tables(page.read_text(encoding="utf-8"))
+    return (
+        kept is not None
+        and kept["code"] == code(kept["loaded"], root)
+        and kept["tables"] == tables(page.read_text(encoding="utf-8"))
+    )
 
 
 def record(text: str) -> dict[str, object]:

@@ -29,16 +29,24 @@ TUNED: Mapping[str, Mapping[str, Any]] = {
     "ns": {"K_1": "0.8298 s/m", "K_2": "0.052795 s^2/m", "K_p": "0.33616 1/m", "t_lead": "0.040031 s"},
     "hs": {"K_1": "0.86424 s/m", "K_2": "0.058576 s^2/m", "K_p": "0.018289 1/m", "t_lead": "0.068768 s"},
     "ssc": {
-        "K_1": "0.82473 s/m", "K_2": "0.05018 s^2/m", "K_p": "0.49925 1/m", "t_lead": "0.024823 s", "u_thr": 0.65536,
+        "K_1": "0.82473 s/m",
+        "K_2": "0.05018 s^2/m",
+        "K_p": "0.49925 1/m",
+        "t_lead": "0.024823 s",
+        "u_thr": 0.65536,
         "alpha_swl": 0.87942,
     },
     "ssc-cubic": {
-        "K_1": "0.8271 s/m", "K_2": "0.053439 s^2/m", "K_p": "0.49925 1/m", "t_lead": "0.020455 s", "u_thr": 0.56504,
+        "K_1": "0.8271 s/m",
+        "K_2": "0.053439 s^2/m",
+        "K_p": "0.49925 1/m",
+        "t_lead": "0.020455 s",
+        "u_thr": 0.56504,
         "alpha_swl": 0.79519,
     },
-}  # fmt: skip
-"""What `stillhook tune nov-250t --controllers ns,hs,ssc,ssc-cubic --budget 1000` (objective balanced, seed 0) found; a test asks whether it
-keeps its limits and whether a step aside in any setting is better."""
+}
+"""What `stillhook tune nov-250t --controllers ns,hs,ssc,ssc-cubic --budget 1000` (objective balanced, seed 0) found; a
+test asks whether it keeps its limits and whether a step aside in any setting is better."""
 
 FRONTS: Mapping[str, Sequence[Mapping[str, float]]] = {
     "ns": (
@@ -65,10 +73,14 @@ SMALLER = load_crane("nov-150t")
 TUNED_SMALLER: Mapping[str, Mapping[str, Any]] = {
     "ns": {"K_1": "0.77823 s/m", "K_2": "0.057833 s^2/m", "K_p": "0.50742 1/m", "t_lead": "0.028041 s"},
     "ssc": {
-        "K_1": "0.78053 s/m", "K_2": "0.061964 s^2/m", "K_p": "0.6458 1/m", "t_lead": "0.012536 s", "u_thr": 0.60047,
+        "K_1": "0.78053 s/m",
+        "K_2": "0.061964 s^2/m",
+        "K_p": "0.6458 1/m",
+        "t_lead": "0.012536 s",
+        "u_thr": 0.60047,
         "alpha_swl": 0.80284,
     },
-}  # fmt: skip
+}
 """The same for nov-150t, whose NS stands at 0.91 of the displacement."""
 
 
@@ -127,9 +139,17 @@ def row(label: str, r: Rated) -> tuple[str, ...]:
     margin = loop_margins(crane, r.controller.mode).gain_margin
     speed = show(s.v_w_capacity, "speed", 3)
     return (
-        label, mm(s.e_c_pp_mean), mm(s.e_c_pp_worst), bar(s.p_max), percent(s.u_p_max), mm(h.e_c_pp_mean), bar(h.p_max),
-        f"{margin:.1f}", speed, "; ".join(s.broken) or "none",
-    )  # fmt: skip
+        label,
+        mm(s.e_c_pp_mean),
+        mm(s.e_c_pp_worst),
+        bar(s.p_max),
+        percent(s.u_p_max),
+        mm(h.e_c_pp_mean),
+        bar(h.p_max),
+        f"{margin:.1f}",
+        speed,
+        "; ".join(s.broken) or "none",
+    )
 
 
 def best_classic(scores: Sequence[Score]) -> tuple[list[float], list[float]]:
@@ -139,18 +159,26 @@ def best_classic(scores: Sequence[Score]) -> tuple[list[float], list[float]]:
 
 
 def advantage(ssc: Score, classic: Sequence[Score]) -> tuple[float, float]:
-    """SSC over the best classic: mean over the scenarios of the change of error, and of the change of highest pressure [-]."""
+    """SSC over the best classic: mean over the scenarios of the change of error, and of the change of highest pressure
+    [-]."""
     e, p = best_classic(classic)
     n = len(e)
-    errors, pressures = (sum(a / b for a, b in zip(x, y, strict=True)) / n for x, y in ((ssc.e_c_pp, e), (ssc.pressures, p)))
+    errors, pressures = (
+        sum(a / b for a, b in zip(x, y, strict=True)) / n for x, y in ((ssc.e_c_pp, e), (ssc.pressures, p))
+    )
     return errors - 1.0, pressures - 1.0
 
 
 def attribution() -> causes.Attribution:
-    """What SSC's lead over the best classic controller depends on, as published and with all of them tuned, one change at a time."""
+    """What SSC's lead over the best classic controller depends on, as published and with all of them tuned, one change
+    at a time."""
     which = {k.name: k for k in (*(controller(n) for n in ("ns", "hs", "ssc")), *map(best, ("ns", "hs", "ssc")))}
     machines = {name: k.on(CRANE) for name, k in which.items()}
-    runs = {f"{name} {i}": (machines[name], one.with_mode(k.mode)) for name, k in which.items() for i, one in enumerate(CASES)}
+    runs = {
+        f"{name} {i}": (machines[name], one.with_mode(k.mode))
+        for name, k in which.items()
+        for i, one in enumerate(CASES)
+    }
 
     def lead(end: str, quantity: str) -> Any:
         def value(r: Mapping[str, Any]) -> float:
@@ -191,14 +219,25 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], Any]:
         "SSC at its best, classic at its best": advantage(after["ssc"], [after[n] for n in CLASSIC]),
     }
     head = (
-        "controller", "mean error", "worst", "pressure", "pumps", "hold-out error", "hold-out pressure", "gain margin", "speed",
+        "controller",
+        "mean error",
+        "worst",
+        "pressure",
+        "pumps",
+        "hold-out error",
+        "hold-out pressure",
+        "gain margin",
+        "speed",
         "limits broken",
-    )  # fmt: skip
+    )
     rows = [row(f"{n}, as published" if n != "strong-ssc" else "strong-ssc, by rule", by[n]) for n in before]
     rows += [row(f"{n}, at its best", by[f"{n}-tuned"]) for n in names]
     blocks = {
         "scores": table(head, rows),
-        "advantage": table(("", "error", "highest pressure"), [(n, *(percent(x, sign=True) for x in both)) for n, both in versus.items()]),
+        "advantage": table(
+            ("", "error", "highest pressure"),
+            [(n, *(percent(x, sign=True) for x in both)) for n, both in versus.items()],
+        ),
         "settings": settings(names, strong),
         "one-at-a-time": one_at_a_time(strong),
         "lead": lead(),
@@ -239,8 +278,13 @@ def claimed(versus: Mapping[str, tuple[float, float]], before: Mapping[str, Scor
 
 def settings(names: Sequence[str], strong: Controller) -> str:
     shown = {
-        "K_1": "{:.4f} s/m", "K_2": "{:.4f} s²/m", "K_p": "{:.3f} 1/m", "t_lead": "{:.0f} ms", "u_thr": "{:.2f}", "alpha_swl": "{:.2f}",
-    }  # fmt: skip
+        "K_1": "{:.4f} s/m",
+        "K_2": "{:.4f} s²/m",
+        "K_p": "{:.3f} 1/m",
+        "t_lead": "{:.0f} ms",
+        "u_thr": "{:.2f}",
+        "alpha_swl": "{:.2f}",
+    }
     labels = ["as published", "strong-ssc, by rule", *(f"{n}, at its best" for n in names)]
     machines = [CRANE, strong.on(CRANE), *(best(n).on(CRANE) for n in names)]
     rows = []
@@ -256,7 +300,11 @@ MORE_K_1 = 1.015  # the best factor on K_1 alone lies between 1.01 and 1.02: wha
 def one_at_a_time(strong: Controller) -> str:
     """What each setting of strong SSC, and a feedforward that makes up for leakage, is worth alone; NS beside SSC."""
     c, s = present(CRANE), present(strong.on(CRANE))
-    K_1, K_p, t_lead = {"K_1": MORE_K_1 * c["K_1"], "K_2": MORE_K_1 * c["K_2"]}, {"K_p": s["K_p"]}, {"t_lead": s["t_lead"]}
+    K_1, K_p, t_lead = (
+        {"K_1": MORE_K_1 * c["K_1"], "K_2": MORE_K_1 * c["K_2"]},
+        {"K_p": s["K_p"]},
+        {"t_lead": s["t_lead"]},
+    )
     gain, late = f"`K_p` {s['K_p']:.2f} 1/m", f"`t_lead` {1e3 * s['t_lead']:.0f} ms"
     steps: dict[str, dict[str, float]] = {
         "as published": {},
@@ -277,7 +325,12 @@ def one_at_a_time(strong: Controller) -> str:
 PURE = load_crane("nov-100t-pure-active")
 PURE_LEAD_CASES = (("0 t", 55, 12), ("40 t", 40, 10), ("80 t", 38, 12))
 LEADS = (0.0, 0.005, 0.010, 0.0175, 0.025, 0.030, 0.040, 0.060)  # s, beyond the delay of the motion signal
-LEAD_CASES = (("50 t", 20, 12), ("100 t", 60, 8), ("100 t", 78, 12), ("200 t", 60, 10))  # load, peak speed in m/min, period in s
+LEAD_CASES = (
+    ("50 t", 20, 12),
+    ("100 t", 60, 8),
+    ("100 t", 78, 12),
+    ("200 t", 60, 10),
+)  # load, peak speed in m/min, period in s
 
 
 def lead() -> str:
@@ -287,15 +340,25 @@ def lead() -> str:
         strong = strong_ssc(crane, delay=delay).on(crane)
         rule = strong.control.t_lead
         assert rule is not None
-        machines = [strong.model_copy(update={"control": strong.control.model_copy(update={"t_lead": delay + t})}) for t in LEADS]
+        machines = [
+            strong.model_copy(update={"control": strong.control.model_copy(update={"t_lead": delay + t})})
+            for t in LEADS
+        ]
         for load, v, T in cases:
             case = Scenario(
-                load=load, s_w="100 m", tip=f"sine {v / 60.0 * T / 6.283185307:.5f} m {T} s", warm_up="20 s", duration="52 s",
+                load=load,
+                s_w="100 m",
+                tip=f"sine {v / 60.0 * T / 6.283185307:.5f} m {T} s",
+                warm_up="20 s",
+                duration="52 s",
                 sensors={"delay": f"{delay} s"},
-            )  # fmt: skip
+            )
             old, ours, *others = [s["e_c_pp"] for s in summaries([crane, strong, *machines], case)]
             at = min(range(len(LEADS)), key=lambda i: others[i])
-            label = f"{load}, {v} m/min, {T} s{', signal 0.1 s late' if delay else ''}{' (pure active)' if crane is PURE else ''}"
+            label = (
+                f"{load}, {v} m/min, {T}"
+                f" s{', signal 0.1 s late' if delay else ''}{' (pure active)' if crane is PURE else ''}"
+            )
             rows.append((label, mm(old), mm(others[0]), mm(ours), mm(others[at]), f"{1e3 * LEADS[at]:.0f} ms"))
     rule_text = f"rule, {1e3 * (strong_ssc(CRANE).on(CRANE).control.t_lead or 0.0):.1f} ms"
     return table(("scenario", "published", "strong, no lead", rule_text, "best lead", "at (beyond the delay)"), rows)
@@ -320,11 +383,13 @@ SLOW: Mapping[str, tuple[str, str, float, Sequence[str]]] = {
     "100 t, 5 m/min, soft oil": ("100 t", "15 m", 5.0, ("bulk modulus x 0.7",)),
     "200 t, 2 m/min, soft oil, more friction": ("200 t", "15 m", 2.0, ("bulk modulus x 0.7", "friction 30 % more")),
 }
-"""Load, wire out, speed of the tip [m/min] and what is changed on the winch (of `VARIATIONS`) of the runs at a slow steady speed."""
+"""Load, wire out, speed of the tip [m/min] and what is changed on the winch (of `VARIATIONS`) of the runs at a slow
+steady speed."""
 
 
 def slow(which: Sequence[Controller]) -> str:
-    """Pressure above 0.5 Hz in the minute about the fastest moment of a swell of 600 s, where the winch's slow swing has time to grow."""
+    """Pressure above 0.5 Hz in the minute about the fastest moment of a swell of 600 s, where the winch's slow swing
+    has time to grow."""
     columns = []
     for load, s_w, v, winch_is in SLOW.values():
         tip = f"sine {v / 60.0 * 600.0 / 6.283185307:.6f} m 600 s"
@@ -333,8 +398,15 @@ def slow(which: Sequence[Controller]) -> str:
             machine = VARIATIONS[what][0](machine)
         for k in which:
             case = Scenario(
-                load=load, s_w=s_w, tip=tip, mode=k.mode, warm_up="270 s", duration="330 s", ramp="20 s", gas_held=True,
-            )  # fmt: skip
+                load=load,
+                s_w=s_w,
+                tip=tip,
+                mode=k.mode,
+                warm_up="270 s",
+                duration="330 s",
+                ramp="20 s",
+                gas_held=True,
+            )
             run = simulate(with_control_of(k, machine), case, every="0.05 s")
             column.append(f"{rms_above(run, 'p_a', frequency=0.5, start=270.0) / 1e5:.1f} bar")
         columns.append(column)
@@ -348,7 +420,9 @@ def with_control_of(k: Controller, machine: Crane) -> Crane:
 
 def varied(which: Sequence[Controller]) -> str:
     found = variations(CRANE, which, CASES)
-    return table(("winch", *(k.name for k in which)), [(name, *map(brief, outcomes)) for name, outcomes in found.items()])
+    return table(
+        ("winch", *(k.name for k in which)), [(name, *map(brief, outcomes)) for name, outcomes in found.items()]
+    )
 
 
 def brief(o: Outcome) -> str:
@@ -378,6 +452,14 @@ def draw(shown: tuple[Mapping[str, Rated], Mapping[str, Sequence[Point]]]) -> No
     rows = {n: (a.score, b.score, a.held_out, b.held_out) for n, (a, b) in pairs.items()}
     strong = by["strong-ssc"]
     rows["strong-ssc\n(by rule)"] = (strong.score, strong.score, strong.held_out, strong.held_out)
-    save(bars_figure(rows, title="nov-250t, 50 and 150 t, 20 to 75 m/min: as published and at their best"), "controllers-at-their-best.png")
-    marks = {n: (a.score, b.score) for n, (a, b) in pairs.items() if n in lines} | {"strong-ssc (by rule)": (strong.score, strong.score)}
-    save(pareto_figure(lines, marks, title="nov-250t: mean error against highest pressure"), "controllers-at-their-best-front.png")
+    save(
+        bars_figure(rows, title="nov-250t, 50 and 150 t, 20 to 75 m/min: as published and at their best"),
+        "controllers-at-their-best.png",
+    )
+    marks = {n: (a.score, b.score) for n, (a, b) in pairs.items() if n in lines} | {
+        "strong-ssc (by rule)": (strong.score, strong.score)
+    }
+    save(
+        pareto_figure(lines, marks, title="nov-250t: mean error against highest pressure"),
+        "controllers-at-their-best-front.png",
+    )

@@ -1,4 +1,5 @@
-"""Writes src/stillhook/validate/criteria/detection_limits.toml from truth-trials.json: from what size on each defect is detected."""
+"""Writes src/stillhook/validate/criteria/detection_limits.toml from truth-trials.json: from what size on each defect is
+detected."""
 
 from __future__ import annotations
 
@@ -51,12 +52,18 @@ def table_of(outcomes: Mapping[str, Any]) -> DetectionLimits:
     codes = sorted({one["code"] for one in outcomes.values()})
     code = codes[0] if len(codes) == 1 else f"{len(codes)} states"
     date = max((one.get("date", "") for one in outcomes.values()), default="")
-    return DetectionLimits(code, date, len(sound), sum("refused" in one or bool(one["no"]) for one in sound), tuple(found))
+    return DetectionLimits(
+        code, date, len(sound), sum("refused" in one or bool(one["no"]) for one in sound), tuple(found)
+    )
 
 
 def text_of(table: DetectionLimits) -> str:
     """The table as TOML."""
-    lines = ["# Written by docs/validation/detection_limits.py: do not edit.", f"code = {json.dumps(table.code)}", f'date = "{table.date}"']
+    lines = [
+        "# Written by docs/validation/detection_limits.py: do not edit.",
+        f"code = {json.dumps(table.code)}",
+        f'date = "{table.date}"',
+    ]
     lines += [f"healthy = {table.healthy}", f"refused = {table.refused}"]
     for row in table.limits:
         lines += ["", "[[limit]]", f'defect = "{row.defect}"']

@@ -1,4 +1,5 @@
-"""Thesis table 2.8 test 4: the feedforward gains K_1 and K_2 varied, for NS, HS and SSC, without and with a late motion signal."""
+"""Thesis table 2.8 test 4: the feedforward gains K_1 and K_2 varied, for NS, HS and SSC, without and with a late motion
+signal."""
 
 from __future__ import annotations
 
@@ -32,7 +33,8 @@ FloatArray = NDArray[np.float64]
 
 
 class Row(NamedTuple):
-    """One variant: of the crane, delay of the motion signal [s], sine [m/min, s], load, wire out; gains looked at, of the ideal ones."""
+    """One variant: of the crane, delay of the motion signal [s], sine [m/min, s], load, wire out; gains looked at, of
+    the ideal ones."""
 
     label: str
     changes: Mapping[str, Any] = {}
@@ -61,7 +63,9 @@ ROWS = (
     Row("lines of 160 L instead of 80 L", {"active": {"line": {"V": "160 L"}}}),
     Row("friction of crane 1", {"friction": {"library": "crane-1"}}),
     Row("motors in open loop with feedback", {"active": {"motor": {"variant": "open-loop-feedback"}}}),
-    Row("motors in open loop, no feedback", {"active": {"motor": {"variant": "open-loop"}}}, K_1s=(1.0, 1.05, 1.1, 1.15)),
+    Row(
+        "motors in open loop, no feedback", {"active": {"motor": {"variant": "open-loop"}}}, K_1s=(1.0, 1.05, 1.1, 1.15)
+    ),
     Row("motion signal 0.1 s late", delay=DELAY, K_2s=(1.0, 2.0, 3.0, 4.0)),
     Row("0.1 s late, 8 s", delay=DELAY, period=8.0, K_2s=(1.0, 2.0, 3.0, 4.0)),
     Row("0.2 s late", delay=0.2, K_2s=(1.0, 4.0, 5.0, 6.0)),
@@ -108,7 +112,8 @@ LEADS = (0.5, 1.0, 1.5, 2.0, 2.5)  # K_2 of the derived
 
 
 def setting(row: Row) -> causes.Alternative:
-    """A row as a setting that may be otherwise; gains stay those of the run, speed and load those of the measurement, if there is one."""
+    """A row as a setting that may be otherwise; gains stay those of the run, speed and load those of the measurement,
+    if there is one."""
     tip = sine(row.speed / 60.0, row.period) if (row.speed, row.period) != (SPEED, PERIOD) else None
     sensors = {"sensors": {"delay": f"{row.delay} s"}} if row.delay else {}
     load = {"load": row.load, "s_w": row.s_w} if row.load != "100 t" else {}
@@ -131,7 +136,10 @@ def attribution() -> causes.Attribution:
     measured = Scenario(tip=sine(V_MEASURED / 60.0, PERIOD), mode="ssc", **asked | {"load": "0 t", "s_w": "15 m"})
 
     def at(k_1: float, k_2: float) -> causes.Pair:
-        return changed(CRANE, {"control": {"K_1": f"{k_1 * IDEAL.K_1!r} s/m", "K_2": f"{k_2 * IDEAL.K_2!r} s^2/m"}}), case
+        return (
+            changed(CRANE, {"control": {"K_1": f"{k_1 * IDEAL.K_1!r} s/m", "K_2": f"{k_2 * IDEAL.K_2!r} s^2/m"}}),
+            case,
+        )
 
     runs = (
         {"printed": (at(PRINTED / IDEAL.K_1, 1.0)[0], measured)}
@@ -151,21 +159,25 @@ def attribution() -> causes.Attribution:
             digits=0,
             printed="20 at most",
         ),
-        causes.Figure("best `K_1` over the derived", least("K_1", LOOKED_AT), 0.95, 1.05, digits=3, printed="within 5 %"),
+        causes.Figure(
+            "best `K_1` over the derived", least("K_1", LOOKED_AT), 0.95, 1.05, digits=3, printed="within 5 %"
+        ),
         causes.Figure("best `K_2` over the derived", least("K_2", LEADS), 1.0, printed="the derived or more"),
     ]
     return causes.attribute(runs, figures, [setting(r) for r in ROWS[1:] if r.label != "the same, 6 s"], pairs=False)
 
 
 def lag_asked(delay: float) -> float:
-    """K_2 over its derived value that leads for pump servo, half a PLC cycle, computing time and delay of the signal [-]."""
+    """K_2 over its derived value that leads for pump servo, half a PLC cycle, computing time and delay of the signal
+    [-]."""
     servo = CRANE.active.pump.servo
     T_p = 2.0 * servo.zeta / servo.omega_n
     return (T_p + 0.5 * CRANE.control.t_cycle + CRANE.control.computing + delay) / T_p
 
 
 def missing_speed(k: float, alpha_m: float) -> float:
-    """Error peak-to-peak that K_1 of k times the ideal leaves to the position loop: integrator and K_p alone, fully moving [cm]."""
+    """Error peak-to-peak that K_1 of k times the ideal leaves to the position loop: integrator and K_p alone, fully
+    moving [cm]."""
     w, v, back = 2.0 * np.pi / PERIOD, SPEED / 60.0, IDEAL.K_p / (IDEAL.K_1 * alpha_m)
     return 2.0 * CM * abs(1.0 - k) * v / float(np.hypot(w, back))
 
@@ -192,25 +204,35 @@ def claims(base: Mapping[str, FloatArray], late: Mapping[str, FloatArray]) -> di
     i_2 = K_2S.index(1.0)
     printed, ideal = (", ".join(f"{base[m][i, i_2]:.0f} cm {m.upper()}" for m in MODES) for i in (0, K_1S.index(1.0)))
     tops = {m: (best(BASE, base[m]), best(LATE, late[m])) for m in MODES}
-    lead = [reduction_lead(c, 110.0 / 60.0, 6.0) for c in (changed(CRANE, {"control": {"K_1": f"{PRINTED} s/m"}}), CRANE)]
+    lead = [
+        reduction_lead(c, 110.0 / 60.0, 6.0) for c in (changed(CRANE, {"control": {"K_1": f"{PRINTED} s/m"}}), CRANE)
+    ]
     K_1 = {m: now.K_1 for m, (now, _) in tops.items()}
     return {
         "variation of `K_1` and `K_2`": ("tested, no result printed", "see the page", "cannot be compared"),
         "`K_1` 0.68 s/m": (
             "paper E table 2",
-            f"error {printed}; with the derived one {ideal}. "
-            f"The motors then have {lead[0]:.2f} s to stroke instead of {lead[1]:.2f} s (printed: 1.1 s)",
+            (
+                f"error {printed}; with the derived one {ideal}. "
+                f"The motors then have {lead[0]:.2f} s to stroke instead of {lead[1]:.2f} s (printed: 1.1 s)"
+            ),
             "an erratum",
         ),
         "best `K_1`": (
             "none printed",
             ", ".join(f"{k:g} ({m.upper()})" for m, k in K_1.items()) + f" of the derived {IDEAL.K_1:.4f} s/m",
-            "within 5 % of the derived one" if all(abs(k - 1.0) < 0.05 for k in K_1.values()) else "not the derived one",
+            (
+                "within 5 % of the derived one"
+                if all(abs(k - 1.0) < 0.05 for k in K_1.values())
+                else "not the derived one"
+            ),
         ),
         "best `K_2`": (
             "none printed",
-            f"{tops['ssc'][0].K_2:g} times the derived {IDEAL.K_2:.4f} s²/m for SSC, {tops['ns'][0].K_2:g} NS, {tops['hs'][0].K_2:g} HS; "
-            f"{tops['ssc'][1].K_2:g} times where the motion signal is 0.1 s late",
+            (
+                f"{tops['ssc'][0].K_2:g} times the derived {IDEAL.K_2:.4f} s²/m for SSC, {tops['ns'][0].K_2:g} NS,"
+                f" {tops['hs'][0].K_2:g} HS; {tops['ssc'][1].K_2:g} times where the motion signal is 0.1 s late"
+            ),
             "above the derived one",
         ),
     }
@@ -225,10 +247,15 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     blocks = {
         "causes": causes.block(attribution()),
         "claims": claims_table(told),
-        "printed": f"0.68 s/m is {PRINTED / IDEAL.K_1:.3f} of the derived {IDEAL.K_1:.4f} s/m, the inverse of {60.0 / PRINTED:.1f} m/min; "
-        f"the published machine reaches {60.0 * wire_speed_max(CRANE):.1f} m/min at full displacement.",
+        "printed": (
+            f"0.68 s/m is {PRINTED / IDEAL.K_1:.3f} of the derived {IDEAL.K_1:.4f} s/m, the inverse of"
+            f" {60.0 / PRINTED:.1f} m/min; the published machine reaches {60.0 * wire_speed_max(CRANE):.1f} m/min at"
+            " full displacement."
+        ),
         "over-k1": table(("`K_1`/ideal", *(f"{k:.3g}" for k in K_1S)), [*grid_rows(base), estimate]),
-        "over-k2": table(("`K_2`/derived", *(f"{k:g}" for k in K_2S)), [*over_K_2(base, "no delay"), *over_K_2(late, "0.1 s late")]),
+        "over-k2": table(
+            ("`K_2`/derived", *(f"{k:g}" for k in K_2S)), [*over_K_2(base, "no delay"), *over_K_2(late, "0.1 s late")]
+        ),
         "sensitivity": table(("variant", "lag asks for", *head_modes), [variant(r) for r in ROWS]),
     }
     return blocks, told, {"no delay": base, "motion signal 0.1 s late": late}

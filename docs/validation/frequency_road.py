@@ -1,4 +1,5 @@
-"""The frequency road beside lowerings in time: on the brake and compensated, from the surface to 2,900 m, with eight seeds each."""
+"""The frequency road beside lowerings in time: on the brake and compensated, from the surface to 2,900 m, with eight
+seeds each."""
 
 from __future__ import annotations
 
@@ -63,7 +64,8 @@ CASES = (
 
 
 class Pair(NamedTuple):
-    """Deviations of one case: hung; tip [m]; by the road and in time, u first, then as SHOWN (SI); scatter of the mean of the seeds [-]."""
+    """Deviations of one case: hung; tip [m]; by the road and in time, u first, then as SHOWN (SI); scatter of the mean
+    of the seeds [-]."""
 
     case: Case
     hung: Hung
@@ -86,17 +88,27 @@ def compared(case: Case) -> Pair:
         stage = Stage(mode=case.mode, time=f"{LENGTH} s")
         lifts.append(
             Lowering(
-                payload=read_payload(case.payload), tip=tip, waves=field, h_tip="30 m", depth="3000 m", z_0=f"{case.z} m",
-                programme=(stage,), duration=f"{LENGTH} s",
+                payload=read_payload(case.payload),
+                tip=tip,
+                waves=field,
+                h_tip="30 m",
+                depth="3000 m",
+                z_0=f"{case.z} m",
+                programme=(stage,),
+                duration=f"{LENGTH} s",
             )
-        )  # fmt: skip
+        )
     run = lower(CRANE, lifts, series=True)
     h = hung(CRANE, lifts[0], case.z)
     residual = identify_residual(CRANE, h.duty) if case.mode == "ahc" else Residual.constant(1.0)
     tip_, wave, cross = (np.mean([p[i] for p in parts], axis=0)[None, :] for i in range(3))
-    found = sigmas(Forcing(waves.omega, np.full(len(waves.omega), 2.0 * math.pi / LENGTH), tip_, wave, cross), h, residual)
+    found = sigmas(
+        Forcing(waves.omega, np.full(len(waves.omega), 2.0 * math.pi / LENGTH), tip_, wave, cross), h, residual
+    )
     kept = run.sel(time=slice(SETTLED, None))
-    in_time = [spread(kept[column].values) for column in ("e_c" if case.mode == "ahc" else "s_tip", *(c for _, c, _ in SHOWN))]
+    in_time = [
+        spread(kept[column].values) for column in ("e_c" if case.mode == "ahc" else "s_tip", *(c for _, c, _ in SHOWN))
+    ]
     road = [float(found.u[0]), *(float(getattr(found, q)[0]) for q, _, _ in SHOWN)]
     slack = float(np.mean(run["sling_slack_time"].values)) / LENGTH
     return Pair(case, h, math.sqrt(float(tip_.sum())), road, [m for m, _ in in_time], [s for _, s in in_time], slack)
@@ -112,7 +124,14 @@ def spread(rows: Sequence[np.ndarray]) -> tuple[float, float]:
 def row(pair: Pair) -> tuple[str, ...]:
     case, T = pair.case, natural_periods(pair.hung.rod, pair.hung.end)[0]
     where = "in air" if case.z > 0.0 else f"{-case.z:.0f} m"
-    first = (case.payload, where, f"{T:.1f} s", f"{case.H_s:g} m, {case.T_p:g} s", "AHC" if case.mode == "ahc" else "brake", case.why)
+    first = (
+        case.payload,
+        where,
+        f"{T:.1f} s",
+        f"{case.H_s:g} m, {case.T_p:g} s",
+        "AHC" if case.mode == "ahc" else "brake",
+        case.why,
+    )
     cells = []
     for (_, _, scale), road, time in zip((("u", "", 1e3), *SHOWN), pair.road, pair.time, strict=True):
         cells.append(f"{scale * time:.3g} ({100.0 * (road / time - 1.0):+.0f} %)".replace("-", "−"))
@@ -140,7 +159,8 @@ def closed_forms() -> dict[str, tuple[str, str, str]]:
         "load at 8 s by a chain of 1,000 masses": (abs(gain), 1e-4),
     }
     return {
-        f"exact rod: {name}": ("equal", f"within {max(off, 1e-9):.0e}", verdict(off < most, "off")) for name, (off, most) in found.items()
+        f"exact rod: {name}": ("equal", f"within {max(off, 1e-9):.0e}", verdict(off < most, "off"))
+        for name, (off, most) in found.items()
     }
 
 
@@ -161,11 +181,26 @@ def compute() -> tuple[dict[str, str], list[Pair]]:
         name: (theirs, f"within {100.0 * off:.1f} %", verdict(off <= most, "an approximation"))
         for name, (theirs, off, most) in told.items()
     }
-    head = ("payload", "underside at", "rings at", "sea", "winch", "what is not linear",
-            "wire's end [mm]", "load [mm]", "tip tension [kN]", "sling [kN]")  # fmt: skip
+    head = (
+        "payload",
+        "underside at",
+        "rings at",
+        "sea",
+        "winch",
+        "what is not linear",
+        "wire's end [mm]",
+        "load [mm]",
+        "tip tension [kN]",
+        "sling [kN]",
+    )
     scatter = max(s for p in pairs for s in p.scatter[1:])
-    worth = table(("what", "value"), [("largest scatter of a mean over the seeds", f"{100.0 * scatter:.1f} %"),
-                                      ("slings slack in time, largest share", f"{100.0 * max(p.slack for p in pairs):.2f} %")])  # fmt: skip
+    worth = table(
+        ("what", "value"),
+        [
+            ("largest scatter of a mean over the seeds", f"{100.0 * scatter:.1f} %"),
+            ("slings slack in time, largest share", f"{100.0 * max(p.slack for p in pairs):.2f} %"),
+        ],
+    )
     return {"claims": claims_table(claims), "cases": table(head, [row(p) for p in pairs]), "scatter": worth}, pairs
 
 
@@ -177,12 +212,16 @@ def draw(shown: Sequence[Pair]) -> None:
     for colour, T in zip(COLOURS, (4.0, 8.0, 16.0), strict=False):
         left.loglog(v, np.abs(residual.at(2.0 * math.pi / T, v)), color=colour, label=f"{T:g} s")
     omega = np.array([2.0 * math.pi / 8.0])
-    left.loglog(v, np.abs(residual.gaussian(omega, v / math.sqrt(2.0)))[:, 0], color=GREY, ls="--", label="irregular, 8 s")
+    left.loglog(
+        v, np.abs(residual.gaussian(omega, v / math.sqrt(2.0)))[:, 0], color=GREY, ls="--", label="irregular, 8 s"
+    )
     left.set_xlabel("speed amplitude of the tip; irregular: √2 deviations [m/s]")
     left.set_ylabel("|C|, wire's end over tip")
     left.legend(frameon=False)
     places = ["in air" if p.case.z > 0.0 else f"{-p.case.z:.0f} m deep" for p in shown]
-    names = [f"{p.case.payload.split('-')[0]} {where}, Hs {p.case.H_s:g} m" for p, where in zip(shown, places, strict=True)]
+    names = [
+        f"{p.case.payload.split('-')[0]} {where}, Hs {p.case.H_s:g} m" for p, where in zip(shown, places, strict=True)
+    ]
     y = np.arange(len(shown))[::-1]
     for i, (label, marker) in enumerate((("load", "o"), ("tip tension", "s"), ("sling", "^"))):
         right.plot([p.road[i + 1] / p.time[i + 1] for p in shown], y, marker, color=COLOURS[i], label=label, alpha=0.8)

@@ -1,4 +1,5 @@
-"""Do the 95 % intervals of identified friction hold the truth where transmitters drift and oil warms up? Tables from friction_trials.py."""
+"""Do the 95 % intervals of identified friction hold the truth where transmitters drift and oil warms up? Tables from
+friction_trials.py."""
 
 from __future__ import annotations
 
@@ -50,7 +51,10 @@ def rows(outcomes: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
 def by_name(outcomes: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
     for scenario in OURS:
         found = [one["inside"] for one in found_of(scenario, outcomes)]
-        yield scenario.value, *(share([one[n] for one in found if n in one]) for n in ("Y_1", "Y_2", "Y_3", "Y_4", "Y_5", "Y_6"))
+        yield (
+            scenario.value,
+            *(share([one[n] for one in found if n in one]) for n in ("Y_1", "Y_2", "Y_3", "Y_4", "Y_5", "Y_6")),
+        )
 
 
 def verdict(hits: list[Any]) -> str:
@@ -70,11 +74,21 @@ def compute() -> tuple[dict[str, str], None]:
         if scenario in OURS:
             claims[f"{name}: intervals of parameters"] = (limits, share(parameters(found)), verdict(parameters(found)))
         claims[f"{name}: band of the friction curve"] = (limits, share(band(found)), verdict(band(found)))
-    head = ("campaigns with", "number", "parameters inside", "curve inside", "half or more outside", "half width [N m]", "error [N m]")
+    head = (
+        "campaigns with",
+        "number",
+        "parameters inside",
+        "curve inside",
+        "half or more outside",
+        "half width [N m]",
+        "error [N m]",
+    )
     states = len({one["code"] for one in outcomes.values()})
     return {
         "claims": claims_table(claims),
-        "code": f"{len(outcomes)} campaigns, computed by {'one state' if states == 1 else f'{states} states'} of the code.",
+        "code": (
+            f"{len(outcomes)} campaigns, computed by {'one state' if states == 1 else f'{states} states'} of the code."
+        ),
         "coverage": table(head, rows(outcomes)),
         "parameters": table(("campaigns with", "Y_1", "Y_2", "Y_3", "Y_4", "Y_5", "Y_6"), by_name(outcomes)),
     }, None

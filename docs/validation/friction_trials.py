@@ -4,8 +4,8 @@
     python docs/validation/friction_trials.py 20         run no more than the next 20 of them
     python docs/validation/friction_trials.py --new      run also what was computed by other code
 
-Stretches are computed one by one from the torque balance of hoisting and lowering, with the oil's temperature and the transmitters' zero of
-that moment: no plant is simulated, so a campaign takes a second or two.
+Stretches are computed one by one from the torque balance of hoisting and lowering, with the oil's temperature and the
+transmitters' zero of that moment: no plant is simulated, so a campaign takes a second or two.
 """
 
 from __future__ import annotations
@@ -94,7 +94,8 @@ def law(trial: Trial, rng: np.random.Generator) -> tuple[Friction, Y | None]:
         stribeck, viscous, power = rng.uniform(12.0, 22.0), rng.uniform(4.0, 9.0), rng.uniform(0.7, 1.3)
 
         def other(omega: float, T_d: float) -> float:
-            """Stribeck's bell of exponent 1.5, dry friction, part of the load, oil friction of some power of the speed."""
+            """Stribeck's bell of exponent 1.5, dry friction, part of the load, oil friction of some power of the
+            speed."""
             bell = math.exp(-((omega / stribeck) ** 1.5))
             return (break_away + 0.3 * share * T_d) * bell + constant + share * T_d + viscous * (omega / 100.0) ** power
 
@@ -124,8 +125,8 @@ def zero_drift(trial: Trial, rng: np.random.Generator, length: float) -> Callabl
 
 
 def warmth(trial: Trial, rng: np.random.Generator, length: float) -> Callable[[float], float]:
-    """Friction over that at the mean oil temperature: falls by 5 to 10 % over a test, from one level to the next a little different;
-    faintly: by 2 to 15 % of that."""
+    """Friction over that at the mean oil temperature: falls by 5 to 10 % over a test, from one level to the next a
+    little different; faintly: by 2 to 15 % of that."""
     if trial.scenario in (Scenario.WHITE, Scenario.ZERO):
         return lambda t: 1.0
     fall, tau, level = rng.uniform(0.05, 0.10), rng.uniform(0.3, 2.0), rng.normal(0.0, 0.01)
@@ -161,7 +162,9 @@ def campaign(trial: Trial) -> tuple[Points, Friction, Y | None]:
             t = np.array([2 * i, 2 * i + 1]) * STEP + 0.5 * STEP
             leak = 1.0 + (LEAK_SPREAD - 1.0) / warm(t[0])  # thinner oil leaks more
             omega = n * RPM * np.array([1.0, leak])
-            dp = np.array([pressure(s, w, D_m, T_d, friction, warm(x)) for s, w, x in zip((1, -1), omega, t, strict=True)])
+            dp = np.array(
+                [pressure(s, w, D_m, T_d, friction, warm(x)) for s, w, x in zip((1, -1), omega, t, strict=True)]
+            )
             dp = dp + offset + zero(t) + math.hypot(scatter, repeat) * rng.standard_normal(2)
             if trial.scenario is Scenario.BOTH:
                 dp = QUANTUM * BAR * np.round(dp / (QUANTUM * BAR) + rng.uniform(-0.3, 0.3, 2))
@@ -169,7 +172,11 @@ def campaign(trial: Trial) -> tuple[Points, Friction, Y | None]:
             rows.append((k, *seen, *dp, D_m, T_d, COUNT, scatter / math.sqrt(2.0), *t))
     a = np.array(rows, dtype=float).T
     none = np.zeros(len(rows), dtype=bool)
-    return Points(tuple(str(k + 1) for k in range(len(TESTS))), a[0].astype(np.intp), *a[1:9], none, a[9], a[10]), friction, y
+    return (
+        Points(tuple(str(k + 1) for k in range(len(TESTS))), a[0].astype(np.intp), *a[1:9], none, a[9], a[10]),
+        friction,
+        y,
+    )
 
 
 def curve_points() -> Points:
@@ -182,7 +189,8 @@ def curve_points() -> Points:
 
 
 def outcome(trial: Trial) -> dict[str, Any]:
-    """Which intervals hold the truth; largest error of the friction curve over its half width and in % of nominal torque."""
+    """Which intervals hold the truth; largest error of the friction curve over its half width and in % of nominal
+    torque."""
     points, friction, y = campaign(trial)
     fit = fit_system(points, LOSS)
     out: dict[str, Any] = {"sd": {k: float(f"{v:.3g}") for k, v in fit.noise.sd.items()}}

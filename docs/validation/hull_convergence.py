@@ -45,14 +45,15 @@ def in_band(ship: Mapping[str, Any], mode: str) -> np.ndarray:
 
 
 def sigma_off(ship: Mapping[str, Any], h: str) -> np.ndarray:
-    """Standard deviations of the tip with one size of panels over those with the smallest, less 1, (periods, headings)."""
+    """Standard deviations of the tip with one size of panels over those with the smallest, less 1, (periods,
+    headings)."""
     best = np.array(next(iter(ship["panels"].values()))["sigma_z"])
     return np.asarray(np.array(ship["panels"][h]["sigma_z"]) / best - 1.0)
 
 
 def left(ship: Mapping[str, Any]) -> float:
-    """Error that the smallest panels may still have in the tip's motion: what the next larger ones change at most, as errors that shrink
-    with the panel's side leave it: 1/(1.4 - 1) of the change."""
+    """Error that the smallest panels may still have in the tip's motion: what the next larger ones change at most, as
+    errors that shrink with the panel's side leave it: 1/(1.4 - 1) of the change."""
     sizes = list(ship["panels"])
     return float(np.abs(sigma_off(ship, sizes[1])).max()) / (float(sizes[1]) / float(sizes[0]) - 1.0)
 
@@ -66,13 +67,15 @@ def spikes(ship: Mapping[str, Any]) -> list[float]:
 
 
 def box(lines: Mapping[str, float], form: Mapping[str, float]) -> float:
-    """Lowest irregular frequency [rad/s] of a box of the same waterplane, breadth and draught: omega^2 = g kappa coth(kappa T)."""
+    """Lowest irregular frequency [rad/s] of a box of the same waterplane, breadth and draught: omega^2 = g kappa
+    coth(kappa T)."""
     kappa = np.pi * np.hypot(1.0 / lines["B"], 1.0 / (form["C_W"] * lines["L"]))
     return float(np.sqrt(kept()["g"] * kappa / np.tanh(kappa * lines["T"])))
 
 
 def long_waves(vessel: Rao) -> dict[str, float]:
-    """Largest deviation from the long-wave limits at the longest period, over all headings: heave, and roll and pitch over the slope."""
+    """Largest deviation from the long-wave limits at the longest period, over all headings: heave, and roll and pitch
+    over the slope."""
     k = wavenumber(vessel.omega[0])
     limit = long_wave_limits(vessel.beta)
     scaled = vessel.H[:, :, 0] / np.array([1.0, 1.0, 1.0, k, k, k])[:, None]
@@ -83,9 +86,14 @@ def ship_rows(ships: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
     every = list(ships.values())
     cell = lambda text: tuple(text(s["lines"], s["weights"], s["form"], s["floating"]) for s in every)
     yield "waterline, breadth, draught", *cell(lambda l, w, f, n: f"{l['L']:g} × {l['B']:g} × {l['T']:g} m")
-    yield "block, waterplane, midship coefficient", *cell(lambda l, w, f, n: f"{f['C_B']:.3f}, {f['C_W']:.3f}, {f['C_M']:.3f}")
+    yield (
+        "block, waterplane, midship coefficient",
+        *cell(lambda l, w, f, n: f"{f['C_B']:.3f}, {f['C_W']:.3f}, {f['C_M']:.3f}"),
+    )
     yield "mass", *cell(lambda l, w, f, n: f"{n['mass'] / 1e3:.0f} t")
-    centre = lambda l, w, f, n: f"{n['centre'][0]:+.2f} m from midship, {l['T'] + n['centre'][2]:.2f} m above keel".replace("-", "−")
+    centre = lambda l, w, f, n: (
+        f"{n['centre'][0]:+.2f} m from midship, {l['T'] + n['centre'][2]:.2f} m above keel".replace("-", "−")
+    )
     yield "centre of gravity", *cell(centre)
     yield "GM", *cell(lambda l, w, f, n: f"{w['GM']:g} m")
     yield "radii of inertia", *cell(lambda l, w, f, n: f"{w['r_xx']:g} B, {w['r_yy']:g} L, {w['r_zz']:g} L")
@@ -106,7 +114,11 @@ def panel_rows(ships: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
                 f"{h} m",
                 f"{one['panels']} + {one['lid']}",
                 parts(one["V"] / ship["form"]["V"] - 1.0, 2),
-                *(("–",) * 7 if first else (*(parts(off[key]) for key in "ABF"), *motions, parts(float(np.abs(sigma_off(ship, h)).max())))),
+                *(
+                    ("–",) * 7
+                    if first
+                    else (*(parts(off[key]) for key in "ABF"), *motions, parts(float(np.abs(sigma_off(ship, h)).max())))
+                ),
             )
 
 
@@ -130,7 +142,11 @@ def damping_rows(found: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
     for ship in found["ships"].values():
         for zeta, one in ship["damping"].items():
             sigma = np.array(one["sigma_z"])
-            cells = (f"{sigma[periods.index(T), headings.index(b)]:.3f}" for b in (180.0, 90.0, 270.0) for T in (8.0, 12.0, 15.0))
+            cells = (
+                f"{sigma[periods.index(T), headings.index(b)]:.3f}"
+                for b in (180.0, 90.0, 270.0)
+                for T in (8.0, 12.0, 15.0)
+            )
             yield ship["title"], percent(float(zeta)), f"{one['roll']:.1f} °/m", *cells
 
 
@@ -158,14 +174,36 @@ def compute() -> tuple[dict[str, str], dict[str, Any]]:
     claims = {
         "volume of the panels against the closed form": ("the same", parts(volume, 2) + " less", good(volume < 0.005)),
         "Haskind: heave damping from excitation over damping from radiation, 6 to 20 s": (
-            "1", f"{haskind.min():.3f} to {haskind.max():.3f}", good(np.abs(haskind - 1.0).max() < 0.02),
+            "1",
+            f"{haskind.min():.3f} to {haskind.max():.3f}",
+            good(np.abs(haskind - 1.0).max() < 0.02),
         ),
         "the same for roll": ("1", f"{roll.min():.3f} to {roll.max():.3f}", good(np.abs(roll - 1.0).max() < 0.02)),
         "heave in waves of 60 s, all headings": ("1", f"within {parts(heave, 2)}", good(heave < 0.01)),
-        "what smaller panels could still change in a tip's standard deviation": ("below 2 %", parts(change), good(change < 0.02)),
-        "irregular frequencies in the table": ("none", f"heave within {parts(beyond, 2)} of a smooth curve", good(beyond < SPIKE)),
-    }  # fmt: skip
-    head = ("ship", "panels", "hull + lid", "volume", "added mass", "damping", "excitation", "heave", "roll", "pitch", "tip's `sigma_z`")
+        "what smaller panels could still change in a tip's standard deviation": (
+            "below 2 %",
+            parts(change),
+            good(change < 0.02),
+        ),
+        "irregular frequencies in the table": (
+            "none",
+            f"heave within {parts(beyond, 2)} of a smooth curve",
+            good(beyond < SPIKE),
+        ),
+    }
+    head = (
+        "ship",
+        "panels",
+        "hull + lid",
+        "volume",
+        "added mass",
+        "damping",
+        "excitation",
+        "heave",
+        "roll",
+        "pitch",
+        "tip's `sigma_z`",
+    )
     seas = [f"{b} {T} s" for b in ("head", "weather side", "lee side") for T in (8, 12, 15)]
     periods = [f"{T:g} s" for T in next(iter(ships.values()))["table"]["periods"]]
     return {
@@ -174,14 +212,17 @@ def compute() -> tuple[dict[str, str], dict[str, Any]]:
         "reasons": table(("number", "because"), found["reasons"].items()),
         "panels": table(head, panel_rows(ships)),
         "haskind": table(("motion", "ship", "6 to 20 s"), haskind_rows(ships)),
-        "irregular": table(("ship", "lowest, box of the same size", "found in heave, without lid", "periods"), irregular_rows(ships)),
+        "irregular": table(
+            ("ship", "lowest, box of the same size", "found in heave, without lid", "periods"), irregular_rows(ships)
+        ),
         "damping": table(("ship", "added", "roll, highest", *seas), damping_rows(found)),
         "table": table(("ship", "error by", *periods), table_rows(ships)),
     }, {"found": found, "vessels": vessels}
 
 
 def spikes_with_lid(ship: Mapping[str, Any]) -> float:
-    """Largest departure of heave's added mass, with the lid, from the straight line between its neighbours, over its largest value."""
+    """Largest departure of heave's added mass, with the lid, from the straight line between its neighbours, over its
+    largest value."""
     A = np.array(ship["irregular"]["A_lid"])
     return float(np.abs(A[1:-1] - (A[:-2] + A[2:]) / 2.0).max() / np.abs(A).max())
 
@@ -211,7 +252,11 @@ def lines_figure(ships: Mapping[str, Any]) -> Figure:
             side.plot(x, z, color=COLOURS[0], lw=0.3)
             side.plot(x, -1.4 * hull.T - y, color=COLOURS[2], lw=0.3)
         plan.set(aspect="equal", xlabel="y [m]", ylabel="z [m]", title=ship["title"])
-        side.set(aspect="equal", xlabel="x forward of midship [m]", title="port half of the panels, from the side and from below")
+        side.set(
+            aspect="equal",
+            xlabel="x forward of midship [m]",
+            title="port half of the panels, from the side and from below",
+        )
         side.set_yticks([])
     return figure
 
@@ -238,7 +283,9 @@ def irregular_figure(ships: Mapping[str, Any]) -> Figure:
     figure = Figure(figsize=(11.0, 4.0), layout="constrained")
     for ax, ship in zip(figure.subplots(1, len(ships)), ships.values(), strict=True):
         one, mass = ship["irregular"], ship["floating"]["mass"]
-        ax.plot(one["omega"], np.array(one["A_open"]) / mass, color=COLOURS[1], lw=1.0, marker=".", ms=4, label="hull alone")
+        ax.plot(
+            one["omega"], np.array(one["A_open"]) / mass, color=COLOURS[1], lw=1.0, marker=".", ms=4, label="hull alone"
+        )
         ax.plot(one["omega"], np.array(one["A_lid"]) / mass, color=COLOURS[0], lw=1.4, label="with inner lid")
         ax.axvline(box(ship["lines"], ship["form"]), color=GREY, ls="--", lw=1.0, label="lowest of a box")
         ax.set(title=ship["title"], xlabel="frequency [rad/s]", ylabel="added mass in heave over mass [-]")

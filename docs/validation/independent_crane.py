@@ -1,7 +1,9 @@
-"""The independent crane and its campaigns: a healthy one, and cases in which crane or crane file are wrong in one thing.
+"""The independent crane and its campaigns: a healthy one, and cases in which crane or crane file are wrong in one
+thing.
 
-Only numbers are the twin's: those of the crane file, and of `drum_record`, `inertia_record` and `gains`. Laws, integration, PLC, sea,
-sensors and log format are those of this file and of `independent_plant.py`, `independent_plc.py` and `independent_sea_trial.py`.
+Only numbers are the twin's: those of the crane file, and of `drum_record`, `inertia_record` and `gains`. Laws,
+integration, PLC, sea, sensors and log format are those of this file and of `independent_plant.py`, `independent_plc.py`
+and `independent_sea_trial.py`.
 """
 
 from __future__ import annotations
@@ -44,11 +46,23 @@ HEAT_CAPACITY = 2.6  # c_v over R of nitrogen: 2.5, a little more at pressure
 GAS_TAU = 300.0  # s, in which gas takes on the temperature of its vessels; assumed
 PISTON_DRY = (0.5 * BAR, 1.5 * BAR)  # assumed
 SCATTER = {
-    "wire": 0.05, "leak": 0.05, "displacement": 0.003, "friction": 0.05, "gas": 0.02, "precharge": 0.01, "capacitance": 0.03,
-    "inertia": 0.03, "passive displacement": 0.003, "pump speed": 0.002, "pump servo": 0.05, "pump damping": 0.05, "motor servo": 0.05,
+    "wire": 0.05,
+    "leak": 0.05,
+    "displacement": 0.003,
+    "friction": 0.05,
+    "gas": 0.02,
+    "precharge": 0.01,
+    "capacitance": 0.03,
+    "inertia": 0.03,
+    "passive displacement": 0.003,
+    "pump speed": 0.002,
+    "pump servo": 0.05,
+    "pump damping": 0.05,
+    "motor servo": 0.05,
     "piston": 0.3,
-}  # fmt: skip
-"""Half width of the even distribution around 1 of factors over the twin's numbers (assumed: what differs between a crane and its file)."""
+}
+"""Half width of the even distribution around 1 of factors over the twin's numbers (assumed: what differs between a
+crane and its file)."""
 
 CRANE_STREAM, TEST_STREAM = 77, 78
 """First number of the random streams."""
@@ -65,9 +79,9 @@ class Leak(StrEnum):
 
 
 class Defect(NamedTuple):
-    """What is wrong with the crane, its sensors or the campaign; the defaults are a healthy one. friction, displacement (active motors):
-    factors in place of the drawn ones; gear, leakage: factors; dead passive motors; zero_a of the transmitter of line A [Pa]; delay of
-    the motion unit [s], where the campaign states STATED_DELAY."""
+    """What is wrong with the crane, its sensors or the campaign; the defaults are a healthy one. friction, displacement
+    (active motors): factors in place of the drawn ones; gear, leakage: factors; dead passive motors; zero_a of the
+    transmitter of line A [Pa]; delay of the motion unit [s], where the campaign states STATED_DELAY."""
 
     leak: Leak = Leak.LIKE_FILE
     leakage: float = 1.0
@@ -102,7 +116,9 @@ class Case(NamedTuple):
 
 def entry(table: str, key: str, value: str) -> str:
     """A value of a crane file, as TOML, with a source."""
-    return f'[{table}]\n{key} = {{ value = {value}, kind = "assumed", source = "independent crane: wrong on purpose" }}\n'
+    return (
+        f'[{table}]\n{key} = {{ value = {value}, kind = "assumed", source = "independent crane: wrong on purpose" }}\n'
+    )
 
 
 FILE_PRECHARGE = entry("passive.accumulator.gas", "p_0", '"310 bar"')
@@ -115,18 +131,36 @@ CASES: tuple[Case, ...] = (
     *(Case(f"healthy-{seed}", f"nothing wrong, crane {seed}", Must.PASS, seed=seed) for seed in range(4)),
     Case("precharge", "file: precharge 310 bar; crane: 280 bar", Must.TURN_DOWN, ("6-precharge",), file=FILE_PRECHARGE),
     Case("gas-volume", "file: 9 m³ of gas; crane: 5 m³", Must.TURN_DOWN, ("6-gas",), file=FILE_GAS),
-    Case("motor-count", "file: 14 passive motors; crane: 16", Must.TURN_DOWN, ("6-motors", "6-setting"), file=FILE_MOTORS),
+    Case(
+        "motor-count", "file: 14 passive motors; crane: 16", Must.TURN_DOWN, ("6-motors", "6-setting"), file=FILE_MOTORS
+    ),
     Case("dead-1", "1 of 16 passive motors dead", Must.TURN_DOWN, ("6-motors",), Defect(dead=1)),
     Case("dead-2", "2 of 16 passive motors dead", Must.TURN_DOWN, ("6-motors",), Defect(dead=2)),
     Case("dead-3", "3 of 16 passive motors dead", Must.TURN_DOWN, ("6-motors",), Defect(dead=3)),
-    Case("zero-a", "transmitter of line A shows 6 bar too much", Must.TURN_DOWN, ("p-rest-pressures",), Defect(zero_a=6.0 * BAR)),
-    Case("leak-constant", "leakage constant, 0.4 L/min/bar", Must.NOT_REFUTE, LEAKAGE_LINES, Defect(leak=Leak.CONSTANT)),
-    Case("leak-stroke", "leakage 0.13 + 0.27 L/min/bar × stroke", Must.NAME_FORM, LEAKAGE_LINES, Defect(leak=Leak.STROKE)),
+    Case(
+        "zero-a",
+        "transmitter of line A shows 6 bar too much",
+        Must.TURN_DOWN,
+        ("p-rest-pressures",),
+        Defect(zero_a=6.0 * BAR),
+    ),
+    Case(
+        "leak-constant", "leakage constant, 0.4 L/min/bar", Must.NOT_REFUTE, LEAKAGE_LINES, Defect(leak=Leak.CONSTANT)
+    ),
+    Case(
+        "leak-stroke", "leakage 0.13 + 0.27 L/min/bar × stroke", Must.NAME_FORM, LEAKAGE_LINES, Defect(leak=Leak.STROKE)
+    ),
     Case("delay", "motion unit 120 ms late; campaign: 40 ms", Must.TURN_DOWN, ("p-tip-delay",), Defect(delay=0.12)),
     Case("friction", "friction +40 %", Must.TURN_DOWN, ("p-friction",), Defect(friction=1.4)),
     Case("gear", "gear ratio +2 %", Must.TURN_DOWN, ("p-lever",), Defect(gear=1.02)),
     Case("leakage", "leakage +50 %", Must.TURN_DOWN, ("p-leakage", "4-leakage"), Defect(leakage=1.5)),
-    Case("displacement", "active motors −5 % of displacement", Must.TURN_DOWN, ("p-displacement",), Defect(displacement=0.95)),
+    Case(
+        "displacement",
+        "active motors −5 % of displacement",
+        Must.TURN_DOWN,
+        ("p-displacement",),
+        Defect(displacement=0.95),
+    ),
     Case("boost", "file: boost 35 bar; crane: 25 bar", Must.TURN_DOWN, ("p-boost",), file=FILE_BOOST),
 )
 
@@ -145,7 +179,8 @@ class Drawn(NamedTuple):
 
 
 class DrawnOfTest(NamedTuple):
-    """What differs from test to test, for tests lie days apart: factors over the twin's numbers, and dry friction of the pistons [Pa]."""
+    """What differs from test to test, for tests lie days apart: factors over the twin's numbers, and dry friction of
+    the pistons [Pa]."""
 
     passive_displacement: float
     pump_speed: float
@@ -173,6 +208,7 @@ def draw_crane(seed: int, defect: Defect) -> tuple[Drawn, list[DrawnOfTest]]:
         capacitance=near("capacitance"),
         inertia=near("inertia"),
     )
+
     def day() -> DrawnOfTest:
         return DrawnOfTest(
             passive_displacement=near("passive displacement"),
@@ -188,7 +224,8 @@ def draw_crane(seed: int, defect: Defect) -> tuple[Drawn, list[DrawnOfTest]]:
 
 
 def leakage(crane: Crane, defect: Defect, factor: float) -> tuple[float, float, float]:
-    """Leak of the active circuit at rest [m^3/s/Pa], its rise to full stroke [m^3/s/Pa] and with motor speed [m^3/rad/Pa]."""
+    """Leak of the active circuit at rest [m^3/s/Pa], its rise to full stroke [m^3/s/Pa] and with motor speed
+    [m^3/rad/Pa]."""
     motor, (at_20, at_100) = crane.active.motor, (PUMPS_OVER_TABLE * PUMP_LEAK_20, PUMPS_OVER_TABLE * PUMP_LEAK_100)
     rise = (at_100 - at_20) / 0.8
     forms = {
@@ -253,7 +290,12 @@ def passive_circuit(crane: Crane, defect: Defect, drawn: Drawn, day: DrawnOfTest
 def winch_of(crane: Crane, test: SeaTest, defect: Defect, drawn: Drawn, day: DrawnOfTest) -> Winch:
     """The whole plant in a test."""
     loss, y, f, wire = crane.active.motor.loss, crane.friction.system, crane.friction, crane.wire
-    drum, inertia, servo, pump = drum_record(crane), inertia_record(crane), crane.active.motor.servo, crane.active.pump.servo
+    drum, inertia, servo, pump = (
+        drum_record(crane),
+        inertia_record(crane),
+        crane.active.motor.servo,
+        crane.active.pump.servo,
+    )
     assert servo.rate_max is not None
     assert pump.rate_max is not None
     m = test.load + crane.hook_mass
@@ -267,15 +309,24 @@ def winch_of(crane: Crane, test: SeaTest, defect: Defect, drawn: Drawn, day: Dra
         Servo(pump.omega_n * day.pump_servo, pump.zeta * day.pump_damping, pump.rate_max, -1.0, 1.0),
         Servo(omega_m, servo.zeta, servo.rate_max, 0.0, 1.0),
         Servo(omega_m, servo.zeta, math.inf, 0.0, 1.0),
-        Drum(drum.d, drum.d_wire, drum.turns, drum.L_full, drum.m_wire, crane.i_hD * defect.gear, J_shaft, inertia.J_drum * drawn.inertia),
+        Drum(
+            drum.d,
+            drum.d_wire,
+            drum.turns,
+            drum.L_full,
+            drum.m_wire,
+            crane.i_hD * defect.gear,
+            J_shaft,
+            inertia.J_drum * drawn.inertia,
+        ),
         Hoist(EA, wire.L_0, ZETA_WIRE, m, m * G, TAU_CELL, GAIN_CELL),
         Oil(OIL_SWING, 2.0 * math.pi / max(test.duration, SLOWEST_OIL)),
-    )  # fmt: skip
+    )
 
 
 def settings_of(crane: Crane, test: SeaTest, drawn: Drawn) -> Settings:
-    """Numbers of the PLC: those of the healthy crane file; make-up holds the crane's own precharge. In the quick turns of the empty hook
-    the brake stays open."""
+    """Numbers of the PLC: those of the healthy crane file; make-up holds the crane's own precharge. In the quick turns
+    of the empty hook the brake stays open."""
     c, k, drum, a, p = crane.control, gains(crane), drum_record(crane), crane.active, crane.passive
     assert p is not None
     assert crane.brake is not None
@@ -319,7 +370,8 @@ def campaign_text(case: Case, crane_file: str) -> str:
 
 
 def write_campaign(folder: Path, case: Case) -> Path:
-    """Simulate all tests of a case and write logs, crane file and campaign file into a folder; returns the campaign file."""
+    """Simulate all tests of a case and write logs, crane file and campaign file into a folder; returns the campaign
+    file."""
     folder.mkdir(parents=True, exist_ok=True)
     crane = load_crane(CRANE_FILE)
     drawn, days = draw_crane(case.seed, case.defect)

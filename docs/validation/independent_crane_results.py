@@ -1,4 +1,5 @@
-"""What validation makes of an independent crane, healthy and with known defects. Tables from independent_crane_trials.py."""
+"""What validation makes of an independent crane, healthy and with known defects. Tables from
+independent_crane_trials.py."""
 
 from __future__ import annotations
 
@@ -26,9 +27,17 @@ BEFORE: Mapping[str, str] = {
 FORM = "the form of the leakage does not fit"
 FORM_IN_LOG = re.compile(rf"{FORM}: it (.*? in the log(?: \(not told from [^)]*\))?)")
 WORDS: Mapping[str, str] = {
-    "precharge": "precharge", "gas-volume": "gas volume", "motor-count": "motors", "dead-1": "motors work", "dead-2": "motors work",
-    "dead-3": "motors work", "zero-a": "reads", "leak-constant": FORM, "leak-stroke": FORM, "gear": "gear ratio",
-}  # fmt: skip
+    "precharge": "precharge",
+    "gas-volume": "gas volume",
+    "motor-count": "motors",
+    "dead-1": "motors work",
+    "dead-2": "motors work",
+    "dead-3": "motors work",
+    "zero-a": "reads",
+    "leak-constant": FORM,
+    "leak-stroke": FORM,
+    "gear": "gear ratio",
+}
 """Word by which the note of a line is known that names the cause."""
 CLAIMS: Mapping[Must, str] = {
     Must.PASS: "healthy cranes pass",
@@ -57,7 +66,9 @@ def as_required(case: Case, one: Mapping[str, Any]) -> bool:
 
 def failed_lines(one: Mapping[str, Any]) -> str:
     """Keys of the lines that stand in the way, with the verdict where it is not "refuted"."""
-    keys = [f"`{key}`" + ("" if verdict == "refuted" else f" ({verdict})") for key, (verdict, _) in one["failed"].items()]
+    keys = [
+        f"`{key}`" + ("" if verdict == "refuted" else f" ({verdict})") for key, (verdict, _) in one["failed"].items()
+    ]
     return ", ".join(keys) or "none"
 
 
@@ -103,11 +114,13 @@ def computed_by(outcomes: Mapping[str, Any]) -> str:
     if not outcomes:
         return "No case was run yet."
     states = len({one["code"] for one in outcomes.values()})
-    simulation, validation = (float(np.median([one["seconds"][n] for one in outcomes.values()])) for n in ("simulation", "validation"))
+    simulation, validation = (
+        float(np.median([one["seconds"][n] for one in outcomes.values()])) for n in ("simulation", "validation")
+    )
     by = "one state" if states == 1 else f"{states} states"
     return (
-        f"{len(outcomes)} of {len(CASES)} cases, computed by {by} of the code; a case takes (median) {simulation:.0f} s to simulate and "
-        f"{validation:.0f} s to validate."
+        f"{len(outcomes)} of {len(CASES)} cases, computed by {by} of the code; a case takes (median) {simulation:.0f} s"
+        f" to simulate and {validation:.0f} s to validate."
     )
 
 

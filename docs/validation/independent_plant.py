@@ -1,8 +1,9 @@
 """An active/passive heave-compensated winch, written without the twin's laws: own code, own integration, SI throughout.
 
-Signs: hoisting positive for motor speed, pump command and the operator's speed; up positive for tip and load; s_w is wire paid out.
-Every cycle of the PLC (`independent_plc.py`) is followed by semi-implicit Euler steps of the plant. Numbers come in the records
-below, from `independent_crane.py`. What is named "assumed" here or there rests on no publication.
+Signs: hoisting positive for motor speed, pump command and the operator's speed; up positive for tip and load; s_w is
+wire paid out. Every cycle of the PLC (`independent_plc.py`) is followed by semi-implicit Euler steps of the plant.
+Numbers come in the records below, from `independent_crane.py`. What is named "assumed" here or there rests on no
+publication.
 """
 
 from __future__ import annotations
@@ -226,7 +227,8 @@ class Spooled(NamedTuple):
 
 @njit
 def spooled(s_w: float, drum: Drum) -> Spooled:
-    """Wire is wound square stacked and whole layer by layer; its inertia is that of a hollow cylinder of the broken number of layers."""
+    """Wire is wound square stacked and whole layer by layer; its inertia is that of a hollow cylinder of the broken
+    number of layers."""
     left = drum.L_full - s_w
     c = left / (math.pi * drum.turns)
     layers = (math.sqrt(drum.d * drum.d + 4.0 * drum.d_wire * c) - drum.d) / (2.0 * drum.d_wire)
@@ -270,20 +272,27 @@ def loss_with_speed(speed: float, D: float, loss: Loss) -> float:
 
 @njit
 def friction(x: State, p_gas: float, T_drum: float, winch: Winch) -> tuple[float, float]:
-    """Torques at the motor shaft of all motors, drum and gears that oppose motion, at nominal oil [N m]: at any speed, and with speed.
-    Dead motors turn with the shaft and keep their bearings' friction (Y), not the loss of a motor under pressure (X)."""
+    """Torques at the motor shaft of all motors, drum and gears that oppose motion, at nominal oil [N m]: at any speed,
+    and with speed. Dead motors turn with the shaft and keep their bearings' friction (Y), not the loss of a motor under
+    pressure
+    (X)."""
     act, pas, y = winch.active.motors, winch.passive.motors, winch.friction
     speed, dp, dp_pm = abs(x.omega), x.p_a - x.p_b, p_gas - winch.passive.p_lp
     D_a, D_p, shafts = act.D * x.a_m, pas.D * x.a_pm, act.installed + pas.installed
-    level = act.working * loss_at_any_speed(dp, D_a, winch.loss) + pas.working * loss_at_any_speed(dp_pm, D_p, winch.loss)
+    level = act.working * loss_at_any_speed(dp, D_a, winch.loss) + pas.working * loss_at_any_speed(
+        dp_pm, D_p, winch.loss
+    )
     level += shafts * ((y.Y_1 * T_drum + y.Y_3) * math.exp(-speed / y.Y_4) + y.Y_2 + y.Y_6 * T_drum)
-    rising = act.working * loss_with_speed(speed, D_a, winch.loss) + pas.working * loss_with_speed(speed, D_p, winch.loss)
+    rising = act.working * loss_with_speed(speed, D_a, winch.loss) + pas.working * loss_with_speed(
+        speed, D_p, winch.loss
+    )
     return level, rising + shafts * y.Y_5 * speed
 
 
 @njit
 def bristle(z: float, omega: float, level: float, held: float, y: Friction, h: float) -> tuple[float, float]:
-    """Bristle [rad] one step of h later and its rate r in dz/dt = omega - r z [1/s], exact for constant omega (form: LuGre).
+    """Bristle [rad] one step of h later and its rate r in dz/dt = omega - r z [1/s], exact for constant omega (form:
+    LuGre).
 
     level torque that it carries when it slips [N m]; held 1: the closed brake does not slip.
     """
@@ -305,7 +314,8 @@ def valve_flow(p: float, p_other: float, a: Active) -> float:
 
 @njit
 def lines(x: State, a_p: float, motor_flow: float, viscosity: float, a: Active, h: float) -> tuple[float, float]:
-    """Pressures of lines A and B one step later [Pa]; a_p pump setting now, motor_flow [m^3/s], viscosity over nominal."""
+    """Pressures of lines A and B one step later [Pa]; a_p pump setting now, motor_flow [m^3/s], viscosity over
+    nominal."""
     dp = x.p_a - x.p_b
     leak = (a.leak + a.leak_stroke * abs(a_p) + a.leak_speed * abs(x.omega)) / viscosity
     pump_flow = a.D_pumps * a.omega_p * a_p * (1.0 - a.slip * (a_p * dp) / PRESSURE_OF_SLIP)
@@ -327,22 +337,35 @@ def wire_force(x: State, s_tip: float, v_tip: float, start: float, r: float, hoi
 
 @njit
 def advance(
-    x: State, u: Commands, tip: tuple[float, float], start: float, viscosity: float, drum: Spooled, winch: Winch, h: float
+    x: State,
+    u: Commands,
+    tip: tuple[float, float],
+    start: float,
+    viscosity: float,
+    drum: Spooled,
+    winch: Winch,
+    h: float,
 ) -> State:
-    """The plant one step of h later. u commands; tip true position and speed; start wire paid out at t = 0 [m]; viscosity over nominal."""
+    """The plant one step of h later. u commands; tip true position and speed; start wire paid out at t = 0 [m];
+    viscosity over nominal."""
     act, pas, hoist, y = winch.active, winch.passive, winch.hoist, winch.friction
     s_tip, v_tip = tip
     force = wire_force(x, s_tip, v_tip, start, drum.r, hoist)
     D_a, D_p = act.motors.D * act.motors.working * x.a_m, pas.motors.D * pas.motors.working * x.a_pm
     p_gas = gas_pressure(x.T_gas, x.V_oil, pas)
     level, rising = friction(x, p_gas, 0.5 * drum.d * force, winch)
-    level = y.scale * level * (1.0 - VISCOUS_PART_OF_DRY + VISCOUS_PART_OF_DRY * viscosity) + TORQUE_OF_BRAKE * u.brake_closed
+    level = (
+        y.scale * level * (1.0 - VISCOUS_PART_OF_DRY + VISCOUS_PART_OF_DRY * viscosity)
+        + TORQUE_OF_BRAKE * u.brake_closed
+    )
     z, rate = bristle(x.z, x.omega, level, u.brake_closed, y, h)
     a_p, da_p = servo(x.a_p, x.da_p, u.u_p, winch.pumps, h)
     a_m, da_m = servo(x.a_m, x.da_m, u.u_m, winch.motors, h)
     a_pm, da_pm = servo(x.a_pm, x.da_pm, u.u_pm, winch.passive_motors, h)
     p_a, p_b = lines(x, a_p, D_a * x.omega, viscosity, act, h)
-    inflow = pas.D_pumps * pas.omega_p * u.u_pp - D_p * x.omega - pas.leak * (p_gas - pas.p_lp)  # into the accumulators [m^3/s]
+    inflow = (
+        pas.D_pumps * pas.omega_p * u.u_pp - D_p * x.omega - pas.leak * (p_gas - pas.p_lp)
+    )  # into the accumulators [m^3/s]
     T_gas = x.T_gas + h * (p_gas * inflow + pas.hA * (pas.T_vessel - x.T_gas)) / pas.c_v
     p_hp = p_gas + pas.R * inflow + pas.F * math.tanh(inflow / FLOW_OF_PISTON)
     damping = y.ratio * math.sqrt(y.sigma_0 * winch.drum.J_shaft) * math.exp(-((x.omega / y.omega_fade) ** 2))
@@ -352,7 +375,9 @@ def advance(
     v_l = x.v_l + h * (force - hoist.W) / hoist.m
     F_cell = x.F_cell + h * (force - x.F_cell) / hoist.tau_cell
     s_w, s_l = x.s_w - h * drum.r * omega, x.s_l + h * v_l
-    return State(omega, s_w, z, a_p, da_p, a_m, da_m, a_pm, da_pm, p_a, p_b, x.V_oil + h * inflow, T_gas, p_gas, s_l, v_l, F_cell)
+    return State(
+        omega, s_w, z, a_p, da_p, a_m, da_m, a_pm, da_pm, p_a, p_b, x.V_oil + h * inflow, T_gas, p_gas, s_l, v_l, F_cell
+    )
 
 
 @njit
@@ -361,14 +386,48 @@ def at_rest(s_w: float, s_tip: float, winch: Winch) -> State:
     hoist, act, pas = winch.hoist, winch.active, winch.passive
     s_l = s_tip - hoist.W / (hoist.EA / (hoist.L_0 + s_w))
     p_gas = gas_pressure(pas.T_vessel, 0.0, pas)
-    return State(0.0, s_w, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, act.p_boost, act.p_boost, 0.0, pas.T_vessel, p_gas, s_l, 0.0, hoist.W)
+    return State(
+        0.0,
+        s_w,
+        0.0,
+        0.0,
+        0.0,
+        1.0,
+        0.0,
+        0.0,
+        0.0,
+        act.p_boost,
+        act.p_boost,
+        0.0,
+        pas.T_vessel,
+        p_gas,
+        s_l,
+        0.0,
+        hoist.W,
+    )
 
 
 @njit
 def with_settings(x: State, u: Commands) -> State:
     """The state with the motors where the PLC's first cycle wants them."""
     return State(
-        x.omega, x.s_w, x.z, x.a_p, x.da_p, u.u_m, x.da_m, u.u_pm, x.da_pm, x.p_a, x.p_b, x.V_oil, x.T_gas, x.p_gas, x.s_l, x.v_l, x.F_cell
+        x.omega,
+        x.s_w,
+        x.z,
+        x.a_p,
+        x.da_p,
+        u.u_m,
+        x.da_m,
+        u.u_pm,
+        x.da_pm,
+        x.p_a,
+        x.p_b,
+        x.V_oil,
+        x.T_gas,
+        x.p_gas,
+        x.s_l,
+        x.v_l,
+        x.F_cell,
     )
 
 
@@ -384,20 +443,39 @@ def write_row(log: Log, i: int, x: State, u: Commands, r: Reading, e: float, dru
 
 @njit
 def run(inputs: Inputs, start: float, winch: Winch, c: Settings, log: Log) -> None:
-    """Fill the log of one test that begins at rest with so much wire paid out [m]. Commands to active pumps and motors reach them one cycle
-    after they are read off; the passive circuit takes its own at once (assumed)."""
+    """Fill the log of one test that begins at rest with so much wire paid out [m]. Commands to active pumps and motors
+    reach them one cycle after they are read off; the passive circuit takes its own at once (assumed)."""
     n, h = inputs.s_tip.shape[0], c.cycle / c.steps
     x = at_rest(start, inputs.s_tip[0], winch)
     on_brake = c.brake > 0.0 and inputs.mode[0] == MANUAL
     m = Memory(
-        winch.hoist.W, c.p_set, 0.0, 0.0, MANUAL, 2.0 * c.t_wait if on_brake else 0.0, 1.0 if on_brake else 0.0, 0.0, winch.motors.high
+        winch.hoist.W,
+        c.p_set,
+        0.0,
+        0.0,
+        MANUAL,
+        2.0 * c.t_wait if on_brake else 0.0,
+        1.0 if on_brake else 0.0,
+        0.0,
+        winch.motors.high,
     )
     for i in range(n):
         drum = spooled(x.s_w, winch.drum)
         p_hp = gas_pressure(x.T_gas, x.V_oil, winch.passive)
         F = winch.hoist.gain_cell * x.F_cell + inputs.noise_F[i]
         s_w = x.s_w + inputs.noise_s_w[i]
-        r = Reading(inputs.s_mru[i], inputs.v_mru[i], inputs.a_mru[i], s_w, F, p_hp, drum.d, x.a_m, inputs.v_op[i], inputs.mode[i])
+        r = Reading(
+            inputs.s_mru[i],
+            inputs.v_mru[i],
+            inputs.a_mru[i],
+            s_w,
+            F,
+            p_hp,
+            drum.d,
+            x.a_m,
+            inputs.v_op[i],
+            inputs.mode[i],
+        )
         before = m
         m, u, e = plc_cycle(r, m, c)
         if i == 0:

@@ -1,4 +1,5 @@
-"""The PLC of the independent crane: heave compensation, make-up, brake; written without the twin's control code, SI throughout.
+"""The PLC of the independent crane: heave compensation, make-up, brake; written without the twin's control code, SI
+throughout.
 
 Signs: hoisting positive for pump command and the operator's speed; up positive for the tip; s_w is wire paid out.
 """
@@ -92,10 +93,11 @@ def clip(x: float, low: float, high: float) -> float:
 
 @njit
 def motor_reduction(F: float, u_ff: float, K_out: float, K_wire: float, mode: float, c: Settings) -> float:
-    """Command of the active motors: fixed at normal speed; with secondary control full below u_thr, then falling linearly with the
-    feedforward to what the load allows (Moslatt 2020 eq. 2.9 to 2.11).
+    """Command of the active motors: fixed at normal speed; with secondary control full below u_thr, then falling
+    linearly with the feedforward to what the load allows (Moslatt 2020 eq. 2.9 to 2.11).
 
-    F filtered load cell [N]; u_ff feedforward; K_out, K_wire published diameter over that of the full drum and of the layer in use.
+    F filtered load cell [N]; u_ff feedforward; K_out, K_wire published diameter over that of the full drum and of the
+    layer in use.
     """
     lowest = max(c.alpha_min, min(1.0, c.alpha_swl * F / c.F_swl * K_out / K_wire))
     part = clip((abs(u_ff) - c.u_thr) / (1.0 - c.u_thr), 0.0, 1.0)
@@ -123,8 +125,8 @@ def brake_and_rest(r: Reading, m: Memory, c: Settings) -> tuple[float, float]:
 def plc_cycle(r: Reading, m: Memory, c: Settings) -> tuple[Memory, Commands, float]:
     """One cycle: reading r, memory m, settings c. Returns memory, commands and control error [m].
 
-    Form: speed and acceleration feedforward with a position loop, Moslatt 2020 papers C and E; the passive setting holds the load cell's
-    force, make-up holds the pressure and takes what the operator's speed needs (assumed).
+    Form: speed and acceleration feedforward with a position loop, Moslatt 2020 papers C and E; the passive setting
+    holds the load cell's force, make-up holds the pressure and takes what the operator's speed needs (assumed).
     """
     idle, brake = brake_and_rest(r, m, c)
     compensates = 1.0 if r.mode > MANUAL else 0.0

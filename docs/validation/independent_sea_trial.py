@@ -1,4 +1,5 @@
-"""Tests at sea of the independent crane: what is done, the motion of the tip, the sensors, and a log with names and units of its own.
+"""Tests at sea of the independent crane: what is done, the motion of the tip, the sensors, and a log with names and
+units of its own.
 
 What is a number of a sensor or of the log is assumed.
 """
@@ -35,7 +36,8 @@ CLOCK = 5e-5
 
 
 class Wave(NamedTuple):
-    """Motion of the tip: largest height from trough to crest within WINDOW [m], peak period [s], and ramp at the start [s]."""
+    """Motion of the tip: largest height from trough to crest within WINDOW [m], peak period [s], and ramp at the start
+    [s]."""
 
     height: float
     period: float
@@ -43,7 +45,8 @@ class Wave(NamedTuple):
 
 
 class SeaTest(NamedTuple):
-    """One test: name, kind as in a campaign file, load [kg], wire paid out [m], duration [s], mode; wave where the winch compensates."""
+    """One test: name, kind as in a campaign file, load [kg], wire paid out [m], duration [s], mode; wave where the
+    winch compensates."""
 
     name: str
     kind: str
@@ -70,8 +73,8 @@ WINDOW, WINDOW_STEP = 30.0, 5.0
 
 
 def tip_motion(rng: np.random.Generator, n: int, wave: Wave) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Position [m], speed [m/s] and acceleration [m/s^2] of the tip at n cycles: spectrum f^-5 exp(-1.25 (f T)^-4), random phases, with a
-    ramp at the start."""
+    """Position [m], speed [m/s] and acceleration [m/s^2] of the tip at n cycles: spectrum f^-5 exp(-1.25 (f T)^-4),
+    random phases, with a ramp at the start."""
     t = np.arange(n) * CYCLE
     f = np.linspace(LOWEST / wave.period, HIGHEST / wave.period, COMPONENTS)
     A = np.sqrt((f * wave.period) ** -5 * np.exp(-1.25 * (f * wave.period) ** -4))
@@ -90,10 +93,11 @@ def tip_motion(rng: np.random.Generator, n: int, wave: Wave) -> tuple[FloatArray
 
 
 def operator(test: SeaTest, full_speed: float) -> FloatArray:
-    """The operator's speed at every cycle, hoisting positive [m/s]; full_speed of the winch with motors at full setting [m/s].
+    """The operator's speed at every cycle, hoisting positive [m/s]; full_speed of the winch with motors at full setting
+    [m/s].
 
-    Velocity limits: twice full hoisting and lowering at 2.3 times full_speed, more than the reduced motors reach. Dynamics: turns of 20 to
-    50 % of full_speed.
+    Velocity limits: twice full hoisting and lowering at 2.3 times full_speed, more than the reduced motors reach.
+    Dynamics: turns of 20 to 50 % of full_speed.
     """
     n = samples(test)
     if test.kind == "limits":
@@ -114,15 +118,23 @@ def samples(test: SeaTest) -> int:
 
 
 def inputs_of(test: SeaTest, full_speed: float, delay: float, rng: np.random.Generator) -> Inputs:
-    """Tip, what the motion unit makes of it (late by delay [s], with noise), noise of wire counter and load cell, and the operator;
-    full_speed of the winch with motors at full setting [m/s]."""
+    """Tip, what the motion unit makes of it (late by delay [s], with noise), noise of wire counter and load cell, and
+    the operator; full_speed of the winch with motors at full setting [m/s]."""
     n, late = samples(test), round(delay / CYCLE)
     tip = tip_motion(rng, n, test.wave) if test.wave else (np.zeros(n),) * 3
     s, v, a = (np.concatenate([np.repeat(x[:1], late), x[: n - late]]) for x in tip)
     noise = [size * rng.normal(size=n) for size in (MRU_S, MRU_V, MRU_A, WIRE_NOISE, FORCE_NOISE)]
     s_mru = np.round(s + noise[0], MRU_DIGITS)
     return Inputs(
-        tip[0], tip[1], s_mru, v + noise[1], a + noise[2], noise[3], noise[4], operator(test, full_speed), np.full(n, test.mode)
+        tip[0],
+        tip[1],
+        s_mru,
+        v + noise[1],
+        a + noise[2],
+        noise[3],
+        noise[4],
+        operator(test, full_speed),
+        np.full(n, test.mode),
     )
 
 
@@ -178,10 +190,24 @@ def logged(log: Log, inputs: Inputs, test: SeaTest, zero_a: float, rng: np.rando
         return digitised(p + zero + drift + noise(PRESSURE_NOISE), PRESSURE_RANGE) / 1e6
 
     columns = [
-        t * (1.0 + CLOCK), 100.0 * inputs.s_mru, MINUTE * inputs.v_mru, inputs.a_mru, np.round(log.s_w, WIRE_DIGITS),
-        MINUTE * (log.v_w + noise(WIRE_SPEED_NOISE)), log.omega * (1.0 + noise(SPEED_PART)) + noise(SPEED_NOISE),
-        pressure(log.p_a, phases[0], zero_a), pressure(log.p_b, phases[1]), pressure(log.p_hp, phases[2]), log.u_p, log.u_m,
-        log.alpha_p + noise(SETTING_NOISE), log.alpha_m + noise(SETTING_NOISE), log.alpha_pm + noise(SETTING_NOISE),
-        digitised(log.F, FORCE_RANGE) / 1e3, 100.0 * log.e, inputs.v_op, inputs.mode,
-    ]  # fmt: skip
+        t * (1.0 + CLOCK),
+        100.0 * inputs.s_mru,
+        MINUTE * inputs.v_mru,
+        inputs.a_mru,
+        np.round(log.s_w, WIRE_DIGITS),
+        MINUTE * (log.v_w + noise(WIRE_SPEED_NOISE)),
+        log.omega * (1.0 + noise(SPEED_PART)) + noise(SPEED_NOISE),
+        pressure(log.p_a, phases[0], zero_a),
+        pressure(log.p_b, phases[1]),
+        pressure(log.p_hp, phases[2]),
+        log.u_p,
+        log.u_m,
+        log.alpha_p + noise(SETTING_NOISE),
+        log.alpha_m + noise(SETTING_NOISE),
+        log.alpha_pm + noise(SETTING_NOISE),
+        digitised(log.F, FORCE_RANGE) / 1e3,
+        100.0 * log.e,
+        inputs.v_op,
+        inputs.mode,
+    ]
     return np.column_stack(columns)

@@ -1,7 +1,7 @@
 """Run every validation case and write its tables and pictures.
 
-    python docs/validation/make.py           write tables and pictures; with names of scripts (paper_c_90t), of those pages only
-    python docs/validation/make.py --check   write nothing; compute all and fail when a table is out of date
+    python docs/validation/make.py           write tables and pictures; with names of scripts (paper_c_90t), of those
+    pages only python docs/validation/make.py --check   write nothing; compute all and fail when a table is out of date
 
 Each page is computed in a process of its own, as many side by side as there are cores.
 """
@@ -48,7 +48,9 @@ CASES = (
     "uncertainty",
     "wave_spectra",
 )
-MEASURED = ("bench_staircase",)  # need data that are not in the repository: left as they are where those are not at hand
+MEASURED = (
+    "bench_staircase",
+)  # need data that are not in the repository: left as they are where those are not at hand
 
 SLOW = (
     "controllers_at_their_best",
@@ -69,7 +71,8 @@ SLOW = (
     "splash_mode",
     "threshold_study",
 )
-"""Pages that take more than ten seconds of a core and rest on nothing but the package: the tests compute them when its code has changed."""
+"""Pages that take more than ten seconds of a core and rest on nothing but the package: the tests compute them when its
+code has changed."""
 
 
 class Page(NamedTuple):
@@ -99,7 +102,8 @@ def page(script: str) -> Page:
 
 
 def front(written: Mapping[str, str]) -> Page:
-    """The front page, from the claims that stand on the other pages; text by file name where it is not yet in the file."""
+    """The front page, from the claims that stand on the other pages; text by file name where it is not yet in the
+    file."""
     overview = _module("overview")
     names = [_module(name).PAGE for name in CASES]
     texts = {name: written.get(name) or (HERE / name).read_text(encoding="utf-8") for name in names}
@@ -107,7 +111,8 @@ def front(written: Mapping[str, str]) -> Page:
 
 
 def outdated(script: str | None, *, anew: bool = False) -> str:
-    """What to say of a page (None: the front page) whose tables differ from what the package computes now; empty where they do not.
+    """What to say of a page (None: the front page) whose tables differ from what the package computes now; empty where
+    they do not.
 
     A slow page whose code and tables are those of its last computation is computed only where ``anew`` asks for it.
     """
@@ -116,7 +121,10 @@ def outdated(script: str | None, *, anew: bool = False) -> str:
     name, text, _ = front({}) if script is None else page(script)
     if (HERE / name).read_text(encoding="utf-8") == text:
         return ""
-    return f"docs/validation/{name}: out of date; run: python docs/validation/make.py, and read the text around its tables again"
+    return (
+        f"docs/validation/{name}: out of date; run: python docs/validation/make.py, and read the text around its tables"
+        " again"
+    )
 
 
 def write(script: str) -> tuple[str, str, dict[str, object]]:

@@ -1,4 +1,5 @@
-"""Thesis section 2.7.2, 100 t offshore: the speed of the tip that 100 cm^3/rev at u_thr 0.3 tells of, and SSC against NS there."""
+"""Thesis section 2.7.2, 100 t offshore: the speed of the tip that 100 cm^3/rev at u_thr 0.3 tells of, and SSC against
+NS there."""
 
 from __future__ import annotations
 
@@ -30,7 +31,12 @@ LOAD, S_W = "100 t", "100 m"
 OPEN_LOOP = {"active": {"motor": {"variant": "open-loop-feedback"}}}
 SPEEDS = np.linspace(25.0, 60.0, 8) / 60.0  # m/s
 IRREGULAR = ((1.0, 13.0), (0.8, 11.0), (0.7, 9.4), (0.5, 8.1), (0.3, 7.0))
-STEEL = {"volume": "12.7 m^3", "added_mass": "13 t", "C_D": 1.5, "area": "5 m^2"}  # 7850 kg/m^3; added mass of its own volume
+STEEL = {
+    "volume": "12.7 m^3",
+    "added_mass": "13 t",
+    "C_D": 1.5,
+    "area": "5 m^2",
+}  # 7850 kg/m^3; added mass of its own volume
 
 
 def at(crane: Crane, u_thr: float) -> Crane:
@@ -38,7 +44,8 @@ def at(crane: Crane, u_thr: float) -> Crane:
 
 
 class Reading(NamedTuple):
-    """A reading of figure 2.33: whether the motors had feedback in closed loop or an offset and play, and whether the figure shows them."""
+    """A reading of figure 2.33: whether the motors had feedback in closed loop or an offset and play, and whether the
+    figure shows them."""
 
     label: str
     lag: float  # of the displacement over the command while the command falls
@@ -54,7 +61,8 @@ READINGS = (
 
 
 def speed_for(u_m: float, lag: float, u_thr: float) -> float:
-    """Steady speed on the published outer diameter at which SSC commands u_m while the motors stand `lag` above it [m/s]."""
+    """Steady speed on the published outer diameter at which SSC commands u_m while the motors stand `lag` above it
+    [m/s]."""
     law = motor_law(at(CRANE, u_thr), Mode.SSC)
     u_ff = float(brentq(lambda u: law(u) - u_m, u_thr, 1.0))
     return u_ff / (gains(CRANE).K_1 * min(u_m + lag, 1.0))
@@ -72,7 +80,8 @@ def speed_triggered(r: Reading) -> float:
 
 
 def largest_alpha_min() -> float:
-    """Smallest displacement of SSC below which motors that follow show 100 cm^3/rev at 0.3 and nothing at 0.6 [-]: linear law, eq. 2.10."""
+    """Smallest displacement of SSC below which motors that follow show 100 cm^3/rev at 0.3 and nothing at 0.6 [-]:
+    linear law, eq. 2.10."""
     alpha_m = 1.0 - REDUCTION / D_M
     k_red = (U_THR_USUAL * alpha_m - U_THR) / (1.0 - U_THR)
     return 1.0 - (1.0 - alpha_m) / k_red
@@ -92,7 +101,9 @@ class Row(NamedTuple):
     more: Mapping[str, Any] = {}
 
     def tip(self, v: float) -> Motion:
-        return sine(v, self.parts[0][1]) if len(self.parts) == 1 else wave(self.parts, v, phase=2.0, start=40.0, end=118.0)
+        return (
+            sine(v, self.parts[0][1]) if len(self.parts) == 1 else wave(self.parts, v, phase=2.0, start=40.0, end=118.0)
+        )
 
     def crane(self, u_thr: float = U_THR_USUAL) -> Crane:
         return at(changed(CRANE, self.changes) if self.changes else CRANE, u_thr)
@@ -144,7 +155,11 @@ class Compared(NamedTuple):
 
 def compared(rows: Sequence[Row], speeds: Sequence[float]) -> list[Compared]:
     modes = (("ns", U_THR_USUAL), ("ssc", U_THR_USUAL), ("ssc", U_THR))
-    asked = [(row.crane(u_thr), case(row.tip(v), mode, **row.more)) for row, v in zip(rows, speeds, strict=True) for mode, u_thr in modes]
+    asked = [
+        (row.crane(u_thr), case(row.tip(v), mode, **row.more))
+        for row, v in zip(rows, speeds, strict=True)
+        for mode, u_thr in modes
+    ]
     runs = side_by_side(asked)
     return [Compared(v, *runs[3 * i : 3 * i + 3]) for i, v in enumerate(speeds)]
 
@@ -190,7 +205,10 @@ def claims(base: Compared, open_loop: Compared) -> dict[str, tuple[str, str, str
     return {
         "motors reduced by about 100 cm³/rev with `u_thr` 0.3": (
             "a sea that is not given",
-            f"tip at {v[0]:.0f} m/min (motors follow), {v[1]:.0f} (open loop) or {v[2]:.0f} (the figure shows the command)",
+            (
+                f"tip at {v[0]:.0f} m/min (motors follow), {v[1]:.0f} (open loop) or {v[2]:.0f} (the figure shows the"
+                " command)"
+            ),
             "derived",
         ),
         "no reduction with `u_thr` 0.6": (
@@ -200,7 +218,10 @@ def claims(base: Compared, open_loop: Compared) -> dict[str, tuple[str, str, str
         ),
         "A-side pressure of SSC against classic": (
             "figure 2.34, no number",
-            f"{percent(pressure(base), sign=True)} above boost; {percent(pressure(open_loop), sign=True)} with motors in open loop",
+            (
+                f"{percent(pressure(base), sign=True)} above boost; {percent(pressure(open_loop), sign=True)} with"
+                " motors in open loop"
+            ),
             verdict(lower, "not lower").replace("reproduced", "lower, cannot be compared"),
         ),
         "control error of SSC against classic": (
@@ -212,9 +233,14 @@ def claims(base: Compared, open_loop: Compared) -> dict[str, tuple[str, str, str
 
 
 GROUPS = {
-    "motors in open loop": "motor control", "NS at": "NS", "friction of": "friction", "`K_2`": "K_2",
-    "500 m": "depth", "1500 m": "depth", "steel": "depth",
-}  # fmt: skip
+    "motors in open loop": "motor control",
+    "NS at": "NS",
+    "friction of": "friction",
+    "`K_2`": "K_2",
+    "500 m": "depth",
+    "1500 m": "depth",
+    "steel": "depth",
+}
 
 
 def alternatives(v: float) -> list[causes.Alternative]:
@@ -236,9 +262,22 @@ def off(r: Mapping[str, Numbers]) -> float:
 
 FIGURES = (
     causes.Figure(
-        "off the motors at 0.3", lambda r: D_M * (1.0 - r["ssc"]["alpha_m_min"]), 90.0, 110.0, unit="cm³/rev", digits=0, printed="about 100"
+        "off the motors at 0.3",
+        lambda r: D_M * (1.0 - r["ssc"]["alpha_m_min"]),
+        90.0,
+        110.0,
+        unit="cm³/rev",
+        digits=0,
+        printed="about 100",
     ),
-    causes.Figure("off at 0.6", lambda r: D_M * (1.0 - r["usual"]["alpha_m_min"]), most=1.0, unit="cm³/rev", digits=0, printed="none"),
+    causes.Figure(
+        "off at 0.6",
+        lambda r: D_M * (1.0 - r["usual"]["alpha_m_min"]),
+        most=1.0,
+        unit="cm³/rev",
+        digits=0,
+        printed="none",
+    ),
     causes.Figure("pressure above boost, SSC below NS", off, 0.0, unit="%", digits=0, printed="lower"),
     causes.lower("ssc", "ns", "e_c_pp", "error, SSC below NS", "lower"),
 )
@@ -247,7 +286,11 @@ FIGURES = (
 def attribution(v: float) -> causes.Attribution:
     """What the figures depend on, at the tip's peak speed [m/s] with which SSC takes 100 cm^3/rev off the motors."""
     tip = BASE.tip(v)
-    runs = {"ns": (BASE.crane(), case(tip, "ns")), "usual": (BASE.crane(), case(tip, "ssc")), "ssc": (BASE.crane(U_THR), case(tip, "ssc"))}
+    runs = {
+        "ns": (BASE.crane(), case(tip, "ns")),
+        "usual": (BASE.crane(), case(tip, "ssc")),
+        "ssc": (BASE.crane(U_THR), case(tip, "ssc")),
+    }
     return causes.attribute(runs, FIGURES, alternatives(v))
 
 
@@ -267,18 +310,35 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
         for r in READINGS
     ]
     heights = [
-        (f"{60.0 * speed_read(r):.0f} m/min", *(f"{speed_read(r) * T / np.pi:.1f} m" for T in (6.0, 8.0, 10.0, 12.0, 14.0)))
+        (
+            f"{60.0 * speed_read(r):.0f} m/min",
+            *(f"{speed_read(r) * T / np.pi:.1f} m" for T in (6.0, 8.0, 10.0, 12.0, 14.0)),
+        )
         for r in READINGS
     ]
     head = (
-        "variant", "tip m/min", "tip p-p, m", "off at 0.6", "error NS, cm", "SSC, cm", "SSC/NS",
-        "`p_a` NS, bar", "SSC, bar", "SSC/NS above boost", "`alpha_NS − 1`",
-    )  # fmt: skip
+        "variant",
+        "tip m/min",
+        "tip p-p, m",
+        "off at 0.6",
+        "error NS, cm",
+        "SSC, cm",
+        "SSC/NS",
+        "`p_a` NS, bar",
+        "SSC, bar",
+        "SSC/NS above boost",
+        "`alpha_NS − 1`",
+    )
     blocks = {
         "causes": causes.block(attribution(found[0].v)),
         "claims": claims_table(told),
-        "readings": table(("figure 2.33 read as", "command", "motors", "tip's highest speed", "`u_thr` 0.6 shows at"), readings),
-        "bound": f"If motors follow their command, both can only be with a smallest displacement of SSC below {largest_alpha_min():.2f}.",
+        "readings": table(
+            ("figure 2.33 read as", "command", "motors", "tip's highest speed", "`u_thr` 0.6 shows at"), readings
+        ),
+        "bound": (
+            "If motors follow their command, both can only be with a smallest displacement of SSC below"
+            f" {largest_alpha_min():.2f}."
+        ),
         "heights": table(("tip's highest speed", *(f"{T} s" for T in (6, 8, 10, 12, 14))), heights),
         "sensitivity": table(head, sensitivity(ROWS, found)),
     }
@@ -294,5 +354,8 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
 
 
 def draw(runs: Mapping[str, xarray.Dataset]) -> None:
-    title = "nov-250t, 100 t, 100 m of wire, swell of 13 s and roll of 6 s, in which SSC with u_thr 0.3 takes 100 cm³/rev off the motors"
+    title = (
+        "nov-250t, 100 t, 100 m of wire, swell of 13 s and roll of 6 s, in which SSC with u_thr 0.3 takes 100 cm³/rev"
+        " off the motors"
+    )
     save(four_panels(runs, title=title, start=66.0, end=106.0), "offshore-100t.png")

@@ -1,4 +1,5 @@
-"""Thesis section 2.7.2, 200 t offshore in a calm sea: SSC stands at full displacement, the classic controller below it."""
+"""Thesis section 2.7.2, 200 t offshore in a calm sea: SSC stands at full displacement, the classic controller below
+it."""
 
 from __future__ import annotations
 
@@ -24,7 +25,12 @@ PERIOD = 10.0  # s
 LOAD, S_W = "200 t", "100 m"
 U_THR, U_THR_100T = 0.6, 0.3
 OPEN_LOOP = {"active": {"motor": {"variant": "open-loop-feedback"}}}
-STEEL = {"volume": "25.5 m^3", "added_mass": "26 t", "C_D": 1.5, "area": "8 m^2"}  # 7850 kg/m^3; added mass of its own volume
+STEEL = {
+    "volume": "25.5 m^3",
+    "added_mass": "26 t",
+    "C_D": 1.5,
+    "area": "8 m^2",
+}  # 7850 kg/m^3; added mass of its own volume
 SLIGHTLY = 15.0  # %: what "slightly lower" is taken for here
 STILL_FULL = 0.995  # displacement from which motors count as full
 
@@ -139,7 +145,10 @@ def claims(found: Sequence[Pair], open_loop: Pair, damped: Sequence[Pair]) -> di
     return {
         "SSC stays at full displacement in 1 m of tip motion": (
             "yes",
-            f"yes, for all periods above {shortest_period(U_THR):.1f} s (with 0.3: above {shortest_period(U_THR_100T):.1f} s)",
+            (
+                f"yes, for all periods above {shortest_period(U_THR):.1f} s (with 0.3: above"
+                f" {shortest_period(U_THR_100T):.1f} s)"
+            ),
             verdict(full, "not reproduced"),
         ),
         "classic has a lower, fixed displacement": (
@@ -149,20 +158,34 @@ def claims(found: Sequence[Pair], open_loop: Pair, damped: Sequence[Pair]) -> di
         ),
         "pressure of SSC slightly lower": (
             "slightly, no number",
-            f"{percent(-min(off), sign=True)} to {percent(-max(off), sign=True)} above boost over 6 to 14 s; "
-            f"{percent(pressure(open_loop) - 1.0, sign=True)} in open loop; with wire damping 0.95 "
-            f"{percent(-min(off_damped), sign=True)} to {percent(-max(off_damped), sign=True)}",
+            (
+                f"{percent(-min(off), sign=True)} to {percent(-max(off), sign=True)} above boost over 6 to 14 s; "
+                f"{percent(pressure(open_loop) - 1.0, sign=True)} in open loop; with wire damping 0.95 "
+                f"{percent(-min(off_damped), sign=True)} to {percent(-max(off_damped), sign=True)}"
+            ),
             f"lower, {size}" if min(off) > 0.0 else "not lower",
         ),
     }
 
 
-GROUPS = {"NS at": "NS", "HS at": "NS", "friction of": "friction", "`K_2`": "K_2", "500 m": "depth", "1500 m": "depth", "steel": "depth"}
+GROUPS = {
+    "NS at": "NS",
+    "HS at": "NS",
+    "friction of": "friction",
+    "`K_2`": "K_2",
+    "500 m": "depth",
+    "1500 m": "depth",
+    "steel": "depth",
+}
 
 
 def alternatives() -> list[causes.Alternative]:
     """Every row as a setting that may be otherwise, and the other periods."""
-    out = [causes.varied(f"period {T:g} s", tip=Sine.from_si(0.5 * HEIGHT, T), group="period") for T in PERIODS if T != PERIOD]
+    out = [
+        causes.varied(f"period {T:g} s", tip=Sine.from_si(0.5 * HEIGHT, T), group="period")
+        for T in PERIODS
+        if T != PERIOD
+    ]
     for row in ROWS[1:]:
         if row.period == PERIOD:
             group = next((g for begin, g in GROUPS.items() if row.label.startswith(begin)), "")
@@ -178,7 +201,15 @@ def off(r: Mapping[str, Numbers]) -> float:
 
 FIGURES = (
     causes.Figure("`alpha_m` of SSC", lambda r: r["ssc"]["alpha_m_min"], STILL_FULL, digits=3, printed="full"),
-    causes.Figure("pressure above boost, SSC below NS", off, 0.0, SLIGHTLY, unit="%", digits=0, printed=f"slightly: at most {SLIGHTLY:g}"),
+    causes.Figure(
+        "pressure above boost, SSC below NS",
+        off,
+        0.0,
+        SLIGHTLY,
+        unit="%",
+        digits=0,
+        printed=f"slightly: at most {SLIGHTLY:g}",
+    ),
     causes.lower("ssc", "ns", "e_c_pp", "error, SSC below NS", "no claim"),
 )
 
@@ -194,13 +225,32 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     found, damped, varied = everything[:n], everything[n : 2 * n], everything[2 * n :]
     told = claims(found, varied[ROWS.index(OPEN)], damped)
     head = (
-        "period", "tip m/min", "`u_ff`", "`alpha_m` NS", "SSC", "`p_a` NS, bar", "SSC, bar",
-        "SSC/NS above boost", "with wire damping 0.95", "`alpha_NS`/`alpha_SSC`", "error NS, cm", "SSC, cm",
-    )  # fmt: skip
+        "period",
+        "tip m/min",
+        "`u_ff`",
+        "`alpha_m` NS",
+        "SSC",
+        "`p_a` NS, bar",
+        "SSC, bar",
+        "SSC/NS above boost",
+        "with wire damping 0.95",
+        "`alpha_NS`/`alpha_SSC`",
+        "error NS, cm",
+        "SSC, cm",
+    )
     head_varied = (
-        "variant", "`alpha_m` NS", "SSC", "`p_a` NS, bar", "SSC, bar", "SSC/NS",
-        "above boost", "`alpha_NS − 1`", "error NS, cm", "SSC, cm", "SSC/NS",
-    )  # fmt: skip
+        "variant",
+        "`alpha_m` NS",
+        "SSC",
+        "`p_a` NS, bar",
+        "SSC, bar",
+        "SSC/NS",
+        "above boost",
+        "`alpha_NS − 1`",
+        "error NS, cm",
+        "SSC, cm",
+        "SSC/NS",
+    )
     blocks = {
         "causes": causes.block(attribution()),
         "claims": claims_table(told),

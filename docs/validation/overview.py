@@ -21,9 +21,19 @@ ERRATUM = changed(CRANE, {"control": {"K_1": "0.68 s/m"}})
 
 def linear_numbers() -> Iterator[tuple[str, str, str, str]]:
     """Rows of quantity, from where, expected, ours."""
-    yield "highest wire speed at 1075 cm³/rev", "E tables 1, 2", "72.47127 m/min", f"{60.0 * wire_speed_max(CRANE):.5f} m/min"
+    yield (
+        "highest wire speed at 1075 cm³/rev",
+        "E tables 1, 2",
+        "72.47127 m/min",
+        f"{60.0 * wire_speed_max(CRANE):.5f} m/min",
+    )
     yield "ideal `K_1`, its inverse", "the same", "0.8279 s/m", f"{gains(CRANE).K_1:.4f} s/m"
-    yield "eigenfrequency at full displacement", "C 9, E table 2", "12.526991 rad/s", f"{eigenfrequency(CRANE).omega_0:.6f} rad/s"
+    yield (
+        "eigenfrequency at full displacement",
+        "C 9, E table 2",
+        "12.526991 rad/s",
+        f"{eigenfrequency(CRANE).omega_0:.6f} rad/s",
+    )
     for D, expected in ((1075, "2.026039"), (645, "0.998272")):
         ours = f"{gain_limit(CRANE, D / 1075).K_p_ms:.6f} 1/m"
         yield f"`K_p` of marginal stability at {D} cm³/rev", "E figure 5", f"{expected} 1/m", ours
@@ -43,7 +53,12 @@ def reduced_numbers() -> Iterator[tuple[str, str, str, str]]:
     yield "reduced model, SSC, 2.8 m and 12 s: error", "E 1 to 11", "0.0292 m", f"{run.e_c_pp(12.0):.4f} m peak-to-peak"
     yield "the same: highest `p_a − p_b`", "E 1 to 11", "60.87 bar", f"{run.dp_max(12.0) / 1e5:.2f} bar"
     printed = simulate_reduced(ERRATUM, tip)
-    yield "the same with the printed `K_1` 0.68 s/m: error", "E table 2", "an erratum", f"{printed.e_c_pp(12.0):.3f} m peak-to-peak"
+    yield (
+        "the same with the printed `K_1` 0.68 s/m: error",
+        "E table 2",
+        "an erratum",
+        f"{printed.e_c_pp(12.0):.3f} m peak-to-peak",
+    )
 
 
 def title(page: str) -> str:

@@ -1,4 +1,5 @@
-"""Paper A: which torque-loss model for a variable-displacement motor. From published parameters, and on SYNTHETIC maps."""
+"""Paper A: which torque-loss model for a variable-displacement motor. From published parameters, and on SYNTHETIC
+maps."""
 
 from __future__ import annotations
 
@@ -86,7 +87,9 @@ def parameters(name: str) -> TorqueLossFit:
     return TorqueLossFit(*(getattr(motor(name).loss, f) for f in TorqueLossFit._fields))
 
 
-def published(name: str, n: NDArray[np.float64], D: NDArray[np.float64] | float, dp: NDArray[np.float64] | float) -> NDArray[np.float64]:
+def published(
+    name: str, n: NDArray[np.float64], D: NDArray[np.float64] | float, dp: NDArray[np.float64] | float
+) -> NDArray[np.float64]:
     return np.asarray(torque_loss(n, D, dp, parameters(name)))
 
 
@@ -123,7 +126,8 @@ def upper(m: LossMap) -> LossMap:
 
 
 def distance(name: str, model: LossModel) -> float:
-    """Least root mean square distance of a model from the published MJ4 over the mean nominal torque, above 150/280 [-]."""
+    """Least root mean square distance of a model from the published MJ4 over the mean nominal torque, above 150/280
+    [-]."""
     return fit_loss(upper(smooth(name)), model).rms_share
 
 
@@ -135,10 +139,24 @@ def bound(name: str) -> float:
 
 def forced_rows() -> Iterator[tuple[str, ...]]:
     name, limit = "A6VM280", bound("A6VM280")
-    for model in (*BLIND, LossModel.PACEY, LossModel.THOMA, LossModel.ORTWIG, LossModel.MJ3, LossModel.MJ2, LossModel.MJ1):
+    for model in (
+        *BLIND,
+        LossModel.PACEY,
+        LossModel.THOMA,
+        LossModel.ORTWIG,
+        LossModel.MJ3,
+        LossModel.MJ2,
+        LossModel.MJ1,
+    ):
         alone = fit_loss(smooth(name).full(), model).rms_share
         far = distance(name, model)
-        yield CARDS[model].title, percent2(alone), percent2(far), percent2(0.5 * far), "yes" if far > 2.0 * limit else "no"
+        yield (
+            CARDS[model].title,
+            percent2(alone),
+            percent2(far),
+            percent2(0.5 * far),
+            "yes" if far > 2.0 * limit else "no",
+        )
 
 
 def percent2(part: float) -> str:
@@ -222,13 +240,20 @@ def borrowed_rows() -> Iterator[tuple[str, ...]]:
     for name in MOTORS:
         own = share(name, 0, AS_ABOVE, LossModel.MJ4)
         others = {b.name: b for b in borrowed(smooth(name))}
-        cells = [f"{100.0 * others[o].unscaled:.1f} %, {percent2(others[o].scaled)}" if o != name else "" for o in MOTORS]
+        cells = [
+            f"{100.0 * others[o].unscaled:.1f} %, {percent2(others[o].scaled)}" if o != name else "" for o in MOTORS
+        ]
         yield name, *cells, percent2(own)
 
 
 def lent(scaled: bool) -> tuple[float, float]:
     """Least and largest error of one motor's published parameters on another one's."""
-    errors = [b.scaled if scaled else b.unscaled for n in MOTORS for b in borrowed(smooth(n)) if b.name in MOTORS and b.name != n]
+    errors = [
+        b.scaled if scaled else b.unscaled
+        for n in MOTORS
+        for b in borrowed(smooth(n))
+        if b.name in MOTORS and b.name != n
+    ]
     return min(errors), max(errors)
 
 
@@ -253,7 +278,10 @@ def claims() -> dict[str, tuple[str, str, str]]:
     return {
         "largest terms of MJ4, 250 cm³/rev, 200 bar (fig. 6)": (
             "turbulent and Coulomb",
-            f"{TERMS[largest[0]]} {percent(of[largest[0]])}, {TERMS[largest[1]]} {percent(of[largest[1]])} (published parameters)",
+            (
+                f"{TERMS[largest[0]]} {percent(of[largest[0]])}, {TERMS[largest[1]]} {percent(of[largest[1]])}"
+                " (published parameters)"
+            ),
             verdict(set(largest) == {"X_2", "X_4"}, "not reproduced"),
         ),
         "full displacement: Ortwig and Jeong (fig. 3)": (
@@ -263,7 +291,10 @@ def claims() -> dict[str, tuple[str, str, str]]:
         ),
         "variable displacement: MJ4, MJ5, MJ6 best (figs 4, 5)": (
             "yes",
-            f"{all_hold} of {len(CASES)} synthetic maps; {doubled} with extra losses doubled, {other} with MJ2 under them",
+            (
+                f"{all_hold} of {len(CASES)} synthetic maps; {doubled} with extra losses doubled, {other} with MJ2"
+                " under them"
+            ),
             by_us if all_hold == len(CASES) else "not reproduced",
         ),
         "MJ4 against Thoma, Pacey, Ortwig (fig. 4, D section 1)": (
@@ -273,8 +304,10 @@ def claims() -> dict[str, tuple[str, str, str]]:
         ),
         "MJ5 is slightly better (fig. 5)": (
             "than MJ4 and MJ6",
-            f"than MJ4 by {percent(min(gains))} to {percent(max(gains))}; than MJ6 on {beats(AS_ABOVE)} of {len(CASES)} synthetic maps, "
-            f"and on {beats(VARIANTS[7])} without notches and mixed lubrication",
+            (
+                f"than MJ4 by {percent(min(gains))} to {percent(max(gains))}; than MJ6 on {beats(AS_ABOVE)} of"
+                f" {len(CASES)} synthetic maps, and on {beats(VARIANTS[7])} without notches and mixed lubrication"
+            ),
             "better than MJ4, which it contains; against MJ6 the map decides",
         ),
         "MJ4 preferred: simplest of the best": (
@@ -283,17 +316,24 @@ def claims() -> dict[str, tuple[str, str, str]]:
             on_ours if names.count("MJ4") == len(names) else "not reproduced",
         ),
         "MJ4 above 150 cm³/rev, 400 to 2500 rev/min (fig. 8)": (
-            "within 1 % of nominal torque", f"{100.0 * large:.1f} % (synthetic maps)", by_us if large < CLAIMED else "not reproduced",
+            "within 1 % of nominal torque",
+            f"{100.0 * large:.1f} % (synthetic maps)",
+            by_us if large < CLAIMED else "not reproduced",
         ),
         "MJ4 below 150 cm³/rev, and above 2000 rev/min (fig. 9)": (
-            "less accurate", f"up to {100.0 * small:.0f} % (synthetic maps)", by_us if small > CLAIMED else "not reproduced",
+            "less accurate",
+            f"up to {100.0 * small:.0f} % (synthetic maps)",
+            by_us if small > CLAIMED else "not reproduced",
         ),
         "two similar motors need different fits (fig. 10)": (
             "yes, of two series",
-            f"published sets on each other: {100 * plain[0]:.1f} to {100 * plain[1]:.1f} %; scaled by size {percent2(alike[1])} at most",
+            (
+                f"published sets on each other: {100 * plain[0]:.1f} to {100 * plain[1]:.1f} %; scaled by size"
+                f" {percent2(alike[1])} at most"
+            ),
             "other series cannot be checked",
         ),
-    }  # fmt: skip
+    }
 
 
 def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], None]:
@@ -303,12 +343,17 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], None]:
         "claims": claims_table(found),
         "terms": table(("", *TERMS.values()), term_rows()),
         "forced": table(
-            ("model", "at full displacement", "above 150 cm³/rev", "half of it", "worse than MJ4, whatever the map"), forced_rows()
+            ("model", "at full displacement", "above 150 cm³/rev", "half of it", "worse than MJ4, whatever the map"),
+            forced_rows(),
         ),
         "order": table(("model", "parameters", *MOTORS, "A6VM280, full displacement alone"), order_rows()),
-        "variants": table(("maps", *(CARDS[x].title for x in SHOWN[:7]), "MJ4 to MJ6 are the best three"), variant_rows()),
+        "variants": table(
+            ("maps", *(CARDS[x].title for x in SHOWN[:7]), "MJ4 to MJ6 are the best three"), variant_rows()
+        ),
         "regions": table(("A6VM280, 100 to 300 bar", "theirs", *(v.label for v in ERROR_VARIANTS)), region_rows()),
-        "borrowed": table(("loss of", *(f"by {n}'s parameters" for n in MOTORS), "own fit of MJ4, synthetic map"), borrowed_rows()),
+        "borrowed": table(
+            ("loss of", *(f"by {n}'s parameters" for n in MOTORS), "own fit of MJ4, synthetic map"), borrowed_rows()
+        ),
     }
     return blocks, found, None
 
@@ -317,7 +362,10 @@ def draw(_: None) -> None:
     """Errors by model, terms over speed, errors over speed, map against model."""
     figure = Figure(figsize=(12.0, 8.6), layout="constrained")
     axes = figure.subplots(2, 2)
-    figure.suptitle("SYNTHETIC maps (points and errors): made from published parameters and assumed extra losses, measured on no motor")
+    figure.suptitle(
+        "SYNTHETIC maps (points and errors): made from published parameters and assumed extra losses, measured on no"
+        " motor"
+    )
     _errors(axes[0, 0])
     _terms(axes[0, 1])
     _over_speed(axes[1, 0])
@@ -326,10 +374,25 @@ def draw(_: None) -> None:
 
 
 def _errors(ax) -> None:
-    models = (*BLIND[::-1], LossModel.PACEY, LossModel.ORTWIG, LossModel.THOMA, *SHOWN[5:2:-1], LossModel.MJ4, LossModel.MJ5, LossModel.MJ6)
+    models = (
+        *BLIND[::-1],
+        LossModel.PACEY,
+        LossModel.ORTWIG,
+        LossModel.THOMA,
+        *SHOWN[5:2:-1],
+        LossModel.MJ4,
+        LossModel.MJ5,
+        LossModel.MJ6,
+    )
     x = np.arange(len(models))
     ax.bar(x - 0.2, [100.0 * full(m) for m in models], 0.4, color=COLOURS[1], label="full displacement alone (fig. 3)")
-    ax.bar(x + 0.2, [100.0 * share("A6VM280", 0, AS_ABOVE, m) for m in models], 0.4, color=COLOURS[0], label="whole map (figs 4, 5)")
+    ax.bar(
+        x + 0.2,
+        [100.0 * share("A6VM280", 0, AS_ABOVE, m) for m in models],
+        0.4,
+        color=COLOURS[0],
+        label="whole map (figs 4, 5)",
+    )
     ax.set_yscale("log")
     ax.set_xticks(x, [CARDS[m].title for m in models], rotation=60)
     ax.set_ylabel("RMS error [% of mean nominal torque]")

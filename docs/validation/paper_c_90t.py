@@ -1,4 +1,5 @@
-"""Paper C's simulation: the 150 t crane with 90 t on the outermost layer, the tip up to 90 m/min; classic (HS) against new (cubic SSC)."""
+"""Paper C's simulation: the 150 t crane with 90 t on the outermost layer, the tip up to 90 m/min; classic (HS) against
+new (cubic SSC)."""
 
 from __future__ import annotations
 
@@ -45,8 +46,8 @@ def run(mode: str, crane: Crane = CRANE) -> xarray.Dataset:
 
 
 def ringing_time(one: xarray.Dataset) -> float:
-    """Time after a reversal of the tip until the ringing of p_a - p_b is below 10 bar, mean envelope over all reversals [s]; AFTER where it
-    is not below within that time."""
+    """Time after a reversal of the tip until the ringing of p_a - p_b is below 10 bar, mean envelope over all reversals
+    [s]; AFTER where it is not below within that time."""
     dt = float(one["time"][1] - one["time"][0])
     band = butter(3, RING_BAND, "band", fs=1.0 / dt, output="sos")
     envelope = np.abs(hilbert(sosfiltfilt(band, (one["p_a"] - one["p_b"]).values)))
@@ -122,7 +123,9 @@ def geared(i_hD: float) -> Crane:
     on_drum = c.inertia.J_m_eff - c.inertia.J_gear - c.active.motor.count * c.active.motor.J - passive_inertia()
     J = c.inertia.J_m_eff - on_drum * (1.0 - k * k)
     settings = {"alpha_hs": c.control.alpha_hs * k, "alpha_ns": min(c.control.alpha_ns * k, 1.0)}
-    return changed(c, {"gear_ratios": [i_hD], "i_hD": i_hD, "inertia": {"J_m_eff": f"{J:.4g} kg m^2"}, "control": settings})
+    return changed(
+        c, {"gear_ratios": [i_hD], "i_hD": i_hD, "inertia": {"J_m_eff": f"{J:.4g} kg m^2"}, "control": settings}
+    )
 
 
 def passive_inertia() -> float:
@@ -142,18 +145,30 @@ def compared(label: str, old: Numbers, new: Numbers) -> tuple[object, ...]:
 def variants() -> list[tuple[tuple[object, ...], Numbers, Numbers]]:
     """Every row, and every gear after them: cells, classic, new."""
     asked = [
-        (row.label, changed(CRANE, row.changes) if row.changes else CRANE, [case(m, row.tip or BASE, **row.more) for m in ("hs", row.new)])
+        (
+            row.label,
+            changed(CRANE, row.changes) if row.changes else CRANE,
+            [case(m, row.tip or BASE, **row.more) for m in ("hs", row.new)],
+        )
         for row in ROWS
     ]
     for i_hD in I_HD:
         crane = geared(i_hD)
-        asked.append((f"{i_hD:g}, HS {crane.control.alpha_hs:.2f}", crane, [case(m, BASE) for m in ("hs", "ssc-cubic")]))
+        asked.append(
+            (f"{i_hD:g}, HS {crane.control.alpha_hs:.2f}", crane, [case(m, BASE) for m in ("hs", "ssc-cubic")])
+        )
     runs = side_by_side((crane, one) for _, crane, cases in asked for one in cases)
     pairs = [runs[2 * i : 2 * i + 2] for i in range(len(asked))]
     return [(compared(label, old, new), old, new) for (label, *_), (old, new) in zip(asked, pairs, strict=True)]
 
 
-GROUPS = {"wave": "wave", "HS at": "HS", "smallest displacement": "alpha_min", "`K_2`": "K_2", "friction of": "friction"}
+GROUPS = {
+    "wave": "wave",
+    "HS at": "HS",
+    "smallest displacement": "alpha_min",
+    "`K_2`": "K_2",
+    "friction of": "friction",
+}
 
 
 def alternatives() -> list[causes.Alternative]:
@@ -178,13 +193,21 @@ def geared_alternative(i_hD: float) -> causes.Alternative:
 def less(name: str, label: str, printed: float, within: float) -> causes.Figure:
     """How far below classic the new controller is, in per cent; printed as about so much."""
     return causes.lower(
-        "new", "hs", name, label, f"about {100.0 * printed:.0f}", percent=100.0 * (printed - within), most=100.0 * (printed + within)
+        "new",
+        "hs",
+        name,
+        label,
+        f"about {100.0 * printed:.0f}",
+        percent=100.0 * (printed - within),
+        most=100.0 * (printed + within),
     )
 
 
 FIGURES = (
     causes.Figure("pumps, HS", lambda r: 100.0 * r["hs"]["alpha_p_max"], 99.5, unit="%", digits=0, printed="100"),
-    causes.Figure("pumps, new", lambda r: 100.0 * r["new"]["alpha_p_max"], 88.0, 92.0, unit="%", digits=0, printed="90"),
+    causes.Figure(
+        "pumps, new", lambda r: 100.0 * r["new"]["alpha_p_max"], 88.0, 92.0, unit="%", digits=0, printed="90"
+    ),
     less("e_c_pp", "error, new below HS", 0.3, 0.05),
     less("p_max", "peak pressure, new below HS", 0.2, 0.025),
 )
@@ -212,7 +235,8 @@ def after(t: float) -> str:
 def claims(
     ns: xarray.Dataset, hs: xarray.Dataset, new: xarray.Dataset, damped: Sequence[xarray.Dataset]
 ) -> dict[str, tuple[str, str, str]]:
-    """claim -> theirs, ours, verdict; the index repeats them; damped: classic and new with the wire's damping of paper C."""
+    """claim -> theirs, ours, verdict; the index repeats them; damped: classic and new with the wire's damping of paper
+    C."""
     error, pressure = (1.0 - float(new[name]) / float(hs[name]) for name in ("e_c_pp", "p_max"))
     over_boost = (float(new["p_max"]) - BOOST) / (float(hs["p_max"]) - BOOST) - 1.0
     full, used = float(hs["alpha_p_max"]), float(new["alpha_p_max"])
@@ -221,7 +245,11 @@ def claims(
     v_ns = 60.0 * float(ns["v_w_max"])
     return {
         "pumps at 90 m/min, classic (HS)": ("100 %", percent(full), verdict(full > 0.995, "not full")),
-        "pumps at 90 m/min, new (cubic SSC)": ("90 %", percent(used), verdict(abs(used - 0.9) < 0.02, "not reproduced")),
+        "pumps at 90 m/min, new (cubic SSC)": (
+            "90 %",
+            percent(used),
+            verdict(abs(used - 0.9) < 0.02, "not reproduced"),
+        ),
         "control error, new against classic": (
             "about −30 %",
             f"{ratio(new, hs, 'e_c_pp')} peak-to-peak, {ratio(new, hs, 'e_c_max')} largest",
@@ -234,7 +262,10 @@ def claims(
         ),
         "pressure oscillations after a reversal": (
             "dampened out earlier",
-            f"below 10 bar {after(t_new)}, classic {after(t_hs)}; with wire damping 0.95 {after(d_new)}, classic {after(d_hs)}",
+            (
+                f"below 10 bar {after(t_new)}, classic {after(t_hs)}; with wire damping 0.95 {after(d_new)}, classic"
+                f" {after(d_hs)}"
+            ),
             verdict(t_new < t_hs, "only with paper C's wire damping" if d_new < d_hs else "not reproduced"),
         ),
         "speed of loads above 90 t": (
@@ -251,7 +282,11 @@ def claims(
 
 
 def inner_layers(rows: list[tuple[tuple[object, ...], Numbers, Numbers]]) -> dict[str, tuple[str, str, str]]:
-    gain = [1.0 - new["p_max"] / old["p_max"] for cells, old, new in rows if cells[0] in (ROWS[0].label, *(r.label for r in ROWS[-3:]))]
+    gain = [
+        1.0 - new["p_max"] / old["p_max"]
+        for cells, old, new in rows
+        if cells[0] in (ROWS[0].label, *(r.label for r in ROWS[-3:]))
+    ]
     return {
         "peak pressure gains more on inner layers": (
             "assumed",
@@ -289,9 +324,17 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
         for name, one, other in values
     ]
     head = (
-        "", "error p-p", "largest", "highest `p_a`", "`p_b`", "pumps", "least `alpha_m`", "wire speed", "ringing < 10 bar",
+        "",
+        "error p-p",
+        "largest",
+        "highest `p_a`",
+        "`p_b`",
+        "pumps",
+        "least `alpha_m`",
+        "wire speed",
+        "ringing < 10 bar",
         "with wire damping 0.95",
-    )  # fmt: skip
+    )
     blocks = {
         "causes": causes.block(attribution()),
         "notes": causes.notes({"NS": ns, "HS": hs, "SSC": new}),

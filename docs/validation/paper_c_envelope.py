@@ -1,4 +1,5 @@
-"""Operating range of paper C figure 4 on the 150 t crane, and the setting curves of figure 2.17 (paper E figure 4) on the 250 t crane."""
+"""Operating range of paper C figure 4 on the 150 t crane, and the setting curves of figure 2.17 (paper E figure 4) on
+the 250 t crane."""
 
 from __future__ import annotations
 
@@ -122,11 +123,16 @@ def claims_c() -> dict[str, tuple[str, str, str]]:
             f"{percent(1.0 - 60.0 * hs / PRINTED_HS)} less",
         ),
         "C fig. 4: the winch can go substantially faster than NS": (
-            "yes", f"{mpm(any_)} against {mpm(ns)} m/min", verdict(any_ > 1.15 * ns, "not reproduced")
+            "yes",
+            f"{mpm(any_)} against {mpm(ns)} m/min",
+            verdict(any_ > 1.15 * ns, "not reproduced"),
         ),
         "C: loads above 90 t get up to 30 % more speed": (
             "+30 %",
-            f"{percent(most, sign=True)} (cubic SSC), machine {percent(machine, sign=True)}; {percent(ideal, sign=True)} without leakage",
+            (
+                f"{percent(most, sign=True)} (cubic SSC), machine {percent(machine, sign=True)};"
+                f" {percent(ideal, sign=True)} without leakage"
+            ),
             verdict(most > 0.29, "less than printed"),
         ),
         "C fig. 4: the range is that of NS and a triangle": (
@@ -135,13 +141,17 @@ def claims_c() -> dict[str, tuple[str, str, str]]:
             verdict(abs(at_swl) < 0.02, "not reproduced"),
         ),
         "C: the new controller leaves a tenth of the pumps at the top of HS": (
-            "90 %", percent(pumps), verdict(abs(pumps - 0.9) < 0.02, "not reproduced")
+            "90 %",
+            percent(pumps),
+            verdict(abs(pumps - 0.9) < 0.02, "not reproduced"),
         ),
         "C: HS holds 30 % of 60 % of the SWL where NS holds 30 % of it": (
-            "displacements 0.60 : 1", f"{ratio:.2f} : 1", "contradicts 90 m/min and +30 %"
+            "displacements 0.60 : 1",
+            f"{ratio:.2f} : 1",
+            "contradicts 90 m/min and +30 %",
         ),
         "C: 18 % of the SWL": ("36 t", "27 t of 150 t", "misprint"),
-    }  # fmt: skip
+    }
 
 
 def claims_e(curves: xarray.Dataset) -> dict[str, tuple[str, str, str]]:
@@ -153,7 +163,9 @@ def claims_e(curves: xarray.Dataset) -> dict[str, tuple[str, str, str]]:
     left_plant = 1.0 - pumps_at(E250, "ssc", 0.0, empty["ns"])
     return {
         "2.17, E fig. 4: speed at full displacement": (
-            "72.47 m/min (E tables 1, 2)", f"{60.0 * wire_speed_max(E250):.5f} m/min", "reproduced"
+            "72.47 m/min (E tables 1, 2)",
+            f"{60.0 * wire_speed_max(E250):.5f} m/min",
+            "reproduced",
         ),
         "2.17, E fig. 4: SSC falls below the classic displacement beyond a speed": (
             "they cross",
@@ -162,16 +174,22 @@ def claims_e(curves: xarray.Dataset) -> dict[str, tuple[str, str, str]]:
         ),
         "2.17, E fig. 4: SSC goes faster without full pumps": (
             "yes",
-            f"at the top of NS {percent(left)} of the pumps left, {percent(left_plant)} with leakage; "
-            f"top speed {percent(v_ssc / v_ns - 1.0, sign=True)}, {percent(empty['ssc'] / empty['ns'] - 1.0, sign=True)} with leakage",
+            (
+                f"at the top of NS {percent(left)} of the pumps left, {percent(left_plant)} with leakage; top speed"
+                f" {percent(v_ssc / v_ns - 1.0, sign=True)}, {percent(empty['ssc'] / empty['ns'] - 1.0, sign=True)}"
+                " with leakage"
+            ),
             verdict(left > 0.0 and left_plant > 0.0, "not reproduced"),
         ),
         "the same against HS": (
             "not said",
-            f"top speed {percent(v_ssc / v_hs - 1.0, sign=True)}, {percent(empty['ssc'] / empty['hs'] - 1.0, sign=True)} with leakage",
+            (
+                f"top speed {percent(v_ssc / v_hs - 1.0, sign=True)},"
+                f" {percent(empty['ssc'] / empty['hs'] - 1.0, sign=True)} with leakage"
+            ),
             "HS at our 0.60 is faster",
         ),
-    }  # fmt: skip
+    }
 
 
 def load_rows(crane: Crane) -> list[tuple[object, ...]]:
@@ -197,7 +215,8 @@ def variant(row: Row) -> tuple[object, ...]:
 
 
 def speeds(pairs: Sequence[causes.Pair]) -> list[dict[str, float]]:
-    """What each crane does at a steady speed: HS with 90 t [m/min], cubic SSC's gain over NS above 90 t and its pumps at that of HS [%]."""
+    """What each crane does at a steady speed: HS with 90 t [m/min], cubic SSC's gain over NS above 90 t and its pumps
+    at that of HS [%]."""
     out = []
     for crane, _ in pairs:
         hs = top(crane, "hs", HS_LOAD).v_w
@@ -214,7 +233,10 @@ def attribution() -> causes.Attribution:
         causes.Figure("pumps of SSC at the top of HS", lambda r: r["crane"]["pumps"], 88.0, 92.0, "%", 0, "90"),
     ]
     groups = ("NS", "HS", "least", "motors and pumps")
-    settings = [causes.varied(r.label, r.changes, group=next((g for g in groups if r.label.startswith(g)), "")) for r in ROWS[1:]]
+    settings = [
+        causes.varied(r.label, r.changes, group=next((g for g in groups if r.label.startswith(g)), ""))
+        for r in ROWS[1:]
+    ]
     runs = {"crane": (C150, Scenario(load="90 t", s_w="100 m", duration="60 s"))}
     return causes.attribute(runs, figures, settings, pairs=False, evaluate=speeds)
 
@@ -223,8 +245,28 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     """Blocks of the page, its claims, and what the pictures show."""
     curves = setting_curves(E250, modes=("ns", "hs", "ssc", "ssc-cubic"))
     found = claims_c() | claims_e(curves)
-    by_load = ("load, t", "NS", "HS", "SSC", "cubic SSC", "machine", "what binds the machine", "`D_m,min` of SSC", "30 % at relief")
-    wide = ("variant, 90 t", "NS, m/min", "HS", "SSC", "cubic SSC", "its pumps at HS", "gain over NS above 90 t", "linear", "at the SWL")
+    by_load = (
+        "load, t",
+        "NS",
+        "HS",
+        "SSC",
+        "cubic SSC",
+        "machine",
+        "what binds the machine",
+        "`D_m,min` of SSC",
+        "30 % at relief",
+    )
+    wide = (
+        "variant, 90 t",
+        "NS, m/min",
+        "HS",
+        "SSC",
+        "cubic SSC",
+        "its pumps at HS",
+        "gain over NS above 90 t",
+        "linear",
+        "at the SWL",
+    )
     blocks = {
         "causes": causes.block(attribution()),
         "claims": claims_table(found),

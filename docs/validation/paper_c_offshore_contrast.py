@@ -1,4 +1,5 @@
-"""Paper C's measurement offshore: a 165 t crane with a light hook in AHC, its three active motors at 162 and at 245 cm^3/rev."""
+"""Paper C's measurement offshore: a 165 t crane with a light hook in AHC, its three active motors at 162 and at 245
+cm^3/rev."""
 
 from __future__ import annotations
 
@@ -75,7 +76,12 @@ def heavier(part: float) -> dict[str, Any]:
 
 
 NO_LEAK = {"active": {"motor": {"C_1": "0 L/min/bar", "C_2": "0 L/min/bar/(rev/min)"}, "pump": {"leak_scale": 0.01}}}
-HELD = {"active": {"flushing": {"dp_open": "0 bar", "conductance": "240 L/min/bar"}, "boost": {"conductance": "240 L/min/bar"}}}
+HELD = {
+    "active": {
+        "flushing": {"dp_open": "0 bar", "conductance": "240 L/min/bar"},
+        "boost": {"conductance": "240 L/min/bar"},
+    }
+}
 ROWS = (
     Row("**as above**"),
     Row("a quarter of the motion, up to 9 m/min", tip=sea(0.25)),
@@ -110,7 +116,13 @@ class Found(NamedTuple):
 
 
 def case(row: Row, D: int, beats: float = 2.0) -> Scenario:
-    asked: dict[str, Any] = {"load": "1 t", "s_w": "100 m", "warm_up": f"{WARM:g} s", "duration": f"{WARM + beats * BEAT:g} s", **row.more}
+    asked: dict[str, Any] = {
+        "load": "1 t",
+        "s_w": "100 m",
+        "warm_up": f"{WARM:g} s",
+        "duration": f"{WARM + beats * BEAT:g} s",
+        **row.more,
+    }
     return Scenario(tip=row.tip or sea(), mode=MODE_OF[D], **asked)
 
 
@@ -149,7 +161,10 @@ def claims(low: Found, high: Found) -> dict[str, tuple[str, str, str]]:
             *more(low.p_a, high.p_a, "bar on side A", 1),
         ),
         "the same on side B": ("significantly more", *more(low.p_b, high.p_b, "bar", 1)),
-        "low displacement: winch speed control (rms of the speed's error)": ("affected", *more(low.off, high.off, "m/min", 2)),
+        "low displacement: winch speed control (rms of the speed's error)": (
+            "affected",
+            *more(low.off, high.off, "m/min", 2),
+        ),
         "lower eigenfrequency (C 9)": (
             "yes",
             f"period {period[LOW]:.2f} s against {period[HIGH]:.2f} s",
@@ -168,7 +183,12 @@ def attribution() -> causes.Attribution:
     """What the contrast depends on; one beat of the sea."""
     figures = [
         causes.Figure(
-            label, lambda r, n=name: 100.0 * (r["low"][n] / r["high"][n] - 1.0), 100.0 * MORE, unit="%", digits=0, printed=printed
+            label,
+            lambda r, n=name: 100.0 * (r["low"][n] / r["high"][n] - 1.0),
+            100.0 * MORE,
+            unit="%",
+            digits=0,
+            printed=printed,
         )
         for name, label, printed in (
             ("p_a", "`p_a` above 0.5 Hz, low over high", "significantly: 25 at least"),
@@ -239,10 +259,23 @@ def draw(runs: Mapping[int, xarray.Dataset]) -> None:
     for column, (D, run) in enumerate(runs.items()):
         cut = run.sel(time=slice(60.0, 90.0))
         t, upper, lower = cut["time"], axes[0][column], axes[1][column]
-        upper.plot(t, [in_display(-v, "speed") for v in cut["v_tip"].values], color=GREY, ls="--", lw=1, label="wanted: tip, turned over")
+        upper.plot(
+            t,
+            [in_display(-v, "speed") for v in cut["v_tip"].values],
+            color=GREY,
+            ls="--",
+            lw=1,
+            label="wanted: tip, turned over",
+        )
         upper.plot(t, [in_display(v, "speed") for v in cut["v_w"].values], color=COLOURS[0], lw=1.2, label="wire")
         for name, colour in (("p_a", COLOURS[0]), ("p_b", COLOURS[1])):
-            lower.plot(t, [in_display(p, "pressure") for p in cut[name].values], color=colour, lw=1.2, label=f"{name[-1].upper()} side")
+            lower.plot(
+                t,
+                [in_display(p, "pressure") for p in cut[name].values],
+                color=colour,
+                lw=1.2,
+                label=f"{name[-1].upper()} side",
+            )
         upper.set_title(f"{D} cm³/rev each", fontsize="medium")
         lower.set_xlabel("time [s]")
         for ax in (upper, lower):
@@ -252,5 +285,7 @@ def draw(runs: Mapping[int, xarray.Dataset]) -> None:
     for row, top in ((0, 45.0), (1, 190.0)):
         axes[row][0].set_ylim(top=top)
         axes[row][0].legend(loc="upper right", ncols=2, fontsize="small")
-    figure.suptitle("165 t crane, 4 t on the wire, AHC at two fixed displacements: as paper C figures 7 and 8", fontsize="medium")
+    figure.suptitle(
+        "165 t crane, 4 t on the wire, AHC at two fixed displacements: as paper C figures 7 and 8", fontsize="medium"
+    )
     save(figure, PICTURE)

@@ -1,4 +1,5 @@
-"""Paper C's ramps at four fixed motor displacements: period and damping of the A-side pressure, effect on the winch's speed."""
+"""Paper C's ramps at four fixed motor displacements: period and damping of the A-side pressure, effect on the winch's
+speed."""
 
 from __future__ import annotations
 
@@ -26,7 +27,12 @@ PAGE = "paper-c-oscillation.md"
 PICTURE = "paper-c-oscillation.png"
 CC, BAR = from_display(1.0, "displacement"), from_display(1.0, "pressure")
 D_MAX = 3000.0  # cm^3/rev: 12 motors of 250
-THEIRS: Mapping[int, tuple[float, str]] = {2940: (0.4, "no"), 2500: (0.4, "no"), 1600: (0.7, "yes"), 735: (1.5, "yes")}  # table 1
+THEIRS: Mapping[int, tuple[float, str]] = {
+    2940: (0.4, "no"),
+    2500: (0.4, "no"),
+    1600: (0.7, "yes"),
+    735: (1.5, "yes"),
+}  # table 1
 ROUNDING = 0.05  # s: the periods are printed in tenths
 SEEN = 0.05  # share of the speed: a swing that shows in a picture of the speed
 START = 2.0  # s: the stick begins to move
@@ -39,11 +45,14 @@ V_PER_D = load_crane("nov-250t").active.line.V / load_crane("nov-250t").active.m
 
 def constant() -> tuple[float, float]:
     """Period times displacement [s cm^3/rev]: the least and the most that all four printed periods allow."""
-    return max((T - ROUNDING) * D for D, (T, _) in THEIRS.items()), min((T + ROUNDING) * D for D, (T, _) in THEIRS.items())
+    return max((T - ROUNDING) * D for D, (T, _) in THEIRS.items()), min(
+        (T + ROUNDING) * D for D, (T, _) in THEIRS.items()
+    )
 
 
 def build() -> Crane:
-    """A winch with twelve motors of 250 cm^3/rev in one closed circuit, whose eigenperiod is what the printed periods ask for."""
+    """A winch with twelve motors of 250 cm^3/rev in one closed circuit, whose eigenperiod is what the printed periods
+    ask for."""
     line = BASE.active.line
     C_h = V_PER_D * D_MAX * CC / line.bulk_modulus
     J = (sum(constant()) / 2.0 * CC / (2.0 * math.pi)) ** 2 / C_h
@@ -70,7 +79,9 @@ def build() -> Crane:
         "inertia": {"J_m_eff": f"{J!r} kg m^2", "J_gear": f"{J_gear!r} kg m^2", "J_drum": f"{J_drum!r} kg m^2"},
         "control": {"alpha_ns": 1.0, "alpha_hs": 0.6},
     }
-    return changed(BASE, own).model_copy(update={"brake": None})  # the quay tests begin from a winch that its circuits hold
+    return changed(BASE, own).model_copy(
+        update={"brake": None}
+    )  # the quay tests begin from a winch that its circuits hold
 
 
 CRANE = build()
@@ -98,7 +109,9 @@ def oil(part: float) -> dict[str, Any]:
 
 
 def low_side(dp_open: str, conductance: str = "60 L/min/bar") -> dict[str, Any]:
-    return {"active": {"flushing": {"dp_open": dp_open, "conductance": conductance}, "boost": {"conductance": conductance}}}
+    return {
+        "active": {"flushing": {"dp_open": dp_open, "conductance": conductance}, "boost": {"conductance": conductance}}
+    }
 
 
 HELD = low_side("0 bar", "600 L/min/bar")
@@ -120,7 +133,10 @@ ROWS = (
     Row("hardly any leakage", NO_LEAK),
     Row("friction of crane 1", {"friction": {"library": "crane-1"}}),
     Row("friction of L4593, the largest set", {"friction": {"library": "L4593"}}),
-    Row("motors without turbulent loss (`X_2` 0)", {"active": {"motor": {"loss": {"X_2": "0 N m s^2/rad^2/(m^3/rad)^3"}}}}),
+    Row(
+        "motors without turbulent loss (`X_2` 0)",
+        {"active": {"motor": {"loss": {"X_2": "0 N m s^2/rad^2/(m^3/rad)^3"}}}},
+    ),
     Row("low side held: valves without dead band, ten times as wide", HELD),
     Row("low side held, hardly any leakage", {"active": HELD["active"] | NO_LEAK["active"]}),
     Row("low side freer: flushing opens 10 bar above boost", low_side("10 bar")),
@@ -135,12 +151,21 @@ def ramp(crane: Crane, D: int, row: Row) -> xarray.Dataset:
 def ramped(D: int, row: Row) -> Scenario:
     profile = ((f"{START:g} s", "0 m/min"), (f"{START + row.ramp:g} s", f"{row.speed:g} m/min"))
     stick = Operator(profile=profile, alpha_m=D / D_MAX)
-    return Scenario(load=f"{row.load:g} t", s_w="15 m", mode="manual", operator=stick, duration=f"{row.ramp + 22:g} s", warm_up="1 s")
+    return Scenario(
+        load=f"{row.load:g} t",
+        s_w="15 m",
+        mode="manual",
+        operator=stick,
+        duration=f"{row.ramp + 22:g} s",
+        warm_up="1 s",
+    )
 
 
 class Found(NamedTuple):
-    """What one displacement does: the ramp, the same thrown over; the ringing of both; swing of the speed after the ramp over the
-    speed [-]; time from the stick's start until the winch moves [s]; speed lost to leakage [-]; the linear model's answer."""
+    """What one displacement does: the ramp, the same thrown over; the ringing of both; swing of the speed after the
+    ramp over the speed [-]; time from the stick's start until the winch moves [s]; speed lost to leakage [-]; the
+    linear model's
+    answer."""
 
     run: xarray.Dataset
     ring: Ringing
@@ -217,7 +242,9 @@ def effects(all_: Mapping[int, Found]) -> list[tuple[object, ...]]:
 
 def claims(all_: Mapping[int, Found]) -> dict[str, tuple[str, str, str]]:
     """claim -> theirs, ours, verdict; the index repeats them."""
-    linear, twin = ({D: period(f) for D, f in all_.items()} for period in (lambda f: f.linear.period, lambda f: f.ring.period))
+    linear, twin = (
+        {D: period(f) for D, f in all_.items()} for period in (lambda f: f.linear.period, lambda f: f.ring.period)
+    )
     ok = as_printed(twin)
     off = max(abs(T - THEIRS[D][0]) for D, T in twin.items())
     decay = [f.thrown.decay for f in all_.values()]
@@ -277,7 +304,9 @@ def _falls(values: Sequence[float]) -> bool:
 
 def both(row: Row) -> dict[str, Scenario]:
     """The ramp at every displacement, and the same thrown over."""
-    return {f"{how} {D}": ramped(D, r) for D in THEIRS for how, r in (("ramp", row), ("thrown", row._replace(ramp=THROWN)))}
+    return {
+        f"{how} {D}": ramped(D, r) for D in THEIRS for how, r in (("ramp", row), ("thrown", row._replace(ramp=THROWN)))
+    }
 
 
 def read(run: xarray.Dataset) -> dict[str, float]:
@@ -293,14 +322,20 @@ def read(run: xarray.Dataset) -> dict[str, float]:
 def alternative(row: Row) -> causes.Alternative:
     """A row as a setting that may be otherwise."""
     if (row.ramp, row.speed, row.load) == (RAMP, SPEED, 0.0):
-        return causes.varied(row.label, row.changes, group=next((g for g in ("friction", "low side", "leakage") if g in row.label), ""))
-    return causes.Alternative(row.label, lambda runs: {name: (runs[name][0], case) for name, case in both(row).items()}, "operator")
+        return causes.varied(
+            row.label, row.changes, group=next((g for g in ("friction", "low side", "leakage") if g in row.label), "")
+        )
+    return causes.Alternative(
+        row.label, lambda runs: {name: (runs[name][0], case) for name, case in both(row).items()}, "operator"
+    )
 
 
 def attribution() -> causes.Attribution:
     """What the printed figures depend on, one change at a time."""
     figures = [
-        causes.Figure(f"period at {D}", lambda r, D=D: r[f"ramp {D}"]["period"], T - ROUNDING, T + ROUNDING, "s", 2, f"{T:.1f}")
+        causes.Figure(
+            f"period at {D}", lambda r, D=D: r[f"ramp {D}"]["period"], T - ROUNDING, T + ROUNDING, "s", 2, f"{T:.1f}"
+        )
         for D, (T, _) in THEIRS.items()
     ]
     figures += [
@@ -351,15 +386,25 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[int
         "decay (ratio), linear",
         "decay (ratio), full",
     )
-    moves = ("displacement", "effect on speed, theirs", "swing of the speed", "highest `p_a`", "moves after", "speed lost to leakage")
+    moves = (
+        "displacement",
+        "effect on speed, theirs",
+        "swing of the speed",
+        "highest `p_a`",
+        "moves after",
+        "speed lost to leakage",
+    )
     wide = ("variant", *(f"{D}: linear / full, s" for D in THEIRS), "decay, 1/s", "swing of the speed, %")
     inertia, line = CRANE.inertia, CRANE.active.line
     blocks = {
         "causes": causes.block(attribution()),
         "notes": causes.notes({f"{D} cm³/rev": f.run for D, f in base.items()}),
         "claims": claims_table(said),
-        "constant": f"Period times displacement may lie between {least:.0f} and {most:.0f} s cm³/rev for all four to round as printed. "
-        f"The crane takes the middle: line volume {in_display(line.V, 'volume'):.0f} L, inertia {inertia.J_m_eff:.2f} kg m².",
+        "constant": (
+            f"Period times displacement may lie between {least:.0f} and {most:.0f} s cm³/rev for all four to round as"
+            f" printed. The crane takes the middle: line volume {in_display(line.V, 'volume'):.0f} L, inertia"
+            f" {inertia.J_m_eff:.2f} kg m²."
+        ),
         "periods": table(rings, periods(base)),
         "effects": table(moves, effects(base)),
         "sensitivity": table(wide, [variant(r) for r in ROWS]),
@@ -374,7 +419,9 @@ def draw(runs: Mapping[int, xarray.Dataset]) -> None:
     for (D, run), colour in zip(runs.items(), COLOURS, strict=False):
         cut = run.sel(time=slice(START - 0.5, START + 8.0))
         t = cut["time"] - START
-        axes[0].plot(t, [in_display(p, "pressure") for p in cut["p_a"].values], color=colour, lw=1.3, label=f"{D} cm³/rev")
+        axes[0].plot(
+            t, [in_display(p, "pressure") for p in cut["p_a"].values], color=colour, lw=1.3, label=f"{D} cm³/rev"
+        )
         axes[1].plot(t, [in_display(v, "speed") for v in cut["v_w"].values], color=colour, lw=1.3)
     wanted = [in_display(v, "speed") for v in cut["v_op"].values]
     axes[1].plot(t, wanted, color=GREY, ls="--", lw=1, label="asked for")

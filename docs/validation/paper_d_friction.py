@@ -1,4 +1,5 @@
-"""Paper D and section 2.3: friction of a winch from crane tests. Logs of the twin, and what the printed numbers say about each other."""
+"""Paper D and section 2.3: friction of a winch from crane tests. Logs of the twin, and what the printed numbers say
+about each other."""
 
 from __future__ import annotations
 
@@ -21,7 +22,13 @@ from stillhook.identify.system_friction.fitting.draws import crane_with
 from stillhook.identify.system_friction.fitting.fit import FrictionFit, cost, fit_system, predicted
 from stillhook.identify.system_friction.fitting.model import Y_NAMES, Loss, Y, mj4, motor_loss_at, system_friction
 from stillhook.identify.system_friction.fitting.points import Points, joined
-from stillhook.identify.system_friction.identify import JUDGED_FROM, Friction, held_out_errors, nominal_share, thesis_check
+from stillhook.identify.system_friction.identify import (
+    JUDGED_FROM,
+    Friction,
+    held_out_errors,
+    nominal_share,
+    thesis_check,
+)
 from stillhook.identify.system_friction.motor_refit import SecondLoop, second_loop
 from stillhook.identify.system_friction.tests.measure import measure
 from stillhook.identify.system_friction.tests.pairs import on_grid
@@ -46,7 +53,9 @@ COUNT = 11
 SENSOR = 0.5 * BAR
 SEEDS = range(10)
 CHANCE, LITTLE = 2.0, 1.5  # N m a motor: how much tests differ by chance
-UNMODELLED = 60.0  # N m of 11 motors between 145 and 215 cm^3/rev at 1000 rev/min: of the size of paper D figure 11's 100
+UNMODELLED = (
+    60.0  # N m of 11 motors between 145 and 215 cm^3/rev at 1000 rev/min: of the size of paper D figure 11's 100
+)
 THEIRS: Mapping[str, tuple[str, float, str, int]] = {
     "Y_1": ("`Y_1` [1e-7]", 1e-7, "", 1),
     "Y_2": ("`Y_2` [N m]", 1.0, "", 2),
@@ -60,8 +69,8 @@ Array = NDArray[np.float64]
 
 
 class Costs(NamedTuple):
-    """Costs E over the grid points of tests 1 to 7 [N^2 m^2]: of the logs, of 0.5 bar of scatter, between the printed sets, of the
-    supplier's motor where the second-loop set is the truth; and how many points these are."""
+    """Costs E over the grid points of tests 1 to 7 [N^2 m^2]: of the logs, of 0.5 bar of scatter, between the printed
+    sets, of the supplier's motor where the second-loop set is the truth; and how many points these are."""
 
     points: int
     logs: float
@@ -71,8 +80,8 @@ class Costs(NamedTuple):
 
 
 class Results(NamedTuple):
-    """Campaigns of the twin: noise-free (L4593 with the thesis's grid), noisy, and one whose motors are other ones than its file says;
-    the second loop on points; costs."""
+    """Campaigns of the twin: noise-free (L4593 with the thesis's grid), noisy, and one whose motors are other ones than
+    its file says; the second loop on points; costs."""
 
     exact: Mapping[str, FrictionFit]
     grid: Friction
@@ -88,7 +97,9 @@ def logs(plan: str, noise: str, truth: Crane | None = None) -> Iterator[Path]:
     with TemporaryDirectory() as folder:
         sensors, tests = Instruments(noise=noise_of(noise), seed=1), identify.campaign_plan(plan)
         out = Path(folder) / "tests"
-        yield identify.write_campaign(tests, out, instruments=sensors, duration=f"{MINUTES:g} min", truth=truth, parquet=True).campaign
+        yield identify.write_campaign(
+            tests, out, instruments=sensors, duration=f"{MINUTES:g} min", truth=truth, parquet=True
+        ).campaign
 
 
 def campaign(plan: str, noise: str, truth: Crane | None = None) -> Friction:
@@ -109,7 +120,9 @@ def run() -> Results:
     exact = {"L4593": grid.fit, "crane-2-extended": fit_alone("crane-2-extended")}
     noisy = {plan: campaign(plan, "typical") for plan in exact}
     two = noisy["crane-2-extended"]
-    other = campaign("crane-2-extended", "typical", crane_with(CRANE, load_losses(SECOND), load_friction("crane-2-second-loop")))
+    other = campaign(
+        "crane-2-extended", "typical", crane_with(CRANE, load_losses(SECOND), load_friction("crane-2-second-loop"))
+    )
     loops = {name: [loop(points) for points in made(two.grid, name)] for name in EXPERIMENTS}
     return Results(exact, grid, noisy, other, loops, costs_of(two, other))
 
@@ -118,7 +131,8 @@ def run() -> Results:
 
 
 def staged(at: Points, loss: Loss, y: Y) -> Points:
-    """What motors and winch of known friction give at the speeds, displacements and loads of these points: the torque balance, solved."""
+    """What motors and winch of known friction give at the speeds, displacements and loads of these points: the torque
+    balance, solved."""
     dp_L = at.T_d / CRANE.i_hD / (at.count * at.D_m)
     found = []
     for sign in (1.0, -1.0):
@@ -131,7 +145,9 @@ def staged(at: Points, loss: Loss, y: Y) -> Points:
 
 def swivelled(size: float) -> Loss:
     """The supplier's loss and drag that grows as the motor swivels in, from 400 rev/min on."""
-    return lambda n, D, dp: ONE(n, D, dp) + size / COUNT / (70.0 / 215.0) * (1.0 - D / (215.0 * CC)) * np.minimum(1.0, n / (400.0 * RPM))
+    return lambda n, D, dp: (
+        ONE(n, D, dp) + size / COUNT / (70.0 / 215.0) * (1.0 - D / (215.0 * CC)) * np.minimum(1.0, n / (400.0 * RPM))
+    )
 
 
 def with_flow(size: float) -> Loss:
@@ -194,7 +210,11 @@ def parameter_rows(plan: str, truth: Y, r: Results) -> Iterator[tuple[str, ...]]
 def off(plan: str, truth: Y, r: Results) -> float:
     """Largest relative difference of a parameter from noise-free logs, of those that are more than a trace [-]."""
     y = r.exact[plan].y
-    return max(abs(getattr(y, n) / getattr(truth, n) - 1.0) for n in Y_NAMES if getattr(truth, n) > (TRACE if n == "Y_3" else 0.0))
+    return max(
+        abs(getattr(y, n) / getattr(truth, n) - 1.0)
+        for n in Y_NAMES
+        if getattr(truth, n) > (TRACE if n == "Y_3" else 0.0)
+    )
 
 
 def held_rows(r: Results) -> Iterator[tuple[str, ...]]:
@@ -225,10 +245,19 @@ def from_steps(found: Friction, every: int) -> Points:
         whole = lambda x, n=n: np.full(n, float(np.mean(x)))
         parts.append(
             replace(
-                one, test=np.zeros(n, dtype=np.intp), omega_up=grid.speed, omega_down=grid.speed, dp_up=grid.up, dp_down=grid.down,
-                D_m=whole(one.D_m), T_d=whole(one.T_d), count=whole(one.count), u_dp=grid.u_F, hold_out=np.full(n, m.test.hold_out),
+                one,
+                test=np.zeros(n, dtype=np.intp),
+                omega_up=grid.speed,
+                omega_down=grid.speed,
+                dp_up=grid.up,
+                dp_down=grid.down,
+                D_m=whole(one.D_m),
+                T_d=whole(one.T_d),
+                count=whole(one.count),
+                u_dp=grid.u_F,
+                hold_out=np.full(n, m.test.hold_out),
             )
-        )  # fmt: skip
+        )
     return joined(parts)
 
 
@@ -265,7 +294,9 @@ def costs_of(found: Friction, other: Friction) -> Costs:
     e = SENSOR * np.random.default_rng(0).standard_normal((2, len(points)))
     noisy = replace(points, dp_up=points.dp_up + e[0], dp_down=points.dp_down + e[1])
     apart = float(np.sum((predicted(points, ONE, Y_ONE) - predicted(points, TWO, Y_TWO)) ** 2))
-    return Costs(len(seen), found.check.cost_grid, cost(noisy, ONE, fit_system(noisy, ONE).y), apart, other.check.cost_grid)
+    return Costs(
+        len(seen), found.check.cost_grid, cost(noisy, ONE, fit_system(noisy, ONE).y), apart, other.check.cost_grid
+    )
 
 
 def cost_rows(r: Results) -> Iterator[tuple[str, ...]]:
@@ -291,7 +322,12 @@ def loop_rows(r: Results) -> Iterator[tuple[str, ...]]:
     other = r.other.second
     assert other is not None
     yield "paper D", "−30 %", "", "", *refined(motor(SECOND).loss)
-    yield "logs: the truth is the second-loop set", *(signed(x) for x in fall(other)), other.verdict, *refined(other.loss)
+    yield (
+        "logs: the truth is the second-loop set",
+        *(signed(x) for x in fall(other)),
+        other.verdict,
+        *refined(other.loss),
+    )
     for name, found in r.loops.items():
         falls = np.array([fall(one) for one in found])
         cells = [f"{signed(np.median(x))} ({signed(x.min())} to {signed(x.max())})" for x in falls.T]
@@ -303,7 +339,9 @@ def signed(part: float) -> str:
 
 
 def verdicts(found: list[SecondLoop]) -> str:
-    return ", ".join(f"{n} {v}" for v in ("generalised", "no better", "overfitted") if (n := sum(one.verdict == v for one in found)))
+    return ", ".join(
+        f"{n} {v}" for v in ("generalised", "no better", "overfitted") if (n := sum(one.verdict == v for one in found))
+    )
 
 
 UNITS = {"X_1": (1e-3, 1), "X_2": (1e10, 1), "X_3": (1e-3, 1), "X_4": (1.0, 1), "X_5": (1e-14, 1)}
@@ -314,7 +352,9 @@ def refined(loss) -> list[str]:
 
 
 def median_of(found: list[SecondLoop]) -> list[str]:
-    return [f"{float(np.median([getattr(one.loss, n) for one in found])) / unit:.{d}f}" for n, (unit, d) in UNITS.items()]
+    return [
+        f"{float(np.median([getattr(one.loss, n) for one in found])) / unit:.{d}f}" for n, (unit, d) in UNITS.items()
+    ]
 
 
 def rounds(r: Results) -> list[float]:
@@ -356,8 +396,19 @@ def spread() -> tuple[float, float]:
     """Loss of 11 motors at 215 less that at 145 cm^3/rev, 58 t and 1000 rev/min, by both sets [N m]."""
     D = np.array([215.0, 145.0]) * CC
     one = np.ones(2)
-    at = Points(("",), np.zeros(2, dtype=np.intp), 1000.0 * RPM * one, 1000.0 * RPM * one, one, one, D, drum_torque(CRANE, 58e3) * one,
-                COUNT * one, 0.0 * one, one > 2.0)  # fmt: skip
+    at = Points(
+        ("",),
+        np.zeros(2, dtype=np.intp),
+        1000.0 * RPM * one,
+        1000.0 * RPM * one,
+        one,
+        one,
+        D,
+        drum_torque(CRANE, 58e3) * one,
+        COUNT * one,
+        0.0 * one,
+        one > 2.0,
+    )
     p = staged(at, ONE, Y_ONE)
     first, second = (COUNT * -np.diff(motor_loss_at(p, loss))[0] for loss in (ONE, TWO))
     return float(first), float(second)
@@ -379,7 +430,8 @@ def crane_rows() -> Iterator[tuple[str, ...]]:
 
 
 def ahc_share(D: float) -> float:
-    """10 bar on three active motors of D [cm^3/rev] over the torque of eight passive ones at 70 cm^3/rev and 275 bar [-]."""
+    """10 bar on three active motors of D [cm^3/rev] over the torque of eight passive ones at 70 cm^3/rev and 275 bar
+    [-]."""
     return 3.0 * D * 10.0 / (8.0 * 70.0 * 275.0)
 
 
@@ -389,7 +441,8 @@ def passive() -> float:
 
 
 def in_ahc() -> float:
-    """What eight passive motors that lose less by the second set take off the pressure of three active ones at 215 cm^3/rev [bar]."""
+    """What eight passive motors that lose less by the second set take off the pressure of three active ones at 215
+    cm^3/rev [bar]."""
     less = 8.0 * (_at(ONE, 500.0, 70.0, 275.0) - _at(TWO, 500.0, 70.0, 275.0))
     return less / (3.0 * 215.0 * CC) / BAR
 
@@ -400,7 +453,9 @@ def claims(r: Results) -> dict[str, tuple[str, str, str]]:
     most = max(off(plan, y, r) for plan, y in truths.items())
     held = {plan: max(h.worst for h in found.held_out) for plan, found in r.noisy.items()}
     kept = "Y_2" in r.noisy["L4593"].fit.names, "Y_2" in r.noisy["crane-2-extended"].fit.names
-    told = [i.low <= getattr(truths[plan], i.name) <= i.high for plan, found in r.noisy.items() for i in found.intervals]
+    told = [
+        i.low <= getattr(truths[plan], i.name) <= i.high for plan, found in r.noisy.items() for i in found.intervals
+    ]
     inside, asked = sum(told), len(told)
     c, gap, steps = r.costs, spread(), rounds(r)
     medians = {name: float(np.median([fall(one)[0] for one in found])) for name, found in r.loops.items()}
@@ -409,13 +464,18 @@ def claims(r: Results) -> dict[str, tuple[str, str, str]]:
     assert r.other.second is not None
     return {
         "parameters of tables 2.4 and D 3, back from noise-free logs": (
-            "the truth of the twin", f"within {math.ceil(1e3 * most) / 10.0:.1f} %", "found again, blind" if most < 0.02 else "not found",
+            "the truth of the twin",
+            f"within {math.ceil(1e3 * most) / 10.0:.1f} %",
+            "found again, blind" if most < 0.02 else "not found",
         ),
         "95 % intervals that hold the truth": (
-            "", f"{inside} of {asked}, typical sensors", "as it should be" if inside >= asked - 2 else "too few",
+            "",
+            f"{inside} of {asked}, typical sensors",
+            "as it should be" if inside >= asked - 2 else "too few",
         ),
         "`Y_2` (C_2) on L4593, on crane 2": (
-            "3.9 N m; not needed", " and ".join("kept" if k else "left out" for k in kept) + " by evidence",
+            "3.9 N m; not needed",
+            " and ".join("kept" if k else "left out" for k in kept) + " by evidence",
             "found again, blind" if kept == (True, False) else "not found",
         ),
         "friction of other loads and displacements from 250 rev/min on (figs 16, 17)": (
@@ -425,31 +485,46 @@ def claims(r: Results) -> dict[str, tuple[str, str, str]]:
         ),
         "second loop: cost E (table 4)": (
             f"{E_FIRST:.0f} to {E_SECOND:.0f}, −30 %",
-            f"{signed(fall(r.other.second)[0])} with other motors, {signed(medians['flow'])} with a loss like figure 11's, "
-            f"{signed(medians['chance'])} by chance alone",
+            (
+                f"{signed(fall(r.other.second)[0])} with other motors, {signed(medians['flow'])} with a loss like"
+                f" figure 11's, {signed(medians['chance'])} by chance alone"
+            ),
             "in kind; proves nothing without held-out tests",
         ),
         "only the first round brings much": (
-            "yes", f"{steps[0]:.0f}, {steps[1]:.0f}, {steps[2]:.0f}, {steps[3]:.0f} after 0, 1, 2, 4 rounds, with other motors",
+            "yes",
+            (
+                f"{steps[0]:.0f}, {steps[1]:.0f}, {steps[2]:.0f}, {steps[3]:.0f} after 0, 1, 2, 4 rounds, with other"
+                " motors"
+            ),
             verdict(steps[2] > 0.9 * steps[1], "not where the motors are an MJ4"),
         ),
         "fall of E against the two printed sets": (
-            f"{E_FIRST - E_SECOND:.0f}", f"{c.between:.0f} if the second set is the truth; the sets are {c.apart:.0f} apart",
+            f"{E_FIRST - E_SECOND:.0f}",
+            f"{c.between:.0f} if the second set is the truth; the sets are {c.apart:.0f} apart",
             "agrees; E is per motor" if 0.5 < c.between / (E_FIRST - E_SECOND) < 2.0 else "contradiction",
         ),
         "system friction at 145 and 215 cm³/rev, 1000 rev/min (figs 11, 12)": (
-            "about 100 N m apart, slightly less after", f"the second set takes {gap[1] - gap[0]:.0f} N m of them", "agrees",
+            "about 100 N m apart, slightly less after",
+            f"the second set takes {gap[1] - gap[0]:.0f} N m of them",
+            "agrees",
         ),
         "motor loss at low displacement after the second loop (fig. 10)": (
-            "a significant decrease", f"−{100.0 * less:.0f} % at 70 cm³/rev and 275 bar", verdict(less > 0.2, "not reproduced"),
+            "a significant decrease",
+            f"−{100.0 * less:.0f} % at 70 cm³/rev and 275 bar",
+            verdict(less > 0.2, "not reproduced"),
         ),
         "10 bar in AHC, in % of the nominal winch torque (160, 215 cm³/rev)": (
-            "3 %, 4 %", f"{shares[0]:.1f} %, {shares[1]:.1f} %", verdict(round(shares[0]) == 3 and round(shares[1]) == 4, "not reproduced"),
+            "3 %, 4 %",
+            f"{shares[0]:.1f} %, {shares[1]:.1f} %",
+            verdict(round(shares[0]) == 3 and round(shares[1]) == 4, "not reproduced"),
         ),
         "passive motors that hold 55 t at 275 bar": (
-            "about 70 cm³/rev", f"{passive():.0f} cm³/rev (drum and gears assumed)", verdict(abs(passive() - 70.0) < 5.0, "not reproduced"),
+            "about 70 cm³/rev",
+            f"{passive():.0f} cm³/rev (drum and gears assumed)",
+            verdict(abs(passive() - 70.0) < 5.0, "not reproduced"),
         ),
-    }  # fmt: skip
+    }
 
 
 def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], Results]:
@@ -460,33 +535,60 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], Results]
     grid = r.noisy["crane-2-extended"].grid.fitted()
     tops = [float(grid.omega[grid.test == k].max()) / RPM for k in np.unique(grid.test)]
     points = (
-        f"Tests 1 to 7 have {len(grid)} points on the 25 rev/min grid in our logs, up to {min(tops):.0f} rev/min in one and "
-        f"{max(tops):.0f} in another. The printed E is then {math.sqrt(E_FIRST / len(grid)):.1f} N m a motor (RMS) before and "
-        f"{math.sqrt(E_SECOND / len(grid)):.1f} N m after the second loop, {COUNT * math.sqrt(E_FIRST / len(grid)):.0f} N m of all motors."
+        f"Tests 1 to 7 have {len(grid)} points on the 25 rev/min grid in our logs, up to {min(tops):.0f} rev/min in one"
+        f" and {max(tops):.0f} in another. The printed E is then {math.sqrt(E_FIRST / len(grid)):.1f} N m a motor (RMS)"
+        f" before and {math.sqrt(E_SECOND / len(grid)):.1f} N m after the second loop,"
+        f" {COUNT * math.sqrt(E_FIRST / len(grid)):.0f} N m of all motors."
     )
     blocks = {
         "claims": claims_table(found),
         "l4593": table(("L4593, table 2.4", *head[1:]), parameter_rows("L4593", Y.of(library_friction("L4593")), r)),
         "crane-2": table(("crane 2, D table 3", *head[1:]), parameter_rows("crane-2-extended", Y_ONE, r)),
         "held-out": table(
-            ("held-out test", "displacement", "load", "largest error", "other motors: first loop", "second loop"), held_rows(r)
+            ("held-out test", "displacement", "load", "largest error", "other motors: first loop", "second loop"),
+            held_rows(r),
         ),
-        "grid": table(("parameters", *(THEIRS[n][0] for n in Y_NAMES if n != "Y_3"), "E", "largest error"), grid_rows(r)),
+        "grid": table(
+            ("parameters", *(THEIRS[n][0] for n in Y_NAMES if n != "Y_3"), "E", "largest error"), grid_rows(r)
+        ),
         "points": points,
         "ahc": (
-            f"In AHC the active motors carry all friction. Eight passive motors at 70 cm³/rev and 275 bar lose "
-            f"{8.0 * (_at(ONE, 500.0, 70.0, 275.0) - _at(TWO, 500.0, 70.0, 275.0)):.0f} N m less by the second set at 500 rev/min: "
-            f"{in_ahc():.0f} bar less on three active ones at 215 cm³/rev, where paper D finds its model 10 bar off."
+            "In AHC the active motors carry all friction. Eight passive motors at 70 cm³/rev and 275 bar lose"
+            f" {8.0 * (_at(ONE, 500.0, 70.0, 275.0) - _at(TWO, 500.0, 70.0, 275.0)):.0f} N m less by the second set at"
+            f" 500 rev/min: {in_ahc():.0f} bar less on three active ones at 215 cm³/rev, where paper D finds its model"
+            " 10 bar off."
         ),
         "cost": table(("", "E [N² m²]", "RMS a motor"), cost_rows(r)),
         "loops": table(
-            ("campaigns", "E, fitted", "E, held out", "verdicts", "`X_1` [1e-3]", "`X_2` [1e10]", "`X_3` [1e-3]", "`X_4`", "`X_5` [1e-14]"),
+            (
+                "campaigns",
+                "E, fitted",
+                "E, held out",
+                "verdicts",
+                "`X_1` [1e-3]",
+                "`X_2` [1e10]",
+                "`X_3` [1e-3]",
+                "`X_4`",
+                "`X_5` [1e-14]",
+            ),
             loop_rows(r),
         ),
-        "change": table(("test", "displacement", "load", "50 rev/min", "250 rev/min", "1000 rev/min", "of nominal torque"), change_rows(r)),
+        "change": table(
+            ("test", "displacement", "load", "50 rev/min", "250 rev/min", "1000 rev/min", "of nominal torque"),
+            change_rows(r),
+        ),
         "losses": table(("A6VM215", "100 rev/min", "500 rev/min", "1000 rev/min"), loss_rows()),
         "cranes": table(
-            ("100 t", "stiction at standstill", "Coulomb", "viscous at 1000 rev/min", "total at 0", "250", "1000 rev/min"), crane_rows()
+            (
+                "100 t",
+                "stiction at standstill",
+                "Coulomb",
+                "viscous at 1000 rev/min",
+                "total at 0",
+                "250",
+                "1000 rev/min",
+            ),
+            crane_rows(),
         ),
     }
     return blocks, found, r
@@ -514,7 +616,9 @@ def _errors(ax, r: Results) -> None:
         (COLOURS[2], r.other, "crane 2 with other motors than its file says"),
     ):
         p = found.points.held_out()
-        ax.plot(p.omega / RPM, nominal_share(p, found.loss, found.fit.y), "o", color=colour, mfc="none", ms=4, label=label)
+        ax.plot(
+            p.omega / RPM, nominal_share(p, found.loss, found.fit.y), "o", color=colour, mfc="none", ms=4, label=label
+        )
     ax.axhspan(-1.0, 1.0, color=GREY, alpha=0.15, lw=0)
     ax.axvline(JUDGED_FROM / RPM, color=GREY, lw=0.8, ls=":")
     ax.set_yscale("symlog", linthresh=1.0)
@@ -540,7 +644,9 @@ def _losses(ax) -> None:
     for colour, (D, dp) in zip(COLOURS, ((215.0, 130.0), (145.0, 130.0), (70.0, 275.0)), strict=False):
         for loss, ls in ((ONE, "-"), (TWO, "--")):
             label = f"{D:.0f} cm³/rev, {dp:.0f} bar" if ls == "-" else None
-            ax.plot(n / RPM, loss(n, np.full_like(n, D * CC), np.full_like(n, dp * BAR)), color=colour, ls=ls, label=label)
+            ax.plot(
+                n / RPM, loss(n, np.full_like(n, D * CC), np.full_like(n, dp * BAR)), color=colour, ls=ls, label=label
+            )
     ax.set_ylim(bottom=0.0)
     ax.set_title("Motor loss before (solid) and after (dashed) the second loop (as D fig. 10)", fontsize="medium")
     ax.set_xlabel("motor speed [rev/min]")

@@ -1,4 +1,5 @@
-"""Paper E's maps of classic control and SSC over load and speed: control error, peak pressure, settling time, motor displacement."""
+"""Paper E's maps of classic control and SSC over load and speed: control error, peak pressure, settling time, motor
+displacement."""
 
 from __future__ import annotations
 
@@ -63,7 +64,10 @@ MAP_ROWS = (
     NS_09,
     Row("NS 0.70, SSC as it was", {"control": {"alpha_ns": 0.7, "alpha_swl": 0.8}}),
     Row("SSC may go to 0.60 at the SWL", {"control": {"alpha_swl": 0.6}}),
-    Row("SSC may go to 0.60 at the SWL, and to 0.55 at all", {"control": {"alpha_swl": 0.6}, "active": {"motor": {"alpha_min": 0.55}}}),
+    Row(
+        "SSC may go to 0.60 at the SWL, and to 0.55 at all",
+        {"control": {"alpha_swl": 0.6}, "active": {"motor": {"alpha_min": 0.55}}},
+    ),
     Row("friction of the load 30 % less", friction(0.7)),
     Row("friction of the load 30 % more", friction(1.3)),
     Row("`K_2` = 0", {"control": {"K_2": "0 s^2/m"}}),
@@ -109,7 +113,10 @@ def span(a: NDArray[np.float64]) -> str:
     """Smallest and largest change, and the median."""
     if not a.size:
         return "–"
-    return f"{percent(a.min(), sign=True)[:-2]} to {percent(a.max(), sign=True)} (median {percent(float(np.median(a)), sign=True)})"
+    return (
+        f"{percent(a.min(), sign=True)[:-2]} to {percent(a.max(), sign=True)} (median"
+        f" {percent(float(np.median(a)), sign=True)})"
+    )
 
 
 def top_speeds(found: Map, label: str) -> list[float]:
@@ -139,7 +146,10 @@ def claims(waves: Map, steps: Map, damped: Map) -> dict[str, tuple[str, str, str
     low, around = change(steps, "settling_time", *LOW), change(steps, "settling_time", *AROUND_80)
     low_damped, around_damped = change(damped, "settling_time", *LOW), change(damped, "settling_time", *AROUND_80)
     at_80 = np.isclose(speeds(steps), 80.0)
-    t = {x: np.where(of(steps, x, steps.applicable), of(steps, x, steps.values["settling_time"]), np.nan)[:, at_80] for x in ("hs", "ssc")}
+    t = {
+        x: np.where(of(steps, x, steps.applicable), of(steps, x, steps.values["settling_time"]), np.nan)[:, at_80]
+        for x in ("hs", "ssc")
+    }
     against_hs = (t["ssc"] / t["hs"] - 1.0)[np.isfinite(t["ssc"] / t["hs"])]
     new_settles, classic_settles = (of(steps, x, steps.applicable) for x in ("ssc", BEST_CLASSIC))
     more, fewer = int((new_settles & ~classic_settles).sum()), int((classic_settles & ~new_settles).sum())
@@ -156,10 +166,17 @@ def claims(waves: Map, steps: Map, damped: Map) -> dict[str, tuple[str, str, str
         ),
         "7: SSC is stable and consistent in the whole range": (
             "all of it",
-            f"{percent(float(ssc.mean()))} of the map, classic {percent(float(classic.mean()))}; not the heavy and fast corner",
+            (
+                f"{percent(float(ssc.mean()))} of the map, classic {percent(float(classic.mean()))}; not the heavy and"
+                " fast corner"
+            ),
             verdict(bool(ssc.all()), "in most of it"),
         ),
-        "7: control error of SSC against the better of NS and HS, up to 80 m/min": ("lower", span(slow), verdict(slow.max() < 0.0, MISSED)),
+        "7: control error of SSC against the better of NS and HS, up to 80 m/min": (
+            "lower",
+            span(slow),
+            verdict(slow.max() < 0.0, MISSED),
+        ),
         "7: the same above 80 m/min": (
             "lower, classic significantly worse",
             span(fast),
@@ -187,9 +204,13 @@ def claims(waves: Map, steps: Map, damped: Map) -> dict[str, tuple[str, str, str
         ),
         "10: settling around 80 m/min": (
             "SSC performs better",
-            f"{span(around)} against NS; {span(against_hs)} against HS at 80 m/min; "
-            f"with wire damping 0.95 {span(around_damped)} against NS",
-            verdict(around.max() < 0.0, f"{'against' if against_hs.max() < 0.0 else 'mostly against'} HS, not against NS"),
+            (
+                f"{span(around)} against NS; {span(against_hs)} against HS at 80 m/min; "
+                f"with wire damping 0.95 {span(around_damped)} against NS"
+            ),
+            verdict(
+                around.max() < 0.0, f"{'against' if against_hs.max() < 0.0 else 'mostly against'} HS, not against NS"
+            ),
         ),
         "10: SSC covers parts of the map that classic does not": (
             "yes",
@@ -219,9 +240,16 @@ def step_row(row: Row, found: Map) -> tuple[object, ...]:
     v = speeds(found)
     low = (v > LOW[0]) & (v < LOW[1])
     t = found.values["settling_time"]
-    seconds = [float(np.nanmedian(np.where(of(found, x, found.applicable), of(found, x, t), np.nan)[:, low])) for x in ("ns", "hs", "ssc")]
+    seconds = [
+        float(np.nanmedian(np.where(of(found, x, found.applicable), of(found, x, t), np.nan)[:, low]))
+        for x in ("ns", "hs", "ssc")
+    ]
     changes = [change(found, "settling_time", *ends) for ends in (LOW, AROUND_80, (SWITCH, 999.0))]
-    return (row.label, *(f"{x:.2f} s" for x in seconds), *(percent(float(np.median(a)), sign=True) if a.size else "–" for a in changes))
+    return (
+        row.label,
+        *(f"{x:.2f} s" for x in seconds),
+        *(percent(float(np.median(a)), sign=True) if a.size else "–" for a in changes),
+    )
 
 
 def corner(found: Map) -> str:
@@ -230,9 +258,10 @@ def corner(found: Map) -> str:
     error = of(found, "ssc", found.values["e_c_pp"])[:, -1]
     light = [i for i, m in enumerate(found.axes.loads) if m <= 0.61 * CRANE.SWL]
     return (
-        f"Highest speeds in m/min by load: NS {by_load(found, 'ns')}; HS {by_load(found, 'hs')}; "
-        f"SSC {by_load(found, 'ssc')}. At 120 m/min and up to 150 t the pumps of SSC are full for {percent(share[light].min())} to "
-        f"{percent(share[light].max())} of the time, and the error is {error[light].min() * 1e3:.0f} to {error[light].max() * 1e3:.0f} mm."
+        f"Highest speeds in m/min by load: NS {by_load(found, 'ns')}; HS {by_load(found, 'hs')}; SSC"
+        f" {by_load(found, 'ssc')}. At 120 m/min and up to 150 t the pumps of SSC are full for"
+        f" {percent(share[light].min())} to {percent(share[light].max())} of the time, and the error is"
+        f" {error[light].min() * 1e3:.0f} to {error[light].max() * 1e3:.0f} mm."
     )
 
 
@@ -240,12 +269,14 @@ CELLS = cells_of(CRANE, ("ns", "hs", "ssc"), loads=FEWER)
 
 
 def medians(r: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:
-    """Median change of SSC against the better classic mode, error and pressure, up to 80 m/min and above, and the share of the map that SSC
-    covers [%]."""
+    """Median change of SSC against the better classic mode, error and pressure, up to 80 m/min and above, and the share
+    of the map that SSC covers [%]."""
     n = len(CELLS.cases) // len(CELLS.controllers)
     v = 60.0 * np.array([CELLS.axes.speeds[i % len(CELLS.axes.speeds)] for i in range(n)])
     found = [r[str(i)] for i in range(len(CELLS.cases))]
-    applies = np.array([not cause_of(s, c.mode, c.load / CRANE.SWL) for s, c in zip(found, CELLS.cases, strict=True)]).reshape(3, n)
+    applies = np.array(
+        [not cause_of(s, c.mode, c.load / CRANE.SWL) for s, c in zip(found, CELLS.cases, strict=True)]
+    ).reshape(3, n)
     e, p = (np.array([float(s[name]) for s in found]).reshape(3, n) for name in ("e_c_pp", "p_max"))
     classic = np.where(applies[:2], e[:2], np.inf).argmin(axis=0)
     both = applies[2] & applies[:2].any(axis=0)
@@ -263,7 +294,9 @@ def of_period(T: float) -> causes.Alternative:
 
     def change(runs: causes.Runs) -> causes.Runs:
         axes = cells_of(CRANE, ("ns", "hs", "ssc"), loads=FEWER, period=f"{T:g} s").cases
-        return {name: (crane, case.model_copy(update={"tip": axes[int(name)].tip})) for name, (crane, case) in runs.items()}
+        return {
+            name: (crane, case.model_copy(update={"tip": axes[int(name)].tip})) for name, (crane, case) in runs.items()
+        }
 
     return causes.Alternative(f"sine of {T:g} s", change, "motion")
 
@@ -287,12 +320,18 @@ def attribution() -> causes.Attribution:
         "pressure fast": ("pressure above", "lower"),
     }
     figures = [
-        causes.Figure(label, lambda r, n=name: medians(r)[n], -SMALL if "small" in printed else -math.inf, 0.0, "%", 0, printed)
+        causes.Figure(
+            label, lambda r, n=name: medians(r)[n], -SMALL if "small" in printed else -math.inf, 0.0, "%", 0, printed
+        )
         for name, (label, printed) in names.items()
     ]
-    figures.append(causes.Figure("map that SSC covers", lambda r: medians(r)["covered"], 100.0, unit="%", digits=0, printed="all"))
+    figures.append(
+        causes.Figure("map that SSC covers", lambda r: medians(r)["covered"], 100.0, unit="%", digits=0, printed="all")
+    )
     runs = {str(i): pair for i, pair in enumerate(zip(CELLS.cranes, CELLS.cases, strict=True))}
-    return causes.attribute(runs, figures, [*(of_period(T) for T in (6.0, 8.0, 16.0)), *settings(MAP_ROWS)], pairs=False)
+    return causes.attribute(
+        runs, figures, [*(of_period(T) for T in (6.0, 8.0, 16.0)), *settings(MAP_ROWS)], pairs=False
+    )
 
 
 def settled(pairs: Sequence[causes.Pair]) -> list[dict[str, float]]:
@@ -308,8 +347,17 @@ def settled(pairs: Sequence[causes.Pair]) -> list[dict[str, float]]:
 def settling_attribution() -> causes.Attribution:
     """What the settling times depend on, one change at a time; the tip rests, and load and speed are the map's."""
     figures = [
-        causes.Figure("settling time up to 50 m/min", lambda r: r["crane"]["low"], most=0.0, unit="%", digits=0, printed="improves"),
-        causes.Figure("around 80 m/min", lambda r: r["crane"]["around"], most=0.0, unit="%", digits=0, printed="better"),
+        causes.Figure(
+            "settling time up to 50 m/min",
+            lambda r: r["crane"]["low"],
+            most=0.0,
+            unit="%",
+            digits=0,
+            printed="improves",
+        ),
+        causes.Figure(
+            "around 80 m/min", lambda r: r["crane"]["around"], most=0.0, unit="%", digits=0, printed="better"
+        ),
     ]
     run = {"crane": (CRANE, Scenario(load="150 t", s_w="149 m", mode="ssc", duration="60 s"))}
     return causes.attribute(run, figures, settings(STEP_ROWS), pairs=False, evaluate=settled)
@@ -320,7 +368,9 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     waves, steps = map_of(CRANE), settling_of(CRANE)
     found = claims(waves, steps, settling_of(crane_of(DAMPED)))
     rows = [map_row(r, map_of(crane_of(r), loads=FEWER, **r.asked)) for r in (*MAP_ROWS, DAMPED)]
-    tests = [step_row(r, settling_of(crane_of(r), loads="20 % to 100 % by 40 %", **r.asked)) for r in (*STEP_ROWS, DAMPED)]
+    tests = [
+        step_row(r, settling_of(crane_of(r), loads="20 % to 100 % by 40 %", **r.asked)) for r in (*STEP_ROWS, DAMPED)
+    ]
     head = ("variant", "error up to 80", "above", "pressure up to 80", "above", "NS", "HS", "SSC", "best classic")
     wide = ("variant", "NS up to 50", "HS", "SSC", "change up to 50", "70 and 80", "above 80")
     blocks = {

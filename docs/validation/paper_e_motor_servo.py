@@ -1,4 +1,5 @@
-"""Paper E's tests of the motors' displacement control at the quay: open loop with and without feedback, closed loop; 12 s and 6 s."""
+"""Paper E's tests of the motors' displacement control at the quay: open loop with and without feedback, closed loop; 12
+s and 6 s."""
 
 from __future__ import annotations
 
@@ -71,7 +72,9 @@ ROWS = (
     Variant("`u_thr` 0.5", OPEN_LOOP | {"control": {"u_thr": 0.5}}),
     Variant("`u_thr` 0.4", OPEN_LOOP | {"control": {"u_thr": 0.4}}),
     Variant("`u_thr` 0.7", OPEN_LOOP | {"control": {"u_thr": 0.7}}),
-    Variant("`alpha_min` 0.5 instead of 0.6", {"active": {"motor": {**OPEN_LOOP["active"]["motor"], "alpha_min": 0.5}}}),
+    Variant(
+        "`alpha_min` 0.5 instead of 0.6", {"active": {"motor": {**OPEN_LOOP["active"]["motor"], "alpha_min": 0.5}}}
+    ),
     Variant("`K_2` 0", OPEN_LOOP | {"control": {"K_2": "0 s^2/m"}}),
     Variant("friction of L4593, the largest set", OPEN_LOOP | {"friction": {"library": "L4593"}}),
 )
@@ -83,13 +86,15 @@ def crane_of(v: Variant) -> Crane:
 
 def case(amplitude: float, period: float) -> Scenario:
     tip = Sine.from_si(amplitude, period)
-    return Scenario(load="0 t", s_w="15 m", mode="ssc", tip=tip, warm_up=f"{WARM:g} s", duration=f"{WARM + DURATION:g} s")
+    return Scenario(
+        load="0 t", s_w="15 m", mode="ssc", tip=tip, warm_up=f"{WARM:g} s", duration=f"{WARM + DURATION:g} s"
+    )
 
 
 class Found(NamedTuple):
-    """One run: series after the warm-up; tip and wire speed [m/min]; error peak-to-peak [cm]; largest pump and smallest motor displacement
-    [-]; by how much the motors stand above their command at most, and their least displacement above the least command [cm^3/rev each];
-    shares of the time with pumps full, motors full [-]."""
+    """One run: series after the warm-up; tip and wire speed [m/min]; error peak-to-peak [cm]; largest pump and smallest
+    motor displacement [-]; by how much the motors stand above their command at most, and their least displacement above
+    the least command [cm^3/rev each]; shares of the time with pumps full, motors full [-]."""
 
     run: xarray.Dataset
     v_tip: float
@@ -119,7 +124,8 @@ def found(v: Variant, period: float, amplitude: float) -> Found:
     )
 
 
-AFFECTED = 50.0  # %: by how much an error must be larger to be called affected here, and within a fifth of it to be called not affected
+# %: by how much an error must be larger to be called affected here, and within a fifth of it to be called not affected
+AFFECTED = 50.0
 
 
 def setting(v: Variant) -> causes.Alternative:
@@ -150,7 +156,12 @@ def attribution() -> causes.Attribution:
                 printed="not affected",
             ),
             causes.Figure(
-                f"without feedback over with, {T:g} s", off("blind", "open", T), AFFECTED, unit="%", digits=0, printed="affected"
+                f"without feedback over with, {T:g} s",
+                off("blind", "open", T),
+                AFFECTED,
+                unit="%",
+                digits=0,
+                printed="affected",
             ),
             causes.Figure(
                 f"pumps, {T:g} s",
@@ -165,7 +176,8 @@ def attribution() -> causes.Attribution:
 
 
 class Followed(NamedTuple):
-    """Fastest tip that leaves the pumps something, and the wire's speed there; the wire's highest speed whatever the tip asks [m/min]."""
+    """Fastest tip that leaves the pumps something, and the wire's speed there; the wire's highest speed whatever the
+    tip asks [m/min]."""
 
     tip: float
     wire: float
@@ -181,7 +193,8 @@ def followed(v: Variant, period: float) -> Followed:
 
 
 def stroke(crane: Crane, commands: Sequence[float], hold: float) -> tuple[Array, Array, Array]:
-    """Time [s], command and displacement [-] of motors that stand still, each command held for `hold` [s]: the twin's own control."""
+    """Time [s], command and displacement [-] of motors that stand still, each command held for `hold` [s]: the twin's
+    own control."""
     A = active_record(crane)
     held, state, n = 1.0, [1.0, 0.0], round(hold / 0.02)
     times, wanted, alpha = [], [], []
@@ -201,7 +214,8 @@ def stroke(crane: Crane, commands: Sequence[float], hold: float) -> tuple[Array,
 
 
 def staircase_offsets() -> tuple[float, float]:
-    """Least and largest part of the full displacement by which the motors stand above a command below full, after each step [-]."""
+    """Least and largest part of the full displacement by which the motors stand above a command below full, after each
+    step [-]."""
     _, wanted, alpha = stroke(crane_of(OPEN), STEPS, HOLD)
     last = round(HOLD / 0.02) - 1
     ends = range(last, len(alpha), last + 1)
@@ -246,12 +260,18 @@ def claims(runs: Readings, limit: Mapping[str, Followed]) -> dict[str, tuple[str
         ),
         "open loop with feedback: accuracy": (
             "not affected",
-            f"{open_[0].e_c_pp:.1f} and {open_[1].e_c_pp:.1f} cm; closed loop {closed[0].e_c_pp:.1f} and {closed[1].e_c_pp:.1f} cm",
+            (
+                f"{open_[0].e_c_pp:.1f} and {open_[1].e_c_pp:.1f} cm; closed loop {closed[0].e_c_pp:.1f} and"
+                f" {closed[1].e_c_pp:.1f} cm"
+            ),
             verdict(same, "not reproduced"),
         ),
         "open loop with feedback: speed capacity": (
             "reduced",
-            f"{limit[OPEN.label].most:.0f} instead of {limit[CLOSED.label].most:.0f} m/min; {limit[OPEN_10.label].most:.0f} with 10 %",
+            (
+                f"{limit[OPEN.label].most:.0f} instead of {limit[CLOSED.label].most:.0f} m/min;"
+                f" {limit[OPEN_10.label].most:.0f} with 10 %"
+            ),
             verdict(limit[OPEN.label].most < limit[CLOSED.label].most, "not reproduced"),
         ),
         "open loop without feedback: speed capacity": (
@@ -266,18 +286,28 @@ def claims(runs: Readings, limit: Mapping[str, Followed]) -> dict[str, tuple[str
         ),
         "motors move in both patterns (fig. 14)": (
             "yes",
-            f"to {open_[0].alpha_m:.2f} and {open_[1].alpha_m:.2f}; if heights to {half[0].alpha_m:.2f} and {half[1].alpha_m:.2f}",
+            (
+                f"to {open_[0].alpha_m:.2f} and {open_[1].alpha_m:.2f}; if heights to {half[0].alpha_m:.2f} and"
+                f" {half[1].alpha_m:.2f}"
+            ),
             _reading([f.alpha_m < 0.98 for f in open_], [f.alpha_m < 0.98 for f in half]),
         ),
         "offset between feedback and setpoint, at the least displacement": (
             "up to 20 cm³/rev",
-            f"{open_[0].bottom:.0f} and {open_[1].bottom:.0f} cm³/rev; if heights {half[0].bottom:.0f} and {half[1].bottom:.0f}",
-            _reading([abs(f.bottom - OFFSET) < 0.25 * OFFSET for f in open_], [abs(half[0].bottom - OFFSET) < 0.25 * OFFSET]),
+            (
+                f"{open_[0].bottom:.0f} and {open_[1].bottom:.0f} cm³/rev; if heights {half[0].bottom:.0f} and"
+                f" {half[1].bottom:.0f}"
+            ),
+            _reading(
+                [abs(f.bottom - OFFSET) < 0.25 * OFFSET for f in open_], [abs(half[0].bottom - OFFSET) < 0.25 * OFFSET]
+            ),
         ),
         "the speed is met easily": (
             "yes",
-            f"wire {open_[0].v_w:.0f} of {open_[0].v_tip:.0f} m/min, pumps {percent(open_[0].alpha_p)} and {percent(open_[1].alpha_p)}; "
-            f"if heights {percent(half[0].alpha_p)} and {percent(half[1].alpha_p)}",
+            (
+                f"wire {open_[0].v_w:.0f} of {open_[0].v_tip:.0f} m/min, pumps {percent(open_[0].alpha_p)} and"
+                f" {percent(open_[1].alpha_p)}; if heights {percent(half[0].alpha_p)} and {percent(half[1].alpha_p)}"
+            ),
             verdict(all(f.alpha_p < EASILY for f in open_), "met, at 12 s with nothing left"),
         ),
         "at full displacement more often with `u_thr` 0.6 than with 0.4": (
@@ -303,7 +333,10 @@ def pattern_rows(runs: Readings) -> list[tuple[object, ...]]:
     for (label, T), both in runs.items():
         for share, f in zip((1.0, HALF), both, strict=True):
             name = f"{T:g} s, {share * dict(PATTERNS)[T]:g} m, {label}"
-            speeds, motors = (f"{f.v_tip:.0f}", f"{f.v_w:.0f}"), (f"{f.alpha_m:.2f}", f"{f.bottom:.0f}", f"{f.above:.0f}")
+            speeds, motors = (
+                (f"{f.v_tip:.0f}", f"{f.v_w:.0f}"),
+                (f"{f.alpha_m:.2f}", f"{f.bottom:.0f}", f"{f.above:.0f}"),
+            )
             rows.append((name, *speeds, f"{f.e_c_pp:.1f}", percent(f.alpha_p), percent(f.pumps_full), *motors))
     return sorted(rows, key=lambda r: [float(x.split()[0]) for x in str(r[0]).split(", ")[:2]], reverse=True)
 
@@ -311,7 +344,14 @@ def pattern_rows(runs: Readings) -> list[tuple[object, ...]]:
 def variant(v: Variant) -> tuple[object, ...]:
     both = [found(v, T, A) for T, A in PATTERNS]
     cells = (
-        (f"{f.e_c_pp:.1f}", percent(f.alpha_p), percent(f.pumps_full), f"{f.alpha_m:.2f}", f"{f.bottom:.0f}", f"{f.above:.0f}")
+        (
+            f"{f.e_c_pp:.1f}",
+            percent(f.alpha_p),
+            percent(f.pumps_full),
+            f"{f.alpha_m:.2f}",
+            f"{f.bottom:.0f}",
+            f"{f.above:.0f}",
+        )
         for f in both
     )
     return (v.label, *(" / ".join(pair) for pair in zip(*cells, strict=True)))
@@ -347,7 +387,9 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[tup
         "causes": causes.block(attribution()),
         "claims": claims_table(said),
         "patterns": table(head, pattern_rows(runs)),
-        "limits": table(("motors (12 s)", "fastest tip without full pumps", "wire then", "fastest wire at all"), limits),
+        "limits": table(
+            ("motors (12 s)", "fastest tip without full pumps", "wire then", "fastest wire at all"), limits
+        ),
         "sensitivity": table(wide, [variant(r) for r in ROWS]),
     }
     shown = {(T, share): runs[OPEN.label, T][i].run for T, _ in PATTERNS for i, share in enumerate((1.0, HALF))}
@@ -366,7 +408,15 @@ def draw(runs: Mapping[tuple[float, float], xarray.Dataset]) -> None:
         cut = run.sel(time=slice(WARM, WARM + 2.0 * T))
         reading = "amplitude" if share == 1.0 else "height"
         title = f"{T:g} s, {dict(PATTERNS)[T]:g} m of {reading}: up to {60.0 * float(run['v_tip_max']):.0f} m/min"
-        panels.append((figure.add_subplot(grid[row, column]), cut["time"].values - WARM, cut["u_m"].values, cut["alpha_m"].values, title))
+        panels.append(
+            (
+                figure.add_subplot(grid[row, column]),
+                cut["time"].values - WARM,
+                cut["u_m"].values,
+                cut["alpha_m"].values,
+                title,
+            )
+        )
     for ax, x, command, setting, title in panels:
         ax.plot(x, D_ONE * command, color=GREY, ls="--", lw=1.2, label="command")
         ax.plot(x, D_ONE * setting, color=COLOURS[0], lw=1.3, label="motor")
@@ -376,5 +426,7 @@ def draw(runs: Mapping[tuple[float, float], xarray.Dataset]) -> None:
         ax.set_xlabel("time [s]")
         ax.grid(alpha=0.3)
     top.legend(loc="lower right", frameon=False)
-    figure.suptitle("nov-250t, motors in open loop with feedback, u_thr 0.6: as paper E figures 13 and 14", fontsize="medium")
+    figure.suptitle(
+        "nov-250t, motors in open loop with feedback, u_thr 0.6: as paper E figures 13 and 14", fontsize="medium"
+    )
     save(figure, PICTURE)

@@ -55,7 +55,9 @@ def claims(f: Mapping[str, Found]) -> dict[str, tuple[str, str, str]]:
 
     def ranks(name: str, unit: str, digits: int) -> tuple[str, bool]:
         a, b, c = (float(getattr(x, name)) for x in (ns, hs, ssc))
-        ours = f"SSC {c:.{digits}f}, NS {a:.{digits}f}, HS {b:.{digits}f} {unit}: {less(c, a)} on NS, {less(c, b)} on HS"
+        ours = (
+            f"SSC {c:.{digits}f}, NS {a:.{digits}f}, HS {b:.{digits}f} {unit}: {less(c, a)} on NS, {less(c, b)} on HS"
+        )
         return ours, c < (1.0 - MARKED) * a and c < (1.0 - MARKED) * b
 
     speed, speed_ok = ranks("v_w", "m/min", 2)
@@ -65,14 +67,26 @@ def claims(f: Mapping[str, Found]) -> dict[str, tuple[str, str, str]]:
     in_p, in_v = hs.p_a / span(hs, "p_a", "pressure"), hs.v_w / span(hs, "v_w", "speed")
     pronounced = 1.0 - ssc.p_a_max / hs.p_a_max > 1.0 - ssc.p_a_max / ns.p_a_max
     return {
-        "speed more oscillatory with fixed motors (rms above 0.5 Hz)": ("clearly", speed, verdict(speed_ok, "not reproduced")),
-        "pressure more oscillatory (rms above 0.5 Hz)": ("clearly, more pronounced", pressure, verdict(pressure_ok, "not reproduced")),
+        "speed more oscillatory with fixed motors (rms above 0.5 Hz)": (
+            "clearly",
+            speed,
+            verdict(speed_ok, "not reproduced"),
+        ),
+        "pressure more oscillatory (rms above 0.5 Hz)": (
+            "clearly, more pronounced",
+            pressure,
+            verdict(pressure_ok, "not reproduced"),
+        ),
         "more pronounced in the pressure than in the speed": (
             "yes",
             f"HS: rms {percent(in_p)} of the pressure's range, {percent(in_v)} of the speed's",
             verdict(in_p > in_v, "not reproduced"),
         ),
-        "control error kept to a minimum by SSC": ("yes", error, verdict(ssc.e_c_pp < min(ns.e_c_pp, hs.e_c_pp), "not reproduced")),
+        "control error kept to a minimum by SSC": (
+            "yes",
+            error,
+            verdict(ssc.e_c_pp < min(ns.e_c_pp, hs.e_c_pp), "not reproduced"),
+        ),
         "lower peak pressure, most against HS (section 2.7.1)": (
             "yes",
             peak,
@@ -103,14 +117,26 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
         f"{m.upper()} {1.0 / eigenfrequency(CRANE, alpha).period:.2f} Hz"
         for m, alpha in (("ns", CRANE.control.alpha_ns), ("hs", CRANE.control.alpha_hs), ("ssc", 1.0))
     )
-    wide = ("variant: NS / HS / SSC", "`v_w` above 0.5 Hz, m/min", "`p_a` above 0.5 Hz, bar", "error p-p, cm", "highest `p_a`, bar")
+    wide = (
+        "variant: NS / HS / SSC",
+        "`v_w` above 0.5 Hz, m/min",
+        "`p_a` above 0.5 Hz, bar",
+        "error p-p, cm",
+        "highest `p_a`, bar",
+    )
     runs, other = runs_of(TIP, MODES, DURATION), alternatives((*OWN[1:], *ROWS))
     blocks = {
-        "causes": causes.block(causes.attribute(runs, figures({"p_a_max": "highest `p_a`", "e_c_pp": "error"}, 0.0, "lower"), other)),
+        "causes": causes.block(
+            causes.attribute(runs, figures({"p_a_max": "highest `p_a`", "e_c_pp": "error"}, 0.0, "lower"), other)
+        ),
         "causes-oscillation": causes.block(
             causes.attribute(
                 runs,
-                figures({"v_w": "`v_w` above 0.5 Hz", "p_a": "`p_a` above 0.5 Hz"}, 100.0 * MARKED, "clearly: a quarter at least"),
+                figures(
+                    {"v_w": "`v_w` above 0.5 Hz", "p_a": "`p_a` above 0.5 Hz"},
+                    100.0 * MARKED,
+                    "clearly: a quarter at least",
+                ),
                 other,
                 pairs=False,
                 evaluate=oscillations,

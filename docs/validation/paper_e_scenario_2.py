@@ -1,4 +1,5 @@
-"""Paper E's quayside scenario 2: the 250 t crane, empty hook, a sine as fast as normal speed (NS) can follow; NS, HS and SSC."""
+"""Paper E's quayside scenario 2: the 250 t crane, empty hook, a sine as fast as normal speed (NS) can follow; NS, HS
+and SSC."""
 
 from __future__ import annotations
 
@@ -69,7 +70,8 @@ def case(tip: Any, mode: str, sensors: Mapping[str, str]) -> Scenario:
 
 
 def speed_of_ns(crane: Crane) -> float:
-    """Speed that NS reaches without leakage on this layer, with the displacement at which its motors really stand [m/s]."""
+    """Speed that NS reaches without leakage on this layer, with the displacement at which its motors really stand
+    [m/s]."""
     at_rest = simulate(crane, case(Still(), "ns", {}))
     return wire_speed_max(crane, float(at_rest["alpha_m"][-1]), layer_diameter_at(crane, S_W))
 
@@ -167,8 +169,16 @@ def claims(runs: Runs, nearest: Runs) -> dict[str, tuple[str, str, str]]:
     return {
         "NS reaches its full capacity": ("100 % pump", percent(full), verdict(full > 0.995, "not full")),
         "pump capacity that SSC has left": ("10 %", percent(left), verdict(abs(left - 0.1) < 0.02, "not reproduced")),
-        "motor reduction that SSC has left": ("more than 20 %", percent(reduction), verdict(reduction > 0.2, "not reproduced")),
-        "control error of SSC": ("within 10 cm", f"{cm(ssc)} peak-to-peak", verdict(value(ssc, "e_c_pp") < 0.1, "not reproduced")),
+        "motor reduction that SSC has left": (
+            "more than 20 %",
+            percent(reduction),
+            verdict(reduction > 0.2, "not reproduced"),
+        ),
+        "control error of SSC": (
+            "within 10 cm",
+            f"{cm(ssc)} peak-to-peak",
+            verdict(value(ssc, "e_c_pp") < 0.1, "not reproduced"),
+        ),
         "control error of HS": (
             "more than 20 cm",
             f"{cm(hs)}, {times:.1f} times that of SSC; {cm(nearest['hs'])} with HS 0.48 and 6 s",
@@ -179,7 +189,11 @@ def claims(runs: Runs, nearest: Runs) -> dict[str, tuple[str, str, str]]:
             f"{gap(runs):.0f} bar; {gap(nearest):.0f} bar with HS 0.48 and 6 s",
             verdict(gap(runs) > 120.0, missed),
         ),
-        "NS has higher pressures than SSC": ("yes", f"{p_ns:.0f} against {p_ssc:.0f} bar", verdict(p_ns > p_ssc, "not reproduced")),
+        "NS has higher pressures than SSC": (
+            "yes",
+            f"{p_ns:.0f} against {p_ssc:.0f} bar",
+            verdict(p_ns > p_ssc, "not reproduced"),
+        ),
     }
 
 
@@ -202,7 +216,17 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
         for m, one in runs.items()
     ]
     head = ("", "error p-p", "largest", "highest `p_a`", "above boost", "pumps", "least `alpha_m`", "wire speed")
-    wide = ("variant", "tip m/min", "NS pumps", "SSC pumps left", "reduction left", "SSC below HS, bar", "error NS, cm", "HS", "SSC")
+    wide = (
+        "variant",
+        "tip m/min",
+        "NS pumps",
+        "SSC pumps left",
+        "reduction left",
+        "SSC below HS, bar",
+        "error NS, cm",
+        "HS",
+        "SSC",
+    )
     blocks = {
         "claims": claims_table(found),
         "causes": causes.block(attribution()),

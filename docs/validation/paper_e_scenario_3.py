@@ -49,7 +49,8 @@ def fastest(tip: Motion) -> float:
 
 
 def claims(f: Mapping[str, Found], halved: Mapping[str, Found]) -> dict[str, tuple[str, str, str]]:
-    """claim -> theirs, ours, verdict; the index repeats them. `halved` are the runs with the other reading of "amplitude"."""
+    """claim -> theirs, ours, verdict; the index repeats them. `halved` are the runs with the other reading of
+    "amplitude"."""
     ns, hs, ssc = (f[m] for m in MODES)
 
     def pair(name: str, unit: str, digits: int) -> tuple[str, str]:
@@ -64,8 +65,10 @@ def claims(f: Mapping[str, Found], halved: Mapping[str, Found]) -> dict[str, tup
         "reduced oscillations: wire speed, rms above 0.5 Hz": ("SSC below HS", *pair("v_w", "m/min", 2)),
         "HS is the classic mode to compare with": (
             "HS and SSC are shown",
-            f"NS is {'full' if ns.alpha_p > 0.995 else 'not full'} with an error of {ns.e_c_pp:.1f} cm (HS {hs.e_c_pp:.1f}); "
-            f"pumps of SSC {percent(ssc.alpha_p)}",
+            (
+                f"NS is {'full' if ns.alpha_p > 0.995 else 'not full'} with an error of {ns.e_c_pp:.1f} cm (HS"
+                f" {hs.e_c_pp:.1f}); pumps of SSC {percent(ssc.alpha_p)}"
+            ),
             "fits: NS has nothing left" if ns.alpha_p > 0.995 else "NS would do as well",
         ),
     }
@@ -92,18 +95,28 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     for row in (*OWN, *(r for r in ROWS if not r.label.startswith("NS"))):
         both = both_of(row)
         rows.append((row.label, *beside([*both.values()]), percent(both["ssc"].alpha_p)))
-    runs, other = runs_of(TIP, COMPARED, BEAT), alternatives((*OWN[1:], *(r for r in ROWS if not r.label.startswith("NS"))))
+    runs, other = (
+        runs_of(TIP, COMPARED, BEAT),
+        alternatives((*OWN[1:], *(r for r in ROWS if not r.label.startswith("NS")))),
+    )
     blocks = {
         "causes": causes.block(causes.attribute(runs, figures({"p_a_max": "highest `p_a`", "e_c_pp": "error"}), other)),
         "causes-oscillation": causes.block(
             causes.attribute(
-                runs, figures({"v_w": "`v_w` above 0.5 Hz", "p_a": "`p_a` above 0.5 Hz"}), other, pairs=False, evaluate=oscillations
+                runs,
+                figures({"v_w": "`v_w` above 0.5 Hz", "p_a": "`p_a` above 0.5 Hz"}),
+                other,
+                pairs=False,
+                evaluate=oscillations,
             ),
             "The same for the oscillations, one change at a time.",
         ),
         "notes": causes.notes({m.upper(): f.run for m, f in base.items()}),
         "claims": claims_table(said),
-        "tip": f"Tip: {fastest(TIP):.1f} m/min at most; {fastest(sea(0.5)):.1f} m/min if the printed amplitudes are heights.",
+        "tip": (
+            f"Tip: {fastest(TIP):.1f} m/min at most; {fastest(sea(0.5)):.1f} m/min if the printed amplitudes are"
+            " heights."
+        ),
         "numbers": table(HEAD, [numbers(m, f) for m, f in base.items()]),
         "sensitivity": table(wide, rows),
     }

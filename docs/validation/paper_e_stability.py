@@ -1,4 +1,5 @@
-"""Paper E's stability section: gain limit against displacement, what SSC does to it, and the whole plant beside the reduced model."""
+"""Paper E's stability section: gain limit against displacement, what SSC does to it, and the whole plant beside the
+reduced model."""
 
 from __future__ import annotations
 
@@ -11,17 +12,45 @@ import numpy as np
 from blocks import claims_table, percent, save, table, verdict
 
 from stillhook import Crane, Scenario, load_crane, simulate
-from stillhook.analysis.loop_stability.figures import bode_figure, gain_limit_figure, motor_pole_figure, root_locus_figure, sweep_figure
-from stillhook.analysis.loop_stability.governing import Place, PlantLoop, calm, carried, governing, plant_loop_at, slow_places, wire_range
+from stillhook.analysis.loop_stability.figures import (
+    bode_figure,
+    gain_limit_figure,
+    motor_pole_figure,
+    root_locus_figure,
+    sweep_figure,
+)
+from stillhook.analysis.loop_stability.governing import (
+    Place,
+    PlantLoop,
+    calm,
+    carried,
+    governing,
+    plant_loop_at,
+    slow_places,
+    wire_range,
+)
 from stillhook.analysis.loop_stability.margins import gain_limit_of, strongest_gain
 from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency, gain_limit
 from stillhook.analysis.loop_stability.models.equivalent import equivalent
 from stillhook.analysis.loop_stability.models.linearisation import at_state, linearise
 from stillhook.analysis.loop_stability.models.loops import position_loop, sampled
-from stillhook.analysis.loop_stability.models.transfer import about, closed_loop_polynomial, motor_poles, speed_response, whole_matrices
+from stillhook.analysis.loop_stability.models.transfer import (
+    about,
+    closed_loop_polynomial,
+    motor_poles,
+    speed_response,
+    whole_matrices,
+)
 from stillhook.analysis.loop_stability.ringing import rms_above
 from stillhook.analysis.loop_stability.routh import gain_limit_by_poles, gain_limit_by_routh
-from stillhook.analysis.loop_stability.stability import full_stability, least_limit, range_of_modes, slow_sweep, stability, sweep
+from stillhook.analysis.loop_stability.stability import (
+    full_stability,
+    least_limit,
+    range_of_modes,
+    slow_sweep,
+    stability,
+    sweep,
+)
 from stillhook.analysis.steady.operating_point import operating_point
 from stillhook.library import changed
 from stillhook.spec.scenario import Mode
@@ -31,19 +60,36 @@ PAGE = "paper-e-stability.md"
 CRANE = load_crane("nov-250t")
 SPEEDS = (0.0, 40.0, 60.0, 80.0, 100.0, 120.0)  # m/min
 POINTS = (
-    (0.0, 15.0, 1.0), (0.0, 15.0, 10.0), (0.0, 15.0, 60.0),
-    (100e3, 15.0, 1.0), (100e3, 15.0, 5.0), (100e3, 15.0, 20.0), (100e3, 15.0, 60.0),
-    (100e3, 100.0, 5.0), (100e3, 100.0, 60.0), (100e3, 1000.0, 5.0), (100e3, 1000.0, 60.0),
-)  # fmt: skip
+    (0.0, 15.0, 1.0),
+    (0.0, 15.0, 10.0),
+    (0.0, 15.0, 60.0),
+    (100e3, 15.0, 1.0),
+    (100e3, 15.0, 5.0),
+    (100e3, 15.0, 20.0),
+    (100e3, 15.0, 60.0),
+    (100e3, 100.0, 5.0),
+    (100e3, 100.0, 60.0),
+    (100e3, 1000.0, 5.0),
+    (100e3, 1000.0, 60.0),
+)
 """Load [kg], wire out [m], wire speed [m/min] of the comparison."""
 SLOW = (100e3, 15.0, 5.0)
 """Load, wire out and speed at which the limit is looked for in runs."""
 DAMPED = changed(CRANE, {"wire": causes.WIRE})
 """The crane with the wire's damping that paper C assumes."""
 SLOW_RUNS = (
-    (CRANE, "hs", 0.04), (CRANE, "hs", 0.16), (CRANE, "hs", 0.40), (CRANE, "ssc", 0.16), (CRANE, "ssc", 0.50),
-    (DAMPED, "hs", 0.16), (DAMPED, "hs", 0.20), (DAMPED, "hs", 0.35), (DAMPED, "hs", 0.40), (DAMPED, "ssc", 0.16), (DAMPED, "ssc", 0.50),
-)  # fmt: skip
+    (CRANE, "hs", 0.04),
+    (CRANE, "hs", 0.16),
+    (CRANE, "hs", 0.40),
+    (CRANE, "ssc", 0.16),
+    (CRANE, "ssc", 0.50),
+    (DAMPED, "hs", 0.16),
+    (DAMPED, "hs", 0.20),
+    (DAMPED, "hs", 0.35),
+    (DAMPED, "hs", 0.40),
+    (DAMPED, "ssc", 0.16),
+    (DAMPED, "ssc", 0.50),
+)
 """Crane, mode and K_p [1/m] of those runs: below and above the limit of HS."""
 DISPLACEMENTS = (1075, 860, 645, 215, 75, 40)
 
@@ -65,7 +111,9 @@ def four_ways() -> str:
         by_routh = gain_limit_by_routh(*closed_loop_polynomial(CRANE, a))
         by_poles, (by_response, _) = gain_limit_by_poles(loop.closed_poles), gain_limit_of(loop)
         plc, _ = gain_limit_of(sampled(loop, CRANE.control.t_cycle, CRANE.control.computing))
-        rows.append((D, *(digits(v) for v in (closed.K_p_ms, by_routh, by_poles, by_response, plc)), f"{closed.omega_c:.3f}"))
+        rows.append(
+            (D, *(digits(v) for v in (closed.K_p_ms, by_routh, by_poles, by_response, plc)), f"{closed.omega_c:.3f}")
+        )
     head = ("cm³/rev", "closed form, 1/m", "Routh", "eigenvalues", "response", "with PLC", "swings at, rad/s")
     return table(head, rows)
 
@@ -88,7 +136,17 @@ def margin_rows() -> str:
                     f"{s.K_p_strong:.3f}",
                 )
             )
-    head = ("mode", "`alpha_m`", "delay", "gain margin", "with PLC", "phase margin", "delay margin", "M_s", "strongest `K_p`, 1/m")
+    head = (
+        "mode",
+        "`alpha_m`",
+        "delay",
+        "gain margin",
+        "with PLC",
+        "phase margin",
+        "delay margin",
+        "M_s",
+        "strongest `K_p`, 1/m",
+    )
     return table(head, rows)
 
 
@@ -98,7 +156,9 @@ def holding_rows() -> str:
     for mode in (Mode.NS, Mode.HS, Mode.SSC):
         for s_w in (15.0, 100.0, wire_range(CRANE)[-1]):
             allowed = governing(CRANE, mode, wires=(s_w,))
-            least = {Mode.NS: CRANE.control.alpha_ns, Mode.HS: CRANE.control.alpha_hs}.get(mode, CRANE.active.motor.alpha_min)
+            least = {Mode.NS: CRANE.control.alpha_ns, Mode.HS: CRANE.control.alpha_hs}.get(
+                mode, CRANE.active.motor.alpha_min
+            )
             place, here, limit = slowest(mode, s_w)
             rows.append(
                 (
@@ -113,14 +173,21 @@ def holding_rows() -> str:
                 )
             )
     head = (
-        "mode", "wire out", "limit published", "limit of the slow plant, calm load", "where it is least",
-        "swings whatever `K_p`", "which holds", "`K_p` kept, 1/m",
-    )  # fmt: skip
+        "mode",
+        "wire out",
+        "limit published",
+        "limit of the slow plant, calm load",
+        "where it is least",
+        "swings whatever `K_p`",
+        "which holds",
+        "`K_p` kept, 1/m",
+    )
     return table(head, rows)
 
 
 def slowest(mode: Mode, s_w: float) -> tuple[Place | None, PlantLoop | None, float]:
-    """The slow place at which the gain limit with PLC is least for a load that does not ring on its wire; its loop and limit [1/m]."""
+    """The slow place at which the gain limit with PLC is least for a load that does not ring on its wire; its loop and
+    limit [1/m]."""
     found: list[tuple[float, Place, PlantLoop]] = []
     for place in slow_places(carried(CRANE, mode), (s_w,)):
         here = plant_loop_at(calm(CRANE), mode, place)
@@ -139,7 +206,12 @@ def swinging(places: Sequence[Place]) -> str:
         v = f"{60.0 * abs(p.v_tip):.0f}"
         if v not in speeds.setdefault(p.load, []):
             speeds[p.load].append(v)
-    return "; ".join(f"{f'{m / 1e3:g} t' if m else 'empty hook'} at {' and '.join(sorted(v))} m/min" for m, v in speeds.items()) or "–"
+    return (
+        "; ".join(
+            f"{f'{m / 1e3:g} t' if m else 'empty hook'} at {' and '.join(sorted(v))} m/min" for m, v in speeds.items()
+        )
+        or "–"
+    )
 
 
 def ssc_rows() -> str:
@@ -151,9 +223,23 @@ def ssc_rows() -> str:
         swing = max((q for q in whole if q.imag > 0.0), key=lambda q: q.real)
         limit = gain_limit(CRANE, at.alpha_m).K_p_ms
         rows.append(
-            (f"{v:g}", f"{at.alpha_m:.3f}", f"{limit:.4f}", f"{abs(p):.2f}", f"{-p.real / abs(p):.3f}", f"{swing:.3f}".replace("j", "i"))
+            (
+                f"{v:g}",
+                f"{at.alpha_m:.3f}",
+                f"{limit:.4f}",
+                f"{abs(p):.2f}",
+                f"{-p.real / abs(p):.3f}",
+                f"{swing:.3f}".replace("j", "i"),
+            )
         )
-    head = ("tip, m/min", "`alpha_m`", "limit, 1/m", "motors' loop, rad/s", "its damping ratio", "oil spring's pole, 1/s")
+    head = (
+        "tip, m/min",
+        "`alpha_m`",
+        "limit, 1/m",
+        "motors' loop, rad/s",
+        "its damping ratio",
+        "oil spring's pole, 1/s",
+    )
     return table(head, rows)
 
 
@@ -180,9 +266,18 @@ def plant_rows() -> str:
                 )
             )
     head = (
-        "load, wire out, speed", "`alpha_m`", "ω₀ published", "own numbers", "plant", "slope + low line, N m s/rad", "limit published",
-        "own numbers", "plant", "plant with PLC", "the same, wire damping 0.95",
-    )  # fmt: skip
+        "load, wire out, speed",
+        "`alpha_m`",
+        "ω₀ published",
+        "own numbers",
+        "plant",
+        "slope + low line, N m s/rad",
+        "limit published",
+        "own numbers",
+        "plant",
+        "plant with PLC",
+        "the same, wire damping 0.95",
+    )
     return table(head, rows)
 
 
@@ -198,9 +293,15 @@ def slow_rows() -> str:
     rows = []
     for crane, mode, K_p in SLOW_RUNS:
         case = Scenario(
-            load=f"{load} kg", s_w=f"{s_w} m", tip=f"sine {v / 60.0 * 600.0 / (2.0 * math.pi):.6f} m 600 s", mode=mode,
-            warm_up="270 s", duration="330 s", ramp="20 s", gas_held=True,
-        )  # fmt: skip
+            load=f"{load} kg",
+            s_w=f"{s_w} m",
+            tip=f"sine {v / 60.0 * 600.0 / (2.0 * math.pi):.6f} m 600 s",
+            mode=mode,
+            warm_up="270 s",
+            duration="330 s",
+            ramp="20 s",
+            gas_held=True,
+        )
         run = simulate(changed(crane, {"control": {"K_p": f"{K_p} 1/m"}}), case, every="0.05 s")
         counted = run.sel(time=slice(270.0, None))
         alpha = float(counted["alpha_m"].mean())
@@ -218,7 +319,16 @@ def slow_rows() -> str:
             )
         )
     return table(
-        ("wire damping", "mode", "`alpha_m`", "limit, plant with PLC", "`K_p`, 1/m", "wire speed, m/min", "`p_a` above 0.5 Hz, rms"), rows
+        (
+            "wire damping",
+            "mode",
+            "`alpha_m`",
+            "limit, plant with PLC",
+            "`K_p`, 1/m",
+            "wire speed, m/min",
+            "`p_a` above 0.5 Hz, rms",
+        ),
+        rows,
     )
 
 
@@ -226,12 +336,16 @@ def afloat() -> float:
     """Frequency with both lines above boost over that with one held."""
     point = operating_point(CRANE, 1.0, 1.0, load=0.0, s_w=15.0, v_tip=-1.0)
     both = at_state(point, p_b=CRANE.active.boost.p + 1e5)
-    held, free = (max((m for m in linearise(p).modes() if m.pole.imag > 0.0), key=lambda m: m.share("p_a", "p_b")) for p in (point, both))
+    held, free = (
+        max((m for m in linearise(p).modes() if m.pole.imag > 0.0), key=lambda m: m.share("p_a", "p_b"))
+        for p in (point, both)
+    )
     return free.omega_0 / held.omega_0
 
 
 def _apart(crane: Crane, v_tip: float) -> float:
-    """How far the limit of the whole controller about a tip speed is from that of the position loop alone, relatively."""
+    """How far the limit of the whole controller about a tip speed is from that of the position loop alone,
+    relatively."""
     at = about(crane, v_tip)
     whole = gain_limit_by_poles(lambda K_p: np.linalg.eigvals(whole_matrices(crane, at, K_p=K_p)[0]))
     return abs(whole / gain_limit(crane, at.alpha_m).K_p_ms - 1.0)
@@ -249,14 +363,20 @@ def claims() -> dict[str, tuple[str, str, str]]:
     loaded = [full_stability(CRANE, load=100e3, s_w=15.0, v_tip=-1.0 / 60.0, alpha_m=a)[0].K_p_ms for a in (1.0, 0.6)]
     margins = [[slow_limit(a, c) / CRANE.control.K_p for a in (0.6, 1.0)] for c in (CRANE, DAMPED)]
     shown = [" and ".join(f"{x:.1f}" for x in m) if max(m) > 0.0 else "swings whatever `K_p`" for m in margins]
-    swing = "both swing whatever `K_p`" if max(loaded) == 0.0 else f"SSC {or_swings(loaded[0])}, HS {or_swings(loaded[1])}"
+    swing = (
+        "both swing whatever `K_p`" if max(loaded) == 0.0 else f"SSC {or_swings(loaded[0])}, HS {or_swings(loaded[1])}"
+    )
     return {
         "SSC does not change the gain limit at a given displacement": (
             "yes",
             "the same limit, to nine digits" if same < 1e-9 else "another limit",
             verdict(same < 1e-9, "not so"),
         ),
-        "motor servo has no effect on the limit": ("yes", "the same limit with 1 rad/s, 0.5", verdict(same < 1e-9, "not so")),
+        "motor servo has no effect on the limit": (
+            "yes",
+            "the same limit with 1 rad/s, 0.5",
+            verdict(same < 1e-9, "not so"),
+        ),
         "less displacement, less `K_p` before the winch swings": (
             "yes, figure 5",
             f"{full:.3f} to {least:.3f} 1/m from 1075 to 645 cm³/rev ({percent(least / full - 1.0, sign=True)})",
@@ -264,27 +384,37 @@ def claims() -> dict[str, tuple[str, str, str]]:
         ),
         "SSC is a pure feedforward": (
             "yes",
-            f"no: measured `alpha_m` closes a loop; its damping falls from {zeta[0]:.2f} at 40 to {zeta[1]:.2f} at 120 m/min",
+            (
+                f"no: measured `alpha_m` closes a loop; its damping falls from {zeta[0]:.2f} at 40 to {zeta[1]:.2f} at"
+                " 120 m/min"
+            ),
             "not so; the conclusion holds",
         ),
         "`a_tip` disappears in the linear model": (
             "yes",
-            f"no: dropping `K_2` leaves {percent(errors[1])} of a 12 s motion uncompensated instead of {100.0 * errors[0]:.1f} %",
+            (
+                f"no: dropping `K_2` leaves {percent(errors[1])} of a 12 s motion uncompensated instead of"
+                f" {100.0 * errors[0]:.1f} %"
+            ),
             "not so",
         ),
         "`K_p` in use is far from the limit": (
             "“do not usually demand high K_p”",
-            f"gain margin {least / CRANE.control.K_p:.1f} at 645, {full / CRANE.control.K_p:.1f} at 1075 cm³/rev; "
-            f"plant with 100 t at 5 m/min {shown[0]}; with wire damping 0.95 {shown[1]}",
+            (
+                f"gain margin {least / CRANE.control.K_p:.1f} at 645, {full / CRANE.control.K_p:.1f} at 1075 cm³/rev; "
+                f"plant with 100 t at 5 m/min {shown[0]}; with wire damping 0.95 {shown[1]}"
+            ),
             verdict(min(margins[0]) > 3.0, "in the published loop, not slow and loaded"),
         ),
         "highest stability margin at zero speed": (
             "yes",
-            f"published loop with SSC: yes (motors full); plant at 1 m/min: HS keeps {slow.K_p_ms:.2f} 1/m of {least:.2f} with the empty "
-            f"hook; with 100 t {swing}",
+            (
+                f"published loop with SSC: yes (motors full); plant at 1 m/min: HS keeps {slow.K_p_ms:.2f} 1/m of"
+                f" {least:.2f} with the empty hook; with 100 t {swing}"
+            ),
             verdict(min(loaded) > least, "in the published loop"),
         ),
-    }  # fmt: skip
+    }
 
 
 def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], Any]:
@@ -298,11 +428,16 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], Any]:
         "least": f"The least limit is {least:.4f} 1/m, at {D:.0f} cm³/rev ({percent(alpha)} of the full displacement).",
         "margins": margin_rows(),
         "holds": holding_rows(),
-        "strong": f"`strongest_gain` of this crane, PLC of 10 ms, any delay up to 50 ms: {strongest_gain(CRANE, delay=0.05):.3f} 1/m.",
+        "strong": (
+            "`strongest_gain` of this crane, PLC of 10 ms, any delay up to 50 ms:"
+            f" {strongest_gain(CRANE, delay=0.05):.3f} 1/m."
+        ),
         "ssc": ssc_rows(),
         "plant": plant_rows(),
         "slow": slow_rows(),
-        "afloat": f"With both lines above boost the frequency is {afloat():.3f} times that with one line held (√2 = 1.414).",
+        "afloat": (
+            f"With both lines above boost the frequency is {afloat():.3f} times that with one line held (√2 = 1.414)."
+        ),
     }
     return blocks, found, None
 

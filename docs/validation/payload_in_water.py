@@ -1,4 +1,5 @@
-"""A payload through the surface: added mass against printed values, drops against an independent solution, a lowering against statics."""
+"""A payload through the surface: added mass against printed values, drops against an independent solution, a lowering
+against statics."""
 
 from __future__ import annotations
 
@@ -48,7 +49,8 @@ SPEED = 0.5  # m/s
 
 
 class Drop(NamedTuple):
-    """Depth and speed of a payload let go, as the kernels' forces have it, and as the balance of momentum; U_smooth with smooth curves."""
+    """Depth and speed of a payload let go, as the kernels' forces have it, and as the balance of momentum; U_smooth
+    with smooth curves."""
 
     t: np.ndarray
     h: np.ndarray
@@ -85,7 +87,8 @@ def drop(load: Payload, duration: float) -> Drop:
 
 
 def by_momentum(load: Payload, times: np.ndarray, *, smooth: bool) -> tuple[np.ndarray, np.ndarray]:
-    """d/dt (m + A33) U = m g - buoyancy - drag, A33 its smooth curve, adaptive steps of high order; U is momentum over mass.
+    """d/dt (m + A33) U = m g - buoyancy - drag, A33 its smooth curve, adaptive steps of high order; U is momentum over
+    mass.
 
     smooth: volume and drag from their smooth curves as well, else from the levels.
     """
@@ -98,12 +101,15 @@ def by_momentum(load: Payload, times: np.ndarray, *, smooth: bool) -> tuple[np.n
         drag = np.interp(y[0], h_V, B, left=0.0) * U * abs(U)
         return [U, load.mass * G - RHO * G * np.interp(y[0], h_V, V, left=0.0) - drag]
 
-    found = solve_ivp(rate, (0.0, times[-1]), (-FALL, 0.0), method="DOP853", rtol=1e-8, atol=1e-6, max_step=5e-3, t_eval=times)
+    found = solve_ivp(
+        rate, (0.0, times[-1]), (-FALL, 0.0), method="DOP853", rtol=1e-8, atol=1e-6, max_step=5e-3, t_eval=times
+    )
     return found.y[0], found.y[1] / (load.mass + np.interp(found.y[0], fine.h, fine.A33, left=0.0))
 
 
 def kept_energy(load: Payload) -> tuple[float, float]:
-    """Part of the energy that is left in body and water after an entry without weight and drag: by momentum, and by the kernels' forces."""
+    """Part of the energy that is left in body and water after an entry without weight and drag: by momentum, and by the
+    kernels' forces."""
     record, rows = pack_payload(load, RHO, 1e4)
     record, rows = record._replace(W=1e-9, g=0.0), rows * np.array([name != "B" for name in COLUMNS])
     z, v = 0.0, -3.0
@@ -193,9 +199,21 @@ def claims(drops: Mapping[str, Drop], statics: Statics) -> dict[str, tuple[str, 
     return {
         "added mass of plates between the kept ratios": ("printed coefficients", within(plate), verdict(plate < 0.015)),
         "added mass of square prisms": ("printed coefficients", within(tall), verdict(tall < 0.06)),
-        "speed of payloads dropped into still water": ("balance of momentum", f"{within(fall)} of the highest", verdict(fall < 0.01)),
-        "energy left after an entry without weight and drag": (f"{by_hand:.4f}", f"{ours:.4f}", verdict(abs(ours - by_hand) < 1e-3)),
-        "sling tension of a lowering through still water": ("by hand", f"{within(off)} of the highest", verdict(off < 0.002)),
+        "speed of payloads dropped into still water": (
+            "balance of momentum",
+            f"{within(fall)} of the highest",
+            verdict(fall < 0.01),
+        ),
+        "energy left after an entry without weight and drag": (
+            f"{by_hand:.4f}",
+            f"{ours:.4f}",
+            verdict(abs(ours - by_hand) < 1e-3),
+        ),
+        "sling tension of a lowering through still water": (
+            "by hand",
+            f"{within(off)} of the highest",
+            verdict(off < 0.002),
+        ),
     }
 
 
@@ -213,7 +231,14 @@ def draw(shown: tuple[dict[str, Drop], Statics]) -> None:
     left, right = figure.subplots(1, 2)
     for colour, (name, d) in zip(COLOURS, drops.items(), strict=False):
         left.plot(d.h, d.U, color=colour, lw=1.4, label=name)
-        left.plot(d.h_exact, d.U_exact, color="black", lw=0.8, ls=":", label="balance of momentum" if colour == COLOURS[0] else None)
+        left.plot(
+            d.h_exact,
+            d.U_exact,
+            color="black",
+            lw=0.8,
+            ls=":",
+            label="balance of momentum" if colour == COLOURS[0] else None,
+        )
     left.set_xlabel("underside under the surface [m]")
     left.set_ylabel("speed of sinking [m/s]")
     left.set_xlim(-FALL, 30.0)

@@ -1,4 +1,5 @@
-"""Paper E, introduction: one of three hydraulic power units shuts down in AHC, is isolated, and the gains are reconfigured."""
+"""Paper E, introduction: one of three hydraulic power units shuts down in AHC, is isolated, and the gains are
+reconfigured."""
 
 from __future__ import annotations
 
@@ -23,7 +24,9 @@ MODES = ("ns", "hs", "ssc")
 UNITS = (1, 2, 3)
 PERIOD = 12.0  # s
 SPEEDS = (30.0, 50.0, 65.0, 75.0, 85.0)  # m/min
-LIMIT_SHARES = tuple(0.90 + 0.01 * i for i in range(11))  # of the speed without leakage, among which the limit is looked for
+LIMIT_SHARES = tuple(
+    0.90 + 0.01 * i for i in range(11)
+)  # of the speed without leakage, among which the limit is looked for
 MOMENTS = 5  # over one period of the sine at which the unit stops
 FIRST = 48.0  # s: the earliest of them
 NEVER = "1000 s"  # detection after the end of the run: no reconfiguration
@@ -55,7 +58,8 @@ def losses(unit: int, period: float = PERIOD, **more: str) -> list[dict[str, Any
 
 
 class Outcome(NamedTuple):
-    """Largest error [cm] and highest pressure [bar] without a loss, and the worst of the losses over the moment of the loss."""
+    """Largest error [cm] and highest pressure [bar] without a loss, and the worst of the losses over the moment of the
+    loss."""
 
     quiet: float
     error: float
@@ -83,13 +87,18 @@ def transients(detection: str) -> dict[tuple[int, float, str], Outcome]:
 
 
 def limits() -> dict[tuple[int, str], float]:
-    """Highest speed of the tip at which the pumps do not saturate, unit 0: with all of them [m/min]. Units 2 and 3 are alike."""
+    """Highest speed of the tip at which the pumps do not saturate, unit 0: with all of them [m/min]. Units 2 and 3 are
+    alike."""
     stop = [None, *({"time": "5 s", "unit": unit} for unit in UNITS)]
     keys = [(unit, mode, part) for unit in (0, 1, 2) for mode in MODES for part in LIMIT_SHARES]
     asked = [case(part * ideal_limit(mode, unit), mode, stop[unit], duration="53 s") for unit, mode, part in keys]
     runs = side_by_side((CRANE, one) for one in asked)
     free = [key for key, one in zip(keys, runs, strict=True) if one["saturation_time"] == 0.0]
-    found = {(u, m): max(part for unit, mode, part in free if (unit, mode) == (u, m)) * ideal_limit(m, u) for u in (0, 1, 2) for m in MODES}
+    found = {
+        (u, m): max(part for unit, mode, part in free if (unit, mode) == (u, m)) * ideal_limit(m, u)
+        for u in (0, 1, 2)
+        for m in MODES
+    }
     return found | {(3, m): found[2, m] for m in MODES}
 
 
@@ -137,7 +146,10 @@ ROWS = (
 
 def sensitivity() -> list[tuple[object, ...]]:
     asked = [
-        (crane_of(row.changes), [case(V_VARIED, m, loss, row.period, **row.more) for loss in losses(2, row.period, **row.loss)])
+        (
+            crane_of(row.changes),
+            [case(V_VARIED, m, loss, row.period, **row.more) for loss in losses(2, row.period, **row.loss)],
+        )
         for row in ROWS
         for m in MODES
     ]
@@ -175,7 +187,9 @@ def setting(row: Row) -> causes.Alternative:
         out = dict(runs)
         for name, (crane, one) in runs.items():
             if name.startswith("loss") and one.power_loss is not None:
-                loss = case(V_VARIED, "ns", {"time": f"{one.power_loss.time!r} s", "unit": one.power_loss.unit, **row.loss}).power_loss
+                loss = case(
+                    V_VARIED, "ns", {"time": f"{one.power_loss.time!r} s", "unit": one.power_loss.unit, **row.loss}
+                ).power_loss
                 out[name] = crane, one.model_copy(update={"power_loss": loss})
         return out
 
@@ -189,7 +203,9 @@ def attribution() -> causes.Attribution:
         quiet, *some = losses(2)
         runs[f"quiet {m}"] = CRANE, case(V_VARIED, m, quiet)
         runs |= {f"loss {m} {i}": (CRANE, case(V_VARIED, m, loss)) for i, loss in enumerate(some)}
-        runs |= {f"never {m} {i}": (CRANE, case(V_VARIED, m, loss)) for i, loss in enumerate(losses(2, detection=NEVER)[1:])}
+        runs |= {
+            f"never {m} {i}": (CRANE, case(V_VARIED, m, loss)) for i, loss in enumerate(losses(2, detection=NEVER)[1:])
+        }
 
     def worst(r: Mapping[str, Numbers], what: str, m: str) -> float:
         return max(CM * r[f"{what} {m} {i}"]["e_c_max"] for i in range(MOMENTS))
@@ -235,7 +251,9 @@ def passive() -> list[tuple[object, ...]]:
     return rows
 
 
-def transient_row(unit: int, v: float, known: Mapping[Any, Outcome], never: Mapping[Any, Outcome]) -> tuple[object, ...]:
+def transient_row(
+    unit: int, v: float, known: Mapping[Any, Outcome], never: Mapping[Any, Outcome]
+) -> tuple[object, ...]:
     cells = []
     for mode in MODES:
         a, b = known[unit, v, mode], never[unit, v, mode]
@@ -275,7 +293,12 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     """Blocks of the page, its claims, and the runs of the picture."""
     known, never, limit = transients("0.1 s"), transients(NEVER), limits()
     told = claims(known, never, limit)
-    head = ("unit", "m/min", *(f"{m.upper()} {what}" for m in MODES for what in ("quiet", "loss", "not known")), "`p` SSC, bar")
+    head = (
+        "unit",
+        "m/min",
+        *(f"{m.upper()} {what}" for m in MODES for what in ("quiet", "loss", "not known")),
+        "`p` SSC, bar",
+    )
     speeds = [
         (
             "none" if unit == 0 else f"{unit}, {D * 2e6 * np.pi:.0f} cm³/rev",
@@ -290,9 +313,12 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
         "speeds": table(("unit lost", "active pumps left", *(f"{m.upper()}, m/min" for m in MODES)), speeds),
         "transients": table(head, [transient_row(u, v, known, never) for u in UNITS[:2] for v in SPEEDS]),
         "passive": table(
-            ("unit lost", "passive pumps left", "mean setting", "of all passive pumps", "accumulator", "error p-p"), passive()
+            ("unit lost", "passive pumps left", "mean setting", "of all passive pumps", "accumulator", "error p-p"),
+            passive(),
         ),
-        "sensitivity": table(("variant, unit 2, 65 m/min", *(m.upper() for m in MODES), "`p` NS, bar", "`p` SSC, bar"), sensitivity()),
+        "sensitivity": table(
+            ("variant, unit 2, 65 m/min", *(m.upper() for m in MODES), "`p` NS, bar", "`p` SSC, bar"), sensitivity()
+        ),
     }
     loss = {"time": "60 s", "unit": 2}
     runs = {m.upper(): simulate(CRANE, case(V_VARIED, m, loss), every="0.02 s") for m in MODES}

@@ -1,4 +1,5 @@
-"""Paper E's tests at the quay: 250 t crane, empty hook, 15 m of wire, a simulated tip. What is run, what is changed, what is read off."""
+"""Paper E's tests at the quay: 250 t crane, empty hook, 15 m of wire, a simulated tip. What is run, what is changed,
+what is read off."""
 
 from __future__ import annotations
 
@@ -24,8 +25,8 @@ OPEN_LOOP_BLIND = {"active": {"motor": {"variant": "open-loop"}}}
 
 
 class Row(NamedTuple):
-    """One variant: what is changed in the crane (for one mode only where that is named), the tip's motion where it is another one, and
-    the rest of the scenario."""
+    """One variant: what is changed in the crane (for one mode only where that is named), the tip's motion where it is
+    another one, and the rest of the scenario."""
 
     label: str
     changes: Mapping[str, Any] = {}
@@ -35,7 +36,10 @@ class Row(NamedTuple):
 
 
 def hs_at(alpha: float) -> dict[str, Any]:
-    return {"control": {"alpha_hs": alpha}, "active": {"motor": {"alpha_min": min(alpha, CRANE.active.motor.alpha_min)}}}
+    return {
+        "control": {"alpha_hs": alpha},
+        "active": {"motor": {"alpha_min": min(alpha, CRANE.active.motor.alpha_min)}},
+    }
 
 
 def heavier(part: float) -> dict[str, Any]:
@@ -57,7 +61,10 @@ ROWS = (
     Row("dry friction without stick-slip (tanh)", more={"friction": "regularised"}),
     Row("lines of 160 L instead of 80 L", {"active": {"line": {"V": "160 L"}}}),
     Row("inertia ×1.5", heavier(1.5)),
-    Row("motors that leak three times as much", {"active": {"motor": {"C_1": "0.10 L/min/bar", "C_2": "2.6e-5 L/min/bar/(rev/min)"}}}),
+    Row(
+        "motors that leak three times as much",
+        {"active": {"motor": {"C_1": "0.10 L/min/bar", "C_2": "2.6e-5 L/min/bar/(rev/min)"}}},
+    ),
     Row("`K_2` 0", {"control": {"K_2": "0 s^2/m"}}),
     Row("`K_p` 0.32 1/m instead of 0.16", {"control": {"K_p": "0.32 1/m"}}),
     Row("`K_1` as printed, 0.68 s/m", {"control": {"K_1": "0.68 s/m"}}),
@@ -66,8 +73,8 @@ ROWS = (
 
 
 class Found(NamedTuple):
-    """What one controller does: oscillation above 0.5 Hz of speed [m/min] and A-side pressure [bar] (rms), error peak-to-peak [cm], highest
-    A-side pressure [bar], largest pump and smallest motor displacement [-]."""
+    """What one controller does: oscillation above 0.5 Hz of speed [m/min] and A-side pressure [bar] (rms), error
+    peak-to-peak [cm], highest A-side pressure [bar], largest pump and smallest motor displacement [-]."""
 
     run: xarray.Dataset
     v_w: float
@@ -79,7 +86,13 @@ class Found(NamedTuple):
 
 
 def _case(tip: Motion, mode: str, duration: float, more: Mapping[str, Any]) -> Scenario:
-    asked: dict[str, Any] = {"load": "0 t", "s_w": "15 m", "warm_up": f"{WARM:g} s", "duration": f"{WARM + duration:g} s", **more}
+    asked: dict[str, Any] = {
+        "load": "0 t",
+        "s_w": "15 m",
+        "warm_up": f"{WARM:g} s",
+        "duration": f"{WARM + duration:g} s",
+        **more,
+    }
     return Scenario(tip=tip, mode=mode, **asked)
 
 
@@ -115,7 +128,12 @@ def alternatives(rows: Sequence[Row], group: str = "tip") -> list[causes.Alterna
     """Rows as settings that may be otherwise; those with another tip exclude each other."""
     return [
         causes.varied(
-            r.label, r.changes, only=(r.only,) if r.only else (), tip=r.tip, more=r.more, group=GROUPS.get(r.label, group if r.tip else "")
+            r.label,
+            r.changes,
+            only=(r.only,) if r.only else (),
+            tip=r.tip,
+            more=r.more,
+            group=GROUPS.get(r.label, group if r.tip else ""),
         )
         for r in rows
     ]
@@ -134,7 +152,15 @@ oscillations = causes.from_series(_oscillation, "0.02 s")
 """Oscillation above 0.5 Hz of speed and pressure of every run, rms [m/s, Pa]."""
 
 
-HEAD = ("", "`v_w` above 0.5 Hz, rms", "`p_a` above 0.5 Hz, rms", "error p-p", "highest `p_a`", "pumps", "least `alpha_m`")
+HEAD = (
+    "",
+    "`v_w` above 0.5 Hz, rms",
+    "`p_a` above 0.5 Hz, rms",
+    "error p-p",
+    "highest `p_a`",
+    "pumps",
+    "least `alpha_m`",
+)
 
 
 def numbers(mode: str, f: Found) -> tuple[str, ...]:

@@ -1,4 +1,5 @@
-"""Splash-zone mode against manual and AHC on payloads through the surface, sixteen seeds each, and how far its gain can be raised."""
+"""Splash-zone mode against manual and AHC on payloads through the surface, sixteen seeds each, and how far its gain can
+be raised."""
 
 from __future__ import annotations
 
@@ -35,7 +36,8 @@ CRANES = ("deep-250t", "nov-150t", "nov-100t-pure-active")
 HEAVIEST = {"nov-150t": 100e3, "nov-100t-pure-active": 100e3}
 """Payloads above this are left out on smaller cranes [kg]."""
 SWINGS = 2.0
-"""A gain counts as calm where the dynamic tension is below this many times that of manual mode, plus a tenth of the weight."""
+"""A gain counts as calm where the dynamic tension is below this many times that of manual mode, plus a tenth of the
+weight."""
 SOFT = "2 m/s"
 """Default gain of splash mode."""
 Way = tuple[str, StageMode, str]
@@ -63,13 +65,18 @@ def in_sea(wave: str, seeds: Iterable[int]) -> list[LiftFile]:
     out = []
     for seed in seeds:
         waves = realise(parse_sea(wave, heading="180 deg"), file.lift.duration, seed, depth=file.lift.depth)
-        moved = {"tip": tip_motion(waves, file.vessel, file.at.x, file.at.y), "waves": wave_field(waves, file.at.x, file.at.y)}
+        moved = {
+            "tip": tip_motion(waves, file.vessel, file.at.x, file.at.y),
+            "waves": wave_field(waves, file.at.x, file.at.y),
+        }
         out.append(file._replace(lift=file.lift.model_copy(update=moved)))
     return out
 
 
 def case(file: LiftFile, payload: str, mode: StageMode, v_soft: str) -> Lowering:
-    programme = tuple(s.model_copy(update={"mode": mode}) if s.mode is StageMode.SPLASH else s for s in file.lift.programme)
+    programme = tuple(
+        s.model_copy(update={"mode": mode}) if s.mode is StageMode.SPLASH else s for s in file.lift.programme
+    )
     changes = {"payload": read_payload(payload), "programme": programme, "winch": WinchSettings(v_soft=v_soft)}
     return file.lift.model_copy(update=changes)
 
@@ -113,10 +120,14 @@ def tension_table(found: Mapping[tuple[str, StageMode], Passage]) -> str:
 
 
 def taken(found: Mapping[tuple[str, StageMode], Passage], mode: StageMode) -> str:
-    """What a mode takes off the mean over seeds of the highest tension above the weight in air, least and most of the payloads on which
-    manual mode leaves more than a twentieth of the weight."""
+    """What a mode takes off the mean over seeds of the highest tension above the weight in air, least and most of the
+    payloads on which manual mode leaves more than a twentieth of the weight."""
     manual = {name: found[name, StageMode.MANUAL] for name in COMPARED}
-    less = [1.0 - found[n, mode].dynamic.mean() / p.dynamic.mean() for n, p in manual.items() if p.dynamic.mean() > 0.05 * p.W]
+    less = [
+        1.0 - found[n, mode].dynamic.mean() / p.dynamic.mean()
+        for n, p in manual.items()
+        if p.dynamic.mean() > 0.05 * p.W
+    ]
     least, most = (percent(x).replace("-0 %", "0 %") for x in (min(less), max(less)))
     return f"{least} to {most} less than manual"
 

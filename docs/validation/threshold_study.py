@@ -1,4 +1,5 @@
-"""Thesis section 2.7.1 and paper E section 5.1.1: the threshold u_thr of SSC from 0.4 to 0.6, and further than they went."""
+"""Thesis section 2.7.1 and paper E section 5.1.1: the threshold u_thr of SSC from 0.4 to 0.6, and further than they
+went."""
 
 from __future__ import annotations
 
@@ -40,7 +41,8 @@ def lead(u_thr: float, v: float, period: float) -> float:
 
 
 def at_full(u_thr: float, v: float) -> float:
-    """Part of a sine of peak speed v [m/min] in which full displacement is commanded: the reduction takes two leads each half period."""
+    """Part of a sine of peak speed v [m/min] in which full displacement is commanded: the reduction takes two leads
+    each half period."""
     return 1.0 - 4.0 * lead(u_thr, v, 1.0)
 
 
@@ -93,7 +95,10 @@ ROWS = (
     Row("motors in open loop with feedback", {"active": {"motor": {"variant": "open-loop-feedback"}}}),
     Row("pumps three times as fast, 93 rad/s", servo("pump", "93 rad/s")),
     Row("motors that do not leak", {"active": {"motor": {"C_1": "0 L/min/bar", "C_2": "0 L/min/bar/(rev/min)"}}}),
-    Row("smallest displacement 0.70 instead of 0.60", {"active": {"motor": {"alpha_min": 0.7}}, "control": {"alpha_hs": 0.7}}),
+    Row(
+        "smallest displacement 0.70 instead of 0.60",
+        {"active": {"motor": {"alpha_min": 0.7}}, "control": {"alpha_hs": 0.7}},
+    ),
     Row("cubic law", mode="ssc-cubic"),
     Row("friction of L4593", {"friction": {"library": "L4593"}}),
     Row("`K_2` none", {"control": {"K_2": "0 s^2/m"}}),
@@ -105,8 +110,17 @@ CM, BAR = 100.0, 1e-5
 
 
 def variant(row: Row) -> tuple[object, ...]:
-    found = grid(changed(CRANE, row.changes) if row.changes else CRANE, row.load, FEW_THRESHOLDS, FEW_SPEEDS, FEW_PERIODS, row.mode)
-    slow, usual, fast = ([CM * found.of("e_c_pp", u, (v,), FEW_PERIODS).mean() for u in FEW_THRESHOLDS] for v in FEW_SPEEDS)
+    found = grid(
+        changed(CRANE, row.changes) if row.changes else CRANE,
+        row.load,
+        FEW_THRESHOLDS,
+        FEW_SPEEDS,
+        FEW_PERIODS,
+        row.mode,
+    )
+    slow, usual, fast = (
+        [CM * found.of("e_c_pp", u, (v,), FEW_PERIODS).mean() for u in FEW_THRESHOLDS] for v in FEW_SPEEDS
+    )
     worst = [CM * float(found.of("e_c_pp", u, (FEW_SPEEDS[-1],), (T_WORST,))[0, 0]) for u in FEW_THRESHOLDS]
     return (row.label, *(f"{e:.1f}" for e in (*slow, *usual, *fast, *worst)))
 
@@ -135,11 +149,19 @@ def attribution() -> causes.Attribution:
     v = FEW_SPEEDS[-1]
     figures = [
         causes.Figure(
-            f"error, {usual} over {low}", change(usual, low, FEW_SPEEDS), most=-BETTER, unit="%", printed="better: by 2 at least"
+            f"error, {usual} over {low}",
+            change(usual, low, FEW_SPEEDS),
+            most=-BETTER,
+            unit="%",
+            printed="better: by 2 at least",
         ),
         causes.Figure(f"the same at {v:g} m/min", change(usual, low, (v,)), most=-BETTER, unit="%", printed="the same"),
         causes.Figure(
-            f"error, {high} over {usual}, {v:g} m/min", change(high, usual, (v,)), 0.0, unit="%", printed="not examined; here worse"
+            f"error, {high} over {usual}, {v:g} m/min",
+            change(high, usual, (v,)),
+            0.0,
+            unit="%",
+            printed="not examined; here worse",
         ),
     ]
     return causes.attribute(runs, figures, [setting(r) for r in ROWS[1:]], pairs=False)
@@ -166,7 +188,10 @@ def times(loaded: Grid) -> list[tuple[object, ...]]:
             u,
             *(f"{lead(u, v, T):.2f} s" for v in (80.0, V_WORST) for T in (T_WORST, 12.0)),
             *(percent(at_full(u, v)) for v in (50.0, 80.0, V_WORST)),
-            *(percent(float(loaded.of("alpha_p_max", u, (v,), PERIODS[1:]).max())) for v in (50.0, 80.0, 95.0, V_WORST)),
+            *(
+                percent(float(loaded.of("alpha_p_max", u, (v,), PERIODS[1:]).max()))
+                for v in (50.0, 80.0, 95.0, V_WORST)
+            ),
             percent(saturated(loaded, u)),
             f"{BAR * loaded.of('p_max', u, SPEEDS, (T_WORST,)).mean():.0f}",
             f"{BAR * loaded.of('p_max', u, SPEEDS, PERIODS[1:]).mean():.0f}",
@@ -198,7 +223,10 @@ def claims(loaded: Grid, empty: Grid) -> dict[str, tuple[str, str, str]]:
         ),
         "motors stroke fast enough down to 6 s": (
             "yes",
-            f"at 110 m/min and 6 s the pumps are full {full[PREFERRED]} of the time, the error is {short:.1f} cm ({long:.1f} cm at 12 s)",
+            (
+                f"at 110 m/min and 6 s the pumps are full {full[PREFERRED]} of the time, the error is {short:.1f} cm"
+                f" ({long:.1f} cm at 12 s)"
+            ),
             verdict(short < long, "not reproduced"),
         ),
         "0.6 keeps full displacement more often than 0.4": (
@@ -208,8 +236,10 @@ def claims(loaded: Grid, empty: Grid) -> dict[str, tuple[str, str, str]]:
         ),
         "so 0.6 performs better than 0.4": (
             "yes, no number",
-            f"error {percent(change[0], sign=True)} with 100 t, {percent(change[1], sign=True)} with none; "
-            f"with 100 t {percent(slow, sign=True)} at 50 m/min and {percent(worst, sign=True)} at 110 m/min and 6 s",
+            (
+                f"error {percent(change[0], sign=True)} with 100 t, {percent(change[1], sign=True)} with none; with 100"
+                f" t {percent(slow, sign=True)} at 50 m/min and {percent(worst, sign=True)} at 110 m/min and 6 s"
+            ),
             verdict(max(change) < -0.01 * BETTER, only(slow, worst)),
         ),
         "the largest `u_thr` need the fastest motors": (
@@ -219,8 +249,10 @@ def claims(loaded: Grid, empty: Grid) -> dict[str, tuple[str, str, str]]:
         ),
         "a `u_thr` above 0.6": (
             "not examined",
-            f"0.9: error {percent(larger[0], sign=True)} with 100 t, {percent(larger[1], sign=True)} with none; "
-            f"pumps up to {percent(used[2])} at 80 m/min and 6 to 14 s instead of {percent(used[1])}",
+            (
+                f"0.9: error {percent(larger[0], sign=True)} with 100 t, {percent(larger[1], sign=True)} with none; "
+                f"pumps up to {percent(used[2])} at 80 m/min and 6 to 14 s instead of {percent(used[1])}"
+            ),
             "no better" if min(larger) > 0.0 else "better",
         ),
     }
@@ -228,7 +260,9 @@ def claims(loaded: Grid, empty: Grid) -> dict[str, tuple[str, str, str]]:
 
 def only(slow: float, worst: float) -> str:
     """Where 0.6 is better than 0.4 if not on the mean: at the lowest speed, or at the highest in the shortest wave."""
-    places = [name for name, change in (("at low speed", slow), ("in the worst case", worst)) if change < -0.01 * BETTER]
+    places = [
+        name for name, change in (("at low speed", slow), ("in the worst case", worst)) if change < -0.01 * BETTER
+    ]
     return f"{' and '.join(places)} only" if places else "not reproduced"
 
 
@@ -239,10 +273,27 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     told = claims(loaded, empty)
     speeds = [f"{v:g}" for v in SPEEDS]
     head_times = (
-        "`u_thr`", "lead at 80, 6 s", "12 s", "at 110, 6 s", "12 s", "full at 50", "at 80", "at 110",
-        "pumps at 50", "at 80", "at 95", "at 110", "pumps full", "peak at 6 s", "8 to 14 s",
-    )  # fmt: skip
-    head_varied = ("variant", *(f"{v:g}: {u}" for v in FEW_SPEEDS for u in FEW_THRESHOLDS), *(f"6 s, 100: {u}" for u in FEW_THRESHOLDS))
+        "`u_thr`",
+        "lead at 80, 6 s",
+        "12 s",
+        "at 110, 6 s",
+        "12 s",
+        "full at 50",
+        "at 80",
+        "at 110",
+        "pumps at 50",
+        "at 80",
+        "at 95",
+        "at 110",
+        "pumps full",
+        "peak at 6 s",
+        "8 to 14 s",
+    )
+    head_varied = (
+        "variant",
+        *(f"{v:g}: {u}" for v in FEW_SPEEDS for u in FEW_THRESHOLDS),
+        *(f"6 s, 100: {u}" for u in FEW_THRESHOLDS),
+    )
     blocks = {
         "causes": causes.block(attribution()),
         "claims": claims_table(told),
@@ -268,13 +319,18 @@ def draw(found: Mapping[str, Grid]) -> None:
         for colour, v in zip(COLOURS, SPEEDS, strict=False):
             for (load, g), style in zip(found.items(), ("-", "--"), strict=True):
                 y = [scale * float(g.of(name, u, (v,), (period,))[0, 0]) for u in THRESHOLDS]
-                ax.plot(THRESHOLDS, y, style, color=colour, lw=1.4, label=f"{v:g} m/min" if load == LOADS[0][0] else None)
+                ax.plot(
+                    THRESHOLDS, y, style, color=colour, lw=1.4, label=f"{v:g} m/min" if load == LOADS[0][0] else None
+                )
         ax.axvspan(TRIED, PREFERRED, color="#EEEEEE", zorder=0)
         ax.set_ylabel(label)
         ax.grid(alpha=0.3)
     for ax in axes[1]:
         ax.set_xlabel("u_thr [-]")
-    figure.suptitle("nov-250t, SSC: solid with 100 t, dashed with the empty hook; grey: what was tried at the quay", fontsize="medium")
+    figure.suptitle(
+        "nov-250t, SSC: solid with 100 t, dashed with the empty hook; grey: what was tried at the quay",
+        fontsize="medium",
+    )
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize="small", frameon=False)
     save(figure, "threshold-study.png")

@@ -1,4 +1,5 @@
-"""Does validation find what is wrong, and leave alone what is right? Tables from campaigns of a known truth (truth_trials.py)."""
+"""Does validation find what is wrong, and leave alone what is right? Tables from campaigns of a known truth
+(truth_trials.py)."""
 
 from __future__ import annotations
 
@@ -64,11 +65,15 @@ def no_of(one: Mapping[str, Any]) -> list[str]:
 
 
 def naming(defect: Defect, one: Mapping[str, Any]) -> str:
-    """What names the defect, empty where nothing does: a refusal, a failed line (what it is of, and its note), or a statement."""
+    """What names the defect, empty where nothing does: a refusal, a failed line (what it is of, and its note), or a
+    statement."""
     if "refused" in one:
         lines, rest = [], [one["refused"]]
     else:
-        lines, rest = list(one["no"].values()), [t for t in one.get("statements", ()) if not t.startswith("Within limits")]
+        lines, rest = (
+            list(one["no"].values()),
+            [t for t in one.get("statements", ()) if not t.startswith("Within limits")],
+        )
     for text in lines:
         what, *notes = text.split("; ")
         hit = next((n for n in reversed(notes) if speaks_of(defect, n)), "")
@@ -133,19 +138,25 @@ def range_of(x: np.ndarray, theirs: float) -> tuple[str, str]:
 def tuned_rows(groups: Mapping[str, list[dict[str, Any]]]) -> Iterator[tuple[str, ...]]:
     for label, found in groups.items():
         for name, (what, truth) in TUNED.items():
-            rows = [(*one["tuned"][name], one["truth"][truth]) for one in found if one.get("tuned", {}).get(name, [None])[0] is not None]
+            rows = [
+                (*one["tuned"][name], one["truth"][truth])
+                for one in found
+                if one.get("tuned", {}).get(name, [None])[0] is not None
+            ]
             if not rows:
                 continue
             factor, low, high, true = np.array(rows, dtype=float).T
             error = factor / true - 1.0
             inside = int(((low <= true) & (true <= high)).sum())
             close = int((np.abs(error) <= CLOSE).sum())
-            spread = f"{100.0 * np.median(error):+.1f} % ({100.0 * error.min():+.1f} to {100.0 * error.max():+.1f} %)".replace("-", "−")
+            middle, least, most = 100.0 * np.median(error), 100.0 * error.min(), 100.0 * error.max()
+            spread = f"{middle:+.1f} % ({least:+.1f} to {most:+.1f} %)".replace("-", "−")
             yield label, what, spread, f"{close} of {len(rows)}", f"{inside} of {len(rows)}"
 
 
 def covered(found: list[dict[str, Any]]) -> dict[str, list[tuple[bool, float]]]:
-    """For each interval that is printed and whose true value is known: whether it holds it, and half of its width [SI]."""
+    """For each interval that is printed and whose true value is known: whether it holds it, and half of its width
+    [SI]."""
     out: dict[str, list[tuple[bool, float]]] = {}
     for one in found:
         for name, _, true, _, low, high in one.get("measured", ()):
@@ -161,7 +172,15 @@ def coverage_rows(found: list[dict[str, Any]]) -> Iterator[tuple[str, ...]]:
     for name, held in sorted(covered(found).items()):
         share, n = sum(inside for inside, _ in held) / len(held), len(held)
         width = float(np.median([half for _, half in held]))
-        judged = "few" if n < FEWEST else "yes" if LEAST_HELD <= share <= MOST_HELD else "too narrow" if share < LEAST_HELD else "wide"
+        judged = (
+            "few"
+            if n < FEWEST
+            else "yes"
+            if LEAST_HELD <= share <= MOST_HELD
+            else "too narrow"
+            if share < LEAST_HELD
+            else "wide"
+        )
         yield f"`{name}`", f"{100.0 * share:.0f} % of {n}", f"{width:.2g}", judged
 
 
@@ -176,12 +195,17 @@ def limit_rows(outcomes: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
 def computed_by(outcomes: Mapping[str, Any]) -> str:
     states = len({one["code"] for one in outcomes.values()})
     again = "`python docs/validation/truth_trials.py --new` computes them by the present one"
-    return f"{len(outcomes)} campaigns, computed by {'one state' if states == 1 else f'{states} states'} of the code; {again}."
+    return (
+        f"{len(outcomes)} campaigns, computed by {'one state' if states == 1 else f'{states} states'} of the code;"
+        f" {again}."
+    )
 
 
 def compute() -> tuple[dict[str, str], None]:
     outcomes = kept()
-    right, apart = (found_of(iter(t), outcomes) for t in ([Trial(s) for s in SEEDS], [Trial(s, apart=True) for s in APART]))
+    right, apart = (
+        found_of(iter(t), outcomes) for t in ([Trial(s) for s in SEEDS], [Trial(s, apart=True) for s in APART])
+    )
     false = sum(bool(no_of(one)) for one in right)
     good, all_ = caught(outcomes)
     mean, s = numbers(right, "2b"), numbers(right, "2b-s")
@@ -192,28 +216,43 @@ def compute() -> tuple[dict[str, str], None]:
         "defects turned down or named": (f"{len(Defect)} of {len(Defect)}", f"{good} of {all_}", whole),
         "intervals that hold the true value, of each printed figure": ("90 to 98 %", *held_of(right)),
         "well-matched twins turned down": (f"at most {MOST_FALSE} of 100", f"{false} of {len(right)}", few),
-        "mean deviation of the 30 s peak-to-peak error (paper F: the real crane)": ("3.3 cm", *range_of(mean, PAPER_MEAN)),
+        "mean deviation of the 30 s peak-to-peak error (paper F: the real crane)": (
+            "3.3 cm",
+            *range_of(mean, PAPER_MEAN),
+        ),
         "its standard deviation": ("1.5 cm", *range_of(s, PAPER_S)),
     }
     return {
         "claims": claims_table(claims),
         "code": computed_by(outcomes),
-        "defects": table(("defect", "turned down", "lines (in how many, where not in all)", "named by"), defect_rows(outcomes)),
+        "defects": table(
+            ("defect", "turned down", "lines (in how many, where not in all)", "named by"), defect_rows(outcomes)
+        ),
         "limits": table(("defect", "detected from", "sizes tried", "campaigns each"), limit_rows(outcomes)),
-        "coverage": table(("figure", "95 % intervals with the truth", "half width, median [SI]", "90 to 98 %"), coverage_rows(right)),
-        "false-alarms": f"{false} of {len(right)} are turned down, by\n\n" + table(("line", "campaigns"), false_rows(right)),
-        "tuned": table(("twin", "number", "tuned over true, less 1: median (range)", "within 5 %", "interval holds the truth"), tuned),
+        "coverage": table(
+            ("figure", "95 % intervals with the truth", "half width, median [SI]", "90 to 98 %"), coverage_rows(right)
+        ),
+        "false-alarms": (
+            f"{false} of {len(right)} are turned down, by\n\n" + table(("line", "campaigns"), false_rows(right))
+        ),
+        "tuned": table(
+            ("twin", "number", "tuned over true, less 1: median (range)", "within 5 %", "interval holds the truth"),
+            tuned,
+        ),
     }, None
 
 
 def held_of(found: list[dict[str, Any]]) -> tuple[str, str]:
-    """Smallest and largest share of intervals that hold the true value, over all figures with enough of them; and the verdict."""
+    """Smallest and largest share of intervals that hold the true value, over all figures with enough of them; and the
+    verdict."""
     shares = [sum(inside for inside, _ in held) / len(held) for held in covered(found).values() if len(held) >= FEWEST]
     if not shares:
         return "", "not run yet"
     span = f"{100.0 * min(shares):.0f} to {100.0 * max(shares):.0f} %"
     narrow, wide = sum(x < LEAST_HELD for x in shares), sum(x > MOST_HELD for x in shares)
-    said = [f"{narrow} of {len(shares)} too narrow"] * bool(narrow) + [f"{wide} of {len(shares)} wider than needed"] * bool(wide)
+    said = [f"{narrow} of {len(shares)} too narrow"] * bool(narrow) + [
+        f"{wide} of {len(shares)} wider than needed"
+    ] * bool(wide)
     return span, ", ".join(said) or "reproduced"
 
 

@@ -1,12 +1,13 @@
-"""Campaigns of a known truth through `stillhook validate`, kept in truth-trials.json: an hour's work that the page is made from.
+"""Campaigns of a known truth through `stillhook validate`, kept in truth-trials.json: an hour's work that the page is
+made from.
 
     python docs/validation/truth_trials.py            run what is not in the file yet
     python docs/validation/truth_trials.py 20         run no more than the next 20 of them
     python docs/validation/truth_trials.py --new      run also what was computed by other code
     python docs/validation/truth_trials.py precharge  run those of this defect alone ("none": without a defect, "apart")
 
-It may be stopped at any time: what is done is in the file. Then `python docs/validation/detection_limits.py` writes the table that
-certificates print, and `python docs/validation/make.py truth_defects` the page.
+It may be stopped at any time: what is done is in the file. Then `python docs/validation/detection_limits.py` writes the
+table that certificates print, and `python docs/validation/make.py truth_defects` the page.
 """
 
 from __future__ import annotations
@@ -60,20 +61,37 @@ FIGURES = ("2b", "2b-s")
 """Lines whose value and interval are kept."""
 PASSIVE = 6
 SEEN_BY: Mapping[Defect, tuple[int, ...]] = {
-    Defect.LEAKAGE: (1, 4), Defect.FRICTION: (1,), Defect.LAYER: (1,), Defect.GEAR: (1,), Defect.PRESSURE_LINES: (0,),
+    Defect.LEAKAGE: (1, 4),
+    Defect.FRICTION: (1,),
+    Defect.LAYER: (1,),
+    Defect.GEAR: (1,),
+    Defect.PRESSURE_LINES: (0,),
     Defect.MRU_DELAY: (1,),
-    Defect.MOTOR_OFFSET: (1,), Defect.K_1: (2,), Defect.CLOCK: (1,), Defect.SATURATION: (2, 3), Defect.GAP: (0,), Defect.LOAD_CELL: (1,),
-    Defect.PRECHARGE: (1, PASSIVE), Defect.GAS_VOLUME: (1, PASSIVE), Defect.PASSIVE_MOTORS: (1, PASSIVE), Defect.MOTOR_COUNT: (1, PASSIVE),
-    Defect.ACTIVE_COUNT: (1, 2), Defect.SENSOR_A: (1,), Defect.LEAK_CONSTANT: (1, 4), Defect.LEAK_STROKE: (1, 4), Defect.LEAK_SPEED: (1, 4),
-    Defect.DISPLACEMENT: (1, 3), Defect.BOOST: (1,),
-}  # fmt: skip
-"""Steps that are taken where a defect has not its usual size: those that are made to see it. What another step would see besides is not
-counted there, so a limit may come out too large, never too small."""
+    Defect.MOTOR_OFFSET: (1,),
+    Defect.K_1: (2,),
+    Defect.CLOCK: (1,),
+    Defect.SATURATION: (2, 3),
+    Defect.GAP: (0,),
+    Defect.LOAD_CELL: (1,),
+    Defect.PRECHARGE: (1, PASSIVE),
+    Defect.GAS_VOLUME: (1, PASSIVE),
+    Defect.PASSIVE_MOTORS: (1, PASSIVE),
+    Defect.MOTOR_COUNT: (1, PASSIVE),
+    Defect.ACTIVE_COUNT: (1, 2),
+    Defect.SENSOR_A: (1,),
+    Defect.LEAK_CONSTANT: (1, 4),
+    Defect.LEAK_STROKE: (1, 4),
+    Defect.LEAK_SPEED: (1, 4),
+    Defect.DISPLACEMENT: (1, 3),
+    Defect.BOOST: (1,),
+}
+"""Steps that are taken where a defect has not its usual size: those that are made to see it. What another step would
+see besides is not counted there, so a limit may come out too large, never too small."""
 
 
 class Trial(NamedTuple):
-    """One campaign: seed; defect, "" for none; apart: capacitance, leakage and inertia 10 to 30 % off; size of the defect, None for the
-    usual one."""
+    """One campaign: seed; defect, "" for none; apart: capacitance, leakage and inertia 10 to 30 % off; size of the
+    defect, None for the usual one."""
 
     seed: int
     defect: str = ""
@@ -108,7 +126,9 @@ def outcome(trial: Trial) -> dict[str, Any]:
     """What validation says of a campaign, short enough for a file; figures in SI."""
     with TemporaryDirectory() as folder:
         defect = Defect(trial.defect) if trial.defect else None
-        written = write_campaign(Path(folder) / "tests", seed=trial.seed, defect=defect, size=trial.size, apart=trial.apart, threads=1)
+        written = write_campaign(
+            Path(folder) / "tests", seed=trial.seed, defect=defect, size=trial.size, apart=trial.apart, threads=1
+        )
         truth = tomllib.loads(written.truth.read_text(encoding="utf-8"))
         known = {n: _short(truth["crane"][n]["value"]) for n in ("capacitance", "leakage", "inertia")}
         steps = None if trial.size is None or defect is None else [int(n) for n in StepNumber if n in SEEN_BY[defect]]
@@ -117,7 +137,9 @@ def outcome(trial: Trial) -> dict[str, Any]:
         except StillhookError as refused:
             return {"truth": known, "refused": str(refused).replace(folder, "")}
         if (more := _leak(truth, _leak_points(found).get("C_leak_error"))) is not None:
-            known["leakage"] = _short(1.0 + more)  # over the twin's at the point of which step 4 speaks, not on the mean of the tests
+            known["leakage"] = _short(
+                1.0 + more
+            )  # over the twin's at the point of which step 4 speaks, not on the mean of the tests
         named = list(dict.fromkeys(t for step in found.steps for t in step.statements)) + found_on_the_way(found)
         statements = {"statements": named} if defect and not any(line.failed for line in found.lines) else {}
         measured = {} if defect else {"measured": list(against(found, truth, written.campaign))}
@@ -125,7 +147,8 @@ def outcome(trial: Trial) -> dict[str, Any]:
 
 
 def against(found: Validation, truth: Mapping[str, Any], campaign: Path) -> Iterator[list[Any]]:
-    """Every measure with an interval whose true value is known: name, test, true, value, low, high [SI]. campaign: its file."""
+    """Every measure with an interval whose true value is known: name, test, true, value, low, high [SI]. campaign: its
+    file."""
     points = _leak_points(found)
     friction = functools.cache(lambda: friction_at(campaign, truth))
     for step in found.steps:
@@ -167,7 +190,8 @@ def _leak(truth: Mapping[str, Any], at: Point | None) -> float | None:
 
 
 def _lever(truth: Mapping[str, Any], m: Measure) -> float | None:
-    """Wire per turn over the twin's, less 1, where a test begins; None where the wire crosses to another layer within some turns."""
+    """Wire per turn over the twin's, less 1, where a test begins; None where the wire crosses to another layer within
+    some turns."""
     test = next((t for t in sea_trials().tests if t.name == m.test.removeprefix("test ")), None)
     if test is None or test.kind is not Kind.AHC:
         return None
@@ -203,14 +227,17 @@ TRUE: Mapping[str, Callable[[Mapping[str, Any], Measure], float | None]] = {
     "gas_volume_error": lambda t, _: _crane(t, "gas_volume") - 1.0,
     "passive_motors_error": lambda t, _: _crane(t, "passive") - 1.0,
 }
-"""Measures whose true value follows from the truth. That of gas is what the truth has on the mean of a crane's tests, by a law of another
-form than the twin's; that of the leakage is `_leak`; that of friction is the true law at the loads and speeds of the campaign
-(`friction_at`). The pumps of the truth follow their command with a gain of 1; what the log shows beside it is the gain of its sensor."""
+"""Measures whose true value follows from the truth. That of gas is what the truth has on the mean of a crane's tests,
+by a law of another form than the twin's; that of the leakage is `_leak`; that of friction is the true law at the loads
+and speeds of the campaign (`friction_at`). The pumps of the truth follow their command with a gain of 1; what the log
+shows beside it is
+the gain
+of its sensor."""
 
 
 def friction_at(file: Path, truth: Mapping[str, Any]) -> float | None:
-    """The true friction over the twin's, less 1, as the measure forms it: at the moments of each test with heave compensation, and the mean
-    over these tests. The oil's temperature is taken as nominal."""
+    """The true friction over the twin's, less 1, as the measure forms it: at the moments of each test with heave
+    compensation, and the mean over these tests. The oil's temperature is taken as nominal."""
     campaign = load_campaign(file)
     made = true_friction(campaign.crane, Truth(**{name: x["value"] for name, x in truth["crane"].items()})).friction
 
@@ -221,7 +248,9 @@ def friction_at(file: Path, truth: Mapping[str, Any]) -> float | None:
         side, start = np.sign(s.omega), np.exp(-((s.omega * made.i_omega_s) ** 2))
         coulomb = (made.level + made.load * s.T_w + made.motors * T_hyd) * (1.0 + made.uneven * side)
         w = np.abs(s.omega)
-        return np.asarray(coulomb + (made.start + made.start_load * s.T_w) * start + made.viscous * w + made.turbulent * w * w)
+        return np.asarray(
+            coulomb + (made.start + made.start_load * s.T_w) * start + made.viscous * w + made.turbulent * w * w
+        )
 
     parts = parts_of(campaign, [r for r in read_records(campaign, lambda share: None) if r.test.kind is Kind.AHC])
     each = [slope_beside(mine, law) for mine in by_test(parts).values()]
@@ -234,7 +263,11 @@ def _found(found: Validation) -> dict[str, Any]:
     figures = {key: [_short(x) for x in (m.value, m.low, m.high)] for key, m in measures.items() if m is not None}
     whole = {s.number for s in found.steps}
     tuned = found.step(StepNumber.DYNAMICS).data.get("tuned", {}) if StepNumber.DYNAMICS in whole else {}
-    short = {name: [_short(t[n]) for n in ("factor", "low", "high")] for name, t in tuned.items() if t.get("factor") is not None}
+    short = {
+        name: [_short(t[n]) for n in ("factor", "low", "high")]
+        for name, t in tuned.items()
+        if t.get("factor") is not None
+    }
     no = {line.key: line.message for line in found.lines if line.failed}
     refuted = [line.key for line in found.lines if line.failed and line.verdict is Verdict.REFUTED]
     return {"passed": not no, "no": no, "refuted": refuted, "figures": figures, "tuned": short}

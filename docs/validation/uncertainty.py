@@ -1,4 +1,5 @@
-"""Does SSC's advantage survive what is not known? Scenario 2 of paper E and the 90 t case of paper C under drawn factors."""
+"""Does SSC's advantage survive what is not known? Scenario 2 of paper E and the 90 t case of paper C under drawn
+factors."""
 
 from __future__ import annotations
 
@@ -34,7 +35,8 @@ LIKELY = 0.9  # share of the draws from which a claim is said to survive
 
 
 class Looked(NamedTuple):
-    """One experiment: name, modes (the last one is the new controller, the one before it HS), and the runs under all draws."""
+    """One experiment: name, modes (the last one is the new controller, the one before it HS), and the runs under all
+    draws."""
 
     name: str
     modes: Sequence[str]
@@ -45,7 +47,9 @@ def scenario_2() -> tuple[list[Any], float]:
     """Cases of scenario 2, and the peak speed of the tip [m/s]."""
     v = paper_e_scenario_2.speed_of_ns(paper_e_scenario_2.CRANE)
     tip = Sine.from_si(v * paper_e_scenario_2.PERIOD / (2.0 * math.pi), paper_e_scenario_2.PERIOD)
-    cases = [paper_e_scenario_2.case(tip, m, {}).model_copy(update={"duration": 72.0}) for m in paper_e_scenario_2.MODES]
+    cases = [
+        paper_e_scenario_2.case(tip, m, {}).model_copy(update={"duration": 72.0}) for m in paper_e_scenario_2.MODES
+    ]
     return cases, v
 
 
@@ -102,7 +106,13 @@ def differences(looked: Sequence[Looked]) -> list[tuple[object, ...]]:
 
 
 def survives(share: float) -> str:
-    return "survives" if share >= LIKELY else "not by these factors alone" if share <= 1.0 - LIKELY else "depends on what is not known"
+    return (
+        "survives"
+        if share >= LIKELY
+        else "not by these factors alone"
+        if share <= 1.0 - LIKELY
+        else "depends on what is not known"
+    )
 
 
 def claims(two: xarray.Dataset, ninety: xarray.Dataset) -> dict[str, tuple[str, str, str]]:
@@ -111,17 +121,29 @@ def claims(two: xarray.Dataset, ninety: xarray.Dataset) -> dict[str, tuple[str, 
     beyond = chances(two, Limit.of("e_c_pp <= 20 cm"))["hs"].share
     p = {m: two["p_a_max"].sel(case=m).values for m in ("hs", "ssc")}
     gap = chance(p["hs"] - p["ssc"] > 120e5).share
-    lower = [paired_difference(run, new, "hs", "e_c_pp").lower.share for run, new in ((two, "ssc"), (ninety, "ssc-cubic"))]
-    pressure = [paired_difference(run, new, "hs", "p_max").lower.share for run, new in ((two, "ssc"), (ninety, "ssc-cubic"))]
+    lower = [
+        paired_difference(run, new, "hs", "e_c_pp").lower.share for run, new in ((two, "ssc"), (ninety, "ssc-cubic"))
+    ]
+    pressure = [
+        paired_difference(run, new, "hs", "p_max").lower.share for run, new in ((two, "ssc"), (ninety, "ssc-cubic"))
+    ]
     against_ns = paired_difference(two, "ssc", "ns", "e_c_pp")
     both = f"in {percent(lower[0])} of the draws of scenario 2, {percent(lower[1])} of the 90 t"
     rows = {
         "SSC has less error than HS": ("yes", both, min(lower)),
-        "SSC has less peak pressure than HS": ("yes", f"in {percent(pressure[0])} and {percent(pressure[1])} of them", min(pressure)),
+        "SSC has less peak pressure than HS": (
+            "yes",
+            f"in {percent(pressure[0])} and {percent(pressure[1])} of them",
+            min(pressure),
+        ),
         "scenario 2: error of SSC": ("within 10 cm", f"in {percent(within)} of the draws", within),
         "scenario 2: error of HS": ("more than 20 cm", f"in {percent(beyond)} of the draws", beyond),
         "scenario 2: pressure of SSC below HS": ("more than 120 bar", f"in {percent(gap)} of the draws", gap),
-        "scenario 2: SSC has less error than NS": ("yes", f"in {percent(against_ns.lower.share)} of the draws", against_ns.lower.share),
+        "scenario 2: SSC has less error than NS": (
+            "yes",
+            f"in {percent(against_ns.lower.share)} of the draws",
+            against_ns.lower.share,
+        ),
     }
     return {name: (theirs, ours, survives(share)) for name, (theirs, ours, share) in rows.items()}
 
@@ -133,7 +155,10 @@ def ranking(found: Sequence[Sensitivity]) -> list[tuple[object, ...]]:
         for name, x in s.indices.items():
             worth[name] = max(worth.get(name, 0.0), x.total)
     names = sorted((n for n in worth if worth[n] >= MATTERS), key=lambda n: -worth[n])
-    return [(name, *(f"{max(s.indices[name].first, 0.0):.2f}, {s.indices[name].total:.2f}" for s in found)) for name in names]
+    return [
+        (name, *(f"{max(s.indices[name].first, 0.0):.2f}, {s.indices[name].total:.2f}" for s in found))
+        for name in names
+    ]
 
 
 def indices_of(cases: Sequence[Any]) -> list[Sensitivity]:
@@ -177,11 +202,24 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     shown = [s for s in indices if s.case != "hs"]
     found = claims(two.run, ninety.run)
     known = Uncertainty.default().on((paper_e_scenario_2.CRANE, cases[0]), (paper_c_90t.CRANE, ninety_tonnes()[0]))
-    head = ("", "mode", "error as described, cm", "median", "5 to 95 %", "pressure as described, bar", "median", "5 to 95 %", "failed")
+    head = (
+        "",
+        "mode",
+        "error as described, cm",
+        "median",
+        "5 to 95 %",
+        "pressure as described, bar",
+        "median",
+        "5 to 95 %",
+        "failed",
+    )
     wide = ("", "", "error, median", "5 to 95 %", "lower in", "pressure, median", "5 to 95 %", "lower in")
     blocks = {
         "claims": claims_table(found),
-        "factors": table(("factor", "what", "distribution", "because"), [(n, FACTORS[n].meaning, d, r) for n, d, r in known.describe()]),
+        "factors": table(
+            ("factor", "what", "distribution", "because"),
+            [(n, FACTORS[n].meaning, d, r) for n, d, r in known.describe()],
+        ),
         "numbers": table(head, numbers(looked)),
         "differences": table(wide, differences(looked)),
         "ranking": table(("factor", *(f"{s.case}, {s.output}" for s in shown)), ranking(shown)),

@@ -1,4 +1,5 @@
-"""Wave spectra: periods against published ratios and fits, moments against integration of another kind, and where moments end."""
+"""Wave spectra: periods against published ratios and fits, moments against integration of another kind, and where
+moments end."""
 
 from __future__ import annotations
 
@@ -23,8 +24,13 @@ T_P = 10.0  # s
 ZERO_CROSSING = (0.6673, 0.05037, -0.006230, 0.0003341)
 MEAN = (0.7303, 0.04936, -0.006556, 0.0003610)
 """T_m02/T_p and T_m01/T_p as cubics in gamma. DNV-RP-C205."""
-SEAS = ("pm Hs=3 m Tp=10 s", "jonswap Hs=3 m Tp=10 s gamma=3.3", "torsethaugen Hs=3 m Tp=7 s", "torsethaugen Hs=3 m Tp=14 s",
-        "ochi-hubble Hs1=2 m Tp1=14 s lambda1=3 Hs2=2.236 m Tp2=7 s lambda2=1.2")  # fmt: skip
+SEAS = (
+    "pm Hs=3 m Tp=10 s",
+    "jonswap Hs=3 m Tp=10 s gamma=3.3",
+    "torsethaugen Hs=3 m Tp=7 s",
+    "torsethaugen Hs=3 m Tp=14 s",
+    "ochi-hubble Hs1=2 m Tp1=14 s lambda1=3 Hs2=2.236 m Tp2=7 s lambda2=1.2",
+)
 FAR = 1e5  # rad/s: beyond, what is left follows from the power of the tail
 STEEP = tuple((H, T) for H in (1.0, 3.0, 6.0, 10.0) for T in (7.0, 9.0, 11.0, 14.0, 18.0))
 
@@ -69,17 +75,39 @@ def compute() -> tuple[dict[str, str], Shown]:
         "Pierson-Moskowitz: `T_m01/T_p`": ("0.77177", f"{plain.T_m01 / T_P:.5f}", "reproduced"),
         "JONSWAP, gamma 1 to 7: `T_m02/T_p` by the cubic of DNV-RP-C205": ("a fit", largest(of_z), "reproduced"),
         "JONSWAP, gamma 1 to 7: `T_m01/T_p` by the cubic of DNV-RP-C205": ("a fit", largest(of_m), "reproduced"),
-        "JONSWAP, gamma 1 to 7: 1 − 0.287 ln(gamma) normalises": ("yes", f"`H_m0` {largest(printed)}", "an approximation; ours is exact"),
+        "JONSWAP, gamma 1 to 7: 1 − 0.287 ln(gamma) normalises": (
+            "yes",
+            f"`H_m0` {largest(printed)}",
+            "an approximation; ours is exact",
+        ),
         "Torsethaugen: 3.26 (1 + 1.1 ln(gamma)^1.19)/gamma normalises": (
-            "yes", f"`H_m0` {largest(two_peaks)}", "an approximation; ours is exact"),
+            "yes",
+            f"`H_m0` {largest(two_peaks)}",
+            "an approximation; ours is exact",
+        ),
         "moments −1 to 4 against adaptive integration": ("the same", f"within {max(worst, 1e-8):.0e}", "reproduced"),
-    }  # fmt: skip
+    }
     rows = [
-        (f"{wave.gamma:g}", f"{wave.T_m01 / T_P:.5f}", f"{cubic(MEAN, wave.gamma):.4f}", f"{wave.T_m02 / T_P:.5f}",
-         f"{cubic(ZERO_CROSSING, wave.gamma):.4f}", f"{wave.T_e / T_P:.5f}", f"{3.0 * (1.0 + p):.4f} m")
+        (
+            f"{wave.gamma:g}",
+            f"{wave.T_m01 / T_P:.5f}",
+            f"{cubic(MEAN, wave.gamma):.4f}",
+            f"{wave.T_m02 / T_P:.5f}",
+            f"{cubic(ZERO_CROSSING, wave.gamma):.4f}",
+            f"{wave.T_e / T_P:.5f}",
+            f"{3.0 * (1.0 + p):.4f} m",
+        )
         for wave, p in zip(waves, printed, strict=True)
-    ]  # fmt: skip
-    head = ("gamma", "`T_m01/T_p`", "by the cubic", "`T_m02/T_p`", "by the cubic", "`T_e/T_p`", "3 m by the printed norm")
+    ]
+    head = (
+        "gamma",
+        "`T_m01/T_p`",
+        "by the cubic",
+        "`T_m02/T_p`",
+        "by the cubic",
+        "`T_e/T_p`",
+        "3 m by the printed norm",
+    )
     seas = tuple(parse_wave(text) for text in SEAS)
     return {"claims": claims_table(claims), "periods": table(head, rows), "cuts": cuts(seas)}, Shown(seas)
 

@@ -2,7 +2,8 @@
 
 >>> import stillhook
 >>> crane = stillhook.load_crane("nov-250t")
->>> case = stillhook.Scenario(load="100 t", s_w="100 m", tip=stillhook.Sine(amplitude="2.8 m", period="12 s"), mode="ssc")
+>>> tip = stillhook.Sine(amplitude="2.8 m", period="12 s")
+>>> case = stillhook.Scenario(load="100 t", s_w="100 m", tip=tip, mode="ssc")
 >>> run = stillhook.simulate(crane, case)
 >>> float(run.e_c_pp)  # doctest: +SKIP
 """

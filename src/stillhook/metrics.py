@@ -1,7 +1,8 @@
 """Figures of merit from any Dataset with the names of `stillhook.variables`: simulated runs and measured logs alike.
 
-Series must be sampled evenly over "time" [s]. Where the Dataset has `warm_up` [s], windows start only after it. A run's own summary
-is taken at every PLC cycle and so sees a little more than these functions do on a series stored at a coarser step.
+Series must be sampled evenly over "time" [s]. Where the Dataset has `warm_up` [s], windows start only after it. A run's
+own summary is taken at every PLC cycle and so sees a little more than these functions do on a series stored at a
+coarser step.
 """
 
 from __future__ import annotations
@@ -33,13 +34,16 @@ def counted(run: xarray.Dataset, name: str) -> xarray.DataArray:
     """A series of the run, NaN during the warm-up. Errors: StillhookError where there is none."""
     time_step(run)
     if name not in run:
-        raise StillhookError(f"metrics: the Dataset has no {name}. Give a run, or a log with the names of the nomenclature.")
+        raise StillhookError(
+            f"metrics: the Dataset has no {name}. Give a run, or a log with the names of the nomenclature."
+        )
     start = run["time"][0] + run.get("warm_up", 0.0)
     return run[name].where(run["time"] >= start - 1e-9)
 
 
 def peak_to_peak(series: xarray.DataArray, dt: float, window: float = WINDOW) -> xarray.DataArray:
-    """Largest less smallest value over a trailing window [s] with both ends; NaN where the window is not full of numbers."""
+    """Largest less smallest value over a trailing window [s] with both ends; NaN where the window is not full of
+    numbers."""
     n = _samples(window, dt, series.sizes["time"])
     x, axis = series.values, series.get_axis_num("time")
     assert isinstance(axis, int)
@@ -64,7 +68,9 @@ def e_c_pp(run: xarray.Dataset, *, measured: bool = False, window: str = DEFAULT
 
     measured: against the tip motion that the PLC saw instead of the true one.
     """
-    return peak_to_peak(counted(run, "e_c_measured" if measured else "e_c"), time_step(run), _window(window)).rename("e_c_pp")
+    return peak_to_peak(counted(run, "e_c_measured" if measured else "e_c"), time_step(run), _window(window)).rename(
+        "e_c_pp"
+    )
 
 
 def s_tip_pp(run: xarray.Dataset, *, window: str = DEFAULT_WINDOW) -> xarray.DataArray:
@@ -73,13 +79,15 @@ def s_tip_pp(run: xarray.Dataset, *, window: str = DEFAULT_WINDOW) -> xarray.Dat
 
 
 def eta_c(run: xarray.Dataset, *, measured: bool = False, window: str = DEFAULT_WINDOW) -> xarray.DataArray:
-    """Compensation efficiency 1 - e_c_pp / s_tip_pp over the moving window [-], as a series. Source: Moslatt 2020 paper F eq. 3."""
+    """Compensation efficiency 1 - e_c_pp / s_tip_pp over the moving window [-], as a series. Source: Moslatt 2020 paper
+    F eq. 3."""
     tip = s_tip_pp(run, window=window)
     return (1.0 - e_c_pp(run, measured=measured, window=window) / tip.where(tip > 0.0)).rename("eta_c")
 
 
 def settling_time(run: xarray.Dataset, *, start: str, target: str, step: str, band: float = 0.02) -> xarray.DataArray:
-    """Time from `start` ("60 s") until the wire speed stays within band * |step| of target [s]; NaN where it never does.
+    """Time from `start` ("60 s") until the wire speed stays within band * |step| of target [s]; NaN where it never
+    does.
 
     target is the speed after the step of `step` ("5 m/min"). Source: Moslatt 2020 paper E section 4.3 (2 % of 5 m/min).
     """

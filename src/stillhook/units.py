@@ -131,7 +131,8 @@ def _known(kind: str) -> Kind:
 
 
 def written_at(data: Any, loc: Sequence[int | str], otherwise: Any) -> Any:
-    """What was written at a place of nested tables and lists: "-80 L", where a validator reports the -0.08 that it was read as."""
+    """What was written at a place of nested tables and lists: "-80 L", where a validator reports the -0.08 that it was
+    read as."""
     for part in loc:
         try:
             data = data[part]
@@ -225,7 +226,8 @@ _RATIO = re.compile(rf"(?:i\s*=\s*)?({_NUMBER})(?:\s*:\s*1)?")
 
 
 def parse_ratio(value: object, where: str = "") -> float:
-    """A gear ratio, turns of the motor for one of the drum, as data sheets print it: 35.4, "35.4", "35.4:1", "i = 35.4".
+    """A gear ratio, turns of the motor for one of the drum, as data sheets print it: 35.4, "35.4", "35.4:1", "i =
+    35.4".
 
     Errors: UnitError of one line; "1:35.4" is refused, as it may mean either.
     """
@@ -256,7 +258,8 @@ def in_display(value: float, kind: str) -> float:
 
 
 def in_unit(value: float, unit: str, kind: str) -> float:
-    """An SI value in one of the units of its kind (0.05 m to 5 cm). Errors: UnitError where the unit is none of them."""
+    """An SI value in one of the units of its kind (0.05 m to 5 cm). Errors: UnitError where the unit is none of
+    them."""
     known = _known(kind)
     if unit not in known.allowed:
         raise UnitError(f"unit {came(unit)} is not one of {', '.join(known.allowed)}.")
@@ -265,7 +268,8 @@ def in_unit(value: float, unit: str, kind: str) -> float:
 
 
 def bound(value: float, kind: str, written: object) -> str:
-    """A bound in SI as text in the unit of what was written, else in its display unit: 5 m/s as "300 m/min" to "400 m/min"."""
+    """A bound in SI as text in the unit of what was written, else in its display unit: 5 m/s as "300 m/min" to "400
+    m/min"."""
     match = _QUANTITY.fullmatch(written.strip()) if isinstance(written, str) else None
     unit = _tidy(match[2]) if match is not None and _tidy(match[2]) in _known(kind).allowed else _known(kind).display
     return f"{number(in_unit(value, unit, kind))} {unit}"
@@ -325,7 +329,8 @@ def _reader(kind: str) -> Callable[[object], float]:
 
 
 def _refusing(read: Callable[[object], float]) -> Callable[[object], float]:
-    """A reader whose ValueError becomes the error of type "unit" that `stillhook.library.toml.explain` puts into one line."""
+    """A reader whose ValueError becomes the error of type "unit" that `stillhook.library.toml.explain` puts into one
+    line."""
 
     def refusing(value: object) -> float:
         from pydantic_core import PydanticCustomError

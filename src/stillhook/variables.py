@@ -45,7 +45,8 @@ PLAN = _GROUPS["plan"]
 WEATHER = _GROUPS["weather"]
 
 PHYSICAL: Mapping[str, Variable] = {v.name: v for v in SERIES + SUMMARY + QUANTITIES}
-"""What a log may hold under its own name. The names of ANSWERS are everyday words (load, speed, first), which a log may use for anything."""
+"""What a log may hold under its own name. The names of ANSWERS are everyday words (load, speed, first), which a log may
+use for anything."""
 VARIABLES: tuple[Variable, ...] = SERIES + SUMMARY + QUANTITIES + LIFT + ANSWERS + PLAN + WEATHER
 BY_NAME: Mapping[str, Variable] = {v.name: v for v in VARIABLES}
 
@@ -53,4 +54,6 @@ BY_NAME: Mapping[str, Variable] = {v.name: v for v in VARIABLES}
 def attributes(name: str) -> dict[str, str]:
     """Unit, meaning, sign and source of a variable, for a Dataset."""
     v = BY_NAME[name]
-    return {k: str(x) for k, x in (("units", v.unit), ("long_name", v.meaning), ("sign", v.sign), ("source", v.source)) if x}
+    return {
+        k: str(x) for k, x in (("units", v.unit), ("long_name", v.meaning), ("sign", v.sign), ("source", v.source)) if x
+    }

@@ -71,7 +71,7 @@ def test_stability_on_80_columns_has_its_values() -> None:
         (["map", "--period", "-12 s"], "a wave takes time"),
         (["stability", "nov-250t", "--load", "300 t"], "exceeds the SWL"),
         (["stability", "nov-250t", "--s-w", "nonsense"], '--s-w = "nonsense": not a number, a space and a unit'),
-        (["stability", "nov-250t", "--full", "--v-tip", "60 m/min", "--load", ""], "--load = \"\": empty"),
+        (["stability", "nov-250t", "--full", "--v-tip", "60 m/min", "--load", ""], '--load = "": empty'),
         ([*TUNE, "--free", ""], "name at least one setting"),
         ([*TUNE, "--loads", "-1 t"], "below 0"),
         ([*DRAW, "--limit", "foo <= 1 m"], "there are "),
@@ -96,7 +96,9 @@ def test_load_beyond_the_crane_is_no_fault_of_a_factor(capfd: pytest.CaptureFixt
 
 
 @pytest.mark.parametrize("name", ["best classic", "physical", "$x^{$"])
-def test_controller_file_cannot_take_the_name_of_another_row(name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_controller_file_cannot_take_the_name_of_another_row(
+    name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     """A file called as the map's best classic would stand in its place in the answer, and $ is a formula in pictures."""
     path = tmp_path / f"{name}.toml"
     path.write_text('mode = "ssc"\n')

@@ -11,7 +11,7 @@ from stillhook.analysis.uncertainty.factors import FACTORS
 from stillhook.analysis.uncertainty.factors_file import Uncertainty
 from stillhook.errors import SpecError
 from stillhook.library import changed
-from stillhook.spec.crane import ServoVariant
+from stillhook.spec.circuits import ServoVariant
 
 CRANE = load_crane("nov-250t")
 CASE = Scenario(load="100 t", s_w="100 m", tip="sine 2 m 12 s", duration="60 s", warm_up="30 s")
@@ -20,18 +20,28 @@ APART = 2.0
 """Ratio of two indices that is no scatter of 256 rows, nor the skew of a lognormal range against a normal one."""
 FLOOR = 0.03
 """Index below which it is scatter."""
-KNOWN = Uncertainty.of({"boost": {"uniform": [0.8, 1.2]}, "wire_stiffness": {"uniform": [0.9, 1.1]}, "load": {"uniform": [0.99, 1.01]}})
+KNOWN = Uncertainty.of(
+    {"boost": {"uniform": [0.8, 1.2]}, "wire_stiffness": {"uniform": [0.9, 1.1]}, "load": {"uniform": [0.99, 1.01]}}
+)
 HALF_WIDTHS = {"boost": 0.95 * 0.2, "wire_stiffness": 0.95 * 0.1, "load": 0.95 * 0.01}
 """Half of the 95 % range of each."""
 
 
 def multiples(pairs):
     """Made-up runs: the factors themselves."""
-    return [{"b": c.active.boost.p / CRANE.active.boost.p, "E": c.wire.E / CRANE.wire.E, "m": s.load / CASE.load} for c, s in pairs]
+    return [
+        {"b": c.active.boost.p / CRANE.active.boost.p, "E": c.wire.E / CRANE.wire.E, "m": s.load / CASE.load}
+        for c, s in pairs
+    ]
 
 
 def of(value, **bounds):
-    return attribute({"run": (CRANE, CASE)}, [Figure("y", lambda r: value(r["run"]), **bounds)], uncertainty=KNOWN, evaluate=multiples)
+    return attribute(
+        {"run": (CRANE, CASE)},
+        [Figure("y", lambda r: value(r["run"]), **bounds)],
+        uncertainty=KNOWN,
+        evaluate=multiples,
+    )
 
 
 def change(found, effect):
@@ -62,7 +72,9 @@ def test_only_the_pair_closes_a_gap_that_is_made_of_an_interaction():
     found = of(lambda x: (x["b"] - 1.0) * (x["E"] - 1.0), least=0.9 * product)
     assert all(v is Verdict.NONE for row in found.ranking() for v in row.verdicts)
     closing = found.closing("y")
-    assert [sorted(c.cause for c in e.changes) for e in closing] == [["boost", "wire_stiffness"]] * 2  # both up, both down
+    assert [sorted(c.cause for c in e.changes) for e in closing] == [
+        ["boost", "wire_stiffness"]
+    ] * 2  # both up, both down
     assert all(e.values[0] == pytest.approx(product, rel=1e-6) for e in closing)
     assert "nothing closes the gap alone" in found.words()[0].lower()
 
@@ -103,7 +115,9 @@ def test_alternatives_of_one_group_are_not_combined():
     found = attribute({"run": (CRANE, CASE)}, [figure], some, KNOWN, evaluate=multiples)
     assert not any({c.cause for c in e.changes} == {"light", "heavy"} for e in found.pairs)
     lifted = next(e for e in found.pairs if str(e) == "load × 1.01 and heavy")
-    assert lifted.values[0] == pytest.approx(2.0 * (1.0 + HALF_WIDTHS["load"]), rel=1e-6)  # a factor acts on what the alternative made
+    assert lifted.values[0] == pytest.approx(
+        2.0 * (1.0 + HALF_WIDTHS["load"]), rel=1e-6
+    )  # a factor acts on what the alternative made
 
 
 def test_every_factor_of_the_table_that_changes_something_is_varied_also_those_not_drawn_by_default():
@@ -127,16 +141,29 @@ def test_the_order_of_effects_is_that_of_the_first_order_indices():
     for output in ("e_c_pp", "p_max"):
         (s,) = sensitivity(CRANE, case, known, outputs=[output], n=256)
         # motor_loss is given as its own distribution: its ends here are those of the draws, not the wider ones outside the fit
-        plain = Uncertainty.of({**dict.fromkeys(("leakage", "delay", "inertia"), "default"), "motor_loss": {"normal": [1.0, 0.1001]}})
-        found = attribute({"run": (CRANE, case)}, [Figure("y", lambda r, o=output: r["run"][o])], uncertainty=plain, pairs=False)
-        span = {row.cause: max(e.values[0] for e in row.effects) - min(e.values[0] for e in row.effects) for row in found.ranking()}
-        clear = [(a, b) for a, x in s.indices.items() for b, y in s.indices.items() if x.first > APART * max(y.first, FLOOR)]
+        plain = Uncertainty.of(
+            {**dict.fromkeys(("leakage", "delay", "inertia"), "default"), "motor_loss": {"normal": [1.0, 0.1001]}}
+        )
+        found = attribute(
+            {"run": (CRANE, case)}, [Figure("y", lambda r, o=output: r["run"][o])], uncertainty=plain, pairs=False
+        )
+        span = {
+            row.cause: max(e.values[0] for e in row.effects) - min(e.values[0] for e in row.effects)
+            for row in found.ranking()
+        }
+        clear = [
+            (a, b) for a, x in s.indices.items() for b, y in s.indices.items() if x.first > APART * max(y.first, FLOOR)
+        ]
         assert clear
         assert all(span[a] > span[b] for a, b in clear)
 
 
 def scenario_2(mode, alpha_hs=0.6):
-    crane = changed(CRANE, {"control": {"alpha_hs": alpha_hs}, "active": {"motor": {"alpha_min": alpha_hs}}}) if mode == "hs" else CRANE
+    crane = (
+        changed(CRANE, {"control": {"alpha_hs": alpha_hs}, "active": {"motor": {"alpha_min": alpha_hs}}})
+        if mode == "hs"
+        else CRANE
+    )
     tip = Sine.from_si(2.832, 12.0)
     return crane, Scenario(load="0 t", s_w="15 m", tip=tip, mode=mode, duration="124 s", warm_up="40 s")
 
@@ -152,7 +179,9 @@ def test_larger_motor_losses_with_hs_at_048_bring_all_printed_figures_of_scenari
     setting = Alternative("HS 0.48", lambda runs: {**runs, "hs": scenario_2("hs", 0.48)})
     found = attribute(runs, figures, [setting])
     assert found.verdict("motor_loss", "gap") is Verdict.NARROWS
-    assert found.verdict("friction", "gap") is Verdict.NONE  # that of the system, a small part of it all with an empty hook
+    assert (
+        found.verdict("friction", "gap") is Verdict.NONE
+    )  # that of the system, a small part of it all with an empty hook
     assert not found.closing("gap", found.singles)
     all_at_once = {frozenset(c.cause for c in e.changes) for e in found.closing()}
     assert frozenset({"motor_loss", "HS 0.48"}) in all_at_once

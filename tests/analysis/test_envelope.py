@@ -79,7 +79,9 @@ class TestSpecification:
 
     def test_ssc_and_ns_cross_where_full_displacement_would_fill_the_pumps(self):
         """0.8 is the middle of u_thr 0.6 .. 1 and of displacements 1 .. 0.6: there u_ff = 0.8 = K_1 v 0.8."""
-        crossing = float(setting_curves(load(E250), modes=["ssc"], v_w=["0 m/s"])["v_w_cross_ideal"].sel(mode="ssc", classic="ns"))
+        crossing = float(
+            setting_curves(load(E250), modes=["ssc"], v_w=["0 m/s"])["v_w_cross_ideal"].sel(mode="ssc", classic="ns")
+        )
         assert crossing == pytest.approx(72.47127 * M_PER_MIN, rel=SAME)
 
 
@@ -98,7 +100,9 @@ class TestSettings:
 
     def test_a_mode_meets_a_classic_displacement_at_its_crossing_and_not_before(self, curves):
         v = float(curves["v_w_cross"].sel(mode="ssc", classic="ns"))
-        at = setting_curves(load(E250), modes=["ns", "ssc"], v_w=[f"{x!r} m/s" for x in (0.99 * v, v)], load="100 t")["alpha_m"]
+        at = setting_curves(load(E250), modes=["ns", "ssc"], v_w=[f"{x!r} m/s" for x in (0.99 * v, v)], load="100 t")[
+            "alpha_m"
+        ]
         assert float(at.sel(mode="ssc")[1]) == pytest.approx(float(at.sel(mode="ns")[1]), abs=SAME)
         assert float(at.sel(mode="ssc")[0]) > float(at.sel(mode="ns")[0])
         assert math.isnan(float(curves["v_w_cross"].sel(mode="ns", classic="ns")))
@@ -106,7 +110,9 @@ class TestSettings:
     def test_points_are_those_of_the_whole_plant(self, curves):
         at = curves.sel(mode="ns").isel(v_w=25)
         crane, v = load(E250), float(at["v_w"])
-        o = operating_point(crane, v, float(at["alpha_m"]), load=100e3, s_w=wire_out_on(crane, crane.drum.layers), v_tip=-v)
+        o = operating_point(
+            crane, v, float(at["alpha_m"]), load=100e3, s_w=wire_out_on(crane, crane.drum.layers), v_tip=-v
+        )
         assert float(at["alpha_p"]) == pytest.approx(o.alpha_p, abs=1e-12)
 
 
@@ -129,7 +135,9 @@ class TestLimits:
                     Limit.PRESSURE: max(o.p_a, o.p_b) / a.relief.p,
                     Limit.POWER: power_used(s.crane, o),
                     Limit.RESERVE: s.alpha_reserve / o.alpha_m,
-                    Limit.PASSIVE: abs(o.omega_m) * s.alpha_pm / s.crane.passive.motor.n_max_full if s.crane.passive else math.nan,
+                    Limit.PASSIVE: abs(o.omega_m) * s.alpha_pm / s.crane.passive.motor.n_max_full
+                    if s.crane.passive
+                    else math.nan,
                 }
                 assert used[Limit.POWER] <= 1.0 + SAME
                 assert used[top.binds] == pytest.approx(1.0, abs=CORNER)
@@ -153,7 +161,9 @@ class TestLimits:
 
     def test_constant_wire_force_keeps_the_speed_of_ns_on_layers_where_its_motors_are_above_their_least(self):
         crane = load(E250)
-        v = envelope(crane, layers=[10, 11, 12], loads=["100 t"], modes=["ns"])["v_w_top"].sel(mode="ns", direction="hoisting")
+        v = envelope(crane, layers=[10, 11, 12], loads=["100 t"], modes=["ns"])["v_w_top"].sel(
+            mode="ns", direction="hoisting"
+        )
         assert float(v.max() / v.min()) == pytest.approx(1.0, abs=0.003)  # what leaks by speed and friction by diameter
 
     def test_hs_carries_60_per_cent_of_the_swl_and_no_more(self):
@@ -174,7 +184,8 @@ class TestLimits:
     def test_motor_speed_limit_rises_as_displacement_falls(self):
         """With pumps and power units of any size the shaft stops at n_max_full / alpha_m."""
         crane = changed(
-            unlimited(E250), {"active": {"pump": {"D": ["5000 cm^3/rev"]}}, "passive": {"motor": {"n_max_full": "4800 rev/min"}}}
+            unlimited(E250),
+            {"active": {"pump": {"D": ["5000 cm^3/rev"]}}, "passive": {"motor": {"n_max_full": "4800 rev/min"}}},
         )
         s = Station(crane, 0.0, 20.0, Direction.HOISTING)
         tops = [s.top(lambda v, a=a: a) for a in (0.95, 0.8, 0.7)]
@@ -239,7 +250,9 @@ class TestLimits:
         ours = float(data["v_w_power_rule"].sel(layer=11, load=150e3))
         assert ours == pytest.approx(wire_speed_max(s.crane, s.crane.control.alpha_ns, s.winch.geometry.d))
         power = data["v_w_power_rule"] * (data["load"] + s.crane.hook_mass)
-        assert float(power.max() / power.min()) == pytest.approx(1.0, abs=1e-9)  # the same on every layer and at every load
+        assert float(power.max() / power.min()) == pytest.approx(
+            1.0, abs=1e-9
+        )  # the same on every layer and at every load
 
 
 class TestAgainstTheEngine:
@@ -252,7 +265,9 @@ class TestAgainstTheEngine:
         top = outer(C150, 0.6).top_of_mode(mode).v_w
         v = part * top
         tip = Sine.from_si(v * 60.0 / (2.0 * math.pi), 60.0)
-        case = Scenario(load="90 t", s_w="150 m", mode=mode, tip=tip, duration="100 s", ramp="10 s", warm_up="30 s", gas_held=True)
+        case = Scenario(
+            load="90 t", s_w="150 m", mode=mode, tip=tip, duration="100 s", ramp="10 s", warm_up="30 s", gas_held=True
+        )
         run = simulate(load(C150), case, series=False)
         assert (float(run["saturation_time"]) > 0.0) is full
         if full and mode is Mode.NS:  # SSC comes down further with the tip's speed, whatever the wire does

@@ -57,7 +57,9 @@ def test_a_load_that_no_mode_may_carry_ends_with_1_and_null(capsys):
     assert row["binds"] == "load of the mode"
 
 
-@pytest.mark.parametrize(("units", "binds"), [('P_max = "10 MW"\nP_back = "10 MW"', "torque reserve"), ("", "hydraulic power")])
+@pytest.mark.parametrize(
+    ("units", "binds"), [('P_max = "10 MW"\nP_back = "10 MW"', "torque reserve"), ("", "hydraulic power")]
+)
 def test_table_tells_speed_and_limit_in_human_units(capsys, tmp_path, units, binds):
     """80 t drive 0.6 MW and more into the pumps while they sink; power units of 10 MW leave the torque reserve as the limit."""
     file = tmp_path / "units.toml"
@@ -77,7 +79,9 @@ def test_layer_is_counted_from_the_bare_drum(capsys):
 
 
 def test_out_writes_every_file_that_is_promised(capsys, tmp_path, monkeypatch):
-    monkeypatch.setattr("stillhook.analysis.operating_envelope.load_speed.LOADS", (0.0, 0.5, 1.0))  # coarser pictures, for speed alone
+    monkeypatch.setattr(
+        "stillhook.analysis.operating_envelope.load_speed.LOADS", (0.0, 0.5, 1.0)
+    )  # coarser pictures, for speed alone
     monkeypatch.setattr("stillhook.cli.analysis.envelope.LAYERS_SHARES", (1.0,))
     out = tmp_path / "folder"
     assert run([*FAST, "--load", "40 t", "--out", str(out)]) == 0

@@ -58,7 +58,10 @@ def assert_alike(a, b):
 @pytest.mark.parametrize(
     ("name", "tables"),
     [
-        ("bulk_modulus", {"active": {"line": {"bulk_modulus": "19250 bar"}}, "passive": {"line": {"bulk_modulus": "19250 bar"}}}),
+        (
+            "bulk_modulus",
+            {"active": {"line": {"bulk_modulus": "19250 bar"}}, "passive": {"line": {"bulk_modulus": "19250 bar"}}},
+        ),
         ("line_volume", {"active": {"line": {"V": "88 L"}}}),
         ("boost", {"active": {"boost": {"p": "27.5 bar"}}}),
         ("gas_pressure", {"passive": {"accumulator": {"gas": {"p_0": "308 bar"}}}}),
@@ -150,7 +153,9 @@ def test_a_normal_distribution_is_cut_where_physics_ends_and_not_clipped():
     cut = Distribution(Law.NORMAL, (1.0, 0.5)).at((np.arange(4096) + 0.5) / 4096, 0.0)
     assert cut.min() > 0.0
     assert len(np.unique(cut)) == len(cut)  # clipped ones would be alike
-    assert np.mean(cut < 1.0) == pytest.approx((0.5 - 0.02275) / (1.0 - 0.02275), abs=TAILS)  # normal table: 2.275 % lie below 0
+    assert np.mean(cut < 1.0) == pytest.approx(
+        (0.5 - 0.02275) / (1.0 - 0.02275), abs=TAILS
+    )  # normal table: 2.275 % lie below 0
 
 
 @pytest.mark.parametrize(
@@ -187,7 +192,9 @@ def test_passive_motors_inside_their_fit_have_no_uncertainty_of_being_outside():
     assert factor.absent(crane, EMPTY) == ""
     assert "work where their loss was fitted" in factor.absent(crane, HEAVY)
     drawn, _ = next(Drawing(crane, HEAVY, ["passive_motor_loss"]).pairs(np.array([[2.0]])))
-    assert drawn.passive.motor.loss == crane.passive.motor.loss  # in a batch with an empty hook it is left alone as well
+    assert (
+        drawn.passive.motor.loss == crane.passive.motor.loss
+    )  # in a batch with an empty hook it is left alone as well
 
 
 def test_losses_of_passive_motors_carry_both_factors():

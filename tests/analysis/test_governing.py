@@ -9,7 +9,15 @@ import pytest
 
 from stillhook import Crane, Profile, Scenario, load_crane, simulate
 from stillhook.analysis.controllers import Controller, controller, strong_ssc
-from stillhook.analysis.loop_stability.governing import KEPT, SLOW, carried, governing, plant_loop_at, slow_places, wire_range
+from stillhook.analysis.loop_stability.governing import (
+    KEPT,
+    SLOW,
+    carried,
+    governing,
+    plant_loop_at,
+    slow_places,
+    wire_range,
+)
 from stillhook.analysis.loop_stability.margins import gain_limit_of, margins, strongest_gain
 from stillhook.analysis.loop_stability.models.eigenfrequency import gain_limit
 from stillhook.analysis.slow_limit import slow_limit
@@ -37,7 +45,11 @@ def test_no_slow_place_allows_less_gain_than_the_loop_that_governs(name: str, cr
     """Except where the plant swings whatever the gain: those places are named, and have no limit at all."""
     mode = Mode(name)
     found = governing(crane, mode)
-    assert 0.0 < found.K_p <= strongest_gain(crane, alpha_m={Mode.NS: 0.8, Mode.LEVEL_1: 1.0}.get(mode, 0.6)) * (1.0 + 1e-9)
+    assert (
+        0.0
+        < found.K_p
+        <= strongest_gain(crane, alpha_m={Mode.NS: 0.8, Mode.LEVEL_1: 1.0}.get(mode, 0.6)) * (1.0 + 1e-9)
+    )
     places = slow_places(carried(crane, mode), (100.0,))
     assert set(found.swings) == {p for p in places if gain_limit_of(plant_loop_at(crane, mode, p).loop)[0] == 0.0}
     assert bool(found.swings) is (crane is LIBRARY)
@@ -98,7 +110,10 @@ def test_a_gain_just_above_the_limit_of_the_plant_swings_and_one_just_below_dies
         crane = changed(CRANE, {"control": {"K_p": f"{(1.0 + way * APART) * limit!r} 1/m"}})
         run = simulate(crane, case, every="0.02 s")
         rate = np.diff(run["p_a"].values) / 0.02 / omega / 1e5
-        swing[way] = [float(np.std(rate[(run.time.values[1:] > t) & (run.time.values[1:] < t + 10.0)])) for t in (10.0, 50.0, 88.0)]
+        swing[way] = [
+            float(np.std(rate[(run.time.values[1:] > t) & (run.time.values[1:] < t + 10.0)]))
+            for t in (10.0, 50.0, 88.0)
+        ]
     first, middle, last = swing[-1.0]
     assert first > 2.0 * middle > 4.0 * last
     assert min(swing[1.0][1:]) > 0.2  # bar: a cycle that stays
@@ -116,7 +131,9 @@ def test_a_tuned_controller_keeps_its_margins_where_it_is_slow_and_loaded(name: 
         m = margins(plant_loop_at(tuned, found.controller.mode, place).loop, tuned.control.K_p)
         assert m.gain_margin >= 2.0 * (1.0 - 1e-3)
         assert m.phase_margin >= math.radians(45.0) * (1.0 - 1e-3)
-    assert any("whole plant" in a for a in found.active) or tuned.control.K_p < 0.98 * gain_allowed(tuned, found.controller.mode, Limits())
+    assert any("whole plant" in a for a in found.active) or tuned.control.K_p < 0.98 * gain_allowed(
+        tuned, found.controller.mode, Limits()
+    )
 
 
 def test_the_limit_that_stops_it_names_load_speed_and_displacement():
@@ -136,7 +153,9 @@ def test_less_load_leaves_more_margin():
 def test_a_short_wire_leaves_less_margin():
     assert gain_allowed(CRANE, Mode.NS, Limits(), [15.0]) < 0.5 * gain_allowed(CRANE, Mode.NS, Limits(), [100.0])
     short = governing(CRANE, Mode.HS, wires=[15.0])
-    assert {(p.load, abs(p.v_tip)) for p in short.swings} == {(0.6 * CRANE.SWL, SLOW[0])}  # at 2 m/min whatever the gain
+    assert {(p.load, abs(p.v_tip)) for p in short.swings} == {
+        (0.6 * CRANE.SWL, SLOW[0])
+    }  # at 2 m/min whatever the gain
     assert (short.K_p, short.place in short.swings) == (0.0, True)
     assert loop_margins(CRANE, Mode.HS, wires=[15.0]).gain_margin < KEPT[0]
 
@@ -155,7 +174,9 @@ def test_the_note_of_a_run_gives_the_published_limit_and_the_plant_lies_below_it
 def test_more_break_away_friction_never_allows_more_gain():
     s = CRANE.friction.system
     worse = [
-        LIBRARY.model_copy(update={"friction": LIBRARY.friction.model_copy(update={"system": s.model_copy(update={"Y_1": f * s.Y_1})})})
+        LIBRARY.model_copy(
+            update={"friction": LIBRARY.friction.model_copy(update={"system": s.model_copy(update={"Y_1": f * s.Y_1})})}
+        )
         for f in (1.0, 1.5, 2.0, 2.5, 3.0)
     ]
     for mode in (Mode.NS, Mode.SSC):
@@ -167,7 +188,9 @@ def test_more_break_away_friction_never_allows_more_gain():
 def test_strong_ssc_keeps_the_margins_of_the_plant_too():
     """A crane with half as much again of its break-away friction under load has them there and nowhere else."""
     s = CRANE.friction.system
-    worse = CRANE.model_copy(update={"friction": CRANE.friction.model_copy(update={"system": s.model_copy(update={"Y_1": 1.5 * s.Y_1})})})
+    worse = CRANE.model_copy(
+        update={"friction": CRANE.friction.model_copy(update={"system": s.model_copy(update={"Y_1": 1.5 * s.Y_1})})}
+    )
     assert governing(worse, Mode.SSC).place is not None
     assert strong_ssc(worse).on(worse).control.K_p < 0.9 * strongest_gain(worse)
 
@@ -181,7 +204,9 @@ def test_settings_that_the_loop_does_not_know_of_do_not_change_it():
 
 def test_a_controller_by_name_is_tuned_as_the_same_one_made():
     cases = [Scenario(load="40 t", s_w="100 m", tip="sine 1 m 10 s", warm_up="20 s", duration="50 s")]
-    by_name, made = (tune(CRANE, which, free=["K_1"], cases=cases, budget=20) for which in ("level-1", controller("level-1")))
+    by_name, made = (
+        tune(CRANE, which, free=["K_1"], cases=cases, budget=20) for which in ("level-1", controller("level-1"))
+    )
     assert by_name.controller == made.controller
     assert by_name.met
 
@@ -189,10 +214,16 @@ def test_a_controller_by_name_is_tuned_as_the_same_one_made():
 @pytest.mark.parametrize(
     ("wrong", "line"),
     [
-        ("scc", 'Unknown controller "scc". Choose ns, hs, ssc, ssc-cubic, level-1, level-2, strong-ssc or a file that ends in .toml'),
+        (
+            "scc",
+            'Unknown controller "scc". Choose ns, hs, ssc, ssc-cubic, level-1, level-2, strong-ssc or a file that ends in .toml',
+        ),
         ("manual", '"manual" is no controller: the operator moves the winch. Choose ns, hs'),
         (None, "Unknown controller nothing. Give a name (ns, hs"),
-        (Controller("mine", Mode.MANUAL), '"manual" has no settings to tune. Choose ns, hs, ssc, ssc-cubic, level-1, level-2.'),
+        (
+            Controller("mine", Mode.MANUAL),
+            '"manual" has no settings to tune. Choose ns, hs, ssc, ssc-cubic, level-1, level-2.',
+        ),
     ],
 )
 def test_a_controller_that_cannot_be_tuned_is_one_line(wrong: object, line: str):

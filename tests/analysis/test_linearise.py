@@ -13,7 +13,14 @@ from stillhook.analysis.loop_stability.margins import gain_limit_of
 from stillhook.analysis.loop_stability.models import linearisation as module
 from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency, gain_limit
 from stillhook.analysis.loop_stability.models.equivalent import equivalent
-from stillhook.analysis.loop_stability.models.linearisation import Linear, PlantMode, at_state, linearise, plant_loop, plc_loop
+from stillhook.analysis.loop_stability.models.linearisation import (
+    Linear,
+    PlantMode,
+    at_state,
+    linearise,
+    plant_loop,
+    plc_loop,
+)
 from stillhook.analysis.loop_stability.models.transfer import about, command_pole
 from stillhook.analysis.loop_stability.stability import full_stability, stability
 from stillhook.analysis.steady.operating_point import OperatingPoint, operating_point
@@ -56,7 +63,9 @@ def test_step_of_the_differences_does_not_matter(v: float, alpha_m: float, load:
         module.STEP.update(own)
 
 
-@pytest.mark.parametrize(("crane", "v", "alpha_m", "load"), [(CRANE, 1.0, 0.7, 100e3), (CRANE, -0.5, 1.0, 0.0), (PURE, 0.3, 0.8, 30e3)])
+@pytest.mark.parametrize(
+    ("crane", "v", "alpha_m", "load"), [(CRANE, 1.0, 0.7, 100e3), (CRANE, -0.5, 1.0, 0.0), (PURE, 0.3, 0.8, 30e3)]
+)
 def test_small_motions_follow_the_linear_model(crane, v: float, alpha_m: float, load: float):
     """The plant's own equations stepped for 0.2 s from a small disturbance, against the matrix exponential."""
     point = at(crane, v, alpha_m, load, 100.0)
@@ -88,7 +97,9 @@ def test_small_motions_follow_the_linear_model(crane, v: float, alpha_m: float, 
 def test_empty_hook_on_a_short_wire_swings_as_the_reduced_model_says(v: float, alpha_m: float):
     point = at(v=v, alpha_m=alpha_m)
     J = 1.0 / point.geometry.i_J
-    expected = eigenfrequency(CRANE, alpha_m).omega_0 * math.sqrt(CRANE.inertia.J_m_eff / (J + 3000.0 * point.geometry.lever**2))
+    expected = eigenfrequency(CRANE, alpha_m).omega_0 * math.sqrt(
+        CRANE.inertia.J_m_eff / (J + 3000.0 * point.geometry.lever**2)
+    )
     assert swing(linearise(point)).omega_0 == pytest.approx(expected, rel=REDUCED)
 
 
@@ -97,7 +108,9 @@ def test_both_lines_afloat_are_a_spring_twice_as_stiff(alpha_m: float):
     """With p_b held by boost one line is the spring; with both above boost and below flushing they are two: sqrt 2 in frequency."""
     point = at(alpha_m=alpha_m)
     afloat = at_state(point, p_b=CRANE.active.boost.p + 1e5)
-    assert swing(linearise(afloat)).omega_0 / swing(linearise(point)).omega_0 == pytest.approx(math.sqrt(2.0), rel=0.005)
+    assert swing(linearise(afloat)).omega_0 / swing(linearise(point)).omega_0 == pytest.approx(
+        math.sqrt(2.0), rel=0.005
+    )
 
 
 @pytest.mark.parametrize("v", [0.2, 1.0])
@@ -151,7 +164,9 @@ def test_limit_of_the_slow_loaded_plant_is_where_a_run_begins_to_swing(part: flo
     assert limit < 0.35 * gain_limit(CALM, 0.6).K_p_ms
     crane = changed(CALM, {"control": {"K_p": f"{part * limit} 1/m"}})
     tip = Sine(amplitude=f"{5.0 / 60.0 * 600.0 / (2.0 * math.pi)} m", period="600 s")
-    case = Scenario(load="100 t", s_w="15 m", mode="hs", tip=tip, duration="330 s", warm_up="270 s", ramp="20 s", gas_held=True)
+    case = Scenario(
+        load="100 t", s_w="15 m", mode="hs", tip=tip, duration="330 s", warm_up="270 s", ramp="20 s", gas_held=True
+    )
     speeds = simulate(crane, case, every="0.05 s")["v_w"].sel(time=slice(270.0, None)) * 60.0
     assert (float(speeds.min()) < 1.0) == swings  # the tip itself moves at 4.75 to 5
     assert (float(speeds.max()) > 9.0) == swings
@@ -191,7 +206,9 @@ def test_ssc_stands_where_its_law_puts_it():
 def test_power_units_that_are_not_at_their_limit_change_no_pole():
     """The PLC is linearised where the point stands: the gas at its own pressure, the passive pumps at rest, power left over."""
     tight = changed(CRANE, {"hpu": {"P_max": "1000 kW", "P_back": "500 kW"}})
-    found, free = (full_stability(c, load=100e3, s_w=100.0, v_tip=-1.5)[0] for c in (tight, CRANE.model_copy(update={"hpu": None})))
+    found, free = (
+        full_stability(c, load=100e3, s_w=100.0, v_tip=-1.5)[0] for c in (tight, CRANE.model_copy(update={"hpu": None}))
+    )
     assert found.poles == pytest.approx(free.poles, rel=1e-9)
 
 

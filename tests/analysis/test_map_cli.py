@@ -52,8 +52,27 @@ class TestOutput:
         assert "load on the hook down" in capsys.readouterr().out
 
     def test_layers_and_periods_have_tables_of_their_own(self, capsys):
-        assert run(["map", "nov-250t", "--controllers", "ssc", "--loads", "50 t", "--speeds", "40 m/min", "--layer", "12", "--layer", "3",
-                    "--period", "8 s, 12 s"]) == 0  # fmt: skip
+        assert (
+            run(
+                [
+                    "map",
+                    "nov-250t",
+                    "--controllers",
+                    "ssc",
+                    "--loads",
+                    "50 t",
+                    "--speeds",
+                    "40 m/min",
+                    "--layer",
+                    "12",
+                    "--layer",
+                    "3",
+                    "--period",
+                    "8 s, 12 s",
+                ]
+            )
+            == 0
+        )
         out = capsys.readouterr().out
         assert out.count("SSC: ") == 4
         assert "layer 3, sine of 8 s" in out

@@ -40,7 +40,12 @@ def cell(found: Map, name: str, label: str, load: int, speed: int) -> float:
 
 class TestCells:
     def test_every_cell_is_what_a_run_of_its_own_gives_bit_for_bit(self, found):
-        cases = [alone(f"{m:g} kg", 60.0 * v, mode) for mode in ("ns", "hs", "ssc") for m in found.axes.loads for v in found.axes.speeds]
+        cases = [
+            alone(f"{m:g} kg", 60.0 * v, mode)
+            for mode in ("ns", "hs", "ssc")
+            for m in found.axes.loads
+            for v in found.axes.speeds
+        ]
         runs = simulate(CRANE, cases, on_failure="mark")
         for name in NUMBERS:
             np.testing.assert_array_equal(found.values[name][:3].ravel(), runs[name].values)
@@ -55,11 +60,15 @@ class TestCells:
         assert cell(m, "e_c_pp", "soft", 0, 0) != cell(m, "e_c_pp", "ssc", 0, 0)
 
     def test_layers_and_periods_are_dimensions_of_their_own(self):
-        data = operability_map(CRANE, ["ssc"], loads="100 t", speeds="20 m/min, 60 m/min", layers=[12, 3], periods="8 s, 12 s")
+        data = operability_map(
+            CRANE, ["ssc"], loads="100 t", speeds="20 m/min, 60 m/min", layers=[12, 3], periods="8 s, 12 s"
+        )
         assert data["e_c_pp"].dims == ("controller", "load", "speed", "layer", "period")
         assert dict(data.sizes) == {"controller": 1, "load": 1, "speed": 2, "layer": 2, "period": 2}
         one = map_of(CRANE, ["ssc"], loads="100 t", speeds="60 m/min", layers=3, period="8 s")
-        assert float(data["e_c_pp"].sel(controller="ssc", layer=3, period=8.0)[0, 1]) == cell(one, "e_c_pp", "ssc", 0, 0)
+        assert float(data["e_c_pp"].sel(controller="ssc", layer=3, period=8.0)[0, 1]) == cell(
+            one, "e_c_pp", "ssc", 0, 0
+        )
 
     def test_wire_lies_in_the_middle_of_the_layer(self):
         from stillhook.engine.pack.winch import drum_record
@@ -129,7 +138,9 @@ class TestCauses:
 
     def test_a_run_without_numbers_is_diverged(self):
         nan = float("nan")
-        assert cause_of({"status": "diverged", "saturation_time": nan, "counted_time": nan}, Mode.SSC, 0.5) == "diverged"
+        assert (
+            cause_of({"status": "diverged", "saturation_time": nan, "counted_time": nan}, Mode.SSC, 0.5) == "diverged"
+        )
 
     def test_a_standing_offset_is_no_cause(self):
         assert cause_of({"status": "offset", "saturation_time": 0.0, "counted_time": 20.0}, Mode.SSC, 0.5) == ""
@@ -164,7 +175,10 @@ class TestBestClassic:
     def test_change_exists_only_where_both_are_applicable(self, found):
         change, best = found.change("e_c_pp"), found.labels.index(BEST_CLASSIC)
         np.testing.assert_array_equal(np.isfinite(change), found.applicable & found.applicable[best])
-        assert change[2, 0, 0, 0, 0] == cell(found, "e_c_pp", "ssc", 0, 0) / cell(found, "e_c_pp", BEST_CLASSIC, 0, 0) - 1.0
+        assert (
+            change[2, 0, 0, 0, 0]
+            == cell(found, "e_c_pp", "ssc", 0, 0) / cell(found, "e_c_pp", BEST_CLASSIC, 0, 0) - 1.0
+        )
 
     def test_without_a_classic_mode_nothing_is_compared(self):
         m = map_of(CRANE, ["ssc", "ssc-cubic"], loads="100 t", speeds="60 m/min")
@@ -183,7 +197,9 @@ class TestMotion:
         m = map_of(CRANE, ["ssc"], loads="100 t", speeds="30 m/min, 60 m/min", motion=waves)
         larger = scaled_to(waves, 1.0, 10.0, 30.0)
         assert speed_peak(larger, 10.0, 30.0) == pytest.approx(1.0, rel=1e-12)
-        single = simulate(CRANE, [alone("100 t", 60.0, "ssc").model_copy(update={"tip": scaled_to(waves, 1.0, 10.0, 30.0)})])
+        single = simulate(
+            CRANE, [alone("100 t", 60.0, "ssc").model_copy(update={"tip": scaled_to(waves, 1.0, 10.0, 30.0)})]
+        )
         assert cell(m, "e_c_pp", "ssc", 0, 1) == pytest.approx(float(single["e_c_pp"][0]), rel=1e-9)
 
     def test_a_sine_scaled_to_its_speed_is_the_default_sine(self):
@@ -210,7 +226,9 @@ class TestAxes:
         assert [60.0 * v for v in axes.speeds] == pytest.approx(np.arange(10, 121, 10))
 
     def test_a_range_holds_both_ends_and_even_steps(self):
-        assert quantities("10 m/min to 30 m/min by 10 m/min", "speed", "speeds") == pytest.approx((10 / 60, 20 / 60, 30 / 60))
+        assert quantities("10 m/min to 30 m/min by 10 m/min", "speed", "speeds") == pytest.approx(
+            (10 / 60, 20 / 60, 30 / 60)
+        )
 
     @pytest.mark.parametrize(
         ("asked", "words"),
@@ -239,7 +257,8 @@ class TestAxes:
         assert "\n" not in str(problem.value)
 
     @pytest.mark.parametrize(
-        ("given", "words"), [(["foo"], "Unknown controller"), ([], "empty"), (["ns", "ns"], "named twice"), ("ns", "give a list")]
+        ("given", "words"),
+        [(["foo"], "Unknown controller"), ([], "empty"), (["ns", "ns"], "named twice"), ("ns", "give a list")],
     )
     def test_unknown_controllers_are_refused(self, given, words):
         with pytest.raises(SpecError, match=words):

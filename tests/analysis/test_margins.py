@@ -11,7 +11,14 @@ from scipy.integrate import solve_ivp
 
 import control
 from stillhook import load_crane
-from stillhook.analysis.loop_stability.margins import gain_limit_of, is_stable, margins, strongest, strongest_gain, strongest_up_to
+from stillhook.analysis.loop_stability.margins import (
+    gain_limit_of,
+    is_stable,
+    margins,
+    strongest,
+    strongest_gain,
+    strongest_up_to,
+)
 from stillhook.analysis.loop_stability.models.eigenfrequency import gain_limit
 from stillhook.analysis.loop_stability.models.loops import ContinuousLoop, position_loop, sampled
 from stillhook.analysis.loop_stability.models.transfer import loop_matrices, open_loop
@@ -46,7 +53,9 @@ def test_continuous_margins_agree_with_python_control(crane, alpha_m: float):
 def test_sampled_margins_agree_with_python_control(alpha_m: float):
     T = CRANE.control.t_cycle
     ours = margins(sampled(position_loop(CRANE, alpha_m), T), CRANE.control.K_p)
-    gm, pm, _, wpc, wgc, _ = control.stability_margins(CRANE.control.K_p * control.c2d(open_loop(CRANE, alpha_m), T, "zoh"))
+    gm, pm, _, wpc, wgc, _ = control.stability_margins(
+        CRANE.control.K_p * control.c2d(open_loop(CRANE, alpha_m), T, "zoh")
+    )
     assert (ours.gain_margin, ours.omega_c, ours.omega_gc) == pytest.approx((gm, wpc, wgc), rel=FRD)
     assert math.degrees(ours.phase_margin) == pytest.approx(pm, rel=FRD)
 

@@ -57,7 +57,15 @@ def test_a_long_run_of_the_engine_ends_there(name, speed):
     held = Operator(alpha_m=0.8, profile=[("0 s", "0 m/min"), ("5 s", speed)])
     case = Scenario(load="90 t", s_w="60 m", mode="manual", duration="25 s", warm_up="1 s", operator=held)
     end = simulate(crane, case).isel(time=-1)
-    o = operating_point(crane, float(end.v_w), 0.8, load=case.load, s_w=float(end.s_w), V_o=float(end.V_acc), alpha_pp=float(end.alpha_pp))
+    o = operating_point(
+        crane,
+        float(end.v_w),
+        0.8,
+        load=case.load,
+        s_w=float(end.s_w),
+        V_o=float(end.V_acc),
+        alpha_pp=float(end.alpha_pp),
+    )
     near = LAG if crane.passive else 100.0
     assert float(end.p_a) == pytest.approx(o.p_a, abs=near)
     assert float(end.p_b) == pytest.approx(o.p_b, abs=near)
@@ -77,7 +85,10 @@ def test_friction_costs_pressure_in_both_directions_and_leakage_costs_pump_in_bo
 
 def test_break_away_needs_more_pressure_than_slow_sliding():
     crane = load("nov-150t")
-    assert operating_point(crane, 1e-6, 0.8, load=90e3, s_w=20.0).p_a > operating_point(crane, 0.2, 0.8, load=90e3, s_w=20.0).p_a
+    assert (
+        operating_point(crane, 1e-6, 0.8, load=90e3, s_w=20.0).p_a
+        > operating_point(crane, 0.2, 0.8, load=90e3, s_w=20.0).p_a
+    )
 
 
 def test_an_unreachable_speed_is_flagged_and_not_clipped():

@@ -13,9 +13,7 @@ from stillhook.physics.load_path.drum import K_wire as ratio_of
 
 CRANE = load_crane("nov-250t")
 MICROMETRE = 1e-6  # of wire: what a reference has to be sure to
-ENGINE = (
-    2.5e-4  # of wire: PLC cycle of 0.1 ms at 1.5 m/s, wire leaving the drum (5.6 m: 0.5 % of inertia), a third of the motors' leak outwards
-)
+ENGINE = 2.5e-4  # of wire: PLC cycle of 0.1 ms at 1.5 m/s, wire leaving the drum (5.6 m: 0.5 % of inertia), a third of the motors' leak outwards
 TABLE_2 = Sine(amplitude="2.8 m", period="12 s", phase="-90 deg")
 
 
@@ -31,7 +29,9 @@ def test_linear_part_agrees_with_another_integrator_of_another_right_hand_side()
 
     run = simulate_reduced(CRANE, tip, mode="level-1", duration=30.0, every=0.05)
     atol = 1e-13 * np.array([1.0, 1.0, 1.0, 1.0, 1e8, 1e3, 1.0])
-    other = solve_ivp(rates, (0.0, 30.0), np.zeros(7), method="Radau", t_eval=run.t, rtol=1e-9, atol=atol, max_step=0.05, jac=A)
+    other = solve_ivp(
+        rates, (0.0, 30.0), np.zeros(7), method="Radau", t_eval=run.t, rtol=1e-9, atol=atol, max_step=0.05, jac=A
+    )
     assert np.max(np.abs(other.y[6] - run.e_c)) < MICROMETRE
     assert np.max(np.abs(run.e_c)) > 1e3 * MICROMETRE
 
@@ -65,7 +65,9 @@ def test_ssc_agrees_with_the_equations_as_printed(tip: Sine):
 
     run = simulate_reduced(CRANE, tip, duration=30.0, every=0.05)
     atol = 1e-12 * np.array([1.0, 1.0, 1.0, 1.0, 1e3, 1e8, 1.0])
-    other = solve_ivp(rates, (0.0, 30.0), [1.0, 0, 0, 0, 0, 0, 0], method="LSODA", t_eval=run.t, rtol=1e-11, atol=atol, max_step=0.01)
+    other = solve_ivp(
+        rates, (0.0, 30.0), [1.0, 0, 0, 0, 0, 0, 0], method="LSODA", t_eval=run.t, rtol=1e-11, atol=atol, max_step=0.01
+    )
     assert np.max(np.abs(other.y[6] - run.e_c)) < MICROMETRE
     assert np.min(run.alpha_m) < 0.95
     assert np.max(np.abs(other.y[5] + (run.p_a - run.p_b))) < 100.0  # Pa of 6e6: paying out positive turns the sign
@@ -78,7 +80,14 @@ def ideal():
     no_loss = {"X_1": "0 N m s/rad", "X_2": "0 N m s^2/rad^2/(m^3/rad)^3", "X_3": 0.0, "X_4": "0 N m", "X_5": "0 m^5/N"}
     leak = {"C_1": f"{0.4 / CRANE.active.motor.count} L/min/bar", "C_2": "0 L/min/bar/(rev/min)"}
     held = {"conductance": "2000 L/min/bar"}
-    friction = {"Y_1": 0.0, "Y_2": "0 N m", "Y_3": "0 N m", "Y_4": "229 rev/min", "Y_5": f"{CRANE.control.B_v / n} N m s/rad", "Y_6": 0.0}
+    friction = {
+        "Y_1": 0.0,
+        "Y_2": "0 N m",
+        "Y_3": "0 N m",
+        "Y_4": "229 rev/min",
+        "Y_5": f"{CRANE.control.B_v / n} N m s/rad",
+        "Y_6": 0.0,
+    }
     return changed(
         CRANE,
         {
@@ -105,7 +114,9 @@ def test_engine_with_the_reduced_models_assumptions_is_the_reduced_model(mode: s
     packed = pack(crane, case)
     geo = packed.plant.geometry(packed.plant.State(*[0.0] * 16)._replace(s_w=15.0), packed.params)
     there = crane.model_copy(update={"inertia": crane.inertia.model_copy(update={"J_m_eff": 1.0 / geo.i_J})})
-    reduced = simulate_reduced(there, tip, mode=mode, duration=24.0, every=0.02, K_wire=float(ratio_of(geo.d, packed.params.hoist.drum)))
+    reduced = simulate_reduced(
+        there, tip, mode=mode, duration=24.0, every=0.02, K_wire=float(ratio_of(geo.d, packed.params.hoist.drum))
+    )
     n = min(len(run["time"]), len(reduced.t))
     assert np.max(np.abs(run["e_c"].values[:n] - reduced.e_c[:n])) < ENGINE
     assert np.ptp(reduced.e_c) > 50.0 * ENGINE

@@ -62,13 +62,17 @@ def test_a_series_without_two_peaks_has_no_period():
 def test_small_ripple_is_no_peak(ring_down: xarray.Dataset):
     t = ring_down["time"].values
     rough = run_of(ring_down["p_a"].values + 0.3e5 * np.sin(2.0 * math.pi * 15.0 * t), t)
-    assert ringing(rough, "p_a", start=2.0, least=2e5).period == pytest.approx(PERIOD, abs=0.04)  # ripple of 0.3 bar moves peaks of 50 bar
+    assert ringing(rough, "p_a", start=2.0, least=2e5).period == pytest.approx(
+        PERIOD, abs=0.04
+    )  # ripple of 0.3 bar moves peaks of 50 bar
 
 
 def test_only_what_lies_above_the_frequency_counts_as_ringing():
     t = np.arange(0.0, 120.0, 0.01)
     wave, ring = 3.0 * np.sin(2.0 * math.pi * t / 12.0), 0.2 * np.sin(2.0 * math.pi * 1.5 * t)
-    assert rms_above(run_of(wave + ring, t), "p_a", frequency=0.6, start=10.0) == pytest.approx(0.2 / math.sqrt(2.0), rel=FILTER)
+    assert rms_above(run_of(wave + ring, t), "p_a", frequency=0.6, start=10.0) == pytest.approx(
+        0.2 / math.sqrt(2.0), rel=FILTER
+    )
 
 
 @pytest.mark.parametrize(

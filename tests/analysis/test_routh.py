@@ -91,7 +91,9 @@ def test_four_ways_lead_to_one_limit(crane, alpha_m: float, K_wire: float):
 @given(st.sampled_from(CRANES), st.floats(0.1, 1.0), st.sampled_from([0.0, 0.004, 0.01, 0.037, 0.25]))
 def test_limit_with_plc_is_where_the_poles_leave_the_unit_circle(crane, alpha_m: float, delay: float):
     loop = sampled(position_loop(crane, alpha_m), crane.control.t_cycle, delay)
-    assert gain_limit_by_poles(loop.closed_poles, sampled=True) == pytest.approx(gain_limit_of(loop)[0], rel=1e-7)  # |z| = 1 -+ 1e-9
+    assert gain_limit_by_poles(loop.closed_poles, sampled=True) == pytest.approx(
+        gain_limit_of(loop)[0], rel=1e-7
+    )  # |z| = 1 -+ 1e-9
 
 
 def test_loop_that_never_swings_has_no_limit():

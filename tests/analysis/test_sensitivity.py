@@ -67,7 +67,9 @@ def test_the_same_seed_gives_the_same_indices():
 def test_what_a_difference_of_controllers_hangs_on_is_told_of_pairs():
     known = Uncertainty.of({"friction": "default", "motor_servo": "default"})
     cases = [CASE.with_mode(m) for m in ("hs", "ssc")]
-    still_load = {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}}  # a ringing load would swivel the passive motors
+    still_load = {
+        "wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}
+    }  # a ringing load would swivel the passive motors
     found = sensitivity(changed(CRANE, still_load), cases, known, outputs=["p_max"], n=64, against="hs")
     assert [s.case for s in found] == ["hs", "ssc", "ssc / hs"]
     one, pair = found[0].indices, found[2].indices

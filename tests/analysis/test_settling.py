@@ -22,7 +22,9 @@ DV = 5.0 / 60.0
 START = RAMP + HOLD
 PLACE_TOLERANCE = 1.0  # m of 299 m on the layer: the winch lags the joystick by the control error of a ramp
 HALVING_TOLERANCE = 0.021  # s: two PLC cycles; a crossing of the band may move by one on either side
-BLOCK_TOLERANCE = 1e-9  # s: the same run alone and in a block of sixteen is the same to the bit; rounding of times is left
+BLOCK_TOLERANCE = (
+    1e-9  # s: the same run alone and in a block of sixteen is the same to the bit; rounding of times is left
+)
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +49,9 @@ class TestTest:
 
     def test_the_step_is_made_in_the_middle_of_the_layer(self):
         run = single("150 t", 110.0 / 60.0, "ssc")
-        assert float(run["s_w"].sel(time=START, method="nearest")) == pytest.approx(middle_of(CRANE, 12), abs=PLACE_TOLERANCE)
+        assert float(run["s_w"].sel(time=START, method="nearest")) == pytest.approx(
+            middle_of(CRANE, 12), abs=PLACE_TOLERANCE
+        )
         assert int(np.ceil(run["layer"].min())) == int(np.ceil(run["layer"].max())) == 12
 
     def test_the_accumulator_s_pressure_stands(self):
@@ -76,11 +80,16 @@ class TestTime:
 
         t = np.arange(0.0, 15.0, 0.001)
         run = xarray.Dataset({"v_w": ("time", DV * (1.0 - np.exp(-t / 0.5)))}, coords={"time": t})
-        assert float(settling_time(run, start="0 s", target=f"{DV!r} m/s", step=f"{DV!r} m/s")) == pytest.approx(0.5 * np.log(1.0 / BAND), abs=0.002)
+        assert float(settling_time(run, start="0 s", target=f"{DV!r} m/s", step=f"{DV!r} m/s")) == pytest.approx(
+            0.5 * np.log(1.0 / BAND), abs=0.002
+        )
 
     def test_more_oil_in_the_lines_settles_later(self):
         soft = changed(CRANE, {"active": {"line": {"V": "160 L"}}})
-        a, b = (settling_of(c, ["ns"], loads="150 t", speeds="40 m/min").values["settling_time"][0, 0, 0, 0, 0] for c in (CRANE, soft))
+        a, b = (
+            settling_of(c, ["ns"], loads="150 t", speeds="40 m/min").values["settling_time"][0, 0, 0, 0, 0]
+            for c in (CRANE, soft)
+        )
         assert b > 1.5 * a
 
     def test_semi_secondary_control_settles_first_at_low_speed(self, found):
@@ -96,7 +105,9 @@ class TestTime:
 
     def test_step_halving_does_not_move_the_time(self, found):
         fine = settling_of(CRANE, ["ssc"], loads="150 t", speeds="40 m/min", step="1 ms")
-        assert fine.values["settling_time"][0, 0, 0, 0, 0] == pytest.approx(found.values["settling_time"][2, 1, 1, 0, 0], abs=HALVING_TOLERANCE)
+        assert fine.values["settling_time"][0, 0, 0, 0, 0] == pytest.approx(
+            found.values["settling_time"][2, 1, 1, 0, 0], abs=HALVING_TOLERANCE
+        )
 
     def test_lowering_is_the_other_way_round(self):
         data = settling_map(CRANE, ["ssc"], loads="150 t", speeds="40 m/min", lowering=True)
@@ -113,7 +124,9 @@ class TestTime:
         with distributed.Client(n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None) as client:
             away = settling_of(CRANE, **asked, client=client)
             monkeypatch.setattr(many, "results_hash", lambda: "other code")
-            with pytest.raises(SimulationError, match=r"^cluster: a worker runs Stillhook .*, this machine other code\."):
+            with pytest.raises(
+                SimulationError, match=r"^cluster: a worker runs Stillhook .*, this machine other code\."
+            ):
                 settling_of(CRANE, **asked, client=client)
         for name, a in found.values.items():
             np.testing.assert_array_equal(away.values[name], a)

@@ -44,7 +44,9 @@ def test_the_engine_swings_where_the_limit_is_passed(mode, K_p, swings):
 def test_a_heavy_load_on_the_library_wire_swings_whatever_the_gain():
     """What the linear plant says of zeta 0.01 the engine does with hardly any gain; on the calm wire it is still."""
     assert governing(LIBRARY, Mode.SSC).swings
-    assert slow_limit(LIBRARY, controller("ssc"), load=LOAD, s_w=S_W) == slow_limit(CRANE, controller("ssc"), load=LOAD, s_w=S_W)
+    assert slow_limit(LIBRARY, controller("ssc"), load=LOAD, s_w=S_W) == slow_limit(
+        CRANE, controller("ssc"), load=LOAD, s_w=S_W
+    )
     tip = Profile([("0 s", "0 m/min"), ("5 s", "2 m/min"), ("100 s", "2 m/min"), ("105 s", "0 m/min")])
     case = Scenario(load="150 t", s_w="100 m", tip=tip, mode="ssc", duration="100 s", warm_up="40 s")
     for crane, swings in ((LIBRARY, True), (CRANE, False)):

@@ -8,7 +8,16 @@ import pytest
 
 from stillhook import load_crane
 from stillhook.analysis.loop_stability.models.eigenfrequency import gain_limit
-from stillhook.analysis.loop_stability.stability import Over, bode, full_stability, least_limit, root_locus, slow_sweep, stability, sweep
+from stillhook.analysis.loop_stability.stability import (
+    Over,
+    bode,
+    full_stability,
+    least_limit,
+    root_locus,
+    slow_sweep,
+    stability,
+    sweep,
+)
 from stillhook.cli import run
 from stillhook.errors import StillhookError
 from stillhook.library import changed
@@ -85,7 +94,9 @@ def test_the_command_names_places_that_swing_whatever_the_gain_beside_the_loop_t
     assert sorted(round(60.0 * p["v_tip"]) for p in found["swings"]) == [-5, -2, 2, 5]
     assert run(["stability", *words]) == 1
     out = " ".join(capsys.readouterr().out.split())
-    assert "whatever K_p, the whole plant swings at 150 t at 2 m/min on 100 m of wire, tip going up and at 3 more" in out
+    assert (
+        "whatever K_p, the whole plant swings at 150 t at 2 m/min on 100 m of wire, tip going up and at 3 more" in out
+    )
 
 
 @pytest.mark.parametrize("name", ["calm", "library"])
@@ -136,7 +147,9 @@ def test_whole_plant_by_command(capsys, calm):
     assert found["K_p_ms"] == pytest.approx(2.90, abs=0.01)
     code, ringing = answer(capsys, "nov-250t", *at)
     assert code == 0
-    assert 0.3 < ringing["K_p_ms"] / found["K_p_ms"] < 0.7  # a load that rings takes half of the limit, at speed not all of it
+    assert (
+        0.3 < ringing["K_p_ms"] / found["K_p_ms"] < 0.7
+    )  # a load that rings takes half of the limit, at speed not all of it
 
 
 def test_winch_that_swings_without_feedback_is_told_why(capsys):
@@ -156,7 +169,10 @@ def test_winch_that_swings_without_feedback_is_told_why(capsys):
         (("--delay", "-1 s"), "delay = -1 s: allowed is 0 up to 10 s"),
         (("--full",), "--full needs --v-tip"),
         (("--full", "--v-tip", "10 m/min", "--layer", "3"), "--layer belongs to the published model"),
-        (("--layer", "3", "--load", "100 t"), "--layer: on it the published loop stands alone. Leave out --load and --s-w."),
+        (
+            ("--layer", "3", "--load", "100 t"),
+            "--layer: on it the published loop stands alone. Leave out --load and --s-w.",
+        ),
         (("--v-tip", "200 m/min", "--full"), "beyond their stop"),
         (("--v-tip", "200 m/min"), "the pumps are full at 2.01 m/s with the motors at 0.6. Give a slower tip."),
         (("--out", "/proc/none"), "/proc/none"),

@@ -52,7 +52,9 @@ def test_a_late_motion_signal_lengthens_the_lead_by_as_much_and_leaves_the_gain(
     assert CRANE.control.t_cycle / 2.0 < lateness(CRANE) < CRANE.control.t_cycle * 3.0
 
 
-@pytest.mark.parametrize(("crane", "price"), [(CALM, MORE_PRESSURE), (CRANE, LOAD_SWINGS)], ids=["calm wire", "library"])
+@pytest.mark.parametrize(
+    ("crane", "price"), [(CALM, MORE_PRESSURE), (CRANE, LOAD_SWINGS)], ids=["calm wire", "library"]
+)
 @pytest.mark.parametrize("case", [FAST, HEAVY])
 def test_it_halves_the_error_of_published_ssc_for_a_little_pressure(case: Scenario, crane: Crane, price: float) -> None:
     published, strong = summaries([crane, strong_ssc(crane).on(crane)], case)

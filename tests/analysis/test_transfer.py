@@ -46,7 +46,9 @@ def test_circuit_at_rest_gives_the_motors_what_the_pumps_give():
     """Without leakage and friction the zero-frequency gain is displacement over displacement."""
     ideal = changed(CRANE, {"active": {"C_leak": "0 L/min/bar"}, "control": {"B_v": "0 N m s/rad"}})
     a = ideal.active
-    assert circuit(ideal, 0.6)(0.0)[0, 0].real == pytest.approx(a.pump.D_total * a.pump.omega_p / (0.6 * a.motor.D_total), rel=SAME)
+    assert circuit(ideal, 0.6)(0.0)[0, 0].real == pytest.approx(
+        a.pump.D_total * a.pump.omega_p / (0.6 * a.motor.D_total), rel=SAME
+    )
 
 
 @settings(max_examples=20)
@@ -54,7 +56,9 @@ def test_circuit_at_rest_gives_the_motors_what_the_pumps_give():
 def test_state_space_and_polynomials_are_one_loop(crane, alpha_m: float, K_wire: float, omega: float):
     num, den = closed_loop_polynomial(crane, alpha_m, K_wire=K_wire)
     s = 1j * omega
-    assert complex(open_loop(crane, alpha_m, K_wire=K_wire)(s)) == pytest.approx(np.polyval(num, s) / np.polyval(den, s), rel=1e-8)
+    assert complex(open_loop(crane, alpha_m, K_wire=K_wire)(s)) == pytest.approx(
+        np.polyval(num, s) / np.polyval(den, s), rel=1e-8
+    )
 
 
 def test_systems_name_their_signals():
@@ -73,7 +77,9 @@ def test_position_loop_keeps_its_poles_and_limit_whatever_the_motors_do(v: float
     parts = np.concatenate([motor_poles(CRANE, v, mode=mode), position_loop(CRANE, at.alpha_m).closed_poles(0.7)])
     for p in parts:
         assert np.min(np.abs(whole_poles - p)) < 1e-5  # the motors' double pole at rest splits by the root of rounding
-    assert gain_limit_of(position_loop(CRANE, at.alpha_m))[0] == pytest.approx(gain_limit(CRANE, at.alpha_m).K_p_ms, rel=SAME)
+    assert gain_limit_of(position_loop(CRANE, at.alpha_m))[0] == pytest.approx(
+        gain_limit(CRANE, at.alpha_m).K_p_ms, rel=SAME
+    )
 
 
 def test_motor_servo_has_no_effect_on_the_limit_but_ssc_moves_its_poles():

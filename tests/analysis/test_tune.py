@@ -15,8 +15,24 @@ from stillhook.analysis.loop_stability.margins import margins
 from stillhook.analysis.loop_stability.models.loops import position_loop, sampled
 from stillhook.analysis.steady.steady_state import speed_limit
 from stillhook.analysis.tuning.compare import front, outcomes, pareto, trials_dataset, variations
-from stillhook.analysis.tuning.objective import SPEEDS, Limits, Objective, hold_out, parse_limits, scenarios, usual_speeds
-from stillhook.analysis.tuning.parameters import of_vector, present, space, to_vector, tunable, tuned_controller, with_settings
+from stillhook.analysis.tuning.objective import (
+    SPEEDS,
+    Limits,
+    Objective,
+    hold_out,
+    parse_limits,
+    scenarios,
+    usual_speeds,
+)
+from stillhook.analysis.tuning.parameters import (
+    of_vector,
+    present,
+    space,
+    to_vector,
+    tunable,
+    tuned_controller,
+    with_settings,
+)
 from stillhook.analysis.tuning.score import gain_allowed
 from stillhook.analysis.tuning.tune import Tuned, tune
 from stillhook.engine.scenario.batch import summaries
@@ -110,7 +126,9 @@ def test_speed_capacity_that_was_there_stays_there() -> None:
     assert slow.controller.on(CRANE).control.alpha_ns <= CRANE.control.alpha_ns * (1.0 + 1e-6)
     loose = replace(Limits(), v_w_capacity=parse("75 m/min", "speed"))
     # K_p stays: it moves the pressure of a load that rings on its wire, too, which hides the displacement from a search of 20
-    freed = tune(CRANE, controller("ns"), cases=CASES[:1], budget=BUDGET, free=["alpha_ns"], objective="pressure", limits=loose)
+    freed = tune(
+        CRANE, controller("ns"), cases=CASES[:1], budget=BUDGET, free=["alpha_ns"], objective="pressure", limits=loose
+    )
     assert freed.controller.on(CRANE).control.alpha_ns > CRANE.control.alpha_ns
     assert freed.after.v_w_capacity >= parse("75 m/min", "speed") * (1.0 - 1e-6)
 
@@ -137,7 +155,10 @@ def test_settings_go_into_a_crane_as_a_crane_file_would_put_them() -> None:
     by_file = tuned_controller(CRANE, controller("ssc"), values, "x").on(CRANE)
     assert quick.control == by_file.control
     assert quick.active.motor == by_file.active.motor
-    assert changed(CRANE, {"control": {"alpha_hs": 0.7}, "active": {"motor": {"alpha_min": 0.7}}}).control.alpha_hs == quick.control.alpha_hs
+    assert (
+        changed(CRANE, {"control": {"alpha_hs": 0.7}, "active": {"motor": {"alpha_min": 0.7}}}).control.alpha_hs
+        == quick.control.alpha_hs
+    )
 
 
 @pytest.mark.parametrize("mode", ["ns", "hs", "ssc", "level-1"])
@@ -203,7 +224,9 @@ def test_what_cannot_be_asked_is_refused_in_one_line(wrong: dict[str, object], w
 
 
 def test_limits_are_read_with_their_units() -> None:
-    limits = parse_limits(["p_max <= 300 bar", "phase_margin >= 60 deg", "gain_margin >= 3", "v_w_capacity >= 60 m/min"])
+    limits = parse_limits(
+        ["p_max <= 300 bar", "phase_margin >= 60 deg", "gain_margin >= 3", "v_w_capacity >= 60 m/min"]
+    )
     assert limits == Limits(300e5, 3.0, math.radians(60.0), v_w_capacity=1.0)
     for text in ("p_max >= 300 bar", "speed <= 3", "gain_margin >= 0.5", "sensitivity_peak <= much"):
         with pytest.raises(StillhookError, match="limit"):
@@ -212,7 +235,9 @@ def test_limits_are_read_with_their_units() -> None:
         parse_limits(["p_max <= 300"])
 
 
-@pytest.mark.parametrize("wrong", [{"loads": ["x %"]}, {"loads": ["300 %"]}, {"speeds": ["0 m/min"]}, {"loads": []}, {"periods": ["8 m"]}])
+@pytest.mark.parametrize(
+    "wrong", [{"loads": ["x %"]}, {"loads": ["300 %"]}, {"speeds": ["0 m/min"]}, {"loads": []}, {"periods": ["8 m"]}]
+)
 def test_scenarios_that_are_none_are_refused(wrong: dict[str, list[str]]) -> None:
     with pytest.raises(StillhookError):
         scenarios(CRANE, **wrong)
@@ -226,7 +251,9 @@ def test_objectives_are_parts_of_the_start(tuned: Tuned) -> None:
 def test_a_threshold_that_leaves_the_motors_no_time_breaks_the_fast_run() -> None:
     """Slow scenarios alone would let u_thr be 0.97; in a fast sine the pumps then fill before the motors have stroked."""
     late = Controller("late", Mode.SSC, {"control": {"u_thr": 0.97}})
-    found = tune(CRANE, late, reference=controller("ssc"), cases=CASES[:1], free=["u_thr"], objective="error", budget=20)
+    found = tune(
+        CRANE, late, reference=controller("ssc"), cases=CASES[:1], free=["u_thr"], objective="error", budget=20
+    )
     assert any("saturated in a fast run" in b for b in found.before.broken)
     assert found.met
     assert found.controller.on(CRANE).control.u_thr < 0.95
@@ -236,5 +263,9 @@ def test_usual_speeds_are_those_that_a_slower_winch_can_follow():
     fast, slow = (usual_speeds(load_crane(name)) for name in ("nov-250t", "nov-100t-pure-active"))
     assert fast == SPEEDS
     top = parse(slow[-1], "speed", "speed")
-    assert 0.8 * speed_limit(load_crane("nov-100t-pure-active"), "ns") < top < speed_limit(load_crane("nov-100t-pure-active"), "ns")
+    assert (
+        0.8 * speed_limit(load_crane("nov-100t-pure-active"), "ns")
+        < top
+        < speed_limit(load_crane("nov-100t-pure-active"), "ns")
+    )
     assert len(scenarios(load_crane("nov-100t-pure-active"))) == len(scenarios(load_crane("nov-250t")))

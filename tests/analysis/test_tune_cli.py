@@ -15,12 +15,22 @@ from stillhook.spec.scenario import Mode
 QUICK = ["--loads", "40 %", "--speeds", "60 m/min", "--periods", "10 s", "--budget", "20"]
 
 
-def test_it_writes_controllers_that_read_back_and_numbers_in_si(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_it_writes_controllers_that_read_back_and_numbers_in_si(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     out = tmp_path / "tuned"
-    code = command(["tune", "nov-250t", "--controllers", "ns,ssc", "--free", "K_p,u_thr", *QUICK, "--json", "--out", str(out)])
+    code = command(
+        ["tune", "nov-250t", "--controllers", "ns,ssc", "--free", "K_p,u_thr", *QUICK, "--json", "--out", str(out)]
+    )
     found = json.loads(capsys.readouterr().out)
     assert code == 0
-    assert {p.name for p in out.iterdir()} == {"ns-tuned.toml", "ssc-tuned.toml", "before-after.png", "trials.nc", "tune.json"}
+    assert {p.name for p in out.iterdir()} == {
+        "ns-tuned.toml",
+        "ssc-tuned.toml",
+        "before-after.png",
+        "trials.nc",
+        "tune.json",
+    }
     assert found == json.loads((out / "tune.json").read_text(encoding="utf-8"))
     ssc = found["controllers"]["ssc"]
     assert [s["name"] for s in ssc["settings"]] == ["K_p", "u_thr"]
@@ -33,15 +43,21 @@ def test_it_writes_controllers_that_read_back_and_numbers_in_si(tmp_path: Path, 
 
 
 def test_its_tables_name_before_and_after_hold_out_and_what_limits(capsys: pytest.CaptureFixture[str]) -> None:
-    assert command(["tune", "nov-250t", "--controllers", "strong-ssc", "--free", "K_1", "--delay", "0.05 s", *QUICK]) == 0
+    assert (
+        command(["tune", "nov-250t", "--controllers", "strong-ssc", "--free", "K_1", "--delay", "0.05 s", *QUICK]) == 0
+    )
     text = capsys.readouterr().out
     for part in ("K_1", "before", "at its best", "hold-out", "friction 30 % more", "leans on", "seed 0"):
         assert part in text
 
 
-def test_a_limit_that_no_setting_keeps_gives_exit_1_and_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_limit_that_no_setting_keeps_gives_exit_1_and_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     out = tmp_path / "none"
-    code = command(["tune", "nov-250t", "--controllers", "ssc", "--limit", "p_max <= 60 bar", *QUICK, "--out", str(out)])
+    code = command(
+        ["tune", "nov-250t", "--controllers", "ssc", "--limit", "p_max <= 60 bar", *QUICK, "--out", str(out)]
+    )
     assert code == 1
     assert "no setting keeps the limits; in the way: p_max" in capsys.readouterr().out
     assert not (out / "ssc-tuned.toml").exists()
@@ -49,7 +65,24 @@ def test_a_limit_that_no_setting_keeps_gives_exit_1_and_is_named(tmp_path: Path,
 
 def test_a_front_is_drawn_and_every_evaluation_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "front"
-    assert command(["tune", "nov-250t", "--controllers", "ns", "--free", "K_p", "--pareto", *QUICK, "--json", "--out", str(out)]) == 0
+    assert (
+        command(
+            [
+                "tune",
+                "nov-250t",
+                "--controllers",
+                "ns",
+                "--free",
+                "K_p",
+                "--pareto",
+                *QUICK,
+                "--json",
+                "--out",
+                str(out),
+            ]
+        )
+        == 0
+    )
     front = json.loads(capsys.readouterr().out)["pareto"]["ns"]
     assert (out / "pareto.png").stat().st_size > 0
     errors = [p["e_c_pp_mean"] for p in front]

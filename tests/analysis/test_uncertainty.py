@@ -10,7 +10,16 @@ from stillhook import Scenario, Sine, load_crane, simulate
 from stillhook.analysis.maps.monte_carlo import monte_carlo_map
 from stillhook.analysis.maps.monte_carlo_figure import map_band_figure
 from stillhook.analysis.maps.operability import operability_map
-from stillhook.analysis.uncertainty.bands import Limit, band, bands, chance, chances, exceedance, paired_difference, troubles
+from stillhook.analysis.uncertainty.bands import (
+    Limit,
+    band,
+    bands,
+    chance,
+    chances,
+    exceedance,
+    paired_difference,
+    troubles,
+)
 from stillhook.analysis.uncertainty.factors_file import Uncertainty, draws, load_uncertainty
 from stillhook.analysis.uncertainty.monte_carlo import drawn_pair, monte_carlo
 from stillhook.errors import SpecError, StillhookError
@@ -108,16 +117,26 @@ def test_a_draw_is_rebuilt_from_the_record_alone(run, tmp_path):
 def test_a_friction_set_with_evidence_is_drawn_with_its_correlation(tmp_path):
     base = load_friction("nov-250t")
     cov = ((1e-13, -3e-14), (-3e-14, 1e-14))
-    item = FrictionSet("mine", "mine", base.system, base.sources, Evidence(names=("Y_1", "Y_6"), covariance=cov, dof=9.0, data="made up"))
+    item = FrictionSet(
+        "mine",
+        "mine",
+        base.system,
+        base.sources,
+        Evidence(names=("Y_1", "Y_6"), covariance=cov, dof=9.0, data="made up"),
+    )
     save_set(item, tmp_path / "mine.friction.toml")
-    (tmp_path / "factors.toml").write_text('[factors]\nfriction = { set = "mine.friction.toml" }\ninertia = "default"\n')
+    (tmp_path / "factors.toml").write_text(
+        '[factors]\nfriction = { set = "mine.friction.toml" }\ninertia = "default"\n'
+    )
     found = draws(load_uncertainty(tmp_path / "factors.toml"), 2000)
     assert found.columns == ("friction.Y_1", "friction.Y_6", "inertia")
     assert found.groups["friction"] == (0, 1)
     assert np.corrcoef(found.values[:, 0], found.values[:, 1])[0, 1] == pytest.approx(-0.95, abs=0.02)
     run = monte_carlo(CRANE, CASE, load_uncertainty(tmp_path / "factors.toml"), n=16)
     crane, _ = drawn_pair(run, "ssc", 3)
-    assert crane.friction.system.Y_1 == pytest.approx(float(run["factor_value"].sel(factor="friction.Y_1")[3]), rel=STORED)
+    assert crane.friction.system.Y_1 == pytest.approx(
+        float(run["factor_value"].sel(factor="friction.Y_1")[3]), rel=STORED
+    )
     assert crane.friction.system.Y_2 == base.system.Y_2
 
 
@@ -125,7 +144,11 @@ def test_defaults_leave_out_what_changes_nothing_and_named_factors_are_refused()
     pure = load_crane("nov-100t-pure-active")
     case = CASE.model_copy(update={"load": 0.0})
     assert {"gas_pressure", "motor_offset", "load"}.isdisjoint(Uncertainty.default().on((pure, case)).factors)
-    for name, words in (("gas_pressure", "no passive circuit"), ("motor_offset", "closed-loop"), ("load", "nothing but the hook")):
+    for name, words in (
+        ("gas_pressure", "no passive circuit"),
+        ("motor_offset", "closed-loop"),
+        ("load", "nothing but the hook"),
+    ):
         with pytest.raises(SpecError, match=f"factor {name}: it changes nothing here: .*{words}"):
             known(**{name: "default"}).on((pure, case))
     with pytest.raises(SpecError, match="count the same leaks twice"):
@@ -136,7 +159,9 @@ def test_bands_of_known_numbers():
     b = band(np.concatenate([np.arange(101.0), [np.nan]]))
     assert (b.low, b.median, b.high) == pytest.approx((5.0, 50.0, 95.0))
     assert (b.n, b.failed) == (101, 1)
-    assert b.median_error == pytest.approx(5.05, rel=0.1)  # of 101 even values: a standard deviation of the rank of sqrt(101) / 2
+    assert b.median_error == pytest.approx(
+        5.05, rel=0.1
+    )  # of 101 even values: a standard deviation of the rank of sqrt(101) / 2
     assert np.isnan(band(np.full(3, np.nan)).median)
 
 
@@ -186,7 +211,9 @@ def test_what_cannot_be_drawn_is_refused_in_one_line_before_anything_runs(kwargs
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("text", ["e_c_pp < 10 cm", "e_c_pp 10 cm", "e_pp <= 10 cm", "e_c_pp <= 10", "eta_c >= much", "status <= 1"])
+@pytest.mark.parametrize(
+    "text", ["e_c_pp < 10 cm", "e_c_pp 10 cm", "e_pp <= 10 cm", "e_c_pp <= 10", "eta_c >= much", "status <= 1"]
+)
 def test_bad_limits_are_refused(text):
     with pytest.raises(StillhookError) as caught:
         Limit.of(text)
@@ -231,9 +258,13 @@ def test_a_map_with_nothing_drawn_is_the_map():
         at = {"controller": label}
         for q in range(3):
             assert np.array_equal(drawn["e_c_pp"].sel(at)[..., q], plain["e_c_pp"].sel(at))
-        assert np.array_equal(drawn["applicable_chance"].sel(controller=label, interval="share"), plain["applicable"].sel(at))
+        assert np.array_equal(
+            drawn["applicable_chance"].sel(controller=label, interval="share"), plain["applicable"].sel(at)
+        )
         both = np.isfinite(plain["e_c_pp_change"].sel(at))
-        assert np.array_equal(drawn["e_c_pp_change"].sel(at)[..., 1].values[both], plain["e_c_pp_change"].sel(at).values[both])
+        assert np.array_equal(
+            drawn["e_c_pp_change"].sel(at)[..., 1].values[both], plain["e_c_pp_change"].sel(at).values[both]
+        )
 
 
 def test_a_map_says_how_sure_each_cell_is():

@@ -23,7 +23,17 @@ warm_up = "20 s"
 def test_bands_of_every_mode_in_one_table(capsys):
     assert command(["uncertainty", *SHORT]) == 0
     out = capsys.readouterr().out
-    for words in ("friction", "lognormal 1", "assumed", "16 draws (seed 0)", "ns", "hs", "ssc", "ssc / hs", "5 to 95 %"):
+    for words in (
+        "friction",
+        "lognormal 1",
+        "assumed",
+        "16 draws (seed 0)",
+        "ns",
+        "hs",
+        "ssc",
+        "ssc / hs",
+        "5 to 95 %",
+    ):
         assert words in out
 
 
@@ -52,7 +62,15 @@ def test_a_case_file_runs_in_its_own_mode_and_results_are_written_whole(tmp_path
     (tmp_path / "case.toml").write_text(CASE.format(mode="hs"))
     (tmp_path / "factors.toml").write_text('[factors]\nfriction = "default"\nleakage = { uniform = [0.5, 2.0] }\n')
     out = tmp_path / "out"
-    given = [str(tmp_path / "case.toml"), "--factors", str(tmp_path / "factors.toml"), "--draws", "16", "--out", str(out)]
+    given = [
+        str(tmp_path / "case.toml"),
+        "--factors",
+        str(tmp_path / "factors.toml"),
+        "--draws",
+        "16",
+        "--out",
+        str(out),
+    ]
     assert command(["uncertainty", *given]) == 0
     assert {p.name for p in out.iterdir()} == {"uncertainty.nc", "uncertainty.json", "bands.png", "exceedance.png"}
     run = load_run(out / "uncertainty.nc")
@@ -96,7 +114,17 @@ def test_bad_input_is_refused_in_one_line(arguments, words, capsys):
 
 def test_a_limit_is_attributed_to_factors_and_pairs_of_them(tmp_path, capsys):
     (tmp_path / "factors.toml").write_text('[factors]\nleakage = { uniform = [1.0, 3.0] }\nboost = "default"\n')
-    given = ["uncertainty", *SHORT, "--modes", "ssc", "--factors", str(tmp_path / "factors.toml"), "--limit", "e_c_pp >= 15 cm", "--attribute"]
+    given = [
+        "uncertainty",
+        *SHORT,
+        "--modes",
+        "ssc",
+        "--factors",
+        str(tmp_path / "factors.toml"),
+        "--limit",
+        "e_c_pp >= 15 cm",
+        "--attribute",
+    ]
     command(given)
     out = capsys.readouterr().out
     assert "closes the gap" in out.split("leakage")[-2] + out.split("leakage")[-1]

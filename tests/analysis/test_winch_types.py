@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from stillhook.analysis.loop_stability.sweeps import bode, root_locus, sweep
 
 from stillhook import Crane, Scenario, library, load_crane, simulate
 from stillhook.analysis.compare import compare
@@ -18,7 +19,7 @@ from stillhook.analysis.loop_stability.governing import governing
 from stillhook.analysis.loop_stability.margins import strongest_gain
 from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency, gain_limit
 from stillhook.analysis.loop_stability.models.linearisation import linearise
-from stillhook.analysis.loop_stability.stability import bode, both_loops, full_stability, root_locus, stability, sweep
+from stillhook.analysis.loop_stability.stability import both_loops, full_stability, stability
 from stillhook.analysis.maps.operability import map_of
 from stillhook.analysis.maps.settling import settling_of
 from stillhook.analysis.operating_envelope.load_speed import envelope, setting_curves
@@ -122,7 +123,11 @@ def test_every_type_of_a_crane_file_has_a_plant_a_driver_and_notes():
     assert plant_of(load_crane("nov-250t")) is not plant_of(load_crane("nov-100t-pure-active"))
 
 
-PURE, SINKS, OFFSET = "nov-100t-pure-active", "nothing makes up for leakage in manual mode", "the load is held by the pumps against leakage"
+PURE, SINKS, OFFSET = (
+    "nov-100t-pure-active",
+    "nothing makes up for leakage in manual mode",
+    "the load is held by the pumps against leakage",
+)
 
 
 def found(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[str, dict[str, Any]]:
@@ -138,7 +143,19 @@ def found(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[str, dict[st
     [
         ("envelope", PURE, "--load", "60 t", "--modes", "ns,ssc"),
         ("map", PURE, "--controllers", "ns,ssc", "--loads", "60 t", "--speeds", "10 m/min"),
-        ("tune", PURE, "--controllers", "ssc", "--loads", "60 t", "--speeds", "10 m/min", "--periods", "10 s", *("--budget", "20")),
+        (
+            "tune",
+            PURE,
+            "--controllers",
+            "ssc",
+            "--loads",
+            "60 t",
+            "--speeds",
+            "10 m/min",
+            "--periods",
+            "10 s",
+            *("--budget", "20"),
+        ),
         ("uncertainty", "--crane", PURE, "--load", "60 t", "--modes", "ns,ssc", "--draws", "16"),
     ],
     ids=lambda words: words[0],
@@ -204,7 +221,9 @@ time = "10 s"
     [("", False, False), (LOWERED, False, True), (LOWERED, True, False)],
     ids=["compensated", "then lowered by hand", "with a brake that holds at rest"],
 )
-def test_a_lowering_with_a_pure_active_winch_tells_of_offset_and_sinking(stages: str, brake: bool, sinks: bool, tmp_path: Path, capsys):
+def test_a_lowering_with_a_pure_active_winch_tells_of_offset_and_sinking(
+    stages: str, brake: bool, sinks: bool, tmp_path: Path, capsys
+):
     written = (Path(library.__file__).parent / "data" / "cranes" / f"{PURE}.toml").read_text(encoding="utf-8")
     without = re.sub(r"(?ms)^\[brake\]\n.*?(?=^\[)", "", written)
     assert "[brake]" in written

@@ -107,7 +107,9 @@ class TestLimitsAreNamed:
     def test_a_tip_faster_than_the_winch_at_this_load_and_layer_saturates_and_was_foreseen(self):
         run = answer(tip="sine 5 m 10 s")
         assert "saturated" in run.status.item()
-        assert run.notes.item().startswith("tip speed 188.5 m/min is above the 118.6 m/min that ssc reaches at this load and layer")
+        assert run.notes.item().startswith(
+            "tip speed 188.5 m/min is above the 118.6 m/min that ssc reaches at this load and layer"
+        )
 
     def test_an_operator_faster_than_the_winch_is_foreseen_like_the_tip(self):
         run = answer(s_w="500 m", operator=lowering("-200 m/min"))
@@ -197,11 +199,16 @@ class TestBadWinchesAreNotCalledGood:
     )
     def test_stiff_parts_are_refused_with_the_step_to_take(self, tables):
         crane = other(**tables)
-        with pytest.raises(SpecError, match=r"is too long for this crane: .* \(allowed 2\.6\)\. (Use a step of \"|Check)") as e:
+        with pytest.raises(
+            SpecError, match=r"is too long for this crane: .* \(allowed 2\.6\)\. (Use a step of \"|Check)"
+        ) as e:
             simulate(crane, scenario())
         step = str(e.value).rpartition('Use a step of "')[2].partition('"')[0]
         if step and float(step.split()[0]) > 0.05:
-            assert simulate(crane, scenario(duration="10 s", warm_up="0 s"), step=step, on_failure="mark").status.item() != "diverged"
+            assert (
+                simulate(crane, scenario(duration="10 s", warm_up="0 s"), step=step, on_failure="mark").status.item()
+                != "diverged"
+            )
 
     @pytest.mark.parametrize(
         ("tables", "text"),
@@ -209,7 +216,10 @@ class TestBadWinchesAreNotCalledGood:
             ({"active": {"relief": {"p": "20 bar"}}}, "relief.p 20 bar is not above boost.p"),
             ({"control": {"t_cycle": "100 s"}}, 'control.t_cycle = "100 s": it must be less than or equal to 1'),
             ({"control": {"t_cycle": "0.001 ms"}}, "control.t_cycle"),
-            ({"passive": {"accumulator": {"gas": {"V_0": "0.61 m^3"}}}}, "V_stroke 1.2 m^3 is too large for the gas volume 0.61 m^3"),
+            (
+                {"passive": {"accumulator": {"gas": {"V_0": "0.61 m^3"}}}},
+                "V_stroke 1.2 m^3 is too large for the gas volume 0.61 m^3",
+            ),
             ({"hook_mass": "0 t"}, "Nothing hangs on the wire"),
         ],
     )
@@ -239,7 +249,10 @@ class TestScenarios:
         [
             ({"duration": "30.004 s"}, "leaves no whole PLC cycle of 0.01 s of the duration 30.004 s"),
             ({"load": "20 t", "water": Water(volume="30 m^3")}, "The payload floats"),
-            ({"load": "20 t", "water": Water(volume="20 m^3")}, "The payload floats: 20 t in air displaces 20 m^3 of water"),
+            (
+                {"load": "20 t", "water": Water(volume="20 m^3")},
+                "The payload floats: 20 t in air displaces 20 m^3 of water",
+            ),
             ({"load": "250.1 t"}, "(100.04 %)"),
             ({"power_loss": PowerLoss(time="0 s", unit=4)}, "3 hydraulic power units"),
         ],
@@ -288,7 +301,10 @@ class TestPython:
             simulate(crane, case)
         assert text in str(e.value)
 
-    @pytest.mark.parametrize("options", [{"threads": 0}, {"threads": 1.5}, {"threads": "2"}, {"on_failure": "no"}, {"step": ""}, {"every": 0.1}])
+    @pytest.mark.parametrize(
+        "options",
+        [{"threads": 0}, {"threads": 1.5}, {"threads": "2"}, {"on_failure": "no"}, {"step": ""}, {"every": 0.1}],
+    )
     def test_wrong_options_are_named(self, options):
         with pytest.raises(StillhookError, match=rf"^{next(iter(options))} = "):
             simulate(CRANE, [scenario()], **options)
@@ -298,7 +314,14 @@ class TestPython:
             simulate(CRANE, scenario(), speed="1 m/s")
 
     @pytest.mark.parametrize(
-        ("modes", "text"), [("ssc", "give a list"), (None, "give a list"), ([], "empty"), (["ns", "ns"], '"ns" is named twice'), ([5], "not one of")]
+        ("modes", "text"),
+        [
+            ("ssc", "give a list"),
+            (None, "give a list"),
+            ([], "empty"),
+            (["ns", "ns"], '"ns" is named twice'),
+            ([5], "not one of"),
+        ],
     )
     def test_wrong_modes_to_compare_are_named(self, modes, text):
         with pytest.raises(ScenarioError, match=text):
@@ -405,16 +428,23 @@ class TestCaseFiles:
         assert command(["run", str(file), "--json"]) == 0
         strict(capsys.readouterr().out)
 
-    @pytest.mark.parametrize("option", [["--motion", "x" * 5000], ["--motion", "a\0b"], ["--modes", "ns\nhs"], ["--modes", "ns,ns"], ["--crane", "/"]])
+    @pytest.mark.parametrize(
+        "option",
+        [["--motion", "x" * 5000], ["--motion", "a\0b"], ["--modes", "ns\nhs"], ["--modes", "ns,ns"], ["--crane", "/"]],
+    )
     def test_odd_arguments_are_one_line(self, capsys, option):
         refusal(capsys, "compare", *option)
 
     def test_two_cases_of_one_name_stay_two(self, capsys, tmp_path):
-        file = save_run(simulate(CRANE, [scenario(duration="35 s"), scenario(duration="35 s", load="50 t")]), tmp_path / "two.nc")
+        file = save_run(
+            simulate(CRANE, [scenario(duration="35 s"), scenario(duration="35 s", load="50 t")]), tmp_path / "two.nc"
+        )
         assert command(["run", str(file), "--json"]) == 0
         assert list(json.loads(capsys.readouterr().out)) == ["0", "1"]
 
-    @pytest.mark.parametrize("attribute", [{"scenarios": "x"}, {"scenarios": "[{}]"}, {"scenarios": "[]"}, {"step": "x"}, {"crane": 5}])
+    @pytest.mark.parametrize(
+        "attribute", [{"scenarios": "x"}, {"scenarios": "[{}]"}, {"scenarios": "[]"}, {"step": "x"}, {"crane": 5}]
+    )
     def test_stored_runs_that_were_tampered_with_are_refused(self, tmp_path, attribute):
         run = simulate(CRANE, [scenario(duration="35 s")])
         run.attrs |= attribute

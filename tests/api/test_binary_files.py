@@ -89,7 +89,10 @@ def netcdf(path: Path, engine: str = "h5netcdf") -> None:
     import xarray
 
     when = np.datetime64("2020-01-01T00", "ns") + np.arange(60) * np.timedelta64(1, "h")
-    waves = {"Hs": ("time", np.linspace(1.0, 2.0, 60), {"units": "m"}), "Tp": ("time", np.full(60, 8.0), {"units": "s"})}
+    waves = {
+        "Hs": ("time", np.linspace(1.0, 2.0, 60), {"units": "m"}),
+        "Tp": ("time", np.full(60, 8.0), {"units": "s"}),
+    }
     of = {"crane": "x" * 300, "scenarios": "[]" * 40, "step": "0.005"}
     xarray.Dataset(waves, {"time": when}, of).to_netcdf(path, engine=engine)
 
@@ -204,7 +207,9 @@ def test_a_file_that_hdf5_reads_for_ever_is_given_up(tmp_path, monkeypatch, read
     path = tmp_path / "endless.nc"
     endless(path)
     start = time.monotonic()
-    with pytest.raises(StillhookError, match=r"endless\.nc: .*not read within 5 s; for a slow drive set STILLHOOK_READ_TIME") as caught:
+    with pytest.raises(
+        StillhookError, match=r"endless\.nc: .*not read within 5 s; for a slow drive set STILLHOOK_READ_TIME"
+    ) as caught:
         read(path)
     assert "\n" not in str(caught.value)
     assert time.monotonic() - start < BLOCKED + BUSY
@@ -233,7 +238,11 @@ def test_a_blocked_reader_ends_even_where_the_process_that_waits_for_it_was_kill
     endless(tmp_path / "endless.nc")
     script = "import sys, pathlib, stillhook.formats.binary.process as r, stillhook.formats.binary.netcdf as n\n"
     script += "r._answer((2.0, n._datasets, (pathlib.Path(sys.argv[1]), 'h5netcdf', ())))"
-    done = subprocess.run([sys.executable, "-c", script, tmp_path / "endless.nc"], timeout=2.0 + reader_process.GRACE + 2 * BUSY, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", script, tmp_path / "endless.nc"],
+        timeout=2.0 + reader_process.GRACE + 2 * BUSY,
+        check=False,
+    )
     assert done.returncode == -signal.SIGALRM
 
 
@@ -266,7 +275,11 @@ def test_memory_is_limited_as_the_environment_says(tmp_path, monkeypatch):
     [
         ("STILLHOOK_READ_TIME", "60", "STILLHOOK_READ_TIME"),
         ("STILLHOOK_READ_TIME", "0 s", 'STILLHOOK_READ_TIME = "0 s": a time above 0, such as "10 min".'),
-        ("STILLHOOK_READ_MEMORY", "lots", 'STILLHOOK_READ_MEMORY = "lots": is no size. Give one in GB or MB, such as "8 GB".'),
+        (
+            "STILLHOOK_READ_MEMORY",
+            "lots",
+            'STILLHOOK_READ_MEMORY = "lots": is no size. Give one in GB or MB, such as "8 GB".',
+        ),
     ],
 )
 def test_limits_of_the_environment_are_texts_with_a_unit(tmp_path, monkeypatch, name, text, said):
@@ -286,7 +299,9 @@ def test_a_large_file_has_more_time(tmp_path, monkeypatch):
 
 def test_a_script_without_a_main_guard_can_read_a_run(tmp_path):
     netcdf(tmp_path / "run.nc")
-    (tmp_path / "script.py").write_text("import stillhook\nprint('once')\nprint(len(stillhook.load_run('run.nc').time))\n")
+    (tmp_path / "script.py").write_text(
+        "import stillhook\nprint('once')\nprint(len(stillhook.load_run('run.nc').time))\n"
+    )
     done = subprocess.run([sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True, check=True)
     assert (done.stdout, done.stderr) == ("once\n60\n", "")
 
@@ -326,7 +341,9 @@ def test_a_spreadsheet_that_unpacks_to_gigabytes_is_refused_before_it_does(tmp_p
     data = bytearray((tmp_path / "map.xlsx").read_bytes())
     struct.pack_into("<I", data, data.index(b"PK\x01\x02") + 24, 4_000_000_000)
     (tmp_path / "map.xlsx").write_bytes(data)
-    assert "map.xlsx: not an Excel file (claims to hold 4 GB in a file of" in refusal(FORMATS["Excel map"], tmp_path / "map.xlsx")
+    assert "map.xlsx: not an Excel file (claims to hold 4 GB in a file of" in refusal(
+        FORMATS["Excel map"], tmp_path / "map.xlsx"
+    )
 
 
 def test_a_table_of_more_cells_than_any_map_has_is_refused(tmp_path):

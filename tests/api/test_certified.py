@@ -23,10 +23,19 @@ from stillhook.spec.scenario import PowerLoss
 from stillhook.spec.validity import CAP, EDGE
 from stillhook.validate import certificate_of
 
-INSIDE = {"load": "100 t", "s_w": "1000 m", "tip": "sine 0.8 m 9 s", "mode": "ssc", "duration": "60 s", "warm_up": "20 s"}
+INSIDE = {
+    "load": "100 t",
+    "s_w": "1000 m",
+    "tip": "sine 0.8 m 9 s",
+    "mode": "ssc",
+    "duration": "60 s",
+    "warm_up": "20 s",
+}
 """Of the staged campaign: 82 t to 164 t, 486 m to 2314 m, 0.8 m to 2 m (0.797 m to 1.99 m as step 0 meets the crests), 8 s to 11 s, ns and ssc."""
 SHORT = {"duration": "2 s", "warm_up": "0.5 s"}
-UNCERTIFIED_NOTES = "the wire of 1000 m weighs 36 t in air, 35% of the hook load, and is left out; stillhook lower has it"
+UNCERTIFIED_NOTES = (
+    "the wire of 1000 m weighs 36 t in air, 35% of the hook load, and is left out; stillhook lower has it"
+)
 """What any crane says of this run: 1 km of wire at 36 kg/m on a hook of 104 t."""
 
 
@@ -59,7 +68,10 @@ def test_inside_the_envelope_nothing_is_said_and_the_run_is_validated(crane):
     assert float(run.validated) == 1.0
     assert str(run.notes.values) == UNCERTIFIED_NOTES
     assert doubts(crane, case()) == ()
-    assert re.fullmatch(r"twin: level 2, variant 3: certificate [0-9a-f]{12} of 2026-11-21 by paper-f version 2 holds \(unsigned\)", run.attrs["twin"])
+    assert re.fullmatch(
+        r"twin: level 2, variant 3: certificate [0-9a-f]{12} of 2026-11-21 by paper-f version 2 holds \(unsigned\)",
+        run.attrs["twin"],
+    )
 
 
 @pytest.mark.parametrize(
@@ -130,7 +142,9 @@ def test_what_is_built_on_a_certified_crane_holds_only_while_it_is_the_same(file
 def test_other_code_does_not_hold(crane, monkeypatch):
     monkeypatch.setattr(standing_of, "results_hash", lambda: "0123456789abcdef")
     (note,) = doubts(crane, case())
-    assert note.startswith("certificate does not hold: this Stillhook computes with other code (0123456789abcdef) than the validated one")
+    assert note.startswith(
+        "certificate does not hold: this Stillhook computes with other code (0123456789abcdef) than the validated one"
+    )
 
 
 def test_a_validation_that_was_not_passed_certifies_nothing(tmp_path):
@@ -229,7 +243,9 @@ def test_results_that_are_kept_know_the_certificate_they_were_made_with(crane, t
     bare = crane.model_copy(update={"certified": None})
     cases = [case(load="200 t", **SHORT), case(**SHORT)]
     with_it, without = (summaries(c, cases, store=tmp_path / "kept") for c in (crane, bare))
-    assert [s["validated"] for s in with_it] == [s["validated"] for s in summaries(crane, cases, store=tmp_path / "kept")]
+    assert [s["validated"] for s in with_it] == [
+        s["validated"] for s in summaries(crane, cases, store=tmp_path / "kept")
+    ]
     assert with_it[0]["notes"] != without[0]["notes"]
     assert with_it[0]["e_c_pp"] == without[0]["e_c_pp"]
 
@@ -244,7 +260,20 @@ def test_commands_say_how_far_the_twin_is_validated(file, capsys):
     assert "validated for: payload on the hook 82 t to 164 t" in out
     assert command(["crane", "nov-250t", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["twin"] == "twin: not validated (level 1: no certificate)"
-    asked = ["--crane", str(file), "--load", "200 t", "--s-w", "1000 m", "--motion", "sine 0.8 m 9 s", "--modes", "ns,ssc", "--duration", "40 s"]
+    asked = [
+        "--crane",
+        str(file),
+        "--load",
+        "200 t",
+        "--s-w",
+        "1000 m",
+        "--motion",
+        "sine 0.8 m 9 s",
+        "--modes",
+        "ns,ssc",
+        "--duration",
+        "40 s",
+    ]
     command(["compare", *asked])
     out = capsys.readouterr().out
     assert out.count("twin: ") == 1
@@ -254,12 +283,45 @@ def test_commands_say_how_far_the_twin_is_validated(file, capsys):
 
 
 def test_a_map_counts_the_cells_that_are_not_validated(file, capsys):
-    command(["map", str(file), "--controllers", "ssc", "--loads", "100 t, 200 t", "--speeds", "30 m/min", "--period", "9 s", "--s-w", "1000 m"])
+    command(
+        [
+            "map",
+            str(file),
+            "--controllers",
+            "ssc",
+            "--loads",
+            "100 t, 200 t",
+            "--speeds",
+            "30 m/min",
+            "--period",
+            "9 s",
+            "--s-w",
+            "1000 m",
+        ]
+    )
     assert "cells that are not validated: 1 of 2" in capsys.readouterr().out
 
 
 def test_draws_and_envelope_and_tuning_say_it(file, capsys):
-    command(["uncertainty", "--crane", str(file), "--load", "200 t", "--s-w", "1000 m", "--motion", "sine 0.8 m 9 s", "--modes", "ssc", "--draws", "4", "--duration", "40 s"])
+    command(
+        [
+            "uncertainty",
+            "--crane",
+            str(file),
+            "--load",
+            "200 t",
+            "--s-w",
+            "1000 m",
+            "--motion",
+            "sine 0.8 m 9 s",
+            "--modes",
+            "ssc",
+            "--draws",
+            "4",
+            "--duration",
+            "40 s",
+        ]
+    )
     assert "outside the validated envelope: load 200 t" in capsys.readouterr().out
     command(["envelope", str(file), "--load", "100 t"])
     assert "validated for: payload on the hook 82 t to 164 t" in capsys.readouterr().out

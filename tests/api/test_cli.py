@@ -10,8 +10,18 @@ import pytest
 from stillhook.cli import run
 
 SUMMARY_KEYS = {
-    "e_c_pp", "e_c_max", "eta_c", "p_a_max", "p_max", "alpha_p_max", "alpha_m_min", "u_p_max", "saturation_time", "relief_time", "status",
-}  # fmt: skip
+    "e_c_pp",
+    "e_c_max",
+    "eta_c",
+    "p_a_max",
+    "p_max",
+    "alpha_p_max",
+    "alpha_m_min",
+    "u_p_max",
+    "saturation_time",
+    "relief_time",
+    "status",
+}
 FAST = ["--motion", "sine 1 m 10 s", "--duration", "45 s", "--warm-up", "10 s"]
 
 
@@ -34,7 +44,16 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 class TestCalc:
     def test_motor_loss_of_the_specification(self, capsys):
         loss = answer(
-            capsys, "calc", "motor-loss", "A6VM215", "--displacement", "215 cm^3/rev", "--speed", "1000 rev/min", "--dp", "200 bar"
+            capsys,
+            "calc",
+            "motor-loss",
+            "A6VM215",
+            "--displacement",
+            "215 cm^3/rev",
+            "--speed",
+            "1000 rev/min",
+            "--dp",
+            "200 bar",
         )
         assert round(loss["T_fm"], 6) == 38.698797
 
@@ -88,13 +107,18 @@ class TestCompare:
         assert again == stored["ssc"]
 
     def test_a_winch_without_an_answer_says_no(self, capsys):
-        assert run(["compare", "--modes", "ns", "--motion", "sine 4 m 12 s", "--duration", "45 s", "--warm-up", "15 s"]) == 1
+        assert (
+            run(["compare", "--modes", "ns", "--motion", "sine 4 m 12 s", "--duration", "45 s", "--warm-up", "15 s"])
+            == 1
+        )
         out = capsys.readouterr().out
         assert "saturated" in out
         assert "above the 88.95 m/min that ns reaches" in out
 
     def test_pure_active_crane_is_never_called_good_with_a_standing_offset(self, capsys):
-        result = answer(capsys, "compare", "--crane", "nov-100t-pure-active", "--load", "100 t", "--modes", "ns,hs", *FAST)
+        result = answer(
+            capsys, "compare", "--crane", "nov-100t-pure-active", "--load", "100 t", "--modes", "ns,hs", *FAST
+        )
         assert "offset" in result["ns"]["status"].split(", ")
         assert "relief" in result["hs"]["status"]
         assert any("standing offset" in note for note in result["ns"]["notes"])
@@ -105,7 +129,10 @@ class TestRefusals:
     @pytest.mark.parametrize(
         ("arguments", "text"),
         [
-            (["compare", "--load", "320 t"], 'Load 320 t exceeds the SWL 250 t of "nov-250t" (128 %). Lower the load or choose another crane.'),
+            (
+                ["compare", "--load", "320 t"],
+                'Load 320 t exceeds the SWL 250 t of "nov-250t" (128 %). Lower the load or choose another crane.',
+            ),
             (["compare", "--load", "100"], "100"),
             (["compare", "--load", "-5 t"], "greater than or equal to 0"),
             (["compare", "--load", "nan t"], "nan t"),
@@ -122,8 +149,34 @@ class TestRefusals:
             (["crane", "nothing"], "nothing"),
             (["calc", "drum", "nov-250t", "--layer", "13"], "layers 1 to 12"),
             (["calc", "speed", "nov-250t", "--alpha-m", "0"], "above 0 up to 1"),
-            (["calc", "motor-loss", "A6VM215", "--displacement", "215 cm^3", "--speed", "1 rev/min", "--dp", "1 bar"], '"cm^3" is not one of'),
-            (["calc", "motor-loss", "A6VM215", "--displacement", "300 cm^3/rev", "--speed", "1 rev/min", "--dp", "1 bar"], "215 cm^3/rev"),
+            (
+                [
+                    "calc",
+                    "motor-loss",
+                    "A6VM215",
+                    "--displacement",
+                    "215 cm^3",
+                    "--speed",
+                    "1 rev/min",
+                    "--dp",
+                    "1 bar",
+                ],
+                '"cm^3" is not one of',
+            ),
+            (
+                [
+                    "calc",
+                    "motor-loss",
+                    "A6VM215",
+                    "--displacement",
+                    "300 cm^3/rev",
+                    "--speed",
+                    "1 rev/min",
+                    "--dp",
+                    "1 bar",
+                ],
+                "215 cm^3/rev",
+            ),
             (["calc", "friction", "crane-9", "--drum-torque", "1 MN m", "--speed", "1 rev/min"], "crane-9"),
             (["compare", "--nonsense"], "--nonsense"),
             (["nonsense"], "nonsense"),
@@ -167,12 +220,24 @@ class TestShape:
         assert out.stdout.strip().splitlines()[-1] == "[]"
 
     def test_every_command_has_help_with_an_example(self, capsys):
-        for command in (["cranes"], ["crane"], ["run"], ["compare"], ["demo"], *(["calc", c] for c in ("motor-loss", "friction", "drum", "speed"))):
+        for command in (
+            ["cranes"],
+            ["crane"],
+            ["run"],
+            ["compare"],
+            ["demo"],
+            *(["calc", c] for c in ("motor-loss", "friction", "drum", "speed")),
+        ):
             assert run([*command, "--help"]) == 0
             assert "Example: stillhook" in " ".join(capsys.readouterr().out.split()), command
 
     def test_cranes_are_listed_and_shown_with_sources(self, capsys):
-        assert [c["name"] for c in answer(capsys, "cranes")] == ["deep-250t", "nov-100t-pure-active", "nov-150t", "nov-250t"]
+        assert [c["name"] for c in answer(capsys, "cranes")] == [
+            "deep-250t",
+            "nov-100t-pure-active",
+            "nov-150t",
+            "nov-250t",
+        ]
         fields = answer(capsys, "crane", "nov-250t")["fields"]
         assert all(f["source"] and f["kind"] for f in fields.values())
 

@@ -160,7 +160,9 @@ def test_a_load_that_touches_the_seabed_on_its_way_down_answers_with_1_and_names
     assert run(["lower", str(lift_toml)]) == 1
     out = " ".join(capsys.readouterr().out.split())
     assert "touchdown" in out
-    assert re.search(r'stage "down" does not land, and the load touches the seabed in it after [\d.]+ s at [\d.]+ m/min', out)
+    assert re.search(
+        r'stage "down" does not land, and the load touches the seabed in it after [\d.]+ s at [\d.]+ m/min', out
+    )
     assert re.search(r"touched down after [\d.]+ s at [\d.]+ m/min", out)
 
 

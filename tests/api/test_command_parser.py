@@ -67,7 +67,9 @@ class TestRepeatedOptions:
         assert '"load":150000.0' in re.sub(r"\s", "", out)
 
     def test_two_headings_for_one_column_are_refused(self, capsys):
-        said = refusal(capsys, "weather", "show", "SYNTHETIC-norwegian-sea", "--column", "Hs=a (m)", "--column", "H_s=b (m)")
+        said = refusal(
+            capsys, "weather", "show", "SYNTHETIC-norwegian-sea", "--column", "Hs=a (m)", "--column", "H_s=b (m)"
+        )
         assert 'H_m0 already has the heading "a (m)". Name each column once.' in said
 
     def test_two_limits_on_one_number_are_refused(self, capsys):
@@ -75,7 +77,17 @@ class TestRepeatedOptions:
         assert "p_max has a limit already. Write each limit once." in said
 
     def test_two_friction_sets_for_one_crane_are_refused(self, capsys, tmp_path):
-        said = refusal(capsys, "identify", "example-campaign", "L4593", str(tmp_path / "out"), "--truth", "crane-1", "--truth", "crane-2")
+        said = refusal(
+            capsys,
+            "identify",
+            "example-campaign",
+            "L4593",
+            str(tmp_path / "out"),
+            "--truth",
+            "crane-1",
+            "--truth",
+            "crane-2",
+        )
         assert 'Sets "crane-1" and "crane-2" replace the same numbers of' in said
 
 
@@ -133,7 +145,10 @@ class TestInternalErrors:
         assert err.count("\n") == 1
         assert err.startswith("error: Internal error of Stillhook ")
         assert "KeyError \"'nov-250t'\" in test_command_parser.py, line " in err
-        assert 'Report it with the command and its files (CONTRIBUTING.md, "Report a finding"); STILLHOOK_DEBUG=1 shows the traceback.' in err
+        assert (
+            'Report it with the command and its files (CONTRIBUTING.md, "Report a finding"); STILLHOOK_DEBUG=1 shows the traceback.'
+            in err
+        )
 
     def test_the_page_that_the_line_names_has_that_heading(self):
         page = (os.path.dirname(__file__), "..", "..", "CONTRIBUTING.md")
@@ -175,7 +190,9 @@ def written(callback: object) -> list[object]:
     import typing
 
     hints = typing.get_type_hints(callback, include_extras=True)
-    return [info for hint in hints.values() for info in getattr(hint, "__metadata__", ()) if getattr(info, "help", None)]
+    return [
+        info for hint in hints.values() for info in getattr(hint, "__metadata__", ()) if getattr(info, "help", None)
+    ]
 
 
 def squeezed(text: str) -> str:

@@ -104,7 +104,10 @@ def test_a_file_may_turn_its_base_into_a_pure_active_winch(tmp_path: Path) -> No
 
 
 def test_gear_ratios_are_read_as_the_data_sheet_prints_them(tmp_path: Path) -> None:
-    assert load_crane(written(tmp_path, BASE + 'gear_ratios = ["35.4 : 1", "i = 14.17"]\ni_hD = "501.618:1"\n')).i_hD == 501.618
+    assert (
+        load_crane(written(tmp_path, BASE + 'gear_ratios = ["35.4 : 1", "i = 14.17"]\ni_hD = "501.618:1"\n')).i_hD
+        == 501.618
+    )
 
 
 def test_a_complete_file_needs_no_base_and_derives_the_gear_ratio(tmp_path: Path) -> None:
@@ -186,7 +189,10 @@ MISTAKES = [
     ("SWL = 1979-05-27", "mine.toml: SWL = datetime.date(1979, 5, 27): neither a number, a text nor a list of them."),
     ("gear_ratios = [[35.4]]", "mine.toml: gear_ratios[0] = [35.4]: a list holds numbers or texts only."),
     ("gear_ratios = []", "mine.toml: gear_ratios = []: "),
-    ('gear_ratios = ["1:35.4", 14.17]', 'mine.toml: gear_ratios[0] = "1:35.4": not a gear ratio; write the turns of the motor'),
+    (
+        'gear_ratios = ["1:35.4", 14.17]',
+        'mine.toml: gear_ratios[0] = "1:35.4": not a gear ratio; write the turns of the motor',
+    ),
     ("gear_ratios = [35.4, -1.0]", "mine.toml: gear_ratios[1] = -1.0: it must be greater than 0."),
     (
         "gear_ratios = [35.4, 14.2]",
@@ -275,7 +281,9 @@ def test_several_mistakes_are_counted_and_the_misspelling_comes_first(tmp_path: 
 def test_a_missing_field_says_what_it_is_and_its_units(tmp_path: Path) -> None:
     lines = crane_toml(load_crane("nov-150t")).splitlines()
     text = "\n".join(line for line in lines if not line.startswith("layers"))
-    assert "mine.toml: drum.layers: missing (layers of wire on the full drum). Add it" in refusal(written(tmp_path, text))
+    assert "mine.toml: drum.layers: missing (layers of wire on the full drum). Add it" in refusal(
+        written(tmp_path, text)
+    )
     text = "\n".join(line for line in lines if not line.startswith("hook_mass"))
     assert "mine.toml: hook_mass: missing (hook block; in kg, t, te). Add it" in refusal(written(tmp_path, text))
 
@@ -350,7 +358,9 @@ toml_values = st.recursive(
     | st.integers()
     | st.floats()
     | st.text(max_size=12)
-    | st.sampled_from(["1 m", "215 cm^3/rev", "A6VM280", "nov-250t", "1e308 m", "1e25 t", "1e-300 m", "-1 t", 1e300, 5e-324]),
+    | st.sampled_from(
+        ["1 m", "215 cm^3/rev", "A6VM280", "nov-250t", "1e308 m", "1e25 t", "1e-300 m", "-1 t", 1e300, 5e-324]
+    ),
     lambda inner: (
         st.lists(inner, max_size=3)
         | st.dictionaries(
@@ -379,6 +389,8 @@ def test_no_change_gets_past_the_checks_or_crashes(changes: dict[str, Any]) -> N
 @given(st.floats(1e-3, 1e3), st.floats(1e-9, 1e-2))
 @settings(deadline=None, max_examples=30)
 def test_every_digit_of_a_changed_value_survives_the_file(V: float, Y_1: float) -> None:
-    crane = changed(load_crane("nov-150t"), {"active": {"line": {"V": f"{V!r} L"}}, "friction": {"system": {"Y_1": Y_1}}})
+    crane = changed(
+        load_crane("nov-150t"), {"active": {"line": {"V": f"{V!r} L"}}, "friction": {"system": {"Y_1": Y_1}}}
+    )
     again = tomllib.loads(crane_toml(crane))
     assert changed(crane, {"active": {"line": again["active"]["line"]}, "friction": again["friction"]}) == crane

@@ -33,11 +33,18 @@ TEXTS = {
     FileKind.COLUMNS: '[columns]\nspeed = "n"\n',
 }
 READERS = {
-    FileKind.PLAN: ("plan",), FileKind.LIFT: ("lower",), FileKind.CASE: ("run",), FileKind.CRANE: ("crane",), FileKind.PAYLOAD: ("payload", "show"),
-    FileKind.CAMPAIGN: ("validate",), FileKind.FRICTION_CAMPAIGN: ("identify", "friction"), FileKind.FRICTION: ("friction", "compare"),
-    FileKind.FACTORS: ("uncertainty", "--factors"), FileKind.CONTROLLER: ("map", "nov-250t", "--controllers"),
+    FileKind.PLAN: ("plan",),
+    FileKind.LIFT: ("lower",),
+    FileKind.CASE: ("run",),
+    FileKind.CRANE: ("crane",),
+    FileKind.PAYLOAD: ("payload", "show"),
+    FileKind.CAMPAIGN: ("validate",),
+    FileKind.FRICTION_CAMPAIGN: ("identify", "friction"),
+    FileKind.FRICTION: ("friction", "compare"),
+    FileKind.FACTORS: ("uncertainty", "--factors"),
+    FileKind.CONTROLLER: ("map", "nov-250t", "--controllers"),
     FileKind.ALPHA: ("weather", "alpha", "--hs", "2 m", "--t-pop", "24 h", "--table"),
-}  # fmt: skip
+}
 
 
 @pytest.fixture
@@ -63,7 +70,14 @@ def test_every_kind_of_file_is_known_by_its_tables(files):
 
 @pytest.mark.parametrize("folder", ["cranes", "payloads", "lifts", "plans", "friction", "motors"])
 def test_every_file_of_the_library_is_known_as_what_it_is(folder):
-    of = {"cranes": FileKind.CRANE, "payloads": FileKind.PAYLOAD, "lifts": FileKind.LIFT, "plans": FileKind.PLAN, "friction": FileKind.FRICTION, "motors": FileKind.MOTOR}
+    of = {
+        "cranes": FileKind.CRANE,
+        "payloads": FileKind.PAYLOAD,
+        "lifts": FileKind.LIFT,
+        "plans": FileKind.PLAN,
+        "friction": FileKind.FRICTION,
+        "motors": FileKind.MOTOR,
+    }
     assert {kind_of_toml(toml_text(path)) for path in (LIBRARY / folder).glob("*.toml")} == {of[folder]}
 
 
@@ -78,43 +92,61 @@ def test_a_command_names_the_file_that_it_was_handed_and_who_reads_it(wanted, fi
 
 def test_plan_and_lower_and_response_read_the_others_file_with_a_line_that_says_which_it_is(files, capsys):
     lift, plan = files[FileKind.LIFT], files[FileKind.PLAN]
-    assert "anchor-to-3000m.toml is a lift file, not a lift plan: stillhook lower and stillhook response read it." in refusal(capsys, "plan", lift)
+    assert (
+        "anchor-to-3000m.toml is a lift file, not a lift plan: stillhook lower and stillhook response read it."
+        in refusal(capsys, "plan", lift)
+    )
     for command in ("lower", "response"):
-        assert "template-to-1500m.toml is a lift plan, not a lift file: stillhook plan reads it." in refusal(capsys, command, plan)
+        assert "template-to-1500m.toml is a lift plan, not a lift file: stillhook plan reads it." in refusal(
+            capsys, command, plan
+        )
 
 
 def test_names_of_the_library_are_told_apart_too(capsys):
-    assert "The library has it as a lift plan: stillhook plan reads it." in refusal(capsys, "lower", "template-to-1500m")
+    assert "The library has it as a lift plan: stillhook plan reads it." in refusal(
+        capsys, "lower", "template-to-1500m"
+    )
     assert "The library has it as a lift file: stillhook lower" in refusal(capsys, "plan", "anchor-to-3000m")
     assert "The library has it as a payload file" in refusal(capsys, "crane", "manifold-60t")
 
 
 def test_a_file_named_within_another_is_told_by_its_kind(files, tmp_path, capsys):
     plan = tmp_path / "mine.toml"
-    plan.write_text(toml_text(files[FileKind.PLAN]).replace('payload = "template-120t"', f'payload = "{files[FileKind.LIFT]}"'))
+    plan.write_text(
+        toml_text(files[FileKind.PLAN]).replace('payload = "template-120t"', f'payload = "{files[FileKind.LIFT]}"')
+    )
     assert "anchor-to-3000m.toml is a lift file, not a payload file" in refusal(capsys, "plan", plan, "--check")
 
 
 def test_vessel_files_and_toml_files_are_told_apart(files, capsys):
     assert "is a lift file, not a vessel file" in refusal(capsys, "vessel", "check", files[FileKind.LIFT])
-    assert "is a vessel file, not TOML: stillhook vessel check reads it" in refusal(capsys, "crane", LIBRARY / "vessels" / "supply-vessel-82m.csv")
+    assert "is a vessel file, not TOML: stillhook vessel check reads it" in refusal(
+        capsys, "crane", LIBRARY / "vessels" / "supply-vessel-82m.csv"
+    )
 
 
 @pytest.mark.parametrize(
     ("command", "wanted"),
     [
-        (("sea",), "a file of measured waves"), (("weather", "show"), "a table of weather"), (("compare", "--motion"), "a log of motion"),
+        (("sea",), "a file of measured waves"),
+        (("weather", "show"), "a table of weather"),
+        (("compare", "--motion"), "a log of motion"),
         (("identify", "motor"), "a table of numbers"),
     ],
-)  # fmt: skip
+)
 def test_a_toml_file_in_place_of_data_is_told_too(command, wanted, files, capsys):
     said = refusal(capsys, *command, files[FileKind.LIFT])
-    assert f"anchor-to-3000m.toml is a lift file, not {wanted}: stillhook lower and stillhook response read it. Give {wanted} here." in said
+    assert (
+        f"anchor-to-3000m.toml is a lift file, not {wanted}: stillhook lower and stillhook response read it. Give {wanted} here."
+        in said
+    )
 
 
 def test_a_mapping_says_what_it_is_not(files, tmp_path, capsys):
     (tmp_path / "log.csv").write_text("t;p\n0;1\n1;2\n")
-    assert "It is a lift file: stillhook lower" in refusal(capsys, "identify", "curve", tmp_path / "log.csv", "--mapping", files[FileKind.LIFT], "--position", "s_w")
+    assert "It is a lift file: stillhook lower" in refusal(
+        capsys, "identify", "curve", tmp_path / "log.csv", "--mapping", files[FileKind.LIFT], "--position", "s_w"
+    )
 
 
 def test_a_crane_file_that_only_changes_one_part_is_still_read(tmp_path, capsys):

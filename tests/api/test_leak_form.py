@@ -13,7 +13,7 @@ from stillhook.library import changed, crane_toml, cranes, sheet
 from stillhook.library.leakage import leak_at, leak_misfit, stated_leak
 from stillhook.physics.hydraulics.motor import motor_leakage
 from stillhook.physics.hydraulics.pump import pump_leakage
-from stillhook.spec.crane import LeakForm
+from stillhook.spec.circuits import LeakForm
 from stillhook.spec.scenario import Scenario
 from stillhook.units import in_display
 from stillhook.validate.dynamics.fitting.unknowns import bent
@@ -102,7 +102,9 @@ def test_a_stated_total_that_the_parts_do_not_leak_is_refused_with_two_ways_out(
     )
     assert 'C_leak = "0.4 L/min/bar"' in message
     scale = message.split("pump.leak_scale = ")[1].rstrip(".")
-    fixed = load_crane(file_of(tmp_path, f'C_leak = "0.52 L/min/bar"\nleak = {{form = "constant"}}\npump = {{leak_scale = {scale}}}'))
+    fixed = load_crane(
+        file_of(tmp_path, f'C_leak = "0.52 L/min/bar"\nleak = {{form = "constant"}}\npump = {{leak_scale = {scale}}}')
+    )
     assert packed(fixed, 0.3, 0.0) == pytest.approx(0.52, rel=1e-3)
 
 

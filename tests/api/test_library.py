@@ -55,7 +55,9 @@ def test_a_library_file_with_an_unsourced_number_is_refused() -> None:
     """The test above would find it, and so does the reader: plain values are for users' own files."""
     plain = {"active": {"line": {"V": "80 L"}}}
     assert tree(plain, "mine.toml", user=True)
-    with pytest.raises(SpecError, match=r"nov-250t\.toml: active\.line\.V: a number of the library needs its kind and source"):
+    with pytest.raises(
+        SpecError, match=r"nov-250t\.toml: active\.line\.V: a number of the library needs its kind and source"
+    ):
         tree(plain, "nov-250t.toml", user=False)
 
 
@@ -129,7 +131,10 @@ def test_names_on_the_shelves() -> None:
     ("read", "says"),
     [
         (lambda: motor("A6VM300"), 'motor = "A6VM300": not in the library, which has A6VM170'),
-        (lambda: leak_table("A4VSG"), 'leak table = "A4VSG": not in the library, which has A4VSG355; did you mean "A4VSG355"?'),
+        (
+            lambda: leak_table("A4VSG"),
+            'leak table = "A4VSG": not in the library, which has A4VSG355; did you mean "A4VSG355"?',
+        ),
         (lambda: library.system_friction("crane"), 'system friction = "crane": not in the library, which has L4593'),
         (lambda: motor("../cranes/nov-250t"), 'motor = "../cranes/nov-250t": not in the library'),
         (lambda: motor(""), 'motor = "": not in the library'),

@@ -59,7 +59,9 @@ def test_files_that_are_no_spectra_say_so_shortly(tmp_path, capsys):
 def test_a_calm_is_printed_without_nan(tmp_path, capsys):
     record = ("sea", file(tmp_path / "calm.txt", NDBC), "--record", "1")
     assert "nan" not in told(capsys, *record)
-    assert "nan" not in told(capsys, "sea", file(tmp_path / "missing.txt", NDBC.replace("1.00", "999.0").replace("0.00", "999.0")))
+    assert "nan" not in told(
+        capsys, "sea", file(tmp_path / "missing.txt", NDBC.replace("1.00", "999.0").replace("0.00", "999.0"))
+    )
 
 
 def test_directions_that_lack_a_file_are_told(tmp_path, capsys):
@@ -95,7 +97,9 @@ def test_vessel_files_that_are_none_say_what_they_are(tmp_path, capsys):
     numbers = "\n\n ShipX exported data\n 1025 9.81\n 82800 19200 6000\n"
     assert "Lengths are in m" in refusal(capsys, "vessel", "check", file(tmp_path / "d.re1", titles + numbers))
     feet = vessel(tmp_path / "e.csv").read_text().replace("heave re [m/m]", "heave re [ft/ft]")
-    assert 'has no column "heave re [m/m]", but "heave re [ft/ft]"' in refusal(capsys, "vessel", "check", file(tmp_path / "e.csv", feet))
+    assert 'has no column "heave re [m/m]", but "heave re [ft/ft]"' in refusal(
+        capsys, "vessel", "check", file(tmp_path / "e.csv", feet)
+    )
 
 
 def test_a_name_beyond_the_terminals_letters_is_shown_in_others(tmp_path):
@@ -122,8 +126,12 @@ def test_a_payload_in_a_wrong_unit_is_refused(old, new, said, tmp_path, capsys):
 def test_parts_are_no_heavier_than_the_whole_and_there_are_some(tmp_path, capsys):
     whole = 'name = "t"\nmass = "150 t"\nshape = "assembly"\n[parts]\n'
     assert "give at least 1" in refusal(capsys, "payload", "show", file(tmp_path / "p.toml", whole))
-    part = '[parts.f]\nshape = "frame"\ncount = 2\nmass = "80 t"\ndiameter = "0.8 m"\nlength = "120 m"\nheight = "4 m"\n'
-    assert "its parts weigh 160 t, it 150 t" in refusal(capsys, "payload", "show", file(tmp_path / "p.toml", whole + part))
+    part = (
+        '[parts.f]\nshape = "frame"\ncount = 2\nmass = "80 t"\ndiameter = "0.8 m"\nlength = "120 m"\nheight = "4 m"\n'
+    )
+    assert "its parts weigh 160 t, it 150 t" in refusal(
+        capsys, "payload", "show", file(tmp_path / "p.toml", whole + part)
+    )
     assert command(["payload", "show", str(file(tmp_path / "p.toml", whole + part.replace("80", "75")))]) == 0
 
 

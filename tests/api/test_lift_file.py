@@ -78,7 +78,9 @@ def test_a_run_is_as_long_as_the_programme_takes_and_some_more(tmp_path):
 
 
 def test_a_motion_may_stand_in_place_of_vessel_and_sea(tmp_path):
-    text = GOOD.replace('vessel = "supply-vessel-82m"\n', "").replace('at = "x=-10 m, y=-14 m, z=25 m"', 'height = "25 m"\nmotion = "sine 1 m 9 s"')
+    text = GOOD.replace('vessel = "supply-vessel-82m"\n', "").replace(
+        'at = "x=-10 m, y=-14 m, z=25 m"', 'height = "25 m"\nmotion = "sine 1 m 9 s"'
+    )
     text = re.sub(r"\[sea\][^\[]*", "", text)
     lift = load_lift(written(tmp_path, text)).lift
     assert lift.waves is None
@@ -102,7 +104,11 @@ def test_a_payload_may_be_described_in_the_file(tmp_path):
     [
         ('crane = "nov-250t"', 'crane = "nov-25t"', 'No crane "nov-25t"'),
         ('payload = "manifold-60t"', 'payload = "manifold"', 'No payload "manifold": the library has'),
-        ('vessel = "supply-vessel-82m"', 'vessel = "boat"', 'vessel = "boat": neither a file beside the lift file nor one of'),
+        (
+            'vessel = "supply-vessel-82m"',
+            'vessel = "boat"',
+            'vessel = "boat": neither a file beside the lift file nor one of',
+        ),
         ('vessel = "supply-vessel-82m"\n', "", "vessel: missing"),
         ('start = "3 m"\n', "", "start: missing"),
         ('start = "3 m"', "start = 3", "start"),
@@ -122,21 +128,33 @@ def test_a_payload_may_be_described_in_the_file(tmp_path):
         ('depth = "200 m"', 'depth = "-200 m"', "depth"),
         ('mode = "splash"', 'mode = "plunge"', "mode"),
         ('depth = "20 m"', "landed = true\ndepth = '20 m'", "depth and landed ends it"),
-        ('depth = "20 m"', 'tension = "200 kN"', "duration: missing, and only the run can tell when stage 1 ends by tension"),
-        ('[tip]\nat = "x=-10 m, y=-14 m, z=25 m"', '[tip]\nheight = "20 m"\nmotion = "sine 1 m 9 s"', "vessel: given beside tip.motion"),
+        (
+            'depth = "20 m"',
+            'tension = "200 kN"',
+            "duration: missing, and only the run can tell when stage 1 ends by tension",
+        ),
+        (
+            '[tip]\nat = "x=-10 m, y=-14 m, z=25 m"',
+            '[tip]\nheight = "20 m"\nmotion = "sine 1 m 9 s"',
+            "vessel: given beside tip.motion",
+        ),
         ("[[stage]]", "[stage]", "stage: no stages"),
         ("[[stage]]", "[[stag]]", "stag: unknown field"),
         ("[water]", "[water", "not valid TOML"),
-        ('depth = "200 m"', 'depth = "1e9 m"', "water.depth = \"1e9 m\": give a depth above 0 m and up to 12000 m"),
-        ('depth = "200 m"', 'depth = "0 m"', "water.depth = \"0 m\": give a depth above 0 m"),
-        ('depth = "200 m"', 'depth = "200 m"\nrho = "1 kg/m^3"', "water.rho = \"1 kg/m^3\": give the density of water, 900 to 1300 kg/m^3"),
+        ('depth = "200 m"', 'depth = "1e9 m"', 'water.depth = "1e9 m": give a depth above 0 m and up to 12000 m'),
+        ('depth = "200 m"', 'depth = "0 m"', 'water.depth = "0 m": give a depth above 0 m'),
+        (
+            'depth = "200 m"',
+            'depth = "200 m"\nrho = "1 kg/m^3"',
+            'water.rho = "1 kg/m^3": give the density of water, 900 to 1300 kg/m^3',
+        ),
         ('lower = "12 m/min"', 'lower = "1000 m/s"', "Stage.lower"),
         ("z=25 m", "z=-25 m", "tip: its height -25 m is not above the water"),
         ('start = "3 m"', 'start = "3 m"\nduration = "20 s"', "duration = 20 s: too short for waves at random"),
         ('wave = "jonswap Hs=1 m Tp=7 s"', 'wave = "46042w1996.txt"', "no such file beside the lift file"),
         ('heading = "180 deg"', 'heading = "180 deg"\nrecord = "3"', "belongs to a file of measured waves"),
     ],
-)  # fmt: skip
+)
 def test_what_is_wrong_is_said_in_one_line_that_names_the_file(tmp_path, old, new, says):
     path = changed(tmp_path, old, new)
     with pytest.raises(StillhookError) as error:
@@ -147,7 +165,9 @@ def test_what_is_wrong_is_said_in_one_line_that_names_the_file(tmp_path, old, ne
 
 
 def test_a_name_that_is_none_lists_the_lifts_there_are():
-    with pytest.raises(StillhookError, match=r'No lift "anchor-to-300m": the library has .*did you mean "anchor-to-3000m"'):
+    with pytest.raises(
+        StillhookError, match=r'No lift "anchor-to-300m": the library has .*did you mean "anchor-to-3000m"'
+    ):
         load_lift("anchor-to-300m")
 
 
@@ -167,7 +187,10 @@ def test_waves_may_be_a_record_of_a_measured_file(tmp_path):
     """Four records of an NDBC file of our own, as it is laid out: hour, bands, densities."""
     bands = [0.05, 0.08, 0.10, 0.12, 0.15, 0.20, 0.25, 0.30]
     rows = ["#YY  MM DD hh mm " + " ".join(f"{f:.4f}" for f in bands)]
-    rows += [f"2020 01 01 {h:02d} 00 " + " ".join(["0.00", "1.00", "6.00", "8.00", "4.00", "2.00", "1.00", "0.50"]) for h in range(4)]
+    rows += [
+        f"2020 01 01 {h:02d} 00 " + " ".join(["0.00", "1.00", "6.00", "8.00", "4.00", "2.00", "1.00", "0.50"])
+        for h in range(4)
+    ]
     (tmp_path / "waves.txt").write_text("\n".join(rows) + "\n")
     path = changed(tmp_path, 'wave = "jonswap Hs=1 m Tp=7 s"', 'wave = "waves.txt"\nrecord = "2020-01-01T02:00"')
     file = load_lift(path)

@@ -15,7 +15,14 @@ from stillhook.spec.scenario import Sensors
 
 BASE = load_crane("nov-150t")
 CRANES = [changed(BASE, {"friction": {"system": {"Y_6": 1.2e-5 + 1e-6 * i}}}) for i in range(20)]
-CASE = Scenario(load="60 t", s_w="100 m", tip="sine 1 m 9 s", duration="30 s", warm_up="10 s", sensors=Sensors(noise_s_w="1 mm", seed=2))
+CASE = Scenario(
+    load="60 t",
+    s_w="100 m",
+    tip="sine 1 m 9 s",
+    duration="30 s",
+    warm_up="10 s",
+    sensors=Sensors(noise_s_w="1 mm", seed=2),
+)
 OTHER = CASE.model_copy(update={"load": 30e3, "name": "light"})
 
 
@@ -95,7 +102,9 @@ def test_the_command_line_runs_a_stored_run_of_several_cranes_again(tmp_path, ca
     path = save_run(simulate(CRANES[:2], CASE), tmp_path / "run.nc")
     assert command(["run", str(path), "--json", "--out", str(tmp_path / "again")]) == 0
     said = json.loads(capsys.readouterr().out)
-    assert [s["p_max"] for s in said.values()] == pytest.approx(simulate(CRANES[:2], CASE).p_max.values.tolist(), rel=1e-4)
+    assert [s["p_max"] for s in said.values()] == pytest.approx(
+        simulate(CRANES[:2], CASE).p_max.values.tolist(), rel=1e-4
+    )
     cranes, _ = origin(load_run(tmp_path / "again" / "runs.nc"))
     assert cranes == CRANES[:2]
 
@@ -114,20 +123,26 @@ def test_a_run_of_one_crane_is_stored_as_it_always_was():
         (CRANES[:3], [CASE, OTHER], "simulate: 3 cranes and 2 cases. Give one case, or one for each crane."),
         (CRANES[:1], [CASE, OTHER], "simulate: 1 cranes and 2 cases. Give one case, or one for each crane."),
         (
-            [BASE, load_crane("nov-100t-pure-active")], CASE,
+            [BASE, load_crane("nov-100t-pure-active")],
+            CASE,
             'simulate: crane 0 "nov-150t" is active-passive with a PLC cycle of 0.01 s, crane 1 "nov-100t-pure-active" '
             "pure-active with a PLC cycle of 0.01 s. Run winches of one kind together.",
         ),
         (
-            [BASE, changed(BASE, {"control": {"t_cycle": "20 ms"}})], CASE,
+            [BASE, changed(BASE, {"control": {"t_cycle": "20 ms"}})],
+            CASE,
             'simulate: crane 0 "nov-150t" is active-passive with a PLC cycle of 0.01 s, crane 1 "nov-150t" '
             "active-passive with a PLC cycle of 0.02 s. Run winches of one kind together.",
         ),
         ([BASE, "nov-250t"], CASE, 'crane = "nov-250t": not a Crane. Read one with load_crane, by name or path.'),
         ("nov-250t", CASE, 'crane = "nov-250t": not a Crane. Read one with load_crane, by name or path.'),
-        (CRANES[:2], CASE.model_copy(update={"load": 200e3}), 'case 0: Load 200 t exceeds the SWL 150 t of "nov-150t" (133.33 %). Lower the load or choose another crane.'),
+        (
+            CRANES[:2],
+            CASE.model_copy(update={"load": 200e3}),
+            'case 0: Load 200 t exceeds the SWL 150 t of "nov-150t" (133.33 %). Lower the load or choose another crane.',
+        ),
     ],
-)  # fmt: skip
+)
 def test_what_cannot_be_paired_is_one_line(cranes, case, text):
     with pytest.raises(StillhookError) as caught:
         simulate(cranes, case)

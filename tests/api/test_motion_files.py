@@ -123,7 +123,12 @@ def test_the_instrument_clock_passes_midnight(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "before",
-    ["2014-08-01T00:00:{:02d}.5Z ", "seap 2014-08-01T00:00:{:02d}.5+00:00\t", "2014-08-01 00:00:{:02d}.5 ", "20140801T0000{:02d},"],
+    [
+        "2014-08-01T00:00:{:02d}.5Z ",
+        "seap 2014-08-01T00:00:{:02d}.5+00:00\t",
+        "2014-08-01 00:00:{:02d}.5 ",
+        "20140801T0000{:02d},",
+    ],
 )
 def test_times_of_receipt_in_several_spellings(tmp_path: Path, before: str) -> None:
     body = [line for line in psxn_lines() if "PSXN,23" in line]
@@ -145,9 +150,16 @@ def test_damaged_lines_are_left_out_and_counted(tmp_path: Path) -> None:
     lines.insert(7, "\x00\xff garbage $$$ \x1b*")
     report = read_psxn(written(tmp_path, lines)).report
     assert dict(report.counts) == {
-        "lines": 243, "$PSXN,23 lines": 62, "checksum errors": 1, "without checksum": 1, "missing fields": 1,
-        "flagged invalid": 1, "without time": 1, "duplicates": 1, "times running backwards": 1,
-    }  # fmt: skip
+        "lines": 243,
+        "$PSXN,23 lines": 62,
+        "checksum errors": 1,
+        "without checksum": 1,
+        "missing fields": 1,
+        "flagged invalid": 1,
+        "without time": 1,
+        "duplicates": 1,
+        "times running backwards": 1,
+    }
     assert report.samples == 55
     assert report.gaps == 5
     assert report.longest == pytest.approx(2.0)
@@ -269,12 +281,18 @@ def test_a_bridged_gap_costs_what_read_psxn_states(tmp_path: Path, gap: float, e
         ("# only\n\n" + HEADER + "\n\n \n", "has a header (line 3) and no data below it."),
         ("time [s],roll [°]\n0,0".encode("latin-1"), "line 1: is not UTF-8 text."),
         (f"{HEADER}\n0,0,0,0\n1,1,1,ä\n".encode("latin-1"), "line 3: is not UTF-8 text."),
-        ("time [s],surge [m]\n0,1\n", 'line 1: no column "heave [m]" among "time [s]", "surge [m]". Begin the file with'),
+        (
+            "time [s],surge [m]\n0,1\n",
+            'line 1: no column "heave [m]" among "time [s]", "surge [m]". Begin the file with',
+        ),
         ("tid [s],heave [m]\n0,1\n", 'line 1: no column "time [s]" among'),
         ("time [s],heave [m],heave [m]\n0,1,1\n", 'line 1: 2 columns "heave". Keep one.'),
         ("time [s],tip [m]\n0,1\n", "holds a column tip, so the motion of a crane tip."),
         (f"{HEADER}\n0,0,0,0\n#\n1,1,x1,0\n2,0,0,0", 'line 4: roll = "x1" is not a finite number. Mend'),
-        (f"{HEADER}\n0,0,0,0\n1,nan,0,0\n2,NaN,0,0\n3,0,0,0", 'line 3: heave = "nan" is not a finite number (2 such values)'),
+        (
+            f"{HEADER}\n0,0,0,0\n1,nan,0,0\n2,NaN,0,0\n3,0,0,0",
+            'line 3: heave = "nan" is not a finite number (2 such values)',
+        ),
         (f"{HEADER}\n0,0,0,0\n1,inf,0,0\n2,0,0,0", 'line 3: heave = "inf" is not a finite number'),
         (f"{HEADER}\n0,0,0,0\n1,,0,0\n2,0,0,0", 'line 3: heave = "" is not a finite number'),
         (f"{HEADER}\n0,0,0,0\n1,0,0,0\n2,0", 'line 4: roll = "" is not a finite number. The file seems cut off there.'),
@@ -283,7 +301,10 @@ def test_a_bridged_gap_costs_what_read_psxn_states(tmp_path: Path, gap: float, e
         (f"{HEADER}\n0,0,0,0\n1,1,0,0\n1,2,0,0\n", "line 4: time repeats 1 s after 1 s (1 in all)."),
         (f"{HEADER}\n0,0,0,0\n2,1,0,0\n1,2,0,0\n", "line 4: time runs back to 1 s after 2 s (1 in all)."),
         (f"{HEADER}\n0,0,0,0\n1,1,1,1\n", "2 samples. A motion needs 6 or more."),
-        ("time [UTC],heave [m]\nyesterday,1\n2014-08-01T00:00:00Z,2", 'line 2: time = "yesterday" is not an ISO 8601 stamp'),
+        (
+            "time [UTC],heave [m]\nyesterday,1\n2014-08-01T00:00:00Z,2",
+            'line 2: time = "yesterday" is not an ISO 8601 stamp',
+        ),
     ],
 )
 def test_bad_files_are_refused_in_one_line(tmp_path: Path, content: str | bytes, says: str) -> None:
@@ -296,7 +317,10 @@ def test_bad_files_are_refused_in_one_line(tmp_path: Path, content: str | bytes,
     ("header", "says"),
     [
         ("time [s],heave", 'line 1: column "heave" has no unit. Write it as "heave [m]" (allowed: m, cm, mm, km).'),
-        ("time,heave [m]", 'line 1: column "time" has no unit. Write it as "time [s]" (allowed: s, ms, min, h, d, UTC).'),
+        (
+            "time,heave [m]",
+            'line 1: column "time" has no unit. Write it as "time [s]" (allowed: s, ms, min, h, d, UTC).',
+        ),
         ("time [s],heave [ft]", 'line 1: column "heave [ft]": unit "ft" is not one of m, cm, mm, km.'),
         ("time [s],heave [s]", 'line 1: column "heave [s]": unit "s" is not one of m, cm, mm, km.'),
         ("time [s],heave []", 'line 1: column "heave []": unit "" is not one of m, cm, mm, km.'),
@@ -320,9 +344,12 @@ def change(lines: list[str], row: int, line: str) -> list[str]:
         (change(csv_lines(), 30, "30,0,0,-46"), "line 32: pitch -46 deg is beyond 45 deg. Check the unit"),
         (change(csv_lines(), 30, "30,19,0,0"), "line 32: heave jumps from 1.477 m to 19 m in 1 s."),
         ([f"{i},0.5,0,0" for i in range(9)], "heave stands at 0.5 m throughout: the sensor was stuck or off."),
-        (csv_lines(T[(T < 20) | (T > 30)]), "line 21: gap of 12 s from 19 s on is longer than max_gap 5 s. Choose a piece without it"),
+        (
+            csv_lines(T[(T < 20) | (T > 30)]),
+            "line 21: gap of 12 s from 19 s on is longer than max_gap 5 s. Choose a piece without it",
+        ),
     ],
-)  # fmt: skip
+)
 def test_what_no_ship_does_is_refused(tmp_path: Path, lines: list[str], says: str) -> None:
     assert says in refused(lambda: read_ship_motion(written(tmp_path, [HEADER, *lines])))
 
@@ -342,19 +369,40 @@ def test_units_that_are_off_are_pointed_out(tmp_path: Path) -> None:
     slow = written(tmp_path, [HEADER, *csv_lines(T[::2])])
     assert any("too slow for waves shorter than 10 s" in caution for caution in read_ship_motion(slow).report.cautions)
     stuck = [*csv_lines(T[:20]), *(f"{i},0.3,0.1,0.1" for i in range(20, 40)), *csv_lines(T[40:])]
-    assert any("heave stands still for 20 s" in c for c in read_ship_motion(written(tmp_path, [HEADER, *stuck])).report.cautions)
+    assert any(
+        "heave stands still for 20 s" in c
+        for c in read_ship_motion(written(tmp_path, [HEADER, *stuck])).report.cautions
+    )
 
 
 @pytest.mark.parametrize(
     ("edit", "options", "says"),
     [
-        (lambda line: line.split(" ", 1)[1], {}, "without time 60). Each line needs a time before its $ (ISO 8601) and a checksum; or"),
-        (lambda line: line.split("*")[0], {}, "no usable $PSXN,23 line (lines 240, $PSXN,23 lines 60, without checksum 60)."),
-        (lambda line: line.replace("ZDA", "XXX").replace("GGA", "XXX"), {"time": "instrument"}, 'or use time="logger".'),
-        (lambda line: line.replace("PSXN,23", "PSXN,24"), {}, "log.txt: no $PSXN,23 line in 240 lines. Give a Seapath log"),
+        (
+            lambda line: line.split(" ", 1)[1],
+            {},
+            "without time 60). Each line needs a time before its $ (ISO 8601) and a checksum; or",
+        ),
+        (
+            lambda line: line.split("*")[0],
+            {},
+            "no usable $PSXN,23 line (lines 240, $PSXN,23 lines 60, without checksum 60).",
+        ),
+        (
+            lambda line: line.replace("ZDA", "XXX").replace("GGA", "XXX"),
+            {"time": "instrument"},
+            'or use time="logger".',
+        ),
+        (
+            lambda line: line.replace("PSXN,23", "PSXN,24"),
+            {},
+            "log.txt: no $PSXN,23 line in 240 lines. Give a Seapath log",
+        ),
     ],
-)  # fmt: skip
-def test_logs_without_usable_lines_say_why(tmp_path: Path, edit: Callable[[str], str], options: dict[str, Any], says: str) -> None:
+)
+def test_logs_without_usable_lines_say_why(
+    tmp_path: Path, edit: Callable[[str], str], options: dict[str, Any], says: str
+) -> None:
     file = written(tmp_path, [edit(line) for line in psxn_lines()])
     assert says in refused(lambda: read_ship_motion(file, **options))
 
@@ -364,12 +412,20 @@ def test_gaps_of_a_log_name_line_place_and_way_out(tmp_path: Path) -> None:
     assert "line 80: gap of 11 s from 19 s on is longer than max_gap 5 s." in text
     assert 'such as start="30 s", or raise max_gap.' in text
     backwards = [*psxn_lines(T[:20]), *psxn_lines(T[:10]), *psxn_lines(T[30:])]
-    assert "max_gap 5 s (times running backwards 10). Choose" in refused(lambda: read_psxn(written(tmp_path, backwards)))
+    assert "max_gap 5 s (times running backwards 10). Choose" in refused(
+        lambda: read_psxn(written(tmp_path, backwards))
+    )
 
 
 def test_samples_faster_than_the_instrument_clock_are_refused(tmp_path: Path) -> None:
-    lines = [line for i, line in enumerate(psxn_lines(np.arange(0.0, 60.0, 0.1), altitude=False)) if "ZDA" not in line or i % 30 == 0]
-    assert "share the instrument time of the one before" in refused(lambda: read_psxn(written(tmp_path, lines), time="instrument"))
+    lines = [
+        line
+        for i, line in enumerate(psxn_lines(np.arange(0.0, 60.0, 0.1), altitude=False))
+        if "ZDA" not in line or i % 30 == 0
+    ]
+    assert "share the instrument time of the one before" in refused(
+        lambda: read_psxn(written(tmp_path, lines), time="instrument")
+    )
 
 
 @pytest.mark.parametrize(
@@ -391,7 +447,9 @@ def test_options_are_checked(tmp_path: Path, options: dict[str, Any], says: str)
 
 def test_tip_and_file_must_fit(tmp_path: Path) -> None:
     ship = written(tmp_path, [HEADER, *csv_lines()])
-    heave_only = written(tmp_path, ["time [s],heave [m]", *(",".join(row.split(",")[:2]) for row in csv_lines())], "heave.csv")
+    heave_only = written(
+        tmp_path, ["time [s],heave [m]", *(",".join(row.split(",")[:2]) for row in csv_lines())], "heave.csv"
+    )
     tip = written(tmp_path, ["time [s],tip [m]", *(",".join(row.split(",")[:2]) for row in csv_lines())], "tip.csv")
     assert "holds the motion of the ship, not of the crane tip. Give the way" in refused(lambda: read_tip_motion(ship))
     assert "has no roll and pitch" in refused(lambda: read_tip_motion(heave_only, tip=("1 m", "0 m", "0 m")))

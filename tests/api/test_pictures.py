@@ -69,7 +69,9 @@ def test_a_figure_that_cannot_be_sent_is_drawn_here(started):
     assert not started
 
 
-@pytest.mark.parametrize("boot", ["raise SystemExit(1)", "import sys; sys.stdout.write('no pictures')", "import sys; sys.stdin.read(10)"])
+@pytest.mark.parametrize(
+    "boot", ["raise SystemExit(1)", "import sys; sys.stdout.write('no pictures')", "import sys; sys.stdin.read(10)"]
+)
 def test_a_second_process_that_breaks_down_costs_no_picture(started, monkeypatch, boot):
     monkeypatch.setattr(pictures, "_BOOT", boot)
     assert pictures.pngs(named(MANY), 60) == {name: png(one, 60) for name, one in named(MANY).items()}

@@ -51,7 +51,9 @@ def numbers_of(model: type[BaseModel], seen: set[type[BaseModel]]) -> typing.Ite
         for each in types:
             if isinstance(each, type) and issubclass(each, BaseModel):
                 yield from numbers_of(each, seen)
-        count = sum(each in (int, float) for each in types if not (isinstance(each, type) and issubclass(each, enum.Enum)))
+        count = sum(
+            each in (int, float) for each in types if not (isinstance(each, type) and issubclass(each, enum.Enum))
+        )
         if count:
             yield model, name, count
 
@@ -78,7 +80,10 @@ def test_no_range_is_of_a_field_that_is_gone():
 @pytest.mark.parametrize(("model", "name", "count"), every_number(), ids=lambda x: getattr(x, "__name__", str(x)))
 def test_what_was_built_lies_within_what_is_possible(model, name, count):
     for bounds in ranges_of(model, name):
-        assert bounds.least <= bounds.low < bounds.high <= bounds.most or bounds.least == bounds.low <= bounds.high == bounds.most
+        assert (
+            bounds.least <= bounds.low < bounds.high <= bounds.most
+            or bounds.least == bounds.low <= bounds.high == bounds.most
+        )
         assert bounds.built
         assert bounds.kind in {*KINDS, ""}
 
@@ -105,12 +110,21 @@ class TestTyposOfAUnit:
     @pytest.mark.parametrize(
         ("changes", "line"),
         [
-            ({"active": {"relief": {"p": "1e6 bar"}}}, 'active.relief.p = "1e6 bar": it must be between 1 bar and 1000 bar (relief valves'),
-            ({"active": {"relief": {"p": "380 MPa"}}}, 'active.relief.p = "380 MPa": it must be between 1 bar and 1000 bar (relief valves'),
+            (
+                {"active": {"relief": {"p": "1e6 bar"}}},
+                'active.relief.p = "1e6 bar": it must be between 1 bar and 1000 bar (relief valves',
+            ),
+            (
+                {"active": {"relief": {"p": "380 MPa"}}},
+                'active.relief.p = "380 MPa": it must be between 1 bar and 1000 bar (relief valves',
+            ),
             ({"SWL": "1e9 t"}, 'SWL = "1e9 t": it must be between 0.001 t and 50000 t'),
             ({"wire": {"E": "210 Pa"}}, 'wire.E = "210 Pa": it must be between 0.0001 GPa and 1000 GPa'),
             ({"wire": {"d": "96 m"}}, 'wire.d = "96 m": it must be between 0.1 mm and 2000 mm'),
-            ({"active": {"pump": {"D": ["355 cc/rev", "1 m^3/rad"]}}}, "active.pump.D = ['355 cc/rev', '1 m^3/rad']: it must be between"),
+            (
+                {"active": {"pump": {"D": ["355 cc/rev", "1 m^3/rad"]}}},
+                "active.pump.D = ['355 cc/rev', '1 m^3/rad']: it must be between",
+            ),
         ],
     )
     def test_what_is_impossible_is_refused_in_one_line_that_names_the_range(self, changes, line):
@@ -123,10 +137,16 @@ class TestTyposOfAUnit:
     @pytest.mark.parametrize(
         ("changes", "note"),
         [
-            ({"wire": {"E": "90 MPa"}}, "wire.E 0.09 GPa is implausible, outside 10 GPa to 250 GPa (fibre ropes to steel): check its unit"),
+            (
+                {"wire": {"E": "90 MPa"}},
+                "wire.E 0.09 GPa is implausible, outside 10 GPa to 250 GPa (fibre ropes to steel): check its unit",
+            ),
             ({"control": {"t_cycle": "1 s"}}, "control.t_cycle 1 s is implausible, outside 0.0001 s to 0.2 s"),
             ({"control": {"K_p": "0 1/m"}}, "control.K_p 0 1/m is implausible, outside 0.005 1/m to 10 1/m"),
-            ({"active": {"relief": {"p": "700 bar"}}}, "active.relief.p 700 bar is implausible, outside 100 bar to 500 bar"),
+            (
+                {"active": {"relief": {"p": "700 bar"}}},
+                "active.relief.p 700 bar is implausible, outside 100 bar to 500 bar",
+            ),
         ],
     )
     def test_what_was_never_built_is_a_status_and_a_note_of_every_run(self, changes, note):
@@ -140,7 +160,11 @@ class TestTyposOfAUnit:
         assert simulate(load_crane("nov-250t"), [Scenario(**CASE)]).status.values[0] == "ok"
 
     def test_an_implausible_case_is_no_better_than_an_implausible_crane(self):
-        result = simulate(load_crane("nov-250t"), [Scenario(**CASE, sensors=stillhook.spec.scenario.Sensors(noise_s_tip="2 m"))], on_failure="mark")
+        result = simulate(
+            load_crane("nov-250t"),
+            [Scenario(**CASE, sensors=stillhook.spec.scenario.Sensors(noise_s_tip="2 m"))],
+            on_failure="mark",
+        )
         assert "implausible" in str(result.status.values[0])
         assert "sensors.noise_s_tip 2 m is implausible" in str(result.notes.values[0])
 
@@ -152,12 +176,18 @@ class TestTyposOfAUnit:
     def test_an_impossible_payload_is_refused_with_its_file(self, tmp_path):
         path = tmp_path / "anchor.toml"
         path.write_text('mass = "80 t"\nshape = "disc"\ndiameter = "5 km"\nheight = "0.4 m"\n', encoding="utf-8")
-        with pytest.raises(LiftError, match=r'^anchor.toml: Disc.diameter = "5 km": it must be between 0.001 m and 1000 m'):
+        with pytest.raises(
+            LiftError, match=r'^anchor.toml: Disc.diameter = "5 km": it must be between 0.001 m and 1000 m'
+        ):
             read_payload(path)
 
     def test_status_names_it_beside_the_limits_and_leaves_a_lost_run_as_it_is(self):
         note = ("wire.E is implausible",)
-        assert [marked(s, note) for s in ("ok", "relief", "diverged")] == ["implausible", "relief, implausible", "diverged"]
+        assert [marked(s, note) for s in ("ok", "relief", "diverged")] == [
+            "implausible",
+            "relief, implausible",
+            "diverged",
+        ]
         assert [marked(s, ()) for s in ("ok", "relief")] == ["ok", "relief"]
 
 
@@ -188,7 +218,24 @@ class TestCommands:
         assert "wire.E 0.09 GPa is implausible" in out
 
     def test_a_comparison_exits_with_1(self, soft, capsys):
-        assert run(["compare", "--crane", soft, "--load", "10 t", "--motion", "sine 0.5 m 10 s", "--modes", "ns", "--duration", "40 s"]) == 1
+        assert (
+            run(
+                [
+                    "compare",
+                    "--crane",
+                    soft,
+                    "--load",
+                    "10 t",
+                    "--motion",
+                    "sine 0.5 m 10 s",
+                    "--modes",
+                    "ns",
+                    "--duration",
+                    "40 s",
+                ]
+            )
+            == 1
+        )
         out = capsys.readouterr().out
         assert "implausible" in out
         assert "wire.E 0.09 GPa is implausible" in out
@@ -211,7 +258,9 @@ def test_a_plan_remarks_on_its_implausible_crane(tmp_path):
 
     text = (files("stillhook.library") / "data" / "plans" / "template-to-1500m.toml").read_text(encoding="utf-8")
     crane = next(line.split('"')[1] for line in text.splitlines() if line.startswith("crane"))
-    (tmp_path / "soft.toml").write_text(f'base = "{crane}"\nname = "soft"\n[control]\nt_cycle = "0.5 s"\n', encoding="utf-8")
+    (tmp_path / "soft.toml").write_text(
+        f'base = "{crane}"\nname = "soft"\n[control]\nt_cycle = "0.5 s"\n', encoding="utf-8"
+    )
     path = tmp_path / "plan.toml"
     path.write_text(text.replace(f'crane = "{crane}"', 'crane = "soft.toml"'), encoding="utf-8")
     assert any("crane.control.t_cycle 0.5 s is implausible" in note for note in stillhook.load_plan(path).notes)
@@ -230,9 +279,13 @@ class TestVessel:
 
         ship = stillhook.read_vessel("supply-vessel-82m")
         fast, faster = (replace(ship, omega=ship.omega * factor) for factor in (10.0, 100.0))
-        assert "are not between 0.001 and 100 rad/s, those of waves. Check their unit." in str(wrong_line(faster, long_wave_test(faster)))
+        assert "are not between 0.001 and 100 rad/s, those of waves. Check their unit." in str(
+            wrong_line(faster, long_wave_test(faster))
+        )
         assert wrong_line(fast, long_wave_test(fast)) is None
-        assert any("rad/s are implausible, outside 0.02 to 10 rad/s" in line for line in remarks(fast, long_wave_test(fast)))
+        assert any(
+            "rad/s are implausible, outside 0.02 to 10 rad/s" in line for line in remarks(fast, long_wave_test(fast))
+        )
 
     @pytest.mark.parametrize("name", stillhook.library.vessels.vessels())
     def test_the_library_has_plausible_ones(self, name):

@@ -22,7 +22,19 @@ CRANE = load_crane("nov-250t")
 WAVES = "jonswap Hs=2 m Tp=8 s gamma=3.3"
 FACES = ("", ".analysis", ".identify", ".library", ".metrics", ".plan", ".response", ".validate")
 PURE = {
-    *("alpha_m", "alpha_pp", "reserve", "hs_share", "K_wire", "gain_margin", "sensitivity", "spread", "band", "threshold", "printed"),
+    *(
+        "alpha_m",
+        "alpha_pp",
+        "reserve",
+        "hs_share",
+        "K_wire",
+        "gain_margin",
+        "sensitivity",
+        "spread",
+        "band",
+        "threshold",
+        "printed",
+    ),
     "values",  # of a sweep over displacement or layers: pure numbers; with their unit over anything else
 }
 """Parameters of the public face that are pure numbers."""
@@ -34,7 +46,11 @@ def public_functions() -> list[tuple[str, Callable[..., Any]]]:
     found = []
     for face in FACES:
         module = import_module(f"stillhook{face}")
-        found += [(f"{module.__name__}.{n}", getattr(module, n)) for n in module.__all__ if inspect.isfunction(getattr(module, n))]
+        found += [
+            (f"{module.__name__}.{n}", getattr(module, n))
+            for n in module.__all__
+            if inspect.isfunction(getattr(module, n))
+        ]
     return found
 
 
@@ -63,8 +79,16 @@ CALLS: list[tuple[Callable[..., Any], dict[str, Any], tuple[str, ...]]] = [
     (lambda **k: analysis.stability(CRANE, **k), {"v_tip": "60 m/min", "delay": "50 ms"}, ("v_tip", "delay")),
     (lambda **k: analysis.full_stability(CRANE, **k), POINT, tuple(POINT)),
     (lambda **k: analysis.sweep(CRANE, "delay", **k), {"values": ["0 ms", "50 ms"]}, ("values",)),
-    (lambda **k: analysis.sweep(CRANE, "damping", **k), {"values": ["2 N m s/rad"], "delay": "10 ms"}, ("values", "delay")),
-    (lambda **k: analysis.strongest_gain(CRANE, **k), {"delay": "50 ms", "phase_margin": "60 deg"}, ("delay", "phase_margin")),
+    (
+        lambda **k: analysis.sweep(CRANE, "damping", **k),
+        {"values": ["2 N m s/rad"], "delay": "10 ms"},
+        ("values", "delay"),
+    ),
+    (
+        lambda **k: analysis.strongest_gain(CRANE, **k),
+        {"delay": "50 ms", "phase_margin": "60 deg"},
+        ("delay", "phase_margin"),
+    ),
     (lambda **k: analysis.strong_ssc(CRANE, **k), {"delay": "100 ms"}, ("delay",)),
     (
         lambda **k: analysis.operating_point(CRANE, alpha_m=0.8, **k),
@@ -77,14 +101,30 @@ CALLS: list[tuple[Callable[..., Any], dict[str, Any], tuple[str, ...]]] = [
         ("duration", "every"),
     ),
     (lambda **k: analysis.envelope(CRANE, modes=["ns"], **k), {"loads": ["100 t"]}, ("loads",)),
-    (lambda **k: analysis.setting_curves(CRANE, modes=["ns"], **k), {"v_w": ["30 m/min"], "load": "100 t"}, ("v_w", "load")),
+    (
+        lambda **k: analysis.setting_curves(CRANE, modes=["ns"], **k),
+        {"v_w": ["30 m/min"], "load": "100 t"},
+        ("v_w", "load"),
+    ),
     (lambda **k: response.Waves(stillhook.parse_sea(f"{WAVES} heading=180 deg"), **k), {"beta": "180 deg"}, ("beta",)),
     (lambda **k: response.Waves(stillhook.parse_sea(f"{WAVES} heading=180 deg"), **k), {"ship": "180 deg"}, ("ship",)),
     (lambda **k: metrics.e_c_pp(steady_run(), **k), {"window": "30 s"}, ("window",)),
-    (lambda **k: metrics.settling_time(steady_run(), **k), {"start": "1 s", "target": "0 m/s", "step": "1 m/s"}, ("start", "target", "step")),
-    (lambda **k: Sine(**k), {"amplitude": "1 m", "period": "10 s", "phase": "90 deg"}, ("amplitude", "period", "phase")),
+    (
+        lambda **k: metrics.settling_time(steady_run(), **k),
+        {"start": "1 s", "target": "0 m/s", "step": "1 m/s"},
+        ("start", "target", "step"),
+    ),
+    (
+        lambda **k: Sine(**k),
+        {"amplitude": "1 m", "period": "10 s", "phase": "90 deg"},
+        ("amplitude", "period", "phase"),
+    ),
     (lambda **k: Boom(pedestal=("0 m", "0 m", "15 m"), main=("25 m", "50 deg"), **k), {"slew": "270 deg"}, ("slew",)),
-    (lambda **k: stillhook.Scenario(**k), {"load": "100 t", "s_w": "100 m", "duration": "60 s"}, ("load", "s_w", "duration")),
+    (
+        lambda **k: stillhook.Scenario(**k),
+        {"load": "100 t", "s_w": "100 m", "duration": "60 s"},
+        ("load", "s_w", "duration"),
+    ),
 ]
 
 
@@ -185,10 +225,19 @@ TIP = ("tip", "--vessel", "supply-vessel-82m", "--at", "x=-20 m, y=-12 m", "--wa
         (("payload", "show", "suction-anchor-85t", "--rho", "1025"), '--rho = "1025": no unit'),
         (("response", "anchor-to-3000m", "--depth", "1500"), '--depth = "1500": no unit'),
         (("lower", "anchor-to-3000m", "--duration", "60"), '"60": no unit'),
-        (("weather", "persistence", "SYNTHETIC-norwegian-sea", "--limit", "Hs <= 2", "--window", "6 h"), '"2": no unit'),
-        (("weather", "persistence", "SYNTHETIC-norwegian-sea", "--limit", "Hs <= 2 m", "--window", "6"), '--window = "6": no unit'),
+        (
+            ("weather", "persistence", "SYNTHETIC-norwegian-sea", "--limit", "Hs <= 2", "--window", "6 h"),
+            '"2": no unit',
+        ),
+        (
+            ("weather", "persistence", "SYNTHETIC-norwegian-sea", "--limit", "Hs <= 2 m", "--window", "6"),
+            '--window = "6": no unit',
+        ),
         (("identify", "example-campaign", "crane-2", "never-made", "--duration", "20"), 'duration = "20": no unit'),
-        (("certificate", "example-campaign", "never-made", "--defect", "gap", "--size", "20"), '--size = "20": no unit'),
+        (
+            ("certificate", "example-campaign", "never-made", "--defect", "gap", "--size", "20"),
+            '--size = "20": no unit',
+        ),
     ],
 )
 def test_the_command_line_refuses_a_number_without_its_unit_with_exit_code_2(line, says, capsys):

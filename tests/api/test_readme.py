@@ -14,9 +14,13 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 PROGRAM = typer.main.get_command(app)
 FILE = re.compile(r"[\w./-]+\.(?:toml|csv|txt|json|nc|re1|gz|pdf|log)")
 WRITES = {
-    "identify example-campaign": ("campaign.toml",), "identify friction": ("friction.toml",), "certificate example-campaign": ("campaign.toml",),
-    "validate": ("certificate.json",), "plan example": ("template-to-1500m.toml",), "tip": ("tip.json",),
-}  # fmt: skip
+    "identify example-campaign": ("campaign.toml",),
+    "identify friction": ("friction.toml",),
+    "certificate example-campaign": ("campaign.toml",),
+    "validate": ("certificate.json",),
+    "plan example": ("template-to-1500m.toml",),
+    "tip": ("tip.json",),
+}
 """What a command leaves in the folder that it is given."""
 
 
@@ -24,7 +28,11 @@ def lines() -> list[list[str]]:
     """Words of every command line of README, in order: blocks, and commands in running text."""
     found = []
     for block, inline in re.findall(r"^```\w*\n(.*?)^```$|`(stillhook [^`\n]+)`", README, re.MULTILINE | re.DOTALL):
-        found += [shlex.split(line, comments=True)[1:] for line in (block or inline).splitlines() if line.startswith("stillhook ")]
+        found += [
+            shlex.split(line, comments=True)[1:]
+            for line in (block or inline).splitlines()
+            if line.startswith("stillhook ")
+        ]
     return found
 
 
@@ -55,7 +63,11 @@ def test_every_file_that_is_named_ships_or_is_written_by_an_earlier_line():
     there: set[str] = set()
     for words in LINES:
         _, name, arguments = resolved(words)
-        example = name in ("identify example-campaign", "certificate example-campaign", "identify example-map") or words[:2] == ["plan", "example"]
+        example = name in (
+            "identify example-campaign",
+            "certificate example-campaign",
+            "identify example-map",
+        ) or words[:2] == ["plan", "example"]
         out = arguments[arguments.index("--out") + 1] if "--out" in arguments else arguments[-1] if example else None
         read = [word for word in arguments if FILE.fullmatch(word) and word != out]
         for path in read:
@@ -66,14 +78,24 @@ def test_every_file_that_is_named_ships_or_is_written_by_an_earlier_line():
 
 
 def test_no_folder_is_written_by_two_lines():
-    written = [arguments[-1] for words in LINES for _, name, arguments in [resolved(words)] if "example-campaign" in name]
+    written = [
+        arguments[-1] for words in LINES for _, name, arguments in [resolved(words)] if "example-campaign" in name
+    ]
     written += [words[words.index("--out") + 1] for words in LINES if "--out" in words]
     assert len(written) == len(set(written))
 
 
 def test_the_first_lines_run_as_printed(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    for start in (["tip"], ["compare"], ["plan", "example"], ["sea"], ["vessel", "check"], ["weather", "alpha"], ["identify", "example-map"]):
+    for start in (
+        ["tip"],
+        ["compare"],
+        ["plan", "example"],
+        ["sea"],
+        ["vessel", "check"],
+        ["weather", "alpha"],
+        ["identify", "example-map"],
+    ):
         words = next(words for words in LINES if words[: len(start)] == start)
         assert run(words) == 0, words
         capsys.readouterr()

@@ -17,7 +17,13 @@ from stillhook.winches.records import Signals
 
 CRANE = changed(load_crane("nov-250t"), {"active": {"line": {"V": "93 L"}}})
 CASE = Scenario(
-    name="one", load="80 t", s_w="100 m", tip="sine 1 m 9 s", duration="50 s", warm_up="10 s", sensors=Sensors(noise_s_w="1 mm", seed=4)
+    name="one",
+    load="80 t",
+    s_w="100 m",
+    tip="sine 1 m 9 s",
+    duration="50 s",
+    warm_up="10 s",
+    sensors=Sensors(noise_s_w="1 mm", seed=4),
 )
 OTHER = CASE.model_copy(update={"name": "two", "load": 20e3})
 
@@ -133,7 +139,9 @@ def test_a_file_that_is_missing_or_no_run_is_refused(tmp_path):
     assert "\n" not in str(e.value)
     other = tmp_path / "other.nc"
     xarray.Dataset({"x": ("time", [1.0, 2.0])}).to_netcdf(other, engine="h5netcdf")
-    with pytest.raises(StillhookError, match=r"not a run of Stillhook, crane, scenarios, step missing\. Write runs with save_run\.$"):
+    with pytest.raises(
+        StillhookError, match=r"not a run of Stillhook, crane, scenarios, step missing\. Write runs with save_run\.$"
+    ):
         load_run(other)
 
 

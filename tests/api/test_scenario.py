@@ -60,7 +60,9 @@ def test_every_mode_is_run(mode):
 
 @pytest.mark.parametrize("friction", list(FrictionModel))
 def test_every_friction_model_is_run(friction):
-    data = simulate(CRANE, Scenario(**BASE, friction=friction.value, duration="3 s", warm_up="1 s", tip="sine 0.1 m 6 s"))
+    data = simulate(
+        CRANE, Scenario(**BASE, friction=friction.value, duration="3 s", warm_up="1 s", tip="sine 0.1 m 6 s")
+    )
     assert data.status.item() == "ok"
 
 
@@ -88,7 +90,10 @@ def test_the_same_run_in_another_mode():
     other = case.with_mode("hs")
     assert (case.mode, other.mode) == (Mode.SSC, Mode.HS)
     assert other == Scenario(**BASE, mode="hs")
-    assert refusal(lambda: case.with_mode("fast")) == 'mode "fast" is not one of manual, level-1, level-2, ns, hs, ssc, ssc-cubic.'
+    assert (
+        refusal(lambda: case.with_mode("fast"))
+        == 'mode "fast" is not one of manual, level-1, level-2, ns, hs, ssc, ssc-cubic.'
+    )
 
 
 @pytest.mark.parametrize(
@@ -101,7 +106,10 @@ def test_the_same_run_in_another_mode():
         {"water": {"volume": "10 m^3", "C_D": 1.0, "area": "9 m^2", "added_mass": "12 t", "rho": "1010 kg/m^3"}},
         {"operator": {"profile": (("0 s", "0 m/min"), ("9 s", "-12 m/min")), "steps": (("5 s", "20 cm"),)}},
         {"mode": "manual", "operator": {"profile": (("0 s", "0 m/min"), ("9 s", "-12 m/min")), "alpha_m": 0.7}},
-        {"sensors": {"delay": "120 ms", "noise_F": "3 kN", "step_s_w": "1 mm", "seed": 9}, "power_loss": {"time": "30 s", "unit": 2}},
+        {
+            "sensors": {"delay": "120 ms", "noise_F": "3 kN", "step_s_w": "1 mm", "seed": 9},
+            "power_loss": {"time": "30 s", "unit": 2},
+        },
     ],
 )
 def test_a_scenario_survives_its_own_record(more):
@@ -118,12 +126,18 @@ def test_a_scenario_survives_its_own_record(more):
 @pytest.mark.parametrize(
     ("fields", "text"),
     [
-        ({"load": 100}, 'Scenario.load = 100: a bare number; write it as text with its unit, "100 t" (allowed: kg, t, te).'),
+        (
+            {"load": 100},
+            'Scenario.load = 100: a bare number; write it as text with its unit, "100 t" (allowed: kg, t, te).',
+        ),
         ({"load": "80"}, 'Scenario.load = "80": no unit; write "80 t" (allowed: kg, t, te).'),
         ({"load": "100 m"}, 'Scenario.load = "100 m": unit "m" is not one of kg, t, te.'),
         ({"load": "12 ton"}, 'Scenario.load = "12 ton": unit "ton" is not one of kg, t, te.'),
         ({"load": "-5 t"}, 'Scenario.load = "-5 t": it must be greater than or equal to 0.'),
-        ({"load": None}, 'Scenario.load = nothing: write a number and a unit as text, such as "1 t" (allowed: kg, t, te).'),
+        (
+            {"load": None},
+            'Scenario.load = nothing: write a number and a unit as text, such as "1 t" (allowed: kg, t, te).',
+        ),
         ({"s_w": "-3 m"}, 'Scenario.s_w = "-3 m": it must be greater than or equal to 0.'),
         ({"duration": "0 s"}, 'Scenario.duration = "0 s": it must be greater than or equal to 0.01 s.'),
         ({"duration": "25 h"}, 'Scenario.duration = "25 h": it must be less than or equal to 24 h.'),
@@ -133,14 +147,20 @@ def test_a_scenario_survives_its_own_record(more):
         ({"modes": (("5", "ns"),)}, 'Scenario.modes.0.0 = "5": no unit; write "5 s" (allowed: s, ms, min, h, d).'),
         ({"friction": "none"}, "Scenario.friction = \"none\": it must be 'lugre' or 'regularised'."),
         ({"tip": 3}, "Scenario.tip = 3: it must be an instance of Motion."),
-        ({"tip": "sine 60 m 12 s"}, 'tip: "sine 60 m 12 s": amplitude 60 m is not between 0 m and 50 m. Check its unit; '
-         "a sine is turned over with phase 180 deg."),
+        (
+            {"tip": "sine 60 m 12 s"},
+            'tip: "sine 60 m 12 s": amplitude 60 m is not between 0 m and 50 m. Check its unit; '
+            "a sine is turned over with phase 180 deg.",
+        ),
         ({"foo": 1}, f"Scenario.foo: unknown field. Allowed: {FIELDS}."),
         ({"foo": 1, "load": 3}, f"Scenario.foo: unknown field. Allowed: {FIELDS}."),
-        ({"water": {"volume": "3 m^3", "foo": 1}}, "Water.foo: unknown field. Allowed: volume, added_mass, C_D, area, rho."),
+        (
+            {"water": {"volume": "3 m^3", "foo": 1}},
+            "Water.foo: unknown field. Allowed: volume, added_mass, C_D, area, rho.",
+        ),
         ({"water": "wet"}, 'Scenario.water = "wet": it must be a table of its fields.'),
     ],
-)  # fmt: skip
+)
 def test_a_mistake_in_a_field_says_where_what_came_and_what_is_allowed(fields, text):
     assert refused(**fields) == text
 
@@ -164,10 +184,16 @@ def test_a_missing_field_is_named():
         (lambda: Operator(alpha_m=0.0), "Operator.alpha_m = 0.0: it must be greater than 0."),
         (lambda: Operator(alpha_m=1.1), "Operator.alpha_m = 1.1: it must be less than or equal to 1."),
         (lambda: Operator(alpha_m="0.7"), 'Operator.alpha_m = "0.7": it must be a valid number.'),
-        (lambda: Operator(profile=(("5 s", "3 knots"),)), 'Operator.profile.0.1 = "3 knots": unit "knots" is not one of m/s, m/min, mm/s.'),
-        (lambda: Operator(steps=((3, "1 m"),)), 'Operator.steps.0.0 = 3: a bare number; write it as text with its unit, "3 s" (allowed: s, ms, min, h, d).'),
+        (
+            lambda: Operator(profile=(("5 s", "3 knots"),)),
+            'Operator.profile.0.1 = "3 knots": unit "knots" is not one of m/s, m/min, mm/s.',
+        ),
+        (
+            lambda: Operator(steps=((3, "1 m"),)),
+            'Operator.steps.0.0 = 3: a bare number; write it as text with its unit, "3 s" (allowed: s, ms, min, h, d).',
+        ),
     ],
-)  # fmt: skip
+)
 def test_a_mistake_in_a_table_is_refused_as_well(make, text):
     assert refusal(make) == text
 
@@ -193,7 +219,10 @@ def test_mode_changes_that_do_not_rise_in_time_are_refused(times):
 def test_an_operator_who_goes_back_in_time_is_refused(name, times):
     unit = "m/s" if name == "profile" else "m"
     rows = tuple((t, f"1 {unit}") for t in times)
-    assert refusal(lambda: Operator(**{name: rows})) == f"Operator: {name}: times must not be negative nor fall. Sort the points."
+    assert (
+        refusal(lambda: Operator(**{name: rows}))
+        == f"Operator: {name}: times must not be negative nor fall. Sort the points."
+    )
 
 
 def test_a_run_longer_than_its_record_is_refused():
@@ -211,7 +240,10 @@ def asked(crane=CRANE, **case) -> str:
 
 
 def test_a_load_above_the_swl_is_refused():
-    assert asked(load="320 t") == 'Load 320 t exceeds the SWL 250 t of "nov-250t" (128 %). Lower the load or choose another crane.'
+    assert (
+        asked(load="320 t")
+        == 'Load 320 t exceeds the SWL 250 t of "nov-250t" (128 %). Lower the load or choose another crane.'
+    )
 
 
 def test_the_swl_itself_is_lifted():
@@ -224,11 +256,16 @@ def test_wire_that_the_drum_does_not_hold_is_refused():
         's_w 2900 m is more than the 2804 m of wire that "nov-250t" can pay out (drum full, 3 turns kept). '
         "Lower s_w or choose another crane."
     )
-    assert math.isfinite(simulate(CRANE, Scenario(load="80 t", s_w="2800 m", duration="2 s", warm_up="1 s")).p_max.item())
+    assert math.isfinite(
+        simulate(CRANE, Scenario(load="80 t", s_w="2800 m", duration="2 s", warm_up="1 s")).p_max.item()
+    )
 
 
 def test_a_power_unit_that_is_not_there_is_refused():
-    assert asked(power_loss=PowerLoss(time="5 s", unit=4)) == 'power_loss.unit 4: "nov-250t" has 3 hydraulic power units. Give 1 to 3.'
+    assert (
+        asked(power_loss=PowerLoss(time="5 s", unit=4))
+        == 'power_loss.unit 4: "nov-250t" has 3 hydraulic power units. Give 1 to 3.'
+    )
 
 
 def test_the_loss_of_the_only_power_unit_is_refused():

@@ -145,7 +145,22 @@ def test_every_allowed_unit_measures_what_its_kind_measures(kind: str) -> None:
 
 def test_the_registry_knows_no_unit_that_is_not_in_the_table() -> None:
     """Pint's stock units would read 12 ton as US short tons and Nm as nanometres."""
-    for name in ("ton", "nm", "Nm", "psi", "day", "tonne", "inch", "ft", "lb", "gallon", "knot", "degree", "kilobar", "mbar"):
+    for name in (
+        "ton",
+        "nm",
+        "Nm",
+        "psi",
+        "day",
+        "tonne",
+        "inch",
+        "ft",
+        "lb",
+        "gallon",
+        "knot",
+        "degree",
+        "kilobar",
+        "mbar",
+    ):
         assert name not in units._registry(), name
 
 

@@ -28,7 +28,12 @@ plants = pytest.mark.parametrize("plant", sorted(CRANES))
 
 
 def run(plant: str, n_sub: int = FINE, **case) -> Result:
-    return run_one(CRANES[plant], Scenario(**({"load": LOADS[plant], "s_w": "200 m", "tip": SEA} | case)), n_sub=n_sub, series=False)
+    return run_one(
+        CRANES[plant],
+        Scenario(**({"load": LOADS[plant], "s_w": "200 m", "tip": SEA} | case)),
+        n_sub=n_sub,
+        series=False,
+    )
 
 
 def joules(result: Result, name: str) -> float:
@@ -91,7 +96,9 @@ def test_no_scenario_loses_energy_unseen(plant, case):
 @plants
 def test_a_change_of_layer_loses_no_energy_unseen(plant):
     result = run(plant, s_w=before_a_layer_ends(plant), operator=LOWERING)
-    assert wire_length(plant, CRANES[plant].drum.layers) - result.state.s_w < wire_length(plant, CRANES[plant].drum.layers - 1)
+    assert wire_length(plant, CRANES[plant].drum.layers) - result.state.s_w < wire_length(
+        plant, CRANES[plant].drum.layers - 1
+    )
     assert abs(energy_unaccounted(result)) < AUDIT
 
 

@@ -25,15 +25,31 @@ HOLDING = (Stage(mode="manual", time="9000 s"),)
 
 
 def box(mass: str = "100 t", V: float = 10.0, A33: float = 40.0, A_p: float = 20.0) -> Payload:
-    levels = tuple({"h": f"{h} m", "V": f"{V * h / 5!r} m^3", "A33": f"{A33 * h / 5!r} t", "A_p": f"{A_p!r} m^2"} for h in (0.0, 5.0))
+    levels = tuple(
+        {"h": f"{h} m", "V": f"{V * h / 5!r} m^3", "A33": f"{A33 * h / 5!r} t", "A_p": f"{A_p!r} m^2"}
+        for h in (0.0, 5.0)
+    )
     return Payload(name="box", mass=mass, height="5 m", C_D=2.0, levels=levels)
 
 
 def lift(
-    tip: Motion, programme: tuple[Stage, ...], *, z_0: str = "2 m", depth: str = "60 m", duration: str = "330 s", load: Payload | None = None
+    tip: Motion,
+    programme: tuple[Stage, ...],
+    *,
+    z_0: str = "2 m",
+    depth: str = "60 m",
+    duration: str = "330 s",
+    load: Payload | None = None,
 ) -> Lowering:
     return Lowering(
-        payload=load or box(), tip=tip, h_tip="20 m", depth=depth, z_0=z_0, programme=programme, duration=duration, rigging=Rigging(zeta=0.0)
+        payload=load or box(),
+        tip=tip,
+        h_tip="20 m",
+        depth=depth,
+        z_0=z_0,
+        programme=programme,
+        duration=duration,
+        rigging=Rigging(zeta=0.0),
     )
 
 
@@ -55,7 +71,11 @@ def through_the_wire(r: LiftResult) -> tuple[float, float]:
 
 @pytest.mark.parametrize("name", ["nov-250t", "nov-100t-pure-active"])
 @pytest.mark.parametrize(
-    "case", [lift(Sine(amplitude="1 m", period="8 s"), LANDING), lift(Sine(amplitude="1 m", period="8 s"), DEEP, z_0="-100 m", depth="2000 m", load=box("80 t"))]
+    "case",
+    [
+        lift(Sine(amplitude="1 m", period="8 s"), LANDING),
+        lift(Sine(amplitude="1 m", period="8 s"), DEEP, z_0="-100 m", depth="2000 m", load=box("80 t")),
+    ],
 )
 def test_every_joule_of_a_lowering_is_found_again(name: str, case: Lowering) -> None:
     crane = load_crane(name)
@@ -67,7 +87,13 @@ def test_every_joule_of_a_lowering_is_found_again(name: str, case: Lowering) -> 
 
 def test_wire_brings_along_from_the_drum_what_its_strain_holds() -> None:
     """Relaying the elements as wire is paid out adds the kinetic energy of the new wire, and takes the strain it did not have: both small."""
-    r = run_lowerings(load_crane("nov-250t"), [lift(Still(), DEEP, z_0="-100 m", depth="2000 m", duration="1200 s")], n_sub=2, lanes=1, every=0)[0]
+    r = run_lowerings(
+        load_crane("nov-250t"),
+        [lift(Still(), DEEP, z_0="-100 m", depth="2000 m", duration="1200 s")],
+        n_sub=2,
+        lanes=1,
+        every=0,
+    )[0]
     tension = (100e3 - 1025.0 * 10.0 + 3e3 + 0.5 * 32.0 * 1000.0) * G
     strain = 0.5 * tension**2 / 836e6 * 900.0
     assert -2.0 * strain < r.hang.works.relay < 0.0
@@ -76,13 +102,17 @@ def test_wire_brings_along_from_the_drum_what_its_strain_holds() -> None:
 
 def test_buoyancy_carries_what_the_displaced_water_weighs() -> None:
     """rho g V times the way of the covered box, half of that over its height."""
-    run = lower(load_crane("nov-250t"), lift(Still(), (Stage(mode="manual", lower="15 m/min", depth="30 m"),), duration="200 s"))
+    run = lower(
+        load_crane("nov-250t"), lift(Still(), (Stage(mode="manual", lower="15 m/min", depth="30 m"),), duration="200 s")
+    )
     way = -float(run.z_load_end) - 5.0 + 2.5
     assert float(run.work_buoyancy) == pytest.approx(-1025.0 * G * 10.0 * way, rel=1e-4)
 
 
 def test_still_water_takes_energy_and_gives_none() -> None:
-    run = lower(load_crane("nov-250t"), lift(Sine(amplitude="1.5 m", period="7 s"), HOLDING, z_0="0 m", duration="120 s"))
+    run = lower(
+        load_crane("nov-250t"), lift(Sine(amplitude="1.5 m", period="7 s"), HOLDING, z_0="0 m", duration="120 s")
+    )
     assert float(run.work_drag) < 0.0
     assert float(run.work_slam) < 0.0
     assert float(run.work_inertia) + float(run.work_slam) < 0.0  # the added mass gives back, the spray does not
@@ -93,11 +123,16 @@ def test_snap_is_that_of_a_fall_at_terminal_speed() -> None:
     mass, V, A33, A_p = 50e3, 5.0, 60e3, 60.0
     tip = Profile.from_si([0.0, 1.5, 3.5, 4.0], [0.0, -5.0, -5.0, 0.0])
     load = Payload(
-        name="plate", mass="50 t", height="5 m", C_D=2.0,
+        name="plate",
+        mass="50 t",
+        height="5 m",
+        C_D=2.0,
         levels=tuple({"h": f"{h} m", "V": "5 m^3", "A33": "60 t", "A_p": "60 m^2"} for h in (0.0, 5.0)),
-    )  # fmt: skip
+    )
     crane = load_crane("nov-250t")
-    crane = crane.model_copy(update={"inertia": crane.inertia.model_copy(update={"J_gear": 1.0e6})})  # a winch that does not move
+    crane = crane.model_copy(
+        update={"inertia": crane.inertia.model_copy(update={"J_gear": 1.0e6})}
+    )  # a winch that does not move
     case = lift(tip, HOLDING, z_0="-20 m", duration="30 s", load=load).model_copy(update={"ramp": 0.0})
     run = lower(crane, case, every="10 ms", step="1 ms")
     W = (mass - 1025.0 * V) * G

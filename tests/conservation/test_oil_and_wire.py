@@ -57,7 +57,9 @@ def test_oil_that_flows_into_a_line_raises_its_pressure_and_is_in_no_other_place
     A = pack(CRANES[plant], scenario(plant, what)).params.active
     rows = zip(*(y[n].tolist() for n in ("alpha_p", "alpha_m", "omega_m", "p_a", "p_b", "f_pump")), strict=True)
     D = A.motors.count * A.motors.D_max
-    flows = ActiveFlows(*np.array([active_flows(a_p, D * a_m, w, p_a, p_b, f, A) for a_p, a_m, w, p_a, p_b, f in rows]).T)
+    flows = ActiveFlows(
+        *np.array([active_flows(a_p, D * a_m, w, p_a, p_b, f, A) for a_p, a_m, w, p_a, p_b, f in rows]).T
+    )
     moved = np.sum(np.abs(flows.Q_p)) * CYCLE
     for into, pressure in ((flows.Q_a, "p_a"), (flows.Q_b, "p_b")):
         held = (y[pressure] - y[pressure][0]) / A.i_C_h
@@ -73,9 +75,23 @@ def test_oil_that_the_passive_circuit_takes_is_in_the_accumulator(what):
     def net_flow(k: int) -> float:
         at = {n: float(y[n][k]) for n in y}
         x = State(
-            at["alpha_p"], 0.0, at["alpha_m"], 0.0, at["alpha_pp"], 0.0, at["alpha_pm"], 0.0,
-            at["p_a"], at["p_b"], at["V_acc"], at["omega_m"], at["s_w"], 0.0, at["s_load"], at["v_load"],
-        )  # fmt: skip
+            at["alpha_p"],
+            0.0,
+            at["alpha_m"],
+            0.0,
+            at["alpha_pp"],
+            0.0,
+            at["alpha_pm"],
+            0.0,
+            at["p_a"],
+            at["p_b"],
+            at["V_acc"],
+            at["omega_m"],
+            at["s_w"],
+            0.0,
+            at["s_load"],
+            at["v_load"],
+        )
         u = Command(at["u_p"], at["u_m"], 0.0, 0.0, at["f_pump"], 1.0, at["brake"])
         return float(circuit(x, u, drum_geometry(at["s_w"], p.hoist), Tip(at["s_tip"], at["v_tip"]), p).Q_o)
 

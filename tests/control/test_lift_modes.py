@@ -29,9 +29,28 @@ from stillhook.control.supervisor import (
 
 CYCLE = 0.01
 SET = LiftSettings(
-    t_cycle=CYCLE, a_max=0.2, v_max=0.5, v_enter=0.1, omega_T=0.5, v_soft=0.9, F_soft=3.0e6, omega_soft=5.0, omega_s=0.1, tau_F=0.5, tau_slow=20.0,
-    tau_hung=200.0, t_fade=2.0, F_landed=0.5e6, F_least=15e3, EA=8.4e8, L_0=60.0, q_dry=0.0, q_wet=0.0, h_tip=30.0, code=SSC,
-)  # fmt: skip
+    t_cycle=CYCLE,
+    a_max=0.2,
+    v_max=0.5,
+    v_enter=0.1,
+    omega_T=0.5,
+    v_soft=0.9,
+    F_soft=3.0e6,
+    omega_soft=5.0,
+    omega_s=0.1,
+    tau_F=0.5,
+    tau_slow=20.0,
+    tau_hung=200.0,
+    t_fade=2.0,
+    F_landed=0.5e6,
+    F_least=15e3,
+    EA=8.4e8,
+    L_0=60.0,
+    q_dry=0.0,
+    q_wet=0.0,
+    h_tip=30.0,
+    code=SSC,
+)
 F_0 = 1.0e6
 AT_TARGET = 5e-3
 """Wire at the end of a stop against its target [m]: less than a cycle at full speed; measured 0.1 mm, and 4.6 mm in splash mode, whose return
@@ -43,7 +62,13 @@ Force = Callable[[float, float], float]
 
 
 def stage(
-    mode: float, v: float = 0.0, until: float = UNTIL_TIME, value: float = 1e6, F_set: float = 0.0, last: float = 1.0, v_end: float = 0.0
+    mode: float,
+    v: float = 0.0,
+    until: float = UNTIL_TIME,
+    value: float = 1e6,
+    F_set: float = 0.0,
+    last: float = 1.0,
+    v_end: float = 0.0,
 ) -> Stage:
     return Stage(mode, v, F_set, until, value, timeout=3600.0, last=last, v_end=v_end)
 
@@ -53,8 +78,15 @@ def hangs(t: float, s_w: float) -> float:
 
 
 def run(
-    stages: list[Stage], duration: float, *, force: Force = hangs, v_tip: Force = lambda t, s_w: 0.0, s_w: float = 100.0,
-    settings: LiftSettings = SET, heave: Callable[[float], float] = lambda t: 0.0, winch: Callable[[float], float] = lambda v_op: v_op,
+    stages: list[Stage],
+    duration: float,
+    *,
+    force: Force = hangs,
+    v_tip: Force = lambda t, s_w: 0.0,
+    s_w: float = 100.0,
+    settings: LiftSettings = SET,
+    heave: Callable[[float], float] = lambda t: 0.0,
+    winch: Callable[[float], float] = lambda v_op: v_op,
 ) -> list[tuple[Watch, Orders, Supervisor]]:
     """`force` is the tension over time and wire out; `winch` the speed that a winch makes of the speed asked of it; where it compensates the
     wire goes with `heave` of the tip."""
@@ -85,7 +117,13 @@ def test_manual_mode_does_not_compensate_and_leaves_the_passive_circuit_alone():
 
 
 def test_a_stage_ends_where_its_wire_is_out_and_the_next_begins():
-    rows = run([stage(STAGE_AHC, v=-0.2, until=UNTIL_WIRE, value=101.0, last=0.0), stage(STAGE_AHC, until=UNTIL_TIME, value=5.0)], 30.0)
+    rows = run(
+        [
+            stage(STAGE_AHC, v=-0.2, until=UNTIL_WIRE, value=101.0, last=0.0),
+            stage(STAGE_AHC, until=UNTIL_TIME, value=5.0),
+        ],
+        30.0,
+    )
     turn = next(y for y, _, m in rows if m.stage == 1.0)
     assert turn.s_w == pytest.approx(101.0, abs=STOPPED)
     done = next(y for y, _, m in rows if m.done)
@@ -109,7 +147,9 @@ def test_a_stage_before_a_stop_comes_to_rest_on_its_wire_and_not_beyond_it(mode,
     assert rows[-1][0].s_w == pytest.approx(target, abs=AT_TARGET)
     assert max((y.s_w - target) * math.copysign(1.0, way) for y, _, _ in rows) < AT_TARGET
     speeds = [o.v_op for _, o, _ in rows]
-    assert max(abs(b - a) for a, b in itertools.pairwise(speeds)) < 1.3 * SET.a_max * CYCLE  # the return of splash mode adds to the ramp
+    assert (
+        max(abs(b - a) for a, b in itertools.pairwise(speeds)) < 1.3 * SET.a_max * CYCLE
+    )  # the return of splash mode adds to the ramp
     # no later than the ramps need: a trapezium of speed, or a triangle
     top = min(0.6, math.sqrt(SET.a_max * abs(way)))
     needed = abs(way) / top + top / SET.a_max
@@ -135,7 +175,11 @@ def test_a_stage_before_a_slower_one_passes_its_wire_at_that_speed():
 def test_wire_that_compensation_adds_for_the_tip_does_not_end_a_stage():
     """The tip heaves by 1.5 m and the wire with it: the stage ends where the joystick has paid out its way, not on the first crest."""
     heave = lambda t: 1.5 * math.sin(2.0 * math.pi * t / 8.0)
-    rows = run([stage(STAGE_AHC, v=-0.2, until=UNTIL_WIRE, value=110.0, last=0.0), stage(STAGE_AHC, value=10.0)], 90.0, heave=heave)
+    rows = run(
+        [stage(STAGE_AHC, v=-0.2, until=UNTIL_WIRE, value=110.0, last=0.0), stage(STAGE_AHC, value=10.0)],
+        90.0,
+        heave=heave,
+    )
     assert rows[-1][2].done
     y = rows[-1][0]
     assert y.s_w - y.s_tip == pytest.approx(110.0, abs=AT_TARGET)
@@ -160,7 +204,11 @@ def test_manual_mode_pays_out_what_the_joystick_asks_for_though_the_winch_leaks(
 def test_manual_mode_at_rest_asks_for_nothing_though_the_winch_sinks():
     """A brake closes on a command of zero: no correction may hold it open, and what was lost at rest is not made up for afterwards."""
     sinks = lambda v_op: v_op - 0.02
-    stages = [stage(STAGE_MANUAL, v=-0.2, value=10.0, last=0.0), stage(STAGE_MANUAL, value=60.0, last=0.0), stage(STAGE_MANUAL, v=-0.2)]
+    stages = [
+        stage(STAGE_MANUAL, v=-0.2, value=10.0, last=0.0),
+        stage(STAGE_MANUAL, value=60.0, last=0.0),
+        stage(STAGE_MANUAL, v=-0.2),
+    ]
     rows = run(stages, 80.0, winch=sinks)
     stands = [o.v_op for y, o, _ in rows if 15.0 < y.t < 69.0]
     assert set(stands) == {0.0}
@@ -232,7 +280,9 @@ def test_tension_control_ends_where_the_tension_is_reached():
 def test_landing_keeps_its_speed_until_the_load_stands_and_then_holds_the_set_tension():
     bottom, k = 1001.0, SET.EA / (SET.L_0 + 1000.0)
     force = lambda t, s_w: F_0 if s_w < bottom else max(F_0 - k * (s_w - bottom), 0.0)
-    rows = run([stage(STAGE_LANDING, v=-0.1, F_set=0.4 * F_0, until=UNTIL_TIME, value=30.0)], 120.0, force=force, s_w=1000.0)
+    rows = run(
+        [stage(STAGE_LANDING, v=-0.1, F_set=0.4 * F_0, until=UNTIL_TIME, value=30.0)], 120.0, force=force, s_w=1000.0
+    )
     down = next(y for y, _, m in rows if m.landed)
     assert 0.4 * F_0 < down.F < 0.5 * F_0  # half the weight has gone, and the filter's lag
     before = [o for y, o, _ in rows if 2.0 < y.t < down.t]
@@ -249,7 +299,9 @@ def test_a_load_that_swings_a_little_has_not_landed():
 
 
 def test_a_landing_so_slow_that_the_mean_follows_is_still_noticed():
-    rows = run([stage(STAGE_LANDING, v=-0.02, F_set=0.3 * F_0, until=UNTIL_LANDED)], 300.0, force=stands(F_0 / 4.0, 100.0))
+    rows = run(
+        [stage(STAGE_LANDING, v=-0.02, F_set=0.3 * F_0, until=UNTIL_LANDED)], 300.0, force=stands(F_0 / 4.0, 100.0)
+    )
     assert any(m.landed for _, _, m in rows)  # 200 s from full tension to none
 
 
@@ -258,7 +310,9 @@ def test_splash_mode_gives_way_to_the_force_of_a_wave_and_keeps_its_slow_positio
     rows = run([stage(STAGE_SPLASH, v=-0.1)], 240.0, force=force)
     late = rows[16000:]
     speeds = [o.v_op + 0.1 for _, o, _ in late]
-    assert 0.5 < (max(speeds) - min(speeds)) / (2.0 * 0.3 * F_0 / SET.F_soft * SET.v_soft) < 1.0  # a filter of 0.5 s takes a part at 8 s
+    assert (
+        0.5 < (max(speeds) - min(speeds)) / (2.0 * 0.3 * F_0 / SET.F_soft * SET.v_soft) < 1.0
+    )  # a filter of 0.5 s takes a part at 8 s
     pull = [math.sin(2.0 * math.pi * y.t / 8.0) for y, _, _ in late]
     assert sum(p * v for p, v in zip(pull, speeds, strict=True)) < 0.0  # pays out while the load pulls
     # the wire is where the programme wants it, but for the swing itself

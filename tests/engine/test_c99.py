@@ -53,12 +53,16 @@ def blocks(translated: SimpleNamespace, lanes: int) -> tuple[Block, Block]:
     crane = load_crane(CRANES[translated.plant])
     cases = [
         Scenario(
-            load=f"{5 + 2 * i} t", s_w=f"{50 + 30 * i} m", tip=f"sine {0.5 + 0.05 * i:.2f} m {8 + i % 5} s",
-            mode=("ssc", "hs", "ns", "ssc-cubic")[i % 4], friction="regularised" if i == 3 else "lugre",
-            duration="60 s", warm_up="20 s",
+            load=f"{5 + 2 * i} t",
+            s_w=f"{50 + 30 * i} m",
+            tip=f"sine {0.5 + 0.05 * i:.2f} m {8 + i % 5} s",
+            mode=("ssc", "hs", "ns", "ssc-cubic")[i % 4],
+            friction="regularised" if i == 3 else "lugre",
+            duration="60 s",
+            warm_up="20 s",
         )
         for i in range(lanes)
-    ]  # fmt: skip
+    ]
     out = []
     for c in (False, True):
         block = Block([(pack(crane, s), Drive(crane, s)) for s in cases], lanes=lanes, n_sub=2, every=1)
@@ -144,10 +148,22 @@ ACCEPTED = [
     ("def f(x, y):\n    return 1.0 if x < y < 9.0 and not x == y else -1.0", (3.0, 5.0)),
     ("def f(n, m):\n    return n // m + 0.001 * (n % m)", (-7, 3)),
     ("def f(n, m):\n    return n / m", (7, 2)),
-    ("def f(x, y):\n    if x > y:\n        return x\n    elif x == y:\n        return 0.0\n    else:\n        return x**y", (3.0, 5.0)),
-    ("def f(n, m):\n    s = 0.0\n    for i in range(n, m, -2):\n        if i == 3:\n            break\n        s = s + i\n    return s", (9, 0)),
-    ("def f(x, y):\n    p = Pair(b=x, a=y)\n    q = Pair(p.b, p.a)\n    return q.a - 10.0 * q.b + sqrt(p.a) + abs(-x)", (3.0, 5.0)),
-    ("@scalar\ndef g(a, b):\n    return a - b, a * b\n\n\ndef f(x, y):\n    u, v = g(y, x)\n    return u / v", (3.0, 5.0)),
+    (
+        "def f(x, y):\n    if x > y:\n        return x\n    elif x == y:\n        return 0.0\n    else:\n        return x**y",
+        (3.0, 5.0),
+    ),
+    (
+        "def f(n, m):\n    s = 0.0\n    for i in range(n, m, -2):\n        if i == 3:\n            break\n        s = s + i\n    return s",
+        (9, 0),
+    ),
+    (
+        "def f(x, y):\n    p = Pair(b=x, a=y)\n    q = Pair(p.b, p.a)\n    return q.a - 10.0 * q.b + sqrt(p.a) + abs(-x)",
+        (3.0, 5.0),
+    ),
+    (
+        "@scalar\ndef g(a, b):\n    return a - b, a * b\n\n\ndef f(x, y):\n    u, v = g(y, x)\n    return u / v",
+        (3.0, 5.0),
+    ),
     ("def f(x, int):\n    return x - int * math.pi + math.copysign(x, -int) + math.ceil(0.1 * x)", (3.0, 5.0)),
     ("def f(n, m):\n    return 1.0 * (n << m)", (3, 5)),
 ]
@@ -197,7 +213,9 @@ def test_a_refusal_names_the_file():
 
 
 def test_a_loop_over_lanes_is_marked_for_vectors():
-    text = "def f(A):\n    for l in range(LANES):\n        A[l] = 2.0 * A[l]\n    for l in range(3):\n        A[l] = 0.0"
+    text = (
+        "def f(A):\n    for l in range(LANES):\n        A[l] = 2.0 * A[l]\n    for l in range(3):\n        A[l] = 0.0"
+    )
     source = translate(text, Array, LANES=16)
     assert source.count("#pragma omp simd\n    for (int64_t l = 0; l < 16; l += 1)") == 1
     assert source.count("#pragma") == 1

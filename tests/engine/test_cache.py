@@ -122,7 +122,9 @@ def test_the_temporary_folder_is_held_to_the_same_rule(tmp_path, temporary, monk
     assert cache.private_folder() == fresh
     cache.private_folder.cache_clear()
     temporary.chmod(0o777)
-    with pytest.raises(SimulationError, match=r"others may write to .*\. Set STILLHOOK_CACHE to a folder that only you can write to\.$"):
+    with pytest.raises(
+        SimulationError, match=r"others may write to .*\. Set STILLHOOK_CACHE to a folder that only you can write to\.$"
+    ):
         cache.private_folder()
 
 

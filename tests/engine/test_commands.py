@@ -33,21 +33,33 @@ def test_given_commands_hold_until_the_next_one() -> None:
 
 
 def test_commands_survive_the_way_into_a_result_and_back() -> None:
-    case = Scenario(load="100 t", s_w="487 m", commands=Commands([0.0, 5.0, 50.0], [0.1, -0.1, 0.0], [1.0, 0.8, 1.0], source="log 7"))
+    case = Scenario(
+        load="100 t",
+        s_w="487 m",
+        commands=Commands([0.0, 5.0, 50.0], [0.1, -0.1, 0.0], [1.0, 0.8, 1.0], source="log 7"),
+    )
     assert Scenario.from_dict(case.to_dict()) == case
 
 
 @pytest.mark.parametrize(
     ("columns", "said"),
     [
-        (([0.0, 1.0], [0.1, 1.2], [1.0, 1.0]), "Commands: u_p = 1.2 at 1 s: allowed is -1 to 1. Scale it, or hold it in its range."),
+        (
+            ([0.0, 1.0], [0.1, 1.2], [1.0, 1.0]),
+            "Commands: u_p = 1.2 at 1 s: allowed is -1 to 1. Scale it, or hold it in its range.",
+        ),
         (([0.0, 0.0], [0.1, 0.2], [1.0, 1.0]), "Commands: times do not increase. Sort them and remove doubles."),
         (([0.0, 1.0], [0.1], [1.0, 1.0]), "Commands: 2 times, 1 u_p and 2 u_m. Give one of each for every time."),
-        (([0.0, np.nan], [0.1, 0.2], [1.0, 1.0]), "Commands: times are not one finite number a sample. Leave the gaps out, or fill them."),
+        (
+            ([0.0, np.nan], [0.1, 0.2], [1.0, 1.0]),
+            "Commands: times are not one finite number a sample. Leave the gaps out, or fill them.",
+        ),
         (([0.0, 1.0], ["a", "b"], [1.0, 1.0]), "Commands: u_p are not numbers. Give one number a sample."),
     ],
 )
-def test_a_record_of_commands_that_cannot_be_obeyed_is_refused(columns: tuple[list[float | str], ...], said: str) -> None:
+def test_a_record_of_commands_that_cannot_be_obeyed_is_refused(
+    columns: tuple[list[float | str], ...], said: str
+) -> None:
     with pytest.raises(ScenarioError) as error:
         Commands(*columns)
     assert str(error.value) == said

@@ -10,7 +10,16 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from stillhook import Recorded, Scenario, load_crane, simulate
-from stillhook.engine.inputs import THIN, TICK, Drive, hermite_weights, mode_codes, operator_motion, pump_shares, scale_weights
+from stillhook.engine.inputs import (
+    THIN,
+    TICK,
+    Drive,
+    hermite_weights,
+    mode_codes,
+    operator_motion,
+    pump_shares,
+    scale_weights,
+)
 from stillhook.engine.pack.winch import MODE_CODE
 from stillhook.spec.scenario import Mode, Operator, PowerLoss, Sensors
 from stillhook.winches.records import Tick

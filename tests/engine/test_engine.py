@@ -45,19 +45,31 @@ plants = pytest.mark.parametrize("plant", sorted(CRANES))
 
 
 def scenario(plant: str, **case) -> Scenario:
-    return Scenario(**({"load": LOADS[plant], "s_w": "200 m", "tip": SEA, "duration": "60 s", "warm_up": "20 s"} | case))
+    return Scenario(
+        **({"load": LOADS[plant], "s_w": "200 m", "tip": SEA, "duration": "60 s", "warm_up": "20 s"} | case)
+    )
 
 
 def mixed(plant: str) -> list[Scenario]:
     """Cases of every kind: more than one block, thin and full drives, every mode."""
-    out = [scenario(plant, mode=m, tip=f"sine {a} m 10 s") for m in ("ns", "hs", "ssc", "ssc-cubic", "manual") for a in (0.5, 1.0, 1.5)]
+    out = [
+        scenario(plant, mode=m, tip=f"sine {a} m 10 s")
+        for m in ("ns", "hs", "ssc", "ssc-cubic", "manual")
+        for a in (0.5, 1.0, 1.5)
+    ]
     out += [scenario(plant, load=f"{m} t", s_w=f"{100 * m} m") for m in range(0, 20, 2)]
-    out += [scenario(plant, friction="regularised"), scenario(plant, water=Water(volume="3 m^3", C_D=1.0, area="9 m^2"))]
+    out += [
+        scenario(plant, friction="regularised"),
+        scenario(plant, water=Water(volume="3 m^3", C_D=1.0, area="9 m^2")),
+    ]
     out += [scenario(plant, sensors=Sensors(delay="0.1 s", noise_s_w="1 mm", seed=s)) for s in range(3)]
     out += [scenario(plant, modes=(("30 s", "ns"),)), scenario(plant, power_loss=PowerLoss(time="30 s"))]
     out += [scenario(plant, operator=Operator(profile=(("25 s", "0 m/min"), ("30 s", "9 m/min"), ("40 s", "0 m/min"))))]
     held = Operator(profile=(("25 s", "0 m/min"), ("30 s", "9 m/min")), alpha_m=0.7)
-    out += [scenario(plant, mode="manual", operator=held), scenario(plant, mode="manual", modes=(("40 s", "ssc"),), operator=held)]
+    out += [
+        scenario(plant, mode="manual", operator=held),
+        scenario(plant, mode="manual", modes=(("40 s", "ssc"),), operator=held),
+    ]
     return out
 
 
@@ -66,7 +78,9 @@ def mixed(plant: str) -> list[Scenario]:
 
 def hoisting(n_sub: int):
     stick = Operator(profile=(("0 s", "0 m/min"), ("10 s", "30 m/min"), ("15 s", "30 m/min"), ("20 s", "20 m/min")))
-    case = Scenario(load="80 t", s_w="200 m", tip="still", mode="manual", duration="20 s", warm_up="1 s", operator=stick)
+    case = Scenario(
+        load="80 t", s_w="200 m", tip="still", mode="manual", duration="20 s", warm_up="1 s", operator=stick
+    )
     smooth = CRANES["active-passive"].model_copy(update={"brake": None})  # a brake that lets go is none
     return run_one(smooth, case, n_sub=n_sub, series=False).state
 
@@ -104,7 +118,10 @@ def test_stored_rows_do_not_change_with_how_often_they_are_stored():
 @plants
 def test_the_engine_solves_the_same_equations_as_a_stiff_solver_of_a_library(plant):
     """From rest through break-away and reversal: plant, friction and PLC of the run, stepped by scipy with the bristle as a state."""
-    crane, case = CRANES[plant], scenario(plant, tip="sine 0.4 m 5 s -90 deg", ramp="0 s", duration="4 s", warm_up="1 s", mode="ns")
+    crane, case = (
+        CRANES[plant],
+        scenario(plant, tip="sine 0.4 m 5 s -90 deg", ramp="0 s", duration="4 s", warm_up="1 s", mode="ns"),
+    )
     ours = run_one(crane, case, n_sub=20, every=1).series
     theirs = library_solution(crane, case, 400)
     assert ours is not None
@@ -132,7 +149,9 @@ def library_solution(crane: Crane, case: Scenario, cycles: int) -> list:
             here = plant.State(*y)
             s, v, _ = drive.motion.sample(np.array([t]))
             c = plant.circuit(here, u, geo, Tip(float(s[0]), float(v[0])), p)
-            return plant.rates(c, here, u, geo, p)._replace(z=bristle_rate(here.omega_m, here.z, c.g, c.held, p.hoist.bristle))
+            return plant.rates(c, here, u, geo, p)._replace(
+                z=bristle_rate(here.omega_m, here.z, c.g, c.held, p.hoist.bristle)
+            )
 
         t = k * drive.t_cycle
         solved = solve_ivp(slope, (t, t + drive.t_cycle), list(x), method="LSODA", rtol=1e-8, atol=1e-9)
@@ -193,7 +212,9 @@ def _short(crane: Crane, case: Scenario, *, python: bool) -> np.ndarray:
     block = Block([(pack(crane, case), Drive(crane, case))], lanes=1, n_sub=2, every=1)
     if python:
         d = block.d
-        block.d = types.SimpleNamespace(run=d.run.py_func, at_rest=d.at_rest.py_func, State=d.State, Lane=d.Lane, Command=d.Command)
+        block.d = types.SimpleNamespace(
+            run=d.run.py_func, at_rest=d.at_rest.py_func, State=d.State, Lane=d.Lane, Command=d.Command
+        )
     for _ in block.steps():
         pass
     series = block.results()[0].series
@@ -317,7 +338,9 @@ def test_an_empty_batch_is_refused():
 @pytest.mark.parametrize("single", [True, False])
 def test_progress_rises_to_one(single):
     seen: list[float] = []
-    cases = scenario("active-passive", duration="200 s") if single else [scenario("active-passive", duration="100 s")] * 40
+    cases = (
+        scenario("active-passive", duration="200 s") if single else [scenario("active-passive", duration="100 s")] * 40
+    )
     simulate(CRANES["active-passive"], cases, progress=seen.append)
     assert len(seen) > 3
     assert all(a <= b for a, b in pairwise(seen))
@@ -356,15 +379,31 @@ def test_statistics_are_those_of_the_stored_series_after_the_warm_up(plant):
     assert (st_.e_min, st_.e_max) == (y["e_c"].min(), y["e_c"].max())
     assert (st_.em_min, st_.em_max) == (y["e_c_measured"].min(), y["e_c_measured"].max())
     assert (st_.tip_min, st_.tip_max) == (y["s_tip"].min(), y["s_tip"].max())
-    assert (st_.p_a_max, st_.p_b_max, st_.p_min) == (y["p_a"].max(), y["p_b"].max(), min(y["p_a"].min(), y["p_b"].min()))
+    assert (st_.p_a_max, st_.p_b_max, st_.p_min) == (
+        y["p_a"].max(),
+        y["p_b"].max(),
+        min(y["p_a"].min(), y["p_b"].min()),
+    )
     assert (st_.p_hp_min, st_.p_hp_max) == (y["p_hp"].min(), y["p_hp"].max())
-    assert (st_.F_min, st_.F_max, st_.V_min, st_.V_max) == (y["F_w"].min(), y["F_w"].max(), y["V_acc"].min(), y["V_acc"].max())
+    assert (st_.F_min, st_.F_max, st_.V_min, st_.V_max) == (
+        y["F_w"].min(),
+        y["F_w"].max(),
+        y["V_acc"].min(),
+        y["V_acc"].max(),
+    )
     assert (st_.alpha_p_max, st_.alpha_m_min) == (np.abs(y["alpha_p"]).max(), y["alpha_m"].min())
     assert (st_.u_p_max, st_.u_raw_max) == (np.abs(y["u_p"]).max(), np.abs(y["u_raw"]).max())
     assert (st_.omega_max, st_.v_w_max, st_.v_tip_max) == tuple(np.abs(y[n]).max() for n in ("omega_m", "v_w", "v_tip"))
-    for name, series in (("e_sum", y["e_c"]), ("e2_sum", y["e_c"] ** 2), ("tip_sum", y["s_tip"]), ("tip2_sum", y["s_tip"] ** 2)):
+    for name, series in (
+        ("e_sum", y["e_c"]),
+        ("e2_sum", y["e_c"] ** 2),
+        ("tip_sum", y["s_tip"]),
+        ("tip2_sum", y["s_tip"] ** 2),
+    ):
         trapezoids = float(np.sum(0.5 * (series[1:] + series[:-1])))
-        assert getattr(st_, name) == pytest.approx(trapezoids, rel=STATISTICS, abs=STATISTICS * float(np.sum(np.abs(series))))
+        assert getattr(st_, name) == pytest.approx(
+            trapezoids, rel=STATISTICS, abs=STATISTICS * float(np.sum(np.abs(series)))
+        )
 
 
 @plants
@@ -398,7 +437,8 @@ def test_a_run_shorter_than_the_window_reports_what_it_saw():
 def test_the_warm_up_does_not_count():
     """A pure active winch sags when it takes the load: that is over before the run counts."""
     short, long = (
-        run_one(CRANES["pure-active"], scenario("pure-active", tip="still", warm_up=w), n_sub=2, every=1) for w in ("0 s", "20 s")
+        run_one(CRANES["pure-active"], scenario("pure-active", tip="still", warm_up=w), n_sub=2, every=1)
+        for w in ("0 s", "20 s")
     )
     assert np.array_equal(short.series, long.series)
     assert short.stats.cycles == 6001

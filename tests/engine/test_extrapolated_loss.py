@@ -62,7 +62,11 @@ def test_the_parts_are_the_friction_that_a_run_has():
     run = simulate(CRANE, case, every="0.01 s")
     d = layer_diameter_at(CRANE, case.s_w)
     parts = friction_parts(CRANE, load_record(CRANE, case).W, d, float(run["v_w_max"]), 1.0)
-    t_f = abs(run["T_f"].sel(time=slice(36.0, None)).isel(time=abs(run["v_w"].sel(time=slice(36.0, None))).argmax("time").values))
+    t_f = abs(
+        run["T_f"]
+        .sel(time=slice(36.0, None))
+        .isel(time=abs(run["v_w"].sel(time=slice(36.0, None))).argmax("time").values)
+    )
     assert float(t_f) == pytest.approx(parts[0].total, rel=0.05)  # the active motors' own pressure is left out
     assert parts[1].T_f > CONSIDERABLE * parts[1].total
     assert "losses of the passive motors" in str(run["notes"].values)

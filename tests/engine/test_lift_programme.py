@@ -18,9 +18,12 @@ from stillhook.spec.lift.programme import Stage, WinchSettings
 CRANE = load_crane("deep-250t")
 RHO = 1025.0
 BOX = Payload(
-    name="box", mass="60 t", height="4 m", C_D=2.5,
+    name="box",
+    mass="60 t",
+    height="4 m",
+    C_D=2.5,
     levels=(Level(h="0 m", V="0 L", A33="0 t", A_p="0 m^2"), Level(h="4 m", V="10000 L", A33="40 t", A_p="25 m^2")),
-)  # fmt: skip
+)
 DOWN = Stage(mode="ahc", lower="30 m/min", depth="1000 m")
 SECOND_ORDER = 0.003
 """Weight is reckoned along the stretched wire, and 0.3 % of stretch at most is of second order in it."""
@@ -28,9 +31,14 @@ SECOND_ORDER = 0.003
 
 def lift(*programme: Stage, **changes: Any) -> Lowering:
     whole: dict[str, Any] = {
-        "payload": BOX, "rigging": Rigging(height="10 m"), "h_tip": "30 m", "depth": "3000 m", "z_0": "5 m", "duration": "600 s",
+        "payload": BOX,
+        "rigging": Rigging(height="10 m"),
+        "h_tip": "30 m",
+        "depth": "3000 m",
+        "z_0": "5 m",
+        "duration": "600 s",
         "programme": programme or (DOWN,),
-    }  # fmt: skip
+    }
     return Lowering(**(whole | changes))
 
 
@@ -54,19 +62,25 @@ def refusal(*programme: Stage, **changes: Any) -> str:
         ({"mode": "ahc", "lower": "6 m/min"}, "nothing ends it. Give one of time, depth, wire, landed, tension"),
         ({"mode": "ahc", "lower": "6 m/min", "time": "5 s", "depth": "3 m"}, "time and depth ends it. Give one of"),
         ({"mode": "constant-tension", "time": "5 s"}, "hold is missing, the tension that constant-tension keeps"),
-        ({"mode": "ahc", "hold": "3 kN", "time": "5 s"}, "hold belongs to constant-tension and landing, and this is ahc"),
+        (
+            {"mode": "ahc", "hold": "3 kN", "time": "5 s"},
+            "hold belongs to constant-tension and landing, and this is ahc",
+        ),
         ({"mode": "landing", "hold": "3 kN", "landed": True}, "a load is landed by lowering it. Give lower above 0"),
         ({"mode": "landing", "hold": "3 kN", "landed": True, "lower": "-3 m/min"}, "a load is landed by lowering it"),
         ({"mode": "ahc", "lower": "-6 m/min", "landed": True}, "landed = true needs a stage that lowers"),
         ({"mode": "splash", "depth": "5 m"}, "lower is 0, so depth never comes. Give lower, or end it by time."),
         ({"mode": "manual", "tension": "5 kN"}, "lower is 0, so tension never comes"),
-        ({"mode": "constant-tension", "hold": "3 kN", "time": "5 s", "lower": "1 m/min"}, "constant-tension moves the wire by itself"),
+        (
+            {"mode": "constant-tension", "hold": "3 kN", "time": "5 s", "lower": "1 m/min"},
+            "constant-tension moves the wire by itself",
+        ),
         ({"mode": "ahc", "time": "5 min", "timeout": "1 min"}, "timeout 60 s comes before its time 300 s"),
-        ({"mode": "warp", "time": "5 s"}, "Stage.mode = \"warp\""),
-        ({"mode": "ahc", "time": "5 s", "lower": "6 m"}, "Stage.lower = \"6 m\""),
+        ({"mode": "warp", "time": "5 s"}, 'Stage.mode = "warp"'),
+        ({"mode": "ahc", "time": "5 s", "lower": "6 m"}, 'Stage.lower = "6 m"'),
         ({"mode": "ahc", "time": "5 s", "speed": "6 m/min"}, "Stage.speed: unknown field"),
     ],
-)  # fmt: skip
+)
 def test_a_stage_that_could_not_do_what_it_says_is_refused(fields, says):
     assert says in stage_refusal(**fields)
 
@@ -78,10 +92,22 @@ def test_a_named_stage_is_told_by_its_name():
 @pytest.mark.parametrize(
     ("stage", "says"),
     [
-        ({"mode": "ahc", "lower": "6 m/min", "depth": "3001 m"}, 'stage "1 ahc": depth = 3001 m lies below the seabed at 3000 m'),
-        ({"mode": "ahc", "lower": "-6 m/min", "depth": "-17 m"}, "lifts the underside 17 m above the water, and between tip"),
-        ({"mode": "ahc", "lower": "6 m/min", "wire": "3800 m"}, 'asks for 3800 m of wire out, and "deep-250t" has 0 m to 3698 m'),
-        ({"mode": "constant-tension", "hold": "2.6 MN", "time": "5 s"}, 'hold = 2600 kN: above the 2452 kN of the SWL of "deep-250t"'),
+        (
+            {"mode": "ahc", "lower": "6 m/min", "depth": "3001 m"},
+            'stage "1 ahc": depth = 3001 m lies below the seabed at 3000 m',
+        ),
+        (
+            {"mode": "ahc", "lower": "-6 m/min", "depth": "-17 m"},
+            "lifts the underside 17 m above the water, and between tip",
+        ),
+        (
+            {"mode": "ahc", "lower": "6 m/min", "wire": "3800 m"},
+            'asks for 3800 m of wire out, and "deep-250t" has 0 m to 3698 m',
+        ),
+        (
+            {"mode": "constant-tension", "hold": "2.6 MN", "time": "5 s"},
+            'hold = 2600 kN: above the 2452 kN of the SWL of "deep-250t"',
+        ),
     ],
 )
 def test_a_programme_that_this_crane_or_water_cannot_be_asked_is_refused(stage, says):
@@ -111,12 +137,24 @@ def test_stages_become_rows_in_which_hoisting_is_positive_and_the_last_one_says_
     ("first", "second", "v_end"),
     [
         ({"mode": "ahc", "lower": "30 m/min"}, {"mode": "ahc", "lower": "30 m/min", "time": "9 s"}, -0.5),  # goes on
-        ({"mode": "ahc", "lower": "30 m/min"}, {"mode": "landing", "lower": "6 m/min", "hold": "300 kN", "time": "9 s"}, -0.1),  # slower
-        ({"mode": "ahc", "lower": "6 m/min"}, {"mode": "ahc", "lower": "30 m/min", "time": "9 s"}, -0.1),  # speeds up afterwards
+        (
+            {"mode": "ahc", "lower": "30 m/min"},
+            {"mode": "landing", "lower": "6 m/min", "hold": "300 kN", "time": "9 s"},
+            -0.1,
+        ),  # slower
+        (
+            {"mode": "ahc", "lower": "6 m/min"},
+            {"mode": "ahc", "lower": "30 m/min", "time": "9 s"},
+            -0.1,
+        ),  # speeds up afterwards
         ({"mode": "ahc", "lower": "30 m/min"}, {"mode": "ahc", "time": "9 s"}, 0.0),  # stands
         ({"mode": "ahc", "lower": "30 m/min"}, {"mode": "ahc", "lower": "-6 m/min", "time": "9 s"}, 0.0),  # turns back
         ({"mode": "ahc", "lower": "30 m/min"}, {"mode": "constant-tension", "hold": "300 kN", "time": "9 s"}, 0.0),
-        ({"mode": "splash", "lower": "30 m/min"}, {"mode": "ahc", "lower": "30 m/min", "time": "9 s"}, 0.0),  # waits for the tip to turn
+        (
+            {"mode": "splash", "lower": "30 m/min"},
+            {"mode": "ahc", "lower": "30 m/min", "time": "9 s"},
+            0.0,
+        ),  # waits for the tip to turn
         ({"mode": "splash", "lower": "30 m/min"}, {"mode": "manual", "lower": "30 m/min", "time": "9 s"}, -0.5),
     ],
 )
@@ -134,7 +172,9 @@ def test_stages_of_one_name_are_told_apart():
 
 def test_a_stage_of_a_long_time_does_not_time_out_before_its_end():
     far = Stage(mode="ahc", lower="6 m/min", depth="2900 m")
-    long, slow, own = (timeout(lift(), s) for s in (Stage(mode="ahc", time="2 h"), far, far.model_copy(update={"timeout": 60.0})))
+    long, slow, own = (
+        timeout(lift(), s) for s in (Stage(mode="ahc", time="2 h"), far, far.model_copy(update={"timeout": 60.0}))
+    )
     assert long > 7200.0
     assert slow > 2900.0 / 0.1
     assert own == 60.0
@@ -165,7 +205,9 @@ def test_the_plc_knows_the_weight_of_its_wire():
     s = settings(CRANE, lift())
     for z in (5.0, -5.0, -100.0, -2900.0):
         found = hanging(CRANE, lift(), z)
-        assert found.F_tip - modes.wire_weight(found.s_w, s) == pytest.approx(found.F_hook, abs=SECOND_ORDER * found.F_tip)
+        assert found.F_tip - modes.wire_weight(found.s_w, s) == pytest.approx(
+            found.F_hook, abs=SECOND_ORDER * found.F_tip
+        )
 
 
 def test_touch_down_is_known_by_a_part_of_the_weight_in_water():

@@ -36,11 +36,20 @@ CURVE = 1e-6
 
 
 def lift(z_0: str = "-1480 m", **more: object) -> Lowering:
-    given = {"payload": read_payload("manifold-60t"), "h_tip": "36 m", "depth": "1500 m", "z_0": z_0, "duration": "30 s"}
+    given = {
+        "payload": read_payload("manifold-60t"),
+        "h_tip": "36 m",
+        "depth": "1500 m",
+        "z_0": z_0,
+        "duration": "30 s",
+    }
     return Lowering(**{**given, "programme": (Stage(mode="ahc", time="20 s"),), **more})
 
 
-DEEP, SPLASH = lift(), lift("-10 m", programme=(Stage(mode="splash", lower="6 m/min", time="10 s"), Stage(mode="ahc", time="12 s")))
+DEEP, SPLASH = (
+    lift(),
+    lift("-10 m", programme=(Stage(mode="splash", lower="6 m/min", time="10 s"), Stage(mode="ahc", time="12 s"))),
+)
 
 
 def sea(Hs: float, Tp: float = 8.0) -> Sea:
@@ -51,7 +60,9 @@ def in_sea(lift: Lowering = DEEP, Hs: float = 2.0, seed: int = 0, **more: object
     return InSea(lift, sea(Hs), seed, RAO, X, Y, **more)
 
 
-CASES = [in_sea(seed=seed, Hs=Hs) for Hs in (1.0, 2.5) for seed in range(9)] + [in_sea(SPLASH, seed=3, water=True, left=0.2)]
+CASES = [in_sea(seed=seed, Hs=Hs) for Hs in (1.0, 2.5) for seed in range(9)] + [
+    in_sea(SPLASH, seed=3, water=True, left=0.2)
+]
 
 
 @pytest.fixture(scope="module")
@@ -163,7 +174,11 @@ def test_the_coarser_curve_of_runs_in_great_numbers_leaves_the_tip_where_it_was(
         (CRANE, [], "the list of lowerings is empty"),
         (CRANE, [7], "lowering 0 = 7: not a Lowering"),
         ([CRANE], CASES[:2], "1 cranes and 2 lowerings"),
-        ([CRANE, load_crane("nov-100t-pure-active")], CASES[:2], 'crane 1 "nov-100t-pure-active" has another winch type'),
+        (
+            [CRANE, load_crane("nov-100t-pure-active")],
+            CASES[:2],
+            'crane 1 "nov-100t-pure-active" has another winch type',
+        ),
         (CRANE, [CASES[0], in_sea(lift("-1600 m"))], "case 1: z_0 = -1600 m: the payload would lie on the seabed"),
     ],
 )

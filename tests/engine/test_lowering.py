@@ -35,16 +35,28 @@ FINER = {"z_load": 1e-3, "F_w": 1e4, "s_w": 2e-3}
 
 
 def box(mass: str = "100 t", V: float = 0.0, A33: float = 0.0, A_p: float = 0.0, **more: object) -> Payload:
-    levels = tuple({"h": f"{h} m", "V": f"{V * h / 5!r} m^3", "A33": f"{A33!r} t", "A_p": f"{A_p!r} m^2"} for h in (0.0, 5.0))
+    levels = tuple(
+        {"h": f"{h} m", "V": f"{V * h / 5!r} m^3", "A33": f"{A33!r} t", "A_p": f"{A_p!r} m^2"} for h in (0.0, 5.0)
+    )
     return Payload(name="box", mass=mass, height="5 m", C_D=2.0, levels=levels, **more)
 
 
-def still_winch(z_0: str, tip: Motion, *, nodes: int = 20, load: Payload | None = None, duration: str = "100 s") -> Lowering:
+def still_winch(
+    z_0: str, tip: Motion, *, nodes: int = 20, load: Payload | None = None, duration: str = "100 s"
+) -> Lowering:
     """A load on a winch that stands, with everything linear."""
     return Lowering(
-        payload=load or box(), rigging=Rigging(zeta=0.0), wire=DeepWire(nodes=nodes), tip=tip, h_tip="20 m", depth="4000 m",
-        z_0=z_0, programme=(Stage(mode="manual", time="9000 s"),), duration=duration, ramp="0 s",
-    )  # fmt: skip
+        payload=load or box(),
+        rigging=Rigging(zeta=0.0),
+        wire=DeepWire(nodes=nodes),
+        tip=tip,
+        h_tip="20 m",
+        depth="4000 m",
+        z_0=z_0,
+        programme=(Stage(mode="manual", time="9000 s"),),
+        duration=duration,
+        ramp="0 s",
+    )
 
 
 @cache
@@ -65,8 +77,17 @@ def exact(crane: Crane, case: Lowering) -> tuple[Rod, End]:
     """The same wire and load for the closed forms."""
     packed = prepare(crane, [case], 10)[0].packed
     rope, lift = packed.lift.rope, packed.lift
-    rod = Rod(L=packed.winch.s_w, EA=rope.EA, mu=rope.mu, w=rope.w_water, beta=packed.hang.element.c / packed.hang.element.k, k_top=rope.EA / crane.wire.L_0)
-    return rod, End(m=lift.load.m, A33=WettedLevel(*packed.table[-1]).A33, m_h=lift.hook.m, k_s=lift.sling.k, c_s=lift.sling.c)
+    rod = Rod(
+        L=packed.winch.s_w,
+        EA=rope.EA,
+        mu=rope.mu,
+        w=rope.w_water,
+        beta=packed.hang.element.c / packed.hang.element.k,
+        k_top=rope.EA / crane.wire.L_0,
+    )
+    return rod, End(
+        m=lift.load.m, A33=WettedLevel(*packed.table[-1]).A33, m_h=lift.hook.m, k_s=lift.sling.k, c_s=lift.sling.c
+    )
 
 
 def harmonic(t: np.ndarray, y: np.ndarray, omega: float) -> complex:
@@ -88,7 +109,9 @@ def test_load_rings_at_the_first_period_of_the_exact_rod(z_0: str) -> None:
     assert pytest.approx(natural_periods(rod, end)[0], rel=PERIOD) == T
 
 
-@pytest.mark.parametrize(("z_0", "T"), [("-5 m", 6.0), ("-1500 m", 3.0), ("-1500 m", 8.0), ("-3000 m", 3.0), ("-3000 m", 8.0)])
+@pytest.mark.parametrize(
+    ("z_0", "T"), [("-5 m", 6.0), ("-1500 m", 3.0), ("-1500 m", 8.0), ("-3000 m", 3.0), ("-3000 m", 8.0)]
+)
 def test_load_and_tension_follow_the_wires_top_as_the_exact_rod_says(z_0: str, T: float) -> None:
     case = still_winch(z_0, Sine(amplitude="2 cm", period=f"{T} s"), load=box(A33=50.0), duration="300 s")
     run = lower(deep(0.05), case, every="50 ms")
@@ -109,7 +132,9 @@ def test_wire_hangs_stretched_by_load_and_own_weight(nodes: int) -> None:
     wet, dry = L - r.h_tip, r.h_tip
     top = W + r.w_water * wet + r.w_air * dry
     along = (W * L + r.w_water * wet**2 / 2 + (r.w_water * wet + r.w_air * dry / 2) * dry) / r.EA
-    one_element = (r.w_air - r.w_water) * dry * (L / nodes) / r.EA  # its weight sits at its ends: where the surface cuts it is not resolved
+    one_element = (
+        (r.w_air - r.w_water) * dry * (L / nodes) / r.EA
+    )  # its weight sits at its ends: where the surface cuts it is not resolved
     assert -p.q[-2] == pytest.approx(along + top * deep().wire.L_0 / r.EA, rel=STRETCH, abs=0.5 * one_element)
 
 
@@ -126,16 +151,30 @@ def regular_wave(a: float, T: float, duration: float) -> WaveField:
     z = -2.0 * (np.exp(0.2 * np.arange(25)) - 1.0)
     decay = np.exp(omega**2 / G * z)
     c, s = np.cos(omega * t), np.sin(omega * t)
-    return WaveField(dt=dt, eta=a * c[:, 0], eta_dot=-a * omega * s[:, 0], w=-a * omega * s * decay, a=-a * omega**2 * c * decay, z_0=2.0, ds=0.2)
+    return WaveField(
+        dt=dt,
+        eta=a * c[:, 0],
+        eta_dot=-a * omega * s[:, 0],
+        w=-a * omega * s * decay,
+        a=-a * omega**2 * c * decay,
+        z_0=2.0,
+        ds=0.2,
+    )
 
 
 def test_water_at_the_load_is_that_of_the_wave_at_its_depth() -> None:
     waves = regular_wave(1.0, 8.0, 60.0)
     programme = (Stage(mode="manual", lower="12 m/min", wire="60 m"),)
     case = Lowering(
-        payload=box(V=10.0, A33=40.0, A_p=10.0), waves=waves, h_tip="20 m", depth="200 m", z_0="3 m", programme=programme,
-        duration="60 s", ramp="0 s",
-    )  # fmt: skip
+        payload=box(V=10.0, A33=40.0, A_p=10.0),
+        waves=waves,
+        h_tip="20 m",
+        depth="200 m",
+        z_0="3 m",
+        programme=programme,
+        duration="60 s",
+        ramp="0 s",
+    )
     run = lower(deep(), case, every="10 ms")
     omega, t, z = 2.0 * math.pi / 8.0, run.time.values, run.z_load.values
     assert np.abs(run.eta.values - np.cos(omega * t)).max() < 1e-5  # cubic in time over 0.1 s: (omega dt)^4 / 384
@@ -143,7 +182,9 @@ def test_water_at_the_load_is_that_of_the_wave_at_its_depth() -> None:
     k = omega**2 / G
     decay = (np.exp(k * (z + 5.0)) - np.exp(k * z)) / (5.0 * k)  # mean over the covered box
     w = -omega * np.sin(omega * t) * decay
-    assert np.abs(run.w_water.values - w)[covered].max() < 2e-4  # cubic between levels: 1e-4 of 0.79 m/s, and two heights for the mean
+    assert (
+        np.abs(run.w_water.values - w)[covered].max() < 2e-4
+    )  # cubic between levels: 1e-4 of 0.79 m/s, and two heights for the mean
 
 
 def test_waves_pull_at_a_deep_load_with_the_force_of_froude_krylov_and_added_mass() -> None:
@@ -158,7 +199,9 @@ def test_waves_pull_at_a_deep_load_with_the_force_of_froude_krylov_and_added_mas
     k = omega**2 / G
     a = -0.5 * omega**2 * (math.exp(-25.0 * k) - math.exp(-30.0 * k)) / (5.0 * k)
     wave = (1025.0 * V + A33 * 1e3) * a
-    assert abs(F / (wave * transfers(np.array([omega]), *exact(stiff(0.02), case)).sling_F[0]) - 1.0) < 5e-3  # what the winch still gives way
+    assert (
+        abs(F / (wave * transfers(np.array([omega]), *exact(stiff(0.02), case)).sling_F[0]) - 1.0) < 5e-3
+    )  # what the winch still gives way
 
 
 def whole_lift(i: int = 0, duration: str = "330 s") -> Lowering:
@@ -169,10 +212,16 @@ def whole_lift(i: int = 0, duration: str = "330 s") -> Lowering:
         Stage(mode="landing", lower="6 m/min", hold="200 kN", time="15 s"),
     )
     return Lowering(
-        payload=box(V=10.0, A33=40.0 + i, A_p=20.0), tip=Sine(amplitude=f"{0.5 + 0.05 * i} m", period=f"{8 + 0.3 * i} s"),
-        waves=regular_wave(0.5 + 0.05 * i, 8.0, 400.0), h_tip="20 m", depth="60 m", z_0="2 m", programme=programme, duration=duration,
+        payload=box(V=10.0, A33=40.0 + i, A_p=20.0),
+        tip=Sine(amplitude=f"{0.5 + 0.05 * i} m", period=f"{8 + 0.3 * i} s"),
+        waves=regular_wave(0.5 + 0.05 * i, 8.0, 400.0),
+        h_tip="20 m",
+        depth="60 m",
+        z_0="2 m",
+        programme=programme,
+        duration=duration,
         wire=DeepWire(nodes=6),
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize("name", ["nov-250t", "nov-100t-pure-active"])
@@ -213,9 +262,17 @@ DROP = Profile.from_si([0.0, 2.0, 6.0, 8.0, 300.0], [0.0, -4.0, -4.0, 0.0, 0.0])
 
 def light(programme: tuple[Stage, ...], **changes: object) -> Lowering:
     return Lowering(
-        payload=box("15 t", V=1.0, A33=20.0, A_p=20.0), tip=changes.pop("tip", DROP), h_tip="40 m", depth="60 m", z_0="-20 m",
-        programme=programme, duration="220 s", ramp="0 s", wire=DeepWire(nodes=6), **changes,
-    )  # fmt: skip
+        payload=box("15 t", V=1.0, A33=20.0, A_p=20.0),
+        tip=changes.pop("tip", DROP),
+        h_tip="40 m",
+        depth="60 m",
+        z_0="-20 m",
+        programme=programme,
+        duration="220 s",
+        ramp="0 s",
+        wire=DeepWire(nodes=6),
+        **changes,
+    )
 
 
 LAND = Stage(name="land", mode="landing", lower="9 m/min", hold="40 kN", time="5 s")
@@ -237,7 +294,10 @@ def test_slings_that_fell_slack_on_the_way_are_reported_though_the_load_lands() 
 
 def test_slings_that_fall_slack_on_the_seabed_are_no_fault() -> None:
     pays_on = Stage(name="down", mode="ahc", lower="20 m/min", landed=True)
-    run = lower(load_crane("nov-250t"), light((pays_on, Stage(mode="manual", lower="6 m/min", time="30 s")), tip=Sine(amplitude="0 m", period="9 s")))
+    run = lower(
+        load_crane("nov-250t"),
+        light((pays_on, Stage(mode="manual", lower="6 m/min", time="30 s")), tip=Sine(amplitude="0 m", period="9 s")),
+    )
     assert float(run.sling_slack_landed_time) > 20.0
     assert float(run.sling_slack_time) == 0.0
     assert "sling" not in str(run.status.values)
@@ -245,7 +305,10 @@ def test_slings_that_fall_slack_on_the_seabed_are_no_fault() -> None:
 
 
 def test_a_touch_in_a_stage_that_does_not_land_is_a_status_with_stage_time_and_speed() -> None:
-    too_far = (Stage(name="down", mode="ahc", lower="20 m/min", time="180 s"), Stage(name="stand", mode="ahc", time="20 s"))
+    too_far = (
+        Stage(name="down", mode="ahc", lower="20 m/min", time="180 s"),
+        Stage(name="stand", mode="ahc", time="20 s"),
+    )
     run = lower(load_crane("nov-250t"), light(too_far, tip=Sine(amplitude="0 m", period="9 s")))
     assert "touchdown" in str(run.status.values).split(", ")
     note = str(run.notes.values)
@@ -257,10 +320,13 @@ def test_a_touch_in_a_stage_that_does_not_land_is_a_status_with_stage_time_and_s
 
 def test_a_load_that_was_lifted_clear_and_touches_again_is_reported_again() -> None:
     up_and_down = (
-        Stage(name="land", mode="ahc", lower="20 m/min", landed=True), Stage(name="lift", mode="ahc", lower="-12 m/min", time="60 s"),
+        Stage(name="land", mode="ahc", lower="20 m/min", landed=True),
+        Stage(name="lift", mode="ahc", lower="-12 m/min", time="60 s"),
         Stage(name="slip", mode="ahc", lower="20 m/min", time="40 s"),
-    )  # fmt: skip
-    run = lower(load_crane("nov-250t"), light(up_and_down, tip=Sine(amplitude="0 m", period="9 s"), winch={"ramp": "0.1 m/s^2"}))
+    )
+    run = lower(
+        load_crane("nov-250t"), light(up_and_down, tip=Sine(amplitude="0 m", period="9 s"), winch={"ramp": "0.1 m/s^2"})
+    )
     assert 'stage "slip" does not land' in str(run.notes.values)
     assert float(run.stage_t_landed[2]) > float(run.stage_t_landed[0]) + 60.0
 
@@ -268,7 +334,9 @@ def test_a_load_that_was_lifted_clear_and_touches_again_is_reported_again() -> N
 def test_the_speed_of_a_touch_is_that_at_the_seabed_whatever_the_step() -> None:
     """Within a step the load comes on by 2.5 mm: time and speed are those of the crossing."""
     programme = (Stage(mode="ahc", lower="30 m/min", time="40 s"),)
-    case = still_winch("-190 m", Sine(amplitude="0 m", period="9 s"), load=box(V=10.0, A33=40.0, A_p=20.0), duration="30 s")
+    case = still_winch(
+        "-190 m", Sine(amplitude="0 m", period="9 s"), load=box(V=10.0, A33=40.0, A_p=20.0), duration="30 s"
+    )
     case = case.model_copy(update={"programme": programme, "depth": 200.0})
     runs = [lower(load_crane("nov-250t"), case, step=step, every="10 ms") for step in ("5 ms", "1 ms")]
     t, v = ([float(run[name]) for run in runs] for name in ("t_landed", "v_landed"))
@@ -288,7 +356,9 @@ STANDS = 0.05
 def test_a_depth_is_reached_and_not_passed(mode: str) -> None:
     """36 m/min with a ramp of 0.07 m/s^2: a ramp that begins at the depth would end 2.6 m below it."""
     down = (Stage(mode=mode, lower="36 m/min", depth="200 m"), Stage(mode=mode, time="40 s"))
-    case = still_winch("-100 m", Sine(amplitude="0 m", period="9 s"), load=box(V=10.0, A33=20.0, A_p=20.0), duration="240 s")
+    case = still_winch(
+        "-100 m", Sine(amplitude="0 m", period="9 s"), load=box(V=10.0, A33=20.0, A_p=20.0), duration="240 s"
+    )
     case = case.model_copy(update={"programme": down, "winch": WinchSettings(ramp="0.07 m/s^2")})
     run = lower(deep(0.02), case)
     assert str(run.status.values) == "ok"
@@ -301,7 +371,9 @@ def test_a_depth_is_reached_and_not_passed(mode: str) -> None:
 @pytest.mark.parametrize("speed", ["6 m/min", "30 m/min"])
 def test_manual_mode_pays_out_at_the_speed_of_the_joystick(name: str, speed: str) -> None:
     """Pumps and motors leak 2 to 19 % of these speeds; the encoder makes up for it."""
-    case = still_winch("-100 m", Sine(amplitude="0 m", period="9 s"), load=box("60 t", V=10.0, A33=20.0, A_p=20.0), duration="150 s")
+    case = still_winch(
+        "-100 m", Sine(amplitude="0 m", period="9 s"), load=box("60 t", V=10.0, A33=20.0, A_p=20.0), duration="150 s"
+    )
     case = case.model_copy(update={"programme": (Stage(mode="manual", lower=speed, time="150 s"),)})
     run = lower(load_crane(name), case)
     s_w, t = run.s_w.values, run.time.values
@@ -357,8 +429,14 @@ def test_wire_damps_alike_wherever_the_run_began() -> None:
     down = (Stage(mode="ahc", lower="60 m/min", wire="500 m"),)
     begun_above = still_winch("-10 m", Sine(amplitude="0 m", period="9 s"), load=box(A33=50.0), duration="520 s")
     r = run_lowerings(deep(0.02), [begun_above.model_copy(update={"programme": down})], n_sub=2, lanes=1, every=0)[0]
-    begun_there = prepare(deep(0.02), [still_winch(f"{20.0 - 15.0 - r.state.s_w} m", begun_above.tip, load=box(A33=50.0))], 2)[0]
+    begun_there = prepare(
+        deep(0.02), [still_winch(f"{20.0 - 15.0 - r.state.s_w} m", begun_above.tip, load=box(A33=50.0))], 2
+    )[0]
     here, there = r.hang.element, begun_there.packed.hang.element
     assert here.c / here.k == pytest.approx(there.c / there.k, rel=1e-3)
-    omega = 2.0 * math.pi / natural_periods(*exact(deep(0.02), begun_above.model_copy(update={"z_0": 5.0 - r.state.s_w})))[0]
+    omega = (
+        2.0
+        * math.pi
+        / natural_periods(*exact(deep(0.02), begun_above.model_copy(update={"z_0": 5.0 - r.state.s_w})))[0]
+    )
     assert 0.5 * here.c / here.k * omega == pytest.approx(0.02, rel=0.02)  # by the rule of a third of the wire's mass

@@ -25,12 +25,20 @@ def crane() -> Crane:
 
 def lift(mass: str = "100 t", V: float = 10.0, **more: object) -> Lowering:
     levels = tuple({"h": f"{h} m", "V": f"{V * h / 5!r} m^3", "A33": mass, "A_p": "20 m^2"} for h in (0.0, 5.0))
-    fields = {"h_tip": "20 m", "depth": "2000 m", "z_0": "-50 m", "programme": (Stage(mode="ahc", time="20 s"),), "duration": "40 s"}
+    fields = {
+        "h_tip": "20 m",
+        "depth": "2000 m",
+        "z_0": "-50 m",
+        "programme": (Stage(mode="ahc", time="20 s"),),
+        "duration": "40 s",
+    }
     return Lowering(payload=Payload(name="box", mass=mass, height="5 m", C_D=2.0, levels=levels), **(fields | more))
 
 
 def water(n: int = 402, dt: float = 0.1, levels: int = 4) -> WaveField:
-    return WaveField(dt=dt, eta=np.zeros(n), eta_dot=np.zeros(n), w=np.zeros((n, levels)), a=np.zeros((n, levels)), z_0=2.0, ds=0.2)
+    return WaveField(
+        dt=dt, eta=np.zeros(n), eta_dot=np.zeros(n), w=np.zeros((n, levels)), a=np.zeros((n, levels)), z_0=2.0, ds=0.2
+    )
 
 
 @pytest.mark.parametrize(
@@ -115,14 +123,21 @@ def test_any_number_of_nodes_runs(nodes: int) -> None:
 
 
 def test_noise_reaches_the_plc_and_not_the_load() -> None:
-    quiet, noisy = (lower(crane(), lift(sensors=s)) for s in (Sensors(), Sensors(noise_v_tip="20 mm/s", noise_F="5 kN", delay="0.1 s")))
+    quiet, noisy = (
+        lower(crane(), lift(sensors=s))
+        for s in (Sensors(), Sensors(noise_v_tip="20 mm/s", noise_F="5 kN", delay="0.1 s"))
+    )
     assert float(noisy.u_p.std()) > 10.0 * float(quiet.u_p.std())
     assert float(np.ptp(noisy.z_load.values)) < 0.05
 
 
 def test_slings_never_push_and_a_slack_lift_is_told() -> None:
     tip = Profile.from_si([0.0, 2.0, 6.0, 8.0], [0.0, -4.0, -4.0, 0.0])
-    run = lower(crane(), lift("15 t", z_0="-20 m", tip=tip, ramp="0 s", programme=(Stage(mode="manual", time="20 s"),)), every="10 ms")
+    run = lower(
+        crane(),
+        lift("15 t", z_0="-20 m", tip=tip, ramp="0 s", programme=(Stage(mode="manual", time="20 s"),)),
+        every="10 ms",
+    )
     assert "sling" in str(run.status.values)
     assert float(run.F_sling.min()) == 0.0
     assert float(run.sling_slack_time) > 1.0
@@ -146,16 +161,30 @@ def test_progress_begins_at_nothing_and_ends_at_all() -> None:
 @pytest.mark.parametrize(
     ("stages", "said"),
     [
-        ([{"mode": "splash", "lower": "-12 m/min", "depth": "80 m"}], 'stage "1 splash": lower = -12 m/min hoists, and depth = 80 m is'),
-        ([{"mode": "ahc", "lower": "12 m/min", "depth": "30 m"}], "is 34.9 m of wire out, with 54.87 m out at its beginning"),
         (
-            [{"mode": "ahc", "lower": "12 m/min", "depth": "90 m"}, {"mode": "ahc", "lower": "12 m/min", "depth": "60 m"}],
+            [{"mode": "splash", "lower": "-12 m/min", "depth": "80 m"}],
+            'stage "1 splash": lower = -12 m/min hoists, and depth = 80 m is',
+        ),
+        (
+            [{"mode": "ahc", "lower": "12 m/min", "depth": "30 m"}],
+            "is 34.9 m of wire out, with 54.87 m out at its beginning",
+        ),
+        (
+            [
+                {"mode": "ahc", "lower": "12 m/min", "depth": "90 m"},
+                {"mode": "ahc", "lower": "12 m/min", "depth": "60 m"},
+            ],
             'stage "2 ahc": lower = 12 m/min pays wire out',
         ),
-        ([{"mode": "landing", "lower": "6 m/min", "hold": "950 kN", "time": "9 s"}], "would lift the load again: payload and hook weigh 909.6 kN"),
+        (
+            [{"mode": "landing", "lower": "6 m/min", "hold": "950 kN", "time": "9 s"}],
+            "would lift the load again: payload and hook weigh 909.6 kN",
+        ),
     ],
 )
-def test_stages_that_end_before_they_begin_or_lift_what_they_landed_are_refused(stages: list[dict[str, str]], said: str) -> None:
+def test_stages_that_end_before_they_begin_or_lift_what_they_landed_are_refused(
+    stages: list[dict[str, str]], said: str
+) -> None:
     with pytest.raises(LiftError, match=said):
         lower(crane(), lift(programme=tuple(Stage(**s) for s in stages)))
 

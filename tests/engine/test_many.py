@@ -24,7 +24,13 @@ MIB = 2**20
 
 
 def case(i: int, **more: object) -> Scenario:
-    asked = {"load": f"{10 + i} t", "s_w": "100 m", "tip": Sine(amplitude="1 m", period="10 s"), "duration": "20 s", "warm_up": "5 s"}
+    asked = {
+        "load": f"{10 + i} t",
+        "s_w": "100 m",
+        "tip": Sine(amplitude="1 m", period="10 s"),
+        "duration": "20 s",
+        "warm_up": "5 s",
+    }
     return Scenario(**(asked | more))
 
 
@@ -107,7 +113,9 @@ def test_a_record_is_known_by_its_points_and_not_by_its_file(tmp_path, counted):
     renamed = Recorded(one.times, one.heights, source="copy of log.csv", report="column 3")
     summaries(CRANE, [case(0, tip=renamed, name="again")], store=tmp_path)
     assert counted == []
-    summaries(CRANE, [case(0, tip=Recorded(one.times, np.nextafter(one.heights, 2.0), source="log.csv"))], store=tmp_path)
+    summaries(
+        CRANE, [case(0, tip=Recorded(one.times, np.nextafter(one.heights, 2.0), source="log.csv"))], store=tmp_path
+    )
     assert counted == [0]
 
 
@@ -133,7 +141,9 @@ def test_notes_and_status_come_back_from_the_store(tmp_path):
 def test_a_file_that_is_not_of_the_store_is_named(tmp_path):
     bad = tmp_path / f"broken{SUFFIX}"
     bad.write_bytes(b"PK half a file")
-    with pytest.raises(SimulationError, match=rf"broken{SUFFIX}: not a result file of Stillhook .*Remove it, and run again\.$"):
+    with pytest.raises(
+        SimulationError, match=rf"broken{SUFFIX}: not a result file of Stillhook .*Remove it, and run again\.$"
+    ):
         summaries(CRANE, CASES[:2], store=tmp_path)
 
 
@@ -220,7 +230,9 @@ print(len(summaries(load_crane("nov-250t"), cases, store=sys.argv[1])), flush=Tr
 
 
 def test_a_killed_run_goes_on_where_it_stood(tmp_path, counted):
-    run = subprocess.Popen([sys.executable, "-c", LONG, str(tmp_path)], stdout=subprocess.DEVNULL, env=os.environ | {"PYTHONPATH": "src"})
+    run = subprocess.Popen(
+        [sys.executable, "-c", LONG, str(tmp_path)], stdout=subprocess.DEVNULL, env=os.environ | {"PYTHONPATH": "src"}
+    )
     end = time.monotonic() + 120.0
     while not any(tmp_path.glob(f"*{SUFFIX}")):
         assert time.monotonic() < end
@@ -238,7 +250,13 @@ def test_a_killed_run_goes_on_where_it_stood(tmp_path, counted):
 
 def test_memory_does_not_grow_with_the_number_of_noisy_cases():
     """Noise of a 60 s run takes 240 kB; held for every case at once 600 of them would take 140 MiB."""
-    noise = {"noise_s_tip": "1 mm", "noise_v_tip": "1 mm/s", "noise_a_tip": "0.001 m/s^2", "noise_s_w": "1 mm", "noise_F": "1 kN"}
+    noise = {
+        "noise_s_tip": "1 mm",
+        "noise_v_tip": "1 mm/s",
+        "noise_a_tip": "0.001 m/s^2",
+        "noise_s_w": "1 mm",
+        "noise_F": "1 kN",
+    }
     cases = [case(i % 200, duration="60 s", warm_up="50 s", sensors={**noise, "seed": i}) for i in range(600)]
     summaries(CRANE, cases[:16])
     tracemalloc.start()
@@ -254,7 +272,10 @@ def test_memory_does_not_grow_with_the_number_of_noisy_cases():
 @pytest.fixture(scope="module")
 def cluster():
     distributed = pytest.importorskip("distributed")
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as c, distributed.Client(c) as client:
+    with (
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as c,
+        distributed.Client(c) as client,
+    ):
         yield c, client
 
 

@@ -125,7 +125,9 @@ def test_no_edit_of_a_kernel_is_overlooked(tmp_path: Path, monkeypatch: pytest.M
 
 def test_the_engine_holds_no_kernels():
     makes = re.compile(r"^@scalar|\bnjit\(|= access\(|= replace\(|\bkept\(", re.M)
-    assert [path.name for path in (build.PACKAGE / "engine").rglob("*.py") if makes.search(path.read_text(encoding="utf-8"))] == []
+    assert [
+        path.name for path in (build.PACKAGE / "engine").rglob("*.py") if makes.search(path.read_text(encoding="utf-8"))
+    ] == []
 
 
 TWO_SECONDS = """

@@ -44,7 +44,11 @@ def test_a_load_on_a_braked_winch_swings_with_the_damping_ratio_of_the_wire(s_w)
     from stillhook.sea.motion.motion import Profile
 
     tip = Profile.from_si([0.0, 0.5, 1.0], [0.0, 0.1, 0.0])
-    run = simulate(damped(0.03), Scenario(load="150 t", s_w=s_w, tip=tip, mode="manual", duration="60 s", warm_up="1 s", ramp="0 s"), every="0.01 s")
+    run = simulate(
+        damped(0.03),
+        Scenario(load="150 t", s_w=s_w, tip=tip, mode="manual", duration="60 s", warm_up="1 s", ramp="0 s"),
+        every="0.01 s",
+    )
     late = run.time.values > 2.0
     assert ratio_of(run.time.values[late], run.s_load.values[late]) == pytest.approx(0.03, rel=DECREMENT)
 
@@ -57,11 +61,22 @@ def test_simulate_and_lower_damp_the_same_load_on_the_same_wire_alike():
     levels = tuple({"h": f"{h} m", "V": "0 m^3", "A33": "0 t", "A_p": "0 m^2"} for h in (0.0, 5.0))
     load = Payload(name="box", mass="150 t", height="5 m", C_D=0.0, levels=levels)
     lift = Lowering(
-        payload=load, rigging=Rigging(zeta=0.0, stiffness="5e9 N/m"), tip=tip, h_tip="215 m", depth="100 m", z_0="0 m",
-        programme=(Stage(mode="manual", time="9000 s"),), duration="60 s", ramp="0 s",
-    )  # fmt: skip
+        payload=load,
+        rigging=Rigging(zeta=0.0, stiffness="5e9 N/m"),
+        tip=tip,
+        h_tip="215 m",
+        depth="100 m",
+        z_0="0 m",
+        programme=(Stage(mode="manual", time="9000 s"),),
+        duration="60 s",
+        ramp="0 s",
+    )
     low = lower(own, lift, every="10 ms")
-    run = simulate(own, Scenario(load="150 t", s_w="200 m", tip=tip, mode="manual", duration="60 s", warm_up="1 s", ramp="0 s"), every="0.01 s")
+    run = simulate(
+        own,
+        Scenario(load="150 t", s_w="200 m", tip=tip, mode="manual", duration="60 s", warm_up="1 s", ramp="0 s"),
+        every="0.01 s",
+    )
     ratios = [ratio_of(d.time.values[d.time.values > 2.0], d.s_load.values[d.time.values > 2.0]) for d in (low, run)]
     assert ratios[0] == pytest.approx(ratios[1], rel=DECREMENT)
 
@@ -92,7 +107,10 @@ def test_a_winch_at_rest_on_its_brake_does_not_feed_the_swing_of_a_deep_load():
 
 @pytest.mark.parametrize("name", ["nov-250t", "nov-100t-pure-active"])
 def test_the_brake_holds_the_load_for_as_long_as_the_joystick_rests(name):
-    run = simulate(crane(name), Scenario(load="80 t", s_w="200 m", tip=Sine(amplitude="0.5 m", period="8 s"), mode="manual", duration="600 s"))
+    run = simulate(
+        crane(name),
+        Scenario(load="80 t", s_w="200 m", tip=Sine(amplitude="0.5 m", period="8 s"), mode="manual", duration="600 s"),
+    )
     assert np.ptp(run.s_w.values) < STANDS
     assert np.all(run.brake.values == 1.0)
 
@@ -100,7 +118,11 @@ def test_the_brake_holds_the_load_for_as_long_as_the_joystick_rests(name):
 @pytest.mark.parametrize("name", ["nov-250t", "nov-100t-pure-active"])
 def test_the_brake_opens_without_a_jerk_once_the_motors_carry_the_load(name):
     stick = Operator(profile=(("10 s", "0 m/min"), ("12 s", "10 m/min")))
-    run = simulate(crane(name), Scenario(load="80 t", s_w="200 m", mode="manual", duration="40 s", warm_up="1 s", operator=stick), every="0.01 s")
+    run = simulate(
+        crane(name),
+        Scenario(load="80 t", s_w="200 m", mode="manual", duration="40 s", warm_up="1 s", operator=stick),
+        every="0.01 s",
+    )
     after = run.time.values > 10.0
     W = float(run.F_w[0])
     assert np.ptp(run.F_w.values[after]) < JERK * W
@@ -111,7 +133,11 @@ def test_the_brake_opens_without_a_jerk_once_the_motors_carry_the_load(name):
 
 def test_the_brake_closes_only_once_the_winch_stands():
     stick = Operator(profile=(("5 s", "0 m/min"), ("7 s", "30 m/min"), ("15 s", "30 m/min"), ("16 s", "0 m/min")))
-    run = simulate(crane(), Scenario(load="80 t", s_w="200 m", mode="manual", duration="40 s", warm_up="1 s", operator=stick), every="0.01 s")
+    run = simulate(
+        crane(),
+        Scenario(load="80 t", s_w="200 m", mode="manual", duration="40 s", warm_up="1 s", operator=stick),
+        every="0.01 s",
+    )
     closing = (run.brake.values > 0.0) & (run.time.values > 8.0)
     assert np.max(np.abs(run.v_w.values[closing])) < 0.02
     assert float(run.brake[-1]) == 1.0
@@ -119,7 +145,9 @@ def test_the_brake_closes_only_once_the_winch_stands():
 
 def test_compensation_begins_from_the_brake_without_an_error():
     """The reference is set where the wire is when the brake lets go, not where it was when the button was pressed."""
-    case = Scenario(load="80 t", s_w="200 m", tip=Still(), mode="manual", modes=(("20 s", "ssc"),), duration="60 s", warm_up="1 s")
+    case = Scenario(
+        load="80 t", s_w="200 m", tip=Still(), mode="manual", modes=(("20 s", "ssc"),), duration="60 s", warm_up="1 s"
+    )
     run = simulate(crane(), case, every="0.01 s")
     assert float(run.brake[-1]) == 0.0
     assert np.max(np.abs(run.e_c.values[run.time.values > 21.0])) < STANDS
@@ -163,7 +191,10 @@ def test_commands_take_effect_as_late_as_the_plc_calculates():
     """Without feedback the wire does the same one cycle later."""
     tip = Sine(amplitude="1 m", period="10 s")
     case = Scenario(load="20 t", s_w="100 m", tip=tip, mode="level-1", duration="80 s")
-    at_once, late = (simulate(changed(crane(), {"control": {"compute_share": t, "K_p": "0.001 1/m"}}), case, every="0.01 s") for t in (0.0, 1.0))
+    at_once, late = (
+        simulate(changed(crane(), {"control": {"compute_share": t, "K_p": "0.001 1/m"}}), case, every="0.01 s")
+        for t in (0.0, 1.0)
+    )
     lags = range(5)
     misfit = [np.ptp(late.v_w.values[4000 + k : 7000 + k] - at_once.v_w.values[4000:7000]) for k in lags]
     assert lags[int(np.argmin(misfit))] == 1  # rows are a cycle of 10 ms apart

@@ -15,7 +15,17 @@ from typing import Any
 import numpy as np
 import platformdirs
 import xarray
-from tests.frozen.inputs import CASES_TOML, CRANES_TOML, LID, PLAN, SPECTRA, STAIRCASE_MAPPING, TWIN_PLAN, staircase, weather_csv
+from tests.frozen.inputs import (
+    CASES_TOML,
+    CRANES_TOML,
+    LID,
+    PLAN,
+    SPECTRA,
+    STAIRCASE_MAPPING,
+    TWIN_PLAN,
+    staircase,
+    weather_csv,
+)
 from tests.frozen.record import condensed, normalised
 
 import stillhook
@@ -62,7 +72,9 @@ def dataset(data: xarray.Dataset) -> dict[str, Any]:
         values = data[name].values
         if values.ndim and values.dtype.kind in "fiub" and not np.any(np.nan_to_num(values.astype(float))):
             continue
-        out[name] = [str(v) for v in values.ravel()] if values.ndim and values.dtype.kind not in "fiub" else values.tolist()
+        out[name] = (
+            [str(v) for v in values.ravel()] if values.ndim and values.dtype.kind not in "fiub" else values.tolist()
+        )
         if not values.ndim and values.dtype.kind not in "fiub":
             out[name] = str(values)
     return out
@@ -74,7 +86,9 @@ def dataset(data: xarray.Dataset) -> dict[str, Any]:
 @contextlib.contextmanager
 def fresh_cache() -> Iterator[None]:
     """A cache with the compiled kernels but without results of earlier runs, so that these are computed by the present code."""
-    cli("compare", "--modes", "ssc", "--motion", "sine 1 m 10 s", "--duration", "2 s", "--warm-up", "1 s")  # kernels exist from here on
+    cli(
+        "compare", "--modes", "ssc", "--motion", "sine 1 m 10 s", "--duration", "2 s", "--warm-up", "1 s"
+    )  # kernels exist from here on
     before = os.environ.get(CACHE)
     real = Path(before or platformdirs.user_cache_dir("stillhook", appauthor=False))
     with tempfile.TemporaryDirectory(prefix="frozen-cache-") as folder:
@@ -200,12 +214,33 @@ def sea_measured() -> Any:
 @case
 def tip() -> Any:
     base = ("tip", "--vessel", "construction-vessel-130m", "--duration", "10 min")
-    boom = ("--pedestal", "x=-10 m, y=-6 m, z=15 m", "--slew", "270 deg", "--main", "25 m 50 deg", "--knuckle", "15 m 60 deg")
+    boom = (
+        "--pedestal",
+        "x=-10 m, y=-6 m, z=15 m",
+        "--slew",
+        "270 deg",
+        "--main",
+        "25 m 50 deg",
+        "--knuckle",
+        "15 m 60 deg",
+    )
     wave = ("--wave", "jonswap Hs=1 m Tp=8 s gamma=3.3")
     results = [
         cli(*base, *wave, "--at", "x=-20 m, y=-18 m", "--heading", "180 deg", "--seeds", "5"),
         cli(*base, *wave, *boom, "--heading", "150 deg", "--spread", "4"),
-        cli(*base, *wave, "--at", "x=-20 m, y=-18 m, z=30 m", "--heading", "165 deg", "--exact", "--amplitudes", "rayleigh", "--out", "out"),
+        cli(
+            *base,
+            *wave,
+            "--at",
+            "x=-20 m, y=-18 m, z=30 m",
+            "--heading",
+            "165 deg",
+            "--exact",
+            "--amplitudes",
+            "rayleigh",
+            "--out",
+            "out",
+        ),
         cli(*base, *wave, "--at", "x=-20 m, y=-18 m", "--heading", "all"),
     ]
     return [*results, json.loads(Path("out/tip.json").read_text(encoding="utf-8"))]
@@ -222,7 +257,13 @@ def run_cases() -> Any:
 
 def series_of(crane: str, modes: tuple[str, ...], **more: Any) -> Any:
     plant = stillhook.load_crane(crane)
-    given = {"load": "60 t", "s_w": "100 m", "tip": "sine 1.2 m 10 s + sine 0.2 m 6 s", "duration": "30 s", "warm_up": "10 s"} | more
+    given = {
+        "load": "60 t",
+        "s_w": "100 m",
+        "tip": "sine 1.2 m 10 s + sine 0.2 m 6 s",
+        "duration": "30 s",
+        "warm_up": "10 s",
+    } | more
     cases = {mode: stillhook.Scenario(mode=mode, **given) for mode in modes}
     return {mode: dataset(stillhook.simulate(plant, one, every="0.1 s", threads=1)) for mode, one in cases.items()}
 
@@ -255,9 +296,14 @@ def simulate_strong_sea() -> Any:
 @case
 def simulate_many_lanes() -> Any:
     out = {}
-    for crane, modes in (("nov-150t", ("ns", "hs", "ssc", "ssc-cubic", "level-1", "manual")), ("nov-100t-pure-active", ("ns", "ssc"))):
+    for crane, modes in (
+        ("nov-150t", ("ns", "hs", "ssc", "ssc-cubic", "level-1", "manual")),
+        ("nov-100t-pure-active", ("ns", "ssc")),
+    ):
         cases = [
-            stillhook.Scenario(load=f"{load} t", s_w="120 m", tip=f"sine {a} m 11 s", mode=mode, duration="25 s", warm_up="10 s")
+            stillhook.Scenario(
+                load=f"{load} t", s_w="120 m", tip=f"sine {a} m 11 s", mode=mode, duration="25 s", warm_up="10 s"
+            )
             for mode in modes
             for load, a in ((10, 0.5), (50, 1.0), (80, 2.0))
         ]
@@ -296,9 +342,17 @@ def lower_many_lanes() -> Any:
     for crane in ("nov-250t", "nov-100t-pure-active"):
         lifts = []
         for i in range(4):
-            write(**{f"lid{i}": LID.replace("nov-250t", crane).replace("0.3 m 9 s", f"{0.2 + 0.1 * i} m 8 s").replace("180 s", "60 s")})
+            write(
+                **{
+                    f"lid{i}": LID.replace("nov-250t", crane)
+                    .replace("0.3 m 9 s", f"{0.2 + 0.1 * i} m 8 s")
+                    .replace("180 s", "60 s")
+                }
+            )
             lifts.append(stillhook.load_lift(f"lid{i}.toml"))
-        out[crane] = dataset(stillhook.lower(lifts[0].crane, [file.lift for file in lifts], on_failure="mark", threads=1))
+        out[crane] = dataset(
+            stillhook.lower(lifts[0].crane, [file.lift for file in lifts], on_failure="mark", threads=1)
+        )
     return out
 
 
@@ -329,20 +383,33 @@ def maps() -> Any:
     return [
         cli("map", "nov-250t", "--controllers", "ns,ssc,strong-ssc", *grid),
         cli("map", "nov-250t", "--controllers", "hs,ssc", "--metric", "settling", *grid),
-        cli("map", "nov-100t-pure-active", "--controllers", "ns,hs", "--loads", "20 t, 60 t", "--speeds", "20 m/min, 50 m/min"),
+        cli(
+            "map",
+            "nov-100t-pure-active",
+            "--controllers",
+            "ns,hs",
+            "--loads",
+            "20 t, 60 t",
+            "--speeds",
+            "20 m/min, 50 m/min",
+        ),
     ]
 
 
 @case
 def tune() -> Any:
     grid = ("--loads", "50 t", "--speeds", "40 m/min", "--periods", "12 s")
-    return cli("tune", "nov-250t", "--controllers", "ns", "--budget", "20", "--free", "K_p", "--objective", "error", *grid)
+    return cli(
+        "tune", "nov-250t", "--controllers", "ns", "--budget", "20", "--free", "K_p", "--objective", "error", *grid
+    )
 
 
 @case
 def uncertainty() -> Any:
     limits = ("--limit", "e_c_pp <= 12 cm", "--duration", "25 s", "--warm-up", "10 s")
-    return cli("uncertainty", "--crane", "nov-250t", "--draws", "8", "--modes", "ns,ssc,strong-ssc", "--load", "100 t", *limits)
+    return cli(
+        "uncertainty", "--crane", "nov-250t", "--draws", "8", "--modes", "ns,ssc,strong-ssc", "--load", "100 t", *limits
+    )
 
 
 # Identification
@@ -393,7 +460,9 @@ def certificate() -> Any:
 @case
 @computed_afresh
 def response() -> Any:
-    return cli("response", "anchor-to-3000m", "--depth", "2000 m", "--wave", "jonswap Hs=2 m Tp=8 s", "--heading", "150 deg")
+    return cli(
+        "response", "anchor-to-3000m", "--depth", "2000 m", "--wave", "jonswap Hs=2 m Tp=8 s", "--heading", "150 deg"
+    )
 
 
 @case
@@ -404,7 +473,11 @@ def plan_check() -> Any:
 @case
 @computed_afresh
 def plan_quick() -> Any:
-    headings = PLAN.split('[[phase]]\nname = "landing"')[0].replace(', "strong-ssc"', "").replace('["180 deg"]', '["165 deg", "180 deg", "195 deg"]')
+    headings = (
+        PLAN.split('[[phase]]\nname = "landing"')[0]
+        .replace(', "strong-ssc"', "")
+        .replace('["180 deg"]', '["165 deg", "180 deg", "195 deg"]')
+    )
     write(plan=headings.replace("[operation]", '[weather]\nfile = "SYNTHETIC-norwegian-sea"\n\n[operation]'))
     return cli("plan", "plan.toml", "--quick", "--threads", "1")
 
@@ -426,7 +499,9 @@ def weather() -> Any:
         cli("weather", "persistence", "site.csv", "--limit", "Hs <= 1 m", "--window", "18 h"),
         cli("weather", "alpha", "--hs", "2 m", "--t-pop", "24 h"),
         cli("weather", "alpha", "--hs", "0.8 m", "--t-pop", "24 h"),
-        cli("weather", "forecast", "SYNTHETIC-norwegian-sea", "--limit", "Hs <= 2 m", "--t-pop", "24 h", "--t-c", "12 h"),
+        cli(
+            "weather", "forecast", "SYNTHETIC-norwegian-sea", "--limit", "Hs <= 2 m", "--t-pop", "24 h", "--t-c", "12 h"
+        ),
     ]
 
 

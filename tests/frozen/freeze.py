@@ -46,7 +46,9 @@ def freeze(names: list[str]) -> int:
             continue
         record.store(name, value)
         size = record.path_of(name).stat().st_size
-        print(f"{i:3d}/{len(names)}  {name:32s} {time.perf_counter() - start:6.2f} s {size / 1024:7.1f} KiB", flush=True)
+        print(
+            f"{i:3d}/{len(names)}  {name:32s} {time.perf_counter() - start:6.2f} s {size / 1024:7.1f} KiB", flush=True
+        )
     record.store(record.MACHINE, record.machine())
     for name in sorted(record.stored_names() - CASES.keys()):
         record.path_of(name).unlink()

@@ -160,7 +160,11 @@ SPECTRA = spectra()
 def weather_csv(days: int = 30) -> str:
     """A calm day in three, with a gap in time and values that are missing."""
     times = np.datetime64("2020-01-01T00:00") + np.arange(days * 24) * np.timedelta64(1, "h")
-    rows = [f"{t}Z,{0.9 if i // 24 % 3 == 2 else 2.5},{90 * (i // 24 % 4)}" for i, t in enumerate(times) if not 200 <= i < 205]
+    rows = [
+        f"{t}Z,{0.9 if i // 24 % 3 == 2 else 2.5},{90 * (i // 24 % 4)}"
+        for i, t in enumerate(times)
+        if not 200 <= i < 205
+    ]
     rows[300] = rows[300].split(",")[0] + ",,"
     return "\n".join(["time,Hs [m],MWD [deg]", *rows]) + "\n"
 

@@ -19,7 +19,9 @@ RELATIVE_TOLERANCE = 1e-6
 finding amplify that from 1e-16 to some 1e-9; a change of the model is far above 1e-6."""
 ABSOLUTE_TOLERANCE = 1e-12
 """Between machines: rounding errors of quantities that are zero, such as a speed at rest [SI]."""
-DROPPED = frozenset({"wall", "date", "version", "code", "elapsed", "seconds", "created", "platform", "python", "same_pdf"})
+DROPPED = frozenset(
+    {"wall", "date", "version", "code", "elapsed", "seconds", "created", "platform", "python", "same_pdf"}
+)
 """Keys that say when, where and with which code a result was made."""
 HASHED = "sha256"
 """Key of a hash of the values: compared on the same machine only."""
@@ -108,7 +110,10 @@ def condensed_column(values: list[Any]) -> Any:
     if all(v is None or isinstance(v, str | bool) for v in values):
         return condensed_texts(values)
     if all(isinstance(v, list) and all(x is None or is_number(x) for x in v) for v in values):
-        return {"lengths": condensed([len(v) for v in values]), "joined": condensed_list([x for v in values for x in v])}
+        return {
+            "lengths": condensed([len(v) for v in values]),
+            "joined": condensed_list([x for v in values for x in v]),
+        }
     return {"length": len(values), HASHED: digest(json.dumps(values).encode())}
 
 
@@ -129,7 +134,11 @@ def condensed_array(values: list[Any], shape: tuple[int, ...], samples: int = SA
 
 def condensed_texts(values: list[Any]) -> dict[str, Any]:
     names = sorted({json.dumps(v, ensure_ascii=False) for v in values})
-    out: dict[str, Any] = {"length": len(values), "samples": sampled(values, COLUMN_SAMPLES), HASHED: digest(json.dumps(values).encode())}
+    out: dict[str, Any] = {
+        "length": len(values),
+        "samples": sampled(values, COLUMN_SAMPLES),
+        HASHED: digest(json.dumps(values).encode()),
+    }
     if len(names) <= MOST_COUNTED:
         out["counts"] = {name: sum(json.dumps(v, ensure_ascii=False) == name for v in values) for name in names}
     return condensed({k: v for k, v in out.items() if k != "counts"}) | {k: v for k, v in out.items() if k == "counts"}
@@ -234,7 +243,13 @@ def differences(old: Any, new: Any, *, exact: bool, path: str = "", scale: float
         scale = 0.0 if exact else array_scale(old)
         for key in sorted(old.keys() | new.keys()):
             if exact or key != HASHED:
-                yield from differences(old.get(key, ABSENT), new.get(key, ABSENT), exact=exact, path=f"{path}.{key}" if path else key, scale=scale)
+                yield from differences(
+                    old.get(key, ABSENT),
+                    new.get(key, ABSENT),
+                    exact=exact,
+                    path=f"{path}.{key}" if path else key,
+                    scale=scale,
+                )
     elif isinstance(old, list) and isinstance(new, list):
         if len(old) != len(new):
             yield Difference(f"{path}.length", len(old), len(new))
@@ -256,7 +271,9 @@ def identical(old: Any, new: Any) -> bool:
 
 def close(old: Any, new: Any, scale: float = 0.0) -> bool:
     if is_number(old) and is_number(new):
-        return math.isclose(old, new, rel_tol=RELATIVE_TOLERANCE, abs_tol=max(ABSOLUTE_TOLERANCE, RELATIVE_TOLERANCE * scale))
+        return math.isclose(
+            old, new, rel_tol=RELATIVE_TOLERANCE, abs_tol=max(ABSOLUTE_TOLERANCE, RELATIVE_TOLERANCE * scale)
+        )
     if isinstance(old, str) and isinstance(new, str):
         a, b = NUMBER.findall(old), NUMBER.findall(new)
         same_words = NUMBER.sub("#", old) == NUMBER.sub("#", new)

@@ -31,7 +31,12 @@ def test_results_are_those_that_were_stored(name):
 class TestComparison:
     """The comparison itself finds what it should find."""
 
-    OLD = {"a": 1.0, "n": 3, "text": "peak 2.5 m", "series": {"samples": [0.0, 5.0], "min": 0.0, "max": 5.0, "sha256": "x"}}
+    OLD = {
+        "a": 1.0,
+        "n": 3,
+        "text": "peak 2.5 m",
+        "series": {"samples": [0.0, 5.0], "min": 0.0, "max": 5.0, "sha256": "x"},
+    }
 
     def changed(self, exact, **new):
         return [d.path for d in record.differences(self.OLD, self.OLD | new, exact=exact)]

@@ -32,7 +32,9 @@ class Staircase:
     def cells(self, digits: int = 4) -> dict[str, list[str]]:
         return {name: [f"{value:.{digits}f}" for value in values] for name, values in self.columns.items()}
 
-    def write(self, path: Path, *, separator: str = ",", cells: dict[str, list[str]] | None = None, header: str | None = None) -> Path:
+    def write(
+        self, path: Path, *, separator: str = ",", cells: dict[str, list[str]] | None = None, header: str | None = None
+    ) -> Path:
         """A CSV with headings that Stillhook knows, or a header of your own."""
         cells = cells or self.cells()
         heading = header if header is not None else separator.join(HEADINGS.get(name, name) for name in cells)
@@ -41,17 +43,34 @@ class Staircase:
         return path
 
 
-HEADINGS = {"time": "time [s]", "p_a": "p_a [bar]", "p_b": "p_b [bar]", "omega_m": "omega_m [rev/min]", "u_p": "u_p [%]", "s_w": "s_w [m]"}
+HEADINGS = {
+    "time": "time [s]",
+    "p_a": "p_a [bar]",
+    "p_b": "p_b [bar]",
+    "omega_m": "omega_m [rev/min]",
+    "u_p": "u_p [%]",
+    "s_w": "s_w [m]",
+}
 
 
-def make(seconds: float = 200.0, rate: float = 100.0, *, noise: float = 0.5, seed: int = 1, load: float = 120.0, regular: bool = False) -> Staircase:
+def make(
+    seconds: float = 200.0,
+    rate: float = 100.0,
+    *,
+    noise: float = 0.5,
+    seed: int = 1,
+    load: float = 120.0,
+    regular: bool = False,
+) -> Staircase:
     """Hoists and lowers in turn with a hanging load; friction of 15 bar and a little with speed on either side of it."""
     rng = np.random.default_rng(seed)
     t = np.arange(round(seconds * rate)) / rate
     target = np.zeros_like(t)
     begin, step = 3.0, 0
     while begin < seconds:
-        hold, pause = (HOLD, PAUSE) if regular else (HOLD * rng.uniform(0.8, 1.1), PAUSE * rng.uniform(0.7, 1.5))  # by hand
+        hold, pause = (
+            (HOLD, PAUSE) if regular else (HOLD * rng.uniform(0.8, 1.1), PAUSE * rng.uniform(0.7, 1.5))
+        )  # by hand
         size = 0.15 + 0.05 * (step // 2)
         target[(t >= begin) & (t < begin + hold)] = size if step % 2 == 0 else -size
         begin, step = begin + hold + pause, step + 1

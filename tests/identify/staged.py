@@ -20,8 +20,19 @@ COUNT = 11
 STEP = 16.0  # s, of one stretch with its ramps: hoisting, then lowering
 LEAK_SPREAD = 1.04  # lowering runs faster than hoisting at one pump command
 STAIR = (20, 40, 60, 90, 120, 160, 200, 250, 300, 350, 400, 450, 500, 550, 600, 650, 700, 750, 800, 900, 1000)
-CRANE_2 = ((215, 0, False), (215, 77, False), (215, 107, False), (164, 0, False), (164, 77, False), (164, 107, False), (200, 0, False),
-           (200, 107, True), (146, 77, True), (120, 77, True), (146, 107, True))  # fmt: skip
+CRANE_2 = (
+    (215, 0, False),
+    (215, 77, False),
+    (215, 107, False),
+    (164, 0, False),
+    (164, 77, False),
+    (164, 107, False),
+    (200, 0, False),
+    (200, 107, True),
+    (146, 77, True),
+    (120, 77, True),
+    (146, 107, True),
+)
 """Displacement [cm^3/rev], load [t], held out: paper D tables 2 and 5."""
 
 
@@ -52,9 +63,12 @@ def stage(y: Y, tests=CRANE_2, stair=STAIR, *, rng=None, sd_dp=0.5e5, sd_omega=0
 def disturbed(points: Points, rng, sd_dp=0.5e5, sd_omega=0.002) -> Points:
     e = rng.standard_normal((4, len(points)))
     return dataclasses.replace(
-        points, dp_up=points.dp_up + sd_dp * e[0], dp_down=points.dp_down + sd_dp * e[1],
-        omega_up=points.omega_up * (1 + sd_omega * e[2]), omega_down=points.omega_down * (1 + sd_omega * e[3]),
-    )  # fmt: skip
+        points,
+        dp_up=points.dp_up + sd_dp * e[0],
+        dp_down=points.dp_down + sd_dp * e[1],
+        omega_up=points.omega_up * (1 + sd_omega * e[2]),
+        omega_down=points.omega_down * (1 + sd_omega * e[3]),
+    )
 
 
 @functools.cache

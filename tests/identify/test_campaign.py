@@ -66,31 +66,76 @@ def test_a_stated_wire_length_gives_the_layer_in_use(tmp_path):
 BAD = [
     ("", "campaign.toml: empty. "),
     ("crane = ", "campaign.toml: not valid TOML: "),
-    (GOOD.replace('crane = "nov-150t"\n', ""), "campaign.toml: crane: missing. A campaign needs crane and at least one [[test]]."),
+    (
+        GOOD.replace('crane = "nov-150t"\n', ""),
+        "campaign.toml: crane: missing. A campaign needs crane and at least one [[test]].",
+    ),
     (GOOD.replace("nov-150t", "nov-15t"), 'campaign.toml: No crane "nov-15t": the library has '),
-    (GOOD.replace("motors = 11\n", ""), 'campaign.toml: motors: missing. "nov-150t" has 3 active and 8 passive motors: say how many were in the circuit'),
-    (GOOD.replace("motors = 11", "motors = 12"), 'campaign.toml: motors = 12: "nov-150t" has 1 to 11. Give how many were in the circuit.'),
+    (
+        GOOD.replace("motors = 11\n", ""),
+        'campaign.toml: motors: missing. "nov-150t" has 3 active and 8 passive motors: say how many were in the circuit',
+    ),
+    (
+        GOOD.replace("motors = 11", "motors = 12"),
+        'campaign.toml: motors = 12: "nov-150t" has 1 to 11. Give how many were in the circuit.',
+    ),
     (GOOD.replace("motors = 11", "motor = 11"), "campaign.toml: motor = 11: give a text."),
-    (GOOD.replace("motors = 11", 'motors = 11\nmotor = "A6VM280"'), 'campaign.toml: motor = "A6VM280": 280 cm^3/rev, where "nov-150t" has motors of 215 cm^3/rev.'),
+    (
+        GOOD.replace("motors = 11", 'motors = 11\nmotor = "A6VM280"'),
+        'campaign.toml: motor = "A6VM280": 280 cm^3/rev, where "nov-150t" has motors of 215 cm^3/rev.',
+    ),
     (GOOD.replace("motors = 11", 'motors = 11\nmotor = "A6VM21"'), 'did you mean "A6VM215"?'),
     (GOOD.replace("layer = 6", "lyer = 6"), 'campaign.toml: test "1": lyer: unknown field. Allowed: name, log, '),
-    (GOOD.replace("layer = 6", "layer = 12"), 'campaign.toml: test "1": layer = 12: "nov-150t" has layers 1 to 11, counted from the bare drum.'),
-    (GOOD.replace("layer = 6", 'layer = 6\ns_w = "1 m"'), 'campaign.toml: test "1": layer and s_w: both given. Give one.'),
+    (
+        GOOD.replace("layer = 6", "layer = 12"),
+        'campaign.toml: test "1": layer = 12: "nov-150t" has layers 1 to 11, counted from the bare drum.',
+    ),
+    (
+        GOOD.replace("layer = 6", 'layer = 6\ns_w = "1 m"'),
+        'campaign.toml: test "1": layer and s_w: both given. Give one.',
+    ),
     (GOOD.replace('"77 t"', "77"), 'campaign.toml: test "1": load = 77: '),
     (GOOD.replace('"77 t"', '"77 kN"'), 'campaign.toml: test "1": load = "77 kN": unit "kN" is not one of kg, t, te.'),
-    (GOOD.replace('"77 t"', '"777 t"'), 'campaign.toml: test "1": load 777 t: "nov-150t" is made for 0 t to 150 t. Check the load.'),
-    (GOOD.replace("D_mt", "D_m"), 'campaign.toml: test "1": displacement of one motor 2365 cm^3/rev: allowed is above 0 up to 215 cm^3/rev. D_m is that of one motor'),
-    (GOOD.replace('"2365 cm^3/rev"', '"2365 cm^3"'), 'campaign.toml: test "1": D_mt = "2365 cm^3": unit "cm^3" is not one of m^3/rad, cm^3/rev, cc/rev.'),
-    (GOOD.replace('log = "1.csv"\nD_mt', 'log = "9.csv"\nD_mt'), 'campaign.toml: test "1": log = "9.csv": no such file beside the campaign file. Check the path.'),
-    (GOOD.replace('"2.csv"', '"1.csv"'), 'campaign.toml: test "2": log = "1.csv" is that of test "1" as well, and would count twice. Name another log, or'),
-    (GOOD.replace('name = "1"', "name = 1"), "campaign.toml: test 1: name = 1: give a text, such as \"3\"."),
-    (GOOD.replace('name = "1"', 'name = "2"'), 'campaign.toml: test: the name "2" comes twice. Give every test its own.'),
-    (GOOD.replace("hold_out = true", 'hold_out = "yes"'), 'campaign.toml: test "2": hold_out = "yes": give true or false.'),
-    (GOOD.replace('"0.3 %"', "0.3"), "campaign.toml: accuracy.omega_m = 0.3: give a part of the reading, such as \"0.2 %\"."),
-    (GOOD.replace('"0.2 bar"', '"-0.2 bar"'), 'campaign.toml: accuracy.p = "-0.2 bar": give a standard uncertainty, 0 or more.'),
+    (
+        GOOD.replace('"77 t"', '"777 t"'),
+        'campaign.toml: test "1": load 777 t: "nov-150t" is made for 0 t to 150 t. Check the load.',
+    ),
+    (
+        GOOD.replace("D_mt", "D_m"),
+        'campaign.toml: test "1": displacement of one motor 2365 cm^3/rev: allowed is above 0 up to 215 cm^3/rev. D_m is that of one motor',
+    ),
+    (
+        GOOD.replace('"2365 cm^3/rev"', '"2365 cm^3"'),
+        'campaign.toml: test "1": D_mt = "2365 cm^3": unit "cm^3" is not one of m^3/rad, cm^3/rev, cc/rev.',
+    ),
+    (
+        GOOD.replace('log = "1.csv"\nD_mt', 'log = "9.csv"\nD_mt'),
+        'campaign.toml: test "1": log = "9.csv": no such file beside the campaign file. Check the path.',
+    ),
+    (
+        GOOD.replace('"2.csv"', '"1.csv"'),
+        'campaign.toml: test "2": log = "1.csv" is that of test "1" as well, and would count twice. Name another log, or',
+    ),
+    (GOOD.replace('name = "1"', "name = 1"), 'campaign.toml: test 1: name = 1: give a text, such as "3".'),
+    (
+        GOOD.replace('name = "1"', 'name = "2"'),
+        'campaign.toml: test: the name "2" comes twice. Give every test its own.',
+    ),
+    (
+        GOOD.replace("hold_out = true", 'hold_out = "yes"'),
+        'campaign.toml: test "2": hold_out = "yes": give true or false.',
+    ),
+    (
+        GOOD.replace('"0.3 %"', "0.3"),
+        'campaign.toml: accuracy.omega_m = 0.3: give a part of the reading, such as "0.2 %".',
+    ),
+    (
+        GOOD.replace('"0.2 bar"', '"-0.2 bar"'),
+        'campaign.toml: accuracy.p = "-0.2 bar": give a standard uncertainty, 0 or more.',
+    ),
     (GOOD.replace('unit = "rev/min"', 'unit = "knots"'), "campaign.toml: signals"),
     (GOOD.split("[[test]]")[0], "campaign.toml: test: missing."),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("text", "line"), BAD, ids=[line[:60] for _, line in BAD])

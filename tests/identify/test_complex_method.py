@@ -15,7 +15,9 @@ SAME = 1e-6  # relative difference of two costs that are the same minimum
 
 def friction_cost(points):
     T = points.T_f - motor_loss_at(points, LOSS)
-    return (lambda x: float(np.sum((T - system_friction_at(points, Y(*x))) ** 2))), Problem(Target(points, T), np.ones(len(points)))
+    return (lambda x: float(np.sum((T - system_friction_at(points, Y(*x))) ** 2))), Problem(
+        Target(points, T), np.ones(len(points))
+    )
 
 
 @pytest.mark.parametrize("variant", [Variant.KRUS, Variant.COMPLEX_RF])
@@ -42,7 +44,9 @@ def test_the_original_method_either_finds_it_or_says_that_it_did_not():
 
 
 def test_the_minimum_may_lie_on_a_bound():
-    found = complex_method(lambda x: float((x[0] + 1.0) ** 2 + (x[1] - 0.3) ** 2), np.zeros(2), np.ones(2), population=12)
+    found = complex_method(
+        lambda x: float((x[0] + 1.0) ** 2 + (x[1] - 0.3) ** 2), np.zeros(2), np.ones(2), population=12
+    )
     assert found.x[0] == pytest.approx(0.0, abs=1e-12)
     assert found.x[1] == pytest.approx(0.3, abs=1e-5)
 
@@ -77,7 +81,11 @@ def test_running_out_of_evaluations_is_said():
 @pytest.mark.parametrize(
     ("bounds", "population", "line"),
     [
-        ((np.zeros(2), np.zeros(2)), 36, "complex method: a lower bound is not below its upper bound. Give bounds in order."),
+        (
+            (np.zeros(2), np.zeros(2)),
+            36,
+            "complex method: a lower bound is not below its upper bound. Give bounds in order.",
+        ),
         ((np.zeros(6), np.ones(6)), 7, "complex method: a population of 7 for 6 parameters. Take 8 or more."),
     ],
 )

@@ -29,7 +29,9 @@ def friction(v: float) -> float:
     return 300.0 + 2000.0 * v
 
 
-def ram(*, spring: float = SPRING, noise: float = 20.0, lost: float | None = None, rate: float = 50.0, seed: int = 0) -> Log:
+def ram(
+    *, spring: float = SPRING, noise: float = 20.0, lost: float | None = None, rate: float = 50.0, seed: int = 0
+) -> Log:
     """A ram that goes out and in at each speed, against a spring and friction; bins of 0.1 s."""
     rng = np.random.default_rng(seed)
     dt = 1.0 / rate
@@ -91,7 +93,9 @@ def test_intervals_of_the_place_by_place_friction_hold_the_truth() -> None:
 
 def test_a_friction_that_depends_on_the_place_is_less_certain() -> None:
     log = ram()
-    tight = np.sign(log.signals["speed"]) * np.where(np.abs(log.signals["speed"]) > 1e-2, 200.0 * (log.signals["position"] - 0.85), 0.0)
+    tight = np.sign(log.signals["speed"]) * np.where(
+        np.abs(log.signals["speed"]) > 1e-2, 200.0 * (log.signals["position"] - 0.85), 0.0
+    )
     found = friction_curve(log, position="position", effort=log.signals["effort"] + tight)
     plain = friction_curve(log, position="position")
     assert all(a.u_friction > 3.0 * b.u_friction for a, b in zip(found.points, plain.points, strict=True))
@@ -131,7 +135,10 @@ def written(folder: Path) -> tuple[Path, Path]:
     log = ram()
     file, mapping = folder / "ram.csv", folder / "ram.toml"
     s = log.signals
-    rows = [f"{t:.2f},{1e3 * v:.4f},{F:.2f},{1e3 * x:.3f}" for t, v, F, x in zip(log.t, s["speed"], s["effort"], s["position"], strict=True)]
+    rows = [
+        f"{t:.2f},{1e3 * v:.4f},{F:.2f},{1e3 * x:.3f}"
+        for t, v, F, x in zip(log.t, s["speed"], s["effort"], s["position"], strict=True)
+    ]
     file.write_text("\n".join(["t,v,F,x", *rows]) + "\n", encoding="utf-8")
     mapping.write_text(
         '[signals]\ntime = { column = "t", unit = "s" }\nspeed = { column = "v", quantity = "speed", unit = "mm/s" }\n'
@@ -151,7 +158,9 @@ def app() -> typer.Typer:
 def test_the_command_prints_a_table_and_writes_figure_csv_and_json(tmp_path: Path, app: typer.Typer) -> None:
     file, mapping = written(tmp_path)
     out = tmp_path / "out"
-    result = CliRunner().invoke(app, [str(file), "--mapping", str(mapping), "--position", "position", "--out", str(out)])
+    result = CliRunner().invoke(
+        app, [str(file), "--mapping", str(mapping), "--position", "position", "--out", str(out)]
+    )
     assert result.exit_code == 0, result.output
     assert "m/min" in result.output
     assert "kN" in result.output
@@ -164,7 +173,9 @@ def test_the_command_prints_a_table_and_writes_figure_csv_and_json(tmp_path: Pat
 
 def test_json_holds_points_with_intervals_and_rejects_with_reasons(tmp_path: Path, app: typer.Typer) -> None:
     file, mapping = written(tmp_path)
-    result = CliRunner().invoke(app, [str(file), "--mapping", str(mapping), "--position", "position", "--least-length", "6 s", "--json"])
+    result = CliRunner().invoke(
+        app, [str(file), "--mapping", str(mapping), "--position", "position", "--least-length", "6 s", "--json"]
+    )
     data = json.loads(result.stdout)
     assert data["points"][0]["interval_95"][0] < friction(0.05) < data["points"][0]["interval_95"][1]
     assert any("a window needs 6 s" in r["reason"] for r in data["rejected"])
@@ -185,7 +196,10 @@ def test_visits_that_differ_by_more_than_each_shows_widen_every_interval() -> No
     visit = CurvePoint(0.0, 0.0, 6.0, 0.0, 6.0, None, None)  # type: ignore[arg-type]
     for _ in range(200):
         v = np.linspace(0.05, 0.6, 9)
-        raw = [replace(visit, speed=float(x), friction=friction(x) + 60.0 * float(e)) for x, e in zip(v, rng.standard_normal(9), strict=True)]
+        raw = [
+            replace(visit, speed=float(x), friction=friction(x) + 60.0 * float(e))
+            for x, e in zip(v, rng.standard_normal(9), strict=True)
+        ]
         found = with_visits(raw)
         inside += [p.interval[0] < friction(p.speed) < p.interval[1] for p in found]
         alone += [p.interval[0] < friction(p.speed) < p.interval[1] for p in raw]
@@ -199,7 +213,9 @@ def test_visits_that_agree_are_left_as_they_are() -> None:
     assert [p.u_friction for p in found] == [6.0] * 4
 
 
-def test_a_log_without_the_signals_is_refused_with_the_columns_that_are_needed(tmp_path: Path, app: typer.Typer) -> None:
+def test_a_log_without_the_signals_is_refused_with_the_columns_that_are_needed(
+    tmp_path: Path, app: typer.Typer
+) -> None:
     file, _ = written(tmp_path)
     problem = str(CliRunner().invoke(app, [str(file), "--position", "position"]).exception)
     assert "with the columns of time, speed, effort, position under [signals]" in problem
@@ -214,9 +230,22 @@ def quick(hold: float, *, spring: float = 0.0, noise: float = 20.0) -> Log:
         for v in (s, -s):
             parts += [np.linspace(0.0, v, 4), np.full(round(hold / dt), v), np.linspace(v, 0.0, 4), np.zeros(40)]
     v = np.concatenate(parts)
-    F = STIFF + spring * np.cumsum(v) * dt + np.sign(v) * np.where(np.abs(v) > 1e-3, friction(0.0) + 2000.0 * np.abs(v), 0.0)
+    F = (
+        STIFF
+        + spring * np.cumsum(v) * dt
+        + np.sign(v) * np.where(np.abs(v) > 1e-3, friction(0.0) + 2000.0 * np.abs(v), 0.0)
+    )
     signals = {"speed": v + 1e-3 * rng.standard_normal(len(v)), "effort": F + noise * rng.standard_normal(len(v))}
-    return Log("quick.csv", dt * (np.arange(len(v)) + 0.5), signals, {k: np.zeros(len(v), dtype=bool) for k in signals}, (), (), 20.0, len(v))
+    return Log(
+        "quick.csv",
+        dt * (np.arange(len(v)) + 0.5),
+        signals,
+        {k: np.zeros(len(v), dtype=bool) for k in signals},
+        (),
+        (),
+        20.0,
+        len(v),
+    )
 
 
 def test_a_log_of_short_steps_is_read_with_shorter_stretches_and_says_so() -> None:

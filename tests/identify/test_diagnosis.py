@@ -97,12 +97,16 @@ def test_outliers_are_named_by_test_and_speed():
     points = dataclasses.replace(points, dp_up=dp_up)
     said = [s.text for s in judge(points, fit_system(points, LOSS), ()) if s.code == "outliers"]
     assert len(said) == 1
-    assert said[0].startswith(f'1 pairs lie more than 4 standard uncertainties off: test "{points.names[points.test[30]]}" at')
+    assert said[0].startswith(
+        f'1 pairs lie more than 4 standard uncertainties off: test "{points.names[points.test[30]]}" at'
+    )
 
 
 def test_friction_that_no_model_has_is_said_with_the_test_that_shows_it_most():
     points = disturbed(stage(Y), np.random.default_rng(4), 0.02e5, 0.0)
-    known = dataclasses.replace(points, u_dp=np.full(len(points), 0.02e5), dp_up=points.dp_up + np.where(points.test == 3, 6e5, 0.0))
+    known = dataclasses.replace(
+        points, u_dp=np.full(len(points), 0.02e5), dp_up=points.dp_up + np.where(points.test == 3, 6e5, 0.0)
+    )
     said = [s.text for s in judge(known, fit_system(known, LOSS), ()) if s.code == "left over"]
     assert len(said) == 1
     assert 'most in test "4"' in said[0]

@@ -54,7 +54,9 @@ def test_no_draw_is_negative_and_none_is_clipped():
     assert drawn.values.min() > 0.0  # clipped ones would sit at 0
     assert len(np.unique(drawn.values[:, 0])) == MANY
     assert drawn.allowed == pytest.approx(0.5 * 0.6915, rel=SAMPLING)
-    assert np.mean(drawn.values[:, 0]) == pytest.approx(np.sqrt(2.0 / np.pi), rel=SAMPLING)  # half a normal distribution
+    assert np.mean(drawn.values[:, 0]) == pytest.approx(
+        np.sqrt(2.0 / np.pi), rel=SAMPLING
+    )  # half a normal distribution
 
 
 def test_a_set_whose_draws_are_hardly_allowed_is_refused():
@@ -73,7 +75,19 @@ def test_the_same_seed_gives_the_same_cranes_and_all_else_stays():
     assert one != other
     assert len({c.friction.system.Y_1 for c in one}) == 5
     for crane in one:
-        kept = changed(crane, {"friction": {"system": {n: f"{getattr(CRANE.friction.system, n)!r} rad/s" if n == "Y_4" else getattr(CRANE.friction.system, n) for n in ("Y_1", "Y_4", "Y_6")}}})
+        kept = changed(
+            crane,
+            {
+                "friction": {
+                    "system": {
+                        n: f"{getattr(CRANE.friction.system, n)!r} rad/s"
+                        if n == "Y_4"
+                        else getattr(CRANE.friction.system, n)
+                        for n in ("Y_1", "Y_4", "Y_6")
+                    }
+                }
+            },
+        )
         assert kept.model_copy(update={"sources": {}}) == CRANE.model_copy(update={"sources": {}})
         assert crane.friction.system.Y_5 == CRANE.friction.system.Y_5
     assert one[2].sources["friction.system.Y_1"].text == "draw 2 of 5 (seed 3) from made-up"
@@ -82,7 +96,13 @@ def test_the_same_seed_gives_the_same_cranes_and_all_else_stays():
 
 def test_a_motor_set_is_drawn_for_every_circuit_that_has_the_motor_with_one_draw_for_all():
     base = load_losses("A6VM215")
-    item = LossSet("motor", "made up", base.motor, base.sources, Evidence(names=("X_4",), covariance=((0.25,),), dof=9.0, data="a map"))
+    item = LossSet(
+        "motor",
+        "made up",
+        base.motor,
+        base.sources,
+        Evidence(names=("X_4",), covariance=((0.25,),), dof=9.0, data="a map"),
+    )
     drawn = draw_cranes(CRANE, KNOWN, item, n=4)
     for crane in drawn:
         assert crane.passive is not None
@@ -92,7 +112,9 @@ def test_a_motor_set_is_drawn_for_every_circuit_that_has_the_motor_with_one_draw
     assert len({c.active.motor.loss.X_4 for c in drawn}) == 4
     assert [c.friction for c in drawn] == [c.friction for c in draw_cranes(CRANE, KNOWN, n=4)]
     small = LossSet("small", "made up", load_losses("A6VM170").motor, base.sources, item.evidence)
-    with pytest.raises(StillhookError, match='set "small" is of a motor of 170 cm\\^3/rev, and those of "nov-150t" have 215'):
+    with pytest.raises(
+        StillhookError, match='set "small" is of a motor of 170 cm\\^3/rev, and those of "nov-150t" have 215'
+    ):
         draw_cranes(CRANE, None, small)
 
 

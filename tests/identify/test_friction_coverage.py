@@ -25,7 +25,9 @@ def test_intervals_hold_the_truth_with_slow_zero_drift_in_three_forms(trials):
     found = [trials.outcome(trials.Trial(trials.Scenario.ZERO, seed)) for seed in (0, 1, 3, 4, 6, 7)]
     assert np.mean([hit for one in found for hit in one["inside"].values()]) >= FEWEST
     assert np.mean([hit for one in found for hit in one["band"]]) >= FEWEST
-    assert max(one["half_width"] for one in found) < 0.5  # N m: the drift is taken off, and does not just widen the band
+    assert (
+        max(one["half_width"] for one in found) < 0.5
+    )  # N m: the drift is taken off, and does not just widen the band
 
 
 def test_friction_that_falls_while_the_oil_warms_up_is_in_the_intervals(trials):

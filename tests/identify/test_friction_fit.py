@@ -86,7 +86,9 @@ def test_stated_uncertainty_that_explains_the_scatter_is_left_alone():
 
 def test_too_few_points_are_refused_in_one_line():
     points = stage(truth("crane-2"), CRANE_2[:1], STAIR[:4])
-    with pytest.raises(IdentifyError, match=r"^4 measured points for 6 parameters: at least 7 are needed\. Add steps or tests\.$"):
+    with pytest.raises(
+        IdentifyError, match=r"^4 measured points for 6 parameters: at least 7 are needed\. Add steps or tests\.$"
+    ):
         fit_system(points, LOSS)
 
 

@@ -109,16 +109,44 @@ def test_depth_and_height_of_the_tip_together_tell_the_wire_out_where_no_signal_
 @pytest.mark.parametrize(
     ("more", "s_w_0", "line"),
     [
-        ('layer = 6\ndepth = "-1 m"', 1030.0, 'test "1": depth = "-1 m": give how far the hook is below the water line, 0 m or more;'),
-        ('layer = 6\nh_tip = "-1 m"', 1030.0, 'test "1": h_tip = "-1 m": give how high the crane tip is above the water line, 0 m or more.'),
-        ('layer = 6\ndepth = "1000 m"', None, 'test "1": depth: alone it does not tell the wire out. Give h_tip too, or s_w, or map the signal s_w.'),
-        ('layer = 6\nh_tip = "30 m"', None, 'test "1": h_tip: alone it does not tell the wire out. Give depth too, or s_w, or map'),
-        ('s_w = "900 m"\ndepth = "1000 m"', None, 'test "1": depth 1000 m: more than the wire out, 900 m. Check depth and s_w.'),
-        ('layer = 6\ndepth = "1100 m"', 1030.0, 'test "1": depth 1100 m: more than the wire out, 1030 m. Check depth and s_w.'),
-        ('layer = 6\ndepth = "1000 m"\nh_tip = "30 m"', 1030.0, "both given where the wire out (1030 m) is known as well. Leave one of them out."),
-        ('layer = 6\ndepth = 1000', 1030.0, 'test "1": depth = 1000: a bare number; write it as text with its unit'),
+        (
+            'layer = 6\ndepth = "-1 m"',
+            1030.0,
+            'test "1": depth = "-1 m": give how far the hook is below the water line, 0 m or more;',
+        ),
+        (
+            'layer = 6\nh_tip = "-1 m"',
+            1030.0,
+            'test "1": h_tip = "-1 m": give how high the crane tip is above the water line, 0 m or more.',
+        ),
+        (
+            'layer = 6\ndepth = "1000 m"',
+            None,
+            'test "1": depth: alone it does not tell the wire out. Give h_tip too, or s_w, or map the signal s_w.',
+        ),
+        (
+            'layer = 6\nh_tip = "30 m"',
+            None,
+            'test "1": h_tip: alone it does not tell the wire out. Give depth too, or s_w, or map',
+        ),
+        (
+            's_w = "900 m"\ndepth = "1000 m"',
+            None,
+            'test "1": depth 1000 m: more than the wire out, 900 m. Check depth and s_w.',
+        ),
+        (
+            'layer = 6\ndepth = "1100 m"',
+            1030.0,
+            'test "1": depth 1100 m: more than the wire out, 1030 m. Check depth and s_w.',
+        ),
+        (
+            'layer = 6\ndepth = "1000 m"\nh_tip = "30 m"',
+            1030.0,
+            "both given where the wire out (1030 m) is known as well. Leave one of them out.",
+        ),
+        ("layer = 6\ndepth = 1000", 1030.0, 'test "1": depth = 1000: a bare number; write it as text with its unit'),
     ],
-)  # fmt: skip
+)
 def test_what_cannot_be_is_one_line(tmp_path, make_staircase, more, s_w_0, line):
     with pytest.raises(StillhookError) as caught:
         measured(tmp_path, make_staircase, more, s_w_0=s_w_0)

@@ -28,14 +28,18 @@ TRACE = 0.05  # N m: a parameter that adds less to a hundred cannot be asked to 
 @pytest.fixture(scope="module")
 def exact(tmp_path_factory):
     out = tmp_path_factory.mktemp("exact")
-    return identify.write_campaign(identify.campaign_plan("L4593"), out, instruments=Instruments(noise=noise_of("none")), duration="8 min")
+    return identify.write_campaign(
+        identify.campaign_plan("L4593"), out, instruments=Instruments(noise=noise_of("none")), duration="8 min"
+    )
 
 
 @pytest.fixture(scope="module")
 def noisy(tmp_path_factory):
     out = tmp_path_factory.mktemp("noisy")
     plan = identify.campaign_plan("crane-2-extended")
-    return identify.write_campaign(plan, out, instruments=Instruments(noise=noise_of("typical"), seed=3), duration="8 min")
+    return identify.write_campaign(
+        plan, out, instruments=Instruments(noise=noise_of("typical"), seed=3), duration="8 min"
+    )
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +60,9 @@ def test_noise_free_logs_give_parameters_and_friction_back(exact):
     found = identify.friction(exact.campaign)
     truth = Y.of(system_friction("L4593"))
     for n in Y_NAMES:
-        assert getattr(found.fit.y, n) == pytest.approx(getattr(truth, n), rel=PARAMETERS, abs=TRACE if n == "Y_3" else 0.0), n
+        assert getattr(found.fit.y, n) == pytest.approx(
+            getattr(truth, n), rel=PARAMETERS, abs=TRACE if n == "Y_3" else 0.0
+        ), n
     assert max(h.worst for h in found.held_out) < PREDICTED
     assert "Y_2" in found.fit.names
 
@@ -92,7 +98,15 @@ def test_the_command_line_writes_everything_and_a_crane_file_takes_the_set(writt
     assert "system friction per motor shaft" in printed
     assert 'held-out test "8"' in printed
     names = {p.name for p in out.iterdir()}
-    assert {"friction.toml", "report.html", "summary.json", "points.csv", "stretches.csv", "error.png", "system-friction.png"} <= names
+    assert {
+        "friction.toml",
+        "report.html",
+        "summary.json",
+        "points.csv",
+        "stretches.csv",
+        "error.png",
+        "system-friction.png",
+    } <= names
     found = load_friction(out / "friction.toml")
     assert "SYNTHETIC" in found.title
     assert found.evidence is not None
@@ -207,7 +221,9 @@ def test_a_grossly_wrong_load_forbids_the_set(noisy, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(("stated", "code"), [("98 t", 1), ("103 t", 0)])
-def test_a_load_contradiction_of_nine_per_cent_forbids_the_set_and_one_of_four_stands_in_it(noisy, tmp_path, capsys, stated, code):
+def test_a_load_contradiction_of_nine_per_cent_forbids_the_set_and_one_of_four_stands_in_it(
+    noisy, tmp_path, capsys, stated, code
+):
     path = edited(noisy, tmp_path, lambda text: held_in(text).replace('load = "107 t"', f'load = "{stated}"'))
     assert run(["identify", "friction", str(path), "--out", str(tmp_path / "out")]) == code
     printed = capsys.readouterr().out
@@ -250,7 +266,9 @@ def test_a_staircase_run_twice_gives_pairs_of_the_same_weight(noisy, tmp_path):
     again = [[f"{float(row[0]) + end:.2f}", *row[1:]] for row in rows]
     log.write_text("\n".join([*head, *(",".join(row) for row in (*rows, *again))]) + "\n")
     path = tmp_path / "c" / "campaign.toml"
-    points = identify.friction(edited_in_place(path, lambda text: only(text, lambda t: '"2"' in t or '"5"' in t)), proposals=0).points
+    points = identify.friction(
+        edited_in_place(path, lambda text: only(text, lambda t: '"2"' in t or '"5"' in t)), proposals=0
+    ).points
     twice, once = (points.u_dp[points.test == k] for k in (0, 1))
     assert len(twice) > 1.5 * len(once)
     assert twice.max() < 3.0 * np.median(once)
@@ -299,7 +317,9 @@ def test_swapped_pressures_are_refused_with_the_line_to_write(noisy, tmp_path, c
         (["--out", "campaign-file-below/x"], "campaign-file-below"),
     ],
 )
-def test_bad_options_are_refused_in_one_line_and_nothing_is_written(noisy, tmp_path, capsys, monkeypatch, options, line):
+def test_bad_options_are_refused_in_one_line_and_nothing_is_written(
+    noisy, tmp_path, capsys, monkeypatch, options, line
+):
     monkeypatch.chdir(tmp_path)
     Path("campaign-file-below").write_text("a file, not a folder")
     path = edited(noisy, tmp_path, lambda text: only(text, lambda t: '"107 t"' in t or '"0 t"' in t))

@@ -15,7 +15,9 @@ MAPPING = mapping_from({"time": {"column": 1, "unit": "s"}, "p_a": {"column": 2,
 CELL = st.one_of(
     st.floats(allow_nan=True, allow_infinity=True).map(str),
     st.integers(-(10**6), 10**6).map(str),
-    st.sampled_from(["", "---", "Bad", "1,5", "1.5", '"', '"x"', "#", "2020-01-01 00:00:00", "1e400", "\x00", "æ", "[bar]", " "]),
+    st.sampled_from(
+        ["", "---", "Bad", "1,5", "1.5", '"', '"x"', "#", "2020-01-01 00:00:00", "1e400", "\x00", "æ", "[bar]", " "]
+    ),
 )
 
 

@@ -62,7 +62,9 @@ def test_signals_of_a_clock_that_share_no_motion_are_refused(tmp_path, staircase
     noise = staircase.with_columns(p_a=150 + rng.standard_normal(len(staircase)), T2=staircase["time"])
     text = said(noise.write(tmp_path / "noise.csv"), mapping())
     assert text.startswith('noise.csv: clock "T2" of p_a, p_b: its offset cannot be found: a correlation of 0.')
-    assert text.endswith("connects its signals with those of the main clock. Log a signal with both clocks, or remove `clock`.")
+    assert text.endswith(
+        "connects its signals with those of the main clock. Log a signal with both clocks, or remove `clock`."
+    )
 
 
 def test_a_staircase_that_repeats_itself_tells_no_offset(tmp_path, make_staircase):
@@ -112,4 +114,6 @@ def test_dated_stamps_are_believed_where_motion_does_not_tell(tmp_path, staircas
     )
     assert np.isnan(log.signals["p_a"][log.t < 11.35]).all()
     late = np.interp(log.t - 11.5, staircase["time"], slow) * 1e5
-    np.testing.assert_allclose(log.signals["p_a"][150:-10], late[150:-10], atol=0.3e5)  # six deviations of a mean of ten samples, and more
+    np.testing.assert_allclose(
+        log.signals["p_a"][150:-10], late[150:-10], atol=0.3e5
+    )  # six deviations of a mean of ten samples, and more

@@ -39,14 +39,18 @@ def test_a_good_log_has_no_findings(tmp_path, staircase):
     assert not any(bins.any() for bins in log.doubtful.values())
     assert log.samples == len(staircase)
     assert log.rate == pytest.approx(100.0)
-    assert describe(log) == ["good.csv: 20000 samples in 200 s (100 per second), bins of 0.1 s: p_a, p_b, omega_m, u_p, s_w"]
+    assert describe(log) == [
+        "good.csv: 20000 samples in 200 s (100 per second), bins of 0.1 s: p_a, p_b, omega_m, u_p, s_w"
+    ]
 
 
 def test_bins_hold_the_means_of_their_samples(tmp_path, staircase):
     log = read_log(staircase.write(tmp_path / "good.csv"))
     for k in (1, 700, 1500):
         inside = np.abs(staircase["time"] - log.t[k]) < 0.0499
-        inside[np.argmin(np.abs(staircase["time"] - (log.t[k] - 0.05)))] = True  # a sample on an edge belongs to the bin above it
+        inside[np.argmin(np.abs(staircase["time"] - (log.t[k] - 0.05)))] = (
+            True  # a sample on an edge belongs to the bin above it
+        )
         assert log.signals["p_a"][k] == pytest.approx(np.mean(np.round(staircase["p_a"][inside], 4)) * BAR, rel=CLOSE)
 
 
@@ -171,7 +175,11 @@ def test_a_low_side_that_boost_holds_is_used_and_told(tmp_path, staircase):
 def test_set_values_may_be_constant_and_are_told(tmp_path, staircase):
     held = staircase.with_columns(alpha_m=np.full(len(staircase), 0.8))
     names = dict(
-        zip(held.columns, ["time [s]", "p_a [bar]", "p_b [bar]", "omega_m [rev/min]", "u_p [%]", "s_w [m]", "alpha_m"], strict=True)
+        zip(
+            held.columns,
+            ["time [s]", "p_a [bar]", "p_b [bar]", "omega_m [rev/min]", "u_p [%]", "s_w [m]", "alpha_m"],
+            strict=True,
+        )
     )
     log = read_log(held.write(tmp_path / "held.csv", header=",".join(names.values())))
     assert [finding.text for finding in log.findings] == ["alpha_m stands at 0.8 throughout, as a set value may"]
@@ -180,15 +188,22 @@ def test_set_values_may_be_constant_and_are_told(tmp_path, staircase):
 
 def test_samples_at_the_end_of_the_range_are_doubtful(tmp_path, staircase):
     mapping = mapping_from(
-        {name: {"column": f"{name} [{unit}]", "unit": unit} for name, unit in (("time", "s"), ("omega_m", "rev/min"), ("p_b", "bar"))}
+        {
+            name: {"column": f"{name} [{unit}]", "unit": unit}
+            for name, unit in (("time", "s"), ("omega_m", "rev/min"), ("p_b", "bar"))
+        }
         | {"p_a": {"column": "p_a [bar]", "unit": "bar", "range": ["0 bar", "150 bar"]}},
         "m",
     )
-    log = read_log(staircase.with_columns(p_a=np.minimum(staircase["p_a"], 150.0)).write(tmp_path / "range.csv"), mapping)
+    log = read_log(
+        staircase.with_columns(p_a=np.minimum(staircase["p_a"], 150.0)).write(tmp_path / "range.csv"), mapping
+    )
     (finding,) = told(log, "saturated")
     above = staircase["p_a"] >= 150.0
     assert finding.count == pytest.approx(above.sum(), rel=0.1)
-    assert finding.text.startswith(f"p_a: {finding.count} samples stand at an end of its range (0 bar to 150 bar), from 2.3 s on, in ")
+    assert finding.text.startswith(
+        f"p_a: {finding.count} samples stand at an end of its range (0 bar to 150 bar), from 2.3 s on, in "
+    )
     assert finding.text.endswith("bins: the sensor or its converter is saturated")
     hoisting = (log.t > 6) & (log.t < 15)
     assert log.doubtful["p_a"][hoisting].all()
@@ -211,7 +226,10 @@ def test_late_and_repeated_samples_are_left_out_and_told(tmp_path, staircase):
     log = read_log(staircase.with_columns(time=time).write(tmp_path / "back.csv"))
     (finding,) = told(log, "time-backwards")
     assert (finding.count, finding.action) == (4, "left out")
-    assert finding.text == "time: 4 samples whose time repeats or runs back (by up to 0.04 s) left out, the first is line 4002"
+    assert (
+        finding.text
+        == "time: 4 samples whose time repeats or runs back (by up to 0.04 s) left out, the first is line 4002"
+    )
     assert np.all(np.diff(log.t) > 0.0)
 
 
@@ -227,7 +245,9 @@ def test_lines_without_a_time_are_left_out_and_told(tmp_path, staircase):
     cells = staircase.cells()
     cells["time"][5000] = "???"
     log = read_log(staircase.write(tmp_path / "untimed.csv", cells=cells))
-    assert [finding.text for finding in log.findings] == ["time: 1 line without a readable time left out, the first is line 5002"]
+    assert [finding.text for finding in log.findings] == [
+        "time: 1 line without a readable time left out, the first is line 5002"
+    ]
 
 
 def test_stamps_without_fractions_of_a_second_are_refused(tmp_path, staircase):
@@ -239,7 +259,10 @@ def test_stamps_without_fractions_of_a_second_are_refused(tmp_path, staircase):
 @pytest.mark.parametrize(
     ("unit", "text"),
     [
-        ("ms", 'time in "time": 1e+05 samples per second are more than any log has (20000). Check its unit: is it "s" rather than "ms"?'),
+        (
+            "ms",
+            'time in "time": 1e+05 samples per second are more than any log has (20000). Check its unit: is it "s" rather than "ms"?',
+        ),
         ("min", "one sample in 0.6 s"),
     ],
 )
@@ -281,7 +304,9 @@ def test_a_motor_speed_beyond_all_motors_is_refused(tmp_path, staircase):
 
 
 def test_percent_read_as_plain_numbers_is_refused(tmp_path, staircase):
-    said = refusal(staircase.write(tmp_path / "unit.csv", header="time [s],p_a [bar],p_b [bar],omega_m [rev/min],u_p [1],s_w [m]"))
+    said = refusal(
+        staircase.write(tmp_path / "unit.csv", header="time [s],p_a [bar],p_b [bar],omega_m [rev/min],u_p [1],s_w [m]")
+    )
     assert "u_p = " in said
     assert "is beyond 1.5" in said
     assert 'Check the unit "1" of column "u_p [1]"' in said
@@ -290,7 +315,9 @@ def test_percent_read_as_plain_numbers_is_refused(tmp_path, staircase):
 def test_single_spikes_are_left_out_and_told(tmp_path, staircase):
     spiked = changed(changed(staircase, "p_a", 4321, 9999.0), "p_a", 9000, -5000.0)
     log = read_log(spiked.write(tmp_path / "spike.csv"))
-    assert [finding.text for finding in log.findings] == ["p_a = 9999 bar is beyond 1000 bar in line 4323: 2 such samples left out"]
+    assert [finding.text for finding in log.findings] == [
+        "p_a = 9999 bar is beyond 1000 bar in line 4323: 2 such samples left out"
+    ]
     assert log.doubtful["p_a"].sum() == 0  # nine good samples are left in each bin
     assert np.nanmax(log.signals["p_a"]) < 200 * BAR
 
@@ -307,7 +334,9 @@ def test_empty_cells_at_even_distances_are_a_slower_signal(tmp_path, staircase):
     cells = staircase.cells()
     cells["s_w"] = [cell if i % 50 == 0 else "" for i, cell in enumerate(cells["s_w"])]
     log = read_log(staircase.write(tmp_path / "slow.csv", cells=cells))
-    assert [finding.text for finding in log.findings] == ["s_w: one value in 50 lines, the other cells are empty: read as a slower signal"]
+    assert [finding.text for finding in log.findings] == [
+        "s_w: one value in 50 lines, the other cells are empty: read as a slower signal"
+    ]
     known = log.t <= staircase["time"][19950]
     true = np.interp(log.t, staircase["time"], staircase["s_w"])
     assert np.max(np.abs(log.signals["s_w"] - true)[known]) < 0.05  # straight lines between values 0.5 s apart
@@ -315,8 +344,13 @@ def test_empty_cells_at_even_distances_are_a_slower_signal(tmp_path, staircase):
 
 
 def test_a_unit_that_contradicts_the_file_is_told(tmp_path, staircase):
-    path = staircase.write(tmp_path / "unit.csv", header="time [s],p_a [psi],p_b [kPa],omega_m [rev/min],u_p [%],s_w [m]")
-    rows = {name: {"column": name, "unit": unit} for name, unit in {"time": "s", "p_a": "bar", "p_b": "bar", "omega_m": "rev/min"}.items()}
+    path = staircase.write(
+        tmp_path / "unit.csv", header="time [s],p_a [psi],p_b [kPa],omega_m [rev/min],u_p [%],s_w [m]"
+    )
+    rows = {
+        name: {"column": name, "unit": unit}
+        for name, unit in {"time": "s", "p_a": "bar", "p_b": "bar", "omega_m": "rev/min"}.items()
+    }
     assert [finding.text for finding in read_log(path, mapping_from(rows, "m")).findings] == [
         'p_a: the mapping says "bar" and the file "psi"; the mapping is believed',
         'p_b: the mapping says "bar" and the file "kPa"; the mapping is believed',
@@ -326,4 +360,6 @@ def test_a_unit_that_contradicts_the_file_is_told(tmp_path, staircase):
 def test_a_spacing_that_changes_is_told(tmp_path, staircase):
     keep = (np.arange(len(staircase)) < 8000) | (np.arange(len(staircase)) % 4 == 0)
     log = read_log(staircase.rows(keep).write(tmp_path / "uneven.csv"))
-    assert [f.text for f in log.findings] == ["time: 55 samples per second on average, and 100 at the start: the spacing is uneven"]
+    assert [f.text for f in log.findings] == [
+        "time: 55 samples per second on average, and 100 at the start: the spacing is uneven"
+    ]

@@ -49,20 +49,34 @@ def dialects(short):
         return text_of(short, **how)
 
     n = lines()
-    metadata = ["PLC: AC500", "Crane: 150 t", "Operator: A. Nonymous", "Exported: 2020-05-01 12:00:00", "Interval: 10 ms"]
+    metadata = [
+        "PLC: AC500",
+        "Crane: 150 t",
+        "Operator: A. Nonymous",
+        "Exported: 2020-05-01 12:00:00",
+        "Interval: 10 ms",
+    ]
     units = ["time,p_a,p_b,omega_m,u_p,s_w", "s,bar,bar,rev/min,%,m", *n[1:]]
     commented = [
         n[0],
-        *(x for i, row in enumerate(n[1:]) for x in ([row, "", "# a note", "// another", "% a third"] if i % 900 == 7 else [row])),
+        *(
+            x
+            for i, row in enumerate(n[1:])
+            for x in ([row, "", "# a note", "// another", "% a third"] if i % 900 == 7 else [row])
+        ),
     ]
     yield "semicolon", "\n".join(lines(separator=";")).encode()
     yield "tab", "\n".join(lines(separator="\t")).encode()
     yield "bar", "\n".join(lines(separator="|")).encode()
-    yield "blanks", "\n".join(lines(separator="   ", header="#time[s],p_a[bar],p_b[bar],omega_m[rev/min],u_p[%],s_w[m]")).encode()
+    yield (
+        "blanks",
+        "\n".join(lines(separator="   ", header="#time[s],p_a[bar],p_b[bar],omega_m[rev/min],u_p[%],s_w[m]")).encode(),
+    )
     yield (
         "leading blanks",
         "\n".join(
-            "  " + line for line in lines(separator="  ", header="time[s] p_a[bar] p_b[bar] omega_m[rev/min] u_p[%] s_w[m]")
+            "  " + line
+            for line in lines(separator="  ", header="time[s] p_a[bar] p_b[bar] omega_m[rev/min] u_p[%] s_w[m]")
         ).encode(),
     )
     yield "padded cells", "\n".join(lines(pad=" ")).encode()
@@ -82,19 +96,46 @@ def dialects(short):
     yield "quotes", "\n".join(",".join(f'"{cell}"' for cell in line.split(",")) for line in n).encode()
     yield (
         "quoted decimal comma",
-        "\n".join([n[0], *(",".join('"' + cell.replace(".", ",") + '"' for cell in line.split(",")) for line in n[1:])]).encode(),
+        "\n".join(
+            [n[0], *(",".join('"' + cell.replace(".", ",") + '"' for cell in line.split(",")) for line in n[1:])]
+        ).encode(),
     )
     yield "trailing separators", "\n".join(line + "," for line in n).encode()
     yield "trailing separators below", "\n".join([n[0], *(line + ",," for line in n[1:])]).encode()
-    yield "other text columns", "\n".join([n[0] + ',note,"a ""b"', *(line + ',"pump 1, on",æ' for line in n[1:])]).encode()
+    yield (
+        "other text columns",
+        "\n".join([n[0] + ',note,"a ""b"', *(line + ',"pump 1, on",æ' for line in n[1:])]).encode(),
+    )
     yield "no newline at the end", "\n".join(n).encode().rstrip(b"\n")
 
 
 NAMES = [
-    "semicolon", "tab", "bar", "blanks", "leading blanks", "padded cells", "decimal comma", "decimal comma, tab", "byte order mark", "CRLF", "CR",
-    "UTF-16", "UTF-16 without mark", "Latin-1", "preamble", "padded preamble", "units below", "units in brackets below", "comments", "quotes",
-    "quoted decimal comma", "trailing separators", "trailing separators below", "other text columns", "no newline at the end",
-]  # fmt: skip
+    "semicolon",
+    "tab",
+    "bar",
+    "blanks",
+    "leading blanks",
+    "padded cells",
+    "decimal comma",
+    "decimal comma, tab",
+    "byte order mark",
+    "CRLF",
+    "CR",
+    "UTF-16",
+    "UTF-16 without mark",
+    "Latin-1",
+    "preamble",
+    "padded preamble",
+    "units below",
+    "units in brackets below",
+    "comments",
+    "quotes",
+    "quoted decimal comma",
+    "trailing separators",
+    "trailing separators below",
+    "other text columns",
+    "no newline at the end",
+]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -106,7 +147,9 @@ def test_every_dialect_of_text_reads_the_same(tmp_path, short, plain, name):
     assert log.findings == ()
 
 
-@pytest.mark.parametrize("name", ["semicolon", "blanks", "comments", "UTF-16", "quotes", "CRLF", "trailing separators below"])
+@pytest.mark.parametrize(
+    "name", ["semicolon", "blanks", "comments", "UTF-16", "quotes", "CRLF", "trailing separators below"]
+)
 @pytest.mark.parametrize("size", [2049, 65537])
 def test_the_size_of_the_pieces_changes_no_bit(tmp_path, short, monkeypatch, name, size):
     path = tmp_path / "log.csv"
@@ -234,7 +277,10 @@ def test_mdf4_signals_of_a_slower_group_are_brought_onto_the_bins(tmp_path, shor
     slow = short.rows(np.arange(len(short)) % 100 == 0)
     with asammdf.MDF() as mdf:
         mdf.append(
-            [asammdf.Signal(short[name], short["time"], name=name, unit=unit) for name, unit in (("p_a", "bar"), ("omega_m", "rpm"))]
+            [
+                asammdf.Signal(short[name], short["time"], name=name, unit=unit)
+                for name, unit in (("p_a", "bar"), ("omega_m", "rpm"))
+            ]
         )
         mdf.append([asammdf.Signal(slow["s_w"], slow["time"], name="s_w", unit="m")])
         mdf.save(tmp_path / "log.mf4")
@@ -253,7 +299,10 @@ def test_tdms_reads_the_same(tmp_path, short, plain):
     units = {"p_a": "bar", "p_b": "bar", "omega_m": "rpm", "u_p": "%", "s_w": "m"}
     with nptdms.TdmsWriter(tmp_path / "log.tdms") as writer:
         writer.write_segment(
-            [nptdms.ChannelObject("crane", name, short[name], {**timing, "unit_string": unit}) for name, unit in units.items()]
+            [
+                nptdms.ChannelObject("crane", name, short[name], {**timing, "unit_string": unit})
+                for name, unit in units.items()
+            ]
         )
     same(read_log(tmp_path / "log.tdms"), plain)
 
@@ -287,7 +336,10 @@ def test_a_reader_that_is_not_installed_is_named(tmp_path, monkeypatch, module, 
 def test_damaged_files_of_every_format_end_in_one_line(tmp_path, magic):
     (tmp_path / "x.bin").write_bytes(magic + bytes(range(256)) * 8)
     with pytest.raises(LogError) as caught:
-        read_log(tmp_path / "x.bin", mapping_from({"time": {"column": "t", "unit": "s"}, "p_a": {"column": "p", "unit": "bar"}}, "m"))
+        read_log(
+            tmp_path / "x.bin",
+            mapping_from({"time": {"column": "t", "unit": "s"}, "p_a": {"column": "p", "unit": "bar"}}, "m"),
+        )
     assert "\n" not in str(caught.value)
     assert str(caught.value).startswith("x.bin: ")
 
@@ -344,7 +396,13 @@ def test_no_header_takes_the_place_of_a_column(tmp_path, short, plain):
     path = tmp_path / "bare.csv"
     path.write_text("\n".join(text_of(short)[1:]))
     units = {"time": "s", "p_a": "bar", "p_b": "bar", "omega_m": "rev/min", "u_p": "%", "s_w": "m"}
-    same(read_log(path, mapping_from({name: {"column": i + 1, "unit": unit} for i, (name, unit) in enumerate(units.items())}, "m")), plain)
+    same(
+        read_log(
+            path,
+            mapping_from({name: {"column": i + 1, "unit": unit} for i, (name, unit) in enumerate(units.items())}, "m"),
+        ),
+        plain,
+    )
 
 
 @dataclass(frozen=True)
@@ -393,7 +451,10 @@ class Refused:
             'x.csv: p_a: column "p_a [psi]" has the unit "psi", which is not one of Pa, bar, kPa, MPa. Write unit = "bar", scale = 0.0689476.',
             UnitError,
         ),
-        Refused("time [s],p_a [bar]\n1,2\n2,3\n", 'x.csv: time in "time [s]": 2 samples are no log. Give another column or file.'),
+        Refused(
+            "time [s],p_a [bar]\n1,2\n2,3\n",
+            'x.csv: time in "time [s]": 2 samples are no log. Give another column or file.',
+        ),
     ],
 )
 def test_texts_that_are_no_log_end_in_one_line(tmp_path, case):
@@ -432,7 +493,9 @@ def test_many_lines_of_another_length_are_refused(tmp_path, short):
     with pytest.raises(LogError) as caught:
         read_log(tmp_path / "cut.csv")
     assert str(caught.value).startswith("cut.csv: line 302: 7 fields where the header has 6 (")
-    assert str(caught.value).endswith('such lines among 4000). Mend the export; a decimal comma needs ";" between columns.')
+    assert str(caught.value).endswith(
+        'such lines among 4000). Mend the export; a decimal comma needs ";" between columns.'
+    )
 
 
 def test_an_open_quote_is_refused_with_its_line(tmp_path, short):

@@ -32,14 +32,25 @@ def test_a_mapping_file_is_read(tmp_path):
     assert (rows["p_a"].lo, rows["p_a"].hi) == (0.0, 400e5)
     assert (rows["omega_m"].unit, rows["omega_m"].sign, rows["omega_m"].quantity) == ("rpm", -1, "rotation")
     assert (rows["u_p"].column, rows["u_p"].unit, rows["u_p"].quantity) == ("Pump [%]", None, "")
-    assert (rows["effort"].column, rows["effort"].clock, rows["effort"].scale, rows["effort"].offset) == ("7", "T2", 2.0, -1.5)
+    assert (rows["effort"].column, rows["effort"].clock, rows["effort"].scale, rows["effort"].offset) == (
+        "7",
+        "T2",
+        2.0,
+        -1.5,
+    )
 
 
 @pytest.mark.parametrize(
     ("content", "text"),
     [
-        ("[other]\na = 1\n", 'map.toml: no table [signals]. Write rows such as p_a = { column = "PT101", unit = "bar" } below it.'),
-        ("[signals]\n", 'map.toml: signals = {} names no signal. Write rows such as p_a = { column = "PT101", unit = "bar" }.'),
+        (
+            "[other]\na = 1\n",
+            'map.toml: no table [signals]. Write rows such as p_a = { column = "PT101", unit = "bar" } below it.',
+        ),
+        (
+            "[signals]\n",
+            'map.toml: signals = {} names no signal. Write rows such as p_a = { column = "PT101", unit = "bar" }.',
+        ),
         ("[signals\n", "is no TOML file that can be read"),
     ],
 )
@@ -54,7 +65,10 @@ def test_files_that_are_no_mapping(tmp_path, content, text):
 @pytest.mark.parametrize(
     ("table", "text"),
     [
-        ({"p_a": 7}, 'test.toml: signals.p_a = 7: write a table such as { column = "PT101", unit = "bar" }, or the heading as text.'),
+        (
+            {"p_a": 7},
+            'test.toml: signals.p_a = 7: write a table such as { column = "PT101", unit = "bar" }, or the heading as text.',
+        ),
         (
             row(colum="x"),
             'test.toml: signals.p_a: unknown key "colum" (did you mean column?) (allowed: column, unit, sign, scale, offset, clock, range, quantity, words).',
@@ -63,17 +77,32 @@ def test_files_that_are_no_mapping(tmp_path, content, text):
             {"p_a": {"unit": "bar"}},
             "test.toml: signals.p_a.column = nothing: write the heading of the column in the file, or its place counted from 1.",
         ),
-        (row(column=0), "test.toml: signals.p_a.column = 0: write the heading of the column in the file, or its place counted from 1."),
+        (
+            row(column=0),
+            "test.toml: signals.p_a.column = 0: write the heading of the column in the file, or its place counted from 1.",
+        ),
         (row(sign=2), "test.toml: signals.p_a.sign = 2 is not one of 1, -1."),
         (row(sign=True), "test.toml: signals.p_a.sign = true is not one of 1, -1."),
         (row(scale="2"), 'test.toml: signals.p_a.scale = "2": write a plain number.'),
         (row(scale=-1), "test.toml: signals.p_a.scale = -1: write a number above 0; a flipped signal takes sign = -1."),
         (row(scale=0), "test.toml: signals.p_a.scale = 0: write a number above 0; a flipped signal takes sign = -1."),
         (row(offset=float("nan")), "test.toml: signals.p_a.offset = nan: write a plain number."),
-        (row(range="0 bar"), 'test.toml: signals.p_a.range = "0 bar": write the two ends of the sensor, such as ["0 bar", "400 bar"].'),
-        (row(range=["400 bar", "0 bar"]), "test.toml: signals.p_a.range = ['400 bar', '0 bar']: the first end must be below the second."),
-        (row(quantity="force"), 'test.toml: signals.p_a.quantity = "force": p_a measures "pressure". Leave quantity out.'),
-        ({"time": {"column": "t", "unit": "s", "sign": -1}}, "test.toml: signals.time: time takes column, unit, scale and offset only."),
+        (
+            row(range="0 bar"),
+            'test.toml: signals.p_a.range = "0 bar": write the two ends of the sensor, such as ["0 bar", "400 bar"].',
+        ),
+        (
+            row(range=["400 bar", "0 bar"]),
+            "test.toml: signals.p_a.range = ['400 bar', '0 bar']: the first end must be below the second.",
+        ),
+        (
+            row(quantity="force"),
+            'test.toml: signals.p_a.quantity = "force": p_a measures "pressure". Leave quantity out.',
+        ),
+        (
+            {"time": {"column": "t", "unit": "s", "sign": -1}},
+            "test.toml: signals.time: time takes column, unit, scale and offset only.",
+        ),
     ],
 )
 def test_rows_that_are_wrong_are_told(table, text):
@@ -101,11 +130,23 @@ def test_an_unknown_unit_is_told_with_those_allowed():
 
 
 def test_range_of_another_kind_is_told():
-    assert said(row(range=["0 m", "400 m"]), UnitError) == 'test.toml: signals.p_a.range = "0 m": unit "m" is not one of Pa, bar, kPa, MPa.'
+    assert (
+        said(row(range=["0 m", "400 m"]), UnitError)
+        == 'test.toml: signals.p_a.range = "0 m": unit "m" is not one of Pa, bar, kPa, MPa.'
+    )
 
 
 def test_scales_that_are_advised_are_right():
-    known = {"psi": 6894.757, "psig": 6894.757, "in": 0.0254, "in/s": 0.0254, "ft": 0.3048, "lbs": 4.448222, "lbf": 4.448222, "mbar": 100.0}
+    known = {
+        "psi": 6894.757,
+        "psig": 6894.757,
+        "in": 0.0254,
+        "in/s": 0.0254,
+        "ft": 0.3048,
+        "lbs": 4.448222,
+        "lbf": 4.448222,
+        "mbar": 100.0,
+    }
     for unit, (ours, factor) in SCALES.items():
         if ours is not None:
             kind = next(kind for kind in KINDS if ours in KINDS[kind].allowed)
@@ -131,7 +172,9 @@ def test_sign_scale_and_offset_make_the_value(tmp_path):
 
 @pytest.fixture
 def small(tmp_path):
-    (tmp_path / "x.csv").write_text("Time,PT101,PT102,PT102,Speed M1\n" + "\n".join(f"{i},1{i},2{i},3{i},4{i}" for i in range(20)))
+    (tmp_path / "x.csv").write_text(
+        "Time,PT101,PT102,PT102,Speed M1\n" + "\n".join(f"{i},1{i},2{i},3{i},4{i}" for i in range(20))
+    )
     return tmp_path / "x.csv"
 
 
@@ -174,4 +217,8 @@ def test_a_mapping_without_time_or_signals_is_told(small):
 def test_the_width_of_the_bins_is_a_time(small):
     for every, error in (("0 s", LogError), ("1 m", UnitError), ("fast", UnitError)):
         with pytest.raises(error, match="every"):
-            read_log(small, mapping_from({"time": {"column": "Time", "unit": "s"}, "p_a": {"column": 2, "unit": "bar"}}, "m"), every=every)
+            read_log(
+                small,
+                mapping_from({"time": {"column": "Time", "unit": "s"}, "p_a": {"column": 2, "unit": "bar"}}, "m"),
+                every=every,
+            )

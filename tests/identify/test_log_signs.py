@@ -60,7 +60,9 @@ def test_a_flipped_wire_is_refused(tmp_path, staircase):
 
 def test_without_pressures_either_of_command_and_speed_may_be_wrong(tmp_path, staircase):
     said = refusal(only(flipped(staircase, "u_p"), "omega_m", "u_p").write(tmp_path / "f.csv"))
-    assert "set sign = -1 for u_p: it runs against omega_m (or for the speed, whichever counts hoisting negative)" in said
+    assert (
+        "set sign = -1 for u_p: it runs against omega_m (or for the speed, whichever counts hoisting negative)" in said
+    )
 
 
 def test_without_a_hanging_load_both_ways_out_are_named(tmp_path, make_staircase):
@@ -85,7 +87,9 @@ def test_a_sign_that_the_mapping_holds_is_turned_round_again(tmp_path, staircase
     from stillhook.logs.log import mapping_from
 
     names = {"p_a": "bar", "p_b": "bar", "omega_m": "rev/min"}
-    rows = {name: {"column": name, "unit": unit} for name, unit in names.items()} | {"time": {"column": "time", "unit": "s"}}
+    rows = {name: {"column": name, "unit": unit} for name, unit in names.items()} | {
+        "time": {"column": "time", "unit": "s"}
+    }
     rows["omega_m"]["sign"] = -1
     with pytest.raises(LogError) as caught:
         read_log(staircase.write(tmp_path / "f.csv"), mapping_from(rows, "m"))

@@ -54,7 +54,16 @@ def test_two_lines_with_their_break_inside_the_map_come_back(model, m):
     """The loss comes back; its polynomial coefficients are nearly alike, so they are not compared."""
     truth = fit_loss(m, model)
     values = truth.values.copy()
-    for name, value in {"p_0": 1.2e7, "p_1": 2e4, "p_2": 0.0, "p_0D": 4e6, "p_1D": 1e4, "p_2D": 0.0, "b_0": 2e-7, "c_0": 5e-7}.items():
+    for name, value in {
+        "p_0": 1.2e7,
+        "p_1": 2e4,
+        "p_2": 0.0,
+        "p_0D": 4e6,
+        "p_1D": 1e4,
+        "p_2D": 0.0,
+        "b_0": 2e-7,
+        "c_0": 5e-7,
+    }.items():
         if name in truth.names:
             values[truth.names.index(name)] = value
     T_f = CARDS[model].torque(m.omega_m, m.D_m, m.dp_m, values, m.motor)
@@ -66,7 +75,9 @@ def test_two_lines_with_their_break_inside_the_map_come_back(model, m):
 def test_a_map_of_the_published_motor_gives_the_published_parameters(name):
     clean = synthetic_map(name, extra=Extra(0.0, 0.0, 0.0, 0.0), printed=0.0)
     loss = motor(name).loss
-    assert fit_loss(clean, LossModel.MJ4).values == pytest.approx([loss.X_1, loss.X_2, loss.X_3, loss.X_4, loss.X_5], rel=BACK)
+    assert fit_loss(clean, LossModel.MJ4).values == pytest.approx(
+        [loss.X_1, loss.X_2, loss.X_3, loss.X_4, loss.X_5], rel=BACK
+    )
 
 
 def test_rounding_to_a_tenth_of_a_per_cent_costs_little():
@@ -100,7 +111,9 @@ def test_exponent_of_mj5_is_found_with_an_honest_error(coarse):
 
 def test_terms_add_up_to_the_loss(m):
     fit = fit_loss(m, LossModel.MJ6)
-    assert sum(fit.terms(m.omega_m, m.D_m, m.dp_m).values()) == pytest.approx(fit.torque(m.omega_m, m.D_m, m.dp_m), rel=1e-12)
+    assert sum(fit.terms(m.omega_m, m.D_m, m.dp_m).values()) == pytest.approx(
+        fit.torque(m.omega_m, m.D_m, m.dp_m), rel=1e-12
+    )
 
 
 def test_physical_parameters_are_never_negative_and_a_bound_claims_no_error(m):
@@ -120,7 +133,11 @@ def test_interpolations_may_be_negative(m):
 
 @pytest.mark.parametrize(
     ("axis", "model", "group"),
-    [("dp_m", LossModel.MJ2, {"C_e", "C_f", "C_m"}), ("omega_m", LossModel.MJ3, {"C_e", "C_g"}), ("D_m", LossModel.ORTWIG, {"C_e", "C_j"})],
+    [
+        ("dp_m", LossModel.MJ2, {"C_e", "C_f", "C_m"}),
+        ("omega_m", LossModel.MJ3, {"C_e", "C_g"}),
+        ("D_m", LossModel.ORTWIG, {"C_e", "C_j"}),
+    ],
 )
 def test_one_level_of_an_axis_confounds_parameters_and_says_which(m, axis, model, group):
     value = m.axis(axis).max()

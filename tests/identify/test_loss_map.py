@@ -13,7 +13,12 @@ from stillhook.identify.motor.synthetic_map import synthetic_map, write_map
 from stillhook.units import from_display
 
 CC, RPM, BAR = (from_display(1.0, k) for k in ("displacement", "rotation", "pressure"))
-CELLS = [(D, n, p, round(0.02 * D * p / 6.2832 / 10 + 5.0 + n / 200.0, 3)) for D in (100, 200) for n in (500, 1500) for p in (100, 200, 300)]
+CELLS = [
+    (D, n, p, round(0.02 * D * p / 6.2832 / 10 + 5.0 + n / 200.0, 3))
+    for D in (100, 200)
+    for n in (500, 1500)
+    for p in (100, 200, 300)
+]
 HEAD = ("D_m [cm^3/rev]", "n [rev/min]", "dp [bar]", "T_f [N m]")
 
 
@@ -71,7 +76,18 @@ def test_a_plain_map_is_read_in_si(plain: LossMap):
         text(head=("Displacement [cm^3/rev]", "Speed [rev/min]", "Pressure drop [bar]", "Torque loss [N m]")),
         text(head=("Vg [cm^3/rev]", "n [rev/min]", "dp [bar]", "loss [N m]")),
     ],
-    ids=["semicolon", "tab", "decimal-comma", "tab-decimal-comma", "bom", "crlf", "comments", "quotes", "words", "aliases"],
+    ids=[
+        "semicolon",
+        "tab",
+        "decimal-comma",
+        "tab-decimal-comma",
+        "bom",
+        "crlf",
+        "comments",
+        "quotes",
+        "words",
+        "aliases",
+    ],
 )
 def test_every_dialect_gives_the_same_map(tmp_path, plain, content):
     assert same(read(tmp_path, content), plain)
@@ -135,8 +151,14 @@ def test_a_mapping_file_names_columns_units_and_scale(tmp_path, plain):
         (text()[:-1].replace("\n200,", "\n200;"), ["cells where row 1 has 4 headings"]),
         (text().replace(".", ","), ["5 cells where row 1 has 4 headings", "decimal comma"]),
         (text([(f'"{D}"', '"1,500"', p, T) for D, n, p, T in CELLS]), ["1,500", "a comma"]),
-        (text([(D, f"{n / 1000:.3f}", p, T) for D, n, p, T in CELLS], separator=";", comma=True), ["ends at 1.5 rev/min", "thousands"]),
-        (text([("1.000", "500,5", p, 5) for D, n, p, T in CELLS], separator=";"), ["comma", "point", "one decimal sign"]),
+        (
+            text([(D, f"{n / 1000:.3f}", p, T) for D, n, p, T in CELLS], separator=";", comma=True),
+            ["ends at 1.5 rev/min", "thousands"],
+        ),
+        (
+            text([("1.000", "500,5", p, 5) for D, n, p, T in CELLS], separator=";"),
+            ["comma", "point", "one decimal sign"],
+        ),
         (text(head=(*HEAD[:3], "eta_hm [1]")), ["efficiency above 100 %", "Check columns and units"]),
         (text([(*c[:3], 0.9) for c in CELLS], (*HEAD[:3], "eta_hm [%]")), ["at most 0.9 %", 'heading as "eta_hm [1]"']),
         (text([*CELLS[:3], ("x" * 200_000, 1, 2, 3)]), ["row 5", "cannot be read as CSV"]),
@@ -153,7 +175,10 @@ def test_what_cannot_be_read_is_refused_with_row_and_column(tmp_path, content, p
         assert part in line, line
 
 
-@pytest.mark.parametrize(("name", "part"), [("map.xls", ".xls is not read"), ("map.xlsx", "not an Excel file"), ("map.parquet", "not a Parquet file")])
+@pytest.mark.parametrize(
+    ("name", "part"),
+    [("map.xls", ".xls is not read"), ("map.xlsx", "not an Excel file"), ("map.parquet", "not a Parquet file")],
+)
 def test_files_that_are_not_what_they_are_called_are_refused(tmp_path, name, part):
     assert part in refused(tmp_path, b"\xd0\xcf\x11\xe0 nonsense", name)
 
@@ -184,11 +209,26 @@ def test_bad_mappings_are_refused(tmp_path, toml, part):
 
 
 def test_bad_rows_are_left_out_and_declared(tmp_path):
-    rows = [*CELLS, (200, 0, 100, 20), (200, 500, -100, 20), (200, 700, 100, ""), (200, 800, 100, "n/a"), (200, 900, 100, -3)]
+    rows = [
+        *CELLS,
+        (200, 0, 100, 20),
+        (200, 500, -100, 20),
+        (200, 700, 100, ""),
+        (200, 800, 100, "n/a"),
+        (200, 900, 100, -3),
+    ]
     m = read(tmp_path, text(rows))
     assert len(m) == len(CELLS)
     told = " | ".join(m.findings)
-    for part in ("standstill", "row 14", "negative pressure", "row 15", "2 rows left out for an empty cell (row 16, 17)", "negative loss", "row 18"):
+    for part in (
+        "standstill",
+        "row 14",
+        "negative pressure",
+        "row 15",
+        "2 rows left out for an empty cell (row 16, 17)",
+        "negative loss",
+        "row 18",
+    ):
         assert part in told, told
 
 

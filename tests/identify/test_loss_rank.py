@@ -87,7 +87,14 @@ def test_many_parameters_do_not_win_by_fitting_alone(rankings):
     assert r[LossModel.HUHTALA_28].cv_by_axis["D_m"] > 1.5 * r[LossModel.HUHTALA_28].fit.rms_share
 
 
-@pytest.mark.parametrize(("truth", "allowed"), [(LossModel.MJ3, {LossModel.MJ3}), (LossModel.THOMA, {LossModel.THOMA}), (LossModel.MJ6, {LossModel.MJ4, LossModel.MJ6})])
+@pytest.mark.parametrize(
+    ("truth", "allowed"),
+    [
+        (LossModel.MJ3, {LossModel.MJ3}),
+        (LossModel.THOMA, {LossModel.THOMA}),
+        (LossModel.MJ6, {LossModel.MJ4, LossModel.MJ6}),
+    ],
+)
 def test_the_model_that_made_a_map_is_found_or_a_simpler_one_as_good(maps, truth, allowed):
     m = maps["A6VM215"]
     fit = fit_loss(m, truth)

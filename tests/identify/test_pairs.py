@@ -45,7 +45,10 @@ def test_half_difference_is_friction_and_half_sum_is_load() -> None:
 
 
 def test_each_window_is_used_once_and_repeats_pair_with_their_own_neighbour() -> None:
-    ws = [window(v, 160.0, at=t) for v, t in ((500.0, 0.0), (-520.0, 40.0), (500.0, 600.0), (-520.0, 640.0), (500.0, 1200.0))]
+    ws = [
+        window(v, 160.0, at=t)
+        for v, t in ((500.0, 0.0), (-520.0, 40.0), (500.0, 600.0), (-520.0, 640.0), (500.0, 1200.0))
+    ]
     found = pair_windows(ws)
     assert [(p.up.middle, p.down.middle) for p in found.pairs] == [(0.0, 40.0), (600.0, 640.0)]
     assert found.unpaired[0].start == 1195.0
@@ -99,13 +102,23 @@ def test_uncertainties_and_covariances_on_the_grid_agree_with_draws() -> None:
     F, L = np.array([d.dp_F for d in draws]), np.array([d.dp_L for d in draws])
     assert F.std(axis=0) == pytest.approx(g.u_F, rel=OF_DRAWS)
     assert L.std(axis=0) == pytest.approx(g.u_L, rel=OF_DRAWS)
-    for ours, drawn in ((g.cov_F, np.cov(F.T)), (g.cov_L, np.cov(L.T)), (g.cov_FL, np.cov(F.T, L.T)[: len(g.speed), len(g.speed) :])):
+    for ours, drawn in (
+        (g.cov_F, np.cov(F.T)),
+        (g.cov_L, np.cov(L.T)),
+        (g.cov_FL, np.cov(F.T, L.T)[: len(g.speed), len(g.speed) :]),
+    ):
         assert np.abs(ours - drawn).max() < OF_DRAWS * np.diag(g.cov_F).max()
     assert g.cov_F[0, 1] > 0.1 * g.cov_F[0, 0]
 
 
 def test_speeds_that_repeat_are_averaged_by_their_uncertainties() -> None:
-    ws = [window(100.0, 170.0, u_e=0.1), window(101.0, 171.0, u_e=0.1), window(300.0, 175.0), window(-90.0, 130.0), window(-310.0, 125.0)]
+    ws = [
+        window(100.0, 170.0, u_e=0.1),
+        window(101.0, 171.0, u_e=0.1),
+        window(300.0, 175.0),
+        window(-90.0, 130.0),
+        window(-310.0, 125.0),
+    ]
     g = on_grid(ws, STEP)
     at = g.speed / RPM
     assert g.up[at.round() == 125.0] == pytest.approx(BAR * (170.5 + 4.5 * 24.5 / 199.5))

@@ -18,7 +18,11 @@ worn = mj4(motor("A6VM280").loss)
 
 def unmodelled(omega, D, dp):
     """The supplier's loss and what its map does not show: more turbulence, and drag in the housing that grows as the motor swivels in."""
-    return LOSS(omega, D, dp) + 3.0 * (omega / (1000 * RPM)) ** 2 * (D / FULL) ** 3 + 9.0 * (1.0 - D / FULL) * np.minimum(1.0, omega / (400 * RPM))
+    return (
+        LOSS(omega, D, dp)
+        + 3.0 * (omega / (1000 * RPM)) ** 2 * (D / FULL) ** 3
+        + 9.0 * (1.0 - D / FULL) * np.minimum(1.0, omega / (400 * RPM))
+    )
 
 
 def test_second_loop_lowers_the_cost_as_paper_d_found():

@@ -8,7 +8,17 @@ import pytest
 from stillhook import load_crane
 from stillhook.cli import run as command
 from stillhook.errors import StillhookError
-from stillhook.identify.system_friction.compare import FASTEST, PARTS, band, drum_torque, figure, notes, speeds, split, table
+from stillhook.identify.system_friction.compare import (
+    FASTEST,
+    PARTS,
+    band,
+    drum_torque,
+    figure,
+    notes,
+    speeds,
+    split,
+    table,
+)
 from stillhook.library import FrictionSet, load_friction
 from stillhook.library.crane_file.draws import draw
 from stillhook.library.parameter_sets.evidence import Evidence
@@ -22,9 +32,13 @@ CRANE = load_crane("nov-150t")
 def with_evidence(**ranges) -> FrictionSet:
     base = load_friction("crane-2")
     evidence = Evidence(
-        names=("Y_1", "Y_4", "Y_6"), covariance=((1e-12, -4e-7, 0.0), (-4e-7, 1.0, 0.0), (0.0, 0.0, 2.5e-13)), dof=1e6, data="made-up tests",
-        statements=("Y_2 cannot be told from Y_3",), **ranges,
-    )  # fmt: skip
+        names=("Y_1", "Y_4", "Y_6"),
+        covariance=((1e-12, -4e-7, 0.0), (-4e-7, 1.0, 0.0), (0.0, 0.0, 2.5e-13)),
+        dof=1e6,
+        data="made-up tests",
+        statements=("Y_2 cannot be told from Y_3",),
+        **ranges,
+    )
     return FrictionSet("mine", "made up", base.system, base.sources, evidence)
 
 
@@ -50,7 +64,16 @@ def test_the_band_holds_95_of_100_draws():
     item, T_d = with_evidence(), 1.5e6
     omega = np.array([0.0, 100.0, 500.0, 1500.0]) * RPM
     drawn = draw(item, 4000, np.random.default_rng(5))
-    totals = np.array([split(FrictionSet("d", "d", item.system.model_copy(update=dict(zip(drawn.names, row, strict=True))), {}), T_d, omega).total for row in drawn.values])
+    totals = np.array(
+        [
+            split(
+                FrictionSet("d", "d", item.system.model_copy(update=dict(zip(drawn.names, row, strict=True))), {}),
+                T_d,
+                omega,
+            ).total
+            for row in drawn.values
+        ]
+    )
     half = band(item.system, item.evidence, T_d, omega)
     inside = np.mean(np.abs(totals - split(item, T_d, omega).total) < half, axis=0)
     assert inside == pytest.approx(np.full(4, 0.95), abs=0.015)
@@ -117,7 +140,10 @@ def test_the_sets_of_the_library_are_listed_with_their_sources(capsys):
 
 def test_the_comparison_is_printed_and_written_whole(tmp_path, capsys):
     path = str(save_set(with_evidence(), tmp_path / "mine.toml"))
-    assert command(["friction", "compare", "crane-1", path, "--drum-torque", "1.5 MN m", "--out", str(tmp_path / "out")]) == 0
+    assert (
+        command(["friction", "compare", "crane-1", path, "--drum-torque", "1.5 MN m", "--out", str(tmp_path / "out")])
+        == 0
+    )
     said = capsys.readouterr().out
     assert "45.9" in said
     assert " ± " in said
@@ -126,8 +152,14 @@ def test_the_comparison_is_printed_and_written_whole(tmp_path, capsys):
     (tmp_path / "other").mkdir()
     again = str(save_set(with_evidence(), tmp_path / "other" / "mine.toml"))
     assert command(["friction", "compare", path, again, path, "--json"]) == 0
-    assert [s["set"] for s in json.loads(capsys.readouterr().out)["sets"]] == [path, again]  # two files of one name are told apart
-    assert command(["friction", "compare", "crane-1", "--load", "100 t", "--crane", "nov-150t", "--layer", "3", "--json"]) == 0
+    assert [s["set"] for s in json.loads(capsys.readouterr().out)["sets"]] == [
+        path,
+        again,
+    ]  # two files of one name are told apart
+    assert (
+        command(["friction", "compare", "crane-1", "--load", "100 t", "--crane", "nov-150t", "--layer", "3", "--json"])
+        == 0
+    )
     data = json.loads(capsys.readouterr().out)
     assert data["T_d"] == pytest.approx(drum_torque(CRANE, 100e3, 3))
 

@@ -67,7 +67,11 @@ def test_every_set_of_the_library_is_read_with_its_sources_and_written_back_alik
     item = load_set(name)
     assert isinstance(item, FrictionSet if name in frictions() else LossSet)
     spec = item.system if isinstance(item, FrictionSet) else item.motor
-    assert all(place in item.sources for place in type(spec).model_fields if place != "loss" and getattr(spec, place) is not None)
+    assert all(
+        place in item.sources
+        for place in type(spec).model_fields
+        if place != "loss" and getattr(spec, place) is not None
+    )
     again = load_set(save_set(item, tmp_path / f"{name}.toml"))
     assert again == item
 
@@ -92,9 +96,12 @@ def test_a_set_of_a_file_keeps_its_evidence_through_writing(tmp_path):
 def test_a_motor_of_a_file_is_told_from_a_friction_by_what_it_holds(tmp_path):
     loss = load_losses("A6VM215")
     with_evidence = LossSet(
-        "m", "My motor", loss.motor, loss.sources,
+        "m",
+        "My motor",
+        loss.motor,
+        loss.sources,
         Evidence(names=("X_4",), covariance=((0.04,),), dof=12.0, data="a map", D_m=("50 cm^3/rev", "215 cm^3/rev")),
-    )  # fmt: skip
+    )
     again = load_set(save_set(with_evidence, tmp_path / "m.toml"))
     assert isinstance(again, LossSet)
     assert again == with_evidence
@@ -109,7 +116,9 @@ def test_a_crane_file_names_a_set_by_its_path_seen_from_its_own_folder(tmp_path,
     written(folder, FRICTION + EVIDENCE)
     save_set(load_losses("A6VM215-crane-2-second-loop"), folder / "my-motor.toml")
     crane_file = written(
-        folder, 'base = "nov-150t"\n[friction]\nlibrary = "my.friction.toml"\n[active.motor]\ntype = "my-motor.toml"\n', "mine.toml"
+        folder,
+        'base = "nov-150t"\n[friction]\nlibrary = "my.friction.toml"\n[active.motor]\ntype = "my-motor.toml"\n',
+        "mine.toml",
     )
     monkeypatch.chdir(tmp_path)
     crane = load_crane(crane_file)
@@ -144,7 +153,10 @@ def test_a_stored_crane_and_a_stored_run_need_no_file_of_their_sets_any_more(tmp
 
 def test_a_set_that_is_not_there_is_named_with_the_place_that_names_it(tmp_path):
     crane_file = written(tmp_path, 'base = "nov-150t"\n[friction]\nlibrary = "missing.toml"\n', "mine.toml")
-    assert refusal(lambda: load_crane(crane_file)) == 'mine.toml: friction.library = "missing.toml": no such file. Check the path.'
+    assert (
+        refusal(lambda: load_crane(crane_file))
+        == 'mine.toml: friction.library = "missing.toml": no such file. Check the path.'
+    )
     crane_file = written(tmp_path, 'base = "nov-150t"\n[active.motor]\ntype = "A6VM21"\n', "mine.toml")
     assert 'mine.toml: active.motor.type = "A6VM21": not in the library' in refusal(lambda: load_crane(crane_file))
     assert refusal(lambda: load_set("crane-3")).startswith('set "crane-3": the library has')
@@ -159,17 +171,34 @@ def test_a_set_that_is_not_there_is_named_with_the_place_that_names_it(tmp_path)
     [
         ('"Y_4"]', '"Y_9"]', 'evidence.names: "Y_9" is not one of Y_1, Y_2, Y_3, Y_4, Y_5, Y_6.'),
         ('"Y_4"]', '"Y_1"]', "evidence: names: a name comes twice. Name each parameter once."),
-        ("[1e-7, 0.25]]", "[1e-7, 0.25], [0.0, 0.0]]", "evidence: covariance: 3 rows of 2 values for 2 names. Give 2 rows of 2."),
-        ("[1e-7, 0.25]]", "[1e-7]]", "evidence: covariance: 2 rows of 1, 2 values for 2 names. Give 2 rows of 2."),
-        ("[1e-7, 0.25]]", "[2e-7, 0.25]]", "evidence: covariance: it is not symmetric. Give the covariance of each pair twice."),
-        ("[1e-7, 0.25]]", "[1e-7, -0.25]]", "evidence: covariance: a variance on its diagonal is negative. Give variances and covariances."),
         (
-            "[[1e-12, 1e-7], [1e-7, 0.25]]", "[[1e-12, 1e-6], [1e-6, 0.25]]",
+            "[1e-7, 0.25]]",
+            "[1e-7, 0.25], [0.0, 0.0]]",
+            "evidence: covariance: 3 rows of 2 values for 2 names. Give 2 rows of 2.",
+        ),
+        ("[1e-7, 0.25]]", "[1e-7]]", "evidence: covariance: 2 rows of 1, 2 values for 2 names. Give 2 rows of 2."),
+        (
+            "[1e-7, 0.25]]",
+            "[2e-7, 0.25]]",
+            "evidence: covariance: it is not symmetric. Give the covariance of each pair twice.",
+        ),
+        (
+            "[1e-7, 0.25]]",
+            "[1e-7, -0.25]]",
+            "evidence: covariance: a variance on its diagonal is negative. Give variances and covariances.",
+        ),
+        (
+            "[[1e-12, 1e-7], [1e-7, 0.25]]",
+            "[[1e-12, 1e-6], [1e-6, 0.25]]",
             "evidence: covariance: it is not positive semidefinite (least eigenvalue of its correlations -1). Give a covariance matrix.",
         ),
         ("dof = 120", "dof = 0", "evidence: dof = 0: it must be greater than 0."),
         ('"25 rev/min"', '"25 bar"', 'evidence: omega_m[0] = "25 bar": unit "bar" is not one of rad/s, rev/min, rpm.'),
-        ('"25 rev/min"', '"2500 rev/min"', "evidence: omega_m: its second value is below its first. Write the lower end first."),
+        (
+            '"25 rev/min"',
+            '"2500 rev/min"',
+            "evidence: omega_m: its second value is below its first. Write the lower end first.",
+        ),
         ("dof = 120", "dog = 120", "evidence: dog: unknown field"),
         ("[evidence]", "[[evidence]]", "evidence = [{"),
         ('title = "My crane"', "title = 3", "title = 3: give a text."),
@@ -177,7 +206,7 @@ def test_a_set_that_is_not_there_is_named_with_the_place_that_names_it(tmp_path)
         ('Y_2 = "0 N m"', 'Y_2 = "-1 N m"', 'Y_2 = "-1 N m": it must be greater than or equal to 0.'),
         ('Y_2 = "0 N m"', 'Y_2 = "0 N m"\nname = "x"', "name: unknown field"),
     ],
-)  # fmt: skip
+)
 def test_a_mistake_in_a_set_is_one_line_that_says_where_and_what(tmp_path, old, new, text):
     path = written(tmp_path, (FRICTION + EVIDENCE).replace(old, new))
     line = refusal(lambda: load_friction(path))
@@ -191,14 +220,23 @@ def test_an_empty_set_and_one_of_the_wrong_kind_are_refused(tmp_path):
         "my.friction.toml: empty. Copy a set of the library, or let stillhook identify write one."
     )
     save_set(load_losses("A6VM215"), tmp_path / "motor.toml")
-    assert refusal(lambda: load_friction(tmp_path / "motor.toml")).startswith("motor.toml is a motor set, not a friction set: stillhook friction draws reads it")
+    assert refusal(lambda: load_friction(tmp_path / "motor.toml")).startswith(
+        "motor.toml is a motor set, not a friction set: stillhook friction draws reads it"
+    )
     crane_file = written(tmp_path, 'base = "nov-150t"\n[friction]\nlibrary = "motor.toml"\n', "mine.toml")
-    assert refusal(lambda: load_crane(crane_file)).startswith("motor.toml is a motor set, not a friction set: stillhook friction draws reads it")
+    assert refusal(lambda: load_crane(crane_file)).startswith(
+        "motor.toml is a motor set, not a friction set: stillhook friction draws reads it"
+    )
 
 
 def test_evidence_is_made_from_the_numbers_of_a_fit_and_checked_as_that_of_a_file():
     made = Evidence.fitted(
-        ["Y_1", "Y_4"], np.array([[1e-12, 1e-7], [1e-7, 0.25]]), dof=120, data="tests", ranges={"T_d": (1e5, 2e6)}, statements=["one load only"]
+        ["Y_1", "Y_4"],
+        np.array([[1e-12, 1e-7], [1e-7, 0.25]]),
+        dof=120,
+        data="tests",
+        ranges={"T_d": (1e5, 2e6)},
+        statements=["one load only"],
     )
     assert made.T_d == (1e5, 2e6)
     assert made.matrix.tolist() == [[1e-12, 1e-7], [1e-7, 0.25]]

@@ -14,7 +14,13 @@ from stillhook.engine.pack.winch import active_record, friction_record
 from stillhook.errors import StillhookError
 from stillhook.identify.system_friction.tests.published import CAMPAIGNS, PlannedTest, TestPlan
 from stillhook.identify.system_friction.tests.staircase import HOLD, PAUSE, RAMP, outermost_layer, staircase
-from stillhook.identify.system_friction.tests.synthetic import MARK, campaign_plan, closed_circuit, crane_of, write_campaign
+from stillhook.identify.system_friction.tests.synthetic import (
+    MARK,
+    campaign_plan,
+    closed_circuit,
+    crane_of,
+    write_campaign,
+)
 from stillhook.library import changed, crane_from_toml, load_friction
 from stillhook.logs.synthetic.instruments import COLUMNS, Calibration, Instruments, Noise, Sensor, logged, noise_of
 from stillhook.physics.friction import system_friction
@@ -31,7 +37,10 @@ NONE = Instruments(noise=Noise.NONE)
 
 
 def plan(crane: str = "nov-150t", motors: int = 11, rows=((2365.0, 77.0), (1800.0, 0.0))) -> TestPlan:
-    tests = tuple(PlannedTest(str(i + 1), parse(f"{D} cm^3/rev", "displacement") / motors, 1e3 * t) for i, (D, t) in enumerate(rows))
+    tests = tuple(
+        PlannedTest(str(i + 1), parse(f"{D} cm^3/rev", "displacement") / motors, 1e3 * t)
+        for i, (D, t) in enumerate(rows)
+    )
     return TestPlan("small", "small campaign", crane, motors, tests, "made up")
 
 
@@ -57,8 +66,12 @@ def windows(log: dict[str, np.ndarray], pairs: int):
 def clean(tmp_path_factory: pytest.TempPathFactory):
     """Of a crane whose load does not ring on its wire and whose brake stays open: every step is steady, and its command constant."""
     small = plan(rows=((2365.0, 107.0), (1800.0, 77.0), (1120.0, 0.0)))
-    truth = changed(load_crane("nov-150t"), {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}}).model_copy(update={"brake": None})
-    return small, write_campaign(small, tmp_path_factory.mktemp("clean") / "tests", instruments=NONE, duration="6 min", truth=truth)
+    truth = changed(load_crane("nov-150t"), {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}}).model_copy(
+        update={"brake": None}
+    )
+    return small, write_campaign(
+        small, tmp_path_factory.mktemp("clean") / "tests", instruments=NONE, duration="6 min", truth=truth
+    )
 
 
 # The machine and its operator
@@ -97,7 +110,10 @@ def test_every_published_test_is_one_that_its_crane_can_run(name):
 
 
 def test_published_tables_are_as_printed():
-    total = {n: [(round(t.D_m * p.motors / parse("1 cm^3/rev", "displacement"), 6), t.load / 1e3) for t in p.tests] for n, p in CAMPAIGNS.items()}
+    total = {
+        n: [(round(t.D_m * p.motors / parse("1 cm^3/rev", "displacement"), 6), t.load / 1e3) for t in p.tests]
+        for n, p in CAMPAIGNS.items()
+    }
     assert total["L4593"][4] == (720.0, 55.0)
     assert total["L4593"][8] == (1120.0, 100.0)
     assert total["crane-2"][6] == (2200.0, 0.0)
@@ -163,7 +179,10 @@ def test_the_librarys_load_rings_about_the_same_pressures_and_its_start_from_the
         assert change < 0.2 * abs(a["omega_m"]) + SETTLED  # it never stops
         assert a["omega_m"] == pytest.approx(b["omega_m"], rel=0.01, abs=0.1 * RPM)
         assert a["p_a"] - a["p_b"] == pytest.approx(b["p_a"] - b["p_b"], rel=0.01)
-    ends = [float(np.ptp(rings["u_p"][(rings["time"] > t) & (rings["time"] < t + 1.0)])) for t in (PAUSE + RAMP, PAUSE + RAMP + HOLD - 1.0)]
+    ends = [
+        float(np.ptp(rings["u_p"][(rings["time"] > t) & (rings["time"] < t + 1.0)]))
+        for t in (PAUSE + RAMP, PAUSE + RAMP + HOLD - 1.0)
+    ]
     assert 1e-4 < ends[0]
     assert ends[1] < 0.02 * ends[0]  # eleven seconds at the bumpless 2 s leave 0.4 %
 
@@ -197,7 +216,10 @@ def test_the_truth_may_differ_from_what_the_campaign_says(tmp_path):
     loss = {"motor": {"loss": {"X_4": "20 N m"}}}
     truth = changed(load_crane("nov-150t"), {"friction": {"library": "crane-1"}, "active": loss, "passive": loss})
     one = plan(rows=((2365.0, 77.0),))
-    same, blind = (write_campaign(one, tmp_path / n, instruments=NONE, duration="3 min", truth=t) for n, t in (("same", None), ("blind", truth)))
+    same, blind = (
+        write_campaign(one, tmp_path / n, instruments=NONE, duration="3 min", truth=t)
+        for n, t in (("same", None), ("blind", truth))
+    )
     assert same.campaign.read_text(encoding="utf-8") == blind.campaign.read_text(encoding="utf-8")
     crane = load_crane(blind.folder / "truth.toml")
     assert crane.friction.system == load_friction("crane-1").system
@@ -211,7 +233,10 @@ def test_the_truth_may_differ_from_what_the_campaign_says(tmp_path):
 
 def test_the_same_seed_gives_the_same_logs_and_another_seed_other_noise(tmp_path):
     one = plan(rows=((2365.0, 77.0),))
-    logs = [write_campaign(one, tmp_path / str(i), instruments=Instruments(seed=s), duration="2 min").logs[0] for i, s in enumerate((1, 1, 2))]
+    logs = [
+        write_campaign(one, tmp_path / str(i), instruments=Instruments(seed=s), duration="2 min").logs[0]
+        for i, s in enumerate((1, 1, 2))
+    ]
     texts = [path.read_bytes() for path in logs]
     assert texts[0] == texts[1]
     assert texts[0] != texts[2]
@@ -219,7 +244,9 @@ def test_the_same_seed_gives_the_same_logs_and_another_seed_other_noise(tmp_path
 
 def test_typical_sensors_add_the_noise_and_the_steps_that_they_state(tmp_path):
     one = plan(rows=((2365.0, 77.0),))
-    clean, noisy = (write_campaign(one, tmp_path / n.value, instruments=Instruments(noise=n), duration="3 min") for n in Noise)
+    clean, noisy = (
+        write_campaign(one, tmp_path / n.value, instruments=Instruments(noise=n), duration="3 min") for n in Noise
+    )
     a, b = (signals(w.logs[0]) for w in (clean, noisy))
     error = b["p_a"] - a["p_a"]
     assert np.std(error) == pytest.approx(0.5 * BAR, rel=0.05)
@@ -230,7 +257,9 @@ def test_typical_sensors_add_the_noise_and_the_steps_that_they_state(tmp_path):
     assert np.mean(b["omega_m"][hold]) == pytest.approx(np.mean(a["omega_m"][hold]), abs=1.0 * RPM)
     mapping = tomllib.loads(noisy.campaign.read_text(encoding="utf-8"))
     assert mapping["signals"]["p_a"]["range"] == ["0 bar", "400 bar"]
-    assert "accuracy" not in mapping  # half a bar of noise carries a stretch over many steps of 0.1 bar: their mean has no step left
+    assert (
+        "accuracy" not in mapping
+    )  # half a bar of noise carries a stretch over many steps of 0.1 bar: their mean has no step left
 
 
 def test_a_sensor_is_late_out_of_calibration_and_held_in_its_range():
@@ -246,11 +275,16 @@ def test_a_sensor_is_late_out_of_calibration_and_held_in_its_range():
 def test_a_sensor_out_of_calibration_shows_in_the_log(tmp_path):
     one = plan(rows=((2365.0, 77.0),))
     wrong = Instruments(noise=Noise.NONE, calibration={"p_a": Calibration(gain=1.01, offset=0.5 * BAR)})
-    true, off = (signals(write_campaign(one, tmp_path / n, instruments=i, duration="2 min").logs[0]) for n, i in (("a", NONE), ("b", wrong)))
+    true, off = (
+        signals(write_campaign(one, tmp_path / n, instruments=i, duration="2 min").logs[0])
+        for n, i in (("a", NONE), ("b", wrong))
+    )
     assert np.allclose(off["p_a"], 1.01 * true["p_a"] + 0.5 * BAR)
     assert np.array_equal(off["p_b"], true["p_b"])
     with pytest.raises(StillhookError, match='calibration: "p_c" is not logged'):
-        write_campaign(one, tmp_path / "c", instruments=Instruments(calibration={"p_c": Calibration()}), duration="2 min")
+        write_campaign(
+            one, tmp_path / "c", instruments=Instruments(calibration={"p_c": Calibration()}), duration="2 min"
+        )
 
 
 # Refusals
@@ -265,14 +299,24 @@ def test_what_cannot_be_tested_is_one_line_and_leaves_nothing_behind(tmp_path):
         return str(caught.value)
 
     out = tmp_path / "out"
-    assert refusal(lambda: campaign_plan("crane-9")) == 'campaign "crane-9": not one of L4593, crane-2, crane-2-extended.'
+    assert (
+        refusal(lambda: campaign_plan("crane-9")) == 'campaign "crane-9": not one of L4593, crane-2, crane-2-extended.'
+    )
     assert refusal(lambda: noise_of("much")) == 'noise = "much": not one of none, typical.'
-    assert refusal(lambda: write_campaign(plan(), out, duration="1 min")) == "duration = 60 s: a staircase takes 106 s to 86400 s. Change it."
-    assert refusal(lambda: write_campaign(plan(), out, layer=12)) == 'layer = 12: the drum of "nov-150t-closed-circuit" has layers 1 to 11.'
+    assert (
+        refusal(lambda: write_campaign(plan(), out, duration="1 min"))
+        == "duration = 60 s: a staircase takes 106 s to 86400 s. Change it."
+    )
+    assert (
+        refusal(lambda: write_campaign(plan(), out, layer=12))
+        == 'layer = 12: the drum of "nov-150t-closed-circuit" has layers 1 to 11.'
+    )
     assert refusal(lambda: write_campaign(plan(), out, duration=20.0)).startswith("duration = 20.0: a bare number")
     assert refusal(lambda: write_campaign(plan(), out, layer=0)).startswith("layer = 0: ")
     assert "D_m 300 cm^3/rev: the motors" in refusal(lambda: write_campaign(plan(rows=((3300.0, 1.0),)), out))
-    assert "lifts 150 t on no layer without its relief valves" in refusal(lambda: write_campaign(plan(rows=((500.0, 150.0),)), out))
+    assert "lifts 150 t on no layer without its relief valves" in refusal(
+        lambda: write_campaign(plan(rows=((500.0, 150.0),)), out)
+    )
     assert refusal(lambda: write_campaign(plan(motors=8), out)).startswith('campaign "small": 8 motors, and')
     (out / "logs").mkdir(parents=True)
     assert refusal(lambda: write_campaign(plan(), out)).endswith("there are logs already. Choose another folder.")

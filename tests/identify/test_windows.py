@@ -52,7 +52,11 @@ def staircase(
     set_speed: list[np.ndarray] = []
     for s in speeds:
         for v in (s * RPM, -s * RPM * (1.0 + leak)):
-            set_speed += [np.linspace(0.0, v, round(ramp / RAW)), np.full(round(hold / RAW), v), np.linspace(v, 0.0, round(ramp / RAW))]
+            set_speed += [
+                np.linspace(0.0, v, round(ramp / RAW)),
+                np.full(round(hold / RAW), v),
+                np.linspace(v, 0.0, round(ramp / RAW)),
+            ]
             set_speed.append(np.zeros(round(3.0 / RAW)))
     wanted = np.concatenate(set_speed)
     v = lfilter([RAW / tau], [1.0, RAW / tau - 1.0], wanted)
@@ -101,7 +105,9 @@ NOISE = {"speed_noise": 0.002, "effort_noise": 0.5 * BAR}
 
 @pytest.mark.parametrize("every", [0.01, 0.1, 1.0])
 @pytest.mark.parametrize(
-    "case", [{}, NOISE, {**NOISE, "converter": CONVERTER}, {"converter": CONVERTER}], ids=["clean", "noise", "noisy-12-bit", "12-bit"]
+    "case",
+    [{}, NOISE, {**NOISE, "converter": CONVERTER}, {"converter": CONVERTER}],
+    ids=["clean", "noise", "noisy-12-bit", "12-bit"],
 )
 def test_every_step_of_a_staircase_gives_one_window_with_its_true_means(case: dict, every: float) -> None:
     """At 1, 10 and 100 bins a second, with and without noise and converter: 6 speeds in 2 directions are 12 windows."""
@@ -144,7 +150,10 @@ def test_the_tail_of_a_decay_that_hides_in_noise_does_not_push_all_means_one_way
     off = []
     for seed in range(12):
         found = find(staircase(hold=15.0, seed=seed, spoil=slow_start, **NOISE))
-        off += [w.direction * (w.effort - effort) / w.u_effort for w, (_, effort) in zip(found.windows, nominal(found), strict=True)]
+        off += [
+            w.direction * (w.effort - effort) / w.u_effort
+            for w, (_, effort) in zip(found.windows, nominal(found), strict=True)
+        ]
     assert len(off) > 100
     assert abs(np.mean(off)) < 0.4  # uncertainties; 0.5 where no spare is left out
 
@@ -197,7 +206,10 @@ def noise_of_kind(kind: str, n: int, rng: np.random.Generator) -> np.ndarray:
     return np.asarray(lfilter([math.sqrt(1.0 - r * r)], [1.0, -r], white)[400:])
 
 
-@pytest.mark.parametrize(("kind", "n"), [("white", 5), ("white", 20), ("white", 1000), ("correlated", 60), ("correlated", 600), ("slow", 600)])
+@pytest.mark.parametrize(
+    ("kind", "n"),
+    [("white", 5), ("white", 20), ("white", 1000), ("correlated", 60), ("correlated", 600), ("slow", 600)],
+)
 def test_95_percent_intervals_of_a_mean_hold_the_truth(kind: str, n: int) -> None:
     """True mean 0. Between 90 and 99 % of 600 draws (500 for the long ones) must be inside, however the noise is correlated."""
     rng = np.random.default_rng(7)
@@ -223,7 +235,9 @@ def test_95_percent_intervals_of_windows_hold_the_steady_values_that_a_step_sett
             inside_e.append(abs(w.effort - e) < 1.96 * w.u_effort)
     assert len(inside_e) == 360
     assert 0.90 <= np.mean(inside_e) <= 0.99
-    assert np.mean(inside_v) >= 0.90  # may be wider: at low speed the least uncertainty of the log is larger than 0.2 % of the speed
+    assert (
+        np.mean(inside_v) >= 0.90
+    )  # may be wider: at low speed the least uncertainty of the log is larger than 0.2 % of the speed
 
 
 # ---- what is not used, and why
@@ -330,7 +344,10 @@ def test_a_gap_splits_a_step_and_short_ends_are_told() -> None:
     log = staircase((800.0,), hold=12.0, **NOISE)
     keep = (log.t < 5.4) | (log.t > 7.9)
     cut = changed(
-        log, t=log.t[keep], signals={k: x[keep] for k, x in log.signals.items()}, doubtful={k: x[keep] for k, x in log.doubtful.items()}
+        log,
+        t=log.t[keep],
+        signals={k: x[keep] for k, x in log.signals.items()},
+        doubtful={k: x[keep] for k, x in log.doubtful.items()},
     )
     found = find(cut)
     assert not any(w.start < 7.9 and w.end > 5.4 for w in found.windows)
@@ -382,7 +399,9 @@ def test_steps_without_a_stop_between_them_are_told_apart_by_speed_and_by_comman
     rng = np.random.default_rng(0)
     log = log_of(v * (1.0 + 0.002 * rng.standard_normal(len(v))), LOAD + 0.5 * BAR * rng.standard_normal(len(v)), 0.1)
     for more in ({}, {"command": "u_p"}):
-        with_command = changed(log, signals={**log.signals, "u_p": wanted[: 10 * len(log.t)].reshape(-1, 10).mean(axis=1) / (400.0 * RPM)})
+        with_command = changed(
+            log, signals={**log.signals, "u_p": wanted[: 10 * len(log.t)].reshape(-1, 10).mean(axis=1) / (400.0 * RPM)}
+        )
         found = find(with_command, **more)
         assert [round(w.speed / RPM) for w in found.windows] == [300, 320, 340]
 
@@ -427,7 +446,16 @@ def test_pauses_and_ramps_are_not_reported_as_rejected_stretches():
     v = np.concatenate([np.full(20, 0.001), np.linspace(0.0, 1.0, 20), np.full(20, 1.0)])
     v = v + 1e-4 * np.random.default_rng(1).standard_normal(len(v))
     signals = {"speed": v, "effort": np.ones(len(v))}
-    log = Log("steps.csv", 0.1 * (np.arange(len(v)) + 0.5), signals, {k: np.zeros(len(v), dtype=bool) for k in signals}, (), (), 10.0, len(v))
+    log = Log(
+        "steps.csv",
+        0.1 * (np.arange(len(v)) + 0.5),
+        signals,
+        {k: np.zeros(len(v), dtype=bool) for k in signals},
+        (),
+        (),
+        10.0,
+        len(v),
+    )
     search = windows._Search(log, "speed", "effort", None, (), (), {}, WindowSettings())
     pause, ramp, step = (search.rejected(a, b, 1, "short", "too short") for a, b in ((2, 18), (22, 38), (42, 58)))
     assert [search.pause_or_ramp(r) for r in (pause, ramp, step)] == [True, True, False]

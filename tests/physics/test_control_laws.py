@@ -57,12 +57,27 @@ def ratio(n: int) -> float:
 
 def sensed(**values: float) -> Sensed:
     """At rest: all signals zero, the wire where its reference is, all pumps running, full displacement, outermost layer."""
-    rest = dict.fromkeys(Sensed._fields, 0.0) | {"f_pump": 1.0, "alpha_m": 1.0, "K_wire": ratio(12), "mode": SSC, "F": 1.0e6, "s_w": 100.0}
+    rest = dict.fromkeys(Sensed._fields, 0.0) | {
+        "f_pump": 1.0,
+        "alpha_m": 1.0,
+        "K_wire": ratio(12),
+        "mode": SSC,
+        "F": 1.0e6,
+        "s_w": 100.0,
+    }
     return Sensed(**(rest | values))
 
 
 def remembered(**values: float) -> Memory:
-    rest = dict.fromkeys(Memory._fields, 0.0) | {"mode": SSC, "datum": 100.0, "F": 1.0e6, "p_mean": 280e5, "u_m": 1.0, "held": 1.0, "stroke": 1.0}
+    rest = dict.fromkeys(Memory._fields, 0.0) | {
+        "mode": SSC,
+        "datum": 100.0,
+        "F": 1.0e6,
+        "p_mean": 280e5,
+        "u_m": 1.0,
+        "held": 1.0,
+        "stroke": 1.0,
+    }
     return Memory(**(rest | values))
 
 

@@ -73,7 +73,9 @@ def test_the_shaft_turns_with_the_wire_and_hoists_with_more_pressure_on_a():
     omega, v, dp = (counted(data, n) for n in ("omega_m", "v_w", "p_a"))
     assert np.all(omega * v >= 0.0)
     dp = dp - counted(data, "p_b")
-    assert dp[v > 0.5].mean() > 0.0 > dp[v < -0.5].mean()  # the passive side carries the weight, so only friction is left
+    assert (
+        dp[v > 0.5].mean() > 0.0 > dp[v < -0.5].mean()
+    )  # the passive side carries the weight, so only friction is left
 
 
 def test_semi_secondary_control_is_better_than_high_speed_at_low_speed_and_uses_less_pressure():
@@ -126,7 +128,8 @@ def test_measured_displacement_saves_the_error_of_open_loop_control_and_the_comm
 
 
 @pytest.mark.parametrize(
-    ("old", "new"), [("ns", "ssc"), ("hs", "ns"), ("ssc", "hs"), ("level-1", "ssc-cubic"), ("manual", "ssc"), ("ssc", "manual")]
+    ("old", "new"),
+    [("ns", "ssc"), ("hs", "ns"), ("ssc", "hs"), ("level-1", "ssc-cubic"), ("manual", "ssc"), ("ssc", "manual")],
 )
 @pytest.mark.parametrize("at", [61.3, 63.0, 64.4])
 def test_a_mode_change_makes_no_jump_in_any_command(old, new, at):
@@ -136,7 +139,9 @@ def test_a_mode_change_makes_no_jump_in_any_command(old, new, at):
         steps = np.abs(np.diff(data[command].values))
         around = np.r_[steps[k - 600 : k - 1], steps[k + 3 : k + 600]]
         assert steps[k - 1 : k + 3].max() <= 1.1 * around.max() + 1e-4
-        assert steps[k - 1] <= 1.5 * max(steps[k - 2], 0.01 / 2.0)  # at the change itself: no more than the fade of two seconds
+        assert steps[k - 1] <= 1.5 * max(
+            steps[k - 2], 0.01 / 2.0
+        )  # at the change itself: no more than the fade of two seconds
 
 
 @pytest.mark.parametrize(("old", "new"), [("ns", "ssc"), ("hs", "ns"), ("ssc", "hs")])
@@ -164,14 +169,19 @@ def stick(speed: str) -> Operator:
 @pytest.mark.parametrize("crane", [BOTH, PURE], ids=["active-passive", "pure-active"])
 @pytest.mark.parametrize("metres_a_minute", [-20.0, 20.0, 50.0])
 def test_in_manual_mode_the_wire_follows_the_stick(crane, metres_a_minute):
-    data = run(crane, mode="manual", tip="still", load="30 t", duration="60 s", operator=stick(f"{metres_a_minute} m/min"))
+    data = run(
+        crane, mode="manual", tip="still", load="30 t", duration="60 s", operator=stick(f"{metres_a_minute} m/min")
+    )
     v = counted(data, "v_w").mean() * MINUTE
     assert v == pytest.approx(metres_a_minute, rel=0.06)  # no feedback: leakage takes a few per cent
 
 
 def test_a_hanging_load_leaks_the_wire_out_and_never_in():
     """Under load, hoisting is slower than asked and lowering faster: oil leaks from the side that holds the load."""
-    up, down = (run(PURE, mode="manual", tip="still", load="60 t", duration="60 s", operator=stick(v)) for v in ("20 m/min", "-20 m/min"))
+    up, down = (
+        run(PURE, mode="manual", tip="still", load="60 t", duration="60 s", operator=stick(v))
+        for v in ("20 m/min", "-20 m/min")
+    )
     assert counted(up, "v_w").mean() * MINUTE < 20.0
     assert counted(down, "v_w").mean() * MINUTE < -20.0
 
@@ -185,7 +195,9 @@ def test_manual_mode_has_full_displacement_at_low_speed_and_reduces_it_for_high_
 
 @pytest.mark.parametrize("crane", [BOTH, PURE], ids=["active-passive", "pure-active"])
 @pytest.mark.parametrize("metres_a_minute", [-40.0, 8.0, 40.0])
-def test_a_displacement_that_the_operator_holds_is_held_at_any_speed_and_the_winch_runs_steadily(crane, metres_a_minute):
+def test_a_displacement_that_the_operator_holds_is_held_at_any_speed_and_the_winch_runs_steadily(
+    crane, metres_a_minute
+):
     """As in the friction tests of section 2.2: fixed displacement, fixed pump command, steady speed."""
     operator = Operator(profile=(("0 s", "0 m/min"), ("5 s", f"{metres_a_minute} m/min")), alpha_m=0.7)
     data = run(crane, mode="manual", tip="still", load="30 t", duration="60 s", warm_up="25 s", operator=operator)
@@ -203,7 +215,9 @@ def test_more_displacement_takes_less_pressure_for_the_same_load_and_more_pump_f
     small, large = held(0.7), held(1.0)
     load_small, load_large = (d.alpha_m * (d.p_a - d.p_b) for d in (small, large))
     assert float(large.p_a - large.p_b) < 0.75 * float(small.p_a - small.p_b)
-    assert float(load_large / load_small) == pytest.approx(1.0, abs=0.02)  # the same torque but for what the motors lose
+    assert float(load_large / load_small) == pytest.approx(
+        1.0, abs=0.02
+    )  # the same torque but for what the motors lose
     assert float(large.u_p / small.u_p) == pytest.approx(1.0 / 0.7, rel=0.02)
 
 
@@ -221,7 +235,13 @@ def test_in_manual_mode_the_load_moves_with_the_ship():
 
 
 def test_the_operator_moves_the_load_while_the_tip_heaves():
-    profile = (("0 s", "0 m/min"), ("60 s", "0 m/min"), ("70 s", "-6 m/min"), ("100 s", "-6 m/min"), ("110 s", "0 m/min"))
+    profile = (
+        ("0 s", "0 m/min"),
+        ("60 s", "0 m/min"),
+        ("70 s", "-6 m/min"),
+        ("100 s", "-6 m/min"),
+        ("110 s", "0 m/min"),
+    )
     data = run(BOTH, operator=Operator(profile=profile))
     sunk = data.s_load.sel(time=50.0) - data.s_load.sel(time=119.0)
     assert float(sunk) == pytest.approx(4.0, abs=0.15)  # 6 m/min for 30 s and the ramps of 10 s
@@ -346,7 +366,9 @@ def test_the_encoders_step_shows_in_the_measured_wire():
 
 def test_the_load_cells_filter_keeps_its_noise_from_the_passive_motors():
     sensors = Sensors(noise_F="50 kN", seed=3)
-    raw, filtered = (run(changed(BOTH, {"control": {"tau_F": t}}), tip="still", sensors=sensors) for t in ("0 s", "0.5 s"))
+    raw, filtered = (
+        run(changed(BOTH, {"control": {"tau_F": t}}), tip="still", sensors=sensors) for t in ("0 s", "0.5 s")
+    )
     restless, calm = (np.diff(counted(data, "alpha_pm")).std() for data in (raw, filtered))
     assert calm < 0.5 * restless
 
@@ -405,7 +427,9 @@ def test_high_speed_cannot_hold_the_full_load_of_a_pure_active_winch():
     assert "relief" in data.status.item()
     assert float(data.p_a_max) > PURE.active.relief.p
     assert float(data.relief_time) > 80.0
-    assert data.s_w.values[-1] > 101.0  # the load sinks, no faster than the boost pump makes up for what the relief valves let go
+    assert (
+        data.s_w.values[-1] > 101.0
+    )  # the load sinks, no faster than the boost pump makes up for what the relief valves let go
     assert "more than the 355 bar up to the relief valves: the load will sink" in data.notes.item()
 
 
@@ -423,7 +447,10 @@ def test_a_heave_beyond_the_accumulator_is_foreseen_and_flagged():
 
 
 def test_a_load_in_water_pulls_less_and_its_drag_damps():
-    air, water = run(BOTH, load="100 t"), run(BOTH, load="100 t", water=Water(volume="12.7 m^3", added_mass="60 t", C_D=1.2, area="30 m^2"))
+    air, water = (
+        run(BOTH, load="100 t"),
+        run(BOTH, load="100 t", water=Water(volume="12.7 m^3", added_mass="60 t", C_D=1.2, area="30 m^2")),
+    )
     assert counted(water, "F_w").mean() == pytest.approx(counted(air, "F_w").mean() - 1025.0 * 12.7 * 9.80665, rel=0.01)
 
 
@@ -450,10 +477,14 @@ def test_every_motor_rubs_the_passive_ones_too(speed):
     T_d = 0.5 * y["F_w"] * drum_geometry(y["s_w"], p.hoist).d
     active, passive = p.active.motors, p.passive.motors
     each_active = torque_loss(y["omega_m"], y["alpha_m"] * active.D_max, y["p_a"] - y["p_b"], active.fit)
-    each_passive = torque_loss(y["omega_m"], y["alpha_pm"] * passive.D_max, y["p_hp"] - p.passive.settings.p_lp, passive.fit)
+    each_passive = torque_loss(
+        y["omega_m"], y["alpha_pm"] * passive.D_max, y["p_hp"] - p.passive.settings.p_lp, passive.fit
+    )
     in_all = 5.0 * each_active + 16.0 * each_passive + 21.0 * system_friction(y["omega_m"], T_d, p.hoist.friction)
     assert abs(y["T_f"]) == pytest.approx(in_all, rel=1e-4)
-    if speed == "20 m/min":  # steady hoisting: the active motors' torque is what the passive ones leave of weight and friction
+    if (
+        speed == "20 m/min"
+    ):  # steady hoisting: the active motors' torque is what the passive ones leave of weight and friction
         torque = motor_torque(BOTH.active.motor.D_total * y["alpha_m"], y["p_a"] - y["p_b"])
         carried = motor_torque(BOTH.passive.motor.D_total * y["alpha_pm"], y["p_hp"] - p.passive.settings.p_lp)
         weight = y["F_w"] * drum_geometry(y["s_w"], p.hoist).lever

@@ -9,7 +9,14 @@ from hypothesis import strategies as st
 
 from stillhook import load_crane
 from stillhook.engine.pack.winch import drum_record, load_record, pack
-from stillhook.physics.load_path.drum import K_wire, layer_diameter, layers_filled, shaft_inertia, wire_inertia, wire_to_layer
+from stillhook.physics.load_path.drum import (
+    K_wire,
+    layer_diameter,
+    layers_filled,
+    shaft_inertia,
+    wire_inertia,
+    wire_to_layer,
+)
 from stillhook.physics.load_path.load import Load, drag_force, load_acceleration
 from stillhook.physics.load_path.wire import wire_damping, wire_stiffness, wire_tension
 from stillhook.physics.scalar import G
@@ -150,7 +157,9 @@ def test_a_cut_load_falls_freely_in_air_and_reaches_its_sinking_speed_in_water()
     crane = CRANES["nov-250t"]
     air = load_record(crane, Scenario(load="100 t", s_w="100 m"))
     assert load_acceleration(0.0, 0.0, air) == pytest.approx(-G)
-    water = load_record(crane, Scenario(load="100 t", s_w="100 m", water=Water(volume="12.7 m^3", C_D=1.2, area="25 m^2")))
+    water = load_record(
+        crane, Scenario(load="100 t", s_w="100 m", water=Water(volume="12.7 m^3", C_D=1.2, area="25 m^2"))
+    )
     v_sink = math.sqrt(water.W / water.b)
     assert load_acceleration(0.0, -v_sink, water) == pytest.approx(0.0, abs=1e-12)
     assert load_acceleration(0.0, -2.0 * v_sink, water) > 0.0

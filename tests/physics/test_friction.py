@@ -77,7 +77,14 @@ def test_at_standstill_nothing_is_viscous(T_d, fit):
 def test_the_exact_update_is_the_solution_of_the_bristles_equation(omega, g, part, tau):
     z_0 = part * g / LUGRE.sigma_0
     exact = bristle_update(omega, z_0, g, 0.0, tau, LUGRE)
-    fine = solve_ivp(lambda _, z: [bristle_rate(omega, z[0], g, 0.0, LUGRE)], (0.0, tau), [z_0], method="DOP853", rtol=1e-11, atol=1e-15)
+    fine = solve_ivp(
+        lambda _, z: [bristle_rate(omega, z[0], g, 0.0, LUGRE)],
+        (0.0, tau),
+        [z_0],
+        method="DOP853",
+        rtol=1e-11,
+        atol=1e-15,
+    )
     assert exact == pytest.approx(fine.y[0, -1], abs=INTEGRATION * g / LUGRE.sigma_0 + 1e-14)
 
 

@@ -14,8 +14,8 @@ from stillhook.engine.pack.winch import pack
 from stillhook.errors import SpecError
 from stillhook.physics.hydraulics.accumulator import accumulator_pressure, piston_loss
 from stillhook.physics.hydraulics.gas import gas_pressure, polytropic_ratio
-from stillhook.spec.crane import Accumulator as AccumulatorSpec
-from stillhook.spec.crane import GasModel
+from stillhook.spec.circuits import Accumulator as AccumulatorSpec
+from stillhook.spec.circuits import GasModel
 from stillhook.spec.scenario import Scenario
 
 BAR = 1.0e5
@@ -149,5 +149,7 @@ class TestNitrogen:
 def test_real_gas_without_its_library_is_refused_with_the_way_to_get_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "CoolProp.CoolProp", None)
     monkeypatch.setitem(sys.modules, "CoolProp", None)
-    with pytest.raises(SpecError, match=r'gas.model = "nitrogen": the property library is not installed. Install it with pip install'):
+    with pytest.raises(
+        SpecError, match=r'gas.model = "nitrogen": the property library is not installed. Install it with pip install'
+    ):
         gas_record(other(model=GasModel.NITROGEN, T_0=290.0))

@@ -23,7 +23,9 @@ INTEGRATED = 1e-5
 
 sines = st.builds(Sine.from_si, st.floats(0.0, 5.0), st.floats(2.0, 30.0), st.floats(-7.0, 7.0))
 profiles = st.lists(st.tuples(st.floats(0.5, 20.0), st.floats(-2.0, 2.0)), min_size=1, max_size=6).map(
-    lambda steps: Profile.from_si([0.0, *np.cumsum([step for step, _ in steps]), 200.0], [0.0, *(v for _, v in steps), 0.0])
+    lambda steps: Profile.from_si(
+        [0.0, *np.cumsum([step for step, _ in steps]), 200.0], [0.0, *(v for _, v in steps), 0.0]
+    )
 )
 smooth = st.one_of(
     sines,
@@ -97,7 +99,9 @@ def test_one_hertz_samples_hold_a_sea_of_five_seconds_and_longer() -> None:
 
 
 @pytest.mark.parametrize(("period", "height", "acceleration"), [(3.0, 0.03, 0.08), (4.0, 0.0025, 0.015)])
-def test_waves_near_the_sampling_limit_come_out_as_wrong_as_stated(period: float, height: float, acceleration: float) -> None:
+def test_waves_near_the_sampling_limit_come_out_as_wrong_as_stated(
+    period: float, height: float, acceleration: float
+) -> None:
     motion, t, fine = Sine.from_si(1.0, period), np.arange(0.0, 200.5), np.arange(15.0, 185.0, 0.01)
     s, _, a = worst(Recorded(t, motion.sample(t)[0]).sample(fine), motion.sample(fine))
     assert height / 2 < s < height

@@ -51,7 +51,23 @@ def test_every_model_has_parameters_to_be_tested_with():
     assert {m: len(v) for m, v in TYPICAL.items()} == {m: len(CARDS[m].names) for m in LossModel}
 
 
-@pytest.mark.parametrize(("model", "printed"), [("wilson", 3), ("schlosser", 3), ("thoma", 3), ("pacey", 3), ("huhtala-28", 28), ("ortwig", 8), ("jeong", 6), ("mj1", 6), ("mj2", 5), ("mj3", 4), ("mj4", 5), ("mj5", 6)])  # fmt: skip
+@pytest.mark.parametrize(
+    ("model", "printed"),
+    [
+        ("wilson", 3),
+        ("schlosser", 3),
+        ("thoma", 3),
+        ("pacey", 3),
+        ("huhtala-28", 28),
+        ("ortwig", 8),
+        ("jeong", 6),
+        ("mj1", 6),
+        ("mj2", 5),
+        ("mj3", 4),
+        ("mj4", 5),
+        ("mj5", 6),
+    ],
+)
 def test_models_have_the_number_of_parameters_of_table_1(model, printed):
     assert len(CARDS[LossModel(model)].names) == printed
 
@@ -66,7 +82,10 @@ def test_every_term_of_every_model_is_a_torque(model):
     ureg = pint.UnitRegistry()
     exponent = {"m^(2-3C_n) s^(C_n-2)": "1/m^4"}  # at C_n = 2
     card = CARDS[model]
-    values = [2.0 if p.name == "C_n" else ureg.Quantity(1.0, exponent.get(p.unit, p.unit).replace(" (", "*(")) for p in card.parameters]
+    values = [
+        2.0 if p.name == "C_n" else ureg.Quantity(1.0, exponent.get(p.unit, p.unit).replace(" (", "*("))
+        for p in card.parameters
+    ]
     motor = LossMotor(ureg.Quantity(4e-5, "m^3"), ureg.Quantity(870.0, "kg/m^3"), ureg.Quantity(0.04, "Pa s"))
     if model in (LossModel.HUHTALA_14, LossModel.HUHTALA_28):
         motor = motor._replace(D_max=ureg.Quantity(4e-5, "m^3"))
@@ -91,7 +110,10 @@ def test_loss_with_positive_parameters_never_drives_the_shaft(model, omega, D, d
 @pytest.mark.parametrize("model", [m for m in MODELS if m not in WITH_NOTCHES])
 @given(omega=speed, D=displacement, dp=pressure, factor=st.floats(1.0, 2.0))
 def test_more_speed_never_loses_less_without_notches(model, omega, D, dp, factor):
-    if model in (LossModel.HUHTALA_14, LossModel.HUHTALA_28):  # polynomials promise nothing: the break moves with the speed
+    if model in (
+        LossModel.HUHTALA_14,
+        LossModel.HUHTALA_28,
+    ):  # polynomials promise nothing: the break moves with the speed
         return
     assert loss(model, factor * omega, D, dp) >= loss(model, omega, D, dp) * (1.0 - ALIKE)
 
@@ -184,8 +206,20 @@ def test_oil_only_scales_parameters(model):
     card = CARDS[model]
     other = A6VM280._replace(rho=2.0 * A6VM280.rho, mu=3.0 * A6VM280.mu)
     at = (130.0, 3e-5, 2.2e7)
-    unit = {n: card.column(n, *map(np.array, at), motor, {b: v for b, v in zip(card.names, TYPICAL[model], strict=True) if b in card.bent})
-            for motor in (A6VM280,) for n in card.straight}  # fmt: skip
+    unit = {
+        n: card.column(
+            n,
+            *map(np.array, at),
+            motor,
+            {b: v for b, v in zip(card.names, TYPICAL[model], strict=True) if b in card.bent},
+        )
+        for motor in (A6VM280,)
+        for n in card.straight
+    }
     bent = {b: v for b, v in zip(card.names, TYPICAL[model], strict=True) if b in card.bent}
-    ratios = {round(float(card.column(n, *map(np.array, at), other, bent) / unit[n]), 9) for n in card.straight if unit[n] != 0.0}
+    ratios = {
+        round(float(card.column(n, *map(np.array, at), other, bent) / unit[n]), 9)
+        for n in card.straight
+        if unit[n] != 0.0
+    }
     assert ratios <= {1.0, 2.0, 3.0, round(1.0 / math.sqrt(2.0), 9)}

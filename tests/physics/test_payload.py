@@ -47,7 +47,17 @@ class Lane(NamedTuple):
 
 def plate(**more):
     """A solid plate of 6 m by 5 m, heavy for its size."""
-    return Payload(**{"name": "plate", "mass": "60 t", "shape": "plate", "length": "6 m", "width": "5 m", "height": "0.5 m", **more})
+    return Payload(
+        **{
+            "name": "plate",
+            "mass": "60 t",
+            "shape": "plate",
+            "length": "6 m",
+            "width": "5 m",
+            "height": "0.5 m",
+            **more,
+        }
+    )
 
 
 def at(z, record, rows, water=STILL):
@@ -105,7 +115,9 @@ def test_a_drop_onto_still_water_follows_the_balance_of_momentum():
         return [-U, load.mass * G - RHO * G * V - B * U * abs(U) * min(-z / float(rows[1, 0]), 1.0)]
 
     U_0 = 3.0
-    exact = solve_ivp(momentum, (0.0, 2.0), (0.0, load.mass * U_0), rtol=1e-9, atol=1e-9, max_step=0.01, dense_output=True)
+    exact = solve_ivp(
+        momentum, (0.0, 2.0), (0.0, load.mass * U_0), rtol=1e-9, atol=1e-9, max_step=0.01, dense_output=True
+    )
     t, z, v = simulate(0.0, -U_0, record, rows, 2.0)
     speeds = np.array([exact.sol(s)[1] / (load.mass + smooth(max(-exact.sol(s)[0], 0.0), load)[1]) for s in t[::50]])
     assert np.abs(-v[::50] - speeds).max() < ODE * U_0
@@ -341,7 +353,9 @@ CREST = 0.025
 def test_a_tall_box_in_a_wave_is_moved_as_its_slices_are(z, T):
     """A flooded box of 10 m in its own water at every height, covered and half under water. In the water of its middle it has up to 15 % of
     the inertia force less, and 20 % of the drag."""
-    load = Payload(name="box", mass="60 t", volume="20 m^3", shape="box", length="6 m", width="5 m", height="10 m", wall="20 mm")
+    load = Payload(
+        name="box", mass="60 t", volume="20 m^3", shape="box", length="6 m", width="5 m", height="10 m", wall="20 mm"
+    )
     record, rows = pack_payload(load, RHO, 1000.0)
     omega = 2.0 * math.pi / T
     pairs = []
@@ -350,7 +364,9 @@ def test_a_tall_box_in_a_wave_is_moved_as_its_slices_are(z, T):
         h = 1.25 * math.cos(omega * t) - z
         A33 = float(load.at(np.array([h]), RHO).A33[0])
         ours = in_wave(z, -0.3, record, rows, wave)
-        pairs.append((*ours, *by_slices(z, -0.3, [Part(0.0, 10.0, A33, 30.0)], lambda y: np.full_like(y, 2.0), 10.0, wave)))
+        pairs.append(
+            (*ours, *by_slices(z, -0.3, [Part(0.0, 10.0, A33, 30.0)], lambda y: np.full_like(y, 2.0), 10.0, wave))
+        )
     a, b, c, d = np.array(pairs).T
     most = SLICES if z < -11.25 else CREST
     assert np.abs(a - c).max() < most * np.abs(c).max()
@@ -374,7 +390,12 @@ def test_every_part_of_a_template_is_in_its_own_water():
     pairs = []
     for t in np.linspace(0.0, 7.0, 12, endpoint=False):
         wave = (1.25, k, omega, t)
-        pairs.append((*in_wave(z, 0.2, record, rows, wave), *by_slices(z, 0.2, parts, lambda y: np.interp(y, fine, per_m), 10.0, wave)))
+        pairs.append(
+            (
+                *in_wave(z, 0.2, record, rows, wave),
+                *by_slices(z, 0.2, parts, lambda y: np.interp(y, fine, per_m), 10.0, wave),
+            )
+        )
     a, b, c, d = np.array(pairs).T
     assert np.abs(a - c).max() < SLICES * np.abs(c).max()
     assert np.abs(b - d).max() < SLICES * np.abs(d).max()
@@ -411,8 +432,12 @@ def test_every_joule_of_a_lowering_from_air_to_soil_is_accounted_for():
     t, z, v = simulate(1.0, -1.0, record, rows, 16.0)
     parts = [force(a, b, record, rows) for a, b in zip(z, v, strict=True)]
     m_a = np.array([f.m_a for f in parts])
-    work = np.array([(f.buoyancy + f.inertia + f.drag + f.slam + f.bottom - record.W) * b for f, b in zip(parts, v, strict=True)])
-    growth = np.array([phys.mass_rate(a, b, at(a, record, rows), STILL, record) * b * b / 2.0 for a, b in zip(z, v, strict=True)])
+    work = np.array(
+        [(f.buoyancy + f.inertia + f.drag + f.slam + f.bottom - record.W) * b for f, b in zip(parts, v, strict=True)]
+    )
+    growth = np.array(
+        [phys.mass_rate(a, b, at(a, record, rows), STILL, record) * b * b / 2.0 for a, b in zip(z, v, strict=True)]
+    )
     E = 0.5 * (load.mass + m_a) * v * v
     through = np.trapezoid(np.abs(work), t)
     assert abs(E[-1] - E[0] - np.trapezoid(work + growth, t)) < ENERGY * through
@@ -427,11 +452,19 @@ def test_machine_code_gives_what_python_gives():
     @njit
     def kernel(z, v):
         wet = phys.wetted(h, lo, hi)
-        return phys.water_force(z, v, wet, water, record), phys.heights(z, wet), phys.mass_rate(z, v, wet, water, record)
+        return (
+            phys.water_force(z, v, wet, water, record),
+            phys.heights(z, wet),
+            phys.mass_rate(z, v, wet, water, record),
+        )
 
     for z, v in ((1.0, -1.0), (-0.2, -1.0), (-2.0, 0.5), (-7.5, -0.3), (-8.05, -0.1)):
         wet = phys.wetted(h, lo, hi)
-        python = (*phys.water_force(z, v, wet, water, record), *phys.heights(z, wet), phys.mass_rate(z, v, wet, water, record))
+        python = (
+            *phys.water_force(z, v, wet, water, record),
+            *phys.heights(z, wet),
+            phys.mass_rate(z, v, wet, water, record),
+        )
         compiled = kernel(z, v)
         assert (*compiled[0], *compiled[1], compiled[2]) == pytest.approx(python, rel=1e-12)
 

@@ -112,7 +112,9 @@ def test_pump_leakage_is_the_table_at_its_knots_and_held_below_the_first():
 def test_pump_leakage_has_no_jumps(alpha, step):
     leak = A.pumps.leak
     steepest = 5.0 * (max(leak) - min(leak))  # the whole table between two neighbouring knots
-    assert abs(pump_leakage(min(alpha + step, 1.0), leak) - pump_leakage(alpha, leak)) <= steepest * step + ROUNDING * max(leak)
+    assert abs(
+        pump_leakage(min(alpha + step, 1.0), leak) - pump_leakage(alpha, leak)
+    ) <= steepest * step + ROUNDING * max(leak)
 
 
 @given(setting)
@@ -122,7 +124,9 @@ def test_a_pump_over_centre_turns_its_flow_round(alpha):
 
 
 @given(circuit, setting, st.floats(0.3, 1.0), speed, pressure, pressure, share)
-def test_what_pump_motor_and_inner_leak_take_from_one_line_they_give_to_the_other(circuit, alpha_p, alpha_m, omega, p_a, p_b, f):
+def test_what_pump_motor_and_inner_leak_take_from_one_line_they_give_to_the_other(
+    circuit, alpha_p, alpha_m, omega, p_a, p_b, f
+):
     D_m = circuit.motors.count * circuit.motors.D_max * alpha_m
     q = active_flows(alpha_p, D_m, omega, p_a, p_b, f, circuit)
     from_outside = q.Q_boost_a + q.Q_boost_b
@@ -143,7 +147,9 @@ def test_the_circuit_looks_the_same_from_both_lines(circuit, alpha_p, alpha_m, o
 @given(st.floats(-1.0, 1.0), pressure, pressure)
 def test_isolated_pumps_neither_deliver_nor_leak(alpha_p, p_a, p_b):
     none = active_flows(alpha_p, 1e-4, 0.0, p_a, p_b, 0.0, A)
-    no_pumps = A._replace(pumps=A.pumps._replace(D_max=0.0, leak=A.pumps.leak._replace(C_20=0.0, C_40=0.0, C_60=0.0, C_80=0.0, C_100=0.0)))
+    no_pumps = A._replace(
+        pumps=A.pumps._replace(D_max=0.0, leak=A.pumps.leak._replace(C_20=0.0, C_40=0.0, C_60=0.0, C_80=0.0, C_100=0.0))
+    )
     assert none == active_flows(alpha_p, 1e-4, 0.0, p_a, p_b, 1.0, no_pumps)
 
 

@@ -10,7 +10,15 @@ from scipy.signal import lti, step
 from stillhook import load_crane
 from stillhook.engine.pack.winch import pack
 from stillhook.library import changed
-from stillhook.physics.hydraulics.swash import MotorControl, displacement, known_displacement, pilot, play, swash_acceleration, swash_rate
+from stillhook.physics.hydraulics.swash import (
+    MotorControl,
+    displacement,
+    known_displacement,
+    pilot,
+    play,
+    swash_acceleration,
+    swash_rate,
+)
 from stillhook.spec.scenario import Scenario
 
 INTEGRATION = 1.0e-6
@@ -67,7 +75,10 @@ def test_a_plate_that_runs_into_its_stop_stands_there_and_comes_back_at_once(u, 
     alpha, alpha_dot = 0.0, 0.0
     for k in range(10000):
         command = u if k < 5000 else 0.0
-        alpha, alpha_dot = alpha + h * swash_rate(alpha, alpha_dot, servo), alpha_dot + h * swash_acceleration(alpha, alpha_dot, command, servo)
+        alpha, alpha_dot = (
+            alpha + h * swash_rate(alpha, alpha_dot, servo),
+            alpha_dot + h * swash_acceleration(alpha, alpha_dot, command, servo),
+        )
         assert abs(alpha) <= 1.0 + 0.01  # one step at the speed with which it arrives
         if k == 4999:
             assert alpha == pytest.approx(stop, abs=0.01)
@@ -77,7 +88,9 @@ def test_a_plate_that_runs_into_its_stop_stands_there_and_comes_back_at_once(u, 
 
 
 def test_the_pump_is_an_order_faster_than_the_motor():
-    pump, motor = (np.interp(0.5, alpha, t) for t, alpha in (response(s._replace(lo=-1.0), 1.0, 0.0, 1.0) for s in FREE))
+    pump, motor = (
+        np.interp(0.5, alpha, t) for t, alpha in (response(s._replace(lo=-1.0), 1.0, 0.0, 1.0) for s in FREE)
+    )
     assert motor > 5.0 * pump
 
 

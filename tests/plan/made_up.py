@@ -23,11 +23,53 @@ STANDARD = {
     "note": "recalled, not read clause by clause",
 }
 RULES: tuple[dict[str, Any], ...] = (
-    {"key": "capacity", "title": "tension at the crane tip within the crane's capacity", "quantity": "F_w_max", "limit": "crane-capacity", "sense": "at-most", "level": "p90", "phases": KINDS, **STANDARD},
-    {"key": "slack-sling", "title": "no slack sling", "quantity": "F_w_min", "limit": 0.1, "sense": "at-least", "level": "p90", "phases": KINDS[2:], **STANDARD, "standard": "DNV-RP-N103", "clause": "4.4.3.3 (check against your edition)"},
-    {"key": "wire-speed", "title": "wire speed that the motion asks within the winch's", "quantity": "v_tip_max", "limit": "winch-speed", "sense": "at-most", "level": "mpm", "phases": KINDS[3:], **STANDARD, "standard": "Stillhook", "edition": "", "clause": "", "note": "steady speed at load and layer"},
-    {"key": "landing-speed", "title": "landing speed", "quantity": "v_tip_max", "limit": 0.5, "sense": "at-most", "level": "p90", "phases": KINDS[5:], **STANDARD},
-)  # fmt: skip
+    {
+        "key": "capacity",
+        "title": "tension at the crane tip within the crane's capacity",
+        "quantity": "F_w_max",
+        "limit": "crane-capacity",
+        "sense": "at-most",
+        "level": "p90",
+        "phases": KINDS,
+        **STANDARD,
+    },
+    {
+        "key": "slack-sling",
+        "title": "no slack sling",
+        "quantity": "F_w_min",
+        "limit": 0.1,
+        "sense": "at-least",
+        "level": "p90",
+        "phases": KINDS[2:],
+        **STANDARD,
+        "standard": "DNV-RP-N103",
+        "clause": "4.4.3.3 (check against your edition)",
+    },
+    {
+        "key": "wire-speed",
+        "title": "wire speed that the motion asks within the winch's",
+        "quantity": "v_tip_max",
+        "limit": "winch-speed",
+        "sense": "at-most",
+        "level": "mpm",
+        "phases": KINDS[3:],
+        **STANDARD,
+        "standard": "Stillhook",
+        "edition": "",
+        "clause": "",
+        "note": "steady speed at load and layer",
+    },
+    {
+        "key": "landing-speed",
+        "title": "landing speed",
+        "quantity": "v_tip_max",
+        "limit": 0.5,
+        "sense": "at-most",
+        "level": "p90",
+        "phases": KINDS[5:],
+        **STANDARD,
+    },
+)
 
 
 def made_up(*, certificate: bool = False, synthetic: bool = True, blocks: bool = True) -> PlanResult:
@@ -60,7 +102,9 @@ def _data(certificate: bool) -> xarray.Dataset:
                         Hs[c, t, a, p, r] = part * limit
     Hs[:, :, 0, 4, 2, 0, 0] = 0.0
     counts = np.array(["", *TIERS])[[1, 1, 3, 2, 3, 3]]
-    final = np.stack([Hs[:, TIERS.index(str(t)), :, p] for p, t in enumerate(counts)], axis=2)  # credit, alternative, phase, rule, ...
+    final = np.stack(
+        [Hs[:, TIERS.index(str(t)), :, p] for p, t in enumerate(counts)], axis=2
+    )  # credit, alternative, phase, rule, ...
     for p, t in enumerate(counts):  # what is credited is told by the tier that counts alone
         Hs[1, [i for i, tier in enumerate(TIERS) if tier != t], :, p] = np.nan
     flat = np.where(np.isnan(final), np.inf, final).reshape(2, len(names), -1, len(HEADINGS), len(PERIODS))
@@ -94,7 +138,13 @@ def _data(certificate: bool) -> xarray.Dataset:
         "heading": HEADINGS,
         "period": PERIODS,
     }
-    attrs = {"name": "made-up", "digest": DIGEST, "Hs_lowest": 0.5, "Hs_highest": 4.0, "heading_tolerance": float(np.radians(15.0))}
+    attrs = {
+        "name": "made-up",
+        "digest": DIGEST,
+        "Hs_lowest": 0.5,
+        "Hs_highest": 4.0,
+        "heading_tolerance": float(np.radians(15.0)),
+    }
     return xarray.Dataset(variables, coords, attrs)
 
 
@@ -106,21 +156,28 @@ def _blocks(data: xarray.Dataset, synthetic: bool) -> dict[str, xarray.Dataset]:
     peak = 1.0 + 0.25 * np.exp(-(((z + 900.0) / 250.0) ** 2)) / gain**2 + 0.05 / gain
     depth = xarray.Dataset(
         {
-            "F_top_max": (("alternative", "z"), static * peak), "F_top_static": (("z",), static), "DAF": (("alternative", "z"), peak),
-            "sling_ratio": (("alternative", "z"), 1.0 - 1.8 * (peak - 1.0)), "slack_chance": (("alternative", "z"), np.clip(3.0 * (peak - 1.2), 0.0, 1.0)),
+            "F_top_max": (("alternative", "z"), static * peak),
+            "F_top_static": (("z",), static),
+            "DAF": (("alternative", "z"), peak),
+            "sling_ratio": (("alternative", "z"), 1.0 - 1.8 * (peak - 1.0)),
+            "slack_chance": (("alternative", "z"), np.clip(3.0 * (peak - 1.2), 0.0, 1.0)),
             "T_0": (("z",), 0.6 + 5.5 * np.sqrt(-z / 1500.0)),
-        }, {"alternative": names, "z": z}, {"Hs": 2.0, "Tp": 9.0, "beta": float(np.pi), "z_resonance": -900.0},
-    )  # fmt: skip
+        },
+        {"alternative": names, "z": z},
+        {"Hs": 2.0, "Tp": 9.0, "beta": float(np.pi), "z_resonance": -900.0},
+    )
     eta = 1.0 - 1.0 / (1.0 + (gain - 1.0) * 8.0) * np.ones((1, len(PERIODS)))
     efficiency = xarray.Dataset(
         {"eta_wire": (("alternative", "period"), eta), "eta_load": (("alternative", "period"), eta - 1.2 / PERIODS)},
-        {"alternative": names, "period": PERIODS}, {"Hs": 2.0, "beta": float(np.pi), "z": -1500.0},
-    )  # fmt: skip
+        {"alternative": names, "period": PERIODS},
+        {"Hs": 2.0, "beta": float(np.pi), "z": -1500.0},
+    )
     rng = np.random.default_rng(7)
     landing = xarray.Dataset(
         {"v_landed": (("alternative", "run"), (0.3 + rng.gumbel(0.0, 0.05, (len(names), 40))) / gain)},
-        {"alternative": names}, {"Hs": 2.0, "Tp": 9.0, "beta": float(np.pi), "limit": 0.5},
-    )  # fmt: skip
+        {"alternative": names},
+        {"Hs": 2.0, "Tp": 9.0, "beta": float(np.pi), "limit": 0.5},
+    )
     factors = [
         ("C_A", "0.8 of the payload's", "1.2 of the payload's", 0.12),
         ("C_D", "0.5", "1.5", 0.2),
@@ -130,16 +187,36 @@ def _blocks(data: xarray.Dataset, synthetic: bool) -> dict[str, xarray.Dataset]:
     base = np.full((len(factors), len(names)), 2.2) * gain.T / 2.0
     swing = np.array([f[3] for f in factors])[:, None]
     sensitivity = xarray.Dataset(
-        {"Hs_base": (("factor", "alternative"), base), "Hs_low": (("factor", "alternative"), base * (1 - swing)), "Hs_high": (("factor", "alternative"), base * (1 + 0.6 * swing))},
-        {"factor": [f[0] for f in factors], "low_text": ("factor", [f[1] for f in factors]), "high_text": ("factor", [f[2] for f in factors]), "alternative": names},
+        {
+            "Hs_base": (("factor", "alternative"), base),
+            "Hs_low": (("factor", "alternative"), base * (1 - swing)),
+            "Hs_high": (("factor", "alternative"), base * (1 + 0.6 * swing)),
+        },
+        {
+            "factor": [f[0] for f in factors],
+            "low_text": ("factor", [f[1] for f in factors]),
+            "high_text": ("factor", [f[2] for f in factors]),
+            "alternative": names,
+        },
         {"Tp": 9.0, "beta": float(np.pi), "phase": "deep", "rule": "wire-speed"},
-    )  # fmt: skip
+    )
     n = np.arange(4, 41, 4)
     middle = np.array([0.93, 1.04, 0.98])[:, None] + 0.03 * np.cos(n)[None, :] / np.sqrt(n)
     convergence = xarray.Dataset(
-        {"utilisation": (("cell", "n"), middle), "low": (("cell", "n"), middle - 0.4 / np.sqrt(n)), "high": (("cell", "n"), middle + 0.4 / np.sqrt(n))},
-        {"cell": ["splash zone, slack-sling: Hs 2 m, Tp 8 s, 180 deg", "deep, wire-speed, ssc: Hs 2.5 m, Tp 9 s, 180 deg", "landing, landing-speed, ns: Hs 2 m, Tp 10 s, 165 deg"], "n": n},
-    )  # fmt: skip
+        {
+            "utilisation": (("cell", "n"), middle),
+            "low": (("cell", "n"), middle - 0.4 / np.sqrt(n)),
+            "high": (("cell", "n"), middle + 0.4 / np.sqrt(n)),
+        },
+        {
+            "cell": [
+                "splash zone, slack-sling: Hs 2 m, Tp 8 s, 180 deg",
+                "deep, wire-speed, ssc: Hs 2.5 m, Tp 9 s, 180 deg",
+                "landing, landing-speed, ns: Hs 2 m, Tp 10 s, 165 deg",
+            ],
+            "n": n,
+        },
+    )
     return {
         "depth": depth,
         "efficiency": efficiency,
@@ -165,42 +242,154 @@ def _weather(names: list[str], synthetic: bool) -> xarray.Dataset:
     whole = 8760.0 * np.where(month == 0, 1.0, 1.0 / 12.0)
     hours_gained = np.stack([(operability - operability[:, [i], :]) * whole for i in at], axis=-1)
     variables = {
-        "operability": (dims, operability), "wait_mean": (dims, mean), "wait_p50": (dims, 0.6 * mean), "wait_p90": (dims, 2.6 * mean),
-        "vessel_days": (dims, days), "n_hours": (("month",), (10 * whole).astype(int)),
-        "hours_gained": ((*dims, "over"), hours_gained), "days_gained": ((*dims, "over"), days_gained),
-        "n_windows": (dims, (100 * operability).astype(int)), "n_windows_long_enough": (dims, (40 * operability).astype(int)),
-        "n_censored": (dims, (9 * (1.0 - operability)).astype(int)), "n_gaps": ((), 3),
-    }  # fmt: skip
+        "operability": (dims, operability),
+        "wait_mean": (dims, mean),
+        "wait_p50": (dims, 0.6 * mean),
+        "wait_p90": (dims, 2.6 * mean),
+        "vessel_days": (dims, days),
+        "n_hours": (("month",), (10 * whole).astype(int)),
+        "hours_gained": ((*dims, "over"), hours_gained),
+        "days_gained": ((*dims, "over"), days_gained),
+        "n_windows": (dims, (100 * operability).astype(int)),
+        "n_windows_long_enough": (dims, (40 * operability).astype(int)),
+        "n_censored": (dims, (9 * (1.0 - operability)).astype(int)),
+        "n_gaps": ((), 3),
+    }
     attrs = {
-        "source": "made-up-north-sea.csv.gz", "synthetic": int(synthetic), "first": "2014-01-01T00", "last": "2023-12-31T23", "limit": "OP_WF of the table, by height, period and direction",
-        "window": 48 * 3600.0, "ship": "free to turn: best of the headings", "alpha_table": "dnv-os-h101-2011", "T_R": 48 * 3600.0, "T_POP": 24 * 3600.0, "workable_limit": "OP_WF", "free": 1,
-    }  # fmt: skip
-    return xarray.Dataset(variables, {"credit": ["twin", "credited"], "alternative": names, "month": month, "over": list(over)}, attrs)
+        "source": "made-up-north-sea.csv.gz",
+        "synthetic": int(synthetic),
+        "first": "2014-01-01T00",
+        "last": "2023-12-31T23",
+        "limit": "OP_WF of the table, by height, period and direction",
+        "window": 48 * 3600.0,
+        "ship": "free to turn: best of the headings",
+        "alpha_table": "dnv-os-h101-2011",
+        "T_R": 48 * 3600.0,
+        "T_POP": 24 * 3600.0,
+        "workable_limit": "OP_WF",
+        "free": 1,
+    }
+    return xarray.Dataset(
+        variables, {"credit": ["twin", "credited"], "alternative": names, "month": month, "over": list(over)}, attrs
+    )
 
 
 def _facts(certificate: bool) -> dict[str, Any]:
     phases = [
-        {"name": n, "kind": k, "mode": "ahc" if i > 3 else "manual", "start": None if i == 0 else 10.0 - i * 100.0, "end": 5.0 - i * 200.0, "speed": 0.3, "duration": 1800.0 * (i + 1), "compensated": i > 3, "tiers": list(TIERS), "why": "near the limit: run by the twin" if i > 1 else "no water, no compensation: closed form"}
+        {
+            "name": n,
+            "kind": k,
+            "mode": "ahc" if i > 3 else "manual",
+            "start": None if i == 0 else 10.0 - i * 100.0,
+            "end": 5.0 - i * 200.0,
+            "speed": 0.3,
+            "duration": 1800.0 * (i + 1),
+            "compensated": i > 3,
+            "tiers": list(TIERS),
+            "why": "near the limit: run by the twin" if i > 1 else "no water, no compensation: closed form",
+        }
         for i, (n, k) in enumerate(zip(PHASES, KINDS, strict=True))
-    ]  # fmt: skip
+    ]
     twin = (
         "twin: validated, level 2, certificate 0123 4567 89ab (holds)"
         if certificate
         else "twin: level 1, no certificate: credit at most 80 % of compensation"
     )
     return {
-        "name": "made-up", "source": "made-up.toml", "digest": DIGEST, "notes": ["numbers are made up"], "version": "0.7.0", "code": "0123456789abcdef", "date": "2026-11-21",
-        "settings": {"wave": "jonswap", "gamma": None, "spread": None, "heading_tolerance": float(np.radians(15.0)), "Hs": [0.5 * i for i in range(1, 9)], "Tp": PERIODS.tolist(), "headings": HEADINGS.tolist()},
-        "crane": {"name": "nov-250t", "title": "250 t knuckle-boom crane", "SWL": 250e3, "digest": "ab" * 32, "twin": twin, "certificate": {"number": "0123456789ab", "statement": "validated 2026-01-01", "unsigned": UNSIGNED} if certificate else None},
-        "vessel": {"name": "construction-vessel-130m", "title": "offshore construction vessel of 130 m", "notes": ["roll damping 5 % of critical"]},
-        "payload": {"name": "template-120t", "mass": 120e3, "height": 7.0, "digest": "cd" * 32, "rows": [["mass in air", "120 t", "assumed", "a template of this size"], ["added mass", "210 t", "derived", "DNV-RP-N103 3.3, perforation 15 %"]]},
+        "name": "made-up",
+        "source": "made-up.toml",
+        "digest": DIGEST,
+        "notes": ["numbers are made up"],
+        "version": "0.7.0",
+        "code": "0123456789abcdef",
+        "date": "2026-11-21",
+        "settings": {
+            "wave": "jonswap",
+            "gamma": None,
+            "spread": None,
+            "heading_tolerance": float(np.radians(15.0)),
+            "Hs": [0.5 * i for i in range(1, 9)],
+            "Tp": PERIODS.tolist(),
+            "headings": HEADINGS.tolist(),
+        },
+        "crane": {
+            "name": "nov-250t",
+            "title": "250 t knuckle-boom crane",
+            "SWL": 250e3,
+            "digest": "ab" * 32,
+            "twin": twin,
+            "certificate": {"number": "0123456789ab", "statement": "validated 2026-01-01", "unsigned": UNSIGNED}
+            if certificate
+            else None,
+        },
+        "vessel": {
+            "name": "construction-vessel-130m",
+            "title": "offshore construction vessel of 130 m",
+            "notes": ["roll damping 5 % of critical"],
+        },
+        "payload": {
+            "name": "template-120t",
+            "mass": 120e3,
+            "height": 7.0,
+            "digest": "cd" * 32,
+            "rows": [
+                ["mass in air", "120 t", "assumed", "a template of this size"],
+                ["added mass", "210 t", "derived", "DNV-RP-N103 3.3, perforation 15 %"],
+            ],
+        },
         "place": {"h_tip": 36.0, "depth": 1500.0, "rho": 1025.0, "text": "x = -15 m, y = 0 m, z = 36 m"},
-        "phases": phases, "rules": {"name": "offshore-lift", "version": "1.0", "digest": "ef" * 32, "changes": [], "rows": [{**r, "phases": list(r["phases"])} for r in RULES]},
-        "limited": [{"phase": p, "alternative": "ssc", "rule": "capacity", "limit": 2.4e6, "why": "SWL 250 t with hook 3 t"} for p in PHASES],
-        "alternatives": [{"name": a.value, "says": f"what {a.value} is, in words", "tells": "computed by the twin; credited with no more than the cap" if a.twin else "as it is"} for a in Alternative],
-        "operation": {"T_POP": 24 * 3600.0, "T_C": None, "T_R": 48 * 3600.0, "weather_restricted": True, "alpha": 0.76, "OP_LIM": 2.0, "op_wf": 1.5, "alpha_table": {"name": "dnv-os-h101", "version": "1", "standard": "DNV-OS-H101", "edition": "2011-10", "clause": "table 4-1"}},
-        "tiers": list(TIERS), "summary": {"shown": "strong-ssc", "alternatives": {}}, "limits": [],
-        "inputs": [{"what": "plan", "file": "made-up.toml", "sha256": "12" * 32}, {"what": "weather", "file": "made-up-north-sea.csv.gz", "sha256": "34" * 32}],
-        "runs": {"n": 4200, "n_failed": 2, "seeds_first": 1, "seeds_least": 20, "seeds_most": 40, "step": 0.005, "wall": 81.0},
-        "not_covered": ["Wind on crane and payload."], "remarks": ["Phases without compensation are the same run for all alternatives."],
-    }  # fmt: skip
+        "phases": phases,
+        "rules": {
+            "name": "offshore-lift",
+            "version": "1.0",
+            "digest": "ef" * 32,
+            "changes": [],
+            "rows": [{**r, "phases": list(r["phases"])} for r in RULES],
+        },
+        "limited": [
+            {"phase": p, "alternative": "ssc", "rule": "capacity", "limit": 2.4e6, "why": "SWL 250 t with hook 3 t"}
+            for p in PHASES
+        ],
+        "alternatives": [
+            {
+                "name": a.value,
+                "says": f"what {a.value} is, in words",
+                "tells": "computed by the twin; credited with no more than the cap" if a.twin else "as it is",
+            }
+            for a in Alternative
+        ],
+        "operation": {
+            "T_POP": 24 * 3600.0,
+            "T_C": None,
+            "T_R": 48 * 3600.0,
+            "weather_restricted": True,
+            "alpha": 0.76,
+            "OP_LIM": 2.0,
+            "op_wf": 1.5,
+            "alpha_table": {
+                "name": "dnv-os-h101",
+                "version": "1",
+                "standard": "DNV-OS-H101",
+                "edition": "2011-10",
+                "clause": "table 4-1",
+            },
+        },
+        "tiers": list(TIERS),
+        "summary": {"shown": "strong-ssc", "alternatives": {}},
+        "limits": [],
+        "inputs": [
+            {"what": "plan", "file": "made-up.toml", "sha256": "12" * 32},
+            {"what": "weather", "file": "made-up-north-sea.csv.gz", "sha256": "34" * 32},
+        ],
+        "runs": {
+            "n": 4200,
+            "n_failed": 2,
+            "seeds_first": 1,
+            "seeds_least": 20,
+            "seeds_most": 40,
+            "step": 0.005,
+            "wall": 81.0,
+        },
+        "not_covered": ["Wind on crane and payload."],
+        "remarks": ["Phases without compensation are the same run for all alternatives."],
+    }

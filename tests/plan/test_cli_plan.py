@@ -113,7 +113,10 @@ def test_the_example_is_copied_to_be_edited_and_planned(tmp_path, capsys):
         (["template-to-1500m", "elsewhere"], 'a folder stands after "example" only'),
         (["template-to-1500m", "--tier", "tmie"], 'tier "tmie": is none. Give one of closed-form, frequency, time'),
         (["template-to-1500m", "--quick", "--alpha", "nobody"], '--alpha "nobody": no such table of alpha factors'),
-        (["template-to-1500m", "--quick", "--tier", "time"], "--quick with --tier time: --quick is --tier frequency. Leave one of them out."),
+        (
+            ["template-to-1500m", "--quick", "--tier", "time"],
+            "--quick with --tier time: --quick is --tier frequency. Leave one of them out.",
+        ),
         (["template-to-1500m", "--threads", "0"], "--threads"),
         (["template-to-1500m", "--quick", "--scheduler", "nowhere"], "--scheduler"),
     ],
@@ -159,8 +162,15 @@ class TestWhatAnAnswerTellsApart:
     TWINS = 'alternatives = ["none", "cap-80", "ns", "ssc"]'
 
     def plan_of(self, folder, mode="ahc"):
-        text = PLAN.replace('alternatives = ["none", "cap-80"]', self.TWINS).replace("HIGHS", '1 m", "2 m", "4 m').replace('["180 deg"]', '["165 deg", "180 deg", "195 deg"]')
-        text = text.replace('kind = "deep"\n', f'kind = "deep"\nmode = "{mode}"\n') + '\n[weather]\nfile = "SYNTHETIC-norwegian-sea"\n'
+        text = (
+            PLAN.replace('alternatives = ["none", "cap-80"]', self.TWINS)
+            .replace("HIGHS", '1 m", "2 m", "4 m')
+            .replace('["180 deg"]', '["165 deg", "180 deg", "195 deg"]')
+        )
+        text = (
+            text.replace('kind = "deep"\n', f'kind = "deep"\nmode = "{mode}"\n')
+            + '\n[weather]\nfile = "SYNTHETIC-norwegian-sea"\n'
+        )
         (folder / "lift.toml").write_text(text, encoding="utf-8")
         return str(folder / "lift.toml")
 
@@ -173,11 +183,16 @@ class TestWhatAnAnswerTellsApart:
         rows = [row for row in out.splitlines() if row.startswith("│ twin")]
         assert len(rows) == 1  # the splash zone governs every cell: all four are one
 
-    def test_a_plan_whose_phases_are_all_manual_is_not_credited_by_a_certificate_that_is_not_there(self, tmp_path, capsys):
+    def test_a_plan_whose_phases_are_all_manual_is_not_credited_by_a_certificate_that_is_not_there(
+        self, tmp_path, capsys
+    ):
         assert run(["plan", self.plan_of(tmp_path, "manual"), "--tier", "closed-form", "--json"]) in (0, 1)
         told = json.loads(capsys.readouterr().out)
         assert "no certificate" in told["crane"]["twin"]
         tells = {a["name"]: a["tells"] for a in told["alternatives"]}
         assert tells["ssc"] == tells["ns"] == "no phase is compensated: there is no compensation to credit"
         assert "certificate covers" not in json.dumps(told)
-        assert told["remarks"][0] == "No phase is compensated: all alternatives are one winch, and no comparison of them is made."
+        assert (
+            told["remarks"][0]
+            == "No phase is compensated: all alternatives are one winch, and no comparison of them is made."
+        )

@@ -49,7 +49,9 @@ def test_a_calm_asks_what_hangs_there_at_rest(plan):
     for phase in (*plan.phases, with_seabed(plan)):
         still, found = calm(plan, phase, Alternative.NONE), closed_form(plan, phase, SEAS).values
         for quantity, value in found.items():
-            if quantity == "snap_load" or (phase.kind is PhaseKind.SPLASH and quantity not in ("F_top_static", "v_tip_max")):
+            if quantity == "snap_load" or (
+                phase.kind is PhaseKind.SPLASH and quantity not in ("F_top_static", "v_tip_max")
+            ):
                 continue  # through still water the payload is lowered, and that has drag
             assert float(value[0]) == pytest.approx(still[quantity], rel=1e-3, abs=1e-9), (phase.name, quantity)
 
@@ -63,12 +65,17 @@ def test_more_sea_asks_for_more_in_every_phase(plan):
 
 def test_the_cap_leaves_a_fifth_of_the_motion_and_changes_nothing_where_nothing_follows(plan):
     deep, splash = of_kind(plan, PhaseKind.DEEP), of_kind(plan, PhaseKind.SPLASH)
-    none, cap, twin = (closed_form(plan, deep, SEAS, a).values for a in (Alternative.NONE, Alternative.CAP, Alternative.SSC))
+    none, cap, twin = (
+        closed_form(plan, deep, SEAS, a).values for a in (Alternative.NONE, Alternative.CAP, Alternative.SSC)
+    )
     assert cap["e_c_pp"] == pytest.approx((1.0 - CAP) * none["e_c_pp"])
     assert (cap["F_top_max"][1:] < none["F_top_max"][1:]).all()
     assert cap["v_w_demand"] == pytest.approx(none["v_w_demand"])  # what the winch follows is all of the tip's motion
     assert all(twin[q] is cap[q] for q in cap)
-    assert closed_form(plan, splash, SEAS, Alternative.CAP).values is closed_form(plan, splash, SEAS, Alternative.NONE).values
+    assert (
+        closed_form(plan, splash, SEAS, Alternative.CAP).values
+        is closed_form(plan, splash, SEAS, Alternative.NONE).values
+    )
 
 
 def test_a_twin_told_as_the_cap_says_so(plan):
@@ -86,7 +93,9 @@ def test_the_method_is_valid_between_the_steepest_waves_and_long_ones(plan):
 def test_what_a_reader_should_know_is_told_once_with_the_phases_that_it_is_of(plan):
     lines = remarks(plan, SEAS)
     assert len(lines) == len(set(lines))
-    assert any(line.startswith("closed form, lower water, deep, landing: no closed form knows a twin") for line in lines)
+    assert any(
+        line.startswith("closed form, lower water, deep, landing: no closed form knows a twin") for line in lines
+    )
     assert not any("knows a twin" in line for line in remarks(replace(plan, alternatives=(Alternative.NONE,)), SEAS))
 
 
@@ -174,9 +183,13 @@ def test_a_load_beyond_the_swl_or_beyond_a_mode_leaves_no_speed_and_says_why(pla
 
 def test_a_payload_too_heavy_at_depth_is_refused_by_static_load_whatever_the_sea(plan):
     heavy, deep = replace(plan, payload=plan.payload.model_copy(update={"mass": 240e3})), of_kind(plan, PhaseKind.DEEP)
-    found = limits_of(closed_form(heavy, deep, SEAS), limited(heavy, deep, Alternative.NONE), calm(heavy, deep, Alternative.NONE))
+    found = limits_of(
+        closed_form(heavy, deep, SEAS), limited(heavy, deep, Alternative.NONE), calm(heavy, deep, Alternative.NONE)
+    )
     assert found.Hs["static-load"].tolist() == [0.0]
-    fine = limits_of(closed_form(plan, deep, SEAS), limited(plan, deep, Alternative.NONE), calm(plan, deep, Alternative.NONE))
+    fine = limits_of(
+        closed_form(plan, deep, SEAS), limited(plan, deep, Alternative.NONE), calm(plan, deep, Alternative.NONE)
+    )
     assert fine.Hs["static-load"].tolist() == [math.inf]
 
 
@@ -203,7 +216,9 @@ def test_a_heavy_payload_uses_more_of_the_accumulator_and_less_motion_fits(plan)
     s, less = (CAPACITIES["s_stroke"].find(p, deep, Alternative.SSC).value for p in (plan, heavy))
     assert less < s
     acc, passive = plan.crane.passive.accumulator, plan.crane.passive
-    assert s * static_tension(plan, deep) == pytest.approx(acc.V_stroke * (acc.gas.p_0 - passive.p_lp))  # work is pressure times volume
+    assert s * static_tension(plan, deep) == pytest.approx(
+        acc.V_stroke * (acc.gas.p_0 - passive.p_lp)
+    )  # work is pressure times volume
 
 
 def test_without_a_certificate_no_sea_is_covered_and_the_reason_is_told(plan):

@@ -43,9 +43,18 @@ def test_a_plan_tells_of_every_certificate_that_it_is_unsigned(plan):
 
 def certified(plan, *, synthetic=False, code=None, **envelope):
     record = Certified.of(
-        digest="0" * 64, date="2026-05-03", criteria="paper-f version 1", passed=True, synthetic=synthetic, level=2, variant=3, version="0",
-        code=code or results_hash(), content=content(plan.crane), envelope={**ENVELOPE, **envelope},
-    )  # fmt: skip
+        digest="0" * 64,
+        date="2026-05-03",
+        criteria="paper-f version 1",
+        passed=True,
+        synthetic=synthetic,
+        level=2,
+        variant=3,
+        version="0",
+        code=code or results_hash(),
+        content=content(plan.crane),
+        envelope={**ENVELOPE, **envelope},
+    )
     return replace(plan, crane=plan.crane.model_copy(update={"certified": record}))
 
 
@@ -72,7 +81,8 @@ def test_the_load_of_a_certificate_is_what_the_winch_feels_wire_included(plan):
 
 
 @pytest.mark.parametrize(
-    ("alternative", "said"), [(Alternative.NS, "mode ns (validated ssc)"), (Alternative.STRONG_SSC, "other settings of the controller")]
+    ("alternative", "said"),
+    [(Alternative.NS, "mode ns (validated ssc)"), (Alternative.STRONG_SSC, "other settings of the controller")],
 )
 def test_a_controller_that_was_not_tested_is_not_covered(plan, alternative, said):
     found = asked(certified(plan), alternative)

@@ -134,11 +134,17 @@ def test_on_the_brake_significant_values_agree_with_runs_in_time_in_a_mild_cell(
         power.append(np.abs(tips[-1].amplitudes[waves.harmonic]) ** 2 / 2.0)
     nothing = np.zeros((1, len(waves.omega)))
     forcing = Forcing(
-        waves.omega, np.full(len(waves.omega), 2.0 * math.pi / length), np.mean(power, axis=0)[None, :], nothing, nothing + 0j
+        waves.omega,
+        np.full(len(waves.omega), 2.0 * math.pi / length),
+        np.mean(power, axis=0)[None, :],
+        nothing,
+        nothing + 0j,
     )
     hangs = plan.hanging(s.z, plan.tip_of(phase).z)
     stand = {"programme": (Stage(mode="manual", time=f"{length} s"),), "duration": length}
-    run = lower(plan.crane, [hangs.model_copy(update={"tip": tip, **stand}) for tip in tips], series=True).sel(time=slice(settled, None))
+    run = lower(plan.crane, [hangs.model_copy(update={"tip": tip, **stand}) for tip in tips], series=True).sel(
+        time=slice(settled, None)
+    )
     t = np.linspace(-1.0, 1.0, run.sizes["time"])
     road = sigmas(forcing, s.hung, winches_of(plan, [(phase, (s,))], (NONE,))[NONE].at(s.hung.s_w))
     for name, column in (("load", "s_load"), ("top", "F_w"), ("sling", "F_sling")):
@@ -165,7 +171,11 @@ def test_more_added_mass_lowers_the_limit_of_a_load_on_the_brake_and_friction_do
 
     told = sensitivity(high, (NONE, CAP), 7.0, math.pi, "landing", limits, ask=())
     none = told.sel(alternative="none")
-    assert float(none["Hs_high"].sel(factor="C_A")) < float(none["Hs_base"].sel(factor="C_A")) < float(none["Hs_low"].sel(factor="C_A"))
+    assert (
+        float(none["Hs_high"].sel(factor="C_A"))
+        < float(none["Hs_base"].sel(factor="C_A"))
+        < float(none["Hs_low"].sel(factor="C_A"))
+    )
     for factor in ("friction", "delay"):
         row = none.sel(factor=factor)
         assert float(row["Hs_low"]) == float(row["Hs_base"]) == float(row["Hs_high"])
@@ -181,7 +191,9 @@ def test_a_hindcast_is_judged_record_by_record_and_a_missing_one_is_not_workable
     assert np.isnan(used[2])
     assert told["workable_record"].sel(alternative="cap-80").values[2] == 0
     assert told.attrs["left_out"] == "splash zone"
-    closed = spectral_weather(plan, (CAP,), Waves(states, beta="180 deg"), elsewhere={CAP: np.array([1.0, 1.0, 1.0, 0.0])})
+    closed = spectral_weather(
+        plan, (CAP,), Waves(states, beta="180 deg"), elsewhere={CAP: np.array([1.0, 1.0, 1.0, 0.0])}
+    )
     assert closed["workable_record"].values[0].tolist() == [1, 0, 0, 0]
     assert closed["utilisation"].values[0, 3] == math.inf
     with pytest.raises(PlanError, match="one sea is no hindcast"):
@@ -209,7 +221,9 @@ def test_in_the_splash_zone_more_added_mass_and_drag_lower_the_limit_and_the_win
 
     told = sensitivity(plan, (NONE, CAP), 9.0, math.pi, "splash zone", limits)
     for factor in ("C_A", "C_D"):
-        low, base, high = (float(told[k].sel(factor=factor, alternative="none")) for k in ("Hs_low", "Hs_base", "Hs_high"))
+        low, base, high = (
+            float(told[k].sel(factor=factor, alternative="none")) for k in ("Hs_low", "Hs_base", "Hs_high")
+        )
         assert high < base < low, factor
     assert np.array_equal(told["Hs_low"].sel(factor="friction"), told["Hs_base"].sel(factor="friction"))
     assert told.attrs["tier"] == "closed-form"

@@ -101,12 +101,16 @@ def test_a_failed_sea_stops_at_the_one_below_it():
     assert limit([0.2, 0.4, np.inf, np.inf, np.inf]) == 1.0
 
 
-@pytest.mark.parametrize("grow", [lambda x: np.expm1(0.6 * x), lambda x: np.sqrt(x), lambda x: x**3, lambda x: np.maximum(x, 3 * x - 3)])
+@pytest.mark.parametrize(
+    "grow", [lambda x: np.expm1(0.6 * x), lambda x: np.sqrt(x), lambda x: x**3, lambda x: np.maximum(x, 3 * x - 3)]
+)
 def test_a_limit_lies_near_that_of_a_fine_table_whatever_the_growth(grow):
     coarse, fine = np.arange(0.5, 6.1, 0.5), np.linspace(0.0, 6.0, 60001)
     goal = float(grow(np.array(2.3)))
     brute = fine[np.argmax(grow(fine) > goal)]
-    assert limit(grow(coarse), coarse, limit=goal, calm={"e_c_pp": 0.0}) == pytest.approx(brute, abs=0.05)  # a tenth of a step
+    assert limit(grow(coarse), coarse, limit=goal, calm={"e_c_pp": 0.0}) == pytest.approx(
+        brute, abs=0.05
+    )  # a tenth of a step
 
 
 def test_columns_are_told_apart_and_their_seas_may_come_in_any_order():
@@ -132,8 +136,12 @@ def test_the_least_sling_tension_is_used_up_from_rest_to_its_limit():
 
 
 def test_utilisation_is_one_at_the_limit_and_keeps_what_is_not_known():
-    assert utilisation(held(limit=4.0), np.array([0.0, 4.0, np.inf, np.nan])) == pytest.approx([0.0, 1.0, np.inf, np.nan], nan_ok=True)
-    assert utilisation(held("v_w_demand", 2.0, Sense.AT_LEAST), np.array([4.0, 2.0, 0.0])) == pytest.approx([0.5, 1.0, np.inf])
+    assert utilisation(held(limit=4.0), np.array([0.0, 4.0, np.inf, np.nan])) == pytest.approx(
+        [0.0, 1.0, np.inf, np.nan], nan_ok=True
+    )
+    assert utilisation(held("v_w_demand", 2.0, Sense.AT_LEAST), np.array([4.0, 2.0, 0.0])) == pytest.approx(
+        [0.5, 1.0, np.inf]
+    )
 
 
 def test_where_nothing_is_tolerated_any_is_beyond():

@@ -95,13 +95,20 @@ def test_phases_join_and_reach_the_seabed_without_a_height_given_but_the_deck(tm
 
 
 def test_durations_are_way_over_speed_where_the_payload_moves(tmp_path: Path) -> None:
-    plan = load_plan(written(tmp_path, ('kind = "splash-zone"', 'kind = "splash-zone"\nend = "-29 m"\nspeed = "18 m/min"')))
+    plan = load_plan(
+        written(tmp_path, ('kind = "splash-zone"', 'kind = "splash-zone"\nend = "-29 m"\nspeed = "18 m/min"'))
+    )
     splash = plan.phase("splash")
     assert splash.duration == pytest.approx(36.0 / 0.3)
 
 
 def test_a_duration_beyond_the_way_is_taken_as_given(tmp_path: Path) -> None:
-    assert load_plan(written(tmp_path, ('kind = "landing"', 'kind = "landing"\nduration = "20 min"'))).phase("landing").duration == 1200.0
+    assert (
+        load_plan(written(tmp_path, ('kind = "landing"', 'kind = "landing"\nduration = "20 min"')))
+        .phase("landing")
+        .duration
+        == 1200.0
+    )
 
 
 def test_an_end_left_out_is_the_start_of_the_next_phase(tmp_path: Path) -> None:
@@ -129,7 +136,9 @@ def test_a_recovery_joins_upwards_to_the_deck(tmp_path: Path) -> None:
 
 def test_a_range_holds_both_ends_and_equals_its_list(tmp_path: Path) -> None:
     ranged = load_plan(written(tmp_path, ('["1 m", "2 m"]', '"1 m to 2 m by 25 cm"'))).environment.Hs
-    listed = load_plan(written(tmp_path, ('["1 m", "2 m"]', '["2 m", "1 m", "1.25 m", "1.5 m", "1.75 m"]'))).environment.Hs
+    listed = load_plan(
+        written(tmp_path, ('["1 m", "2 m"]', '["2 m", "1 m", "1.25 m", "1.5 m", "1.75 m"]'))
+    ).environment.Hs
     assert ranged == pytest.approx(listed)
     assert ranged == pytest.approx((1.0, 1.25, 1.5, 1.75, 2.0))
 
@@ -206,7 +215,11 @@ BAD = [
         ["260 t", "SWL", "250 t"],
     ),
     ('depth = "300 m"', 'depth = "3000 m"', ["landing", "wire", "nov-250t"]),
-    ('vessel = "construction-vessel-130m"', 'vessel = "my-ship.re1"', ["vessel", "my-ship.re1", "construction-vessel-130m"]),
+    (
+        'vessel = "construction-vessel-130m"',
+        'vessel = "my-ship.re1"',
+        ["vessel", "my-ship.re1", "construction-vessel-130m"],
+    ),
     ('payload = "manifold-60t"', 'payload = "manifold"', ["manifold", "manifold-60t"]),
     ('payload = "manifold-60t"', 'payload = { name = "x", mass = "60" }', ["levels", "shape"]),
     ('payload = "manifold-60t"', 'payload = "manifold-60t"\nrules = "dnv"', ["rules", "dnv", "offshore-lift"]),
@@ -248,7 +261,11 @@ BAD = [
     ('T_POP = "4 h"', 'T_POP = "4 h"\ncontingency = "1 h"', ["contingency", "T_POP", "T_C"]),
     ('T_POP = "4 h"', 'T_POP = "4 h"\n[weather]\nship = "10 deg"', ["weather.file", "missing"]),
     ('T_POP = "4 h"', 'T_POP = "4 h"\n[weather]\nfile = "north-sea"', ["weather.file", "north-sea", "SYNTHETIC"]),
-    ('T_POP = "4 h"', 'T_POP = "4 h"\n[weather]\nfile = "SYNTHETIC-norwegian-sea"\nsense = "from"', ["weather.sense", "coming-from"]),
+    (
+        'T_POP = "4 h"',
+        'T_POP = "4 h"\n[weather]\nfile = "SYNTHETIC-norwegian-sea"\nsense = "from"',
+        ["weather.sense", "coming-from"],
+    ),
     ('start = "4 m"\n', "", ["lift-off", "start", "missing", "deck"]),
     ('start = "4 m"', 'start = "-4 m"', ["lift-off", "above the water"]),
     ('start = "4 m"', 'start = "4 m"\nend = "3 m"', ["lift-off", "goes up"]),
@@ -283,32 +300,60 @@ BAD = [
     ('kind = "deep"', 'kind = "deep"\nend = "-290 m"', ["deep", "stands"]),
     ('kind = "landing"', 'kind = "landing"\nend = "-299 m"', ["landing", "seabed", "-300 m"]),
     ('kind = "landing"', 'kind = "landing"\nwait = "5 min"', ["landing", "wait"]),
-    ('kind = "landing"', 'kind = "landing"\nspeed = "400 m/min"', ["landing", 'speed = "400 m/min": it must be less than or equal to 300 m/min.']),
-    ('["180 deg"]', '["180 deg"]\nheading_tolerance = "400 deg"', ["heading_tolerance", "less than or equal to 90 deg."]),
+    (
+        'kind = "landing"',
+        'kind = "landing"\nspeed = "400 m/min"',
+        ["landing", 'speed = "400 m/min": it must be less than or equal to 300 m/min.'],
+    ),
+    (
+        '["180 deg"]',
+        '["180 deg"]\nheading_tolerance = "400 deg"',
+        ["heading_tolerance", "less than or equal to 90 deg."],
+    ),
     (PLAN[PLAN.index("[[phase]]") :], "", ["at least one [[phase]]"]),
     (
-        'kind = "landing"', 'kind = "landing"\nlimits = { landing-speed = 0.3 }',
+        'kind = "landing"',
+        'kind = "landing"\nlimits = { landing-speed = 0.3 }',
         ["limits.landing-speed = 0.3: a bare number; write it as text with its unit,", '"0.3 m/s"'],
     ),
-    ('kind = "landing"', 'kind = "landing"\nlimits = { landing-speed = true }', ['limits.landing-speed = true: give a text, such as "0.3 m/s" or "off"']),
-    ('kind = "splash-zone"', 'kind = "splash-zone"\nlimits = { slack-sling = 0.2 }', ['a bare number; write it as text, "0.2"']),
     (
-        '"manifold-60t"', '{ name = "tank", mass = "30 t", volume = "30 m^3", shape = "plate", length = "9 m", width = "9 m", height = "1 m" }',
+        'kind = "landing"',
+        'kind = "landing"\nlimits = { landing-speed = true }',
+        ['limits.landing-speed = true: give a text, such as "0.3 m/s" or "off"'],
+    ),
+    (
+        'kind = "splash-zone"',
+        'kind = "splash-zone"\nlimits = { slack-sling = 0.2 }',
+        ['a bare number; write it as text, "0.2"'],
+    ),
+    (
+        '"manifold-60t"',
+        '{ name = "tank", mass = "30 t", volume = "30 m^3", shape = "plate", length = "9 m", width = "9 m", height = "1 m" }',
         ['payload "tank": it floats, or nearly: it weighs 30 t', "displace 30.75 t of water. Check mass and volume."],
     ),
     (
-        'T_POP = "4 h"', 'T_POP = "4 h"\n[weather]\nfile = "SYNTHETIC-norwegian-sea"',
-        ["environment.headings 180 deg: none can be kept within 15 deg (heading_tolerance)", "165, 180 and 195 deg, a smaller heading_tolerance, or weather.ship"],
+        'T_POP = "4 h"',
+        'T_POP = "4 h"\n[weather]\nfile = "SYNTHETIC-norwegian-sea"',
+        [
+            "environment.headings 180 deg: none can be kept within 15 deg (heading_tolerance)",
+            "165, 180 and 195 deg, a smaller heading_tolerance, or weather.ship",
+        ],
     ),
     ('T_POP = "4 h"', "T_POP = 8", ["operation.T_POP = 8", '"8 h"']),
-    ('kind = "deep"', 'kind = "deep"\nmode = "ssc"', ['"deep"', "deep has one of ahc, manual; controllers are told by alternatives"]),
+    (
+        'kind = "deep"',
+        'kind = "deep"\nmode = "ssc"',
+        ['"deep"', "deep has one of ahc, manual; controllers are told by alternatives"],
+    ),
     ("[operation]", "[wire]\nnodes = 0\n[operation]", ["plan.toml: wire.nodes = 0: "]),
     ("[operation]", '[sensors]\nlatency = "50 ms"\n[operation]', ["plan.toml: sensors.latency: unknown field"]),
 ]
 
 
 @pytest.mark.parametrize(("old", "new", "said"), BAD, ids=[f"{i}-{new[-30:]}" for i, (_, new, _) in enumerate(BAD)])
-def test_what_cannot_be_is_refused_in_one_line_that_names_file_and_place(tmp_path: Path, old: str, new: str, said: list[str]) -> None:
+def test_what_cannot_be_is_refused_in_one_line_that_names_file_and_place(
+    tmp_path: Path, old: str, new: str, said: list[str]
+) -> None:
     path = written(tmp_path, (old, new))
     with pytest.raises(StillhookError) as caught:
         load_plan(path)

@@ -23,7 +23,12 @@ def result():
     op_wf = np.full((2, 2, 3, 2), 2.0)
     op_wf[:, 0] = [[1.0, np.nan]] * 3
     op_wf[0, 1] = 3.0  # the twin's own limit, not credited
-    coords = {"credit": ["twin", "credited"], "alternative": ["none", "ssc"], "heading": np.radians([165.0, 180.0, 195.0]), "period": [8.0, 10.0]}
+    coords = {
+        "credit": ["twin", "credited"],
+        "alternative": ["none", "ssc"],
+        "heading": np.radians([165.0, 180.0, 195.0]),
+        "period": [8.0, 10.0],
+    }
     attrs = {"heading_tolerance": np.radians(15.0), "Hs_lowest": 0.5, "Hs_highest": 6.0, "name": "made up"}
     data = xr.Dataset({"op_wf": (("credit", "alternative", "heading", "period"), op_wf)}, coords=coords, attrs=attrs)
     operation = {"T_POP": 6 * H, "T_C": None, "T_R": 12 * H, "weather_restricted": True}
@@ -33,7 +38,12 @@ def result():
 def forecast(Hs, Tp=8.0, come_from=0.0, wind=5.0):
     n = len(Hs)
     time = np.datetime64("2026-05-01T00:00:00") + np.arange(n) * np.timedelta64(3600, "s")
-    columns = {"H_m0": np.array(Hs), "T_p": np.full(n, Tp), "come_from": np.full(n, np.radians(come_from)), "wind": np.full(n, wind)}
+    columns = {
+        "H_m0": np.array(Hs),
+        "T_p": np.full(n, Tp),
+        "come_from": np.full(n, np.radians(come_from)),
+        "wind": np.full(n, wind),
+    }
     return Weather(time, columns, H, "forecast.csv")
 
 
@@ -117,9 +127,12 @@ class TestCommand:
 
     @pytest.mark.parametrize(
         ("more", "says"),
-        [(["--t-pop", "3 h"], "is not asked with --plan"), (["--alternative", "hs"], "is not one of the plan's none, ssc"),
-         (["--limit", "Hs <= 3 m for beta 0..90 deg"], "--ship: missing")],
-    )  # fmt: skip
+        [
+            (["--t-pop", "3 h"], "is not asked with --plan"),
+            (["--alternative", "hs"], "is not one of the plan's none, ssc"),
+            (["--limit", "Hs <= 3 m for beta 0..90 deg"], "--ship: missing"),
+        ],
+    )
     def test_mistakes_are_one_line(self, files, capsys, more, says):
         file, plan = files
         assert run(["weather", "forecast", file, "--plan", plan, *more]) == 2

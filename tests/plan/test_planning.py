@@ -23,7 +23,9 @@ from stillhook.plan.table.credited import credited_of
 from stillhook.plan.table.table import Axes, chosen, gathered, governed
 from stillhook.weather.alpha import load_alpha_table
 
-ENVIRONMENT = Environment(Hs=("1 m", "2 m", "4 m"), Tp=("7 s", "12 s"), headings=("165 deg", "180 deg", "195 deg"), spread=4)
+ENVIRONMENT = Environment(
+    Hs=("1 m", "2 m", "4 m"), Tp=("7 s", "12 s"), headings=("165 deg", "180 deg", "195 deg"), spread=4
+)
 UNMODELLED = (Alternative.NONE, Alternative.CAP)
 """Alternatives that no run of the twin is needed for."""
 
@@ -99,7 +101,9 @@ def test_a_result_on_disk_is_the_result(found, tmp_path):
 
 def test_numbers_and_facts_of_two_plans_are_not_put_together(found, tmp_path):
     save_plan(found, tmp_path)
-    facts = (tmp_path / "plan.json").read_text().replace(f'"digest": "{found.facts["digest"]}"', '"digest": "another"', 1)
+    facts = (
+        (tmp_path / "plan.json").read_text().replace(f'"digest": "{found.facts["digest"]}"', '"digest": "another"', 1)
+    )
     (tmp_path / "plan.json").write_text(facts)
     with pytest.raises(PlanError, match=r"plan.nc and plan.json are of two plans"):
         load_plan_result(tmp_path)
@@ -130,9 +134,10 @@ def credit_up_to(asked, covered_to, cap_at, twin_at):
     4 m by 0.5 m, the certificate covering those up to covered_to [m]."""
     heights = np.arange(0.5, 4.01, 0.5)
     small = replace(
-        asked, alternatives=TWIN_AND_CAP,
+        asked,
+        alternatives=TWIN_AND_CAP,
         environment=Environment(Hs=tuple(f"{h} m" for h in heights), Tp=("8 s",), headings=("180 deg",)),
-    )  # fmt: skip
+    )
     axes, seas, phase = Axes.of(small), small.environment.table(), small.phase("landing")
     rule = next(each for each in limited(small, phase, Alternative.SSC) if each.rule.key == "load-motion")
     demands = [
@@ -167,11 +172,16 @@ def test_the_digest_of_an_answer_hangs_on_weather_forecast_factors_and_tier(aske
     higher = replace(weather, columns={**weather.columns, "H_m0": weather.columns["H_m0"] + 1.0})
     other = replace(table, alpha=tuple(tuple(0.9 * a for a in row) for row in table.alpha))
     beside = [
-        Beside(("closed-form",), table), Beside(("closed-form",), table, weather), Beside(("closed-form",), table, higher),
-        Beside(("closed-form",), other, weather), Beside(("closed-form", "frequency"), table, weather),
-    ]  # fmt: skip
+        Beside(("closed-form",), table),
+        Beside(("closed-form",), table, weather),
+        Beside(("closed-form",), table, higher),
+        Beside(("closed-form",), other, weather),
+        Beside(("closed-form", "frequency"), table, weather),
+    ]
     assert len({answer_digest(asked, each) for each in beside}) == len(beside)
-    assert answer_digest(asked, beside[1]) == answer_digest(asked, Beside(("closed-form",), table, replace(weather, source="renamed.csv")))
+    assert answer_digest(asked, beside[1]) == answer_digest(
+        asked, Beside(("closed-form",), table, replace(weather, source="renamed.csv"))
+    )
 
 
 def test_every_input_stands_with_its_hash(found):

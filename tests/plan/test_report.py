@@ -54,7 +54,15 @@ def result() -> PlanResult:
 
 @pytest.fixture(scope="module")
 def stems(result: PlanResult) -> tuple[str, ...]:
-    return ("limits-over-period", "limits-credited", "limits-twin", "rosette", "waiting-by-month", "days-gained", *tuple(result.blocks)[:5])
+    return (
+        "limits-over-period",
+        "limits-credited",
+        "limits-twin",
+        "rosette",
+        "waiting-by-month",
+        "days-gained",
+        *tuple(result.blocks)[:5],
+    )
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +96,9 @@ def told(result: PlanResult, stems: tuple[str, ...] = ()) -> str:
 def test_the_first_page_tells_limit_credit_reference_period_and_forecast_height(result):
     first = sheet_of(result, ())["answer"]
     said = " ".join(first["said"])
-    assert re.search(r"Credited limit with \S.* Hs [0-9.]+ m to [0-9.]+ m for Tp 5 s to 16 s, waves at 150° to 180°", said)
+    assert re.search(
+        r"Credited limit with \S.* Hs [0-9.]+ m to [0-9.]+ m for Tp 5 s to 16 s, waves at 150° to 180°", said
+    )
     assert "By the twin, before credit" in said
     assert "T_POP 24 h, T_C not assessed, so T_R is twice T_POP: T_R 48 h, weather restricted." in said
     assert "alpha 0.76: forecast limit OP_WF Hs" in said
@@ -112,7 +122,9 @@ def test_limits_that_the_twin_was_run_for_come_with_their_interval(result):
     data = result.data.copy(deep=True)
     here = {"credit": "credited", "alternative": "strong-ssc", "period": 8.0}
     data["Hs_limit_low"].loc[here], data["Hs_limit_high"].loc[here] = 1.9, 2.2
-    table = next(part for part in sheet_of(replace(result, data=data), ())["answer"]["parts"] if part["kind"] == "table")
+    table = next(
+        part for part in sheet_of(replace(result, data=data), ())["answer"]["parts"] if part["kind"] == "table"
+    )
     told = [row[table["header"].index("95 %")] for row in table["rows"]]
     assert told == ["", "", "", "1.90 to 2.20", "", "", "", "", "", ""]
 
@@ -124,7 +136,9 @@ def test_what_no_tier_told_is_marked_on_every_page(result):
 
 
 def test_no_number_of_this_machine_stands_in_the_report(result):
-    busy = replace(result, facts={**result.facts, "runs": {**result.facts["runs"], "wall": 4321.5, "store": "kept-runs"}})
+    busy = replace(
+        result, facts={**result.facts, "runs": {**result.facts["runs"], "wall": 4321.5, "store": "kept-runs"}}
+    )
     assert told(busy) == told(result)
 
 
@@ -160,7 +174,10 @@ def test_the_command_line_says_below_what_is_credited_that_the_certificate_is_un
 
 def test_a_certificate_is_not_named_for_phases_that_nothing_compensates():
     covered = made_up(certificate=True)
-    for phases, said in (((), "no phase is compensated: there is no compensation to credit"), (("over-boarding",), "what governs is not compensated")):
+    for phases, said in (
+        ((), "no phase is compensated: there is no compensation to credit"),
+        (("over-boarding",), "what governs is not compensated"),
+    ):
         manual = [{**phase, "compensated": phase["name"] in phases} for phase in covered.facts["phases"]]
         told_of = " ".join(headline(replace(covered, facts={**covered.facts, "phases": manual}))["said"])
         assert f"By the twin: the same limits ({said}" in told_of
@@ -170,7 +187,9 @@ def test_a_certificate_is_not_named_for_phases_that_nothing_compensates():
 def test_without_a_certificate_the_report_says_so_on_every_page(result):
     marks = sheet_of(result, ())["marks"]
     assert any("twin of this crane is not validated" in mark for mark in marks)
-    assert "What lies between is not credited: the crane has no certificate of validation." in headline(result)["said"][1]
+    assert (
+        "What lies between is not credited: the crane has no certificate of validation." in headline(result)["said"][1]
+    )
 
 
 def test_synthetic_weather_is_marked_wherever_it_is_used(result, stems):
@@ -220,8 +239,12 @@ def test_the_closed_form_stands_beside_what_counts(result):
     lowering = {row[1]: row[3:] for row in rows if row[0] == "P4 lowering"}
     assert set(lowering) == {"closed-form", "frequency", "time", "credited"}
     own = result.data["Hs_rule"].sel(credit="twin", tier="closed-form", alternative="strong-ssc", phase="lowering")
-    assert float(lowering["closed-form"][3]) == pytest.approx(float(own.min(["rule", "heading"]).sel(period=8.0)), abs=0.005)
-    assert any(re.match(r"lowering: closed form [0-9.]+( to [0-9.]+)? of the limit", t) for t in texts(section["parts"]))
+    assert float(lowering["closed-form"][3]) == pytest.approx(
+        float(own.min(["rule", "heading"]).sel(period=8.0)), abs=0.005
+    )
+    assert any(
+        re.match(r"lowering: closed form [0-9.]+( to [0-9.]+)? of the limit", t) for t in texts(section["parts"])
+    )
     drawn = figures_of_closed(result)
     assert np.isfinite(drawn).any()
 
@@ -235,7 +258,9 @@ def test_ranges_of_limits_say_when_they_run_beyond_what_was_asked():
 def test_a_table_that_tells_nothing_somewhere_does_not_claim_the_best_of_the_rest(result):
     data = result.data.copy(deep=True)
     data["Hs_limit"].loc[{"credit": "credited", "heading": data["heading"][0], "period": 5.0}] = np.nan
-    rows = next(part for part in sheet_of(replace(result, data=data), ())["answer"]["parts"] if part["kind"] == "table")["rows"]
+    rows = next(
+        part for part in sheet_of(replace(result, data=data), ())["answer"]["parts"] if part["kind"] == "table"
+    )["rows"]
     assert rows[0][1] == "-"
     assert rows[0][4] in ("-", "lowering: capacity")
 
@@ -287,11 +312,19 @@ def test_every_figure_that_a_report_can_show_is_drawn(result, stems):
 
 
 def test_many_headings_are_parted_over_several_pictures(result):
-    data = result.data.isel(heading=[0] * 12, period=[0, 5]).assign_coords(heading=np.radians(np.arange(0.0, 360.0, 30.0)))
+    data = result.data.isel(heading=[0] * 12, period=[0, 5]).assign_coords(
+        heading=np.radians(np.arange(0.0, 360.0, 30.0))
+    )
     many = limit_tables(replace(result, data=data), "credited")
-    assert [[ax.get_title(loc="left") for ax in f.axes] for f in many.values()] == [["none"], ["80 % cap, HS, SSC, strong SSC"], ["NS"]]
+    assert [[ax.get_title(loc="left") for ax in f.axes] for f in many.values()] == [
+        ["none"],
+        ["80 % cap, HS, SSC, strong SSC"],
+        ["NS"],
+    ]
     few = limit_tables(result, "twin")
-    assert [ax.get_title(loc="left") for ax in few["limits-twin"].axes] == [named(n) for n in ("hs", "ssc", "strong-ssc")]
+    assert [ax.get_title(loc="left") for ax in few["limits-twin"].axes] == [
+        named(n) for n in ("hs", "ssc", "strong-ssc")
+    ]
 
 
 @pytest.mark.parametrize("cut", [{"heading": [1], "period": [4]}, {"alternative": [0]}])
@@ -305,15 +338,21 @@ def test_the_smallest_of_plans_has_a_report(result, cut):
 
 
 def test_of_many_headings_the_first_page_tells_the_best_and_the_worst(result):
-    data = result.data.isel(heading=[0, 1, 2, 2, 2]).assign_coords(heading=np.radians([150.0, 165.0, 180.0, 195.0, 210.0]))
-    table = next(part for part in sheet_of(replace(result, data=data), ())["answer"]["parts"] if part["kind"] == "table")
+    data = result.data.isel(heading=[0, 1, 2, 2, 2]).assign_coords(
+        heading=np.radians([150.0, 165.0, 180.0, 195.0, 210.0])
+    )
+    table = next(
+        part for part in sheet_of(replace(result, data=data), ())["answer"]["parts"] if part["kind"] == "table"
+    )
     assert table["header"][:3] == ["Tp", "best heading", "worst heading"]
     Hs = data["Hs_limit"].sel(credit="credited", alternative="strong-ssc").values
     assert table["rows"][0][1:3] == [f"{Hs[:, 0].max():.2f} (180°)", f"{Hs[:, 0].min():.2f} (150°)"]
 
 
 def test_the_reader_is_told_in_the_words_of_the_table_how_to_read_it(result):
-    told_first = [row for part in sheet_of(result, ())["answer"]["parts"] if part["kind"] == "facts" for row in part["rows"]]
+    told_first = [
+        row for part in sheet_of(result, ())["answer"]["parts"] if part["kind"] == "facts" for row in part["rows"]
+    ]
     cells = result.data["Hs_limit"].sel(credit="credited", alternative="strong-ssc").values
     table = LimitTable(cells, result.data["heading"].values, result.data["period"].values, math.radians(15.0), 4.0)
     assert ["reading", table.described()] in told_first
@@ -328,7 +367,10 @@ def test_how_to_repeat_it_names_tier_and_forecast_table_as_they_were(result):
 
 
 def test_sensitivity_says_whether_what_governs_was_varied(result):
-    assert "Varied here: deep: wire speed. Credited, lowering: capacity governs this cell at 2.27 m and was not varied" in told(result)
+    assert (
+        "Varied here: deep: wire speed. Credited, lowering: capacity governs this cell at 2.27 m and was not varied"
+        in told(result)
+    )
     block = result["sensitivity"].assign_attrs(phase="lowering", rule="capacity")
     assert "was not varied" not in told(replace(result, blocks={**result.blocks, "sensitivity": block}))
 
@@ -366,7 +408,12 @@ def test_report_writes_its_files_beside_the_results_or_where_it_is_told(saved, t
     assert all(Path(f).is_file() for f in answer["files"])
     assert answer["answer"].startswith("OP_LIM Hs")
     assert command(["report", str(saved), "--out", str(tmp_path / "other"), "--figures"]) == 0
-    assert sorted(p.name for p in (tmp_path / "other").iterdir()) == ["figure-depth.png", "figure-rosette.png", "report.html", "report.pdf"]
+    assert sorted(p.name for p in (tmp_path / "other").iterdir()) == [
+        "figure-depth.png",
+        "figure-rosette.png",
+        "report.html",
+        "report.pdf",
+    ]
     assert "OP_LIM Hs" in capsys.readouterr().out
 
 
@@ -380,7 +427,10 @@ def test_a_folder_without_results_is_refused_in_one_line(tmp_path, capsys):
 
 def test_facts_of_another_kind_are_refused_in_one_line(result, tmp_path):
     with pytest.raises(PlanError, match=r'^report of "made-up": its facts lack date, phases\. Run the plan again\.$'):
-        save_report(replace(result, facts={k: v for k, v in result.facts.items() if k not in ("date", "phases")}), tmp_path / "out")
+        save_report(
+            replace(result, facts={k: v for k, v in result.facts.items() if k not in ("date", "phases")}),
+            tmp_path / "out",
+        )
     assert not (tmp_path / "out").exists()
 
 
@@ -421,12 +471,17 @@ def test_a_turned_byte_anywhere_in_the_numbers_is_refused(saved, tmp_path, capsy
     size = (saved / "plan.nc").stat().st_size
     for i, at in enumerate(range(0, size, size // 7)):
         folder = damaged(saved, tmp_path / str(i), numbers=lambda raw, at=at: turned(raw, at))
-        assert "plan.nc: not as it was written with plan.json: damaged, or of another plan. Run the plan again." in refused(folder, capsys)
+        assert (
+            "plan.nc: not as it was written with plan.json: damaged, or of another plan. Run the plan again."
+            in refused(folder, capsys)
+        )
 
 
 def test_numbers_that_break_off_are_refused_even_where_no_hash_is_known(saved, tmp_path, capsys):
     for part in (0.0, 0.3, 0.97):
-        folder = damaged(saved, tmp_path / str(part), known=False, numbers=lambda raw, part=part: raw[: int(part * len(raw))])
+        folder = damaged(
+            saved, tmp_path / str(part), known=False, numbers=lambda raw, part=part: raw[: int(part * len(raw))]
+        )
         assert "plan.nc: not the numbers of a plan" in refused(folder, capsys)
 
 
@@ -469,11 +524,19 @@ def test_the_box_tells_the_low_end_of_the_interval_and_what_was_assumed(result):
     data["Hs_limit"].loc[{"credit": "credited", "alternative": "none", "period": 5.0}] = 0.8
     weather = result["weather"].assign_attrs(outside=0.34)
     operation = {**result.facts["operation"], "T_POP_given": False}
-    odd = replace(result, data=data, facts={**result.facts, "operation": operation}, blocks={**result.blocks, "weather": weather})
+    odd = replace(
+        result, data=data, facts={**result.facts, "operation": operation}, blocks={**result.blocks, "weather": weather}
+    )
     said = " ".join(headline(odd)["said"])
-    assert "The estimate counts; the low end of its 95 % interval is Hs 1.90 m, in the 3 of 30 cells that tell one." in said
+    assert (
+        "The estimate counts; the low end of its 95 % interval is Hs 1.90 m, in the 3 of 30 cells that tell one."
+        in said
+    )
     assert "T_POP 24 h (not given: the sum of the phases stands for it)" in said
-    assert re.search(r"Without compensation the waiting is flattered in \d+ of 30 cells \(below 1 m no alpha is told, and that of 1 m is taken\)", said)
+    assert re.search(
+        r"Without compensation the waiting is flattered in \d+ of 30 cells \(below 1 m no alpha is told, and that of 1 m is taken\)",
+        said,
+    )
     assert "34 % of the records lie outside the table's periods and headings and count as not workable." in said
     assert "not given" not in " ".join(headline(result)["said"])
 
@@ -487,4 +550,6 @@ def test_what_is_not_computed_is_told_with_its_reason(result):
 
 def test_a_plan_of_the_library_is_repeated_by_its_name(result):
     assert load_plan("template-to-1500m").source == "template-to-1500m"
-    assert "To repeat: stillhook plan template-to-1500m " in told(replace(result, facts={**result.facts, "source": "template-to-1500m"}))
+    assert "To repeat: stillhook plan template-to-1500m " in told(
+        replace(result, facts={**result.facts, "source": "template-to-1500m"})
+    )

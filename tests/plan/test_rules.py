@@ -52,7 +52,9 @@ def test_every_rule_of_the_library_says_where_it_is_from(name):
         assert rule.title
         assert rule.note
         assert rule.standard
-        assert not rule.standard.startswith(("DNV", "EN ")) or (rule.clause and "check against your edition" in rule.edition)
+        assert not rule.standard.startswith(("DNV", "EN ")) or (
+            rule.clause and "check against your edition" in rule.edition
+        )
         assert rule.quantity in QUANTITIES
         assert rule.phases
 
@@ -81,7 +83,9 @@ def test_the_slack_criterion_is_nine_tenths_of_the_static_force():
 
 
 def test_a_file_changes_adds_and_drops_and_tells_each(tmp_path):
-    found = rules(tmp_path, BASE + 'drop = ["load-motion"]\n[[rule]]\nkey = "landing-speed"\nat_most = "18 m/min"\n' + OWN)
+    found = rules(
+        tmp_path, BASE + 'drop = ["load-motion"]\n[[rule]]\nkey = "landing-speed"\nat_most = "18 m/min"\n' + OWN
+    )
     assert of(found, "landing-speed").limit == pytest.approx(0.3)
     assert of(found, "slack-chance").limit == pytest.approx(0.01)
     assert "load-motion" not in {r.key for r in found.rules}
@@ -95,7 +99,9 @@ def test_a_changed_rule_does_not_go_on_bearing_the_standard_of_what_it_was(tmp_p
     assert rule.standard == "changed in mine.toml"
     assert rule.clause == ""
     assert "Was at least 0.1, p90, in DNV-RP-N103" in rule.note
-    named = of(rules(tmp_path, BASE + '[[rule]]\nkey = "slack-sling"\nat_least = 0.0\nstandard = "Client"\n'), "slack-sling")
+    named = of(
+        rules(tmp_path, BASE + '[[rule]]\nkey = "slack-sling"\nat_least = 0.0\nstandard = "Client"\n'), "slack-sling"
+    )
     assert (named.standard, named.edition, named.clause) == ("Client", "", "")
 
 
@@ -152,17 +158,20 @@ BAD = [
     (BASE + OWN.replace('key = "slack-chance"', ""), "rule 1: key: missing"),
     (BASE + '[[rule]]\nkey = "landing-speed"\nat_most = 0.5\n', "0.5"),
     (BASE + '[[rule]]\nkey = "landing-speed"\nat_most = "0.5 m"\n', 'unit "m" is not one of m/s'),
-    (BASE + '[[rule]]\nkey = "landing-speed"\nat_most = "SWL"\n', "SWL is a force, and v_landed is not. Capacities that fit: v_top, v_plan"),
+    (
+        BASE + '[[rule]]\nkey = "landing-speed"\nat_most = "SWL"\n',
+        "SWL is a force, and v_landed is not. Capacities that fit: v_top, v_plan",
+    ),
     (BASE + '[[rule]]\nkey = "dynamic-load"\nat_most = "1.3 x SWLtip"\n', 'no such capacity; did you mean "SWL_tip"?'),
     (BASE + '[[rule]]\nkey = "dynamic-load"\nat_most = "0 x SWL_tip"\n', "the factor must be more than 0"),
     (BASE + '[[rule]]\nkey = "slack-sling"\nat_least = 1.0\n', "slings at rest have 1"),
     (BASE + '[[rule]]\nkey = "rigging-daf-air"\nlevel = "mpm"\n', "Give both the same"),
-    (BASE + "[simplified]\nzeta = 0.9\n", 'simplified: zeta: unknown field. Allowed: zeta_a, T_z_factor'),
+    (BASE + "[simplified]\nzeta = 0.9\n", "simplified: zeta: unknown field. Allowed: zeta_a, T_z_factor"),
     (BASE + "[simplified]\nzeta_a = 0\n", "must be more than zero"),
     (OWN.replace("[[rule]]", 'version = "1"\n[[rule]]', 1), "simplified: zeta_a: missing"),
     (BASE + "rule = 3\n", "give one [[rule]] a rule"),
     (BASE + "base\n", "not valid TOML"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("text", "said"), BAD)
@@ -176,14 +185,18 @@ def test_what_cannot_be_is_refused_in_one_line_that_names_the_file(tmp_path, tex
 
 
 def test_a_name_that_is_no_set_and_a_file_that_is_not_there_are_refused(tmp_path):
-    with pytest.raises(PlanError, match=r'rules = "offshore": Stillhook has offshore-lift; did you mean "offshore-lift"\?'):
+    with pytest.raises(
+        PlanError, match=r'rules = "offshore": Stillhook has offshore-lift; did you mean "offshore-lift"\?'
+    ):
         load_rules("offshore")
     with pytest.raises(StillhookError, match="no such file"):
         load_rules(tmp_path / "none.toml")
 
 
 def test_a_set_of_its_own_needs_no_base(tmp_path):
-    settings = '[simplified]\nzeta_a = 0.9\nT_z_factor = 8.9\nT_z_most = "13 s"\nC_D_least = 2.5\nduration_least = "30 min"\n'
+    settings = (
+        '[simplified]\nzeta_a = 0.9\nT_z_factor = 8.9\nT_z_most = "13 s"\nC_D_least = 2.5\nduration_least = "30 min"\n'
+    )
     found = rules(tmp_path, 'version = "1"\n' + settings + OWN)
     assert [r.key for r in found.rules] == ["slack-chance"]
     assert found.changes == ()
@@ -197,7 +210,9 @@ def phase(**limits):
 
 def test_a_phase_may_have_limits_of_its_own_or_turn_a_rule_off():
     base = load_rules("offshore-lift")
-    own = {r.key: r for r in rules_of(base, phase(landing_speed="0.2 m/s", load_motion="off", rigging_daf_subsea="1.5"))}
+    own = {
+        r.key: r for r in rules_of(base, phase(landing_speed="0.2 m/s", load_motion="off", rigging_daf_subsea="1.5"))
+    }
     assert own["landing-speed"].limit == pytest.approx(0.2)
     assert own["rigging-daf-subsea"].limit == pytest.approx(1.5)
     assert "in place of at most 0.5 m/s" in own["landing-speed"].note

@@ -41,7 +41,10 @@ def test_the_relative_speed_is_at_least_every_part_of_it_and_at_most_their_sum(v
 
 def test_nothing_that_moves_asks_for_nothing():
     zero = sm.hydrodynamic(
-        sm.drag(1e5, 0.0), sm.slamming(1e5, 0.0), sm.mass_force(1e5, 1e5, 1e4, 0.0, 0.0), sm.buoyancy_force(1025.0, 9.0, 0.0, 0.0)
+        sm.drag(1e5, 0.0),
+        sm.slamming(1e5, 0.0),
+        sm.mass_force(1e5, 1e5, 1e4, 0.0, 0.0),
+        sm.buoyancy_force(1025.0, 9.0, 0.0, 0.0),
     )
     assert float(zero) == 0.0
 
@@ -114,7 +117,9 @@ def test_a_load_swings_as_its_motion_in_time_with_quadratic_drag(omega):
         return [y[1], (K * (eta * math.cos(omega * t) - y[0]) - drag) / (M + above)]
 
     T = 2.0 * math.pi / omega
-    run = solve_ivp(motion, (0.0, 40.0 * T), [0.0, 0.0], rtol=1e-6, atol=1e-8, t_eval=np.linspace(36.0 * T, 40.0 * T, 1601))
+    run = solve_ivp(
+        motion, (0.0, 40.0 * T), [0.0, 0.0], rtol=1e-6, atol=1e-8, t_eval=np.linspace(36.0 * T, 40.0 * T, 1601)
+    )
     phase = np.exp(-1j * omega * run.t)
     found = sm.swing(eta, omega, K, M, above, B)
     assert found.load == pytest.approx(abs(2.0 * np.mean(run.y[0][:-1] * phase[:-1])), rel=HARMONIC)

@@ -26,7 +26,9 @@ FINE = 0.002  # m: the step of the table of heights, twice
 def plan():
     whole = load_plan("template-to-1500m")
     small = {"Hs": (1.0, 2.0, 3.0), "Tp": (7.0, 9.0), "headings": (math.pi,)}
-    return replace(whole, alternatives=(CAP,), T_POP=2 * H, T_C=1 * H, environment=whole.environment.model_copy(update=small))
+    return replace(
+        whole, alternatives=(CAP,), T_POP=2 * H, T_C=1 * H, environment=whole.environment.model_copy(update=small)
+    )
 
 
 def states(heights):
@@ -50,7 +52,9 @@ def test_low_seas_are_raised_to_the_lowest_height_that_has_an_alpha():
 
 def test_windows_of_the_reference_period_between_high_and_missing_records(plan):
     calm, high = [0.4] * 3, [5.0]
-    found = spectral_persistence(plan, Waves(states([*high, *calm, math.nan, *calm[:2], *high, *calm]), beta="180 deg"), TABLE)
+    found = spectral_persistence(
+        plan, Waves(states([*high, *calm, math.nan, *calm[:2], *high, *calm]), beta="180 deg"), TABLE
+    )
     (one,) = found["alternatives"]
     assert found["T_R"] == 3 * H
     assert (found["n_records"], found["n_valid"]) == (11, 10)
@@ -66,7 +70,10 @@ def test_a_vessel_that_heads_into_the_waves_keeps_one_heading_through_the_operat
         found = spectral_persistence(plan, Waves(replace(calm, come_from=come_from), beta="180 deg"), TABLE)
         (one,) = found["alternatives"]
         assert (one["operability"], one["start_share"]) == (1.0, share)  # T_R of 3 h
-        assert "vessel free to turn: one heading through each operation, waves within 15 deg of 180 deg from the bow" in found["notes"]
+        assert (
+            "vessel free to turn: one heading through each operation, waves within 15 deg of 180 deg from the bow"
+            in found["notes"]
+        )
 
 
 def test_an_operation_that_is_not_weather_restricted_is_refused(plan):
@@ -83,14 +90,33 @@ class TestCommand:
         return str(tmp_path / "buoy.txt")
 
     def test_json_of_one_alternative(self, file, capsys):
-        assert run(["weather", "lift", "template-to-1500m", file, "--heading", "180 deg", "--alternative", "cap-80", "--json"]) == 0
+        assert (
+            run(
+                [
+                    "weather",
+                    "lift",
+                    "template-to-1500m",
+                    file,
+                    "--heading",
+                    "180 deg",
+                    "--alternative",
+                    "cap-80",
+                    "--json",
+                ]
+            )
+            == 0
+        )
         found = json.loads(capsys.readouterr().out)
         assert [one["alternative"] for one in found["alternatives"]] == ["cap-80"]
         assert found["alternatives"][0]["operability"] == pytest.approx(23 / 24)
 
     @pytest.mark.parametrize(
         ("more", "says"),
-        [(["--heading", "180 deg", "--alternative", "scc"], 'did you mean "ssc"'), ([], "Give --ship"), (["--heading", "180 deg", "--ship", "90 deg"], "--ship")],
+        [
+            (["--heading", "180 deg", "--alternative", "scc"], 'did you mean "ssc"'),
+            ([], "Give --ship"),
+            (["--heading", "180 deg", "--ship", "90 deg"], "--ship"),
+        ],
     )
     def test_mistakes_are_one_line(self, file, capsys, more, says):
         assert run(["weather", "lift", "template-to-1500m", file, *more]) == 2

@@ -17,7 +17,11 @@ from stillhook.plan.weather.headings import KeptHeadings
 NONE, SSC = Alternative.NONE, Alternative.SSC
 AXES = Axes((2.6, math.pi), (6.0, 8.0, 10.0), (NONE, SSC), ("splash", "deep"), ("DAF", "slack"))
 TABLE = LimitTable(
-    np.array([[3.0, 2.5, 2.0], [2.0, np.inf, 1.0]]), np.radians([165.0, 180.0]), np.array([6.0, 8.0, 10.0]), math.radians(10.0), 4.0
+    np.array([[3.0, 2.5, 2.0], [2.0, np.inf, 1.0]]),
+    np.radians([165.0, 180.0]),
+    np.array([6.0, 8.0, 10.0]),
+    math.radians(10.0),
+    4.0,
 )
 
 
@@ -28,10 +32,17 @@ def limits(phase, alternative, tier, **Hs):
 
 
 def test_the_least_limit_over_phases_and_rules_governs_and_is_named():
-    found = governed(chosen(gathered(AXES, [
-        limits("splash", SSC, Tier.TIME, DAF=3.0, slack=2.0),
-        limits("deep", SSC, Tier.FREQUENCY, DAF=1.5, slack=9.0),
-    ])))  # fmt: skip
+    found = governed(
+        chosen(
+            gathered(
+                AXES,
+                [
+                    limits("splash", SSC, Tier.TIME, DAF=3.0, slack=2.0),
+                    limits("deep", SSC, Tier.FREQUENCY, DAF=1.5, slack=9.0),
+                ],
+            )
+        )
+    )
     assert (found.Hs[1] == 1.5).all()
     assert (found.phase[1] == 1).all()
     assert (found.rule[1] == 0).all()
@@ -39,7 +50,10 @@ def test_the_least_limit_over_phases_and_rules_governs_and_is_named():
 
 
 def test_the_twin_counts_before_the_road_and_the_road_before_the_closed_form_even_where_it_allows_more():
-    told = [limits("deep", SSC, Tier.CLOSED_FORM, DAF=0.5, slack=0.6), limits("deep", SSC, Tier.FREQUENCY, DAF=2.0, slack=2.5)]
+    told = [
+        limits("deep", SSC, Tier.CLOSED_FORM, DAF=0.5, slack=0.6),
+        limits("deep", SSC, Tier.FREQUENCY, DAF=2.0, slack=2.5),
+    ]
     assert governed(chosen(gathered(AXES, told))).Hs[1, 0, 0] == 2.0
     told.append(limits("deep", SSC, Tier.TIME, DAF=3.0, slack=np.nan))
     found = chosen(gathered(AXES, told))
@@ -104,7 +118,9 @@ def test_headings_too_far_apart_tell_nothing_between_them():
 
 
 def test_headings_are_compared_around_the_circle():
-    following = LimitTable(np.array([[1.0], [2.0]]), np.radians([10.0, 350.0]), np.array([8.0]), math.radians(10.0), 4.0)
+    following = LimitTable(
+        np.array([[1.0], [2.0]]), np.radians([10.0, 350.0]), np.array([8.0]), math.radians(10.0), 4.0
+    )
     assert following.at(np.full(3, 8.0), np.radians([0.0, 355.0, 20.0])).tolist() == [1.0, 1.0, 0.0]
 
 
@@ -124,7 +140,9 @@ def test_a_vessel_free_to_turn_keeps_only_headings_with_the_tolerance_told_on_bo
 
 
 def test_a_cone_that_ends_between_two_headings_counts_both():
-    coarse = LimitTable(np.array([[1.0], [3.0], [2.0]]), np.radians([160.0, 180.0, 200.0]), np.array([8.0]), math.radians(10.0), 4.0)
+    coarse = LimitTable(
+        np.array([[1.0], [3.0], [2.0]]), np.radians([160.0, 180.0, 200.0]), np.array([8.0]), math.radians(10.0), 4.0
+    )
     assert best_kept(coarse) == 1.0
 
 

@@ -15,7 +15,17 @@ from stillhook.plan.limits.applicable_rules import limited
 from stillhook.plan.limits.solve import Limits
 from stillhook.plan.tiers.time_domain.bracketing import Search
 from stillhook.plan.tiers.time_domain.cells import Ask, Cells, Deal, worst_heights
-from stillhook.plan.tiers.time_domain.lowering import BLOCK, KINDS, Spot, Winch, course_of, in_sea, lowering_of, machine_of, winch_of
+from stillhook.plan.tiers.time_domain.lowering import (
+    BLOCK,
+    KINDS,
+    Spot,
+    Winch,
+    course_of,
+    in_sea,
+    lowering_of,
+    machine_of,
+    winch_of,
+)
 from stillhook.plan.tiers.time_domain.over_seeds import chance, largest, mean, passage
 from stillhook.plan.tiers.time_domain.quantities import quantities
 from stillhook.plan.tiers.time_domain.tier import expected, refine
@@ -186,10 +196,24 @@ def numbers(n=20, **changed):
     """Made-up numbers of n runs that scatter a little."""
     wiggle = 1.0 + 0.02 * np.random.default_rng(1).random(n)
     base = {
-        "duration": 300.0, "s_tip_pp": 1.0, "e_c_pp": 0.1, "load_pp": 0.3, "F_w_max": 1.5e6, "DAF": 1.0, "F_sling_min": 8e5,
-        "sling_slack_time": 0.0, "snap": 0.0, "v_tip_max": 0.5, "v_w_max": 0.5, "p_a_max": 2e7, "saturation_time": 3.0,
-        "relief_time": 0.0, "power_time": 0.0, "stroke_time": 0.0, "v_landed": 0.2,
-    }  # fmt: skip
+        "duration": 300.0,
+        "s_tip_pp": 1.0,
+        "e_c_pp": 0.1,
+        "load_pp": 0.3,
+        "F_w_max": 1.5e6,
+        "DAF": 1.0,
+        "F_sling_min": 8e5,
+        "sling_slack_time": 0.0,
+        "snap": 0.0,
+        "v_tip_max": 0.5,
+        "v_w_max": 0.5,
+        "p_a_max": 2e7,
+        "saturation_time": 3.0,
+        "relief_time": 0.0,
+        "power_time": 0.0,
+        "stroke_time": 0.0,
+        "v_landed": 0.2,
+    }
     exact = ("duration", "sling_slack_time", "snap", "saturation_time", "relief_time", "power_time", "stroke_time")
     return {name: np.full(n, value) * (1.0 if name in exact else wiggle) for name, value in (base | changed).items()}
 
@@ -223,7 +247,8 @@ def test_slings_that_hang_slack_have_no_tension_left_however_many_runs(plan):
 
 
 @pytest.mark.parametrize(
-    ("kind", "failed", "sound"), [("deep", 0, True), ("deep", 1, False), ("splash-zone", 1, True), ("splash-zone", 2, False)]
+    ("kind", "failed", "sound"),
+    [("deep", 0, True), ("deep", 1, False), ("splash-zone", 1, True), ("splash-zone", 2, False)],
 )
 def test_a_sea_is_condemned_by_failed_runs_that_a_tenth_of_its_phases_would_meet(plan, kind, failed, sound):
     """One run of 20 in a passage that happens once is 5 % of them; in half an hour of 7.5 runs it is a third."""
@@ -281,14 +306,18 @@ def test_runs_of_every_phase_tell_what_its_rules_ask(narrow):
 
 
 def _told(plan, cells, phase, alternative, ask):
-    return quantities(plan, phase, alternative, ask.winch, cells.course(phase, ask.winch, ask.spot), cells.runs[ask.cell])
+    return quantities(
+        plan, phase, alternative, ask.winch, cells.course(phase, ask.winch, ask.spot), cells.runs[ask.cell]
+    )
 
 
 def predicted(plan, heights):
     """Limits of the frequency tier as a stand-in: phase -> height of all alternatives."""
     column = (np.array([8.0]), np.array([BETA]))
     return [
-        Limits(name, a, Tier.FREQUENCY, *column, {"slack-sling": np.array([Hs])}) for name, Hs in heights.items() for a in plan.alternatives
+        Limits(name, a, Tier.FREQUENCY, *column, {"slack-sling": np.array([Hs])})
+        for name, Hs in heights.items()
+        for a in plan.alternatives
     ]
 
 
@@ -298,7 +327,9 @@ def test_phases_far_from_governing_are_not_run_and_interrupted_work_goes_on(narr
     heights = {p.name: math.inf for p in plan.phases} | {landing: 0.6, splash: 4.0}
     shares = []
     first = refine(plan, predicted(plan, heights), search=FEW, store=tmp_path, progress=shares.append)
-    assert {d.phase for d in first.demands} == {landing} | ({splash} if any(d.phase == splash for d in first.demands) else set())
+    assert {d.phase for d in first.demands} == {landing} | (
+        {splash} if any(d.phase == splash for d in first.demands) else set()
+    )
     assert "not run" in first.why[of_kind(plan, PhaseKind.DEEP).name]
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
@@ -325,7 +356,14 @@ def test_what_may_be_run_is_told_before(plan):
 def test_the_worst_height_of_a_long_way_is_where_its_load_resonates(plan):
     """Short waves meet the load where its natural period on the wire is theirs, which the deepest place passes already."""
     phase = plan.phases[0].model_copy(
-        update={"kind": PhaseKind.LOWERING, "mode": StageMode.AHC, "start": -25.0, "end": -1475.0, "speed": 0.5, "duration": 2900.0}
+        update={
+            "kind": PhaseKind.LOWERING,
+            "mode": StageMode.AHC,
+            "start": -25.0,
+            "end": -1475.0,
+            "speed": 0.5,
+            "duration": 2900.0,
+        }
     )
     environment = plan.environment.model_copy(update={"Tp": (4.0, 12.0), "headings": (BETA,), "spread": None})
     found = worst_heights(replace(plan, environment=environment), phase)

@@ -50,7 +50,13 @@ def asked(monkeypatch):
             drawn = np.random.default_rng([seed, 5]).gumbel(SWING, SCATTER) if Hs else 0.0
             by_hand = all(stage.mode.value == "manual" for stage in lift.programme)
             log.append((lift.name, Hs, seed, left))
-            for name, value in (("duration", 90.0), ("F_w_max", 1.2e6), ("DAF", 0.9), ("F_sling_min", 9e5), ("v_tip_max", 0.05 * Hs)):
+            for name, value in (
+                ("duration", 90.0),
+                ("F_w_max", 1.2e6),
+                ("DAF", 0.9),
+                ("F_sling_min", 9e5),
+                ("v_tip_max", 0.05 * Hs),
+            ):
                 numbers[name][i] = value
             numbers["s_tip_pp"][i] = 0.5 * Hs * left
             numbers["load_pp"][i] = Hs * drawn * (SHARE.get(round(left, 3), 1.0) if by_hand else 0.01)

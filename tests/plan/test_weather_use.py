@@ -62,7 +62,9 @@ def test_weather_without_a_height_is_refused_and_one_without_a_period_goes_by_wh
     use = load_plan(plan(OWN)).weather
     site = tmp_path / "plan" / "site.csv"
     site.write_text(TABLE.replace("150", "NaN").replace("160", "inf"))
-    with pytest.raises(StillhookError, match=r"site.csv: no record of wave height: all 2 are missing. Give weather that has them."):
+    with pytest.raises(
+        StillhookError, match=r"site.csv: no record of wave height: all 2 are missing. Give weather that has them."
+    ):
         weather_used(use)
     site.write_text(TABLE.replace(";8", ";0"))
     found = weather_used(use)

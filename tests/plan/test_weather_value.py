@@ -32,7 +32,9 @@ def season():
     time = np.datetime64("2020-01-01T00:00") + t * np.timedelta64(1, "h")
     Hs = 2.0 + 1.5 * np.sin(2.0 * np.pi * t / 84.0)
     return Weather(
-        time.astype("datetime64[s]"), {"H_m0": Hs, "T_p": np.full(HOURS, 8.0), "come_from": (t % 360) / 360.0 * 2.0 * np.pi}, 3600.0
+        time.astype("datetime64[s]"),
+        {"H_m0": Hs, "T_p": np.full(HOURS, 8.0), "come_from": (t % 360) / 360.0 * 2.0 * np.pi},
+        3600.0,
     )
 
 
@@ -138,7 +140,9 @@ ROUND = tuple(range(0, 360, 15))
 
 def plain_limit(by_heading, beta):
     """Limit for waves of beta [whole deg] in plain Python; by_heading: limit [m] of each heading [deg]."""
-    return min(limit for heading, limit in by_heading.items() if min((beta - heading) % 360, (heading - beta) % 360) <= 15)
+    return min(
+        limit for heading, limit in by_heading.items() if min((beta - heading) % 360, (heading - beta) % 360) <= 15
+    )
 
 
 def plain_starts(Hs, come_from, by_heading, hours, ships=range(0, 360, 5)):
@@ -147,7 +151,10 @@ def plain_starts(Hs, come_from, by_heading, hours, ships=range(0, 360, 5)):
     found, best = [], max(plain_limit(by_heading, heading) for heading in by_heading)
     for i in range(len(Hs) - hours + 1):
         for ship in ships:
-            if all(Hs[k] <= min(best, plain_limit(by_heading, (ship + 180 - come_from[k]) % 360)) for k in range(i, i + hours)):
+            if all(
+                Hs[k] <= min(best, plain_limit(by_heading, (ship + 180 - come_from[k]) % 360))
+                for k in range(i, i + hours)
+            ):
                 found.append(i)
                 break
     return found
@@ -159,7 +166,9 @@ def turning(plan, heights, from_, limits):
     axes, n = Axes.of(whole), len(heights)
     time = np.datetime64("2020-01-01T00:00") + np.arange(n) * np.timedelta64(1, "h")
     weather = Weather(
-        time.astype("datetime64[s]"), {"H_m0": np.array(heights, float), "T_p": np.full(n, 8.0), "come_from": np.radians(np.array(from_, float))}, 3600.0
+        time.astype("datetime64[s]"),
+        {"H_m0": np.array(heights, float), "T_p": np.full(n, 8.0), "come_from": np.radians(np.array(from_, float))},
+        3600.0,
     )
     shape = (len(axes.alternatives), *axes.columns)
     Hs = np.broadcast_to(np.array([limits[h] for h in ROUND])[None, :, None], shape).copy()
@@ -218,14 +227,18 @@ def test_a_direction_read_in_the_wrong_sense_changes_the_answer(plan, season):
     misread = replace(season, columns={**season.columns, "come_from": np.full(HOURS, math.radians(170.0))})
     fixed = replace(plan, weather=WeatherUse("season", ship=math.radians(335.0)))
     shares = [
-        float(valued(fixed, w, LIMITS)[1]["operability"].sel(credit="twin", alternative="strong-ssc", month=0)) for w in (bow_on, misread)
+        float(valued(fixed, w, LIMITS)[1]["operability"].sel(credit="twin", alternative="strong-ssc", month=0))
+        for w in (bow_on, misread)
     ]
     assert shares == [1.0, 0.0]
 
 
 def test_a_fixed_heading_without_directions_is_refused(plan, season):
     blind = replace(season, columns={k: v for k, v in season.columns.items() if k != "come_from"}, source="buoy.csv")
-    with pytest.raises(WeatherError, match=r"buoy.csv: tells no direction of waves, and weather.ship holds the vessel's heading at 10 deg. Say .* weather.sense"):
+    with pytest.raises(
+        WeatherError,
+        match=r"buoy.csv: tells no direction of waves, and weather.ship holds the vessel's heading at 10 deg. Say .* weather.sense",
+    ):
         valued(replace(plan, weather=WeatherUse("buoy.csv", ship=math.radians(10.0))), blind, LIMITS)
 
 
@@ -255,8 +268,14 @@ def test_made_up_weather_says_so(plan, season):
 
 def test_days_gained_are_taken_over_starts_from_which_both_get_their_window(plan, season):
     t = np.arange(HOURS)
-    Hs = np.where(t < HOURS // 2, np.where(t % 200 < 20, 0.8, 3.0), 1.8)  # rare calms first, then seas that only the better one can use
-    value, block, _ = valued(plan, replace(season, columns={**season.columns, "H_m0": Hs}), {**LIMITS, Alternative.NONE: 1.2, Alternative.SSC: 3.0})
+    Hs = np.where(
+        t < HOURS // 2, np.where(t % 200 < 20, 0.8, 3.0), 1.8
+    )  # rare calms first, then seas that only the better one can use
+    value, block, _ = valued(
+        plan,
+        replace(season, columns={**season.columns, "H_m0": Hs}),
+        {**LIMITS, Alternative.NONE: 1.2, Alternative.SSC: 3.0},
+    )
     both = value.waits["twin", Alternative.NONE] - value.waits["twin", Alternative.SSC]
     gained = float(block["days_gained"].sel(credit="twin", alternative="ssc", month=0, over="none"))
     assert gained == pytest.approx(np.nanmean(both) / 86400.0)
@@ -279,10 +298,17 @@ def test_records_that_the_table_does_not_reach_are_told_for_they_are_no_bad_weat
 
 def test_headings_without_neighbours_tell_nothing_of_a_real_sea_and_are_refused(plan, season):
     lone = replace(plan, environment=replace_headings(plan, "180 deg"))
-    with pytest.raises(PlanError, match=r"headings 180 deg: none can be kept within 15 deg .* such as 165, 180 and 195 deg"):
+    with pytest.raises(
+        PlanError, match=r"headings 180 deg: none can be kept within 15 deg .* such as 165, 180 and 195 deg"
+    ):
         seas_of(lone, season)
     with pytest.raises(PlanError, match=r"headings 90 deg, 180 deg: no two are within 30 deg"):
-        seas_of(replace(plan, environment=replace_headings(plan, "90 deg", "180 deg"), weather=WeatherUse("season", ship=0.0)), season)
+        seas_of(
+            replace(
+                plan, environment=replace_headings(plan, "90 deg", "180 deg"), weather=WeatherUse("season", ship=0.0)
+            ),
+            season,
+        )
 
 
 def replace_headings(plan, *headings):

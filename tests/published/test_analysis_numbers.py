@@ -67,7 +67,9 @@ def test_less_displacement_swings_slower_and_no_faster_to_rest(crane: Crane, a: 
 def test_period_of_paper_c_grows_with_the_inverse_of_the_displacement():
     """Paper C table 1: 0.4 s at 2500, 0.7 s at 1600, 1.5 s at 735 cm^3/rev. The crane is another one; the ratios are general."""
     periods = [eigenfrequency(CRANE, D / 2500).period for D in (2500, 1600, 735)]
-    assert periods[1] / periods[0] == pytest.approx(0.7 / 0.4, abs=0.35)  # 0.7 and 0.4 s are given to one digit: 1.4 to 2.1
+    assert periods[1] / periods[0] == pytest.approx(
+        0.7 / 0.4, abs=0.35
+    )  # 0.7 and 0.4 s are given to one digit: 1.4 to 2.1
     assert periods[2] / periods[0] == pytest.approx(1.5 / 0.4, abs=0.5)
 
 
@@ -123,12 +125,16 @@ def test_reduced_model_loses_its_balance_at_the_gain_limit():
 @pytest.mark.parametrize("alpha_m", [0.0, -0.1, 1.01, math.nan])
 def test_displacement_outside_its_range_is_refused(alpha_m: float):
     for question in (eigenfrequency, gain_limit):
-        with pytest.raises(StillhookError, match=r"alpha_m = .*: the displacement over its maximum lies above 0 and up to 1"):
+        with pytest.raises(
+            StillhookError, match=r"alpha_m = .*: the displacement over its maximum lies above 0 and up to 1"
+        ):
             question(CRANE, alpha_m)
 
 
 def test_drum_larger_than_its_largest_is_refused():
-    with pytest.raises(StillhookError, match=r"K_wire = 0\.9: the largest drum diameter over the present one is at least 1"):
+    with pytest.raises(
+        StillhookError, match=r"K_wire = 0\.9: the largest drum diameter over the present one is at least 1"
+    ):
         gain_limit(CRANE, 1.0, 0.9)
     with pytest.raises(StillhookError, match=r"K_wire = 0\.9"):
         steady(CRANE, 1.0, Mode.SSC, K_wire=0.9)
@@ -154,7 +160,9 @@ def test_linear_ssc_at_80_m_per_min():
 
 
 @given(cranes, ssc_modes, speeds, st.one_of(st.none(), st.floats(0.0, 1.5e5)), st.floats(1.0, 1.8))
-def test_steady_ssc_is_where_law_and_feedforward_agree(crane: Crane, mode: Mode, v_w: float, load: float | None, K_wire: float):
+def test_steady_ssc_is_where_law_and_feedforward_agree(
+    crane: Crane, mode: Mode, v_w: float, load: float | None, K_wire: float
+):
     """Closed form and solver alike: the law of the PLC gives back the displacement that it was asked with."""
     s = steady(crane, v_w, mode, load, K_wire=K_wire)
     u_ff = gains(crane).K_1 * v_w * K_wire * s.alpha_m
@@ -184,7 +192,9 @@ def test_ssc_raises_the_speed_of_loads_above_the_high_speed_limit_by_30_per_cent
 
 
 def test_high_speed_mode_of_the_150_t_crane_reaches_90_m_per_min():
-    assert speed_limit(CRANE_C, "hs") / M_PER_MIN == pytest.approx(92.6, abs=0.05)  # 90 with the leakage, which is not in here
+    assert speed_limit(CRANE_C, "hs") / M_PER_MIN == pytest.approx(
+        92.6, abs=0.05
+    )  # 90 with the leakage, which is not in here
 
 
 def test_motors_have_one_second_to_stroke():

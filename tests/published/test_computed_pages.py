@@ -26,9 +26,13 @@ def computed():
 def house(tmp_path, computed):
     """A small project with one page that is kept."""
     for name, text in {
-        "src/stillhook/physics/load_path/wire.py": "k = 1", "src/stillhook/plan/definition/rules.py": "r = 1", "src/stillhook/units.py": "u = 1",
-        "docs/validation/case.py": "c = 1", "requirements.lock": "numpy==2", "page.md": TEXT,
-    }.items():  # fmt: skip
+        "src/stillhook/physics/load_path/wire.py": "k = 1",
+        "src/stillhook/plan/definition/rules.py": "r = 1",
+        "src/stillhook/units.py": "u = 1",
+        "docs/validation/case.py": "c = 1",
+        "requirements.lock": "numpy==2",
+        "page.md": TEXT,
+    }.items():
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text)
     places = ["src/stillhook/physics", "src/stillhook/units.py", "docs/validation/case.py"]

@@ -31,9 +31,13 @@ def test_no_step_aside_in_any_setting_gains_and_limits_are_kept(name: str):
     points = [{s.name: at[s.name] + way * ASIDE * (s.high - s.low)} for s in settings for way in (-1.0, 1.0)]
     inside = [p for p in points if all(s.low <= p.get(s.name, s.low) <= s.high for s in settings)]
     cranes = [page.CRANE, tuned, *(with_settings(tuned, p) for p in inside)]
-    found = summaries([c for c in cranes for _ in range(n)], [c.with_mode(plain.mode) for c in page.CASES] * len(cranes))
+    found = summaries(
+        [c for c in cranes for _ in range(n)], [c.with_mode(plain.mode) for c in page.CASES] * len(cranes)
+    )
     limits = Limits(v_w_capacity=min(capacity_of(page.CRANE, plain.mode, page.CASES)))
-    start, best, *others = [scored(c, plain.mode, page.CASES, found[i * n : (i + 1) * n], limits) for i, c in enumerate(cranes)]
+    start, best, *others = [
+        scored(c, plain.mode, page.CASES, found[i * n : (i + 1) * n], limits) for i, c in enumerate(cranes)
+    ]
     assert best.broken == ()
     assert tuned.control.K_p <= gain_allowed(tuned, plain.mode, limits)
 

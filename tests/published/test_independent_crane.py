@@ -12,7 +12,11 @@ from stillhook.validate.criteria.results import StepNumber
 
 PAGES = Path(__file__).resolve().parents[2] / "docs" / "validation"
 PLANT = ("independent_crane", "independent_plant", "independent_plc", "independent_sea_trial")
-NUMBERS = {"stillhook": {"Crane"}, "stillhook.engine.pack.winch": {"drum_record", "gains", "inertia_record"}, "stillhook.library": {"load_crane"}}
+NUMBERS = {
+    "stillhook": {"Crane"},
+    "stillhook.engine.pack.winch": {"drum_record", "gains", "inertia_record"},
+    "stillhook.library": {"load_crane"},
+}
 """All that it may take of the package: the crane file and numbers that follow from it."""
 
 
@@ -39,4 +43,8 @@ def test_a_wrong_precharge_of_the_file_is_refuted_as_it_was_kept(scripts, tmp_pa
     case = trials.BY_NAME["precharge"]
     found = validate(crane.write_campaign(tmp_path, case), steps=[StepNumber.PASSIVE])
     failed = [line.key for line in found.lines if line.failed]
-    assert failed == [key for key in trials.kept()[case.name]["failed"] if key.startswith(f"{StepNumber.PASSIVE:d}-")] == ["6-precharge"]
+    assert (
+        failed
+        == [key for key in trials.kept()[case.name]["failed"] if key.startswith(f"{StepNumber.PASSIVE:d}-")]
+        == ["6-precharge"]
+    )

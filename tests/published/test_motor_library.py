@@ -8,7 +8,8 @@ from stillhook.library import frictions, leak_table, load_crane, motor, motors, 
 from stillhook.physics.friction import SystemFriction as FrictionRecord
 from stillhook.physics.friction import system_friction as friction_torque
 from stillhook.physics.hydraulics.motor import torque_loss
-from stillhook.spec.crane import Motor, SystemFriction
+from stillhook.spec.circuits import Motor
+from stillhook.spec.crane import SystemFriction
 from stillhook.units import in_display, parse
 
 ROUNDING = 1e-12  # relative; printed digits through the unit factors
@@ -96,7 +97,15 @@ def test_the_cranes_have_the_printed_sizes() -> None:
     e, c, pure = load_crane("nov-250t"), load_crane("nov-150t"), load_crane("nov-100t-pure-active")
     assert e.passive is not None
     assert c.passive is not None
-    sets = [e.active.motor, e.passive.motor, e.active.pump, e.passive.pump, c.active.motor, c.passive.motor, pure.active.motor]
+    sets = [
+        e.active.motor,
+        e.passive.motor,
+        e.active.pump,
+        e.passive.pump,
+        c.active.motor,
+        c.passive.motor,
+        pure.active.motor,
+    ]
     totals = [in_display(s.D_total, "displacement") for s in sets]
     assert totals == pytest.approx([1075, 3440, 1355, 1210, 645, 1720, 1290], rel=ROUNDING)
     assert (e.i_hD, e.drum.d, e.drum.width, e.wire.d, e.drum.d_max) == (501.6, 2.8, 1.9, pytest.approx(0.096), 5.1)

@@ -9,12 +9,16 @@ from stillhook.engine.scenario.batch import summaries
 from stillhook.library import changed
 
 CRANE = load_crane("nov-250t")
-PAPERS = changed(CRANE, {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}, "control": {"compute_share": 0.0}})
+PAPERS = changed(
+    CRANE, {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}, "control": {"compute_share": 0.0}}
+)
 """The crane as the papers simulate it: a load that does not ring on its wire (paper C), a PLC that writes what it has just read."""
 D_M = 1075.0  # cm^3/rev
 ABOUT = 15.0  # cm^3/rev: "approximately 100"
 FULL = 0.999
-RATIO = 0.05  # the motors' own loss rises with pressure, so NS needs a few per cent more than the ratio of displacements
+RATIO = (
+    0.05  # the motors' own loss rises with pressure, so NS needs a few per cent more than the ratio of displacements
+)
 UNNOTICED = 0.01  # m of error by which a loss within the speed that is left may show
 
 
@@ -50,7 +54,9 @@ def test_loss_of_a_power_unit_shows_only_where_the_gains_are_not_reconfigured():
     stop = {"time": "48 s", "unit": 2}  # at the highest speed
     losses = ({}, {"power_loss": stop}, {"power_loss": stop | {"detection": "1000 s"}})
     for mode in ("ns", "hs", "ssc"):
-        quiet, known, unknown = (one["e_c_max"] for one in summaries(CRANE, [case(50.0, 12.0, mode, "100 t", **loss) for loss in losses]))
+        quiet, known, unknown = (
+            one["e_c_max"] for one in summaries(CRANE, [case(50.0, 12.0, mode, "100 t", **loss) for loss in losses])
+        )
         assert known < quiet + UNNOTICED
         assert unknown > 5.0 * known
 

@@ -93,7 +93,9 @@ def test_pump_leakage_scales_with_the_installed_size():
     assert pump_leakage(1.0, pump_leak(CRANE.active.pump)) == pytest.approx(at_1800 * 1355.0 / 355.0)
 
 
-@pytest.mark.parametrize(("name", "total"), [("nov-250t", "0.40"), ("nov-150t", "0.28"), ("nov-100t-pure-active", "0.42")])
+@pytest.mark.parametrize(
+    ("name", "total"), [("nov-250t", "0.40"), ("nov-150t", "0.28"), ("nov-100t-pure-active", "0.42")]
+)
 def test_leaks_of_pumps_and_motors_add_up_to_the_stated_total(name, total):
     """Paper E table 2 for the 250 t crane, at full stroke and 1000 rev/min."""
     active = pack(load_crane(name), Scenario(load="0 t", s_w="10 m")).params.active
@@ -136,7 +138,9 @@ def steady_ssc(crane: Crane, v: float) -> tuple[float, float]:
 
     def wanted(alpha: float) -> float:
         return float(
-            displacement_ssc(reduction_linear(feedforward(-v, 0.0, 1.0, alpha, g), crane.control.u_thr), crane.active.motor.alpha_min)
+            displacement_ssc(
+                reduction_linear(feedforward(-v, 0.0, 1.0, alpha, g), crane.control.u_thr), crane.active.motor.alpha_min
+            )
         )
 
     for _ in range(60):

@@ -18,6 +18,8 @@ def test_a_kept_campaign_comes_out_with_the_same_lines(seed, defect, monkeypatch
     trial = trials.Trial(seed, defect)
     then, now = trials.kept()[trial.key], trials.outcome(trial)
     assert list(now["no"]) == list(then["no"])
-    assert {key: x[0] for key, x in now["figures"].items()} == pytest.approx({key: x[0] for key, x in then["figures"].items()}, rel=DIGITS)
+    assert {key: x[0] for key, x in now["figures"].items()} == pytest.approx(
+        {key: x[0] for key, x in then["figures"].items()}, rel=DIGITS
+    )
     assert now["truth"] == then["truth"]
     sys.modules.pop("truth_trials", None)

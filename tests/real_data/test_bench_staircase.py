@@ -117,14 +117,18 @@ def test_friction_is_positive_and_grows_with_speed(whole: FrictionCurve, ram: Fr
         assert np.all(np.diff(F)[steps] > 0.0)
 
 
-def test_the_speed_that_was_run_twice_gives_the_same_friction_within_its_uncertainty(whole: FrictionCurve, ram: FrictionCurve) -> None:
+def test_the_speed_that_was_run_twice_gives_the_same_friction_within_its_uncertainty(
+    whole: FrictionCurve, ram: FrictionCurve
+) -> None:
     for found in (whole, ram):
         first, second = (p for p in found.points if abs(p.speed - 4.0 * INCH) < 0.1 * INCH)
         assert abs(first.friction - second.friction) < 1.96 * np.hypot(first.u_friction, second.u_friction)
         assert abs(first.friction - second.friction) < 0.05 * first.friction
 
 
-def test_the_load_left_over_does_not_depend_on_the_place_once_oil_and_gas_are_taken_off(whole: FrictionCurve, ram: FrictionCurve) -> None:
+def test_the_load_left_over_does_not_depend_on_the_place_once_oil_and_gas_are_taken_off(
+    whole: FrictionCurve, ram: FrictionCurve
+) -> None:
     """The springs change the force by up to 7.6 kN on the way; what is left changes by less than a fortieth of it at full stroke."""
     for before, after in zip(whole.points, ram.points, strict=True):
         assert before.load_way is not None
@@ -138,6 +142,8 @@ def test_friction_of_the_ram_agrees_with_the_makers_table_as_well_as_the_areas_a
         assert p.friction == pytest.approx(np.interp(p.speed, *zip(*TABLE, strict=True)), rel=AGAINST_TABLE)
 
 
-def test_a_share_of_the_machines_force_is_friction_and_the_rest_is_the_generator(whole: FrictionCurve, ram: FrictionCurve) -> None:
+def test_a_share_of_the_machines_force_is_friction_and_the_rest_is_the_generator(
+    whole: FrictionCurve, ram: FrictionCurve
+) -> None:
     for a, b in zip(whole.points, ram.points, strict=True):
         assert b.friction < 0.3 * a.friction

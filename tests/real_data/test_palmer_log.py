@@ -76,7 +76,11 @@ def test_the_altitude_shows_that_the_file_counts_heave_down(log: Path, ship: Shi
     waves = (f > 1 / 16.5) & (f < 1 / 5.5)
     assert together[waves].min() > 0.99
     assert np.abs(np.degrees(np.angle(cross[waves]))).max() < 3.0
-    assert read_psxn(log, heave="up").report.cautions[0].startswith("the $..GGA altitude moves against the heave (correlation -1.00)")
+    assert (
+        read_psxn(log, heave="up")
+        .report.cautions[0]
+        .startswith("the $..GGA altitude moves against the heave (correlation -1.00)")
+    )
 
 
 def test_the_bow_rises_before_the_ship_as_it_does_in_a_head_sea(ship: ShipMotion) -> None:

@@ -18,7 +18,9 @@ WITHIN_BAND = 0.01  # a band taken at its middle alone, against eight parts of i
 
 @pytest.fixture(scope="module")
 def files(shared_data):
-    return str(shared_data / "sea_ndbc_46042" / "46042w1996.txt.gz"), str(shared_data / "vessel_mss_supply" / "input.re1")
+    return str(shared_data / "sea_ndbc_46042" / "46042w1996.txt.gz"), str(
+        shared_data / "vessel_mss_supply" / "input.re1"
+    )
 
 
 @pytest.fixture(scope="module")

@@ -196,14 +196,18 @@ class TestRecords:
         whole = answer(capsys, lift, "--sea", records, "--heading", "150 deg")["records"]
         alone = answer(capsys, lift, "--sea", records, "--heading", "150 deg", "--record", "3")
         for name in ("sigma_z", "sigma_v", "sigma_load", "sigma_F_top"):
-            assert alone[name] == pytest.approx(whole[name][3], rel=5e-3), name  # steps of 0.0075 rad/s cut the bands otherwise
+            assert alone[name] == pytest.approx(whole[name][3], rel=5e-3), (
+                name
+            )  # steps of 0.0075 rad/s cut the bands otherwise
 
     def test_the_folder_holds_every_hour_picture_and_summary(self, capsys, lift, plain, records, tmp_path):
         out = tmp_path / "year"
         told = answer(capsys, lift, "--sea", records, "--heading", "150 deg", "--out", str(out))
         assert sorted(p.name for p in out.iterdir()) == ["response.nc", "response.png", "summary.json"]
         with xarray.open_dataset(out / "response.nc", engine="h5netcdf") as data:
-            assert data["sigma_load"].values[[0, 3]] == pytest.approx([told["records"]["sigma_load"][i] for i in (0, 3)], rel=1e-12)
+            assert data["sigma_load"].values[[0, 3]] == pytest.approx(
+                [told["records"]["sigma_load"][i] for i in (0, 3)], rel=1e-12
+            )
             assert str(data["time"].values[3])[:13] == "1996-01-01T03"
             assert data["sigma_load_braked"].attrs["units"] == "m"
         summary = json.loads((out / "summary.json").read_text())
@@ -222,7 +226,9 @@ class TestRecords:
         assert told["n_valid"] == 2
         off, ahead = told["records"]["sigma_z"][1:]
         head = answer(capsys, lift, "--wave", "jonswap Hs=1.5 m Tp=9 s", "--heading", "0 deg")
-        assert ahead == pytest.approx(head["sigma_z"], rel=1e-3)  # from 189 deg on a ship that heads 9 deg: following; gamma in hundredths
+        assert ahead == pytest.approx(
+            head["sigma_z"], rel=1e-3
+        )  # from 189 deg on a ship that heads 9 deg: following; gamma in hundredths
         assert off > 1.2 * ahead
 
     def test_a_year_in_a_few_seconds_is_that_of_plain_sums(self, capsys, lift, plain, shared_data):
@@ -269,7 +275,9 @@ class TestDirections:
 
     def test_unknown_directions_of_waves_are_missing(self, ship):
         share = np.full(36, np.nan)
-        found = forcing_of_directional(self.series(share, np.radians(np.arange(0.0, 360.0, 10.0))), ship.vessel, 0.0, 0.0, 0.0)
+        found = forcing_of_directional(
+            self.series(share, np.radians(np.arange(0.0, 360.0, 10.0))), ship.vessel, 0.0, 0.0, 0.0
+        )
         assert np.isnan(found.deviation()[0])
         assert found.deviation()[1] == 0.0  # a calm has none to know
 
@@ -288,7 +296,9 @@ class TestDirections:
     def test_short_crested_states_from_all_round_are_those_seas_about_the_ship(self, ship):
         come_from = np.radians([0.0, 77.0, 200.0, 359.0])
         time = np.datetime64("2020-01-01T00", "s") + np.arange(4) * np.timedelta64(3600, "s")
-        states = SeaStates(time, np.ones(4, dtype=bool), np.full(4, 2.0), np.full(4, 9.0), np.full(4, np.nan), come_from)
+        states = SeaStates(
+            time, np.ones(4, dtype=bool), np.full(4, 2.0), np.full(4, 9.0), np.full(4, np.nan), come_from
+        )
         heading = math.radians(33.3)
         found = forcing_of_states(states, ship.vessel, -20.0, -18.0, ship=heading, spread=4.0)
         seas = [Sea((Train(Jonswap(2.0, 9.0, 1.0), relative(float(c), heading), 4.0),)) for c in come_from]
@@ -302,7 +312,9 @@ class TestDirections:
         crossing = np.array([Jonswap(h, t).T_m02 for h, t in zip(H, T, strict=True)])
         nothing = np.full(60, np.nan)
         by_peak, by_crossing = (
-            forcing_of_states(SeaStates(time, np.isfinite(H), H, *periods, nothing), ship.vessel, -20.0, -18.0, beta=2.0)
+            forcing_of_states(
+                SeaStates(time, np.isfinite(H), H, *periods, nothing), ship.vessel, -20.0, -18.0, beta=2.0
+            )
             for periods in ((T, nothing), (nothing, crossing))
         )
         assert by_crossing.deviation(1) == pytest.approx(by_peak.deviation(1), rel=2e-3)  # gamma is taken to hundredths
@@ -310,7 +322,11 @@ class TestDirections:
 
 class TestSaturation:
     stop = Residual(
-        np.array([0.5, 2.0]), np.array([0.999, 1.0, 9.0]), np.ones((2, 3)), np.zeros((4, 2, 3)), np.tile([0.0, 1.0, 1.0], (2, 1))
+        np.array([0.5, 2.0]),
+        np.array([0.999, 1.0, 9.0]),
+        np.ones((2, 3)),
+        np.zeros((4, 2, 3)),
+        np.tile([0.0, 1.0, 1.0], (2, 1)),
     )
 
     def test_waves_above_a_speed_are_as_frequent_as_rayleigh_has_them(self):

@@ -86,9 +86,12 @@ def test_a_sine_leaves_what_a_run_of_its_own_leaves(crane, duty, residual, perio
     """Between the table's sines, and on the crane's own wire in place of the soft one."""
     a, T = speed * period / (2.0 * math.pi), period
     case = Scenario(
-        load=f"{duty.F / 9.80665 / 1e3 - crane.hook_mass / 1e3} t", s_w="500 m", mode="ssc", duration=f"{60.0 + 8.0 * T} s",
+        load=f"{duty.F / 9.80665 / 1e3 - crane.hook_mass / 1e3} t",
+        s_w="500 m",
+        mode="ssc",
+        duration=f"{60.0 + 8.0 * T} s",
         tip=f"sine {a} m {T} s",
-    )  # fmt: skip
+    )
     run = simulate(crane, case, every="50 ms").sel(time=slice(60.0, None))
     n = round(8.0 * T / 0.05)
     e, z = (np.fft.rfft(run[name].values[:n] - run[name].values[:n].mean())[8] for name in ("e_c", "s_tip"))

@@ -26,7 +26,9 @@ from stillhook.spec.lift.programme import Stage
 
 X, Y = -20.0, 18.0  # m
 BRAKED = Residual.constant(1.0)
-LINEAR = Hung(rod=Rod(L=3000.0, EA=836e6, mu=36.0, beta=0.02), end=End(m=100e3, A33=50e3), s_w=3000.0, F_top=2.0e6, F_sling=0.9e6)
+LINEAR = Hung(
+    rod=Rod(L=3000.0, EA=836e6, mu=36.0, beta=0.02), end=End(m=100e3, A33=50e3), s_w=3000.0, F_top=2.0e6, F_sling=0.9e6
+)
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +42,9 @@ def sea(H_s=1.0, T_p=8.0, beta=math.pi, spread=None):
 
 def lift(payload="manifold-60t", depth="3000 m"):
     programme = (Stage(mode="ahc", time="60 s"),)
-    return Lowering(payload=read_payload(payload), h_tip="30 m", depth=depth, z_0="5 m", programme=programme, duration="60 s")
+    return Lowering(
+        payload=read_payload(payload), h_tip="30 m", depth=depth, z_0="5 m", programme=programme, duration="60 s"
+    )
 
 
 def test_linear_drag_takes_the_power_of_the_square_law_out_of_a_sine_and_of_noise():
@@ -48,7 +52,9 @@ def test_linear_drag_takes_the_power_of_the_square_law_out_of_a_sine_and_of_nois
     wave = v * np.cos(2.0 * np.pi * (np.arange(100_000) + 0.5) / 100_000)
     noise = v * np.random.default_rng(2).standard_normal(4_000_000)
     for speed, drag in ((wave, drag_of_harmonic(B, v)), (noise, drag_of_gaussian(B, v))):
-        assert drag * np.mean(speed**2) == pytest.approx(np.mean(B * np.abs(speed) ** 3), rel=3e-3)  # scatter of the noise
+        assert drag * np.mean(speed**2) == pytest.approx(
+            np.mean(B * np.abs(speed) ** 3), rel=3e-3
+        )  # scatter of the noise
 
 
 def test_without_drag_everything_is_proportional_to_the_sea(vessel):
@@ -128,7 +134,9 @@ def test_a_missing_record_stays_missing_and_in_a_calm_one_nothing_moves(series, 
 
 def test_a_record_by_itself_comes_out_as_among_others(series, vessel):
     alone = SpectrumSeries(series.omega, series.width, series.S[3:], series.time[3:], series.valid[3:])
-    a, b = (road(forcing_of_series(each, vessel, X, Y, 2.0), LINEAR, Residual.constant(0.3)) for each in (series, alone))
+    a, b = (
+        road(forcing_of_series(each, vessel, X, Y, 2.0), LINEAR, Residual.constant(0.3)) for each in (series, alone)
+    )
     for name in a:
         assert a[name].values[3] == pytest.approx(b[name].values[0], rel=1e-9, nan_ok=True), name
 
@@ -163,7 +171,9 @@ def test_tip_is_that_of_the_tip_statistics(vessel, spread):
 
 def test_a_payload_in_the_surface_or_below_the_seabed_is_refused_in_one_line():
     crane = load_crane("deep-250t")
-    with pytest.raises(LiftError, match='payload "manifold-60t": with its underside 2 m under water the surface cuts it'):
+    with pytest.raises(
+        LiftError, match='payload "manifold-60t": with its underside 2 m under water the surface cuts it'
+    ):
         hung(crane, lift(), -2.0)
     with pytest.raises(LiftError, match="z -400 m is below the seabed at 300 m"):
         hung(crane, lift(depth="300 m"), -400.0)

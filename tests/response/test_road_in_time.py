@@ -47,15 +47,25 @@ def both(crane, vessel, payload, z, H_s, T_p, mode, beta=150.0):
         w = realise(sea, LENGTH, seed)
         tip = tip_motion(w, vessel, X, Y)
         here, there = tip.amplitudes[w.harmonic], w.elevation(X, Y)
-        tips.append(np.abs(here) ** 2 / 2.0), waves.append(np.abs(there) ** 2 / 2.0), cross.append(here * np.conj(there) / 2.0)
+        (
+            tips.append(np.abs(here) ** 2 / 2.0),
+            waves.append(np.abs(there) ** 2 / 2.0),
+            cross.append(here * np.conj(there) / 2.0),
+        )
         field = None if z > 0.0 else wave_field(w, X, Y)
         stage = Stage(mode=mode, time=f"{LENGTH} s")
         cases.append(
             Lowering(
-                payload=read_payload(payload), tip=tip, waves=field, h_tip="30 m", depth="3000 m", z_0=f"{z} m", programme=(stage,),
+                payload=read_payload(payload),
+                tip=tip,
+                waves=field,
+                h_tip="30 m",
+                depth="3000 m",
+                z_0=f"{z} m",
+                programme=(stage,),
                 duration=f"{LENGTH} s",
             )
-        )  # fmt: skip
+        )
     run = lower(crane, cases, series=True).sel(time=slice(SETTLED, None))
     t = np.linspace(-1.0, 1.0, run.sizes["time"])
     in_time = {}

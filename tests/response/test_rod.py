@@ -7,7 +7,15 @@ import pytest
 from scipy.linalg import eigh_tridiagonal, solve_banded
 
 from stillhook.errors import LiftError
-from stillhook.response.wire_rod import End, Rod, damping_for_ratio, first_period_by_rule, natural_periods, static_stretch, transfers
+from stillhook.response.wire_rod import (
+    End,
+    Rod,
+    damping_for_ratio,
+    first_period_by_rule,
+    natural_periods,
+    static_stretch,
+    transfers,
+)
 
 DEEP = Rod(L=3000.0, EA=836e6, mu=45.0, w=390.0, beta=0.01)
 LOAD = End(m=100e3, A33=50e3, m_h=3e3, k_s=50e6, c_s=1e5)
@@ -40,11 +48,17 @@ def test_transfers_are_those_of_a_chain_of_two_thousand_masses(omega):
     t = transfers(omega, DEEP, LOAD, DRAG)
     edge = omega**2 * DEEP.mu * DEEP.L / 2000 / 2.0  # half a node's mass stands at the top and above the hook
     expected = {
-        "load_u": u[-1], "load_F": F[-1], "hook_u": u[-2], "hook_F": F[-2],
-        "top_u": k[0] * (1.0 - u[0]) - edge, "top_F": -k[0] * F[0],
-        "end_u": k[1] * (u[-3] - u[-2]) + edge * u[-2], "end_F": k[1] * (F[-3] - F[-2]) + edge * F[-2],
-        "sling_u": k[-1] * (u[-2] - u[-1]), "sling_F": k[-1] * (F[-2] - F[-1]),
-    }  # fmt: skip
+        "load_u": u[-1],
+        "load_F": F[-1],
+        "hook_u": u[-2],
+        "hook_F": F[-2],
+        "top_u": k[0] * (1.0 - u[0]) - edge,
+        "top_F": -k[0] * F[0],
+        "end_u": k[1] * (u[-3] - u[-2]) + edge * u[-2],
+        "end_F": k[1] * (F[-3] - F[-2]) + edge * F[-2],
+        "sling_u": k[-1] * (u[-2] - u[-1]),
+        "sling_F": k[-1] * (F[-2] - F[-1]),
+    }
     for name, value in expected.items():
         assert getattr(t, name) == pytest.approx(value, rel=CHAIN), name
 
@@ -61,7 +75,9 @@ def test_natural_periods_are_the_eigenvalues_of_that_chain(end):
         m, k = np.append(m, end.moving), np.append(k, end.k_s)
     d = k.copy()
     d[:-1] += k[1:]
-    squares = eigh_tridiagonal(d / m, -k[1:] / np.sqrt(m[1:] * m[:-1]), select="i", select_range=(0, 4), eigvals_only=True)
+    squares = eigh_tridiagonal(
+        d / m, -k[1:] / np.sqrt(m[1:] * m[:-1]), select="i", select_range=(0, 4), eigvals_only=True
+    )
     assert natural_periods(DEEP, end, 5) == pytest.approx(2.0 * np.pi / np.sqrt(squares), rel=1e-5)
 
 
@@ -95,9 +111,13 @@ def test_a_spring_above_the_wire_is_as_good_as_more_wire_without_mass():
     m[n] = DEEP.mu * l / 2.0 + LOAD.m_h
     springs = np.concatenate(([k], np.full(n, DEEP.EA / l), [LOAD.k_s]))
     d = springs + np.append(springs[1:], 0.0)
-    squares = eigh_tridiagonal(d / m, -springs[1:] / np.sqrt(m[1:] * m[:-1]), select="i", select_range=(0, 3), eigvals_only=True)
+    squares = eigh_tridiagonal(
+        d / m, -springs[1:] / np.sqrt(m[1:] * m[:-1]), select="i", select_range=(0, 3), eigvals_only=True
+    )
     assert natural_periods(above, LOAD, 4) == pytest.approx(2.0 * np.pi / np.sqrt(squares), rel=1e-5)
-    assert static_stretch(above, 1e6) == pytest.approx(static_stretch(DEEP, 1e6) + (1e6 + DEEP.w * DEEP.L) / k, rel=EXACT)
+    assert static_stretch(above, 1e6) == pytest.approx(
+        static_stretch(DEEP, 1e6) + (1e6 + DEEP.w * DEEP.L) / k, rel=EXACT
+    )
 
 
 def test_what_comes_through_that_spring_is_what_its_tension_leaves():
@@ -105,7 +125,13 @@ def test_what_comes_through_that_spring_is_what_its_tension_leaves():
     bare, above = (Rod(DEEP.L, DEEP.EA, DEEP.mu, beta=beta, k_top=k_top) for k_top in (math.inf, k))
     a, b = (transfers(OMEGA, rod, LOAD, DRAG) for rod in (bare, above))
     star = k * (1.0 + 1j * OMEGA * beta)
-    for by_top, by_force in (("load_u", "load_F"), ("hook_u", "hook_F"), ("top_u", "top_F"), ("end_u", "end_F"), ("sling_u", "sling_F")):
+    for by_top, by_force in (
+        ("load_u", "load_F"),
+        ("hook_u", "hook_F"),
+        ("top_u", "top_F"),
+        ("end_u", "end_F"),
+        ("sling_u", "sling_F"),
+    ):
         passed_u, passed_F = 1.0 - b.top_u / star, -b.top_F / star  # motion under the spring
         assert getattr(b, by_top) == pytest.approx(getattr(a, by_top) * passed_u, rel=EXACT)
         assert getattr(b, by_force) == pytest.approx(getattr(a, by_force) + getattr(a, by_top) * passed_F, rel=EXACT)
@@ -174,7 +200,10 @@ def test_damping_asked_for_is_that_of_the_first_mode():
         ),
         (lambda: End(m=math.nan), "End: m = nan is not a number of 0 or more. Give it in SI."),
         (lambda: End(m=0.0), "End: nothing hangs on the wire. Give m or m_h above 0."),
-        (lambda: End(m=1.0, k_s=0.0), "End: k_s = 0.0 is not above 0. Give the slings' stiffness in N/m, or leave it out for one body."),
+        (
+            lambda: End(m=1.0, k_s=0.0),
+            "End: k_s = 0.0 is not above 0. Give the slings' stiffness in N/m, or leave it out for one body.",
+        ),
     ],
 )
 def test_what_is_no_wire_or_load_is_refused_in_one_line(make, text):

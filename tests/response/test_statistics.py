@@ -57,7 +57,11 @@ def test_what_stands_still_is_never_slack_and_has_no_maximum():
 
 
 def test_a_missing_sea_stays_missing():
-    for found in (share_below_zero(1.0, np.nan), rate_below_zero(1.0, np.nan, np.nan), most_probable_maximum(np.nan, np.nan, 3600.0)):
+    for found in (
+        share_below_zero(1.0, np.nan),
+        rate_below_zero(1.0, np.nan, np.nan),
+        most_probable_maximum(np.nan, np.nan, 3600.0),
+    ):
         assert np.isnan(found)
 
 

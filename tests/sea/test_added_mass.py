@@ -48,7 +48,9 @@ def payload(kind: str, **more) -> Payload:
 # Formulas
 
 
-@pytest.mark.parametrize(("ratio", "C_A"), [(1.25, 0.642), (1.5, 0.690), (2.5, 0.801), (4.0, 0.872), (6.25, 0.917), (8.0, 0.934)])
+@pytest.mark.parametrize(
+    ("ratio", "C_A"), [(1.25, 0.642), (1.5, 0.690), (2.5, 0.801), (4.0, 0.872), (6.25, 0.917), (8.0, 0.934)]
+)
 def test_plates_between_the_kept_ratios_agree_with_printed_coefficients(ratio, C_A):
     """Table of rectangular plates in DNV-RP-H103, appendix A."""
     assert formula.plate(1.0, 1.0, ratio) == pytest.approx(C_A * math.pi / 4.0 * ratio, rel=READ_OFF)
@@ -120,7 +122,9 @@ def test_added_mass_goes_with_the_density_of_the_water(kind):
 
 @kinds
 def test_payloads_of_twice_the_size_carry_eight_times_the_water(kind):
-    double = {k: v if isinstance(v, float) else f"{2 * float(v.split()[0])} {v.split()[1]}" for k, v in KINDS[kind].items()}
+    double = {
+        k: v if isinstance(v, float) else f"{2 * float(v.split()[0])} {v.split()[1]}" for k, v in KINDS[kind].items()
+    }
     assert payload(kind, **double).covered(RHO).A33 == pytest.approx(8.0 * payload(kind).covered(RHO).A33, rel=1e-9)
 
 
@@ -129,7 +133,9 @@ def test_the_levels_lose_no_momentum(kind):
     record, rows = pack_payload(payload(kind), RHO, 100.0)
     assert rows.shape == (LEVELS, len(COLUMNS))
     h = column(rows, "h")
-    assert np.sum(slopes(rows)[:-1].mean(axis=1) * np.diff(h)) == pytest.approx(payload(kind).covered(RHO).A33, rel=1e-9)
+    assert np.sum(slopes(rows)[:-1].mean(axis=1) * np.diff(h)) == pytest.approx(
+        payload(kind).covered(RHO).A33, rel=1e-9
+    )
     assert h[0] == 0.0
     assert np.all(np.diff(h) > 0.0)
     assert h[-1] == record.reach >= record.H
@@ -150,9 +156,15 @@ def test_every_face_of_every_part_of_an_assembly_has_a_level():
     load = Payload(name="tower", mass="200 t", shape="assembly", parts=parts)
     _, rows = pack_payload(load, RHO, 100.0)
     h, slope = column(rows, "h"), column(rows, "dA33")
-    for at, body in ((0.0, load.shape.parts[0].shape), (1.37, load.shape.parts[1].shape), (2.91, load.shape.parts[2].shape)):
+    for at, body in (
+        (0.0, load.shape.parts[0].shape),
+        (1.37, load.shape.parts[1].shape),
+        (2.91, load.shape.parts[2].shape),
+    ):
         assert np.abs(h - at).min() < 1e-12
-        jump = slope[np.abs(h - at).argmin()] - (column(rows, "dA33_next")[np.abs(h - at).argmin() - 1] if at > 0.0 else 0.0)
+        jump = slope[np.abs(h - at).argmin()] - (
+            column(rows, "dA33_next")[np.abs(h - at).argmin() - 1] if at > 0.0 else 0.0
+        )
         assert jump == pytest.approx(0.5 * RHO * body.C_s * body.solid_area, rel=0.01)
     roof = 0.11 + load.shape.parts[3].shape.contact
     assert np.abs(h - roof).min() < 1e-12
@@ -161,7 +173,9 @@ def test_every_face_of_every_part_of_an_assembly_has_a_level():
 def test_more_heights_than_levels_are_refused_in_one_line():
     levels = [{"h": f"{0.05 * i!r} m", "V": f"{i} L", "A33": f"{10 * i} kg", "A_p": "1 m^2"} for i in range(200)]
     load = Payload(name="stairs", mass="60 t", height="9.95 m", C_D=2.0, levels=levels)
-    with pytest.raises(LiftError, match=r'Payload "stairs": 200 different heights .* at most 129 .* give fewer levels') as e:
+    with pytest.raises(
+        LiftError, match=r'Payload "stairs": 200 different heights .* at most 129 .* give fewer levels'
+    ) as e:
         pack_payload(load, RHO, 100.0)
     assert "\n" not in str(e.value)
 
@@ -253,7 +267,10 @@ def test_an_assembly_of_one_part_is_that_part(kind):
 
 
 def test_parts_add_up_and_higher_ones_come_later():
-    parts = {"low": {"shape": "disc", "count": 3, **KINDS["disc"]}, "high": {"shape": "disc", "at": "6 m", **KINDS["disc"]}}
+    parts = {
+        "low": {"shape": "disc", "count": 3, **KINDS["disc"]},
+        "high": {"shape": "disc", "at": "6 m", **KINDS["disc"]},
+    }
     whole = Payload(name="two", mass="60 t", shape="assembly", parts=parts)
     one = payload("disc").shape.added_mass(np.array([1.0]), RHO)[0]
     assert whole.height == 6.4
@@ -262,7 +279,10 @@ def test_parts_add_up_and_higher_ones_come_later():
 
 
 def test_volume_follows_the_masses_of_the_parts():
-    parts = [{"shape": "disc", "mass": "45 t", **KINDS["disc"]}, {"shape": "disc", "mass": "15 t", "at": "6 m", **KINDS["disc"]}]
+    parts = [
+        {"shape": "disc", "mass": "45 t", **KINDS["disc"]},
+        {"shape": "disc", "mass": "15 t", "at": "6 m", **KINDS["disc"]},
+    ]
     whole = Payload(name="two", mass="60 t", shape="assembly", parts=parts)
     V = whole.at(np.array([1.0, 7.0]), RHO).V
     assert V[0] / V[1] == pytest.approx(0.75)
@@ -277,7 +297,11 @@ def levels(*rows):
 
 def test_given_levels_are_met_and_joined_without_overshoot():
     load = Payload(
-        name="own", mass="60 t", height="3 m", C_D=2.0, levels=levels((0, 0, 0, 0), (1, 2, 5, 10), (3, 4, 90, 12), (5, 4, 90, 12))
+        name="own",
+        mass="60 t",
+        height="3 m",
+        C_D=2.0,
+        levels=levels((0, 0, 0, 0), (1, 2, 5, 10), (3, 4, 90, 12), (5, 4, 90, 12)),
     )
     at = load.at(np.array([0.0, 1.0, 3.0, 5.0, 50.0]))
     assert at.A33 == pytest.approx([0.0, 5e3, 90e3, 90e3, 90e3])

@@ -13,7 +13,13 @@ PEDESTAL = ("-10 m", "-6 m", "15 m")
 
 
 def knuckle_boom(**changes: object) -> Boom:
-    given = {"pedestal": PEDESTAL, "slew": "270 deg", "main": ("25 m", "60 deg"), "knuckle": ("15 m", "60 deg"), **changes}
+    given = {
+        "pedestal": PEDESTAL,
+        "slew": "270 deg",
+        "main": ("25 m", "60 deg"),
+        "knuckle": ("15 m", "60 deg"),
+        **changes,
+    }
     return Boom(**given)  # type: ignore[arg-type]
 
 
@@ -51,7 +57,13 @@ def test_the_offset_moves_the_tip_out():
 )
 def test_a_boom_told_to_reach_its_own_tip_stands_as_it_stood(slew, main, knuckle):
     assume(math.cos(math.radians(main)) + math.cos(math.radians(main - knuckle)) > 0.0)
-    boom = Boom(pedestal=PEDESTAL, slew=f"{slew} deg", main=("25 m", f"{main} deg"), knuckle=("25 m", f"{knuckle} deg"), offset="1 m")
+    boom = Boom(
+        pedestal=PEDESTAL,
+        slew=f"{slew} deg",
+        main=("25 m", f"{main} deg"),
+        knuckle=("25 m", f"{knuckle} deg"),
+        offset="1 m",
+    )
     back = boom.reaching(*boom.tip)
     assert back.tip == pytest.approx(boom.tip, abs=1e-6)
     assert math.degrees(back.main_angle) == pytest.approx(main, abs=1e-5)

@@ -85,11 +85,14 @@ class TestFiles:
     def test_weather_tables_give_heights_periods_and_directions(self, capsys, tmp_path):
         path = tmp_path / "weather.txt"
         path.write_text(
-            "#YY MM DD hh mm WVHT DPD APD MWD\n" + "".join(f"2019 08 01 00 {m:02d} 1.5 11 7 {d}\n" for m, d in ((0, 350), (10, 10)))
+            "#YY MM DD hh mm WVHT DPD APD MWD\n"
+            + "".join(f"2019 08 01 00 {m:02d} 1.5 11 7 {d}\n" for m, d in ((0, 350), (10, 10)))
         )
         found = answer(capsys, str(path))
         assert found["H_m0"] == {"first": 1.5, "mean": 1.5, "min": 1.5, "max": 1.5}
-        assert np.cos(found["come_from"]["mean"]) == pytest.approx(1.0)  # 350 and 10 deg have north between them, not south
+        assert np.cos(found["come_from"]["mean"]) == pytest.approx(
+            1.0
+        )  # 350 and 10 deg have north between them, not south
 
 
 class TestRefusals:

@@ -60,7 +60,11 @@ def test_every_number_has_its_row_among_the_variables(capsys, vessel):
 def test_headings_may_be_written_with_their_unit_and_waves_may_bring_their_own(capsys, vessel):
     plain, unit, own = (
         answer(capsys, "--vessel", vessel, "--at", AT, "--wave", wave, *heading)["sigma_z"]
-        for wave, heading in ((WAVE, ("--heading", "135 deg")), (WAVE, ("--heading", "0.375 rev")), (f"{WAVE} heading=135 deg", ()))
+        for wave, heading in (
+            (WAVE, ("--heading", "135 deg")),
+            (WAVE, ("--heading", "0.375 rev")),
+            (f"{WAVE} heading=135 deg", ()),
+        )
     )
     assert plain == unit == own
 
@@ -92,7 +96,21 @@ def test_all_headings_make_a_table_with_starboard_and_port_in_their_places(capsy
 
 def test_out_writes_picture_series_and_summary_that_agree(capsys, vessel, tmp_path):
     out = tmp_path / "tip"
-    found = answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90 deg", "--duration", "10 min", "--out", str(out))
+    found = answer(
+        capsys,
+        "--vessel",
+        vessel,
+        "--at",
+        AT,
+        "--wave",
+        WAVE,
+        "--heading",
+        "90 deg",
+        "--duration",
+        "10 min",
+        "--out",
+        str(out),
+    )
     assert sorted(p.name for p in out.iterdir()) == ["summary.json", "tip.csv", "tip.json", "tip.png"]
     motion = motion_from_json((out / "tip.json").read_text())
     assert motion.duration == found["series"]["repeat"] == 600.0
@@ -125,8 +143,24 @@ def test_exact_rotations_are_told_beside_the_linear_motion(capsys, vessel, tmp_p
 def test_a_case_file_runs_on_the_series_that_was_written(vessel, tmp_path, capsys):
     from stillhook.formats.case_file import load_case
 
-    answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90 deg", "--duration", "5 min", "--out", str(tmp_path))
-    (tmp_path / "case.toml").write_text('crane = "nov-250t"\n[scenario]\nload = "50 t"\ns_w = "100 m"\ntip = { file = "tip.json" }\n')
+    answer(
+        capsys,
+        "--vessel",
+        vessel,
+        "--at",
+        AT,
+        "--wave",
+        WAVE,
+        "--heading",
+        "90 deg",
+        "--duration",
+        "5 min",
+        "--out",
+        str(tmp_path),
+    )
+    (tmp_path / "case.toml").write_text(
+        'crane = "nov-250t"\n[scenario]\nload = "50 t"\ns_w = "100 m"\ntip = { file = "tip.json" }\n'
+    )
     case = load_case(tmp_path / "case.toml").case
     assert case.duration == 300.0
     assert case.tip == motion_from_json((tmp_path / "tip.json").read_text())
@@ -134,7 +168,9 @@ def test_a_case_file_runs_on_the_series_that_was_written(vessel, tmp_path, capsy
 
 def test_a_log_of_a_motion_sensor_gives_the_same_numbers(capsys, shared_data):
     log = str(shared_data / "ship_motion_palmer" / "NBP1406_seap-2014-08-01.txt")
-    at_sensor, at_tip = (answer(capsys, "--log", log, "--at", at) for at in ("x=0 m, y=0 m, z=0 m", "x=40 m, y=0 m, z=20 m"))
+    at_sensor, at_tip = (
+        answer(capsys, "--log", log, "--at", at) for at in ("x=0 m, y=0 m, z=0 m", "x=40 m, y=0 m, z=20 m")
+    )
     assert at_sensor["sigma_z"] == pytest.approx(1.0961, rel=0.01)
     assert at_tip["sigma_v"] > at_sensor["sigma_v"]
     assert "read as" in at_tip["notes"][0]
@@ -144,8 +180,24 @@ def test_a_log_of_a_motion_sensor_gives_the_same_numbers(capsys, shared_data):
 
 @pytest.mark.usefixtures("no_picture")
 def test_the_series_that_was_written_has_the_numbers_of_the_spectra(capsys, vessel, tmp_path):
-    given = ("--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90 deg", "--duration", "40 min", "--out", str(tmp_path))
-    spectra, series = answer(capsys, *given), answer(capsys, "--log", str(tmp_path / "tip.json"), "--duration", "40 min")
+    given = (
+        "--vessel",
+        vessel,
+        "--at",
+        AT,
+        "--wave",
+        WAVE,
+        "--heading",
+        "90 deg",
+        "--duration",
+        "40 min",
+        "--out",
+        str(tmp_path),
+    )
+    spectra, series = (
+        answer(capsys, *given),
+        answer(capsys, "--log", str(tmp_path / "tip.json"), "--duration", "40 min"),
+    )
     for name in ("sigma_z", "sigma_v", "sigma_a", "T_z", "v_mpm"):
         assert series[name] == pytest.approx(spectra[name], rel=0.01), name  # 10 s of 40 min are left out
     assert "Leave --at out" in refusal(capsys, "--log", str(tmp_path / "tip.json"), "--at", f"{AT}, z=1 m")
@@ -167,7 +219,10 @@ def test_measured_directions_are_turned_by_the_ships_heading(capsys, vessel, tmp
     file.write_text("")
     at = ("--vessel", vessel, "--at", AT, "--wave", str(file), "--record", "0")
     for ship, heading in (("0 deg", "90 deg"), ("90 deg", "180 deg"), ("180 deg", "270 deg")):
-        by_ship, by_heading = answer(capsys, *at, "--ship", ship)["sigma_z"], answer(capsys, *at, "--heading", heading)["sigma_z"]
+        by_ship, by_heading = (
+            answer(capsys, *at, "--ship", ship)["sigma_z"],
+            answer(capsys, *at, "--heading", heading)["sigma_z"],
+        )
         assert by_ship == pytest.approx(by_heading)
     assert "Give --ship, where the bow points" in refusal(capsys, *at)
     assert "has directions of its own" in refusal(capsys, *at, "--ship", "0 deg", "--spread", "4")
@@ -183,15 +238,34 @@ def test_measured_spectra_are_taken_record_by_record(capsys, vessel, shared_data
     assert found["sigma_z"] < 2.0 * found["sea"]["H_m0"] / 4.0
     assert "Choose one with --record" in refusal(capsys, *at, "--heading", "90 deg")
     assert "has no directions. Give --heading" in refusal(capsys, *at, "--record", "0")
-    assert "no directions are taken from it" in refusal(capsys, *at, "--record", "0", "--heading", "90 deg", "--ship", "30 deg")
+    assert "no directions are taken from it" in refusal(
+        capsys, *at, "--record", "0", "--heading", "90 deg", "--ship", "30 deg"
+    )
     met = tmp_path / "met.txt"
-    met.write_text("#YY  MM DD hh mm WDIR WSPD GST  WVHT   DPD   APD MWD\n#yr  mo dy hr mn degT m/s  m/s     m   sec   sec degT\n"
-                   "2019 08 01 00 00 999  99.0 99.0  1.50  9.00  6.00 270\n")  # fmt: skip
-    assert "no spectra" in refusal(capsys, "--vessel", vessel, "--at", AT, "--wave", str(met), "--record", "0", "--heading", "90 deg")
+    met.write_text(
+        "#YY  MM DD hh mm WDIR WSPD GST  WVHT   DPD   APD MWD\n#yr  mo dy hr mn degT m/s  m/s     m   sec   sec degT\n"
+        "2019 08 01 00 00 999  99.0 99.0  1.50  9.00  6.00 270\n"
+    )
+    assert "no spectra" in refusal(
+        capsys, "--vessel", vessel, "--at", AT, "--wave", str(met), "--record", "0", "--heading", "90 deg"
+    )
 
 
 def test_seeds_give_the_largest_values_that_were_met_with_their_intervals(capsys, vessel):
-    given = ("--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90 deg", "--duration", "1 h", "--seeds", "12")
+    given = (
+        "--vessel",
+        vessel,
+        "--at",
+        AT,
+        "--wave",
+        WAVE,
+        "--heading",
+        "90 deg",
+        "--duration",
+        "1 h",
+        "--seeds",
+        "12",
+    )
     found = answer(capsys, *given)
     for name in ("z_mpm", "v_mpm", "a_mpm"):
         met = found["maxima"][name]
@@ -222,23 +296,41 @@ def test_the_table_for_people_has_the_numbers_and_where_the_vessel_ends(capsys, 
         (("--at", AT, "--wave", f"{WAVE} heading=-30 deg"), '"-30 deg": not between 0 deg and 360 deg'),
         (("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--spread", "0"), "spread 0"),
         (("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--duration", "1 s"), "too few for a largest value"),
-        (("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--duration", "-1 s"), "--duration -1 s: is not longer than 0 s"),
+        (
+            ("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--duration", "-1 s"),
+            "--duration -1 s: is not longer than 0 s",
+        ),
         (("--at", AT, "--wave", "waves/gone.txt", "--heading", "0 deg"), '--wave "waves/gone.txt": no such file'),
-        (("--at", AT, "--slew", "0 deg", "--wave", WAVE, "--heading", "0 deg"), "--slew: the tip is given by --at already"),
+        (
+            ("--at", AT, "--slew", "0 deg", "--wave", WAVE, "--heading", "0 deg"),
+            "--slew: the tip is given by --at already",
+        ),
         (("--slew", "0 deg", "--wave", WAVE, "--heading", "0 deg"), "--pedestal: missing"),
-        (("--pedestal", AT, "--slew", "0 deg", "--main", "20 m 50 deg", "--wave", WAVE, "--heading", "0 deg"), "--pedestal: z is missing"),
+        (
+            ("--pedestal", AT, "--slew", "0 deg", "--main", "20 m 50 deg", "--wave", WAVE, "--heading", "0 deg"),
+            "--pedestal: z is missing",
+        ),
         (
             ("--pedestal", f"{AT}, z=5 m", "--slew", "0 deg", "--main", "20 m", "--wave", WAVE, "--heading", "0 deg"),
             "is not a length and an angle",
         ),
         (("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--exact"), "--exact: is for the series"),
-        (("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--record", "0"), "--record: belongs to a file of measured waves"),
+        (
+            ("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--record", "0"),
+            "--record: belongs to a file of measured waves",
+        ),
         (("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--seeds", "2"), "seeds = 2: give 5 to 1000"),
         (("--at", AT, "--wave", WAVE, "--heading", "all", "--seeds", "20"), "--seeds: is for one heading"),
         (("--at", AT, "--wave", f"{WAVE} heading=20 deg", "--heading", "all"), "have a heading of their own"),
         (("--at", AT, "--wave", WAVE, "--log", "x.csv"), "belongs to a vessel in waves"),
-        (("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--seed", "-1", "--out", "never-made"), "whole number of 0 or more"),
-        (("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--amplitudes", "wild", "--out", "never-made"), "not one of fixed, rayleigh"),
+        (
+            ("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--seed", "-1", "--out", "never-made"),
+            "whole number of 0 or more",
+        ),
+        (
+            ("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--amplitudes", "wild", "--out", "never-made"),
+            "not one of fixed, rayleigh",
+        ),
     ],
 )
 def test_bad_input_is_one_line_and_exit_code_2(capsys, vessel, tmp_path, monkeypatch, arguments, text):

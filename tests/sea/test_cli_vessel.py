@@ -14,7 +14,14 @@ from stillhook.library.vessels import vessels
 from stillhook.variables import BY_NAME
 
 SHIP = plank(np.linspace(0.1, 1.5, 8), np.radians(np.arange(0.0, 360.0, 30.0)))
-NESTED = {"motion", "size", "found_re", "found_im", "limit_re", "limit_im"}  # names within the rows of peaks and motions
+NESTED = {
+    "motion",
+    "size",
+    "found_re",
+    "found_im",
+    "limit_re",
+    "limit_im",
+}  # names within the rows of peaks and motions
 
 
 @pytest.fixture
@@ -41,7 +48,9 @@ def test_the_library_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert all(name in text for name in vessels())
 
 
-def test_a_file_is_shown_with_its_reference_point_range_and_largest_motions(capsys: pytest.CaptureFixture[str], file: str) -> None:
+def test_a_file_is_shown_with_its_reference_point_range_and_largest_motions(
+    capsys: pytest.CaptureFixture[str], file: str
+) -> None:
     assert run(["vessel", "show", file]) == 0
     text = capsys.readouterr().out
     assert "reference point: middle" in text
@@ -55,7 +64,9 @@ def test_the_answer_for_machines_has_known_names_and_si_units(capsys: pytest.Cap
     nested = [key for row in (*shown["peaks"], *checked["motions"]) for key in row]
     assert not {key for key in (*shown, *checked, *nested) if key not in BY_NAME} - NESTED
     assert shown["water_depth"] is None
-    assert np.allclose(shown["z_per_wave"], np.abs(SHIP.vertical(SHIP.omega, SHIP.beta, -20.0, 5.0)), atol=1e-4)  # six digits in the file
+    assert np.allclose(
+        shown["z_per_wave"], np.abs(SHIP.vertical(SHIP.omega, SHIP.beta, -20.0, 5.0)), atol=1e-4
+    )  # six digits in the file
     assert checked["passed"]
     assert checked["motions"][2]["share"] == pytest.approx(1.0, abs=0.01)
 
@@ -87,5 +98,7 @@ def test_a_vessel_that_does_not_ride_is_shown_with_its_numbers_by_check_and_refu
         (("show",), "Missing argument"),
     ],
 )
-def test_bad_input_ends_in_one_line(capsys: pytest.CaptureFixture[str], file: str, arguments: tuple[str, ...], text: str) -> None:
+def test_bad_input_ends_in_one_line(
+    capsys: pytest.CaptureFixture[str], file: str, arguments: tuple[str, ...], text: str
+) -> None:
     assert text in refusal(capsys, "vessel", *(file if a == "FILE" else a for a in arguments))

@@ -69,7 +69,9 @@ class TestTheMeasuredYear:
 
     def test_hours_that_the_file_lacks_are_told(self, shared_data):
         notes = read_spectra(shared_data / "sea_ndbc_46042" / "46042w1996.txt.gz").notes
-        assert "72 more are absent from the file, in 2 gaps: its records are 60 min apart" in notes  # 1996 has 8784 hours
+        assert (
+            "72 more are absent from the file, in 2 gaps: its records are 60 min apart" in notes
+        )  # 1996 has 8784 hours
 
     def test_a_year_is_read_in_no_time(self, shared_data):
         path = shared_data / "sea_ndbc_46042" / "46042w1996.txt.gz"
@@ -140,7 +142,9 @@ class TestLayouts:
 
 class TestBands:
     def test_the_buoys_own_bands_have_the_published_widths(self):
-        f = np.concatenate(([0.02], np.arange(0.0325, 0.094, 0.005), np.arange(0.10, 0.355, 0.01), np.arange(0.365, 0.49, 0.02)))
+        f = np.concatenate(
+            ([0.02], np.arange(0.0325, 0.094, 0.005), np.arange(0.10, 0.355, 0.01), np.arange(0.365, 0.49, 0.02))
+        )
         centre, width = bands(f, "file")
         assert len(centre) == 47
         assert width[0] == 0.01
@@ -175,7 +179,10 @@ class TestBadFiles:
             (OLD.replace("4.00", "40000.00"), "line 2: Hm0 of 80 m is higher than any sea (40 m)"),
             (OLD + OLD.replace(".060", ".065"), "line 4: another header than line 1. Split the file there"),
             (WEATHER.replace("  1.50", " 41.50"), "line 4: WVHT = 41.5 is not between 0 and 40"),
-            ("#YY MM DD hh mm WDIR WSPD\n2019 01 01 00 00 1 2\n", "has no column WVHT: after the time its header has WDIR WSPD"),
+            (
+                "#YY MM DD hh mm WDIR WSPD\n2019 01 01 00 00 1 2\n",
+                "has no column WVHT: after the time its header has WDIR WSPD",
+            ),
             (REAL_TIME.replace("(0.043) \n2024", "(0.044) \n2024"), "line 2: other frequencies than line 3"),
             (REAL_TIME.replace(" (0.043) \n2024", " \n2024"), "where the header names"),
             ("<!DOCTYPE html><html>404</html>", "is a web page file"),
@@ -206,10 +213,15 @@ class TestBadFiles:
             read_sea(tmp_path / "none.txt")
 
     def test_directions_in_place_of_densities(self, tmp_path):
-        with pytest.raises(SeaError, match=r"holds the directions alpha1 of a spectrum, not its wave density. Give the density file 46042w1996"):
+        with pytest.raises(
+            SeaError,
+            match=r"holds the directions alpha1 of a spectrum, not its wave density. Give the density file 46042w1996",
+        ):
             read_sea(written(tmp_path, OLD, "46042d1996.txt"))
 
-    @pytest.mark.parametrize(("ending", "held"), [(".swdir", "alpha1"), (".swdir2", "alpha2"), (".swr1", "r1"), (".swr2", "r2")])
+    @pytest.mark.parametrize(
+        ("ending", "held"), [(".swdir", "alpha1"), (".swdir2", "alpha2"), (".swr1", "r1"), (".swr2", "r2")]
+    )
     def test_real_time_directions_alone_are_no_waves(self, tmp_path, ending, held):
         # 120 deg in each of four narrow bands reads as waves of 6 m
         text = f"#YY  MM DD hh mm {held}_1 (freq_1) {held}_2 (freq_2) {held}_3 (freq_3) ... >\n2024 05 01 00 40 1.0 (0.033) 1.0 (0.038) 1.0 (0.043)\n"
@@ -217,13 +229,17 @@ class TestBadFiles:
             read_sea(written(tmp_path, text, f"46042{ending}"))
         said = f"46042{ending}: holds the directions {held} of a spectrum, not its wave density. Give the density file 46042.data_spec with"
         assert str(e.value).startswith(said)
-        with pytest.raises(SeaError, match=f"renamed.txt: holds the directions {held} of a spectrum"):  # its header says what it is
+        with pytest.raises(
+            SeaError, match=f"renamed.txt: holds the directions {held} of a spectrum"
+        ):  # its header says what it is
             read_sea(written(tmp_path, text, "renamed.txt"))
 
     def test_directions_end_the_commands_that_read_seas_in_one_line(self, tmp_path, capsys):
         from stillhook.cli import run
 
-        text = "#YY  MM DD hh mm alpha1_1 (freq_1) alpha1_2 (freq_2) ... >\n2024 05 01 00 40 120.0 (0.033) 130.0 (0.038)\n"
+        text = (
+            "#YY  MM DD hh mm alpha1_1 (freq_1) alpha1_2 (freq_2) ... >\n2024 05 01 00 40 120.0 (0.033) 130.0 (0.038)\n"
+        )
         path = written(tmp_path, text, "46042.swdir")
         for command in (["sea", str(path)], ["weather", "show", str(path)]):
             assert run(command) == 2

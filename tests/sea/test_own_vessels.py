@@ -56,7 +56,9 @@ def test_the_library_has_the_vessels_whose_numbers_are_kept():
 
 
 def test_an_unknown_vessel_is_told_in_one_line():
-    with pytest.raises(SeaError, match=r'^No vessel "supply-vessel": the library has .*; did you mean "supply-vessel-82m"\?$'):
+    with pytest.raises(
+        SeaError, match=r'^No vessel "supply-vessel": the library has .*; did you mean "supply-vessel-82m"\?$'
+    ):
         vessel_file("supply-vessel")
 
 
@@ -66,7 +68,9 @@ def test_long_waves_carry_the_ship_as_they_carry_water(vessel):
     off = np.abs(scaled - long_wave_limits(vessel.beta)).max(axis=1)
     assert off[HEAVE] < 0.002
     assert off[PITCH] < 0.02
-    assert off[[SURGE, SWAY]].max() < 0.03  # the middle of the wetted hull lies deeper than the surface, where water moves less
+    assert (
+        off[[SURGE, SWAY]].max() < 0.03
+    )  # the middle of the wetted hull lies deeper than the surface, where water moves less
     # roll is nearer to its resonance: 1/(1 - (T_n/60 s)^2)
     T_n = 2.0 * np.pi / KEPT["ships"][Path(vessel.source.split(" ")[0]).stem]["floating"]["omega_n"]["roll"]
     assert off[ROLL] < 0.03 + 1.0 / (1.0 - (T_n / 60.0) ** 2) - 1.0
@@ -82,7 +86,9 @@ def test_in_long_waves_every_point_rides_on_the_wave_beneath_it(vessel, x, y):
 
 def test_short_waves_do_not_move_the_ship(vessel):
     assert np.abs(vessel.H[[SURGE, HEAVE], :, -1]).max() < 0.02
-    assert 20.0 * np.abs(vessel.H[[ROLL, PITCH, YAW], :, -1]).max() < 0.1  # 20 m from midship; sway and yaw die out last
+    assert (
+        20.0 * np.abs(vessel.H[[ROLL, PITCH, YAW], :, -1]).max() < 0.1
+    )  # 20 m from midship; sway and yaw die out last
 
 
 def test_a_mirrored_point_in_a_mirrored_sea_moves_alike(vessel):
@@ -128,7 +134,9 @@ def test_damping_follows_from_excitation_by_haskinds_relation(loads):
 
 
 def test_one_motion_loads_another_as_the_other_loads_it(loads):
-    some = (loads["omega"] > 0.3) & (loads["omega"] < 1.0)  # below, damping is too small to be told from the panels' errors
+    some = (loads["omega"] > 0.3) & (
+        loads["omega"] < 1.0
+    )  # below, damping is too small to be told from the panels' errors
     for table in (loads["A"][some], loads["B"][some]):
         scale = np.sqrt(np.einsum("nii->ni", np.abs(table)))
         off = np.abs(table - np.swapaxes(table, 1, 2)) / (scale[:, :, None] * scale[:, None, :])
@@ -206,7 +214,9 @@ def test_loads_computed_anew_come_out_as_kept(ship, loads, lines, monkeypatch):
     hull = lines.Lines(**ship["lines"])
     now = radiation.loads(hull, float(h), loads["omega"][i : i + 1], np.radians([0.0, 90.0, 180.0, 270.0]))
     for mode in (SWAY, HEAVE, ROLL, PITCH):
-        assert now.A[0, mode, mode] == pytest.approx(loads["A"][i, mode, mode], rel=1.5 * ship["panels"][h]["A_off"][mode] + DIGITS)
+        assert now.A[0, mode, mode] == pytest.approx(
+            loads["A"][i, mode, mode], rel=1.5 * ship["panels"][h]["A_off"][mode] + DIGITS
+        )
     beam = list(loads["beta"]).index(90.0)
     assert now.F[0, 1, HEAVE] == pytest.approx(loads["F"][i, beam, HEAVE], rel=0.05)
     sys.modules.pop("radiation", None)

@@ -69,7 +69,9 @@ def test_a_library_payload_sinks_lands_and_is_slammed_within_reason(name):
     assert 0.0 < record.gap_B <= record.gap_0 < load.height + 3.0
 
 
-@pytest.mark.parametrize(("name", "part", "heaviest"), [("suction-anchor-85t", None, 85.0), ("template-230t", "anchors", 25.0)])
+@pytest.mark.parametrize(
+    ("name", "part", "heaviest"), [("suction-anchor-85t", None, 85.0), ("template-230t", "anchors", 25.0)]
+)
 def test_skirts_of_suction_anchors_weigh_less_than_the_anchor(name, part, heaviest):
     shape = read_payload(name).shape
     body = shape if part is None else shape.parts[0].shape
@@ -87,7 +89,9 @@ def written(folder: Path, text: str) -> Path:
 
 
 def test_a_payload_of_ones_own_is_described_by_its_dimensions(tmp_path):
-    path = written(tmp_path, 'mass = "40 t"\nshape = "disc"\ndiameter = "5 m"\nheight = "0.4 m"\n[seabed]\nsettlement = "5 cm"\n')
+    path = written(
+        tmp_path, 'mass = "40 t"\nshape = "disc"\ndiameter = "5 m"\nheight = "0.4 m"\n[seabed]\nsettlement = "5 cm"\n'
+    )
     load = read_payload(path)
     assert (load.name, load.mass, load.height, load.C_D, load.seabed.settlement) == ("mine", 40e3, 0.4, 2.5, 0.05)
     assert load.sources["mass"].kind is SourceKind.USER
@@ -144,7 +148,10 @@ ANCHOR = 'mass = "40 t"\nshape = "suction-anchor"\ndiameter = "5 m"\nheight = "9
         ),
         (ANCHOR, "mine.toml: SuctionAnchor.hatch: missing. Give it."),
         (ANCHOR + "hatch = 0.0", "mine.toml: SuctionAnchor.hatch = 0.0: it must be greater than 0."),
-        (ANCHOR.replace("3 cm", "3 m") + "hatch = 0.1", "mine.toml: SuctionAnchor: wall 3 m leaves no room inside a diameter of 5 m."),
+        (
+            ANCHOR.replace("3 cm", "3 m") + "hatch = 0.1",
+            "mine.toml: SuctionAnchor: wall 3 m leaves no room inside a diameter of 5 m.",
+        ),
         ('mass = "4 t"\nshape = "assembly"', "mine.toml: Assembly.parts: missing. Give it."),
         ('mass = "4 t"\nshape = "assembly"\nparts = 3', "mine.toml: Assembly.parts = 3: it must be a valid tuple."),
         (
@@ -176,8 +183,12 @@ def test_unknown_names_and_missing_files_are_told():
 
 
 def test_a_payload_that_floats_cannot_be_packed():
-    with pytest.raises(StillhookError, match=r'^Payload "buoy": it floats, for it weighs 4 t and displaces 10\.25 t of water\.'):
-        pack_payload(Payload(name="buoy", mass="4 t", volume="10 m^3", shape="disc", diameter="3 m", height="2 m"), RHO, 100.0)
+    with pytest.raises(
+        StillhookError, match=r'^Payload "buoy": it floats, for it weighs 4 t and displaces 10\.25 t of water\.'
+    ):
+        pack_payload(
+            Payload(name="buoy", mass="4 t", volume="10 m^3", shape="disc", diameter="3 m", height="2 m"), RHO, 100.0
+        )
 
 
 # How-to

@@ -23,7 +23,9 @@ SQUARE = ("influenced_dof", "radiating_dof")
 NAMES = [dof.capitalize() for dof in DOFS]
 
 
-def data_set(centre: tuple[float, float, float] = (0.0, 0.0, 0.0), dissipation: np.ndarray | None = None) -> xarray.Dataset:
+def data_set(
+    centre: tuple[float, float, float] = (0.0, 0.0, 0.0), dissipation: np.ndarray | None = None
+) -> xarray.Dataset:
     """Forces under which the plank's motions solve the equation of motion, all of it about a rotation centre [m]; exp(-i omega t)."""
     x, y, z = centre
     to_middle = np.eye(6)  # motions of the middle from those of the centre: u - r x theta with r from centre to middle
@@ -37,14 +39,23 @@ def data_set(centre: tuple[float, float, float] = (0.0, 0.0, 0.0), dissipation: 
     parts = {"Froude_Krylov_force": 0.7 * force, "diffraction_force": 0.3 * force}
     data = xarray.Dataset(
         {
-            "added_mass": (("omega", *SQUARE), A), "radiation_damping": (("omega", *SQUARE), B),
-            "inertia_matrix": (SQUARE, M), "hydrostatic_stiffness": (SQUARE, C),
+            "added_mass": (("omega", *SQUARE), A),
+            "radiation_damping": (("omega", *SQUARE), B),
+            "inertia_matrix": (SQUARE, M),
+            "hydrostatic_stiffness": (SQUARE, C),
         },
         coords={
-            "omega": OMEGA, "wave_direction": SIDE, "influenced_dof": NAMES, "radiating_dof": NAMES, "water_depth": np.inf, "body": "plank",
-            "forward_speed": 0.0, "rotation_center": ("space", list(centre)), "complex": ["re", "im"],
+            "omega": OMEGA,
+            "wave_direction": SIDE,
+            "influenced_dof": NAMES,
+            "radiating_dof": NAMES,
+            "water_depth": np.inf,
+            "body": "plank",
+            "forward_speed": 0.0,
+            "rotation_center": ("space", list(centre)),
+            "complex": ["re", "im"],
         },
-    )  # fmt: skip
+    )
     for name, value in parts.items():
         data[name] = (("complex", "omega", "influenced_dof", "wave_direction"), np.stack([value.real, value.imag]))
     return data if dissipation is None else data.assign(dissipation=(SQUARE, more))
@@ -73,7 +84,9 @@ def test_damping_that_the_file_adds_counts(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("centre", [(0.0, 0.0, 3.0), (-5.0, 0.0, 0.0), (7.0, 2.0, -1.0)])
-def test_a_point_of_the_ship_moves_alike_whatever_the_rotation_centre(tmp_path: Path, centre: tuple[float, float, float]) -> None:
+def test_a_point_of_the_ship_moves_alike_whatever_the_rotation_centre(
+    tmp_path: Path, centre: tuple[float, float, float]
+) -> None:
     x, y, _ = centre
     data = data_set(centre)
     if y:  # no symmetric half then: all round
@@ -99,7 +112,11 @@ def all_round(centre: tuple[float, float, float]) -> xarray.Dataset:
 
 def test_ready_motions_are_taken_as_they_are(tmp_path: Path) -> None:
     X = np.conj(plank_motions(OMEGA, SIDE)).transpose(2, 1, 0)
-    ready = data_set().drop_vars("inertia_matrix").assign(rao=(("complex", "omega", "wave_direction", "radiating_dof"), np.stack([X.real, X.imag])))
+    ready = (
+        data_set()
+        .drop_vars("inertia_matrix")
+        .assign(rao=(("complex", "omega", "wave_direction", "radiating_dof"), np.stack([X.real, X.imag])))
+    )
     assert_plank(read_vessel(written(tmp_path, ready)))
 
 
@@ -128,7 +145,9 @@ def test_a_missing_part_is_named(tmp_path: Path, name: str) -> None:
 
 def test_missing_degrees_of_freedom_failed_solutions_and_speed_are_refused(tmp_path: Path) -> None:
     five = data_set().isel(influenced_dof=slice(5), radiating_dof=slice(5))
-    assert "degrees of freedom Surge, Sway, Heave, Roll, Pitch. One rigid body is read" in refused(written(tmp_path, five))
+    assert "degrees of freedom Surge, Sway, Heave, Roll, Pitch. One rigid body is read" in refused(
+        written(tmp_path, five)
+    )
     lost = data_set()
     lost["added_mass"][3] = np.nan
     assert "motions at omega 0.7 rad/s are not finite" in refused(written(tmp_path, lost))

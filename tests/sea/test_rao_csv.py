@@ -33,7 +33,9 @@ def head(**changes: str | None) -> list[str]:
 def columns(rotation: str = "rad", *, polar: bool = False, angle: str = "deg") -> list[str]:
     units = ["m/m"] * 3 + [f"{rotation}/m"] * 3
     if polar:
-        return [c for dof, u in zip(DOFS, units, strict=True) for c in (f"{dof} amplitude [{u}]", f"{dof} phase [{angle}]")]
+        return [
+            c for dof, u in zip(DOFS, units, strict=True) for c in (f"{dof} amplitude [{u}]", f"{dof} phase [{angle}]")
+        ]
     return [f"{dof} {part} [{u}]" for dof, u in zip(DOFS, units, strict=True) for part in ("re", "im")]
 
 
@@ -47,7 +49,11 @@ def table(ship: Rao = SHIP) -> list[list[float]]:
 
 def written(folder: Path, head: list[str], columns: list[str], rows: list[list[float]], separator: str = ",") -> Path:
     path = folder / "vessel.csv"
-    lines = [*head, separator.join(["omega [rad/s]", "heading [deg]", *columns]), *(separator.join(f"{v:.12g}" for v in row) for row in rows)]
+    lines = [
+        *head,
+        separator.join(["omega [rad/s]", "heading [deg]", *columns]),
+        *(separator.join(f"{v:.12g}" for v in row) for row in rows),
+    ]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return path
 
@@ -103,7 +109,9 @@ def test_headings_may_be_counted_in_every_way(tmp_path: Path, heading: str, degr
 @pytest.mark.parametrize(("phase", "sign"), [("lead", 1.0), ("lag", -1.0)])
 @pytest.mark.parametrize(("rotation", "scale"), [("rad", 1.0), ("deg", 180.0 / np.pi)])
 @pytest.mark.parametrize(("angle", "unit"), [("deg", 180.0 / np.pi), ("rad", 1.0)])
-def test_amplitudes_and_phases_are_read_in_every_unit(tmp_path: Path, phase: str, sign: float, rotation: str, scale: float, angle: str, unit: float) -> None:
+def test_amplitudes_and_phases_are_read_in_every_unit(
+    tmp_path: Path, phase: str, sign: float, rotation: str, scale: float, angle: str, unit: float
+) -> None:
     scales = np.array([1.0] * 3 + [scale] * 3)
     rows = []
     for w, b, *rest in table():
@@ -113,7 +121,9 @@ def test_amplitudes_and_phases_are_read_in_every_unit(tmp_path: Path, phase: str
     assert_same(read_vessel(path))
 
 
-@pytest.mark.parametrize(("column", "of"), [("period [s]", lambda w: 2 * np.pi / w), ("frequency [Hz]", lambda w: w / (2 * np.pi))])
+@pytest.mark.parametrize(
+    ("column", "of"), [("period [s]", lambda w: 2 * np.pi / w), ("frequency [Hz]", lambda w: w / (2 * np.pi))]
+)
 def test_waves_may_be_given_by_period_or_frequency_in_any_order_of_rows(tmp_path: Path, column: str, of) -> None:
     rows = [[of(w), *rest] for w, *rest in table()]
     path = written(tmp_path, head(), columns(), [rows[i] for i in np.random.default_rng(1).permutation(len(rows))], ";")
@@ -150,7 +160,10 @@ def refused(path: Path) -> str:
         ({"heading": "waves travel from, clockwise from bow"}, "line 4: heading"),
         ({"mirror": "both"}, "allowed: port-starboard, none"),
         ({"mirror": "port-starboard"}, "has headings on both"),
-        ({"headings": "travel to"}, 'headings: unknown key. Allowed: name, axes, time, phase, heading, mirror, origin, source, note; did you mean "heading"?'),
+        (
+            {"headings": "travel to"},
+            'headings: unknown key. Allowed: name, axes, time, phase, heading, mirror, origin, source, note; did you mean "heading"?',
+        ),
         ({"name": ""}, "line 1: name: nothing is said"),
         ({"time": "exp(-i omega t)"}, "It would ride with time the other way"),
         ({"heading": "waves travel to, clockwise from bow"}, "It would ride with headings that turn the other way"),
@@ -201,12 +214,16 @@ def test_a_word_among_the_numbers_is_named_with_its_line(tmp_path: Path) -> None
 
 
 def test_a_later_version_of_the_form_is_refused(tmp_path: Path) -> None:
-    assert 'line 1: version "2", 1 is read' in refused(written(tmp_path, ["# stillhook vessel motions 2", *head()], columns(), table()))
+    assert 'line 1: version "2", 1 is read' in refused(
+        written(tmp_path, ["# stillhook vessel motions 2", *head()], columns(), table())
+    )
 
 
 def test_a_ship_that_rolls_in_head_sea_is_no_half_of_a_symmetric_one(tmp_path: Path) -> None:
     rows = [[*row[:8], row[8] + 0.01, *row[9:]] for row in table() if row[1] <= 180.0]
-    assert "roll in head or following sea reaches" in refused(written(tmp_path, head(mirror="port-starboard"), columns(), rows))
+    assert "roll in head or following sea reaches" in refused(
+        written(tmp_path, head(mirror="port-starboard"), columns(), rows)
+    )
 
 
 def test_a_ship_whose_sides_differ_is_not_written_as_one_side(tmp_path: Path) -> None:

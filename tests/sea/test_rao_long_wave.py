@@ -79,7 +79,9 @@ def test_roll_that_leans_into_every_wave_of_a_minute_is_wrong() -> None:
     assert "roll 1i (should be -1i)" in line
 
 
-@pytest.mark.parametrize(("first", "words"), [(0.45, "too short for the long-wave test"), (0.7, "too short for the long-wave test")])
+@pytest.mark.parametrize(
+    ("first", "words"), [(0.45, "too short for the long-wave test"), (0.7, "too short for the long-wave test")]
+)
 def test_a_table_without_long_waves_is_read_and_says_that_signs_are_not_shown(first: float, words: str) -> None:
     ship = plank(np.linspace(first, 2.0, 20))
     tests = long_wave_test(ship)
@@ -106,7 +108,9 @@ def test_the_wavenumber_fulfils_the_dispersion_relation_at_any_depth() -> None:
         k = wavenumber(omega, depth)
         assert np.allclose(9.80665 * k * np.tanh(k * depth), omega**2, rtol=1e-12)  # rounding
     assert np.allclose(wavenumber(omega, 1e5), omega**2 / 9.80665, rtol=1e-12)
-    assert wavenumber(np.array([0.02]), 4.0)[0] == pytest.approx(0.02 / np.sqrt(9.80665 * 4.0), rel=1e-4)  # shallow: sqrt(g h)
+    assert wavenumber(np.array([0.02]), 4.0)[0] == pytest.approx(
+        0.02 / np.sqrt(9.80665 * 4.0), rel=1e-4
+    )  # shallow: sqrt(g h)
 
 
 def test_on_shallow_water_a_body_goes_further_to_and_fro_than_up_and_down() -> None:
@@ -116,7 +120,13 @@ def test_on_shallow_water_a_body_goes_further_to_and_fro_than_up_and_down() -> N
     assert abs(shallow.H[0, 0, 0]) > 5.0  # coth kh at 63 s
     assert {t.verdict for t in long_wave_test(shallow)} == {"rides"}
     assert wrong_line(replace(shallow, depth=np.inf), long_wave_test(replace(shallow, depth=np.inf))) is not None
-    assert np.abs(shallow.at([0.05], BETA) - long_wave_limits(BETA)[..., None] * long_wave_scales(np.array([0.05]), depth)[:, None]).max() < 1e-9
+    assert (
+        np.abs(
+            shallow.at([0.05], BETA)
+            - long_wave_limits(BETA)[..., None] * long_wave_scales(np.array([0.05]), depth)[:, None]
+        ).max()
+        < 1e-9
+    )
 
 
 def test_a_slip_of_the_point_in_one_number_is_told() -> None:
@@ -124,5 +134,8 @@ def test_a_slip_of_the_point_in_one_number_is_told() -> None:
     H = ship.H.copy()
     H[2, 9, 6] *= 10.0
     slipped = replace(ship, H=H)
-    assert any("heave reaches 9." in line and "a slip in the table" in line for line in remarks(slipped, long_wave_test(slipped)))
+    assert any(
+        "heave reaches 9." in line and "a slip in the table" in line
+        for line in remarks(slipped, long_wave_test(slipped))
+    )
     assert not any("slip" in line for line in remarks(ship, long_wave_test(ship)))

@@ -15,24 +15,51 @@ yaml = pytest.importorskip("yaml")
 
 OMEGA, DIRECTIONS = np.linspace(0.1, 1.5, 8), np.arange(0.0, 360.0, 30.0)
 SAME = 1e-9  # floats as text and back
-KEY = "RAOPeriodOrFrequency, " + ", ".join(f"RAO{d}Amp, RAO{d}Phase" for d in ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw"))
+KEY = "RAOPeriodOrFrequency, " + ", ".join(
+    f"RAO{d}Amp, RAO{d}Phase" for d in ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
+)
 PLAIN = {
-    "RAOResponseUnits": "degrees", "RAOWaveUnit": "amplitude", "WavesReferredToBy": "period (s)", "RAOPhaseConvention": "lags",
-    "RAOPhaseUnitsConvention": "degrees", "RAOPhaseRelativeToConvention": "crest", "Symmetry": "None", "SurgePositive": "forward",
-    "SwayPositive": "port", "HeavePositive": "up", "RollPositiveStarboard": "down", "PitchPositiveBow": "down", "YawPositiveBow": "port",
-}  # fmt: skip
+    "RAOResponseUnits": "degrees",
+    "RAOWaveUnit": "amplitude",
+    "WavesReferredToBy": "period (s)",
+    "RAOPhaseConvention": "lags",
+    "RAOPhaseUnitsConvention": "degrees",
+    "RAOPhaseRelativeToConvention": "crest",
+    "Symmetry": "None",
+    "SurgePositive": "forward",
+    "SwayPositive": "port",
+    "HeavePositive": "up",
+    "RollPositiveStarboard": "down",
+    "PitchPositiveBow": "down",
+    "YawPositiveBow": "port",
+}
 
 
 def rows(H: np.ndarray, said: dict[str, Any]) -> list[list[float]]:
     """Lines of one direction, H (6, n), as the conventions that are said write them."""
-    waves = {"period (s)": 2 * np.pi / OMEGA, "frequency (rad/s)": OMEGA, "frequency (Hz)": OMEGA / (2 * np.pi)}[said["WavesReferredToBy"]]
+    waves = {"period (s)": 2 * np.pi / OMEGA, "frequency (rad/s)": OMEGA, "frequency (Hz)": OMEGA / (2 * np.pi)}[
+        said["WavesReferredToBy"]
+    ]
     other = ("aft", "starboard", "down", "up", "up", "starboard")
-    keys = ("SurgePositive", "SwayPositive", "HeavePositive", "RollPositiveStarboard", "PitchPositiveBow", "YawPositiveBow")
+    keys = (
+        "SurgePositive",
+        "SwayPositive",
+        "HeavePositive",
+        "RollPositiveStarboard",
+        "PitchPositiveBow",
+        "YawPositiveBow",
+    )
     signs = np.array([-1.0 if said[k] == o else 1.0 for k, o in zip(keys, other, strict=True)])
     rotation = 180 / np.pi if said["RAOResponseUnits"] == "degrees" else 1.0
-    quarter = {"crest": 0, "zero down-crossing": 1, "trough": 2, "zero up-crossing": 3}[said["RAOPhaseRelativeToConvention"]]
-    lag = -np.angle(signs[:, None] * H) - quarter * np.pi / 2  # behind the crest, then behind what comes a quarter of a wave later
-    phase = (lag if said["RAOPhaseConvention"] == "lags" else -lag) * (180 / np.pi if said["RAOPhaseUnitsConvention"] == "degrees" else 1.0)
+    quarter = {"crest": 0, "zero down-crossing": 1, "trough": 2, "zero up-crossing": 3}[
+        said["RAOPhaseRelativeToConvention"]
+    ]
+    lag = (
+        -np.angle(signs[:, None] * H) - quarter * np.pi / 2
+    )  # behind the crest, then behind what comes a quarter of a wave later
+    phase = (lag if said["RAOPhaseConvention"] == "lags" else -lag) * (
+        180 / np.pi if said["RAOPhaseUnitsConvention"] == "degrees" else 1.0
+    )
     size = np.abs(H) * np.array([1.0] * 3 + [rotation] * 3)[:, None]
     return [[float(waves[k]), *np.column_stack([size[:, k], phase[:, k]]).ravel().tolist()] for k in range(len(OMEGA))]
 
@@ -48,13 +75,19 @@ def model(directions: np.ndarray = DIRECTIONS, phase_origin: list[Any] | None = 
             H = H * np.exp(1j * wavenumber(OMEGA) * (point[0] * np.cos(beta) + point[1] * np.sin(beta)))
         tables.append({"RAODirection": float(degrees), KEY: [[0.0] * 13, *rows(H, said)]})
     raos = {"RAOOrigin": [0.0, 0.0, 0.0], "PhaseOrigin": point, "RAOs": tables}
-    kind = {"Name": "Plank", **{k: v for k, v in said.items() if v is not None}, "Draughts": [{"Name": "Draught1", "DisplacementRAOs": raos}]}
+    kind = {
+        "Name": "Plank",
+        **{k: v for k, v in said.items() if v is not None},
+        "Draughts": [{"Name": "Draught1", "DisplacementRAOs": raos}],
+    }
     return {"General": {"UnitsSystem": "SI"}, "VesselTypes": [kind]}
 
 
 def written(folder: Path, data: dict[str, Any]) -> Path:
     path = folder / "plank.yml"
-    path.write_text("%YAML 1.1\n# Type: Model\n---\n" + yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=9999))
+    path.write_text(
+        "%YAML 1.1\n# Type: Model\n---\n" + yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=9999)
+    )
     return path
 
 
@@ -71,9 +104,18 @@ def assert_plank(path: Path) -> None:
         {"RAOResponseUnits": "radians", "RAOPhaseUnitsConvention": "radians"},
         {"WavesReferredToBy": "frequency (rad/s)"},
         {"WavesReferredToBy": "frequency (Hz)", "RAOPhaseConvention": "leads"},
-        *({"RAOPhaseRelativeToConvention": r, "RAOPhaseConvention": c} for r in ("trough", "zero down-crossing", "zero up-crossing") for c in ("lags", "leads")),
+        *(
+            {"RAOPhaseRelativeToConvention": r, "RAOPhaseConvention": c}
+            for r in ("trough", "zero down-crossing", "zero up-crossing")
+            for c in ("lags", "leads")
+        ),
         {"SurgePositive": "aft", "SwayPositive": "starboard"},
-        {"HeavePositive": "down", "RollPositiveStarboard": "up", "PitchPositiveBow": "up", "YawPositiveBow": "starboard"},
+        {
+            "HeavePositive": "down",
+            "RollPositiveStarboard": "up",
+            "PitchPositiveBow": "up",
+            "YawPositiveBow": "starboard",
+        },
     ],
 )
 def test_the_plank_comes_back_from_every_convention(tmp_path: Path, changes: dict[str, Any]) -> None:
@@ -90,7 +132,10 @@ def test_phases_from_another_point_are_moved_to_the_origin(tmp_path: Path) -> No
 
 def test_what_the_file_leaves_out_is_said(tmp_path: Path) -> None:
     path = written(tmp_path, model(SwayPositive=None, RAOWaveUnit=None) | {})
-    assert any("not in the file, OrcaFlex's defaults: RAOWaveUnit amplitude, SwayPositive port" in note for note in read_vessel(path).notes)
+    assert any(
+        "not in the file, OrcaFlex's defaults: RAOWaveUnit amplitude, SwayPositive port" in note
+        for note in read_vessel(path).notes
+    )
 
 
 def refused(path: Path) -> str:

@@ -11,14 +11,27 @@ from stillhook.formats.vessel.open import read_vessel
 from stillhook.sea.vessel.rao import DOFS
 
 OMEGA, HEADINGS = np.linspace(0.1, 1.5, 8), np.arange(0.0, 181.0, 30.0)
-TITLE = [" MOTION TRANSFER FUNCTIONS  - VERES Version  4.02.3", " Run name:", " Ship name: Plank", " Loading:", "", " ShipX exported data"]
+TITLE = [
+    " MOTION TRANSFER FUNCTIONS  - VERES Version  4.02.3",
+    " Run name:",
+    " Ship name: Plank",
+    " Loading:",
+    "",
+    " ShipX exported data",
+]
 DIGITS = 1e-7  # nine digits in the file
 
 
 def lines(*, headings=HEADINGS, omega=OMEGA, dofs=6, speeds=(0.0,), reference=(5.0, 4.0)) -> list[str]:
     """A file of the plank: x aft, y starboard, so that VERES's heading is the direction of travel in these axes."""
     H = plank_motions(omega, np.radians(headings))  # half a turn about z: the same formulas hold in VERES's own axes
-    text = [*TITLE, " 0.1025E+04 0.981E+01", " 60.0 16.0 4.0", " 5.0 6.0", f" {len(speeds)} {len(headings)} {len(omega)} {dofs}"]
+    text = [
+        *TITLE,
+        " 0.1025E+04 0.981E+01",
+        " 60.0 16.0 4.0",
+        " 5.0 6.0",
+        f" {len(speeds)} {len(headings)} {len(omega)} {dofs}",
+    ]
     for speed in speeds:
         text.append(f" {speed} 0.0 0.0 {reference[0]} {reference[1]}")
         for j, heading in enumerate(headings):
@@ -91,7 +104,9 @@ def test_missing_degrees_of_freedom_are_told(tmp_path: Path) -> None:
 
 
 def test_headings_out_of_order_are_told(tmp_path: Path) -> None:
-    assert "heading 30 deg after 60 deg: headings must ascend" in refused(tmp_path, lines(headings=HEADINGS[[0, 2, 1, 3, 4, 5, 6]]))
+    assert "heading 30 deg after 60 deg: headings must ascend" in refused(
+        tmp_path, lines(headings=HEADINGS[[0, 2, 1, 3, 4, 5, 6]])
+    )
     assert "headings must ascend" in refused(tmp_path, lines(headings=HEADINGS[::-1]))
 
 
@@ -100,7 +115,10 @@ def test_headings_whose_names_changed_places_are_found_by_their_motions(tmp_path
     places = {f" {h:.2f}": i for i, line in enumerate(text) for h in HEADINGS if line == f" {h:.2f}"}
     start, step = places[" 30.00"], places[" 60.00"] - places[" 30.00"]
     block = text[start + 1 : start + step]
-    text[start + 1 : start + step], text[start + step + 1 : start + 2 * step] = text[start + step + 1 : start + 2 * step], block
+    text[start + 1 : start + step], text[start + step + 1 : start + 2 * step] = (
+        text[start + step + 1 : start + 2 * step],
+        block,
+    )
     assert "headings are out of order" in refused(tmp_path, text)
 
 
@@ -142,7 +160,9 @@ def test_fill_values_are_named_with_their_line(tmp_path: Path, word: str) -> Non
 
 def test_a_file_in_degrees_is_refused(tmp_path: Path) -> None:
     damaged = [
-        " ".join([f[0], *(f"{57.29578 * float(v):.9E}" for v in f[1:])]) if len(f := line.split()) == 3 and f[0] in "456" else line
+        " ".join([f[0], *(f"{57.29578 * float(v):.9E}" for v in f[1:])])
+        if len(f := line.split()) == 3 and f[0] in "456"
+        else line
         for line in lines()
     ]
     assert "rotations in deg/m that are said to be rad/m" in refused(tmp_path, damaged)

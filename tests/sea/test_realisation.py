@@ -52,7 +52,9 @@ class TestIrregularTip:
         motion = self.motion()
         t = np.random.default_rng(0).uniform(0.0, motion.repeat, 400)
         for order, found in enumerate(motion.sample(t)):
-            assert np.abs(found - direct(motion.amplitudes, motion.repeat, t, order)).max() < CURVE * motion.deviation(order)
+            assert np.abs(found - direct(motion.amplitudes, motion.repeat, t, order)).max() < CURVE * motion.deviation(
+                order
+            )
 
     def test_deviations_are_those_of_the_samples_over_one_period(self):
         motion = self.motion()
@@ -115,7 +117,10 @@ class TestRealisation:
         omega = np.linspace(0.2, 9.0, 20000)
         S = SEA.trains[0].spectrum.density(omega)
         seeds, repeat = 400, 600.0
-        found = [np.sum(np.abs(realise(SEA, repeat, s, amplitudes="rayleigh").elevation(0.0, 0.0)) ** 2) / 2.0 for s in range(seeds)]
+        found = [
+            np.sum(np.abs(realise(SEA, repeat, s, amplitudes="rayleigh").elevation(0.0, 0.0)) ** 2) / 2.0
+            for s in range(seeds)
+        ]
         expected = math.sqrt(2.0 * math.pi / repeat * np.trapezoid(S**2, omega))
         assert np.mean(found) == pytest.approx(0.25 * (1.0 - 0.00316), abs=3.0 * expected / math.sqrt(seeds))
         assert np.std(found) == pytest.approx(expected, rel=3.0 / math.sqrt(2.0 * seeds))
@@ -148,7 +153,9 @@ class TestRealisation:
         rao = raft()
         response = tip_response(rao, SEA, -15.0, 12.0)
         motion = tip_motion(realise(SEA, 3600.0, 4), rao, -15.0, 12.0)
-        assert motion.deviation(0) == pytest.approx(response.sigma_z, rel=1e-3)  # bands of 0.002 rad/s about the harmonics
+        assert motion.deviation(0) == pytest.approx(
+            response.sigma_z, rel=1e-3
+        )  # bands of 0.002 rad/s about the harmonics
         assert motion.deviation(1) == pytest.approx(response.sigma_v, rel=1e-3)
         assert motion.deviation(2) == pytest.approx(response.sigma_a, rel=1e-3)
 
@@ -157,14 +164,18 @@ class TestRealisation:
         sea = Sea((Train(Jonswap(2.0, 8.0, 3.3), HEAD, 4.0),))
         rao = raft()
         found = np.array([tip_motion(realise(sea, 600.0, s), rao, -15.0, 12.0).deviation(0) ** 2 for s in range(60)])
-        assert found.mean() == pytest.approx(tip_response(rao, sea, -15.0, 12.0).moment(0), abs=3.0 * found.std() / math.sqrt(60.0))
+        assert found.mean() == pytest.approx(
+            tip_response(rao, sea, -15.0, 12.0).moment(0), abs=3.0 * found.std() / math.sqrt(60.0)
+        )
 
     def test_exact_rotations_lower_a_high_tip_and_leave_a_low_one_alone(self):
         waves = realise(SEA, 600.0, 1)
         high, low = (tip_motion_exact(waves, raft(), 0.0, 0.0, z) for z in (40.0, 0.0))
         eta = [waves.spread(c) for c in waves.motion(raft())[3:5]]
         sinking = 40.0 * sum(np.sum(np.abs(c) ** 2) / 4.0 for c in eta)  # z (roll^2 + pitch^2)/2 on average
-        assert high.amplitudes[0].real == pytest.approx(-sinking, rel=0.02)  # what the next order of the cosine takes off
+        assert high.amplitudes[0].real == pytest.approx(
+            -sinking, rel=0.02
+        )  # what the next order of the cosine takes off
         linear = tip_motion(waves, raft(), 0.0, 0.0)
         t = np.linspace(0.0, 600.0, 5000)
         np.testing.assert_allclose(low.sample(t)[0], linear.sample(t)[0], atol=1e-6)
@@ -174,7 +185,9 @@ class TestRealisation:
         waves, rao = realise(SEA, 120.0, 2), raft()
         x, y, z = -20.0, 15.0, 30.0
         motion = tip_motion_exact(waves, rao, x, y, z)
-        heave, roll, pitch = (np.array([direct(waves.spread(c), 120.0, np.array([31.4]))]).ravel()[0] for c in waves.motion(rao)[2:5])
+        heave, roll, pitch = (
+            np.array([direct(waves.spread(c), 120.0, np.array([31.4]))]).ravel()[0] for c in waves.motion(rao)[2:5]
+        )
         R_x = np.array([[1, 0, 0], [0, math.cos(roll), -math.sin(roll)], [0, math.sin(roll), math.cos(roll)]])
         R_y = np.array([[math.cos(pitch), 0, math.sin(pitch)], [0, 1, 0], [-math.sin(pitch), 0, math.cos(pitch)]])
         height = heave + (R_y @ R_x @ np.array([x, y, z]))[2] - z
@@ -280,7 +293,9 @@ class TestWaveField:
         k = float(shallow.wave_number[0])
         for j in np.flatnonzero(z > -15.0):
             expected = 2.0 * math.pi / 10.0 * math.sinh(k * (z[j] + 15.0)) / math.sinh(k * 15.0)
-            assert np.abs(field.w[:, j]).max() == pytest.approx(expected, rel=2e-3, abs=1e-12)  # samples miss the crest by 1e-3
+            assert np.abs(field.w[:, j]).max() == pytest.approx(
+                expected, rel=2e-3, abs=1e-12
+            )  # samples miss the crest by 1e-3
         assert not field.w[:, z <= -15.0].any()
 
     def test_two_places_along_the_waves_see_the_same_water_one_after_the_other(self):

@@ -233,7 +233,9 @@ class TestSpreading:
     @pytest.mark.parametrize("n", [1.0, 2.0, 4.0, 10.0, 50.0])
     def test_the_mean_squared_cosine_is_the_closed_form(self, n):
         theta, weight = cos_power(n)
-        assert float(np.sum(weight * np.cos(theta) ** 2)) == pytest.approx((n + 1.0) / (n + 2.0), rel=1e-3 if n == 1.0 else 1e-9)
+        assert float(np.sum(weight * np.cos(theta) ** 2)) == pytest.approx(
+            (n + 1.0) / (n + 2.0), rel=1e-3 if n == 1.0 else 1e-9
+        )
 
     def test_shares_are_symmetric_and_narrower_with_a_larger_exponent(self):
         theta, wide = cos_power(2.0)
@@ -272,7 +274,9 @@ class TestMaximumEntropy:
         c_1, c_2 = (np.array([np.sum(weight * np.exp(1j * k * (theta + 1.0)))]) for k in (1, 2))
         share = maximum_entropy(c_1, c_2)[0]
         for k, c in ((1, c_1[0]), (2, c_2[0])):
-            assert np.sum(share * np.exp(1j * k * sectors())) == pytest.approx(c, abs=1e-2)  # sectors of 10 deg blur by 0.6 %
+            assert np.sum(share * np.exp(1j * k * sectors())) == pytest.approx(
+                c, abs=1e-2
+            )  # sectors of 10 deg blur by 0.6 %
 
     def test_turning_the_sea_by_a_sector_turns_the_shares(self):
         turn = math.radians(10.0)

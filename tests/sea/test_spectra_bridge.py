@@ -51,7 +51,11 @@ class TestReading:
         df = np.gradient(f)
         E = np.full((1, 30, 24), np.nan)
         E[0, 12, 7] = (3.0 / 4.0) ** 2 / (df[12] * math.radians(15.0))  # 3 m in one bin, going to 112.5 deg
-        coords = {"time": np.array(["2020-01-01"], dtype="datetime64[ns]"), "frequency": np.arange(1, 31), "direction": np.arange(1, 25)}
+        coords = {
+            "time": np.array(["2020-01-01"], dtype="datetime64[ns]"),
+            "frequency": np.arange(1, 31),
+            "direction": np.arange(1, 25),
+        }
         path = tmp_path / "era5.nc"
         stack = np.log10(E)[:, :, :, None, None]
         places = {"latitude": [60.0], "longitude": [3.0]}
@@ -68,7 +72,9 @@ class TestReading:
             sea = series.sea(0, math.radians(heading))
             assert sea.H_m0 == pytest.approx(2.0, rel=1e-9)
             strongest = max(sea.trains, key=lambda train: train.spectrum.moment(0))
-            assert math.degrees(math.remainder(strongest.beta - math.radians(beta), 2.0 * math.pi)) == pytest.approx(0.0, abs=1e-6)
+            assert math.degrees(math.remainder(strongest.beta - math.radians(beta), 2.0 * math.pi)) == pytest.approx(
+                0.0, abs=1e-6
+            )
 
     def test_records_with_missing_numbers_are_counted_and_not_used(self):
         data = dataset()
@@ -104,7 +110,9 @@ class TestADirectionThatComesTwice:
         rows = [around * (5.0 if 0.08 <= 0.005 * i <= 0.12 else 0.0) for i in range(60)]
         path = tmp_path / "20200101.DIRSPEC"
         path.write_text(TRIAXYS_HEAD + "\n".join(" ".join(f"{x:.6f}" for x in row) for row in rows) + "\n")
-        m_0 = sum(float(f"{x:.6f}") for row in rows for x in row[:-1]) * 0.005 * 15.0  # plain sum over 24 rays, each once
+        m_0 = (
+            sum(float(f"{x:.6f}") for row in rows for x in row[:-1]) * 0.005 * 15.0
+        )  # plain sum over 24 rays, each once
         series = read_wavespectra(path, "triaxys")
         assert series.H_m0[0] == pytest.approx(4.0 * math.sqrt(m_0), rel=1e-9)
         assert len(series.directional.theta) == 24

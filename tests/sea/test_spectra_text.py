@@ -17,7 +17,8 @@ angles = st.floats(0.0, 2.0 * math.pi, exclude_max=True)
 
 class TestPeriods:
     @pytest.mark.parametrize(
-        "text", ["pm Hs=2 m Tz=6 s", "jonswap Hs=2 m Tz=6 s gamma=3.3", "jonswap Hs=2 m Tz=6 s", "jonswap Hs=5 m Tz=6 s"]
+        "text",
+        ["pm Hs=2 m Tz=6 s", "jonswap Hs=2 m Tz=6 s gamma=3.3", "jonswap Hs=2 m Tz=6 s", "jonswap Hs=5 m Tz=6 s"],
     )
     def test_a_zero_crossing_period_that_is_given_comes_out(self, text):
         assert parse_wave(text).T_m02 == pytest.approx(6.0, rel=1e-9)

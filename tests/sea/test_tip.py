@@ -178,7 +178,9 @@ class TestSupplyVessel:
             assert here == pytest.approx(there, rel=1e-5)  # the file has sway and roll of 1e-7 in a head sea
 
     def test_short_crested_seas_spare_the_worst_heading_and_raise_the_best(self, supply):
-        long, short = ({b: tip_response(supply, sea(b, spread=n), *self.AT).sigma_z for b in (75.0, 315.0)} for n in (None, 4.0))
+        long, short = (
+            {b: tip_response(supply, sea(b, spread=n), *self.AT).sigma_z for b in (75.0, 315.0)} for n in (None, 4.0)
+        )
         assert short[75.0] < long[75.0]
         assert short[315.0] > long[315.0]
 
@@ -191,7 +193,9 @@ class TestSupplyVessel:
         response = tip_response(supply, sea(90.0), *self.AT)
         motion = tip_motion(realise(sea(90.0), 3600.0, 1), supply, *self.AT)
         for order, expected in enumerate((response.sigma_z, response.sigma_v, response.sigma_a)):
-            assert motion.deviation(order) == pytest.approx(expected, rel=2e-3)  # a resonance seen in bands of 0.002 rad/s
+            assert motion.deviation(order) == pytest.approx(
+                expected, rel=2e-3
+            )  # a resonance seen in bands of 0.002 rad/s
 
     def test_the_largest_of_an_hour_are_those_of_the_formula_on_average(self, supply):
         """60 seeds; maxima of Gaussian motion of some bandwidth stay a little below those of one period."""
@@ -217,12 +221,18 @@ class TestExtremes:
         rng = np.random.default_rng(1)
         maxima = rng.rayleigh(0.7, size=(4000, 500)).max(axis=1)
         for q in (0.2, MPM, 0.9):
-            assert np.mean(maxima < largest(0.7, 500.0, q)) == pytest.approx(q, abs=3.0 * math.sqrt(q * (1.0 - q) / 4000.0) + 1e-3)
+            assert np.mean(maxima < largest(0.7, 500.0, q)) == pytest.approx(
+                q, abs=3.0 * math.sqrt(q * (1.0 - q) / 4000.0) + 1e-3
+            )
 
     def test_longer_is_larger_but_slowly(self):
-        assert largest(1.0, 2000.0) / largest(1.0, 1000.0) == pytest.approx(math.sqrt(math.log(2000.0) / math.log(1000.0)))
+        assert largest(1.0, 2000.0) / largest(1.0, 1000.0) == pytest.approx(
+            math.sqrt(math.log(2000.0) / math.log(1000.0))
+        )
 
-    @pytest.mark.parametrize(("n", "q", "text"), [(0.5, 0.9 / 2, "too few for a largest value"), (100.0, 1.0, "quantile 1 is not")])
+    @pytest.mark.parametrize(
+        ("n", "q", "text"), [(0.5, 0.9 / 2, "too few for a largest value"), (100.0, 1.0, "quantile 1 is not")]
+    )
     def test_what_has_no_largest_value_is_refused(self, n, q, text):
         with pytest.raises(SeaError, match=text):
             largest(1.0, n, q)
@@ -262,7 +272,11 @@ class TestGumbel:
 
     @pytest.mark.parametrize(
         ("maxima", "text"),
-        [([1.0, 2.0], "Run more seeds"), ([1.0, 2.0, 3.0, 4.0, math.nan], "not a finite number"), ([2.0] * 6, "do not scatter")],
+        [
+            ([1.0, 2.0], "Run more seeds"),
+            ([1.0, 2.0, 3.0, 4.0, math.nan], "not a finite number"),
+            ([2.0] * 6, "do not scatter"),
+        ],
     )
     def test_what_is_no_set_of_maxima_is_refused(self, maxima, text):
         with pytest.raises(SeaError, match=text):
@@ -276,7 +290,9 @@ class TestMotions:
         numbers = motion_statistics(read_tip_motion(log, tip=("0 m", "0 m", "0 m")), HOURS_3)
         assert numbers["sigma_z"] == pytest.approx(1.0961, rel=0.01)
         assert numbers["T_z_counted"] == pytest.approx(9.634, rel=0.01)
-        assert numbers["T_z"] == pytest.approx(numbers["T_z_counted"], rel=0.06)  # the two agree for a Gaussian motion without end
+        assert numbers["T_z"] == pytest.approx(
+            numbers["T_z_counted"], rel=0.06
+        )  # the two agree for a Gaussian motion without end
         assert numbers["z_max"] < 1.3 * numbers["z_p90"]
 
     def test_a_series_has_the_numbers_of_the_spectrum_it_is_from(self):

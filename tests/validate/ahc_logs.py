@@ -28,18 +28,35 @@ def sea(seed: int, height: float = 1.3, period: float = 9.0) -> Sum:
     f = np.linspace(0.6 / period, 1.8 / period, 30)
     power = f**-5.0 * np.exp(-1.25 * (period * f) ** -4.0)
     a = np.sqrt(power) * height / 4.0 / np.sqrt(power.sum() / 2.0)
-    return Sum([Sine.from_si(float(A), float(1.0 / x), float(p)) for A, x, p in zip(a, f, rng.uniform(0.0, 2.0 * np.pi, len(f)), strict=True)])
+    return Sum(
+        [
+            Sine.from_si(float(A), float(1.0 / x), float(p))
+            for A, x, p in zip(a, f, rng.uniform(0.0, 2.0 * np.pi, len(f)), strict=True)
+        ]
+    )
 
 
 def crane_log(
-    crane: Crane, *, duration: float = 150.0, seed: int = 1, load: float = 90e3, s_w: float = 487.0, delay: float = 0.0, operator: Operator | None = None
+    crane: Crane,
+    *,
+    duration: float = 150.0,
+    seed: int = 1,
+    load: float = 90e3,
+    s_w: float = 487.0,
+    delay: float = 0.0,
+    operator: Operator | None = None,
 ) -> dict[str, np.ndarray]:
     """What a crane's PLC logs in heave compensation, without noise: tip as the PLC gets it, delayed [s]."""
     lead = 40.0  # s in which the winch comes into its swing
     case = Scenario(
-        load=f"{load} kg", s_w=f"{s_w} m", tip=sea(seed), mode="ssc", duration=f"{lead + duration} s", operator=operator or Operator(),
+        load=f"{load} kg",
+        s_w=f"{s_w} m",
+        tip=sea(seed),
+        mode="ssc",
+        duration=f"{lead + duration} s",
+        operator=operator or Operator(),
         sensors={"delay": f"{delay} s"},
-    )  # fmt: skip
+    )
     run = simulate(crane, case, every="10 ms")
     log = {name: run[name].values for name in NAMES}
     late = round(delay / STEP)
@@ -50,19 +67,35 @@ def crane_log(
     return {name: x[first:].copy() for name, x in log.items()}
 
 
-def record(log: dict[str, np.ndarray], *, name: str = "1", load: float = 90e3, parts: tuple[tuple[int, int], ...] = (), mode: Mode = Mode.SSC) -> Record:
+def record(
+    log: dict[str, np.ndarray],
+    *,
+    name: str = "1",
+    load: float = 90e3,
+    parts: tuple[tuple[int, int], ...] = (),
+    mode: Mode = Mode.SSC,
+) -> Record:
     """A log as a record; parts: its unbroken parts as samples, default all of it."""
     n = len(log["s_tip"])
     t = np.arange(n) * STEP
     test = CraneTest(name, Path(f"{name}.csv"), Kind.AHC, load, mode, None, None, None, -np.inf, np.inf)
     segments = tuple(
         Segment(
-            test=name, first=a, last=b, start=float(t[a]), duration=float(t[b - 1] - t[a]), load=load, s_w=float(log["s_w"][a]),
-            s_w_min=float(np.nanmin(log["s_w"])), s_w_max=float(np.nanmax(log["s_w"])), s_tip_pp=float(np.ptp(log["s_tip"][a:b])), period=8.0,
+            test=name,
+            first=a,
+            last=b,
+            start=float(t[a]),
+            duration=float(t[b - 1] - t[a]),
+            load=load,
+            s_w=float(log["s_w"][a]),
+            s_w_min=float(np.nanmin(log["s_w"])),
+            s_w_max=float(np.nanmax(log["s_w"])),
+            s_tip_pp=float(np.ptp(log["s_tip"][a:b])),
+            period=8.0,
             mode=mode,
         )
         for a, b in (parts or ((0, n),))
-    )  # fmt: skip
+    )
     source = Log(f"{name}.csv", t, log, {}, (), (), 1.0 / STEP, n)
     return Record(test, source, t, STEP, log, segments, ())
 
@@ -72,4 +105,6 @@ def campaign(*records: Record, twin: Crane = TWIN, delay: float = 0.0, window: f
     criteria = load_criteria("paper-f")
     criteria = replace(criteria, settings={**criteria.settings, "window": window})
     tests = tuple(r.test for r in records)
-    return Campaign("staged", datetime.date(2026, 11, 21), Path("campaign.toml"), twin, twin.name, criteria, delay, tests, True, ())
+    return Campaign(
+        "staged", datetime.date(2026, 11, 21), Path("campaign.toml"), twin, twin.name, criteria, delay, tests, True, ()
+    )

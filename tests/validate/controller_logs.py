@@ -13,16 +13,48 @@ from stillhook.spec.scenario import Mode, Operator
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.data_set.records.record import Record
 
-NAMES = ("s_tip", "v_tip", "a_tip", "s_w", "v_w", "u_p", "u_m", "alpha_p", "alpha_m", "F_w", "e_c_measured", "v_op", "mode")
+NAMES = (
+    "s_tip",
+    "v_tip",
+    "a_tip",
+    "s_w",
+    "v_w",
+    "u_p",
+    "u_m",
+    "alpha_p",
+    "alpha_m",
+    "F_w",
+    "e_c_measured",
+    "v_op",
+    "mode",
+)
 TO_THE_LIMIT = (
-    ("0 s", "0 m/min"), ("3 s", "0 m/min"), ("5 s", "130 m/min"), ("13 s", "130 m/min"), ("15 s", "0 m/min"), ("18 s", "0 m/min"),
-    ("20 s", "-130 m/min"), ("28 s", "-130 m/min"), ("30 s", "0 m/min"), ("33 s", "0 m/min"),
-)  # fmt: skip
+    ("0 s", "0 m/min"),
+    ("3 s", "0 m/min"),
+    ("5 s", "130 m/min"),
+    ("13 s", "130 m/min"),
+    ("15 s", "0 m/min"),
+    ("18 s", "0 m/min"),
+    ("20 s", "-130 m/min"),
+    ("28 s", "-130 m/min"),
+    ("30 s", "0 m/min"),
+    ("33 s", "0 m/min"),
+)
 """Joystick hoisting and lowering beyond what the winch can."""
 UNDER_WAY = (
-    ("0 s", "0 m/min"), ("3 s", "0 m/min"), ("5 s", "40 m/min"), ("18 s", "40 m/min"), ("20 s", "90 m/min"), ("24 s", "90 m/min"),
-    ("26 s", "30 m/min"), ("30 s", "30 m/min"), ("32 s", "80 m/min"), ("36 s", "80 m/min"), ("38 s", "20 m/min"), ("42 s", "20 m/min"),
-)  # fmt: skip
+    ("0 s", "0 m/min"),
+    ("3 s", "0 m/min"),
+    ("5 s", "40 m/min"),
+    ("18 s", "40 m/min"),
+    ("20 s", "90 m/min"),
+    ("24 s", "90 m/min"),
+    ("26 s", "30 m/min"),
+    ("30 s", "30 m/min"),
+    ("32 s", "80 m/min"),
+    ("36 s", "80 m/min"),
+    ("38 s", "20 m/min"),
+    ("42 s", "20 m/min"),
+)
 """Joystick that changes the speed of a winch whose start from the brake has faded (five times the bumpless 2 s)."""
 LEAD = 20.0  # s in which the winch comes into its swing
 Series = dict[str, np.ndarray]
@@ -44,15 +76,32 @@ def ahc_log(
     commands: Commands | None = None,
 ) -> Series:
     """What the PLC logs in heave compensation, from a winch in full swing on."""
-    case = Scenario(load="90 t", s_w=f"{s_w} m", tip=sea(seed, height), mode=mode, duration=f"{LEAD + duration} s", commands=commands)
+    case = Scenario(
+        load="90 t",
+        s_w=f"{s_w} m",
+        tip=sea(seed, height),
+        mode=mode,
+        duration=f"{LEAD + duration} s",
+        commands=commands,
+    )
     run = simulate(crane, case, every="10 ms")
     return {name: run[name].values[round(LEAD / STEP) :].copy() for name in NAMES}
 
 
-def limits_log(crane: Crane, *, profile: tuple = TO_THE_LIMIT, alpha_m: float | None = None, commands: Commands | None = None) -> Series:
+def limits_log(
+    crane: Crane, *, profile: tuple = TO_THE_LIMIT, alpha_m: float | None = None, commands: Commands | None = None
+) -> Series:
     """What the PLC logs in manual mode with the joystick of this profile."""
     operator = Operator(profile=profile, alpha_m=alpha_m)
-    case = Scenario(load="90 t", s_w="500 m", mode="manual", duration=profile[-1][0], warm_up="0 s", operator=operator, commands=commands)
+    case = Scenario(
+        load="90 t",
+        s_w="500 m",
+        mode="manual",
+        duration=profile[-1][0],
+        warm_up="0 s",
+        operator=operator,
+        commands=commands,
+    )
     run = simulate(crane, case, every="10 ms")
     return {name: run[name].values.copy() for name in NAMES}
 

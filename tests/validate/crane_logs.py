@@ -13,15 +13,37 @@ from stillhook.validate.data_set.campaign import load_campaign
 from stillhook.validate.data_set.records.read import read_records
 
 COLUMNS = {
-    "time": ("Time", "s", 1.0), "s_tip": ("Tip pos", "m", 1.0), "v_tip": ("Tip speed", "m/s", 1.0), "a_tip": ("Tip acc", "m/s^2", 1.0),
-    "s_w": ("Wire out", "m", 1.0), "v_w": ("Wire speed", "m/min", 60.0), "omega_m": ("Motor speed", "rev/min", 30.0 / np.pi),
-    "p_a": ("PT A", "bar", 1e-5), "p_b": ("PT B", "bar", 1e-5), "u_p": ("Pump command", "%", 100.0), "u_m": ("Motor command", "%", 100.0),
-    "alpha_m": ("Motor setting", "%", 100.0), "F_w": ("Load cell", "kN", 1e-3), "e_c_measured": ("AHC error", "mm", 1e3),
-    "v_op": ("Joystick", "m/min", 60.0), "mode": ("Mode", "1", 1.0),
-}  # fmt: skip
+    "time": ("Time", "s", 1.0),
+    "s_tip": ("Tip pos", "m", 1.0),
+    "v_tip": ("Tip speed", "m/s", 1.0),
+    "a_tip": ("Tip acc", "m/s^2", 1.0),
+    "s_w": ("Wire out", "m", 1.0),
+    "v_w": ("Wire speed", "m/min", 60.0),
+    "omega_m": ("Motor speed", "rev/min", 30.0 / np.pi),
+    "p_a": ("PT A", "bar", 1e-5),
+    "p_b": ("PT B", "bar", 1e-5),
+    "u_p": ("Pump command", "%", 100.0),
+    "u_m": ("Motor command", "%", 100.0),
+    "alpha_m": ("Motor setting", "%", 100.0),
+    "F_w": ("Load cell", "kN", 1e-3),
+    "e_c_measured": ("AHC error", "mm", 1e3),
+    "v_op": ("Joystick", "m/min", 60.0),
+    "mode": ("Mode", "1", 1.0),
+}
 """Signal: heading, unit and its factor from SI."""
 NOISE = {"s_tip": 1e-3, "v_tip": 3e-3, "a_tip": 0.01, "p_a": 0.5e5, "p_b": 0.5e5, "alpha_m": 5e-4, "F_w": 3e3}
-STEPS = {"s_tip": 1e-3, "v_tip": 1e-3, "a_tip": 1e-3, "s_w": 1e-3, "v_w": 0.01 / 60.0, "omega_m": 0.05, "p_a": 1e4, "p_b": 1e4, "F_w": 1e2, "e_c_measured": 1e-4}
+STEPS = {
+    "s_tip": 1e-3,
+    "v_tip": 1e-3,
+    "a_tip": 1e-3,
+    "s_w": 1e-3,
+    "v_w": 0.01 / 60.0,
+    "omega_m": 0.05,
+    "p_a": 1e4,
+    "p_b": 1e4,
+    "F_w": 1e2,
+    "e_c_measured": 1e-4,
+}
 """Standard deviation and last digit of the samples [SI]."""
 
 
@@ -31,7 +53,11 @@ def logged(case: Scenario, seed: int = 0) -> pl.DataFrame:
     run = simulate(TWIN, case, every="10 ms")
     keep = run["time"].values >= case.warm_up - 1e-9
     out = {"Time": np.round(run["time"].values[keep] - case.warm_up, 4)}
-    si = {name: run[name].values[keep] + NOISE.get(name, 0.0) * rng.standard_normal(int(keep.sum())) for name in COLUMNS if name != "time"}
+    si = {
+        name: run[name].values[keep] + NOISE.get(name, 0.0) * rng.standard_normal(int(keep.sum()))
+        for name in COLUMNS
+        if name != "time"
+    }
     si["v_w"] = si["v_w"] * (1.0 + 2e-3 * rng.standard_normal(len(si["v_w"])))
     for name, digit in STEPS.items():
         si[name] = digit * np.round(si[name] / digit)
@@ -48,7 +74,7 @@ def ahc(seconds: float = 140.0, seed: int = 1) -> pl.DataFrame:
     """Heave compensation of 90 t with 487 m of wire out."""
     return logged(
         Scenario(load="90 t", s_w="487 m", tip=sea(seed), mode="ssc", duration=f"{seconds + 40.0} s", warm_up="40 s")
-    )  # fmt: skip
+    )
 
 
 @functools.cache
@@ -59,7 +85,9 @@ def manual() -> pl.DataFrame:
         for wait, speed in ((0.0, 0), (0.5, v), (5.0, v), (0.5, 0), (5.0, 0)):
             t += wait
             points.append((f"{t:.2f} s", f"{speed} m/min"))
-    return logged(Scenario(load="0 t", s_w="40 m", mode="manual", duration=f"{t:.2f} s", operator=Operator(profile=points)))
+    return logged(
+        Scenario(load="0 t", s_w="40 m", mode="manual", duration=f"{t:.2f} s", operator=Operator(profile=points))
+    )
 
 
 def signals(**rows: str | None) -> dict[str, str]:
@@ -74,7 +102,14 @@ def with_clock(*names: str, column: str = "T2") -> dict[str, str]:
 
 
 def write(
-    folder: Path, frame: pl.DataFrame, *, test: str = 'load = "90 t"', kind: str = "ahc", rows: dict[str, str] | None = None, top: str = "", modes: str = ""
+    folder: Path,
+    frame: pl.DataFrame,
+    *,
+    test: str = 'load = "90 t"',
+    kind: str = "ahc",
+    rows: dict[str, str] | None = None,
+    top: str = "",
+    modes: str = "",
 ) -> Path:
     """A campaign of one test."""
     frame.write_csv(folder / "x.csv")

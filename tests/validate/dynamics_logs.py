@@ -35,13 +35,25 @@ def turns(ramp: float) -> Operator:
 
 @functools.cache
 def signals(
-    logs: tuple[tuple[str, float], ...] = (), ramp: float = 0.3, load: float = 0.0, s_w: float = 15.0, *, brake: bool = True, form: str = ""
+    logs: tuple[tuple[str, float], ...] = (),
+    ramp: float = 0.3,
+    load: float = 0.0,
+    s_w: float = 15.0,
+    *,
+    brake: bool = True,
+    form: str = "",
 ) -> dict[str, np.ndarray]:
     """What a crane logs whose numbers lie off the twin's by exp(logs), without noise; brake: whether it closes between the turns; form: of
     the active circuit's leak, default the twin's."""
     duration = 2.0 + len(SPEEDS) * (2.0 * ramp + 7.0)
     case = Scenario(
-        load=f"{load} kg", s_w=f"{s_w} m", mode="manual", duration=f"{duration:.2f} s", warm_up="0 s", ramp="0 s", operator=turns(ramp)
+        load=f"{load} kg",
+        s_w=f"{s_w} m",
+        mode="manual",
+        duration=f"{duration:.2f} s",
+        warm_up="0 s",
+        ramp="0 s",
+        operator=turns(ramp),
     )
     twin = TWIN if not form else library.changed(TWIN, {"active": {"leak": {"form": form}}})
     twin = twin if brake else twin.model_copy(update={"brake": None})
@@ -49,19 +61,33 @@ def signals(
     return {name: run[name].values for name in NAMES}
 
 
-def record(log: dict[str, np.ndarray], *, seed: int = 1, load: float = 0.0, without: tuple[str, ...] = (), every: int = 1) -> Record:
+def record(
+    log: dict[str, np.ndarray], *, seed: int = 1, load: float = 0.0, without: tuple[str, ...] = (), every: int = 1
+) -> Record:
     """A log as a record, noisy; every: only each so many samples."""
     rng = np.random.default_rng(seed)
-    noisy = {name: x + NOISE.get(name, 0.0) * rng.standard_normal(len(x)) for name, x in log.items() if name not in without}
+    noisy = {
+        name: x + NOISE.get(name, 0.0) * rng.standard_normal(len(x)) for name, x in log.items() if name not in without
+    }
     noisy = {name: x[::every] for name, x in noisy.items()}
     n, step = len(noisy["s_w"]), STEP * every
     t = np.arange(n) * step
     test = CraneTest("turns", Path("turns.csv"), Kind.DYNAMICS, load, Mode.MANUAL, None, None, None, -np.inf, np.inf)
     s_w = noisy["s_w"]
     segment = Segment(
-        test="turns", first=0, last=n, start=0.0, duration=float(t[-1]), load=load, s_w=float(s_w[0]), s_w_min=float(s_w.min()),
-        s_w_max=float(s_w.max()), s_tip_pp=0.0, period=float("nan"), mode=Mode.MANUAL,
-    )  # fmt: skip
+        test="turns",
+        first=0,
+        last=n,
+        start=0.0,
+        duration=float(t[-1]),
+        load=load,
+        s_w=float(s_w[0]),
+        s_w_min=float(s_w.min()),
+        s_w_max=float(s_w.max()),
+        s_tip_pp=0.0,
+        period=float("nan"),
+        mode=Mode.MANUAL,
+    )
     return Record(test, Log("turns.csv", t, noisy, {}, (), (), 1.0 / step, n), t, step, noisy, (segment,), ())
 
 
@@ -74,4 +100,6 @@ def campaign(*records: Record, twin: Crane = TWIN) -> Campaign:
     """A campaign of these records."""
     tests = tuple(r.test for r in records)
     day = datetime.date(2026, 11, 21)
-    return Campaign("staged", day, Path("campaign.toml"), twin, twin.name, load_criteria("paper-f"), 0.0, tests, True, ())
+    return Campaign(
+        "staged", day, Path("campaign.toml"), twin, twin.name, load_criteria("paper-f"), 0.0, tests, True, ()
+    )

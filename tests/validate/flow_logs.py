@@ -36,7 +36,9 @@ class Leaks:
 
     def conductance(self, alpha_p, n_m):
         """Cold leak conductance [L/min/bar]."""
-        return self.constant + self.stroke * np.interp(np.abs(alpha_p), KNOTS, TABLE) + self.speed * np.abs(n_m) / N_1000
+        return (
+            self.constant + self.stroke * np.interp(np.abs(alpha_p), KNOTS, TABLE) + self.speed * np.abs(n_m) / N_1000
+        )
 
 
 def red(rng, n, tau):

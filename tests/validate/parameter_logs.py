@@ -12,10 +12,24 @@ from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.parameters.check import ParametersStep, check_parameters
 
 NOISE = {
-    "s_tip": (2e-3, 1e-3), "v_tip": (3e-3, 1e-3), "a_tip": (1e-2, 1e-3), "s_w": (0.0, 1e-3), "v_w": (1.5e-3, 1e-4), "omega_m": (0.3, 0.05),
-    "p_a": (5e4, 1e4), "p_b": (5e4, 1e4), "p_hp": (5e4, 1e4), "u_p": (0.0, 1e-4), "u_m": (0.0, 1e-4), "alpha_p": (5e-4, 1e-4),
-    "alpha_m": (5e-4, 1e-4), "alpha_pm": (5e-4, 1e-4), "F_w": (3e3, 1e2), "e_c_measured": (0.0, 1e-4), "v_op": (0.0, 0.0),
-}  # fmt: skip
+    "s_tip": (2e-3, 1e-3),
+    "v_tip": (3e-3, 1e-3),
+    "a_tip": (1e-2, 1e-3),
+    "s_w": (0.0, 1e-3),
+    "v_w": (1.5e-3, 1e-4),
+    "omega_m": (0.3, 0.05),
+    "p_a": (5e4, 1e4),
+    "p_b": (5e4, 1e4),
+    "p_hp": (5e4, 1e4),
+    "u_p": (0.0, 1e-4),
+    "u_m": (0.0, 1e-4),
+    "alpha_p": (5e-4, 1e-4),
+    "alpha_m": (5e-4, 1e-4),
+    "alpha_pm": (5e-4, 1e-4),
+    "F_w": (3e3, 1e2),
+    "e_c_measured": (0.0, 1e-4),
+    "v_op": (0.0, 0.0),
+}
 """Standard deviation of the noise and smallest step of each signal [SI]: a PLC's 12 to 14 bits, transmitters of class 0.2 to 0.5."""
 CASES = {"1": (82e3, 487.0, 1, 2.0), "2": (162e3, 2314.0, 2, 2.0)}
 """Load [kg], wire out [m], seed of the sea and its height [m] by test."""
@@ -35,7 +49,12 @@ def simulated(crane: Crane, test: str, delay: float = LATE) -> Mapping[str, np.n
     """The signals of a test without noise; the tip as the PLC gets it, delayed [s]."""
     load, s_w, seed, height = CASES[test]
     case = Scenario(
-        load=f"{load} kg", s_w=f"{s_w} m", tip=sea(seed, height), mode="ssc", duration=f"{LEAD + LENGTH} s", sensors={"delay": f"{delay} s"}
+        load=f"{load} kg",
+        s_w=f"{s_w} m",
+        tip=sea(seed, height),
+        mode="ssc",
+        duration=f"{LEAD + LENGTH} s",
+        sensors={"delay": f"{delay} s"},
     )
     run = simulate(crane, case, every="10 ms")
     log = {name: run[name].values for name in NOISE}

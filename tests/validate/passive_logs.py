@@ -55,7 +55,9 @@ def with_noise(clean: Mapping[str, np.ndarray], seed: int, names: tuple[str, ...
     return out
 
 
-def records(crane: Crane = TWIN, *, spoil: Spoil | None = None, seed: int = 0, names: tuple[str, ...] = USUAL) -> tuple[Record, ...]:
+def records(
+    crane: Crane = TWIN, *, spoil: Spoil | None = None, seed: int = 0, names: tuple[str, ...] = USUAL
+) -> tuple[Record, ...]:
     """Both tests of a crane as records; spoil: what is different in the crane or wrong in the log, applied before the noise."""
     out = []
     for i, (test, (load, *_)) in enumerate(CASES.items()):
@@ -102,7 +104,9 @@ def rest_run(load: float = 60e3) -> Mapping[str, np.ndarray]:
         for wait, speed in ((0.0, 0.0), (0.5, v), (5.0, v), (0.5, 0.0), (5.0, 0.0)):
             t += wait
             points.append((f"{t:.2f} s", f"{speed} m/s"))
-    case = Scenario(load=f"{load} kg", s_w="400 m", mode="manual", duration=f"{t:.2f} s", operator=Operator(profile=points))
+    case = Scenario(
+        load=f"{load} kg", s_w="400 m", mode="manual", duration=f"{t:.2f} s", operator=Operator(profile=points)
+    )
     run = simulate(TWIN, case, every="10 ms")
     return {name: run[name].values for name in SENSORS}
 

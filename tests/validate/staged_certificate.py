@@ -20,10 +20,19 @@ LENGTH = 400.0
 CASES = {"1": (82e3, 487.0, Mode.NS, 1.0, 8.0), "2": (164e3, 2314.0, Mode.SSC, 0.4, 11.0)}
 """Test -> load [kg], wire out [m], mode, amplitude [m] and period [s] of the tip."""
 FOUND = {
-    "wire_lengths": 3.0, "loads": 3.0, "load_share": 0.656, "s_tip_pp_low": 0.4, "s_tip_pp_high": 2.3, "data_length": 2200.0,
-    "e_c_pp_deviation": 0.021, "e_c_max_difference": 0.012, "eta_c_deviation_high": 0.011, "e_c_correlation": 0.97,
-    "u_p_deviation": 0.004, "u_m_deviation": 0.003,
-}  # fmt: skip
+    "wire_lengths": 3.0,
+    "loads": 3.0,
+    "load_share": 0.656,
+    "s_tip_pp_low": 0.4,
+    "s_tip_pp_high": 2.3,
+    "data_length": 2200.0,
+    "e_c_pp_deviation": 0.021,
+    "e_c_max_difference": 0.012,
+    "eta_c_deviation_high": 0.011,
+    "e_c_correlation": 0.97,
+    "u_p_deviation": 0.004,
+    "u_m_deviation": 0.003,
+}
 
 
 def write(folder: Path, *, crane: str = "nov-250t", synthetic: bool = True, order: str = "12") -> Path:
@@ -31,7 +40,10 @@ def write(folder: Path, *, crane: str = "nov-250t", synthetic: bool = True, orde
     (folder / "logs").mkdir(parents=True, exist_ok=True)
     for name in order:
         (folder / "logs" / f"{name}.csv").write_text(f"Time [s],Tip [m]\n0,0\n0.1,0.{name}\n")
-    tests = [f'[[test]]\nname = "{name}"\nlog = "logs/{name}.csv"\nkind = "ahc"\nload = "{CASES[name][0] / 1e3:g} t"\n' for name in CASES]
+    tests = [
+        f'[[test]]\nname = "{name}"\nlog = "logs/{name}.csv"\nkind = "ahc"\nload = "{CASES[name][0] / 1e3:g} t"\n'
+        for name in CASES
+    ]
     head = f'title = "Sea trial"\ndate = 2026-11-21\ncrane = "{crane}"\ndelay = "40 ms"\n'
     mark = "synthetic = true\n" if synthetic else ""
     (folder / "campaign.toml").write_text(head + mark + "\n" + "\n".join(tests))
@@ -44,7 +56,15 @@ def record(test: CraneTest) -> Record:
     s_tip = A * np.sin(2.0 * np.pi * t / T)
     signals = {"s_tip": s_tip, "s_w": s_w + s_tip, "e_c_measured": 0.02 * s_tip}
     part = Segment(test.name, 0, len(t), 0.0, t[-1], load, s_w, s_w - A, s_w + A, 2.0 * A, T, mode)
-    return Record(test, Log(test.log.name, t, signals, {}, (), (), 10.0, len(t)), t, DT, signals, (part,), (f"all of test {test.name} is there",))
+    return Record(
+        test,
+        Log(test.log.name, t, signals, {}, (), (), 10.0, len(t)),
+        t,
+        DT,
+        signals,
+        (part,),
+        (f"all of test {test.name} is there",),
+    )
 
 
 def staged(campaign: str | Path | Campaign, *, whole: bool = True, **found: float | None) -> Validation:
@@ -58,7 +78,12 @@ def staged(campaign: str | Path | Campaign, *, whole: bool = True, **found: floa
         steps.append(Step(number, measures, (f"step {int(number)} was taken",), (_table(number),)))
     steps[-1] = replace(steps[-1], data={"e_c_pp": np.zeros(3)})
     measures = tuple(m for s in steps for m in s.measures)
-    return Validation(todo, tuple(record(t) for t in todo.tests), tuple(steps), judge(todo.criteria, measures, [s.number for s in steps]))
+    return Validation(
+        todo,
+        tuple(record(t) for t in todo.tests),
+        tuple(steps),
+        judge(todo.criteria, measures, [s.number for s in steps]),
+    )
 
 
 def _well_within(c: Criterion) -> float:

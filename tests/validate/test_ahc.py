@@ -74,18 +74,30 @@ def test_thirty_seconds_are_enough_for_the_twin_to_forget_that_it_started_at_res
 
 
 def test_a_delay_that_is_stated_moves_the_true_tip_ahead_and_costs_no_agreement():
-    crane = changed(TWIN, {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}})  # a load that forgets that the twin began at rest
+    crane = changed(
+        TWIN, {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}}
+    )  # a load that forgets that the twin began at rest
     log = crane_log(crane, delay=0.2)
     step = checked(record(log), delay=0.2, twin=crane)
     assert found(step, "e_c_pp_deviation").value < ALIKE
     (c,) = step.compared
     apart = c.simulated["F_w"] - c.replay.measured("F_w")
     unstated = checked(record(log), twin=crane).compared[0]
-    assert apart.std() < 0.2 * (unstated.simulated["F_w"] - unstated.replay.measured("F_w")).std()  # the load hangs on the true tip
+    assert (
+        apart.std() < 0.2 * (unstated.simulated["F_w"] - unstated.replay.measured("F_w")).std()
+    )  # the load hangs on the true tip
 
 
 def test_what_the_joystick_asked_for_is_asked_of_the_twin():
-    stick = Operator(profile=[("0 s", "0 m/min"), ("80 s", "0 m/min"), ("82 s", "6 m/min"), ("110 s", "6 m/min"), ("112 s", "0 m/min")])
+    stick = Operator(
+        profile=[
+            ("0 s", "0 m/min"),
+            ("80 s", "0 m/min"),
+            ("82 s", "6 m/min"),
+            ("110 s", "6 m/min"),
+            ("112 s", "0 m/min"),
+        ]
+    )
     log = crane_log(TWIN, operator=stick)
     assert np.ptp(log["v_op"]) > 0.05
     assert found(checked(record(log)), "e_c_pp_deviation").value < ALIKE
@@ -150,7 +162,9 @@ def test_a_crane_that_differs_in_one_thing_is_told_with_about_the_right_amount(n
     step = checked(record(crane_log(bent(name, x))))
     best = step.explained[0]
     assert best.cause.name == name
-    assert best.amount == pytest.approx(x, rel=0.2)  # linear in what is not: friction turns around, leakage carries load
+    assert best.amount == pytest.approx(
+        x, rel=0.2
+    )  # linear in what is not: friction turns around, leakage carries load
     assert best.share > 0.85
     assert any(s.startswith(best.cause.words[0].upper() + best.cause.words[1:]) for s in step.statements)
 
@@ -195,13 +209,22 @@ def test_samples_that_are_missing_take_their_windows_with_them_and_no_more():
     ("change", "told"),
     [
         (lambda log: {k: v for k, v in log.items() if k != "s_tip"}, "s_tip is not in the log"),
-        (lambda log: {k: v for k, v in log.items() if k not in ("s_w", "e_c_measured")}, "neither e_c_measured nor s_w"),
+        (
+            lambda log: {k: v for k, v in log.items() if k not in ("s_w", "e_c_measured")},
+            "neither e_c_measured nor s_w",
+        ),
         (lambda log: {k: v[:5000] for k, v in log.items()}, "no stretch with heave compensation is long enough"),
     ],
 )
 def test_without_the_signals_every_measure_says_what_to_log(change, told):
     log = change(own_log())
-    r = record({**log, "s_tip": own_log()["s_tip"][: len(next(iter(log.values())))], "s_w": own_log()["s_w"][: len(next(iter(log.values())))]})
+    r = record(
+        {
+            **log,
+            "s_tip": own_log()["s_tip"][: len(next(iter(log.values())))],
+            "s_w": own_log()["s_w"][: len(next(iter(log.values())))],
+        }
+    )
     r = type(r)(r.test, r.log, r.t, r.step, log, r.segments, ())
     step = checked(r)
     assert {m.name for m in step.measures} == {n for n, m in MEASURES.items() if m.step is StepNumber.AHC}
@@ -213,7 +236,9 @@ def test_without_the_signals_every_measure_says_what_to_log(change, told):
 
 def test_an_error_that_was_logged_but_is_nowhere_known_gives_no_number():
     step = checked(record({**own_log(), "e_c_measured": np.full_like(own_log()["s_tip"], np.nan)}))
-    assert all(m.value is None and m.note for m in step.measures if m.name in ("e_c_pp_deviation", "e_c_max_difference"))
+    assert all(
+        m.value is None and m.note for m in step.measures if m.name in ("e_c_pp_deviation", "e_c_max_difference")
+    )
     assert all(line.failed for line in judge(campaign().criteria, step.measures, (StepNumber.AHC,)) if line.judged)
     r = record(own_log())
     assert "tip-wire-speed-and-error" in figures(step, campaign(r), (r,))

@@ -25,7 +25,9 @@ def windowed(rng: np.random.Generator, n: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("make", "truth"), [(autoregressive, 3.0), (windowed, np.sqrt(2.0 / np.pi))], ids=["autoregressive", "moving window"]
+    ("make", "truth"),
+    [(autoregressive, 3.0), (windowed, np.sqrt(2.0 / np.pi))],
+    ids=["autoregressive", "moving window"],
 )
 @pytest.mark.parametrize("sizes", [(1500, 340, 340), (1000,)], ids=["three parts", "one part"])
 def test_ninety_five_percent_intervals_hold_the_mean_about_as_often(make, truth, sizes):

@@ -28,14 +28,26 @@ def test_everything_that_a_file_states_is_read_in_si(tmp_path):
         'water = { volume = "10 m^3", added_mass = "20 t", C_D = 1.2, area = "12 m^2" }\n'
         '[[test]]\nname = "2"\nlog = "x.csv"\nkind = "limits"\n',
     )
-    assert (campaign.title, campaign.date, campaign.delay, campaign.synthetic) == ("Trials", datetime.date(2026, 11, 21), 0.04, False)
+    assert (campaign.title, campaign.date, campaign.delay, campaign.synthetic) == (
+        "Trials",
+        datetime.date(2026, 11, 21),
+        0.04,
+        False,
+    )
     assert campaign.remarks == ("calm", "no wind")
     assert (campaign.criteria.name, campaign.crane.name) == ("paper-f", "nov-250t")
     first, second = campaign.tests
     assert (first.load, first.s_w, first.mode, first.start, first.end) == (82e3, 487.0, Mode.SSC, 10.0, 120.0)
     assert first.water is not None
     assert first.water.added_mass == 20e3
-    assert (second.kind, second.load, second.s_w, second.mode, second.start, second.end) == (Kind.LIMITS, None, None, None, -math.inf, math.inf)
+    assert (second.kind, second.load, second.s_w, second.mode, second.start, second.end) == (
+        Kind.LIMITS,
+        None,
+        None,
+        None,
+        -math.inf,
+        math.inf,
+    )
     assert campaign.of(Kind.LIMITS) == (second,)
     assert first.mapping is not None
     assert first.mapping["s_w"].unit == "m"
@@ -57,7 +69,11 @@ def test_without_a_table_of_modes_the_numbers_are_those_of_stillhook(tmp_path):
 
 
 def test_a_test_may_have_a_mapping_of_its_own_and_a_part_of_a_log(tmp_path):
-    text = f'{TOP}{SIGNALS}{TEST}end = "10 s"\n' + TEST.replace('"1"', '"2"') + 'start = "10 s"\n[test.signals]\ntime = "t [s]"\ns_w = "x [m]"\n'
+    text = (
+        f'{TOP}{SIGNALS}{TEST}end = "10 s"\n'
+        + TEST.replace('"1"', '"2"')
+        + 'start = "10 s"\n[test.signals]\ntime = "t [s]"\ns_w = "x [m]"\n'
+    )
     first, second = loaded(tmp_path, text).tests
     assert first.mapping is not None
     assert second.mapping is not None
@@ -73,19 +89,31 @@ def test_a_synthetic_campaign_is_marked_by_a_flag_or_its_title(tmp_path, text):
     ("was", "instead", "told"),
     [
         ("date = 2026-11-21\n", "", "c.toml: date: missing. Give it."),
-        ("2026-11-21", '"2026-11-21"', 'date = "2026-11-21": give the day that the certificate bears, without quotes, such as 2026-11-21.'),
+        (
+            "2026-11-21",
+            '"2026-11-21"',
+            'date = "2026-11-21": give the day that the certificate bears, without quotes, such as 2026-11-21.',
+        ),
         ("2026-11-21", "2026-11-21T10:00:00", "give the day that the certificate bears"),
         ('crane = "nov-250t"\n', "", "crane: missing. Give it."),
         ("nov-250t", "nov-251t", 'did you mean "nov-250t"?'),
         ('title = "Trials"', "title = 3", "title = 3: give a text."),
-        ('title = "Trials"', 'titel = "Trials"', 'titel: unknown field. Allowed: title, date, crane, criteria, delay, signals, modes, test, synthetic, remarks; did you mean "title"?'),
+        (
+            'title = "Trials"',
+            'titel = "Trials"',
+            'titel: unknown field. Allowed: title, date, crane, criteria, delay, signals, modes, test, synthetic, remarks; did you mean "title"?',
+        ),
         ('title = "Trials"', 'delay = "-40 ms"', 'delay = "-40 ms": allowed is 0 s to 10 s.'),
         ('title = "Trials"', "delay = 0.04", 'delay = 0.04: a bare number; write it as text with its unit, "0.04 s"'),
         ('title = "Trials"', 'remarks = "x"', "give a list of texts"),
         ('title = "Trials"', 'synthetic = "yes"', 'synthetic = "yes": give true or false.'),
         ('title = "Trials"', 'criteria = "paper-g"', 'criteria = "paper-g": Stillhook has paper-f'),
         ('title = "Trials"', "modes = [1]", "modes: [1] is no table."),
-        (TEST, f'[modes]\n5 = "super"\n{TEST}', 'modes: 5 = "super": not one of manual, level-1, level-2, ns, hs, ssc, ssc-cubic.'),
+        (
+            TEST,
+            f'[modes]\n5 = "super"\n{TEST}',
+            'modes: 5 = "super": not one of manual, level-1, level-2, ns, hs, ssc, ssc-cubic.',
+        ),
         (TEST, f"[modes]\n5 = 3\n{TEST}", "modes: 5 = 3: give a text."),
         ("[[test]]", 's_tip = { column = "w", unit = "m" }\n[[test]]', "signals: s_tip and s_w are both column"),
         ('unit = "m"', 'unit = "kg"', 'signals.s_w.unit = "kg" is not one of m, cm, mm, km.'),
@@ -99,24 +127,56 @@ def test_a_synthetic_campaign_is_marked_by_a_flag_or_its_title(tmp_path, text):
         ("82 t", "300 t", 'test "1": load = "300 t": "nov-250t" is made for 0 t to 250 t. Check the load.'),
         (TEST, f'{TEST}s_w = "9 km"\n', 'test "1": s_w = "9 km": "nov-250t" has 0 m to 2831 m of wire.'),
         (TEST, f'{TEST}mode = "sssc"\n', 'test "1": mode = "sssc": not one of manual,'),
-        (TEST, f'{TEST}mode = "manual"\n', 'mode = "manual": in a test of kind "ahc" the winch compensates. Name its mode, or another kind.'),
+        (
+            TEST,
+            f'{TEST}mode = "manual"\n',
+            'mode = "manual": in a test of kind "ahc" the winch compensates. Name its mode, or another kind.',
+        ),
         (TEST, f'{TEST}start = "5 s"\nend = "3 s"\n', 'test "1": end = "3 s": must come after start 5 s.'),
         (TEST, f'{TEST}laod = "3 t"\n', 'test "1": laod: unknown field.'),
         (TEST, f'{TEST}water = "1 m^3"\n', 'test "1": water: "1 m^3" is no table.'),
         (TEST, f'{TEST}water = {{ volum = "1 m^3" }}\n', 'test "1": water: volum: unknown field.'),
         (TEST, f'{TEST}water = {{ volume = "-1 m^3" }}\n', 'Water.volume = "-1 m^3": it must be greater than 0.'),
-        (TEST, f'{TEST}water = {{ volume = "100 m^3" }}\n', 'test "1": water: volume = "100 m^3": a payload of 82 t floats. Check load and volume.'),
-        (TEST, 'e_c_measured = { column = "w", unit = "m" }\n' + TEST, 'test "1": signals: s_w and e_c_measured are both column "w". Give each its own'),
-        (TEST, f'{TEST}payload = "60 t"\n', 'test "1": load and payload: both given. load holds the weight of the wire out, payload does not: give one.'),
-        (TEST, f'{TEST}depth = "467 m"\n', 'test "1": load with depth: load holds the weight of the wire out already. Give payload, what hangs on the hook, or'),
+        (
+            TEST,
+            f'{TEST}water = {{ volume = "100 m^3" }}\n',
+            'test "1": water: volume = "100 m^3": a payload of 82 t floats. Check load and volume.',
+        ),
+        (
+            TEST,
+            'e_c_measured = { column = "w", unit = "m" }\n' + TEST,
+            'test "1": signals: s_w and e_c_measured are both column "w". Give each its own',
+        ),
+        (
+            TEST,
+            f'{TEST}payload = "60 t"\n',
+            'test "1": load and payload: both given. load holds the weight of the wire out, payload does not: give one.',
+        ),
+        (
+            TEST,
+            f'{TEST}depth = "467 m"\n',
+            'test "1": load with depth: load holds the weight of the wire out already. Give payload, what hangs on the hook, or',
+        ),
         ("load", "payload", 'test "1": payload: needs depth or h_tip for the weight of the wire out.'),
         ('load = "82 t"', 'depth = "467 m"', 'test "1": depth: without payload. Give payload, what hangs on the hook.'),
-        ('load = "82 t"', 'payload = "82 t"\ndepth = "-1 m"', 'test "1": depth = "-1 m": give how far the hook is below the water line'),
-        ('load = "82 t"', 'payload = "300 t"\ndepth = "1 m"', 'test "1": payload = "300 t": "nov-250t" is made for 0 t to 250 t. Check the payload.'),
+        (
+            'load = "82 t"',
+            'payload = "82 t"\ndepth = "-1 m"',
+            'test "1": depth = "-1 m": give how far the hook is below the water line',
+        ),
+        (
+            'load = "82 t"',
+            'payload = "300 t"\ndepth = "1 m"',
+            'test "1": payload = "300 t": "nov-250t" is made for 0 t to 250 t. Check the payload.',
+        ),
         (TEST, TEST + TEST, 'test: the name "1" comes twice. Give every test its own.'),
-        (TEST, TEST + TEST.replace('"1"', '"2"'), 'test "2": log = "x.csv" is that of test "1" as well, and would count twice.'),
+        (
+            TEST,
+            TEST + TEST.replace('"1"', '"2"'),
+            'test "2": log = "x.csv" is that of test "1" as well, and would count twice.',
+        ),
     ],
-)  # fmt: skip
+)
 def test_everything_else_is_one_line_that_names_file_and_field(tmp_path, was, instead, told):
     text = f"{TOP}{SIGNALS}{TEST}"
     assert was in text

@@ -55,7 +55,14 @@ def test_both_files_are_the_same_to_the_byte_in_another_folder_process_locale_an
     other = tmp_path / "elsewhere"
     other.mkdir()
     (other / "matplotlibrc").write_text("lines.linewidth: 9\nfont.size: 20\nsvg.fonttype: none\n")
-    odd = {"TZ": "Asia/Tokyo", "LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8", "PYTHONHASHSEED": "7", "SOURCE_DATE_EPOCH": "86400", "OMP_NUM_THREADS": "1"}
+    odd = {
+        "TZ": "Asia/Tokyo",
+        "LC_ALL": "de_DE.UTF-8",
+        "LANG": "de_DE.UTF-8",
+        "PYTHONHASHSEED": "7",
+        "SOURCE_DATE_EPOCH": "86400",
+        "OMP_NUM_THREADS": "1",
+    }
     code = ELSEWHERE.format(root=str(ROOT))
     done = subprocess.run([sys.executable, "-c", code], cwd=other, env=os.environ | odd, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
@@ -92,7 +99,9 @@ def test_it_covers_what_the_stretches_of_step_5_covered_and_no_more(campaign, tm
     assert envelope is not None
     assert envelope.load == (82e3, 164e3)
     assert envelope.s_w == pytest.approx((486.0, 2314.4))
-    assert envelope.s_tip_pp == pytest.approx((0.8, 2.0), rel=0.01)  # amplitudes 0.4 m and 1 m; step 0 meets a crest within 1 %
+    assert envelope.s_tip_pp == pytest.approx(
+        (0.8, 2.0), rel=0.01
+    )  # amplitudes 0.4 m and 1 m; step 0 meets a crest within 1 %
     assert envelope.period == pytest.approx((8.0, 11.0), abs=1e-3)
     assert envelope.modes == ("ns", "ssc")
 
@@ -121,7 +130,9 @@ def test_criteria_of_which_none_counts_certify_nothing(campaign, tmp_path):
     campaign.write_text(campaign.read_text().replace("synthetic", 'criteria = "lax.toml"\nsynthetic'))
     data = certificate_of(staged(campaign, **NOT_SHOWN)).data
     assert data["passed"] is False
-    assert data["verdict"] == "NOT JUDGED: no criterion of lax version 1 counts on these data, so that nothing was shown."
+    assert (
+        data["verdict"] == "NOT JUDGED: no criterion of lax version 1 counts on these data, so that nothing was shown."
+    )
     assert certificate_of(staged(campaign)).passed
 
 
@@ -142,7 +153,10 @@ def test_what_the_data_cannot_tell_is_among_the_limitations(campaign, tmp_path):
 
 def test_what_was_logged_and_not_judged_is_among_the_limitations(campaign, tmp_path):
     made = staged(campaign)
-    records = tuple(replace(r, signals={**r.signals, "p_hp": r.signals["s_tip"], "f_pump": r.signals["s_tip"]}) for r in made.records)
+    records = tuple(
+        replace(r, signals={**r.signals, "p_hp": r.signals["s_tip"], "f_pump": r.signals["s_tip"]})
+        for r in made.records
+    )
     data = content_of(replace(made, records=records))
     assert data["unjudged"] == {"f_pump": ["1", "2"]}
     found = {part["heading"]: part["lines"] for part in data["limitations"]}
@@ -210,7 +224,15 @@ def test_a_damaged_file_is_refused_in_one_line(campaign, tmp_path, change, text)
 
 @pytest.mark.parametrize(
     ("place", "value"),
-    [("campaign", None), ("twin", []), ("lines", [5]), ("passed", "yes"), ("data", [{"duration": "long"}]), ("crane", {}), ("date", 5)],
+    [
+        ("campaign", None),
+        ("twin", []),
+        ("lines", [5]),
+        ("passed", "yes"),
+        ("data", [{"duration": "long"}]),
+        ("crane", {}),
+        ("date", 5),
+    ],
 )
 def test_what_lacks_a_part_is_no_certificate_even_where_its_digest_fits(campaign, tmp_path, place, value):
     data = {**certificate_of(staged(campaign)).data, place: value}

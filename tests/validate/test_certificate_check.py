@@ -103,9 +103,24 @@ def test_it_finds_its_campaign_by_its_hash_in_a_folder_beside_its_own(file, tmp_
         ("logs/2.csv", "0.1,0.2", "0.1,0.3", 'log logs/2.csv of test "2": changed since.'),
         ("campaign.toml", "Sea trial", "Sea trial, day 2", "campaign campaign.toml: changed since."),
         ("campaign.toml", 'name = "2"', 'name = "two"', 'test "2": not in the campaign any more.'),
-        ("campaign.toml", '"logs/1.csv"', '"logs/2.csv"', "campaign campaign.toml: changed since."),  # and refused: the log would count twice
-        ("campaign.toml", 'delay = "40 ms"', 'delay = "40 ms"\ncriteria = "own.toml"', "criteria: own version 2 now, and not what paper-f version 2 was"),
-        ("ours.toml", 'K_p = { value = "0.16 1/m"', 'K_p = { value = "0.2 1/m"', "crane ours: changed since: control.K_p 0.16 1/m -> 0.2 1/m."),
+        (
+            "campaign.toml",
+            '"logs/1.csv"',
+            '"logs/2.csv"',
+            "campaign campaign.toml: changed since.",
+        ),  # and refused: the log would count twice
+        (
+            "campaign.toml",
+            'delay = "40 ms"',
+            'delay = "40 ms"\ncriteria = "own.toml"',
+            "criteria: own version 2 now, and not what paper-f version 2 was",
+        ),
+        (
+            "ours.toml",
+            'K_p = { value = "0.16 1/m"',
+            'K_p = { value = "0.2 1/m"',
+            "crane ours: changed since: control.K_p 0.16 1/m -> 0.2 1/m.",
+        ),
     ],
 )
 def test_an_input_that_has_changed_is_named(file, tmp_path, name, old, new, told, quick):
@@ -124,7 +139,9 @@ def test_names_titles_and_sources_of_the_crane_are_no_change_of_it(file, tmp_pat
     assert checked(file, quick=True).holds
 
 
-@pytest.mark.parametrize(("what", "told"), [("results_hash", "code of the twin"), ("method_hash", "code of the method")])
+@pytest.mark.parametrize(
+    ("what", "told"), [("results_hash", "code of the twin"), ("method_hash", "code of the method")]
+)
 def test_other_code_is_named(file, monkeypatch, what, told):
     monkeypatch.setattr(certificate_content, what, lambda: "0123456789abcdef")
     found = checked(file)
@@ -242,7 +259,9 @@ def test_an_example_campaign_is_of_the_crane_seed_and_defect_that_were_asked_for
 
     def written(out, **how):
         asked.update(how)
-        return Written(out, out / "campaign.toml", (out / "logs" / "1.csv",), out / "truth.toml", ("test \"limits\": saturated",))
+        return Written(
+            out, out / "campaign.toml", (out / "logs" / "1.csv",), out / "truth.toml", ('test "limits": saturated',)
+        )
 
     monkeypatch.setattr(truth, "write_campaign", written)
     (tmp_path / "ours.toml").write_text('base = "nov-150t"\n')

@@ -29,16 +29,39 @@ from stillhook.variables import BY_NAME
 
 TERMINAL = 80  # columns
 CRITERIA = Criteria(
-    "quay", "3", "agreed with the owner",
+    "quay",
+    "3",
+    "agreed with the owner",
     (
-        Criterion("1b", StepNumber.DATA, "Winch loads", "loads", Limit.AT_LEAST, 2.0, "", "2", source="paper F table 2"),
         Criterion(
-            "2b", StepNumber.AHC, "Mean deviation", "e_c_pp_deviation", Limit.AT_MOST, 0.05, "length", "5 cm", source="paper F table 2"
+            "1b", StepNumber.DATA, "Winch loads", "loads", Limit.AT_LEAST, 2.0, "", "2", source="paper F table 2"
         ),
-        Criterion("2b-s", StepNumber.AHC, "Its spread", "e_c_pp_deviation_s", Limit.AT_MOST, 0.015, "length", "1.5 cm", judged=False, source="ours"),
+        Criterion(
+            "2b",
+            StepNumber.AHC,
+            "Mean deviation",
+            "e_c_pp_deviation",
+            Limit.AT_MOST,
+            0.05,
+            "length",
+            "5 cm",
+            source="paper F table 2",
+        ),
+        Criterion(
+            "2b-s",
+            StepNumber.AHC,
+            "Its spread",
+            "e_c_pp_deviation_s",
+            Limit.AT_MOST,
+            0.015,
+            "length",
+            "1.5 cm",
+            judged=False,
+            source="ours",
+        ),
     ),
     {"window": 30.0, "eta_above": 1.0},
-)  # fmt: skip
+)
 
 
 def record(name: str, load: float, s_w: float) -> Record:
@@ -46,27 +69,57 @@ def record(name: str, load: float, s_w: float) -> Record:
     t = np.arange(0.0, 1500.0, 0.01)
     part = Segment(name, 0, len(t), 0.0, 1500.0, load, s_w, s_w - 1.2, s_w + 1.2, 2.31, 9.4, Mode.SSC)
     log = Log(f"{name}.csv", t, {}, {}, (), (), 100.0, len(t))
-    return Record(test, log, t, 0.01, {"s_tip": np.sin(0.65 * t)}, (part,), ("a gap of 20 s at 412 s: no window crosses it",))
+    return Record(
+        test, log, t, 0.01, {"s_tip": np.sin(0.65 * t)}, (part,), ("a gap of 20 s at 412 s: no window crosses it",)
+    )
 
 
 def staged(
-    e_c_pp_deviation: float | None = 0.021, high: float = 0.027, *, low: float = 0.016, synthetic: bool = True, whole: bool = True
+    e_c_pp_deviation: float | None = 0.021,
+    high: float = 0.027,
+    *,
+    low: float = 0.016,
+    synthetic: bool = True,
+    whole: bool = True,
 ) -> Validation:
     """A validation as the steps would leave it."""
     records = (record("1", 82e3, 487.0), record("2", 164e3, 2314.0))
     campaign = Campaign(
-        title="Sea trial", date=datetime.date(2026, 11, 21), file=Path("campaign.toml"), crane=load_crane("nov-250t"), crane_name="nov-250t",
-        criteria=CRITERIA, delay=0.0, tests=tuple(r.test for r in records), synthetic=synthetic, remarks=("wind 12 m/s",),
-    )  # fmt: skip
+        title="Sea trial",
+        date=datetime.date(2026, 11, 21),
+        file=Path("campaign.toml"),
+        crane=load_crane("nov-250t"),
+        crane_name="nov-250t",
+        criteria=CRITERIA,
+        delay=0.0,
+        tests=tuple(r.test for r in records),
+        synthetic=synthetic,
+        remarks=("wind 12 m/s",),
+    )
     note = "no test has s_tip: log it" if e_c_pp_deviation is None else ""
-    deviation = Measure("e_c_pp_deviation", e_c_pp_deviation, "length", low, high, "load case 2", "2 load cases, 71 windows", note)
+    deviation = Measure(
+        "e_c_pp_deviation", e_c_pp_deviation, "length", low, high, "load case 2", "2 load cases, 71 windows", note
+    )
     spread = Measure("e_c_pp_deviation_s", 0.012, "length")
-    table = Table("Deviation by load case", ("load case", "mean\n[cm]", "remark"), (("1", "1.9", ""), ("2", "2.1", "the <worst> one")))
+    table = Table(
+        "Deviation by load case",
+        ("load case", "mean\n[cm]", "remark"),
+        (("1", "1.9", ""), ("2", "2.1", "the <worst> one")),
+    )
     steps = tuple(
-        Step(n, {StepNumber.DATA: (Measure("loads", 2.0, data="2 tests"),), StepNumber.AHC: (deviation, spread)}.get(n, ()), tables=())
+        Step(
+            n,
+            {StepNumber.DATA: (Measure("loads", 2.0, data="2 tests"),), StepNumber.AHC: (deviation, spread)}.get(n, ()),
+            tables=(),
+        )
         for n in (StepNumber if whole else (StepNumber.DATA, StepNumber.AHC))
     )
-    steps = (*steps[:-1], replace(steps[-1], statements=("the twin errs by less than the crane",), tables=(table,), data={"e_c_pp": [0.1]}))
+    steps = (
+        *steps[:-1],
+        replace(
+            steps[-1], statements=("the twin errs by less than the crane",), tables=(table,), data={"e_c_pp": [0.1]}
+        ),
+    )
     measures = tuple(m for s in steps for m in s.measures)
     return Validation(campaign, records, steps, judge(CRITERIA, measures, [s.number for s in steps]))
 
@@ -128,7 +181,10 @@ def test_a_person_reads_load_cases_steps_every_criterion_and_one_sentence(stage,
         assert words in out
     assert 'PASSED: "nov-250t" as described represents the SYNTHETIC crane of these logs' in out
     assert "Deviation by load case" not in out
-    assert out.splitlines()[-1] == "every line in full: --all; report, figures and certificate: --out FOLDER; tables of a step: --steps 4"
+    assert (
+        out.splitlines()[-1]
+        == "every line in full: --all; report, figures and certificate: --out FOLDER; tables of a step: --steps 4"
+    )
 
 
 def test_an_interval_that_holds_the_limit_is_in_capitals_and_ends_with_exit_code_1(stage, capsys):
@@ -136,7 +192,10 @@ def test_an_interval_that_holds_the_limit_is_in_capitals_and_ends_with_exit_code
     assert command(["validate", "campaign.toml"]) == 1
     out = capsys.readouterr().out
     assert "NOT SHOWN: of 2 criteria of quay version 3, none refuted, but 1 not shown (2b)." in out
-    assert "NOT SHOWN 2b  Mean deviation in load case 2: 6.81 cm (1.78 to 12 cm), limit at most 5 cm; the far end of the interval is 2.4 times" in out
+    assert (
+        "NOT SHOWN 2b  Mean deviation in load case 2: 6.81 cm (1.78 to 12 cm), limit at most 5 cm; the far end of the interval is 2.4 times"
+        in out
+    )
     assert "which the estimate misses and part of the interval meets" in out
     assert "REFUTED" not in out
 
@@ -146,7 +205,10 @@ def test_an_interval_beyond_the_limit_is_refuted_and_ends_with_exit_code_1(stage
     assert command(["validate", "campaign.toml"]) == 1
     out = capsys.readouterr().out
     assert "REFUTED: of 2 criteria of quay version 3, 1 refuted (2b)." in out
-    assert "In the way, the farthest beyond its limit first:\nREFUTED   2b  Mean deviation in load case 2: 6.8 cm (5.6 to 8 cm)" in out
+    assert (
+        "In the way, the farthest beyond its limit first:\nREFUTED   2b  Mean deviation in load case 2: 6.8 cm (5.6 to 8 cm)"
+        in out
+    )
 
 
 def test_what_has_no_figure_is_in_the_way_with_its_reason_and_is_explained(stage, capsys):
@@ -162,13 +224,27 @@ def test_the_verdict_and_what_decides_it_come_before_load_cases_steps_and_lines(
     stage(staged())
     command(["validate", "campaign.toml"])
     out = capsys.readouterr().out
-    places = [out.index(text) for text in ("PASSED: ", "shown     2b  Mean", "Consumer's risk", "load cases", "steps", "lines", "shown: the whole")]
+    places = [
+        out.index(text)
+        for text in (
+            "PASSED: ",
+            "shown     2b  Mean",
+            "Consumer's risk",
+            "load cases",
+            "steps",
+            "lines",
+            "shown: the whole",
+        )
+    ]
     assert places == sorted(places)
     assert out.splitlines()[1].startswith("PASSED: ")
 
 
 def test_what_agrees_is_in_full_only_where_it_is_wanted(stage, capsys):
-    full = ("shown     2b  Mean deviation in load case 2: 2.1 cm (95 % interval 1.6 to 2.7 cm)", "the twin errs by less than the crane")
+    full = (
+        "shown     2b  Mean deviation in load case 2: 2.1 cm (95 % interval 1.6 to 2.7 cm)",
+        "the twin errs by less than the crane",
+    )
     stage(staged())
     command(["validate", "campaign.toml"])
     assert not any(words in capsys.readouterr().out for words in full)
@@ -215,8 +291,17 @@ def test_everything_is_written_and_the_page_reads_as_text(stage, capsys, tmp_pat
     stage(staged())
     out = tmp_path / "out"
     assert command(["validate", "campaign.toml", "--out", str(out)]) == 0
-    assert {p.name for p in out.iterdir()} == {"report.html", "summary.json", "segments.csv", "step-5-error-over-time.png", "certificate.json"}
-    assert f"written to {out}: report.html (read this), certificate.json, segments.csv, summary.json, 1 figures" in capsys.readouterr().out
+    assert {p.name for p in out.iterdir()} == {
+        "report.html",
+        "summary.json",
+        "segments.csv",
+        "step-5-error-over-time.png",
+        "certificate.json",
+    }
+    assert (
+        f"written to {out}: report.html (read this), certificate.json, segments.csv, summary.json, 1 figures"
+        in capsys.readouterr().out
+    )
     page = Text()
     page.feed((out / "report.html").read_text(encoding="utf-8"))
     text = " ".join(" ".join(page.parts).split())
@@ -263,7 +348,10 @@ def test_a_crane_file_in_the_folder_of_the_results_is_not_written_over(stage, tm
     stage(staged())
     (tmp_path / "crane.toml").write_text("mine")
     assert command(["validate", "campaign.toml", "--out", str(tmp_path)]) == 2
-    assert 'crane.toml" there is not from an earlier validation, and could be lost. Choose another folder.' in capsys.readouterr().err
+    assert (
+        'crane.toml" there is not from an earlier validation, and could be lost. Choose another folder.'
+        in capsys.readouterr().err
+    )
     assert (tmp_path / "crane.toml").read_text() == "mine"
 
 
@@ -323,7 +411,10 @@ def test_a_verdict_without_any_criterion_that_counts_is_no_pass(stage, capsys):
     ("arguments", "words"),
     [
         (["nowhere.toml"], '"nowhere.toml": no such file'),
-        (["campaign.toml", "--steps", "7"], '--steps = "7": "7" is not one of 0, 1, 2, 3, 4, 5, 6. Write numbers such as 1,2.'),
+        (
+            ["campaign.toml", "--steps", "7"],
+            '--steps = "7": "7" is not one of 0, 1, 2, 3, 4, 5, 6. Write numbers such as 1,2.',
+        ),
         (["campaign.toml", "--steps", ""], '"" is not one of'),
         (["campaign.toml", "--criteria", "papier-f"], 'did you mean "paper-f"'),
         (["campaign.toml", "--out", "a-file"], "a-file is not a folder"),

@@ -99,7 +99,9 @@ def test_a_plc_without_feedback_of_the_motors_reckons_with_its_command():
     crane = TWIN.model_copy(update={"active": TWIN.active.model_copy(update={"motor": motor})})
     step = checked(record(ahc_log(crane)), twin=crane)
     assert found(step, "u_p_deviation", "test 1").value < 1e-4
-    assert checked(record(ahc_log(crane))).found("u_p_deviation")[0].value > 0.01  # a twin in closed loop would ask for more
+    assert (
+        checked(record(ahc_log(crane))).found("u_p_deviation")[0].value > 0.01
+    )  # a twin in closed loop would ask for more
 
 
 # --- a twin that is right -----------------------------------------------------------------------------------------------------------------------
@@ -115,7 +117,10 @@ def test_a_right_twin_meets_every_criterion_of_the_controller():
 
 def test_every_measure_can_be_judged():
     assert {m.name for m in own_step().measures} <= MEASURES.keys()
-    assert all(MEASURES[m.name].step is StepNumber.CONTROLLER and MEASURES[m.name].quantity == m.quantity for m in own_step().measures)
+    assert all(
+        MEASURES[m.name].step is StepNumber.CONTROLLER and MEASURES[m.name].quantity == m.quantity
+        for m in own_step().measures
+    )
 
 
 def test_the_winch_at_its_limit_is_compared_as_held():
@@ -148,7 +153,10 @@ def test_noise_in_the_log_alone_widens_the_intervals_until_they_hold_the_truth()
         log = bent(x, **{name: noisy(x[name], sd, 10 * seed + k) for k, (name, sd) in enumerate(sds.items())})
         (stretch,) = stretches(TWIN, record(log))
         implied = law([Run(stretch, stretch.told(TWIN))], own_noise=True)
-        held += sum(abs(getattr(implied, name).value - getattr(OWN, name)) <= getattr(implied, name).half for name in OWN._fields)
+        held += sum(
+            abs(getattr(implied, name).value - getattr(OWN, name)) <= getattr(implied, name).half
+            for name in OWN._fields
+        )
         assert implied.K_1.half < 0.01 * OWN.K_1
     assert held >= 3 * seeds - 4  # of 24 intervals of 95 %, four or more miss in one case of 30
 
@@ -218,11 +226,15 @@ def test_a_log_in_another_mode_than_it_says_is_named():
 def test_another_setting_of_normal_speed_is_named():
     log = ahc_log(with_control(TWIN, alpha_ns=0.7), mode="ns", height=1.0)
     step = checked(record(log, mode=Mode.NS))
-    assert "Off: test 1, mode ns: motors commanded to 0.673, by the crane file to 0.769." in step.statements  # as 0.7 to 0.8
+    assert (
+        "Off: test 1, mode ns: motors commanded to 0.673, by the crane file to 0.769." in step.statements
+    )  # as 0.7 to 0.8
 
 
 def test_a_wrong_layer_shows_as_a_k_1_that_differs_between_wire_lengths():
-    drum = TWIN.drum.model_copy(update={"d": 1.08 * TWIN.drum.d})  # the inner layers come out too wide, the outer ones less so
+    drum = TWIN.drum.model_copy(
+        update={"d": 1.08 * TWIN.drum.d}
+    )  # the inner layers come out too wide, the outer ones less so
     twin = TWIN.model_copy(update={"drum": drum})
     records = record(ahc_log(TWIN, s_w=300.0), name="short"), record(ahc_log(TWIN, s_w=2300.0), name="long")
     step = checked(*records, twin=twin)
@@ -297,7 +309,15 @@ def test_without_the_error_the_datum_is_one_constant():
 def started_log() -> dict[str, np.ndarray]:
     """Compensation that is switched on 15 s after the log begins, with the joystick pulled a little."""
     operator = Operator(profile=(("0 s", "10 m/min"), ("60 s", "10 m/min")))
-    case = Scenario(load="90 t", s_w="487 m", tip=sea(3, 1.5), mode="manual", modes=(("15 s", "ssc"),), duration="80 s", operator=operator)
+    case = Scenario(
+        load="90 t",
+        s_w="487 m",
+        tip=sea(3, 1.5),
+        mode="manual",
+        modes=(("15 s", "ssc"),),
+        duration="80 s",
+        operator=operator,
+    )
     run = simulate(TWIN, case, every="10 ms")
     return {name: run[name].values.copy() for name in NAMES}
 

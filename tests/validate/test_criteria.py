@@ -41,10 +41,17 @@ def test_paper_f_set_holds_every_number_of_its_table_2():
     rows = {c.key: c for c in load_criteria("paper-f").criteria}
     # Key of the row: kind and limit as printed (lengths in m, shares as parts of one).
     printed = {
-        "1a": (Limit.AT_LEAST, 2.0), "1b": (Limit.AT_LEAST, 2.0), "1b-highest": (Limit.AT_LEAST, 0.4), "1c-low": (Limit.AT_MOST, 0.5),
-        "1c-high": (Limit.AT_LEAST, 2.0), "1d": (Limit.AT_LEAST, 1500.0), "2a": (Limit.WITHIN, 0.05), "2b": (Limit.AT_MOST, 0.05),
-        "3-pump": (Limit.AT_MOST, 0.03), "3-motor": (Limit.AT_MOST, 0.03),
-    }  # fmt: skip
+        "1a": (Limit.AT_LEAST, 2.0),
+        "1b": (Limit.AT_LEAST, 2.0),
+        "1b-highest": (Limit.AT_LEAST, 0.4),
+        "1c-low": (Limit.AT_MOST, 0.5),
+        "1c-high": (Limit.AT_LEAST, 2.0),
+        "1d": (Limit.AT_LEAST, 1500.0),
+        "2a": (Limit.WITHIN, 0.05),
+        "2b": (Limit.AT_MOST, 0.05),
+        "3-pump": (Limit.AT_MOST, 0.03),
+        "3-motor": (Limit.AT_MOST, 0.03),
+    }
     for key, (kind, limit) in printed.items():
         assert (rows[key].kind, rows[key].limit) == (kind, pytest.approx(limit)), key
         assert "paper F" in rows[key].source
@@ -77,7 +84,11 @@ def test_every_measure_that_a_criterion_may_name_says_what_it_is():
 def test_a_changed_limit_says_what_it_was_and_takes_no_credit_from_the_paper(tmp_path):
     c = own(tmp_path, 'key = "2b"\nat_most = "6 cm"')
     row = next(x for x in c.criteria if x.key == "2b")
-    assert (row.limit, row.written, row.source) == (pytest.approx(0.06), "6 cm", "changed in mine.toml; at most 5 cm in paper F table 2")
+    assert (row.limit, row.written, row.source) == (
+        pytest.approx(0.06),
+        "6 cm",
+        "changed in mine.toml; at most 5 cm in paper F table 2",
+    )
     assert c.changes == (f"2b: {MEAN} at most 6 cm, to be shown in place of {MEAN} at most 5 cm, to be shown",)
     assert c.name == "mine"
 
@@ -123,14 +134,20 @@ def test_a_set_without_a_base_gives_everything_itself(tmp_path):
 @pytest.mark.parametrize(
     ("row", "told"),
     [
-        ('key = "x"\nstep = 5\nwhat = "W"\nmeasure = "e_c_pp_deviatoin"\nat_most = "5 cm"', 'did you mean "e_c_pp_deviation"?'),
+        (
+            'key = "x"\nstep = 5\nwhat = "W"\nmeasure = "e_c_pp_deviatoin"\nat_most = "5 cm"',
+            'did you mean "e_c_pp_deviation"?',
+        ),
         ('key = "2b"\nat_most = 5', "at_most"),
         ('key = "2b"\nat_most = "5 bar"', "bar"),
         ('key = "2b"\nat_most = "5 cm"\nat_least = "1 cm"', "exactly one of"),
         ('key = "x"\nstep = 5\nwhat = "W"\nmeasure = "e_c_pp_deviation"', "exactly one of"),
         ('key = "2b"\nstep = 3', "step"),
         ('key = "2b"\nask = "half"', "shown, not refuted"),
-        ('key = "2b"\nby = "any"', 'by is no field any more: the whole 95 % interval decides. Leave it out, or write ask = "not refuted"'),
+        (
+            'key = "2b"\nby = "any"',
+            'by is no field any more: the whole 95 % interval decides. Leave it out, or write ask = "not refuted"',
+        ),
         ('key = "2b"\njudged = "yes"', "true or false"),
         ('key = "2b"\nlimit = "5 cm"', "unknown field"),
         ('key = "3-pump"\nat_most = "three %"', "at_most"),
@@ -140,7 +157,10 @@ def test_a_set_without_a_base_gives_everything_itself(tmp_path):
         ('key = "3-pump"\nat_most = inf', "at_most"),
         (f'key = "3-pump"\nat_most = "{"9" * 400} %"', "at_most"),
         ('key = "2a"\nwithin = "-5 cm"', "negative"),
-        ('key = "x"\nstep = 5\nwhat = "W"\nmeasure = "e_c_pp_deviation"\nat_most = "5 cm"\nsource = "ours"', "reason: missing"),
+        (
+            'key = "x"\nstep = 5\nwhat = "W"\nmeasure = "e_c_pp_deviation"\nat_most = "5 cm"\nsource = "ours"',
+            "reason: missing",
+        ),
         ('key = "2b"\nwhat = ""', "give a text"),
     ],
 )
@@ -203,14 +223,24 @@ def test_a_line_is_one_sentence_with_figure_interval_limit_and_data():
 
 
 def test_the_worst_of_several_tests_is_judged_and_named():
-    found = line(load_criteria("paper-f"), "3-pump", Measure("u_p_deviation", 0.01, test="test 1"), Measure("u_p_deviation", 0.04, test="test 2"))
+    found = line(
+        load_criteria("paper-f"),
+        "3-pump",
+        Measure("u_p_deviation", 0.01, test="test 1"),
+        Measure("u_p_deviation", 0.04, test="test 2"),
+    )
     assert found.verdict is Verdict.REFUTED
     assert found.failed
     assert "in test 2, the worst of 2: 4 %, limit at most 3 %" in found.message
 
 
 def test_for_at_least_the_smallest_is_the_worst():
-    found = line(load_criteria("paper-f"), "1b-highest", Measure("load_share", 0.7, test="a"), Measure("load_share", 0.3, test="b"))
+    found = line(
+        load_criteria("paper-f"),
+        "1b-highest",
+        Measure("load_share", 0.7, test="a"),
+        Measure("load_share", 0.3, test="b"),
+    )
     assert found.verdict is Verdict.REFUTED
     assert found.measure is not None
     assert found.measure.test == "b"
@@ -236,7 +266,9 @@ def test_the_interval_alone_gives_the_verdict_whatever_the_row_asks(tmp_path, as
     ("limit", "low", "high"),
     [(0.25, -0.6, 0.6), (0.25, -2.0, 0.1), (0.25, 0.2, 0.8), (0.04, 0.0379, 0.0496), (0.05, 0.0178, 0.12)],
 )
-def test_no_interval_that_holds_a_limit_or_is_wider_than_the_limits_is_ever_shown_or_refuted(tmp_path, limit, low, high):
+def test_no_interval_that_holds_a_limit_or_is_wider_than_the_limits_is_ever_shown_or_refuted(
+    tmp_path, limit, low, high
+):
     criteria = own(tmp_path, f'key = "p-leakage"\nwithin = "{100.0 * limit:g} %"')
     for value in (low, 0.5 * (low + high), high):
         assert line(criteria, "p-leakage", Measure("leakage_error", value, "", low, high)).verdict is Verdict.NOT_SHOWN
@@ -253,7 +285,10 @@ def test_what_must_not_be_refuted_blocks_only_where_the_estimate_misses_the_limi
     criteria = load_criteria("paper-f")  # p-tip-delay: within +-40 ms, not to be refuted
     late = line(criteria, "p-tip-delay", Measure("tip_delay_error", 0.0437, "time", 0.0379, 0.0496))
     assert (late.verdict, late.failed) == (Verdict.NOT_SHOWN, True)
-    assert "43.7 ms (95 % interval 37.9 to 49.6 ms), limit within +-40 ms, which the estimate misses and part of the interval meets" in late.message
+    assert (
+        "43.7 ms (95 % interval 37.9 to 49.6 ms), limit within +-40 ms, which the estimate misses and part of the interval meets"
+        in late.message
+    )
     near = line(criteria, "p-tip-delay", Measure("tip_delay_error", 0.035, "time", 0.02, 0.05))
     assert (near.verdict, near.failed) == (Verdict.NOT_SHOWN, False)
     far = line(criteria, "p-tip-delay", Measure("tip_delay_error", 0.15, "time", 0.13, 0.17))
@@ -284,7 +319,9 @@ def test_the_stated_risks_hold_for_true_figures_at_the_limit():
     """Figures drawn about a true value at the limit, with their 95 % intervals: shown and refuted each in 2.5 % of the draws."""
     criteria, half, draws = load_criteria("paper-f"), 1.96 * 0.01, 4000
     values = 0.25 + 0.01 * np.random.default_rng(1).standard_normal(draws)
-    verdicts = [line(criteria, "p-leakage", Measure("leakage_error", x, "", x - half, x + half)).verdict for x in values]
+    verdicts = [
+        line(criteria, "p-leakage", Measure("leakage_error", x, "", x - half, x + half)).verdict for x in values
+    ]
     for verdict in (Verdict.SHOWN, Verdict.REFUTED):
         assert verdicts.count(verdict) / draws == pytest.approx(RISK, abs=4.0 * (RISK / draws) ** 0.5)
 

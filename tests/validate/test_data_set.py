@@ -37,9 +37,11 @@ def value(step, name):
 def cases():
     """Lengths, loads and motions like those of paper F table 3."""
     return (
-        record(waves(0.4), name="1", load=82e3), record(waves(1.1, 1500.0), name="2", load=94e3),
-        record(waves(2.2, s_w=2314.0), name="3", load=164e3), record(waves(1.5, s_w=2281.0), name="4", load=162e3),
-    )  # fmt: skip
+        record(waves(0.4), name="1", load=82e3),
+        record(waves(1.1, 1500.0), name="2", load=94e3),
+        record(waves(2.2, s_w=2314.0), name="3", load=164e3),
+        record(waves(1.5, s_w=2281.0), name="4", load=162e3),
+    )
 
 
 def test_the_data_set_of_paper_f_covers_what_it_asks():
@@ -51,7 +53,9 @@ def test_the_data_set_of_paper_f_covers_what_it_asks():
     assert value(step, "data_length") == pytest.approx(2100.0, abs=0.1)
     lines = judge(campaign().criteria, step.measures, (StepNumber.DATA,))
     assert not any(line.failed for line in lines)
-    assert step.statements[0].startswith("4 load cases with heave compensation, 2100 s in all: 82 t to 164 t, 487 m to 2314 m of wire out")
+    assert step.statements[0].startswith(
+        "4 load cases with heave compensation, 2100 s in all: 82 t to 164 t, 487 m to 2314 m of wire out"
+    )
 
 
 @pytest.mark.parametrize(
@@ -137,7 +141,10 @@ def test_measures_and_data_are_known_and_go_to_json():
 
 
 def test_figures_show_every_test_and_the_motion_of_every_load_case(tmp_path):
-    good, rest = read(tmp_path, ahc()), read(tmp_path, manual(), kind="dynamics", test='load = "0 t"', rows=signals(F_w=None))
+    good, rest = (
+        read(tmp_path, ahc()),
+        read(tmp_path, manual(), kind="dynamics", test='load = "0 t"', rows=signals(F_w=None)),
+    )
     plan = campaign(good, rest)
     drawn = figures(check_data(plan, (good, rest), lambda share: None), plan, (good, rest))
     assert set(drawn) == {"tests", "tip-motion"}

@@ -28,7 +28,11 @@ def outcomes(limits, defect: Defect, caught: dict[float, tuple[bool, bool]]) -> 
     made = {}
     for size, both in caught.items():
         for seed, no in enumerate(both):
-            made[limits.trial_of(defect, size, seed).key] = {"no": {"line": "it is off"} if no else {}, "code": "x", "date": "2026-01-02"}
+            made[limits.trial_of(defect, size, seed).key] = {
+                "no": {"line": "it is off"} if no else {},
+                "code": "x",
+                "date": "2026-01-02",
+            }
     return made
 
 
@@ -53,7 +57,9 @@ def test_a_defect_that_nothing_detects_is_listed_with_the_largest_size_tried(scr
     (row,) = limits.limits(outcomes(limits, Defect.BOOST, caught))
     table = DetectionLimits("x", "2026-01-02", 3, 0, (row,))
     assert row.smallest is None
-    assert list(table.sentences())[1:] == ["Not detected: boost pressure -40% against the twin's (the largest size tried)."]
+    assert list(table.sentences())[1:] == [
+        "Not detected: boost pressure -40% against the twin's (the largest size tried)."
+    ]
 
 
 def test_a_ladder_with_a_trial_missing_has_no_limit_yet(scripts):
@@ -79,7 +85,10 @@ def test_a_gap_counts_where_it_is_named_and_a_refused_campaign_is_detected(scrip
 
 def test_what_is_written_is_read_again(scripts, tmp_path, monkeypatch):
     limits, _ = scripts
-    rows = (DetectionLimit("gear", 0.015, 0.02, 'gear "a"', "gear b", 2), DetectionLimit("boost", None, -0.4, "boost", "boost", 2))
+    rows = (
+        DetectionLimit("gear", 0.015, 0.02, 'gear "a"', "gear b", 2),
+        DetectionLimit("boost", None, -0.4, "boost", "boost", 2),
+    )
     table = DetectionLimits("x-y", "2026-01-02", 100, 3, rows)
     file = tmp_path / "limits.toml"
     file.write_text(limits.text_of(table))

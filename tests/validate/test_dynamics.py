@@ -50,7 +50,11 @@ def verdicts(step):  # type: ignore[no-untyped-def]
 
 def in_the_way(step):  # type: ignore[no-untyped-def]
     """Lines in the way of a certificate. Gradients and periods of a dozen swings may stay not shown."""
-    return {line.key: line.message for line in judge(campaign().criteria, step.measures, (StepNumber.DYNAMICS,)) if line.failed}
+    return {
+        line.key: line.message
+        for line in judge(campaign().criteria, step.measures, (StepNumber.DYNAMICS,))
+        if line.failed
+    }
 
 
 def test_tuned_numbers_lie_within_five_per_cent_of_the_truth_and_their_intervals_hold_it() -> None:

@@ -12,7 +12,15 @@ from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.data_set.records.transients import Transient
 from stillhook.validate.dynamics.check import DynamicsStep, check_dynamics
 from stillhook.validate.dynamics.estimates import MOST_FORM
-from stillhook.validate.dynamics.fitting.form import BOTH_WAYS, OTHER_TESTS, SLOW_AND_FAST, Apart, apart, hidden, structural
+from stillhook.validate.dynamics.fitting.form import (
+    BOTH_WAYS,
+    OTHER_TESTS,
+    SLOW_AND_FAST,
+    Apart,
+    apart,
+    hidden,
+    structural,
+)
 from stillhook.validate.dynamics.fitting.output_error import Model, fit
 from stillhook.validate.dynamics.fitting.unknowns import C_H, C_LEAK, INERTIA, NAMES, PLACE, TUNED
 from stillhook.validate.dynamics.tuned_crane import tuned_crane
@@ -37,9 +45,16 @@ def linear(truth, seed: int = 0):
     y = np.sum(X[:, : len(TUNED)] * theta[cluster], axis=1) + 0.05 * rng.standard_normal(len(cluster))
     spread = np.array([np.inf] * len(TUNED) + [1.0] * (p - len(TUNED)))
     model = Model(
-        lambda x: (X @ x - y, X), np.zeros(len(y), dtype=np.int64), cluster, np.array([0.05]), np.zeros(p), spread, np.zeros(p),
-        np.full(p, -3.0), np.full(p, 3.0),
-    )  # fmt: skip
+        lambda x: (X @ x - y, X),
+        np.zeros(len(y), dtype=np.int64),
+        cluster,
+        np.array([0.05]),
+        np.zeros(p),
+        spread,
+        np.zeros(p),
+        np.full(p, -3.0),
+        np.full(p, 3.0),
+    )
     return fit(model, np.zeros(p)), [turn(i) for i in range(clusters)]
 
 
@@ -126,7 +141,10 @@ def test_turns_that_cannot_show_another_form_offer_no_leakage_and_widen_its_inte
 
 def test_a_form_that_the_turns_cannot_show_counts_where_other_tests_agree() -> None:
     blind = Apart(C_LEAK, SLOW_AND_FAST, 0.1, 0.2, 20)
-    assert hidden(C_LEAK, [blind], 0.12) == (pytest.approx(0.417, abs=1e-3), "fast turns and slow turns may differ by 1.5 times unseen")
+    assert hidden(C_LEAK, [blind], 0.12) == (
+        pytest.approx(0.417, abs=1e-3),
+        "fast turns and slow turns may differ by 1.5 times unseen",
+    )
     assert hidden(C_LEAK, [blind, Apart(C_LEAK, OTHER_TESTS, 0.05, 0.04, 20)], 0.12) == (0.0, "")
     for other in (Apart(C_LEAK, OTHER_TESTS, 0.5, 0.04, 20), Apart(C_LEAK, OTHER_TESTS, 0.05, 0.2, 20)):
         assert hidden(C_LEAK, [blind, other], 0.12)[0] > 0.4

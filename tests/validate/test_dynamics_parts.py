@@ -91,9 +91,16 @@ def problem(seed: int, varies: float = 0.0):  # type: ignore[no-untyped-def]
     y = x @ TRUE + 0.5 * own * x[:, 1] + 0.2 * rng.standard_normal(n)
     y[7] = np.nan  # a sample that was not logged
     return Model(
-        lambda theta: (x @ theta - y, x), np.zeros(n, dtype=np.int64), cluster, np.array([0.01]), np.zeros(2), np.full(2, np.inf),
-        np.array([0.0, varies]), np.full(2, -10.0), np.full(2, 10.0),
-    )  # fmt: skip
+        lambda theta: (x @ theta - y, x),
+        np.zeros(n, dtype=np.int64),
+        cluster,
+        np.array([0.01]),
+        np.zeros(2),
+        np.full(2, np.inf),
+        np.array([0.0, varies]),
+        np.full(2, -10.0),
+        np.full(2, 10.0),
+    )
 
 
 def test_the_fit_finds_its_parameters_and_says_that_it_has_converged() -> None:

@@ -13,7 +13,7 @@ from tests.validate.parameter_logs import checked, records
 from stillhook.library import crane_toml, load_crane
 from stillhook.library.crane_file.load import changed
 from stillhook.library.leakage import leak_at, stated_leak
-from stillhook.spec.crane import LeakForm
+from stillhook.spec.circuits import LeakForm
 from stillhook.units import in_display
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import StepNumber, Verdict
@@ -112,7 +112,8 @@ def tuned_in(crane: str, twin: str):
 
 
 @pytest.mark.parametrize(
-    ("crane", "twin"), [("constant", "stroke+speed"), ("stroke", "constant"), ("speed", "constant"), ("stroke+speed", "constant")]
+    ("crane", "twin"),
+    [("constant", "stroke+speed"), ("stroke", "constant"), ("speed", "constant"), ("stroke+speed", "constant")],
 )
 def test_the_tuned_file_has_the_form_of_the_logs_and_never_a_number_in_one_that_they_refute(crane, twin, tmp_path):
     tuned = tuned_in(crane, twin)
@@ -144,7 +145,9 @@ def test_step_4_agrees_in_the_right_form_and_offers_no_factor_in_a_wrong_one(twi
         assert leak.offered
         assert verdict(found, "4-leakage") is Verdict.SHOWN
     else:
-        assert measure.low < 0.0 < measure.high  # at the crane file's point, where both have 0.4; in the twin's form it reads +30 %
+        assert (
+            measure.low < 0.0 < measure.high
+        )  # at the crane file's point, where both have 0.4; in the twin's form it reads +30 %
         assert "judged at the crane file's point" in measure.note
         assert found.leak_at == found.leak.file_at
         assert not leak.offered
@@ -171,7 +174,9 @@ def drawn(i: int):
     rng = np.random.default_rng(1000 + i)
     leaks = PER_FORM[list(PER_FORM)[i % len(PER_FORM)]](rng.uniform(0.8, 1.25))
     slip, warming, late = rng.uniform(0.0, 0.015), rng.uniform(0.0, 5.0), rng.uniform(0.0, 0.04)
-    parts, truth = flow_parts(Leaks(leaks.constant, leaks.stroke, leaks.speed, slip, warming, 0.3, late), i, seconds=240.0)
+    parts, truth = flow_parts(
+        Leaks(leaks.constant, leaks.stroke, leaks.speed, slip, warming, 0.3, late), i, seconds=240.0
+    )
     return balance(parts), truth
 
 
@@ -199,7 +204,9 @@ def test_slip_of_the_electric_motors_is_no_leak_that_rises():
 
 def test_forms_that_weak_data_leave_are_all_named_and_widen_the_interval():
     """Small waves: setting and speed stay where the table is flat, and nothing tells the forms apart."""
-    parts, truth = flow_parts(Leaks(constant=0.174, stroke=1.0, speed=0.0435, slip=0.01, drift=0.3), 5, tests=1, seconds=120.0)
+    parts, truth = flow_parts(
+        Leaks(constant=0.174, stroke=1.0, speed=0.0435, slip=0.01, drift=0.3), 5, tests=1, seconds=120.0
+    )
     b = balance(parts)
     assert not b.leak.refuted
     assert len(b.leak.left) > 1
@@ -239,9 +246,14 @@ def between(i: int):
     """A crane whose leak has a slope that is small but not nil: its flow balance, true leak at the working point and at the crane file's."""
     rng = np.random.default_rng(4000 + i)
     leaks = Rising(
-        constant=0.3 * rng.uniform(0.95, 1.05), speed=0.1 * rng.uniform(0.0, 0.15), slip=rng.uniform(0.006, 0.012),
-        warming=rng.uniform(0.0, 4.0), drift=0.3, late=0.02, rise=rng.uniform(0.0, 0.06),
-    )  # fmt: skip
+        constant=0.3 * rng.uniform(0.95, 1.05),
+        speed=0.1 * rng.uniform(0.0, 0.15),
+        slip=rng.uniform(0.006, 0.012),
+        warming=rng.uniform(0.0, 4.0),
+        drift=0.3,
+        late=0.02,
+        rise=rng.uniform(0.0, 0.06),
+    )
     parts, _ = flow_parts(leaks, 500 + i, seconds=240.0)
     b = balance(parts)
     return b, float(leaks.conductance(b.leak.at.alpha_p, b.leak.at.n_m)), float(leaks.conductance(1.0, N_1000))
@@ -253,7 +265,11 @@ def test_a_small_slope_lies_in_the_intervals_at_the_working_point_and_at_the_poi
     for i in range(BETWEEN):
         b, here, there = between(i)
         e = b.leak.judged
-        truth = there / in_display(b.leak.stated, "leakage") if b.leak.judged_at_file_point else here / in_display(b.twin_leakage, "leakage")
+        truth = (
+            there / in_display(b.leak.stated, "leakage")
+            if b.leak.judged_at_file_point
+            else here / in_display(b.twin_leakage, "leakage")
+        )
         here_held += b.leakage.low <= here / in_display(b.twin_leakage, "leakage") - 1.0 <= b.leakage.high
         judged_held += e.low <= truth - 1.0 <= e.high
         at_file += b.leak.judged_at_file_point
@@ -283,4 +299,7 @@ def test_what_the_data_leave_open_at_the_file_s_point_is_judged_where_they_lie()
     assert open_there.judged == leak.value
     assert open_there.judged_at == leak.at
     assert not open_there.offered
-    assert "judged at the working point of the data, for at the crane file's they leave it open by +- 28 %" in form_says(open_there)
+    assert (
+        "judged at the working point of the data, for at the crane file's they leave it open by +- 28 %"
+        in form_says(open_there)
+    )

@@ -6,7 +6,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.validate.ahc_logs import STEP, TWIN, campaign, record
-from tests.validate.controller_logs import TO_THE_LIMIT, ahc_log, bent, limits_log, limits_record, noisy, own_limits_log, without
+from tests.validate.controller_logs import (
+    TO_THE_LIMIT,
+    ahc_log,
+    bent,
+    limits_log,
+    limits_record,
+    noisy,
+    own_limits_log,
+    without,
+)
 
 from stillhook.engine.pack.winch import gains
 from stillhook.spec.commands import Commands
@@ -70,14 +79,19 @@ def test_a_right_twin_reaches_the_cranes_speeds_and_saturates_with_it():
             assert abs(found(step, name, way).value) < ALIKE
     assert found(step, "saturation_overlap").value > 0.99
     log = own_limits_log()
-    ends = (np.abs(log["u_p"]) > 0.995) | (np.abs(log["alpha_p"]) > 0.995)  # the setting leaves its end after the command
+    ends = (np.abs(log["u_p"]) > 0.995) | (
+        np.abs(log["alpha_p"]) > 0.995
+    )  # the setting leaves its end after the command
     assert found(step, "saturation_time").value == pytest.approx(np.sum(ends) * STEP, abs=STEP)
     assert not any(line.failed for line in lines(step).values())
 
 
 def test_every_measure_can_be_judged():
     assert {m.name for m in own_step().measures} <= MEASURES.keys()
-    assert all(MEASURES[m.name].step is StepNumber.LIMITS and MEASURES[m.name].quantity == m.quantity for m in own_step().measures)
+    assert all(
+        MEASURES[m.name].step is StepNumber.LIMITS and MEASURES[m.name].quantity == m.quantity
+        for m in own_step().measures
+    )
 
 
 def test_noise_of_the_wire_is_in_the_interval():

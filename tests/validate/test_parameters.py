@@ -46,7 +46,9 @@ def found(step: ParametersStep, name: str) -> float:
 
 
 def failed(step: ParametersStep) -> set[str]:
-    return {line.key for line in judge(load_criteria("paper-f"), step.measures, (StepNumber.PARAMETERS,)) if line.failed}
+    return {
+        line.key for line in judge(load_criteria("paper-f"), step.measures, (StepNumber.PARAMETERS,)) if line.failed
+    }
 
 
 def first(step: ParametersStep) -> str:
@@ -59,12 +61,16 @@ def first(step: ParametersStep) -> str:
 def test_a_twin_that_is_the_crane_breaks_no_limit_and_every_measure_is_told():
     step = own()
     assert failed(step) == set()
-    here = {n for n, m in MEASURES.items() if m.step is StepNumber.PARAMETERS} - {"rest_pressure_difference"}  # see test_rests
+    here = {n for n, m in MEASURES.items() if m.step is StepNumber.PARAMETERS} - {
+        "rest_pressure_difference"
+    }  # see test_rests
     assert {m.name for m in step.measures if m.value is not None} == here
     assert first(step).startswith("Within limits: ")
 
 
-@pytest.mark.parametrize("name", ["lever_error", "clock_error", "v_w_error", "v_tip_error", "displacement_ratio_error", "pump_gain_error"])
+@pytest.mark.parametrize(
+    "name", ["lever_error", "clock_error", "v_w_error", "v_tip_error", "displacement_ratio_error", "pump_gain_error"]
+)
 def test_ratios_of_a_twin_that_is_the_crane_are_one(name):
     assert abs(found(own(), name)) < SHARP
 
@@ -81,7 +87,9 @@ def test_intervals_of_a_twin_that_is_the_crane_hold_its_own_numbers():
     missed = [m for m in told if not m.low <= 0.0 <= m.high]
     assert len(told) >= 30
     assert len(missed) <= len(told) // 8, missed
-    assert len({m.name for m in missed} - {"friction_error"}) == len([m for m in missed if m.name != "friction_error"])  # none twice
+    assert len({m.name for m in missed} - {"friction_error"}) == len(
+        [m for m in missed if m.name != "friction_error"]
+    )  # none twice
     assert all(min(abs(m.low), abs(m.high)) < 2.0 * (m.high - m.low) for m in missed)
 
 
@@ -101,7 +109,8 @@ def with_friction(factor: float):
     X = ("X_1", "X_2", "X_3", "X_4", "X_5")
     motors = {c: getattr(TWIN, c).motor for c in ("active", "passive")}
     circuits = {
-        c: getattr(TWIN, c).model_copy(update={"motor": m.model_copy(update={"loss": scaled(m.loss, X)})}) for c, m in motors.items()
+        c: getattr(TWIN, c).model_copy(update={"motor": m.model_copy(update={"loss": scaled(m.loss, X)})})
+        for c, m in motors.items()
     }
     system = scaled(TWIN.friction.system, ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6"))
     return TWIN.model_copy(update={**circuits, "friction": TWIN.friction.model_copy(update={"system": system})})
@@ -117,10 +126,14 @@ def test_friction_that_is_another_by_two_fifths_is_named_and_measured(factor):
 
 @pytest.mark.parametrize("scale", [1.5, 1.0 / 1.5])
 def test_leakage_that_is_another_by_half_is_measured_within_some_per_cent(scale):
-    leaky = changed(TWIN, {"active": {"pump": {"leak_scale": scale}, "motor": {"C_1": f"{0.0348083 * scale} L/min/bar"}}})
+    leaky = changed(
+        TWIN, {"active": {"pump": {"leak_scale": scale}, "motor": {"C_1": f"{0.0348083 * scale} L/min/bar"}}}
+    )
     step = checked(records(leaky))
     at = step.implied.balance.leak.at
-    truth = leak_at(leaky.active, at.alpha_p, at.n_m) / leak_at(TWIN.active, at.alpha_p, at.n_m) - 1.0  # the motors' C_2 stays as it is
+    truth = (
+        leak_at(leaky.active, at.alpha_p, at.n_m) / leak_at(TWIN.active, at.alpha_p, at.n_m) - 1.0
+    )  # the motors' C_2 stays as it is
     assert found(step, "leakage_error") == pytest.approx(truth, abs=FAIR)
     assert failed(step) == {"p-leakage"}
 
@@ -149,10 +162,14 @@ def _at_other_wire(record, counted):
 
 
 def test_an_offset_of_the_motors_is_found_where_the_command_leaves_room_for_it():
-    open_loop = changed(TWIN, {"active": {"motor": {"variant": "open-loop-feedback", "offset": 0.1, "hysteresis": 0.02}}})
+    open_loop = changed(
+        TWIN, {"active": {"motor": {"variant": "open-loop-feedback", "offset": 0.1, "hysteresis": 0.02}}}
+    )
     step = checked(records(open_loop))
     (offset,) = step.found("motor_offset_error")
-    assert offset.value == pytest.approx(0.1, abs=0.002)  # a command that comes down leaves it a per cent higher: the play
+    assert offset.value == pytest.approx(
+        0.1, abs=0.002
+    )  # a command that comes down leaves it a per cent higher: the play
     assert offset.low < 0.1 < offset.high
     assert step.implied.motor.hysteresis.value == pytest.approx(0.02, abs=0.002)
     assert "p-motor-offset" in failed(step)
@@ -202,7 +219,9 @@ def test_a_clock_that_drifts_is_told_from_a_speed_out_of_calibration():
     def drifted(log):
         return {**log, **{n: log[n] / 1.005 for n in ("v_w", "v_tip")}, "a_tip": log["a_tip"] / 1.005}
 
-    step = checked(records(spoil=drifted))  # stamps too fast by 0.5 %: every length changes too little for its speed ... in reverse
+    step = checked(
+        records(spoil=drifted)
+    )  # stamps too fast by 0.5 %: every length changes too little for its speed ... in reverse
     assert found(step, "clock_error") == pytest.approx(-0.005, abs=1e-3)
     assert "p-clock" in failed(step)
     assert abs(found(step, "v_tip_error")) < SHARP
@@ -218,12 +237,15 @@ def test_a_tip_speed_out_of_calibration_is_no_clock():
 @pytest.mark.parametrize(
     ("factor", "words"),
     [
-        (1.0 / 9.80665, "the column is in t and was read as kN"), (1.0 / 4.4482216, "the column is in kip and was read as kN"),
-        (1000.0, "the column is in N and was read as kN"), (1e3 / 9.80665, "the column is in kgf and was read as kN"),
-        (100.0 / (2.5e5 * 9.80665) * 1e3, "the column is in % of the SWL and was read as kN"), (0.5, "check scale, unit and parts of line"),
+        (1.0 / 9.80665, "the column is in t and was read as kN"),
+        (1.0 / 4.4482216, "the column is in kip and was read as kN"),
+        (1000.0, "the column is in N and was read as kN"),
+        (1e3 / 9.80665, "the column is in kgf and was read as kN"),
+        (100.0 / (2.5e5 * 9.80665) * 1e3, "the column is in % of the SWL and was read as kN"),
+        (0.5, "check scale, unit and parts of line"),
         (-1.0, "set sign = -1"),
     ],
-)  # fmt: skip
+)
 def test_a_wrong_unit_of_the_load_cell_is_named_by_its_factor(factor, words):
     step = checked(records(spoil=lambda log: {**log, "F_w": factor * log["F_w"]}))
     assert "p-load-cell" in failed(step)
@@ -310,7 +332,8 @@ def test_wire_made_from_a_speed_is_compared_with_no_speed():
 
 def test_manual_tests_alone_tell_no_delay():
     manual = tuple(
-        replace(r, test=replace(r.test, kind=Kind.LIMITS), segments=(replace(r.segments[0], mode=Mode.MANUAL),)) for r in records()
+        replace(r, test=replace(r.test, kind=Kind.LIMITS), segments=(replace(r.segments[0], mode=Mode.MANUAL),))
+        for r in records()
     )
     assert checked(manual).found("tip_delay_error")[0].value is None
 

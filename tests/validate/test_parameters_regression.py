@@ -59,14 +59,19 @@ def test_rows_with_holes_are_left_out():
 def test_estimates_that_differ_by_more_than_they_allow_give_a_wider_mean():
     alike = pooled([Estimate(1.0, 0.1), Estimate(1.05, 0.1)])
     apart = pooled([Estimate(1.0, 0.1), Estimate(2.0, 0.1)])
-    assert 0.1 < alike.half < 0.1 * apart.half  # two tests alone tell little of how tests differ (Student's t, 1 degree of freedom)
+    assert (
+        0.1 < alike.half < 0.1 * apart.half
+    )  # two tests alone tell little of how tests differ (Student's t, 1 degree of freedom)
     assert alike.low < 1.0 < 1.05 < alike.high
     assert pooled([Estimate(1.0, 0.2)]) == Estimate(1.0, 0.2)
 
 
 def waves(n, seed=0):
     t, rng = np.arange(n) * STEP, np.random.default_rng(seed)
-    return sum(a * np.sin(2 * np.pi * t / T + p) for a, T, p in zip((1.0, 0.7, 0.4), (11.0, 8.3, 6.1), rng.uniform(0, 6, 3), strict=True))
+    return sum(
+        a * np.sin(2 * np.pi * t / T + p)
+        for a, T, p in zip((1.0, 0.7, 0.4), (11.0, 8.3, 6.1), rng.uniform(0, 6, 3), strict=True)
+    )
 
 
 def test_noise_of_a_speed_draws_no_slope_towards_zero():

@@ -52,7 +52,9 @@ def test_a_twin_that_is_the_crane_is_shown_in_every_line_whose_signals_are_logge
     assert own().statements[0].startswith("Within limits: ")
 
 
-@pytest.mark.parametrize("name", ["precharge_error", "gas_volume_error", "passive_motors_error", "passive_setting_error"])
+@pytest.mark.parametrize(
+    "name", ["precharge_error", "gas_volume_error", "passive_motors_error", "passive_setting_error"]
+)
 def test_measures_of_a_twin_that_is_the_crane_are_none(name):
     (m,) = own().found(name)
     assert abs(m.value) < SHARP

@@ -85,10 +85,15 @@ def test_a_gap_stays_a_gap_and_both_sides_are_used(tmp_path):
 
 def test_a_gap_that_the_stamps_hide_is_seen_by_the_jump_and_named(tmp_path):
     frame = ahc(170.0)
-    hidden = frame.filter((pl.col("Time") < 70.0) | (pl.col("Time") >= 90.0)).with_columns(Time=frame["Time"][: len(frame) - 2000])
+    hidden = frame.filter((pl.col("Time") < 70.0) | (pl.col("Time") >= 90.0)).with_columns(
+        Time=frame["Time"][: len(frame) - 2000]
+    )
     record = read(tmp_path, hidden)
     assert [round(s.start, 1) for s in record.segments] == [0.0, 70.0]
-    assert "jump: samples are missing that the stamps do not show; the parts before and after are used as two." in record.statements[0]
+    assert (
+        "jump: samples are missing that the stamps do not show; the parts before and after are used as two."
+        in record.statements[0]
+    )
     assert record.statements[0].startswith('Test "1", 70')
 
 
@@ -98,13 +103,22 @@ def test_an_encoder_that_is_set_anew_cuts_the_record(tmp_path):
     s_w[7000:] += 1.2
     record = read(tmp_path, changed(frame, "Wire out", s_w))
     assert len(record.segments) == 2
-    assert any("wire paid out jumps, and nothing else does: its sensor was set anew" in text for text in record.statements)
+    assert any(
+        "wire paid out jumps, and nothing else does: its sensor was set anew" in text for text in record.statements
+    )
 
 
 def test_friction_that_breaks_away_is_no_seam(tmp_path):
     """At rest and in slow waves the winch's speed steps; the tip does not."""
     for frame, kind in ((ahc(), "ahc"), (manual(), "dynamics")):
-        assert len(read(tmp_path, frame, kind=kind, test='load = "0 t"' if kind == "dynamics" else 'load = "90 t"').segments) == 1
+        assert (
+            len(
+                read(
+                    tmp_path, frame, kind=kind, test='load = "0 t"' if kind == "dynamics" else 'load = "90 t"'
+                ).segments
+            )
+            == 1
+        )
 
 
 def test_a_spike_is_left_out_and_told(tmp_path):
@@ -142,9 +156,15 @@ def test_a_winch_at_rest_below_a_tip_that_moves_is_not_stuck(tmp_path):
     t = frame["Time"].to_numpy()
     waves = np.round(0.4 * np.sin(0.7 * t), 3)
     record = read(
-        tmp_path, frame.with_columns(pl.Series("Tip pos", waves), pl.Series("Tip speed", np.round(0.28 * np.cos(0.7 * t), 3)), pl.Series("Tip acc", -0.49 * waves)),
-        kind="dynamics", test='load = "0 t"',
-    )  # fmt: skip
+        tmp_path,
+        frame.with_columns(
+            pl.Series("Tip pos", waves),
+            pl.Series("Tip speed", np.round(0.28 * np.cos(0.7 * t), 3)),
+            pl.Series("Tip acc", -0.49 * waves),
+        ),
+        kind="dynamics",
+        test='load = "0 t"',
+    )
     assert not any("stuck" in text for text in record.statements)
     assert np.isfinite(record.signals["v_w"]).all()
 
@@ -159,17 +179,27 @@ def test_only_the_part_that_counts_is_read(tmp_path):
 
 def test_two_tests_may_share_a_log(tmp_path):
     path = write(tmp_path, ahc(), test='load = "90 t"\nend = "70 s"')
-    path.write_text(path.read_text() + '[[test]]\nname = "2"\nlog = "x.csv"\nkind = "ahc"\nload = "90 t"\nstart = "70 s"\n')
+    path.write_text(
+        path.read_text() + '[[test]]\nname = "2"\nlog = "x.csv"\nkind = "ahc"\nload = "90 t"\nstart = "70 s"\n'
+    )
     shares = []
     first, second = read_records(load_campaign(path), shares.append)
     assert first.log is second.log
-    assert (first.segments[0].duration, second.segments[0].duration) == (pytest.approx(70.0, abs=0.1), pytest.approx(70.0, abs=0.1))
+    assert (first.segments[0].duration, second.segments[0].duration) == (
+        pytest.approx(70.0, abs=0.1),
+        pytest.approx(70.0, abs=0.1),
+    )
     assert shares[-1] == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(
     ("content", "told"),
-    [("", "x.csv: is empty."), ("Time,Tip pos\n", "holds no table"), ("\x00\x01\x02" * 500, "holds no table"), ("<html></html>\n" * 20, "x.csv: ")],
+    [
+        ("", "x.csv: is empty."),
+        ("Time,Tip pos\n", "holds no table"),
+        ("\x00\x01\x02" * 500, "holds no table"),
+        ("<html></html>\n" * 20, "x.csv: "),
+    ],
 )
 def test_a_file_that_is_no_log_is_refused_in_one_line(tmp_path, content, told):
     path = write(tmp_path, ahc())
@@ -184,5 +214,7 @@ def test_a_file_that_is_no_log_is_refused_in_one_line(tmp_path, content, told):
 
 def test_time_that_starts_anew_and_columns_that_are_not_there_are_refused(tmp_path):
     frame = ahc()
-    assert "time in \"Time\" runs back by 99.99 s. The clock started anew" in refusal(tmp_path, pl.concat([frame[:10000], frame[:10000]]))
+    assert 'time in "Time" runs back by 99.99 s. The clock started anew' in refusal(
+        tmp_path, pl.concat([frame[:10000], frame[:10000]])
+    )
     assert 'x.csv: s_w: no column "Wire out" in the file.' in refusal(tmp_path, frame.drop("Wire out"))

@@ -18,7 +18,11 @@ def by_another_clock(frame, offset, drift, names=TIP):
     for name in names:
         heading = COLUMNS[name][0]
         frame = changed(frame, heading, np.interp(t + offset, t, frame[heading].to_numpy()))
-    return changed(frame, "T2", np.round(t * (1.0 + drift), 5)) if "T2" in frame.columns else frame.with_columns(T2=np.round(t * (1.0 + drift), 5))
+    return (
+        changed(frame, "T2", np.round(t * (1.0 + drift), 5))
+        if "T2" in frame.columns
+        else frame.with_columns(T2=np.round(t * (1.0 + drift), 5))
+    )
 
 
 def left(record, frame, name):
@@ -38,7 +42,9 @@ def test_a_tip_of_another_clock_is_brought_to_where_the_plc_saw_it(tmp_path, off
     (clock,) = record.clocks
     assert clock.signals == TIP
     assert clock.drift == pytest.approx(1.0 / (1.0 + drift) - 1.0, abs=2e-5)
-    assert clock.offset == pytest.approx(offset, abs=0.03)  # of its first stamp: drift times the time until it is seen comes in
+    assert clock.offset == pytest.approx(
+        offset, abs=0.03
+    )  # of its first stamp: drift times the time until it is seen comes in
     assert clock.u < PROMPT
     assert record.statements[0].startswith('Test "1": the clock of s_tip, v_tip, a_tip is ')
     assert "by the error of the PLC and wire out, to +- 0." in record.statements[0]
@@ -66,7 +72,9 @@ def test_without_the_error_of_the_plc_its_feedforward_tells_to_some_hundredths(t
 
 def test_without_either_it_is_said_that_the_clock_is_only_near(tmp_path):
     frame = ahc(170.0)
-    record = read(tmp_path, by_another_clock(frame, 1.5, 1e-4), rows=signals(**with_clock(*TIP), e_c_measured=None, u_p=None))
+    record = read(
+        tmp_path, by_another_clock(frame, 1.5, 1e-4), rows=signals(**with_clock(*TIP), e_c_measured=None, u_p=None)
+    )
     assert "could only be brought near that of the log" in record.statements[0]
     assert record.clocks[0].against == ""
     assert np.abs(left(record, frame, "s_tip")).max() < 0.2
@@ -104,7 +112,10 @@ def test_a_tip_that_is_logged_before_the_plc_gets_it_is_told(tmp_path):
     early = changed(frame, "Tip pos", np.round(np.interp(t + 0.15, t, frame["Tip pos"].to_numpy()), 4))
     record = read(tmp_path, early.drop("Tip speed", "Tip acc"), rows=signals(v_tip=None, a_tip=None))
     assert record.lags[1].seconds == pytest.approx(0.15, abs=PROMPT)
-    assert any("the tip that the PLC compensates (its error and wire out) comes 150 ms later than the logged one" in s for s in record.statements)
+    assert any(
+        "the tip that the PLC compensates (its error and wire out) comes 150 ms later than the logged one" in s
+        for s in record.statements
+    )
 
 
 def test_an_error_of_the_plc_in_another_unit_is_refused(tmp_path):
@@ -112,7 +123,9 @@ def test_an_error_of_the_plc_in_another_unit_is_refused(tmp_path):
     with pytest.raises(ValidateError) as caught:
         read(tmp_path, ahc(), rows=rows)
     assert str(caught.value).startswith('test "1": e_c_measured is 1')
-    assert "times what tip height less wire out give. Check the units of e_c_measured, s_tip and s_w" in str(caught.value)
+    assert "times what tip height less wire out give. Check the units of e_c_measured, s_tip and s_w" in str(
+        caught.value
+    )
 
 
 @pytest.mark.parametrize("late", [-0.0837, 0.0, 0.0123])

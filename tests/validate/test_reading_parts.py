@@ -43,7 +43,10 @@ def test_a_part_with_heave_compensation_is_found_in_whatever_the_log_calls_it(tm
     assert segment.mode is Mode.SSC
     assert segment.start == pytest.approx(40.0, abs=0.015)
     assert set(np.unique(record.signals["mode"])) == {0.0, 5.0}
-    assert any("100 s of 140 s are used, from 40 s on; in 40 s the winch did not compensate" in text for text in record.statements)
+    assert any(
+        "100 s of 140 s are used, from 40 s on; in 40 s the winch did not compensate" in text
+        for text in record.statements
+    )
 
 
 def test_modes_that_change_part_the_record(tmp_path):
@@ -54,7 +57,9 @@ def test_modes_that_change_part_the_record(tmp_path):
 
 def test_a_number_without_a_meaning_is_refused_with_what_to_write(tmp_path):
     text = refusal(tmp_path, half_on(ahc(), 17, 0))
-    assert text.startswith('test "1": mode: the log holds 17 for 100 s, which is not one of 0, 1, 2, 3, 4, 5, 6. Say what it means')
+    assert text.startswith(
+        'test "1": mode: the log holds 17 for 100 s, which is not one of 0, 1, 2, 3, 4, 5, 6. Say what it means'
+    )
     assert text.endswith('[modes], such as "5" = "ssc".')
 
 
@@ -63,7 +68,9 @@ def test_a_mean_of_two_modes_in_one_bin_is_no_mode(tmp_path):
     frame = half_on(ahc(), 5, 0, 70.004)
     t = np.arange(0.0, 139.0, 0.001)
     own = frame["Time"].to_numpy()
-    fast = pl.DataFrame({h: (np.round(t, 4) if h == "Time" else np.interp(t, own, frame[h].to_numpy())) for h in frame.columns})
+    fast = pl.DataFrame(
+        {h: (np.round(t, 4) if h == "Time" else np.interp(t, own, frame[h].to_numpy())) for h in frame.columns}
+    )
     fast = fast.with_columns(pl.Series("Mode", np.where(t < 70.004, 0, 5)))
     record = read(tmp_path, fast)
     assert set(np.unique(record.signals["mode"])) == {0.0, 5.0}
@@ -75,7 +82,9 @@ def test_without_a_mode_in_the_log_the_stated_one_holds_throughout(tmp_path):
     (segment,) = read(tmp_path, ahc(), rows=rows, test='load = "90 t"\nmode = "ns"').segments
     assert segment.mode is Mode.NS
     text = refusal(tmp_path, ahc(), rows=rows)
-    assert text.startswith('test "1": mode: missing. State the mode of the PLC in the campaign file, or map a signal mode; one of level-1,')
+    assert text.startswith(
+        'test "1": mode: missing. State the mode of the PLC in the campaign file, or map a signal mode; one of level-1,'
+    )
 
 
 def test_a_stated_mode_that_the_log_never_is_in_is_refused(tmp_path):
@@ -101,7 +110,10 @@ def test_moves_of_the_operator_while_compensating_are_told(tmp_path):
     v_op[5000:5300], v_op[9000:9100] = 3.0, -3.0
     record = read(tmp_path, changed(frame, "Joystick", v_op))
     assert len(record.segments) == 1
-    assert any("the operator moves the wire 2 times while the winch compensates, 4 s in all" in text for text in record.statements)
+    assert any(
+        "the operator moves the wire 2 times while the winch compensates, 4 s in all" in text
+        for text in record.statements
+    )
 
 
 # --- loads -----------------------------------------------------------------------------------------------------------------------------------
@@ -109,13 +121,20 @@ def test_moves_of_the_operator_while_compensating_are_told(tmp_path):
 
 def heavier(frame: pl.DataFrame, tonnes: float, start: float, ramp: float = 0.0) -> pl.DataFrame:
     t = frame["Time"].to_numpy()
-    return changed(frame, "Load cell", frame["Load cell"].to_numpy() + tonnes * G * np.clip((t - start) / max(ramp, 1e-9), 0.0, 1.0))
+    return changed(
+        frame,
+        "Load cell",
+        frame["Load cell"].to_numpy() + tonnes * G * np.clip((t - start) / max(ramp, 1e-9), 0.0, 1.0),
+    )
 
 
 def test_the_load_comes_from_the_cell_where_it_is_not_stated(tmp_path):
     record = read(tmp_path, ahc(), test="")
     assert record.segments[0].load == pytest.approx(90e3, abs=300.0)  # a tenth of a per cent of the cell's range
-    assert any(f"the load is not stated; it is {show(record.segments[0].load, 'mass')} from" in text for text in record.statements)
+    assert any(
+        f"the load is not stated; it is {show(record.segments[0].load, 'mass')} from" in text
+        for text in record.statements
+    )
 
 
 def test_a_payload_in_water_weighs_less_and_its_load_is_found_again(tmp_path):
@@ -123,7 +142,10 @@ def test_a_payload_in_water_weighs_less_and_its_load_is_found_again(tmp_path):
     lighter = heavier(ahc(), -volume * rho / 1e3, -1.0)
     record = read(tmp_path, lighter, test=f'water = {{ volume = "{volume} m^3" }}')
     assert record.segments[0].load == pytest.approx(90e3, abs=300.0)
-    assert not any("load cell shows" in text for text in read(tmp_path, lighter, test=f'load = "90 t"\nwater = {{ volume = "{volume} m^3" }}').statements)
+    assert not any(
+        "load cell shows" in text
+        for text in read(tmp_path, lighter, test=f'load = "90 t"\nwater = {{ volume = "{volume} m^3" }}').statements
+    )
 
 
 @pytest.mark.parametrize("ramp", [0.0, 20.0])
@@ -134,7 +156,9 @@ def test_a_change_of_load_parts_the_record_and_the_stated_load_stays_where_the_c
     assert second.load == pytest.approx(130e3, abs=600.0)
     assert first.start + first.duration == pytest.approx(75.0 + 0.3 * ramp, abs=2.0 + 0.2 * ramp)
     assert second.start >= 75.0 + 0.5 * ramp - 1.5
-    there = f"the load is another one than stated for a part, there it is {show(second.load, 'mass')} from the load cell"
+    there = (
+        f"the load is another one than stated for a part, there it is {show(second.load, 'mass')} from the load cell"
+    )
     assert any(there in text for text in record.statements)
 
 
@@ -148,7 +172,10 @@ def test_a_load_cell_that_says_something_else_is_told_and_the_stated_load_counts
     frame = ahc()
     record = read(tmp_path, changed(frame, "Load cell", frame["Load cell"].to_numpy() / G))
     assert record.segments[0].load == 90e3
-    assert any("where the stated load and the hook weigh 912" in text and "the stated load counts" in text for text in record.statements)
+    assert any(
+        "where the stated load and the hook weigh 912" in text and "the stated load counts" in text
+        for text in record.statements
+    )
 
 
 def test_no_load_at_all_is_refused(tmp_path):
@@ -163,7 +190,10 @@ def test_no_load_at_all_is_refused(tmp_path):
 # --- wire and tip ----------------------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("left_out", "how"), [({"s_w": None}, "the wire's speed"), ({"s_w": None, "v_w": None}, "the motors' speed on the layer in use")])
+@pytest.mark.parametrize(
+    ("left_out", "how"),
+    [({"s_w": None}, "the wire's speed"), ({"s_w": None, "v_w": None}, "the motors' speed on the layer in use")],
+)
 def test_wire_out_is_made_from_its_start_and_a_speed(tmp_path, left_out, how):
     frame = ahc()
     start = float(frame["Wire out"][0])
@@ -178,7 +208,9 @@ def test_wire_out_is_made_from_its_start_and_a_speed(tmp_path, left_out, how):
 def test_a_tip_that_is_not_logged_is_made_from_the_error_of_the_plc(tmp_path):
     frame = ahc()
     record = read(tmp_path, frame, rows=signals(s_tip=None))
-    apart = record.signals["s_tip"] - np.interp(record.t + record.zero, frame["Time"].to_numpy(), frame["Tip pos"].to_numpy())
+    apart = record.signals["s_tip"] - np.interp(
+        record.t + record.zero, frame["Time"].to_numpy(), frame["Tip pos"].to_numpy()
+    )
     assert np.ptp(apart) < 3e-3  # m: noise of the tip between two samples
     assert record.derived == {"s_tip"}
 
@@ -186,11 +218,23 @@ def test_a_tip_that_is_not_logged_is_made_from_the_error_of_the_plc(tmp_path):
 @pytest.mark.parametrize(
     ("rows", "told"),
     [
-        ({"s_tip": None, "e_c_measured": None}, 'test "1": no s_tip in x.csv. Map the tip\'s height (or e_c_measured beside s_w)'),
-        ({"s_w": None}, 'test "1": no s_w in x.csv. Map wire out, or a speed (v_w, omega_m) and state s_w at the start.'),
+        (
+            {"s_tip": None, "e_c_measured": None},
+            'test "1": no s_tip in x.csv. Map the tip\'s height (or e_c_measured beside s_w)',
+        ),
+        (
+            {"s_w": None},
+            'test "1": no s_w in x.csv. Map wire out, or a speed (v_w, omega_m) and state s_w at the start.',
+        ),
         ({"s_tip": '{ column = "Tip pos", unit = "mm" }'}, "s_w moves 9"),
-        ({"s_w": '{ column = "Wire out", unit = "cm" }'}, "times as far as s_tip while the winch compensates. Check the units of s_tip, s_w."),
-        ({"s_w": '{ column = "Wire out", unit = "m", scale = 10 }'}, 'where "nov-250t" has 0 m to 2831 m. Check unit, sign and offset of s_w.'),
+        (
+            {"s_w": '{ column = "Wire out", unit = "cm" }'},
+            "times as far as s_tip while the winch compensates. Check the units of s_tip, s_w.",
+        ),
+        (
+            {"s_w": '{ column = "Wire out", unit = "m", scale = 10 }'},
+            'where "nov-250t" has 0 m to 2831 m. Check unit, sign and offset of s_w.',
+        ),
         ({"p_a": '{ column = "PT A", unit = "Pa" }'}, "p_a never exceeds"),
         ({"u_p": '{ column = "Pump command", unit = "1" }'}, "is beyond 1.5"),
     ],

@@ -41,7 +41,10 @@ def said(folder, frame, rows, **more):
 @pytest.mark.parametrize("every", ["10 ms", "0.1 s"])
 def test_swapped_pressure_lines_are_named_although_a_passive_system_carries_the_load(tmp_path, every):
     told = said(tmp_path, ahc(), SWAPPED, every=every)
-    assert told == "swap the columns of p_a and p_b: friction makes the pressure drop higher when hoisting, and here it is lower"
+    assert (
+        told
+        == "swap the columns of p_a and p_b: friction makes the pressure drop higher when hoisting, and here it is lower"
+    )
 
 
 def test_swapped_pressure_lines_are_named_in_a_test_without_heave_compensation_too(tmp_path):
@@ -73,7 +76,10 @@ def test_a_wire_that_is_counted_the_other_way_takes_an_offset_as_well(tmp_path):
 
 def test_all_signals_of_the_tip_flipped_are_named_together(tmp_path):
     told = said(tmp_path, ahc(), flipped("s_tip", "v_tip", "a_tip"))
-    assert told == "set sign = 1 for s_tip, set sign = 1 for v_tip and set sign = 1 for a_tip: they contradict omega_m, v_w, s_w and u_p"
+    assert (
+        told
+        == "set sign = 1 for s_tip, set sign = 1 for v_tip and set sign = 1 for a_tip: they contradict omega_m, v_w, s_w and u_p"
+    )
 
 
 def test_a_flipped_speed_and_swapped_lines_are_both_named(tmp_path):
@@ -88,12 +94,18 @@ def test_a_flipped_error_of_the_plc_is_named(tmp_path):
 
 
 def test_a_wire_that_pushes_is_named(tmp_path):
-    assert said(tmp_path, ahc(), flipped("F_w")) == "set sign = 1 for F_w: it is negative throughout, and tension is positive"
+    assert (
+        said(tmp_path, ahc(), flipped("F_w"))
+        == "set sign = 1 for F_w: it is negative throughout, and tension is positive"
+    )
 
 
 def test_where_two_signals_are_all_there_is_both_ways_out_are_named(tmp_path):
     told = said(tmp_path, ahc(), flipped("s_tip") | only("s_tip", "s_w"))
-    assert told == "set sign = 1 for s_tip, or set sign = -1 and an offset that makes it the wire out for s_w: it contradicts s_w"
+    assert (
+        told
+        == "set sign = 1 for s_tip, or set sign = -1 and an offset that makes it the wire out for s_w: it contradicts s_w"
+    )
 
 
 @pytest.mark.parametrize("noise", [1.0, 5.0])
@@ -101,8 +113,18 @@ def test_where_two_signals_are_all_there_is_both_ways_out_are_named(tmp_path):
 def test_a_good_log_is_not_blamed_however_noisy(tmp_path, seed, noise):
     frame = ahc(140.0, seed)
     rng = np.random.default_rng(seed)
-    for heading, size in (("Tip pos", 2e-3), ("Tip speed", 5e-3), ("Tip acc", 0.02), ("PT A", 1.0), ("PT B", 1.0), ("AHC error", 2.0), ("Load cell", 5.0)):
-        frame = changed(frame, heading, np.round(frame[heading].to_numpy() + noise * size * rng.standard_normal(len(frame)), 4))
+    for heading, size in (
+        ("Tip pos", 2e-3),
+        ("Tip speed", 5e-3),
+        ("Tip acc", 0.02),
+        ("PT A", 1.0),
+        ("PT B", 1.0),
+        ("AHC error", 2.0),
+        ("Load cell", 5.0),
+    ):
+        frame = changed(
+            frame, heading, np.round(frame[heading].to_numpy() + noise * size * rng.standard_normal(len(frame)), 4)
+        )
     read(tmp_path, frame, {})
 
 
@@ -121,6 +143,9 @@ def test_stuck_and_cut_off_sensors_are_found_in_narrow_bins_as_in_wide_ones(tmp_
     p_a[4000:4600] = p_a[4000]
     p_b = np.minimum(frame["PT B"].to_numpy(), np.percentile(frame["PT B"].to_numpy(), 97.0).round(1))
     spoiled = changed(changed(frame, "PT A", p_a), "PT B", p_b)
-    found = [{(f.signal, f.kind) for f in read(tmp_path, spoiled, {}, every=every).findings if f.action == "noted"} for every in ("10 ms", "0.1 s")]
+    found = [
+        {(f.signal, f.kind) for f in read(tmp_path, spoiled, {}, every=every).findings if f.action == "noted"}
+        for every in ("10 ms", "0.1 s")
+    ]
     assert found[0] == found[1]
     assert {("p_a", "stuck"), ("p_b", "saturated")} <= found[0]

@@ -51,7 +51,9 @@ def test_scatter_of_cases_with_negligible_errors_is_their_standard_deviation():
     y = np.array([0.3, -1.2, 0.8, 2.0])
     assert between(y, np.full(4, 1e-6)) == pytest.approx(y.std(ddof=1), rel=1e-6)
     _, half = random_effects(y, np.full(4, 1e-6))
-    assert half == pytest.approx(3.1824463 * y.std(ddof=1) / 2.0, rel=1e-5)  # Student's t, 3 degrees of freedom: the textbook interval
+    assert half == pytest.approx(
+        3.1824463 * y.std(ddof=1) / 2.0, rel=1e-5
+    )  # Student's t, 3 degrees of freedom: the textbook interval
 
 
 def test_one_case_stays_as_it_is():

@@ -13,7 +13,16 @@ from stillhook import load_crane
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import SimulationError, ValidateError
 from stillhook.logs.synthetic.campaign import MARK
-from stillhook.logs.synthetic.instruments import AHC_COLUMNS, Calibration, Clock, Sensor, ahc_sensors, filtered, logged, unit_factor
+from stillhook.logs.synthetic.instruments import (
+    AHC_COLUMNS,
+    Calibration,
+    Clock,
+    Sensor,
+    ahc_sensors,
+    filtered,
+    logged,
+    unit_factor,
+)
 from stillhook.physics.load_path.drum import layers_filled
 from stillhook.physics.scalar import G
 from stillhook.spec.scenario import Mode
@@ -38,7 +47,12 @@ SHORT = Plan(
     "made up",
 )
 """Two tests that show every defect."""
-LOGGER = {Defect.PRESSURE_LINES: {"PT A", "PT B"}, Defect.LOAD_CELL: {"Load cell"}, Defect.SENSOR_A: {"PT A"}, Defect.CLOCK: {"Time"}}
+LOGGER = {
+    Defect.PRESSURE_LINES: {"PT A", "PT B"},
+    Defect.LOAD_CELL: {"Load cell"},
+    Defect.SENSOR_A: {"PT A"},
+    Defect.CLOCK: {"Time"},
+}
 """Defects of the log alone, and the columns that they touch."""
 
 
@@ -48,7 +62,9 @@ def write(tmp_path_factory: pytest.TempPathFactory):
 
     @cache
     def written(defect: Defect | None = None, seed: int = 3, apart: bool = False) -> Written:
-        return write_campaign(tmp_path_factory.mktemp("truth") / "campaign", plan=SHORT, seed=seed, defect=defect, apart=apart, threads=1)
+        return write_campaign(
+            tmp_path_factory.mktemp("truth") / "campaign", plan=SHORT, seed=seed, defect=defect, apart=apart, threads=1
+        )
 
     return written
 
@@ -82,7 +98,11 @@ def test_everything_is_marked_and_the_campaign_does_not_tell_the_truth(write):
 
 def test_the_campaign_file_says_what_a_test_engineer_knows(write):
     campaign = load_campaign(write().campaign)
-    assert (campaign.crane_name, campaign.delay, [t.kind for t in campaign.tests]) == ("nov-250t", STATED_DELAY, [Kind.AHC, Kind.LIMITS])
+    assert (campaign.crane_name, campaign.delay, [t.kind for t in campaign.tests]) == (
+        "nov-250t",
+        STATED_DELAY,
+        [Kind.AHC, Kind.LIMITS],
+    )
     test, planned = campaign.tests[0], SHORT.tests[0]
     assert (test.load, test.water) == (planned.load, planned.water)
     assert test.water is not None
@@ -92,7 +112,9 @@ def test_the_campaign_file_says_what_a_test_engineer_knows(write):
 def test_the_truth_lies_beside_it_with_a_source_for_every_number(write):
     told_, made = tomllib.loads(write(Defect.GEAR).truth.read_text()), with_defect(setting(3), CRANE, Defect.GEAR)
     assert told_["defect"] == "gear: gear ratio motor to drum +2.0% against the twin's"
-    assert {k: v["value"] for k, v in told_["crane"].items()} == {f.name: getattr(made.truth, f.name) for f in fields(made.truth)}
+    assert {k: v["value"] for k, v in told_["crane"].items()} == {
+        f.name: getattr(made.truth, f.name) for f in fields(made.truth)
+    }
     assert all(v["kind"] == "assumed" and v["source"] for v in told_["crane"].values())
     line = CRANE.active.line
     assert told_["follows"]["C_h"] == pytest.approx(made.truth.capacitance * line.V / line.bulk_modulus)
@@ -228,7 +250,14 @@ def test_a_sea_has_the_height_that_was_asked_for_and_never_comes_round():
 
 def test_truths_of_many_seeds_scatter_evenly_around_the_twin():
     truths = [setting(s).truth for s in range(200)]
-    for name, half in (("capacitance", 0.03), ("leakage", 0.05), ("inertia", 0.03), ("friction", 0.05), ("gas_volume", 0.05), ("precharge", 0.01)):
+    for name, half in (
+        ("capacitance", 0.03),
+        ("leakage", 0.05),
+        ("inertia", 0.03),
+        ("friction", 0.05),
+        ("gas_volume", 0.05),
+        ("precharge", 0.01),
+    ):
         x = np.array([getattr(t, name) for t in truths])
         assert x.mean() == pytest.approx(1.0, abs=0.01)
         assert abs(x - 1.0).max() <= half
@@ -272,8 +301,14 @@ def changes(defect: Defect) -> set[str]:
     a, b = setting(3), with_defect(setting(3), CRANE, defect)
     flat: list[dict[str, object]] = []
     for s in (a, b):
-        inside = {f"{part}.{f.name}": getattr(getattr(s, part), f.name) for part in ("truth", "clock", "faults") for f in fields(getattr(s, part))}
-        flat.append(inside | {f.name: getattr(s, f.name) for f in fields(Setting) if f.name not in ("truth", "clock", "faults")})
+        inside = {
+            f"{part}.{f.name}": getattr(getattr(s, part), f.name)
+            for part in ("truth", "clock", "faults")
+            for f in fields(getattr(s, part))
+        }
+        flat.append(
+            inside | {f.name: getattr(s, f.name) for f in fields(Setting) if f.name not in ("truth", "clock", "faults")}
+        )
     return {name for name in flat[0] if flat[0][name] != flat[1][name]}
 
 
@@ -344,7 +379,9 @@ def test_more_leakage_takes_speed(write):
     lost = 1.0 - plateau(write(), "omega_m") * plateau(write(), "alpha_m") * CRANE.active.motor.D_total / (
         CRANE.active.pump.D_total * CRANE.active.pump.omega_p
     )
-    assert 0.2 * lost < 1.0 - flow[1] / flow[0] < 0.6 * lost  # half of the leak on top; slip and tolerances make up the rest of what is lost
+    assert (
+        0.2 * lost < 1.0 - flow[1] / flow[0] < 0.6 * lost
+    )  # half of the leak on top; slip and tolerances make up the rest of what is lost
 
 
 def test_an_offset_is_seen_where_the_motors_are_at_less_than_full_displacement(write):
@@ -400,7 +437,9 @@ def test_less_gas_swings_more_for_the_same_oil(write):
         return -float(np.polyfit(V, column(written, "p_hp")[1000:], 1)[0])
 
     ratio = stiffness(write(Defect.GAS_VOLUME)) / stiffness(write())
-    assert ratio == pytest.approx(1.0 / (1.0 + DEFECTS[Defect.GAS_VOLUME].size), rel=0.1)  # the pumps' make-up is in neither
+    assert ratio == pytest.approx(
+        1.0 / (1.0 + DEFECTS[Defect.GAS_VOLUME].size), rel=0.1
+    )  # the pumps' make-up is in neither
 
 
 def test_dead_motors_leave_their_torque_to_the_active_circuit_and_known_ones_do_not(write):
@@ -432,7 +471,9 @@ def test_motors_of_another_displacement_take_as_much_more_oil_a_turn(write, defe
 
 
 def test_a_low_boost_is_seen_on_the_line_without_load(write):
-    low = [float(np.percentile(np.minimum(column(w, "p_a"), column(w, "p_b")), 20)) for w in (write(), write(Defect.BOOST))]
+    low = [
+        float(np.percentile(np.minimum(column(w, "p_a"), column(w, "p_b")), 20)) for w in (write(), write(Defect.BOOST))
+    ]
     assert low[1] / low[0] == pytest.approx(0.8, rel=0.03)
 
 

@@ -57,8 +57,12 @@ def test_energy_heat_and_pressure_follow_from_one_another(p, T):
     """Thermodynamics ties them: du = c_v dT + (T dp/dT - p) dv."""
     rho, d = density(p, T), 1e-3
     assert gas_pressure_true(rho, T) == pytest.approx(p, rel=1e-12)
-    assert (gas_pressure_true(rho, T + d) - gas_pressure_true(rho, T - d)) / (2 * d) == pytest.approx(pressure_per_kelvin(rho, T), rel=1e-7)
-    assert (molar_energy(rho, T + d) - molar_energy(rho, T - d)) / (2 * d) == pytest.approx(molar_heat(rho, T), rel=1e-7)
+    assert (gas_pressure_true(rho, T + d) - gas_pressure_true(rho, T - d)) / (2 * d) == pytest.approx(
+        pressure_per_kelvin(rho, T), rel=1e-7
+    )
+    assert (molar_energy(rho, T + d) - molar_energy(rho, T - d)) / (2 * d) == pytest.approx(
+        molar_heat(rho, T), rel=1e-7
+    )
     h = 1e-5 * rho
     by_volume = -(rho**2) * (molar_energy(rho + h, T) - molar_energy(rho - h, T)) / (2 * h)
     assert by_volume == pytest.approx(T * pressure_per_kelvin(rho, T) - p, rel=1e-6)

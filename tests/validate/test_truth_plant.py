@@ -47,12 +47,22 @@ SAME = 1e-12
 
 
 def case(load: str = "94 t", s_w: str = "487 m", tip: str = "sine 0.75 m 10 s", **more: object) -> Scenario:
-    return Scenario(**{"load": load, "s_w": s_w, "tip": tip, "mode": "ssc", "duration": "60 s", "warm_up": "20 s"} | more)
+    return Scenario(
+        **{"load": load, "s_w": s_w, "tip": tip, "mode": "ssc", "duration": "60 s", "warm_up": "20 s"} | more
+    )
 
 
 def hoisting() -> Scenario:
-    profile = [("2 s", "0 m/min"), ("4 s", "150 m/min"), ("14 s", "150 m/min"), ("16 s", "0 m/min"), ("18 s", "0 m/min")]
-    return case("0 t", "60 m", "still", mode="manual", duration="20 s", warm_up="1 s", operator=Operator(profile=profile))
+    profile = [
+        ("2 s", "0 m/min"),
+        ("4 s", "150 m/min"),
+        ("14 s", "150 m/min"),
+        ("16 s", "0 m/min"),
+        ("18 s", "0 m/min"),
+    ]
+    return case(
+        "0 t", "60 m", "still", mode="manual", duration="20 s", warm_up="1 s", operator=Operator(profile=profile)
+    )
 
 
 @cache
@@ -97,7 +107,9 @@ def test_a_winch_at_rest_stays_at_rest():
 def test_at_rest_the_wire_carries_the_weight_that_the_twin_has():
     still = case("164 t", "2314 m", "still", duration="40 s")
     weight = pack(CRANE, still).params.hoist.load.W
-    assert float(simulate_truth(CRANE, still, PLAIN)["F_w"].mean()) == pytest.approx(weight, rel=1e-4)  # the encoder's last steps move it
+    assert float(simulate_truth(CRANE, still, PLAIN)["F_w"].mean()) == pytest.approx(
+        weight, rel=1e-4
+    )  # the encoder's last steps move it
 
 
 def test_mass_of_wire_and_load_add_up_to_what_the_twin_moves():
@@ -141,8 +153,12 @@ def test_pumps_and_motors_together_leak_what_the_truth_names_where_the_tests_wor
     assert 20.0 < w.speed < 200.0
 
 
-@pytest.mark.parametrize(("form", "stroke", "speed"), [("all_constant", 0, 0), ("all_stroke", 1, 0), ("all_speed", 0, 1)])
-def test_a_leak_of_one_form_has_the_twins_total_where_crane_files_state_it_and_grows_as_its_form_says(form, stroke, speed):
+@pytest.mark.parametrize(
+    ("form", "stroke", "speed"), [("all_constant", 0, 0), ("all_stroke", 1, 0), ("all_speed", 0, 1)]
+)
+def test_a_leak_of_one_form_has_the_twins_total_where_crane_files_state_it_and_grows_as_its_form_says(
+    form, stroke, speed
+):
     twin = pack(CRANE, case()).params.active
     leak = active_leak(CRANE, replace(PLAIN, **{form: 1.0}))
     stated = pump_leakage(1.0, twin.pumps.leak) + motor_leakage(OMEGA_LEAK, twin.motors)
@@ -154,7 +170,9 @@ def test_a_leak_of_one_form_has_the_twins_total_where_crane_files_state_it_and_g
 
 def test_warm_oil_leaks_through_gaps_more_and_past_edges_as_before():
     laminar, edges = (active_leak(CRANE, replace(PLAIN, leak_edges=e)) for e in (0.0, 1.0))
-    assert leak_across(1e-11, 50e5, 0.9, laminar) == pytest.approx(leak_across(1e-11, 50e5, 1.0, laminar) / 0.9, rel=SAME)
+    assert leak_across(1e-11, 50e5, 0.9, laminar) == pytest.approx(
+        leak_across(1e-11, 50e5, 1.0, laminar) / 0.9, rel=SAME
+    )
     assert leak_across(1e-11, 50e5, 0.9, edges) == leak_across(1e-11, 50e5, 1.0, edges)
     assert leak_across(1e-11, 200e5, 1.0, edges) < 3.0 * leak_across(1e-11, 50e5, 1.0, edges)
     assert leak_to_case(1e-11, edges.p_case, 1.0, edges) == 0.0
@@ -172,12 +190,19 @@ def test_oil_is_lost_to_no_one_between_pumps_and_motors():
 def test_the_shaft_accelerates_by_the_inertia_that_the_truth_names():
     """Twice the pressure, the rest alike: the extra acceleration is the extra torque over the inertia."""
     out, drum = [], {"wire_pressed": 0.0}
-    for module, packed in ((active_passive, pack(CRANE, case())), (truth, pack_truth(CRANE, case(), replace(PLAIN, inertia=0.8, motor_D=1.0, **drum)))):
+    for module, packed in (
+        (active_passive, pack(CRANE, case())),
+        (truth, pack_truth(CRANE, case(), replace(PLAIN, inertia=0.8, motor_D=1.0, **drum))),
+    ):
         p, warm = packed.params, {} if module is active_passive else {"T_gas": 293.0}
         u = module.Command(0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0)
         rates = []
         for p_a in (50.0 * BAR, 100.0 * BAR):
-            x = module.State(**dict.fromkeys(module.State._fields, 0.0) | {"p_a": p_a, "alpha_m": 1.0, "s_w": 487.0, "V_o": 0.6} | warm)
+            x = module.State(
+                **dict.fromkeys(module.State._fields, 0.0)
+                | {"p_a": p_a, "alpha_m": 1.0, "s_w": 487.0, "V_o": 0.6}
+                | warm
+            )
             geo = module.geometry(x, p)
             rates.append(module.rates(module.circuit(x, u, geo, Tip(0.0, 0.0), p), x, u, geo, p).omega_m)
         out.append(rates[1] - rates[0])
@@ -205,7 +230,9 @@ def test_friction_of_the_twin_is_that_of_its_plant():
     order = np.argsort(w)
     slides = (abs(found["omega_m"].values) > 40.0) & (found["time"].values > 20.0)
     expected = np.interp(found["omega_m"].values[slides], w[order], T[order])
-    assert float(np.mean(abs(found["T_f"].values[slides]) / expected)) == pytest.approx(1.0, abs=0.05)  # pressures swing there
+    assert float(np.mean(abs(found["T_f"].values[slides]) / expected)) == pytest.approx(
+        1.0, abs=0.05
+    )  # pressures swing there
     assert abs(w).max() * lever > 0.5
 
 
@@ -245,7 +272,9 @@ def test_pumps_slow_under_load():
     plateau = slice(900, 1300)
     slower = soft["omega_m"].values[plateau].mean() / stiff["omega_m"].values[plateau].mean() - 1.0
     dp = float((stiff["p_a"] - stiff["p_b"]).values[plateau].mean())
-    assert slower == pytest.approx(-0.05 * dp / (250.0 * BAR), rel=0.3)  # leakage and the pressure itself give way a little
+    assert slower == pytest.approx(
+        -0.05 * dp / (250.0 * BAR), rel=0.3
+    )  # leakage and the pressure itself give way a little
 
 
 def test_oil_swings_about_nominal_once_a_run():
@@ -261,11 +290,34 @@ def test_a_truth_without_its_own_numbers_moves_the_wire_as_the_twin_does():
     load would show."""
     still_load = changed(CRANE, {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}})
     none = replace(
-        PLAIN, motor_hysteresis=0.0, motor_omega=1.0, motor_zeta=1.0, motor_D=1.0, pump_omega=1.0, pump_zeta=1.0, pump_late=0.0,
-        pump_speed=1.0, slip=0.0, line_drop=0.0, passive=1.0, cell_gain=1.0, wire_zeta=1.0, bristle=1.0, uneven=0.0, oil_swing=0.0,
-        friction_difference=0.0, wire_beta=0.0, wire_strands=0.0, wire_pressed=0.0, piston_dry=0.0, p_low_rise=0.0, p_case=0.0,
-        cell_zero=0.0, dac_bits=30.0, leak_edges=0.0,
-    )  # fmt: skip
+        PLAIN,
+        motor_hysteresis=0.0,
+        motor_omega=1.0,
+        motor_zeta=1.0,
+        motor_D=1.0,
+        pump_omega=1.0,
+        pump_zeta=1.0,
+        pump_late=0.0,
+        pump_speed=1.0,
+        slip=0.0,
+        line_drop=0.0,
+        passive=1.0,
+        cell_gain=1.0,
+        wire_zeta=1.0,
+        bristle=1.0,
+        uneven=0.0,
+        oil_swing=0.0,
+        friction_difference=0.0,
+        wire_beta=0.0,
+        wire_strands=0.0,
+        wire_pressed=0.0,
+        piston_dry=0.0,
+        p_low_rise=0.0,
+        p_case=0.0,
+        cell_zero=0.0,
+        dac_bits=30.0,
+        leak_edges=0.0,
+    )
     like, own = (simulate_truth(still_load, case(), t, step="2 ms")["s_w"] for t in (none, PLAIN))
     twin = simulate(still_load, case(), every="10 ms")["s_w"]
     swings = slice(2000, None)

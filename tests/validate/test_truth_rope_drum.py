@@ -41,7 +41,13 @@ def test_what_winch_tip_and_load_give_the_wire_it_keeps_or_loses():
     rng = np.random.default_rng(4)
     for _ in range(20):
         x_up, x_low = rng.uniform(0.1, 0.5, 2)
-        v = dict(zip(("omega_m", "v_mid", "v_load", "y_up", "y_low"), rng.uniform(-0.3, 0.3, 5) * (100, 1, 1, 0.1, 0.1), strict=True))
+        v = dict(
+            zip(
+                ("omega_m", "v_mid", "v_load", "y_up", "y_low"),
+                rng.uniform(-0.3, 0.3, 5) * (100, 1, 1, 0.1, 0.1),
+                strict=True,
+            )
+        )
         lever, tip_v, s_w = 0.0047, float(rng.uniform(-1.0, 1.0)), 487.0
         start = SimpleNamespace(s_w=s_w, s_mid=-x_up, s_load=-x_up - x_low, **v)
         tip = SimpleNamespace(s=0.0, v=tip_v)
@@ -49,10 +55,15 @@ def test_what_winch_tip_and_load_give_the_wire_it_keeps_or_loses():
 
         def energy(h: float, start=start, q=q, lever=lever, s_w=s_w, tip_v=tip_v) -> float:
             x = SimpleNamespace(
-                omega_m=start.omega_m, s_w=s_w - h * q.v_w, s_mid=start.s_mid + h * start.v_mid, s_load=start.s_load + h * start.v_load,
-                v_mid=start.v_mid + h * q.a_mid, v_load=start.v_load + h * q.a_load,
-                y_up=start.y_up + h * (q.x_up_dot - start.y_up * ROPE.i_tau), y_low=start.y_low + h * (q.x_low_dot - start.y_low * ROPE.i_tau),
-            )  # fmt: skip
+                omega_m=start.omega_m,
+                s_w=s_w - h * q.v_w,
+                s_mid=start.s_mid + h * start.v_mid,
+                s_load=start.s_load + h * start.v_load,
+                v_mid=start.v_mid + h * q.a_mid,
+                v_load=start.v_load + h * q.a_load,
+                y_up=start.y_up + h * (q.x_up_dot - start.y_up * ROPE.i_tau),
+                y_low=start.y_low + h * (q.x_low_dot - start.y_low * ROPE.i_tau),
+            )
             return float(rope_energy(x, rope_state(x, lever, s_w, SimpleNamespace(s=h * tip_v, v=tip_v), ROPE), ROPE))
 
         h = 1e-5

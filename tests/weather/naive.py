@@ -14,7 +14,8 @@ def orbit(path):
     """(time, Hs, wind) of the American table."""
     with open(path, newline="") as file:
         return [
-            (dt.datetime.strptime(r["datetime"], "%m/%d/%y %H:%M"), float(r["waveheight"]), float(r["windspeed"])) for r in csv.DictReader(file)
+            (dt.datetime.strptime(r["datetime"], "%m/%d/%y %H:%M"), float(r["waveheight"]), float(r["windspeed"]))
+            for r in csv.DictReader(file)
         ]
 
 
@@ -77,7 +78,12 @@ def persistence(times, good, step, window):
 
 def starts(times, good, step, window):
     """Indices of the records from which so much good time follows."""
-    return [i for run in runs(times, good, step) for place, i in enumerate(run) if (len(run) - place) * (step / HOUR) >= window]
+    return [
+        i
+        for run in runs(times, good, step)
+        for place, i in enumerate(run)
+        if (len(run) - place) * (step / HOUR) >= window
+    ]
 
 
 def kept_heading(times, good_at, step, window):

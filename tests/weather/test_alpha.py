@@ -13,9 +13,12 @@ from stillhook.weather.alpha import alpha_of, alpha_tables, alphas, load_alpha_t
 
 H = 3600.0
 PRINTED = {
-    12: (0.65, 0.76, 0.79, 0.80), 24: (0.63, 0.73, 0.76, 0.78), 36: (0.62, 0.71, 0.73, 0.76), 48: (0.60, 0.68, 0.71, 0.74),
+    12: (0.65, 0.76, 0.79, 0.80),
+    24: (0.63, 0.73, 0.76, 0.78),
+    36: (0.62, 0.71, 0.73, 0.76),
+    48: (0.60, 0.68, 0.71, 0.74),
     72: (0.55, 0.63, 0.68, 0.72),
-}  # fmt: skip
+}
 """DNV-OS-H101 table 4-1, Hs 1, 2, 4 and 6 m."""
 TABLE = load_alpha_table()
 
@@ -28,7 +31,14 @@ class TestTable:
             assert (found.alpha, found.op_wf) == (alpha, alpha * Hs)
 
     def test_alpha_steps_with_time_and_a_step_belongs_to_its_row(self):
-        assert [alpha_of(TABLE, 2.0, T * H).alpha for T in (0.1, 12.0, 12.01, 24.0, 24.5, 71.0)] == [0.76, 0.76, 0.73, 0.73, 0.71, 0.63]
+        assert [alpha_of(TABLE, 2.0, T * H).alpha for T in (0.1, 12.0, 12.01, 24.0, 24.5, 71.0)] == [
+            0.76,
+            0.76,
+            0.73,
+            0.73,
+            0.71,
+            0.63,
+        ]
 
     def test_alpha_is_straight_between_heights_and_stays_above_six_metres(self):
         assert alpha_of(TABLE, 1.5, 12 * H).alpha == pytest.approx(0.705, rel=1e-12)
@@ -56,9 +66,17 @@ class TestEdges:
 
     @pytest.mark.parametrize(
         ("T_POP", "T_C", "T_R", "restricted"),
-        [(24, None, 48, True), (47.9, None, 95.8, True), (48, None, 96, False), (48, 47, 95, True), (71.9, 24, 95.9, True), (72, 6, 78, False),
-         (60, 36, 96, False), (12, 0, 12, True)],
-    )  # fmt: skip
+        [
+            (24, None, 48, True),
+            (47.9, None, 95.8, True),
+            (48, None, 96, False),
+            (48, 47, 95, True),
+            (71.9, 24, 95.9, True),
+            (72, 6, 78, False),
+            (60, 36, 96, False),
+            (12, 0, 12, True),
+        ],
+    )
     def test_restricted_means_below_72_and_below_96_hours(self, T_POP, T_C, T_R, restricted):
         found = reference_period(TABLE, T_POP * H, None if T_C is None else T_C * H)
         assert found == (pytest.approx(T_R * H), restricted)
@@ -73,7 +91,10 @@ class TestEdges:
                 assert np.isnan(a)
         assert np.all(np.isnan(alphas(TABLE, Hs, 80 * H)))
 
-    @pytest.mark.parametrize(("hs", "T_POP", "T_C"), [(0.0, H, None), (-1.0, H, None), (2.0, 0.0, None), (2.0, H, -1.0), (float("nan"), H, None)])
+    @pytest.mark.parametrize(
+        ("hs", "T_POP", "T_C"),
+        [(0.0, H, None), (-1.0, H, None), (2.0, 0.0, None), (2.0, H, -1.0), (float("nan"), H, None)],
+    )
     def test_heights_and_times_that_are_none_are_refused(self, hs, T_POP, T_C):
         with pytest.raises(WeatherError, match="must be above 0"):
             alpha_of(TABLE, hs, T_POP, T_C)
@@ -129,7 +150,12 @@ class TestCommand:
     def test_the_issues_example(self, capsys):
         assert run(["weather", "alpha", "--hs", "2 m", "--t-pop", "24 h", "--json"]) == 0
         found = json.loads(capsys.readouterr().out)
-        assert (found["alpha"], found["op_wf"], found["T_R"], found["weather_restricted"]) == (0.73, 1.46, 172800.0, True)
+        assert (found["alpha"], found["op_wf"], found["T_R"], found["weather_restricted"]) == (
+            0.73,
+            1.46,
+            172800.0,
+            True,
+        )
 
     def test_below_a_metre_the_answer_is_null_and_the_code_1(self, capsys):
         assert run(["weather", "alpha", "--hs", "0.8 m", "--t-pop", "24 h", "--json"]) == 1

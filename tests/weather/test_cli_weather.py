@@ -9,8 +9,17 @@ from stillhook.cli import run
 from stillhook.variables import BY_NAME
 
 KEYS = (
-    "n_hours", "operability", "n_windows", "window_mean", "n_windows_long_enough", "wait_mean", "wait_p50", "wait_p90", "n_censored", "n_gaps",
-)  # fmt: skip
+    "n_hours",
+    "operability",
+    "n_windows",
+    "window_mean",
+    "n_windows_long_enough",
+    "wait_mean",
+    "wait_p50",
+    "wait_p90",
+    "n_censored",
+    "n_gaps",
+)
 
 
 @pytest.fixture
@@ -61,7 +70,14 @@ class TestPersistence:
         assert "Feb" in out
 
     def test_a_ship_free_to_turn_works_where_a_fixed_one_does_not(self, file, capsys):
-        head = ("--limit", "Hs <= 3 m for beta 150..210 deg", "--limit", "Hs <= 1 m for beta 210..150 deg", "--direction", "coming-from")
+        head = (
+            "--limit",
+            "Hs <= 3 m for beta 150..210 deg",
+            "--limit",
+            "Hs <= 1 m for beta 210..150 deg",
+            "--direction",
+            "coming-from",
+        )
         free = answer(capsys, "persistence", file, *head, "--window", "6 h", "--ship", "free")
         fixed = answer(capsys, "persistence", file, *head, "--window", "6 h", "--ship", "90 deg")
         assert (free["operability"], free["ship"]) == (1.0, "free")
@@ -74,13 +90,24 @@ class TestPersistence:
     def test_a_ship_free_to_turn_keeps_one_heading_through_a_window(self, capsys, tmp_path):
         rows = [f"2019-08-{d:02d} {h:02d}:00,2.0,{20 if h % 2 else 140}" for d in range(1, 11) for h in range(24)]
         (tmp_path / "crossing.csv").write_text("time,hs,wave_from_direction\n" + "\n".join(rows) + "\n")
-        head = ("--limit", "Hs <= 3 m for beta 150..210 deg", "--limit", "Hs <= 1 m for beta 210..150 deg", "--ship", "free")
+        head = (
+            "--limit",
+            "Hs <= 3 m for beta 150..210 deg",
+            "--limit",
+            "Hs <= 1 m for beta 210..150 deg",
+            "--ship",
+            "free",
+        )
         hour = answer(capsys, "persistence", str(tmp_path / "crossing.csv"), *head, "--window", "1 h")
         assert (hour["operability"], hour["start_share"]) == (1.0, 1.0)
         two = answer(capsys, "persistence", str(tmp_path / "crossing.csv"), *head, "--window", "2 h")
         assert (two["operability"], two["start_share"], two["n_censored"]) == (1.0, 0.0, 240)
-        assert run(["weather", "forecast", str(tmp_path / "crossing.csv"), *head, "--t-pop", "1 h", "--t-c", "0 h"]) == 0
-        assert run(["weather", "forecast", str(tmp_path / "crossing.csv"), *head, "--t-pop", "1 h", "--t-c", "1 h"]) == 1
+        assert (
+            run(["weather", "forecast", str(tmp_path / "crossing.csv"), *head, "--t-pop", "1 h", "--t-c", "0 h"]) == 0
+        )
+        assert (
+            run(["weather", "forecast", str(tmp_path / "crossing.csv"), *head, "--t-pop", "1 h", "--t-c", "1 h"]) == 1
+        )
 
     def test_out_keeps_a_picture_and_the_answer(self, file, capsys, tmp_path):
         found = answer(capsys, "persistence", file, *self.ASKED, "--out", str(tmp_path / "out"))
@@ -88,10 +115,30 @@ class TestPersistence:
         assert (tmp_path / "out" / "weather.png").read_bytes().startswith(b"\x89PNG")
 
     def test_waves_told_every_hour_among_records_of_ten_minutes_are_judged_by_the_hour(self, capsys, tmp_path):
-        rows = [f"2019-08-{d:02d} {h:02d}:{m:02d},{5.0},{1.5 if m == 40 and (d, h) != (2, 5) else ''}" for d in (1, 2, 3) for h in range(24) for m in range(0, 60, 10)]
+        rows = [
+            f"2019-08-{d:02d} {h:02d}:{m:02d},{5.0},{1.5 if m == 40 and (d, h) != (2, 5) else ''}"
+            for d in (1, 2, 3)
+            for h in range(24)
+            for m in range(0, 60, 10)
+        ]
         (tmp_path / "buoy.csv").write_text("time,wind,hs\n" + "\n".join(rows) + "\n")
-        found = answer(capsys, "persistence", str(tmp_path / "buoy.csv"), "--limit", "Hs <= 2 m", "--limit", "wind <= 6 m/s", "--window", "12 h")
-        assert (found["n_hours"], found["n_windows"], found["n_missing"], found["hours"]["window_max"]) == (72, 2, 1, 42.0)
+        found = answer(
+            capsys,
+            "persistence",
+            str(tmp_path / "buoy.csv"),
+            "--limit",
+            "Hs <= 2 m",
+            "--limit",
+            "wind <= 6 m/s",
+            "--window",
+            "12 h",
+        )
+        assert (found["n_hours"], found["n_windows"], found["n_missing"], found["hours"]["window_max"]) == (
+            72,
+            2,
+            1,
+            42.0,
+        )
         assert "1 of 6 records only" in found["notes"][0]
 
     def test_a_window_longer_than_the_series_leaves_all_waits_unknown(self, file, capsys):
@@ -101,26 +148,31 @@ class TestPersistence:
     @pytest.mark.parametrize(
         ("arguments", "says"),
         [
-            (("--window", "24 h"), "Missing option '--limit'"), (("--limit", "Hs <= 1 m"), "Missing option '--window'"),
-            (("--limit", "Hs <= 1 m", "--window", "24"), "no unit"), (("--limit", "Hs <= 1 m", "--window", "0 h"), "--window \"0 h\": is not above"),
+            (("--window", "24 h"), "Missing option '--limit'"),
+            (("--limit", "Hs <= 1 m"), "Missing option '--window'"),
+            (("--limit", "Hs <= 1 m", "--window", "24"), "no unit"),
+            (("--limit", "Hs <= 1 m", "--window", "0 h"), '--window "0 h": is not above'),
             (("--limit", "wind <= 9 m/s", "--window", "6 h"), "tells no wind; it tells H_m0"),
             (("--limit", "from 0..90 deg", "--window", "6 h"), "say --direction coming-from, going-to, cartesian"),
             (("--limit", "Hs <= 1 m", "--window", "6 h", "--ship", "90 deg"), "no limit asks for beta"),
             (("--limit", "beta 0..90 deg", "--window", "6 h", "--direction", "going-to"), "--ship: missing"),
-            (("--limit", "Hs <= 1 m", "--window", "6 h", "--direction", "from"), 'is not one of coming-from'),
-            (("--limit", "Hs <= 1 m", "--window", "6 h", "--column", "Hs=height"), "no column \"height\""),
-            (("--limit", "Hs <= 1 m", "--window", "6 h", "--column", "waves=Hs"), "is not one of Hs, Tp"), (("--limit", "Hs <= 1 m", "--window", "6 h", "--column", "Hs"), "write a name and a heading"),
-            (("--limit", "Hs <= 1 m", "--window", "6 h", "--time", "when"), "--time \"when\": no such column"),
+            (("--limit", "Hs <= 1 m", "--window", "6 h", "--direction", "from"), "is not one of coming-from"),
+            (("--limit", "Hs <= 1 m", "--window", "6 h", "--column", "Hs=height"), 'no column "height"'),
+            (("--limit", "Hs <= 1 m", "--window", "6 h", "--column", "waves=Hs"), "is not one of Hs, Tp"),
+            (("--limit", "Hs <= 1 m", "--window", "6 h", "--column", "Hs"), "write a name and a heading"),
+            (("--limit", "Hs <= 1 m", "--window", "6 h", "--time", "when"), '--time "when": no such column'),
             (("--limit", "Hs <= 1 m", "--window", "6 h", "--date-order", "dym"), "is not one of ymd, mdy, dmy"),
             (("--limit", "Hs <= 1 m", "--window", "6 h", "--step", "0 h"), "is not above 0 s"),
             (("--limit", "Hs <= 1 m", "--window", "6 h", "--step", "7 h"), "--step 7 h: its records are 1 h apart"),
             (("--limit", "Hs <= 1 m", "--window", "24"), 'write "24 h"'),
-            (("--limit", "beta 0..90 deg", "--window", "6 h", "--ship", "400 deg"), '--ship = "400 deg": not between 0 deg and 360 deg'),
+            (
+                ("--limit", "beta 0..90 deg", "--window", "6 h", "--ship", "400 deg"),
+                '--ship = "400 deg": not between 0 deg and 360 deg',
+            ),
         ],
-    )  # fmt: skip
+    )
     def test_mistakes_are_one_line(self, file, capsys, arguments, says):
         assert says in refusal(capsys, "persistence", file, *arguments)
-
 
     @pytest.mark.parametrize("cell", ["NaN", "inf", ""])
     def test_a_column_without_a_number_is_refused(self, tmp_path, capsys, cell):
@@ -132,9 +184,10 @@ class TestPersistence:
         assert run(["weather", "persistence", file, "--limit", "Hs <= 1 m", "--window", "9000 h"]) == 0
         assert "1440 (100 %) of all records have no later window" in capsys.readouterr().out
 
-
     def test_a_direction_or_a_horizon_that_cannot_be_is_refused_in_the_other_commands_too(self, file, capsys):
-        assert '--heading = "400 deg": not between 0 deg and 360 deg' in refusal(capsys, "lift", "template-to-1500m", file, "--heading", "400 deg")
+        assert '--heading = "400 deg": not between 0 deg and 360 deg' in refusal(
+            capsys, "lift", "template-to-1500m", file, "--heading", "400 deg"
+        )
         asked = ("forecast", file, "--limit", "Hs <= 2 m", "--t-pop", "6 h")
         assert '--horizon "0 h": is not above 0 h' in refusal(capsys, *asked, "--horizon", "0 h")
 

@@ -71,7 +71,11 @@ def test_start_and_horizon_choose_the_starts():
 
 @pytest.mark.parametrize(
     ("limits", "T_POP", "says"),
-    [(["wind <= 9 m/s"], 6, "none of them bounds the wave height"), (["Hs <= 0.5 m"], 6, "case by case"), (["Hs <= 2 m"], 80, "beyond the 72 h")],
+    [
+        (["wind <= 9 m/s"], 6, "none of them bounds the wave height"),
+        (["Hs <= 0.5 m"], 6, "case by case"),
+        (["Hs <= 2 m"], 80, "beyond the 72 h"),
+    ],
 )
 def test_questions_without_an_answer_are_refused(limits, T_POP, says):
     with pytest.raises(WeatherError, match=says):
@@ -93,20 +97,34 @@ class TestCommand:
     def test_json_and_the_code_of_a_no_go(self, file, capsys):
         assert run(["weather", "forecast", file, "--limit", "Hs <= 2 m", "--t-pop", "12 h", "--json"]) == 1
         found = json.loads(capsys.readouterr().out)
-        assert (found["go"], found["first_start"], found["op_wf"], found["T_R"]) == (False, "2026-05-01T04:00:00Z", 1.52, 86400.0)
+        assert (found["go"], found["first_start"], found["op_wf"], found["T_R"]) == (
+            False,
+            "2026-05-01T04:00:00Z",
+            1.52,
+            86400.0,
+        )
         assert (found["n_starts"], found["n_go"]) == (72, 45)
 
     def test_a_go_for_people(self, file, capsys):
-        assert run(["weather", "forecast", file, "--limit", "Hs <= 2 m", "--t-pop", "12 h", "--start", "2026-05-01 04:00"]) == 0
+        assert (
+            run(["weather", "forecast", file, "--limit", "Hs <= 2 m", "--t-pop", "12 h", "--start", "2026-05-01 04:00"])
+            == 0
+        )
         out = capsys.readouterr().out
         assert out.startswith("GO: forecast.csv")
         assert "not covered" in out
 
     @pytest.mark.parametrize(
         ("more", "says"),
-        [(["--start", "tomorrow"], "is no time such as"), (["--direction", "nautical"], "is not one of coming-from"), (["--column", "Hs"], "write a name"),
-         (["--ship", "north"], "--ship"), (["--horizon", "3"], "no unit"), (["--table", "none"], "There are dnv-os-h101")],
-    )  # fmt: skip
+        [
+            (["--start", "tomorrow"], "is no time such as"),
+            (["--direction", "nautical"], "is not one of coming-from"),
+            (["--column", "Hs"], "write a name"),
+            (["--ship", "north"], "--ship"),
+            (["--horizon", "3"], "no unit"),
+            (["--table", "none"], "There are dnv-os-h101"),
+        ],
+    )
     def test_mistakes_are_one_line_and_code_2(self, file, capsys, more, says):
         assert run(["weather", "forecast", file, "--limit", "Hs <= 2 m", "--t-pop", "12 h", *more]) == 2
         (line,) = capsys.readouterr().err.strip().splitlines()

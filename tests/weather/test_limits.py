@@ -25,11 +25,16 @@ class TestText:
     @pytest.mark.parametrize(
         ("text", "column", "low", "high"),
         [
-            ("Hs <= 1.5 m", "H_m0", -math.inf, 1.5), ("hs<=150 cm", "H_m0", -math.inf, 1.5), ("H_m0 ≤ 2 m", "H_m0", -math.inf, 2.0),
-            ("wind <= 36 km/h", "wind", -math.inf, 10.0), ("wind <= 20 kn", "wind", -math.inf, 10.288888888888889),
-            ("Tp >= 5 s", "T_p", 5.0, math.inf), ("Tz 4..9 s", "T_m02", 4.0, 9.0), ("current <= 0.5 m/s", "current", -math.inf, 0.5),
+            ("Hs <= 1.5 m", "H_m0", -math.inf, 1.5),
+            ("hs<=150 cm", "H_m0", -math.inf, 1.5),
+            ("H_m0 ≤ 2 m", "H_m0", -math.inf, 2.0),
+            ("wind <= 36 km/h", "wind", -math.inf, 10.0),
+            ("wind <= 20 kn", "wind", -math.inf, 10.288888888888889),
+            ("Tp >= 5 s", "T_p", 5.0, math.inf),
+            ("Tz 4..9 s", "T_m02", 4.0, 9.0),
+            ("current <= 0.5 m/s", "current", -math.inf, 0.5),
         ],
-    )  # fmt: skip
+    )
     def test_names_units_and_signs(self, text, column, low, high):
         found = parse_limit(text).range
         assert (found.name, found.low) == (column, low)
@@ -38,13 +43,22 @@ class TestText:
     @pytest.mark.parametrize(
         ("text", "says"),
         [
-            ("Hs < 1.5 m", "limits are inclusive. Write <="), ("Hs = 1.5 m", "limits are inclusive"), ("Hs <= 1.5", "no unit"),
-            ("Hs <= 1,5 m", "write a point"), ("Hs <= 1.5 s", "unit \"s\" is not one of m"), ("waves <= 2 m", '"waves" is not one of Hs'),
-            ("1.5 m", "is no limit"), ("", "is no limit"), ("Hs <= -1 m", "below zero"), ("Tp 9..4 s", "ends below its start"),
-            ("beta <= 30 deg", "a direction has no lower and upper side"), ("Hs <= 2 m for", "is no"), ("Hs <= 2 m for beta", "is no limit"),
+            ("Hs < 1.5 m", "limits are inclusive. Write <="),
+            ("Hs = 1.5 m", "limits are inclusive"),
+            ("Hs <= 1.5", "no unit"),
+            ("Hs <= 1,5 m", "write a point"),
+            ("Hs <= 1.5 s", 'unit "s" is not one of m'),
+            ("waves <= 2 m", '"waves" is not one of Hs'),
+            ("1.5 m", "is no limit"),
+            ("", "is no limit"),
+            ("Hs <= -1 m", "below zero"),
+            ("Tp 9..4 s", "ends below its start"),
+            ("beta <= 30 deg", "a direction has no lower and upper side"),
+            ("Hs <= 2 m for", "is no"),
+            ("Hs <= 2 m for beta", "is no limit"),
             ("Hs <= 2 m for Tp 1..2 s for Tp 3..4 s", '"for" twice'),
         ],
-    )  # fmt: skip
+    )
     def test_what_is_no_limit_is_refused_in_one_line(self, text, says):
         with pytest.raises(StillhookError) as caught:
             parse_limit(text)
@@ -115,5 +129,8 @@ class TestDirectionGuard:
         path = shared_data / "sea_ndbc_46042" / "single_year_hindcast_multiparam.csv"
         found = read_weather(path)
         assert "come_from" not in found.columns
-        with pytest.raises(WeatherError, match=r"does not say what its wave direction .* say --direction coming-from, going-to, cartesian"):
+        with pytest.raises(
+            WeatherError,
+            match=r"does not say what its wave direction .* say --direction coming-from, going-to, cartesian",
+        ):
             inside([parse_limit(t) for t in self.LIMITS], found, self.SHIP)

@@ -57,13 +57,21 @@ class TestByHand:
         time = hours(0, 1, 2, 5, 6, 7, 8)  # two hours are absent
         found = persistence(bits("xxxxxxx"), time, H, 4 * H)
         assert (found.n_windows, found.n_gaps, found.n_hours, found.window_mean) == (2, 1, 7, 3.5 * H)
-        np.testing.assert_array_equal(waits(windows_of(bits("xxxxxxx"), time, H).reach >= 4 * H, time)[:4] / H, [5, 4, 3, 0])
+        np.testing.assert_array_equal(
+            waits(windows_of(bits("xxxxxxx"), time, H).reach >= 4 * H, time)[:4] / H, [5, 4, 3, 0]
+        )
         assert found.n_censored == 3
 
     def test_a_missing_value_breaks_a_window_and_counts_neither_as_workable_nor_as_not(self):
         valid = bits("xx.xx")
         found = persistence(bits("xxxxx"), hours(*range(5)), H, 3 * H, valid=valid)
-        assert (found.operability, found.n_windows, found.n_windows_long_enough, found.n_missing, found.n_gaps) == (1.0, 2, 0, 1, 0)
+        assert (found.operability, found.n_windows, found.n_windows_long_enough, found.n_missing, found.n_gaps) == (
+            1.0,
+            2,
+            0,
+            1,
+            0,
+        )
         assert (found.n_hours, found.n_censored) == (5, 5)
         assert np.isnan(found.wait_mean)
 
@@ -91,9 +99,13 @@ class TestStartsThatCouldBe:
         assert persistence(bits("xxxxxxxxxx"), hours(*range(10)), H, 6 * H).start_share == 1.0
 
     def test_the_end_of_the_series_a_gap_and_missing_records_are_no_bad_weather(self):
-        found = persistence(bits("xxxx"), hours(0, 1, 2, 8), H, 2 * H)  # records 0 and 1 are followed by two known hours
+        found = persistence(
+            bits("xxxx"), hours(0, 1, 2, 8), H, 2 * H
+        )  # records 0 and 1 are followed by two known hours
         assert found.start_share == 1.0
-        assert persistence(bits("x.xxx"), hours(*range(5)), H, 2 * H, valid=bits("xxxx.")).start_share == pytest.approx(1 / 3)
+        assert persistence(bits("x.xxx"), hours(*range(5)), H, 2 * H, valid=bits("xxxx.")).start_share == pytest.approx(
+            1 / 3
+        )
         assert np.isnan(persistence(bits("xxx"), hours(0, 1, 2), H, 4 * H).start_share)
 
     def test_half_of_the_possible_starts(self):
@@ -118,7 +130,8 @@ class TestOneHeading:
         assert windows.heading[:6].tolist() == [0, 0, 1, 1, 1, 1]
 
     @given(
-        st.lists(st.tuples(st.integers(0, 15), st.sampled_from([1, 1, 1, 1, 2])), min_size=2, max_size=40), st.integers(1, 5)
+        st.lists(st.tuples(st.integers(0, 15), st.sampled_from([1, 1, 1, 1, 2])), min_size=2, max_size=40),
+        st.integers(1, 5),
     )
     def test_any_series_counts_as_by_hand(self, records, window):
         at = np.cumsum([1, *(apart for _, apart in records[1:])])
@@ -147,7 +160,11 @@ class TestRefusals:
 
 
 @given(
-    st.lists(st.tuples(st.sampled_from([True, True, True, False, None]), st.sampled_from([1, 1, 1, 1, 2, 5])), min_size=3, max_size=60),
+    st.lists(
+        st.tuples(st.sampled_from([True, True, True, False, None]), st.sampled_from([1, 1, 1, 1, 2, 5])),
+        min_size=3,
+        max_size=60,
+    ),
     st.integers(1, 8),
 )
 def test_any_series_counts_as_by_hand(records, window):
@@ -155,7 +172,11 @@ def test_any_series_counts_as_by_hand(records, window):
     good = [g for g, _ in records]
     times = [dt.datetime(2021, 2, 27) + int(h) * naive.HOUR for h in at]
     found = persistence(
-        np.array([bool(g) for g in good]), np.array(times, dtype="datetime64[s]"), H, window * H, valid=np.array([g is not None for g in good])
+        np.array([bool(g) for g in good]),
+        np.array(times, dtype="datetime64[s]"),
+        H,
+        window * H,
+        valid=np.array([g is not None for g in good]),
     ).numbers()
     if any(g is not None for g in good):
         compare(found, naive.persistence(times, good, naive.HOUR, window))
@@ -186,8 +207,12 @@ class TestPublicWeather:
     def test_four_years_of_waves_and_wind(self, capsys, shared_data, Hs, wind, window):
         path = shared_data / "weather_orbit" / "example_weather.csv"
         rows = naive.orbit(path)
-        wanted = naive.persistence([r[0] for r in rows], [r[1] <= Hs and r[2] <= wind for r in rows], naive.HOUR, window)
-        found = printed(capsys, str(path), "--limit", f"Hs <= {Hs} m", "--limit", f"wind <= {wind} m/s", "--window", f"{window} h")
+        wanted = naive.persistence(
+            [r[0] for r in rows], [r[1] <= Hs and r[2] <= wind for r in rows], naive.HOUR, window
+        )
+        found = printed(
+            capsys, str(path), "--limit", f"Hs <= {Hs} m", "--limit", f"wind <= {wind} m/s", "--window", f"{window} h"
+        )
         assert found["n_hours"] == 36769
         compare(found, wanted)
 
@@ -210,11 +235,23 @@ class TestPublicWeather:
         head, *lines = path.read_text().splitlines()[:3000]
         rows = naive.orbit(path)[: len(lines)]
         rng = np.random.default_rng(7)
-        out, empty = set(rng.choice(range(1, 2900), 40, replace=False)), set(rng.choice(range(1, 2900), 60, replace=False))
+        out, empty = (
+            set(rng.choice(range(1, 2900), 40, replace=False)),
+            set(rng.choice(range(1, 2900), 60, replace=False)),
+        )
         cut = tmp_path / "cut.csv"
-        cut.write_text("\n".join([head, *(ln.rsplit(",", 1)[0] + "," if i in empty else ln for i, ln in enumerate(lines) if i not in out)]))
+        cut.write_text(
+            "\n".join(
+                [
+                    head,
+                    *(ln.rsplit(",", 1)[0] + "," if i in empty else ln for i, ln in enumerate(lines) if i not in out),
+                ]
+            )
+        )
         kept = [(r, i in empty) for i, r in enumerate(rows) if i not in out]
-        wanted = naive.persistence([r[0] for r, _ in kept], [None if gone else r[1] <= 2.0 for r, gone in kept], naive.HOUR, 12)
+        wanted = naive.persistence(
+            [r[0] for r, _ in kept], [None if gone else r[1] <= 2.0 for r, gone in kept], naive.HOUR, 12
+        )
         found = printed(capsys, str(cut), "--limit", "Hs <= 2 m", "--window", "12 h")
         assert found["n_missing"] == len(empty - out)
         compare(found, wanted)

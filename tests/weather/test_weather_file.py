@@ -76,10 +76,16 @@ class TestTimes:
     @pytest.mark.parametrize(
         ("rows", "says"),
         [
-            ("2013-03-31 01:00,1\n2013-03-31 01:00,1\n", "line 3: the time 2013-03-31T01:00 comes twice, first in line 2"),
-            ("2013-03-31 02:00,1\n2013-03-31 01:00,1\n", "line 3: the time 2013-03-31T01:00 is before that of line 2. Sort the rows"),
+            (
+                "2013-03-31 01:00,1\n2013-03-31 01:00,1\n",
+                "line 3: the time 2013-03-31T01:00 comes twice, first in line 2",
+            ),
+            (
+                "2013-03-31 02:00,1\n2013-03-31 01:00,1\n",
+                "line 3: the time 2013-03-31T01:00 is before that of line 2. Sort the rows",
+            ),
             ("2013-02-30 01:00,1\n2013-03-01 01:00,1\n", 'line 2: "2013-02-30 01:00" is no date'),
-            ("2013-02-03 25:00,1\n2013-03-01 01:00,1\n", "line 2: \"2013-02-03 25:00\" is no time of the day"),
+            ("2013-02-03 25:00,1\n2013-03-01 01:00,1\n", 'line 2: "2013-02-03 25:00" is no time of the day'),
             ("41639.5,1\n41640.5,1\n", 'line 2: "41639.5" is no time such as 2013-12-31 23:00'),
             ("2013-02-03 01:00,1\n03.02.2013 02:00,1\n", "line 3: its date is written in another way"),
         ],
@@ -100,7 +106,9 @@ class TestColumns:
     def test_a_period_of_nought_is_missing_and_the_line_is_told(self, read):
         found = read("time,hs,tp\n2013-12-31 22:00,1,8\n2013-12-31 23:00,0,0\n2014-01-01 00:00,inf,9\n")
         np.testing.assert_array_equal(found.columns["T_p"], [8.0, np.nan, 9.0])
-        assert any("tp: 1 of 3 missing, 1 of them 0, first in weather.csv: line 3: tp = 0 s" in note for note in found.notes)
+        assert any(
+            "tp: 1 of 3 missing, 1 of them 0, first in weather.csv: line 3: tp = 0 s" in note for note in found.notes
+        )
         assert any("hs: 1 of 3 missing, 1 of them marked by 99, inf or the like" in note for note in found.notes)
 
     def test_a_unit_named_by_the_user_goes_before_that_of_the_heading(self, read):
@@ -111,26 +119,47 @@ class TestColumns:
     @pytest.mark.parametrize(
         ("heading", "cell", "does"),
         [
-            ("hs", "150", 'is no height of weather. Mend the line or empty the cell; if the numbers are in cm, say --column "H_m0=hs [cm]".'),
+            (
+                "hs",
+                "150",
+                'is no height of weather. Mend the line or empty the cell; if the numbers are in cm, say --column "H_m0=hs [cm]".',
+            ),
             ("hs (m)", "150", '--column "H_m0=hs [cm]".'),
             ("hs", "-2", "is no height of weather. Mend the line or empty the cell."),
-            ("tp [Hz]", "0.1", 'unit "Hz" is not one of s, sec, second, seconds. It is a frequency: export the period.'),
+            (
+                "tp [Hz]",
+                "0.1",
+                'unit "Hz" is not one of s, sec, second, seconds. It is a frequency: export the period.',
+            ),
             ("tp [ms]", "8000", 'Convert its numbers, or say --column "T_p=tp [s]" where'),
             ("tp", "80", "is no period of weather. Mend the line or empty the cell."),
             ("wind", "120", 'if the numbers are in kn, say --column "wind=wind [kn]".'),
-            ("wave_from_direction", "400", "line 3: wave_from_direction = 400 deg is no direction of weather. Mend the line or empty the cell."),
-            ("wave_from_direction [rad]", "180", 'if the numbers are in deg, say --column "come_from=wave_from_direction [deg]".'),
+            (
+                "wave_from_direction",
+                "400",
+                "line 3: wave_from_direction = 400 deg is no direction of weather. Mend the line or empty the cell.",
+            ),
+            (
+                "wave_from_direction [rad]",
+                "180",
+                'if the numbers are in deg, say --column "come_from=wave_from_direction [deg]".',
+            ),
         ],
     )
     def test_a_number_that_no_weather_has_is_answered_with_a_unit_that_it_would_fit(self, refused, heading, cell, does):
         assert does in refused(f"time,{heading}\n2013-12-31 22:00,\n2013-12-31 23:00,{cell}\n")
 
     def test_the_column_that_is_not_there_is_answered_with_those_of_weather(self, refused):
-        assert "It has hs, tp." in refused("time,hs,tp\n2013-12-31 22:00,1,8\n2013-12-31 23:00,1,8\n", columns_as={"H_m0": "nope"})
+        assert "It has hs, tp." in refused(
+            "time,hs,tp\n2013-12-31 22:00,1,8\n2013-12-31 23:00,1,8\n", columns_as={"H_m0": "nope"}
+        )
 
     def test_a_step_longer_than_the_spacing_is_refused(self, read, refused):
         rows = "time,hs\n2013-12-31 22:00,1\n2013-12-31 23:00,1\n2014-01-01 00:00,1\n"
-        assert "--step 7 h: its records are 1 h apart, and a longer step would count time twice. Leave --step out." in refused(rows, step=25200.0)
+        assert (
+            "--step 7 h: its records are 1 h apart, and a longer step would count time twice. Leave --step out."
+            in refused(rows, step=25200.0)
+        )
         assert read(rows, step=3600.0).step == 3600.0
 
     def test_what_was_assumed_is_said(self, read):
@@ -157,7 +186,10 @@ class TestColumns:
             ("time,hs\n2013-02-01 01:00,150\n", "line 2: hs = 150 m is no height of weather"),
             ("time,hs\n2013-02-01 01:00,1\n2013-02-01 02:00,abc\n", 'line 3: hs = "abc" is no number'),
             ("time,hs\n2013-02-01 01:00,1\n2013-02-01 02:00,1,3\n", "line 3: 3 cells where line 2 has 2"),
-            ("time,hs,swh\n2013-02-01 01:00,1,1\n", 'columns "hs" and "swh" both read as H_m0. Choose one with --column'),
+            (
+                "time,hs,swh\n2013-02-01 01:00,1,1\n",
+                'columns "hs" and "swh" both read as H_m0. Choose one with --column',
+            ),
             ("time,hs [bar]\n2013-02-01 01:00,1\n", 'unit "bar" is not one of m, cm, ft'),
             ("time,foo\n2013-02-01 01:00,1\n", 'no column of weather among "foo"'),
             ("when,hs\n2013-02-01 01:00,1\n", "no column of times among"),
@@ -179,11 +211,21 @@ class TestColumns:
 class TestNetcdf:
     def stored(self, tmp_path, engine="h5netcdf", **more):
         data = {
-            "hs": ("time", np.array([1.0, 1.5, np.nan]), {"units": "m", "standard_name": "sea_surface_wave_significant_height"}),
-            "thq": ("time", np.array([10.0, 350.0, 20.0]), {"units": "degree", "standard_name": "sea_surface_wave_from_direction"}),
+            "hs": (
+                "time",
+                np.array([1.0, 1.5, np.nan]),
+                {"units": "m", "standard_name": "sea_surface_wave_significant_height"},
+            ),
+            "thq": (
+                "time",
+                np.array([10.0, 350.0, 20.0]),
+                {"units": "degree", "standard_name": "sea_surface_wave_from_direction"},
+            ),
             "ff": ("time", np.array([5.0, 6.0, 7.0]), {"units": "m/s"}),
         }
-        xr.Dataset(data | more, coords={"time": DECEMBER.astype("datetime64[ns]")}).expand_dims("point").to_netcdf(tmp_path / "w.nc", engine=engine)
+        xr.Dataset(data | more, coords={"time": DECEMBER.astype("datetime64[ns]")}).expand_dims("point").to_netcdf(
+            tmp_path / "w.nc", engine=engine
+        )
         return tmp_path / "w.nc"
 
     @pytest.mark.parametrize("engine", ["h5netcdf", "scipy"])
@@ -196,7 +238,10 @@ class TestNetcdf:
 
     def test_several_places_are_refused(self, tmp_path):
         with pytest.raises(StillhookError, match=r"ws is over x \(2\) as well. Cut out one place"):
-            read_weather(self.stored(tmp_path, ff=("time", np.zeros(3)), ws=(("time", "x"), np.zeros((3, 2)))), columns_as={"wind": "ws"})
+            read_weather(
+                self.stored(tmp_path, ff=("time", np.zeros(3)), ws=(("time", "x"), np.zeros((3, 2)))),
+                columns_as={"wind": "ws"},
+            )
 
 
 class TestDirections:
@@ -204,7 +249,12 @@ class TestDirections:
 
     @pytest.mark.parametrize(
         ("sense", "come_from"),
-        [(DirectionSense.FROM_NORTH, (20, 350)), (DirectionSense.TO_NORTH, (200, 170)), (DirectionSense.TO_EAST, (250, 280)), (DirectionSense.FROM_EAST, (70, 100))],
+        [
+            (DirectionSense.FROM_NORTH, (20, 350)),
+            (DirectionSense.TO_NORTH, (200, 170)),
+            (DirectionSense.TO_EAST, (250, 280)),
+            (DirectionSense.FROM_EAST, (70, 100)),
+        ],
     )
     def test_every_sense_that_can_be_declared(self, read, sense, come_from):
         np.testing.assert_allclose(np.degrees(read(self.TABLE, sense=sense).columns["come_from"]), come_from)
@@ -221,7 +271,9 @@ class TestDirections:
         told = read(table, sense=DirectionSense.FROM_NORTH, columns_as={"come_from": "MWD [rad]"})
         assert told.columns["come_from"][3] == pytest.approx(3.2)
         assert not any("radians" in note for note in told.notes)
-        assert not any("radians" in note for note in read(table.replace("5.2", "350"), sense=DirectionSense.FROM_NORTH).notes)
+        assert not any(
+            "radians" in note for note in read(table.replace("5.2", "350"), sense=DirectionSense.FROM_NORTH).notes
+        )
 
     def test_headings_and_comments_that_say_it_need_no_option(self, read):
         said = read(self.TABLE.replace("mean wave direction", "wave_to_direction"))
@@ -231,18 +283,25 @@ class TestDirections:
 
     def test_an_option_that_contradicts_the_file_is_refused(self, refused):
         table = self.TABLE.replace("mean wave direction", "wave_from_direction")
-        assert "the file says its directions are \"coming from, clockwise from north\", --direction says" in refused(table, sense=DirectionSense.TO_EAST)
+        assert 'the file says its directions are "coming from, clockwise from north", --direction says' in refused(
+            table, sense=DirectionSense.TO_EAST
+        )
 
 
 def test_the_public_year_comes_from_the_north_west(shared_data):
     """Oregon: the mean of all directions lies between west and north-west only if they are read as its SOURCE.txt says."""
-    found = read_weather(shared_data / "sea_ndbc_46042" / "single_year_hindcast_multiparam.csv", sense=DirectionSense.TO_EAST)
+    found = read_weather(
+        shared_data / "sea_ndbc_46042" / "single_year_hindcast_multiparam.csv", sense=DirectionSense.TO_EAST
+    )
     mean = np.degrees(np.angle(np.mean(np.exp(1j * found.columns["come_from"])))) % 360.0
     assert 270.0 < mean < 315.0
 
 
 def test_a_buoys_weather_has_its_wind(read):
-    lines = ["#YY  MM DD hh mm WDIR WSPD GST  WVHT   DPD   APD MWD", "#yr  mo dy hr mn degT m/s  m/s     m   sec   sec degT"]
+    lines = [
+        "#YY  MM DD hh mm WDIR WSPD GST  WVHT   DPD   APD MWD",
+        "#yr  mo dy hr mn degT m/s  m/s     m   sec   sec degT",
+    ]
     lines += [f"2019 08 01 {h:02d} 00 320  {h}.0  6.0 1.50 99.00  6.00 270" for h in range(3)]
     found = read("\n".join(lines) + "\n", "46042h2019.txt")
     assert found.columns["wind"].tolist() == [0.0, 1.0, 2.0]
@@ -258,7 +317,9 @@ def test_the_librarys_weather_is_marked_as_synthetic_and_has_the_seasons():
     month = found.time.astype("datetime64[M]").astype(int) % 12
     Hs = found.columns["H_m0"]
     assert Hs[month == 0].mean() > 2.0 * Hs[month == 6].mean()
-    assert np.all(2.0 * math.pi * Hs / (9.81 * found.columns["T_p"] ** 2) < 1.0 / 15.0)  # no record steeper than wind raises waves
+    assert np.all(
+        2.0 * math.pi * Hs / (9.81 * found.columns["T_p"] ** 2) < 1.0 / 15.0
+    )  # no record steeper than wind raises waves
 
 
 def test_the_two_parts_of_a_wind_are_no_speed(read):

@@ -8,16 +8,17 @@ from typing import Any, NamedTuple
 from stillhook.spec.scenario import Mode
 
 SATURATION_SHARE = 0.1
-"""Part of the counted time for which full pumps are tolerated [-]. A sine that is beyond the pumps for a tenth of the time asks for 1.2 %
-more speed than there is (1 / cos theta, theta = pi/20), and 0.13 % of its stroke is missed (sin theta - theta cos theta): less than what
-friction costs."""
+"""Part of the counted time for which full pumps are tolerated [-]. A sine that is beyond the pumps for a tenth of the
+time asks for 1.2 % more speed than there is (1 / cos theta, theta = pi/20), and 0.13 % of its stroke is missed (sin
+theta - theta cos theta): less than what friction costs."""
 HS_SHARE = 0.6
-"""Load up to which high-speed mode may be used, over the safe working load [-]. Source: Moslatt 2020 paper C: in HS the active motors
-deliver 30 % of 60 % of the SWL, and 90 t is the most that HS may carry on a crane of 150 t."""
+"""Load up to which high-speed mode may be used, over the safe working load [-]. Source: Moslatt 2020 paper C: in HS the
+active motors deliver 30 % of 60 % of the SWL, and 90 t is the most that HS may carry on a crane of 150 t."""
 
 
 class Rule(NamedTuple):
-    """cause in words; mark of a few letters for tables; whether it holds, from summary, mode and load over SWL; reason in words."""
+    """cause in words; mark of a few letters for tables; whether it holds, from summary, mode and load over SWL; reason
+    in words."""
 
     cause: str
     mark: str
@@ -47,25 +48,58 @@ RULES = (
     Rule("energy does not add up", "audit", _status("audit"), "the numbers are not to be trusted"),
     Rule("unstable", "unst", _status("unstable"), "K_p above the gain of marginal stability of the linear loop"),
     Rule("slack wire", "slack", _status("slack"), "the hook hangs free for a time; none is tolerated"),
-    Rule("wire at its end", "wire", _status("wire"), "last turns of wire, or the hook at the crane tip; none is tolerated"),
-    Rule("accumulator at its end", "acc", _status("accumulator"), "the passive circuit stops carrying the load; none is tolerated"),
-    Rule("motors too fast", "fast", _status("overspeed"), "above the maker's limit at this displacement; none is tolerated"),
+    Rule(
+        "wire at its end",
+        "wire",
+        _status("wire"),
+        "last turns of wire, or the hook at the crane tip; none is tolerated",
+    ),
+    Rule(
+        "accumulator at its end",
+        "acc",
+        _status("accumulator"),
+        "the passive circuit stops carrying the load; none is tolerated",
+    ),
+    Rule(
+        "motors too fast",
+        "fast",
+        _status("overspeed"),
+        "above the maker's limit at this displacement; none is tolerated",
+    ),
     Rule("cavitation", "cav", _status("cavitation"), "a line at or below zero gauge; none is tolerated"),
     Rule("relief valves", "rel", _status("relief"), "no pressure is left for what was not planned; none is tolerated"),
-    Rule("hydraulic power", "pow", _status("power"), "the power units are at their limit, or more is fed back than they take"),
-    Rule("boost exhausted", "boost", _status("boost"), "the boost pump gives all it has, cavitation is next; none is tolerated"),
-    Rule("pumps saturated", "sat", _saturated, "full pumps for more than a tenth of the counted time: speed that is not there"),
+    Rule(
+        "hydraulic power",
+        "pow",
+        _status("power"),
+        "the power units are at their limit, or more is fed back than they take",
+    ),
+    Rule(
+        "boost exhausted",
+        "boost",
+        _status("boost"),
+        "the boost pump gives all it has, cavitation is next; none is tolerated",
+    ),
+    Rule(
+        "pumps saturated",
+        "sat",
+        _saturated,
+        "full pumps for more than a tenth of the counted time: speed that is not there",
+    ),
     Rule("uncompensated", "unc", _status("uncompensated"), "the error is about as large as the tip's motion"),
     Rule("HS above 60 % of SWL", "load", _hs_too_heavy, "the load that high-speed mode may carry (rule of paper C)"),
 )
-"""Why a controller is not applicable, worst first; the first that holds is the cause. A standing offset is none: it shows in e_c_mean,
-and pure active winches have one by design. Limits without a tolerated time are passed or not: what they guard does not wait."""
+"""Why a controller is not applicable, worst first; the first that holds is the cause. A standing offset is none: it
+shows in e_c_mean, and pure active winches have one by design. Limits without a tolerated time are passed or not: what
+they guard does not
+wait."""
 MARKS: Mapping[str, str] = {r.cause: r.mark for r in RULES}
 
 
 def cause_of(summary: Mapping[str, Any], mode: Mode, share: float) -> str:
     """Why this controller cannot be used in this cell, or "" where it can.
 
-    Parameters: summary of the cell's run (keys and SI of `stillhook.variables.SUMMARY`); mode of the controller; share load over SWL [-].
+    Parameters: summary of the cell's run (keys and SI of `stillhook.variables.SUMMARY`); mode of the controller; share
+    load over SWL [-].
     """
     return next((r.cause for r in RULES if r.holds(summary, mode, share)), "")

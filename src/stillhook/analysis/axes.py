@@ -1,4 +1,5 @@
-"""What a map goes over: loads, peak speeds, layers and wave periods, read from texts; one scenario for each of its cells."""
+"""What a map goes over: loads, peak speeds, layers and wave periods, read from texts; one scenario for each of its
+cells."""
 
 from __future__ import annotations
 
@@ -21,7 +22,8 @@ LOADS = "20 % to 100 % by 10 %"
 SPEEDS = "10 m/min to 120 m/min by 10 m/min"
 """Peak speeds of paper E's maps (section 4)."""
 PERIOD = "12 s"
-"""Wave period of a map unless another is given; assumed: figure 6 is not printed as numbers, 12 s is one of paper E's two quay tests."""
+"""Wave period of a map unless another is given; assumed: figure 6 is not printed as numbers, 12 s is one of paper E's
+two quay tests."""
 MOST = 1000
 """Values along one axis: more than any screen shows, and a slip of the unit in a range."""
 
@@ -30,8 +32,8 @@ _RANGE = re.compile(r"(.+?)\s+to\s+(.+?)\s+by\s+(.+)")
 
 
 class Axes(NamedTuple):
-    """Axes of a map, SI: loads [kg], speeds [m/s], layers and the wire paid out on each [m], periods [s]. Where a map has no dimension
-    "layer" or "period", `layers` or `periods` holds None alone."""
+    """Axes of a map, SI: loads [kg], speeds [m/s], layers and the wire paid out on each [m], periods [s]. Where a map
+    has no dimension "layer" or "period", `layers` or `periods` holds None alone."""
 
     loads: tuple[float, ...]
     speeds: tuple[float, ...]
@@ -60,8 +62,8 @@ def axes_of(
 ) -> Axes:
     """Axes from what a person writes; see `quantities` for the texts.
 
-    The wire is paid out to the middle of the outermost layer, of every layer that is named, or to s_w. One layer as a plain number sets
-    the wire and adds no dimension; a list of layers adds one, and so does a list of periods.
+    The wire is paid out to the middle of the outermost layer, of every layer that is named, or to s_w. One layer as a
+    plain number sets the wire and adds no dimension; a list of layers adds one, and so does a list of periods.
     Errors: ScenarioError, UnitError of one line.
     """
     if s_w is not None and layers is not None:
@@ -76,7 +78,9 @@ def axes_of(
     if peaks[0] <= 0.0:
         raise ScenarioError(f"speeds: {show(peaks[0], 'speed')} moves nothing. Start above 0.")
     over_layers = layers is not None and not isinstance(layers, int)
-    chosen: Sequence[int] = [crane.drum.layers] if layers is None else [layers] if isinstance(layers, int) else list(layers)
+    chosen: Sequence[int] = (
+        [crane.drum.layers] if layers is None else [layers] if isinstance(layers, int) else list(layers)
+    )
     wire = (_wire(crane, s_w),) if s_w is not None else tuple(middle_of(crane, n) for n in _layers(crane, chosen))
     return Axes(
         loads=found,
@@ -92,7 +96,8 @@ def _wire(crane: Crane, s_w: str) -> float:
     value, most = parse(s_w, "length", "s_w"), float(wire_usable(drum_record(crane)))
     if not 0.0 <= value <= most:
         raise ScenarioError(
-            f's_w {show(value, "length")}: "{crane.name}" can pay out 0 m to {show(most, "length")}. Give a value in between.'
+            f's_w {show(value, "length")}: "{crane.name}" can pay out 0 m to {show(most, "length")}. Give a value in'
+            " between."
         )
     return value
 
@@ -102,7 +107,9 @@ def _layers(crane: Crane, chosen: Sequence[int]) -> Sequence[int]:
         raise ScenarioError("layers: empty. Name at least one, counted from the bare drum.")
     for n in chosen:
         if isinstance(n, bool) or not isinstance(n, int) or not 1 <= n <= crane.drum.layers:
-            raise ScenarioError(f'layers: {came(n)}: "{crane.name}" has layers 1 to {crane.drum.layers}. Give one of them.')
+            raise ScenarioError(
+                f'layers: {came(n)}: "{crane.name}" has layers 1 to {crane.drum.layers}. Give one of them.'
+            )
     if twice := next((n for n in chosen if list(chosen).count(n) > 1), None):
         raise ScenarioError(f"layers: {twice} is named twice. Name each layer once.")
     return chosen
@@ -117,8 +124,8 @@ def middle_of(crane: Crane, layer: int) -> float:
 def quantities(texts: Texts, kind: str, where: str, *, whole: float | None = None) -> tuple[float, ...]:
     """Rising values of one kind in SI, from texts with units.
 
-    A text is a quantity ("50 t"), several with commas between them, or an even range "10 m/min to 120 m/min by 10 m/min", both ends
-    included. With `whole` a value may be given as part of it, in per cent.
+    A text is a quantity ("50 t"), several with commas between them, or an even range "10 m/min to 120 m/min by 10
+    m/min", both ends included. With `whole` a value may be given as part of it, in per cent.
     Errors: ScenarioError, UnitError of one line that names `where`.
     """
     if isinstance(texts, str):
@@ -132,7 +139,9 @@ def quantities(texts: Texts, kind: str, where: str, *, whole: float | None = Non
     found = [x for item in items for x in _values(item, kind, where, whole)]
     for a, b in itertools.pairwise(found):
         if not a < b:
-            raise ScenarioError(f"{where}: {show(b, kind)} comes after {show(a, kind)}. Write each value once, the smallest first.")
+            raise ScenarioError(
+                f"{where}: {show(b, kind)} comes after {show(a, kind)}. Write each value once, the smallest first."
+            )
     return tuple(found)
 
 
@@ -141,7 +150,9 @@ def _values(item: object, kind: str, where: str, whole: float | None) -> Iterato
     span = _RANGE.fullmatch(item.strip()) if isinstance(item, str) else None
     if span is None:
         if isinstance(item, str) and " to " in item:
-            raise ScenarioError(f'{where} = {came(item)}: a range needs its step. Write "A to B by STEP", each with its unit.')
+            raise ScenarioError(
+                f'{where} = {came(item)}: a range needs its step. Write "A to B by STEP", each with its unit.'
+            )
         yield _value(item, kind, where, whole)
         return
     a, b, step = (_value(text, kind, where, whole) for text in span.groups())
@@ -149,7 +160,9 @@ def _values(item: object, kind: str, where: str, whole: float | None) -> Iterato
     if n >= MOST:
         raise ScenarioError(f"{where}: {came(item)}: {n + 1} values; at most {MOST}. Take a longer step.")
     if n < 0 or abs(a + n * step - b) > 1e-9 * max(abs(b), step):
-        raise ScenarioError(f"{where}: {came(item)}: the step does not lead from the first value to the last. Change one of the three.")
+        raise ScenarioError(
+            f"{where}: {came(item)}: the step does not lead from the first value to the last. Change one of the three."
+        )
     yield from (a + (b - a) * i / n if n else a for i in range(n + 1))
 
 

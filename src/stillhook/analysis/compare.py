@@ -23,7 +23,8 @@ CLASSIC_AND_NEW = (Mode.NS, Mode.HS, Mode.SSC)
 
 
 class ModeRun(NamedTuple):
-    """One controller's run: its scenario, raw result and summary (keys and SI units of `stillhook.variables.SUMMARY`)."""
+    """One controller's run: its scenario, raw result and summary (keys and SI units of
+    `stillhook.variables.SUMMARY`)."""
 
     mode: Mode
     case: Scenario
@@ -110,7 +111,8 @@ def run_labelled(
     every: str | None = None,
     progress: Progress | None = None,
 ) -> tuple[ModeRun, ...]:
-    """Runs with time series (default every 0.1 s), each with its summary and the notes made before it; see `simulate`."""
+    """Runs with time series (default every 0.1 s), each with its summary and the notes made before it; see
+    `simulate`."""
     cranes, _ = paired(crane, cases)
     n_sub, rows = steps_per_cycle(cranes[0], step), cycles(cranes[0], every)
     results = run_cases(cranes, cases, n_sub=n_sub, lanes=1, every=rows, progress=progress)

@@ -1,8 +1,9 @@
-"""Controllers that are put beside each other: a motor law (mode) and the settings that it runs with, by name or from a file.
+"""Controllers that are put beside each other: a motor law (mode) and the settings that it runs with, by name or from a
+file.
 
-Published SSC keeps K_p = 0.16 1/m, a sixth of the gain at which the winch would swing, and compares the wire with a tip motion that is
-older than the command is when it acts. A controller that is to replace SSC has to beat SSC without these two handicaps: `strong_ssc` has
-all the position gain that the margins allow, and a reference that is not late.
+Published SSC keeps K_p = 0.16 1/m, a sixth of the gain at which the winch would swing, and compares the wire with a tip
+motion that is older than the command is when it acts. A controller that is to replace SSC has to beat SSC without these
+two handicaps: `strong_ssc` has all the position gain that the margins allow, and a reference that is not late.
 """
 
 from __future__ import annotations
@@ -19,24 +20,37 @@ from stillhook.library import changed
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import nearest, parsed, toml_text
 from stillhook.library.write import toml_value
-from stillhook.spec.crane import Control, Crane, MotorSet
+from stillhook.spec.circuits import MotorSet
+from stillhook.spec.crane import Control, Crane
 from stillhook.spec.scenario import Mode, mode_of
 from stillhook.units import came
 
 Changes = Mapping[str, Any]
 
 LONGEST_DELAY = 1.0
-"""Delay of the motion signal beyond which holding the tip's acceleration says nothing about its motion [s]: an eighth of a short wave."""
+"""Delay of the motion signal beyond which holding the tip's acceleration says nothing about its motion [s]: an eighth
+of a short wave."""
 
 STRONG = "strong-ssc"
 PLAIN = {m.value: m for m in Mode if m is not Mode.MANUAL}
-NAMES = (Mode.NS.value, Mode.HS.value, Mode.SSC.value, Mode.SSC_CUBIC.value, Mode.LEVEL_1.value, Mode.LEVEL_2.value, STRONG)
+NAMES = (
+    Mode.NS.value,
+    Mode.HS.value,
+    Mode.SSC.value,
+    Mode.SSC_CUBIC.value,
+    Mode.LEVEL_1.value,
+    Mode.LEVEL_2.value,
+    STRONG,
+)
 """Names that `controller` knows without a file."""
 KEPT = ("best classic", "physical")
-"""Names of rows of answers beside the controllers: the better of NS and HS in a map, the machine's own limit in an envelope."""
+"""Names of rows of answers beside the controllers: the better of NS and HS in a map, the machine's own limit in an
+envelope."""
 SETTINGS: Mapping[tuple[str, ...], tuple[str, ...]] = {
     ("control",): tuple(Control.model_fields),
-    ("active", "motor"): tuple(n for n in MotorSet.model_fields if n in ("alpha_min", "servo", "variant", "offset", "hysteresis")),
+    ("active", "motor"): tuple(
+        n for n in MotorSet.model_fields if n in ("alpha_min", "servo", "variant", "offset", "hysteresis")
+    ),
 }
 """What a controller's file may set, by its table: what belongs to the machine itself stays the crane's."""
 
@@ -45,8 +59,8 @@ SETTINGS: Mapping[tuple[str, ...], tuple[str, ...]] = {
 class Controller:
     """How a winch is controlled: `mode` is the law of the motors, `changes` what differs from the crane's own settings.
 
-    name: what tables and pictures call it; changes: nested tables as a crane file has them, ``{"control": {"K_p": "0.3 1/m"}}``, or the
-    rule that gives them for a crane (strong SSC, whose gain follows from the machine).
+    name: what tables and pictures call it; changes: nested tables as a crane file has them, ``{"control": {"K_p": "0.3
+    1/m"}}``, or the rule that gives them for a crane (strong SSC, whose gain follows from the machine).
     """
 
     name: str
@@ -75,7 +89,8 @@ class Controller:
 
 
 def controller(name_or_path: str | Path | Controller) -> Controller:
-    """A controller by name (`NAMES`), or from a TOML file whose stem becomes its name; one that is a controller already is kept.
+    """A controller by name (`NAMES`), or from a TOML file whose stem becomes its name; one that is a controller already
+    is kept.
 
     A file gives the motor law and what differs from the crane, each number with its unit::
 
@@ -86,8 +101,8 @@ def controller(name_or_path: str | Path | Controller) -> Controller:
         [active.motor]
         alpha_min = 0.55
 
-    `level-1` to `ssc-cubic` run with the crane's own settings; `strong-ssc` is SSC with the gain that the margins allow and a
-    time-aligned reference (`strong_ssc`).
+    `level-1` to `ssc-cubic` run with the crane's own settings; `strong-ssc` is SSC with the gain that the margins allow
+    and a time-aligned reference (`strong_ssc`).
 
     Errors: SpecError of one line for a name or a file that is no controller.
     """
@@ -98,7 +113,9 @@ def controller(name_or_path: str | Path | Controller) -> Controller:
     if name_or_path == STRONG:
         return Controller(STRONG, Mode.SSC, strong_changes)
     if not isinstance(name_or_path, (str, Path)):
-        raise SpecError(f"Unknown controller {came(name_or_path)}. Give a name ({', '.join(NAMES)}) or the path of a file.")
+        raise SpecError(
+            f"Unknown controller {came(name_or_path)}. Give a name ({', '.join(NAMES)}) or the path of a file."
+        )
     path = Path(name_or_path)
     if name_or_path == Mode.MANUAL:
         raise SpecError(f'"{Mode.MANUAL}" is no controller: the operator moves the winch. Choose {", ".join(NAMES)}.')
@@ -115,7 +132,9 @@ def controllers(names: str) -> list[Controller]:
         raise SpecError(f"Controllers = {came(names)}: name at least one, such as ns,hs,ssc.")
     labels = [c.name for c in found]
     if twice := next((n for n in labels if labels.count(n) > 1), None):
-        raise SpecError(f'Controllers: "{twice}" is named twice. Name each controller once; rename the file of one of them.')
+        raise SpecError(
+            f'Controllers: "{twice}" is named twice. Name each controller once; rename the file of one of them.'
+        )
     return found
 
 
@@ -147,7 +166,10 @@ def _from_file(path: Path) -> Controller:
     table = parsed(text, path.name, FileKind.CONTROLLER)
     if path.stem in KEPT or "$" in path.stem:
         kept = ", ".join(f'"{name}"' for name in (*KEPT, "$"))
-        raise SpecError(f"{came(path.name)}: its name becomes the controller's, and answers keep {kept} for themselves. Rename the file.")
+        raise SpecError(
+            f"{came(path.name)}: its name becomes the controller's, and answers keep {kept} for themselves. Rename the"
+            " file."
+        )
     mode = table.pop("mode", None)
     if not isinstance(mode, str) or mode not in PLAIN:
         what = "missing" if mode is None else f"{came(mode)}: not a controller of the motors"
@@ -159,31 +181,42 @@ def _from_file(path: Path) -> Controller:
 def _check_keys(table: Mapping[str, Any], name: str) -> None:
     """Refuse what is no setting of a controller, with the nearest one there is."""
     if not isinstance(table.get("active", {}), Mapping):
-        raise SpecError(f"{name}: active = {came(table['active'])}: a table is due. Write [active.motor] and its settings under it.")
+        raise SpecError(
+            f"{name}: active = {came(table['active'])}: a table is due. Write [active.motor] and its settings under it."
+        )
     for where, fields in SETTINGS.items():
         part: Any = table
         for key in where:
             part = part.get(key, {})
         place = ".".join(where)
         if not isinstance(part, Mapping):
-            raise SpecError(f"{name}: {place} = {came(part)}: a table is due. Write [{place}] and its settings under it.")
+            raise SpecError(
+                f"{name}: {place} = {came(part)}: a table is due. Write [{place}] and its settings under it."
+            )
         for key in part:
             if key not in fields:
-                raise SpecError(f"{name}: {place}.{key}: no setting of a controller; there are {', '.join(fields)}{nearest(key, fields)}")
+                raise SpecError(
+                    f"{name}: {place}.{key}: no setting of a controller; there are"
+                    f" {', '.join(fields)}{nearest(key, fields)}"
+                )
     tables, active = {where[0] for where in SETTINGS}, table.get("active", {})
     strange = [k for k in table if k not in tables] + [f"active.{k}" for k in active if k != "motor"]
     if strange:
         have = ", ".join(f"[{'.'.join(w)}]" for w in SETTINGS)
-        raise SpecError(f"{name}: {strange[0]}: a controller's file has mode and the tables {have}. Put it under one of them.")
+        raise SpecError(
+            f"{name}: {strange[0]}: a controller's file has mode and the tables {have}. Put it under one of them."
+        )
 
 
 def strong_ssc(crane: Crane, *, delay: float = 0.0) -> Controller:
-    """SSC with the strongest position gain, its reference aligned in time, for a motion signal that is `delay` [s] late.
+    """SSC with the strongest position gain, its reference aligned in time, for a motion signal that is `delay` [s]
+    late.
 
-    K_p: the largest gain that keeps a gain margin of 2, a phase margin of 45 degrees and a sensitivity peak of 2 with the PLC's cycle, in
-    the published loop at the least displacement SSC may use on the outermost layer and in the whole plant where it is slow, from the
-    empty hook to the SWL (`stillhook.analysis.loop_stability.governing`). The delay of the motion unit lies outside the position loop and
-    does not lower it. t_lead: `lateness`. All else is the crane's own.
+    K_p: the largest gain that keeps a gain margin of 2, a phase margin of 45 degrees and a sensitivity peak of 2 with
+    the PLC's cycle, in the published loop at the least displacement SSC may use on the outermost layer and in the whole
+    plant where it is slow, from the empty hook to the SWL (`stillhook.analysis.loop_stability.governing`). The delay of
+    the motion unit lies outside the position loop and does not lower it. t_lead: `lateness`. All else is the crane's
+    own.
 
     Errors: StillhookError for a delay outside 0 to 1 s.
     """
@@ -204,14 +237,16 @@ def lateness(crane: Crane, *, delay: float = 0.0) -> float:
 
     .. math:: t_{lead} = t_{delay} + \tfrac12 t_{cycle} + t_{compute} + \frac{2 \zeta_0}{\omega_0}
 
-    A command is held for a cycle, so on the mean it is half a cycle old, and it comes a computing time late. K_2 = K_1 2 zeta_p / omega_np
-    takes the first-order lag of the pumps. What is left is that of the oil, whose transfer function 1 / (1 + 2 zeta_0 s / omega_0 +
-    s^2 / omega_0^2) lags by 2 zeta_0 / omega_0 at the slow frequencies of waves; here at full displacement, where it is least.
+    A command is held for a cycle, so on the mean it is half a cycle old, and it comes a computing time late. K_2 = K_1
+    2 zeta_p / omega_np takes the first-order lag of the pumps. What is left is that of the oil, whose transfer function
+    1 / (1 + 2 zeta_0 s / omega_0 + s^2 / omega_0^2) lags by 2 zeta_0 / omega_0 at the slow frequencies of waves; here
+    at full displacement, where it is least.
 
     Parameters: crane; delay of the motion signal, which the PLC is taken to know [s].
     Errors: StillhookError for a delay outside 0 to 1 s.
     Source: linear model of Moslatt 2020 paper C eqs 8 and 9, paper E eq. 17; the thesis extrapolates nothing.
-    Valid: leakage also makes the winch slow, in proportion to speed rather than by a time; that is K_1's to make up (`stillhook tune`).
+    Valid: leakage also makes the winch slow, in proportion to speed rather than by a time; that is K_1's to make up
+    (`stillhook tune`).
     """
     if not 0.0 <= delay <= LONGEST_DELAY:
         raise StillhookError(f"delay = {delay:g} s: allowed is 0 up to {LONGEST_DELAY:g} s.")

@@ -1,4 +1,5 @@
-"""The analyses of one operating point as users call them: quantities are text with a unit. The modules below calculate in SI."""
+"""The analyses of one operating point as users call them: quantities are text with a unit. The modules below calculate
+in SI."""
 
 from __future__ import annotations
 
@@ -7,11 +8,12 @@ from typing import TYPE_CHECKING
 
 from stillhook.analysis import controllers
 from stillhook.analysis.controllers import Controller
-from stillhook.analysis.loop_stability import margins
+from stillhook.analysis.loop_stability import margins, sweeps
 from stillhook.analysis.loop_stability import stability as loop_stability
 from stillhook.analysis.loop_stability.models import reduced
 from stillhook.analysis.loop_stability.models.reduced import Reduced
-from stillhook.analysis.loop_stability.stability import Over, Stability
+from stillhook.analysis.loop_stability.stability import Stability
+from stillhook.analysis.loop_stability.sweeps import Over
 from stillhook.analysis.steady import operating_point as operation
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.sea.motion.motion import Motion
@@ -36,10 +38,13 @@ def stability(
 ) -> Stability:
     """Margins of the published position loop; see `stillhook.analysis.loop_stability.stability.stability`.
 
-    Parameters: alpha_m displacement of the motors [-]; layer of the drum; v_tip steady speed of the tip, such as "60 m/min"; delay of the
-    position feedback, such as "50 ms". Errors: UnitError for a quantity without its unit, else as there.
+    Parameters: alpha_m displacement of the motors [-]; layer of the drum; v_tip steady speed of the tip, such as "60
+    m/min"; delay of the position feedback, such as "50 ms". Errors: UnitError for a quantity without its unit, else as
+    there.
     """
-    return loop_stability.stability(crane, alpha_m, layer=layer, v_tip=parse(v_tip, "speed", "v_tip"), delay=parse(delay, "time", "delay"))
+    return loop_stability.stability(
+        crane, alpha_m, layer=layer, v_tip=parse(v_tip, "speed", "v_tip"), delay=parse(delay, "time", "delay")
+    )
 
 
 def full_stability(
@@ -52,9 +57,11 @@ def full_stability(
     mode: Mode | str = Mode.SSC,
     delay: str = "0 s",
 ) -> tuple[Stability, OperatingPoint]:
-    """The same of the whole plant at an operating point; see `stillhook.analysis.loop_stability.stability.full_stability`.
+    """The same of the whole plant at an operating point; see
+    `stillhook.analysis.loop_stability.stability.full_stability`.
 
-    Parameters: load "100 t"; s_w wire paid out, "100 m"; v_tip "60 m/min", up positive; alpha_m [-]; mode; delay "50 ms".
+    Parameters: load "100 t"; s_w wire paid out, "100 m"; v_tip "60 m/min", up positive; alpha_m [-]; mode; delay "50
+    ms".
     Errors: UnitError for a quantity without its unit, else as there.
     """
     return loop_stability.full_stability(
@@ -76,14 +83,18 @@ def sweep(
     alpha_m: float = 1.0,
     delay: str = "0 s",
 ) -> xarray.Dataset:
-    """Gain limit and margins over one quantity; see `stillhook.analysis.loop_stability.stability.sweep`.
+    """Gain limit and margins over one quantity; see `stillhook.analysis.loop_stability.sweeps.sweep`.
 
-    Parameters: over as there; values with their unit, such as ["0 ms", "50 ms"], and numbers of displacements and layers alone; alpha_m
-    [-]; delay "50 ms". Errors: UnitError for a quantity without its unit, else as there.
+    Parameters: over as there; values with their unit, such as ["0 ms", "50 ms"], and numbers of displacements and
+    layers alone; alpha_m [-]; delay "50 ms". Errors: UnitError for a quantity without its unit, else as there.
     """
     kind = KINDS.get(Over(over)) if over in tuple(Over) else None
-    at = [parse(v, kind, f"values[{i}]") for i, v in enumerate(values)] if kind is not None and values is not None else values
-    return loop_stability.sweep(crane, over, at, alpha_m=alpha_m, delay=parse(delay, "time", "delay"))  # type: ignore[arg-type]
+    at = (
+        [parse(v, kind, f"values[{i}]") for i, v in enumerate(values)]
+        if kind is not None and values is not None
+        else values
+    )
+    return sweeps.sweep(crane, over, at, alpha_m=alpha_m, delay=parse(delay, "time", "delay"))  # type: ignore[arg-type]
 
 
 def strongest_gain(
@@ -95,7 +106,8 @@ def strongest_gain(
     phase_margin: str = "45 deg",
     sensitivity: float = margins.SENSITIVITY_PEAK,
 ) -> float:
-    """Largest position gain K_p [1/m] that keeps all three margins; see `stillhook.analysis.loop_stability.margins.strongest_gain`.
+    """Largest position gain K_p [1/m] that keeps all three margins; see
+    `stillhook.analysis.loop_stability.margins.strongest_gain`.
 
     Parameters: alpha_m, gain_margin, sensitivity [-]; delay "50 ms"; phase_margin "60 deg".
     Errors: UnitError for a quantity without its unit, else as there.
@@ -111,7 +123,8 @@ def strongest_gain(
 
 
 def strong_ssc(crane: Crane, *, delay: str = "0 s") -> Controller:
-    """SSC with the strongest gain, aligned in time, for a motion signal that is `delay` late; see `controllers.strong_ssc`.
+    """SSC with the strongest gain, aligned in time, for a motion signal that is `delay` late; see
+    `controllers.strong_ssc`.
 
     Parameters: delay "100 ms". Errors: UnitError for a delay without its unit, else as there.
     """
@@ -131,10 +144,11 @@ def operating_point(
     V_o: str | None = None,
     alpha_pp: float | None = None,
 ) -> OperatingPoint:
-    """Where the whole plant stands at a constant wire speed; see `stillhook.analysis.steady.operating_point.operating_point`.
+    """Where the whole plant stands at a constant wire speed; see
+    `stillhook.analysis.steady.operating_point.operating_point`.
 
-    Parameters: v_w wire speed "80 m/min", hoisting positive; alpha_m, alpha_pp [-]; load "90 t"; s_w wire paid out "100 m"; v_tip of the
-    tip "-80 m/min"; water and friction as in a Scenario; V_o oil in the accumulator "600 L".
+    Parameters: v_w wire speed "80 m/min", hoisting positive; alpha_m, alpha_pp [-]; load "90 t"; s_w wire paid out "100
+    m"; v_tip of the tip "-80 m/min"; water and friction as in a Scenario; V_o oil in the accumulator "600 L".
     Errors: UnitError for a quantity without its unit, else as there.
     """
     return operation.operating_point(
@@ -152,9 +166,16 @@ def operating_point(
 
 
 def simulate_reduced(
-    crane: Crane, tip: Motion, *, mode: Mode | str = Mode.SSC, duration: str = "72 s", every: str = "2 ms", K_wire: float = 1.0
+    crane: Crane,
+    tip: Motion,
+    *,
+    mode: Mode | str = Mode.SSC,
+    duration: str = "72 s",
+    every: str = "2 ms",
+    K_wire: float = 1.0,
 ) -> Reduced:
-    """Heave compensation with the published reduced model; see `stillhook.analysis.loop_stability.models.reduced.simulate_reduced`.
+    """Heave compensation with the published reduced model; see
+    `stillhook.analysis.loop_stability.models.reduced.simulate_reduced`.
 
     Parameters: tip motion; mode; duration "72 s" and spacing of the series "2 ms"; K_wire [-].
     Errors: UnitError for a time without its unit, else as there.

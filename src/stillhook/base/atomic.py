@@ -19,7 +19,9 @@ class whole_file:
     def __enter__(self) -> Path:
         try:
             self.target.parent.mkdir(parents=True, exist_ok=True)
-            handle, name = tempfile.mkstemp(dir=self.target.parent, prefix=f".{self.target.stem}-", suffix=self.target.suffix)
+            handle, name = tempfile.mkstemp(
+                dir=self.target.parent, prefix=f".{self.target.stem}-", suffix=self.target.suffix
+            )
         except (OSError, ValueError) as e:
             raise cannot_write(self.target, e) from None
         os.close(handle)
@@ -78,7 +80,8 @@ def cannot_write(target: Path, problem: Exception) -> SimulationError:
 
 
 def check_folder(target: Path, names: tuple[str, ...]) -> None:
-    """Refuse a folder that files of these names cannot be written to, before the work is done. Errors: SimulationError."""
+    """Refuse a folder that files of these names cannot be written to, before the work is done. Errors:
+    SimulationError."""
     path = target
     for path in (target, *target.parents):
         if os.path.lexists(path):

@@ -1,4 +1,5 @@
-"""Columns of numbers as text, exact to the bit: base64 of zlib of little-endian float64, some 8 to 16 bytes a number."""
+"""Columns of numbers as text, exact to the bit: base64 of zlib of little-endian float64, some 8 to 16 bytes a
+number."""
 
 from __future__ import annotations
 

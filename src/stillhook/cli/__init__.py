@@ -1,7 +1,8 @@
 """The command line: thin commands that call verbs and own no physics.
 
 Exit codes: 0 done; 1 done, but the answer is "no" (limits exceeded); 2 bad input, said in one line without a traceback;
-3 an error of Stillhook itself, in one line that says where to report it; 130 interrupted; 141 nobody reads the output any more.
+3 an error of Stillhook itself, in one line that says where to report it; 130 interrupted; 141 nobody reads the output
+any more.
 """
 
 from __future__ import annotations
@@ -51,7 +52,9 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def _root(
-    version: Annotated[bool, typer.Option("--version", help="Print the version.", callback=_version, is_eager=True)] = False,
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version.", callback=_version, is_eager=True)
+    ] = False,
 ) -> None:
     """Options that belong to no command."""
 
@@ -101,10 +104,20 @@ def run(arguments: list[str]) -> int:
     except OSError as e:
         return _lost(e)
     except SystemExit as e:  # the argument parser's answer to a pipe that nobody reads
-        return _lost(e.__context__) if isinstance(e.__context__, OSError) else e.code if isinstance(e.code, int) else REFUSED
+        return (
+            _lost(e.__context__)
+            if isinstance(e.__context__, OSError)
+            else e.code
+            if isinstance(e.code, int)
+            else REFUSED
+        )
     except Exception as e:
         if hasattr(e, "format_message"):  # an error of the argument parser
-            return _refuse(f"{' '.join(str(e.format_message()).split()).rstrip('.')}. See --help.") if str(e.format_message()) else REFUSED
+            return (
+                _refuse(f"{' '.join(str(e.format_message()).split()).rstrip('.')}. See --help.")
+                if str(e.format_message())
+                else REFUSED
+            )
         if type(e).__name__ == "Abort":  # what some argument parsers make of an interrupt, others of its exit code
             return _stopped()
         return _failed(e)
@@ -123,7 +136,8 @@ def _refuse(line: str, code: int = REFUSED) -> int:
 
 
 def _failed(problem: Exception) -> int:
-    """An exception that nobody foresaw: which one, where, and where to report it; with `DEBUG` its traceback before that."""
+    """An exception that nobody foresaw: which one, where, and where to report it; with `DEBUG` its traceback before
+    that."""
     import traceback
 
     from stillhook.units import came
@@ -135,7 +149,8 @@ def _failed(problem: Exception) -> int:
     message = f" {came(str(problem))}" if str(problem) else ""
     return _refuse(
         f"Internal error of Stillhook {__version__}: {type(problem).__name__}{message} in {place}. "
-        f'Report it with the command and its files (CONTRIBUTING.md, "Report a finding"); {DEBUG}=1 shows the traceback.',
+        f'Report it with the command and its files (CONTRIBUTING.md, "Report a finding"); {DEBUG}=1 shows the'
+        " traceback.",
         INTERNAL,
     )
 
@@ -146,9 +161,12 @@ def _stopped() -> int:
 
 
 def _lost(problem: OSError) -> int:
-    """Output that cannot be written: what is still held back is dropped, so that the interpreter does not try it again at its end."""
+    """Output that cannot be written: what is still held back is dropped, so that the interpreter does not try it again
+    at its end."""
     with contextlib.suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     if problem.errno in (errno.EPIPE, errno.EINVAL):
         return UNREAD
-    return _refuse(f"{problem.filename or 'standard output'}: {problem.strerror or problem}. Choose another place for the output.")
+    return _refuse(
+        f"{problem.filename or 'standard output'}: {problem.strerror or problem}. Choose another place for the output."
+    )

@@ -15,7 +15,10 @@ SHOWN = 40.0
 EXAMPLE = "template-to-1500m"
 PLAN, MOTIONS = "plan", "motions"
 THREADS = 2
-WHAT_HELP = '"plan": a template of 120 t from deck to seabed at 1,500 m, to the report; "motions": NS, HS and SSC on four motions.'
+WHAT_HELP = (
+    '"plan": a template of 120 t from deck to seabed at 1,500 m, to the report; "motions": NS, HS and SSC on four'
+    " motions."
+)
 
 
 def register(app: typer.Typer) -> None:
@@ -27,7 +30,8 @@ def demo(
     out: Annotated[Path, typer.Option("--out", help="Folder for report and pictures.")] = Path("stillhook-demo"),
     quick: Annotated[bool, typer.Option("--quick", help="Of the plan: the frequency road only, in seconds.")] = False,
 ) -> None:
-    """In which weather may a template of 120 t go down to 1,500 m, and what does a better controller buy? The example plan, to its report.
+    """In which weather may a template of 120 t go down to 1,500 m, and what does a better controller buy? The example
+    plan, to its report.
 
     Stopped, it goes on where it was when it is run again. Exit codes are those of stillhook plan.
 
@@ -69,7 +73,10 @@ def _motions(out: Path) -> None:
 
     title = f"{crane.title}: {show(case.load, 'mass')} on the hook, {show(case.s_w, 'length')} of wire out"
     print_table(["motion of the crane tip", "mode", *(HEADERS[c] for c in COLUMNS)], rows, title=title, left=2)
-    print("NS and HS: classic control, fixed motors, normal and high speed. SSC: semi-secondary control, motors move with the pumps.")
+    print(
+        "NS and HS: classic control, fixed motors, normal and high speed. SSC: semi-secondary control, motors move with"
+        " the pumps."
+    )
     for name, result in results:
         print_notes({f"{name}, {mode}": s for mode, s in result.table().items()})
     for name, result in results:

@@ -1,7 +1,8 @@
-"""How every command reads its arguments and shows its help: an option of one value appears once, and help shows what is written in it.
+"""How every command reads its arguments and shows its help: an option of one value appears once, and help shows what is
+written in it.
 
-`typer` renders help with rich's markup, which takes "[scenario]" for a style and drops it, and lets the last of repeated options win.
-`adopt` puts the classes of this module in place of typer's, for a whole program at once.
+`typer` renders help with rich's markup, which takes "[scenario]" for a style and drops it, and lets the last of
+repeated options win. `adopt` puts the classes of this module in place of typer's, for a whole program at once.
 """
 
 from __future__ import annotations
@@ -49,10 +50,13 @@ class Group(TyperGroup):
 
 
 def refuse_repeated(order: Iterable[Any]) -> None:
-    """Parameters in the order in which a command line names them: those of one value at most once. Errors: CommandError."""
+    """Parameters in the order in which a command line names them: those of one value at most once. Errors:
+    CommandError."""
     seen: list[Any] = []
     for parameter in order:
-        one_value = parameter.param_type_name == "option" and not (parameter.multiple or parameter.is_flag or parameter.count)
+        one_value = parameter.param_type_name == "option" and not (
+            parameter.multiple or parameter.is_flag or parameter.count
+        )
         if one_value and parameter in seen:
             raise CommandError(
                 f"{parameter.opts[0]} appears {sum(p is parameter for p in order)} times and takes one value. "

@@ -17,7 +17,8 @@ class AhcGains(NamedTuple):
 def feedforward(v_tip, a_tip, K_wire, alpha_m, gains):
     """u_ff = -(K_1 v_tip + K_2 a_tip) K_wire alpha_m [-]; tip up positive, so a rising tip pays wire out.
 
-    Source: Moslatt 2020 C eq. 12, E eq. 4. Differs from print: paper E counts pay-out positive and prints the mirror image.
+    Source: Moslatt 2020 C eq. 12, E eq. 4. Differs from print: paper E counts pay-out positive and prints the mirror
+    image.
     """
     return -(gains.K_1 * v_tip + gains.K_2 * a_tip) * K_wire * alpha_m
 

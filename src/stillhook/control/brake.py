@@ -1,4 +1,5 @@
-"""Holding brake: closes where no speed is commanded, and opens only once the motors carry the load, so that it does not drop or jump."""
+"""Holding brake: closes where no speed is commanded, and opens only once the motors carry the load, so that it does not
+drop or jump."""
 
 from typing import NamedTuple
 
@@ -9,9 +10,11 @@ SMALL = 0.02
 
 
 class BrakeSettings(NamedTuple):
-    """fitted 1 where there is a brake, else 0; t_wait time at zero speed before it closes, t_close, t_open times of travel, t_most longest
-    wait for the motors' torque [s]; dp_near pressure by which that torque may be off [Pa]; K_fill pump command per missing pressure,
-    K_leak pump command that replaces what leaks, per pressure [1/Pa]; u_most largest pump command against the closed brake [-]."""
+    """fitted 1 where there is a brake, else 0; t_wait time at zero speed before it closes, t_close, t_open times of
+    travel, t_most longest wait for the motors' torque [s]; dp_near pressure by which that torque may be off [Pa];
+    K_fill pump command per missing pressure, K_leak pump command that replaces what leaks, per pressure [1/Pa]; u_most
+    largest pump command against the closed brake [-].
+    """
 
     fitted: float
     t_wait: float
@@ -34,8 +37,8 @@ def idle_time(idle, stands, t_cycle):
 def closed_share(on, idle, missing, s, t_cycle):
     """How far the brake is closed after this cycle, 0 open to 1 closed; on before it.
 
-    idle as in `idle_time`; missing pressure by which the motors do not yet carry the load [Pa]. A closed brake waits for them, at most
-    t_most; one that is half closed opens at once.
+    idle as in `idle_time`; missing pressure by which the motors do not yet carry the load [Pa]. A closed brake waits
+    for them, at most t_most; one that is half closed opens at once.
     """
     closes = s.fitted > 0.5 and idle >= s.t_wait
     opens = idle < 0.0 and (on < 1.0 or abs(missing) <= s.dp_near or idle <= -s.t_most)

@@ -1,4 +1,5 @@
-"""Passive circuit: the motors carry the weight that the load cell sees, the pumps keep the accumulator at mid stroke."""
+"""Passive circuit: the motors carry the weight that the load cell sees, the pumps keep the accumulator at mid
+stroke."""
 
 from typing import NamedTuple
 
@@ -6,8 +7,8 @@ from stillhook.physics.scalar import clip, fmax, scalar
 
 
 class PassiveSettings(NamedTuple):
-    """D_m_max all passive motors [m^3/rad]; Q_p_max all passive pumps [m^3/s]; p_lp low side [Pa]; p_set accumulator at mid stroke [Pa];
-    K_acc [1/Pa]; dp_least pressure below which the torque law stops dividing [Pa]."""
+    """D_m_max all passive motors [m^3/rad]; Q_p_max all passive pumps [m^3/s]; p_lp low side [Pa]; p_set accumulator at
+    mid stroke [Pa]; K_acc [1/Pa]; dp_least pressure below which the torque law stops dividing [Pa]."""
 
     D_m_max: float
     Q_p_max: float
@@ -31,7 +32,8 @@ def displacement_for_weight(F_load, lever, p_hp, settings):
 def make_up(p_mean, u_m, omega_op, settings):
     """Command of the passive pumps [-1, 1]: pressure error, and the oil that the operator's own motion takes [-].
 
-    p_mean slow mean of the accumulator pressure [Pa]; omega_op motor speed that the operator asks for, hoisting positive [rad/s].
+    p_mean slow mean of the accumulator pressure [Pa]; omega_op motor speed that the operator asks for, hoisting
+    positive [rad/s].
     """
     taken = settings.D_m_max * u_m * omega_op / settings.Q_p_max
     return clip(settings.K_acc * (settings.p_set - p_mean) + taken, -1.0, 1.0)

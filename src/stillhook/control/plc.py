@@ -1,4 +1,5 @@
-"""One cycle of the crane's PLC: what it reads, what it remembers, what it commands. Outputs are held until the next cycle."""
+"""One cycle of the crane's PLC: what it reads, what it remembers, what it commands. Outputs are held until the next
+cycle."""
 
 from typing import NamedTuple
 
@@ -26,8 +27,9 @@ SSC_CUBIC = 6.0
 
 class Plc(NamedTuple):
     """Settings: t_cycle [s]; tau_F low-pass of the load cell [s]; tau_p slow mean of the accumulator pressure [s];
-    t_bumpless time constant in which a command's jump at a mode change fades [s]; t_lead time by which the motion unit's signals are
-    extrapolated [s]; t_compute time from reading to writing, after which a cycle's commands take effect [s]."""
+    t_bumpless time constant in which a command's jump at a mode change fades [s]; t_lead time by which the motion
+    unit's signals are extrapolated [s]; t_compute time from reading to writing, after which a cycle's commands take
+    effect [s]."""
 
     gains: AhcGains
     motors: MotorSettings
@@ -42,10 +44,10 @@ class Plc(NamedTuple):
 
 
 class Sensed(NamedTuple):
-    """What the PLC reads: motion unit s_tip [m], v_tip [m/s], a_tip [m/s^2]; operator's speed v_op [m/s, hoisting positive] and its
-    integral s_op [m]; mode; f_pump share of the pumps known to run; encoder s_w [m]; load cell F [N]; alpha_m known displacement;
-    K_wire of the present layer; dp = p_a - p_b measured [Pa]; dp_load that with which the active motors carry what of the load cell's
-    weight the passive ones do not [Pa]."""
+    """What the PLC reads: motion unit s_tip [m], v_tip [m/s], a_tip [m/s^2]; operator's speed v_op [m/s, hoisting
+    positive] and its integral s_op [m]; mode; f_pump share of the pumps known to run; encoder s_w [m]; load cell F [N];
+    alpha_m known displacement; K_wire of the present layer; dp = p_a - p_b measured [Pa]; dp_load that with which the
+    active motors carry what of the load cell's weight the passive ones do not [Pa]."""
 
     s_tip: float
     v_tip: float
@@ -63,10 +65,10 @@ class Sensed(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What the PLC remembers: mode; datum of the wire reference [m]; filtered load F [N]; slow mean of the accumulator pressure [Pa];
-    last commands u_p, u_m; fading bumpless biases b_p, b_m; held value of the motor control's play; brake how far the holding brake is
-    closed [-]; idle time at zero commanded speed, see `stillhook.control.brake.idle_time` [s]; stroke of the pumps that the torque limit
-    leaves [-]."""
+    """What the PLC remembers: mode; datum of the wire reference [m]; filtered load F [N]; slow mean of the accumulator
+    pressure [Pa]; last commands u_p, u_m; fading bumpless biases b_p, b_m; held value of the motor control's play;
+    brake how far the holding brake is closed [-]; idle time at zero commanded speed, see
+    `stillhook.control.brake.idle_time` [s]; stroke of the pumps that the torque limit leaves [-]."""
 
     mode: float
     datum: float
@@ -104,29 +106,36 @@ def low_pass(held, x, tau, t_cycle):
 def ahead(y, t_lead):
     """The tip's motion as it will be t_lead [s] later, its acceleration held: s + v t + a t^2 / 2, v + a t.
 
-    It makes up for what the motion signal is late by (sensor, half a cycle), so that reference and wire are compared at one time.
+    It makes up for what the motion signal is late by (sensor, half a cycle), so that reference and wire are compared at
+    one time.
     """
     s_tip = y.s_tip + t_lead * (y.v_tip + 0.5 * t_lead * y.a_tip)
     v_tip = y.v_tip + t_lead * y.a_tip
-    return Sensed(s_tip, v_tip, y.a_tip, y.v_op, y.s_op, y.mode, y.f_pump, y.s_w, y.F, y.alpha_m, y.K_wire, y.dp, y.dp_load)
+    return Sensed(
+        s_tip, v_tip, y.a_tip, y.v_op, y.s_op, y.mode, y.f_pump, y.s_w, y.F, y.alpha_m, y.K_wire, y.dp, y.dp_load
+    )
 
 
 @scalar
 def in_mode(y, mode):
     """What was read, with another mode in force."""
-    return Sensed(y.s_tip, y.v_tip, y.a_tip, y.v_op, y.s_op, mode, y.f_pump, y.s_w, y.F, y.alpha_m, y.K_wire, y.dp, y.dp_load)
+    return Sensed(
+        y.s_tip, y.v_tip, y.a_tip, y.v_op, y.s_op, mode, y.f_pump, y.s_w, y.F, y.alpha_m, y.K_wire, y.dp, y.dp_load
+    )
 
 
 @scalar
 def reference_datum(y, m):
-    """Datum of the wire reference: kept while compensating, laid at the present wire while not, so that e_c starts at 0."""
+    """Datum of the wire reference: kept while compensating, laid at the present wire while not, so that e_c starts at
+    0."""
     holding = m.mode > MANUAL and y.mode > MANUAL
     return m.datum if holding else y.s_w - y.s_tip + y.s_op
 
 
 @scalar
 def pump_demand(y, e_c, plc):
-    """Feedforward and whole pump command before limits [-]; in manual mode the tip is not compensated and nothing is fed back.
+    """Feedforward and whole pump command before limits [-]; in manual mode the tip is not compensated and nothing is
+    fed back.
 
     With f_pump of the pumps left the commands grow by 1 / f_pump: feedforward and loop gain stay as they were.
     """
@@ -137,8 +146,8 @@ def pump_demand(y, e_c, plc):
 
 @scalar
 def motor_demand(y, u_ff, F, plc):
-    """Displacement that the mode asks for [-]. Manual mode keeps full displacement at low speed by the law of SSC, unless the
-    operator holds a displacement, as in the friction tests of Moslatt 2020 section 2.2."""
+    """Displacement that the mode asks for [-]. Manual mode keeps full displacement at low speed by the law of SSC,
+    unless the operator holds a displacement, as in the friction tests of Moslatt 2020 section 2.2."""
     s = plc.motors
     alpha_min = displacement_min(F, y.K_wire, s)
     linear = displacement_ssc(reduction_linear(u_ff, s.u_thr), alpha_min)
@@ -163,8 +172,9 @@ def motor_demand(y, u_ff, F, plc):
 def cycle(sensed, m, p_hp, plc):
     """One cycle: what was read and remembered gives the commands and the new memory.
 
-    Bumpless mode change: the commands start where they were and the difference fades with t_bumpless. Until the holding brake is open the
-    winch is in manual mode, whatever was chosen, and its pumps only bring the motors to the load's torque.
+    Bumpless mode change: the commands start where they were and the difference fades with t_bumpless. Until the holding
+    brake is open the winch is in manual mode, whatever was chosen, and its pumps only bring the motors to the load's
+    torque.
     """
     t_cycle = plc.t_cycle
     stands = sensed.mode == MANUAL and sensed.v_op == 0.0 and abs(m.u_p) <= SMALL
@@ -184,10 +194,14 @@ def cycle(sensed, m, p_hp, plc):
     b_m = m.u_m - wish if changed else m.b_m * fade
     filling = fill(y.dp_load, missing, plc.brake) if idle < 0.0 else 0.0
     u_raw = filling if brake > 0.0 else demand + b_p
-    stroke = stroke_left(clip(u_raw, -1.0, 1.0), y.dp, y.f_pump * plc.power.Q_p, y.f_pump * plc.power.P_max, m.stroke, t_cycle)
+    stroke = stroke_left(
+        clip(u_raw, -1.0, 1.0), y.dp, y.f_pump * plc.power.Q_p, y.f_pump * plc.power.P_max, m.stroke, t_cycle
+    )
     u_p = within_stroke(u_raw, stroke)
     u_m = clip(wish + b_m, plc.motors.alpha_min, 1.0)
-    return Drive(u_p, u_m, u_ff, u_raw, e_c, brake), Memory(y.mode, datum, F, p_mean, u_p, u_m, b_p, b_m, m.held, brake, idle, stroke)
+    return Drive(u_p, u_m, u_ff, u_raw, e_c, brake), Memory(
+        y.mode, datum, F, p_mean, u_p, u_m, b_p, b_m, m.held, brake, idle, stroke
+    )
 
 
 @scalar

@@ -1,4 +1,5 @@
-"""The position loop as a linear model: pump servo, hydraulics and integration in one loop, and the gain at which it starts to swing."""
+"""The position loop as a linear model: pump servo, hydraulics and integration in one loop, and the gain at which it
+starts to swing."""
 
 from typing import NamedTuple
 
@@ -6,7 +7,8 @@ from stillhook.physics.scalar import scalar, sqrt
 
 
 class Loop(NamedTuple):
-    """Hydraulics s^2 + a_1 s + a_0, pump servo s^2 + b_1 s + b_0; g their gain from pump setting to wire speed, times a_0 [m/s^3]."""
+    """Hydraulics s^2 + a_1 s + a_0, pump servo s^2 + b_1 s + b_0; g their gain from pump setting to wire speed, times
+    a_0 [m/s^3]."""
 
     a_0: float
     a_1: float

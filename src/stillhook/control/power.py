@@ -5,13 +5,13 @@ from typing import NamedTuple
 from stillhook.physics.scalar import clip, fmin, scalar
 
 RETURN = 0.2
-"""Rate at which the stroke that was taken back is given again [1/s]: slow beside the oil's swing, which a limit that returns at once would
-feed. Assumed."""
+"""Rate at which the stroke that was taken back is given again [1/s]: slow beside the oil's swing, which a limit that
+returns at once would feed. Assumed."""
 
 
 class PowerLimit(NamedTuple):
-    """P_max largest hydraulic power of all pumps together [W], at their constant speed also their torque limit; Q_p, Q_pp full flow of the
-    active and of the passive pumps [m^3/s]."""
+    """P_max largest hydraulic power of all pumps together [W], at their constant speed also their torque limit; Q_p,
+    Q_pp full flow of the active and of the passive pumps [m^3/s]."""
 
     P_max: float
     Q_p: float
@@ -20,9 +20,9 @@ class PowerLimit(NamedTuple):
 
 @scalar
 def within_power(u, dp, Q, P):
-    """Pump command u [-] that takes no more than P [W] from the drive; dp pressure that the pumps work against, from their suction to their
-    pressure side for u > 0 [Pa]; Q flow at full stroke [m^3/s]. Where the load drives the pumps nothing is held back: with less
-    displacement the oil would only brake it harder.
+    """Pump command u [-] that takes no more than P [W] from the drive; dp pressure that the pumps work against, from
+    their suction to their pressure side for u > 0 [Pa]; Q flow at full stroke [m^3/s]. Where the load drives the pumps
+    nothing is held back: with less displacement the oil would only brake it harder.
     """
     P_u = Q * u * dp
     return u * (P / P_u) if P_u > P else u
@@ -30,7 +30,8 @@ def within_power(u, dp, Q, P):
 
 @scalar
 def stroke_left(u, dp, Q, P, before, t_cycle):
-    """Largest pump stroke that the torque limit leaves [-], from that of the cycle before: taken back at once, given again slowly.
+    """Largest pump stroke that the torque limit leaves [-], from that of the cycle before: taken back at once, given
+    again slowly.
 
     u, dp, Q, P as in `within_power`.
     """

@@ -23,13 +23,15 @@ class MotorSettings(NamedTuple):
 
 @scalar
 def reduction_linear(u_ff, u_thr):
-    """k_red of the linear SSC, 0..1. Source: Moslatt 2020 eq. 2.10 (E eq. 2). Differs from print: |u_ff| is held at 1."""
+    """k_red of the linear SSC, 0..1. Source: Moslatt 2020 eq. 2.10 (E eq. 2). Differs from print: |u_ff| is held at
+    1."""
     return clip((abs(u_ff) - u_thr) / (1.0 - u_thr), 0.0, 1.0)
 
 
 @scalar
 def reduction_cubic(u_ff, u_thr):
-    """k_red of the cubic SSC, 0..1. Source: Moslatt 2020 C eq. 13, whose coefficients are s^2 (3 - 2 s) for u_thr = 0.6."""
+    """k_red of the cubic SSC, 0..1. Source: Moslatt 2020 C eq. 13, whose coefficients are s^2 (3 - 2 s) for u_thr =
+    0.6."""
     s = reduction_linear(u_ff, u_thr)
     return s * s * (3.0 - 2.0 * s)
 
@@ -42,7 +44,8 @@ def displacement_ssc(k_red, alpha_min):
 
 @scalar
 def displacement_calc_min(F_load, K_wire, settings):
-    """D_calc_min / D_m_max that the load cell asks for [-]: the displacement for the SWL in proportion to the actual load.
+    """D_calc_min / D_m_max that the load cell asks for [-]: the displacement for the SWL in proportion to the actual
+    load.
 
     alpha_swl is that of NS unless the crane file gives another.
 

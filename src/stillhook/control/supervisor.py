@@ -1,8 +1,10 @@
-"""Winch modes that lifts need, above the PLC's AHC loop: which joystick speed, mode and tension the PLC works with in this cycle.
+"""Winch modes that lifts need, above the PLC's AHC loop: which joystick speed, mode and tension the PLC works with in
+this cycle.
 
-Laws of our own (the thesis names such modes in section 2.6 and prints none). What each mode does, what it waits for and what ends it
-is told in docs/explanation/winch-modes.md. Signs: speeds and s_op hoisting positive, s_w wire paid out. Tensions are those at the hook,
-as the crane's load indicator gives them: load cell less the weight of the wire that hangs (in 3,000 m it weighs as much as the load).
+Laws of our own (the thesis names such modes in section 2.6 and prints none). What each mode does, what it waits for and
+what ends it is told in docs/explanation/winch-modes.md. Signs: speeds and s_op hoisting positive, s_w wire paid out.
+Tensions are those at the hook, as the crane's load indicator gives them: load cell less the weight of the wire that
+hangs (in 3,000 m it weighs as much as the load).
 """
 
 from typing import NamedTuple
@@ -15,15 +17,17 @@ UNTIL_TIME, UNTIL_DEPTH, UNTIL_WIRE, UNTIL_LANDED, UNTIL_TENSION = 0.0, 1.0, 2.0
 STOPPED = 0.01
 """Wire short of its target at which a stage that stops there is over [m]: the joystick runs out on the rest."""
 TRIM = 0.25
-"""Largest correction of the wire speed in manual mode, as part of the joystick's (assumed). Leakage is a few per cent of a usual speed and
-most at slow ones; as the joystick comes to rest the correction is gone as well."""
+"""Largest correction of the wire speed in manual mode, as part of the joystick's (assumed). Leakage is a few per cent
+of a usual speed and most at slow ones; as the joystick comes to rest the correction is gone as well."""
 
 
 class Stage(NamedTuple):
-    """One stage of a winch programme: mode one of STAGE_*; v wire speed, hoisting positive [m/s]; F_set tension that is held or slackened
-    to, at the hook [N]; until one of UNTIL_*; value what ends it: time since its entry or touch-down [s], wire paid out [m] (a depth is
-    turned into wire out when packed), tension at the hook [N]; timeout [s] after which the programme is stuck; last 1 in the programme's
-    last stage, else 0; v_end speed that the joystick has as a depth or wire is reached, hoisting positive [m/s]: 0 stops there."""
+    """One stage of a winch programme: mode one of STAGE_*; v wire speed, hoisting positive [m/s]; F_set tension that is
+    held or slackened to, at the hook [N]; until one of UNTIL_*; value what ends it: time since its entry or touch-down
+    [s], wire paid out [m] (a depth is turned into wire out when packed), tension at the hook [N]; timeout [s] after
+    which the programme is stuck; last 1 in the programme's last stage, else 0; v_end speed that the joystick has as a
+    depth or wire is reached, hoisting positive [m/s]: 0 stops there.
+    """
 
     mode: float
     v: float
@@ -36,14 +40,17 @@ class Stage(NamedTuple):
 
 
 class LiftSettings(NamedTuple):
-    """t_cycle [s]; a_max ramp of the joystick [m/s^2]; v_max highest speed that tension control adds [m/s]; v_enter tip speed below which
-    compensation may start [m/s]; omega_T bandwidth of tension control on a load that stands [rad/s]; v_soft speed that splash mode adds
-    per deviation of the tension as large as F_soft [m/s], the weight of all mass that moves, added mass included [N], which counts no
-    less than what the wire swings at omega_soft [rad/s]; omega_s return to the joystick's path [rad/s]; tau_F low-pass of the load cell
-    [s]; tau_slow time constant of the mean tension, tau_hung that of the tension before touch-down [s]; t_fade time in which a law grows
-    to its full size [s]; F_landed fall of the tension by which touch-down is known [N]; F_least tension that compensation and tension
-    control need to start [N]; EA [N] and L_0 [m] of the wire, from which the PLC knows its stiffness; q_dry and q_wet weight of the wire
-    in air and in water [N/m], h_tip crane tip above the water [m]; code mode code of the controller while compensating."""
+    """t_cycle [s]; a_max ramp of the joystick [m/s^2]; v_max highest speed that tension control adds [m/s]; v_enter tip
+    speed below which compensation may start [m/s]; omega_T bandwidth of tension control on a load that stands [rad/s];
+    v_soft speed that splash mode adds per deviation of the tension as large as F_soft [m/s], the weight of all mass
+    that moves, added mass included [N], which counts no less than what the wire swings at omega_soft [rad/s]; omega_s
+    return to the joystick's path [rad/s]; tau_F low-pass of the load cell [s]; tau_slow time constant of the mean
+    tension, tau_hung that of the tension before touch-down [s]; t_fade time in which a law grows to its full size [s];
+    F_landed fall of the tension by which touch-down is known [N]; F_least tension that compensation and tension control
+    need to start [N]; EA [N] and L_0 [m] of the wire, from which the PLC knows its stiffness; q_dry and q_wet weight of
+    the wire in air and in water [N/m], h_tip crane tip above the water [m]; code mode code of the controller while
+    compensating.
+    """
 
     t_cycle: float
     a_max: float
@@ -69,7 +76,8 @@ class LiftSettings(NamedTuple):
 
 
 class Watch(NamedTuple):
-    """What the lift modes read each cycle: t [s]; s_w encoder [m]; F load cell [N]; s_tip [m] and v_tip [m/s] of the motion unit."""
+    """What the lift modes read each cycle: t [s]; s_w encoder [m]; F load cell [N]; s_tip [m] and v_tip [m/s] of the
+    motion unit."""
 
     t: float
     s_w: float
@@ -79,11 +87,13 @@ class Watch(NamedTuple):
 
 
 class Supervisor(NamedTuple):
-    """Memory: stage number from 0; t_0 when it began, anew at its entry and at touch-down [s]; entered 1 once its entry condition held;
-    mode ordered last; v_joy ramped joystick, v_op with what a law adds [m/s], s_op its integral [m]; F_1 tension filtered, F_slow its mean,
-    F_ref set value of tension control on its way, F_hung mean before touch-down [N]; s_ref wire that the joystick alone would have out in
-    splash and manual mode [m]; s_out wire out without what compensation adds for the tip [m]; landed 1 after touch-down in this stage;
-    done 1 when the programme is over; stuck 1 when a stage timed out."""
+    """Memory: stage number from 0; t_0 when it began, anew at its entry and at touch-down [s]; entered 1 once its entry
+    condition held; mode ordered last; v_joy ramped joystick, v_op with what a law adds [m/s], s_op its integral [m];
+    F_1 tension filtered, F_slow its mean, F_ref set value of tension control on its way, F_hung mean before touch-down
+    [N]; s_ref wire that the joystick alone would have out in splash and manual mode [m]; s_out wire out without what
+    compensation adds for the tip [m]; landed 1 after touch-down in this stage; done 1 when the programme is over; stuck
+    1 when a
+    stage timed out."""
 
     stage: float
     t_0: float
@@ -104,8 +114,8 @@ class Supervisor(NamedTuple):
 
 
 class Orders(NamedTuple):
-    """What the PLC works with in this cycle: mode code; v_op [m/s], s_op [m]; hold 1 where the passive circuit carries F_hold [N] in place
-    of the measured weight (at the load cell)."""
+    """What the PLC works with in this cycle: mode code; v_op [m/s], s_op [m]; hold 1 where the passive circuit carries
+    F_hold [N] in place of the measured weight (at the load cell)."""
 
     mode: float
     v_op: float
@@ -116,7 +126,8 @@ class Orders(NamedTuple):
 
 @scalar
 def wire_weight(s_w, s):
-    """Weight of the wire that hangs from the tip [N]; what is reckoned from wire out leaves out its stretch, a few parts in a thousand."""
+    """Weight of the wire that hangs from the tip [N]; what is reckoned from wire out leaves out its stretch, a few
+    parts in a thousand."""
     return s.q_dry * fmin(fmax(s_w, 0.0), s.h_tip) + s.q_wet * fmax(s_w - s.h_tip, 0.0)
 
 
@@ -135,8 +146,8 @@ def wire_left(s_out, stage):
 
 @scalar
 def speed_to_target(v_joy, left, stage, s):
-    r"""Joystick speed that the stage asks for, hoisting positive [m/s]: its own, and less from where the joystick's ramp must begin for it
-    to be at v_end as the target comes.
+    r"""Joystick speed that the stage asks for, hoisting positive [m/s]: its own, and less from where the joystick's
+    ramp must begin for it to be at v_end as the target comes.
 
     .. math:: v^2 = v_{end}^2 + 2 a\left(s - \tfrac12 T (v_0 + v)\right)
 
@@ -152,36 +163,40 @@ def speed_to_target(v_joy, left, stage, s):
 
 @scalar
 def trim_speed(s_w, s_ref, v_joy, omega_s):
-    """Speed, hoisting positive [m/s], that manual mode adds so that as much wire goes out as the joystick asks for, s_ref [m], whatever
-    leaks past pumps and motors: a slow loop on the encoder, at rest where the joystick is."""
+    """Speed, hoisting positive [m/s], that manual mode adds so that as much wire goes out as the joystick asks for,
+    s_ref [m], whatever leaks past pumps and motors: a slow loop on the encoder, at rest where the joystick is."""
     most = TRIM * abs(v_joy)
     return clip(omega_s * (s_w - s_ref), -most, most)
 
 
 @scalar
 def tension_speed(F, F_ref, k, omega_T):
-    """Wire speed, hoisting positive [m/s], that takes the tension F to F_ref [N] at the rate omega_T [rad/s] if the wire's far end stands.
+    """Wire speed, hoisting positive [m/s], that takes the tension F to F_ref [N] at the rate omega_T [rad/s] if the
+    wire's far end stands.
 
-    dF/dt = k v_w on a standing load; k stiffness of the wire out [N/m]. On a load that hangs free it only brakes what moves.
+    dF/dt = k v_w on a standing load; k stiffness of the wire out [N/m]. On a load that hangs free it only brakes what
+    moves.
     """
     return -omega_T * (F - F_ref) / k
 
 
 @scalar
 def soft_speed(F, F_slow, F_soft, v_soft):
-    """Wire speed, hoisting positive [m/s], by which splash mode gives way: v_soft per deviation of F from F_slow as large as F_soft [N].
+    """Wire speed, hoisting positive [m/s], by which splash mode gives way: v_soft per deviation of F from F_slow as
+    large as F_soft [N].
 
-    The winch is then a damper of F_soft / v_soft to all that changes faster than the mean. F_soft = (m + A33) g keeps one distance from
-    instability whatever hangs: what the winch makes of the load's acceleration is then v_soft / g of it. A gain by the wire's stiffness,
-    as tension control has, would be ten times too stiff: 60 m of wire stretch by centimetres under the force of a wave.
+    The winch is then a damper of F_soft / v_soft to all that changes faster than the mean. F_soft = (m + A33) g keeps
+    one distance from instability whatever hangs: what the winch makes of the load's acceleration is then v_soft / g of
+    it. A gain by the wire's stiffness, as tension control has, would be ten times too stiff: 60 m of wire stretch by
+    centimetres under the force of a wave.
     """
     return -v_soft * (F - F_slow) / F_soft
 
 
 @scalar
 def may_enter(y, m, F_1, F_slow, stage, s):
-    """Entry condition of the stage's mode: manual none; the others weight on the wire; compensation starts as the tip turns (or goes on);
-    landing a load that hangs at its mean tension."""
+    """Entry condition of the stage's mode: manual none; the others weight on the wire; compensation starts as the tip
+    turns (or goes on); landing a load that hangs at its mean tension."""
     loaded = F_1 >= s.F_least
     calm = m.mode > MANUAL or abs(y.v_tip) <= s.v_enter
     hangs = F_1 >= F_slow - 0.5 * s.F_landed
@@ -197,8 +212,8 @@ def may_enter(y, m, F_1, F_slow, stage, s):
 
 @scalar
 def reached(left, F_1, since, landed, stage):
-    """Whether what ends the stage has come: wire (`left` to its target [m]) and tension count in the direction in which the stage moves
-    them."""
+    """Whether what ends the stage has come: wire (`left` to its target [m]) and tension count in the direction in which
+    the stage moves them."""
     rising = stage.v > 0.0 or (stage.mode == STAGE_TENSION and stage.F_set >= stage.value)
     there = left <= (STOPPED if stage.v_end == 0.0 and stage.v != 0.0 else 0.0)
     if stage.until == UNTIL_TIME:
@@ -212,12 +227,14 @@ def reached(left, F_1, since, landed, stage):
 
 @scalar
 def supervise(y, m, stage, s):
-    """One PLC cycle of the lift modes: what was read and remembered, and the stage in force, give orders and the new memory.
+    """One PLC cycle of the lift modes: what was read and remembered, and the stage in force, give orders and the new
+    memory.
 
-    A stage waits for its entry condition in the mode that was on before, joystick at rest. The programme that is done or stuck rests with
-    the joystick and keeps the law of its last stage. Speeds are continuous: the joystick ramps (and dies away within tau_F where a tension
-    is held: a landed load would else be given slack), a law starts from nothing. A depth or wire counts as the joystick paid it out since
-    compensation began, in splash mode without what the law adds, in manual mode as the encoder shows it.
+    A stage waits for its entry condition in the mode that was on before, joystick at rest. The programme that is done
+    or stuck rests with the joystick and keeps the law of its last stage. Speeds are continuous: the joystick ramps (and
+    dies away within tau_F where a tension is held: a landed load would else be given slack), a law starts from nothing.
+    A depth or wire counts as the joystick paid it out since compensation began, in splash mode without what the law
+    adds, in manual mode as the encoder shows it.
     """
     F_wire = wire_weight(y.s_w, s)
     F = y.F - F_wire
@@ -253,7 +270,9 @@ def supervise(y, m, stage, s):
     F_ref = low_pass(m.F_ref, stage.F_set, s.t_fade, s.t_cycle) if tension else F_1
     s_joy = m.s_ref - v_joy * s.t_cycle
     trim = trim_speed(y.s_w, s_joy, v_joy, s.omega_s)
-    s_near = y.s_w - trim / s.omega_s if manual and s.omega_s > 0.0 else y.s_w  # no further away than the correction reaches
+    s_near = (
+        y.s_w - trim / s.omega_s if manual and s.omega_s > 0.0 else y.s_w
+    )  # no further away than the correction reaches
     s_ref = s_joy if splash else s_near
     k = s.EA / (s.L_0 + fmax(y.s_w, 0.0))
     F_soft = fmax(s.F_soft, k * G / (s.omega_soft * s.omega_soft))
@@ -282,7 +301,7 @@ def supervise(y, m, stage, s):
         v_next = v_joy if manual else v_op
         return orders, Supervisor(
             m.stage + 1.0, y.t, 0.0, mode, v_next, v_op, s_op, F_1, F_slow, F_1, F_hung, s_ref, s_out, 0.0, done, stuck
-        )  # fmt: skip
+        )
     return orders, Supervisor(
         m.stage, t_0, entered, mode, v_joy, v_op, s_op, F_1, F_slow, F_ref, F_hung, s_ref, s_out, landed, done, stuck
-    )  # fmt: skip
+    )

@@ -13,7 +13,8 @@ from stillhook.spec.scenario import Scenario
 
 SERIES_STEP = 2e-3
 STATISTICS_STEP = 5e-3
-"""Default steps [s]. Proven in docs/validation/step-size.md: within 0.1 mm of wire and 0.2 bar of peak pressure of a 0.1 ms reference."""
+"""Default steps [s]. Proven in docs/validation/step-size.md: within 0.1 mm of wire and 0.2 bar of peak pressure of a
+0.1 ms reference."""
 
 EVERY = 0.1
 """Default spacing of a stored series [s]."""
@@ -38,11 +39,16 @@ def paired(crane: Crane | Sequence[Crane], case: Scenario | Sequence[Scenario]) 
             raise SpecError(_NO_CRANE.format(units.came(each)))
         if each.plant is not first.plant or each.control.t_cycle != first.control.t_cycle:
             a, b = (f"{c.plant} with a PLC cycle of {units.show(c.control.t_cycle, 'time')}" for c in (first, each))
-            raise SpecError(f'simulate: crane 0 "{first.name}" is {a}, crane {i} "{each.name}" {b}. Run winches of one kind together.')
+            raise SpecError(
+                f'simulate: crane 0 "{first.name}" is {a}, crane {i} "{each.name}" {b}. Run winches of one kind'
+                " together."
+            )
     if isinstance(case, Scenario):
         return cranes, cases * len(cranes)
     if len(cases) != len(cranes):
-        raise ScenarioError(f"simulate: {len(cranes)} cranes and {len(cases)} cases. Give one case, or one for each crane.")
+        raise ScenarioError(
+            f"simulate: {len(cranes)} cranes and {len(cases)} cases. Give one case, or one for each crane."
+        )
     return cranes, cases
 
 
@@ -86,7 +92,8 @@ def steps_per_cycle(crane: Crane, step: str | None, default: float = SERIES_STEP
 
 
 def cycles(crane: Crane, every: str | None) -> int:
-    """PLC cycles in a spacing given as text, or in the default one. Errors: ScenarioError where it is not a whole number of them."""
+    """PLC cycles in a spacing given as text, or in the default one. Errors: ScenarioError where it is not a whole
+    number of them."""
     t_cycle = crane.control.t_cycle
     if every is None:
         return math.ceil(EVERY / t_cycle * (1.0 - 1e-9))

@@ -1,4 +1,5 @@
-"""What drives a run from outside, one row per PLC cycle: tip motion, its measured image, operator, mode, faults, noise."""
+"""What drives a run from outside, one row per PLC cycle: tip motion, its measured image, operator, mode, faults,
+noise."""
 
 import bisect
 import math
@@ -26,12 +27,15 @@ CHUNK = 4096
 
 
 def hermite_weights(n_sub: int) -> FloatArray:
-    """Weights of s, v, a at both ends of a cycle (t_cycle = 1) for s and v at the middle and end of each of n_sub steps.
+    """Weights of s, v, a at both ends of a cycle (t_cycle = 1) for s and v at the middle and end of each of n_sub
+    steps.
 
     The quintic through both ends; rows of 12, to be scaled with `scale_weights`.
     """
     tau = np.arange(1, 2 * n_sub + 1) / (2 * n_sub)
-    ends = np.array([[1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0], [0, 0, 2, 0, 0, 0], [1] * 6, range(6), [0, 0, 2, 6, 12, 20]], float)
+    ends = np.array(
+        [[1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0], [0, 0, 2, 0, 0, 0], [1] * 6, range(6), [0, 0, 2, 6, 12, 20]], float
+    )
     solve = np.linalg.inv(ends)
     s = np.vander(tau, 6, increasing=True) @ solve
     powers = np.column_stack([k * tau ** max(k - 1, 0) for k in range(6)])
@@ -45,7 +49,8 @@ def scale_weights(H: FloatArray, t_cycle: float) -> FloatArray:
 
 
 class Asked(NamedTuple):
-    """What tip and operator ask of the winch over a run: v_max highest wire speed [m/s]; s_tip_pp [m]; s_w_min, s_w_max wire out [m]."""
+    """What tip and operator ask of the winch over a run: v_max highest wire speed [m/s]; s_tip_pp [m]; s_w_min, s_w_max
+    wire out [m]."""
 
     v_max: float
     s_tip_pp: float
@@ -62,8 +67,16 @@ def shape(crane: Crane, case: Scenario) -> tuple[int, int, int]:
 
 def _only_the_tip_moves(case: Scenario) -> bool:
     s = case.sensors
-    plain = not case.modes and not case.operator.profile and not case.operator.steps and case.power_loss is None and case.commands is None
-    return plain and not any((s.delay, s.noise_s_tip, s.noise_v_tip, s.noise_a_tip, s.noise_s_w, s.noise_F, s.step_s_tip, s.step_v_tip))
+    plain = (
+        not case.modes
+        and not case.operator.profile
+        and not case.operator.steps
+        and case.power_loss is None
+        and case.commands is None
+    )
+    return plain and not any(
+        (s.delay, s.noise_s_tip, s.noise_v_tip, s.noise_a_tip, s.noise_s_w, s.noise_F, s.step_s_tip, s.step_v_tip)
+    )
 
 
 def filled(drives: Sequence["Drive"], k: int, n: int) -> FloatArray:
@@ -96,7 +109,8 @@ class Drive:
         self._noise = _Noise(case, self.n_ticks + 1)
 
     def pieces(self) -> Iterator[tuple[int, int]]:
-        """First cycle and number of cycles of every piece in which the run is made; one begins where the warm-up ends."""
+        """First cycle and number of cycles of every piece in which the run is made; one begins where the warm-up
+        ends."""
         k = 0
         while k < self.n_ticks:
             count = min(CHUNK, (self.n_ticks if k >= self.first else self.first) - k)
@@ -207,7 +221,8 @@ class _Noise:
 
 
 def operator_motion(operator: Operator, t: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Joystick speed [m/s] and what it asks for in all [m], hoisting positive; set-point steps add to the latter alone."""
+    """Joystick speed [m/s] and what it asks for in all [m], hoisting positive; set-point steps add to the latter
+    alone."""
     v, s = np.zeros_like(t), np.zeros_like(t)
     if operator.profile:
         knots = np.array([0.0, *(i for i, _ in operator.profile)])  # two points at one time are a jump of the speed
@@ -229,7 +244,8 @@ def mode_codes(case: Scenario, t: FloatArray) -> FloatArray:
 
 
 def pump_shares(loss: PowerLoss | None, pumps: tuple[float, ...], t: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Share of a circuit's pump flow that is there, and the share that the PLC reckons with; pumps one for each power unit."""
+    """Share of a circuit's pump flow that is there, and the share that the PLC reckons with; pumps one for each power
+    unit."""
     there = np.ones_like(t)
     if loss is None or loss.unit > len(pumps):
         return there, there

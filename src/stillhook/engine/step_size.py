@@ -12,7 +12,8 @@ from stillhook.physics.load_path.wire import wire_damping
 from stillhook.winches.hoist import Hoist, drum_geometry
 
 RK4_LIMIT = 2.6
-"""Largest |h lambda| that is accepted; the method itself is stable up to 2.785 (negative real axis) and 2.83 (imaginary axis)."""
+"""Largest |h lambda| that is accepted; the method itself is stable up to 2.785 (negative real axis) and 2.83 (imaginary
+axis)."""
 
 MOST_STEPS = 10000
 """Steps per PLC cycle beyond which a run would never end."""
@@ -88,11 +89,14 @@ def _moving(motors: Motors, omega_m: float) -> float:
 
 
 def dry_level_bound(packed: Packed) -> float:
-    """Upper bound of the dry friction of the whole winch [N m]: at rest, motors at full displacement, active pressure at relief."""
+    """Upper bound of the dry friction of the whole winch [N m]: at rest, motors at full displacement, active pressure
+    at relief."""
     p = packed.params
     a, h = p.active, p.hoist
     T_d = h.load.W * 0.5 * h.drum.d_max
-    g = h.n_motors * system_friction_dry(0.0, T_d, h.friction) + a.motors.count * torque_loss_dry(a.motors.D_max, a.relief.p, a.motors.fit)
+    g = h.n_motors * system_friction_dry(0.0, T_d, h.friction) + a.motors.count * torque_loss_dry(
+        a.motors.D_max, a.relief.p, a.motors.fit
+    )
     if hasattr(p, "passive"):
         m = p.passive.motors
         g += m.count * torque_loss_dry(m.D_max, p.passive.relief.p, m.fit)
@@ -111,14 +115,19 @@ def whole_parts(t_cycle: float, longest: float) -> int:
 
 
 def check_step(packed: Packed, step: float) -> None:
-    """Refuse a step that the integration cannot follow. Errors: SpecError naming the fastest mode and the step to take."""
+    """Refuse a step that the integration cannot follow. Errors: SpecError naming the fastest mode and the step to
+    take."""
     name, rate = max(fastest_rates(packed).items(), key=lambda i: i[1])
     if rate * step <= RK4_LIMIT:
         return
     t_cycle = packed.params.plc.t_cycle
     parts = whole_parts(t_cycle, RK4_LIMIT / rate)
-    advice = f'Use a step of "{t_cycle / parts * 1e3:.6g} ms" or less.' if parts <= MOST_STEPS else "Check the number behind it."
+    advice = (
+        f'Use a step of "{t_cycle / parts * 1e3:.6g} ms" or less.'
+        if parts <= MOST_STEPS
+        else "Check the number behind it."
+    )
     raise SpecError(
-        f"step {step * 1e3:.3g} ms is too long for this crane: {name} has {rate:.0f} 1/s, step times rate {rate * step:.2f} "
-        f"(allowed {RK4_LIMIT}). {advice}"
+        f"step {step * 1e3:.3g} ms is too long for this crane: {name} has {rate:.0f} 1/s, step times rate"
+        f" {rate * step:.2f} (allowed {RK4_LIMIT}). {advice}"
     )

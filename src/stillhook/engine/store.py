@@ -1,4 +1,5 @@
-"""Results kept on disk under what they follow from: crane, scenario, step and code. Every file is whole or not there."""
+"""Results kept on disk under what they follow from: crane, scenario, step and code. Every file is whole or not
+there."""
 
 from __future__ import annotations
 
@@ -34,7 +35,8 @@ _INDICES: dict[Path, _Index] = {}
 
 
 class Store:
-    """A folder of result files; one file a task, each with the keys of its cases. `names` are the columns of the numbers."""
+    """A folder of result files; one file a task, each with the keys of its cases. `names` are the columns of the
+    numbers."""
 
     def __init__(self, folder: Path, names: Sequence[str]) -> None:
         self.folder, self.names = folder, tuple(names)
@@ -44,10 +46,15 @@ class Store:
             raise cannot_write(folder, e) from None
 
     def keys(
-        self, cranes: Sequence[Crane], cases: Sequence[Case], n_sub: int, code: str, said: Callable[[Case], bytes] | None = None
+        self,
+        cranes: Sequence[Crane],
+        cases: Sequence[Case],
+        n_sub: int,
+        code: str,
+        said: Callable[[Case], bytes] | None = None,
     ) -> list[bytes]:
-        """What each result follows from, as a hash: everything but names, titles and sources, which change no number. said: a case as
-        bytes, that of scenarios by default."""
+        """What each result follows from, as a hash: everything but names, titles and sources, which change no number.
+        said: a case as bytes, that of scenarios by default."""
         say: Callable[[Any], bytes] = said or _scenario
         prints: dict[int, bytes] = {}
         start = f"{code} {n_sub} {' '.join(self.names)}".encode()
@@ -105,7 +112,9 @@ class Store:
             columns = dict(zip(self.names, numbers[row].tolist(), strict=True))
             found[i] = {"status": str(status[row]), **columns, "notes": json.loads(str(notes[row]))}
 
-    def put(self, keys: Sequence[bytes], status: Sequence[str], numbers: NDArray[np.float64], notes: Sequence[Sequence[str]]) -> None:
+    def put(
+        self, keys: Sequence[bytes], status: Sequence[str], numbers: NDArray[np.float64], notes: Sequence[Sequence[str]]
+    ) -> None:
         """Keep the results of one task. The file appears under its name only when it is complete."""
         name = hashlib.sha256(b"".join(keys)).hexdigest()[:KEY]
         with whole_file(self.folder / f"{name}{SUFFIX}") as part, open(part, "wb") as file:

@@ -20,8 +20,8 @@ NO_CERTIFICATE = "no certificate: the twin is not validated (level 1)"
 
 
 class Standing(NamedTuple):
-    """validated: a certificate of logs of a crane holds, and the run lies inside its envelope; notes: one line each, none where there is no
-    certificate."""
+    """validated: a certificate of logs of a crane holds, and the run lies inside its envelope; notes: one line each,
+    none where there is no certificate."""
 
     validated: bool
     notes: tuple[str, ...]
@@ -37,20 +37,25 @@ def standing(crane: Crane, case: Scenario, drive: Drive, asked: Asked) -> Standi
     if outside:
         notes.append(f"outside the validated envelope: {', '.join(outside)}")
     if crane.certified.synthetic and not against:
-        notes.append(f"certificate {crane.certified.short} is SYNTHETIC: the twin was validated on simulated logs, not on a crane")
+        notes.append(
+            f"certificate {crane.certified.short} is SYNTHETIC: the twin was validated on simulated logs, not on a"
+            " crane"
+        )
     return Standing(not notes, tuple(notes))
 
 
 def objections(crane: Crane) -> tuple[str, ...]:
-    """Why the certificate that a crane carries does not hold for it on this code; empty where it holds, or there is none."""
+    """Why the certificate that a crane carries does not hold for it on this code; empty where it holds, or there is
+    none."""
     return crane.certified.objections(content(crane), results_hash()) if crane.certified is not None else ()
 
 
 def doubts(crane: Crane, case: Scenario) -> tuple[str, ...]:
-    """Why the compensation that the twin computes may not be credited as that of the crane in this scenario; empty where it may.
+    """Why the compensation that the twin computes may not be credited as that of the crane in this scenario; empty
+    where it may.
 
-    Where there is a doubt, `stillhook.spec.validity.CAP` is the most that may be credited. The scenario must have passed `check`. A
-    synthetic certificate is a doubt: no crane was validated.
+    Where there is a doubt, `stillhook.spec.validity.CAP` is the most that may be credited. The scenario must have
+    passed `check`. A synthetic certificate is a doubt: no crane was validated.
     """
     if crane.certified is None:
         return (NO_CERTIFICATE,)
@@ -59,7 +64,8 @@ def doubts(crane: Crane, case: Scenario) -> tuple[str, ...]:
 
 
 def conditions(case: Scenario, drive: Drive, asked: Asked) -> Conditions:
-    """What a run asks, in the terms of an envelope. The tip is that of the part that counts; in manual mode nothing follows it."""
+    """What a run asks, in the terms of an envelope. The tip is that of the part that counts; in manual mode nothing
+    follows it."""
     modes = tuple(dict.fromkeys(m.value for m in (case.mode, *(m for _, m in case.modes))))
     span, period = math.nan, math.nan
     if modes != (Mode.MANUAL.value,):
@@ -69,24 +75,29 @@ def conditions(case: Scenario, drive: Drive, asked: Asked) -> Conditions:
 
 @lru_cache(maxsize=64)
 def _span_and_period(motion: Motion, n_ticks: int, first: int, t_cycle: float) -> tuple[float, float]:
-    """Largest peak-to-peak over the window [m] and mean period [s] of a motion from cycle `first` to the last one; remembered, because
-    many cranes are drawn on one motion."""
+    """Largest peak-to-peak over the window [m] and mean period [s] of a motion from cycle `first` to the last one;
+    remembered, because many cranes are drawn on one motion."""
     s = motion.sample(np.arange(first, n_ticks + 1) * t_cycle)[0]
     return float(window_spans(s, round(WINDOW / t_cycle) + 1).max()), _period(s, t_cycle)
 
 
 def _period(s: NDArray[np.float64], dt: float) -> float:
-    """Mean period of a motion [s]: of its whole waves; where it has none, by its deviation over that of its speed, as of a narrow
-    spectrum. NaN for a tip that stands."""
+    """Mean period of a motion [s]: of its whole waves; where it has none, by its deviation over that of its speed, as
+    of a narrow spectrum. NaN for a tip that stands."""
     periods = wave_periods(s, dt)
     if len(periods):
         return float(periods.mean())
-    return float(2.0 * math.pi * s.std() / v.std()) if len(s) > 1 and (v := np.gradient(s, dt)).std() > 0.0 else math.nan
+    return (
+        float(2.0 * math.pi * s.std() / v.std()) if len(s) > 1 and (v := np.gradient(s, dt)).std() > 0.0 else math.nan
+    )
 
 
 def _faults(case: Scenario) -> tuple[str, ...]:
     """What no validation test has."""
-    found = [("loss of a hydraulic power unit", case.power_loss is not None), ("accumulator without end", case.gas_held)]
+    found = [
+        ("loss of a hydraulic power unit", case.power_loss is not None),
+        ("accumulator without end", case.gas_held),
+    ]
     found.append(("regularised friction", case.friction is FrictionModel.REGULARISED))
     return tuple(name for name, there in found if there)
 

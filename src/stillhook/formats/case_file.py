@@ -102,8 +102,8 @@ def read_tip(tip: Any, folder: Path) -> Motion:
         return Profile(_pairs(tip["profile"]))
     if not isinstance(tip, dict) or "file" not in tip:
         raise ScenarioError(
-            'tip: give a text such as "sine 2.8 m 12 s", a table { file = ..., position = [...] }, or a velocity profile '
-            '{ profile = [["0 s", "0 m/min"], ["10 s", "30 m/min"], ...] }.'
+            'tip: give a text such as "sine 2.8 m 12 s", a table { file = ..., position = [...] }, or a velocity'
+            ' profile { profile = [["0 s", "0 m/min"], ["10 s", "30 m/min"], ...] }.'
         )
     _known(tip, TIP_FILE, "tip.")
     stored = stored_motion(folder / str(tip["file"]))
@@ -117,7 +117,9 @@ def read_tip(tip: Any, folder: Path) -> Motion:
 
 def _pairs(rows: Any) -> list[tuple[str, str]]:
     if not isinstance(rows, list) or not all(isinstance(r, list) and len(r) == 2 for r in rows):
-        raise ScenarioError('tip.profile: give pairs of time and speed, such as [["0 s", "0 m/min"], ["10 s", "30 m/min"]].')
+        raise ScenarioError(
+            'tip.profile: give pairs of time and speed, such as [["0 s", "0 m/min"], ["10 s", "30 m/min"]].'
+        )
     return [(r[0], r[1]) for r in rows]
 
 

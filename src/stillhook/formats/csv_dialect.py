@@ -18,9 +18,13 @@ MISSING = {"", "-", "--", "---", "nan", "n/a", "na", "#n/a", "null", "bad", "non
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?")
 _COMMA = re.compile(r"[+-]?(?:\d+,\d*|,\d+)(?:[eE][+-]?\d+)?")
 _POINT = re.compile(r"[+-]?(?:\d+\.\d*|\.\d+)(?:[eE][+-]?\d+)?")
-_STAMP = re.compile(r"\d{1,4}[-./]\d{1,2}[-./]\d{1,4}([T ].*)?|\d{1,2}:\d\d(:\d\d)?([.,]\d+)?( ?[AP]M)?Z?|\d{8}T?\d{6}.*")
+_STAMP = re.compile(
+    r"\d{1,4}[-./]\d{1,2}[-./]\d{1,4}([T ].*)?|\d{1,2}:\d\d(:\d\d)?([.,]\d+)?( ?[AP]M)?Z?|\d{8}T?\d{6}.*"
+)
 _MARK = re.compile(r"^\s*(?:#|//|%)\s*")
-_UNIT = re.compile(r"[\[(].*[\])]|%|-|1|psi[ag]?|rpm|m?[AV]|in(/s)?|lbs?f?|mbar|°C?|bar[ag]|U/min|1/min|l/min|k?Nm|cSt", re.IGNORECASE)
+_UNIT = re.compile(
+    r"[\[(].*[\])]|%|-|1|psi[ag]?|rpm|m?[AV]|in(/s)?|lbs?f?|mbar|°C?|bar[ag]|U/min|1/min|l/min|k?Nm|cSt", re.IGNORECASE
+)
 
 
 @dataclass(frozen=True)
@@ -54,13 +58,16 @@ def dialect_of(head: bytes, name: str, whole: bool) -> Dialect:
     for separator in SEPARATORS:
         rows = _data_rows(lines, separator)
         if rows and (
-            best is None or len(rows[1]) > len(best[1]) or (len(rows[1]) == len(best[1]) and rows[0] > best[0] and separator != " ")
+            best is None
+            or len(rows[1]) > len(best[1])
+            or (len(rows[1]) == len(best[1]) and rows[0] > best[0] and separator != " ")
         ):
             best = (*rows, separator)
     if best is None:
         shown = next((line for line in lines if line.strip()), "")
         raise LogError(
-            f"{name}: holds no table: no rows of numbers below a header, separated by ; tab | , or blanks. It begins with {came(shown)}."
+            f"{name}: holds no table: no rows of numbers below a header, separated by ; tab | , or blanks. It begins"
+            f" with {came(shown)}."
         )
     fields, rows_at, separator = best
     first = rows_at[0]
@@ -74,9 +81,16 @@ def dialect_of(head: bytes, name: str, whole: bool) -> Dialect:
     given = tuple(split_row(_MARK.sub("", lines[units]), separator)[:fields]) if units is not None else ()
     bare = [unit.strip().strip("[]()").strip() for unit in (*given, *[""] * (fields - len(given)))]
     return Dialect(
-        encoding, separator, _decimal(cells, separator, name, [i + 1 for i in rows_at]), first + 1, 0 if header is None else header + 1,
-        headings, tuple(bare), fields, tuple(cells[0]),
-    )  # fmt: skip
+        encoding,
+        separator,
+        _decimal(cells, separator, name, [i + 1 for i in rows_at]),
+        first + 1,
+        0 if header is None else header + 1,
+        headings,
+        tuple(bare),
+        fields,
+        tuple(cells[0]),
+    )
 
 
 def _refuse_other_width(name: str, line: int, names: int, cells: list[list[str]], separator: str) -> None:
@@ -85,8 +99,8 @@ def _refuse_other_width(name: str, line: int, names: int, cells: list[list[str]]
         return
     comma = ' A decimal comma needs ";" between columns.' if separator == "," else ""
     raise LogError(
-        f"{name}: line {line}: the header names {names} columns and the rows below hold {len(cells[0])} fields.{comma} Mend the header "
-        "or the export."
+        f"{name}: line {line}: the header names {names} columns and the rows below hold {len(cells[0])} fields.{comma}"
+        " Mend the header or the export."
     )
 
 
@@ -164,7 +178,9 @@ def _heading_cells(line: str, fields: int, separator: str) -> list[str]:
 
 def _header(lines: list[str], first: int, fields: int, separator: str) -> tuple[int | None, int | None]:
     """Which lines hold the headings and the units above the first row of data; None where there are none."""
-    rows = [i for i in range(first) if len(cells := _heading_cells(lines[i], fields, separator)) > 1 and not _known(cells)]
+    rows = [
+        i for i in range(first) if len(cells := _heading_cells(lines[i], fields, separator)) > 1 and not _known(cells)
+    ]
     if not rows:
         return None, None
     most = max(len(_heading_cells(lines[i], fields, separator)) for i in rows)  # lines before the header are shorter
@@ -179,21 +195,25 @@ def _header(lines: list[str], first: int, fields: int, separator: str) -> tuple[
 def _are_units(cells: list[str]) -> bool:
     said = [cell for cell in cells if cell]
     known = sum(
-        bool(_UNIT.fullmatch(cell)) or any(our_unit(cell, kind) is not None for kind in KINDS) or cell in ("UTC", "ISO") for cell in said
+        bool(_UNIT.fullmatch(cell)) or any(our_unit(cell, kind) is not None for kind in KINDS) or cell in ("UTC", "ISO")
+        for cell in said
     )
     return known > MAJORITY * len(said)
 
 
 def _decimal(rows: list[list[str]], separator: str, name: str, numbers: list[int]) -> str:
     """The decimal sign: a comma where cells such as 12,5 say so, a point otherwise; both together are refused."""
-    comma = next(((n, cell) for n, row in zip(numbers, rows, strict=True) for cell in row if _COMMA.fullmatch(cell)), None)
-    point = next(((n, cell) for n, row in zip(numbers, rows, strict=True) for cell in row if _POINT.fullmatch(cell)), None)
+    comma = next(
+        ((n, cell) for n, row in zip(numbers, rows, strict=True) for cell in row if _COMMA.fullmatch(cell)), None
+    )
+    point = next(
+        ((n, cell) for n, row in zip(numbers, rows, strict=True) for cell in row if _POINT.fullmatch(cell)), None
+    )
     if comma is None:
         return "."
     if point is not None:
         raise LogError(
-            f"{name}: numbers with a decimal comma ({came(comma[1])}, line {comma[0]}) and with a point ({came(point[1])}, line "
-            f"{point[0]}). "
-            "Export the log with one decimal sign and no sign between thousands."
+            f"{name}: numbers with a decimal comma ({came(comma[1])}, line {comma[0]}) and with a point"
+            f" ({came(point[1])}, line {point[0]}). Export the log with one decimal sign and no sign between thousands."
         )
     return ","

@@ -49,7 +49,9 @@ def load_run(path: str | Path) -> xarray.Dataset:
         raise StillhookError(f"{path}: not a NetCDF file of a run ({problem}). Simulate again.") from None
     missing = {"crane", "scenarios", "step"} - set(run.attrs)
     if missing:
-        raise StillhookError(f"{path}: not a run of Stillhook, {', '.join(sorted(missing))} missing. Write runs with save_run.")
+        raise StillhookError(
+            f"{path}: not a run of Stillhook, {', '.join(sorted(missing))} missing. Write runs with save_run."
+        )
     return run
 
 
@@ -102,7 +104,14 @@ def rerun(run: xarray.Dataset) -> xarray.Dataset:
     step, every = stored_steps(run)
     one_for_all = run.attrs.get("single", 1) or (_several(run) and all(c is cases[0] for c in cases))
     case = cases[0] if one_for_all else cases
-    return simulate(cranes if _several(run) else cranes[0], case, step=step, every=every, series=every is not None, on_failure="mark")
+    return simulate(
+        cranes if _several(run) else cranes[0],
+        case,
+        step=step,
+        every=every,
+        series=every is not None,
+        on_failure="mark",
+    )
 
 
 def save_json(data: Any, path: str | Path) -> Path:

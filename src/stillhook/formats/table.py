@@ -1,4 +1,5 @@
-"""Long-form tables (a supplier's map: one row a cell) from CSV, Parquet and Excel: named columns in SI, with row numbers for messages.
+"""Long-form tables (a supplier's map: one row a cell) from CSV, Parquet and Excel: named columns in SI, with row
+numbers for messages.
 
 A heading carries its unit, `D_m [cm^3/rev]`, or a mapping file says which column is what:
 
@@ -6,8 +7,8 @@ A heading carries its unit, `D_m [cm^3/rev]`, or a mapping file says which colum
     D_m = { column = "Vg", unit = "cm^3/rev" }
     eta_hm = { column = "hm. efficiency", unit = "%", scale = 1.0 }
 
-A unit is never guessed. CSV: separator comma, semicolon or tab; decimal comma with the latter two, or in quotes; comments begin with #;
-a byte-order mark, CRLF and quotes do no harm.
+A unit is never guessed. CSV: separator comma, semicolon or tab; decimal comma with the latter two, or in quotes;
+comments begin with #; a byte-order mark, CRLF and quotes do no harm.
 """
 
 from __future__ import annotations
@@ -48,7 +49,8 @@ RATIO = {"1": 1.0, "%": 0.01}
 
 @dataclass(frozen=True)
 class Wanted:
-    """A column that may be read: our name, other names for it (lower case), kind of quantity ("" for a ratio), an example."""
+    """A column that may be read: our name, other names for it (lower case), kind of quantity ("" for a ratio), an
+    example."""
 
     name: str
     kind: str
@@ -71,7 +73,8 @@ class Chosen:
 
 @dataclass(frozen=True)
 class Raw:
-    """A table as it was written: headings, cells (texts, numbers or None), the number of each row in the file, comments."""
+    """A table as it was written: headings, cells (texts, numbers or None), the number of each row in the file,
+    comments."""
 
     name: str
     headings: tuple[str, ...]
@@ -94,10 +97,13 @@ class Columns:
     unused: tuple[str, ...]
 
 
-def read_columns(path: str | os.PathLike[str], wanted: Sequence[Wanted], mapping: str | os.PathLike[str] | None = None) -> Columns:
+def read_columns(
+    path: str | os.PathLike[str], wanted: Sequence[Wanted], mapping: str | os.PathLike[str] | None = None
+) -> Columns:
     """The wanted columns that a table has, in SI.
 
-    Parameters: path .csv, .txt, .tsv, .parquet or .xlsx; wanted what may be there; mapping a TOML file with a table [columns].
+    Parameters: path .csv, .txt, .tsv, .parquet or .xlsx; wanted what may be there; mapping a TOML file with a table
+    [columns].
     Errors: LogError, UnitError of one line with file, row, column, what came and what is allowed.
     """
     if line := toml_instead(path, "a table of numbers"):
@@ -120,7 +126,9 @@ def _raw(path: Path) -> Raw:
             what = "a folder" if path.is_dir() else "no such file"
             raise LogError(f"{came(str(path))}: {what}. Give the path of a CSV, Parquet or Excel file.")
         if path.stat().st_size > LARGEST_TABLE:
-            raise LogError(f"{path.name}: larger than {LARGEST_TABLE // 1_000_000} MB, so it is no map. Give the map alone.")
+            raise LogError(
+                f"{path.name}: larger than {LARGEST_TABLE // 1_000_000} MB, so it is no map. Give the map alone."
+            )
         kind = path.suffix.lower()
         if kind in (".xlsx", ".xlsm"):
             return _excel(path)
@@ -130,7 +138,9 @@ def _raw(path: Path) -> Raw:
             raise LogError(f"{path.name}: {kind} is not read. Save it as .xlsx or .csv.")
         return _csv(path.name, path.read_bytes())
     except (OSError, ValueError) as e:
-        raise LogError(f"{came(str(path))}: cannot be read ({getattr(e, 'strerror', None) or e}). Check the path.") from None
+        raise LogError(
+            f"{came(str(path))}: cannot be read ({getattr(e, 'strerror', None) or e}). Check the path."
+        ) from None
 
 
 def _parquet(path: Path) -> Raw:
@@ -241,7 +251,9 @@ def _headed(name: str, lines: Sequence[tuple[int, tuple[Any, ...]]]) -> Raw:
     for number, cells in rows:
         if len(cells) < wide or any(_is_text(c) for c in cells[wide:]):
             hint = ' A decimal comma needs ";" or a tab between columns.' if len(cells) > wide else ""
-            raise LogError(f"{name}: row {number}: {len(cells)} cells where row {at} has {wide} headings.{hint} Mend the row.")
+            raise LogError(
+                f"{name}: row {number}: {len(cells)} cells where row {at} has {wide} headings.{hint} Mend the row."
+            )
     return Raw(name, headings, tuple(r[:wide] for _, r in rows), tuple(n for n, _ in rows), tuple(comments))
 
 
@@ -253,11 +265,16 @@ def _mapping(path: Path, wanted: Sequence[Wanted]) -> dict[str, Chosen]:
     """The table [columns] of a mapping file."""
     try:
         if path.stat().st_size > LARGEST_MAPPING:
-            raise LogError(f"{path.name}: larger than {LARGEST_MAPPING} bytes, so it is no mapping. Give a TOML file with [columns].")
+            raise LogError(
+                f"{path.name}: larger than {LARGEST_MAPPING} bytes, so it is no mapping. Give a TOML file with"
+                " [columns]."
+            )
         tables = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except (OSError, ValueError) as e:
         problem = getattr(e, "strerror", None) or " ".join(str(e).split())
-        raise LogError(f"{came(str(path))}: no mapping can be read ({problem}). Give a TOML file with a table [columns].") from None
+        raise LogError(
+            f"{came(str(path))}: no mapping can be read ({problem}). Give a TOML file with a table [columns]."
+        ) from None
     columns = tables.get("columns")
     if not isinstance(columns, dict) or not columns or set(tables) != {"columns"}:
         other = ", ".join(came(k) for k in tables if k != "columns") or "nothing"
@@ -298,13 +315,17 @@ def _place(raw: Raw, wanted: Wanted, chosen: Chosen | None) -> int | None:
         ]
         if not found:
             have = ", ".join(came(h) for h in raw.headings)
-            raise LogError(f"{raw.name}: no column {came(chosen.column)} for {wanted.name}; it has {have}. Mend the mapping.")
+            raise LogError(
+                f"{raw.name}: no column {came(chosen.column)} for {wanted.name}; it has {have}. Mend the mapping."
+            )
     else:
         names = {wanted.name.lower(), *wanted.aliases}
         found = [i for i, h in enumerate(raw.headings) if split_heading(h)[0].replace(" ", "_") in names]
     if len(found) > 1:
         both = " and ".join(came(raw.headings[i]) for i in found)
-        raise LogError(f"{raw.name}: columns {both} both read as {wanted.name}. Keep one, or choose one in a mapping file.")
+        raise LogError(
+            f"{raw.name}: columns {both} both read as {wanted.name}. Keep one, or choose one in a mapping file."
+        )
     return found[0] if found else None
 
 
@@ -313,7 +334,10 @@ def _values(raw: Raw, wanted: Wanted, place: int, chosen: Chosen | None) -> Floa
     where = f"{raw.name}: column {came(heading)}"
     unit = chosen.unit if chosen is not None and chosen.unit is not None else split_heading(heading)[1]
     if unit is None:
-        raise UnitError(f'{where}: no unit. Write the heading as "{wanted.example}" (allowed: {", ".join(wanted.units)}), or map it.')
+        raise UnitError(
+            f'{where}: no unit. Write the heading as "{wanted.example}" (allowed: {", ".join(wanted.units)}), or'
+            " map it."
+        )
     if unit not in wanted.units:
         raise UnitError(f"{where}: unit {came(unit)} is not one of {', '.join(wanted.units)}.")
     cells = [row[place] for row in raw.rows]
@@ -323,18 +347,22 @@ def _values(raw: Raw, wanted: Wanted, place: int, chosen: Chosen | None) -> Floa
         values = numbers * (scale * (parse(f"1 {unit}", wanted.kind, where) if wanted.kind else RATIO[unit]))
     if np.isinf(values).any():
         i = int(np.flatnonzero(np.isinf(values))[0])
-        raise LogError(f"{raw.name}: row {raw.numbers[i]}: column {came(heading)} = {cells[i]}: too large. Correct or empty the cell.")
+        raise LogError(
+            f"{raw.name}: row {raw.numbers[i]}: column {came(heading)} = {cells[i]}: too large. Correct or empty the"
+            " cell."
+        )
     return values
 
 
 def _one_decimal_sign(raw: Raw, places: Sequence[int]) -> None:
-    """Refuse numbers that may mean two things: commas here and points there, or "1,500" which may be fifteen hundred."""
+    """Refuse numbers that may mean two things: commas here and points there, or "1,500" which may be fifteen
+    hundred."""
     texts = [(raw.headings[i], cell.strip()) for i in places for row in raw.rows if isinstance(cell := row[i], str)]
     comma, point = (next(((h, c) for h, c in texts if sign in c), None) for sign in ",.")
     if comma is not None and point is not None:
         raise LogError(
-            f"{raw.name}: {came(comma[1])} in column {came(comma[0])} has a comma and {came(point[1])} in column {came(point[0])} a point. "
-            "Write one decimal sign and no thousands sign."
+            f"{raw.name}: {came(comma[1])} in column {came(comma[0])} has a comma and {came(point[1])} in column"
+            f" {came(point[0])} a point. Write one decimal sign and no thousands sign."
         )
     for heading in () if raw.comma else dict.fromkeys(h for h, c in texts if "," in c):
         with_comma = [c for h, c in texts if h == heading and "," in c]
@@ -359,5 +387,8 @@ def _number(cell: Any, raw: Raw, row: int, heading: str) -> float:
     except ValueError:
         number = math.nan
     if not math.isfinite(number) or "_" in text:
-        raise LogError(f"{raw.name}: row {raw.numbers[row]}: column {came(heading)} = {came(text)}: no number. Mend or empty the cell.")
+        raise LogError(
+            f"{raw.name}: row {raw.numbers[row]}: column {came(heading)} = {came(text)}: no number. Mend or empty the"
+            " cell."
+        )
     return number

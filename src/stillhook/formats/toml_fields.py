@@ -1,4 +1,5 @@
-"""Fields of a table in a file that describes a campaign: read one by one, each with the line that says what is wrong with it."""
+"""Fields of a table in a file that describes a campaign: read one by one, each with the line that says what is wrong
+with it."""
 
 from __future__ import annotations
 
@@ -21,8 +22,8 @@ _PERCENT = re.compile(r"[+-]?[0-9]+(\.[0-9]*)? %")
 
 
 def described(path: str | Path, kind: FileKind, read: Callable[[Mapping[str, Any], Path], Described]) -> Described:
-    """What `read` makes of a TOML file of a kind, given its table and its path. Errors: StillhookError whose line begins with the file's
-    name."""
+    """What `read` makes of a TOML file of a kind, given its table and its path. Errors: StillhookError whose line
+    begins with the file's name."""
     file = Path(path)
     data = parsed(toml_text(file), file.name, kind, start="Write its fields, or copy an example.")
     try:
@@ -33,7 +34,8 @@ def described(path: str | Path, kind: FileKind, read: Callable[[Mapping[str, Any
 
 
 class Fields:
-    """A table of a parsed TOML file. place stands before every message, such as 'test "3": '; error is what is raised."""
+    """A table of a parsed TOML file. place stands before every message, such as 'test "3": '; error is what is
+    raised."""
 
     def __init__(self, table: Any, place: str, error: type[StillhookError]) -> None:
         if not isinstance(table, Mapping):
@@ -44,7 +46,10 @@ class Fields:
         """Refuse fields that are none of these."""
         for key in self.table:
             if key not in allowed:
-                raise self.error(f"{self.place}{came(key)[1:-1]}: unknown field. Allowed: {', '.join(allowed)}{nearest(key, allowed)}")
+                raise self.error(
+                    f"{self.place}{came(key)[1:-1]}: unknown field. Allowed:"
+                    f" {', '.join(allowed)}{nearest(key, allowed)}"
+                )
 
     def need(self, *keys: str) -> None:
         """Refuse a table without these."""
@@ -81,7 +86,8 @@ class Fields:
         return parse(self.table[key], kind, f"{self.place}{key}") if key in self.table else otherwise
 
     def figure(self, key: str, kind: str) -> tuple[float, str]:
-        """A number in SI and as written: text with a unit; a number or a text such as "3 %" where its kind is "" (a pure number)."""
+        """A number in SI and as written: text with a unit; a number or a text such as "3 %" where its kind is "" (a
+        pure number)."""
         value = self.table[key]
         if kind:
             return parse(value, kind, f"{self.place}{key}"), " ".join(str(value).split())
@@ -130,6 +136,6 @@ def no_log_twice(tests: Sequence[PartOfLog], error: type[StillhookError]) -> Non
         for b in tests[:i]:
             if a.log.resolve() == b.log.resolve() and a.start < b.end and b.start < a.end:
                 raise error(
-                    f'test "{a.name}": log = {came(a.log.name)} is that of test "{b.name}" as well, and would count twice. '
-                    "Name another log, or give each its own start and end."
+                    f'test "{a.name}": log = {came(a.log.name)} is that of test "{b.name}" as well, and would count'
+                    " twice. Name another log, or give each its own start and end."
                 )

@@ -4,14 +4,36 @@ from stillhook.units import KINDS
 
 PURE = {"1": 1.0, "%": 0.01}  # units of pure numbers
 SCALES = {
-    "psi": ("bar", 0.0689476), "psig": ("bar", 0.0689476), "in": ("mm", 25.4), "in/s": ("mm/s", 25.4), "ft": ("m", 0.3048),
-    "lbs": ("N", 4.448222), "lbf": ("N", 4.448222), "mbar": ("bar", 0.001), "V": (None, None), "mA": (None, None),
-}  # fmt: skip
+    "psi": ("bar", 0.0689476),
+    "psig": ("bar", 0.0689476),
+    "in": ("mm", 25.4),
+    "in/s": ("mm/s", 25.4),
+    "ft": ("m", 0.3048),
+    "lbs": ("N", 4.448222),
+    "lbf": ("N", 4.448222),
+    "mbar": ("bar", 0.001),
+    "V": (None, None),
+    "mA": (None, None),
+}
 """What people write, the unit of ours that comes nearest, and the factor between them; None for raw sensor values."""
 _SAME = {
-    "rpm": "rev/min", "r/min": "rev/min", "1/min": "rev/min", "°": "deg", "°c": "degC", "c": "degC", "l/min": "L/min", "lpm": "L/min",
-    "cc/rev": "cm^3/rev", "cm3/rev": "cm^3/rev", "sec": "s", "nm": "N m", "kg·m": "kg m", "m/s2": "m/s^2", "tonne": "t", "te": "t",
-}  # fmt: skip
+    "rpm": "rev/min",
+    "r/min": "rev/min",
+    "1/min": "rev/min",
+    "°": "deg",
+    "°c": "degC",
+    "c": "degC",
+    "l/min": "L/min",
+    "lpm": "L/min",
+    "cc/rev": "cm^3/rev",
+    "cm3/rev": "cm^3/rev",
+    "sec": "s",
+    "nm": "N m",
+    "kg·m": "kg m",
+    "m/s2": "m/s^2",
+    "tonne": "t",
+    "te": "t",
+}
 """Spellings found in files, in lower case, and ours."""
 
 
@@ -29,4 +51,7 @@ def hint(unit: str, kind: str) -> str:
     ours, factor = SCALES.get(unit.strip(), (None, None))
     if ours is not None and kind and ours in KINDS[kind].allowed:
         return f' Write unit = "{ours}", scale = {factor}.'
-    return f' Give one of these and the factor to it as scale, such as unit = "{KINDS[kind].display if kind else "1"}", scale = 0.1.'
+    return (
+        f' Give one of these and the factor to it as scale, such as unit = "{KINDS[kind].display if kind else "1"}",'
+        " scale = 0.1."
+    )

@@ -1,7 +1,8 @@
 """Friction over speed of any machine that was run to and fro in steps: winch, ram, test bench.
 
-What friction is here: half the difference of effort between both directions at the same speed (Moslatt 2020 eq. 2.4). Everything that
-turns with the direction is in it: dry and viscous friction, hysteresis, and whatever brakes the machine on purpose.
+What friction is here: half the difference of effort between both directions at the same speed (Moslatt 2020 eq. 2.4).
+Everything that turns with the direction is in it: dry and viscous friction, hysteresis, and whatever brakes the machine
+on purpose.
 """
 
 from __future__ import annotations
@@ -22,12 +23,15 @@ from stillhook.statistics.correlated_mean import NORMAL_95, mean_and_uncertainty
 from stillhook.units import KINDS, show
 
 SAME_STROKE = 0.05
-"""Stretches of one stroke that differ in speed by less are compared as one: friction changes by far less than its uncertainty."""
+"""Stretches of one stroke that differ in speed by less are compared as one: friction changes by far less than its
+uncertainty."""
 FEWEST_VISITS = 3
 """Points from which each can be compared with its neighbours."""
 SHORTER = (1.4, 1.0, 0.7)
-"""Least lengths of a stretch that are tried in turn where every motion is shorter than the default [s]: down to two periods of 3 Hz. What
-a stretch may drift by does not shrink with its length, so a load that changes along the way is refused as with long ones."""
+"""Least lengths of a stretch that are tried in turn where every motion is shorter than the default [s]: down to two
+periods of 3 Hz. What a stretch may drift by does not shrink with its length, so a load that changes along the way is
+refused as with long
+ones."""
 FEWEST_BINS = 10
 """Bins of the log that such a least length must hold."""
 FEWEST_PLACES = 10
@@ -38,9 +42,10 @@ FEWEST_PLACES = 10
 class CurvePoint:
     """Friction at one speed, from one stretch of each direction; SI of the signals.
 
-    ``speed`` mean magnitude of both; ``friction`` half the difference, ``load`` half the sum of effort; ``u_friction``, ``u_load``
-    standard uncertainties; ``u_visit`` the part of u_friction by which visits differ (place, time, temperature), which no single visit
-    shows; ``way`` ends of the positions that both passed, ``load_way`` load at these ends (none without position).
+    ``speed`` mean magnitude of both; ``friction`` half the difference, ``load`` half the sum of effort; ``u_friction``,
+    ``u_load`` standard uncertainties; ``u_visit`` the part of u_friction by which visits differ (place, time,
+    temperature), which no single visit shows; ``way`` ends of the positions that both passed, ``load_way`` load at
+    these ends (none without position).
     """
 
     speed: float
@@ -63,8 +68,10 @@ class CurvePoint:
 
 @dataclass(frozen=True)
 class FrictionCurve:
-    """``points`` by speed; ``steady`` stretches used and rejected; ``unpaired`` stretches without a partner; what was asked;
-    ``least_length`` of a stretch [s], ``adapted`` where it is shorter than the default because the log holds no speed for longer."""
+    """``points`` by speed; ``steady`` stretches used and rejected; ``unpaired`` stretches without a partner; what was
+    asked; ``least_length`` of a stretch [s], ``adapted`` where it is shorter than the default because the log holds no
+    speed for longer.
+    """
 
     source: str
     speed: str
@@ -87,10 +94,18 @@ class FrictionCurve:
         points = [{**asdict(p), "interval_95": p.interval} for p in self.points]
         rejected = [asdict(r) for r in (*self.steady.rejected, *self.unpaired)]
         return {
-            "source": self.source, "speed": self.speed, "effort": self.effort, "position": self.position, "kinds": dict(self.kinds),
-            "points": points, "rejected": rejected, "trimmed": [asdict(r) for r in self.steady.trimmed], "time": dict(self.steady.time),
-            "least_length": self.least_length, "least_length_adapted": self.adapted,
-        }  # fmt: skip
+            "source": self.source,
+            "speed": self.speed,
+            "effort": self.effort,
+            "position": self.position,
+            "kinds": dict(self.kinds),
+            "points": points,
+            "rejected": rejected,
+            "trimmed": [asdict(r) for r in self.steady.trimmed],
+            "time": dict(self.steady.time),
+            "least_length": self.least_length,
+            "least_length_adapted": self.adapted,
+        }
 
 
 def friction_curve(
@@ -107,11 +122,12 @@ def friction_curve(
 ) -> FrictionCurve:
     """Friction over speed with 95 % uncertainty from a staircase log.
 
-    Parameters: log from `read_log`; speed, effort, command, held, made_of, kinds, settings as in `steady_windows`; position name of
-    the signal on which the load depends besides the direction (a spring, a slope). With a position, both directions are compared
-    place by place on the way that both passed at steady speed, and effort need not be steady in time; the scatter along the way,
-    a friction that itself depends on the place included, is in the uncertainty. Without a least_length in the settings, a log whose
-    motions are all too short for the default is read with the longest of `SHORTER` that gives a point.
+    Parameters: log from `read_log`; speed, effort, command, held, made_of, kinds, settings as in `steady_windows`;
+    position name of the signal on which the load depends besides the direction (a spring, a slope). With a position,
+    both directions are compared place by place on the way that both passed at steady speed, and effort need not be
+    steady in time; the scatter along the way, a friction that itself depends on the place included, is in the
+    uncertainty. Without a least_length in the settings, a log whose motions are all too short for the default is read
+    with the longest of `SHORTER` that gives a point.
     Errors: IdentifyError where a signal is missing or no two stretches can be compared, with the first reasons.
     """
     asked = settings or WindowSettings()
@@ -154,7 +170,9 @@ def _curve(
     """The curve with these settings; parameters as `friction_curve`."""
     known = {"speed": kind_of(log, speed, kinds), "effort": kind_of(log, effort, kinds)}
     named = {**(kinds or {}), **known}
-    steady = steady_windows(log, speed, effort, command=command, held=held, made_of=made_of, kinds=named, settings=asked)
+    steady = steady_windows(
+        log, speed, effort, command=command, held=held, made_of=made_of, kinds=named, settings=asked
+    )
 
     def text(v: float) -> str:
         return show(v, known["speed"], 3) if known["speed"] in KINDS else f"{v:.3g}"
@@ -163,7 +181,9 @@ def _curve(
     points: list[CurvePoint] = []
     unpaired = list(found.unpaired)
     if position is None:
-        points = [CurvePoint(p.speed, p.friction, p.u_friction, p.load, p.u_friction, p.up, p.down) for p in found.pairs]
+        points = [
+            CurvePoint(p.speed, p.friction, p.u_friction, p.load, p.u_friction, p.up, p.down) for p in found.pairs
+        ]
     else:
         known["position"] = kind_of(log, position, kinds)
         e = effort_of(log, effort)
@@ -175,21 +195,26 @@ def _curve(
                 points.append(point)
                 unpaired = [r for r in unpaired if not any(r.start == w.start for w in (*strokes[0], *strokes[1]))]
             else:
-                unpaired += [Rejected(w.start, w.end, w.direction, w.speed, w.effort, point, "no common way") for w in (pair.up, pair.down)]
+                unpaired += [
+                    Rejected(w.start, w.end, w.direction, w.speed, w.effort, point, "no common way")
+                    for w in (pair.up, pair.down)
+                ]
     if not points:
         short = not steady.windows and all(r.code == "short" for r in steady.rejected)
         return _Nothing(_nothing(log, steady, unpaired), short)
     name = effort if isinstance(effort, str) else "effort"
-    return FrictionCurve(log.source, speed, name, position, known, with_visits(points), steady, tuple(unpaired), asked.least_length)
+    return FrictionCurve(
+        log.source, speed, name, position, known, with_visits(points), steady, tuple(unpaired), asked.least_length
+    )
 
 
 def with_visits(points: Sequence[CurvePoint]) -> tuple[CurvePoint, ...]:
     """The points by speed, their uncertainty widened by what visits differ by beyond the scatter within each.
 
-    Every point but the first and the last is left out once and compared with the straight line between its neighbours in speed. What
-    these differences hold beyond the uncertainties of the three is the variance between visits, one for the whole log, with Student's
-    factor for their number; a friction curved between three neighbouring speeds counts as such a difference. With fewer than three
-    points there is no telling.
+    Every point but the first and the last is left out once and compared with the straight line between its neighbours
+    in speed. What these differences hold beyond the uncertainties of the three is the variance between visits, one for
+    the whole log, with Student's factor for their number; a friction curved between three neighbouring speeds counts as
+    such a difference. With fewer than three points there is no telling.
     """
     by_speed = sorted(points, key=lambda p: p.speed)
     if len(by_speed) < FEWEST_VISITS:
@@ -206,7 +231,8 @@ def with_visits(points: Sequence[CurvePoint]) -> tuple[CurvePoint, ...]:
 
 
 def _stroke(w: Window, windows: Sequence[Window]) -> list[Window]:
-    """The stretch with those before and after it in the same direction and of the same speed: one way that ripple has split."""
+    """The stretch with those before and after it in the same direction and of the same speed: one way that ripple has
+    split."""
     k = windows.index(w)
     like = [o.direction == w.direction and abs(o.speed - w.speed) <= SAME_STROKE * abs(w.speed) for o in windows]
     first = next((i + 1 for i in range(k - 1, -1, -1) if not like[i]), 0)
@@ -214,8 +240,11 @@ def _stroke(w: Window, windows: Sequence[Window]) -> list[Window]:
     return list(windows[first:last])
 
 
-def _place_by_place(log: Log, pair: Pair, strokes: Sequence[Sequence[Window]], e: FloatArray, x: FloatArray) -> CurvePoint | str:
-    """Half difference and half sum along the way that both strokes (hoisting, lowering) passed; or why there is none."""
+def _place_by_place(
+    log: Log, pair: Pair, strokes: Sequence[Sequence[Window]], e: FloatArray, x: FloatArray
+) -> CurvePoint | str:
+    """Half difference and half sum along the way that both strokes (hoisting, lowering) passed; or why there is
+    none."""
     ways = []
     for stroke in strokes:
         inside = np.any([(log.t >= w.start) & (log.t <= w.end) for w in stroke], axis=0)
@@ -236,7 +265,9 @@ def _place_by_place(log: Log, pair: Pair, strokes: Sequence[Sequence[Window]], e
     slope, middle = np.polyfit(at - at.mean(), load, 1)
     _, u_load = mean_and_uncertainty(load - slope * (at - at.mean()))
     ends = (float(middle + slope * (lo - at.mean())), float(middle + slope * (hi - at.mean())))
-    return CurvePoint(pair.speed, friction, u_friction, float(middle), u_load, pair.up, pair.down, (float(lo), float(hi)), ends)
+    return CurvePoint(
+        pair.speed, friction, u_friction, float(middle), u_load, pair.up, pair.down, (float(lo), float(hi)), ends
+    )
 
 
 def _nothing(log: Log, steady: Steady, unpaired: Sequence[Rejected]) -> str:
@@ -244,11 +275,14 @@ def _nothing(log: Log, steady: Steady, unpaired: Sequence[Rejected]) -> str:
     reasons = [r.reason for r in every]
     longest = max((r.end - r.start for r in every if r.code == "short"), default=0.0)
     if longest > 0.0:
-        hint = f'Hold each speed longer, in both directions, or take shorter stretches: --least-length "{0.9 * longest:.2g} s".'
+        hint = (
+            "Hold each speed longer, in both directions, or take shorter stretches: --least-length"
+            f' "{0.9 * longest:.2g} s".'
+        )
     else:
         hint = "Hold each speed longer, in both directions."
     first = f", the first because: {reasons[0]}" if reasons else ""
     return (
-        f"{log.source}: no speed at which both directions can be compared, among {len(steady.windows)} steady stretches and "
-        f"{len(steady.rejected)} rejected ones{first}. {hint}"
+        f"{log.source}: no speed at which both directions can be compared, among {len(steady.windows)} steady stretches"
+        f" and {len(steady.rejected)} rejected ones{first}. {hint}"
     )

@@ -38,10 +38,11 @@ def window_figure(
     title: str = "",
     kinds: Mapping[str, str] | None = None,
 ) -> Figure:
-    """Speed and effort over time; used stretches green, rejected ones grey with their reason in a word, settling orange.
+    """Speed and effort over time; used stretches green, rejected ones grey with their reason in a word, settling
+    orange.
 
-    Parameters: log, speed, effort, kinds as in `steady_windows`; steady its result; unpaired stretches that `pair_windows` found no
-    partner for (blue); title of the figure.
+    Parameters: log, speed, effort, kinds as in `steady_windows`; steady its result; unpaired stretches that
+    `pair_windows` found no partner for (blue); title of the figure.
     """
     from matplotlib.figure import Figure  # heavy: only where pictures are wanted
 
@@ -95,7 +96,9 @@ def curve_figure(curve: FrictionCurve, log: Log, effort: str | FloatArray, *, ti
     return figure
 
 
-def draw_curve(ax: Any, curve: FrictionCurve, *, label: str = "half the difference of both directions", colour: str = COLOURS[0]) -> None:
+def draw_curve(
+    ax: Any, curve: FrictionCurve, *, label: str = "half the difference of both directions", colour: str = COLOURS[0]
+) -> None:
     """Friction over speed with 95 % intervals into axes that are there."""
     kind_v, kind_e = curve.kinds.get("speed", ""), curve.kinds.get("effort", "")
     v = displayed(np.array([p.speed for p in curve.points]), kind_v)
@@ -138,8 +141,11 @@ def _shade(ax: Any, steady: Steady, used: Sequence[Window], unpaired: Sequence[R
     from matplotlib.collections import PolyCollection  # one for all of a kind: hundreds of spans take seconds
 
     groups: tuple[tuple[Sequence[Window | Rejected], str, float], ...] = (
-        (steady.rejected, NOT_USED, 0.35), (steady.trimmed, LEFT_OUT, 0.25), (unpaired, ALONE, 0.35), (used, USED, 0.3),
-    )  # fmt: skip
+        (steady.rejected, NOT_USED, 0.35),
+        (steady.trimmed, LEFT_OUT, 0.25),
+        (unpaired, ALONE, 0.35),
+        (used, USED, 0.3),
+    )
     for parts, colour, alpha in groups:
         boxes = [((p.start, 0.0), (p.start, 1.0), (p.end, 1.0), (p.end, 0.0)) for p in parts]
         spans = PolyCollection(boxes, transform=ax.get_xaxis_transform(), color=colour, alpha=alpha, lw=0)
@@ -157,7 +163,10 @@ def _legend(ax: Any, *, with_unpaired: bool) -> None:
     from matplotlib.patches import Patch
 
     names = (
-        (USED, 0.3, "steady, used"), (ALONE, 0.35, "steady, no partner"), (LEFT_OUT, 0.25, "start left out"), (NOT_USED, 0.35, "rejected"),
-    )  # fmt: skip
+        (USED, 0.3, "steady, used"),
+        (ALONE, 0.35, "steady, no partner"),
+        (LEFT_OUT, 0.25, "start left out"),
+        (NOT_USED, 0.35, "rejected"),
+    )
     handles = [Patch(color=c, alpha=a, label=label) for c, a, label in names if with_unpaired or c != ALONE]
     ax.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, fontsize="small", frameon=False)

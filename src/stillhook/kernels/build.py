@@ -44,8 +44,8 @@ RESULT_FILES = ("metrics.py", "variables.csv", "variables.py")
 
 @functools.cache
 def results_hash() -> str:
-    """Hash of everything that a result follows from beside crane and scenario: kernels, motions, tables of the library, and the libraries
-    that make sines and splines."""
+    """Hash of everything that a result follows from beside crane and scenario: kernels, motions, tables of the library,
+    and the libraries that make sines and splines."""
     digest = hashlib.sha256(f"{kernel_hash()} numpy {version('numpy')} scipy {version('scipy')}".encode())
     inside = [p for folder in RESULT_FOLDERS for p in (PACKAGE / folder).rglob("*") if p.suffix in (".py", ".toml")]
     for path in sorted(inside) + [PACKAGE / name for name in RESULT_FILES]:
@@ -67,7 +67,8 @@ def is_compiled(plant: str, lanes: int, kind: str = "driver") -> bool:
 
 
 class _Cache(FunctionCache):  # type: ignore[misc]
-    """Numba's cache, but never in the way: what cannot be read is compiled again, what cannot be written is not kept."""
+    """Numba's cache, but never in the way: what cannot be read is compiled again, what cannot be written is not
+    kept."""
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:
@@ -97,8 +98,8 @@ def _cached_in(folder: Path) -> Iterator[None]:
 def driver(plant: str, lanes: int, kind: str = "driver") -> ModuleType:
     """The driver of one plant for 1 or 16 lanes: `run`, `at_rest`, `Lane`. Compiled on first call, cached on disk.
 
-    kind: file of the driver, "driver" for a load on the wire, "lift_driver" for a lowering. Numba takes the cache folder from a global
-    setting while functions are decorated, so this holds a lock.
+    kind: file of the driver, "driver" for a load on the wire, "lift_driver" for a lowering. Numba takes the cache
+    folder from a global setting while functions are decorated, so this holds a lock.
     """
     name = f"stillhook.kernels.{kind}[{plant},{lanes}]"
     base = None if kind == "driver" else driver(plant, lanes)
@@ -121,7 +122,8 @@ def driver(plant: str, lanes: int, kind: str = "driver") -> ModuleType:
 
 
 def kept(function: Any, name: str) -> Any:
-    """A kernel of its own beside the drivers, compiled on first call and cached on disk under this name; see `driver`."""
+    """A kernel of its own beside the drivers, compiled on first call and cached on disk under this name; see
+    `driver`."""
     with LOCK, _cached_in(cache_folder(name, 1)):
         entry = numba.njit(cache=True, nogil=True, **STRICT)(function)
         if hasattr(entry, "_cache"):

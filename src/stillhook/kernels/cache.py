@@ -1,8 +1,10 @@
-"""The folder that compiled kernels are kept in. What is in it runs as machine code, so only a folder that nobody else may write to is used.
+"""The folder that compiled kernels are kept in. What is in it runs as machine code, so only a folder that nobody else
+may write to is used.
 
-On POSIX systems the folder belongs to the user, and neither group nor others may write to it; every folder above it belongs to the user or
-to root, and is closed in the same way or has the sticky bit, as /tmp has. Links are resolved first. Access lists of network drives are not
-read. On Windows rights are not read either: a folder inside the user's profile is taken, which Windows closes to other users, and no other.
+On POSIX systems the folder belongs to the user, and neither group nor others may write to it; every folder above it
+belongs to the user or to root, and is closed in the same way or has the sticky bit, as /tmp has. Links are resolved
+first. Access lists of network drives are not read. On Windows rights are not read either: a folder inside the user's
+profile is taken, which Windows closes to other users, and no other.
 """
 
 from __future__ import annotations
@@ -27,8 +29,8 @@ LOG = logging.getLogger("stillhook")
 
 
 def cache_root() -> Path:
-    """Folder for compiled kernels and residuals: STILLHOOK_CACHE, else the user's cache folder; a private temporary one where that cannot
-    be written to, or where somebody else may write to it, which is noted once."""
+    """Folder for compiled kernels and residuals: STILLHOOK_CACHE, else the user's cache folder; a private temporary one
+    where that cannot be written to, or where somebody else may write to it, which is noted once."""
     wanted = Path(os.environ.get(VARIABLE) or platformdirs.user_cache_dir("stillhook", appauthor=False))
     try:
         wanted = wanted.resolve()
@@ -38,7 +40,11 @@ def cache_root() -> Path:
             reason = weakness(wanted)
         if not reason:
             return wanted if os.access(wanted, os.W_OK) else private_folder()
-    except (OSError, RuntimeError, ValueError):  # a loop of links is a RuntimeError, a zero byte in the name a ValueError
+    except (
+        OSError,
+        RuntimeError,
+        ValueError,
+    ):  # a loop of links is a RuntimeError, a zero byte in the name a ValueError
         return private_folder()
     _note(wanted, reason)
     return private_folder()
@@ -53,7 +59,8 @@ def _note(folder: Path, reason: str) -> None:
 
 
 def weakness(folder: Path) -> str:
-    """Why somebody else could replace what is in a resolved folder, "" where nobody can. What does not exist yet is left out."""
+    """Why somebody else could replace what is in a resolved folder, "" where nobody can. What does not exist yet is
+    left out."""
     if os.name == "nt":
         return "" if folder.is_relative_to(Path.home().resolve()) else "is outside your profile"
     for path in (folder, *folder.parents):
@@ -72,8 +79,8 @@ def weakness(folder: Path) -> str:
 
 
 def weak_content(folder: Path) -> str:
-    """Why what is in a folder of the cache is not to be trusted: a link, another owner, or files that others may write to; "" where all is
-    well or nothing is there."""
+    """Why what is in a folder of the cache is not to be trusted: a link, another owner, or files that others may write
+    to; "" where all is well or nothing is there."""
     if os.name == "nt" or not os.path.lexists(folder):
         return ""
     closed = not (folder.lstat().st_mode & folder.parent.lstat().st_mode) & 0o011
@@ -100,8 +107,8 @@ def make_private(folder: Path) -> None:
 
 
 def kernel_folder(name: str) -> Path:
-    """The cache's folder of this name, not made yet; one in the private folder where its content is not to be trusted, which is noted
-    once."""
+    """The cache's folder of this name, not made yet; one in the private folder where its content is not to be trusted,
+    which is noted once."""
     folder = cache_root() / name
     try:
         reason = weak_content(folder)
@@ -126,6 +133,7 @@ def private_folder() -> Path:
     if reason := weakness(made):
         made.rmdir()
         raise SimulationError(
-            f"{above}: {reason}, so that no compiled code can be kept there. Set {VARIABLE} to a folder that only you can write to."
+            f"{above}: {reason}, so that no compiled code can be kept there. Set {VARIABLE} to a folder that only you"
+            " can write to."
         )
     return made

@@ -1,7 +1,8 @@
 """The driver of any plant, for one trajectory or sixteen side by side.
 
-`stillhook.kernels.build` executes this file once per plant and lane count with `plant` and `LANES` set; it is never imported by name.
-Whatever the lane count, every trajectory goes through the same scalar functions in the same order: the bits are the same.
+`stillhook.kernels.build` executes this file once per plant and lane count with `plant` and `LANES` set; it is never
+imported by name. Whatever the lane count, every trajectory goes through the same scalar functions in the same order:
+the bits are the same.
 """
 
 from typing import NamedTuple
@@ -24,7 +25,8 @@ signals, powers, stored_energy, limits = plant.signals, plant.powers, plant.stor
 
 
 class Lane(NamedTuple):
-    """Everything that one trajectory carries; u_0 commands of the cycle before, in force until those of this one are calculated."""
+    """Everything that one trajectory carries; u_0 commands of the cycle before, in force until those of this one are
+    calculated."""
 
     x: State
     u: Command
@@ -57,7 +59,8 @@ NH = 12
 
 @scalar
 def step(x, u, geo, tip_0, tip_1, tip_2, p, h):
-    """One step: the bristle exactly, everything else by the classic fourth-order Runge-Kutta method with the bristle held.
+    """One step: the bristle exactly, everything else by the classic fourth-order Runge-Kutta method with the bristle
+    held.
 
     The bristle lives at the middle of the steps (a Strang splitting, second order): its update over h is centred on x.
     """
@@ -75,7 +78,8 @@ def step(x, u, geo, tip_0, tip_1, tip_2, p, h):
 
 @scalar
 def in_force(b, tau, h):
-    """Commands in force over a step of h that begins tau into the cycle [s]: those of the cycle before until the PLC has calculated."""
+    """Commands in force over a step of h that begins tau into the cycle [s]: those of the cycle before until the PLC
+    has calculated."""
     return mix(b.u, b.u_0, clip((b.p.plc.t_compute - tau) / h, 0.0, 1.0))
 
 
@@ -138,8 +142,8 @@ def windows(A, W, i, n_win, full):
 def run(A, D, cols, H, W, out, every, k_0, n, first, last, n_win, n_sub, t_cycle):
     """Cycles k_0 .. k_0 + n of all lanes in A; cycle `last` is only observed.
 
-    D holds n + 1 rows of cols numbers, each LANES wide (a whole Tick, or s, v, a alone). Windows count from cycle `first` on.
-    Every `every` cycles a row of Signals goes to out (0: never).
+    D holds n + 1 rows of cols numbers, each LANES wide (a whole Tick, or s, v, a alone). Windows count from cycle
+    `first` on. Every `every` cycles a row of Signals goes to out (0: never).
     """
     align_stack()
     h = t_cycle / n_sub

@@ -1,4 +1,5 @@
-"""Nested NamedTuples to and from one flat array A[field * lanes + lane]. Generic over plants; also runs as plain Python."""
+"""Nested NamedTuples to and from one flat array A[field * lanes + lane]. Generic over plants; also runs as plain
+Python."""
 
 import functools
 import itertools
@@ -47,7 +48,8 @@ def paths(cls: type, prefix: str = "") -> list[str]:
 
 
 def define(src: str, names: dict[str, Any], file: str) -> None:
-    """Run generated source under a file name of its own, so that tracebacks and `stillhook.kernels.c99.source` can read it."""
+    """Run generated source under a file name of its own, so that tracebacks and `stillhook.kernels.c99.source` can read
+    it."""
     linecache.cache[file] = (len(src), None, src.splitlines(keepends=True), file)
     exec(compile(src, file, "exec"), names)
 

@@ -1,10 +1,10 @@
 """The driver of a lowering with any winch plant, for one trajectory or sixteen side by side.
 
-`stillhook.kernels.build` executes this file once per plant and lane count with `base`, the plant's own driver, set; it is never imported
-by name.
-In every step the wire, hook and payload go first, by the implicit midpoint rule, with the wire's top end moved as tip and winch will move
-it; then the winch by Runge-Kutta, with the wire's first node moving evenly. Every trajectory goes through the same operations in the same
-order, whatever the lane count: the bits are the same.
+`stillhook.kernels.build` executes this file once per plant and lane count with `base`, the plant's own driver, set; it
+is never imported by name.
+In every step the wire, hook and payload go first, by the implicit midpoint rule, with the wire's top end moved as tip
+and winch will move it; then the winch by Runge-Kutta, with the wire's first node moving evenly. Every trajectory goes
+through the same operations in the same order, whatever the lane count: the bits are the same.
 """
 
 from typing import NamedTuple
@@ -16,7 +16,17 @@ from stillhook.control.supervisor import STAGE_LANDING, Stage, Supervisor, Watch
 from stillhook.kernels.lanes import access, fields, offset, replace, size
 from stillhook.kernels.moving_window import window_add, window_turn
 from stillhook.kernels.statistics import Stats, fold
-from stillhook.physics.load_path.payload import LEVELS, Heights, Payload, Water, WettedLevel, heights, submergence, water_force, wetted
+from stillhook.physics.load_path.payload import (
+    LEVELS,
+    Heights,
+    Payload,
+    Water,
+    WettedLevel,
+    heights,
+    submergence,
+    water_force,
+    wetted,
+)
 from stillhook.physics.load_path.rope import Element, element, element_weight, pull_of_sling, sling_energy, sling_mean
 from stillhook.physics.scalar import STRICT, align_stack, scalar
 from stillhook.winches.records import Geometry, Signals, Tick, Tip
@@ -52,24 +62,52 @@ circuit, geometry, control = plant.circuit, plant.geometry, plant.control
 signals, powers, stored_energy, limits = plant.signals, plant.powers, plant.stored_energy, plant.limits
 step, in_force, tip_between, take_tick = base.step, base.in_force, base.tip_between, base.take_tick
 put_x, put_u, put_geo, put_m, put_st, put_y, put_tip = (
-    base.put_x, base.put_u, base.put_geo, base.put_m, base.put_st, base.put_y, base.put_tip,
-)  # fmt: skip
+    base.put_x,
+    base.put_u,
+    base.put_geo,
+    base.put_m,
+    base.put_st,
+    base.put_y,
+    base.put_tip,
+)
 X, U, U_0, GEO, M, ST, Y, TIP_0, TIP_1, TIP_2 = (
-    base.X, base.U, base.U_0, base.GEO, base.M, base.ST, base.Y, base.TIP_0, base.TIP_1, base.TIP_2,
-)  # fmt: skip
+    base.X,
+    base.U,
+    base.U_0,
+    base.GEO,
+    base.M,
+    base.ST,
+    base.Y,
+    base.TIP_0,
+    base.TIP_1,
+    base.TIP_2,
+)
 
 Lane = NamedTuple(
     "Lane",
     [
-        *fields(base.Lane), ("ls", LiftStats), ("ly", LiftSignals), ("hang", Hanging), ("solve", Solve), ("sums", Sums), ("F_s", float),
-        ("lift", Lift), ("stage", Stage), ("lo", WettedLevel), ("hi", WettedLevel), ("h_wet", float), ("seen", Windowed),
+        *fields(base.Lane),
+        ("ls", LiftStats),
+        ("ly", LiftSignals),
+        ("hang", Hanging),
+        ("solve", Solve),
+        ("sums", Sums),
+        ("F_s", float),
+        ("lift", Lift),
+        ("stage", Stage),
+        ("lo", WettedLevel),
+        ("hi", WettedLevel),
+        ("h_wet", float),
+        ("seen", Windowed),
     ],
-)  # fmt: skip
-"""Everything that one trajectory carries, beside the rows of its wire; begins as the lane of `stillhook.kernels.driver` does."""
+)
+"""Everything that one trajectory carries, beside the rows of its wire; begins as the lane of `stillhook.kernels.driver`
+does."""
 
 Q, V, W, C, D = (f * LANES for f in range(5))
 ROW = 5 * LANES
-"""Rows of the wire: displacement q [m] against the unstretched wire, speed [m/s], weight [N], and two columns of the elimination."""
+"""Rows of the wire: displacement q [m] against the unstretched wire, speed [m/s], weight [N], and two columns of the
+elimination."""
 
 
 def store(cls: type):  # type: ignore[no-untyped-def]
@@ -80,18 +118,55 @@ load = access(Lane, LANES).load
 with_plc, with_tau, with_F = replace(base.Params, "plc"), replace(Plc, "tau_F"), replace(Memory, "F")
 with_c = replace(Geometry, "c")
 put_ls, put_ly, put_solve, put_water, put_levels, put_works = (
-    store(LiftStats), store(LiftSignals), store(Solve), store(Water), store(Heights), store(Works),
-)  # fmt: skip
-LS, LY, HANG, SOLVE, SUMS, F_S, LIFT, STAGE_NOW, LO, HI, H_WET, SEEN = (
-    offset(Lane, f, LANES) for f in ("ls", "ly", "hang", "solve", "sums", "F_s", "lift", "stage", "lo", "hi", "h_wet", "seen")
+    store(LiftStats),
+    store(LiftSignals),
+    store(Solve),
+    store(Water),
+    store(Heights),
+    store(Works),
 )
-SUP, ELEMENT, WATER, LEVEL, OMEGA_0, A_LOAD, SINCE, S_JOY, E_HELD, STAGE, K_STAGE, E_NOW, WORKS, V_BEFORE, DATUM, GROUNDED = (
+LS, LY, HANG, SOLVE, SUMS, F_S, LIFT, STAGE_NOW, LO, HI, H_WET, SEEN = (
+    offset(Lane, f, LANES)
+    for f in ("ls", "ly", "hang", "solve", "sums", "F_s", "lift", "stage", "lo", "hi", "h_wet", "seen")
+)
+(
+    SUP,
+    ELEMENT,
+    WATER,
+    LEVEL,
+    OMEGA_0,
+    A_LOAD,
+    SINCE,
+    S_JOY,
+    E_HELD,
+    STAGE,
+    K_STAGE,
+    E_NOW,
+    WORKS,
+    V_BEFORE,
+    DATUM,
+    GROUNDED,
+) = (
     HANG + offset(Hanging, f, LANES)
     for f in (
-        "sup", "element", "water", "level", "omega_0", "a_load", "since_taut", "s_joy", "e_held", "stage", "k_stage", "E", "works",
-        "v_before", "datum", "grounded",
+        "sup",
+        "element",
+        "water",
+        "level",
+        "omega_0",
+        "a_load",
+        "since_taut",
+        "s_joy",
+        "e_held",
+        "stage",
+        "k_stage",
+        "E",
+        "works",
+        "v_before",
+        "datum",
+        "grounded",
     )
-)  # fmt: skip
+)
 get_element, get_solve, get_lift, get_hang = (access(c, LANES).load for c in (Element, Solve, Lift, Hanging))
 put_sup, put_element, put_seen = store(Supervisor), store(Element), store(Windowed)
 ELEMENT_C = ELEMENT + offset(Element, "c", LANES)
@@ -101,7 +176,8 @@ S_LOAD, V_LOAD = (Y + offset(Signals, f, LANES) for f in ("s_load", "v_load"))
 NY, NLY = size(Signals), size(LiftSignals)
 NS = NY + NLY
 SIGNALS = 4
-"""Windowed signals: control error while compensating, tip, payload and hook against the path that the joystick asked for."""
+"""Windowed signals: control error while compensating, tip, payload and hook against the path that the joystick asked
+for."""
 NST, NT = size(Stats), size(Stats) + size(LiftStats)
 NG = NT + SIGNALS
 """Numbers that are kept of a stage."""
@@ -114,7 +190,8 @@ HALF = (LEVELS - 1) // 2
 
 @scalar
 def new_stages(A, W_, G, starts, first, n_stages, k, n_win, t_cycle):
-    """Where another stage is in force: statistics of the last one go to G, and start anew from the numbers in `first`."""
+    """Where another stage is in force: statistics of the last one go to G, and start anew from the numbers in
+    `first`."""
     w = SIGNALS * LANES
     for l in range(LANES):
         now = A[SUP_STAGE + l] + A[SUP_DONE + l]
@@ -145,7 +222,8 @@ def new_stages(A, W_, G, starts, first, n_stages, k, n_win, t_cycle):
 
 @scalar
 def water_between(lo, hi, l, j, H_w, last):
-    """Speed and acceleration of level j between two samples of the water; H_w weights over time, last number of the last level."""
+    """Speed and acceleration of level j between two samples of the water; H_w weights over time, last number of the
+    last level."""
     i = (2 + min(max(j, 0), last)) * LANES + l
     a = i + (last + 1) * LANES
     w = H_w[0] * lo[i] + H_w[1] * lo[a] + H_w[2] * hi[i] + H_w[3] * hi[a]
@@ -154,7 +232,8 @@ def water_between(lo, hi, l, j, H_w, last):
 
 @scalar
 def water_at(y, last_moving, lo, hi, l, H_w, last):
-    """Speed and acceleration of the water at level y, between two samples: cubic in time and over the levels of depth."""
+    """Speed and acceleration of the water at level y, between two samples: cubic in time and over the levels of
+    depth."""
     j, f = place(y, last_moving)
     w_0, a_0 = water_between(lo, hi, l, j - 1, H_w, last)
     w_1, a_1 = water_between(lo, hi, l, j, H_w, last)
@@ -166,7 +245,8 @@ def water_at(y, last_moving, lo, hi, l, H_w, last):
 
 @scalar
 def take_water(A, B, N, T, lo, hi, H_w, levels):
-    """The water at every load at the start of a cycle, from the samples before and after, over its part that is wet now."""
+    """The water at every load at the start of a cycle, from the samples before and after, over its part that is wet
+    now."""
     pay = B[(N + 1) * ROW :]
     for l in range(LANES):
         eta, eta_dot, eta_1, eta_dot_1 = lo[l], lo[LANES + l], hi[l], hi[LANES + l]
@@ -181,9 +261,11 @@ def take_water(A, B, N, T, lo, hi, H_w, levels):
         field, last = b.lift.field, levels - 1
         z = heights(b.lift.z_ref + pay[Q + l], wetted(b.h_wet, b.lo, b.hi))
         y = Heights(
-            level_of(z.m_1, b.hang.level.m_1, field), level_of(z.m_2, b.hang.level.m_2, field), level_of(z.d_1, b.hang.level.d_1, field),
+            level_of(z.m_1, b.hang.level.m_1, field),
+            level_of(z.m_2, b.hang.level.m_2, field),
+            level_of(z.d_1, b.hang.level.d_1, field),
             level_of(z.d_2, b.hang.level.d_2, field),
-        )  # fmt: skip
+        )
         _, a_1 = water_at(y.m_1, field.last, lo, hi, l, H_w, last)
         _, a_2 = water_at(y.m_2, field.last, lo, hi, l, H_w, last)
         w_1, b_1 = water_at(y.d_1, field.last, lo, hi, l, H_w, last)
@@ -194,7 +276,8 @@ def take_water(A, B, N, T, lo, hi, H_w, levels):
 
 @scalar
 def look_up(A, T):
-    """The levels above and below every lane's submergence A[H_WET], from the table T; where the last ones still are, nothing is done.
+    """The levels above and below every lane's submergence A[H_WET], from the table T; where the last ones still are,
+    nothing is done.
 
     Their depth h is the first column, rising.
     """
@@ -213,7 +296,8 @@ def look_up(A, T):
 
 @scalar
 def relay(A, B, N):
-    """Elements of every wire as long as the wire out now asks for; energy of the whole lift, and what the new elements brought."""
+    """Elements of every wire as long as the wire out now asks for; energy of the whole lift, and what the new elements
+    brought."""
     for l in range(LANES):
         A[SUMS + l] = 0.0
         A[SUMS + LANES + l] = 0.0
@@ -234,8 +318,10 @@ def relay(A, B, N):
         ends = 0.5 * b.lift.hook.m * v_h * v_h + 0.5 * b.lift.load.m * v_p * v_p + sling_energy(x, b.lift.sling)
         w = b.hang.works
         put_works(
-            A, WORKS + l, Works(w.top, w.damping, w.gravity, w.buoyancy, w.inertia, w.drag, w.slam, w.bottom, w.relay + brought)
-        )  # fmt: skip
+            A,
+            WORKS + l,
+            Works(w.top, w.damping, w.gravity, w.buoyancy, w.inertia, w.drag, w.slam, w.bottom, w.relay + brought),
+        )
         put_element(A, ELEMENT + l, new)
         A[E_NOW + l] = new.m * moved + new.k * strained + ends
     for i in range(N + 1):
@@ -258,14 +344,31 @@ def cycle(A, B, N, S, T, n_stages, t, w):
         b = load(A, l)
         tip = Tip(b.tick.s, b.tick.v)
         e, rope = b.hang.element, b.lift.rope
-        geo = with_c(geometry(b.x, b.p), e.c / e.k * rope.EA / rope.L_0)  # from drum to tip the wire is damped as its elements are
+        geo = with_c(
+            geometry(b.x, b.p), e.c / e.k * rope.EA / rope.L_0
+        )  # from drum to tip the wire is damped as its elements are
         raw = sense(b.x, b.m, b.tick, tip, geo, 0.0, b.p)
         order, sup = supervise(Watch(t, raw.s_w, raw.F, raw.s_tip, raw.v_tip), b.hang.sup, b.stage, b.lift.settings)
         o = b.tick
         tick = Tick(
-            o.s, o.v, o.a, o.s_m, o.v_m, o.a_m, order.v_op, order.s_op, order.mode, o.f_pump, o.f_known, o.n_s, o.n_F, o.f_passive,
-            o.given, o.u_p, o.u_m,
-        )  # fmt: skip
+            o.s,
+            o.v,
+            o.a,
+            o.s_m,
+            o.v_m,
+            o.a_m,
+            order.v_op,
+            order.s_op,
+            order.mode,
+            o.f_pump,
+            o.f_known,
+            o.n_s,
+            o.n_F,
+            o.f_passive,
+            o.given,
+            o.u_p,
+            o.u_m,
+        )
         held = order.hold > 0.5
         m = with_F(b.m, order.F_hold if held else b.m.F)
         p = with_plc(b.p, with_tau(b.p.plc, 1.0e300 if held else b.p.plc.tau_F))
@@ -289,14 +392,22 @@ def cycle(A, B, N, S, T, n_stages, t, w):
         q = hook[ROW + Q + l]
         A[H_WET + l] = submergence(b.lift.z_ref + q, b.hang.water.eta, b.lift.load.reach)
         sup, beside = b.hang.sup, q - b.hang.s_joy
-        over = sup.stage + sup.done != b.hang.stage or (b.stage.mode == STAGE_LANDING and (sup.landed > 0.0 or b.hang.grounded > 0.0))
+        over = sup.stage + sup.done != b.hang.stage or (
+            b.stage.mode == STAGE_LANDING and (sup.landed > 0.0 or b.hang.grounded > 0.0)
+        )
         anew = b.hang.datum >= NEVER or waiting(sup, b.stage, b.lift.settings.code) > 0.5
         datum = beside if anew and not over else b.hang.datum
         stretch = hook[Q + l] - q
         put_seen(
-            A, SEEN + l,
-            Windowed(b.hang.e_held, b.tick.s, b.seen.load if over else beside - datum, b.seen.hook if over else beside + stretch - datum),
-        )  # fmt: skip
+            A,
+            SEEN + l,
+            Windowed(
+                b.hang.e_held,
+                b.tick.s,
+                b.seen.load if over else beside - datum,
+                b.seen.hook if over else beside + stretch - datum,
+            ),
+        )
         A[DATUM + l] = datum
     look_up(A, T)
     for l in range(LANES):
@@ -306,12 +417,24 @@ def cycle(A, B, N, S, T, n_stages, t, w):
         force = water_force(z, v, wetted(b.h_wet, b.lo, b.hi), water, b.lift.load)
         h = submergence(z, water.eta, b.lift.load.H)
         put_ly(
-            A, LY + l,
+            A,
+            LY + l,
             LiftSignals(
-                z, hook[Q + l], hook[V + l], b.F_s, force.buoyancy, force.inertia, force.drag, force.slam, force.bottom,
-                water.eta, 0.5 * (water.w_1 + water.w_2), h, b.hang.stage,
+                z,
+                hook[Q + l],
+                hook[V + l],
+                b.F_s,
+                force.buoyancy,
+                force.inertia,
+                force.drag,
+                force.slam,
+                force.bottom,
+                water.eta,
+                0.5 * (water.w_1 + water.w_2),
+                h,
+                b.hang.stage,
             ),
-        )  # fmt: skip
+        )
         A[S_LOAD + l] = q
         A[V_LOAD + l] = v
 
@@ -329,7 +452,8 @@ def windows(A, W_, i, n_win):
 
 @scalar
 def wire_step(A, B, N, T, t, tau, h):
-    """Wire, hook, slings and payload of every lane over one step that begins at t, tau into the cycle [s]: the implicit midpoint rule."""
+    """Wire, hook, slings and payload of every lane over one step that begins at t, tau into the cycle [s]: the implicit
+    midpoint rule."""
     hook = B[N * ROW :]
     for l in range(LANES):
         g, lift = get_hang(A, HANG + l), get_lift(A, LIFT + l)
@@ -387,11 +511,21 @@ def finish(A, B, N, t, h):
         x_1 = x_0 + h * (v_h - v_p)
         lost = F_s * (v_h - v_p) * h - (sling_energy(x_1, lift.sling) - sling_energy(x_0, lift.sling))
         f, w = s.force, g.works
-        put_works(A, WORKS + l, Works(
-            w.top, w.damping + lost, w.gravity + h * lift.load.W * v_p, w.buoyancy + h * f.buoyancy * v_p,
-            w.inertia + (h * f.inertia - f.m_a * dv) * v_p, w.drag + h * (f.drag - f.damping * (v_p - s.v_mid)) * v_p,
-            w.slam + h * f.slam * v_p, w.bottom + h * f.bottom * v_p, w.relay,
-        ))  # fmt: skip
+        put_works(
+            A,
+            WORKS + l,
+            Works(
+                w.top,
+                w.damping + lost,
+                w.gravity + h * lift.load.W * v_p,
+                w.buoyancy + h * f.buoyancy * v_p,
+                w.inertia + (h * f.inertia - f.m_a * dv) * v_p,
+                w.drag + h * (f.drag - f.damping * (v_p - s.v_mid)) * v_p,
+                w.slam + h * f.slam * v_p,
+                w.bottom + h * f.bottom * v_p,
+                w.relay,
+            ),
+        )
         z_0, v_0 = lift.z_ref + hook[ROW + Q + l], hook[ROW + V + l]
         hook[ROW + Q + l] += h * v_p
         hook[ROW + V + l] += dv
@@ -420,21 +554,59 @@ def finish(A, B, N, t, h):
         s, g, v = get_solve(A, SOLVE + l), get_hang(A, HANG + l), B[D + l]
         w = g.works
         top = s.taut * (s.T_0 - s.G_0 * v)
-        put_works(A, WORKS + l, Works(
-            w.top + h * top * v, w.damping + h * A[SUMS + l], w.gravity + h * A[SUMS + LANES + l], w.buoyancy, w.inertia, w.drag, w.slam,
-            w.bottom, w.relay,
-        ))  # fmt: skip
+        put_works(
+            A,
+            WORKS + l,
+            Works(
+                w.top + h * top * v,
+                w.damping + h * A[SUMS + l],
+                w.gravity + h * A[SUMS + LANES + l],
+                w.buoyancy,
+                w.inertia,
+                w.drag,
+                w.slam,
+                w.bottom,
+                w.relay,
+            ),
+        )
         A[OMEGA_0 + l] = A[OMEGA + l]
 
 
-def run(A, B, N, D_, cols, H, S, n_stages, T, E, H_w, levels, dt_w, i_0, W_, G, starts, first, out, every, k_0, n, final, n_win, n_sub,
-        t_cycle):  # fmt: skip
+def run(
+    A,
+    B,
+    N,
+    D_,
+    cols,
+    H,
+    S,
+    n_stages,
+    T,
+    E,
+    H_w,
+    levels,
+    dt_w,
+    i_0,
+    W_,
+    G,
+    starts,
+    first,
+    out,
+    every,
+    k_0,
+    n,
+    final,
+    n_win,
+    n_sub,
+    t_cycle,
+):
     """Cycles k_0 .. k_0 + n of all lanes; cycle `final` is only observed.
 
-    A lanes, B rows of their wires with N elements each; D_ n + 1 rows of cols numbers of the drive, H weights of its quintic; S rows of
-    n_stages stages; T levels of the payload; E samples of the water every dt_w [s] from number i_0 on, with `levels` levels (0: still
-    water), H_w room for weights; W_ windows; G numbers kept of every stage and starts when each began [s], first those that statistics
-    begin with; out a row of Signals and LiftSignals every `every` cycles (0: never).
+    A lanes, B rows of their wires with N elements each; D_ n + 1 rows of cols numbers of the drive, H weights of its
+    quintic; S rows of n_stages stages; T levels of the payload; E samples of the water every dt_w [s] from number i_0
+    on, with `levels` levels (0: still water), H_w room for weights; W_ windows; G numbers kept of every stage and
+    starts when each began [s], first those that statistics begin with; out a row of Signals and LiftSignals every
+    `every` cycles (0: never).
     """
     align_stack()
     h = t_cycle / n_sub

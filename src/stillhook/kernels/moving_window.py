@@ -1,7 +1,7 @@
 """Peak-to-peak over a moving window, exactly, without branches or stored series (van Herk, Gil and Werman).
 
-The window trails and includes both ends: N = T / t_cycle + 1 samples. Samples are taken in runs of N; within a run the extreme of
-the last N samples is that of the running extreme of this run and of the suffix extreme of the run before.
+The window trails and includes both ends: N = T / t_cycle + 1 samples. Samples are taken in runs of N; within a run the
+extreme of the last N samples is that of the running extreme of this run and of the suffix extreme of the run before.
 """
 
 import numpy as np
@@ -19,7 +19,8 @@ def window_length(n: int, lanes: int, signals: int = SIGNALS) -> int:
 
 
 def blank_window(n: int, lanes: int, signals: int = SIGNALS) -> NDArray[np.float64]:
-    """Layout: running lo, running hi, best peak-to-peak, then n + 1 suffix lows and n + 1 suffix highs, each signals * lanes wide."""
+    """Layout: running lo, running hi, best peak-to-peak, then n + 1 suffix lows and n + 1 suffix highs, each signals *
+    lanes wide."""
     w = signals * lanes
     W = np.empty(window_length(n, lanes, signals))
     rows = W.reshape(-1, w)
@@ -33,7 +34,8 @@ def blank_window(n: int, lanes: int, signals: int = SIGNALS) -> NDArray[np.float
 
 @scalar
 def window_add(W, w, j, i, n, full, y):
-    """Take sample y as number i of a run (0..n-1) for signal and lane j; w = signals * lanes; full: n samples were seen."""
+    """Take sample y as number i of a run (0..n-1) for signal and lane j; w = signals * lanes; full: n samples were
+    seen."""
     low = W[(3 + i) * w :]
     high = W[(3 + n + 1 + i) * w :]
     lo, hi = fmin(W[j], y), fmax(W[w + j], y)

@@ -12,8 +12,8 @@ from stillhook.physics.hydraulics.swash import MotorControl, known_displacement
 
 
 class Told(NamedTuple):
-    """What the PLC commands in every cycle, each (n,): u_p pumps and u_m motors [-], u_ff the feedforward in u_p, u_raw pumps before the
-    limit, e_c control error against the tip that it reads [m]."""
+    """What the PLC commands in every cycle, each (n,): u_p pumps and u_m motors [-], u_ff the feedforward in u_p, u_raw
+    pumps before the limit, e_c control error against the tip that it reads [m]."""
 
     u_p: FloatArray
     u_m: FloatArray
@@ -29,7 +29,8 @@ AJAR = 1e-9
 class Seen(NamedTuple):
     """What the PLC reads in every cycle, each (n,): the fields of `Sensed` but its pressures, in its order.
 
-    braked: 1 where the holding brake may not be open; u_braked: the pump command of those cycles, which follows from pressures [-].
+    braked: 1 where the holding brake may not be open; u_braked: the pump command of those cycles, which follows from
+    pressures [-].
     """
 
     s_tip: FloatArray
@@ -56,9 +57,10 @@ def plc_alone(seen: Seen, p_hp: FloatArray, memory: Memory, plc: Plc, control: M
     """Commands of the PLC over what it reads, cycle by cycle, and its memory after the last one.
 
     Parameters: seen, one value a cycle; p_hp (n,) accumulator pressure [Pa]; memory before the first
-    cycle; control: where the motors' displacement is not measured, the PLC reckons with its own last command in place of seen.alpha_m.
-    The holding brake and the pumps' torque limit are left out: both depend on pressures, which the plant makes. Where seen.braked marks a
-    brake, the pump command is taken as it is and the PLC goes on from it without a jump, as it does when a brake opens.
+    cycle; control: where the motors' displacement is not measured, the PLC reckons with its own last command in place
+    of seen.alpha_m. The holding brake and the pumps' torque limit are left out: both depend on pressures, which the
+    plant makes. Where seen.braked marks a brake, the pump command is taken as it is and the PLC goes on from it without
+    a jump, as it does when a brake opens.
     Source: Moslatt 2020 paper F, verification step 2 ("controller inputs from measured data").
     """
     plc = plc._replace(brake=plc.brake._replace(fitted=0.0))
@@ -77,9 +79,20 @@ def _cycles(seen, p_hp, told, m, plc, control):
     for k in range(len(p_hp)):
         alpha_m = known_displacement(seen.alpha_m[k], m.u_m, control)
         y = Sensed(
-            seen.s_tip[k], seen.v_tip[k], seen.a_tip[k], seen.v_op[k], seen.s_op[k], seen.mode[k], seen.f_pump[k], seen.s_w[k], seen.F[k],
-            alpha_m, seen.K_wire[k], 0.0, 0.0,
-        )  # fmt: skip
+            seen.s_tip[k],
+            seen.v_tip[k],
+            seen.a_tip[k],
+            seen.v_op[k],
+            seen.s_op[k],
+            seen.mode[k],
+            seen.f_pump[k],
+            seen.s_w[k],
+            seen.F[k],
+            alpha_m,
+            seen.K_wire[k],
+            0.0,
+            0.0,
+        )
         drive, m = cycle(y, m, p_hp[k], plc)
         u_p, u_raw = drive.u_p, drive.u_raw
         if seen.braked[k] > 0.0:

@@ -11,7 +11,8 @@ BIG = 1.0e300
 class Stats(NamedTuple):
     """Extremes, times [cycles] and sums over the part of the run that counts (after the warm-up).
 
-    `_cycles` fields count PLC cycles; `e_sum`, `e2_sum`, the tip's sums and the powers are trapezoidal sums over cycles.
+    `_cycles` fields count PLC cycles; `e_sum`, `e2_sum`, the tip's sums and the powers are trapezoidal sums over
+    cycles.
     """
 
     cycles: float
@@ -93,7 +94,8 @@ def flag(condition):
 
 @scalar
 def fold(a, y, power, E, limits, w):
-    """Statistics with one more cycle: y Signals, power Powers, E stored energy [J], limits Limits, w weight of the cycle in integrals.
+    """Statistics with one more cycle: y Signals, power Powers, E stored energy [J], limits Limits, w weight of the
+    cycle in integrals.
 
     w is 1, and 0.5 at both ends of the part that counts (trapezoidal rule).
     """

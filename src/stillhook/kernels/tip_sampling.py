@@ -1,4 +1,5 @@
-"""Irregular tip motions straight into the rows of a drive, compiled: the same bits as `IrregularTip.sample`, in a tenth of the time."""
+"""Irregular tip motions straight into the rows of a drive, compiled: the same bits as `IrregularTip.sample`, in a tenth
+of the time."""
 
 import functools
 import math
@@ -37,7 +38,8 @@ def _compiled() -> Any:
 
 
 def sampled(motion: Motion, k: int, n: int, t_cycle: float, out: FloatArray, lane: int) -> bool:
-    """Cycles k .. k + n - 1 of a motion to one lane of out (n, 3, lanes); False, and nothing done, where it is no irregular one."""
+    """Cycles k .. k + n - 1 of a motion to one lane of out (n, 3, lanes); False, and nothing done, where it is no
+    irregular one."""
     ramp, tip = (motion.t_ramp, motion.motion) if isinstance(motion, Ramped) else (0.0, motion)
     if not isinstance(tip, IrregularTip):
         return False

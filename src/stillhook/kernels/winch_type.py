@@ -1,4 +1,5 @@
-"""The winch types that the engine knows. Whatever depends on the type asks here, so that an unknown one is refused everywhere."""
+"""The winch types that the engine knows. Whatever depends on the type asks here, so that an unknown one is refused
+everywhere."""
 
 from collections.abc import Mapping
 from types import ModuleType
@@ -15,5 +16,7 @@ def plant_of(crane: Crane) -> ModuleType:
     """The plant of a crane's winch type. Errors: SpecError naming the types that there are."""
     if crane.plant not in PLANTS:
         known = " and ".join(PLANTS)
-        raise SpecError(f'"{crane.name}": winch type "{crane.plant}" is unknown here. Known types: {known}. Choose another crane.')
+        raise SpecError(
+            f'"{crane.name}": winch type "{crane.plant}" is unknown here. Known types: {known}. Choose another crane.'
+        )
     return PLANTS[crane.plant]

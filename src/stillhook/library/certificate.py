@@ -1,4 +1,5 @@
-"""A certificate's file, as far as a crane needs it: whole and untouched, and in short. What it says in full: `stillhook.validate`."""
+"""A certificate's file, as far as a crane needs it: whole and untouched, and in short. What it says in full:
+`stillhook.validate`."""
 
 from __future__ import annotations
 
@@ -28,17 +29,28 @@ _LINE = {"key": str, "verdict": str, "message": str, "failed": bool, "cells": _C
 _DECIDES = {"verdict": str, "key": str, "text": str}
 _TWIN = {"statement": str, "version": str, "code": str, "method": str, "level": int, "variant": int, "libraries": {}}
 _WHOLE: dict[str, Any] = {
-    "title": str, "date": str, "verdict": str, "outcome": str, "synthetic": bool, "passed": bool, "twin": _TWIN,
-    "campaign": {"file": str, "sha256": str, "logs": [_LOG]}, "crane": {"name": str, "title": str, "content": {}, "toml": str},
+    "title": str,
+    "date": str,
+    "verdict": str,
+    "outcome": str,
+    "synthetic": bool,
+    "passed": bool,
+    "twin": _TWIN,
+    "campaign": {"file": str, "sha256": str, "logs": [_LOG]},
+    "crane": {"name": str, "title": str, "content": {}, "toml": str},
     "criteria": {"name": str, "version": str, "digest": str},
-    "lines": [_LINE], "decisive": [_DECIDES], "risks": str, "data": [{"duration": float | int}],
-}  # fmt: skip
+    "lines": [_LINE],
+    "decisive": [_DECIDES],
+    "risks": str,
+    "data": [{"duration": float | int}],
+}
 """What is read of a certificate, by type."""
 _KINDS = {"load": "mass", "s_w": "length", "s_tip_pp": "length", "period": "time"}
 
 
 def canonical(data: Mapping[str, Any]) -> str:
-    """The one text of a certificate: keys in order, numbers with DIGITS digits, what is no number null, a line at the end."""
+    """The one text of a certificate: keys in order, numbers with DIGITS digits, what is no number null, a line at the
+    end."""
     return json.dumps(_rounded(data), sort_keys=True, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
@@ -61,7 +73,9 @@ def read_certificate(path: Path) -> dict[str, Any]:
     """What a certificate's file says, when it is whole and as it was written. Errors: ValidateError of one line."""
     try:
         if path.is_file() and path.stat().st_size > LARGEST:
-            raise ValidateError(f"{path.name}: larger than {LARGEST // 1_000_000} MB, so it is no certificate. Give certificate.json.")
+            raise ValidateError(
+                f"{path.name}: larger than {LARGEST // 1_000_000} MB, so it is no certificate. Give certificate.json."
+            )
         data = json.loads(path.read_bytes().decode("utf-8"))
     except FileNotFoundError:
         raise ValidateError(f"{came(str(path))}: no such file. Put the certificate back, or validate again.") from None
@@ -71,16 +85,23 @@ def read_certificate(path: Path) -> dict[str, Any]:
     if not isinstance(data, dict) or not str(data.get("format", "")).startswith("stillhook certificate"):
         raise ValidateError(f"{path.name}: JSON, but not a certificate. {_GIVE}")
     if data["format"] != FORMAT:
-        raise ValidateError(f'{path.name}: format {came(data["format"])}: this Stillhook reads "{FORMAT}". Validate again.')
+        raise ValidateError(
+            f'{path.name}: format {came(data["format"])}: this Stillhook reads "{FORMAT}". Validate again.'
+        )
     try:
         told = digest_of(data)
     except (ValueError, RecursionError):
         told = ""
     if data.get("digest") != told:
-        raise ValidateError(f"{path.name}: was changed after it was written: its digest does not fit. Use the original, or validate again.")
+        raise ValidateError(
+            f"{path.name}: was changed after it was written: its digest does not fit. Use the original, or validate"
+            " again."
+        )
     lack = _lacking(data, _WHOLE)
     if lack:
-        raise ValidateError(f"{path.name}: not a whole certificate ({lack} is missing or of another kind). Validate again.")
+        raise ValidateError(
+            f"{path.name}: not a whole certificate ({lack} is missing or of another kind). Validate again."
+        )
     return data
 
 
@@ -89,7 +110,9 @@ def _lacking(x: Any, wanted: Any, place: str = "") -> str:
     if isinstance(wanted, dict):
         if not isinstance(x, dict):
             return place
-        return next((lack for k, w in wanted.items() if (lack := _lacking(x.get(k), w, f"{place}.{k}".lstrip(".")))), "")
+        return next(
+            (lack for k, w in wanted.items() if (lack := _lacking(x.get(k), w, f"{place}.{k}".lstrip(".")))), ""
+        )
     if isinstance(wanted, list):
         if not isinstance(x, list):
             return place
@@ -106,12 +129,22 @@ def certified_of(data: Mapping[str, Any], label: str) -> Certified:
     """What a crane carries of a certificate; label names it in errors (ValidateError of one line)."""
     try:
         ranges = data["envelope"]
-        envelope = ranges and {name: _texts(ranges[name], kind) for name, kind in _KINDS.items()} | {"modes": tuple(ranges["modes"])}
+        envelope = ranges and {name: _texts(ranges[name], kind) for name, kind in _KINDS.items()} | {
+            "modes": tuple(ranges["modes"])
+        }
         return Certified.of(
-            digest=data["digest"], date=data["date"], criteria=f"{data['criteria']['name']} version {data['criteria']['version']}",
-            passed=data["passed"], synthetic=data["synthetic"], level=data["twin"]["level"], variant=data["twin"]["variant"],
-            version=data["twin"]["version"], code=data["twin"]["code"], content=data["crane"]["content"], envelope=envelope,
-        )  # fmt: skip
+            digest=data["digest"],
+            date=data["date"],
+            criteria=f"{data['criteria']['name']} version {data['criteria']['version']}",
+            passed=data["passed"],
+            synthetic=data["synthetic"],
+            level=data["twin"]["level"],
+            variant=data["twin"]["variant"],
+            version=data["twin"]["version"],
+            code=data["twin"]["code"],
+            content=data["crane"]["content"],
+            envelope=envelope,
+        )
     except (KeyError, TypeError, ValueError, AttributeError, ValidationError) as problem:
         reason = " ".join(str(problem).split())[:120]
         raise ValidateError(f"{label}: not a whole certificate ({reason}). Validate again.") from None

@@ -8,19 +8,21 @@ from typing import NamedTuple, Protocol
 
 from stillhook.library.tables import leak_table
 from stillhook.physics.hydraulics.pump import LEAK_KNOTS, PumpLeak, pump_leakage
-from stillhook.spec.crane import ActiveCircuit, Leak, LeakForm, LeakPoint, PassiveCircuit, PumpSet
+from stillhook.spec.circuits import ActiveCircuit, Leak, LeakForm, LeakPoint, PassiveCircuit, PumpSet
 from stillhook.units import number, show
 
 DEFAULT = Leak(form=LeakForm.STROKE_SPEED, at=LeakPoint())
 """Form of a crane file that states none, as section 2.5.2.4 has it."""
 STATED = 0.01
-"""Largest part by which a stated total may differ from what pumps and motors leak together [-]: the published one has one digit."""
+"""Largest part by which a stated total may differ from what pumps and motors leak together [-]: the published one has
+one digit."""
 
 Circuit = ActiveCircuit | PassiveCircuit
 
 
 class LeakLaw(NamedTuple):
-    """Leak conductances of a circuit: of its pumps at the table's settings, and of one motor, C_1 [m^3/s/Pa] + C_2 [m^3/rad/Pa] |n_m|."""
+    """Leak conductances of a circuit: of its pumps at the table's settings, and of one motor, C_1 [m^3/s/Pa] + C_2
+    [m^3/rad/Pa] |n_m|."""
 
     pumps: PumpLeak
     C_1: float
@@ -48,9 +50,11 @@ def form_of(circuit: Circuit) -> Leak:
 
 
 def leak_law(circuit: Circuit) -> LeakLaw:
-    """Pumps' table and motors' C_1 + C_2 |n_m| in the circuit's form: what does not go with setting or speed keeps its value at `leak.at`.
+    """Pumps' table and motors' C_1 + C_2 |n_m| in the circuit's form: what does not go with setting or speed keeps its
+    value at `leak.at`.
 
-    Source: Moslatt 2020 tables 2.5 and 2.6, eq. 2.18; the constant one paper E eq. 11. No kernel needs to know of the form.
+    Source: Moslatt 2020 tables 2.5 and 2.6, eq. 2.18; the constant one paper E eq. 11. No kernel needs to know of the
+    form.
     """
     leak, pumps, motor = form_of(circuit), pump_leak(circuit.pump), circuit.motor
     C_1, C_2 = motor.C_1, motor.C_2
@@ -62,7 +66,8 @@ def leak_law(circuit: Circuit) -> LeakLaw:
 
 
 def leak_at(circuit: Circuit, alpha_p: float, n_m: float) -> float:
-    """Leak conductance of all pumps and motors of a circuit [m^3/s/Pa] at a setting of the pumps [-] and a speed of the motors [rad/s]."""
+    """Leak conductance of all pumps and motors of a circuit [m^3/s/Pa] at a setting of the pumps [-] and a speed of the
+    motors [rad/s]."""
     law = leak_law(circuit)
     return float(pump_leakage(alpha_p, law.pumps)) + circuit.motor.count * (law.C_1 + law.C_2 * abs(n_m))
 
@@ -92,7 +97,10 @@ def point_text(at: Point) -> str:
 
 def leak_misfit(active: ActiveCircuit) -> str | None:
     """Why the stated total of a circuit is not what its pumps and motors leak together; None where it is."""
-    total, motors = stated_leak(active), leak_at(active, 0.0, form_of(active).at.n_m) - float(pump_leakage(0.0, leak_law(active).pumps))
+    total, motors = (
+        stated_leak(active),
+        leak_at(active, 0.0, form_of(active).at.n_m) - float(pump_leakage(0.0, leak_law(active).pumps)),
+    )
     if math.isclose(total, active.C_leak, rel_tol=STATED):
         return None
     scale, pumps = 1.0 if active.pump.leak_scale is None else active.pump.leak_scale, total - motors
@@ -100,6 +108,6 @@ def leak_misfit(active: ActiveCircuit) -> str | None:
     if active.C_leak > motors and pumps > 0.0:
         way += f", or pump.leak_scale = {number(scale * (active.C_leak - motors) / pumps, 4)}"
     return (
-        f"C_leak {show(active.C_leak, 'leakage')} is not what pumps and motors leak at {point_text(form_of(active).at)}: "
-        f"{show(total, 'leakage')}. {way}."
+        f"C_leak {show(active.C_leak, 'leakage')} is not what pumps and motors leak at"
+        f" {point_text(form_of(active).at)}: {show(total, 'leakage')}. {way}."
     )

@@ -1,4 +1,5 @@
-"""Payloads by their name in the library, or from a file of your own; every number of the library with its kind and source."""
+"""Payloads by their name in the library, or from a file of your own; every number of the library with its kind and
+source."""
 
 from __future__ import annotations
 
@@ -22,9 +23,11 @@ def payloads() -> tuple[str, ...]:
 
 
 def read_payload(name_or_path: str | Path) -> Payload:
-    """A payload of the library by name, or one described in a TOML file: name, mass, and levels or a shape with its dimensions.
+    """A payload of the library by name, or one described in a TOML file: name, mass, and levels or a shape with its
+    dimensions.
 
-    Parts of an assembly are tables [parts.NAME], levels a list of tables. Errors: LiftError of one line that names the file.
+    Parts of an assembly are tables [parts.NAME], levels a list of tables. Errors: LiftError of one line that names the
+    file.
     """
     name = str(name_or_path)
     if name in payloads():
@@ -33,7 +36,10 @@ def read_payload(name_or_path: str | Path) -> Payload:
     if path.suffix != ".toml":
         have = ", ".join(payloads())
         other = other_kind(name, FileKind.PAYLOAD)
-        raise LiftError(f"No payload {came(name)}: the library has {have}{nearest(name, payloads())} A file's name ends in .toml.{other}")
+        raise LiftError(
+            f"No payload {came(name)}: the library has {have}{nearest(name, payloads())} A file's name ends in"
+            f" .toml.{other}"
+        )
     try:
         text = toml_text(path)
         if not text.strip():

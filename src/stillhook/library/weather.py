@@ -30,7 +30,7 @@ def weather_file(name_or_path: str) -> Path:
     own = Path(name_or_path)
     if not isfile(own):
         raise WeatherError(
-            f"{came(name_or_path)}: no such file, and no weather of the library, which has {', '.join(weathers()) or 'none'}"
-            f"{nearest(name_or_path, weathers())}"
+            f"{came(name_or_path)}: no such file, and no weather of the library, which has"
+            f" {', '.join(weathers()) or 'none'}{nearest(name_or_path, weathers())}"
         )
     return own

@@ -35,7 +35,8 @@ def items(crane: Crane) -> Iterator[Item]:
 
 
 def leaves(spec: Spec, sources: Mapping[str, Source]) -> Iterator[Item]:
-    """Every value of a table of a crane file, depth first, with its source out of those of the table; absent options are left out."""
+    """Every value of a table of a crane file, depth first, with its source out of those of the table; absent options
+    are left out."""
     for path, name, field, value in _walk(spec, ""):
         yield Item(path, field.description or name, value, _quantity(field), sources.get(path, _UNSTATED))
 
@@ -89,20 +90,23 @@ def leaf_tree(spec: Spec, sources: Mapping[str, Source]) -> Tree:
 
 
 def crane_toml(crane: Crane) -> str:
-    """A crane as a complete crane file: ``load_crane`` reads the same crane from it, sources and the record of its certificate included."""
+    """A crane as a complete crane file: ``load_crane`` reads the same crane from it, sources and the record of its
+    certificate included."""
     tables = leaf_tables(crane, crane.sources)
     return joined(tables if crane.certified is None else tables | record_tables(crane.certified, "certified"))
 
 
 def certified_crane_toml(crane: Crane, certificate: str = "certificate.json") -> str:
-    """A crane as a complete crane file that names its certificate, a path seen from that file; it stands alone beside it."""
+    """A crane as a complete crane file that names its certificate, a path seen from that file; it stands alone beside
+    it."""
     tables = leaf_tables(crane, crane.sources)
     tables[""].insert(0, f"certificate = {toml_value(certificate)}")
     return joined(tables)
 
 
 def record_tables(record: BaseModel, name: str) -> dict[str, list[str]]:
-    """The lines of a record without sources, by their table: quantities as texts, records and mappings within as tables of their own."""
+    """The lines of a record without sources, by their table: quantities as texts, records and mappings within as tables
+    of their own."""
     tables: dict[str, list[str]] = {name: []}
     for key, field in type(record).model_fields.items():
         value = getattr(record, key)

@@ -1,7 +1,7 @@
 """Signals that another clock stamped: its offset and drift against the main clock, found from what the winch does.
 
-Both clocks see the same changes of motion. Features of either side (slopes of the signals, changes of direction) are correlated: first over
-the whole log for the offset, then in pieces of it for the drift.
+Both clocks see the same changes of motion. Features of either side (slopes of the signals, changes of direction) are
+correlated: first over the whole log for the offset, then in pieces of it for the drift.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ LEAST_PIECE, FEW_PIECES = 20.0, 4  # s: ... but a short log is cut into so many,
 REACH = 2.5  # s to either side of the offset in which a piece is looked for
 CLEAR = 0.3  # correlation: below, the two sides do not show the same motion
 ALONE = 1.15  # times the match of the next best offset that the best must reach
-STARTED = 5.0  # s: columns of one file begin together; where the motion repeats, the one offset within this is taken, and told
+# s: columns of one file begin together; where the motion repeats, the one offset within this is taken, and told
+STARTED = 5.0
 CANDIDATES = 8  # offsets that are tried ...
 PEAK = 0.5  # ... if their correlation is at least this share of the best; a staircase repeats itself every two moves
 APART = 3.5  # s: offsets nearer than this are one; waves repeat themselves after 4 s and more
@@ -34,14 +35,20 @@ LARGEST_DRIFT = 1e-2  # beyond this the stamps are in another unit
 SCAN_STEP = 0.25  # s: of the features when drifts are tried one by one
 SCAN_SLIP = 2.4  # s over the log from one drift tried to the next: half of the shortest wave to either side
 SCAN_CLEAR = 0.5  # correlation that a drift found so must have
-REVERSING = ("omega_m", "v_w", "u_p", "speed")  # friction turns round with these: their direction shows in pressures, their slopes do not
+REVERSING = (
+    "omega_m",
+    "v_w",
+    "u_p",
+    "speed",
+)  # friction turns round with these: their direction shows in pressures, their slopes do not
 DEADBAND = 0.01  # of the largest value: below, a signal has no direction; a wider one sees reversals late
 OVERLAP = 0.25  # of the shorter side that must be seen by both
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Time of the main clock = offset + (1 + drift) * time of the other, both from their first sample [s]; scatter of the pieces [s]."""
+    """Time of the main clock = offset + (1 + drift) * time of the other, both from their first sample [s]; scatter of
+    the pieces [s]."""
 
     offset: float
     drift: float
@@ -78,7 +85,9 @@ def align(main: Side, other: Side, where: str) -> Fit:
 
 def _known(fit: Fit, where: str) -> Fit:
     if abs(fit.drift) > LARGEST_DRIFT:
-        raise LogError(f"{where}: it would drift by {1e6 * fit.drift:.0f} ppm, which no clock does. Check the unit of its stamps.")
+        raise LogError(
+            f"{where}: it would drift by {1e6 * fit.drift:.0f} ppm, which no clock does. Check the unit of its stamps."
+        )
     return fit
 
 
@@ -101,17 +110,16 @@ def _aligned(main: Side, other: Side, where: str) -> Fit:
     best, name, other_name, offsets = _offsets(ours, theirs, step)
     if best < CLEAR:
         raise LogError(
-            f"{where}: its offset cannot be found: a correlation of {best:.2f} connects its signals with those of the main clock. Log a "
-            "signal with "
-            "both clocks, or remove `clock`."
+            f"{where}: its offset cannot be found: a correlation of {best:.2f} connects its signals with those of the"
+            " main clock. Log a signal with both clocks, or remove `clock`."
         )
     if all(abs(offset) >= STARTED for offset in offsets):
         offsets = [*offsets, 0.0]
     tried = [fit for offset in offsets if (fit := _drift(ours[name], theirs[other_name], offset, step)) is not None]
     if not tried:
         raise LogError(
-            f"{where}: its drift cannot be found: fewer than {FEWEST_PIECES} parts of the log show a change of motion on both clocks. "
-            "Give a longer log."
+            f"{where}: its drift cannot be found: fewer than {FEWEST_PIECES} parts of the log show a change of motion"
+            " on both clocks. Give a longer log."
         )
     fit, *others = sorted(tried, key=lambda fit: -fit.match)
     alike = [o for o in tried if ALONE * o.match > fit.match]
@@ -122,14 +130,13 @@ def _aligned(main: Side, other: Side, where: str) -> Fit:
         fit, again = replace(started[0], also=again.offset), None
     if again is not None:
         raise LogError(
-            f"{where}: its offset cannot be found: the motion repeats, so that {fit.offset:.4g} s and {again.offset:.4g} s fit alike. "
-            "Give a log with "
-            "moves that differ."
+            f"{where}: its offset cannot be found: the motion repeats, so that {fit.offset:.4g} s and"
+            f" {again.offset:.4g} s fit alike. Give a log with moves that differ."
         )
     if fit.scatter > SCATTER:
         raise LogError(
-            f"{where}: its drift is not steady: parts of the log disagree by {fit.scatter:.2g} s. The clock was set during the log; cut "
-            "it there."
+            f"{where}: its drift is not steady: parts of the log disagree by {fit.scatter:.2g} s. The clock was set"
+            " during the log; cut it there."
         )
     return _known(fit, where)
 
@@ -164,7 +171,9 @@ def _smooth(x: FloatArray, step: float) -> FloatArray:
     return y / size if size > 0.0 else y
 
 
-def _offsets(ours: Mapping[str, FloatArray], theirs: Mapping[str, FloatArray], step: float) -> tuple[float, str, str, list[float]]:
+def _offsets(
+    ours: Mapping[str, FloatArray], theirs: Mapping[str, FloatArray], step: float
+) -> tuple[float, str, str, list[float]]:
     """Best correlation of two smoothed features, which they are, and the offsets at which they fit well [s]."""
     found: tuple[float, str, str, list[float]] = (0.0, "", "", [])
     for name, x in ours.items():
@@ -174,7 +183,12 @@ def _offsets(ours: Mapping[str, FloatArray], theirs: Mapping[str, FloatArray], s
             overlap = np.minimum(len(x), lags + len(y)) - np.maximum(0, lags)
             c = np.where(overlap >= OVERLAP * min(len(x), len(y)), c, 0.0)
             if c.max() > found[0]:
-                found = (float(c.max()), name, other, [float(lag) * step for lag in lags[_peaks(c, round(APART / step))]])
+                found = (
+                    float(c.max()),
+                    name,
+                    other,
+                    [float(lag) * step for lag in lags[_peaks(c, round(APART / step))]],
+                )
     return found
 
 
@@ -192,7 +206,9 @@ def _peaks(c: FloatArray, apart: int) -> list[int]:
 def _correlate(x: FloatArray, y: FloatArray) -> FloatArray:
     """sum x(t + lag) y(t) for every lag from -(len(y) - 1) on."""
     size = 1 << (len(x) + len(y) - 2).bit_length()
-    return np.asarray(np.fft.irfft(np.fft.rfft(x, size) * np.fft.rfft(y[::-1], size), size)[: len(x) + len(y) - 1], dtype=np.float64)
+    return np.asarray(
+        np.fft.irfft(np.fft.rfft(x, size) * np.fft.rfft(y[::-1], size), size)[: len(x) + len(y) - 1], dtype=np.float64
+    )
 
 
 def _drift(x: FloatArray, y: FloatArray, offset: float, step: float) -> Fit | None:
@@ -203,7 +219,9 @@ def _drift(x: FloatArray, y: FloatArray, offset: float, step: float) -> Fit | No
     length = max(min(SHORTEST_PIECE, max(LEAST_PIECE, seconds / FEW_PIECES)), seconds / PIECES)
     t_x, t_y = np.arange(len(x)) * step, np.arange(len(y)) * step
     for turn in range(ROUNDS):
-        warped = np.interp((t_x - offset) / (1.0 + drift), t_y, y, left=0.0, right=0.0)  # the other side on the main clock
+        warped = np.interp(
+            (t_x - offset) / (1.0 + drift), t_y, y, left=0.0, right=0.0
+        )  # the other side on the main clock
         if turn == 0:
             sign = 1.0 if _best_lag(x, _smooth(warped, step), step, sign=0.0)[1] >= 0.0 else -1.0
         points = []
@@ -215,7 +233,11 @@ def _drift(x: FloatArray, y: FloatArray, offset: float, step: float) -> Fit | No
         if len(points) < FEWEST_PIECES:
             return None
         at, lag, weight = np.array(points).T
-        keep = np.abs(lag - np.median(lag)) < REACH if turn == 0 else np.abs(lag) < max(2.0 * step, 3.0 * float(np.median(np.abs(lag))))
+        keep = (
+            np.abs(lag - np.median(lag)) < REACH
+            if turn == 0
+            else np.abs(lag) < max(2.0 * step, 3.0 * float(np.median(np.abs(lag))))
+        )
         if keep.sum() < FEWEST_PIECES:
             return None
         slope, zero = np.polyfit(at[keep], lag[keep], 1, w=weight[keep])

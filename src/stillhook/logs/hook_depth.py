@@ -1,4 +1,5 @@
-"""Where the hook of a test is: `depth` below the water line and `h_tip` of the crane tip above it, from which the wire's weight follows."""
+"""Where the hook of a test is: `depth` below the water line and `h_tip` of the crane tip above it, from which the
+wire's weight follows."""
 
 from __future__ import annotations
 
@@ -13,8 +14,8 @@ from stillhook.units import show
 
 @dataclass(frozen=True)
 class HookDepth:
-    """depth: of the hook below the water line at the start of the test [m]; h_tip: height of the crane tip above the water line [m]; None
-    where the file does not state it. place, error: for messages."""
+    """depth: of the hook below the water line at the start of the test [m]; h_tip: height of the crane tip above the
+    water line [m]; None where the file does not state it. place, error: for messages."""
 
     depth: float | None
     h_tip: float | None
@@ -22,26 +23,36 @@ class HookDepth:
     error: type[StillhookError]
 
     def wire_out(self) -> float:
-        """Wire from tip to hook where nothing else tells it [m]. Errors: one of the campaign file where depth or h_tip is missing."""
+        """Wire from tip to hook where nothing else tells it [m]. Errors: one of the campaign file where depth or h_tip
+        is missing."""
         if self.depth is None or self.h_tip is None:
             other = "h_tip" if self.h_tip is None else "depth"
             has = "depth" if self.h_tip is None else "h_tip"
-            raise self.error(f"{self.place}{has}: alone it does not tell the wire out. Give {other} too, or s_w, or map the signal s_w.")
+            raise self.error(
+                f"{self.place}{has}: alone it does not tell the wire out. Give {other} too, or s_w, or map the signal"
+                " s_w."
+            )
         return self.depth + self.h_tip
 
     def tip_height(self, s_w: float) -> float:
         """Height of the crane tip above the water line [m]; s_w: wire from tip to hook at the start of the test [m].
 
-        Errors: one of the campaign file where depth, h_tip and s_w are one too many, or the hook is deeper than the wire is long.
+        Errors: one of the campaign file where depth, h_tip and s_w are one too many, or the hook is deeper than the
+        wire is long.
         """
         if self.depth is None:
             assert self.h_tip is not None
             return self.h_tip
         out = show(s_w, "length")
         if self.h_tip is not None:
-            raise self.error(f"{self.place}depth and h_tip: both given where the wire out ({out}) is known as well. Leave one of them out.")
+            raise self.error(
+                f"{self.place}depth and h_tip: both given where the wire out ({out}) is known as well. Leave one of"
+                " them out."
+            )
         if self.depth > s_w:
-            raise self.error(f"{self.place}depth {show(self.depth, 'length')}: more than the wire out, {out}. Check depth and s_w.")
+            raise self.error(
+                f"{self.place}depth {show(self.depth, 'length')}: more than the wire out, {out}. Check depth and s_w."
+            )
         return s_w - self.depth
 
 
@@ -51,7 +62,9 @@ def hook_depth(test: Fields) -> HookDepth | None:
         return None
     depth, h_tip = test.quantity("depth", "length"), test.quantity("h_tip", "length")
     if depth is not None and depth < 0.0:
-        raise test.wrong("depth", "give how far the hook is below the water line, 0 m or more; for a hook in air give h_tip instead.")
+        raise test.wrong(
+            "depth", "give how far the hook is below the water line, 0 m or more; for a hook in air give h_tip instead."
+        )
     if h_tip is not None and h_tip < 0.0:
         raise test.wrong("h_tip", "give how high the crane tip is above the water line, 0 m or more.")
     return HookDepth(depth, h_tip, test.place, test.error)
@@ -62,4 +75,6 @@ def wire_text(crane: Crane, s_w: float, h_tip: float) -> str:
     out = max(s_w, 0.0)
     wet = max(out - h_tip, 0.0)
     mass = show(wire_carried(crane, s_w, h_tip), "mass", 3)
-    return f"{mass} of wire ({show(out - wet, 'length', 4)} in air, {show(wet, 'length', 4)} in water less its buoyancy)"
+    return (
+        f"{mass} of wire ({show(out - wet, 'length', 4)} in air, {show(wet, 'length', 4)} in water less its buoyancy)"
+    )

@@ -3,7 +3,8 @@
     log = read_log("hoist_50t.csv", read_mapping("mapping.toml"))
     for line in describe(log): print(line)
 
-Memory stays bounded for files of any size: a piece of about 32 MB at a time, of which only the mapped columns are parsed.
+Memory stays bounded for files of any size: a piece of about 32 MB at a time, of which only the mapped columns are
+parsed.
 """
 
 from __future__ import annotations
@@ -43,11 +44,12 @@ def read_log(
 ) -> Log:
     """A log in SI on bins of time, checked.
 
-    Parameters: path CSV or other text, Parquet, MDF4, TDMS or MAT; mapping signals by name (`read_mapping`, `mapping_from`), without it
-    headings such as "p_a [bar]" are taken; every width of the bins, at least the spacing of the samples; leave_out_clocks: signals of
-    another clock that cannot be aligned are left out (NaN) in place of an error; progress is called with the share done.
-    Errors: LogError or UnitError of one line, for a file that cannot be read, columns or units that are not there, and signals that
-    cannot be trusted; what could be repaired or left out is told in `Log.findings`.
+    Parameters: path CSV or other text, Parquet, MDF4, TDMS or MAT; mapping signals by name (`read_mapping`,
+    `mapping_from`), without it headings such as "p_a [bar]" are taken; every width of the bins, at least the spacing of
+    the samples; leave_out_clocks: signals of another clock that cannot be aligned are left out (NaN) in place of an
+    error; progress is called with the share done.
+    Errors: LogError or UnitError of one line, for a file that cannot be read, columns or units that are not there, and
+    signals that cannot be trusted; what could be repaired or left out is told in `Log.findings`.
     """
     width = parse(every, "time", "every")
     if not width > 0.0:
@@ -60,7 +62,11 @@ def read_log(
     refuse_broken(source, found)
     main, *others = (checked(track) for track in found.tracks)
     more = [
-        Other(other, any(column.signal.clock is not None for column in other.track.columns), found.clocks[0].dated and clock.dated)
+        Other(
+            other,
+            any(column.signal.clock is not None for column in other.track.columns),
+            found.clocks[0].dated and clock.dated,
+        )
         for clock, other in zip(found.clocks[1:], others, strict=True)
     ]
     log = _log(source, rows, found, main, merged(source.name, main, more, leave_out=leave_out_clocks))
@@ -78,8 +84,8 @@ def _refuse_nothing(source: Source, rows: Mapping[str, Signal], *, own: bool) ->
     if own:
         heading = "time [s]" if signals else "p_a [bar]"
         raise LogError(
-            f'{source.name}: no heading names a {lack} of Stillhook, such as "{heading}", among {shown}. Give a mapping with rows such '
-            f"as {example}."
+            f'{source.name}: no heading names a {lack} of Stillhook, such as "{heading}", among {shown}. Give a mapping'
+            f" with rows such as {example}."
         )
     raise LogError(f"{source.name}: the mapping names no {lack}. Add a row such as {example}; the file has {shown}.")
 
@@ -91,27 +97,49 @@ def _log(source: Source, rows: Mapping[str, Signal], found: Tracks, main: Checke
         findings.append(Finding(name, "unit", 0.0, 0.0, 0, "noted", text))
     if found.broken_count:
         line, what = found.broken[0]
-        text = f"{counted(found.broken_count, 'line')} of another length than the header left out, the first is line {line}: {what}"
+        text = (
+            f"{counted(found.broken_count, 'line')} of another length than the header left out, the first is line"
+            f" {line}: {what}"
+        )
         findings.append(Finding("", "broken", np.nan, np.nan, found.broken_count, "left out", text))
     ordered = [name for name in rows if name != "time"]
     return Log(
-        source=source.name, t=joined.t, signals=MappingProxyType({name: joined.watched[name].values for name in ordered}),
-        doubtful=MappingProxyType({name: joined.doubtful[name] for name in ordered}), gaps=tuple(main.track.gaps), findings=tuple(findings),
-        rate=1.0 / main.track.spacing, samples=main.track.samples, every=main.track.every, mapping=MappingProxyType(dict(rows)),
-        at=main.bins.at, number=main.bins.number, clocks=tuple(joined.clocks),
-    )  # fmt: skip
+        source=source.name,
+        t=joined.t,
+        signals=MappingProxyType({name: joined.watched[name].values for name in ordered}),
+        doubtful=MappingProxyType({name: joined.doubtful[name] for name in ordered}),
+        gaps=tuple(main.track.gaps),
+        findings=tuple(findings),
+        rate=1.0 / main.track.spacing,
+        samples=main.track.samples,
+        every=main.track.every,
+        mapping=MappingProxyType(dict(rows)),
+        at=main.bins.at,
+        number=main.bins.number,
+        clocks=tuple(joined.clocks),
+    )
 
 
 def describe(log: Log) -> list[str]:
     """The log in lines for a reader: what was read, and every finding."""
     names = ", ".join(log.signals)
-    head = f"{log.source}: {log.samples} samples in {log.duration:.6g} s ({log.rate:.4g} per second), bins of {log.every:g} s: {names}"
+    head = (
+        f"{log.source}: {log.samples} samples in {log.duration:.6g} s ({log.rate:.4g} per second), bins of"
+        f" {log.every:g} s: {names}"
+    )
     return [head, *(f"{finding.text} [{finding.action}]" for finding in log.findings)]
 
 
 def to_dict(log: Log) -> dict[str, Any]:
     """What was read and found as plain data for JSON; the samples themselves stay in the log."""
     return {
-        "source": log.source, "samples": log.samples, "rate": log.rate, "duration": log.duration, "every": log.every, "bins": len(log.t),
-        "signals": list(log.signals), "gaps": [list(gap) for gap in log.gaps], "findings": [finding.to_dict() for finding in log.findings],
-    }  # fmt: skip
+        "source": log.source,
+        "samples": log.samples,
+        "rate": log.rate,
+        "duration": log.duration,
+        "every": log.every,
+        "bins": len(log.t),
+        "signals": list(log.signals),
+        "gaps": [list(gap) for gap in log.gaps],
+        "findings": [finding.to_dict() for finding in log.findings],
+    }

@@ -6,9 +6,9 @@
     omega_m = { column = "M1 speed", unit = "rev/min", sign = -1 }
     u_p = "Pump command [%]"
 
-A row gives column, unit, sign (1 or -1), scale and offset (applied to the raw number before the unit), clock (column of other time
-stamps), range (ends of the sensor), quantity (for names of your own) and words (numbers for cells that are words, such as
-{ on = 1, off = 0 }). Numbers that are in a unit which Stillhook does not know take
+A row gives column, unit, sign (1 or -1), scale and offset (applied to the raw number before the unit), clock (column of
+other time stamps), range (ends of the sensor), quantity (for names of your own) and words (numbers for cells that are
+words, such as { on = 1, off = 0 }). Numbers that are in a unit which Stillhook does not know take
 a scale to one that it does: psi is unit = "bar", scale = 0.0689476.
 """
 
@@ -60,16 +60,22 @@ APART = ("time", "p_a", "p_b", "omega_m", "u_p", "s_w", "F_w")
 def mapping_from(table: Mapping[str, Any], where: str) -> dict[str, Signal]:
     """Signals by name from the table `[signals]` of a mapping.
 
-    Errors: LogError of one line that says where, what came, what is allowed. Units are checked against the kind of each signal.
+    Errors: LogError of one line that says where, what came, what is allowed. Units are checked against the kind of each
+    signal.
     """
     if not isinstance(table, Mapping) or not table:
-        raise LogError(f'{where}: signals = {came(table)} names no signal. Write rows such as p_a = {{ column = "PT101", unit = "bar" }}.')
+        raise LogError(
+            f'{where}: signals = {came(table)} names no signal. Write rows such as p_a = {{ column = "PT101", unit ='
+            ' "bar" }.'
+        )
     rows = {name: _signal(name, row, f"{where}: signals.{name}") for name, row in table.items()}
     taken: dict[str, str] = {}
     for name in (n for n in APART if n in rows):
         column = rows[name].column
         if column in taken:
-            raise LogError(f"{where}: signals.{name}: column {came(column)} is that of {taken[column]} already. Map another one.")
+            raise LogError(
+                f"{where}: signals.{name}: column {came(column)} is that of {taken[column]} already. Map another one."
+            )
         taken[column] = name
     return rows
 
@@ -78,7 +84,10 @@ def _signal(name: str, row: Any, where: str) -> Signal:
     if isinstance(row, str):
         row = {"column": row}
     if not isinstance(row, Mapping):
-        raise LogError(f'{where} = {came(row)}: write a table such as {{ column = "PT101", unit = "bar" }}, or the heading as text.')
+        raise LogError(
+            f'{where} = {came(row)}: write a table such as {{ column = "PT101", unit = "bar" }}, or the heading as'
+            " text."
+        )
     for key in row:
         if key not in KEYS:
             raise LogError(f"{where}: unknown key {came(key)}{_near(key, KEYS)} (allowed: {', '.join(KEYS)}).")
@@ -92,10 +101,18 @@ def _signal(name: str, row: Any, where: str) -> Signal:
     if name == "time" and (clock is not None or lo is not None or sign != 1):
         raise LogError(f"{where}: time takes column, unit, scale and offset only.")
     return Signal(
-        name, _column(row.get("column"), f"{where}.column"), unit, int(sign), _plain(row, "scale", 1.0, where),
-        _plain(row, "offset", 0.0, where), None if clock is None else _column(clock, f"{where}.clock"), lo, hi, kind,
+        name,
+        _column(row.get("column"), f"{where}.column"),
+        unit,
+        int(sign),
+        _plain(row, "scale", 1.0, where),
+        _plain(row, "offset", 0.0, where),
+        None if clock is None else _column(clock, f"{where}.clock"),
+        lo,
+        hi,
+        kind,
         _words(row.get("words", {}), f"{where}.words"),
-    )  # fmt: skip
+    )
 
 
 def _words(table: Any, where: str) -> tuple[tuple[str, float], ...]:
@@ -111,7 +128,9 @@ def _column(column: Any, where: str) -> str:
     if isinstance(column, int) and not isinstance(column, bool) and column >= 1:
         return str(column)
     if not isinstance(column, str) or not column.strip():
-        raise LogError(f"{where} = {came(column)}: write the heading of the column in the file, or its place counted from 1.")
+        raise LogError(
+            f"{where} = {came(column)}: write the heading of the column in the file, or its place counted from 1."
+        )
     return column.strip()
 
 
@@ -121,14 +140,19 @@ def _kind(name: str, quantity: Any, where: str) -> str:
     if quantity is None:
         if own is None:
             raise LogError(
-                f"{where}: {came(name)} is not a signal of Stillhook{_near(name, ('time', *PHYSICAL))}. For a name of your own give what "
+                f"{where}: {came(name)} is not a signal of Stillhook{_near(name, ('time', *PHYSICAL))}. For a name of"
+                " your own give what "
                 f'it measures, such as quantity = "pressure" (one of {", ".join(KINDS)}, or "" for a pure number).'
             )
         return own
     if quantity != "" and quantity not in KINDS:
-        raise LogError(f'{where}.quantity = {came(quantity)} is not one of {", ".join(KINDS)}, or "" for a pure number.')
+        raise LogError(
+            f'{where}.quantity = {came(quantity)} is not one of {", ".join(KINDS)}, or "" for a pure number.'
+        )
     if own is not None and quantity != own:
-        raise LogError(f"{where}.quantity = {came(quantity)}: {name} measures {came(own or 'a pure number')}. Leave quantity out.")
+        raise LogError(
+            f"{where}.quantity = {came(quantity)}: {name} measures {came(own or 'a pure number')}. Leave quantity out."
+        )
     return str(quantity)
 
 
@@ -147,7 +171,9 @@ def _unit(name: str, unit: Any, kind: str, where: str) -> str | None:
 
 def allowed(name: str, kind: str) -> str:
     """The units that a signal may be in, as text."""
-    stamps = f', {STAMPS} (ISO 8601 stamps), a pattern of stamps such as "%d.%m.%Y %H:%M:%S%.f"' if name == "time" else ""
+    stamps = (
+        f', {STAMPS} (ISO 8601 stamps), a pattern of stamps such as "%d.%m.%Y %H:%M:%S%.f"' if name == "time" else ""
+    )
     return ", ".join(KINDS[kind].allowed if kind else PURE) + stamps
 
 
@@ -210,7 +236,8 @@ def split_heading(heading: str) -> tuple[str, str]:
 
 
 def own_mapping(headings: Sequence[str], source: str) -> dict[str, Signal]:
-    """The mapping that a file carries in its headings, where they are names of Stillhook: "p_a [bar]". Others are left alone."""
+    """The mapping that a file carries in its headings, where they are names of Stillhook: "p_a [bar]". Others are left
+    alone."""
     found: dict[str, Signal] = {}
     for heading in headings:
         name, _ = split_heading(heading)
@@ -218,7 +245,8 @@ def own_mapping(headings: Sequence[str], source: str) -> dict[str, Signal]:
             continue
         if name in found:
             raise LogError(
-                f"{source}: two columns {came(name)}: {came(found[name].column)} and {came(heading)}. Rename one, or give a mapping."
+                f"{source}: two columns {came(name)}: {came(found[name].column)} and {came(heading)}. Rename one, or"
+                " give a mapping."
             )
         found[name] = Signal(name, heading, quantity="time" if name == "time" else PHYSICAL[name].kind)
     return found
@@ -229,18 +257,25 @@ def place_of(column: str, headings: Sequence[str], where: str) -> int:
 
     Errors: LogError that lists the nearest headings.
     """
-    for wanted in (lambda h: h.strip() == column, lambda h: split_heading(h)[0] == column, lambda h: h.strip().lower() == column.lower()):
+    for wanted in (
+        lambda h: h.strip() == column,
+        lambda h: split_heading(h)[0] == column,
+        lambda h: h.strip().lower() == column.lower(),
+    ):
         found = [i for i, heading in enumerate(headings) if wanted(heading)]
         if len(found) > 1:
             places = ", ".join(str(i + 1) for i in found)
             raise LogError(
-                f"{where}: {len(found)} columns {came(column)} (places {places}). Give the place of one, such as column = {found[0] + 1}."
+                f"{where}: {len(found)} columns {came(column)} (places {places}). Give the place of one, such as column"
+                f" = {found[0] + 1}."
             )
         if found:
             return found[0]
     if column.isdecimal() and 1 <= int(column) <= len(headings):
         return int(column) - 1
     near = difflib.get_close_matches(column, list(dict.fromkeys(h.strip() for h in headings)), n=3, cutoff=0.4)
-    names = ", ".join(came(h) for h in (near or headings[:12]))
+    names = ", ".join(came(h) for h in near or headings[:12])
     more = f" and {len(headings) - 12} more" if not near and len(headings) > 12 else ""
-    raise LogError(f"{where}: no column {came(column)} in the file. {'The nearest are' if near else 'It has'} {names}{more}.")
+    raise LogError(
+        f"{where}: no column {came(column)} in the file. {'The nearest are' if near else 'It has'} {names}{more}."
+    )

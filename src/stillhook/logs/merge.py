@@ -18,7 +18,8 @@ NEAR = 1.5  # bins or spacings: a sample further away says nothing of a bin
 
 @dataclass
 class Merged:
-    """All signals on the bins of the main clock: their centres t and the mean stamps `at` of the samples in them [s]."""
+    """All signals on the bins of the main clock: their centres t and the mean stamps `at` of the samples in them
+    [s]."""
 
     t: FloatArray
     at: FloatArray
@@ -40,7 +41,8 @@ class Other:
 def merged(file: str, main: Checked, others: list[Other], *, leave_out: bool = False) -> Merged:
     """The main track with the others brought onto its bins; those of another clock are aligned first.
 
-    Errors: LogError for a clock whose offset or drift cannot be found; with leave_out its signals are left out (NaN), and told.
+    Errors: LogError for a clock whose offset or drift cannot be found; with leave_out its signals are left out (NaN),
+    and told.
     """
     out = Merged(main.bins.t, main.bins.at, findings=list(main.findings))
     for i, column in enumerate(main.track.columns):
@@ -74,9 +76,12 @@ def merged(file: str, main: Checked, others: list[Other], *, leave_out: bool = F
 
 def _believed(other: Checked, names: list[str], problem: str, apart: float) -> Finding:
     text = (
-        f"{', '.join(names)}: the stamps in {other.track.time_column} are believed, both clocks tell the date; {problem.split(': ', 2)[-1]}"
+        f"{', '.join(names)}: the stamps in {other.track.time_column} are believed, both clocks tell the date;"
+        f" {problem.split(': ', 2)[-1]}"
     )
-    return Finding(", ".join(names), "clock-drift", apart, apart + float(other.bins.t[-1]), len(other.bins.t), "noted", text)
+    return Finding(
+        ", ".join(names), "clock-drift", apart, apart + float(other.bins.t[-1]), len(other.bins.t), "noted", text
+    )
 
 
 def _leave_out(out: Merged, other: Checked, names: list[str], problem: str) -> None:
@@ -85,26 +90,35 @@ def _leave_out(out: Merged, other: Checked, names: list[str], problem: str) -> N
         out.watched[column.signal.name] = Watched(column.signal, np.full(len(out.t), np.nan), watch, ())
         out.doubtful[column.signal.name] = np.ones(len(out.t), np.bool_)
     start, end = float(out.t[0]), float(out.t[-1])
-    text = f"{', '.join(names)}: left out, for the clock {other.track.time_column} cannot be brought onto that of the log: "
-    out.findings.append(Finding(", ".join(names), "clock", start, end, len(out.t), "left out", text + problem.split(": ", 2)[-1]))
+    text = (
+        f"{', '.join(names)}: left out, for the clock {other.track.time_column} cannot be brought onto that of the"
+        " log: "
+    )
+    out.findings.append(
+        Finding(", ".join(names), "clock", start, end, len(out.t), "left out", text + problem.split(": ", 2)[-1])
+    )
 
 
 def _told(other: Checked, fit: Fit, names: list[str]) -> Finding:
     fast = -1e6 * fit.drift
     t = fit.to_main(other.bins.t)
     text = (
-        f"{', '.join(names)}: the clock {other.track.time_column} runs {abs(fast):.0f} ppm {'fast' if fast >= 0.0 else 'slow'}"
-        f"{', which no sound clock does,' if abs(fit.drift) > SOUND_DRIFT else ''} and its first stamp lies at "
-        f"{fit.offset:.3f} s of the main clock (from {fit.pieces} parts of the log, which agree within {fit.scatter:.2g} s): brought "
-        "onto the main clock, well enough for steady windows"
+        f"{', '.join(names)}: the clock {other.track.time_column} runs {abs(fast):.0f} ppm"
+        f" {'fast' if fast >= 0.0 else 'slow'}{', which no sound clock does,' if abs(fit.drift) > SOUND_DRIFT else ''}"
+        f" and its first stamp lies at {fit.offset:.3f} s of the main clock (from {fit.pieces} parts of the log, which"
+        f" agree within {fit.scatter:.2g} s): brought onto the main clock, well enough for steady windows"
     )
     if fit.also is not None:
-        text += f"; the motion repeats, and {fit.also:.4g} s fits as well: the offset next to the start of the file was taken"
+        text += (
+            f"; the motion repeats, and {fit.also:.4g} s fits as well: the offset next to the start of the file was"
+            " taken"
+        )
     return Finding(", ".join(names), "clock-drift", float(t[0]), float(t[-1]), len(t), "repaired", text)
 
 
 def _bring(out: Merged, other: Checked, fit: Fit, every: float) -> None:
-    """The signals of another track at the bins of the main one, by straight lines between its own; NaN where none is near."""
+    """The signals of another track at the bins of the main one, by straight lines between its own; NaN where none is
+    near."""
     t, ours = fit.to_main(other.bins.at), out.at
     for i, column in enumerate(other.track.columns):
         name, values = column.signal.name, other.bins.means[i]
@@ -116,7 +130,9 @@ def _bring(out: Merged, other: Checked, fit: Fit, every: float) -> None:
         at = np.clip(np.searchsorted(t[good], ours), 1, int(good.sum()) - 1)
         before, after = t[good][at - 1], t[good][at]
         far = np.minimum(np.abs(ours - before), np.abs(ours - after)) > NEAR * max(every, other.track.spacing)
-        far |= (ours < t[good][0] - every) | (ours > t[good][-1] + every)  # nothing is known before the first sample and after the last
+        far |= (ours < t[good][0] - every) | (
+            ours > t[good][-1] + every
+        )  # nothing is known before the first sample and after the last
         here = np.where(far, np.nan, np.interp(ours, t[good], values[good]))
         nearest = np.clip(np.searchsorted(t, ours - 0.5 * other.track.every), 0, len(t) - 1)
         runs = tuple(
@@ -127,5 +143,9 @@ def _bring(out: Merged, other: Checked, fit: Fit, every: float) -> None:
         out.doubtful[name] = other.doubtful[i][nearest] | far
     for finding in other.findings:
         start, end = (float(fit.to_main(np.array(x))) for x in (finding.start, finding.end))
-        text = finding.text if finding.signal != "time" else f"clock {other.track.time_column}: {finding.text.removeprefix('time: ')}"
+        text = (
+            finding.text
+            if finding.signal != "time"
+            else f"clock {other.track.time_column}: {finding.text.removeprefix('time: ')}"
+        )
         out.findings.append(replace(finding, start=start, end=end, text=text))

@@ -30,7 +30,8 @@ Line = Callable[[int], int]
 
 
 def together(every: float) -> int:
-    """Bins of this width [s] that a check looks at together: an odd number, so that one lies in the middle; 1 from LOOK on."""
+    """Bins of this width [s] that a check looks at together: an odd number, so that one lies in the middle; 1 from LOOK
+    on."""
     return 2 * round(0.5 * (max(1.0, LOOK / every) - 1.0)) + 1
 
 
@@ -137,7 +138,8 @@ class Track:
         return time if near.all() else np.where(near, time, np.nan)
 
     def _in_order(self, time: FloatArray, line_of: Line) -> NDArray[np.intp]:
-        """Rows whose stamp is a number later than all before; the others are counted, a restart of the clock is refused."""
+        """Rows whose stamp is a number later than all before; the others are counted, a restart of the clock is
+        refused."""
         step = np.diff(time, prepend=self._last + (self.origin or 0.0) if np.isfinite(self._last) else -np.inf)
         if (step > 0.0).all() and np.isfinite(time).all():
             return np.arange(len(time), dtype=np.intp)
@@ -165,10 +167,9 @@ class Track:
         if beyond.any():
             i = int(np.argmax(beyond))
             raise LogError(
-                f"{self.file}: {self.row} {line_of(int(rows[i]))}: time in {self.time_column} runs back by {far[i]:.6g} s. The clock "
-                "started anew, or two "
-                "logs were joined: cut the file there and give the parts as logs of their own (or mend a stamp that jumped ahead before "
-                "it)."
+                f"{self.file}: {self.row} {line_of(int(rows[i]))}: time in {self.time_column} runs back by {far[i]:.6g}"
+                " s. The clock started anew, or two logs were joined: cut the file there and give the parts as logs of"
+                " their own (or mend a stamp that jumped ahead before it)."
             )
 
     def _find_gaps(self, t: FloatArray) -> None:
@@ -206,9 +207,9 @@ class Track:
             self._keep(np.empty(0), [np.empty(0) for _ in self.columns], last=True)
         if self.backwards.number > MOST_BACKWARDS * self.samples:
             raise LogError(
-                f"{self.file}: {self.backwards.number} of {self.samples} samples have a time in {self.time_column} that is not later "
-                "than the one before, first in "
-                f"{self.row} {self.backwards.line}. The stamps are too coarse for the samples: export them with fractions of a second."
+                f"{self.file}: {self.backwards.number} of {self.samples} samples have a time in {self.time_column} that"
+                f" is not later than the one before, first in {self.row} {self.backwards.line}. The stamps are too"
+                " coarse for the samples: export them with fractions of a second."
             )
         index = _joined(self._index, np.int64)
         means = [_joined(c.means, np.float64) for c in self.columns]
@@ -228,8 +229,8 @@ def _joined(parts: list[Any], dtype: type) -> Any:
 
 @dataclass(frozen=True)
 class Binned:
-    """The bins of a track: number and centre [s], means and missing samples by column; mean stamp of the samples in each bin [s]
-    and their number; the stretch that each bin belongs to, and the bin that each stretch starts with."""
+    """The bins of a track: number and centre [s], means and missing samples by column; mean stamp of the samples in
+    each bin [s] and their number; the stretch that each bin belongs to, and the bin that each stretch starts with."""
 
     index: NDArray[np.int64]
     t: FloatArray

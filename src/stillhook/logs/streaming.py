@@ -1,4 +1,5 @@
-"""What is watched of one signal while its samples stream past: values beyond what can be, standstill, ends of the sensor.
+"""What is watched of one signal while its samples stream past: values beyond what can be, standstill, ends of the
+sensor.
 
 Only a few numbers per signal and long runs of equal values are kept, so that memory does not grow with the samples.
 """
@@ -100,7 +101,8 @@ class Watch:
         return np.where(bad, np.nan, values)
 
     def feed(self, t: FloatArray, values: FloatArray, index: NDArray[np.int64], starts: NDArray[np.intp]) -> None:
-        """Whole bins (stretches of about 0.1 s): times, samples, number of the bin of each sample, where each bin starts."""
+        """Whole bins (stretches of about 0.1 s): times, samples, number of the bin of each sample, where each bin
+        starts."""
         span = np.fmax.reduceat(values, starts) - np.fmin.reduceat(values, starts)
         self.spans.append(span.astype(np.float32))
         good = int(np.count_nonzero(~np.isnan(values)))
@@ -117,7 +119,11 @@ class Watch:
 
     def _ends(self, values: FloatArray, index: NDArray[np.int64]) -> None:
         lo, hi = self.signal.lo, self.signal.hi
-        if lo is None or hi is None or (self.highest < hi - RANGE_STEP * (hi - lo) and self.lowest > lo + RANGE_STEP * (hi - lo)):
+        if (
+            lo is None
+            or hi is None
+            or (self.highest < hi - RANGE_STEP * (hi - lo) and self.lowest > lo + RANGE_STEP * (hi - lo))
+        ):
             return
         step = RANGE_STEP * (hi - lo)
         at = (values >= hi - step) | (values <= lo + step)
@@ -133,12 +139,22 @@ class Watch:
         if not len(change):
             self._samples, self._end = self._samples + len(t), float(t[-1])
             return
-        self._note(self._start, float(t[change[0] - 1]) if change[0] else self._end, self._samples + int(change[0]), self._value)
+        self._note(
+            self._start,
+            float(t[change[0] - 1]) if change[0] else self._end,
+            self._samples + int(change[0]),
+            self._value,
+        )
         begins, ends = t[change[:-1]], t[change[1:] - 1]
         for i in np.flatnonzero(ends - begins >= LEAST_RUN):
             self._note(float(begins[i]), float(ends[i]), int(change[i + 1] - change[i]), float(values[change[i]]))
         last = int(change[-1])
-        self._start, self._end, self._samples, self._value = float(t[last]), float(t[-1]), len(t) - last, float(values[last])
+        self._start, self._end, self._samples, self._value = (
+            float(t[last]),
+            float(t[-1]),
+            len(t) - last,
+            float(values[last]),
+        )
 
     def _turns(self, steps: FloatArray) -> None:
         """The changes of a piece, for what noise the signal has."""
@@ -153,10 +169,13 @@ class Watch:
     @property
     def noisy(self) -> bool:
         """Whether the signal has noise of several last digits."""
-        return self.turns > NOISE * max(1, self.changes) and self.turned > NOISE_STEPS * self.smallest * max(1, self.turns)
+        return self.turns > NOISE * max(1, self.changes) and self.turned > NOISE_STEPS * self.smallest * max(
+            1, self.turns
+        )
 
     def noisy_at(self, run: Run, t: FloatArray, means: FloatArray) -> bool:
-        """Whether the signal, where it holds about the value of a run, has noise of several last digits, so that no run is by chance.
+        """Whether the signal, where it holds about the value of a run, has noise of several last digits, so that no run
+        is by chance.
 
         Noise may grow with the value: a coarse speed stands still near zero and flickers at full speed.
         """
@@ -179,8 +198,11 @@ class Watch:
         self._note(self._start, self._end, self._samples, self._value)
 
 
-def _rail(rail: Rail, value: float, values: FloatArray, index: NDArray[np.int64], starts: NDArray[np.intp], *, fresh: bool) -> None:
-    """Takes the samples at an extreme, and their neighbours in the same bins, into the tally; a new extreme starts it afresh."""
+def _rail(
+    rail: Rail, value: float, values: FloatArray, index: NDArray[np.int64], starts: NDArray[np.intp], *, fresh: bool
+) -> None:
+    """Takes the samples at an extreme, and their neighbours in the same bins, into the tally; a new extreme starts it
+    afresh."""
     if fresh:
         rail.value, rail.bins, rail.hits, rail.mixed, rail.levels = value, [], 0, 0, {}
     hits = np.add.reduceat((values == value).astype(np.int64), starts)

@@ -1,4 +1,5 @@
-"""From a mapping and an open log to tracks: one for each clock, with the columns that it stamped; and the samples through them."""
+"""From a mapping and an open log to tracks: one for each clock, with the columns that it stamped; and the samples
+through them."""
 
 from __future__ import annotations
 
@@ -86,13 +87,16 @@ def build(source: Source, rows: Mapping[str, Signal], width: float) -> Tracks:
             main = main or clock
         elif main is not None:
             raise LogError(
-                f"{source.name}: {name}: column {came(signal.column)} has another length than the time. Map columns of one length."
+                f"{source.name}: {name}: column {came(signal.column)} has another length than the time. Map columns of"
+                " one length."
             )
         else:
             raise LogError(f'{source.name}: no time. Add a row time = {{ column = "...", unit = "s" }} to the mapping.')
         columns.setdefault(clock, []).append(_column(signal, place, factor, offset, unit))
     if main is None or main not in columns:
-        raise LogError(f"{source.name}: every signal has a clock of its own. Leave out `clock` where a signal is stamped by time.")
+        raise LogError(
+            f"{source.name}: every signal has a clock of its own. Leave out `clock` where a signal is stamped by time."
+        )
     clocks = [main, *(clock for clock in columns if clock != main)]
     found = Tracks(clocks, [], [], units=_other_units(source, rows))
     for clock in clocks:
@@ -149,7 +153,8 @@ def _file_unit(source: Source, place: int) -> str:
 
 
 def unit_of(source: Source, signal: Signal, place: int) -> str:
-    """The unit of a column: that of the mapping, or the one that the file gives. Errors: UnitError with what is allowed."""
+    """The unit of a column: that of the mapping, or the one that the file gives. Errors: UnitError with what is
+    allowed."""
     if signal.unit is not None:
         return signal.unit
     given = _file_unit(source, place)
@@ -160,11 +165,14 @@ def unit_of(source: Source, signal: Signal, place: int) -> str:
         return known
     where = f"{source.name}: {signal.name}: column {came(source.headings[place])}"
     said = f"has the unit {came(given)}, which is not one of" if given else "has no unit; give one of"
-    raise UnitError(f"{where} {said} {allowed(signal.name, signal.quantity)}.{hint(given, signal.quantity) if given else ''}")
+    raise UnitError(
+        f"{where} {said} {allowed(signal.name, signal.quantity)}.{hint(given, signal.quantity) if given else ''}"
+    )
 
 
 def _spacing(source: Source, clock: Clock) -> float:
-    """Median spacing of the first stamps of a clock [s]. Errors: LogError for stamps that are none, repeat, or come at no log's rate."""
+    """Median spacing of the first stamps of a clock [s]. Errors: LogError for stamps that are none, repeat, or come at
+    no log's rate."""
     first = next(source.chunks([clock.want], HEAD), None)
     stamps = np.empty(0) if first is None else clock.seconds(first)
     place = f"{source.name}: time in {came(clock.column)}"
@@ -173,26 +181,32 @@ def _spacing(source: Source, clock: Clock) -> float:
     finite = stamps[np.isfinite(stamps)]
     if not len(finite):
         cell = came(next(iter(first.texts.get(clock.want, ("",)))))
-        raise LogError(f"{place}: {cell} is no {'stamp' if clock.want.stamps else 'number'}. Give its unit: {allowed('time', 'time')}.")
+        raise LogError(
+            f"{place}: {cell} is no {'stamp' if clock.want.stamps else 'number'}. Give its unit:"
+            f" {allowed('time', 'time')}."
+        )
     with np.errstate(over="ignore"):
         step = np.diff(finite)
     ahead = step[step > 0.0]
     if len(finite) < FEWEST or not len(ahead):
         raise LogError(
-            f"{place}: {len(finite)} samples{' at one moment' if len(finite) >= FEWEST else ''} are no log. Give another column or file."
+            f"{place}: {len(finite)} samples{' at one moment' if len(finite) >= FEWEST else ''} are no log. Give"
+            " another column or file."
         )
     if np.count_nonzero(step == 0.0) > COARSE * len(step):
-        raise LogError(f"{place}: most stamps repeat ({len(ahead)} of {len(step)} go on). Export them with fractions of a second.")
+        raise LogError(
+            f"{place}: most stamps repeat ({len(ahead)} of {len(step)} go on). Export them with fractions of a second."
+        )
     spacing = float(np.median(ahead))
     if 1.0 / spacing > FASTEST:
         raise LogError(
-            f'{place}: {1.0 / spacing:.4g} samples per second are more than any log has ({FASTEST:g}). Check its unit: is it "s" rather '
-            'than "ms"?'
+            f"{place}: {1.0 / spacing:.4g} samples per second are more than any log has ({FASTEST:g}). Check its unit:"
+            ' is it "s" rather than "ms"?'
         )
     if 1.0 / spacing < SLOWEST:
         raise LogError(
-            f"{place}: one sample in {spacing:.4g} s is too slow for steady windows (at most {1.0 / SLOWEST:g} s). Check its unit: is it "
-            '"ms" rather than "s"?'
+            f"{place}: one sample in {spacing:.4g} s is too slow for steady windows (at most {1.0 / SLOWEST:g} s)."
+            ' Check its unit: is it "ms" rather than "s"?'
         )
     return spacing
 
@@ -202,7 +216,9 @@ def stream(source: Source, found: Tracks, size: int, progress: Callable[[float],
     bases = list(dict.fromkeys(clock.base for clock in found.clocks))
     for turn, base in enumerate(bases):
         here = [(clock, track) for clock, track in zip(found.clocks, found.tracks, strict=True) if clock.base == base]
-        wants = list(dict.fromkeys(want for clock, track in here for want in (clock.want, *(c.want for c in track.columns))))
+        wants = list(
+            dict.fromkeys(want for clock, track in here for want in (clock.want, *(c.want for c in track.columns)))
+        )
         for chunk in source.chunks(wants, size):
             for clock, track in here:
                 _feed(clock, track, chunk)
@@ -231,6 +247,6 @@ def refuse_broken(source: Source, found: Tracks) -> None:
     if found.broken_count > max(FEW_BROKEN, MOST_BROKEN * (rows + found.broken_count)):
         line, what = found.broken[0]
         raise LogError(
-            f"{source.name}: line {line}: {what} ({found.broken_count} such lines among {rows + found.broken_count}). Mend the export; a "
-            'decimal comma needs ";" between columns.'
+            f"{source.name}: line {line}: {what} ({found.broken_count} such lines among {rows + found.broken_count})."
+            ' Mend the export; a decimal comma needs ";" between columns.'
         )

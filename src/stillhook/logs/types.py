@@ -1,6 +1,7 @@
 """What a crane log is, once it is read: signals in SI on bins of time, and everything that was found on the way.
 
-`Signal` is one row of a mapping (which column of the file is which signal), `Finding` one thing that was found, repaired or noted.
+`Signal` is one row of a mapping (which column of the file is which signal), `Finding` one thing that was found,
+repaired or noted.
 """
 
 from __future__ import annotations
@@ -29,7 +30,8 @@ class Signal:
     column: str
     """Heading of the column, or its place counted from 1; "Date + Time" joins two columns of stamps."""
     unit: str | None = None
-    """A unit of the kind; for time also "UTC" (ISO 8601 stamps) or a pattern such as "%d.%m.%Y %H:%M:%S%.f". None: as the file says."""
+    """A unit of the kind; for time also "UTC" (ISO 8601 stamps) or a pattern such as "%d.%m.%Y %H:%M:%S%.f". None: as
+    the file says."""
     sign: int = 1
     scale: float = 1.0
     offset: float = 0.0
@@ -41,7 +43,8 @@ class Signal:
     quantity: str = ""
     """A key of `stillhook.units.KINDS`; "" for a pure number."""
     words: tuple[tuple[str, float], ...] = ()
-    """Cells that are words, and the raw numbers that they stand for, such as ("on", 1.0); upper and lower case are alike."""
+    """Cells that are words, and the raw numbers that they stand for, such as ("on", 1.0); upper and lower case are
+    alike."""
 
     def say(self, value: float, digits: int = 4) -> str:
         """A value of this signal [SI] as text in its display unit; a pure number as it is."""
@@ -52,7 +55,8 @@ class Signal:
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was found in a log. kind: "gap", "missing", "stuck", "saturated", "time-backwards", "clock-drift", ..."""
+    """One thing that was found in a log. kind: "gap", "missing", "stuck", "saturated", "time-backwards", "clock-drift",
+    ..."""
 
     signal: str
     kind: str
@@ -67,15 +71,22 @@ class Finding:
     def to_dict(self) -> dict[str, Any]:
         """The finding as plain data for JSON."""
         return {
-            "signal": self.signal, "kind": self.kind, "start": self.start, "end": self.end, "count": self.count, "action": self.action,
+            "signal": self.signal,
+            "kind": self.kind,
+            "start": self.start,
+            "end": self.end,
+            "count": self.count,
+            "action": self.action,
             "text": self.text,
-        }  # fmt: skip
+        }
 
 
 @dataclass(frozen=True)
 class OtherClock:
-    """Another clock of a log, brought onto the main one: time of the main clock = offset + (1 + drift) * its own, both from their first
-    sample [s]. signals that it stamped; column of its stamps; scatter of the parts of the log that it was found from [s]."""
+    """Another clock of a log, brought onto the main one: time of the main clock = offset + (1 + drift) * its own, both
+    from their first sample [s]. signals that it stamped; column of its stamps; scatter of the parts of the log that it
+    was found from [s].
+    """
 
     signals: tuple[str, ...]
     column: str
@@ -86,7 +97,8 @@ class OtherClock:
 
 @dataclass(frozen=True)
 class Log:
-    """A log on bins of time, in SI. Nothing is dropped in silence: what was left out, repaired or doubted is in `findings`."""
+    """A log on bins of time, in SI. Nothing is dropped in silence: what was left out, repaired or doubted is in
+    `findings`."""
 
     source: str
     """Name of the file."""
@@ -108,7 +120,8 @@ class Log:
     mapping: Mapping[str, Signal] | None = None
     """What was read as what, "time" included."""
     at: FloatArray | None = None
-    """(n,) mean stamps of the samples in each bin [s from the first sample]: what a mean is of, to less than a bin; None: the centres."""
+    """(n,) mean stamps of the samples in each bin [s from the first sample]: what a mean is of, to less than a bin;
+    None: the centres."""
     number: NDArray[np.int64] | None = None
     """(n,) samples in each bin."""
     clocks: tuple[OtherClock, ...] = ()

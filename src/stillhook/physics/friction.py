@@ -53,8 +53,9 @@ def system_friction_dry(omega_m, T_d, fit):
 def slip(omega_m, z, g, held, bristle):
     """Rate at which the bristle's deflection gives way [1/s]; g level of dry friction [N m], z deflection [rad].
 
-    held above 0.5: the holding brake is on, and its discs stick: nothing gives way below the level g. (Without that, a bristle under a
-    load that swings would creep by a part of every swing's path: Dupont, Armstrong and Hayward 2000, elasto-plastic friction.)
+    held above 0.5: the holding brake is on, and its discs stick: nothing gives way below the level g. (Without that, a
+    bristle under a load that swings would creep by a part of every swing's path: Dupont, Armstrong and Hayward 2000,
+    elasto-plastic friction.)
     """
     sticks = held > 0.5 and bristle.sigma_0 * abs(z) < g
     return 0.0 if sticks else bristle.sigma_0 * abs(omega_m) / fmax(g, G_LEAST)
@@ -62,7 +63,8 @@ def slip(omega_m, z, g, held, bristle):
 
 @scalar
 def bristle_rate(omega_m, z, g, held, bristle):
-    """Rate of the bristle's deflection [rad/s]; g level of dry friction of the whole winch [N m], z deflection [rad], held as in `slip`."""
+    """Rate of the bristle's deflection [rad/s]; g level of dry friction of the whole winch [N m], z deflection [rad],
+    held as in `slip`."""
     return omega_m - slip(omega_m, z, g, held, bristle) * z
 
 
@@ -83,8 +85,9 @@ def bristle_update(omega_m, z, g, held, tau, bristle):
 def dry_torque(omega_m, z, g, held, bristle):
     """Dry friction torque of the whole winch at the motor shaft, against the motion [N m].
 
-    LuGre: sigma_0 z + sigma_1 exp(-(omega/omega_f)^2) dz/dt. Regularised: g tanh(omega/omega_r); it cannot hold a load at
-    rest (it creeps) and rounds the break-away peak. One exponential serves both. held as in `slip`: a brake holds in either model.
+    LuGre: sigma_0 z + sigma_1 exp(-(omega/omega_f)^2) dz/dt. Regularised: g tanh(omega/omega_r); it cannot hold a load
+    at rest (it creeps) and rounds the break-away peak. One exponential serves both. held as in `slip`: a brake holds in
+    either model.
     """
     regular = bristle.regular > 0.5 and held < 0.5
     a = abs(omega_m)

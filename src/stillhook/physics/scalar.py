@@ -1,10 +1,11 @@
 """For authors of components: the decorator `scalar` and the mathematics that vectorises.
 
-A scalar function has one source and two lives. Called from Python it is plain Python: nothing is compiled, errors have tracebacks.
-Called from a compiled kernel it is inlined into it. With `NUMBA_DISABLE_JIT=1` kernels are plain Python too.
+A scalar function has one source and two lives. Called from Python it is plain Python: nothing is compiled, errors have
+tracebacks. Called from a compiled kernel it is inlined into it. With `NUMBA_DISABLE_JIT=1` kernels are plain Python
+too.
 
-Arithmetic is strict (no reassociation; fused multiply-add in `exp` alone), so sixteen trajectories side by side give the same bits
-as one. Never put full fastmath on these functions: it deletes the rounding step of `exp`.
+Arithmetic is strict (no reassociation; fused multiply-add in `exp` alone), so sixteen trajectories side by side give
+the same bits as one. Never put full fastmath on these functions: it deletes the rounding step of `exp`.
 """
 
 import functools
@@ -30,7 +31,9 @@ class Scalar:
         functools.update_wrapper(self, source)
         self.source = source
         self.python = python or source
-        self.kernel = njit(forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **(options or STRICT))(source)
+        self.kernel = njit(forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **(options or STRICT))(
+            source
+        )
 
     def __call__(self, *args: Any) -> Any:
         return self.python(*args)
@@ -115,8 +118,8 @@ def _align_stack():
 
 
 align_stack = Scalar(_align_stack, python=lambda: None)
-"""Puts a kernel's stack on a boundary of 64 bytes. Without it every vector that is kept on the stack may straddle two cache lines:
-the kernel then runs up to a third slower, in some processes and not in others."""
+"""Puts a kernel's stack on a boundary of 64 bytes. Without it every vector that is kept on the stack may straddle two
+cache lines: the kernel then runs up to a third slower, in some processes and not in others."""
 
 
 def _exp(x):

@@ -19,8 +19,10 @@ from stillhook.weather.alpha import load_alpha_table, reference_period
 
 
 def checked(plan: LiftPlan) -> dict[str, Any]:
-    """Plain data in SI: name, digest, what and where; phases; times T_POP, T_C, T_R and weather_restricted; rules with their limits in each
-    phase and under each alternative; seas that are asked, and how many are steeper than wind raises waves; depths of resonance; notes."""
+    """Plain data in SI: name, digest, what and where; phases; times T_POP, T_C, T_R and weather_restricted; rules with
+    their limits in each phase and under each alternative; seas that are asked, and how many are steeper than wind
+    raises waves; depths of resonance; notes.
+    """
     T_R, restricted = reference_period(load_alpha_table(), plan.T_POP, plan.T_C)
     env = plan.environment
     steep = sum(steepness(Hs, Tp) > steepest(Tp, "T_p") for Hs in env.Hs for Tp in env.Tp)
@@ -40,7 +42,12 @@ def checked(plan: LiftPlan) -> dict[str, Any]:
         "weather_restricted": restricted,
         "rules": _rules(plan),
         "limits": [_limit(plan, phase, alternative) for phase in plan.phases for alternative in plan.alternatives],
-        "seas": {"Hs": list(env.Hs), "Tp": list(env.Tp), "headings": list(env.headings), "steep": steep * len(env.headings)},
+        "seas": {
+            "Hs": list(env.Hs),
+            "Tp": list(env.Tp),
+            "headings": list(env.headings),
+            "steep": steep * len(env.headings),
+        },
         "resonance": [{"T": T, "z": -depth} for T in env.Tp if not math.isnan(depth := resonance_depth(plan, T))],
         "weather": None if plan.weather is None else _weather(plan.weather),
         "alternatives": [a.value for a in plan.alternatives],
@@ -49,7 +56,8 @@ def checked(plan: LiftPlan) -> dict[str, Any]:
 
 
 def _weather(use: WeatherUse) -> dict[str, Any]:
-    """How many records, from when to when, what they know, and what the reader had to say: errors of the file come before any run."""
+    """How many records, from when to when, what they know, and what the reader had to say: errors of the file come
+    before any run."""
     weather = weather_used(use)
     first, last = (str(np.datetime_as_string(weather.time[i], unit="m")) for i in (0, -1))
     return {
@@ -74,10 +82,18 @@ def _phase(plan: LiftPlan, phase: Phase) -> dict[str, Any]:
     at = plan.tip_of(phase)
     looks = situations(plan, phase)
     return {
-        "name": phase.name, "kind": phase.kind.value, "mode": phase.winch.value, "start": phase.start, "end": phase.end,
-        "speed": phase.speed, "duration": phase.duration, "tip": {"x": at.x, "y": at.y, "z": at.z}, "compensated": phase.compensated,
-        "F_top_static": static_tension(plan, phase), "T_0": max((s.T_0 for s in looks), default=math.nan),
-    }  # fmt: skip
+        "name": phase.name,
+        "kind": phase.kind.value,
+        "mode": phase.winch.value,
+        "start": phase.start,
+        "end": phase.end,
+        "speed": phase.speed,
+        "duration": phase.duration,
+        "tip": {"x": at.x, "y": at.y, "z": at.z},
+        "compensated": phase.compensated,
+        "F_top_static": static_tension(plan, phase),
+        "T_0": max((s.T_0 for s in looks), default=math.nan),
+    }
 
 
 def _limit(plan: LiftPlan, phase: Phase, alternative: Alternative) -> dict[str, Any]:
@@ -85,5 +101,7 @@ def _limit(plan: LiftPlan, phase: Phase, alternative: Alternative) -> dict[str, 
     return {
         "phase": phase.name,
         "alternative": alternative.value,
-        "rules": [{"rule": row.rule.key, "quantity": row.rule.quantity, "limit": row.limit, "why": row.why} for row in rows],
+        "rules": [
+            {"rule": row.rule.key, "quantity": row.rule.quantity, "limit": row.limit, "why": row.why} for row in rows
+        ],
     }

@@ -13,9 +13,11 @@ from stillhook.units import came
 
 
 def copy_plan(name: str, folder: Path) -> tuple[Path, ...]:
-    """Write a plan of the library and its payload into a folder; the copy takes the payload that lies beside it. Returns the paths.
+    """Write a plan of the library and its payload into a folder; the copy takes the payload that lies beside it.
+    Returns the paths.
 
-    Errors: PlanError for a name that there is not, or a file that is there already; SimulationError where nothing can be written.
+    Errors: PlanError for a name that there is not, or a file that is there already; SimulationError where nothing can
+    be written.
     """
     if name not in plans():
         raise PlanError(f"No plan {came(name)} to copy: the library has {', '.join(plans())}{nearest(name, plans())}")

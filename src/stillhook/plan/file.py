@@ -1,4 +1,5 @@
-"""Plan files: one TOML that names crane, vessel, crane tip, payload, water, phases, seas, rules and weather of a lift."""
+"""Plan files: one TOML that names crane, vessel, crane tip, payload, water, phases, seas, rules and weather of a
+lift."""
 
 from __future__ import annotations
 
@@ -43,9 +44,24 @@ from stillhook.weather.mapped import mapped
 
 SHELF = "plans"
 TOP = (
-    "name", "crane", "vessel", "payload", "rules", "alternatives", "tip", "boom", "water", "rigging", "wire", "winch", "sensors",
-    "environment", "operation", "weather", "phase",
-)  # fmt: skip
+    "name",
+    "crane",
+    "vessel",
+    "payload",
+    "rules",
+    "alternatives",
+    "tip",
+    "boom",
+    "water",
+    "rigging",
+    "wire",
+    "winch",
+    "sensors",
+    "environment",
+    "operation",
+    "weather",
+    "phase",
+)
 OPERATION = ("T_POP", "T_C")
 WEATHER = ("file", "ship", "sense", "columns", "time", "date_order")
 RULES = "offshore-lift"
@@ -84,7 +100,8 @@ def load_plan(name_or_path: str | Path) -> LiftPlan:
         end = "-25 m"
 
     A library name ("template-to-1500m") may stand in place of a path. Every other table has defaults, told in
-    docs/how-to/describe-a-lift-plan.md. Errors: StillhookError, one line that names file, field, what came and what is allowed.
+    docs/how-to/describe-a-lift-plan.md. Errors: StillhookError, one line that names file, field, what came and what is
+    allowed.
     """
     name = str(name_or_path)
     if name in plans():
@@ -93,7 +110,9 @@ def load_plan(name_or_path: str | Path) -> LiftPlan:
     have = f"{', '.join(plans())}"
     if not name.endswith(".toml") and not Path(name_or_path).exists():
         other = other_kind(name, FileKind.PLAN)
-        raise PlanError(f"No plan {came(name)}: the library has {have}{nearest(name, plans())} A file's name ends in .toml.{other}")
+        raise PlanError(
+            f"No plan {came(name)}: the library has {have}{nearest(name, plans())} A file's name ends in .toml.{other}"
+        )
     if not toml_text(Path(name_or_path)).strip():
         needs = "crane, vessel, payload, [water], [environment] and phases"
         raise PlanError(f"{Path(name_or_path).name}: empty. A plan file names {needs}; copy {have}.")
@@ -113,7 +132,12 @@ def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
         rules_of(rules, phase)  # refuses limits that cannot be
     T_POP, T_C, notes = _operation(top, phases)
     environment = _environment(top)
-    given = {"environment": environment, "alternatives": _alternatives(top), "weather": _weather(top, file.parent), **parts_of(table)}
+    given = {
+        "environment": environment,
+        "alternatives": _alternatives(top),
+        "weather": _weather(top, file.parent),
+        **parts_of(table),
+    }
     crane = load_crane(top.beside("crane", file.parent))
     at, vessel = _place(top, file.parent)
     plan = LiftPlan(
@@ -131,7 +155,12 @@ def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
         T_C=T_C,
         T_POP_given=not notes,
         source=file.name,
-        notes=(*notes, *_ideal(table, phases), *depth_notes(vessel, max(environment.Tp), depth), *_doubts(crane, payload, given)),
+        notes=(
+            *notes,
+            *_ideal(table, phases),
+            *depth_notes(vessel, max(environment.Tp), depth),
+            *_doubts(crane, payload, given),
+        ),
         **given,
     )
     check_tips(plan, boom_of(top) if "boom" in top else None)
@@ -144,10 +173,15 @@ def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
 def _place(top: Fields, folder: Path) -> tuple[TipPoint, Rao]:
     """Crane tip with its height, and vessel."""
     if "motion" in Fields(top.table.get("tip", {}), "tip.", PlanError):
-        raise PlanError("tip.motion: stands in place of vessel and sea, and a plan asks for many seas. Give tip.at, or a table [boom].")
+        raise PlanError(
+            "tip.motion: stands in place of vessel and sea, and a plan asks for many seas. Give tip.at, or a table"
+            " [boom]."
+        )
     place = still_place(top, folder)
     if place.at is None or place.vessel is None:
-        raise PlanError('tip: its place is missing. Write [tip] with at = "x=-20 m, y=-18 m, z=30 m", or a table [boom].')
+        raise PlanError(
+            'tip: its place is missing. Write [tip] with at = "x=-20 m, y=-18 m, z=30 m", or a table [boom].'
+        )
     return TipPoint(place.at.x, place.at.y, place.h_tip), place.vessel
 
 
@@ -158,7 +192,10 @@ def _height(at: TipPoint) -> float:
 
 def _phases(rows: Any, rules: RuleSet) -> tuple[Phase, ...]:
     if not isinstance(rows, list) or not rows or not all(isinstance(row, Mapping) for row in rows):
-        raise PlanError("phase: none. Write each as a table [[phase]] with name, kind, start, end; a plan has at least one [[phase]].")
+        raise PlanError(
+            "phase: none. Write each as a table [[phase]] with name, kind, start, end; a plan has at least one"
+            " [[phase]]."
+        )
     return tuple(_phase(row, i, rules) for i, row in enumerate(rows, 1))
 
 
@@ -166,7 +203,9 @@ def _phase(row: Mapping[str, Any], number: int, rules: RuleSet) -> Phase:
     fields = Fields({"name": row.get("kind", ""), **row}, f"phase {number}: ", PlanError)
     name = _label(fields)
     if not isinstance(row.get("limits", {}), Mapping):
-        raise fields.wrong("limits", 'give a table of texts, such as { landing-speed = "0.3 m/s", control-error = "off" }.')
+        raise fields.wrong(
+            "limits", 'give a table of texts, such as { landing-speed = "0.3 m/s", control-error = "off" }.'
+        )
     own = Fields(row.get("limits", {}), f"phase {number} ({came(name)}): limits.", PlanError)
     for key in own.table:
         limit_text(own, key, rules)
@@ -222,7 +261,9 @@ def _doubts(crane: Crane, payload: Payload, given: Mapping[str, Any]) -> tuple[s
 def _environment(top: Fields) -> Environment:
     table = Fields(top.table["environment"], "environment.", PlanError)
     table.need("Hs", "Tp", "headings")
-    given = {key: spelled(table, key) if key in ("Hs", "Tp", "headings") else value for key, value in table.table.items()}
+    given = {
+        key: spelled(table, key) if key in ("Hs", "Tp", "headings") else value for key, value in table.table.items()
+    }
     if given.get("spread") is not None and isinstance(given["spread"], int) and not isinstance(given["spread"], bool):
         given["spread"] = float(given["spread"])
     try:
@@ -240,7 +281,9 @@ def _alternatives(top: Fields) -> tuple[Alternative, ...]:
         raise top.wrong("alternatives", f"give a list of some of {', '.join(ALL)}.")
     for name in given:
         if name not in list(Alternative):
-            raise PlanError(f"alternatives: {came(name)} is not one of {', '.join(ALL)}{nearest(name, [a.value for a in ALL])}")
+            raise PlanError(
+                f"alternatives: {came(name)} is not one of {', '.join(ALL)}{nearest(name, [a.value for a in ALL])}"
+            )
         if given.count(name) > 1:
             raise PlanError(f"alternatives: {came(name)} comes twice. Write it once.")
     return tuple(Alternative(name) for name in given)

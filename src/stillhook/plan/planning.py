@@ -1,4 +1,5 @@
-"""The verb: in which weather may this lift be done, what limits it, how long will we wait, and what does a better controller buy."""
+"""The verb: in which weather may this lift be done, what limits it, how long will we wait, and what does a better
+controller buy."""
 
 from __future__ import annotations
 
@@ -57,10 +58,10 @@ def plan(
 ) -> PlanResult:
     """Limiting sea states of a lift under every alternative, what governs them, and what they are worth in weather.
 
-    lift: a plan, the path of a plan file, or a name of the library; tier: the highest that is run (closed-form, frequency, time); weather
-    in place of that of the plan; alpha: table of forecast factors; store: folder in which runs of the twin are kept, so that a plan that
-    was stopped goes on from there; client of a dask.distributed cluster in place of this machine's threads; progress is called with the
-    share that is done.
+    lift: a plan, the path of a plan file, or a name of the library; tier: the highest that is run (closed-form,
+    frequency, time); weather in place of that of the plan; alpha: table of forecast factors; store: folder in which
+    runs of the twin are kept, so that a plan that was stopped goes on from there; client of a dask.distributed cluster
+    in place of this machine's threads; progress is called with the share that is done.
     Errors: StillhookError, one line.
     """
     asked, last = lift if isinstance(lift, LiftPlan) else load_plan(lift), tier_of(tier)
@@ -72,7 +73,9 @@ def plan(
     by = {(phase.name, a): limited(asked, phase, a) for phase in asked.phases for a in axes.alternatives}
     demands = [closed_form(asked, phase, seas, a) for phase in asked.phases for a in axes.alternatives]
     if last is not Tier.CLOSED_FORM:
-        demands += frequency(asked, axes.alternatives, seas, told(0.01, 0.9 if last is Tier.FREQUENCY else 0.06), threads=threads)
+        demands += frequency(
+            asked, axes.alternatives, seas, told(0.01, 0.9 if last is Tier.FREQUENCY else 0.06), threads=threads
+        )
     limits = [limits_in(asked, demand, by) for demand in demands]
     twin = None
     if last is Tier.TIME:
@@ -87,7 +90,11 @@ def plan(
         blocks["weather"] = weather_block(asked, value, axes, records, forecast)
     if last is not Tier.CLOSED_FORM:
         blocks |= reference_blocks(
-            asked, of, lambda found: [limits_in(asked, demand, by) for demand in found], told(0.92, 1.0), anew=last is Tier.TIME
+            asked,
+            of,
+            lambda found: [limits_in(asked, demand, by) for demand in found],
+            told(0.92, 1.0),
+            anew=last is Tier.TIME,
         )
     blocks |= {} if twin is None else twin.blocks
     facts = facts_of(asked, by, Beside(tuple(t.value for t in UP_TO[last]), table, records))
@@ -113,7 +120,9 @@ def tier_of(text: Tier | str) -> Tier:
 
 def limits_in(asked: LiftPlan, demand: Demand, by: LimitedBy) -> Limits:
     """Limits of a demand by the rules of its phase and alternative."""
-    return limits_of(demand, by[demand.phase, demand.alternative], calm(asked, asked.phase(demand.phase), demand.alternative))
+    return limits_of(
+        demand, by[demand.phase, demand.alternative], calm(asked, asked.phase(demand.phase), demand.alternative)
+    )
 
 
 def answered(asked: LiftPlan, axes: Axes, seas: Seas, demands: Sequence[Demand], limits: Sequence[Limits]) -> Answered:

@@ -19,11 +19,14 @@ SHORT = 20  # characters: in a table of words a cell of no more is not folded
 STYLE = """body{font:15px/1.5 system-ui,sans-serif;max-width:64em;margin:2em auto;padding:0 1em;color:#222}
 h1{font-size:1.5em}h2{font-size:1.2em;margin-top:2em}table{border-collapse:collapse;font-size:.9em;margin:1em 0}
 td{white-space:nowrap}td:last-child{white-space:normal}
-td,th{padding:.25em .7em;border-bottom:1px solid #ddd;text-align:right;vertical-align:top}td:first-child,th:first-child{text-align:left}
-img{max-width:100%}figcaption{font-size:.85em;color:#555}figure{margin:1.5em 0}tr.chosen td{font-weight:600}
+td,th{padding:.25em .7em;border-bottom:1px solid #ddd;text-align:right;vertical-align:top}
+td:first-child,th:first-child{text-align:left}
+img{max-width:100%}figcaption{font-size:.85em;color:#555}
+figure{margin:1.5em 0}tr.chosen td{font-weight:600}
 table.words td,table.words th{white-space:normal;text-align:left}table.words td.short{white-space:nowrap}
 h3{font-size:1em;margin:1.5em 0 .3em}
-.synthetic{background:#fff3cd;padding:.6em 1em}.no,tr.no td{color:#a00;font-weight:600}.yes{color:#060;font-weight:600}"""
+.synthetic{background:#fff3cd;padding:.6em 1em}
+.no,tr.no td{color:#a00;font-weight:600}.yes{color:#060;font-weight:600}"""
 
 
 def page(title: str, parts: Iterable[str], *, synthetic: str = "") -> str:
@@ -31,7 +34,10 @@ def page(title: str, parts: Iterable[str], *, synthetic: str = "") -> str:
     warning = f'<p class="synthetic">{escape(synthetic)}</p>' if synthetic else ""
     head = f'<meta charset="utf-8"><title>{escape(title)}</title><style>{STYLE}</style>'
     foot = f"<p><small>Made by Stillhook {escape(__version__)}.</small></p>"
-    return f'<!doctype html>\n<html lang="en">{head}<body><h1>{escape(title)}</h1>{warning}{"".join(parts)}{foot}</body></html>\n'
+    return (
+        "<!doctype html>\n<html"
+        f' lang="en">{head}<body><h1>{escape(title)}</h1>{warning}{"".join(parts)}{foot}</body></html>\n'
+    )
 
 
 def heading(text: str) -> str:
@@ -52,15 +58,25 @@ def bullets(lines: Iterable[str]) -> str:
 
 
 def table(
-    header: Sequence[str], rows: Iterable[Sequence[str]], *, chosen: int | None = None, no: Collection[int] = (), words: bool = False
+    header: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    *,
+    chosen: int | None = None,
+    no: Collection[int] = (),
+    words: bool = False,
 ) -> str:
-    """A table of texts; the chosen row is set bold, the rows `no` in red; words: columns of words, which fold, in place of numbers."""
+    """A table of texts; the chosen row is set bold, the rows `no` in red; words: columns of words, which fold, in place
+    of numbers."""
     head = "".join(f"<th>{escape(h)}</th>" for h in header)
     body = "".join(
-        f"<tr{' class=no' if i in no else ' class=chosen' if i == chosen else ''}>{''.join(_cell(c, words) for c in row)}</tr>"
+        f"<tr{_row_class(i in no, i == chosen)}>" + "".join(_cell(c, words) for c in row) + "</tr>"
         for i, row in enumerate(rows)
     )
     return f"<table{' class=words' if words else ''}><tr>{head}</tr>{body}</table>"
+
+
+def _row_class(no: bool, chosen: bool) -> str:
+    return " class=no" if no else " class=chosen" if chosen else ""
 
 
 def _cell(text: str, words: bool) -> str:

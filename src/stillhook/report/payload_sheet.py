@@ -1,4 +1,5 @@
-"""What a payload's description amounts to: numbers of the covered payload, over submergence, near the bottom, and their picture."""
+"""What a payload's description amounts to: numbers of the covered payload, over submergence, near the bottom, and their
+picture."""
 
 from __future__ import annotations
 
@@ -52,7 +53,10 @@ def payload_numbers(payload: Payload, rho: float) -> dict[str, Any]:
         "settlement": payload.seabed.settlement,
         "v_bottom": math.sqrt(W_sub / (B * (1.0 + record.bottom_B))) if B > 0.0 else None,
         "levels": [{name: row[COLUMNS.index(name)] for name in OF_LEVEL} for row in rows.tolist()],
-        "sources": [{"field": k, "kind": s.kind.value, "source": s.text} for k, s in payload.sources.items()] + _unstated(payload),
+        "sources": (
+            [{"field": k, "kind": s.kind.value, "source": s.text} for k, s in payload.sources.items()]
+            + _unstated(payload)
+        ),
     }
 
 
@@ -60,17 +64,26 @@ def _unstated(payload: Payload) -> list[dict[str, str]]:
     """What stands for numbers that count and that nobody gave."""
     if payload.shape is None:
         return []
-    own = {"C_D": "default of the shape", "C_s": "default of the shape", "engaged": "default, a quarter of the height under the roof"}
+    own = {
+        "C_D": "default of the shape",
+        "C_s": "default of the shape",
+        "engaged": "default, a quarter of the height under the roof",
+    }
     has = {"C_D", *type(payload.shape).model_fields}
     rows = {name: ("assumed", text) for name, text in own.items() if name in has}
     if payload.volume is None:
         rows["volume"] = ("derived", f"mass over that of steel, {RHO_STEEL:g} kg/m^3")
     rows |= {f"seabed.{name}": ("assumed", "default") for name in ("settlement", "zeta")}
-    return [{"field": name, "kind": kind, "source": text} for name, (kind, text) in rows.items() if name not in payload.sources]
+    return [
+        {"field": name, "kind": kind, "source": text}
+        for name, (kind, text) in rows.items()
+        if name not in payload.sources
+    ]
 
 
 def payload_figure(payload: Payload, rho: float) -> Figure:
-    """Displaced volume, added mass, its slope as slamming at 1 m/s, and drag over submergence; dots: the levels that a run uses."""
+    """Displaced volume, added mass, its slope as slamming at 1 m/s, and drag over submergence; dots: the levels that a
+    run uses."""
     from matplotlib.figure import Figure  # heavy: only where pictures are wanted
 
     record, rows = pack_payload(payload, rho, DEPTH)
@@ -94,6 +107,14 @@ def payload_figure(payload: Payload, rho: float) -> Figure:
         ax.set_xlim(left=0.0)
     axes[0].set_ylim(record.reach, 0.0)
     axes[0].set_ylabel("underside under the surface [m]")
-    axes[0].text(0.03, payload.height, "covered", transform=axes[0].get_yaxis_transform(), va="bottom", fontsize="small", color=GREY)
+    axes[0].text(
+        0.03,
+        payload.height,
+        "covered",
+        transform=axes[0].get_yaxis_transform(),
+        va="bottom",
+        fontsize="small",
+        color=GREY,
+    )
     figure.suptitle(f"{payload.name}: {payload.title or 'payload of your own'}", fontsize="medium")
     return figure

@@ -1,4 +1,5 @@
-"""Documents set by typst: data and pictures in, PDF or pages out, with fonts of its own, a date that is given, nothing of this machine."""
+"""Documents set by typst: data and pictures in, PDF or pages out, with fonts of its own, a date that is given, nothing
+of this machine."""
 
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ from stillhook.errors import StillhookError
 
 DATA, LOOK = "sheet.json", "look.typ"
 ARCHIVE = "a-2u"
-"""PDF/A-2u: everything that is needed to show it is inside, for as long as a crane lives, and its text can be searched."""
+"""PDF/A-2u: everything that is needed to show it is inside, for as long as a crane lives, and its text can be
+searched."""
 
 
 class Unset(StillhookError):
@@ -25,9 +27,10 @@ class Unset(StillhookError):
 def set_pdf(template: Traversable, data: Any, figures: Mapping[str, bytes], date: str) -> bytes:
     """The document as PDF/A where that is possible.
 
-    Parameters: template reads its texts from "sheet.json" and its look from "look.typ" beside it; figures: PNG by stem; date ISO 8601.
-    Texts with letters that typst's own fonts lack (Chinese, say) cannot be archived: they are set all the same, with boxes for those
-    letters. Errors: Unset, a line without the name of the document, where it cannot be set.
+    Parameters: template reads its texts from "sheet.json" and its look from "look.typ" beside it; figures: PNG by stem;
+    date ISO 8601. Texts with letters that typst's own fonts lack (Chinese, say) cannot be archived: they are set all
+    the same, with boxes for those letters. Errors: Unset, a line without the name of the document, where it cannot be
+    set.
     """
     try:
         return _typeset(template, data, figures, date, format="pdf", pdf_standards=[ARCHIVE])[0]
@@ -35,7 +38,9 @@ def set_pdf(template: Traversable, data: Any, figures: Mapping[str, bytes], date
         return _typeset(template, data, figures, date, format="pdf")[0]
 
 
-def set_pages(template: Traversable, data: Any, figures: Mapping[str, bytes], date: str, ppi: float = 100.0) -> list[bytes]:
+def set_pages(
+    template: Traversable, data: Any, figures: Mapping[str, bytes], date: str, ppi: float = 100.0
+) -> list[bytes]:
     """The pages of the document as PNG, to look at."""
     return _typeset(template, data, figures, date, format="png", ppi=ppi)
 

@@ -18,7 +18,10 @@ if TYPE_CHECKING:
 
 WORTH = 12
 """Figures from which on a second process pays for its start."""
-_BOOT = "import sys, pickle; sys.path[:] = pickle.load(sys.stdin.buffer); from stillhook.report.pictures import serve; serve()"
+_BOOT = (
+    "import sys, pickle; sys.path[:] = pickle.load(sys.stdin.buffer); from stillhook.report.pictures import serve;"
+    " serve()"
+)
 
 
 def pngs(figures: Mapping[str, Figure], resolution: int = RESOLUTION) -> dict[str, bytes]:
@@ -44,9 +47,12 @@ def _second_process(figures: Mapping[str, Figure], resolution: int) -> Any:
         return
     try:
         process = subprocess.Popen(
-            [sys.executable, "-I", "-c", _BOOT], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+            [sys.executable, "-I", "-c", _BOOT],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
             creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
-        )  # fmt: skip
+        )
     except OSError:
         yield drawn
         return

@@ -14,7 +14,8 @@ GLUE = "\u00a0"
 
 
 def wrapped(text: str, indent: str = "") -> None:
-    """Running text, folded to the terminal, no unit parted from its number; in a file or a pipe every line stays one."""
+    """Running text, folded to the terminal, no unit parted from its number; in a file or a pipe every line stays
+    one."""
     if sys.stdout.isatty():
         width = min(max(shutil.get_terminal_size().columns - 1, NARROW), WIDE)
         whole = re.sub(r"(?<=[0-9]) (?=[^0-9\s]{1,3}(?:[^\w]|$)|[LNkm][ /a-z])", GLUE, text)

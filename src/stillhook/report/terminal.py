@@ -22,7 +22,8 @@ PLAIN_WIDTH = 160
 FREE = ("status", "meaning")
 """Columns of text among the numbers."""
 FOLDED, BORDER = 10, 3
-"""Narrowest column of text that is folded; what a column takes beside its content: a border and a space on either side."""
+"""Narrowest column of text that is folded; what a column takes beside its content: a border and a space on either
+side."""
 
 
 def print_json(data: Any) -> None:
@@ -61,22 +62,33 @@ def print_values(values: dict[str, Any]) -> None:
 def print_table(
     header: Sequence[str], rows: Sequence[Sequence[str]], *, title: str = "", left: int = 1, texts: Collection[int] = ()
 ) -> None:
-    """A table; the first `left` columns are text, the others numbers, but for those whose place (from 0) is in `texts`: text that folds.
+    """A table; the first `left` columns are text, the others numbers, but for those whose place (from 0) is in `texts`:
+    text that folds.
 
-    Numbers are never cut: on a terminal too narrow for all of them the table goes on below, the texts at its left repeated.
+    Numbers are never cut: on a terminal too narrow for all of them the table goes on below, the texts at its left
+    repeated.
     """
     from rich.console import Console
 
     console = Console()
-    folds = [name in FREE or i in texts or (i < left and left > 1) for i, name in enumerate(header)]  # texts fold: numbers stay whole
+    folds = [
+        name in FREE or i in texts or (i < left and left > 1) for i, name in enumerate(header)
+    ]  # texts fold: numbers stay whole
     least = [_least_width([name, *(row[i] for row in rows)], folds[i]) for i, name in enumerate(header)]
     if not console.is_terminal:
         console = Console(width=max(console.width, PLAIN_WIDTH, sum(least) + 1))
     for columns in _side_by_side(least, left, console.width):
         aligned = [i < left or folds[i] for i in columns]
-        table = _table([header[i] for i in columns], [[row[i] for i in columns] for row in rows], [folds[i] for i in columns], aligned)
+        table = _table(
+            [header[i] for i in columns],
+            [[row[i] for i in columns] for row in rows],
+            [folds[i] for i in columns],
+            aligned,
+        )
         table.title, title = title and _escaped(title), ""
-        width = max(console.width, sum(least[i] for i in columns) + 1)  # what no terminal holds runs over its edge, whole
+        width = max(
+            console.width, sum(least[i] for i in columns) + 1
+        )  # what no terminal holds runs over its edge, whole
         console.print(table, width=width, soft_wrap=width > console.width)
 
 
@@ -145,7 +157,8 @@ def say(text: str) -> None:
 
 
 def say_if_compiling(crane: Crane, *, series: bool = False, kind: str = "driver") -> None:
-    """A word on why the first run of a winch type takes longer; with series one trajectory runs at a time; kind of driver."""
+    """A word on why the first run of a winch type takes longer; with series one trajectory runs at a time; kind of
+    driver."""
     from stillhook.kernels.build import is_compiled
     from stillhook.kernels.lanes import VL
     from stillhook.kernels.winch_type import plant_of
@@ -155,7 +168,9 @@ def say_if_compiling(crane: Crane, *, series: bool = False, kind: str = "driver"
         say("compiling the winch model for this machine (once, about 10 s) ...")
 
 
-def started(crane: Crane, bar: Progress | None, *, series: bool = False, report: str = "", kind: str = "driver") -> Progress:
+def started(
+    crane: Crane, bar: Progress | None, *, series: bool = False, report: str = "", kind: str = "driver"
+) -> Progress:
     """Progress of a run that says what there is to say once everything that was given has been found good.
 
     series: whether series are kept; report: a line on the motion; kind of driver: that of a crane, or of a lowering.

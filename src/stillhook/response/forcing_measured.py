@@ -1,4 +1,5 @@
-"""Forcing by waves whose direction was measured from north: spectra with directions of their own, and heights with periods alone."""
+"""Forcing by waves whose direction was measured from north: spectra with directions of their own, and heights with
+periods alone."""
 
 from __future__ import annotations
 
@@ -23,16 +24,20 @@ DIGITS = 2
 """Digits after the point of gamma where it follows from height and period: the rule itself is no better."""
 
 GRID = 720
-"""Directions round the circle, half a degree apart: whole degrees, and the directions within a short-crested sea about them."""
+"""Directions round the circle, half a degree apart: whole degrees, and the directions within a short-crested sea about
+them."""
 GAMMA_CHANGES = (3.6, 5.0)
 """T_p/sqrt(H_s) between which gamma changes, 5 before and 1 beyond. Source: DNV-RP-C205; check against your edition."""
 
 
-def forcing_of_directional(series: SpectrumSeries, vessel: Rao, x: float, y: float, ship: float, *, parts: int = PARTS) -> Forcing:
-    """Forcing of every record of spectra that hold their directions, about a ship that heads `ship` [rad clockwise from north].
+def forcing_of_directional(
+    series: SpectrumSeries, vessel: Rao, x: float, y: float, ship: float, *, parts: int = PARTS
+) -> Forcing:
+    """Forcing of every record of spectra that hold their directions, about a ship that heads `ship` [rad clockwise from
+    north].
 
-    As `stillhook.response.forcing.forcing_of_series`, with every band shared out over directions as it was measured. A record with waves
-    of unknown direction counts as missing. Errors: SeaError where no directions were measured.
+    As `stillhook.response.forcing.forcing_of_series`, with every band shared out over directions as it was measured. A
+    record with waves of unknown direction counts as missing. Errors: SeaError where no directions were measured.
     """
     directions = series.directional
     if directions is None:
@@ -59,18 +64,29 @@ def forcing_of_directional(series: SpectrumSeries, vessel: Rao, x: float, y: flo
 
 
 def forcing_of_states(
-    states: SeaStates, vessel: Rao, x: float, y: float, *, beta: float | None = None, ship: float | None = None, spread: float | None = None
+    states: SeaStates,
+    vessel: Rao,
+    x: float,
+    y: float,
+    *,
+    beta: float | None = None,
+    ship: float | None = None,
+    spread: float | None = None,
 ) -> Forcing:
-    """Forcing of sea states of which height, period and perhaps direction are known, as JONSWAP spectra with gamma by their steepness.
+    """Forcing of sea states of which height, period and perhaps direction are known, as JONSWAP spectra with gamma by
+    their steepness.
 
-    beta: direction of travel from the bow for all [rad]; or ship: where the bow points, clockwise from north [rad], for the direction that
-    each record's waves come from, taken to whole degrees. spread: exponent of cos^n. The peak period is used where there is one, else the
-    zero-crossing period.
-    Records without height, period (of waves that have a height) or needed direction are missing; so are those that no sea can be.
+    beta: direction of travel from the bow for all [rad]; or ship: where the bow points, clockwise from north [rad], for
+    the direction that each record's waves come from, taken to whole degrees. spread: exponent of cos^n. The peak period
+    is used where there is one, else the zero-crossing period.
+    Records without height, period (of waves that have a height) or needed direction are missing; so are those that no
+    sea can be.
     Errors: SeaError where neither or both of beta and ship are given, or nothing is left.
     """
     if (beta is None) == (ship is None):
-        raise SeaError(f"{states.source}: give the direction of the waves from the bow, or where the bow points; one of them.")
+        raise SeaError(
+            f"{states.source}: give the direction of the waves from the bow, or where the bow points; one of them."
+        )
     omega = np.arange(LOWEST + STEP / 2.0, HIGHEST, STEP)
     if ship is None:
         beta = 0.0 if beta is None else beta
@@ -83,15 +99,17 @@ def forcing_of_states(
     which, row = np.unique(place, return_inverse=True)
     power, cross = _about(omega, vessel, x, y, float(beta), which, spread)
     if not np.isfinite(wave).any():
-        raise SeaError(f"{states.source}: no record has what is needed: height, period, and a direction where --ship is given.")
+        raise SeaError(
+            f"{states.source}: no record has what is needed: height, period, and a direction where --ship is given."
+        )
     return Forcing(omega, np.full(len(omega), STEP), wave * power[row.ravel()], wave, wave * cross[row.ravel()])
 
 
 def _about(
     omega: FloatArray, vessel: Rao, x: float, y: float, beta: float, place: NDArray[np.intp], spread: float | None
 ) -> tuple[FloatArray, NDArray[np.complex128]]:
-    """What `tip_by_wave` gives, for headings beta + place steps of the grid, (k, m) each: long-crested waves of each direction are worked
-    out once, and shared by all headings whose waves reach it."""
+    """What `tip_by_wave` gives, for headings beta + place steps of the grid, (k, m) each: long-crested waves of each
+    direction are worked out once, and shared by all headings whose waves reach it."""
     theta, share = (np.zeros(1), np.ones(1)) if spread is None else cos_power(check_spread(spread))
     met = place[:, None] + np.rint(theta * GRID / (2.0 * np.pi)).astype(int)
     used, at = np.unique(met % GRID, return_inverse=True)
@@ -115,7 +133,8 @@ def _waves(states: SeaStates, omega: FloatArray) -> FloatArray:
 
 
 def _peak_periods(T_z: FloatArray, H_s: FloatArray) -> FloatArray:
-    """Peak periods of JONSWAP spectra of zero-crossing periods T_z and heights H_s (n,), gamma by steepness [s]; NaN where one is unknown.
+    """Peak periods of JONSWAP spectra of zero-crossing periods T_z and heights H_s (n,), gamma by steepness [s]; NaN
+    where one is unknown.
 
     T_z/sqrt(H_s) follows from T_p/sqrt(H_s) alone: straight where gamma stands still, by a table between.
     """

@@ -1,4 +1,5 @@
-"""The frequency road: from seas, by tip, winch and wire, to the load's motion and tension; thousands of sea states at once."""
+"""The frequency road: from seas, by tip, winch and wire, to the load's motion and tension; thousands of sea states at
+once."""
 
 from __future__ import annotations
 
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     import xarray
 
 
-
 def road(
     forcing: Forcing, hung: Hung, residual: Residual, *, duration: float = 10800.0, names: Sequence[str] | None = None
 ) -> xarray.Dataset:
@@ -45,9 +45,10 @@ def road(
     -------
     Dataset of names of `stillhook.variables`. A missing sea has NaN everywhere; in a calm one nothing moves.
 
-    Valid while the wire stays taut (`slack_share` small), motions are Gaussian, and the payload is in air or wholly under water. Drag and
-    winch are linearised at the deviation of the motion itself: seas of resonance against drag, and largest values under drag, are
-    approximate (docs/explanation/frequency-road.md shows by how much). Errors: LiftError for a duration that is none.
+    Valid while the wire stays taut (`slack_share` small), motions are Gaussian, and the payload is in air or wholly
+    under water. Drag and winch are linearised at the deviation of the motion itself: seas of resonance against drag,
+    and largest values under drag, are approximate (docs/explanation/frequency-road.md shows by how much). Errors:
+    LiftError for a duration that is none.
     """
     import xarray  # heavy: only where results are labelled
 
@@ -59,15 +60,28 @@ def road(
     columns = {"sigma_z": z, "sigma_v": v, "sigma_a": a, "T_z": zero_crossing_period(z, v)}
     columns["z_mpm"] = most_probable_maximum(z, columns["T_z"], duration)
     columns["v_mpm"] = most_probable_maximum(v, zero_crossing_period(v, a), duration)
-    columns["u_mpm"] = most_probable_maximum(with_winch.u, zero_crossing_period(with_winch.u, with_winch.u_rate), duration)
-    columns |= {"sigma_u": with_winch.u, "eta_sigma_wire": _less(with_winch.u, z), "eta_sigma_load": _less(with_winch.load, z)}
+    columns["u_mpm"] = most_probable_maximum(
+        with_winch.u, zero_crossing_period(with_winch.u, with_winch.u_rate), duration
+    )
+    columns |= {
+        "sigma_u": with_winch.u,
+        "eta_sigma_wire": _less(with_winch.u, z),
+        "eta_sigma_load": _less(with_winch.load, z),
+    }
     for suffix, s in (("", with_winch), ("_braked", braked)):
         columns |= {f"{name}{suffix}": values for name, values in _of_load(s, hung, duration).items()}
     labels = list(names) if names is not None else [str(i) for i in range(len(forcing))]
     data = xarray.Dataset(
-        {name: ("case", np.where(known, values, np.nan), _attrs(name)) for name, values in columns.items()}, coords={"case": labels}
+        {name: ("case", np.where(known, values, np.nan), _attrs(name)) for name, values in columns.items()},
+        coords={"case": labels},
     )
-    data.attrs = {"residual": residual.about, "duration": duration, "s_w": hung.s_w, "F_top": hung.F_top, "F_sling": hung.F_sling}
+    data.attrs = {
+        "residual": residual.about,
+        "duration": duration,
+        "s_w": hung.s_w,
+        "F_top": hung.F_top,
+        "F_sling": hung.F_sling,
+    }
     return data
 
 

@@ -1,4 +1,5 @@
-"""The frequency road for a lift file: one sea, or a year of them, to motion and tension of what it hangs at one depth."""
+"""The frequency road for a lift file: one sea, or a year of them, to motion and tension of what it hangs at one
+depth."""
 
 from __future__ import annotations
 
@@ -37,7 +38,8 @@ if TYPE_CHECKING:
 ABOVE_SEABED = 20.0
 """Height of the payload above the seabed where the programme compensates at no depth [m]."""
 LIKELY = 0.1
-"""Chance of slack slings over the duration from which they count as likely: what 90 % of such operations stay free of is not."""
+"""Chance of slack slings over the duration from which they count as likely: what 90 % of such operations stay free of
+is not."""
 WAVES = 400
 """Heights that stand for all of an irregular motion."""
 PERIODS = 3
@@ -48,8 +50,8 @@ FLAGS = ("saturated", "slack", "overload")
 
 @dataclass(frozen=True, init=False)
 class Waves:
-    """One sea, or many with a direction: beta of travel from the bow, or ship, where the bow points from north; spread exponent of cos^n.
-    A `Sea` has directions of its own.
+    """One sea, or many with a direction: beta of travel from the bow, or ship, where the bow points from north; spread
+    exponent of cos^n. A `Sea` has directions of its own.
 
     Parameters: of the waves; beta, ship texts such as "180 deg" (`from_si` takes radians); held as rad.
     Errors: UnitError for a direction without its unit, SeaError for one outside 0 to 360 deg.
@@ -61,21 +63,32 @@ class Waves:
     spread: float | None
 
     def __init__(
-        self, of: Sea | SpectrumSeries | SeaStates, beta: str | None = None, ship: str | None = None, spread: float | None = None
+        self,
+        of: Sea | SpectrumSeries | SeaStates,
+        beta: str | None = None,
+        ship: str | None = None,
+        spread: float | None = None,
     ) -> None:
         travel = None if beta is None else parse_direction(beta, "beta")
         self._fill(of, travel, None if ship is None else parse_direction(ship, "ship"), spread)
 
     @classmethod
     def from_si(
-        cls, of: Sea | SpectrumSeries | SeaStates, *, beta: float | None = None, ship: float | None = None, spread: float | None = None
+        cls,
+        of: Sea | SpectrumSeries | SeaStates,
+        *,
+        beta: float | None = None,
+        ship: float | None = None,
+        spread: float | None = None,
     ) -> Self:
         """Waves with directions in rad."""
         waves = cls.__new__(cls)
         waves._fill(of, beta, ship, spread)
         return waves
 
-    def _fill(self, of: Sea | SpectrumSeries | SeaStates, beta: float | None, ship: float | None, spread: float | None) -> None:
+    def _fill(
+        self, of: Sea | SpectrumSeries | SeaStates, beta: float | None, ship: float | None, spread: float | None
+    ) -> None:
         for name, value in (("of", of), ("beta", beta), ("ship", ship), ("spread", spread)):
             object.__setattr__(self, name, value)
 
@@ -97,10 +110,10 @@ class Waves:
 
 @dataclass(frozen=True, eq=False)
 class LiftResponse:
-    """What a lift does in waves: data, the Dataset of `stillhook.response.frequency_domain` over "case" (one sea) or "time" (records), with
-    H_m0, T_p, T_m02, saturation_share and the flags of `FLAGS` beside it; forcing by the waves; what hangs; the winch's residual; made,
-    whether the twin was asked for it now (else it was on disk); T_wire natural periods, top held [s]; z height of the payload's underside
-    [m]; mode of the winch."""
+    """What a lift does in waves: data, the Dataset of `stillhook.response.frequency_domain` over "case" (one sea) or
+    "time" (records), with H_m0, T_p, T_m02, saturation_share and the flags of `FLAGS` beside it; forcing by the waves;
+    what hangs; the winch's residual; made, whether the twin was asked for it now (else it was on disk); T_wire natural
+    periods, top held [s]; z height of the payload's underside [m]; mode of the winch."""
 
     data: xarray.Dataset = field(repr=False)
     forcing: Forcing = field(repr=False)
@@ -113,8 +126,8 @@ class LiftResponse:
 
 
 def compensated_depth(lift: Lowering) -> float:
-    """Deepest depth of the underside at which a stage compensates (AHC) [m], by the programme as planned; where none tells one, that of the
-    seabed less 20 m."""
+    """Deepest depth of the underside at which a stage compensates (AHC) [m], by the programme as planned; where none
+    tells one, that of the seabed less 20 m."""
     z, deepest = lift.z_0, -math.inf
     for stage in lift.programme:
         before = z
@@ -130,29 +143,47 @@ def compensated_depth(lift: Lowering) -> float:
 
 
 def lift_response(
-    file: LiftFile, waves: Waves, *, z: str, mode: Mode | str | None = None, duration: str = "3 h", progress: Progress | None = None
+    file: LiftFile,
+    waves: Waves,
+    *,
+    z: str,
+    mode: Mode | str | None = None,
+    duration: str = "3 h",
+    progress: Progress | None = None,
 ) -> LiftResponse:
     """Statistics of tip, wire and load of a lift in every sea, its underside at z above still water ("-1500 m": below).
 
-    mode: how the winch compensates, None for the lift's controller; duration, "3 h", of largest values and chances. progress is called
-    while the winch is simulated, and not where the result is on disk. Valid as `stillhook.response.frequency_domain` and
-    `stillhook.response.suspended_load` say. Errors: StillhookError, one line: a quantity without its unit, no vessel or tip, a depth or
-    tension that cannot be, waves without a direction.
+    mode: how the winch compensates, None for the lift's controller; duration, "3 h", of largest values and chances.
+    progress is called while the winch is simulated, and not where the result is on disk. Valid as
+    `stillhook.response.frequency_domain` and `stillhook.response.suspended_load` say. Errors: StillhookError, one line:
+    a quantity without its unit, no vessel or tip, a depth or tension that cannot be, waves without a direction.
     """
-    return response_at(file, waves, parse(z, "length", "z"), mode=mode, duration=parse(duration, "time", "duration"), progress=progress)
+    return response_at(
+        file, waves, parse(z, "length", "z"), mode=mode, duration=parse(duration, "time", "duration"), progress=progress
+    )
 
 
 def response_at(
-    file: LiftFile, waves: Waves, z: float, *, mode: Mode | str | None = None, duration: float = 10800.0, progress: Progress | None = None
+    file: LiftFile,
+    waves: Waves,
+    z: float,
+    *,
+    mode: Mode | str | None = None,
+    duration: float = 10800.0,
+    progress: Progress | None = None,
 ) -> LiftResponse:
     """The same at z [m] and over a duration [s]; see `lift_response`."""
     check_place(file)
     mode = file.lift.controller if mode is None else mode_of(mode)
     if mode is Mode.MANUAL:
         others = ", ".join(m.value for m in Mode if m is not Mode.MANUAL)
-        raise LiftError(f"mode manual: compensates nothing, and the brake is told beside every other one. Give one of {others}.")
+        raise LiftError(
+            f"mode manual: compensates nothing, and the brake is told beside every other one. Give one of {others}."
+        )
     if -z > file.lift.depth:
-        raise LiftError(f"depth {show(-z, 'length')}: the water is {show(file.lift.depth, 'length')} deep. Give a place in it.")
+        raise LiftError(
+            f"depth {show(-z, 'length')}: the water is {show(file.lift.depth, 'length')} deep. Give a place in it."
+        )
     what_hangs = hung(file.crane, file.lift, z)
     forcing = forcing_of(waves, file)
     asked = Steps(progress)
@@ -168,7 +199,10 @@ def check_place(file: LiftFile) -> None:
     """Refuse a lift without vessel or place of the crane tip. Errors: LiftError."""
     if file.vessel is None or file.at is None:
         what = "vessel" if file.vessel is None else "place of the crane tip (tip.at, or [boom])"
-        raise LiftError(f"{what}: missing. The frequency road needs vessel and tip; a motion of the tip in their place runs in time only.")
+        raise LiftError(
+            f"{what}: missing. The frequency road needs vessel and tip; a motion of the tip in their place runs in time"
+            " only."
+        )
 
 
 def forcing_of(waves: Waves, file: LiftFile) -> Forcing:
@@ -220,14 +254,14 @@ def _judged(data: xarray.Dataset, what: Hung, residual: Residual, SWL: float) ->
 
 
 def saturation(residual: Residual, v: FloatArray, T: FloatArray) -> FloatArray:
-    """Share of the time in which the pumps stand at their stop under sines of speed amplitudes v [m/s] and periods T [s], (n,); NaN where
-    either is unknown."""
+    """Share of the time in which the pumps stand at their stop under sines of speed amplitudes v [m/s] and periods T
+    [s], (n,); NaN where either is unknown."""
     return table_at(residual.omega, residual.v, residual.saturated, v, T)
 
 
 def saturation_share(residual: Residual, sigma_v: FloatArray, T: FloatArray) -> FloatArray:
-    """Share of the time with the pumps at their stop under irregular motions of deviation sigma_v [m/s] and period T [s], (n,): waves taken
-    as sines whose heights are Rayleigh distributed. NaN where either is unknown."""
+    """Share of the time with the pumps at their stop under irregular motions of deviation sigma_v [m/s] and period T
+    [s], (n,): waves taken as sines whose heights are Rayleigh distributed. NaN where either is unknown."""
     return share_of_time(residual, residual.saturated, sigma_v, T)
 
 
@@ -243,7 +277,8 @@ def share_of_time(residual: Residual, table: FloatArray, sigma_v: FloatArray, T:
 
 
 def table_at(omega: FloatArray, speeds: FloatArray, table: FloatArray, v: FloatArray, T: FloatArray) -> FloatArray:
-    """A table over frequency and speed at speeds v and periods T (n,): linear in speed and in log omega, 0 at rest, the ends hold."""
+    """A table over frequency and speed at speeds v and periods T (n,): linear in speed and in log omega, 0 at rest, the
+    ends hold."""
     knots = np.concatenate(([0.0], speeds))
     rows = np.array([np.interp(v, knots, [0.0, *row]) for row in table])
     at = np.log(2.0 * math.pi / np.where(T > 0.0, T, np.nan))

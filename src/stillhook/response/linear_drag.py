@@ -1,7 +1,7 @@
 r"""Drag of the payload made linear: as much damping as takes the same power out of the motion.
 
-Harmonic: :math:`\Sigma = \frac{8}{3\pi} B \hat v`; Gaussian: :math:`\Sigma = \sqrt{8/\pi}\, B \sigma_v`, with B = rho C_D A_p/2 and v the
-speed of the payload through the water. Source: DNV-RP-N103 section 5 (check against your edition),
+Harmonic: :math:`\Sigma = \frac{8}{3\pi} B \hat v`; Gaussian: :math:`\Sigma = \sqrt{8/\pi}\, B \sigma_v`, with B = rho
+C_D A_p/2 and v the speed of the payload through the water. Source: DNV-RP-N103 section 5 (check against your edition),
 there 4/(3 pi) rho C_D A omega z for a harmonic.
 """
 
@@ -54,20 +54,23 @@ def _normal(V: float, sigma: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 class Answer(NamedTuple):
-    """Complex answer of one quantity: to the motion u of the wire's top end, and to the wave's elevation above the load [per m]."""
+    """Complex answer of one quantity: to the motion u of the wire's top end, and to the wave's elevation above the load
+    [per m]."""
 
     u: ComplexArray
     wave: ComplexArray
 
 
 QUANTITIES = ("load", "load_rate", "relative", "top", "top_rate", "sling", "sling_rate")
-"""Displacement of the payload and its speed, its speed through the water; tension at the crane tip and in the slings with their rates."""
+"""Displacement of the payload and its speed, its speed through the water; tension at the crane tip and in the slings
+with their rates."""
 
 
 def answers(omega: FloatArray, hung: Hung, drag: ArrayLike, give: ArrayLike = 0.0) -> dict[str, Answer]:
     """Every one of `QUANTITIES` at omega and linear drags [N s/m] that broadcast with it; give of the winch [m/N].
 
-    The wave's force on the payload is that of the water's acceleration on displaced water and added mass, and of drag by its speed.
+    The wave's force on the payload is that of the water's acceleration on displaced water and added mass, and of drag
+    by its speed.
     """
     t = transfers(omega, hung.rod, hung.end, drag, give)
     water, rate = hung.decay(omega), 1j * omega

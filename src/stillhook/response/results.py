@@ -23,28 +23,42 @@ if TYPE_CHECKING:
     import xarray
 
 
-
 def residuals_folder() -> Path:
     """Where residuals of winches are kept."""
     return cache_root() / "residuals"
 
 
 def answer_of(found: LiftResponse, file: LiftFile, waves: Waves, *, records: bool = True) -> dict[str, Any]:
-    """Numbers of a response by their names in `stillhook.variables`, SI: of one sea as they are; of records in sum, and one by one unless
-    not `records`. Those of a braked winch under "braked"."""
+    """Numbers of a response by their names in `stillhook.variables`, SI: of one sea as they are; of records in sum, and
+    one by one unless not `records`. Those of a braked winch under "braked"."""
     data, lift = found.data, file.lift
     head: dict[str, Any] = {
-        "lift": lift.name, "crane": file.crane.name, "payload": lift.payload.name, "place": f"{file.place}, in {waves.describe()}",
-        "mode": found.mode.value, "duration": data.attrs["duration"], "z_load": found.z, "s_w": found.hung.s_w, "F_w": found.hung.F_top,
-        "F_sling": found.hung.F_sling, "T_wire": [float(T) for T in found.T_wire],
-    }  # fmt: skip
+        "lift": lift.name,
+        "crane": file.crane.name,
+        "payload": lift.payload.name,
+        "place": f"{file.place}, in {waves.describe()}",
+        "mode": found.mode.value,
+        "duration": data.attrs["duration"],
+        "z_load": found.z,
+        "s_w": found.hung.s_w,
+        "F_w": found.hung.F_top,
+        "F_sling": found.hung.F_sling,
+        "T_wire": [float(T) for T in found.T_wire],
+    }
     numbers = [str(name) for name in data.data_vars if name not in FLAGS]
     if "time" not in data.dims:
         at = {name: float(data[name][0]) for name in numbers}
-        return head | {"status": marked(status_of(data), _doubts(file))} | _nested(at) | {"notes": notes_of(found, file)}
+        return (
+            head | {"status": marked(status_of(data), _doubts(file))} | _nested(at) | {"notes": notes_of(found, file)}
+        )
     times = np.datetime_as_string(data["time"].values, unit="s")
     known = np.isfinite(data["sigma_z"].values)
-    head |= {"file": waves.of.source, "n_records": len(times), "n_valid": int(known.sum()), "n_missing": int((~known).sum())}  # type: ignore[union-attr]
+    head |= {
+        "file": waves.of.source,  # type: ignore[union-attr]
+        "n_records": len(times),
+        "n_valid": int(known.sum()),
+        "n_missing": int((~known).sum()),
+    }
     head |= {"start": f"{times[0]}Z", "end": f"{times[-1]}Z"}
     head |= {f"n_{name}": int(np.count_nonzero(data[name].values & known)) for name in FLAGS}
     in_sum = {name: _in_sum(name, data[name].values, times, known) for name in numbers}
@@ -69,7 +83,12 @@ def _in_sum(name: str, x: FloatArray, times: NDArray[np.str_], known: NDArray[np
         return {"first": math.nan, "mean": math.nan, "min": math.nan, "max": math.nan, "worst": ""}
     values = x[rows]
     worst = rows[int(np.argmin(values) if name.startswith("eta_") else np.argmax(values))]
-    whole = {"first": float(values[0]), "mean": float(values.mean()), "min": float(values.min()), "max": float(values.max())}
+    whole = {
+        "first": float(values[0]),
+        "mean": float(values.mean()),
+        "min": float(values.min()),
+        "max": float(values.max()),
+    }
     return whole | {"worst": f"{times[worst]}Z"}
 
 
@@ -94,17 +113,22 @@ def notes_of(found: LiftResponse, file: LiftFile) -> list[str]:
 
 def stamped(data: xarray.Dataset, answer: dict[str, Any]) -> xarray.Dataset:
     """The Dataset for a file, with what it is of."""
-    out = data.assign_attrs({name: answer[name] for name in ("lift", "crane", "payload", "place", "mode")} | {"z_load": answer["z_load"]})
+    out = data.assign_attrs(
+        {name: answer[name] for name in ("lift", "crane", "payload", "place", "mode")} | {"z_load": answer["z_load"]}
+    )
     return out.assign({name: out[name].astype("int8") for name in FLAGS})
 
 
 def spectra(found: LiftResponse) -> dict[str, FloatArray]:
-    """Densities of height of the first sea over the forcing's frequencies [m^2 s/rad]: tip, wire's upper end, load on the brake, load
-    compensated. What the winch leaves beside C (the remnant) is in the deviations and not in these."""
+    """Densities of height of the first sea over the forcing's frequencies [m^2 s/rad]: tip, wire's upper end, load on
+    the brake, load compensated. What the winch leaves beside C (the remnant) is in the deviations and not in these."""
     f, what = found.forcing, found.hung
     sigma_v = float(f.deviation(1)[0])
     densities = {"crane tip": f.tip[0] / f.width}
-    for label, residual in (("load, winch on its brake", Residual.constant(1.0)), ("load, compensated", found.residual)):
+    for label, residual in (
+        ("load, winch on its brake", Residual.constant(1.0)),
+        ("load, compensated", found.residual),
+    ):
         drag = sigmas(f, what, residual).drag[0]
         give = 0.0 if residual.give is None or sigma_v == 0.0 else residual.give.at(f.omega, sigma_v)
         C = residual.gaussian(f.omega, sigma_v)

@@ -1,4 +1,5 @@
-"""Standard deviations of wire, load and tensions in many sea states: drag made linear in each, winch and waves included."""
+"""Standard deviations of wire, load and tensions in many sea states: drag made linear in each, winch and waves
+included."""
 
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ from stillhook.response.winch.describing_function import Residual
 from stillhook.statistics.products import over_frequency
 
 SPEEDS = np.geomspace(1e-4, 10.0, 36)
-"""Deviations of the payload's speed through the water [m/s] at which everything is worked out; between them in logarithms, to 0.2 %."""
+"""Deviations of the payload's speed through the water [m/s] at which everything is worked out; between them in
+logarithms, to 0.2 %."""
 SLOW = np.geomspace(0.01, 8.0, 400)
 """Frequencies on which the remnant of the winch is taken to the load [rad/s]."""
 BLOCK = 1024
@@ -28,8 +30,8 @@ LEAST = 1e-300
 
 
 class Sigmas(NamedTuple):
-    """Standard deviations for n sea states: u wire's top end [m], u_rate its speed [m/s]; of `linearise.QUANTITIES` [m, m/s, N, N/s]; drag
-    the linear drag of the payload [N s/m]."""
+    """Standard deviations for n sea states: u wire's top end [m], u_rate its speed [m/s]; of `linearise.QUANTITIES` [m,
+    m/s, N, N/s]; drag the linear drag of the payload [N s/m]."""
 
     u: FloatArray
     u_rate: FloatArray
@@ -46,9 +48,10 @@ class Sigmas(NamedTuple):
 def sigmas(forcing: Forcing, hung: Hung, residual: Residual) -> Sigmas:
     """Standard deviations in every sea state; 0 in a calm one, NaN in a missing one.
 
-    Drag and motion agree where the speed through the water with the drag of some speed has the deviation of that speed. That is looked for
-    among `SPEEDS`, from above: with more drag there is less motion, so there is one such place. Where the give of the winch hangs on the
-    tip's speed, a sea state is worked out with that of a lower and of a higher speed, and lies between.
+    Drag and motion agree where the speed through the water with the drag of some speed has the deviation of that speed.
+    That is looked for among `SPEEDS`, from above: with more drag there is less motion, so there is one such place.
+    Where the give of the winch hangs on the tip's speed, a sea state is worked out with that of a lower and of a higher
+    speed, and lies between.
     """
     out = np.full((len(Sigmas._fields), len(forcing)), np.nan)
     v = forcing.deviation(1)
@@ -68,7 +71,8 @@ def sigmas(forcing: Forcing, hung: Hung, residual: Residual) -> Sigmas:
 
 
 def _levels(v: FloatArray, residual: Residual) -> FloatArray:
-    """Deviations of the tip's speed at which the give of the winch is taken, for seas of deviations v: those of its table about them."""
+    """Deviations of the tip's speed at which the give of the winch is taken, for seas of deviations v: those of its
+    table about them."""
     if residual.give is None:
         return np.ones(1)
     knots = residual.give.sigma_v
@@ -137,7 +141,10 @@ class _Tables:
         self.remnant: dict[str, FloatArray] = {}
         if seas.slow is not None:
             slow = answers(SLOW, hung, self.drag[:, None], give(SLOW))
-            powers = {q: np.abs(a.u) ** 2 for q, a in slow.items()} | {"u": np.ones((1, len(SLOW))), "u_rate": SLOW[None, :] ** 2}
+            powers = {q: np.abs(a.u) ** 2 for q, a in slow.items()} | {
+                "u": np.ones((1, len(SLOW))),
+                "u_rate": SLOW[None, :] ** 2,
+            }
             self.remnant = {q: _integrated(seas.slow, power) for q, power in powers.items()}
 
 
@@ -193,13 +200,15 @@ class _Block:
 
 
 def _within(y: FloatArray, trial: FloatArray) -> bool:
-    """Whether every answer is faster than the first trial speed, unless that is the first of all, and slower than the last."""
+    """Whether every answer is faster than the first trial speed, unless that is the first of all, and slower than the
+    last."""
     slow, fast = 0.5 * y[:, 0] > np.log(trial[0]), 0.5 * y[:, -1] <= np.log(trial[-1])
     return bool((slow.all() or trial[0] == SPEEDS[0]) and (fast.all() or trial[-1] == SPEEDS[-1]))
 
 
 def _agreement(y: FloatArray, trial: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
-    """Place among the trial speeds, and share of the next one, at which a speed and its answer agree; y (n, s) logarithms of variances."""
+    """Place among the trial speeds, and share of the next one, at which a speed and its answer agree; y (n, s)
+    logarithms of variances."""
     if len(trial) == 1:
         return np.zeros(len(y), dtype=np.intp), np.zeros(len(y))
     gap = 0.5 * y - np.log(trial)

@@ -23,10 +23,13 @@ from stillhook.units import show
 
 @dataclass(frozen=True)
 class Hung:
-    """rod, end: wire, hook, slings and payload; s_w wire paid out [m]; B = 1/2 rho C_D A_p [N s^2/m^2] and C_lin [N s/m] drag of the
-    payload; rho_V mass of the water that it displaces [kg]; z height of the middle of the payload above still water [m], at which waves act
-    (None: in air); depth of the water [m]; F_top tension at the crane tip, F_sling in the slings, at rest [N]; sensors of the winch; V mean
-    speed at which the payload goes through the water, either sign [m/s], which adds to the damping by drag."""
+    """rod, end: wire, hook, slings and payload; s_w wire paid out [m]; B = 1/2 rho C_D A_p [N s^2/m^2] and C_lin [N
+    s/m] drag of the payload; rho_V mass of the water that it displaces [kg]; z height of the middle of the payload
+    above still water [m], at which waves act (None: in air); depth of the water [m]; F_top tension at the crane tip,
+    F_sling in the slings, at rest [N]; sensors of the winch; V mean speed at which the payload goes through the water,
+    either sign
+    [m/s], which adds to the damping
+    by drag."""
 
     rod: Rod
     end: End
@@ -54,28 +57,39 @@ class Hung:
 
 
 def hung(crane: Crane, lift: Lowering, z: float) -> Hung:
-    """What hangs with the payload's underside z [m] above still water (negative: below), from the same lift that is lowered in time.
+    """What hangs with the payload's underside z [m] above still water (negative: below), from the same lift that is
+    lowered in time.
 
-    In air, or wholly under water: what the surface does to a payload that it cuts is not linear. Near the bottom (`Payload.seabed`) added
-    mass and drag grow, which is left out. Material damping is that of the crane's `wire.zeta` at this depth.
+    In air, or wholly under water: what the surface does to a payload that it cuts is not linear. Near the bottom
+    (`Payload.seabed`) added mass and drag grow, which is left out. Material damping is that of the crane's `wire.zeta`
+    at this depth.
     Errors: LiftError for a payload in the surface, below the seabed, or wire that the drum does not have.
     """
     load, rho = lift.payload, lift.rho
     if -load.reach(rho) < z < 0.0:
         raise LiftError(
-            f'payload "{load.name}": with its underside {show(-z, "length")} under water the surface cuts it, and nothing is linear. '
+            f'payload "{load.name}": with its underside {show(-z, "length")} under water the surface cuts it, and'
+            " nothing is linear. "
             f"Give 0 m or more above, {show(load.reach(rho), 'length')} or more below, or lower it in time."
         )
     if z < -lift.depth:
-        raise LiftError(f"z {show(z, 'length')} is below the seabed at {show(lift.depth, 'length')}. Give a place in the water.")
+        raise LiftError(
+            f"z {show(z, 'length')} is below the seabed at {show(lift.depth, 'length')}. Give a place in the water."
+        )
     still = hanging(crane, lift, z)
     EA, _ = wire_strength(crane)
     if still.s_w <= 0.0:
-        raise LiftError(f"z {show(z, 'length')}: hook and rigging do not fit under the crane tip at {show(lift.h_tip, 'length')}.")
+        raise LiftError(
+            f"z {show(z, 'length')}: hook and rigging do not fit under the crane tip at {show(lift.h_tip, 'length')}."
+        )
     wet = load.covered(rho) if z < 0.0 else None
     k_s = lift.rigging.stiffness
     end = End(
-        m=load.mass, A33=wet.A33 if wet else 0.0, m_h=crane.hook_mass, k_s=k_s, c_s=2.0 * lift.rigging.zeta * math.sqrt(k_s * load.mass)
+        m=load.mass,
+        A33=wet.A33 if wet else 0.0,
+        m_h=crane.hook_mass,
+        k_s=k_s,
+        c_s=2.0 * lift.rigging.zeta * math.sqrt(k_s * load.mass),
     )
     mu, L = crane.wire.mass_per_length, still.s_w
     F_sling = still.F_hook - crane.hook_mass * G

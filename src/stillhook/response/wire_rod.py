@@ -1,16 +1,20 @@
-r"""The wire as an exact elastic rod with hook and payload at its end: stretch, periods, transfers. Closed forms, no sea and no winch.
+r"""The wire as an exact elastic rod with hook and payload at its end: stretch, periods, transfers. Closed forms, no sea
+and no winch.
 
-A material point of the wire at distance x under the top has the vertical displacement q(x, t) from rest, up positive. With exp(+i omega t):
+A material point of the wire at distance x under the top has the vertical displacement q(x, t) from rest, up positive.
+With exp(+i omega t):
 
-.. math:: \mu \ddot q = E A (1 + i\omega\beta) q'', \qquad q(0) = u, \qquad p = \omega L \sqrt{\mu / EA(1 + i \omega \beta)}, \quad
+.. math:: \mu \ddot q = E A (1 + i\omega\beta) q'', \qquad q(0) = u, \qquad p = \omega L \sqrt{\mu / EA(1 + i \omega
+\beta)}, \quad
     K = EA(1 + i \omega\beta)/L
 
-u is the motion of the wire's top end: the crane tip less the wire that the winch pays out. The short wire from drum to tip may stand above
-it as a spring, through which u comes. At the lower end hangs the hook (mass m_h), and
+u is the motion of the wire's top end: the crane tip less the wire that the winch pays out. The short wire from drum to
+tip may stand above it as a spring, through which u comes. At the lower end hangs the hook (mass m_h), and
 under it, on slings, the payload. Tension is what the motion adds to the weight, pulling positive.
 
-Valid while nothing goes slack and wire and payload move a little about one depth. Source: wave equation of a bar, any textbook; the
-frequency equation nu tan(nu) = m L/(M + A33) for a rigid end as in DNV-RP-N103 section 5 (check against your edition).
+Valid while nothing goes slack and wire and payload move a little about one depth. Source: wave equation of a bar, any
+textbook; the frequency equation nu tan(nu) = m L/(M + A33) for a rigid end as in DNV-RP-N103 section 5 (check against
+your edition).
 """
 
 from __future__ import annotations
@@ -26,15 +30,17 @@ from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import LiftError
 
 SCAN = 1.0 / 64.0
-"""Steps of the wire's own angle p, in half turns, on which natural frequencies are looked for; two of them lie further apart unless slings
-and wire happen to ring together within a hundredth."""
+"""Steps of the wire's own angle p, in half turns, on which natural frequencies are looked for; two of them lie further
+apart unless slings and wire happen to ring together within a hundredth."""
 
 
 @dataclass(frozen=True)
 class Rod:
-    """A hanging wire: L length [m]; EA axial stiffness times length [N]; mu mass per metre [kg/m], with the water that moves along where
-    there is any; w weight per metre, in water less buoyancy [N/m]; beta material damping, stress per strain rate over EA [s]; k_top spring
-    without mass above the wire, such as the wire from drum to crane tip, with the same damping [N/m]."""
+    """A hanging wire: L length [m]; EA axial stiffness times length [N]; mu mass per metre [kg/m], with the water that
+    moves along where there is any; w weight per metre, in water less buoyancy [N/m]; beta material damping, stress per
+    strain rate over EA [s]; k_top spring without mass above the wire, such as the wire from drum to crane tip, with the
+    same damping
+    [N/m]."""
 
     L: float
     EA: float
@@ -51,7 +57,9 @@ class Rod:
             if not (math.isfinite(value := getattr(self, name)) and value >= 0.0):
                 raise LiftError(f"Rod: {name} = {value!r} is not a number of 0 or more. Give it in SI.")
         if not self.k_top > 0.0:
-            raise LiftError(f"Rod: k_top = {self.k_top!r} is not above 0. Give the spring above the wire in N/m, or leave it out.")
+            raise LiftError(
+                f"Rod: k_top = {self.k_top!r} is not above 0. Give the spring above the wire in N/m, or leave it out."
+            )
 
     @property
     def K(self) -> float:
@@ -66,8 +74,8 @@ class Rod:
 
 @dataclass(frozen=True)
 class End:
-    """What hangs at the wire's end: m payload [kg]; A33 its added mass [kg]; m_h hook [kg]; slings of stiffness k_s [N/m] between hook and
-    payload (infinite: one body) with damping c_s [N s/m]."""
+    """What hangs at the wire's end: m payload [kg]; A33 its added mass [kg]; m_h hook [kg]; slings of stiffness k_s
+    [N/m] between hook and payload (infinite: one body) with damping c_s [N s/m]."""
 
     m: float
     A33: float = 0.0
@@ -80,7 +88,10 @@ class End:
             if not (math.isfinite(value := getattr(self, name)) and value >= 0.0):
                 raise LiftError(f"End: {name} = {value!r} is not a number of 0 or more. Give it in SI.")
         if not self.k_s > 0.0:
-            raise LiftError(f"End: k_s = {self.k_s!r} is not above 0. Give the slings' stiffness in N/m, or leave it out for one body.")
+            raise LiftError(
+                f"End: k_s = {self.k_s!r} is not above 0. Give the slings' stiffness in N/m, or leave it out for one"
+                " body."
+            )
         if self.moving + self.m_h <= 0.0:
             raise LiftError("End: nothing hangs on the wire. Give m or m_h above 0.")
 
@@ -91,22 +102,25 @@ class End:
 
 
 def static_stretch(rod: Rod, W: float) -> float:
-    """Stretch under a load of weight W [N] and the wire's own weight, L (W + w L/2)/EA, and that of the spring above [m]."""
+    """Stretch under a load of weight W [N] and the wire's own weight, L (W + w L/2)/EA, and that of the spring above
+    [m]."""
     return rod.L * (W + rod.w * rod.L / 2.0) / rod.EA + (W + rod.w * rod.L) / rod.k_top
 
 
 def first_period_by_rule(rod: Rod, end: End) -> float:
-    """First natural period with a third of the wire's mass at its end, 2 pi sqrt((M + A33 + m L/3)/K) [s]; slings in series. Closed form to
-    print beside the exact one: 1 % low or less while the wire weighs less than the load."""
+    """First natural period with a third of the wire's mass at its end, 2 pi sqrt((M + A33 + m L/3)/K) [s]; slings in
+    series. Closed form to print beside the exact one: 1 % low or less while the wire weighs less than the load."""
     K = 1.0 / (1.0 / rod.K + 1.0 / end.k_s + 1.0 / rod.k_top)
     return 2.0 * math.pi * math.sqrt((end.moving + end.m_h + rod.mass / 3.0) / K)
 
 
 def natural_periods(rod: Rod, end: End, n: int = 1) -> FloatArray:
-    """The n longest natural periods of wire, hook and payload without damping, top end held [s], shape (n,), the longest first.
+    """The n longest natural periods of wire, hook and payload without damping, top end held [s], shape (n,), the
+    longest first.
 
-    Exact for the rod: roots of K p cos p + D(omega) sin p = 0 with D the dynamic stiffness of what hangs below, found one by one along
-    the wire's angle p and refined to 1e-12. A wire without mass has as many periods as there are masses below; the rest are 0.
+    Exact for the rod: roots of K p cos p + D(omega) sin p = 0 with D the dynamic stiffness of what hangs below, found
+    one by one along the wire's angle p and refined to 1e-12. A wire without mass has as many periods as there are
+    masses below; the rest are 0.
     """
     if rod.mu == 0.0:
         return _periods_without_mass(rod, end, n)
@@ -122,7 +136,8 @@ def natural_periods(rod: Rod, end: End, n: int = 1) -> FloatArray:
 
 
 def _frequency_equation(omega: FloatArray, rod: Rod, end: End) -> FloatArray:
-    """K cos p + D sin(p)/p times the stiffness below the slings, so that it has no poles, and the spring above [N/m]."""
+    """K cos p + D sin(p)/p times the stiffness below the slings, so that it has no poles, and the spring above
+    [N/m]."""
     p = omega * rod.L * math.sqrt(rod.mu / rod.EA)
     cos, sinc = np.cos(p), np.sinc(p / math.pi)
     hook, load = -(omega**2) * end.m_h, -(omega**2) * end.moving
@@ -161,15 +176,18 @@ def _periods_without_mass(rod: Rod, end: End, n: int) -> FloatArray:
 
 
 def damping_for_ratio(rod: Rod, end: End, zeta: float) -> float:
-    """beta that gives the first mode the damping ratio zeta, 2 zeta/omega_1 [s]: material damping grows with frequency."""
+    """beta that gives the first mode the damping ratio zeta, 2 zeta/omega_1 [s]: material damping grows with
+    frequency."""
     return float(2.0 * zeta * natural_periods(rod, end)[0] / (2.0 * math.pi))
 
 
 class Transfers(NamedTuple):
-    """Complex transfers at omega [rad/s], each with its shape: of the top end's motion u [m], and of a force F on the payload [N].
+    """Complex transfers at omega [rad/s], each with its shape: of the top end's motion u [m], and of a force F on the
+    payload [N].
 
-    load_u [-], load_F [m/N]: payload's displacement; hook_u, hook_F: hook's; top_u [N/m], top_F [-]: tension at the wire's top;
-    end_u, end_F: tension at the wire's lower end, above the hook; sling_u, sling_F: tension between hook and payload.
+    load_u [-], load_F [m/N]: payload's displacement; hook_u, hook_F: hook's; top_u [N/m], top_F [-]: tension at the
+    wire's top; end_u, end_F: tension at the wire's lower end, above the hook; sling_u, sling_F: tension between hook
+    and payload.
     """
 
     load_u: ComplexArray
@@ -193,11 +211,15 @@ def transfers(omega: ArrayLike, rod: Rod, end: End, drag: ArrayLike = 0.0, give:
 
     with F_e = F k_s/(k_s + D_p), written with sinc p = sin(p)/p so that a wire without mass is a spring.
 
-    Parameters: omega [rad/s], above 0; drag Sigma linear drag of the payload [N s/m]; give complex compliance of the winch,
-    wire paid out per tension [m/N], through which u comes as through `Rod.k_top`; all broadcast. A force up on the payload
-    slackens the wire: top_F is negative at low frequencies.
+    Parameters: omega [rad/s], above 0; drag Sigma linear drag of the payload [N s/m]; give complex compliance of the
+    winch, wire paid out per tension [m/N], through which u comes as through `Rod.k_top`; all broadcast. A force up on
+    the payload slackens the wire: top_F is negative at low frequencies.
     """
-    w, Sigma, Y = np.asarray(omega, dtype=np.float64), np.asarray(drag, dtype=np.float64), np.asarray(give, dtype=np.complex128)
+    w, Sigma, Y = (
+        np.asarray(omega, dtype=np.float64),
+        np.asarray(drag, dtype=np.float64),
+        np.asarray(give, dtype=np.complex128),
+    )
     EA = rod.EA * (1.0 + 1j * w * rod.beta)
     K = EA / rod.L
     p = w * rod.L * np.sqrt(rod.mu / EA)

@@ -1,4 +1,5 @@
-"""Commands to the active circuit as a record, such as a log has them: what the pumps and motors were told, cycle by cycle."""
+"""Commands to the active circuit as a record, such as a log has them: what the pumps and motors were told, cycle by
+cycle."""
 
 from __future__ import annotations
 
@@ -20,8 +21,9 @@ EDGE = 1e-9  # s: how far a time may lie outside the record by rounding alone
 class Commands:
     """Pump and motor commands at given times, each held until the next one, as a PLC's outputs are.
 
-    Parameters: times [s], strictly increasing (the first one becomes t = 0); u_p pump commands in [-1, 1], hoisting positive; u_m motor
-    displacement commands in [0, 1]; source, where they are from. A scenario with commands drives the winch by them in place of its PLC.
+    Parameters: times [s], strictly increasing (the first one becomes t = 0); u_p pump commands in [-1, 1], hoisting
+    positive; u_m motor displacement commands in [0, 1]; source, where they are from. A scenario with commands drives
+    the winch by them in place of its PLC.
     Errors: ScenarioError, one line.
     """
 
@@ -34,14 +36,19 @@ class Commands:
         place = source or "Commands"
         t, p, m = (_column(x, name, place) for x, name in ((times, "times"), (u_p, "u_p"), (u_m, "u_m")))
         if not len(t) == len(p) == len(m) or not len(t):
-            raise ScenarioError(f"{place}: {len(t)} times, {len(p)} u_p and {len(m)} u_m. Give one of each for every time.")
+            raise ScenarioError(
+                f"{place}: {len(t)} times, {len(p)} u_p and {len(m)} u_m. Give one of each for every time."
+            )
         if (np.diff(t) <= 0.0).any():
             raise ScenarioError(f"{place}: times do not increase. Sort them and remove doubles.")
         for name, x, lo in (("u_p", p, -1.0), ("u_m", m, 0.0)):
             bad = ~((x >= lo) & (x <= 1.0))
             if bad.any():
                 i = int(np.argmax(bad))
-                raise ScenarioError(f"{place}: {name} = {x[i]:g} at {t[i]:g} s: allowed is {lo:g} to 1. Scale it, or hold it in its range.")
+                raise ScenarioError(
+                    f"{place}: {name} = {x[i]:g} at {t[i]:g} s: allowed is {lo:g} to 1. Scale it, or hold it in its"
+                    " range."
+                )
         t -= t[0]
         for name, x in (("times", t), ("u_p", p), ("u_m", m)):
             x.flags.writeable = False

@@ -20,6 +20,7 @@ from pydantic import Field, model_validator
 from stillhook import units as u
 from stillhook.errors import UnitError
 from stillhook.physics.scalar import G
+from stillhook.spec.circuits import ActiveCircuit, PassiveCircuit
 from stillhook.spec.table import Count, Fraction, Number, Text
 from stillhook.spec.table import Source as Source
 from stillhook.spec.table import SourceKind as SourceKind
@@ -31,6 +32,7 @@ DIAMETER_TOLERANCE = 0.005  # of d_max: printed 5.1 m against 5.104 m from drum,
 BRAKE_RESERVE = 1.5  # of the torque of SWL and hook: what a holding brake carries unless the file says so; assumed
 RATIO_TOLERANCE = 0.001  # of i_hD: printed 501.6 against 35.4 * 14.17 = 501.618
 
+
 class Plant(StrEnum):
     """Winch types: with or without a passive circuit that carries the load."""
 
@@ -38,233 +40,10 @@ class Plant(StrEnum):
     PURE_ACTIVE = "pure-active"
 
 
-class ServoVariant(StrEnum):
-    """How a motor's displacement is controlled (SPEC section 4)."""
-
-    CLOSED_LOOP = "closed-loop"
-    OPEN_LOOP_FEEDBACK = "open-loop-feedback"
-    OPEN_LOOP = "open-loop"
-
-
-class GasModel(StrEnum):
-    """Gas law of the accumulator."""
-
-    POLYTROPIC = "polytropic"
-    NITROGEN = "nitrogen"
-
-
-class LeakForm(StrEnum):
-    """What the leak of a circuit goes with. All are published and laminar: flow over pressure does not change with pressure."""
-
-    CONSTANT = "constant"
-    STROKE = "stroke"
-    SPEED = "speed"
-    STROKE_SPEED = "stroke+speed"
-
-
 class Packing(StrEnum):
     """How the layers of wire lie on each other."""
 
     SQUARE = "square"
-
-
-class Servo(Spec):
-    """Second-order response of a displacement to its command."""
-
-    omega_n: u.Frequency = Field(gt=0, description="natural frequency")
-    zeta: Number = Field(gt=0, description="damping ratio")
-    rate_max: u.GainPerTime | None = Field(default=None, gt=0, description="highest rate, full stroke over time; default no limit")
-
-
-class TorqueLoss(Spec):
-    """Torque loss of one motor shaft, model MJ4 (Moslatt 2020 eq. 2.12)."""
-
-    X_1: u.ViscousTorque = Field(ge=0, description="loss per shaft speed")
-    X_2: u.TorqueLossTurbulent = Field(ge=0, description="turbulent loss per speed squared and displacement cubed")
-    X_3: Number = Field(ge=0, description="loss per pressure and displacement")
-    X_4: u.Torque = Field(ge=0, description="constant loss")
-    X_5: u.TorqueLossPressure = Field(ge=0, description="loss per pressure squared")
-
-
-class Motor(Spec):
-    """One hydraulic motor of the library. Its total leak is ``C_1 + C_2 |n_m|`` (eq. 2.18)."""
-
-    D_max: u.Displacement = Field(gt=0, description="full displacement of one motor")
-    n_max_full: u.Rotation = Field(gt=0, description="highest shaft speed at full displacement")
-    n_max: u.Rotation = Field(gt=0, description="highest shaft speed at reduced displacement")
-    J: u.Inertia = Field(gt=0, description="rotor inertia of one motor")
-    loss: TorqueLoss
-    C_1: u.Leakage = Field(ge=0, description="total leak of one motor at standstill")
-    C_2: u.LeakagePerSpeed = Field(ge=0, description="rise of that leak with shaft speed")
-    D_loss_min: u.Displacement | None = Field(default=None, ge=0, description="least displacement at which the loss was fitted")
-    n_loss_max: u.Rotation | None = Field(default=None, gt=0, description="highest shaft speed at which the loss was fitted")
-    dp_loss_max: u.Pressure | None = Field(default=None, gt=0, description="largest pressure difference at which the loss was fitted")
-
-    @model_validator(mode="after")
-    def _speeds_in_order(self) -> Self:
-        if self.n_max < self.n_max_full:
-            raise ValueError(
-                f"n_max {u.show(self.n_max, 'rotation')} is below n_max_full {u.show(self.n_max_full, 'rotation')}: "
-                "a motor turns fastest at reduced displacement. Raise n_max."
-            )
-        return self
-
-
-class MotorSet(Motor):
-    """All motors of one circuit, of one type, moved by one command."""
-
-    type: Text = Field(description="motor type in the library")
-    count: Count = Field(description="number of motors")
-    alpha_min: Number = Field(ge=0, le=1, description="smallest relative displacement")
-    servo: Servo
-    variant: ServoVariant = Field(description="displacement control")
-    offset: Number = Field(ge=0, lt=1, description="open loop: displacement above its command, part of D_max")
-    hysteresis: Number = Field(ge=0, lt=1, description="open loop: full width of the hysteresis, part of D_max")
-
-    @property
-    def D_total(self) -> float:
-        """Full displacement of all motors together [m^3/rad]."""
-        return self.count * self.D_max
-
-
-class PumpSet(Spec):
-    """All pumps of one circuit; each belongs to one hydraulic power unit."""
-
-    D: tuple[Annotated[u.Displacement, Field(gt=0)], ...] = Field(
-        min_length=1, max_length=100, description="full displacement of each pump"
-    )
-    omega_p: u.Rotation = Field(gt=0, description="shaft speed")
-    leak: Text = Field(description="leak table in the library, scaled with D_total")
-    leak_scale: Number | None = Field(default=None, gt=0, description="leak of these pumps over that of the table, as of wear; default 1")
-    servo: Servo
-
-    @property
-    def D_total(self) -> float:
-        """Full displacement of all pumps together [m^3/rad]."""
-        return sum(self.D)
-
-
-class Line(Spec):
-    """Oil between pumps and motors on one side."""
-
-    V: u.Volume = Field(gt=0, description="oil volume per side")
-    bulk_modulus: u.Pressure = Field(gt=0, description="effective bulk modulus")
-
-
-class Boost(Spec):
-    """Feed that holds up the low side."""
-
-    p: u.Pressure = Field(gt=0, description="boost pressure")
-    conductance: u.Leakage = Field(gt=0, description="boost flow per pressure below it")
-    Q_max: u.Flow | None = Field(default=None, gt=0, description="flow that the boost pumps give; default no limit")
-
-
-class Relief(Spec):
-    """Relief valve of the high side."""
-
-    p: u.Pressure = Field(gt=0, description="relief pressure")
-    conductance: u.Leakage = Field(gt=0, description="relief flow per pressure above it")
-
-
-class Flushing(Spec):
-    """Hot-oil shuttle that drains the low side."""
-
-    dp_open: u.Pressure = Field(ge=0, description="opens this far above boost")
-    conductance: u.Leakage = Field(ge=0, description="flushing flow per pressure above that")
-    dp_shuttle: u.Pressure = Field(ge=0, description="pressure between the sides that throws the shuttle fully")
-
-
-class LeakPoint(Spec):
-    """Where the number of a leak holds."""
-
-    p: u.Pressure | None = Field(default=None, gt=0, description="pressure at which the leak was measured; conductances are laminar")
-    alpha_p: Number = Field(default=1.0, ge=0, le=1, description="setting of the pumps")
-    n_m: u.Rotation = Field(default=1000.0 * math.pi / 30.0, ge=0, description="speed of the motors")
-
-
-class Leak(Spec):
-    """Form of a circuit's leak. What pumps (table times leak_scale) and motors (C_1 + C_2 |n_m|) leak `at` a point holds everywhere
-    ("constant": Moslatt 2020 paper E eq. 11), or goes with the pumps' setting alone ("stroke": tables 2.5 and 2.6), with the motors' speed
-    alone ("speed": eq. 2.18), or with both ("stroke+speed": section 2.5.2.4)."""
-
-    form: LeakForm = Field(description="what the leak goes with")
-    at: LeakPoint = Field(default_factory=LeakPoint)
-
-
-class ActiveCircuit(Spec):
-    """Closed circuit that moves the winch."""
-
-    motor: MotorSet
-    pump: PumpSet
-    line: Line
-    boost: Boost
-    relief: Relief
-    flushing: Flushing
-    C_leak: u.Leakage = Field(ge=0, description="total leak of pumps and motors at leak.at; constant in the linear analysis")
-    leak: Leak | None = Field(default=None, description='form of the leak; default "stroke+speed"')
-
-    @model_validator(mode="after")
-    def _pressures_in_order(self) -> Self:
-        if self.relief.p <= self.boost.p + self.flushing.dp_open:
-            raise ValueError(
-                f"relief.p {u.show(self.relief.p, 'pressure')} is not above boost.p + flushing.dp_open "
-                f"{u.show(self.boost.p + self.flushing.dp_open, 'pressure')}. Raise relief.p."
-            )
-        if self.motor.alpha_min <= 0:
-            raise ValueError("motor.alpha_min = 0 leaves the winch without torque; give a value above 0, up to 1.")
-        return self
-
-
-class Gas(Spec):
-    """Gas charge of the accumulator, with the piston at mid stroke."""
-
-    model: GasModel = Field(description="gas law")
-    p_0: u.Pressure = Field(gt=0, description="pressure at mid stroke")
-    V_0: u.Volume = Field(gt=0, description="gas volume at mid stroke")
-    n: Number = Field(ge=1, le=2, description="polytropic exponent")
-    T_0: u.Temperature = Field(gt=0, description="gas temperature at mid stroke")
-
-
-class Accumulator(Spec):
-    """Double-piston accumulator between the high and the low side of the passive circuit."""
-
-    gas: Gas
-    V_stroke: u.Volume = Field(gt=0, description="oil volume of the whole stroke, from mid stroke at the start")
-    R_piston: u.FlowResistance = Field(ge=0, description="viscous friction of the piston as pressure per flow")
-    C_leak: u.Leakage = Field(ge=0, description="leak from the high to the low side")
-
-    @model_validator(mode="after")
-    def _gas_outlasts_the_stroke(self) -> Self:
-        if self.V_stroke / 2 >= self.gas.V_0:
-            raise ValueError(
-                f"gas.V_0 {u.show(self.gas.V_0, 'volume')} is not above half of V_stroke "
-                f"{u.show(self.V_stroke, 'volume')}: the gas would vanish at the end of the stroke. Raise gas.V_0."
-            )
-        return self
-
-
-class PassiveCircuit(Spec):
-    """Circuit on an accumulator that carries the weight of the load."""
-
-    motor: MotorSet
-    pump: PumpSet
-    accumulator: Accumulator
-    p_lp: u.Pressure = Field(gt=0, description="pressure of the low side")
-    relief: Relief
-    line: Line
-    leak: Leak | None = Field(default=None, description='form of the leak; default "stroke+speed"')
-
-    @model_validator(mode="after")
-    def _pressures_in_order(self) -> Self:
-        if self.motor.variant is not ServoVariant.CLOSED_LOOP:
-            raise ValueError(f'motor.variant "{self.motor.variant}" is modelled for active motors only. Set "closed-loop".')
-        p_0 = self.accumulator.gas.p_0
-        if not self.p_lp < p_0 < self.relief.p:
-            raise ValueError(
-                f"p_lp {u.show(self.p_lp, 'pressure')}, accumulator.gas.p_0 {u.show(p_0, 'pressure')} and relief.p "
-                f"{u.show(self.relief.p, 'pressure')} must rise in this order. Change the one that is out of place."
-            )
-        return self
 
 
 class Drum(Spec):
@@ -285,24 +64,35 @@ class Wire(Spec):
     E: u.Modulus = Field(gt=0, description="elastic modulus of the steel")
     fill: Fraction = Field(description="part of the cross section that is steel")
     mass_per_length: u.MassPerLength = Field(gt=0, description="mass per length")
-    zeta: Number = Field(ge=0, lt=10, description="damping ratio of the load's first swing on the wire, for every command")
-    zeta_low: Number | None = Field(default=None, ge=0, description="low end of what that ratio may be; default a third of it")
-    zeta_high: Number | None = Field(default=None, ge=0, description="high end of what that ratio may be; default three times it")
+    zeta: Number = Field(
+        ge=0, lt=10, description="damping ratio of the load's first swing on the wire, for every command"
+    )
+    zeta_low: Number | None = Field(
+        default=None, ge=0, description="low end of what that ratio may be; default a third of it"
+    )
+    zeta_high: Number | None = Field(
+        default=None, ge=0, description="high end of what that ratio may be; default three times it"
+    )
     L_0: u.Length = Field(gt=0, description="length between drum and crane tip")
 
 
 class PowerUnits(Spec):
-    """What the hydraulic power units give to active and passive pumps together, as hydraulic power at the pumps' constant speed."""
+    """What the hydraulic power units give to active and passive pumps together, as hydraulic power at the pumps'
+    constant speed."""
 
     P_max: u.Power = Field(gt=0, description="largest power of all units together; the pumps' torque control holds it")
-    T_max: u.Torque | None = Field(default=None, gt=0, description="largest torque of all pump shafts together; default P_max over speed")
+    T_max: u.Torque | None = Field(
+        default=None, gt=0, description="largest torque of all pump shafts together; default P_max over speed"
+    )
     P_back: u.Power = Field(ge=0, description="power that the units take back while the load drives them")
 
 
 class HoldingBrake(Spec):
     """Brake that holds the winch while no speed is commanded. Without this table the circuits alone hold it."""
 
-    T: u.Torque | None = Field(default=None, gt=0, description="torque that it holds, at the motor shaft; default 1.5 times SWL and hook")
+    T: u.Torque | None = Field(
+        default=None, gt=0, description="torque that it holds, at the motor shaft; default 1.5 times SWL and hook"
+    )
     t_wait: u.Time = Field(ge=0, description="time at zero commanded speed before it closes")
     t_close: u.Time = Field(ge=0, description="time to close")
     t_open: u.Time = Field(ge=0, description="time to open")
@@ -333,8 +123,12 @@ class Friction(Spec):
 
     library: Text = Field(description="system friction set in the library")
     system: SystemFriction
-    T_d_min: u.Torque | None = Field(default=None, ge=0, description="least drum torque at which the set was identified")
-    T_d_max: u.Torque | None = Field(default=None, ge=0, description="largest drum torque at which the set was identified")
+    T_d_min: u.Torque | None = Field(
+        default=None, ge=0, description="least drum torque at which the set was identified"
+    )
+    T_d_max: u.Torque | None = Field(
+        default=None, ge=0, description="largest drum torque at which the set was identified"
+    )
     sigma_0: u.StiffnessTorsion = Field(gt=0, description="bristle stiffness at the motor shaft")
     sigma_1_ratio: Number = Field(ge=0, description="bristle damping over sqrt(sigma_0 J)")
     omega_fade: u.Rotation = Field(gt=0, description="motor speed over which bristle damping fades")
@@ -350,10 +144,16 @@ class Control(Spec):
     u_thr: Number = Field(ge=0, lt=1, description="feedforward at which SSC starts to reduce the motors")
     alpha_ns: Fraction = Field(description="motor displacement in normal-speed mode")
     alpha_hs: Fraction = Field(description="motor displacement in high-speed mode")
-    alpha_swl: Fraction | None = Field(default=None, description="displacement that SSC keeps for the SWL (D_calc_min); default alpha_ns")
-    t_lead: u.Time | None = Field(default=None, ge=0, le=2, description="time by which the PLC extrapolates the tip's motion; default 0")
+    alpha_swl: Fraction | None = Field(
+        default=None, description="displacement that SSC keeps for the SWL (D_calc_min); default alpha_ns"
+    )
+    t_lead: u.Time | None = Field(
+        default=None, ge=0, le=2, description="time by which the PLC extrapolates the tip's motion; default 0"
+    )
     t_cycle: u.Time = Field(ge=1e-4, le=1, description="cycle of the controller")
-    compute_share: Number | None = Field(default=None, ge=0, le=1, description="time from reading to writing over the cycle; default 0")
+    compute_share: Number | None = Field(
+        default=None, ge=0, le=1, description="time from reading to writing over the cycle; default 0"
+    )
     tau_F: u.Time = Field(ge=0, description="low-pass of the load cell")
     t_bumpless: u.Time = Field(ge=0, description="time over which a mode change is blended")
     tau_acc: u.Time = Field(ge=0, description="slow mean of the accumulator pressure that the passive pumps follow")
@@ -388,7 +188,9 @@ class Crane(Spec):
     hpu: PowerUnits | None = None
     brake: HoldingBrake | None = None
     sources: Mapping[str, Source] = Field(default_factory=dict, repr=False, description="field to source")
-    certified: Certified | None = Field(default=None, repr=False, description="certificate of the twin, in short; none: not validated")
+    certified: Certified | None = Field(
+        default=None, repr=False, description="certificate of the twin, in short; none: not validated"
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -411,12 +213,15 @@ class Crane(Spec):
 
 
 def content(crane: Crane) -> dict[str, str]:
-    """Hash of every part of a crane that results follow from, by its field; names, titles, sources and the certificate are none."""
+    """Hash of every part of a crane that results follow from, by its field; names, titles, sources and the certificate
+    are none."""
     named: Any = {"motor": {"type"}}
     bare: Any = dict.fromkeys(("name", "title", "sources", "certified"), True)
     bare |= {"active": named, "passive": named, "friction": {"library"}}
     data = crane.model_dump(mode="json", exclude=bare, exclude_none=True)
-    return {name: hashlib.sha256(json.dumps(part, sort_keys=True).encode()).hexdigest()[:16] for name, part in data.items()}
+    return {
+        name: hashlib.sha256(json.dumps(part, sort_keys=True).encode()).hexdigest()[:16] for name, part in data.items()
+    }
 
 
 def wire_capacity(drum: Drum, wire: Wire) -> float:
@@ -450,7 +255,8 @@ def brake_torque(crane: Crane) -> float:
 
 
 def beside_wire(crane: Crane) -> float:
-    """By how much the inertia beside the wire changes for one part of the whole: the wire's own inertia is known, from its mass [-]."""
+    """By how much the inertia beside the wire changes for one part of the whole: the wire's own inertia is known, from
+    its mass [-]."""
     J, J_wire = effective_inertia(crane), wire_inertia(crane.drum, crane.wire) / crane.i_hD**2
     return J / (J - J_wire)
 
@@ -462,12 +268,15 @@ def _misfits(crane: Crane) -> Iterator[str]:
         yield f'plant "{crane.plant}" {need} passive circuit. Change plant, or {do} [passive].'
     drum, wire, control, alpha_min = crane.drum, crane.wire, crane.control, crane.active.motor.alpha_min
     if wire.zeta_low is not None and wire.zeta_high is not None and wire.zeta_low > wire.zeta_high:
-        yield f"wire.zeta_low {wire.zeta_low:g} is above wire.zeta_high {wire.zeta_high:g}. Change the one that is out of place."
+        yield (
+            f"wire.zeta_low {wire.zeta_low:g} is above wire.zeta_high {wire.zeta_high:g}. Change the one that is out of"
+            " place."
+        )
     T_hold = holding_torque(crane)
     if crane.brake is not None and crane.brake.T is not None and T_hold > crane.brake.T:
         yield (
-            f"brake.T {u.show(crane.brake.T, 'torque')} does not hold SWL and hook on the full drum: {u.show(T_hold, 'torque')} at the "
-            "motor shaft. Raise brake.T."
+            f"brake.T {u.show(crane.brake.T, 'torque')} does not hold SWL and hook on the full drum:"
+            f" {u.show(T_hold, 'torque')} at the motor shaft. Raise brake.T."
         )
     if not alpha_min <= control.alpha_hs <= control.alpha_ns:
         yield (

@@ -1,11 +1,13 @@
-"""What a number of a crane, payload or lift can be: a possible range, outside which it is refused, and within it what was ever built.
+"""What a number of a crane, payload or lift can be: a possible range, outside which it is refused, and within it what
+was ever built.
 
-A wrong unit is the mistake of a data sheet that is copied by hand: 90 MPa for 90 GPa, 380 MPa for 380 bar. Where the result is impossible
-the file is refused in one line. Where it is only outside of what was ever built, it is read, and every result carries the status
-``implausible`` and a note that names the field. Nothing is clipped.
+A wrong unit is the mistake of a data sheet that is copied by hand: 90 MPa for 90 GPa, 380 MPa for 380 bar. Where the
+result is impossible the file is refused in one line. Where it is only outside of what was ever built, it is read, and
+every result carries the status ``implausible`` and a note that names the field. Nothing is clipped.
 
-The ranges are engineering judgement, a factor of a few beyond the data sheets of marine cranes, wire ropes, subsea structures and closed
-hydraulic circuits; each line says what it spans. They find slips of units, they do not certify a design.
+The ranges are engineering judgement, a factor of a few beyond the data sheets of marine cranes, wire ropes, subsea
+structures and closed hydraulic circuits; each line says what it spans. They find slips of units, they do not certify a
+design.
 """
 
 from __future__ import annotations
@@ -38,15 +40,39 @@ RANGES: Mapping[str, Row | tuple[Row, ...]] = MappingProxyType(
         "Crane.hook_mass": ("0 t", "0 t", "300 t", "5000 t", "none to the block of a heavy-lift crane"),
         "Crane.gear_ratios": (0.01, 0.1, 1000.0, 1e5, "gear stages"),
         "Crane.i_hD": (0.01, 1.0, 5000.0, 1e5, "direct drive to planetary gears with a ring gear"),
-        "Motor.D_max": ("0.01 cc/rev", "5 cc/rev", "500000 cc/rev", "1e7 cc/rev", "small axial to large radial piston motors"),
+        "Motor.D_max": (
+            "0.01 cc/rev",
+            "5 cc/rev",
+            "500000 cc/rev",
+            "1e7 cc/rev",
+            "small axial to large radial piston motors",
+        ),
         "Motor.n_max_full": ("0.1 rpm", "5 rpm", "12000 rpm", "100000 rpm", "radial to small axial piston motors"),
         "Motor.n_max": ("0.1 rpm", "5 rpm", "15000 rpm", "100000 rpm", "radial to small axial piston motors"),
-        "Motor.D_loss_min": ("0 cm^3/rev", "0 cm^3/rev", "2000 cm^3/rev", "1e6 cm^3/rev", "smallest displacement of a test"),
+        "Motor.D_loss_min": (
+            "0 cm^3/rev",
+            "0 cm^3/rev",
+            "2000 cm^3/rev",
+            "1e6 cm^3/rev",
+            "smallest displacement of a test",
+        ),
         "Motor.n_loss_max": ("1e-3 rev/min", "50 rev/min", "10000 rev/min", "1e6 rev/min", "highest speed of a test"),
         "Motor.dp_loss_max": ("1e-3 bar", "50 bar", "600 bar", "2000 bar", "highest pressure of a test"),
-        "Motor.J": ("1e-8 kg m^2", "1e-5 kg m^2", "500 kg m^2", "1e6 kg m^2", "small axial to large radial piston motors"),
+        "Motor.J": (
+            "1e-8 kg m^2",
+            "1e-5 kg m^2",
+            "500 kg m^2",
+            "1e6 kg m^2",
+            "small axial to large radial piston motors",
+        ),
         "Motor.C_1": ("0 L/min/bar", "0 L/min/bar", "2 L/min/bar", "100 L/min/bar", "tight to worn motors"),
-        "Motor.C_2": ("0 L/min/bar/rpm", "0 L/min/bar/rpm", "0.005 L/min/bar/rpm", "1 L/min/bar/rpm", "tight to worn motors"),
+        "Motor.C_2": (
+            "0 L/min/bar/rpm",
+            "0 L/min/bar/rpm",
+            "0.005 L/min/bar/rpm",
+            "1 L/min/bar/rpm",
+            "tight to worn motors",
+        ),
         "MotorSet.count": (1, 1, 100, 1000, "motors of one winch"),
         "MotorSet.alpha_min": (0.0, 0.0, 1.0, 1.0, "motors that swing to zero to fixed ones"),
         "MotorSet.offset": (0.0, 0.0, 0.3, 1.0, "open-loop displacement controls"),
@@ -67,7 +93,13 @@ RANGES: Mapping[str, Row | tuple[Row, ...]] = MappingProxyType(
         "PumpSet.omega_p": ("1 rpm", "300 rpm", "5000 rpm", "100000 rpm", "diesel and electric drives"),
         "PumpSet.leak_scale": (0.0, 0.0, 50.0, 1e6, "none to worn out"),
         "Line.V": ("1e-6 m^3", "0.1 L", "20 m^3", "1000 m^3", "a hose to the pipes of a drum on another deck"),
-        "Line.bulk_modulus": ("1 bar", "1000 bar", "30000 bar", "1e6 bar", "aerated to stiff mineral oil in steel pipe"),
+        "Line.bulk_modulus": (
+            "1 bar",
+            "1000 bar",
+            "30000 bar",
+            "1e6 bar",
+            "aerated to stiff mineral oil in steel pipe",
+        ),
         "Boost.p": ("0.01 bar", "3 bar", "80 bar", "1000 bar", "charge pressures of closed circuits"),
         "Boost.conductance": ("1e-6 L/min/bar", "0.1 L/min/bar", "1e5 L/min/bar", "1e9 L/min/bar", "charge circuits"),
         "Boost.Q_max": ("1e-6 L/min", "1 L/min", "20000 L/min", "1e7 L/min", "charge pumps of closed circuits"),
@@ -76,7 +108,13 @@ RANGES: Mapping[str, Row | tuple[Row, ...]] = MappingProxyType(
         "Flushing.dp_open": ("0 bar", "0 bar", "50 bar", "1000 bar", "flushing valves"),
         "Flushing.conductance": ("0 L/min/bar", "0 L/min/bar", "1e5 L/min/bar", "1e9 L/min/bar", "flushing valves"),
         "Flushing.dp_shuttle": ("0 bar", "0 bar", "50 bar", "1000 bar", "flushing shuttles"),
-        "ActiveCircuit.C_leak": ("0 L/min/bar", "0 L/min/bar", "50 L/min/bar", "1e4 L/min/bar", "tight to worn circuits"),
+        "ActiveCircuit.C_leak": (
+            "0 L/min/bar",
+            "0 L/min/bar",
+            "50 L/min/bar",
+            "1e4 L/min/bar",
+            "tight to worn circuits",
+        ),
         "LeakPoint.p": ("0.01 bar", "10 bar", "500 bar", "1000 bar", "tests of closed circuits"),
         "LeakPoint.alpha_p": (0.0, 0.0, 1.0, 1.0, "settings of pumps"),
         "LeakPoint.n_m": ("0 rpm", "0 rpm", "12000 rpm", "100000 rpm", "standstill to small axial piston motors"),
@@ -85,8 +123,20 @@ RANGES: Mapping[str, Row | tuple[Row, ...]] = MappingProxyType(
         "Gas.n": (1.0, 1.0, 1.9, 2.0, "isothermal to adiabatic nitrogen under pressure"),
         "Gas.T_0": ("1 K", "-50 degC", "120 degC", "2000 K", "arctic deck to hot gas"),
         "Accumulator.V_stroke": ("1e-6 m^3", "1 L", "50 m^3", "1e4 m^3", "piston accumulators, one to many"),
-        "Accumulator.R_piston": ("0 bar/(L/min)", "0 bar/(L/min)", "1 bar/(L/min)", "1000 bar/(L/min)", "piston seals and pipes"),
-        "Accumulator.C_leak": ("0 L/min/bar", "0 L/min/bar", "5 L/min/bar", "1000 L/min/bar", "piston seals, new to worn"),
+        "Accumulator.R_piston": (
+            "0 bar/(L/min)",
+            "0 bar/(L/min)",
+            "1 bar/(L/min)",
+            "1000 bar/(L/min)",
+            "piston seals and pipes",
+        ),
+        "Accumulator.C_leak": (
+            "0 L/min/bar",
+            "0 L/min/bar",
+            "5 L/min/bar",
+            "1000 L/min/bar",
+            "piston seals, new to worn",
+        ),
         "PassiveCircuit.p_lp": ("0.01 bar", "1 bar", "100 bar", "1000 bar", "low sides of passive circuits"),
         "Drum.d": ("1 mm", "0.1 m", "12 m", "100 m", "deck winches to traction drums"),
         "Drum.width": ("1 mm", "0.1 m", "20 m", "100 m", "winch drums"),
@@ -96,7 +146,13 @@ RANGES: Mapping[str, Row | tuple[Row, ...]] = MappingProxyType(
         "Wire.d": ("0.1 mm", "5 mm", "250 mm", "2 m", "winch wires to mooring ropes"),
         "Wire.E": ("0.1 MPa", "10 GPa", "250 GPa", "1000 GPa", "fibre ropes to steel"),
         "Wire.fill": (0.001, 0.3, 1.0, 1.0, "loose fibre core to solid steel"),
-        "Wire.mass_per_length": ("1e-6 kg/m", "0.02 kg/m", "300 kg/m", "1e5 kg/m", "fibre ropes to the thickest steel wires"),
+        "Wire.mass_per_length": (
+            "1e-6 kg/m",
+            "0.02 kg/m",
+            "300 kg/m",
+            "1e5 kg/m",
+            "fibre ropes to the thickest steel wires",
+        ),
         "Wire.zeta": (0.0, 0.0, 2.0, 10.0, "undamped to heavily damped"),
         "Wire.zeta_low": (0.0, 0.0, 2.0, 10.0, "undamped to heavily damped"),
         "Wire.zeta_high": (0.0, 0.0, 6.0, 100.0, "undamped to heavily damped"),
@@ -111,12 +167,24 @@ RANGES: Mapping[str, Row | tuple[Row, ...]] = MappingProxyType(
         "HoldingBrake.t_prove": ("0 s", "0 s", "60 s", "10 min", "brakes of winches"),
         "Inertia.J_m_eff": ("1e-8 kg m^2", "1e-4 kg m^2", "1e4 kg m^2", "1e8 kg m^2", "winches seen from the motor"),
         "Inertia.J_gear": ("0 kg m^2", "0 kg m^2", "1e4 kg m^2", "1e8 kg m^2", "gears and brakes seen from the motor"),
-        "Inertia.J_drum": ("1e-6 kg m^2", "0.1 kg m^2", "1e8 kg m^2", "1e12 kg m^2", "deck winches to the largest drums"),
+        "Inertia.J_drum": (
+            "1e-6 kg m^2",
+            "0.1 kg m^2",
+            "1e8 kg m^2",
+            "1e12 kg m^2",
+            "deck winches to the largest drums",
+        ),
         "SystemFriction.Y_1": (0.0, 0.0, 0.05, 1.0, "none to a dry winch, per motor"),
         "SystemFriction.Y_2": ("0 N m", "0 N m", "10 kN m", "10 MN m", "none to a dry winch, per motor"),
         "SystemFriction.Y_3": ("0 N m", "0 N m", "10 kN m", "10 MN m", "none to a dry winch, per motor"),
         "SystemFriction.Y_4": ("1e-4 rpm", "0.1 rpm", "5000 rpm", "100000 rpm", "bearings and seals"),
-        "SystemFriction.Y_5": ("0 N m s/rad", "0 N m s/rad", "50 N m s/rad", "1e5 N m s/rad", "none to stiff grease, per motor"),
+        "SystemFriction.Y_5": (
+            "0 N m s/rad",
+            "0 N m s/rad",
+            "50 N m s/rad",
+            "1e5 N m s/rad",
+            "none to stiff grease, per motor",
+        ),
         "SystemFriction.Y_6": (0.0, 0.0, 0.05, 1.0, "none to a dry winch, per motor"),
         "Friction.T_d_min": ("0 N m", "0 N m", "100 MN m", "10000 MN m", "drum torques"),
         "Friction.T_d_max": ("0 N m", "1 kN m", "100 MN m", "10000 MN m", "drum torques"),
@@ -242,7 +310,8 @@ RANGES: Mapping[str, Row | tuple[Row, ...]] = MappingProxyType(
         "WinchSettings.F_least": ("0 kN", "0 kN", "10 MN", "500 MN", "tensions of an empty hook"),
     }
 )
-"""Model and field to its row, or to a row for each number of a pair. A field that a model inherits stands under the model that has it."""
+"""Model and field to its row, or to a row for each number of a pair. A field that a model inherits stands under the
+model that has it."""
 
 
 class Range(NamedTuple):

@@ -1,4 +1,5 @@
-"""What is done to a crane: load, wire out, tip motion, operator, mode, sensors, faults. Frozen; text with units in, SI inside."""
+"""What is done to a crane: load, wire out, tip motion, operator, mode, sensors, faults. Frozen; text with units in, SI
+inside."""
 
 from __future__ import annotations
 
@@ -45,11 +46,12 @@ def mode_of(text: Mode | str) -> Mode:
     try:
         return Mode(text)
     except ValueError:
-        raise ScenarioError(f'mode {u.came(str(text))} is not one of {", ".join(m.value for m in Mode)}.') from None
+        raise ScenarioError(f"mode {u.came(str(text))} is not one of {', '.join(m.value for m in Mode)}.") from None
 
 
 class FrictionModel(StrEnum):
-    """Dry friction: LuGre bristle, or the regularised tanh law (peak pressure up to +-15 bar, error up to 1.5 mm off)."""
+    """Dry friction: LuGre bristle, or the regularised tanh law (peak pressure up to +-15 bar, error up to 1.5 mm
+    off)."""
 
     LUGRE = "lugre"
     REGULARISED = "regularised"
@@ -83,7 +85,9 @@ class Sensors(Record):
     delay: u.Time = Field(default=0.0, ge=0, le=10, description="delay of the tip motion signals")
     noise_s_tip: u.Length = Field(default=0.0, ge=0, description="standard deviation of the tip position signal")
     noise_v_tip: u.Speed = Field(default=0.0, ge=0, description="standard deviation of the tip speed signal")
-    noise_a_tip: u.Acceleration = Field(default=0.0, ge=0, description="standard deviation of the tip acceleration signal")
+    noise_a_tip: u.Acceleration = Field(
+        default=0.0, ge=0, description="standard deviation of the tip acceleration signal"
+    )
     noise_s_w: u.Length = Field(default=0.0, ge=0, description="standard deviation of the wire encoder")
     noise_F: u.Force = Field(default=0.0, ge=0, description="standard deviation of the load cell")
     step_s_tip: u.Length = Field(default=0.0, ge=0, description="smallest step of the tip position signal")
@@ -94,16 +98,20 @@ class Sensors(Record):
 
 
 class Operator(Record):
-    """Joystick: wire speeds held from a time on, hoisting positive, and set-point steps of the wire reference, hoisting positive.
+    """Joystick: wire speeds held from a time on, hoisting positive, and set-point steps of the wire reference, hoisting
+    positive.
 
     `profile` joins its points by straight lines; before the first and after the last point the nearest speed holds.
-    `alpha_m` is the motors' relative displacement that the operator holds in manual mode, as in friction tests; the pump command then
-    follows the joystick alone and is steady within a layer. Without it the PLC chooses the displacement.
+    `alpha_m` is the motors' relative displacement that the operator holds in manual mode, as in friction tests; the
+    pump command then follows the joystick alone and is steady within a layer. Without it the PLC chooses the
+    displacement.
     """
 
     profile: tuple[tuple[u.Time, u.Speed], ...] = ()
     steps: tuple[tuple[u.Time, u.Length], ...] = ()
-    alpha_m: Number | None = Field(default=None, gt=0, le=1, description="relative displacement of the motors, held in manual mode")
+    alpha_m: Number | None = Field(
+        default=None, gt=0, le=1, description="relative displacement of the motors, held in manual mode"
+    )
 
     @model_validator(mode="after")
     def _times_rise(self) -> Self:
@@ -124,12 +132,13 @@ class PowerLoss(Record):
 
 
 class Scenario(Record):
-    """One run. `load` is the hook load without the hook; `s_w` the wire paid out at the start; `tip` the crane tip's motion.
+    """One run. `load` is the hook load without the hook; `s_w` the wire paid out at the start; `tip` the crane tip's
+    motion.
 
-    The motion is ramped in over `ramp`; metrics count from `warm_up` on. `modes` changes the mode at given times, bumpless.
-    `commands`: a record of pump and motor commands that the active circuit takes in place of the PLC's, as measured ones to see how the
-    winch itself answers. `gas_held`: the accumulator's pressure stands, as with a gas bank without end, so that a long steady run does
-    not empty it.
+    The motion is ramped in over `ramp`; metrics count from `warm_up` on. `modes` changes the mode at given times,
+    bumpless. `commands`: a record of pump and motor commands that the active circuit takes in place of the PLC's, as
+    measured ones to see how the winch itself answers. `gas_held`: the accumulator's pressure stands, as with a gas bank
+    without end, so that a long steady run does not empty it.
     Texts carry units: `Scenario(load="100 t", s_w="100 m", tip="sine 2.8 m 12 s", mode="ssc")`.
     Raises ScenarioError, one line, for anything else.
     """
@@ -171,17 +180,20 @@ class Scenario(Record):
     def _times_fit(self) -> Self:
         if self.warm_up >= self.duration:
             raise ValueError(
-                f"warm_up {self.warm_up:g} s leaves nothing of the duration {self.duration:g} s. Shorten warm_up or run longer."
+                f"warm_up {self.warm_up:g} s leaves nothing of the duration {self.duration:g} s. Shorten warm_up or run"
+                " longer."
             )
         if any(b <= a for (a, _), (b, _) in pairwise(self.modes)) or any(t < 0.0 for t, _ in self.modes):
             raise ValueError("modes: times must rise and not be negative. Sort the mode changes.")
         if self.tip.duration is not None and self.duration > self.tip.duration + 1e-9:
             raise ValueError(
-                f"duration {self.duration:g} s is longer than the recorded motion, {self.tip.duration:g} s. Shorten the run."
+                f"duration {self.duration:g} s is longer than the recorded motion, {self.tip.duration:g} s. Shorten the"
+                " run."
             )
         if self.commands is not None and self.duration > self.commands.duration + 1e-9:
             raise ValueError(
-                f"duration {self.duration:g} s is longer than the record of commands, {self.commands.duration:g} s. Shorten the run."
+                f"duration {self.duration:g} s is longer than the record of commands, {self.commands.duration:g} s."
+                " Shorten the run."
             )
         return self
 
@@ -206,7 +218,9 @@ class Scenario(Record):
         try:
             return cls.model_construct(**_rebuilt({**data, "tip": motion_from_dict(data["tip"])}))
         except (KeyError, TypeError, ValueError, AttributeError, zlib.error) as problem:
-            raise ScenarioError(f"stored scenario: {u.came(str(problem))} is missing or wrong. Simulate again.") from None
+            raise ScenarioError(
+                f"stored scenario: {u.came(str(problem))} is missing or wrong. Simulate again."
+            ) from None
 
 
 def _rebuilt(raw: dict[str, Any]) -> dict[str, Any]:
@@ -224,13 +238,16 @@ def _rebuilt(raw: dict[str, Any]) -> dict[str, Any]:
 
 
 def one_line(model: type[BaseModel], error: ValidationError, data: Mapping[str, Any]) -> str:
-    """The first problem of a pydantic error in one line: where, what came, what is allowed. Misspelt fields come first."""
+    """The first problem of a pydantic error in one line: where, what came, what is allowed. Misspelt fields come
+    first."""
     first = min(error.errors(), key=lambda p: (p["type"] != "extra_forbidden", p["type"] == "missing"))
     cause = first.get("ctx", {}).get("error")
     if isinstance(cause, StillhookError):
         return str(cause)
     loc, message = first["loc"], first["msg"].removeprefix("Value error, ").removesuffix(".")
-    where = ".".join(i if isinstance(i, str) and i.isprintable() else u.came(i).strip('"') for i in (model.__name__, *loc))
+    where = ".".join(
+        i if isinstance(i, str) and i.isprintable() else u.came(i).strip('"') for i in (model.__name__, *loc)
+    )
     if first["type"] == "extra_forbidden":
         return f"{where}: unknown field. Allowed: {', '.join(model.model_fields)}."
     if first["type"] == "missing":
@@ -239,7 +256,11 @@ def one_line(model: type[BaseModel], error: ValidationError, data: Mapping[str, 
         return f"{where}: {message}."
     written = u.written_at(data, loc, first["input"])
     message = message.replace("Input should", "it must")
-    if first["type"] in BOUNDS and (kind := _kind_of(model, loc)) is not None and (end := first["ctx"][BOUNDS[first["type"]]]):
+    if (
+        first["type"] in BOUNDS
+        and (kind := _kind_of(model, loc)) is not None
+        and (end := first["ctx"][BOUNDS[first["type"]]])
+    ):
         message = message[: message.rindex(" ") + 1] + u.bound(float(end), kind, written)
     message = re.sub(r"be a valid dictionary or instance of \w+", "be a table of its fields", message)
     message = re.sub(r"Tuple should have at least (\d+) items? after validation, not \d+", r"give at least \1", message)

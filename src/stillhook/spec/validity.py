@@ -1,7 +1,9 @@
-"""What a certificate says of a crane wherever the crane goes: for what its twin was validated, and whether that holds for this run.
+"""What a certificate says of a crane wherever the crane goes: for what its twin was validated, and whether that holds
+for this run.
 
-The certificate itself is a file (`stillhook.validate`); a `Crane` carries the small record below, which stays with it in stored runs.
-Conditions are judged by a box: every number alone must lie within what the tests covered. docs/explanation/validated-envelope.md says why.
+The certificate itself is a file (`stillhook.validate`); a `Crane` carries the small record below, which stays with it
+in stored runs. Conditions are judged by a box: every number alone must lie within what the tests covered.
+docs/explanation/validated-envelope.md says why.
 """
 
 from __future__ import annotations
@@ -17,15 +19,15 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from stillhook import units as u
 
 CAP = 0.80
-"""Largest compensation efficiency that may be credited where the twin is not validated [-]: without a verified model of the heave
-compensator, simplified models are approved that are proven conservative and do not exceed 80 %. Source: DNV GL, as cited in Moslatt 2020
-section 2.6 (reference 46); check against your edition."""
+"""Largest compensation efficiency that may be credited where the twin is not validated [-]: without a verified model of
+the heave compensator, simplified models are approved that are proven conservative and do not exceed 80 %. Source: DNV
+GL, as cited in Moslatt 2020 section 2.6 (reference 46); check against your edition."""
 EDGE = 0.01
-"""Part of an end of the envelope by which a condition may lie beyond it: load cells, encoders and motion sensors are hardly better, and a
-test repeated as it was is no extrapolation."""
+"""Part of an end of the envelope by which a condition may lie beyond it: load cells, encoders and motion sensors are
+hardly better, and a test repeated as it was is no extrapolation."""
 UNSIGNED = (
-    "A certificate carries a checksum, not a signature: an edited certificate with a new checksum reads as genuine. Verify it by computing "
-    "it again from the logs: stillhook certificate check certificate.json."
+    "A certificate carries a checksum, not a signature: an edited certificate with a new checksum reads as genuine."
+    " Verify it by computing it again from the logs: stillhook certificate check certificate.json."
 )
 """Stands wherever credit rests on a certificate."""
 SHORT = 12
@@ -41,8 +43,10 @@ class _Closed(BaseModel):
 
 
 class Conditions(NamedTuple):
-    """What a run asks: payload [kg]; least and most wire out with the motion [m]; largest 30 s peak-to-peak of the tip [m]; mean period of
-    its motion [s] (both NaN where nothing follows the tip, as in manual mode); modes by name; faults that it has, in words."""
+    """What a run asks: payload [kg]; least and most wire out with the motion [m]; largest 30 s peak-to-peak of the tip
+    [m]; mean period of its motion [s] (both NaN where nothing follows the tip, as in manual mode); modes by name;
+    faults that it has, in words.
+    """
 
     load: float
     s_w_min: float
@@ -74,7 +78,8 @@ class Envelope(_Closed):
         return {"load": self.load, "s_w": self.s_w, "s_tip_pp": self.s_tip_pp, "period": self.period}
 
     def outside(self, asked: Conditions) -> tuple[str, ...]:
-        """Why conditions are outside, each with what was validated: "load 200 t (validated 82 t to 164 t)"; empty inside."""
+        """Why conditions are outside, each with what was validated: "load 200 t (validated 82 t to 164 t)"; empty
+        inside."""
         found = [
             _beyond("load", (asked.load, asked.load), self.load, "mass"),
             _beyond("wire out", (asked.s_w_min, asked.s_w_max), self.s_w, "length", 4),
@@ -112,10 +117,10 @@ def _beyond(what: str, ends: tuple[float, float], known: tuple[float, float], ki
 
 
 class Certified(_Closed):
-    """A certificate in short. digest: of the certificate; date: that it bears; criteria: name and version; synthetic: the logs were
-    simulated, so that no crane was validated; level, variant: of the twin by Moslatt 2020 table 2.7; content: part of the crane -> hash of
-    what was validated (`stillhook.spec.crane.content`); code: `results_hash` of the Stillhook that did it; envelope: None where not
-    passed."""
+    """A certificate in short. digest: of the certificate; date: that it bears; criteria: name and version; synthetic:
+    the logs were simulated, so that no crane was validated; level, variant: of the twin by Moslatt 2020 table 2.7;
+    content: part of the crane -> hash of what was validated (`stillhook.spec.crane.content`); code: `results_hash` of
+    the Stillhook that did it; envelope: None where not passed."""
 
     digest: Text
     date: Text
@@ -133,7 +138,10 @@ class Certified(_Closed):
     @model_validator(mode="after")
     def _sealed(self) -> Self:
         if self.seal != _seal(self):
-            raise ValueError('a record changed by hand. Name the certificate itself in the crane file: certificate = "certificate.json".')
+            raise ValueError(
+                "a record changed by hand. Name the certificate itself in the crane file: certificate ="
+                ' "certificate.json".'
+            )
         return self
 
     @classmethod
@@ -156,11 +164,15 @@ class Certified(_Closed):
         if parts:
             found.append(f"the crane was changed since in {', '.join(parts)}")
         if code != self.code:
-            found.append(f"this Stillhook computes with other code ({code}) than the validated one ({self.code}, version {self.version})")
+            found.append(
+                f"this Stillhook computes with other code ({code}) than the validated one ({self.code}, version"
+                f" {self.version})"
+            )
         return tuple(found)
 
     def outside(self, asked: Conditions) -> tuple[str, ...]:
-        """Why a run is outside of what was validated, a reason each; empty inside. Everything is outside where nothing was."""
+        """Why a run is outside of what was validated, a reason each; empty inside. Everything is outside where nothing
+        was."""
         return self.envelope.outside(asked) if self.envelope is not None else ("the validation was not passed",)
 
 

@@ -1,8 +1,11 @@
-"""Scatter between load cases: what one number over several of them has in its interval beside the sampling error of each.
+"""Scatter between load cases: what one number over several of them has in its interval beside the sampling error of
+each.
 
-A twin's error is another one in each load case (load, wire, sea), and the next case of the crane is one more of the kind. An interval from
-the samples alone, however many there are, leaves this out: 1500 s of one case tell nothing of the next.
-Source: Paule and Mandel 1982 (variance between groups); Hartung and Knapp 2001, Sidik and Jonkman 2002 (its interval by Student's t).
+A twin's error is another one in each load case (load, wire, sea), and the next case of the crane is one more of the
+kind. An interval from the samples alone, however many there are, leaves this out: 1500 s of one case tell nothing of
+the next.
+Source: Paule and Mandel 1982 (variance between groups); Hartung and Knapp 2001, Sidik and Jonkman 2002 (its interval by
+Student's t).
 """
 
 from __future__ import annotations
@@ -32,10 +35,12 @@ def t_factor(dof: float) -> float:
 
 
 def between(values: ArrayLike, deviations: ArrayLike) -> float:
-    """Standard deviation of the true values of cases about their mean; 0 where their own deviations explain that they differ.
+    """Standard deviation of the true values of cases about their mean; 0 where their own deviations explain that they
+    differ.
 
-    Parameters: values (k,) of the cases; deviations (k,) of their sampling errors, in the same unit. Found where the weighted sum of
-    squares about the weighted mean is its expectation k - 1 (Paule and Mandel). Fewer than two cases: 0.
+    Parameters: values (k,) of the cases; deviations (k,) of their sampling errors, in the same unit. Found where the
+    weighted sum of squares about the weighted mean is its expectation k - 1 (Paule and Mandel). Fewer than two cases:
+    0.
     """
     y, s = np.asarray(values, dtype=np.float64), np.maximum(np.asarray(deviations, dtype=np.float64), LEAST)
     k = len(y)
@@ -55,10 +60,11 @@ def _excess(y: FloatArray, s: FloatArray, variance: float) -> float:
 
 
 def random_effects(values: ArrayLike, halves: ArrayLike) -> tuple[float, float]:
-    """Mean of several cases and half of its 95 % interval, with the scatter between the cases; never narrower than fixed effects.
+    """Mean of several cases and half of its 95 % interval, with the scatter between the cases; never narrower than
+    fixed effects.
 
-    Parameters: values (k,); halves (k,) of their own 95 % intervals. Cases are weighted by sampling variance and scatter together. One
-    case: as it is, for it tells nothing of the scatter.
+    Parameters: values (k,); halves (k,) of their own 95 % intervals. Cases are weighted by sampling variance and
+    scatter together. One case: as it is, for it tells nothing of the scatter.
     """
     y, half = np.asarray(values, dtype=np.float64), np.maximum(np.asarray(halves, dtype=np.float64), NORMAL * LEAST)
     s = half / NORMAL
@@ -67,11 +73,13 @@ def random_effects(values: ArrayLike, halves: ArrayLike) -> tuple[float, float]:
 
 
 def half_of_mean(values: ArrayLike, halves: ArrayLike, weights: ArrayLike) -> float:
-    """Half of the 95 % interval of a mean of cases with these weights, such as their lengths, with the scatter between the cases.
+    """Half of the 95 % interval of a mean of cases with these weights, such as their lengths, with the scatter between
+    the cases.
 
-    Parameters: values, halves (k,) of the cases and their own 95 % intervals (NaN: not known; what such a case differs by is scatter);
-    weights (k,), of any sum. Student's t of k - 1 degrees of freedom on the deviation of the cases about their mean (Hartung, Knapp, Sidik
-    and Jonkman), never less than the sampling errors alone give. One case: its own.
+    Parameters: values, halves (k,) of the cases and their own 95 % intervals (NaN: not known; what such a case differs
+    by is scatter); weights (k,), of any sum. Student's t of k - 1 degrees of freedom on the deviation of the cases
+    about their mean (Hartung, Knapp, Sidik and Jonkman), never less than the sampling errors alone give. One case: its
+    own.
     """
     y, a, half = (np.asarray(x, dtype=np.float64) for x in (values, weights, halves))
     s, a, k = np.maximum(np.where(np.isfinite(half), half, 0.0) / NORMAL, LEAST), a / a.sum(), len(y)

@@ -1,10 +1,13 @@
-"""Intervals for numbers from series whose samples are not independent: blocks of the series are drawn anew, never across a border.
+"""Intervals for numbers from series whose samples are not independent: blocks of the series are drawn anew, never
+across a border.
 
     interval(lambda x: x.mean(), [first_part, second_part], at_least=120)
 
-Parts are unbroken stretches of one series, each (n,) or (n, m), evenly spaced; blocks are drawn from all of them, each part closed to a
-ring. A statistic of sums (a mean, a regression) may get rows that are sums over a second each, which keeps the draws quick.
-Source: Politis and Romano 1992 (circular blocks); block length by Politis and White 2004, corrected by Patton, Politis and White 2009.
+Parts are unbroken stretches of one series, each (n,) or (n, m), evenly spaced; blocks are drawn from all of them, each
+part closed to a ring. A statistic of sums (a mean, a regression) may get rows that are sums over a second each, which
+keeps the draws quick.
+Source: Politis and Romano 1992 (circular blocks); block length by Politis and White 2004, corrected by Patton, Politis
+and White 2009.
 """
 
 from __future__ import annotations
@@ -24,7 +27,8 @@ DRAWS = 1000
 SEED = 20201101
 LEVEL = 0.95
 FEWEST = 3.0
-"""Blocks that the data must hold at least: beyond that the block is shortened, since two blocks tell nothing of how blocks differ."""
+"""Blocks that the data must hold at least: beyond that the block is shortened, since two blocks tell nothing of how
+blocks differ."""
 
 WHOLE = 20
 """Length of a block from which it is quicker to copy it than to count out its samples."""
@@ -32,7 +36,8 @@ WHOLE = 20
 
 @dataclass(frozen=True)
 class Blocks:
-    """length of a block [samples]; samples in all parts; effective: number of independent samples that would tell as much of the mean."""
+    """length of a block [samples]; samples in all parts; effective: number of independent samples that would tell as
+    much of the mean."""
 
     length: int
     samples: int
@@ -50,7 +55,8 @@ class Interval:
 
 
 def blocks(parts: Sequence[FloatArray], *, at_least: int = 1) -> Blocks:
-    """Length of the blocks for these parts, from how long the series remembers; at_least [samples], such as two windows."""
+    """Length of the blocks for these parts, from how long the series remembers; at_least [samples], such as two
+    windows."""
     rows = [np.asarray(p, dtype=np.float64).reshape(len(p), -1) for p in parts]
     n = sum(map(len, rows))
     if n < 2:
@@ -71,9 +77,9 @@ def interval(
 ) -> Interval:
     """The statistic of all parts together and its 95 % interval.
 
-    Percentiles of the draws, stretched about the value for the few blocks that there are: by sqrt(1 / (1 - block/n)) for what closed rings
-    leave out of the variance, and by Student's t over the normal quantile with n/block - 1 degrees of freedom.
-    bounds: values that the statistic cannot go beyond (0 and 1 for a share).
+    Percentiles of the draws, stretched about the value for the few blocks that there are: by sqrt(1 / (1 - block/n))
+    for what closed rings leave out of the variance, and by Student's t over the normal quantile with n/block - 1
+    degrees of freedom. bounds: values that the statistic cannot go beyond (0 and 1 for a share).
     """
     rows = [np.asarray(p, dtype=np.float64) for p in parts if len(p)]
     if not rows:
@@ -90,8 +96,10 @@ def interval(
 
 
 def _draws(rows: Sequence[FloatArray], length: int, draws: int, seed: int) -> Iterator[FloatArray]:
-    """Samples of each draw: as many blocks as the data hold, so about as many samples. A part shorter than a block is one, and is drawn
-    the more often for it, so that every sample is as likely as any other. Long blocks are copied whole, which is what takes the time."""
+    """Samples of each draw: as many blocks as the data hold, so about as many samples. A part shorter than a block is
+    one, and is drawn the more often for it, so that every sample is as likely as any other. Long blocks are copied
+    whole, which is what takes the time.
+    """
     rng = np.random.default_rng(seed)
     sizes = np.array([len(r) for r in rows])
     first = np.concatenate(([0], np.cumsum(sizes)[:-1]))
@@ -115,11 +123,16 @@ def _stretch(b: Blocks) -> float:
 
     count = b.samples / b.length
     q = (1.0 + LEVEL) / 2.0
-    return float(math.sqrt(1.0 / (1.0 - 1.0 / count)) * t.ppf(q, max(count - 1.0, 1.0)) / norm.ppf(q)) if count > 1.0 else math.inf
+    return (
+        float(math.sqrt(1.0 / (1.0 - 1.0 / count)) * t.ppf(q, max(count - 1.0, 1.0)) / norm.ppf(q))
+        if count > 1.0
+        else math.inf
+    )
 
 
 def _memory(columns: Sequence[FloatArray], n: int) -> tuple[float, float]:
-    """Optimal length of circular blocks [samples] and effective number of samples, from the autocovariance over all parts."""
+    """Optimal length of circular blocks [samples] and effective number of samples, from the autocovariance over all
+    parts."""
     R = _autocovariance(columns, n)
     if not R[0] > 0.0:
         return 1.0, float(n)

@@ -1,9 +1,10 @@
-"""Box's complex method, as the thesis used it: the worst of a population of designs is mirrored through the centre of the others.
+"""Box's complex method, as the thesis used it: the worst of a population of designs is mirrored through the centre of
+the others.
 
-Three variants of one loop: Box (1965); Krus, Jansson and Palmberg (1991), where a point that stays the worst is drawn towards the
-best one, with some chance in it; and complex-RF, which adds a little randomness to every new point and lets old values fade, so
-that a population does not settle too early. The least-squares fit finds the same optimum surely and faster; this one makes no
-use of the model's shape, so that each can check the other.
+Three variants of one loop: Box (1965); Krus, Jansson and Palmberg (1991), where a point that stays the worst is drawn
+towards the best one, with some chance in it; and complex-RF, which adds a little randomness to every new point and lets
+old values fade, so that a population does not settle too early. The least-squares fit finds the same optimum surely and
+faster; this one makes no use of the model's shape, so that each can check the other.
 """
 
 from __future__ import annotations
@@ -40,7 +41,8 @@ class Variant(StrEnum):
 
 @dataclass(frozen=True)
 class Found:
-    """Best design, its cost, how often the cost was asked for, and whether the population closed in (else it ran out)."""
+    """Best design, its cost, how often the cost was asked for, and whether the population closed in (else it ran
+    out)."""
 
     x: FloatArray
     cost: float
@@ -62,14 +64,17 @@ def complex_method(
 ) -> Found:
     """Least cost inside bounds.
 
-    Parameters: cost of a design x (shape (n,)); lower, upper bounds; population designs, drawn evenly inside the bounds from
-    seed; reflection distance of the mirrored point over that of the worst one; most evaluations; tolerance on the spread.
+    Parameters: cost of a design x (shape (n,)); lower, upper bounds; population designs, drawn evenly inside the bounds
+    from seed; reflection distance of the mirrored point over that of the worst one; most evaluations; tolerance on the
+    spread.
     Errors: IdentifyError for bounds that are not in order or a population not above n + 1.
     """
     if not np.all(lower < upper):
         raise IdentifyError("complex method: a lower bound is not below its upper bound. Give bounds in order.")
     if population < len(lower) + 2:
-        raise IdentifyError(f"complex method: a population of {population} for {len(lower)} parameters. Take {len(lower) + 2} or more.")
+        raise IdentifyError(
+            f"complex method: a population of {population} for {len(lower)} parameters. Take {len(lower) + 2} or more."
+        )
     run = _Run(cost, lower, upper, population, reflection, Variant(variant), np.random.default_rng(seed))
     while run.evaluations < most and run.spread() > tolerance:
         run.step(most)
@@ -81,9 +86,15 @@ class _Run:
     """The population while it moves."""
 
     def __init__(
-        self, cost: Callable[[FloatArray], float], lower: FloatArray, upper: FloatArray, k: int, alpha: float, variant: Variant,
+        self,
+        cost: Callable[[FloatArray], float],
+        lower: FloatArray,
+        upper: FloatArray,
+        k: int,
+        alpha: float,
+        variant: Variant,
         rng: np.random.Generator,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.cost, self.lower, self.upper, self.alpha, self.variant, self.rng = cost, lower, upper, alpha, variant, rng
         self.x = lower + rng.random((k, len(lower))) * (upper - lower)
         self.f = np.array([cost(x) for x in self.x])
@@ -117,7 +128,8 @@ class _Run:
         return np.asarray(x + R_FAC * np.ptp(self.x, axis=0) * (self.rng.random(len(x)) - 0.5))
 
     def _drawn_in(self, x: FloatArray, centre: FloatArray, best: FloatArray, repeated: int) -> FloatArray:
-        """Box: half way to the centre. Krus: half way to a place between centre and best that nears the best with every try."""
+        """Box: half way to the centre. Krus: half way to a place between centre and best that nears the best with every
+        try."""
         if self.variant is Variant.BOX:
             return 0.5 * (x + centre)
         share = (N_R / (N_R + repeated - 1)) ** ((N_R + repeated - 1) / N_R)

@@ -9,9 +9,11 @@ import numpy as np
 from stillhook.base.arrays import FloatArray, IntArray
 
 OF_SECOND_DIFFERENCES = 1.0 / (0.6745 * np.sqrt(6.0))
-"""Differences of white noise weighted 1, -2, 1 have sqrt(6) times its deviation; their median magnitude is 0.6745 of theirs."""
+"""Differences of white noise weighted 1, -2, 1 have sqrt(6) times its deviation; their median magnitude is 0.6745 of
+theirs."""
 MOST_BLOCKS = 256
-"""Samples of a mean are put together into so many blocks at most: enough for every correlation that matters, and quick."""
+"""Samples of a mean are put together into so many blocks at most: enough for every correlation that matters, and
+quick."""
 NORMAL_95 = 1.959963984540054
 """Half width of 95 % of a normal distribution in standard deviations."""
 FEWEST_FREEDOM = 2.0
@@ -27,16 +29,20 @@ HELD = 6
 SAME_LEVEL = 1e-7
 """Differences below this part of the range are rounding of the unit conversion."""
 FEWEST_LEVELS, MOST_LEVELS, MOST_GAPS, FINEST, OFF_LEVEL, MOST_HELD = 4, 400, 64, 2.0**-17, 0.02, 0.9
-"""Converter's step: values needed and values looked at; gaps between them that are tried, with their halves and thirds; finest step
-over the range (17 bits); what counts as off a level, in steps; share of bins that must be on a level (others mix two levels)."""
+"""Converter's step: values needed and values looked at; gaps between them that are tried, with their halves and thirds;
+finest step over the range (17 bits); what counts as off a level, in steps; share of bins that must be on a level
+(others mix two
+levels)."""
 SHARE_OF_RANGE = 2e-5
-"""Least uncertainty that is stated, over the largest value in the log (0.008 bar in 400): half a step of a 16-bit converter or so.
+"""Least uncertainty that is stated, over the largest value in the log (0.008 bar in 400): half a step of a 16-bit
+converter or so.
 
 It is one number for all stretches of a log, so that stretches of a log without noise weigh the same."""
 
 
 def noise_of(x: FloatArray) -> float:
-    """Standard deviation of white noise on a piecewise smooth series, from its second differences (median, so steps do not count)."""
+    """Standard deviation of white noise on a piecewise smooth series, from its second differences (median, so steps do
+    not count)."""
     if len(x) < 4:
         return 0.0
     second = np.sort(np.abs(x[2:] - 2.0 * x[1:-1] + x[:-2]))  # np.median takes ten times as long on a hundred samples
@@ -44,7 +50,8 @@ def noise_of(x: FloatArray) -> float:
 
 
 def blocks(x: FloatArray, most: int = MOST_BLOCKS) -> FloatArray:
-    """Means of equal blocks along the last axis, the first few samples left out so that the end is kept: shape (..., <= most)."""
+    """Means of equal blocks along the last axis, the first few samples left out so that the end is kept: shape (..., <=
+    most)."""
     n = x.shape[-1]
     size = -(-n // most)
     if size == 1:
@@ -53,15 +60,18 @@ def blocks(x: FloatArray, most: int = MOST_BLOCKS) -> FloatArray:
     return np.asarray(x[..., n - whole * size :].reshape(*x.shape[:-1], whole, size).mean(axis=-1), dtype=float)
 
 
-def mean_and_uncertainty(x: FloatArray, *, step: float = 0.0, per_bin: float = 1.0, floor: float = 0.0) -> tuple[float, float]:
+def mean_and_uncertainty(
+    x: FloatArray, *, step: float = 0.0, per_bin: float = 1.0, floor: float = 0.0
+) -> tuple[float, float]:
     """Mean of one stationary stretch and its standard uncertainty.
 
-    Parameters: x samples at equal spacing, shape (n,); step of the converter in the unit of x, 0 where it has none; per_bin raw
-    samples in each of x; floor least uncertainty.
-    The variance of a mean is the sum of autocovariances over n. The sum is cut where a pair of neighbouring terms is no longer
-    positive (Geyer, Statistical Science 7, 1992), and corrected for the mean having been taken from the same samples. Student's
-    factor for the effective number of samples is inside, so 1.96 standard uncertainties hold 95 %.
-    Where raw samples scatter less than half a step, dithering does not average the steps out and step/sqrt(12) is added.
+    Parameters: x samples at equal spacing, shape (n,); step of the converter in the unit of x, 0 where it has none;
+    per_bin raw samples in each of x; floor least uncertainty.
+    The variance of a mean is the sum of autocovariances over n. The sum is cut where a pair of neighbouring terms is no
+    longer positive (Geyer, Statistical Science 7, 1992), and corrected for the mean having been taken from the same
+    samples. Student's factor for the effective number of samples is inside, so 1.96 standard uncertainties hold 95 %.
+    Where raw samples scatter less than half a step, dithering does not average the steps out and step/sqrt(12) is
+    added.
     """
     mean = float(np.mean(x))
     b = blocks(np.asarray(x, dtype=float))
@@ -82,7 +92,9 @@ def long_run_variance(gamma: FloatArray) -> float:
     n = len(gamma)
     even = n - n % 2
     pairs = gamma[:even:2] + gamma[1:even:2]
-    lost = (2.0 - (4.0 * np.arange(len(pairs)) + 1.0) / n) / n  # of a pair, by taking the mean from the same samples, over the sum
+    lost = (
+        2.0 - (4.0 * np.arange(len(pairs)) + 1.0) / n
+    ) / n  # of a pair, by taking the mean from the same samples, over the sum
     least, total = float(gamma[0]), float(gamma[0]) * n / (n - 1)
     for _ in range(3):  # what is lost is a part of the sum itself; three rounds settle it to the percent
         kept = pairs + total * lost
@@ -100,8 +112,10 @@ def students_factor(freedom: float) -> float:
 
 @dataclass(frozen=True)
 class Trends:
-    """Of stretches that begin at several starts and have one end: drift over the stretch and its head against its rest, with the
-    differences that noise alone explains: arrays (channels, starts), in the channels' units. ``span`` of the stretches [s], (starts,)."""
+    """Of stretches that begin at several starts and have one end: drift over the stretch and its head against its rest,
+    with the differences that noise alone explains: arrays (channels, starts), in the channels' units. ``span`` of the
+    stretches [s], (starts,).
+    """
 
     drift: FloatArray
     drift_noise: FloatArray
@@ -110,15 +124,18 @@ class Trends:
     span: FloatArray
 
     def worst(self, tolerance: FloatArray) -> FloatArray:
-        """Largest of drift and head difference over tolerance where noise does not explain it, else 0: (channels, starts)."""
+        """Largest of drift and head difference over tolerance where noise does not explain it, else 0: (channels,
+        starts)."""
         seen = np.where(np.abs(self.drift) > self.drift_noise, np.abs(self.drift), 0.0)
         head = np.where(np.abs(self.head) > self.head_noise, np.abs(self.head), 0.0)
         return np.maximum(seen, head) / tolerance[:, None]
 
     def goes_on(self, k: int, tolerance: FloatArray) -> FloatArray:
-        """Drift over stretch k if it goes on as in a stretch twice as long, over tolerance; 0 where stretch k shows it to be over.
+        """Drift over stretch k if it goes on as in a stretch twice as long, over tolerance; 0 where stretch k shows it
+        to be over.
 
-        Asked where noise hides a drift of the tolerance in stretch k: a drift that was seen before is not over by being hidden.
+        Asked where noise hides a drift of the tolerance in stretch k: a drift that was seen before is not over by being
+        hidden.
         """
         longer = np.nonzero(self.span[:k] >= 2.0 * self.span[k])[0]
         j = int(longer[-1]) if len(longer) else max(k - 1, 0)
@@ -130,10 +147,10 @@ class Trends:
 def trends(t: FloatArray, x: FloatArray, starts: IntArray, head: float) -> Trends:
     """Drift of the stretches t[k:] for every start k.
 
-    Parameters: t times, shape (n,); x channels, shape (channels, n); starts indices with at least three samples behind each,
-    shape (m,); head length of the stretch's beginning that must agree with its rest [s].
-    The noise is that of the last half about its own straight line, with the correlation of neighbours put in as (1+r)/(1-r): the
-    same for every start, so that a transient cannot hide behind the scatter it makes.
+    Parameters: t times, shape (n,); x channels, shape (channels, n); starts indices with at least three samples behind
+    each, shape (m,); head length of the stretch's beginning that must agree with its rest [s].
+    The noise is that of the last half about its own straight line, with the correlation of neighbours put in as
+    (1+r)/(1-r): the same for every start, so that a transient cannot hide behind the scatter it makes.
     """
     n = len(t)
     use = (np.arange(n)[None, :] >= starts[:, None]).astype(float)
@@ -176,9 +193,10 @@ def converter_step(x: FloatArray, per_bin: float = 1.0) -> float:
     """Step of the converter behind a signal, 0 where none shows: the common measure of its values.
 
     Parameters: x bin means, shape (n,); per_bin raw samples in each.
-    Values that are held for six bins are levels of the converter whatever a bin holds; where too few are held, means of a fixed
-    number of samples still have a common measure, the step over that number. Without quantisation there is none (or it is that of
-    a few set speeds, which are too coarse to be a converter's levels). With noise on bins of varying count none shows: none is needed.
+    Values that are held for six bins are levels of the converter whatever a bin holds; where too few are held, means of
+    a fixed number of samples still have a common measure, the step over that number. Without quantisation there is none
+    (or it is that of a few set speeds, which are too coarse to be a converter's levels). With noise on bins of varying
+    count none shows: none is needed.
     """
     x = x[np.isfinite(x)]
     if len(x) <= HELD or float(np.ptp(x)) == 0.0:
@@ -190,7 +208,8 @@ def converter_step(x: FloatArray, per_bin: float = 1.0) -> float:
 
 
 def _common_measure(x: FloatArray, range_: float) -> float:
-    """Largest step on whose multiples nine in ten of the values lie, 0 where there is none; range_ over which they could lie."""
+    """Largest step on whose multiples nine in ten of the values lie, 0 where there is none; range_ over which they
+    could lie."""
     levels, count = np.unique(x, return_counts=True)
     first = np.nonzero(np.diff(levels, prepend=-np.inf) > SAME_LEVEL * range_)[0]
     if len(first) < FEWEST_LEVELS:
@@ -202,7 +221,10 @@ def _common_measure(x: FloatArray, range_: float) -> float:
     if len(steps) == 0:
         return 0.0
     most = int(np.argmax(count))
-    origin, count = levels[most], np.where(np.arange(len(count)) == most, 0, count)  # standstill, which lies on every lattice
+    origin, count = (
+        levels[most],
+        np.where(np.arange(len(count)) == most, 0, count),
+    )  # standstill, which lies on every lattice
     some = slice(None, None, -(-len(levels) // MOST_LEVELS))
     at = (levels[None, some] - origin) / steps[:, None]
     fits = (np.abs(at - np.round(at)) < OFF_LEVEL) @ count[some] >= MOST_HELD * count[some].sum()

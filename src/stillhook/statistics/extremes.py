@@ -21,19 +21,27 @@ DRAWS, DRAW_SEED = 20_000, 1958
 
 
 def largest(sigma: float, n: float, quantile: float = MPM) -> float:
-    r"""Level that the largest of n maxima of a narrow-banded Gaussian motion stays below with the probability `quantile`.
+    r"""Level that the largest of n maxima of a narrow-banded Gaussian motion stays below with the probability
+    `quantile`.
 
     .. math:: x_q = \sigma \sqrt{2 \ln\frac{n}{\ln(1/q)}}
 
-    sigma standard deviation, any unit; n cycles in the time, duration/T_z; quantile above 0 and below 1, 1/e for the most probable maximum
-    sigma sqrt(2 ln n). Source: Rayleigh maxima taken as independent, which is on the safe side; DNV-RP-C205 (check against your edition).
+    sigma standard deviation, any unit; n cycles in the time, duration/T_z; quantile above 0 and below 1, 1/e for the
+    most probable maximum sigma sqrt(2 ln n). Source: Rayleigh maxima taken as independent, which is on the safe side;
+    DNV-RP-C205 (check against your edition).
     Errors: SeaError for fewer cycles than have such a level, and a quantile that is none.
     """
     if not 0.0 < quantile < 1.0:
-        raise SeaError(f"quantile {quantile:g} is not above 0 and below 1. Give 0.9 for the level that 90 % of all such times stay below.")
+        raise SeaError(
+            f"quantile {quantile:g} is not above 0 and below 1. Give 0.9 for the level that 90 % of all such times stay"
+            " below."
+        )
     ratio = n / math.log(1.0 / quantile)
     if not ratio >= 1.0:
-        raise SeaError(f"duration: it holds {n:.3g} cycles of the motion, too few for a largest value. Give ten wave periods or more.")
+        raise SeaError(
+            f"duration: it holds {n:.3g} cycles of the motion, too few for a largest value. Give ten wave periods or"
+            " more."
+        )
     return sigma * math.sqrt(2.0 * math.log(ratio))
 
 
@@ -55,7 +63,8 @@ class Gumbel:
     def interval(self, q: float, confidence: float = 0.95) -> tuple[float, float]:
         """Ends of the confidence interval of `quantile(q)`.
 
-        Exact but for the draws: (estimate - true)/beta has one distribution whatever mu and beta are; it is drawn with as many maxima.
+        Exact but for the draws: (estimate - true)/beta has one distribution whatever mu and beta are; it is drawn with
+        as many maxima.
         """
         low, high = _pivots(self.n, q, confidence)
         estimate = self.quantile(q)
@@ -79,7 +88,8 @@ def gumbel(maxima: ArrayLike) -> Gumbel:
 
 
 def _fit(x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """mu and beta (k,) of maximum likelihood for samples (k, n): beta = mean(x) - sum(x e)/sum(e), e = exp(-x/beta), by Newton's method."""
+    """mu and beta (k,) of maximum likelihood for samples (k, n): beta = mean(x) - sum(x e)/sum(e), e = exp(-x/beta), by
+    Newton's method."""
     least = x.min(axis=1, keepdims=True)
     y = x - least
     mean = y.mean(axis=1)

@@ -18,9 +18,10 @@ def largest_of_parts(mean: ArrayLike, sigma: ArrayLike, cycles: ArrayLike, quant
 
     .. math:: \sum_i N_i \exp\frac{-(x - m_i)^2}{2\sigma_i^2} = \ln\frac{1}{q}
 
-    Parameters: mean m_i, standard deviation sigma_i, number of cycles N_i = time/T_z, each (k, n) for k parts and n seas, or what
-    broadcasts to it. Maxima are taken as Rayleigh distributed and independent, as in `stillhook.statistics.extremes.largest`, which this is
-    for one part. Where nothing moves, or the parts hold too few cycles for such a level, the largest mean. NaN where a part is unknown.
+    Parameters: mean m_i, standard deviation sigma_i, number of cycles N_i = time/T_z, each (k, n) for k parts and n
+    seas, or what broadcasts to it. Maxima are taken as Rayleigh distributed and independent, as in
+    `stillhook.statistics.extremes.largest`, which this is for one part. Where nothing moves, or the parts hold too few
+    cycles for such a level, the largest mean. NaN where a part is unknown.
     """
     m, s, N = np.broadcast_arrays(*(np.asarray(v, dtype=np.float64) for v in (mean, sigma, cycles)))
     target = math.log(1.0 / quantile)
@@ -41,7 +42,8 @@ def largest_of_parts(mean: ArrayLike, sigma: ArrayLike, cycles: ArrayLike, quant
 
 
 def share_beyond(level: float, sigma: ArrayLike) -> FloatArray:
-    """Share of the time in which a Gaussian motion of deviation sigma is further from its mean than a level, to either side [-]."""
+    """Share of the time in which a Gaussian motion of deviation sigma is further from its mean than a level, to either
+    side [-]."""
     from scipy.special import ndtr  # heavy: only where a stroke is judged
 
     s = np.asarray(sigma, dtype=np.float64)
@@ -49,11 +51,13 @@ def share_beyond(level: float, sigma: ArrayLike) -> FloatArray:
 
 
 def speed_at_crossing(drift: float, sigma: ArrayLike, quantile: float) -> FloatArray:
-    r"""Speed with which a load that sinks at `drift` and swings with a Gaussian speed passes a level, at a quantile, shape of sigma [m/s].
+    r"""Speed with which a load that sinks at `drift` and swings with a Gaussian speed passes a level, at a quantile,
+    shape of sigma [m/s].
 
-    Speeds at downward crossings have the density :math:`p(w) \sim w\,\exp(-(w - V)^2/2\sigma^2)`, w > 0 (Rice): fast ones pass more often.
-    All passages of a level count alike; the first one, at which a load lands, is slower where the swing is much faster than the drift, so
-    that this is on the safe side. Parameters: drift V, 0 or more; sigma of the speed [m/s]; NaN stays NaN.
+    Speeds at downward crossings have the density :math:`p(w) \sim w\,\exp(-(w - V)^2/2\sigma^2)`, w > 0 (Rice): fast
+    ones pass more often. All passages of a level count alike; the first one, at which a load lands, is slower where the
+    swing is much faster than the drift, so that this is on the safe side. Parameters: drift V, 0 or more; sigma of the
+    speed [m/s]; NaN stays NaN.
     """
     from scipy.special import ndtr  # heavy: only where a landing is judged
 
@@ -64,7 +68,9 @@ def speed_at_crossing(drift: float, sigma: ArrayLike, quantile: float) -> FloatA
     def passed(w: FloatArray) -> FloatArray:
         """Integral of the density up to w, in units of sigma, but for its scale."""
         y = w - V
-        return np.asarray((np.exp(-0.5 * V**2) - np.exp(-0.5 * y**2)) / math.sqrt(2.0 * math.pi) + V * (ndtr(y) - ndtr(-V)))
+        return np.asarray(
+            (np.exp(-0.5 * V**2) - np.exp(-0.5 * y**2)) / math.sqrt(2.0 * math.pi) + V * (ndtr(y) - ndtr(-V))
+        )
 
     low, high = np.zeros_like(moving), V + 10.0
     whole = passed(high)

@@ -1,4 +1,5 @@
-"""Least squares on logs whose errors hang together in time: for the intervals, blocks of time are left out in turn (the jackknife)."""
+"""Least squares on logs whose errors hang together in time: for the intervals, blocks of time are left out in turn (the
+jackknife)."""
 
 from __future__ import annotations
 
@@ -13,15 +14,16 @@ from stillhook.statistics.between_cases import NORMAL, random_effects, t_factor
 from stillhook.statistics.dot import dot
 
 FEWEST_BLOCKS = 4
-"""Blocks from which an interval may be told: with fewer, the t factor on top of a variance of two numbers says nothing."""
+"""Blocks from which an interval may be told: with fewer, the t factor on top of a variance of two numbers says
+nothing."""
 SAFE = 1e-10
 """Least eigenvalue of the scaled normal matrix, over the largest, from which columns count as different."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """b (k,) coefficients; cov (k, k) their covariance from the blocks; blocks (m,) coefficients without each block; sd of the residuals;
-    rows used."""
+    """b (k,) coefficients; cov (k, k) their covariance from the blocks; blocks (m,) coefficients without each block; sd
+    of the residuals; rows used."""
 
     b: FloatArray
     cov: FloatArray
@@ -51,8 +53,8 @@ class Fit:
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number with half of its 95 % interval, sampling and structural together. structural: half width that the form of a law leaves
-    beside the sampling error, same quantity; half is the root of the sum of their squares."""
+    """A number with half of its 95 % interval, sampling and structural together. structural: half width that the form
+    of a law leaves beside the sampling error, same quantity; half is the root of the sum of their squares."""
 
     value: float
     half: float
@@ -69,10 +71,12 @@ class Estimate:
 
 
 def fit(columns: Sequence[FloatArray], y: FloatArray, block: IntArray) -> Fit | None:
-    """Least squares of y on the columns; rows with a NaN are left out. None where blocks or differences between columns are too few.
+    """Least squares of y on the columns; rows with a NaN are left out. None where blocks or differences between columns
+    are too few.
 
-    Parameters: columns k times (n,); y (n,); block (n,) number of the block of time that a row is in. A coefficient's variance is
-    that among the fits which leave out one block each, so that errors may hang together within a block as they like.
+    Parameters: columns k times (n,); y (n,); block (n,) number of the block of time that a row is in. A coefficient's
+    variance is that among the fits which leave out one block each, so that errors may hang together within a block as
+    they like.
     """
     X = np.column_stack(columns)
     good = np.isfinite(X).all(axis=1) & np.isfinite(y)
@@ -96,7 +100,12 @@ def _solved(A: FloatArray, c: FloatArray, X: FloatArray, y: FloatArray) -> Fit |
     if any(_singular(rest, scale) for rest in rests):
         return None
     b = np.linalg.solve(whole / np.outer(scale, scale), right / scale) / scale
-    left = np.stack([np.linalg.solve(r / np.outer(scale, scale), (right - ci) / scale) / scale for r, ci in zip(rests, c, strict=True)])
+    left = np.stack(
+        [
+            np.linalg.solve(r / np.outer(scale, scale), (right - ci) / scale) / scale
+            for r, ci in zip(rests, c, strict=True)
+        ]
+    )
     m, apart = len(A), left - left.mean(axis=0)
     rest = y - np.sum(X * b, axis=1)
     sd = math.sqrt(dot(rest, rest) / max(1, len(y) - len(b)))
@@ -114,8 +123,8 @@ def _jackknife(values: FloatArray) -> float:
 
 
 def pooled(found: Sequence[Estimate]) -> Estimate:
-    """The mean of one quantity over tests, each with its own true value about it: the scatter between the tests is in its interval
-    (`stillhook.statistics.between_cases`), and the largest structural error of them stays."""
+    """The mean of one quantity over tests, each with its own true value about it: the scatter between the tests is in
+    its interval (`stillhook.statistics.between_cases`), and the largest structural error of them stays."""
     if len(found) == 1:
         return found[0]
     value, half = random_effects([e.value for e in found], [e.half for e in found])
@@ -124,8 +133,8 @@ def pooled(found: Sequence[Estimate]) -> Estimate:
 
 
 def one_number(found: Sequence[Estimate]) -> Estimate:
-    """The mean of several readings of one and the same number, weighted by their intervals, which grow where the readings differ by more
-    than they allow.
+    """The mean of several readings of one and the same number, weighted by their intervals, which grow where the
+    readings differ by more than they allow.
 
     Source: the ratio of Birge 1932, as for physical constants.
     """

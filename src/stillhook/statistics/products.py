@@ -1,5 +1,7 @@
-"""Sums of products on one thread. The products of this folder are long and narrow: a BLAS that spreads them over threads gains little,
-and on a machine that others share its threads wait for one another (a year of sea states: 0.6 s on one thread, 0.5 to 11 s on two)."""
+"""Sums of products on one thread. The products of this folder are long and narrow: a BLAS that spreads them over
+threads gains little, and on a machine that others share its threads wait for one another (a year of sea states: 0.6 s
+on one thread, 0.5 to 11 s on two).
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,8 @@
-"""How much later one signal shows what another one shows: to a fraction of a sample, with its uncertainty and its drift.
+"""How much later one signal shows what another one shows: to a fraction of a sample, with its uncertainty and its
+drift.
 
-Both are compared as changes over a short span, so that constants and slow differences (the operator's wire, a datum) do not count.
+Both are compared as changes over a short span, so that constants and slow differences (the operator's wire, a datum) do
+not count.
 """
 
 from __future__ import annotations
@@ -29,8 +31,10 @@ STEADY = 3.0
 
 @dataclass(frozen=True)
 class Lag:
-    """y(t) = gain * x(t - seconds) + constant. seconds: lag of y behind x in the middle of the data [s], with u its standard uncertainty;
-    drift: change of the lag over time [-] with u_drift, 0 where it does not stand out; middle: time of `seconds` [s]; pieces."""
+    """y(t) = gain * x(t - seconds) + constant. seconds: lag of y behind x in the middle of the data [s], with u its
+    standard uncertainty; drift: change of the lag over time [-] with u_drift, 0 where it does not stand out; middle:
+    time of `seconds` [s]; pieces.
+    """
 
     seconds: float
     u: float
@@ -82,13 +86,19 @@ def _once(t: FloatArray, x: FloatArray, y: FloatArray, reach: float) -> Lag | No
     if abs(drift) < STEADY * u_drift or len(found) < 2 * FEWEST:
         drift = 0.0
     rest = seconds - drift * (at - middle)
-    keep = np.abs(rest - np.median(rest)) <= 5.0 * max(1.4826 * float(np.median(np.abs(rest - np.median(rest)))), 1e-3 * step)
-    value, u = float(np.mean(rest[keep])), float(np.std(rest[keep], ddof=1) / np.sqrt(keep.sum())) if keep.sum() > 1 else np.inf
+    keep = np.abs(rest - np.median(rest)) <= 5.0 * max(
+        1.4826 * float(np.median(np.abs(rest - np.median(rest)))), 1e-3 * step
+    )
+    value, u = (
+        float(np.mean(rest[keep])),
+        float(np.std(rest[keep], ddof=1) / np.sqrt(keep.sum())) if keep.sum() > 1 else np.inf,
+    )
     return Lag(value, u, float(np.median(gain)), drift, u_drift, middle, int(keep.sum())) if np.isfinite(u) else None
 
 
 def shifted(t: FloatArray, y: FloatArray, seconds: FloatArray, longest: float) -> FloatArray:
-    """y as it would be without a lag [s] that may change over time; NaN where a hole of y longer than `longest` [s] reaches."""
+    """y as it would be without a lag [s] that may change over time; NaN where a hole of y longer than `longest` [s]
+    reaches."""
     known = np.isfinite(y)
     if known.sum() < 2:
         return np.full(len(y), np.nan)
@@ -99,7 +109,8 @@ def shifted(t: FloatArray, y: FloatArray, seconds: FloatArray, longest: float) -
 
 
 def changes(x: FloatArray, span: int) -> FloatArray:
-    """Mean over the next `span` samples less that over the last ones: a change with little noise, even about its moment."""
+    """Mean over the next `span` samples less that over the last ones: a change with little noise, even about its
+    moment."""
     kernel = np.concatenate([np.full(span, 1.0), [0.0], np.full(span, -1.0)]) / span
     out = np.full(len(x), np.nan)
     if len(x) > 2 * span:
@@ -116,7 +127,9 @@ def _coarse(dx: FloatArray, dy: FloatArray, reach: int) -> int:
     return int(lags[np.argmax(c[lags])]) if len(a) > reach else 0
 
 
-def _piece(t: FloatArray, dx: FloatArray, dy: FloatArray, part: slice, start: float, reach: float) -> tuple[float, float] | None:
+def _piece(
+    t: FloatArray, dx: FloatArray, dy: FloatArray, part: slice, start: float, reach: float
+) -> tuple[float, float] | None:
     """Lag and gain of one piece, by linearising about the lag found so far."""
     slope, late = np.gradient(dx, t), dy[part]
     seconds, gain = start, 1.0
@@ -138,7 +151,8 @@ def _piece(t: FloatArray, dx: FloatArray, dy: FloatArray, part: slice, start: fl
 
 
 def _fitted(X: FloatArray, S: FloatArray, Y: FloatArray) -> tuple[float, float]:
-    """Y = gain X + bent S by least squares; sums rather than matrix products, whose rounding hangs on the number of threads."""
+    """Y = gain X + bent S by least squares; sums rather than matrix products, whose rounding hangs on the number of
+    threads."""
     xx, xs, ss = float(np.sum(X * X)), float(np.sum(X * S)), float(np.sum(S * S))
     xy, sy = float(np.sum(X * Y)), float(np.sum(S * Y))
     det = xx * ss - xs * xs

@@ -1,4 +1,5 @@
-"""Does this twin represent that crane? Logs of a crane's tests against the twin, step by step, against written criteria.
+"""Does this twin represent that crane? Logs of a crane's tests against the twin, step by step, against written
+criteria.
 
 Source: Moslatt 2020 paper F and sections 2.5-2.6.
 
@@ -15,7 +16,12 @@ from typing import TYPE_CHECKING
 from stillhook.base.lazy import attached
 
 if TYPE_CHECKING:
-    from stillhook.validate.certificate.certificate import Certificate, certificate_files, certificate_of, load_certificate
+    from stillhook.validate.certificate.certificate import (
+        Certificate,
+        certificate_files,
+        certificate_of,
+        load_certificate,
+    )
     from stillhook.validate.certificate.save import save_validation
     from stillhook.validate.criteria.criteria import Criteria, load_criteria
     from stillhook.validate.data_set.campaign import Campaign, load_campaign

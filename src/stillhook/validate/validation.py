@@ -69,16 +69,20 @@ class Validation:
         return next(s for s in self.steps if s.number == number)
 
 
-def validate(campaign: str | Path | Campaign, *, steps: Iterable[int] | None = None, progress: Progress | None = None) -> Validation:
+def validate(
+    campaign: str | Path | Campaign, *, steps: Iterable[int] | None = None, progress: Progress | None = None
+) -> Validation:
     """Take a campaign of crane tests through the verification steps and judge it by its criteria.
 
-    Parameters: campaign file (see `load_campaign`) or a campaign; steps 0 to 6 (0: the data set; default: all); progress is called with
-    the share done.
+    Parameters: campaign file (see `load_campaign`) or a campaign; steps 0 to 6 (0: the data set; default: all);
+    progress is called with the share done.
     Errors: StillhookError of one line, for a campaign or log that cannot be read or trusted.
     Source: Moslatt 2020 paper F, section "Verification of the Digital Twin" and table 2.
     """
     if not isinstance(campaign, str | Path | Campaign):
-        raise ValidateError(f"campaign = {came(campaign)}: give the path of a campaign file, or what load_campaign returned.")
+        raise ValidateError(
+            f"campaign = {came(campaign)}: give the path of a campaign file, or what load_campaign returned."
+        )
     todo = campaign if isinstance(campaign, Campaign) else load_campaign(campaign)
     numbers = _numbers(steps)
     meter = Meter(READING + sum(WEIGHT[n] for n in numbers), progress)
@@ -96,7 +100,11 @@ def validate(campaign: str | Path | Campaign, *, steps: Iterable[int] | None = N
 def _numbers(steps: object) -> tuple[StepNumber, ...]:
     """The steps to be taken, in order. Errors: ValidateError where one is no step, or there is none."""
     known = [int(n) for n in StepNumber]
-    given = known if steps is None else list(steps) if isinstance(steps, Iterable) and not isinstance(steps, str) else []
+    given = (
+        known if steps is None else list(steps) if isinstance(steps, Iterable) and not isinstance(steps, str) else []
+    )
     if not given or any(n not in known for n in given):
-        raise ValidateError(f"steps = {came(steps)}: give a list of some of {', '.join(map(str, known))}, such as [0, 2].")
+        raise ValidateError(
+            f"steps = {came(steps)}: give a list of some of {', '.join(map(str, known))}, such as [0, 2]."
+        )
     return tuple(sorted({StepNumber(n) for n in given}))

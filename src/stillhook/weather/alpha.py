@@ -1,8 +1,10 @@
-"""Alpha factors: what a limiting wave height must be lowered by because forecasts err, and whether an operation is weather restricted.
+"""Alpha factors: what a limiting wave height must be lowered by because forecasts err, and whether an operation is
+weather restricted.
 
-OP_WF = alpha OP_LIM; T_R = T_POP + T_C, and 2 T_POP where the contingency time T_C is not assessed. Alpha steps with T_POP (each row counts
-up to and including its time) and is interpolated along straight lines in Hs; above the highest Hs of the table it stays, below the lowest
-it is "case by case": none is made up. Source: DNV-OS-H101 section 4 (recalled: check against your edition); tables are files of their own.
+OP_WF = alpha OP_LIM; T_R = T_POP + T_C, and 2 T_POP where the contingency time T_C is not assessed. Alpha steps with
+T_POP (each row counts up to and including its time) and is interpolated along straight lines in Hs; above the highest
+Hs of the table it stays, below the lowest it is "case by case": none is made up. Source: DNV-OS-H101 section 4
+(recalled: check against your edition); tables are files of their own.
 """
 
 from __future__ import annotations
@@ -31,7 +33,8 @@ _ROUND = 1e-6
 class AlphaTable:
     """Alpha over limiting height and planned time.
 
-    Hs (k,) [m], T_POP (r,) [s] ascending; alpha: r rows of k numbers; the ends of what counts as weather restricted [s]; where it is from.
+    Hs (k,) [m], T_POP (r,) [s] ascending; alpha: r rows of k numbers; the ends of what counts as weather restricted
+    [s]; where it is from.
     """
 
     name: str
@@ -46,7 +49,12 @@ class AlphaTable:
     def source(self) -> str:
         """Standard, edition, clause and version of the table in one line."""
         t = self.texts
-        parts = (t["standard"], t["edition"] and f"({t['edition']})", t["clause"], f"table file {self.name} version {t['version']}")
+        parts = (
+            t["standard"],
+            t["edition"] and f"({t['edition']})",
+            t["clause"],
+            f"table file {self.name} version {t['version']}",
+        )
         return ", ".join(p for p in (" ".join(p for p in parts[:3] if p), parts[3], t["note"]) if p)
 
 
@@ -92,7 +100,11 @@ def load_alpha_table(name_or_path: str = DEFAULT, option: str = "--table") -> Al
         )
     file = _SHELF / f"{name_or_path}.toml" if name_or_path in alpha_tables() else own
     try:
-        return _table(parsed(toml_text(file), file.name, FileKind.ALPHA, start=f"Copy {DEFAULT}.toml and change it."), file.stem, file.name)
+        return _table(
+            parsed(toml_text(file), file.name, FileKind.ALPHA, start=f"Copy {DEFAULT}.toml and change it."),
+            file.stem,
+            file.name,
+        )
     except StillhookError as e:
         raise WeatherError(str(e)) from None
 
@@ -103,7 +115,11 @@ def _table(data: dict[str, Any], name: str, where: str) -> AlphaTable:
         if key not in allowed:
             raise WeatherError(f"{where}: {key}: unknown field. Allowed: {', '.join(allowed)}{nearest(key, allowed)}")
     rows, heights, ends = data.get("row"), data.get("Hs"), data.get("restricted")
-    if not isinstance(rows, list) or not rows or not all(isinstance(r, dict) and set(r) == {"T_POP", "alpha"} for r in rows):
+    if (
+        not isinstance(rows, list)
+        or not rows
+        or not all(isinstance(r, dict) and set(r) == {"T_POP", "alpha"} for r in rows)
+    ):
         raise WeatherError(f'{where}: row: give one [[row]] or more, each with T_POP = "12 h" and alpha = [...].')
     if not isinstance(heights, list) or not heights:
         raise WeatherError(f'{where}: Hs = {came(heights)}: give the heights of the columns, ["1 m", "2 m"].')
@@ -118,7 +134,9 @@ def _table(data: dict[str, Any], name: str, where: str) -> AlphaTable:
     if any(not isinstance(text, str) for text in texts.values()) or not texts["standard"]:
         raise WeatherError(f"{where}: {', '.join(_TEXTS)}: give texts; standard says what the factors are from.")
     alpha = tuple(_row(r["alpha"], len(Hs), f"{where}: row[{i}].alpha") for i, r in enumerate(rows))
-    T_POP_below, T_R_below = (parse(ends[key], "hours", f"{where}: restricted.{key}") for key in ("T_POP_below", "T_R_below"))
+    T_POP_below, T_R_below = (
+        parse(ends[key], "hours", f"{where}: restricted.{key}") for key in ("T_POP_below", "T_R_below")
+    )
     return AlphaTable(name, Hs, T_POP, alpha, T_POP_below, T_R_below, texts)
 
 
@@ -131,15 +149,16 @@ def _row(numbers: Any, count: int, where: str) -> tuple[float, ...]:
 
 
 def alpha_of(table: AlphaTable, hs: float, T_POP: float, T_C: float | None = None, *, option: str = "--table") -> Alpha:
-    """Alpha of an operation with limiting height hs [m] (its OP_LIM) and planned time T_POP [s]; T_C contingency [s], None: not assessed;
-    option: by which a command takes a table of one's own, for what is said where the table leaves the factor open.
+    """Alpha of an operation with limiting height hs [m] (its OP_LIM) and planned time T_POP [s]; T_C contingency [s],
+    None: not assessed; option: by which a command takes a table of one's own, for what is said where the table leaves
+    the factor open.
 
     Errors: WeatherError for a height or time that is not above 0, and a contingency below 0.
     """
     if not (0.0 < hs < math.inf) or not (0.0 < T_POP < math.inf) or (T_C is not None and not (0.0 <= T_C < math.inf)):
         raise WeatherError(
-            f"alpha: Hs {hs:g} m, T_POP {T_POP:g} s, T_C {'not assessed' if T_C is None else f'{T_C:g} s'}: height and time must be "
-            "above 0, the contingency not below. Check the numbers."
+            f"alpha: Hs {hs:g} m, T_POP {T_POP:g} s, T_C {'not assessed' if T_C is None else f'{T_C:g} s'}: height and"
+            " time must be above 0, the contingency not below. Check the numbers."
         )
     T_R, restricted = reference_period(table, T_POP, T_C)
     alpha, why = _alpha(table, hs, T_POP, option)
@@ -150,13 +169,15 @@ def alpha_of(table: AlphaTable, hs: float, T_POP: float, T_C: float | None = Non
 
 
 def reference_period(table: AlphaTable, T_POP: float, T_C: float | None = None) -> tuple[float, bool]:
-    """T_R = T_POP + T_C [s], twice T_POP where T_C is not assessed (None); and whether the operation may be weather restricted."""
+    """T_R = T_POP + T_C [s], twice T_POP where T_C is not assessed (None); and whether the operation may be weather
+    restricted."""
     T_R = T_POP + (T_POP if T_C is None else T_C)
     return T_R, T_POP < table.T_POP_below - _ROUND and T_R < table.T_R_below - _ROUND
 
 
 def alphas(table: AlphaTable, Hs: FloatArray, T_POP: float) -> FloatArray:
-    """Alpha of limiting heights Hs [m], same shape; NaN where the table gives none (see `alpha_of`) and for Hs that are no numbers."""
+    """Alpha of limiting heights Hs [m], same shape; NaN where the table gives none (see `alpha_of`) and for Hs that are
+    no numbers."""
     if T_POP > table.T_POP[-1] + _ROUND:
         return np.full(np.shape(Hs), np.nan)
     row = table.alpha[int(np.searchsorted(np.array(table.T_POP), T_POP - _ROUND))]
@@ -173,14 +194,21 @@ def _unrestricted(table: AlphaTable, T_POP: float, T_R: float) -> str:
 
 def _alpha(table: AlphaTable, hs: float, T_POP: float, option: str) -> tuple[float | None, str]:
     if T_POP > table.T_POP[-1] + _ROUND:
-        return None, (
-            f"no alpha: T_POP {_hours(T_POP)} is beyond the {_hours(table.T_POP[-1])} of the table, and the operation is not "
-            "weather restricted. Plan for extremes of the season, or divide the operation."
+        return (
+            None,
+            (
+                f"no alpha: T_POP {_hours(T_POP)} is beyond the {_hours(table.T_POP[-1])} of the table, and the"
+                " operation is not weather restricted. Plan for extremes of the season, or divide the operation."
+            ),
         )
     if hs < table.Hs[0] - _ROUND:
-        return None, (
-            f"no alpha: a limiting Hs of {show(hs, 'length')} is below the {show(table.Hs[0], 'length')} of the table: case by case. "
-            f"Agree a factor with your warranty surveyor, and put it into a table of your own ({option})."
+        return (
+            None,
+            (
+                f"no alpha: a limiting Hs of {show(hs, 'length')} is below the {show(table.Hs[0], 'length')} of the"
+                " table: case by case. Agree a factor with your warranty surveyor, and put it into a table of your own"
+                f" ({option})."
+            ),
         )
     return float(alphas(table, np.array([hs]), T_POP)[0]), ""
 

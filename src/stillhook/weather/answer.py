@@ -27,7 +27,8 @@ def stamp(time: np.datetime64) -> str:
 def persistence_answer(
     weather: Weather, limits: Sequence[Limit], window: float, *, ship: float | None = None, free: bool = False
 ) -> dict[str, Any]:
-    """Persistence of a series under limits, with where it is from [SI]; window [s]; ship, free as in `limit_text.inside_by_heading`."""
+    """Persistence of a series under limits, with where it is from [SI]; window [s]; ship, free as in
+    `limit_text.inside_by_heading`."""
     workable, valid = inside_by_heading(limits, weather, ship, free=free)
     rows, step = every(weather, valid)
     found = persistence(workable[:, rows], weather.time[rows], step, window, valid=valid[rows])
@@ -38,12 +39,20 @@ def persistence_answer(
     numbers = found.numbers()
     return (
         {"file": weather.source, "start": stamp(weather.time[0]), "end": stamp(weather.time[-1]), "step": step}
-        | {"limits": [limit.text for limit in limits], "window": window, "ship": ("free" if free else ship) if turned else None}
+        | {
+            "limits": [limit.text for limit in limits],
+            "window": window,
+            "ship": ("free" if free else ship) if turned else None,
+        }
         | {"n_records": len(rows), "n_valid": int(np.count_nonzero(valid[rows]))}
         | numbers
         | {"hours": _hours(numbers | {"window": window})}
         | {"months": [month.numbers() for month in found.months]}
-        | ({"by_heading": [{"ship": s, "operability": o} for s, o in by_heading(limits, weather)]} if free and turned else {})
+        | (
+            {"by_heading": [{"ship": s, "operability": o} for s, o in by_heading(limits, weather)]}
+            if free and turned
+            else {}
+        )
         | {"notes": notes}
     )
 
@@ -53,12 +62,17 @@ def _hours(numbers: dict[str, Any]) -> dict[str, float]:
 
 
 def show_answer(weather: Weather) -> dict[str, Any]:
-    """What a series holds, column by column [SI]; of directions the mean direction, least and most. absent: time in gaps [s]."""
+    """What a series holds, column by column [SI]; of directions the mean direction, least and most. absent: time in
+    gaps [s]."""
     apart = np.diff(seconds(weather.time))
     broken = gaps(weather.time, weather.step)
     return (
         {"file": weather.source, "start": stamp(weather.time[0]), "end": stamp(weather.time[-1]), "step": weather.step}
-        | {"n_records": len(weather), "n_gaps": int(np.count_nonzero(broken)), "absent": float(np.sum(apart[broken] - weather.step))}
+        | {
+            "n_records": len(weather),
+            "n_gaps": int(np.count_nonzero(broken)),
+            "absent": float(np.sum(apart[broken] - weather.step)),
+        }
         | {"columns": {name: _column(name, x) for name, x in weather.columns.items()}, "notes": list(weather.notes)}
     )
 
@@ -72,5 +86,8 @@ def _column(name: str, x: FloatArray) -> dict[str, float | int | None]:
         mean = float(np.angle(np.mean(np.exp(1j * known)))) % FULL
         return counts | {"min": float(known.min()), "mean": mean, "p90": None, "max": float(known.max())}
     return counts | {
-        "min": float(known.min()), "mean": float(known.mean()), "p90": float(np.percentile(known, 90.0)), "max": float(known.max())
-    }  # fmt: skip
+        "min": float(known.min()),
+        "mean": float(known.mean()),
+        "p90": float(np.percentile(known, 90.0)),
+        "max": float(known.max()),
+    }

@@ -1,9 +1,10 @@
-"""Go or no-go from a forecast: may an operation start, now or within some days, if the forecast must stay within alpha times its limits.
+"""Go or no-go from a forecast: may an operation start, now or within some days, if the forecast must stay within alpha
+times its limits.
 
-An operation may start at a record if, from its time on, T_R is forecast without a gap or a missing value and every record of it is within
-all limits, those on the significant wave height times alpha (OP_WF), at one heading of the ship for the whole of T_R. Limits on wind,
-periods, current and directions are taken as they are: their uncertainty must be in them already. Alpha follows from the limiting height,
-its own for each, and from T_POP.
+An operation may start at a record if, from its time on, T_R is forecast without a gap or a missing value and every
+record of it is within all limits, those on the significant wave height times alpha (OP_WF), at one heading of the ship
+for the whole of T_R. Limits on wind, periods, current and directions are taken as they are: their uncertainty must be
+in them already. Alpha follows from the limiting height, its own for each, and from T_POP.
 """
 
 from __future__ import annotations
@@ -26,10 +27,11 @@ from stillhook.weather.series import Weather
 
 @dataclass(frozen=True)
 class Start:
-    """A start that was looked at. go: None where the forecast ends, has a gap or misses a value within T_R before anything is beyond.
+    """A start that was looked at. go: None where the forecast ends, has a gap or misses a value within T_R before
+    anything is beyond.
 
-    governs: the limit (as written) that is used most within T_R, most: its value there [SI], allowed: what it is held against [SI], both
-    None for ranges of angles and lower limits.
+    governs: the limit (as written) that is used most within T_R, most: its value there [SI], allowed: what it is held
+    against [SI], both None for ranges of angles and lower limits.
     """
 
     time: np.datetime64
@@ -41,8 +43,8 @@ class Start:
 
 @dataclass(frozen=True, eq=False)
 class Bound:
-    """An upper limit as it stands record by record: text as it was written, x what it looks at (n,), allowed (n,), or (heading, n) where it
-    depends on the heading [SI], NaN where it does not count."""
+    """An upper limit as it stands record by record: text as it was written, x what it looks at (n,), allowed (n,), or
+    (heading, n) where it depends on the heading [SI], NaN where it does not count."""
 
     text: str
     x: FloatArray = field(repr=False)
@@ -63,9 +65,17 @@ class Forecast:
 
 
 def check_forecast(
-    weather: Weather, limits: Sequence[Limit], table: AlphaTable, T_POP: float, T_C: float | None = None, *,
-    start: np.datetime64 | None = None, horizon: float = 72.0 * 3600.0, ship: float | None = None, free: bool = False,
-) -> Forecast:  # fmt: skip
+    weather: Weather,
+    limits: Sequence[Limit],
+    table: AlphaTable,
+    T_POP: float,
+    T_C: float | None = None,
+    *,
+    start: np.datetime64 | None = None,
+    horizon: float = 72.0 * 3600.0,
+    ship: float | None = None,
+    free: bool = False,
+) -> Forecast:
     """Looks at every record of the forecast from start (its first by default) to horizon [s] later.
 
     limits: at least one upper limit on H_m0; T_POP, T_C [s]; ship, free as in `limit_text.inside_by_heading`.
@@ -96,8 +106,8 @@ def rows_of(weather: Weather, start: np.datetime64 | None, horizon: float) -> ND
     rows = np.flatnonzero((weather.time >= first) & (weather.time <= first + np.timedelta64(round(horizon), "s")))
     if len(rows) == 0:
         raise WeatherError(
-            f"--start {first}: {weather.source} has no record from there to {horizon / 3600.0:g} h later; it runs from {weather.time[0]} "
-            f"to {weather.time[-1]} UTC. Give a start within it."
+            f"--start {first}: {weather.source} has no record from there to {horizon / 3600.0:g} h later; it runs from"
+            f" {weather.time[0]} to {weather.time[-1]} UTC. Give a start within it."
         )
     return rows
 
@@ -105,9 +115,12 @@ def rows_of(weather: Weather, start: np.datetime64 | None, horizon: float) -> ND
 def starts_of(
     weather: Weather, met: BoolArray, valid: BoolArray, upper: Sequence[Bound], rows: NDArray[np.intp], T_R: float
 ) -> tuple[Start, ...]:
-    """Every start of rows (k,), judged by which records meet all limits at each heading that is kept (heading, n), and which are known
-    (n,); upper tells which limit governs."""
-    windows, told = windows_of(met, weather.time, weather.step), windows_of(valid, weather.time, weather.step).starts(T_R)
+    """Every start of rows (k,), judged by which records meet all limits at each heading that is kept (heading, n), and
+    which are known (n,); upper tells which limit governs."""
+    windows, told = (
+        windows_of(met, weather.time, weather.step),
+        windows_of(valid, weather.time, weather.step).starts(T_R),
+    )
     within = windows.starts(T_R)
     t = seconds(weather.time)
     starts = []
@@ -116,7 +129,13 @@ def starts_of(
         go: bool | None = bool(within[i])
         if not go and not told[i] and not np.any(valid[i:last] & ~met[:, i:last], axis=1).all():
             go = None
-        starts.append(Start(weather.time[i], go, *_governing(upper, slice(int(i), last), windows.heading[i] if windows.reach[i] else None)))
+        starts.append(
+            Start(
+                weather.time[i],
+                go,
+                *_governing(upper, slice(int(i), last), windows.heading[i] if windows.reach[i] else None),
+            )
+        )
     return tuple(starts)
 
 
@@ -129,20 +148,28 @@ def bounds(weather: Weather, limits: Sequence[Limit], ship: float | None) -> tup
         counts = np.ones(len(weather), dtype=np.bool_)
         for part in limit.when:
             counts &= part.holds(values(weather, part.name, limit, ship))
-        found.append(Bound(limit.text, values(weather, limit.range.name, limit, ship), np.where(counts, limit.range.high, np.nan)))
+        found.append(
+            Bound(
+                limit.text, values(weather, limit.range.name, limit, ship), np.where(counts, limit.range.high, np.nan)
+            )
+        )
     return tuple(found)
 
 
 def _governing(upper: Sequence[Bound], rows: slice, heading: np.intp | None) -> tuple[str, float | None, float | None]:
-    """The bound that is used most in these records, its value there and what is allowed; at this heading, or without one at that which
-    allows most at the start."""
+    """The bound that is used most in these records, its value there and what is allowed; at this heading, or without
+    one at that which allows most at the start."""
     most: tuple[float, str, float, float] | None = None
     for bound in upper:
         at_heading = bound.allowed
         if at_heading.ndim > 1:
             at_heading = at_heading[at_heading[:, rows.start].argmax() if heading is None else heading]
         for x, allowed in zip(bound.x[rows], at_heading[rows], strict=True):
-            used = (x / allowed if allowed > 0.0 else math.inf) if math.isfinite(x) and math.isfinite(allowed) else -math.inf
+            used = (
+                (x / allowed if allowed > 0.0 else math.inf)
+                if math.isfinite(x) and math.isfinite(allowed)
+                else -math.inf
+            )
             if used > -math.inf and (most is None or used > most[0]):
                 most = (used, bound.text, float(x), float(allowed))
     return ("", None, None) if most is None else most[1:]
@@ -152,7 +179,10 @@ def why_not(first: Start, T_R: float, weather: Weather) -> str:
     """Why a start is a no, in one line."""
     length = f"the {T_R / 3600.0:g} h of T_R"
     if first.go is None:
-        return f"no-go at {first.time}: the forecast ends, has a gap or misses a value within {length}; it runs to {weather.time[-1]}"
+        return (
+            f"no-go at {first.time}: the forecast ends, has a gap or misses a value within {length}; it runs to"
+            f" {weather.time[-1]}"
+        )
     by = f" ({first.governs})" if first.governs else ""
     return f"no-go at {first.time}: a limit is exceeded within {length}{by}"
 

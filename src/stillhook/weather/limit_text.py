@@ -1,8 +1,10 @@
-"""Limits of weather as text: "Hs <= 1.5 m", "wind <= 10 m/s", "Tp 5..12 s", "Hs <= 3 m for beta 150..210 deg"; both ends are inside.
+"""Limits of weather as text: "Hs <= 1.5 m", "wind <= 10 m/s", "Tp 5..12 s", "Hs <= 3 m for beta 150..210 deg"; both
+ends are inside.
 
-A limit is a range of one column of the weather, and may hold for a part of the records only ("for ..."). Every limit must hold. beta is
-the direction in which the waves travel, counter-clockwise from the bow, and needs to know where the ship heads; a ship that is free keeps
-one heading through an operation (every `FREE_STEP` is tried). Ranges of angles run in rising sense, through 360 deg.
+A limit is a range of one column of the weather, and may hold for a part of the records only ("for ..."). Every limit
+must hold. beta is the direction in which the waves travel, counter-clockwise from the bow, and needs to know where the
+ship heads; a ship that is free keeps one heading through an operation (every `FREE_STEP` is tried). Ranges of angles
+run in rising sense, through 360 deg.
 """
 
 from __future__ import annotations
@@ -23,16 +25,42 @@ from stillhook.weather.series import Weather
 
 BETA = "beta"
 KIND = {
-    "H_m0": "length", "T_p": "time", "T_m02": "time", "wind": "wind_speed", "current": "speed", "come_from": "angle", "wind_from": "angle",
+    "H_m0": "length",
+    "T_p": "time",
+    "T_m02": "time",
+    "wind": "wind_speed",
+    "current": "speed",
+    "come_from": "angle",
+    "wind_from": "angle",
     BETA: "angle",
-}  # fmt: skip
+}
 """Columns that a limit may be of, with the kind of their units."""
 SPELT = {
-    "hs": "H_m0", "h_s": "H_m0", "hm0": "H_m0", "h_m0": "H_m0", "waveheight": "H_m0", "wave_height": "H_m0", "height": "H_m0",
-    "tp": "T_p", "t_p": "T_p", "period": "T_p", "tz": "T_m02", "t_z": "T_m02", "tm02": "T_m02", "t_m02": "T_m02",
-    "wind": "wind", "windspeed": "wind", "wind_speed": "wind", "current": "current",
-    "from": "come_from", "come_from": "come_from", "direction": "come_from", "wave_from": "come_from", "wind_from": "wind_from", BETA: BETA,
-}  # fmt: skip
+    "hs": "H_m0",
+    "h_s": "H_m0",
+    "hm0": "H_m0",
+    "h_m0": "H_m0",
+    "waveheight": "H_m0",
+    "wave_height": "H_m0",
+    "height": "H_m0",
+    "tp": "T_p",
+    "t_p": "T_p",
+    "period": "T_p",
+    "tz": "T_m02",
+    "t_z": "T_m02",
+    "tm02": "T_m02",
+    "t_m02": "T_m02",
+    "wind": "wind",
+    "windspeed": "wind",
+    "wind_speed": "wind",
+    "current": "current",
+    "from": "come_from",
+    "come_from": "come_from",
+    "direction": "come_from",
+    "wave_from": "come_from",
+    "wind_from": "wind_from",
+    BETA: BETA,
+}
 FREE_STEP = math.radians(5.0)
 """Headings that a ship free to turn tries are so far apart [rad]."""
 SAME = 1e-9
@@ -100,7 +128,10 @@ def _range(part: str, text: str, where: str) -> Range:
     if sign in ("<", ">", "=", "=="):
         raise WeatherError(f"{where} {came(text)}: limits are inclusive. Write <= or >=.")
     if KIND[name] == "angle":
-        raise WeatherError(f'{where} {came(text)}: a direction has no lower and upper side. Write a range such as "{name} 150..210 deg".')
+        raise WeatherError(
+            f'{where} {came(text)}: a direction has no lower and upper side. Write a range such as "{name} 150..210'
+            ' deg".'
+        )
     value = _value(found[3], name, text, where)
     return Range(name, high=value) if sign in ("<=", "=<", "≤") else Range(name, low=value)
 
@@ -109,7 +140,9 @@ def _column(name: str, text: str, where: str) -> str:
     if name in KIND:
         return name
     if name.lower() not in SPELT:
-        raise WeatherError(f"{where} {came(text)}: {came(name)} is not one of Hs, Tp, Tz, wind, current, come_from, wind_from, beta.")
+        raise WeatherError(
+            f"{where} {came(text)}: {came(name)} is not one of Hs, Tp, Tz, wind, current, come_from, wind_from, beta."
+        )
     return SPELT[name.lower()]
 
 
@@ -120,24 +153,30 @@ def _value(value: str, name: str, text: str, where: str) -> float:
     return number
 
 
-def inside(limits: Sequence[Limit], weather: Weather, ship: float | None = None) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Which records (n,) meet every limit, and which of them are valid: all that the limits ask for is known. What is not valid is not met.
+def inside(
+    limits: Sequence[Limit], weather: Weather, ship: float | None = None
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which records (n,) meet every limit, and which of them are valid: all that the limits ask for is known. What is
+    not valid is not met.
 
     ship: where the bow points, clockwise from north [rad].
-    Errors: WeatherError where the weather does not know what a limit asks for, or where waves from the bow are asked of no heading.
+    Errors: WeatherError where the weather does not know what a limit asks for, or where waves from the bow are asked of
+    no heading.
     """
     if not _of_heading(limits):
         return _inside(limits, weather, None)
     if ship is None:
-        raise WeatherError('--ship: missing: a limit asks for beta. Say where the bow points, "315 deg" from north, or "free".')
+        raise WeatherError(
+            '--ship: missing: a limit asks for beta. Say where the bow points, "315 deg" from north, or "free".'
+        )
     return _inside(limits, weather, ship)
 
 
 def inside_by_heading(
     limits: Sequence[Limit], weather: Weather, ship: float | None = None, *, free: bool = False
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """`inside` at each heading that the ship may keep (heading, n): one row where it is held, `free_headings` where it is free and a limit
-    asks for beta; and which records are valid (n,), at some heading. Errors: as `inside`."""
+    """`inside` at each heading that the ship may keep (heading, n): one row where it is held, `free_headings` where it
+    is free and a limit asks for beta; and which records are valid (n,), at some heading. Errors: as `inside`."""
     if not free or not _of_heading(limits):
         met, valid = inside(limits, weather, ship)
         return met[None], valid
@@ -155,7 +194,8 @@ def _of_heading(limits: Sequence[Limit]) -> bool:
 
 
 def by_heading(limits: Sequence[Limit], weather: Weather) -> list[tuple[float, float]]:
-    """Headings that a ship free to turn tries [rad from north], each with the share of valid records inside all limits if it is held."""
+    """Headings that a ship free to turn tries [rad from north], each with the share of valid records inside all limits
+    if it is held."""
     found = []
     for heading in free_headings():
         met, valid = _inside(limits, weather, float(heading))
@@ -164,7 +204,9 @@ def by_heading(limits: Sequence[Limit], weather: Weather) -> list[tuple[float, f
     return found
 
 
-def _inside(limits: Sequence[Limit], weather: Weather, ship: float | None) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _inside(
+    limits: Sequence[Limit], weather: Weather, ship: float | None
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     met, valid = np.ones(len(weather), dtype=np.bool_), np.ones(len(weather), dtype=np.bool_)
     for limit in limits:
         counts, known = np.ones(len(weather), dtype=np.bool_), np.ones(len(weather), dtype=np.bool_)
@@ -189,7 +231,7 @@ def values(weather: Weather, name: str, limit: Limit, ship: float | None) -> Flo
     x = weather.columns[column]
     if not np.isfinite(x).any():
         raise WeatherError(
-            f"--limit {came(limit.text)}: {weather.source} has no record of {column}: all {len(x)} are missing. Choose another column with "
-            "--column, or drop the limit."
+            f"--limit {came(limit.text)}: {weather.source} has no record of {column}: all {len(x)} are missing. Choose"
+            " another column with --column, or drop the limit."
         )
     return relative(x, ship) if name == BETA and ship is not None else x

@@ -13,13 +13,17 @@ NAMED = ("Hs", "Tp", "Tz", "wind", "come_from", "wind_from", "current")
 
 
 def mapped(headings: Mapping[str, str], where: str) -> dict[str, str]:
-    """Names as users write them -> headings, as `stillhook.formats.weather.file.read_weather` wants them. Errors: WeatherError."""
+    """Names as users write them -> headings, as `stillhook.formats.weather.file.read_weather` wants them. Errors:
+    WeatherError."""
     found = {}
     for name, heading in headings.items():
         key = SPELT.get(name.strip().lower())
         if key is None or key == BETA:
             raise WeatherError(f"{where} {came(name)}: is not one of {', '.join(NAMED)}{nearest(name, NAMED)}")
         if not isinstance(heading, str) or not heading.strip():
-            raise WeatherError(f"{where} {name} = {came(heading)}: write a heading of the file, with its unit in brackets if it has none.")
+            raise WeatherError(
+                f"{where} {name} = {came(heading)}: write a heading of the file, with its unit in brackets if it has"
+                " none."
+            )
         found[key] = heading.strip()
     return found

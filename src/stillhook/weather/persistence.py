@@ -1,16 +1,20 @@
-"""Persistence of workable weather: how much of the time, in windows how long, and how long one waits for one that is long enough.
+"""Persistence of workable weather: how much of the time, in windows how long, and how long one waits for one that is
+long enough.
 
-A record stands for one step from its time on: a window of n hourly records is n hours long. Two records follow each other if they are one
-step apart; a longer way is a gap (`GAP`), and a gap breaks a window, as does a record of which what a limit asks for is not known. Windows
-that the ends of the series or a gap cut are counted as long as they are seen.
+A record stands for one step from its time on: a window of n hourly records is n hours long. Two records follow each
+other if they are one step apart; a longer way is a gap (`GAP`), and a gap breaks a window, as does a record of which
+what a limit asks for is not known. Windows that the ends of the series or a gap cut are counted as long as they are
+seen.
 
-A vessel that is free to turn keeps one heading through an operation: its records are given heading by heading, and a window is a longest
-unbroken time at one of them (windows of two headings may overlap). A record alone is workable if it is so at any heading.
+A vessel that is free to turn keeps one heading through an operation: its records are given heading by heading, and a
+window is a longest unbroken time at one of them (windows of two headings may overlap). A record alone is workable if it
+is so at any heading.
 
-An operation of a given length can start in a record from which at least so much workable time follows without a break, and the wait of a
-record is the time by the clock, gaps included, to the first such record at or after it: 0 where it can start at once. Waits are taken from
-every record, workable or not. Records after the last possible start are censored: their wait is not known, they are counted and left out of
-mean and percentiles, which are therefore too low where many are. Percentiles are linear between the two nearest waits (numpy's "linear").
+An operation of a given length can start in a record from which at least so much workable time follows without a break,
+and the wait of a record is the time by the clock, gaps included, to the first such record at or after it: 0 where it
+can start at once. Waits are taken from every record, workable or not. Records after the last possible start are
+censored: their wait is not known, they are counted and left out of mean and percentiles, which are therefore too low
+where many are. Percentiles are linear between the two nearest waits (numpy's "linear").
 """
 
 from __future__ import annotations
@@ -37,12 +41,13 @@ IN_TIME = ("window_mean", "window_max", "wait_mean", "wait_p50", "wait_p90", "wa
 class Persistence:
     """Counts, shares and times of one series, or of one month of the year in it.
 
-    n_hours: hours that the records cover (records times step); n_missing: records of which something that a limit asks for is not known;
-    operability: share of the valid records inside all limits; start_share: share of the possible starts, records that are followed by known
-    ones through a whole window, in which the operation can start at once;
-    n_windows, window_mean, window_max: unbroken workable times [s], of a month those that begin in it; n_windows_long_enough: of these, as
-    long as the operation or longer; wait_mean, wait_p50, wait_p90, wait_max [s]; n_censored: records without a later start; n_gaps: breaks
-    in time. Times and shares are NaN where there is nothing to take them from. month: 1 to 12, of the record or window's begin, all years.
+    n_hours: hours that the records cover (records times step); n_missing: records of which something that a limit asks
+    for is not known; operability: share of the valid records inside all limits; start_share: share of the possible
+    starts, records that are followed by known ones through a whole window, in which the operation can start at once;
+    n_windows, window_mean, window_max: unbroken workable times [s], of a month those that begin in it;
+    n_windows_long_enough: of these, as long as the operation or longer; wait_mean, wait_p50, wait_p90, wait_max [s];
+    n_censored: records without a later start; n_gaps: breaks in time. Times and shares are NaN where there is nothing
+    to take them from. month: 1 to 12, of the record or window's begin, all years.
     """
 
     n_hours: float
@@ -66,14 +71,16 @@ class Persistence:
         """Its numbers by name [SI], counts as whole numbers; a month's begin with which it is."""
         hours = round(self.n_hours, 9)
         hours = int(hours) if hours.is_integer() else hours
-        own = {name: value for name, value in vars(self).items() if name not in ("month", "months")} | {"n_hours": hours}
+        own = {name: value for name, value in vars(self).items() if name not in ("month", "months")} | {
+            "n_hours": hours
+        }
         return own if self.month is None else {"month": self.month} | own
 
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """Unbroken workable times: first record (k,) and length (k,) [s]. reach (n,) [s]: workable time without a break from each record on;
-    heading (n,): the row of headings at which it is longest."""
+    """Unbroken workable times: first record (k,) and length (k,) [s]. reach (n,) [s]: workable time without a break
+    from each record on; heading (n,): the row of headings at which it is longest."""
 
     first: NDArray[np.intp]
     length: FloatArray
@@ -96,7 +103,8 @@ def gaps(time: NDArray[np.datetime64], step: float) -> BoolArray:
 
 
 def windows_of(workable: BoolArray, time: NDArray[np.datetime64], step: float) -> Windows:
-    """Longest runs of consecutive workable records; workable (n,), or (heading, n) of which one is kept through a run."""
+    """Longest runs of consecutive workable records; workable (n,), or (heading, n) of which one is kept through a
+    run."""
     t, unbroken = seconds(time), ~gaps(time, step)
     rows = np.atleast_2d(workable)
     reach, heading = _reach(rows[0], t, unbroken, step), np.zeros(len(t), dtype=np.intp)
@@ -119,7 +127,8 @@ def _reach(workable: BoolArray, t: FloatArray, unbroken: BoolArray, step: float)
 
 
 def waits(can_start: BoolArray, time: NDArray[np.datetime64]) -> FloatArray:
-    """Time from each record to the first at or after it in which the operation can start (n,) [s]; NaN where there is none."""
+    """Time from each record to the first at or after it in which the operation can start (n,) [s]; NaN where there is
+    none."""
     n, t = len(can_start), seconds(time)
     after = np.minimum.accumulate(np.where(can_start, np.arange(n), n)[::-1])[::-1]
     return np.where(after < n, t[np.minimum(after, n - 1)] - t, np.nan)
@@ -138,7 +147,9 @@ def persistence(
     n = np.shape(workable)[-1]
     known = np.ones(n, dtype=np.bool_) if valid is None else np.asarray(valid, dtype=np.bool_)
     if n == 0 or len(time) != n or len(known) != n:
-        raise WeatherError(f"weather: {n} records, {len(time)} times and {len(known)} marks. Give as many of each, at least one.")
+        raise WeatherError(
+            f"weather: {n} records, {len(time)} times and {len(known)} marks. Give as many of each, at least one."
+        )
     if np.any(np.diff(time) <= np.timedelta64(0, "ms")):
         raise WeatherError("weather: times do not ascend. Put the records in order, each time once.")
     if not (0.0 < window < math.inf) or not (0.0 < step < math.inf):
@@ -152,15 +163,28 @@ def persistence(
 
 
 def _counted(
-    time: NDArray[np.datetime64], step: float, window: float, work: BoolArray, known: BoolArray, found: Windows, can_start: BoolArray,
-    could_start: BoolArray, wait: FloatArray, *, months: NDArray[np.int64], tell: tuple[int, ...], month: int | None = None,
-) -> Persistence:  # fmt: skip
+    time: NDArray[np.datetime64],
+    step: float,
+    window: float,
+    work: BoolArray,
+    known: BoolArray,
+    found: Windows,
+    can_start: BoolArray,
+    could_start: BoolArray,
+    wait: FloatArray,
+    *,
+    months: NDArray[np.int64],
+    tell: tuple[int, ...],
+    month: int | None = None,
+) -> Persistence:
     """Numbers of all records, with those of the months to tell; or of the records of one month."""
     rows = np.ones(len(work), dtype=np.bool_) if month is None else months == month
     lengths = found.length[rows[found.first]]
     known_waits = wait[rows & np.isfinite(wait)]
     n_valid, n_starts = int(np.count_nonzero(known & rows)), int(np.count_nonzero(could_start & rows))
-    p50, p90 = (float(x) for x in np.percentile(known_waits, (50.0, 90.0))) if len(known_waits) else (math.nan, math.nan)
+    p50, p90 = (
+        (float(x) for x in np.percentile(known_waits, (50.0, 90.0))) if len(known_waits) else (math.nan, math.nan)
+    )
     parts = (time, step, window, work, known, found, can_start, could_start, wait)
     return Persistence(
         n_hours=int(np.count_nonzero(rows)) * step / HOUR,

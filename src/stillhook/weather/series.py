@@ -10,15 +10,16 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray
 
 COLUMNS = ("H_m0", "T_p", "T_m02", "come_from", "wind", "wind_from", "current")
-"""What a weather table may know: height [m], periods [s], where waves and wind come from, clockwise from north [rad], speeds [m/s]."""
+"""What a weather table may know: height [m], periods [s], where waves and wind come from, clockwise from north [rad],
+speeds [m/s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Weather:
     """n records of weather, one after the other, step [s] apart except at gaps.
 
-    time UTC, ascending; columns: name of `COLUMNS` -> (n,), NaN where unknown; step [s] the usual spacing; source, the file; notes, what
-    the reader had to say.
+    time UTC, ascending; columns: name of `COLUMNS` -> (n,), NaN where unknown; step [s] the usual spacing; source, the
+    file; notes, what the reader had to say.
     """
 
     time: NDArray[np.datetime64] = field(repr=False)
@@ -35,7 +36,8 @@ HOUR = 3600.0
 
 
 def usual_step(time: NDArray[np.datetime64]) -> float:
-    """The most frequent time from one record to the next [s], the shortest of those where several are; of one record an hour."""
+    """The most frequent time from one record to the next [s], the shortest of those where several are; of one record an
+    hour."""
     if len(time) < 2:
         return HOUR
     apart, count = np.unique(np.diff(time) / np.timedelta64(1, "ms"), return_counts=True)

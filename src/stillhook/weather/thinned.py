@@ -1,4 +1,5 @@
-"""Series of which only every so manieth record tells what is asked, such as buoys that report wind every 10 min and waves every hour."""
+"""Series of which only every so manieth record tells what is asked, such as buoys that report wind every 10 min and
+waves every hour."""
 
 from __future__ import annotations
 
@@ -8,13 +9,15 @@ from numpy.typing import NDArray
 from stillhook.weather.series import Weather, usual_step
 
 MOSTLY = 0.8
-"""Share of the ways from one known record to the next that must be alike, and of the known records that must lie on that grid."""
+"""Share of the ways from one known record to the next that must be alike, and of the known records that must lie on
+that grid."""
 AT_LEAST = 2
 """Steps between known records from which a series is thinned."""
 
 
 def every(weather: Weather, known: NDArray[np.bool_]) -> tuple[NDArray[np.intp], float]:
-    """Records (k,) that a question is about, and what each stands for [s]: all, unless known ones come regularly and further apart."""
+    """Records (k,) that a question is about, and what each stands for [s]: all, unless known ones come regularly and
+    further apart."""
     whole = np.arange(len(weather)), weather.step
     rows = np.flatnonzero(known)
     if len(rows) < 3 or 2 * len(rows) > len(weather):

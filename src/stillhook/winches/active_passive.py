@@ -1,4 +1,5 @@
-"""Active/passive winch: a closed circuit moves the drum, a second one with accumulator carries the weight (thesis figure 2.1)."""
+"""Active/passive winch: a closed circuit moves the drum, a second one with accumulator carries the weight (thesis
+figure 2.1)."""
 
 from typing import NamedTuple
 
@@ -14,7 +15,14 @@ from stillhook.physics.hydraulics.valves import Relief, external_leakage, intern
 from stillhook.physics.load_path.drum import wire_at_end
 from stillhook.physics.load_path.wire import wire_stiffness
 from stillhook.physics.scalar import copysign, fmax, scalar
-from stillhook.winches.closed_circuit import ActiveCircuit, ActiveFlows, active_flows, out_of_boost, out_of_power, overspeed
+from stillhook.winches.closed_circuit import (
+    ActiveCircuit,
+    ActiveFlows,
+    active_flows,
+    out_of_boost,
+    out_of_power,
+    overspeed,
+)
 from stillhook.winches.hoist import Hoist, HoistState, drag_loss, drum_geometry, hoist_energy, hoist_state, wire_loss
 from stillhook.winches.records import Limits, Powers, Sensors, Signals, Tip
 from stillhook.winches.sensors import obeyed, sense
@@ -43,9 +51,9 @@ class Params(NamedTuple):
 
 
 class State(NamedTuple):
-    """Settings alpha [-] with their rates [1/s] of active pumps, active motors, passive pumps, passive motors; line pressures [Pa];
-    V_o oil in the accumulator [m^3]; omega_m [rad/s]; s_w wire paid out [m]; z bristle [rad], half a step ahead;
-    s_load, v_load height and upward speed of the load [m, m/s]."""
+    """Settings alpha [-] with their rates [1/s] of active pumps, active motors, passive pumps, passive motors; line
+    pressures [Pa]; V_o oil in the accumulator [m^3]; omega_m [rad/s]; s_w wire paid out [m]; z bristle [rad], half a
+    step ahead; s_load, v_load height and upward speed of the load [m, m/s]."""
 
     alpha_p: float
     alpha_p_dot: float
@@ -66,8 +74,8 @@ class State(NamedTuple):
 
 
 class Command(NamedTuple):
-    """Held between PLC cycles: u_p, u_m active, u_pp, u_pm passive pumps and motors [-]; f_pump, f_passive shares of the active
-    and of the passive pumps that run; brake how far the holding brake is closed [-]."""
+    """Held between PLC cycles: u_p, u_m active, u_pp, u_pm passive pumps and motors [-]; f_pump, f_passive shares of
+    the active and of the passive pumps that run; brake how far the holding brake is closed [-]."""
 
     u_p: float
     u_m: float
@@ -79,8 +87,8 @@ class Command(NamedTuple):
 
 
 class Circuit(NamedTuple):
-    """Everything that the diagram shows at an instant; flows [m^3/s], pressures [Pa], torques at the motor shaft [N m]. g level
-    of dry friction, with that of the brake where it is held (above 0.5)."""
+    """Everything that the diagram shows at an instant; flows [m^3/s], pressures [Pa], torques at the motor shaft [N m].
+    g level of dry friction, with that of the brake where it is held (above 0.5)."""
 
     q: HoistState
     f: ActiveFlows
@@ -127,7 +135,8 @@ def moving_loss(omega_m, alpha_m, alpha_pm, p):
 
 @scalar
 def circuit(x, u, geo, tip, p):
-    """The whole winch at an instant, read along its diagram: drum and load, active circuit, passive circuit, friction."""
+    """The whole winch at an instant, read along its diagram: drum and load, active circuit, passive circuit,
+    friction."""
     A, P = p.active, p.passive
     alpha_p = displacement(x.alpha_p, A.pump_servo)
     alpha_m = displacement(x.alpha_m, A.motor_servo)
@@ -153,7 +162,24 @@ def circuit(x, u, geo, tip, p):
     g = g + u.brake * p.hoist.T_brake
     T_moving = moving_loss(x.omega_m, alpha_m, alpha_pm, p)
     return Circuit(
-        q, f, alpha_p, alpha_m, alpha_pp, alpha_pm, D_m, D_pm, Q_pp, Q_lp, Q_lp_ext, Q_relief_p, Q_o, p_o, p_hp, g, u.brake, T_moving
+        q,
+        f,
+        alpha_p,
+        alpha_m,
+        alpha_pp,
+        alpha_pm,
+        D_m,
+        D_pm,
+        Q_pp,
+        Q_lp,
+        Q_lp_ext,
+        Q_relief_p,
+        Q_o,
+        p_o,
+        p_hp,
+        g,
+        u.brake,
+        T_moving,
     )
 
 
@@ -202,13 +228,18 @@ def geometry(x, p):
 
 @scalar
 def at_rest(s_w, m, tick, p):
-    """State, memory and commands with the load hanging still on both circuits, displacements where the PLC wants them; s_w wire out [m]."""
+    """State, memory and commands with the load hanging still on both circuits, displacements where the PLC wants them;
+    s_w wire out [m]."""
     A, P, h = p.active, p.passive, p.hoist
     V_o = 0.5 * P.accumulator.V_stroke
     s_load = tick.s - h.load.W / wire_stiffness(s_w, h.wire)
     x = State(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, A.boost.p, A.boost.p, V_o, 0.0, s_w, 0.0, s_load, 0.0)
     u, m, _ = control(x, m, tick, Tip(tick.s, 0.0), geometry(x, p), p)
-    return State(0.0, 0.0, u.u_m, 0.0, 0.0, 0.0, u.u_pm, 0.0, A.boost.p, A.boost.p, V_o, 0.0, s_w, 0.0, s_load, 0.0), m, u
+    return (
+        State(0.0, 0.0, u.u_m, 0.0, 0.0, 0.0, u.u_pm, 0.0, A.boost.p, A.boost.p, V_o, 0.0, s_w, 0.0, s_load, 0.0),
+        m,
+        u,
+    )
 
 
 @scalar
@@ -240,11 +271,38 @@ def signals(c, x, u, m, drive, tick, geo, p):
     """One row of the time series."""
     T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
     return Signals(
-        tick.s, tick.v, tick.a, x.s_w, c.q.v_w, m.datum + tick.s - tick.s_op - x.s_w, drive.e_c,
-        drive.u_p, drive.u_m, drive.u_ff, drive.u_raw, c.alpha_p, c.alpha_m, x.p_a, x.p_b, x.omega_m, c.q.F_w,
-        x.s_load, x.v_load, c.f.Q_relief_a + c.f.Q_relief_b, T_f, geo.layers, c.p_hp, c.alpha_pp, c.alpha_pm, x.V_o,
-        u.f_pump, tick.mode, tick.v_op, power_units(c, x, p), u.brake,
-    )  # fmt: skip
+        tick.s,
+        tick.v,
+        tick.a,
+        x.s_w,
+        c.q.v_w,
+        m.datum + tick.s - tick.s_op - x.s_w,
+        drive.e_c,
+        drive.u_p,
+        drive.u_m,
+        drive.u_ff,
+        drive.u_raw,
+        c.alpha_p,
+        c.alpha_m,
+        x.p_a,
+        x.p_b,
+        x.omega_m,
+        c.q.F_w,
+        x.s_load,
+        x.v_load,
+        c.f.Q_relief_a + c.f.Q_relief_b,
+        T_f,
+        geo.layers,
+        c.p_hp,
+        c.alpha_pp,
+        c.alpha_pm,
+        x.V_o,
+        u.f_pump,
+        tick.mode,
+        tick.v_op,
+        power_units(c, x, p),
+        u.brake,
+    )
 
 
 @scalar

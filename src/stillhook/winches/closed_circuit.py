@@ -19,8 +19,8 @@ from stillhook.physics.scalar import scalar
 
 
 class ActiveCircuit(NamedTuple):
-    """i_C_h inverse capacitance of each line [Pa/m^3]; n_full, n_max shaft speed limits at full and at reduced displacement [rad/s];
-    P_back hydraulic power that the power units take back at most [W]."""
+    """i_C_h inverse capacitance of each line [Pa/m^3]; n_full, n_max shaft speed limits at full and at reduced
+    displacement [rad/s]; P_back hydraulic power that the power units take back at most [W]."""
 
     pumps: Pumps
     pump_servo: Servo
@@ -57,8 +57,8 @@ class ActiveFlows(NamedTuple):
 
 @scalar
 def active_flows(alpha_p, D_m, omega_m, p_a, p_b, f_pump, A):
-    """All flows of the active circuit. alpha_p pump setting [-]; D_m displacement of all motors [m^3/rad]; omega_m [rad/s];
-    p_a, p_b [Pa]; f_pump share of the pumps that run (the others are isolated) [-].
+    """All flows of the active circuit. alpha_p pump setting [-]; D_m displacement of all motors [m^3/rad]; omega_m
+    [rad/s]; p_a, p_b [Pa]; f_pump share of the pumps that run (the others are isolated) [-].
 
     Source: Moslatt 2020 E eq. 11 for both lines; leakage section 2.5.2.4.
     Differs from print: p_b is a state of its own, held by boost and flushing instead of constant.
@@ -84,7 +84,8 @@ def active_flows(alpha_p, D_m, omega_m, p_a, p_b, f_pump, A):
 
 @scalar
 def overspeed(alpha_m, omega_m, A):
-    """1 where the motors turn faster than allowed at this displacement, else 0: the limit rises as 1/alpha_m up to n_max.
+    """1 where the motors turn faster than allowed at this displacement, else 0: the limit rises as 1/alpha_m up to
+    n_max.
 
     A any circuit with n_full and n_max; alpha_m may be 0.
     """
@@ -93,12 +94,14 @@ def overspeed(alpha_m, omega_m, A):
 
 
 NEAR_LIMIT = 0.98
-"""Part of the largest power from which the units count as at their limit [-]: the PLC holds them there to within a cycle's change."""
+"""Part of the largest power from which the units count as at their limit [-]: the PLC holds them there to within a
+cycle's change."""
 
 
 @scalar
 def out_of_power(P_hpu, f_pump, plc, A):
-    """1 where the power units give all that those running can, or must take back more than they do; P_hpu [W], f_pump share that runs."""
+    """1 where the power units give all that those running can, or must take back more than they do; P_hpu [W], f_pump
+    share that runs."""
     spent = P_hpu >= NEAR_LIMIT * f_pump * plc.power.P_max
     return 1.0 if spent or P_hpu < -f_pump * A.P_back else 0.0
 

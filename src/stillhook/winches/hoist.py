@@ -11,8 +11,8 @@ from stillhook.winches.records import Geometry
 
 
 class Hoist(NamedTuple):
-    """i_i inverse of the gear ratio motor to drum; s_w_0 wire paid out at the start [m]; n_motors all motors, active and passive; T_brake
-    torque that the holding brake carries at the motor shaft [N m]."""
+    """i_i inverse of the gear ratio motor to drum; s_w_0 wire paid out at the start [m]; n_motors all motors, active
+    and passive; T_brake torque that the holding brake carries at the motor shaft [N m]."""
 
     drum: Drum
     inertia: Inertia
@@ -80,4 +80,9 @@ def drag_loss(v_load, load):
 def hoist_energy(omega_m, v_load, s_load, q, geo, load):
     """Energy stored in shaft, load and wire [J]."""
     stretch = q.stretch if q.F_w > 0.0 else 0.0
-    return 0.5 * omega_m * omega_m / geo.i_J + 0.5 * load.m * v_load * v_load + load.W * s_load + 0.5 * q.k * stretch * stretch
+    return (
+        0.5 * omega_m * omega_m / geo.i_J
+        + 0.5 * load.m * v_load * v_load
+        + load.W * s_load
+        + 0.5 * q.k * stretch * stretch
+    )

@@ -9,7 +9,14 @@ from stillhook.physics.hydraulics.swash import displacement, pilot, swash_accele
 from stillhook.physics.load_path.drum import wire_at_end
 from stillhook.physics.load_path.wire import wire_stiffness
 from stillhook.physics.scalar import copysign, scalar
-from stillhook.winches.closed_circuit import ActiveCircuit, ActiveFlows, active_flows, out_of_boost, out_of_power, overspeed
+from stillhook.winches.closed_circuit import (
+    ActiveCircuit,
+    ActiveFlows,
+    active_flows,
+    out_of_boost,
+    out_of_power,
+    overspeed,
+)
 from stillhook.winches.hoist import Hoist, HoistState, drag_loss, drum_geometry, hoist_energy, hoist_state, wire_loss
 from stillhook.winches.records import Limits, Powers, Sensors, Signals, Tip
 from stillhook.winches.sensors import obeyed, sense
@@ -23,8 +30,8 @@ class Params(NamedTuple):
 
 
 class State(NamedTuple):
-    """Settings alpha [-] with their rates [1/s] of pumps and motors; line pressures [Pa]; omega_m [rad/s]; s_w wire paid out [m];
-    z bristle [rad], half a step ahead; s_load, v_load height and upward speed of the load [m, m/s]."""
+    """Settings alpha [-] with their rates [1/s] of pumps and motors; line pressures [Pa]; omega_m [rad/s]; s_w wire
+    paid out [m]; z bristle [rad], half a step ahead; s_load, v_load height and upward speed of the load [m, m/s]."""
 
     alpha_p: float
     alpha_p_dot: float
@@ -40,7 +47,8 @@ class State(NamedTuple):
 
 
 class Command(NamedTuple):
-    """Held between PLC cycles: u_p pumps, u_m motors [-]; f_pump share of the pumps that run; brake how far the holding brake is closed."""
+    """Held between PLC cycles: u_p pumps, u_m motors [-]; f_pump share of the pumps that run; brake how far the holding
+    brake is closed."""
 
     u_p: float
     u_m: float
@@ -49,8 +57,8 @@ class Command(NamedTuple):
 
 
 class Circuit(NamedTuple):
-    """Everything that the diagram shows at an instant; flows [m^3/s], torques at the motor shaft [N m]. g level of dry friction, with that
-    of the brake where it is held (above 0.5)."""
+    """Everything that the diagram shows at an instant; flows [m^3/s], torques at the motor shaft [N m]. g level of dry
+    friction, with that of the brake where it is held (above 0.5)."""
 
     q: HoistState
     f: ActiveFlows
@@ -75,7 +83,9 @@ def circuit(x, u, geo, tip, p):
     g = A.motors.count * torque_loss_dry(D, x.p_a - x.p_b, A.motors.fit) + h.n_motors * system_friction_dry(
         x.omega_m, q.F_w * 0.5 * geo.d, h.friction
     )
-    magnitude = A.motors.count * torque_loss_moving(x.omega_m, D, A.motors.fit) + h.n_motors * h.friction.Y_5 * abs(x.omega_m)
+    magnitude = A.motors.count * torque_loss_moving(x.omega_m, D, A.motors.fit) + h.n_motors * h.friction.Y_5 * abs(
+        x.omega_m
+    )
     g = g + u.brake * h.T_brake
     return Circuit(q, f, alpha_p, alpha_m, D_m, g, u.brake, copysign(magnitude, x.omega_m))
 
@@ -119,7 +129,8 @@ def geometry(x, p):
 
 @scalar
 def at_rest(s_w, m, tick, p):
-    """State, memory and commands with the load hanging still on line A, displacement where the PLC wants it; s_w wire out [m]."""
+    """State, memory and commands with the load hanging still on line A, displacement where the PLC wants it; s_w wire
+    out [m]."""
     A, h = p.active, p.hoist
     s_load = tick.s - h.load.W / wire_stiffness(s_w, h.wire)
     tip = Tip(tick.s, 0.0)
@@ -145,11 +156,38 @@ def signals(c, x, u, m, drive, tick, geo, p):
     """One row of the time series; the columns of the passive circuit are zero."""
     T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
     return Signals(
-        tick.s, tick.v, tick.a, x.s_w, c.q.v_w, m.datum + tick.s - tick.s_op - x.s_w, drive.e_c,
-        drive.u_p, drive.u_m, drive.u_ff, drive.u_raw, c.alpha_p, c.alpha_m, x.p_a, x.p_b, x.omega_m, c.q.F_w,
-        x.s_load, x.v_load, c.f.Q_relief_a + c.f.Q_relief_b, T_f, geo.layers, 0.0, 0.0, 0.0, 0.0,
-        u.f_pump, tick.mode, tick.v_op, c.f.Q_p * (x.p_a - x.p_b), u.brake,
-    )  # fmt: skip
+        tick.s,
+        tick.v,
+        tick.a,
+        x.s_w,
+        c.q.v_w,
+        m.datum + tick.s - tick.s_op - x.s_w,
+        drive.e_c,
+        drive.u_p,
+        drive.u_m,
+        drive.u_ff,
+        drive.u_raw,
+        c.alpha_p,
+        c.alpha_m,
+        x.p_a,
+        x.p_b,
+        x.omega_m,
+        c.q.F_w,
+        x.s_load,
+        x.v_load,
+        c.f.Q_relief_a + c.f.Q_relief_b,
+        T_f,
+        geo.layers,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        u.f_pump,
+        tick.mode,
+        tick.v_op,
+        c.f.Q_p * (x.p_a - x.p_b),
+        u.brake,
+    )
 
 
 @scalar

@@ -11,9 +11,9 @@ class Tip(NamedTuple):
 
 
 class Geometry(NamedTuple):
-    """What the drum is during one PLC cycle, in which at most some centimetres of wire pass: layers filled; d diameter of the wire's
-    centre [m]; lever wire per motor angle [m/rad]; i_J inverse of the inertia at the motor shaft [1/(kg m^2)]; c damping of the wire out
-    [N s/m]."""
+    """What the drum is during one PLC cycle, in which at most some centimetres of wire pass: layers filled; d diameter
+    of the wire's centre [m]; lever wire per motor angle [m/rad]; i_J inverse of the inertia at the motor shaft [1/(kg
+    m^2)]; c damping of the wire out [N s/m]."""
 
     layers: float
     d: float
@@ -24,9 +24,9 @@ class Geometry(NamedTuple):
 
 class Tick(NamedTuple):
     """What comes from outside in one PLC cycle. True tip s, v, a at its start; s_m, v_m, a_m as the PLC receives them;
-    v_op operator's speed and s_op its integral; mode; f_pump share of the pumps that run, f_known share that the PLC knows of;
-    n_s, n_F noise on encoder [m] and load cell [N]; f_passive share of the passive pumps that run; given 1 where the active circuit takes
-    the commands u_p, u_m in place of the PLC's, else 0."""
+    v_op operator's speed and s_op its integral; mode; f_pump share of the pumps that run, f_known share that the PLC
+    knows of; n_s, n_F noise on encoder [m] and load cell [N]; f_passive share of the passive pumps that run; given 1
+    where the active circuit takes the commands u_p, u_m in place of the PLC's, else 0."""
 
     s: float
     v: float
@@ -95,9 +95,11 @@ class Signals(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """1 where a limit is passed at an instant, else 0: too_fast a motor's speed; at_end the accumulator piston's stroke;
-    relief_p the passive circuit's relief valve is open; wire_end the wire: its last turns leave the drum, or the hook is at the tip;
-    power the hydraulic power units give or take back all they can; boost the boost pump gives all it has."""
+    """1 where a limit is passed at an instant, else 0: too_fast a motor's speed; at_end the accumulator piston's
+    stroke; relief_p the passive circuit's relief valve is open; wire_end the wire: its last turns leave the drum, or
+    the hook is at the tip; power the hydraulic power units give or take back all they can; boost the boost pump gives
+    all it
+    has."""
 
     too_fast: float
     at_end: float
@@ -108,8 +110,8 @@ class Limits(NamedTuple):
 
 
 class Powers(NamedTuple):
-    """Powers at an instant [W]. In: pumps active and passive, boost, tip (through the wire). Out: the rest, each as a loss or work done.
-    The sum of the inputs less the outputs is the rate of the stored energy."""
+    """Powers at an instant [W]. In: pumps active and passive, boost, tip (through the wire). Out: the rest, each as a
+    loss or work done. The sum of the inputs less the outputs is the rate of the stored energy."""
 
     pump: float
     boost: float

@@ -10,7 +10,8 @@ from stillhook.winches.hoist import hoist_state
 
 @scalar
 def sense(x, m, tick, tip, geo, T_passive, p):
-    """Sensed: motion unit, operator and mode of the tick; encoder and load cell with noise and steps; the motors' known setting; pressures.
+    """Sensed: motion unit, operator and mode of the tick; encoder and load cell with noise and steps; the motors' known
+    setting; pressures.
 
     T_passive torque of the passive motors now, without losses [N m].
     """
@@ -22,13 +23,26 @@ def sense(x, m, tick, tip, geo, T_passive, p):
     ratio = K_wire(geo.d, p.hoist.drum)
     dp_load = (F * geo.lever - T_passive) / (A.motors.count * A.motors.D_max * alpha_m)
     return Sensed(
-        tick.s_m, tick.v_m, tick.a_m, tick.v_op, tick.s_op, tick.mode, tick.f_known, s_w, F, alpha_m, ratio, x.p_a - x.p_b, dp_load
-    )  # fmt: skip
+        tick.s_m,
+        tick.v_m,
+        tick.a_m,
+        tick.v_op,
+        tick.s_op,
+        tick.mode,
+        tick.f_known,
+        s_w,
+        F,
+        alpha_m,
+        ratio,
+        x.p_a - x.p_b,
+        dp_load,
+    )
 
 
 @scalar
 def obeyed(drive, tick):
-    """The commands that the active circuit takes: the PLC's, or those that were given for this cycle, such as a measured record."""
+    """The commands that the active circuit takes: the PLC's, or those that were given for this cycle, such as a
+    measured record."""
     given = tick.given > 0.0
     u_p = tick.u_p if given else drive.u_p
     u_m = tick.u_m if given else drive.u_m

@@ -1,4 +1,5 @@
-"""What hangs below the crane tip: a long wire, hook, slings and a payload between air, water and seabed, under a supervised winch."""
+"""What hangs below the crane tip: a long wire, hook, slings and a payload between air, water and seabed, under a
+supervised winch."""
 
 from typing import NamedTuple
 
@@ -21,8 +22,8 @@ class Hook(NamedTuple):
 
 
 class Field(NamedTuple):
-    """Levels of the water below the surface: z_w [m] and i_ds of `stillhook.sea.motion.kinematics.WaveField`; last number of the last
-    level."""
+    """Levels of the water below the surface: z_w [m] and i_ds of `stillhook.sea.motion.kinematics.WaveField`; last
+    number of the last level."""
 
     z_w: float
     i_ds: float
@@ -43,9 +44,9 @@ class Lift(NamedTuple):
 
 
 class Works(NamedTuple):
-    """Work since the start [J]: top from the winch into the wire; damping of wire and sling, gravity that was worked against; of the water
-    and the seabed on the load, positive where it speeds the load up: buoyancy, inertia (added mass included), drag, slam, bottom;
-    relay energy that wire brings along as it leaves the drum."""
+    """Work since the start [J]: top from the winch into the wire; damping of wire and sling, gravity that was worked
+    against; of the water and the seabed on the load, positive where it speeds the load up: buoyancy, inertia (added
+    mass included), drag, slam, bottom; relay energy that wire brings along as it leaves the drum."""
 
     top: float
     damping: float
@@ -59,13 +60,14 @@ class Works(NamedTuple):
 
 
 class Hanging(NamedTuple):
-    """What a lift remembers beside wire rows and winch: supervisor; element of the wire in this cycle; water at the load at the start
-    of the cycle; levels at which it was taken, see `level_of`; omega_0 motor speed one step ago [rad/s]; a_load last acceleration of the
-    load [m/s^2]; since_taut time since the slings came taut [s]; s_joy path that the joystick asked for [m]; e_held control error while
-    compensating, the last one while not [m]; stage and k_stage that statistics are of, and the cycle it began; E energy in wire, hook,
-    load and slings, E_0 that at the start [J]; v_before speed of the first node in the middle of the last step but one [m/s];
-    datum payload beside the joystick's path when compensation began [m]; grounded 1 once the load touched the seabed, until it is clear of
-    it again."""
+    """What a lift remembers beside wire rows and winch: supervisor; element of the wire in this cycle; water at the
+    load at the start of the cycle; levels at which it was taken, see `level_of`; omega_0 motor speed one step ago
+    [rad/s]; a_load last acceleration of the load [m/s^2]; since_taut time since the slings came taut [s]; s_joy path
+    that the joystick asked for [m]; e_held control error while compensating, the last one while not [m]; stage and
+    k_stage that statistics are of, and the cycle it began; E energy in wire, hook, load and slings, E_0 that at the
+    start [J]; v_before speed of the first node in the middle of the last step but one [m/s]; datum payload beside the
+    joystick's path when compensation began [m]; grounded 1 once the load touched the seabed, until it is clear of it
+    again."""
 
     sup: Supervisor
     element: Element
@@ -87,10 +89,10 @@ class Hanging(NamedTuple):
 
 
 class LiftStats(NamedTuple):
-    """Over one stage, from every step: extremes of sling tension [N], its largest within `SNAP` of coming taut, and time without [s]:
-    slack while the load hangs free and slack_landed once it touched the seabed; heights of the underside [m] and speeds of the load [m/s];
-    largest slam, drag, seabed force [N]; first touch-down of a load that hung free: time [s] and speed of the load [m/s, downwards], and
-    the highest speed of any touch."""
+    """Over one stage, from every step: extremes of sling tension [N], its largest within `SNAP` of coming taut, and
+    time without [s]: slack while the load hangs free and slack_landed once it touched the seabed; heights of the
+    underside [m] and speeds of the load [m/s]; largest slam, drag, seabed force [N]; first touch-down of a load that
+    hung free: time [s] and speed of the load [m/s, downwards], and the highest speed of any touch."""
 
     F_s_min: float
     F_s_max: float
@@ -128,9 +130,10 @@ class LiftSignals(NamedTuple):
 
 
 class Solve(NamedTuple):
-    """What the rows of a wire share in a step: d, off interior diagonal and off-diagonal [kg]; first row: d_0 diagonal [kg], T_0 the
-    winch's pull on a node at rest [N] and G_0 its fall per speed of the node [N s/m], taut 1 where the wire pulls at the winch, else 0;
-    payload: A_p [kg], R_p [kg m/s], force of the water at the foreseen speed v_mid [m/s]."""
+    """What the rows of a wire share in a step: d, off interior diagonal and off-diagonal [kg]; first row: d_0 diagonal
+    [kg], T_0 the winch's pull on a node at rest [N] and G_0 its fall per speed of the node [N s/m], taut 1 where the
+    wire pulls at the winch, else 0; payload: A_p [kg], R_p [kg m/s], force of the water at the foreseen speed v_mid
+    [m/s]."""
 
     d: float
     off: float
@@ -145,8 +148,8 @@ class Solve(NamedTuple):
 
 
 class Windowed(NamedTuple):
-    """What the moving windows take: e_c while compensating, tip, payload and hook beside the joystick's path [m]. A window that is not yet
-    full counts as well: what it spans, the first full one of the stage spans too."""
+    """What the moving windows take: e_c while compensating, tip, payload and hook beside the joystick's path [m]. A
+    window that is not yet full counts as well: what it spans, the first full one of the stage spans too."""
 
     e_c: float
     tip: float
@@ -190,7 +193,9 @@ def cubic(a, b, c, d, f):
 def later(water, tau):
     """The water tau [s] into the cycle."""
     w = water
-    return Water(w.eta + tau * w.eta_dot, w.eta_dot, w.a_1, w.a_2, w.w_1 + tau * w.b_1, w.w_2 + tau * w.b_2, w.b_1, w.b_2)
+    return Water(
+        w.eta + tau * w.eta_dot, w.eta_dot, w.a_1, w.a_2, w.w_1 + tau * w.b_1, w.w_2 + tau * w.b_2, w.b_1, w.b_2
+    )
 
 
 @scalar
@@ -209,14 +214,17 @@ def waiting(sup, stage, code):
 
 @scalar
 def on_ground(grounded, z, load):
-    """1 once the load touched the seabed, until it is so far above it that it feels the bottom no more; z height of its underside [m]."""
+    """1 once the load touched the seabed, until it is so far above it that it feels the bottom no more; z height of its
+    underside [m]."""
     return 1.0 if z < -load.depth or (grounded > 0.0 and z < load.gap_0 - load.depth) else 0.0
 
 
 @scalar
 def fold_step(a, t, h, z_0, v_0, z, v, F_s, snapping, force, grounded, load):
-    """Statistics with one more step: t [s] at its end, z_0, v_0 and z, v of the load at its beginning and end, F_s sling tension, force
-    WaterForce, grounded before it. A touch has the time and speed at which the load crosses the seabed within the step."""
+    """Statistics with one more step: t [s] at its end, z_0, v_0 and z, v of the load at its beginning and end, F_s
+    sling tension, force WaterForce, grounded before it. A touch has the time and speed at which the load crosses the
+    seabed within the step.
+    """
     hits = z < -load.depth and z_0 >= -load.depth
     first = hits and grounded == 0.0 and a.t_landed >= NEVER
     part = (z_0 + load.depth) / (z_0 - z) if hits else 1.0
@@ -256,8 +264,8 @@ def ahead(q, v, a, tau):
 
 @scalar
 def begin(b, q, v, v_mid, f, h):
-    """What the rows of one lane's wire share in this step: q displacement of its first node [m]; v speed of its payload now and v_mid as
-    foreseen for mid-step, when the water acts with f.
+    """What the rows of one lane's wire share in this step: q displacement of its first node [m]; v speed of its payload
+    now and v_mid as foreseen for mid-step, when the water acts with f.
 
     Drag is straightened about v_mid, so that no payload is too light for the step.
     """
@@ -274,8 +282,17 @@ def begin(b, q, v, v_mid, f, h):
     m = b.lift.load.m + f.m_a
     R_p = m * v + 0.5 * h * (f.buoyancy + f.inertia + f.drag + f.damping * v_mid + f.slam + f.bottom - b.lift.load.W)
     return Solve(
-        10.0 * e.m + 2.0 * G, e.m - G, 5.0 * e.m + G + taut * 0.5 * h * G_0, T_0, G_0, taut, m + 0.5 * h * f.damping, R_p, f, v_mid,
-    )  # fmt: skip
+        10.0 * e.m + 2.0 * G,
+        e.m - G,
+        5.0 * e.m + G + taut * 0.5 * h * G_0,
+        T_0,
+        G_0,
+        taut,
+        m + 0.5 * h * f.damping,
+        R_p,
+        f,
+        v_mid,
+    )
 
 
 @scalar

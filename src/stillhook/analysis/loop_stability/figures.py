@@ -1,4 +1,5 @@
-"""Pictures of the linear analysis: gain limit over displacement (paper E figure 5), sweeps, Bode, root locus, poles over tip speed."""
+"""Pictures of the linear analysis: gain limit over displacement (paper E figure 5), sweeps, Bode, root locus, poles
+over tip speed."""
 
 from __future__ import annotations
 
@@ -8,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook.analysis.loop_stability.models.transfer import about, motor_poles, whole_matrices
-from stillhook.analysis.loop_stability.stability import bode, range_of_modes, root_locus, slow_sweep, sweep
+from stillhook.analysis.loop_stability.stability import range_of_modes
+from stillhook.analysis.loop_stability.sweeps import bode, root_locus, slow_sweep, sweep
 from stillhook.analysis.steady.steady_state import speed_limit
 from stillhook.engine.pack.winch import gains
 from stillhook.report.plots.run import COLOURS, GREY
@@ -25,8 +27,8 @@ SPEED_POINTS = 60
 
 
 def gain_limit_figure(crane: Crane, data: xarray.Dataset, slow: xarray.Dataset) -> Figure:
-    """K_p of marginal stability over displacement, with and without PLC, the range of each mode, K_p itself (paper E figure 5); beside the
-    published loop the whole plant where it is slow.
+    """K_p of marginal stability over displacement, with and without PLC, the range of each mode, K_p itself (paper E
+    figure 5); beside the published loop the whole plant where it is slow.
 
     data: `sweep(crane, "alpha_m")`; slow: `slow_sweep(crane)`.
     """
@@ -34,7 +36,9 @@ def gain_limit_figure(crane: Crane, data: xarray.Dataset, slow: xarray.Dataset) 
     D = [in_display(a * crane.active.motor.D_total, "displacement") for a in data["alpha_m"].values]
     late = f" and {1e3 * data.attrs['delay']:g} ms of delay" if data.attrs["delay"] else ""
     ax.plot(D, data["K_p_ms"], color=COLOURS[0], label="published loop")
-    ax.plot(D, data["K_p_ms_plc"], color=COLOURS[1], ls="--", label=f"with PLC ({1e3 * crane.control.t_cycle:g} ms){late}")
+    ax.plot(
+        D, data["K_p_ms_plc"], color=COLOURS[1], ls="--", label=f"with PLC ({1e3 * crane.control.t_cycle:g} ms){late}"
+    )
     for colour, load in zip(COLOURS[2:], slow["load"].values, strict=False):
         name = "empty hook" if load == 0.0 else show(float(load), "mass", 4)
         for style, s_w in zip(("-", "--", ":"), slow["s_w"].values, strict=False):
@@ -43,7 +47,12 @@ def gain_limit_figure(crane: Crane, data: xarray.Dataset, slow: xarray.Dataset) 
             ax.plot(x, slow["K_p_ms_plc"].sel(load=load, s_w=s_w), color=colour, ls=style, lw=1.0, label=label)
     ax.axhline(crane.control.K_p, color=GREY, ls=":", label=f"K_p of the crane, {crane.control.K_p:g} 1/m")
     _mark_modes(ax, crane, lambda a: in_display(a * crane.active.motor.D_total, "displacement"))
-    ax.set(xlabel="motor displacement [cm³/rev]", ylabel="K_p of marginal stability [1/m]", ylim=(0.0, None), xlim=(D[0], D[-1]))
+    ax.set(
+        xlabel="motor displacement [cm³/rev]",
+        ylabel="K_p of marginal stability [1/m]",
+        ylim=(0.0, None),
+        xlim=(D[0], D[-1]),
+    )
     ax.set_title(f"{crane.name}: position gain at which the winch starts to swing", fontsize="medium")
     ax.legend(loc="upper left", fontsize="x-small", ncols=2)
     return figure
@@ -57,7 +66,11 @@ def eigen_figure(crane: Crane, data: xarray.Dataset) -> Figure:
     axes = figure.subplots(3, 1, sharex=True)
     D = [in_display(a * crane.active.motor.D_total, "displacement") for a in data["alpha_m"].values]
     omega = data["omega_0"].values
-    rows = ((omega, "eigenfrequency [rad/s]"), (2.0 * math.pi / omega, "period [s]"), (data["zeta"].values, "damping ratio [-]"))
+    rows = (
+        (omega, "eigenfrequency [rad/s]"),
+        (2.0 * math.pi / omega, "period [s]"),
+        (data["zeta"].values, "damping ratio [-]"),
+    )
     for ax, (values, name) in zip(axes, rows, strict=True):
         ax.plot(D, values, color=COLOURS[0])
         ax.set(ylabel=name, ylim=(0.0, None), xlim=(D[0], D[-1]))
@@ -87,8 +100,12 @@ def sweep_figure(crane: Crane, sweeps: list[xarray.Dataset]) -> Figure:
         ax.grid(alpha=0.3)
     for ax in axes[len(sweeps) :]:
         ax.set_axis_off()
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize="small", frameon=False)
-    figure.suptitle(f"{crane.name}: what the gain limit depends on, motors at {sweeps[0].attrs['alpha_m']:g}", fontsize="medium")
+    figure.legend(
+        *axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize="small", frameon=False
+    )
+    figure.suptitle(
+        f"{crane.name}: what the gain limit depends on, motors at {sweeps[0].attrs['alpha_m']:g}", fontsize="medium"
+    )
     return figure
 
 
@@ -140,13 +157,17 @@ def root_locus_figure(crane: Crane, alphas: tuple[float, ...] = (1.0, 0.6)) -> F
         ax.plot(own["pole_re"].values.ravel(), own["pole_im"].values.ravel(), "o", color=colour, ms=4)
     ax.axvline(0.0, color=GREY, lw=0.8)
     ax.set(xlabel="real part [1/s]", ylabel="imaginary part [1/s]")
-    ax.set_title(f"{crane.name}: poles for K_p from 0 (crosses) to three times the limit; dots: K_p of the crane", fontsize="medium")
+    ax.set_title(
+        f"{crane.name}: poles for K_p from 0 (crosses) to three times the limit; dots: K_p of the crane",
+        fontsize="medium",
+    )
     ax.legend(fontsize="small")
     return figure
 
 
 def motor_pole_figure(crane: Crane, modes: tuple[Mode, ...] = (Mode.SSC, Mode.SSC_CUBIC)) -> Figure:
-    """Poles of the motors' own loop and of the circuit in the position loop as the tip's speed rises under SSC, at the crane's K_p."""
+    """Poles of the motors' own loop and of the circuit in the position loop as the tip's speed rises under SSC, at the
+    crane's K_p."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10.0, 4.4), layout="constrained")
@@ -173,7 +194,9 @@ def motor_pole_figure(crane: Crane, modes: tuple[Mode, ...] = (Mode.SSC, Mode.SS
     left.legend(fontsize="small")
     for ax in (left, right):
         ax.grid(alpha=0.3)
-    figure.suptitle(f"{crane.name}: what SSC's measured displacement does to the poles as the tip moves faster", fontsize="medium")
+    figure.suptitle(
+        f"{crane.name}: what SSC's measured displacement does to the poles as the tip moves faster", fontsize="medium"
+    )
     return figure
 
 
@@ -195,7 +218,12 @@ def _mark_modes(ax: Any, crane: Crane, at: Any) -> None:
         ax.plot([at(lo), at(hi)], [y, y], color=GREY, lw=4, solid_capstyle="butt", transform=ax.get_xaxis_transform())
         if lo == hi:
             ax.plot([at(lo)], [y], "D", color=GREY, ms=5, transform=ax.get_xaxis_transform())
-        place = {"xy": (at(lo), y), "xytext": (-6, 0), "xycoords": ax.get_xaxis_transform(), "textcoords": "offset points"}
+        place = {
+            "xy": (at(lo), y),
+            "xytext": (-6, 0),
+            "xycoords": ax.get_xaxis_transform(),
+            "textcoords": "offset points",
+        }
         ground = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
         ax.annotate(mode.upper(), **place, fontsize="x-small", va="center", ha="right", bbox=ground)
 
@@ -209,9 +237,14 @@ def _figure(width: float, height: float) -> tuple[Figure, Any]:
     return figure, ax
 
 
-def all_figures(crane: Crane, alphas: tuple[float, ...], *, delay: float = 0.0) -> tuple[dict[str, Figure], dict[str, xarray.Dataset]]:
+def all_figures(
+    crane: Crane, alphas: tuple[float, ...], *, delay: float = 0.0
+) -> tuple[dict[str, Figure], dict[str, xarray.Dataset]]:
     """Pictures and the data behind them, by file name without its ending."""
-    data = {over: sweep(crane, over, alpha_m=alphas[0], delay=delay) for over in ("alpha_m", "layer", "leakage", "damping", "bulk_modulus")}
+    data = {
+        over: sweep(crane, over, alpha_m=alphas[0], delay=delay)
+        for over in ("alpha_m", "layer", "leakage", "damping", "bulk_modulus")
+    }
     data["delay"] = sweep(crane, "delay", alpha_m=alphas[0])
     data["slow"] = slow_sweep(crane, delay=delay)
     figures = {

@@ -1,12 +1,14 @@
-"""Which position loop holds: the published one, or the whole plant linearised at the slow operating points that a mode visits.
+"""Which position loop holds: the published one, or the whole plant linearised at the slow operating points that a mode
+visits.
 
-The published loop has a viscous coefficient B_v for all friction. In the plant friction falls with speed when the winch is slow
-(Stribeck), the more so under load, and that takes damping away; a small displacement leaves least of it. Of both the one that allows less
-gain governs.
+The published loop has a viscous coefficient B_v for all friction. In the plant friction falls with speed when the winch
+is slow (Stribeck), the more so under load, and that takes damping away; a small displacement leaves least of it. Of
+both the one that allows less gain governs.
 
-Slow under a heavy load the plant may swing whatever the gain: sticking and slipping feed the load's swing on its wire, whose own damping
-is small. That cycle (millimetres of wire) is neither made nor stopped by the position loop. Limits of the gain are therefore those of the
-plant whose load does not ring (`calm`), and the places where the real one swings are named.
+Slow under a heavy load the plant may swing whatever the gain: sticking and slipping feed the load's swing on its wire,
+whose own damping is small. That cycle (millimetres of wire) is neither made nor stopped by the position loop. Limits of
+the gain are therefore those of the plant whose load does not ring (`calm`), and the places where the real one swings
+are named.
 """
 
 from __future__ import annotations
@@ -40,12 +42,13 @@ KEPT = (GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK)
 CALM = 0.95
 """Damping ratio of a wire on which the load does not ring [-]: that of paper C."""
 STEP, STEP_PLANT = 0.005, 0.01
-"""What displacements are cut down to for the margins of the published loop and of the plant [-]: on the safe side, for less displacement
-leaves less margin, and few enough to be kept between the candidates of a tuning."""
+"""What displacements are cut down to for the margins of the published loop and of the plant [-]: on the safe side, for
+less displacement leaves less margin, and few enough to be kept between the candidates of a tuning."""
 
 
 class Place(NamedTuple):
-    """Where the winch compensates: payload load [kg], wire paid out s_w [m], constant speed of the tip v_tip, up positive [m/s]."""
+    """Where the winch compensates: payload load [kg], wire paid out s_w [m], constant speed of the tip v_tip, up
+    positive [m/s]."""
 
     load: float
     s_w: float
@@ -55,13 +58,15 @@ class Place(NamedTuple):
         """In words, such as "150 t at 2 m/min on 100 m of wire, tip going up"."""
         way = "up" if self.v_tip > 0.0 else "down"
         load = show(self.load, "mass", 4) if self.load > 0.0 else "empty hook"
-        return f"{load} at {show(abs(self.v_tip), 'speed', 3)} on {show(self.s_w, 'length', 4)} of wire, tip going {way}"
+        return (
+            f"{load} at {show(abs(self.v_tip), 'speed', 3)} on {show(self.s_w, 'length', 4)} of wire, tip going {way}"
+        )
 
 
 class Governing(NamedTuple):
-    """Largest position gain K_p that keeps the margins [1/m], 0 where the winch swings without feedback though its load does not ring; the
-    loop that says so, with its PLC, at the displacement alpha_m [-]; place: where the whole plant stands, None for the published loop;
-    swings: places where the plant swings whatever the gain."""
+    """Largest position gain K_p that keeps the margins [1/m], 0 where the winch swings without feedback though its load
+    does not ring; the loop that says so, with its PLC, at the displacement alpha_m [-]; place: where the whole plant
+    stands, None for the published loop; swings: places where the plant swings whatever the gain."""
 
     K_p: float
     loop: SampledLoop
@@ -103,21 +108,29 @@ def carried(crane: Crane, mode: Mode, most: float = math.inf) -> tuple[float, ..
 def slow_places(loads: Sequence[float], wires: Sequence[float], speeds: Sequence[float] = SLOW) -> tuple[Place, ...]:
     """Every payload [kg] on each length of wire [m], at speeds of the tip of both signs [m/s]."""
     return tuple(
-        Place(m, s_w, sign * v) for m in dict.fromkeys(loads) for s_w in dict.fromkeys(wires) for v in speeds for sign in (1.0, -1.0)
+        Place(m, s_w, sign * v)
+        for m in dict.fromkeys(loads)
+        for s_w in dict.fromkeys(wires)
+        for v in speeds
+        for sign in (1.0, -1.0)
     )
 
 
 class PlantLoop(NamedTuple):
-    """The position loop of the whole plant at a place with its PLC, and the displacement alpha_m [-] at which the motors stand."""
+    """The position loop of the whole plant at a place with its PLC, and the displacement alpha_m [-] at which the
+    motors stand."""
 
     loop: SampledLoop
     alpha_m: float
 
 
-def plant_loop_at(crane: Crane, mode: Mode, place: Place, *, alpha_m: float | None = None, delay: float = 0.0) -> PlantLoop | None:
+def plant_loop_at(
+    crane: Crane, mode: Mode, place: Place, *, alpha_m: float | None = None, delay: float = 0.0
+) -> PlantLoop | None:
     """The loop at a place; None where nothing holds this load at this speed.
 
-    Parameters: alpha_m displacement [-], default where the mode's own law puts the motors; delay [s] of the position feedback.
+    Parameters: alpha_m displacement [-], default where the mode's own law puts the motors; delay [s] of the position
+    feedback.
     """
     station = _station(crane, place)
     at = station.displacement(mode)(abs(place.v_tip)) if alpha_m is None else alpha_m
@@ -125,7 +138,9 @@ def plant_loop_at(crane: Crane, mode: Mode, place: Place, *, alpha_m: float | No
     return None if loop is None else PlantLoop(loop, at)
 
 
-def _loop(crane: Crane, station: Station, mode: Mode, v_tip: float, alpha_m: float, delay: float = 0.0) -> SampledLoop | None:
+def _loop(
+    crane: Crane, station: Station, mode: Mode, v_tip: float, alpha_m: float, delay: float = 0.0
+) -> SampledLoop | None:
     """None where pressure or pumps do not suffice."""
     try:
         point = station.at(abs(v_tip), alpha_m)
@@ -135,13 +150,20 @@ def _loop(crane: Crane, station: Station, mode: Mode, v_tip: float, alpha_m: flo
 
 
 def governing(
-    crane: Crane, mode: Mode, kept: tuple[float, float, float] = KEPT, *, wires: Sequence[float] = WIRES, load: float = math.inf
+    crane: Crane,
+    mode: Mode,
+    kept: tuple[float, float, float] = KEPT,
+    *,
+    wires: Sequence[float] = WIRES,
+    load: float = math.inf,
 ) -> Governing:
-    """The loop that holds for a mode: of the published loop at its least displacement on the outermost layer, and of the whole plant at
-    the slow places that the mode visits (`carried`, `slow_places`), the one that allows the least gain. Margins are kept with the
-    computing time and with every shorter one, as in `stillhook.analysis.loop_stability.margins.strongest_gain`.
+    """The loop that holds for a mode: of the published loop at its least displacement on the outermost layer, and of
+    the whole plant at the slow places that the mode visits (`carried`, `slow_places`), the one that allows the least
+    gain. Margins are kept with the computing time and with every shorter one, as in
+    `stillhook.analysis.loop_stability.margins.strongest_gain`.
 
-    Parameters: kept gain margin [-], phase margin [rad], sensitivity peak [-]; wires paid out [m]; load heaviest payload [kg].
+    Parameters: kept gain margin [-], phase margin [rad], sensitivity peak [-]; wires paid out [m]; load heaviest
+    payload [kg].
     Errors: StillhookError for a wire that the drum does not hold. Places where nothing holds the load are left out.
     """
     found, swings, still = [_published(crane, mode, kept)], [], calm(crane)
@@ -156,15 +178,24 @@ def governing(
 
 def _published(crane: Crane, mode: Mode, kept: tuple[float, float, float]) -> Governing:
     a, c = crane.active, crane.control
-    key = (crane.inertia.J_m_eff, crane.i_hD, crane.drum.d_max, a.line, a.pump.D_total, a.pump.omega_p, a.pump.servo, a.motor.D_total)
+    key = (
+        crane.inertia.J_m_eff,
+        crane.i_hD,
+        crane.drum.d_max,
+        a.line,
+        a.pump.D_total,
+        a.pump.omega_p,
+        a.pump.servo,
+        a.motor.D_total,
+    )
     cut = _cut(least_displacement(crane, mode), STEP)
     loop, K_p = _published_at(_Keyed(crane, (*key, a.C_leak, c.B_v, c.t_cycle, c.computing)), cut, kept)
     return Governing(K_p, loop, cut, None)
 
 
 def _plant(crane: Crane, mode: Mode, place: Place, kept: tuple[float, float, float]) -> Governing | None:
-    """The same of the plant. Where the law holds the motors still, whatever speed and load cell do, the loop knows nothing of the
-    settings but the displacement: it is kept between candidates."""
+    """The same of the plant. Where the law holds the motors still, whatever speed and load cell do, the loop knows
+    nothing of the settings but the displacement: it is kept between candidates."""
     station = _station(crane, place)
     at, plc = station.displacement(mode)(abs(place.v_tip)), plc_record(crane)
     stands = mode not in (Mode.SSC, Mode.SSC_CUBIC) or at >= 1.0
@@ -206,13 +237,16 @@ def _published_at(keyed: _Keyed, alpha: float, kept: tuple[float, float, float])
 
 
 @functools.lru_cache(maxsize=4096)
-def _plant_at(keyed: _Keyed, mode: Mode, alpha: float, kept: tuple[float, float, float]) -> tuple[SampledLoop | None, float]:
+def _plant_at(
+    keyed: _Keyed, mode: Mode, alpha: float, kept: tuple[float, float, float]
+) -> tuple[SampledLoop | None, float]:
     crane, station = keyed.machine
     loop = _loop(crane, station, mode, keyed.key[2].v_tip, alpha)
     return (None, math.inf) if loop is None else (loop, strongest_up_to(loop, *kept))
 
 
 def least_displacement(crane: Crane, mode: Mode) -> float:
-    """Smallest displacement of the motors that this law may use on the outermost layer, where the margins are least [-]."""
+    """Smallest displacement of the motors that this law may use on the outermost layer, where the margins are least
+    [-]."""
     fixed = {Mode.NS: crane.control.alpha_ns, Mode.HS: crane.control.alpha_hs, Mode.LEVEL_1: 1.0, Mode.LEVEL_2: 1.0}
     return fixed.get(mode, crane.active.motor.alpha_min)

@@ -1,8 +1,9 @@
-"""How far the position loop is from swinging: gain, phase and delay margins and sensitivity peak, for a loop in continuous time and for the
-loop as a PLC closes it, sampled exactly, with any delay.
+"""How far the position loop is from swinging: gain, phase and delay margins and sensitivity peak, for a loop in
+continuous time and for the loop as a PLC closes it, sampled exactly, with any delay.
 
-A loop here is what lies between the feedback's share of the pump command and the wire hoisted, at K_p = 1 1/m and cut at K_p. A loop that
-swings without any feedback (a loaded winch, slow, where friction falls with speed) has a gain limit of 0.
+A loop here is what lies between the feedback's share of the pump command and the wire hoisted, at K_p = 1 1/m and cut
+at K_p. A loop that swings without any feedback (a loaded winch, slow, where friction falls with speed) has a gain limit
+of 0.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ from stillhook.errors import StillhookError
 from stillhook.spec.crane import Crane
 
 POINTS = 1500
-"""Points of the coarse grid of frequencies, from LOWEST of the slowest mode to HIGHEST of the fastest one or the Nyquist frequency."""
+"""Points of the coarse grid of frequencies, from LOWEST of the slowest mode to HIGHEST of the fastest one or the
+Nyquist frequency."""
 LOWEST, HIGHEST = 1e-3, 30.0
 AROUND = np.sort(np.concatenate([s * np.geomspace(1e-3, 8.0, 12) for s in (-1.0, 1.0)]))
 """Extra points about each mode, in half widths of its resonance: the least damped one is then seen whole."""
@@ -30,8 +32,8 @@ ROUNDING = 1e-10
 MOST_HELD = 60
 """Cycles of delay up to which stability is judged by eigenvalues: each cycle adds one."""
 GROWS = 1e-6
-"""Real part above which a mode of the cut loop grows [1/s]: integrators come out of the eigenvalues below 1e-9, and what grows more slowly
-than e-fold in twelve days is not a swing."""
+"""Real part above which a mode of the cut loop grows [1/s]: integrators come out of the eigenvalues below 1e-9, and
+what grows more slowly than e-fold in twelve days is not a swing."""
 NEIGHBOURS = 1.5
 """Most that the response grows between two points of the grid: they stand closer than any resonance is narrow."""
 DELAYS = 20
@@ -39,14 +41,18 @@ DELAYS = 20
 GAIN_MARGIN = 2.0
 PHASE_MARGIN = math.radians(45.0)
 SENSITIVITY_PEAK = 2.0
-"""Margins that `strongest_gain` keeps unless told otherwise: 6 dB and 45 degrees, and M_s = 2, the upper end of the usual 1.2 to 2.0.
-Source: Astrom and Murray, Feedback Systems, section 10.3 (gain margin 2 to 5, phase margin 30 to 60 degrees, M_s 1.2 to 2)."""
+"""Margins that `strongest_gain` keeps unless told otherwise: 6 dB and 45 degrees, and M_s = 2, the upper end of the
+usual 1.2 to 2.0.
+Source: Astrom and Murray, Feedback Systems, section 10.3 (gain margin 2 to 5, phase margin 30 to 60 degrees, M_s 1.2 to
+2)."""
 
 
 class Margins(NamedTuple):
-    """Of the position loop with its K_p [1/m]: gain_margin K_p of marginal stability over K_p [-] and its frequency omega_c [rad/s];
-    phase_margin [rad] at the gain crossover omega_gc [rad/s] where it is least, negative where the loop is unstable; delay_margin extra
-    delay that brings the loop to its limit [s]; sensitivity_peak M_s = max |1/(1 + L)| [-] at omega_s [rad/s]; stable."""
+    """Of the position loop with its K_p [1/m]: gain_margin K_p of marginal stability over K_p [-] and its frequency
+    omega_c [rad/s]; phase_margin [rad] at the gain crossover omega_gc [rad/s] where it is least, negative where the
+    loop is unstable; delay_margin extra delay that brings the loop to its limit [s]; sensitivity_peak M_s = max |1/(1 +
+    L)| [-] at omega_s [rad/s]; stable.
+    """
 
     gain_margin: float
     omega_c: float
@@ -78,7 +84,8 @@ def margins(loop: Loop, K_p: float) -> Margins:
 
 
 def gain_limit_of(loop: Loop) -> tuple[float, float]:
-    """Least gain at which the loop swings [1/m], and the frequency of it [rad/s]: where the response first passes -1 as the gain grows.
+    """Least gain at which the loop swings [1/m], and the frequency of it [rad/s]: where the response first passes -1 as
+    the gain grows.
 
     Both are infinite for a loop that never does; the gain is 0 for one that swings without any.
     """
@@ -90,8 +97,8 @@ def gain_limit_of(loop: Loop) -> tuple[float, float]:
 
 
 def is_stable(loop: Loop, K_p: float, K_ms: float | None = None) -> bool:
-    """Whether the closed loop dies out, or at least stays (a winch that sticks keeps what it has), by its poles; a continuous loop with
-    delay, and one with more than `MOST_HELD` cycles of it, by its gain limit K_ms."""
+    """Whether the closed loop dies out, or at least stays (a winch that sticks keeps what it has), by its poles; a
+    continuous loop with delay, and one with more than `MOST_HELD` cycles of it, by its gain limit K_ms."""
     if isinstance(loop, SampledLoop) and loop.n <= MOST_HELD:
         return bool(np.max(np.abs(loop.closed_poles(K_p))) < 1.0 + ROUNDING)
     if isinstance(loop, ContinuousLoop) and loop.delay == 0.0:
@@ -109,18 +116,21 @@ def strongest_gain(
     phase_margin: float = PHASE_MARGIN,
     sensitivity: float = SENSITIVITY_PEAK,
 ) -> float:
-    """Largest position gain K_p [1/m] that keeps all three margins, with the crane's PLC and any delay in the loop up to the one given.
+    """Largest position gain K_p [1/m] that keeps all three margins, with the crane's PLC and any delay in the loop up
+    to the one given.
 
-    Parameters: alpha_m displacement of the motors [-], default the least that any mode may use, where the limit is lowest; delay [s] of
-    the whole way around (encoder, bus, computing), not that of the motion unit, which is outside the loop; gain_margin above 1 [-],
-    phase_margin [rad] between 0 and 90 degrees, sensitivity peak M_s above 1 [-] that are kept.
+    Parameters: alpha_m displacement of the motors [-], default the least that any mode may use, where the limit is
+    lowest; delay [s] of the whole way around (encoder, bus, computing), not that of the motion unit, which is outside
+    the loop; gain_margin above 1 [-], phase_margin [rad] between 0 and 90 degrees, sensitivity peak M_s above 1 [-]
+    that are kept.
 
-    Model: the published position loop on the outermost layer (paper E eqs 14 to 20), sampled exactly with the PLC's cycle. There the gain
-    limit is lowest: on inner layers wire per motor turn and inertia are less.
-    The loop meets its limit on the resonance of the oil, which a delay turns away from -1: with a delay of a fraction of its period the
-    limit is higher. A gain that counts on a delay fails where the delay is shorter, hence all delays up to the given one are kept.
-    Valid for a winch that B_v damps. Slow and loaded, at small displacement (NS, HS), friction falls with speed and takes the margin away
-    (`stillhook.analysis.loop_stability.stability.full_stability`); under SSC the motors are full there.
+    Model: the published position loop on the outermost layer (paper E eqs 14 to 20), sampled exactly with the PLC's
+    cycle. There the gain limit is lowest: on inner layers wire per motor turn and inertia are less.
+    The loop meets its limit on the resonance of the oil, which a delay turns away from -1: with a delay of a fraction
+    of its period the limit is higher. A gain that counts on a delay fails where the delay is shorter, hence all delays
+    up to the given one are kept. Valid for a winch that B_v damps. Slow and loaded, at small displacement (NS, HS),
+    friction falls with speed and takes the margin away (`stillhook.analysis.loop_stability.stability.full_stability`);
+    under SSC the motors are full there.
     Errors: StillhookError for numbers outside these ranges.
     Differs from print: paper E gives K_p = 0.16 1/m without saying how far it is from the limit.
     """
@@ -131,22 +141,33 @@ def strongest_gain(
 
 
 def strongest_up_to(
-    loop: SampledLoop, gain_margin: float = GAIN_MARGIN, phase_margin: float = PHASE_MARGIN, sensitivity: float = SENSITIVITY_PEAK
+    loop: SampledLoop,
+    gain_margin: float = GAIN_MARGIN,
+    phase_margin: float = PHASE_MARGIN,
+    sensitivity: float = SENSITIVITY_PEAK,
 ) -> float:
-    """Largest gain that keeps the margins with the loop's delay and with every shorter one, cycle by cycle [1/m]; see `strongest_gain`."""
+    """Largest gain that keeps the margins with the loop's delay and with every shorter one, cycle by cycle [1/m]; see
+    `strongest_gain`."""
     cycles = np.unique(np.linspace(0, loop.n, min(loop.n, DELAYS) + 1).astype(int))
     bare = replace(loop, n=0, Gamma_0=loop.Gamma_0 + loop.Gamma_1, Gamma_1=np.zeros_like(loop.Gamma_1))
-    held = [bare, *(replace(loop, n=int(n)) for n in cycles)] if np.any(loop.Gamma_1) else [replace(loop, n=int(n)) for n in cycles]
+    held = (
+        [bare, *(replace(loop, n=int(n)) for n in cycles)]
+        if np.any(loop.Gamma_1)
+        else [replace(loop, n=int(n)) for n in cycles]
+    )
     return min(strongest(each, gain_margin, phase_margin, sensitivity) for each in held)
 
 
 def strongest(
-    loop: Loop, gain_margin: float = GAIN_MARGIN, phase_margin: float = PHASE_MARGIN, sensitivity: float = SENSITIVITY_PEAK
+    loop: Loop,
+    gain_margin: float = GAIN_MARGIN,
+    phase_margin: float = PHASE_MARGIN,
+    sensitivity: float = SENSITIVITY_PEAK,
 ) -> float:
     """Largest gain of any loop that keeps the three margins [1/m]; see `strongest_gain`.
 
-    As the gain grows from 0, each frequency breaks a margin at a gain of its own; the least of those is the answer. It is 0 for a loop
-    that swings without feedback.
+    As the gain grows from 0, each frequency breaks a margin at a gain of its own; the least of those is the answer. It
+    is 0 for a loop that swings without feedback.
     """
     if _swings_alone(loop) is not None:
         return 0.0
@@ -211,7 +232,11 @@ def _roots(loop: Loop, omega: FloatArray, values: FloatArray, f: Callable[[compl
     def g(w: float) -> float:
         return float(f(_at(loop, w)))
 
-    return [float(brentq(g, omega[i], omega[i + 1], xtol=1e-13, rtol=1e-14)) for i in at if math.isfinite(values[i] + values[i + 1])]
+    return [
+        float(brentq(g, omega[i], omega[i + 1], xtol=1e-13, rtol=1e-14))
+        for i in at
+        if math.isfinite(values[i] + values[i + 1])
+    ]
 
 
 def _limit(loop: Loop, omega: FloatArray, L: ComplexArray) -> tuple[float, float]:
@@ -221,13 +246,15 @@ def _limit(loop: Loop, omega: FloatArray, L: ComplexArray) -> tuple[float, float
 
 
 def _farthest(loop: Loop, omega: FloatArray, L: ComplexArray, turn: complex) -> tuple[float, float]:
-    """Where the response, turned, passes the positive real axis farthest out: distance and frequency; 0 where it never does.
+    """Where the response, turned, passes the positive real axis farthest out: distance and frequency; 0 where it never
+    does.
 
     A delay makes thousands of crossings, nearly all of them small: they are taken from the largest on.
     """
     turned = L * turn
     brackets = np.nonzero(
-        (np.signbit(turned.imag[:-1]) != np.signbit(turned.imag[1:])) & (np.maximum(turned.real[:-1], turned.real[1:]) > 0.0)
+        (np.signbit(turned.imag[:-1]) != np.signbit(turned.imag[1:]))
+        & (np.maximum(turned.real[:-1], turned.real[1:]) > 0.0)
     )[0]
     reach = np.maximum(np.abs(L[brackets]), np.abs(L[brackets + 1]))
     best, at = 0.0, math.inf

@@ -1,7 +1,7 @@
 """Routh's table: how many roots of a polynomial lie in the right half plane, without finding any of them.
 
-Floats are taken as the exact fractions that they are, and the table is worked out in fractions: whether an element is zero is then no
-question of tolerance.
+Floats are taken as the exact fractions that they are, and the table is worked out in fractions: whether an element is
+zero is then no question of tolerance.
 """
 
 from __future__ import annotations
@@ -27,8 +27,10 @@ DIGITS = 1e-13
 
 
 class Routh(NamedTuple):
-    """table: rows of Routh's array, highest power first; unstable: roots in the open right half plane; on_axis: roots on the imaginary
-    axis; stable: all roots in the open left half plane; special: what the table needed ("zero row at s^3", "zero first element at s^2")."""
+    """table: rows of Routh's array, highest power first; unstable: roots in the open right half plane; on_axis: roots
+    on the imaginary axis; stable: all roots in the open left half plane; special: what the table needed ("zero row at
+    s^3", "zero first element at s^2").
+    """
 
     table: tuple[tuple[Fraction, ...], ...]
     unstable: int
@@ -43,9 +45,10 @@ class Routh(NamedTuple):
 def routh(coefficients: Sequence[Number]) -> Routh:
     """Routh's array of a polynomial with real coefficients, highest power first.
 
-    Zero row: the polynomial has roots that lie symmetrically about the origin, which divide it; the row is replaced by the derivative of
-    the auxiliary polynomial above it. Zero first element in a row that is not zero: roots on the left are added until no such zero is left;
-    the table is then that of the longer polynomial (the limit epsilon -> 0 of textbooks fails where both cases meet).
+    Zero row: the polynomial has roots that lie symmetrically about the origin, which divide it; the row is replaced by
+    the derivative of the auxiliary polynomial above it. Zero first element in a row that is not zero: roots on the left
+    are added until no such zero is left; the table is then that of the longer polynomial (the limit epsilon -> 0 of
+    textbooks fails where both cases meet).
 
     Errors: StillhookError for no polynomial, or coefficients that are not finite.
     Source: Routh 1877; Gantmacher, The Theory of Matrices, vol. 2, chapter 15, sections 3 and 4.
@@ -88,7 +91,8 @@ def _count(p: Row) -> Routh:
 
 
 def _rows(p: Row) -> tuple[list[Row], int]:
-    """Rows down to the first one whose first element is zero, and the power above that row; 0 where the table is complete."""
+    """Rows down to the first one whose first element is zero, and the power above that row; 0 where the table is
+    complete."""
     degree = len(p) - 1
     rows = [p[0::2]]
     for power in range(degree - 1, -1, -1):
@@ -127,7 +131,8 @@ def _frozen(rows: list[Row]) -> tuple[tuple[Fraction, ...], ...]:
 
 
 def _cleared(p: Row, why: str) -> Routh:
-    """The count of p with roots added on the left, at -1, -2, ..., as few as clear the zero (s^5 - 5 s^3 + 14 s - 20 needs two)."""
+    """The count of p with roots added on the left, at -1, -2, ..., as few as clear the zero (s^5 - 5 s^3 + 14 s - 20
+    needs two)."""
     longer = p
     for a in range(1, len(p) + 1):
         longer = [x + a * y for x, y in zip([*longer, Fraction(0)], [Fraction(0), *longer], strict=True)]
@@ -146,7 +151,9 @@ def gain_limit_by_routh(num: Sequence[Number], den: Sequence[Number]) -> float:
     numerator = np.concatenate([np.zeros(len(den) - len(num)), np.asarray(num, dtype=np.float64)])
 
     def stable(K: float) -> bool:
-        return routh([Fraction(float(d)) + Fraction(K) * Fraction(float(n)) for d, n in zip(den, numerator, strict=True)]).stable
+        return routh(
+            [Fraction(float(d)) + Fraction(K) * Fraction(float(n)) for d, n in zip(den, numerator, strict=True)]
+        ).stable
 
     return _first_loss(stable)
 

@@ -1,50 +1,62 @@
-"""`stability`: how far a crane's position loop is from swinging, as published and with its PLC; sweeps, Bode data, root locus.
+"""`stability`: how far a crane's position loop is from swinging, as published and with its PLC.
 
-The published loop (Moslatt 2020 paper E section 3) turns on the outer diameter with a full drum, one line at constant pressure, B_v for all
-friction. `full_stability` asks the same of the whole plant at an operating point, `both_loops` which of the two holds.
+The published loop (Moslatt 2020 paper E section 3) turns on the outer diameter with a full drum, one line at constant
+pressure, B_v for all friction. `full_stability` asks the same of the whole plant at an operating point, `both_loops`
+which of the two holds.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from enum import StrEnum
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from stillhook.analysis.loop_stability.governing import SHORTEST, SLOW, WIRES, Place, calm, carried, plant_loop_at, slow_places
+from stillhook.analysis.loop_stability.governing import (
+    SHORTEST,
+    SLOW,
+    WIRES,
+    Place,
+    calm,
+    carried,
+    plant_loop_at,
+    slow_places,
+)
 from stillhook.analysis.loop_stability.margins import Margins, gain_limit_of, margins, strongest_up_to
 from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency, gain_limit
 from stillhook.analysis.loop_stability.models.linearisation import linearise, plant_loop, plc_loop, settled_displacement
 from stillhook.analysis.loop_stability.models.loops import Loop, SampledLoop, position_loop, sampled
-from stillhook.analysis.loop_stability.models.transfer import About, command_pole, lever, motor_slope, on_layer, whole_matrices
+from stillhook.analysis.loop_stability.models.transfer import (
+    About,
+    command_pole,
+    lever,
+    motor_slope,
+    on_layer,
+    whole_matrices,
+)
 from stillhook.analysis.steady.operating_point import OperatingPoint, operating_point
 from stillhook.analysis.steady.steady_state import steady
-from stillhook.base.arrays import FloatArray
 from stillhook.engine.pack.winch import drum_record, gains, wire_speed_max
 from stillhook.errors import StillhookError
-from stillhook.library import changed
 from stillhook.physics.load_path.drum import K_wire as ratio_of
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
-from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
-    import xarray
-
+    pass
 
 
 class Stability(NamedTuple):
     """The position loop of one crane at one displacement, SI.
 
-    alpha_m [-], K_wire [-], J_m [kg m^2], v_tip [m/s]: where; K_p, K_p_ms [1/m], omega_c [rad/s]: the crane's gain, that of marginal
-    stability and the frequency there; omega_0 [rad/s], zeta [-], period [s] of the active circuit; gain_margin, phase_margin [rad],
-    omega_gc [rad/s], delay_margin [s], sensitivity_peak of the continuous loop (see `margins.Margins`); t_cycle, delay [s] and the same
-    with PLC and delay, ending in _plc; K_p_strong [1/m] the largest gain that keeps a gain margin of 2, 45 degrees and a sensitivity peak
-    of 2 with PLC and delay; poles of the whole closed loop [1/s]; stable, stable_plc.
+    alpha_m [-], K_wire [-], J_m [kg m^2], v_tip [m/s]: where; K_p, K_p_ms [1/m], omega_c [rad/s]: the crane's gain,
+    that of marginal stability and the frequency there; omega_0 [rad/s], zeta [-], period [s] of the active circuit;
+    gain_margin, phase_margin [rad], omega_gc [rad/s], delay_margin [s], sensitivity_peak of the continuous loop (see
+    `margins.Margins`); t_cycle, delay [s] and the same with PLC and delay, ending in _plc; K_p_strong [1/m] the largest
+    gain that keeps a gain margin of 2, 45 degrees and a sensitivity peak of 2 with PLC and delay; poles of the whole
+    closed loop [1/s]; stable, stable_plc.
     """
 
     alpha_m: float
@@ -86,44 +98,28 @@ class Stability(NamedTuple):
         return self._asdict() | {"poles": [[p.real, p.imag] for p in self.poles]}
 
 
-class Over(StrEnum):
-    """What a sweep goes over."""
-
-    ALPHA_M = "alpha_m"
-    LAYER = "layer"
-    LEAKAGE = "leakage"
-    DAMPING = "damping"
-    BULK_MODULUS = "bulk_modulus"
-    DELAY = "delay"
-
-
-VARIED = {Over.LEAKAGE: "C_leak", Over.DAMPING: "B_v", Over.BULK_MODULUS: "bulk_modulus"}
-"""Name, in the nomenclature, of the crane's number that a sweep changes."""
-TIMES = np.geomspace(0.25, 4.0, 17)
-"""Default of those sweeps: the crane's own number times these. No source: wide enough for wear, aeration and a poor guess."""
-SWEPT = (
-    "K_p_ms", "omega_c", "omega_0", "zeta", "gain_margin", "phase_margin", "delay_margin", "sensitivity_peak",
-    "K_p_ms_plc", "gain_margin_plc", "phase_margin_plc", "delay_margin_plc", "sensitivity_peak_plc",
-)  # fmt: skip
-
-
-def stability(crane: Crane, alpha_m: float | None = None, *, layer: int | None = None, v_tip: float = 0.0, delay: float = 0.0) -> Stability:
+def stability(
+    crane: Crane, alpha_m: float | None = None, *, layer: int | None = None, v_tip: float = 0.0, delay: float = 0.0
+) -> Stability:
     """Margins of the published position loop.
 
-    Parameters: alpha_m displacement of the motors [-], default where SSC stands at v_tip: 1 at rest; layer that the drum turns on,
-    with the inertia of a drum that is full up to it, default the published outer diameter and full drum; v_tip steady speed of the
-    tip [m/s], which closes the motors' own loop through the measured displacement (it moves two poles and no limit); delay [s] of the
-    position feedback's whole way around, for the values that end in _plc. It is not the delay of the motion unit, which stands outside
-    the loop and costs error, not stability.
+    Parameters: alpha_m displacement of the motors [-], default where SSC stands at v_tip: 1 at rest; layer that the
+    drum turns on, with the inertia of a drum that is full up to it, default the published outer diameter and full drum;
+    v_tip steady speed of the tip [m/s], which closes the motors' own loop through the measured displacement (it moves
+    two poles and no limit); delay [s] of the position feedback's whole way around, for the values that end in _plc. It
+    is not the delay of the motion unit, which stands outside the loop and costs error, not stability.
 
-    Errors: StillhookError for a number outside its range, K_p = 0, or a tip so fast that the pumps are full, which have no feedback.
-    Source: Moslatt 2020 paper E eqs 12 to 21, corrected (`stillhook.analysis.loop_stability.models.transfer`); PLC and delay are not in
-    print.
+    Errors: StillhookError for a number outside its range, K_p = 0, or a tip so fast that the pumps are full, which have
+    no feedback.
+    Source: Moslatt 2020 paper E eqs 12 to 21, corrected (`stillhook.analysis.loop_stability.models.transfer`); PLC and
+    delay are not in print.
     """
-    return _published(crane, alpha_m, layer, v_tip, delay, strong=True)
+    return published_stability(crane, alpha_m, layer, v_tip, delay, strong=True)
 
 
-def _published(crane: Crane, alpha_m: float | None, layer: int | None, v_tip: float, delay: float, *, strong: bool) -> Stability:
+def published_stability(
+    crane: Crane, alpha_m: float | None, layer: int | None, v_tip: float, delay: float, *, strong: bool
+) -> Stability:
     machine, K_wire = (crane, 1.0) if layer is None else on_layer(crane, layer)
     _check(v_tip, delay)
     alpha = steady(machine, -v_tip, Mode.SSC, K_wire=K_wire).alpha_m if alpha_m is None else alpha_m
@@ -134,7 +130,8 @@ def _published(crane: Crane, alpha_m: float | None, layer: int | None, v_tip: fl
     v_full = wire_speed_max(crane, alpha) / K_wire
     if abs(v_tip) > v_full:
         raise StillhookError(
-            f"v_tip = {v_tip:g} m/s: the pumps are full at {v_full:.3g} m/s with the motors at {alpha:.3g}. Give a slower tip."
+            f"v_tip = {v_tip:g} m/s: the pumps are full at {v_full:.3g} m/s with the motors at {alpha:.3g}. Give a"
+            " slower tip."
         )
     A = whole_matrices(machine, at, K_wire=K_wire)[0]
     where = {"alpha_m": alpha, "K_wire": K_wire, "J_m": e.J_m, "v_tip": v_tip}
@@ -145,20 +142,29 @@ def _published(crane: Crane, alpha_m: float | None, layer: int | None, v_tip: fl
 
 
 def full_stability(
-    crane: Crane, *, load: float, s_w: float, v_tip: float, alpha_m: float | None = None, mode: Mode | str = Mode.SSC, delay: float = 0.0
+    crane: Crane,
+    *,
+    load: float,
+    s_w: float,
+    v_tip: float,
+    alpha_m: float | None = None,
+    mode: Mode | str = Mode.SSC,
+    delay: float = 0.0,
 ) -> tuple[Stability, OperatingPoint]:
-    """The same of the whole plant while it compensates a steady tip speed, by numeric linearisation, and the operating point.
+    """The same of the whole plant while it compensates a steady tip speed, by numeric linearisation, and the operating
+    point.
 
-    Parameters: load payload [kg]; s_w wire paid out [m]; v_tip steady speed of the tip, up positive [m/s]; alpha_m [-], default where the
-    mode's law holds the motors; mode; delay [s] of the position feedback.
-    K_p_ms is that of the plant with motors and passive circuit standing, as in paper E; with PLC all loops are closed, poles as well.
-    omega_0 and zeta are those of the mode in which the winch swings on the oil of its lines.
+    Parameters: load payload [kg]; s_w wire paid out [m]; v_tip steady speed of the tip, up positive [m/s]; alpha_m [-],
+    default where the mode's law holds the motors; mode; delay [s] of the position feedback.
+    K_p_ms is that of the plant with motors and passive circuit standing, as in paper E; with PLC all loops are closed,
+    poles as well. omega_0 and zeta are those of the mode in which the winch swings on the oil of its lines.
     Errors: StillhookError for a point that the winch cannot reach, or a winch at rest, which sticks.
     """
     _check(v_tip, delay)
     if v_tip == 0.0:
         raise StillhookError(
-            "v_tip = 0: a winch at rest sticks, and its loop has no limit until it slides. Give a speed, such as 10 m/min."
+            "v_tip = 0: a winch at rest sticks, and its loop has no limit until it slides. Give a speed, such as 10"
+            " m/min."
         )
 
     def at(alpha: float) -> OperatingPoint:
@@ -188,8 +194,8 @@ def full_stability(
 
 
 class BothLoops(NamedTuple):
-    """The published loop beside the whole plant where it has the lowest gain limit: place, None where the gain decides nowhere; swings:
-    places where the plant swings whatever the gain."""
+    """The published loop beside the whole plant where it has the lowest gain limit: place, None where the gain decides
+    nowhere; swings: places where the plant swings whatever the gain."""
 
     published: Stability
     plant: Stability | None
@@ -199,7 +205,9 @@ class BothLoops(NamedTuple):
     @property
     def governing(self) -> Stability:
         """The one of the two with the lower gain limit, with PLC and delay or without."""
-        if self.plant is None or min(self.published.K_p_ms, self.published.K_p_ms_plc) < min(self.plant.K_p_ms, self.plant.K_p_ms_plc):
+        if self.plant is None or min(self.published.K_p_ms, self.published.K_p_ms_plc) < min(
+            self.plant.K_p_ms, self.plant.K_p_ms_plc
+        ):
             return self.published
         return self.plant
 
@@ -209,11 +217,19 @@ class BothLoops(NamedTuple):
         return self.published.ok and (self.plant is None or self.plant.ok)
 
     def table(self) -> dict[str, Any]:
-        """Name -> value in SI of the published loop; under "plant" the same of the plant, its payload and wire; "governs" which holds;
-        "swings" where the plant swings whatever the gain."""
-        plant = None if self.plant is None or self.place is None else self.plant.table() | {"load": self.place.load, "s_w": self.place.s_w}
+        """Name -> value in SI of the published loop; under "plant" the same of the plant, its payload and wire;
+        "governs" which holds; "swings" where the plant swings whatever the gain."""
+        plant = (
+            None
+            if self.plant is None or self.place is None
+            else self.plant.table() | {"load": self.place.load, "s_w": self.place.s_w}
+        )
         governs = "published" if self.governing is self.published else "plant"
-        return self.published.table() | {"governs": governs, "plant": plant, "swings": [p._asdict() for p in self.swings]}
+        return self.published.table() | {
+            "governs": governs,
+            "plant": plant,
+            "swings": [p._asdict() for p in self.swings],
+        }
 
 
 def both_loops(
@@ -225,17 +241,20 @@ def both_loops(
     loads: Sequence[float] | None = None,
     wires: Sequence[float] = (SHORTEST, *WIRES),
 ) -> BothLoops:
-    """Margins of the published loop, and of the whole plant at that of its operating points where the gain limit is lowest.
+    """Margins of the published loop, and of the whole plant at that of its operating points where the gain limit is
+    lowest.
 
-    Parameters: alpha_m, v_tip, delay as in `stability`; the plant stands at the same displacement, or where SSC puts it at each point.
-    loads payloads [kg], default empty hook and SWL; wires paid out [m]. The tip moves at v_tip, or at 2 and 5 m/min up and down where
-    v_tip is 0: there friction falls with speed most.
-    Limits are those of a load that does not ring on its wire (`stillhook.analysis.loop_stability.governing`); where the real one swings is
-    in `swings`. Errors: as `stability` and `full_stability`.
+    Parameters: alpha_m, v_tip, delay as in `stability`; the plant stands at the same displacement, or where SSC puts it
+    at each point. loads payloads [kg], default empty hook and SWL; wires paid out [m]. The tip moves at v_tip, or at 2
+    and 5 m/min up and down where v_tip is 0: there friction falls with speed most.
+    Limits are those of a load that does not ring on its wire (`stillhook.analysis.loop_stability.governing`); where the
+    real one swings is in `swings`. Errors: as `stability` and `full_stability`.
     """
     published = stability(crane, alpha_m, v_tip=v_tip, delay=delay)
     masses = carried(crane, Mode.SSC) if loads is None else tuple(loads)
-    places = slow_places(masses, wires, SLOW) if v_tip == 0.0 else [Place(m, s_w, v_tip) for m in masses for s_w in wires]
+    places = (
+        slow_places(masses, wires, SLOW) if v_tip == 0.0 else [Place(m, s_w, v_tip) for m in masses for s_w in wires]
+    )
     still, swings = calm(crane), []
     limits: dict[Place, float] = {}
     for place in places:
@@ -249,39 +268,6 @@ def both_loops(
     least = min(limits, key=lambda p: limits[p])
     plant, _ = full_stability(still, load=least.load, s_w=least.s_w, v_tip=least.v_tip, alpha_m=alpha_m, delay=delay)
     return BothLoops(published, plant, least, tuple(swings))
-
-
-def slow_sweep(
-    crane: Crane,
-    values: Sequence[float] | None = None,
-    *,
-    loads: Sequence[float] | None = None,
-    wires: Sequence[float] = (SHORTEST, *WIRES),
-    delay: float = 0.0,
-) -> xarray.Dataset:
-    """Gain limit of the whole plant with PLC where it is slow, over displacement, payload and wire paid out: the least of 2 and 5 m/min
-    up and down.
-
-    Parameters: values displacements [-], default from 0.8 alpha_min to 1; loads payloads [kg], default empty hook, 60 % of the SWL
-    (the most that HS carries) and SWL; wires [m]; delay [s].
-    Returns: Dataset over ("alpha_m", "load", "s_w") with K_p_ms_plc [1/m], 0 where the winch swings without feedback, NaN where nothing
-    holds the load.
-    """
-    import xarray
-
-    alphas = np.linspace(0.8 * crane.active.motor.alpha_min, 1.0, 14) if values is None else np.asarray(list(values), dtype=np.float64)
-    masses = (*carried(crane, Mode.HS), crane.SWL) if loads is None else tuple(loads)
-    limits, still = np.full((len(alphas), len(masses), len(wires)), math.nan), calm(crane)
-    for at in np.ndindex(limits.shape):
-        i, j, k = at
-        slow = [
-            plant_loop_at(still, Mode.SSC, p, alpha_m=float(alphas[i]), delay=delay)
-            for p in slow_places(masses[j : j + 1], wires[k : k + 1])
-        ]
-        limits[at] = min((gain_limit_of(s.loop)[0] for s in slow if s is not None), default=math.nan)
-    coords = {"alpha_m": alphas, "load": list(masses), "s_w": list(wires)}
-    data = {"K_p_ms_plc": (tuple(coords), limits, _attrs("K_p_ms_plc"))}
-    return xarray.Dataset(data, coords={n: (n, v, _attrs(n)) for n, v in coords.items()}, attrs={"crane": crane.name, "delay": delay})
 
 
 def _check(v_tip: float, delay: float) -> None:
@@ -334,112 +320,20 @@ def _named(m: Margins, end: str) -> dict[str, Any]:
 
 
 def least_limit(crane: Crane) -> tuple[float, float]:
-    """Displacement at which the gain limit is lowest [-], and that limit [1/m]: below, where no mode goes, it rises again.
+    """Displacement at which the gain limit is lowest [-], and that limit [1/m]: below, where no mode goes, it rises
+    again.
 
-    There the winch swings so slowly that the decay of the circuit alone, which does not depend on the displacement, holds it.
+    There the winch swings so slowly that the decay of the circuit alone, which does not depend on the displacement,
+    holds it.
     """
-    found = minimize_scalar(lambda a: gain_limit(crane, a).K_p_ms, bounds=(1e-3, 1.0), method="bounded", options={"xatol": 1e-9})
+    found = minimize_scalar(
+        lambda a: gain_limit(crane, a).K_p_ms, bounds=(1e-3, 1.0), method="bounded", options={"xatol": 1e-9}
+    )
     return float(found.x), float(found.fun)
 
 
 def range_of_modes(crane: Crane) -> dict[str, tuple[float, float]]:
-    """Least and largest displacement that each mode takes on the outermost layer [-]; under SSC with a load that asks for no more."""
+    """Least and largest displacement that each mode takes on the outermost layer [-]; under SSC with a load that asks
+    for no more."""
     c, alpha_min = crane.control, crane.active.motor.alpha_min
     return {"ssc": (alpha_min, 1.0), "ns": (c.alpha_ns, c.alpha_ns), "hs": (c.alpha_hs, c.alpha_hs)}
-
-
-def sweep(
-    crane: Crane, over: Over | str = Over.ALPHA_M, values: Sequence[float] | None = None, *, alpha_m: float = 1.0, delay: float = 0.0
-) -> xarray.Dataset:
-    """Gain limit, eigenfrequency, damping and margins of the published loop over one quantity.
-
-    Parameters: over "alpha_m", "layer", "leakage" (C_leak), "damping" (B_v), "bulk_modulus" or "delay"; values in SI, default a range
-    about the crane's own; alpha_m of the sweeps over something else [-]; delay [s].
-    Returns: Dataset over that quantity, variables as in `Stability`.
-    Errors: StillhookError for an unknown quantity or a value outside its range.
-    """
-    import xarray
-
-    if over not in tuple(Over):
-        raise StillhookError(f'over = "{over}": give one of {", ".join(Over)}.')
-    what = Over(over)
-    name = VARIED.get(what, what.value)
-    at = np.asarray(_default(crane, what) if values is None else list(values), dtype=np.float64)
-    rows = [_swept(crane, what, float(v), alpha_m, delay) for v in at]
-    data = {n: (name, [getattr(r, n) for r in rows], _attrs(n)) for n in SWEPT}
-    fixed = {} if what is Over.ALPHA_M else {"alpha_m": alpha_m}
-    fixed |= {} if what is Over.DELAY else {"delay": delay}
-    return xarray.Dataset(data, coords={name: (name, at, _attrs(name))}, attrs={"crane": crane.name, "K_p": crane.control.K_p, **fixed})
-
-
-def _default(crane: Crane, what: Over) -> FloatArray:
-    own = {
-        Over.LEAKAGE: crane.active.C_leak,
-        Over.DAMPING: crane.control.B_v,
-        Over.BULK_MODULUS: crane.active.line.bulk_modulus,
-    }
-    if what in own:
-        return np.asarray(own[what] * TIMES, dtype=np.float64)
-    if what is Over.LAYER:
-        return np.arange(1.0, crane.drum.layers + 1.0)
-    return np.linspace(0.0, 1.0, 41) if what is Over.DELAY else np.linspace(0.05, 1.0, 39)
-
-
-def _swept(crane: Crane, what: Over, value: float, alpha_m: float, delay: float) -> Stability:
-    if what is Over.ALPHA_M:
-        return _published(crane, value, None, 0.0, delay, strong=False)
-    if what is Over.LAYER:
-        return _published(crane, alpha_m, int(value), 0.0, delay, strong=False)
-    if what is Over.DELAY:
-        return _published(crane, alpha_m, None, 0.0, value, strong=False)
-    changes: dict[Over, Mapping[str, Any]] = {
-        Over.LEAKAGE: {"active": {"C_leak": f"{value!r} m^3/s/Pa"}},
-        Over.DAMPING: {"control": {"B_v": f"{value!r} N m s/rad"}},
-        Over.BULK_MODULUS: {"active": {"line": {"bulk_modulus": f"{value!r} Pa"}}},
-    }
-    return _published(changed(crane, changes[what]), alpha_m, None, 0.0, delay, strong=False)
-
-
-def bode(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0, delay: float = 0.0, omega: FloatArray | None = None) -> xarray.Dataset:
-    """Magnitude [-] and unwrapped phase [rad] of the cut loop at the crane's K_p over omega [rad/s]: continuous, and with PLC and delay."""
-    import xarray
-
-    plain = position_loop(crane, alpha_m, K_wire=K_wire)
-    held = sampled(plain, crane.control.t_cycle, delay + crane.control.computing)
-    w = np.geomspace(0.01, held.nyquist * 0.999, 1200) if omega is None else np.asarray(omega, dtype=np.float64)
-    data = {}
-    for end, loop in (("", plain), ("_plc", held)):
-        L = crane.control.K_p * loop.response(w)
-        data[f"loop_gain{end}"] = ("omega", np.abs(L), _attrs(f"loop_gain{end}"))
-        data[f"loop_phase{end}"] = ("omega", np.unwrap(np.angle(L)), _attrs(f"loop_phase{end}"))
-    fixed = {"crane": crane.name, "K_p": crane.control.K_p, "alpha_m": alpha_m, "delay": delay}
-    return xarray.Dataset(data, coords={"omega": ("omega", w, _attrs("omega"))}, attrs=fixed)
-
-
-def root_locus(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0, K_p: Sequence[float] | None = None) -> xarray.Dataset:
-    """Poles of the published position loop [1/s] over K_p [1/m], each followed along its branch: real and imaginary part."""
-    import xarray
-
-    loop = position_loop(crane, alpha_m, K_wire=K_wire)
-    limit = gain_limit(crane, alpha_m, K_wire).K_p_ms
-    at = np.concatenate([[0.0], np.geomspace(1e-3, 3.0, 200) * limit]) if K_p is None else np.asarray(list(K_p), dtype=np.float64)
-    poles = [np.sort_complex(loop.closed_poles(float(at[0])))]
-    for K in at[1:]:
-        poles.append(_followed(poles[-1], loop.closed_poles(float(K))))
-    P = np.array(poles)
-    names = {"pole_re": P.real, "pole_im": P.imag}
-    data = {n: (("K_p", "branch"), v, _attrs(n)) for n, v in names.items()}
-    return xarray.Dataset(data, coords={"K_p": ("K_p", at, _attrs("K_p"))}, attrs={"crane": crane.name, "alpha_m": alpha_m})
-
-
-def _followed(before: NDArray[np.complex128], now: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """Poles in the order of those before, each the nearest one."""
-    from scipy.optimize import linear_sum_assignment
-
-    _, order = linear_sum_assignment(np.abs(before[:, None] - now[None, :]))
-    return np.asarray(now[order], dtype=np.complex128)
-
-
-def _attrs(name: str) -> dict[str, str]:
-    v = BY_NAME.get(name)
-    return {} if v is None else {"units": v.unit, "long_name": v.meaning}

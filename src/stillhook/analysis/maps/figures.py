@@ -1,4 +1,5 @@
-"""Pictures of a map: load over speed for every controller on one scale, where each cannot be used and why, and changes."""
+"""Pictures of a map: load over speed for every controller on one scale, where each cannot be used and why, and
+changes."""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ SEQUENTIAL, DIVERGING = "viridis", "PuOr_r"
 HATCHES = ("///", "...", "xx", "\\\\\\", "++", "oo", "--", "**", "||", "OO", "x.", "/.")
 SHADE, LINES, LIGHT = "#d0d0d0", "#333333", "#e8e8e8"
 BANDS = 21
-"""Colours on a scale: few enough to be told apart and to survive a small picture; odd, so that no change has a colour of its own."""
+"""Colours on a scale: few enough to be told apart and to survive a small picture; odd, so that no change has a colour
+of its own."""
 LEVELS = 7
 """Contours, about."""
 PANEL = (4.6, 3.4)
@@ -29,13 +31,15 @@ TITLES = {"e_c_pp": "control error", "p_max": "peak pressure", "settling_time": 
 
 
 def figures(found: Map) -> dict[str, Figure]:
-    """Every picture of a map by the name of its file: one for each value of `SHOWN`, and one of the changes against the best classic
-    controller; maps over layers or periods give one of each for every layer and period.
+    """Every picture of a map by the name of its file: one for each value of `SHOWN`, and one of the changes against the
+    best classic controller; maps over layers or periods give one of each for every layer and period.
     """
     out: dict[str, Figure] = {}
     for k, layer in enumerate(found.axes.layers):
         for j, period in enumerate(found.axes.periods):
-            tail = "".join([f"-layer-{layer}" if layer is not None else "", f"-{period:g}-s" if period is not None else ""])
+            tail = "".join(
+                [f"-layer-{layer}" if layer is not None else "", f"-{period:g}-s" if period is not None else ""]
+            )
             for name in SHOWN:
                 if name in found.values:
                     out[f"{name}{tail}"] = value_figure(found, name, layer=k, period=j)
@@ -44,15 +48,17 @@ def figures(found: Map) -> dict[str, Figure]:
     return out
 
 
-def value_figure(found: Map, name: str, *, layer: int = 0, period: int = 0, labels: Sequence[str] | None = None) -> Figure:
+def value_figure(
+    found: Map, name: str, *, layer: int = 0, period: int = 0, labels: Sequence[str] | None = None
+) -> Figure:
     """One value over load and speed, a panel for each controller, all on one scale that the applicable cells set.
 
-    Parameters: name of the value; layer, period places along those axes; labels: controllers to show (default all). Cells in which the
-    controller is not applicable are grey, with a hatching for each cause.
+    Parameters: name of the value; layer, period places along those axes; labels: controllers to show (default all).
+    Cells in which the controller is not applicable are grey, with a hatching for each cause.
     Source of the arrangement: Moslatt 2020 paper E figures 7, 8, 10 and 11.
     """
     words, factor, _ = SHOWN[name]
-    rows = [found.labels.index(x) for x in (labels or found.labels)]
+    rows = [found.labels.index(x) for x in labels or found.labels]
     usable = found.applicable[:, :, :, layer, period]
     values = found.values[name][:, :, :, layer, period] * factor
     known = values[rows][usable[rows] & np.isfinite(values[rows])]
@@ -73,12 +79,15 @@ def value_figure(found: Map, name: str, *, layer: int = 0, period: int = 0, labe
 
 
 def change_figure(found: Map, *, layer: int = 0, period: int = 0, labels: Sequence[str] | None = None) -> Figure | None:
-    """Change of error and pressure, or of settling time, against the best classic controller [%]; None where nothing is compared.
+    """Change of error and pressure, or of settling time, against the best classic controller [%]; None where nothing is
+    compared.
 
-    A row of panels for each controller (default those that are not classic), one panel for each value. Grey: one of the two is not
-    applicable.
+    A row of panels for each controller (default those that are not classic), one panel for each value. Grey: one of the
+    two is not applicable.
     """
-    wanted = labels or [x for x, m in zip(found.labels, found.modes, strict=True) if x != BEST_CLASSIC and m not in CLASSIC]
+    wanted = labels or [
+        x for x, m in zip(found.labels, found.modes, strict=True) if x != BEST_CLASSIC and m not in CLASSIC
+    ]
     changes = found.changes()
     if not changes or not wanted:
         return None
@@ -92,7 +101,10 @@ def change_figure(found: Map, *, layer: int = 0, period: int = 0, labels: Sequen
         drawn = _mesh(ax, found, parts[label, name], DIVERGING, -most, most)
         ax.set_title(f"{_heading(label)}: {TITLES[name]}", fontsize="medium")
     figure.colorbar(drawn, ax=list(axes), label="change against best classic [%]", shrink=0.9)
-    figure.suptitle(f"{_title(found, layer, period)}\ngrey: {BEST_CLASSIC} or the new controller is not applicable", fontsize="medium")
+    figure.suptitle(
+        f"{_title(found, layer, period)}\ngrey: {BEST_CLASSIC} or the new controller is not applicable",
+        fontsize="medium",
+    )
     return figure
 
 
@@ -141,7 +153,8 @@ def _mesh(ax: Any, found: Map, values: FloatArray, colours: str, low: float, hig
 
 
 def _contours(ax: Any, found: Map, values: FloatArray, low: float, high: float) -> None:
-    """Contours at the same levels in every panel: light on dark colours, dark on light ones; none where the cells are too few or alike."""
+    """Contours at the same levels in every panel: light on dark colours, dark on light ones; none where the cells are
+    too few or alike."""
     from matplotlib.ticker import MaxNLocator
 
     levels = [x for x in MaxNLocator(LEVELS).tick_values(low, high) if low < x < high]
@@ -170,7 +183,9 @@ def _forbidden(ax: Any, found: Map, cause: NDArray[Any], causes: dict[str, str])
             if cause[m, n]:
                 corner, width, height = (speeds[n], loads[m]), speeds[n + 1] - speeds[n], loads[m + 1] - loads[m]
                 hatch = causes[str(cause[m, n])]
-                ax.add_patch(Rectangle(corner, width, height, facecolor=SHADE, edgecolor=LINES, hatch=hatch, linewidth=0.0))
+                ax.add_patch(
+                    Rectangle(corner, width, height, facecolor=SHADE, edgecolor=LINES, hatch=hatch, linewidth=0.0)
+                )
 
 
 def _legend(figure: Figure, causes: dict[str, str]) -> None:
@@ -178,7 +193,13 @@ def _legend(figure: Figure, causes: dict[str, str]) -> None:
 
     if causes:
         patches = [Patch(facecolor=SHADE, edgecolor=LINES, hatch=h, label=c, linewidth=0.0) for c, h in causes.items()]
-        figure.legend(handles=patches, loc="outside lower center", ncols=min(len(patches), 3), fontsize="small", title="not applicable")
+        figure.legend(
+            handles=patches,
+            loc="outside lower center",
+            ncols=min(len(patches), 3),
+            fontsize="small",
+            title="not applicable",
+        )
 
 
 def _heading(label: str) -> str:

@@ -1,4 +1,5 @@
-"""An operability map as Monte Carlo: in every cell bands over what is uncertain, and the chance that a controller is applicable."""
+"""An operability map as Monte Carlo: in every cell bands over what is uncertain, and the chance that a controller is
+applicable."""
 
 from __future__ import annotations
 
@@ -58,17 +59,18 @@ def monte_carlo_map(
 
     Parameters
     ----------
-    crane, controllers, grid: as in `stillhook.analysis.maps.operability.operability_map` (loads, speeds, period, motion, s_w, layers,
-    periods, duration, warm_up). uncertainty, n, seed: as in `stillhook.analysis.uncertainty.monte_carlo`. step, threads, store, client,
-    progress: as in `stillhook.engine.scenario.batch.summaries`.
+    crane, controllers, grid: as in `stillhook.analysis.maps.operability.operability_map` (loads, speeds, period,
+    motion, s_w, layers, periods, duration, warm_up). uncertainty, n, seed: as in
+    `stillhook.analysis.uncertainty.monte_carlo`. step, threads, store, client, progress: as in
+    `stillhook.engine.scenario.batch.summaries`.
 
     Returns
     -------
-    Dataset over (controller, load, speed, layer, period), the last two dropped where the map has them not: the numbers of `SHOWN` over
-    "quantile" (5, 50, 95 %), their change against the best classic controller (the one of NS and HS that is applicable more often, then
-    the lower in median error; draw by draw, over the draws in which both are applicable), `applicable_chance` over "interval",
-    `failed` draws. A draw that lost its numbers is in no band and not applicable. Cells are run a few at a time, and only bands are
-    kept, so memory does not grow with n times the cells.
+    Dataset over (controller, load, speed, layer, period), the last two dropped where the map has them not: the numbers
+    of `SHOWN` over "quantile" (5, 50, 95 %), their change against the best classic controller (the one of NS and HS
+    that is applicable more often, then the lower in median error; draw by draw, over the draws in which both are
+    applicable), `applicable_chance` over "interval", `failed` draws. A draw that lost its numbers is in no band and not
+    applicable. Cells are run a few at a time, and only bands are kept, so memory does not grow with n times the cells.
 
     Errors: as of `operability_map` and `monte_carlo`, before anything runs.
     """
@@ -121,7 +123,9 @@ class _Found:
 
     def _usable(self, i: int, rows: FloatArray, status: list[str], SWL: float) -> NDArray[np.bool_]:
         case = self.cells.cases[i]
-        told = [dict(zip(NUMBERS, row, strict=True)) | {"status": s} for row, s in zip(rows.tolist(), status, strict=True)]
+        told = [
+            dict(zip(NUMBERS, row, strict=True)) | {"status": s} for row, s in zip(rows.tolist(), status, strict=True)
+        ]
         return np.array([not cause_of(s, case.mode, case.load / SWL) for s in told])
 
     def _best_classic(self, rows: FloatArray, usable: NDArray[np.bool_]) -> int | None:
@@ -146,15 +150,28 @@ def _dataset(
     columns: dict[str, Any] = {}
     for name, flat in (*found.values.items(), *((f"{n}_change", x) for n, x in found.changes.items())):
         columns[name] = ((*dims, "quantile"), flat.reshape(*shape, -1), attributes(name))
-    columns["applicable_chance"] = ((*dims, "interval"), found.chances.reshape(*shape, -1), attributes("applicable_chance"))
+    columns["applicable_chance"] = (
+        (*dims, "interval"),
+        found.chances.reshape(*shape, -1),
+        attributes("applicable_chance"),
+    )
     columns["failed"] = (dims, found.failed.reshape(shape), attributes("failed"))
     columns["factor_value"] = (("draw", "factor"), table.values, attributes("factor_value"))
-    coords: dict[str, Any] = {"controller": labels, "quantile": list(QUANTILES), "interval": list(INTERVAL), "factor": list(table.columns)}
+    coords: dict[str, Any] = {
+        "controller": labels,
+        "quantile": list(QUANTILES),
+        "interval": list(INTERVAL),
+        "factor": list(table.columns),
+    }
     coords["load"] = ("load", list(axes.loads), {"units": "kg", "long_name": "payload on the hook"})
     coords["speed"] = ("speed", list(axes.speeds), {"units": "m/s", "long_name": "peak speed of the tip"})
     coords["s_w"] = ("layer", list(axes.s_w), {"units": "m", "long_name": "wire paid out at the start"})
     if axes.layers != (None,):
-        coords["layer"] = ("layer", list(axes.layers), {"long_name": "layer of wire in use, counted from the bare drum"})
+        coords["layer"] = (
+            "layer",
+            list(axes.layers),
+            {"long_name": "layer of wire in use, counted from the bare drum"},
+        )
     if axes.periods != (None,):
         coords["period"] = ("period", list(axes.periods), {"units": "s", "long_name": "period of the wave"})
     data = xarray.Dataset(columns, coords=coords)

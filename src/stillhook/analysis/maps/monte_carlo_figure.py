@@ -22,11 +22,13 @@ SURE = 0.95
 
 
 def map_band_figure(found: xarray.Dataset, name: str = "e_c_pp") -> Figure:
-    """A row for each controller: median and 95 % end of a value over load and speed on one scale, and the chance that it is applicable.
+    """A row for each controller: median and 95 % end of a value over load and speed on one scale, and the chance that
+    it is applicable.
 
-    Parameters: found of `stillhook.analysis.maps.monte_carlo.monte_carlo_map`, one layer and period (select them first); name of the value.
-    The scale is that of cells in which the controller is applicable in at least half the draws; others are grey. White line: applicable
-    in 95 % of the draws. Errors: SpecError for a value that the map does not hold.
+    Parameters: found of `stillhook.analysis.maps.monte_carlo.monte_carlo_map`, one layer and period (select them
+    first); name of the value. The scale is that of cells in which the controller is applicable in at least half the
+    draws; others are grey. White line: applicable in 95 % of the draws. Errors: SpecError for a value that the map does
+    not hold.
     """
     from matplotlib.figure import Figure  # heavy
 
@@ -49,7 +51,13 @@ def map_band_figure(found: xarray.Dataset, name: str = "e_c_pp") -> Figure:
         row[2].set_title(f"{label}: applicable", fontsize="medium")
         if min(chance.shape) > 1 and float(chance.min()) < SURE < float(chance.max()):
             for ax in row:
-                ax.contour(*_scales(cell), chance.transpose("load", "speed").values, levels=[SURE], colors="white", linewidths=1.2)
+                ax.contour(
+                    *_scales(cell),
+                    chance.transpose("load", "speed").values,
+                    levels=[SURE],
+                    colors="white",
+                    linewidths=1.2,
+                )
     figure.colorbar(drawn, ax=list(axes[:, :2].ravel()), label=words, shrink=0.9)
     figure.colorbar(drawn_chance, ax=list(axes[:, 2]), label="draws in which it is applicable [%]", shrink=0.9)
     for ax in axes[-1]:
@@ -62,7 +70,10 @@ def map_band_figure(found: xarray.Dataset, name: str = "e_c_pp") -> Figure:
 
 def _scales(cell: xarray.Dataset) -> tuple[Any, Any]:
     """Speeds [m/min] and loads [t]."""
-    return tuple(np.array([in_display(float(x), kind) for x in cell[n].values]) for n, kind in (("speed", "speed"), ("load", "mass")))  # type: ignore[return-value]
+    return tuple(
+        np.array([in_display(float(x), kind) for x in cell[n].values])
+        for n, kind in (("speed", "speed"), ("load", "mass"))
+    )  # type: ignore[return-value]
 
 
 def _mesh(ax: Any, cell: xarray.Dataset, values: xarray.DataArray, colours: str, low: float, high: float) -> Any:

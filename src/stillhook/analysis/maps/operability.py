@@ -1,4 +1,5 @@
-"""Operability maps: error, pressure and limits of several controllers over load and speed, and where each cannot be used, and why."""
+"""Operability maps: error, pressure and limits of several controllers over load and speed, and where each cannot be
+used, and why."""
 
 from __future__ import annotations
 
@@ -31,7 +32,18 @@ DURATION, WARM_UP = "30 s", "10 s"
 """Paper E neglects the first 10 s and counts 20 s (section 4.1, figure 6)."""
 RAMP = 10.0
 """Time in which the tip's motion grows to full size [s], or the warm-up where that is shorter."""
-NUMBERS = ("e_c_pp", "eta_c", "p_max", "p_a_max", "alpha_m_min", "alpha_p_max", "u_p_max", "saturation_time", "relief_time", "validated")
+NUMBERS = (
+    "e_c_pp",
+    "eta_c",
+    "p_max",
+    "p_a_max",
+    "alpha_m_min",
+    "alpha_p_max",
+    "u_p_max",
+    "saturation_time",
+    "relief_time",
+    "validated",
+)
 """What a map holds of every cell's run, in the names of `stillhook.variables.SUMMARY`."""
 
 
@@ -59,21 +71,31 @@ def map_of(
     Parameters
     ----------
     controllers: names, paths of TOML files (`stillhook.analysis.controllers`) or Controller objects.
-    loads, speeds, periods: texts with units; several with commas between them, or a range "10 m/min to 120 m/min by 10 m/min". Loads may be
-    parts of the SWL, "20 % to 100 % by 10 %". speeds are peak speeds of the tip. s_w, layers: see `axes_of`.
-    period: of the sine that is the motion by default. motion: another motion, made larger or smaller in every cell until its highest speed
-    between warm_up and duration is the cell's; its times stay. Paper E's velocity profile (figure 6) is not printed as numbers.
-    duration, warm_up: length of each run, and its start that does not count; the peak-to-peak error is that of the part that counts, at
-    most of 30 s. The tip's motion grows over the first 10 s, or over the warm-up where that is shorter.
-    step, threads, store, client, progress: as in `stillhook.engine.scenario.batch.summaries`.
+    loads, speeds, periods: texts with units; several with commas between them, or a range "10 m/min to 120 m/min by 10
+    m/min". Loads may be parts of the SWL, "20 % to 100 % by 10 %". speeds are peak speeds of the tip. s_w, layers: see
+    `axes_of`. period: of the sine that is the motion by default. motion: another motion, made larger or smaller in
+    every cell until its highest speed between warm_up and duration is the cell's; its times stay. Paper E's velocity
+    profile (figure 6) is not printed as numbers. duration, warm_up: length of each run, and its start that does not
+    count; the peak-to-peak error is that of the part that counts, at most of 30 s. The tip's motion grows over the
+    first 10 s, or over the warm-up where that is shorter. step, threads, store, client, progress: as in
+    `stillhook.engine.scenario.batch.summaries`.
 
     Errors: ScenarioError, UnitError, SpecError, MotionError, one line each, before anything runs.
     Source: Moslatt 2020 paper E section 4.
     """
     axes, chosen, cranes, cases = cells_of(
-        crane, controllers, loads=loads, speeds=speeds, period=period, motion=motion, s_w=s_w, layers=layers, periods=periods,
-        duration=duration, warm_up=warm_up,
-    )  # fmt: skip
+        crane,
+        controllers,
+        loads=loads,
+        speeds=speeds,
+        period=period,
+        motion=motion,
+        s_w=s_w,
+        layers=layers,
+        periods=periods,
+        duration=duration,
+        warm_up=warm_up,
+    )
     answers = summaries(cranes, cases, step=step, threads=threads, store=store, client=client, progress=progress)
     shape = (len(chosen), *axes.shape)
     modes = [c.mode for c in chosen for _ in range(math.prod(axes.shape))]
@@ -100,17 +122,18 @@ def map_of(
 operability_map = as_dataset(
     map_of,
     "operability_map",
-    """Error, pressure and limits of controllers over load and peak speed of the tip; see `map_of`, whose result this is as a Dataset.
+    """Error, pressure and limits of controllers over load and peak speed of the tip: `map_of` as a Dataset.
 
-    Returns a Dataset with dimensions ("controller", "load", "speed"[, "layer"][, "period"]): the numbers of `NUMBERS`, `status`,
-    `applicable` and `cause`; beside the controllers that were asked for, "best classic" (cell by cell the applicable one of NS and HS with
-    the lower error), and `e_c_pp_change`, `p_max_change` against it.
+    Returns a Dataset with dimensions ("controller", "load", "speed"[, "layer"][, "period"]): the numbers of `NUMBERS`,
+    `status`, `applicable` and `cause`; beside the controllers that were asked for, "best classic" (cell by cell the
+    applicable one of NS and HS with the lower error), and `e_c_pp_change`, `p_max_change` against it.
     """,
 )
 
 
 class Cells(NamedTuple):
-    """Axes and controllers of a map, and crane and scenario of every cell: controller by controller, the last axis fastest."""
+    """Axes and controllers of a map, and crane and scenario of every cell: controller by controller, the last axis
+    fastest."""
 
     axes: Axes
     controllers: list[Controller]
@@ -149,17 +172,24 @@ def controllers_of(given: Sequence[str | Path | Controller]) -> list[Controller]
         raise SpecError('controllers: empty. Name at least one, such as ("ns", "hs", "ssc").')
     labels = [c.name for c in found]
     if twice := next((n for n in labels if labels.count(n) > 1), None):
-        raise SpecError(f'controllers: "{twice}" is named twice. Name each controller once; rename the file of one of them.')
+        raise SpecError(
+            f'controllers: "{twice}" is named twice. Name each controller once; rename the file of one of them.'
+        )
     return found
 
 
-def _waves(base: Scenario, axes: Axes, period: str, over_periods: bool, motion: Motion | None) -> dict[tuple[float, float | None], Motion]:
+def _waves(
+    base: Scenario, axes: Axes, period: str, over_periods: bool, motion: Motion | None
+) -> dict[tuple[float, float | None], Motion]:
     """The tip's motion for every speed and period."""
     if motion is not None:
         if over_periods:
             raise ScenarioError("motion and periods: a motion has its own periods. Give one of them.")
         if motion.duration is not None and motion.duration < base.duration:
-            raise ScenarioError(f"motion: {motion.duration:g} s of record do not fill runs of {base.duration:g} s. Shorten the duration.")
+            raise ScenarioError(
+                f"motion: {motion.duration:g} s of record do not fill runs of {base.duration:g} s. Shorten the"
+                " duration."
+            )
         largest = speed_peak(motion, base.warm_up, base.duration)
         unit = scaled_to(motion, 1.0, base.warm_up, base.duration) if largest > 0.0 else motion
         return {(v, None): scaled_to(unit, v, base.warm_up, base.duration) for v in axes.speeds}
@@ -171,15 +201,22 @@ def _waves(base: Scenario, axes: Axes, period: str, over_periods: bool, motion: 
             raise ScenarioError(f"period {show(wave, 'time')}: a wave takes time. Give a period above 0.")
         if wave > counted:
             raise ScenarioError(
-                f"period {show(wave, 'time')}: a whole wave must lie in the {counted:g} s that count (duration less warm-up). "
-                "Run longer, or choose a shorter wave."
+                f"period {show(wave, 'time')}: a whole wave must lie in the {counted:g} s that count (duration less"
+                " warm-up). Run longer, or choose a shorter wave."
             )
-        waves |= {(v, T): Sine.from_si(v * wave / (2.0 * math.pi), wave, where=f"speed {show(v, 'speed')}") for v in axes.speeds}
+        waves |= {
+            (v, T): Sine.from_si(v * wave / (2.0 * math.pi), wave, where=f"speed {show(v, 'speed')}")
+            for v in axes.speeds
+        }
     return waves
 
 
 def _runs(
-    crane: Crane, chosen: Sequence[Controller], axes: Axes, base: Scenario, waves: dict[tuple[float, float | None], Motion]
+    crane: Crane,
+    chosen: Sequence[Controller],
+    axes: Axes,
+    base: Scenario,
+    waves: dict[tuple[float, float | None], Motion],
 ) -> tuple[list[Crane], list[Scenario]]:
     """Crane and scenario of every cell, controller by controller."""
     cranes, cases = [], []

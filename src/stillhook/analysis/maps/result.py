@@ -1,4 +1,5 @@
-"""What a map found, as plain arrays: best classic controller, changes against it, shares, and a Dataset when one is wanted."""
+"""What a map found, as plain arrays: best classic controller, changes against it, shares, and a Dataset when one is
+wanted."""
 
 from __future__ import annotations
 
@@ -52,10 +53,12 @@ SHOWN: Mapping[str, Shown] = {
 
 @dataclass(frozen=True)
 class Map:
-    """Arrays of shape (controller, load, speed, layer, period), SI, with one layer or period where the map does not go over them.
+    """Arrays of shape (controller, load, speed, layer, period), SI, with one layer or period where the map does not go
+    over them.
 
-    labels, modes of the controllers; values by name; status as in a summary; cause why the controller is not applicable, "" where it is;
-    better the value by which the best classic controller is chosen, the lower the better; about how the map was made.
+    labels, modes of the controllers; values by name; status as in a summary; cause why the controller is not
+    applicable, "" where it is; better the value by which the best classic controller is chosen, the lower the better;
+    about how the map was made.
     """
 
     crane: Crane
@@ -74,8 +77,9 @@ class Map:
         return np.asarray(self.cause == "", dtype=np.bool_)
 
     def with_best_classic(self) -> Map:
-        """The map with one more controller, "best classic": cell by cell the applicable one of NS and HS with the lower value of `better`,
-        and where neither is applicable the lower of both, with its cause. The same map where neither was asked for."""
+        """The map with one more controller, "best classic": cell by cell the applicable one of NS and HS with the lower
+        value of `better`, and where neither is applicable the lower of both, with its cause. The same map where neither
+        was asked for."""
         rows = [i for i, mode in enumerate(self.modes) if mode in CLASSIC]
         if not rows:
             return self
@@ -97,7 +101,8 @@ class Map:
         )
 
     def change(self, name: str) -> FloatArray | None:
-        """Value over that of the best classic controller, less 1 [-]; NaN where one of the two is not applicable. None without one."""
+        """Value over that of the best classic controller, less 1 [-]; NaN where one of the two is not applicable. None
+        without one."""
         if BEST_CLASSIC not in self.labels:
             return None
         i, usable, a = self.labels.index(BEST_CLASSIC), self.applicable, self.values[name]
@@ -110,7 +115,8 @@ class Map:
         return {name: found for name in COMPARED if name in self.values and (found := self.change(name)) is not None}
 
     def summary(self) -> dict[str, dict[str, Any]]:
-        """Controller -> share of the map in which it is applicable, cells by cause, and the median change against the best classic one."""
+        """Controller -> share of the map in which it is applicable, cells by cause, and the median change against the
+        best classic one."""
         out: dict[str, dict[str, Any]] = {}
         changes = self.changes()
         for i, label in enumerate(self.labels):
@@ -126,14 +132,19 @@ class Map:
         return out
 
     def record(self) -> dict[str, Any]:
-        """Everything as plain data in SI, for JSON: nested lists over load, speed, and layer and period where the map has them."""
+        """Everything as plain data in SI, for JSON: nested lists over load, speed, and layer and period where the map
+        has them."""
         cells: dict[str, Any] = {}
         changes = self.changes()
         for i, label in enumerate(self.labels):
             columns = {**{n: a[i] for n, a in self.values.items()}, **{f"{n}_change": a[i] for n, a in changes.items()}}
             columns |= {"applicable": self.applicable[i], "cause": self.cause[i], "status": self.status[i]}
             cells[label] = {name: self._without_empty(a).tolist() for name, a in columns.items()}
-        axes: dict[str, Any] = {"load": list(self.axes.loads), "speed": list(self.axes.speeds), "s_w": list(self.axes.s_w)}
+        axes: dict[str, Any] = {
+            "load": list(self.axes.loads),
+            "speed": list(self.axes.speeds),
+            "s_w": list(self.axes.s_w),
+        }
         if self.axes.layers != (None,):
             axes["layer"] = list(self.axes.layers)
         if self.axes.periods != (None,):
@@ -142,7 +153,8 @@ class Map:
         return {**who, **self.about, **axes, "controllers": cells, "summary": self.summary()}
 
     def _without_empty(self, a: NDArray[Any], before: int = 0) -> NDArray[Any]:
-        """The array without the dimensions that the map does not go over; `before` dimensions stand before load and speed."""
+        """The array without the dimensions that the map does not go over; `before` dimensions stand before load and
+        speed."""
         gone = [k for k, axis in ((2, self.axes.layers), (3, self.axes.periods)) if axis == (None,)]
         return a.squeeze(axis=tuple(before + k for k in gone))
 
@@ -152,7 +164,11 @@ class Map:
 
         layered, waved = self.axes.layers != (None,), self.axes.periods != (None,)
         dims = ("controller", "load", "speed", *(("layer",) if layered else ()), *(("period",) if waved else ()))
-        columns = {**self.values, **{f"{n}_change": a for n, a in self.changes().items()}, "applicable": self.applicable}
+        columns = {
+            **self.values,
+            **{f"{n}_change": a for n, a in self.changes().items()},
+            "applicable": self.applicable,
+        }
         columns |= {"cause": self.cause.astype(str), "status": self.status.astype(str)}
         coords: dict[str, Any] = {"controller": list(self.labels)}
         coords["load"] = ("load", list(self.axes.loads), {"units": "kg", "long_name": "payload on the hook"})
@@ -160,10 +176,16 @@ class Map:
         wire = {"units": "m", "long_name": "wire paid out at the start"}
         coords["s_w"] = ("layer", list(self.axes.s_w), wire) if layered else ((), self.axes.s_w[0], wire)
         if layered:
-            coords["layer"] = ("layer", list(self.axes.layers), {"long_name": "layer of wire in use, counted from the bare drum"})
+            coords["layer"] = (
+                "layer",
+                list(self.axes.layers),
+                {"long_name": "layer of wire in use, counted from the bare drum"},
+            )
         if waved:
             coords["period"] = ("period", list(self.axes.periods), {"units": "s", "long_name": "period of the wave"})
-        data = xarray.Dataset({n: (dims, self._without_empty(a, 1), _attrs(n)) for n, a in columns.items()}, coords=coords)
+        data = xarray.Dataset(
+            {n: (dims, self._without_empty(a, 1), _attrs(n)) for n, a in columns.items()}, coords=coords
+        )
         data.attrs = {
             "title": f"Stillhook map of {self.crane.name}",
             "crane": crane_toml(self.crane),

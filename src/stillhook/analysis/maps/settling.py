@@ -1,4 +1,5 @@
-"""Settling time after a step of wire speed, over load and speed, and where the motors then stand (paper E figures 9 to 11)."""
+"""Settling time after a step of wire speed, over load and speed, and where the motors then stand (paper E figures 9 to
+11)."""
 
 from __future__ import annotations
 
@@ -35,14 +36,19 @@ if TYPE_CHECKING:
 
 STEP = "5 m/min"
 BAND = 0.02
-"""Step of the wire speed, and how near to the new speed is settled, over the step. Source: paper E section 4.3 (0.1 m/min)."""
+"""Step of the wire speed, and how near to the new speed is settled, over the step. Source: paper E section 4.3 (0.1
+m/min)."""
 RAMP, HOLD, AFTER = 8.0, 22.0, 15.0
-"""Time in which the operator's speed grows to that before the step, time for which it is then held, and time after the step [s]. The
-slowest mode is the position loop's, 1 / (K_p v_w) = 3 to 5 s at the printed gain: 22 s bring what the ramp left behind below the band."""
+"""Time in which the operator's speed grows to that before the step, time for which it is then held, and time after the
+step [s]. The slowest mode is the position loop's, 1 / (K_p v_w) = 3 to 5 s at the printed gain: 22 s bring what the
+ramp left behind
+below the band."""
 PIECES = 16
-"""Straight pieces of the ramp, which follow a smoothstep: its corners are then a hundredth of those of a straight ramp."""
+"""Straight pieces of the ramp, which follow a smoothstep: its corners are then a hundredth of those of a straight
+ramp."""
 LAST = 2.0
-"""End of the test over which a swing is told from a slow approach, and full pumps from pumps that were full for a moment [s]."""
+"""End of the test over which a swing is told from a slow approach, and full pumps from pumps that were full for a
+moment [s]."""
 BLOCKS_EACH = 2
 """Blocks of sixteen for each thread whose series are in memory at once: some 20 MB each."""
 NUMBERS = ("settling_time", "overshoot", "alpha_m_end", "u_p_end")
@@ -50,8 +56,9 @@ _V_W, _U_P, _ALPHA_M = (Signals._fields.index(n) for n in ("v_w", "u_p", "alpha_
 
 
 class Response(NamedTuple):
-    """What a step did: settling_time [s], NaN where it never settles; overshoot over the step [-]; alpha_m_end motors and u_p_end pump
-    command at the end [-]; status as in a summary; cause why the controller is not applicable, "" where it is."""
+    """What a step did: settling_time [s], NaN where it never settles; overshoot over the step [-]; alpha_m_end motors
+    and u_p_end pump command at the end [-]; status as in a summary; cause why the controller is not applicable, ""
+    where it is."""
 
     settling_time: float
     overshoot: float
@@ -78,18 +85,22 @@ def settling_of(
 ) -> Map:
     """A step of the wire's speed at every load and speed, in heave compensation with the tip at rest.
 
-    The operator's speed grows smoothly to that of the cell, is held until the winch is steady, and steps up by `wire_step`; v_w has settled
-    when it stays within 2 % of the step of the new speed. The gas pressure is held, so that the accumulator never runs empty, and the step
-    is made in the middle of the layer (or with s_w of wire out), far enough from its ends.
+    The operator's speed grows smoothly to that of the cell, is held until the winch is steady, and steps up by
+    `wire_step`; v_w has settled when it stays within 2 % of the step of the new speed. The gas pressure is held, so
+    that the accumulator never runs empty, and the step is made in the middle of the layer (or with s_w of wire out),
+    far enough from its ends.
 
-    The operator's acceleration is not fed forward: u_ff takes v_op alone, so K_2 plays no part and the pumps' own lag is in the answer.
+    The operator's acceleration is not fed forward: u_ff takes v_op alone, so K_2 plays no part and the pumps' own lag
+    is in the answer.
 
-    Parameters: controllers, loads, speeds (before the step), layers, s_w as in `map_of`; wire_step such as "5 m/min"; lowering: pay out
-    instead of hoisting; step: integration step, default 2 ms; threads; client a dask.distributed Client that shares the work.
-    Memory is bounded: the series of a few blocks of sixteen are held at a time.
+    Parameters: controllers, loads, speeds (before the step), layers, s_w as in `map_of`; wire_step such as "5 m/min";
+    lowering: pay out instead of hoisting; step: integration step, default 2 ms; threads; client a dask.distributed
+    Client that shares the work. Memory is bounded: the series of a few blocks of sixteen are held at a time.
 
-    Errors: ScenarioError, UnitError, SpecError, one line each; ScenarioError where the wire of a layer is too short for the test.
-    Source: Moslatt 2020 paper E section 4.3, figures 9 to 11; neither the direction nor the time before the step is printed.
+    Errors: ScenarioError, UnitError, SpecError, one line each; ScenarioError where the wire of a layer is too short for
+    the test.
+    Source: Moslatt 2020 paper E section 4.3, figures 9 to 11; neither the direction nor the time before the step is
+    printed.
     """
     check_threads(threads)
     axes = axes_of(crane, loads, speeds, s_w=s_w, layers=layers)
@@ -108,7 +119,9 @@ def settling_of(
         labels=tuple(c.name for c in chosen),
         modes=tuple(c.mode for c in chosen),
         axes=axes,
-        values={name: np.array([getattr(a, name) for a in answers], dtype=np.float64).reshape(shape) for name in NUMBERS},
+        values={
+            name: np.array([getattr(a, name) for a in answers], dtype=np.float64).reshape(shape) for name in NUMBERS
+        },
         status=np.array([a.status for a in answers], dtype=object).reshape(shape),
         cause=np.array([a.cause for a in answers], dtype=object).reshape(shape),
         better="settling_time",
@@ -127,8 +140,9 @@ settling_map = as_dataset(
     "settling_map",
     """Settling time and displacement after a step of wire speed; see `settling_of`, whose result this is as a Dataset.
 
-    Returns a Dataset with dimensions ("controller", "load", "speed"[, "layer"]): the numbers of `NUMBERS`, `status`, `applicable`, `cause`,
-    and `settling_time_change` against the best classic controller (the applicable one of NS and HS that settles first).
+    Returns a Dataset with dimensions ("controller", "load", "speed"[, "layer"]): the numbers of `NUMBERS`, `status`,
+    `applicable`, `cause`, and `settling_time_change` against the best classic controller (the applicable one of NS and
+    HS that settles first).
     """,
 )
 
@@ -148,7 +162,8 @@ def _check_room(crane: Crane, axes: Axes, dv: float, in_middle: bool) -> None:
         half = 0.5 * float(layer_row(crane, n)["wire_length"])
         if max(before, after) > half:
             raise ScenarioError(
-                f"speed {show(v, 'speed')}: the test takes {show(before, 'length')} of wire before the step, and layer {n} of "
+                f"speed {show(v, 'speed')}: the test takes {show(before, 'length')} of wire before the step, and layer"
+                f" {n} of "
                 f'"{crane.name}" has {show(half, "length")} on either side of its middle. Lower the speed.'
             )
 
@@ -162,11 +177,19 @@ def operator_of(v: float, dv: float, lowering: bool) -> Operator:
     return Operator(profile=tuple((f"{t!r} s", f"{sign * u!r} m/s") for t, u in points))
 
 
-def _runs(crane: Crane, chosen: Sequence[Controller], axes: Axes, dv: float, lowering: bool) -> tuple[list[Crane], list[Scenario]]:
+def _runs(
+    crane: Crane, chosen: Sequence[Controller], axes: Axes, dv: float, lowering: bool
+) -> tuple[list[Crane], list[Scenario]]:
     """Crane and scenario of every cell, controller by controller."""
     joysticks = {v: operator_of(v, dv, lowering) for v in axes.speeds}
     length = RAMP + HOLD + AFTER
-    base = Scenario(load="0 t", s_w="0 m", duration=f"{length!r} s", warm_up=f"{RAMP + HOLD!r} s", gas_held=crane.passive is not None)
+    base = Scenario(
+        load="0 t",
+        s_w="0 m",
+        duration=f"{length!r} s",
+        warm_up=f"{RAMP + HOLD!r} s",
+        gas_held=crane.passive is not None,
+    )
     cranes, cases = [], []
     for c in chosen:
         machine = c.on(crane)
@@ -253,8 +276,12 @@ def _response(crane: Crane, case: Scenario, result: Result, t: float, dv: float)
     end = result.series[-1]
     broken = result.ending is Ending.DIVERGED
     settled = float("nan") if broken or not np.isfinite(v).all() else t
-    cause = cause_of(summary, case.mode, case.load / crane.SWL) or ("" if np.isfinite(settled) else _why_not(v, dv, result.dt, end[_U_P]))
-    return Response(settled, float(np.max(v)) / dv - 1.0, float(end[_ALPHA_M]), abs(float(end[_U_P])), summary["status"], cause)
+    cause = cause_of(summary, case.mode, case.load / crane.SWL) or (
+        "" if np.isfinite(settled) else _why_not(v, dv, result.dt, end[_U_P])
+    )
+    return Response(
+        settled, float(np.max(v)) / dv - 1.0, float(end[_ALPHA_M]), abs(float(end[_U_P])), summary["status"], cause
+    )
 
 
 def _why_not(v: FloatArray, dv: float, dt: float, u_p: float) -> str:

@@ -36,10 +36,11 @@ def slower(data: xarray.Dataset) -> xarray.DataArray:
 
 
 def load_speed_figure(data: xarray.Dataset, layer: int | None = None, *, title: str = "") -> Figure:
-    """Load over highest wire speed by mode, with the classic rectangles, the machine's own limit and hyperbolas of constant power.
+    """Load over highest wire speed by mode, with the classic rectangles, the machine's own limit and hyperbolas of
+    constant power.
 
-    Parameters: data from `envelope`; layer one of its layers, None the outermost in it. Of hoisting and lowering the slower one counts.
-    Source of the arrangement: Moslatt 2020 paper C figure 4.
+    Parameters: data from `envelope`; layer one of its layers, None the outermost in it. Of hoisting and lowering the
+    slower one counts. Source of the arrangement: Moslatt 2020 paper C figure 4.
     """
     from matplotlib.figure import Figure  # heavy: only where pictures are wanted
 
@@ -62,18 +63,23 @@ def load_speed_figure(data: xarray.Dataset, layer: int | None = None, *, title: 
     right = _right(here, float(np.nanmax(_display(v.values, "speed"))))
     _hyperbolas(ax, here, crane, right)
     ax.axhline(in_display(crane.SWL, "mass"), color=GREY, lw=0.8, ls=":")
-    ax.set(xlim=(0.0, right), ylim=(0.0, 1.08 * in_display(crane.SWL, "mass")), xlabel="wire speed [m/min]", ylabel="load [t]")
+    ax.set(
+        xlim=(0.0, right),
+        ylim=(0.0, 1.08 * in_display(crane.SWL, "mass")),
+        xlabel="wire speed [m/min]",
+        ylabel="load [t]",
+    )
     ax.grid(alpha=0.3)
     figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize="small", frameon=False)
-    words = (
-        title or f"{crane.name}, layer {number} of {crane.drum.layers}: steady speed that each mode follows, leakage and friction included"
-    )
+    place = f"{crane.name}, layer {number} of {crane.drum.layers}"
+    words = title or f"{place}: steady speed that each mode follows, leakage and friction included"
     figure.suptitle("\n".join(textwrap.wrap(words, 100)), fontsize="medium")
     return figure
 
 
 def setting_figure(curves: xarray.Dataset, *, title: str = "") -> Figure:
-    """Motor and pump setting over wire speed: whole plant in full lines, the ideal machine of the published figures dashed.
+    """Motor and pump setting over wire speed: whole plant in full lines, the ideal machine of the published figures
+    dashed.
 
     Source of the arrangement: Moslatt 2020 figure 2.17 and paper E figure 4.
     """
@@ -89,7 +95,13 @@ def setting_figure(curves: xarray.Dataset, *, title: str = "") -> Figure:
             ax.plot(x, here[f"{name}_ideal"], color=colour, lw=1.0, ls="--")
         for meets in here["v_w_cross"].values:
             if np.isfinite(meets):
-                axes[0].plot(in_display(float(meets), "speed"), np.interp(meets, curves["v_w"], here["alpha_m"]), "o", color=colour, ms=5)
+                axes[0].plot(
+                    in_display(float(meets), "speed"),
+                    np.interp(meets, curves["v_w"], here["alpha_m"]),
+                    "o",
+                    color=colour,
+                    ms=5,
+                )
     axes[1].axhline(1.0, color="black", lw=0.8)
     axes[1].text(0.0, 1.0, " pumps full", va="bottom", fontsize="small")
     axes[0].set(ylabel="motors alpha_m [-]", ylim=(0.4, 1.05))
@@ -158,7 +170,10 @@ def _right(here: xarray.Dataset, top: float) -> float:
 def _hyperbolas(ax: Any, here: xarray.Dataset, crane: Crane, right: float) -> None:
     """The forces that go with full pumps at one pressure: load against speed at constant power."""
     loads = np.linspace(0.0, crane.SWL, FINE)
-    both = (("v_w_power", "constant power at relief pressure", "-."), ("v_w_power_rule", "constant power of the 30 % rule", ":"))
+    both = (
+        ("v_w_power", "constant power at relief pressure", "-."),
+        ("v_w_power_rule", "constant power of the 30 % rule", ":"),
+    )
     for name, label, style in both:
         weight = here["load"].values + crane.hook_mass
         power = float(np.nanmedian(here[name].values * weight))  # speed times weight is the same at every load
@@ -176,7 +191,10 @@ def _coloured(data: xarray.Dataset) -> list[tuple[str, str]]:
 def _curve_title(curves: xarray.Dataset) -> str:
     load, crane = in_display(float(curves.attrs["load"]), "mass"), _crane(curves)
     way = Direction(curves.attrs["direction"])
-    return f"{crane.name}, {load:g} t, layer {curves.attrs['layer']}, {way}: where motors and pumps stand at a steady wire speed"
+    return (
+        f"{crane.name}, {load:g} t, layer {curves.attrs['layer']}, {way}: where motors and pumps stand at a steady wire"
+        " speed"
+    )
 
 
 def _crane(data: xarray.Dataset) -> Crane:

@@ -1,4 +1,5 @@
-"""How fast a winch can follow at each load and layer, under each controller, and what stops it; settings against wire speed."""
+"""How fast a winch can follow at each load and layer, under each controller, and what stops it; settings against wire
+speed."""
 
 from __future__ import annotations
 
@@ -59,29 +60,33 @@ def envelope(
     hs_share: float = HS_SHARE,
     progress: Progress | None = None,
 ) -> xarray.Dataset:
-    r"""The load-speed operating range: highest wire speed of every controller, and of the machine whatever the controller.
+    r"""The load-speed operating range: highest wire speed of every controller, and of the machine whatever the
+    controller.
 
-    At a constant wire speed, compensating, with leakage and friction of the whole plant, a winch is stopped by the first of: full
-    pumps; relief valves opening; less torque in reserve than the rule asks for; active or passive motors turning faster than their
-    displacement allows (the limit rises from n_max_full to n_max as the displacement falls). Gears and drum have no limit of their own
-    in a crane file: the makers put theirs into the motors' smallest displacement (Moslatt 2020 eq. 2.11). NS may carry the SWL, HS
-    hs_share of it. Without a mode ("physical") the motors stand at the best displacement of all.
+    At a constant wire speed, compensating, with leakage and friction of the whole plant, a winch is stopped by the
+    first of: full pumps; relief valves opening; less torque in reserve than the rule asks for; active or passive motors
+    turning faster than their displacement allows (the limit rises from n_max_full to n_max as the displacement falls).
+    Gears and drum have no limit of their own in a crane file: the makers put theirs into the motors' smallest
+    displacement (Moslatt 2020 eq. 2.11). NS may carry the SWL, HS hs_share of it. Without a mode ("physical") the
+    motors stand at the best displacement of all.
 
-    Parameters: layers counted from the bare drum, None the outermost alone; loads payloads as for a map, ["90 t", "120 t"]
-    or "0 % to 100 % by 20 %" of the SWL, None 0 to the SWL in steps of 5 %;
-    modes names, `Mode` or `Controller`; reserve part of the static load that the active motors can deliver on top of what they hold
-    [-]; progress called with the share done.
+    Parameters: layers counted from the bare drum, None the outermost alone; loads payloads as for a map, ["90 t", "120
+    t"] or "0 % to 100 % by 20 %" of the SWL, None 0 to the SWL in steps of 5 %;
+    modes names, `Mode` or `Controller`; reserve part of the static load that the active motors can deliver on top of
+    what they hold [-]; progress called with the share done.
 
-    Returns: Dataset over ("mode", "layer", "load", "direction") in SI. v_w_top [m/s] without sign, NaN where the mode may not be used,
-    and binds, the limit that stops it; alpha_m_top, alpha_p_top [-], dp_m_top [Pa], omega_m_top [rad/s] there; v_w_limit over "limit" as
-    well: the speed that each limit alone allows (inf: it never binds, NaN: it allows none); by layer and load alpha_least (D_m_min of
-    SSC), alpha_reserve, alpha_pm_hold [-], and the hyperbolas of constant power v_w_power (the reserve at relief pressure) and
-    v_w_power_rule (the same force at the pressure at which alpha_swl holds it) [m/s]; load_most(mode) [kg]; attribute notes: what the
-    winch type means at the heaviest load, and implausible numbers.
-    Errors: UnitError for a load without its unit; StillhookError for an unknown layer, a load above the SWL, a mode named twice or manual
-    mode.
+    Returns: Dataset over ("mode", "layer", "load", "direction") in SI. v_w_top [m/s] without sign, NaN where the mode
+    may not be used, and binds, the limit that stops it; alpha_m_top, alpha_p_top [-], dp_m_top [Pa], omega_m_top
+    [rad/s] there; v_w_limit over "limit" as well: the speed that each limit alone allows (inf: it never binds, NaN: it
+    allows none); by layer and load alpha_least (D_m_min of SSC), alpha_reserve, alpha_pm_hold [-], and the hyperbolas
+    of constant power v_w_power (the reserve at relief pressure) and v_w_power_rule (the same force at the pressure at
+    which alpha_swl holds it) [m/s]; load_most(mode) [kg]; attribute notes: what the winch type means at the heaviest
+    load, and implausible numbers.
+    Errors: UnitError for a load without its unit; StillhookError for an unknown layer, a load above the SWL, a mode
+    named twice or manual mode.
     Source: Moslatt 2020 paper C figure 4 and section "Considered system".
-    Differs from print: paper C's rectangles end at one speed for all loads; here leakage and friction grow with the load.
+    Differs from print: paper C's rectangles end at one speed for all loads; here leakage and friction grow with the
+    load.
     """
     kg = [f * crane.SWL for f in LOADS] if loads is None else quantities(loads, "mass", "loads", whole=crane.SWL)
     return envelope_at(crane, kg, layers=layers, modes=modes, reserve=reserve, hs_share=hs_share, progress=progress)
@@ -106,7 +111,9 @@ def envelope_at(
     shape = (len(cranes), len(numbers), len(kg), len(Direction))
     cells = _cells(crane, cranes, [c.mode for c in which], numbers, kg, reserve, hs_share)
     columns = _columns(shape)
-    columns["load_most"] = np.array([hs_share * crane.SWL if c.mode is Mode.HS else crane.SWL for c in which] + [crane.SWL])
+    columns["load_most"] = np.array(
+        [hs_share * crane.SWL if c.mode is Mode.HS else crane.SWL for c in which] + [crane.SWL]
+    )
     for done, cell in enumerate(cells):
         _store(columns, cell)
         if progress is not None:
@@ -117,9 +124,15 @@ def envelope_at(
 
 
 def _notes(
-    crane: Crane, cranes: Sequence[Crane], which: Sequence[Controller], layers: Sequence[int], loads: Sequence[float], hs_share: float
+    crane: Crane,
+    cranes: Sequence[Crane],
+    which: Sequence[Controller],
+    layers: Sequence[int],
+    loads: Sequence[float],
+    hs_share: float,
 ) -> list[str]:
-    """What the winch type means at the heaviest load that each controller may be used with, on the outermost of the layers."""
+    """What the winch type means at the heaviest load that each controller may be used with, on the outermost of the
+    layers."""
     s_w = wire_out_on(crane, max(layers))
     cases, machines = [], []
     for machine, c in zip(cranes, which, strict=True):
@@ -140,14 +153,16 @@ def setting_curves(
     layer: int | None = None,
     direction: Direction | str = Direction.HOISTING,
 ) -> xarray.Dataset:
-    """Steady pump and motor setting against wire speed, of the ideal machine of the published figures and of the whole plant.
+    """Steady pump and motor setting against wire speed, of the ideal machine of the published figures and of the whole
+    plant.
 
-    Parameters: v_w wire speeds without sign, ["40 m/min", "80 m/min"] or "0 m/s to 2 m/s by 0.1 m/s", None from 0 to a little
-    above the speed of full pumps and the smallest displacement;
-    load payload "100 t"; layer counted from the bare drum, None the outermost (the ideal machine then turns the published outer diameter).
-    Returns: Dataset over ("mode", "v_w"): alpha_m_ideal, alpha_p_ideal [-], alpha_m, alpha_p [-] and dp_m [Pa] of the plant, all as
-    magnitudes; alpha_p above 1 cannot be reached. v_w_cross, v_w_cross_ideal over ("mode", "classic") [m/s]: the speed at which a mode's
-    motors come down to those of NS or HS, NaN where they never do.
+    Parameters: v_w wire speeds without sign, ["40 m/min", "80 m/min"] or "0 m/s to 2 m/s by 0.1 m/s", None from 0 to a
+    little above the speed of full pumps and the smallest displacement;
+    load payload "100 t"; layer counted from the bare drum, None the outermost (the ideal machine then turns the
+    published outer diameter).
+    Returns: Dataset over ("mode", "v_w"): alpha_m_ideal, alpha_p_ideal [-], alpha_m, alpha_p [-] and dp_m [Pa] of the
+    plant, all as magnitudes; alpha_p above 1 cannot be reached. v_w_cross, v_w_cross_ideal over ("mode", "classic")
+    [m/s]: the speed at which a mode's motors come down to those of NS or HS, NaN where they never do.
     Errors: as `envelope`. Source: Moslatt 2020 figure 2.17, paper E figure 4 (ideal).
     """
     which, way, mass = _controllers(modes), Direction(direction), parse(load, "mass", "load")
@@ -168,7 +183,13 @@ def setting_curves(
         "dp_m": (curve, [[way.sign * o.dp_m for o in row] for row in points]),
     }
     crossings = _crossings(crane, which, stations, mass, K_wire, fastest)
-    attrs = {"crane": crane_toml(crane), "stillhook": __version__, "layer": number, "load": mass, "direction": way.value}
+    attrs = {
+        "crane": crane_toml(crane),
+        "stillhook": __version__,
+        "layer": number,
+        "load": mass,
+        "direction": way.value,
+    }
     coords = {"mode": [c.name for c in which], "v_w": speeds, "classic": [Mode.NS.value, Mode.HS.value]}
     return _labelled(fields | crossings, coords, attrs)
 
@@ -210,7 +231,8 @@ def _ideal_motors(crane: Crane, mode: Mode, load: float, K_wire: float) -> Calla
 
 
 def _meeting(alpha_m: Callable[[float], float], classic: float, fastest: float) -> float:
-    """Speed at which a falling displacement first reaches a fixed one [m/s]; NaN where it starts there or never comes down to it."""
+    """Speed at which a falling displacement first reaches a fixed one [m/s]; NaN where it starts there or never comes
+    down to it."""
     from scipy.optimize import brentq
 
     if alpha_m(0.0) <= classic or alpha_m(fastest) > classic + ALPHA_SAME:
@@ -230,7 +252,9 @@ def _controllers(modes: Which) -> list[Controller]:
     if not found:
         raise StillhookError("modes: empty. Give at least one, such as ns,hs,ssc.")
     if twice := next((n for n in names if names.count(n) > 1 or n == PHYSICAL), None):
-        raise StillhookError(f'modes: "{twice}" is named twice, or is the name of what the machine can do. Name each mode once.')
+        raise StillhookError(
+            f'modes: "{twice}" is named twice, or is the name of what the machine can do. Name each mode once.'
+        )
     return found
 
 
@@ -286,7 +310,12 @@ def _store(columns: Mapping[str, Any], cell: Cell) -> None:
         columns["v_w_limit"][(*at, n)] = top.limits.get(limit, math.nan if limit is top.binds else math.inf)
     if top.point is not None:
         o, sign = top.point, s.sign
-        found = {"alpha_m_top": o.alpha_m, "alpha_p_top": sign * o.alpha_p, "dp_m_top": sign * o.dp_m, "omega_m_top": sign * o.omega_m}
+        found = {
+            "alpha_m_top": o.alpha_m,
+            "alpha_p_top": sign * o.alpha_p,
+            "dp_m_top": sign * o.dp_m,
+            "omega_m_top": sign * o.omega_m,
+        }
         for name, value in found.items():
             columns[name][at] = value
     plc, d = plc_record(s.crane), s.winch.geometry.d

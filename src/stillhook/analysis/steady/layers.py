@@ -5,13 +5,20 @@ from __future__ import annotations
 from typing import Any
 
 from stillhook.engine.pack.winch import drum_record, inertia_record
-from stillhook.physics.load_path.drum import K_wire, layer_diameter, layers_filled, shaft_inertia, wire_inertia, wire_to_layer
+from stillhook.physics.load_path.drum import (
+    K_wire,
+    layer_diameter,
+    layers_filled,
+    shaft_inertia,
+    wire_inertia,
+    wire_to_layer,
+)
 from stillhook.spec.crane import Crane
 
 
 def layer_row(crane: Crane, layer: int) -> dict[str, Any]:
-    """Layer number, diameter of its wire's centre [m], K_wire, wire on it [m], wire on the drum with it full [m], wire paid out then [m],
-    inertia at the motor shaft then [kg m^2]."""
+    """Layer number, diameter of its wire's centre [m], K_wire, wire on it [m], wire on the drum with it full [m], wire
+    paid out then [m], inertia at the motor shaft then [kg m^2]."""
     drum, n = drum_record(crane), float(layer)
     d, left = layer_diameter(n, drum), wire_to_layer(n, drum)
     return {

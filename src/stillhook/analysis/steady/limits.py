@@ -1,8 +1,8 @@
 """What stops a winch at one load on one layer, in one direction: the speed that each limit alone would allow.
 
-The pumps' flow, the pressure of the relief valves, the power of the hydraulic power units, the torque that must stay in reserve, and the
-speed limits of active and passive motors, all for the whole plant (`stillhook.analysis.steady.operating_point`) while it compensates: the
-tip moves, the load stands.
+The pumps' flow, the pressure of the relief valves, the power of the hydraulic power units, the torque that must stay in
+reserve, and the speed limits of active and passive motors, all for the whole plant
+(`stillhook.analysis.steady.operating_point`) while it compensates: the tip moves, the load stands.
 """
 
 from __future__ import annotations
@@ -30,7 +30,8 @@ from stillhook.spec.scenario import Mode, Scenario
 from stillhook.winches import pure_active
 
 RESERVE = 0.30
-"""Part of the static load for which the active motors must have torque to spare: friction and acceleration. Source: paper C."""
+"""Part of the static load for which the active motors must have torque to spare: friction and acceleration. Source:
+paper C."""
 BREAK_AWAY = 1e-6
 """Wire speed at which the winch breaks away [m/s]: friction is at its highest."""
 V_BEYOND = 1.5
@@ -70,9 +71,9 @@ class Direction(StrEnum):
 
 
 class Top(NamedTuple):
-    """Highest wire speed v_w, without sign [m/s]; NaN where the mode may not be used at this load. binds: the limit that stops it.
-    limits: speed that each limit alone would allow [m/s], inf where it allows every speed, NaN where it allows none.
-    point: operation at v_w, None without one."""
+    """Highest wire speed v_w, without sign [m/s]; NaN where the mode may not be used at this load. binds: the limit
+    that stops it. limits: speed that each limit alone would allow [m/s], inf where it allows every speed, NaN where it
+    allows none. point: operation at v_w, None without one."""
 
     v_w: float
     binds: Limit
@@ -87,7 +88,8 @@ Displacement = Callable[[float], float]
 class Station:
     """A crane with one load [kg] and s_w of wire paid out [m], moving the wire in one direction.
 
-    reserve: part of the static load kept as torque of the active motors on top of the weight that the passive ones do not carry.
+    reserve: part of the static load kept as torque of the active motors on top of the weight that the passive ones do
+    not carry.
     """
 
     def __init__(self, crane: Crane, load: float, s_w: float, direction: Direction, reserve: float = RESERVE) -> None:
@@ -119,7 +121,8 @@ class Station:
 
     @cached_property
     def T_hold(self) -> float:
-        """Torque at the motor shaft that the active motors hold of the load at rest [N m]: what the passive ones do not carry."""
+        """Torque at the motor shaft that the active motors hold of the load at rest [N m]: what the passive ones do not
+        carry."""
         p, T = self.winch.params, self.F_w * self.winch.geometry.lever
         if self.winch.plant is pure_active:
             return float(T)
@@ -132,8 +135,9 @@ class Station:
 
         .. math:: \alpha\,D_{m,max} (p_{relief} - p_{boost}) \ge T_{hold} + r\,F_w\,\frac{d}{2 i_{hD}}
 
-        Source: Moslatt 2020 paper C: 30 % of the static load, for friction and acceleration. The pressure that goes with it is not
-        printed; here it is what the relief valves leave above the boost. Passive motors carry the weight; without them the active do.
+        Source: Moslatt 2020 paper C: 30 % of the static load, for friction and acceleration. The pressure that goes
+        with it is not printed; here it is what the relief valves leave above the boost. Passive motors carry the
+        weight; without them the active do.
         """
         a = self.crane.active
         T = self.T_hold + self.reserve * self.F_w * self.winch.geometry.lever
@@ -154,8 +158,8 @@ class Station:
 
         @cache
         def used(v: float) -> tuple[float, float, float]:
-            """Pumps [-], highest pressure over relief pressure [-], hydraulic power over that of the power units [-]; all beyond 1 where
-            nothing turns the shaft that fast."""
+            """Pumps [-], highest pressure over relief pressure [-], hydraulic power over that of the power units [-];
+            all beyond 1 where nothing turns the shaft that fast."""
             try:
                 o = self.at(v, alpha_m(v))
             except NoSteadyOperation:
@@ -174,7 +178,8 @@ class Station:
         return found
 
     def _power(self, o: OperatingPoint) -> float:
-        """Power of the active pumps over the largest that the power units give, or, where the load drives the pumps, take back [-]."""
+        """Power of the active pumps over the largest that the power units give, or, where the load drives the pumps,
+        take back [-]."""
         P, hpu = o.flows.Q_p * o.dp_m, self.crane.hpu
         if hpu is None:
             return 0.0
@@ -203,9 +208,10 @@ class Station:
     def top_of_machine(self) -> Top:
         """Highest speed with the best fixed displacement: what all limits together allow, whatever the controller.
 
-        Flow and speed limits fall with the displacement, pressure and reserve rise with it: the best one is the smallest, or where
-        they meet. Where power binds there, it is the one that a speed takes least power with. Where pressure, reserve or power hold the
-        displacement up, they are told as what binds, though the pumps are full as well.
+        Flow and speed limits fall with the displacement, pressure and reserve rise with it: the best one is the
+        smallest, or where they meet. Where power binds there, it is the one that a speed takes least power with. Where
+        pressure, reserve or power hold the displacement up, they are told as what binds, though the pumps are full as
+        well.
         """
         best = self._without_power()
         return self._least_power(best)._replace(binds=Limit.POWER) if best.binds is Limit.POWER else best
@@ -231,7 +237,8 @@ class Station:
     def _least_power(self, best: Top) -> Top:
         """The best displacement where power binds, among those above the least one; `best` if none is better.
 
-        What a speed takes has no order in the displacement: less of it leaks more by pressure, more of it loses more by flow.
+        What a speed takes has no order in the displacement: less of it leaks more by pressure, more of it loses more by
+        flow.
         """
         alphas = [self._least + (1.0 - self._least) * i / (POWER_GRID - 1) for i in range(POWER_GRID)]
         tops = [self._fixed(alpha) for alpha in alphas]
@@ -239,7 +246,9 @@ class Station:
         about = (alphas[max(i - 1, 0)], alphas[min(i + 1, POWER_GRID - 1)])
         if about[0] < about[1]:
             exact = {"xatol": ALPHA_EXACT}
-            nearest = minimize_scalar(lambda a: -_speed(self._fixed(float(a))), bounds=about, method="bounded", options=exact)
+            nearest = minimize_scalar(
+                lambda a: -_speed(self._fixed(float(a))), bounds=about, method="bounded", options=exact
+            )
             tops.append(self._fixed(float(nearest.x)))
         return max((best, *tops), key=_speed)
 
@@ -252,13 +261,17 @@ class Station:
         return self.top(lambda v: alpha)
 
     def _rising_and_falling(self, top: Top) -> tuple[float, float]:
-        """Least speed of the limits that rise with the displacement, and of those that fall; no speed counts as 0 [m/s]."""
+        """Least speed of the limits that rise with the displacement, and of those that fall; no speed counts as 0
+        [m/s]."""
         allowed = {k: 0.0 if math.isnan(v) else min(v, self.v_beyond) for k, v in top.limits.items()}
         rising = {Limit.PRESSURE, Limit.RESERVE}
-        return min(allowed[k] for k in rising), min(v for k, v in allowed.items() if k not in rising and k is not Limit.POWER)
+        return min(allowed[k] for k in rising), min(
+            v for k, v in allowed.items() if k not in rising and k is not Limit.POWER
+        )
 
     def _first(self, margin: Callable[[float], float]) -> float:
-        """Speed at which a margin is used up [m/s]; NaN where there is none at break-away, inf where there is always some."""
+        """Speed at which a margin is used up [m/s]; NaN where there is none at break-away, inf where there is always
+        some."""
         if margin(BREAK_AWAY) < 0.0:
             return math.nan
         if margin(self.v_beyond) >= 0.0:

@@ -1,7 +1,8 @@
-"""Steady operation of the whole plant at a constant wire speed: leakage, friction, both lines, passive circuit and wire as they are.
+"""Steady operation of the whole plant at a constant wire speed: leakage, friction, both lines, passive circuit and wire
+as they are.
 
-`stillhook.analysis.steady.steady_state` is the ideal machine of the published figures; here the equations are those of `stillhook.winches`,
-which a run integrates, put to rest.
+`stillhook.analysis.steady.steady_state` is the ideal machine of the published figures; here the equations are those of
+`stillhook.winches`, which a run integrates, put to rest.
 """
 
 from __future__ import annotations
@@ -30,7 +31,8 @@ from stillhook.winches.records import Geometry, Tip
 DP_MOST = 1.0e8
 """Pressure difference beyond which no steady operation is looked for [Pa]: 1000 bar, far above every relief valve."""
 DP_NEAR, P_NEAR, P_NEXT = 2.0e7, 1.0e5, 1.0e3
-"""Where pressures are looked for first [Pa]: a difference around nothing, the low side around the boost, and around its last value."""
+"""Where pressures are looked for first [Pa]: a difference around nothing, the low side around the boost, and around its
+last value."""
 STOP_FREE = 100.0
 """Stroke of the pumps while their setting is looked for, so that one beyond their stop can be told [-]."""
 P_EXACT, ALPHA_EXACT = 1e-6, 1e-13
@@ -39,13 +41,13 @@ MOST_TURNS = 100
 
 
 class NoSteadyOperation(StillhookError):
-    """No pressure up to DP_MOST turns the shaft at this speed, turbulence and friction take more than the motors give; or the boost pump
-    does not keep the lines filled."""
+    """No pressure up to DP_MOST turns the shaft at this speed, turbulence and friction take more than the motors give;
+    or the boost pump does not keep the lines filled."""
 
 
 class Winch(NamedTuple):
-    """A crane with a load and a wire paid out, ready for many operating points: plant module, its Params with the pumps' stops free,
-    the drum there, and the wire paid out [m]."""
+    """A crane with a load and a wire paid out, ready for many operating points: plant module, its Params with the
+    pumps' stops free, the drum there, and the wire paid out [m]."""
 
     name: str
     plant: ModuleType
@@ -57,12 +59,13 @@ class Winch(NamedTuple):
 class OperatingPoint(NamedTuple):
     """The whole plant at a constant wire speed. SI; hoisting positive.
 
-    alpha_p pump setting that it takes [-], u_p the same as a command; beyond 1 it cannot be reached (`reachable`). alpha_m, u_m motors
-    [-]; v_w wire [m/s]; v_tip tip [m/s]; omega_m motors [rad/s]; F_w wire tension [N]; p_a, p_b lines [Pa]; T_f friction against
-    hoisting [N m]; z bristle [rad]. Passive circuit: alpha_pm motors, alpha_pp pumps [-], p_hp high side [Pa] (0 without one).
-    flows of the active circuit [m^3/s]. relief_open: a relief valve of the active circuit lets oil go.
-    plant, state, command, geometry, tip, params: the plant's own records, at which every rate is zero but those of the wire paid out,
-    of the oil in the accumulator and of the load's height. Where the point is not reachable, params has pumps with longer strokes.
+    alpha_p pump setting that it takes [-], u_p the same as a command; beyond 1 it cannot be reached (`reachable`).
+    alpha_m, u_m motors [-]; v_w wire [m/s]; v_tip tip [m/s]; omega_m motors [rad/s]; F_w wire tension [N]; p_a, p_b
+    lines [Pa]; T_f friction against hoisting [N m]; z bristle [rad]. Passive circuit: alpha_pm motors, alpha_pp pumps
+    [-], p_hp high side [Pa] (0 without one). flows of the active circuit [m^3/s]. relief_open: a relief valve of the
+    active circuit lets oil go. plant, state, command, geometry, tip, params: the plant's own records, at which every
+    rate is zero but those of the wire paid out, of the oil in the accumulator and of the load's height. Where the point
+    is not reachable, params has pumps with longer strokes.
     """
 
     alpha_p: float
@@ -113,19 +116,20 @@ def operating_point(
 
     .. math:: \dot p_a = \dot p_b = \dot\omega_m = \dot z = \dot v_L = 0
 
-    The wire carries the weight and, in water, the drag of a load that moves with v_w + v_tip. The passive motors stand where the PLC
-    puts them for that tension. Friction is that of the sliding winch; at v_w = 0 the bristle is relaxed (z = 0), the middle of the
-    pressures between which a winch at rest stays stuck.
+    The wire carries the weight and, in water, the drag of a load that moves with v_w + v_tip. The passive motors stand
+    where the PLC puts them for that tension. Friction is that of the sliding winch; at v_w = 0 the bristle is relaxed
+    (z = 0), the middle of the pressures between which a winch at rest stays stuck.
 
-    Parameters: v_w wire speed, hoisting positive [m/s]; alpha_m displacement of the active motors over its maximum, above 0 up to 1 [-],
-    below the crane's alpha_min too (its stop is then moved); load payload [kg]; s_w wire paid out [m]; v_tip constant speed of the tip,
-    up positive [m/s]: -v_w while compensating (the load stands), 0 while the operator hoists; water as in a Scenario; friction model;
-    V_o oil in the accumulator [m^3], None mid stroke; alpha_pp setting of the passive pumps, None what the PLC asks for once the mean
-    pressure has settled.
+    Parameters: v_w wire speed, hoisting positive [m/s]; alpha_m displacement of the active motors over its maximum,
+    above 0 up to 1 [-], below the crane's alpha_min too (its stop is then moved); load payload [kg]; s_w wire paid out
+    [m]; v_tip constant speed of the tip, up positive [m/s]: -v_w while compensating (the load stands), 0 while the
+    operator hoists; water as in a Scenario; friction model; V_o oil in the accumulator [m^3], None mid stroke; alpha_pp
+    setting of the passive pumps, None what the PLC asks for once the mean pressure has settled.
     Errors: StillhookError for a number outside its range, a load that the crane does not carry, a wire that goes slack;
-    NoSteadyOperation, one of its kind, where no pressure difference up to 1000 bar gives the torque or the boost does not suffice.
-    Source: the plants of Moslatt 2020 section 2.5 as in `stillhook.winches`. Valid for an instant: the accumulator fills or empties.
-    Pump settings beyond 1 are told, not held; a relief valve that is open counts with its flow.
+    NoSteadyOperation, one of its kind, where no pressure difference up to 1000 bar gives the torque or the boost does
+    not suffice.
+    Source: the plants of Moslatt 2020 section 2.5 as in `stillhook.winches`. Valid for an instant: the accumulator
+    fills or empties. Pump settings beyond 1 are told, not held; a relief valve that is open counts with its flow.
     """
     case = _case(load, s_w, water, friction)
     check(crane, case)
@@ -133,7 +137,8 @@ def operating_point(
 
 
 def winch_at(crane: Crane, case: Scenario) -> Winch:
-    """The winch with a scenario's load and wire. The scenario must have passed `stillhook.engine.scenario.checks.check`."""
+    """The winch with a scenario's load and wire. The scenario must have passed
+    `stillhook.engine.scenario.checks.check`."""
     packed = pack(crane, case)
     A = packed.params.active
     free = packed.params._replace(active=A._replace(pump_servo=A.pump_servo._replace(lo=-STOP_FREE, hi=STOP_FREE)))
@@ -145,7 +150,13 @@ def winch_at(crane: Crane, case: Scenario) -> Winch:
 
 
 def operate(
-    winch: Winch, v_w: float, alpha_m: float, *, v_tip: float = 0.0, V_o: float | None = None, alpha_pp: float | None = None
+    winch: Winch,
+    v_w: float,
+    alpha_m: float,
+    *,
+    v_tip: float = 0.0,
+    V_o: float | None = None,
+    alpha_pp: float | None = None,
 ) -> OperatingPoint:
     """The operating point of a prepared winch; parameters and errors as `operating_point`."""
     _check_numbers(v_w, alpha_m, v_tip)
@@ -154,7 +165,8 @@ def operate(
     F_w = p.hoist.load.W - drag_force(v_w + v_tip, p.hoist.load)
     if F_w <= 0.0:
         raise StillhookError(
-            f"v_w = {show(v_w, 'speed')}: the load sinks slower in water than the wire is paid out; it goes slack. Go slower."
+            f"v_w = {show(v_w, 'speed')}: the load sinks slower in water than the wire is paid out; it goes slack. Go"
+            " slower."
         )
     x, u = _passive_side(winch, p, F_w, omega_m, v_w + v_tip, alpha_m, V_o, alpha_pp)
     x = x._replace(s_load=-F_w / wire_stiffness(winch.s_w, p.hoist.wire), v_load=v_w + v_tip)
@@ -167,7 +179,12 @@ def operate(
 def _case(load: float, s_w: float, water: Water | None, friction: FrictionModel) -> Scenario:
     if not all(isinstance(y, int | float) and math.isfinite(y) for y in (load, s_w)):
         raise StillhookError(f"load = {load} kg, s_w = {s_w} m: give finite numbers in SI.")
-    asked: dict[str, Any] = {"load": f"{float(load)!r} kg", "s_w": f"{float(s_w)!r} m", "water": water, "friction": friction}
+    asked: dict[str, Any] = {
+        "load": f"{float(load)!r} kg",
+        "s_w": f"{float(s_w)!r} m",
+        "water": water,
+        "friction": friction,
+    }
     return Scenario(mode=Mode.MANUAL, operator=Operator(), **asked)
 
 
@@ -209,7 +226,8 @@ def _sliding(w: Winch, x: Any, u: Any, tip: Tip, p: Any) -> tuple[Any, Any]:
 
 
 def _balanced_torque(w: Winch, x: Any, u: Any, tip: Tip, p: Any) -> Any:
-    """State with the pressure difference that holds the speed, on line A; the torque depends on nothing else of the lines."""
+    """State with the pressure difference that holds the speed, on line A; the torque depends on nothing else of the
+    lines."""
 
     def acceleration(dp: float) -> float:
         c, y = _sliding(w, x._replace(p_a=dp), u, tip, p)
@@ -218,14 +236,15 @@ def _balanced_torque(w: Winch, x: Any, u: Any, tip: Tip, p: Any) -> Any:
     dp = _root(acceleration, 0.0, DP_NEAR, DP_MOST)
     if dp is None:
         raise NoSteadyOperation(
-            f'"{w.name}": no pressure up to {show(DP_MOST, "pressure")} holds this load at this speed, motors at {x.alpha_m:.3g}. '
-            "Go slower, lower the load or raise alpha_m."
+            f'"{w.name}": no pressure up to {show(DP_MOST, "pressure")} holds this load at this speed, motors at'
+            f" {x.alpha_m:.3g}. Go slower, lower the load or raise alpha_m."
         )
     return _sliding(w, x._replace(p_a=dp), u, tip, p)[1]
 
 
 def _balanced_flows(x: Any, p: Any) -> tuple[Any, ActiveFlows]:
-    """State with the pump setting and the low side's pressure at which both lines hold theirs, p_a - p_b as given, and the flows."""
+    """State with the pump setting and the low side's pressure at which both lines hold theirs, p_a - p_b as given, and
+    the flows."""
     A, dp = p.active, x.p_a - x.p_b
     D_m, per_alpha = A.motors.count * A.motors.D_max * x.alpha_m, A.pumps.D_max * A.pumps.omega_p
     p_b, near = A.boost.p + max(-dp, 0.0), P_NEAR
@@ -242,19 +261,22 @@ def _balanced_flows(x: Any, p: Any) -> tuple[Any, ActiveFlows]:
         found = _root(lambda p, alpha_p=alpha_p: -surplus(p, alpha_p), p_b, near, DP_MOST)  # type: ignore[misc]
         if found is None:
             raise NoSteadyOperation(
-                f"the boost pump does not make up for what leaks and what the relief valves let go, p_a - p_b {show(dp, 'pressure', 3)}. "
-                "Go slower, lower the load or raise alpha_m."
+                "the boost pump does not make up for what leaks and what the relief valves let go, p_a - p_b"
+                f" {show(dp, 'pressure', 3)}. Go slower, lower the load or raise alpha_m."
             )
         p_b, near = found, P_NEXT
         f = flows(alpha_p, p_b)
         if abs(f.Q_a) <= ALPHA_EXACT * per_alpha:
             return x._replace(alpha_p=alpha_p, p_a=p_b + dp, p_b=p_b), f
         alpha_p -= f.Q_a / per_alpha
-    raise StillhookError(f"no pump setting holds the pressures: the pumps' leak grows as fast as their flow (alpha_p {alpha_p:.4g}).")
+    raise StillhookError(
+        f"no pump setting holds the pressures: the pumps' leak grows as fast as their flow (alpha_p {alpha_p:.4g})."
+    )
 
 
 def _root(f: Callable[[float], float], near: float, width: float, most: float) -> float | None:
-    """Zero of a rising function of a pressure, looked for from a guess outwards up to `most`; None where there is none."""
+    """Zero of a rising function of a pressure, looked for from a guess outwards up to `most`; None where there is
+    none."""
     while width <= 2.0 * most:
         if f(near - width) <= 0.0 <= f(near + width):
             return float(brentq(f, near - width, near + width, xtol=P_EXACT, rtol=1e-15))
@@ -272,6 +294,28 @@ def _point(w: Winch, x: Any, u: Any, tip: Tip, p: Any, f: ActiveFlows, v_w: floa
     T_f = w.plant.powers(c, x, tip, p).friction / x.omega_m if x.omega_m else 0.0
     relief_open = f.Q_relief_a + f.Q_relief_b > 0.0
     return OperatingPoint(
-        x.alpha_p, u.u_p, x.alpha_m, u.u_m, v_w, tip.v, x.omega_m, F_w, x.p_a, x.p_b, T_f, x.z, alpha_pm, alpha_pp, p_hp,
-        f, reachable, relief_open, w.plant, x, u, w.geometry, tip, p,
-    )  # fmt: skip
+        x.alpha_p,
+        u.u_p,
+        x.alpha_m,
+        u.u_m,
+        v_w,
+        tip.v,
+        x.omega_m,
+        F_w,
+        x.p_a,
+        x.p_b,
+        T_f,
+        x.z,
+        alpha_pm,
+        alpha_pp,
+        p_hp,
+        f,
+        reachable,
+        relief_open,
+        w.plant,
+        x,
+        u,
+        w.geometry,
+        tip,
+        p,
+    )

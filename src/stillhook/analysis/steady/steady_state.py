@@ -19,8 +19,8 @@ from stillhook.spec.scenario import Mode
 
 
 class Steady(NamedTuple):
-    """Operation at constant speed: alpha_m motors [-]; u_p pumps, hoisting positive, held in [-1, 1] [-]; omega_m [rad/s] and v_w [m/s]
-    as reached; saturated: the pumps are full and the speed that was asked for is not reached."""
+    """Operation at constant speed: alpha_m motors [-]; u_p pumps, hoisting positive, held in [-1, 1] [-]; omega_m
+    [rad/s] and v_w [m/s] as reached; saturated: the pumps are full and the speed that was asked for is not reached."""
 
     alpha_m: float
     u_p: float
@@ -32,29 +32,37 @@ class Steady(NamedTuple):
 def steady(crane: Crane, v_w: float, mode: Mode | str, load: float | None = None, *, K_wire: float = 1.0) -> Steady:
     r"""Displacements at constant wire speed.
 
-    The pumps give what the motors take, u_p = v_w alpha_m K_wire / v_w(1, 1); the motors stand where the mode wants them for
-    the feedforward u_ff = K_1 v_w alpha_m K_wire, which holds alpha_m itself. Linear SSC has a closed form,
+    The pumps give what the motors take, u_p = v_w alpha_m K_wire / v_w(1, 1); the motors stand where the mode wants
+    them for the feedforward u_ff = K_1 v_w alpha_m K_wire, which holds alpha_m itself. Linear SSC has a closed form,
 
-    .. math:: \alpha_m = \frac{(1 - u_{thr}) + (1 - \alpha_{min}) u_{thr}}{(1 - u_{thr}) + (1 - \alpha_{min}) K_1 v_w K_{wire}}
+    .. math:: \alpha_m = \frac{(1 - u_{thr}) + (1 - \alpha_{min}) u_{thr}}{(1 - u_{thr}) + (1 - \alpha_{min}) K_1 v_w
+    K_{wire}}
               \quad \text{within}\ [\alpha_{min}, 1]
 
     and the cubic one is solved.
 
-    Parameters: v_w wire speed, hoisting positive [m/s]; mode; load payload without hook [kg], None: the load cell asks for nothing,
-    as in the published figures; K_wire largest drum diameter over that in use [-].
+    Parameters: v_w wire speed, hoisting positive [m/s]; mode; load payload without hook [kg], None: the load cell asks
+    for nothing, as in the published figures; K_wire largest drum diameter over that in use [-].
     Errors: StillhookError for a number outside its range, or no number.
     Source: Moslatt 2020 eqs 2.9 to 2.11 and figure 2.17 (paper E eqs 1 to 4 and figure 4).
-    Valid: ideal machine without leakage, which takes a few per cent of the pumps; K_1 of the crane, which is the ideal one unless its
-    file gives another. Then u_p is still what the motors take: the position loop makes up the difference.
+    Valid: ideal machine without leakage, which takes a few per cent of the pumps; K_1 of the crane, which is the ideal
+    one unless its file gives another. Then u_p is still what the motors take: the position loop makes up the
+    difference.
     """
     plant_of(crane)
     F = 0.0 if load is None else (load + crane.hook_mass) * G
     if not (math.isfinite(v_w) and math.isfinite(F) and F >= 0.0):
-        raise StillhookError(f"v_w = {v_w:g} m/s, load = {load} kg: give a finite speed, and a load that is not negative.")
+        raise StillhookError(
+            f"v_w = {v_w:g} m/s, load = {load} kg: give a finite speed, and a load that is not negative."
+        )
     if not 1.0 <= K_wire < math.inf:
         raise StillhookError(f"K_wire = {K_wire:g}: the largest drum diameter over the present one is at least 1.")
     x = gains(crane).K_1 * abs(v_w) * K_wire
-    alpha_m = _alpha_linear(crane, x, F, K_wire) if Mode(mode) in (Mode.SSC, Mode.MANUAL) else _alpha(crane, Mode(mode), x, F, K_wire)
+    alpha_m = (
+        _alpha_linear(crane, x, F, K_wire)
+        if Mode(mode) in (Mode.SSC, Mode.MANUAL)
+        else _alpha(crane, Mode(mode), x, F, K_wire)
+    )
     v_full = wire_speed_max(crane, alpha_m) / K_wire
     u_p = v_w / v_full
     held = max(-1.0, min(u_p, 1.0))
@@ -69,11 +77,12 @@ def speed_limit(crane: Crane, mode: Mode | str, load: float | None = None, *, K_
 
 
 def reduction_lead(crane: Crane, v_peak: float, period: float, *, K_wire: float = 1.0) -> float:
-    """Time from the start of the motors' reduction to the fastest moment of a sine [s]: what the motors have to stroke in.
+    """Time from the start of the motors' reduction to the fastest moment of a sine [s]: what the motors have to stroke
+    in.
 
     Parameters: v_peak highest speed of the tip [m/s]; period [s]. Zero where the motion never calls for a reduction.
-    Source: Moslatt 2020 paper E section 5.1.1: 1.1 s at 110 m/min on the outermost layer (its period is not printed; 6 s gives it).
-    Valid without K_2, whose share of the feedforward is left out as in the paper.
+    Source: Moslatt 2020 paper E section 5.1.1: 1.1 s at 110 m/min on the outermost layer (its period is not printed; 6
+    s gives it). Valid without K_2, whose share of the feedforward is left out as in the paper.
     """
     if not (v_peak > 0.0 and 0.0 < period < math.inf):
         raise StillhookError(f"v_peak = {v_peak:g} m/s, period = {period:g} s: give numbers above 0.")
@@ -81,11 +90,14 @@ def reduction_lead(crane: Crane, v_peak: float, period: float, *, K_wire: float 
     return period * math.acos(min(start, 1.0)) / (2.0 * math.pi)
 
 
-def motor_law(crane: Crane, mode: Mode, F: float = 0.0, K_wire: float = 1.0, *, plc: Plc | None = None) -> Callable[[float], float]:
-    """What the PLC asks of the motors as a function of the feedforward u_ff [-], with F on the load cell [N]: the PLC's own law.
+def motor_law(
+    crane: Crane, mode: Mode, F: float = 0.0, K_wire: float = 1.0, *, plc: Plc | None = None
+) -> Callable[[float], float]:
+    """What the PLC asks of the motors as a function of the feedforward u_ff [-], with F on the load cell [N]: the PLC's
+    own law.
 
-    Published numbers put the outermost layer on the printed outer diameter: NS and HS settings hold at K_wire = 1. plc: settings of
-    the plant, for which they hold on the centre of its outermost wire.
+    Published numbers put the outermost layer on the printed outer diameter: NS and HS settings hold at K_wire = 1. plc:
+    settings of the plant, for which they hold on the centre of its outermost wire.
     """
     plc = _published_plc(crane) if plc is None else plc
     y = Sensed(0.0, 0.0, 0.0, 0.0, 0.0, MODE_CODE[mode], 1.0, 0.0, F, 1.0, K_wire, 0.0, 0.0)
@@ -114,7 +126,8 @@ def _alpha(crane: Crane, mode: Mode, x: float, F: float, K_wire: float) -> float
 
 
 def settled(law: Callable[[float], float], x: float) -> float:
-    """Displacement at which law and feedforward x alpha_m agree [-]; x = K_1 |v_w| K_wire. The law falls, so there is one such point."""
+    """Displacement at which law and feedforward x alpha_m agree [-]; x = K_1 |v_w| K_wire. The law falls, so there is
+    one such point."""
 
     def gap(alpha_m: float) -> float:
         return alpha_m - law(x * alpha_m)

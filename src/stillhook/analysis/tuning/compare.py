@@ -1,5 +1,5 @@
-"""Controllers at their best beside each other: on waves they were not tuned on, on a winch that is not as it should be, and as a trade
-of control error against pressure."""
+"""Controllers at their best beside each other: on waves they were not tuned on, on a winch that is not as it should be,
+and as a trade of control error against pressure."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ SOFT = 0.7
 
 
 class Outcome(NamedTuple):
-    """How a controller does on some scenarios: mean and largest e_c_pp [m], highest pressure [Pa]; beyond: what of a status that is the
-    controller's doing came up, and in how many scenarios."""
+    """How a controller does on some scenarios: mean and largest e_c_pp [m], highest pressure [Pa]; beyond: what of a
+    status that is the controller's doing came up, and in how many scenarios."""
 
     e_c_pp_mean: float
     e_c_pp_worst: float
@@ -56,12 +56,15 @@ class Point(NamedTuple):
 def outcomes(
     crane: Crane | Sequence[Crane], controllers: Sequence[Controller], cases: Sequence[Scenario], threads: int = 2
 ) -> list[Outcome]:
-    """Every controller in all scenarios, in its own mode; crane that of all, or one for each controller. All runs side by side."""
+    """Every controller in all scenarios, in its own mode; crane that of all, or one for each controller. All runs side
+    by side."""
     cranes = [crane] * len(controllers) if isinstance(crane, Crane) else list(crane)
     machines = [k.on(c) for k, c in zip(controllers, cranes, strict=True)]
     n = len(cases)
     found = summaries(
-        [m for m in machines for _ in range(n)], [case.with_mode(k.mode) for k in controllers for case in cases], threads=threads
+        [m for m in machines for _ in range(n)],
+        [case.with_mode(k.mode) for k in controllers for case in cases],
+        threads=threads,
     )
     return [_outcome(found[i * n : (i + 1) * n]) for i in range(len(controllers))]
 
@@ -121,7 +124,10 @@ def variations(crane: Crane, controllers: Sequence[Controller], cases: Sequence[
     out = {}
     for name, (change, late) in VARIATIONS.items():
         machine = change(crane)
-        sensed = [c.model_copy(update={"sensors": c.sensors.model_copy(update={"delay": c.sensors.delay + late})}) for c in cases]
+        sensed = [
+            c.model_copy(update={"sensors": c.sensors.model_copy(update={"delay": c.sensors.delay + late})})
+            for c in cases
+        ]
         out[name] = outcomes([_fixed(k, crane, machine) for k in controllers], [_plain(k) for k in controllers], sensed)
     return out
 
@@ -140,7 +146,8 @@ def _fixed(controller: Controller, crane: Crane, machine: Crane) -> Crane:
 
 
 def front(trials: Iterable[Trial], names: Sequence[str]) -> list[Point]:
-    """The trials that keep all limits and that no other such trial beats in both mean error and highest pressure, by pressure."""
+    """The trials that keep all limits and that no other such trial beats in both mean error and highest pressure, by
+    pressure."""
     kept = sorted((t.score.p_max, t.score.e_c_pp_mean, t.values) for t in trials if not t.score.broken)
     out: list[Point] = []
     for p, e, values in kept:
@@ -163,8 +170,9 @@ def pareto(
 ) -> tuple[list[Point], list[Tuned]]:
     """The trade of mean control error against highest pressure: its front, and the tunings it is made of.
 
-    The least pressure and the least error are tuned first, then the least error under `points` limits of pressure in between (epsilon
-    constraint); the front is the non-dominated part of everything that was run. budget: evaluations of each of the points + 2 tunings.
+    The least pressure and the least error are tuned first, then the least error under `points` limits of pressure in
+    between (epsilon constraint); the front is the non-dominated part of everything that was run. budget: evaluations of
+    each of the points + 2 tunings.
     Errors: as `tune`; StillhookError where no setting keeps the limits.
     Source: Haimes 1971 (epsilon constraint).
     """
@@ -197,7 +205,8 @@ def pareto(
 
 
 def trials_dataset(tunings: Sequence[Tuned]) -> xarray.Dataset:
-    """Every evaluation of some tunings over "trial": controller, settings (NaN where a controller has none), scores, limits broken."""
+    """Every evaluation of some tunings over "trial": controller, settings (NaN where a controller has none), scores,
+    limits broken."""
     import xarray  # heavy: only where results are written
 
     from stillhook.variables import BY_NAME
@@ -209,8 +218,16 @@ def trials_dataset(tunings: Sequence[Tuned]) -> xarray.Dataset:
         values = [dict(zip(settings, trial.values, strict=True)).get(n, np.nan) for _, settings, trial in rows]
         columns[n] = ("trial", values, {"units": BY_NAME[n].unit, "long_name": BY_NAME[n].meaning})
     for n in ("score", "e_c_pp_mean", "e_c_pp_worst", "p_max", "u_p_max", "v_w_capacity"):
-        columns[n] = ("trial", [getattr(trial.score, n) for *_, trial in rows], {"units": BY_NAME[n].unit, "long_name": BY_NAME[n].meaning})
-    columns["broken"] = ("trial", ["; ".join(trial.score.broken) for *_, trial in rows], {"long_name": "limits that are not kept"})
+        columns[n] = (
+            "trial",
+            [getattr(trial.score, n) for *_, trial in rows],
+            {"units": BY_NAME[n].unit, "long_name": BY_NAME[n].meaning},
+        )
+    columns["broken"] = (
+        "trial",
+        ["; ".join(trial.score.broken) for *_, trial in rows],
+        {"long_name": "limits that are not kept"},
+    )
     return xarray.Dataset(columns, coords={"controller": ("trial", [t.start.name for t, *_ in rows])})
 
 

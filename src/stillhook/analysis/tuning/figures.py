@@ -23,7 +23,9 @@ class Rating(Protocol):
     def p_max(self) -> float: ...
 
 
-def pareto_figure(fronts: Mapping[str, Sequence[Rating]], marks: Mapping[str, tuple[Rating, Rating]], *, title: str = "") -> Figure:
+def pareto_figure(
+    fronts: Mapping[str, Sequence[Rating]], marks: Mapping[str, tuple[Rating, Rating]], *, title: str = ""
+) -> Figure:
     """Mean control error against highest pressure: a front for each controller, its start hollow, its best filled.
 
     fronts: controller -> points of `tune_compare.front`; marks: controller -> start and best. Down and left is better.
@@ -51,7 +53,8 @@ def _at(p: Rating) -> tuple[float, float]:
 
 
 def bars_figure(rows: Mapping[str, Sequence[Rating]], *, title: str = "") -> Figure:
-    """Mean error and highest pressure of every controller: before and after, then the same in scenarios that the tuning never saw."""
+    """Mean error and highest pressure of every controller: before and after, then the same in scenarios that the tuning
+    never saw."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9.0, 6.4), layout="constrained")

@@ -22,17 +22,18 @@ from stillhook.units import came, parse, show
 LOADS, SPEEDS, PERIODS = ("20 %", "60 %"), ("20 m/min", "50 m/min", "75 m/min"), ("8 s", "12 s")
 """Scenarios of a tuning unless others are given: loads as parts of the SWL, peak speeds of the tip, wave periods."""
 FASTEST = 0.9
-"""Highest of those speeds over that which NS reaches with full pumps: on a slower winch all three shrink to it, so that leakage and
-acceleration leave something to tune."""
+"""Highest of those speeds over that which NS reaches with full pumps: on a slower winch all three shrink to it, so that
+leakage and acceleration leave something to tune."""
 WARM_UP, COUNTED = 20.0, 32.0
 """Start of every run that is left out, and what counts [s]: a little more than the window of the peak-to-peak error."""
 HOLD_OUT_PERIODS, PARTS, HOLD_OUT_COUNTED = (6.5, 15.0), 6, 120.0
-"""Hold-out waves: so many sines of these periods [s], none of them a tuning's, in random phase; their runs are longer."""
+"""Hold-out waves: so many sines of these periods [s], none of them a tuning's, in random phase; their runs are
+longer."""
 
 
 class Objective(StrEnum):
-    """What is made small: mean or largest control error, highest pressure, or half the mean error and half the pressure (as parts of
-    those of the start)."""
+    """What is made small: mean or largest control error, highest pressure, or half the mean error and half the pressure
+    (as parts of those of the start)."""
 
     ERROR = "error"
     WORST = "worst-error"
@@ -51,12 +52,16 @@ WEIGHTS: Mapping[Objective, tuple[float, float, float]] = {
 
 @dataclass(frozen=True)
 class Limits:
-    """What tuned settings must keep: highest pressure p_max [Pa]; gain margin [-], phase margin [rad] and sensitivity peak [-] of the
-    position loop with its PLC, in the published loop at the least displacement on the outermost layer and in the whole plant where the
-    mode is slow, from the empty hook to the heaviest payload that it carries, `load` at most [kg], on the scenarios' wires
-    (`stillhook.analysis.loop_stability.governing`); v_w_capacity speed with the pumps full, for every load [m/s] (None: that of the start,
-    "speed capacity kept"). Always kept: no saturation, no relief valve open, no motor overspeed, no cavitation, no slack wire, in any
-    scenario; and in the fast runs beside them nothing that the start does not do there either."""
+    """What tuned settings must keep: highest pressure p_max [Pa]; gain margin [-], phase margin [rad] and sensitivity
+    peak [-] of the position loop with its PLC, in the published loop at the least displacement on the outermost layer
+    and in the whole plant where the mode is slow, from the empty hook to the heaviest payload that it carries, `load`
+    at most [kg], on the scenarios' wires (`stillhook.analysis.loop_stability.governing`); v_w_capacity speed with the
+    pumps full, for every load [m/s] (None: that of the start, "speed capacity kept"). Always kept: no saturation, no
+    relief valve open, no motor overspeed, no cavitation, no slack wire, in any scenario; and in the fast runs beside
+    them nothing that the
+    start
+    does not do
+    there either."""
 
     p_max: float = math.inf
     gain_margin: float = GAIN_MARGIN
@@ -113,7 +118,8 @@ def _plain(text: str, name: str) -> float:
 
 
 def usual_speeds(crane: Crane) -> tuple[str, ...]:
-    """Peak speeds for this winch: `SPEEDS`, or less of each on one whose NS cannot follow the highest of them. In whole m/min."""
+    """Peak speeds for this winch: `SPEEDS`, or less of each on one whose NS cannot follow the highest of them. In whole
+    m/min."""
     fastest = max(parse(v, "speed", "speeds") for v in SPEEDS)
     part = min(1.0, FASTEST * speed_limit(crane, Mode.NS) / fastest)
     return tuple(f"{60.0 * part * parse(v, 'speed', 'speeds'):.0f} m/min" for v in SPEEDS)
@@ -129,12 +135,15 @@ def scenarios(
     s_w: str = "100 m",
     delay: float = 0.0,
 ) -> list[Scenario]:
-    """Every load with every peak speed (default `usual_speeds`) and period, as sines. Loads are masses or parts of the SWL ("60 %").
+    """Every load with every peak speed (default `usual_speeds`) and period, as sines. Loads are masses or parts of the
+    SWL ("60 %").
 
     Errors: StillhookError, UnitError for a text that is none of these.
     """
     masses = [_mass(crane, load) for load in loads]
-    pairs = [(parse(v, "speed", "speeds"), parse(T, "time", "periods")) for v in _speeds(crane, speeds) for T in periods]
+    pairs = [
+        (parse(v, "speed", "speeds"), parse(T, "time", "periods")) for v in _speeds(crane, speeds) for T in periods
+    ]
     if not masses or not pairs:
         raise StillhookError("scenarios: give at least one load, one speed and one period.")
     tips = [peak_sine(v, T) for v, T in pairs]
@@ -151,7 +160,8 @@ def hold_out(
     delay: float = 0.0,
     seed: int = 0,
 ) -> list[Scenario]:
-    """What the tuning never saw: irregular waves of `PARTS` sines in random phase with the same peak speeds, loads between those given.
+    """What the tuning never saw: irregular waves of `PARTS` sines in random phase with the same peak speeds, loads
+    between those given.
 
     `seed` draws periods and phases. The runs count two minutes.
     """
@@ -205,7 +215,12 @@ def _irregular(v: float, rng: np.random.Generator) -> Motion:
 
 def _case(load: float, s_w: str, tip: Motion, mode: Mode, counted: float, delay: float) -> Scenario:
     case = Scenario(
-        load="0 t", s_w=s_w, tip=tip, mode=mode, warm_up=f"{WARM_UP} s", duration=f"{WARM_UP + counted} s",
+        load="0 t",
+        s_w=s_w,
+        tip=tip,
+        mode=mode,
+        warm_up=f"{WARM_UP} s",
+        duration=f"{WARM_UP + counted} s",
         sensors=Sensors(delay=f"{delay!r} s"),
-    )  # fmt: skip
+    )
     return case.model_copy(update={"load": load})

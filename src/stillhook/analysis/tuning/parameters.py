@@ -1,4 +1,5 @@
-"""Which settings of a controller may be tuned, between which ends, and how they get into a crane and back into a file."""
+"""Which settings of a controller may be tuned, between which ends, and how they get into a crane and back into a
+file."""
 
 from __future__ import annotations
 
@@ -31,8 +32,8 @@ K_1_RANGE = (0.95, 1.10)
 K_2_LEAD = 0.15
 """Longest lead K_2 / K_1 that is searched [s]: two and a half times the lag of the published pumps."""
 K_P_RANGE = (0.005, 0.5)
-"""Search range of K_p over its limit of marginal stability at full displacement [-]; the margins end it before its upper end, and for a
-slow loaded winch at small displacement near its lower one."""
+"""Search range of K_p over its limit of marginal stability at full displacement [-]; the margins end it before its
+upper end, and for a slow loaded winch at small displacement near its lower one."""
 LEAD_BEYOND = 0.1
 """Lead beyond the delay of the motion signal that is searched [s]."""
 U_THR_RANGE = (0.1, 0.98)
@@ -51,7 +52,8 @@ class Setting(NamedTuple):
 
 
 def tunable(mode: Mode | str) -> tuple[str, ...]:
-    """Names of the settings that a motor law knows. Errors: StillhookError for a mode without a motor law, or an unknown one."""
+    """Names of the settings that a motor law knows. Errors: StillhookError for a mode without a motor law, or an
+    unknown one."""
     law = mode_of(mode)
     if law not in MOTORS:
         raise StillhookError(f'"{law}" has no settings to tune. Choose {", ".join(MOTORS)}.')
@@ -61,13 +63,16 @@ def tunable(mode: Mode | str) -> tuple[str, ...]:
 def space(crane: Crane, mode: Mode, free: Sequence[str] = (), *, delay: float = 0.0) -> tuple[Setting, ...]:
     """The settings to tune with the ends of their search; all that the motor law knows unless `free` names some.
 
-    alpha_min, the absolute minimum that protects winch components whose limits no crane file holds, may be raised, never lowered.
+    alpha_min, the absolute minimum that protects winch components whose limits no crane file holds, may be raised,
+    never lowered.
     Errors: StillhookError for a setting that this law does not know, or one named twice.
     """
     known = tunable(mode)
     for name in free:
         if name not in known:
-            raise StillhookError(f'free: "{name}" is no setting of {mode.value}, which has {", ".join(known)}{nearest(name, known)}')
+            raise StillhookError(
+                f'free: "{name}" is no setting of {mode.value}, which has {", ".join(known)}{nearest(name, known)}'
+            )
         if list(free).count(name) > 1:
             raise StillhookError(f'free: "{name}" is named twice. Name each setting once.')
     K_1, K_p_ms = 1.0 / wire_speed_max(crane), gain_limit(crane).K_p_ms
@@ -85,7 +90,9 @@ def space(crane: Crane, mode: Mode, free: Sequence[str] = (), *, delay: float = 
     }
     start = present(crane)
     wanted = free or known
-    return tuple(Setting(n, min(ends[n][0], start[n]), max(ends[n][1], start[n])) for n in wanted if ends[n][1] > ends[n][0])
+    return tuple(
+        Setting(n, min(ends[n][0], start[n]), max(ends[n][1], start[n])) for n in wanted if ends[n][1] > ends[n][0]
+    )
 
 
 def present(crane: Crane) -> dict[str, float]:
@@ -108,7 +115,8 @@ def present(crane: Crane) -> dict[str, float]:
 def with_settings(crane: Crane, values: Mapping[str, float]) -> Crane:
     """The crane with these settings, as numbers in SI: a hundred times faster than by a crane file.
 
-    A raised alpha_min takes the fixed displacements of NS and HS with it where they would lie below; SSC does not use them.
+    A raised alpha_min takes the fixed displacements of NS and HS with it where they would lie below; SSC does not use
+    them.
     Errors: StillhookError for a number that no crane file could hold.
     """
     for name, value in values.items():
@@ -125,7 +133,8 @@ def with_settings(crane: Crane, values: Mapping[str, float]) -> Crane:
 
 
 def _raised(crane: Crane, alpha_min: float, control: Mapping[str, float]) -> dict[str, float]:
-    """Fixed displacements that a raised alpha_min takes with it; alpha_swl stays what it was where it followed alpha_ns."""
+    """Fixed displacements that a raised alpha_min takes with it; alpha_swl stays what it was where it followed
+    alpha_ns."""
     c, out = crane.control, {}
     if alpha_min > c.alpha_hs:
         out["alpha_hs"] = alpha_min
@@ -137,7 +146,8 @@ def _raised(crane: Crane, alpha_min: float, control: Mapping[str, float]) -> dic
 
 
 def tuned_controller(crane: Crane, start: Controller, values: Mapping[str, float], name: str) -> Controller:
-    """A controller with these settings on top of those of `start`, in the form of a file: what differs, with five digits and units.
+    """A controller with these settings on top of those of `start`, in the form of a file: what differs, with five
+    digits and units.
 
     K_p is rounded down, alpha_min up, so that margins that were kept stay kept.
     """
@@ -171,7 +181,9 @@ def text_of(name: str, value: float) -> str | float:
 
 def of_vector(settings: Sequence[Setting], x: Sequence[float]) -> dict[str, float]:
     """Settings from a point of the unit cube; its ends stay ends."""
-    return {s.name: min(max(s.low + float(u) * (s.high - s.low), s.low), s.high) for s, u in zip(settings, x, strict=True)}
+    return {
+        s.name: min(max(s.low + float(u) * (s.high - s.low), s.low), s.high) for s, u in zip(settings, x, strict=True)
+    }
 
 
 def to_vector(settings: Sequence[Setting], values: Mapping[str, float]) -> list[float]:

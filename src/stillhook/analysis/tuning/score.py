@@ -18,16 +18,20 @@ from stillhook.spec.scenario import Mode, Scenario
 from stillhook.units import parse, show
 
 OURS = ("saturated", "relief", "overspeed", "cavitation", "slack", "unstable", "uncompensated", "audit", "diverged")
-"""Parts of a status that a controller is to blame for: what load and motion do to wire and accumulator is none of its business."""
+"""Parts of a status that a controller is to blame for: what load and motion do to wire and accumulator is none of its
+business."""
 FASTEST = (0.95, 0.9, 0.85, 0.8, 0.7, 0.6)
-"""Peak speeds of the fast runs, as parts of the speed with the pumps full: the first that the start manages is asked of all settings."""
+"""Peak speeds of the fast runs, as parts of the speed with the pumps full: the first that the start manages is asked of
+all settings."""
 NEAR = 0.01
 """Part by which a limit may be missed and still counts as active."""
 
 
 class Score(NamedTuple):
-    """How settings do: score objective over that of the start [-]; mean and largest error [m], highest pressure [Pa] over the scenarios;
-    per scenario e_c_pp [m], p_max [Pa] and u_p_max [-]; least v_w_capacity [m/s]; broken: the limits that are not kept, worst first."""
+    """How settings do: score objective over that of the start [-]; mean and largest error [m], highest pressure [Pa]
+    over the scenarios; per scenario e_c_pp [m], p_max [Pa] and u_p_max [-]; least v_w_capacity [m/s]; broken: the
+    limits that are not kept, worst first.
+    """
 
     score: float
     e_c_pp_mean: float
@@ -41,21 +45,25 @@ class Score(NamedTuple):
 
 
 class Fast(NamedTuple):
-    """A fast run that tuned settings must manage as the start does: scenario, and what of `OURS` came up in the start's run."""
+    """A fast run that tuned settings must manage as the start does: scenario, and what of `OURS` came up in the start's
+    run."""
 
     case: Scenario
     allowed: frozenset[str]
 
 
 def fast_candidates(crane: Crane, mode: Mode, like: Scenario) -> list[list[Scenario]]:
-    """Runs at parts of the speed with the pumps full, fastest first, for each default period; lightest load, wire and sensors as in `like`.
+    """Runs at parts of the speed with the pumps full, fastest first, for each default period; lightest load, wire and
+    sensors as in `like`.
 
     A speed that only a constant speed reaches is no speed capacity: the motors of SSC need time to stroke.
     """
     load = 0.0 if crane.hook_mass > 0.0 else like.load
     v = speed_limit(crane, mode, load) * layer_diameter_at(crane, like.s_w) / crane.drum.d_max
     plain = like.model_copy(update={"load": load, "mode": mode})
-    return [[plain.model_copy(update={"tip": peak_sine(part * v, parse(T, "time"))}) for part in FASTEST] for T in PERIODS]
+    return [
+        [plain.model_copy(update={"tip": peak_sine(part * v, parse(T, "time"))}) for part in FASTEST] for T in PERIODS
+    ]
 
 
 def blamed(status: str) -> frozenset[str]:
@@ -71,7 +79,8 @@ def scored(
     limits: Limits,
     fast: Sequence[Fast] = (),
 ) -> Score:
-    """A set of settings by the summaries of its runs, those of the fast runs last; score is left NaN (see `relative`)."""
+    """A set of settings by the summaries of its runs, those of the fast runs last; score is left NaN (see
+    `relative`)."""
     found, quick = found[: len(cases)], found[len(cases) :]
     e = tuple(float(s["e_c_pp"]) for s in found)
     p = tuple(float(s["p_max"]) for s in found)
@@ -108,7 +117,9 @@ def wires_of(cases: Sequence[Scenario]) -> tuple[float, ...]:
     return tuple(sorted({c.s_w for c in cases}))
 
 
-def linear_broken(crane: Crane, mode: Mode, limits: Limits, capacity: Sequence[float], wires: Sequence[float] = WIRES) -> list[str]:
+def linear_broken(
+    crane: Crane, mode: Mode, limits: Limits, capacity: Sequence[float], wires: Sequence[float] = WIRES
+) -> list[str]:
     """Margins that the position loop does not keep, and speed that is missing: what can be said without a run."""
     out = []
     K_p, most = crane.control.K_p, governing_loop(crane, mode, limits, wires)
@@ -117,10 +128,15 @@ def linear_broken(crane: Crane, mode: Mode, limits: Limits, capacity: Sequence[f
         if m.gain_margin < limits.gain_margin:
             out.append(f"gain margin {m.gain_margin:.3g} below {limits.gain_margin:.3g}")
         if m.phase_margin < limits.phase_margin:
-            out.append(f"phase margin {math.degrees(m.phase_margin):.3g} deg below {math.degrees(limits.phase_margin):.3g} deg")
+            out.append(
+                f"phase margin {math.degrees(m.phase_margin):.3g} deg below {math.degrees(limits.phase_margin):.3g} deg"
+            )
         if m.stable and m.sensitivity_peak > limits.sensitivity_peak:
             out.append(f"sensitivity peak {m.sensitivity_peak:.4g} above {limits.sensitivity_peak:.3g}")
-        out = out or [f"K_p {show(K_p, 'gain_per_length', 4)} above {show(most.K_p, 'gain_per_length', 4)}, which the margins allow"]
+        out = out or [
+            f"K_p {show(K_p, 'gain_per_length', 4)} above {show(most.K_p, 'gain_per_length', 4)}, which the margins"
+            " allow"
+        ]
         out[-1] += f" ({most.describe()})"
     wanted = limits.v_w_capacity
     if wanted is not None and min(capacity) < wanted * (1.0 - 1e-6):
@@ -129,7 +145,8 @@ def linear_broken(crane: Crane, mode: Mode, limits: Limits, capacity: Sequence[f
 
 
 def governing_loop(crane: Crane, mode: Mode, limits: Limits, wires: Sequence[float] = WIRES) -> Governing:
-    """The loop that allows the least gain within the margins, at the loads up to that of the limits and with these wires paid out [m]."""
+    """The loop that allows the least gain within the margins, at the loads up to that of the limits and with these
+    wires paid out [m]."""
     return governing(crane, mode, limits.margins, wires=wires, load=limits.load)
 
 
@@ -139,5 +156,6 @@ def loop_margins(crane: Crane, mode: Mode, limits: Limits | None = None, wires: 
 
 
 def gain_allowed(crane: Crane, mode: Mode, limits: Limits, wires: Sequence[float] = WIRES) -> float:
-    """Largest K_p that keeps the margins [1/m]; displacements are cut down to whole steps, which is on the safe side."""
+    """Largest K_p that keeps the margins [1/m]; displacements are cut down to whole steps, which is on the safe
+    side."""
     return governing_loop(crane, mode, limits, wires).K_p

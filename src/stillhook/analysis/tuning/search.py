@@ -1,4 +1,5 @@
-"""The search behind a tuning: differential evolution from a seeded population, then a simplex; what is tried, ranked and kept."""
+"""The search behind a tuning: differential evolution from a seeded population, then a simplex; what is tried, ranked
+and kept."""
 
 from __future__ import annotations
 
@@ -36,8 +37,8 @@ POPULATION = 2
 """Members of the population for each free setting, LEAST_MEMBERS at least; more find the same more slowly."""
 LEAST_MEMBERS = 12
 NEAR_START = 0.08
-"""Two thirds of the first population lie around the start and around a strong guess, within this part of each range; the others
-everywhere (Latin hypercube)."""
+"""Two thirds of the first population lie around the start and around a strong guess, within this part of each range;
+the others everywhere (Latin hypercube)."""
 SAFE = 0.999
 """Share of the gain that the margins allow in that guess: its displacement may be rounded."""
 LEAST_GAIN = 1e-6
@@ -65,11 +66,25 @@ class Search:
     """One tuning under way: what is asked, what was tried, and the best of it."""
 
     def __init__(
-        self, crane: Crane, mode: Mode, cases: Sequence[Scenario], settings: tuple[Setting, ...], objective: Objective,
-        limits: Limits, budget: int, threads: int, progress: Progress | None,
-    ) -> None:  # fmt: skip
+        self,
+        crane: Crane,
+        mode: Mode,
+        cases: Sequence[Scenario],
+        settings: tuple[Setting, ...],
+        objective: Objective,
+        limits: Limits,
+        budget: int,
+        threads: int,
+        progress: Progress | None,
+    ) -> None:
         self.crane, self.mode, self.cases, self.settings = crane, mode, list(cases), settings
-        self.objective, self.limits, self.budget, self.threads, self.progress = objective, limits, budget, threads, progress
+        self.objective, self.limits, self.budget, self.threads, self.progress = (
+            objective,
+            limits,
+            budget,
+            threads,
+            progress,
+        )
         self.trials: list[Trial] = []
         self.asked, self.interrupted = 0, False
         self.fast: list[Fast] = []
@@ -80,8 +95,8 @@ class Search:
         return relative(score, self.before, self.objective)
 
     def begin(self, reference: Crane) -> None:
-        """Run the start, which the scores are parts of; "speed capacity kept" becomes a number, and a fast run for each period, both from
-        the crane that is the reference."""
+        """Run the start, which the scores are parts of; "speed capacity kept" becomes a number, and a fast run for each
+        period, both from the crane that is the reference."""
         values = {s.name: present(self.crane)[s.name] for s in self.settings}
         kept = self.limits.v_w_capacity
         if kept is None:
@@ -90,7 +105,9 @@ class Search:
         found = summaries(reference, [c for ladder in ladders for c in ladder], threads=self.threads)
         for i, ladder in enumerate(ladders):
             met = [blamed(str(s["status"])) for s in found[i * len(ladder) : (i + 1) * len(ladder)]]
-            self.fast += [Fast(c, what) for c, what in zip(ladder, met, strict=True) if not what & {"saturated", "diverged"}][:1]
+            self.fast += [
+                Fast(c, what) for c, what in zip(ladder, met, strict=True) if not what & {"saturated", "diverged"}
+            ][:1]
         self.runs = [*self.cases, *(f.case for f in self.fast)]
         found = summaries(self.crane, self.runs, threads=self.threads)
         start = scored(self.crane, self.mode, self.cases, found, self.limits, self.fast)
@@ -130,8 +147,8 @@ class Search:
         return out
 
     def within_margins(self, values: dict[str, float]) -> dict[str, float]:
-        """The settings with no more position gain than the margins allow, or the least of its search: where the margins end far below
-        the end of its search, as for HS under load, hardly any other candidate would keep them."""
+        """The settings with no more position gain than the margins allow, or the least of its search: where the margins
+        end far below the end of its search, as for HS under load, hardly any other candidate would keep them."""
         if "K_p" not in values:
             return values
         most = SAFE * gain_allowed(with_settings(self.crane, values), self.mode, self.limits, self.wires)
@@ -154,7 +171,8 @@ class Search:
         return len(score.broken) + pressure + max(score.u_p_max - 1.0, 0.0)
 
     def evolve(self, seed: int) -> None:
-        """Differential evolution; a third of its first population lies around the start, a third around the strong guess."""
+        """Differential evolution; a third of its first population lies around the start, a third around the strong
+        guess."""
         n = len(self.settings)
         members = min(max(LEAST_MEMBERS, POPULATION * n), self.budget // 4)
         rng = np.random.default_rng(seed)
@@ -165,28 +183,57 @@ class Search:
             spread[k] = centre
         rounds = max(int((1.0 - POLISH) * self.budget) // members - 1, 1)
         differential_evolution(
-            self.ranks, [(0.0, 1.0)] * n, init=spread, maxiter=rounds, tol=0.0, atol=0.0, mutation=(0.4, 0.9), recombination=0.8,
-            vectorized=True, updating="deferred", polish=False, rng=rng,
-        )  # fmt: skip
+            self.ranks,
+            [(0.0, 1.0)] * n,
+            init=spread,
+            maxiter=rounds,
+            tol=0.0,
+            atol=0.0,
+            mutation=(0.4, 0.9),
+            recombination=0.8,
+            vectorized=True,
+            updating="deferred",
+            polish=False,
+            rng=rng,
+        )
 
     def _strong(self) -> FloatArray:
-        """The start with what strong SSC does to SSC, where those settings are free: a good guess for every motor law."""
+        """The start with what strong SSC does to SSC, where those settings are free: a good guess for every motor
+        law."""
         values = dict(zip((s.name for s in self.settings), self.trials[0].values, strict=True))
         delay = max(c.sensors.delay for c in self.cases)
-        guess = {"K_p": SAFE * gain_allowed(self.crane, self.mode, self.limits, self.wires), "t_lead": lateness(self.crane, delay=delay)}
+        guess = {
+            "K_p": SAFE * gain_allowed(self.crane, self.mode, self.limits, self.wires),
+            "t_lead": lateness(self.crane, delay=delay),
+        }
         values |= {n: v for n, v in guess.items() if n in values}
         return np.asarray(np.clip(np.array(to_vector(self.settings, values)), 0.0, 1.0), dtype=np.float64)
 
     def polish(self) -> None:
         """The rest of the budget from the best point on: Nelder and Mead's simplex, held in the unit cube."""
-        x = np.array(to_vector(self.settings, dict(zip((s.name for s in self.settings), self.best().values, strict=True))))
-        corners = np.vstack([x, *[np.where(np.arange(len(x)) == i, x + (SIMPLEX if x[i] < 0.5 else -SIMPLEX), x) for i in range(len(x))]])
+        x = np.array(
+            to_vector(self.settings, dict(zip((s.name for s in self.settings), self.best().values, strict=True)))
+        )
+        corners = np.vstack(
+            [
+                x,
+                *[
+                    np.where(np.arange(len(x)) == i, x + (SIMPLEX if x[i] < 0.5 else -SIMPLEX), x)
+                    for i in range(len(x))
+                ],
+            ]
+        )
         options = {"initial_simplex": corners, "maxfev": self.budget, "xatol": 1e-4, "fatol": 1e-5}
-        minimize(lambda y: float(self.ranks(y)[0]), x, method="Nelder-Mead", bounds=[(0.0, 1.0)] * len(x), options=options)
+        minimize(
+            lambda y: float(self.ranks(y)[0]), x, method="Nelder-Mead", bounds=[(0.0, 1.0)] * len(x), options=options
+        )
 
     def best(self) -> Trial:
         """Of all that was tried, the best that keeps all limits, else the one that breaks least."""
-        return min(self.trials, key=lambda t: (len(t.score.broken), self.run_excess(t.score) if t.score.broken else 0.0, t.score.score))
+        return min(
+            self.trials,
+            key=lambda t: (len(t.score.broken), self.run_excess(t.score) if t.score.broken else 0.0, t.score.score),
+        )
 
     def exact(self, crane: Crane) -> Score:
         """The score of a crane run as it is."""

@@ -1,8 +1,9 @@
-"""Each controller at its best: settings found by differential evolution on the whole twin, under limits, from a seed that repeats them.
+"""Each controller at its best: settings found by differential evolution on the whole twin, under limits, from a seed
+that repeats them.
 
-A population's runs go sixteen lanes side by side (`stillhook.engine.scenario.batch`). No candidate has more position gain than the margins
-allow; one whose margins or speed are not enough all the same is not run at all. What breaks a limit ranks behind all that breaks none, by
-how much it breaks (Deb 2000).
+A population's runs go sixteen lanes side by side (`stillhook.engine.scenario.batch`). No candidate has more position
+gain than the margins allow; one whose margins or speed are not enough all the same is not run at all. What breaks a
+limit ranks behind all that breaks none, by how much it breaks (Deb 2000).
 """
 
 from __future__ import annotations
@@ -27,16 +28,16 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 
 BUDGET = 400
-"""Evaluations of a tuning unless told otherwise. For NS and SSC of the library's 250 t crane they come within 1 % of the score (balanced)
-and 3 % (error) of what 1500 find."""
+"""Evaluations of a tuning unless told otherwise. For NS and SSC of the library's 250 t crane they come within 1 % of
+the score (balanced) and 3 % (error) of what 1500 find."""
 LEAST_BUDGET = 20
 STEP_ASIDE = 0.05
 """Part of a setting's range by which it is moved, one at a time, to see how flat the optimum is."""
 
 
 class Change(NamedTuple):
-    """One setting: before and after [SI], the ends of its search, and the score when it alone is moved down or up by 5 % of that range
-    (NaN where it cannot be, or where a limit would break)."""
+    """One setting: before and after [SI], the ends of its search, and the score when it alone is moved down or up by 5
+    % of that range (NaN where it cannot be, or where a limit would break)."""
 
     name: str
     before: float
@@ -49,8 +50,10 @@ class Change(NamedTuple):
 
 @dataclass(frozen=True)
 class Tuned:
-    """A controller at its best. `met`: a setting that keeps all limits was found; else `controller` is the one that breaks least and
-    `stops` names the limits in its way. `active`: limits and ends of search that the optimum leans on. `trials`: all that was run."""
+    """A controller at its best. `met`: a setting that keeps all limits was found; else `controller` is the one that
+    breaks least and `stops` names the limits in its way. `active`: limits and ends of search that the optimum leans on.
+    `trials`: all that was run.
+    """
 
     start: Controller
     controller: Controller
@@ -92,18 +95,22 @@ def tune(
 
     Parameters
     ----------
-    crane, controller: where the search starts, the controller by name, from a file, or one made; the tuned controller holds what differs
-    from the crane. free: settings to tune, default all that the motor law knows (`tune_space.tunable`): K_1, K_2, K_p, t_lead, and u_thr,
-    alpha_min, alpha_swl or alpha_ns or alpha_hs.
-    objective: see `Objective`. cases: scenarios, run in the controller's mode; default `tune_goal.scenarios`. limits: texts such as
-    "p_max <= 300 bar", see `parse_limits`, or `Limits`.
-    seed: the same seed gives the same settings. budget: evaluations at most, each in all scenarios. reference: the controller whose speed
-    capacity and fast runs are kept, default `controller` itself. progress: called with the share done.
+    crane, controller: where the search starts, the controller by name, from a file, or one made; the tuned controller
+    holds what differs from the crane. free: settings to tune, default all that the motor law knows
+    (`tune_space.tunable`): K_1, K_2, K_p, t_lead, and u_thr, alpha_min, alpha_swl or alpha_ns or alpha_hs.
+    objective: see `Objective`. cases: scenarios, run in the controller's mode; default `tune_goal.scenarios`. limits:
+    texts such as "p_max <= 300 bar", see `parse_limits`, or `Limits`.
+    seed: the same seed gives the same settings. budget: evaluations at most, each in all scenarios. reference: the
+    controller whose speed capacity and fast runs are kept, default `controller` itself. progress: called with the share
+    done.
 
-    The start is among what is tried, so where it keeps the limits the result is never worse. An interrupt (Ctrl-C) keeps the best found.
+    The start is among what is tried, so where it keeps the limits the result is never worse. An interrupt (Ctrl-C)
+    keeps the best found.
 
-    Errors: StillhookError for a setting that there is not, a budget too small, scenarios that this crane cannot be asked.
-    Source: Storn and Price 1997 (differential evolution, scipy), Nelder and Mead 1965; ranking of what breaks limits by Deb 2000.
+    Errors: StillhookError for a setting that there is not, a budget too small, scenarios that this crane cannot be
+    asked.
+    Source: Storn and Price 1997 (differential evolution, scipy), Nelder and Mead 1965; ranking of what breaks limits by
+    Deb 2000.
     """
     goal = Objective(objective) if objective in tuple(Objective) else _no_objective(objective)
     if type(budget) is not int or budget < LEAST_BUDGET:
@@ -143,13 +150,24 @@ def _result(search: Search, crane: Crane, start: Controller, seed: int) -> Tuned
         after, found = search.exact(tuned), {n: present(tuned)[n] for n in names}
     asides = [(0.0, 0.0)] * len(names) if search.interrupted else _asides(search, found)
     changes = tuple(
-        Change(s.name, search.trials[0].values[i], found[s.name], s.low, s.high, *asides[i]) for i, s in enumerate(search.settings)
+        Change(s.name, search.trials[0].values[i], found[s.name], s.low, s.high, *asides[i])
+        for i, s in enumerate(search.settings)
     )
     active = _active(search, controller.on(crane), after, changes)
     return Tuned(
-        start, controller, search.objective, search.limits, changes, search.before, after, active,
-        search.asked, seed, search.interrupted, tuple(search.trials),
-    )  # fmt: skip
+        start,
+        controller,
+        search.objective,
+        search.limits,
+        changes,
+        search.before,
+        after,
+        active,
+        search.asked,
+        seed,
+        search.interrupted,
+        tuple(search.trials),
+    )
 
 
 def _asides(search: Search, found: dict[str, float]) -> list[tuple[float, float]]:
@@ -193,7 +211,13 @@ def _active(search: Search, crane: Crane, score: Score, changes: Sequence[Change
     if score.u_p_max >= 1.0 - NEAR:
         out.append("pumps nearly full")
     for c in changes:
-        end = "low" if c.after - c.low <= NEAR * (c.high - c.low) else "high" if c.high - c.after <= NEAR * (c.high - c.low) else ""
+        end = (
+            "low"
+            if c.after - c.low <= NEAR * (c.high - c.low)
+            else "high"
+            if c.high - c.after <= NEAR * (c.high - c.low)
+            else ""
+        )
         if end:
             out.append(f"{c.name} at the {end} end of its search")
     return tuple(out)

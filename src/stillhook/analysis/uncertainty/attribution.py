@@ -1,4 +1,5 @@
-"""Which cause brings a figure to the printed one: every uncertain factor at both its ends, every alternative setting, and pairs of them."""
+"""Which cause brings a figure to the printed one: every uncertain factor at both its ends, every alternative setting,
+and pairs of them."""
 
 from __future__ import annotations
 
@@ -40,8 +41,8 @@ MATTERS = 0.1
 class Figure:
     """A number that follows from runs, and what is printed of it.
 
-    value: from the numbers of every run, by its name; least, most: what is printed, as bounds in the unit of value; unit, digits: how it is
-    shown; printed: in words.
+    value: from the numbers of every run, by its name; least, most: what is printed, as bounds in the unit of value;
+    unit, digits: how it is shown; printed: in words.
     """
 
     name: str
@@ -62,7 +63,8 @@ class Figure:
 
 @dataclass(frozen=True)
 class Alternative:
-    """Another setting that the print allows: change makes the runs with it. Alternatives of one group exclude each other."""
+    """Another setting that the print allows: change makes the runs with it. Alternatives of one group exclude each
+    other."""
 
     label: str
     change: Callable[[Runs], Runs]
@@ -102,8 +104,10 @@ class Effect(NamedTuple):
 
 
 class Row(NamedTuple):
-    """A cause in the ranking: its effects (both ends of a factor, or the alternative), a verdict for each figure, and how much it moves the
-    figures: the largest change over the gap that is to be closed, or over the distance to the limit where there is none."""
+    """A cause in the ranking: its effects (both ends of a factor, or the alternative), a verdict for each figure, and
+    how much it moves the figures: the largest change over the gap that is to be closed, or over the distance to the
+    limit where there is none.
+    """
 
     cause: str
     effects: tuple[Effect, ...]
@@ -113,7 +117,8 @@ class Row(NamedTuple):
 
 @dataclass(frozen=True)
 class Attribution:
-    """base: figures of the runs as described; singles: every change alone; pairs: every two changes of different causes."""
+    """base: figures of the runs as described; singles: every change alone; pairs: every two changes of different
+    causes."""
 
     figures: tuple[Figure, ...]
     base: tuple[float, ...]
@@ -137,12 +142,14 @@ class Attribution:
         return next(row.verdicts[k] for row in self.ranking() if row.cause == cause)
 
     def missed(self, effect: Effect) -> float:
-        """Parts of the gaps that are left, added up; a figure that was as printed and is no more counts by its distance to the limit."""
+        """Parts of the gaps that are left, added up; a figure that was as printed and is no more counts by its distance
+        to the limit."""
         gaps = [f.gap(x) for f, x in zip(self.figures, effect.values, strict=True)]
         return sum(gap / self._scale(k) for k, gap in enumerate(gaps))
 
     def closing(self, figure: str | None = None, effects: Sequence[Effect] | None = None) -> list[Effect]:
-        """The changes that bring a figure (None: all of them at once) to what is printed; default: single ones and pairs.
+        """The changes that bring a figure (None: all of them at once) to what is printed; default: single ones and
+        pairs.
 
         A pair is left out where one of its changes does it alone.
         """
@@ -162,13 +169,15 @@ class Attribution:
         return [e for e in self.pairs if f.gap(e.values[k]) > 0.0 and not alone & set(e.changes)]
 
     def nearest(self, n: int) -> list[Effect]:
-        """The n single changes or pairs that leave least of all gaps; a pair has to leave less than each of its changes does."""
+        """The n single changes or pairs that leave least of all gaps; a pair has to leave less than each of its changes
+        does."""
         alone = {e.changes[0]: self.missed(e) for e in self.singles}
         better = [e for e in self.pairs if self.missed(e) < (1.0 - MATTERS) * min(alone[c] for c in e.changes)]
         return sorted((*self.singles, *better), key=self.missed)[:n]
 
     def _scale(self, k: int) -> float:
-        """What a change of a figure is measured by: its gap, or the distance to the nearer limit where there is none."""
+        """What a change of a figure is measured by: its gap, or the distance to the nearer limit where there is
+        none."""
         f, x = self.figures[k], self.base[k]
         room = min(x - f.least, f.most - x)
         scale = f.gap(x) or (room if math.isfinite(room) else abs(x))
@@ -209,7 +218,9 @@ class Attribution:
                 for row in self.ranking()
             ],
             "closing": {
-                f.name: [str(e) for e in self.closing(f.name)] for f, x in zip(self.figures, self.base, strict=True) if f.gap(x) > 0.0
+                f.name: [str(e) for e in self.closing(f.name)]
+                for f, x in zip(self.figures, self.base, strict=True)
+                if f.gap(x) > 0.0
             },
             "statements": self.words(),
         }
@@ -229,12 +240,18 @@ class Attribution:
                     text += f" Only together: {_some(pairs)}." if pairs else " No other pair does."
                 out.append(f"{now}, as printed. {text}")
                 continue
-            parts = [f"{v.value.split(' ')[0]} it: {listed(doing[v])}" for v in (Verdict.CLOSES, Verdict.NARROWS) if doing[v]]
+            parts = [
+                f"{v.value.split(' ')[0]} it: {listed(doing[v])}" for v in (Verdict.CLOSES, Verdict.NARROWS) if doing[v]
+            ]
             if not doing[Verdict.CLOSES]:
                 parts.insert(0, "nothing closes the gap alone")
                 found = [e for e in self.closing(f.name) if len(e.changes) == 2]
                 if self.pairs:
-                    parts.append(f"pairs that close it: {_some(sorted(found, key=self.missed))}" if found else "no pair closes it")
+                    parts.append(
+                        f"pairs that close it: {_some(sorted(found, key=self.missed))}"
+                        if found
+                        else "no pair closes it"
+                    )
             out.append(f"{now}. {'. '.join(p[0].upper() + p[1:] for p in parts)}.")
         if len(self.figures) > 1 and any(f.gap(x) > 0.0 for f, x in zip(self.figures, self.base, strict=True)):
             found = sorted(self.closing(), key=lambda e: len(e.changes))
@@ -263,16 +280,17 @@ def attribute(
     pairs: bool = True,
     evaluate: Evaluate | None = None,
 ) -> Attribution:
-    """Every factor at both ends, one at a time, every alternative, and every two of these together, with what they do to the figures.
+    """Every factor at both ends, one at a time, every alternative, and every two of these together, with what they do
+    to the figures.
 
     Parameters
     ----------
-    runs: crane and scenario by name; one change holds for all of them. figures: numbers of these runs with what is printed of each.
-    alternatives: other settings that the print allows. uncertainty: default every factor of the table that changes something in one of the
-    runs, also those that are not drawn by default unless they count a thing twice. A factor's ends hold 95 % of its distribution; where
-    its distribution does not hold at the working point of a run, they are wider (`Factor.outside`). pairs: False leaves the pairs out; two
-    alternatives that make no crane together are no pair.
-    evaluate: numbers of each run, default its summary.
+    runs: crane and scenario by name; one change holds for all of them. figures: numbers of these runs with what is
+    printed of each. alternatives: other settings that the print allows. uncertainty: default every factor of the table
+    that changes something in one of the runs, also those that are not drawn by default unless they count a thing twice.
+    A factor's ends hold 95 % of its distribution; where its distribution does not hold at the working point of a run,
+    they are wider (`Factor.outside`). pairs: False leaves the pairs out; two alternatives that make no crane together
+    are no pair. evaluate: numbers of each run, default its summary.
 
     Errors: SpecError, ScenarioError of one line.
     """
@@ -285,7 +303,9 @@ def attribute(
     _check_ends(ends, runs)
     wanted = [(), *((o,) for o in options)]
     if pairs:
-        wanted += [(a, b) for a, b in itertools.combinations(options, 2) if a[0] != b[0] and (a[0], b[0]) not in EXCLUSIVE]
+        wanted += [
+            (a, b) for a, b in itertools.combinations(options, 2) if a[0] != b[0] and (a[0], b[0]) not in EXCLUSIVE
+        ]
     kept: dict[tuple[str, ...], Runs] = {}
     made, possible = [], []
     for some in wanted:
@@ -311,9 +331,12 @@ def _summaries(pairs: Sequence[Pair]) -> Sequence[Numbers]:
 
 
 def _everything(runs: Runs) -> Uncertainty:
-    """Every factor of the table that changes something in one of the runs: those drawn by default, and the parts of these."""
+    """Every factor of the table that changes something in one of the runs: those drawn by default, and the parts of
+    these."""
     drawn = dict(Uncertainty.default().on(*runs.values()).factors)
-    parts = {n: f.default for n, f in FACTORS.items() if not f.drawn and not all(f.absent(*pair) for pair in runs.values())}
+    parts = {
+        n: f.default for n, f in FACTORS.items() if not f.drawn and not all(f.absent(*pair) for pair in runs.values())
+    }
     return Uncertainty({n: (drawn | parts)[n] for n in FACTORS if n in drawn or n in parts})
 
 
@@ -322,7 +345,10 @@ def _ends(known: Uncertainty, runs: Runs) -> Iterator[Change]:
     u = np.array([0.5 * (1.0 - SHARE), 0.5 * (1.0 + SHARE)])
     for name, law in known.factors.items():
         if not isinstance(law, Distribution):
-            raise SpecError(f'factor {name}: set "{law.name}" has no two ends. Give a distribution, such as {{ normal = [1.0, 0.1] }}.')
+            raise SpecError(
+                f'factor {name}: set "{law.name}" has no two ends. Give a distribution, such as {{ normal = [1.0,'
+                " 0.1] }."
+            )
         if law.law is Law.FIXED:
             continue
         f = FACTORS[name]
@@ -335,7 +361,8 @@ def _ends(known: Uncertainty, runs: Runs) -> Iterator[Change]:
 
 
 def _check_ends(ends: Sequence[Change], runs: Runs) -> None:
-    """Refuse a factor one of whose ends makes no crane or no scenario, by its name; a crane of several runs is looked at once."""
+    """Refuse a factor one of whose ends makes no crane or no scenario, by its name; a crane of several runs is looked
+    at once."""
     seen: set[int] = set()
     for crane, case in runs.values():
         for name in dict.fromkeys(c.cause for c in ends):
@@ -349,8 +376,11 @@ def _shown(x: float, kind: str) -> str:
     return f"{number(in_display(x, kind), 3)} {KINDS[kind].display}" if kind else f"× {number(x, 3)}"
 
 
-def _changed(runs: Runs, changes: Sequence[tuple[Change, Alternative | None]], kept: dict[tuple[str, ...], Runs]) -> Runs:
-    """The runs with some changes: alternatives first, then factors on what they made; kept: what alternatives made before, by labels."""
+def _changed(
+    runs: Runs, changes: Sequence[tuple[Change, Alternative | None]], kept: dict[tuple[str, ...], Runs]
+) -> Runs:
+    """The runs with some changes: alternatives first, then factors on what they made; kept: what alternatives made
+    before, by labels."""
     others = [alternative for _, alternative in changes if alternative is not None]
     key = tuple(a.label for a in others)
     if key not in kept:

@@ -33,7 +33,8 @@ NUMERIC = tuple(v.name for v in SUMMARY if v.name not in ("status", "notes"))
 
 
 class Band(NamedTuple):
-    """Median and the ends of a band, each with its standard error from so few draws; n draws with numbers, failed ones without."""
+    """Median and the ends of a band, each with its standard error from so few draws; n draws with numbers, failed ones
+    without."""
 
     low: float
     median: float
@@ -90,7 +91,8 @@ class Limit(NamedTuple):
 
 
 def band(values: FloatArray) -> Band:
-    """Median and 5-95 % band of the draws that have numbers. Standard errors by Maritz and Jarrett (scipy.stats.mstats.mjci).
+    """Median and 5-95 % band of the draws that have numbers. Standard errors by Maritz and Jarrett
+    (scipy.stats.mstats.mjci).
 
     They are those of random draws; a Sobol sequence does somewhat better.
     """
@@ -134,9 +136,11 @@ def chances(run: xarray.Dataset, limit: Limit) -> dict[str, Chance]:
 
 
 def troubles(run: xarray.Dataset) -> dict[str, Chance]:
-    """Case -> share of all draws that went beyond a limit of the winch: status is neither "ok" nor a standing offset alone, which pure
-    active winches have by design and which shows in e_c_mean."""
-    return {str(c): chance(~np.isin(run["status"].sel(case=c).values.astype(str), (OK, OFFSET))) for c in run["case"].values}
+    """Case -> share of all draws that went beyond a limit of the winch: status is neither "ok" nor a standing offset
+    alone, which pure active winches have by design and which shows in e_c_mean."""
+    return {
+        str(c): chance(~np.isin(run["status"].sel(case=c).values.astype(str), (OK, OFFSET))) for c in run["case"].values
+    }
 
 
 def failures(run: xarray.Dataset) -> dict[str, int]:
@@ -145,7 +149,8 @@ def failures(run: xarray.Dataset) -> dict[str, int]:
 
 
 class Paired(NamedTuple):
-    """One case against another, draw by draw: band of the relative difference, and the share of draws in which it is lower."""
+    """One case against another, draw by draw: band of the relative difference, and the share of draws in which it is
+    lower."""
 
     relative: Band
     lower: Chance

@@ -15,14 +15,16 @@ from stillhook.errors import SpecError
 from stillhook.units import KINDS, came, in_display, number, parse
 
 MOST_OUTSIDE = 0.01
-"""Largest share of a normal distribution beyond what the number may be [-]: more, and a normal distribution is the wrong one."""
+"""Largest share of a normal distribution beyond what the number may be [-]: more, and a normal distribution is the
+wrong one."""
 OPEN = 1e-10
-"""The least part by which a uniform draw is moved off 0 and 1, where the normal law is infinite (as scipy.stats.qmc does)."""
+"""The least part by which a uniform draw is moved off 0 and 1, where the normal law is infinite (as scipy.stats.qmc
+does)."""
 
 
 class Law(StrEnum):
-    """Shape of a distribution. The values are, in this order: normal mean and standard deviation; lognormal median and the factor of one
-    standard deviation; uniform both ends; triangular low end, peak, high end; fixed the value."""
+    """Shape of a distribution. The values are, in this order: normal mean and standard deviation; lognormal median and
+    the factor of one standard deviation; uniform both ends; triangular low end, peak, high end; fixed the value."""
 
     NORMAL = "normal"
     LOGNORMAL = "lognormal"
@@ -42,7 +44,8 @@ class Distribution:
     values: tuple[float, ...]
 
     def at(self, u: FloatArray, low: float = -math.inf, high: float = math.inf) -> FloatArray:
-        """The quantiles at u in (0, 1); a normal distribution is that of the values between low and high, and none is clipped."""
+        """The quantiles at u in (0, 1); a normal distribution is that of the values between low and high, and none is
+        clipped."""
         from scipy.special import ndtr, ndtri
 
         v = self.values
@@ -94,7 +97,9 @@ class Distribution:
             return f"normal {show[0]} ± {show[1]}{unit}"
         if self.law is Law.FIXED:
             return f"fixed {show[0]}{unit}"
-        return f"{self.law} {' to '.join((show[0], show[-1]))}{unit}" + (f", most often {show[1]}" if self.law is Law.TRIANGULAR else "")
+        return f"{self.law} {' to '.join((show[0], show[-1]))}{unit}" + (
+            f", most often {show[1]}" if self.law is Law.TRIANGULAR else ""
+        )
 
     def to_dict(self, kind: str = "") -> dict[str, Any]:
         """What `distribution` reads back."""
@@ -108,14 +113,17 @@ class Distribution:
 def distribution(value: Any, kind: str, where: str, low: float = -math.inf, high: float = math.inf) -> Distribution:
     """A distribution from what a file says of it.
 
-    Parameters: value ``{normal = [1, 0.1]}``, ``{uniform = ["0 ms", "20 ms"]}`` and so on with the names of `Law`, or a plain value,
-    which is fixed; kind of quantity ("" a pure number); where what comes first in an error; low, high what the number may be [SI].
+    Parameters: value ``{normal = [1, 0.1]}``, ``{uniform = ["0 ms", "20 ms"]}`` and so on with the names of `Law`, or a
+    plain value, which is fixed; kind of quantity ("" a pure number); where what comes first in an error; low, high what
+    the number may be [SI].
     Errors: SpecError, UnitError of one line.
     """
     if not isinstance(value, Mapping):
         value = {Law.FIXED.value: value}
     if len(value) != 1 or (name := next(iter(value))) not in tuple(Law):
-        raise SpecError(f"{where} = {came(dict(value))}: give one of {', '.join(Law)}, such as {{ normal = [1.0, 0.1] }}.")
+        raise SpecError(
+            f"{where} = {came(dict(value))}: give one of {', '.join(Law)}, such as {{ normal = [1.0, 0.1] }}."
+        )
     law, rows = Law(name), value[name]
     rows = rows if isinstance(rows, (list, tuple)) else [rows]
     if len(rows) != COUNT[law]:

@@ -11,7 +11,8 @@ from typing import NamedTuple
 from stillhook.analysis.uncertainty.distribution import Distribution, Law
 from stillhook.engine.pack.winch import load_record
 from stillhook.engine.scenario.checks import case_friction, friction_parts, layer_diameter_at, loss_notes
-from stillhook.spec.crane import Crane, ServoVariant, Wire, beside_wire
+from stillhook.spec.circuits import ServoVariant
+from stillhook.spec.crane import Crane, Wire, beside_wire
 from stillhook.spec.scenario import Scenario
 
 CASE = "case."
@@ -23,7 +24,8 @@ LEAST_RATIO = 1e-3
 NORMAL_95 = 1.959964
 """Deviations of a normal distribution that hold 95 % on either side of its mean."""
 RESPONSE = (0.7, 1.0, 3.5)
-"""Time that a motor takes to swivel [s]: shortest, that of 5 rad/s, longest. Source: Moslatt 2020 paper F section 2.2, paper C."""
+"""Time that a motor takes to swivel [s]: shortest, that of 5 rad/s, longest. Source: Moslatt 2020 paper F section 2.2,
+paper C."""
 
 
 class Target(NamedTuple):
@@ -39,7 +41,9 @@ class Target(NamedTuple):
 def passive_outside_fit(crane: Crane, case: Scenario) -> bool:
     """Whether the passive motors carry this load where their loss was not fitted."""
     d = layer_diameter_at(crane, case.s_w)
-    return any(p.circuit == "passive" and p.beyond for p in friction_parts(crane, load_record(crane, case).W, d, 0.0, 1.0))
+    return any(
+        p.circuit == "passive" and p.beyond for p in friction_parts(crane, load_record(crane, case).W, d, 0.0, 1.0)
+    )
 
 
 def motors_outside_fit(crane: Crane, case: Scenario) -> bool:
@@ -59,10 +63,10 @@ def _scaled(*paths: str) -> tuple[Target, ...]:
 class Factor:
     """One thing that is not known well.
 
-    kind of quantity ("": a pure number); default distribution with the reason of its width; whether it is among those drawn by default;
-    least, most what it may be [SI]; targets what it changes, those that a crane does not have left out; of: the distribution where a
-    crane file says how wide it is, in place of the default; outside: its ends where the default distribution does not hold at the working
-    point (`strained`).
+    kind of quantity ("": a pure number); default distribution with the reason of its width; whether it is among those
+    drawn by default; least, most what it may be [SI]; targets what it changes, those that a crane does not have left
+    out; of: the distribution where a crane file says how wide it is, in place of the default; outside: its ends where
+    the default distribution does not hold at the working point (`strained`).
     """
 
     name: str
@@ -111,8 +115,8 @@ def missing(crane: Crane, path: str) -> bool:
 
 
 def damping_range(wire: Wire) -> tuple[float, float]:
-    """Low and high end of the wire's damping ratio [-]: as the file gives them, else a third of the ratio and three times it; the
-    ratio itself lies between them."""
+    """Low and high end of the wire's damping ratio [-]: as the file gives them, else a third of the ratio and three
+    times it; the ratio itself lies between them."""
     low = wire.zeta / 3.0 if wire.zeta_low is None else wire.zeta_low
     high = 3.0 * wire.zeta if wire.zeta_high is None else wire.zeta_high
     return min(low, wire.zeta), max(high, wire.zeta)
@@ -157,7 +161,8 @@ _TABLE = (
         "torque loss of all motors: X_1 to X_5 together",
         _scaled(*(f"{c}.motor.loss.{X}" for c in BOTH for X in LOSSES)),
         _normal(0.1),
-        "paper D: friction of motors in place lies within 10 % of its average over displacements; 0.5 to 1.5 outside the fit is assumed",
+        "paper D: friction of motors in place lies within 10 % of its average over displacements; 0.5 to 1.5 outside"
+        " the fit is assumed",
         outside=(0.5, 1.5),
     ),
     Factor(
@@ -167,13 +172,30 @@ _TABLE = (
         _lognormal(1.3),
         "assumed: new to worn; cranes of the thesis have 0.28 to 0.42 L/min/bar",
     ),
-    Factor("pump_leakage", "leakage of all pumps", _scaled(*PUMP_LEAKS), _lognormal(1.3), "assumed, as leakage", drawn=False),
-    Factor("motor_leakage", "leakage of all motors: C_1, C_2", _scaled(*MOTOR_LEAKS), _lognormal(1.3), "assumed, as leakage", drawn=False),
+    Factor(
+        "pump_leakage",
+        "leakage of all pumps",
+        _scaled(*PUMP_LEAKS),
+        _lognormal(1.3),
+        "assumed, as leakage",
+        drawn=False,
+    ),
+    Factor(
+        "motor_leakage",
+        "leakage of all motors: C_1, C_2",
+        _scaled(*MOTOR_LEAKS),
+        _lognormal(1.3),
+        "assumed, as leakage",
+        drawn=False,
+    ),
     Factor(
         "inertia",
         "J_m_eff with a full drum; motors, gears and drum share the difference, the wire keeps its mass",
         (
-            *(Target(path, beside_wire) for path in (*(f"{c}.motor.J" for c in BOTH), "inertia.J_gear", "inertia.J_drum")),
+            *(
+                Target(path, beside_wire)
+                for path in (*(f"{c}.motor.J" for c in BOTH), "inertia.J_gear", "inertia.J_drum")
+            ),
             Target("inertia.J_m_eff", _all),
         ),
         _normal(0.05),
@@ -186,7 +208,13 @@ _TABLE = (
         _triangular(0.6, 1.1),
         "assumed: 17 500 bar is near the top for oil in pipes; air and hoses lower it",
     ),
-    Factor("line_volume", "oil volume of the active lines", _scaled("active.line.V"), _triangular(0.8, 1.25), "assumed; 80 L in paper E"),
+    Factor(
+        "line_volume",
+        "oil volume of the active lines",
+        _scaled("active.line.V"),
+        _triangular(0.8, 1.25),
+        "assumed; 80 L in paper E",
+    ),
     Factor(
         "pump_servo",
         "natural frequency of the pumps' displacement control; the PLC's K_2 stays as it is",
@@ -216,7 +244,13 @@ _TABLE = (
         "published: up to 20 of 215 cm^3/rev (paper E section 5.1.1)",
         most=0.99,
     ),
-    Factor("boost", "boost pressure of the active circuit", _scaled("active.boost.p"), _triangular(0.9, 1.1), "assumed; 25 bar in paper E"),
+    Factor(
+        "boost",
+        "boost pressure of the active circuit",
+        _scaled("active.boost.p"),
+        _triangular(0.9, 1.1),
+        "assumed; 25 bar in paper E",
+    ),
     Factor(
         "gas_pressure",
         "gas charge of the accumulator, and with it the set point of the passive pumps",
@@ -238,7 +272,8 @@ _TABLE = (
         "damping ratio of the load on the wire",
         (Target("wire.zeta", None),),
         Distribution(Law.LOGNORMAL, (0.0224, 2.146)),
-        "assumed: 95 % within the crane's wire.zeta_low to wire.zeta_high, in the library 0.005 to 0.1 about the 0.01 of deep lifts",
+        "assumed: 95 % within the crane's wire.zeta_low to wire.zeta_high, in the library 0.005 to 0.1 about the 0.01"
+        " of deep lifts",
         most=9.9,
         of=lambda crane: between(*damping_range(crane.wire)),
     ),
@@ -271,15 +306,22 @@ _TABLE = (
         "assumed: outputs are written at once, or as late as the end of the cycle",
         most=1.0,
     ),
-    Factor("wire_stiffness", "elastic modulus of the wire", _scaled("wire.E"), _normal(0.1), "assumed, as the wire's fill is"),
+    Factor(
+        "wire_stiffness",
+        "elastic modulus of the wire",
+        _scaled("wire.E"),
+        _normal(0.1),
+        "assumed, as the wire's fill is",
+    ),
     Factor("load", "mass of the payload", _scaled(f"{CASE}load"), _triangular(0.97, 1.03), "assumed: weighed to 3 %"),
     Factor(
         PASSIVE_LOSS,
-        "torque loss of passive motors that work outside the range of their fit, as with an empty hook at a few per cent of displacement; "
-        "beside motor_loss, which holds for all motors",
+        "torque loss of passive motors that work outside the range of their fit, as with an empty hook at a few per"
+        " cent of displacement; beside motor_loss, which holds for all motors",
         _scaled(*(f"passive.motor.loss.{X}" for X in LOSSES)),
         _triangular(0.3, 2.0),
-        "assumed: paper A finds the accuracy drastically reduced below 120 cm^3/rev, and near zero stroke the pistons rub less, or stick",
+        "assumed: paper A finds the accuracy drastically reduced below 120 cm^3/rev, and near zero stroke the pistons"
+        " rub less, or stick",
     ),
 )
 

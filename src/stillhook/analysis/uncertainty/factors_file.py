@@ -43,26 +43,32 @@ class Uncertainty:
 
     @classmethod
     def of(cls, table: Mapping[str, Any], label: str = "factors", folder: Path | None = None) -> Uncertainty:
-        """From a table: name of a factor -> ``{normal = [1, 0.1]}``, ``"default"``, ``{set = "my.friction.toml"}`` or a fixed value.
+        """From a table: name of a factor -> ``{normal = [1, 0.1]}``, ``"default"``, ``{set = "my.friction.toml"}`` or a
+        fixed value.
 
         Errors: SpecError, UnitError of one line that names label and factor.
         """
         for name in table:
             if name not in FACTORS:
-                raise SpecError(f"{label}: {came(name)}: no factor; there are {', '.join(FACTORS)}{nearest(str(name), FACTORS)}")
-        return cls({name: _known(name, table[name], f"{label}: {name}", folder or Path()) for name in FACTORS if name in table})
+                raise SpecError(
+                    f"{label}: {came(name)}: no factor; there are {', '.join(FACTORS)}{nearest(str(name), FACTORS)}"
+                )
+        return cls(
+            {name: _known(name, table[name], f"{label}: {name}", folder or Path()) for name in FACTORS if name in table}
+        )
 
     @classmethod
     def default(cls) -> Uncertainty:
-        """Every factor that is drawn by default, with its default distribution; those that change nothing are left out later."""
+        """Every factor that is drawn by default, with its default distribution; those that change nothing are left out
+        later."""
         names = [name for name, f in FACTORS.items() if f.drawn]
         return cls({name: FACTORS[name].default for name in names}, frozenset(names))
 
     def on(self, *pairs: Pair) -> Uncertainty:
         """The factors that change something in at least one pair of crane and scenario.
 
-        A load drawn by default is left out where it might exceed the SWL. Errors: SpecError where a factor that was named changes nothing,
-        or two count one thing twice.
+        A load drawn by default is left out where it might exceed the SWL. Errors: SpecError where a factor that was
+        named changes nothing, or two count one thing twice.
         """
         for a, b in EXCLUSIVE:
             if a in self.factors and b in self.factors:
@@ -92,7 +98,12 @@ class Uncertainty:
                 reason = f.reason if known == f.default or f.of is not None else "given"
                 out[name] = known.to_dict(f.kind) | {"meaning": f.meaning, "reason": reason}
             else:
-                out[name] = {"set": known.name, "meaning": f.meaning, "reason": "evidence of the set", "toml": set_toml(known)}
+                out[name] = {
+                    "set": known.name,
+                    "meaning": f.meaning,
+                    "reason": "evidence of the set",
+                    "toml": set_toml(known),
+                }
         return out
 
     def describe(self) -> list[tuple[str, str, str]]:
@@ -122,7 +133,9 @@ def _known(name: str, value: Any, where: str, folder: Path) -> Distribution | Se
         return f.default
     if isinstance(value, Mapping) and "set" in value:
         if name not in SETS or len(value) != 1:
-            raise SpecError(f'{where}: only {" and ".join(SETS)} are drawn from a set, written as {{ set = "my.friction.toml" }}.')
+            raise SpecError(
+                f'{where}: only {" and ".join(SETS)} are drawn from a set, written as {{ set = "my.friction.toml" }}.'
+            )
         return _set(name, value["set"], where, folder)
     return distribution(value, f.kind, where, f.least, f.most)
 
@@ -135,7 +148,10 @@ def _set(name: str, path: Any, where: str, folder: Path) -> Set:
     except StillhookError as problem:
         raise type(problem)(f"{where}: {problem}") from None
     if found.evidence is None:
-        raise SpecError(f'{where}: set "{found.name}" has no [evidence], so nothing says how uncertain it is. Identify it from tests.')
+        raise SpecError(
+            f'{where}: set "{found.name}" has no [evidence], so nothing says how uncertain it is. Identify it from'
+            " tests."
+        )
     return found
 
 
@@ -173,7 +189,8 @@ def load_uncertainty(path: str | Path) -> Uncertainty:
 
 
 class Draws(NamedTuple):
-    """columns: factors, and parameters of sets ("friction.Y_1"); values shape (n, columns) [SI]; groups: columns of each factor."""
+    """columns: factors, and parameters of sets ("friction.Y_1"); values shape (n, columns) [SI]; groups: columns of
+    each factor."""
 
     columns: tuple[str, ...]
     values: FloatArray
@@ -181,11 +198,12 @@ class Draws(NamedTuple):
 
 
 def draws(uncertainty: Uncertainty, n: int, seed: int = 0) -> Draws:
-    """n draws of every factor: the same seed gives the same draws, more draws keep the first ones, and a factor keeps its draws
-    whatever is drawn beside it.
+    """n draws of every factor: the same seed gives the same draws, more draws keep the first ones, and a factor keeps
+    its draws whatever is drawn beside it.
 
-    A scrambled Sobol sequence fills the space more evenly than random numbers do; n of 2, 4, 8, ... fills it best. Sets are drawn at
-    random from their evidence. Errors: SpecError for n or seed that cannot be; IdentifyError for a set that cannot be drawn.
+    A scrambled Sobol sequence fills the space more evenly than random numbers do; n of 2, 4, 8, ... fills it best. Sets
+    are drawn at random from their evidence. Errors: SpecError for n or seed that cannot be; IdentifyError for a set
+    that cannot be drawn.
     """
     if type(n) is not int or not 1 <= n <= MOST:
         raise SpecError(f"draws = {came(n)}: give a whole number from 1 to {MOST}.")
@@ -203,7 +221,8 @@ def even(n: int, d: int, seed: int) -> FloatArray:
 
 
 def shaped(uncertainty: Uncertainty, u: FloatArray, stream: tuple[int, ...]) -> Draws:
-    """Draws from points of the unit cube, shape (n, all factors of the table); sets at random, from seeds that begin with stream."""
+    """Draws from points of the unit cube, shape (n, all factors of the table); sets at random, from seeds that begin
+    with stream."""
     columns: list[str] = []
     values: list[FloatArray] = []
     groups: dict[str, tuple[int, ...]] = {}

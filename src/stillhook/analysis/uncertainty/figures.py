@@ -36,10 +36,22 @@ def band_figure(run: xarray.Dataset, title: str = "") -> Figure:
             ax.plot(values, y + 0.22 + spread, ".", color=colour, alpha=0.45, ms=4, mew=0)
             b = found[case][name]
             low, median, high = (float(in_display(x, kind)) for x in (b.low, b.median, b.high))
-            ax.plot([low, high], [y - 0.08, y - 0.08], color=colour, lw=5, solid_capstyle="butt", label="5 to 95 %" if y == 0 else None)
+            ax.plot(
+                [low, high],
+                [y - 0.08, y - 0.08],
+                color=colour,
+                lw=5,
+                solid_capstyle="butt",
+                label="5 to 95 %" if y == 0 else None,
+            )
             ax.plot(median, y - 0.08, "|", color="white", ms=9, mew=2)
             ax.plot(
-                _shown(np.array([at_values[case][name]]), kind), y - 0.28, "^", color=GREY, ms=6, label="as described" if y == 0 else None
+                _shown(np.array([at_values[case][name]]), kind),
+                y - 0.28,
+                "^",
+                color=GREY,
+                ms=6,
+                label="as described" if y == 0 else None,
             )
         ax.set_xlabel(words)
         ax.set_yticks(range(len(cases)), [c.upper() if len(c) < 4 else c for c in cases])
@@ -58,11 +70,23 @@ def exceedance_figure(run: xarray.Dataset, limits: Sequence[Limit] = (), title: 
     for ax, (name, (words, kind)) in zip(figure.subplots(1, len(SHOWN), sharey=True), SHOWN.items(), strict=True):
         for case, colour in zip((str(c) for c in run["case"].values), COLOURS * run.sizes["case"], strict=False):
             values, share = exceedance(run[name].sel(case=case).values)
-            ax.step(_shown(values, kind), SHARE * share, where="post", color=colour, label=case.upper() if len(case) < 4 else case)
+            ax.step(
+                _shown(values, kind),
+                SHARE * share,
+                where="post",
+                color=colour,
+                label=case.upper() if len(case) < 4 else case,
+            )
         for limit in limits:
             if limit.name == name:
                 ax.axvline(in_display(limit.value, kind), color=GREY, ls="--", lw=1)
-                ax.annotate("limit", (in_display(limit.value, kind), 100.0), xytext=(3, -9), textcoords="offset points", fontsize="small")
+                ax.annotate(
+                    "limit",
+                    (in_display(limit.value, kind), 100.0),
+                    xytext=(3, -9),
+                    textcoords="offset points",
+                    fontsize="small",
+                )
         ax.set_xlabel(words)
         ax.set_ylim(0.0, SHARE)
         ax.grid(alpha=0.3)
@@ -87,7 +111,9 @@ def index_figure(found: Sequence[Sensitivity], title: str = "", least: float = M
     for s in found:
         ax = panels[outputs.index(s.output), cases.index(s.case)]
         _bars(ax, s, names)
-        ax.set_title(f"{s.case}: {SHOWN[s.output][0].split(' [')[0] if s.output in SHOWN else s.output}", fontsize="small")
+        ax.set_title(
+            f"{s.case}: {SHOWN[s.output][0].split(' [')[0] if s.output in SHOWN else s.output}", fontsize="small"
+        )
     for ax in panels[-1]:
         ax.set_xlabel("share of the variance [%]")
     panels[0, -1].legend(fontsize="small", frameon=False, loc="lower right")
@@ -110,9 +136,24 @@ def _bars(ax: Any, s: Sensitivity, names: Sequence[str]) -> None:
         if (x := s.indices.get(name)) is None:
             continue
         first = y == 0
-        ax.barh(y, SHARE * x.total, height=0.7, color=COLOURS[5], alpha=0.5, label="with interactions (total)" if first else None)
-        ax.barh(y, SHARE * max(x.first, 0.0), height=0.4, color=COLOURS[0], label="alone (first order)" if first else None)
-        ax.plot([SHARE * x.first_low, SHARE * x.first_high], [y, y], color="black", lw=1, label="95 % of the first" if first else None)
+        ax.barh(
+            y,
+            SHARE * x.total,
+            height=0.7,
+            color=COLOURS[5],
+            alpha=0.5,
+            label="with interactions (total)" if first else None,
+        )
+        ax.barh(
+            y, SHARE * max(x.first, 0.0), height=0.4, color=COLOURS[0], label="alone (first order)" if first else None
+        )
+        ax.plot(
+            [SHARE * x.first_low, SHARE * x.first_high],
+            [y, y],
+            color="black",
+            lw=1,
+            label="95 % of the first" if first else None,
+        )
     ax.set_yticks(range(len(names)), names)
     ax.set_ylim(len(names) - 0.5, -0.5)
     ax.axvline(0.0, color=GREY, lw=0.8)

@@ -54,16 +54,17 @@ def monte_carlo(
 
     Parameters
     ----------
-    crane, case: one or several of either, in pairs, as in `stillhook.simulate`; two controllers are two cases (on two cranes where
-    their settings differ). uncertainty: default `Uncertainty.default`. n, seed: see `draws`. labels: names along "case".
-    step, threads, store, client, progress: as in `stillhook.engine.scenario.batch.summaries`.
+    crane, case: one or several of either, in pairs, as in `stillhook.simulate`; two controllers are two cases (on two
+    cranes where their settings differ). uncertainty: default `Uncertainty.default`. n, seed: see `draws`. labels: names
+    along "case". step, threads, store, client, progress: as in `stillhook.engine.scenario.batch.summaries`.
 
     Returns
     -------
-    Dataset over (case, draw) with the summary of every run, and `factor_value` over (draw, factor) [SI]. A draw that lost its numbers
-    has status "diverged" and NaN; nothing is dropped. Attributes hold cranes, scenarios, factors and seed, from which `drawn_pair`
-    makes the crane of any draw; `at_values` is the run of every case with nothing drawn. A drawn crane is another one than that of a
-    certificate, so `validated` is 0 in every draw; whether the twin is validated for a case is that of `at_values`.
+    Dataset over (case, draw) with the summary of every run, and `factor_value` over (draw, factor) [SI]. A draw that
+    lost its numbers has status "diverged" and NaN; nothing is dropped. Attributes hold cranes, scenarios, factors and
+    seed, from which `drawn_pair` makes the crane of any draw; `at_values` is the run of every case with nothing drawn.
+    A drawn crane is another one than that of a certificate, so `validated` is 0 in every draw; whether the twin is
+    validated for a case is that of `at_values`.
 
     Errors: SpecError, ScenarioError of one line before anything runs, also where an end of a distribution is no crane.
     """
@@ -79,7 +80,9 @@ def monte_carlo(
     bases = [d.crane for d in drawings]
     one = all(c is bases[0] for c in bases)
     data.attrs = {
-        "title": f"Stillhook: {len(cases)} case{'s' * (len(cases) > 1)} under {n} draws of {len(known.factors)} factors",
+        "title": (
+            f"Stillhook: {len(cases)} case{'s' * (len(cases) > 1)} under {n} draws of {len(known.factors)} factors"
+        ),
         "crane": crane_toml(bases[0]) if one else json.dumps([crane_toml(c) for c in bases]),
         "twin": twin_line(bases[0]),
         "scenarios": json.dumps([c.to_dict() for c in cases]),
@@ -103,7 +106,9 @@ def case_labels(cases: Sequence[Scenario], labels: Sequence[str] | None) -> list
     raise ScenarioError(f"labels = {came(labels)}: give {len(cases)} different names, one for each case.")
 
 
-def base_drawings(cranes: Sequence[Crane], cases: Sequence[Scenario], known: Uncertainty, table: Draws) -> list[Drawing]:
+def base_drawings(
+    cranes: Sequence[Crane], cases: Sequence[Scenario], known: Uncertainty, table: Draws
+) -> list[Drawing]:
     """What the draws do to every case; checked at the ends of the distributions, a crane once."""
     based: dict[int, Crane] = {}
     seen: set[int] = set()
@@ -153,7 +158,9 @@ def _dataset(names: Sequence[str], table: Draws, numbers: FloatArray, status: li
     columns: dict[str, Any] = {"status": (dims, np.array(status, dtype=object), attributes("status"))}
     columns |= {name: (dims, numbers[:, :, j], attributes(name)) for j, name in enumerate(NUMBERS)}
     columns["factor_value"] = (("draw", "factor"), table.values, attributes("factor_value"))
-    return xarray.Dataset(columns, coords={"case": list(names), "draw": np.arange(len(table.values)), "factor": list(table.columns)})
+    return xarray.Dataset(
+        columns, coords={"case": list(names), "draw": np.arange(len(table.values)), "factor": list(table.columns)}
+    )
 
 
 def drawn_pair(run: xarray.Dataset, case: str, i: int) -> Pair:

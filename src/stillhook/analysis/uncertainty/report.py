@@ -43,7 +43,8 @@ def report(
     pairs: Sequence[tuple[str, str]] = (),
     indices: Sequence[Sensitivity] = (),
 ) -> dict[str, Any]:
-    """Everything as plain data; pairs: cases to compare draw by draw; indices: of `stillhook.analysis.uncertainty.sobol`."""
+    """Everything as plain data; pairs: cases to compare draw by draw; indices: of
+    `stillhook.analysis.uncertainty.sobol`."""
     band, trouble, failed, verdict = bands(run, NAMES), troubles(run), failures(run), verdicts(run, limits, at_most)
     at_values = json.loads(run.attrs["at_values"])
     cases = {
@@ -51,7 +52,9 @@ def report(
             "at_values": at_values[c],
             "band_90": {name: b._asdict() for name, b in band[c].items()},
             "beyond_limits": trouble[c]._asdict(),
-            "limits": {text: {**v.chance._asdict(), "at_most": at_most, "kept": v.kept} for text, v in verdict[c].items()},
+            "limits": {
+                text: {**v.chance._asdict(), "at_most": at_most, "kept": v.kept} for text, v in verdict[c].items()
+            },
             "failed": failed[c],
         }
         for c in band

@@ -1,4 +1,5 @@
-"""Cranes and scenarios with drawn factors: quickly for a batch, and with every check and source for one that is looked at."""
+"""Cranes and scenarios with drawn factors: quickly for a batch, and with every check and source for one that is looked
+at."""
 
 from __future__ import annotations
 
@@ -22,7 +23,8 @@ from stillhook.spec.scenario import Scenario
 Pair = tuple[Crane, Scenario]
 
 SETS = {"friction": "friction.system", "motor_loss": "{circuit}.motor.loss"}
-"""Factors that may be drawn from a set with evidence, and the table that its parameters stand in; their columns are "friction.Y_1", ..."""
+"""Factors that may be drawn from a set with evidence, and the table that its parameters stand in; their columns are
+"friction.Y_1", ..."""
 ASSUMED = {"active.pump.leak_scale": 1.0, "passive.pump.leak_scale": 1.0}
 """What a field stands for where a crane does not give it."""
 HELD = ("pump_servo", "pump_zeta")
@@ -32,8 +34,9 @@ HELD = ("pump_servo", "pump_zeta")
 class Drawing:
     """How the columns of a table of draws change one crane and scenario.
 
-    columns: names of factors, or "friction.Y_1" and so on for the parameters of a set. The crane must hold the set's own values. A factor
-    that changes nothing here (`Factor.absent`) is left out; one that scales a parameter of a set scales what is drawn of it.
+    columns: names of factors, or "friction.Y_1" and so on for the parameters of a set. The crane must hold the set's
+    own values. A factor that changes nothing here (`Factor.absent`) is left out; one that scales a parameter of a set
+    scales what is drawn of it.
     """
 
     def __init__(self, crane: Crane, case: Scenario, columns: Sequence[str]) -> None:
@@ -85,7 +88,8 @@ class Drawing:
         return ASSUMED[path] if value is None else float(value)
 
     def pairs(self, draws: FloatArray) -> Iterator[Pair]:
-        """Crane and scenario of every draw. Untouched parts are those of the crane itself; nothing is checked (see `checked`)."""
+        """Crane and scenario of every draw. Untouched parts are those of the crane itself; nothing is checked (see
+        `checked`)."""
         values = self.values(draws)
         of_crane = _tree({p: v.tolist() for p, v in values.items() if not p.startswith(CASE)})
         of_case = _tree({p.removeprefix(CASE): v.tolist() for p, v in values.items() if p.startswith(CASE)})
@@ -93,7 +97,8 @@ class Drawing:
             yield _copy(self.crane, of_crane, i), _copy(self.case, of_case, i)
 
     def checked(self, draw: FloatArray, what: str) -> Pair:
-        """Crane and scenario of one draw, shape (columns,), through every check of a crane file; what goes into its sources.
+        """Crane and scenario of one draw, shape (columns,), through every check of a crane file; what goes into its
+        sources.
 
         Errors: SpecError, ScenarioError of one line where they are no crane, or cannot be run.
         """
@@ -110,7 +115,8 @@ class Drawing:
         return sound, case
 
     def check_ends(self, draws: FloatArray, *, crane: bool = True) -> None:
-        """Refuse draws whose ends are no crane: every column at its least and largest value, the others at their middle draw.
+        """Refuse draws whose ends are no crane: every column at its least and largest value, the others at their middle
+        draw.
 
         crane: False where this crane has been found good before, and the scenario alone is to be checked.
         Errors: as `checked`, naming the factor.

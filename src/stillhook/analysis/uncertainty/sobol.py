@@ -34,7 +34,8 @@ LEAST = 16
 
 
 class Index(NamedTuple):
-    """Share of the variance of a result: by this factor alone (first), and with all its interactions (total), with 95 % intervals."""
+    """Share of the variance of a result: by this factor alone (first), and with all its interactions (total), with 95 %
+    intervals."""
 
     first: float
     first_low: float
@@ -48,8 +49,8 @@ class Index(NamedTuple):
 class Sensitivity:
     """Indices of one number of one case: factor -> index, largest total first.
 
-    change: how far the indices are from settled, see `indices`; n rows of each of the two tables of draws; runs made for it.
-    mean, deviation of the number over the draws [SI]. Where the number does not vary there are no indices.
+    change: how far the indices are from settled, see `indices`; n rows of each of the two tables of draws; runs made
+    for it. mean, deviation of the number over the draws [SI]. Where the number does not vary there are no indices.
     """
 
     case: str
@@ -63,7 +64,8 @@ class Sensitivity:
 
     @property
     def converged(self) -> bool:
-        """Whether half the draws give the same indices within `SETTLED`, and no first order is beyond its total one by more."""
+        """Whether half the draws give the same indices within `SETTLED`, and no first order is beyond its total one by
+        more."""
         return bool(self.change <= SETTLED)
 
     def words(self) -> list[str]:
@@ -75,7 +77,9 @@ class Sensitivity:
             if x.total < MATTERS:
                 break
             more = f", {x.total:.0%} with what it does together with others" if x.total - x.first >= MATTERS else ""
-            out.append(f"{name}: {max(x.first, 0.0):.0%} of the variance ({x.first_low:.0%} to {x.first_high:.0%}){more}")
+            out.append(
+                f"{name}: {max(x.first, 0.0):.0%} of the variance ({x.first_low:.0%} to {x.first_high:.0%}){more}"
+            )
         rest = [name for name, x in self.indices.items() if x.total < MATTERS]
         if rest:
             out.append(f"below {MATTERS:.0%} each: {', '.join(rest)}")
@@ -91,7 +95,8 @@ class Sensitivity:
 
 
 class Design(NamedTuple):
-    """Saltelli's tables: A, B shape (n, columns), and A with one group of columns taken from B, shape (groups, n, columns)."""
+    """Saltelli's tables: A, B shape (n, columns), and A with one group of columns taken from B, shape (groups, n,
+    columns)."""
 
     A: FloatArray
     B: FloatArray
@@ -112,10 +117,12 @@ def design(A: FloatArray, B: FloatArray, groups: Sequence[Sequence[int]]) -> Des
 
 
 def indices(f: FloatArray, d: int, n: int, seed: int = 0) -> tuple[list[Index], float]:
-    """Indices of every group from the values f at `Design.rows`, shape (n (d + 2),), and how far they are from settled: the largest change
-    of one from half the draws, or the excess of a first order over its total one, which can only be chance.
+    """Indices of every group from the values f at `Design.rows`, shape (n (d + 2),), and how far they are from settled:
+    the largest change of one from half the draws, or the excess of a first order over its total one, which can only be
+    chance.
 
-    Saltelli 2010 for the first order, Jansen for the total one, by scipy.stats.sobol_indices; 95 % intervals by bootstrap.
+    Saltelli 2010 for the first order, Jansen for the total one, by scipy.stats.sobol_indices; 95 % intervals by
+    bootstrap.
     """
     from scipy.stats import bootstrap  # heavy
 
@@ -162,12 +169,14 @@ def sensitivity(
 
     Parameters
     ----------
-    crane, case, uncertainty, labels: as in `stillhook.analysis.uncertainty.monte_carlo`. Factors with a fixed value have no index; the
-    parameters of a set count together. outputs: numbers of the summary. against: label of a case; the others' numbers over those of that
-    case are then analysed too ("ssc / hs"): what a difference hangs on. n: rows of the tables, a power of two; there are n (factors + 2)
-    runs a case. how: step, threads, store, client of `stillhook.engine.scenario.batch.summaries`.
+    crane, case, uncertainty, labels: as in `stillhook.analysis.uncertainty.monte_carlo`. Factors with a fixed value
+    have no index; the parameters of a set count together. outputs: numbers of the summary. against: label of a case;
+    the others' numbers over those of that case are then analysed too ("ssc / hs"): what a difference hangs on. n: rows
+    of the tables, a power of two; there are n (factors + 2) runs a case. how: step, threads, store, client of
+    `stillhook.engine.scenario.batch.summaries`.
 
-    Errors: SpecError, ScenarioError of one line; SimulationError where a run lost its numbers: indices of the rest would mislead.
+    Errors: SpecError, ScenarioError of one line; SimulationError where a run lost its numbers: indices of the rest
+    would mislead.
     """
     _check(outputs, n)
     cranes, cases = paired(crane, case)
@@ -181,12 +190,14 @@ def sensitivity(
     failed = sum(s == "diverged" for row in status for s in row)
     if failed:
         raise SimulationError(
-            f"{failed} of {numbers.shape[0] * numbers.shape[1]} runs lost their numbers, and indices of the rest would mislead. "
-            "Take a finer step, or narrower distributions."
+            f"{failed} of {numbers.shape[0] * numbers.shape[1]} runs lost their numbers, and indices of the rest would"
+            " mislead. Take a finer step, or narrower distributions."
         )
     found = {(c, o): numbers[i, :, NUMBERS.index(o)] for i, c in enumerate(names) for o in outputs}
     if against is not None:
-        found |= {(f"{c} / {against}", o): found[c, o] / found[against, o] for c in names if c != against for o in outputs}
+        found |= {
+            (f"{c} / {against}", o): found[c, o] / found[against, o] for c in names if c != against for o in outputs
+        }
     return [_one(c, o, f, varied, n, seed) for (c, o), f in found.items()]
 
 

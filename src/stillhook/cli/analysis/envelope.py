@@ -31,17 +31,26 @@ def register(app: typer.Typer) -> None:
 
 def envelope(
     name: Annotated[str, typer.Argument(help="Library crane, or path of a crane file.", metavar="CRANE")],
-    layer: Annotated[int | None, typer.Option(help="Layer in use, counted from the bare drum; the outermost if left out.")] = None,
-    load: Annotated[
-        list[str] | None, typer.Option(help='Payload, such as "100 t"; may be repeated. Without it 0 to the SWL in steps of 20 %.')
+    layer: Annotated[
+        int | None, typer.Option(help="Layer in use, counted from the bare drum; the outermost if left out.")
     ] = None,
-    modes: Annotated[str, typer.Option(help="ns, hs, ssc, ssc-cubic, level-1, level-2, or controller files, with commas.")] = "ns,hs,ssc",
-    out: Annotated[Path | None, typer.Option("--out", help="Folder for pictures, NetCDF and JSON; nothing is written without it.")] = None,
+    load: Annotated[
+        list[str] | None,
+        typer.Option(help='Payload, such as "100 t"; may be repeated. Without it 0 to the SWL in steps of 20 %.'),
+    ] = None,
+    modes: Annotated[
+        str, typer.Option(help="ns, hs, ssc, ssc-cubic, level-1, level-2, or controller files, with commas.")
+    ] = "ns,hs,ssc",
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder for pictures, NetCDF and JSON; nothing is written without it.")
+    ] = None,
     json: Json = False,
 ) -> None:
-    """Highest steady wire speed of each mode by load, and the limit that stops it. Exit code 1 if no mode may be used at a load.
+    """Highest steady wire speed of each mode by load, and the limit that stops it. Exit code 1 if no mode may be used
+    at a load.
 
-    Pump flow, relief pressure, torque in reserve and motor speeds of the whole plant, while compensating (paper C figure 4).
+    Pump flow, relief pressure, torque in reserve and motor speeds of the whole plant, while compensating (paper C
+    figure 4).
 
     Example: stillhook envelope nov-150t --load "90 t" --load "120 t" --modes ns,hs,ssc,ssc-cubic --out envelope
     """
@@ -51,7 +60,9 @@ def envelope(
     from stillhook.units import parse
 
     which, crane = controllers(modes), load_crane(name)
-    loads = list(dict.fromkeys(parse(text, "mass", "--load") for text in load)) if load else [f * crane.SWL for f in SHARES]
+    loads = (
+        list(dict.fromkeys(parse(text, "mass", "--load") for text in load)) if load else [f * crane.SWL for f in SHARES]
+    )
     if out is not None:
         check_folder(out, OUT_FILES)
     data = _computed(crane, which, loads, layer)
@@ -76,10 +87,16 @@ def rows(data: xarray.Dataset) -> list[dict[str, Any]]:
             for i, mode in enumerate(data["mode"].values):
                 n = _slower(data["v_w_top"].values[i, j, k])
                 here = {
-                    v: data[v].values[i, j, k, n] for v in ("v_w_top", "binds", "alpha_m_top", "alpha_p_top", "dp_m_top", "omega_m_top")
+                    v: data[v].values[i, j, k, n]
+                    for v in ("v_w_top", "binds", "alpha_m_top", "alpha_p_top", "dp_m_top", "omega_m_top")
                 }
                 numbers = {v: float(x) if v != "binds" else str(x) for v, x in here.items()}
-                place = {"load": float(load), "layer": int(layer), "mode": str(mode), "direction": str(data["direction"].values[n])}
+                place = {
+                    "load": float(load),
+                    "layer": int(layer),
+                    "mode": str(mode),
+                    "direction": str(data["direction"].values[n]),
+                }
                 found.append(place | numbers | _gains(data, float(load), int(layer), str(mode)))
     return found
 
@@ -147,10 +164,23 @@ def _print(crane: Crane, data: xarray.Dataset, found: list[dict[str, Any]]) -> N
         label = "machine, any controller" if r["mode"] == "physical" else r["mode"]
         first = f"{human('load', r['load'], 4)} t" if r["load"] != before else ""
         before = r["load"]
-        body.append([first, label, r["binds"], *(_text(n, r[n]) for n in _SHOWN), *(_percent(r.get(g, math.nan)) for g in gains)])
+        body.append(
+            [
+                first,
+                label,
+                r["binds"],
+                *(_text(n, r[n]) for n in _SHOWN),
+                *(_percent(r.get(g, math.nan)) for g in gains),
+            ]
+        )
     layer = int(data["layer"].values[0])
-    print_table(head, body, title=f"{crane.name}: highest steady wire speed, layer {layer} of {crane.drum.layers}", left=3)
-    print("Compensating, the slower of hoisting and lowering; leakage and friction included. -: the mode may not be used at this load.")
+    print_table(
+        head, body, title=f"{crane.name}: highest steady wire speed, layer {layer} of {crane.drum.layers}", left=3
+    )
+    print(
+        "Compensating, the slower of hoisting and lowering; leakage and friction included. -: the mode may not be used"
+        " at this load."
+    )
     for note in _type_notes(data):
         print(note)
     print_twin(crane)
@@ -175,7 +205,14 @@ def _percent(part: float) -> str:
     return "" if math.isnan(part) else f"{part:+.1%}"
 
 
-def _write(out: Path, crane: Crane, which: list[Controller], layer: int | None, data: xarray.Dataset, found: list[dict[str, Any]]) -> None:
+def _write(
+    out: Path,
+    crane: Crane,
+    which: list[Controller],
+    layer: int | None,
+    data: xarray.Dataset,
+    found: list[dict[str, Any]],
+) -> None:
     from stillhook.analysis.operating_envelope import figures
     from stillhook.analysis.operating_envelope.load_speed import LOADS, envelope_at, setting_curves
     from stillhook.base.atomic import whole_folder
@@ -183,7 +220,9 @@ def _write(out: Path, crane: Crane, which: list[Controller], layer: int | None, 
     from stillhook.report.plots.run import save_figure
 
     with progress_bar("pictures") as bar:
-        fine = envelope_at(crane, [f * crane.SWL for f in LOADS], modes=which, layers=None if layer is None else [layer], progress=bar)
+        fine = envelope_at(
+            crane, [f * crane.SWL for f in LOADS], modes=which, layers=None if layer is None else [layer], progress=bar
+        )
         loads, every = [f * crane.SWL for f in LAYERS_SHARES], range(1, crane.drum.layers + 1)
         by_layer = envelope_at(crane, loads, modes=which, layers=every, progress=bar)
     curves = setting_curves(crane, modes=which, layer=layer)

@@ -31,23 +31,42 @@ def register(app: typer.Typer) -> None:
 
 def show_map(
     crane: Annotated[str, typer.Argument(help="Library crane, or path of a crane file.", metavar="CRANE")] = "nov-250t",
-    controllers: Annotated[str, typer.Option(help="Names (ns, hs, ssc, ssc-cubic, strong-ssc, ...) or TOML files.")] = "ns,hs,ssc",
+    controllers: Annotated[
+        str, typer.Option(help="Names (ns, hs, ssc, ssc-cubic, strong-ssc, ...) or TOML files.")
+    ] = "ns,hs,ssc",
     metric: Annotated[str, typer.Option(help=f"What the table shows: {', '.join(METRICS)}.")] = "e_c_pp",
-    loads: Annotated[str | None, typer.Option(help=f'Loads: {RANGE}. Default: "20 % to 100 % by 10 %" of the SWL.')] = None,
-    speeds: Annotated[str | None, typer.Option(help=f'Peak speeds: {RANGE}. Default: "10 m/min to 120 m/min by 10 m/min".')] = None,
-    period: Annotated[str | None, typer.Option(help="Period of the sine (default 12 s); several add a dimension.")] = None,
-    layer: Annotated[list[int] | None, typer.Option(help="Layer in use (default: outermost); repeat it for several.")] = None,
+    loads: Annotated[
+        str | None, typer.Option(help=f'Loads: {RANGE}. Default: "20 % to 100 % by 10 %" of the SWL.')
+    ] = None,
+    speeds: Annotated[
+        str | None, typer.Option(help=f'Peak speeds: {RANGE}. Default: "10 m/min to 120 m/min by 10 m/min".')
+    ] = None,
+    period: Annotated[
+        str | None, typer.Option(help="Period of the sine (default 12 s); several add a dimension.")
+    ] = None,
+    layer: Annotated[
+        list[int] | None, typer.Option(help="Layer in use (default: outermost); repeat it for several.")
+    ] = None,
     s_w: Annotated[str | None, typer.Option("--s-w", help="Wire paid out, instead of the middle of a layer.")] = None,
-    motion: Annotated[str | None, typer.Option(help='Another motion: "sine 2 m 13 s + sine 0.5 m 6 s", or a log.')] = None,
+    motion: Annotated[
+        str | None, typer.Option(help='Another motion: "sine 2 m 13 s + sine 0.5 m 6 s", or a log.')
+    ] = None,
     duration: Annotated[str | None, typer.Option(help="Length of each run (default 30 s).")] = None,
-    warm_up: Annotated[str | None, typer.Option("--warm-up", help="Start of each run that does not count (default 10 s).")] = None,
+    warm_up: Annotated[
+        str | None, typer.Option("--warm-up", help="Start of each run that does not count (default 10 s).")
+    ] = None,
     step: Annotated[str | None, typer.Option(help="Integration step (default 5 ms, for settling tests 2 ms).")] = None,
-    store: Annotated[Path | None, typer.Option(help="Folder that keeps results as they finish; a stopped map goes on from it.")] = None,
+    store: Annotated[
+        Path | None, typer.Option(help="Folder that keeps results as they finish; a stopped map goes on from it.")
+    ] = None,
     scheduler: Scheduler = None,
-    out: Annotated[Path | None, typer.Option("--out", help="Folder for NetCDF, pictures and JSON; nothing is written without it.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder for NetCDF, pictures and JSON; nothing is written without it.")
+    ] = None,
     json: Json = False,
 ) -> None:
-    """Map of controllers over load and speed: error, pressure, and where each cannot be used, and why. Exit code 1 if none can be anywhere.
+    """Map of controllers over load and speed: error, pressure, and where each cannot be used, and why. Exit code 1 if
+    none can be anywhere.
 
     Example: stillhook map nov-250t --controllers ns,hs,ssc --metric p_max --out maps
     """
@@ -57,14 +76,24 @@ def show_map(
 
     if metric not in METRICS:
         raise SpecError(f"--metric {came(metric)}: not one of {', '.join(METRICS)}.")
-    asked = {"loads": loads, "speeds": speeds, "s_w": s_w, "layers": _layers(layer), "duration": duration, "warm_up": warm_up, "step": step}
+    asked = {
+        "loads": loads,
+        "speeds": speeds,
+        "s_w": s_w,
+        "layers": _layers(layer),
+        "duration": duration,
+        "warm_up": warm_up,
+        "step": step,
+    }
     given = {name: value for name, value in asked.items() if value is not None}
     _check_out(out)
     machine = load_crane(crane)
     if metric == SETTLING:
         others = {"period": period, "motion": motion, "duration": duration, "warm_up": warm_up, "store": store}
         if unused := [f"--{n.replace('_', '-')}" for n, value in others.items() if value is not None]:
-            raise SpecError(f"{unused[0]}: a settling test has the tip at rest and its own times, and is not kept. Leave it out.")
+            raise SpecError(
+                f"{unused[0]}: a settling test has the tip at rest and its own times, and is not kept. Leave it out."
+            )
     else:
         given |= _waves(motion, period)
     with client_of(scheduler) as client, progress_bar(f"map of {machine.name}") as bar:
@@ -96,7 +125,9 @@ def _waves(motion: str | None, period: str | None) -> dict[str, Any]:
     return {"motion": motion_of(motion)}
 
 
-def _run(crane: Crane, controllers: str, metric: str, given: dict[str, Any], store: Path | None, client: Any, told: Progress) -> Map:
+def _run(
+    crane: Crane, controllers: str, metric: str, given: dict[str, Any], store: Path | None, client: Any, told: Progress
+) -> Map:
     from stillhook.analysis.controllers import controllers as named
 
     if metric == SETTLING:
@@ -124,16 +155,26 @@ def _print(found: Map, metric: str) -> None:
             for j, period in enumerate(axes.periods):
                 rows = []
                 for m, load in enumerate(axes.loads):
-                    cells = [(found.values[name][i, m, n, k, j], str(found.cause[i, m, n, k, j])) for n in range(len(axes.speeds))]
+                    cells = [
+                        (found.values[name][i, m, n, k, j], str(found.cause[i, m, n, k, j]))
+                        for n in range(len(axes.speeds))
+                    ]
                     used |= {cause for _, cause in cells if cause}
                     texts = [MARKS.get(c, "never") if c else f"{v * factor:.{digits}f}" for v, c in cells]
                     rows.append([show(load, "mass"), *texts])
-                where = [show(axes.s_w[k], "length", 3) + " of wire", *([f"layer {layer}"] if layer else []), *_wave(found, period)]
+                where = [
+                    show(axes.s_w[k], "length", 3) + " of wire",
+                    *([f"layer {layer}"] if layer else []),
+                    *_wave(found, period),
+                ]
                 print(f"\n{said(label)}: {', '.join(where)}")
                 print_table(head, rows)
     if used:
         known = [c for c in MARKS if c in used]
-        print("not applicable: " + "; ".join(f"{MARKS.get(c, 'never')} = {c}" for c in [*known, *sorted(used - set(known))]))
+        print(
+            "not applicable: "
+            + "; ".join(f"{MARKS.get(c, 'never')} = {c}" for c in [*known, *sorted(used - set(known))])
+        )
     print(one_line(found))
     for note in found.about["notes"]:
         print(note)
@@ -147,7 +188,10 @@ def _print_validated(found: Map) -> None:
     if found.crane.certified is not None and "validated" in found.values:
         own = [i for i, mode in enumerate(found.modes) if mode is not None]  # "best classic" is made of others
         inside = found.values["validated"][own] > 0.0
-        print(f"cells that are not validated: {int((~inside).sum())} of {inside.size}; credit them with 80 % of compensation at most")
+        print(
+            f"cells that are not validated: {int((~inside).sum())} of {inside.size}; credit them with 80 % of"
+            " compensation at most"
+        )
 
 
 def _wave(found: Map, period: float | None) -> list[str]:

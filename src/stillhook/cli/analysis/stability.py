@@ -18,14 +18,20 @@ if TYPE_CHECKING:
     from stillhook.spec.crane import Crane
 
 CraneName = Annotated[str, typer.Argument(help="Library crane, or path of a crane file.", metavar="CRANE")]
-ALPHA_HELP = "Motor displacement over its maximum; repeat it for several. Default: where SSC stands at the tip's speed, 1 at rest."
+ALPHA_HELP = (
+    "Motor displacement over its maximum; repeat it for several. Default: where SSC stands at the tip's speed, 1 at"
+    " rest."
+)
 DELAY_HELP = 'Delay of the position feedback (encoder, bus, computing), such as "50 ms". Not that of the motion unit.'
 FULL_HELP = "The whole plant alone, linearised at --load, --s-w and --v-tip."
 LOAD, WIRE = "100 t", "100 m"
 """Where the whole plant alone stands unless an option says otherwise."""
 LOAD_HELP = f'Payload on the hook (default: empty hook and SWL; with --full "{LOAD}").'
 WIRE_HELP = f'Wire paid out (default: 15 m and 100 m; with --full "{WIRE}").'
-SPEED_HELP = 'Steady speed of the tip, up positive, such as "60 m/min" (default: the published loop at rest, the plant at 2 and 5 m/min).'
+SPEED_HELP = (
+    'Steady speed of the tip, up positive, such as "60 m/min" (default: the published loop at rest, the plant at 2 and'
+    " 5 m/min)."
+)
 PLAIN = ("K_p_ms", "omega_c", "gain_margin", "phase_margin", "omega_gc", "delay_margin", "sensitivity_peak", "stable")
 """Rows that have a second value with PLC and delay."""
 WHERE = ("alpha_m", "K_wire", "J_m", "omega_0", "zeta", "period", "K_p")
@@ -38,16 +44,21 @@ def register(app: typer.Typer) -> None:
 def stability(
     name: CraneName,
     alpha_m: Annotated[list[float] | None, typer.Option("--alpha-m", help=ALPHA_HELP)] = None,
-    layer: Annotated[int | None, typer.Option(help="Layer that the drum turns on; default: the published outer diameter.")] = None,
+    layer: Annotated[
+        int | None, typer.Option(help="Layer that the drum turns on; default: the published outer diameter.")
+    ] = None,
     delay: Annotated[str, typer.Option(help=DELAY_HELP)] = "0 s",
     v_tip: Annotated[str, typer.Option("--v-tip", help=SPEED_HELP)] = "0 m/min",
     full: Annotated[bool, typer.Option("--full", help=FULL_HELP)] = False,
     load: Annotated[str | None, typer.Option(help=LOAD_HELP)] = None,
     s_w: Annotated[str | None, typer.Option("--s-w", help=WIRE_HELP)] = None,
-    out: Annotated[Path | None, typer.Option("--out", help="Folder for pictures, sweeps (NetCDF) and stability.json.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder for pictures, sweeps (NetCDF) and stability.json.")
+    ] = None,
     json: Json = False,
 ) -> None:
-    """Gain limit and margins of the position loop: as published, and of the whole plant where it is slow; which of them holds.
+    """Gain limit and margins of the position loop: as published, and of the whole plant where it is slow; which of them
+    holds.
 
     Both with and without PLC and delay. Exit code 1 where the winch swings in either: K_p at or above its limit.
 
@@ -64,11 +75,17 @@ def stability(
     mass = None if load is None else parse(load, "mass", "--load")
     wire = None if s_w is None else parse(s_w, "length", "--s-w")
     if full:
-        _refuse(layer is not None, "--layer belongs to the published model; with --full the wire paid out says the layer. Leave it out.")
+        _refuse(
+            layer is not None,
+            "--layer belongs to the published model; with --full the wire paid out says the layer. Leave it out.",
+        )
         mass = parse(LOAD, "mass") if mass is None else mass
         answer = _full(crane, alphas, mass, parse(WIRE, "length") if wire is None else wire, speed, late)
     elif layer is not None:
-        _refuse(load is not None or s_w is not None, "--layer: on it the published loop stands alone. Leave out --load and --s-w.")
+        _refuse(
+            load is not None or s_w is not None,
+            "--layer: on it the published loop stands alone. Leave out --load and --s-w.",
+        )
         answer = _on_layer(crane, alphas, layer, speed, late)
     else:
         answer = _both(crane, alphas, mass, wire, speed, late)
@@ -79,7 +96,15 @@ def stability(
         _report(crane, answer)
     if out is not None:
         published = not full and layer is None
-        _write(out, crane, [c.loop for c in answer.columns if c.place is None], answer.table, late, quiet=json, other=not published)
+        _write(
+            out,
+            crane,
+            [c.loop for c in answer.columns if c.place is None],
+            answer.table,
+            late,
+            quiet=json,
+            other=not published,
+        )
     raise typer.Exit(0 if all(c.loop.ok for c in answer.columns) else 1)
 
 
@@ -112,10 +137,16 @@ def _full(crane: Crane, alphas: list[float | None], load: float, s_w: float, v_t
     from stillhook.analysis.loop_stability.stability import full_stability
     from stillhook.units import show
 
-    _refuse(v_tip == 0.0, '--full needs --v-tip, such as "10 m/min": a winch at rest sticks, and its loop has no limit until it slides.')
+    _refuse(
+        v_tip == 0.0,
+        '--full needs --v-tip, such as "10 m/min": a winch at rest sticks, and its loop has no limit until it slides.',
+    )
     found = [full_stability(crane, load=load, s_w=s_w, v_tip=v_tip, alpha_m=a, delay=delay) for a in alphas]
     loops, point = [s for s, _ in found], found[0][1]
-    where = f"whole plant at {show(-point.v_w, 'speed')} of the tip, {show(point.p_a, 'pressure')} and {show(point.p_b, 'pressure')}"
+    where = (
+        f"whole plant at {show(-point.v_w, 'speed')} of the tip, {show(point.p_a, 'pressure')} and"
+        f" {show(point.p_b, 'pressure')}"
+    )
     return _alone(loops, where)
 
 
@@ -125,7 +156,10 @@ def _on_layer(crane: Crane, alphas: list[float | None], layer: int, v_tip: float
 
     loops = [margins_of(crane, a, layer=layer, v_tip=v_tip, delay=delay) for a in alphas]
     answer = _alone(loops, f"layer {layer}")
-    line = "published loop only: the whole plant stands on the layer that the wire paid out leaves (--s-w in place of --layer)"
+    line = (
+        "published loop only: the whole plant stands on the layer that the wire paid out leaves (--s-w in place of"
+        " --layer)"
+    )
     return answer._replace(verdict=[*answer.verdict, line])
 
 
@@ -134,12 +168,16 @@ def _alone(loops: list[Stability], where: str) -> _Answer:
     return _Answer(columns, _lists([s.table() for s in loops]), where, [_verdict(c.name, c.loop) for c in columns])
 
 
-def _both(crane: Crane, alphas: list[float | None], load: float | None, s_w: float | None, v_tip: float, delay: float) -> _Answer:
+def _both(
+    crane: Crane, alphas: list[float | None], load: float | None, s_w: float | None, v_tip: float, delay: float
+) -> _Answer:
     """The published loop, and the whole plant where it has least gain to spare."""
     from stillhook.analysis.loop_stability.stability import both_loops
 
     where: dict[str, Any] = {} if s_w is None else {"wires": (s_w,)}
-    found = [both_loops(crane, a, v_tip=v_tip, delay=delay, loads=None if load is None else (load,), **where) for a in alphas]
+    found = [
+        both_loops(crane, a, v_tip=v_tip, delay=delay, loads=None if load is None else (load,), **where) for a in alphas
+    ]
     columns = []
     for b in found:
         columns.append(_Column(f"motors {b.published.alpha_m:.3g}\npublished", b.published))
@@ -148,7 +186,10 @@ def _both(crane: Crane, alphas: list[float | None], load: float | None, s_w: flo
     verdict = [_verdict(f"motors {b.governing.alpha_m:.3g}, {_governs(b)}", b.governing) for b in found]
     verdict += [f"motors {b.published.alpha_m:.3g}: {_swings(b.swings)}" for b in found if b.swings]
     return _Answer(
-        columns, _lists([b.table() for b in found]), "published loop on the outer diameter, whole plant where it is slow", verdict
+        columns,
+        _lists([b.table() for b in found]),
+        "published loop on the outer diameter, whole plant where it is slow",
+        verdict,
     )
 
 
@@ -165,8 +206,9 @@ def _swings(places: Sequence[Place]) -> str:
     """Where the plant swings whatever the gain, in words."""
     more = f" and at {len(places) - 1} more of the places looked at" if len(places) > 1 else ""
     return (
-        f"whatever K_p, the whole plant swings at {places[0].describe()}{more}: friction that falls with speed feeds the load's swing on "
-        "its wire. More displacement, more speed or more damping of the wire ends it; run it to see how far it goes"
+        f"whatever K_p, the whole plant swings at {places[0].describe()}{more}: friction that falls with speed feeds"
+        " the load's swing on its wire. More displacement, more speed or more damping of the wire ends it; run it to"
+        " see how far it goes"
     )
 
 
@@ -196,7 +238,10 @@ def _report(crane: Crane, answer: _Answer) -> None:
 
     rows = []
     if any(c.place for c in answer.columns):
-        rows = [row(n, n, [math.nan if c.place is None else getattr(c.place, n) for c in answer.columns]) for n in ("load", "s_w", "v_tip")]
+        rows = [
+            row(n, n, [math.nan if c.place is None else getattr(c.place, n) for c in answer.columns])
+            for n in ("load", "s_w", "v_tip")
+        ]
     rows += [row(n, n) for n in (*WHERE, *PLAIN)]
     rows += [row(f"{n}, PLC", f"{n}_plc") for n in PLAIN]
     rows.append(row("K_p_strong", "K_p_strong"))
@@ -211,22 +256,41 @@ def _verdict(name: str, s: Stability) -> str:
     """Whether a loop is stable and by how much, in a sentence."""
     if s.ok:
         least = min(s.gain_margin, s.gain_margin_plc)
-        return f"{name}: stable. Gain margin {20.0 * math.log10(least):.3g} dB (K_p can rise by a factor of {least:.3g})."
+        return (
+            f"{name}: stable. Gain margin {20.0 * math.log10(least):.3g} dB (K_p can rise by a factor of {least:.3g})."
+        )
     if s.K_p_ms == 0.0:
-        why = "Friction falls with speed here, so the winch swings without feedback. More displacement or more speed damps it."
+        why = (
+            "Friction falls with speed here, so the winch swings without feedback. More displacement or more speed"
+            " damps it."
+        )
         return f"{name}: UNSTABLE, whatever K_p. {why}"
     if s.K_p_ms_plc == 0.0 or (s.gain_margin > 1.0 and s.gain_margin_plc > 1.0):
-        why = "The PLC's other loops swing: SSC on motors without displacement feedback at this speed, or through the load cell."
+        why = (
+            "The PLC's other loops swing: SSC on motors without displacement feedback at this speed, or through the"
+            " load cell."
+        )
         return f"{name}: UNSTABLE, whatever K_p. {why}"
     limit = min(s.K_p_ms, s.K_p_ms_plc)
     return f"{name}: UNSTABLE. K_p {s.K_p:.4g} 1/m, limit {limit:.4g} 1/m. Lower K_p to {s.K_p_strong:.3g} 1/m or less."
 
 
 NAMES = (
-    "gain-limit.png", "eigenfrequency.png", "sweeps.png", "bode.png", "root-locus.png", "motor-poles.png",
-    "alpha_m.nc", "layer.nc", "leakage.nc", "damping.nc", "bulk_modulus.nc", "delay.nc", "slow.nc",
+    "gain-limit.png",
+    "eigenfrequency.png",
+    "sweeps.png",
+    "bode.png",
+    "root-locus.png",
+    "motor-poles.png",
+    "alpha_m.nc",
+    "layer.nc",
+    "leakage.nc",
+    "damping.nc",
+    "bulk_modulus.nc",
+    "delay.nc",
+    "slow.nc",
     "stability.json",
-)  # fmt: skip
+)
 """Files that --out writes."""
 
 
@@ -238,7 +302,9 @@ def _check_out(out: Path | None) -> None:
         check_folder(out, NAMES)
 
 
-def _write(out: Path, crane: Crane, found: list[Stability], table: dict[str, Any], delay: float, *, quiet: bool, other: bool) -> None:
+def _write(
+    out: Path, crane: Crane, found: list[Stability], table: dict[str, Any], delay: float, *, quiet: bool, other: bool
+) -> None:
     """other: the table is of another model or layer than the pictures."""
     from stillhook.analysis.loop_stability.figures import all_figures
     from stillhook.base.atomic import whole_folder

@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.crane.cranes import Json
-from stillhook.report.terminal import print_implausible, print_json, print_table, print_twin, progress_bar, say, say_if_compiling
+from stillhook.report.terminal import (
+    print_implausible,
+    print_json,
+    print_table,
+    print_twin,
+    progress_bar,
+    say,
+    say_if_compiling,
+)
 
 if TYPE_CHECKING:
     from stillhook.analysis.controllers import Controller
@@ -27,27 +35,40 @@ def register(app: typer.Typer) -> None:
 
 def tune(
     crane: Annotated[str, typer.Argument(metavar="CRANE", help="Library crane, or path of a crane file.")],
-    controllers: Annotated[str, typer.Option(help="Start: ns, hs, ssc, ssc-cubic, level-1, level-2, strong-ssc, files.")] = "ns,hs,ssc",
-    free: Annotated[str | None, typer.Option(help="Settings to tune, such as K_p,u_thr (default: all of the motor law).")] = None,
+    controllers: Annotated[
+        str, typer.Option(help="Start: ns, hs, ssc, ssc-cubic, level-1, level-2, strong-ssc, files.")
+    ] = "ns,hs,ssc",
+    free: Annotated[
+        str | None, typer.Option(help="Settings to tune, such as K_p,u_thr (default: all of the motor law).")
+    ] = None,
     objective: Annotated[str, typer.Option(help="error, worst-error, pressure or balanced.")] = "balanced",
-    limit: Annotated[list[str] | None, typer.Option(help='Limit to keep, such as "p_max <= 300 bar"; may be given again.')] = None,
+    limit: Annotated[
+        list[str] | None, typer.Option(help='Limit to keep, such as "p_max <= 300 bar"; may be given again.')
+    ] = None,
     loads: Annotated[str, typer.Option(help='Loads, such as "50 t, 150 t", or parts of the SWL.')] = "20 %, 60 %",
     speeds: Annotated[
-        str | None, typer.Option(help='Peak speeds of the tip (default "20 m/min, 50 m/min, 75 m/min", less on a slower winch).')
+        str | None,
+        typer.Option(help='Peak speeds of the tip (default "20 m/min, 50 m/min, 75 m/min", less on a slower winch).'),
     ] = None,
     periods: Annotated[str, typer.Option(help="Wave periods.")] = "8 s, 12 s",
     s_w: Annotated[str, typer.Option("--s-w", help="Wire paid out.")] = "100 m",
     delay: Annotated[str, typer.Option(help="Delay of the measured tip motion.")] = "0 s",
-    pareto: Annotated[bool, typer.Option("--pareto", help="Also the front of error against pressure (five tunings each).")] = False,
+    pareto: Annotated[
+        bool, typer.Option("--pareto", help="Also the front of error against pressure (five tunings each).")
+    ] = False,
     budget: Annotated[int, typer.Option(help="Evaluations of each tuning.")] = 400,
     seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same settings.")] = 0,
-    out: Annotated[Path | None, typer.Option("--out", help="Folder for controller files, pictures, NetCDF and JSON.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder for controller files, pictures, NetCDF and JSON.")
+    ] = None,
     json: Json = False,
 ) -> None:
-    """Tune controllers on the whole twin and compare each at its best, also on waves and winches that it was not tuned on.
+    """Tune controllers on the whole twin and compare each at its best, also on waves and winches that it was not tuned
+    on.
 
-    Always kept: gain margin 2, phase margin 45 deg, sensitivity peak 2, speed capacity, no saturation, relief, overspeed or cavitation.
-    Exit code 1 if for some controller no setting keeps the limits; the limit that stops it is named. Ctrl-C keeps the best found so far.
+    Always kept: gain margin 2, phase margin 45 deg, sensitivity peak 2, speed capacity, no saturation, relief,
+    overspeed or cavitation. Exit code 1 if for some controller no setting keeps the limits; the limit that stops it is
+    named. Ctrl-C keeps the best found so far.
 
     Example: stillhook tune nov-250t --controllers ns,ssc --objective balanced --limit "p_max <= 300 bar" --out tuned
     """
@@ -66,7 +87,12 @@ def tune(
         check_folder(out, files)
     if free is not None and not _split(free):
         _refuse(f'--free "{free}": name at least one setting, such as K_p,u_thr, or leave it out to tune all.')
-    where: dict[str, Any] = {"loads": _split(loads), "speeds": None if speeds is None else _split(speeds), "s_w": s_w, "delay": late}
+    where: dict[str, Any] = {
+        "loads": _split(loads),
+        "speeds": None if speeds is None else _split(speeds),
+        "s_w": s_w,
+        "delay": late,
+    }
     cases = scenarios(machine, periods=_split(periods), **where)
     unseen = hold_out(machine, seed=seed, **where)
     asked = {"free": _split(free or ""), "limits": limits, "seed": seed, "budget": budget, "cases": cases}
@@ -101,7 +127,8 @@ def _chosen(names: str, crane: Crane, delay: float) -> list[Controller]:
 def _tuned(
     crane: Crane, chosen: list[Controller], objective: str, asked: dict[str, Any], *, pareto: bool
 ) -> tuple[list[Tuned], dict[str, list[Point]], list[Tuned]]:
-    """The tunings, their fronts, and all tunings that were run for either. An interrupt leaves out what has not begun."""
+    """The tunings, their fronts, and all tunings that were run for either. An interrupt leaves out what has not
+    begun."""
     from stillhook.analysis.tuning.compare import front
     from stillhook.analysis.tuning.compare import pareto as front_of
     from stillhook.analysis.tuning.tune import tune as tune_one
@@ -116,7 +143,9 @@ def _tuned(
         if pareto and tuned[-1].met and not tuned[-1].interrupted:
             with progress_bar(f"front of {which.name}") as bar:
                 _, more = front_of(crane, which, progress=bar, **mine)
-            fronts[which.name] = front([t for run in (tuned[-1], *more) for t in run.trials], [c.name for c in more[0].settings])
+            fronts[which.name] = front(
+                [t for run in (tuned[-1], *more) for t in run.trials], [c.name for c in more[0].settings]
+            )
             everything += more
         if everything[-1].interrupted:
             say(f"stopped in {which.name} after {everything[-1].evaluations} evaluations: the best found so far")
@@ -125,7 +154,8 @@ def _tuned(
 
 
 def _free_of(which: Controller, free: list[str], chosen: list[Controller]) -> list[str]:
-    """Of the settings to tune those that this motor law knows; one that none of the controllers knows is left in, to be refused."""
+    """Of the settings to tune those that this motor law knows; one that none of the controllers knows is left in, to be
+    refused."""
     from stillhook.analysis.tuning.parameters import tunable
 
     known = {n for c in chosen for n in tunable(c.mode)}
@@ -139,7 +169,12 @@ class _Report:
     """What is printed and stored of a number of tunings."""
 
     def __init__(
-        self, crane: Crane, tuned: list[Tuned], unseen: list[Scenario], fronts: dict[str, list[Point]], cases: list[Scenario]
+        self,
+        crane: Crane,
+        tuned: list[Tuned],
+        unseen: list[Scenario],
+        fronts: dict[str, list[Point]],
+        cases: list[Scenario],
     ) -> None:
         from stillhook.analysis.slow_limit import slow_limit
         from stillhook.analysis.tuning.compare import outcomes, variations
@@ -157,7 +192,8 @@ class _Report:
         self.remarks = [*self._slow_remarks(), *self._load_remarks(load), *self.notes]
 
     def _slow_remarks(self) -> list[str]:
-        """Controllers whose gain makes the slow winch swing at a payload or length of wire for which no margins were kept."""
+        """Controllers whose gain makes the slow winch swing at a payload or length of wire for which no margins were
+        kept."""
         from stillhook.analysis.loop_stability.governing import governing
         from stillhook.analysis.tuning.score import wires_of
         from stillhook.units import show
@@ -168,15 +204,16 @@ class _Report:
             swings = governing(t.controller.on(self.crane), t.start.mode, wires=wires_of(self.cases)).swings
             if swings:
                 out.append(
-                    f"{t.start.name}: whatever K_p, the whole plant swings with {swings[0].describe()}: friction that falls with speed "
-                    "feeds the load's swing on its wire"
+                    f"{t.start.name}: whatever K_p, the whole plant swings with {swings[0].describe()}: friction that"
+                    " falls with speed feeds the load's swing on its wire"
                 )
             if slow is not None and slow.K_p_ms < K_p:
                 wires = ", ".join(show(s_w, "length", 4) for s_w in wires_of(self.cases))
                 limit = f"above {show(slow.K_p_ms, 'gain_per_length', 2)}" if slow.K_p_ms > 0.0 else "with any gain"
                 out.append(
-                    f"{t.start.name}: margins hold on {wires} of wire only; {limit} the whole plant swings with {slow.place.describe()} "
-                    f"(motors at {slow.alpha_m:.2f}), and K_p is {show(K_p, 'gain_per_length', 3)}"
+                    f"{t.start.name}: margins hold on {wires} of wire only; {limit} the whole plant swings with"
+                    f" {slow.place.describe()} (motors at {slow.alpha_m:.2f}), and K_p is"
+                    f" {show(K_p, 'gain_per_length', 3)}"
                 )
         return out
 
@@ -186,7 +223,10 @@ class _Report:
 
         if load <= HS_SHARE * self.crane.SWL * (1.0 + 1e-9):
             return []
-        told = f"high-speed mode carries {HS_SHARE:.0%} of the SWL at most (paper C); heavier scenarios were run all the same"
+        told = (
+            f"high-speed mode carries {HS_SHARE:.0%} of the SWL at most (paper C); heavier scenarios were run all the"
+            " same"
+        )
         return [f"{t.start.name}: {told}" for t in self.tuned if t.start.mode is Mode.HS]
 
     def data(self) -> dict[str, Any]:
@@ -242,7 +282,10 @@ class _Report:
         print_table(header, varied, title="At their best, on a winch that is not as it should be")
         for t in self.tuned:
             if t.met:
-                print(f"{t.start.name}: leans on {', '.join(t.active) or 'no limit'}; {t.evaluations} evaluations, seed {t.seed}")
+                print(
+                    f"{t.start.name}: leans on {', '.join(t.active) or 'no limit'}; {t.evaluations} evaluations, seed"
+                    f" {t.seed}"
+                )
             else:
                 print(f"{t.start.name}: no setting keeps the limits; in the way: {'; '.join(t.stops)}")
         for line in self.remarks:
@@ -250,7 +293,10 @@ class _Report:
         print_twin(self.crane, *self.cases)
         print_implausible(self.crane)
         if self.crane.certified is not None:
-            print("with other settings it is another crane, for which its certificate does not hold: validate before they are used")
+            print(
+                "with other settings it is another crane, for which its certificate does not hold: validate before they"
+                " are used"
+            )
         for name, points in self.fronts.items():
             shown = ", ".join(f"{p.e_c_pp_mean * 1e3:.1f} mm at {show(p.p_max, 'pressure', 4)}" for p in _few(points))
             print(f"{name}: front of error and pressure: {shown}")
@@ -264,13 +310,28 @@ def _few(points: list[Point], most: int = 5) -> list[Point]:
 
 
 def _scenario(case: Scenario) -> dict[str, Any]:
-    return {"load": case.load, "s_w": case.s_w, "tip": case.tip.describe(), "duration": case.duration, "warm_up": case.warm_up}
+    return {
+        "load": case.load,
+        "s_w": case.s_w,
+        "tip": case.tip.describe(),
+        "duration": case.duration,
+        "warm_up": case.warm_up,
+    }
 
 
 OUTCOME_HEADER = (
-    "controller", "settings", "score", "mean error\np-p", "worst error\np-p", "highest\npressure", "pump\nuse",
-    "hold-out\nmean error", "hold-out\nworst", "hold-out\npressure", "status",
-)  # fmt: skip
+    "controller",
+    "settings",
+    "score",
+    "mean error\np-p",
+    "worst error\np-p",
+    "highest\npressure",
+    "pump\nuse",
+    "hold-out\nmean error",
+    "hold-out\nworst",
+    "hold-out\npressure",
+    "status",
+)
 
 
 def _outcome_rows(t: Tuned, held_out: tuple[Outcome, Outcome]) -> list[list[str]]:
@@ -282,7 +343,9 @@ def _outcome_rows(t: Tuned, held_out: tuple[Outcome, Outcome]) -> list[list[str]
         p = [show(x, "pressure", 4) for x in (score.p_max, held.p_max)]
         beyond = "; ".join([*score.broken, *(f"hold-out: {b}" for b in held.beyond)]) or "ok"
         name = t.start.name if label == "before" else ""
-        rows.append([name, label, f"{score.score:.3f}", e[0], e[1], p[0], f"{score.u_p_max:.0%}", e[2], e[3], p[1], beyond])
+        rows.append(
+            [name, label, f"{score.score:.3f}", e[0], e[1], p[0], f"{score.u_p_max:.0%}", e[2], e[3], p[1], beyond]
+        )
     return rows
 
 
@@ -310,7 +373,10 @@ def _short(text: str) -> str:
 def _brief(o: Outcome) -> str:
     from stillhook.units import show
 
-    return f"{o.e_c_pp_mean * 1e3:.1f} mm, {show(o.p_max, 'pressure', 3)}{'' if not o.beyond else ' (' + '; '.join(o.beyond) + ')'}"
+    return (
+        f"{o.e_c_pp_mean * 1e3:.1f} mm,"
+        f" {show(o.p_max, 'pressure', 3)}{'' if not o.beyond else ' (' + '; '.join(o.beyond) + ')'}"
+    )
 
 
 def _write(report: _Report, trials: list[Tuned], out: Path, *, pareto: bool, quiet: bool) -> None:
@@ -328,8 +394,8 @@ def _write(report: _Report, trials: list[Tuned], out: Path, *, pareto: bool, qui
             if not t.met:
                 continue
             comment = (
-                f"{t.start.name} tuned for {crane.name}: objective {t.objective}, seed {t.seed}, {t.evaluations} evaluations\n"
-                f"score {t.after.score:.4f} of the start; leans on {', '.join(t.active) or 'no limit'}"
+                f"{t.start.name} tuned for {crane.name}: objective {t.objective}, seed {t.seed}, {t.evaluations}"
+                f" evaluations\nscore {t.after.score:.4f} of the start; leans on {', '.join(t.active) or 'no limit'}"
             )
             path = part / f"{t.start.name}-tuned.toml"
             path.write_text(controller_toml(t.controller, crane, comment), encoding="utf-8")
@@ -338,8 +404,13 @@ def _write(report: _Report, trials: list[Tuned], out: Path, *, pareto: bool, qui
         save_figure(bars_figure(rows, title=f"{crane.name}: as they start and at their best"), part / BARS)
         if pareto:
             marks = {t.start.name: (t.before, t.after) for t in report.tuned}
-            save_figure(pareto_figure(report.fronts, marks, title=f"{crane.name}: error against pressure"), part / PARETO)
+            save_figure(
+                pareto_figure(report.fronts, marks, title=f"{crane.name}: error against pressure"), part / PARETO
+            )
         save_run(trials_dataset(trials), part / TRIALS)
         save_json(report.data(), part / NUMBERS)
     if not quiet:
-        print("written: " + ", ".join(str(out / name) for name in (*written, BARS, *((PARETO,) if pareto else ()), TRIALS, NUMBERS)))
+        print(
+            "written: "
+            + ", ".join(str(out / name) for name in (*written, BARS, *((PARETO,) if pareto else ()), TRIALS, NUMBERS))
+        )

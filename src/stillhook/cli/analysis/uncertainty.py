@@ -24,13 +24,23 @@ if TYPE_CHECKING:
 FILES = ("uncertainty.nc", "uncertainty.json", "bands.png", "exceedance.png")
 INDICES = "sensitivity.png"
 MODES = "ns,hs,ssc"
-CASE = {"crane": "nov-250t", "load": "100 t", "s_w": "100 m", "motion": "sine 2.8 m 12 s", "duration": "60 s", "warm_up": "30 s"}
-"""What is run where neither a case file nor an option says otherwise; 60 s hold one whole window of 30 s after the warm-up."""
+CASE = {
+    "crane": "nov-250t",
+    "load": "100 t",
+    "s_w": "100 m",
+    "motion": "sine 2.8 m 12 s",
+    "duration": "60 s",
+    "warm_up": "30 s",
+}
+"""What is run where neither a case file nor an option says otherwise; 60 s hold one whole window of 30 s after the
+warm-up."""
 CLASSIC = ("level-1", "level-2", "ns", "hs")
 LEAST_ROWS = 16
 LEAST_DRAWS = 20
 """Fewest draws of which one is expected outside either end of a 5 to 95 % band."""
-EXAMPLE = 'stillhook uncertainty --crane nov-250t --load "100 t" --draws 256 --limit "e_c_pp <= 25 cm" --sobol --out bands'
+EXAMPLE = (
+    'stillhook uncertainty --crane nov-250t --load "100 t" --draws 256 --limit "e_c_pp <= 25 cm" --sobol --out bands'
+)
 
 
 class _Asked(NamedTuple):
@@ -47,35 +57,60 @@ def register(app: typer.Typer) -> None:
 
 
 def uncertainty(
-    case_file: Annotated[Path | None, typer.Argument(metavar="CASE.toml", help="Case file; or say the case by options.")] = None,
-    crane: Annotated[str | None, typer.Option(help="Library crane, or path of a crane file (default nov-250t).")] = None,
+    case_file: Annotated[
+        Path | None, typer.Argument(metavar="CASE.toml", help="Case file; or say the case by options.")
+    ] = None,
+    crane: Annotated[
+        str | None, typer.Option(help="Library crane, or path of a crane file (default nov-250t).")
+    ] = None,
     load: Annotated[str | None, typer.Option(help='Payload on the hook (default "100 t").')] = None,
     s_w: Annotated[str | None, typer.Option("--s-w", help='Wire paid out (default "100 m").')] = None,
     motion: Annotated[str | None, typer.Option(help=MOTION_HELP)] = None,
     duration: Annotated[str | None, typer.Option(help='Length of each run (default "60 s").')] = None,
-    warm_up: Annotated[str | None, typer.Option("--warm-up", help='Start of each run that does not count (default "30 s").')] = None,
-    modes: Annotated[str | None, typer.Option(help="Controllers: ns, hs, ssc, ssc-cubic, strong-ssc, ... or TOML files.")] = None,
-    factors: Annotated[Path | None, typer.Option(help="TOML file of what is uncertain, and how much; default: the built-in table.")] = None,
+    warm_up: Annotated[
+        str | None, typer.Option("--warm-up", help='Start of each run that does not count (default "30 s").')
+    ] = None,
+    modes: Annotated[
+        str | None, typer.Option(help="Controllers: ns, hs, ssc, ssc-cubic, strong-ssc, ... or TOML files.")
+    ] = None,
+    factors: Annotated[
+        Path | None, typer.Option(help="TOML file of what is uncertain, and how much; default: the built-in table.")
+    ] = None,
     draws: Annotated[int, typer.Option(help="Draws; a power of two fills the space best.")] = 256,
     seed: Annotated[int, typer.Option(help="Same seed, same draws.")] = 0,
-    sobol: Annotated[bool, typer.Option("--sobol", help="Also which factors the spread comes from (about 8 times the runs).")] = False,
-    attribute: Annotated[
-        bool, typer.Option("--attribute", help="Also which factors, alone or two together, bring each --limit about or break it.")
+    sobol: Annotated[
+        bool, typer.Option("--sobol", help="Also which factors the spread comes from (about 8 times the runs).")
     ] = False,
-    limit: Annotated[list[str] | None, typer.Option(help='Bound on a result, such as "e_c_pp <= 10 cm"; repeat it for several.')] = None,
-    at_most: Annotated[float, typer.Option("--at-most", min=0.0, max=1.0, help="Chance of going beyond a limit that is tolerated.")] = 0.05,
+    attribute: Annotated[
+        bool,
+        typer.Option(
+            "--attribute", help="Also which factors, alone or two together, bring each --limit about or break it."
+        ),
+    ] = False,
+    limit: Annotated[
+        list[str] | None, typer.Option(help='Bound on a result, such as "e_c_pp <= 10 cm"; repeat it for several.')
+    ] = None,
+    at_most: Annotated[
+        float, typer.Option("--at-most", min=0.0, max=1.0, help="Chance of going beyond a limit that is tolerated.")
+    ] = 0.05,
     step: Annotated[str | None, typer.Option(help="Integration step (default 5 ms).")] = None,
-    store: Annotated[Path | None, typer.Option(help="Folder that keeps results as they finish; a stopped run goes on from it.")] = None,
+    store: Annotated[
+        Path | None, typer.Option(help="Folder that keeps results as they finish; a stopped run goes on from it.")
+    ] = None,
     scheduler: Scheduler = None,
-    out: Annotated[Path | None, typer.Option("--out", help="Folder for NetCDF, pictures and JSON; nothing is written without it.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder for NetCDF, pictures and JSON; nothing is written without it.")
+    ] = None,
     json: Json = False,
 ) -> None:
-    """What is not known about a winch (friction, leakage, inertia, oil, servos, delay) carried into error and pressure, mode by mode.
+    """What is not known about a winch (friction, leakage, inertia, oil, servos, delay) carried into error and pressure,
+    mode by mode.
 
-    All modes see the same draws. Exit code 1 if every mode goes beyond a --limit with more than the tolerated chance, or beyond the
-    winch's own limits in every draw.
+    All modes see the same draws. Exit code 1 if every mode goes beyond a --limit with more than the tolerated chance,
+    or beyond the winch's own limits in every draw.
 
-    Example: stillhook uncertainty --crane nov-250t --load "100 t" --draws 256 --limit "e_c_pp <= 25 cm" --sobol --out bands
+    Example: stillhook uncertainty --crane nov-250t --load "100 t" --draws 256 --limit "e_c_pp <= 25 cm" --sobol --out
+    bands
     """
     from stillhook.analysis.uncertainty.bands import Limit
     from stillhook.analysis.uncertainty.monte_carlo import monte_carlo
@@ -85,7 +120,9 @@ def uncertainty(
 
     limits = [Limit.of(text) for text in limit or ()]
     if attribute and not limits:
-        raise SpecError('--attribute: what is to be brought about is missing. Give it as a --limit, such as "e_c_pp <= 10 cm".')
+        raise SpecError(
+            '--attribute: what is to be brought about is missing. Give it as a --limit, such as "e_c_pp <= 10 cm".'
+        )
     _check_out(out, sobol)
     given = {"crane": crane, "load": load, "s_w": s_w, "motion": motion, "duration": duration, "warm_up": warm_up}
     asked = _asked(case_file, {k: v for k, v in given.items() if v is not None}, modes, factors)
@@ -93,7 +130,9 @@ def uncertainty(
     with client_of(scheduler) as client:
         how = {"seed": seed, "labels": asked.labels, "step": step, "store": store, "client": client}
         with progress_bar("drawing") as bar:
-            run = monte_carlo(asked.cranes, asked.cases, asked.known, n=draws, progress=started(asked.cranes[0], bar), **how)
+            run = monte_carlo(
+                asked.cranes, asked.cases, asked.known, n=draws, progress=started(asked.cranes[0], bar), **how
+            )
         indices = _indices(asked, run, pairs, how) if sobol else []
     data = report(run, limits, at_most, pairs, indices) | {"notes": notes_of(asked.cranes, asked.cases)}
     causes = _causes(asked, limits, None if factors is None else asked.known) if attribute else None
@@ -122,11 +161,16 @@ def _asked(case_file: Path | None, given: dict[str, str], modes: str | None, fac
         from stillhook.formats.case_file import load_case
 
         if given:
-            raise ScenarioError(f"--{next(iter(given)).replace('_', '-')}: the case file says it. Leave it out, or leave out the file.")
+            raise ScenarioError(
+                f"--{next(iter(given)).replace('_', '-')}: the case file says it. Leave it out, or leave out the file."
+            )
         file = load_case(case_file)
         machine, case = file.crane, file.case
         if case.modes:
-            raise ScenarioError(f"{case_file.name}: modes: a scenario that changes its mode is no single controller. Leave its modes out.")
+            raise ScenarioError(
+                f"{case_file.name}: modes: a scenario that changes its mode is no single controller. Leave its modes"
+                " out."
+            )
     else:
         machine, case = _built(CASE | given)
     chosen = controllers(modes if modes is not None else case.mode.value if case_file is not None else MODES)
@@ -144,7 +188,9 @@ def _built(given: dict[str, str]) -> tuple[Crane, Scenario]:
 
     machine = load_crane(given["crane"])
     tip = motion_of(given["motion"])
-    return machine, Scenario(load=given["load"], s_w=given["s_w"], tip=tip, duration=given["duration"], warm_up=given["warm_up"])
+    return machine, Scenario(
+        load=given["load"], s_w=given["s_w"], tip=tip, duration=given["duration"], warm_up=given["warm_up"]
+    )
 
 
 def _indices(asked: _Asked, run: Any, pairs: list[tuple[str, str]], how: dict[str, Any]) -> list[Sensitivity]:
@@ -152,7 +198,10 @@ def _indices(asked: _Asked, run: Any, pairs: list[tuple[str, str]], how: dict[st
     from stillhook.analysis.uncertainty.sobol import sensitivity
 
     rows = max(LEAST_ROWS, 2 ** (run.sizes["draw"].bit_length() - 2))
-    new, classic = {a for a, _ in pairs}, sorted({b for _, b in pairs}, key=lambda b: float(run["e_c_pp"].sel(case=b).median()))
+    new, classic = (
+        {a for a, _ in pairs},
+        sorted({b for _, b in pairs}, key=lambda b: float(run["e_c_pp"].sel(case=b).median())),
+    )
     against = classic[0] if classic else None
     with progress_bar("sensitivity") as bar:
         found = sensitivity(asked.cranes, asked.cases, asked.known, n=rows, against=against, progress=bar, **how)
@@ -185,7 +234,10 @@ def _print_causes(found: Attribution) -> None:
     head = ["cause", "from, to", *(f.name for f in found.figures)]
     rows = [["as described", "", *(f"{f.show(x)} {f.unit}" for f, x in zip(found.figures, found.base, strict=True))]]
     for row in found.ranking():
-        cells = [f"{', '.join(f.show(e.values[k]) for e in row.effects)}: {row.verdicts[k]}" for k, f in enumerate(found.figures)]
+        cells = [
+            f"{', '.join(f.show(e.values[k]) for e in row.effects)}: {row.verdicts[k]}"
+            for k, f in enumerate(found.figures)
+        ]
         rows.append([row.cause, ", ".join(e.changes[0].end for e in row.effects), *cells])
     print_table(head, rows, title="causes, largest effect first: figures at both ends of every factor", left=len(head))
     print(*found.words(), sep="\n")
@@ -207,7 +259,15 @@ def _print(asked: _Asked, data: dict[str, Any], indices: list[Sensitivity]) -> N
     _print_remarks(data)
     _print_limits(data)
     if data["differences"]:
-        head = ["draw by draw", "error\nmedian", "error\n5 to 95 %", "lower\nin", "pressure\nmedian", "pressure\n5 to 95 %", "lower\nin"]
+        head = [
+            "draw by draw",
+            "error\nmedian",
+            "error\n5 to 95 %",
+            "lower\nin",
+            "pressure\nmedian",
+            "pressure\n5 to 95 %",
+            "lower\nin",
+        ]
         print_table(head, _differences(data))
     for output in dict.fromkeys(s.output for s in indices):
         _print_indices([s for s in indices if s.output == output])
@@ -236,13 +296,22 @@ def _print_remarks(data: dict[str, Any]) -> None:
         print(f"too few draws for a 5 to 95 % band: its ends are the draws themselves. Take {LEAST_DRAWS} or more.")
     for label, case in data["cases"].items():
         if case["beyond_limits"]["share"] == 1.0:
-            print(f"{label}: every draw goes beyond a limit of the winch; its error and pressure are no working controller's")
+            print(
+                f"{label}: every draw goes beyond a limit of the winch; its error and pressure are no working"
+                " controller's"
+            )
     errors = {label: c["band_90"]["e_c_pp"]["high_error"] for label, c in data["cases"].items()}
     if all(math.isfinite(x) for x in errors.values()):
-        print("standard error of the 95 % end of the error: " + ", ".join(f"{label} {cell('e_c_pp', x)}" for label, x in errors.items()))
+        print(
+            "standard error of the 95 % end of the error: "
+            + ", ".join(f"{label} {cell('e_c_pp', x)}" for label, x in errors.items())
+        )
     for label, case in data["cases"].items():
         if case["failed"]:
-            print(f"{label}: {case['failed']} draws lost their numbers; they are in no band, and count as beyond every limit")
+            print(
+                f"{label}: {case['failed']} draws lost their numbers; they are in no band, and count as beyond every"
+                " limit"
+            )
 
 
 def _print_limits(data: dict[str, Any]) -> None:
@@ -274,7 +343,11 @@ def _print_indices(found: list[Sensitivity]) -> None:
 
 def _index(s: Sensitivity, name: str) -> str:
     x = s.indices.get(name)
-    return "-" if x is None else f"{max(x.first, 0.0):.0%} ({max(x.first_low, 0.0):.0%} to {min(x.first_high, 1.0):.0%}), {x.total:.0%}"
+    return (
+        "-"
+        if x is None
+        else f"{max(x.first, 0.0):.0%} ({max(x.first_low, 0.0):.0%} to {min(x.first_high, 1.0):.0%}), {x.total:.0%}"
+    )
 
 
 def _rest(most: dict[str, float], ranked: list[str]) -> str:
@@ -291,7 +364,11 @@ def _differences(data: dict[str, Any]) -> list[list[str]]:
         row = [text]
         for name in ("e_c_pp", "p_max"):
             b = found[name]["relative"]
-            row += [f"{b['median']:+.1%}", f"{b['low']:+.1%} to {b['high']:+.1%}", f"{found[name]['lower']['share']:.0%}"]
+            row += [
+                f"{b['median']:+.1%}",
+                f"{b['low']:+.1%} to {b['high']:+.1%}",
+                f"{found[name]['lower']['share']:.0%}",
+            ]
         rows.append(row)
     return rows
 
@@ -304,7 +381,9 @@ def _check_out(out: Path | None, sobol: bool) -> None:
         check_folder(out, (*FILES, *((INDICES,) if sobol else ())))
 
 
-def _write(out: Path, run: Any, data: dict[str, Any], limits: list[Limit], indices: list[Sensitivity], *, quiet: bool) -> None:
+def _write(
+    out: Path, run: Any, data: dict[str, Any], limits: list[Limit], indices: list[Sensitivity], *, quiet: bool
+) -> None:
     """NetCDF, numbers and pictures."""
     from stillhook.analysis.uncertainty.figures import band_figure, exceedance_figure, index_figure
     from stillhook.base.atomic import whole_folder

@@ -13,7 +13,8 @@ from stillhook.report.terminal import human, print_json, print_table, print_valu
 from stillhook.units import parse, show
 
 app = typer.Typer(
-    help="Single numbers: motor loss, friction, drum, inertia, speed, eigenfrequency, steady operation, gain limit.", no_args_is_help=True
+    help="Single numbers: motor loss, friction, drum, inertia, speed, eigenfrequency, steady operation, gain limit.",
+    no_args_is_help=True,
 )
 CraneName = Annotated[str, typer.Argument(help="Library crane, or path of a crane file.", metavar="CRANE")]
 AlphaM = Annotated[float, typer.Option("--alpha-m", help="Motor displacement over its maximum, above 0 up to 1.")]
@@ -27,13 +28,17 @@ def _answer(values: dict[str, Any], json: bool) -> None:
 
 def _alpha(value: float) -> float:
     if not 0.0 < value <= 1.0:
-        raise ScenarioError(f"--alpha-m = {value:g}: allowed is above 0 up to 1. Give the displacement over its maximum.")
+        raise ScenarioError(
+            f"--alpha-m = {value:g}: allowed is above 0 up to 1. Give the displacement over its maximum."
+        )
     return value
 
 
 @app.command("motor-loss")
 def motor_loss(
-    name: Annotated[str, typer.Argument(help="Motor of the library, such as A6VM215, or path of a motor file.", metavar="MOTOR")],
+    name: Annotated[
+        str, typer.Argument(help="Motor of the library, such as A6VM215, or path of a motor file.", metavar="MOTOR")
+    ],
     displacement: Annotated[str, typer.Option(help='Displacement now, such as "215 cm^3/rev".')],
     speed: Annotated[str, typer.Option(help='Shaft speed, such as "1000 rev/min".')],
     dp: Annotated[str, typer.Option(help='Pressure drop, such as "200 bar".')],
@@ -57,9 +62,14 @@ def motor_loss(
     speeds = known.omega_m if known is not None and known.omega_m else _ends(VALID_SPEED, "rotation")
     drops = known.dp_m if known is not None and known.dp_m else _ends(VALID_DP, "pressure")
     inside = _within(abs(omega_m), speeds) and _within(abs(dp_m), drops)
-    _answer({"T_fm": torque_loss(omega_m, D_m, dp_m, fit), "D_m": D_m, "omega_m": omega_m, "dp_m": dp_m, "valid": inside}, json)
+    _answer(
+        {"T_fm": torque_loss(omega_m, D_m, dp_m, fit), "D_m": D_m, "omega_m": omega_m, "dp_m": dp_m, "valid": inside},
+        json,
+    )
     if not inside and not json:
-        texts = [f"{show(lo, kind)} to {show(hi, kind)}" for (lo, hi), kind in ((speeds, "rotation"), (drops, "pressure"))]
+        texts = [
+            f"{show(lo, kind)} to {show(hi, kind)}" for (lo, hi), kind in ((speeds, "rotation"), (drops, "pressure"))
+        ]
         print(f"outside the fitted range {', '.join(texts)}: an extrapolation")
 
 
@@ -74,7 +84,10 @@ def _within(value: float, bounds: tuple[float, float]) -> bool:
 
 @app.command("friction")
 def friction(
-    name: Annotated[str, typer.Argument(help="System friction of the library (crane-1, ...), path of a set, or a crane.", metavar="SET")],
+    name: Annotated[
+        str,
+        typer.Argument(help="System friction of the library (crane-1, ...), path of a set, or a crane.", metavar="SET"),
+    ],
     drum_torque: Annotated[str, typer.Option("--drum-torque", help='Drum torque, such as "1.5 MN m".')],
     speed: Annotated[str, typer.Option(help='Motor shaft speed, such as "100 rev/min".')],
     json: Json = False,
@@ -91,7 +104,9 @@ def friction(
     s = load_crane(name).friction.system if name in cranes() and name != "nov-250t" else load_friction(name).system
     T_d, omega_m = parse(drum_torque, "torque", "--drum-torque"), parse(speed, "rotation", "--speed")
     if T_d < 0.0:
-        raise ScenarioError(f"--drum-torque {drum_torque}: a hanging load gives no negative drum torque. Give 0 or more.")
+        raise ScenarioError(
+            f"--drum-torque {drum_torque}: a hanging load gives no negative drum torque. Give 0 or more."
+        )
     T_fs = torque(omega_m, T_d, SystemFriction(s.Y_1, s.Y_2, s.Y_3, 1.0 / s.Y_4, s.Y_5, s.Y_6))
     _answer({"T_fs": T_fs, "T_d": T_d, "omega_m": omega_m}, json)
 
@@ -99,7 +114,9 @@ def friction(
 @app.command("drum")
 def drum(
     name: CraneName,
-    layer: Annotated[int | None, typer.Option(help="Layer, counted from the bare drum; all layers if left out.")] = None,
+    layer: Annotated[
+        int | None, typer.Option(help="Layer, counted from the bare drum; all layers if left out.")
+    ] = None,
     json: Json = False,
 ) -> None:
     """Layers of the drum: diameter, K_wire, wire, inertia. Example: stillhook calc drum nov-250t --layer 6"""
@@ -109,7 +126,9 @@ def drum(
     crane = load_crane(name)
     if layer is not None:
         if not 1 <= layer <= crane.drum.layers:
-            raise ScenarioError(f'--layer {layer}: "{crane.name}" has layers 1 to {crane.drum.layers}. Give one of them.')
+            raise ScenarioError(
+                f'--layer {layer}: "{crane.name}" has layers 1 to {crane.drum.layers}. Give one of them.'
+            )
         _answer(layer_row(crane, layer), json)
         return
     rows = [layer_row(crane, n) for n in range(1, crane.drum.layers + 1)]
@@ -136,7 +155,9 @@ def inertia(
     if s_w is not None:
         out = parse(s_w, "length", "--s-w")
         if not 0.0 <= out <= L_full:
-            raise ScenarioError(f'--s-w {s_w}: "{crane.name}" has 0 to {show(L_full, "length")} of wire. Give a value in between.')
+            raise ScenarioError(
+                f'--s-w {s_w}: "{crane.name}" has 0 to {show(L_full, "length")} of wire. Give a value in between.'
+            )
         _answer(inertia_parts(crane, out), json)
         return
     rows = [inertia_parts(crane, 0.0), inertia_parts(crane, L_full)]
@@ -154,7 +175,8 @@ def speed(
     layer: Annotated[int | None, typer.Option(help="Layer in use; default: the published outer diameter.")] = None,
     json: Json = False,
 ) -> None:
-    """Wire and motor speed with the pumps full, without leakage. Example: stillhook calc speed nov-250t --alpha-m 0.6"""
+    """Wire and motor speed with the pumps full, without leakage. Example: stillhook calc speed nov-250t --alpha-m
+    0.6"""
     from stillhook.analysis.steady.layers import layer_row
     from stillhook.engine.pack.winch import motor_speed_max, wire_speed_max
     from stillhook.library import load_crane
@@ -169,7 +191,8 @@ def speed(
 
 @app.command("eigenfrequency")
 def eigenfrequency(name: CraneName, alpha_m: AlphaM = 1.0, json: Json = False) -> None:
-    """Eigenfrequency and damping of the active circuit (paper C eqs 8, 9). Example: stillhook calc eigenfrequency nov-250t --alpha-m 0.8"""
+    """Eigenfrequency and damping of the active circuit (paper C eqs 8, 9). Example: stillhook calc eigenfrequency
+    nov-250t --alpha-m 0.8"""
     from stillhook.analysis.loop_stability.models import eigenfrequency as linear
     from stillhook.library import load_crane
 
@@ -179,7 +202,8 @@ def eigenfrequency(name: CraneName, alpha_m: AlphaM = 1.0, json: Json = False) -
 
 @app.command("gain-limit")
 def gain_limit(name: CraneName, alpha_m: AlphaM = 1.0, json: Json = False) -> None:
-    """Position gain at marginal stability (paper E figure 5). Example: stillhook calc gain-limit nov-250t --alpha-m 0.6"""
+    """Position gain at marginal stability (paper E figure 5). Example: stillhook calc gain-limit nov-250t --alpha-m
+    0.6"""
     from stillhook.analysis.loop_stability.models import eigenfrequency as linear
     from stillhook.library import load_crane
 
@@ -203,5 +227,5 @@ def steady(
     from stillhook.spec.scenario import mode_of
 
     s = solve(load_crane(name), parse(v_w, "speed", "--v-w"), mode_of(mode))
-    values = {k: (float(v) if isinstance(v, float) and math.isfinite(v) else v) for k, v in s._asdict().items()}
+    values = {k: float(v) if isinstance(v, float) and math.isfinite(v) else v for k, v in s._asdict().items()}
     _answer(values, json)

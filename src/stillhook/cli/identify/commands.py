@@ -10,7 +10,10 @@ from stillhook.cli.identify.friction import friction
 from stillhook.cli.identify.motor import example_map, motor
 
 app = typer.Typer(
-    help="Friction from tests: motor loss models from supplier maps, system friction from crane logs, synthetic examples of both.",
+    help=(
+        "Friction from tests: motor loss models from supplier maps, system friction from crane logs, synthetic examples"
+        " of both."
+    ),
     no_args_is_help=True,
 )
 app.command("motor")(motor)

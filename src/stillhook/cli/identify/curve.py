@@ -23,14 +23,26 @@ MOST_REASONS = 8
 
 def curve(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="Log of the test: CSV, Parquet, MDF4, TDMS or MAT.")],
-    mapping: Annotated[Path | None, typer.Option(help="Mapping file (TOML): which column is which signal, unit, sign.")] = None,
+    mapping: Annotated[
+        Path | None, typer.Option(help="Mapping file (TOML): which column is which signal, unit, sign.")
+    ] = None,
     speed: Annotated[str, typer.Option(help="Signal whose sign is the direction.")] = "speed",
-    effort: Annotated[str, typer.Option(help="Signal that friction shows in: force, torque, pressure drop.")] = "effort",
-    position: Annotated[str | None, typer.Option(help="Signal on which the load depends: compares place by place.")] = None,
+    effort: Annotated[
+        str, typer.Option(help="Signal that friction shows in: force, torque, pressure drop.")
+    ] = "effort",
+    position: Annotated[
+        str | None, typer.Option(help="Signal on which the load depends: compares place by place.")
+    ] = None,
     command: Annotated[str | None, typer.Option(help="Set signal whose changes begin new steps.")] = None,
-    least_length: Annotated[str | None, typer.Option("--least-length", help='Shortest steady stretch, such as "2 s".')] = None,
-    least_speed: Annotated[str | None, typer.Option("--least-speed", help='Slowest speed that is used, such as "20 rev/min".')] = None,
-    out: Annotated[Path | None, typer.Option("--out", help="Folder for figure, CSV and JSON; nothing is written without it.")] = None,
+    least_length: Annotated[
+        str | None, typer.Option("--least-length", help='Shortest steady stretch, such as "2 s".')
+    ] = None,
+    least_speed: Annotated[
+        str | None, typer.Option("--least-speed", help='Slowest speed that is used, such as "20 rev/min".')
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder for figure, CSV and JSON; nothing is written without it.")
+    ] = None,
     json: Json = False,
 ) -> None:
     """Friction over speed from a staircase log, with 95 % intervals: half the difference of both directions.
@@ -50,7 +62,9 @@ def curve(
             read = read_log(log, None if mapping is None else read_mapping(mapping), progress=bar)
         except LogError as problem:
             if mapping is None and "no heading names a signal" in str(problem):
-                raise LogError(f"{str(problem).split(' Give a mapping')[0]} {_needed(speed, effort, position, command)}") from None
+                raise LogError(
+                    f"{str(problem).split(' Give a mapping')[0]} {_needed(speed, effort, position, command)}"
+                ) from None
             raise
     _signals(read, speed, effort, position, command)
     found = friction_curve(read, speed=speed, effort=effort, position=position, command=command, settings=settings)
@@ -70,7 +84,9 @@ def _needed(speed: str, effort: str, position: str | None, command: str | None) 
     """Which columns a mapping must name, with a row to write."""
     names = ["time", speed, effort, *(n for n in (position, command) if n is not None)]
     row = f'{speed} = {{ column = "...", quantity = "speed", unit = "m/s" }}'
-    return f"Give a mapping (--mapping file.toml) with the columns of {', '.join(names)} under [signals], such as {row}."
+    return (
+        f"Give a mapping (--mapping file.toml) with the columns of {', '.join(names)} under [signals], such as {row}."
+    )
 
 
 def _signals(log: Log, speed: str, effort: str, position: str | None, command: str | None) -> None:
@@ -83,7 +99,9 @@ def _signals(log: Log, speed: str, effort: str, position: str | None, command: s
     if missing:
         have = ", ".join(sorted(there))
         way = _needed(speed, effort, position, command)
-        raise LogError(f"{log.source}: no signal {', '.join(missing)}. It has {have}: name one of these with the option. {way}")
+        raise LogError(
+            f"{log.source}: no signal {', '.join(missing)}. It has {have}: name one of these with the option. {way}"
+        )
 
 
 def _settings(least_length: str | None, least_speed: str | None) -> WindowSettings:
@@ -105,10 +123,25 @@ def _print(found: FrictionCurve) -> None:
     rows = []
     for p in found.points:
         way = "-" if p.way is None else " to ".join(found.text("position", x, 3) for x in p.way)
-        friction, half = found.text("effort", p.friction), found.text("effort", 0.5 * (p.interval[1] - p.interval[0]), 2)
-        rows.append([found.text("speed", p.speed), friction, half, found.text("effort", p.load), str(p.up.n), str(p.down.n), way])
+        friction, half = (
+            found.text("effort", p.friction),
+            found.text("effort", 0.5 * (p.interval[1] - p.interval[0]), 2),
+        )
+        rows.append(
+            [
+                found.text("speed", p.speed),
+                friction,
+                half,
+                found.text("effort", p.load),
+                str(p.up.n),
+                str(p.down.n),
+                way,
+            ]
+        )
     if found.adapted:
-        print(f"no speed was held for 2 s: stretches from {found.least_length:g} s on are used (--least-length sets it)")
+        print(
+            f"no speed was held for 2 s: stretches from {found.least_length:g} s on are used (--least-length sets it)"
+        )
     head = ["speed", "friction", "+- (95 %)", "load", "bins up", "bins down", "way"]
     print_table(head, rows, title=f"{found.source}: half the difference of both directions")
     told = [*found.steady.rejected, *found.unpaired]
@@ -129,6 +162,16 @@ def _write(out: Path, found: FrictionCurve, log: Log, effort: str) -> None:
         save_json(found.to_dict(), part / "curve.json")
         with (part / "curve.csv").open("w", encoding="utf-8", newline="") as file:
             writer = csv.writer(file)
-            writer.writerow([f"{name} [SI]" for name in ("speed", "friction", "u_friction", "load", "u_load", "speed up", "speed down")])
+            writer.writerow(
+                [
+                    f"{name} [SI]"
+                    for name in ("speed", "friction", "u_friction", "load", "u_load", "speed up", "speed down")
+                ]
+            )
             for p in found.points:
-                writer.writerow([repr(float(x)) for x in (p.speed, p.friction, p.u_friction, p.load, p.u_load, p.up.speed, p.down.speed)])
+                writer.writerow(
+                    [
+                        repr(float(x))
+                        for x in (p.speed, p.friction, p.u_friction, p.load, p.u_load, p.up.speed, p.down.speed)
+                    ]
+                )

@@ -12,14 +12,20 @@ from stillhook.report.terminal import print_json, progress_bar
 
 
 def example_campaign(
-    name: Annotated[str, typer.Argument(help="L4593, crane-2 or crane-2-extended: the tests of Moslatt 2020 tables 2.3, D 2 and D 5.")],
+    name: Annotated[
+        str,
+        typer.Argument(help="L4593, crane-2 or crane-2-extended: the tests of Moslatt 2020 tables 2.3, D 2 and D 5."),
+    ],
     out: Annotated[Path, typer.Argument(help="Folder for campaign.toml, the logs and truth.toml.")],
     noise: Annotated[str, typer.Option(help="none: as simulated, all digits; typical: as a PLC sees it.")] = "typical",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the noise.")] = 0,
     duration: Annotated[str, typer.Option(help="Length of each test.")] = "20 min",
-    layer: Annotated[int | None, typer.Option(help="Layer of wire (default: the outermost that the pressures allow).")] = None,
+    layer: Annotated[
+        int | None, typer.Option(help="Layer of wire (default: the outermost that the pressures allow).")
+    ] = None,
     truth: Annotated[
-        list[str] | None, typer.Option(help="Friction or motor set that the crane really has, for a blind test. May be given twice.")
+        list[str] | None,
+        typer.Option(help="Friction or motor set that the crane really has, for a blind test. May be given twice."),
     ] = None,
     parquet: Annotated[bool, typer.Option("--parquet", help="Logs as Parquet instead of CSV.")] = False,
     json: Json = False,
@@ -37,7 +43,14 @@ def example_campaign(
     crane = crane_with(load_crane(plan.crane), *(load_set(name) for name in truth)) if truth else None
     with progress_bar(f"{plan.crane}: {len(plan.tests)} tests") as bar:
         written = write_campaign(
-            plan, out, instruments=instruments, truth=crane, duration=duration, layer=layer, parquet=parquet, progress=bar
+            plan,
+            out,
+            instruments=instruments,
+            truth=crane,
+            duration=duration,
+            layer=layer,
+            parquet=parquet,
+            progress=bar,
         )
     if json:
         logs = [str(p) for p in written.logs]
@@ -46,4 +59,7 @@ def example_campaign(
     print(f"SYNTHETIC {plan.title}: {len(written.logs)} tests of {duration} on layer {written.layer}")
     for note in written.notes:
         print(note)
-    print(f"written: {written.campaign}, {written.folder / 'logs'}; what the crane really was: {written.folder / 'truth.toml'}")
+    print(
+        f"written: {written.campaign}, {written.folder / 'logs'}; what the crane really was:"
+        f" {written.folder / 'truth.toml'}"
+    )

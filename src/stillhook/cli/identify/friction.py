@@ -23,13 +23,27 @@ LOG_DPI = 80  # pictures of whole logs in the report: a dozen of them, each a th
 
 
 def friction(
-    campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN.toml", help="Campaign file: crane, signals, and one test a log.")],
-    out: Annotated[Path | None, typer.Option("--out", help="Folder for set, report, tables, figures (default: none).")] = None,
-    like: Annotated[str | None, typer.Option(help="Set of a similar winch, for parameters that these tests cannot tell.")] = None,
-    keep_Y_2: Annotated[str, typer.Option("--keep-Y-2", help="Constant term: auto (where the data ask for it), yes, no.")] = "auto",
-    intervals: Annotated[str, typer.Option(help="95 % intervals: profile, bootstrap, or mcmc (extra mcmc).")] = "profile",
-    loops: Annotated[int, typer.Option(min=0, max=10, help="Rounds of the second loop: refine the motor loss on the crane's tests.")] = 0,
-    loss_map: Annotated[Path | None, typer.Option("--map", help="Supplier's map of the motor, to compare with its fitted model.")] = None,
+    campaign: Annotated[
+        Path, typer.Argument(metavar="CAMPAIGN.toml", help="Campaign file: crane, signals, and one test a log.")
+    ],
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder for set, report, tables, figures (default: none).")
+    ] = None,
+    like: Annotated[
+        str | None, typer.Option(help="Set of a similar winch, for parameters that these tests cannot tell.")
+    ] = None,
+    keep_Y_2: Annotated[
+        str, typer.Option("--keep-Y-2", help="Constant term: auto (where the data ask for it), yes, no.")
+    ] = "auto",
+    intervals: Annotated[
+        str, typer.Option(help="95 % intervals: profile, bootstrap, or mcmc (extra mcmc).")
+    ] = "profile",
+    loops: Annotated[
+        int, typer.Option(min=0, max=10, help="Rounds of the second loop: refine the motor loss on the crane's tests.")
+    ] = 0,
+    loss_map: Annotated[
+        Path | None, typer.Option("--map", help="Supplier's map of the motor, to compare with its fitted model.")
+    ] = None,
     variant: Annotated[str, typer.Option(help="Complex method that checks the fit: krus, box, complex-rf.")] = "krus",
     proposals: Annotated[int, typer.Option(min=0, max=20, help="How many further tests to propose.")] = 3,
     seed: Annotated[int, typer.Option(min=0, help="Seed of everything random.")] = 0,
@@ -51,9 +65,17 @@ def friction(
     method = choice(Variant, variant, "--variant")
     with progress_bar("reading the logs") as bar:
         result = identify(
-            campaign, like=like, keep_Y_2=_kept(keep_Y_2), intervals=intervals, loops=loops, loss_map=loss_map, variant=method,
-            proposals=proposals, seed=seed, progress=bar,
-        )  # fmt: skip
+            campaign,
+            like=like,
+            keep_Y_2=_kept(keep_Y_2),
+            intervals=intervals,
+            loops=loops,
+            loss_map=loss_map,
+            variant=method,
+            proposals=proposals,
+            seed=seed,
+            progress=bar,
+        )
     if json:
         from stillhook.identify.system_friction.result import to_dict
 
@@ -84,7 +106,17 @@ def _print(result: Friction) -> None:
     data = to_dict(result)
     mark = "SYNTHETIC " if result.campaign.synthetic and "SYNTHETIC" not in result.campaign.title else ""
     rows = [[t["name"], "held" if t["hold_out"] else "fit", *test_cells(t)] for t in data["tests"]]
-    header = ("test", "use", "load", "load by\npressures", "displacement\nof a motor", "motor speeds", "pairs", "not\nused", "error\n(RMS)")
+    header = (
+        "test",
+        "use",
+        "load",
+        "load by\npressures",
+        "displacement\nof a motor",
+        "motor speeds",
+        "pairs",
+        "not\nused",
+        "error\n(RMS)",
+    )
     print_table(header, rows, title=f"{mark}{result.campaign.title}: {result.campaign.crane.name}", left=2)
     found = {i.name: i for i in result.intervals}
     rows = []
@@ -93,17 +125,32 @@ def _print(result: Friction) -> None:
         remark = MEANING[n] + ("" if state == "fitted" else f" ({state})")
         value = float(getattr(result.fit.y, n))
         rows.append([n, remark, written(n, value), written(n, i.low if i else None), written(n, i.high if i else None)])
-    print_table(("", "meaning", "value", "from (95 %)", "to"), rows, title="system friction per motor shaft (eq. 2.7)", left=2)
+    print_table(
+        ("", "meaning", "value", "from (95 %)", "to"), rows, title="system friction per motor shaft (eq. 2.7)", left=2
+    )
     for h in result.held_out:
-        print(f'held-out test "{h.test}": {h.rms:.2f} % of nominal torque RMS, {h.worst:.2f} % at most, from 250 rev/min on')
+        print(
+            f'held-out test "{h.test}": {h.rms:.2f} % of nominal torque RMS, {h.worst:.2f} % at most, from 250'
+            " rev/min on"
+        )
     print("use: fit, or held out of it; not used: stretches left out, with reasons in stretches.csv (--out)")
     print("error: model less measured, of the nominal torque D_m dp_m")
     c = data["thesis"]
-    same = "the same by the complex method" if c["agree"] else f"{c['E_complex']:.5g} by the complex method, which got stuck"
+    same = (
+        "the same by the complex method"
+        if c["agree"]
+        else f"{c['E_complex']:.5g} by the complex method, which got stuck"
+    )
     where = "on its 25 rev/min grid" if c["on_grid"] else "at the pairs (too few for its grid)"
-    print(f"thesis's cost E {where}, per motor: {c['E_ours']:.4g} N^2 m^2 with this set, {c['E_least_squares']:.4g} at best, {same}")
+    print(
+        f"thesis's cost E {where}, per motor: {c['E_ours']:.4g} N^2 m^2 with this set, {c['E_least_squares']:.4g} at"
+        f" best, {same}"
+    )
     if c["E_ours"] > GRID_BIAS * c["E_least_squares"] and c["on_grid"]:
-        print("(this set is fitted to the pairs themselves; the straight lines between them on the grid bend what the grid's best follows)")
+        print(
+            "(this set is fitted to the pairs themselves; the straight lines between them on the grid bend what the"
+            " grid's best follows)"
+        )
     if result.second is not None:
         print(f"second loop: {result.second.verdict}; " + "; ".join(result.second.statements))
     if result.mapped is not None:
@@ -120,7 +167,14 @@ def _write(result: Friction, out: Path) -> list[str]:
     from stillhook.formats.results import save_json
     from stillhook.identify.system_friction.figures import figures
     from stillhook.identify.system_friction.report import report
-    from stillhook.identify.system_friction.result import friction_set, points_table, second_loop_sets, stretches_table, to_dict, warnings
+    from stillhook.identify.system_friction.result import (
+        friction_set,
+        points_table,
+        second_loop_sets,
+        stretches_table,
+        to_dict,
+        warnings,
+    )
     from stillhook.library.parameter_sets.sets import set_toml
     from stillhook.report.pictures import pngs
 
@@ -145,4 +199,6 @@ def _write(result: Friction, out: Path) -> list[str]:
 def _log_figure(m: Measured) -> Figure:
     from stillhook.identify.windows_figure import window_figure
 
-    return window_figure(m.log, "omega_m", "dp_m", m.steady, unpaired=m.pairs.unpaired, title=f"test {m.test.name}: {m.log.source}")
+    return window_figure(
+        m.log, "omega_m", "dp_m", m.steady, unpaired=m.pairs.unpaired, title=f"test {m.test.name}: {m.log.source}"
+    )

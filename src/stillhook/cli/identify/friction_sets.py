@@ -1,4 +1,5 @@
-"""`stillhook friction sets`, `compare` and `draws`: parameter sets of friction, and what their uncertainty means for a lift."""
+"""`stillhook friction sets`, `compare` and `draws`: parameter sets of friction, and what their uncertainty means for a
+lift."""
 
 from __future__ import annotations
 
@@ -17,7 +18,10 @@ NAMES = ("e_c_pp", "eta_c", "p_max", "u_p_max")
 """What the bands are of."""
 FILES = ("friction-sets.png", "friction-sets.json")
 
-app = typer.Typer(help="Friction sets: what the library has, sets beside each other, their uncertainty in a lift.", no_args_is_help=True)
+app = typer.Typer(
+    help="Friction sets: what the library has, sets beside each other, their uncertainty in a lift.",
+    no_args_is_help=True,
+)
 
 
 @app.command("sets")
@@ -55,14 +59,21 @@ def _first(sources: list[str]) -> str:
 @app.command("compare")
 def compare(
     sets: Annotated[list[str], typer.Argument(metavar="SET...", help="Sets of the library, or paths of .toml files.")],
-    load: Annotated[str, typer.Option(help='Load on the hook, such as "100 t"; its torque is that on the crane\'s layer.')] = "100 t",
+    load: Annotated[
+        str, typer.Option(help='Load on the hook, such as "100 t"; its torque is that on the crane\'s layer.')
+    ] = "100 t",
     crane: Annotated[str, typer.Option(help="Crane whose drum and hook turn the load into drum torque.")] = "nov-150t",
     layer: Annotated[int | None, typer.Option(help="Layer of wire (default: the outermost).")] = None,
-    torque: Annotated[str | None, typer.Option("--drum-torque", help='Drum torque instead of a load, such as "1.5 MN m".')] = None,
-    out: Annotated[Path | None, typer.Option("--out", help="Folder for the figure and its numbers; nothing is written without it.")] = None,
+    torque: Annotated[
+        str | None, typer.Option("--drum-torque", help='Drum torque instead of a load, such as "1.5 MN m".')
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder for the figure and its numbers; nothing is written without it.")
+    ] = None,
     json: Json = False,
 ) -> None:
-    """System frictions beside each other: Coulomb, stiction and viscous parts over motor speed, 95 % bands where they are known.
+    """System frictions beside each other: Coulomb, stiction and viscous parts over motor speed, 95 % bands where they
+    are known.
 
     Example: stillhook friction compare crane-1 crane-2 --load "100 t" --crane nov-150t --out figures
     """
@@ -123,7 +134,10 @@ def _print(rows: list[dict[str, Any]], T_d: float, what: str) -> None:
     header = ("set", "Coulomb", "stiction\nat rest", "viscous at\n1000 rev/min", *(f"total at\n{s}" for s in speeds))
     body = []
     for r in rows:
-        totals = [f"{r['total'][s]:.1f}" + ("" if r["half_95"][s] is None else f" ± {number(r['half_95'][s], 2)}") for s in speeds]
+        totals = [
+            f"{r['total'][s]:.1f}" + ("" if r["half_95"][s] is None else f" ± {number(r['half_95'][s], 2)}")
+            for s in speeds
+        ]
         body.append((r["set"], f"{r['coulomb']:.1f}", f"{r['stiction']:.1f}", f"{r['viscous_1000']:.1f}", *totals))
     torque = f"drum torque {show(T_d, 'drum_torque')}"
     print_table(header, body, title=f"System friction per motor shaft [N m], {torque}{f' ({what})' if what else ''}")
@@ -133,7 +147,9 @@ def _print(rows: list[dict[str, Any]], T_d: float, what: str) -> None:
 
 @app.command("draws")
 def draws(
-    sets: Annotated[list[str], typer.Argument(metavar="SET...", help="A friction set, a motor set, or both, each with evidence.")],
+    sets: Annotated[
+        list[str], typer.Argument(metavar="SET...", help="A friction set, a motor set, or both, each with evidence.")
+    ],
     crane: Annotated[str, typer.Option(help="Library crane, or path of a crane file.")] = "nov-150t",
     load: Annotated[str, typer.Option(help='Payload on the hook, such as "100 t".')] = "100 t",
     s_w: Annotated[str, typer.Option("--s-w", help='Wire paid out, such as "100 m".')] = "100 m",
@@ -147,7 +163,8 @@ def draws(
 
     Exit code 1 if a draw goes beyond a limit.
 
-    Example: stillhook friction draws our-crane.friction.toml --crane our-crane.toml --load "100 t" --motion "sine 2 m 12 s"
+    Example: stillhook friction draws our-crane.friction.toml --crane our-crane.toml --load "100 t" --motion "sine 2 m
+    12 s"
     """
     from stillhook.engine.scenario.simulate import simulate
     from stillhook.identify.system_friction.fitting.draws import crane_with, draw_cranes, quantiles
@@ -164,7 +181,16 @@ def draws(
     notes = [note for note in str(run.notes.values[0]).split("; ") if note]
     beyond = [str(s) for s in run.status.values[1:] if s != "ok"]
     if json:
-        print_json({"draws": n, "seed": seed, "at_values": at_values, "band_90": found, "beyond_limits": len(beyond), "notes": notes})
+        print_json(
+            {
+                "draws": n,
+                "seed": seed,
+                "at_values": at_values,
+                "band_90": found,
+                "beyond_limits": len(beyond),
+                "notes": notes,
+            }
+        )
     else:
         _print_draws(found, at_values, f"{n} draws of {' and '.join(sets)}, {machine.name}, {load}, {motion}, {mode}")
         for note in notes:

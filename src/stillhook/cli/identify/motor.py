@@ -16,18 +16,31 @@ if TYPE_CHECKING:
 SET, REPORT, NUMBERS = "motor.toml", "report.html", "models.json"
 STEMS = ("ranking", "terms", "terms-over-speed", "residuals-over-speed", "residuals-over-map", "model-and-map")
 OUT_FILES = (SET, REPORT, NUMBERS, *(f"{stem}.png" for stem in STEMS))
-MAP_HELP = "CSV, Parquet or Excel, a row a cell: D_m, n, dp, and T_f, T_shaft or eta_hm, units in square brackets in the headings."
-LIKE_HELP = "Motor (library name or file) that lends inertia, speed limits, leakage; default: the library's of the same size."
+MAP_HELP = (
+    "CSV, Parquet or Excel, a row a cell: D_m, n, dp, and T_f, T_shaft or eta_hm, units in square brackets in the"
+    " headings."
+)
+LIKE_HELP = (
+    "Motor (library name or file) that lends inertia, speed limits, leakage; default: the library's of the same size."
+)
 PER_CENT = 0.01
 
 
 def motor(
     map_file: Annotated[Path, typer.Argument(metavar="MAP", help=MAP_HELP)],
-    mapping: Annotated[Path | None, typer.Option(help="TOML file that names columns and units, for headings of other kinds.")] = None,
-    out: Annotated[Path | None, typer.Option("--out", help="Folder for motor file, report, figures, all models (default: none).")] = None,
+    mapping: Annotated[
+        Path | None, typer.Option(help="TOML file that names columns and units, for headings of other kinds.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder for motor file, report, figures, all models (default: none).")
+    ] = None,
     like: Annotated[str | None, typer.Option(help=LIKE_HELP)] = None,
-    model: Annotated[str | None, typer.Option(help="Model to look at instead of the recommended one: wilson ... mj6.")] = None,
-    threshold: Annotated[float, typer.Option(help="Error in % of nominal torque beyond which a model must not be used.")] = 1.0,
+    model: Annotated[
+        str | None, typer.Option(help="Model to look at instead of the recommended one: wilson ... mj6.")
+    ] = None,
+    threshold: Annotated[
+        float, typer.Option(help="Error in % of nominal torque beyond which a model must not be used.")
+    ] = 1.0,
     json: Json = False,
 ) -> None:
     """Fit and rank torque-loss models on a supplier's map, recommend one, say where it must not be used (paper A).
@@ -45,7 +58,9 @@ def motor(
     if out is not None:
         check_folder(out, OUT_FILES)
     if not 0.0 < threshold < 100.0:
-        raise IdentifyError(f"--threshold = {threshold:g}: give per cent of nominal torque between 0 and 100, such as 1.")
+        raise IdentifyError(
+            f"--threshold = {threshold:g}: give per cent of nominal torque between 0 and 100, such as 1."
+        )
     D_max = None if like is None else f"{load_losses(like).motor.D_max!r} m^3/rad"
     m = read_map(map_file, mapping=mapping, D_max=D_max)
     if m.synthetic and not json:
@@ -79,7 +94,9 @@ def _print(result: MotorLoss) -> None:
     made = "SYNTHETIC " if result.map.synthetic else ""
     for line in map_lines(result):
         print(f"map: {line}")
-    print_table(RANKING_HEADER, ranking_rows(result), title=f"{made}{result.map.source}: torque-loss models, best first", left=2)
+    print_table(
+        RANKING_HEADER, ranking_rows(result), title=f"{made}{result.map.source}: torque-loss models, best first", left=2
+    )
     print(result.ranking.rule)
     print(f"recommended: {result.ranking.reason}")
     title = f"{result.fit.card.title} (paper {result.fit.card.equation}), SI"
@@ -89,7 +106,9 @@ def _print(result: MotorLoss) -> None:
         print(f"do not use: {avoid(s, result.threshold)}")
     for note in result.notes:
         print(f"note: {note}")
-    print_table(("MJ4 parameters of", "error on this map\n[% of T_N]", "scaled to\nthis size"), list(other_rows(result)))
+    print_table(
+        ("MJ4 parameters of", "error on this map\n[% of T_N]", "scaled to\nthis size"), list(other_rows(result))
+    )
     print(mapped_line(result))
     print(twin_line(result))
 
@@ -113,7 +132,10 @@ def _write(result: MotorLoss, out: Path) -> list[str]:
         if not result.drops_in:
             say(f"{SET} is not written: MJ4 is not determined by this map, or wrong on most of it.")
         elif result.like is None:
-            say(f"{SET} is not written: no motor of the library has this size. Give --like MOTOR, which lends inertia and speed limits.")
+            say(
+                f"{SET} is not written: no motor of the library has this size. Give --like MOTOR, which lends inertia"
+                " and speed limits."
+            )
         else:
             (part / SET).write_text(set_toml(loss_set(result, SET.removesuffix(".toml"))), encoding="utf-8")
         return sorted(p.name for p in part.iterdir())
@@ -121,7 +143,9 @@ def _write(result: MotorLoss, out: Path) -> list[str]:
 
 def example_map(
     out: Annotated[Path, typer.Argument(metavar="OUT.csv", help="File to write.")],
-    motor: Annotated[str, typer.Option("--motor", help="Motor of the library whose published MJ4 loss it starts from.")] = "A6VM215",
+    motor: Annotated[
+        str, typer.Option("--motor", help="Motor of the library whose published MJ4 loss it starts from.")
+    ] = "A6VM215",
     seed: Annotated[int, typer.Option(min=0, help="Draw of the losses that MJ4 lacks.")] = 0,
     json: Json = False,
 ) -> None:

@@ -24,7 +24,10 @@ def print_check(plan: LiftPlan, json: bool) -> None:
     if json:
         print_json(answer)
         return
-    wrapped(f"{answer['name']}: {answer['crane']} on {answer['vessel']}, {answer['payload']}, {_text(answer['depth'], 'length')} deep")
+    wrapped(
+        f"{answer['name']}: {answer['crane']} on {answer['vessel']}, {answer['payload']},"
+        f" {_text(answer['depth'], 'length')} deep"
+    )
     print_table(PHASES, [_phase(row) for row in answer["phases"]], left=3)
     print(_times(answer))
     print(_seas(answer))
@@ -62,7 +65,10 @@ def _phase(row: dict[str, Any]) -> list[str]:
 
 
 def _times(answer: dict[str, Any]) -> str:
-    hours = {key: "not assessed" if answer[key] is None else f"{answer[key] / 3600.0:.3g} h" for key in ("T_phases", "T_POP", "T_C", "T_R")}
+    hours = {
+        key: "not assessed" if answer[key] is None else f"{answer[key] / 3600.0:.3g} h"
+        for key in ("T_phases", "T_POP", "T_C", "T_R")
+    }
     restricted = "weather restricted" if answer["weather_restricted"] else "not weather restricted"
     return f"phases {hours['T_phases']}, T_POP {hours['T_POP']}, T_C {hours['T_C']}, T_R {hours['T_R']}: {restricted}"
 
@@ -73,7 +79,10 @@ def _seas(answer: dict[str, Any]) -> str:
     headings = ", ".join(f"{math.degrees(beta):.4g}" for beta in seas["headings"])
     count = len(seas["Hs"]) * len(seas["Tp"]) * len(seas["headings"])
     steep = f"; {seas['steep']} of them steeper than wind raises waves (DNV-RP-C205)" if seas["steep"] else ""
-    return f"{count} seas: Hs {Hs[0]:g} to {Hs[1]:g} m, Tp {Tp[0]:g} to {Tp[1]:g} s, travelling {headings} deg from the bow{steep}"
+    return (
+        f"{count} seas: Hs {Hs[0]:g} to {Hs[1]:g} m, Tp {Tp[0]:g} to {Tp[1]:g} s, travelling {headings} deg from the"
+        f" bow{steep}"
+    )
 
 
 def _weather(weather: dict[str, Any]) -> str:

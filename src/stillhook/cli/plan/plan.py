@@ -1,4 +1,5 @@
-"""`stillhook plan`: in which weather a lift may be done, what limits it, how long one waits, and what a better controller buys."""
+"""`stillhook plan`: in which weather a lift may be done, what limits it, how long one waits, and what a better
+controller buys."""
 
 from __future__ import annotations
 
@@ -19,8 +20,14 @@ if TYPE_CHECKING:
     from stillhook.plan.definition.lift_plan import LiftPlan
     from stillhook.plan.result.result import PlanResult
 
-TIER_HELP = "How far to go: closed-form (a standard's formulas), frequency (seconds), time (default: the twin in the loop near the limits)."
-STORE_HELP = "Folder in which runs of the twin are kept: a plan that was stopped goes on from there. Default: runs in the --out folder."
+TIER_HELP = (
+    "How far to go: closed-form (a standard's formulas), frequency (seconds), time (default: the twin in the loop near"
+    " the limits)."
+)
+STORE_HELP = (
+    "Folder in which runs of the twin are kept: a plan that was stopped goes on from there. Default: runs in the --out"
+    " folder."
+)
 EXAMPLE = "example"
 LEAST = 1e-3
 """Shares below it are told as 0."""
@@ -33,22 +40,31 @@ def register(app: typer.Typer) -> None:
 
 
 def plan(
-    lift: Annotated[str, typer.Argument(metavar="LIFT.toml", help='Plan file, or one of the library\'s; "example" copies the example.')],
+    lift: Annotated[
+        str,
+        typer.Argument(metavar="LIFT.toml", help='Plan file, or one of the library\'s; "example" copies the example.'),
+    ],
     folder: Annotated[Path | None, typer.Argument(metavar="DIR", help='After "example": folder for the copy.')] = None,
     check: Annotated[bool, typer.Option("--check", help="Say what the plan asks, and run nothing.")] = False,
     tier: Annotated[str | None, typer.Option(help=TIER_HELP)] = None,
     quick: Annotated[bool, typer.Option("--quick", help="The same as --tier frequency.")] = False,
-    alpha: Annotated[str | None, typer.Option(help="Table of forecast factors: a name, or a TOML file of your own.")] = None,
-    out: Annotated[Path | None, typer.Option("--out", help="Folder for report (PDF, HTML), plan.nc and plan.json.")] = None,
+    alpha: Annotated[
+        str | None, typer.Option(help="Table of forecast factors: a name, or a TOML file of your own.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder for report (PDF, HTML), plan.nc and plan.json.")
+    ] = None,
     store: Annotated[Path | None, typer.Option("--store", help=STORE_HELP)] = None,
     scheduler: Scheduler = None,
     threads: Annotated[int, typer.Option(min=1, max=256, help="Cores of this machine to use.")] = 2,
     json: Json = False,
 ) -> None:
-    """Limiting sea states of a lift under every way to reckon the winch, what governs them, waiting for weather, and what each gains.
+    """Limiting sea states of a lift under every way to reckon the winch, what governs them, waiting for weather, and
+    what each gains.
 
-    Limits are told twice: as the model of each alternative says them, and as they may be credited, which is no more than with a flat 80 %
-    of compensation where no certificate covers the twin. A plan that is stopped goes on where it was, with the same --store or --out.
+    Limits are told twice: as the model of each alternative says them, and as they may be credited, which is no more
+    than with a flat 80 % of compensation where no certificate covers the twin. A plan that is stopped goes on where it
+    was, with the same --store or --out.
 
     Exit code 1 where no sea of the table is workable under any alternative, or the weather never gives a window.
 
@@ -65,7 +81,10 @@ def plan(
         _copy(folder)
         return
     if folder is not None:
-        raise PlanError(f'{folder}: what is it? One plan is run at a time; a folder stands after "example" only. Use --out for results.')
+        raise PlanError(
+            f'{folder}: what is it? One plan is run at a time; a folder stands after "example" only. Use --out for'
+            " results."
+        )
     asked = load_plan(lift)
     if check:
         from stillhook.cli.plan.check import print_check
@@ -88,7 +107,13 @@ def _copy(folder: Path) -> None:
 
 
 def run(
-    asked: LiftPlan, tier: str, alpha: str | None, out: Path | None, store: Path | None, scheduler: str | None, threads: int
+    asked: LiftPlan,
+    tier: str,
+    alpha: str | None,
+    out: Path | None,
+    store: Path | None,
+    scheduler: str | None,
+    threads: int,
 ) -> PlanResult:
     """The plan's answer, its files written where they were asked for."""
     from stillhook.base.atomic import check_folder
@@ -120,7 +145,11 @@ def _say_before(asked: LiftPlan, last: Tier, store: Path | None) -> None:
         from stillhook.plan.tiers.time_domain.tier import expected
 
         say_if_compiling(asked.crane, kind=KIND)
-        kept = f"; what is done is kept in {store}, and a plan that is stopped goes on from there" if store is not None else ""
+        kept = (
+            f"; what is done is kept in {store}, and a plan that is stopped goes on from there"
+            if store is not None
+            else ""
+        )
         say(f"{expected(asked)}{kept}")
 
 
@@ -141,11 +170,16 @@ def show(found: PlanResult, out: Path | None, *, json: bool) -> None:
         _print_weather(found)
     op = facts["operation"]
     hours = ", ".join(f"{key} {op[key] / 3600.0:.3g} h" for key in ("T_POP", "T_R"))
-    wrapped(f"{hours}: {'weather restricted' if op['weather_restricted'] else 'not weather restricted'}; {_forecast(op)}")
+    wrapped(
+        f"{hours}: {'weather restricted' if op['weather_restricted'] else 'not weather restricted'}; {_forecast(op)}"
+    )
     wrapped(facts["crane"]["twin"])
     for line in facts["remarks"]:
         wrapped(line)
-    wrapped(f'rules: {facts["rules"]["name"]} {facts["rules"]["version"]}, recalled from their standards: check against your edition')
+    wrapped(
+        f"rules: {facts['rules']['name']} {facts['rules']['version']}, recalled from their standards: check against"
+        " your edition"
+    )
     if out is not None:
         from stillhook.plan.answer.files import OUT_FILES
 
@@ -168,7 +202,8 @@ def _forecast(op: dict[str, Any]) -> str:
 
 
 def _print_heading(found: PlanResult, beta: float) -> None:
-    """One table for a heading: limits of every alternative over the periods, what is credited, the closed form, and what governs."""
+    """One table for a heading: limits of every alternative over the periods, what is credited, the closed form, and
+    what governs."""
     from stillhook.plan.result.distinguishable import columns
 
     data, shown = found.data.sel(heading=beta), str(found.facts["shown"])
@@ -179,12 +214,20 @@ def _print_heading(found: PlanResult, beta: float) -> None:
         at = data.sel(period=period)
         own = [_height(at["Hs_limit"].sel(credit="twin", alternative=group[0]), data.attrs) for group in groups]
         credited = _height(at["Hs_limit"].sel(credit="credited", alternative=shown), data.attrs)
-        governs = [str(at[f"governing_{what}"].sel(credit="twin", alternative=shown).item()) for what in ("phase", "rule", "tier")]
+        governs = [
+            str(at[f"governing_{what}"].sel(credit="twin", alternative=shown).item())
+            for what in ("phase", "rule", "tier")
+        ]
         rows.append([f"{float(period):g} s", *own, credited, _height(closed.sel(period=period), data.attrs), *governs])
     names = [",\n".join(group) for group in groups]
     head = ["Tp", *names, f"credited:\n{shown}", "closed\nform", f"{shown} is\ngoverned in", "by", "found by"]
     n = len(groups) + 3
-    print_table(head, rows, title=f"limiting Hs [m], waves travelling {math.degrees(beta):.4g} deg from the bow", texts={n, n + 1, n + 2})
+    print_table(
+        head,
+        rows,
+        title=f"limiting Hs [m], waves travelling {math.degrees(beta):.4g} deg from the bow",
+        texts={n, n + 1, n + 2},
+    )
 
 
 def _height(value: Any, attrs: dict[str, Any]) -> str:
@@ -195,8 +238,8 @@ def _height(value: Any, attrs: dict[str, Any]) -> str:
 
 
 def _print_weather(found: PlanResult) -> None:
-    """A table: how often each alternative can work, how long it waits, and what it gains an operation, as modelled; as credited where that
-    differs, alike ones in one row."""
+    """A table: how often each alternative can work, how long it waits, and what it gains an operation, as modelled; as
+    credited where that differs, alike ones in one row."""
     from stillhook.plan.result.distinguishable import merged, references
 
     block, over = found["weather"], references(found["weather"], found.facts["tiers"])
@@ -205,7 +248,8 @@ def _print_weather(found: PlanResult) -> None:
     title = f"{synthetic}{block.attrs['source']}, {years}, window {block.attrs['T_R'] / 3600.0:.3g} h"
     names = [str(name) for name in block["alternative"].values]
     own, credited = (
-        {name: _weather_row(block.sel(credit=c, alternative=name, month=0), over) for name in names} for c in ("twin", "credited")
+        {name: _weather_row(block.sel(credit=c, alternative=name, month=0), over) for name in names}
+        for c in ("twin", "credited")
     )
     rows = [["twin", *row] for row in merged(([name, *cells] for name, cells in own.items()), found, between=",\n")]
     alike: dict[tuple[str, ...], list[str]] = {}

@@ -10,7 +10,9 @@ import typer
 from stillhook.cli.crane.cranes import Json
 from stillhook.report.terminal import human, print_json, print_table, print_values, unit_of
 
-app = typer.Typer(no_args_is_help=True, help="Payloads: list them, and show their weight, added mass, drag and slamming in water.")
+app = typer.Typer(
+    no_args_is_help=True, help="Payloads: list them, and show their weight, added mass, drag and slamming in water."
+)
 
 RHO = "1025 kg/m^3"
 LIGHT, DENSE = 900.0, 1300.0  # kg/m^3: fresh water to brine, and some room
@@ -38,10 +40,13 @@ def list_payloads(json: Json = False) -> None:
 def show(
     payload: Annotated[str, typer.Argument(help=PAYLOAD_HELP, metavar="PAYLOAD|FILE")],
     rho: Annotated[str, typer.Option(help="Density of the water.")] = RHO,
-    out: Annotated[Path | None, typer.Option("--out", help="Folder for a picture and payload.json; nothing is written without it.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder for a picture and payload.json; nothing is written without it.")
+    ] = None,
     json: Json = False,
 ) -> None:
-    """Weight in water, added mass, drag, slamming and sinking speed of a payload, over submergence, with the source of every number.
+    """Weight in water, added mass, drag, slamming and sinking speed of a payload, over submergence, with the source of
+    every number.
 
     Example: stillhook payload show suction-anchor-85t
     """
@@ -75,14 +80,20 @@ def _print(answer: dict[str, Any]) -> None:
     header = [f"{name} [{unit_of(name) or '-'}]" for name in COLUMNS]
     levels = answer["levels"]
     dust = {name: 1e-9 * max(abs(level[name]) for level in levels) for name in COLUMNS}
-    rows = [[human(name, level[name] if abs(level[name]) > dust[name] else 0.0, 4) for name in COLUMNS] for level in levels[::EVERY]]
+    rows = [
+        [human(name, level[name] if abs(level[name]) > dust[name] else 0.0, 4) for name in COLUMNS]
+        for level in levels[::EVERY]
+    ]
     print_table(header, rows, left=0, title="Over submergence: every sixteenth level")
     stated = [(s["field"], s["kind"], s["source"]) for s in answer["sources"]]
     print_table(("field", "kind", "source"), stated, left=3)
     for note in answer["notes"]:
         print(note)
     if answer["shape"] != "levels":
-        print("Coefficients are recalled from DNV-RP-N103: check against your edition. A model test or CFD beats all of them.")
+        print(
+            "Coefficients are recalled from DNV-RP-N103: check against your edition. A model test or CFD beats all of"
+            " them."
+        )
 
 
 def _write(out: Path, load: Any, rho: float, answer: dict[str, Any]) -> None:

@@ -17,12 +17,21 @@ if TYPE_CHECKING:
     from stillhook.response.lift import LiftResponse
 
 DEPTH_HELP = (
-    'Where the payload\'s underside hangs below still water, "1500 m" (negative: in the air). Default: the deepest place at which a stage '
-    "compensates (AHC), else 20 m above the seabed."
+    'Where the payload\'s underside hangs below still water, "1500 m" (negative: in the air). Default: the deepest'
+    " place at which a stage compensates (AHC), else 20 m above the seabed."
 )
-SEA_HELP = "File of measured waves in place of the lift's sea, every record of it: NDBC spectra or standard meteorology, gz too."
-WAVE_HELP = 'Waves in place of the lift\'s sea: "jonswap Hs=2 m Tp=8 s gamma=3.3", pm, torsethaugen, ochi-hubble, sums with " + ".'
-HEADING_HELP = "Direction in which the waves travel, counter-clockwise from the bow: 0 following, 90 coming from starboard, 180 head sea."
+SEA_HELP = (
+    "File of measured waves in place of the lift's sea, every record of it: NDBC spectra or standard meteorology, gz"
+    " too."
+)
+WAVE_HELP = (
+    'Waves in place of the lift\'s sea: "jonswap Hs=2 m Tp=8 s gamma=3.3", pm, torsethaugen, ochi-hubble, sums with "'
+    ' + ".'
+)
+HEADING_HELP = (
+    "Direction in which the waves travel, counter-clockwise from the bow: 0 following, 90 coming from starboard, 180"
+    " head sea."
+)
 RECORD_HELP = "One record of --sea in place of all: its number from 0, or its time such as 1996-01-05T12:00 (UTC)."
 MODE_HELP = "How the winch compensates: ssc, ssc-cubic, ns, hs, level-1, level-2; the lift's controller without it."
 MOTIONS = (
@@ -59,26 +68,36 @@ def register(app: typer.Typer) -> None:
 
 
 def response(
-    lift: Annotated[str, typer.Argument(metavar="LIFT.toml", help="Lift file, or one of the library's; a wrong name lists them.")],
+    lift: Annotated[
+        str, typer.Argument(metavar="LIFT.toml", help="Lift file, or one of the library's; a wrong name lists them.")
+    ],
     depth: Annotated[str | None, typer.Option(help=DEPTH_HELP)] = None,
     mode: Annotated[str | None, typer.Option(help=MODE_HELP)] = None,
     sea: Annotated[Path | None, typer.Option(help=SEA_HELP)] = None,
     wave: Annotated[str | None, typer.Option(help=WAVE_HELP)] = None,
     heading: Annotated[str | None, typer.Option(help=HEADING_HELP)] = None,
-    spread: Annotated[float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")] = None,
-    ship: Annotated[str | None, typer.Option(help="Where the bow points, clockwise from north, for measured directions.")] = None,
+    spread: Annotated[
+        float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")
+    ] = None,
+    ship: Annotated[
+        str | None, typer.Option(help="Where the bow points, clockwise from north, for measured directions.")
+    ] = None,
     record: Annotated[str | None, typer.Option(help=RECORD_HELP)] = None,
     duration: Annotated[str, typer.Option(help="Time of the largest values and chances.")] = "3 h",
-    out: Annotated[Path | None, typer.Option("--out", help="Folder for a picture, response.nc (every sea) and summary.json.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder for a picture, response.nc (every sea) and summary.json.")
+    ] = None,
     json: Json = False,
 ) -> None:
-    """Motion and tension of a hanging load in waves, in seconds: tip, what the winch leaves, wire and load as spectra (the frequency road).
+    """Motion and tension of a hanging load in waves, in seconds: tip, what the winch leaves, wire and load as spectra
+    (the frequency road).
 
-    Crane, vessel, payload, rigging, wire, water and sea are those of the lift file; the programme is not run. The winch's residual comes
-    from runs of its twin (some seconds) and is kept on disk for the next time.
+    Crane, vessel, payload, rigging, wire, water and sea are those of the lift file; the programme is not run. The
+    winch's residual comes from runs of its twin (some seconds) and is kept on disk for the next time.
 
-    Exit code 1 where in one sea the pumps saturate at the tip's most probable largest speed, slings fall slack with a chance above 10 %, or
-    the most probable largest sling tension is more than the SWL weighs. Of a file of records these are counted, and the code is 0.
+    Exit code 1 where in one sea the pumps saturate at the tip's most probable largest speed, slings fall slack with a
+    chance above 10 %, or the most probable largest sling tension is more than the SWL weighs. Of a file of records
+    these are counted, and the code is 0.
 
     Example: stillhook response anchor-to-3000m --depth "2980 m"
 
@@ -95,7 +114,9 @@ def response(
 
     time = parse(duration, "time", "--duration")
     if time <= 0.0:
-        raise LiftError(f"--duration {duration}: is not longer than 0 s. Give the time that the largest values are asked for.")
+        raise LiftError(
+            f"--duration {duration}: is not longer than 0 s. Give the time that the largest values are asked for."
+        )
     z = None if depth is None else -parse(depth, "length", "--depth")
     if out is not None:
         check_folder(out, OUT_FILES)
@@ -105,7 +126,9 @@ def response(
     try:
         with progress_bar(f"{file.crane.name}: asking the twin") as bar:
             told = started(file.crane, bar)
-            found = response_at(file, waves, -compensated_depth(file.lift) if z is None else z, mode=mode, duration=time, progress=told)
+            found = response_at(
+                file, waves, -compensated_depth(file.lift) if z is None else z, mode=mode, duration=time, progress=told
+            )
     except StillhookError as e:
         raise type(e)(f"{Path(lift).name}: {e}") from None
     answer = answer_of(found, file, waves)
@@ -125,7 +148,10 @@ def _figure(found: LiftResponse, answer: dict[str, Any]) -> Any:
     from stillhook.report.save.response import sea_figure, year_figure
     from stillhook.response.results import spectra
 
-    title = f"{answer['lift']}: {answer['crane']}, {answer['mode']}, payload at {human('depth', -found.z, 5)} m\n{answer['place']}"
+    title = (
+        f"{answer['lift']}: {answer['crane']}, {answer['mode']}, payload at {human('depth', -found.z, 5)}"
+        f" m\n{answer['place']}"
+    )
     if "time" in found.data.dims:
         return year_figure(found.data, title)
     return sea_figure(found.forcing.omega, spectra(found), float(found.T_wire[0]), title)
@@ -154,11 +180,20 @@ def _print(file: LiftFile, found: LiftResponse, answer: dict[str, Any]) -> None:
 def _print_sea(answer: dict[str, Any]) -> None:
     braked, hours = answer["braked"], _hours(answer)
     rows = [[label, _cell(sigma, answer[sigma]), _cell(most, answer[most])] for label, sigma, most in MOTIONS]
-    rows.insert(3, ["load, winch on its brake", _cell("sigma_load", braked["sigma_load"]), _cell("load_mpm", braked["load_mpm"])])
+    rows.insert(
+        3,
+        ["load, winch on its brake", _cell("sigma_load", braked["sigma_load"]), _cell("load_mpm", braked["load_mpm"])],
+    )
     print_table(["motion", "standard\ndeviation", f"most probable\nlargest in {hours}"], rows)
-    names = {"sigma_F_top": "tension at the tip, standard deviation", "F_top_mpm": f"tension at the tip, most in {hours}"}
+    names = {
+        "sigma_F_top": "tension at the tip, standard deviation",
+        "F_top_mpm": f"tension at the tip, most in {hours}",
+    }
     names |= {"sigma_F_sling": "slings, standard deviation", "DAF": "DAF: slings' most over the weight in air"}
-    names |= {"slack_share": "slings slack, share of the time", "slack_chance": f"slings slack at all, chance in {hours}"}
+    names |= {
+        "slack_share": "slings slack, share of the time",
+        "slack_chance": f"slings slack at all, chance in {hours}",
+    }
     table = [[names[name], _cell(name, answer[name]), _cell(name, braked[name])] for name in TENSIONS]
     print_table(["tension", "compensated", "on the brake"], table)
     wire, at_load = (_cell(name, answer[name]) for name in ("eta_sigma_wire", "eta_sigma_load"))
@@ -174,8 +209,17 @@ def _print_year(answer: dict[str, Any]) -> None:
         numbers = answer["braked"][name] if key != name else answer[name]
         worst = "min" if name.startswith("eta_") else "max"
         cells = [_cell(name, numbers[k]) for k in ("first", "mean", worst)]
-        rows.append([label.replace("the duration", _hours(answer)), *cells, numbers["worst"].removesuffix(":00Z").replace("T", " ")])
-    title = f"{answer['file']}: {answer['n_valid']} of {answer['n_records']} records used, {answer['start']} to {answer['end']}"
+        rows.append(
+            [
+                label.replace("the duration", _hours(answer)),
+                *cells,
+                numbers["worst"].removesuffix(":00Z").replace("T", " "),
+            ]
+        )
+    title = (
+        f"{answer['file']}: {answer['n_valid']} of {answer['n_records']} records used, {answer['start']} to"
+        f" {answer['end']}"
+    )
     print_table(["", "first", "mean", "worst", "when (UTC)"], rows, title=title)
     n = answer["n_valid"]
     print(

@@ -31,11 +31,17 @@ def waves_of(
     if sea is not None:
         refuse({"--wave": wave}, "is given beside --sea. Leave one of them out.")
         if not sea.is_file():
-            raise SeaError(f"--sea {came(str(sea))}: no such file. Give a file of measured waves (NDBC), or waves in words with --wave.")
+            raise SeaError(
+                f"--sea {came(str(sea))}: no such file. Give a file of measured waves (NDBC), or waves in words with"
+                " --wave."
+            )
         if record is not None:
             return Waves(sea_of(str(sea), heading, spread, record, ship))
         return waves_of_file(sea, heading, spread, ship)
-    refuse({"--ship": ship, "--record": record}, "belongs to a file of measured waves. Give --sea as well, or leave it out.")
+    refuse(
+        {"--ship": ship, "--record": record},
+        "belongs to a file of measured waves. Give --sea as well, or leave it out.",
+    )
     if wave is not None:
         if Path(wave).is_file():
             raise SeaError(f"--wave {came(wave)}: is a file. Give it as --sea.")
@@ -52,7 +58,10 @@ def waves_of_file(sea: Path, heading: str | None, spread: float | None, ship: st
     from stillhook.sea.spectra.measured import SpectrumSeries
     from stillhook.sea.spectra.spectrum import check_spread
 
-    beta, bow = (None if text is None else parse_direction(text, name) for text, name in ((heading, "--heading"), (ship, "--ship")))
+    beta, bow = (
+        None if text is None else parse_direction(text, name)
+        for text, name in ((heading, "--heading"), (ship, "--ship"))
+    )
     found = read_sea(sea)
     if spread is not None:
         check_spread(spread, "--spread")
@@ -65,7 +74,10 @@ def waves_of_file(sea: Path, heading: str | None, spread: float | None, ship: st
     if isinstance(found, SpectrumSeries) and found.directional is None:
         raise SeaError(f'{found.source}: has no directions. Give --heading, such as "180 deg" for a head sea.')
     if bow is None:
-        raise SeaError(f"{found.source}: has directions. Give --ship, where the bow points from north, or --heading in place of them.")
+        raise SeaError(
+            f"{found.source}: has directions. Give --ship, where the bow points from north, or --heading in place of"
+            " them."
+        )
     if spectral:
         refuse({"--spread": spread}, f"{found.source} has directions of its own. Leave it out, or give --heading.")
     return Waves.from_si(found, ship=bow, spread=spread)
@@ -83,5 +95,8 @@ def _turned(file: LiftFile, heading: str | None, spread: float | None) -> Sea:
     if spread is not None:
         check_spread(spread, "--spread")
     beta = None if heading is None else parse_direction(heading, "--heading")
-    trains = (Train(t.spectrum, t.beta if beta is None else beta, t.spread if spread is None else spread) for t in file.sea.trains)
+    trains = (
+        Train(t.spectrum, t.beta if beta is None else beta, t.spread if spread is None else spread)
+        for t in file.sea.trains
+    )
     return Sea(tuple(trains))

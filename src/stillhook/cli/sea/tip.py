@@ -23,18 +23,23 @@ LARGEST = (("z", "height"), ("v", "speed"), ("a", "acceleration"))
 ALL_ROUND = "all"
 EVERY = 15  # deg: headings of --heading all
 WAVE_HELP = (
-    'Waves: "jonswap Hs=2 m Tp=8 s gamma=3.3", pm, torsethaugen, ochi-hubble; sums with " + ", each may have a heading=150 deg; '
-    "or a file of measured spectra (NDBC)."
+    'Waves: "jonswap Hs=2 m Tp=8 s gamma=3.3", pm, torsethaugen, ochi-hubble; sums with " + ", each may have a'
+    " heading=150 deg; or a file of measured spectra (NDBC)."
 )
 HEADING_HELP = (
-    "Direction in which the waves travel, counter-clockwise from the bow: \"180 deg\" is a head sea, \"0 deg\" "
-    "following, \"90 deg\" from starboard, \"270 deg\" from port; or all."
+    'Direction in which the waves travel, counter-clockwise from the bow: "180 deg" is a head sea, "0 deg" '
+    'following, "90 deg" from starboard, "270 deg" from port; or all.'
 )
 AT_HELP = 'Crane tip from the RAO\'s reference point: "x=-20 m, y=-18 m", forward and to port.'
 PEDESTAL_HELP = 'In place of --at: heel of the boom, "x=-10 m, y=-6 m, z=15 m", z above water.'
 KNUCKLE_HELP = 'Knuckle boom: length and angle below the main boom\'s line, "15 m 60 deg".'
-LOG_HELP = "Log of a motion sensor (CSV or $PSXN,23) in place of vessel and waves; --at is then from the sensor, with z."
-SEEDS_HELP = "Realisations of the sea whose largest values are met and fitted (Gumbel, 95 % intervals); 20 or more tell something."
+LOG_HELP = (
+    "Log of a motion sensor (CSV or $PSXN,23) in place of vessel and waves; --at is then from the sensor, with z."
+)
+SEEDS_HELP = (
+    "Realisations of the sea whose largest values are met and fitted (Gumbel, 95 % intervals); 20 or more tell"
+    " something."
+)
 
 
 def register(app: typer.Typer) -> None:
@@ -42,16 +47,28 @@ def register(app: typer.Typer) -> None:
 
 
 def tip(
-    vessel: Annotated[str | None, typer.Option(help="Vessel: a name of the library, or a file (.re1, CSV, NetCDF, YAML).")] = None,
+    vessel: Annotated[
+        str | None, typer.Option(help="Vessel: a name of the library, or a file (.re1, CSV, NetCDF, YAML).")
+    ] = None,
     at: Annotated[str | None, typer.Option(help=AT_HELP)] = None,
     wave: Annotated[str | None, typer.Option(help=WAVE_HELP)] = None,
     heading: Annotated[str | None, typer.Option(help=HEADING_HELP)] = None,
-    spread: Annotated[float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")] = None,
-    record: Annotated[str | None, typer.Option(help="Of a file of measured waves: its record, by number from 0 or by time (UTC).")] = None,
-    ship: Annotated[str | None, typer.Option(help='Where the bow points, clockwise from north, for measured directions: "30 deg".')] = None,
+    spread: Annotated[
+        float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")
+    ] = None,
+    record: Annotated[
+        str | None, typer.Option(help="Of a file of measured waves: its record, by number from 0 or by time (UTC).")
+    ] = None,
+    ship: Annotated[
+        str | None, typer.Option(help='Where the bow points, clockwise from north, for measured directions: "30 deg".')
+    ] = None,
     pedestal: Annotated[str | None, typer.Option(help=PEDESTAL_HELP)] = None,
-    slew: Annotated[str | None, typer.Option(help='Where the boom points, from the bow to port: "270 deg" is starboard.')] = None,
-    main: Annotated[str | None, typer.Option(help='Main boom: length and angle above the horizontal, "25 m 50 deg".')] = None,
+    slew: Annotated[
+        str | None, typer.Option(help='Where the boom points, from the bow to port: "270 deg" is starboard.')
+    ] = None,
+    main: Annotated[
+        str | None, typer.Option(help='Main boom: length and angle above the horizontal, "25 m 50 deg".')
+    ] = None,
     knuckle: Annotated[str | None, typer.Option(help=KNUCKLE_HELP)] = None,
     log: Annotated[Path | None, typer.Option(help=LOG_HELP)] = None,
     duration: Annotated[str, typer.Option(help="Time of the extremes, and length of the series.")] = "3 h",
@@ -60,13 +77,18 @@ def tip(
     amplitudes: Annotated[
         str, typer.Option(help="Of the series: fixed (the variance of the spectrum in every seed) or rayleigh.")
     ] = "fixed",
-    exact: Annotated[bool, typer.Option("--exact", help="Series with the ship's rotations in full; --at then has z.")] = False,
-    out: Annotated[Path | None, typer.Option("--out", help="Folder for picture, series (tip.json, tip.csv) and summary.json.")] = None,
+    exact: Annotated[
+        bool, typer.Option("--exact", help="Series with the ship's rotations in full; --at then has z.")
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder for picture, series (tip.json, tip.csv) and summary.json.")
+    ] = None,
     json: Json = False,
 ) -> None:
     """Motion of the crane tip: standard deviations, periods, largest values, spectra and series.
 
-    Example: stillhook tip --vessel FILE.re1 --at "x=-20 m, y=-18 m" --wave "jonswap Hs=1 m Tp=8 s gamma=3.3" --heading "180 deg"
+    Example: stillhook tip --vessel FILE.re1 --at "x=-20 m, y=-18 m" --wave "jonswap Hs=1 m Tp=8 s gamma=3.3" --heading
+    "180 deg"
     """
     from stillhook.base.atomic import check_folder
     from stillhook.cli.sea.tip_inputs import place, refuse, sea_of
@@ -75,9 +97,18 @@ def tip(
 
     time = parse(duration, "time", "--duration")
     if time <= 0.0:
-        raise SeaError(f"--duration {duration}: is not longer than 0 s. Give the time that the largest values are asked for.")
+        raise SeaError(
+            f"--duration {duration}: is not longer than 0 s. Give the time that the largest values are asked for."
+        )
     if log is not None:
-        unused = {"--vessel": vessel, "--wave": wave, "--heading": heading, "--spread": spread, "--record": record, "--ship": ship}
+        unused = {
+            "--vessel": vessel,
+            "--wave": wave,
+            "--heading": heading,
+            "--spread": spread,
+            "--record": record,
+            "--ship": ship,
+        }
         unused |= {"--pedestal": pedestal, "--slew": slew, "--main": main, "--knuckle": knuckle}
         refuse(
             unused | {"--seeds": seeds, "--exact": exact, "--out": out},
@@ -97,7 +128,9 @@ def tip(
 
     rao = read_vessel(vessel)
     if heading is not None and heading.strip().lower() == ALL_ROUND:
-        refuse({"--seeds": seeds, "--out": out, "--ship": ship}, "is for one heading. Leave it out, or give one --heading.")
+        refuse(
+            {"--seeds": seeds, "--out": out, "--ship": ship}, "is for one heading. Leave it out, or give one --heading."
+        )
         if "heading" in wave:
             raise SeaError(f"--heading all: the waves of {wave!r} have a heading of their own. Leave that out.")
         _all_round(rao, wave, spread, record, point, time, json=json)
@@ -107,7 +140,15 @@ def tip(
 
 
 def _in_sea(
-    rao: Rao, sea: Sea, point: TipPoint, duration: float, seeds: int | None, out: Path | None, series: dict[str, Any], *, json: bool
+    rao: Rao,
+    sea: Sea,
+    point: TipPoint,
+    duration: float,
+    seeds: int | None,
+    out: Path | None,
+    series: dict[str, Any],
+    *,
+    json: bool,
 ) -> None:
     from stillhook.sea.vessel.tip import tip_summary
 
@@ -181,7 +222,9 @@ def _interval(found: dict[str, float] | None, key: str) -> str:
     return f"{value} ({low} to {high}) {unit_of(key)}"
 
 
-def _all_round(rao: Rao, wave: str, spread: float | None, record: str | None, point: TipPoint, duration: float, *, json: bool) -> None:
+def _all_round(
+    rao: Rao, wave: str, spread: float | None, record: str | None, point: TipPoint, duration: float, *, json: bool
+) -> None:
     import numpy as np
 
     from stillhook.cli.sea.tip_inputs import sea_of
@@ -198,5 +241,7 @@ def _all_round(rao: Rao, wave: str, spread: float | None, record: str | None, po
     cells = [[str(d), *(human(name, values[name], 4) for name in shown)] for d, values in found.items()]
     names = [f"{name}\n{unit_of(name)}" for name in shown]
     print_table(
-        ["heading\ndeg", *names], cells, title=f"{rao.name}, crane tip at {point.describe()}, {wave}; largest in {duration / 3600.0:.4g} h"
+        ["heading\ndeg", *names],
+        cells,
+        title=f"{rao.name}, crane tip at {point.describe()}, {wave}; largest in {duration / 3600.0:.4g} h",
     )

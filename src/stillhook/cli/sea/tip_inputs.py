@@ -30,8 +30,13 @@ def sea_of(wave: str, heading: str | None, spread: float | None, record: str | N
     from stillhook.sea.spectra.text import parse_sea
 
     if "=" not in wave and re.search(r"[./\\]", wave):
-        raise SeaError(f'--wave {came(wave)}: no such file, and not waves such as "jonswap Hs=2 m Tp=8 s". Check the path.')
-    refuse({"--record": record, "--ship": ship}, f"belongs to a file of measured waves, and --wave {came(wave)} is none. Leave it out.")
+        raise SeaError(
+            f'--wave {came(wave)}: no such file, and not waves such as "jonswap Hs=2 m Tp=8 s". Check the path.'
+        )
+    refuse(
+        {"--record": record, "--ship": ship},
+        f"belongs to a file of measured waves, and --wave {came(wave)} is none. Leave it out.",
+    )
     if heading is not None:
         parse_direction(heading, "--heading")  # so that the line names the option
     sea = parse_sea(wave, heading=heading, spread=spread, where="--wave")
@@ -48,13 +53,20 @@ def _measured(wave: str, beta: float | None, spread: float | None, record: str |
 
     series = read_sea(wave)
     if not isinstance(series, SpectrumSeries):
-        raise SeaError(f'{series.source}: holds heights and periods, no spectra. Give them as --wave "jonswap Hs=2 m Tp=8 s".')
+        raise SeaError(
+            f'{series.source}: holds heights and periods, no spectra. Give them as --wave "jonswap Hs=2 m Tp=8 s".'
+        )
     if record is None:
-        raise SeaError(f"{series.source}: holds {len(series)} records. Choose one with --record, by number from 0 or by time.")
+        raise SeaError(
+            f"{series.source}: holds {len(series)} records. Choose one with --record, by number from 0 or by time."
+        )
     i = series.index(record)
     if beta is None and series.directional is not None:
         if ship is None:
-            raise SeaError(f"{series.source}: has directions. Give --ship, where the bow points from north, or --heading in place of them.")
+            raise SeaError(
+                f"{series.source}: has directions. Give --ship, where the bow points from north, or --heading in place"
+                " of them."
+            )
         refuse({"--spread": spread}, f"{series.source} has directions of its own. Leave it out, or give --heading.")
         return series.sea(i, parse_direction(ship, "--ship"))
     refuse({"--ship": ship}, f"{series.source}: no directions are taken from it. Give --heading alone.")
@@ -73,9 +85,13 @@ def place(at: str | None, pedestal: str | None, slew: str | None, main: str | No
         refuse(parts, "the tip is given by --at already. Give --at, or --pedestal, --slew and --main.")
         return parse_point(at, "--at")
     if not any(parts.values()):
-        raise SeaError('--at: missing. Give a tip, --at "x=-20 m, y=-18 m", or a crane with --pedestal, --slew and --main.')
+        raise SeaError(
+            '--at: missing. Give a tip, --at "x=-20 m, y=-18 m", or a crane with --pedestal, --slew and --main.'
+        )
     if pedestal is None or slew is None or main is None:
-        raise SeaError(f"{next(name for name in parts if parts[name] is None)}: missing. A crane is --pedestal, --slew and --main.")
+        raise SeaError(
+            f"{next(name for name in parts if parts[name] is None)}: missing. A crane is --pedestal, --slew and --main."
+        )
     heel = parse_point(pedestal, "--pedestal")
     if heel.z is None:
         raise SeaError("--pedestal: z is missing. Give the height of the boom's heel above still water as well.")

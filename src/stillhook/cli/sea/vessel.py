@@ -20,9 +20,15 @@ app = typer.Typer(no_args_is_help=True, help="Vessels: list, show and check moti
 
 PERIODS = (4.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 20.0)  # s: rows of the table that is printed
 SIDES = (0.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0)  # deg: its columns
-RIDES = "rides on long waves: signs, phases, axes, headings and units fit (bow for stern and time backwards at once would not show)"
+RIDES = (
+    "rides on long waves: signs, phases, axes, headings and units fit (bow for stern and time backwards at once would"
+    " not show)"
+)
 OUT_FILES = ("vessel.png", "vessel.json")
-VESSEL_HELP = "Name of the library, or a file: ShipX/VERES .re1, CSV with declared conventions, Capytaine NetCDF, OrcaFlex text (.yml)."
+VESSEL_HELP = (
+    "Name of the library, or a file: ShipX/VERES .re1, CSV with declared conventions, Capytaine NetCDF, OrcaFlex text"
+    " (.yml)."
+)
 AT_HELP = 'A point from the reference point, forward and to port, whose vertical motion is shown: "x=-20 m, y=-18 m".'
 Vessel = Annotated[str, typer.Argument(help=VESSEL_HELP, metavar="VESSEL|FILE")]
 
@@ -37,20 +43,25 @@ def list_vessels(json: Json = False) -> None:
     if json:
         print_json([{"vessel": name, "title": rao.name, "origin": rao.origin} for name, rao in known])
         return
-    print_table(("vessel", "what it is", "reference point"), [(name, rao.name, rao.origin) for name, rao in known], left=3)
+    print_table(
+        ("vessel", "what it is", "reference point"), [(name, rao.name, rao.origin) for name, rao in known], left=3
+    )
 
 
 @app.command("show")
 def show(
     vessel: Vessel,
     at: Annotated[str | None, typer.Option(help=AT_HELP)] = None,
-    out: Annotated[Path | None, typer.Option("--out", help="Folder for a picture and vessel.json; nothing is written without it.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder for a picture and vessel.json; nothing is written without it.")
+    ] = None,
     json: Json = False,
 ) -> None:
-    """What a vessel file holds: reference point, conventions, range, notes, largest motions, and heave or the motion of a point.
+    """What a vessel file holds: reference point, conventions, range, notes, largest motions, and heave or the motion of
+    a point.
 
-    Headings are directions in which waves travel, counter-clockwise from the bow: 0 following, 90 coming from starboard, 180 head sea, 270
-    coming from port.
+    Headings are directions in which waves travel, counter-clockwise from the bow: 0 following, 90 coming from
+    starboard, 180 head sea, 270 coming from port.
 
     Example: stillhook vessel show FILE.re1 --at "x=-20 m, y=-18 m"
     """
@@ -76,7 +87,8 @@ def show(
 
 @app.command("check")
 def check(vessel: Vessel, json: Json = False) -> None:
-    """Test a vessel against what every floating body does in waves much longer than it: a wrong sign, phase, axis, heading or unit shows.
+    """Test a vessel against what every floating body does in waves much longer than it: a wrong sign, phase, axis,
+    heading or unit shows.
 
     Exit code 0: it rides on long waves; 1: it does not, with the numbers and what would make it right.
 
@@ -92,7 +104,12 @@ def check(vessel: Vessel, json: Json = False) -> None:
     if json:
         period = 2.0 * math.pi / float(rao.omega[0])
         said = {"vessel": rao.name, "source": rao.source, "origin": rao.origin}
-        found = {"passed": line is None, "verdict": line or RIDES, "longest_wave": period, "motions": [_tested(t) for t in tests]}
+        found = {
+            "passed": line is None,
+            "verdict": line or RIDES,
+            "longest_wave": period,
+            "motions": [_tested(t) for t in tests],
+        }
         print_json({**said, **found, "notes": notes})
     else:
         _print_check(rao, tests, line, notes)
@@ -115,7 +132,9 @@ def _sheet(rao: Rao, point: tuple[float, float] | None) -> dict[str, Any]:
         j, k = np.unravel_index(int(np.argmax(np.abs(rao.H[d]))), rao.H[d].shape)
         omega = float(rao.omega[k])
         size = float(np.abs(rao.H[d, j, k]))
-        peaks.append({"motion": dof, "size": size, "omega": omega, "period": 2.0 * math.pi / omega, "beta": float(rao.beta[j])})
+        peaks.append(
+            {"motion": dof, "size": size, "omega": omega, "period": 2.0 * math.pi / omega, "beta": float(rao.beta[j])}
+        )
     x, y = point or (0.0, 0.0)
     period = 2.0 * np.pi / rao.omega
     return {
@@ -145,22 +164,37 @@ def _print_sheet(rao: Rao, answer: dict[str, Any], point: tuple[float, float] | 
     depth = "deep water" if math.isinf(rao.depth) else f"water of {rao.depth:g} m"
     T, beta = np.asarray(answer["period"]), np.degrees(rao.beta)
     gap = float(np.max(np.diff(np.append(beta, beta[0] + 360.0))))
-    wrapped(f"{len(T)} periods from {T[-1]:.4g} to {T[0]:.4g} s, {len(beta)} headings at most {gap:.4g} deg apart, {depth}", "  ")
+    wrapped(
+        f"{len(T)} periods from {T[-1]:.4g} to {T[0]:.4g} s, {len(beta)} headings at most {gap:.4g} deg apart, {depth}",
+        "  ",
+    )
     for note in rao.notes:
         wrapped(f"note: {note}", "  ")
     rows = []
     for p in answer["peaks"]:
-        size = f"{number(p['size'])} m/m" if p["motion"] in ("surge", "sway", "heave") else f"{number(math.degrees(p['size']))} deg/m"
+        size = (
+            f"{number(p['size'])} m/m"
+            if p["motion"] in ("surge", "sway", "heave")
+            else f"{number(math.degrees(p['size']))} deg/m"
+        )
         rows.append((p["motion"], size, f"{p['period']:.4g} s", f"{math.degrees(p['beta']):.4g} deg"))
     print_table(("motion", "largest", "at period", "waves travel"), rows)
-    what = "heave of the reference point" if point is None else f"vertical motion of the point x {point[0]:g} m, y {point[1]:g} m"
+    what = (
+        "heave of the reference point"
+        if point is None
+        else f"vertical motion of the point x {point[0]:g} m, y {point[1]:g} m"
+    )
     H = np.abs(rao.vertical(2.0 * np.pi / np.array(PERIODS), np.radians(SIDES), *(point or (0.0, 0.0))))
     table = [(f"{T:g} s", *(f"{H[j, k]:.3f}" for j in range(len(SIDES)))) for k, T in enumerate(PERIODS)]
     wrapped(
         f"between its frequencies the table leaves {what} open by {100.0 * answer['leeway']:.2g} % either way "
         "where it is most (waves of 5 to 12 s; half of what a spline and straight lines differ by)"
     )
-    print_table(("period", *(f"{s:g} deg" for s in SIDES)), table, title=f"{what} per metre of wave [m/m], by where waves travel")
+    print_table(
+        ("period", *(f"{s:g} deg" for s in SIDES)),
+        table,
+        title=f"{what} per metre of wave [m/m], by where waves travel",
+    )
 
 
 def _print_check(rao: Rao, tests: tuple[LongWave, ...], line: str | None, notes: list[str]) -> None:
@@ -168,7 +202,15 @@ def _print_check(rao: Rao, tests: tuple[LongWave, ...], line: str | None, notes:
 
     period = 2.0 * math.pi / float(rao.omega[0])
     rows = [
-        (t.dof, f"{t.share:.3f}", in_words(t.found), in_words(t.limit), f"{math.degrees(t.beta):.4g} deg", f"{t.deviation:.3f}", t.verdict)
+        (
+            t.dof,
+            f"{t.share:.3f}",
+            in_words(t.found),
+            in_words(t.limit),
+            f"{math.degrees(t.beta):.4g} deg",
+            f"{t.deviation:.3f}",
+            t.verdict,
+        )
         for t in tests
     ]
     print_table(

@@ -21,11 +21,15 @@ OF_SPECTRUM = ("H_m0", "T_p", "T_m01", "T_m02", "T_e")
 OF_STATES = ("H_m0", "T_p", "T_m02", "come_from")
 MOMENTS = ("m_0", "m_1", "m_2", "m_3", "m_4")
 WAVES_HELP = (
-    'Waves such as "jonswap Hs=2 m Tp=8 s gamma=3.3" (also pm, torsethaugen, ochi-hubble, sums with " + "), or a file of NDBC, gz too.'
+    'Waves such as "jonswap Hs=2 m Tp=8 s gamma=3.3" (also pm, torsethaugen, ochi-hubble, sums with " + "), or a file'
+    " of NDBC, gz too."
 )
 RECORD_HELP = "One record of a file in place of all: its number from 0, or its time such as 1996-01-05T12:00 (UTC)."
 
-FORMAT_HELP = 'era5, ww3, swan, octopus, triaxys or wavespectra, read by the library wavespectra (extra "sea"); files of NDBC need none.'
+FORMAT_HELP = (
+    'era5, ww3, swan, octopus, triaxys or wavespectra, read by the library wavespectra (extra "sea"); files of NDBC'
+    " need none."
+)
 
 
 def register(app: typer.Typer) -> None:
@@ -36,13 +40,19 @@ def sea(
     waves: Annotated[str, typer.Argument(help=WAVES_HELP, metavar="WAVES|FILE")],
     record: Annotated[str | None, typer.Option("--record", help=RECORD_HELP)] = None,
     form: Annotated[str | None, typer.Option("--format", help=FORMAT_HELP)] = None,
-    point: Annotated[int | None, typer.Option("--point", help="Point of a file that holds several, from 0; with --format.")] = None,
-    out: Annotated[Path | None, typer.Option("--out", help="Folder for a picture and sea.json; nothing is written without it.")] = None,
+    point: Annotated[
+        int | None, typer.Option("--point", help="Point of a file that holds several, from 0; with --format.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder for a picture and sea.json; nothing is written without it.")
+    ] = None,
     json: Json = False,
 ) -> None:
-    """Heights, periods, moments and steepness of waves; of a file, per record and in sum, with the records that are missing.
+    """Heights, periods, moments and steepness of waves; of a file, per record and in sum, with the records that are
+    missing.
 
-    Files: spectra of NDBC (historical and real-time) and its standard meteorology. Missing records are counted and never used.
+    Files: spectra of NDBC (historical and real-time) and its standard meteorology. Missing records are counted and
+    never used.
 
     Example: stillhook sea "jonswap Hs=2 m Tp=8 s gamma=3.3"
 
@@ -67,12 +77,18 @@ def sea(
         print(f"written to {out}: {', '.join(OUT_FILES)}")
 
 
-def _found(waves: str, record: str | None, form: str | None, point: int | None) -> WaveSpectrum | SpectrumSeries | SeaStates:
+def _found(
+    waves: str, record: str | None, form: str | None, point: int | None
+) -> WaveSpectrum | SpectrumSeries | SeaStates:
     from stillhook.errors import SeaError
     from stillhook.sea.spectra.text import FIELDS, parse_wave
 
     first = (waves.split() or [""])[0].lower()
-    if first in FIELDS or not waves.strip() or not (Path(waves).exists() or ({".", "/", "\\"} & set(waves) and "=" not in waves)):
+    if (
+        first in FIELDS
+        or not waves.strip()
+        or not (Path(waves).exists() or ({".", "/", "\\"} & set(waves) and "=" not in waves))
+    ):
         for option, value in (("--record", record), ("--format", form), ("--point", point)):
             if value is not None:
                 raise SeaError(f"{option}: belongs to a file of measured waves. Leave it out.")
@@ -115,15 +131,22 @@ def _of_file(series: Any) -> dict[str, Any]:
     in_sum = {name: _statistics(x, valid, name) for name, x in columns.items()}
     times = np.datetime_as_string(series.time, unit="s")
     per_record = [
-        {"time": f"{times[i]}Z", "valid": bool(valid[i])} | {name: float(x[i]) for name, x in columns.items()} for i in range(len(times))
+        {"time": f"{times[i]}Z", "valid": bool(valid[i])} | {name: float(x[i]) for name, x in columns.items()}
+        for i in range(len(times))
     ]
-    start = {"file": series.source, "n_records": len(series), "n_valid": series.n_valid, "n_missing": len(series) - series.n_valid}
+    start = {
+        "file": series.source,
+        "n_records": len(series),
+        "n_valid": series.n_valid,
+        "n_missing": len(series) - series.n_valid,
+    }
     span = {"start": f"{times[0]}Z", "end": f"{times[-1]}Z"}
     return start | span | in_sum | {"notes": [*series.notes, *_steep(series)], "records": per_record}
 
 
 def _statistics(x: Any, valid: Any, name: str) -> dict[str, float]:
-    """First, mean, least and largest of the valid records that have the number; of directions the first and the mean direction."""
+    """First, mean, least and largest of the valid records that have the number; of directions the first and the mean
+    direction."""
     import numpy as np
 
     known = x[valid & np.isfinite(x)]
@@ -154,10 +177,18 @@ def _print_file(answer: dict[str, Any]) -> None:
     names = [name for name in (*OF_SPECTRUM, "come_from") if name in answer]
     heads = ("first", "mean", "min", "max")
     rows = [
-        [name, *(human(name, _known(answer[name][h]), 4) if h in answer[name] else "" for h in heads), unit_of(name), _meaning(name)]
+        [
+            name,
+            *(human(name, _known(answer[name][h]), 4) if h in answer[name] else "" for h in heads),
+            unit_of(name),
+            _meaning(name),
+        ]
         for name in names
     ]
-    title = f"{answer['file']}: {answer['n_valid']} of {answer['n_records']} records valid, {answer['start']} to {answer['end']}"
+    title = (
+        f"{answer['file']}: {answer['n_valid']} of {answer['n_records']} records valid, {answer['start']} to"
+        f" {answer['end']}"
+    )
     print_table(["", *heads, "unit", "meaning"], rows, title=title, texts=(5, 6))
     for note in answer["notes"]:
         print(note)

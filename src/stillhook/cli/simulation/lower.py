@@ -1,4 +1,5 @@
-"""`stillhook lower`: one lowering in the time domain, from above the surface to the seabed, winch and controller in the loop."""
+"""`stillhook lower`: one lowering in the time domain, from above the surface to the seabed, winch and controller in the
+loop."""
 
 from __future__ import annotations
 
@@ -15,11 +16,28 @@ from stillhook.report.terminal import human, print_json, print_table, print_twin
 if TYPE_CHECKING:
     from stillhook.formats.lift.file import LiftFile
 
-COLUMNS = ("t_begin", "s_tip_pp", "e_c_pp", "load_pp", "F_sling_min", "F_sling_max", "DAF", "sling_slack_time", "saturation_time")
+COLUMNS = (
+    "t_begin",
+    "s_tip_pp",
+    "e_c_pp",
+    "load_pp",
+    "F_sling_min",
+    "F_sling_max",
+    "DAF",
+    "sling_slack_time",
+    "saturation_time",
+)
 HEADERS = (
-    "from", "tip\np-p 30 s", "error\np-p 30 s", "load\np-p 30 s",
-    "slings\nleast", "slings\nmost", "DAF", "slings\nslack", "pumps\nsaturated",
-)  # fmt: skip
+    "from",
+    "tip\np-p 30 s",
+    "error\np-p 30 s",
+    "load\np-p 30 s",
+    "slings\nleast",
+    "slings\nmost",
+    "DAF",
+    "slings\nslack",
+    "pumps\nsaturated",
+)
 IN_MM = ("s_tip_pp", "e_c_pp", "load_pp")
 
 
@@ -28,18 +46,24 @@ def register(app: typer.Typer) -> None:
 
 
 def lower(
-    lift: Annotated[str, typer.Argument(metavar="LIFT.toml", help="Lift file, or one of the library's; a wrong name lists them.")],
-    out: Annotated[Path | None, typer.Option("--out", help="Folder for pictures, NetCDF and summary.json; nothing without it.")] = None,
+    lift: Annotated[
+        str, typer.Argument(metavar="LIFT.toml", help="Lift file, or one of the library's; a wrong name lists them.")
+    ],
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder for pictures, NetCDF and summary.json; nothing without it.")
+    ] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the waves, in place of the file's.")] = None,
-    duration: Annotated[str | None, typer.Option(help='Length of the run, in place of the file\'s, such as "20 min".')] = None,
+    duration: Annotated[
+        str | None, typer.Option(help='Length of the run, in place of the file\'s, such as "20 min".')
+    ] = None,
     step: Annotated[str | None, typer.Option(help="Integration step (default 5 ms).")] = None,
     animation: Annotated[bool, typer.Option("--animation", help="An animation (GIF) as well; with --out.")] = False,
     json: Json = False,
 ) -> None:
     """Lower a payload by a winch programme: splash zone, lowering in heave compensation, landing, all in one run.
 
-    Exit code 1 where a limit was passed, the load was too heavy, slings went slack before touch-down, the load touched the seabed in a
-    stage that does not land, or the programme got stuck or was not finished.
+    Exit code 1 where a limit was passed, the load was too heavy, slings went slack before touch-down, the load touched
+    the seabed in a stage that does not land, or the programme got stuck or was not finished.
 
     Example: stillhook lower anchor-to-3000m --out anchor
     """
@@ -91,7 +115,10 @@ def _print(file: LiftFile, answer: dict[str, Any]) -> None:
     held = [row for row in answer["stages"] if row["mode"] == "ahc" and not math.isnan(row["eta_load"])]
     if held:
         least = min(held, key=lambda row: row["eta_load"])
-        print(f"compensation at its least, {least['name']}: {least['eta_c']:.0%} at the winch, {least['eta_load']:.0%} at the load")
+        print(
+            f"compensation at its least, {least['name']}: {least['eta_c']:.0%} at the winch, {least['eta_load']:.0%} at"
+            " the load"
+        )
     print_twin(file.crane)
     for note in answer["notes"]:
         print(note)

@@ -17,12 +17,29 @@ if TYPE_CHECKING:
     from stillhook.sea.motion.motion import Motion
     from stillhook.spec.crane import Crane
 
-Out = Annotated[Path | None, typer.Option("--out", help="Folder for figure, NetCDF and summary.json; nothing is written without it.")]
-MOTION_HELP = 'Tip motion: "sine 2.8 m 12 s" (amplitude, period; sums with +), a log (CSV or $PSXN,23), or the tip.json of stillhook tip.'
+Out = Annotated[
+    Path | None,
+    typer.Option("--out", help="Folder for figure, NetCDF and summary.json; nothing is written without it."),
+]
+MOTION_HELP = (
+    'Tip motion: "sine 2.8 m 12 s" (amplitude, period; sums with +), a log (CSV or $PSXN,23), or the tip.json of'
+    " stillhook tip."
+)
 POSITION_HELP = 'Ship logs: crane tip from the motion sensor, forward, port, up, such as "20 m, -12 m, 30 m".'
 PYTHON_POSITION, COMMAND_POSITION = 'tip=("-20 m", "12 m", "35 m")', '--position "-20 m, 12 m, 35 m"'
 OUT_FILES = ("panels.png", "runs.nc", "summary.json")
-COLUMNS = ("e_c_pp", "eta_c", "e_c_max", "e_c_mean", "p_max", "u_p_max", "alpha_m_min", "saturation_time", "relief_time", "status")
+COLUMNS = (
+    "e_c_pp",
+    "eta_c",
+    "e_c_max",
+    "e_c_mean",
+    "p_max",
+    "u_p_max",
+    "alpha_m_min",
+    "saturation_time",
+    "relief_time",
+    "status",
+)
 HEADERS = {
     "e_c_pp": "error\np-p 30 s",
     "eta_c": "effi-\nciency",
@@ -69,7 +86,9 @@ def print_notes(summaries: dict[str, dict[str, Any]]) -> None:
 
 
 def run(
-    case_file: Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file: crane and [scenario]; or runs.nc, to run it again.")],
+    case_file: Annotated[
+        Path, typer.Argument(metavar="CASE.toml", help="Case file: crane and [scenario]; or runs.nc, to run it again.")
+    ],
     out: Out = None,
     json: Json = False,
 ) -> None:
@@ -112,14 +131,24 @@ def compare(
     load: Annotated[str, typer.Option(help='Payload on the hook, such as "100 t".')] = "100 t",
     s_w: Annotated[str, typer.Option("--s-w", help='Wire paid out, such as "100 m".')] = "100 m",
     motion: Annotated[str, typer.Option(help=MOTION_HELP)] = "sine 2.8 m 12 s",
-    modes: Annotated[str, typer.Option(help="Controllers: ns, hs, ssc, ssc-cubic, level-1, level-2, manual.")] = "ns,hs,ssc",
+    modes: Annotated[
+        str, typer.Option(help="Controllers: ns, hs, ssc, ssc-cubic, level-1, level-2, manual.")
+    ] = "ns,hs,ssc",
     position: Annotated[str | None, typer.Option(help=POSITION_HELP)] = None,
-    heave: Annotated[str | None, typer.Option(help='How a ship log counts heave: "up" or "down" (default: the rule of its kind).')] = None,
+    heave: Annotated[
+        str | None, typer.Option(help='How a ship log counts heave: "up" or "down" (default: the rule of its kind).')
+    ] = None,
     start: Annotated[str | None, typer.Option(help="Where in a log to start.")] = None,
-    duration: Annotated[str | None, typer.Option(help='Length of the run (default 120 s, or the whole log), such as "300 s".')] = None,
-    warm_up: Annotated[str, typer.Option("--warm-up", help="Start of the run that is left out of the figures.")] = "30 s",
+    duration: Annotated[
+        str | None, typer.Option(help='Length of the run (default 120 s, or the whole log), such as "300 s".')
+    ] = None,
+    warm_up: Annotated[
+        str, typer.Option("--warm-up", help="Start of the run that is left out of the figures.")
+    ] = "30 s",
     delay: Annotated[str, typer.Option(help="Delay of the measured tip motion.")] = "0 s",
-    step: Annotated[str | None, typer.Option(help="Integration step (default 2 ms, or the next shorter part of the PLC cycle).")] = None,
+    step: Annotated[
+        str | None, typer.Option(help="Integration step (default 2 ms, or the next shorter part of the PLC cycle).")
+    ] = None,
     out: Out = None,
     json: Json = False,
 ) -> None:
@@ -127,7 +156,8 @@ def compare(
 
     Exit code 1 if none of them stays inside its limits.
 
-    Example: stillhook compare --crane nov-250t --load "100 t" --s-w "100 m" --motion "sine 2.8 m 12 s" --modes ns,hs,ssc
+    Example: stillhook compare --crane nov-250t --load "100 t" --s-w "100 m" --motion "sine 2.8 m 12 s" --modes
+    ns,hs,ssc
     """
     from stillhook.analysis.compare import compare as side_by_side
     from stillhook.library import load_crane
@@ -137,7 +167,9 @@ def compare(
     check_out(out)
     machine = load_crane(crane)
     tip = motion_of(motion, position, heave, start, duration)
-    times = {} if duration is None or isinstance(tip, Recorded) else {"duration": duration}  # a log is cut as it is read
+    times = (
+        {} if duration is None or isinstance(tip, Recorded) else {"duration": duration}
+    )  # a log is cut as it is read
     case = Scenario(load=load, s_w=s_w, tip=tip, warm_up=warm_up, sensors=Sensors(delay=delay), **times)
     chosen = [m.strip().lower() for m in modes.split(",") if m.strip()]
     with progress_bar("comparing") as bar:
@@ -150,7 +182,11 @@ def compare(
 
 
 def motion_of(
-    text: str, position: str | None = None, heave: str | None = None, start: str | None = None, duration: str | None = None
+    text: str,
+    position: str | None = None,
+    heave: str | None = None,
+    start: str | None = None,
+    duration: str | None = None,
 ) -> Motion:
     """A motion text, or the log that it names."""
     from stillhook.errors import MotionError
@@ -160,17 +196,23 @@ def motion_of(
     if text.strip().split(" ")[0].lower() in ("sine", "still"):
         for option, value in (("--position", position), ("--heave", heave), ("--start", start)):
             if value is not None:
-                raise MotionError(f'{option} {value}: belongs to a log, and --motion "{text}" is none. Leave {option} out.')
+                raise MotionError(
+                    f'{option} {value}: belongs to a log, and --motion "{text}" is none. Leave {option} out.'
+                )
         return parse_motion(text, "--motion")
     if not os.path.exists(text):
-        raise MotionError(f'--motion {came(text)}: no such file, and not a motion such as "sine 2.8 m 12 s". Check the path.')
+        raise MotionError(
+            f'--motion {came(text)}: no such file, and not a motion such as "sine 2.8 m 12 s". Check the path.'
+        )
     from stillhook.formats.motion.open import read_tip_motion, stored_motion
 
     stored = stored_motion(text)
     if stored is not None:
         for option, value in (("--position", position), ("--heave", heave), ("--start", start)):
             if value is not None:
-                raise MotionError(f"{option} {value}: belongs to a log, and {came(text)} holds a tip's motion. Leave {option} out.")
+                raise MotionError(
+                    f"{option} {value}: belongs to a log, and {came(text)} holds a tip's motion. Leave {option} out."
+                )
         return stored
     arm = tuple(p.strip() for p in position.split(",")) if position is not None else None
     try:
@@ -200,11 +242,20 @@ def _report(result: Comparison, *, json: bool) -> None:
 def write_comparison(result: Comparison, out: Path, *, quiet: bool, start: float = 0.0) -> None:
     data = result.dataset()
     runs = {r.mode.value.upper(): data.sel(case=r.mode.value) for r in result.runs}
-    _write(out, runs, result.table(), quiet=quiet, title=_title(result.crane, result.runs[0].case), start=start, whole=data)
+    _write(
+        out, runs, result.table(), quiet=quiet, title=_title(result.crane, result.runs[0].case), start=start, whole=data
+    )
 
 
 def _write(
-    out: Path, runs: dict[str, Any], summary: dict[str, Any], *, quiet: bool, title: str, start: float = 0.0, whole: Any = None
+    out: Path,
+    runs: dict[str, Any],
+    summary: dict[str, Any],
+    *,
+    quiet: bool,
+    title: str,
+    start: float = 0.0,
+    whole: Any = None,
 ) -> None:
     """Picture, NetCDF and summary of a set of runs."""
     from stillhook.base.atomic import whole_folder

@@ -69,11 +69,14 @@ def _show(found: Certificate) -> None:
 @app.command("check")
 def check(
     file: File,
-    campaign: Annotated[Path | None, typer.Option(help="Campaign file, where it is not where the certificate says.")] = None,
+    campaign: Annotated[
+        Path | None, typer.Option(help="Campaign file, where it is not where the certificate says.")
+    ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Compare hashes alone, compute nothing again.")] = False,
     json: Json = False,
 ) -> None:
-    """Does a certificate still hold? Logs, campaign, criteria, crane and code compared, and everything computed again from the logs.
+    """Does a certificate still hold? Logs, campaign, criteria, crane and code compared, and everything computed again
+    from the logs.
 
     Exit code 1 if it does not hold, or what it rests on is missing; 2 if the file is no certificate, or was changed.
 
@@ -108,11 +111,17 @@ def _say(found: Check) -> None:
     if found.same_bytes:
         print("computed again: the same to the byte")
     elif found.where:
-        print(f"computed again: not the same to the byte; numbers differ by up to {number(100.0 * found.largest, 2)} % ({found.where})")
+        print(
+            f"computed again: not the same to the byte; numbers differ by up to {number(100.0 * found.largest, 2)} %"
+            f" ({found.where})"
+        )
     else:
         print("computed again: not the same to the byte; no number differs")
     if found.same_pdf is not None and found.same_bytes:
-        print(f"PDF beside it: {'the same to the byte' if found.same_pdf else 'not the same: edited, or set with other libraries'}")
+        print(
+            "PDF beside it:"
+            f" {'the same to the byte' if found.same_pdf else 'not the same: edited, or set with other libraries'}"
+        )
 
 
 @app.command("example-campaign")
@@ -120,13 +129,18 @@ def example_campaign(
     out: Annotated[Path, typer.Argument(help="Folder for campaign.toml, the logs and truth.toml.")],
     seed: Annotated[int, typer.Option(min=0, help="Another seed is another crane, sea and noise.")] = 0,
     defect: Annotated[str | None, typer.Option(help="One thing that is wrong, by name, to see it caught.")] = None,
-    size: Annotated[str | None, typer.Option(help='Size of the defect, in place of its usual one: 0.03, or "0.2 s" of a time.')] = None,
+    size: Annotated[
+        str | None, typer.Option(help='Size of the defect, in place of its usual one: 0.03, or "0.2 s" of a time.')
+    ] = None,
     crane: Annotated[str, typer.Option(help="Twin under test: library crane, or path of a crane file.")] = "nov-250t",
-    apart: Annotated[bool, typer.Option("--apart", help="Capacitance, leakage and inertia 10 to 30 % off, to be tuned.")] = False,
+    apart: Annotated[
+        bool, typer.Option("--apart", help="Capacitance, leakage and inertia 10 to 30 % off, to be tuned.")
+    ] = False,
     parquet: Annotated[bool, typer.Option("--parquet", help="Logs as Parquet instead of CSV.")] = False,
     json: Json = False,
 ) -> None:
-    """Write validation tests of a simulated crane that is other in detail than its twin. Everything is marked SYNTHETIC.
+    """Write validation tests of a simulated crane that is other in detail than its twin. Everything is marked
+    SYNTHETIC.
 
     Example: stillhook certificate example-campaign my-tests --defect leakage
     """
@@ -142,11 +156,21 @@ def example_campaign(
     large = size_of(named, size, "--size") if named is not None and size is not None else None
     plan = sea_trials(crane if crane in cranes() else load_crane(crane))
     with progress_bar(f"{len(plan.tests)} tests") as bar:
-        written = write_campaign(out, plan=plan, seed=seed, defect=named, size=large, apart=apart, parquet=parquet, progress=bar)
+        written = write_campaign(
+            out, plan=plan, seed=seed, defect=named, size=large, apart=apart, parquet=parquet, progress=bar
+        )
     what = told(named, large) if named is not None else "well matched by its twin"
     if json:
         logs, notes = [str(p) for p in written.logs], list(written.notes)
-        print_json({"campaign": str(written.campaign), "logs": logs, "truth": str(written.truth), "crane": what, "notes": notes})
+        print_json(
+            {
+                "campaign": str(written.campaign),
+                "logs": logs,
+                "truth": str(written.truth),
+                "crane": what,
+                "notes": notes,
+            }
+        )
         return
     print(f"SYNTHETIC crane, seed {seed}: {what}; {len(written.logs)} tests")
     for note in written.notes:

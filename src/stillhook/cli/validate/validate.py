@@ -1,4 +1,5 @@
-"""`stillhook validate`: logs of a crane's tests and its twin in, a verdict line by line out, and a certificate where it passes."""
+"""`stillhook validate`: logs of a crane's tests and its twin in, a verdict line by line out, and a certificate where it
+passes."""
 
 from __future__ import annotations
 
@@ -21,11 +22,21 @@ def register(app: typer.Typer) -> None:
 
 
 def validate(
-    campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN.toml", help="Campaign file: crane, signals, and one test a log.")],
-    out: Annotated[Path | None, typer.Option("--out", help="Folder for report, certificate, figures, tables (default: none).")] = None,
-    steps: Annotated[str | None, typer.Option(help="Only these of the steps 0 to 6, such as 1,2; no certificate then.")] = None,
-    criteria: Annotated[str | None, typer.Option(help="Criteria file, or name of a set, in place of the campaign's.")] = None,
-    all_: Annotated[bool, typer.Option("--all", help="Every line and every finding in full, not only those that are not shown.")] = False,
+    campaign: Annotated[
+        Path, typer.Argument(metavar="CAMPAIGN.toml", help="Campaign file: crane, signals, and one test a log.")
+    ],
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder for report, certificate, figures, tables (default: none).")
+    ] = None,
+    steps: Annotated[
+        str | None, typer.Option(help="Only these of the steps 0 to 6, such as 1,2; no certificate then.")
+    ] = None,
+    criteria: Annotated[
+        str | None, typer.Option(help="Criteria file, or name of a set, in place of the campaign's.")
+    ] = None,
+    all_: Annotated[
+        bool, typer.Option("--all", help="Every line and every finding in full, not only those that are not shown.")
+    ] = False,
     json: Json = False,
 ) -> None:
     """Does a crane file represent a crane? Logs of its tests against the twin, in steps, judged line by line (paper F).
@@ -77,12 +88,15 @@ def _numbers(text: str | None) -> list[StepNumber] | None:
     known = {str(int(n)): n for n in StepNumber}
     wanted = [part.strip() for part in text.split(",")]
     if unknown := [part for part in wanted if part not in known]:
-        raise ValidateError(f"--steps = {came(text)}: {came(unknown[0])} is not one of {', '.join(known)}. Write numbers such as 1,2.")
+        raise ValidateError(
+            f"--steps = {came(text)}: {came(unknown[0])} is not one of {', '.join(known)}. Write numbers such as 1,2."
+        )
     return [known[part] for part in wanted]
 
 
 def _print(found: Validation, *, tables: bool, everything: bool) -> None:
-    """The verdict and what decides it, load cases, steps, lines. everything: also what agrees, in full; tables: those of the steps."""
+    """The verdict and what decides it, load cases, steps, lines. everything: also what agrees, in full; tables: those
+    of the steps."""
     from stillhook.validate.report.texts import SEGMENT_HEAD, found_on_the_way, segment_cells, segments, title
     from stillhook.validate.report.unjudged import HEADING, MEANING, unjudged_says
 
@@ -142,7 +156,11 @@ def _print_lines(found: Validation, *, everything: bool) -> None:
 
     print("\nlines")
     print_table(TERSE_HEAD, [list(terse_cells(found, line)) for line in found.lines], texts={0, len(TERSE_HEAD) - 1})
-    full = found.lines if everything else [line for line in found.lines if line.judged and line.verdict is not Verdict.SHOWN]
+    full = (
+        found.lines
+        if everything
+        else [line for line in found.lines if line.judged and line.verdict is not Verdict.SHOWN]
+    )
     if full:
         print()
     for line in full:
@@ -171,4 +189,6 @@ def _print_missing(found: Validation, out: Path | None, criteria: str | None) ->
     if out is None and found.whole:
         wrapped("every line in full: --all; report, figures and certificate: --out FOLDER; tables of a step: --steps 4")
     elif criteria is not None and found.whole:
-        wrapped("no certificate with --criteria: name the criteria in the campaign file, so that it can be checked later")
+        wrapped(
+            "no certificate with --criteria: name the criteria in the campaign file, so that it can be checked later"
+        )

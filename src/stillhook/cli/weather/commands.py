@@ -1,4 +1,5 @@
-"""`stillhook weather persistence|alpha|forecast|show`: when the weather lets work be done, and what a forecast must promise."""
+"""`stillhook weather persistence|alpha|forecast|show`: when the weather lets work be done, and what a forecast must
+promise."""
 
 from __future__ import annotations
 
@@ -18,39 +19,55 @@ if TYPE_CHECKING:
     from stillhook.weather.limit_text import Limit
     from stillhook.weather.series import Weather
 
-app = typer.Typer(no_args_is_help=True, help="Weather: workable windows and waiting, alpha factors, go or no-go from a forecast.")
+app = typer.Typer(
+    no_args_is_help=True, help="Weather: workable windows and waiting, alpha factors, go or no-go from a forecast."
+)
 
 OUT_FILES = ("weather.png", "weather.json")
-FILE_HELP = "Table of weather (CSV and its kin, gz too), a file of NDBC, or a name of the library; a wrong name lists them."
+FILE_HELP = (
+    "Table of weather (CSV and its kin, gz too), a file of NDBC, or a name of the library; a wrong name lists them."
+)
 LIMIT_HELP = (
     'Limit, inclusive; as often as needed, all must hold: "Hs <= 1.5 m", "wind <= 10 m/s", "Tp 5..12 s", '
     '"Hs <= 3 m for beta 150..210 deg".'
 )
 DIRECTION_HELP = (
-    "What the file's wave directions mean, where it does not say: coming-from or going-to (clockwise from north), cartesian (going to, "
-    "counter-clockwise from east), cartesian-from."
+    "What the file's wave directions mean, where it does not say: coming-from or going-to (clockwise from north),"
+    " cartesian (going to, counter-clockwise from east), cartesian-from."
 )
-COLUMN_HELP = 'Which heading is what: "Hs=waveheight", "wind=ws (kn)"; for Hs, Tp, Tz, wind, come_from, wind_from, current.'
+COLUMN_HELP = (
+    'Which heading is what: "Hs=waveheight", "wind=ws (kn)"; for Hs, Tp, Tz, wind, come_from, wind_from, current.'
+)
 ORDER_HELP = "mdy, dmy or ymd, where the file's dates leave it open."
-SHIP_HELP = 'Where the bow points, clockwise from north, "315 deg", or "free" to keep the best heading in each window; for limits on beta.'
+SHIP_HELP = (
+    'Where the bow points, clockwise from north, "315 deg", or "free" to keep the best heading in each window; for'
+    " limits on beta."
+)
 TABLE_HELP = "Table of alpha factors: a name, or a TOML file of your own."
-PLAN_HELP = "Folder of a saved lift plan (stillhook plan --out): its OP_WF by period and direction is the limit, its T_R the time."
+PLAN_HELP = (
+    "Folder of a saved lift plan (stillhook plan --out): its OP_WF by period and direction is the limit, its T_R the"
+    " time."
+)
 WINDOW_HELP = "How long the operation needs the weather without a break."
 JSON_HELP = (
-    'Print JSON in SI (times in s; in hours under "hours"). n_hours: records x step. operability: workable share of valid records. '
-    "Windows: longest unbroken runs, a record counts one step, gaps and missing values break them. Waits: from every record, by the "
-    "clock, to the first from which a window of the asked length is left; 0 where one starts; percentiles linear; starts without one "
-    "are n_censored and left out."
+    'Print JSON in SI (times in s; in hours under "hours"). n_hours: records x step. operability: workable share of'
+    " valid records. Windows: longest unbroken runs, a record counts one step, gaps and missing values break them."
+    " Waits: from every record, by the clock, to the first from which a window of the asked length is left; 0 where one"
+    " starts; percentiles linear; starts without one are n_censored and left out."
 )
 
 Direction = Annotated[str | None, typer.Option("--direction", help=DIRECTION_HELP)]
 Columns = Annotated[list[str] | None, typer.Option("--column", help=COLUMN_HELP)]
 TimeColumn = Annotated[str | None, typer.Option("--time", help="Heading of the times, where it is not recognised.")]
 Order = Annotated[str | None, typer.Option("--date-order", help=ORDER_HELP)]
-Step = Annotated[str | None, typer.Option("--step", help="What a record stands for, where that is not the usual spacing.")]
+Step = Annotated[
+    str | None, typer.Option("--step", help="What a record stands for, where that is not the usual spacing.")
+]
 Limits = Annotated[list[str], typer.Option("--limit", help=LIMIT_HELP)]
 Ship = Annotated[str | None, typer.Option("--ship", help=SHIP_HELP)]
-Out = Annotated[Path | None, typer.Option("--out", help="Folder for weather.png and weather.json; nothing is written without it.")]
+Out = Annotated[
+    Path | None, typer.Option("--out", help="Folder for weather.png and weather.json; nothing is written without it.")
+]
 
 
 @app.command("persistence")
@@ -69,12 +86,13 @@ def persistence(
 ) -> None:
     """Workable share, windows and waiting of a weather series, in all and by month.
 
-    A record counts one step. Windows break at gaps in time and at records with missing values. Waits are taken from every record to the
-    first at or after it from which a window of the asked length is left.
+    A record counts one step. Windows break at gaps in time and at records with missing values. Waits are taken from
+    every record to the first at or after it from which a window of the asked length is left.
 
     Exit code 0 whatever the weather is, also where no window is ever long enough.
 
-    Example: stillhook weather persistence SYNTHETIC-norwegian-sea --limit "Hs <= 1.5 m" --limit "wind <= 10 m/s" --window "24 h"
+    Example: stillhook weather persistence SYNTHETIC-norwegian-sea --limit "Hs <= 1.5 m" --limit "wind <= 10 m/s"
+    --window "24 h"
     """
     from stillhook.base.atomic import check_folder
     from stillhook.errors import WeatherError
@@ -110,7 +128,8 @@ def alpha(
     table: Annotated[str, typer.Option("--table", help=TABLE_HELP)] = "dnv-os-h101",
     json: Json = False,
 ) -> None:
-    """Alpha factor, the wave height that a forecast must stay within, reference period, and whether the operation is weather restricted.
+    """Alpha factor, the wave height that a forecast must stay within, reference period, and whether the operation is
+    weather restricted.
 
     Exit code 1 where the limiting height is below the table, which leaves it to be decided case by case.
 
@@ -120,7 +139,9 @@ def alpha(
     from stillhook.weather.alpha import alpha_of, load_alpha_table
 
     contingency = None if t_c is None else parse(t_c, "hours", "--t-c")
-    found = alpha_of(load_alpha_table(table), parse(hs, "length", "--hs"), parse(t_pop, "hours", "--t-pop"), contingency)
+    found = alpha_of(
+        load_alpha_table(table), parse(hs, "length", "--hs"), parse(t_pop, "hours", "--t-pop"), contingency
+    )
     if json:
         print_json(found.numbers())
     else:
@@ -134,12 +155,18 @@ def forecast(
     limit: Annotated[list[str] | None, typer.Option("--limit", help=LIMIT_HELP)] = None,
     t_pop: Annotated[str | None, typer.Option("--t-pop", help="Planned operation period.")] = None,
     t_c: Annotated[str | None, typer.Option("--t-c", help="Contingency time; without it T_R is twice T_POP.")] = None,
-    start: Annotated[str | None, typer.Option(help="First start (UTC), 2026-05-01T06:00; default: the forecast's first record.")] = None,
+    start: Annotated[
+        str | None, typer.Option(help="First start (UTC), 2026-05-01T06:00; default: the forecast's first record.")
+    ] = None,
     horizon: Annotated[str, typer.Option(help="Over which starts are looked for.")] = "72 h",
     table: Annotated[str | None, typer.Option("--table", help=TABLE_HELP)] = None,
     plan: Annotated[Path | None, typer.Option("--plan", help=PLAN_HELP)] = None,
-    alternative: Annotated[str | None, typer.Option(help="With --plan: the one whose go counts; default: the plan's own.")] = None,
-    uncredited: Annotated[bool, typer.Option("--twin", help="With --plan: limits as the twin tells them, not as credited.")] = False,
+    alternative: Annotated[
+        str | None, typer.Option(help="With --plan: the one whose go counts; default: the plan's own.")
+    ] = None,
+    uncredited: Annotated[
+        bool, typer.Option("--twin", help="With --plan: limits as the twin tells them, not as credited.")
+    ] = False,
     ship: Ship = None,
     direction: Direction = None,
     column: Columns = None,
@@ -155,7 +182,8 @@ def forecast(
 
     Exit code 0 for go at the first start, 1 for no-go there (a later start may be told).
 
-    Example: stillhook weather forecast forecast.csv --limit "Hs <= 2 m" --limit "wind <= 12 m/s" --t-pop "24 h" --t-c "12 h"
+    Example: stillhook weather forecast forecast.csv --limit "Hs <= 2 m" --limit "wind <= 12 m/s" --t-pop "24 h" --t-c
+    "12 h"
 
     Example: stillhook weather forecast forecast.csv --plan plan --limit "wind <= 12 m/s"
     """
@@ -178,7 +206,9 @@ def forecast(
         return _read(file, direction, column, time, date_order, step)
 
     if plan is not None:
-        refuse({"--t-pop": t_pop, "--t-c": t_c, "--table": table, "--out": out}, "is not asked with --plan. Leave it out.")
+        refuse(
+            {"--t-pop": t_pop, "--t-c": t_c, "--table": table, "--out": out}, "is not asked with --plan. Leave it out."
+        )
         raise typer.Exit(by_plan(plan, read, limits, when, heading, alternative, twin=uncredited, json=json))
     refuse({"--alternative": alternative, "--twin": uncredited or None}, "belongs to --plan. Give it as well.")
     answer, figure = by_limits(read, limits, t_pop, t_c, table or "dnv-os-h101", when, heading, picture=out is not None)
@@ -201,18 +231,31 @@ def _begin(start: str) -> Any:
 @app.command("lift")
 def lift(
     plan: Annotated[str, typer.Argument(metavar="PLAN.toml", help="Plan file, or one of the library's.")],
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Measured waves, record by record: NDBC spectra or standard meteorology.")],
-    heading: Annotated[str | None, typer.Option(help="Direction of travel from the bow in every record: 180 deg is a head sea.")] = None,
-    ship: Annotated[str | None, typer.Option("--ship", help='Where the bow points from north, by measured directions: "250 deg".')] = None,
-    spread: Annotated[float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")] = None,
-    alternative: Annotated[list[str] | None, typer.Option(help="Way to reckon the winch, such as ssc; default: all of the plan.")] = None,
+    file: Annotated[
+        Path,
+        typer.Argument(metavar="FILE", help="Measured waves, record by record: NDBC spectra or standard meteorology."),
+    ],
+    heading: Annotated[
+        str | None, typer.Option(help="Direction of travel from the bow in every record: 180 deg is a head sea.")
+    ] = None,
+    ship: Annotated[
+        str | None, typer.Option("--ship", help='Where the bow points from north, by measured directions: "250 deg".')
+    ] = None,
+    spread: Annotated[
+        float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")
+    ] = None,
+    alternative: Annotated[
+        list[str] | None, typer.Option(help="Way to reckon the winch, such as ssc; default: all of the plan.")
+    ] = None,
     table: Annotated[str, typer.Option("--table", help=TABLE_HELP)] = "dnv-os-h101",
     json: Json = False,
 ) -> None:
-    """Windows and waiting of a lift plan in a hindcast with full spectra: every record by the frequency road, under every alternative.
+    """Windows and waiting of a lift plan in a hindcast with full spectra: every record by the frequency road, under
+    every alternative.
 
-    The window is the plan's T_R, the forecast factor is in the limits. What the road does not tell (the splash zone) is judged by the
-    plan's table in closed form. A year of hourly spectra takes about 20 s. Exit code 0 whatever the weather is.
+    The window is the plan's T_R, the forecast factor is in the limits. What the road does not tell (the splash zone) is
+    judged by the plan's table in closed form. A year of hourly spectra takes about 20 s. Exit code 0 whatever the
+    weather is.
 
     Example: stillhook weather lift template-to-1500m 46042w1996.txt.gz --heading "180 deg"
     """
@@ -279,14 +322,21 @@ def _heading(ship: str | None, limits: Sequence[Limit], planned: bool = False) -
     from stillhook.weather.limit_text import BETA
 
     if ship is not None and not planned and not any(BETA in limit.columns for limit in limits):
-        raise WeatherError('--ship: no limit asks for beta. Leave it out, or write a limit such as "Hs <= 3 m for beta 150..210 deg".')
+        raise WeatherError(
+            '--ship: no limit asks for beta. Leave it out, or write a limit such as "Hs <= 3 m for beta 150..210 deg".'
+        )
     if ship is None or ship.strip().lower() == "free":
         return None, ship is not None
     return parse_direction(ship, "--ship"), False
 
 
 def _read(
-    file: str, direction: str | None, column: list[str] | None, time: str | None, date_order: str | None, step: str | None
+    file: str,
+    direction: str | None,
+    column: list[str] | None,
+    time: str | None,
+    date_order: str | None,
+    step: str | None,
 ) -> Weather:
     """The weather that was named, with what was said about it."""
     from stillhook.errors import WeatherError
@@ -296,7 +346,9 @@ def _read(
     from stillhook.weather.mapped import mapped
 
     if direction is not None and direction not in SENSES:
-        raise WeatherError(f"--direction {came(direction)}: is not one of {', '.join(SENSES)}{nearest(direction, SENSES)}")
+        raise WeatherError(
+            f"--direction {came(direction)}: is not one of {', '.join(SENSES)}{nearest(direction, SENSES)}"
+        )
     named: dict[str, str] = {}
     for text in column or ():
         name, sign, heading = text.partition("=")
@@ -304,11 +356,13 @@ def _read(
             raise WeatherError(f'--column {came(text)}: write a name and a heading, "Hs=waveheight".')
         column_of = mapped({name: heading}, "--column")
         if twice := sorted(column_of.keys() & named.keys()):
-            raise WeatherError(f"--column {came(text)}: {twice[0]} already has the heading {came(named[twice[0]])}. Name each column once.")
+            raise WeatherError(
+                f"--column {came(text)}: {twice[0]} already has the heading {came(named[twice[0]])}. Name each column"
+                " once."
+            )
         named |= column_of
     every = None if step is None else parse(step, "hours", "--step")
     if every is not None and every <= 0.0:
         raise WeatherError(f"--step {came(step)}: is not above 0 s.")
     sense = None if direction is None else SENSES[direction]
     return read_weather(file, sense=sense, columns_as=named, time_column=time, date_order=date_order, step=every)
-

@@ -23,9 +23,16 @@ if TYPE_CHECKING:
 
 
 def by_limits(
-    read: Callable[[], Weather], limits: Sequence[Limit], t_pop: str | None, t_c: str | None, table: str, when: When, heading: Heading, *,
+    read: Callable[[], Weather],
+    limits: Sequence[Limit],
+    t_pop: str | None,
+    t_c: str | None,
+    table: str,
+    when: When,
+    heading: Heading,
+    *,
     picture: bool,
-) -> tuple[dict[str, Any], Any]:  # fmt: skip
+) -> tuple[dict[str, Any], Any]:
     """The answer for limits in words, and its picture where one is wanted."""
     from stillhook.errors import WeatherError
     from stillhook.report.plots.weather import forecast_figure
@@ -39,16 +46,25 @@ def by_limits(
             raise WeatherError(f"{option}: missing. {instead}.")
     T_POP, T_C = parse(t_pop, "hours", "--t-pop"), None if t_c is None else parse(t_c, "hours", "--t-c")
     factors, found = load_alpha_table(table), read()
-    checked = check_forecast(found, limits, factors, T_POP, T_C, start=when[0], horizon=when[1], ship=heading[0], free=heading[1])
+    checked = check_forecast(
+        found, limits, factors, T_POP, T_C, start=when[0], horizon=when[1], ship=heading[0], free=heading[1]
+    )
     answer: dict[str, Any] = {"file": found.source, "limits": [one.text for one in limits], "horizon": when[1]}
     answer |= numbers(checked) | {"notes": [*checked.notes, *found.notes]}
     return answer, forecast_figure(found, list(limits), answer) if picture else None
 
 
 def by_plan(
-    folder: Path, read: Callable[[], Weather], limits: Sequence[Limit], when: When, heading: Heading, alternative: str | None, *,
-    twin: bool, json: bool,
-) -> int:  # fmt: skip
+    folder: Path,
+    read: Callable[[], Weather],
+    limits: Sequence[Limit],
+    when: When,
+    heading: Heading,
+    alternative: str | None,
+    *,
+    twin: bool,
+    json: bool,
+) -> int:
     """Tell go or no-go of every alternative of a saved plan; the exit code is that of one of them."""
     from stillhook.errors import WeatherError
     from stillhook.library.toml.tree import nearest
@@ -60,9 +76,13 @@ def by_plan(
     names = [a.value for a in result.alternatives]
     chosen = str(result.facts["shown"]) if alternative is None else alternative
     if chosen not in names:
-        raise WeatherError(f"--alternative {came(chosen)}: is not one of the plan's {', '.join(names)}{nearest(chosen, names)}")
+        raise WeatherError(
+            f"--alternative {came(chosen)}: is not one of the plan's {', '.join(names)}{nearest(chosen, names)}"
+        )
     credit: Credit = "twin" if twin else "credited"
-    answer = plan_forecast(result, read(), limits=limits, credit=credit, start=when[0], horizon=when[1], ship=heading[0])
+    answer = plan_forecast(
+        result, read(), limits=limits, credit=credit, start=when[0], horizon=when[1], ship=heading[0]
+    )
     own = next(a for a in answer["alternatives"] if a["alternative"] == chosen)
     answer = {"go": own["go"], "first_start": own["first_start"], "why": own["why"], "alternative": chosen} | answer
     if json:
@@ -74,7 +94,9 @@ def by_plan(
 
 def _print(answer: dict[str, Any]) -> None:
     later = f"; first possible start {answer['first_start']}" if answer["first_start"] and not answer["go"] else ""
-    wrapped(f"{'GO' if answer['go'] else 'NO-GO'} with {answer['alternative']}: {answer['plan']}, {answer['file']}{later}")
+    wrapped(
+        f"{'GO' if answer['go'] else 'NO-GO'} with {answer['alternative']}: {answer['plan']}, {answer['file']}{later}"
+    )
     if answer["why"]:
         wrapped(answer["why"])
     first = answer["alternatives"][0]["starts"][0]["time"]
@@ -101,7 +123,9 @@ def chosen_alternatives(names: Sequence[str], of: Sequence[Alternative]) -> tupl
 
     for name in names:
         if name not in of:
-            raise WeatherError(f"--alternative {came(name)}: is not one of the plan's {', '.join(of)}{nearest(name, of)}")
+            raise WeatherError(
+                f"--alternative {came(name)}: is not one of the plan's {', '.join(of)}{nearest(name, of)}"
+            )
     return tuple(a for a in of if a in names) if names else tuple(of)
 
 
@@ -114,7 +138,10 @@ def print_lift(answer: dict[str, Any]) -> None:
             one["alternative"],
             *(f"{100.0 * one[name]:.1f}" for name in ("operability", "start_share")),
             str(one["n_windows_long_enough"]),
-            *("never" if one[name] != one[name] else f"{one[name] / 86400.0:.1f}" for name in ("wait_mean", "wait_p50", "wait_p90")),
+            *(
+                "never" if one[name] != one[name] else f"{one[name] / 86400.0:.1f}"
+                for name in ("wait_mean", "wait_p50", "wait_p90")
+            ),
             str(one["n_censored"]),
         ]
         for one in answer["alternatives"]

@@ -11,7 +11,9 @@ from stillhook.units import number
 
 def print_alpha(answer: dict[str, Any]) -> None:
     """Factor, forecast limit and reference period."""
-    shown = {k: "-" if v is None else {True: "yes", False: "no"}[v] if isinstance(v, bool) else v for k, v in answer.items()}
+    shown = {
+        k: "-" if v is None else {True: "yes", False: "no"}[v] if isinstance(v, bool) else v for k, v in answer.items()
+    }
     times = {k: f"{answer[k] / 3600.0:g} h" for k in ("T_POP", "T_C", "T_R")}
     print_values({k: v for k, v in shown.items() if k not in ("why", "table", *times)})
     wrapped(", ".join(f"{k} {v}" for k, v in times.items()))
@@ -28,7 +30,10 @@ def print_forecast(answer: dict[str, Any]) -> None:
     if answer["why"]:
         wrapped(answer["why"])
     for one in answer["factors"]:
-        wrapped(f"Hs: OP_LIM {one['hs']:.4g} m x alpha {one['alpha']:.3g} = OP_WF {one['op_wf']:.3g} m; T_R {one['T_R'] / 3600.0:g} h")
+        wrapped(
+            f"Hs: OP_LIM {one['hs']:.4g} m x alpha {one['alpha']:.3g} = OP_WF {one['op_wf']:.3g} m; T_R"
+            f" {one['T_R'] / 3600.0:g} h"
+        )
     rows = [
         [a["time"], b["time"], {True: "go", False: "no-go", None: "not covered"}[a["go"]], a["governs"], *_used(a)]
         for a, b in _stretches(answer["starts"])
@@ -71,7 +76,10 @@ def print_persistence(answer: dict[str, Any]) -> None:
     if headings := answer.get("by_heading"):
         best, worst = (choose(headings, key=lambda h: h["operability"]) for choose in (max, min))
         held = [f"{100.0 * h['operability']:.1f} % at {human('ship', h['ship'], 4)} deg" for h in (best, worst)]
-        wrapped(f"The ship turns to what suits each record best. Held on one heading: {held[0]} at best, {held[1]} at worst.")
+        wrapped(
+            f"The ship turns to what suits each record best. Held on one heading: {held[0]} at best, {held[1]} at"
+            " worst."
+        )
     if answer["n_censored"]:
         share = answer["n_censored"] / answer["n_records"]
         end = "of all records have no later window before the series ends: left out of the waits."
@@ -97,7 +105,12 @@ def print_show(answer: dict[str, Any]) -> None:
     records = f"{answer['n_records']} records, one every {answer['step'] / 3600.0:g} h"
     wrapped(f"{answer['file']}: {answer['start']} to {answer['end']}, {records}")
     rows = [
-        [name, unit_of(name), str(c["n_missing"]), *("-" if c[k] is None else human(name, c[k], 4) for k in ("min", "mean", "p90", "max"))]
+        [
+            name,
+            unit_of(name),
+            str(c["n_missing"]),
+            *("-" if c[k] is None else human(name, c[k], 4) for k in ("min", "mean", "p90", "max")),
+        ]
         for name, c in answer["columns"].items()
     ]
     print_table(("column", "unit", "missing", "least", "mean", "P90", "most"), rows, left=2)

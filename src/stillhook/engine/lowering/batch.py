@@ -1,4 +1,5 @@
-"""Thousands of lowerings, numbers alone, in bounded memory: shared by threads or a cluster, kept in a store as they finish."""
+"""Thousands of lowerings, numbers alone, in bounded memory: shared by threads or a cluster, kept in a store as they
+finish."""
 
 from __future__ import annotations
 
@@ -45,22 +46,25 @@ def lower_many(
     step: str | None = None,
     progress: Progress | None = None,
 ) -> xarray.Dataset:
-    """The numbers of many lowerings, the same to the last bit as those of `lower`; a case that loses its numbers is marked.
+    """The numbers of many lowerings, the same to the last bit as those of `lower`; a case that loses its numbers is
+    marked.
 
     Parameters
     ----------
     crane: that of all cases, or one for each; several are of one winch type and have one PLC cycle.
-    cases: lowerings, or `InSea`, whose tip and water are made as they are run; cases that are moved alike are best run together, whatever
-    their order here.
-    store: folder in which results are kept as they finish, under what they follow from, so that a run that was killed goes on where it
-    stood. client: a dask.distributed Client; its workers then share the work, and threads is not used.
+    cases: lowerings, or `InSea`, whose tip and water are made as they are run; cases that are moved alike are best run
+    together, whatever their order here.
+    store: folder in which results are kept as they finish, under what they follow from, so that a run that was killed
+    goes on where it stood. client: a dask.distributed Client; its workers then share the work, and threads is not used.
     threads, step: as in `lower`. progress: called with the share done, 0..1.
 
     Returns
     -------
-    Dataset over "case" with status, notes and numbers of each run, and those of its stages in "stage_..." over the dimension "stage".
+    Dataset over "case" with status, notes and numbers of each run, and those of its stages in "stage_..." over the
+    dimension "stage".
 
-    Errors: LiftError, ScenarioError, SpecError of the first case that cannot be run; SimulationError where store or cluster fail.
+    Errors: LiftError, ScenarioError, SpecError of the first case that cannot be run; SimulationError where store or
+    cluster fail.
     """
     cases, cranes = _cases(cases), _cranes(crane, cases)
     check_threads(threads)
@@ -75,7 +79,11 @@ def lower_many(
         kept.check_room()
     workers = threads if client is None else max(sum(client.nthreads().values()), 1)
     tasks = [Task(i, [cranes[k] for k in i], [cases[k] for k in i], n_sub) for i in _cut(cases, missing, workers)]
-    landed = on_threads(tasks, threads, meter, work, KIND) if client is None else on_cluster(tasks, client, meter, work_packed)
+    landed = (
+        on_threads(tasks, threads, meter, work, KIND)
+        if client is None
+        else on_cluster(tasks, client, meter, work_packed)
+    )
     with closing(landed):  # a store that fails stops the threads, or the cluster, at once
         for task, answers in landed:
             if kept is not None:
@@ -83,7 +91,9 @@ def lower_many(
             found.update({i: answers.summary(k, _columns(cases[i])) for k, i in enumerate(task.indices)})
     numbers = [_parted(found[i], _stages(case)) for i, case in enumerate(cases)]
     h = cranes[0].control.t_cycle / n_sub
-    return summarised(crane if isinstance(crane, Crane) else cranes, [_lift(c) for c in cases], numbers, step=h, single=False)
+    return summarised(
+        crane if isinstance(crane, Crane) else cranes, [_lift(c) for c in cases], numbers, step=h, single=False
+    )
 
 
 def _cases(cases: Sequence[Case]) -> list[Case]:
@@ -92,20 +102,29 @@ def _cases(cases: Sequence[Case]) -> list[Case]:
         raise LiftError("lower_many: the list of lowerings is empty. Give at least one.")
     for i, each in enumerate(given):
         if not isinstance(each, Lowering | InSea):
-            raise LiftError(f"lowering {i} = {units.came(each)}: not a Lowering. Give lowerings, or lowerings in a sea (InSea).")
+            raise LiftError(
+                f"lowering {i} = {units.came(each)}: not a Lowering. Give lowerings, or lowerings in a sea (InSea)."
+            )
     return given
 
 
 def _cranes(crane: Crane | Sequence[Crane], cases: Sequence[Case]) -> list[Crane]:
-    cranes = [crane] * len(cases) if isinstance(crane, Crane) else list(crane) if isinstance(crane, Iterable) else [crane]
+    cranes = (
+        [crane] * len(cases) if isinstance(crane, Crane) else list(crane) if isinstance(crane, Iterable) else [crane]
+    )
     if len(cranes) != len(cases):
-        raise LiftError(f"lower_many: {len(cranes)} cranes and {len(cases)} lowerings. Give one crane, or one for each lowering.")
+        raise LiftError(
+            f"lower_many: {len(cranes)} cranes and {len(cases)} lowerings. Give one crane, or one for each lowering."
+        )
     first = cranes[0]
     for i, each in enumerate(cranes):
         if not isinstance(each, Crane):
             raise SpecError(f"crane = {units.came(each)}: not a Crane. Read one with load_crane, by name or path.")
         if each.plant is not first.plant or each.control.t_cycle != first.control.t_cycle:
-            raise SpecError(f'lower_many: crane {i} "{each.name}" has another winch type or PLC cycle than "{first.name}". Run them apart.')
+            raise SpecError(
+                f'lower_many: crane {i} "{each.name}" has another winch type or PLC cycle than "{first.name}". Run them'
+                " apart."
+            )
     return cranes
 
 
@@ -170,12 +189,16 @@ def work(task: Task, progress: Progress | None = None) -> Answers:
 
         lifts = _made(block.cases)
         places = None if task.indices == [0] else block.indices
-        results = run_lowerings(block.cranes, lifts, n_sub=task.n_sub, lanes=VL, every=0, threads=1, progress=told, places=places)
+        results = run_lowerings(
+            block.cranes, lifts, n_sub=task.n_sub, lanes=VL, every=0, threads=1, progress=told, places=places
+        )
         for crane, lift, result in zip(block.cranes, lifts, results, strict=True):
             run, stages = lift_summary(crane, lift, result)
             status.append(run["status"])
             notes.append(tuple(run["notes"]))
-            rows.append([run[name] for name in RUN_NUMBERS] + [stage[name] for stage in stages for name in STAGE_NUMBERS])
+            rows.append(
+                [run[name] for name in RUN_NUMBERS] + [stage[name] for stage in stages for name in STAGE_NUMBERS]
+            )
     return Answers(status, np.array(rows, dtype=np.float64), notes, results_hash())
 
 
@@ -209,7 +232,9 @@ class _Kept:
         self.keys: dict[int, bytes] = {}
         said = _Said()
         for n, group in self.groups.items():
-            keys = self.stores[n].keys([cranes[i] for i in group], [cases[i] for i in group], n_sub, results_hash(), said)
+            keys = self.stores[n].keys(
+                [cranes[i] for i in group], [cases[i] for i in group], n_sub, results_hash(), said
+            )
             self.keys.update(zip(group, keys, strict=True))
         self.stages = [_stages(case) for case in cases]
 
@@ -225,11 +250,14 @@ class _Kept:
 
     def put(self, indices: Sequence[int], answers: Answers) -> None:
         """Keep a task, whose cases all have as many stages."""
-        self.stores[self.stages[indices[0]]].put([self.keys[i] for i in indices], answers.status, answers.numbers, answers.notes)
+        self.stores[self.stages[indices[0]]].put(
+            [self.keys[i] for i in indices], answers.status, answers.numbers, answers.notes
+        )
 
 
 class _Said:
-    """A case as bytes: everything but names and sources, which change no number; lifts that cases share are written once.
+    """A case as bytes: everything but names and sources, which change no number; lifts that cases share are written
+    once.
 
     Names of stages stay in, because notes tell them.
     """
@@ -246,7 +274,8 @@ class _Said:
 
 def _print(lift: Lowering) -> bytes:
     plain = lift.model_dump(
-        mode="json", exclude={"name": True, "tip": True, "waves": True, "payload": {"name", "title", "source", "sources"}}
+        mode="json",
+        exclude={"name": True, "tip": True, "waves": True, "payload": {"name", "title", "source", "sources"}},
     )
     said = json.dumps({**plain, "tip": bare(lift.tip.to_dict())}, sort_keys=True).encode()
     if (w := lift.waves) is not None:

@@ -21,7 +21,8 @@ from stillhook.units import show
 from stillhook.winches.hoist import drum_geometry
 
 COUPLING = 0.1
-"""Largest mass that the stiff wire feigns in one step, h^2 k / 4, over the winch's at the wire, J / lever^2; at 1 they part ways."""
+"""Largest mass that the stiff wire feigns in one step, h^2 k / 4, over the winch's at the wire, J / lever^2; at 1 they
+part ways."""
 SOIL_LIMIT = 0.8
 """Largest step times rate of a payload on the seabed; stable up to 1 (damper) and 2 (spring)."""
 FIXED_MASS = 1.0e15
@@ -31,8 +32,8 @@ COARSEST = 0.5
 
 
 def check_lift(crane: Crane, case: Lowering) -> None:
-    """Refuse what no crane of this kind can be asked, or what is no lowering, its sea aside. Errors: LiftError, SpecError of an unknown
-    winch type, one line."""
+    """Refuse what no crane of this kind can be asked, or what is no lowering, its sea aside. Errors: LiftError,
+    SpecError of an unknown winch type, one line."""
     plant_of(crane)
     if not (math.isfinite(case.duration) and 0.0 < case.duration <= LONGEST):
         raise LiftError(f"duration = {case.duration:g} s: a run lasts up to {LONGEST:g} s. Lower in parts.")
@@ -47,7 +48,10 @@ def check_lift(crane: Crane, case: Lowering) -> None:
 def check_sea(case: Lowering) -> None:
     """Refuse a tip or waves that are not known for the whole run. Errors: LiftError."""
     if case.tip.duration is not None and case.duration > case.tip.duration + 1e-9:
-        raise LiftError(f"duration {case.duration:g} s is longer than the motion of the tip, {case.tip.duration:g} s. Shorten the run.")
+        raise LiftError(
+            f"duration {case.duration:g} s is longer than the motion of the tip, {case.tip.duration:g} s. Shorten the"
+            " run."
+        )
     if case.waves is not None:
         _check_waves(case.waves, case.duration)
 
@@ -56,12 +60,14 @@ def _check_places(crane: Crane, case: Lowering) -> None:
     """The load hangs between crane tip and seabed at the start, on wire that there is."""
     z_0, top = show(case.z_0, "length"), case.h_tip - case.rigging.height - case.payload.height
     if case.z_0 <= -case.depth:
-        raise LiftError(f"z_0 = {z_0}: the payload would lie on the seabed, {show(case.depth, 'length')} down. Start above it.")
+        raise LiftError(
+            f"z_0 = {z_0}: the payload would lie on the seabed, {show(case.depth, 'length')} down. Start above it."
+        )
     s_w, usable = hanging(crane, case, case.z_0).s_w, float(wire_usable(drum_record(crane)))
     if s_w < 0.0:
         raise LiftError(
-            f"z_0 = {z_0}: the hook would be above the crane tip, which is {show(case.h_tip, 'length')} above the water. "
-            f"Rigging and payload leave room up to z_0 = {show(top, 'length')}."
+            f"z_0 = {z_0}: the hook would be above the crane tip, which is {show(case.h_tip, 'length')} above the"
+            f" water. Rigging and payload leave room up to z_0 = {show(top, 'length')}."
         )
     if s_w > usable:
         raise LiftError(
@@ -71,8 +77,8 @@ def _check_places(crane: Crane, case: Lowering) -> None:
 
 
 def check_course(crane: Crane, case: Lowering, packed: PackedLift) -> None:
-    """Refuse stages that would be over before they begin, landings that would lift off again, and more static tension at the crane tip than
-    the crane carries. Errors: LiftError naming the stage."""
+    """Refuse stages that would be over before they begin, landings that would lift off again, and more static tension
+    at the crane tip than the crane carries. Errors: LiftError naming the stage."""
     wire: float | None = packed.winch.s_w
     for stage, row, name in zip(case.programme, packed.programme.rows, packed.programme.names, strict=True):
         where, target = f'stage "{name}"', float(row[Row._fields.index("value")])
@@ -82,9 +88,10 @@ def check_course(crane: Crane, case: Lowering, packed: PackedLift) -> None:
             if wire is not None and (target - wire) * stage.lower <= 0.0:
                 asked = show(getattr(stage, stage.end), "length")
                 raise LiftError(
-                    f"{where}: lower = {show(stage.lower, 'speed')} {'pays wire out' if stage.lower > 0.0 else 'hoists'}, "
-                    f"and {stage.end} = {asked} is {show(target, 'length')} of wire out, with {show(wire, 'length')} out at its beginning. "
-                    f"Turn the sign of lower, or change {stage.end}."
+                    f"{where}: lower = {show(stage.lower, 'speed')}"
+                    f" {'pays wire out' if stage.lower > 0.0 else 'hoists'}, and {stage.end} = {asked} is"
+                    f" {show(target, 'length')} of wire out, with {show(wire, 'length')} out at its beginning. Turn the"
+                    f" sign of lower, or change {stage.end}."
                 )
             wire = target
             _check_tip(crane, case, wire, where)
@@ -97,8 +104,8 @@ def _check_hold(crane: Crane, case: Lowering, stage: Stage, where: str) -> None:
     hangs = payload_weight(case, -math.inf) + crane.hook_mass * G
     if stage.hold is not None and stage.hold >= hangs:
         raise LiftError(
-            f"{where}: hold = {show(stage.hold, 'force')} would lift the load again: payload and hook weigh {show(hangs, 'force')} "
-            "in water. Hold less."
+            f"{where}: hold = {show(stage.hold, 'force')} would lift the load again: payload and hook weigh"
+            f" {show(hangs, 'force')} in water. Hold less."
         )
 
 
@@ -108,28 +115,42 @@ def _check_tip(crane: Crane, case: Lowering, wire: float, where: str) -> None:
     F, most = hanging(crane, case, z).F_tip, tip_capacity(crane)
     if F > most:
         raise LiftError(
-            f'{where}: payload, hook and wire pull {show(F, "force")} at the crane tip, and "{crane.name}" carries {show(most, "force")} '
-            "(SWL and hook). Lower less deep, a lighter payload, or choose another crane."
+            f'{where}: payload, hook and wire pull {show(F, "force")} at the crane tip, and "{crane.name}" carries'
+            f" {show(most, 'force')} (SWL and hook). Lower less deep, a lighter payload, or choose another crane."
         )
 
 
 def tip_capacity(crane: Crane) -> float:
-    """Tension at the crane tip that the crane is rated for: SWL and hook, the wire below the tip counting as load [N]."""
+    """Tension at the crane tip that the crane is rated for: SWL and hook, the wire below the tip counting as load
+    [N]."""
     return (crane.SWL + crane.hook_mass) * G
 
 
 def _check_waves(waves: WaveField, duration: float) -> None:
     if not 0.0 < waves.dt <= COARSEST:
-        raise LiftError(f"waves: samples every {waves.dt:g} s, and 0 to {COARSEST:g} s are allowed. Sample the water more finely.")
+        raise LiftError(
+            f"waves: samples every {waves.dt:g} s, and 0 to {COARSEST:g} s are allowed. Sample the water more finely."
+        )
     if duration > waves.duration + 1e-9:
         raise LiftError(f"duration {duration:g} s is longer than the waves, {waves.duration:g} s. Shorten the run.")
     shapes = {waves.w.shape, waves.a.shape}
-    if len(shapes) != 1 or waves.w.ndim != 2 or len(waves.w) != len(waves.eta) or waves.w.shape[1] < 2 or waves.z_0 <= 0 or waves.ds <= 0:
-        raise LiftError("waves: eta, w and a do not belong together, or there are fewer than 2 levels of depth. Make them with wave_field.")
+    if (
+        len(shapes) != 1
+        or waves.w.ndim != 2
+        or len(waves.w) != len(waves.eta)
+        or waves.w.shape[1] < 2
+        or waves.z_0 <= 0
+        or waves.ds <= 0
+    ):
+        raise LiftError(
+            "waves: eta, w and a do not belong together, or there are fewer than 2 levels of depth. Make them with"
+            " wave_field."
+        )
 
 
 def check_lift_step(packed: PackedLift, step: float) -> None:
-    """Refuse a step that winch, coupling or seabed cannot follow. Errors: SpecError naming the fastest mode and the step to take.
+    """Refuse a step that winch, coupling or seabed cannot follow. Errors: SpecError naming the fastest mode and the
+    step to take.
 
     The wire itself is stepped implicitly: however short and stiff, it asks for no shorter step.
     """
@@ -137,7 +158,9 @@ def check_lift_step(packed: PackedLift, step: float) -> None:
     hoist = p.hoist._replace(load=p.hoist.load._replace(m=FIXED_MASS))
     e, rope = packed.hang.element, packed.lift.rope
     top = e.c / e.k * rope.EA / rope.L_0
-    rates = {k: v / RK4_LIMIT for k, v in fastest_rates(packed.winch._replace(params=p._replace(hoist=hoist)), top).items()}
+    rates = {
+        k: v / RK4_LIMIT for k, v in fastest_rates(packed.winch._replace(params=p._replace(hoist=hoist)), top).items()
+    }
     geo = drum_geometry(packed.winch.s_w, hoist)
     k_0 = packed.lift.rope.EA / (hoist.wire.L_0 * packed.lift.rope.EA / hoist.wire.EA)
     rates["wire against the winch's inertia"] = math.sqrt(0.25 * k_0 * geo.lever**2 * geo.i_J / COUPLING)
@@ -150,5 +173,11 @@ def check_lift_step(packed: PackedLift, step: float) -> None:
         return
     t_cycle = packed.lift.t_cycle
     parts = whole_parts(t_cycle, 1.0 / rate)
-    advice = f'Use a step of "{t_cycle / parts * 1e3:.6g} ms" or less.' if parts <= MOST_STEPS else "Check the number behind it."
-    raise SpecError(f"step {step * 1e3:.3g} ms is too long for this lift: {name} asks for {1e3 / rate:.3g} ms. {advice}")
+    advice = (
+        f'Use a step of "{t_cycle / parts * 1e3:.6g} ms" or less.'
+        if parts <= MOST_STEPS
+        else "Check the number behind it."
+    )
+    raise SpecError(
+        f"step {step * 1e3:.3g} ms is too long for this lift: {name} asks for {1e3 / rate:.3g} ms. {advice}"
+    )

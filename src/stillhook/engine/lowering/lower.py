@@ -14,7 +14,14 @@ from stillhook.base.progress import Progress
 from stillhook.engine.arguments import check_threads, cycles, steps_per_cycle
 from stillhook.engine.lowering.run import LiftResult, run_lowerings
 from stillhook.engine.lowering.summary import lift_summary
-from stillhook.engine.scenario.simulate import OnFailure, Series, raise_failures, series_columns, summary_columns, time_axis
+from stillhook.engine.scenario.simulate import (
+    OnFailure,
+    Series,
+    raise_failures,
+    series_columns,
+    summary_columns,
+    time_axis,
+)
 from stillhook.errors import LiftError, SpecError
 from stillhook.kernels.build import kernel_hash
 from stillhook.kernels.lanes import VL
@@ -30,7 +37,8 @@ if TYPE_CHECKING:
     import xarray
 
 LIFT_STEP = 5e-3
-"""Default step [s]: the wire is stepped implicitly, and the winch at 5 ms is right to 0.1 mm of wire (docs/validation/step-size.md)."""
+"""Default step [s]: the wire is stepped implicitly, and the winch at 5 ms is right to 0.1 mm of wire
+(docs/validation/step-size.md)."""
 Found = tuple[Mapping[str, Any], Sequence[Mapping[str, Any]]]
 """Numbers of one lowering: of the whole run, and of each of its stages."""
 COLUMNS = Signals._fields + LiftSignals._fields
@@ -51,18 +59,20 @@ def lower(
 
     Parameters
     ----------
-    crane, case: what the machine is, and what hangs from it, in which water, under which programme. A list adds the dimension "case".
-    step: integration step, a whole part of the PLC cycle; default 5 ms. every: spacing of the stored series; default 0.1 s.
-    series: store time series; default True for one lowering, False for a list (statistics alone, sixteen side by side).
-    threads: threads that share a list. progress: called with the share done, 0..1.
+    crane, case: what the machine is, and what hangs from it, in which water, under which programme. A list adds the
+    dimension "case". step: integration step, a whole part of the PLC cycle; default 5 ms. every: spacing of the stored
+    series; default 0.1 s. series: store time series; default True for one lowering, False for a list (statistics alone,
+    sixteen side by side). threads: threads that share a list. progress: called with the share done, 0..1.
     on_failure: "raise" stops with SimulationError if a lowering fails, "mark" keeps the rest.
 
     Returns
     -------
-    Dataset with the summary of the run; the same numbers of each stage under "stage_..." over the dimension "stage", and the series over
-    "time" [s]; names, units and meaning from `stillhook.variables`. In the series, s_load and v_load are those of the payload.
+    Dataset with the summary of the run; the same numbers of each stage under "stage_..." over the dimension "stage",
+    and the series over "time" [s]; names, units and meaning from `stillhook.variables`. In the series, s_load and
+    v_load are those of the payload.
 
-    Errors: LiftError (what cannot be lowered so), ScenarioError, SpecError (step too long), SimulationError (failed run).
+    Errors: LiftError (what cannot be lowered so), ScenarioError, SpecError (step too long), SimulationError (failed
+    run).
     """
     single = isinstance(case, Lowering)
     cases = _cases(crane, case)
@@ -72,7 +82,9 @@ def lower(
     stored = single if series is None else series
     n_sub, rows = steps_per_cycle(crane, step, LIFT_STEP), cycles(crane, every)
     lanes = 1 if stored or single else VL
-    results = run_lowerings(crane, cases, n_sub=n_sub, lanes=lanes, every=rows if stored else 0, threads=threads, progress=progress)
+    results = run_lowerings(
+        crane, cases, n_sub=n_sub, lanes=lanes, every=rows if stored else 0, threads=threads, progress=progress
+    )
     found = [lift_summary(crane, c, r) for c, r in zip(cases, results, strict=True)]
     if OnFailure(on_failure) is OnFailure.RAISE:
         raise_failures([run for run, _ in found])
@@ -102,7 +114,9 @@ def labelled(
     """Summaries and series of lowerings as a labelled Dataset; see `lower`."""
     data = summarised(crane, cases, found, step=results[0].step, single=single)
     if series := [r.series for r in results if r.series is not None]:
-        data = data.assign(series_columns(COLUMNS, series, single=single)).assign_coords(time=time_axis(Series(series, results[0].dt)))
+        data = data.assign(series_columns(COLUMNS, series, single=single)).assign_coords(
+            time=time_axis(Series(series, results[0].dt))
+        )
     data.attrs["every"] = results[0].dt
     return data
 
@@ -119,7 +133,9 @@ def summarised(
         table = np.full((len(found), n_stages), np.nan)
         for i, (_, stages) in enumerate(found):
             table[i, : len(stages)] = [s[name] for s in stages]
-        columns[f"stage_{name}"] = (("stage",), table[0], attributes(name)) if single else (("case", "stage"), table, attributes(name))
+        columns[f"stage_{name}"] = (
+            (("stage",), table[0], attributes(name)) if single else (("case", "stage"), table, attributes(name))
+        )
     coords: dict[str, Any] = {} if single else {"case": [c.name or str(i) for i, c in enumerate(cases)]}
     names = {stage_names(c.programme) for c in cases}
     coords["stage"] = [*names.pop(), "after"] if len(names) == 1 else [str(i) for i in range(n_stages)]
@@ -142,4 +158,7 @@ def _cranes(crane: Crane | Sequence[Crane]) -> dict[str, Any]:
         return {"crane": crane_toml(crane)}
     each = {id(c): c for c in crane}
     number = {key: i for i, key in enumerate(each)}
-    return {"crane": json.dumps([crane_toml(c) for c in each.values()]), "crane_of_case": [number[id(c)] for c in crane]}
+    return {
+        "crane": json.dumps([crane_toml(c) for c in each.values()]),
+        "crane_of_case": [number[id(c)] for c in crane],
+    }

@@ -33,12 +33,13 @@ ROWS = 5
 
 
 PACKED = tuple(name for name in Lowering.model_fields if name not in ("name", "tip", "waves"))
-"""Parts of a lowering that its records follow from, beside the levels of its water and the height of the tip at the start."""
+"""Parts of a lowering that its records follow from, beside the levels of its water and the height of the tip at the
+start."""
 
 
 class StageResult(NamedTuple):
-    """Statistics of one stage; span largest peak-to-peak over the moving window of control error, tip, payload, hook [m], over the whole
-    stage where that is shorter."""
+    """Statistics of one stage; span largest peak-to-peak over the moving window of control error, tip, payload, hook
+    [m], over the whole stage where that is shorter."""
 
     stats: Stats
     lift: LiftStats
@@ -46,8 +47,8 @@ class StageResult(NamedTuple):
 
 
 class LiftResult(NamedTuple):
-    """What came out of one lowering. stages: number of the stage and its statistics, in the order of time, the last that after the
-    programme where it ended; series rows of Signals and LiftSignals every dt [s], or None."""
+    """What came out of one lowering. stages: number of the stage and its statistics, in the order of time, the last
+    that after the programme where it ended; series rows of Signals and LiftSignals every dt [s], or None."""
 
     packed: PackedLift
     stages: tuple[tuple[int, StageResult], ...]
@@ -78,12 +79,17 @@ class Ready(NamedTuple):
     drive: Drive
 
 
-def prepare(crane: Crane | Sequence[Crane], cases: Sequence[Lowering], n_sub: int, places: Sequence[int] | None = None) -> list[Ready]:
-    """Checked and packed lowerings; crane that of all, or one for each; places their numbers in a longer list, for messages.
+def prepare(
+    crane: Crane | Sequence[Crane], cases: Sequence[Lowering], n_sub: int, places: Sequence[int] | None = None
+) -> list[Ready]:
+    """Checked and packed lowerings; crane that of all, or one for each; places their numbers in a longer list, for
+    messages.
     Errors: LiftError, ScenarioError, SpecError naming the case."""
     ready = []
     known: dict[tuple[Any, ...], PackedLift] = {}
-    for i, (each, case) in enumerate(zip([crane] * len(cases) if isinstance(crane, Crane) else crane, cases, strict=True)):
+    for i, (each, case) in enumerate(
+        zip([crane] * len(cases) if isinstance(crane, Crane) else crane, cases, strict=True)
+    ):
         try:
             check_sea(case)
             drive = Drive(each, stand_in(each, case, 0.0))
@@ -115,10 +121,12 @@ def run_lowerings(
     progress: Progress | None = None,
     places: Sequence[int] | None = None,
 ) -> list[LiftResult]:
-    """Lowerings in blocks of `lanes` (1 or 16), the blocks shared by threads; a failed case is marked and spoils no other.
+    """Lowerings in blocks of `lanes` (1 or 16), the blocks shared by threads; a failed case is marked and spoils no
+    other.
 
-    crane that of all cases, or one for each; several are of one winch type and have one PLC cycle. n_sub steps per PLC cycle; a row of the
-    series every `every` cycles (0: statistics alone). places: numbers of the cases in a longer list, for messages.
+    crane that of all cases, or one for each; several are of one winch type and have one PLC cycle. n_sub steps per PLC
+    cycle; a row of the series every `every` cycles (0: statistics alone). places: numbers of the cases in a longer
+    list, for messages.
     """
     ready = prepare(crane, cases, n_sub, places)
     groups: dict[Any, list[int]] = {}
@@ -193,11 +201,22 @@ class LiftBlock:
         memory = packed.memory._replace(datum=packed.s_w - tick.s_m)
         tip, still = Tip(tick.s, tick.v), nothing(Solve)
         lane = nothing(d.Lane)._replace(
-            x=nothing(d.base.State)._replace(s_w=packed.s_w), u=nothing(d.Command), geo=nothing(Geometry), m=memory, st=blank(),
-            ls=blank_lift_stats(), tip_0=tip, tip_1=tip, tip_2=tip, tick=tick, hang=r.packed.hang, p=packed.params, lift=r.packed.lift,
+            x=nothing(d.base.State)._replace(s_w=packed.s_w),
+            u=nothing(d.Command),
+            geo=nothing(Geometry),
+            m=memory,
+            st=blank(),
+            ls=blank_lift_stats(),
+            tip_0=tip,
+            tip_1=tip,
+            tip_2=tip,
+            tick=tick,
+            hang=r.packed.hang,
+            p=packed.params,
+            lift=r.packed.lift,
             solve=still._replace(force=still.force._replace(m_a=r.packed.m_a)),
             F_s=r.packed.lift.sling.k * float(r.packed.q[-2] - r.packed.q[-1]),
-        )  # fmt: skip
+        )
         return flatten(lane)
 
     def _rows(self, r: Ready) -> FloatArray:
@@ -208,7 +227,8 @@ class LiftBlock:
         return rows
 
     def steps(self) -> Iterator[float]:
-        """Run to the end in pieces; yields the share done. A case without numbers is marked and its lane set to rest."""
+        """Run to the end in pieces; yields the share done. A case without numbers is marked and its lane set to
+        rest."""
         n = self.drive.n_ticks
         for k, count in self.drive.pieces():
             self._piece(k, count, n)
@@ -221,10 +241,33 @@ class LiftBlock:
         D = filled([r.drive for r in self.lanes], k, count + 1)
         E, i_0 = self._water(k, count)
         self.d.run(
-            self.A.reshape(-1), self.B.reshape(-1), self.n, D.reshape(-1), self.drive.cols, self.H, self.S.reshape(-1), self.n_stages,
-            self.T.reshape(-1), E.reshape(-1), np.zeros(8), self.levels, self.dt_waves, i_0, self.W, self.G.reshape(-1),
-            self.starts.reshape(-1), self.first, self.out.reshape(-1), self.every, k, count, n, self.n_win, self.n_sub, self.drive.t_cycle,
-        )  # fmt: skip
+            self.A.reshape(-1),
+            self.B.reshape(-1),
+            self.n,
+            D.reshape(-1),
+            self.drive.cols,
+            self.H,
+            self.S.reshape(-1),
+            self.n_stages,
+            self.T.reshape(-1),
+            E.reshape(-1),
+            np.zeros(8),
+            self.levels,
+            self.dt_waves,
+            i_0,
+            self.W,
+            self.G.reshape(-1),
+            self.starts.reshape(-1),
+            self.first,
+            self.out.reshape(-1),
+            self.every,
+            k,
+            count,
+            n,
+            self.n_win,
+            self.n_sub,
+            self.drive.t_cycle,
+        )
 
     def _water(self, k: int, count: int) -> tuple[FloatArray, int]:
         """Samples of the water that a piece needs, and the number of the first; waves grow with the tip's ramp."""
@@ -299,10 +342,11 @@ class LiftBlock:
 
 
 def ramped_samples(waves: WaveField, lo: int, hi: int, ramp: float, levels: int) -> FloatArray:
-    """Samples lo .. hi - 1 of the water, shape (hi - lo, 2 + 2 levels): eta, its rate, speeds and accelerations of all levels.
+    """Samples lo .. hi - 1 of the water, shape (hi - lo, 2 + 2 levels): eta, its rate, speeds and accelerations of all
+    levels.
 
-    Levels that the field does not have stand still. The samples grow from nothing over `ramp` [s] as `stillhook.sea.motion.motion.Ramped`
-    does; after the last sample the last one stands.
+    Levels that the field does not have stand still. The samples grow from nothing over `ramp` [s] as
+    `stillhook.sea.motion.motion.Ramped` does; after the last sample the last one stands.
     """
     i = np.minimum(np.arange(lo, hi), len(waves.eta) - 1)
     x = np.clip(i * waves.dt / ramp, 0.0, 1.0) if ramp > 0.0 else np.ones(len(i))

@@ -8,7 +8,14 @@ from stillhook.engine.lowering.checks import tip_capacity
 from stillhook.engine.lowering.run import LiftResult, StageResult
 from stillhook.engine.pack.lift import stand_in
 from stillhook.engine.pack.programme import hanging
-from stillhook.engine.scenario.checks import Held, alpha_wanted, friction_parts, layer_diameter_at, loss_notes, type_notes
+from stillhook.engine.scenario.checks import (
+    Held,
+    alpha_wanted,
+    friction_parts,
+    layer_diameter_at,
+    loss_notes,
+    type_notes,
+)
 from stillhook.engine.scenario.run import Ending
 from stillhook.engine.scenario.summary import LIMITS, OK
 from stillhook.kernels.statistics import Stats
@@ -22,28 +29,92 @@ from stillhook.winches.records import Powers
 from stillhook.winches.suspended_load import NEVER, LiftStats
 
 AUDIT = 0.01
-"""Energy not found again, over all that passed, from which a lowering is numerically wrong [-]; sound ones stay below 1e-3."""
+"""Energy not found again, over all that passed, from which a lowering is numerically wrong [-]; sound ones stay below
+1e-3."""
 AUDIT_FLOOR = 1.0e4
 """Energy below which nothing moves that the audit could be asked of [J]: a tonne by a metre."""
 LOWEST = {
-    "e_min", "em_min", "tip_min", "p_min", "p_hp_min", "alpha_m_min", "F_min", "V_min", "P_min", "F_s_min", "z_min", "v_min", "t_landed",
-}  # fmt: skip
+    "e_min",
+    "em_min",
+    "tip_min",
+    "p_min",
+    "p_hp_min",
+    "alpha_m_min",
+    "F_min",
+    "V_min",
+    "P_min",
+    "F_s_min",
+    "z_min",
+    "v_min",
+    "t_landed",
+}
 SUMMED = {"cycles", "e_sum", "e2_sum", "tip_sum", "tip2_sum", "pump_abs", "slack", "slack_landed"}
 
 
 NUMBERS = (
-    "duration", "s_tip_pp", "e_c_pp", "eta_c", "load_pp", "hook_pp", "eta_load", "F_w_max", "F_w_min", "F_sling_max", "F_sling_min",
-    "DAF", "snap", "sling_slack_time", "sling_slack_landed_time", "slack_time", "z_load_min", "z_load_max", "v_load_min", "v_load_max",
-    "F_slam_max", "F_drag_max", "F_bottom_max", "t_landed", "v_landed", "v_hit_max", "p_a_max", "p_b_max", "p_min", "alpha_m_min",
-    "alpha_p_max", "u_p_max", "omega_m_max", "v_w_max", "v_tip_max", "saturation_time", "relief_time", "overspeed_time", "stroke_time",
-    "cavitation_time", "wire_time", "power_time", "boost_time", "P_hpu_max", "P_hpu_min",
-)  # fmt: skip
+    "duration",
+    "s_tip_pp",
+    "e_c_pp",
+    "eta_c",
+    "load_pp",
+    "hook_pp",
+    "eta_load",
+    "F_w_max",
+    "F_w_min",
+    "F_sling_max",
+    "F_sling_min",
+    "DAF",
+    "snap",
+    "sling_slack_time",
+    "sling_slack_landed_time",
+    "slack_time",
+    "z_load_min",
+    "z_load_max",
+    "v_load_min",
+    "v_load_max",
+    "F_slam_max",
+    "F_drag_max",
+    "F_bottom_max",
+    "t_landed",
+    "v_landed",
+    "v_hit_max",
+    "p_a_max",
+    "p_b_max",
+    "p_min",
+    "alpha_m_min",
+    "alpha_p_max",
+    "u_p_max",
+    "omega_m_max",
+    "v_w_max",
+    "v_tip_max",
+    "saturation_time",
+    "relief_time",
+    "overspeed_time",
+    "stroke_time",
+    "cavitation_time",
+    "wire_time",
+    "power_time",
+    "boost_time",
+    "P_hpu_max",
+    "P_hpu_min",
+)
 """Numbers that the whole run and each stage have alike."""
 STAGE_NUMBERS = ("t_begin", *NUMBERS)
 RUN_NUMBERS = (
-    *NUMBERS, "z_load_end", "s_w_end", "programme_time", "energy_pumps", "work_gravity", "work_damping", "work_buoyancy",
-    "work_inertia", "work_drag", "work_slam", "work_bottom", "energy_unaccounted",
-)  # fmt: skip
+    *NUMBERS,
+    "z_load_end",
+    "s_w_end",
+    "programme_time",
+    "energy_pumps",
+    "work_gravity",
+    "work_damping",
+    "work_buoyancy",
+    "work_inertia",
+    "work_drag",
+    "work_slam",
+    "work_bottom",
+    "energy_unaccounted",
+)
 
 
 def merged(parts: Sequence[Any]) -> Any:
@@ -68,7 +139,8 @@ def merged(parts: Sequence[Any]) -> Any:
 
 
 def whole(result: LiftResult) -> StageResult:
-    """Statistics of the whole run; its spans are the largest of its compensated stages, or of all where there are none."""
+    """Statistics of the whole run; its spans are the largest of its compensated stages, or of all where there are
+    none."""
     parts = [s for _, s in result.stages]
     held = [p for p in parts if p.span[0] > 0.0] or parts
     span = tuple(max(p.span[i] for p in held) for i in range(4))
@@ -77,10 +149,12 @@ def whole(result: LiftResult) -> StageResult:
 
 
 def unaccounted(result: LiftResult, r: StageResult | None = None) -> float:
-    """Energy that the audit does not find again, over the energy through pumps and tip and the works of weight and water [-].
+    """Energy that the audit does not find again, over the energy through pumps and tip and the works of weight and
+    water [-].
 
-    In: pumps, boost, tip, and what the wire brings along from the drum. Out: friction, leakage, valves, damping, lifting, passive gas,
-    and the work that goes into the water. Stored: shaft, oil, wire, hook, load, slings. r: `whole` of it, where it is at hand.
+    In: pumps, boost, tip, and what the wire brings along from the drum. Out: friction, leakage, valves, damping,
+    lifting, passive gas, and the work that goes into the water. Stored: shaft, oil, wire, hook, load, slings. r:
+    `whole` of it, where it is at hand.
     """
     st: Stats = (whole(result) if r is None else r).stats
     w, t, W = st.power, result.t_cycle, result.hang.works
@@ -94,10 +168,10 @@ def unaccounted(result: LiftResult, r: StageResult | None = None) -> float:
 
 
 def status(case: Lowering, result: LiftResult, r: StageResult, crane: Crane) -> str:
-    """ "ok", or what went beyond its limit, joined by commas: those of `stillhook.engine.scenario.summary`, and "sling" (slings went slack
-    while the load hung free), "touchdown" (the load touched the seabed in a stage that does not land), "overload" (more tension at the
-    crane tip than SWL and hook weigh, peaks included), "stuck" (a stage timed out), "unfinished". "audit" is not asked where the wire snaps
-    taut within a cycle of the audit."""
+    """ "ok", or what went beyond its limit, joined by commas: those of `stillhook.engine.scenario.summary`, and "sling"
+    (slings went slack while the load hung free), "touchdown" (the load touched the seabed in a stage that does not
+    land), "overload" (more tension at the crane tip than SWL and hook weigh, peaks included), "stuck" (a stage timed
+    out), "unfinished". "audit" is not asked where the wire snaps taut within a cycle of the audit."""
     if result.ending is Ending.DIVERGED:
         return "diverged"
     beyond = [name for name, field in LIMITS if getattr(r.stats, field) > 0.0]
@@ -118,7 +192,8 @@ def status(case: Lowering, result: LiftResult, r: StageResult, crane: Crane) -> 
 
 
 def unplanned_touches(case: Lowering, result: LiftResult) -> list[tuple[int, LiftStats]]:
-    """Stages that do not land, or the time after the programme (numbered as one more stage), in which the load first touches the seabed."""
+    """Stages that do not land, or the time after the programme (numbered as one more stage), in which the load first
+    touches the seabed."""
     lands = [s.landed or s.mode is StageMode.LANDING for s in case.programme]
     return [(i, s.lift) for i, s in result.stages if s.lift.t_landed < NEVER and not (i < len(lands) and lands[i])]
 
@@ -183,7 +258,8 @@ def _known(value: float) -> float:
 
 
 def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Numbers of the whole run, and of each stage of the programme that was begun, the rest NaN; one more for the time after it."""
+    """Numbers of the whole run, and of each stage of the programme that was begun, the rest NaN; one more for the time
+    after it."""
     names = [*result.packed.programme.names, "after"]
     r = whole(result)
     run = stage_numbers(result, r)
@@ -196,7 +272,9 @@ def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict
         **run,
         "z_load_end": result.packed.lift.z_ref + float(result.q[-1]),
         "s_w_end": result.state.s_w,
-        "programme_time": result.starts[-1] if hang.sup.done > 0.0 and result.stages[-1][0] >= len(case.programme) else math.nan,
+        "programme_time": (
+            result.starts[-1] if hang.sup.done > 0.0 and result.stages[-1][0] >= len(case.programme) else math.nan
+        ),
         "energy_pumps": r.stats.pump_abs * result.t_cycle,
         "work_gravity": W.gravity,
         "work_damping": W.damping,
@@ -235,20 +313,25 @@ def notes(crane: Crane, case: Lowering, result: LiftResult, r: StageResult) -> l
             found.append(f'stage "{names[i]}": slings slack for {s.lift.slack:.2f} s while the load hangs free{snap}')
     for i, touch in unplanned_touches(case, result):
         found.append(
-            f'stage "{names[i]}" does not land, and the load touches the seabed in it after {show(touch.t_landed, "time")} at '
-            f"{show(touch.v_landed, 'speed')}: end the stage before it higher, or land with mode = \"landing\" or landed = true"
+            f'stage "{names[i]}" does not land, and the load touches the seabed in it after'
+            f" {show(touch.t_landed, 'time')} at {show(touch.v_landed, 'speed')}: end the stage before it higher, or"
+            ' land with mode = "landing" or landed = true'
         )
     i = min(int(result.hang.sup.stage), len(case.programme) - 1)
     name = names[i]
     if result.hang.sup.stuck > 0.0:
-        found.append(f'stage "{name}" did not end within its timeout of {result.packed.programme.rows[i][5]:g} s: the programme stands')
+        found.append(
+            f'stage "{name}" did not end within its timeout of {result.packed.programme.rows[i][5]:g} s: the programme'
+            " stands"
+        )
     elif result.hang.sup.done == 0.0:
         found.append(f'the run of {case.duration:g} s ends in stage "{name}": run longer for the whole programme')
     return found
 
 
 def held(crane: Crane, case: Lowering, s_tip_pp: float) -> Held:
-    """What the winch holds at the start of a lowering, payload, hook and wire; s_tip_pp motion that it compensates [m]."""
+    """What the winch holds at the start of a lowering, payload, hook and wire; s_tip_pp motion that it compensates
+    [m]."""
     start, modes = hanging(crane, case, case.z_0), {s.mode for s in case.programme}
     plain, d = stand_in(crane, case, start.s_w), layer_diameter_at(crane, start.s_w)
     manual, compensates = StageMode.MANUAL in modes, StageMode.AHC in modes

@@ -8,16 +8,17 @@ from numpy.typing import NDArray
 
 from stillhook.errors import SpecError
 from stillhook.physics.hydraulics.gas import Gas, polytropic_ratio
-from stillhook.spec.crane import Accumulator, GasModel
+from stillhook.spec.circuits import Accumulator, GasModel
 from stillhook.units import show
 
 POINTS = 24
 DEGREE = 7
 FIT_TOLERANCE = 1.0e-4
-"""Largest relative error of the fitted pressure over the stroke (the library cranes stay below 1e-8): 0.03 bar of 280, less than the
-0.2 bar that the default step may cost."""
+"""Largest relative error of the fitted pressure over the stroke (the library cranes stay below 1e-8): 0.03 bar of 280,
+less than the 0.2 bar that the default step may cost."""
 COLDEST, HOTTEST = 200.0, 500.0
-"""Gas temperatures at mid stroke that are reckoned with [K]: above the critical point by far, within the equation of state."""
+"""Gas temperatures at mid stroke that are reckoned with [K]: above the critical point by far, within the equation of
+state."""
 
 
 def gas_record(acc: Accumulator) -> Gas:
@@ -42,8 +43,8 @@ def _coefficients(acc: Accumulator) -> tuple[float, ...]:
     worst = float(np.max(np.abs(np.polynomial.polynomial.polyval(fine, c) / pressure_ratio(acc, fine) - 1.0)))
     if worst > FIT_TOLERANCE:
         raise SpecError(
-            f"passive.accumulator: V_stroke {acc.V_stroke:g} m^3 is too large for the gas volume {gas.V_0:g} m^3: the gas law is "
-            f"fitted to {worst:.0e} only (allowed {FIT_TOLERANCE:.0e}). Raise gas.V_0 or lower V_stroke."
+            f"passive.accumulator: V_stroke {acc.V_stroke:g} m^3 is too large for the gas volume {gas.V_0:g} m^3: the"
+            f" gas law is fitted to {worst:.0e} only (allowed {FIT_TOLERANCE:.0e}). Raise gas.V_0 or lower V_stroke."
         )
     return tuple(float(i) for i in c)
 
@@ -70,12 +71,17 @@ def nitrogen_isentrope(p_0: float, T_0: float, volume_ratio: NDArray[np.float64]
         ) from None
     place = f"passive.accumulator.gas: nitrogen at p_0 {show(p_0, 'pressure')} and T_0 {show(T_0, 'temperature')}"
     if not COLDEST <= T_0 <= HOTTEST:
-        raise SpecError(f"{place}: T_0 lies between {show(COLDEST, 'temperature')} and {show(HOTTEST, 'temperature')}. Check its unit.")
+        raise SpecError(
+            f"{place}: T_0 lies between {show(COLDEST, 'temperature')} and {show(HOTTEST, 'temperature')}. Check its"
+            " unit."
+        )
     atmosphere = 101325.0
     try:
         rho = PropsSI("D", "P", p_0 + atmosphere, "T", T_0, "Nitrogen")
         entropy = PropsSI("S", "P", p_0 + atmosphere, "T", T_0, "Nitrogen")
         p = np.array([PropsSI("P", "D", rho / r, "S", entropy, "Nitrogen") for r in volume_ratio])
     except ValueError:
-        raise SpecError(f"{place}: the property library knows no such gas over this stroke. Lower p_0, or raise V_0.") from None
+        raise SpecError(
+            f"{place}: the property library knows no such gas over this stroke. Lower p_0, or raise V_0."
+        ) from None
     return (p - atmosphere) / p_0

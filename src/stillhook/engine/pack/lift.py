@@ -25,14 +25,15 @@ from stillhook.spec.scenario import Operator, Scenario
 from stillhook.winches.suspended_load import Field, Hanging, Hook, Lift, Works, level_of
 
 FIXED = 1.0e12
-"""Factor on stiffness and length that keeps the plant's wire, the part from drum to crane tip, as it is however much wire is out."""
+"""Factor on stiffness and length that keeps the plant's wire, the part from drum to crane tip, as it is however much
+wire is out."""
 STILL_WATER = Field(z_w=1.0, i_ds=1.0, last=1.0)
 
 
 class PackedLift(NamedTuple):
-    """Plant and its records with the wire from drum to tip as wire; lift; memory before the first cycle; displacements (n + 2,) [m] and
-    weights (n + 1,) [N] of the wire's nodes, the last displacement that of the payload; table of the payload and its added mass at the
-    start [kg]; programme."""
+    """Plant and its records with the wire from drum to tip as wire; lift; memory before the first cycle; displacements
+    (n + 2,) [m] and weights (n + 1,) [N] of the wire's nodes, the last displacement that of the payload; table of the
+    payload and its added mass at the start [kg]; programme."""
 
     winch: Packed
     lift: Lift
@@ -45,7 +46,8 @@ class PackedLift(NamedTuple):
 
 
 def stand_in(crane: Crane, case: Lowering, s_w: float) -> Scenario:
-    """The run of the same winch that `pack` and `Drive` know: tip, sensors, PLC, times; the load is not read from it."""
+    """The run of the same winch that `pack` and `Drive` know: tip, sensors, PLC, times; the load is not read from
+    it."""
     plain: Mapping[str, Any] = {
         "name": case.name,
         "load": case.payload.mass,
@@ -89,14 +91,16 @@ def field_record(waves: WaveField | None) -> Field:
 
 
 def at_rest(lift: Lift, s_tip: float, k_0: float, weights: FloatArray, F_sling: float, e: Element) -> FloatArray:
-    """Displacements [m] of nodes and payload under their own weights, from the crane tip down; k_0 stiffness from drum to tip [N/m]."""
+    """Displacements [m] of nodes and payload under their own weights, from the crane tip down; k_0 stiffness from drum
+    to tip [N/m]."""
     below = F_sling + np.cumsum(weights[::-1])[::-1]
     nodes = s_tip - below[0] / k_0 - np.concatenate([[0.0], np.cumsum(below[1:]) / e.k])
     return np.append(nodes, nodes[-1] - F_sling / lift.sling.k)
 
 
 def pack_lift(crane: Crane, case: Lowering, s_tip: float = 0.0) -> PackedLift:
-    """Records of one lowering; s_tip height of the tip at the start [m]. Errors: LiftError of a programme that cannot be."""
+    """Records of one lowering; s_tip height of the tip at the start [m]. Errors: LiftError of a programme that cannot
+    be."""
     programme = pack_programme(crane, case)
     s_w = hanging(crane, case, case.z_0).s_w
     load, table = pack_payload(case.payload, case.rho, case.depth)
@@ -126,14 +130,30 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float = 0.0) -> PackedLift:
     E = 0.5 * e.k * float(np.sum(np.diff(q[:-1]) ** 2)) + 0.5 * sling.k * (q[-2] - q[-1]) ** 2
     works = Works(*[0.0] * len(Works._fields))
     hang = Hanging(
-        sup=sup, element=e, water=still, level=levels, omega_0=0.0, a_load=0.0, since_taut=0.0, s_joy=0.0, e_held=0.0,
-        stage=0.0, k_stage=0.0, E=E, E_0=E, works=works, v_before=0.0, datum=float(q[-1]), grounded=0.0,
-    )  # fmt: skip
+        sup=sup,
+        element=e,
+        water=still,
+        level=levels,
+        omega_0=0.0,
+        a_load=0.0,
+        since_taut=0.0,
+        s_joy=0.0,
+        e_held=0.0,
+        stage=0.0,
+        k_stage=0.0,
+        E=E,
+        E_0=E,
+        works=works,
+        v_before=0.0,
+        datum=float(q[-1]),
+        grounded=0.0,
+    )
     return PackedLift(_winch(crane, case, s_w, F_top), lift, hang, q, weights, table, wet.A33, programme)
 
 
 def _winch(crane: Crane, case: Lowering, s_w: float, F_top: float) -> Packed:
-    """The winch with the wire from drum to tip alone, on which the first node of the long wire hangs: a load without mass that is moved."""
+    """The winch with the wire from drum to tip alone, on which the first node of the long wire hangs: a load without
+    mass that is moved."""
     packed = pack(crane, stand_in(crane, case, s_w))
     h = packed.params.hoist
     EA = wire_strength(crane)[0]

@@ -1,4 +1,5 @@
-"""A payload as the kernels read it: one record, and its numbers at levels of submergence, one of them at every horizontal face."""
+"""A payload as the kernels read it: one record, and its numbers at levels of submergence, one of them at every
+horizontal face."""
 
 import math
 from itertools import pairwise
@@ -19,7 +20,8 @@ COLUMNS = kernel.WettedLevel._fields
 SAME = 1.0e-6
 """Faces that lie closer than this part of `reach` are one."""
 BEFORE = 1.0e-12
-"""Part of `reach` short of a level at which drag is taken: what a face brings comes in over the level above it, whatever rounding does."""
+"""Part of `reach` short of a level at which drag is taken: what a face brings comes in over the level above it,
+whatever rounding does."""
 AFTER = 1.0e-6
 """Part of the way to the next level over which the slope of the added mass at a level is taken."""
 PLAIN_DRAG_GROWTH = 1.0
@@ -27,15 +29,16 @@ PLAIN_DRAG_GROWTH = 1.0
 
 
 class Spread(NamedTuple):
-    """How much of something there is at every level, and its first and second moment over the height above the underside."""
+    """How much of something there is at every level, and its first and second moment over the height above the
+    underside."""
 
     m_0: FloatArray
     m_1: FloatArray
     m_2: FloatArray
 
     def centre(self, otherwise: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Centre above the underside and radius of gyration [m]; where there is nothing those of an even spread over the height
-        `otherwise` [m]."""
+        """Centre above the underside and radius of gyration [m]; where there is nothing those of an even spread over
+        the height `otherwise` [m]."""
         some = self.m_0 > 0.0
         m_0 = np.where(some, self.m_0, 1.0)
         y = np.where(some, self.m_1 / m_0, 0.5 * otherwise)
@@ -54,8 +57,8 @@ def total(parts: list[Spread]) -> Spread:
 
 
 def pack_payload(payload: Payload, rho: float, depth: float) -> tuple[kernel.Payload, FloatArray]:
-    """The record and the levels (LEVELS, fields of `WettedLevel`) of a payload over a seabed `depth` [m] down, in water of density rho
-    [kg/m^3]. Errors: LiftError where the payload floats, or has more faces than there are levels.
+    """The record and the levels (LEVELS, fields of `WettedLevel`) of a payload over a seabed `depth` [m] down, in water
+    of density rho [kg/m^3]. Errors: LiftError where the payload floats, or has more faces than there are levels.
     """
     h = level_heights(payload, rho)
     reach, dh = float(h[-1]), np.diff(h)
@@ -97,7 +100,8 @@ def pack_payload(payload: Payload, rho: float, depth: float) -> tuple[kernel.Pay
 
 
 def level_heights(payload: Payload, rho: float) -> FloatArray:
-    """Submergence of every level [m]: one at each face of a shape, or at each level that was given, the rest even between them.
+    """Submergence of every level [m]: one at each face of a shape, or at each level that was given, the rest even
+    between them.
 
     Nothing changes beyond the last. Errors: LiftError where there are more faces than levels.
     """
@@ -110,8 +114,8 @@ def level_heights(payload: Payload, rho: float) -> FloatArray:
     marks.append(reach)
     if len(marks) > LEVELS:
         raise LiftError(
-            f'Payload "{payload.name}": {len(marks)} different heights at which something begins or ends, and at most {LEVELS} are kept '
-            "apart. Join parts, or give fewer levels."
+            f'Payload "{payload.name}": {len(marks)} different heights at which something begins or ends, and at most'
+            f" {LEVELS} are kept apart. Join parts, or give fewer levels."
         )
     gaps, parts = np.diff(marks), np.ones(len(marks) - 1, dtype=int)
     while parts.sum() < LEVELS - 1:
@@ -120,11 +124,13 @@ def level_heights(payload: Payload, rho: float) -> FloatArray:
     return np.append(np.concatenate(inside), reach)
 
 
-def centres(payload: Payload, h: FloatArray, short: FloatArray, rho: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+def centres(
+    payload: Payload, h: FloatArray, short: FloatArray, rho: float
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """y_m, r_m, y_d, r_d of `WettedLevel` at the levels h [m], drag as it is just short of them.
 
-    The displaced volume sits where each level adds it. Added mass and drag are those of the flow about a body: each body's is spread evenly
-    over its wet height, and that of a payload which was given by levels over its own.
+    The displaced volume sits where each level adds it. Added mass and drag are those of the flow about a body: each
+    body's is spread evenly over its wet height, and that of a payload which was given by levels over its own.
     """
     at = payload.at(h, rho)
     wet = np.clip(h, 0.0, payload.height)
@@ -162,7 +168,8 @@ def submerged_weight(payload: Payload, rho: float) -> float:
 
 
 def mouth(payload: Payload, rho: float) -> float:
-    """Height over the seabed at which the gap under the payload is as wide as its underside [m]: area over perimeter."""
+    """Height over the seabed at which the gap under the payload is as wide as its underside [m]: area over
+    perimeter."""
     if payload.shape is not None:
         return payload.shape.mouth
     A_p = payload.covered(rho).A_p
@@ -170,7 +177,8 @@ def mouth(payload: Payload, rho: float) -> float:
 
 
 def drag_growth(payload: Payload, B: float, rho: float) -> float:
-    """Growth of the drag at touch-down [-]: as given, else so that all water under it leaves through its hatches, else assumed."""
+    """Growth of the drag at touch-down [-]: as given, else so that all water under it leaves through its hatches, else
+    assumed."""
     if payload.seabed.drag is not None:
         return payload.seabed.drag
     vent = 0.0 if payload.shape is None else payload.shape.vent_drag(rho)

@@ -1,4 +1,5 @@
-"""The winch programme and its settings as the kernels read them, and the wire that must be out for the payload to hang at a height."""
+"""The winch programme and its settings as the kernels read them, and the wire that must be out for the payload to hang
+at a height."""
 
 import math
 from typing import NamedTuple
@@ -33,7 +34,8 @@ END_CODE = {
     "tension": modes.UNTIL_TENSION,
 }
 COMPENSATED = (StageMode.AHC, StageMode.TENSION, StageMode.LANDING)
-"""Modes in which the controller compensates the tip's motion, and which a winch in another one enters as the tip turns."""
+"""Modes in which the controller compensates the tip's motion, and which a winch in another one enters as the tip
+turns."""
 HOOK_SHARE = 0.5
 """Part of the empty hook's weight below which the wire counts as slack, for the entry into compensation."""
 
@@ -42,8 +44,8 @@ PATIENCE = 3600.0
 
 
 class Hanging(NamedTuple):
-    """The payload hanging still: s_w unstretched wire paid out [m]; F_hook tension above the hook, F_tip tension at the crane tip [N];
-    stretch of all wire from the drum to the hook [m]; wet wire below the surface [m]."""
+    """The payload hanging still: s_w unstretched wire paid out [m]; F_hook tension above the hook, F_tip tension at the
+    crane tip [N]; stretch of all wire from the drum to the hook [m]; wet wire below the surface [m]."""
 
     s_w: float
     F_hook: float
@@ -69,9 +71,9 @@ def wire_strength(crane: Crane) -> tuple[float, float]:
 def hanging(crane: Crane, lift: Lowering, z: float) -> Hanging:
     r"""Statics with the payload's underside at z above still water (negative: below) and a free load [m].
 
-    Weight of the payload less its buoyancy at that submergence, of the hook (its own buoyancy left out), and of the wire from tip to hook,
-    which below the surface loses the buoyancy of its steel. The wire between drum and tip lies on the boom: it stretches and weighs
-    nothing.
+    Weight of the payload less its buoyancy at that submergence, of the hook (its own buoyancy left out), and of the
+    wire from tip to hook, which below the surface loses the buoyancy of its steel. The wire between drum and tip lies
+    on the boom: it stretches and weighs nothing.
 
     .. math:: e = \frac{F_{tip} L_0}{E A} + \int_0^\ell \frac{F(s)}{E A} ds, \qquad s_w = \ell - e
     """
@@ -99,13 +101,18 @@ def payload_weight(lift: Lowering, z: float) -> float:
 def pack_programme(crane: Crane, lift: Lowering) -> Programme:
     """Rows of stages and the settings of the winch modes.
 
-    Errors: LiftError for a programme that this crane or this water cannot be asked: no stages, depths below the seabed or above the tip,
-    more wire than the drum gives, tensions above the SWL, a controller that does not compensate.
+    Errors: LiftError for a programme that this crane or this water cannot be asked: no stages, depths below the seabed
+    or above the tip, more wire than the drum gives, tensions above the SWL, a controller that does not compensate.
     """
     if not lift.programme:
-        raise LiftError('programme: no stages. Give at least one, such as { mode = "ahc", lower = "12 m/min", depth = "50 m" }.')
+        raise LiftError(
+            'programme: no stages. Give at least one, such as { mode = "ahc", lower = "12 m/min", depth = "50 m" }.'
+        )
     if lift.controller is Mode.MANUAL:
-        raise LiftError('controller = "manual": it does not compensate. Give the controller of the compensated stages, such as "ssc".')
+        raise LiftError(
+            'controller = "manual": it does not compensate. Give the controller of the compensated stages, such as'
+            ' "ssc".'
+        )
     names = stage_names(lift.programme)
     following = [*lift.programme[1:], None]
     rows = [
@@ -146,10 +153,11 @@ def settings(crane: Crane, lift: Lowering) -> LiftSettings:
 
 
 def speed_at_end(stage: Stage, after: Stage | None) -> float:
-    """Joystick speed, lowering positive, with which a stage comes to its depth or wire [m/s]; after: the stage that follows.
+    """Joystick speed, lowering positive, with which a stage comes to its depth or wire [m/s]; after: the stage that
+    follows.
 
-    A winch that goes on the same way without waiting passes at the slower of the two speeds. Otherwise it stops there: before a stage that
-    stands, turns back, holds a tension or waits for the tip, and at the end of the programme.
+    A winch that goes on the same way without waiting passes at the slower of the two speeds. Otherwise it stops there:
+    before a stage that stands, turns back, holds a tension or waits for the tip, and at the end of the programme.
     """
     if after is None or after.mode is StageMode.TENSION or stage.lower * after.lower <= 0.0:
         return 0.0
@@ -162,7 +170,8 @@ def _row(crane: Crane, lift: Lowering, stage: Stage, where: str, after: Stage | 
         F = getattr(stage, name)
         if F is not None and F > crane.SWL * G:
             raise LiftError(
-                f'{where}: {name} = {show(F, "force")}: above the {show(crane.SWL * G, "force")} of the SWL of "{crane.name}". Give less.'
+                f"{where}: {name} = {show(F, 'force')}: above the {show(crane.SWL * G, 'force')} of the SWL of"
+                f' "{crane.name}". Give less.'
             )
     if (stage.mode is StageMode.LANDING or stage.landed) and payload_weight(lift, -math.inf) <= 0.0:
         raise LiftError(f"{where}: the payload floats, and cannot land. Check its mass and volume.")
@@ -174,8 +183,8 @@ def _row(crane: Crane, lift: Lowering, stage: Stage, where: str, after: Stage | 
     usable = float(wire_usable(drum_record(crane)))
     if end in ("wire", "depth") and not 0.0 <= value <= usable:
         raise LiftError(
-            f'{where}: {end} asks for {show(value, "length")} of wire out, and "{crane.name}" has 0 m to {show(usable, "length")} '
-            f"({LAST_TURNS:.0f} turns kept). Lower less, or choose another crane."
+            f'{where}: {end} asks for {show(value, "length")} of wire out, and "{crane.name}" has 0 m to'
+            f" {show(usable, 'length')} ({LAST_TURNS:.0f} turns kept). Lower less, or choose another crane."
         )
     return modes.Stage(
         mode=STAGE_CODE[stage.mode],
@@ -190,7 +199,8 @@ def _row(crane: Crane, lift: Lowering, stage: Stage, where: str, after: Stage | 
 
 
 def timeout(lift: Lowering, stage: Stage) -> float:
-    """Time after which a stage leaves the programme stuck [s]: its own, or an hour longer than the whole way from tip to seabed takes."""
+    """Time after which a stage leaves the programme stuck [s]: its own, or an hour longer than the whole way from tip
+    to seabed takes."""
     if stage.timeout is not None:
         return stage.timeout
     way = (lift.depth + lift.h_tip) / abs(stage.lower) if stage.lower != 0.0 else 0.0
@@ -209,7 +219,7 @@ def _wire_for(crane: Crane, lift: Lowering, stage: Stage, where: str) -> float:
     room = lift.h_tip - lift.payload.height - lift.rigging.height
     if -depth > room:
         raise LiftError(
-            f"{where}: depth = {show(depth, 'length')} lifts the underside {show(-depth, 'length')} above the water, and between tip, "
-            f"rigging and payload there are {show(room, 'length')}. Lift less high."
+            f"{where}: depth = {show(depth, 'length')} lifts the underside {show(-depth, 'length')} above the water,"
+            f" and between tip, rigging and payload there are {show(room, 'length')}. Lift less high."
         )
     return hanging(crane, lift, -depth).s_w

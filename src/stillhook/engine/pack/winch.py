@@ -25,6 +25,7 @@ from stillhook.physics.load_path.drum import Drum, Inertia, K_wire, layer_diamet
 from stillhook.physics.load_path.load import Load
 from stillhook.physics.load_path.wire import Wire
 from stillhook.physics.scalar import G
+from stillhook.spec import circuits
 from stillhook.spec import crane as spec
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import FrictionModel, Mode, Operator, Scenario
@@ -43,23 +44,26 @@ MODE_CODE = {
     Mode.SSC_CUBIC: SSC_CUBIC,
 }
 HELD = 1.0e4
-"""Size of the accumulator whose pressure stands, over that of the crane: cubic metres of oil then move it by hundredths of a bar."""
+"""Size of the accumulator whose pressure stands, over that of the crane: cubic metres of oil then move it by hundredths
+of a bar."""
 NO_LIMIT = 1.0e30
 """Stands for a limit that a crane file does not name [SI]: no winch gets there."""
 FILL_RATE = 15.0
-"""Rate at which the pumps bring the motors to the load's torque behind the closed brake [rad/s]: half of what their displacement controls
-follow. Assumed."""
+"""Rate at which the pumps bring the motors to the load's torque behind the closed brake [rad/s]: half of what their
+displacement controls follow. Assumed."""
 FILL_MOST, BOOST_SHARE = 0.3, 0.5
-"""Largest pump command against the closed brake [-], and largest part of the boost flow that filling a line may take [-]: what goes into
-one line the other must get from the boost pump. Assumed."""
+"""Largest pump command against the closed brake [-], and largest part of the boost flow that filling a line may take
+[-]: what goes into one line the other must get from the boost pump. Assumed."""
 PROVED = 1.0e6
-"""Pressure by which the motors' torque may be off when the brake opens [Pa]: 10 bar, a twentieth of what a full load asks for. Assumed."""
+"""Pressure by which the motors' torque may be off when the brake opens [Pa]: 10 bar, a twentieth of what a full load
+asks for. Assumed."""
 DP_LEAST = 1.0e6
 """Pressure below which the passive torque law stops dividing by it [Pa]: 10 bar, far below any charge."""
 
 
 class Packed(NamedTuple):
-    """A crane and a scenario as the kernels read them: plant module, its Params, and the PLC's memory before the first cycle."""
+    """A crane and a scenario as the kernels read them: plant module, its Params, and the PLC's memory before the first
+    cycle."""
 
     plant: ModuleType
     name: str
@@ -80,7 +84,8 @@ def motor_speed_max(crane: Crane, alpha_m: float = 1.0) -> float:
 
 
 def gains(crane: Crane) -> AhcGains:
-    """K_1 = 1 / v_w(alpha_p = 1, alpha_m = 1) on the largest diameter, K_2 = K_1 2 zeta_p / omega_np, unless the file gives them.
+    """K_1 = 1 / v_w(alpha_p = 1, alpha_m = 1) on the largest diameter, K_2 = K_1 2 zeta_p / omega_np, unless the file
+    gives them.
 
     Differs from print: paper E's K_1 = 0.68 s/m contradicts the speed of its own table 2 (0.8279 s/m).
     """
@@ -91,7 +96,8 @@ def gains(crane: Crane) -> AhcGains:
 
 
 def loop_record(crane: Crane, alpha_m: float = 1.0, K_wire: float = 1.0) -> Loop:
-    """The position loop of paper E: one line holds its pressure, B_v stands for all friction, J is that of the full drum.
+    """The position loop of paper E: one line holds its pressure, B_v stands for all friction, J is that of the full
+    drum.
 
     alpha_m displacement of the active motors [-]; K_wire published outer diameter over the one in use [-].
     """
@@ -108,31 +114,38 @@ def loop_record(crane: Crane, alpha_m: float = 1.0, K_wire: float = 1.0) -> Loop
     )
 
 
-def _pumps(circuit: spec.ActiveCircuit | spec.PassiveCircuit) -> Pumps:
+def _pumps(circuit: circuits.ActiveCircuit | circuits.PassiveCircuit) -> Pumps:
     pump = circuit.pump
     return Pumps(D_max=pump.D_total, omega_p=pump.omega_p, leak=leak_law(circuit).pumps)
 
 
-def loss_fit(motor: spec.Motor) -> TorqueLossFit:
+def loss_fit(motor: circuits.Motor) -> TorqueLossFit:
     """The torque loss of a motor as the physics reads it."""
     loss = motor.loss
     return TorqueLossFit(loss.X_1, loss.X_2, loss.X_3, loss.X_4, loss.X_5)
 
 
-def _motors(circuit: spec.ActiveCircuit | spec.PassiveCircuit) -> Motors:
+def _motors(circuit: circuits.ActiveCircuit | circuits.PassiveCircuit) -> Motors:
     motor, leak = circuit.motor, leak_law(circuit)
     return Motors(count=float(motor.count), D_max=motor.D_max, C_1=leak.C_1, C_2=leak.C_2, fit=loss_fit(motor))
 
 
-def servo_record(servo: spec.Servo, lo: float, hi: float = 1.0) -> Servo:
-    """A displacement control between its stops; without a known limit its setting may get as fast as its command asks."""
-    return Servo(omega_n=servo.omega_n, zeta=servo.zeta, lo=lo, hi=hi, rate=NO_LIMIT if servo.rate_max is None else servo.rate_max)
+def servo_record(servo: circuits.Servo, lo: float, hi: float = 1.0) -> Servo:
+    """A displacement control between its stops; without a known limit its setting may get as fast as its command
+    asks."""
+    return Servo(
+        omega_n=servo.omega_n,
+        zeta=servo.zeta,
+        lo=lo,
+        hi=hi,
+        rate=NO_LIMIT if servo.rate_max is None else servo.rate_max,
+    )
 
 
-def _motor_control(motor: spec.MotorSet) -> MotorControl:
-    if motor.variant is spec.ServoVariant.CLOSED_LOOP:
+def _motor_control(motor: circuits.MotorSet) -> MotorControl:
+    if motor.variant is circuits.ServoVariant.CLOSED_LOOP:
         return MotorControl(offset=0.0, half_width=0.0, feedback=1.0)
-    feedback = 1.0 if motor.variant is spec.ServoVariant.OPEN_LOOP_FEEDBACK else 0.0
+    feedback = 1.0 if motor.variant is circuits.ServoVariant.OPEN_LOOP_FEEDBACK else 0.0
     return MotorControl(offset=motor.offset, half_width=0.5 * motor.hysteresis, feedback=feedback)
 
 
@@ -147,7 +160,9 @@ def active_record(crane: Crane) -> ActiveCircuit:
         i_C_h=1.0 / capacitance(a.line.V, a.line.bulk_modulus),
         boost=Boost(a.boost.p, a.boost.conductance, NO_LIMIT if a.boost.Q_max is None else a.boost.Q_max),
         relief=Relief(a.relief.p, a.relief.conductance),
-        flushing=Flushing(a.boost.p + a.flushing.dp_open, a.flushing.conductance, 1.0 / max(a.flushing.dp_shuttle, 1.0)),
+        flushing=Flushing(
+            a.boost.p + a.flushing.dp_open, a.flushing.conductance, 1.0 / max(a.flushing.dp_shuttle, 1.0)
+        ),
         n_full=a.motor.n_max_full,
         n_max=a.motor.n_max,
         P_back=NO_LIMIT if crane.hpu is None else crane.hpu.P_back,
@@ -185,7 +200,7 @@ def _passive(crane: Crane, gas_held: bool) -> active_passive.PassiveCircuit:
     )
 
 
-def _held(acc: spec.Accumulator) -> spec.Accumulator:
+def _held(acc: circuits.Accumulator) -> circuits.Accumulator:
     """The accumulator with a bank so large that its pressure stands."""
     gas = acc.gas.model_copy(update={"V_0": HELD * acc.gas.V_0})
     return acc.model_copy(update={"V_stroke": HELD * acc.V_stroke, "gas": gas})
@@ -248,10 +263,21 @@ def plc_record(crane: Crane, operator: Operator | None = None) -> Plc:
     F_swl = (crane.SWL + crane.hook_mass) * G
     alpha_hold = (operator.alpha_m or 0.0) if operator is not None else 0.0
     alpha_swl = c.alpha_ns if c.alpha_swl is None else c.alpha_swl
-    settings = MotorSettings(crane.active.motor.alpha_min, c.alpha_ns, c.alpha_hs, alpha_swl, c.u_thr, 1.0 / F_swl, K_outer, alpha_hold)
+    settings = MotorSettings(
+        crane.active.motor.alpha_min, c.alpha_ns, c.alpha_hs, alpha_swl, c.u_thr, 1.0 / F_swl, K_outer, alpha_hold
+    )
     return Plc(
-        gains(crane), settings, c.t_cycle, c.tau_F, c.tau_acc, c.t_bumpless, c.t_lead or 0.0, c.computing, _power(crane), _brake(crane),
-    )  # fmt: skip
+        gains(crane),
+        settings,
+        c.t_cycle,
+        c.tau_F,
+        c.tau_acc,
+        c.t_bumpless,
+        c.t_lead or 0.0,
+        c.computing,
+        _power(crane),
+        _brake(crane),
+    )
 
 
 def _power(crane: Crane) -> PowerLimit:
@@ -283,7 +309,12 @@ def _brake(crane: Crane) -> BrakeSettings:
 def braked_at_start(crane: Crane, case: Scenario) -> bool:
     """Whether a run begins on the holding brake: in manual mode with no speed commanded."""
     profile = case.operator.profile
-    return crane.brake is not None and case.commands is None and case.mode is Mode.MANUAL and not (profile and profile[0][1] != 0.0)
+    return (
+        crane.brake is not None
+        and case.commands is None
+        and case.mode is Mode.MANUAL
+        and not (profile and profile[0][1] != 0.0)
+    )
 
 
 def pack(crane: Crane, case: Scenario) -> Packed:

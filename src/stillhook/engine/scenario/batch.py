@@ -1,4 +1,5 @@
-"""Tens of thousands of runs in bounded memory: cut into tasks, shared by threads or by a cluster, kept in a store as they finish."""
+"""Tens of thousands of runs in bounded memory: cut into tasks, shared by threads or by a cluster, kept in a store as
+they finish."""
 
 from __future__ import annotations
 
@@ -31,9 +32,11 @@ from stillhook.variables import SUMMARY
 
 NUMBERS = tuple(v.name for v in SUMMARY if v.name not in ("status", "notes"))
 TASK_SECONDS = 5.0e4
-"""Simulated seconds in a task: about a second of one core, so that a cluster's overhead of some milliseconds a task does not count."""
+"""Simulated seconds in a task: about a second of one core, so that a cluster's overhead of some milliseconds a task
+does not count."""
 TASK_SECONDS_EACH = 250.0
-"""The same for each worker, where there are hundreds: 5 ms of work, more than giving out a task costs whoever gives it."""
+"""The same for each worker, where there are hundreds: 5 ms of work, more than giving out a task costs whoever gives
+it."""
 TASKS_EACH = 8
 """Tasks for each worker at least, where there are enough cases: nobody then waits long for the last one."""
 IN_FLIGHT = 3
@@ -41,7 +44,8 @@ IN_FLIGHT = 3
 
 
 class Answers(NamedTuple):
-    """What a task gives back: status and notes of each case, numbers of shape (case, names), and the code that made them."""
+    """What a task gives back: status and notes of each case, numbers of shape (case, names), and the code that made
+    them."""
 
     status: list[str]
     numbers: NDArray[np.float64]
@@ -50,7 +54,11 @@ class Answers(NamedTuple):
 
     def summary(self, i: int, names: Sequence[str] = NUMBERS) -> dict[str, Any]:
         """The summary of one case, keys and SI units of `stillhook.variables`; names of its numbers."""
-        return {"status": self.status[i], **dict(zip(names, self.numbers[i].tolist(), strict=True)), "notes": list(self.notes[i])}
+        return {
+            "status": self.status[i],
+            **dict(zip(names, self.numbers[i].tolist(), strict=True)),
+            "notes": list(self.notes[i]),
+        }
 
 
 def summaries(
@@ -68,13 +76,14 @@ def summaries(
     Parameters
     ----------
     crane, case, step: as in `stillhook.simulate`.
-    threads: threads of this machine that share the work. client: a dask.distributed Client; its workers then share it, with the same
-    numbers to the last bit, and threads is not used.
-    store: folder in which results are kept as they finish, under what they follow from: crane, scenario, step and code. What is there
-    already is not run again, so a run that was killed goes on where it stood, and a longer list of cases costs only what is new.
-    progress: called with the share done, 0..1.
+    threads: threads of this machine that share the work. client: a dask.distributed Client; its workers then share it,
+    with the same numbers to the last bit, and threads is not used.
+    store: folder in which results are kept as they finish, under what they follow from: crane, scenario, step and code.
+    What is there already is not run again, so a run that was killed goes on where it stood, and a longer list of cases
+    costs only what is new. progress: called with the share done, 0..1.
 
-    Errors: ScenarioError and SpecError of the first case that cannot be run; SimulationError where the cluster fails, or runs other code.
+    Errors: ScenarioError and SpecError of the first case that cannot be run; SimulationError where the cluster fails,
+    or runs other code.
     """
     cranes, cases = paired(crane, case)
     check_threads(threads)
@@ -89,7 +98,9 @@ def summaries(
     meter = Meter(len(cases), progress, done=len(found))
     meter.tell()
     workers = threads if client is None else max(sum(client.nthreads().values()), 1)
-    tasks = [Task(i, [cranes[k] for k in i], [cases[k] for k in i], n_sub) for i in _cut(cranes, cases, missing, workers)]
+    tasks = [
+        Task(i, [cranes[k] for k in i], [cases[k] for k in i], n_sub) for i in _cut(cranes, cases, missing, workers)
+    ]
     landed = on_threads(tasks, threads, meter) if client is None else on_cluster(tasks, client, meter)
     with closing(landed):  # a store that fails stops the threads, or the cluster, at once
         for task, answers in landed:
@@ -158,7 +169,9 @@ def work(task: Task, progress: Progress | None = None) -> Answers:
             if progress is not None:
                 progress((before + share * size) / total)
 
-        results = run_cases(block.cranes, block.cases, n_sub=task.n_sub, lanes=VL, every=0, threads=1, progress=told, places=places)
+        results = run_cases(
+            block.cranes, block.cases, n_sub=task.n_sub, lanes=VL, every=0, threads=1, progress=told, places=places
+        )
         found += [summarise(w, c, r) for w, c, r in zip(block.cranes, block.cases, results, strict=True)]
     numbers = np.array([[s[name] for name in NUMBERS] for s in found], dtype=np.float64)
     return Answers([s["status"] for s in found], numbers, [tuple(s["notes"]) for s in found], results_hash())
@@ -175,7 +188,8 @@ def work_packed(task: bytes) -> Answers:
 def on_threads(
     tasks: Sequence[Task], threads: int, meter: Meter, run: Work | None = None, kind: str = "driver"
 ) -> Generator[tuple[Task, Answers], None, None]:
-    """Tasks with their answers, as they finish; run: what makes answers of a task, `work` by default, kind: driver that it runs."""
+    """Tasks with their answers, as they finish; run: what makes answers of a task, `work` by default, kind: driver that
+    it runs."""
     run = work if run is None else run
     if threads == 1 or len(tasks) < 2:
         for task in tasks:
@@ -183,7 +197,9 @@ def on_threads(
         return
     driver(tasks[0].cranes[0].plant.value, VL, kind)
     with ThreadPoolExecutor(threads) as pool:
-        waiting: dict[Future[Answers], Task] = {pool.submit(run, task, meter.part(len(task.indices))): task for task in tasks}
+        waiting: dict[Future[Answers], Task] = {
+            pool.submit(run, task, meter.part(len(task.indices))): task for task in tasks
+        }
         try:
             for done in as_done(list(waiting)):
                 yield waiting.pop(done), done.result()
@@ -217,7 +233,8 @@ Answer = TypeVar("Answer", bound=MadeBy)
 def spread(
     jobs: Sequence[Job], light: Callable[[Job], Any], run: Callable[[bytes], Answer], client: Any
 ) -> Generator[tuple[Job, Answer], None, None]:
-    """Jobs with their answers, as they finish; a few are under way for each thread of the cluster, and a lost worker's are given again.
+    """Jobs with their answers, as they finish; a few are under way for each thread of the cluster, and a lost worker's
+    are given again.
 
     light: what of a job crosses the network, pickled; run: makes the answer of that on a worker.
     Errors: those of a job; SimulationError where the cluster fails, or runs other code.
@@ -247,7 +264,8 @@ def spread(
 
 
 def _answer_of(future: Any) -> Any:
-    """What a worker gave back. Errors: those of the case; SimulationError where the worker failed, or runs other code than this machine."""
+    """What a worker gave back. Errors: those of the case; SimulationError where the worker failed, or runs other code
+    than this machine."""
     try:
         answer = future.result()
     except StillhookError:
@@ -259,6 +277,7 @@ def _answer_of(future: Any) -> Any:
         ) from None
     if answer.made_by != results_hash():
         raise SimulationError(
-            f"cluster: a worker runs Stillhook {answer.made_by}, this machine {results_hash()}. Install the same version everywhere."
+            f"cluster: a worker runs Stillhook {answer.made_by}, this machine {results_hash()}. Install the same"
+            " version everywhere."
         )
     return answer

@@ -27,15 +27,16 @@ from stillhook.physics.friction import system_friction
 from stillhook.physics.hydraulics.motor import torque_loss
 from stillhook.physics.load_path.drum import LAST_TURNS, WIRE_SLACK, layer_diameter, layers_filled, wire_usable
 from stillhook.physics.scalar import G
-from stillhook.spec.crane import Crane, MotorSet, PassiveCircuit, Plant
+from stillhook.spec.circuits import MotorSet, PassiveCircuit
+from stillhook.spec.crane import Crane, Plant
 from stillhook.spec.scenario import LONGEST, Mode, Scenario
 from stillhook.units import show
 from stillhook.winches.closed_circuit import active_flows
 
 
 class Foreseen(NamedTuple):
-    """What a run will meet: notes, one line each, worst first; unstable: the position loop is beyond its gain of marginal stability;
-    validated: the crane's certificate holds, and the run lies inside its envelope."""
+    """What a run will meet: notes, one line each, worst first; unstable: the position loop is beyond its gain of
+    marginal stability; validated: the crane's certificate holds, and the run lies inside its envelope."""
 
     notes: tuple[str, ...]
     unstable: bool
@@ -43,7 +44,8 @@ class Foreseen(NamedTuple):
 
 
 def check(crane: Crane, case: Scenario) -> None:
-    """Refuse what no crane of this kind can be asked. Errors: ScenarioError, SpecError of an unknown winch type, one line."""
+    """Refuse what no crane of this kind can be asked. Errors: ScenarioError, SpecError of an unknown winch type, one
+    line."""
     plant_of(crane)
     _check_numbers(case)
     _check_load(crane, case)
@@ -54,8 +56,8 @@ def check(crane: Crane, case: Scenario) -> None:
     wire = wire_usable(drum_record(crane))
     if case.s_w > wire:
         raise ScenarioError(
-            f's_w {show(case.s_w, "length")} is more than the {show(wire, "length")} of wire that "{crane.name}" can pay out '
-            f"(drum full, {LAST_TURNS:.0f} turns kept). Lower s_w or choose another crane."
+            f's_w {show(case.s_w, "length")} is more than the {show(wire, "length")} of wire that "{crane.name}" can'
+            f" pay out (drum full, {LAST_TURNS:.0f} turns kept). Lower s_w or choose another crane."
         )
     loss = case.power_loss
     if loss is not None and loss.unit > len(crane.active.pump.D):
@@ -64,15 +66,25 @@ def check(crane: Crane, case: Scenario) -> None:
             f"Give 1 to {len(crane.active.pump.D)}."
         )
     if loss is not None and len(crane.active.pump.D) == 1:
-        raise ScenarioError(f'power_loss: "{crane.name}" has a single hydraulic power unit; nothing would be left to hold the load.')
+        raise ScenarioError(
+            f'power_loss: "{crane.name}" has a single hydraulic power unit; nothing would be left to hold the load.'
+        )
 
 
 def _check_numbers(case: Scenario) -> None:
     """For scenarios that were not read from text: a copy with changed fields, or one out of a stored run."""
-    for name, highest in (("load", math.inf), ("s_w", math.inf), ("duration", LONGEST), ("ramp", math.inf), ("warm_up", math.inf)):
+    for name, highest in (
+        ("load", math.inf),
+        ("s_w", math.inf),
+        ("duration", LONGEST),
+        ("ramp", math.inf),
+        ("warm_up", math.inf),
+    ):
         value = getattr(case, name)
         if not (isinstance(value, int | float) and 0.0 <= value <= highest):
-            raise ScenarioError(f"{name} = {value!r}: not a number of 0 or more in SI. Build the scenario from texts with units.")
+            raise ScenarioError(
+                f"{name} = {value!r}: not a number of 0 or more in SI. Build the scenario from texts with units."
+            )
 
 
 def _check_load(crane: Crane, case: Scenario) -> None:
@@ -82,7 +94,9 @@ def _check_load(crane: Crane, case: Scenario) -> None:
             f"({100.0 * case.load / crane.SWL:.5g} %). Lower the load or choose another crane."
         )
     if case.load + crane.hook_mass <= 0.0:
-        raise ScenarioError(f'Nothing hangs on the wire: load 0 t, and "{crane.name}" has a hook_mass of 0 t. Give one of them.')
+        raise ScenarioError(
+            f'Nothing hangs on the wire: load 0 t, and "{crane.name}" has a hook_mass of 0 t. Give one of them.'
+        )
     if case.water is not None and case.weight <= 0.0:
         raise ScenarioError(
             f"The payload floats: {show(case.load, 'mass')} in air displaces {case.water.volume:g} m^3 of water. "
@@ -96,8 +110,8 @@ def _check_times(crane: Crane, case: Scenario) -> None:
     n = math.floor(case.duration / t_cycle + 1e-9)
     if round(case.warm_up / t_cycle) >= n:
         raise ScenarioError(
-            f"warm_up {case.warm_up:g} s leaves no whole PLC cycle of {show(t_cycle, 'time')} of the duration {case.duration:g} s. "
-            "Shorten warm_up or run longer."
+            f"warm_up {case.warm_up:g} s leaves no whole PLC cycle of {show(t_cycle, 'time')} of the duration"
+            f" {case.duration:g} s. Shorten warm_up or run longer."
         )
 
 
@@ -156,7 +170,10 @@ def _friction_notes(crane: Crane, case: Scenario, d: float) -> list[str]:
     if lo is None or hi is None or (1.0 - T_D_BEYOND) * lo <= T_d <= (1.0 + T_D_BEYOND) * hi:
         return []
     known = f"{show(lo, 'drum_torque', 3)} to {show(hi, 'drum_torque', 3)}"
-    return [f"drum torque {show(T_d, 'drum_torque', 3)}: system friction was identified from {known} only, so here it is an extrapolation"]
+    return [
+        f"drum torque {show(T_d, 'drum_torque', 3)}: system friction was identified from {known} only, so here it is an"
+        " extrapolation"
+    ]
 
 
 LOSS_BEYOND = 0.1
@@ -166,8 +183,10 @@ CONSIDERABLE = 0.2
 
 
 class FrictionPart(NamedTuple):
-    """Loss of one set of motors at a working point: name of its circuit; T_f loss of the set, total friction of the whole winch [N m],
-    both at the motor shaft; alpha displacement [-]; beyond where the point lies outside the fit, in words, "" where it does not."""
+    """Loss of one set of motors at a working point: name of its circuit; T_f loss of the set, total friction of the
+    whole winch [N m], both at the motor shaft; alpha displacement [-]; beyond where the point lies outside the fit, in
+    words, "" where it does not.
+    """
 
     circuit: str
     T_f: float
@@ -177,10 +196,11 @@ class FrictionPart(NamedTuple):
 
 
 def friction_parts(crane: Crane, W: float, d: float, v: float, alpha: float) -> list[FrictionPart]:
-    """Where the friction of the winch comes from at wire speed v [m/s] with weight W [N] on diameter d [m], active motors at alpha.
+    """Where the friction of the winch comes from at wire speed v [m/s] with weight W [N] on diameter d [m], active
+    motors at alpha.
 
-    The passive motors carry the weight at mid stroke, the active motors the rest, which is nothing at a steady speed but for friction and
-    is left out of the pressure of an active/passive winch.
+    The passive motors carry the weight at mid stroke, the active motors the rest, which is nothing at a steady speed
+    but for friction and is left out of the pressure of an active/passive winch.
     """
     lever = 0.5 * d / crane.i_hD
     omega = min(v / lever, motor_speed_max(crane, alpha))
@@ -191,14 +211,17 @@ def friction_parts(crane: Crane, W: float, d: float, v: float, alpha: float) -> 
         alpha_pm = min(max(alpha_for_weight(crane, crane.passive, W, d), passive.alpha_min), 1.0)
         sets = [("active", crane.active.motor, alpha, 0.0), ("passive", passive, alpha_pm, dp)]
     losses = [m.count * torque_loss(omega, a * m.D_max, dp, loss_fit(m)) for _, m, a, dp in sets]
-    system = sum(m.count for _, m, _, _ in sets) * system_friction(omega, W * 0.5 * d, friction_record(crane.friction.system))
+    system = sum(m.count for _, m, _, _ in sets) * system_friction(
+        omega, W * 0.5 * d, friction_record(crane.friction.system)
+    )
     total = sum(losses) + system
     parts = zip(sets, losses, strict=True)
     return [FrictionPart(name, T_f, total, a, _beyond_fit(m, omega, a, dp)) for (name, m, a, dp), T_f in parts]
 
 
 def case_friction(crane: Crane, case: Scenario, asked: Asked | None = None) -> list[FrictionPart]:
-    """`friction_parts` at the highest speed that tip and operator ask for, with the smallest displacement that the first mode takes."""
+    """`friction_parts` at the highest speed that tip and operator ask for, with the smallest displacement that the
+    first mode takes."""
     v = (Drive(crane, case).asked() if asked is None else asked).v_max
     d = layer_diameter_at(crane, case.s_w)
     K_wire = crane.drum.d_max / d
@@ -209,8 +232,8 @@ def case_friction(crane: Crane, case: Scenario, asked: Asked | None = None) -> l
 def _beyond_fit(motor: MotorSet, omega_m: float, alpha: float, dp_m: float) -> str:
     """Where a working point lies beyond the range in which a motor's loss was fitted, in words.
 
-    Low speed and low pressure are none of these: every reversal passes through them, and what the motors lose there was part of the tests
-    from which system friction was identified.
+    Low speed and low pressure are none of these: every reversal passes through them, and what the motors lose there was
+    part of the tests from which system friction was identified.
     """
     out = []
     if motor.D_loss_min is not None and alpha * motor.D_max < (1.0 - LOSS_BEYOND) * motor.D_loss_min:
@@ -226,8 +249,8 @@ def _beyond_fit(motor: MotorSet, omega_m: float, alpha: float, dp_m: float) -> s
 def loss_notes(parts: Sequence[FrictionPart]) -> list[str]:
     """A note for each set of motors that works outside its fit with a considerable part of the friction."""
     return [
-        f"{p.T_f:.0f} of {p.total:.0f} N m of friction at the highest speed are losses of the {p.circuit} motors at {p.beyond}: "
-        "an extrapolation"
+        f"{p.T_f:.0f} of {p.total:.0f} N m of friction at the highest speed are losses of the {p.circuit} motors at"
+        f" {p.beyond}: an extrapolation"
         for p in parts
         if p.beyond and p.T_f > CONSIDERABLE * p.total
     ]
@@ -240,13 +263,15 @@ def _speed_notes(crane: Crane, case: Scenario, v: float, d: float) -> list[str]:
     if v > v_max:
         what = "speed of tip and operator" if case.operator.profile else "tip speed"
         out.append(
-            f"{what} {show(v, 'speed')} is above the {show(v_max, 'speed')} that {case.mode.value} reaches at this load "
-            f"and layer (motors at {alpha:.2f}): the pumps will saturate"
+            f"{what} {show(v, 'speed')} is above the {show(v_max, 'speed')} that {case.mode.value} reaches at this load"
+            f" and layer (motors at {alpha:.2f}): the pumps will saturate"
         )
     limit = min([speed_limit(crane.active.motor, alpha), *_passive_limit(crane, case, d)])
     omega = min(v / (0.5 * d / crane.i_hD), motor_speed_max(crane, alpha))
     if omega > limit:
-        out.append(f"motors would turn {show(omega, 'rotation')}, above their limit {show(limit, 'rotation')} at this load")
+        out.append(
+            f"motors would turn {show(omega, 'rotation')}, above their limit {show(limit, 'rotation')} at this load"
+        )
     return out
 
 
@@ -256,10 +281,15 @@ def speed_limit(motor: MotorSet, alpha: float) -> float:
 
 
 def _passive_limit(crane: Crane, case: Scenario, d: float) -> tuple[float, ...]:
-    """Speed limit of the passive motors at the displacement that holds the load at mid stroke; nothing without a passive circuit."""
+    """Speed limit of the passive motors at the displacement that holds the load at mid stroke; nothing without a
+    passive circuit."""
     if crane.passive is None:
         return ()
-    return (speed_limit(crane.passive.motor, min(alpha_for_weight(crane, crane.passive, load_record(crane, case).W, d), 1.0)),)
+    return (
+        speed_limit(
+            crane.passive.motor, min(alpha_for_weight(crane, crane.passive, load_record(crane, case).W, d), 1.0)
+        ),
+    )
 
 
 def alpha_for_weight(crane: Crane, passive: PassiveCircuit, W: float, d: float) -> float:
@@ -269,7 +299,8 @@ def alpha_for_weight(crane: Crane, passive: PassiveCircuit, W: float, d: float) 
 
 
 def alpha_wanted(crane: Crane, case: Scenario, K_wire: float, u_ff: float, mode: Mode | None = None) -> float:
-    """Displacement that the PLC asks for in a mode (default the scenario's first) at this load [-]; u_ff 0 at rest, 1 at full speed."""
+    """Displacement that the PLC asks for in a mode (default the scenario's first) at this load [-]; u_ff 0 at rest, 1
+    at full speed."""
     F = load_record(crane, case).W
     code = MODE_CODE[mode or case.mode]
     y = Sensed(0.0, 0.0, 0.0, 0.0, 0.0, code, 1.0, case.s_w, F, 1.0, K_wire, 0.0, 0.0)
@@ -281,13 +312,14 @@ def _wire_notes(crane: Crane, asked: Asked) -> list[str]:
     if asked.s_w_min >= -WIRE_SLACK and asked.s_w_max <= wire:
         return []
     return [
-        f"tip and operator ask for {show(asked.s_w_min, 'length')} to {show(asked.s_w_max, 'length')} of wire out, and there are 0 m "
-        f"(hook at the crane tip) to {show(wire, 'length')} ({LAST_TURNS:.0f} turns kept)"
+        f"tip and operator ask for {show(asked.s_w_min, 'length')} to {show(asked.s_w_max, 'length')} of wire out, and"
+        f" there are 0 m (hook at the crane tip) to {show(wire, 'length')} ({LAST_TURNS:.0f} turns kept)"
     ]
 
 
 WIRE_SHARE = 0.05
-"""Part of the hook load from which the weight of the wire that is out gets a word: as large as what a load is weighed to."""
+"""Part of the hook load from which the weight of the wire that is out gets a word: as large as what a load is weighed
+to."""
 
 
 def _weight_notes(crane: Crane, case: Scenario) -> list[str]:
@@ -296,16 +328,17 @@ def _weight_notes(crane: Crane, case: Scenario) -> list[str]:
     if m <= WIRE_SHARE * load:
         return []
     return [
-        f"the wire of {show(case.s_w, 'length')} weighs {show(m, 'mass', 3)} in air, {m / load:.0%} of the hook load, and is left out; "
-        "stillhook lower has it"
+        f"the wire of {show(case.s_w, 'length')} weighs {show(m, 'mass', 3)} in air, {m / load:.0%} of the hook load,"
+        " and is left out; stillhook lower has it"
     ]
 
 
 def _gain_notes(crane: Crane, case: Scenario, v: float, K_wire: float) -> list[str]:
-    """Is K_p above the gain of marginal stability of the published loop, at the smallest displacement that a mode of this run takes?
+    """Is K_p above the gain of marginal stability of the published loop, at the smallest displacement that a mode of
+    this run takes?
 
-    A bound from above: slow and loaded the whole plant swings at less (`stillhook.analysis.loop_stability.governing`), and the run shows
-    it.
+    A bound from above: slow and loaded the whole plant swings at less (`stillhook.analysis.loop_stability.governing`),
+    and the run shows it.
     """
     modes = {m for m in (case.mode, *(m for _, m in case.modes)) if m is not Mode.MANUAL}
     if not modes:
@@ -316,8 +349,8 @@ def _gain_notes(crane: Crane, case: Scenario, v: float, K_wire: float) -> list[s
     if K_p <= limit:
         return []
     return [
-        f"K_p {show(K_p, 'gain_per_length')} is above the {show(limit, 'gain_per_length')} at which the position loop is marginally stable "
-        f"(published loop, motors at {alpha:.2f}): expect the winch to swing at {omega:.3g} rad/s"
+        f"K_p {show(K_p, 'gain_per_length')} is above the {show(limit, 'gain_per_length')} at which the position loop"
+        f" is marginally stable (published loop, motors at {alpha:.2f}): expect the winch to swing at {omega:.3g} rad/s"
     ]
 
 
@@ -326,12 +359,18 @@ def _event_notes(case: Scenario) -> list[str]:
     events = [("change of mode", t) for t, _ in case.modes] + [("set-point step", t) for t, _ in case.operator.steps]
     if case.power_loss is not None:
         events.append(("loss of a hydraulic power unit", case.power_loss.time))
-    return [f"the {name} at {t:g} s comes after the end of the run at {case.duration:g} s" for name, t in events if t > case.duration]
+    return [
+        f"the {name} at {t:g} s comes after the end of the run at {case.duration:g} s"
+        for name, t in events
+        if t > case.duration
+    ]
 
 
 class Held(NamedTuple):
-    """What a winch holds and how: weight W [N], diameter of the layer in use d [m], displacement of the active motors alpha [-],
-    peak-to-peak motion of the tip to compensate s_tip_pp [m], gas pressure held; manual at some time, compensating at some time."""
+    """What a winch holds and how: weight W [N], diameter of the layer in use d [m], displacement of the active motors
+    alpha [-], peak-to-peak motion of the tip to compensate s_tip_pp [m], gas pressure held; manual at some time,
+    compensating at some time.
+    """
 
     W: float
     d: float
@@ -385,12 +424,14 @@ def _stroke_notes(crane: Crane, held: Held) -> list[str]:
     alpha = alpha_for_weight(crane, passive, held.W, held.d)
     if alpha > 1.0:
         p_0 = show(acc.gas.p_0, "pressure")
-        out.append(f"holding the load takes {alpha:.0%} of the passive motors at {p_0}: the rest loads the active circuit")
+        out.append(
+            f"holding the load takes {alpha:.0%} of the passive motors at {p_0}: the rest loads the active circuit"
+        )
     V = held.W * held.s_tip_pp / (acc.gas.p_0 - passive.p_lp)
     if V > acc.V_stroke and not held.gas_held:
         out.append(
-            f"compensating {show(held.s_tip_pp, 'length')} at this load moves about {show(V, 'volume')} of oil, more than the "
-            f"accumulator's stroke of {show(acc.V_stroke, 'volume')}: the piston will run into its ends"
+            f"compensating {show(held.s_tip_pp, 'length')} at this load moves about {show(V, 'volume')} of oil, more"
+            f" than the accumulator's stroke of {show(acc.V_stroke, 'volume')}: the piston will run into its ends"
         )
     return out
 
@@ -405,17 +446,22 @@ def _pure_active_notes(crane: Crane, held: Held) -> list[str]:
     relief = crane.active.relief.p - crane.active.boost.p
     if dp > relief:
         out.append(
-            f"holding the load takes {show(dp, 'pressure')} with the motors at {held.alpha:.2f}, more than the {show(relief, 'pressure')} "
-            "up to the relief valves: the load will sink"
+            f"holding the load takes {show(dp, 'pressure')} with the motors at {held.alpha:.2f}, more than the"
+            f" {show(relief, 'pressure')} up to the relief valves: the load will sink"
         )
     if held.compensates:
         e_c = show(leak / (A.pumps.D_max * A.pumps.omega_p) / max(crane.control.K_p, 1e-12), "length")
-        out.append(f"the load is held by the pumps against leakage: under P control expect a standing offset of about {e_c}")
+        out.append(
+            f"the load is held by the pumps against leakage: under P control expect a standing offset of about {e_c}"
+        )
     if held.manual and crane.brake is None:  # else the brake holds at rest
         sinks = show(leak / D * lever, "speed", 2)
         out.append(f"nothing makes up for leakage in manual mode: with the joystick at rest the load sinks by {sinks}")
     return out
 
 
-NOTES: Mapping[Plant, Callable[[Crane, Held], list[str]]] = {Plant.ACTIVE_PASSIVE: _stroke_notes, Plant.PURE_ACTIVE: _pure_active_notes}
+NOTES: Mapping[Plant, Callable[[Crane, Held], list[str]]] = {
+    Plant.ACTIVE_PASSIVE: _stroke_notes,
+    Plant.PURE_ACTIVE: _pure_active_notes,
+}
 """What each winch type has to say before a run."""

@@ -38,8 +38,8 @@ class Ending(StrEnum):
 
 
 class Result(NamedTuple):
-    """What came out of one run: statistics, the three peak-to-peak values over the moving window [m], end state, series (or None)
-    with one row of Signals every `dt` [s], number of samples in the window, step [s], time reached [s]."""
+    """What came out of one run: statistics, the three peak-to-peak values over the moving window [m], end state, series
+    (or None) with one row of Signals every `dt` [s], number of samples in the window, step [s], time reached [s]."""
 
     stats: Stats
     span: tuple[float, float, float]
@@ -87,8 +87,8 @@ def run_cases(
     """Runs in blocks of `lanes` (1 or 16), the blocks shared by threads; a failed case is marked and spoils no other.
 
     crane that of all cases, or one for each; several are of one winch type and have one PLC cycle.
-    n_sub steps per PLC cycle; a row of the series every `every` cycles (0: statistics alone). Cases of equal length, warm-up and
-    drive share a block. places: their numbers in a longer list, for messages.
+    n_sub steps per PLC cycle; a row of the series every `every` cycles (0: statistics alone). Cases of equal length,
+    warm-up and drive share a block. places: their numbers in a longer list, for messages.
     Errors: ScenarioError of the first case that cannot be run; SpecError where the step is too long.
     """
     packs = _packs([crane] * len(cases) if isinstance(crane, Crane) else crane, cases, n_sub, places)
@@ -106,8 +106,11 @@ def run_cases(
     return [results[i] for i in range(len(cases))]
 
 
-def shared(blocks: list[list[int]], make: Callable[[list[int]], Any], threads: int, progress: Progress | None) -> dict[int, Any]:
-    """Results of all cases, block by block, the blocks shared by threads; make gives a block (with `steps` and `results`) for its cases."""
+def shared(
+    blocks: list[list[int]], make: Callable[[list[int]], Any], threads: int, progress: Progress | None
+) -> dict[int, Any]:
+    """Results of all cases, block by block, the blocks shared by threads; make gives a block (with `steps` and
+    `results`) for its cases."""
     meter = Meter(len(blocks), progress)
     meter.tell()
     results: dict[int, Any] = {}
@@ -133,7 +136,9 @@ def shared(blocks: list[list[int]], make: Callable[[list[int]], Any], threads: i
     return results
 
 
-def _packs(cranes: Sequence[Crane], cases: Sequence[Scenario], n_sub: int, places: Sequence[int] | None = None) -> list[Pair]:
+def _packs(
+    cranes: Sequence[Crane], cases: Sequence[Scenario], n_sub: int, places: Sequence[int] | None = None
+) -> list[Pair]:
     """Checked and packed cases."""
     packs = []
     for i, (crane, case) in enumerate(zip(cranes, cases, strict=True)):
@@ -173,13 +178,24 @@ class Block:
         x = nothing(d.State)._replace(s_w=packed.s_w)
         tip = Tip(tick.s, tick.v)
         lane = d.Lane(
-            x, nothing(d.Command), nothing(d.Command), nothing(Geometry), memory, blank(), nothing(Signals), tip, tip, tip, tick,
+            x,
+            nothing(d.Command),
+            nothing(d.Command),
+            nothing(Geometry),
+            memory,
+            blank(),
+            nothing(Signals),
+            tip,
+            tip,
+            tip,
+            tick,
             packed.params,
-        )  # fmt: skip
+        )
         return flatten(lane)
 
     def steps(self) -> Iterator[float]:
-        """Run to the end in pieces; yields the share done. A case without numbers is marked and its lane set to rest."""
+        """Run to the end in pieces; yields the share done. A case without numbers is marked and its lane set to
+        rest."""
         n, first = self.drive.n_ticks, self.drive.first
         for k, count in self.drive.pieces():
             if k == first:
@@ -193,9 +209,21 @@ class Block:
     def _piece(self, k: int, count: int, n: int, first: int) -> None:
         D = filled([drive for _, drive in self.lanes], k, count + 1)
         self.d.run(
-            self.A.reshape(-1), D.reshape(-1), self.drive.cols, self.H, self.W, self.out.reshape(-1), self.every,
-            k, count, first, n, self.n_win, self.n_sub, self.drive.t_cycle,
-        )  # fmt: skip
+            self.A.reshape(-1),
+            D.reshape(-1),
+            self.drive.cols,
+            self.H,
+            self.W,
+            self.out.reshape(-1),
+            self.every,
+            k,
+            count,
+            first,
+            n,
+            self.n_win,
+            self.n_sub,
+            self.drive.t_cycle,
+        )
 
     def _count_from_here(self) -> None:
         """The warm-up is over: statistics start anew."""
@@ -224,7 +252,9 @@ class Block:
         span, full = _span(best, st, self.n_win)
         t_cycle, failed = self.drive.t_cycle, self.failed.get(i)
         if failed is not None and self.every:
-            self.out[math.ceil(failed / (self.every * t_cycle) - 1e-9) :, :, i] = np.nan  # there the lane runs on from rest
+            self.out[math.ceil(failed / (self.every * t_cycle) - 1e-9) :, :, i] = (
+                np.nan
+            )  # there the lane runs on from rest
         return Result(
             stats=st,
             span=span,
@@ -254,7 +284,8 @@ def _span(best: FloatArray, st: Stats, n_win: int) -> tuple[tuple[float, float, 
 
 
 class Meter:
-    """Adds up what all parts of a work have done and tells the caller; also carries the stop flag to the worker threads.
+    """Adds up what all parts of a work have done and tells the caller; also carries the stop flag to the worker
+    threads.
 
     total and done in any weight, such as cases.
     """
@@ -268,7 +299,8 @@ class Meter:
             self.progress(min(self.done / self.total, 1.0))
 
     def part(self, weight: float) -> Progress:
-        """Progress of a part of this weight, called with its share done. Raises Interrupted once the meter is stopped."""
+        """Progress of a part of this weight, called with its share done. Raises Interrupted once the meter is
+        stopped."""
         before = 0.0
 
         def reached(share: float) -> None:

@@ -30,6 +30,7 @@ from stillhook.winches.records import Signals
 if TYPE_CHECKING:
     import xarray
 
+
 class OnFailure(StrEnum):
     """What a batch does with a case that fails."""
 
@@ -54,24 +55,26 @@ def simulate(
 
     Parameters
     ----------
-    crane, case: what the machine is, and what is done to it. A list of cases adds the dimension "case"; so does a list of cranes of one
-    winch type, which all run the one case, or each its own of equally many (draws of uncertain parameters:
-    `stillhook.identify.system_friction.fitting.draws`). step: integration step, at most the PLC cycle and a whole part of it; default 2 ms
-    with series, 5 ms for statistics alone, or the next shorter step that the PLC cycle allows.
-    every: spacing of the stored series, a whole number of PLC cycles; default 0.1 s, or the next longer spacing that there is.
-    series: store time series; default True for one case, False for a list (statistics alone, sixteen cases side by side).
-    on_failure: "raise" stops with SimulationError if a case fails, "mark" keeps the rest (`status` says which failed).
-    threads: threads that share a batch. store, client: statistics alone may be kept in a folder as they finish, so that a run that was
-    killed goes on, and made on a cluster (a dask.distributed Client), with the same numbers; see
-    `stillhook.engine.scenario.batch.summaries`. progress: called with the share done, 0..1; first with 0,
+    crane, case: what the machine is, and what is done to it. A list of cases adds the dimension "case"; so does a list
+    of cranes of one winch type, which all run the one case, or each its own of equally many (draws of uncertain
+    parameters: `stillhook.identify.system_friction.fitting.draws`). step: integration step, at most the PLC cycle and a
+    whole part of it; default 2 ms with series, 5 ms for statistics alone, or the next shorter step that the PLC cycle
+    allows. every: spacing of the stored series, a whole number of PLC cycles; default 0.1 s, or the next longer spacing
+    that there is. series: store time series; default True for one case, False for a list (statistics alone, sixteen
+    cases side by side). on_failure: "raise" stops with SimulationError if a case fails, "mark" keeps the rest (`status`
+    says which failed). threads: threads that share a batch. store, client: statistics alone may be kept in a folder as
+    they finish, so that a run that was killed goes on, and made on a cluster (a dask.distributed Client), with the same
+    numbers; see `stillhook.engine.scenario.batch.summaries`. progress: called with the share done, 0..1; first with 0,
     when everything that was given has been found good.
 
     Returns
     -------
-    Dataset with the summary of every case, and the series over "time" [s]; names, units and meaning from `stillhook.variables`.
-    Its attributes hold crane, scenarios, version, kernel and step: `stillhook.formats.results.rerun` repeats the run from them.
+    Dataset with the summary of every case, and the series over "time" [s]; names, units and meaning from
+    `stillhook.variables`. Its attributes hold crane, scenarios, version, kernel and step:
+    `stillhook.formats.results.rerun` repeats the run from them.
 
-    Errors: ScenarioError (bad scenario), SpecError (step too long), SimulationError (failed case). Nothing is returned half-done.
+    Errors: ScenarioError (bad scenario), SpecError (step too long), SimulationError (failed case). Nothing is returned
+    half-done.
     """
     single = isinstance(crane, Crane) and isinstance(case, Scenario)
     cranes, cases = paired(crane, case)
@@ -80,7 +83,10 @@ def simulate(
     check_threads(threads)
     stored = single if series is None else series
     if stored and (store is not None or client is not None):
-        raise ScenarioError("simulate: a run with series is made here and held in memory. Leave store and client out, or set series=False.")
+        raise ScenarioError(
+            "simulate: a run with series is made here and held in memory. Leave store and client out, or set"
+            " series=False."
+        )
     which, rows = crane if isinstance(crane, Crane) else cranes, cycles(cranes[0], every)
     if stored:
         n_sub = steps_per_cycle(cranes[0], step, SERIES_STEP)
@@ -122,7 +128,8 @@ def to_dataset(
     *,
     single: bool,
 ) -> xarray.Dataset:
-    """Results with their series and summaries as a labelled Dataset; see `simulate`. crane: that of all cases, or one for each."""
+    """Results with their series and summaries as a labelled Dataset; see `simulate`. crane: that of all cases, or one
+    for each."""
     series = Series([r.series for r in results if r.series is not None], results[0].dt)
     return labelled(crane, cases, summaries, step=results[0].step, single=single, series=series)
 
@@ -137,12 +144,15 @@ def summary_columns(summaries: Sequence[Mapping[str, Any]], *, single: bool) -> 
 
 
 def series_columns(names: Sequence[str], rows: Sequence[NDArray[np.float64]], *, single: bool) -> dict[str, Any]:
-    """Time series of every run, (n, len(names)) each, as variables of a Dataset; NaN beyond the end of the shorter ones."""
+    """Time series of every run, (n, len(names)) each, as variables of a Dataset; NaN beyond the end of the shorter
+    ones."""
     table = np.full((len(rows), max(len(r) for r in rows), len(names)), np.nan)
     for i, row in enumerate(rows):
         table[i, : len(row)] = row
     dims = ("time",) if single else ("case", "time")
-    return {name: (dims, table[0, :, j] if single else table[:, :, j], attributes(name)) for j, name in enumerate(names)}
+    return {
+        name: (dims, table[0, :, j] if single else table[:, :, j], attributes(name)) for j, name in enumerate(names)
+    }
 
 
 def time_axis(series: Series) -> tuple[str, NDArray[Any], dict[str, str]]:
@@ -189,7 +199,8 @@ def _one_for_all(crane: Crane | Sequence[Crane], cases: Sequence[Scenario]) -> b
 
 
 def _labels(crane: Crane | Sequence[Crane], cases: Sequence[Scenario]) -> list[str]:
-    """Names along "case": those of the cases, or of the cranes where several ran one case; numbers where they are not told apart."""
+    """Names along "case": those of the cases, or of the cranes where several ran one case; numbers where they are not
+    told apart."""
     if isinstance(crane, Crane) or not _one_for_all(crane, cases):
         return [c.name or str(i) for i, c in enumerate(cases)]
     names = [c.name for c in crane]

@@ -23,11 +23,14 @@ LIMITS = (
 )
 OK = "ok"
 OFFSET = 0.05
-"""Mean error from which a hook that never passes its place counts as standing off [m]; paper F accepts 5 cm of error."""
+"""Mean error from which a hook that never passes its place counts as standing off [m]; paper F accepts 5 cm of
+error."""
 LEAST_EFFICIENCY = 0.05
-"""Efficiency below which a winch does not compensate [-]: a twentieth of the tip's motion is what friction alone takes off."""
+"""Efficiency below which a winch does not compensate [-]: a twentieth of the tip's motion is what friction alone takes
+off."""
 AUDIT = 0.05
-"""Energy not found again, over that through the pumps, from which a run is numerically wrong [-]; sound runs stay below 1e-3."""
+"""Energy not found again, over that through the pumps, from which a run is numerically wrong [-]; sound runs stay below
+1e-3."""
 AUDIT_FLOOR = 1.0e3
 """Energy below which nothing moves that the audit could be asked of [J]: a tonne by a tenth of a metre."""
 POSITION = ("e_c_pp", "e_c_pp_measured", "eta_c", "e_c_max", "e_c_mean", "e_c_std")
@@ -37,10 +40,10 @@ POSITION = ("e_c_pp", "e_c_pp_measured", "eta_c", "e_c_max", "e_c_mean", "e_c_st
 def status(case: Scenario, result: Result, foreseen: Foreseen) -> str:
     """ "ok", or the limits that the counted part of the run went beyond, joined by commas.
 
-    "unstable": K_p is above the gain of marginal stability, however the run went. "audit": the energy does not add up, so the
-    numbers are wrong; asked only of runs as long as the window, and not where a wire snaps taut within a cycle of the audit.
-    "uncompensated": the error is about as large as the motion of the tip, or larger; asked only of plain compensation, where nothing
-    else moves the hook.
+    "unstable": K_p is above the gain of marginal stability, however the run went. "audit": the energy does not add up,
+    so the numbers are wrong; asked only of runs as long as the window, and not where a wire snaps taut within a cycle
+    of the audit. "uncompensated": the error is about as large as the motion of the tip, or larger; asked only of plain
+    compensation, where nothing else moves the hook.
     """
     if result.ending is Ending.DIVERGED:
         return "diverged"
@@ -68,7 +71,8 @@ def _audit_fails(result: Result) -> bool:
 def energy_unaccounted(result: Result) -> float:
     """Energy that the audit does not find again, over the energy through the pumps [-].
 
-    In: pumps, boost, tip. Out: friction, leakage, valves, wire, drag, passive circuit's gas. Stored: shaft, load, wire, oil.
+    In: pumps, boost, tip. Out: friction, leakage, valves, wire, drag, passive circuit's gas. Stored: shaft, load, wire,
+    oil.
     """
     st, w = result.stats, result.stats.power
     given = w.pump + w.boost + w.passive_pump + w.tip
@@ -133,7 +137,12 @@ def summarise(crane: Crane, case: Scenario, result: Result) -> dict[str, Any]:
         numbers = dict.fromkeys(numbers, math.nan)
     elif {case.mode, *(m for _, m in case.modes)} == {Mode.MANUAL}:
         numbers |= dict.fromkeys(POSITION, math.nan)
-    return {"status": marked(status(case, result, foreseen), doubts), **numbers, "validated": float(foreseen.validated), "notes": notes}
+    return {
+        "status": marked(status(case, result, foreseen), doubts),
+        **numbers,
+        "validated": float(foreseen.validated),
+        "notes": notes,
+    }
 
 
 def _window_notes(result: Result) -> list[str]:
@@ -141,4 +150,7 @@ def _window_notes(result: Result) -> list[str]:
     if result.full_window or result.ending is Ending.DIVERGED:
         return []
     counted = max(result.stats.cycles - 1.0, 0.0) * result.t_cycle
-    return [f"the counted part of {counted:.4g} s is shorter than the window of {WINDOW:g} s: peak-to-peak values are of that part alone"]
+    return [
+        f"the counted part of {counted:.4g} s is shorter than the window of {WINDOW:g} s: peak-to-peak values are of"
+        " that part alone"
+    ]

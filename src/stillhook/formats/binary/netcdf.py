@@ -31,8 +31,8 @@ def read_dataset(path: Path) -> xarray.Dataset:
 
 
 def read_datasets(path: Path, groups: Sequence[str]) -> tuple[xarray.Dataset, dict[str, xarray.Dataset]]:
-    """A NetCDF file without its groups, and by name those of the groups that it has. Errors: UnreadableError with a reason in a few
-    words."""
+    """A NetCDF file without its groups, and by name those of the groups that it has. Errors: UnreadableError with a
+    reason in a few words."""
     first = magic(path)
     if first not in MAGIC:
         raise UnreadableError("is empty" if not first else "does not begin as NetCDF does")

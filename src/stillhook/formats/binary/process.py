@@ -1,4 +1,5 @@
-"""What runs in the process that reads binary files for `stillhook.formats.binary.reader`: a function at a time, its value sent back.
+"""What runs in the process that reads binary files for `stillhook.formats.binary.reader`: a function at a time, its
+value sent back.
 
 Nothing here is imported by the process that the user started, and nothing but what a function needs is imported here.
 """
@@ -37,7 +38,8 @@ def serve() -> None:
 
 
 def _limit_memory(size: int) -> None:
-    """Let an allocation beyond this fail here, where the system can: Linux; elsewhere the sizes that a file declares are all there is."""
+    """Let an allocation beyond this fail here, where the system can: Linux; elsewhere the sizes that a file declares
+    are all there is."""
     with contextlib.suppress(ImportError, ValueError, OSError):
         import resource  # not on Windows
 
@@ -61,7 +63,8 @@ def _answer(request: tuple[float, Callable[..., Any], tuple[Any, ...]]) -> tuple
 
 
 def _end_after(seconds: float) -> None:
-    """Have the system end this process where nobody is left to do it: whoever asked may have been killed. 0: no more. Not on Windows."""
+    """Have the system end this process where nobody is left to do it: whoever asked may have been killed. 0: no more.
+    Not on Windows."""
     if hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_REAL, seconds)  # no handler of Python's, which a loop inside C would never reach
 
@@ -96,9 +99,13 @@ def open_source(factory: Callable[..., Any], *arguments: Any) -> Mapping[str, An
     source = _kept["source"] = factory(*arguments)
     _kept["pieces"] = {}
     return {
-        "name": source.name, "row": source.row, "time_base": source.time_base, "headings": source.headings, "units": source.units,
+        "name": source.name,
+        "row": source.row,
+        "time_base": source.time_base,
+        "headings": source.headings,
+        "units": source.units,
         "bases": tuple(source.base(place) for place in range(len(source.headings))),
-    }  # fmt: skip
+    }
 
 
 def sample(place: int) -> str:

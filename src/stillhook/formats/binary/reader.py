@@ -1,9 +1,10 @@
-"""The one way in for binary files (HDF5, NetCDF, Parquet, Excel, MAT, MDF, TDMS): each is opened and read in a process of its own.
+"""The one way in for binary files (HDF5, NetCDF, Parquet, Excel, MAT, MDF, TDMS): each is opened and read in a process
+of its own.
 
-The libraries that read these formats may wait for ever inside C on a damaged file, end the process, or take all memory, and no thread or
-signal of Python can stop them. A process can be stopped: every step has a time limit, on Linux the process has a memory limit, and
-whatever goes wrong comes back as an `UnreadableError` with a reason in a few words. It guards against damage; it is no sandbox: the process
-runs with the rights of the user.
+The libraries that read these formats may wait for ever inside C on a damaged file, end the process, or take all memory,
+and no thread or signal of Python can stop them. A process can be stopped: every step has a time limit, on Linux the
+process has a memory limit, and whatever goes wrong comes back as an `UnreadableError` with a reason in a few words. It
+guards against damage; it is no sandbox: the process runs with the rights of the user.
 """
 
 from __future__ import annotations
@@ -39,15 +40,16 @@ DENSEST = 2000
 """A file unpacks to no more than this many times its size: deflate reaches 1032."""
 
 _BOOT = (
-    "import sys, pickle; sys.path[:] = pickle.load(sys.stdin.buffer); from stillhook.formats.binary.process import serve; serve()"
+    "import sys, pickle; sys.path[:] = pickle.load(sys.stdin.buffer); from stillhook.formats.binary.process import"
+    " serve; serve()"
 )
 
 
 def read_binary(function: Callable[..., T], path: Path, *arguments: Any) -> T:
     """`function(path, *arguments)` in the process that reads, which is kept for the next file.
 
-    function: of a module's top level, and its module light to import. Errors: StillhookError as the function raises it; UnreadableError
-    for everything else that goes wrong, and where the time limit is passed.
+    function: of a module's top level, and its module light to import. Errors: StillhookError as the function raises it;
+    UnreadableError for everything else that goes wrong, and where the time limit is passed.
     """
     limit = time_limit(path)
     with _LOCK:
@@ -70,9 +72,12 @@ class Reader:
         try:
             self._process = subprocess.Popen(
                 [sys.executable, "-I", "-c", _BOOT],
-                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, creationflags=hidden,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                creationflags=hidden,
                 env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "POLARS_MAX_THREADS": "2"},
-            )  # fmt: skip
+            )
         except OSError as problem:
             raise UnreadableError(f"no process to read it could be started: {problem.strerror or problem}") from None
         self._tell(list(sys.path))
@@ -85,7 +90,8 @@ class Reader:
             self._process.stdin.flush()
 
     def call(self, limit: float, function: Callable[..., T], *arguments: Any) -> T:
-        """The function's value, within a time limit [s]. Errors: as `read_binary`; the process has ended after one of time."""
+        """The function's value, within a time limit [s]. Errors: as `read_binary`; the process has ended after one of
+        time."""
         answers: list[tuple[str, Any]] = []
         self._tell((limit, function, arguments))
         waiting = threading.Thread(target=self._wait, args=(answers,), daemon=True)
@@ -93,10 +99,14 @@ class Reader:
         waiting.join(limit)
         if waiting.is_alive():
             self.close()
-            raise UnreadableError(f'not read within {limit:.3g} s; for a slow drive set {TIME}, such as {TIME}="10 min"')
+            raise UnreadableError(
+                f'not read within {limit:.3g} s; for a slow drive set {TIME}, such as {TIME}="10 min"'
+            )
         if not answers:
             self.close()
-            raise UnreadableError(f"its reader broke down, on damage or for want of memory; {MEMORY} is {memory_limit() / 1e9:g} GB")
+            raise UnreadableError(
+                f"its reader broke down, on damage or for want of memory; {MEMORY} is {memory_limit() / 1e9:g} GB"
+            )
         kind, value = answers[0]
         if kind == REFUSED:
             raise value
@@ -139,8 +149,8 @@ def _absolute(path: Path) -> Path:
 
 
 def time_limit(path: Path) -> float:
-    """How long a step of reading a file may take [s]: `LONGEST` and a second for each megabyte; where the environment variable `TIME` is
-    set, that alone. Errors: StillhookError for a variable that is no time above 0."""
+    """How long a step of reading a file may take [s]: `LONGEST` and a second for each megabyte; where the environment
+    variable `TIME` is set, that alone. Errors: StillhookError for a variable that is no time above 0."""
     text = os.environ.get(TIME)
     if not text:
         return LONGEST + _size(path) / SLOWEST
@@ -170,15 +180,20 @@ def memory_limit() -> int:
 def refuse_bomb(path: Path, unpacked: float, *, allowed: float | None = None, at_once: bool = True) -> None:
     """Refuse a file that claims to hold more than its size can, or than memory can: before anything is unpacked.
 
-    unpacked [bytes]: what its header claims; allowed: in place of what follows from its size; at_once: all of it is in memory together.
+    unpacked [bytes]: what its header claims; allowed: in place of what follows from its size; at_once: all of it is in
+    memory together.
     Errors: UnreadableError.
     """
     most = max(SMALL, DENSEST * _size(path)) if allowed is None else allowed
     if unpacked > most:
-        raise UnreadableError(f"claims to hold {_shown(unpacked)} in a file of {_shown(_size(path))}; up to {_shown(most)} is read")
+        raise UnreadableError(
+            f"claims to hold {_shown(unpacked)} in a file of {_shown(_size(path))}; up to {_shown(most)} is read"
+        )
     if at_once and unpacked > memory_limit():
         limit = _shown(memory_limit())
-        raise UnreadableError(f'holds {_shown(unpacked)}; up to {limit} is read at once, more with {MEMORY}, such as {MEMORY}="32 GB"')
+        raise UnreadableError(
+            f'holds {_shown(unpacked)}; up to {limit} is read at once, more with {MEMORY}, such as {MEMORY}="32 GB"'
+        )
 
 
 def _shown(size: float) -> str:

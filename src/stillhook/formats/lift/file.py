@@ -1,4 +1,5 @@
-"""Lift files: one TOML that names crane, vessel, sea, crane tip, payload, rigging, wire and winch programme of a lowering."""
+"""Lift files: one TOML that names crane, vessel, sea, crane tip, payload, rigging, wire and winch programme of a
+lowering."""
 
 from __future__ import annotations
 
@@ -25,9 +26,27 @@ from stillhook.spec.scenario import RHO_SEA, Record, Sensors
 from stillhook.units import came, parse, show
 
 TOP = (
-    "name", "crane", "vessel", "controller", "start", "duration", "ramp", "friction", "step", "every",
-    "sea", "tip", "boom", "water", "payload", "rigging", "wire", "winch", "sensors", "stage",
-)  # fmt: skip
+    "name",
+    "crane",
+    "vessel",
+    "controller",
+    "start",
+    "duration",
+    "ramp",
+    "friction",
+    "step",
+    "every",
+    "sea",
+    "tip",
+    "boom",
+    "water",
+    "payload",
+    "rigging",
+    "wire",
+    "winch",
+    "sensors",
+    "stage",
+)
 WATER = ("depth", "rho")
 DEEPEST = 12_000.0  # m
 LIGHTEST, HEAVIEST = 900.0, 1300.0  # kg/m^3: of fresh water that is warm, and of brine
@@ -38,8 +57,8 @@ LATE = 1.1
 
 
 class LiftFile(NamedTuple):
-    """A crane and a lowering, how finely it is run and stored (None: default), and where it happens, in words; vessel, place of the crane
-    tip and sea as the file gives them (None: not there); notes on what it asks for."""
+    """A crane and a lowering, how finely it is run and stored (None: default), and where it happens, in words; vessel,
+    place of the crane tip and sea as the file gives them (None: not there); notes on what it asks for."""
 
     crane: Crane
     lift: Lowering
@@ -52,13 +71,15 @@ class LiftFile(NamedTuple):
     notes: tuple[str, ...] = ()
 
 
-def load_lift(path: str | Path, *, seed: int | None = None, duration: str | None = None, moving: bool = True) -> LiftFile:
+def load_lift(
+    path: str | Path, *, seed: int | None = None, duration: str | None = None, moving: bool = True
+) -> LiftFile:
     """Read a lift file::
 
         crane = "deep-250t"                  # or the path of a crane file, seen from this file
         vessel = "construction-vessel-130m"  # or the path of a vessel file
-        payload = "suction-anchor-85t"       # or the path of a payload file, or a table [payload] with name, mass, shape
-        start = "5 m"                        # underside of the payload above still water; negative below
+        payload = "suction-anchor-85t"       # or the path of a payload file, or a table [payload] with name, mass,
+        shape start = "5 m"                        # underside of the payload above still water; negative below
 
         [sea]
         wave = "jonswap Hs=2 m Tp=9 s"
@@ -76,8 +97,9 @@ def load_lift(path: str | Path, *, seed: int | None = None, duration: str | None
         lower = "12 m/min"
         depth = "25 m"
 
-    A library name ("anchor-to-3000m") may stand in place of a path. seed and duration go before those of the file. Unless `moving` vessel
-    and sea are read and nothing is made to move: for what looks at spectra; the sea may then be missing.
+    A library name ("anchor-to-3000m") may stand in place of a path. seed and duration go before those of the file.
+    Unless `moving` vessel and sea are read and nothing is made to move: for what looks at spectra; the sea may then be
+    missing.
     Errors: StillhookError, one line that names file, field, what came and what is allowed.
     """
     if str(path) in lifts():
@@ -89,7 +111,10 @@ def load_lift(path: str | Path, *, seed: int | None = None, duration: str | None
         raise LiftError(f"No lift {came(str(path))}: the library has {have} A file's name ends in .toml.{other}")
     if not toml_text(Path(path)).strip():
         have = ", ".join(lifts())
-        raise LiftError(f"{Path(path).name}: empty. A lift file names crane, payload, start, [water] and stages; copy one of {have}.")
+        raise LiftError(
+            f"{Path(path).name}: empty. A lift file names crane, payload, start, [water] and stages; copy one of"
+            f" {have}."
+        )
     return described(path, FileKind.LIFT, lambda table, at: _lift(table, at, seed, duration, moving))
 
 
@@ -157,7 +182,9 @@ def _part(kind: type[Record], table: Mapping[str, Any], key: str) -> Record:
         return kind(**_table(table, key))
     except ScenarioError as e:
         text = str(e)
-        raise ScenarioError(key + text.removeprefix(kind.__name__) if text.startswith(f"{kind.__name__}.") else text) from None
+        raise ScenarioError(
+            key + text.removeprefix(kind.__name__) if text.startswith(f"{kind.__name__}.") else text
+        ) from None
 
 
 def _table(table: Mapping[str, Any], key: str) -> dict[str, Any]:
@@ -184,9 +211,11 @@ def payload_of(top: Fields, folder: Path) -> Payload:
 
 
 def planned(programme: Sequence[Stage], z_0: float, depth: float) -> float:
-    """Length of a run that leaves room for a programme that goes as planned [s]: each stage's way over its speed, or its time.
+    """Length of a run that leaves room for a programme that goes as planned [s]: each stage's way over its speed, or
+    its time.
 
-    Errors: LiftError where a stage ends by wire or tension, whose time only the run can tell: the file then gives duration.
+    Errors: LiftError where a stage ends by wire or tension, whose time only the run can tell: the file then gives
+    duration.
     """
     total, z = 0.0, z_0
     for i, stage in enumerate(programme, 1):
@@ -195,14 +224,21 @@ def planned(programme: Sequence[Stage], z_0: float, depth: float) -> float:
             continue
         goal = -depth if stage.landed else -stage.depth if stage.depth is not None else None
         if goal is None:
-            raise LiftError(f'duration: missing, and only the run can tell when stage {i} ends by {stage.end}. Give duration = "600 s".')
+            raise LiftError(
+                f"duration: missing, and only the run can tell when stage {i} ends by {stage.end}. Give duration ="
+                ' "600 s".'
+            )
         total, z = total + abs(z - goal) / max(abs(stage.lower), 1e-9), goal
     return round(LATE * total + ROOM, 1)
 
 
 def describe_stage(stage: Stage) -> str:
     """A stage in words and units."""
-    speed = "" if stage.lower == 0.0 else f" {'lowering' if stage.lower > 0 else 'hoisting'} {show(abs(stage.lower), 'speed')}"
+    speed = (
+        ""
+        if stage.lower == 0.0
+        else f" {'lowering' if stage.lower > 0 else 'hoisting'} {show(abs(stage.lower), 'speed')}"
+    )
     hold = "" if stage.hold is None else f" holding {show(stage.hold, 'force')}"
     kinds = {"time": "time", "depth": "length", "wire": "length", "tension": "force"}
     value = "" if stage.landed else f" {show(getattr(stage, stage.end), kinds[stage.end])}"

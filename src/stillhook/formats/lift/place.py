@@ -39,8 +39,8 @@ DEEP = 3.0
 
 
 class Place(NamedTuple):
-    """Motion of the crane tip, the water below it, height of the tip above still water [m]; in words; what they follow from; notes: what a
-    reader should know."""
+    """Motion of the crane tip, the water below it, height of the tip above still water [m]; in words; what they follow
+    from; notes: what a reader should know."""
 
     tip: Motion
     waves: WaveField | None
@@ -61,16 +61,23 @@ def place_of(top: Fields, folder: Path, depth: float, length: float, seed: int |
     if "motion" in tip:
         for key in ("vessel", "sea"):
             if key in top:
-                raise LiftError(f"{key}: given beside tip.motion, which stands in place of vessel and sea. Leave one of them out.")
+                raise LiftError(
+                    f"{key}: given beside tip.motion, which stands in place of vessel and sea. Leave one of them out."
+                )
         motion = read_tip(tip.table["motion"], folder)
         return Place(motion, None, height, f"tip: {motion.describe()}; still water")
     if "sea" not in top:
         if "vessel" in top:
-            raise LiftError("sea: missing, and a vessel is given. Write [sea] with wave and heading, or leave vessel out for a calm.")
+            raise LiftError(
+                "sea: missing, and a vessel is given. Write [sea] with wave and heading, or leave vessel out for a"
+                " calm."
+            )
         return Place(Still(), None, height, "tip still; still water")
     top.need("vessel")
     if where is None:
-        raise LiftError('tip: its place is missing. Write [tip] with at = "x=-20 m, y=-18 m, z=30 m", or a table [boom].')
+        raise LiftError(
+            'tip: its place is missing. Write [tip] with at = "x=-20 m, y=-18 m, z=30 m", or a table [boom].'
+        )
     table = _table_of_sea(top)
     sea, rao = _sea(table, folder), _vessel(top, folder)
     if sea.moment(0) <= 0.0:
@@ -88,14 +95,17 @@ def _notes(rao: Rao, sea: Sea, depth: float) -> tuple[str, ...]:
 
 
 def depth_notes(rao: Rao, longest: float, depth: float) -> tuple[str, ...]:
-    """What to know of motions of a vessel that hold in deep water, over water [m] that is not deep to the longest waves [s]."""
+    """What to know of motions of a vessel that hold in deep water, over water [m] that is not deep to the longest waves
+    [s]."""
     kd = float(wavenumber(np.array([2.0 * math.pi / longest]), depth)[0]) * depth
     if kd >= DEEP or math.isclose(rao.depth, depth, rel_tol=0.2):
         return ()
     of = "deep water" if math.isinf(rao.depth) else f"water of {show(rao.depth, 'length')}"
     return (
-        f"the motions of {rao.name} are for {of}; {show(depth, 'length')} are shallow to waves of {longest:.3g} s "
-        f"(wave number times depth {kd:.2g}), and the tip moves otherwise",
+        (
+            f"the motions of {rao.name} are for {of}; {show(depth, 'length')} are shallow to waves of {longest:.3g} s "
+            f"(wave number times depth {kd:.2g}), and the tip moves otherwise"
+        ),
     )
 
 
@@ -119,7 +129,9 @@ def _point(top: Fields) -> tuple[TipPoint | None, float]:
     tip.known(TIP)
     point, height = _point_and_height(top, tip)
     if height <= 0.0:
-        raise LiftError(f"tip: its height {show(height, 'length')} is not above the water. Count it up from still water.")
+        raise LiftError(
+            f"tip: its height {show(height, 'length')} is not above the water. Count it up from still water."
+        )
     return point, height
 
 
@@ -147,7 +159,9 @@ def boom_of(top: Fields) -> Boom:
     for key in ("pedestal", "main", "knuckle"):
         if key in boom and not isinstance(boom.table[key], list):
             raise boom.wrong(key, HOW[key])
-    texts: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in boom.table.items()}
+    texts: dict[str, Any] = {
+        key: tuple(value) if isinstance(value, list) else value for key, value in boom.table.items()
+    }
     return Boom(**texts)
 
 
@@ -170,13 +184,16 @@ def _sea(table: Fields, folder: Path) -> Sea:
 
 def _measured_sea(table: Fields, path: Path, heading: float | None, spread: float | None) -> Sea:
     if heading is None:
-        raise LiftError('sea.heading: missing. Give the direction in which the waves travel, from the bow, such as "180 deg".')
+        raise LiftError(
+            'sea.heading: missing. Give the direction in which the waves travel, from the bow, such as "180 deg".'
+        )
     series = read_sea(path)
     if not isinstance(series, SpectrumSeries):
         raise table.wrong("wave", "holds heights and periods, no spectra. Give a file of spectra, or waves as a text.")
     if "record" not in table:
         raise LiftError(
-            f'sea.record: missing, and {path.name} holds {len(series)}. Give its number from 0, or its time, "1996-01-05T12:00".'
+            f"sea.record: missing, and {path.name} holds {len(series)}. Give its number from 0, or its time,"
+            ' "1996-01-05T12:00".'
         )
     exponent = None if spread is None else check_spread(float(spread), "sea.spread")
     return Sea((Train(series.spectrum(series.index(str(table.table["record"]))), heading, exponent),))

@@ -76,7 +76,9 @@ def _load(path: str | os.PathLike[str]) -> _Table:
         raise MotionError(f"{table.name}: has a header (line {table.header_line}) and no data below it.")
     schema = {f"c{i}": pl.String for i in range(len(table.headings))}
     try:
-        rows = pl.read_csv(table.body, has_header=False, schema=schema, separator=table.separator, comment_prefix="#", quote_char=None)
+        rows = pl.read_csv(
+            table.body, has_header=False, schema=schema, separator=table.separator, comment_prefix="#", quote_char=None
+        )
     except (pl.exceptions.PolarsError, OSError) as problem:
         raise _ragged(table, problem) from None
     return replace(table, rows=rows)
@@ -116,7 +118,9 @@ def _ragged(table: _Table, problem: Exception) -> MotionError:
         except UnicodeDecodeError:
             return MotionError(f"{place}: is not UTF-8 text. Save the file as CSV UTF-8.")
         if line.strip() and not line.startswith(b"#") and len(fields) != wanted:
-            comma = ' A decimal comma needs ";" between columns.' if table.separator == "," and len(fields) > wanted else ""
+            comma = (
+                ' A decimal comma needs ";" between columns.' if table.separator == "," and len(fields) > wanted else ""
+            )
             return MotionError(f"{place}: {len(fields)} fields where the header has {wanted}.{comma} Mend the line.")
     return MotionError(f"{table.name}: cannot be read as CSV ({came(str(problem).splitlines()[0])}).")
 
@@ -209,9 +213,17 @@ def _raw(table: _Table, height: str) -> RawLog:
     unused = len(table.headings) - sum(c is not None for c in columns.values())
     counts = {"lines": len(t), "other columns": unused}
     return RawLog(
-        source=table.name, form="CSV", time="file", t=t, heave=s, roll=columns.get("roll"),
-        pitch=columns.get("pitch"), line_of=line_of, counts=counts, column=height,
-    )  # fmt: skip
+        source=table.name,
+        form="CSV",
+        time="file",
+        t=t,
+        heave=s,
+        roll=columns.get("roll"),
+        pitch=columns.get("pitch"),
+        line_of=line_of,
+        counts=counts,
+        column=height,
+    )
 
 
 def read_ship_csv(

@@ -39,7 +39,8 @@ def motion_form(path: str | os.PathLike[str]) -> Literal["psxn", "csv"]:
 def stored_motion(path: str | os.PathLike[str]) -> Motion | None:
     """The motion that `stillhook tip --out` stored as tip.json, exact; None for a file that is no JSON.
 
-    Errors: MotionError for a file that cannot be read, JSON that is no motion, and a record, which is read from its own log.
+    Errors: MotionError for a file that cannot be read, JSON that is no motion, and a record, which is read from its own
+    log.
     """
     file, head = head_of(path)
     if not head.lstrip().startswith(b"{"):
@@ -70,7 +71,9 @@ def read_ship_motion(
     Errors: MotionError or UnitError, one line.
     """
     if motion_form(path) == "psxn":
-        return read_psxn(path, heave=heave or "down", time=time or "logger", max_gap=max_gap, start=start, duration=duration)
+        return read_psxn(
+            path, heave=heave or "down", time=time or "logger", max_gap=max_gap, start=start, duration=duration
+        )
     from stillhook.formats.motion.csv import read_ship_csv  # here, so that a Seapath log is read without polars
 
     _only_seapath(path, time)
@@ -97,12 +100,17 @@ def read_tip_motion(
         ship = read_ship_motion(path, heave=heave, time=time, max_gap=max_gap, start=start, duration=duration)
         return tip_motion(ship, tip, every=every)
     if motion_form(path) == "csv":
-        from stillhook.formats.motion.csv import has_column, read_tip_csv  # here, so that polars loads when it is needed
+        from stillhook.formats.motion.csv import (
+            has_column,
+            read_tip_csv,
+        )  # here, so that polars loads when it is needed
 
         if has_column(path, "tip"):
             _only_seapath(path, time)
             if heave is not None:
-                raise MotionError(f"{Path(path).name}: heave tells how a column heave counts; the column tip is up. Leave heave out.")
+                raise MotionError(
+                    f"{Path(path).name}: heave tells how a column heave counts; the column tip is up. Leave heave out."
+                )
             return read_tip_csv(path, max_gap=max_gap, start=start, duration=duration, every=every)
     raise MotionError(
         f"{Path(path).name}: holds the motion of the ship, not of the crane tip. Give the way from the motion sensor "

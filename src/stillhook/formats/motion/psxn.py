@@ -170,7 +170,9 @@ def _why_nothing(counts: Mapping[str, int], time: str) -> str:
     return f"no usable $PSXN,23 line ({found}). {way_out[time]}"
 
 
-def _in_order(name: str, rows: FloatArray, counts: Mapping[str, int], time: Literal["logger", "instrument"], sign: HeaveSign) -> RawLog:
+def _in_order(
+    name: str, rows: FloatArray, counts: Mapping[str, int], time: Literal["logger", "instrument"], sign: HeaveSign
+) -> RawLog:
     """The samples with times that increase; what repeats a time or runs backwards is counted and left out."""
     latest = np.maximum.accumulate(rows[:, 0])
     ahead = np.concatenate(([True], rows[1:, 0] > latest[:-1]))
@@ -183,14 +185,22 @@ def _in_order(name: str, rows: FloatArray, counts: Mapping[str, int], time: Lite
         )
     t, roll, pitch, heave, altitude, number = rows[ahead].T
     return RawLog(
-        source=name, form="Seapath $PSXN,23", time=time, t=t, heave=heave, roll=np.radians(roll),
-        pitch=np.radians(pitch), line_of=lambda i: int(number[i]),
+        source=name,
+        form="Seapath $PSXN,23",
+        time=time,
+        t=t,
+        heave=heave,
+        roll=np.radians(roll),
+        pitch=np.radians(pitch),
+        line_of=lambda i: int(number[i]),
         counts={name: counts[name] for name in COUNTED[:2]},
         left_out={
-            **{name: counts[name] for name in COUNTED[2:]}, "duplicates": doubles, "times running backwards": backwards,
+            **{name: counts[name] for name in COUNTED[2:]},
+            "duplicates": doubles,
+            "times running backwards": backwards,
         },
         cautions=_doubts(heave, altitude, sign),
-    )  # fmt: skip
+    )
 
 
 def altitude_agreement(heave_up: FloatArray, altitude: FloatArray) -> float | None:
@@ -212,5 +222,8 @@ def _doubts(heave: FloatArray, altitude: FloatArray, sign: HeaveSign) -> tuple[s
         return ()
     other = "up" if sign == "down" else "down"
     return (
-        f'the $..GGA altitude moves against the heave (correlation {agreement:.2f}): the log counts heave {other}, so use heave="{other}"',
+        (
+            f"the $..GGA altitude moves against the heave (correlation {agreement:.2f}): the log counts heave {other},"
+            f' so use heave="{other}"'
+        ),
     )

@@ -76,7 +76,9 @@ def head_of(path: str | os.PathLike[str]) -> tuple[Path, bytes]:
         raise MotionError(f"{came(str(file))}: cannot be read ({reason}). Check the name and your rights.") from None
     for magic, name in _FOREIGN:
         if head.startswith(magic):
-            raise MotionError(f"{file.name}: is a {name} file. Give the log as plain text (unpack it or save it as CSV).")
+            raise MotionError(
+                f"{file.name}: is a {name} file. Give the log as plain text (unpack it or save it as CSV)."
+            )
     if head.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise MotionError(f"{file.name}: is UTF-16 text. Save it as CSV UTF-8.")
     if not head.strip(b"\xef\xbb\xbf \t\r\n"):
@@ -108,7 +110,8 @@ def finish(raw: RawLog, *, heave: HeaveSign, max_gap: str, start: str | None, du
             _refuse_beyond(raw, piece, name, np.degrees(angle), LARGEST_ANGLE, "deg")
     if np.ptp(z) == 0.0:
         raise MotionError(
-            f"{raw.source}: {raw.column} stands at {z[0]:g} m throughout: the sensor was stuck or off. Choose another piece or log."
+            f"{raw.source}: {raw.column} stands at {z[0]:g} m throughout: the sensor was stuck or off. Choose another"
+            " piece or log."
         )
     return ShipMotion(t, -z if heave == "down" else z, roll, pitch, report)
 
@@ -126,13 +129,17 @@ def _piece(raw: RawLog, start: str | None, duration: str | None) -> slice:
     low = int(np.searchsorted(t, begin - 1e-6))
     high = int(np.searchsorted(t, begin + length + 1e-6, side="right"))
     if high - low < FEWEST_POINTS:
-        raise MotionError(f"{raw.source}: {high - low} samples{_left_out(raw)}. A motion needs {FEWEST_POINTS} or more.")
+        raise MotionError(
+            f"{raw.source}: {high - low} samples{_left_out(raw)}. A motion needs {FEWEST_POINTS} or more."
+        )
     return slice(low, high)
 
 
 def _left_out(raw: RawLog) -> str:
     """What the reader left out, for errors about what is missing."""
-    return f" ({', '.join(f'{name} {n}' for name, n in raw.left_out.items() if n)})" if any(raw.left_out.values()) else ""
+    return (
+        f" ({', '.join(f'{name} {n}' for name, n in raw.left_out.items() if n)})" if any(raw.left_out.values()) else ""
+    )
 
 
 def _report(raw: RawLog, piece: slice, heave: HeaveSign, max_gap: float) -> tuple[FloatArray, ReadReport]:
@@ -150,11 +157,22 @@ def _report(raw: RawLog, piece: slice, heave: HeaveSign, max_gap: float) -> tupl
     regular = step[~gaps]
     jitter = float(np.std(regular)) if len(regular) else 0.0
     report = ReadReport(
-        source=raw.source, form=raw.form, heave=heave, time=raw.time, samples=len(t), duration=float(t[-1]),
-        interval=median, shortest=float(step.min()), longest=float(step[longest]), jitter=jitter,
-        gaps=int(gaps.sum()), longest_at=float(t[longest]), counts=MappingProxyType({**raw.counts, **raw.left_out}),
-        cautions=(*raw.cautions, *_cautions(raw, piece, t, median, jitter)), column=raw.column,
-    )  # fmt: skip
+        source=raw.source,
+        form=raw.form,
+        heave=heave,
+        time=raw.time,
+        samples=len(t),
+        duration=float(t[-1]),
+        interval=median,
+        shortest=float(step.min()),
+        longest=float(step[longest]),
+        jitter=jitter,
+        gaps=int(gaps.sum()),
+        longest_at=float(t[longest]),
+        counts=MappingProxyType({**raw.counts, **raw.left_out}),
+        cautions=(*raw.cautions, *_cautions(raw, piece, t, median, jitter)),
+        column=raw.column,
+    )
     return t, report
 
 
@@ -183,8 +201,9 @@ def _refuse_jumps(raw: RawLog, piece: slice, t: FloatArray, z: FloatArray) -> No
     if jumps.any():
         i = int(np.argmax(jumps))
         raise MotionError(
-            f"{raw.source}: line {raw.line_of(piece.start + i + 1)}: {raw.column} jumps from {z[i]:.4g} m to "
-            f"{z[i + 1]:.4g} m in {t[i + 1] - t[i]:.3g} s. Mend the spike or choose a piece without it (start, duration)."
+            f"{raw.source}: line {raw.line_of(piece.start + i + 1)}: {raw.column} jumps from {z[i]:.4g} m to"
+            f" {z[i + 1]:.4g} m in {t[i + 1] - t[i]:.3g} s. Mend the spike or choose a piece without it (start,"
+            " duration)."
         )
 
 

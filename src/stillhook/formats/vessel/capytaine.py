@@ -1,14 +1,16 @@
 """Motion transfer functions from a Capytaine data set (NetCDF), ready or from its forces.
 
-Where the file holds a variable `rao` (omega, wave_direction, radiating_dof), that is taken. Otherwise motions X are found from
+Where the file holds a variable `rao` (omega, wave_direction, radiating_dof), that is taken. Otherwise motions X are
+found from
 
     (-omega^2 (M + A) - i omega (B + B_more) + C + C_more) X = F_diffraction + F_Froude-Krylov
 
-with inertia_matrix M, added_mass A, radiation_damping B, hydrostatic_stiffness C, and, where the file holds them, `dissipation` B_more
-and `stiffness` C_more (influenced_dof, radiating_dof), such as viscous roll damping and mooring. M and C are taken as they are: about the
-rotation centre, which is the caller's to see to. Capytaine's own convention: exp(-i omega t); x, y, z of the mesh, which must be forward,
-port, up here; wave_direction [rad] is where waves go, counter-clockwise from +x; phases are of a crest at x = y = 0, and are moved to the
-rotation centre of the degrees of freedom, the reference point. Capytaine need not be installed.
+with inertia_matrix M, added_mass A, radiation_damping B, hydrostatic_stiffness C, and, where the file holds them,
+`dissipation` B_more and `stiffness` C_more (influenced_dof, radiating_dof), such as viscous roll damping and mooring. M
+and C are taken as they are: about the rotation centre, which is the caller's to see to. Capytaine's own convention:
+exp(-i omega t); x, y, z of the mesh, which must be forward, port, up here; wave_direction [rad] is where waves go,
+counter-clockwise from +x; phases are of a crest at x = y = 0, and are moved to the rotation centre of the degrees of
+freedom, the reference point. Capytaine need not be installed.
 """
 
 from __future__ import annotations
@@ -36,8 +38,8 @@ AXES = ("omega", "wave_direction")
 
 
 def read_capytaine(path: Path) -> Rao:
-    """The vessel in a Capytaine data set. Errors: SeaError of one line for a file that is none, lacks a variable or a degree of freedom,
-    holds several bodies, speeds or depths, or numbers that are not finite."""
+    """The vessel in a Capytaine data set. Errors: SeaError of one line for a file that is none, lacks a variable or a
+    degree of freedom, holds several bodies, speeds or depths, or numbers that are not finite."""
     data = _opened(path)
     found = next((name for name in READY if name in data), None)
     H = _ready(path.name, data, found) if found else _solved(path.name, data)
@@ -46,7 +48,9 @@ def read_capytaine(path: Path) -> Rao:
     usable = np.isfinite(omega) & (omega > 0.0)
     if (bad & usable).any():
         first = omega[bad & usable][0]
-        raise SeaError(f"{path.name}: motions at omega {first:g} rad/s are not finite. Solve that frequency again or leave it out.")
+        raise SeaError(
+            f"{path.name}: motions at omega {first:g} rad/s are not finite. Solve that frequency again or leave it out."
+        )
     centre = _point(data, "rotation_center")
     origin, crest = _origin(data, centre)
     convention = replace(CAPYTAINE, mirror=bool(np.abs(np.sort(heading)[[0, -1]] - (0.0, np.pi)).max() < SAME_HEADING))
@@ -55,9 +59,17 @@ def read_capytaine(path: Path) -> Rao:
     source = f"{path.name} (Capytaine {data.attrs.get('capytaine_version', 'data set')})"
     name = str(data["body"].values) if "body" in data.coords and data["body"].ndim == 0 else path.stem
     return to_rao(
-        convention, name=name, omega=omega[usable], heading=heading, H=H[:, :, usable], source=source, origin=origin,
-        notes=tuple(n for n in notes if n), depth=depth, crest=crest,
-    )  # fmt: skip
+        convention,
+        name=name,
+        omega=omega[usable],
+        heading=heading,
+        H=H[:, :, usable],
+        source=source,
+        origin=origin,
+        notes=tuple(n for n in notes if n),
+        depth=depth,
+        crest=crest,
+    )
 
 
 def _opened(path: Path) -> xarray.Dataset:
@@ -67,7 +79,9 @@ def _opened(path: Path) -> xarray.Dataset:
         raise SeaError(f"{path.name}: not a whole NetCDF file ({problem}). Export it again.") from None
     if "complex" in data.coords:
         if {"re", "im"} != {str(part) for part in data["complex"].values.ravel()}:
-            raise SeaError(f"{path.name}: its dimension complex does not name re and im. Export it again with Capytaine.")
+            raise SeaError(
+                f"{path.name}: its dimension complex does not name re and im. Export it again with Capytaine."
+            )
         split = {str(n): v for n, v in data.items() if "complex" in v.dims}
         whole = {n: v.sel(complex="re", drop=True) + 1j * v.sel(complex="im", drop=True) for n, v in split.items()}
         data = data.drop_dims("complex").assign(whole)
@@ -127,7 +141,9 @@ def _solved(file: str, data: xarray.Dataset) -> ComplexArray:
     try:
         H[good] = np.linalg.solve(-(w**2) * (M + A[good]) - 1j * w * (B[good] + more[0]) + C + more[1], force[good])
     except np.linalg.LinAlgError:
-        raise SeaError(f"{file}: the equation of motion has no solution. Check inertia_matrix and hydrostatic_stiffness.") from None
+        raise SeaError(
+            f"{file}: the equation of motion has no solution. Check inertia_matrix and hydrostatic_stiffness."
+        ) from None
     return np.asarray(np.moveaxis(H, (1, 2, 0), (0, 1, 2)))
 
 
@@ -150,12 +166,18 @@ def _point(data: xarray.Dataset, name: str) -> FloatArray | None:
 def _origin(data: xarray.Dataset, centre: FloatArray | None) -> tuple[str, tuple[float, float]]:
     """Where the reference point is, and where from there (x, y) [m] the crest of phase 0 passes."""
     if centre is None:
-        return "rotation centre of the degrees of freedom (not in the file), taken to be at x = y = 0 of the mesh", (0.0, 0.0)
+        return "rotation centre of the degrees of freedom (not in the file), taken to be at x = y = 0 of the mesh", (
+            0.0,
+            0.0,
+        )
     x, y, z = centre
     text = f"x = {x:g} m, y = {y:g} m, z = {z:g} m of the mesh (rotation centre; z = 0 is the still waterline)"
     mass = _point(data, "center_of_mass")
     if mass is not None and np.isfinite(mass).all():
-        text += f"; centre of gravity {mass[0] - x:+.4g} m forward, {mass[1] - y:+.4g} m to port, {mass[2] - z:+.4g} m up of it"
+        text += (
+            f"; centre of gravity {mass[0] - x:+.4g} m forward, {mass[1] - y:+.4g} m to port, {mass[2] - z:+.4g} m up"
+            " of it"
+        )
     return text, (-float(x), -float(y))
 
 

@@ -1,6 +1,8 @@
-"""Vessel motions as CSV whose head declares its conventions: the open form, and the one that Stillhook's own vessels are in.
+"""Vessel motions as CSV whose head declares its conventions: the open form, and the one that Stillhook's own vessels
+are in.
 
-Lines that begin with # declare, one `key: value` each; then a header of columns with units; then one row per heading and frequency:
+Lines that begin with # declare, one `key: value` each; then a header of columns with units; then one row per heading
+and frequency:
 
     # stillhook vessel motions 1
     # name: Construction vessel 130 m
@@ -14,16 +16,17 @@ Lines that begin with # declare, one `key: value` each; then a header of columns
     omega [rad/s],heading [deg],surge re [m/m],surge im [m/m],sway re [m/m],...,yaw re [rad/m],yaw im [rad/m]
     0.1,0,...
 
-axes: right-handed; also "x aft, y starboard, z up", "x forward, y starboard, z down". Rotations are right-handed about them.
-time (with columns re and im): exp(+i omega t) or exp(-i omega t). phase (with columns "surge amplitude [m/m],surge phase [deg]" in their
-place): lead, for amplitude times cos(omega t + phase), or lag.
-heading: waves "travel to" or "come from", "counter-clockwise from" or "clockwise from" (seen from above), "bow" or "stern".
-mirror: port-starboard, where headings cover one side, both ends included, of a ship that is the same on the other; none, where they go
-all round.
+axes: right-handed; also "x aft, y starboard, z up", "x forward, y starboard, z down". Rotations are right-handed about
+them. time (with columns re and im): exp(+i omega t) or exp(-i omega t). phase (with columns "surge amplitude
+[m/m],surge phase [deg]" in their place): lead, for amplitude times cos(omega t + phase), or lag.
+heading: waves "travel to" or "come from", "counter-clockwise from" or "clockwise from" (seen from above), "bow" or
+"stern". mirror: port-starboard, where headings cover one side, both ends included, of a ship that is the same on the
+other; none, where they go all round.
 origin: the point that moves so and where a wave crest passes at phase 0, in words; its heave in long waves is 1.
-source, note: free, note as often as wanted. name, axes, time or phase, heading, mirror, origin must be there, nothing is assumed.
-Frequency: "omega [rad/s]", "frequency [Hz]" or "period [s]"; phases in deg or rad; rotations all in rad/m or all in deg/m. Rows in any
-order; every heading has every frequency, once. Blank lines do not count. Columns are separated by comma, semicolon or tab.
+source, note: free, note as often as wanted. name, axes, time or phase, heading, mirror, origin must be there, nothing
+is assumed. Frequency: "omega [rad/s]", "frequency [Hz]" or "period [s]"; phases in deg or rad; rotations all in rad/m
+or all in deg/m. Rows in any order; every heading has every frequency, once. Blank lines do not count. Columns are
+separated by comma, semicolon or tab.
 """
 
 from __future__ import annotations
@@ -52,7 +55,9 @@ FREQUENCIES = {"omega [rad/s]": 1.0, "frequency [Hz]": 2.0 * np.pi, "period [s]"
 ANGLES = {"deg": np.pi / 180.0, "rad": 1.0}
 _KEY = re.compile(r"#\s*([A-Za-z]+)\s*:\s*(.*?)\s*")
 _AXES = re.compile(r"x (forward|aft),? y (port|starboard),? z (up|down)")
-_HEADING = re.compile(r"waves (travel|going|come|coming) (to|from),? (counter-clockwise|clockwise) from (?:the )?(bow|stern)")
+_HEADING = re.compile(
+    r"waves (travel|going|come|coming) (to|from),? (counter-clockwise|clockwise) from (?:the )?(bow|stern)"
+)
 _TIMES = {"exp(+i omega t)": 1, "exp(i omega t)": 1, "exp(-i omega t)": -1}
 _PHASES = {"lead": 1, "lag": -1}
 _MIRRORS = {"port-starboard": True, "none": False}
@@ -91,22 +96,30 @@ def read_rao_csv(path: Path, text: str) -> Rao:
     source = ", ".join(t for t in (f"{path.name} (CSV)", table.said.get("source", (0, ""))[1]) if t)
     notes = (*table.notes, f"read as CSV: {convention.describe()}")
     name, origin = table.said["name"][1], table.said["origin"][1]
-    return to_rao(convention, name=name, omega=omega, heading=heading, H=grid, source=source, origin=origin, notes=notes)
+    return to_rao(
+        convention, name=name, omega=omega, heading=heading, H=grid, source=source, origin=origin, notes=notes
+    )
 
 
 def write_rao_csv(
     rao: Rao, path: str | os.PathLike[str], *, source: str, notes: Sequence[str] = (), mirror: bool = False
 ) -> Path:
-    """Write a vessel in Stillhook's own convention, with six digits; the file appears under its name only when it is complete.
+    """Write a vessel in Stillhook's own convention, with six digits; the file appears under its name only when it is
+    complete.
 
-    source: one line on where the numbers are from; notes: lines that stay with the vessel (those of rao stay behind: a reader makes its
-    own). mirror: write one side, 0 to 180 deg, of a ship that is the same on the other.
+    source: one line on where the numbers are from; notes: lines that stay with the vessel (those of rao stay behind: a
+    reader makes its own). mirror: write one side, 0 to 180 deg, of a ship that is the same on the other.
     Errors: SeaError where the sides are not the same.
     """
     beta, H = one_side(rao) if mirror else (rao.beta, rao.H)
     sides = "port-starboard" if mirror else "none"
     said = [("name", rao.name), ("axes", "x forward, y port, z up"), ("time", "exp(+i omega t)")]
-    said += [("heading", "waves travel to, counter-clockwise from bow"), ("mirror", sides), ("origin", rao.origin), ("source", source)]
+    said += [
+        ("heading", "waves travel to, counter-clockwise from bow"),
+        ("mirror", sides),
+        ("origin", rao.origin),
+        ("source", source),
+    ]
     said += [("note", note) for note in notes]
     head = [f"{FIRST} {VERSION}", *(f"# {key}: {' '.join(value.split())}" for key, value in said)]
     columns = [f"{dof} {part} [{_unit(dof, 'rad')}]" for dof in DOFS for part in ("re", "im")]
@@ -129,15 +142,23 @@ def _split(file: str, text: str) -> _Table:
         if line.strip() and not line.startswith("#"):
             body.append((number, line))
         elif line.startswith(FIRST) and line[len(FIRST) :].strip() != str(VERSION):
-            raise SeaError(f"{file}: line {number}: version {came(line[len(FIRST) :].strip())}, {VERSION} is read. Get a newer Stillhook.")
+            raise SeaError(
+                f"{file}: line {number}: version {came(line[len(FIRST) :].strip())}, {VERSION} is read. Get a newer"
+                " Stillhook."
+            )
         elif match := _KEY.fullmatch(line.rstrip().rstrip(",;\t")):
             _declare(file, number, match[1].lower(), match[2], said, notes)
     missing = [k for k in ("name", "axes", "heading", "mirror", "origin") if k not in said]
     if missing:
         text = EXAMPLES[missing[0]]
-        raise SeaError(f"{file}: does not say its {', '.join(missing)}. Begin with lines such as {text}; nothing is assumed.")
+        raise SeaError(
+            f"{file}: does not say its {', '.join(missing)}. Begin with lines such as {text}; nothing is assumed."
+        )
     if len(body) < 2:
-        raise SeaError(f"{file}: has {'a header and no rows' if body else 'no header'}. Give a header of columns and rows below it.")
+        raise SeaError(
+            f"{file}: has {'a header and no rows' if body else 'no header'}. Give a header of columns and rows"
+            " below it."
+        )
     header, first = body[0]
     separator = next((sign for sign in (";", "\t") if sign in first), ",")
     columns = tuple(" ".join(c.strip().strip('"').split()) for c in first.split(separator))
@@ -156,7 +177,9 @@ EXAMPLES = {
 
 def _declare(file: str, number: int, key: str, value: str, said: dict[str, tuple[int, str]], notes: list[str]) -> None:
     if key not in KEYS:
-        raise SeaError(f"{file}: line {number}: {came(key)[1:-1]}: unknown key. Allowed: {', '.join(KEYS)}{nearest(key, KEYS)}")
+        raise SeaError(
+            f"{file}: line {number}: {came(key)[1:-1]}: unknown key. Allowed: {', '.join(KEYS)}{nearest(key, KEYS)}"
+        )
     if key == "note":
         notes.append(value)
         return
@@ -176,7 +199,9 @@ def _numbers(file: str, number: int, line: str, separator: str, count: int) -> l
         try:
             values.append(float(text.strip().strip('"')))
         except ValueError:
-            raise SeaError(f"{file}: line {number}: {came(text.strip())} is not a number. Mend it; decimals have a point.") from None
+            raise SeaError(
+                f"{file}: line {number}: {came(text.strip())} is not a number. Mend it; decimals have a point."
+            ) from None
         if not np.isfinite(values[-1]):
             raise SeaError(f"{file}: line {number}: {came(text.strip())} is not a finite number. Mend it.")
     return values
@@ -188,7 +213,12 @@ def _unit(dof: str, rotation: str) -> str:
 
 def _rotation(table: _Table) -> str:
     """Unit of all rotations."""
-    units = {c[c.index("[") + 1 : -3] for c in table.columns for dof in DOFS[3:] if c.startswith((f"{dof} re [", f"{dof} amplitude ["))}
+    units = {
+        c[c.index("[") + 1 : -3]
+        for c in table.columns
+        for dof in DOFS[3:]
+        if c.startswith((f"{dof} re [", f"{dof} amplitude ["))
+    }
     if len(units) > 1:
         mixed = " and ".join(f"{u}/m" for u in sorted(units))
         raise SeaError(f"{table.file}: line {table.header}: rotations in {mixed}. Give all in one unit.")
@@ -201,7 +231,11 @@ def _column(table: _Table, names: Sequence[str]) -> tuple[str, FloatArray]:
     found = [(n, i) for n in names for i, c in enumerate(lower) if c == n.lower()]
     if len(found) != 1:
         wanted = " or ".join(f'"{n}"' for n in names)
-        alike = [] if found else [c for c in table.columns if c.split("[")[0].strip().lower() in {n.split(" [")[0] for n in names}]
+        alike = (
+            []
+            if found
+            else [c for c in table.columns if c.split("[")[0].strip().lower() in {n.split(" [")[0] for n in names}]
+        )
         near = f", but {came(alike[0])}" if alike else ""
         count = "has more than one column" if found else "has no column"
         raise SeaError(f"{table.file}: line {table.header}: {count} {wanted}{near}. Name each once, with its unit.")
@@ -215,7 +249,9 @@ def _motions(table: _Table, rotation: str) -> tuple[ComplexArray, int]:
     if key not in table.said or other in table.said:
         columns = "amplitude and phase" if polar else "re and im"
         line = f'"# {key}: {next(iter(choices))}"'
-        raise SeaError(f"{table.file}: columns of {columns} go with one line such as {line}, and none of {other}. Say it.")
+        raise SeaError(
+            f"{table.file}: columns of {columns} go with one line such as {line}, and none of {other}. Say it."
+        )
     H = np.empty((len(DOFS), len(table.rows)), dtype=np.complex128)
     for d, dof in enumerate(DOFS):
         unit = _unit(dof, rotation)
@@ -232,10 +268,14 @@ def _motions(table: _Table, rotation: str) -> tuple[ComplexArray, int]:
 def _convention(table: _Table, sign: int) -> Convention:
     axes = _AXES.fullmatch(" ".join(table.said["axes"][1].lower().split()))
     if axes is None:
-        raise table.wrong("axes", 'write "x forward, y port, z up", with aft, starboard and down in their place where they are so.')
+        raise table.wrong(
+            "axes", 'write "x forward, y port, z up", with aft, starboard and down in their place where they are so.'
+        )
     heading = _HEADING.fullmatch(" ".join(table.said["heading"][1].lower().split()))
     if heading is None or heading[1] + heading[2] not in ("travelto", "goingto", "comefrom", "comingfrom"):
-        raise table.wrong("heading", 'write "waves travel to, counter-clockwise from bow", or come from, clockwise, stern.')
+        raise table.wrong(
+            "heading", 'write "waves travel to, counter-clockwise from bow", or come from, clockwise, stern.'
+        )
     mirror = bool(table.choice("mirror", _MIRRORS))
     x, y, z = axes.groups()
     try:
@@ -245,13 +285,20 @@ def _convention(table: _Table, sign: int) -> Convention:
 
 
 def _grid(table: _Table, H: ComplexArray) -> tuple[FloatArray, FloatArray, ComplexArray]:
-    """Frequencies (n,) [rad/s], headings (m,) [rad] as the table counts and transfer functions (6, m, n) of rows in any order."""
+    """Frequencies (n,) [rad/s], headings (m,) [rad] as the table counts and transfer functions (6, m, n) of rows in any
+    order."""
     name, column = _column(table, list(FREQUENCIES))
     if (column <= 0.0).any():
         worst = int(np.argmin(column))
-        raise SeaError(f"{table.file}: line {table.lines[worst]}: {name} is {column[worst]:g}, and must be above 0. Leave the row out.")
+        raise SeaError(
+            f"{table.file}: line {table.lines[worst]}: {name} is {column[worst]:g}, and must be above 0. Leave the row"
+            " out."
+        )
     factor = FREQUENCIES[name]
-    degrees, unit = _column(table, ["heading [deg]", "heading [rad]"])[1], _column(table, ["heading [deg]", "heading [rad]"])[0][-4:-1]
+    degrees, unit = (
+        _column(table, ["heading [deg]", "heading [rad]"])[1],
+        _column(table, ["heading [deg]", "heading [rad]"])[0][-4:-1],
+    )
     waves, k = np.unique(column, return_inverse=True)
     headings, j = np.unique(degrees, return_inverse=True)
     count = np.zeros((len(headings), len(waves)), dtype=np.intp)

@@ -23,10 +23,11 @@ LARGEST_FILE = 200_000_000  # bytes
 
 
 def read_vessel(path: str | os.PathLike[str]) -> Rao:
-    """The vessel in a file, or one of the library by its name, tested against what every floating body does in long waves
-    (`sea.long_wave`); what deserves a look is in its notes.
+    """The vessel in a file, or one of the library by its name, tested against what every floating body does in long
+    waves (`sea.long_wave`); what deserves a look is in its notes.
 
-    Errors: SeaError of one line for a file that cannot be read, or whose motions are no floating body's in the convention it declares.
+    Errors: SeaError of one line for a file that cannot be read, or whose motions are no floating body's in the
+    convention it declares.
     """
     rao = read_untested(path)
     tests = long_wave_test(rao)
@@ -36,7 +37,8 @@ def read_vessel(path: str | os.PathLike[str]) -> Rao:
 
 
 def read_untested(path: str | os.PathLike[str]) -> Rao:
-    """The same without the test: ShipX/VERES `.re1`, CSV with declared conventions, Capytaine NetCDF, OrcaFlex text file."""
+    """The same without the test: ShipX/VERES `.re1`, CSV with declared conventions, Capytaine NetCDF, OrcaFlex text
+    file."""
     file = _found(path)
     if _begins(file, b"\x89HDF", b"CDF"):
         return read_capytaine(file)
@@ -66,11 +68,17 @@ def _found(path: str | os.PathLike[str]) -> Path:
         raise SeaError(f"{came(str(file))} is a folder. Give a vessel file.")
     if not file.is_file():
         near = nearest(str(path), vessels())
-        raise SeaError(f"{came(str(path))}: no such vessel file, and no vessel of the library, which has {', '.join(vessels())}{near}")
+        raise SeaError(
+            f"{came(str(path))}: no such vessel file, and no vessel of the library, which has"
+            f" {', '.join(vessels())}{near}"
+        )
     if not os.access(file, os.R_OK):
         raise SeaError(f"{file.name}: cannot be read (permission denied). Check your rights.")
     if file.stat().st_size > LARGEST_FILE:
-        raise SeaError(f"{file.name}: {file.stat().st_size / 1e6:.0f} MB, up to {LARGEST_FILE / 1e6:.0f} MB is read. Check the file.")
+        raise SeaError(
+            f"{file.name}: {file.stat().st_size / 1e6:.0f} MB, up to {LARGEST_FILE / 1e6:.0f} MB is read. Check the"
+            " file."
+        )
     return file
 
 

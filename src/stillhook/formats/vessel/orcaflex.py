@@ -1,10 +1,12 @@
-"""Motion transfer functions from an OrcaFlex model in text form (YAML): displacement RAOs of its vessel type, in the conventions it states.
+"""Motion transfer functions from an OrcaFlex model in text form (YAML): displacement RAOs of its vessel type, in the
+conventions it states.
 
-Read are the vessel type's RAOResponseUnits, RAOWaveUnit, WavesReferredToBy, RAOPhaseConvention, RAOPhaseUnitsConvention,
-RAOPhaseRelativeToConvention, the six words on what is positive, Symmetry, and of its draught DisplacementRAOs: RAOOrigin, PhaseOrigin and
-a table per RAODirection. Directions are where waves go, counter-clockwise from the bow (0 following, 180 head sea); coordinates are those
-of OrcaFlex's vessel axes, x forward, y to port, z up [m]. Conventions recalled from OrcaFlex's help on vessel types: check one case against
-your version. What a file leaves out is OrcaFlex's default, as it is there, and the vessel's notes say so.
+Read are the vessel type's RAOResponseUnits, RAOWaveUnit, WavesReferredToBy, RAOPhaseConvention,
+RAOPhaseUnitsConvention, RAOPhaseRelativeToConvention, the six words on what is positive, Symmetry, and of its draught
+DisplacementRAOs: RAOOrigin, PhaseOrigin and a table per RAODirection. Directions are where waves go, counter-clockwise
+from the bow (0 following, 180 head sea); coordinates are those of OrcaFlex's vessel axes, x forward, y to port, z up
+[m]. Conventions recalled from OrcaFlex's help on vessel types: check one case against your version. What a file leaves
+out is OrcaFlex's default, as it is there, and the vessel's notes say so.
 """
 
 from __future__ import annotations
@@ -61,7 +63,10 @@ def read_orcaflex(path: Path, text: str) -> Rao:
     if not isinstance(raos, Mapping) or not isinstance(raos.get("RAOs"), list) or not raos["RAOs"]:
         raise SeaError(f"{place}: has no DisplacementRAOs. Give the draught a table of them.")
     _choice(place, kind, "RAOWaveUnit", {"amplitude": 1})
-    rotation, phase = _choice(place, kind, "RAOResponseUnits", ANGLES), _choice(place, kind, "RAOPhaseUnitsConvention", ANGLES)
+    rotation, phase = (
+        _choice(place, kind, "RAOResponseUnits", ANGLES),
+        _choice(place, kind, "RAOPhaseUnitsConvention", ANGLES),
+    )
     factor, sign = _choice(place, kind, "WavesReferredToBy", WAVES), _choice(place, kind, "RAOPhaseConvention", PHASES)
     after = _choice(place, kind, "RAOPhaseRelativeToConvention", AFTER_CREST)
     signs = np.array([_choice(place, kind, key, words) for key, words in POSITIVE])
@@ -73,12 +78,19 @@ def read_orcaflex(path: Path, text: str) -> Rao:
     crest = _point(place, raos, "PhaseOrigin", origin)
     convention = replace(INSIDE, time=1 if sign > 0 else -1, mirror=mirror)
     return to_rao(
-        convention, name=str(kind.get("Name", path.stem)), omega=omega, heading=np.radians(degrees), H=H,
+        convention,
+        name=str(kind.get("Name", path.stem)),
+        omega=omega,
+        heading=np.radians(degrees),
+        H=H,
         source=f"{path.name} (OrcaFlex, draught {draught.get('Name', '1')})",
         origin=f"x = {origin[0]:g} m, y = {origin[1]:g} m, z = {origin[2]:g} m of OrcaFlex's vessel axes (RAO origin)",
-        notes=(*_left_out(kind), f"read as OrcaFlex: phases {'lag' if sign < 0 else 'lead'}; {replace(convention, time=1).describe()}",),
+        notes=(
+            *_left_out(kind),
+            f"read as OrcaFlex: phases {'lag' if sign < 0 else 'lead'}; {replace(convention, time=1).describe()}",
+        ),
         crest=(crest[0] - origin[0], crest[1] - origin[1]),
-    )  # fmt: skip
+    )
 
 
 def _model(file: str, text: str) -> Mapping[str, Any]:
@@ -91,14 +103,18 @@ def _model(file: str, text: str) -> Mapping[str, Any]:
     try:
         documents = list(yaml.load_all(text, Loader=loader))
     except (yaml.YAMLError, ValueError, RecursionError) as e:
-        raise SeaError(f"{file}: is not YAML ({' '.join(str(e).split())[:120]}). Save the model again as a text data file.") from None
+        raise SeaError(
+            f"{file}: is not YAML ({' '.join(str(e).split())[:120]}). Save the model again as a text data file."
+        ) from None
     model = next((d for d in documents if isinstance(d, Mapping) and "VesselTypes" in d), None)
     if model is None:
         raise SeaError(f"{file}: has no VesselTypes. Save a model with a vessel type as a text data file.")
     general = model.get("General", {})
     units = general.get("UnitsSystem", "SI") if isinstance(general, Mapping) else "SI"
     if units != "SI":
-        raise SeaError(f"{file}: UnitsSystem {came(units)}, SI is read. Change the units of the model and save it again.")
+        raise SeaError(
+            f"{file}: UnitsSystem {came(units)}, SI is read. Change the units of the model and save it again."
+        )
     return model
 
 
@@ -119,7 +135,9 @@ def _choice(place: str, table: Mapping[str, Any], key: str, choices: Mapping[str
     value = "None" if value is None else str(value)
     match = next((v for name, v in choices.items() if name.lower() == value.lower()), None)
     if match is None:
-        raise SeaError(f"{place}: {key} {came(value)} is not read. Allowed: {', '.join(choices)}. Change it in OrcaFlex.")
+        raise SeaError(
+            f"{place}: {key} {came(value)} is not read. Allowed: {', '.join(choices)}. Change it in OrcaFlex."
+        )
     return match
 
 
@@ -130,18 +148,24 @@ def _left_out(kind: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _tables(place: str, raos: Sequence[Any], phase: float) -> tuple[FloatArray, FloatArray, ComplexArray]:
-    """Directions [deg], first column without 0 and infinity, and amplitude times e^(i phase) as written (6, directions, rows)."""
+    """Directions [deg], first column without 0 and infinity, and amplitude times e^(i phase) as written (6, directions,
+    rows)."""
     degrees, grids, first = [], [], None
     for entry in raos:
         key = next((k for k in entry if str(k).startswith(FIRST)), None) if isinstance(entry, Mapping) else None
         if key is None or "RAODirection" not in entry:
-            raise SeaError(f"{place}: a displacement RAO without RAODirection or without a table {FIRST}... . Save the model again.")
+            raise SeaError(
+                f"{place}: a displacement RAO without RAODirection or without a table {FIRST}... . Save the model"
+                " again."
+            )
         where = f"{place}: RAODirection {entry['RAODirection']}"
         rows = _rows(where, entry[key])
         if first is None:
             first = rows[:, 0]
         elif not np.array_equal(first, rows[:, 0]):
-            raise SeaError(f"{where}: has other periods or frequencies than the first direction. Give every direction the same.")
+            raise SeaError(
+                f"{where}: has other periods or frequencies than the first direction. Give every direction the same."
+            )
         degrees.append(float(entry["RAODirection"]))
         grids.append((rows[:, 1::2] * np.exp(1j * phase * rows[:, 2::2])).T)
     first = np.asarray(first)
@@ -158,7 +182,9 @@ def _rows(where: str, table: Any) -> FloatArray:
             needed = f"period or frequency, then amplitude and phase of {', '.join(DOFS)}"
             raise SeaError(f"{where}: row {number} has {count} numbers, {LAST} are needed: {needed}.")
     try:
-        rows = np.array([[float("inf") if str(v) == "Infinity" else float(v) for v in row] for row in table], dtype=np.float64)
+        rows = np.array(
+            [[float("inf") if str(v) == "Infinity" else float(v) for v in row] for row in table], dtype=np.float64
+        )
     except (TypeError, ValueError):
         raise SeaError(f"{where}: holds something that is no number. Save the model again.") from None
     used = rows[np.isfinite(rows[:, 0]) & (rows[:, 0] > 0.0)]
@@ -167,12 +193,18 @@ def _rows(where: str, table: Any) -> FloatArray:
     return rows
 
 
-def _point(place: str, raos: Mapping[str, Any], key: str, otherwise: tuple[float, float, float] | None) -> tuple[float, float, float]:
+def _point(
+    place: str, raos: Mapping[str, Any], key: str, otherwise: tuple[float, float, float] | None
+) -> tuple[float, float, float]:
     """A point [x, y, z] [m]; `otherwise` where it is [~, ~, ~], OrcaFlex's word for the same as the RAO origin."""
     point = raos.get(key)
     if otherwise is not None and (point is None or (isinstance(point, list) and all(v is None for v in point))):
         return otherwise
-    if not isinstance(point, list) or len(point) != 3 or not all(isinstance(v, int | float) and np.isfinite(v) for v in point):
+    if (
+        not isinstance(point, list)
+        or len(point) != 3
+        or not all(isinstance(v, int | float) and np.isfinite(v) for v in point)
+    ):
         raise SeaError(f"{place}: {key} {came(point)} is no point. Give it as [x, y, z] in m.")
     x, y, z = (float(v) for v in point)
     return x, y, z

@@ -1,12 +1,13 @@
 """Motion transfer functions as ShipX/VERES writes them (`.re1`).
 
-Six lines of text, then numbers: density, gravity; Lpp, breadth, draught; LCG (aft of Lpp/2) and VCG; how many speeds, headings,
-frequencies and degrees of freedom; per speed: speed, sinkage, trim, and where motions are given (x aft of Lpp/2, z above the keel); per
-heading [deg]: per frequency [rad/s]: number of the degree of freedom, real and imaginary part, six times. Translations [m/m], rotations
-[rad/m], exp(+i omega t), x aft, y to starboard, z up; heading 0 head sea, 90 waves from port, 180 following sea; a wave crest at the
-reference point at phase 0. The file says nothing of this: the long-wave limits confirm signs, phases and units (`sea.long_wave`), the
-order of bow and stern is VERES's own. Headings up to 180 deg are one side of a ship that is the same on the other. Only the zero-speed
-part is read: a crane vessel at work stands still.
+Six lines of text, then numbers: density, gravity; Lpp, breadth, draught; LCG (aft of Lpp/2) and VCG; how many speeds,
+headings, frequencies and degrees of freedom; per speed: speed, sinkage, trim, and where motions are given (x aft of
+Lpp/2, z above the keel); per heading [deg]: per frequency [rad/s]: number of the degree of freedom, real and imaginary
+part, six times. Translations [m/m], rotations [rad/m], exp(+i omega t), x aft, y to starboard, z up; heading 0 head
+sea, 90 waves from port, 180 following sea; a wave crest at the reference point at phase 0. The file says nothing of
+this: the long-wave limits confirm signs, phases and units (`sea.long_wave`), the order of bow and stern is VERES's own.
+Headings up to 180 deg are one side of a ship that is the same on the other. Only the zero-speed part is read: a crane
+vessel at work stands still.
 """
 
 from __future__ import annotations
@@ -45,12 +46,20 @@ class _Reader:
             fields = line.split()
             if len(fields) < count or (exact and len(fields) != count):
                 text = came(line.strip())
-                raise SeaError(f"{self.name}: line {number}: {text} where {what} should be ({count} numbers). Export the file again.")
+                raise SeaError(
+                    f"{self.name}: line {number}: {text} where {what} should be ({count} numbers). Export the file"
+                    " again."
+                )
             try:
                 return [self._finite(text, number) for text in fields[:count]]
             except ValueError:
-                raise SeaError(f"{self.name}: line {number}: {came(line.strip())} is not {what}. Export the file again.") from None
-        raise SeaError(f"{self.name}: ends after line {self.last}, where {what} should follow: the file is cut off. Export it again.")
+                raise SeaError(
+                    f"{self.name}: line {number}: {came(line.strip())} is not {what}. Export the file again."
+                ) from None
+        raise SeaError(
+            f"{self.name}: ends after line {self.last}, where {what} should follow: the file is cut off. Export it"
+            " again."
+        )
 
     def _finite(self, text: str, number: int) -> float:
         value = float(text.replace("D", "E").replace("d", "e"))
@@ -60,8 +69,8 @@ class _Reader:
 
 
 def read_re1(path: Path, text: str) -> Rao:
-    """The vessel in a `.re1` file, given its path and text. Errors: SeaError of one line for files that are cut off, lack degrees of
-    freedom, hold no zero speed, or whose headings or frequencies are out of order."""
+    """The vessel in a `.re1` file, given its path and text. Errors: SeaError of one line for files that are cut off,
+    lack degrees of freedom, hold no zero speed, or whose headings or frequencies are out of order."""
     lines = text.splitlines()
     r = _Reader(path.name, iter(list(enumerate(lines, start=1))[TITLES:]), min(len(lines), TITLES))
     if lines and "TRANSFER FUNCTION" in lines[0].upper() and "MOTION" not in lines[0].upper():
@@ -69,7 +78,10 @@ def read_re1(path: Path, text: str) -> Rao:
     r.numbers(2, "density and gravity")
     L, B, T = r.numbers(3, "Lpp, breadth and draught")
     if not (L <= LONGEST_SHIP and B <= L and T <= L and min(L, B, T) > 0.0):
-        raise SeaError(f"{path.name}: line {r.last}: Lpp {L:g} m, breadth {B:g} m, draught {T:g} m are no ship's. Lengths are in m.")
+        raise SeaError(
+            f"{path.name}: line {r.last}: Lpp {L:g} m, breadth {B:g} m, draught {T:g} m are no ship's. Lengths are"
+            " in m."
+        )
     _, VCG = r.numbers(2, "LCG and VCG")
     speeds, headings, frequencies = _counts(r)
     for _ in range(speeds):
@@ -78,12 +90,17 @@ def read_re1(path: Path, text: str) -> Rao:
         if abs(speed) <= STANDSTILL:
             break
     else:
-        raise SeaError(f"{path.name}: holds no zero speed, only up to {speed:g} m/s. Run ShipX at zero speed: vessels at work stand still.")
+        raise SeaError(
+            f"{path.name}: holds no zero speed, only up to {speed:g} m/s. Run ShipX at zero speed: vessels at work"
+            " stand still."
+        )
     if _left(r) and speeds == 1:
-        raise SeaError(f"{path.name}: line {r.last}: goes on where its {headings} headings end. Check the counts in its line 10.")
+        raise SeaError(
+            f"{path.name}: line {r.last}: goes on where its {headings} headings end. Check the counts in its line 10."
+        )
     origin = (
-        f"{abs(x_aft):.6g} m {'aft' if x_aft >= 0.0 else 'forward'} of Lpp/2, centreline, {z_keel:.6g} m above the keel "
-        f"({_against(z_keel, T)})"
+        f"{abs(x_aft):.6g} m {'aft' if x_aft >= 0.0 else 'forward'} of Lpp/2, centreline, {z_keel:.6g} m above the keel"
+        f" ({_against(z_keel, T)})"
     )
     notes = (
         f"Lpp {L:.6g} m, breadth {B:.6g} m, draught {T:.6g} m, centre of gravity {VCG:.4g} m above the keel",
@@ -93,16 +110,24 @@ def read_re1(path: Path, text: str) -> Rao:
     convention = SHIPX if one_side else replace(SHIPX, mirror=False)
     title = lines[2].partition(":")[2].strip() or path.stem
     source = f"{path.name} (ShipX/VERES .re1, zero speed)"
-    return to_rao(convention, name=title, omega=omega, heading=np.radians(degrees), H=H, source=source, origin=origin, notes=notes)
+    return to_rao(
+        convention, name=title, omega=omega, heading=np.radians(degrees), H=H, source=source, origin=origin, notes=notes
+    )
 
 
 def _counts(r: _Reader) -> tuple[int, int, int]:
     raw = r.numbers(4, "numbers of speeds, headings, frequencies and degrees of freedom")
     speeds, headings, frequencies, dofs = (int(v) for v in raw)
     if min(raw) < 1 or any(v != int(v) for v in raw) or speeds * headings * frequencies * dofs > LARGEST_TABLE:
-        raise SeaError(f"{r.name}: line {r.last}: {', '.join(f'{v:g}' for v in raw)} are not counts of a table. Export the file again.")
+        raise SeaError(
+            f"{r.name}: line {r.last}: {', '.join(f'{v:g}' for v in raw)} are not counts of a table. Export the file"
+            " again."
+        )
     if dofs != len(DOFS):
-        raise SeaError(f"{r.name}: line {r.last}: {dofs} degrees of freedom, six are needed ({', '.join(DOFS)}). Export all of them.")
+        raise SeaError(
+            f"{r.name}: line {r.last}: {dofs} degrees of freedom, six are needed ({', '.join(DOFS)}). Export all of"
+            " them."
+        )
     return speeds, headings, frequencies
 
 
@@ -118,7 +143,10 @@ def _table(r: _Reader, headings: int, frequencies: int) -> tuple[FloatArray, Flo
         for k in range(frequencies):
             w = r.numbers(1, f"frequency {k + 1} of {frequencies} at heading {degrees[j]:g} deg", exact=True)[0]
             if (j and w != omega[k]) or (j == 0 and k and w <= omega[k - 1]) or w <= 0.0:
-                raise SeaError(f"{r.name}: line {r.last}: frequency {w:g} rad/s: every heading has the same, ascending. Export it again.")
+                raise SeaError(
+                    f"{r.name}: line {r.last}: frequency {w:g} rad/s: every heading has the same, ascending. Export it"
+                    " again."
+                )
             omega[k] = w
             for d, dof in enumerate(DOFS):
                 number, re, im = r.numbers(3, f"degree of freedom {d + 1} ({dof}), real and imaginary part", exact=True)

@@ -15,11 +15,15 @@ from stillhook.sea.spectra.measured import SpectrumSeries
 from stillhook.sea.spectra.states import SeaStates
 
 
-def read_sea(path: str | os.PathLike[str], form: str | None = None, point: int | None = None) -> SpectrumSeries | SeaStates:
-    """Spectra where the file holds them, with directions if its four companions lie beside it; else heights, periods and directions.
+def read_sea(
+    path: str | os.PathLike[str], form: str | None = None, point: int | None = None
+) -> SpectrumSeries | SeaStates:
+    """Spectra where the file holds them, with directions if its four companions lie beside it; else heights, periods
+    and directions.
 
-    Reads what `stillhook.formats.waves.ndbc.spectra` and `stillhook.formats.waves.ndbc.directions` read; with form, one of
-    `wave_bridge.FORMATS`, what `stillhook.formats.waves.wavespectra` reads, at one point of it. Errors: SeaError of one line.
+    Reads what `stillhook.formats.waves.ndbc.spectra` and `stillhook.formats.waves.ndbc.directions` read; with form, one
+    of `wave_bridge.FORMATS`, what `stillhook.formats.waves.wavespectra` reads, at one point of it. Errors: SeaError of
+    one line.
     """
     if line := toml_instead(path, "a file of measured waves"):
         raise SeaError(line)
@@ -34,5 +38,7 @@ def read_sea(path: str | os.PathLike[str], form: str | None = None, point: int |
         return read_states(records)
     series, missing = read_spectra(records), missing_companions(path) or ()
     if 0 < len(missing) < len(companions(path)):
-        series = replace(series, notes=(*series.notes, f"no directions: {' and '.join(missing)} are missing beside the others"))
+        series = replace(
+            series, notes=(*series.notes, f"no directions: {' and '.join(missing)} are missing beside the others")
+        )
     return series

@@ -1,7 +1,7 @@
 """Directional spectra of hindcasts and buoys by way of the library wavespectra (extra `sea`).
 
-wavespectra gives densities in m^2/Hz/deg over directions that waves come from, clockwise from north, whatever the file meant; here they
-become a `SpectrumSeries` with its shares of direction.
+wavespectra gives densities in m^2/Hz/deg over directions that waves come from, clockwise from north, whatever the file
+meant; here they become a `SpectrumSeries` with its shares of direction.
 """
 
 from __future__ import annotations
@@ -41,7 +41,8 @@ FORMATS: Mapping[str, str] = MappingProxyType(
 )
 """Formats that can be asked for, and wavespectra's reader of each."""
 EVEN = 1e-3
-"""Part of their spacing by which directions may be off an even circle, and within which two directions are the same one."""
+"""Part of their spacing by which directions may be off an even circle, and within which two directions are the same
+one."""
 PRINTED = 1e-2
 """Part of the largest density by which two printings of one direction may differ without a note."""
 
@@ -49,7 +50,8 @@ PRINTED = 1e-2
 def read_wavespectra(path: str | os.PathLike[str], form: str, point: int | None = None) -> SpectrumSeries:
     """Spectra of a file in one of `FORMATS` at one point of it (from 0; may be left out where there is only one).
 
-    Errors: SeaError of one line where wavespectra is not installed, cannot read the file, or the file holds no directional spectra.
+    Errors: SeaError of one line where wavespectra is not installed, cannot read the file, or the file holds no
+    directional spectra.
     """
     file = Path(path)
     if form not in FORMATS:
@@ -57,7 +59,9 @@ def read_wavespectra(path: str | os.PathLike[str], form: str, point: int | None 
     if not file.exists():
         raise SeaError(f"{came(str(file))}: no such file. Check the name and the folder.")
     if find_spec("wavespectra") is None:
-        raise SeaError(f'{file.name}: reading {form} needs the library wavespectra. Install it: pip install "stillhook[sea]".')
+        raise SeaError(
+            f'{file.name}: reading {form} needs the library wavespectra. Install it: pip install "stillhook[sea]".'
+        )
     try:
         data = read_binary(_dataset, file, FORMATS[form])
     except UnreadableError as problem:
@@ -77,8 +81,8 @@ def _dataset(path: Path, reader: str) -> xarray.Dataset:
 def from_wavespectra(data: xarray.Dataset, source: str = "wavespectra", point: int | None = None) -> SpectrumSeries:
     """The series of a Dataset of wavespectra (variable efth over time, freq and dir [m^2/Hz/deg]) at one of its points.
 
-    A direction that comes twice, such as 0 and 360 deg, is one direction with the mean of both densities, which keeps the integral over the
-    closed circle. A record with missing numbers is not valid. Errors: SeaError.
+    A direction that comes twice, such as 0 and 360 deg, is one direction with the mean of both densities, which keeps
+    the integral over the closed circle. A record with missing numbers is not valid. Errors: SeaError.
     """
     if "efth" not in data or not {"freq", "dir"} <= set(data["efth"].dims):
         raise SeaError(f"{source}: holds no directional spectra (efth over freq and dir). Give another file.")
@@ -89,25 +93,34 @@ def from_wavespectra(data: xarray.Dataset, source: str = "wavespectra", point: i
     f = efth["freq"].values.astype(np.float64)
     density = efth.values.astype(np.float64)
     if np.any(density < 0.0):
-        raise SeaError(f"{source}: negative energy in {int(np.sum(np.any(density < 0.0, axis=(1, 2))))} records. Correct the file.")
+        raise SeaError(
+            f"{source}: negative energy in {int(np.sum(np.any(density < 0.0, axis=(1, 2))))} records. Correct the file."
+        )
     theta = coming_from(np.radians(efth["dir"].values.astype(np.float64)), DirectionSense.FROM_NORTH)
     theta, density, notes = _each_once(theta, density)
     step = FULL / len(theta)
     if len(theta) < 4 or np.max(np.abs(np.diff(theta) - step)) > EVEN * step:
-        raise SeaError(f"{source}: {len(theta)} directions that are not even over the full circle. Give the whole directional spectrum.")
+        raise SeaError(
+            f"{source}: {len(theta)} directions that are not even over the full circle. Give the whole directional"
+            " spectrum."
+        )
     if len(f) > 2 and f[0] == 0.0 and not np.any(density[:, 0] > 0.0):  # an empty row at 0 Hz, as TRIAXYS writes it
         f, density = f[1:], density[:, 1:]
     return _series(source, f, theta, density * np.degrees(step), efth["time"].values.astype("datetime64[s]"), notes)
 
 
 def _each_once(theta: FloatArray, density: FloatArray) -> tuple[FloatArray, FloatArray, list[str]]:
-    """Directions (k,) ascending within the circle, each once, and their densities (n, m, k); a note where two printings of one differ."""
+    """Directions (k,) ascending within the circle, each once, and their densities (n, m, k); a note where two printings
+    of one differ."""
     order = np.argsort(theta, kind="stable")
     theta, density = theta[order], density[..., order]
     near = EVEN * FULL / max(len(theta), 1)
     if len(theta) > 1 and theta[-1] > theta[0] + FULL - near:  # just below the full circle: the same as just above 0
         closing = theta > theta[0] + FULL - near
-        theta, density = np.roll(np.where(closing, theta - FULL, theta), closing.sum()), np.roll(density, closing.sum(), axis=2)
+        theta, density = (
+            np.roll(np.where(closing, theta - FULL, theta), closing.sum()),
+            np.roll(density, closing.sum(), axis=2),
+        )
     first = np.flatnonzero(np.concatenate(([True], np.diff(theta) > near)))
     if len(first) == len(theta):
         return theta, density, []
@@ -116,7 +129,9 @@ def _each_once(theta: FloatArray, density: FloatArray) -> tuple[FloatArray, Floa
     apart = np.abs(density - np.repeat(mean, count, axis=2)).max(axis=(1, 2), initial=0.0, where=np.isfinite(density))
     unequal = int(np.sum(apart > PRINTED * density.max(axis=(1, 2), initial=0.0, where=np.isfinite(density))))
     several = f"{len(theta) - len(first)} of {len(theta)} directions repeat another (such as 0 and 360 deg)"
-    told = f"{several}: each is counted once" + (f", with the mean of densities that differ in {unequal} records" if unequal else "")
+    told = f"{several}: each is counted once" + (
+        f", with the mean of densities that differ in {unequal} records" if unequal else ""
+    )
     return theta[first], mean, [told]
 
 

@@ -1,4 +1,5 @@
-"""Columns of weather tables: which of them is what, in which unit, in which sense, and what stands for a missing number."""
+"""Columns of weather tables: which of them is what, in which unit, in which sense, and what stands for a missing
+number."""
 
 from __future__ import annotations
 
@@ -15,46 +16,133 @@ from stillhook.sea.spectra.directions import DirectionSense
 from stillhook.units import came
 
 KINDS = {
-    "H_m0": "height", "T_p": "period", "T_m02": "period", "come_from": "direction", "wind": "speed", "wind_from": "direction",
+    "H_m0": "height",
+    "T_p": "period",
+    "T_m02": "period",
+    "come_from": "direction",
+    "wind": "speed",
+    "wind_from": "direction",
     "current": "speed",
-}  # fmt: skip
+}
 ALIASES: Mapping[str, tuple[str, ...]] = {
     "H_m0": (
-        "hs", "h_s", "hm0", "h_m0", "hsig", "hsign", "swh", "wvht", "vhm0", "waveheight", "wave_height", "sig_wave_height", "hs_tot",
-        "hs_total", "significant_wave_height", "significant_height", "sea_surface_wave_significant_height", "hm0_sea",
+        "hs",
+        "h_s",
+        "hm0",
+        "h_m0",
+        "hsig",
+        "hsign",
+        "swh",
+        "wvht",
+        "vhm0",
+        "waveheight",
+        "wave_height",
+        "sig_wave_height",
+        "hs_tot",
+        "hs_total",
+        "significant_wave_height",
+        "significant_height",
+        "sea_surface_wave_significant_height",
+        "hm0_sea",
     ),
     "T_p": (
-        "tp", "t_p", "tpeak", "peak_period", "peak_wave_period", "wave_peak_period", "pp1d", "dpd", "vtpk", "tp_total", "waveperiod",
-        "dominant_wave_period", "sea_surface_wave_period_at_variance_spectral_density_maximum",
+        "tp",
+        "t_p",
+        "tpeak",
+        "peak_period",
+        "peak_wave_period",
+        "wave_peak_period",
+        "pp1d",
+        "dpd",
+        "vtpk",
+        "tp_total",
+        "waveperiod",
+        "dominant_wave_period",
+        "sea_surface_wave_period_at_variance_spectral_density_maximum",
     ),
     "T_m02": (
-        "tz", "t_z", "tm02", "t_m02", "mp2", "vtm02", "zero_crossing_period", "mean_zero_crossing_period", "apd",
+        "tz",
+        "t_z",
+        "tm02",
+        "t_m02",
+        "mp2",
+        "vtm02",
+        "zero_crossing_period",
+        "mean_zero_crossing_period",
+        "apd",
         "sea_surface_wave_zero_upcrossing_period",
     ),
     "come_from": (
-        "come_from", "mwd", "dir", "wave_dir", "wave_direction", "mean_wave_direction", "mean_direction", "mdir", "vmdr", "dirm", "thetam",
-        "waves_from", "wave_from", "wave_from_direction", "wave_direction_from", "sea_surface_wave_from_direction", "wave_to", "waves_to",
-        "wave_to_direction", "wave_direction_to", "sea_surface_wave_to_direction", "wavedir", "wavedirection", "direction",
+        "come_from",
+        "mwd",
+        "dir",
+        "wave_dir",
+        "wave_direction",
+        "mean_wave_direction",
+        "mean_direction",
+        "mdir",
+        "vmdr",
+        "dirm",
+        "thetam",
+        "waves_from",
+        "wave_from",
+        "wave_from_direction",
+        "wave_direction_from",
+        "sea_surface_wave_from_direction",
+        "wave_to",
+        "waves_to",
+        "wave_to_direction",
+        "wave_direction_to",
+        "sea_surface_wave_to_direction",
+        "wavedir",
+        "wavedirection",
+        "direction",
     ),
-    "wind": ("wind", "windspeed", "wind_speed", "wspd", "wind_speed_10m", "windspeed_10m", "ws", "ws10", "w10", "u10", "ff"),
+    "wind": (
+        "wind",
+        "windspeed",
+        "wind_speed",
+        "wspd",
+        "wind_speed_10m",
+        "windspeed_10m",
+        "ws",
+        "ws10",
+        "w10",
+        "u10",
+        "ff",
+    ),
     "wind_from": (
-        "wind_from", "wind_dir", "winddir", "wind_direction", "wdir", "wind_from_direction", "wind_direction_10m", "dd",
-        "wind_to_direction", "wind_to",
+        "wind_from",
+        "wind_dir",
+        "winddir",
+        "wind_direction",
+        "wdir",
+        "wind_from_direction",
+        "wind_direction_10m",
+        "dd",
+        "wind_to_direction",
+        "wind_to",
     ),
     "current": ("current", "current_speed", "currentspeed", "surface_current", "cur_spd"),
-}  # fmt: skip
+}
 UNITS: Mapping[str, Mapping[str, float]] = {
     "height": {"m": 1.0, "cm": 0.01, "ft": 0.3048, "metre": 1.0, "meter": 1.0, "metres": 1.0, "meters": 1.0},
     "period": {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0},
-    "speed": dict.fromkeys(("m/s", "m s-1", "m s**-1", "ms-1", "m.s-1"), 1.0) | dict.fromkeys(("kn", "kt", "kts", "knots"), 1852.0 / 3600.0)
-    | {"km/h": 1.0 / 3.6, "cm/s": 0.01},
-    "direction": dict.fromkeys(("deg", "degree", "degrees", "degree_true", "degrees true", "°", "degt", "degn"), math.pi / 180.0)
-    | {"rad": 1.0},
-}  # fmt: skip
+    "speed": (
+        dict.fromkeys(("m/s", "m s-1", "m s**-1", "ms-1", "m.s-1"), 1.0)
+        | dict.fromkeys(("kn", "kt", "kts", "knots"), 1852.0 / 3600.0)
+        | {"km/h": 1.0 / 3.6, "cm/s": 0.01}
+    ),
+    "direction": (
+        dict.fromkeys(("deg", "degree", "degrees", "degree_true", "degrees true", "°", "degt", "degn"), math.pi / 180.0)
+        | {"rad": 1.0}
+    ),
+}
 PLAIN = {"height": "m", "period": "s", "speed": "m/s", "direction": "deg"}
 """Units that numbers without any are taken for; the reader says so."""
 LARGEST = {"height": 40.0, "period": 60.0, "speed": 110.0, "direction": 2.0 * math.pi + 1e-6}
-"""In SI. Waves above 40 m, periods above 60 s and wind above 110 m/s were never measured; directions go round once at most."""
+"""In SI. Waves above 40 m, periods above 60 s and wind above 110 m/s were never measured; directions go round once at
+most."""
 OTHERS = {"height": ("cm", "m"), "period": (), "speed": ("kn", "km/h", "cm/s"), "direction": ("deg", "rad")}
 """Units that numbers may be in which are too large for those that they are in by the file."""
 FREQUENCIES = ("hz", "1/s", "s-1", "s^-1", "rad/s")
@@ -67,8 +155,8 @@ _BRACKET = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 
 @dataclass(frozen=True)
 class Column:
-    """A column that was recognised: name in `stillhook.weather.series.COLUMNS`, its place, heading and unit; said: the file gave the
-    unit."""
+    """A column that was recognised: name in `stillhook.weather.series.COLUMNS`, its place, heading and unit; said: the
+    file gave the unit."""
 
     name: str
     place: int
@@ -78,7 +166,8 @@ class Column:
 
 
 def bare(heading: str) -> tuple[str, str]:
-    """A heading in lower case with _ between its words, less the number that a data base puts at its end, and its unit in brackets."""
+    """A heading in lower case with _ between its words, less the number that a data base puts at its end, and its unit
+    in brackets."""
     unit = found[1] if (found := _BRACKET.search(heading)) else ""
     name = re.sub(r"[^a-z0-9]+", "_", _BRACKET.sub("", heading).strip().lower()).strip("_")
     return re.sub(r"_\d$", "", name), unit
@@ -96,13 +185,16 @@ def sense_in(heading: str) -> DirectionSense | None:
 
 
 def columns(headings: Sequence[str], units: Sequence[str], asked: Mapping[str, str], name: str) -> list[Column]:
-    """Columns that are weather. asked: name -> heading of the file, or heading with a unit in brackets, before what is recognised."""
+    """Columns that are weather. asked: name -> heading of the file, or heading with a unit in brackets, before what is
+    recognised."""
     found = []
     for key, kind in KINDS.items():
         place = _asked(headings, asked[key], key, name) if key in asked else _recognised(headings, key, name)
         if place is None:
             continue
-        given = bare(asked[key])[1] if key in asked and _BRACKET.search(asked[key]) and asked[key] not in headings else ""
+        given = (
+            bare(asked[key])[1] if key in asked and _BRACKET.search(asked[key]) and asked[key] not in headings else ""
+        )
         unit = given or bare(headings[place])[1] or (units[place] if place < len(units) else "")
         tidy = " ".join(unit.lower().split())
         if tidy and tidy not in UNITS[kind]:
@@ -110,7 +202,10 @@ def columns(headings: Sequence[str], units: Sequence[str], asked: Mapping[str, s
             do = f"Convert its numbers, or say {plain} where that is what they are in."
             if kind == "period" and tidy in FREQUENCIES:
                 do = "It is a frequency: export the period."
-            raise WeatherError(f"{name}: column {came(headings[place])}: unit {came(unit)} is not one of {', '.join(UNITS[kind])}. {do}")
+            raise WeatherError(
+                f"{name}: column {came(headings[place])}: unit {came(unit)} is not one of {', '.join(UNITS[kind])}."
+                f" {do}"
+            )
         found.append(Column(key, place, headings[place], tidy or PLAIN[kind], bool(tidy)))
     return found
 
@@ -128,19 +223,27 @@ def _asked(headings: Sequence[str], wanted: str, key: str, name: str) -> int:
 
 def _recognised(headings: Sequence[str], key: str, name: str) -> int | None:
     for exact in (True, False):  # a number at the end of a heading is dropped only where that leaves one
-        names = [re.sub(r"[^a-z0-9]+", "_", _BRACKET.sub("", h).strip().lower()).strip("_") if exact else bare(h)[0] for h in headings]
+        names = [
+            re.sub(r"[^a-z0-9]+", "_", _BRACKET.sub("", h).strip().lower()).strip("_") if exact else bare(h)[0]
+            for h in headings
+        ]
         parts = ("u10",) if "v10" in names else ()  # beside v10 it is no speed but its part towards the east
         places = [i for i, n in enumerate(names) if n in ALIASES[key] and n not in parts]
         if len(places) > 1:
             both = " and ".join(came(headings[i]) for i in places)
-            raise WeatherError(f"{name}: columns {both} both read as {key}. Choose one with --column {key}={headings[places[0]]}.")
+            raise WeatherError(
+                f"{name}: columns {both} both read as {key}. Choose one with --column {key}={headings[places[0]]}."
+            )
         if places:
             return places[0]
     return None
 
 
-def numbers(cells: Sequence[str], column: Column, lines: Sequence[int], decimal: str, name: str) -> tuple[FloatArray, str]:
-    """A column (n,) in SI (directions in rad, in the file's sense), NaN where missing, and what marks of missing numbers it had, in words.
+def numbers(
+    cells: Sequence[str], column: Column, lines: Sequence[int], decimal: str, name: str
+) -> tuple[FloatArray, str]:
+    """A column (n,) in SI (directions in rad, in the file's sense), NaN where missing, and what marks of missing
+    numbers it had, in words.
 
     Errors: WeatherError with the line, for words that are no number and for numbers that no weather has.
     """
@@ -155,8 +258,8 @@ def numbers(cells: Sequence[str], column: Column, lines: Sequence[int], decimal:
 def in_si(x: FloatArray, column: Column, place: Callable[[int], str]) -> tuple[FloatArray, str]:
     """Numbers (n,) of a column in SI, marks of missing ones as NaN, and what marks there were, in words.
 
-    Periods of 0 s, which wave models write into calms, are missing: they would pass for the shortest waves. place: where a record is and
-    what it says, for the error. Errors: WeatherError for numbers that no weather has.
+    Periods of 0 s, which wave models write into calms, are missing: they would pass for the shortest waves. place:
+    where a record is and what it says, for the error. Errors: WeatherError for numbers that no weather has.
     """
     kind = KINDS[column.name]
     fills = np.isin(x, FILLS if kind == "direction" else (*FILLS, *SHORT_FILLS)) | np.isinf(x)
@@ -165,7 +268,10 @@ def in_si(x: FloatArray, column: Column, place: Callable[[int], str]) -> tuple[F
     wrong = (x > LARGEST[kind]) | (x < (-LARGEST[kind] if kind == "direction" else 0.0))
     if np.any(wrong):
         i = int(np.flatnonzero(wrong)[0])
-        raise WeatherError(f"{place(i)} is no {kind} of weather. Mend the line or empty the cell{_in_another_unit(float(x[i]), column)}.")
+        raise WeatherError(
+            f"{place(i)} is no {kind} of weather. Mend the line or empty the"
+            f" cell{_in_another_unit(float(x[i]), column)}."
+        )
     marks = f", {np.count_nonzero(fills)} of them marked by 99, inf or the like" if fills.any() else ""
     noughts = f", {np.count_nonzero(none)} of them 0, first in {place(int(np.argmax(none)))}" if none.any() else ""
     return x, marks + noughts
@@ -177,7 +283,9 @@ def _in_another_unit(x: float, column: Column) -> str:
     for unit in OTHERS[kind]:
         factor = UNITS[kind][unit] / UNITS[kind][column.unit]
         if factor < 1.0 and 0.0 < abs(x) * factor <= LARGEST[kind] and (x > 0.0 or kind == "direction"):
-            return f'; if the numbers are in {unit}, say --column "{column.name}={without_unit(column.heading)} [{unit}]"'
+            return (
+                f'; if the numbers are in {unit}, say --column "{column.name}={without_unit(column.heading)} [{unit}]"'
+            )
     return ""
 
 
@@ -190,5 +298,6 @@ def _number(text: str, column: Column, line: int, name: str) -> float:
         return float(text)
     except ValueError:
         raise WeatherError(
-            f"{name}: line {line}: {column.heading} = {came(text)} is no number. Mend the line, or empty the cell if it is missing."
+            f"{name}: line {line}: {column.heading} = {came(text)} is no number. Mend the line, or empty the cell if it"
+            " is missing."
         ) from None

@@ -1,11 +1,14 @@
-"""Reads weather over time: tables of a spreadsheet, a hindcast or a forecast (CSV and its kin, gz too), NetCDF of one place, files of NDBC.
+"""Reads weather over time: tables of a spreadsheet, a hindcast or a forecast (CSV and its kin, gz too), NetCDF of one
+place, files of NDBC.
 
-Separators ; tab | , and blanks, decimal comma, comments (#), lines before the header, a row of units: see `log_csv_dialect`; times: see
-`weather_times`; columns and units: see `weather_columns`. Records must ascend in time, each time once; gaps are kept as gaps.
+Separators ; tab | , and blanks, decimal comma, comments (#), lines before the header, a row of units: see
+`log_csv_dialect`; times: see `weather_times`; columns and units: see `weather_columns`. Records must ascend in time,
+each time once; gaps are kept as gaps.
 
-**Directions.** A file that does not say what its directions mean is read without them, and a note says so: `sense` must be given. A heading
-such as wave_from_direction says it, a line "# wave direction: coming from, clockwise from north" does, and NDBC's files do by their manual.
-Wind comes from where it is said to come from, as everywhere in meteorology, unless the heading says "to".
+**Directions.** A file that does not say what its directions mean is read without them, and a note says so: `sense` must
+be given. A heading such as wave_from_direction says it, a line "# wave direction: coming from, clockwise from north"
+does, and NDBC's files do by their manual. Wind comes from where it is said to come from, as everywhere in meteorology,
+unless the heading says "to".
 """
 
 from __future__ import annotations
@@ -35,11 +38,31 @@ __all__ = ["SENSES", "read_weather"]
 
 HEAD = 1 << 16
 _TIMES = (
-    "time", "datetime", "date_time", "date", "timestamp", "time_index", "valid_time", "utc", "time_utc", "datetime_utc", "date_utc",
-    "time_stamp", "iso_time", "dato", "datetime_iso", "validtime",
-)  # fmt: skip
+    "time",
+    "datetime",
+    "date_time",
+    "date",
+    "timestamp",
+    "time_index",
+    "valid_time",
+    "utc",
+    "time_utc",
+    "datetime_utc",
+    "date_utc",
+    "time_stamp",
+    "iso_time",
+    "dato",
+    "datetime_iso",
+    "validtime",
+)
 _CLOCKS = ("time", "hour", "clock", "time_utc", "hh_mm", "hhmm")
-_PARTS = (("year", "yyyy", "yy", "yr"), ("month", "mm", "mo", "mon"), ("day", "dd"), ("hour", "hh", "hr"), ("minute", "min", "mn"))
+_PARTS = (
+    ("year", "yyyy", "yy", "yr"),
+    ("month", "mm", "mo", "mon"),
+    ("day", "dd"),
+    ("hour", "hh", "hr"),
+    ("minute", "min", "mn"),
+)
 _BLANK_IN_TIME = re.compile(rb"(\d) (\d{1,2}:\d\d)")
 
 
@@ -68,9 +91,10 @@ def read_weather(
 ) -> Weather:
     """Weather of the library by name, or of a file.
 
-    sense: what wave directions mean, needed where the file does not say; columns_as: name of `sea.weather.COLUMNS` -> heading of the file,
-    with a unit in brackets if it has none; time_column: heading of the times; date_order: "mdy" or "dmy" where the file leaves it open;
-    step [s]: what a record stands for, where it is not the usual spacing. Errors: WeatherError of one line that names file and line.
+    sense: what wave directions mean, needed where the file does not say; columns_as: name of `sea.weather.COLUMNS` ->
+    heading of the file, with a unit in brackets if it has none; time_column: heading of the times; date_order: "mdy" or
+    "dmy" where the file leaves it open; step [s]: what a record stands for, where it is not the usual spacing. Errors:
+    WeatherError of one line that names file and line.
     """
     path = weather_file(os.fspath(source))
     if line := toml_instead(path, "a table of weather"):
@@ -94,7 +118,9 @@ def read_weather(
     found = columns(headings, table.dialect.units, columns_as or {}, path.name)
     if not found:
         have = ", ".join(came(h) for h in headings if h)
-        raise WeatherError(f"{path.name}: no column of weather among {have}. Name them: --column Hs=... --column wind=...")
+        raise WeatherError(
+            f"{path.name}: no column of weather among {have}. Name them: --column Hs=... --column wind=..."
+        )
     read = [(c, *numbers(table.column(c.place), c, table.lines, table.dialect.decimal, path.name)) for c in found]
     values, more = assembled(read, table.comments, path.name, sense)
     left = [h for i, h in enumerate(headings) if h and i not in {c.place for c in found}]
@@ -105,9 +131,11 @@ def read_weather(
 def _ours(text: str) -> str:
     """A message of a reader of logs or spectra, told of weather."""
     theirs_ours = (
-        ("Give a log with", "Give a table with"), ("Export the log", "Export the table"), ("one file of waves", "one file of weather"),
+        ("Give a log with", "Give a table with"),
+        ("Export the log", "Export the table"),
+        ("one file of waves", "one file of weather"),
         ("Give a text file of NDBC, plain or gz, or say what it is with --format", "Export the place as CSV"),
-    )  # fmt: skip
+    )
     for theirs, ours in theirs_ours:
         text = text.replace(theirs, ours)
     return text
@@ -133,9 +161,13 @@ def _table(data: bytes, name: str) -> _Table:
     except LogError as problem:
         raise WeatherError(_ours(str(problem))) from None
     except UnicodeDecodeError as problem:
-        raise WeatherError(f"{name}: byte {problem.start} is no text in {dialect.encoding}. Save the table as CSV UTF-8.") from None
+        raise WeatherError(
+            f"{name}: byte {problem.start} is no text in {dialect.encoding}. Save the table as CSV UTF-8."
+        ) from None
     if not dialect.header_line:
-        raise WeatherError(f"{name}: has no line of headings. Write one above the first row, such as time,Hs [m],Tp [s],wind [m/s].")
+        raise WeatherError(
+            f"{name}: has no line of headings. Write one above the first row, such as time,Hs [m],Tp [s],wind [m/s]."
+        )
     signs = tuple(c.decode() for c in COMMENTS)
     rows, lines, comments = [], [], []
     for number, line in enumerate(text.splitlines(), start=1):
@@ -159,7 +191,9 @@ def _times(table: _Table, asked: str | None, order: str | None) -> tuple[NDArray
     if asked is not None:
         places = [i for i, h in enumerate(table.dialect.headings) if h.strip().lower() == asked.strip().lower()]
         if len(places) != 1:
-            raise WeatherError(f"{table.name}: --time {came(asked)}: no such column. It has {', '.join(table.dialect.headings)}.")
+            raise WeatherError(
+                f"{table.name}: --time {came(asked)}: no such column. It has {', '.join(table.dialect.headings)}."
+            )
     else:
         places = [i for i, n in enumerate(names) if n in _TIMES][:1]
     if not places and (parts := _parts(names)):
@@ -173,11 +207,16 @@ def _times(table: _Table, asked: str | None, order: str | None) -> tuple[NDArray
         texts = [f"{day} {hour}" for day, hour in zip(texts, table.column(clock), strict=True)]
         places = [places[0], clock]
     zoned = any(sign in texts[0][10:].upper() for sign in ("Z", "UTC", "GMT", "+", "-"))
-    return read_times(texts, table.lines, table.name, order), set(places), [] if zoned else ["times taken as UTC: the file names no zone"]
+    return (
+        read_times(texts, table.lines, table.name, order),
+        set(places),
+        [] if zoned else ["times taken as UTC: the file names no zone"],
+    )
 
 
 def _parts(names: Sequence[str]) -> list[int]:
-    """Places of the columns year, month, day, hour and, if there is one, minute; nothing where one of the first four is not there."""
+    """Places of the columns year, month, day, hour and, if there is one, minute; nothing where one of the first four is
+    not there."""
     places = [next((i for i, n in enumerate(names) if n in part), -1) for part in _PARTS]
     return [] if -1 in places[:4] else [p for p in places if p >= 0]
 
@@ -185,10 +224,14 @@ def _parts(names: Sequence[str]) -> list[int]:
 def _from_parts(table: _Table, parts: Sequence[int]) -> NDArray[np.datetime64]:
     texts = [" ".join(row[p] for p in parts) for row in table.rows]
     try:
-        year, month, day, hour, *minute = (np.array([int(float(c)) for c in table.column(p)], dtype=np.int64) for p in parts)
+        year, month, day, hour, *minute = (
+            np.array([int(float(c)) for c in table.column(p)], dtype=np.int64) for p in parts
+        )
     except ValueError:
         i = next(i for i, t in enumerate(texts) if not re.fullmatch(r"[0-9. ]+", t))
-        raise WeatherError(f"{table.name}: line {table.lines[i]}: {came(texts[i])} is no date and hour. Mend the line.") from None
+        raise WeatherError(
+            f"{table.name}: line {table.lines[i]}: {came(texts[i])} is no date and hour. Mend the line."
+        ) from None
     year = np.where(year < 70, year + 2000, np.where(year < 100, year + 1900, year))
     second = hour * 3600 + (minute[0] * 60 if minute else 0)
     if np.any((second < 0) | (second > 86400)):
@@ -206,10 +249,10 @@ def _ascending(time: NDArray[np.datetime64], table: _Table) -> None:
     stamp = np.datetime_as_string(time[i + 1], unit="m")
     if time[i] == time[i + 1]:
         raise WeatherError(
-            f"{table.name}: line {table.lines[i + 1]}: the time {stamp} comes twice, first in line {table.lines[i]}. Remove one of them; "
-            "local time in autumn does this: export in UTC."
+            f"{table.name}: line {table.lines[i + 1]}: the time {stamp} comes twice, first in line {table.lines[i]}."
+            " Remove one of them; local time in autumn does this: export in UTC."
         )
     raise WeatherError(
-        f"{table.name}: line {table.lines[i + 1]}: the time {stamp} is before that of line {table.lines[i]}. Sort the rows by time, oldest "
-        "first; if day and month were taken for each other, say --date-order."
+        f"{table.name}: line {table.lines[i + 1]}: the time {stamp} is before that of line {table.lines[i]}. Sort the"
+        " rows by time, oldest first; if day and month were taken for each other, say --date-order."
     )

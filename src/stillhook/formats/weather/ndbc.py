@@ -17,9 +17,12 @@ _WIND = (("wind", ("WSPD",)), ("wind_from", ("WDIR", "WD")))
 
 
 def read_ndbc_weather(path: Path, step: float | None = None) -> Weather:
-    """Heights, periods, wave and wind directions (both coming from, by NDBC's manual) and wind speed. Errors: SeaError of one line."""
+    """Heights, periods, wave and wind directions (both coming from, by NDBC's manual) and wind speed. Errors: SeaError
+    of one line."""
     found = read_sea(path)
-    periods = {name: np.where(T > 0.0, T, np.nan) for name, T in (("T_p", found.T_p), ("T_m02", found.T_m02))}  # 0: a calm
+    periods = {
+        name: np.where(T > 0.0, T, np.nan) for name, T in (("T_p", found.T_p), ("T_m02", found.T_m02))
+    }  # 0: a calm
     values: dict[str, FloatArray] = {"H_m0": found.H_m0, **periods}
     if isinstance(found, SpectrumSeries):
         if found.directional is not None:

@@ -1,4 +1,5 @@
-"""Weather from NetCDF: hindcasts and forecasts of one place, as ERA5, NORA3 or a wave model give them (variables over time)."""
+"""Weather from NetCDF: hindcasts and forecasts of one place, as ERA5, NORA3 or a wave model give them (variables over
+time)."""
 
 from __future__ import annotations
 
@@ -32,28 +33,47 @@ def is_netcdf(path: Path) -> bool:
 
 
 def read_netcdf(
-    path: Path, *, sense: DirectionSense | None, columns_as: Mapping[str, str], time_column: str | None, step: float | None
+    path: Path,
+    *,
+    sense: DirectionSense | None,
+    columns_as: Mapping[str, str],
+    time_column: str | None,
+    step: float | None,
 ) -> Weather:
-    """Weather of a NetCDF file that holds one place. Variables are known by name, or by standard name, which says what directions mean.
+    """Weather of a NetCDF file that holds one place. Variables are known by name, or by standard name, which says what
+    directions mean.
 
-    Errors: WeatherError of one line for files of several places, times that do not ascend and numbers that no weather has.
+    Errors: WeatherError of one line for files of several places, times that do not ascend and numbers that no weather
+    has.
     """
     try:
         data = read_dataset(path).squeeze()
     except UnreadableError as problem:
         raise WeatherError(f"{path.name}: cannot be read as NetCDF ({problem}). Fetch it again.") from None
     when = time_column or next((name for name in _TIMES if name in data.variables), None)
-    if when is None or when not in data.variables or not np.issubdtype(data[when].dtype, np.datetime64) or data[when].ndim != 1:
-        raise WeatherError(f"{path.name}: no series of times among {', '.join(map(str, data.variables))}. Name it: --time NAME.")
+    if (
+        when is None
+        or when not in data.variables
+        or not np.issubdtype(data[when].dtype, np.datetime64)
+        or data[when].ndim != 1
+    ):
+        raise WeatherError(
+            f"{path.name}: no series of times among {', '.join(map(str, data.variables))}. Name it: --time NAME."
+        )
     time = data[when].values.astype("datetime64[s]")
     if np.any(np.diff(time) <= np.timedelta64(0, "s")):
         i = int(np.flatnonzero(np.diff(time) <= np.timedelta64(0, "s"))[0]) + 1
-        raise WeatherError(f"{path.name}: record {i}: the time {time[i]} is not after the one before. Sort the records, each time once.")
+        raise WeatherError(
+            f"{path.name}: record {i}: the time {time[i]} is not after the one before. Sort the records, each time"
+            " once."
+        )
     names = [str(name) for name in data.data_vars if data[name].dtype.kind in "fiu"]
     headings = [_heading(data, name, columns_as) for name in names]
     found = columns(headings, [str(data[name].attrs.get("units", "")) for name in names], columns_as, path.name)
     if not found:
-        raise WeatherError(f"{path.name}: no weather among {', '.join(names)}. Name it: --column Hs=... --column wind=...")
+        raise WeatherError(
+            f"{path.name}: no weather among {', '.join(names)}. Name it: --column Hs=... --column wind=..."
+        )
     read = [_read(data, names[c.place], c, when, path.name) for c in found]
     values, notes = assembled(read, [], path.name, sense)
     left = [name for i, name in enumerate(names) if i not in {c.place for c in found}]
@@ -62,16 +82,23 @@ def read_netcdf(
 
 
 def _heading(data: xarray.Dataset, name: str, asked: Mapping[str, str]) -> str:
-    """The name of a variable as it is asked for, else its standard name where that is a wave's or the wind's and no other's."""
+    """The name of a variable as it is asked for, else its standard name where that is a wave's or the wind's and no
+    other's."""
     standard = str(data[name].attrs.get("standard_name", ""))
     alone = sum(str(v.attrs.get("standard_name", "")) == standard for v in data.data_vars.values()) == 1
-    return standard if alone and name not in asked.values() and standard.startswith(("sea_surface_wave_", "wind_")) else name
+    return (
+        standard
+        if alone and name not in asked.values() and standard.startswith(("sea_surface_wave_", "wind_"))
+        else name
+    )
 
 
 def _read(data: xarray.Dataset, name: str, column: Column, when: str, where: str) -> tuple[Column, FloatArray, str]:
     variable = data[name]
     if variable.dims != data[when].dims:
         other = ", ".join(f"{d} ({data.sizes[d]})" for d in variable.dims if d not in data[when].dims)
-        raise WeatherError(f"{where}: {name} is over {other or 'no time'} as well. Cut out one place, over time alone, first.")
+        raise WeatherError(
+            f"{where}: {name} is over {other or 'no time'} as well. Cut out one place, over time alone, first."
+        )
     x = np.array(variable.values, dtype=np.float64)
     return column, *in_si(x, column, lambda i: f"{where}: record {i}: {name} = {x[i]:g} {column.unit}")

@@ -1,8 +1,9 @@
 """Times of weather tables, in whatever way a spreadsheet or a data base writes them, as UTC.
 
-Known: 2013-12-31 23:00[:00[.0]] with T or a blank and with Z or +01:00, 31.12.2013 23:00, 12/31/13 11:00 PM, 31-Dec-2013 23:00, 2013123123
-and with minutes and seconds; date and time in two columns, and columns of year, month, day, hour, minute. Which of 12/31 and 31/12 is meant
-is seen from numbers above 12, else from the order in which times ascend evenly; where both would do, it must be said (`order`).
+Known: 2013-12-31 23:00[:00[.0]] with T or a blank and with Z or +01:00, 31.12.2013 23:00, 12/31/13 11:00 PM,
+31-Dec-2013 23:00, 2013123123 and with minutes and seconds; date and time in two columns, and columns of year, month,
+day, hour, minute. Which of 12/31 and 31/12 is meant is seen from numbers above 12, else from the order in which times
+ascend evenly; where both would do, it must be said (`order`).
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ _TURN = 70
 
 
 def read_times(texts: Sequence[str], lines: Sequence[int], name: str, order: str | None = None) -> Times:
-    """Times (n,) of texts, UTC [s]. order: one of `ORDERS`, needed where the texts leave it open. Errors: WeatherError with the line."""
+    """Times (n,) of texts, UTC [s]. order: one of `ORDERS`, needed where the texts leave it open. Errors: WeatherError
+    with the line."""
     fields = [_fields(text, f"{name}: line {line}") for text, line in zip(texts, lines, strict=True)]
     digits = np.array([f[:3] for f in fields], dtype=np.int64)
     chosen = _order(digits, fields, lines, name, order)
@@ -42,53 +44,73 @@ def read_times(texts: Sequence[str], lines: Sequence[int], name: str, order: str
 
 
 def step_of(time: Times, asked: float | None, name: str) -> float:
-    """What a record stands for [s]: as asked, else the usual spacing of times (n,). Errors: WeatherError where it is longer than that."""
+    """What a record stands for [s]: as asked, else the usual spacing of times (n,). Errors: WeatherError where it is
+    longer than that."""
     usual = usual_step(time)
     if asked is not None and asked > ROUNDED * usual:
         raise WeatherError(
-            f"{name}: --step {show(asked, 'hours')}: its records are {show(usual, 'hours')} apart, and a longer step would count time "
-            "twice. Leave --step out."
+            f"{name}: --step {show(asked, 'hours')}: its records are {show(usual, 'hours')} apart, and a longer step"
+            " would count time twice. Leave --step out."
         )
     return usual if asked is None else asked
 
 
 def stamped(
-    year: NDArray[np.int64], month: NDArray[np.int64], day: NDArray[np.int64], second: NDArray[np.int64], lines: Sequence[int], name: str,
+    year: NDArray[np.int64],
+    month: NDArray[np.int64],
+    day: NDArray[np.int64],
+    second: NDArray[np.int64],
+    lines: Sequence[int],
+    name: str,
     texts: Sequence[str],
-) -> Times:  # fmt: skip
-    """Times of calendar numbers and seconds of the day (which may reach over midnight, by a time zone). Errors: WeatherError."""
+) -> Times:
+    """Times of calendar numbers and seconds of the day (which may reach over midnight, by a time zone). Errors:
+    WeatherError."""
     months = (year - 1970) * 12 + np.clip(month, 1, 12) - 1
     begin = months.astype("datetime64[M]").astype("datetime64[D]")
     last = ((months + 1).astype("datetime64[M]").astype("datetime64[D]") - begin).astype(np.int64)
     wrong = (month < 1) | (month > 12) | (day < 1) | (day > last) | (year < 1800) | (year > 2200)
     if np.any(wrong):
         i = int(np.flatnonzero(wrong)[0])
-        raise WeatherError(f"{name}: line {lines[i]}: {came(texts[i])} is no date. Mend the line, or say --date-order ymd, mdy or dmy.")
+        raise WeatherError(
+            f"{name}: line {lines[i]}: {came(texts[i])} is no date. Mend the line, or say --date-order ymd, mdy or dmy."
+        )
     return np.asarray((begin + (day - 1)).astype("datetime64[s]") + second.astype("timedelta64[s]"))
 
 
 def _fields(text: str, where: str) -> tuple[int, int, int, int, str]:
-    """Three numbers of the date in the order of the text, seconds of the day in UTC, and the sign between the numbers."""
+    """Three numbers of the date in the order of the text, seconds of the day in UTC, and the sign between the
+    numbers."""
     text = text.strip().strip('"')
     if found := _DATE.fullmatch(text):
         a, sign, b, c, hour, minute, second, half, zone = found.groups()
         if b.isalpha():
             b, sign = _MONTHS.get(b.lower(), "0"), "name"
-        return int(a), int(b), int(c), _second(hour, minute, second, half, zone, where, text), sign if len(a) < 4 else "iso"
+        return (
+            int(a),
+            int(b),
+            int(c),
+            _second(hour, minute, second, half, zone, where, text),
+            sign if len(a) < 4 else "iso",
+        )
     if found := _DIGITS.fullmatch(text):
         y, m, d, hour, minute, second, zone = found.groups()
         return int(y), int(m), int(d), _second(hour, minute, second, None, zone, where, text), "iso"
     raise WeatherError(
-        f"{where}: {came(text)} is no time such as 2013-12-31 23:00, 31.12.2013 23:00 or 12/31/13 23:00. Mend the line, or name the column "
-        "of times with --time."
+        f"{where}: {came(text)} is no time such as 2013-12-31 23:00, 31.12.2013 23:00 or 12/31/13 23:00. Mend the line,"
+        " or name the column of times with --time."
     )
 
 
-def _second(hour: str | None, minute: str | None, second: str | None, half: str | None, zone: str | None, where: str, text: str) -> int:
+def _second(
+    hour: str | None, minute: str | None, second: str | None, half: str | None, zone: str | None, where: str, text: str
+) -> int:
     h, m, s = (int(x or 0) for x in (hour, minute, second))
     if half is not None:
         if not 1 <= h <= 12:
-            raise WeatherError(f"{where}: {came(text)} is no time: hours before AM and PM run from 1 to 12. Mend the line.")
+            raise WeatherError(
+                f"{where}: {came(text)} is no time: hours before AM and PM run from 1 to 12. Mend the line."
+            )
         h = h % 12 + (12 if half.lower() == "pm" else 0)
     if h > 24 or m > 59 or s > 60 or (h == 24 and (m or s)):
         raise WeatherError(f"{where}: {came(text)} is no time of the day. Mend the line.")
@@ -100,7 +122,11 @@ def _second(hour: str | None, minute: str | None, second: str | None, half: str 
 
 
 def _order(
-    digits: NDArray[np.int64], fields: Sequence[tuple[int, int, int, int, str]], lines: Sequence[int], name: str, order: str | None
+    digits: NDArray[np.int64],
+    fields: Sequence[tuple[int, int, int, int, str]],
+    lines: Sequence[int],
+    name: str,
+    order: str | None,
 ) -> str:
     """Order of year, month and day in the texts."""
     signs = {f[4] for f in fields}
@@ -108,7 +134,9 @@ def _order(
         return "ymd"
     if "iso" in signs:
         i = next(i for i, f in enumerate(fields) if (f[4] == "iso") != (fields[0][4] == "iso"))
-        raise WeatherError(f"{name}: line {lines[i]}: its date is written in another way than that of line {lines[0]}. Use one way.")
+        raise WeatherError(
+            f"{name}: line {lines[i]}: its date is written in another way than that of line {lines[0]}. Use one way."
+        )
     if "name" in signs or "." in signs:
         return "dmy"
     if order is not None:
@@ -121,12 +149,14 @@ def _order(
     if len(sound) == 1:
         return sound[0]
     raise WeatherError(
-        f"{name}: line {lines[0]}: of the first two numbers of its dates either may be the month. Say --date-order mdy or dmy."
+        f"{name}: line {lines[0]}: of the first two numbers of its dates either may be the month. Say --date-order mdy"
+        " or dmy."
     )
 
 
 def _even(digits: NDArray[np.int64], fields: Sequence[tuple[int, int, int, int, str]], order: str) -> bool:
-    """Whether times ascend, without a way from one to the next that is longer than a day, under an order of the date."""
+    """Whether times ascend, without a way from one to the next that is longer than a day, under an order of the
+    date."""
     if len(digits) < 2:
         return False
     y, m, d = (digits[:, order.index(letter)] for letter in "ymd")

@@ -1,4 +1,5 @@
-"""Figures of a motor's torque loss, as paper A draws them (figures 3 to 9) and as the thesis compares model and map (figure 2.11)."""
+"""Figures of a motor's torque loss, as paper A draws them (figures 3 to 9) and as the thesis compares model and map
+(figure 2.11)."""
 
 from __future__ import annotations
 
@@ -30,9 +31,18 @@ TERM_SPEEDS = (300.0, 2500.0, 10.0)
 SHOWN_PRESSURES = (100.0, 200.0, 300.0)
 """Paper A figures 8 and 9 [bar]; the nearest levels of the map are drawn."""
 TERMS = {
-    "X_1": "viscous", "C_g": "viscous", "X_2": "turbulent", "C_i": "turbulent", "X_3": "pressure", "C_f": "pressure", "X_4": "constant",
-    "C_e": "constant", "X_5": "high pressure", "C_m": "high pressure", "C_k": "notches",
-}  # fmt: skip
+    "X_1": "viscous",
+    "C_g": "viscous",
+    "X_2": "turbulent",
+    "C_i": "turbulent",
+    "X_3": "pressure",
+    "C_f": "pressure",
+    "X_4": "constant",
+    "C_e": "constant",
+    "X_5": "high pressure",
+    "C_m": "high pressure",
+    "C_k": "notches",
+}
 BEYOND = 1.25
 """How far past the map's last speed the model is drawn, dashed."""
 SPEED = "motor speed [rev/min]"
@@ -65,27 +75,51 @@ def _figure(result: MotorLoss, title: str, size: tuple[float, float]) -> Figure:
 
 def ranking(result: MotorLoss) -> Figure:
     """Error of all models: at full displacement, on the whole map, the new ones enlarged (paper A figures 3, 4, 5)."""
-    figure = _figure(result, "Sum of squared errors over sum of squared torque losses (as paper A figures 3 to 5)", (11.0, 8.0))
+    figure = _figure(
+        result, "Sum of squared errors over sum of squared torque losses (as paper A figures 3 to 5)", (11.0, 8.0)
+    )
     top = figure.subplots(2, 2)
     by_age = sorted(result.ranking.ranked, key=lambda r: list(LossModel).index(r.model))
     fixed = [r for r in by_age if r.fixed is not None]
     full = show(float(result.map.full().D_m.max()), "displacement")
-    _bars(top[0, 0], fixed, [r.fixed.normalised for r in fixed if r.fixed is not None], result, f"fixed displacement {full}", log=True)
+    _bars(
+        top[0, 0],
+        fixed,
+        [r.fixed.normalised for r in fixed if r.fixed is not None],
+        result,
+        f"fixed displacement {full}",
+        log=True,
+    )
     _bars(top[0, 1], by_age, [r.fit.normalised for r in by_age], result, "variable displacement, all models", log=True)
     new = [r for r in by_age if r.model.value.startswith("mj")]
     _bars(top[1, 0], new, [r.fit.normalised for r in new], result, "variable displacement, new models", log=False)
     shown = [r for r in result.ranking.ranked if r.eligible][:MOST_SHOWN]
-    _bars(top[1, 1], shown, [100.0 * r.cv for r in shown], result, "levels left out: error [% of mean nominal torque]", log=False)
+    _bars(
+        top[1, 1],
+        shown,
+        [100.0 * r.cv for r in shown],
+        result,
+        "levels left out: error [% of mean nominal torque]",
+        log=False,
+    )
     return figure
 
 
 MOST_SHOWN = 8
 
 
-def _bars(ax: Axes, rows: Sequence[Ranked], heights: Sequence[float], result: MotorLoss, title: str, *, log: bool) -> None:
+def _bars(
+    ax: Axes, rows: Sequence[Ranked], heights: Sequence[float], result: MotorLoss, title: str, *, log: bool
+) -> None:
     colours = [COLOURS[1] if r.model is result.ranking.recommended else COLOURS[0] for r in rows]
     ax.bar(range(len(rows)), heights, color=colours)
-    ax.set_xticks(range(len(rows)), [f"{r.fit.card.title} ({len(r.fit.names)})" for r in rows], rotation=55, ha="right", fontsize="small")
+    ax.set_xticks(
+        range(len(rows)),
+        [f"{r.fit.card.title} ({len(r.fit.names)})" for r in rows],
+        rotation=55,
+        ha="right",
+        fontsize="small",
+    )
     ax.set_title(title, fontsize="medium")
     ax.grid(axis="y", alpha=0.3)
     if log:
@@ -115,7 +149,8 @@ def _fit(result: MotorLoss, model: LossModel) -> LossFit:
 def term_shares(result: MotorLoss) -> Figure:
     """Share of each term in the loss summed over the speeds, MJ4 to MJ6 (paper A figure 6, eq. 20).
 
-    Differs from print: eq. 20's indices count terms and speeds alike; read as the sum of one term over the speeds over that of all terms.
+    Differs from print: eq. 20's indices count terms and speeds alike; read as the sum of one term over the speeds over
+    that of all terms.
     """
     omega, D, dp = _term_point(result)
     at = f"{show(dp, 'pressure', 3)}, {show(D, 'displacement', 3)}, {_span(omega)}"
@@ -128,7 +163,13 @@ def term_shares(result: MotorLoss) -> Figure:
         whole = sum(float(t.sum()) for t in terms.values())
         share = {TERMS[n]: 100.0 * float(t.sum()) / whole for n, t in terms.items()}
         label = fit.card.title + (f", C_n = {fit['C_n']:.2f}" if "C_n" in fit.names else "")
-        ax.bar(np.arange(len(names)) + 0.27 * (i - 1), [share.get(n, 0.0) for n in names], width=0.25, color=COLOURS[i], label=label)
+        ax.bar(
+            np.arange(len(names)) + 0.27 * (i - 1),
+            [share.get(n, 0.0) for n in names],
+            width=0.25,
+            color=COLOURS[i],
+            label=label,
+        )
     ax.set_xticks(range(len(names)), names)
     ax.set_ylabel("share of the summed loss [%]")
     ax.grid(axis="y", alpha=0.3)
@@ -159,7 +200,8 @@ def terms_over_speed(result: MotorLoss) -> Figure:
 
 
 def residuals_over_speed(result: MotorLoss) -> Figure:
-    """Map less model over the nominal torque, over speed, a curve a displacement: large ones above, small ones below (figures 8, 9)."""
+    """Map less model over the nominal torque, over speed, a curve a displacement: large ones above, small ones below
+    (figures 8, 9)."""
     m, share = result.map, 100.0 * residual_share(result.map, result.fit)
     title = f"{result.fit.card.title}: map less model in % of nominal torque (as paper A figures 8 and 9)"
     figure = _figure(result, title, (12.0, 7.5))
@@ -179,7 +221,10 @@ def residuals_over_speed(result: MotorLoss) -> Figure:
                     ax.plot(_rpm(m.omega_m[at]), share[at], color=colour, lw=1.1, marker=".", ms=4, label=name)
             limit = 100.0 * result.threshold
             ax.axhspan(-limit, limit, color=GREY, alpha=0.12)
-            ax.set_title(f"{show(pressure, 'pressure', 3)}, {'half displacement and more' if row == 0 else 'below half'}", fontsize="small")
+            ax.set_title(
+                f"{show(pressure, 'pressure', 3)}, {'half displacement and more' if row == 0 else 'below half'}",
+                fontsize="small",
+            )
             ax.grid(alpha=0.3)
             if ax.get_lines():
                 ax.legend(fontsize="x-small", frameon=False, ncols=2)
@@ -198,7 +243,8 @@ def _shown(m: LossMap) -> list[tuple[float, NDArray[np.bool_]]]:
 
 
 def residuals_over_map(result: MotorLoss) -> Figure:
-    """Largest error over displacement and speed, and over displacement and pressure, in % of nominal torque; crosses beyond the limit."""
+    """Largest error over displacement and speed, and over displacement and pressure, in % of nominal torque; crosses
+    beyond the limit."""
     m, share = result.map, 100.0 * np.abs(residual_share(result.map, result.fit))
     title = f"{result.fit.card.title}: largest error in % of nominal torque; crosses: beyond {result.threshold:.1%}"
     figure = _figure(result, title, (12.0, 4.8))
@@ -235,10 +281,13 @@ def _heat(figure: Figure, ax: Axes, m: LossMap, share: FloatArray, across: tuple
 def model_and_map(result: MotorLoss) -> Figure:
     """Torque loss over speed, the map's cells and lines between them against the model (figure 2.11; paper D figure 3).
 
-    Shaded: beyond the map, where the model (dashed) is extrapolated and the interpolated map is held at its edge (dotted).
+    Shaded: beyond the map, where the model (dashed) is extrapolated and the interpolated map is held at its edge
+    (dotted).
     """
     m, fit = result.map, result.fit
-    figure = _figure(result, f"{fit.card.title} (lines) and map (points); shaded: beyond the map (as figure 2.11)", (12.0, 4.8))
+    figure = _figure(
+        result, f"{fit.card.title} (lines) and map (points); shaded: beyond the map (as figure 2.11)", (12.0, 4.8)
+    )
     chosen, law = _shown(m), mapped_loss(m)
     axes = figure.subplots(1, len(chosen), sharey=True, squeeze=False)[0]
     label = levels(m.D_m)
@@ -268,10 +317,18 @@ def _curves(
     D, dp = float(m.D_m[at].mean()), float(m.dp_m[at].mean())
     ax.plot(_rpm(m.omega_m[at]), m.T_f[at], ".", color=colour, ms=4)
     inside = np.linspace(*ends, 200)
-    ax.plot(_rpm(inside), np.broadcast_to(fit.torque(inside, D, dp), inside.shape), color=colour, lw=1.2, label=show(D, "displacement", 3))
+    ax.plot(
+        _rpm(inside),
+        np.broadcast_to(fit.torque(inside, D, dp), inside.shape),
+        color=colour,
+        lw=1.2,
+        label=show(D, "displacement", 3),
+    )
     for piece in (np.linspace(0.1 * ends[0], ends[0], 50), np.linspace(ends[1], BEYOND * ends[1], 50)):
         ax.plot(_rpm(piece), np.broadcast_to(fit.torque(piece, D, dp), piece.shape), color=colour, lw=1.0, ls="--")
-        ax.plot(_rpm(piece), law(piece, np.full_like(piece, D), np.full_like(piece, dp))[0], color=colour, lw=1.0, ls=":")
+        ax.plot(
+            _rpm(piece), law(piece, np.full_like(piece, D), np.full_like(piece, dp))[0], color=colour, lw=1.0, ls=":"
+        )
 
 
 def _rpm(omega: Any) -> Any:

@@ -16,8 +16,8 @@ from stillhook.identify.motor.map import LossMap, blocks
 from stillhook.identify.motor.models import CARDS, LAMINAR, TURBULENT_AND_MORE, LossCard, LossModel
 
 ALIKE = 1.0e-7
-"""Columns (each of length 1) whose smallest singular value is below this part of the largest carry the same information: rounding of
-a map in percent leaves 1e-4 and more."""
+"""Columns (each of length 1) whose smallest singular value is below this part of the largest carry the same
+information: rounding of a map in percent leaves 1e-4 and more."""
 NOTHING = 1.0e-10
 """Part of all torque losses below which a term is no term: rounding of the solver, where the answer is 0."""
 SHARE = 0.05
@@ -30,7 +30,8 @@ RIDGE = 1.0e-12
 """Keeps the search for the break solvable where a line has no cell of its own."""
 MOST_STEPS, MOST_STARTS = 40, 2
 BREAK_RANGE = (0.0, 1.5)
-"""Bounds of the break at each of the speeds and displacements that define it: beyond the largest pressure there is one line."""
+"""Bounds of the break at each of the speeds and displacements that define it: beyond the largest pressure there is one
+line."""
 MOST_BLOCKS = 8
 """Blocks of displacements of the jackknife."""
 FEWEST_BLOCKS = 4
@@ -57,7 +58,8 @@ class LossFit:
     rms_share: float
     """The same over the mean nominal torque of the map [-]."""
     normalised: float
-    """Sum of squared residuals over the sum of squared torque losses [-]: how we read paper A's "normalized summation"."""
+    """Sum of squared residuals over the sum of squared torque losses [-]: how we read paper A's "normalized
+    summation"."""
     dof: int
     aicc: float
     bic: float
@@ -89,16 +91,19 @@ class LossFit:
 
 
 def fit_loss(m: LossMap, model: LossModel | str, *, near: LossFit | None = None) -> LossFit:
-    """Parameters of a model by least squares of the torque loss [N m], all cells alike; near: a fit of nearly the same map.
+    """Parameters of a model by least squares of the torque loss [N m], all cells alike; near: a fit of nearly the same
+    map.
 
-    Linear models: linear least squares, with parameters not negative where physics asks for it. MJ5: the exponent by a bounded search with
-    such a fit inside; the two-line model: its break by nonlinear least squares with a linear fit inside.
+    Linear models: linear least squares, with parameters not negative where physics asks for it. MJ5: the exponent by a
+    bounded search with such a fit inside; the two-line model: its break by nonlinear least squares with a linear fit
+    inside.
     Errors: IdentifyError where the map has too few cells for the model.
     """
     card = CARDS[LossModel(model)]
     if len(m) <= len(card.names):
         raise IdentifyError(
-            f"{m.source}: {len(m)} cells for the {len(card.names)} parameters of {card.title}. Give more cells, or a model with fewer."
+            f"{m.source}: {len(m)} cells for the {len(card.names)} parameters of {card.title}. Give more cells, or a"
+            " model with fewer."
         )
     bent = _bent(m, card, near)
     return _result(m, card, bent, *_linear(m, card, bent))
@@ -108,7 +113,9 @@ def _columns(m: LossMap, card: LossCard, bent: Mapping[str, float]) -> FloatArra
     return np.column_stack([card.column(n, m.omega_m, m.D_m, m.dp_m, m.motor, bent) for n in card.straight])
 
 
-def _linear(m: LossMap, card: LossCard, bent: Mapping[str, float]) -> tuple[FloatArray, BoolArray, tuple[tuple[str, ...], ...]]:
+def _linear(
+    m: LossMap, card: LossCard, bent: Mapping[str, float]
+) -> tuple[FloatArray, BoolArray, tuple[tuple[str, ...], ...]]:
     """Linear parameters, which of them are free (not at a bound, not held), and groups that cannot be told apart."""
     A, names = _columns(m, card, bent), card.straight
     size = np.linalg.norm(A, axis=0)
@@ -169,16 +176,19 @@ def _exponent(m: LossMap, card: LossCard) -> dict[str, float]:
         r = _misfit(m, card, {"C_n": C_n})
         return float(r @ r)
 
-    found = minimize_scalar(cost, bounds=(LAMINAR, TURBULENT_AND_MORE), method="bounded", options={"xatol": EXPONENT_STEP})
+    found = minimize_scalar(
+        cost, bounds=(LAMINAR, TURBULENT_AND_MORE), method="bounded", options={"xatol": EXPONENT_STEP}
+    )
     ends = min((LAMINAR, TURBULENT_AND_MORE), key=cost)
     return {"C_n": ends if cost(ends) <= float(found.fun) else float(found.x)}
 
 
 def _breaks(m: LossMap, card: LossCard, near: LossFit | None) -> dict[str, float]:
-    """Break pressure of the two-line model: a polynomial in speed (and linear in displacement), the loss is linear in the rest.
+    """Break pressure of the two-line model: a polynomial in speed (and linear in displacement), the loss is linear in
+    the rest.
 
-    Searched are the breaks at three speeds (and at two displacements), as part of the largest pressure. A fit nearby lends its break: the
-    model's error on cells left out is then a little too good.
+    Searched are the breaks at three speeds (and at two displacements), as part of the largest pressure. A fit nearby
+    lends its break: the model's error on cells left out is then a little too good.
     """
     if near is not None:
         return {n: near[n] for n in card.bent}
@@ -189,14 +199,18 @@ def _breaks(m: LossMap, card: LossCard, near: LossFit | None) -> dict[str, float
     at_knots = np.vstack([np.hstack([powers, a * powers]) for a in alpha]) if len(card.bent) == 6 else powers
 
     def coefficients(z: FloatArray) -> dict[str, float]:
-        found = np.linalg.lstsq(at_knots / np.linalg.norm(at_knots, axis=0), z * top, rcond=None)[0] / np.linalg.norm(at_knots, axis=0)
+        found = np.linalg.lstsq(at_knots / np.linalg.norm(at_knots, axis=0), z * top, rcond=None)[0] / np.linalg.norm(
+            at_knots, axis=0
+        )
         return dict(zip(card.bent, map(float, found), strict=True))
 
     def residual(z: FloatArray) -> FloatArray:
         A = _columns(m, card, coefficients(z))
         length = np.linalg.norm(A, axis=0)
         A = A / np.where(length > 0.0, length, 1.0)
-        normal = A.T @ A + np.diag(np.full(A.shape[1], RIDGE))  # a small system is fast, and accurate enough to search with
+        normal = A.T @ A + np.diag(
+            np.full(A.shape[1], RIDGE)
+        )  # a small system is fast, and accurate enough to search with
         return np.asarray(m.T_f - A @ np.linalg.solve(normal, A.T @ m.T_f))
 
     starts = [np.array(z) for z in product(BREAKS, repeat=len(card.bent))]
@@ -207,7 +221,12 @@ def _breaks(m: LossMap, card: LossCard, near: LossFit | None) -> dict[str, float
 
 
 def _result(
-    m: LossMap, card: LossCard, bent: Mapping[str, float], x: FloatArray, free: BoolArray, groups: tuple[tuple[str, ...], ...]
+    m: LossMap,
+    card: LossCard,
+    bent: Mapping[str, float],
+    x: FloatArray,
+    free: BoolArray,
+    groups: tuple[tuple[str, ...], ...],
 ) -> LossFit:
     values = np.array([bent[n] if n in bent else x[card.straight.index(n)] for n in card.names])
     residuals = m.T_f - card.torque(m.omega_m, m.D_m, m.dp_m, [float(v) for v in values], m.motor)
@@ -224,11 +243,25 @@ def _result(
     N, rms = len(m), math.sqrt(SSR / len(m))
     likelihood = N * math.log(max(SSR, np.finfo(float).tiny) / N)
     return LossFit(
-        card.model, card.names, values, errors, covariance, covariance / np.outer(scale, scale), held, groups, residuals, rms,
-        rms / float(m.T_N.mean()), SSR / float(m.T_f @ m.T_f), dof,
-        likelihood + 2 * count + 2 * count * (count + 1) / max(N - count - 1, 1), likelihood + count * math.log(N),
-        m.source + (" (synthetic)" if m.synthetic else ""), m.D_max, m.range(),
-    )  # fmt: skip
+        card.model,
+        card.names,
+        values,
+        errors,
+        covariance,
+        covariance / np.outer(scale, scale),
+        held,
+        groups,
+        residuals,
+        rms,
+        rms / float(m.T_N.mean()),
+        SSR / float(m.T_f @ m.T_f),
+        dof,
+        likelihood + 2 * count + 2 * count * (count + 1) / max(N - count - 1, 1),
+        likelihood + count * math.log(N),
+        m.source + (" (synthetic)" if m.synthetic else ""),
+        m.D_max,
+        m.range(),
+    )
 
 
 def _inside(name: str, bent: Mapping[str, float]) -> bool:
@@ -239,7 +272,11 @@ def _inside(name: str, bent: Mapping[str, float]) -> bool:
 def _covariance(m: LossMap, card: LossCard, values: FloatArray, loose: BoolArray, variance: float) -> FloatArray:
     """Covariance of the free parameters from the slopes of the model there; NaN for the others."""
     out = np.full((len(values), len(values)), np.nan)
-    J = np.column_stack([_slope(m, card, values, i) for i in np.flatnonzero(loose)]) if loose.any() else np.zeros((len(m), 0))
+    J = (
+        np.column_stack([_slope(m, card, values, i) for i in np.flatnonzero(loose)])
+        if loose.any()
+        else np.zeros((len(m), 0))
+    )
     size = np.linalg.norm(J, axis=0)
     size[size == 0.0] = 1.0
     inverse = np.linalg.pinv((J / size).T @ (J / size), hermitian=True)
@@ -248,7 +285,8 @@ def _covariance(m: LossMap, card: LossCard, values: FloatArray, loose: BoolArray
 
 
 def _slope(m: LossMap, card: LossCard, values: FloatArray, i: Any) -> FloatArray:
-    """Change of the loss per change of one parameter: exact where it is linear, a central difference where it is not."""
+    """Change of the loss per change of one parameter: exact where it is linear, a central difference where it is
+    not."""
     name = card.names[i]
     bent = {n: float(values[card.names.index(n)]) for n in card.bent}
     if name not in bent:
@@ -261,10 +299,11 @@ def _slope(m: LossMap, card: LossCard, values: FloatArray, i: Any) -> FloatArray
 
 
 def spread_of_levels(m: LossMap, fit: LossFit) -> FloatArray | None:
-    """Covariance of the parameters by leaving out blocks of displacements in turn (jackknife), or None with fewer than four.
+    """Covariance of the parameters by leaving out blocks of displacements in turn (jackknife), or None with fewer than
+    four.
 
-    A model that is not quite right errs alike in neighbouring cells, so their number overstates what they tell: this spread is wider than
-    `LossFit.covariance` then, and the one to draw from.
+    A model that is not quite right errs alike in neighbouring cells, so their number overstates what they tell: this
+    spread is wider than `LossFit.covariance` then, and the one to draw from.
     """
     label = blocks(m.D_m, MOST_BLOCKS)
     count = int(label.max()) + 1
@@ -278,13 +317,19 @@ def spread_of_levels(m: LossMap, fit: LossFit) -> FloatArray | None:
 def cannot_tell(fit: LossFit) -> tuple[str, ...]:
     """What the map does not say about this model, one plain line each."""
     lines = [
-        f"{' and '.join(g)} cannot be told apart on this map" if len(g) > 1 else f"{g[0]} has no effect on this map" for g in fit.confounded
+        f"{' and '.join(g)} cannot be told apart on this map" if len(g) > 1 else f"{g[0]} has no effect on this map"
+        for g in fit.confounded
     ]
     for name in fit.at_bound:
-        lines.append(f"{name} is at its bound ({fit[name]:g}): no error can be claimed, the map has no sign of this term")
+        lines.append(
+            f"{name} is at its bound ({fit[name]:g}): no error can be claimed, the map has no sign of this term"
+        )
     for name, value, error in zip(fit.names, fit.values, fit.errors, strict=True):
         if np.isfinite(error) and error > abs(value):
             lines.append(f"{name} is smaller than its own standard error: the map does not determine it")
     if "C_n" in fit.names and fit["C_n"] > 2.0:
-        lines.append(f"C_n = {fit['C_n']:.2f} is beyond 2, turbulent flow: the term stands for something else than flow into the chambers")
+        lines.append(
+            f"C_n = {fit['C_n']:.2f} is beyond 2, turbulent flow: the term stands for something else than flow into the"
+            " chambers"
+        )
     return tuple(lines)

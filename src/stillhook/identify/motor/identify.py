@@ -29,11 +29,13 @@ from stillhook.library import motor as library_motor
 from stillhook.library import motors as library_motors
 from stillhook.library.parameter_sets.evidence import Evidence
 from stillhook.library.parameter_sets.sets import LOSS_RANGE, LossSet, load_losses
-from stillhook.spec.crane import Source, SourceKind, TorqueLoss
+from stillhook.spec.circuits import TorqueLoss
+from stillhook.spec.crane import Source, SourceKind
 from stillhook.units import show
 
 SAME_SIZE = 0.02
-"""A library motor whose full displacement differs by less is taken for the mapped motor's other data (inertia, speed limits, leakage)."""
+"""A library motor whose full displacement differs by less is taken for the mapped motor's other data (inertia, speed
+limits, leakage)."""
 USEFUL = 0.5
 """A model within the threshold on less than half of the map is no model of this motor."""
 
@@ -86,13 +88,15 @@ def identify_motor(
 ) -> MotorLoss:
     """Fit, rank and judge all torque-loss models on a map.
 
-    Parameters: model one to look at instead of the recommended one; threshold error over nominal torque beyond which a model must not be
-    used; like a motor of the library (or the path of a motor file) that lends inertia, speed limits and leakage; without it one of the
-    library of the same size.
+    Parameters: model one to look at instead of the recommended one; threshold error over nominal torque beyond which a
+    model must not be used; like a motor of the library (or the path of a motor file) that lends inertia, speed limits
+    and leakage; without it one of the library of the same size.
     Errors: IdentifyError where the map determines no model or not the one asked for; SpecError for an unknown motor.
     """
     if not 0.0 < threshold < 1.0:
-        raise IdentifyError(f"threshold = {threshold:g}: give a part of the nominal torque between 0 and 1, such as 0.01.")
+        raise IdentifyError(
+            f"threshold = {threshold:g}: give a part of the nominal torque between 0 and 1, such as 0.01."
+        )
     chosen = None if model is None else choice(LossModel, model, "model")
     if like is not None:
         load_losses(like)
@@ -106,10 +110,19 @@ def identify_motor(
     spread = spread_of_levels(m, mj4)
     lender, others = like if like is not None else _same_size(m), borrowed(m)
     return MotorLoss(
-        m, ranking, chosen, threshold, not_to_be_used(m, fit, threshold), not_to_be_used(m, mj4, threshold),
-        mj4.covariance if spread is None else spread, spread is not None, (*_doubts(others), *_notes(m, fit, mj4)), others,
-        compare_mapped(m, chosen), lender,
-    )  # fmt: skip
+        m,
+        ranking,
+        chosen,
+        threshold,
+        not_to_be_used(m, fit, threshold),
+        not_to_be_used(m, mj4, threshold),
+        mj4.covariance if spread is None else spread,
+        spread is not None,
+        (*_doubts(others), *_notes(m, fit, mj4)),
+        others,
+        compare_mapped(m, chosen),
+        lender,
+    )
 
 
 def _same_size(m: LossMap) -> str | None:
@@ -119,8 +132,10 @@ def _same_size(m: LossMap) -> str | None:
 
 
 FAR = 0.05
-"""Error over nominal torque that the library's motors, carried over to this size, stay below on each other's maps by far (they differ by
-one per cent): a map that is farther from all of them has another kind of motor in it, or another unit than its heading says."""
+"""Error over nominal torque that the library's motors, carried over to this size, stay below on each other's maps by
+far (they differ by one per cent): a map that is farther from all of them has another kind of motor in it, or another
+unit than its heading
+says."""
 
 
 def _doubts(others: tuple[Borrowed, ...]) -> tuple[str, ...]:
@@ -128,8 +143,11 @@ def _doubts(others: tuple[Borrowed, ...]) -> tuple[str, ...]:
     if near < FAR:
         return ()
     return (
-        f"no motor of the library, carried over to this size, comes nearer than {percent(near, 0)} of nominal torque, where similar motors "
-        "differ by about 1 %: check the units of pressure, speed, displacement and torque, and whether they are those of one motor",
+        (
+            f"no motor of the library, carried over to this size, comes nearer than {percent(near, 0)} of nominal"
+            " torque, where similar motors differ by about 1 %: check the units of pressure, speed, displacement and"
+            " torque, and whether they are those of one motor"
+        ),
     )
 
 
@@ -143,17 +161,21 @@ def _notes(m: LossMap, fit: LossFit, mj4: LossFit) -> tuple[str, ...]:
 
 
 def loss_set(result: MotorLoss, name: str) -> LossSet:
-    """The MJ4 loss with everything else that a motor file has, ready for `stillhook.library.parameter_sets.sets.set_toml`.
+    """The MJ4 loss with everything else that a motor file has, ready for
+    `stillhook.library.parameter_sets.sets.set_toml`.
 
     Errors: IdentifyError where MJ4 is not determined, or no motor lends the rest.
     """
     if not result.drops_in:
-        raise IdentifyError(f"{result.map.source}: MJ4 is not determined by this map, or wrong on most of it: there is no set for a crane.")
+        raise IdentifyError(
+            f"{result.map.source}: MJ4 is not determined by this map, or wrong on most of it: there is no set for a"
+            " crane."
+        )
     if result.like is None:
         size = show(result.map.D_max, "displacement")
         raise IdentifyError(
-            f"{result.map.source}: no motor of the library has {size}, and a map says nothing of inertia, speed limits and leakage. "
-            "Name a motor that lends them (like)."
+            f"{result.map.source}: no motor of the library has {size}, and a map says nothing of inertia, speed limits"
+            " and leakage. Name a motor that lends them (like)."
         )
     lender, m, fit = load_losses(result.like), result.map, result.mj4
     made = "SYNTHETIC " if m.synthetic else ""
@@ -168,7 +190,9 @@ def loss_set(result: MotorLoss, name: str) -> LossSet:
         sources = {k: v if k.startswith("loss.") else other for k, v in sources.items()}
         sources["D_max"] = Source(text=f"largest displacement of {m.source}", kind=SourceKind.FITTED)
     motor = lender.motor.model_copy(update={"loss": loss, **dict.fromkeys(LOSS_RANGE), **own})
-    return LossSet(name, f"{made}{lender.title}, torque loss fitted to {m.source}", motor, sources, _evidence(result, text))
+    return LossSet(
+        name, f"{made}{lender.title}, torque loss fitted to {m.source}", motor, sources, _evidence(result, text)
+    )
 
 
 def _evidence(result: MotorLoss, text: str) -> Evidence:
@@ -178,13 +202,21 @@ def _evidence(result: MotorLoss, text: str) -> Evidence:
     names = [result.mj4.names[i] for i in free]
     said = [*(avoid(s, result.threshold) for s in result.mj4_statements), *result.notes]
     return Evidence.fitted(
-        names, matrix, dof=float(result.mj4.dof), data=f"{text}; covariance {how}", ranges=result.map.range(), statements=said
+        names,
+        matrix,
+        dof=float(result.mj4.dof),
+        data=f"{text}; covariance {how}",
+        ranges=result.map.range(),
+        statements=said,
     )
 
 
 def avoid(s: Statement, threshold: float) -> str:
     """A region in one line."""
-    return f"{s.text}: off by up to {percent(s.worst, 1)} of nominal torque ({s.bad} of {s.cells} cells beyond {percent(threshold, 1)})"
+    return (
+        f"{s.text}: off by up to {percent(s.worst, 1)} of nominal torque ({s.bad} of {s.cells} cells beyond"
+        f" {percent(threshold, 1)})"
+    )
 
 
 def to_dict(result: MotorLoss) -> dict[str, Any]:
@@ -205,8 +237,12 @@ def to_dict(result: MotorLoss) -> dict[str, Any]:
         "usable": result.usable,
         "usable_share": usable_share(m, result.fit, result.threshold),
         "threshold": result.threshold,
-        "not_to_be_used": [{"text": s.text, "cells": s.cells, "bad": s.bad, "worst": s.worst} for s in result.statements],
-        "mj4_not_to_be_used": [{"text": s.text, "cells": s.cells, "bad": s.bad, "worst": s.worst} for s in result.mj4_statements],
+        "not_to_be_used": [
+            {"text": s.text, "cells": s.cells, "bad": s.bad, "worst": s.worst} for s in result.statements
+        ],
+        "mj4_not_to_be_used": [
+            {"text": s.text, "cells": s.cells, "bad": s.bad, "worst": s.worst} for s in result.mj4_statements
+        ],
         "notes": list(result.notes),
         "mj4_covariance": result.covariance.tolist(),
         "mj4_covariance_by_levels": result.by_levels,

@@ -1,4 +1,5 @@
-"""A supplier's map of one motor: torque loss over displacement, speed and pressure drop; read from a table, and interpolated."""
+"""A supplier's map of one motor: torque loss over displacement, speed and pressure drop; read from a table, and
+interpolated."""
 
 from __future__ import annotations
 
@@ -100,8 +101,8 @@ AXES: Mapping[str, str] = {"D_m": "displacement", "omega_m": "rotation", "dp_m":
 def levels(values: FloatArray) -> NDArray[np.intp]:
     """Number of the level that each value belongs to, rising.
 
-    Values with less than one per cent of the largest one between them are one level. Where that makes a level wider than five per cent
-    the settings are scattered, not stepped, and levels are slices of equal width.
+    Values with less than one per cent of the largest one between them are one level. Where that makes a level wider
+    than five per cent the settings are scattered, not stepped, and levels are slices of equal width.
     """
     order = np.argsort(values, kind="stable")
     largest = float(np.max(np.abs(values), initial=0.0))
@@ -126,39 +127,50 @@ def blocks(values: FloatArray, most: int) -> NDArray[np.intp]:
 def read_map(
     path: str | os.PathLike[str], *, mapping: str | os.PathLike[str] | None = None, D_max: str | None = None
 ) -> LossMap:
-    """A supplier's map from CSV, Parquet or Excel in long form: a row a cell, with displacement, speed, pressure drop and a loss.
+    """A supplier's map from CSV, Parquet or Excel in long form: a row a cell, with displacement, speed, pressure drop
+    and a loss.
 
-    Columns: D_m, omega_m (or n), dp_m (or dp), and one of T_f (torque loss), T_shaft (torque at the shaft of the driving motor) or eta_hm
-    (hydromechanical efficiency T_shaft / (D_m dp_m)), with the unit in the heading or in the mapping file (see `stillhook.formats.table`).
+    Columns: D_m, omega_m (or n), dp_m (or dp), and one of T_f (torque loss), T_shaft (torque at the shaft of the
+    driving motor) or eta_hm (hydromechanical efficiency T_shaft / (D_m dp_m)), with the unit in the heading or in the
+    mapping file (see `stillhook.formats.table`).
     Parameters: D_max full displacement, text with its unit; without it the largest of the map.
-    Rows that cannot be a loss (empty cells, efficiency not in (0, 100 %], negative loss, standstill) are left out and told in `findings`.
+    Rows that cannot be a loss (empty cells, efficiency not in (0, 100 %], negative loss, standstill) are left out and
+    told in `findings`.
     Errors: LogError, UnitError of one line with file, row and column.
     """
     table = read_columns(path, (*SETTINGS, *LOSSES), mapping)
     missing = [w for w in SETTINGS if w.name not in table.values]
     if missing:
         have = ", ".join(came(h) for h in (*table.headings.values(), *table.unused))
-        raise LogError(f'{table.source}: no column "{missing[0].example}" among {have}. Name it so, or map it with --mapping.')
+        raise LogError(
+            f'{table.source}: no column "{missing[0].example}" among {have}. Name it so, or map it with --mapping.'
+        )
     _in_range(table)
     found: list[str] = []
     loss = _loss(table, found)
     keep = _good(table, loss, found)
     D, n, dp = (table.values[w.name][keep] for w in SETTINGS)
     if (n < 0.0).any():
-        found.append(f"{int((n < 0.0).sum())} rows have negative speed: taken as positive, the loss is even in the speed")
+        found.append(
+            f"{int((n < 0.0).sum())} rows have negative speed: taken as positive, the loss is even in the speed"
+        )
     D, n, dp, T_f = _single(D, np.abs(n), dp, loss[keep], found)
     if len(T_f) < FEWEST_CELLS:
-        raise LogError(f"{table.source}: {len(T_f)} cells are left; a fit needs at least {FEWEST_CELLS}. Give more of the map.")
+        raise LogError(
+            f"{table.source}: {len(T_f)} cells are left; a fit needs at least {FEWEST_CELLS}. Give more of the map."
+        )
     share = T_f[D * dp > 0.0] / (D * dp)[D * dp > 0.0]
     if len(share) and float(np.median(share)) > MOSTLY_LOST:
-        found.append(f"half of the cells lose more than {100.0 * float(np.median(share)):.0f} % of nominal torque: is it a loss?")
+        found.append(
+            f"half of the cells lose more than {100.0 * float(np.median(share)):.0f} % of nominal torque: is it a loss?"
+        )
     if table.unused:
         found.append("columns not used: " + ", ".join(came(h) for h in table.unused))
     full = float(D.max()) if D_max is None else parse(D_max, "displacement", "D_max")
     if full < D.max() * (1.0 - SAME):
         raise LogError(
-            f"{table.source}: displacement {show(float(D.max()), 'displacement')} is beyond the motor's full {show(full, 'displacement')}. "
-            "Check the unit in the heading and the motor."
+            f"{table.source}: displacement {show(float(D.max()), 'displacement')} is beyond the motor's full"
+            f" {show(full, 'displacement')}. Check the unit in the heading and the motor."
         )
     made = SYNTHETIC in " ".join((table.source, *table.comments)).lower()
     return _with_thin_axes(LossMap(D, n, dp, T_f, full, table.source, made, tuple(found)))
@@ -184,14 +196,15 @@ def _in_range(table: Columns) -> None:
         if bad.any():
             i = int(np.argmax(bad))
             raise LogError(
-                f"{table.source}: row {table.numbers[i]}: column {came(table.headings[w.name])} reads {show(float(x[i]), w.kind)}; "
-                f"a motor has {show(lo, w.kind)} to {show(hi, w.kind)}. Check the number and the unit."
+                f"{table.source}: row {table.numbers[i]}: column {came(table.headings[w.name])} reads"
+                f" {show(float(x[i]), w.kind)}; a motor has {show(lo, w.kind)} to {show(hi, w.kind)}. Check the number"
+                " and the unit."
             )
     fastest = float(np.nanmax(np.abs(table.values["omega_m"]), initial=0.0))
     if fastest < OMEGA_SLOWEST:
         raise LogError(
-            f"{table.source}: column {came(table.headings['omega_m'])} ends at {show(fastest, 'rotation')}. Check the unit, and that no "
-            "thousands sign was read as a decimal sign."
+            f"{table.source}: column {came(table.headings['omega_m'])} ends at {show(fastest, 'rotation')}. Check the"
+            " unit, and that no thousands sign was read as a decimal sign."
         )
 
 
@@ -207,7 +220,11 @@ def _loss(table: Columns, found: list[str]) -> FloatArray:
     loss: FloatArray = ways[first.name](table.values[first.name])
     heading = came(table.headings[first.name])
     _plausible(table, first.name, heading)
-    meaning = {"T_f": "torque loss", "T_shaft": "shaft torque of the driving motor", "eta_hm": "hydromechanical efficiency"}
+    meaning = {
+        "T_f": "torque loss",
+        "T_shaft": "shaft torque of the driving motor",
+        "eta_hm": "hydromechanical efficiency",
+    }
     found.append(f"column {heading} read as {meaning[first.name]}")
     for other in have[1:]:
         gap = np.abs(ways[other.name](table.values[other.name]) - loss)
@@ -221,8 +238,8 @@ def _plausible(table: Columns, name: str, heading: str) -> None:
     eta = table.values.get("eta_hm")
     if name == "eta_hm" and eta is not None and np.isfinite(eta).any() and float(np.nanmax(eta)) <= SPREADSHEET:
         raise LogError(
-            f"{table.source}: column {heading} reads at most {100.0 * float(np.nanmax(eta)):.2g} %, and no motor is that bad. "
-            'Where the cells hold parts of 1, write the heading as "eta_hm [1]".'
+            f"{table.source}: column {heading} reads at most {100.0 * float(np.nanmax(eta)):.2g} %, and no motor is"
+            ' that bad. Where the cells hold parts of 1, write the heading as "eta_hm [1]".'
         )
 
 
@@ -230,7 +247,11 @@ def _good(table: Columns, loss: FloatArray, found: list[str]) -> BoolArray:
     """Rows that hold a loss of a running, driving motor; why the others are left out is added to `found`."""
     keep = np.ones(len(loss), dtype=bool)
     D, n, dp = (table.values[w.name] for w in SETTINGS)
-    eta = table.values.get("eta_hm", np.full(len(loss), 0.5)) if "T_f" not in table.values and "T_shaft" not in table.values else None
+    eta = (
+        table.values.get("eta_hm", np.full(len(loss), 0.5))
+        if "T_f" not in table.values and "T_shaft" not in table.values
+        else None
+    )
     reasons = [
         (~np.isfinite(D + n + dp + loss), "an empty cell"),
         (dp < 0.0, "a negative pressure drop (a motor that is driven)"),
@@ -251,7 +272,9 @@ def _good(table: Columns, loss: FloatArray, found: list[str]) -> BoolArray:
             keep &= ~bad
     if keep.sum() < (1.0 - MOST_LEFT_OUT) * len(keep):
         last = found[-1]
-        raise LogError(f"{table.source}: {int((~keep).sum())} of {len(keep)} rows make no sense, {last}. Check columns and units.")
+        raise LogError(
+            f"{table.source}: {int((~keep).sum())} of {len(keep)} rows make no sense, {last}. Check columns and units."
+        )
     return keep
 
 
@@ -266,17 +289,20 @@ def _single(
     mean = np.bincount(inverse, T_f) / count
     apart = float(np.abs(T_f - mean[inverse]).max())
     twice = int((count > 1).sum())
-    found.append(f"{twice} cells are given more than once: their mean is used, single rows differ from it by up to {apart:.3g} N m")
+    found.append(
+        f"{twice} cells are given more than once: their mean is used, single rows differ from it by up to"
+        f" {apart:.3g} N m"
+    )
     return settings[:, 0], settings[:, 1], settings[:, 2], mean
 
 
 class MappedLoss:
     """The map itself as a loss model: linear between its cells; outside, the loss at the edge is held and marked.
 
-    Held, not continued: a straight line through the last two cells may cross zero or invent a loss nobody measured. With held values the
-    loss stays inside what the map has. Full grids are interpolated in each axis in turn (trilinear), others over the simplices between
-    scattered cells, with the axes scaled to their range; outside of those the nearest cell counts.
-    Source of the comparison: Moslatt 2020 paper D figure 3, section 2.1.
+    Held, not continued: a straight line through the last two cells may cross zero or invent a loss nobody measured.
+    With held values the loss stays inside what the map has. Full grids are interpolated in each axis in turn
+    (trilinear), others over the simplices between scattered cells, with the axes scaled to their range; outside of
+    those the nearest cell counts. Source of the comparison: Moslatt 2020 paper D figure 3, section 2.1.
     """
 
     def __init__(self, m: LossMap) -> None:
@@ -295,7 +321,9 @@ class MappedLoss:
         if self.grid:
             order = np.lexsort([points[:, i] for i in self.used[::-1]])
             table = m.T_f[order].reshape([len(a) for a in axes])
-            self._at = RegularGridInterpolator([self._scaled_axis(a, i) for a, i in zip(axes, self.used, strict=True)], table)
+            self._at = RegularGridInterpolator(
+                [self._scaled_axis(a, i) for a, i in zip(axes, self.used, strict=True)], table
+            )
         elif len(self.used) == 1:
             order = np.argsort(scaled[:, 0])
             x, y = scaled[order, 0], m.T_f[order]
@@ -314,8 +342,11 @@ class MappedLoss:
         return np.column_stack([self._scaled_axis(points[:, i], i) for i in self.used])
 
     def __call__(self, omega_m: Any, D_m: Any, dp_m: Any) -> tuple[FloatArray, BoolArray]:
-        """Torque loss [N m] and whether the point lies inside the map; floats or arrays, SI, even in omega_m and dp_m."""
-        D, n, dp = np.broadcast_arrays(np.asarray(D_m, float), np.abs(np.asarray(omega_m, float)), np.abs(np.asarray(dp_m, float)))
+        """Torque loss [N m] and whether the point lies inside the map; floats or arrays, SI, even in omega_m and
+        dp_m."""
+        D, n, dp = np.broadcast_arrays(
+            np.asarray(D_m, float), np.abs(np.asarray(omega_m, float)), np.abs(np.asarray(dp_m, float))
+        )
         points = np.column_stack([a.ravel() for a in (D, n, dp)])
         slack = SAME_POINT * np.maximum(np.abs(self.lo), np.abs(self.hi))
         inside = ((points >= self.lo - slack) & (points <= self.hi + slack)).all(axis=1)

@@ -15,7 +15,8 @@ from stillhook.identify.motor.rank import folds
 
 @dataclass(frozen=True)
 class Compared:
-    """Errors on levels that were left out, over the mean nominal torque [-]: between the remaining levels, and beyond them."""
+    """Errors on levels that were left out, over the mean nominal torque [-]: between the remaining levels, and beyond
+    them."""
 
     mapped_between: float
     mapped_beyond: float
@@ -24,10 +25,11 @@ class Compared:
 
 
 def compare_mapped(m: LossMap, model: LossModel) -> Compared | None:
-    """The interpolated map against a fitted model on blocks of levels left out in turn; None where nothing can be left out.
+    """The interpolated map against a fitted model on blocks of levels left out in turn; None where nothing can be left
+    out.
 
-    Source of the question: Moslatt 2020 paper D section 2.1, which expects a map to be better inside the supplier's range and a model
-    to be better outside.
+    Source of the question: Moslatt 2020 paper D section 2.1, which expects a map to be better inside the supplier's
+    range and a model to be better outside.
     """
     between, beyond = [], []
     whole = fit_loss(m, model)

@@ -20,8 +20,9 @@ from stillhook.physics.hydraulics.motor import TorqueLossFit, torque_loss
 from stillhook.units import show
 
 MATERIAL = 0.002
-"""Part of the mean nominal torque by which a model may be worse than the best and still be as good: at 200 bar it is 0.4 bar, less than
-the pressure sensors of a crane resolve (0.5 bar), and a fifth of the 1 % that paper A asks of a model."""
+"""Part of the mean nominal torque by which a model may be worse than the best and still be as good: at 200 bar it is
+0.4 bar, less than the pressure sensors of a crane resolve (0.5 bar), and a fifth of the 1 % that paper A asks of a
+model."""
 THRESHOLD = 0.01
 """Residual over the cell's nominal torque beyond which a model must not be used there (paper A section 4)."""
 MOST_FOLDS = 6
@@ -33,16 +34,18 @@ WORTH_NAMING = 0.08
 """Part of all bad cells that a region must add to be named."""
 WORDY = 0.03
 """Part of all bad cells that one more condition in a statement must buy."""
+
+
 def percent(share: float, digits: int = 2) -> str:
     """A part as text in per cent."""
     return f"{100.0 * share:.{digits}f} %"
 
 
 RULE = (
-    "Recommended: of the models whose cross-validated error is within one standard error of the best one's, or within "
-    f"{percent(MATERIAL, 1)} of the mean nominal torque of it, the one with the fewest parameters (of two alike: the smaller error). "
-    "Cross-validated: whole levels of displacement, pressure and speed are left out in turn, ends included, so that both "
-    "interpolation and extrapolation count."
+    "Recommended: of the models whose cross-validated error is within one standard error of the best one's, or within"
+    f" {percent(MATERIAL, 1)} of the mean nominal torque of it, the one with the fewest parameters (of two alike: the"
+    " smaller error). Cross-validated: whole levels of displacement, pressure and speed are left out in turn, ends"
+    " included, so that both interpolation and extrapolation count."
 )
 
 
@@ -106,7 +109,9 @@ def rank_losses(m: LossMap) -> Ranking:
         found.append(_ranked(m, fit, fixed, parts, squares[model]))
     eligible = [r for r in found if r.eligible]
     if not eligible:
-        raise IdentifyError(f"{m.source}: {len(m)} cells on too few levels determine no model. Give more levels of each setting.")
+        raise IdentifyError(
+            f"{m.source}: {len(m)} cells on too few levels determine no model. Give more levels of each setting."
+        )
     best = min(eligible, key=lambda r: r.cv)
     chosen, reason = _choose(eligible, best, squares, float(m.T_N.mean()))
     order = tuple(sorted(found, key=lambda r: (not r.eligible, r.cv)))
@@ -157,7 +162,9 @@ def _ranked(m: LossMap, fit: LossFit, fixed: LossFit | None, parts: list[Fold], 
     return Ranked(fit.model, fit, fixed, cv, by_axis, worst, not why, why)
 
 
-def _choose(eligible: list[Ranked], best: Ranked, squares: Mapping[LossModel, FloatArray], T_N: float) -> tuple[Ranked, str]:
+def _choose(
+    eligible: list[Ranked], best: Ranked, squares: Mapping[LossModel, FloatArray], T_N: float
+) -> tuple[Ranked, str]:
     """The model with the fewest parameters that is not materially worse than the best."""
 
     def as_good(r: Ranked) -> bool:
@@ -198,7 +205,9 @@ def not_to_be_used(m: LossMap, fit: LossFit, threshold: float = THRESHOLD) -> tu
             break
         inside = _in_box(label, sides)
         bad = inside & left
-        out.append(Statement(_words(m, label, sides), int((inside & ~named).sum()), int(bad.sum()), float(share[bad].max())))
+        out.append(
+            Statement(_words(m, label, sides), int((inside & ~named).sum()), int(bad.sum()), float(share[bad].max()))
+        )
         named |= inside
         left &= ~inside
     if left.any():
@@ -216,7 +225,9 @@ def _options(count: int) -> list[tuple[str, int]]:
 
 def _rows(options: list[tuple[str, int]], count: int) -> FloatArray:
     at = np.arange(count)
-    return np.array([np.ones(count) if s == "" else (at <= i if s == "<=" else at >= i) for s, i in options], dtype=np.float64)
+    return np.array(
+        [np.ones(count) if s == "" else (at <= i if s == "<=" else at >= i) for s, i in options], dtype=np.float64
+    )
 
 
 def _best_box(
@@ -273,10 +284,11 @@ class Borrowed:
 
 
 def scaled_mj4(fit: TorqueLossFit, ratio: float) -> TorqueLossFit:
-    """MJ4 parameters for a motor with `ratio` times the displacement, all lengths in proportion, pressures and speeds alike.
+    """MJ4 parameters for a motor with `ratio` times the displacement, all lengths in proportion, pressures and speeds
+    alike.
 
-    Torque grows with D: X_1, X_4, X_5 as D, X_3 not at all; the turbulent torque rho w^2 D^(5/3) leaves X_2 as D^(-4/3).
-    Not in the thesis: dimensional analysis. X_1 of paper D table 1 grows faster (as D^2.4).
+    Torque grows with D: X_1, X_4, X_5 as D, X_3 not at all; the turbulent torque rho w^2 D^(5/3) leaves X_2 as
+    D^(-4/3). Not in the thesis: dimensional analysis. X_1 of paper D table 1 grows faster (as D^2.4).
     """
     return TorqueLossFit(fit.X_1 * ratio, fit.X_2 * ratio ** (-4.0 / 3.0), fit.X_3, fit.X_4 * ratio, fit.X_5 * ratio)
 

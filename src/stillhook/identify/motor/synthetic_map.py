@@ -1,7 +1,8 @@
 """SYNTHETIC supplier maps: a published MJ4 motor plus losses that MJ4 lacks, printed as coarsely as a supplier prints.
 
-No supplier's map is public. These stand in for one, so that fits, ranking and figures can be tried and tested; they are marked synthetic
-in the file, in every report and in the name of the source, and no number from them may be used for a real motor.
+No supplier's map is public. These stand in for one, so that fits, ranking and figures can be tried and tested; they are
+marked synthetic in the file, in every report and in the name of the source, and no number from them may be used for a
+real motor.
 """
 
 from __future__ import annotations
@@ -33,12 +34,13 @@ SCATTER = 0.2
 class Extra:
     """Losses beside MJ4, each as part of the motor's loss at full displacement, 200 bar and the speed where it matters.
 
-    Sizes are assumed, such that MJ4 fits as paper A found: within 1 % of nominal torque down to half displacement, worse at small
-    displacement and high speed.
+    Sizes are assumed, such that MJ4 fits as paper A found: within 1 % of nominal torque down to half displacement,
+    worse at small displacement and high speed.
     """
 
     churning: float = 0.04
-    """Of the barrel in oil, w^2 whatever the displacement (paper A section 3.8: "independent of displacement"), at 2500 rev/min."""
+    """Of the barrel in oil, w^2 whatever the displacement (paper A section 3.8: "independent of displacement"), at 2500
+    rev/min."""
     small: float = 0.05
     """At small displacement and high speed: w^3 (1 - D/D_max)^3, at 2500 rev/min and D = 0."""
     notch: float = 0.06
@@ -51,11 +53,13 @@ FADE = 250.0
 """Speed over which mixed lubrication fades [rev/min]; assumed, of the size of Y_4 in paper D table 3."""
 
 
-def synthetic_map(name: str = "A6VM215", *, seed: int = 0, extra: Extra | None = None, printed: float = PRINTED) -> LossMap:
+def synthetic_map(
+    name: str = "A6VM215", *, seed: int = 0, extra: Extra | None = None, printed: float = PRINTED
+) -> LossMap:
     """A map of a motor of the library with extra losses; equal seeds give equal maps.
 
-    Parameters: name a motor of the library with an MJ4 table; seed varies the extra losses by a fifth; printed step of the efficiency,
-    0 for none.
+    Parameters: name a motor of the library with an MJ4 table; seed varies the extra losses by a fifth; printed step of
+    the efficiency, 0 for none.
     """
     motor = library_motor(name)
     fit = TorqueLossFit(*(getattr(motor.loss, f) for f in TorqueLossFit._fields))
@@ -91,14 +95,22 @@ def _beside(
 
 
 def write_map(m: LossMap, path: str | Path) -> Path:
-    """A map as CSV with efficiencies, as a supplier gives it; a synthetic one says so in its first line. Errors: SimulationError."""
+    """A map as CSV with efficiencies, as a supplier gives it; a synthetic one says so in its first line. Errors:
+    SimulationError."""
     target = Path(path)
     lines = [f"# {m.source}"]
     if m.synthetic:
-        lines.append(f"# {SYNTHETIC}: made from published MJ4 parameters and assumed extra losses; measured on no motor")
+        lines.append(
+            f"# {SYNTHETIC}: made from published MJ4 parameters and assumed extra losses; measured on no motor"
+        )
     lines.append("D_m [cm^3/rev],n [rev/min],dp [bar],eta_hm [%]")
     for D, n, dp, T_f in zip(m.D_m, m.omega_m, m.dp_m, m.T_f, strict=True):
-        cells = in_display(D, "displacement"), in_display(n, "rotation"), in_display(dp, "pressure"), 100.0 * (1.0 - T_f / (D * dp))
+        cells = (
+            in_display(D, "displacement"),
+            in_display(n, "rotation"),
+            in_display(dp, "pressure"),
+            100.0 * (1.0 - T_f / (D * dp)),
+        )
         lines.append(",".join(f"{c:.10g}" for c in cells))
     with whole_file(target) as part:
         part.write_text("\n".join(lines) + "\n", encoding="utf-8")

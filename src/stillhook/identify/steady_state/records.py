@@ -17,36 +17,67 @@ Share = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=True)]
 
 
 class WindowSettings(BaseModel):
-    """Engineering limits of a steady stretch. Times are text with a unit; shares are plain numbers. Errors: IdentifyError.
+    """Engineering limits of a steady stretch. Times are text with a unit; shares are plain numbers. Errors:
+    IdentifyError.
 
-    A trend is held against a stretch only where it is larger than its tolerance *and* larger than the noise explains; the
-    defaults are therefore limits of what matters for friction, not of what a certain log's noise allows to be seen.
+    A trend is held against a stretch only where it is larger than its tolerance *and* larger than the noise explains;
+    the defaults are therefore limits of what matters for friction, not of what a certain log's noise allows to be seen.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    least_length: u.Time = Field(default=2.0, gt=0, description="shortest stretch: two periods of a load that swings on its wire at 1 Hz")
-    least_samples: int = Field(default=3, ge=3, description="fewest bins: below three there is no telling drift from noise")
-    guard: u.Time = Field(default=0.3, ge=0, description="left out before the end of a step, and beside holes: three PLC bins of 0.1 s")
-    smoothing: u.Time = Field(default=0.5, gt=0, description="half width over which speed is averaged to tell a step from a ramp")
-    bridge: u.Time = Field(default=1.5, ge=0, description="longest disturbance of speed inside one step: one period of 0.7 Hz")
-    largest_hole: u.Time = Field(default=0.5, gt=0, description="longest stretch of missing or doubtful bins inside a step")
+    least_length: u.Time = Field(
+        default=2.0, gt=0, description="shortest stretch: two periods of a load that swings on its wire at 1 Hz"
+    )
+    least_samples: int = Field(
+        default=3, ge=3, description="fewest bins: below three there is no telling drift from noise"
+    )
+    guard: u.Time = Field(
+        default=0.3, ge=0, description="left out before the end of a step, and beside holes: three PLC bins of 0.1 s"
+    )
+    smoothing: u.Time = Field(
+        default=0.5, gt=0, description="half width over which speed is averaged to tell a step from a ramp"
+    )
+    bridge: u.Time = Field(
+        default=1.5, ge=0, description="longest disturbance of speed inside one step: one period of 0.7 Hz"
+    )
+    largest_hole: u.Time = Field(
+        default=0.5, gt=0, description="longest stretch of missing or doubtful bins inside a step"
+    )
     spare: Rest = Field(
         default=1.0 / 3.0,
-        description="part of a stretch without visible drift that is left out at its start: a decay hides in noise before it has "
-        "ended, with the same sign in every step, and the means of hundreds of steps would show it",
+        description=(
+            "part of a stretch without visible drift that is left out at its start: a decay hides in noise before it"
+            " has ended, with the same sign in every step, and the means of hundreds of steps would show it"
+        ),
     )
-    speed_rate: Share = Field(default=0.03, description="change of speed per second, over speed, above which the winch is ramping")
-    speed_drift: Share = Field(default=0.01, description="drift of speed within a stretch, over its speed; friction changes by far less")
-    effort_drift: Share = Field(default=0.005, description="drift of effort, over its high value: 1 bar in 200; inf: speed alone decides")
-    held_drift: Share = Field(default=0.01, description="drift of a held signal (displacement), over its value: 2 cm^3/rev in 215")
-    command_step: Share = Field(default=0.005, description="change of command that begins a new step, over its largest value")
-    effort_jump: Share = Field(default=0.01, description="sudden step of effort at steady speed (wire layer), over the log's high effort")
+    speed_rate: Share = Field(
+        default=0.03, description="change of speed per second, over speed, above which the winch is ramping"
+    )
+    speed_drift: Share = Field(
+        default=0.01, description="drift of speed within a stretch, over its speed; friction changes by far less"
+    )
+    effort_drift: Share = Field(
+        default=0.005, description="drift of effort, over its high value: 1 bar in 200; inf: speed alone decides"
+    )
+    held_drift: Share = Field(
+        default=0.01, description="drift of a held signal (displacement), over its value: 2 cm^3/rev in 215"
+    )
+    command_step: Share = Field(
+        default=0.005, description="change of command that begins a new step, over its largest value"
+    )
+    effort_jump: Share = Field(
+        default=0.01, description="sudden step of effort at steady speed (wire layer), over the log's high effort"
+    )
     oscillation: Share = Field(default=0.1, description="amplitude of one frequency, over speed or high effort")
     doubtful: Share = Field(default=0.1, description="largest share of missing or doubtful bins in a stretch")
     standstill: Share = Field(default=0.2, description="largest share of a stretch at rest: more is stick-slip")
-    least_speed: str | None = Field(default=None, description="slowest speed that is used, such as 20 rev/min; none: what noise allows")
-    resolution: Mapping[str, float] = Field(default_factory=dict, description="step of a signal's converter [SI], where it is known")
+    least_speed: str | None = Field(
+        default=None, description="slowest speed that is used, such as 20 rev/min; none: what noise allows"
+    )
+    resolution: Mapping[str, float] = Field(
+        default_factory=dict, description="step of a signal's converter [SI], where it is known"
+    )
 
     def __init__(self, /, **data: Any) -> None:
         try:
@@ -67,16 +98,20 @@ class WindowSettings(BaseModel):
                 return u.parse(self.least_speed, kind)
             except UnitError:
                 continue
-        raise IdentifyError(f'WindowSettings: least_speed = {u.came(self.least_speed)}: write a speed such as "20 rev/min" or "2 m/min".')
+        raise IdentifyError(
+            f'WindowSettings: least_speed = {u.came(self.least_speed)}: write a speed such as "20 rev/min" or "2'
+            ' m/min".'
+        )
 
 
 @dataclass(frozen=True)
 class Window:
     """A steady stretch that is used.
 
-    ``start``, ``end`` [s] of the log; ``direction`` +1 hoisting (speed > 0), -1 lowering; ``speed``, ``effort`` means with their
-    signs [SI]; ``u_speed``, ``u_effort`` standard uncertainties of the means: 1.96 of them hold 95 %, whatever the noise's
-    correlation and however few samples there were; ``n`` bins; ``others`` means of the log's other signals.
+    ``start``, ``end`` [s] of the log; ``direction`` +1 hoisting (speed > 0), -1 lowering; ``speed``, ``effort`` means
+    with their signs [SI]; ``u_speed``, ``u_effort`` standard uncertainties of the means: 1.96 of them hold 95 %,
+    whatever the noise's correlation and however few samples there were; ``n`` bins; ``others`` means of the log's other
+    signals.
     """
 
     start: float
@@ -111,8 +146,9 @@ class Rejected:
 class Steady:
     """Result of ``steady_windows``.
 
-    ``windows`` used, by time; ``rejected`` whole steps (or stretches as long as one) that gave no window; ``trimmed`` beginnings of
-    used steps that were left out; ``time`` seconds of the log by what became of them, adding up to its length.
+    ``windows`` used, by time; ``rejected`` whole steps (or stretches as long as one) that gave no window; ``trimmed``
+    beginnings of used steps that were left out; ``time`` seconds of the log by what became of them, adding up to its
+    length.
     """
 
     windows: tuple[Window, ...]

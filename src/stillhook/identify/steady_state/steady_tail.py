@@ -25,14 +25,15 @@ MOST_STARTS = 24
 HEAD = 1.0
 """Beginning of a stretch that must agree with its rest: a load on its wire swings once [s]."""
 JUMP_SIDE, JUMP_CLEAR, JUMP_FAR, JUMP_RATIO = 1.0, 0.5, 2.0, 4.0
-"""A jump: means of 1 s before and after differ, four times more than the same two seconds earlier and later; 0.5 s is left out on
-both sides of it, in which the pressure swings to its new level [s]."""
+"""A jump: means of 1 s before and after differ, four times more than the same two seconds earlier and later; 0.5 s is
+left out on both sides of it, in which the pressure swings to its new level [s]."""
 MOST_JUMPS = 4
 """Layers that one step is looked through for: 60 s at full speed cross no more."""
 FISHER = 0.01
 """Chance of a false alarm of Fisher's test for one frequency in noise (Proc. R. Soc. A 125, 1929)."""
 REST = 0.1
-"""Part of the mean speed below which the winch is at rest; noise, however large, puts no more than 5 % of the samples there."""
+"""Part of the mean speed below which the winch is at rest; noise, however large, puts no more than 5 % of the samples
+there."""
 LEAST_KNOWN = 3.0
 """A speed that is not three standard uncertainties from zero has no direction."""
 LEVEL_CHANGE = 1.5
@@ -93,7 +94,8 @@ def bad_code(findings: Iterable[Finding], names: Sequence[str], start: float, en
 
 
 def pieces_of(search: Search, cut: Cut, direction: int) -> tuple[list[Piece], list[Rejected]]:
-    """A step in parts without holes and jumps, each at least as long as a window; and what is too short, with its reason."""
+    """A step in parts without holes and jumps, each at least as long as a window; and what is too short, with its
+    reason."""
     s, pieces, refused = search.settings, [], []
     last = int(np.searchsorted(search.t, search.t[cut.end - 1] + 0.5 * search.dt - s.guard, "right"))
     inside = np.arange(cut.begin, max(min(last, cut.end), cut.begin + 1))
@@ -119,14 +121,18 @@ def _long_enough(search: Search, part: IntArray) -> bool:
     return span >= s.least_length * (1.0 - 1e-9) and len(part) >= (1.0 - s.doubtful) * whole
 
 
-def _too_short(search: Search, cut: Cut, part: IntArray, inside: IntArray, direction: int, *, jumped: bool, after: str) -> Rejected:
+def _too_short(
+    search: Search, cut: Cut, part: IntArray, inside: IntArray, direction: int, *, jumped: bool, after: str
+) -> Rejected:
     """Why a part of a step gives no window."""
     least = f"a window needs {search.settings.least_length:.3g} s and {search.settings.least_samples} samples"
     begin, end = (int(part[0]), int(part[-1]) + 1) if len(part) else (int(inside[0]), int(inside[-1]) + 1)
     span = float(search.t[end - 1] - search.t[begin]) + search.dt
     lost = search.bad[inside]
     if len(part) == 0 or np.any(search.bad[begin:end]) or (np.any(lost) and after == "hole"):
-        code = bad_code(search.log.findings, (*search.effort_sources, *search.held), search.t[inside[0]], search.t[inside[-1]])
+        code = bad_code(
+            search.log.findings, (*search.effort_sources, *search.held), search.t[inside[0]], search.t[inside[-1]]
+        )
         seconds = (float(np.sum(lost)) * search.dt, len(inside) * search.dt)
         reason = f"{code}: {seconds[0]:.3g} s of {seconds[1]:.3g} s cannot be trusted; {least}"
         return search.rejected(begin, end, direction, code, reason)
@@ -160,7 +166,8 @@ def _at_jumps(search: Search, run: IntArray, bounded: str) -> list[tuple[IntArra
 
 
 def find_jumps(t: FloatArray, e: FloatArray, least: float) -> list[int]:
-    """Indices at which the level of e changes suddenly, by time: a jump, no drift, and not the first seconds of a step."""
+    """Indices at which the level of e changes suddenly, by time: a jump, no drift, and not the first seconds of a
+    step."""
     if len(t) < 8 or t[-1] - t[0] < JUMP_FAR + 2.0 * JUMP_SIDE:
         return []
     before, after, _, count = sides(t, e, JUMP_SIDE)
@@ -178,7 +185,8 @@ def find_jumps(t: FloatArray, e: FloatArray, least: float) -> list[int]:
 
 
 def last_part(search: Search, piece: Piece) -> tuple[IntArray, str] | str:
-    """Bins of the longest last part without drift, and why the beginning was left out; or "code|reason" where there is none."""
+    """Bins of the longest last part without drift, and why the beginning was left out; or "code|reason" where there is
+    none."""
     s, tolerance = search.settings, search.tolerances(piece.begin, piece.end)
     idx = _without_ramp(search, piece.good, float(tolerance[0]) / LEVEL_CHANGE)
     packed = blocks(np.concatenate([search.t[idx][None, :], search.channels[:, idx]]), TREND_BLOCKS)
@@ -212,7 +220,8 @@ def last_part(search: Search, piece: Piece) -> tuple[IntArray, str] | str:
 
 
 def _without_ramp(search: Search, idx: IntArray, limit: float) -> IntArray:
-    """Without the beginning of the next ramp, which is too slow to show at once where the converter is coarse or the noise large."""
+    """Without the beginning of the next ramp, which is too slow to show at once where the converter is coarse or the
+    noise large."""
     bins = max(3, round(search.settings.smoothing / search.dt))
     fewest = max(search.settings.least_samples, round(search.settings.least_length / search.dt), 4 * bins)
     while len(idx) - bins >= fewest:
@@ -225,11 +234,12 @@ def _without_ramp(search: Search, idx: IntArray, limit: float) -> IntArray:
 
 
 def _best_known(x: FloatArray, starts: IntArray) -> int:
-    """Which of the starts gives the best known means of speed and effort: the least variance over count, each against its best.
+    """Which of the starts gives the best known means of speed and effort: the least variance over count, each against
+    its best.
 
-    Source: White, An effective truncation heuristic for bias reduction in simulation output, Simulation 69 (1997): the marginal
-    standard error rule, which looks for the start in the first half as here. It takes the end of a decay away that is still
-    within the tolerances.
+    Source: White, An effective truncation heuristic for bias reduction in simulation output, Simulation 69 (1997): the
+    marginal standard error rule, which looks for the start in the first half as here. It takes the end of a decay away
+    that is still within the tolerances.
     """
     n = x.shape[1]
     starts = starts[: len(starts) // 2 + 1]
@@ -246,7 +256,10 @@ def _not_steady(search: Search, worst: FloatArray, drift: FloatArray, span: floa
     name, limit = search.name(bad), abs(drift[bad]) / worst[bad] if worst[bad] else 0.0
     code = "displacement moved" if bad > 1 else "settling"
     verb = "moved" if bad > 1 else "still drifted"
-    return f"{code}|{name} {verb} by {search.text(name, drift[bad])} over the last {span:.3g} s; allowed is {search.text(name, limit)}"
+    return (
+        f"{code}|{name} {verb} by {search.text(name, drift[bad])} over the last {span:.3g} s; allowed is"
+        f" {search.text(name, limit)}"
+    )
 
 
 def window_of(search: Search, piece: Piece, use: IntArray, direction: int) -> Window | Rejected:
@@ -261,7 +274,9 @@ def window_of(search: Search, piece: Piece, use: IntArray, direction: int) -> Wi
         return search.text("speed", x)
 
     if abs(speed) < search.slowest:
-        return search.rejected(begin, end, direction, "too slow", f"{text(speed)} is below the least speed {text(search.slowest)}")
+        return search.rejected(
+            begin, end, direction, "too slow", f"{text(speed)} is below the least speed {text(search.slowest)}"
+        )
     if abs(speed) < LEAST_KNOWN * u_speed:
         reason = f"{text(speed)} is not known better than to {text(NORMAL_95 * u_speed)} (95 %)"
         return search.rejected(begin, end, direction, "too slow", reason)
@@ -275,7 +290,9 @@ def window_of(search: Search, piece: Piece, use: IntArray, direction: int) -> Wi
         amplitude, period = oscillation(search.t[use], x, s.oscillation * scale)
         if amplitude > s.oscillation * scale:
             limit = search.text(name, s.oscillation * scale)
-            reason = f"{name} swings by +-{search.text(name, amplitude)} with a period of {period:.3g} s; allowed is {limit}"
+            reason = (
+                f"{name} swings by +-{search.text(name, amplitude)} with a period of {period:.3g} s; allowed is {limit}"
+            )
             return search.rejected(begin, end, direction, "oscillating", reason)
     others = search.means(use)
     start, stop = float(search.t[begin]) - 0.5 * search.dt, float(search.t[end - 1]) + 0.5 * search.dt
@@ -283,7 +300,8 @@ def window_of(search: Search, piece: Piece, use: IntArray, direction: int) -> Wi
 
 
 def oscillation(t: FloatArray, x: FloatArray, least: float) -> tuple[float, float]:
-    """Amplitude and period of the strongest frequency, (0, 0) where it is below `least` or may be noise (Fisher's test).
+    """Amplitude and period of the strongest frequency, (0, 0) where it is below `least` or may be noise (Fisher's
+    test).
 
     Only frequencies with two periods or more in the stretch count: one is a drift.
     """

@@ -14,7 +14,8 @@ from stillhook.statistics.correlated_mean import OF_SECOND_DIFFERENCES, noise_of
 NOISE_LIMIT = 4.0
 """Standard deviations of noise above which a change of speed is one."""
 SWINGS = 4.0
-"""How much longer speed is averaged where it swings: twice over 2 s, a whole period of 0.5 Hz, the slowest swing of a load."""
+"""How much longer speed is averaged where it swings: twice over 2 s, a whole period of 0.5 Hz, the slowest swing of a
+load."""
 TO_AND_FRO = 3.0
 """Path of the speed over its net change that makes a swing: once up, down and up again."""
 NOISE_AROUND = 21
@@ -43,7 +44,8 @@ def noise_along(x: FloatArray) -> FloatArray:
 
 
 def sides(t: FloatArray, x: FloatArray, h: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Means over (t-h, t) and (t, t+h), each with the bin itself; the distance of their middles; bins in the smaller side."""
+    """Means over (t-h, t) and (t, t+h), each with the bin itself; the distance of their middles; bins in the smaller
+    side."""
     n = len(t)
     here = np.arange(n)
     lo, hi = np.searchsorted(t, t - h * (1.0 + 1e-9), "left"), np.searchsorted(t, t + h * (1.0 + 1e-9), "right")
@@ -59,15 +61,18 @@ def find_steps(
 ) -> list[Step]:
     """Steps by time. Where speed swings too much to see one, it is looked for once more with the swinging smoothed out.
 
-    Parameters: t bin centres [s], v speed, command (or none), all finite, shape (n,); holes True where something is missing
-    between this bin and the one before, shape (n,); quantum step of the converter of the speed, 0 where it has none.
+    Parameters: t bin centres [s], v speed, command (or none), all finite, shape (n,); holes True where something is
+    missing between this bin and the one before, shape (n,); quantum step of the converter of the speed, 0 where it has
+    none.
     """
     if len(t) < settings.least_samples:
         return []
     dt = float(np.median(np.diff(t)))
     fine = _find(t, v, command, holes, quantum, max(settings.smoothing, 1.01 * dt), settings)
     left, right, _, _ = sides(t, v, 0.5 * SWINGS * settings.smoothing)
-    swung = _find(t, 0.5 * (left + right), command, holes, quantum, max(SWINGS * settings.smoothing, 1.01 * dt), settings)
+    swung = _find(
+        t, 0.5 * (left + right), command, holes, quantum, max(SWINGS * settings.smoothing, 1.01 * dt), settings
+    )
     coarse = [s for s in swung if _swings(v[s.begin : s.end])]
     whole = [s for s in fine if t[s.end - 1] - t[s.begin] + dt >= settings.least_length]
     found = whole + [s for s in coarse if not _overlaps(s, whole)]
@@ -99,7 +104,9 @@ def _find(
     smooth = 0.5 * (left + right)
     full = float(np.max(np.abs(smooth)))
     steady = np.abs(right - left) <= np.maximum(settings.speed_rate * np.abs(smooth) * apart, NOISE_LIMIT * noise)
-    steady &= np.abs(smooth) > np.maximum(NOISE_LIMIT * noise / 2.0, 1e-4 * full)  # a ten-thousandth of full speed is standstill
+    steady &= np.abs(smooth) > np.maximum(
+        NOISE_LIMIT * noise / 2.0, 1e-4 * full
+    )  # a ten-thousandth of full speed is standstill
     u_step, u_smooth = 0.0, smooth
     if command is not None:
         before, after, _, n_u = sides(t, command, h)
@@ -128,7 +135,8 @@ def _joined(
     u_step: float,
     settings: WindowSettings,
 ) -> list[Step]:
-    """Pieces of one step put together again: same direction, speed and command, a short disturbance between them, no hole."""
+    """Pieces of one step put together again: same direction, speed and command, a short disturbance between them, no
+    hole."""
     out: list[tuple[Step, tuple[float, float]]] = []
     for piece, (v, u) in zip(pieces, levels, strict=True):
         if out:
@@ -139,7 +147,10 @@ def _joined(
             near = t[piece.begin] - t[last.end - 1] <= settings.bridge and not np.any(holes[last.end : piece.begin + 1])
             if same and near and piece.direction == last.direction:
                 a, b = last.end - last.begin, piece.end - piece.begin
-                out[-1] = (Step(last.begin, piece.end, last.direction), ((a * v0 + b * v) / (a + b), (a * u0 + b * u) / (a + b)))
+                out[-1] = (
+                    Step(last.begin, piece.end, last.direction),
+                    ((a * v0 + b * v) / (a + b), (a * u0 + b * u) / (a + b)),
+                )
                 continue
         out.append((piece, (v, u)))
     return [step for step, _ in out]

@@ -1,7 +1,7 @@
 """Steady stretches of a staircase test, found by themselves: what is used, what is not, and why.
 
-Source of the test: Moslatt 2020 section 2.2 and figure 2.5: hoisting and lowering in turn at rising pump command, data "from the
-last part of the steady-state situation to ensure stabilized pressures and velocities".
+Source of the test: Moslatt 2020 section 2.2 and figure 2.5: hoisting and lowering in turn at rising pump command, data
+"from the last part of the steady-state situation to ensure stabilized pressures and velocities".
 """
 
 from __future__ import annotations
@@ -16,7 +16,15 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.errors import IdentifyError
 from stillhook.identify.steady_state.records import Rejected, Steady, Window, WindowSettings
-from stillhook.identify.steady_state.steady_tail import LEVEL_CHANGE, Cut, Piece, bad_code, last_part, pieces_of, window_of
+from stillhook.identify.steady_state.steady_tail import (
+    LEVEL_CHANGE,
+    Cut,
+    Piece,
+    bad_code,
+    last_part,
+    pieces_of,
+    window_of,
+)
 from stillhook.identify.steady_state.steps import Step, find_steps
 from stillhook.statistics.correlated_mean import SHARE_OF_RANGE, converter_step, noise_of
 from stillhook.units import KINDS, show
@@ -29,13 +37,16 @@ __all__ = ["Rejected", "Steady", "Window", "WindowSettings", "steady_windows"]
 
 
 HIGH = 95.0
-"""Percentile of a signal's magnitude that stands for "high": above settled values, below the spikes of starting and stopping."""
+"""Percentile of a signal's magnitude that stands for "high": above settled values, below the spikes of starting and
+stopping."""
 REST_SHARE = 0.01
 """Part of full speed below which time that nothing else claims is counted as standing."""
 RAMP_CHANGE, RAMP_STRAIGHT = 0.3, 0.7
-"""Change of speed within a stretch, over its mean, from which it is a ramp, and the least part of the path that is this change."""
+"""Change of speed within a stretch, over its mean, from which it is a ramp, and the least part of the path that is this
+change."""
 WORTH_TELLING = 0.5
-"""Stretches shorter than this part of the least length are ramps and overshoots, and are counted as such, not told one by one."""
+"""Stretches shorter than this part of the least length are ramps and overshoots, and are counted as such, not told one
+by one."""
 
 
 def steady_windows(
@@ -53,15 +64,18 @@ def steady_windows(
 ) -> Steady:
     """Steady stretches of a log.
 
-    Parameters: log as `read_log` gives it; speed name of the signal whose sign is the direction (hoisting positive); effort name of
-    the signal that friction shows in, "dp_m" also where only p_a and p_b are there, or an array of shape (n,) in SI; command name
-    of a set signal whose changes begin new steps; held names of signals that must stay (displacement); made_of signals behind an
-    effort array, whose doubtful bins count as the effort's; layer_limits values of `position` at which the wire changes its layer
-    [m]: no stretch runs across one; kinds units.KINDS of signals by name, for texts ("effort" itself may be named).
-    Every step is averaged over the longest last part in which speed, effort and held signals do not drift: beyond their tolerance
-    *and* beyond their noise. Errors: IdentifyError for a name that the log does not have, or no sample to work on.
+    Parameters: log as `read_log` gives it; speed name of the signal whose sign is the direction (hoisting positive);
+    effort name of the signal that friction shows in, "dp_m" also where only p_a and p_b are there, or an array of shape
+    (n,) in SI; command name of a set signal whose changes begin new steps; held names of signals that must stay
+    (displacement); made_of signals behind an effort array, whose doubtful bins count as the effort's; layer_limits
+    values of `position` at which the wire changes its layer [m]: no stretch runs across one; kinds units.KINDS of
+    signals by name, for texts ("effort" itself may be named). Every step is averaged over the longest last part in
+    which speed, effort and held signals do not drift: beyond their tolerance *and* beyond their noise. Errors:
+    IdentifyError for a name that the log does not have, or no sample to work on.
     """
-    search = _Search(log, speed, effort, command, tuple(held), tuple(made_of), dict(kinds or {}), settings or WindowSettings())
+    search = _Search(
+        log, speed, effort, command, tuple(held), tuple(made_of), dict(kinds or {}), settings or WindowSettings()
+    )
     windows: list[Window] = []
     rejected: list[Rejected] = list(search.bad_speed())
     trimmed: list[Rejected] = []
@@ -76,7 +90,9 @@ def steady_windows(
     rejected += search.never_steady([*windows, *rejected])
     key = lambda r: r.start
     time = search.time_by_use(windows, rejected, trimmed)
-    return Steady(tuple(sorted(windows, key=key)), tuple(sorted(rejected, key=key)), tuple(sorted(trimmed, key=key)), time)
+    return Steady(
+        tuple(sorted(windows, key=key)), tuple(sorted(rejected, key=key)), tuple(sorted(trimmed, key=key)), time
+    )
 
 
 class _Search:
@@ -97,7 +113,10 @@ class _Search:
         v = self.signal(speed)
         e, name, parts = self._effort(effort, made_of)
         self.effort_sources = parts
-        self.kinds = {"speed": kind_of(log, speed, kinds), "effort": kind_of(log, name, kinds) or kinds.get("effort", "")}
+        self.kinds = {
+            "speed": kind_of(log, speed, kinds),
+            "effort": kind_of(log, name, kinds) or kinds.get("effort", ""),
+        }
         self.kinds.update({h: kind_of(log, h, kinds) for h in held})
         doubtful_speed = self.doubt((speed,)) | ~np.isfinite(v)
         if command is not None:
@@ -134,7 +153,9 @@ class _Search:
         """Full speed, high effort, steps of the converters, least uncertainties."""
         good_e = self.e[np.isfinite(self.e)]
         self.full_speed = float(np.max(np.abs(self.v)))
-        moving = np.abs(self.v) > REST_SHARE * self.full_speed  # high effort is one of a moving winch, however long it stood
+        moving = (
+            np.abs(self.v) > REST_SHARE * self.full_speed
+        )  # high effort is one of a moving winch, however long it stood
         use = self.e[moving & np.isfinite(self.e)]
         self.high_effort = float(np.percentile(np.abs(use if len(use) else good_e), HIGH)) if len(good_e) else 0.0
         named = self.settings.resolution
@@ -184,7 +205,10 @@ class _Search:
             if label[a] == 0.0 or length < self.settings.least_length:
                 continue
             if not any(w.start < self.t[b - 1] and w.end > self.t[a] for w in told):
-                reason = f"moved for {length:.3g} s, at no time at steady speed for {WORTH_TELLING * self.settings.least_length:.3g} s"
+                reason = (
+                    f"moved for {length:.3g} s, at no time at steady speed for"
+                    f" {WORTH_TELLING * self.settings.least_length:.3g} s"
+                )
                 yield self.rejected(a, b, int(label[a]), "short", reason)
 
     def pause_or_ramp(self, r: Rejected) -> bool:
@@ -208,7 +232,9 @@ class _Search:
             start, end = self.log.t[a] - 0.5 * self.dt, self.log.t[b - 1] + 0.5 * self.dt
             if end - start >= self.settings.least_length:
                 code = bad_code(self.log.findings, (self.speed_name,), start, end)
-                yield Rejected(start, end, 0, np.nan, np.nan, f"no speed to trust for {end - start:.3g} s ({code})", code)
+                yield Rejected(
+                    start, end, 0, np.nan, np.nan, f"no speed to trust for {end - start:.3g} s ({code})", code
+                )
 
     def means(self, use: NDArray[np.intp]) -> dict[str, float]:
         """Mean of every signal of the log over these bins; signals without a good one are left out."""
@@ -222,9 +248,13 @@ class _Search:
         v, e = self.v[begin:end], self.e[begin:end]
         e = e[np.isfinite(e)]
         start, stop = self.t[begin] - 0.5 * self.dt, self.t[end - 1] + 0.5 * self.dt
-        return Rejected(float(start), float(stop), direction, float(v.mean()), float(e.mean()) if len(e) else np.nan, reason, code)
+        return Rejected(
+            float(start), float(stop), direction, float(v.mean()), float(e.mean()) if len(e) else np.nan, reason, code
+        )
 
-    def time_by_use(self, windows: Sequence[Window], rejected: Sequence[Rejected], trimmed: Sequence[Rejected]) -> dict[str, float]:
+    def time_by_use(
+        self, windows: Sequence[Window], rejected: Sequence[Rejected], trimmed: Sequence[Rejected]
+    ) -> dict[str, float]:
         """Seconds of the log by what became of them."""
         labels = ("changing speed", "standing", "rejected", "trimmed", "used")
         state = np.zeros(len(self.log.t), dtype=int)
@@ -247,11 +277,14 @@ def signal_of(log: Log, name: str) -> FloatArray:
 
 
 def effort_of(log: Log, effort: str | FloatArray) -> FloatArray:
-    """The effort of every bin, shape (n,): a signal, p_a - p_b for "dp_m" where only those are there, or the array that is given."""
+    """The effort of every bin, shape (n,): a signal, p_a - p_b for "dp_m" where only those are there, or the array that
+    is given."""
     if not isinstance(effort, str):
         values = np.asarray(effort, dtype=float)
         if values.shape != log.t.shape:
-            raise IdentifyError(f"effort: {values.shape} values for {log.t.shape} samples. Give one for each bin of the log.")
+            raise IdentifyError(
+                f"effort: {values.shape} values for {log.t.shape} samples. Give one for each bin of the log."
+            )
         return values
     if effort == "dp_m" and effort not in log.signals and "p_a" in log.signals:
         return signal_of(log, "p_a") - signal_of(log, "p_b")
@@ -259,7 +292,8 @@ def effort_of(log: Log, effort: str | FloatArray) -> FloatArray:
 
 
 def kind_of(log: Log, name: str | FloatArray, kinds: Mapping[str, str] | None = None) -> str:
-    """Key of units.KINDS of a signal: as the caller says, as the mapping says, as the variable of that name; "" where nothing does."""
+    """Key of units.KINDS of a signal: as the caller says, as the mapping says, as the variable of that name; "" where
+    nothing does."""
     if not isinstance(name, str):
         name = "effort"
     if kinds and name in kinds:
@@ -279,7 +313,9 @@ def _cut_at_layers(search: _Search, step: Step, limits: Sequence[float], positio
         return [Cut(step.begin, step.end, "step", "step")]
     where = search.signal(position)[search.at][step.begin : step.end]
     layer = np.searchsorted(np.sort(np.asarray(limits, dtype=float)), where)
-    layer = np.maximum.accumulate(layer) if layer[-1] >= layer[0] else np.minimum.accumulate(layer)  # noise crosses no layer twice
+    layer = (
+        np.maximum.accumulate(layer) if layer[-1] >= layer[0] else np.minimum.accumulate(layer)
+    )  # noise crosses no layer twice
     edges = [0, *(np.nonzero(np.diff(layer))[0] + 1).tolist(), len(layer)]
     return [
         Cut(step.begin + a, step.begin + b, "step" if a == 0 else "layer", "step" if b == len(layer) else "layer")

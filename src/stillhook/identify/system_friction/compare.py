@@ -1,4 +1,5 @@
-"""System frictions of several sets beside each other: Coulomb, stiction and viscous parts over motor speed, with what is known of them."""
+"""System frictions of several sets beside each other: Coulomb, stiction and viscous parts over motor speed, with what
+is known of them."""
 
 from __future__ import annotations
 
@@ -38,8 +39,10 @@ SLOPE_STEP = 1e-4
 
 @dataclass(frozen=True)
 class Split:
-    """Friction of one set over motor speed, per motor shaft [N m]: coulomb Y_2 + Y_6 T_d, stiction (Y_1 T_d + Y_3) exp(-|n|/Y_4),
-    viscous Y_5 omega, total their sum; half half the width of the total's 95 % band, None where the set has no evidence."""
+    """Friction of one set over motor speed, per motor shaft [N m]: coulomb Y_2 + Y_6 T_d, stiction (Y_1 T_d + Y_3)
+    exp(-|n|/Y_4), viscous Y_5 omega, total their sum; half half the width of the total's 95 % band, None where the set
+    has no evidence.
+    """
 
     item: FrictionSet
     omega: FloatArray
@@ -64,7 +67,8 @@ class Split:
 
 
 def split(item: FrictionSet, T_d: float, omega: FloatArray) -> Split:
-    """Friction of a set at drum torque T_d [N m] over motor speeds omega [rad/s]. Source: Moslatt 2020 eq. 2.7 and paper D figure 8."""
+    """Friction of a set at drum torque T_d [N m] over motor speeds omega [rad/s]. Source: Moslatt 2020 eq. 2.7 and
+    paper D figure 8."""
     half = band(item.system, item.evidence, T_d, omega) if item.evidence is not None else None
     return Split(item, omega, *_parts(item.system, T_d, omega), half)
 
@@ -75,7 +79,8 @@ def _parts(s: SystemFriction, T_d: float, omega: FloatArray) -> tuple[FloatArray
 
 
 def band(system: SystemFriction, evidence: Evidence, T_d: float, omega: FloatArray) -> FloatArray:
-    """Half the width of the 95 % confidence band of the total friction [N m]: covariance carried through to first order, Student's t."""
+    """Half the width of the 95 % confidence band of the total friction [N m]: covariance carried through to first
+    order, Student's t."""
     from scipy.stats import t
 
     slopes = []
@@ -91,17 +96,21 @@ def band(system: SystemFriction, evidence: Evidence, T_d: float, omega: FloatArr
 
 
 def drum_torque(crane: Crane, load: float, layer: int | None = None) -> float:
-    """Drum torque of a load [kg] and the crane's hook on a layer (default: the outermost) [N m]. Errors: IdentifyError."""
+    """Drum torque of a load [kg] and the crane's hook on a layer (default: the outermost) [N m]. Errors:
+    IdentifyError."""
     n = crane.drum.layers if layer is None else layer
     if not 1 <= n <= crane.drum.layers:
         raise IdentifyError(f'layer = {n}: the drum of "{crane.name}" has layers 1 to {crane.drum.layers}.')
     if not 0.0 <= load <= crane.SWL:
-        raise IdentifyError(f'load {show(load, "mass")}: "{crane.name}" lifts 0 t to {show(crane.SWL, "mass")}. Give a load in between.')
+        raise IdentifyError(
+            f'load {show(load, "mass")}: "{crane.name}" lifts 0 t to {show(crane.SWL, "mass")}. Give a load in between.'
+        )
     return (load + crane.hook_mass) * G * 0.5 * float(layer_diameter(float(n), drum_record(crane)))
 
 
 def notes(splits: Sequence[Split], T_d: float) -> list[str]:
-    """What must be known before the numbers are used: extrapolations, and what the data of a set cannot tell. One line each."""
+    """What must be known before the numbers are used: extrapolations, and what the data of a set cannot tell. One line
+    each."""
     out = []
     for s in splits:
         e = s.item.evidence
@@ -118,12 +127,21 @@ def notes(splits: Sequence[Split], T_d: float) -> list[str]:
 
 
 def table(splits: Sequence[Split]) -> list[dict[str, Any]]:
-    """One row a set, SI: its parts at standstill and at 1000 rev/min, and the total at `AT` with half the width of its band."""
+    """One row a set, SI: its parts at standstill and at 1000 rev/min, and the total at `AT` with half the width of its
+    band."""
     rows = []
     for s in splits:
         total = {f"{n:g} rev/min": float(np.interp(n, s.omega * 30.0 / np.pi, s.total)) for n in AT}
-        half = {n: None if s.half is None else float(np.interp(float(n.split()[0]), s.omega * 30.0 / np.pi, s.half)) for n in total}
-        row = {"set": s.item.name, "title": s.item.title, "coulomb": float(s.coulomb[0]), "stiction": float(s.stiction[0])}
+        half = {
+            n: None if s.half is None else float(np.interp(float(n.split()[0]), s.omega * 30.0 / np.pi, s.half))
+            for n in total
+        }
+        row = {
+            "set": s.item.name,
+            "title": s.item.title,
+            "coulomb": float(s.coulomb[0]),
+            "stiction": float(s.stiction[0]),
+        }
         viscous = float(np.interp(1000.0, s.omega * 30.0 / np.pi, s.viscous))
         rows.append(row | {"viscous_1000": viscous, "total": total, "half_95": half, "sources": provenance(s.item)})
     return rows
@@ -138,15 +156,17 @@ def provenance(item: FrictionSet | Any) -> list[str]:
 
 
 def figure(splits: Sequence[Split], T_d: float, what: str = "") -> Figure:
-    """Total friction and its three parts over motor speed, one colour a set, bands where they are known, dotted where a set's own data
-    do not reach, sources below.
+    """Total friction and its three parts over motor speed, one colour a set, bands where they are known, dotted where a
+    set's own data do not reach, sources below.
 
     Source of the arrangement: Moslatt 2020 paper D figure 8. what: in words, what gives the drum torque.
     """
     from matplotlib.figure import Figure  # heavy: only where pictures are wanted
 
     caption = "\n".join(
-        line for s in splits for line in textwrap.wrap(f"{s.item.name}: {'; '.join(provenance(s.item))}", 130, subsequent_indent="    ")
+        line
+        for s in splits
+        for line in textwrap.wrap(f"{s.item.name}: {'; '.join(provenance(s.item))}", 130, subsequent_indent="    ")
     )
     picture = Figure(figsize=(10.0, 8.2 + 0.17 * caption.count("\n")), layout="constrained")
     axes = picture.subplots(2, 2, sharex=True, sharey=True).ravel()
@@ -156,7 +176,9 @@ def figure(splits: Sequence[Split], T_d: float, what: str = "") -> Figure:
             ax.plot(n, np.where(s.inside, s.part(name), np.nan), color=colour, lw=1.6, label=s.item.name)
             ax.plot(n, np.where(s.inside, np.nan, s.part(name)), color=colour, lw=1.2, ls=":")
             if name == "total" and s.half is not None:
-                ax.fill_between(n, s.total - s.half, s.total + s.half, color=colour, alpha=0.2, lw=0.0, label=f"{s.item.name}, 95 %")
+                ax.fill_between(
+                    n, s.total - s.half, s.total + s.half, color=colour, alpha=0.2, lw=0.0, label=f"{s.item.name}, 95 %"
+                )
         ax.set_title(name, fontsize="medium")
         ax.grid(alpha=0.3)
     axes[0].set_ylim(bottom=0.0)

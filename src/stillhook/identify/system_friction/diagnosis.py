@@ -15,15 +15,17 @@ from stillhook.identify.system_friction.fitting.uncertainty import Interval, bli
 from stillhook.units import parse, show
 
 ONE_LOAD = 1.3
-"""Ratio of the largest to the smallest drum torque below which a campaign has one load: what is in proportion to it and what is
-constant then differ by less than a third over the whole campaign."""
+"""Ratio of the largest to the smallest drum torque below which a campaign has one load: what is in proportion to it and
+what is constant then differ by less than a third over the whole campaign."""
 LIGHT = 0.2
-"""Share of SWL below which a single load is a light one, so that constant terms are kept and not those in proportion to the load."""
+"""Share of SWL below which a single load is a light one, so that constant terms are kept and not those in proportion to
+the load."""
 SLOW = parse("150 rev/min", "rotation")
-"""A campaign whose slowest pair is faster does not see break-away friction fade: published Y_4 are 157 to 270 rev/min, and at
-150 rev/min four to six tenths of it are gone."""
+"""A campaign whose slowest pair is faster does not see break-away friction fade: published Y_4 are 157 to 270 rev/min,
+and at 150 rev/min four to six tenths of it are gone."""
 FAST = parse("500 rev/min", "rotation")
-"""A campaign whose fastest pair is slower does not separate friction that grows with speed from break-away friction that fades."""
+"""A campaign whose fastest pair is slower does not separate friction that grows with speed from break-away friction
+that fades."""
 ONE_DISPLACEMENT = 0.05
 BOUND_TOGETHER = 0.95
 OUTLIER = 4.0  # standard uncertainties: one in 16,000 by chance
@@ -49,8 +51,8 @@ class Statement:
 
 @dataclass(frozen=True)
 class Design:
-    """What can be asked of a campaign: ``used`` linear parameters that may be free, ``given`` ones that come from elsewhere [SI],
-    and why; ``keep_Y_2`` true where Y_2 stands for more than itself."""
+    """What can be asked of a campaign: ``used`` linear parameters that may be free, ``given`` ones that come from
+    elsewhere [SI], and why; ``keep_Y_2`` true where Y_2 stands for more than itself."""
 
     used: tuple[str, ...]
     given: Mapping[str, float]
@@ -61,8 +63,8 @@ class Design:
 def design(points: Points, SWL_torque: float, like: Mapping[str, float] | None = None) -> Design:
     """Which parameters the loads and speeds of a campaign can tell at all.
 
-    Parameters: points measured ones; SWL_torque drum torque at SWL [N m]; like parameters of another winch [SI], to fill in what
-    this one's tests cannot tell.
+    Parameters: points measured ones; SWL_torque drum torque at SWL [N m]; like parameters of another winch [SI], to
+    fill in what this one's tests cannot tell.
     """
     seen, used, given, out = points.fitted(), list(Y_LINEAR), dict[str, float](), []
     low, high = float(seen.T_d.min()), float(seen.T_d.max())
@@ -75,9 +77,10 @@ def design(points: Points, SWL_torque: float, like: Mapping[str, float] | None =
             given |= {n: like[n] for n in lost}
         filled = "taken from the set given with --like" if like else "left out"
         text = (
-            f"All tests carry about the same drum torque ({show(high, 'drum_torque', 3)}): friction in proportion to the load (Y_1, Y_6) "
-            f"and constant friction (Y_3, Y_2) cannot be told apart; {', '.join(lost)} {filled}, {', '.join(kept)} stand for both. "
-            f"The result holds for this load only. Add a staircase {'with a load near SWL' if light else 'with the empty hook'}."
+            f"All tests carry about the same drum torque ({show(high, 'drum_torque', 3)}): friction in proportion to"
+            f" the load (Y_1, Y_6) and constant friction (Y_3, Y_2) cannot be told apart; {', '.join(lost)} {filled},"
+            f" {', '.join(kept)} stand for both. The result holds for this load only. Add a staircase"
+            f" {'with a load near SWL' if light else 'with the empty hook'}."
         )
         out.append(Statement("one load", False, text))
     slowest, fastest = float(seen.omega.min()), float(seen.omega.max())
@@ -85,21 +88,23 @@ def design(points: Points, SWL_torque: float, like: Mapping[str, float] | None =
         used = [n for n in used if n not in ("Y_1", "Y_3")]
         given |= {n: like[n] for n in ("Y_1", "Y_3", "Y_4")} if like else {}
         text = (
-            f"The slowest pair runs at {show(slowest, 'rotation', 3)}: break-away friction (Y_1, Y_3, Y_4) cannot be seen, "
-            "and stick-slip hangs on it. " + ("It is taken from the set given with --like. " if like else "")
+            f"The slowest pair runs at {show(slowest, 'rotation', 3)}: break-away friction (Y_1, Y_3, Y_4) cannot be"
+            " seen, and stick-slip hangs on it. "
+            + ("It is taken from the set given with --like. " if like else "")
             + "Add steps between 20 and 150 rev/min, or name a set of a similar winch with --like."
         )
         out.append(Statement("no low speed", like is None, text))
     if fastest < FAST:
         text = (
-            f"The fastest pair runs at {show(fastest, 'rotation', 3)}: friction that grows with speed (Y_5) is hardly seen. "
-            "Add steps up to the highest speed of the winch."
+            f"The fastest pair runs at {show(fastest, 'rotation', 3)}: friction that grows with speed (Y_5) is hardly"
+            " seen. Add steps up to the highest speed of the winch."
         )
         out.append(Statement("no high speed", False, text))
     if float(np.ptp(seen.D_m)) < ONE_DISPLACEMENT * float(seen.D_m.max()):
         text = (
-            f"All tests have one displacement ({show(float(seen.D_m.mean()), 'displacement', 3)} a motor): whether the split between "
-            "motor loss and system friction is right cannot be checked. Repeat a load at two thirds of it."
+            f"All tests have one displacement ({show(float(seen.D_m.mean()), 'displacement', 3)} a motor): whether the"
+            " split between motor loss and system friction is right cannot be checked. Repeat a load at two thirds"
+            " of it."
         )
         out.append(Statement("one displacement", False, text))
     constant = "Y_2" in used and "Y_6" not in used and "Y_6" not in given
@@ -107,15 +112,21 @@ def design(points: Points, SWL_torque: float, like: Mapping[str, float] | None =
 
 
 def judge(points: Points, fit: FrictionFit, intervals: Sequence[Interval]) -> tuple[Statement, ...]:
-    """What the fit itself shows: bounds, open or useless intervals, parameters bound together, outliers, what the model leaves over."""
+    """What the fit itself shows: bounds, open or useless intervals, parameters bound together, outliers, what the model
+    leaves over."""
     seen = points.fitted()
     out = [*_nothing(fit), *_bounds(fit), *_intervals(intervals), *_together(points, fit)]
     sigma = fit.noise.sigma
     far = np.flatnonzero(np.abs(fit.residual) > OUTLIER * sigma)
     if len(far):
-        places = ", ".join(f'test "{seen.names[seen.test[i]]}" at {show(float(seen.omega[i]), "rotation", 3)}' for i in far[:FEW])
+        places = ", ".join(
+            f'test "{seen.names[seen.test[i]]}" at {show(float(seen.omega[i]), "rotation", 3)}' for i in far[:FEW]
+        )
         more = f" and {len(far) - FEW} more" if len(far) > FEW else ""
-        text = f"{len(far)} pairs lie more than {OUTLIER:g} standard uncertainties off: {places}{more}. Look at their stretches."
+        text = (
+            f"{len(far)} pairs lie more than {OUTLIER:g} standard uncertainties off: {places}{more}. Look at their"
+            " stretches."
+        )
         out.append(Statement("outliers", False, text))
     return (*out, *_drift(fit), *_left_over(seen, fit))
 
@@ -126,16 +137,17 @@ def _drift(fit: FrictionFit) -> list[Statement]:
     out = []
     if zero > DRIFT_SHOWN:
         text = (
-            f"The zero of p_a - p_b drifts by about {show(zero, 'pressure', 2)} over a test, as hoisting and lowering together show. It is "
-            "taken off, and what stays of it is in the intervals. Let the transmitters warm up and read them at rest before and after each "
-            'test; what repeats badly beyond that belongs into the campaign file: [accuracy] p = "0.1 bar".'
+            f"The zero of p_a - p_b drifts by about {show(zero, 'pressure', 2)} over a test, as hoisting and lowering"
+            " together show. It is taken off, and what stays of it is in the intervals. Let the transmitters warm up"
+            " and read them at rest before and after each test; what repeats badly beyond that belongs into the"
+            ' campaign file: [accuracy] p = "0.1 bar".'
         )
         out.append(Statement("zero drift", False, text))
     if course > COURSE_SHOWN:
         text = (
-            f"Friction goes with time or test beside speed and load, by about {course:.1%} (oil that warms up, or a law of another form): "
-            "at rising speeds this cannot be told from friction that goes with speed, so the intervals are wider. Warm the oil up first, "
-            "and run the speeds once more in falling order."
+            f"Friction goes with time or test beside speed and load, by about {course:.1%} (oil that warms up, or a law"
+            " of another form): at rising speeds this cannot be told from friction that goes with speed, so the"
+            " intervals are wider. Warm the oil up first, and run the speeds once more in falling order."
         )
         out.append(Statement("friction drift", False, text))
     return out
@@ -145,8 +157,8 @@ def _nothing(fit: FrictionFit) -> list[Statement]:
     if any(getattr(fit.y, n) > 0.0 for n in Y_LINEAR):
         return []
     text = (
-        "No system friction is left: the motor loss alone is more than what was measured. Check the motor loss, units and scales, "
-        "and the number of motors."
+        "No system friction is left: the motor loss alone is more than what was measured. Check the motor loss, units"
+        " and scales, and the number of motors."
     )
     return [Statement("nothing left", True, text)]
 
@@ -154,15 +166,19 @@ def _nothing(fit: FrictionFit) -> list[Statement]:
 def _bounds(fit: FrictionFit) -> list[Statement]:
     if "Y_4" in fit.at_bound:
         text = (
-            f"Y_4 ended on the edge of its range ({show(fit.y.Y_4, 'rotation', 3)}): break-away friction does not fade the way the "
-            "model has it. Look at the slowest steps; add some between 20 and 300 rev/min."
+            f"Y_4 ended on the edge of its range ({show(fit.y.Y_4, 'rotation', 3)}): break-away friction does not fade"
+            " the way the model has it. Look at the slowest steps; add some between 20 and 300 rev/min."
         )
         return [Statement("Y_4 at its bound", True, text)]
     return []
 
 
 def _intervals(intervals: Sequence[Interval]) -> list[Statement]:
-    open_ = [i.name for i in intervals if math.isinf(i.high) or (i.name == "Y_4" and i.high >= min(10.0 * i.value, 0.999 * Y_4_MOST))]
+    open_ = [
+        i.name
+        for i in intervals
+        if math.isinf(i.high) or (i.name == "Y_4" and i.high >= min(10.0 * i.value, 0.999 * Y_4_MOST))
+    ]
     zero = [i.name for i in intervals if i.low <= 0.0 and i.name not in open_]
     out = []
     if open_:
@@ -178,7 +194,12 @@ def _together(points: Points, fit: FrictionFit) -> list[Statement]:
     blind = [names for names in blind_directions(points, fit) if len(names) > 1]
     out = [Statement("cannot be told apart", False, f"{' and '.join(names)} {rest}") for names in blind]
     r = correlation(fit)
-    bound = [f"{fit.names[j]} and {a} ({r[i, j]:.2f})" for i, a in enumerate(fit.names) for j in range(i) if abs(r[i, j]) > BOUND_TOGETHER]
+    bound = [
+        f"{fit.names[j]} and {a} ({r[i, j]:.2f})"
+        for i, a in enumerate(fit.names)
+        for j in range(i)
+        if abs(r[i, j]) > BOUND_TOGETHER
+    ]
     if bound and not out:
         text = f"Bound together (correlation): {', '.join(bound)}. Trust what they add up to in the friction, not each."
         out.append(Statement("bound together", False, text))
@@ -197,12 +218,15 @@ def _left_over(seen: Points, fit: FrictionFit) -> list[Statement]:
         if mine.sum() > 2 and abs(r.mean()) > 3.0 * r.std(ddof=1) / math.sqrt(mine.sum()):
             means.append((abs(float(r.mean())), float(r.mean()), seen.names[k], float(seen.D_m[mine].mean())))
     text = (
-        f"The models leave {show(float(np.sqrt(np.mean(fit.residual**2))), 'torque', 2)} a motor (RMS), more than the stretches scatter: "
-        "friction that they do not have"
+        f"The models leave {show(float(np.sqrt(np.mean(fit.residual**2))), 'torque', 2)} a motor (RMS), more than the"
+        " stretches scatter: friction that they do not have"
     )
     if means:
         _, r, name, D = max(means)
         mean = f"{'+' if r > 0 else ''}{show(r, 'torque', 2)}"
         text += f', most in test "{name}" ({show(D, "displacement", 3)} a motor: {mean} in the mean)'
-    text += ". The intervals count it as scatter. Differences that go with displacement point to the motor model (second loop)."
+    text += (
+        ". The intervals count it as scatter. Differences that go with displacement point to the motor model (second"
+        " loop)."
+    )
     return [Statement("left over", False, text)]

@@ -1,4 +1,5 @@
-"""Figures of a campaign as the thesis draws them: friction pressure and torque, system friction, model against measurement, errors."""
+"""Figures of a campaign as the thesis draws them: friction pressure and torque, system friction, model against
+measurement, errors."""
 
 from __future__ import annotations
 
@@ -47,7 +48,8 @@ def figures(result: Friction) -> Mapping[str, Figure]:
         out["model-and-map"] = derived_system_friction(
             result,
             {"fitted model (MJ4)": result.loss, "supplier's map": result.mapped.loss},
-            "System friction derived with the fitted motor model and with the supplier's map itself (as paper D figure 13)",
+            "System friction derived with the fitted motor model and with the supplier's map itself (as paper D"
+            " figure 13)",
         )
     if result.campaign.synthetic:
         for figure in out.values():
@@ -61,7 +63,16 @@ def friction_pressure(result: Friction) -> Figure:
     for style, k, name in _tests(result.points):
         mine = result.points.where(result.points.test == k)
         bars = 1.96 * np.hypot(mine.u_dp, result.fit.tau)
-        ax.errorbar(_rpm(mine.omega), _bar(mine.dp_F), yerr=_bar(bars), ls="none", ms=4, capsize=2, label=_label(result, k, name), **style)
+        ax.errorbar(
+            _rpm(mine.omega),
+            _bar(mine.dp_F),
+            yerr=_bar(bars),
+            ls="none",
+            ms=4,
+            capsize=2,
+            label=_label(result, k, name),
+            **style,
+        )
         grid = result.grid.where(result.grid.test == k)
         ax.plot(_rpm(grid.omega), _bar(grid.dp_F), lw=0.8, color=style["color"])
     return _finished(figure, ax)
@@ -69,23 +80,41 @@ def friction_pressure(result: Friction) -> Figure:
 
 def friction_torque(result: Friction) -> Figure:
     """Friction torque per motor shaft over speed, by test, with the model (figures 2.7, 2.12; paper D figure 7)."""
-    figure, ax = _axes("Friction torque per motor shaft, measured (points) and modelled (lines) (as figures 2.7, 2.12)", "T_f [N m]")
+    figure, ax = _axes(
+        "Friction torque per motor shaft, measured (points) and modelled (lines) (as figures 2.7, 2.12)", "T_f [N m]"
+    )
     for style, k, name in _tests(result.points):
         mine = _sorted(result.points.where(result.points.test == k))
         ax.plot(_rpm(mine.omega), mine.T_f, ls="none", ms=4, label=_label(result, k, name), **style)
-        ax.plot(_rpm(mine.omega), _model(mine, result), lw=1.0, color=style["color"], ls="--" if mine.hold_out.any() else "-")
+        ax.plot(
+            _rpm(mine.omega),
+            _model(mine, result),
+            lw=1.0,
+            color=style["color"],
+            ls="--" if mine.hold_out.any() else "-",
+        )
     return _finished(figure, ax)
 
 
 def system_friction_figure(result: Friction) -> Figure:
-    """System friction per motor shaft: measured less motor loss, and the fitted curve with its 95 % band (figure 2.13)."""
-    figure, ax = _axes("System friction per motor shaft: measured less motor loss, fit with 95 % band (as figure 2.13)", "T_fs [N m]")
+    """System friction per motor shaft: measured less motor loss, and the fitted curve with its 95 % band (figure
+    2.13)."""
+    figure, ax = _axes(
+        "System friction per motor shaft: measured less motor loss, fit with 95 % band (as figure 2.13)", "T_fs [N m]"
+    )
     omega = np.linspace(0.0, float(result.points.omega.max()), 200)
     loads: set[float] = set()
     for style, k, name in _tests(result.points):
         mine = result.points.where(result.points.test == k)
         T_d = float(mine.T_d.mean())
-        ax.plot(_rpm(mine.omega), mine.T_f - motor_loss_at(mine, result.loss), ls="none", ms=4, label=_label(result, k, name), **style)
+        ax.plot(
+            _rpm(mine.omega),
+            mine.T_f - motor_loss_at(mine, result.loss),
+            ls="none",
+            ms=4,
+            label=_label(result, k, name),
+            **style,
+        )
         if round(T_d, -3) not in loads:
             loads.add(round(T_d, -3))
             _band(ax, omega, T_d, result, style["color"])
@@ -97,9 +126,18 @@ def system_friction_figure(result: Friction) -> Figure:
 def _band(ax: Axes, omega: FloatArray, T_d: float, result: Friction, colour: str) -> None:
     n = len(omega)
     at = Points(
-        names=("curve",), test=np.zeros(n, dtype=np.intp), omega_up=omega, omega_down=omega, dp_up=np.zeros(n), dp_down=np.zeros(n),
-        D_m=np.ones(n), T_d=np.full(n, T_d), count=np.ones(n), u_dp=np.zeros(n), hold_out=np.zeros(n, dtype=bool),
-    )  # fmt: skip
+        names=("curve",),
+        test=np.zeros(n, dtype=np.intp),
+        omega_up=omega,
+        omega_down=omega,
+        dp_up=np.zeros(n),
+        dp_down=np.zeros(n),
+        D_m=np.ones(n),
+        T_d=np.full(n, T_d),
+        count=np.ones(n),
+        u_dp=np.zeros(n),
+        hold_out=np.zeros(n, dtype=bool),
+    )
     T = system_friction(omega, at.T_d, result.fit.y)
     half = t_factor(result.fit.dof) * predicted_sd(at, result.fit)
     ax.plot(_rpm(omega), T, color=colour, lw=1.2)
@@ -108,7 +146,11 @@ def _band(ax: Axes, omega: FloatArray, T_d: float, result: Friction, colour: str
 
 def model_against_measured(result: Friction) -> Figure:
     """Total winch friction at the motor shaft, all motors together: modelled over measured (paper D figure 16)."""
-    figure, ax = _axes("Friction of the whole winch: modelled against measured (as paper D figure 16)", "modelled [N m]", "measured [N m]")
+    figure, ax = _axes(
+        "Friction of the whole winch: modelled against measured (as paper D figure 16)",
+        "modelled [N m]",
+        "measured [N m]",
+    )
     top = 0.0
     for style, k, name in _tests(result.points):
         mine = result.points.where(result.points.test == k)
@@ -123,7 +165,9 @@ def model_against_measured(result: Friction) -> Figure:
 
 def error_figure(result: Friction) -> Figure:
     """Model error in % of the nominal torque over speed, by test (paper D figure 17)."""
-    figure, ax = _axes("Model less measured, in % of the nominal torque D_m dp_m (as paper D figure 17)", "error [% of nominal torque]")
+    figure, ax = _axes(
+        "Model less measured, in % of the nominal torque D_m dp_m (as paper D figure 17)", "error [% of nominal torque]"
+    )
     for style, k, name in _tests(result.points):
         mine = _sorted(result.points.where(result.points.test == k))
         ls = "--" if mine.hold_out.any() else "-"
@@ -135,9 +179,12 @@ def error_figure(result: Friction) -> Figure:
 
 
 def motor_old_and_new(result: Friction) -> Figure:
-    """Motor loss before and after the second loop, over speed at three displacements and 200 bar (paper D figure 10)."""
+    """Motor loss before and after the second loop, over speed at three displacements and 200 bar (paper D figure
+    10)."""
     assert result.second is not None
-    figure, ax = _axes("Motor loss at 200 bar before (solid) and after (dashed) the second loop (as paper D figure 10)", "T_fm [N m]")
+    figure, ax = _axes(
+        "Motor loss at 200 bar before (solid) and after (dashed) the second loop (as paper D figure 10)", "T_fm [N m]"
+    )
     omega = np.linspace(0.0, parse("2000 rev/min", "rotation"), 100)
     for colour, share in zip(COLOURS, (1.0, 0.7, 0.4), strict=False):
         D = np.full_like(omega, share * result.campaign.motor.D_max)
@@ -149,8 +196,8 @@ def motor_old_and_new(result: Friction) -> Figure:
 
 
 def derived_system_friction(result: Friction, losses: Mapping[str, Loss], title: str) -> Figure:
-    """Measured friction less the motor loss of each model, one panel a model, one colour a displacement: with a right motor model
-    the points of one load fall on one curve, whatever the displacement (paper D figures 11 to 14)."""
+    """Measured friction less the motor loss of each model, one panel a model, one colour a displacement: with a right
+    motor model the points of one load fall on one curve, whatever the displacement (paper D figures 11 to 14)."""
     from matplotlib.figure import Figure as Canvas
 
     figure = Canvas(figsize=(5.0 * len(losses), 5.0), layout="constrained")
@@ -193,7 +240,11 @@ def _tests(points: Points) -> Sequence[tuple[dict[str, Any], int, str]]:
     out = []
     for i, k in enumerate(np.unique(points.test)):
         held = bool(points.hold_out[points.test == k].any())
-        style = {"color": COLOURS[i % len(COLOURS)], "marker": MARKERS[i % len(MARKERS)], "mfc": "none" if held else None}
+        style = {
+            "color": COLOURS[i % len(COLOURS)],
+            "marker": MARKERS[i % len(MARKERS)],
+            "mfc": "none" if held else None,
+        }
         out.append((style, int(k), points.names[k]))
     return out
 

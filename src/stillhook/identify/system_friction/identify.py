@@ -24,9 +24,23 @@ from stillhook.identify.system_friction.fitting.fit import (
     fit_system,
     predicted,
 )
-from stillhook.identify.system_friction.fitting.model import Y_LINEAR, Y_NAMES, Loss, Y, mj4, motor_loss_at, system_friction_at
+from stillhook.identify.system_friction.fitting.model import (
+    Y_LINEAR,
+    Y_NAMES,
+    Loss,
+    Y,
+    mj4,
+    motor_loss_at,
+    system_friction_at,
+)
 from stillhook.identify.system_friction.fitting.points import Points, joined
-from stillhook.identify.system_friction.fitting.uncertainty import Interval, bootstrap, posterior, profile_intervals, quantile_intervals
+from stillhook.identify.system_friction.fitting.uncertainty import (
+    Interval,
+    bootstrap,
+    posterior,
+    profile_intervals,
+    quantile_intervals,
+)
 from stillhook.identify.system_friction.motor_refit import SecondLoop, second_loop
 from stillhook.identify.system_friction.next_tests import Proposal, propose
 from stillhook.identify.system_friction.remarks import log_statements, motor_statement, unlike
@@ -45,7 +59,6 @@ AGREE = 1e-3
 """Relative difference of the two methods' costs that counts as agreement."""
 
 
-
 class Intervals(StrEnum):
     """How the 95 % intervals are found."""
 
@@ -56,8 +69,8 @@ class Intervals(StrEnum):
 
 @dataclass(frozen=True)
 class Check:
-    """The thesis's own way: cost E on the 25 rev/min grid (eq. 2.8, per motor shaft), by least squares and by the complex method.
-    ``on_grid`` false: too few grid points, so the pairs themselves stand for them."""
+    """The thesis's own way: cost E on the 25 rev/min grid (eq. 2.8, per motor shaft), by least squares and by the
+    complex method. ``on_grid`` false: too few grid points, so the pairs themselves stand for them."""
 
     cost_ours: float
     y_grid: Y
@@ -84,8 +97,10 @@ class HeldOut:
 
 @dataclass(frozen=True)
 class Mapped:
-    """The supplier's map itself as motor loss beside the fitted MJ4 (paper D figure 13): its interpolation, the system friction fitted
-    with it, root mean square residuals of both per motor shaft [N m], and the share of points that lie outside the map."""
+    """The supplier's map itself as motor loss beside the fitted MJ4 (paper D figure 13): its interpolation, the system
+    friction fitted with it, root mean square residuals of both per motor shaft [N m], and the share of points that lie
+    outside the map.
+    """
 
     source: str
     loss: Loss
@@ -97,9 +112,11 @@ class Mapped:
 
 @dataclass(frozen=True)
 class Friction:
-    """Everything that a campaign gave. ``measured`` by test; ``points`` all pairs; ``grid`` the thesis's grid points; ``fit`` the
-    system friction; ``intervals`` 95 %; ``check`` the thesis's way beside ours; ``held_out``; ``second`` loop, ``mapped`` where asked for;
-    ``proposals`` what to test next; ``statements`` what the data cannot tell; ``like`` where filled-in parameters come from."""
+    """Everything that a campaign gave. ``measured`` by test; ``points`` all pairs; ``grid`` the thesis's grid points;
+    ``fit`` the system friction; ``intervals`` 95 %; ``check`` the thesis's way beside ours; ``held_out``; ``second``
+    loop, ``mapped`` where asked for; ``proposals`` what to test next; ``statements`` what the data cannot tell;
+    ``like`` where filled-in parameters come from.
+    """
 
     campaign: Campaign
     loss: Loss
@@ -151,18 +168,22 @@ def friction(
     like: set of a similar winch (library name or file) for parameters that these tests cannot tell.
     intervals: "profile", "bootstrap" or "mcmc" (extra ``mcmc``). loops: rounds of paper D's second loop (0: none).
     loss_map: supplier's map of the motor, to be compared with its fitted model (see `read_map`).
-    variant: of the complex method that checks the fit. proposals: how many further tests to propose. seed: of everything random.
-    progress: called with the share done, 0..1.
+    variant: of the complex method that checks the fit. proposals: how many further tests to propose. seed: of
+    everything random. progress: called with the share done, 0..1.
 
     Errors: LogError, IdentifyError, SpecError, UnitError of one line.
     """
     campaign = source if isinstance(source, Campaign) else load_campaign(source)
     method, variant = choice(Intervals, intervals, "intervals"), choice(Variant, variant, "variant")
     measured = _measured(campaign, progress)
-    campaign = replace(campaign, tests=tuple(m.test for m in measured))  # with the weight of the wire that the logs show
+    campaign = replace(
+        campaign, tests=tuple(m.test for m in measured)
+    )  # with the weight of the wire that the logs show
     points, grid = joined([m.points for m in measured]), joined([m.grid_points for m in measured])
     if not len(points.fitted()):
-        raise IdentifyError(f"{campaign.source}: every test is held out. Leave hold_out = false for those that are to be fitted.")
+        raise IdentifyError(
+            f"{campaign.source}: every test is held out. Leave hold_out = false for those that are to be fitted."
+        )
     loss = mj4(campaign.motor.loss)
     swl = (campaign.crane.SWL + campaign.crane.hook_mass) * G * _lever(campaign, points)
     plan = design(points, swl, _like(like))
@@ -172,16 +193,33 @@ def friction(
     found = profile if method is Intervals.PROFILE else _sampled_intervals(method, points, loss, fit, seed)
     held = held_out_errors(points, loss, fit.y)
     statements = (
-        *plan.statements, *judge(points, fit, profile), *_beyond_claim(held), *motor_statement(campaign, points, fit),
-        *unlike(points, fit.y), *log_statements(measured),
-    )  # fmt: skip
+        *plan.statements,
+        *judge(points, fit, profile),
+        *_beyond_claim(held),
+        *motor_statement(campaign, points, fit),
+        *unlike(points, fit.y),
+        *log_statements(measured),
+    )
     second = second_loop(points, campaign.motor.loss, fit, rounds=loops) if loops else None
     mapped = with_map(points, loss_map, campaign.motor.D_max, fit) if loss_map is not None else None
     return Friction(
-        campaign=campaign, loss=loss, measured=measured, points=points, grid=grid, design=plan, fit=fit, intervals=found, method=method,
-        check=thesis_check(grid, points, loss, fit, variant, seed), held_out=held, second=second,
-        mapped=mapped, proposals=propose(campaign, points, loss, fit, n=proposals) if proposals else (), statements=statements, like=like,
-    )  # fmt: skip
+        campaign=campaign,
+        loss=loss,
+        measured=measured,
+        points=points,
+        grid=grid,
+        design=plan,
+        fit=fit,
+        intervals=found,
+        method=method,
+        check=thesis_check(grid, points, loss, fit, variant, seed),
+        held_out=held,
+        second=second,
+        mapped=mapped,
+        proposals=propose(campaign, points, loss, fit, n=proposals) if proposals else (),
+        statements=statements,
+        like=like,
+    )
 
 
 def thesis_check(
@@ -213,14 +251,19 @@ def thesis_check(
 
 
 def with_map(points: Points, path: str | Path, D_max: float, fit: FrictionFit) -> Mapped:
-    """The same points with the supplier's map as motor loss. Errors: LogError, UnitError of one line for a map that cannot be read."""
+    """The same points with the supplier's map as motor loss. Errors: LogError, UnitError of one line for a map that
+    cannot be read."""
     from stillhook.identify.motor.map import mapped_loss, read_map
 
     supplier = read_map(path, D_max=f"{D_max!r} m^3/rad")
     table = mapped_loss(supplier)
     loss: Loss = lambda omega, D_m, dp: table(omega, D_m, dp)[0]
-    again = fit_system(points, loss, used=tuple(n for n in Y_LINEAR if n in fit.names), keep_Y_2="Y_2" in fit.names, given=fit.given)
-    inside = table(points.omega_up, points.D_m, points.dp_up)[1] & table(points.omega_down, points.D_m, points.dp_down)[1]
+    again = fit_system(
+        points, loss, used=tuple(n for n in Y_LINEAR if n in fit.names), keep_Y_2="Y_2" in fit.names, given=fit.given
+    )
+    inside = (
+        table(points.omega_up, points.D_m, points.dp_up)[1] & table(points.omega_down, points.D_m, points.dp_down)[1]
+    )
     rms_model, rms_map = (float(np.sqrt(np.mean(f.residual**2))) for f in (fit, again))
     return Mapped(supplier.source, loss, again, rms_model, rms_map, float(np.mean(~inside)))
 
@@ -270,11 +313,16 @@ def _beyond_claim(held: tuple[HeldOut, ...]) -> tuple[Statement, ...]:
     worst = max(held, key=lambda h: h.worst, default=None)
     if worst is None or worst.worst <= CLAIM:
         return ()
-    text = f'Held-out test "{worst.test}" is predicted within {worst.worst:.1f} % of nominal torque only; the thesis claims {CLAIM:g} %.'
+    text = (
+        f'Held-out test "{worst.test}" is predicted within {worst.worst:.1f} % of nominal torque only; the thesis'
+        f" claims {CLAIM:g} %."
+    )
     return (Statement("held out", False, text),)
 
 
-def _sampled_intervals(method: Intervals, points: Points, loss: Loss, fit: FrictionFit, seed: int) -> tuple[Interval, ...]:
+def _sampled_intervals(
+    method: Intervals, points: Points, loss: Loss, fit: FrictionFit, seed: int
+) -> tuple[Interval, ...]:
     draw = bootstrap if method is Intervals.BOOTSTRAP else posterior
     return quantile_intervals(draw(points, loss, fit, seed=seed), fit)
 

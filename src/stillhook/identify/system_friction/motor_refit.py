@@ -1,7 +1,9 @@
-"""Second loop of paper D section 3: the motor's loss model is opened and refined on crane data, then the system friction again.
+"""Second loop of paper D section 3: the motor's loss model is opened and refined on crane data, then the system
+friction again.
 
-On the tests that it is fitted to the cost can only fall. Whether the refined model is a better one shows on tests that were held
-out, so both are always reported: a cost that falls there as well has generalised, one that rises has been overfitted.
+On the tests that it is fitted to the cost can only fall. Whether the refined model is a better one shows on tests that
+were held out, so both are always reported: a cost that falls there as well has generalised, one that rises has been
+overfitted.
 """
 
 from __future__ import annotations
@@ -14,14 +16,22 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import IdentifyError
 from stillhook.identify.system_friction.fitting.fit import FrictionFit, cost, covariance, fit_system, predicted
-from stillhook.identify.system_friction.fitting.model import X_NAMES, Y_LINEAR, Loss, Y, mj4, motor_columns, system_friction_at
+from stillhook.identify.system_friction.fitting.model import (
+    X_NAMES,
+    Y_LINEAR,
+    Loss,
+    Y,
+    mj4,
+    motor_columns,
+    system_friction_at,
+)
 from stillhook.identify.system_friction.fitting.points import Points
-from stillhook.spec.crane import TorqueLoss
+from stillhook.spec.circuits import TorqueLoss
 from stillhook.units import show
 
 NARROW = 0.5
-"""Smallest displacement in the tests over the largest one above which the refined motor model has seen too few displacements to be
-trusted elsewhere: passive motors run at a third of theirs while the active ones run at full."""
+"""Smallest displacement in the tests over the largest one above which the refined motor model has seen too few
+displacements to be trusted elsewhere: passive motors run at a third of theirs while the active ones run at full."""
 WORSE = 1.05  # cost on held-out tests after the loop over before, above which it has been overfitted
 BETTER = 0.95
 MATERIAL = 0.1
@@ -30,8 +40,8 @@ MATERIAL = 0.1
 
 @dataclass(frozen=True)
 class Costs:
-    """Cost E per motor shaft (eq. 2.8) [N^2 m^2] over the fitted and the held-out points (NaN where none are held out), and the
-    largest error in % of nominal torque over the held-out ones."""
+    """Cost E per motor shaft (eq. 2.8) [N^2 m^2] over the fitted and the held-out points (NaN where none are held out),
+    and the largest error in % of nominal torque over the held-out ones."""
 
     fitted: float
     held_out: float
@@ -40,8 +50,10 @@ class Costs:
 
 @dataclass(frozen=True)
 class SecondLoop:
-    """``loss`` refined motor parameters; ``covariance`` of the ones in ``X_NAMES`` (SI); ``system`` the friction fitted with them;
-    ``first``, ``second`` costs before and after; ``verdict`` "generalised", "no better", "overfitted" or "untested"; ``statements``."""
+    """``loss`` refined motor parameters; ``covariance`` of the ones in ``X_NAMES`` (SI); ``system`` the friction fitted
+    with them; ``first``, ``second`` costs before and after; ``verdict`` "generalised", "no better", "overfitted" or
+    "untested"; ``statements``.
+    """
 
     loss: TorqueLoss
     covariance: FloatArray
@@ -56,9 +68,9 @@ class SecondLoop:
 def second_loop(points: Points, loss: TorqueLoss, fit: FrictionFit, *, rounds: int = 1) -> SecondLoop:
     """Refine the motor model with the system friction locked, then the system friction with the motor model locked.
 
-    Parameters: points measured ones; loss of the first loop (from the supplier's map); fit system friction found with it;
-    rounds of the loop (the thesis: more than one brought nothing). MJ4 is linear in X_1 to X_5, so each step is a non-negative
-    least-squares problem with one answer. Errors: IdentifyError for fewer points than parameters.
+    Parameters: points measured ones; loss of the first loop (from the supplier's map); fit system friction found with
+    it; rounds of the loop (the thesis: more than one brought nothing). MJ4 is linear in X_1 to X_5, so each step is a
+    non-negative least-squares problem with one answer. Errors: IdentifyError for fewer points than parameters.
     """
     if rounds < 1:
         raise IdentifyError(f"second loop: rounds = {rounds}. Give 1 or more.")
@@ -72,18 +84,33 @@ def second_loop(points: Points, loss: TorqueLoss, fit: FrictionFit, *, rounds: i
         system = fit_system(points, mj4(refined), used=used, keep_Y_2="Y_2" in fit.names, given=fit.given)
     first, second = _costs(points, mj4(loss), fit.y), _costs(points, mj4(refined), system.y)
     verdict = _verdict(first, second, len(points.held_out()))
-    return SecondLoop(refined, spread, system, first, second, rounds, verdict, _statements(points, loss, refined, first, second, verdict))
+    return SecondLoop(
+        refined,
+        spread,
+        system,
+        first,
+        second,
+        rounds,
+        verdict,
+        _statements(points, loss, refined, first, second, verdict),
+    )
 
 
 def _motor_fit(seen: Points, system: FrictionFit) -> tuple[TorqueLoss, FloatArray]:
     from scipy.optimize import nnls
 
     sigma = system.noise.sigma
-    A, b = motor_columns(seen) / sigma[:, None], (seen.T_f - system.noise.shift - system_friction_at(seen, system.y)) / sigma
+    A, b = (
+        motor_columns(seen) / sigma[:, None],
+        (seen.T_f - system.noise.shift - system_friction_at(seen, system.y)) / sigma,
+    )
     size = np.linalg.norm(A, axis=0)
     x = nnls(A / size, b)[0] / size
     excess = max(float(np.sum((b - A @ x) ** 2)) / max(len(seen) - len(x), 1), 1.0)
-    return TorqueLoss.model_construct(None, **{n: float(v) for n, v in zip(X_NAMES, x, strict=True)}), covariance(A) * excess
+    return (
+        TorqueLoss.model_construct(None, **{n: float(v) for n, v in zip(X_NAMES, x, strict=True)}),
+        covariance(A) * excess,
+    )
 
 
 def _costs(points: Points, loss: Loss, y: Y) -> Costs:
@@ -104,10 +131,15 @@ def _verdict(first: Costs, second: Costs, count: int) -> str:
     return "overfitted" if ratio > WORSE else "generalised" if ratio < BETTER else "no better"
 
 
-def _statements(points: Points, old: TorqueLoss, new: TorqueLoss, first: Costs, second: Costs, verdict: str) -> tuple[str, ...]:
+def _statements(
+    points: Points, old: TorqueLoss, new: TorqueLoss, first: Costs, second: Costs, verdict: str
+) -> tuple[str, ...]:
     out = [f"cost on the fitted tests {_change(first.fitted, second.fitted)}"]
     if verdict == "untested":
-        out.append("no test was held out: nobody knows whether the refined model holds elsewhere. Keep the supplier's, or hold tests out")
+        out.append(
+            "no test was held out: nobody knows whether the refined model holds elsewhere. Keep the supplier's, or hold"
+            " tests out"
+        )
     else:
         out.append(f"cost on the held-out tests {_change(first.held_out, second.held_out)}: {verdict}")
     gone = [n for n in X_NAMES if getattr(old, n) > 0.0 and getattr(new, n) <= 0.0]
@@ -116,8 +148,9 @@ def _statements(points: Points, old: TorqueLoss, new: TorqueLoss, first: Costs, 
     D = points.fitted().D_m
     if float(D.min()) > NARROW * float(D.max()):
         out.append(
-            f"the fitted tests have {show(float(D.min()), 'displacement', 3)} to {show(float(D.max()), 'displacement', 3)} only: below, "
-            "the refined motor model is an extrapolation (passive motors run there)"
+            f"the fitted tests have {show(float(D.min()), 'displacement', 3)} to"
+            f" {show(float(D.max()), 'displacement', 3)} only: below, the refined motor model is an extrapolation"
+            " (passive motors run there)"
         )
     return tuple(out)
 

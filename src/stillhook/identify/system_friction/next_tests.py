@@ -1,8 +1,8 @@
 """What to test next: the staircases that shrink the uncertainty of predicted friction most.
 
-Each candidate (load, displacement) adds the information of its staircase of speeds to what the campaign knows already; the gain is
-judged where the crane works: mean variance of the predicted friction over loads, displacements and speeds (I-optimality). The best
-is taken, then the next best with it, and so on.
+Each candidate (load, displacement) adds the information of its staircase of speeds to what the campaign knows already;
+the gain is judged where the crane works: mean variance of the predicted friction over loads, displacements and speeds
+(I-optimality). The best is taken, then the next best with it, and so on.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ UNKNOWN = 1e-12
 
 @dataclass(frozen=True)
 class Proposal:
-    """One staircase to run: load on the hook [kg], displacement of one motor [m^3/rad]; ``sd_before``, ``sd_after`` root mean square
-    standard error of the predicted system friction over the working range, in N m per motor shaft."""
+    """One staircase to run: load on the hook [kg], displacement of one motor [m^3/rad]; ``sd_before``, ``sd_after``
+    root mean square standard error of the predicted system friction over the working range, in N m per motor shaft."""
 
     load: float
     D_m: float
@@ -49,18 +49,22 @@ class Proposal:
 def propose(campaign: Campaign, points: Points, loss: Loss, fit: FrictionFit, *, n: int = 3) -> tuple[Proposal, ...]:
     """The n staircases worth most, in the order in which to run them, no two alike.
 
-    Loads from the empty hook to SWL and displacements down to half of the full one are candidates, as far as the active circuit's
-    relief pressure allows. Errors: IdentifyError where no candidate can be run.
+    Loads from the empty hook to SWL and displacements down to half of the full one are candidates, as far as the active
+    circuit's relief pressure allows. Errors: IdentifyError where no candidate can be run.
     """
     names = _names(fit)
     sigma = max(float(np.sqrt(fit.tau**2 + np.median(points.u_dp) ** 2)), LEAST_SD)
     d = _diameter(campaign, points)
-    range_ = joined([_staircase(campaign, loss, fit, s * campaign.crane.SWL, campaign.motor.D_max, d, sigma) for s in SHARES])
+    range_ = joined(
+        [_staircase(campaign, loss, fit, s * campaign.crane.SWL, campaign.motor.D_max, d, sigma) for s in SHARES]
+    )
     goal = jacobian(range_, _seen_by(fit), names)
     known = _information(points.fitted(), fit, names, fit.tau)
     candidates = _candidates(campaign, loss, fit, d, sigma)
     if not candidates:
-        raise IdentifyError("No staircase can be proposed: even the empty hook is beyond the relief pressure at every displacement.")
+        raise IdentifyError(
+            "No staircase can be proposed: even the empty hook is beyond the relief pressure at every displacement."
+        )
     worth = [_information(c, fit, names, 0.0) for *_, c in candidates]
     out: list[Proposal] = []
     taken: set[int] = set()
@@ -111,7 +115,9 @@ def _diameter(campaign: Campaign, points: Points) -> float:
     return float(layer_diameter(float(campaign.crane.drum.layers), drum_record(campaign.crane)))
 
 
-def _candidates(campaign: Campaign, loss: Loss, fit: FrictionFit, d: float, sigma: float) -> list[tuple[float, float, Points]]:
+def _candidates(
+    campaign: Campaign, loss: Loss, fit: FrictionFit, d: float, sigma: float
+) -> list[tuple[float, float, Points]]:
     a = campaign.crane.active
     found = []
     for share in SHARES:
@@ -123,7 +129,9 @@ def _candidates(campaign: Campaign, loss: Loss, fit: FrictionFit, d: float, sigm
     return found
 
 
-def _staircase(campaign: Campaign, loss: Loss, fit: FrictionFit, load: float, D_m: float, d: float, sigma: float) -> Points:
+def _staircase(
+    campaign: Campaign, loss: Loss, fit: FrictionFit, load: float, D_m: float, d: float, sigma: float
+) -> Points:
     """The points that a staircase would give."""
     omega = np.array(STAIRCASE)
     n = len(omega)
@@ -132,6 +140,15 @@ def _staircase(campaign: Campaign, loss: Loss, fit: FrictionFit, load: float, D_
     dp_L = T_d / campaign.crane.i_hD / (campaign.count * D)
     dp_F = (loss(omega, D, dp_L) + system_friction(omega, T_d, fit.y)) / D
     return Points(
-        names=("planned",), test=np.zeros(n, dtype=np.intp), omega_up=omega, omega_down=omega, dp_up=dp_L + dp_F, dp_down=dp_L - dp_F,
-        D_m=D, T_d=T_d, count=np.full(n, float(campaign.count)), u_dp=np.full(n, sigma), hold_out=np.zeros(n, dtype=bool),
-    )  # fmt: skip
+        names=("planned",),
+        test=np.zeros(n, dtype=np.intp),
+        omega_up=omega,
+        omega_down=omega,
+        dp_up=dp_L + dp_F,
+        dp_down=dp_L - dp_F,
+        D_m=D,
+        T_d=T_d,
+        count=np.full(n, float(campaign.count)),
+        u_dp=np.full(n, sigma),
+        hold_out=np.zeros(n, dtype=bool),
+    )

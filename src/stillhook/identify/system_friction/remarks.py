@@ -1,4 +1,5 @@
-"""Words on a whole campaign: friction unlike any published winch's, a motor loss that is itself uncertain, what was found in the logs."""
+"""Words on a whole campaign: friction unlike any published winch's, a motor loss that is itself uncertain, what was
+found in the logs."""
 
 from __future__ import annotations
 
@@ -19,12 +20,14 @@ from stillhook.logs.checks.physical_range import SET_VALUES
 from stillhook.units import parse, show
 
 UNLIKE = 2.5
-"""Factor beyond the published winches' system friction from which a result is called unusual: they differ by two among themselves."""
+"""Factor beyond the published winches' system friction from which a result is called unusual: they differ by two among
+themselves."""
 UNLIKE_SPEED = parse("500 rev/min", "rotation")  # where break-away friction has faded and viscous friction is small
 
 
 def unlike(points: Points, y: Y) -> tuple[Statement, ...]:
-    """A word where the friction is far from that of every winch in the library, as a wrong unit, scale or motor model makes it."""
+    """A word where the friction is far from that of every winch in the library, as a wrong unit, scale or motor model
+    makes it."""
     seen = points.fitted()
     T_d, omega = np.array([float(seen.T_d.max())]), np.array([UNLIKE_SPEED])
     ours = float(system_friction(omega, T_d, y)[0])
@@ -32,9 +35,9 @@ def unlike(points: Points, y: Y) -> tuple[Statement, ...]:
     if min(others) / UNLIKE <= ours <= max(others) * UNLIKE:
         return ()
     text = (
-        f"System friction of {show(ours, 'torque', 3)} a motor at 500 rev/min and {show(float(T_d[0]), 'drum_torque', 3)}: published "
-        f"winches have {show(min(others), 'torque', 3)} to {show(max(others), 'torque', 3)} there. Check units and scales, number of "
-        "motors and motor loss."
+        f"System friction of {show(ours, 'torque', 3)} a motor at 500 rev/min and"
+        f" {show(float(T_d[0]), 'drum_torque', 3)}: published winches have {show(min(others), 'torque', 3)} to"
+        f" {show(max(others), 'torque', 3)} there. Check units and scales, number of motors and motor loss."
     )
     return (Statement("unusual", False, text),)
 
@@ -44,7 +47,8 @@ MOTOR_SHARE = 0.5
 
 
 def motor_statement(campaign: Campaign, points: Points, fit: FrictionFit) -> tuple[Statement, ...]:
-    """How far the motor's own uncertainty moves what was found; silent where nothing says how well its loss is known."""
+    """How far the motor's own uncertainty moves what was found; silent where nothing says how well its loss is
+    known."""
     known = campaign.motor_evidence
     if known is None:
         return ()
@@ -53,7 +57,10 @@ def motor_statement(campaign: Campaign, points: Points, fit: FrictionFit) -> tup
     if not moved:
         return ()
     texts = ", ".join(f"{n} by {s / fit.sd(n):.2g} of its own standard errors" for n, s in moved)
-    text = f"The motor loss is itself uncertain; that moves {texts}. It is not in the intervals, which hold for this motor loss."
+    text = (
+        f"The motor loss is itself uncertain; that moves {texts}. It is not in the intervals, which hold for this motor"
+        " loss."
+    )
     return (Statement("motor loss", False, text),)
 
 
@@ -66,5 +73,9 @@ def log_statements(measured: tuple[Measured, ...]) -> tuple[Statement, ...]:
             kinds = Counter(f.kind for f in found)
             counts = f" ({', '.join(f'{n} {kind}' for kind, n in kinds.items())})" if len(found) > 1 else ""
             more = "; the report lists the others" if len(found) > 1 else ""
-            out.append(Statement("log", False, f'test "{m.test.name}": found in {m.log.source}{counts}: {found[0].text}{more}.'))
+            out.append(
+                Statement(
+                    "log", False, f'test "{m.test.name}": found in {m.log.source}{counts}: {found[0].text}{more}.'
+                )
+            )
     return tuple(out)

@@ -24,21 +24,29 @@ MEANING = {
     "Y_6": "friction part of the drum torque",
 }
 CAPTIONS = {
-    "friction-pressure": "Half the difference of the hoisting and lowering pressure drops. Bars: 95 %. Lines: interpolated to 25 rev/min.",
-    "friction-torque": "What one motor shaft loses. Hollow points and dashed lines: held-out tests, which no fit has seen.",
+    "friction-pressure": (
+        "Half the difference of the hoisting and lowering pressure drops. Bars: 95 %. Lines: interpolated to 25"
+        " rev/min."
+    ),
+    "friction-torque": (
+        "What one motor shaft loses. Hollow points and dashed lines: held-out tests, which no fit has seen."
+    ),
     "system-friction": "What is left for gears, drum, sheaves and wire after the motor loss.",
     "model-against-measured": "All motors together. Points on the line are predicted exactly.",
-    "error": "Grey: 1 % of the nominal torque, the thesis's claim from 250 rev/min (dotted) on. Low loads have little nominal torque.",
+    "error": (
+        "Grey: 1 % of the nominal torque, the thesis's claim from 250 rev/min (dotted) on. Low loads have little"
+        " nominal torque."
+    ),
     "second-loop-motor": "What the crane's tests make of the supplier's motor model.",
     "model-and-map": "The map knows its own cells exactly, and nothing outside them; the model smooths, and goes on.",
     "second-loop-system": "With a right motor model, tests of one load fall on one curve whatever the displacement.",
 }
 METHOD = (
-    "Method: steady stretches of the logs, hoisting and lowering of about the same speed in pairs; half the difference of their pressure "
-    "drops is the mean of both losses, with which the models are compared at both pressures and speeds (G.-A. Moslåt 2020, section 2.2 and "
-    "paper D). The intervals hold the scatter that the points show. Not in them: a gain error of pressure sensors or displacement, which "
-    "makes the whole friction wrong in the same proportion and the system friction by more, and a wrong motor model, which moves the "
-    "parameters."
+    "Method: steady stretches of the logs, hoisting and lowering of about the same speed in pairs; half the difference"
+    " of their pressure drops is the mean of both losses, with which the models are compared at both pressures and"
+    " speeds (G.-A. Moslåt 2020, section 2.2 and paper D). The intervals hold the scatter that the points show. Not in"
+    " them: a gain error of pressure sensors or displacement, which makes the whole friction wrong in the same"
+    " proportion and the system friction by more, and a wrong motor model, which moves the parameters."
 )
 
 
@@ -72,8 +80,14 @@ def report(result: Friction, figures: Mapping[str, bytes], windows: Mapping[str,
         heading("What the data cannot tell"),
         _list(result),
         heading("Tests"),
-        table(("test", "use", "load", "carried", "displacement", "speeds", "pairs", "not used", "error RMS"), _tests(result)),
-        paragraph("Carried: load by the pressures. Not used: stretches left out, see stretches.csv. Error: of nominal torque D_m dp_m."),
+        table(
+            ("test", "use", "load", "carried", "displacement", "speeds", "pairs", "not used", "error RMS"),
+            _tests(result),
+        ),
+        paragraph(
+            "Carried: load by the pressures. Not used: stretches left out, see stretches.csv. Error: of nominal torque"
+            " D_m dp_m."
+        ),
         bullets(_remarks(result)),
         *_held_out(result),
         heading("Our fit beside the thesis's"),
@@ -95,7 +109,11 @@ def report(result: Friction, figures: Mapping[str, bytes], windows: Mapping[str,
 def _verdict(result: Friction) -> str:
     used = sum(not m.test.hold_out for m in result.measured)
     pairs = len(result.points.fitted())
-    good = "The set can be used where the campaign has been." if result.usable else "The set must not be used as it is: see below."
+    good = (
+        "The set can be used where the campaign has been."
+        if result.usable
+        else "The set must not be used as it is: see below."
+    )
     return f"{used} tests fitted ({pairs} pairs of steady stretches), {len(result.measured) - used} held out. {good}"
 
 
@@ -103,8 +121,16 @@ def _parameters(result: Friction) -> Iterable[Sequence[str]]:
     found = {i.name: i for i in result.intervals}
     for n in Y_NAMES:
         i, value = found.get(n), float(getattr(result.fit.y, n))
-        state = " (taken from another set)" if n in result.fit.given else " (left out)" if n in result.fit.dropped else ""
-        yield n, written(n, value), written(n, i.low if i else None), written(n, i.high if i else None), MEANING[n] + state
+        state = (
+            " (taken from another set)" if n in result.fit.given else " (left out)" if n in result.fit.dropped else ""
+        )
+        yield (
+            n,
+            written(n, value),
+            written(n, i.low if i else None),
+            written(n, i.high if i else None),
+            MEANING[n] + state,
+        )
 
 
 def _correlations(result: Friction) -> Iterable[Sequence[str]]:
@@ -115,18 +141,26 @@ def _correlations(result: Friction) -> Iterable[Sequence[str]]:
 
 def _list(result: Friction) -> str:
     if not result.statements:
-        return paragraph("Nothing stands out: loads, speeds and displacements of the campaign tell all parameters apart.")
+        return paragraph(
+            "Nothing stands out: loads, speeds and displacements of the campaign tell all parameters apart."
+        )
     severe = [paragraph(s.text, no=True) for s in result.statements if s.severe]
     return "".join(severe) + bullets(s.text for s in result.statements if not s.severe)
 
 
 def test_cells(t: Mapping[str, Any]) -> Sequence[str]:
-    """Load, load by the pressures, displacement, speeds, pairs, stretches not used and error of a test, from its row of numbers."""
+    """Load, load by the pressures, displacement, speeds, pairs, stretches not used and error of a test, from its row of
+    numbers."""
     speeds = f"{show(t['omega_m_min'], 'rotation', 3).split()[0]} to {show(t['omega_m_max'], 'rotation', 3)}"
     return (
-        show(t["load"], "mass", 3), tonnes(t["load_carried"]), show(t["D_m"], "displacement", 4), speeds, str(t["pairs"]),
-        str(t["rejected"] + t["unpaired"]), f"{t['rms_percent']:.2f} %",
-    )  # fmt: skip
+        show(t["load"], "mass", 3),
+        tonnes(t["load_carried"]),
+        show(t["D_m"], "displacement", 4),
+        speeds,
+        str(t["pairs"]),
+        str(t["rejected"] + t["unpaired"]),
+        f"{t['rms_percent']:.2f} %",
+    )
 
 
 def _tests(result: Friction) -> Iterable[Sequence[str]]:
@@ -147,16 +181,27 @@ def _remarks(result: Friction) -> Iterable[str]:
         for texts in alike.values():
             yield from (f"test {m.test.name}: {text}" for text in texts[:MOST_ALIKE])
             if len(texts) > MOST_ALIKE:
-                yield f"test {m.test.name}: ... and {len(texts) - MOST_ALIKE} more of this kind (all of them in summary.json)"
+                yield (
+                    f"test {m.test.name}: ... and {len(texts) - MOST_ALIKE} more of this kind (all of them in"
+                    " summary.json)"
+                )
         yield from (f"test {m.test.name}: {n.text}" for n in m.notes)
 
 
 def _held_out(result: Friction) -> list[str]:
     if not result.held_out:
-        return [paragraph("No test was held out. Hold one out to see how well the friction of other loads and displacements is predicted.")]
+        return [
+            paragraph(
+                "No test was held out. Hold one out to see how well the friction of other loads and displacements is"
+                " predicted."
+            )
+        ]
     rows = ((h.test, f"{h.rms:.2f} %", f"{h.worst:.2f} %", str(h.count)) for h in result.held_out)
     speed = show(JUDGED_FROM, "rotation", 3)
-    return [paragraph(f"Held-out tests, from {speed} on, in % of nominal torque:"), table(("test", "RMS", "largest", "pairs"), rows)]
+    return [
+        paragraph(f"Held-out tests, from {speed} on, in % of nominal torque:"),
+        table(("test", "RMS", "largest", "pairs"), rows),
+    ]
 
 
 def _methods(result: Friction) -> Iterable[Sequence[str]]:
@@ -176,8 +221,8 @@ def _agreement(result: Friction) -> str:
     if c.agree:
         return f"Least squares and the complex method ({c.found.evaluations} evaluations) reach the same cost."
     return (
-        f"The complex method stopped at {number(c.found.cost, 5)} after {c.found.evaluations} evaluations, least squares reaches "
-        f"{number(c.cost_grid, 5)}: it got stuck; another seed or variant helps."
+        f"The complex method stopped at {number(c.found.cost, 5)} after {c.found.evaluations} evaluations, least"
+        f" squares reaches {number(c.cost_grid, 5)}: it got stuck; another seed or variant helps."
     )
 
 
@@ -201,8 +246,8 @@ def mapped_line(result: Friction) -> str:
     m = result.mapped
     assert m is not None
     return (
-        f"Residual {show(m.rms_model, 'torque', 3)} a motor (RMS) with the fitted model, {show(m.rms_map, 'torque', 3)} with the map "
-        f"{m.source} itself; {m.outside:.0%} of the points lie outside the map, where its edge is held."
+        f"Residual {show(m.rms_model, 'torque', 3)} a motor (RMS) with the fitted model, {show(m.rms_map, 'torque', 3)}"
+        f" with the map {m.source} itself; {m.outside:.0%} of the points lie outside the map, where its edge is held."
     )
 
 

@@ -1,4 +1,5 @@
-"""What `identify friction` writes: parameter set with evidence, numbers for machines, tables of points and stretches."""
+"""What `identify friction` writes: parameter set with evidence, numbers for machines, tables of points and
+stretches."""
 
 from __future__ import annotations
 
@@ -16,7 +17,8 @@ from stillhook.identify.system_friction.next_tests import ANYTHING
 from stillhook.identify.system_friction.tests.measure import LOAD_CODE, Measured, carried
 from stillhook.library.parameter_sets.evidence import Evidence
 from stillhook.library.parameter_sets.sets import LOSS_RANGE, FrictionSet, LossSet
-from stillhook.spec.crane import Motor, Source, SourceKind, SystemFriction
+from stillhook.spec.circuits import Motor
+from stillhook.spec.crane import Source, SourceKind, SystemFriction
 from stillhook.units import from_display, in_display, number
 
 if TYPE_CHECKING:
@@ -24,7 +26,8 @@ if TYPE_CHECKING:
 
 
 def friction_set(result: Friction, name: str) -> FrictionSet:
-    """The identified parameters as a set for the library or a crane file, with where each is from and how well it is known."""
+    """The identified parameters as a set for the library or a crane file, with where each is from and how well it is
+    known."""
     fit, campaign, seen = result.fit, result.campaign, result.points.fitted()
     made = "SYNTHETIC " if campaign.synthetic else ""
     what = f"{len(np.unique(seen.test))} tests, {len(seen)} pairs"
@@ -79,13 +82,17 @@ def second_loop_sets(result: Friction) -> tuple[LossSet, FrictionSet]:
     motor = Motor.model_construct(None, **plain | {"loss": loop.loss})
     kept = {path: s for path, s in campaign.motor_sources.items() if path not in LOSS_RANGE}
     sources = kept | {f"loss.{n}": fitted for n in X_NAMES}
-    of_motor = Evidence.fitted(names, matrix, dof=float(len(seen) - len(names)), data=text, ranges=motor_ranges, statements=said)
+    of_motor = Evidence.fitted(
+        names, matrix, dof=float(len(seen) - len(names)), data=text, ranges=motor_ranges, statements=said
+    )
     title = f"{made}{campaign.motor_name}, torque loss refined on {campaign.title}"
     system = SystemFriction.model_construct(None, **{n: float(getattr(loop.system.y, n)) for n in Y_NAMES})
     of_system = Evidence.fitted(
         loop.system.names, loop.system.covariance, dof=float(loop.system.dof), data=text, ranges=about, statements=said
     )
-    friction_title = f"{made}System friction of {campaign.crane.name} with its refined motor loss, from {campaign.title}"
+    friction_title = (
+        f"{made}System friction of {campaign.crane.name} with its refined motor loss, from {campaign.title}"
+    )
     return (
         LossSet("second-loop-motor", title, motor, sources, of_motor),
         FrictionSet("second-loop-friction", friction_title, system, _sources(result, loop.system, text), of_system),
@@ -106,7 +113,10 @@ def _ranges(seen: Points) -> dict[str, tuple[float, float]]:
 
 def _range(values: np.ndarray, kind: str) -> tuple[float, float]:
     """Ends of the data, rounded in display units: a range is no measurement."""
-    low, high = (from_display(float(number(in_display(float(v), kind), RANGE_DIGITS)), kind) for v in (values.min(), values.max()))
+    low, high = (
+        from_display(float(number(in_display(float(v), kind), RANGE_DIGITS)), kind)
+        for v in (values.min(), values.max())
+    )
     return low, high
 
 
@@ -143,7 +153,8 @@ def to_dict(result: Friction) -> dict[str, Any]:
         "second_loop": _second(result),
         "map": _mapped(result),
         "proposals": [
-            {"load": p.load, "D_m": p.D_m, "sd_before": _known(p.sd_before), "sd_after": _known(p.sd_after)} for p in result.proposals
+            {"load": p.load, "D_m": p.D_m, "sd_before": _known(p.sd_before), "sd_after": _known(p.sd_after)}
+            for p in result.proposals
         ],
         "statements": [{"code": s.code, "severe": s.severe, "text": s.text} for s in result.statements],
     }
@@ -179,13 +190,24 @@ def test_rows(result: Friction) -> list[dict[str, Any]]:
 def _test(result: Friction, m: Measured) -> dict[str, Any]:
     error = nominal_share(m.points, result.loss, result.fit.y)
     return {
-        "name": m.test.name, "load": m.test.load, "wire": m.test.wire, "load_carried": carried(result.campaign, m.test, m.points),
-        "D_m": float(m.points.D_m.mean()), "T_d": float(m.points.T_d.mean()), "hold_out": m.test.hold_out, "log": m.test.log.name,
-        "pairs": len(m.points), "stretches": len(m.steady.windows), "rejected": len(m.steady.rejected), "unpaired": len(m.pairs.unpaired),
-        "omega_m_min": float(m.points.omega.min()), "omega_m_max": float(m.points.omega.max()),
-        "rms_percent": float(np.sqrt(np.nanmean(error**2))), "notes": [n.text for n in m.notes],
+        "name": m.test.name,
+        "load": m.test.load,
+        "wire": m.test.wire,
+        "load_carried": carried(result.campaign, m.test, m.points),
+        "D_m": float(m.points.D_m.mean()),
+        "T_d": float(m.points.T_d.mean()),
+        "hold_out": m.test.hold_out,
+        "log": m.test.log.name,
+        "pairs": len(m.points),
+        "stretches": len(m.steady.windows),
+        "rejected": len(m.steady.rejected),
+        "unpaired": len(m.pairs.unpaired),
+        "omega_m_min": float(m.points.omega.min()),
+        "omega_m_max": float(m.points.omega.max()),
+        "rms_percent": float(np.sqrt(np.nanmean(error**2))),
+        "notes": [n.text for n in m.notes],
         "findings": [f.text for f in m.log.findings],
-    }  # fmt: skip
+    }
 
 
 def _second(result: Friction) -> dict[str, Any] | None:
@@ -206,7 +228,13 @@ def _mapped(result: Friction) -> dict[str, Any] | None:
     m = result.mapped
     if m is None:
         return None
-    return {"source": m.source, "rms_model": m.rms_model, "rms_map": m.rms_map, "outside": m.outside, "system": m.fit.y._asdict()}
+    return {
+        "source": m.source,
+        "rms_model": m.rms_model,
+        "rms_map": m.rms_map,
+        "outside": m.outside,
+        "system": m.fit.y._asdict(),
+    }
 
 
 def points_table(result: Friction) -> polars.DataFrame:
@@ -245,10 +273,13 @@ def stretches_table(result: Friction) -> polars.DataFrame:
     rows = []
     for m in result.measured:
         used = [(w.start, w.end, w.direction, w.speed, w.effort, "used") for w in m.steady.windows]
-        rest = [(r.start, r.end, r.direction, r.speed, r.effort, r.reason) for r in (*m.steady.rejected, *m.pairs.unpaired)]
+        rest = [
+            (r.start, r.end, r.direction, r.speed, r.effort, r.reason) for r in (*m.steady.rejected, *m.pairs.unpaired)
+        ]
         rows += [(m.test.name, *row) for row in sorted(used + rest)]
     columns = ["test", "start [s]", "end [s]", "direction", "omega_m [rad/s]", "dp_m [Pa]", "use"]
     frame = pl.DataFrame(rows, schema=columns, orient="row")
     return frame.with_columns(
-        (pl.col("omega_m [rad/s]") * 60.0 / math.tau).alias("omega_m [rev/min]"), (pl.col("dp_m [Pa]") / 1e5).alias("dp_m [bar]")
+        (pl.col("omega_m [rad/s]") * 60.0 / math.tau).alias("omega_m [rev/min]"),
+        (pl.col("dp_m [Pa]") / 1e5).alias("dp_m [bar]"),
     ).drop("omega_m [rad/s]", "dp_m [Pa]")

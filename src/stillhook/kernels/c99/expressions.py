@@ -1,4 +1,5 @@
-"""Expressions of the translated subset of Python (see `stillhook.kernels.c99.source`): each as a line of C with its type."""
+"""Expressions of the translated subset of Python (see `stillhook.kernels.c99.source`): each as a line of C with its
+type."""
 
 import ast
 import inspect
@@ -24,10 +25,14 @@ BITS = {_bits: ("bits_of", int), _float: ("float_of", float)}
 ARITHMETIC = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*"}
 COMPARISON = {ast.Lt: "<", ast.Gt: ">", ast.LtE: "<=", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
 INTEGER_ONLY = {ast.FloorDiv: "floor_div", ast.Mod: "floor_mod", ast.LShift: "shift_left"}
-FOLD: dict[type, Callable[[Any, Any], Any]] = {ast.Add: lambda a, b: a + b, ast.Sub: lambda a, b: a - b, ast.Mult: lambda a, b: a * b}
+FOLD: dict[type, Callable[[Any, Any], Any]] = {
+    ast.Add: lambda a, b: a + b,
+    ast.Sub: lambda a, b: a - b,
+    ast.Mult: lambda a, b: a * b,
+}
 C_WORDS = frozenset(
-    "auto break case char const continue default do double else enum extern float for goto if inline int long register restrict "
-    "return short signed sizeof static struct switch typedef union unsigned void volatile while".split()
+    "auto break case char const continue default do double else enum extern float for goto if inline int long register"
+    " restrict return short signed sizeof static struct switch typedef union unsigned void volatile while".split()
 ) | set(LIBRARY.values())
 
 
@@ -70,7 +75,8 @@ def plain(fn: Any) -> Callable[..., Any]:
 
 
 class Expressions:
-    """The expressions of one function body; `t` is the Translator, `fn` the function, the dictionaries hold the types of its names."""
+    """The expressions of one function body; `t` is the Translator, `fn` the function, the dictionaries hold the types
+    of its names."""
 
     t: Any
     fn: Callable[..., Any]
@@ -142,7 +148,9 @@ class Expressions:
         array, i = self.expr(e.value), self.expr(cut.lower if cut and cut.lower else e.slice)
         if array.type is not Array or i.type is not int:
             self.refuse(e, "an index into anything but an array of floats")
-        return Value(f"({array.text} + {bare(i.text)})", Array) if cut else Value(f"{array.text}[{bare(i.text)}]", float)
+        return (
+            Value(f"({array.text} + {bare(i.text)})", Array) if cut else Value(f"{array.text}[{bare(i.text)}]", float)
+        )
 
     def expr_BinOp(self, e: ast.BinOp) -> Value:
         a, b, op = self.number(e.left), self.number(e.right), type(e.op)
@@ -177,7 +185,9 @@ class Expressions:
         return Value(f"({' && '.join(pairs)})" if len(pairs) > 1 else pairs[0], bool)
 
     def expr_BoolOp(self, e: ast.BoolOp) -> Value:
-        return Value("(" + (" && " if isinstance(e.op, ast.And) else " || ").join(self.truth(v) for v in e.values) + ")", bool)
+        return Value(
+            "(" + (" && " if isinstance(e.op, ast.And) else " || ").join(self.truth(v) for v in e.values) + ")", bool
+        )
 
     def expr_IfExp(self, e: ast.IfExp) -> Value:
         a, b = self.expr(e.body), self.expr(e.orelse)

@@ -2,14 +2,17 @@
 
 The subset of Python that is translated (anything else is refused with `SubsetError`, which names file and line):
 
-- Functions with positional parameters: `scalar` components and the functions of `stillhook.kernels.driver`. Types follow from the
-  call: float -> double, int -> int64_t, a truth value -> int, a NamedTuple of floats -> struct, a tuple -> struct, an array of
-  floats -> double *.
-- Statements: docstring; `a = x`, `a, b = x, y`, `a, b = f()`, `A[i] = x`; if / elif / else; `for i in range(...)` with a constant
+- Functions with positional parameters: `scalar` components and the functions of `stillhook.kernels.driver`. Types
+follow from the
+  call: float -> double, int -> int64_t, a truth value -> int, a NamedTuple of floats -> struct, a tuple -> struct, an
+  array of floats -> double *.
+- Statements: docstring; `a = x`, `a, b = x, y`, `a, b = f()`, `A[i] = x`; if / elif / else; `for i in range(...)` with
+a constant
   step; break; return; the call of a function that returns nothing. A name keeps its type.
-- Expressions: numbers, names, module constants, `record.field`, `A[i]`, `A[i:]`, `+ - * / // % ** <<`, `-x`, comparisons,
-  and / or / not, `x if c else y`, tuples, calls of such functions, NamedTuples by position or keyword, abs, math.sqrt, math.ceil,
-  math.copysign. Conditions are truth values, never numbers; indices are not negative.
+- Expressions: numbers, names, module constants, `record.field`, `A[i]`, `A[i:]`, `+ - * / // % ** <<`, `-x`,
+comparisons,
+  and / or / not, `x if c else y`, tuples, calls of such functions, NamedTuples by position or keyword, abs, math.sqrt,
+  math.ceil, math.copysign. Conditions are truth values, never numbers; indices are not negative.
 
 `//` and `%` are for integers and floor as in Python. A loop over `range(LANES)` is marked as free of dependences.
 """
@@ -100,14 +103,17 @@ class Translator:
         return found
 
     def function(self, fn: Any, types: tuple[Any, ...], export: str = "") -> Made:
-        """The C function for these argument types; translated when first asked for. `export` names an entry of the library."""
+        """The C function for these argument types; translated when first asked for. `export` names an entry of the
+        library."""
         fn = plain(fn)
         key = (fn, types, export)
         if key not in self.functions:
             code = fn.__code__
             d = definitions(code.co_filename).get(code.co_firstlineno)
             if d is None:
-                raise SubsetError(f"{code.co_filename}:{code.co_firstlineno}: {fn.__name__} has no source that can be read.")
+                raise SubsetError(
+                    f"{code.co_filename}:{code.co_firstlineno}: {fn.__name__} has no source that can be read."
+                )
             body = Body(self, fn, d, types)
             lines = body.block(d.body, 1)
             if body.result is not None and not returns(d.body):
@@ -128,13 +134,17 @@ class Translator:
         return re.sub(r"_+", "_", f"{Path(file).stem}_{fn.__name__}" + (f"_{lanes}" if isinstance(lanes, int) else ""))
 
     def source(self) -> str:
-        return "\n".join([HEADER, *(text for _, text in self.records.values()), "", *(f.source for f in self.functions.values())])
+        return "\n".join(
+            [HEADER, *(text for _, text in self.records.values()), "", *(f.source for f in self.functions.values())]
+        )
 
 
 class Body(Expressions):
     """One function body being translated."""
 
-    def __init__(self, translator: Translator, fn: Callable[..., Any], d: ast.FunctionDef, types: tuple[Any, ...]) -> None:
+    def __init__(
+        self, translator: Translator, fn: Callable[..., Any], d: ast.FunctionDef, types: tuple[Any, ...]
+    ) -> None:
         self.t, self.fn = translator, fn
         a = d.args
         if a.defaults or a.kwonlyargs or a.vararg or a.kwarg or a.posonlyargs:
@@ -185,7 +195,12 @@ class Body(Expressions):
 
     def loop(self, s: ast.For, pad: str, depth: int) -> str:
         call, target = s.iter, s.target
-        if not (isinstance(call, ast.Call) and self.static(call.func) is range and isinstance(target, ast.Name) and not s.orelse):
+        if not (
+            isinstance(call, ast.Call)
+            and self.static(call.func) is range
+            and isinstance(target, ast.Name)
+            and not s.orelse
+        ):
             return str(self.refuse(s, "a loop over anything but range(...)"))
         parts = [self.expr(a) for a in call.args]
         if any(p.type is not int for p in parts):
@@ -204,7 +219,9 @@ class Body(Expressions):
         extra = "" if stop.number is not None else f", {i}_stop = {stop.text}"
         lane_loop = isinstance(call.args[0], ast.Name) and call.args[0].id == LANE_LOOP
         mark = "#pragma omp simd\n" if lane_loop and stop.number != 1 else ""
-        return f"{mark}{pad}for (int64_t {i} = {start.text}{extra}; {i} {sign} {bound}; {i} += {step}) {{\n{body}{pad}}}\n"
+        return (
+            f"{mark}{pad}for (int64_t {i} = {start.text}{extra}; {i} {sign} {bound}; {i} += {step}) {{\n{body}{pad}}}\n"
+        )
 
     def assign(self, s: ast.stmt, target: ast.expr, value: ast.expr, pad: str) -> str:
         if isinstance(target, ast.Name):
@@ -232,7 +249,9 @@ class Body(Expressions):
             names = [v.text for v in values]
         if len(values) != len(target.elts):
             self.refuse(target, "unpacking into another number of names")
-        return before + "".join(f"{pad}{self.bind(a, v.type)} = {n};\n" for a, n, v in zip(target.elts, names, values, strict=True))
+        return before + "".join(
+            f"{pad}{self.bind(a, v.type)} = {n};\n" for a, n, v in zip(target.elts, names, values, strict=True)
+        )
 
     def temporary(self, t: Any) -> str:
         name = f"held_{len(self.local)}"

@@ -1,4 +1,5 @@
-"""Draws of the parameters of a set from its evidence, normal and truncated to what physics allows; cranes with a set or a draw of it."""
+"""Draws of the parameters of a set from its evidence, normal and truncated to what physics allows; cranes with a set or
+a draw of it."""
 
 from __future__ import annotations
 
@@ -13,18 +14,21 @@ from stillhook.library.crane_file.load import changed
 from stillhook.library.parameter_sets.evidence import Evidence
 from stillhook.library.parameter_sets.sets import FrictionSet, LossSet, loss_range
 from stillhook.library.write import leaf_tree
-from stillhook.spec.crane import Crane, SourceKind, SystemFriction, TorqueLoss
+from stillhook.spec.circuits import TorqueLoss
+from stillhook.spec.crane import Crane, SourceKind, SystemFriction
 from stillhook.units import show
 
 LEAST_ALLOWED = 0.02
-"""Least share of draws that must be physically allowed [-]: below it the normal distribution of the evidence says nothing about the set."""
+"""Least share of draws that must be physically allowed [-]: below it the normal distribution of the evidence says
+nothing about the set."""
 TRIAL = 10_000
 """Draws by which that share is found, and the least number that is drawn at once."""
 
 
 @dataclass(frozen=True)
 class Draws:
-    """names of the parameters; values shape (n, names) [SI]; allowed share of all draws that were physically allowed [-]."""
+    """names of the parameters; values shape (n, names) [SI]; allowed share of all draws that were physically allowed
+    [-]."""
 
     names: tuple[str, ...]
     values: FloatArray
@@ -32,7 +36,8 @@ class Draws:
 
 
 def draw(item: FrictionSet | LossSet, n: int, rng: np.random.Generator) -> Draws:
-    """Draws of the parameters of a set from its evidence, truncated to what physics allows by drawing again. Errors: IdentifyError."""
+    """Draws of the parameters of a set from its evidence, truncated to what physics allows by drawing again. Errors:
+    IdentifyError."""
     evidence = item.evidence
     if evidence is None:
         raise IdentifyError(
@@ -51,19 +56,22 @@ def draw(item: FrictionSet | LossSet, n: int, rng: np.random.Generator) -> Draws
         kept.append(good)
         if have < LEAST_ALLOWED * tried:
             raise IdentifyError(
-                f'set "{item.name}": only {have / tried:.2%} of the draws have no negative parameter ({_worst(evidence, mean)}). '
-                "Its data leave these open: hold one of them, or test more."
+                f'set "{item.name}": only {have / tried:.2%} of the draws have no negative parameter'
+                f" ({_worst(evidence, mean)}). Its data leave these open: hold one of them, or test more."
             )
     return Draws(evidence.names, np.concatenate(kept)[:n], have / tried)
 
 
 def _normal(evidence: Evidence, n: int, rng: np.random.Generator) -> FloatArray:
-    """Normal deviates with the covariance of the evidence, shape (n, names); scaled to correlations first, for the numbers' sake."""
+    """Normal deviates with the covariance of the evidence, shape (n, names); scaled to correlations first, for the
+    numbers' sake."""
     C = evidence.matrix
     s = np.sqrt(np.diag(C))
     unit = np.where(s > 0.0, s, 1.0)
     values, vectors = np.linalg.eigh(C / np.outer(unit, unit))
-    root = vectors * np.sqrt(np.maximum(values, 0.0))  # eigenvalues below zero are rounding: the evidence has been checked
+    root = vectors * np.sqrt(
+        np.maximum(values, 0.0)
+    )  # eigenvalues below zero are rounding: the evidence has been checked
     out: FloatArray = rng.standard_normal((n, len(s))) @ root.T * s
     return out
 
@@ -75,13 +83,15 @@ def _worst(evidence: Evidence, mean: FloatArray) -> str:
 
 
 def crane_with(crane: Crane, *sets: FrictionSet | LossSet) -> Crane:
-    """The crane with the values of its sets themselves, undrawn. Errors: IdentifyError where a motor does not fit, or two sets replace the
-    same numbers."""
+    """The crane with the values of its sets themselves, undrawn. Errors: IdentifyError where a motor does not fit, or
+    two sets replace the same numbers."""
     replaced: dict[float | None, str] = {}
     for item in sets:
         of = item.motor.D_max if isinstance(item, LossSet) else None
         if of in replaced:
-            raise IdentifyError(f'Sets "{replaced[of]}" and "{item.name}" replace the same numbers of "{crane.name}". Give one of them.')
+            raise IdentifyError(
+                f'Sets "{replaced[of]}" and "{item.name}" replace the same numbers of "{crane.name}". Give one of them.'
+            )
         replaced[of] = item.name
         at_value = Draws((), np.empty((1, 0)), 1.0)
         step = with_friction if isinstance(item, FrictionSet) else with_loss
@@ -89,7 +99,9 @@ def crane_with(crane: Crane, *sets: FrictionSet | LossSet) -> Crane:
     return crane
 
 
-def _leaves(spec: SystemFriction | TorqueLoss, drawn: Draws, i: int, sources: dict[str, Any], source: str) -> dict[str, Any]:
+def _leaves(
+    spec: SystemFriction | TorqueLoss, drawn: Draws, i: int, sources: dict[str, Any], source: str
+) -> dict[str, Any]:
     """Leaves for `changed`: drawn values with where they are from, the others as they are in the set."""
     new = spec.model_copy(update={name: float(x) for name, x in zip(drawn.names, drawn.values[i], strict=True)})
     out: dict[str, Any] = {}
@@ -108,14 +120,16 @@ def with_friction(crane: Crane, item: FrictionSet, drawn: Draws, i: int, what: s
 
 
 def with_loss(crane: Crane, item: LossSet, drawn: Draws, i: int, what: str) -> Crane:
-    """The crane with draw i of a motor's loss in every circuit with motors of that size. Errors: IdentifyError where there is none."""
+    """The crane with draw i of a motor's loss in every circuit with motors of that size. Errors: IdentifyError where
+    there is none."""
     sources = {name.removeprefix("loss."): s for name, s in item.sources.items() if name.startswith("loss.")}
     loss = _leaves(item.motor.loss, drawn, i, sources, f"{what} from {item.name}")
     circuits = {"active": crane.active} | ({"passive": crane.passive} if crane.passive is not None else {})
     fits = [name for name, c in circuits.items() if c.motor.D_max == item.motor.D_max]
     if not fits:
         raise IdentifyError(
-            f'set "{item.name}" is of a motor of {show(item.motor.D_max, "displacement")}, and those of "{crane.name}" have '
+            f'set "{item.name}" is of a motor of {show(item.motor.D_max, "displacement")}, and those of "{crane.name}"'
+            " have "
             f"{show(crane.active.motor.D_max, 'displacement')}. Choose a set for them."
         )
     return changed(crane, {name: {"motor": {"loss": loss, **loss_range(item.evidence)}} for name in fits})

@@ -14,9 +14,23 @@ from stillhook.library.leakage import leak_misfit
 from stillhook.library.parameter_sets.sets import is_path, known_losses, known_torques, set_values
 from stillhook.library.toml.explain import explain
 from stillhook.library.toml.kinds import FileKind, other_kind
-from stillhook.library.toml.tree import LABELS, Leaf, Tree, file_tree, lay_over, library_tree, nearest, parsed, shelf, sources, tree, values
+from stillhook.library.toml.tree import (
+    LABELS,
+    Leaf,
+    Tree,
+    file_tree,
+    lay_over,
+    library_tree,
+    nearest,
+    parsed,
+    shelf,
+    sources,
+    tree,
+    values,
+)
 from stillhook.library.write import crane_tree
-from stillhook.spec.crane import Crane, Motor, Plant, Source, SourceKind, Spec, SystemFriction
+from stillhook.spec.circuits import Motor
+from stillhook.spec.crane import Crane, Plant, Source, SourceKind, Spec, SystemFriction
 from stillhook.units import came
 
 _PRODUCT = Source(text="product of gear_ratios", kind=SourceKind.DERIVED)
@@ -32,10 +46,11 @@ def load_crane(name_or_path: str | Path) -> Crane:
 
     A file may start with ``base = "nov-250t"`` (or the path of another file, seen from its own folder) and then gives
     only what differs. A motor or system friction that it names is filled in from the library; what the file itself says
-    on top wins. It may also name the path of a set's file, seen from its own folder (``library = "my-crane.friction.toml"``).
-    A file that turns its base into a pure active winch drops the passive circuit of that base.
-    ``certificate = "certificate.json"``, seen from the file, names the certificate of the crane's twin (`stillhook validate` writes both);
-    the crane then carries it in short, and runs say where they leave what was validated, or that it no longer holds for this crane.
+    on top wins. It may also name the path of a set's file, seen from its own folder (``library =
+    "my-crane.friction.toml"``). A file that turns its base into a pure active winch drops the passive circuit of that
+    base. ``certificate = "certificate.json"``, seen from the file, names the certificate of the crane's twin
+    (`stillhook validate` writes both); the crane then carries it in short, and runs say where they leave what was
+    validated, or that it no longer holds for this crane.
 
     Errors: SpecError, UnitError of one line that names file, field, what came and what is allowed.
     """
@@ -48,8 +63,8 @@ def load_crane(name_or_path: str | Path) -> Crane:
 
 
 def _states_leak(fields: Tree) -> bool:
-    """Whether form or point of the active circuit's leak are a user's: then the total must be that of the parts. A file that takes them
-    from the library and changes a part alone is read as before."""
+    """Whether form or point of the active circuit's leak are a user's: then the total must be that of the parts. A file
+    that takes them from the library and changes a part alone is read as before."""
     leak = _leak_sources(fields)
     return bool(leak) and all(leak != _leak_sources(library_tree("cranes", name, "crane")) for name in cranes())
 
@@ -61,7 +76,8 @@ def _leak_sources(fields: Tree) -> dict[str, Source]:
 
 
 def crane_from_toml(text: str, label: str) -> Crane:
-    """The crane that `crane_toml` wrote, from the text itself; label names it in errors (SpecError, UnitError of one line)."""
+    """The crane that `crane_toml` wrote, from the text itself; label names it in errors (SpecError, UnitError of one
+    line)."""
     return _crane(tree(parsed(text, label, FileKind.CRANE), label, user=True), label)
 
 
@@ -104,7 +120,9 @@ def _fields(name_or_path: str | Path, above: tuple[Path, ...]) -> tuple[str, Tre
     if isinstance(name_or_path, str) and path.name == name_or_path and path.suffix != ".toml":
         have, hint = ", ".join(cranes()), nearest(name_or_path, cranes())
         other = other_kind(name_or_path, FileKind.CRANE)
-        raise SpecError(f"No crane {came(name_or_path)}: the library has {have}{hint} A file's name ends in .toml.{other}")
+        raise SpecError(
+            f"No crane {came(name_or_path)}: the library has {have}{hint} A file's name ends in .toml.{other}"
+        )
     own = _with_library(file_tree(path), path.name, path.parent)
     base, certificate = own.pop("base", None), own.pop("certificate", None)
     if certificate is not None:
@@ -116,7 +134,9 @@ def _certified(own: Tree, certificate: Leaf | Tree, path: Path) -> Leaf:
     """The certificate that a crane file names, in short."""
     name = certificate.value if isinstance(certificate, Leaf) else None
     if not isinstance(name, str) or not name.strip():
-        raise SpecError(f'{path.name}: certificate = {came(name)}: give the path of a certificate, such as "certificate.json".')
+        raise SpecError(
+            f'{path.name}: certificate = {came(name)}: give the path of a certificate, such as "certificate.json".'
+        )
     if "certified" in own:
         raise SpecError(f"{path.name}: certificate and [certified]: the second is the record of another. Remove it.")
     try:
@@ -170,8 +190,8 @@ def _text_at(node: Leaf | Tree | None, *path: str) -> str | None:
 def _with_library(fields: Tree, label: str, folder: Path | None = None) -> Tree:
     """Motors and system friction filled in by name, under what the file says itself; leak tables looked up.
 
-    folder: that of the file, from which paths of sets are seen; None where all files have been read: a set that was read from a path then
-    stands in the fields, and its file need not be there any more.
+    folder: that of the file, from which paths of sets are seen; None where all files have been read: a set that was
+    read from a path then stands in the fields, and its file need not be there any more.
     """
     out = dict(fields)
     for circuit in ("active", "passive"):
@@ -187,12 +207,15 @@ def _with_library(fields: Tree, label: str, folder: Path | None = None) -> Tree:
     if isinstance(friction, dict) and library and _to_be_read(library, friction.get("system"), SystemFriction, folder):
         place = f"{label}: friction.library"
         system = set_values("friction", library, place, folder or Path())
-        out["friction"] = lay_over({"system": system, **known_torques(library, place, folder or Path())}, friction, label, "friction")
+        out["friction"] = lay_over(
+            {"system": system, **known_torques(library, place, folder or Path())}, friction, label, "friction"
+        )
     return out
 
 
 def _to_be_read(name: str, part: Leaf | Tree | None, model: type[Spec], folder: Path | None) -> bool:
-    """Whether a set is read now: one of the library at the end, one from a path with the file that names it, unless that has all of it."""
+    """Whether a set is read now: one of the library at the end, one from a path with the file that names it, unless
+    that has all of it."""
     if not is_path(name):
         return folder is None
     return not (isinstance(part, dict) and {n for n, f in model.model_fields.items() if f.is_required()} <= set(part))

@@ -81,7 +81,13 @@ def _derived(crane: Crane) -> Iterator[Row]:
         if circuit is not None:
             leak = form_of(circuit)
             meaning = f"pumps and motors at {point_text(leak.at)}"
-            yield Row(f"{name}.leak", meaning, show(stated_leak(circuit), "leakage", 4), kind, f'table, C_1 and C_2; form "{leak.form}"')
+            yield Row(
+                f"{name}.leak",
+                meaning,
+                show(stated_leak(circuit), "leakage", 4),
+                kind,
+                f'table, C_1 and C_2; form "{leak.form}"',
+            )
     pump, motor, drum = crane.active.pump, crane.active.motor, crane.drum
     v_w = pump.D_total * pump.omega_p / motor.D_total / crane.i_hD * drum.d_max / 2
     yield Row("v_w", "wire speed, full pumps and motors", show(v_w, "speed"), kind, "paper E eq. 9 without leakage")

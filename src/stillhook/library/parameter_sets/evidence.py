@@ -1,4 +1,5 @@
-"""How well the parameters of a set are known, and from what: covariance, ranges of the data, and what they cannot tell."""
+"""How well the parameters of a set are known, and from what: covariance, ranges of the data, and what they cannot
+tell."""
 
 from __future__ import annotations
 
@@ -28,11 +29,13 @@ Pair = Field(default=None, description="range of the data")
 
 
 class Evidence(Spec):
-    """What a set was fitted to. covariance in SI, rows and columns in the order of names; dof degrees of freedom left by the fit;
-    omega_m, T_d, dp_m, D_m ranges of the data; statements what the data cannot tell, one sentence each."""
+    """What a set was fitted to. covariance in SI, rows and columns in the order of names; dof degrees of freedom left
+    by the fit; omega_m, T_d, dp_m, D_m ranges of the data; statements what the data cannot tell, one sentence each."""
 
     names: tuple[Text, ...] = Field(min_length=1, description="parameters that were fitted")
-    covariance: tuple[Row, ...] = Field(min_length=1, description="covariance of the parameters in SI, in the order of names")
+    covariance: tuple[Row, ...] = Field(
+        min_length=1, description="covariance of the parameters in SI, in the order of names"
+    )
     dof: Number = Field(gt=0, description="degrees of freedom of the fit")
     data: Text = Field(description="what was fitted to")
     omega_m: tuple[u.Rotation, u.Rotation] | None = Pair
@@ -54,7 +57,10 @@ class Evidence(Spec):
         if len(set(self.names)) < n:
             raise ValueError("names: a name comes twice. Name each parameter once.")
         if len(self.covariance) != n or any(len(row) != n for row in self.covariance):
-            sizes = f"{len(self.covariance)} rows of {', '.join(str(s) for s in sorted({len(row) for row in self.covariance}))}"
+            sizes = (
+                f"{len(self.covariance)} rows of"
+                f" {', '.join(str(s) for s in sorted({len(row) for row in self.covariance}))}"
+            )
             raise ValueError(f"covariance: {sizes} values for {n} names. Give {n} rows of {n}.")
         if problem := _not_a_covariance(self.matrix):
             raise ValueError(f"covariance: {problem}")
@@ -71,9 +77,15 @@ class Evidence(Spec):
         ranges: Mapping[str, tuple[float, float]] | None = None,
         statements: Sequence[str] = (),
     ) -> Evidence:
-        """The evidence of a fit from its numbers, all in SI; ranges by the names of `RANGES`. Errors: SpecError, one line."""
+        """The evidence of a fit from its numbers, all in SI; ranges by the names of `RANGES`. Errors: SpecError, one
+        line."""
         ends = {k: [f"{float(x)!r} {u.KINDS[RANGES[k]].si}" for x in pair] for k, pair in (ranges or {}).items()}
-        table = {"names": list(names), "covariance": np.asarray(covariance, dtype=np.float64).tolist(), "dof": float(dof), "data": data}
+        table = {
+            "names": list(names),
+            "covariance": np.asarray(covariance, dtype=np.float64).tolist(),
+            "dof": float(dof),
+            "data": data,
+        }
         found = evidence_of({**table, **ends, "statements": list(statements)}, tuple(names), "fit")
         assert found is not None
         return found
@@ -99,16 +111,22 @@ def _not_a_covariance(C: FloatArray) -> str:
         return "it is not symmetric. Give the covariance of each pair twice."
     least = float(np.linalg.eigvalsh(0.5 * (R + R.T))[0])
     if least < -SEMIDEFINITE:
-        return f"it is not positive semidefinite (least eigenvalue of its correlations {least:.3g}). Give a covariance matrix."
+        return (
+            f"it is not positive semidefinite (least eigenvalue of its correlations {least:.3g}). Give a covariance"
+            " matrix."
+        )
     return ""
 
 
 def evidence_of(table: Any, allowed: tuple[str, ...], label: str) -> Evidence | None:
-    """The evidence in a set's file, None where there is none; allowed names of its parameters. Errors: SpecError, UnitError, one line."""
+    """The evidence in a set's file, None where there is none; allowed names of its parameters. Errors: SpecError,
+    UnitError, one line."""
     if table is None:
         return None
     if not isinstance(table, Mapping):
-        raise SpecError(f"{label}: {EVIDENCE} = {u.came(table)}: a table is due, with {', '.join(Evidence.model_fields)}.")
+        raise SpecError(
+            f"{label}: {EVIDENCE} = {u.came(table)}: a table is due, with {', '.join(Evidence.model_fields)}."
+        )
     try:
         evidence = Evidence.model_validate(table)
     except ValidationError as error:

@@ -9,7 +9,8 @@ from stillhook.library.parameter_sets.sets import FrictionSet, LossSet, set_toml
 
 
 def save_set(item: FrictionSet | LossSet, path: str | Path) -> Path:
-    """Write a set as a file that a crane file can name; the file appears only when it is complete. Errors: SimulationError."""
+    """Write a set as a file that a crane file can name; the file appears only when it is complete. Errors:
+    SimulationError."""
     target = Path(path)
     text = set_toml(item)
     with whole_file(target) as part:

@@ -1,8 +1,8 @@
 """Parameter sets with their uncertainty: system frictions and motor losses, of the library or from files of your own.
 
-A set's file holds a title, its values as leaves (value, kind, source), and may hold a table ``[evidence]``: how well the values are known,
-and from what data. A crane file names a set of the library, or the path of a file seen from its own folder:
-``[friction] library = "my-crane.friction.toml"``, ``[active.motor] type = "my-motor.toml"``.
+A set's file holds a title, its values as leaves (value, kind, source), and may hold a table ``[evidence]``: how well
+the values are known, and from what data. A crane file names a set of the library, or the path of a file seen from its
+own folder: ``[friction] library = "my-crane.friction.toml"``, ``[active.motor] type = "my-motor.toml"``.
 """
 
 from __future__ import annotations
@@ -18,9 +18,22 @@ from stillhook.errors import SpecError
 from stillhook.library.parameter_sets.evidence import RANGES, Evidence, evidence_of
 from stillhook.library.toml.explain import explain
 from stillhook.library.toml.kinds import FileKind
-from stillhook.library.toml.tree import EVIDENCE, Leaf, Tree, library_table, nearest, parsed, shelf, sources, toml_text, tree, values
+from stillhook.library.toml.tree import (
+    EVIDENCE,
+    Leaf,
+    Tree,
+    library_table,
+    nearest,
+    parsed,
+    shelf,
+    sources,
+    toml_text,
+    tree,
+    values,
+)
 from stillhook.library.write import joined, leaf_tables, toml_value, written
-from stillhook.spec.crane import Motor, Source, SourceKind, Spec, SystemFriction, TorqueLoss
+from stillhook.spec.circuits import Motor, TorqueLoss
+from stillhook.spec.crane import Source, SourceKind, Spec, SystemFriction
 from stillhook.units import came
 
 SUFFIX = ".toml"
@@ -38,7 +51,8 @@ _Model = TypeVar("_Model", bound=Spec)
 
 @dataclass(frozen=True)
 class FrictionSet:
-    """A system friction (Moslatt 2020 eq. 2.7) with the source of every value and, where it was identified, its evidence."""
+    """A system friction (Moslatt 2020 eq. 2.7) with the source of every value and, where it was identified, its
+    evidence."""
 
     name: str
     title: str
@@ -49,7 +63,8 @@ class FrictionSet:
 
 @dataclass(frozen=True)
 class LossSet:
-    """A motor with its torque loss (model MJ4, Moslatt 2020 eq. 2.12), sources and evidence; the evidence is about X_1 to X_5."""
+    """A motor with its torque loss (model MJ4, Moslatt 2020 eq. 2.12), sources and evidence; the evidence is about X_1
+    to X_5."""
 
     name: str
     title: str
@@ -76,7 +91,8 @@ def load_losses(name_or_path: str | Path) -> LossSet:
 
 
 def load_set(name_or_path: str | Path) -> FrictionSet | LossSet:
-    """A set of either kind, told apart by its name in the library or by what the file holds. Errors: SpecError, UnitError, one line."""
+    """A set of either kind, told apart by its name in the library or by what the file holds. Errors: SpecError,
+    UnitError, one line."""
     if str(name_or_path) in shelf(FRICTION):
         return load_friction(name_or_path)
     if str(name_or_path) in shelf(MOTORS):
@@ -84,15 +100,23 @@ def load_set(name_or_path: str | Path) -> FrictionSet | LossSet:
     if not is_path(str(name_or_path)):
         have = (*shelf(FRICTION), *shelf(MOTORS))
         hint = nearest(str(name_or_path), have)
-        raise SpecError(f"set {came(str(name_or_path))}: the library has {', '.join(have)}{hint} A file's name ends in .toml.")
+        raise SpecError(
+            f"set {came(str(name_or_path))}: the library has {', '.join(have)}{hint} A file's name ends in .toml."
+        )
     label, table = _table(FRICTION, name_or_path, ANY, Path())
-    return _loss_set(label, table, user=True) if "D_max" in table or "loss" in table else _friction_set(label, table, user=True)
+    return (
+        _loss_set(label, table, user=True)
+        if "D_max" in table or "loss" in table
+        else _friction_set(label, table, user=True)
+    )
 
 
 def set_values(shelf_name: str, name: str, where: str, folder: Path) -> Tree:
-    """The values of a set that a crane file names, as a tree with sources, title and evidence left out; folder of that crane file.
+    """The values of a set that a crane file names, as a tree with sources, title and evidence left out; folder of that
+    crane file.
 
-    Errors: SpecError that names where, if there is no such set; what is wrong with the set itself is said in its own name.
+    Errors: SpecError that names where, if there is no such set; what is wrong with the set itself is said in its own
+    name.
     """
     label, table = _table(shelf_name, name, where, folder)
     if is_path(name):
@@ -102,7 +126,8 @@ def set_values(shelf_name: str, name: str, where: str, folder: Path) -> Tree:
 
 
 def known_torques(name: str, where: str, folder: Path) -> Tree:
-    """Drum torques between which a friction set was identified, as T_d_min and T_d_max; empty where its file does not say."""
+    """Drum torques between which a friction set was identified, as T_d_min and T_d_max; empty where its file does not
+    say."""
     label, table = _table(FRICTION, name, where, folder)
     evidence = evidence_of(table.get(EVIDENCE), Y_NAMES, label)
     if evidence is None or evidence.T_d is None:
@@ -120,7 +145,8 @@ def known_losses(name: str, where: str, folder: Path) -> Tree:
 
 
 def loss_range(evidence: Evidence | None) -> dict[str, str]:
-    """Ends of the data that a motor's loss was fitted to, as the fields of a motor name them, where the evidence knows them."""
+    """Ends of the data that a motor's loss was fitted to, as the fields of a motor name them, where the evidence knows
+    them."""
     if evidence is None:
         return {}
     ends: dict[str, str] = {}
@@ -161,7 +187,9 @@ def _evidence_lines(e: Evidence) -> Iterator[str]:
 def _table(shelf_name: str, name_or_path: str | Path, where: str, folder: Path) -> tuple[str, dict[str, Any]]:
     """Label for errors and the parsed tables of a set's file."""
     if not isinstance(name_or_path, str | Path) or not str(name_or_path).strip():
-        raise SpecError(f"{where} = {came(name_or_path)}: give a name ({', '.join(shelf(shelf_name))}) or the path of a .toml file.")
+        raise SpecError(
+            f"{where} = {came(name_or_path)}: give a name ({', '.join(shelf(shelf_name))}) or the path of a .toml file."
+        )
     if not _is_file(shelf_name, name_or_path):
         try:
             return f"{name_or_path}{SUFFIX}", library_table(shelf_name, str(name_or_path), where)
@@ -171,7 +199,9 @@ def _table(shelf_name: str, name_or_path: str | Path, where: str, folder: Path) 
     try:
         text = toml_text(path)
     except SpecError as problem:
-        raise SpecError(f"{where} = {came(str(name_or_path))}: {str(problem).removeprefix(f'{came(str(path))}: ')}") from None
+        raise SpecError(
+            f"{where} = {came(str(name_or_path))}: {str(problem).removeprefix(f'{came(str(path))}: ')}"
+        ) from None
     if not text.strip():
         raise SpecError(f"{path.name}: empty. Copy a set of the library, or let stillhook identify write one.")
     return path.name, parsed(text, path.name, *(OF_SHELF.values() if where == ANY else (OF_SHELF[shelf_name],)))
@@ -188,7 +218,9 @@ def _tree(label: str, table: Mapping[str, Any], *, user: bool) -> Tree:
 
 def _friction_set(label: str, table: dict[str, Any], *, user: bool) -> FrictionSet:
     system, origin = _validated(SystemFriction, label, table, user=user)
-    return FrictionSet(_name(label), _title(label, table), system, origin, evidence_of(table.get(EVIDENCE), Y_NAMES, label))
+    return FrictionSet(
+        _name(label), _title(label, table), system, origin, evidence_of(table.get(EVIDENCE), Y_NAMES, label)
+    )
 
 
 def _loss_set(label: str, table: dict[str, Any], *, user: bool) -> LossSet:
@@ -196,7 +228,9 @@ def _loss_set(label: str, table: dict[str, Any], *, user: bool) -> LossSet:
     return LossSet(_name(label), _title(label, table), motor, origin, evidence_of(table.get(EVIDENCE), X_NAMES, label))
 
 
-def _validated(model: type[_Model], label: str, table: dict[str, Any], *, user: bool) -> tuple[_Model, dict[str, Source]]:
+def _validated(
+    model: type[_Model], label: str, table: dict[str, Any], *, user: bool
+) -> tuple[_Model, dict[str, Source]]:
     node = _tree(label, table, user=user)
     data = values(node)
     try:

@@ -1,4 +1,5 @@
-"""What a TOML file is, by its tables, and which command reads it: a file handed to the wrong command is named in one line."""
+"""What a TOML file is, by its tables, and which command reads it: a file handed to the wrong command is named in one
+line."""
 
 from __future__ import annotations
 
@@ -20,8 +21,14 @@ class FileKind(Enum):
     LIFT = ("a lift file", "stillhook lower and stillhook response read it")
     CASE = ("a case file", "stillhook run and stillhook uncertainty read it")
     CRANE = ("a crane file", "stillhook crane and every option --crane read it, and the files that name it as crane")
-    PAYLOAD = ("a payload file", "stillhook payload show reads it, and the lift files and plans that name it as payload")
-    CONTROLLER = ("a controller file", "stillhook map, stillhook envelope and stillhook uncertainty read it, among the controllers")
+    PAYLOAD = (
+        "a payload file",
+        "stillhook payload show reads it, and the lift files and plans that name it as payload",
+    )
+    CONTROLLER = (
+        "a controller file",
+        "stillhook map, stillhook envelope and stillhook uncertainty read it, among the controllers",
+    )
     FRICTION = ("a friction set", "stillhook friction compare reads it, and the crane files that name it")
     MOTOR = ("a motor set", "stillhook friction draws reads it, and the crane files that name it")
     FRICTION_CAMPAIGN = ("a campaign of friction tests", "stillhook identify friction reads it")
@@ -73,7 +80,9 @@ def kind_of(table: Mapping[str, Any]) -> FileKind | None:
     """The kind of a parsed TOML file; None where its tables do not tell it."""
     if "test" in table:
         tests = table["test"] if isinstance(table["test"], list) else []
-        validation = _OF_VALIDATION & table.keys() or any(isinstance(t, Mapping) and {"kind", "mode"} & t.keys() for t in tests)
+        validation = _OF_VALIDATION & table.keys() or any(
+            isinstance(t, Mapping) and {"kind", "mode"} & t.keys() for t in tests
+        )
         return FileKind.CAMPAIGN if validation else FileKind.FRICTION_CAMPAIGN
     found = next((kind for kind, marks in _MARKS if marks <= table.keys()), None)
     if found is not None:
@@ -86,7 +95,8 @@ def kind_of(table: Mapping[str, Any]) -> FileKind | None:
 
 
 def refuse_other(table: Mapping[str, Any], name: str, *wanted: FileKind) -> None:
-    """Refuse a file that is known to be of another kind than those wanted. Errors: SpecError that says what it is and what reads it."""
+    """Refuse a file that is known to be of another kind than those wanted. Errors: SpecError that says what it is and
+    what reads it."""
     found = kind_of(table)
     if wanted and found is not None and found not in wanted:
         nouns = " or ".join(kind.noun for kind in wanted)
@@ -94,7 +104,8 @@ def refuse_other(table: Mapping[str, Any], name: str, *wanted: FileKind) -> None
 
 
 def other_kind(name: str, wanted: FileKind) -> str:
-    """A sentence for a name that the library has as something else than what is wanted; empty where it has none such."""
+    """A sentence for a name that the library has as something else than what is wanted; empty where it has none
+    such."""
     found = kind_on_shelf(name) if name.isprintable() and not {"/", "\\"} & set(name) else None
     return "" if found in (None, wanted) else f" The library has it as {found.noun}: {found.read_by}."
 
@@ -108,9 +119,13 @@ def kind_of_toml(text: str) -> FileKind | None:
 
 
 _SHELVES = {
-    "cranes": FileKind.CRANE, "payloads": FileKind.PAYLOAD, "lifts": FileKind.LIFT, "plans": FileKind.PLAN,
-    "friction": FileKind.FRICTION, "motors": FileKind.MOTOR,
-}  # fmt: skip
+    "cranes": FileKind.CRANE,
+    "payloads": FileKind.PAYLOAD,
+    "lifts": FileKind.LIFT,
+    "plans": FileKind.PLAN,
+    "friction": FileKind.FRICTION,
+    "motors": FileKind.MOTOR,
+}
 """Shelves of the library."""
 
 
@@ -123,7 +138,8 @@ def kind_on_shelf(name: str) -> FileKind | None:
 
 
 def toml_instead(path: str | os.PathLike[str], wanted: str) -> str:
-    """A line on a TOML file that stands in place of data (wanted: what they are called, with an article); empty for any other file."""
+    """A line on a TOML file that stands in place of data (wanted: what they are called, with an article); empty for any
+    other file."""
     file = Path(path)
     if file.suffix.lower() != ".toml" or not file.is_file():
         return ""
@@ -142,4 +158,7 @@ def kind_of_text(text: str) -> str:
     start = text[:1000]
     if not ("omega [rad/s]" in start or "TRANSFER FUNCTION" in start.upper() or "VesselTypes:" in text[:100_000]):
         return ""
-    return "is a vessel file, not TOML: stillhook vessel check reads it, and the lift files and plans that name it as vessel"
+    return (
+        "is a vessel file, not TOML: stillhook vessel check reads it, and the lift files and plans that name it as"
+        " vessel"
+    )

@@ -69,7 +69,9 @@ def library_table(shelf_name: str, name: str, where: str) -> dict[str, Any]:
     """One file of the library as it is parsed; SpecError that names ``where`` if there is none of this name."""
     if name not in shelf(shelf_name):
         have = ", ".join(shelf(shelf_name))
-        raise SpecError(f"{where} = {came(name)}: not in the library, which has {have}{nearest(name, shelf(shelf_name))}")
+        raise SpecError(
+            f"{where} = {came(name)}: not in the library, which has {have}{nearest(name, shelf(shelf_name))}"
+        )
     return parsed(_library_text(shelf_name, name), f"{name}.toml")
 
 
@@ -101,8 +103,8 @@ START_CRANE = 'Start it with base = "nov-250t", or copy a crane of the library.'
 
 
 def parsed(text: str, name: str, *kinds: FileKind, start: str = START_CRANE) -> dict[str, Any]:
-    """The tables of a TOML text of one of these kinds (none for the library's own); SpecError of one line, naming the file, if it is empty
-    (start says what to do then), not TOML, or known to be of another kind."""
+    """The tables of a TOML text of one of these kinds (none for the library's own); SpecError of one line, naming the
+    file, if it is empty (start says what to do then), not TOML, or known to be of another kind."""
     if not text.strip():
         raise SpecError(f"{name}: empty. {start}")
     try:
@@ -133,7 +135,9 @@ def tree(table: Mapping[str, Any], name: str, *, user: bool, path: str = "") -> 
         elif user or place in LABELS:
             out[key] = Leaf(_plain(value, name, place), Source(text=f"given in {name}", kind=SourceKind.USER))
         else:
-            raise SpecError(f"{name}: {place}: a number of the library needs its kind and source. Write them beside its value.")
+            raise SpecError(
+                f"{name}: {place}: a number of the library needs its kind and source. Write them beside its value."
+            )
     return out
 
 

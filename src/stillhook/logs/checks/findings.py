@@ -1,4 +1,5 @@
-"""What is wrong with the samples of a log, told as findings: gaps, missing and impossible values, time that runs backwards."""
+"""What is wrong with the samples of a log, told as findings: gaps, missing and impossible values, time that runs
+backwards."""
 
 from __future__ import annotations
 
@@ -38,12 +39,17 @@ class Checked:
 
 
 def checked(track: Track) -> Checked:
-    """The bins of a track with everything that is wrong with them. Errors: LogError for signals that cannot be trusted at all."""
+    """The bins of a track with everything that is wrong with them. Errors: LogError for signals that cannot be trusted
+    at all."""
     bins = track.finish()
     for i, column in enumerate(track.columns):
         column.watch.finish()
         t, means = on_stretches(bins.t, bins.starts), on_stretches(bins.means[i], bins.starts)
-        marked = [replace(run, noisy=column.watch.noisy_at(run, t, means)) for run in column.watch.runs] if judged(column) else []
+        marked = (
+            [replace(run, noisy=column.watch.noisy_at(run, t, means)) for run in column.watch.runs]
+            if judged(column)
+            else []
+        )
         column.watch.runs = marked
         column.watch.spans.clear()
     out = Checked(track, bins, [np.zeros(len(bins.t), np.bool_) for _ in track.columns])
@@ -69,31 +75,53 @@ def counted(number: int, what: str) -> str:
 def _time(out: Checked) -> None:
     track = out.track
     if track.untimed.number:
-        out.findings.append(Finding(
-            "time", "missing", np.nan, np.nan, track.untimed.number, "left out",
-            f"time: {counted(track.untimed.number, track.row)} without a readable time left out, the first is {track.row} "
-            f"{track.untimed.line}",
-        ))  # fmt: skip
+        out.findings.append(
+            Finding(
+                "time",
+                "missing",
+                np.nan,
+                np.nan,
+                track.untimed.number,
+                "left out",
+                f"time: {counted(track.untimed.number, track.row)} without a readable time left out, the first is"
+                f" {track.row} {track.untimed.line}",
+            )
+        )
     back = track.backwards
     if back.number:
-        out.findings.append(Finding(
-            "time", "time-backwards", back.start, back.end, back.number, "left out",
-            f"time: {counted(back.number, 'sample')} whose time repeats or runs back (by up to {back.largest:.3g} s) left out, the first "
-            "is "
-            f"{track.row} {back.line}",
-        ))  # fmt: skip
+        out.findings.append(
+            Finding(
+                "time",
+                "time-backwards",
+                back.start,
+                back.end,
+                back.number,
+                "left out",
+                f"time: {counted(back.number, 'sample')} whose time repeats or runs back (by up to {back.largest:.3g}"
+                f" s) left out, the first is {track.row} {back.line}",
+            )
+        )
     _uneven(out)
     for start, end in track.gaps[:MOST_LISTED]:
         out.findings.append(
-            Finding("time", "gap", start, end, 1, "noted", f"time: no samples for {end - start:.4g} s from {start:.6g} s on")
+            Finding(
+                "time", "gap", start, end, 1, "noted", f"time: no samples for {end - start:.4g} s from {start:.6g} s on"
+            )
         )
     if len(track.gaps) > MOST_LISTED:
         rest = track.gaps[MOST_LISTED:]
         longest = max(end - start for start, end in rest)
-        out.findings.append(Finding(
-            "time", "gap", rest[0][0], rest[-1][1], len(rest), "noted",
-            f"time: {len(rest)} more gaps, the longest {longest:.4g} s, from {rest[0][0]:.6g} s on",
-        ))  # fmt: skip
+        out.findings.append(
+            Finding(
+                "time",
+                "gap",
+                rest[0][0],
+                rest[-1][1],
+                len(rest),
+                "noted",
+                f"time: {len(rest)} more gaps, the longest {longest:.4g} s, from {rest[0][0]:.6g} s on",
+            )
+        )
 
 
 def _uneven(out: Checked) -> None:
@@ -105,7 +133,10 @@ def _uneven(out: Checked) -> None:
         return
     mean = track.samples / max(covered, track.spacing)
     if abs(mean * track.spacing - 1.0) > RATE and covered > FEWEST_SLOW * track.every:
-        text = f"time: {mean:.4g} samples per second on average, and {1.0 / track.spacing:.4g} at the start: the spacing is uneven"
+        text = (
+            f"time: {mean:.4g} samples per second on average, and {1.0 / track.spacing:.4g} at the start: the spacing"
+            " is uneven"
+        )
         out.findings.append(Finding("time", "uneven", 0.0, float(out.bins.t[-1]), track.samples, "noted", text))
 
 
@@ -116,14 +147,21 @@ def _impossible(out: Checked, column: Column) -> None:
     said = f"{signal.name} = {signal.say(watch.beyond_value)} is beyond {signal.say(watch.limit)}"
     if watch.beyond > MOST_IMPOSSIBLE * max(1, watch.good + watch.beyond):
         raise LogError(
-            f"{track.file}: {track.row} {watch.beyond_line}: {said} ({watch.beyond} such samples of {watch.good + watch.beyond}). Check "
-            "the unit "
-            f"{came(column.unit)} of column {came(signal.column)} in the mapping, or its scale."
+            f"{track.file}: {track.row} {watch.beyond_line}: {said} ({watch.beyond} such samples of"
+            f" {watch.good + watch.beyond}). Check the unit {came(column.unit)} of column {came(signal.column)} in the"
+            " mapping, or its scale."
         )
-    out.findings.append(Finding(
-        signal.name, "impossible", watch.beyond_at, watch.beyond_at, watch.beyond, "left out",
-        f"{said} in {track.row} {watch.beyond_line}: {counted(watch.beyond, 'such sample')} left out",
-    ))  # fmt: skip
+    out.findings.append(
+        Finding(
+            signal.name,
+            "impossible",
+            watch.beyond_at,
+            watch.beyond_at,
+            watch.beyond,
+            "left out",
+            f"{said} in {track.row} {watch.beyond_line}: {counted(watch.beyond, 'such sample')} left out",
+        )
+    )
 
 
 def _missing(out: Checked, i: int, column: Column) -> None:
@@ -132,8 +170,8 @@ def _missing(out: Checked, i: int, column: Column) -> None:
     texts = ", ".join(came(text) if text else "empty cells" for text in column.texts)
     if not column.watch.good:
         raise LogError(
-            f"{track.file}: {signal.name}: column {came(signal.column)} holds no number that can be read ({texts or 'all cells empty'}). "
-            "Map another column or leave the signal out."
+            f"{track.file}: {signal.name}: column {came(signal.column)} holds no number that can be read"
+            f" ({texts or 'all cells empty'}). Map another column or leave the signal out."
         )
     per_bin = max(1.0, track.every / track.spacing) if track.spacing > 0.0 else 1.0
     if not any(column.texts) and number > SLOWER * track.samples and _slower(out, i):
@@ -142,14 +180,23 @@ def _missing(out: Checked, i: int, column: Column) -> None:
     if number <= 0:
         return
     where = np.flatnonzero(missing > 0)
-    out.findings.append(Finding(
-        signal.name, "missing", float(out.bins.t[where[0]]), float(out.bins.t[where[-1]]), number, "left out",
-        f"{signal.name}: {counted(number, 'sample')} missing ({texts or 'empty cells'}), first near {out.bins.t[where[0]]:.6g} s",
-    ))  # fmt: skip
+    out.findings.append(
+        Finding(
+            signal.name,
+            "missing",
+            float(out.bins.t[where[0]]),
+            float(out.bins.t[where[-1]]),
+            number,
+            "left out",
+            f"{signal.name}: {counted(number, 'sample')} missing ({texts or 'empty cells'}), first near"
+            f" {out.bins.t[where[0]]:.6g} s",
+        )
+    )
 
 
 def _slower(out: Checked, i: int) -> bool:
-    """Whether a column with many empty cells is that of a slower signal, one value in so many rows; then the bins between are filled."""
+    """Whether a column with many empty cells is that of a slower signal, one value in so many rows; then the bins
+    between are filled."""
     means, t, signal = out.bins.means[i], out.bins.t, out.track.columns[i].signal
     good = np.flatnonzero(np.isfinite(means))
     if len(good) < FEWEST_SLOW:
@@ -159,12 +206,22 @@ def _slower(out: Checked, i: int) -> bool:
     if np.count_nonzero(apart > 1.5 * usual) > IRREGULAR * len(apart):
         return False
     after = np.clip(np.searchsorted(good, np.arange(len(t))), 1, len(good) - 1)
-    inside = (t[good[after]] - t[good[after - 1]] <= 2.5 * usual) & (np.arange(len(t)) >= good[0]) & (np.arange(len(t)) <= good[-1])
-    out.bins.means[i] = np.where(np.isfinite(means), means, np.where(inside, np.interp(t, t[good], means[good]), np.nan))
+    inside = (
+        (t[good[after]] - t[good[after - 1]] <= 2.5 * usual)
+        & (np.arange(len(t)) >= good[0])
+        & (np.arange(len(t)) <= good[-1])
+    )
+    out.bins.means[i] = np.where(
+        np.isfinite(means), means, np.where(inside, np.interp(t, t[good], means[good]), np.nan)
+    )
     out.doubtful[i] |= np.isnan(out.bins.means[i])
     every = out.track.samples / max(1, out.track.columns[i].watch.good)
-    text = f"{signal.name}: one value in {every:.3g} {out.track.row}s, the other cells are empty: read as a slower signal"
-    out.findings.append(Finding(signal.name, "slower", float(t[0]), float(t[-1]), out.track.columns[i].watch.good, "noted", text))
+    text = (
+        f"{signal.name}: one value in {every:.3g} {out.track.row}s, the other cells are empty: read as a slower signal"
+    )
+    out.findings.append(
+        Finding(signal.name, "slower", float(t[0]), float(t[-1]), out.track.columns[i].watch.good, "noted", text)
+    )
     return True
 
 
@@ -176,7 +233,9 @@ def _saturated(out: Checked, i: int, column: Column) -> None:
         assert signal.lo is not None
         assert signal.hi is not None
         ends = f"an end of its range ({signal.say(signal.lo)} to {signal.say(signal.hi)})"
-        _mark_saturated(out, i, signal.name, bins, watch.at_ends_samples, f"{signal.name}: {{n}} samples stand at {ends}")
+        _mark_saturated(
+            out, i, signal.name, bins, watch.at_ends_samples, f"{signal.name}: {{n}} samples stand at {ends}"
+        )
     if signal.name in SET_VALUES or not watch.noisy:
         return
     for rail, which in ((watch.top, "largest"), (watch.bottom, "smallest")):
@@ -190,14 +249,22 @@ def _saturated(out: Checked, i: int, column: Column) -> None:
 
 def _is_rail(rail: Rail) -> bool:
     others = [count for level, count in rail.levels.items() if level != rail.value]
-    return rail.hits >= RAIL_HITS and rail.mixed >= RAIL_BINS and len(others) >= RAIL_LEVELS and rail.hits >= RAIL_SHARE * max(others)
+    return (
+        rail.hits >= RAIL_HITS
+        and rail.mixed >= RAIL_BINS
+        and len(others) >= RAIL_LEVELS
+        and rail.hits >= RAIL_SHARE * max(others)
+    )
 
 
 def _mark_saturated(out: Checked, i: int, name: str, stretches: NDArray[np.int64], samples: int, text: str) -> None:
     at = np.isin(out.bins.wide, stretches)
     out.doubtful[i] |= at
     t = out.bins.t[at]
-    text = f"{text.format(n=samples)}, from {t[0]:.6g} s on, in {int(at.sum())} bins: the sensor or its converter is saturated"
+    text = (
+        f"{text.format(n=samples)}, from {t[0]:.6g} s on, in {int(at.sum())} bins: the sensor or its converter is"
+        " saturated"
+    )
     out.findings.append(Finding(name, "saturated", float(t[0]), float(t[-1]), samples, "noted", text))
 
 
@@ -207,7 +274,7 @@ def _too_small(out: Checked, column: Column) -> None:
     least = LEAST.get(signal.name)
     if least is not None and watch.good and max(abs(watch.lowest), abs(watch.highest)) < least:
         raise LogError(
-            f"{out.track.file}: {signal.name} never exceeds {signal.say(max(abs(watch.lowest), abs(watch.highest)))}, where "
-            f"{signal.say(least)} is the "
-            f"least that makes sense. Check the unit {came(column.unit)} of column {came(signal.column)} in the mapping, or its scale."
+            f"{out.track.file}: {signal.name} never exceeds {signal.say(max(abs(watch.lowest), abs(watch.highest)))},"
+            f" where {signal.say(least)} is the least that makes sense. Check the unit {came(column.unit)} of column"
+            f" {came(signal.column)} in the mapping, or its scale."
         )

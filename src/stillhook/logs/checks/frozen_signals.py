@@ -18,9 +18,11 @@ from stillhook.logs.types import Finding, Signal
 from stillhook.units import came
 
 HELD = ("p_b",)
-"""Signals that the machine itself may hold: a closed circuit's low side. What friction takes from it is its change between hoisting and
-lowering, so a constant one is used, and told."""
-CHANCE = 1e-6  # expected number of runs so long, if values repeat as often as in the rest of the log: rarer is no chance
+"""Signals that the machine itself may hold: a closed circuit's low side. What friction takes from it is its change
+between hoisting and lowering, so a constant one is used, and told."""
+CHANCE = (
+    1e-6  # expected number of runs so long, if values repeat as often as in the rest of the log: rarer is no chance
+)
 MOVES = 0.2  # of the spread of a signal over the whole log: so much change is motion
 ABOVE_NOISE = 20.0  # times the step from bin to bin: a spread that is smaller is noise; in white noise it is 5 times
 COMMANDED = 0.1  # of the pump command: with more, a winch that stands still is not at rest
@@ -42,23 +44,36 @@ class Watched:
 
 
 def standstill(
-    file: str, t: FloatArray, signals: Mapping[str, Watched], doubtful: Mapping[str, BoolArray], starts: NDArray[np.intp]
+    file: str,
+    t: FloatArray,
+    signals: Mapping[str, Watched],
+    doubtful: Mapping[str, BoolArray],
+    starts: NDArray[np.intp],
 ) -> list[Finding]:
-    """Findings of signals that are stuck; their bins become doubtful. starts: the first bin of every stretch on which motion is looked for.
+    """Findings of signals that are stuck; their bins become doubtful. starts: the first bin of every stretch on which
+    motion is looked for.
 
-    Whether the winch moves is said by signals of the winch alone: a tip that moves above a winch at rest is no evidence. The tip's own
-    signals are held against each other.
+    Whether the winch moves is said by signals of the winch alone: a tip that moves above a winch at rest is no
+    evidence. The tip's own signals are held against each other.
     Errors: LogError where a signal that friction needs never changes although others move.
     """
     found: list[Finding] = []
     looked = {name: replace(w, values=on_stretches(w.values, starts)) for name, w in signals.items()}
     at, spread = on_stretches(t, starts), {name: _spread(w.values) for name, w in looked.items()}
     for name, w in looked.items():
-        others = {o: other for o, other in looked.items() if other is not w and (o in TIP if name in TIP else o not in NOT_THE_WINCH)}
+        others = {
+            o: other
+            for o, other in looked.items()
+            if other is not w and (o in TIP if name in TIP else o not in NOT_THE_WINCH)
+        }
         if w.watch.lowest == w.watch.highest:
             found.append(_constant(file, t, w, others, spread, doubtful[name]))
         elif name not in SET_VALUES:
-            stuck = [(run, why) for run in w.runs if _beyond_chance(w.watch, run) and (why := _while_moving(at, w, run, others, spread))]
+            stuck = [
+                (run, why)
+                for run in w.runs
+                if _beyond_chance(w.watch, run) and (why := _while_moving(at, w, run, others, spread))
+            ]
             found += _told(t, w, stuck, doubtful[name])
     return found
 
@@ -69,12 +84,23 @@ def _spread(values: FloatArray) -> float:
 
 
 def _constant(
-    file: str, t: FloatArray, w: Watched, others: Mapping[str, Watched], spread: Mapping[str, float], doubtful: BoolArray
+    file: str,
+    t: FloatArray,
+    w: Watched,
+    others: Mapping[str, Watched],
+    spread: Mapping[str, float],
+    doubtful: BoolArray,
 ) -> Finding:
     name, value = w.signal.name, w.signal.say(w.watch.highest)
     if name in SET_VALUES:
         return Finding(
-            name, "constant", float(t[0]), float(t[-1]), w.watch.good, "noted", f"{name} stands at {value} throughout, as a set value may"
+            name,
+            "constant",
+            float(t[0]),
+            float(t[-1]),
+            w.watch.good,
+            "noted",
+            f"{name} stands at {value} throughout, as a set value may",
         )
     moving = [other for other, o in others.items() if o.watch.lowest != o.watch.highest]
     if name in TIP and not any(spread[other] > TIP_MOVES * _noise(others[other].values) for other in moving):
@@ -86,14 +112,19 @@ def _constant(
         return Finding(name, "constant", float(t[0]), float(t[-1]), w.watch.good, "noted", text)
     if name in REQUIRED and moving:
         raise LogError(
-            f"{file}: {name} stands at {value} throughout while {moving[0]} changes: the sensor was off or stuck, or column "
-            f"{came(w.signal.column)} is "
-            "another one. Map another column, or leave the signal out."
+            f"{file}: {name} stands at {value} throughout while {moving[0]} changes: the sensor was off or stuck, or"
+            f" column {came(w.signal.column)} is another one. Map another column, or leave the signal out."
         )
     doubtful[:] = True
     also = f" while {moving[0]} changes: the sensor was off or stuck" if moving else ", and so does every other signal"
     return Finding(
-        name, "stuck", float(t[0]), float(t[-1]), w.watch.good, "noted", f"{name} stands at {value} throughout{also}; none of it counts"
+        name,
+        "stuck",
+        float(t[0]),
+        float(t[-1]),
+        w.watch.good,
+        "noted",
+        f"{name} stands at {value} throughout{also}; none of it counts",
     )
 
 
@@ -108,7 +139,9 @@ def _beyond_chance(watch: Watch, run: Run) -> bool:
     return math.log(others) + (run.samples - 1) * math.log1p(-1.0 / mean) < math.log(CHANCE)
 
 
-def _while_moving(t: FloatArray, w: Watched, run: Run, others: Mapping[str, Watched], spread: Mapping[str, float]) -> str:
+def _while_moving(
+    t: FloatArray, w: Watched, run: Run, others: Mapping[str, Watched], spread: Mapping[str, float]
+) -> str:
     """What moves while a signal stands still, "" where nothing says that it should change."""
     part = slice(*(int(i) for i in np.searchsorted(t, (run.start, run.end))))
     if part.stop - part.start < 2:
@@ -120,7 +153,9 @@ def _while_moving(t: FloatArray, w: Watched, run: Run, others: Mapping[str, Watc
         return turning  # a winch at rest is allowed
     if w.signal.quantity in MOTION:  # pressures may change at a constant speed
         others = {name: other for name, other in others.items() if other.signal.quantity in MOTION or name == "u_p"}
-    changing = next((name for name, other in others.items() if spread[name] > 0.0 and _changes(other, part, spread[name])), "")
+    changing = next(
+        (name for name, other in others.items() if spread[name] > 0.0 and _changes(other, part, spread[name])), ""
+    )
     if changing or not run.noisy:
         return changing
     return turning or ("the winch" if w.signal.quantity in MOTION else "")
@@ -170,16 +205,31 @@ def _told(t: FloatArray, w: Watched, stuck: list[tuple[Run, str]], doubtful: Boo
     name = w.signal.name
     for run, why in stuck:
         doubtful[(t >= run.start - 1e-9) & (t <= run.end + 1e-9)] = True
-        found.append(Finding(
-            name, "stuck", run.start, run.end, run.samples, "noted",
-            f"{name} stands at {w.signal.say(run.value, 6)} to the last digit from {run.start:.6g} s to {run.end:.6g} s while {why} "
-            "moves: stuck",
-        ))  # fmt: skip
+        found.append(
+            Finding(
+                name,
+                "stuck",
+                run.start,
+                run.end,
+                run.samples,
+                "noted",
+                f"{name} stands at {w.signal.say(run.value, 6)} to the last digit from {run.start:.6g} s to"
+                f" {run.end:.6g} s while {why} moves: stuck",
+            )
+        )
     if len(found) <= MOST_LISTED:
         return found
     rest = found[MOST_LISTED:]
     seconds = sum(finding.end - finding.start for finding in rest)
-    return [*found[:MOST_LISTED], Finding(
-        name, "stuck", rest[0].start, rest[-1].end, sum(finding.count for finding in rest), "noted",
-        f"{name} is stuck {len(rest)} more times, {seconds:.4g} s in all, from {rest[0].start:.6g} s on",
-    )]  # fmt: skip
+    return [
+        *found[:MOST_LISTED],
+        Finding(
+            name,
+            "stuck",
+            rest[0].start,
+            rest[-1].end,
+            sum(finding.count for finding in rest),
+            "noted",
+            f"{name} is stuck {len(rest)} more times, {seconds:.4g} s in all, from {rest[0].start:.6g} s on",
+        ),
+    ]

@@ -38,11 +38,24 @@ LEAST: Mapping[str, float] = MappingProxyType(
 FRACTIONS = ("u_p", "u_m", "u_ff", "u_raw", "alpha_p", "alpha_m", "alpha_pp", "alpha_pm", "f_pump")
 LARGEST_FRACTION = 1.5  # commands and displacements over their maximum; percent read as plain numbers is caught here
 SET_VALUES = (
-    "u_p", "u_m", "u_ff", "u_raw", "D_m", "alpha_p", "alpha_m", "alpha_pp", "alpha_pm", "f_pump", "layer", "mode", "v_op", "e_c",
+    "u_p",
+    "u_m",
+    "u_ff",
+    "u_raw",
+    "D_m",
+    "alpha_p",
+    "alpha_m",
+    "alpha_pp",
+    "alpha_pm",
+    "f_pump",
+    "layer",
+    "mode",
+    "v_op",
+    "e_c",
     "e_c_measured",
-)  # fmt: skip
-"""Signals that the control sets or computes: they may stand still to the last digit by design, as the error does while the winch does not
-compensate."""
+)
+"""Signals that the control sets or computes: they may stand still to the last digit by design, as the error does while
+the winch does not compensate."""
 TIP = ("s_tip", "v_tip", "a_tip")
 """Signals of the crane's tip."""
 NOT_THE_WINCH = (*TIP, "v_op", "mode", "layer", "e_c", "e_c_measured", "s_load", "v_load")

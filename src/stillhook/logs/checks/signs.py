@@ -1,8 +1,8 @@
 """Signs that contradict each other: hoisting is positive, A is the hoisting side, wire out grows downwards.
 
-What is used: the pump command and the motors turn the same way; friction makes the pressure drop p_a - p_b higher when hoisting than when
-lowering the same load; wire that is paid out grows while speed is negative. Where the winch compensates, the tip tells as well
-(`log_signs_ahc`). A contradiction is refused with the row to write, never mended.
+What is used: the pump command and the motors turn the same way; friction makes the pressure drop p_a - p_b higher when
+hoisting than when lowering the same load; wire that is paid out grows while speed is negative. Where the winch
+compensates, the tip tells as well (`log_signs_ahc`). A contradiction is refused with the row to write, never mended.
 """
 
 from __future__ import annotations
@@ -25,7 +25,9 @@ SHORTEST_MOVE = 5  # bins
 FEWEST_PAIRS = 3  # neighbouring moves up and down
 MOST_PAIRS = 0.8  # of them must say the same
 CLEAR = 0.5e5  # Pa: smaller differences between directions are noise
-HANGING = 1.0  # times the difference between directions: with a larger mean the drop has one sign in both, so a load hangs
+HANGING = (
+    1.0  # times the difference between directions: with a larger mean the drop has one sign in both, so a load hangs
+)
 
 
 def check_signs(log: Log) -> None:
@@ -45,10 +47,13 @@ def check_signs(log: Log) -> None:
     if unclear:
         problems.append(_unclear(log, speed, command))
     if swapped:
-        problems.append(_swap(log) + ": the pressure drop is negative with a hanging load (map p_hp if a passive system carries it)")
+        problems.append(
+            _swap(log) + ": the pressure drop is negative with a hanging load (map p_hp if a passive system carries it)"
+        )
     if flipped_speed:
         problems.append(
-            f"set sign = {-_sign(log, speed)} for {speed}: the pressure drop is higher when it is negative, and hoisting must be positive"
+            f"set sign = {-_sign(log, speed)} for {speed}: the pressure drop is higher when it is negative, and"
+            " hoisting must be positive"
         )
     if command > AGREE and flipped_speed:
         problems.append(f"set sign = {-_sign(log, 'u_p')} for u_p, which runs with {speed}")
@@ -67,7 +72,9 @@ def check_signs(log: Log) -> None:
 def _refuse(log: Log, problems: list[str], rule: str) -> None:
     if problems:
         said = "; ".join(problems)
-        raise LogError(f"{log.source}: signs contradict each other. In the mapping {said}. {rule}, p_a is the hoisting side.")
+        raise LogError(
+            f"{log.source}: signs contradict each other. In the mapping {said}. {rule}, p_a is the hoisting side."
+        )
 
 
 def _on_stretches(log: Log) -> Log:
@@ -88,12 +95,15 @@ def _row(log: Log, name: str) -> str:
     """The row of the mapping that turns a signal round."""
     if name == PRESSURE:
         return _swap(log)
-    offset = " and an offset that makes it the wire out" if name == "s_w" and np.nanmedian(log.signals[name]) > 0.0 else ""
+    offset = (
+        " and an offset that makes it the wire out" if name == "s_w" and np.nanmedian(log.signals[name]) > 0.0 else ""
+    )
     return f"set sign = {-_sign(log, name)}{offset} for {name}"
 
 
 def _friction_way(log: Log) -> int:
-    """1 where the pressure drop is higher when hoisting by the first speed there is, -1 where it is lower, 0 where it does not tell."""
+    """1 where the pressure drop is higher when hoisting by the first speed there is, -1 where it is lower, 0 where it
+    does not tell."""
     speed = next((name for name in ("omega_m", "v_w") if name in log.signals), None)
     if speed is None or not _has_pressure(log):
         return 0
@@ -128,7 +138,10 @@ def _together(x: FloatArray, y: FloatArray) -> float:
 
 def _speeds(log: Log, v: FloatArray, speed: str) -> list[str]:
     if speed == "omega_m" and "v_w" in log.signals and _together(_good(log, "v_w"), v) < -AGREE:
-        return [f"set sign = {-_sign(log, 'v_w')} for v_w, or sign = {-_sign(log, speed)} for {speed}: they run against each other"]
+        return [
+            f"set sign = {-_sign(log, 'v_w')} for v_w, or sign = {-_sign(log, speed)} for {speed}: they run against"
+            " each other"
+        ]
     return []
 
 
@@ -147,7 +160,9 @@ def _friction(log: Log, v: FloatArray) -> tuple[bool, bool, bool]:
     load = float(np.median([mean for _, mean in moves]))
     hangs = abs(load) > HANGING * abs(apart)
     swapped = hangs and load < 0.0
-    if swapped and "p_hp" in log.signals:  # a passive system that carries more than the load makes the drop negative as well
+    if (
+        swapped and "p_hp" in log.signals
+    ):  # a passive system that carries more than the load makes the drop negative as well
         swapped = hangs = False
     against = (apart < 0.0) != swapped  # swapped pressures turn the difference round as well
     return against and hangs, swapped, against and not hangs
@@ -166,7 +181,8 @@ def _moves(v: FloatArray, dp: FloatArray) -> list[tuple[int, float]]:
 
 
 def _apart(moves: list[tuple[int, float]]) -> float | None:
-    """How much higher the pressure drop is when hoisting than in the neighbouring moves down [Pa]; None where they do not agree."""
+    """How much higher the pressure drop is when hoisting than in the neighbouring moves down [Pa]; None where they do
+    not agree."""
     differences = np.array([a[1] - b[1] if a[0] > 0 else b[1] - a[1] for a, b in pairwise(moves) if a[0] != b[0]])
     if len(differences) < FEWEST_PAIRS or abs(np.median(differences)) < CLEAR:
         return None
@@ -195,5 +211,8 @@ def _wire(log: Log, v: FloatArray, speed: str) -> list[str]:
     s, t = _good(log, "s_w"), log.t
     rate = np.gradient(s, t) if len(t) > 1 else np.zeros_like(s)
     if _together(rate, v) > AGREE:
-        return [f"set sign = {-_sign(log, 's_w')} for s_w: it grows while {speed} is positive, and wire paid out must shrink when hoisting"]
+        return [
+            f"set sign = {-_sign(log, 's_w')} for s_w: it grows while {speed} is positive, and wire paid out must"
+            " shrink when hoisting"
+        ]
     return []

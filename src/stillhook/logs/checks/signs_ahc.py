@@ -1,9 +1,10 @@
-"""Signs of a log in which the winch compensates the crane tip's motion: every pair of signals that must run together, or against each
-other, is a relation; the fewest signals that explain all broken relations are named.
+"""Signs of a log in which the winch compensates the crane tip's motion: every pair of signals that must run together,
+or against each other, is a relation; the fewest signals that explain all broken relations are named.
 
-What is used: wire out grows as the tip rises while the winch compensates; speeds, pump command and pump setting run together and against
-the tip; v_tip and a_tip are the slopes of s_tip and v_tip; friction makes p_a - p_b higher when hoisting than when lowering, whatever part
-of the load a passive system carries; the PLC's error is s_tip - s_w but for a constant.
+What is used: wire out grows as the tip rises while the winch compensates; speeds, pump command and pump setting run
+together and against the tip; v_tip and a_tip are the slopes of s_tip and v_tip; friction makes p_a - p_b higher when
+hoisting than when lowering, whatever part of the load a passive system carries; the PLC's error is s_tip - s_w but for
+a constant.
 """
 
 from __future__ import annotations
@@ -56,8 +57,10 @@ def compensating(log: Log) -> BoolArray:
 
 
 def contradictions(log: Log, active: BoolArray, friction: int, way: Callable[[str], str]) -> list[str]:
-    """What to write in the mapping, in clauses, empty where nothing contradicts. active: where the winch compensates; friction: 1 where
-    the pressure drop is higher when hoisting by the first speed there is, -1 where it is lower, 0 unknown; way: the row for a signal."""
+    """What to write in the mapping, in clauses, empty where nothing contradicts. active: where the winch compensates;
+    friction: 1 where the pressure drop is higher when hoisting by the first speed there is, -1 where it is lower, 0
+    unknown; way: the row for a signal.
+    """
     relations = _relations(log, active, friction)
     broken = [r for r in relations if r.broken]
     ways = _fewest(relations) if broken else []

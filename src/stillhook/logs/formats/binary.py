@@ -43,7 +43,9 @@ class BinaryLog:
         try:
             return step()
         except UnreadableError as problem:
-            raise LogError(f"{self.name}: is no {self._what} file that can be read ({problem}). Export the log again.") from None
+            raise LogError(
+                f"{self.name}: is no {self._what} file that can be read ({problem}). Export the log again."
+            ) from None
 
     def base(self, place: int) -> int:
         """The time base of a column."""

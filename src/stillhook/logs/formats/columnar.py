@@ -76,7 +76,9 @@ class ParquetLog:
                 words = words + " " + table[self.headings[want.places[1]]].cast(pl.String)
             return stamps_to_seconds(words, want.stamps)
         if cells.dtype.is_temporal() or cells.dtype.is_nested():
-            raise LogError(f"{self.name}: column {came(cells.name)} holds {cells.dtype}, not numbers. Map another column.")
+            raise LogError(
+                f"{self.name}: column {came(cells.name)} holds {cells.dtype}, not numbers. Map another column."
+            )
         numbers = cells.cast(pl.Float64, strict=False).fill_null(np.nan).to_numpy().astype(np.float64, copy=False)
         read = with_words(numbers, cells, want)
         bad = ~np.isfinite(read)
@@ -89,7 +91,9 @@ class ParquetLog:
 def seconds_of(cells: pl.Series) -> FloatArray:
     """Dates with times, or durations, in seconds (since 1970), NaN where missing."""
     kind = pl.Duration("ns") if cells.dtype == pl.Duration else pl.Datetime("ns")
-    whole = cells.dt.replace_time_zone(None) if isinstance(cells.dtype, pl.Datetime) and cells.dtype.time_zone else cells
+    whole = (
+        cells.dt.replace_time_zone(None) if isinstance(cells.dtype, pl.Datetime) and cells.dtype.time_zone else cells
+    )
     numbers = whole.cast(kind).cast(pl.Int64).cast(pl.Float64).fill_null(np.nan).to_numpy()
     return np.asarray(numbers * NANO, dtype=np.float64)
 
@@ -140,7 +144,8 @@ class ArraysLog:
             for want in wants:
                 if want.stamps is not None:
                     raise LogError(
-                        f'{self.name}: column {came(self.headings[want.places[0]])} holds numbers, not stamps. Give its unit, such as "s".'
+                        f"{self.name}: column {came(self.headings[want.places[0]])} holds numbers, not stamps. Give its"
+                        ' unit, such as "s".'
                     )
                 values[want] = np.asarray(self.columns[want.places[0]].read(begin, end), dtype=np.float64).ravel()
                 if not np.isfinite(values[want]).all():
@@ -165,7 +170,11 @@ def _array_columns(name: str, value: Any) -> list[ArrayColumn]:
     array = np.asarray(value)
     if array.dtype.names:
         record = array if array.ndim == 0 else array[0] if array.ndim == 1 and len(array) == 1 else None
-        return [] if record is None else [c for key in array.dtype.names for c in _array_columns(f"{name}.{key}", record[key])]
+        return (
+            []
+            if record is None
+            else [c for key in array.dtype.names for c in _array_columns(f"{name}.{key}", record[key])]
+        )
     if array.dtype == object and array.ndim == 0:
         return _array_columns(name, array.item()) if array.item() is not value else []
     if array.dtype.kind not in "fiub" or array.size < 2:
@@ -173,7 +182,9 @@ def _array_columns(name: str, value: Any) -> list[ArrayColumn]:
     if array.ndim == 1:
         return [ArrayColumn(name, len(array), lambda a, b: array[a:b])]
     if array.ndim == 2:
-        return [ArrayColumn(f"{name}(:,{k + 1})", len(array), partial(_column_of, array, k)) for k in range(array.shape[1])]
+        return [
+            ArrayColumn(f"{name}(:,{k + 1})", len(array), partial(_column_of, array, k)) for k in range(array.shape[1])
+        ]
     return []
 
 
@@ -200,9 +211,14 @@ def open_hdf(path: Path) -> ArraysLog:
             columns.append(ArrayColumn(heading, item.shape[0], lambda a, b: item[a:b]))
         elif item.ndim == 2 and 1 in item.shape:
             long = int(np.argmax(item.shape))
-            columns.append(ArrayColumn(heading, item.shape[long], lambda a, b: item[a:b, 0] if long == 0 else item[0, a:b]))
+            columns.append(
+                ArrayColumn(heading, item.shape[long], lambda a, b: item[a:b, 0] if long == 0 else item[0, a:b])
+            )
         elif item.ndim == 2:  # MATLAB stores columns as rows
-            columns.extend(ArrayColumn(f"{heading}(:,{k + 1})", item.shape[1], partial(_row_of, item, k)) for k in range(item.shape[0]))
+            columns.extend(
+                ArrayColumn(f"{heading}(:,{k + 1})", item.shape[1], partial(_row_of, item, k))
+                for k in range(item.shape[0])
+            )
 
     file.visititems(visit)
     refuse_bomb(path, NUMBER * sum(column.length for column in columns), at_once=False)

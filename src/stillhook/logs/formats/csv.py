@@ -1,8 +1,9 @@
 """Logs as text in their many dialects, read in pieces.
 
-The dialect is found from the first part of the file: encoding (UTF-8, UTF-16, Latin-1/Windows-1252), separator (; tab | , or runs of
-blanks), decimal sign, lines before the header, the header (also one that begins with #), a row of units below it, the first row of data.
-Comments (#, //, %) and blank lines do not count. Rows whose number of fields does not match are left out and told.
+The dialect is found from the first part of the file: encoding (UTF-8, UTF-16, Latin-1/Windows-1252), separator (; tab |
+, or runs of blanks), decimal sign, lines before the header, the header (also one that begins with #), a row of units
+below it, the first row of data. Comments (#, //, %) and blank lines do not count. Rows whose number of fields does not
+match are left out and told.
 """
 
 from __future__ import annotations
@@ -120,16 +121,26 @@ class CsvLog:
             raise LogError(f"{self.name}: line {block.line_of(row)}: a quote is not closed. Mend or remove the line.")
         try:
             table = pl.read_csv(
-                block.data, has_header=False, columns=sorted({*numbers, *words}), schema=schema, ignore_errors=True,
-                separator="\t" if self.dialect.separator == " " else self.dialect.separator, encoding="utf8-lossy",
-                quote_char='"' if quoted else None, decimal_comma=self.dialect.decimal == ",",
-            )  # fmt: skip
+                block.data,
+                has_header=False,
+                columns=sorted({*numbers, *words}),
+                schema=schema,
+                ignore_errors=True,
+                separator="\t" if self.dialect.separator == " " else self.dialect.separator,
+                encoding="utf8-lossy",
+                quote_char='"' if quoted else None,
+                decimal_comma=self.dialect.decimal == ",",
+            )
         except pl.exceptions.PolarsError as problem:
             raise LogError(
-                f"{self.name}: lines from {block.first_line} on cannot be read as a table ({came(str(problem).splitlines()[0])})."
+                f"{self.name}: lines from {block.first_line} on cannot be read as a table"
+                f" ({came(str(problem).splitlines()[0])})."
             ) from None
         if table.height != block.rows:
-            raise LogError(f"{self.name}: lines from {block.first_line} on read as {table.height} rows where there are {block.rows}.")
+            raise LogError(
+                f"{self.name}: lines from {block.first_line} on read as {table.height} rows where there are"
+                f" {block.rows}."
+            )
         return table
 
 
@@ -192,7 +203,8 @@ def _after(data: bytes, lines: int) -> tuple[bytes, int]:
 
 
 def _tidied(data: bytes, first_line: int, dialect: Dialect) -> _Block:
-    """The lines of a piece as rows: runs of blanks made one separator, comments and lines of another length taken out."""
+    """The lines of a piece as rows: runs of blanks made one separator, comments and lines of another length taken
+    out."""
     separator = dialect.separator
     if separator == " ":
         data, separator = _single_tabs(data), "\t"
@@ -213,7 +225,11 @@ def _tidied(data: bytes, first_line: int, dialect: Dialect) -> _Block:
         if not line.strip(b' \t"' + sign) or _COMMENT.match(line):
             continue
         fields = line.split(sign)
-        if len(fields) > dialect.fields and b'"' not in line and not any(cell.strip() for cell in fields[dialect.fields :]):
+        if (
+            len(fields) > dialect.fields
+            and b'"' not in line
+            and not any(cell.strip() for cell in fields[dialect.fields :])
+        ):
             pieces[int(i)], good[i] = sign.join(fields[: dialect.fields]), True  # only empty fields too many
         else:
             broken.append((first_line + int(i), f"{counts[i] + 1} fields where the header has {dialect.fields}"))
@@ -239,7 +255,10 @@ def _single_tabs(data: bytes) -> bytes:
     signs = np.frombuffer(b"\n" + data, np.uint8)
     blank = (signs == _BLANK) | (signs == _TAB)
     step = np.diff(blank.astype(np.int8))
-    first, last = np.flatnonzero(step == 1) + 1, np.flatnonzero(step == -1)  # data end with a newline, so that every run has both
+    first, last = (
+        np.flatnonzero(step == 1) + 1,
+        np.flatnonzero(step == -1),
+    )  # data end with a newline, so that every run has both
     keep = ~blank
     keep[last[(signs[first - 1] != _NEWLINE) & (signs[last + 1] != _NEWLINE)]] = True
     return bytes(np.where(blank, np.uint8(_TAB), signs)[keep].data)[1:]

@@ -1,4 +1,5 @@
-"""Logs of measurement systems: MDF4 (asammdf) and TDMS (nptdms). Both readers are extras: pip install "stillhook[logs]"."""
+"""Logs of measurement systems: MDF4 (asammdf) and TDMS (nptdms). Both readers are extras: pip install
+"stillhook[logs]"."""
 
 from __future__ import annotations
 
@@ -76,12 +77,16 @@ class _Measured(ABC):
         cells = np.asarray(raw.data)
         if len(cells) != end - begin:
             raise LogError(
-                f"{self.name}: channel {came(self.headings[place])} holds fewer samples than its time base. The file is cut off."
+                f"{self.name}: channel {came(self.headings[place])} holds fewer samples than its time base. The file is"
+                " cut off."
             )
         if cells.dtype.kind == "M":
             return np.asarray(cells.astype("datetime64[ns]").astype(np.int64) * NANO, dtype=np.float64)
         if want.stamps is not None:
-            raise LogError(f"{self.name}: channel {came(self.headings[place])} holds no stamps. Leave out time: the file carries its own.")
+            raise LogError(
+                f"{self.name}: channel {came(self.headings[place])} holds no stamps. Leave out time: the file carries"
+                " its own."
+            )
         if cells.dtype.kind in "fiub":
             values = np.where(mask, np.nan, cells.astype(np.float64))
             words: list[str] = ["invalid"] if mask.any() else []
@@ -128,17 +133,31 @@ class MdfLog(_Measured):
         super().__init__(path.name)
         self._mdf = MDF(path)
         groups = list(enumerate(self._mdf.groups))
-        keys = [(g, i, channel) for g, group in groups for i, channel in enumerate(group.channels) if self._mdf.masters_db.get(g) != i]
+        keys = [
+            (g, i, channel)
+            for g, group in groups
+            for i, channel in enumerate(group.channels)
+            if self._mdf.masters_db.get(g) != i
+        ]
         headings = _named([(str(g), channel.name) for g, _, channel in keys])
         self.lengths = [int(group.channel_group.cycles_nr) for _, group in groups]
         refuse_bomb(path, NUMBER * sum(self.lengths[g] for g, _, _ in keys), at_once=False)
-        self.channels = [Channel(h, str(getattr(c, "unit", "") or ""), g, (g, i)) for h, (g, i, c) in zip(headings, keys, strict=True)]
+        self.channels = [
+            Channel(h, str(getattr(c, "unit", "") or ""), g, (g, i))
+            for h, (g, i, c) in zip(headings, keys, strict=True)
+        ]
 
     def _raw(self, place: int, begin: int, end: int) -> Any:
         group, index = self.channels[place].key
-        signal = self._mdf.get(group=group, index=index, record_offset=begin, record_count=end - begin, ignore_invalidation_bits=True)
+        signal = self._mdf.get(
+            group=group, index=index, record_offset=begin, record_count=end - begin, ignore_invalidation_bits=True
+        )
         bits = getattr(signal, "invalidation_bits", None)
-        return signal.samples if bits is None else np.ma.masked_array(signal.samples, mask=np.asarray(bits, dtype=np.bool_))
+        return (
+            signal.samples
+            if bits is None
+            else np.ma.masked_array(signal.samples, mask=np.asarray(bits, dtype=np.bool_))
+        )
 
     def _times(self, base: int, begin: int, end: int) -> FloatArray:
         return np.asarray(self._mdf.get_master(base, record_offset=begin, record_count=end - begin), dtype=np.float64)
@@ -160,7 +179,9 @@ class TdmsLog(_Measured):
             p = channel.properties
             key = (len(channel), p.get("wf_increment"), p.get("wf_start_offset", 0.0), p.get("wf_start_time"))
             base = bases.setdefault(key, len(bases))
-            self.channels.append(Channel(heading, str(p.get("unit_string", p.get("NI_UnitDescription", "")) or ""), base, channel))
+            self.channels.append(
+                Channel(heading, str(p.get("unit_string", p.get("NI_UnitDescription", "")) or ""), base, channel)
+            )
         self._bases = list(bases)
         self.lengths = [int(key[0]) for key in self._bases]
         self.time_base = bool(self._bases) and all(key[1] for key in self._bases)

@@ -39,7 +39,8 @@ def open_log(path: str | os.PathLike[str]) -> Source:
         raise LogError(f"{file}: no such file. Check the name and the folder.") from None
     except (OSError, ValueError) as problem:
         raise LogError(
-            f"{came(str(file))}: cannot be read ({getattr(problem, 'strerror', None) or problem}). Check the name and your rights."
+            f"{came(str(file))}: cannot be read ({getattr(problem, 'strerror', None) or problem}). Check the name and"
+            " your rights."
         ) from None
     for magic, name in _FOREIGN:
         if head.startswith(magic):

@@ -1,4 +1,5 @@
-"""What every format of log gives: headings with units, and its columns piece by piece as raw numbers with line numbers."""
+"""What every format of log gives: headings with units, and its columns piece by piece as raw numbers with line
+numbers."""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ EXAMPLES = 3  # cells that are no numbers, quoted in a finding
 
 @dataclass(frozen=True)
 class Want:
-    """A column that is wanted: its place among the headings (two places: stamps of date and time), and how its cells read."""
+    """A column that is wanted: its place among the headings (two places: stamps of date and time), and how its cells
+    read."""
 
     places: tuple[int, ...]
     stamps: str | None = None
@@ -103,7 +105,9 @@ def with_words(read: FloatArray, cells: pl.Series, want: Want) -> FloatArray:
     return np.where(np.isnan(read), values.fill_null(np.nan).to_numpy(), read)
 
 
-_STAMP = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*|\d{1,2}\.\d{1,2}\.\d{4}[T ]\d\d:\d\d.*|\d{4}/\d\d/\d\d[T ]\d\d:\d\d.*")
+_STAMP = re.compile(
+    r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*|\d{1,2}\.\d{1,2}\.\d{4}[T ]\d\d:\d\d.*|\d{4}/\d\d/\d\d[T ]\d\d:\d\d.*"
+)
 _ISO_ZONE = r"[+-]\d\d:?\d\d$"
 _PATTERNS = ("%Y-%m-%dT%H:%M:%S%.f", "%d.%m.%YT%H:%M:%S%.f", "%Y/%m/%dT%H:%M:%S%.f", "%Y%m%dT%H%M%S%.f")
 NANO = 1e-9
@@ -135,7 +139,9 @@ def _parsed(text: pl.Series, pattern: str) -> pl.Series:
             return text.str.to_time(pattern, strict=False).cast(pl.Int64)
         return text.str.to_datetime(pattern, time_unit="ns", strict=False).cast(pl.Int64)
     except pl.exceptions.PolarsError as problem:
-        raise LogError(f"time: unit = {came(pattern)} is no pattern of stamps ({came(str(problem).splitlines()[0])}).") from None
+        raise LogError(
+            f"time: unit = {came(pattern)} is no pattern of stamps ({came(str(problem).splitlines()[0])})."
+        ) from None
 
 
 def _seconds(nanoseconds: pl.Series) -> FloatArray:

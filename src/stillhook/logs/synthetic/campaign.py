@@ -1,4 +1,5 @@
-"""Campaigns of simulated tests as files: folder, marked logs, and the lines of the campaign file that map their columns."""
+"""Campaigns of simulated tests as files: folder, marked logs, and the lines of the campaign file that map their
+columns."""
 
 from __future__ import annotations
 
@@ -28,11 +29,15 @@ def log_file(name: str, parquet: bool) -> str:
     return f"{LOG_FOLDER}/{name}{'.parquet' if parquet else '.csv'}"
 
 
-def write_log(path: Path, time: FloatArray, signals: Mapping[str, FloatArray], columns: Sequence[Column], sensors: Sensors) -> None:
+def write_log(
+    path: Path, time: FloatArray, signals: Mapping[str, FloatArray], columns: Sequence[Column], sensors: Sensors
+) -> None:
     """A marked log, CSV or Parquet by the path's ending; time (n,) [s], signals as logged (n,) [SI]."""
     import polars  # heavy: only where logs are written
 
-    table = polars.DataFrame({"Time": time} | {c.heading: in_log_unit(signals[c.name], c, sensors[c.name]) for c in columns})
+    table = polars.DataFrame(
+        {"Time": time} | {c.heading: in_log_unit(signals[c.name], c, sensors[c.name]) for c in columns}
+    )
     if path.suffix == ".parquet":
         table.write_parquet(path, metadata={"comment": MARK})
         return

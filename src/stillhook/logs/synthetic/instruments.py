@@ -24,14 +24,16 @@ NOISE_P = 0.5e5
 NOISE_SPEED = 0.002
 """Standard deviation of a speed sample, part of the reading [-]."""
 SETTING_RANGE = 1.05
-"""Range of that sensor: with its end at 1 the noise of a motor at full displacement would be cut on one side (assumed)."""
+"""Range of that sensor: with its end at 1 the noise of a motor at full displacement would be cut on one side
+(assumed)."""
 NOISE_SETTING = 5e-4
 """Standard deviation of a sample of the motors' measured setting [-] (assumed)."""
 NOISE_CELL = 0.002
 """Standard deviation of a load cell sample, part of its range [-] (assumed)."""
 DELAY_SPEED = 0.02
 DELAY_CELL = 0.1
-"""Delays of the speed and the load cell signals behind the pressures [s] (assumed: counting window, filter of the cell)."""
+"""Delays of the speed and the load cell signals behind the pressures [s] (assumed: counting window, filter of the
+cell)."""
 WIRE_STEP = 1e-3
 """Wire paid out per count of the encoder [m] (assumed)."""
 CELL_RANGE = 1.5
@@ -96,15 +98,24 @@ AHC_COLUMNS = (
     Column("mode", "Mode", "1", ""),
 )
 """What the PLC logs in heave compensation beside the time: all that the five steps of Moslatt 2020 paper F can use."""
-AHC_STEPS = {"s_tip": 1e-3, "v_tip": 1e-3, "a_tip": 1e-3, "u_p": 1e-4, "u_m": 1e-4, "e_c_measured": 1e-4, "v_op": 1e-4, "mode": 1.0}
+AHC_STEPS = {
+    "s_tip": 1e-3,
+    "v_tip": 1e-3,
+    "a_tip": 1e-3,
+    "u_p": 1e-4,
+    "u_m": 1e-4,
+    "e_c_measured": 1e-4,
+    "v_op": 1e-4,
+    "mode": 1.0,
+}
 """Smallest steps of what the PLC has as a number already, in SI (assumed)."""
 
 
 @dataclass(frozen=True)
 class Sensor:
-    """lo, hi ends of the range; step smallest step (0: none); noise standard deviation of a sample, in SI; noise_part the same as part of
-    the reading; delay [s]; the sensor shows gain * truth + offset; tau time constant of its filter [s]; stale chance that a sample is that
-    of the cycle before [-]."""
+    """lo, hi ends of the range; step smallest step (0: none); noise standard deviation of a sample, in SI; noise_part
+    the same as part of the reading; delay [s]; the sensor shows gain * truth + offset; tau time constant of its filter
+    [s]; stale chance that a sample is that of the cycle before [-]."""
 
     lo: float = -math.inf
     hi: float = math.inf
@@ -171,7 +182,8 @@ def _analogue(lo: float, hi: float, *, noise: float = 0.0, noise_part: float = 0
 
 
 def logged(truth: FloatArray, sensor: Sensor, t_cycle: float, rng: np.random.Generator) -> FloatArray:
-    """What the PLC logs of a signal that it reads every t_cycle [s]: late, out of calibration, noisy, held in its range, in steps.
+    """What the PLC logs of a signal that it reads every t_cycle [s]: late, out of calibration, noisy, held in its
+    range, in steps.
 
     Before the first sample the signal stood as it was then. Shapes (n,) in and out, SI.
     """
@@ -209,7 +221,11 @@ def in_log_unit(values: FloatArray, column: Column, sensor: Sensor) -> FloatArra
 def unit_factor(column: Column) -> float:
     """SI value of one unit of a column."""
     if column.kind:
-        return from_display(1.0, column.kind) if column.unit == KINDS[column.kind].display else parse(f"1 {column.unit}", column.kind)
+        return (
+            from_display(1.0, column.kind)
+            if column.unit == KINDS[column.kind].display
+            else parse(f"1 {column.unit}", column.kind)
+        )
     return PURE[column.unit]
 
 
@@ -227,8 +243,9 @@ class Clock:
 
 
 def ahc_sensors(crane: Crane, fastest: float, calibration: Mapping[str, Calibration]) -> Sensors:
-    """The sensors of a heave-compensated crane's log; fastest motor speed [rad/s]. What the PLC has as a number already (its commands,
-    tip, error, and the wire encoder and load cell after `stillhook.engine.inputs`) is logged as it is."""
+    """The sensors of a heave-compensated crane's log; fastest motor speed [rad/s]. What the PLC has as a number already
+    (its commands, tip, error, and the wire encoder and load cell after `stillhook.engine.inputs`) is logged as it
+    is."""
     typical, lever = _typical(crane, fastest), 0.5 * crane.drum.d_max / crane.i_hD
     speed = typical["omega_m"]
     sensors = {

@@ -23,9 +23,9 @@ class Accumulator(NamedTuple):
 def accumulator_pressure(V_o, acc):
     """Oil pressure of the standing piston [Pa]; V_o oil taken in since the oil end [m^3].
 
-    Within 0 < V_o < V_stroke the oil has the pressure of the gas. At the ends the piston stands and further oil loads or
-    unloads the line alone: the pressure rises or falls with the stiffness of the trapped oil. It does not fall below zero
-    (vapour; the run is then marked).
+    Within 0 < V_o < V_stroke the oil has the pressure of the gas. At the ends the piston stands and further oil loads
+    or unloads the line alone: the pressure rises or falls with the stiffness of the trapped oil. It does not fall below
+    zero (vapour; the run is then marked).
     """
     V_in = fmin(fmax(V_o, 0.0), acc.V_stroke)
     return fmax(gas_pressure(V_in * acc.i_half - 1.0, acc.gas) + (V_o - V_in) * acc.i_C, 0.0)
@@ -35,7 +35,7 @@ def accumulator_pressure(V_o, acc):
 def piston_loss(Q_o, acc):
     """Pressure that the moving piston adds to the oil [Pa]: viscous friction, Q_o flow into the accumulator [m^3/s].
 
-    Source: Moslatt 2020 paper C "Double piston accumulator": viscous in the piston speed. The piston has no mass here: its
-    own mode (about 500 rad/s) is far above everything that the winch sees.
+    Source: Moslatt 2020 paper C "Double piston accumulator": viscous in the piston speed. The piston has no mass here:
+    its own mode (about 500 rad/s) is far above everything that the winch sees.
     """
     return acc.R * Q_o

@@ -6,7 +6,8 @@ from stillhook.physics.scalar import scalar
 
 
 class TorqueLossFit(NamedTuple):
-    """Parameters of MJ4 for one motor: X_1 [N m s/rad], X_2 [N m s^2/rad^2 / (m^3/rad)^3], X_3 [-], X_4 [N m], X_5 [N m/Pa^2]."""
+    """Parameters of MJ4 for one motor: X_1 [N m s/rad], X_2 [N m s^2/rad^2 / (m^3/rad)^3], X_3 [-], X_4 [N m], X_5 [N
+    m/Pa^2]."""
 
     X_1: float
     X_2: float
@@ -16,7 +17,8 @@ class TorqueLossFit(NamedTuple):
 
 
 class Motors(NamedTuple):
-    """A set of equal motors on the drum's gear: D_max [m^3/rad] of one motor; C_1 [m^3/s/Pa], C_2 [m^3/rad/Pa] leak of one."""
+    """A set of equal motors on the drum's gear: D_max [m^3/rad] of one motor; C_1 [m^3/s/Pa], C_2 [m^3/rad/Pa] leak of
+    one."""
 
     count: float
     D_max: float

@@ -1,10 +1,11 @@
 """Torque loss of hydraulic motors: the models that paper A compares, from Wilson to MJ6.
 
-One function an equation, with the letters of Moslatt 2020 paper A. Floats or numpy arrays in, the same out; SI. Every loss is even in
-the speed and in the pressure drop: print has bars on the speed alone. MJ4 is `stillhook.physics.hydraulics.motor.torque_loss`.
+One function an equation, with the letters of Moslatt 2020 paper A. Floats or numpy arrays in, the same out; SI. Every
+loss is even in the speed and in the pressure drop: print has bars on the speed alone. MJ4 is
+`stillhook.physics.hydraulics.motor.torque_loss`.
 
-Paper A fits all of them to 400-2500 rev/min and 50-350 bar of one motor; none is tested outside. `rho` and `mu` only scale parameters:
-oil that is warmer than the map's is another map.
+Paper A fits all of them to 400-2500 rev/min and 50-350 bar of one motor; none is tested outside. `rho` and `mu` only
+scale parameters: oil that is warmer than the map's is another map.
 """
 
 import math
@@ -13,15 +14,18 @@ from typing import NamedTuple
 from stillhook.physics.hydraulics.motor import TorqueLossFit, torque_loss, torque_loss_dry
 
 RHO_OIL = 870.0
-"""Density of a mineral hydraulic oil HLP 46 at 40 degC [kg/m^3]. Assumed (typical of the class; the map's own oil is rarely stated)."""
+"""Density of a mineral hydraulic oil HLP 46 at 40 degC [kg/m^3]. Assumed (typical of the class; the map's own oil is
+rarely stated)."""
 MU_OIL = 46.0e-6 * RHO_OIL
 """Its dynamic viscosity [Pa s]: 46 mm^2/s at 40 degC is what class 46 of ISO 3448 means. Assumed."""
 ALPHA_MAX = math.radians(25.0)
-"""Swivel angle of a bent-axis motor of the A6VM kind at full displacement [rad]. Assumed; only Pacey's model asks for it."""
+"""Swivel angle of a bent-axis motor of the A6VM kind at full displacement [rad]. Assumed; only Pacey's model asks for
+it."""
 
 
 class LossMotor(NamedTuple):
-    """What some models know of the motor: D_max full displacement [m^3/rad], oil rho [kg/m^3] and mu [Pa s], alpha_max [rad]."""
+    """What some models know of the motor: D_max full displacement [m^3/rad], oil rho [kg/m^3] and mu [Pa s], alpha_max
+    [rad]."""
 
     D_max: float
     rho: float = RHO_OIL
@@ -62,7 +66,8 @@ class Pacey(NamedTuple):
 
 
 class Ortwig(NamedTuple):
-    """C_e [N m], C_f [m^3], C_g [N m s], C_h [m^3 s], C_i [N m s^2]; C_j, C_k, C_l as C_e, C_f, C_g per relative displacement."""
+    """C_e [N m], C_f [m^3], C_g [N m s], C_h [m^3 s], C_i [N m s^2]; C_j, C_k, C_l as C_e, C_f, C_g per relative
+    displacement."""
 
     C_e: float
     C_f: float
@@ -161,7 +166,8 @@ class Huhtala14(NamedTuple):
 
 
 class Huhtala28(NamedTuple):
-    """Every coefficient of `Huhtala14` as x + x_D D_m/D_max: first the fourteen x, then the fourteen x_D in the same units."""
+    """Every coefficient of `Huhtala14` as x + x_D D_m/D_max: first the fourteen x, then the fourteen x_D in the same
+    units."""
 
     a_0: float
     a_1: float
@@ -226,10 +232,12 @@ def thoma(omega_m, D_m, dp_m, fit, motor):
 
 
 def swivel_factor(D_m, motor):
-    r"""Pacey's :math:`(1 - \tan\alpha_{max}) / (1 - \tan\alpha)` with :math:`\sin\alpha = (D_m/D_{max})\sin\alpha_{max}` [-].
+    r"""Pacey's :math:`(1 - \tan\alpha_{max}) / (1 - \tan\alpha)` with :math:`\sin\alpha =
+    (D_m/D_{max})\sin\alpha_{max}` [-].
 
-    Differs from print: paper A writes alpha for the relative displacement elsewhere. With it the factor has a pole at 0.785
-    (tan = 1), inside the working range, so alpha is read as the swivel angle of a bent-axis motor, whose stroke goes as its sine.
+    Differs from print: paper A writes alpha for the relative displacement elsewhere. With it the factor has a pole at
+    0.785 (tan = 1), inside the working range, so alpha is read as the swivel angle of a bent-axis motor, whose stroke
+    goes as its sine.
     """
     s = D_m / motor.D_max * math.sin(motor.alpha_max)
     return (1.0 - math.tan(motor.alpha_max)) / (1.0 - s / (1.0 - s * s) ** 0.5)
@@ -238,7 +246,8 @@ def swivel_factor(D_m, motor):
 def pacey(omega_m, D_m, dp_m, fit, motor):
     r"""Torque loss after Pacey (1979) [N m]: Wilson with a factor of the swivel angle in the dry and viscous terms.
 
-    .. math:: T_f = \left(C_a D_{max}|\Delta p| + C_b \mu|\omega| D_m\right)\frac{1 - \tan\alpha_{max}}{1 - \tan\alpha} + C_e
+    .. math:: T_f = \left(C_a D_{max}|\Delta p| + C_b \mu|\omega| D_m\right)\frac{1 - \tan\alpha_{max}}{1 - \tan\alpha}
+    + C_e
 
     Source: Moslatt 2020 paper A eq. 4. Differs from print: bars on dp_m; alpha is an angle, see `swivel_factor`.
     """
@@ -247,13 +256,14 @@ def pacey(omega_m, D_m, dp_m, fit, motor):
 
 
 def ortwig(omega_m, D_m, dp_m, fit, motor):
-    r"""Torque loss after Ortwig (2002) [N m]: an interpolation in speed, pressure and displacement; parameters may have either sign.
+    r"""Torque loss after Ortwig (2002) [N m]: an interpolation in speed, pressure and displacement; parameters may have
+    either sign.
 
     .. math:: T_f = C_e + C_f\Delta p + C_g|\omega| + C_h|\omega|\Delta p + C_i\omega^2
               + C_j\alpha_m + C_k\alpha_m\Delta p + C_l\alpha_m|\omega|
 
-    Source: Moslatt 2020 paper A eq. 5; alpha_m = D_m / D_max. Differs from print: bars on dp_m; the bare alpha of the last term is
-    read as alpha_m.
+    Source: Moslatt 2020 paper A eq. 5; alpha_m = D_m / D_max. Differs from print: bars on dp_m; the bare alpha of the
+    last term is read as alpha_m.
     """
     n, p, alpha_m = abs(omega_m), abs(dp_m), D_m / motor.D_max
     fixed = fit.C_e + fit.C_f * p + fit.C_g * n + fit.C_h * n * p + fit.C_i * n * n
@@ -272,7 +282,8 @@ def notch_loss(omega_m, dp_m, C_k, motor):
 def jeong(omega_m, D_m, dp_m, fit, motor):
     r"""Torque loss after Jeong (2007) [N m], of a motor with fixed displacement.
 
-    .. math:: T_f = C_e + C_f\Delta p + C_g\mu|\omega| + C_i\rho\omega^2 + C_k\frac{\Delta p}{|\omega|}\sqrt{\Delta p/\rho} + C_m\Delta p^2
+    .. math:: T_f = C_e + C_f\Delta p + C_g\mu|\omega| + C_i\rho\omega^2 + C_k\frac{\Delta p}{|\omega|}\sqrt{\Delta
+    p/\rho} + C_m\Delta p^2
 
     Source: Moslatt 2020 paper A eq. 6. Not valid at standstill (C_k term). Differs from print: bars on dp_m.
     """
@@ -292,7 +303,8 @@ def mj3(omega_m, D_m, dp_m, fit, motor):
 
 
 def mj2(omega_m, D_m, dp_m, fit, motor):
-    r"""Torque loss after modified Jeong 2 [N m]: MJ1 without the notches of the port plate, so MJ3 and friction at high pressure.
+    r"""Torque loss after modified Jeong 2 [N m]: MJ1 without the notches of the port plate, so MJ3 and friction at high
+    pressure.
 
     .. math:: T_f = C_e + C_f\Delta p + C_g\mu|\omega| + C_i\rho\omega^2 D_m^3 + C_m\Delta p^2
 
@@ -313,21 +325,24 @@ def mj1(omega_m, D_m, dp_m, fit, motor):
 
 
 def mj4(omega_m, D_m, dp_m, fit, motor):
-    """Torque loss after modified Jeong 4 [N m]: `stillhook.physics.hydraulics.motor.torque_loss` with the arguments of the others.
+    """Torque loss after modified Jeong 4 [N m]: `stillhook.physics.hydraulics.motor.torque_loss` with the arguments of
+    the others.
 
-    Source: Moslatt 2020 paper A eq. 10, in the letters of eq. 2.12: X_1 = C_g mu, X_2 = C_i rho, X_3 = C_f, X_4 = C_e, X_5 = C_m.
+    Source: Moslatt 2020 paper A eq. 10, in the letters of eq. 2.12: X_1 = C_g mu, X_2 = C_i rho, X_3 = C_f, X_4 = C_e,
+    X_5 = C_m.
     """
     return torque_loss(omega_m, D_m, dp_m, fit)
 
 
 def mj5(omega_m, D_m, dp_m, fit, motor):
-    r"""Torque loss after modified Jeong 5 [N m]: MJ4 with a free exponent, 2 for turbulent and 1 for laminar flow into the chambers.
+    r"""Torque loss after modified Jeong 5 [N m]: MJ4 with a free exponent, 2 for turbulent and 1 for laminar flow into
+    the chambers.
 
     .. math:: T_f = C_e + C_f\Delta p D_m + C_g\mu|\omega| + C_i\rho|\omega|^{C_n}D_m^{C_n+1} + C_m\Delta p^2
 
-    Source: Moslatt 2020 paper A eq. 11. Differs from print: bars on dp_m. The exponent of D_m is C_n + 1 (eq. 11; eq. 14 prints
-    C_n + 2): a pressure lost as the power C_n of the flow omega D costs D times as much torque, and C_n = 2 is then MJ4. The text calls
-    MJ3 its base, yet eq. 11 carries the terms of MJ4; its "C_o" is C_n.
+    Source: Moslatt 2020 paper A eq. 11. Differs from print: bars on dp_m. The exponent of D_m is C_n + 1 (eq. 11; eq.
+    14 prints C_n + 2): a pressure lost as the power C_n of the flow omega D costs D times as much torque, and C_n = 2
+    is then MJ4. The text calls MJ3 its base, yet eq. 11 carries the terms of MJ4; its "C_o" is C_n.
     """
     dry = torque_loss_dry(D_m, dp_m, TorqueLossFit(0.0, 0.0, fit.C_f, fit.C_e, fit.C_m))
     flow = fit.C_i * motor.rho * abs(omega_m) ** fit.C_n * D_m ** (fit.C_n + 1.0)
@@ -335,15 +350,18 @@ def mj5(omega_m, D_m, dp_m, fit, motor):
 
 
 def mj6(omega_m, D_m, dp_m, fit, motor):
-    r"""Torque loss after modified Jeong 6 [N m]: MJ4 and the notches of the port plate in proportion to the displacement.
+    r"""Torque loss after modified Jeong 6 [N m]: MJ4 and the notches of the port plate in proportion to the
+    displacement.
 
     .. math:: T_f = C_e + C_f\Delta p D_m + C_g\mu|\omega| + C_m\Delta p^2 + C_i\rho\omega^2 D_m^3
               + C_k\frac{D_m\Delta p}{D_{max}|\omega|}\sqrt{\Delta p/\rho}
 
-    Source: Moslatt 2020 paper A eq. 12. Not valid at standstill (C_k term). Differs from print: bars on dp_m; it has six parameters, where
-    table 1 prints five.
+    Source: Moslatt 2020 paper A eq. 12. Not valid at standstill (C_k term). Differs from print: bars on dp_m; it has
+    six parameters, where table 1 prints five.
     """
-    smooth = torque_loss(omega_m, D_m, dp_m, TorqueLossFit(fit.C_g * motor.mu, fit.C_i * motor.rho, fit.C_f, fit.C_e, fit.C_m))
+    smooth = torque_loss(
+        omega_m, D_m, dp_m, TorqueLossFit(fit.C_g * motor.mu, fit.C_i * motor.rho, fit.C_f, fit.C_e, fit.C_m)
+    )
     return smooth + D_m / motor.D_max * notch_loss(omega_m, dp_m, fit.C_k, motor)
 
 
@@ -352,9 +370,10 @@ def huhtala_14(omega_m, D_m, dp_m, fit, motor):
 
     .. math:: T_f = a(n) + b(n)\min(|\Delta p|, p_x(n)) + c(n)\max(|\Delta p| - p_x(n), 0)
 
-    Four polynomials in n = |omega_m|: a and b cubic, c and p_x quadratic, 4 + 4 + 3 + 3 = 14 parameters, of either sign.
-    Source: our reading of Huhtala and Vilenius (1997). Moslatt 2020 paper A section 3.5 gives no equation, only "two line model" and "14
-    parameters distributed over four different curve fitted polynomials".
+    Four polynomials in n = |omega_m|: a and b cubic, c and p_x quadratic, 4 + 4 + 3 + 3 = 14 parameters, of either
+    sign.
+    Source: our reading of Huhtala and Vilenius (1997). Moslatt 2020 paper A section 3.5 gives no equation, only "two
+    line model" and "14 parameters distributed over four different curve fitted polynomials".
     """
     n, p = abs(omega_m), abs(dp_m)
     p_x = fit.p_0 + n * (fit.p_1 + n * fit.p_2)
@@ -368,8 +387,8 @@ def huhtala_14(omega_m, D_m, dp_m, fit, motor):
 def huhtala_28(omega_m, D_m, dp_m, fit, motor):
     """`huhtala_14` with every coefficient linear in D_m / D_max, so 28 parameters [N m].
 
-    Source: our reading. Moslatt 2020 paper A table 1 prints 28 parameters for variable displacement; section 3.5 says how to adapt
-    the model "is unclear".
+    Source: our reading. Moslatt 2020 paper A table 1 prints 28 parameters for variable displacement; section 3.5 says
+    how to adapt the model "is unclear".
     """
     alpha_m, half = D_m / motor.D_max, len(Huhtala14._fields)
     now = Huhtala14(*(x + alpha_m * x_D for x, x_D in zip(fit[:half], fit[half:], strict=True)))

@@ -28,7 +28,8 @@ class Pumps(NamedTuple):
 
 @scalar
 def pump_flow(alpha_p, pumps):
-    """Flow towards the hoisting side A [m^3/s]; alpha_p in [-1, 1], hoisting positive. Source: Moslatt 2020 E eq. 11."""
+    """Flow towards the hoisting side A [m^3/s]; alpha_p in [-1, 1], hoisting positive. Source: Moslatt 2020 E eq.
+    11."""
     return pumps.D_max * pumps.omega_p * alpha_p
 
 

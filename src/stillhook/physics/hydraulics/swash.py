@@ -5,12 +5,13 @@ from typing import NamedTuple
 from stillhook.physics.scalar import clip, fmax, fmin, scalar
 
 STOPPING = 4.0
-"""Rate at which a plate that runs into its stop comes to rest, over the natural frequency of its control [-]: within milliseconds for a
-pump, as metal on metal, and slow enough for the steps of a run."""
+"""Rate at which a plate that runs into its stop comes to rest, over the natural frequency of its control [-]: within
+milliseconds for a pump, as metal on metal, and slow enough for the steps of a run."""
 
 
 class Servo(NamedTuple):
-    """Second-order displacement control: omega_n [rad/s], zeta [-], stroke lo..hi [-], rate highest speed of the setting [1/s]."""
+    """Second-order displacement control: omega_n [rad/s], zeta [-], stroke lo..hi [-], rate highest speed of the
+    setting [1/s]."""
 
     omega_n: float
     zeta: float
@@ -21,7 +22,9 @@ class Servo(NamedTuple):
 
 class MotorControl(NamedTuple):
     """How the motors' displacement is set: `offset` and half of the `hysteresis` width as part of the full displacement
-    (both 0 in closed loop), and `feedback` 1 where the displacement is measured, 0 where the PLC knows only its command."""
+    (both 0 in closed loop), and `feedback` 1 where the displacement is measured, 0 where the PLC knows only its
+    command.
+    """
 
     offset: float
     half_width: float
@@ -32,8 +35,8 @@ class MotorControl(NamedTuple):
 def swash_acceleration(alpha, alpha_dot, u, servo):
     """Second derivative of the displacement setting [1/s^2]. Source: Moslatt 2020 eq. C 10, E eqs 7 and 8.
 
-    Differs from print: the setting gets no faster than `servo.rate`, the flow that its control valve lets through, and a plate that meets
-    its stop comes to rest there.
+    Differs from print: the setting gets no faster than `servo.rate`, the flow that its control valve lets through, and
+    a plate that meets its stop comes to rest there.
     """
     a = servo.omega_n * (servo.omega_n * (u - alpha) - 2.0 * servo.zeta * alpha_dot)
     a = fmin(a, 0.0) if alpha_dot >= servo.rate else a
@@ -65,7 +68,8 @@ def play(u, held, half_width):
 
 @scalar
 def pilot(u_m, held, control):
-    """Command that reaches the motors' servo [-] and the play's memory: hysteresis, then the offset towards more displacement.
+    """Command that reaches the motors' servo [-] and the play's memory: hysteresis, then the offset towards more
+    displacement.
 
     Source: Moslatt 2020 E section 5.1.1 (offset 5-10 %, up to 20 cm^3/rev, noticeable hysteresis).
     """

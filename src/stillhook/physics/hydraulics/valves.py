@@ -1,4 +1,5 @@
-"""Valves of a closed circuit: boost check valves, relief valves, flushing shuttle. Pressures are gauge [Pa], flows [m^3/s]."""
+"""Valves of a closed circuit: boost check valves, relief valves, flushing shuttle. Pressures are gauge [Pa], flows
+[m^3/s]."""
 
 from typing import NamedTuple
 
@@ -12,7 +13,8 @@ Moslatt 2020 section 2.5.2.4: the external path is twice as restrictive as the i
 
 
 class Boost(NamedTuple):
-    """p boost pressure [Pa]; G conductance of each check valve [m^3/s/Pa]; Q_max flow that the boost pump gives [m^3/s]."""
+    """p boost pressure [Pa]; G conductance of each check valve [m^3/s/Pa]; Q_max flow that the boost pump gives
+    [m^3/s]."""
 
     p: float
     G: float
@@ -27,7 +29,8 @@ class Relief(NamedTuple):
 
 
 class Flushing(NamedTuple):
-    """p opening pressure [Pa]; G conductance [m^3/s/Pa]; i_dp inverse of the pressure difference that strokes the shuttle [1/Pa]."""
+    """p opening pressure [Pa]; G conductance [m^3/s/Pa]; i_dp inverse of the pressure difference that strokes the
+    shuttle [1/Pa]."""
 
     p: float
     G: float
@@ -36,7 +39,8 @@ class Flushing(NamedTuple):
 
 @scalar
 def boost_flows(p_a, p_b, boost):
-    """Flows into lines that have fallen below the boost pressure, never out of them, and together no more than the boost pump gives.
+    """Flows into lines that have fallen below the boost pressure, never out of them, and together no more than the
+    boost pump gives.
 
     Where both ask for more the pressure before the check valves falls until they take what there is.
     """

@@ -8,8 +8,8 @@ PI = 3.141592653589793
 
 
 class Drum(NamedTuple):
-    """d bare drum diameter [m]; d_wire wire diameter [m]; turns per layer; layers; d_max outer diameter that published numbers use [m];
-    L_full wire on the full drum [m]; m_wire wire mass per length [kg/m]."""
+    """d bare drum diameter [m]; d_wire wire diameter [m]; turns per layer; layers; d_max outer diameter that published
+    numbers use [m]; L_full wire on the full drum [m]; m_wire wire mass per length [kg/m]."""
 
     d: float
     d_wire: float
@@ -21,7 +21,8 @@ class Drum(NamedTuple):
 
 
 class Inertia(NamedTuple):
-    """J_motor all motors and J_gear gears at the motor shaft [kg m^2]; J_drum about the drum's axis [kg m^2]; i_i2 = 1 / i_hD^2."""
+    """J_motor all motors and J_gear gears at the motor shaft [kg m^2]; J_drum about the drum's axis [kg m^2]; i_i2 = 1
+    / i_hD^2."""
 
     J_motor: float
     J_gear: float
@@ -44,7 +45,8 @@ def wire_usable(drum):
 
 @scalar
 def wire_at_end(s_w, drum):
-    """1 where the last turns are paid out, or where the hook would be pulled into the crane tip, else 0; s_w wire paid out [m]."""
+    """1 where the last turns are paid out, or where the hook would be pulled into the crane tip, else 0; s_w wire paid
+    out [m]."""
     return 1.0 if s_w < -WIRE_SLACK or s_w > wire_usable(drum) else 0.0
 
 

@@ -6,7 +6,8 @@ from stillhook.physics.scalar import scalar
 
 
 class Load(NamedTuple):
-    """W weight, in water less buoyancy [N]; m moving mass, in water with added mass [kg], i_m = 1 / m; b quadratic drag [N s^2/m^2]."""
+    """W weight, in water less buoyancy [N]; m moving mass, in water with added mass [kg], i_m = 1 / m; b quadratic drag
+    [N s^2/m^2]."""
 
     W: float
     m: float

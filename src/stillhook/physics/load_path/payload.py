@@ -5,14 +5,15 @@ from typing import NamedTuple
 from stillhook.physics.scalar import clip, fmax, fmin, scalar
 
 LEVELS = 129
-"""Levels of submergence, from the underside touching (0) to `reach`, at which a payload's numbers are given: a power of two and one."""
+"""Levels of submergence, from the underside touching (0) to `reach`, at which a payload's numbers are given: a power of
+two and one."""
 
 
 class Payload(NamedTuple):
-    """m mass in air [kg]; W weight in air [N]; H height [m]; rho water [kg/m^3]; g gravity [m/s^2]; C_lin linear drag when covered [N s/m];
-    seabed: depth of it [m], k_soil [N/m], c_soil [N s/m], gap_0 height over which the bottom is felt [m], gap_B height at which the gap is
-    as wide as the payload's openings [m], bottom_A, bottom_B parts by which added mass and drag grow at touch-down [-];
-    reach submergence of the last level [m], H or more."""
+    """m mass in air [kg]; W weight in air [N]; H height [m]; rho water [kg/m^3]; g gravity [m/s^2]; C_lin linear drag
+    when covered [N s/m]; seabed: depth of it [m], k_soil [N/m], c_soil [N s/m], gap_0 height over which the bottom is
+    felt [m], gap_B height at which the gap is as wide as the payload's openings [m], bottom_A, bottom_B parts by which
+    added mass and drag grow at touch-down [-]; reach submergence of the last level [m], H or more."""
 
     m: float
     W: float
@@ -31,8 +32,9 @@ class Payload(NamedTuple):
 
 
 class WettedLevel(NamedTuple):
-    """One level: h submergence [m]; V, A33, B, y_m, r_m, y_d, r_d as in `Wetted`; slope of the added mass over submergence just below this
-    level, dA33, and just above the next one, dA33_next [kg/m]: at a face of the payload it jumps."""
+    """One level: h submergence [m]; V, A33, B, y_m, r_m, y_d, r_d as in `Wetted`; slope of the added mass over
+    submergence just below this level, dA33, and just above the next one, dA33_next [kg/m]: at a face of the payload it
+    jumps."""
 
     h: float
     V: float
@@ -47,9 +49,9 @@ class WettedLevel(NamedTuple):
 
 
 class Wetted(NamedTuple):
-    """At one submergence: V displaced volume [m^3]; A33 added mass [kg], dA33 its slope over submergence [kg/m]; B = 1/2 rho C_D A_p
-    [N s^2/m^2]; over the height of the payload, centre above the underside and radius of gyration [m]: y_m, r_m of rho V + A33, y_d, r_d of
-    the drag."""
+    """At one submergence: V displaced volume [m^3]; A33 added mass [kg], dA33 its slope over submergence [kg/m]; B =
+    1/2 rho C_D A_p [N s^2/m^2]; over the height of the payload, centre above the underside and radius of gyration [m]:
+    y_m, r_m of rho V + A33, y_d, r_d of the drag."""
 
     V: float
     A33: float
@@ -62,7 +64,8 @@ class Wetted(NamedTuple):
 
 
 class Heights(NamedTuple):
-    """Heights above still water at which the water's motion is taken [m]: m_1, m_2 for the inertia forces, d_1, d_2 for the drag."""
+    """Heights above still water at which the water's motion is taken [m]: m_1, m_2 for the inertia forces, d_1, d_2 for
+    the drag."""
 
     m_1: float
     m_2: float
@@ -71,8 +74,8 @@ class Heights(NamedTuple):
 
 
 class Water(NamedTuple):
-    """Water at the load, up positive: eta surface [m], eta_dot [m/s]; at `Heights` a_1, a_2 acceleration for the inertia forces [m/s^2],
-    w_1, w_2 speed for the drag [m/s] and its rates b_1, b_2 [m/s^2]."""
+    """Water at the load, up positive: eta surface [m], eta_dot [m/s]; at `Heights` a_1, a_2 acceleration for the
+    inertia forces [m/s^2], w_1, w_2 speed for the drag [m/s] and its rates b_1, b_2 [m/s^2]."""
 
     eta: float
     eta_dot: float
@@ -85,8 +88,8 @@ class Water(NamedTuple):
 
 
 class WaterForce(NamedTuple):
-    """Parts of the force of water and seabed on the load, up positive [N], without the part -m_a dv/dt; m_a added mass [kg]; damping by
-    which the drag falls with the load's speed [N s/m]."""
+    """Parts of the force of water and seabed on the load, up positive [N], without the part -m_a dv/dt; m_a added mass
+    [kg]; damping by which the drag falls with the load's speed [N s/m]."""
 
     buoyancy: float
     inertia: float
@@ -99,7 +102,8 @@ class WaterForce(NamedTuple):
 
 @scalar
 def submergence(z, eta, H):
-    """How deep the payload's underside lies below the surface, held to 0 .. H [m]; z height of the underside above still water [m]."""
+    """How deep the payload's underside lies below the surface, held to 0 .. H [m]; z height of the underside above
+    still water [m]."""
     return clip(eta - z, 0.0, H)
 
 
@@ -107,8 +111,8 @@ def submergence(z, eta, H):
 def heights(z, wet):
     """Heights at which the water's motion is taken, with the underside at z above still water [m]: never above it.
 
-    Half of a force acts one radius of gyration below its centre and half above. For what is spread evenly that is the quadrature of Gauss:
-    the decay exp(k y) of a wave over the wet height h is averaged right to (k h)^4 / 4320.
+    Half of a force acts one radius of gyration below its centre and half above. For what is spread evenly that is the
+    quadrature of Gauss: the decay exp(k y) of a wave over the wet height h is averaged right to (k h)^4 / 4320.
     """
     m, d = z + wet.y_m, z + wet.y_d
     return Heights(fmin(m - wet.r_m, 0.0), fmin(m + wet.r_m, 0.0), fmin(d - wet.r_d, 0.0), fmin(d + wet.r_d, 0.0))
@@ -118,7 +122,8 @@ def heights(z, wet):
 def wetted(h, lo, hi):
     """Numbers at the submergence h [m] between a level `lo` and the next level `hi`: straight between them.
 
-    The slope of the added mass is straight as well, and dA33 exactly the slope of A33: no momentum is lost between levels.
+    The slope of the added mass is straight as well, and dA33 exactly the slope of A33: no momentum is lost between
+    levels.
     """
     f = clip((h - lo.h) / (hi.h - lo.h), 0.0, 1.0)
     more = f * (lo.dA33_next - lo.dA33)
@@ -150,11 +155,13 @@ def felt_slope(z, load):
 
 @scalar
 def squeeze(z, load):
-    r"""Part of the growth of the drag at touch-down that is felt at a height [-]: 0 at gap_0 and higher, 1 at touch-down and below.
+    r"""Part of the growth of the drag at touch-down that is felt at a height [-]: 0 at gap_0 and higher, 1 at
+    touch-down and below.
 
     .. math:: \frac{q(x) - q(x_0)}{1 - q(x_0)},\quad q(x) = (1 + x / x_B)^{-2}
 
-    Water leaves through the openings and the gap x side by side, with a pressure that goes with the square of its speed there.
+    Water leaves through the openings and the gap x side by side, with a pressure that goes with the square of its speed
+    there.
     """
     x = clip(z + load.depth, 0.0, load.gap_0)
     q, q_0 = 1.0 + x / load.gap_B, 1.0 + load.gap_0 / load.gap_B
@@ -167,8 +174,9 @@ def surface_momentum(h_dot, dA33):
 
     .. math:: F = \max(A_{33}'\,\dot h, 0)\,\dot h
 
-    On entry that is slamming, with C_s = 2 A33' / (rho A_p). Half of its work is in the added mass, the other half goes with the spray.
-    Water that leaves keeps its motion and pulls no more: no such force on exit; the energy 1/2 A33 h_dot^2 that it had stays behind.
+    On entry that is slamming, with C_s = 2 A33' / (rho A_p). Half of its work is in the added mass, the other half goes
+    with the spray. Water that leaves keeps its motion and pulls no more: no such force on exit; the energy 1/2 A33
+    h_dot^2 that it had stays behind.
 
     Parameters: h_dot rate of the submergence [m/s]; dA33 slope of the added mass over submergence [kg/m].
     Source: von Karman 1929 (momentum of the water); DNV-RP-N103, slamming (check against your edition).
@@ -196,16 +204,18 @@ def soil_force(z, v, load):
 def water_force(z, v, wet, water, load):
     r"""Forces of water and seabed on a payload with its underside at z [m] moving up at v [m/s]; see `WaterForce`.
 
-    .. math:: F = \rho g V + (\rho V + m_a) \overline{a_w} + B'\,\overline{|w - v|(w - v)} + C_{lin}\,\overline{w - v}\,h/H
+    .. math:: F = \rho g V + (\rho V + m_a) \overline{a_w} + B'\,\overline{|w - v|(w - v)} + C_{lin}\,\overline{w -
+    v}\,h/H
         + F_{slam} + F_{bottom},\quad m_a = A_{33}(1 + b_A f),\ B' = B(1 + b_B s)
 
-    Bars: means over the two heights of `heights`. f = `felt`, s = `squeeze`. The equation of motion is (m + m_a) dv/dt = F - W + sling.
-    Buoyancy goes with the surface as it is; with rho V a_w that is the Froude-Krylov force of waves that are long against the payload's
-    width. Over the bottom no water joins or leaves, so Kirchhoff's -1/2 dm_a/dz v^2 cushions the payload; `bottom` is that and the soil's
-    push.
+    Bars: means over the two heights of `heights`. f = `felt`, s = `squeeze`. The equation of motion is (m + m_a) dv/dt
+    = F - W + sling. Buoyancy goes with the surface as it is; with rho V a_w that is the Froude-Krylov force of waves
+    that are long against the payload's width. Over the bottom no water joins or leaves, so Kirchhoff's -1/2 dm_a/dz v^2
+    cushions the payload; `bottom` is that and the soil's push.
 
     Parameters: wet `wetted` at submergence(z, water.eta, load.reach); water at `heights`.
-    Source: DNV-RP-N103 sections 3 to 5 (check against your edition). Left out: memory of free-surface waves, air pockets, draining.
+    Source: DNV-RP-N103 sections 3 to 5 (check against your edition). Left out: memory of free-surface waves, air
+    pockets, draining.
     """
     h, h_dot, u_1, u_2 = water.eta - z, water.eta_dot - v, water.w_1 - v, water.w_2 - v
     u, a_w = 0.5 * (u_1 + u_2), 0.5 * (water.a_1 + water.a_2)

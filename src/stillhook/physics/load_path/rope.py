@@ -10,9 +10,10 @@ LEAST_WIRE = 1.0
 
 
 class Rope(NamedTuple):
-    """Wire below the crane tip. EA = f E A [N]; mu mass per length [kg/m]; w_air, w_water weight per length in air, and in water less the
-    steel's buoyancy [N/m]; zeta damping ratio of the load's first swing by the wire's material [-]; h_tip crane tip above still water [m];
-    L_0 wire between drum and crane tip [m]; M mass of hook and payload [kg]; n elements."""
+    """Wire below the crane tip. EA = f E A [N]; mu mass per length [kg/m]; w_air, w_water weight per length in air, and
+    in water less the steel's buoyancy [N/m]; zeta damping ratio of the load's first swing by the wire's material [-];
+    h_tip crane tip above still water [m]; L_0 wire between drum and crane tip [m]; M mass of hook and payload [kg]; n
+    elements."""
 
     EA: float
     mu: float
@@ -53,9 +54,10 @@ class Pull(NamedTuple):
 def element(s_w, m_a, rope):
     r"""One of n even elements of the wire out, s_w [m], with m_a [kg] of water moving along with the payload.
 
-    Damping is that of the material, c = beta k with one beta for the whole wire (`stillhook.physics.load_path.wire.damping_time`).
-    Its mass matrix is m [[5, 1], [1, 5]] with m = mu l / 12, half way between lumped and consistent: waves then travel right to the
-    fourth order of the element's length, and with 20 elements the first three periods of wire and load are right to 2e-4.
+    Damping is that of the material, c = beta k with one beta for the whole wire
+    (`stillhook.physics.load_path.wire.damping_time`). Its mass matrix is m [[5, 1], [1, 5]] with m = mu l / 12, half
+    way between lumped and consistent: waves then travel right to the fourth order of the element's length, and with 20
+    elements the first three periods of wire and load are right to 2e-4.
     Source: Hughes, The Finite Element Method, chapter 7 (higher-order mass).
     """
     l = fmax(s_w, LEAST_WIRE) / rope.n
@@ -66,7 +68,8 @@ def element(s_w, m_a, rope):
 
 @scalar
 def element_weight(i, l, rope):
-    """Weight of element number i from the crane tip, of length l [m]: as in air down to still water, less buoyancy below it [N].
+    """Weight of element number i from the crane tip, of length l [m]: as in air down to still water, less buoyancy
+    below it [N].
 
     The elements lie as if the wire hung straight from the mean height of the tip.
     """
@@ -76,11 +79,13 @@ def element_weight(i, l, rope):
 
 @scalar
 def pull_of_sling(x, A_up, R_up, A_down, R_down, h, sling):
-    r"""Sling between two bodies over a step h of the implicit midpoint rule: :math:`F = \max(0, k x_{mid} + c \dot x_{mid})`.
+    r"""Sling between two bodies over a step h of the implicit midpoint rule: :math:`F = \max(0, k x_{mid} + c \dot
+    x_{mid})`.
 
-    Without the sling the bodies would move at R_up / A_up and R_down / A_down [m/s]; A [kg], R [kg m/s]; each gets half the impulse F h
-    within the half step. x stretch at the start, upper less lower displacement [m].
-    F grows with the speed at which the ends part, and slows it: one F solves both, and it is the larger of 0 and that of a taut sling.
+    Without the sling the bodies would move at R_up / A_up and R_down / A_down [m/s]; A [kg], R [kg m/s]; each gets half
+    the impulse F h within the half step. x stretch at the start, upper less lower displacement [m].
+    F grows with the speed at which the ends part, and slows it: one F solves both, and it is the larger of 0 and that
+    of a taut sling.
     """
     G = 0.5 * h * sling.k + sling.c
     ease = 0.5 * h * (1.0 / A_up + 1.0 / A_down)
@@ -97,6 +102,7 @@ def sling_energy(x, sling):
 
 @scalar
 def sling_mean(x, rate, h, sling):
-    """Tension over a step [N] of slings stretched by x [m] at its start whose ends part at `rate` in its middle [m/s]."""
+    """Tension over a step [N] of slings stretched by x [m] at its start whose ends part at `rate` in its middle
+    [m/s]."""
     F = sling.k * (x + 0.5 * h * rate) + sling.c * rate
     return F if F > 0.0 else 0.0

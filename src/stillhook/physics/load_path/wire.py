@@ -6,8 +6,8 @@ from stillhook.physics.scalar import fmax, scalar, sqrt
 
 
 class Wire(NamedTuple):
-    """EA = fill E A [N]; L_0 wire between drum and crane tip [m]; mu mass per length [kg/m]; zeta damping ratio of the load's first
-    swing on the wire [-]."""
+    """EA = fill E A [N]; L_0 wire between drum and crane tip [m]; mu mass per length [kg/m]; zeta damping ratio of the
+    load's first swing on the wire [-]."""
 
     EA: float
     L_0: float
@@ -26,7 +26,8 @@ def wire_stiffness(s_w, wire):
 
 @scalar
 def damping_time(m, k, zeta):
-    r"""Time constant of the material's damping, c = beta k [s]: :math:`\beta = 2 \zeta / \omega = 2 \zeta \sqrt{m / k}`.
+    r"""Time constant of the material's damping, c = beta k [s]: :math:`\beta = 2 \zeta / \omega = 2 \zeta \sqrt{m /
+    k}`.
 
     Parameters: m mass that swings [kg]; k stiffness of the wire out [N/m]; zeta damping ratio of that swing [-].
     """
@@ -37,8 +38,9 @@ def damping_time(m, k, zeta):
 def wire_damping(s_w, m, wire):
     """Damping c of the wire out [N s/m], at its present length; s_w wire paid out [m], m mass on it [kg].
 
-    The ratio zeta is that of the load's first swing, which takes a third of the wire's mass along. Source: Moslatt 2020 paper C, subsystem
-    for load. Differs from print: zeta is a number of the crane (paper C assumes 0.95), and c follows the length of the wire.
+    The ratio zeta is that of the load's first swing, which takes a third of the wire's mass along. Source: Moslatt 2020
+    paper C, subsystem for load. Differs from print: zeta is a number of the crane (paper C assumes 0.95), and c follows
+    the length of the wire.
     """
     k = wire_stiffness(s_w, wire)
     return damping_time(m + wire.mu * fmax(s_w, 0.0) / 3.0, k, wire.zeta) * k
@@ -46,5 +48,6 @@ def wire_damping(s_w, m, wire):
 
 @scalar
 def wire_tension(stretch, stretch_rate, k, c):
-    """Tension [N], never negative: a slack wire carries nothing. stretch [m], stretch_rate [m/s], k [N/m], c [N s/m]."""
+    """Tension [N], never negative: a slack wire carries nothing. stretch [m], stretch_rate [m/s], k [N/m], c [N
+    s/m]."""
     return fmax(k * stretch + c * stretch_rate, 0.0)

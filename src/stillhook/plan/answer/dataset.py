@@ -1,4 +1,5 @@
-"""From limits of all phases, tiers and rules to the labelled arrays of a result, and the facts that only the answer tells."""
+"""From limits of all phases, tiers and rules to the labelled arrays of a result, and the facts that only the answer
+tells."""
 
 from __future__ import annotations
 
@@ -29,7 +30,8 @@ CELL = ("credit", "alternative", "heading", "period")
 
 @dataclass(frozen=True, eq=False)
 class Answered:
-    """Limits of a plan as they were found: by the model and as credited; seeds (alternative, phase, heading, period); certified."""
+    """Limits of a plan as they were found: by the model and as credited; seeds (alternative, phase, heading, period);
+    certified."""
 
     axes: Axes
     found: Gathered = field(repr=False)
@@ -45,8 +47,8 @@ class Answered:
         return np.stack([self.governs[credit].Hs for credit in CREDITS])
 
     def shown(self) -> Alternative:
-        """The alternative that leads: the twin with the largest mean credited limit, of equal ones that with the largest limit by its
-        model; the first of all where no twin was asked for."""
+        """The alternative that leads: the twin with the largest mean credited limit, of equal ones that with the
+        largest limit by its model; the first of all where no twin was asked for."""
         Hs = np.nan_to_num(self.Hs, nan=0.0, posinf=1e3).mean(axis=(2, 3))
         twins = [i for i, a in enumerate(self.axes.alternatives) if a.twin]
         best = max(twins, key=lambda i: (round(Hs[1, i], 6), round(Hs[0, i], 6)), default=0)
@@ -65,24 +67,37 @@ def dataset_of(plan: LiftPlan, of: Answered, forecast: Forecast) -> xarray.Datas
         "governing_tier": tiers[np.stack([g.tier for g in governs])],
     }
     numbers = {"Hs_limit": of.Hs, "alpha": forecast.alpha, "op_wf": forecast.op_wf}
-    numbers |= {"Hs_limit_low": np.stack([g.low for g in governs]), "Hs_limit_high": np.stack([g.high for g in governs])}
-    # (tier, alternative, phase, rule, heading, period): what the model says; as credited, the tier that counts alone is put in its place
+    numbers |= {
+        "Hs_limit_low": np.stack([g.low for g in governs]),
+        "Hs_limit_high": np.stack([g.high for g in governs]),
+    }
+    # (tier, alternative, phase, rule, heading, period): what the model says; as credited, the tier that counts alone is
+    # put in its place
     told = np.stack([of.found.Hs, _by_tier(of.credited)])
     by_phase = ("alternative", "phase", "heading", "period")
     data: dict[str, Any] = {name: (CELL, values, attributes(name)) for name, values in {**numbers, **texts}.items()}
-    data["Hs_rule"] = (("credit", "tier", "alternative", "phase", "rule", "heading", "period"), told, attributes("Hs_rule"))
+    data["Hs_rule"] = (
+        ("credit", "tier", "alternative", "phase", "rule", "heading", "period"),
+        told,
+        attributes("Hs_rule"),
+    )
     for name, values in (("counts", counting(of.own)), ("n_seeds", of.seeds), ("inside", of.certified.share)):
         data[name] = (by_phase, values, attributes(name))
     env = plan.environment
     attrs = {
-        "title": f"Stillhook plan: {plan.name}", "name": plan.name, "stillhook_version": __version__,
-        "Hs_lowest": min(env.Hs), "Hs_highest": max(env.Hs), "heading_tolerance": env.heading_tolerance,
-    }  # fmt: skip
+        "title": f"Stillhook plan: {plan.name}",
+        "name": plan.name,
+        "stillhook_version": __version__,
+        "Hs_lowest": min(env.Hs),
+        "Hs_highest": max(env.Hs),
+        "heading_tolerance": env.heading_tolerance,
+    }
     return xarray.Dataset(data, coords=_coords(axes), attrs=attrs)
 
 
 def _by_tier(of: Chosen) -> FloatArray:
-    """Limits that count, each at the place of its tier (tier, alternative, phase, rule, heading, period); NaN elsewhere."""
+    """Limits that count, each at the place of its tier (tier, alternative, phase, rule, heading, period); NaN
+    elsewhere."""
     rank = np.arange(len(TIERS)).reshape(-1, *([1] * of.Hs.ndim))
     return np.asarray(np.where(of.tier[None] == rank, of.Hs[None], np.nan))
 
@@ -101,7 +116,8 @@ def _coords(axes: Axes) -> dict[str, Any]:
 
 
 def demand_block(plan: LiftPlan, axes: Axes, demands: Sequence[Demand]) -> xarray.Dataset:
-    """Quantities of all tiers in the cells of the table (tier, alternative, phase, heading, period, height); NaN where not told.
+    """Quantities of all tiers in the cells of the table (tier, alternative, phase, heading, period, height); NaN where
+    not told.
 
     Seas of the twin that are not of the table's heights are left out.
     """
@@ -136,26 +152,39 @@ def seeds_of(axes: Axes, demands: Iterable[Demand]) -> NDArray[np.int64]:
 
 
 def rows_of(of: Answered, forecast: Forecast, Hs_highest: float) -> list[dict[str, Any]]:
-    """The table as rows for JSON, which knows no inf: every cell with its verdict, which is limited, above (the highest sea that was
-    asked), never or not told."""
+    """The table as rows for JSON, which knows no inf: every cell with its verdict, which is limited, above (the highest
+    sea that was asked), never or not told."""
     axes, rows = of.axes, []
     for c, credit in enumerate(CREDITS):
         g = of.governs[credit]
         for i in np.ndindex(g.Hs.shape):
             Hs, governs = float(g.Hs[i]), g.phase[i] >= 0
-            verdict = "not told" if np.isnan(Hs) else "above" if Hs > Hs_highest else "never" if Hs == 0.0 else "limited"
-            rows.append({
-                "credit": credit, "alternative": axes.alternatives[i[0]].value, "beta": axes.headings[i[1]], "T_p": axes.periods[i[2]],
-                "Hs_limit": Hs, "Hs_limit_low": float(g.low[i]), "Hs_limit_high": float(g.high[i]), "verdict": verdict,
-                "alpha": float(forecast.alpha[(c, *i)]), "op_wf": float(forecast.op_wf[(c, *i)]),
-                "governing_phase": axes.phases[g.phase[i]] if governs else "", "governing_rule": axes.rules[g.rule[i]] if governs else "",
-                "governing_tier": TIERS[g.tier[i]].value if governs else "",
-            })  # fmt: skip
+            verdict = (
+                "not told" if np.isnan(Hs) else "above" if Hs > Hs_highest else "never" if Hs == 0.0 else "limited"
+            )
+            rows.append(
+                {
+                    "credit": credit,
+                    "alternative": axes.alternatives[i[0]].value,
+                    "beta": axes.headings[i[1]],
+                    "T_p": axes.periods[i[2]],
+                    "Hs_limit": Hs,
+                    "Hs_limit_low": float(g.low[i]),
+                    "Hs_limit_high": float(g.high[i]),
+                    "verdict": verdict,
+                    "alpha": float(forecast.alpha[(c, *i)]),
+                    "op_wf": float(forecast.op_wf[(c, *i)]),
+                    "governing_phase": axes.phases[g.phase[i]] if governs else "",
+                    "governing_rule": axes.rules[g.rule[i]] if governs else "",
+                    "governing_tier": TIERS[g.tier[i]].value if governs else "",
+                }
+            )
     return rows
 
 
 def summary_of(of: Answered, shown: Alternative, weather: xarray.Dataset | None) -> dict[str, Any]:
-    """What a reader asks first of each alternative: its limits as modelled and as credited, what governs most cells, and its weather."""
+    """What a reader asks first of each alternative: its limits as modelled and as credited, what governs most cells,
+    and its weather."""
     axes, out = of.axes, {}
     for i, alternative in enumerate(axes.alternatives):
         row: dict[str, Any] = {}
@@ -186,4 +215,6 @@ def _most(axes: Axes, phase: NDArray[np.int64], rule: NDArray[np.int64]) -> list
     """Phases and rules by the number of cells that they govern, the most first."""
     pairs, counts = np.unique(np.stack([phase[phase >= 0], rule[phase >= 0]]), axis=1, return_counts=True)
     order = np.argsort(-counts, kind="stable")
-    return [{"phase": axes.phases[pairs[0, k]], "rule": axes.rules[pairs[1, k]], "cells": int(counts[k])} for k in order]
+    return [
+        {"phase": axes.phases[pairs[0, k]], "rule": axes.rules[pairs[1, k]], "cells": int(counts[k])} for k in order
+    ]

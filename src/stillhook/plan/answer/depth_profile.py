@@ -1,4 +1,5 @@
-"""Tension, DAF and slack against depth, and how much of the tip's motion is taken at the wire and at the load, in one sea."""
+"""Tension, DAF and slack against depth, and how much of the tip's motion is taken at the wire and at the load, in one
+sea."""
 
 from __future__ import annotations
 
@@ -34,13 +35,19 @@ TOLD = ("F_top_max", "DAF", "sling_ratio", "slack_chance")
 
 
 def depth_profile(
-    plan: LiftPlan, alternatives: Sequence[Alternative], Hs: float, Tp: float, beta: float, progress: Progress | None = None
+    plan: LiftPlan,
+    alternatives: Sequence[Alternative],
+    Hs: float,
+    Tp: float,
+    beta: float,
+    progress: Progress | None = None,
 ) -> xarray.Dataset:
     """What a sea asks with the payload held for half an hour at each depth, from just covered to the seabed.
 
-    Over alternative and z [m], height of the payload's underside: `TOLD`, each winch compensating at every depth (none: on its brake; one
-    that may not be used: NaN), at the level of the rule that asks for it; F_top_static [N] and T_0, natural period of the load on its wire
-    [s], over z. attrs: Hs [m], Tp [s], beta [rad], z_resonance, where T_0 is Tp (NaN: nowhere), held [s].
+    Over alternative and z [m], height of the payload's underside: `TOLD`, each winch compensating at every depth (none:
+    on its brake; one that may not be used: NaN), at the level of the rule that asks for it; F_top_static [N] and T_0,
+    natural period of the load on its wire [s], over z. attrs: Hs [m], Tp [s], beta [rad], z_resonance, where T_0 is Tp
+    (NaN: nowhere), held [s].
     Errors: as `stillhook.plan.tiers.frequency.frequency`.
     """
     at, winch = _water_phase(plan), _winch(plan, alternatives, progress)
@@ -59,12 +66,18 @@ def depth_profile(
 
 
 def efficiency(
-    plan: LiftPlan, alternatives: Sequence[Alternative], Hs: float, beta: float, z: float, progress: Progress | None = None
+    plan: LiftPlan,
+    alternatives: Sequence[Alternative],
+    Hs: float,
+    beta: float,
+    z: float,
+    progress: Progress | None = None,
 ) -> xarray.Dataset:
     """Part of the tip's motion that the winch takes, at the wire's upper end and at the load, over the plan's periods.
 
-    eta_wire = 1 - sigma_u/sigma_tip and eta_load = 1 - sigma_load/sigma_tip over alternative and period [s], deviations over the whole sea,
-    the payload's underside at z [m]. Negative where wire and load ring. attrs: Hs [m], beta [rad], z [m].
+    eta_wire = 1 - sigma_u/sigma_tip and eta_load = 1 - sigma_load/sigma_tip over alternative and period [s], deviations
+    over the whole sea, the payload's underside at z [m]. Negative where wire and load ring. attrs: Hs [m], beta [rad],
+    z [m].
     """
     at, winch, periods = _water_phase(plan), _winch(plan, alternatives, progress), list(plan.environment.Tp)
     forcing, what = _forcing(plan, at, Hs, periods, beta), hung(plan.crane, plan.hanging(z, plan.tip_of(at).z), z)
@@ -102,9 +115,13 @@ def _forcing(plan: LiftPlan, at: Phase, Hs: float, periods: Sequence[float], bet
 
 
 def _labelled(
-    columns: Mapping[str, NDArray[np.float64]], alone: Mapping[str, FloatArray], alternatives: Sequence[Alternative], dim: str,
-    axis: FloatArray, attrs: Mapping[str, float],
-) -> xarray.Dataset:  # fmt: skip
+    columns: Mapping[str, NDArray[np.float64]],
+    alone: Mapping[str, FloatArray],
+    alternatives: Sequence[Alternative],
+    dim: str,
+    axis: FloatArray,
+    attrs: Mapping[str, float],
+) -> xarray.Dataset:
     import xarray  # heavy: only where results are labelled
 
     data = {name: (("alternative", dim), values, attributes(name)) for name, values in columns.items()}

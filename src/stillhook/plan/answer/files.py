@@ -1,4 +1,5 @@
-"""A plan's result on disk: plan.nc (labelled arrays, blocks as groups) and plan.json (facts and summary). Written whole or not at all."""
+"""A plan's result on disk: plan.nc (labelled arrays, blocks as groups) and plan.json (facts and summary). Written whole
+or not at all."""
 
 from __future__ import annotations
 
@@ -63,8 +64,8 @@ def _packed(data: xarray.Dataset) -> dict[Any, dict[str, Any]]:
 
 
 def load_plan_result(folder: str | Path) -> PlanResult:
-    """The result that `save_plan` wrote. Errors: PlanError, one line, for a folder without one, and for files that are damaged,
-    changed in their shape, or of two plans."""
+    """The result that `save_plan` wrote. Errors: PlanError, one line, for a folder without one, and for files that are
+    damaged, changed in their shape, or of two plans."""
     where = Path(folder)
     if where.name in PLAN_FILES:
         where = where.parent
@@ -78,7 +79,9 @@ def load_plan_result(folder: str | Path) -> PlanResult:
     except UnreadableError as problem:
         raise PlanError(f"{where / NUMBERS}: not the numbers of a plan ({problem}). Run the plan again.") from None
     if missing := NEEDED - set(data.attrs):
-        raise PlanError(f"{where / NUMBERS}: not the numbers of a plan, {', '.join(sorted(missing))} missing. Run the plan again.")
+        raise PlanError(
+            f"{where / NUMBERS}: not the numbers of a plan, {', '.join(sorted(missing))} missing. Run the plan again."
+        )
     if data.attrs["name"] != facts["name"] or data.attrs.get("digest", "") != facts.get("digest", ""):
         raise PlanError(f"{where}: {NUMBERS} and {FACTS} are of two plans. Run the plan again.")
     return PlanResult(data, facts, blocks)
@@ -95,7 +98,9 @@ def _check_hash(told: object, where: Path) -> None:
     except OSError as e:
         raise PlanError(f"{where / NUMBERS}: cannot be read ({_in_a_line(e)}).") from None
     if not same:
-        raise PlanError(f"{where / NUMBERS}: not as it was written with {FACTS}: damaged, or of another plan. Run the plan again.")
+        raise PlanError(
+            f"{where / NUMBERS}: not as it was written with {FACTS}: damaged, or of another plan. Run the plan again."
+        )
 
 
 def _whole(digits: str) -> int:
@@ -114,4 +119,3 @@ def _facts(path: Path) -> dict[str, Any]:
     if odd := odd_fact(facts):
         raise PlanError(f"{path}: not the facts of a plan: {odd}. Run the plan again.")
     return facts
-

@@ -1,4 +1,5 @@
-"""What a plan was asked and how it was answered, as plain data: for JSON, for the report, and for whoever repeats it."""
+"""What a plan was asked and how it was answered, as plain data: for JSON, for the report, and for whoever repeats
+it."""
 
 from __future__ import annotations
 
@@ -30,7 +31,9 @@ SAYS: Mapping[Alternative, str] = {
     Alternative.NS: "twin of the winch under classic control, normal speed",
     Alternative.HS: "twin of the winch under classic control, high speed",
     Alternative.SSC: "twin of the winch under semi-secondary control with the crane's own settings",
-    Alternative.STRONG_SSC: "twin of the winch under semi-secondary control with the gain that its margins allow and an aligned reference",
+    Alternative.STRONG_SSC: (
+        "twin of the winch under semi-secondary control with the gain that its margins allow and an aligned reference"
+    ),
 }
 NOT_COVERED = (
     "vessel motions beyond first order: slow drift, dynamic positioning, green water",
@@ -54,9 +57,11 @@ class Beside:
     weather: Weather | None = field(default=None, repr=False)
 
 
-def facts_of(plan: LiftPlan, limited: Mapping[tuple[str, Alternative], Sequence[Limited]], beside: Beside) -> dict[str, Any]:
-    """Everything that was asked; limited: rules with their limits of a phase and an alternative. The digest is that of everything that the
-    answer follows from: plan, weather, table of forecast factors, tiers."""
+def facts_of(
+    plan: LiftPlan, limited: Mapping[tuple[str, Alternative], Sequence[Limited]], beside: Beside
+) -> dict[str, Any]:
+    """Everything that was asked; limited: rules with their limits of a phase and an alternative. The digest is that of
+    everything that the answer follows from: plan, weather, table of forecast factors, tiers."""
     env = plan.environment
     return {
         "name": plan.name,
@@ -68,8 +73,13 @@ def facts_of(plan: LiftPlan, limited: Mapping[tuple[str, Alternative], Sequence[
         "date": datetime.now(UTC).date().isoformat(),
         "tiers": list(beside.tiers),
         "settings": {
-            "wave": env.wave, "gamma": env.gamma, "spread": env.spread, "heading_tolerance": env.heading_tolerance,
-            "Hs": list(env.Hs), "Tp": list(env.Tp), "headings": list(env.headings),
+            "wave": env.wave,
+            "gamma": env.gamma,
+            "spread": env.spread,
+            "heading_tolerance": env.heading_tolerance,
+            "Hs": list(env.Hs),
+            "Tp": list(env.Tp),
+            "headings": list(env.headings),
         },
         "crane": _crane(plan.crane),
         "vessel": {"name": plan.vessel.name, "title": plan.vessel.source, "notes": list(plan.vessel.notes)},
@@ -77,25 +87,39 @@ def facts_of(plan: LiftPlan, limited: Mapping[tuple[str, Alternative], Sequence[
         "place": {"h_tip": plan.h_tip, "depth": plan.depth, "rho": plan.rho, "text": _place(plan)},
         "phases": [described(phase) for phase in plan.phases],
         "rules": {
-            "name": plan.rules.name, "version": plan.rules.version, "digest": plan.rules.digest, "changes": list(plan.rules.changes),
+            "name": plan.rules.name,
+            "version": plan.rules.version,
+            "digest": plan.rules.digest,
+            "changes": list(plan.rules.changes),
             "rows": [_rule(rule) for rule in plan.rules.rules],
         },
-        "limited": [_limited(phase, alternative, each) for (phase, alternative), rules in limited.items() for each in rules],
+        "limited": [
+            _limited(phase, alternative, each) for (phase, alternative), rules in limited.items() for each in rules
+        ],
         "alternatives": [{"name": a.value, "says": SAYS[a]} for a in plan.alternatives],
         "inputs": _inputs(plan, beside),
         "not_covered": list(NOT_COVERED),
-    }  # fmt: skip
+    }
 
 
 def _crane(crane: Crane) -> dict[str, Any]:
     c, held = crane.certified, envelope_line(crane)
     certificate: dict[str, Any] | None = None
     if c is not None:
-        certificate = {"number": c.short, "statement": held or twin_line(crane), "synthetic": c.synthetic, "unsigned": UNSIGNED}
+        certificate = {
+            "number": c.short,
+            "statement": held or twin_line(crane),
+            "synthetic": c.synthetic,
+            "unsigned": UNSIGNED,
+        }
     return {
-        "name": crane.name, "title": crane.title, "SWL": crane.SWL, "digest": _crane_digest(crane),
-        "twin": twin_line(crane), "certificate": certificate,
-    }  # fmt: skip
+        "name": crane.name,
+        "title": crane.title,
+        "SWL": crane.SWL,
+        "digest": _crane_digest(crane),
+        "twin": twin_line(crane),
+        "certificate": certificate,
+    }
 
 
 def _crane_digest(crane: Crane) -> str:
@@ -109,9 +133,13 @@ def _digest(text: str | bytes) -> str:
 def _payload(plan: LiftPlan) -> dict[str, Any]:
     payload = plan.payload
     return {
-        "name": payload.name, "title": payload.title, "mass": payload.mass, "height": payload.height,
-        "digest": _payload_digest(plan), "rows": payload_rows(payload, plan.rho),
-    }  # fmt: skip
+        "name": payload.name,
+        "title": payload.title,
+        "mass": payload.mass,
+        "height": payload.height,
+        "digest": _payload_digest(plan),
+        "rows": payload_rows(payload, plan.rho),
+    }
 
 
 def _payload_digest(plan: LiftPlan) -> str:
@@ -120,15 +148,25 @@ def _payload_digest(plan: LiftPlan) -> str:
 
 def _place(plan: LiftPlan) -> str:
     at = ", ".join(f"{name} = {show(value, 'length', 4)}" for name, value in (("x", plan.at.x), ("y", plan.at.y)))
-    return f"{plan.vessel.name}, crane tip at {at}, {show(plan.h_tip, 'length', 4)} above still water, {show(plan.depth, 'length', 5)} deep"
+    return (
+        f"{plan.vessel.name}, crane tip at {at}, {show(plan.h_tip, 'length', 4)} above still water,"
+        f" {show(plan.depth, 'length', 5)} deep"
+    )
 
 
 def described(phase: Phase) -> dict[str, Any]:
     """A phase as plain data."""
     return {
-        "name": phase.name, "kind": phase.kind.value, "mode": phase.winch.value, "start": phase.start, "end": phase.end,
-        "speed": phase.speed, "duration": phase.duration, "compensated": phase.compensated, "limits": dict(phase.limits),
-    }  # fmt: skip
+        "name": phase.name,
+        "kind": phase.kind.value,
+        "mode": phase.winch.value,
+        "start": phase.start,
+        "end": phase.end,
+        "speed": phase.speed,
+        "duration": phase.duration,
+        "compensated": phase.compensated,
+        "limits": dict(phase.limits),
+    }
 
 
 def _rule(rule: Rule) -> dict[str, Any]:
@@ -139,7 +177,13 @@ def _rule(rule: Rule) -> dict[str, Any]:
 
 
 def _limited(phase: str, alternative: Alternative, each: Limited) -> dict[str, Any]:
-    return {"phase": phase, "alternative": alternative.value, "rule": each.rule.key, "limit": each.limit, "why": each.why}
+    return {
+        "phase": phase,
+        "alternative": alternative.value,
+        "rule": each.rule.key,
+        "limit": each.limit,
+        "why": each.why,
+    }
 
 
 def answer_digest(plan: LiftPlan, beside: Beside) -> str:
@@ -155,7 +199,13 @@ def _inputs(plan: LiftPlan, beside: Beside) -> list[dict[str, str]]:
     rows += [("vessel", plan.vessel.source or plan.vessel.name, plan.vessel.digest.hex())]
     rows += [("payload", plan.payload.name, _payload_digest(plan))]
     rows += [("rules", f"{plan.rules.name} {plan.rules.version}".strip(), plan.rules.digest)]
-    rows += [("forecast factors", f"{beside.alpha.name} {beside.alpha.texts.get('version', '')}".strip(), _alpha_digest(beside.alpha))]
+    rows += [
+        (
+            "forecast factors",
+            f"{beside.alpha.name} {beside.alpha.texts.get('version', '')}".strip(),
+            _alpha_digest(beside.alpha),
+        )
+    ]
     if beside.weather is not None:
         rows.append(("weather", beside.weather.source, _weather_digest(beside.weather)))
     return [{"what": what, "file": file, "sha256": digest} for what, file, digest in rows]

@@ -1,4 +1,5 @@
-"""One cell of the table in detail: tension against depth, efficiency, sensitivity, where the leading alternative has its limit."""
+"""One cell of the table in detail: tension against depth, efficiency, sensitivity, where the leading alternative has
+its limit."""
 
 from __future__ import annotations
 
@@ -22,8 +23,10 @@ if TYPE_CHECKING:
 
 
 class Reference(NamedTuple):
-    """A cell: heading and period as rows of the table and as beta [rad] and Tp [s]; Hs [m], the credited limit of the alternative that
-    leads, or the highest sea that was asked where it has none; the compensated phase with its deepest place z [m], None without one."""
+    """A cell: heading and period as rows of the table and as beta [rad] and Tp [s]; Hs [m], the credited limit of the
+    alternative that leads, or the highest sea that was asked where it has none; the compensated phase with its deepest
+    place z [m], None without one.
+    """
 
     heading: int
     period: int
@@ -35,8 +38,8 @@ class Reference(NamedTuple):
 
 
 def reference_of(plan: LiftPlan, of: Answered) -> Reference:
-    """The heading that the vessel would take (largest mean credited limit of the alternative that leads), and of its periods the one whose
-    limit is in the middle of those that have one between calm and the highest sea."""
+    """The heading that the vessel would take (largest mean credited limit of the alternative that leads), and of its
+    periods the one whose limit is in the middle of those that have one between calm and the highest sea."""
     axes, env = of.axes, plan.environment
     Hs = of.governs[CREDITS[1]].Hs[axes.alternatives.index(of.shown())]
     heading = int(np.nan_to_num(Hs, nan=0.0, posinf=max(env.Hs)).mean(axis=1).argmax())
@@ -48,7 +51,9 @@ def reference_of(plan: LiftPlan, of: Answered) -> Reference:
     deep = [p for p in plan.phases if p.compensated]
     deepest = min(deep, key=lambda p: _lowest(p.start, p.end), default=None)
     z = math.nan if deepest is None else _lowest(deepest.start, deepest.end)
-    return Reference(heading, period, axes.headings[heading], axes.periods[period], height, deepest.name if deepest else None, z)
+    return Reference(
+        heading, period, axes.headings[heading], axes.periods[period], height, deepest.name if deepest else None, z
+    )
 
 
 def _lowest(*ends: float | None) -> float:
@@ -56,10 +61,15 @@ def _lowest(*ends: float | None) -> float:
 
 
 def reference_blocks(
-    plan: LiftPlan, of: Answered, limits: Callable[[Sequence[Demand]], list[Limits]], progress: Progress | None = None, *, anew: bool = True
+    plan: LiftPlan,
+    of: Answered,
+    limits: Callable[[Sequence[Demand]], list[Limits]],
+    progress: Progress | None = None,
+    *,
+    anew: bool = True,
 ) -> Mapping[str, xarray.Dataset]:
-    """Blocks depth, efficiency and sensitivity of a result at the reference cell; none where no phase is compensated. anew: ask the twin
-    what other friction and a late signal leave, some seconds."""
+    """Blocks depth, efficiency and sensitivity of a result at the reference cell; none where no phase is compensated.
+    anew: ask the twin what other friction and a late signal leave, some seconds."""
     at, told, alternatives = reference_of(plan, of), Parts(progress), tuple(of.axes.alternatives)
     if at.phase is None:
         return {}
@@ -68,7 +78,9 @@ def reference_blocks(
     where = sensitive_at(plan, of)
     if where is not None:
         ask = (of.shown(),) if anew else ()
-        found["sensitivity"] = sensitivity(plan, alternatives, where.Tp, where.beta, where.phase, limits, told(0.5, 1.0), ask=ask)
+        found["sensitivity"] = sensitivity(
+            plan, alternatives, where.Tp, where.beta, where.phase, limits, told(0.5, 1.0), ask=ask
+        )
     return found
 
 
@@ -81,7 +93,8 @@ class Sensitive(NamedTuple):
 
 
 def sensitive_at(plan: LiftPlan, of: Answered) -> Sensitive | None:
-    """The phase that governs most cells of the alternative that leads, as credited, where its limit is least; None where none governs."""
+    """The phase that governs most cells of the alternative that leads, as credited, where its limit is least; None
+    where none governs."""
     axes, g, own = of.axes, of.governs[CREDITS[1]], of.axes.alternatives.index(of.shown())
     which = g.phase[own]
     if not (which >= 0).any():

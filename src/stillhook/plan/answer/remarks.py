@@ -1,4 +1,5 @@
-"""What only the answer tells: what is credited and why, the forecast limit of the leading cell, how weather was read, what stays open."""
+"""What only the answer tells: what is credited and why, the forecast limit of the leading cell, how weather was read,
+what stays open."""
 
 from __future__ import annotations
 
@@ -27,8 +28,11 @@ CENSORED = 0.05
 """Share of starts without a window above which waits are said to be too short."""
 
 
-def facts_found(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None, twin: TwinTier | None) -> dict[str, Any]:
-    """Facts that the answer adds to what was asked: shown, alternatives with why, operation, phases with their tiers, runs, remarks."""
+def facts_found(
+    plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None, twin: TwinTier | None
+) -> dict[str, Any]:
+    """Facts that the answer adds to what was asked: shown, alternatives with why, operation, phases with their tiers,
+    runs, remarks."""
     return {
         "shown": of.shown().value,
         "alternatives": [{"name": a.value, "says": SAYS[a], "tells": tells(plan, of, a)} for a in of.axes.alternatives],
@@ -45,8 +49,9 @@ def without_runs(plan: LiftPlan) -> list[str]:
     if not by_hand:
         return []
     return [
-        f"frequency road, {', '.join(by_hand)}: drag on a sinking load pulls harder down-going than up-going, which the road levels out: "
-        "slings lose up to a third more of their tension than it says (docs/explanation/lift-plan-frequency.md)"
+        f"frequency road, {', '.join(by_hand)}: drag on a sinking load pulls harder down-going than up-going, which the"
+        " road levels out: slings lose up to a third more of their tension than it says"
+        " (docs/explanation/lift-plan-frequency.md)"
     ]
 
 
@@ -73,21 +78,36 @@ def tells(plan: LiftPlan, of: Answered, alternative: Alternative) -> str:
         return "the certificate covers every sea of the compensated phases: credited as the twin says"
     where = "" if share == 0.0 else f" in {1.0 - share:.0%} of the asked seas and phases"
     why = "; ".join(of.certified.why[alternative])
-    return why if not where and f"{CAP:.0%}" in why else f"credited with no more than {CAP:.0%} of compensation{where}: {why}"
+    return (
+        why
+        if not where and f"{CAP:.0%}" in why
+        else f"credited with no more than {CAP:.0%} of compensation{where}: {why}"
+    )
 
 
 def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any]:
-    """Times of the operation, the table of forecast factors, and the credited limit with its factor in the reference cell."""
+    """Times of the operation, the table of forecast factors, and the credited limit with its factor in the reference
+    cell."""
     at, i, table = reference_of(plan, of), of.axes.alternatives.index(of.shown()), forecast.table
     cell = (1, i, at.heading, at.period)
-    named = {"name": table.name, **{key: table.texts.get(key, "") for key in ("version", "standard", "edition", "clause", "note")}}
+    named = {
+        "name": table.name,
+        **{key: table.texts.get(key, "") for key in ("version", "standard", "edition", "clause", "note")},
+    }
     return {
-        "T_POP": plan.T_POP, "T_POP_given": plan.T_POP_given, "T_C": plan.T_C, "T_R": forecast.T_R,
+        "T_POP": plan.T_POP,
+        "T_POP_given": plan.T_POP_given,
+        "T_C": plan.T_C,
+        "T_R": forecast.T_R,
         "weather_restricted": forecast.restricted,
-        "alternative": of.shown().value, "Tp": at.Tp, "beta": at.beta, "OP_LIM": float(min(of.Hs[cell], max(plan.environment.Hs))),
-        "alpha": float(forecast.alpha[cell]), "op_wf": float(forecast.op_wf[cell]),
+        "alternative": of.shown().value,
+        "Tp": at.Tp,
+        "beta": at.beta,
+        "OP_LIM": float(min(of.Hs[cell], max(plan.environment.Hs))),
+        "alpha": float(forecast.alpha[cell]),
+        "op_wf": float(forecast.op_wf[cell]),
         "alpha_table": {**named, "Hs_lowest": float(table.Hs[0])},
-    }  # fmt: skip
+    }
 
 
 def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[str, str]:
@@ -97,10 +117,12 @@ def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[st
     ran = "" if tier is Tier.TIME else "no runs in the time domain were asked: --tier time"
     lands = any(phase.kind is PhaseKind.LANDING for phase in plan.phases)
     why = {
-        "depth": road, "efficiency": road, "sensitivity": road or "no rule governs any cell",
+        "depth": road,
+        "efficiency": road,
+        "sensitivity": road or "no rule governs any cell",
         "landing": ran or ("no limit was found at the middle period" if lands else "the plan has no landing"),
         "convergence": ran or "no limit was found by runs at the middle period",
-    }  # fmt: skip
+    }
     return {name: text for name, text in why.items() if name not in blocks}
 
 
@@ -109,16 +131,27 @@ def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValu
     found = []
     found += [*plan.notes, *winch_remarks(plan)]
     for phases, alternatives in _grouped(untold(of.own)).items():
-        found.append(f"NOT JUDGED in some cells, for no tier that was run tells it: {', '.join(phases)} ({', '.join(alternatives)})")
+        found.append(
+            f"NOT JUDGED in some cells, for no tier that was run tells it: {', '.join(phases)}"
+            f" ({', '.join(alternatives)})"
+        )
     if np.isposinf(of.Hs).any():
         highest = max(plan.environment.Hs)
-        found.append(f"a limit above {highest:g} m, the highest sea that was asked, is told as such and used as {highest:g} m")
+        found.append(
+            f"a limit above {highest:g} m, the highest sea that was asked, is told as such and used as {highest:g} m"
+        )
     if forecast.why:
         lowest = f"{forecast.table.Hs[0]:g} m"
-        meanwhile = f"so that such limits can be compared in the weather, the factor of {lowest} is taken, which flatters them"
-        found.append(f"forecast factor: {forecast.why} Here, {meanwhile}: what is gained over them is at least what is told")
+        meanwhile = (
+            f"so that such limits can be compared in the weather, the factor of {lowest} is taken, which flatters them"
+        )
+        found.append(
+            f"forecast factor: {forecast.why} Here, {meanwhile}: what is gained over them is at least what is told"
+        )
     if not forecast.restricted:
-        found.append("not weather restricted: waiting is not reckoned; plan for extremes of the season, or divide the operation")
+        found.append(
+            "not weather restricted: waiting is not reckoned; plan for extremes of the season, or divide the operation"
+        )
     if plan.weather is None:
         found.append("no weather was given: waiting is not reckoned ([weather] in the plan file)")
     env, axes = plan.environment, of.axes
@@ -149,7 +182,11 @@ def _short(value: WeatherValue) -> list[str]:
     for (credit, alternative), share in censored.items():
         if share > CENSORED:
             never = share == 1.0
-            text = "never has a window in these years" if never else f"waits are told too short: {share:.0%} of the starts found no window"
+            text = (
+                "never has a window in these years"
+                if never
+                else f"waits are told too short: {share:.0%} of the starts found no window"
+            )
             lines.setdefault(text, []).append(f"{alternative.value} ({credit})")
     return [f"{', '.join(names)}: {text}" for text, names in lines.items()]
 

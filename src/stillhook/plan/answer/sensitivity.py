@@ -1,4 +1,5 @@
-"""How far a limit moves when what is hardly known is otherwise: added mass, drag, friction of the winch, delay of the motion signal."""
+"""How far a limit moves when what is hardly known is otherwise: added mass, drag, friction of the winch, delay of the
+motion signal."""
 
 from __future__ import annotations
 
@@ -29,7 +30,8 @@ if TYPE_CHECKING:
 
 
 ADDED_MASS, DRAG, FRICTION = (0.8, 1.2), (0.5, 1.5), (0.7, 1.3)
-"""Factors that are tried: added mass by shape is known to a fifth, drag to a half, friction of a winch in service to a third (assumed)."""
+"""Factors that are tried: added mass by shape is known to a fifth, drag to a half, friction of a winch in service to a
+third (assumed)."""
 LATE = 0.2
 """Delay of the motion signal that is tried beside that of the plan [s]."""
 Judge = Callable[[Sequence[Demand]], list[Limits]]
@@ -39,7 +41,8 @@ Y = ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6")
 
 @dataclass(frozen=True, eq=False)
 class Changed:
-    """One number of a plan otherwise: what and how in words; the plan, its phase's places, and whether the winch has to be asked anew."""
+    """One number of a plan otherwise: what and how in words; the plan, its phase's places, and whether the winch has to
+    be asked anew."""
 
     factor: str
     how: str
@@ -59,15 +62,16 @@ def sensitivity(
     *,
     ask: Sequence[Alternative] | None = None,
 ) -> xarray.Dataset:
-    """Limiting heights of one phase in one period and direction with one number after the other otherwise, by the frequency road; by the
-    closed form where the surface cuts the payload.
+    """Limiting heights of one phase in one period and direction with one number after the other otherwise, by the
+    frequency road; by the closed form where the surface cuts the payload.
 
-    Parameters: limits, from demands to limiting heights (rules and capacities of the plan as it is); ask: alternatives whose winch is asked
-    anew with other friction and with a late motion signal, some seconds each unless known (None: the last one of the twin). Of the others
-    these two factors tell nothing: NaN; a winch on its brake and the flat cap do not change.
-    The phase is looked at at its ends and its middle.
-    Returns Hs_base, Hs_low and Hs_high [m] over factor and alternative, inf above the highest sea of the plan; coords low_text, high_text;
-    attrs Tp [s], beta [rad], phase and rule, which governs the last alternative. Errors: as `stillhook.plan.tiers.frequency.frequency`.
+    Parameters: limits, from demands to limiting heights (rules and capacities of the plan as it is); ask: alternatives
+    whose winch is asked anew with other friction and with a late motion signal, some seconds each unless known (None:
+    the last one of the twin). Of the others these two factors tell nothing: NaN; a winch on its brake and the flat cap
+    do not change. The phase is looked at at its ends and its middle.
+    Returns Hs_base, Hs_low and Hs_high [m] over factor and alternative, inf above the highest sea of the plan; coords
+    low_text, high_text; attrs Tp [s], beta [rad], phase and rule, which governs the last alternative. Errors: as
+    `stillhook.plan.tiers.frequency.frequency`.
     """
     every = looked_at(plan)
     if not any(p.name == phase for p, _ in every):
@@ -80,7 +84,9 @@ def sensitivity(
     own = winches_of(plan, every, alternatives)
     forcing = forcings(plan, seas, at)
 
-    def Hs(of: LiftPlan, look: Looks, which: Sequence[Alternative], winch: Mapping[Alternative, Way]) -> list[tuple[float, str]]:
+    def Hs(
+        of: LiftPlan, look: Looks, which: Sequence[Alternative], winch: Mapping[Alternative, Way]
+    ) -> list[tuple[float, str]]:
         return [_least(each) for each in limits(demands(of, which, seas, look, forcing, winch))]
 
     base = Hs(plan, at, alternatives, own)
@@ -105,8 +111,11 @@ def _at(Tp: float, beta: float, phase: str, rule: str, tier: Tier) -> dict[str, 
     return {"Tp": Tp, "beta": beta, "phase": phase, "rule": rule, "tier": tier.value}
 
 
-def _closed(plan: LiftPlan, alternatives: Sequence[Alternative], Tp: float, beta: float, name: str, limits: Judge) -> xarray.Dataset:
-    """The same by the closed form: added mass with the slamming that follows from it, and drag; the winch does not follow the tip."""
+def _closed(
+    plan: LiftPlan, alternatives: Sequence[Alternative], Tp: float, beta: float, name: str, limits: Judge
+) -> xarray.Dataset:
+    """The same by the closed form: added mass with the slamming that follows from it, and drag; the winch does not
+    follow the tip."""
     phase, heights = plan.phase(name), np.array(plan.environment.Hs)
     seas = Seas(heights, np.full_like(heights, Tp), np.full_like(heights, beta))
 
@@ -142,20 +151,37 @@ def _least(found: Limits) -> tuple[float, str]:
 def _changes(plan: LiftPlan, at: Looks) -> list[tuple[Changed, Changed]]:
     """Every factor with its low and its high end."""
 
-    def hangs(factor: str, ends: tuple[float, float], change: Callable[[Situation, float], Situation]) -> tuple[Changed, Changed]:
+    def hangs(
+        factor: str, ends: tuple[float, float], change: Callable[[Situation, float], Situation]
+    ) -> tuple[Changed, Changed]:
         low, high = (
-            Changed(factor, f"{f:g} of the payload's", plan, [(p, [change(s, f) for s in parts]) for p, parts in at]) for f in ends
+            Changed(factor, f"{f:g} of the payload's", plan, [(p, [change(s, f) for s in parts]) for p, parts in at])
+            for f in ends
         )
         return low, high
 
-    friction = [Changed("friction", f"{f:g} of the crane's", replace(plan, crane=_rubbing(plan, f)), at, winch=True) for f in FRICTION]
+    friction = [
+        Changed("friction", f"{f:g} of the crane's", replace(plan, crane=_rubbing(plan, f)), at, winch=True)
+        for f in FRICTION
+    ]
     delay = plan.sensors.delay
     times = (0.0, delay) if delay > 0.0 else (0.0, LATE)
     late = [
-        Changed("delay", f"{show(t, 'time')}", replace(plan, sensors=plan.sensors.model_copy(update={"delay": t})), at, winch=True)
+        Changed(
+            "delay",
+            f"{show(t, 'time')}",
+            replace(plan, sensors=plan.sensors.model_copy(update={"delay": t})),
+            at,
+            winch=True,
+        )
         for t in times
     ]
-    return [hangs("C_A", ADDED_MASS, _heavier), hangs("C_D", DRAG, _rougher), (friction[0], friction[1]), (late[0], late[1])]
+    return [
+        hangs("C_A", ADDED_MASS, _heavier),
+        hangs("C_D", DRAG, _rougher),
+        (friction[0], friction[1]),
+        (late[0], late[1]),
+    ]
 
 
 def _heavier(s: Situation, f: float) -> Situation:
@@ -175,9 +201,12 @@ def _rubbing(plan: LiftPlan, f: float) -> Crane:
 
 
 def _labelled(
-    tried: Sequence[tuple[Changed, Changed]], alternatives: Sequence[Alternative], base: FloatArray, found: FloatArray,
+    tried: Sequence[tuple[Changed, Changed]],
+    alternatives: Sequence[Alternative],
+    base: FloatArray,
+    found: FloatArray,
     attrs: Mapping[str, float | str],
-) -> xarray.Dataset:  # fmt: skip
+) -> xarray.Dataset:
     import xarray  # heavy: only where results are labelled
 
     dims = ("factor", "alternative")
@@ -188,4 +217,6 @@ def _labelled(
         "low_text": ("factor", [low.how for low, _ in tried]),
         "high_text": ("factor", [high.how for _, high in tried]),
     }
-    return xarray.Dataset({name: (dims, values, attributes(name)) for name, values in columns.items()}, coords, dict(attrs))
+    return xarray.Dataset(
+        {name: (dims, values, attributes(name)) for name, values in columns.items()}, coords, dict(attrs)
+    )

@@ -31,7 +31,8 @@ class Found(NamedTuple):
 
 
 class Capacity(NamedTuple):
-    """kind of `stillhook.units.KINDS`; meaning in words; find: its value for a phase under an alternative, None where there is none."""
+    """kind of `stillhook.units.KINDS`; meaning in words; find: its value for a phase under an alternative, None where
+    there is none."""
 
     kind: str
     meaning: str
@@ -39,7 +40,8 @@ class Capacity(NamedTuple):
 
 
 def places(phase: Phase) -> tuple[float, ...]:
-    """Heights of the underside that a phase is looked at for its statics [m]: start, end, and the surface where it goes through it."""
+    """Heights of the underside that a phase is looked at for its statics [m]: start, end, and the surface where it goes
+    through it."""
     ends = [z for z in (phase.start, phase.end) if z is not None] or [0.0]
     crossing = [0.0] if min(ends) < 0.0 < max(ends) else []
     return tuple(dict.fromkeys([*ends, *crossing]))
@@ -51,8 +53,13 @@ def at_rest(plan: LiftPlan, phase: Phase, z: float) -> Hanging:
 
 
 def static_tension(plan: LiftPlan, phase: Phase) -> float:
-    """Largest tension at the crane tip with everything at rest on a phase's way [N]; off the seabed with skirt friction and suction."""
-    held = plan.payload.lift_off.friction + plan.payload.lift_off.suction if phase.kind is PhaseKind.SEABED_LIFT_OFF else 0.0
+    """Largest tension at the crane tip with everything at rest on a phase's way [N]; off the seabed with skirt friction
+    and suction."""
+    held = (
+        plan.payload.lift_off.friction + plan.payload.lift_off.suction
+        if phase.kind is PhaseKind.SEABED_LIFT_OFF
+        else 0.0
+    )
     return max(at_rest(plan, phase, z).F_tip for z in places(phase)) + held
 
 
@@ -62,9 +69,11 @@ def static_sling(plan: LiftPlan, phase: Phase) -> float:
 
 
 def jerk(plan: LiftPlan, phase: Phase, v: float) -> float:
-    """Tension on top of rest as the payload is lifted off with the hook at v against what carries it [N]; 0 in other phases.
+    """Tension on top of rest as the payload is lifted off with the hook at v against what carries it [N]; 0 in other
+    phases.
 
-    Wire and slings as a spring (`stillhook.spec.lift.simplified.taken_up`), the largest over the phase's way; added mass on the seabed.
+    Wire and slings as a spring (`stillhook.spec.lift.simplified.taken_up`), the largest over the phase's way; added
+    mass on the seabed.
     """
     if phase.kind not in (PhaseKind.LIFT_OFF, PhaseKind.SEABED_LIFT_OFF):
         return 0.0
@@ -77,23 +86,40 @@ def jerk(plan: LiftPlan, phase: Phase, v: float) -> float:
 
 
 def calm(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Mapping[str, float]:
-    """What a phase asks in still water: quantity -> value in SI; the same under every alternative. Pressures are left out; lifting off
-    takes up the load at the hoisting speed."""
+    """What a phase asks in still water: quantity -> value in SI; the same under every alternative. Pressures are left
+    out; lifting off takes up the load at the hoisting speed."""
     F, v = static_tension(plan, phase), phase.speed or 0.0
     F_jerk = jerk(plan, phase, v)
     rest = (
-        "slack_chance", "snap_load", "v_tip_max", "s_tip_pp", "saturation_share", "relief_share", "power_share", "stroke_share", "e_c_pp",
+        "slack_chance",
+        "snap_load",
+        "v_tip_max",
+        "s_tip_pp",
+        "saturation_share",
+        "relief_share",
+        "power_share",
+        "stroke_share",
+        "e_c_pp",
         "load_pp",
-    )  # fmt: skip
+    )
     found = dict.fromkeys((*rest, "v_lift_off"), 0.0)
     DAF = (static_sling(plan, phase) + F_jerk) / (plan.payload.mass * G)
-    return found | {"F_top_static": F, "F_top_max": F + F_jerk, "DAF": DAF, "sling_ratio": 1.0, "v_w_demand": v, "v_landed": v}
+    return found | {
+        "F_top_static": F,
+        "F_top_max": F + F_jerk,
+        "DAF": DAF,
+        "sling_ratio": 1.0,
+        "v_w_demand": v,
+        "v_landed": v,
+    }
 
 
 def _swl_tip(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Found:
     crane = plan.crane
     F = (crane.SWL + crane.hook_mass) * G
-    return Found(F, f"SWL {show(crane.SWL, 'mass')} and hook {show(crane.hook_mass, 'mass')} of {crane.name}, at the crane tip")
+    return Found(
+        F, f"SWL {show(crane.SWL, 'mass')} and hook {show(crane.hook_mass, 'mass')} of {crane.name}, at the crane tip"
+    )
 
 
 def _swl(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Found:
@@ -117,18 +143,23 @@ def _speed(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Found | No
 
 
 def _stroke(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Found | None:
-    r"""Motion of the tip that fills the accumulator's stroke at the phase's tension: :math:`s = V (p_0 - p_{lp})/F`, work is pressure
-    times volume whatever gear and displacement are."""
+    r"""Motion of the tip that fills the accumulator's stroke at the phase's tension: :math:`s = V (p_0 - p_{lp})/F`,
+    work is pressure times volume whatever gear and displacement are."""
     passive = plan.crane.passive
     if passive is None:
         return None
     acc, F = passive.accumulator, static_tension(plan, phase)
     s = acc.V_stroke * (acc.gas.p_0 - passive.p_lp) / F
-    return Found(s, f"accumulator of {show(acc.V_stroke, 'volume')} at {show(acc.gas.p_0, 'pressure')}, with {show(F, 'force')} at the tip")
+    return Found(
+        s,
+        f"accumulator of {show(acc.V_stroke, 'volume')} at {show(acc.gas.p_0, 'pressure')}, with {show(F, 'force')} at"
+        " the tip",
+    )
 
 
 def _v_top(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Found | None:
-    """Highest steady wire speed of the alternative's controller at load and layer, the least over the phase's way and both directions."""
+    """Highest steady wire speed of the alternative's controller at load and layer, the least over the phase's way and
+    both directions."""
     if not phase.compensated:
         return _slowest(plan, phase, "manual")
     if alternative is Alternative.NONE:
@@ -149,7 +180,8 @@ def _slowest(plan: LiftPlan, phase: Phase, name: str) -> Found:
 
 
 def _top(plan: LiftPlan, phase: Phase, z: float, name: str) -> tuple[float, str]:
-    """Highest steady wire speed with the underside at z [m], hoisting or lowering, and what stops it; 0 where the mode may not be used."""
+    """Highest steady wire speed with the underside at z [m], hoisting or lowering, and what stops it; 0 where the mode
+    may not be used."""
     still = at_rest(plan, phase, z)
     known = _TOPS.setdefault(plan, {})
     key = (name, still.F_tip, still.s_w)
@@ -178,9 +210,13 @@ CAPACITIES: Mapping[str, Capacity] = {
     "SWL_tip": Capacity("force", "weight of SWL and hook, at the crane tip", _swl_tip),
     "SWL": Capacity("force", "weight of the SWL", _swl),
     "payload_weight": Capacity("force", "weight of the payload in air", _weight),
-    "v_top": Capacity("speed", "highest steady wire speed at the phase's load and layer under the alternative's controller", _v_top),
+    "v_top": Capacity(
+        "speed", "highest steady wire speed at the phase's load and layer under the alternative's controller", _v_top
+    ),
     "v_plan": Capacity("speed", "planned wire speed of the phase", _speed),
     "p_relief": Capacity("pressure", "setting of the active circuit's relief valves", _p_relief),
-    "s_stroke": Capacity("length", "tip motion that takes the accumulator's whole stroke at the phase's tension", _stroke),
+    "s_stroke": Capacity(
+        "length", "tip motion that takes the accumulator's whole stroke at the phase's tension", _stroke
+    ),
 }
 """Names that the limit of a rule may have, with or without a factor: "1.3 x SWL_tip"."""

@@ -17,5 +17,6 @@ class Alternative(StrEnum):
 
     @property
     def twin(self) -> bool:
-        """Whether the twin computes the compensation (else it is 0, or the flat cap of `stillhook.spec.validity.CAP`)."""
+        """Whether the twin computes the compensation (else it is 0, or the flat cap of
+        `stillhook.spec.validity.CAP`)."""
         return self not in (Alternative.NONE, Alternative.CAP)

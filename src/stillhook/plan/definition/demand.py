@@ -24,7 +24,8 @@ class Tier(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Seas:
-    """Sea states of a table, in any order; every array (n,). Hs [m], 0 for a calm; Tp [s]; beta direction of travel from the bow [rad]."""
+    """Sea states of a table, in any order; every array (n,). Hs [m], 0 for a calm; Tp [s]; beta direction of travel
+    from the bow [rad]."""
 
     Hs: FloatArray = field(repr=False)
     Tp: FloatArray = field(repr=False)
@@ -51,9 +52,10 @@ class Seas:
 class Demand:
     """Quantities of one phase under one alternative in every sea state, from one tier.
 
-    values: quantity (a name of `stillhook.variables`) -> (n,) in SI; NaN where the tier does not tell it. Largest values are those of the
-    phase's duration at the quantile of the rule that asks for them. low, high: ends of the 95 % interval where there is one, same keys as
-    values or fewer; seeds (n,) runs behind each row (0: none). notes: what a reader should know.
+    values: quantity (a name of `stillhook.variables`) -> (n,) in SI; NaN where the tier does not tell it. Largest
+    values are those of the phase's duration at the quantile of the rule that asks for them. low, high: ends of the 95 %
+    interval where there is one, same keys as values or fewer; seeds (n,) runs behind each row (0: none). notes: what a
+    reader should know.
     """
 
     phase: str

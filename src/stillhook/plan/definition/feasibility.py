@@ -38,8 +38,9 @@ def check_tips(plan: LiftPlan, boom: Boom | None) -> None:
         free = at.z - room - highest
         if free <= 0.0:
             raise PlanError(
-                f"{called(phase)}: underside at {show(highest, 'length')}, payload and rigging {show(room, 'length')} high: they cannot "
-                f"hang under the crane tip at {show(at.z, 'length')}. Raise the tip, or lower the heights."
+                f"{called(phase)}: underside at {show(highest, 'length')}, payload and rigging {show(room, 'length')}"
+                f" high: they cannot hang under the crane tip at {show(at.z, 'length')}. Raise the tip, or lower the"
+                " heights."
             )
 
 

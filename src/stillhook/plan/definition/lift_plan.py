@@ -1,4 +1,5 @@
-"""A lift as it is planned: crane, vessel, payload and phases, the seas it is asked for, and the rules it is judged by. Frozen."""
+"""A lift as it is planned: crane, vessel, payload and phases, the seas it is asked for, and the rules it is judged by.
+Frozen."""
 
 from __future__ import annotations
 
@@ -30,10 +31,11 @@ ALL = tuple(Alternative)
 
 
 class Environment(Record):
-    """Seas that limits are asked for. gamma None: by the rule of T_p/sqrt(H_s); spread exponent of cos^n, None for long-crested waves.
+    """Seas that limits are asked for. gamma None: by the rule of T_p/sqrt(H_s); spread exponent of cos^n, None for
+    long-crested waves.
 
-    Headings are directions of travel from the bow (0 following, 90 coming from starboard, 180 head sea). Limits hold for waves within
-    heading_tolerance of each; a table's cell is the worst within it.
+    Headings are directions of travel from the bow (0 following, 90 coming from starboard, 180 head sea). Limits hold
+    for waves within heading_tolerance of each; a table's cell is the worst within it.
     """
 
     wave: Literal["jonswap", "pm", "torsethaugen"] = "jonswap"
@@ -62,9 +64,11 @@ class Environment(Record):
 
 @dataclass(frozen=True)
 class WeatherUse:
-    """Weather that waiting is reckoned on. file: a name of the library or a path; ship: where the bow points, clockwise from north [rad],
-    or None where it is free to turn, and keeps the best heading; sense: what the file's directions mean, None where the file says so;
-    columns, time, date_order: how the file is to be read where it does not say (`stillhook.formats.weather.file.read_weather`)."""
+    """Weather that waiting is reckoned on. file: a name of the library or a path; ship: where the bow points, clockwise
+    from north [rad], or None where it is free to turn, and keeps the best heading; sense: what the file's directions
+    mean, None where the file says so; columns, time, date_order: how the file is to be read where it does not say
+    (`stillhook.formats.weather.file.read_weather`).
+    """
 
     file: str
     ship: float | None = None
@@ -78,8 +82,8 @@ class WeatherUse:
 class LiftPlan:
     """Everything a plan follows from.
 
-    at: crane tip from the vessel's reference point, h_tip its height above still water [m]; depth of the water [m]; T_POP planned time of
-    the operation [s] (T_POP_given: not the sum of the phases), T_C
+    at: crane tip from the vessel's reference point, h_tip its height above still water [m]; depth of the water [m];
+    T_POP planned time of the operation [s] (T_POP_given: not the sum of the phases), T_C
     contingency (None: not assessed, T_R is then twice T_POP); alternatives side by side; digest of every input.
     """
 
@@ -117,11 +121,17 @@ class LiftPlan:
         return TipPoint(at.x, at.y, self.h_tip if at.z is None else at.z)
 
     def hanging(self, z: float, h_tip: float | None = None) -> Lowering:
-        """The payload hanging still with its underside at z [m]: for what looks at weights and stiffness, not a run; h_tip [m] of the plan
-        unless given."""
+        """The payload hanging still with its underside at z [m]: for what looks at weights and stiffness, not a run;
+        h_tip [m] of the plan unless given."""
         stand = (Stage(mode=StageMode.MANUAL, time="60 s"),)
         lengths = {"h_tip": self.h_tip if h_tip is None else h_tip, "depth": self.depth, "z_0": z}
         given: dict[str, Any] = {key: f"{value!r} m" for key, value in lengths.items()}
-        given |= {"name": self.name, "payload": self.payload, "rigging": self.rigging, "wire": self.wire, "winch": self.winch}
+        given |= {
+            "name": self.name,
+            "payload": self.payload,
+            "rigging": self.rigging,
+            "wire": self.wire,
+            "winch": self.winch,
+        }
         given |= {"programme": stand, "duration": "60 s", "rho": f"{self.rho!r} kg/m^3", "sensors": self.sensors}
         return Lowering(**given)

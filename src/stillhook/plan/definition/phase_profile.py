@@ -1,4 +1,5 @@
-"""From phases as a file has them to phases that join: heights, speeds and durations of what was left out, and what cannot be."""
+"""From phases as a file has them to phases that join: heights, speeds and durations of what was left out, and what
+cannot be."""
 
 from __future__ import annotations
 
@@ -21,7 +22,8 @@ SPEED = {
 }
 """Speed of a phase that moves, where its file has none [m/s]: usual of each kind (assumed)."""
 TIME = {K.IN_AIR: 600.0, K.DEEP: 1800.0}
-"""How long a phase stands, where its file has nothing [s]: slewing over the side, and half an hour above the place of landing (assumed)."""
+"""How long a phase stands, where its file has nothing [s]: slewing over the side, and half an hour above the place of
+landing (assumed)."""
 CLEAR_OF_DECK = 3.0
 """How far a payload is lifted off the deck before it goes over the side [m]."""
 ABOVE_WATER = 5.0
@@ -44,11 +46,13 @@ class Water(NamedTuple):
 def joined(phases: Sequence[Phase], water: Water) -> tuple[Phase, ...]:
     """The phases with start, end, duration and, where they move, speed: each starts where the one before it ends.
 
-    Errors: PlanError, one line, that names the phase: heights that do not join or that its kind cannot have, durations too short for the
-    way, two phases of one name.
+    Errors: PlanError, one line, that names the phase: heights that do not join or that its kind cannot have, durations
+    too short for the way, two phases of one name.
     """
     if not phases:
-        raise PlanError('phase: none. Write each as a table [[phase]] with name, kind and where it ends, such as end = "-25 m".')
+        raise PlanError(
+            'phase: none. Write each as a table [[phase]] with name, kind and where it ends, such as end = "-25 m".'
+        )
     names = [phase.name for phase in phases]
     for phase in phases:
         if names.count(phase.name) > 1:
@@ -83,8 +87,13 @@ def _start(phase: Phase, done: Sequence[Phase], water: Water) -> float:
     usual = {K.SEABED_LIFT_OFF: -water.depth, K.LANDING: ABOVE_SEABED - water.depth}
     if phase.kind in usual:
         return usual[phase.kind]
-    example = '"4 m", the deck above still water' if phase.kind in IN_AIR else '"5 m" above still water, or "-25 m" under it'
-    raise PlanError(f"{called(phase)}: start: missing, the height of the payload's underside as the lift begins. Give it: {example}.")
+    example = (
+        '"4 m", the deck above still water' if phase.kind in IN_AIR else '"5 m" above still water, or "-25 m" under it'
+    )
+    raise PlanError(
+        f"{called(phase)}: start: missing, the height of the payload's underside as the lift begins. Give it:"
+        f" {example}."
+    )
 
 
 def _end(phase: Phase, start: float, after: Phase | None, done: Sequence[Phase], water: Water) -> float:
@@ -111,22 +120,29 @@ def _end(phase: Phase, start: float, after: Phase | None, done: Sequence[Phase],
     if phase.kind is K.SET_DOWN and deck is not None:
         return deck
     example = '"4 m", the deck above still water' if phase.kind is K.SET_DOWN else '"-1475 m"'
-    raise PlanError(f"{called(phase)}: end: missing, the height of the payload's underside as the phase ends. Give it, such as {example}.")
+    raise PlanError(
+        f"{called(phase)}: end: missing, the height of the payload's underside as the phase ends. Give it, such as"
+        f" {example}."
+    )
 
 
 def _check_heights(phase: Phase, start: float, end: float, water: Water) -> None:
     for name, z in (("start", start), ("end", end)):
         if z < -water.depth - CLOSE:
             raise PlanError(
-                f"{called(phase)}: {name} {_at(z)} is below the seabed at {_at(-water.depth)}. Heights count up from still water."
+                f"{called(phase)}: {name} {_at(z)} is below the seabed at {_at(-water.depth)}. Heights count up from"
+                " still water."
             )
     covered = -water.reach
     if phase.kind in IN_AIR and min(start, end) < 0.0:
-        raise PlanError(f"{called(phase)}: from {_at(start)} to {_at(end)}, and its kind is above the water. Use splash-zone through it.")
+        raise PlanError(
+            f"{called(phase)}: from {_at(start)} to {_at(end)}, and its kind is above the water. Use splash-zone"
+            " through it."
+        )
     if phase.kind is K.SPLASH and not (max(start, end) >= 0.0 and min(start, end) <= covered + CLOSE):
         raise PlanError(
-            f"{called(phase)}: from {_at(start)} to {_at(end)}. Let it go between 0 m or more and {_at(covered)} or deeper, "
-            "where the payload is covered."
+            f"{called(phase)}: from {_at(start)} to {_at(end)}. Let it go between 0 m or more and {_at(covered)} or"
+            " deeper, where the payload is covered."
         )
     if phase.kind not in (*IN_AIR, K.SPLASH) and max(start, end) > covered + CLOSE:
         raise PlanError(
@@ -139,15 +155,23 @@ def _check_heights(phase: Phase, start: float, end: float, water: Water) -> None
 def _check_way(phase: Phase, start: float, end: float, water: Water) -> None:
     up = {K.LIFT_OFF: True, K.SEABED_LIFT_OFF: True, K.LANDING: False, K.SET_DOWN: False}.get(phase.kind)
     if up is not None and (end - start) * (1.0 if up else -1.0) < CLOSE:
-        raise PlanError(f"{called(phase)}: from {_at(start)} to {_at(end)}, and it goes {'up' if up else 'down'}. Exchange or mend them.")
+        raise PlanError(
+            f"{called(phase)}: from {_at(start)} to {_at(end)}, and it goes {'up' if up else 'down'}. Exchange or mend"
+            " them."
+        )
     if phase.kind is K.DEEP and abs(end - start) > CLOSE:
-        raise PlanError(f"{called(phase)}: from {_at(start)} to {_at(end)}, and it stands. Use lowering to move, or leave end out.")
+        raise PlanError(
+            f"{called(phase)}: from {_at(start)} to {_at(end)}, and it stands. Use lowering to move, or leave end out."
+        )
     if phase.kind is K.LOWERING and abs(end - start) < CLOSE:
         raise PlanError(f"{called(phase)}: starts and ends at {_at(start)}. Use deep to stand, or give where it goes.")
     bottom = {K.LANDING: end, K.SEABED_LIFT_OFF: start}.get(phase.kind)
     if bottom is not None and abs(bottom + water.depth) > CLOSE:
         which = "ends" if phase.kind is K.LANDING else "starts"
-        raise PlanError(f"{called(phase)}: {which} at {_at(bottom)}, and the seabed is at {_at(-water.depth)}. Leave it out, or mend one.")
+        raise PlanError(
+            f"{called(phase)}: {which} at {_at(bottom)}, and the seabed is at {_at(-water.depth)}. Leave it out, or"
+            " mend one."
+        )
 
 
 def _timed(phase: Phase, start: float, end: float) -> Phase:
@@ -155,14 +179,17 @@ def _timed(phase: Phase, start: float, end: float) -> Phase:
     way = abs(end - start)
     if way <= CLOSE:
         if phase.speed is not None:
-            raise PlanError(f"{called(phase)}: speed is given, and it stands at {_at(start)}. Leave speed out, or give where it goes.")
+            raise PlanError(
+                f"{called(phase)}: speed is given, and it stands at {_at(start)}. Leave speed out, or give where it"
+                " goes."
+            )
         return _with(phase, start, start, None, TIME[phase.kind] if phase.duration is None else phase.duration)
     speed = SPEED[phase.kind] if phase.speed is None else phase.speed
     least = way / speed
     if phase.duration is not None and phase.duration < least * (1.0 - 1e-3):
         raise PlanError(
-            f"{called(phase)}: duration {show(phase.duration, 'time')}, and {show(way, 'length')} at {show(speed, 'speed')} take "
-            f"{show(least, 'time')}. Give more time or more speed."
+            f"{called(phase)}: duration {show(phase.duration, 'time')}, and {show(way, 'length')} at"
+            f" {show(speed, 'speed')} take {show(least, 'time')}. Give more time or more speed."
         )
     return _with(phase, start, end, speed, least if phase.duration is None else phase.duration)
 

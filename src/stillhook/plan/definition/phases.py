@@ -44,11 +44,13 @@ IN_AIR = (PhaseKind.LIFT_OFF, PhaseKind.IN_AIR, PhaseKind.SET_DOWN)
 
 
 class Phase(Record):
-    """One phase. Heights are those of the payload's underside above still water (negative: below); speed is a size, `end` tells the way.
+    """One phase. Heights are those of the payload's underside above still water (negative: below); speed is a size,
+    `end` tells the way.
 
-    mode None takes the first of `MODES`. duration is what the phase is planned to take, for T_POP and for largest values; in motion it is
-    the way over the speed where it is not given. tip: place of the crane tip in this phase, as text ("x=-15 m, y=0 m, z=36 m"), None for
-    that of the plan. limits: rule -> limit of this phase in place of the rule's own, as text, or "off".
+    mode None takes the first of `MODES`. duration is what the phase is planned to take, for T_POP and for largest
+    values; in motion it is the way over the speed where it is not given. tip: place of the crane tip in this phase, as
+    text ("x=-15 m, y=0 m, z=36 m"), None for that of the plan. limits: rule -> limit of this phase in place of the
+    rule's own, as text, or "off".
     Errors: ScenarioError, one line, for a phase that cannot be.
     """
 
@@ -82,5 +84,7 @@ class Phase(Record):
     def _mode_fits(cls, mode: object, info: ValidationInfo) -> object:
         kind = info.data.get("kind")
         if mode is not None and kind is not None and mode not in MODES[kind]:
-            raise ValueError(f"{kind} has one of {', '.join(MODES[kind])}; controllers are told by alternatives, not by mode")
+            raise ValueError(
+                f"{kind} has one of {', '.join(MODES[kind])}; controllers are told by alternatives, not by mode"
+            )
         return mode

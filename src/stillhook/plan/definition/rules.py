@@ -1,4 +1,5 @@
-"""Rules that a phase must meet: named, sourced, editable. A rule says which quantity, which limit, in which phases, by which clause."""
+"""Rules that a phase must meet: named, sourced, editable. A rule says which quantity, which limit, in which phases, by
+which clause."""
 
 from __future__ import annotations
 
@@ -20,8 +21,8 @@ class Sense(StrEnum):
 
 
 class Level(StrEnum):
-    """Which largest value of the phase is held against the limit: the most probable one, or what 90 % of such phases stay below; mean: what
-    has no largest value, such as a share of the time, a chance, or a tension at rest."""
+    """Which largest value of the phase is held against the limit: the most probable one, or what 90 % of such phases
+    stay below; mean: what has no largest value, such as a share of the time, a chance, or a tension at rest."""
 
     MPM = "mpm"
     P90 = "p90"
@@ -32,10 +33,11 @@ class Level(StrEnum):
 class Rule:
     """One criterion.
 
-    key: its name, as in tables and in `Phase.limits`; title in words; quantity: name of `stillhook.variables` that a `Demand` tells; limit:
-    a number in SI, or the name of a capacity of the plan (`stillhook.plan.definition.capacities`); sense; level: largest value that counts;
-    phases it belongs to; standard, edition, clause: what it is from, "check against your edition" where it is recalled; note: why, or what
-    it leaves; factor on a capacity [-]; written: the limit as the file has it ("0.5 m/s").
+    key: its name, as in tables and in `Phase.limits`; title in words; quantity: name of `stillhook.variables` that a
+    `Demand` tells; limit: a number in SI, or the name of a capacity of the plan
+    (`stillhook.plan.definition.capacities`); sense; level: largest value that counts; phases it belongs to; standard,
+    edition, clause: what it is from, "check against your edition" where it is recalled; note: why, or what it leaves;
+    factor on a capacity [-]; written: the limit as the file has it ("0.5 m/s").
     """
 
     key: str
@@ -70,8 +72,10 @@ class Rule:
 
 @dataclass(frozen=True)
 class RuleSet:
-    """Rules of a plan with where they are from. changes: what a user's file did to its base, a line each; digest of its content; source:
-    whose rules they are; settings: numbers of the closed form [SI] (`stillhook.plan.definition.rules_file.SETTINGS`)."""
+    """Rules of a plan with where they are from. changes: what a user's file did to its base, a line each; digest of its
+    content; source: whose rules they are; settings: numbers of the closed form [SI]
+    (`stillhook.plan.definition.rules_file.SETTINGS`).
+    """
 
     name: str
     version: str
@@ -87,7 +91,8 @@ class RuleSet:
         return f"{self.name} version {self.version}"
 
     def level(self, quantity: str) -> Level:
-        """Which largest value of a quantity counts: one for all rules that ask for it; the most probable one where none does."""
+        """Which largest value of a quantity counts: one for all rules that ask for it; the most probable one where none
+        does."""
         return next((rule.level for rule in self.rules if rule.quantity == quantity), Level.MPM)
 
     def to_dict(self) -> dict[str, Any]:
@@ -103,7 +108,8 @@ class RuleSet:
 
 @dataclass(frozen=True)
 class Limited:
-    """A rule with its limit [SI] as it stands for one phase under one alternative; why: what the limit is of, in words."""
+    """A rule with its limit [SI] as it stands for one phase under one alternative; why: what the limit is of, in
+    words."""
 
     rule: Rule
     limit: float

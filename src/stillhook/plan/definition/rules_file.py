@@ -23,9 +23,25 @@ from stillhook.units import KINDS, came
 from stillhook.variables import BY_NAME
 
 QUANTITIES = (
-    "F_top_static", "F_top_max", "DAF", "sling_ratio", "slack_chance", "snap_load", "v_tip_max", "s_tip_pp", "v_w_demand",
-    "saturation_share", "relief_share", "power_share", "stroke_share", "p_a_max", "e_c_pp", "load_pp", "v_landed", "v_lift_off",
-)  # fmt: skip
+    "F_top_static",
+    "F_top_max",
+    "DAF",
+    "sling_ratio",
+    "slack_chance",
+    "snap_load",
+    "v_tip_max",
+    "s_tip_pp",
+    "v_w_demand",
+    "saturation_share",
+    "relief_share",
+    "power_share",
+    "stroke_share",
+    "p_a_max",
+    "e_c_pp",
+    "load_pp",
+    "v_landed",
+    "v_lift_off",
+)
 """What a rule may be about: what the tiers tell of a phase."""
 SETTINGS: Mapping[str, tuple[str, str]] = {
     "zeta_a": ("", "amplitude of the characteristic wave over Hs"),
@@ -61,8 +77,8 @@ def load_rules(name_or_path: str | Path) -> RuleSet:
         drop = ["control-error"]
         [[rule]]                      # changes the rule of this key: what is not given stays
         key = "landing-speed"
-        at_most = "0.3 m/s"           # a quantity, a number or "5 %", or a capacity of the crane such as "1.2 x SWL_tip"
-        standard = "Installation manual of the template"
+        at_most = "0.3 m/s"           # a quantity, a number or "5 %", or a capacity of the crane such as "1.2 x
+        SWL_tip" standard = "Installation manual of the template"
         [[rule]]                      # a key that the base does not have adds a rule
         key = "slack-chance"
         title = "Chance of slack slings"
@@ -81,7 +97,8 @@ def load_rules(name_or_path: str | Path) -> RuleSet:
         [simplified]                  # numbers of the closed form, see SETTINGS
         zeta_a = 0.9
 
-    Errors: PlanError (SpecError where it is no TOML, UnitError for a limit) of one line that names file, rule, what came, what is allowed.
+    Errors: PlanError (SpecError where it is no TOML, UnitError for a limit) of one line that names file, rule, what
+    came, what is allowed.
     """
     name = str(name_or_path)
     if name in rule_sets():
@@ -89,21 +106,28 @@ def load_rules(name_or_path: str | Path) -> RuleSet:
         return _rule_set(parsed(text, f"{name}.toml"), f"{name}.toml", name)
     if not name.endswith(".toml"):
         have = ", ".join(rule_sets())
-        raise PlanError(f"rules = {came(name)}: Stillhook has {have}{nearest(name, rule_sets())} A file's name ends in .toml.")
+        raise PlanError(
+            f"rules = {came(name)}: Stillhook has {have}{nearest(name, rule_sets())} A file's name ends in .toml."
+        )
     return described(Path(name_or_path), FileKind.RULES, lambda table, path: _rule_set(table, path.name, path.stem))
 
 
 def rules_of(rules: RuleSet, phase: Phase) -> tuple[Rule, ...]:
     """Rules that hold in a phase, with the limits that the phase gives in their place.
 
-    Errors: PlanError, UnitError of one line for a rule that there is not in this kind of phase, or a limit that cannot be read.
+    Errors: PlanError, UnitError of one line for a rule that there is not in this kind of phase, or a limit that cannot
+    be read.
     """
     own = dict(rules.of(phase.kind))
     for key, text in phase.limits.items():
         where = f'phase "{phase.name}": limits: '
         if key not in own:
             known = {rule.key for rule in rules.rules}
-            what = f"the rule does not belong to {phase.kind}" if key in known else f"rule set {rules.label} has no such rule"
+            what = (
+                f"the rule does not belong to {phase.kind}"
+                if key in known
+                else f"rule set {rules.label} has no such rule"
+            )
             raise PlanError(f"{where}{came(key)[1:-1]}: {what}{nearest(key, own)} Allowed: {', '.join(own)}.")
         if text.strip().lower() == OFF:
             del own[key]
@@ -115,7 +139,8 @@ def rules_of(rules: RuleSet, phase: Phase) -> tuple[Rule, ...]:
 
 
 def limit_text(limits: Fields, key: str, rules: RuleSet) -> str:
-    """A limit of a phase as it is written, which is a text. Errors: that of the table, for numbers with the unit of the rule."""
+    """A limit of a phase as it is written, which is a text. Errors: that of the table, for numbers with the unit of the
+    rule."""
     value = limits.table[key]
     if isinstance(value, str):
         return value
@@ -152,7 +177,9 @@ def _rule_set(data: Mapping[str, Any], label: str, stem: str) -> RuleSet:
     for i, row in enumerate(given, 1):
         key = Fields(row, f"rule {i}: ", PlanError).text("key")
         if key in seen or key in drop:
-            raise PlanError(f"rule {came(key)}: {'comes twice' if key in seen else 'is dropped as well'}. Write it once.")
+            raise PlanError(
+                f"rule {came(key)}: {'comes twice' if key in seen else 'is dropped as well'}. Write it once."
+            )
         seen.add(key)
         rows[key] = _row(Fields(row, f'rule "{key}": ', PlanError), rows.get(key), label)
     kept = tuple(r for r in rows.values() if r.key not in drop)
@@ -162,7 +189,9 @@ def _rule_set(data: Mapping[str, Any], label: str, stem: str) -> RuleSet:
     source = top.text("source", f"{label}, on {base.label}" if base else label)
     settings = _settings(top, base)
     changes = _changes(base, kept, settings) if base else ()
-    return _digested(RuleSet(top.text("name", stem), top.text("version"), kept, changes, source=source, settings=settings))
+    return _digested(
+        RuleSet(top.text("name", stem), top.text("version"), kept, changes, source=source, settings=settings)
+    )
 
 
 def _base(top: Fields) -> RuleSet | None:
@@ -184,7 +213,9 @@ def _settings(top: Fields, base: RuleSet | None) -> dict[str, float]:
             raise table.wrong(name, "must be more than zero.")
     for name, (_, meaning) in SETTINGS.items():
         if name not in out:
-            raise PlanError(f'simplified: {name}: missing ({meaning}). Give it, or start the file with base = "offshore-lift".')
+            raise PlanError(
+                f'simplified: {name}: missing ({meaning}). Give it, or start the file with base = "offshore-lift".'
+            )
     return {name: out[name] for name in SETTINGS}
 
 
@@ -205,7 +236,9 @@ def _row(row: Fields, old: Rule | None, label: str) -> Rule:
         row.need("title", "quantity", "phases", "standard")
     quantity = row.text("quantity", old.quantity if old else None)
     if quantity not in QUANTITIES:
-        raise row.wrong("quantity", f"no rule can be about it{nearest(quantity, QUANTITIES)} Known: {', '.join(QUANTITIES)}.")
+        raise row.wrong(
+            "quantity", f"no rule can be about it{nearest(quantity, QUANTITIES)} Known: {', '.join(QUANTITIES)}."
+        )
     senses = [k for k in _SENSES if k in row]
     if len(senses) > 1 or (not senses and (old is None or quantity != old.quantity)):
         raise PlanError(f"{row.place}give exactly one of {', '.join(_SENSES)}.")
@@ -215,10 +248,17 @@ def _row(row: Fields, old: Rule | None, label: str) -> Rule:
         assert old is not None
         sense, limit, factor, written = old.sense, old.limit, old.factor, old.written
     new = Rule(
-        key=row.text("key"), title=row.text("title", old.title if old else None), quantity=quantity, limit=limit, sense=sense,
-        level=_level(row, quantity, old), phases=_phases(row, old), factor=factor, written=written,
+        key=row.text("key"),
+        title=row.text("title", old.title if old else None),
+        quantity=quantity,
+        limit=limit,
+        sense=sense,
+        level=_level(row, quantity, old),
+        phases=_phases(row, old),
+        factor=factor,
+        written=written,
         **{word: _word(row, word, getattr(old, word) if old else "") for word in WORDS},
-    )  # fmt: skip
+    )
     return new if old is None else _sourced(row, new, old, label)
 
 
@@ -232,7 +272,9 @@ def _level(row: Fields, quantity: str, old: Rule | None) -> Level:
         return old.level
     level = row.text("level")
     if level not in (Level.MPM, Level.P90):
-        raise row.wrong("level", "not one of mpm, p90: the most probable largest value, or what 90 % of such phases stay below.")
+        raise row.wrong(
+            "level", "not one of mpm, p90: the most probable largest value, or what 90 % of such phases stay below."
+        )
     return Level(level)
 
 
@@ -263,7 +305,9 @@ def _limit(row: Fields, key: str, quantity: str) -> tuple[float | str, float, st
     if name in CAPACITIES:
         if CAPACITIES[name].kind != kind:
             fits = ", ".join(n for n, c in CAPACITIES.items() if c.kind == kind) or "none"
-            raise row.wrong(key, f"{name} is a {CAPACITIES[name].kind}, and {quantity} is not. Capacities that fit: {fits}.")
+            raise row.wrong(
+                key, f"{name} is a {CAPACITIES[name].kind}, and {quantity} is not. Capacities that fit: {fits}."
+            )
         if factor <= 0.0:
             raise row.wrong(key, "the factor must be more than 0.")
         return name, factor, text
@@ -304,7 +348,11 @@ def _changes(base: RuleSet, kept: tuple[Rule, ...], settings: Mapping[str, float
     """What a set has otherwise than its base."""
     old, new = {r.key: r for r in base.rules}, {r.key: r for r in kept}
     was = base.settings
-    said = [f"simplified method, {n}: {settings[n]:g} in place of {was[n]:g} (SI)" for n in settings if settings[n] != was[n]]
+    said = [
+        f"simplified method, {n}: {settings[n]:g} in place of {was[n]:g} (SI)"
+        for n in settings
+        if settings[n] != was[n]
+    ]
     said += [f"{r.key} ({r.title}, {r.asked}) dropped" for key, r in old.items() if key not in new]
     said += [f"{r.key} ({r.title}, {r.asked}) added" for key, r in new.items() if key not in old]
     pairs = [(old[key], r) for key, r in new.items() if key in old]

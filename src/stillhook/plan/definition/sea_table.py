@@ -24,7 +24,8 @@ _RANGE = re.compile(r"(.+?)\s+to\s+(.+?)\s+by\s+(.+)")
 
 
 def spelled(table: Fields, key: str) -> tuple[str, ...]:
-    """Texts of a range or list, rising (headings in the order of the file), none twice. Errors: the table's own, UnitError."""
+    """Texts of a range or list, rising (headings in the order of the file), none twice. Errors: the table's own,
+    UnitError."""
     given, kind = table.table[key], KINDS[key]
     where = f"{table.place}{key}"
     if isinstance(given, str):

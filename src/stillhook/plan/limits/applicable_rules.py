@@ -20,11 +20,16 @@ OF_WINCH = (*OF_TWIN, "v_w_demand", "e_c_pp")
 def limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Limited, ...]:
     """The rules of a phase with their limits in SI, in the order of the rule set.
 
-    Left out are: rules that the phase turns off; in compensated phases those of the winch for none (it stands on its brake), and those of
-    the hydraulics for the flat cap (it has none); outside of compensation those of compensation; capacities that there are not, such as an
-    accumulator's on a pure active winch. Errors: PlanError, UnitError as `stillhook.plan.definition.rules_file.rules_of`.
+    Left out are: rules that the phase turns off; in compensated phases those of the winch for none (it stands on its
+    brake), and those of the hydraulics for the flat cap (it has none); outside of compensation those of compensation;
+    capacities that there are not, such as an accumulator's on a pure active winch. Errors: PlanError, UnitError as
+    `stillhook.plan.definition.rules_file.rules_of`.
     """
-    held = [(rule, _limit(plan, phase, alternative, rule)) for rule in rules_of(plan.rules, phase) if _holds(rule, phase, alternative)]
+    held = [
+        (rule, _limit(plan, phase, alternative, rule))
+        for rule in rules_of(plan.rules, phase)
+        if _holds(rule, phase, alternative)
+    ]
     return tuple(Limited(rule, found.value, found.why) for rule, found in held if found is not None)
 
 

@@ -21,9 +21,9 @@ AT_REST: Mapping[str, float] = {"sling_ratio": 1.0}
 class Limits:
     """Limiting significant wave heights of one phase under one alternative, from one tier, in c columns of (Tp, beta).
 
-    Hs: rule -> (c,) [m]: inf where the highest sea that was asked stays inside, 0 where a calm is beyond, NaN where the tier does not tell;
-    low, high: ends of the 95 % interval where there is one; low where Hs is NaN: up to there the tier shows seas inside, and no further.
-    Tp [s] and beta [rad] (c,).
+    Hs: rule -> (c,) [m]: inf where the highest sea that was asked stays inside, 0 where a calm is beyond, NaN where the
+    tier does not tell; low, high: ends of the 95 % interval where there is one; low where Hs is NaN: up to there the
+    tier shows seas inside, and no further. Tp [s] and beta [rad] (c,).
     """
 
     phase: str
@@ -39,7 +39,8 @@ class Limits:
 def utilisation(limited: Limited, values: FloatArray) -> FloatArray:
     r"""How much of a limit values use [-]: 1 at the limit, more beyond; NaN for NaN.
 
-    At most: value over limit. At least: limit over value; for a ratio to rest (`AT_REST`) what is lost of it over what may be lost,
+    At most: value over limit. At least: limit over value; for a ratio to rest (`AT_REST`) what is lost of it over what
+    may be lost,
 
     .. math:: \frac{1 - r}{1 - r_{limit}} = \frac{F_{hyd}}{0.9 F_{static,min}} \text{ for a limit of 0.1.}
 
@@ -58,17 +59,20 @@ def utilisation(limited: Limited, values: FloatArray) -> FloatArray:
     return np.divide(top, bottom, out=out, where=bottom > 0.0)
 
 
-def limits_of(demand: Demand, limited: Sequence[Limited], calm: Mapping[str, float] | None = None, *, most: float | None = None) -> Limits:
+def limits_of(
+    demand: Demand, limited: Sequence[Limited], calm: Mapping[str, float] | None = None, *, most: float | None = None
+) -> Limits:
     """Limiting heights of every rule in every (Tp, beta) of a demand.
 
-    calm: what the phase asks in still water (`stillhook.plan.definition.capacities.calm`), used below the lowest sea unless the demand has
-    a calm of its own (Hs 0). The limit is the first crossing from below: a demand that falls again in higher seas does not open them.
-    Between two heights it is read from the parabola through them and a third, which is exact for what grows with the height, its square, or
-    both. A sea that the tier does not tell, above one that it tells, counts as beyond; so does a column whose lowest sea is beyond and
-    whose calm is not known: its limit is 0. Ends of the interval are the limits of the demand's own interval.
+    calm: what the phase asks in still water (`stillhook.plan.definition.capacities.calm`), used below the lowest sea
+    unless the demand has a calm of its own (Hs 0). The limit is the first crossing from below: a demand that falls
+    again in higher seas does not open them. Between two heights it is read from the parabola through them and a third,
+    which is exact for what grows with the height, its square, or both. A sea that the tier does not tell, above one
+    that it tells, counts as beyond; so does a column whose lowest sea is beyond and whose calm is not known: its limit
+    is 0. Ends of the interval are the limits of the demand's own interval.
 
-    most: highest sea that is asked [m], where a column may end below it: a rule that no sea of the column breaks is then not told (NaN),
-    with the last sea as low.
+    most: highest sea that is asked [m], where a column may end below it: a rule that no sea of the column breaks is
+    then not told (NaN), with the last sea as low.
     """
     columns = demand.seas.columns()
     Tp, beta = (np.array([column[i] for column in columns], dtype=np.float64) for i in (0, 1))
@@ -89,7 +93,8 @@ def limits_of(demand: Demand, limited: Sequence[Limited], calm: Mapping[str, flo
 
 
 def _open_above(demand: Demand, most: float, key: str, found: Sequence[dict[str, FloatArray]]) -> None:
-    """A rule that is kept in all seas of a column that ends below the highest that is asked: not told, but for the last sea."""
+    """A rule that is kept in all seas of a column that ends below the highest that is asked: not told, but for the last
+    sea."""
     Hs, low, high = found
     last = np.array([demand.seas.Hs[rows[-1]] for _, _, rows in demand.seas.columns()], dtype=np.float64)
     open_ = np.isposinf(Hs[key]) & (last < most * (1.0 - ROUNDING))
@@ -102,13 +107,18 @@ def _open_above(demand: Demand, most: float, key: str, found: Sequence[dict[str,
 def _of_rule(demand: Demand, limited: Limited, values: FloatArray, still: float | None) -> FloatArray:
     used = utilisation(limited, values) - 1.0
     zero = None if still is None or math.isnan(still) else float(utilisation(limited, np.array([still]))[0]) - 1.0
-    return np.array([first_crossing(demand.seas.Hs[rows], used[rows], zero) for _, _, rows in demand.seas.columns()], dtype=np.float64)
+    return np.array(
+        [first_crossing(demand.seas.Hs[rows], used[rows], zero) for _, _, rows in demand.seas.columns()],
+        dtype=np.float64,
+    )
 
 
 def first_crossing(H: FloatArray, y: FloatArray, zero: float | None = None) -> float:
-    """Height at which y first rises above 0 [m], of heights H (n,) that ascend; zero: y at a height of 0, where it is known and H has none.
+    """Height at which y first rises above 0 [m], of heights H (n,) that ascend; zero: y at a height of 0, where it is
+    known and H has none.
 
-    A height whose y is NaN, above one that is known, ends what is told: where y is not above 0 by then, the last height told is the answer.
+    A height whose y is NaN, above one that is known, ends what is told: where y is not above 0 by then, the last height
+    told is the answer.
     Errors: none; NaN where no y is known, inf where none is above 0.
     """
     known = ~np.isnan(y)

@@ -1,4 +1,5 @@
-"""What a plan's limits rest on: operation and phases, rules and their limits, credit, seas, how each tier answers; and the inputs."""
+"""What a plan's limits rest on: operation and phases, rules and their limits, credit, seas, how each tier answers; and
+the inputs."""
 
 from __future__ import annotations
 
@@ -48,11 +49,17 @@ def operation(result: PlanResult) -> list[Part]:
     for p in told["phases"]:
         why.setdefault(p.get("why") or "", []).append(p["name"])
     whole = len(told["phases"])
-    if lines := [f"{'all phases' if len(phases) == whole else ', '.join(phases)}: {said}" for said, phases in why.items() if said]:
+    if lines := [
+        f"{'all phases' if len(phases) == whole else ', '.join(phases)}: {said}" for said, phases in why.items() if said
+    ]:
         parts += [sub("How each phase was answered"), bullets(lines)]
     op = told.get("operation")
     if op:
-        parts += [sub("Planned time and forecast"), facts(_operation(op)), *([text(say.ALPHA)] if op.get("weather_restricted") else [])]
+        parts += [
+            sub("Planned time and forecast"),
+            facts(_operation(op)),
+            *([text(say.ALPHA)] if op.get("weather_restricted") else []),
+        ]
         parts += [bullets(op["notes"])] if op.get("notes") else []
     return parts
 
@@ -74,7 +81,12 @@ def _operation(op: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("weather restricted", "yes" if op.get("weather_restricted") else "no"),
     ]
     if alpha:
-        rows.append(("alpha by", f"{alpha.get('name', '-')} version {alpha.get('version', '-')} ({source}; check against your edition)"))
+        rows.append(
+            (
+                "alpha by",
+                f"{alpha.get('name', '-')} version {alpha.get('version', '-')} ({source}; check against your edition)",
+            )
+        )
     return rows
 
 
@@ -96,7 +108,10 @@ def rules(result: PlanResult) -> list[Part]:
             ]
         )
     head = ("", "rule (quantity)", "limit", "largest value", "source; check against your edition")
-    parts = [text(say.CHECK), facts([("rule set", f"{told['name']} version {told['version']}, digest {short(told['digest'])}")])]
+    parts = [
+        text(say.CHECK),
+        facts([("rule set", f"{told['name']} version {told['version']}, digest {short(told['digest'])}")]),
+    ]
     parts += [bullets(f"changed: {line}" for line in told["changes"])] if told.get("changes") else []
     parts.append(table(head, rows, wide=[1, 2], wider=[4], small=True))
     name = leading(result)
@@ -145,7 +160,9 @@ def credit(result: PlanResult) -> list[Part]:
         facts([("crane's twin", str(crane.get("twin", "-"))), ("certificate", held)]),
         *([text(UNSIGNED)] if certificate else []),
         table(head if has else (head[0], head[1], head[3]), body, wide=[1, 2] if has else [1]),
-        text("Covered: share of the asked seas, in phases with compensation, that lie inside the certificate's envelope."),
+        text(
+            "Covered: share of the asked seas, in phases with compensation, that lie inside the certificate's envelope."
+        ),
     ]
 
 
@@ -161,12 +178,21 @@ def seas(result: PlanResult) -> list[Part]:
     rows = [
         (
             "spectrum",
-            f"{s.get('wave', '-')}, gamma {s['gamma']:g}"
-            if s.get("gamma")
-            else f"{s.get('wave', '-')}, gamma by Tp/sqrt(Hs) where it has one",
+            (
+                f"{s.get('wave', '-')}, gamma {s['gamma']:g}"
+                if s.get("gamma")
+                else f"{s.get('wave', '-')}, gamma by Tp/sqrt(Hs) where it has one"
+            ),
         ),
         ("spreading", f"cos^{s['spread']:g}" if s.get("spread") else "none: long-crested"),
-        ("Hs", f"{len(s.get('Hs', ()))} heights, {over(s['Hs'], 'length')}" if s.get("Hs") else f"up to {highest(result):g} m"),
+        (
+            "Hs",
+            (
+                f"{len(s.get('Hs', ()))} heights, {over(s['Hs'], 'length')}"
+                if s.get("Hs")
+                else f"up to {highest(result):g} m"
+            ),
+        ),
         ("Tp", ", ".join(f"{T:g}" for T in data["period"].values) + " s"),
         ("headings", ", ".join(degrees(b) for b in data["heading"].values) + f"; tolerance {tolerance}"),
     ]
@@ -180,12 +206,24 @@ def models(result: PlanResult) -> list[Part]:
     parts = [facts((t, say.TIERS[t]) for t in used if t in say.TIERS), text(say.COUNTS), text(say.EXTREMES)]
     payload, vessel, crane = told.get("payload", {}), told.get("vessel", {}), told.get("crane", {})
     mass = show(payload["mass"], "mass", 4) if "mass" in payload else "-"
-    parts += [sub("Crane, vessel, payload"), facts([
-        ("crane", f"{crane.get('name', '-')}: {crane.get('title', '')}; SWL {show(crane['SWL'], 'mass', 4) if 'SWL' in crane else '-'}"),
-        ("vessel", f"{vessel.get('name', '-')}: {vessel.get('title', '')}"), *(("", note) for note in vessel.get("notes", ())),
-        ("place", str(told.get("place", {}).get("text", "-"))),
-        ("payload", f"{payload.get('name', '-')}: {payload.get('title') or ''} {mass} in air"),
-    ])]  # fmt: skip
+    parts += [
+        sub("Crane, vessel, payload"),
+        facts(
+            [
+                (
+                    "crane",
+                    (
+                        f"{crane.get('name', '-')}: {crane.get('title', '')}; SWL"
+                        f" {show(crane['SWL'], 'mass', 4) if 'SWL' in crane else '-'}"
+                    ),
+                ),
+                ("vessel", f"{vessel.get('name', '-')}: {vessel.get('title', '')}"),
+                *(("", note) for note in vessel.get("notes", ())),
+                ("place", str(told.get("place", {}).get("text", "-"))),
+                ("payload", f"{payload.get('name', '-')}: {payload.get('title') or ''} {mass} in air"),
+            ]
+        ),
+    ]
     if payload.get("rows"):
         rows = [[str(row[0]), _plain(str(row[1])), *(str(c) for c in row[2:])] for row in payload["rows"]]
         parts.append(table(("payload", "value", "kind", "source"), rows, wide=[0], wider=[3], small=True))
@@ -202,7 +240,10 @@ def inputs(result: PlanResult) -> list[Part]:
     told = result.facts
     runs = told.get("runs") or {}
     rows = [
-        ("computed by", f"Stillhook {told.get('version', '-')}, code {told.get('code', '-')}, on {told.get('date', '-')}"),
+        (
+            "computed by",
+            f"Stillhook {told.get('version', '-')}, code {told.get('code', '-')}, on {told.get('date', '-')}",
+        ),
         ("plan", f"{told['name']} ({told.get('source') or '-'}), digest {short(told.get('digest', ''))}"),
         *_runs(runs),
     ]
@@ -217,7 +258,10 @@ def _command(told: Mapping[str, Any]) -> str:
     """The command that gives these numbers again."""
     tier = f" --tier {told['tiers'][-1]}" if told.get("tiers") else ""
     alpha = ((told.get("operation") or {}).get("alpha_table") or {}).get("name")
-    return f"stillhook plan {_file(str(told.get('source') or 'PLAN.toml'))}{tier}{f' --alpha {alpha}' if alpha else ''} --out FOLDER"
+    return (
+        f"stillhook plan {_file(str(told.get('source') or 'PLAN.toml'))}{tier}{f' --alpha {alpha}' if alpha else ''}"
+        " --out FOLDER"
+    )
 
 
 def _file(name: str) -> str:
@@ -228,10 +272,16 @@ def _file(name: str) -> str:
 
 
 RUNS = {
-    "n": "runs in the time domain (alike in several alternatives: once)", "n_failed": "failed runs",
-    "n_cells": "cells of phase, winch and sea", "seeds_per_cell": "seeds a cell, least and most", "seeds_first": "first seed",
-    "seeds_least": "least seeds a cell", "seeds_most": "most seeds a cell", "step": "time step [s]", "simulated": "simulated time",
-}  # fmt: skip
+    "n": "runs in the time domain (alike in several alternatives: once)",
+    "n_failed": "failed runs",
+    "n_cells": "cells of phase, winch and sea",
+    "seeds_per_cell": "seeds a cell, least and most",
+    "seeds_first": "first seed",
+    "seeds_least": "least seeds a cell",
+    "seeds_most": "most seeds a cell",
+    "step": "time step [s]",
+    "simulated": "simulated time",
+}
 
 
 TIMES = ("simulated",)

@@ -12,7 +12,18 @@ from stillhook.base.arrays import FloatArray
 from stillhook.plan.report import texts as say
 from stillhook.plan.report.figures.detail import FACTORS
 from stillhook.plan.report.figures.limits import CLOSED, differs
-from stillhook.plan.report.figures.style import CREDITED, TWIN, degrees, few, height, named, names, phase_code, rule_code, sea_words
+from stillhook.plan.report.figures.style import (
+    CREDITED,
+    TWIN,
+    degrees,
+    few,
+    height,
+    named,
+    names,
+    phase_code,
+    rule_code,
+    sea_words,
+)
 from stillhook.plan.report.figures.weather import OVER
 from stillhook.plan.report.parts import (
     Part,
@@ -44,8 +55,15 @@ def limit_cells(result: PlanResult, stems: Sequence[str]) -> list[Part]:
     """Curves, tables of cells, rosette."""
     parts = [figure("limits-over-period", "Limiting Hs over peak period, all alternatives.")]
     parts.append(text(say.READING.format(highest=number(highest(result), 3))))
-    parts += [figure(s, _cells_caption(s), PAGE) for s in stems if s.startswith("limits-") and s != "limits-over-period"]
-    parts.append(figure("rosette", "Heading rosette: limiting Hs by where the waves come from. Directions that were not asked are blank."))
+    parts += [
+        figure(s, _cells_caption(s), PAGE) for s in stems if s.startswith("limits-") and s != "limits-over-period"
+    ]
+    parts.append(
+        figure(
+            "rosette",
+            "Heading rosette: limiting Hs by where the waves come from. Directions that were not asked are blank.",
+        )
+    )
     return [*parts, sub("What governs, in cells of the table"), _governing(result)]
 
 
@@ -60,7 +78,9 @@ def _governing(result: PlanResult) -> Part:
     found: dict[tuple[str, str], dict[str, int]] = {}
     for name in labels:
         here = result.data.sel(credit=CREDITED, alternative=name)
-        for phase, rule in zip(here["governing_phase"].values.ravel(), here["governing_rule"].values.ravel(), strict=True):
+        for phase, rule in zip(
+            here["governing_phase"].values.ravel(), here["governing_rule"].values.ravel(), strict=True
+        ):
             counts = found.setdefault((str(phase), str(rule)), {})
             counts[name] = counts.get(name, 0) + 1
     pairs = sorted(found, key=lambda pair: -sum(found[pair].values()))
@@ -75,7 +95,8 @@ def _pair(result: PlanResult, phase: str, rule: str) -> str:
 
 
 def by_phase(result: PlanResult) -> list[Part]:
-    """Least limit of every phase by every tier for the leading alternative, and what is credited; every rule's least limit."""
+    """Least limit of every phase by every tier for the leading alternative, and what is credited; every rule's least
+    limit."""
     name, data = leading(result), result.data
     columns = few(data.sizes["period"], PERIODS)
     rows: list[list[str]] = []
@@ -94,7 +115,10 @@ def by_phase(result: PlanResult) -> list[Part]:
             told = least(np.where(np.isnan(Hs), np.inf, Hs))
             rows.append([label, by, str(seeds or ""), *(height(float(told[k]), highest(result)) for k in columns)])
     head = ("phase", "by", "seeds", *(f"{data['period'].values[k]:g} s" for k in columns))
-    said = f"Least limit over the rules [m] at the worst heading, with {named(name)}: as each tier finds it, and as credited (bold)."
+    said = (
+        f"Least limit over the rules [m] at the worst heading, with {named(name)}: as each tier finds it, and as"
+        " credited (bold)."
+    )
     parts = [text(said), table(head, rows, wide=[0], numbers=range(2, len(head)), strong_rows=strong, small=True)]
     return [*parts, sub("Least limit of every rule over all cells, by each tier and credited"), *_by_rule(result, name)]
 
@@ -123,12 +147,21 @@ def _by_rule(result: PlanResult, name: str) -> list[Part]:
                 continue
             cells = [_lowest(own[t], top) for t in range(len(tiers))]
             i, k = np.unravel_index(int(final.argmin()), final.shape)
-            at = f"{data['period'].values[k]:g} s, {degrees(data['heading'].values[i])}" if np.isfinite(final.min()) else ""
+            at = (
+                f"{data['period'].values[k]:g} s, {degrees(data['heading'].values[i])}"
+                if np.isfinite(final.min())
+                else ""
+            )
             rows.append([code, governs(phase, rule), *cells, _lowest(credited, top), at])
     inside = f"Inside up to {number(top, 3)} m wherever they are told: {', '.join(rest)}."
     last = 2 + len(tiers)
     found = table(
-        ("", "phase: rule", *tiers, "credited", "least at"), rows, wide=[1], numbers=range(2, last + 1), strong=[last], small=True
+        ("", "phase: rule", *tiers, "credited", "least at"),
+        rows,
+        wide=[1],
+        numbers=range(2, last + 1),
+        strong=[last],
+        small=True,
     )
     return [found, *([text(inside)] if rest else [])]
 
@@ -150,9 +183,13 @@ def closed_form_beside(result: PlanResult) -> list[Part]:
             ends = sorted({f"{x:.2f}" for x in (ratio.min(), ratio.max())})
             lines.append(f"{phase}: closed form {' to '.join(ends)} of the limit that is credited")
         if below := int((other & (closed < final) & np.isposinf(final)).sum()):
-            lines.append(f"{phase}: closed form limits {below} of {closed.size} cells in which the better tier does not")
+            lines.append(
+                f"{phase}: closed form limits {below} of {closed.size} cells in which the better tier does not"
+            )
         if above := int((other & np.isposinf(closed) & np.isfinite(final)).sum()):
-            lines.append(f"{phase}: closed form sees no limit in {above} of {closed.size} cells in which the better tier does")
+            lines.append(
+                f"{phase}: closed form sees no limit in {above} of {closed.size} cells in which the better tier does"
+            )
     return [sub("Closed form beside"), bullets(lines)] if lines else []
 
 
@@ -171,7 +208,9 @@ def weather(result: PlanResult) -> list[Part]:
             waits = [days(float(here[k])) for k in ("wait_mean", "wait_p50", "wait_p90")]
             label = named(name) if credit == CREDITED else f"{named(name)}, by the twin"
             vessel = number(float(here["vessel_days"]), 3) if math.isfinite(float(here["vessel_days"])) else "-"
-            rows.append([label, percent(float(here["operability"])), *waits, vessel, *gains, _count(here, "n_censored")])
+            rows.append(
+                [label, percent(float(here["operability"])), *waits, vessel, *gains, _count(here, "n_censored")]
+            )
     heads = {"none": "over none", "cap-80": "over cap", "best-classic": "over classic"}
     head = ("", "operability", "mean wait", "P50", "P90", "vessel days", *(heads.get(o, o) for o in over), "censored")
     mark = [text(f"{say.SYNTHETIC}.")] if synthetic else []
@@ -179,7 +218,9 @@ def weather(result: PlanResult) -> list[Part]:
         *mark,
         text(say.PERSISTENCE),
         facts(_series(result)),
-        sub(f"Whole year; gained over {', '.join(OVER.get(o, o) for o in over)}: vessel days an operation, hours a year"),
+        sub(
+            f"Whole year; gained over {', '.join(OVER.get(o, o) for o in over)}: vessel days an operation, hours a year"
+        ),
     ]
     parts.append(table(head, merged(rows, result), wide=[0], numbers=range(1, len(head)), small=True))
     parts.append(figure("waiting-by-month", "Operability and waiting by month of readiness."))
@@ -215,12 +256,18 @@ def _series(result: PlanResult) -> list[tuple[str, str]]:
     rows.append(("hours, gaps", f"{_count(here, 'n_hours')} h, {_count(here, 'n_gaps')} gaps"))
     rows.append(("window", f"T_R = {hours(attrs.get('T_R', attrs.get('window')))}"))
     if "outside" in attrs:
-        rows.append(("outside the table", f"{percent(float(attrs['outside']))} of the records: counted as not workable"))
+        rows.append(
+            ("outside the table", f"{percent(float(attrs['outside']))} of the records: counted as not workable")
+        )
     if attrs.get("limit"):
         rows.append(("limit", str(attrs["limit"])))
     rows.append(("vessel's heading", _ship(attrs)))
     notes = attrs.get("notes")
-    return rows + [("note", str(line)) for line in ([notes] if isinstance(notes, str) else notes if notes is not None else []) if str(line)]
+    return rows + [
+        ("note", str(line))
+        for line in ([notes] if isinstance(notes, str) else notes if notes is not None else [])
+        if str(line)
+    ]
 
 
 def _ship(attrs: Mapping[Any, Any]) -> str:
@@ -256,11 +303,18 @@ def _by_month(result: PlanResult) -> Part:
 def behind(result: PlanResult) -> list[Part]:
     """Depth, efficiency, landing, sensitivity, convergence: those that were computed."""
     captions = {
-        "depth": "Tension at the tip, dynamic factor and least sling tension against depth; dotted: depth at which the natural period on "
-        "the wire meets the period of the waves.",
-        "efficiency": "Compensation at the wire and at the payload are two things: the wire's stretch stands between them.",
+        "depth": (
+            "Tension at the tip, dynamic factor and least sling tension against depth; dotted: depth at which the"
+            " natural period on the wire meets the period of the waves."
+        ),
+        "efficiency": (
+            "Compensation at the wire and at the payload are two things: the wire's stretch stands between them."
+        ),
         "landing": "Landing speed, one landing a seed.",
-        "sensitivity": "Limit of the phase when one input is otherwise, all else as planned; dashed: the highest sea that was asked.",
+        "sensitivity": (
+            "Limit of the phase when one input is otherwise, all else as planned; dashed: the highest sea that was"
+            " asked."
+        ),
         "convergence": "Demand over limit as seeds are added, in the cells that decide.",
     }
     parts: list[Part] = []
@@ -292,7 +346,9 @@ def _sensitivity(result: PlanResult) -> list[Part]:
 def _varied(result: PlanResult) -> str:
     """Which phase was varied, and which governs the leading alternative in that cell."""
     attrs, name = result["sensitivity"].attrs, leading(result)
-    here = result.data.sel(alternative=name).sel(period=float(attrs["Tp"]), heading=float(attrs["beta"]), method="nearest")
+    here = result.data.sel(alternative=name).sel(
+        period=float(attrs["Tp"]), heading=float(attrs["beta"]), method="nearest"
+    )
     by = f", by {attrs['tier']}" if attrs.get("tier") else ""
     varied = f"Varied here: {governs(str(attrs.get('phase', '')), str(attrs.get('rule', '')))}{by}."
     said = []

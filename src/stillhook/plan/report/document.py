@@ -1,4 +1,5 @@
-"""A plan's report as plain data: the first page and the sections after it, which `report_page` and `template/plan.typ` set alike."""
+"""A plan's report as plain data: the first page and the sections after it, which `report_page` and `template/plan.typ`
+set alike."""
 
 from __future__ import annotations
 
@@ -17,22 +18,35 @@ MISSING = "NOT JUDGED"
 
 
 def sheet_of(result: PlanResult, stems: Sequence[str]) -> dict[str, Any]:
-    """Every text of the document. stems: of the figures that there are (`stillhook.plan.report.figures.limits.pictures`)."""
+    """Every text of the document. stems: of the figures that there are
+    (`stillhook.plan.report.figures.limits.pictures`)."""
     told = result.facts
     date = datetime.date.fromisoformat(str(told.get("date", "1970-01-01"))[:10])
     return {
-        "heading": say.HEADING, "subtitle": say.SUBTITLE, "name": result.name, "title": _title(result), "date": date.isoformat(),
-        "year": date.year, "month": date.month, "day": date.day, "made_by": f"Stillhook {told.get('version', '')}".strip(),
-        "number": short(told.get("digest", "")), "marks": marks(result), "answer": answer(result),
+        "heading": say.HEADING,
+        "subtitle": say.SUBTITLE,
+        "name": result.name,
+        "title": _title(result),
+        "date": date.isoformat(),
+        "year": date.year,
+        "month": date.month,
+        "day": date.day,
+        "made_by": f"Stillhook {told.get('version', '')}".strip(),
+        "number": short(told.get("digest", "")),
+        "marks": marks(result),
+        "answer": answer(result),
         "sections": [
-            {"title": f"{i}. {title}", "parts": _there(parts, stems)} for i, (title, parts) in enumerate(_sections(result, stems), 1)
+            {"title": f"{i}. {title}", "parts": _there(parts, stems)}
+            for i, (title, parts) in enumerate(_sections(result, stems), 1)
         ],
-    }  # fmt: skip
+    }
 
 
 def _title(result: PlanResult) -> str:
     payload, place = result.facts.get("payload", {}), result.facts.get("place", {})
-    return str(payload.get("title") or payload.get("name") or "") + (f", {place['depth']:g} m of water" if "depth" in place else "")
+    return str(payload.get("title") or payload.get("name") or "") + (
+        f", {place['depth']:g} m of water" if "depth" in place else ""
+    )
 
 
 def marks(result: PlanResult) -> list[str]:

@@ -1,4 +1,5 @@
-"""Pieces that a plan's report is made of: plain data that the page and the PDF set alike, and how numbers are written."""
+"""Pieces that a plan's report is made of: plain data that the page and the PDF set alike, and how numbers are
+written."""
 
 from __future__ import annotations
 
@@ -56,14 +57,19 @@ def table(
 ) -> Part:
     """A table of texts.
 
-    wide, wider: places of columns of words, which fold; numbers: of columns of numbers; strong, strong_rows: columns and rows that count;
-    small letters.
+    wide, wider: places of columns of words, which fold; numbers: of columns of numbers; strong, strong_rows: columns
+    and rows that count; small letters.
     """
     kinds = {**dict.fromkeys(wide, WIDE), **dict.fromkeys(wider, WIDER), **dict.fromkeys(numbers, NUMBER)}
     return {
-        "kind": "table", "header": list(header), "rows": [list(row) for row in rows], "small": small,
-        "columns": [kinds.get(i, "auto") for i in range(len(header))], "strong": list(strong), "strong_rows": list(strong_rows),
-    }  # fmt: skip
+        "kind": "table",
+        "header": list(header),
+        "rows": [list(row) for row in rows],
+        "small": small,
+        "columns": [kinds.get(i, "auto") for i in range(len(header))],
+        "strong": list(strong),
+        "strong_rows": list(strong_rows),
+    }
 
 
 def figure(stem: str, caption: str, tall: float = 118.0) -> Part:
@@ -72,7 +78,8 @@ def figure(stem: str, caption: str, tall: float = 118.0) -> Part:
 
 
 def leading(result: PlanResult) -> str:
-    """The alternative that the first page tells: that of the facts, else the twin alternative with the largest limits, as credited."""
+    """The alternative that the first page tells: that of the facts, else the twin alternative with the largest limits,
+    as credited."""
     wanted = str(result.facts.get("shown") or "")
     labels = names(result.data)
     if wanted in labels:
@@ -140,7 +147,11 @@ def governs(phase: str, rule: str) -> str:
 
 def hours(seconds: object) -> str:
     """A time in hours."""
-    return "-" if seconds is None or not math.isfinite(float(str(seconds))) else f"{number(float(str(seconds)) / HOUR, 3)} h"
+    return (
+        "-"
+        if seconds is None or not math.isfinite(float(str(seconds)))
+        else f"{number(float(str(seconds)) / HOUR, 3)} h"
+    )
 
 
 def days(seconds: float) -> str:

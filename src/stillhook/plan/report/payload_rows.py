@@ -1,4 +1,5 @@
-"""A payload's numbers as a reader wants them: in words and units, each with how far it can be trusted and where it is from."""
+"""A payload's numbers as a reader wants them: in words and units, each with how far it can be trusted and where it is
+from."""
 
 from __future__ import annotations
 
@@ -22,10 +23,13 @@ LEFT_OUT = ("shape",)
 
 
 def payload_rows(payload: Payload, rho: float) -> list[list[str]]:
-    """Rows of what it is, value with unit, kind, source: what follows from the payload in water of density rho [kg/m^3], and all that was
-    given."""
+    """Rows of what it is, value with unit, kind, source: what follows from the payload in water of density rho
+    [kg/m^3], and all that was given."""
     numbers = payload_numbers(payload, rho)
-    rows = [[words, _shown(numbers[name], kind), "derived", "from shape and volume, under water"] for words, name, kind in DERIVED]
+    rows = [
+        [words, _shown(numbers[name], kind), "derived", "from shape and volume, under water"]
+        for words, name, kind in DERIVED
+    ]
     if "C_D" not in payload.sources:
         rows.append(["drag coefficient", f"{payload.C_D:.4g}", "assumed", "default of the shape"])
     for path, source in payload.sources.items():
@@ -40,7 +44,8 @@ def _stated(source: Source) -> tuple[str, str]:
 
 
 def _found(payload: Payload, path: str) -> tuple[str, str] | None:
-    """What a field is of and its value with its unit; None for what tells no number. Parts lie in the order in which they are named."""
+    """What a field is of and its value with its unit; None for what tells no number. Parts lie in the order in which
+    they are named."""
     head, *names = path.split(".")
     if (names[-1:] or [head])[0] in LEFT_OUT:
         return None
@@ -55,7 +60,9 @@ def _found(payload: Payload, path: str) -> tuple[str, str] | None:
         at, prefix, name = getattr(payload, head, None), f"{head}: ", names[-1]
     else:
         prefix, name = "", head
-    owner = next((m for m in (at, getattr(at, "shape", None)) if isinstance(m, BaseModel) and name in type(m).model_fields), None)
+    owner = next(
+        (m for m in (at, getattr(at, "shape", None)) if isinstance(m, BaseModel) and name in type(m).model_fields), None
+    )
     if owner is None:
         return None
     field = type(owner).model_fields[name]

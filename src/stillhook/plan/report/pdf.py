@@ -14,7 +14,8 @@ TEMPLATE = files("stillhook.plan.report") / "plan.typ"
 
 
 def pdf(result: PlanResult, figures: Mapping[str, bytes]) -> bytes:
-    """The document. figures: PNG by stem, of `stillhook.plan.report.figures.limits.pictures`. Errors: PlanError where it cannot be set."""
+    """The document. figures: PNG by stem, of `stillhook.plan.report.figures.limits.pictures`. Errors: PlanError where
+    it cannot be set."""
     sheet = sheet_of(result, tuple(figures))
     try:
         return set_pdf(TEMPLATE, sheet, figures, sheet["date"])

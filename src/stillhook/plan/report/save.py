@@ -16,9 +16,25 @@ from stillhook.units import came
 PDF, PAGE = "report.pdf", "report.html"
 REPORT_FILES = (PDF, PAGE)
 NEEDED = (
-    "name", "date", "phases", "rules", "alternatives", "settings", "crane", "vessel", "payload", "place", "limited", "inputs", "operation",
-    "runs", "remarks", "not_covered", "summary", "limits",
-)  # fmt: skip
+    "name",
+    "date",
+    "phases",
+    "rules",
+    "alternatives",
+    "settings",
+    "crane",
+    "vessel",
+    "payload",
+    "place",
+    "limited",
+    "inputs",
+    "operation",
+    "runs",
+    "remarks",
+    "not_covered",
+    "summary",
+    "limits",
+)
 """Facts without which there is no report."""
 FIGURE = "figure-"
 """Begins the names of figures that are written beside."""
@@ -27,7 +43,8 @@ FIGURE = "figure-"
 def write_report(result: PlanResult, folder: Path, *, figures: bool = False) -> tuple[str, ...]:
     """Write the report into a folder that is moved into place later; gives the names of its files.
 
-    figures: also every figure as a picture of its own. The same result gives the same bytes. Errors: PlanError where it cannot be set.
+    figures: also every figure as a picture of its own. The same result gives the same bytes. Errors: PlanError where it
+    cannot be set.
     """
     check(result)
     drawn = pictures(result)
@@ -50,7 +67,8 @@ def check(result: PlanResult) -> None:
 
 
 def save_report(result: PlanResult, folder: str | Path, *, figures: bool = False) -> tuple[str, ...]:
-    """The same in a folder of one's own: all files of it or none. Errors: StillhookError where the folder cannot be written to."""
+    """The same in a folder of one's own: all files of it or none. Errors: StillhookError where the folder cannot be
+    written to."""
     target = Path(folder)
     check_folder(target, REPORT_FILES)
     with whole_folder(target) as part:

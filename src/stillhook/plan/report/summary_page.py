@@ -57,17 +57,25 @@ PERIODS, HEADINGS = 12, 4
 
 
 def answer(result: PlanResult) -> dict[str, Any]:
-    """word: the limits in a line; yes: whether there is any workable sea; said: sentences; parts: tables and conditions."""
+    """word: the limits in a line; yes: whether there is any workable sea; said: sentences; parts: tables and
+    conditions."""
     name = leading(result)
     credited = limits(result, CREDITED, name)
     top = highest(result)
     workable = bool((np.nan_to_num(credited) > 0.0).any())
     word = f"OP_LIM Hs {between(credited, top)}" if workable else "NO WORKABLE SEA STATE"
     return {
-        "word": word, "yes": workable,
-        "said": [_credited(result, name), _twin(result, name), *_unsigned(result), _operation(result, name), *_waiting(result, name)],
+        "word": word,
+        "yes": workable,
+        "said": [
+            _credited(result, name),
+            _twin(result, name),
+            *_unsigned(result),
+            _operation(result, name),
+            *_waiting(result, name),
+        ],
         "parts": [*_limits(result, name), *_side_by_side(result), *_conditions(result)],
-    }  # fmt: skip
+    }
 
 
 def _seas(result: PlanResult) -> str:
@@ -117,8 +125,8 @@ def _twin(result: PlanResult, name: str) -> str:
     held = (result.facts.get("crane") or {}).get("certificate")
     why = "the crane's certificate does not cover it" if held else "the crane has no certificate of validation"
     return (
-        f"By the twin, before credit: Hs {between(limits(result, TWIN, name), highest(result))}. {_mostly(result, name, TWIN)} "
-        f"What lies between is not credited: {why}."
+        f"By the twin, before credit: Hs {between(limits(result, TWIN, name), highest(result))}."
+        f" {_mostly(result, name, TWIN)} What lies between is not credited: {why}."
     )
 
 
@@ -127,11 +135,17 @@ def _nothing_taken(result: PlanResult, name: str) -> str:
     followed = {str(p["name"]) for p in result.facts["phases"] if p.get("compensated")}
     if not followed:
         return "no phase is compensated: there is no compensation to credit"
-    phases = {str(p) for p in result.data["governing_phase"].sel(credit=TWIN, alternative=name).values.ravel() if str(p)}
+    phases = {
+        str(p) for p in result.data["governing_phase"].sel(credit=TWIN, alternative=name).values.ravel() if str(p)
+    }
     if not phases & followed:
         return "what governs is not compensated: there is nothing to credit in it"
     share = result.data["inside"].sel(alternative=name, phase=sorted(phases & followed)).values
-    return "the crane's certificate covers what governs" if np.nanmin(share) == 1.0 else "credit takes nothing from what governs"
+    return (
+        "the crane's certificate covers what governs"
+        if np.nanmin(share) == 1.0
+        else "credit takes nothing from what governs"
+    )
 
 
 def _operation(result: PlanResult, name: str) -> str:
@@ -146,15 +160,23 @@ def _operation(result: PlanResult, name: str) -> str:
         else "not weather restricted: alpha does not apply, design for extreme conditions"
     )
     here = result.data.sel(credit=CREDITED, alternative=name)
-    alpha, op_wf = (np.asarray(here[k].values, dtype=float) for k in ("alpha", "op_wf")) if "alpha" in here else (np.array([]),) * 2
+    alpha, op_wf = (
+        (np.asarray(here[k].values, dtype=float) for k in ("alpha", "op_wf"))
+        if "alpha" in here
+        else (np.array([]),) * 2
+    )
     told = alpha[np.isfinite(alpha)]
     summed = "" if op.get("T_POP_given", True) else " (not given: the sum of the phases stands for it)"
     said = f"T_POP {hours(op.get('T_POP'))}{summed}, {contingency}: T_R {hours(op.get('T_R'))}, {kind}."
     if told.size:
         ends = "" if told.min() == told.max() else f" to {told.max():.2f}"
-        said += f" alpha {told.min():.2f}{ends}: forecast limit OP_WF Hs {between(op_wf[np.isfinite(alpha)], math.inf)}."
+        said += (
+            f" alpha {told.min():.2f}{ends}: forecast limit OP_WF Hs {between(op_wf[np.isfinite(alpha)], math.inf)}."
+        )
     untold = int(np.isnan(alpha).sum()) if op.get("weather_restricted") else 0
-    return said + (f" In {untold} of {alpha.size} cells the table tells no alpha: there no forecast limit holds." if untold else "")
+    return said + (
+        f" In {untold} of {alpha.size} cells the table tells no alpha: there no forecast limit holds." if untold else ""
+    )
 
 
 def _waiting(result: PlanResult, name: str) -> list[str]:
@@ -167,24 +189,32 @@ def _waiting(result: PlanResult, name: str) -> list[str]:
     won = [(o, float(here["days_gained"].sel(over=o))) for o in against]
     gains = [f"{number(x, 2)} over {OVER.get(o, o)}" for o, x in won if math.isfinite(x)]
     waits = ", ".join(
-        f"{label} {days(float(here[key]))}" for label, key in (("mean", "wait_mean"), ("P50", "wait_p50"), ("P90", "wait_p90"))
+        f"{label} {days(float(here[key]))}"
+        for label, key in (("mean", "wait_mean"), ("P50", "wait_p50"), ("P90", "wait_p90"))
     )
     tail = f" Vessel days gained each operation, credited: {', '.join(gains)}." if gains else ""
     operability = percent(float(here["operability"]))
     tail += _flattered(result) + _beyond(block) + _censored(block, here)
-    said = f"Waiting for a window of {hours(block.attrs.get('T_R'))} ({mark}whole year): {waits}; operability {operability}.{tail}"
+    said = (
+        f"Waiting for a window of {hours(block.attrs.get('T_R'))} ({mark}whole year): {waits}; operability"
+        f" {operability}.{tail}"
+    )
     return [said]
 
 
 def _flattered(result: PlanResult) -> str:
-    """That limits without compensation which lie below the table of forecast factors are compared by its lowest factor."""
+    """That limits without compensation which lie below the table of forecast factors are compared by its lowest
+    factor."""
     lowest = ((result.facts.get("operation") or {}).get("alpha_table") or {}).get("Hs_lowest", LOWEST)
     if NONE not in names(result.data):
         return ""
     Hs = limits(result, CREDITED, NONE)
     below = int(((Hs > 0.0) & (Hs < lowest)).sum())
     why = f"below {lowest:g} m no alpha is told, and that of {lowest:g} m is taken"
-    said = f" Without compensation the waiting is flattered in {below} of {Hs.size} cells ({why}): gains over it are at least these."
+    said = (
+        f" Without compensation the waiting is flattered in {below} of {Hs.size} cells ({why}): gains over it are at"
+        " least these."
+    )
     return said if below else ""
 
 
@@ -200,12 +230,16 @@ def _censored(block: xarray.Dataset, here: xarray.Dataset) -> str:
     if "n_censored" not in here or "n_hours" not in here:
         return ""
     part = float(here["n_censored"]) * float(block.attrs.get("step", HOUR)) / HOUR / max(1.0, float(here["n_hours"]))
-    return f" {percent(part)} of the starts find no window before the series ends: true waiting is longer." if part > CENSORED else ""
+    return (
+        f" {percent(part)} of the starts find no window before the series ends: true waiting is longer."
+        if part > CENSORED
+        else ""
+    )
 
 
 def _limits(result: PlanResult, name: str) -> list[Part]:
-    """The table that the operation is run by: OP_LIM of every heading and period; at the worst heading what governs, its 95 % interval
-    where the twin was run, and OP_WF; the twin's own answer where it is another."""
+    """The table that the operation is run by: OP_LIM of every heading and period; at the worst heading what governs,
+    its 95 % interval where the twin was run, and OP_WF; the twin's own answer where it is another."""
     data, top = result.data, highest(result)
     credited, twin = (limits(result, credit, name) for credit in (CREDITED, TWIN))
     rows = few(data.sizes["period"], PERIODS)
@@ -221,10 +255,16 @@ def _limits(result: PlanResult, name: str) -> list[Part]:
     if differs(result, name):
         columns.append(("twin", NUMBER, [height(float(twin[at_twin[k], k]), top) for k in rows]))
         columns.append(("governs by the twin", WIDE, [_what(result, TWIN, name, at_twin[k], k) for k in rows]))
-    said = f"OP_LIM with {named(name)}, credited: limiting Hs [m] by peak period and direction of the waves; OP_WF [m] at the worst heading"
+    said = (
+        f"OP_LIM with {named(name)}, credited: limiting Hs [m] by peak period and direction of the waves; OP_WF [m] at"
+        " the worst heading"
+    )
     kinds = {kind: [i for i, column in enumerate(columns) if column[1] == kind] for kind in (NUMBER, WIDE)}
     body = zip(*(column[2] for column in columns), strict=True)
-    return [sub(said), table([c[0] for c in columns], body, wide=kinds[WIDE], numbers=kinds[NUMBER], strong=strong, small=True)]
+    return [
+        sub(said),
+        table([c[0] for c in columns], body, wide=kinds[WIDE], numbers=kinds[NUMBER], strong=strong, small=True),
+    ]
 
 
 def _by_heading(result: PlanResult, Hs: FloatArray, rows: list[int]) -> list[tuple[str, str, list[str]]]:
@@ -240,7 +280,8 @@ def _by_heading(result: PlanResult, Hs: FloatArray, rows: list[int]) -> list[tup
 
 
 def _interval(result: PlanResult, name: str, i: int, k: int) -> str:
-    """The 95 % interval of a credited limit, "from" its lower end where no upper one was reached; empty where there is none."""
+    """The 95 % interval of a credited limit, "from" its lower end where no upper one was reached; empty where there is
+    none."""
     here = result.data.sel(credit=CREDITED, alternative=name).isel(heading=i, period=k)
     ends = [float(here[key]) for key in ("Hs_limit_low", "Hs_limit_high")]
     if any(map(math.isnan, ends)):
@@ -274,7 +315,9 @@ def _side_by_side(result: PlanResult) -> list[Part]:
             said.append((f"{named(name)}, by the twin", TWIN))
         for label, credit in said:
             Hs = least(limits(result, credit, name))
-            body.append([label, *(height(float(Hs[k]), top) for k in rows), *(_wait(result, credit, name) if waiting else ())])
+            body.append(
+                [label, *(height(float(Hs[k]), top) for k in rows), *(_wait(result, credit, name) if waiting else ())]
+            )
     title = "All alternatives, worst heading: OP_LIM [m], credited; a second line where the twin says otherwise"
     tail = "; operability and mean waiting over the year" if waiting else ""
     return [sub(title + tail), table(head, merged(body, result), wide=[0], numbers=range(1, len(head)), small=True)]
@@ -289,8 +332,16 @@ def _wait(result: PlanResult, credit: Credit, name: str) -> tuple[str, str]:
 def _conditions(result: PlanResult) -> list[Part]:
     told, place = result.facts, result.facts.get("place", {})
     settings = told.get("settings", {})
-    waves = {"jonswap": "JONSWAP", "pm": "Pierson-Moskowitz", "torsethaugen": "Torsethaugen"}.get(str(settings.get("wave")), "-")
-    peak = f", gamma {settings['gamma']:g}" if settings.get("gamma") else ", gamma by Tp and Hs" if waves == "JONSWAP" else ""
+    waves = {"jonswap": "JONSWAP", "pm": "Pierson-Moskowitz", "torsethaugen": "Torsethaugen"}.get(
+        str(settings.get("wave")), "-"
+    )
+    peak = (
+        f", gamma {settings['gamma']:g}"
+        if settings.get("gamma")
+        else ", gamma by Tp and Hs"
+        if waves == "JONSWAP"
+        else ""
+    )
     spread = f"spreading cos^{settings['spread']:g}" if settings.get("spread") else "long-crested"
     crane, payload = told.get("crane", {}), told.get("payload", {})
     mass = show(payload["mass"], "mass", 4) if "mass" in payload else "-"
@@ -300,6 +351,9 @@ def _conditions(result: PlanResult) -> list[Part]:
         ("seas", f"{waves}{peak}, {spread}"),
         ("reading", reading(result)),
         ("credit", str(crane.get("twin", "-"))),
-    ]  # fmt: skip
+    ]
     rows += [("note", str(note)) for note in told.get("notes", ())]
-    return [text("Conditions. Wind, current and what the last section names are not part of these limits."), facts(rows)]
+    return [
+        text("Conditions. Wind, current and what the last section names are not part of these limits."),
+        facts(rows),
+    ]

@@ -1,5 +1,5 @@
-"""Which alternatives an answer tells apart. Without runs of the twin, closed form and frequency road may give several the same limits: that
-is no comparison of controllers, and is not printed as one."""
+"""Which alternatives an answer tells apart. Without runs of the twin, closed form and frequency road may give several
+the same limits: that is no comparison of controllers, and is not printed as one."""
 
 from __future__ import annotations
 
@@ -48,7 +48,8 @@ def columns(result: PlanResult) -> list[list[str]]:
 
 
 def merged(rows: Iterable[Sequence[str]], result: PlanResult, *, between: str = ", ") -> list[list[str]]:
-    """Rows of a table by alternative, its label first; without runs of the twin those that are printed alike are one."""
+    """Rows of a table by alternative, its label first; without runs of the twin those that are printed alike are
+    one."""
     if ran(result.facts.get("tiers", ())):
         return [list(row) for row in rows]
     found: dict[tuple[str, ...], list[str]] = {}
@@ -72,8 +73,11 @@ def _gains(block: xarray.Dataset) -> bool:
     return any(bool((np.abs(np.nan_to_num(year[name].values)) >= least).any()) for name, least in PRINTED.items())
 
 
-def not_compared(data: xarray.Dataset, weather: xarray.Dataset | None, tiers: Collection[str], *, compensated: bool) -> str:
-    """A line on the controllers that the answer does not tell apart, empty where there are none; compensated: whether any phase is."""
+def not_compared(
+    data: xarray.Dataset, weather: xarray.Dataset | None, tiers: Collection[str], *, compensated: bool
+) -> str:
+    """A line on the controllers that the answer does not tell apart, empty where there are none; compensated: whether
+    any phase is."""
     if not compensated:
         return "No phase is compensated: all alternatives are one winch, and no comparison of them is made."
     if ran(tiers):
@@ -86,4 +90,7 @@ def not_compared(data: xarray.Dataset, weather: xarray.Dataset | None, tiers: Co
     means = MEANS[Tier.FREQUENCY if Tier.FREQUENCY.value in tiers else Tier.CLOSED_FORM]
     apart = [f"tell {' and '.join(filter(None, [', '.join(group[:-1]), group[-1]]))} apart" for group in groups]
     apart += ["tell a new controller's waiting from that of the best classic one"] if left else []
-    return f"{means} not {', nor '.join(apart)}: no comparison of them is made. Runs of the twin (--tier time) compare them."
+    return (
+        f"{means} not {', nor '.join(apart)}: no comparison of them is made. Runs of the twin (--tier time) compare"
+        " them."
+    )

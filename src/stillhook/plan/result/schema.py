@@ -1,4 +1,5 @@
-"""Whether facts and numbers that were read from disk have the shape of a plan's: so that who reads them need not look at each."""
+"""Whether facts and numbers that were read from disk have the shape of a plan's: so that who reads them need not look
+at each."""
 
 from __future__ import annotations
 
@@ -14,33 +15,81 @@ if TYPE_CHECKING:
     import xarray
 
 Shape = Any
-"""A tuple of types; [shape] for a list of such; a mapping of names to shapes, where a name that ends in ? may be missing."""
+"""A tuple of types; [shape] for a list of such; a mapping of names to shapes, where a name that ends in ? may be
+missing."""
 TEXT, YES, NUMBER, MAYBE = (str,), (bool,), (int, float), (int, float, NoneType)
 WORDS: Mapping[type, str] = {str: "text", bool: "true or false", int: "number", float: "number", NoneType: "null"}
 TEXTS = [TEXT]
 ROW = 2
 """Texts in a payload's row at least: what it is, and its value."""
 PHASE = {
-    "name": TEXT, "kind": TEXT, "mode": TEXT, "start": MAYBE, "end": MAYBE, "speed": MAYBE, "duration": MAYBE, "compensated": YES,
-    "tiers?": TEXTS, "why?": TEXT,
-}  # fmt: skip
+    "name": TEXT,
+    "kind": TEXT,
+    "mode": TEXT,
+    "start": MAYBE,
+    "end": MAYBE,
+    "speed": MAYBE,
+    "duration": MAYBE,
+    "compensated": YES,
+    "tiers?": TEXTS,
+    "why?": TEXT,
+}
 RULE = {
-    "key": TEXT, "title": TEXT, "quantity": TEXT, "limit": (str, int, float, NoneType), "standard": TEXT, "edition": TEXT, "clause": TEXT,
-    "note": TEXT, "sense": TEXT, "level": TEXT, "asked?": TEXT,
-}  # fmt: skip
+    "key": TEXT,
+    "title": TEXT,
+    "quantity": TEXT,
+    "limit": (str, int, float, NoneType),
+    "standard": TEXT,
+    "edition": TEXT,
+    "clause": TEXT,
+    "note": TEXT,
+    "sense": TEXT,
+    "level": TEXT,
+    "asked?": TEXT,
+}
 OPERATION = {
-    "T_POP": NUMBER, "T_C": MAYBE, "T_R": NUMBER, "weather_restricted": YES, "T_POP_given?": YES, "alternative?": TEXT, "Tp?": MAYBE,
-    "beta?": MAYBE, "OP_LIM?": MAYBE, "alpha?": MAYBE, "op_wf?": MAYBE, "notes?": TEXTS,
-    "alpha_table?": {f"{key}?": TEXT for key in ("name", "version", "standard", "edition", "clause", "note")} | {"Hs_lowest?": NUMBER},
-}  # fmt: skip
+    "T_POP": NUMBER,
+    "T_C": MAYBE,
+    "T_R": NUMBER,
+    "weather_restricted": YES,
+    "T_POP_given?": YES,
+    "alternative?": TEXT,
+    "Tp?": MAYBE,
+    "beta?": MAYBE,
+    "OP_LIM?": MAYBE,
+    "alpha?": MAYBE,
+    "op_wf?": MAYBE,
+    "notes?": TEXTS,
+    "alpha_table?": (
+        {f"{key}?": TEXT for key in ("name", "version", "standard", "edition", "clause", "note")}
+        | {"Hs_lowest?": NUMBER}
+    ),
+}
 FACTS: Mapping[str, Shape] = {
-    "name": TEXT, "source": TEXT, "digest": TEXT, "notes": TEXTS, "version": TEXT, "code": TEXT, "date": TEXT, "tiers": TEXTS,
+    "name": TEXT,
+    "source": TEXT,
+    "digest": TEXT,
+    "notes": TEXTS,
+    "version": TEXT,
+    "code": TEXT,
+    "date": TEXT,
+    "tiers": TEXTS,
     "shown": TEXT,
     "settings": {
-        "wave": TEXT, "gamma": MAYBE, "spread": MAYBE, "heading_tolerance": NUMBER, "Hs": [NUMBER], "Tp": [NUMBER], "headings": [NUMBER],
+        "wave": TEXT,
+        "gamma": MAYBE,
+        "spread": MAYBE,
+        "heading_tolerance": NUMBER,
+        "Hs": [NUMBER],
+        "Tp": [NUMBER],
+        "headings": [NUMBER],
     },
     "crane": {
-        "name": TEXT, "title": TEXT, "SWL": NUMBER, "digest": TEXT, "twin": TEXT,
+        "name": TEXT,
+        "title": TEXT,
+        "SWL": NUMBER,
+        "digest": TEXT,
+        "twin": TEXT,
         "certificate": (None, {"number": TEXT, "statement": TEXT, "synthetic?": YES, "unsigned?": TEXT}),
     },
     "vessel": {"name": TEXT, "title": TEXT, "notes": TEXTS},
@@ -48,20 +97,31 @@ FACTS: Mapping[str, Shape] = {
     "place": {"h_tip": NUMBER, "depth": NUMBER, "rho": NUMBER, "text": TEXT},
     "phases": [PHASE],
     "rules": {"name": TEXT, "version": TEXT, "digest": TEXT, "changes": TEXTS, "rows": [RULE]},
-    "limited": [{"phase": TEXT, "alternative": TEXT, "rule": TEXT, "limit": (str, int, float, NoneType), "why": (str, NoneType)}],
+    "limited": [
+        {"phase": TEXT, "alternative": TEXT, "rule": TEXT, "limit": (str, int, float, NoneType), "why": (str, NoneType)}
+    ],
     "alternatives": [{"name": TEXT, "says": TEXT, "tells?": TEXT}],
     "inputs": [{"what": TEXT, "file": TEXT, "sha256": TEXT}],
-    "not_covered": TEXTS, "remarks": TEXTS, "operation": OPERATION, "runs": {}, "not_computed": {}, "weather": {},
-    "summary": {"shown": TEXT, "alternatives": {}}, "limits": [{"credit": TEXT, "alternative": TEXT, "Hs_limit": MAYBE}],
-}  # fmt: skip
+    "not_covered": TEXTS,
+    "remarks": TEXTS,
+    "operation": OPERATION,
+    "runs": {},
+    "not_computed": {},
+    "weather": {},
+    "summary": {"shown": TEXT, "alternatives": {}},
+    "limits": [{"credit": TEXT, "alternative": TEXT, "Hs_limit": MAYBE}],
+}
 """What facts are where they are told (`stillhook.plan.answer.metadata`, `stillhook.plan.answer.remarks`)."""
 CELL = {"credit", "alternative", "heading", "period"}
 COLUMN = {"alternative", "phase", "heading", "period"}
 DATA: Mapping[str, set[str]] = {
-    **dict.fromkeys(("Hs_limit", "Hs_limit_low", "Hs_limit_high", "governing_phase", "governing_rule", "governing_tier"), CELL),
-    **dict.fromkeys(("alpha", "op_wf"), CELL), **dict.fromkeys(("counts", "n_seeds", "inside"), COLUMN),
+    **dict.fromkeys(
+        ("Hs_limit", "Hs_limit_low", "Hs_limit_high", "governing_phase", "governing_rule", "governing_tier"), CELL
+    ),
+    **dict.fromkeys(("alpha", "op_wf"), CELL),
+    **dict.fromkeys(("counts", "n_seeds", "inside"), COLUMN),
     "Hs_rule": {"credit", "tier", "rule", *CELL, *COLUMN},
-}  # fmt: skip
+}
 """Dimensions of a result's numbers."""
 
 
@@ -85,7 +145,11 @@ def _odd(value: Any, shape: Shape, where: str) -> str:
         return "" if value is None else _odd(value, shape[1], where)
     if isinstance(shape, tuple):
         right = isinstance(value, shape) and (not isinstance(value, bool) or bool in shape)
-        return "" if right else f"{where} = {came(value)}: it must be a {' or '.join(dict.fromkeys(WORDS[each] for each in shape))}"
+        return (
+            ""
+            if right
+            else f"{where} = {came(value)}: it must be a {' or '.join(dict.fromkeys(WORDS[each] for each in shape))}"
+        )
     if isinstance(shape, list):
         if not isinstance(value, list | tuple):
             return f"{where} = {came(value)}: it must be a list"
@@ -111,7 +175,10 @@ def odd_numbers(data: xarray.Dataset) -> str:
     names = [*dict.fromkeys(("credit", *sorted(DATA["Hs_rule"])))]
     if missing := [name for name in names if name not in data.coords]:
         return f"{', '.join(missing)}: missing"
-    return next((f"alternative {came(str(a))}: is none" for a in data["alternative"].values if str(a) not in list(Alternative)), "")
+    return next(
+        (f"alternative {came(str(a))}: is none" for a in data["alternative"].values if str(a) not in list(Alternative)),
+        "",
+    )
 
 
 def of_two(data: xarray.Dataset, facts: Mapping[str, Any]) -> str:

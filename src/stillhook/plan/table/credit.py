@@ -1,4 +1,5 @@
-"""What may be credited of the compensation that a twin computes: all of it where its certificate covers a sea, else the flat cap."""
+"""What may be credited of the compensation that a twin computes: all of it where its certificate covers a sea, else the
+flat cap."""
 
 from __future__ import annotations
 
@@ -23,7 +24,8 @@ from stillhook.spec.validity import CAP, Conditions
 
 @dataclass(frozen=True, eq=False)
 class Inside:
-    """covered (n,): whether the certificate covers each sea; why: what stands against it, a reason each with the seas that it is of."""
+    """covered (n,): whether the certificate covers each sea; why: what stands against it, a reason each with the seas
+    that it is of."""
 
     covered: NDArray[np.bool_] = field(repr=False)
     why: tuple[str, ...] = ()
@@ -32,10 +34,10 @@ class Inside:
 def inside(plan: LiftPlan, phase: Phase, alternative: Alternative, seas: Seas) -> Inside:
     """Where the compensation that the twin computes may be credited in full.
 
-    Everywhere for phases without compensation, and for none and the flat cap: there is nothing to credit. For a twin where the crane's
-    certificate holds, is of a crane and not synthetic, and its envelope covers load, wire, motion and period of the tip, and mode. The
-    load is what hangs at the tip less the hook, as the winch feels it; the tip's motion is the most probable largest of the phase, from
-    crest to trough.
+    Everywhere for phases without compensation, and for none and the flat cap: there is nothing to credit. For a twin
+    where the crane's certificate holds, is of a crane and not synthetic, and its envelope covers load, wire, motion and
+    period of the tip, and mode. The load is what hangs at the tip less the hook, as the winch feels it; the tip's
+    motion is the most probable largest of the phase, from crest to trough.
     """
     everywhere = np.ones(len(seas), dtype=bool)
     if not (phase.compensated and alternative.twin):
@@ -58,7 +60,8 @@ def _counted(reasons: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
     for reason in chain.from_iterable(reasons):
         alike.setdefault(reason[reason.find(" (") :], []).append(reason)
     return tuple(
-        f"outside the validated envelope in {len(found)} of {len(reasons)} seas: {found[0]}{' and the like' if len(set(found)) > 1 else ''}"
+        f"outside the validated envelope in {len(found)} of {len(reasons)} seas:"
+        f" {found[0]}{' and the like' if len(set(found)) > 1 else ''}"
         for found in alike.values()
     )
 

@@ -21,8 +21,9 @@ from stillhook.plan.table.table import Axes, Chosen, chosen, gathered
 
 @dataclass(frozen=True, eq=False)
 class Certified:
-    """Whether all that the twin computes is credited (alternative, phase, heading, period, height), heights rising; why not, by
-    alternative; needs (alternative, phase): whether that takes a certificate, for a twin computes a compensation."""
+    """Whether all that the twin computes is credited (alternative, phase, heading, period, height), heights rising; why
+    not, by alternative; needs (alternative, phase): whether that takes a certificate, for a twin computes a
+    compensation."""
 
     covers: BoolArray = field(repr=False)
     why: Mapping[Alternative, tuple[str, ...]]
@@ -30,13 +31,14 @@ class Certified:
 
     @property
     def share(self) -> FloatArray:
-        """Share of the heights that the certificate covers (alternative, phase, heading, period); NaN where nothing takes one."""
+        """Share of the heights that the certificate covers (alternative, phase, heading, period); NaN where nothing
+        takes one."""
         return np.where(self.needs[:, :, None, None], self.covers.mean(axis=-1), np.nan)
 
 
 def certified_in(plan: LiftPlan, axes: Axes, seas: Seas) -> Certified:
-    """What the crane's certificate covers of a full table of seas. Phases that nothing compensates need no certificate, and alternatives
-    that are no twin have none to need."""
+    """What the crane's certificate covers of a full table of seas. Phases that nothing compensates need no certificate,
+    and alternatives that are no twin have none to need."""
     heights = np.unique(seas.Hs)
     found = np.ones((len(axes.alternatives), len(axes.phases), *axes.columns, len(heights)), dtype=np.bool_)
     heading, period = axes.place(seas.Tp, seas.beta)
@@ -53,13 +55,15 @@ def certified_in(plan: LiftPlan, axes: Axes, seas: Seas) -> Certified:
     return Certified(found, {alternative: tuple(dict.fromkeys(lines)) for alternative, lines in why.items()}, needs)
 
 
-def credited_of(plan: LiftPlan, own: Chosen, demands: Sequence[Demand], heights: FloatArray, certified: BoolArray) -> Chosen:
+def credited_of(
+    plan: LiftPlan, own: Chosen, demands: Sequence[Demand], heights: FloatArray, certified: BoolArray
+) -> Chosen:
     """Limits that may be credited, of limits by the model of each alternative.
 
-    demands: those of all alternatives and tiers, of which the cap's are held against each alternative's own limits; certified
-    (alternative, phase, heading, period, height) as `Certified.covers` for heights [m] rising. Where a sea is not covered, a rule is met
-    only where the cap meets it as well: the limit falls to the highest covered sea below it, or to the cap's where that is more. Rules
-    that the cap does not tell (pressures of a winch) stay with the twin.
+    demands: those of all alternatives and tiers, of which the cap's are held against each alternative's own limits;
+    certified (alternative, phase, heading, period, height) as `Certified.covers` for heights [m] rising. Where a sea is
+    not covered, a rule is met only where the cap meets it as well: the limit falls to the highest covered sea below it,
+    or to the cap's where that is more. Rules that the cap does not tell (pressures of a winch) stay with the twin.
     """
     axes, Hs, tier = own.axes, own.Hs.copy(), own.tier.copy()
     low, high = own.low.copy(), own.high.copy()
@@ -80,7 +84,9 @@ def credited_of(plan: LiftPlan, own: Chosen, demands: Sequence[Demand], heights:
     return replace(own, Hs=Hs, low=low, high=high, tier=tier)
 
 
-def _cap(plan: LiftPlan, axes: Axes, alternative: Alternative, phases: Sequence[Phase], demands: Sequence[Demand]) -> Chosen:
+def _cap(
+    plan: LiftPlan, axes: Axes, alternative: Alternative, phases: Sequence[Phase], demands: Sequence[Demand]
+) -> Chosen:
     """Limits of the flat cap where it has to meet the rules of another alternative, in the places of that one."""
     names = {phase.name: phase for phase in phases}
     found = []
@@ -89,13 +95,17 @@ def _cap(plan: LiftPlan, axes: Axes, alternative: Alternative, phases: Sequence[
             phase = names[demand.phase]
             still = calm(plan, phase, Alternative.CAP)
             highest = max(plan.environment.Hs)
-            found.append(limits_of(replace(demand, alternative=alternative), limited(plan, phase, alternative), still, most=highest))
+            found.append(
+                limits_of(
+                    replace(demand, alternative=alternative), limited(plan, phase, alternative), still, most=highest
+                )
+            )
     return chosen(gathered(axes, found))
 
 
 def _covered_up_to(cap: FloatArray, heights: FloatArray, certified: BoolArray) -> FloatArray:
-    """Highest sea (rule, heading, period) [m] up to which every sea above the cap's limit (rule, heading, period) is covered by
-    certified (heading, period, height); inf where all are, -inf where the first above it is not."""
+    """Highest sea (rule, heading, period) [m] up to which every sea above the cap's limit (rule, heading, period) is
+    covered by certified (heading, period, height); inf where all are, -inf where the first above it is not."""
     beyond = (heights > cap[..., None]) & ~certified[None]
     first = beyond.argmax(axis=-1)
     before = np.where(first > 0, heights[np.maximum(first - 1, 0)], -np.inf)

@@ -1,4 +1,5 @@
-"""From limits of phases, tiers and rules to one table: the least of them in every cell, with what it is by, and how a table is read."""
+"""From limits of phases, tiers and rules to one table: the least of them in every cell, with what it is by, and how a
+table is read."""
 
 from __future__ import annotations
 
@@ -38,7 +39,13 @@ class Axes:
     def of(cls, plan: LiftPlan) -> Axes:
         """Those of a plan, headings and periods rising."""
         env, rules = plan.environment, tuple(rule.key for rule in plan.rules.rules)
-        return cls(tuple(sorted(env.headings)), tuple(sorted(env.Tp)), plan.alternatives, tuple(p.name for p in plan.phases), rules)
+        return cls(
+            tuple(sorted(env.headings)),
+            tuple(sorted(env.Tp)),
+            plan.alternatives,
+            tuple(p.name for p in plan.phases),
+            rules,
+        )
 
     @property
     def columns(self) -> tuple[int, int]:
@@ -55,13 +62,17 @@ def _nearest(x: FloatArray, of: Sequence[float]) -> IntArray:
     off = np.abs(np.asarray(x, dtype=float)[:, None] - np.array(of))
     best = off.argmin(axis=1)
     if (off[np.arange(len(off)), best] > SAME * (1.0 + np.abs(x))).any():
-        raise PlanError(f"limits of periods or headings that are not of the table ({len(of)} of them). Ask for the plan's own table.")
+        raise PlanError(
+            f"limits of periods or headings that are not of the table ({len(of)} of them). Ask for the plan's own"
+            " table."
+        )
     return np.asarray(best, dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
 class Gathered:
-    """Limits of all phases side by side: Hs, low, high (tier, alternative, phase, rule, heading, period) [m], NaN where not told."""
+    """Limits of all phases side by side: Hs, low, high (tier, alternative, phase, rule, heading, period) [m], NaN where
+    not told."""
 
     axes: Axes
     Hs: FloatArray = field(repr=False)
@@ -86,7 +97,8 @@ def gathered(axes: Axes, limits: Sequence[Limits]) -> Gathered:
 
 @dataclass(frozen=True, eq=False)
 class Chosen:
-    """What counts: Hs, low, high and tier (alternative, phase, rule, heading, period), tier as a place in `TIERS`, -1 where none tells."""
+    """What counts: Hs, low, high and tier (alternative, phase, rule, heading, period), tier as a place in `TIERS`, -1
+    where none tells."""
 
     axes: Axes
     Hs: FloatArray = field(repr=False)
@@ -96,9 +108,9 @@ class Chosen:
 
 
 def chosen(found: Gathered) -> Chosen:
-    """Of every rule the limit by the tier that knows most: the twin where it was run, else the frequency road, else the closed form.
-    Where a tier shows seas inside, and no limit (`stillhook.plan.limits.solve.Limits.low`), one below from a lesser tier is lifted to
-    there."""
+    """Of every rule the limit by the tier that knows most: the twin where it was run, else the frequency road, else the
+    closed form. Where a tier shows seas inside, and no limit (`stillhook.plan.limits.solve.Limits.low`), one below from
+    a lesser tier is lifted to there."""
     told = np.isfinite(found.Hs) | np.isposinf(found.Hs)
     rank = np.arange(len(TIERS)).reshape(-1, *([1] * (found.Hs.ndim - 1)))
     tier = np.where(told, rank, -1).max(axis=0)
@@ -117,8 +129,8 @@ def chosen(found: Gathered) -> Chosen:
 
 @dataclass(frozen=True, eq=False)
 class Governed:
-    """The table (alternative, heading, period): Hs with low and high [m]; phase, rule and tier as places in their axes, -1 where nothing
-    governs: no limit was found below the highest sea that was asked, or none is told."""
+    """The table (alternative, heading, period): Hs with low and high [m]; phase, rule and tier as places in their axes,
+    -1 where nothing governs: no limit was found below the highest sea that was asked, or none is told."""
 
     axes: Axes
     Hs: FloatArray = field(repr=False)
@@ -130,7 +142,8 @@ class Governed:
 
 
 def governed(of: Chosen) -> Governed:
-    """The least limit over phases and rules in every cell, and what it is by; of equal ones the first phase and rule."""
+    """The least limit over phases and rules in every cell, and what it is by; of equal ones the first phase and
+    rule."""
     n_a, n_p, n_r, n_b, n_T = of.Hs.shape
     flat = [a.reshape(n_a, n_p * n_r, n_b, n_T) for a in (of.Hs, of.low, of.high)]
     least = np.where(np.isnan(flat[0]), np.inf, flat[0]).argmin(axis=1)[:, None]
@@ -144,13 +157,15 @@ def governed(of: Chosen) -> Governed:
 
 
 def counting(of: Chosen) -> NDArray[np.str_]:
-    """The tier whose limits count in (alternative, phase, heading, period), as text: that which knows most of those that tell a rule."""
+    """The tier whose limits count in (alternative, phase, heading, period), as text: that which knows most of those
+    that tell a rule."""
     names = np.array(["", *(tier.value for tier in TIERS)])
     return np.asarray(names[of.tier.max(axis=2) + 1])
 
 
 def untold(of: Chosen) -> Mapping[Alternative, tuple[str, ...]]:
-    """Phases that no tier tells anything of in some cell, by alternative; alternatives without such phases are left out."""
+    """Phases that no tier tells anything of in some cell, by alternative; alternatives without such phases are left
+    out."""
     silent = np.asarray((of.tier < 0).all(axis=2))
     found = {}
     for i, alternative in enumerate(of.axes.alternatives):
@@ -164,13 +179,14 @@ def _off(headings: FloatArray, beta: FloatArray) -> FloatArray:
 
 
 def worst(by_heading: FloatArray, counts: BoolArray, told: BoolArray) -> FloatArray:
-    """The least (n,) of limits (heading, n) over the headings that count (heading, n or 1); 0 where nothing is told (n or 1,)."""
+    """The least (n,) of limits (heading, n) over the headings that count (heading, n or 1); 0 where nothing is told (n
+    or 1,)."""
     return np.asarray(np.where(told, np.where(counts, by_heading, np.inf).min(axis=0), 0.0))
 
 
 def bracketed(headings: FloatArray, tolerance: float, beta: FloatArray) -> tuple[BoolArray, BoolArray]:
-    """Which headings lie next to beta (n,) on either side (heading, n), and whether a table tells it (n,): the two are no more than twice
-    the tolerance apart, or beta is a heading. [rad], around the circle."""
+    """Which headings lie next to beta (n,) on either side (heading, n), and whether a table tells it (n,): the two are
+    no more than twice the tolerance apart, or beta is a heading. [rad], around the circle."""
     on = _off(headings, beta) <= SAME * FULL
     behind, ahead = ((sign * (beta[None] - headings[:, None])) % FULL for sign in (1.0, -1.0))
     rows = behind.argmin(axis=0), ahead.argmin(axis=0)
@@ -184,14 +200,15 @@ def bracketed(headings: FloatArray, tolerance: float, beta: FloatArray) -> tuple
 
 
 def counted(headings: FloatArray, tolerance: float, beta: FloatArray) -> tuple[BoolArray, BoolArray]:
-    """Which headings of a table count for waves of beta (heading, n): those on either side and those within the tolerance; and whether it
-    tells them (n,). [rad]"""
+    """Which headings of a table count for waves of beta (heading, n): those on either side and those within the
+    tolerance; and whether it tells them (n,). [rad]"""
     between, told = bracketed(headings, tolerance, beta)
     return between | _near(headings, tolerance, beta), told
 
 
 def cones(headings: FloatArray, tolerance: float) -> BoolArray:
-    """Which headings count (heading, heading) for a vessel that keeps the second and is off it by the tolerance [rad] at most."""
+    """Which headings count (heading, heading) for a vessel that keeps the second and is off it by the tolerance [rad]
+    at most."""
     found = _near(headings, tolerance, headings)
     for end in (-tolerance, tolerance):
         found |= bracketed(headings, tolerance, headings + end)[0]
@@ -204,14 +221,18 @@ def _near(headings: FloatArray, tolerance: float, beta: FloatArray) -> BoolArray
 
 
 def kept(headings: FloatArray, tolerance: float) -> BoolArray:
-    """Which headings (heading,) a vessel can keep: waves from `tolerance` [rad] on either side of them are told by the table."""
-    return np.asarray(np.all([bracketed(headings, tolerance, headings + end)[1] for end in (-tolerance, tolerance)], axis=0))
+    """Which headings (heading,) a vessel can keep: waves from `tolerance` [rad] on either side of them are told by the
+    table."""
+    return np.asarray(
+        np.all([bracketed(headings, tolerance, headings + end)[1] for end in (-tolerance, tolerance)], axis=0)
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class LimitTable:
-    """Limits of one alternative as they are read on board: Hs (heading, period) [m], headings [rad] and periods [s] rising;
-    heading_tolerance [rad]; Hs_highest, the highest sea that was asked [m]: more than that is never answered."""
+    """Limits of one alternative as they are read on board: Hs (heading, period) [m], headings [rad] and periods [s]
+    rising; heading_tolerance [rad]; Hs_highest, the highest sea that was asked [m]: more than that is never
+    answered."""
 
     Hs: FloatArray = field(repr=False)
     headings: FloatArray = field(repr=False)
@@ -221,21 +242,28 @@ class LimitTable:
 
     def __post_init__(self) -> None:
         if self.Hs.shape != (len(self.headings), len(self.periods)):
-            raise PlanError(f"limit table of {self.Hs.shape}: not {len(self.headings)} headings by {len(self.periods)} periods.")
+            raise PlanError(
+                f"limit table of {self.Hs.shape}: not {len(self.headings)} headings by {len(self.periods)} periods."
+            )
 
     def at(self, Tp: FloatArray, beta: FloatArray) -> FloatArray:
-        """Limiting significant wave height [m] of seas of peak period Tp [s] that travel in beta [rad from the bow], (n,).
+        """Limiting significant wave height [m] of seas of peak period Tp [s] that travel in beta [rad from the bow],
+        (n,).
 
-        Between two headings that are no more than twice the tolerance apart the worst of these and of all within the tolerance; at a
-        heading itself the worst of those within the tolerance; elsewhere 0, for no such sea was looked at, and 0 where beta is NaN. Of the
-        periods see `by_heading`. What is not told in the table is 0. Vessels free to turn: `stillhook.plan.weather.headings`.
+        Between two headings that are no more than twice the tolerance apart the worst of these and of all within the
+        tolerance; at a heading itself the worst of those within the tolerance; elsewhere 0, for no such sea was looked
+        at, and 0 where beta is NaN. Of the periods see `by_heading`. What is not told in the table is 0. Vessels free
+        to turn: `stillhook.plan.weather.headings`.
         """
         directions = np.asarray(beta, dtype=float)
-        return worst(self.by_heading(np.asarray(Tp, dtype=float)), *counted(self.headings, self.heading_tolerance, directions))
+        return worst(
+            self.by_heading(np.asarray(Tp, dtype=float)), *counted(self.headings, self.heading_tolerance, directions)
+        )
 
     def by_heading(self, Tp: FloatArray) -> FloatArray:
-        """Limits (heading, n) of each heading alone: the worst of the two periods on either side of Tp (the one row where Tp is a row);
-        below the lowest the first row holds, above the highest the limit is 0. Tp NaN: the worst of all periods."""
+        """Limits (heading, n) of each heading alone: the worst of the two periods on either side of Tp (the one row
+        where Tp is a row); below the lowest the first row holds, above the highest the limit is 0. Tp NaN: the worst of
+        all periods."""
         told = np.minimum(np.nan_to_num(self.Hs, nan=0.0, posinf=np.inf), self.Hs_highest)
         slack = SAME * self.periods
         high = np.searchsorted(self.periods + slack, np.nan_to_num(Tp, nan=0.0))
@@ -251,7 +279,7 @@ class LimitTable:
         deg = show(self.heading_tolerance, "angle", 4)
         lowest, highest = (show(float(T), "time", 4) for T in (self.periods[0], self.periods[-1]))
         return (
-            f"worst of the headings within {deg} and of the periods on either side; below {lowest} the first period holds, above {highest} "
-            f"the limit is 0 m, and so it is for waves that do not lie between two headings of the table or at one; no more than "
-            f"{show(self.Hs_highest, 'length', 3)}, the highest sea that was asked"
+            f"worst of the headings within {deg} and of the periods on either side; below {lowest} the first period"
+            f" holds, above {highest} the limit is 0 m, and so it is for waves that do not lie between two headings of"
+            f" the table or at one; no more than {show(self.Hs_highest, 'length', 3)}, the highest sea that was asked"
         )

@@ -1,8 +1,8 @@
 """The first tier: what phases ask by the closed forms of a standard, as on a sheet of paper, beside every simulation.
 
-Largest motions of the tip are the most probable ones of half an hour, or of the phase where it is longer; the method knows no other level.
-What the winch leaves of them is all (no compensation, or a winch that does not follow), or what the flat cap leaves: a twin has no closed
-form, and is told as the cap.
+Largest motions of the tip are the most probable ones of half an hour, or of the phase where it is longer; the method
+knows no other level. What the winch leaves of them is all (no compensation, or a winch that does not follow), or what
+the flat cap leaves: a twin has no closed form, and is told as the cap.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ Values = dict[str, FloatArray]
 ON_THE_WAY = 41
 """Heights of a phase's way that are looked at."""
 IN_THE_SURFACE = 161
-"""Heights that are looked at beside these where the surface cuts the payload: slamming acts over some tenths of a metre."""
+"""Heights that are looked at beside these where the surface cuts the payload: slamming acts over some tenths of a
+metre."""
 CALM = 1e-3
 """Height of the sea whose period a calm is given [m]."""
 SLOPE = 1e-3
@@ -43,7 +44,8 @@ SLOPE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Tip:
-    """Of n seas, each (n,): zero-crossing period T_w of the waves [s]; deviations of the tip's height [m], speed and acceleration."""
+    """Of n seas, each (n,): zero-crossing period T_w of the waves [s]; deviations of the tip's height [m], speed and
+    acceleration."""
 
     T_w: FloatArray = field(repr=False)
     z: FloatArray = field(repr=False)
@@ -69,9 +71,11 @@ class Tip:
 
 @dataclass(frozen=True, eq=False)
 class Way:
-    """Heights z of the underside along a phase's way (k, 1) [m], and what is there: F_top tension at the crane tip and W sling tension, at
-    rest [N]; K stiffness of wire and slings [N/m]; above, mass of hook and a third of the wire [kg]; rho_V of displaced water, A33 [kg];
-    dA33 its slope over depth [kg/m]; A_w water-plane area [m^2]; B drag [N s^2/m^2]; d depth of the submerged part's centre [m]."""
+    """Heights z of the underside along a phase's way (k, 1) [m], and what is there: F_top tension at the crane tip and
+    W sling tension, at rest [N]; K stiffness of wire and slings [N/m]; above, mass of hook and a third of the wire
+    [kg]; rho_V of displaced water, A33 [kg]; dA33 its slope over depth [kg/m]; A_w water-plane area [m^2]; B drag [N
+    s^2/m^2]; d depth of the submerged part's centre [m].
+    """
 
     z: FloatArray
     F_top: FloatArray
@@ -88,8 +92,9 @@ class Way:
 
 @dataclass(frozen=True, eq=False)
 class Motions:
-    """What moves payload and water in n seas: amplitudes eta [m], v [m/s], a [m/s^2] of the wire's upper end as the winch leaves it, omega
-    its frequency [rad/s]; V speed of the way [m/s]; zeta amplitude [m] and T_w period [s] of the waves."""
+    """What moves payload and water in n seas: amplitudes eta [m], v [m/s], a [m/s^2] of the wire's upper end as the
+    winch leaves it, omega its frequency [rad/s]; V speed of the way [m/s]; zeta amplitude [m] and T_w period [s] of the
+    waves."""
 
     eta: FloatArray
     v: FloatArray
@@ -103,12 +108,16 @@ class Motions:
 def closed_form(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternative = Alternative.NONE) -> Demand:
     """What a phase asks in every sea by the simplified method (`stillhook.spec.lift.simplified`).
 
-    In air: payload and hook on the wire as a spring, and the jerk of taking up the load. Through the surface: forces of the simplified
-    method at stated submergences. Deeper: a payload on a spring with drag, resonance on the way included, and the waves down there. On the
-    seabed: taking up the load with what the winch leaves of the tip's speed. Quantities that it does not know are left out.
+    In air: payload and hook on the wire as a spring, and the jerk of taking up the load. Through the surface: forces of
+    the simplified method at stated submergences. Deeper: a payload on a spring with drag, resonance on the way
+    included, and the waves down there. On the seabed: taking up the load with what the winch leaves of the tip's speed.
+    Quantities that it does not know are left out.
     """
     left = 1.0 if alternative is Alternative.NONE or not phase.compensated else 1.0 - CAP
-    kept, key = _kept(plan, seas), ("values", phase.kind, phase.start, phase.end, phase.speed, phase.tip, phase.duration, phase.winch, left)
+    kept, key = (
+        _kept(plan, seas),
+        ("values", phase.kind, phase.start, phase.end, phase.speed, phase.tip, phase.duration, phase.winch, left),
+    )
     if key not in kept:
         kept[key] = _values(plan, phase, seas, left)
     notes = _notes(plan, phase, seas, alternative)
@@ -120,7 +129,11 @@ def _values(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Values:
     tip, T = tip_motion(plan, phase, seas), max(phase.duration or 0.0, plan.rules.settings["duration_least"])
     (eta, v, a), V = tip.largest(T), phase.speed or 0.0
     moved = Motions(left * eta, left * v, left * a, tip.omega, V, plan.rules.settings["zeta_a"] * seas.Hs, tip.T_w)
-    values: Values = {"F_top_static": np.full(len(seas), static_tension(plan, phase)), "v_tip_max": v, "s_tip_pp": 2.0 * eta}
+    values: Values = {
+        "F_top_static": np.full(len(seas), static_tension(plan, phase)),
+        "v_tip_max": v,
+        "s_tip_pp": 2.0 * eta,
+    }
     values["v_w_demand"] = V + (v if phase.compensated else np.zeros(len(seas)))
     if phase.compensated:
         values["e_c_pp"] = 2.0 * left * eta
@@ -129,7 +142,8 @@ def _values(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Values:
 
 
 def valid(plan: LiftPlan, seas: Seas) -> NDArray[np.bool_]:
-    """Whether the simplified method holds in each sea, (n,): T_z from 8.9 sqrt(Hs/g) to 13 s by default. A calm is valid."""
+    """Whether the simplified method holds in each sea, (n,): T_z from 8.9 sqrt(Hs/g) to 13 s by default. A calm is
+    valid."""
     T_w, settings = wave_periods(plan, seas), plan.rules.settings
     inside = (sm.shortest_period(seas.Hs, settings["T_z_factor"]) <= T_w) & (settings["T_z_most"] >= T_w)
     return np.asarray((seas.Hs == 0.0) | inside)
@@ -150,7 +164,10 @@ def _notes(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternative) -
     out = int(np.count_nonzero(~valid(plan, seas)))
     if out and phase.kind is PhaseKind.SPLASH:
         least, most = (plan.rules.settings[name] for name in ("T_z_factor", "T_z_most"))
-        notes.append(f"the simplified method is for T_z from {least:g} sqrt(Hs/g) to {most:g} s: {out} of {len(seas)} seas are outside")
+        notes.append(
+            f"the simplified method is for T_z from {least:g} sqrt(Hs/g) to {most:g} s: {out} of {len(seas)} seas are"
+            " outside"
+        )
     if alternative.twin and phase.compensated:
         notes.append(f"no closed form knows a twin: told as {CAP:.0%} of the tip's motion taken")
     if phase.winch is StageMode.SPLASH:
@@ -158,7 +175,9 @@ def _notes(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternative) -
     if phase.kind is PhaseKind.LIFT_OFF:
         notes.append("the payload stands on the vessel's own deck, below the tip: both move alike")
     if phase.kind in (PhaseKind.LOWERING, PhaseKind.DEEP, PhaseKind.LANDING):
-        notes.append("one harmonic at the tip's mean period: waves near the load's natural period on the wire are not seen")
+        notes.append(
+            "one harmonic at the tip's mean period: waves near the load's natural period on the wire are not seen"
+        )
     return tuple(notes)
 
 
@@ -183,7 +202,8 @@ def tip_motion(plan: LiftPlan, phase: Phase, seas: Seas) -> Tip:
 
 
 def wave_periods(plan: LiftPlan, seas: Seas) -> FloatArray:
-    """Zero-crossing period of the waves T_m02 [s], (n,), that of a small sea for a calm; remembered as long as the plan lives."""
+    """Zero-crossing period of the waves T_m02 [s], (n,), that of a small sea for a calm; remembered as long as the plan
+    lives."""
     known = _PERIODS.setdefault(plan, {})
     pairs = list(zip(np.maximum(seas.Hs, CALM).tolist(), seas.Tp.tolist(), strict=True))
     for H, T in set(pairs) - known.keys():
@@ -231,13 +251,18 @@ def _way(plan: LiftPlan, phase: Phase) -> Way:
 
     EA, _ = wire_strength(crane)
     columns = {
-        "z": z, "F_top": F_top, "W": np.array([payload_weight(lift, float(each)) for each in z]),
+        "z": z,
+        "F_top": F_top,
+        "W": np.array([payload_weight(lift, float(each)) for each in z]),
         "K": 1.0 / ((crane.wire.L_0 + L) / EA + 1.0 / plan.rigging.stiffness),
         "above": crane.hook_mass + crane.wire.mass_per_length * L / 3.0,
-        "rho_V": rho * at.V, "A33": at.A33, "dA33": slope("A33"), "A_w": slope("V"),
+        "rho_V": rho * at.V,
+        "A33": at.A33,
+        "dA33": slope("A33"),
+        "A_w": slope("V"),
         "B": 0.5 * rho * max(load.C_D, plan.rules.settings["C_D_least"]) * at.A_p,
         "d": np.where(h < load.height, 0.5 * h, h - 0.5 * load.height),
-    }  # fmt: skip
+    }
     return Way(**{name: np.asarray(column, dtype=np.float64)[:, None] for name, column in columns.items()})
 
 
@@ -298,13 +323,15 @@ _OF_KIND: Mapping[PhaseKind, Callable[[LiftPlan, Phase, Motions], Values]] = {
 
 
 def _tensions(w: Way, M: float, top: FloatArray, sling: FloatArray, *, slack: bool = True) -> Values:
-    """Tensions of a way from the amplitudes of what comes on top of rest, (k, n) [N]. The least static tension is that of the whole way."""
+    """Tensions of a way from the amplitudes of what comes on top of rest, (k, n) [N]. The least static tension is that
+    of the whole way."""
     found = {"F_top_max": (w.F_top + top).max(axis=0), "DAF": (w.W + sling).max(axis=0) / (M * G)}
     return found | ({"sling_ratio": 1.0 - sling.max(axis=0) / w.W.min()} if slack else {})
 
 
 def _snap(plan: LiftPlan, w: Way, sling: FloatArray, v_r: FloatArray) -> Values:
-    """Snap load where the slings come slack: the payload sinks freely as fast as when covered, and is caught by the wire."""
+    """Snap load where the slings come slack: the payload sinks freely as fast as when covered, and is caught by the
+    wire."""
     v_ff = sm.free_fall_speed(w.W.min(), float(w.B.max())) if w.B.max() > 0.0 else np.zeros(())
     F = sm.snap_tension(w.W, sm.snap_speed(v_ff, v_r), w.K, plan.payload.mass + w.A33)
     return {"snap_load": np.where(sling > w.W, F, 0.0).max(axis=0)}

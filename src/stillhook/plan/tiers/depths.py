@@ -1,4 +1,5 @@
-"""Where the frequency road looks in a phase: heights on its way, what hangs there, and how long the payload is about there."""
+"""Where the frequency road looks in a phase: heights on its way, what hangs there, and how long the payload is about
+there."""
 
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ from stillhook.response.suspended_load import Hung, hung
 from stillhook.response.wire_rod import natural_periods
 
 EVERY = 150.0
-"""Largest way between two heights at which is looked [m]: over it the load's natural period changes by a tenth at 600 m, and less below."""
+"""Largest way between two heights at which is looked [m]: over it the load's natural period changes by a tenth at 600
+m, and less below."""
 NEAR = 20.0
 """Way within which a height is taken for another one [m]."""
 EXACT = 0.01
@@ -26,9 +28,9 @@ EXACT = 0.01
 class Situation:
     """The payload at one height of a phase's way.
 
-    z of its underside above still water [m]; time [s] of the phase that it stands for, all of them together its duration; x, y of the crane
-    tip from the vessel's reference point, forward and to port [m]; hung: what hangs there; T_0 natural period of the load on its wire, top
-    held [s].
+    z of its underside above still water [m]; time [s] of the phase that it stands for, all of them together its
+    duration; x, y of the crane tip from the vessel's reference point, forward and to port [m]; hung: what hangs there;
+    T_0 natural period of the load on its wire, top held [s].
     """
 
     z: float
@@ -40,8 +42,9 @@ class Situation:
 
 
 def situations(plan: LiftPlan, phase: Phase) -> tuple[Situation, ...]:
-    """Situations of a phase in the order of its way: both ends, no more than 150 m between two, and where the load's natural period is a
-    peak period of the seas that are asked. Empty for the splash zone: nothing is linear where the surface cuts the payload.
+    """Situations of a phase in the order of its way: both ends, no more than 150 m between two, and where the load's
+    natural period is a peak period of the seas that are asked. Empty for the splash zone: nothing is linear where the
+    surface cuts the payload.
 
     Errors: LiftError where the payload cannot hang (`stillhook.response.suspended_load`).
     """
@@ -58,7 +61,8 @@ def situations(plan: LiftPlan, phase: Phase) -> tuple[Situation, ...]:
 
 
 def resonance_depth(plan: LiftPlan, T: float) -> float:
-    """Depth of the payload's underside at which its natural period on the wire, top held, is T [m]; NaN where it is so nowhere.
+    """Depth of the payload's underside at which its natural period on the wire, top held, is T [m]; NaN where it is so
+    nowhere.
 
     The period grows with the wire that is out; hook, slings and the wire on the boom count.
     """

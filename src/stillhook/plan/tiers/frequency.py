@@ -1,4 +1,5 @@
-"""The frequency tier: what every phase that does not cut the surface asks, in all seas of a table, under every alternative."""
+"""The frequency tier: what every phase that does not cut the surface asks, in all seas of a table, under every
+alternative."""
 
 from __future__ import annotations
 
@@ -34,7 +35,10 @@ Levels = Callable[[str], float]
 
 ALIKE = ("the winch does not follow the tip: the same under all alternatives",)
 STANDING = (
-    "the winch is asked while it stands: where it lowers or hoists beside the waves, friction changes sides less often and leaves less",
+    (
+        "the winch is asked while it stands: where it lowers or hoists beside the waves, friction changes sides less"
+        " often and leaves less"
+    ),
 )
 UNUSABLE = "the controller may not be used at this load and layer: the twin is not asked"
 KEPT = 3
@@ -44,14 +48,21 @@ QUANTILES = {Level.MPM: MPM, Level.P90: P90}
 
 
 def frequency(
-    plan: LiftPlan, alternatives: Sequence[Alternative], seas: Seas, progress: Progress | None = None, *, threads: int = 2
+    plan: LiftPlan,
+    alternatives: Sequence[Alternative],
+    seas: Seas,
+    progress: Progress | None = None,
+    *,
+    threads: int = 2,
 ) -> list[Demand]:
-    """What every phase asks in every sea under every alternative, by the frequency road; phases in the surface are left out.
+    """What every phase asks in every sea under every alternative, by the frequency road; phases in the surface are left
+    out.
 
-    Phases in which the winch does not follow the tip are the same under all alternatives: they share one set of numbers. Largest values
-    are those of the phase's duration, part by part of its way (`stillhook.plan.tiers.depths`), at the level of the rule that asks for them;
-    shares of time are means. Residuals of the winch are made on the twin where they are not on disk
-    (`stillhook.plan.tiers.winch_residual`). Errors: StillhookError, one line: a lift that cannot hang, or that the twin cannot carry.
+    Phases in which the winch does not follow the tip are the same under all alternatives: they share one set of
+    numbers. Largest values are those of the phase's duration, part by part of its way (`stillhook.plan.tiers.depths`),
+    at the level of the rule that asks for them; shares of time are means. Residuals of the winch are made on the twin
+    where they are not on disk (`stillhook.plan.tiers.winch_residual`). Errors: StillhookError, one line: a lift that
+    cannot hang, or that the twin cannot carry.
     """
     phases = looked_at(plan)
     winch = winches_of(plan, phases, alternatives, progress, threads=threads)
@@ -76,7 +87,10 @@ def thinned(parts: Sequence[Situation]) -> list[Situation]:
         return list(parts)
     kept = np.linspace(0, len(parts) - 1, KEPT).round().astype(int)
     near = np.argmin(np.abs(np.arange(len(parts))[:, None] - kept[None, :]), axis=1)
-    return [replace(parts[i], time=sum(p.time for p, at in zip(parts, near, strict=True) if at == k)) for k, i in enumerate(kept)]
+    return [
+        replace(parts[i], time=sum(p.time for p, at in zip(parts, near, strict=True) if at == k))
+        for k, i in enumerate(kept)
+    ]
 
 
 def forcings(plan: LiftPlan, seas: Seas, phases: Looks) -> AtTip:
@@ -85,7 +99,8 @@ def forcings(plan: LiftPlan, seas: Seas, phases: Looks) -> AtTip:
 
 
 def forcing_at(plan: LiftPlan, seas: Seas, x: float, y: float) -> Forcing:
-    """What the seas of a table do at a crane tip x, y from the vessel's reference point [m]; remembered as long as plan and seas live."""
+    """What the seas of a table do at a crane tip x, y from the vessel's reference point [m]; remembered as long as plan
+    and seas live."""
     known = _AT_TIP.setdefault(plan, WeakKeyDictionary()).setdefault(seas, {})
     if (x, y) not in known:
         each = [plan.environment.sea(*(float(v) for v in row)) for row in zip(seas.Hs, seas.Tp, seas.beta, strict=True)]
@@ -97,9 +112,15 @@ _AT_TIP: WeakKeyDictionary[LiftPlan, WeakKeyDictionary[Seas, dict[tuple[float, f
 
 
 def winches_of(
-    plan: LiftPlan, phases: Looks, alternatives: Sequence[Alternative], progress: Progress | None = None, *, threads: int = 2
+    plan: LiftPlan,
+    phases: Looks,
+    alternatives: Sequence[Alternative],
+    progress: Progress | None = None,
+    *,
+    threads: int = 2,
 ) -> Mapping[Alternative, Way]:
-    """What the winch leaves under each alternative on the way of the phases in which it follows the tip; nothing where there is none."""
+    """What the winch leaves under each alternative on the way of the phases in which it follows the tip; nothing where
+    there is none."""
     follows = [(phase, parts) for phase, parts in phases if phase.compensated]
     duties = [replace(s.hung.duty, sensors=plan.sensors) for _, parts in follows for s in parts]
     usable = [a for a in alternatives if any(may_be_used(plan, phase, a) for phase, _ in follows)]
@@ -108,13 +129,19 @@ def winches_of(
 
 
 def may_be_used(plan: LiftPlan, phase: Phase, alternative: Alternative) -> bool:
-    """Whether a controller has any steady speed at the load and layers of a phase; the twin is not asked of one that has none."""
+    """Whether a controller has any steady speed at the load and layers of a phase; the twin is not asked of one that
+    has none."""
     top = CAPACITIES["v_top"].find(plan, phase, alternative) if alternative.twin else None
     return top is None or top.value > 0.0
 
 
 def demands(
-    plan: LiftPlan, alternatives: Sequence[Alternative], seas: Seas, phases: Looks, forcing: AtTip, winch: Mapping[Alternative, Way]
+    plan: LiftPlan,
+    alternatives: Sequence[Alternative],
+    seas: Seas,
+    phases: Looks,
+    forcing: AtTip,
+    winch: Mapping[Alternative, Way],
 ) -> list[Demand]:
     """As `frequency`, for seas whose forcing is known; the heights and periods of `seas` are only labels here."""
     found: list[Demand] = []
@@ -144,7 +171,8 @@ def _unusable(plan: LiftPlan, phase: Phase, parts: Sequence[Situation], forcing:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """One situation of a phase in all seas: time [s] that it stands for, V speed of the way, lowering positive [m/s], what moves there."""
+    """One situation of a phase in all seas: time [s] that it stands for, V speed of the way, lowering positive [m/s],
+    what moves there."""
 
     hung: Hung
     time: float
@@ -222,14 +250,18 @@ def _largest(asked: Sequence[Part], name: str, rate: str, quantile: float, *, of
 
 
 def _error(asked: Sequence[Part], residuals: Sequence[Residual], quantile: float) -> FloatArray:
-    """Largest peak-to-peak of the wire's end over 30 s in a phase, (n,): the twin's own of some minutes, grown to the phase's duration as a
-    Gaussian one grows; of a flat share, and on the brake, twice the largest value."""
+    """Largest peak-to-peak of the wire's end over 30 s in a phase, (n,): the twin's own of some minutes, grown to the
+    phase's duration as a Gaussian one grows; of a flat share, and on the brake, twice the largest value."""
     whole = sum(p.time for p in asked)
     found = []
     for p, residual in zip(asked, residuals, strict=True):
         v, T_z = _tip_speed(p.forcing)
         moving = v > 0.0
-        peak = None if residual.remnant is None else residual.remnant.peak_at(np.where(moving, v, 1.0), np.where(moving, T_z, 1.0))
+        peak = (
+            None
+            if residual.remnant is None
+            else residual.remnant.peak_at(np.where(moving, v, 1.0), np.where(moving, T_z, 1.0))
+        )
         if residual.remnant is None or peak is None:
             return 2.0 * _largest(asked, "u", "u_rate", quantile)
         T_u = zero_crossing_period(p.s.u, p.s.u_rate)
@@ -256,22 +288,31 @@ def _of_tip(asked: Sequence[Part], phase: Phase, level: Levels) -> dict[str, Flo
 
 
 def _taken_up(plan: LiftPlan, phase: Phase, values: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    """The quantities with the jerk of taking up the load: at the hoisting speed, off the seabed at that and the wire end's own, and what
-    holds the payload there besides. Slings come taut in these phases: what makes them slack is not told."""
+    """The quantities with the jerk of taking up the load: at the hoisting speed, off the seabed at that and the wire
+    end's own, and what holds the payload there besides. Slings come taut in these phases: what makes them slack is not
+    told."""
     F = jerk(plan, phase, 1.0) * ((phase.speed or 0.0) + values.get("v_lift_off", np.zeros(1)))
     if phase.kind is PhaseKind.SEABED_LIFT_OFF:
         F = F + plan.payload.lift_off.friction + plan.payload.lift_off.suction
-    found = {**values, "F_top_max": values["F_top_max"] + F, "DAF": values["DAF"] + F / (plan.payload.mass * STANDARD_GRAVITY)}
+    found = {
+        **values,
+        "F_top_max": values["F_top_max"] + F,
+        "DAF": values["DAF"] + F / (plan.payload.mass * STANDARD_GRAVITY),
+    }
     return {name: numbers for name, numbers in found.items() if name not in ("sling_ratio", "slack_chance")}
 
 
 def _of_winch(
     plan: LiftPlan, phase: Phase, alternative: Alternative, asked: Sequence[Part], way: Way, v: FloatArray
 ) -> dict[str, FloatArray]:
-    """What the twin's hydraulics stand: shares of the time, and the pressure under a sine as fast as the fastest motion v [m/s]."""
+    """What the twin's hydraulics stand: shares of the time, and the pressure under a sine as fast as the fastest motion
+    v [m/s]."""
     shares = [way.shares(p.hung.s_w, *_tip_speed(p.forcing)) for p in asked]
     found = {name: _mean(asked, [share[name] for share in shares]) for name in shares[0]}
-    tops = [way.pressure(p.hung.s_w, v, zero_crossing_period(*(p.forcing.deviation(order) for order in (1, 2)))) for p in asked]
+    tops = [
+        way.pressure(p.hung.s_w, v, zero_crossing_period(*(p.forcing.deviation(order) for order in (1, 2))))
+        for p in asked
+    ]
     found["p_a_max"] = np.asarray(np.max(tops, axis=0))
     stroke = CAPACITIES["s_stroke"].find(plan, phase, alternative)
     if stroke is not None:
@@ -280,9 +321,12 @@ def _of_winch(
 
 
 def of_load(asked: Sequence[Part], level: Levels) -> dict[str, FloatArray]:
-    """Tensions and motion of what hangs. The drag of a payload that sinks takes some of its weight, that of one that rises adds to it."""
+    """Tensions and motion of what hangs. The drag of a payload that sinks takes some of its weight, that of one that
+    rises adds to it."""
     top, sling = (np.array([getattr(p.s, name) for p in asked]) for name in ("top", "sling"))
-    N_top, N_sling = (np.array([p.cycles(getattr(p.s, q), getattr(p.s, f"{q}_rate")) for p in asked]) for q in ("top", "sling"))
+    N_top, N_sling = (
+        np.array([p.cycles(getattr(p.s, q), getattr(p.s, f"{q}_rate")) for p in asked]) for q in ("top", "sling")
+    )
     F_top, F_sling = (np.array([getattr(p.hung, name) - p.rise for p in asked]) for name in ("F_top", "F_sling"))
     at_rest = min(p.hung.F_sling for p in asked)
     T_sling = [zero_crossing_period(p.s.sling, p.s.sling_rate) for p in asked]

@@ -1,4 +1,5 @@
-"""What the winch leaves of the tip's motion under each alternative: nothing less, a flat share, or what the twin says at a duty."""
+"""What the winch leaves of the tip's motion under each alternative: nothing less, a flat share, or what the twin says
+at a duty."""
 
 from __future__ import annotations
 
@@ -26,17 +27,22 @@ FLAT = Residual.constant(1.0 - CAP, f"{CAP:.0%} of the tip's motion taken, flat"
 
 
 def controlled(crane: Crane, alternative: Alternative, sensors: Sensors) -> tuple[Crane, Controller]:
-    """The crane as an alternative's controller sets it, and that controller. Strong SSC knows the delay of the motion signal."""
+    """The crane as an alternative's controller sets it, and that controller. Strong SSC knows the delay of the motion
+    signal."""
     from stillhook.analysis.controllers import strong_ssc
 
-    found = strong_ssc(crane, delay=sensors.delay) if alternative is Alternative.STRONG_SSC else controller(alternative.value)
+    found = (
+        strong_ssc(crane, delay=sensors.delay)
+        if alternative is Alternative.STRONG_SSC
+        else controller(alternative.value)
+    )
     return found.on(crane), found
 
 
 @dataclass(frozen=True, eq=False)
 class Way:
-    """Residuals of one alternative at lengths of wire s_w (k,) [m], ascending, along the way down; between them they are mixed. why: for
-    what reason there are none."""
+    """Residuals of one alternative at lengths of wire s_w (k,) [m], ascending, along the way down; between them they
+    are mixed. why: for what reason there are none."""
 
     s_w: tuple[float, ...]
     tables: tuple[Residual, ...] = field(repr=False)
@@ -53,8 +59,8 @@ class Way:
         return self.tables[i] if share == 0.0 else mixed(self.tables[i], self.tables[i + 1], share)
 
     def shares(self, s_w: float, sigma_v: FloatArray, T: FloatArray) -> Mapping[str, FloatArray]:
-        """Shares of the time with pumps at their stop and relief valves open, under irregular motions of deviation sigma_v [m/s] and
-        period T [s] (n,) with s_w of wire out [m], as `stillhook.response.lift.saturation_share`."""
+        """Shares of the time with pumps at their stop and relief valves open, under irregular motions of deviation
+        sigma_v [m/s] and period T [s] (n,) with s_w of wire out [m], as `stillhook.response.lift.saturation_share`."""
 
         def of(table: Residual) -> dict[str, FloatArray]:
             relieved = np.full_like(table.saturated, np.nan) if table.relieved is None else table.relieved
@@ -67,7 +73,9 @@ class Way:
         """Highest pressure of the hoisting side [Pa] under sines of speed amplitude v [m/s] and period T [s], (n,)."""
 
         def of(table: Residual) -> dict[str, FloatArray]:
-            return {"p_a": np.full(len(v), np.nan) if table.p_a is None else table_at(table.omega, table.v, table.p_a, v, T)}
+            return {
+                "p_a": np.full(len(v), np.nan) if table.p_a is None else table_at(table.omega, table.v, table.p_a, v, T)
+            }
 
         return self._mixed(s_w, of)["p_a"]
 
@@ -89,12 +97,19 @@ class Way:
 
 
 def ways(
-    crane: Crane, alternatives: Sequence[Alternative], duties: Sequence[Duty], *, threads: int = 2, progress: Progress | None = None
+    crane: Crane,
+    alternatives: Sequence[Alternative],
+    duties: Sequence[Duty],
+    *,
+    threads: int = 2,
+    progress: Progress | None = None,
 ) -> Mapping[Alternative, Way]:
-    """Residuals of every alternative along a way of duties with more and more wire out, the twin asked at both ends of it.
+    """Residuals of every alternative along a way of duties with more and more wire out, the twin asked at both ends of
+    it.
 
-    Between the ends residuals are mixed: on a load of 150 t on 600 to 1,500 m of wire that is right to 0.4 cm of the wire's end and 1 cm of
-    the load, rms over seas; other random phases move them by 0.4 and 1.5 cm (docs/explanation/lift-plan-frequency.md).
+    Between the ends residuals are mixed: on a load of 150 t on 600 to 1,500 m of wire that is right to 0.4 cm of the
+    wire's end and 1 cm of the load, rms over seas; other random phases move them by 0.4 and 1.5 cm
+    (docs/explanation/lift-plan-frequency.md).
     """
     ends = sorted({duty.s_w: duty for duty in duties}.items())
     chosen = [ends[0][1]] if len(ends) == 1 else [ends[0][1], ends[-1][1]]

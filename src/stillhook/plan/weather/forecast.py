@@ -1,8 +1,9 @@
 """A forecast held against a plan: under each alternative, may the lift start now, and if not, when.
 
-A start is a go if for T_R from it on the forecast height stays within OP_WF of its period and direction (`LimitTable.at`), and every limit
-given beside it (wind, say) holds. Cells of the plan for which no OP_WF is told are never a go. A vessel free to turn keeps one heading for
-T_R, the best one (`stillhook.plan.weather.headings`); limits beside it that ask for beta need a heading that is held.
+A start is a go if for T_R from it on the forecast height stays within OP_WF of its period and direction
+(`LimitTable.at`), and every limit given beside it (wind, say) holds. Cells of the plan for which no OP_WF is told are
+never a go. A vessel free to turn keeps one heading for T_R, the best one (`stillhook.plan.weather.headings`); limits
+beside it that ask for beta need a heading that is held.
 """
 
 from __future__ import annotations
@@ -28,13 +29,20 @@ OP_WF = "Hs <= OP_WF of the plan"
 
 
 def plan_forecast(
-    result: PlanResult, weather: Weather, *, limits: Sequence[Limit] = (), credit: Credit = "credited",
-    start: np.datetime64 | None = None, horizon: float = 72.0 * 3600.0, ship: float | None = None,
-) -> dict[str, Any]:  # fmt: skip
-    """Go or no-go of every alternative of a plan, by name [SI]; start, horizon [s] and limits as in `stillhook.weather.forecast`.
+    result: PlanResult,
+    weather: Weather,
+    *,
+    limits: Sequence[Limit] = (),
+    credit: Credit = "credited",
+    start: np.datetime64 | None = None,
+    horizon: float = 72.0 * 3600.0,
+    ship: float | None = None,
+) -> dict[str, Any]:
+    """Go or no-go of every alternative of a plan, by name [SI]; start, horizon [s] and limits as in
+    `stillhook.weather.forecast`.
 
-    ship: where the bow points, clockwise from north [rad]; None: free to turn. Errors: WeatherError where the forecast does not tell the
-    height, or no direction though a heading is held.
+    ship: where the bow points, clockwise from north [rad]; None: free to turn. Errors: WeatherError where the forecast
+    does not tell the height, or no direction though a heading is held.
     """
     operation = result.facts["operation"]
     T_R = float(operation["T_R"])
@@ -52,15 +60,31 @@ def plan_forecast(
         restricted = bool(operation["weather_restricted"])
         go = restricted and bool(starts[0].go)
         first = next((s for s in starts if s.go), None) if restricted else None
-        why = "" if go else why_not(starts[0], T_R, weather) if restricted else "not weather restricted: no forecast lets it start"
+        why = (
+            ""
+            if go
+            else why_not(starts[0], T_R, weather)
+            if restricted
+            else "not weather restricted: no forecast lets it start"
+        )
         when = None if first is None else started([first])[0]["time"]
         one = {"alternative": alternative.value, "go": go, "first_start": when, "why": why}
-        found.append(one | {"n_starts": len(starts), "n_go": sum(s.go is True for s in starts), "starts": started(starts)})
+        found.append(
+            one | {"n_starts": len(starts), "n_go": sum(s.go is True for s in starts), "starts": started(starts)}
+        )
     return {
-        "plan": result.name, "file": weather.source, "credit": credit, "limits": [limit.text for limit in limits], "horizon": horizon,
-        "T_POP": operation["T_POP"], "T_R": T_R, "weather_restricted": operation["weather_restricted"],
-        "ship": "free" if ship is None else ship, "alternatives": found, "notes": [*notes, *weather.notes],
-    }  # fmt: skip
+        "plan": result.name,
+        "file": weather.source,
+        "credit": credit,
+        "limits": [limit.text for limit in limits],
+        "horizon": horizon,
+        "T_POP": operation["T_POP"],
+        "T_R": T_R,
+        "weather_restricted": operation["weather_restricted"],
+        "ship": "free" if ship is None else ship,
+        "alternatives": found,
+        "notes": [*notes, *weather.notes],
+    }
 
 
 def _table(result: PlanResult, alternative: str, credit: Credit) -> LimitTable:
@@ -74,7 +98,9 @@ def _table(result: PlanResult, alternative: str, credit: Credit) -> LimitTable:
 def _seas(weather: Weather, ship: float | None) -> tuple[FloatArray, FloatArray, FloatArray | None, list[str]]:
     """Heights [m], peak periods [s], where waves come from [rad from north] or None, and notes."""
     if "H_m0" not in weather.columns:
-        raise WeatherError(f"{weather.source}: no wave height. Give a forecast with a column of significant wave height.")
+        raise WeatherError(
+            f"{weather.source}: no wave height. Give a forecast with a column of significant wave height."
+        )
     Hs, notes = weather.columns["H_m0"], []
     if "T_p" not in weather.columns:
         notes.append("no peak period in the forecast: the worst period of the table counts in every record")
@@ -82,6 +108,11 @@ def _seas(weather: Weather, ship: float | None) -> tuple[FloatArray, FloatArray,
     if ship is None:
         notes.append(free_to_turn(come_from is not None))
     elif come_from is None:
-        said = next((note for note in weather.notes if "direction" in note), "Leave --ship out, or give a forecast with directions.")
-        raise WeatherError(f"{weather.source}: tells no direction of waves, and the heading is held at {show(ship, 'angle')}. {said}")
+        said = next(
+            (note for note in weather.notes if "direction" in note),
+            "Leave --ship out, or give a forecast with directions.",
+        )
+        raise WeatherError(
+            f"{weather.source}: tells no direction of waves, and the heading is held at {show(ship, 'angle')}. {said}"
+        )
     return Hs, Tp, come_from, notes

@@ -20,10 +20,14 @@ def weather_used(use: WeatherUse) -> Weather:
     Errors: WeatherError of one line for the file and where no height is known, PlanError for a sense that is none.
     """
     if use.sense is not None and use.sense not in SENSES:
-        raise PlanError(f"weather.sense = {came(use.sense)}: is not one of {', '.join(SENSES)}{nearest(use.sense, tuple(SENSES))}")
+        raise PlanError(
+            f"weather.sense = {came(use.sense)}: is not one of {', '.join(SENSES)}{nearest(use.sense, tuple(SENSES))}"
+        )
     sense = None if use.sense is None else SENSES[use.sense]
     found = read_weather(use.file, sense=sense, columns_as=use.columns, time_column=use.time, date_order=use.date_order)
     known = {name: x for name, x in found.columns.items() if np.isfinite(x).any()}
     if "H_m0" in found.columns and "H_m0" not in known:
-        raise WeatherError(f"{found.source}: no record of wave height: all {len(found)} are missing. Give weather that has them.")
+        raise WeatherError(
+            f"{found.source}: no record of wave height: all {len(found)} are missing. Give weather that has them."
+        )
     return replace(found, columns=known)

@@ -1,4 +1,5 @@
-"""A hindcast with the spectra of its records: which of them a lift can be done in, record by record, by the frequency road."""
+"""A hindcast with the spectra of its records: which of them a lift can be done in, record by record, by the frequency
+road."""
 
 from __future__ import annotations
 
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     import xarray
 
 
-
 def spectral_weather(
     plan: LiftPlan,
     alternatives: Sequence[Alternative],
@@ -36,11 +36,12 @@ def spectral_weather(
 ) -> xarray.Dataset:
     """How much of its limits a lift uses in every record of a hindcast, and whether it can be done.
 
-    Parameters: waves, measured or hindcast spectra or states with a direction, where the bow points for all of them (`Waves.ship`), or one
-    direction of travel from the bow (`Waves.beta`). elsewhere: limiting heights (n,) [m] of the phases that the road does not tell, record
-    by record, as a limit table reads them (`stillhook.plan.table.table.LimitTable.at`); without them the splash zone is left out.
-    Returns over alternative and time: utilisation [-], the largest over phases and rules, NaN where the record is missing;
-    workable_record, 1 where it is 1 at most, else 0 (missing ones: 0); over alternative, phase and time: utilisation_phase. Every phase is
+    Parameters: waves, measured or hindcast spectra or states with a direction, where the bow points for all of them
+    (`Waves.ship`), or one direction of travel from the bow (`Waves.beta`). elsewhere: limiting heights (n,) [m] of the
+    phases that the road does not tell, record by record, as a limit table reads them
+    (`stillhook.plan.table.table.LimitTable.at`); without them the splash zone is left out. Returns over alternative and
+    time: utilisation [-], the largest over phases and rules, NaN where the record is missing; workable_record, 1 where
+    it is 1 at most, else 0 (missing ones: 0); over alternative, phase and time: utilisation_phase. Every phase is
     looked at at its ends and its middle. attrs: left_out, phases not told.
     Errors: PlanError for one sea alone; as `stillhook.plan.tiers.frequency.frequency`.
     """
@@ -51,13 +52,19 @@ def spectral_weather(
     places = sorted({(s.x, s.y) for _, parts in phases for s in parts})
     forcing = {place: forcing_of_waves(waves, plan.vessel, *place) for place in places}
     H = np.asarray(waves.of.H_m0, dtype=np.float64)
-    seas = Seas(H, np.asarray(waves.of.T_p, dtype=np.float64), np.full(len(H), math.nan if waves.beta is None else waves.beta))
+    seas = Seas(
+        H, np.asarray(waves.of.T_p, dtype=np.float64), np.full(len(H), math.nan if waves.beta is None else waves.beta)
+    )
     winch = winches_of(plan, every, alternatives, progress)
     used = np.full((len(alternatives), len(phases), len(H)), np.nan)
     for k, look in enumerate(phases):
         for demand in demands(plan, alternatives, seas, [look], forcing, winch):
             rules = limited(plan, look[0], demand.alternative)
-            told = [utilisation(each, demand.values[each.rule.quantity]) for each in rules if each.rule.quantity in demand.values]
+            told = [
+                utilisation(each, demand.values[each.rule.quantity])
+                for each in rules
+                if each.rule.quantity in demand.values
+            ]
             used[alternatives.index(demand.alternative), k] = _largest(told, len(H))
     return _labelled(plan, alternatives, waves, phases, used, _with(used.swapaxes(0, 1), alternatives, H, elsewhere))
 
@@ -68,7 +75,10 @@ def _largest(rows: Sequence[FloatArray], n: int) -> FloatArray:
 
 
 def _with(
-    by_phase: FloatArray, alternatives: Sequence[Alternative], H: FloatArray, elsewhere: Mapping[Alternative, FloatArray] | None
+    by_phase: FloatArray,
+    alternatives: Sequence[Alternative],
+    H: FloatArray,
+    elsewhere: Mapping[Alternative, FloatArray] | None,
 ) -> FloatArray:
     """Largest utilisation over phases (phase, alternative, n) and what is told elsewhere, (alternative, n)."""
     whole = np.array(np.fmax.reduce(by_phase), dtype=np.float64)
@@ -81,7 +91,12 @@ def _with(
 
 
 def _labelled(
-    plan: LiftPlan, alternatives: Sequence[Alternative], waves: Waves, phases: Looks, used: FloatArray, whole: FloatArray
+    plan: LiftPlan,
+    alternatives: Sequence[Alternative],
+    waves: Waves,
+    phases: Looks,
+    used: FloatArray,
+    whole: FloatArray,
 ) -> xarray.Dataset:
     import xarray  # heavy: only where results are labelled
 
@@ -94,6 +109,10 @@ def _labelled(
         "workable_record": (("alternative", "time"), workable, attributes("workable_record")),
         "utilisation_phase": (("alternative", "phase", "time"), used, attributes("utilisation")),
     }
-    coords = {"alternative": [str(a) for a in alternatives], "phase": told, "time": waves.of.time.astype("datetime64[ns]")}
+    coords = {
+        "alternative": [str(a) for a in alternatives],
+        "phase": told,
+        "time": waves.of.time.astype("datetime64[ns]"),
+    }
     left = ", ".join(phase.name for phase in plan.phases if phase.name not in told)
     return xarray.Dataset(columns, coords, {"waves": waves.describe(), "left_out": left})

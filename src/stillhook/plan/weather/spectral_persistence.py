@@ -1,11 +1,13 @@
-"""How long a lift waits in a hindcast with the spectra of its records: every record judged by the frequency road, not by a table.
+"""How long a lift waits in a hindcast with the spectra of its records: every record judged by the frequency road, not
+by a table.
 
-The forecast factor is in it: a record counts as workable if the lift could still be done were its waves as high as the limit whose OP_WF
-they are, H with alpha(H) H = H_m0, and never lower than the least height for which the table has an alpha. What the road does not tell (the
-payload in the surface) is judged by the plan's table in closed form.
+The forecast factor is in it: a record counts as workable if the lift could still be done were its waves as high as the
+limit whose OP_WF they are, H with alpha(H) H = H_m0, and never lower than the least height for which the table has an
+alpha. What the road does not tell (the payload in the surface) is judged by the plan's table in closed form.
 
-Waves of one direction from the bow are those of a vessel that chooses its heading. Where the records tell where their waves come from, it
-keeps that heading through an operation: records count in which waves are off by the plan's heading tolerance at most.
+Waves of one direction from the bow are those of a vessel that chooses its heading. Where the records tell where their
+waves come from, it keeps that heading through an operation: records count in which waves are off by the plan's heading
+tolerance at most.
 """
 
 from __future__ import annotations
@@ -48,7 +50,11 @@ HIGHEST = 40.0
 
 
 def spectral_persistence(
-    plan: LiftPlan, waves: Waves, table: AlphaTable, alternatives: Sequence[Alternative] = (), progress: Progress | None = None
+    plan: LiftPlan,
+    waves: Waves,
+    table: AlphaTable,
+    alternatives: Sequence[Alternative] = (),
+    progress: Progress | None = None,
 ) -> dict[str, Any]:
     """Windows of T_R and waits of every alternative (of the plan, without any given), by name [SI].
 
@@ -72,24 +78,44 @@ def spectral_persistence(
         one = persistence(good & reached, time, step, T_R, valid=valid)
         rows.append({"alternative": str(alternative)} | one.numbers() | {"months": [m.numbers() for m in one.months]})
     surface = [f"{left}: by the plan's table in closed form"] if left else []
-    notes = [*surface, *headed, "limits as each alternative tells them, not as credited; alpha is in them", *waves.of.notes]
+    notes = [
+        *surface,
+        *headed,
+        "limits as each alternative tells them, not as credited; alpha is in them",
+        *waves.of.notes,
+    ]
     return {
-        "plan": plan.name, "file": waves.of.source, "waves": waves.describe(), "start": stamp(time[0]), "end": stamp(time[-1]),
-        "step": step, "n_records": len(time), "n_valid": int(np.count_nonzero(valid)), "T_POP": plan.T_POP, "T_R": T_R,
-        "table": table.source, "alternatives": rows, "notes": notes,
-    }  # fmt: skip
+        "plan": plan.name,
+        "file": waves.of.source,
+        "waves": waves.describe(),
+        "start": stamp(time[0]),
+        "end": stamp(time[-1]),
+        "step": step,
+        "n_records": len(time),
+        "n_valid": int(np.count_nonzero(valid)),
+        "T_POP": plan.T_POP,
+        "T_R": T_R,
+        "table": table.source,
+        "alternatives": rows,
+        "notes": notes,
+    }
 
 
 def _reached(plan: LiftPlan, waves: Waves) -> tuple[BoolArray, list[str]]:
-    """Whether waves of each record are those that it was judged for, at each heading that a vessel may keep (heading, n), and a note."""
+    """Whether waves of each record are those that it was judged for, at each heading that a vessel may keep (heading,
+    n), and a note."""
     assert not isinstance(waves.of, Sea)
-    come_from = np.full(len(waves.of.time), np.nan) if waves.beta is None else np.asarray(waves.of.come_from, dtype=np.float64)
+    come_from = (
+        np.full(len(waves.of.time), np.nan) if waves.beta is None else np.asarray(waves.of.come_from, dtype=np.float64)
+    )
     if waves.beta is None or not np.isfinite(come_from).any():
         return np.ones((1, len(come_from)), dtype=np.bool_), []
     tolerance, side = plan.environment.heading_tolerance, waves.beta
     off = [np.abs((relative(come_from, float(ship)) - side + math.pi) % FULL - math.pi) for ship in free_headings()]
     within = f"within {show(tolerance, 'angle', 4)} of {show(side, 'angle', 4)} from the bow"
-    return np.stack(off) <= tolerance + SAME, [f"vessel free to turn: one heading through each operation, waves {within}"]
+    return np.stack(off) <= tolerance + SAME, [
+        f"vessel free to turn: one heading through each operation, waves {within}"
+    ]
 
 
 def raised_heights(table: AlphaTable, H: FloatArray, T_POP: float) -> FloatArray:
@@ -107,7 +133,9 @@ def _raised(of: SpectrumSeries | SeaStates, H: FloatArray) -> SpectrumSeries | S
     return replace(of, S=of.S * factor[:, None] ** 2)
 
 
-def _in_the_surface(plan: LiftPlan, waves: Waves, alternatives: Sequence[Alternative]) -> tuple[dict[Alternative, FloatArray], str]:
+def _in_the_surface(
+    plan: LiftPlan, waves: Waves, alternatives: Sequence[Alternative]
+) -> tuple[dict[Alternative, FloatArray], str]:
     """Limiting heights (n,) of the phases that the road does not tell, record by record, and which phases these are."""
     assert not isinstance(waves.of, Sea)
     told = {phase.name for phase, _ in looked_at(plan)}
@@ -116,13 +144,20 @@ def _in_the_surface(plan: LiftPlan, waves: Waves, alternatives: Sequence[Alterna
         return {}, ""
     axes, seas = Axes.of(plan), plan.environment.table()
     pairs = [(phase, a) for phase in phases for a in alternatives]
-    limits = [limits_of(closed_form(plan, phase, seas, a), limited(plan, phase, a), calm(plan, phase, a)) for phase, a in pairs]
+    limits = [
+        limits_of(closed_form(plan, phase, seas, a), limited(plan, phase, a), calm(plan, phase, a))
+        for phase, a in pairs
+    ]
     table = governed(chosen(gathered(axes, limits)))
     beta = _beta(waves)
     highest, tolerance = max(plan.environment.Hs), plan.environment.heading_tolerance
     of = {a: table.Hs[axes.alternatives.index(a)] for a in alternatives}
-    read = {a: LimitTable(Hs, np.array(axes.headings), np.array(axes.periods), tolerance, highest) for a, Hs in of.items()}
-    return {a: each.at(np.asarray(waves.of.T_p), beta) for a, each in read.items()}, ", ".join(phase.name for phase in phases)
+    read = {
+        a: LimitTable(Hs, np.array(axes.headings), np.array(axes.periods), tolerance, highest) for a, Hs in of.items()
+    }
+    return {a: each.at(np.asarray(waves.of.T_p), beta) for a, each in read.items()}, ", ".join(
+        phase.name for phase in phases
+    )
 
 
 def _beta(waves: Waves) -> FloatArray:

@@ -1,9 +1,11 @@
-"""What limits are worth in weather: how often one can work, how long one waits, and what each alternative gains over the others.
+"""What limits are worth in weather: how often one can work, how long one waits, and what each alternative gains over
+the others.
 
-The operation needs a window of T_R in which the sea stays under OP_WF, the limit lowered by alpha because forecasts err. A record is
-workable where its height is at most OP_WF of its period and direction (`LimitTable.at`); a vessel free to turn keeps one heading through
-the window (`stillhook.plan.weather.headings`). Below the lowest height of the table of alpha no
-factor is told (case by case); so that such limits can be compared at all, the lowest one is taken here, which flatters them.
+The operation needs a window of T_R in which the sea stays under OP_WF, the limit lowered by alpha because forecasts
+err. A record is workable where its height is at most OP_WF of its period and direction (`LimitTable.at`); a vessel free
+to turn keeps one heading through the window (`stillhook.plan.weather.headings`). Below the lowest height of the table
+of alpha no factor is told (case by case); so that such limits can be compared at all, the lowest one is taken here,
+which flatters them.
 """
 
 from __future__ import annotations
@@ -48,14 +50,15 @@ CLASSIC = (Alternative.NS, Alternative.HS)
 SYNTHETIC = "synthetic"
 """Word by which a source or its notes say that weather was made up."""
 PEAKED = 3.3
-"""Peak enhancement between which and 1 the peak period of a sea is taken to lie where only its zero-crossing period is known."""
+"""Peak enhancement between which and 1 the peak period of a sea is taken to lie where only its zero-crossing period is
+known."""
 
 
 @dataclass(frozen=True, eq=False)
 class Forecast:
-    """Forecast factors of every cell (credit, alternative, heading, period): alpha [1], op_wf [m], NaN where the table tells none; used
-    [m], op_wf with the factor of the table's lowest height below that height; T_R [s]; restricted, whether the operation is weather
-    restricted; why: what the table says of cells that it leaves open."""
+    """Forecast factors of every cell (credit, alternative, heading, period): alpha [1], op_wf [m], NaN where the table
+    tells none; used [m], op_wf with the factor of the table's lowest height below that height; T_R [s]; restricted,
+    whether the operation is weather restricted; why: what the table says of cells that it leaves open."""
 
     alpha: FloatArray = field(repr=False)
     op_wf: FloatArray = field(repr=False)
@@ -66,7 +69,9 @@ class Forecast:
     table: AlphaTable = field(repr=False)
 
 
-def forecast_limits(plan: LiftPlan, table: AlphaTable, limits: Mapping[Credit, Governed], Hs_highest: float) -> Forecast:
+def forecast_limits(
+    plan: LiftPlan, table: AlphaTable, limits: Mapping[Credit, Governed], Hs_highest: float
+) -> Forecast:
     """alpha and OP_WF of every limit; one above the highest sea that was asked is taken as that height."""
     Hs = np.stack([np.minimum(limits[credit].Hs, Hs_highest) for credit in CREDITS])
     T_R, restricted = reference_period(table, plan.T_POP, plan.T_C)
@@ -80,8 +85,10 @@ def forecast_limits(plan: LiftPlan, table: AlphaTable, limits: Mapping[Credit, G
 
 @dataclass(frozen=True, eq=False)
 class WeatherValue:
-    """Persistence of each alternative's workable weather by credit, each with its months; waits from every record (n,) [s], NaN where no
-    start follows, and month (n,) of the record; best_classic by credit, None without one; notes on how the weather was read."""
+    """Persistence of each alternative's workable weather by credit, each with its months; waits from every record (n,)
+    [s], NaN where no start follows, and month (n,) of the record; best_classic by credit, None without one; notes on
+    how the weather was read.
+    """
 
     found: Mapping[tuple[Credit, Alternative], Persistence] = field(repr=False)
     waits: Mapping[tuple[Credit, Alternative], FloatArray] = field(repr=False)
@@ -94,7 +101,8 @@ class WeatherValue:
 def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weather, Hs_highest: float) -> WeatherValue:
     """How each alternative fares in the weather.
 
-    Errors: WeatherError where the weather does not tell the height, or no direction though the vessel's heading is fixed.
+    Errors: WeatherError where the weather does not tell the height, or no direction though the vessel's heading is
+    fixed.
     """
     seas, notes = seas_of(plan, weather)
     headings: KeptHeadings | None = None  # the same for every table of a plan
@@ -103,11 +111,15 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
     for c, credit in enumerate(CREDITS):
         for a, alternative in enumerate(axes.alternatives):
             op_wf = np.nan_to_num(forecast.used[c, a], nan=0.0)
-            table = LimitTable(op_wf, np.array(axes.headings), np.array(axes.periods), plan.environment.heading_tolerance, Hs_highest)
+            table = LimitTable(
+                op_wf, np.array(axes.headings), np.array(axes.periods), plan.environment.heading_tolerance, Hs_highest
+            )
             headings = headings or KeptHeadings.of(table, len(weather), seas.come_from, seas.ship)
             limit = headings.limits(table, seas.periods)
             good = np.asarray((seas.Hs <= limit) & (limit > 0.0))
-            found[credit, alternative] = persistence(good, weather.time, weather.step, forecast.T_R, valid=np.isfinite(seas.Hs))
+            found[credit, alternative] = persistence(
+                good, weather.time, weather.step, forecast.T_R, valid=np.isfinite(seas.Hs)
+            )
             can_start = windows_of(good, weather.time, weather.step).starts(forecast.T_R)
             waited[credit, alternative] = waits(can_start, weather.time)
     best = {credit: _best(found, credit, [a for a in CLASSIC if a in axes.alternatives]) for credit in CREDITS}
@@ -117,8 +129,10 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
 
 @dataclass(frozen=True, eq=False)
 class Records:
-    """Records as the tables want them: Hs (n,) [m], one or two readings of the peak period (n,) [s], come_from (n,) [rad from north] or
-    None where the weather tells no direction; ship: where the bow points [rad from north], None where it is free to turn."""
+    """Records as the tables want them: Hs (n,) [m], one or two readings of the peak period (n,) [s], come_from (n,)
+    [rad from north] or None where the weather tells no direction; ship: where the bow points [rad from north], None
+    where it is free to turn.
+    """
 
     Hs: FloatArray
     periods: tuple[FloatArray, ...]
@@ -140,23 +154,34 @@ def seas_of(plan: LiftPlan, weather: Weather) -> tuple[Records, tuple[str, ...]]
     if ship is not None and come_from is None:
         why = next((f" ({note})" for note in weather.notes if "direction" in note), "")
         raise WeatherError(
-            f"{weather.source}: tells no direction of waves{why}, and weather.ship holds the vessel's heading at {show(ship, 'angle', 4)}. "
-            "Say what the file's directions mean by weather.sense, or leave weather.ship out."
+            f"{weather.source}: tells no direction of waves{why}, and weather.ship holds the vessel's heading at"
+            f" {show(ship, 'angle', 4)}. Say what the file's directions mean by weather.sense, or leave weather.ship"
+            " out."
         )
     seas = Records(Hs, periods, come_from, ship)
-    held = free_to_turn(come_from is not None) if ship is None else f"vessel's heading fixed at {show(ship, 'angle', 4)} from north"
+    held = (
+        free_to_turn(come_from is not None)
+        if ship is None
+        else f"vessel's heading fixed at {show(ship, 'angle', 4)} from north"
+    )
     return seas, (*([said] if said else []), held, *_outside(plan, seas))
 
 
 def free_to_turn(directions: bool) -> str:
     """What a vessel free to turn does, in words; directions: whether the weather tells those of waves."""
     if directions:
-        return f"vessel free to turn: one heading through each operation, the best of every {show(FREE_STEP, 'angle', 4)}"
-    return "vessel free to turn, and no direction of waves: they are taken to stay on one side of it through each operation, which flatters"
+        return (
+            f"vessel free to turn: one heading through each operation, the best of every {show(FREE_STEP, 'angle', 4)}"
+        )
+    return (
+        "vessel free to turn, and no direction of waves: they are taken to stay on one side of it through each"
+        " operation, which flatters"
+    )
 
 
 def _outside(plan: LiftPlan, seas: Records) -> list[str]:
-    """How many of the records the plan's table does not reach, where its limit is 0 m: that is the table's and not the weather's."""
+    """How many of the records the plan's table does not reach, where its limit is 0 m: that is the table's and not the
+    weather's."""
     words = {
         "above_period": f"lie above {max(plan.environment.Tp):g} s, the highest period of the table",
         "outside_headings": "have waves outside the table's headings",
@@ -168,8 +193,8 @@ def _outside(plan: LiftPlan, seas: Records) -> list[str]:
 
 
 def outside(plan: LiftPlan, seas: Records) -> dict[str, float]:
-    """Shares of records that the plan's table does not reach: above its highest period (of which one reading is enough), beside its
-    headings where the ship holds one, or without a direction; outside: any of these."""
+    """Shares of records that the plan's table does not reach: above its highest period (of which one reading is
+    enough), beside its headings where the ship holds one, or without a direction; outside: any of these."""
     env = plan.environment
     high = np.any([period > max(env.Tp) for period in seas.periods], axis=0)
     blind = np.zeros_like(high) if seas.come_from is None else np.isnan(seas.come_from)
@@ -182,44 +207,53 @@ def outside(plan: LiftPlan, seas: Records) -> dict[str, float]:
 
 
 def check_headings(plan: LiftPlan, ship: float | None, directions: bool) -> None:
-    """Refuse headings that tell of no sea from beside them; directions: whether the weather tells those of waves. Errors: PlanError; ship
-    as in `WeatherUse`."""
+    """Refuse headings that tell of no sea from beside them; directions: whether the weather tells those of waves.
+    Errors: PlanError; ship as in `WeatherUse`."""
     env = plan.environment
     headings, tolerance = np.array(env.headings), env.heading_tolerance
     there = ", ".join(show(beta, "angle", 4) for beta in env.headings)
     if ship is None and not kept(headings, tolerance).any():
         raise PlanError(
-            f"environment.headings {there}: none can be kept within {show(tolerance, 'angle', 4)} (heading_tolerance), for no neighbours "
-            "span that on both sides of it. For weather, give headings on both sides such as 165, 180 and 195 deg, a smaller "
-            "heading_tolerance, or weather.ship."
+            f"environment.headings {there}: none can be kept within {show(tolerance, 'angle', 4)} (heading_tolerance),"
+            " for no neighbours span that on both sides of it. For weather, give headings on both sides such as 165,"
+            " 180 and 195 deg, a smaller heading_tolerance, or weather.ship."
         )
     apart = np.diff(np.sort(np.append(headings, headings.min() + FULL)))
     if directions and not (apart <= 2.0 * tolerance * (1.0 + SAME)).any():
         raise PlanError(
-            f"environment.headings {there}: no two are within {show(2.0 * tolerance, 'angle', 4)} (twice heading_tolerance), and nothing "
-            "is told between them. For weather with directions of waves, give neighbours."
+            f"environment.headings {there}: no two are within {show(2.0 * tolerance, 'angle', 4)} (twice"
+            " heading_tolerance), and nothing is told between them. For weather with directions of waves, give"
+            " neighbours."
         )
 
 
 def _periods(weather: Weather, n: int) -> tuple[tuple[FloatArray, ...], str]:
-    """Readings of the peak period, of which the worse counts, and how they were come by where the weather does not tell it."""
+    """Readings of the peak period, of which the worse counts, and how they were come by where the weather does not tell
+    it."""
     if "T_p" in weather.columns:
         return (weather.columns["T_p"],), ""
     if "T_m02" not in weather.columns:
         return (np.full(n, np.nan),), "no period in the weather: the worst period of the table counts in every record"
     ratios = [spectrum.T_m02 / spectrum.T_p for spectrum in (pierson_moskowitz(2.0, 9.0), Jonswap(2.0, 9.0, PEAKED))]
-    said = f"no peak period in the weather: T_z over {ratios[0]:.3f} and over {ratios[1]:.3f} (gamma 1 and {PEAKED:g}), the worse of both"
+    said = (
+        f"no peak period in the weather: T_z over {ratios[0]:.3f} and over {ratios[1]:.3f} (gamma 1 and {PEAKED:g}),"
+        " the worse of both"
+    )
     return tuple(weather.columns["T_m02"] / r for r in ratios), said
 
 
-def _best(found: Mapping[tuple[Credit, Alternative], Persistence], credit: Credit, of: list[Alternative]) -> Alternative | None:
+def _best(
+    found: Mapping[tuple[Credit, Alternative], Persistence], credit: Credit, of: list[Alternative]
+) -> Alternative | None:
     """The one in which work can start most often."""
     return max(of, key=lambda a: found[credit, a].start_share, default=None)
 
 
-def weather_block(plan: LiftPlan, value: WeatherValue, axes: Axes, weather: Weather, forecast: Forecast) -> xarray.Dataset:
-    """The Dataset of a result: dims credit, alternative, month (0 the whole year), over. A month without records is NaN. attrs say which
-    weather, read how."""
+def weather_block(
+    plan: LiftPlan, value: WeatherValue, axes: Axes, weather: Weather, forecast: Forecast
+) -> xarray.Dataset:
+    """The Dataset of a result: dims credit, alternative, month (0 the whole year), over. A month without records is
+    NaN. attrs say which weather, read how."""
     import xarray
 
     shape = (len(CREDITS), len(axes.alternatives), 13)
@@ -236,7 +270,12 @@ def weather_block(plan: LiftPlan, value: WeatherValue, axes: Axes, weather: Weat
     data = {name: (dims, values, attributes(name)) for name, values in told.items()}
     both = (("hours_gained", hours), ("days_gained", days))
     gains = {name: ((*dims, "over"), np.moveaxis(a, 0, -1), attributes(name)) for name, a in both}
-    coords = {"credit": list(CREDITS), "alternative": [a.value for a in axes.alternatives], "month": np.arange(13), "over": list(OVER)}
+    coords = {
+        "credit": list(CREDITS),
+        "alternative": [a.value for a in axes.alternatives],
+        "month": np.arange(13),
+        "over": list(OVER),
+    }
     best = {f"best_classic_{credit}": a.value if a else "" for credit, a in value.best_classic.items()}
     return xarray.Dataset({**data, **gains}, coords=coords, attrs={**_described(plan, weather, forecast), **best})
 
@@ -248,18 +287,27 @@ def _described(plan: LiftPlan, weather: Weather, forecast: Forecast) -> dict[str
     seas, _ = seas_of(plan, weather)
     synthetic = any(SYNTHETIC in text.lower() for text in (weather.source, *weather.notes))
     return {
-        "source": weather.source, "synthetic": int(synthetic), "first": str(first), "last": str(last), "step": weather.step,
-        "window": forecast.T_R, "T_R": forecast.T_R, "T_POP": plan.T_POP, "alpha_table": forecast.table.source,
-        "limit": "wave height at most OP_WF of its period and direction", "free": int(ship is None),
-        "ship": math.nan if ship is None else ship, **outside(plan, seas),
-    }  # fmt: skip
+        "source": weather.source,
+        "synthetic": int(synthetic),
+        "first": str(first),
+        "last": str(last),
+        "step": weather.step,
+        "window": forecast.T_R,
+        "T_R": forecast.T_R,
+        "T_POP": plan.T_POP,
+        "alpha_table": forecast.table.source,
+        "limit": "wave height at most OP_WF of its period and direction",
+        "free": int(ship is None),
+        "ship": math.nan if ship is None else ship,
+        **outside(plan, seas),
+    }
 
 
 def _gained(axes: Axes, value: WeatherValue, operability: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Workable hours more and days of waiting less than each of `OVER` (over, credit, alternative, month).
 
-    Days are means over the starts from which both get their window within the series: means over different starts cannot be subtracted, for
-    one who hardly ever works has most of his long waits censored and looks quick.
+    Days are means over the starts from which both get their window within the series: means over different starts
+    cannot be subtracted, for one who hardly ever works has most of his long waits censored and looks quick.
     """
     hours = np.full((len(OVER), *operability.shape), np.nan)
     days = hours.copy()
@@ -271,7 +319,9 @@ def _gained(axes: Axes, value: WeatherValue, operability: FloatArray) -> tuple[F
                 continue
             hours[o, c] = length * (operability[c] - operability[c, axes.alternatives.index(other)])
             for a, alternative in enumerate(axes.alternatives):
-                days[o, c, a] = _mean_by_month(value.waits[credit, other] - value.waits[credit, alternative], value.month) / DAY
+                days[o, c, a] = (
+                    _mean_by_month(value.waits[credit, other] - value.waits[credit, alternative], value.month) / DAY
+                )
     return hours, days
 
 

@@ -1,4 +1,5 @@
-"""Pictures of a lowering: panels over time, a strip of moments at the surface and at the seabed, and an animation of the same."""
+"""Pictures of a lowering: panels over time, a strip of moments at the surface and at the seabed, and an animation of
+the same."""
 
 from __future__ import annotations
 
@@ -28,21 +29,26 @@ MOMENTS = 8
 FRAMES_PER_SECOND, FRAMES = 10, 150
 """Of an animation; a stretch longer than fifteen seconds runs faster than it did."""
 MEAN = 30.0
-"""Window whose mean is taken off a height, so that the stretch of the wire goes with it [s]: the window of the control error."""
+"""Window whose mean is taken off a height, so that the stretch of the wire goes with it [s]: the window of the control
+error."""
 
 
 class Limits(NamedTuple):
-    """Lines that a picture shows: F_max highest tension at the crane tip [N]; p_relief relief of the active circuit [Pa]."""
+    """Lines that a picture shows: F_max highest tension at the crane tip [N]; p_relief relief of the active circuit
+    [Pa]."""
 
     F_max: float
     p_relief: float
 
 
-def lowering_panels(run: xarray.Dataset, lift: Lowering, static: FloatArray, limits: Limits, *, title: str = "") -> Figure:
-    """Depth, tension, dynamic factor, motion, control error and pressures over time; stages are told apart by their shade.
+def lowering_panels(
+    run: xarray.Dataset, lift: Lowering, static: FloatArray, limits: Limits, *, title: str = ""
+) -> Figure:
+    """Depth, tension, dynamic factor, motion, control error and pressures over time; stages are told apart by their
+    shade.
 
-    run: series of one lowering, names of `stillhook.variables`; static: tension at the crane tip with everything at rest at the depth and
-    wetness of the moment [N], one for each time.
+    run: series of one lowering, names of `stillhook.variables`; static: tension at the crane tip with everything at
+    rest at the depth and wetness of the moment [N], one for each time.
     """
     from matplotlib.figure import Figure
 
@@ -106,7 +112,8 @@ def _motion(ax: Axes, run: xarray.Dataset, lift: Lowering, t: FloatArray) -> Non
 
 
 def asked_path(run: xarray.Dataset, lift: Lowering, t: FloatArray) -> FloatArray:
-    """Height that the joystick asks for [m]: what splash mode adds to it counts as motion, and so does a correction of leakage."""
+    """Height that the joystick asks for [m]: what splash mode adds to it counts as motion, and so does a correction of
+    leakage."""
     v, stage = np.array(run["v_op"].values), run["stage_number"].values.astype(int)
     adds = [each.mode in (StageMode.SPLASH, StageMode.MANUAL) for each in lift.programme]
     step = lift.winch.ramp * float(t[1] - t[0])
@@ -156,7 +163,9 @@ def _stage_names(ax: Axes, run: xarray.Dataset, lift: Lowering, t: FloatArray) -
         text = "done" if stage >= len(lift.programme) else lift.programme[stage].name or str(lift.programme[stage].mode)
         if t[b] - t[a] > 0.02 * whole:
             middle = 0.5 * float(t[a] + t[b])
-            ax.text(middle, 1.02, text, transform=ax.get_xaxis_transform(), ha="center", fontsize="small", clip_on=False)
+            ax.text(
+                middle, 1.02, text, transform=ax.get_xaxis_transform(), ha="center", fontsize="small", clip_on=False
+            )
 
 
 class Stretch(NamedTuple):
@@ -184,7 +193,8 @@ def stretches(run: xarray.Dataset, lift: Lowering) -> list[Stretch]:
 
 
 def strip(run: xarray.Dataset, lift: Lowering, *, title: str = "") -> Figure:
-    """Moments of a lowering side by side: payload, slings, water and seabed, to scale; a row for the surface, one for the seabed."""
+    """Moments of a lowering side by side: payload, slings, water and seabed, to scale; a row for the surface, one for
+    the seabed."""
     from matplotlib.figure import Figure
 
     rows = stretches(run, lift) or [Stretch("", 0, run.sizes["time"] - 1)]
@@ -195,11 +205,16 @@ def strip(run: xarray.Dataset, lift: Lowering, *, title: str = "") -> Figure:
     for row, axes, bounds in zip(rows, grid, views, strict=True):
         for ax, i in zip(axes, np.linspace(row.first, row.last, MOMENTS).astype(int), strict=True):
             draw(ax, run, lift, int(i), bounds)
-            ax.set_title(f"{float(run['time'][i]):.1f} s\n{in_display(float(run['F_sling'][i]), 'force'):.0f} kN", fontsize="small")
+            ax.set_title(
+                f"{float(run['time'][i]):.1f} s\n{in_display(float(run['F_sling'][i]), 'force'):.0f} kN",
+                fontsize="small",
+            )
         axes[0].set_ylabel(f"{row.name}\nheight above still water [m]")
         for ax in axes[1:]:
             ax.set_yticklabels([])
-    figure.suptitle("\n".join(textwrap.wrap(f"{title} (below each time: tension of the slings)", 140)), fontsize="medium")
+    figure.suptitle(
+        "\n".join(textwrap.wrap(f"{title} (below each time: tension of the slings)", 140)), fontsize="medium"
+    )
     return figure
 
 
@@ -238,7 +253,12 @@ def draw(ax: Axes, run: xarray.Dataset, lift: Lowering, i: int, bounds: Bounds) 
     ax.add_patch(Rectangle((-w, z), 2.0 * w, H, facecolor=STEEL, edgecolor="black", lw=0.8, alpha=0.9))
     for side in (-w, w):
         sag = 0.25 * w if slack else 0.0
-        ax.plot([side, 0.5 * side + math.copysign(sag, side), 0.0], [top, 0.5 * (top + hook), hook], color=COLOURS[1], lw=1.0)
+        ax.plot(
+            [side, 0.5 * side + math.copysign(sag, side), 0.0],
+            [top, 0.5 * (top + hook), hook],
+            color=COLOURS[1],
+            lw=1.0,
+        )
     ax.plot([0.0, 0.0], [hook, bounds.high], color="black", lw=1.2)
     ax.plot([0.0], [hook], marker="s", color="black", ms=4)
     ax.set_xlim(-half, half)
@@ -248,7 +268,8 @@ def draw(ax: Axes, run: xarray.Dataset, lift: Lowering, i: int, bounds: Bounds) 
 
 
 def save_animation(run: xarray.Dataset, lift: Lowering, path: str | Path, *, title: str = "") -> Path:
-    """A GIF of the first stretch worth a picture: payload beside the tensions. The file appears only when it is complete."""
+    """A GIF of the first stretch worth a picture: payload beside the tensions. The file appears only when it is
+    complete."""
     from matplotlib.animation import FuncAnimation, PillowWriter
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

@@ -1,4 +1,5 @@
-"""The four-panel figure of the thesis (wire speed, A-side pressure, control error, pump and motor setting) for any set of runs."""
+"""The four-panel figure of the thesis (wire speed, A-side pressure, control error, pump and motor setting) for any set
+of runs."""
 
 from __future__ import annotations
 
@@ -19,7 +20,9 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#0
 GREY = "#777777"
 
 
-def four_panels(runs: Mapping[str, xarray.Dataset], *, title: str = "", start: float = 0.0, end: float | None = None) -> Figure:
+def four_panels(
+    runs: Mapping[str, xarray.Dataset], *, title: str = "", start: float = 0.0, end: float | None = None
+) -> Figure:
     """Wire speed, A-side pressure, control error, pump and motor setting over time, one colour a run.
 
     Parameters: runs label -> Dataset with the names of `stillhook.variables` (simulated or measured); start, end [s].
@@ -34,7 +37,9 @@ def four_panels(runs: Mapping[str, xarray.Dataset], *, title: str = "", start: f
     if "v_tip" in first:
         cut = first.sel(window)
         wanted = cut.get("v_op", 0.0 * cut["v_tip"]) - cut["v_tip"]
-        axes[0].plot(cut["time"], [in_display(v, "speed") for v in wanted.values], color=GREY, ls="--", lw=1, label="wanted")
+        axes[0].plot(
+            cut["time"], [in_display(v, "speed") for v in wanted.values], color=GREY, ls="--", lw=1, label="wanted"
+        )
     for colour, (label, run) in zip(COLOURS * 2, runs.items(), strict=False):
         cut = run.sel(window)
         _panel(axes[0], cut, "v_w", "speed", colour, label)
@@ -56,7 +61,15 @@ def four_panels(runs: Mapping[str, xarray.Dataset], *, title: str = "", start: f
     axes[0].set_xlim(start, float(first["time"][-1]) if end is None else end)
     figure.suptitle("\n".join(textwrap.wrap(title, 110)), fontsize="medium")
     handles, labels = axes[0].get_legend_handles_labels()
-    axes[0].legend(handles, labels, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(labels), fontsize="small", frameon=False)
+    axes[0].legend(
+        handles,
+        labels,
+        loc="lower center",
+        bbox_to_anchor=(0.5, 1.0),
+        ncols=len(labels),
+        fontsize="small",
+        frameon=False,
+    )
     figure.align_ylabels(axes)
     return figure
 
@@ -65,7 +78,14 @@ def _panel(ax: Any, run: xarray.Dataset, name: str, kind: str, colour: str, labe
     if name not in run:
         return
     values = run[name].values
-    ax.plot(run["time"], [in_display(v, kind) for v in values] if kind else values, color=colour, lw=1.2, label=label, **style)
+    ax.plot(
+        run["time"],
+        [in_display(v, kind) for v in values] if kind else values,
+        color=colour,
+        lw=1.2,
+        label=label,
+        **style,
+    )
 
 
 def save_figure(figure: Figure, path: str | Path) -> Path:

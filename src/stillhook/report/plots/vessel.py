@@ -21,7 +21,8 @@ LONGEST = 30.0  # s: shown of longer tables
 
 
 def vessel_figure(rao: Rao, point: tuple[float, float] | None = None) -> Figure:
-    """Amplitudes over period of six motions, and with a point (x, y) [m] of its vertical motion; dots: the table, curves: what is used."""
+    """Amplitudes over period of six motions, and with a point (x, y) [m] of its vertical motion; dots: the table,
+    curves: what is used."""
     from matplotlib.figure import Figure  # heavy: only where pictures are wanted
 
     figure = Figure(figsize=(11.0, 8.0 if point is None else 10.5), layout="constrained")
@@ -34,7 +35,14 @@ def vessel_figure(rao: Rao, point: tuple[float, float] | None = None) -> Figure:
         _dots(ax, rao, scale, d)
         limit = scale * float(np.abs(long_wave_limits(np.array([_STEEPEST[dof]]))[d, 0]))
         top = ax.get_ylim()[1]
-        ax.plot(period, limit * long_wave_scales(omega, rao.depth)[d], color=GREY, lw=0.8, ls=":", label="body that rides on the water")
+        ax.plot(
+            period,
+            limit * long_wave_scales(omega, rao.depth)[d],
+            color=GREY,
+            lw=0.8,
+            ls=":",
+            label="body that rides on the water",
+        )
         ax.set_ylim(top=top)
         ax.set_title(f"{dof} [{unit}]", fontsize="medium")
     if point is not None:
@@ -48,11 +56,20 @@ def vessel_figure(rao: Rao, point: tuple[float, float] | None = None) -> Figure:
         ax.set_xlabel("wave period [s]")
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize="small", frameon=False)
-    figure.suptitle("\n".join(textwrap.wrap(f"{rao.name}, reference point: {rao.origin or 'not said'}", 110)), fontsize="medium")
+    figure.suptitle(
+        "\n".join(textwrap.wrap(f"{rao.name}, reference point: {rao.origin or 'not said'}", 110)), fontsize="medium"
+    )
     return figure
 
 
-_STEEPEST = {"surge": 0.0, "sway": math.pi / 2.0, "heave": 0.0, "roll": math.pi / 2.0, "pitch": 0.0, "yaw": math.pi / 4.0}
+_STEEPEST = {
+    "surge": 0.0,
+    "sway": math.pi / 2.0,
+    "heave": 0.0,
+    "roll": math.pi / 2.0,
+    "pitch": 0.0,
+    "yaw": math.pi / 4.0,
+}
 """Heading of the largest limit [rad]."""
 
 
@@ -76,7 +93,10 @@ def _points(figure: Any, axes: Any, rao: Rao, period: FloatArray, point: tuple[f
     """Vertical motion of the point with waves from starboard, along, and from port."""
     x, y = point
     omega = 2.0 * math.pi / period
-    for ax, side, title in ((axes[0], 1.0, "from starboard (0 to 180 deg)"), (axes[1], -1.0, "from port (360 to 180 deg)")):
+    for ax, side, title in (
+        (axes[0], 1.0, "from starboard (0 to 180 deg)"),
+        (axes[1], -1.0, "from port (360 to 180 deg)"),
+    ):
         _curves(ax, rao, period, np.abs(rao.vertical(omega, side * _beta(), x, y)))
         ax.set_title(f"point x {x:g} m, y {y:g} m, waves\n{title} [m/m]", fontsize="medium")
     angles = np.radians(np.arange(0.0, 361.0, 5.0))

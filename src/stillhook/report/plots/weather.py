@@ -29,7 +29,11 @@ def persistence_figure(answer: dict[str, Any]) -> Figure:
     window = f"{answer['window'] / HOUR:g} h"
     top.bar(place, [100.0 * m["operability"] for m in months], 0.7, color=COLOURS[5], label="inside all limits")
     top.bar(place, [100.0 * m["start_share"] for m in months], 0.4, color=COLOURS[0], label=f"{window} can start")
-    waits = (("wait_p50", -0.27, COLOURS[2], "P50"), ("wait_mean", 0.0, COLOURS[0], "mean"), ("wait_p90", 0.27, COLOURS[1], "P90"))
+    waits = (
+        ("wait_p50", -0.27, COLOURS[2], "P50"),
+        ("wait_mean", 0.0, COLOURS[0], "mean"),
+        ("wait_p90", 0.27, COLOURS[1], "P90"),
+    )
     for name, shift, colour, label in waits:
         low.bar(place + shift, [m[name] / DAY for m in months], 0.25, color=colour, label=label)
     top.set_ylabel("share of the time [%]")
@@ -46,7 +50,8 @@ def persistence_figure(answer: dict[str, Any]) -> Figure:
 
 
 def forecast_figure(weather: Weather, limits: list[Limit], answer: dict[str, Any]) -> Figure:
-    """What is forecast, the limits as written and times alpha, and when the operation may start, of what `forecast.numbers` gives."""
+    """What is forecast, the limits as written and times alpha, and when the operation may start, of what
+    `forecast.numbers` gives."""
     from matplotlib.figure import Figure  # heavy: only where pictures are wanted
 
     bounded = [limit for limit in limits if KIND[limit.range.name] != "angle" and np.isfinite(limit.range.high)]
@@ -57,7 +62,15 @@ def forecast_figure(weather: Weather, limits: list[Limit], answer: dict[str, Any
     rows = (weather.time >= first) & (weather.time <= last)
     factor = {f["hs"]: f["alpha"] for f in answer["factors"]}
     for ax, name in zip(figure.subplots(len(columns), 1, sharex=True, squeeze=False)[:, 0], columns, strict=True):
-        ax.plot(weather.time[rows], weather.columns[name][rows], color=COLOURS[0], marker=".", ms=3, lw=1.2, label="forecast")
+        ax.plot(
+            weather.time[rows],
+            weather.columns[name][rows],
+            color=COLOURS[0],
+            marker=".",
+            ms=3,
+            lw=1.2,
+            label="forecast",
+        )
         for limit in (b for b in bounded if b.range.name == name):
             alpha = factor.get(limit.range.high) if name == "H_m0" else None
             ax.axhline(limit.range.high, color=GREY, ls="--", lw=1, label=limit.text)

@@ -36,7 +36,8 @@ def write_response(out: Path, data: xarray.Dataset, answer: dict[str, Any], figu
 
 
 def year_figure(data: xarray.Dataset, title: str) -> Figure:
-    """Speed of the tip, and motion of the load compensated and on the brake: over time, and against the height of the sea."""
+    """Speed of the tip, and motion of the load compensated and on the brake: over time, and against the height of the
+    sea."""
     from matplotlib.figure import Figure  # heavy: only where pictures are wanted
 
     figure = Figure(figsize=(11.0, 10.0), layout="constrained")
@@ -46,7 +47,10 @@ def year_figure(data: xarray.Dataset, title: str) -> Figure:
     tip, load = figure.add_subplot(rows[2, 0]), figure.add_subplot(rows[2, 1])
     H_s, T_z = data["H_m0"].values, data["T_m02"].values
     _over_time(top, data, (("sigma_v", 60.0, COLOURS[0], "crane tip"),))
-    lines = (("sigma_load_braked", 1.0, COLOURS[1], "load, winch on its brake"), ("sigma_load", 1.0, COLOURS[2], "load, compensated"))
+    lines = (
+        ("sigma_load_braked", 1.0, COLOURS[1], "load, winch on its brake"),
+        ("sigma_load", 1.0, COLOURS[2], "load, compensated"),
+    )
     _over_time(middle, data, (*lines, ("sigma_u", 1.0, GREY, "wire's upper end, compensated")))
     middle.set_yscale("log")
     dots = tip.scatter(H_s, 60.0 * data["sigma_v"].values, c=T_z, s=3.0, cmap="viridis", linewidths=0.0)
@@ -79,7 +83,8 @@ def _over_time(ax: Axes, data: xarray.Dataset, lines: tuple[tuple[str, float, st
 
 
 def sea_figure(omega: FloatArray, spectra: dict[str, FloatArray], T_wire: float, title: str) -> Figure:
-    """Densities of height over frequency in one sea [m^2 s/rad], by what moves; the load's first natural period marked."""
+    """Densities of height over frequency in one sea [m^2 s/rad], by what moves; the load's first natural period
+    marked."""
     from matplotlib.figure import Figure  # heavy: only where pictures are wanted
 
     figure = Figure(figsize=(9.0, 5.5), layout="constrained")

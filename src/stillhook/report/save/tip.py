@@ -64,7 +64,8 @@ def write_tip(
 
 
 def tip_figure(rao: Rao, sea: Sea, at: TipPoint, summary: dict[str, Any], motion: IrregularTip) -> Figure:
-    """Spectra of sea and tip, where speed and acceleration come from, sigma_v over the heading, and the fastest two minutes."""
+    """Spectra of sea and tip, where speed and acceleration come from, sigma_v over the heading, and the fastest two
+    minutes."""
     from matplotlib.figure import Figure  # heavy: only where pictures are wanted
 
     response = tip_response(rao, sea, at.x, at.y)
@@ -77,9 +78,9 @@ def tip_figure(rao: Rao, sea: Sea, at: TipPoint, summary: dict[str, Any], motion
     for ax in axes.flat:
         ax.grid(alpha=0.3)
     figure.suptitle(
-        f"{rao.name}, crane tip at {at.describe()}\n{textwrap.fill(sea.describe(), 120)}\n"
-        f"sigma_z {summary['sigma_z']:.3g} m, sigma_v {60.0 * summary['sigma_v']:.3g} m/min, sigma_a {summary['sigma_a']:.3g} m/s², "
-        f"T_z {summary['T_z']:.3g} s",
+        f"{rao.name}, crane tip at {at.describe()}\n{textwrap.fill(sea.describe(), 120)}\nsigma_z"
+        f" {summary['sigma_z']:.3g} m, sigma_v {60.0 * summary['sigma_v']:.3g} m/min, sigma_a {summary['sigma_a']:.3g}"
+        f" m/s², T_z {summary['T_z']:.3g} s",
         fontsize="medium",
     )
     return figure
@@ -106,7 +107,12 @@ def _origins(ax: Any, response: TipResponse) -> None:
         if grown[-1] > 0.0:
             ax.plot(response.omega, 100.0 * grown / grown[-1], color=colour, lw=1.5, label=label)
     ax.axvline(ends, color=GREY, ls=":", label="end of the vessel's table")
-    ax.set(xlabel="frequency [rad/s]", ylabel="variance of the tip up to there [%]", xlim=(0.0, 1.1 * ends), ylim=(0.0, 103.0))
+    ax.set(
+        xlabel="frequency [rad/s]",
+        ylabel="variance of the tip up to there [%]",
+        xlim=(0.0, 1.1 * ends),
+        ylim=(0.0, 103.0),
+    )
     ax.legend(fontsize="small", frameon=False, loc="center")
 
 
@@ -118,7 +124,10 @@ def _headings(ax: Any, rao: Rao, sea: Sea, at: TipPoint) -> None:
         ax.plot(np.degrees(turns), sigma_v, color=colour, lw=1.5, label=label)
     ax.axvline(math.degrees(first) % 360.0, ymax=0.85, color=GREY, ls=":", label="heading here")
     waves = "waves" if len(sea.trains) == 1 else "first waves, all of them turned"
-    ax.set(xlabel=f"heading of the {waves} [deg]\n0 following, 90 from starboard, 180 head sea, 270 from port", ylabel="sigma_v [m/min]")
+    ax.set(
+        xlabel=f"heading of the {waves} [deg]\n0 following, 90 from starboard, 180 head sea, 270 from port",
+        ylabel="sigma_v [m/min]",
+    )
     ax.set(xlim=(0.0, 360.0), ylim=(0.0, 1.25 * ax.get_ylim()[1]), xticks=range(0, 361, 45))
     ax.legend(fontsize="small", frameon=False, loc="upper center", ncols=3)
 

@@ -1,4 +1,5 @@
-"""How far a winch gives to a changing tension while it compensates: oil in its lines, slip, passive circuit, friction that moves."""
+"""How far a winch gives to a changing tension while it compensates: oil in its lines, slip, passive circuit, friction
+that moves."""
 
 from __future__ import annotations
 
@@ -12,8 +13,9 @@ from stillhook.errors import LiftError
 
 @dataclass(frozen=True, eq=False)
 class Give:
-    """Wire paid out per tension, complex, over frequency and the deviation of the tip's speed: omega (m,) [rad/s] and sigma_v (k,) [m/s]
-    ascending, Y (m, k) [m/N]. Linear in the logarithms of both; beyond the ends the nearest holds."""
+    """Wire paid out per tension, complex, over frequency and the deviation of the tip's speed: omega (m,) [rad/s] and
+    sigma_v (k,) [m/s] ascending, Y (m, k) [m/N]. Linear in the logarithms of both; beyond the ends the nearest
+    holds."""
 
     omega: FloatArray = field(repr=False)
     sigma_v: FloatArray = field(repr=False)
@@ -21,7 +23,10 @@ class Give:
 
     def __post_init__(self) -> None:
         if self.Y.shape != (len(self.omega), len(self.sigma_v)):
-            raise LiftError(f"give: a table of shape {self.Y.shape} for {len(self.omega)} frequencies and {len(self.sigma_v)} deviations.")
+            raise LiftError(
+                f"give: a table of shape {self.Y.shape} for {len(self.omega)} frequencies and {len(self.sigma_v)}"
+                " deviations."
+            )
 
     def at(self, omega: FloatArray, sigma_v: float) -> ComplexArray:
         """Y [m/N] at frequencies (n,) [rad/s] and one deviation of the tip's speed [m/s]."""

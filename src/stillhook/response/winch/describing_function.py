@@ -1,14 +1,17 @@
-r"""What is left of the crane tip's motion at the wire's top end under compensation: a transfer that depends on how fast the tip moves.
+r"""What is left of the crane tip's motion at the wire's top end under compensation: a transfer that depends on how fast
+the tip moves.
 
 .. math:: u = C(\omega, a)\, s_{tip}, \qquad \hat v = \omega a
 
-u is the motion of the wire's upper end (tip less wire paid out) at the tip's own frequency; C is a describing function: phase and size of
-the fundamental under a sine of the tip, with the harmonics 2 to 5 beside it. C is kept over the tip's speed amplitude, not its height:
-friction of a winch changes sides with its speed, and pumps saturate at a speed, so that curves over speed are alike at all frequencies.
+u is the motion of the wire's upper end (tip less wire paid out) at the tip's own frequency; C is a describing function:
+phase and size of the fundamental under a sine of the tip, with the harmonics 2 to 5 beside it. C is kept over the tip's
+speed amplitude, not its height: friction of a winch changes sides with its speed, and pumps saturate at a speed, so
+that curves over speed are alike at all frequencies.
 
-Between amplitudes the speed error |u| omega is interpolated, piecewise linear in the tip's speed amplitude: exactly right where C stands
-still (a stuck winch), where it falls as 1/a (friction) and where u grows by all that the tip moves more (saturation, which goes on beyond
-the last amplitude). Between frequencies C is linear in log omega; beyond both ends the nearest holds.
+Between amplitudes the speed error |u| omega is interpolated, piecewise linear in the tip's speed amplitude: exactly
+right where C stands still (a stuck winch), where it falls as 1/a (friction) and where u grows by all that the tip moves
+more (saturation, which goes on beyond the last amplitude). Between frequencies C is linear in log omega; beyond both
+ends the nearest holds.
 """
 
 from __future__ import annotations
@@ -28,7 +31,8 @@ from stillhook.response.winch.remnant import Remnant
 HARMONICS = (2, 3, 4, 5)
 """Harmonics of the tip's frequency that are kept beside the fundamental."""
 NODES = 32
-"""Points of the Gauss-Laguerre rule over the amplitudes of an irregular motion; half of them give the same within 1e-3."""
+"""Points of the Gauss-Laguerre rule over the amplitudes of an irregular motion; half of them give the same within
+1e-3."""
 STILL = 1e-9
 """Speed amplitude below which a tip counts as moving no less [m/s]: only so that nothing is divided by 0."""
 
@@ -37,12 +41,12 @@ STILL = 1e-9
 class Residual:
     """Table of C over frequency and speed amplitude of the tip.
 
-    omega (m,) [rad/s] ascending; v (k,) speed amplitudes [m/s] ascending; C (m, k); harmonics (4, m, k): size of the wire's motion at 2 to
-    5 times the frequency over the tip's height; saturated (m, k): share of the time in which the pumps stand at their stop [-]; about:
-    winch, mode, load and wire in words; remnant: what irregular motions leave beside C, None for nothing;
-    give: how far the winch gives to a changing tension, None for not at all; relieved (m, k): share of the time with a relief valve open
-    [-], p_a (m, k): highest pressure of the hoisting side [Pa], None where they are not known. All but `give` hold while the tension
-    stands.
+    omega (m,) [rad/s] ascending; v (k,) speed amplitudes [m/s] ascending; C (m, k); harmonics (4, m, k): size of the
+    wire's motion at 2 to 5 times the frequency over the tip's height; saturated (m, k): share of the time in which the
+    pumps stand at their stop [-]; about: winch, mode, load and wire in words; remnant: what irregular motions leave
+    beside C, None for nothing; give: how far the winch gives to a changing tension, None for not at all; relieved (m,
+    k): share of the time with a relief valve open [-], p_a (m, k): highest pressure of the hoisting side [Pa], None
+    where they are not known. All but `give` hold while the tension stands.
     Errors: LiftError for other shapes.
     """
 
@@ -60,14 +64,17 @@ class Residual:
     def __post_init__(self) -> None:
         shape = (len(self.omega), len(self.v))
         if self.C.shape != shape or self.harmonics.shape != (len(HARMONICS), *shape) or self.saturated.shape != shape:
-            raise LiftError(f"residual: tables of shape {self.C.shape} for {shape[0]} frequencies and {shape[1]} amplitudes.")
+            raise LiftError(
+                f"residual: tables of shape {self.C.shape} for {shape[0]} frequencies and {shape[1]} amplitudes."
+            )
         for name, axis in (("omega", self.omega), ("v", self.v)):
             if len(axis) < 1 or axis[0] <= 0.0 or (np.diff(axis) <= 0.0).any():
                 raise LiftError(f"residual: {name} must be above 0 and ascend, each value once.")
 
     @classmethod
     def constant(cls, C: complex, about: str = "") -> Residual:
-        """The same residual at every frequency and amplitude: 1 for a winch on its brake, 0.2 for a compensation of 80 % in phase."""
+        """The same residual at every frequency and amplitude: 1 for a winch on its brake, 0.2 for a compensation of 80
+        % in phase."""
         one = np.ones((1, 1))
         fast = np.array([1e9])  # faster than any tip: below it a table is proportional to the amplitude
         return cls(
@@ -95,8 +102,8 @@ class Residual:
         return low, high, np.clip((x - knots[low]) / span, 0.0, 1.0)
 
     def _gain(self, table: NDArray[Any], v: FloatArray, *, grows: bool) -> NDArray[Any]:
-        """A table at all its frequencies for speed amplitudes v (n,): (m, n). grows: beyond the last amplitude the wire's end takes all
-        that the tip moves more; else its speed stays as it is there."""
+        """A table at all its frequencies for speed amplitudes v (n,): (m, n). grows: beyond the last amplitude the
+        wire's end takes all that the tip moves more; else its speed stays as it is there."""
         knots = np.concatenate(([0.0], self.v))
         e = np.concatenate((np.zeros((len(table), 1)), table * self.v), axis=1)
         i = np.clip(np.searchsorted(knots, v) - 1, 0, len(knots) - 2)
@@ -105,15 +112,16 @@ class Residual:
         return np.asarray((error + (v - inside if grows else 0.0)) / v)
 
     def gaussian(self, omega: ArrayLike, sigma_v: ArrayLike) -> ComplexArray:
-        r"""Equivalent transfer under an irregular motion of the tip, at omega (m,): (m,) or (n, m) for deviations sigma_v () or (n,) of the
-        whole speed of the tip [m/s].
+        r"""Equivalent transfer under an irregular motion of the tip, at omega (m,): (m,) or (n, m) for deviations
+        sigma_v () or (n,) of the whole speed of the tip [m/s].
 
         .. math:: C_{eq}(\omega, \sigma) = g(\sigma) \int_0^\infty y\, e^{-y}\, C(\omega, \sigma\sqrt{2 y})\, dy
 
-        The heights of waves in a narrow Gaussian motion are Rayleigh distributed; the transfer with the least square error weighs C at
-        every amplitude with its square. For a winch whose error followed from the speed at this instant alone it would be exact for any
-        Gaussian motion. It is the whole deviation of speed that counts at every frequency: friction feels the sum of all waves. g is the
-        remnant's gain, what the twin says against this rule: within some per cent of 1, less than 1.2 where pumps saturate.
+        The heights of waves in a narrow Gaussian motion are Rayleigh distributed; the transfer with the least square
+        error weighs C at every amplitude with its square. For a winch whose error followed from the speed at this
+        instant alone it would be exact for any Gaussian motion. It is the whole deviation of speed that counts at every
+        frequency: friction feels the sum of all waves. g is the remnant's gain, what the twin says against this rule:
+        within some per cent of 1, less than 1.2 where pumps saturate.
         """
         sigma, frequency = np.asarray(sigma_v, dtype=np.float64), np.asarray(omega, dtype=np.float64)
         y, weight = _rayleigh()

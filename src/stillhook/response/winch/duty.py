@@ -25,40 +25,61 @@ from stillhook.winches.records import Signals
 
 @dataclass(frozen=True)
 class Duty:
-    """F mean tension at the winch [N]; s_w wire paid out at rest [m], which sets the layer; sensors between winch and PLC."""
+    """F mean tension at the winch [N]; s_w wire paid out at rest [m], which sets the layer; sensors between winch and
+    PLC."""
 
     F: float
     s_w: float
     sensors: Sensors = field(default_factory=Sensors)
 
     def on_spring(self, crane: Crane, k: float, zeta: float) -> Crane:
-        """The crane with a wire of stiffness k [N/m] and damping ratio zeta: what then happens to the tension is known."""
+        """The crane with a wire of stiffness k [N/m] and damping ratio zeta: what then happens to the tension is
+        known."""
         w = crane.wire
         EA = w.E * w.fill * math.pi / 4.0 * w.d**2
-        return crane.model_copy(update={"wire": w.model_copy(update={"E": w.E * k * (w.L_0 + self.s_w) / EA, "zeta": zeta})})
+        return crane.model_copy(
+            update={"wire": w.model_copy(update={"E": w.E * k * (w.L_0 + self.s_w) / EA, "zeta": zeta})}
+        )
 
-    def scenario(self, crane: Crane, mode: Mode, tip: Motion, settled: float, duration: float, more: float = 0.0) -> Scenario:
-        """The run of the twin under a motion of the tip; settled time that is not counted [s]; more mass that moves without weight [kg].
-        Tension beyond that of the hook is payload."""
+    def scenario(
+        self, crane: Crane, mode: Mode, tip: Motion, settled: float, duration: float, more: float = 0.0
+    ) -> Scenario:
+        """The run of the twin under a motion of the tip; settled time that is not counted [s]; more mass that moves
+        without weight [kg]. Tension beyond that of the hook is payload."""
         load = self.F / G - crane.hook_mass
-        water = Water.model_construct(volume=0.0, added_mass=more, C_D=0.0, area=0.0, rho=RHO_SEA) if more > 0.0 else None
+        water = (
+            Water.model_construct(volume=0.0, added_mass=more, C_D=0.0, area=0.0, rho=RHO_SEA) if more > 0.0 else None
+        )
         return Scenario.model_construct(
-            load=load, s_w=self.s_w, tip=tip, mode=mode, duration=duration, warm_up=settled, water=water, sensors=self.sensors
+            load=load,
+            s_w=self.s_w,
+            tip=tip,
+            mode=mode,
+            duration=duration,
+            warm_up=settled,
+            water=water,
+            sensors=self.sensors,
         )
 
     def about(self, crane: Crane, mode: Mode) -> str:
         """Winch and duty in words."""
-        return f"{crane.name}, {mode.value}, {show(self.F, 'force')} at the winch, {show(self.s_w, 'length')} of wire out"
+        return (
+            f"{crane.name}, {mode.value}, {show(self.F, 'force')} at the winch, {show(self.s_w, 'length')} of wire out"
+        )
 
     def check(self, crane: Crane) -> None:
         """Errors: LiftError where the hook alone pulls more than the mean tension."""
         if not self.F / G >= crane.hook_mass:
             F, hook = show(self.F, "force"), show(crane.hook_mass, "mass")
-            raise LiftError(f"residual: a tension of {F} is less than the weight of the hook, {hook}. Give the mean tension at the winch.")
+            raise LiftError(
+                f"residual: a tension of {F} is less than the weight of the hook, {hook}. Give the mean tension at the"
+                " winch."
+            )
 
 
 STRETCH, DAMPED = 200.0, 0.95
-"""Stretch of a wire so soft that the tension stands [m]: half a metre of motion changes it by 0.25 %; its damping ratio."""
+"""Stretch of a wire so soft that the tension stands [m]: half a metre of motion changes it by 0.25 %; its damping
+ratio."""
 
 
 def soft(crane: Crane, duty: Duty) -> Crane:
@@ -76,8 +97,8 @@ def run_twin(
 
 
 def fitted(result: Result, names: Sequence[str], omega: FloatArray, last: float) -> ComplexArray:
-    """Complex amplitudes of some signals at frequencies omega (m,) [rad/s] over the last seconds of a run, beside a mean and a drift:
-    least squares; shape (m, len(names)), time counted from the start of these seconds."""
+    """Complex amplitudes of some signals at frequencies omega (m,) [rad/s] over the last seconds of a run, beside a
+    mean and a drift: least squares; shape (m, len(names)), time counted from the start of these seconds."""
     assert result.series is not None
     rows = result.series[-math.floor(last / result.dt) - 1 :, [Signals._fields.index(name) for name in names]]
     t = result.dt * np.arange(len(rows))
@@ -88,8 +109,8 @@ def fitted(result: Result, names: Sequence[str], omega: FloatArray, last: float)
 
 
 def spectra(result: Result, names: Sequence[str], settled: float) -> tuple[FloatArray, list[ComplexArray]]:
-    """Frequencies [rad/s] and complex spectra of some signals of a settled run, a Hann window over it and its drift taken off; scaled so
-    that squared sizes add up to the variance."""
+    """Frequencies [rad/s] and complex spectra of some signals of a settled run, a Hann window over it and its drift
+    taken off; scaled so that squared sizes add up to the variance."""
     assert result.series is not None
     rows = result.series[round(settled / result.dt) :]
     window = np.hanning(len(rows))

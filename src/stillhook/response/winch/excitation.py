@@ -19,8 +19,8 @@ SETTLED = 60.0
 
 @dataclass(frozen=True)
 class Asked:
-    """periods [s] and speeds, amplitudes [m/s], of the sines; mean_periods, zero-crossing periods [s], and deviations of speed [m/s] of the
-    irregular motions, and their length [s], start included; all ascending."""
+    """periods [s] and speeds, amplitudes [m/s], of the sines; mean_periods, zero-crossing periods [s], and deviations
+    of speed [m/s] of the irregular motions, and their length [s], start included; all ascending."""
 
     periods: tuple[float, ...]
     speeds: tuple[float, ...]
@@ -29,7 +29,8 @@ class Asked:
     length: float
 
     def motions(self) -> list[Irregular]:
-        """The irregular motions, by mean period and within it by deviation; each has random phases of its own, always the same."""
+        """The irregular motions, by mean period and within it by deviation; each has random phases of its own, always
+        the same."""
         pairs = [(T, sigma) for T in self.mean_periods for sigma in self.deviations]
         return [Irregular(T, sigma, _motion(T, sigma, self.length, SEED + n)) for n, (T, sigma) in enumerate(pairs)]
 
@@ -57,8 +58,9 @@ FINE = Asked(
     deviations=_geometric(0.004, 1.6, 12),
     length=1260.0,
 )
-"""Periods of ship motion, C changes by a third or less from one to the next; speeds, in whole blocks of runs side by side, from a winch
-that sticks to three times what most reach; deviations to a winch that is saturated most of the time."""
+"""Periods of ship motion, C changes by a third or less from one to the next; speeds, in whole blocks of runs side by
+side, from a winch that sticks to three times what most reach; deviations to a winch that is saturated most of the
+time."""
 QUICK = Asked(
     periods=FINE.periods,
     speeds=_geometric(0.004, 4.0, VL),
@@ -66,7 +68,8 @@ QUICK = Asked(
     deviations=tuple(FINE.deviations[i] for i in (0, 2, 4, 6, 7, 8, 9, 10)),
     length=660.0,
 )
-"""A third of the runs, for plans with many winches and duties: what it tells differs from `FINE` by as much as other random phases do."""
+"""A third of the runs, for plans with many winches and duties: what it tells differs from `FINE` by as much as other
+random phases do."""
 
 
 def _motion(T_z: float, sigma_v: float, length: float, seed: int) -> IrregularTip:

@@ -1,4 +1,5 @@
-"""Residuals of a winch over tension and length of wire, so that a lowering or a table of loads asks the twin a few times only."""
+"""Residuals of a winch over tension and length of wire, so that a lowering or a table of loads asks the twin a few
+times only."""
 
 from __future__ import annotations
 
@@ -22,22 +23,24 @@ from stillhook.units import show
 
 @dataclass(frozen=True, eq=False)
 class ResidualGrid:
-    """Residuals at tensions F (m,) [N] and lengths of wire s_w (k,) [m], both ascending, of one winch in one mode; tables[i][j]."""
+    """Residuals at tensions F (m,) [N] and lengths of wire s_w (k,) [m], both ascending, of one winch in one mode;
+    tables[i][j]."""
 
     F: tuple[float, ...]
     s_w: tuple[float, ...]
     tables: tuple[tuple[Residual, ...], ...] = field(repr=False)
 
     def at(self, F: float, s_w: float) -> Residual:
-        """The residual at a tension [N] and a length [m] within the grid: its four neighbours mixed, densities in their logarithms.
+        """The residual at a tension [N] and a length [m] within the grid: its four neighbours mixed, densities in their
+        logarithms.
 
         Errors: LiftError outside the grid.
         """
         for name, value, knots, kind in (("tension", F, self.F, "force"), ("wire", s_w, self.s_w, "length")):
             if not knots[0] <= value <= knots[-1]:
                 raise LiftError(
-                    f"residual grid: {name} {show(value, kind)} is outside {show(knots[0], kind)} to {show(knots[-1], kind)}. "
-                    "Identify a wider grid."
+                    f"residual grid: {name} {show(value, kind)} is outside {show(knots[0], kind)} to"
+                    f" {show(knots[-1], kind)}. Identify a wider grid."
                 )
         i, f = _between(self.F, F)
         j, g = _between(self.s_w, s_w)
@@ -57,14 +60,17 @@ def identify_grid(
     cache: bool = True,
     progress: Progress | None = None,
 ) -> ResidualGrid:
-    """Residuals at every tension F [N] and length s_w [m], both ascending; see `identify_residual` for errors and cost of each."""
+    """Residuals at every tension F [N] and length s_w [m], both ascending; see `identify_residual` for errors and cost
+    of each."""
     for name, values in (("F", F), ("s_w", s_w)):
         if not len(values) or any(b <= a for a, b in pairwise(values)):
             raise LiftError(f"residual grid: {name} must hold one value or more, ascending. Sort them.")
     sensed = sensors or Sensors()
 
     def one(force: float, length: float) -> Residual:
-        return identify_residual(crane, Duty(force, length, sensed), mode, threads=threads, cache=cache, progress=progress)
+        return identify_residual(
+            crane, Duty(force, length, sensed), mode, threads=threads, cache=cache, progress=progress
+        )
 
     return ResidualGrid(tuple(F), tuple(s_w), tuple(tuple(one(force, length) for length in s_w) for force in F))
 
@@ -91,6 +97,9 @@ def mixed(a: Residual, b: Residual, share: float) -> Residual:
     remnant = Remnant(m.T_z, m.sigma_v[:kept], m.omega, S, gain, peak, m.lasts)
     Y = (1.0 - share) * a.give.Y[:, :kept] + share * b.give.Y[:, :kept]
     known = [name for name in ("relieved", "p_a") if getattr(a, name) is not None and getattr(b, name) is not None]
-    tables = {name: (1.0 - share) * getattr(a, name) + share * getattr(b, name) for name in ("C", "harmonics", "saturated", *known)}
+    tables = {
+        name: (1.0 - share) * getattr(a, name) + share * getattr(b, name)
+        for name in ("C", "harmonics", "saturated", *known)
+    }
     about = f"between {a.about} and {b.about}"
     return replace(a, **tables, about=about, remnant=remnant, give=Give(a.give.omega, a.give.sigma_v[:kept], Y))

@@ -1,8 +1,10 @@
-r"""Motion of the wire's top end that does not follow the tip: what friction and saturation make out of an irregular motion.
+r"""Motion of the wire's top end that does not follow the tip: what friction and saturation make out of an irregular
+motion.
 
-Of a sine they leave harmonics; of a random motion slow wandering (the position loop takes ten seconds to win back what a wave has cost)
-and a broad tail. Both are independent of the tip in the sense of the mean square, so their spectrum adds to that of C s_tip. It is
-measured on the twin under irregular motions, over the deviation sigma_v of the tip's speed and its zero-crossing period T_z.
+Of a sine they leave harmonics; of a random motion slow wandering (the position loop takes ten seconds to win back what
+a wave has cost) and a broad tail. Both are independent of the tip in the sense of the mean square, so their spectrum
+adds to that of C s_tip. It is measured on the twin under irregular motions, over the deviation sigma_v of the tip's
+speed and its zero-crossing period T_z.
 """
 
 from __future__ import annotations
@@ -18,8 +20,8 @@ from stillhook.errors import LiftError
 
 
 class Places(NamedTuple):
-    """Four neighbours of n motions in a table over period and deviation: rows, columns and shares (n,) of each; beyond (n,), factor on
-    variances beyond the ends of the table."""
+    """Four neighbours of n motions in a table over period and deviation: rows, columns and shares (n,) of each; beyond
+    (n,), factor on variances beyond the ends of the table."""
 
     corners: tuple[tuple[NDArray[Any], NDArray[Any], FloatArray], ...]
     beyond: FloatArray
@@ -36,13 +38,15 @@ class Places(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Remnant:
-    """T_z (j,) [s] and sigma_v (k,) [m/s] ascending; omega (b,) [rad/s] ascending; S (j, k, b) one-sided density of the remnant
-    [m^2 s/rad]; gain (k,) factor by which C of sines is to be multiplied under irregular motion [-], near 1; peak (j, k) largest
-    peak-to-peak of the wire's end in 30 s over its standard deviation, in a motion that lasts `lasts` [s]: what friction leaves is bounded,
-    and Gaussian rules tell it too large by half; None where it is not known.
+    """T_z (j,) [s] and sigma_v (k,) [m/s] ascending; omega (b,) [rad/s] ascending; S (j, k, b) one-sided density of the
+    remnant [m^2 s/rad]; gain (k,) factor by which C of sines is to be multiplied under irregular motion [-], near 1;
+    peak (j, k) largest peak-to-peak of the wire's end in 30 s over its standard deviation, in a motion that lasts
+    `lasts` [s]: what friction leaves is bounded, and Gaussian rules tell it too large by half; None where it is not
+    known.
 
-    Between its values S is interpolated in logarithms of everything. Beyond the last periods and frequencies the nearest holds; beyond the
-    smallest and largest sigma_v the remnant goes with the tip's motion, as of a stuck and of a saturated winch.
+    Between its values S is interpolated in logarithms of everything. Beyond the last periods and frequencies the
+    nearest holds; beyond the smallest and largest sigma_v the remnant goes with the tip's motion, as of a stuck and of
+    a saturated winch.
     """
 
     T_z: FloatArray = field(repr=False)
@@ -55,10 +59,14 @@ class Remnant:
 
     def __post_init__(self) -> None:
         if self.S.shape != (len(self.T_z), len(self.sigma_v), len(self.omega)) or self.gain.shape != self.sigma_v.shape:
-            raise LiftError(f"remnant: densities of shape {self.S.shape} for {len(self.T_z)} periods and {len(self.sigma_v)} deviations.")
+            raise LiftError(
+                f"remnant: densities of shape {self.S.shape} for {len(self.T_z)} periods and {len(self.sigma_v)}"
+                " deviations."
+            )
 
     def on(self, omega: FloatArray) -> FloatArray:
-        """Variance in each of frequencies omega (m,) [rad/s], ascending, that resolve what it goes through: (j, k, m) [m^2]."""
+        """Variance in each of frequencies omega (m,) [rad/s], ascending, that resolve what it goes through: (j, k, m)
+        [m^2]."""
         x = np.log(omega)
         S = np.exp([[np.interp(x, np.log(self.omega), np.log(row)) for row in rows] for rows in self.S])
         step = np.diff(omega)

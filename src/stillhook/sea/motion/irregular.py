@@ -18,10 +18,12 @@ from stillhook.errors import MotionError
 from stillhook.sea.motion.motion import Motion, Sample
 
 FINE = 0.05
-"""Angle between two nodes of the curve for the fastest harmonic [rad]: height, speed and acceleration of that harmonic are then right to
-3e-13, 2e-11 and 4e-9 of their amplitudes, of every slower one better (quintic Hermite, errors of order 6, 5 and 4)."""
+"""Angle between two nodes of the curve for the fastest harmonic [rad]: height, speed and acceleration of that harmonic
+are then right to 3e-13, 2e-11 and 4e-9 of their amplitudes, of every slower one better (quintic Hermite, errors of
+order 6, 5 and 4)."""
 COARSE = 0.35
-"""The same for runs in great numbers: 4e-8, 3e-7 and 1e-5 of the fastest harmonic's amplitudes, a thousandth of what the winch leaves."""
+"""The same for runs in great numbers: 4e-8, 3e-7 and 1e-5 of the fastest harmonic's amplitudes, a thousandth of what
+the winch leaves."""
 SHORTEST_REPEAT, LONGEST_REPEAT = 1.0, 86400.0  # s: below is no sea, above is no sea state
 
 
@@ -31,11 +33,12 @@ class IrregularTip(Motion):
 
     .. math:: s(t) = \mathrm{Re} \sum_{k=0}^{n} c_k e^{i \omega_k t}, \qquad \omega_k = 2\pi k/T
 
-    Parameters: amplitudes c (n + 1,) complex [m], c_0 the mean height (real); repeat T [s]; source and report in words; fine, the angle
-    between nodes [rad], `FINE` or coarser.
-    Height, speed and acceleration are those of one curve, twice smoothly differentiable, through the exact values of all three at even
-    nodes: they are exact derivatives of one another, and right to the errors told at `FINE`. Known over one period, 0 to T: what comes
-    later is the same again and tells nothing new, so runs may not be longer; `sample` itself takes any time.
+    Parameters: amplitudes c (n + 1,) complex [m], c_0 the mean height (real); repeat T [s]; source and report in words;
+    fine, the angle between nodes [rad], `FINE` or coarser.
+    Height, speed and acceleration are those of one curve, twice smoothly differentiable, through the exact values of
+    all three at even nodes: they are exact derivatives of one another, and right to the errors told at `FINE`. Known
+    over one period, 0 to T: what comes later is the same again and tells nothing new, so runs may not be longer;
+    `sample` itself takes any time.
     Errors: MotionError for amplitudes that are no numbers, and a period outside 1 s to 24 h.
     """
 
@@ -46,20 +49,31 @@ class IrregularTip(Motion):
     fine: float = FINE
     kind: ClassVar[str] = "irregular"
 
-    def __init__(self, amplitudes: ArrayLike, repeat: float, *, source: str = "", report: str = "", fine: float = FINE) -> None:
+    def __init__(
+        self, amplitudes: ArrayLike, repeat: float, *, source: str = "", report: str = "", fine: float = FINE
+    ) -> None:
         place = source or "IrregularTip"
         try:
             c = np.array(amplitudes, dtype=np.complex128)
         except (TypeError, ValueError):
-            raise MotionError(f"{place}: amplitudes are not numbers. Give one complex number [m] for each harmonic.") from None
+            raise MotionError(
+                f"{place}: amplitudes are not numbers. Give one complex number [m] for each harmonic."
+            ) from None
         if c.ndim != 1 or len(c) < 2 or not np.isfinite(c).all() or c[0].imag != 0.0:
             raise MotionError(f"{place}: give finite amplitudes of the mean (real) and of one harmonic or more.")
         if not SHORTEST_REPEAT <= repeat <= LONGEST_REPEAT:
             raise MotionError(
-                f"{place}: repeat {repeat:g} s is not between {SHORTEST_REPEAT:g} s and {LONGEST_REPEAT:g} s. Check its unit."
+                f"{place}: repeat {repeat:g} s is not between {SHORTEST_REPEAT:g} s and {LONGEST_REPEAT:g} s. Check its"
+                " unit."
             )
         c.flags.writeable = False
-        for name, value in (("amplitudes", c), ("repeat", float(repeat)), ("source", source), ("report", report), ("fine", fine)):
+        for name, value in (
+            ("amplitudes", c),
+            ("repeat", float(repeat)),
+            ("source", source),
+            ("report", report),
+            ("fine", fine),
+        ):
             object.__setattr__(self, name, value)
 
     def __eq__(self, other: object) -> bool:
@@ -117,13 +131,22 @@ class IrregularTip(Motion):
 
     def describe(self) -> str:
         origin = f" in {self.source}" if self.source else ""
-        return f"irregular motion{origin}: standard deviation {self.deviation():.3g} m, repeats after {self.repeat:.6g} s"
+        return (
+            f"irregular motion{origin}: standard deviation {self.deviation():.3g} m, repeats after {self.repeat:.6g} s"
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Amplitudes as base64 of zlib of little-endian float64, exact to the bit: some 16 to 20 bytes a harmonic."""
         columns = {"re": packed(self.amplitudes.real), "im": packed(self.amplitudes.imag)}
         coarser = {} if self.fine == FINE else {"fine": self.fine}
-        return {"type": self.kind, "source": self.source, "report": self.report, "repeat": self.repeat, **coarser, **columns}
+        return {
+            "type": self.kind,
+            "source": self.source,
+            "report": self.report,
+            "repeat": self.repeat,
+            **coarser,
+            **columns,
+        }
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Self:
@@ -133,11 +156,14 @@ class IrregularTip(Motion):
             words = {name: str(data.get(name, "")) for name in ("source", "report")}
             return cls(re + 1j * im, float(data["repeat"]), **words, fine=float(data.get("fine", FINE)))
         except (KeyError, TypeError, AttributeError, ValueError, binascii.Error, zlib.error) as problem:
-            raise MotionError(f"stored motion: {type(problem).__name__}: amplitudes are not what a run stores. Make it anew.") from problem
+            raise MotionError(
+                f"stored motion: {type(problem).__name__}: amplitudes are not what a run stores. Make it anew."
+            ) from problem
 
 
 def synthesis(c: ComplexArray, n: int) -> FloatArray:
-    """Re sum c_k exp(2 pi i k j/n) at j = 0 .. n - 1, along the last axis; n more than twice the number of harmonics."""
+    """Re sum c_k exp(2 pi i k j/n) at j = 0 .. n - 1, along the last axis; n more than twice the number of
+    harmonics."""
     half = 0.5 * n * c
     half[..., 0] = n * c[..., 0].real
     return np.fft.irfft(half, n)

@@ -2,7 +2,8 @@
 
 Every motion is an immutable value (equal and hashable by content) in SI units, heights positive up, and gives height,
 velocity and acceleration that are exact derivatives of one another. Text with units is read by the constructors;
-`from_si` takes plain SI numbers and is for code that already holds them. Recorded motion: `stillhook.sea.motion.recorded`.
+`from_si` takes plain SI numbers and is for code that already holds them. Recorded motion:
+`stillhook.sea.motion.recorded`.
 """
 
 from __future__ import annotations
@@ -102,7 +103,9 @@ class Sine(Motion):
     phase: float
     kind: ClassVar[str] = "sine"
 
-    def __init__(self, *, period: str, amplitude: str | None = None, height: str | None = None, phase: str = "0 deg") -> None:
+    def __init__(
+        self, *, period: str, amplitude: str | None = None, height: str | None = None, phase: str = "0 deg"
+    ) -> None:
         if (amplitude is None) == (height is None):
             raise MotionError(
                 f"Sine: {'neither' if amplitude is None else 'both'} of amplitude and height given. Give one: "
@@ -128,7 +131,10 @@ class Sine(Motion):
                 "a sine is turned over with phase 180 deg."
             )
         if not SHORTEST_PERIOD <= T <= LONGEST_PERIOD:
-            raise MotionError(f"{where}: period {T:g} s is not between {SHORTEST_PERIOD:g} s and {LONGEST_PERIOD:g} s. Check its unit.")
+            raise MotionError(
+                f"{where}: period {T:g} s is not between {SHORTEST_PERIOD:g} s and {LONGEST_PERIOD:g} s. Check its"
+                " unit."
+            )
         if not math.isfinite(phase):
             raise MotionError(f"{where}: phase {phase:g} rad is not a number. Give a phase in deg or rad.")
         _write(self, amplitude=A, period=T, phase=phase)

@@ -108,8 +108,8 @@ class Recorded(Motion):
 
         For logs much faster than the sea: between 10 Hz samples rounded to 1 cm, a curve through every one swings by
         4 m/s^2 (20 at the ends), at 50 Hz by 60 m/s^2, and all of that is rounding. With a point every 0.5 s it is
-        0.07 m/s^2 (0.3 at the ends), and waves of 3 s and longer pass with less than 0.01 % lost (2 s: 0.15 %), without delay.
-        Gaps longer than two steps are bridged by a curve through samples a step or more apart.
+        0.07 m/s^2 (0.3 at the ends), and waves of 3 s and longer pass with less than 0.01 % lost (2 s: 0.15 %), without
+        delay. Gaps longer than two steps are bridged by a curve through samples a step or more apart.
         Errors: MotionError for a record shorter than 12 steps, and for a step shorter than twice the median interval.
         """
         from scipy.interpolate import LSQUnivariateSpline  # here, so that motions start without scipy

@@ -14,10 +14,13 @@ SPACING = 0.01
 
 
 def scaled(motion: Motion, factor: float) -> Motion:
-    """The motion with height, velocity and acceleration times `factor` (0 or more). Errors: MotionError for a motion without a size."""
+    """The motion with height, velocity and acceleration times `factor` (0 or more). Errors: MotionError for a motion
+    without a size."""
     match motion:
         case Sine():
-            return Sine.from_si(motion.amplitude * factor, motion.period, motion.phase, where=f"{motion.describe()}, scaled")
+            return Sine.from_si(
+                motion.amplitude * factor, motion.period, motion.phase, where=f"{motion.describe()}, scaled"
+            )
         case Sum():
             return Sum(scaled(term, factor) for term in motion.terms)
         case Profile():
@@ -25,12 +28,21 @@ def scaled(motion: Motion, factor: float) -> Motion:
         case Ramped():
             return Ramped.from_si(scaled(motion.motion, factor), motion.t_ramp)
         case Recorded():
-            return Recorded(motion.times, motion.heights * factor, source=motion.source, report=f"{motion.report} Scaled by {factor:.6g}.")
+            return Recorded(
+                motion.times,
+                motion.heights * factor,
+                source=motion.source,
+                report=f"{motion.report} Scaled by {factor:.6g}.",
+            )
         case IrregularTip():
             return motion.times(factor)
         case Still():
-            raise MotionError('A tip that stands still has no size to be scaled. Give a motion such as "sine 2.8 m 12 s".')
-    raise MotionError(f"{type(motion).__name__}: no rule for making this motion larger. Give sines, a profile or a record.")
+            raise MotionError(
+                'A tip that stands still has no size to be scaled. Give a motion such as "sine 2.8 m 12 s".'
+            )
+    raise MotionError(
+        f"{type(motion).__name__}: no rule for making this motion larger. Give sines, a profile or a record."
+    )
 
 
 def speed_peak(motion: Motion, start: float, end: float) -> float:
@@ -46,5 +58,7 @@ def scaled_to(motion: Motion, v_peak: float, start: float, end: float) -> Motion
     """
     found = speed_peak(motion, start, end)
     if found <= 0.0:
-        raise MotionError(f"{motion.describe()}: stands still from {start:g} s to {end:g} s, so it cannot be brought to a speed.")
+        raise MotionError(
+            f"{motion.describe()}: stands still from {start:g} s to {end:g} s, so it cannot be brought to a speed."
+        )
     return scaled(motion, v_peak / found)

@@ -57,7 +57,10 @@ def _sine(tokens: list[str], whole: str, place: str) -> Sine:
             '"sine 2.8 m 12 s 90 deg".'
         )
     names = (("amplitude", "length"), ("period", "time"), ("phase", "angle"))
-    values = [parse(" ".join(quantity), kind, f"{place}{whole}: {name}") for (name, kind), quantity in zip(names, quantities, strict=False)]
+    values = [
+        parse(" ".join(quantity), kind, f"{place}{whole}: {name}")
+        for (name, kind), quantity in zip(names, quantities, strict=False)
+    ]
     return Sine.from_si(*values, where=f"{place}{whole}")
 
 

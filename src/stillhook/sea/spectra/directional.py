@@ -1,4 +1,5 @@
-"""Which way the waves of measured records come from: as shares of sectors, or as the Fourier coefficients that buoys measure."""
+"""Which way the waves of measured records come from: as shares of sectors, or as the Fourier coefficients that buoys
+measure."""
 
 from __future__ import annotations
 

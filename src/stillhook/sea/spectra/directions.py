@@ -1,8 +1,8 @@
 """Directions of waves, once: what a file or forecast means by one, and what a ship makes of it.
 
-Inside, a geographic direction is where waves come from, clockwise from true north [rad]. Relative to a ship it is beta, the direction in
-which they travel, counter-clockwise from the bow: 0 following, pi/2 coming from starboard, pi head sea, 3 pi/2 coming from port.
-A ship's heading is where its bow points, clockwise from true north.
+Inside, a geographic direction is where waves come from, clockwise from true north [rad]. Relative to a ship it is beta,
+the direction in which they travel, counter-clockwise from the bow: 0 following, pi/2 coming from starboard, pi head
+sea, 3 pi/2 coming from port. A ship's heading is where its bow points, clockwise from true north.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ FULL = 2.0 * math.pi
 
 
 def parse_direction(text: object, where: str = "direction") -> float:
-    """A direction as text with its unit, within one turn [rad]. Errors: UnitError; SeaError outside 0 to 360 deg; one line."""
+    """A direction as text with its unit, within one turn [rad]. Errors: UnitError; SeaError outside 0 to 360 deg; one
+    line."""
     value = parse(text, "angle", where)
     if not 0.0 <= value <= FULL * (1.0 + 1e-12):
         raise SeaError(f"{where} = {came(text)}: not between 0 deg and 360 deg. Give the direction within one turn.")
@@ -53,15 +54,18 @@ def coming_from(direction: Angles, sense: DirectionSense) -> Angles:
 
 
 def relative(come_from: Angles, heading: Angles | float) -> Angles:
-    """beta [rad, 0 to 2 pi] of waves that come from `come_from` [rad clockwise from north] on a ship that heads `heading` [same].
+    """beta [rad, 0 to 2 pi] of waves that come from `come_from` [rad clockwise from north] on a ship that heads
+    `heading` [same].
 
-    Waves from dead ahead (come_from = heading) are a head sea: pi. Waves from starboard (heading + pi/2) travel to port: pi/2.
+    Waves from dead ahead (come_from = heading) are a head sea: pi. Waves from starboard (heading + pi/2) travel to
+    port: pi/2.
     """
     return wrapped(heading + math.pi - come_from)
 
 
 def geographic(beta: Angles, heading: Angles | float) -> Angles:
-    """Where waves of beta come from [rad clockwise from north] on a ship that heads `heading`; the inverse of `relative`."""
+    """Where waves of beta come from [rad clockwise from north] on a ship that heads `heading`; the inverse of
+    `relative`."""
     return wrapped(heading + math.pi - beta)
 
 

@@ -1,7 +1,7 @@
 """Measured wave spectra: one record in frequency bands, and a series of them (a year at a buoy) as arrays.
 
-What a band holds is spread evenly over it. Moments are the rectangle rule of the buoys: centre frequency to the power n, times density,
-times band width; nothing is added for waves shorter than the last band.
+What a band holds is spread evenly over it. Moments are the rectangle rule of the buoys: centre frequency to the power
+n, times density, times band width; nothing is added for waves shorter than the last band.
 """
 
 from __future__ import annotations
@@ -24,9 +24,11 @@ from stillhook.units import came
 
 @dataclass(frozen=True, eq=False)
 class Measured(WaveSpectrum):
-    """A spectrum in m bands: omega (m,) centres and width (m,) [rad/s], ascending; S (m,) [m^2 s/rad]; source says from where.
+    """A spectrum in m bands: omega (m,) centres and width (m,) [rad/s], ascending; S (m,) [m^2 s/rad]; source says from
+    where.
 
-    Errors: SeaError for arrays of unequal length, frequencies that do not ascend, densities that are negative or no numbers.
+    Errors: SeaError for arrays of unequal length, frequencies that do not ascend, densities that are negative or no
+    numbers.
     """
 
     omega: FloatArray
@@ -40,11 +42,14 @@ class Measured(WaveSpectrum):
             object.__setattr__(self, name, _kept(getattr(self, name)))
         check_bands(self.omega, self.width, self.source)
         if self.S.shape != self.omega.shape:
-            raise SeaError(f"{self.source}: {len(self.omega)} bands and {self.S.size} densities. Give one density per band.")
+            raise SeaError(
+                f"{self.source}: {len(self.omega)} bands and {self.S.size} densities. Give one density per band."
+            )
         if not np.all(np.isfinite(self.S)) or np.any(self.S < 0.0):
             i = int(np.flatnonzero(~(self.S >= 0.0) | ~np.isfinite(self.S))[0])
             raise SeaError(
-                f"{self.source}: density {self.S[i]:g} m^2 s/rad at {self.omega[i]:g} rad/s is negative or no number. Mend the spectrum."
+                f"{self.source}: density {self.S[i]:g} m^2 s/rad at {self.omega[i]:g} rad/s is negative or no number."
+                " Mend the spectrum."
             )
 
     def density(self, omega: FloatArray) -> FloatArray:
@@ -87,9 +92,9 @@ class Measured(WaveSpectrum):
 class SpectrumSeries:
     """n records of spectra in the same m bands, one after the other: a buoy's month or year, or a hindcast point.
 
-    omega, width (m,) [rad/s]; S (n, m) [m^2 s/rad], a whole row of NaN where the record is not valid; time (n,) UTC, ascending; valid (n,);
-    source, the file; notes, what the reader had to say (missing records, repeated times); directional, if it was measured.
-    Missing and fill values are counted by `valid` and never used.
+    omega, width (m,) [rad/s]; S (n, m) [m^2 s/rad], a whole row of NaN where the record is not valid; time (n,) UTC,
+    ascending; valid (n,); source, the file; notes, what the reader had to say (missing records, repeated times);
+    directional, if it was measured. Missing and fill values are counted by `valid` and never used.
     """
 
     omega: FloatArray
@@ -108,7 +113,10 @@ class SpectrumSeries:
             object.__setattr__(self, name, copy)
         check_bands(self.omega, self.width, self.source)
         if self.S.shape != (len(self.time), len(self.omega)) or self.valid.shape != self.time.shape:
-            raise SeaError(f"{self.source}: spectra of shape {self.S.shape} for {len(self.time)} times and {len(self.omega)} bands.")
+            raise SeaError(
+                f"{self.source}: spectra of shape {self.S.shape} for {len(self.time)} times and {len(self.omega)}"
+                " bands."
+            )
 
     def __len__(self) -> int:
         return len(self.time)
@@ -149,7 +157,8 @@ class SpectrumSeries:
         return np.where(S.max(axis=1) > 0.0, 2.0 * np.pi / self.omega[np.argmax(S, axis=1)], np.nan)
 
     def index(self, record: str) -> int:
-        """Place of a record that a text names: its number from 0, or its time (UTC, ISO 8601). Errors: SeaError where there is none."""
+        """Place of a record that a text names: its number from 0, or its time (UTC, ISO 8601). Errors: SeaError where
+        there is none."""
         text = record.strip()
         if text.isdigit():
             if int(text) >= len(self):
@@ -159,7 +168,9 @@ class SpectrumSeries:
             said = datetime.fromisoformat(text.removesuffix("Z"))
             time = np.datetime64(said.replace(tzinfo=None) - (said.utcoffset() or timedelta(0)), "s")
         except (ValueError, OverflowError):
-            raise SeaError(f"{self.source}: record {came(record)} is no number and no time. Write 12 or 1996-01-05T12:00.") from None
+            raise SeaError(
+                f"{self.source}: record {came(record)} is no number and no time. Write 12 or 1996-01-05T12:00."
+            ) from None
         at = np.flatnonzero(self.time == time)
         if len(at) == 0:
             near = self.time[int(np.argmin(np.abs(self.time - time)))]
@@ -174,14 +185,16 @@ class SpectrumSeries:
 
     @property
     def come_from(self) -> FloatArray:
-        """Mean direction that each record's waves come from, by variance (n_records,) [rad clockwise from north]; NaN where unknown."""
+        """Mean direction that each record's waves come from, by variance (n_records,) [rad clockwise from north]; NaN
+        where unknown."""
         if self.directional is None:
             return np.full(len(self), np.nan)
         mean = np.sum(self.directional.turn() * self.S * self.width, axis=1)
         return np.where(np.isnan(self.S[:, 0]), np.nan, np.angle(mean) % (2.0 * np.pi))
 
     def sea(self, i: int, heading: float) -> Sea:
-        """The i-th record as a sea about a ship that heads `heading` [rad clockwise from north]: a train for every direction.
+        """The i-th record as a sea about a ship that heads `heading` [rad clockwise from north]: a train for every
+        direction.
 
         Errors: SeaError where the record is missing or directions were not measured.
         """
@@ -214,7 +227,10 @@ def _kept(values: Any) -> FloatArray:
 def check_bands(omega: FloatArray, width: FloatArray, source: str) -> None:
     """Refuse bands that are no bands. Errors: SeaError."""
     if omega.ndim != 1 or len(omega) < 2 or width.shape != omega.shape:
-        raise SeaError(f"{source}: {omega.size} frequencies and {width.size} band widths. Give two or more bands, each with its width.")
+        raise SeaError(
+            f"{source}: {omega.size} frequencies and {width.size} band widths. Give two or more bands, each with its"
+            " width."
+        )
     if not np.all(np.isfinite(omega)) or omega[0] <= 0.0 or np.any(np.diff(omega) <= 0.0):
         raise SeaError(f"{source}: frequencies are not positive and ascending. Sort the bands.")
     if not np.all(np.isfinite(width)) or np.any(width <= 0.0):

@@ -50,7 +50,8 @@ class OchiHubble(Peaks):
 
     def describe(self) -> str:
         return "ochi-hubble " + " ".join(
-            f"Hs{i}={hump.H_s:.6g} m Tp{i}={hump.T_p:.6g} s lambda{i}={hump.shape:.6g}" for i, hump in enumerate(self.humps, start=1)
+            f"Hs{i}={hump.H_s:.6g} m Tp{i}={hump.T_p:.6g} s lambda{i}={hump.shape:.6g}"
+            for i, hump in enumerate(self.humps, start=1)
         )
 
     def to_dict(self) -> dict[str, Any]:

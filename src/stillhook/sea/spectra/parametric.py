@@ -1,16 +1,19 @@
-r"""Wave spectra in closed form that a height, a period and a shape describe: Pierson-Moskowitz, JONSWAP, and sums of any spectra.
+r"""Wave spectra in closed form that a height, a period and a shape describe: Pierson-Moskowitz, JONSWAP, and sums of
+any spectra.
 
 Every one is a sum of peaks of one family, with x = omega/omega_p, B = N/4, sigma = 0.07 up to the peak and 0.09 above:
 
-.. math:: S = \frac{H_s^2}{16\,\omega_p} \frac{1}{I} x^{-N} e^{-B x^{-4}} \gamma^{b(x)}, \quad b = e^{-(x - 1)^2/(2\sigma^2)}
+.. math:: S = \frac{H_s^2}{16\,\omega_p} \frac{1}{I} x^{-N} e^{-B x^{-4}} \gamma^{b(x)}, \quad b = e^{-(x -
+1)^2/(2\sigma^2)}
 
-N is 5 for Pierson-Moskowitz and JONSWAP, 4 for Torsethaugen, 4 lambda + 1 for Ochi-Hubble. I makes H_m0 the height that was asked for:
-the exact integral, or what is printed for it ("printed").
+N is 5 for Pierson-Moskowitz and JONSWAP, 4 for Torsethaugen, 4 lambda + 1 for Ochi-Hubble. I makes H_m0 the height that
+was asked for: the exact integral, or what is printed for it ("printed").
 
-Moments: over all frequencies where n < N - 1, so 0 to 3 for JONSWAP (gamma functions for the base, 80-point Gauss rules for what gamma
-adds). The 4th moment of a tail omega^-5 grows with the logarithm of where it ends: it, and every other one that does not converge, is
-taken up to `omega_cut`, 12 times the highest peak frequency, where `grid` ends too. The tail above holds 6e-5 of m_0, 7e-4 of m_1,
-0.9 % of m_2 and 10 % of m_3 of a Pierson-Moskowitz spectrum: no crane tip and no load feels it.
+Moments: over all frequencies where n < N - 1, so 0 to 3 for JONSWAP (gamma functions for the base, 80-point Gauss rules
+for what gamma adds). The 4th moment of a tail omega^-5 grows with the logarithm of where it ends: it, and every other
+one that does not converge, is taken up to `omega_cut`, 12 times the highest peak frequency, where `grid` ends too. The
+tail above holds 6e-5 of m_0, 7e-4 of m_1, 0.9 % of m_2 and 10 % of m_3 of a Pierson-Moskowitz spectrum: no crane tip
+and no load feels it.
 """
 
 from __future__ import annotations
@@ -47,7 +50,8 @@ NORMS = ("exact", "printed")
 
 @dataclass(frozen=True)
 class Peak:
-    """One peak: m_0 [m^2] by the exact norm, omega_p [rad/s], N exponent of the tail, gamma, scale 1 unless the norm is printed."""
+    """One peak: m_0 [m^2] by the exact norm, omega_p [rad/s], N exponent of the tail, gamma, scale 1 unless the norm is
+    printed."""
 
     m_0: float
     omega_p: float
@@ -94,7 +98,9 @@ def _integral(n: int, N: float, gamma: float, end: float) -> float:
     raised = 0.0
     for a, b in ((1.0 - REACH * SIGMA_BELOW, 1.0), (1.0, 1.0 + REACH * SIGMA_ABOVE)):
         x = (a + b) / 2.0 + (b - a) / 2.0 * node
-        raised += (b - a) / 2.0 * float(np.sum(weight * x**n * _shape(x, N) * np.expm1(math.log(gamma) * _enhancement(x))))
+        raised += (
+            (b - a) / 2.0 * float(np.sum(weight * x**n * _shape(x, N) * np.expm1(math.log(gamma) * _enhancement(x))))
+        )
     return base + raised
 
 
@@ -147,8 +153,8 @@ class Peaks(WaveSpectrum):
 class Jonswap(Peaks):
     r"""JONSWAP spectrum; Pierson-Moskowitz where gamma is 1.
 
-    H_s significant wave height [m]; T_p peak period [s]; gamma peak enhancement 1 to 10, by `gamma_of` if left out; norm "exact" (H_m0 is
-    H_s) or "printed", which takes 1 - 0.287 ln(gamma) for the integral.
+    H_s significant wave height [m]; T_p peak period [s]; gamma peak enhancement 1 to 10, by `gamma_of` if left out;
+    norm "exact" (H_m0 is H_s) or "printed", which takes 1 - 0.287 ln(gamma) for the integral.
     Source: DNV-RP-C205; check against your edition. Errors: SeaError for values outside what a sea can be.
     """
 
@@ -158,18 +164,26 @@ class Jonswap(Peaks):
     norm: str
     kind: ClassVar[str] = "jonswap"
 
-    def __init__(self, H_s: float, T_p: float, gamma: float | None = None, norm: str = "exact", *, where: str = "jonswap") -> None:
+    def __init__(
+        self, H_s: float, T_p: float, gamma: float | None = None, norm: str = "exact", *, where: str = "jonswap"
+    ) -> None:
         check_height_and_period(H_s, T_p, where)
         gamma = gamma_of(H_s, T_p) if gamma is None else gamma
         if not 1.0 <= gamma <= 10.0:
-            raise SeaError(f"{where}: gamma = {gamma:g} is not between 1 and 10. Leave it out for the rule of T_p/sqrt(H_s).")
+            raise SeaError(
+                f"{where}: gamma = {gamma:g} is not between 1 and 10. Leave it out for the rule of T_p/sqrt(H_s)."
+            )
         check_norm(norm, where)
         for name, value in (("H_s", H_s), ("T_p", T_p), ("gamma", float(gamma)), ("norm", norm)):
             object.__setattr__(self, name, value)
 
     @property
     def peaks(self) -> tuple[Peak, ...]:
-        scale = 1.0 if self.norm == "exact" else printed_scale(5.0, self.gamma, 5.0 * (1.0 - PRINTED_NORM * math.log(self.gamma)))
+        scale = (
+            1.0
+            if self.norm == "exact"
+            else printed_scale(5.0, self.gamma, 5.0 * (1.0 - PRINTED_NORM * math.log(self.gamma)))
+        )
         return (Peak(self.H_s**2 / 16.0, 2.0 * math.pi / self.T_p, 5.0, self.gamma, scale),)
 
     @property
@@ -192,7 +206,8 @@ def pierson_moskowitz(H_s: float, T_p: float, *, where: str = "pm") -> Jonswap:
 
 
 def gamma_of(H_s: float, T_p: float) -> float:
-    """Peak enhancement by the steepness of the sea: 5 for T_p/sqrt(H_s) up to 3.6, exp(5.75 - 1.15 T_p/sqrt(H_s)) up to 5, then 1.
+    """Peak enhancement by the steepness of the sea: 5 for T_p/sqrt(H_s) up to 3.6, exp(5.75 - 1.15 T_p/sqrt(H_s)) up to
+    5, then 1.
 
     H_s [m], T_p [s]. Source: DNV-RP-C205; check against your edition.
     """
@@ -203,7 +218,8 @@ def gamma_of(H_s: float, T_p: float) -> float:
 
 
 def peak_period_of(T_z: float, H_s: float, gamma: float | None = None) -> float:
-    """Peak period [s] of the JONSWAP spectrum whose T_m02 is T_z [s]; gamma None: by the rule for H_s [m] and the period that comes out.
+    """Peak period [s] of the JONSWAP spectrum whose T_m02 is T_z [s]; gamma None: by the rule for H_s [m] and the
+    period that comes out.
 
     With the rule there is one answer: T_z grows with T_p all the way.
     """

@@ -18,7 +18,8 @@ G = 9.80665
 
 
 class WaveSpectrum(ABC):
-    """A one-sided variance density of the sea surface, S(omega) [m^2 s/rad]: its integral over omega from 0 on is the variance.
+    """A one-sided variance density of the sea surface, S(omega) [m^2 s/rad]: its integral over omega from 0 on is the
+    variance.
 
     Integrals of S with anything (a squared transfer function, a power of omega) are sums over `grid` with `weights`.
     """
@@ -29,7 +30,8 @@ class WaveSpectrum(ABC):
 
     @abstractmethod
     def moment(self, n: int) -> float:
-        """m_n, the integral of omega^n S [m^2 rad^n/s^n] for n = -1 to 4, over all omega where that converges, else up to `omega_cut`."""
+        """m_n, the integral of omega^n S [m^2 rad^n/s^n] for n = -1 to 4, over all omega where that converges, else up
+        to `omega_cut`."""
 
     @abstractmethod
     def grid(self) -> FloatArray:
@@ -53,7 +55,8 @@ class WaveSpectrum(ABC):
         return ()
 
     def weights(self) -> FloatArray:
-        """Weights [rad/s] with which sums over `grid` are integrals: the trapezoid rule; band widths where it is measured in bands."""
+        """Weights [rad/s] with which sums over `grid` are integrals: the trapezoid rule; band widths where it is
+        measured in bands."""
         return trapezoid(self.grid())
 
     @property
@@ -100,8 +103,8 @@ def trapezoid(omega: FloatArray) -> FloatArray:
 class Train:
     """Waves of one spectrum from one side.
 
-    beta: mean direction in which they travel, counter-clockwise from the bow [rad] (0 following, pi/2 coming from starboard, pi head sea).
-    spread: exponent n of cos^n(theta - beta) within +-90 deg; None: long-crested.
+    beta: mean direction in which they travel, counter-clockwise from the bow [rad] (0 following, pi/2 coming from
+    starboard, pi head sea). spread: exponent n of cos^n(theta - beta) within +-90 deg; None: long-crested.
     Errors: SeaError for a direction that is no number, and for an exponent outside 1 to 200.
     """
 
@@ -116,7 +119,8 @@ class Train:
             check_spread(self.spread)
 
     def directions(self) -> tuple[FloatArray, FloatArray]:
-        """Directions of travel [rad] and the share of the variance that each takes (adding up to 1), both (k,); k = 1 when long-crested."""
+        """Directions of travel [rad] and the share of the variance that each takes (adding up to 1), both (k,); k = 1
+        when long-crested."""
         if self.spread is None:
             return np.array([self.beta]), np.ones(1)
         theta, weight = cos_power(self.spread)
@@ -134,7 +138,10 @@ LEAST_SPREAD, LARGEST_SPREAD = 1.0, 200.0
 def check_spread(n: float, where: str = "spread") -> float:
     """The exponent of a cos^n spreading, if it is one. Errors: SeaError outside 1 to 200."""
     if not LEAST_SPREAD <= n <= LARGEST_SPREAD:
-        raise SeaError(f"{where} {n:g}: is not between {LEAST_SPREAD:g} and {LARGEST_SPREAD:g}. Leave it out for long-crested waves.")
+        raise SeaError(
+            f"{where} {n:g}: is not between {LEAST_SPREAD:g} and {LARGEST_SPREAD:g}. Leave it out for long-crested"
+            " waves."
+        )
     return n
 
 
@@ -160,5 +167,7 @@ class Sea:
     def describe(self) -> str:
         """The sea in words and units; of many trains, as a directional record has, the first and the height of all."""
         if len(self.trains) > 4:
-            return f"{len(self.trains)} wave trains, Hm0={self.H_m0:.4g} m in all, the first {self.trains[0].describe()}"
+            return (
+                f"{len(self.trains)} wave trains, Hm0={self.H_m0:.4g} m in all, the first {self.trains[0].describe()}"
+            )
         return " + ".join(train.describe() for train in self.trains)

@@ -2,8 +2,8 @@ r"""Short-crested waves: how the variance of a wave train is shared out over dir
 
 .. math:: D(\theta) = \frac{\Gamma(n/2 + 1)}{\sqrt\pi\, \Gamma(n/2 + 1/2)} \cos^n(\theta), \quad |\theta| \le \pi/2
 
-Source: DNV-RP-C205 (wind sea n 2 to 4, swell n above 6); check against your edition. It is another function than cos^(2s)(theta/2), which
-reaches round to the opposite direction.
+Source: DNV-RP-C205 (wind sea n 2 to 4, swell n above 6); check against your edition. It is another function than
+cos^(2s)(theta/2), which reaches round to the opposite direction.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from stillhook.base.arrays import ComplexArray, FloatArray
 
 ULP = 2.0**-52
 DIRECTIONS = 36
-"""Directions over 180 deg: 5 deg apart. Their sums of smooth functions of direction are right to rounding for whole exponents up to 70."""
+"""Directions over 180 deg: 5 deg apart. Their sums of smooth functions of direction are right to rounding for whole
+exponents up to 70."""
 AROUND, FINE = 36, 10
 """Sectors of the full circle into which measured directions are shared out, and points within each."""
 MOST = 0.999
@@ -24,7 +25,8 @@ MOST = 0.999
 
 
 def cos_power(n: float, count: int = DIRECTIONS) -> tuple[FloatArray, FloatArray]:
-    """Directions off the mean one [rad], even and symmetric within +-90 deg, and their shares of the variance, both (count,).
+    """Directions off the mean one [rad], even and symmetric within +-90 deg, and their shares of the variance, both
+    (count,).
 
     The shares are whole multiples of 2^-52, so that they add up to exactly 1 in any order. n exponent, positive.
     """
@@ -43,13 +45,15 @@ def sectors(count: int = AROUND) -> FloatArray:
 def maximum_entropy(c_1: ComplexArray, c_2: ComplexArray, count: int = AROUND) -> FloatArray:
     r"""The directional distribution that a buoy's four numbers leave the most open, and which is never negative.
 
-    .. math:: D = \frac{1 - \varphi_1 c_1^* - \varphi_2 c_2^*}{2\pi |1 - \varphi_1 e^{-i\theta} - \varphi_2 e^{-2i\theta}|^2}, \quad
+    .. math:: D = \frac{1 - \varphi_1 c_1^* - \varphi_2 c_2^*}{2\pi |1 - \varphi_1 e^{-i\theta} - \varphi_2
+    e^{-2i\theta}|^2}, \quad
               \varphi_1 = \frac{c_1 - c_2 c_1^*}{1 - |c_1|^2}, \quad \varphi_2 = c_2 - c_1 \varphi_1
 
     Parameters: c_1, c_2 (...) the means of e^(i theta) and e^(2 i theta): r_1 e^(i alpha_1) and r_2 e^(2 i alpha_2).
     Returns shares (..., count) that add up to 1: what D gives each of the `sectors`.
     Numbers that no distribution has (r_2 below what r_1 needs) are drawn to within 0.1 % of the nearest that one has.
-    Source: Lygre and Krogstad 1986. The truncated Fourier series with the same numbers is negative over parts of the circle.
+    Source: Lygre and Krogstad 1986. The truncated Fourier series with the same numbers is negative over parts of the
+    circle.
     """
     fine = FINE * count
     angle = (np.arange(fine) - (FINE - 1) / 2.0) * (2.0 * math.pi / fine)
@@ -60,8 +64,16 @@ def maximum_entropy(c_1: ComplexArray, c_2: ComplexArray, count: int = AROUND) -
     phi_1 = (c_1 - c_2 * np.conj(c_1)) / left
     phi_2 = c_2 - c_1 * phi_1
     turn = phi_2 * np.conj(phi_1) - phi_1
-    squares = [1.0 + np.abs(phi_1) ** 2 + np.abs(phi_2) ** 2, 2.0 * turn.real, 2.0 * turn.imag, -2.0 * phi_2.real, -2.0 * phi_2.imag]
+    squares = [
+        1.0 + np.abs(phi_1) ** 2 + np.abs(phi_2) ** 2,
+        2.0 * turn.real,
+        2.0 * turn.imag,
+        -2.0 * phi_2.real,
+        -2.0 * phi_2.imag,
+    ]
     waves = [np.ones(fine), np.cos(angle), np.sin(angle), np.cos(2.0 * angle), np.sin(2.0 * angle)]
-    back = np.stack(squares, axis=-1) @ np.stack(waves)  # |1 - phi_1 e^(-i theta) - phi_2 e^(-2 i theta)|^2, multiplied out
+    back = np.stack(squares, axis=-1) @ np.stack(
+        waves
+    )  # |1 - phi_1 e^(-i theta) - phi_2 e^(-2 i theta)|^2, multiplied out
     share = (1.0 / back).reshape(*c_1.shape, count, FINE).sum(axis=-1)
     return np.asarray(share / share.sum(axis=-1, keepdims=True), dtype=np.float64)

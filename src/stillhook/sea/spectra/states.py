@@ -1,4 +1,5 @@
-"""Sea states over time as a height, periods and a direction each, where no spectra were kept: weather tables and hindcasts."""
+"""Sea states over time as a height, periods and a direction each, where no spectra were kept: weather tables and
+hindcasts."""
 
 from __future__ import annotations
 
@@ -14,8 +15,8 @@ from stillhook.base.arrays import FloatArray
 class SeaStates:
     """n sea states, one after the other; every array (n,), NaN where unknown.
 
-    time UTC, ascending; valid, where the height is known; H_m0 [m]; T_p, T_m02 [s]; come_from, where waves come from, clockwise from north
-    [rad]; source, the file; notes, what the reader had to say.
+    time UTC, ascending; valid, where the height is known; H_m0 [m]; T_p, T_m02 [s]; come_from, where waves come from,
+    clockwise from north [rad]; source, the file; notes, what the reader had to say.
     """
 
     time: NDArray[np.datetime64] = field(repr=False)

@@ -1,4 +1,5 @@
-"""Waves as text that a person writes ("jonswap Hs=1 m Tp=8 s gamma=3.3 + pm Hs=0.5 m Tp=14 s") and as plain numbers that a file stores."""
+"""Waves as text that a person writes ("jonswap Hs=1 m Tp=8 s gamma=3.3 + pm Hs=0.5 m Tp=14 s") and as plain numbers
+that a file stores."""
 
 from __future__ import annotations
 
@@ -25,7 +26,10 @@ FIELDS: Mapping[str, tuple[str, ...]] = {
 """Spectra that a text can name, and what each takes; gamma and norm may be left out."""
 PLACED = ("heading", "spread")
 """What a wave train of a sea may have besides."""
-ALLOWED = 'Write "jonswap Hs=2 m Tp=8 s gamma=3.3", "pm Hs=2 m Tp=8 s", "torsethaugen Hs=2 m Tp=8 s" or ochi-hubble; sums with " + "'
+ALLOWED = (
+    'Write "jonswap Hs=2 m Tp=8 s gamma=3.3", "pm Hs=2 m Tp=8 s", "torsethaugen Hs=2 m Tp=8 s" or ochi-hubble; sums'
+    ' with " + "'
+)
 _OPTIONAL = ("Tz", "gamma", "norm", *PLACED)
 _KEY = re.compile(r"(?:^|\s)([A-Za-z_]+[0-9]?)\s*=\s*")
 _GLUED = re.compile(r"\+\s*[A-Za-z]")
@@ -35,19 +39,22 @@ _NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?
 def parse_wave(text: str, where: str = "") -> Peaks:
     """The wave spectrum that a text names; sums with spaces round the plus sign.
 
-    - `jonswap Hs=1 m Tp=8 s gamma=3.3` (gamma by the rule of T_p/sqrt(H_s) if left out; norm=printed for 1 - 0.287 ln(gamma))
+    - `jonswap Hs=1 m Tp=8 s gamma=3.3` (gamma by the rule of T_p/sqrt(H_s) if left out; norm=printed for 1 - 0.287
+    ln(gamma))
     - `pm Hs=1 m Tp=8 s`; both also take T_m02 in place of the peak period: `pm Hs=1 m Tz=5.7 s`
     - `torsethaugen Hs=2 m Tp=8 s`
     - `ochi-hubble Hs1=2 m Tp1=14 s lambda1=3 Hs2=1 m Tp2=7 s lambda2=1`
 
-    where is put first in every error (the file and field). Errors: SeaError for a text of another form or for values that no sea has,
-    UnitError for a number with a wrong unit; both in one line.
+    where is put first in every error (the file and field). Errors: SeaError for a text of another form or for values
+    that no sea has, UnitError for a number with a wrong unit; both in one line.
     """
     terms = []
     for place, name, values in _terms(text, where):
         for key in PLACED:
             if key in values:
-                raise SeaError(f"{place}: {key} does not belong to a spectrum. Leave it out here; waves beside a ship have one.")
+                raise SeaError(
+                    f"{place}: {key} does not belong to a spectrum. Leave it out here; waves beside a ship have one."
+                )
         terms.append(_spectrum(place, name, values))
     return terms[0] if len(terms) == 1 else Mixed(tuple(terms))
 
@@ -55,9 +62,10 @@ def parse_wave(text: str, where: str = "") -> Peaks:
 def parse_sea(text: str, *, heading: str | None = None, spread: float | None = None, where: str = "") -> Sea:
     """A sea whose wave trains may each have their own `heading=150 deg` and `spread=4`, else the ones given here.
 
-    heading: the direction in which waves travel, counter-clockwise from the bow, as text such as "180 deg" ("0 deg" following, "90 deg"
-    coming from starboard, "180 deg" head sea); spread: exponent of cos^n, None for long-crested waves. Errors: as `parse_wave`; UnitError
-    for a heading without its unit, SeaError for one outside 0 to 360 deg or a train that has none.
+    heading: the direction in which waves travel, counter-clockwise from the bow, as text such as "180 deg" ("0 deg"
+    following, "90 deg" coming from starboard, "180 deg" head sea); spread: exponent of cos^n, None for long-crested
+    waves. Errors: as `parse_wave`; UnitError for a heading without its unit, SeaError for one outside 0 to 360 deg or a
+    train that has none.
     """
     given = None if heading is None else parse_direction(heading, f"{where}: heading" if where else "heading")
     trains = []
@@ -68,7 +76,9 @@ def parse_sea(text: str, *, heading: str | None = None, spread: float | None = N
         if "spread" in values:
             n = check_spread(_number(values["spread"], f"{place}: spread"), f"{place}: spread")
         if towards is None:
-            raise SeaError(f'{place}: no heading. Add "heading=180 deg" (0 following, 90 coming from starboard, 180 head sea).')
+            raise SeaError(
+                f'{place}: no heading. Add "heading=180 deg" (0 following, 90 coming from starboard, 180 head sea).'
+            )
         trains.append(Train(_spectrum(place, name, values), towards, n))
     return Sea(tuple(trains))
 
@@ -82,7 +92,9 @@ def _terms(text: str, where: str) -> list[tuple[str, str, dict[str, str]]]:
         raise SeaError(f"{place}no waves are given. {ALLOWED}.")
     terms = [term.strip() for term in re.split(r"(?:^|\s)\+(?=\s|$)", text.strip())]
     if not all(terms):
-        raise SeaError(f'{place}{came(text)}: a "+" has a spectrum on one side only. Give the other, or leave the "+" out.')
+        raise SeaError(
+            f'{place}{came(text)}: a "+" has a spectrum on one side only. Give the other, or leave the "+" out.'
+        )
     if any(_GLUED.search(term) for term in terms):
         raise SeaError(f'{place}{came(text)}: a "+" without spaces round it. Write " + " between spectra.')
     return [_term(term, f"{place}{came(text)}", place) for term in terms]
@@ -105,7 +117,9 @@ def _term(term: str, whole: str, place: str) -> tuple[str, str, dict[str, str]]:
         raise SeaError(f"{whole}: Tp and Tz are both given. Give one of them.")
     for key in FIELDS[name]:
         if key not in values and key not in _OPTIONAL and not (key == "Tp" and "Tz" in values):
-            raise SeaError(f"{whole}: {name} has no {key}. Give {', '.join(k for k in FIELDS[name] if k not in _OPTIONAL)}.")
+            raise SeaError(
+                f"{whole}: {name} has no {key}. Give {', '.join(k for k in FIELDS[name] if k not in _OPTIONAL)}."
+            )
     return whole, name, values
 
 
@@ -155,7 +169,9 @@ def spectrum_from_dict(data: Mapping[str, Any]) -> WaveSpectrum:
                 return Measured(data["omega"], data["width"], data["S"], data["source"])
     except (KeyError, TypeError, ValueError) as problem:
         raise SeaError(f"{place}: {came(str(problem))} is missing or misstated. Make them anew.") from None
-    raise SeaError(f"{place}: type {came(data['type'])} is not one of jonswap, torsethaugen, ochi-hubble, mixed, measured.")
+    raise SeaError(
+        f"{place}: type {came(data['type'])} is not one of jonswap, torsethaugen, ochi-hubble, mixed, measured."
+    )
 
 
 def _peaks(data: Mapping[str, Any]) -> Peaks:

@@ -1,11 +1,12 @@
 r"""Torsethaugen's two-peaked spectrum (simplified form): a wind sea and a swell from one H_s and T_p.
 
-Primary and secondary peak have the shape x^-4 exp(-x^-4); the primary is raised by gamma. At T_f = 6.6 H_s^(1/3) the sea is fully
-developed and has one peak. Fitted for the Norwegian continental shelf, H_s up to 11 m.
-Source: Torsethaugen and Haver 2004, DNV-RP-C205 appendix A; check against your edition; the numbers are in `COEFFICIENTS`.
-Differs from print: the peaks are normalised exactly, so that H_m0 is H_s; the printed 3.26 (1 + 1.1 ln(gamma)^1.19)/gamma, norm "printed",
-leaves H_m0 within 2 % of it. A gamma that comes out below 1 (seas of very small steepness) is taken as 1 and told.
-The tail omega^-4 makes m_3 and m_4 depend on the cut, and puts 4 to 9 % of m_2 above it.
+Primary and secondary peak have the shape x^-4 exp(-x^-4); the primary is raised by gamma. At T_f = 6.6 H_s^(1/3) the
+sea is fully developed and has one peak. Fitted for the Norwegian continental shelf, H_s up to 11 m.
+Source: Torsethaugen and Haver 2004, DNV-RP-C205 appendix A; check against your edition; the numbers are in
+`COEFFICIENTS`. Differs from print: the peaks are normalised exactly, so that H_m0 is H_s; the printed 3.26 (1 + 1.1
+ln(gamma)^1.19)/gamma, norm "printed", leaves H_m0 within 2 % of it. A gamma that comes out below 1 (seas of very small
+steepness) is taken as 1 and told. The tail omega^-4 makes m_3 and m_4 depend on the cut, and puts 4 to 9 % of m_2 above
+it.
 """
 
 from __future__ import annotations
@@ -59,8 +60,8 @@ class Torsethaugen(Peaks):
         steepest = c["a_e"] * math.sqrt(H_s)
         if not steepest <= T_p < c["a_u"] or c["a_f"] * H_s ** (1.0 / 3.0) >= c["a_u"]:
             raise SeaError(
-                f"{where}: Tp = {T_p:g} s with Hs = {H_s:g} m is outside the fit, {steepest:.4g} s (2 sqrt(Hs)) to {c['a_u']:g} s. "
-                "Use jonswap or ochi-hubble."
+                f"{where}: Tp = {T_p:g} s with Hs = {H_s:g} m is outside the fit, {steepest:.4g} s (2 sqrt(Hs)) to"
+                f" {c['a_u']:g} s. Use jonswap or ochi-hubble."
             )
         for name, value in (("H_s", H_s), ("T_p", T_p), ("norm", norm)):
             object.__setattr__(self, name, value)
@@ -88,7 +89,11 @@ class Torsethaugen(Peaks):
         else:
             over = (T_p - T_f) / (c["a_u"] - T_f)
             r = c["a_20"] + (1.0 - c["a_20"]) * math.exp(-((over / c["a_2"]) ** 2))
-            gamma = c["k_g"] * (2.0 * math.pi * H_s / (G * T_f**2)) ** c["g_exp"] * (1.0 + c["a_3"] * over) if H_s > 0.0 else 1.0
+            gamma = (
+                c["k_g"] * (2.0 * math.pi * H_s / (G * T_f**2)) ** c["g_exp"] * (1.0 + c["a_3"] * over)
+                if H_s > 0.0
+                else 1.0
+            )
             T_2 = c["a_f"] * (H_s * math.sqrt(1.0 - r**2)) ** (1.0 / 3.0)
         return (r * H_s, T_p, gamma), (H_s * math.sqrt(1.0 - r**2), T_2, 1.0)
 

@@ -1,4 +1,5 @@
-"""Waves counted in a motion: how far it goes over a moving window, and from one upward crossing of its mean to the next."""
+"""Waves counted in a motion: how far it goes over a moving window, and from one upward crossing of its mean to the
+next."""
 
 from __future__ import annotations
 
@@ -7,12 +8,13 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 
 DEAD_BAND = 0.1
-"""Part of the standard deviation that a wave must go beyond the mean, either way, to count: noise about the mean is no wave."""
+"""Part of the standard deviation that a wave must go beyond the mean, either way, to count: noise about the mean is no
+wave."""
 
 
 def trailing_spans(x: FloatArray, n: int, axis: int = -1) -> FloatArray:
-    """Largest less smallest of each sample and the n - 1 before it, shape of x; NaN where one of them is. Of the first n - 1 samples it is
-    that of what there is so far, mirrored."""
+    """Largest less smallest of each sample and the n - 1 before it, shape of x; NaN where one of them is. Of the first
+    n - 1 samples it is that of what there is so far, mirrored."""
     from scipy.ndimage import maximum_filter1d, minimum_filter1d  # heavy: only where windows are asked for
 
     unknown = np.isnan(x)
@@ -29,7 +31,8 @@ def window_spans(s: FloatArray, n: int) -> FloatArray:
 
 
 def wave_periods(s: FloatArray, dt: float) -> FloatArray:
-    """Time between one upward crossing of the mean and the next, for every whole wave of a motion sampled every dt [s]."""
+    """Time between one upward crossing of the mean and the next, for every whole wave of a motion sampled every dt
+    [s]."""
     y = s - s.mean() if len(s) else s
     band = DEAD_BAND * y.std() if len(s) else 0.0
     if band == 0.0:

@@ -24,13 +24,15 @@ class Boom:
     r"""Geometry of a knuckle-boom crane (a box-boom crane has no knuckle boom).
 
     .. math:: r = r_0 + L_1\cos\theta_1 + L_2\cos(\theta_1 - \theta_2), \quad
-              z = z_p + L_1\sin\theta_1 + L_2\sin(\theta_1 - \theta_2), \quad x = x_p + r\cos\psi, \quad y = y_p + r\sin\psi
+              z = z_p + L_1\sin\theta_1 + L_2\sin(\theta_1 - \theta_2), \quad x = x_p + r\cos\psi, \quad y = y_p +
+              r\sin\psi
 
-    pedestal (x_p, y_p, z_p): forward and to port of the RAO's reference point, main boom's heel pin above still water [m]. slew psi: where
-    the boom points, counter-clockwise from the bow [rad]: 0 forward, 90 deg to port, 270 deg to starboard. main, knuckle: length [m] and
-    angle [rad], the main boom's above the horizontal, the knuckle boom's below the line of the main boom (0 straight on). offset r_0: heel
-    pin ahead of the axis of slewing [m].
-    Texts with units in; a knuckle of None: none. Errors: SeaError for what no crane is, UnitError for a number without its unit.
+    pedestal (x_p, y_p, z_p): forward and to port of the RAO's reference point, main boom's heel pin above still water
+    [m]. slew psi: where the boom points, counter-clockwise from the bow [rad]: 0 forward, 90 deg to port, 270 deg to
+    starboard. main, knuckle: length [m] and angle [rad], the main boom's above the horizontal, the knuckle boom's below
+    the line of the main boom (0 straight on). offset r_0: heel pin ahead of the axis of slewing [m].
+    Texts with units in; a knuckle of None: none. Errors: SeaError for what no crane is, UnitError for a number without
+    its unit.
     """
 
     x: float
@@ -57,7 +59,12 @@ class Boom:
                 raise SeaError(f"boom: {name} = {value!r} is not {count} texts. {HOW[name]}")
         length, angle = knuckle or ("0 m", "0 deg")
         texts = (
-            *(("x", pedestal[0], "length"), ("y", pedestal[1], "length"), ("z", pedestal[2], "length"), ("slew", slew, "angle")),
+            *(
+                ("x", pedestal[0], "length"),
+                ("y", pedestal[1], "length"),
+                ("z", pedestal[2], "length"),
+                ("slew", slew, "angle"),
+            ),
             *(("main_length", main[0], "length"), ("main_angle", main[1], "angle")),
             *(("knuckle_length", length, "length"), ("knuckle_angle", angle, "angle"), ("offset", offset, "length")),
         )
@@ -67,12 +74,17 @@ class Boom:
 
     def _check(self) -> None:
         if max(abs(self.x), abs(self.y), abs(self.z)) > LONGEST_LEVER:
-            raise SeaError(f"boom: the pedestal lies more than {LONGEST_LEVER:g} m off the reference point. Check its units.")
+            raise SeaError(
+                f"boom: the pedestal lies more than {LONGEST_LEVER:g} m off the reference point. Check its units."
+            )
         if self.z < 0.0:
             raise SeaError(f"boom: its heel lies {-self.z:g} m below still water. Give the pedestal's z above it.")
         for name, length, least in (("main", self.main_length, 1.0), ("knuckle", self.knuckle_length, 0.0)):
             if not least <= length <= LONGEST_BOOM:
-                raise SeaError(f"boom: {name} length {length:g} m is not between {least:g} m and {LONGEST_BOOM:g} m. Check its unit.")
+                raise SeaError(
+                    f"boom: {name} length {length:g} m is not between {least:g} m and {LONGEST_BOOM:g} m. Check its"
+                    " unit."
+                )
         if not 0.0 <= self.offset <= 20.0:
             raise SeaError(f"boom: offset {self.offset:g} m is not between 0 m and 20 m.")
         if not 0.0 <= self.main_angle <= LARGEST_ELEVATION:
@@ -82,11 +94,14 @@ class Boom:
             )
         if not 0.0 <= self.knuckle_angle <= LARGEST_FOLD:
             raise SeaError(
-                f"boom: knuckle angle {math.degrees(self.knuckle_angle):.4g} deg is not between 0 deg (straight on) and "
-                f"{math.degrees(LARGEST_FOLD):.3g} deg (folded back). Give it below the line of the main boom."
+                f"boom: knuckle angle {math.degrees(self.knuckle_angle):.4g} deg is not between 0 deg (straight on) and"
+                f" {math.degrees(LARGEST_FOLD):.3g} deg (folded back). Give it below the line of the main boom."
             )
         if self.radius <= 0.0:
-            raise SeaError(f"boom: the tip is folded back over the pedestal (radius {self.radius:.3g} m). Fold the knuckle boom less.")
+            raise SeaError(
+                f"boom: the tip is folded back over the pedestal (radius {self.radius:.3g} m). Fold the knuckle boom"
+                " less."
+            )
 
     @property
     def radius(self) -> float:
@@ -96,13 +111,16 @@ class Boom:
 
     @property
     def tip(self) -> tuple[float, float, float]:
-        """Crane tip (x, y) [m] from the reference point, forward and to port, and its height z above still water [m]."""
-        rise = self.main_length * math.sin(self.main_angle) + self.knuckle_length * math.sin(self.main_angle - self.knuckle_angle)
+        """Crane tip (x, y) [m] from the reference point, forward and to port, and its height z above still water
+        [m]."""
+        rise = self.main_length * math.sin(self.main_angle) + self.knuckle_length * math.sin(
+            self.main_angle - self.knuckle_angle
+        )
         return self.x + self.radius * math.cos(self.slew), self.y + self.radius * math.sin(self.slew), self.z + rise
 
     def reaching(self, x: float, y: float, z: float | None = None) -> Self:
-        """The same crane with its tip over (x, y) [m], slewed and luffed: at the height z [m] above still water with the knuckle boom
-        hanging down, or, without z, folded as it is now.
+        """The same crane with its tip over (x, y) [m], slewed and luffed: at the height z [m] above still water with
+        the knuckle boom hanging down, or, without z, folded as it is now.
 
         Errors: SeaError where the booms are too short or too long for it, or an angle would be beyond what a boom does.
         """
@@ -113,20 +131,33 @@ class Boom:
             place, away, h = f"boom: a tip over x {x:g} m, y {y:g} m is {out:.4g} m from the pedestal", abs(r), 0.0
         else:
             h, fold = z - self.z, 0.0
-            place = f"boom: a tip at x {x:g} m, y {y:g} m, {z:g} m up is {out:.4g} m from the pedestal, {h:.4g} m above the heel pin"
+            place = (
+                f"boom: a tip at x {x:g} m, y {y:g} m, {z:g} m up is {out:.4g} m from the pedestal, {h:.4g} m above the"
+                " heel pin"
+            )
             away = math.hypot(r, h)
         reach, least = (L_1, 0.0) if z is None else (L_1 + L_2, abs(L_1 - L_2))
         if away > reach * (1.0 + AT_FULL_STRETCH):
-            raise SeaError(f"{place}: the boom reaches {reach:.4g} m from its heel and {away:.4g} m are asked. Bring the tip nearer.")
+            raise SeaError(
+                f"{place}: the boom reaches {reach:.4g} m from its heel and {away:.4g} m are asked. Bring the tip"
+                " nearer."
+            )
         if away < least * (1.0 - AT_FULL_STRETCH):
-            raise SeaError(f"{place}: the booms fold to {least:.4g} m from the heel and {away:.4g} m are asked. Put the tip farther out.")
+            raise SeaError(
+                f"{place}: the booms fold to {least:.4g} m from the heel and {away:.4g} m are asked. Put the tip"
+                " farther out."
+            )
         if z is None:
             up = L_2 + math.acos(_held(r / L_1))
         else:
             up = math.atan2(h, r) + (math.acos(_held((L_1**2 + away**2 - L_2**2) / (2.0 * L_1 * away))) if L_2 else 0.0)
             fold = math.pi - math.acos(_held((L_1**2 + L_2**2 - away**2) / (2.0 * L_1 * L_2))) if L_2 else 0.0
         turned = copy.copy(self)
-        for name, value in (("slew", math.atan2(y - self.y, x - self.x) % (2.0 * math.pi)), ("main_angle", up), ("knuckle_angle", fold)):
+        for name, value in (
+            ("slew", math.atan2(y - self.y, x - self.x) % (2.0 * math.pi)),
+            ("main_angle", up),
+            ("knuckle_angle", fold),
+        ):
             object.__setattr__(turned, name, value)
         try:
             turned._check()

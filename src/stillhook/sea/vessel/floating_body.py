@@ -1,7 +1,8 @@
-"""The test of any table of vessel motions: in long waves every floating body rides on the water (`stillhook.sea.vessel.long_wave`).
+"""The test of any table of vessel motions: in long waves every floating body rides on the water
+(`stillhook.sea.vessel.long_wave`).
 
-What the test cannot show: bow and stern changed together with port and starboard are one with time running backwards, and roll has the
-wrong sign beyond its natural period.
+What the test cannot show: bow and stern changed together with port and starboard are one with time running backwards,
+and roll has the wrong sign beyond its natural period.
 """
 
 from __future__ import annotations
@@ -26,13 +27,21 @@ MIDDLE = 0.6
 BELOW_ROLL = 0.15
 """Frequency [rad/s] below every ship's natural roll (42 s): from it on roll must have the sign of the slope."""
 DOUBTFUL, WRONG = 0.25, 0.6
-"""Deviations from the limit, per metre of wave (rotations: per slope): beyond them a motion is doubtful, or another one than said."""
+"""Deviations from the limit, per metre of wave (rotations: per slope): beyond them a motion is doubtful, or another one
+than said."""
 SLOPES = 25.0
-"""Times the slope of the wave beyond which a roll or yaw in long waves is no motion: 57 is degrees taken for radians."""
+"""Times the slope of the wave beyond which a roll or yaw in long waves is no motion: 57 is degrees taken for
+radians."""
 ROLL_RANGE = (0.3, 5.0)  # times the slope: roll beyond it deserves a look
 LARGEST_SHIFT, LARGEST_TURN = 4.0, math.radians(20.0)  # m/m, rad/m: beyond what damped ships do in any wave
-NO_SHIFT, NO_TURN = 50.0, math.pi  # m/m, rad/m: beyond what any ship does: a slip, or a resonance that makes the table useless
-USUAL, LONGEST_AND_SHORTEST = (0.02, 10.0), (1e-3, 100.0)  # rad/s: what tables have, and beyond what none has: 0.06 s to 1.7 h
+NO_SHIFT, NO_TURN = (
+    50.0,
+    math.pi,
+)  # m/m, rad/m: beyond what any ship does: a slip, or a resonance that makes the table useless
+USUAL, LONGEST_AND_SHORTEST = (
+    (0.02, 10.0),
+    (1e-3, 100.0),
+)  # rad/s: what tables have, and beyond what none has: 0.06 s to 1.7 h
 SHALLOW = 0.5  # m: water in which no ship of these floats
 END = 0.05  # m/m: what a table may still hold at its highest frequency without a word
 LEVER = 50.0  # m: makes a rotation comparable with a displacement at the ship's end
@@ -40,10 +49,11 @@ LEVER = 50.0  # m: makes a rotation comparable with a displacement at the ship's
 
 @dataclass(frozen=True)
 class LongWave:
-    """One motion at the lowest frequency against the limit, both in shares of it: m/m, or rotation per slope of the wave.
+    """One motion at the lowest frequency against the limit, both in shares of it: m/m, or rotation per slope of the
+    wave.
 
-    share: how much of the limit is found over all headings, 1 ideal, -1 the other sign; found and limit at the heading beta [rad] where
-    they differ most; deviation: by how much they do.
+    share: how much of the limit is found over all headings, 1 ideal, -1 the other sign; found and limit at the heading
+    beta [rad] where they differ most; deviation: by how much they do.
     """
 
     dof: str
@@ -56,10 +66,11 @@ class LongWave:
 
 
 def long_wave_test(rao: Rao) -> tuple[LongWave, ...]:
-    """The six motions of a vessel at its lowest frequency against the limits of a floating body, at every heading of its table.
+    """The six motions of a vessel at its lowest frequency against the limits of a floating body, at every heading of
+    its table.
 
-    wrong: no floating body moves so, the table means something else. doubtful: deserves a look. not shown: the table's longest wave is too
-    short to tell.
+    wrong: no floating body moves so, the table means something else. doubtful: deserves a look. not shown: the table's
+    longest wave is too short to tell.
     """
     limit, found = long_wave_limits(rao.beta), _scaled(rao)
     tests = []
@@ -68,7 +79,11 @@ def long_wave_test(rao: Rao) -> tuple[LongWave, ...]:
         apart = np.abs(found[d] - limit[d])
         j = int(np.argmax(apart))
         verdict = _verdict(dof, float(rao.omega[0]), share, float(apart[j]), float(np.abs(found[d]).max()))
-        tests.append(LongWave(dof, share, complex(found[d, j]), complex(limit[d, j]), float(rao.beta[j]), float(apart[j]), verdict))
+        tests.append(
+            LongWave(
+                dof, share, complex(found[d, j]), complex(limit[d, j]), float(rao.beta[j]), float(apart[j]), verdict
+            )
+        )
     return tuple(tests)
 
 
@@ -90,7 +105,8 @@ def _verdict(dof: str, omega: float, share: float, apart: float, largest: float)
 
 
 def wrong_line(rao: Rao, tests: tuple[LongWave, ...]) -> str | None:
-    """Why a table is refused, in one line with the numbers and what would make it right; None where nothing is wrong."""
+    """Why a table is refused, in one line with the numbers and what would make it right; None where nothing is
+    wrong."""
     bad = [t for t in tests if t.verdict == "wrong"]
     if not bad:
         return _out_of_order(rao) or _beyond(rao)
@@ -98,8 +114,8 @@ def wrong_line(rao: Rao, tests: tuple[LongWave, ...]) -> str | None:
     more = f" and {len(bad) - 3} more" if len(bad) > 3 else ""
     period, beta = 2.0 * math.pi / rao.omega[0], math.degrees(bad[0].beta)
     return (
-        f"{rao.source or rao.name}: no floating body moves so in waves of {period:.3g} s that travel to {beta:.4g} deg: "
-        f"{told}{more}; rotations per slope of the wave. {_remedy(rao)}"
+        f"{rao.source or rao.name}: no floating body moves so in waves of {period:.3g} s that travel to {beta:.4g} deg:"
+        f" {told}{more}; rotations per slope of the wave. {_remedy(rao)}"
     )
 
 
@@ -114,8 +130,9 @@ def _out_of_order(rao: Rao) -> str | None:
         return None
     j = int(np.argmax(np.abs(np.angle(np.exp(1j * (travelled - rao.beta))))))
     return (
-        f"{rao.source or rao.name}: headings are out of order: surge and sway that stand under waves travelling to "
-        f"{math.degrees(rao.beta[j]):.4g} deg are those of waves to {math.degrees(travelled[j]) % 360.0:.3g} deg. Export the file again."
+        f"{rao.source or rao.name}: headings are out of order: surge and sway that stand under waves travelling to"
+        f" {math.degrees(rao.beta[j]):.4g} deg are those of waves to {math.degrees(travelled[j]) % 360.0:.3g} deg."
+        " Export the file again."
     )
 
 
@@ -124,15 +141,18 @@ def _beyond(rao: Rao) -> str | None:
     first, last = LONGEST_AND_SHORTEST
     if rao.omega[0] < first or rao.omega[-1] > last:
         return (
-            f"{rao.source or rao.name}: frequencies of {rao.omega[0]:.3g} to {rao.omega[-1]:.3g} rad/s are not between {first:g} and "
-            f"{last:g} rad/s, those of waves. Check their unit."
+            f"{rao.source or rao.name}: frequencies of {rao.omega[0]:.3g} to {rao.omega[-1]:.3g} rad/s are not between"
+            f" {first:g} and {last:g} rad/s, those of waves. Check their unit."
         )
     if rao.depth < SHALLOW:
         return f"{rao.source or rao.name}: a depth of {rao.depth:.3g} m floats no ship. Check its unit."
     for d, dof in enumerate(DOFS):
         size, amount, place = _peak(rao, d)
         if size > (NO_SHIFT if d < 3 else NO_TURN):
-            return f"{rao.source or rao.name}: {dof} of {amount} at {place} is no ship's motion. Mend the value, or add damping."
+            return (
+                f"{rao.source or rao.name}: {dof} of {amount} at {place} is no ship's motion. Mend the value, or add"
+                " damping."
+            )
     return None
 
 
@@ -150,7 +170,13 @@ def _remedy(rao: Rao) -> str:
     other_side = np.array([1, -1, 1, -1, 1, -1])[:, None]
     degrees = np.array([1.0, 1.0, 1.0, math.pi / 180.0, math.pi / 180.0, math.pi / 180.0])[:, None]
     guesses: tuple[tuple[str, Callable[[ComplexArray], ComplexArray]], ...] = (
-        ("time the other way (exp(-i omega t) against exp(+i omega t), lag against lead), or headings to against from", np.conj),
+        (
+            (
+                "time the other way (exp(-i omega t) against exp(+i omega t), lag against lead), or headings to against"
+                " from"
+            ),
+            np.conj,
+        ),
         ("headings that turn the other way, or y to the other side", lambda H: other_side * H),
         ("both time and the turn of headings the other way", lambda H: np.conj(other_side * H)),
         ("rotations in deg/m that are said to be rad/m", lambda H: degrees * H),
@@ -169,25 +195,32 @@ def remarks(rao: Rao, tests: tuple[LongWave, ...]) -> tuple[str, ...]:
     first, last = float(rao.omega[0]), float(rao.omega[-1])
     long = f"{2.0 * math.pi / first:.3g} s"
     lines = [
-        f"in waves of {long} {t.dof} is {t.share:.3g} times {'the slope' if t.dof in ('roll', 'pitch', 'yaw') else 'the motion'} of the "
-        f"water (worst at {math.degrees(t.beta):.4g} deg: {in_words(t.found)}, limit {in_words(t.limit)})"
+        f"in waves of {long} {t.dof} is {t.share:.3g} times"
+        f" {'the slope' if t.dof in ('roll', 'pitch', 'yaw') else 'the motion'} of the water (worst at"
+        f" {math.degrees(t.beta):.4g} deg: {in_words(t.found)}, limit {in_words(t.limit)})"
         for t in tests
         if t.verdict == "doubtful"
     ]
     if any(t.verdict == "not shown" for t in tests):
-        lines.append(f"the longest wave, {long}, is too short for the long-wave test: signs and phases are not shown to be right")
+        lines.append(
+            f"the longest wave, {long}, is too short for the long-wave test: signs and phases are not shown to be right"
+        )
     for d, t in enumerate(tests):
         size, amount, place = _peak(rao, d)
         if size > (LARGEST_SHIFT if d < 3 else LARGEST_TURN):
-            lines.append(f"{t.dof} reaches {amount} at {place}: a resonance with hardly any damping, or a slip in the table")
+            lines.append(
+                f"{t.dof} reaches {amount} at {place}: a resonance with hardly any damping, or a slip in the table"
+            )
     if first < USUAL[0] or last > USUAL[1]:
         usual = f"{USUAL[0]:g} to {USUAL[1]:g} rad/s"
-        lines.append(f"frequencies of {first:.3g} to {last:.3g} rad/s are implausible, outside {usual}: check their unit")
+        lines.append(
+            f"frequencies of {first:.3g} to {last:.3g} rad/s are implausible, outside {usual}: check their unit"
+        )
     left = float(np.abs(rao.H[2:5, :, -1] * np.array([1.0, LEVER, LEVER])[:, None]).max())
     if left > END:
         lines.append(
-            f"in the shortest waves, {2.0 * math.pi / last:.3g} s, points up to {LEVER:g} m away still move {left:.2g} m/m; "
-            "still shorter ones are taken to move nothing"
+            f"in the shortest waves, {2.0 * math.pi / last:.3g} s, points up to {LEVER:g} m away still move {left:.2g}"
+            " m/m; still shorter ones are taken to move nothing"
         )
     return tuple(lines)
 

@@ -24,13 +24,13 @@ OPEN = (5.0, 12.0)  # s: waves in which `Rao.leeway` is told
 class Rao:
     """Motion of a vessel per metre of wave amplitude, as complex numbers.
 
-    Convention (the only one inside Stillhook): time exp(+i omega t); x forward, y to port, z up, right-handed, origin at the motion
-    reference point; wave crest at the reference point at phase 0; heading beta = direction in which the waves travel, counter-clockwise
-    from the bow: 0 following, pi/2 coming from starboard, pi head sea, 3 pi/2 coming from port.
-    omega (n,) [rad/s] ascending; beta (m,) [rad] ascending in [0, 2 pi), all round (readers mirror half tables explicitly);
-    H (6, m, n): surge, sway, heave [m/m], roll, pitch, yaw [rad/m] (pitch positive: bow down; roll positive: port side up).
-    origin: where the reference point is in the ship, in words; source: file and format; notes: what the reader did and what deserves
-    a look; depth of the water [m] that the table is for.
+    Convention (the only one inside Stillhook): time exp(+i omega t); x forward, y to port, z up, right-handed, origin
+    at the motion reference point; wave crest at the reference point at phase 0; heading beta = direction in which the
+    waves travel, counter-clockwise from the bow: 0 following, pi/2 coming from starboard, pi head sea, 3 pi/2 coming
+    from port. omega (n,) [rad/s] ascending; beta (m,) [rad] ascending in [0, 2 pi), all round (readers mirror half
+    tables explicitly); H (6, m, n): surge, sway, heave [m/m], roll, pitch, yaw [rad/m] (pitch positive: bow down; roll
+    positive: port side up). origin: where the reference point is in the ship, in words; source: file and format; notes:
+    what the reader did and what deserves a look; depth of the water [m] that the table is for.
 
     Errors: SeaError for arrays of other shapes, numbers that are not finite, frequencies or headings out of order.
     """
@@ -48,17 +48,28 @@ class Rao:
         omega, beta = np.array(self.omega, dtype=np.float64), np.array(self.beta, dtype=np.float64)
         H = np.array(self.H, dtype=np.complex128)
         where = self.source or self.name or "vessel"
-        if omega.ndim != 1 or beta.ndim != 1 or H.shape != (len(DOFS), len(beta), len(omega)) or len(omega) < 2 or len(beta) < 2:
+        if (
+            omega.ndim != 1
+            or beta.ndim != 1
+            or H.shape != (len(DOFS), len(beta), len(omega))
+            or len(omega) < 2
+            or len(beta) < 2
+        ):
             raise SeaError(
-                f"{where}: transfer functions of shape {H.shape} for {omega.size} frequencies and {beta.size} headings. "
-                "They are (6, headings, frequencies), with at least two of each."
+                f"{where}: transfer functions of shape {H.shape} for {omega.size} frequencies and {beta.size} headings."
+                " They are (6, headings, frequencies), with at least two of each."
             )
         if not (np.isfinite(omega).all() and np.isfinite(beta).all() and np.isfinite(H).all()):
-            raise SeaError(f"{where}: a frequency, heading or transfer function is not a finite number. Mend the table.")
+            raise SeaError(
+                f"{where}: a frequency, heading or transfer function is not a finite number. Mend the table."
+            )
         if omega[0] <= 0.0 or (np.diff(omega) <= 0.0).any():
             raise SeaError(f"{where}: frequencies must be above 0 and ascend, each once. Sort the table.")
         if not self.depth > 0.0:
-            raise SeaError(f"{where}: depth {self.depth:g} m is not above 0. Give the depth of the water, or none where it is deep.")
+            raise SeaError(
+                f"{where}: depth {self.depth:g} m is not above 0. Give the depth of the water, or none where it is"
+                " deep."
+            )
         if beta[0] < 0.0 or beta[-1] >= TURN or (np.diff(beta) <= 0.0).any():
             raise SeaError(f"{where}: headings must ascend from 0 up to below 360 deg, each once. Sort the table.")
         for name, array in (("omega", omega), ("beta", beta), ("H", H)):
@@ -68,22 +79,24 @@ class Rao:
     def at(self, omega: ArrayLike, beta: ArrayLike) -> ComplexArray:
         """H at frequencies (k,) [rad/s] and a heading [rad]: shape (6, k); at headings (j,): shape (6, j, k).
 
-        Frequency: the mean of the straight line and the monotone cubic (PCHIP) through the complex values, so that real and imaginary
-        part stay between the two values that they lie between. Straight lines cut the corners of a phase that turns and tell too little
-        motion (of a table with every second frequency left out they lose 3.4 % of a tip's variance, PCHIP 1.2 %, a spline nothing, which
-        swings about a narrow peak), and are what most programs do: on 36 frequencies of a ship of 83 m a tip's sigma_z in waves of 8 s is
-        1.2 % less by lines than by a spline. The mean is within 1 % of either. `leeway` tells what the table leaves open. Below the
-        lowest frequency: the deviation from the limits of a floating body in waves much longer than it fades with the wavenumber. Above
-        the highest: 0, as if so short a wave moved nothing (`Rao.notes` says how much the table still holds there). Heading: periodic
-        cubic spline through the complex values, all round; a straight line would cut the corner of a phase that turns, and lose up to 6 %
-        of a tip's motion in short waves between headings 10 deg apart.
+        Frequency: the mean of the straight line and the monotone cubic (PCHIP) through the complex values, so that real
+        and imaginary part stay between the two values that they lie between. Straight lines cut the corners of a phase
+        that turns and tell too little motion (of a table with every second frequency left out they lose 3.4 % of a
+        tip's variance, PCHIP 1.2 %, a spline nothing, which swings about a narrow peak), and are what most programs do:
+        on 36 frequencies of a ship of 83 m a tip's sigma_z in waves of 8 s is 1.2 % less by lines than by a spline. The
+        mean is within 1 % of either. `leeway` tells what the table leaves open. Below the lowest frequency: the
+        deviation from the limits of a floating body in waves much longer than it fades with the wavenumber. Above the
+        highest: 0, as if so short a wave moved nothing (`Rao.notes` says how much the table still holds there).
+        Heading: periodic cubic spline through the complex values, all round; a straight line would cut the corner of a
+        phase that turns, and lose up to 6 % of a tip's motion in short waves between headings 10 deg apart.
         """
         beta = np.asarray(beta, dtype=np.float64)
         H = self._mixed(omega, self.heading_weights(beta.ravel()), np.eye(len(DOFS)))
         return H.reshape(len(DOFS), *beta.shape, H.shape[-1])
 
     def vertical(self, omega: ArrayLike, beta: ArrayLike, x: float, y: float) -> ComplexArray:
-        """Vertical motion of the point (x, y) [m] per metre of wave, eta_3 + y eta_4 - x eta_5: shape (k,), or (j, k) for headings (j,).
+        """Vertical motion of the point (x, y) [m] per metre of wave, eta_3 + y eta_4 - x eta_5: shape (k,), or (j, k)
+        for headings (j,).
 
         x forward and y to port of the reference point; the wave's phase stays that at the reference point.
         """
@@ -92,7 +105,8 @@ class Rao:
         return H.reshape(*beta.shape, H.shape[-1])
 
     def table(self, omega: ArrayLike) -> ComplexArray:
-        """H at frequencies (k,) [rad/s] and at every heading of the table, (6, m, k); with `heading_weights` @ it, at any headings."""
+        """H at frequencies (k,) [rad/s] and at every heading of the table, (6, m, k); with `heading_weights` @ it, at
+        any headings."""
         return self._mixed(omega, np.eye(len(self.beta)), np.eye(len(DOFS)))
 
     def heading_weights(self, beta: ArrayLike) -> FloatArray:
@@ -103,13 +117,17 @@ class Rao:
         return np.asarray(self._spline(self.beta[0] + np.mod(turned - self.beta[0], TURN)))
 
     def leeway(self, x: float, y: float) -> float:
-        """How far the table leaves the vertical motion of the point (x, y) [m] open between its frequencies, as a share of it: half of what
-        a cubic spline and straight lines differ by, in root mean square over waves of OPEN periods, from the side where it is most."""
+        """How far the table leaves the vertical motion of the point (x, y) [m] open between its frequencies, as a share
+        of it: half of what a cubic spline and straight lines differ by, in root mean square over waves of OPEN periods,
+        from the side where it is most.
+        """
         from scipy.interpolate import CubicSpline
 
         h = np.asarray(self.H[2] + y * self.H[3] - x * self.H[4])
         omega = np.linspace(max(TURN / OPEN[1], self.omega[0]), min(TURN / OPEN[0], self.omega[-1]), 400)
-        line = np.array([np.interp(omega, self.omega, row.real) + 1j * np.interp(omega, self.omega, row.imag) for row in h])
+        line = np.array(
+            [np.interp(omega, self.omega, row.real) + 1j * np.interp(omega, self.omega, row.imag) for row in h]
+        )
         spline = CubicSpline(self.omega, h, axis=1)(omega)
         straight, curved = (np.sqrt(np.mean(np.abs(H) ** 2, axis=1)) for H in (line, spline))
         return float(np.max(np.abs(curved - straight) / (curved + straight)))
@@ -153,7 +171,9 @@ class Rao:
         H[..., omega > last] = 0.0
         below = omega < first
         if below.any():
-            H[..., below] = np.einsum("qd,jm,dmk->qjk", motions, headings, self._long_waves(omega[below]), optimize=True)
+            H[..., below] = np.einsum(
+                "qd,jm,dmk->qjk", motions, headings, self._long_waves(omega[below]), optimize=True
+            )
         return np.asarray(H)
 
     def _long_waves(self, omega: FloatArray) -> ComplexArray:
@@ -162,4 +182,6 @@ class Rao:
         limit = long_wave_limits(self.beta)
         deviation = self.H[:, :, 0] / long_wave_scales(first, self.depth) - limit
         fade = wavenumber(omega, self.depth) / wavenumber(first, self.depth)
-        return np.asarray((limit[..., None] + deviation[..., None] * fade) * long_wave_scales(omega, self.depth)[:, None])
+        return np.asarray(
+            (limit[..., None] + deviation[..., None] * fade) * long_wave_scales(omega, self.depth)[:, None]
+        )

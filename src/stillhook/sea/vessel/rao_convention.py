@@ -1,6 +1,7 @@
 """Conventions that tables of vessel motions are written in, and the way into Stillhook's own.
 
-A table says where its axes point, how time goes, what a heading means and whether its other half is a mirror image. Nothing is guessed.
+A table says where its axes point, how time goes, what a heading means and whether its other half is a mirror image.
+Nothing is guessed.
 """
 
 from __future__ import annotations
@@ -21,17 +22,18 @@ PORT_STARBOARD = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 """Signs of the motions seen in a mirror along the centreline: sway, roll and yaw turn over."""
 SAME_HEADING = 1e-6  # rad: headings nearer than this are one
 SYMMETRIC = 0.02
-"""Sway [m/m] and roll and yaw [rad/m times 50 m] in head and following sea above which a half table is no half of a symmetric ship."""
+"""Sway [m/m] and roll and yaw [rad/m times 50 m] in head and following sea above which a half table is no half of a
+symmetric ship."""
 
 
 @dataclass(frozen=True)
 class Convention:
     """How a table counts.
 
-    x, y, z: where its axes point; they must be right-handed, and rotations right-handed about them. time: +1 for exp(+i omega t) (also
-    amplitudes with phase leads), -1 for exp(-i omega t) (also phase lags). waves: headings say where waves go to or come from; turn:
-    counter-clockwise or clockwise seen from above; zero: from the bow or from the stern. mirror: the table holds one side of a ship that is
-    the same to port and starboard.
+    x, y, z: where its axes point; they must be right-handed, and rotations right-handed about them. time: +1 for exp(+i
+    omega t) (also amplitudes with phase leads), -1 for exp(-i omega t) (also phase lags). waves: headings say where
+    waves go to or come from; turn: counter-clockwise or clockwise seen from above; zero: from the bow or from the
+    stern. mirror: the table holds one side of a ship that is the same to port and starboard.
     """
 
     x: Literal["forward", "aft"]
@@ -46,18 +48,23 @@ class Convention:
     def __post_init__(self) -> None:
         if not np.prod(self.signs[:3]) > 0.0:
             raise SeaError(
-                f"axes x {self.x}, y {self.y}, z {self.z} are left-handed. Right-handed are x forward with y port and z up or with "
-                "y starboard and z down, and x aft with y starboard and z up or with y port and z down."
+                f"axes x {self.x}, y {self.y}, z {self.z} are left-handed. Right-handed are x forward with y port and z"
+                " up or with y starboard and z down, and x aft with y starboard and z up or with y port and z down."
             )
 
     @property
     def signs(self) -> FloatArray:
         """Signs (6,) that take motions of the table to x forward, y port, z up: rotations turn as their axes do."""
-        axes = (1.0 if self.x == "forward" else -1.0, 1.0 if self.y == "port" else -1.0, 1.0 if self.z == "up" else -1.0)
+        axes = (
+            1.0 if self.x == "forward" else -1.0,
+            1.0 if self.y == "port" else -1.0,
+            1.0 if self.z == "up" else -1.0,
+        )
         return np.array(axes * 2)
 
     def beta(self, heading: FloatArray) -> FloatArray:
-        """Direction in which waves travel, counter-clockwise from the bow, in [0, 2 pi), of headings of the table [rad]."""
+        """Direction in which waves travel, counter-clockwise from the bow, in [0, 2 pi), of headings of the table
+        [rad]."""
         angle = heading if self.turn == "counter-clockwise" else -heading
         half_turns = (self.waves == "from") + (self.zero == "stern")
         beta = np.mod(angle + half_turns * np.pi, TURN)
@@ -94,10 +101,11 @@ def to_rao(
 ) -> Rao:
     """A table in some convention as a Rao.
 
-    omega (n,) [rad/s]; heading (m,) [rad] as the table counts; H (6, m, n) [m/m, rad/m], in any order of frequencies and headings. depth of
-    the water [m]. crest: where the wave crest of phase 0 passes, forward and to port of the reference point [m]; phases are moved to it.
-    Errors: SeaError for doubled headings or frequencies, for a half table whose sway, roll or yaw do not vanish along the centreline, and
-    for a table that does not go all round.
+    omega (n,) [rad/s]; heading (m,) [rad] as the table counts; H (6, m, n) [m/m, rad/m], in any order of frequencies
+    and headings. depth of the water [m]. crest: where the wave crest of phase 0 passes, forward and to port of the
+    reference point [m]; phases are moved to it.
+    Errors: SeaError for doubled headings or frequencies, for a half table whose sway, roll or yaw do not vanish along
+    the centreline, and for a table that does not go all round.
     """
     H = np.asarray(convention.signs[:, None, None] * (H if convention.time > 0 else np.conj(H)))
     beta = convention.beta(heading)
@@ -111,15 +119,20 @@ def to_rao(
     twice = np.flatnonzero(np.diff(beta) < SAME_HEADING)
     if len(twice):
         same = np.degrees(beta[twice[0]])
-        raise SeaError(f"{source}: two headings are {same:.6g} deg (waves travel, counter-clockwise from the bow). Keep one.")
+        raise SeaError(
+            f"{source}: two headings are {same:.6g} deg (waves travel, counter-clockwise from the bow). Keep one."
+        )
     if convention.mirror:
         beta, H = _mirrored(beta, H, source)
-        notes = ("port and starboard mirrored: the table holds one side, and sway, roll and yaw change sign on the other", *notes)
+        notes = (
+            "port and starboard mirrored: the table holds one side, and sway, roll and yaw change sign on the other",
+            *notes,
+        )
     gap = float(np.max(np.diff(np.append(beta, beta[0] + TURN)))) if len(beta) > 1 else TURN
     if gap > np.radians(WIDEST_GAP) + SAME_HEADING:
         raise SeaError(
-            f"{source}: no heading within {np.degrees(gap):.4g} deg of another, up to {WIDEST_GAP} deg is read. "
-            "Give headings all round, or one side and say that the ship is the same on the other (mirror: port-starboard)."
+            f"{source}: no heading within {np.degrees(gap):.4g} deg of another, up to {WIDEST_GAP} deg is read. Give"
+            " headings all round, or one side and say that the ship is the same on the other (mirror: port-starboard)."
         )
     return Rao(name, omega, beta, H, source=source, notes=notes, origin=origin, depth=depth)
 
@@ -138,13 +151,15 @@ def _mirrored(beta: FloatArray, H: ComplexArray, source: str) -> tuple[FloatArra
             "Say mirror: none, or keep one side from head to following sea."
         )
     if along.sum() != 2:
-        raise SeaError(f"{source}: one side of a symmetric ship goes from head to following sea, both included. Give 0 to 180 deg.")
+        raise SeaError(
+            f"{source}: one side of a symmetric ship goes from head to following sea, both included. Give 0 to 180 deg."
+        )
     across = np.abs(H[1::2][:, along]) * np.array([1.0, LEVER, LEVER])[:, None, None]
     if across.max() > SYMMETRIC:
         worst = DOFS[1::2][int(np.argmax(across.max(axis=(1, 2))))]
         raise SeaError(
-            f"{source}: {worst} in head or following sea reaches {np.abs(H[DOFS.index(worst)][along]).max():.3g} per metre of wave, "
-            "where that of a ship the same on both sides is 0. Give headings all round (mirror: none)."
+            f"{source}: {worst} in head or following sea reaches {np.abs(H[DOFS.index(worst)][along]).max():.3g} per"
+            " metre of wave, where that of a ship the same on both sides is 0. Give headings all round (mirror: none)."
         )
     other = ~along
     turned = np.mod(-beta[other], TURN)
@@ -155,13 +170,18 @@ def _mirrored(beta: FloatArray, H: ComplexArray, source: str) -> tuple[FloatArra
 
 
 def one_side(rao: Rao) -> tuple[FloatArray, ComplexArray]:
-    """Headings from 0 to 180 deg and their motions, of a ship that is the same to port and starboard: the inverse of a mirrored table.
+    """Headings from 0 to 180 deg and their motions, of a ship that is the same to port and starboard: the inverse of a
+    mirrored table.
 
     Errors: SeaError where the two sides differ, or 0 and 180 deg are not both in the table.
     """
     half = rao.beta < np.pi + SAME_HEADING
     beta, H = rao.beta[half], rao.H[:, half]
     whole, both = _mirrored(beta, H, rao.name)
-    if len(whole) != len(rao.beta) or not np.allclose(whole, rao.beta) or not np.allclose(both, rao.H, rtol=1e-6, atol=1e-6 / LEVER):
+    if (
+        len(whole) != len(rao.beta)
+        or not np.allclose(whole, rao.beta)
+        or not np.allclose(both, rao.H, rtol=1e-6, atol=1e-6 / LEVER)
+    ):
         raise SeaError(f"{rao.name}: port and starboard are not mirror images. Write headings all round.")
     return beta, H

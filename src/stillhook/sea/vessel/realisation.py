@@ -20,19 +20,24 @@ from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.ship_motion import tip_height
 
 SHORTEST_WAVE = 2.0
-"""Period down to which every sea is realised [s], or a quarter of its peak period where that is shorter: shorter waves (6 m) move no
-vessel and pass along a load without lifting it; beyond four peak frequencies lies 0.5 % of the variance of a wind sea."""
+"""Period down to which every sea is realised [s], or a quarter of its peak period where that is shorter: shorter waves
+(6 m) move no vessel and pass along a load without lifting it; beyond four peak frequencies lies 0.5 % of the variance
+of a wind
+sea."""
 FINEST = 1e-3  # rad/s: the spectrum is averaged over each harmonic's band in steps no coarser than this
 NEGLIGIBLE = 1e-12
 """Part of the variance of the acceleration in the highest harmonics that exact rotations make and that is left away."""
 MOST_HARMONICS = 200_000
 REMEMBERED = 3000
-"""Harmonics up to which draws and transfer functions are remembered for other heights and seeds: some 2 MB each in a short-crested sea."""
+"""Harmonics up to which draws and transfer functions are remembered for other heights and seeds: some 2 MB each in a
+short-crested sea."""
 
 
 class Amplitudes(StrEnum):
-    """How amplitudes are drawn. FIXED: sqrt(2 S d_omega), phases alone are random, so that every seed has the variance of the spectrum.
-    RAYLEIGH: amplitudes random as well, so that variances scatter between seeds as in records of that length (exactly Gaussian)."""
+    """How amplitudes are drawn. FIXED: sqrt(2 S d_omega), phases alone are random, so that every seed has the variance
+    of the spectrum. RAYLEIGH: amplitudes random as well, so that variances scatter between seeds as in records of that
+    length (exactly Gaussian).
+    """
 
     FIXED = "fixed"
     RAYLEIGH = "rayleigh"
@@ -42,9 +47,9 @@ class Amplitudes(StrEnum):
 class Realisation:
     """Waves of a sea on an even grid of frequencies: everything repeats exactly after `repeat` [s].
 
-    harmonic (n,) rising numbers k, omega_k = 2 pi k/repeat; beta (m,) directions of travel [rad]; a (m, n) complex amplitudes [m] at the
-    vessel's reference point, elevation Re sum a exp(i (omega t - k (x cos beta + y sin beta))). variance (n,) of the sea at
-    each [m^2], whatever was drawn. depth of the water [m], inf for deep.
+    harmonic (n,) rising numbers k, omega_k = 2 pi k/repeat; beta (m,) directions of travel [rad]; a (m, n) complex
+    amplitudes [m] at the vessel's reference point, elevation Re sum a exp(i (omega t - k (x cos beta + y sin beta))).
+    variance (n,) of the sea at each [m^2], whatever was drawn. depth of the water [m], inf for deep.
     """
 
     repeat: float
@@ -88,16 +93,19 @@ def realise(
 ) -> Realisation:
     """One realisation of a sea, the same for the same seed (NumPy's PCG64).
 
-    Parameters: repeat [s], the period after which it repeats: the length of the run; seed 0 or more; amplitudes, see `Amplitudes`; depth of
-    the water [m]. Harmonics are 2 pi/repeat apart; each takes the variance of its band, averaged over the spectrum. In a short-crested sea
-    every direction has waves of its own at every harmonic, so the height of the sea at one place scatters with any amplitudes.
+    Parameters: repeat [s], the period after which it repeats: the length of the run; seed 0 or more; amplitudes, see
+    `Amplitudes`; depth of the water [m]. Harmonics are 2 pi/repeat apart; each takes the variance of its band, averaged
+    over the spectrum. In a short-crested sea every direction has waves of its own at every harmonic, so the height of
+    the sea at one place scatters with any amplitudes.
     Errors: SeaError for a repeat too short for the sea, a seed or depth that is none.
     """
     drawn = _amplitudes(amplitudes)
     if not (isinstance(seed, int) and not isinstance(seed, bool) and seed >= 0):
         raise SeaError(f"seed {seed!r}: give a whole number of 0 or more.")
     if not (math.isfinite(repeat) and repeat >= SHORTEST_REPEAT):
-        raise SeaError(f"duration {repeat:g} s of the waves is shorter than {SHORTEST_REPEAT:g} s. Give the length of the run.")
+        raise SeaError(
+            f"duration {repeat:g} s of the waves is shorter than {SHORTEST_REPEAT:g} s. Give the length of the run."
+        )
     if not depth > 0.0:
         raise SeaError(f"depth {depth:g} m is not more than 0 m. Leave it out for deep water.")
     d_omega = 2.0 * math.pi / repeat
@@ -115,24 +123,33 @@ def realise(
             beta.append(float(direction))
             a.append(_sized(weight * variance, next(chance), drawn))
     report = (
-        f"Seed {seed}, {drawn.value} amplitudes, {len(harmonic)} harmonics of {repeat:.6g} s up to a period of {repeat / last:.3g} s, "
-        f"{whole.sum() / sea.moment(0):.2%} of the variance of the sea."
+        f"Seed {seed}, {drawn.value} amplitudes, {len(harmonic)} harmonics of {repeat:.6g} s up to a period of"
+        f" {repeat / last:.3g} s, {whole.sum() / sea.moment(0):.2%} of the variance of the sea."
     )
     return Realisation(repeat, harmonic, np.array(beta), np.array(a), whole, depth, sea.describe(), report)
 
 
-def regular(amplitude: float, period: float, beta: float, *, cycles: int = 1, phase: float = 0.0, depth: float = math.inf) -> Realisation:
-    """One regular wave of amplitude [m], period [s] and direction of travel [rad], with a crest at the reference point at t = 0 for phase
-    0 [rad]; it repeats (and is known) over `cycles` periods. Errors: SeaError for a wave that cannot be."""
+def regular(
+    amplitude: float, period: float, beta: float, *, cycles: int = 1, phase: float = 0.0, depth: float = math.inf
+) -> Realisation:
+    """One regular wave of amplitude [m], period [s] and direction of travel [rad], with a crest at the reference point
+    at t = 0 for phase 0 [rad]; it repeats (and is known) over `cycles` periods. Errors: SeaError for a wave that cannot
+    be."""
     if not (0.0 < amplitude <= 50.0 and 0.1 <= period <= 3600.0 and cycles >= 1):
-        raise SeaError(f"regular wave of {amplitude:g} m, {period:g} s, {cycles} cycles: give 0 to 50 m, 0.1 to 3600 s, 1 cycle or more.")
+        raise SeaError(
+            f"regular wave of {amplitude:g} m, {period:g} s, {cycles} cycles: give 0 to 50 m, 0.1 to 3600 s, 1 cycle or"
+            " more."
+        )
     a = np.array([[amplitude * np.exp(1j * phase)]])
     source = f"regular wave {amplitude:.6g} m {period:.6g} s"
-    return Realisation(cycles * period, np.array([cycles]), np.array([beta]), a, np.array([amplitude**2 / 2.0]), depth, source)
+    return Realisation(
+        cycles * period, np.array([cycles]), np.array([beta]), a, np.array([amplitude**2 / 2.0]), depth, source
+    )
 
 
 def tip_motion(waves: Realisation, rao: Rao, x: float, y: float, *, fine: float = FINE) -> IrregularTip:
-    """Vertical motion of the crane tip above (x, y) [m] from the RAO's reference point, forward and to port, by these waves (linear).
+    """Vertical motion of the crane tip above (x, y) [m] from the RAO's reference point, forward and to port, by these
+    waves (linear).
 
     Coherent with `wave_field.water` of the same waves. fine: see `IrregularTip`. Source: z = eta_3 + y eta_4 - x eta_5.
     """
@@ -150,17 +167,21 @@ def _vertical(rao: Rao, repeat: float, harmonic: bytes, beta: bytes, x: float, y
 
 
 def tip_motion_exact(waves: Realisation, rao: Rao, x: float, y: float, z: float) -> IrregularTip:
-    """As `tip_motion`, with the rotations of the ship in full: height of the point (x, y, z) [m] from the reference point, z up.
+    """As `tip_motion`, with the rotations of the ship in full: height of the point (x, y, z) [m] from the reference
+    point, z up.
 
-    Heave, roll and pitch are those of the linear theory; the sine and cosine of the angles sink the mean with the height of the tip by
-    about z (roll^2 + pitch^2)/2, and add motion at twice the wave frequency. The report says how far it is from the linear motion.
+    Heave, roll and pitch are those of the linear theory; the sine and cosine of the angles sink the mean with the
+    height of the tip by about z (roll^2 + pitch^2)/2, and add motion at twice the wave frequency. The report says how
+    far it is from the linear motion.
     """
     n = 8 * (int(waves.harmonic[-1]) + 1)  # room for three waves together and one more
     heave, roll, pitch = (synthesis(waves.spread(c), n) for c in waves.motion(rao)[2:5])
     height = tip_height(heave, roll, -pitch, x, y, z)
     c = np.fft.rfft(height)[: n // 2] * (2.0 / n)
     c[0] = c[0].real / 2.0
-    beyond = np.cumsum((np.abs(c) ** 2 * np.arange(n // 2) ** 4.0)[::-1])[::-1]  # acceleration of each harmonic and all above it
+    beyond = np.cumsum((np.abs(c) ** 2 * np.arange(n // 2) ** 4.0)[::-1])[
+        ::-1
+    ]  # acceleration of each harmonic and all above it
     c = c[: int(np.searchsorted(-beyond, -NEGLIGIBLE * beyond[1]))]
     off = height - (heave + y * roll - x * pitch)
     report = (
@@ -183,26 +204,30 @@ def _amplitudes(value: Amplitudes | str) -> Amplitudes:
 
 
 def band(sea: Sea, repeat: float) -> tuple[int, int]:
-    """First and last harmonic of `repeat` [s] that the sea is realised on. Errors: SeaError for a repeat too short or too long."""
+    """First and last harmonic of `repeat` [s] that the sea is realised on. Errors: SeaError for a repeat too short or
+    too long."""
     d_omega = 2.0 * math.pi / repeat
     lowest, highest = math.inf, 0.0
     for train in sea.trains:
         spectrum = train.spectrum
         if spectrum.moment(0) > 0.0:
             lowest = min(lowest, float(spectrum.grid()[0]))
-            highest = max(highest, min(spectrum.omega_cut, 2.0 * math.pi * max(1.0 / SHORTEST_WAVE, 4.0 / spectrum.peak_period)))
+            highest = max(
+                highest, min(spectrum.omega_cut, 2.0 * math.pi * max(1.0 / SHORTEST_WAVE, 4.0 / spectrum.peak_period))
+            )
     if highest == 0.0:
         raise SeaError(f"{sea.describe()}: there are no waves to realise. Leave waves and vessel out for a calm.")
     first, last = max(1, math.floor(lowest / d_omega + 0.5)), math.ceil(highest / d_omega - 0.5)
     if last - first < 10:
         raise SeaError(
-            f"duration {2.0 * math.pi / d_omega:g} s leaves {max(0, last - first + 1)} harmonics for the sea, too few to be random. "
-            "Give ten wave periods or more."
+            f"duration {2.0 * math.pi / d_omega:g} s leaves {max(0, last - first + 1)} harmonics for the sea, too few"
+            " to be random. Give ten wave periods or more."
         )
     if last > MOST_HARMONICS:
         longest = MOST_HARMONICS * 2.0 * math.pi / highest / 3600.0
         raise SeaError(
-            f"duration {2.0 * math.pi / d_omega:g} s of the waves is longer than {longest:.0f} h, the most for this sea. Give less."
+            f"duration {2.0 * math.pi / d_omega:g} s of the waves is longer than {longest:.0f} h, the most for this"
+            " sea. Give less."
         )
     return first, last
 
@@ -226,4 +251,6 @@ def _drawn(seed: int, directions: int, n: int, drawn: Amplitudes) -> ComplexArra
 
 
 def _sized(variance: FloatArray, by_chance: ComplexArray, drawn: Amplitudes) -> ComplexArray:
-    return np.asarray(np.sqrt(2.0 * variance if drawn is Amplitudes.FIXED else variance) * by_chance, dtype=np.complex128)
+    return np.asarray(
+        np.sqrt(2.0 * variance if drawn is Amplitudes.FIXED else variance) * by_chance, dtype=np.complex128
+    )

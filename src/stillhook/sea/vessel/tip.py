@@ -29,7 +29,8 @@ EDGE = 5.0  # s: nearer to its ends a recorded motion is not right
 
 @dataclass(frozen=True)
 class TipPoint:
-    """Where the crane tip is [m] from the RAO's reference point, or from the motion sensor: x forward, y to port, z up (None: not told)."""
+    """Where the crane tip is [m] from the RAO's reference point, or from the motion sensor: x forward, y to port, z up
+    (None: not told)."""
 
     x: float
     y: float
@@ -47,7 +48,9 @@ def parse_point(text: str, where: str = "at") -> TipPoint:
     for part in text.split(",") if isinstance(text, str) else [""]:
         match = re.fullmatch(r"\s*([A-Za-z]+)\s*=\s*(.*?)\s*", part)
         if match is None or match[1].lower() not in ("x", "y", "z"):
-            raise SeaError(f"{where} {came(text)}: {came(part.strip())} is not x, y or z with a length. Write a place {AT_LIKE}.")
+            raise SeaError(
+                f"{where} {came(text)}: {came(part.strip())} is not x, y or z with a length. Write a place {AT_LIKE}."
+            )
         name = match[1].lower()
         if name in found:
             raise SeaError(f"{where} {came(text)}: {name} comes twice. Give it once.")
@@ -64,9 +67,10 @@ def parse_point(text: str, where: str = "at") -> TipPoint:
 class TipResponse:
     """Vertical motion of a crane tip in a sea, linear and Gaussian.
 
-    omega (n,) rising [rad/s]; weight (n,) [rad/s], with which sums over omega are integrals; S_wave, S (n,) one-sided densities of the
-    sea's surface and of the tip's height [m^2 s/rad]; S_end (n,) that of the height beyond the vessel's table if its last value stayed
-    there, 0 within it; omega_table first and last frequency of the table [rad/s].
+    omega (n,) rising [rad/s]; weight (n,) [rad/s], with which sums over omega are integrals; S_wave, S (n,) one-sided
+    densities of the sea's surface and of the tip's height [m^2 s/rad]; S_end (n,) that of the height beyond the
+    vessel's table if its last value stayed there, 0 within it; omega_table first and last frequency of the table
+    [rad/s].
     """
 
     omega: FloatArray = field(repr=False)
@@ -114,7 +118,8 @@ class TipResponse:
 
     @property
     def sigma_a_beyond(self) -> float:
-        """Standard deviation of the acceleration that waves beyond the table would add, in squares, if its last value stayed [m/s^2]."""
+        """Standard deviation of the acceleration that waves beyond the table would add, in squares, if its last value
+        stayed [m/s^2]."""
         return math.sqrt(float(np.sum(self.weight * self.omega**4 * self.S_end)))
 
     @property
@@ -124,7 +129,8 @@ class TipResponse:
 
     @property
     def share_below(self) -> float:
-        """Part of the variance of the tip's height by waves longer than the table has; there the vessel follows the water."""
+        """Part of the variance of the tip's height by waves longer than the table has; there the vessel follows the
+        water."""
         return self._share(self.S, self.omega < self.omega_table[0])
 
     def _share(self, S: FloatArray, where: NDArray[np.bool_]) -> float:
@@ -132,30 +138,43 @@ class TipResponse:
         return float(np.sum((self.weight * S)[where])) / whole if whole > 0.0 else 0.0
 
     def statistics(self, duration: float) -> dict[str, float]:
-        """Numbers of the motion, and the largest of a time [s]: most probable maximum and the level that 90 % of such times stay below.
+        """Numbers of the motion, and the largest of a time [s]: most probable maximum and the level that 90 % of such
+        times stay below.
 
-        Maxima are above the mean alone, of height, speed and acceleration each with its own mean period. Errors: SeaError for a duration
-        shorter than a few waves.
+        Maxima are above the mean alone, of height, speed and acceleration each with its own mean period. Errors:
+        SeaError for a duration shorter than a few waves.
         """
         m_6 = float(np.sum(self.weight * self.omega**6 * self.S))
-        numbers = {"sigma_z": self.sigma_z, "sigma_v": self.sigma_v, "sigma_a": self.sigma_a, "T_z": self.T_z, "T_p": self.T_p}
-        return {**numbers, "bandwidth": self.bandwidth, **_largest((self.sigma_z, self.sigma_v, self.sigma_a, math.sqrt(m_6)), duration)}
+        numbers = {
+            "sigma_z": self.sigma_z,
+            "sigma_v": self.sigma_v,
+            "sigma_a": self.sigma_a,
+            "T_z": self.T_z,
+            "T_p": self.T_p,
+        }
+        return {
+            **numbers,
+            "bandwidth": self.bandwidth,
+            **_largest((self.sigma_z, self.sigma_v, self.sigma_a, math.sqrt(m_6)), duration),
+        }
 
 
 def tip_response(rao: Rao, sea: Sea, x: float, y: float) -> TipResponse:
-    r"""Spectra of the vertical motion of a crane tip over (x, y) [m] from the RAO's reference point, forward and to port.
+    r"""Spectra of the vertical motion of a crane tip over (x, y) [m] from the RAO's reference point, forward and to
+    port.
 
     .. math:: S_z(\omega) = \sum_{trains} S(\omega) \sum_j w_j |H_3 + y H_4 - x H_5|^2(\omega, \beta_j)
 
-    Trains are independent of one another, and so are the directions of a short-crested one, with shares w_j of its variance. What the sea
-    has beyond the vessel's table is left out of S and told by `share_beyond` and `sigma_a_beyond`.
+    Trains are independent of one another, and so are the directions of a short-crested one, with shares w_j of its
+    variance. What the sea has beyond the vessel's table is left out of S and told by `share_beyond` and
+    `sigma_a_beyond`.
     """
     return tip_responses(rao, sea, x, y, np.zeros(1))[0]
 
 
 def tip_responses(rao: Rao, sea: Sea, x: float, y: float, turns: FloatArray) -> list[TipResponse]:
-    """The same with the whole sea turned about the ship by each of some angles (n,) [rad, counter-clockwise]; n of them cost little more
-    than one."""
+    """The same with the whole sea turned about the ship by each of some angles (n,) [rad, counter-clockwise]; n of them
+    cost little more than one."""
     edges = _edges(sea, rao)
     omega, weight = (edges[1:] + edges[:-1]) / 2.0, np.diff(edges)
     trains = [(train.spectrum.density(omega), *train.directions()) for train in sea.trains]
@@ -177,20 +196,35 @@ def tip_responses(rao: Rao, sea: Sea, x: float, y: float, turns: FloatArray) -> 
 
 
 def tip_summary(rao: Rao, sea: Sea, at: TipPoint, duration: float) -> dict[str, Any]:
-    """What there is to say of a tip in a sea, in SI and with the names of `stillhook.variables`; duration [s] is that of the extremes."""
+    """What there is to say of a tip in a sea, in SI and with the names of `stillhook.variables`; duration [s] is that
+    of the extremes."""
     response = tip_response(rao, sea, at.x, at.y)
-    T_p = 2.0 * math.pi / float(response.omega[np.argmax(response.S_wave)]) if len(sea.trains) > 1 else sea.trains[0].spectrum.peak_period
+    T_p = (
+        2.0 * math.pi / float(response.omega[np.argmax(response.S_wave)])
+        if len(sea.trains) > 1
+        else sea.trains[0].spectrum.peak_period
+    )
     waves = {"H_m0": sea.H_m0, "T_p": T_p, "text": sea.describe()}
     where = {"x": at.x, "y": at.y} if at.z is None else {"x": at.x, "y": at.y, "z": at.z}
     curves = other_curves(rao, sea, at.x, at.y)
     notes = [*_table_notes(response), *_curve_notes(curves), *rao.notes]
     numbers = tip_numbers(response, duration)
-    return {"vessel": rao.name, "at": where, "sea": waves, "duration": duration, **numbers, "curves": curves, "notes": notes}
+    return {
+        "vessel": rao.name,
+        "at": where,
+        "sea": waves,
+        "duration": duration,
+        **numbers,
+        "curves": curves,
+        "notes": notes,
+    }
 
 
 def other_curves(rao: Rao, sea: Sea, x: float, y: float) -> dict[str, dict[str, float]]:
-    """sigma_z, sigma_v, sigma_a of the same tip with straight lines ("straight") or cubic splines ("spline") from one frequency of the
-    vessel's table to the next, through the complex motion of the tip: what the table leaves open by saying nothing of what lies between."""
+    """sigma_z, sigma_v, sigma_a of the same tip with straight lines ("straight") or cubic splines ("spline") from one
+    frequency of the vessel's table to the next, through the complex motion of the tip: what the table leaves open by
+    saying nothing of what lies between.
+    """
     from scipy.interpolate import CubicSpline  # heavy: only where a vessel is used
 
     edges = _edges(sea, rao)
@@ -205,16 +239,25 @@ def other_curves(rao: Rao, sea: Sea, x: float, y: float) -> dict[str, dict[str, 
         for name, curve in (("straight", straight), ("spline", CubicSpline(rao.omega, H, axis=1)(omega))):
             S[name] += train.spectrum.density(omega) * (share @ np.abs(curve) ** 2)
     names = (("sigma_z", 0), ("sigma_v", 2), ("sigma_a", 4))
-    return {name: {sigma: math.sqrt(float(np.sum(weight * omega**n * x))) for sigma, n in names} for name, x in S.items()}
+    return {
+        name: {sigma: math.sqrt(float(np.sum(weight * omega**n * x))) for sigma, n in names} for name, x in S.items()
+    }
 
 
 def _curve_notes(curves: dict[str, dict[str, float]]) -> list[str]:
     """A line where the two differ by more than 1 % in one of the three."""
-    apart = {name: spline / curves["straight"][name] - 1.0 for name, spline in curves["spline"].items() if curves["straight"][name] > 0.0}
+    apart = {
+        name: spline / curves["straight"][name] - 1.0
+        for name, spline in curves["spline"].items()
+        if curves["straight"][name] > 0.0
+    }
     if not apart or max(abs(x) for x in apart.values()) < 0.01:
         return []
     told = ", ".join(f"{x:+.1%} in {name}" for name, x in apart.items())
-    return [f"The vessel's table says nothing between its frequencies: a spline there differs from straight lines by {told}."]
+    return [
+        "The vessel's table says nothing between its frequencies: a spline there differs from straight lines by"
+        f" {told}."
+    ]
 
 
 def tip_numbers(response: TipResponse, duration: float) -> dict[str, float]:
@@ -236,22 +279,26 @@ def _table_notes(response: TipResponse) -> list[str]:
     more = with_end / response.sigma_a - 1.0 if response.sigma_a > 0.0 else 0.0
     edge = response.share_beyond > NOTHING or more > NOTHING
     notes = edge * [
-        f"The vessel's table ends at a period of {2.0 * math.pi / last:.4g} s. Shorter waves, {response.share_beyond:.2%} of the sea's "
-        f"variance, are taken to move nothing; if its last value stayed, sigma_a would be {with_end:.4g} m/s^2 in place of "
-        f"{response.sigma_a:.4g} (+{more:.2%})."
+        f"The vessel's table ends at a period of {2.0 * math.pi / last:.4g} s. Shorter waves,"
+        f" {response.share_beyond:.2%} of the sea's variance, are taken to move nothing; if its last value stayed,"
+        f" sigma_a would be {with_end:.4g} m/s^2 in place of {response.sigma_a:.4g} (+{more:.2%})."
     ]
     if more > 0.01:
-        notes.append("Caution: more than 1 % of sigma_a hangs on waves shorter than the table has. Use a vessel file with shorter periods.")
+        notes.append(
+            "Caution: more than 1 % of sigma_a hangs on waves shorter than the table has. Use a vessel file with"
+            " shorter periods."
+        )
     if response.share_below > 1e-3:
         notes.append(
-            f"{response.share_below:.2%} of the tip's variance is by waves longer than the {2.0 * math.pi / first:.4g} s at which the "
-            "vessel's table begins: there it is taken to follow the water."
+            f"{response.share_below:.2%} of the tip's variance is by waves longer than the {2.0 * math.pi / first:.4g}"
+            " s at which the vessel's table begins: there it is taken to follow the water."
         )
     return notes
 
 
 def _edges(sea: Sea, rao: Rao) -> FloatArray:
-    """Edges of cells [rad/s] that resolve sea and vessel: bands of the one, frequencies of the other, within its table steps of STEP."""
+    """Edges of cells [rad/s] that resolve sea and vessel: bands of the one, frequencies of the other, within its table
+    steps of STEP."""
     low = min(float(train.spectrum.grid()[0]) for train in sea.trains) / 2.0
     high = max(train.spectrum.omega_cut for train in sea.trains)
     spectra = [train.spectrum for train in sea.trains]
@@ -261,15 +308,19 @@ def _edges(sea: Sea, rao: Rao) -> FloatArray:
 
 
 def motion_statistics(motion: Motion, duration: float) -> dict[str, float]:
-    """The same numbers of a motion in time, such as a log of a motion sensor, over all of it but its first and last EDGE seconds.
+    """The same numbers of a motion in time, such as a log of a motion sensor, over all of it but its first and last
+    EDGE seconds.
 
-    About the mean height. T_z by counting crossings (`T_z_counted`) beside that of the deviations; the largest that was met (z_max, v_max,
-    a_max: magnitudes) beside the largest that is to be expected in `duration` [s] if the motion is Gaussian and goes on like this.
+    About the mean height. T_z by counting crossings (`T_z_counted`) beside that of the deviations; the largest that was
+    met (z_max, v_max, a_max: magnitudes) beside the largest that is to be expected in `duration` [s] if the motion is
+    Gaussian and goes on like this.
     Errors: SeaError for a motion without end, shorter than ten waves, or at rest.
     """
     end = motion.duration
     if end is None or end < 2.0 * EDGE + 60.0:
-        raise SeaError(f"{motion.describe()}: statistics take a motion of 70 s or longer that has an end. Give a longer record.")
+        raise SeaError(
+            f"{motion.describe()}: statistics take a motion of 70 s or longer that has an end. Give a longer record."
+        )
     t = np.arange(EDGE, end - EDGE, SAMPLING)
     s, v, a = motion.sample(t)
     s = s - s.mean()
@@ -277,13 +328,20 @@ def motion_statistics(motion: Motion, duration: float) -> dict[str, float]:
     counted = mean_zero_crossing_period(t, s)
     if sigma[0] <= 0.0 or counted is None:
         raise SeaError(f"{motion.describe()}: does not move up and down. Give a record of a ship in waves.")
-    numbers = {"sigma_z": sigma[0], "sigma_v": sigma[1], "sigma_a": sigma[2], "T_z": _period(sigma[0], sigma[1]), "T_z_counted": counted}
+    numbers = {
+        "sigma_z": sigma[0],
+        "sigma_v": sigma[1],
+        "sigma_a": sigma[2],
+        "T_z": _period(sigma[0], sigma[1]),
+        "T_z_counted": counted,
+    }
     met = {f"{name}_max": float(np.abs(x).max()) for name, x in (("z", s), ("v", v), ("a", a))}
     return {**numbers, **met, **_largest(sigma, duration)}
 
 
 def _largest(sigma: tuple[float, float, float, float], duration: float) -> dict[str, float]:
-    """Most probable maximum and 90 % level of height, speed and acceleration, from their standard deviations and that of the next rate."""
+    """Most probable maximum and 90 % level of height, speed and acceleration, from their standard deviations and that
+    of the next rate."""
     if sigma[0] <= 0.0:
         return {f"{name}_{level}": 0.0 for name in ("z", "v", "a") for level in ("mpm", "p90")}
     cycles = [duration / _period(x, rate) for x, rate in pairwise(sigma)]

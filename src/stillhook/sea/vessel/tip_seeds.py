@@ -12,14 +12,18 @@ from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.realisation import realise, tip_motion
 from stillhook.statistics.extremes import FEWEST_MAXIMA, MPM, P90, gumbel
 
-SPACING = 0.2  # rad: turn of the fastest harmonic from sample to sample; a wave of half its frequency loses 0.1 % of its crest at worst
+# rad: turn of the fastest harmonic from sample to sample; a wave of half its frequency loses 0.1 % of its crest at
+# worst
+SPACING = 0.2
 MOST_SEEDS = 1000
 NAMES = ("z", "v", "a")
 
 
-def seed_maxima(rao: Rao, sea: Sea, x: float, y: float, duration: float, seeds: int, first: int = 1) -> dict[str, list[float]]:
-    """Largest height above the mean [m], speed [m/s] and acceleration [m/s^2] (upwards) of realisations of `duration` [s], one each for the
-    seeds first, first + 1, ...: keys z, v, a. Amplitudes are random (Rayleigh), as in nature."""
+def seed_maxima(
+    rao: Rao, sea: Sea, x: float, y: float, duration: float, seeds: int, first: int = 1
+) -> dict[str, list[float]]:
+    """Largest height above the mean [m], speed [m/s] and acceleration [m/s^2] (upwards) of realisations of `duration`
+    [s], one each for the seeds first, first + 1, ...: keys z, v, a. Amplitudes are random (Rayleigh), as in nature."""
     if not FEWEST_MAXIMA <= seeds <= MOST_SEEDS:
         raise SeaError(f"seeds = {seeds}: give {FEWEST_MAXIMA} to {MOST_SEEDS}; 20 or more tell something.")
     found: dict[str, list[float]] = {name: [] for name in NAMES}
@@ -31,8 +35,11 @@ def seed_maxima(rao: Rao, sea: Sea, x: float, y: float, duration: float, seeds: 
     return found
 
 
-def seed_extremes(rao: Rao, sea: Sea, x: float, y: float, duration: float, seeds: int, first: int = 1) -> dict[str, Any]:
-    """Gumbel distributions of those maxima: most probable maximum and 90 % level of each, with the ends of their 95 % intervals."""
+def seed_extremes(
+    rao: Rao, sea: Sea, x: float, y: float, duration: float, seeds: int, first: int = 1
+) -> dict[str, Any]:
+    """Gumbel distributions of those maxima: most probable maximum and 90 % level of each, with the ends of their 95 %
+    intervals."""
     maxima = seed_maxima(rao, sea, x, y, duration, seeds, first)
     answer: dict[str, Any] = {"seeds": seeds}
     for name in NAMES:

@@ -1,4 +1,5 @@
-"""Water at the load: surface and vertical water motion over time and depth, made of the same waves that move the crane tip."""
+"""Water at the load: surface and vertical water motion over time and depth, made of the same waves that move the crane
+tip."""
 
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ COARSEST = 0.1
 """Spacing in time [s], or that at which the fastest wave turns by `TURN` where this is shorter."""
 TURN = 0.35  # rad: cubic Hermite is then right to (0.35)^4/384 = 4e-5 of the fastest wave
 Z_0, D_S = 2.0, 0.2
-"""Scale of the levels [m] and their spacing: cubics between levels are right to 1e-4 of a wave of 4 s and longer, 1e-3 of one of 2 s."""
+"""Scale of the levels [m] and their spacing: cubics between levels are right to 1e-4 of a wave of 4 s and longer, 1e-3
+of one of 2 s."""
 FAINT = 1e-3
 """Part of the speed at the surface (standard deviations) at whose depth the water is taken to stand."""
 DEEPEST = 80  # levels: 18,000 km, where nothing moves
@@ -24,10 +26,12 @@ DEEPEST = 80  # levels: 18,000 km, where nothing moves
 def wave_field(waves: Realisation, x: float, y: float) -> WaveField:
     r"""Water at (x, y) [m] from the vessel's reference point, forward and to port, over one repeat of the waves.
 
-    .. math:: w = \dot\eta \frac{\sinh k(z + d)}{\sinh k d} \;\to\; \dot\eta e^{kz} \text{ on deep water}, \qquad a = \dot w
+    .. math:: w = \dot\eta \frac{\sinh k(z + d)}{\sinh k d} \;\to\; \dot\eta e^{kz} \text{ on deep water}, \qquad a =
+    \dot w
 
-    Linear theory, with the waves undisturbed by the ship. Coherent with `realisation.tip_motion` of the same waves: a load hangs at the
-    tip's (x, y). The lowest level stands still: there the water has less than 0.1 % of the speed at the surface, or it is the bed.
+    Linear theory, with the waves undisturbed by the ship. Coherent with `realisation.tip_motion` of the same waves: a
+    load hangs at the tip's (x, y). The lowest level stands still: there the water has less than 0.1 % of the speed at
+    the surface, or it is the bed.
     """
     n = samples(waves.repeat, int(waves.harmonic[-1]))
     surface = waves.elevation(x, y)
@@ -46,7 +50,8 @@ def samples(repeat: float, last: int) -> int:
 
 
 def decay(k: FloatArray, z: FloatArray, depth: float) -> FloatArray:
-    """Vertical motion at heights z (L,) [m, 0 at still water and negative below] over that at the surface, (L, n) for wave numbers k (n,).
+    """Vertical motion at heights z (L,) [m, 0 at still water and negative below] over that at the surface, (L, n) for
+    wave numbers k (n,).
 
     Above the surface that of the surface, below the bed (depth [m], inf for deep water) none.
     """
@@ -58,7 +63,8 @@ def decay(k: FloatArray, z: FloatArray, depth: float) -> FloatArray:
 
 
 def _levels(waves: Realisation) -> int:
-    """Number of levels down to where the water stands; the same for every seed of a sea, so that runs on several fit side by side."""
+    """Number of levels down to where the water stands; the same for every seed of a sea, so that runs on several fit
+    side by side."""
     speed = np.sqrt(waves.variance) * waves.omega
     z = -Z_0 * np.expm1(D_S * np.arange(DEEPEST))
     rms = np.sqrt(np.sum((speed * decay(waves.wave_number, z, waves.depth)) ** 2, axis=1))
@@ -66,7 +72,8 @@ def _levels(waves: Realisation) -> int:
 
 
 def _series(waves: Realisation, c: ComplexArray, n: int) -> FloatArray:
-    """Samples 0 .. n over one repeat, the last one the first again: (n + 1,) or, for amplitudes of levels (L, .), (n + 1, L)."""
+    """Samples 0 .. n over one repeat, the last one the first again: (n + 1,) or, for amplitudes of levels (L, .), (n +
+    1, L)."""
     whole = np.zeros((*c.shape[:-1], int(waves.harmonic[-1]) + 1), dtype=np.complex128)
     whole[..., waves.harmonic] = c
     x = synthesis(whole, n)

@@ -1,1 +1,2 @@
-"""What a lift is, before any winch: payload, rigging, deep wire, winch programme, water. Records, frozen; text with units in, SI inside."""
+"""What a lift is, before any winch: payload, rigging, deep wire, winch programme, water. Records, frozen; text with
+units in, SI inside."""

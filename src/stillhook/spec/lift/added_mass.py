@@ -1,7 +1,7 @@
 """Added mass in heave of plates, discs, tall bodies and perforated ones, in unbounded water.
 
-The formulas are those of DNV-RP-N103 (and the older DNV-RP-H103), appendix and section on added mass, recalled and not read clause by
-clause: check against your edition. Coefficients stand in the tables below.
+The formulas are those of DNV-RP-N103 (and the older DNV-RP-H103), appendix and section on added mass, recalled and not
+read clause by clause: check against your edition. Coefficients stand in the tables below.
 """
 
 import math
@@ -47,8 +47,8 @@ def height_factor(A_p: float, h: float) -> float:
 def perforation_factor(p: float) -> float:
     """Part of the added mass that is left with a part p of the area open [-], 0 <= p <= 0.5.
 
-    1 up to 5 %; 0.7 + 0.3 cos(pi (p - 5) / 34) up to 34 % (p in per cent); exp((10 - p) / 28) beyond. As published, the last two differ
-    by 1.7 % at 34 %.
+    1 up to 5 %; 0.7 + 0.3 cos(pi (p - 5) / 34) up to 34 % (p in per cent); exp((10 - p) / 28) beyond. As published, the
+    last two differ by 1.7 % at 34 %.
     """
     percent = 100.0 * p
     if p <= PERFORATION_LEAST:

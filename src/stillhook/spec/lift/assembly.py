@@ -91,7 +91,9 @@ class Assembly(Shape):
         masses = [p.count * p.mass for p in self.parts if p.mass is not None]
         if len(masses) < len(self.parts):
             return super().share(h)
-        return np.asarray(sum(m * p.shape.share(h - p.at) for m, p in zip(masses, self.parts, strict=True)) / sum(masses))
+        return np.asarray(
+            sum(m * p.shape.share(h - p.at) for m, p in zip(masses, self.parts, strict=True)) / sum(masses)
+        )
 
     def area(self, h: FloatArray) -> FloatArray:
         return np.asarray(sum(p.count * p.shape.area(h - p.at) for p in self.parts))
@@ -115,7 +117,8 @@ AnyShape = Annotated[Plate | Box | Disc | SuctionAnchor | Spool | Frame | Assemb
 
 
 def with_shape(data: Mapping[str, Any], shapes: Mapping[str, type[Shape]], owner: type[Record]) -> dict[str, Any]:
-    """Flat data with the fields of the shape that `shape` names taken out of it and put into a shape. Errors: LiftError, ScenarioError."""
+    """Flat data with the fields of the shape that `shape` names taken out of it and put into a shape. Errors:
+    LiftError, ScenarioError."""
     name = data.get("shape")
     if not isinstance(name, str):
         return dict(data)
@@ -128,14 +131,20 @@ def with_shape(data: Mapping[str, Any], shapes: Mapping[str, type[Shape]], owner
     stranger = next((key for key in data if key not in own and key not in owner.model_fields), None)
     if stranger is not None:
         raise LiftError(
-            f'{owner.__name__}.{stranger}: unknown field for shape "{name}". Allowed: {", ".join([*owner.model_fields, *sorted(own)])}.'
+            f'{owner.__name__}.{stranger}: unknown field for shape "{name}". Allowed:'
+            f" {', '.join([*owner.model_fields, *sorted(own)])}."
         )
-    return {**{k: v for k, v in data.items() if k not in own}, "shape": cls(**{k: v for k, v in data.items() if k in own})}
+    return {
+        **{k: v for k, v in data.items() if k not in own},
+        "shape": cls(**{k: v for k, v in data.items() if k in own}),
+    }
 
 
 def rebuilt_shape(data: Mapping[str, Any]) -> Shape:
     """The shape whose plain SI data this is. Errors: KeyError, TypeError where it is none."""
     raw = dict(data)
     if raw["kind"] == "assembly":
-        raw["parts"] = tuple(Part.model_construct(**{**part, "shape": rebuilt_shape(part["shape"])}) for part in raw["parts"])
+        raw["parts"] = tuple(
+            Part.model_construct(**{**part, "shape": rebuilt_shape(part["shape"])}) for part in raw["parts"]
+        )
     return SHAPES[raw["kind"]].model_construct(**raw)

@@ -21,11 +21,12 @@ from stillhook.spec.lift.lowering import Lowering
 class InSea:
     """What thousands of runs of a table are given as: small, and quick to send to a cluster.
 
-    lift: everything but tip and waves, which it must not have. sea, seed: which waves; rao: what moves in them; x, y: crane tip and payload
-    from the vessel's reference point, forward and to port [m]. water: whether the payload feels the waves. left: part of the tip's motion
-    that reaches the wire, 1 all of it (a flat cap on compensation of 80 % leaves 0.2); the water keeps its waves. amplitudes: random ones
-    (Rayleigh) where largest values are gathered over seeds. repeat: period of the waves [s], None for the lift's duration, and not
-    shorter: lifts of unlike durations meet the same waves where it is equal.
+    lift: everything but tip and waves, which it must not have. sea, seed: which waves; rao: what moves in them; x, y:
+    crane tip and payload from the vessel's reference point, forward and to port [m]. water: whether the payload feels
+    the waves. left: part of the tip's motion that reaches the wire, 1 all of it (a flat cap on compensation of 80 %
+    leaves 0.2); the water keeps its waves. amplitudes: random ones (Rayleigh) where largest values are gathered over
+    seeds. repeat: period of the waves [s], None for the lift's duration, and not shorter: lifts of unlike durations
+    meet the same waves where it is equal.
     """
 
     lift: Lowering
@@ -41,9 +42,15 @@ class InSea:
 
     def __post_init__(self) -> None:
         if self.lift.waves is not None or not isinstance(self.lift.tip, Still):
-            raise LiftError(f'lift "{self.lift.name}": it has a tip motion or waves already. Leave them to the sea, or run it as it is.')
+            raise LiftError(
+                f'lift "{self.lift.name}": it has a tip motion or waves already. Leave them to the sea, or run it as'
+                " it is."
+            )
         if self.repeat is not None and self.repeat < self.lift.duration:
-            raise LiftError(f"repeat {self.repeat:g} s is shorter than the lift, {self.lift.duration:g} s. Give its duration or more.")
+            raise LiftError(
+                f"repeat {self.repeat:g} s is shorter than the lift, {self.lift.duration:g} s. Give its duration or"
+                " more."
+            )
 
     @property
     def period(self) -> float:
@@ -63,7 +70,8 @@ class InSea:
         return self.period / samples(self.period, band(self.sea, self.period)[1]) if self.water else 0.0
 
     def made(self) -> Lowering:
-        """The lowering, with `realise`, `tip_motion` and `wave_field` of the seed. Errors: SeaError for a sea without waves."""
+        """The lowering, with `realise`, `tip_motion` and `wave_field` of the seed. Errors: SeaError for a sea without
+        waves."""
         waves = realise(self.sea, self.period, self.seed, amplitudes=self.amplitudes, depth=self.lift.depth)
         tip = tip_motion(waves, self.rao, self.x, self.y, fine=COARSE)
         tip = tip if self.left == 1.0 else tip.times(self.left)

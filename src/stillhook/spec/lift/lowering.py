@@ -23,8 +23,8 @@ class Rigging(Record):
 
 
 class DeepWire(Record):
-    """The wire as a rod of many nodes. Damping is that of the material: the crane's `wire.zeta` is the damping ratio at the load's first
-    natural frequency on the wire that is out."""
+    """The wire as a rod of many nodes. Damping is that of the material: the crane's `wire.zeta` is the damping ratio at
+    the load's first natural frequency on the wire that is out."""
 
     nodes: Annotated[int, Field(strict=True, ge=1, le=100)] = 20
 
@@ -32,8 +32,9 @@ class DeepWire(Record):
 class Lowering(Record):
     """A payload on a deep wire under a moving crane tip, through the surface, to the seabed. Frozen.
 
-    At the start everything hangs at rest with the payload's underside at z_0 above still water (negative: below), static stretch
-    included. `waves` is the water at the payload, coherent with `tip`; both grow from nothing over `ramp`.
+    At the start everything hangs at rest with the payload's underside at z_0 above still water (negative: below),
+    static stretch included. `waves` is the water at the payload, coherent with `tip`; both grow from nothing over
+    `ramp`.
     """
 
     name: str = ""

@@ -21,10 +21,14 @@ class Round(Body):
     """Round horizontal members, flooded, over one or more layers."""
 
     default_C_D: ClassVar[float] = 1.2
-    C_s: Number = Field(default=C_S_ROUND, gt=0, description="slamming coefficient, 2 / (rho A_s) dA33/dh at the first touch")
+    C_s: Number = Field(
+        default=C_S_ROUND, gt=0, description="slamming coefficient, 2 / (rho A_s) dA33/dh at the first touch"
+    )
     diameter: u.Length = Field(gt=0, description="outer diameter with coating")
     length: u.Length = Field(gt=0, description="length of all horizontal members together")
-    height: u.Length | None = Field(default=None, gt=0, description="from the lowest underside to the highest top; else the diameter")
+    height: u.Length | None = Field(
+        default=None, gt=0, description="from the lowest underside to the highest top; else the diameter"
+    )
 
     @property
     def tall(self) -> float:
@@ -80,6 +84,7 @@ class Spool(Round):
 
 
 class Frame(Round):
-    """An open frame of round members that are far apart (three diameters or more): template, protection structure, manifold frame."""
+    """An open frame of round members that are far apart (three diameters or more): template, protection structure,
+    manifold frame."""
 
     kind: Literal["frame"] = "frame"

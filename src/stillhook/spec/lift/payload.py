@@ -21,8 +21,8 @@ from stillhook.spec.scenario import RHO_SEA, Number, Record
 RHO_STEEL = 7850.0
 """Density of steel [kg/m^3]: displaced volume of a payload whose volume is not given."""
 LIGHTEST = 5.0
-"""Mass over the volume that a payload's outside encloses [kg/m^3] below which mass or dimensions have a wrong unit: an empty suction anchor
-has some 250."""
+"""Mass over the volume that a payload's outside encloses [kg/m^3] below which mass or dimensions have a wrong unit: an
+empty suction anchor has some 250."""
 CURVE = 400
 """Points of a curve over submergence."""
 
@@ -41,8 +41,8 @@ class Level(Record):
 class Seabed(Record):
     """How the payload and the seabed take hold of each other. What is not given follows from the payload (assumed).
 
-    Over the bottom, added mass and drag grow by (1 - gap / gap_0)^2 times `added_mass` and `drag`; the soil is a spring under the
-    submerged weight that yields by `settlement`, with damping ratio `zeta`, and pushes only.
+    Over the bottom, added mass and drag grow by (1 - gap / gap_0)^2 times `added_mass` and `drag`; the soil is a spring
+    under the submerged weight that yields by `settlement`, with damping ratio `zeta`, and pushes only.
     """
 
     settlement: u.Length = Field(default=0.1, gt=0, description="static settlement under the submerged weight")
@@ -51,11 +51,14 @@ class Seabed(Record):
         default=None, gt=0, description="height over which the bottom is felt; area over perimeter of the underside"
     )
     added_mass: Number = Field(default=1.0, ge=0, description="growth of the added mass at touch-down, as part of it")
-    drag: Number | None = Field(default=None, ge=0, description="growth of the drag at touch-down; from the hatches, else 1")
+    drag: Number | None = Field(
+        default=None, ge=0, description="growth of the drag at touch-down; from the hatches, else 1"
+    )
 
 
 class LiftOff(Record):
-    """What holds the payload to the seabed when it is lifted off again. Recorded for planning; no simulation uses it yet."""
+    """What holds the payload to the seabed when it is lifted off again. Recorded for planning; no simulation uses it
+    yet."""
 
     friction: u.Force = Field(default=0.0, ge=0, description="of skirts")
     suction: u.Force = Field(default=0.0, ge=0, description="under base or roof")
@@ -73,10 +76,11 @@ class Curve(NamedTuple):
 class Payload(Record):
     """A payload in air, water and on the seabed.
 
-    Its numbers over submergence are given as `levels`, which rise from h = 0 to h = height or deeper, or follow from a `shape` and its
-    dimensions, which may stand beside the payload's own fields:
+    Its numbers over submergence are given as `levels`, which rise from h = 0 to h = height or deeper, or follow from a
+    `shape` and its dimensions, which may stand beside the payload's own fields:
 
-        Payload(name="anchor", mass="80 t", shape="suction-anchor", diameter="5 m", height="12 m", wall="30 mm", roof="0.3 m", hatch=0.03)
+        Payload(name="anchor", mass="80 t", shape="suction-anchor", diameter="5 m", height="12 m", wall="30 mm",
+        roof="0.3 m", hatch=0.03)
     """
 
     name: str
@@ -85,7 +89,9 @@ class Payload(Record):
     height: u.Length = Field(gt=0, description="from the underside to the top")
     C_D: Number = Field(ge=0, description="drag coefficient on A_p")
     C_lin: u.ForcePerSpeed = Field(default=0.0, ge=0, description="linear drag when covered")
-    volume: u.Volume | None = Field(default=None, gt=0, description="displaced volume of a payload with a shape; mass over that of steel")
+    volume: u.Volume | None = Field(
+        default=None, gt=0, description="displaced volume of a payload with a shape; mass over that of steel"
+    )
     shape: AnyShape | None = None
     levels: tuple[Level, ...] = ()
     seabed: Seabed = Field(default_factory=Seabed)
@@ -96,8 +102,8 @@ class Payload(Record):
     @model_validator(mode="before")
     @classmethod
     def _flat(cls, data: Any) -> Any:
-        """Dimensions beside the payload's own fields become its shape, which gives its height and drag coefficient. Levels may be a table
-        of tables."""
+        """Dimensions beside the payload's own fields become its shape, which gives its height and drag coefficient.
+        Levels may be a table of tables."""
         if not isinstance(data, Mapping):
             return data
         if "levels" not in data and "shape" not in data:
@@ -122,7 +128,10 @@ class Payload(Record):
         if h[0] != 0.0 or any(b <= a for a, b in pairwise(h)):
             raise ValueError("levels: h must begin at 0 and rise. Sort them.")
         if h[-1] < self.height * (1.0 - 1e-9):
-            raise ValueError(f"levels: the last has h = {u.show(h[-1], 'length')}, less than the height {u.show(self.height, 'length')}.")
+            raise ValueError(
+                f"levels: the last has h = {u.show(h[-1], 'length')}, less than the height"
+                f" {u.show(self.height, 'length')}."
+            )
         if any(b.V < a.V for a, b in pairwise(self.levels)):
             raise ValueError("levels: V must not fall with h.")
         return self
@@ -131,13 +140,19 @@ class Payload(Record):
         if self.displaced > shape.outside:
             V, room = (u.show(x, "volume") for x in (self.displaced, shape.outside))
             how = "" if self.volume is not None else ", its mass in steel,"
-            raise ValueError(f"it displaces {V}{how} and its outside encloses {room}. Check mass, volume and dimensions.")
+            raise ValueError(
+                f"it displaces {V}{how} and its outside encloses {room}. Check mass, volume and dimensions."
+            )
         if self.mass < LIGHTEST * shape.outside < math.inf:
             mass, room = u.show(self.mass, "mass"), f"{shape.outside:.4g} m^3"
-            raise ValueError(f"it weighs {mass} and its outside encloses {room}: hardly more than air. Check mass and dimensions.")
+            raise ValueError(
+                f"it weighs {mass} and its outside encloses {room}: hardly more than air. Check mass and dimensions."
+            )
         parts = shape.stated_mass
         if parts > self.mass * (1.0 + 1e-6):
-            raise ValueError(f"its parts weigh {u.show(parts, 'mass')}, it {u.show(self.mass, 'mass')}. Check the masses and counts.")
+            raise ValueError(
+                f"its parts weigh {u.show(parts, 'mass')}, it {u.show(self.mass, 'mass')}. Check the masses and counts."
+            )
         return self
 
     @property
@@ -152,8 +167,8 @@ class Payload(Record):
         return self.levels[-1].h if self.shape is None else self.shape.reach(rho)
 
     def at(self, h: FloatArray, rho: float = RHO_SEA) -> Curve:
-        """Numbers at submergences h [m] in water of density rho. Given levels are joined without overshoot, and hold in the water for
-        which they were given."""
+        """Numbers at submergences h [m] in water of density rho. Given levels are joined without overshoot, and hold in
+        the water for which they were given."""
         h = np.asarray(h, float)
         if self.shape is None:
             return Curve(h, *(_joined(h, self.levels, field) for field in ("V", "A33", "A_p")))
@@ -192,7 +207,8 @@ class Payload(Record):
 
 
 def _joined(h: FloatArray, levels: tuple[Level, ...], field: str) -> FloatArray:
-    """One number of given levels at h, joined by cubics that overshoot nowhere (Fritsch and Carlson), held beyond the last."""
+    """One number of given levels at h, joined by cubics that overshoot nowhere (Fritsch and Carlson), held beyond the
+    last."""
     from scipy.interpolate import PchipInterpolator
 
     known = np.array([level.h for level in levels])

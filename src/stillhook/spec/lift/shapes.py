@@ -1,13 +1,13 @@
 """Payloads by their dimensions: displaced volume, added mass and projected area over submergence, from formulas.
 
-Every shape gives the same five things as functions of the depth h of its underside below the surface. The added mass begins where the
-first face that stops water is wetted (`contact`), rises there with the slope of the slamming coefficient, 1/2 rho C_s A_s, and levels out
-at its value in unbounded water:
+Every shape gives the same five things as functions of the depth h of its underside below the surface. The added mass
+begins where the first face that stops water is wetted (`contact`), rises there with the slope of the slamming
+coefficient, 1/2 rho C_s A_s, and levels out at its value in unbounded water:
 
     A33(h) = A33 (1 - (1 - x)^3),  x = (h - contact) / l,  l = 3 A33 / (1/2 rho C_s A_s)
 
-so the peak of the momentum force is 1/2 rho C_s A_s v^2, and its sum is the momentum A33 v. For a solid disc l is one radius. Water
-inside a body comes on top, evenly over the depth `filling`.
+so the peak of the momentum force is 1/2 rho C_s A_s v^2, and its sum is the momentum A33 v. For a solid disc l is one
+radius. Water inside a body comes on top, evenly over the depth `filling`.
 """
 
 from __future__ import annotations
@@ -25,9 +25,11 @@ from stillhook.spec.lift import added_mass as formula
 from stillhook.spec.scenario import Number, Record
 
 C_S_FLAT = 5.0
-"""Slamming coefficient of bodies that are not smooth cylinders, at the least (DNV-RP-N103; check against your edition)."""
+"""Slamming coefficient of bodies that are not smooth cylinders, at the least (DNV-RP-N103; check against your
+edition)."""
 CONTRACTION = 0.62
-"""Area of the jet behind a sharp-edged hole as part of the hole: pi / (pi + 2) = 0.611 for a slot, 0.62 measured for round holes."""
+"""Area of the jet behind a sharp-edged hole as part of the hole: pi / (pi + 2) = 0.611 for a slot, 0.62 measured for
+round holes."""
 ENGAGED = 0.25
 """Part of the height under a suction anchor's roof over which the roof takes the water inside along (assumed)."""
 RISE = 3.0
@@ -56,7 +58,8 @@ class Shape(Record):
 
     @property
     def outside(self) -> float:
-        """Volume that its outside encloses, which no displaced volume can exceed [m^3]; infinite where the shape does not say."""
+        """Volume that its outside encloses, which no displaced volume can exceed [m^3]; infinite where the shape does
+        not say."""
         return math.inf
 
     @property
@@ -66,7 +69,8 @@ class Shape(Record):
 
     @property
     def vent_gap(self) -> float:
-        """Height over the seabed at which the gap is as wide as the openings through which water leaves [m]; 0: no openings."""
+        """Height over the seabed at which the gap is as wide as the openings through which water leaves [m]; 0: no
+        openings."""
         return 0.0
 
     @property
@@ -81,7 +85,8 @@ class Shape(Record):
 
     @property
     def mouth(self) -> float:
-        """Area over perimeter of the underside: at this height over the seabed the gap is as wide as the underside [m]."""
+        """Area over perimeter of the underside: at this height over the seabed the gap is as wide as the underside
+        [m]."""
         return 0.5 * math.sqrt(self.solid_area / math.pi)
 
     def share(self, h: FloatArray) -> FloatArray:
@@ -106,18 +111,22 @@ class Shape(Record):
         """The bodies that it is made of."""
 
     def faces(self, rho: float) -> list[float]:
-        """Depths of the underside at which the surface meets a horizontal face, or something else begins or ends [m]; not in order."""
+        """Depths of the underside at which the surface meets a horizontal face, or something else begins or ends [m];
+        not in order."""
         return [share.at + h for share in self.shares for h in share.body.own_faces(rho)]
 
     def vent_drag(self, rho: float) -> float:
-        """Quadratic drag of the water that has to leave through openings once the underside is on the seabed [N s^2/m^2]; 0: none."""
+        """Quadratic drag of the water that has to leave through openings once the underside is on the seabed [N
+        s^2/m^2]; 0: none."""
         return 0.0
 
 
 class Body(Shape):
     """One body. `C_s` is the slamming coefficient on the area that hits the water."""
 
-    C_s: Number = Field(default=C_S_FLAT, gt=0, description="slamming coefficient, 2 / (rho A_s) dA33/dh at the first touch")
+    C_s: Number = Field(
+        default=C_S_FLAT, gt=0, description="slamming coefficient, 2 / (rho A_s) dA33/dh at the first touch"
+    )
 
     @abstractmethod
     def outer_mass(self, rho: float) -> float:
@@ -182,7 +191,9 @@ class Rectangle(Body):
         return self.length * self.width / (2.0 * (self.length + self.width))
 
     def outer_mass(self, rho: float) -> float:
-        whole = formula.plate(rho, self.length, self.width) * formula.height_factor(self.length * self.width, self.height)
+        whole = formula.plate(rho, self.length, self.width) * formula.height_factor(
+            self.length * self.width, self.height
+        )
         return whole * formula.perforation_factor(self.perforation)
 
 
@@ -193,7 +204,8 @@ class Plate(Rectangle):
 
 
 class Box(Rectangle):
-    """A box whose bottom and top are closed or perforated alike, flooded as it goes down: a protection cover, a cabinet.
+    """A box whose bottom and top are closed or perforated alike, flooded as it goes down: a protection cover, a
+    cabinet.
 
     The water inside goes with it as far as the perforation allows.
     """
@@ -246,9 +258,9 @@ class Disc(Body):
 class SuctionAnchor(Body):
     """A cylinder with an open underside and a roof with hatches.
 
-    Air leaves through the hatches. Once the roof meets the water inside it takes it along, as far as the hatches allow, over the depth
-    `engaged`, a quarter of the height under the roof unless given (assumed): a shorter one slams harder, by the momentum of that water. On
-    the seabed all of it has to leave through the hatches.
+    Air leaves through the hatches. Once the roof meets the water inside it takes it along, as far as the hatches allow,
+    over the depth `engaged`, a quarter of the height under the roof unless given (assumed): a shorter one slams harder,
+    by the momentum of that water. On the seabed all of it has to leave through the hatches.
     """
 
     kind: Literal["suction-anchor"] = "suction-anchor"
@@ -256,15 +268,24 @@ class SuctionAnchor(Body):
     height: u.Length = Field(gt=0, description="from the skirt's tip to the top of the roof")
     wall: u.Length = Field(gt=0, description="thickness of the skirt")
     roof: u.Length = Field(gt=0, description="thickness of the roof with its stiffeners")
-    hatch: Number = Field(gt=0, le=formula.PERFORATION_MOST, description="open area of the hatches as part of the inner area")
-    engaged: u.Length | None = Field(default=None, gt=0, description="depth over which the roof takes the water inside along; a quarter")
+    hatch: Number = Field(
+        gt=0, le=formula.PERFORATION_MOST, description="open area of the hatches as part of the inner area"
+    )
+    engaged: u.Length | None = Field(
+        default=None, gt=0, description="depth over which the roof takes the water inside along; a quarter"
+    )
 
     @model_validator(mode="after")
     def _hollow(self) -> SuctionAnchor:
         if 2.0 * self.wall >= self.diameter:
-            raise ValueError(f"wall {u.show(self.wall, 'length')} leaves no room inside a diameter of {u.show(self.diameter, 'length')}.")
+            raise ValueError(
+                f"wall {u.show(self.wall, 'length')} leaves no room inside a diameter of"
+                f" {u.show(self.diameter, 'length')}."
+            )
         if self.roof >= self.height:
-            raise ValueError(f"roof {u.show(self.roof, 'length')} must be thinner than the height {u.show(self.height, 'length')}.")
+            raise ValueError(
+                f"roof {u.show(self.roof, 'length')} must be thinner than the height {u.show(self.height, 'length')}."
+            )
         return self
 
     @property
@@ -322,5 +343,6 @@ class SuctionAnchor(Body):
         return 0.5 * rho * self._inner * (1.0 / (CONTRACTION * self.hatch)) ** 2
 
     def vent_pressure(self, v: float, rho: float) -> float:
-        """Over-pressure under the roof while the skirt sinks into the seabed at v, all water leaving through the hatches [Pa]."""
+        """Over-pressure under the roof while the skirt sinks into the seabed at v, all water leaving through the
+        hatches [Pa]."""
         return 0.5 * rho * (v / (CONTRACTION * self.hatch)) ** 2

@@ -1,11 +1,13 @@
-r"""The simplified method for lifts through the wave zone and deeper, in closed form: what is printed beside every simulation.
+r"""The simplified method for lifts through the wave zone and deeper, in closed form: what is printed beside every
+simulation.
 
-Characteristic forces on a payload whose extent is small against the waves, at a stated submergence, with the crane tip's and the waves'
-largest values combined as if at random phases. Numbers or arrays that broadcast, SI; forces are magnitudes [N].
+Characteristic forces on a payload whose extent is small against the waves, at a stated submergence, with the crane
+tip's and the waves' largest values combined as if at random phases. Numbers or arrays that broadcast, SI; forces are
+magnitudes [N].
 
-Source: DNV-RP-N103 (and the older DNV-RP-H103), simplified method for lifting through the wave zone, and deep water lowering; recalled and
-not read clause by clause: check against your edition. Coefficients (wave amplitude over H_s, limits of T_z, least C_D) come in as
-arguments; `stillhook.plan` takes them from its table of rules.
+Source: DNV-RP-N103 (and the older DNV-RP-H103), simplified method for lifting through the wave zone, and deep water
+lowering; recalled and not read clause by clause: check against your edition. Coefficients (wave amplitude over H_s,
+limits of T_z, least C_D) come in as arguments; `stillhook.plan` takes them from its table of rules.
 """
 
 from __future__ import annotations
@@ -20,11 +22,13 @@ from stillhook.base.arrays import FloatArray
 from stillhook.physics.scalar import G
 
 SLOW_SHARE, FAST_SHARE = 0.2, 0.7
-"""Free-fall speed over relative speed between which the part of the relative speed in a snap falls from all to nothing."""
+"""Free-fall speed over relative speed between which the part of the relative speed in a snap falls from all to
+nothing."""
 
 
 def shortest_period(Hs: ArrayLike, factor: float = 8.9) -> FloatArray:
-    r"""Least zero-crossing period of the method [s], :math:`8.9\sqrt{H_s/g}`: a wave of 1.8 H_s is then as steep as 1 to 7. Hs [m]."""
+    r"""Least zero-crossing period of the method [s], :math:`8.9\sqrt{H_s/g}`: a wave of 1.8 H_s is then as steep as 1
+    to 7. Hs [m]."""
     return np.asarray(factor * np.sqrt(np.asarray(Hs, dtype=np.float64) / G))
 
 
@@ -33,8 +37,8 @@ def water_speed(zeta_a: ArrayLike, Tz: ArrayLike, d: ArrayLike) -> FloatArray:
 
     .. math:: v_w = \zeta_a \frac{2\pi}{T_z} e^{-4\pi^2 d / (T_z^2 g)}
 
-    Parameters: zeta_a wave amplitude [m], 0.9 H_s in the method; Tz zero-crossing period [s]; d from still water down to the centre of the
-    submerged part [m], 0 or more. Deep water.
+    Parameters: zeta_a wave amplitude [m], 0.9 H_s in the method; Tz zero-crossing period [s]; d from still water down
+    to the centre of the submerged part [m], 0 or more. Deep water.
     """
     w = 2.0 * math.pi / np.asarray(Tz, dtype=np.float64)
     return np.asarray(np.asarray(zeta_a) * w * np.exp(-(w**2) / G * np.asarray(d)))
@@ -48,13 +52,15 @@ def water_acceleration(zeta_a: ArrayLike, Tz: ArrayLike, d: ArrayLike) -> FloatA
 def relative_speed(v_c: ArrayLike, v_ct: ArrayLike, v_w: ArrayLike) -> FloatArray:
     r"""Characteristic speed of payload against water [m/s], :math:`v_c + \sqrt{v_{ct}^2 + v_w^2}`.
 
-    v_c speed at which the payload is lowered, v_ct single amplitude of the crane tip's speed, v_w of the water's, all 0 or more [m/s].
+    v_c speed at which the payload is lowered, v_ct single amplitude of the crane tip's speed, v_w of the water's, all 0
+    or more [m/s].
     """
     return np.asarray(np.asarray(v_c) + np.hypot(v_ct, v_w))
 
 
 def slamming(dA33: ArrayLike, v_r: ArrayLike) -> FloatArray:
-    r"""Slamming impact :math:`\tfrac12\rho C_s A_s v_r^2` [N], with :math:`\tfrac12\rho C_s A_s = dA_{33}/dh` [kg/m] of the payload."""
+    r"""Slamming impact :math:`\tfrac12\rho C_s A_s v_r^2` [N], with :math:`\tfrac12\rho C_s A_s = dA_{33}/dh` [kg/m] of
+    the payload."""
     return np.asarray(np.asarray(dA33) * np.asarray(v_r) ** 2)
 
 
@@ -66,14 +72,15 @@ def drag(B: ArrayLike, v_r: ArrayLike) -> FloatArray:
 def mass_force(M: ArrayLike, A33: ArrayLike, rho_V: ArrayLike, a_ct: ArrayLike, a_w: ArrayLike) -> FloatArray:
     r"""Inertia :math:`\sqrt{[(M + A_{33}) a_{ct}]^2 + [(\rho V + A_{33}) a_w]^2}` [N].
 
-    M mass in air, A33 heave added mass, rho_V mass of the displaced water [kg]; a_ct, a_w single amplitudes of the tip's and the water's
-    acceleration [m/s^2].
+    M mass in air, A33 heave added mass, rho_V mass of the displaced water [kg]; a_ct, a_w single amplitudes of the
+    tip's and the water's acceleration [m/s^2].
     """
     return np.asarray(np.hypot((np.asarray(M) + A33) * np.asarray(a_ct), (np.asarray(rho_V) + A33) * np.asarray(a_w)))
 
 
 def buoyancy_force(rho: float, A_w: ArrayLike, zeta_a: ArrayLike, eta_ct: ArrayLike) -> FloatArray:
-    r"""Varying buoyancy :math:`\rho g A_w \sqrt{\zeta_a^2 + \eta_{ct}^2}` [N]; A_w water-plane area [m^2], amplitudes of wave, tip [m]."""
+    r"""Varying buoyancy :math:`\rho g A_w \sqrt{\zeta_a^2 + \eta_{ct}^2}` [N]; A_w water-plane area [m^2], amplitudes
+    of wave, tip [m]."""
     return np.asarray(rho * G * np.asarray(A_w) * np.hypot(zeta_a, eta_ct))
 
 
@@ -83,7 +90,8 @@ def hydrodynamic(F_D: ArrayLike, F_slam: ArrayLike, F_M: ArrayLike, F_rho: Array
 
 
 def free_fall_speed(W: ArrayLike, B: ArrayLike) -> FloatArray:
-    r"""Speed at which the payload sinks freely, :math:`\sqrt{W/B} = \sqrt{2W/(\rho A_p C_D)}` [m/s]; W submerged weight [N]."""
+    r"""Speed at which the payload sinks freely, :math:`\sqrt{W/B} = \sqrt{2W/(\rho A_p C_D)}` [m/s]; W submerged weight
+    [N]."""
     return np.asarray(np.sqrt(np.asarray(W, dtype=np.float64) / np.asarray(B)))
 
 
@@ -101,21 +109,24 @@ def snap_speed(v_ff: ArrayLike, v_r: ArrayLike) -> FloatArray:
 def snap_tension(W: ArrayLike, v: ArrayLike, K: ArrayLike, M: ArrayLike) -> FloatArray:
     r"""Largest tension as a payload that falls at v is caught, :math:`W + \sqrt{W^2 + K M v^2}` [N].
 
-    W its weight in water [N], K stiffness above it [N/m], M mass with added mass [kg]. Exact for a massless spring that is taut and
-    unloaded at first: the method's :math:`v\sqrt{K M}` leaves the weight out, which is not on the safe side for slow snaps.
+    W its weight in water [N], K stiffness above it [N/m], M mass with added mass [kg]. Exact for a massless spring that
+    is taut and unloaded at first: the method's :math:`v\sqrt{K M}` leaves the weight out, which is not on the safe side
+    for slow snaps.
     """
     W = np.asarray(W, dtype=np.float64)
     return np.asarray(W + np.sqrt(W**2 + np.asarray(K) * np.asarray(M) * np.asarray(v) ** 2))
 
 
 def taken_up(W: ArrayLike, v: ArrayLike, K: ArrayLike, M: ArrayLike) -> FloatArray:
-    r"""Largest tension as a payload is lifted off something that supports it, :math:`W + v\sqrt{K M}` [N]; parameters of `snap_tension`,
-    v hook against support [m/s]. Exact for a massless spring whose tension has grown to W when the payload leaves."""
+    r"""Largest tension as a payload is lifted off something that supports it, :math:`W + v\sqrt{K M}` [N]; parameters
+    of `snap_tension`, v hook against support [m/s]. Exact for a massless spring whose tension has grown to W when the
+    payload leaves."""
     return np.asarray(np.asarray(W) + np.asarray(v) * np.sqrt(np.asarray(K) * np.asarray(M)))
 
 
 class Swing(NamedTuple):
-    """Amplitudes under a harmonic motion of the wire's upper end: load [m], top tension at the tip, sling tension [N]."""
+    """Amplitudes under a harmonic motion of the wire's upper end: load [m], top tension at the tip, sling tension
+    [N]."""
 
     load: FloatArray
     top: FloatArray
@@ -123,17 +134,26 @@ class Swing(NamedTuple):
 
 
 def swing(
-    eta: ArrayLike, omega: ArrayLike, K: ArrayLike, M: ArrayLike, m_above: ArrayLike, B: ArrayLike = 0.0, C_lin: ArrayLike = 0.0
+    eta: ArrayLike,
+    omega: ArrayLike,
+    K: ArrayLike,
+    M: ArrayLike,
+    m_above: ArrayLike,
+    B: ArrayLike = 0.0,
+    C_lin: ArrayLike = 0.0,
 ) -> Swing:
-    r"""A payload on a spring whose upper end moves with eta cos(omega t), with quadratic drag linearised for a harmonic motion.
+    r"""A payload on a spring whose upper end moves with eta cos(omega t), with quadratic drag linearised for a harmonic
+    motion.
 
-    .. math:: z = \frac{K\eta}{K - M'\omega^2 + i\omega\Sigma},\quad \Sigma = \tfrac{8}{3\pi}B\,\omega|z| + C_{lin},\quad
+    .. math:: z = \frac{K\eta}{K - M'\omega^2 + i\omega\Sigma},\quad \Sigma = \tfrac{8}{3\pi}B\,\omega|z| +
+    C_{lin},\quad
         F_{top} = K(\eta - z),\quad F_{sling} = (-M\omega^2 + i\omega\Sigma) z
 
-    Parameters: eta amplitude [m]; omega [rad/s]; K stiffness of wire and slings [N/m]; M payload with added mass, m_above what of hook and
-    wire moves with it (a third of the wire) [kg], M' = M + m_above; B = rho C_D A_p/2 [N s^2/m^2]; C_lin linear drag [N s/m].
-    Source: DNV-RP-N103, deep water lowering, with the period 2 pi sqrt((M + A33 + m L/3)/K); check against your edition. Valid below the
-    second natural frequency of the wire. Infinite at resonance without drag.
+    Parameters: eta amplitude [m]; omega [rad/s]; K stiffness of wire and slings [N/m]; M payload with added mass,
+    m_above what of hook and wire moves with it (a third of the wire) [kg], M' = M + m_above; B = rho C_D A_p/2 [N
+    s^2/m^2]; C_lin linear drag [N s/m].
+    Source: DNV-RP-N103, deep water lowering, with the period 2 pi sqrt((M + A33 + m L/3)/K); check against your
+    edition. Valid below the second natural frequency of the wire. Infinite at resonance without drag.
     """
     eta, omega, K, M, above, B, C_lin = np.broadcast_arrays(
         *(np.asarray(v, dtype=np.float64) for v in (eta, omega, K, M, m_above, B, C_lin))

@@ -17,38 +17,48 @@ AS_IT_IS: Scale = (float, float)
 FISHER: Scale = (math.atanh, math.tanh)
 """Scale on which correlations scatter evenly. Source: Fisher 1915."""
 ENOUGH = 4
-"""Load cases from which their scatter is known to a factor: Student's t is 12.7 with two, 4.3 with three, 3.2 with four, as in paper F."""
+"""Load cases from which their scatter is known to a factor: Student's t is 12.7 with two, 4.3 with three, 3.2 with
+four, as in paper F."""
 ONE = 1.0 - 1e-9
 """Largest correlation that has a place on it."""
 
 
 @dataclass(frozen=True)
 class OverCases:
-    """pooled: the number over all samples, with an interval that holds the scatter between the load cases; cases: the same of each case
-    alone, from its own samples."""
+    """pooled: the number over all samples, with an interval that holds the scatter between the load cases; cases: the
+    same of each case alone, from its own samples."""
 
     pooled: Interval
     cases: Mapping[str, Interval]
 
     def extremes(self, words: Callable[[float], str]) -> str:
-        """The smallest and the largest case in words, "0.37 cm (4) to 1.48 cm (3) by load case"; that there is one alone, where so."""
+        """The smallest and the largest case in words, "0.37 cm (4) to 1.48 cm (3) by load case"; that there is one
+        alone, where so."""
         values = {name: found.value for name, found in self.cases.items() if math.isfinite(found.value)}
         if len(values) < 2:
             return "one load case: its interval holds nothing of how load cases differ"
         low, high = min(values, key=lambda name: values[name]), max(values, key=lambda name: values[name])
-        few = "" if len(values) >= ENOUGH else f"; {len(values)} cases tell little of how cases differ, test {ENOUGH} or more"
+        few = (
+            ""
+            if len(values) >= ENOUGH
+            else f"; {len(values)} cases tell little of how cases differ, test {ENOUGH} or more"
+        )
         return f"{words(values[low])} ({low}) to {words(values[high])} ({high}) by load case{few}"
 
 
 def over_cases(
-    statistic: Statistic, parts: Mapping[str, Sequence[FloatArray]], *, at_least: int,
-    bounds: tuple[float, float] = (-math.inf, math.inf), scale: Scale = AS_IT_IS,
-) -> OverCases:  # fmt: skip
+    statistic: Statistic,
+    parts: Mapping[str, Sequence[FloatArray]],
+    *,
+    at_least: int,
+    bounds: tuple[float, float] = (-math.inf, math.inf),
+    scale: Scale = AS_IT_IS,
+) -> OverCases:
     """A statistic of all parts together, by load case.
 
-    Parameters: parts of each load case, as of `block_bootstrap.interval`; scale: a function of the statistic on which cases scatter evenly,
-    and its inverse. The interval is that of the blocks, widened to that of a mean of the cases, each with the weight of its samples and
-    each with a true value of its own.
+    Parameters: parts of each load case, as of `block_bootstrap.interval`; scale: a function of the statistic on which
+    cases scatter evenly, and its inverse. The interval is that of the blocks, widened to that of a mean of the cases,
+    each with the weight of its samples and each with a true value of its own.
     """
     filled = {name: [p for p in own if len(p)] for name, own in parts.items()}
     filled = {name: own for name, own in filled.items() if own}
@@ -60,7 +70,9 @@ def over_cases(
     to, back = scale
     centre = _on(to, whole.value)
     weights = [sum(map(len, filled[name])) for name in known]
-    half = half_of_mean([_on(to, cases[name].value) for name in known], [_half(cases[name], to) for name in known], weights)
+    half = half_of_mean(
+        [_on(to, cases[name].value) for name in known], [_half(cases[name], to) for name in known], weights
+    )
     low, high = (min(max(back(centre + sign * half), bounds[0]), bounds[1]) for sign in (-1.0, 1.0))
     low, high = np.fmin(low, whole.low), np.fmax(high, whole.high)
     return OverCases(Interval(whole.value, float(low), float(high), whole.blocks), cases)

@@ -40,7 +40,8 @@ class AhcStep(Step):
 
 
 def check_ahc(campaign: Campaign, records: tuple[Record, ...], progress: Callable[[float], None]) -> Step:
-    """Run the whole twin on the tip motion of every segment with heave compensation and compare its control error with the crane's.
+    """Run the whole twin on the tip motion of every segment with heave compensation and compare its control error with
+    the crane's.
 
     Errors: SimulationError, ScenarioError, ValidateError of one line, where the twin cannot run what the crane did.
     """
@@ -48,12 +49,16 @@ def check_ahc(campaign: Campaign, records: tuple[Record, ...], progress: Callabl
     parts, left_out = usable(records, window)
     why = _why_not(campaign, records, parts)
     if why:
-        nothing = tuple(Measure(name, None, m.quantity, note=why) for name, m in MEASURES.items() if m.step is StepNumber.AHC)
+        nothing = tuple(
+            Measure(name, None, m.quantity, note=why) for name, m in MEASURES.items() if m.step is StepNumber.AHC
+        )
         return AhcStep(StepNumber.AHC, nothing, (f"Step 5 cannot compare anything: {why}.", *left_out))
     replays = [replay(campaign, record, segment) for record, segment in parts]
     runs = _runs(campaign, replays, meter.part(WEIGHTS[0]))
     measured, logged = measured_error(replays)
-    compared = tuple(compare(r, run, e, window, logged=logged) for r, run, e in zip(replays, runs, measured, strict=True))
+    compared = tuple(
+        compare(r, run, e, window, logged=logged) for r, run, e in zip(replays, runs, measured, strict=True)
+    )
     like, spectra = shape([(*c.quiet, c.replay.record.step) for c in compared if len(c.pair[0])])
     meter.part(WEIGHTS[1])(1.0)
     explained, deviation = explain(campaign.crane, replays, measured) if logged else ((), Deviation(math.nan, math.nan))
@@ -61,9 +66,16 @@ def check_ahc(campaign: Campaign, records: tuple[Record, ...], progress: Callabl
     found = measures(compared, like, campaign.criteria.settings)
     lines = said(compared, like, logged=logged)
     return AhcStep(
-        StepNumber.AHC, found, (*lines, *statements(explained, deviation), *left_out), tables(compared, explained), _data(compared, like),
-        compared, like, spectra, explained,
-    )  # fmt: skip
+        StepNumber.AHC,
+        found,
+        (*lines, *statements(explained, deviation), *left_out),
+        tables(compared, explained),
+        _data(compared, like),
+        compared,
+        like,
+        spectra,
+        explained,
+    )
 
 
 def _why_not(campaign: Campaign, records: Sequence[Record], parts: Sequence[tuple[Record, object]]) -> str:
@@ -75,17 +87,28 @@ def _why_not(campaign: Campaign, records: Sequence[Record], parts: Sequence[tupl
         return f's_tip is not in the log of test "{without}"; log the tip motion as the PLC gets it'
     without = next((r.test.name for r in tests if not r.has("e_c_measured") and not r.has("s_w")), None)
     if without is not None:
-        return f'neither e_c_measured nor s_w is in the log of test "{without}"; log the PLC\'s control error, or the wire paid out'
+        return (
+            f'neither e_c_measured nor s_w is in the log of test "{without}"; log the PLC\'s control error, or the wire'
+            " paid out"
+        )
     made = next((r.test.name for r in tests if not r.has("e_c_measured") and "s_w" in r.derived), None)
     if made is not None:
-        return f'in test "{made}" the wire paid out is made from a speed, too coarse for centimetres; log e_c_measured or s_w'
+        return (
+            f'in test "{made}" the wire paid out is made from a speed, too coarse for centimetres; log e_c_measured'
+            " or s_w"
+        )
     slow = next((r for r in tests if r.step > SLOWEST + 1e-9), None)
     if slow is not None:
-        return f'the log of test "{slow.test.name}" has a sample every {slow.step:.3g} s; log every {SLOWEST:g} s or faster'
+        return (
+            f'the log of test "{slow.test.name}" has a sample every {slow.step:.3g} s; log every {SLOWEST:g} s or'
+            " faster"
+        )
     return "" if parts else "no stretch with heave compensation is long enough; log 60 s or more without a break"
 
 
-def _runs(campaign: Campaign, replays: Sequence[Replay], reached: Callable[[float], None]) -> list[dict[str, FloatArray]]:
+def _runs(
+    campaign: Campaign, replays: Sequence[Replay], reached: Callable[[float], None]
+) -> list[dict[str, FloatArray]]:
     """One run a segment; one after another, since the longest is most of the work."""
     total, done, out = sum(r.case.duration for r in replays), 0.0, []
     for r in replays:
@@ -100,10 +123,13 @@ def _data(compared: Sequence[Compared], like: Shape) -> dict[str, object]:
     return {
         "windows": [
             {
-                "test": c.name, "time": c.windows.ends.tolist(), "e_c_pp_measured": c.windows.measured.tolist(),
-                "e_c_pp": c.windows.simulated.tolist(), "s_tip_pp": c.windows.s_tip_pp.tolist(),
+                "test": c.name,
+                "time": c.windows.ends.tolist(),
+                "e_c_pp_measured": c.windows.measured.tolist(),
+                "e_c_pp": c.windows.simulated.tolist(),
+                "s_tip_pp": c.windows.s_tip_pp.tolist(),
             }
             for c in compared
         ],
         "shape": {k: v if math.isfinite(v) else None for k, v in like._asdict().items()},
-    }  # fmt: skip
+    }

@@ -17,8 +17,10 @@ SLOW = 0.2
 
 @dataclass(frozen=True)
 class Compared:
-    """A segment of the crane beside the twin, over the samples that count: replay; simulated signals by name (n,) [SI]; measured and
-    simulated control error (n,) [m]; noise: share of the tip signal's noise that the measured error holds [-]; moving windows."""
+    """A segment of the crane beside the twin, over the samples that count: replay; simulated signals by name (n,) [SI];
+    measured and simulated control error (n,) [m]; noise: share of the tip signal's noise that the measured error holds
+    [-]; moving windows.
+    """
 
     replay: Replay
     simulated: dict[str, FloatArray]
@@ -39,17 +41,19 @@ class Compared:
 
     @property
     def quiet(self) -> tuple[FloatArray, FloatArray]:
-        """The same without the tip's noise, which both hold alike: noise would make errors of any two shapes similar."""
+        """The same without the tip's noise, which both hold alike: noise would make errors of any two shapes
+        similar."""
         good = np.isfinite(self.e_measured) & np.isfinite(self.e_simulated)
         noise = self.noise * self.replay.noise[good]
         return self.e_measured[good] - noise, self.e_simulated[good] - noise
 
 
 def compare(r: Replay, run: dict[str, FloatArray], measured: FloatArray, window: float, *, logged: bool) -> Compared:
-    """The twin's error as the crane's PLC would show it: with the noise of the tip signal, as far as the crane's error holds it.
+    """The twin's error as the crane's PLC would show it: with the noise of the tip signal, as far as the crane's error
+    holds it.
 
-    Parameters: replay and its run; measured control error (n,) [m], logged by the PLC or, with logged False, made from tip and wire, about
-    its mean; window [s].
+    Parameters: replay and its run; measured control error (n,) [m], logged by the PLC or, with logged False, made from
+    tip and wire, about its mean; window [s].
     """
     share = noise_share(r, measured) if logged else 1.0
     simulated = run["e_c_measured"] + share * r.noise
@@ -60,7 +64,8 @@ def compare(r: Replay, run: dict[str, FloatArray], measured: FloatArray, window:
 
 
 def noise_share(r: Replay, measured: FloatArray) -> float:
-    """How much of the noise of the logged tip the PLC's error holds: 1 where the PLC got that signal, 0 where only the log's is noisy."""
+    """How much of the noise of the logged tip the PLC's error holds: 1 where the PLC got that signal, 0 where only the
+    log's is noisy."""
     from scipy.ndimage import uniform_filter1d  # heavy: only where data are at hand
 
     known = np.isfinite(measured)

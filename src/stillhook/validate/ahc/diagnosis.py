@@ -1,4 +1,5 @@
-"""What would explain the deviation of the control error? The twin with one thing changed, side by side, and a regression on the effects."""
+"""What would explain the deviation of the control error? The twin with one thing changed, side by side, and a
+regression on the effects."""
 
 from __future__ import annotations
 
@@ -10,7 +11,8 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.engine.pack.winch import gains
-from stillhook.spec.crane import Crane, ServoVariant
+from stillhook.spec.circuits import ServoVariant
+from stillhook.spec.crane import Crane
 from stillhook.statistics.dot import dot
 from stillhook.units import show
 from stillhook.validate.ahc.replay import SETTLE, Replay, run_twin
@@ -19,7 +21,8 @@ from stillhook.validate.dynamics.fitting.unknowns import C_H, C_LEAK, INERTIA, b
 LONGEST = 270.0
 """Part of a segment that is run again for every cause [s]: some 30 waves."""
 SMOOTH = 0.15
-"""Width of the Gaussian through which deviations and effects are seen [s]: passes 1 Hz to two thirds, and no sensor noise."""
+"""Width of the Gaussian through which deviations and effects are seen [s]: passes 1 Hz to two thirds, and no sensor
+noise."""
 MUCH = 0.5
 """Share of the deviation's energy from which a cause is told."""
 ALIKE = 0.1
@@ -31,8 +34,8 @@ SMALL_DP = 2e5
 
 
 class Cause(NamedTuple):
-    """bend(crane, x): a crane of `with_gains` with that thing changed by the part x of itself; x: change that is run; most: change
-    beyond which it is no explanation."""
+    """bend(crane, x): a crane of `with_gains` with that thing changed by the part x of itself; x: change that is run;
+    most: change beyond which it is no explanation."""
 
     name: str
     words: str
@@ -42,8 +45,10 @@ class Cause(NamedTuple):
 
 
 class Explained(NamedTuple):
-    """amount: change of the thing that explains most of the deviation, as a part of itself; share: part of the deviation's energy that it
-    takes away, control error and pressure drop over the active motors together, each over its SMALL; share_e: the same of e_c alone."""
+    """amount: change of the thing that explains most of the deviation, as a part of itself; share: part of the
+    deviation's energy that it takes away, control error and pressure drop over the active motors together, each over
+    its SMALL; share_e: the same of e_c alone.
+    """
 
     cause: Cause
     amount: float
@@ -52,7 +57,8 @@ class Explained(NamedTuple):
 
 
 class Deviation(NamedTuple):
-    """Smooth deviation of the twin from the crane: e_c [m rms], pressure drop over the active motors [Pa rms], NaN where not logged."""
+    """Smooth deviation of the twin from the crane: e_c [m rms], pressure drop over the active motors [Pa rms], NaN
+    where not logged."""
 
     e_c: float
     dp_m: float
@@ -65,7 +71,9 @@ def _bent(*names: str) -> Callable[[Crane, float], Crane]:
 def _control(name: str) -> Callable[[Crane, float], Crane]:
     def bend(crane: Crane, x: float) -> Crane:
         control = crane.control
-        return crane.model_copy(update={"control": control.model_copy(update={name: getattr(control, name) * (1.0 + x)})})
+        return crane.model_copy(
+            update={"control": control.model_copy(update={name: getattr(control, name) * (1.0 + x)})}
+        )
 
     return bend
 
@@ -99,8 +107,11 @@ CAUSES = (
 )
 
 
-def explain(crane: Crane, replays: Sequence[Replay], measured: Sequence[FloatArray]) -> tuple[tuple[Explained, ...], Deviation]:
-    """How much of the deviation each cause would explain, the most first, and the deviation itself; no cause where it is small.
+def explain(
+    crane: Crane, replays: Sequence[Replay], measured: Sequence[FloatArray]
+) -> tuple[tuple[Explained, ...], Deviation]:
+    """How much of the deviation each cause would explain, the most first, and the deviation itself; no cause where it
+    is small.
 
     Parameters: the twin; its replays; the crane's control error over the samples that count, one array a replay [m].
     """
@@ -112,7 +123,9 @@ def explain(crane: Crane, replays: Sequence[Replay], measured: Sequence[FloatArr
         runs = run_twin(cranes, [short] * len(cranes), ("e_c_measured", "p_a", "p_b"), quick=True)
         n = len(runs[0]["p_a"])
         e.append(_effects(e_measured[:n], [x["e_c_measured"] for x in runs], r.record.step))
-        dp.append(_effects((r.measured("p_a") - r.measured("p_b"))[:n], [x["p_a"] - x["p_b"] for x in runs], r.record.step))
+        dp.append(
+            _effects((r.measured("p_a") - r.measured("p_b"))[:n], [x["p_a"] - x["p_b"] for x in runs], r.record.step)
+        )
     E, P = np.hstack(e) / SMALL, np.hstack(dp) / SMALL_DP
     both, deviation = np.hstack([E, P]), Deviation(_rms(E[0]) * SMALL, _rms(P[0]) * SMALL_DP)
     if not (deviation.e_c > SMALL or deviation.dp_m > SMALL_DP):
@@ -135,7 +148,8 @@ def _rms(x: FloatArray) -> float:
 
 
 def _effects(measured: FloatArray, runs: Sequence[FloatArray], step: float) -> FloatArray:
-    """Row 0: measured less simulated; then the effect of every cause for a change of all of it. Smooth, every tenth of a second."""
+    """Row 0: measured less simulated; then the effect of every cause for a change of all of it. Smooth, every tenth of
+    a second."""
     from scipy.ndimage import gaussian_filter1d  # heavy: only where data are at hand
 
     rows = np.stack([measured - runs[0], *((x - runs[0]) / c.x for c, x in zip(CAUSES, runs[1:], strict=True))])
@@ -171,7 +185,9 @@ def statements(found: Sequence[Explained], deviation: Deviation) -> tuple[str, .
     text = f"{_told(best)} would explain {100.0 * best.share:.0f} % of the twin's deviation in {of}"
     if others:
         text += "; about as much: " + ", ".join(f"{_told(x)} ({100.0 * x.share:.0f} %)" for x in others)
-    return (f"{text[0].upper()}{text[1:]}. This points, it does not judge: steps 1, 2 and 4 measure these by themselves.",)
+    return (
+        f"{text[0].upper()}{text[1:]}. This points, it does not judge: steps 1, 2 and 4 measure these by themselves.",
+    )
 
 
 def _told(x: Explained) -> str:

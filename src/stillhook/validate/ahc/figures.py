@@ -1,4 +1,5 @@
-"""Figures of step 5 in the arrangement of Moslatt 2020 paper F: figure 10, figure 11, figures 12 and 13, and the spectra."""
+"""Figures of step 5 in the arrangement of Moslatt 2020 paper F: figure 10, figure 11, figures 12 and 13, and the
+spectra."""
 
 from __future__ import annotations
 
@@ -33,7 +34,10 @@ def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict
     parts = [c for c in step.compared if len(c.windows.x)]
     out = {"tip-wire-speed-and-error": _over_time(_shown(step.compared), campaign)}
     if parts:
-        out |= {"error-and-efficiency": _against_motion(parts, campaign), "deviations": _deviations([c.windows for c in parts], campaign)}
+        out |= {
+            "error-and-efficiency": _against_motion(parts, campaign),
+            "deviations": _deviations([c.windows for c in parts], campaign),
+        }
     if step.spectra is not None:
         out["spectra"] = _spectra(step.spectra, campaign)
     return out
@@ -76,7 +80,9 @@ def _wire_speed(c: Compared) -> Any:
 
 
 def _against_motion(parts: Sequence[Compared], campaign: Campaign) -> Figure:
-    figure, grid = axes_of(1, 2, (11.0, 5.0), marked(campaign, "Control error and efficiency over moving windows, all load cases"))
+    figure, grid = axes_of(
+        1, 2, (11.0, 5.0), marked(campaign, "Control error and efficiency over moving windows, all load cases")
+    )
     axes = grid[0]
     whole = [c.windows for c in parts]
     tip = np.concatenate([w.s_tip_pp for w in whole])
@@ -98,11 +104,16 @@ def _against_motion(parts: Sequence[Compared], campaign: Campaign) -> Figure:
 
 
 def _deviations(whole: Sequence[Windows], campaign: Campaign) -> Figure:
-    figure, grid = axes_of(1, 3, (12.0, 4.6), marked(campaign, "Simulated against measured, all load cases"), width_ratios=(3, 3, 2))
+    figure, grid = axes_of(
+        1, 3, (12.0, 4.6), marked(campaign, "Simulated against measured, all load cases"), width_ratios=(3, 3, 2)
+    )
     axes = grid[0]
     tip = np.concatenate([w.s_tip_pp for w in whole])
     middle, error, eta, count = by_motion(whole, BIN)
-    dots = (100.0 * np.concatenate([np.abs(w.eta_simulated - w.eta_measured) for w in whole]), 100.0 * np.concatenate([w.x for w in whole]))
+    dots = (
+        100.0 * np.concatenate([np.abs(w.eta_simulated - w.eta_measured) for w in whole]),
+        100.0 * np.concatenate([w.x for w in whole]),
+    )
     names = ("deviation of the efficiency [percentage points]", "deviation of the control error [cm]")
     for ax, y, mean, name in zip(axes[:2], dots, (100.0 * eta, 100.0 * error), names, strict=True):
         ax.plot(tip, y, ".", ms=3, color=COLOURS[5], label="windows")

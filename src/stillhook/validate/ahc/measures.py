@@ -26,7 +26,8 @@ THIN = 0.1
 
 
 def measures(compared: Sequence[Compared], like: Shape, settings: Mapping[str, float]) -> tuple[Measure, ...]:
-    """Every measure of step 5, over all load cases together; the mean deviation and the largest error of each load case as well."""
+    """Every measure of step 5, over all load cases together; the mean deviation and the largest error of each load case
+    as well."""
     block = round(2.0 * settings["window"] / EVERY)
     parts = by_case(compared, lambda c: c.windows.x)
     mean = over_cases(np.mean, parts, at_least=block, bounds=(0.0, math.inf))
@@ -47,7 +48,9 @@ def by_case(compared: Sequence[Compared], what: Callable[[Compared], FloatArray]
     return out
 
 
-def _measure(name: str, value: float | None, found: Interval | None = None, *, data: str = "", note: str = "") -> Measure:
+def _measure(
+    name: str, value: float | None, found: Interval | None = None, *, data: str = "", note: str = ""
+) -> Measure:
     """A measure; without a finite value the data could not tell."""
     sure = found is not None and math.isfinite(found.low) and math.isfinite(found.high)
     low, high = (found.low, found.high) if found is not None and sure else (None, None)
@@ -73,7 +76,9 @@ def _deviations(
     gauss = [f"as a Gaussian, as paper F reads it, {_percent(gaussian_share(limit, mean, s))}" for limit in (NEAR, FAR)]
     first = f"measured e_c_pp {_cm(level)} on average; {pooled[0].extremes(_cm)}"
     notes = (first, pooled[1].extremes(_cm), *gauss, f"simulated less measured; {signed.extremes(_cm)}")
-    return tuple(_measure(name, f.value, f, data=data, note=note) for name, f, note in zip(names, found, notes, strict=True))
+    return tuple(
+        _measure(name, f.value, f, data=data, note=note) for name, f, note in zip(names, found, notes, strict=True)
+    )
 
 
 def _cm(x: float) -> str:
@@ -90,7 +95,10 @@ def _by_case(compared: Sequence[Compared], cases: Mapping[str, Interval], window
     for case in dict.fromkeys(c.name for c in compared):
         if case in cases:
             found = cases[case]
-            data = f"{_extent([c for c in compared if c.name == case])}, {found.blocks.effective:.0f} effective windows of {window:g} s"
+            data = (
+                f"{_extent([c for c in compared if c.name == case])}, {found.blocks.effective:.0f} effective windows of"
+                f" {window:g} s"
+            )
             out.append(replace(_measure(name, found.value, found, data=data), test=f"load case {case}"))
         else:
             out.append(replace(_measure(name, None, note="no window is full of numbers"), test=f"load case {case}"))
@@ -98,7 +106,8 @@ def _by_case(compared: Sequence[Compared], cases: Mapping[str, Interval], window
 
 
 def _sure(found: Interval) -> Interval:
-    """A share of nothing or all, of which every draw has the same: its end is that of so many independent windows that all agree."""
+    """A share of nothing or all, of which every draw has the same: its end is that of so many independent windows that
+    all agree."""
     if found.high - found.low > SAME or found.value not in (0.0, 1.0):
         return found
     end = (0.5 * (1.0 - LEVEL)) ** (1.0 / max(found.blocks.effective, 1.0))
@@ -118,7 +127,8 @@ def _extent(compared: Sequence[Compared]) -> str:
 
 
 def _largest(compared: Sequence[Compared]) -> tuple[Measure, ...]:
-    """Both readings of paper F table 2, item 2a: the largest error of every load case, and the largest difference at one moment."""
+    """Both readings of paper F table 2, item 2a: the largest error of every load case, and the largest difference at
+    one moment."""
     pairs = [(c, *c.pair) for c in compared if len(c.pair[0])]
     if not pairs:
         note = "the control error is nowhere known"
@@ -126,10 +136,17 @@ def _largest(compared: Sequence[Compared]) -> tuple[Measure, ...]:
     out = []
     for case in dict.fromkeys(c.name for c, _, _ in pairs):
         own = [x for x in pairs if x[0].name == case]
-        measured, simulated = max(float(np.abs(m).max()) for _, m, _ in own), max(float(np.abs(s).max()) for _, _, s in own)
+        measured, simulated = (
+            max(float(np.abs(m).max()) for _, m, _ in own),
+            max(float(np.abs(s).max()) for _, _, s in own),
+        )
         note = f"simulated {100.0 * simulated:.3g} cm, measured {100.0 * measured:.3g} cm"
         data = _extent([x[0] for x in own])
-        out.append(replace(_measure("e_c_max_difference", simulated - measured, data=data, note=note), test=f"load case {case}"))
+        out.append(
+            replace(
+                _measure("e_c_max_difference", simulated - measured, data=data, note=note), test=f"load case {case}"
+            )
+        )
     apart = [np.nan_to_num(np.abs(c.e_simulated - c.e_measured)) for c, _, _ in pairs]
     worst = int(np.argmax([x.max() for x in apart]))
     moment = _moment(pairs[worst][0], int(np.argmax(apart[worst])))
@@ -140,7 +157,11 @@ def _moment(c: Compared, i: int) -> str:
     """Where a sample lies, and what the pumps were told there: a limit that one of the two has shows in it."""
     text = f'in test "{c.name}" at {c.replay.t[i] + c.replay.record.zero:.0f} s of the log'
     u_p = float(c.replay.measured("u_p")[i])
-    return f"{text}, pump command {u_p:.2f} measured, {c.simulated['u_p'][i]:.2f} simulated" if math.isfinite(u_p) else text
+    return (
+        f"{text}, pump command {u_p:.2f} measured, {c.simulated['u_p'][i]:.2f} simulated"
+        if math.isfinite(u_p)
+        else text
+    )
 
 
 def _efficiency(compared: Sequence[Compared], above: float, block: int) -> Measure:
@@ -172,7 +193,9 @@ def _shape(compared: Sequence[Compared], like: Shape, window: float) -> tuple[Me
     data = _extent(compared)
     band = "" if math.isfinite(like.distance) else "no stretch is a minute long"
     return (
-        _measure("e_c_correlation", like.correlation, found.pooled if found else None, data=data, note=_correlations(found)),
+        _measure(
+            "e_c_correlation", like.correlation, found.pooled if found else None, data=data, note=_correlations(found)
+        ),
         _measure("e_c_lag", like.lag, _about(like), data=data),
         _measure("e_c_band_ratio", like.band_ratio, data=data, note=band),
         _measure("e_c_spectral_distance", like.distance, data=data, note=band),

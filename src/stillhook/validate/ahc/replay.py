@@ -1,4 +1,5 @@
-"""The twin in the place of the crane: the measured tip motion, load, wire, mode and joystick of a segment through the whole twin."""
+"""The twin in the place of the crane: the measured tip motion, load, wire, mode and joystick of a segment through the
+whole twin."""
 
 from __future__ import annotations
 
@@ -22,8 +23,10 @@ from stillhook.validate.data_set.records.tip import Tip, smooth_tip
 from stillhook.winches.records import Signals
 
 SETTLE = 30.0
-"""Start of a segment that does not count [s]: the twin begins at rest with no error, the crane in full swing. What that sets off dies out
-with the position loop, 1/(K_p v_max) = 5 s on `nov-250t`, so to 0.3 % of the first error; tests/validate/test_ahc.py shows 1 mm."""
+"""Start of a segment that does not count [s]: the twin begins at rest with no error, the crane in full swing. What that
+sets off dies out with the position loop, 1/(K_p v_max) = 5 s on `nov-250t`, so to 0.3 % of the first error;
+tests/validate/test_ahc.py
+shows 1 mm."""
 LEAST_SPEED = 1e-3
 """Joystick speeds below this are none [m/s]: 0.06 m/min, what a stick's centre may read."""
 STICK_STEP = 2e-3
@@ -32,8 +35,8 @@ STICK_STEP = 2e-3
 
 @dataclass(frozen=True)
 class Replay:
-    """A segment and what the twin makes of it. case: the run; tip as the PLC of the crane saw it, and its noise; skipped: samples at the
-    segment's start that do not count."""
+    """A segment and what the twin makes of it. case: the run; tip as the PLC of the crane saw it, and its noise;
+    skipped: samples at the segment's start that do not count."""
 
     record: Record
     segment: Segment
@@ -69,13 +72,14 @@ class Replay:
     @property
     def s_tip(self) -> FloatArray:
         """Smooth tip height as the PLC sees it [m]."""
-        return self.tip.motion.sample(np.minimum(self.t - self.record.t[self.segment.first], self.tip.motion.duration))[0]
+        return self.tip.motion.sample(np.minimum(self.t - self.record.t[self.segment.first], self.tip.motion.duration))[
+            0
+        ]
 
     @property
     def noise(self) -> FloatArray:
         """Measured tip height less the smooth one [m], 0 where not measured."""
         return np.nan_to_num(self.tip.noise[self.skipped :][: self.last - self.first])
-
 
     def shortened(self, duration: float) -> Replay:
         """The same for the first part of the segment [s]."""
@@ -92,15 +96,24 @@ def replay(campaign: Campaign, record: Record, segment: Segment) -> Replay:
     delay = campaign.delay
     s_w = _si(_wire_out(record, segment, place), "m")
     case = Scenario(
-        name=segment.test, load=_si(segment.load, "kg"), s_w=s_w, mode=segment.mode, water=record.test.water,
-        tip=_ahead(tip.motion, delay), duration=_si(t[-1] - delay, "s"), ramp="0 s", warm_up=_si(min(SETTLE, 0.5 * t[-1]), "s"),
-        operator=_operator(t, record, segment), sensors=Sensors(delay=_si(delay, "s")),
-    )  # fmt: skip
+        name=segment.test,
+        load=_si(segment.load, "kg"),
+        s_w=s_w,
+        mode=segment.mode,
+        water=record.test.water,
+        tip=_ahead(tip.motion, delay),
+        duration=_si(t[-1] - delay, "s"),
+        ramp="0 s",
+        warm_up=_si(min(SETTLE, 0.5 * t[-1]), "s"),
+        operator=_operator(t, record, segment),
+        sensors=Sensors(delay=_si(delay, "s")),
+    )
     return Replay(record, segment, case, tip, round(SETTLE / record.step))
 
 
 def _wire_out(record: Record, segment: Segment, place: str) -> float:
-    """Wire out at the start of a segment [m]: the first that is known, where a gap ends. Errors: ValidateError where none is."""
+    """Wire out at the start of a segment [m]: the first that is known, where a gap ends. Errors: ValidateError where
+    none is."""
     if math.isfinite(segment.s_w):
         return segment.s_w
     logged = record.part(segment, "s_w") if record.has("s_w") else np.zeros(0)
@@ -115,7 +128,8 @@ def _si(x: float, unit: str) -> str:
 
 
 def _ahead(motion: Recorded, delay: float) -> Recorded:
-    """The true tip: what the PLC sees `delay` later. Points as far apart as before, so that the curve stays the same to 0.1 mm."""
+    """The true tip: what the PLC sees `delay` later. Points as far apart as before, so that the curve stays the same to
+    0.1 mm."""
     if delay == 0.0:
         return motion
     count = len(motion.times) - 1
@@ -145,16 +159,21 @@ def run_twin(
 ) -> list[dict[str, FloatArray]]:
     """Series of the twin over the samples that count, one dict a pair of crane and replay.
 
-    Parameters: cranes and replays in pairs; names of signals; quick: sixteen runs side by side, at the longer step of statistics.
+    Parameters: cranes and replays in pairs; names of signals; quick: sixteen runs side by side, at the longer step of
+    statistics.
     Errors: SimulationError where a run loses its numbers.
     """
     n_sub = steps_per_cycle(cranes[0], None, STATISTICS_STEP if quick else SERIES_STEP)
     every = max(1, round((0.05 if quick else replays[0].record.step) / cranes[0].control.t_cycle))
-    results = run_cases(list(cranes), [r.case for r in replays], n_sub=n_sub, lanes=VL if quick and len(cranes) > 1 else 1, every=every)
+    results = run_cases(
+        list(cranes), [r.case for r in replays], n_sub=n_sub, lanes=VL if quick and len(cranes) > 1 else 1, every=every
+    )
     out = []
     for r, result in zip(replays, results, strict=True):
         if result.ending is not Ending.DONE or result.series is None:
-            raise SimulationError(f'test "{r.name}": the twin loses its numbers at {result.t_end:.4g} s of it. Check crane file and log.')
+            raise SimulationError(
+                f'test "{r.name}": the twin loses its numbers at {result.t_end:.4g} s of it. Check crane file and log.'
+            )
         t = np.arange(len(result.series)) * result.dt + r.record.t[r.segment.first]
         out.append({name: np.interp(r.t, t, result.series[:, Signals._fields.index(name)]) for name in names})
     return out
@@ -172,11 +191,14 @@ def usable(records: Sequence[Record], window: float) -> tuple[list[tuple[Record,
         for s in record.segments:
             least = SETTLE + window
             if s.mode is Mode.MANUAL:
-                said.append(f'Test "{s.test}": {s.duration:.0f} s from {s.start:.0f} s on are in manual mode and not part of step 5.')
+                said.append(
+                    f'Test "{s.test}": {s.duration:.0f} s from {s.start:.0f} s on are in manual mode and not part of'
+                    " step 5."
+                )
             elif s.duration < least + record.step:
                 said.append(
-                    f'Test "{s.test}": the {s.duration:.0f} s from {s.start:.0f} s on are left out of step 5, which takes '
-                    f"{SETTLE:.0f} s to settle and a window of {window:.0f} s."
+                    f'Test "{s.test}": the {s.duration:.0f} s from {s.start:.0f} s on are left out of step 5, which'
+                    f" takes {SETTLE:.0f} s to settle and a window of {window:.0f} s."
                 )
             else:
                 good.append((record, s))
@@ -186,7 +208,8 @@ def usable(records: Sequence[Record], window: float) -> tuple[list[tuple[Record,
 def measured_error(replays: Sequence[Replay]) -> tuple[list[FloatArray], bool]:
     """The crane's control error over the samples that count [m], and whether the PLC logged it.
 
-    Where it did not: e_c = s_tip - s_w plus what the joystick took in, about its mean, for the datum of the reference is not known then.
+    Where it did not: e_c = s_tip - s_w plus what the joystick took in, about its mean, for the datum of the reference
+    is not known then.
     """
     logged = all(r.record.has("e_c_measured") for r in replays)
     if logged:

@@ -26,7 +26,8 @@ LONGEST_LAG = 1.0
 
 
 class Spectra(NamedTuple):
-    """f (n,) [Hz]; power densities of the measured and the simulated error [m^2/Hz], weighted by the lengths of the parts."""
+    """f (n,) [Hz]; power densities of the measured and the simulated error [m^2/Hz], weighted by the lengths of the
+    parts."""
 
     f: FloatArray
     measured: FloatArray
@@ -34,9 +35,11 @@ class Spectra(NamedTuple):
 
 
 class Shape(NamedTuple):
-    """correlation [-]; lag by which the measured error comes after the simulated one, u_lag its standard uncertainty [s]; band_ratio: rms
-    in the wave band, simulated over measured [-]; band_share: part of the measured energy that lies in the wave band [-]; distance: rms
-    difference of the spectra in the wave band [dB], NaN where the parts are shorter than a section."""
+    """correlation [-]; lag by which the measured error comes after the simulated one, u_lag its standard uncertainty
+    [s]; band_ratio: rms in the wave band, simulated over measured [-]; band_share: part of the measured energy that
+    lies in the wave band [-]; distance: rms difference of the spectra in the wave band [dB], NaN where the parts are
+    shorter than a
+    section."""
 
     correlation: float
     lag: float
@@ -69,8 +72,13 @@ def shape(pairs: Pairs) -> tuple[Shape, Spectra | None]:
 
 
 def _lag(pairs: Pairs) -> tuple[float, float]:
-    """Lag of the measured error behind the simulated one, and its standard uncertainty [s]; NaN where too little shows it."""
-    found = [x for m, s, step in pairs if (x := lag(np.arange(len(m), dtype=np.float64) * step, s, m, LONGEST_LAG)) is not None]
+    """Lag of the measured error behind the simulated one, and its standard uncertainty [s]; NaN where too little shows
+    it."""
+    found = [
+        x
+        for m, s, step in pairs
+        if (x := lag(np.arange(len(m), dtype=np.float64) * step, s, m, LONGEST_LAG)) is not None
+    ]
     if not found:
         return math.nan, math.nan
     weight = np.array([x.pieces for x in found]) / sum(x.pieces for x in found)
@@ -79,7 +87,8 @@ def _lag(pairs: Pairs) -> tuple[float, float]:
 
 
 def _spectra(pairs: Pairs) -> Spectra | None:
-    """Means over the parts, up to the highest frequency that all of them have; lines lie 1/SECTION apart at every spacing."""
+    """Means over the parts, up to the highest frequency that all of them have; lines lie 1/SECTION apart at every
+    spacing."""
     from scipy.signal import welch  # heavy: only where data are at hand
 
     long = [(m, s, step) for m, s, step in pairs if len(m) >= round(SECTION / step)]
@@ -88,7 +97,9 @@ def _spectra(pairs: Pairs) -> Spectra | None:
     found = [welch(np.stack([m, s]), fs=1.0 / step, nperseg=round(SECTION / step))[1] for m, s, step in long]
     seconds = [len(m) * step for m, _, step in long]
     n = min(power.shape[1] for power in found)
-    measured, simulated = np.sum([w * power[:, :n] for w, power in zip(seconds, found, strict=True)], axis=0) / sum(seconds)
+    measured, simulated = np.sum([w * power[:, :n] for w, power in zip(seconds, found, strict=True)], axis=0) / sum(
+        seconds
+    )
     return Spectra(np.arange(n, dtype=np.float64) / SECTION, measured, simulated)
 
 

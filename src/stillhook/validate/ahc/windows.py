@@ -21,7 +21,8 @@ EVERY = 0.5
 
 @dataclass(frozen=True)
 class Windows:
-    """Moving windows of one unbroken part: each of shape (n,). ends [s from the record's first sample]; peak-to-peak errors and tip [m]."""
+    """Moving windows of one unbroken part: each of shape (n,). ends [s from the record's first sample]; peak-to-peak
+    errors and tip [m]."""
 
     test: str
     ends: FloatArray
@@ -56,7 +57,8 @@ def windows(
 ) -> Windows:
     """Windows over an unbroken part, trailing and full of numbers in all three signals.
 
-    Parameters: t (n,) [s] even by step [s]; measured and simulated error, tip (n,) [m], NaN where not known; window [s].
+    Parameters: t (n,) [s] even by step [s]; measured and simulated error, tip (n,) [m], NaN where not known; window
+    [s].
     """
     import xarray  # heavy: only where data are at hand
 
@@ -93,10 +95,14 @@ def counted_share(limit: float, x: FloatArray) -> float:
 def by_motion(parts: Sequence[Windows], width: float) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.intp]]:
     """Average deviations against tip motion, as in paper F figures 12 and 13.
 
-    Returns: middles of bins of this width [m], mean deviation of e_c_pp [m], mean |deviation| of the efficiency [-], windows in each bin.
+    Returns: middles of bins of this width [m], mean deviation of e_c_pp [m], mean |deviation| of the efficiency [-],
+    windows in each bin.
     """
     tip = np.concatenate([w.s_tip_pp for w in parts])
-    x, eta = np.concatenate([w.x for w in parts]), np.concatenate([np.abs(w.eta_simulated - w.eta_measured) for w in parts])
+    x, eta = (
+        np.concatenate([w.x for w in parts]),
+        np.concatenate([np.abs(w.eta_simulated - w.eta_measured) for w in parts]),
+    )
     cell = np.floor(tip / width).astype(np.intp)
     cells = np.unique(cell)
     count = np.array([(cell == c).sum() for c in cells], dtype=np.intp)

@@ -1,7 +1,8 @@
-"""The certificate of a twin: what a validation found, as a document that can be checked and a record that a crane carries.
+"""The certificate of a twin: what a validation found, as a document that can be checked and a record that a crane
+carries.
 
-A certificate is plain data in one canonical JSON text; the PDF is set from that text and the figures. The same logs, campaign, criteria,
-crane and code give the same bytes of both, in any folder, time zone or locale.
+A certificate is plain data in one canonical JSON text; the PDF is set from that text and the figures. The same logs,
+campaign, criteria, crane and code give the same bytes of both, in any folder, time zone or locale.
 Source: Moslatt 2020 section 2.6 and paper F.
 """
 
@@ -20,12 +21,14 @@ from stillhook.validate.certificate.content import content_of
 from stillhook.validate.validation import Validation
 
 CERTIFICATE, NOT_PASSED, CRANE = "certificate", "not-passed", "crane.toml"
-"""Names of the files: certificate.json and .pdf where it passed, not-passed.json and .pdf where not, crane.toml with the certificate."""
+"""Names of the files: certificate.json and .pdf where it passed, not-passed.json and .pdf where not, crane.toml with
+the certificate."""
 
 
 @dataclass(frozen=True)
 class Certificate:
-    """What was certified, or what a validation that was not passed found; data as `stillhook.validate.certificate.content` has it."""
+    """What was certified, or what a validation that was not passed found; data as
+    `stillhook.validate.certificate.content` has it."""
 
     data: Mapping[str, Any]
 
@@ -73,7 +76,8 @@ def certificate_files(validation: Validation, drawn: Mapping[str, bytes] | None 
     """Name and content of the files of a certificate: JSON, PDF, and where it passed the crane's file.
 
     drawn: the pictures of the validation (`stillhook.validate.report.figures.pictures`), where they are there already.
-    A validation that was not passed gives a document that says so, and no crane. Errors: ValidateError where not all steps were taken.
+    A validation that was not passed gives a document that says so, and no crane. Errors: ValidateError where not all
+    steps were taken.
     """
     from stillhook.validate.certificate.pdf import pdf
     from stillhook.validate.report.figures import pictures  # heavy

@@ -25,7 +25,16 @@ from stillhook.validate.criteria.results import CriterionResult, Measure, Outcom
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.report.envelope import envelope_of
-from stillhook.validate.report.texts import SEGMENT_HEAD, decisive, decisive_cells, line_cells, risks, segment_cells, segments, step_verdict
+from stillhook.validate.report.texts import (
+    SEGMENT_HEAD,
+    decisive,
+    decisive_cells,
+    line_cells,
+    risks,
+    segment_cells,
+    segments,
+    step_verdict,
+)
 from stillhook.validate.report.unjudged import unjudged
 from stillhook.validate.validation import Validation
 
@@ -63,7 +72,9 @@ def content_of(validation: Validation) -> dict[str, Any]:
         "passed": passed,
         "outcome": outcome.value,
         "verdict": verdict,
-        "decisive": [dict(zip(DECIDING, decisive_cells(validation, line), strict=True)) for line in decisive(validation)],
+        "decisive": [
+            dict(zip(DECIDING, decisive_cells(validation, line), strict=True)) for line in decisive(validation)
+        ],
         "risks": risks(validation.lines),
         "crane": crane_part(campaign.crane),
         "twin": {"level": level.level, "variant": level.variant, "statement": level.statement, **versions()},
@@ -77,11 +88,12 @@ def content_of(validation: Validation) -> dict[str, Any]:
         "envelope": plain(envelope) if passed else None,
         "limitations": limitations(validation, passed),
         "detection_limits": detection_limits().to_dict(),
-    }  # fmt: skip
+    }
 
 
 def crane_part(crane: Crane) -> dict[str, Any]:
-    """The crane under test: hash of every part of its content, and all of its numbers with their sources as a crane file."""
+    """The crane under test: hash of every part of its content, and all of its numbers with their sources as a crane
+    file."""
     bare = crane.model_copy(update={"certified": None})
     return {"name": crane.name, "title": crane.title, "content": content(bare), "toml": crane_toml(bare)}
 
@@ -89,7 +101,12 @@ def crane_part(crane: Crane) -> dict[str, Any]:
 def campaign_part(campaign: Campaign) -> dict[str, Any]:
     """The campaign file by its name, and the logs that it names, each with its hash."""
     tests = [
-        {"test": t.name, "kind": t.kind.value, "file": seen_from(t.log, campaign.file.parent), "sha256": sha256_of(t.log)}
+        {
+            "test": t.name,
+            "kind": t.kind.value,
+            "file": seen_from(t.log, campaign.file.parent),
+            "sha256": sha256_of(t.log),
+        }
         for t in campaign.tests
     ]
     name, digest = campaign.file.name, sha256_of(campaign.file)
@@ -106,7 +123,9 @@ def versions() -> dict[str, Any]:
 def method_hash(without: str = "") -> str:
     """Hash of the code by which logs are read, compared and judged; without the files of that name."""
     digest = hashlib.sha256()
-    found = [p for folder in METHOD_FOLDERS for p in (PACKAGE / folder).rglob("*") if p.suffix in (".py", ".toml", ".typ")]
+    found = [
+        p for folder in METHOD_FOLDERS for p in (PACKAGE / folder).rglob("*") if p.suffix in (".py", ".toml", ".typ")
+    ]
     inside = [p for p in found if p.name != without]
     for path in sorted(inside) + [PACKAGE / name for name in METHOD_FILES]:
         digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes())
@@ -154,7 +173,9 @@ def _step(validation: Validation, step: Step) -> dict[str, Any]:
         "verdict": step_verdict(validation, step),
         "measures": [_measure(m) for m in step.measures],
         "statements": list(step.statements),
-        "tables": [{"title": t.title, "header": list(t.header), "rows": [list(r) for r in t.rows]} for t in step.tables],
+        "tables": [
+            {"title": t.title, "header": list(t.header), "rows": [list(r) for r in t.rows]} for t in step.tables
+        ],
     }
 
 
@@ -162,7 +183,9 @@ def _numbers(measure: Measure) -> dict[str, Any]:
     """A measure without what is rounding in it."""
     data: dict[str, Any] = plain(measure.to_dict())
     if measure.quantity in OF_ORDINARY_SIZE:
-        data |= {n: 0.0 for n in ("value", "low", "high", "structural") if data[n] is not None and abs(data[n]) < ROUNDING}
+        data |= {
+            n: 0.0 for n in ("value", "low", "high", "structural") if data[n] is not None and abs(data[n]) < ROUNDING
+        }
     return data
 
 

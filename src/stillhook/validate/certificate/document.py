@@ -19,11 +19,12 @@ HEADING = {True: "Validation certificate", False: "Validation report"}
 WORD = {o.value: o.value.upper() for o in Outcome}
 MARK = "SYNTHETIC: simulated logs, no crane was measured"
 INSIDE = (
-    "A run of the twin is inside when each of these lies in its range; one outside says so and is not covered. Between the tests the model "
-    "interpolates."
+    "A run of the twin is inside when each of these lies in its range; one outside says so and is not covered. Between"
+    " the tests the model interpolates."
 )
 NONE = (
-    "The criteria are not shown to be met, so nothing is validated. This document reports the results and may not be used as a certificate."
+    "The criteria are not shown to be met, so nothing is validated. This document reports the results and may not be"
+    " used as a certificate."
 )
 HOLDS = (
     "It holds for the crane file of appendix D and the code named above, as long as neither they nor the logs change: "
@@ -31,36 +32,69 @@ HOLDS = (
 )
 NO_HOLD = "When the twin or the tests have been corrected, validate again: stillhook validate campaign.toml."
 HOW = (
-    "This document was set from its JSON file, whose digest is its number. The same logs, campaign, criteria, crane file and code give the "
-    "same bytes of both files, on any day and in any folder.",
-    "stillhook certificate show FILE prints a summary. stillhook certificate check FILE computes everything again from the logs and says "
-    "what has changed; with --quick it compares the hashes alone.",
+    (
+        "This document was set from its JSON file, whose digest is its number. The same logs, campaign, criteria, crane"
+        " file and code give the same bytes of both files, on any day and in any folder."
+    ),
+    (
+        "stillhook certificate show FILE prints a summary. stillhook certificate check FILE computes everything again"
+        " from the logs and says what has changed; with --quick it compares the hashes alone."
+    ),
     UNSIGNED,
 )
 
 
 def sheet_of(data: Mapping[str, Any], figures: Sequence[str]) -> dict[str, Any]:
-    """Every text of the document by its place in the template. data of a certificate; figures: stems of their files, "step-5-..."."""
+    """Every text of the document by its place in the template. data of a certificate; figures: stems of their files,
+    "step-5-..."."""
     date, passed = datetime.date.fromisoformat(data["date"]), data["passed"]
     first = {
-        "heading": HEADING[passed], "word": WORD[data["outcome"]], "passed": passed, "synthetic": data["synthetic"], "mark": MARK,
-        "year": date.year, "month": date.month, "day": date.day, "date": data["date"],
-        "number": in_fours(data["digest"][:SHORT]), "made_by": f"Stillhook {data['twin']['version']}",
-        "crane_name": data["crane"]["name"], "crane_title": data["crane"]["title"], "verdict": _verdict(data),
-        "facts": _facts(data), "envelope": _envelope(data), "envelope_note": INSIDE if passed else NONE,
-        "unmet": [line["message"] for line in data["lines"] if line["failed"]], "decisive": data["decisive"], "risks": data["risks"],
-        "decisive_title": deciding_title(any(line["failed"] for line in data["lines"])), "holds": HOLDS if passed else NO_HOLD,
-    }  # fmt: skip
+        "heading": HEADING[passed],
+        "word": WORD[data["outcome"]],
+        "passed": passed,
+        "synthetic": data["synthetic"],
+        "mark": MARK,
+        "year": date.year,
+        "month": date.month,
+        "day": date.day,
+        "date": data["date"],
+        "number": in_fours(data["digest"][:SHORT]),
+        "made_by": f"Stillhook {data['twin']['version']}",
+        "crane_name": data["crane"]["name"],
+        "crane_title": data["crane"]["title"],
+        "verdict": _verdict(data),
+        "facts": _facts(data),
+        "envelope": _envelope(data),
+        "envelope_note": INSIDE if passed else NONE,
+        "unmet": [line["message"] for line in data["lines"] if line["failed"]],
+        "decisive": data["decisive"],
+        "risks": data["risks"],
+        "decisive_title": deciding_title(any(line["failed"] for line in data["lines"])),
+        "holds": HOLDS if passed else NO_HOLD,
+    }
     found = {
-        "judged": JUDGED, "lines": list(_lines(data)), "meanings": _meanings(data), "limitations": data["limitations"],
-        "campaign": _campaign(data), "logs": _logs(data), "hashes": _hashes(data), "load_cases": _joined_header(data["load_cases"]),
+        "judged": JUDGED,
+        "lines": list(_lines(data)),
+        "meanings": _meanings(data),
+        "limitations": data["limitations"],
+        "campaign": _campaign(data),
+        "logs": _logs(data),
+        "hashes": _hashes(data),
+        "load_cases": _joined_header(data["load_cases"]),
         "compared": _compared(data),
-        "found": _found(data), "steps": [_step(step, data, figures) for step in data["steps"]],
-    }  # fmt: skip
+        "found": _found(data),
+        "steps": [_step(step, data, figures) for step in data["steps"]],
+    }
     behind = {
-        "checks": _checks(data), "how": list(HOW), "criteria_facts": _criteria_facts(data), "criteria": _criteria(data),
-        "settings": _settings(data), "measures": _measures(data), "crane_note": _crane_note(data), "crane": _crane(data),
-    }  # fmt: skip
+        "checks": _checks(data),
+        "how": list(HOW),
+        "criteria_facts": _criteria_facts(data),
+        "criteria": _criteria(data),
+        "settings": _settings(data),
+        "measures": _measures(data),
+        "crane_note": _crane_note(data),
+        "crane": _crane(data),
+    }
     return dict(_set({**first, **found, **behind}))
 
 
@@ -128,7 +162,8 @@ def _campaign(data: Mapping[str, Any]) -> list[list[str]]:
 
 def _logs(data: Mapping[str, Any]) -> list[list[str]]:
     return [
-        [d["test"], d["kind"], d["file"], str(d["samples"]), f"{number(d['rate'], 4)} /s", f"{d['duration']:.1f} s"] for d in data["data"]
+        [d["test"], d["kind"], d["file"], str(d["samples"]), f"{number(d['rate'], 4)} /s", f"{d['duration']:.1f} s"]
+        for d in data["data"]
     ]
 
 
@@ -157,12 +192,15 @@ def _found(data: Mapping[str, Any]) -> list[str]:
 def _step(step: Mapping[str, Any], data: Mapping[str, Any], figures: Sequence[str]) -> dict[str, Any]:
     own = [name for name in figures if name.startswith(f"step-{step['step']}-")]
     return {
-        "number": step["step"], "title": step["title"], "shows": SHOWS[StepNumber(step["step"])],
-        "verdict": f"This step: {step['verdict']}.", "statements": step["statements"],
+        "number": step["step"],
+        "title": step["title"],
+        "shows": SHOWS[StepNumber(step["step"])],
+        "verdict": f"This step: {step['verdict']}.",
+        "statements": step["statements"],
         "failed": any(line["failed"] for line in data["lines"] if line["step"] == step["step"]),
         "tables": [_joined_header(t) | {"title": t["title"], "columns": _columns(t)} for t in step["tables"]],
         "figures": [{"file": f"{name}.png", "caption": caption(name)} for name in own],
-    }  # fmt: skip
+    }
 
 
 def _columns(table: Mapping[str, Any]) -> list[str]:
@@ -177,13 +215,24 @@ def _measures(data: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def _measure(m: Mapping[str, Any]) -> list[str]:
-    return [m["said"]["meaning"], m["test"], m["said"]["found"], m["said"]["interval"], "; ".join(t for t in (m["data"], m["note"]) if t)]
+    return [
+        m["said"]["meaning"],
+        m["test"],
+        m["said"]["found"],
+        m["said"]["interval"],
+        "; ".join(t for t in (m["data"], m["note"]) if t),
+    ]
 
 
 def _criteria_facts(data: Mapping[str, Any]) -> list[list[str]]:
     c = data["criteria"]
     changed = [["changed", text] for text in c["changes"]]
-    return [["set", f"{c['name']} version {c['version']}"], ["source", c["source"]], ["digest", in_fours(c["digest"])], *changed]
+    return [
+        ["set", f"{c['name']} version {c['version']}"],
+        ["source", c["source"]],
+        ["digest", in_fours(c["digest"])],
+        *changed,
+    ]
 
 
 def _criteria(data: Mapping[str, Any]) -> list[list[str]]:
@@ -205,7 +254,10 @@ def _settings(data: Mapping[str, Any]) -> list[list[str]]:
 
 def _crane_note(data: Mapping[str, Any]) -> str:
     parts = ", ".join(f"{name} {hash_}" for name, hash_ in data["crane"]["content"].items())
-    return f"The twin under test, every number with its kind and source; the JSON file holds it as a file to compute with. Hashes: {parts}."
+    return (
+        "The twin under test, every number with its kind and source; the JSON file holds it as a file to compute with."
+        f" Hashes: {parts}."
+    )
 
 
 def _crane(data: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -226,5 +278,3 @@ def _checks(data: Mapping[str, Any]) -> list[list[str]]:
         ["code of the method", twin["method"]],
         ["Stillhook, libraries", f"{twin['version']}; {libraries}"],
     ]
-
-

@@ -1,4 +1,5 @@
-"""Does a certificate still hold? Its inputs compared by their hashes, and everything computed again with what is there now."""
+"""Does a certificate still hold? Its inputs compared by their hashes, and everything computed again with what is there
+now."""
 
 from __future__ import annotations
 
@@ -31,10 +32,10 @@ MOST_SHOWN = 12
 
 @dataclass(frozen=True)
 class Check:
-    """What a check found. changed: inputs that are other than they were, a line each; missing: inputs that are not there, or cannot be used
-    any more; lines: verdict lines and ends of the envelope that come out otherwise; computed: whether they were computed again;
-    same_bytes: whether the JSON came out as it is; same_pdf: the same of the PDF beside it, None where there is none; largest: largest
-    relative difference of two numbers, and where it is."""
+    """What a check found. changed: inputs that are other than they were, a line each; missing: inputs that are not
+    there, or cannot be used any more; lines: verdict lines and ends of the envelope that come out otherwise; computed:
+    whether they were computed again; same_bytes: whether the JSON came out as it is; same_pdf: the same of the PDF
+    beside it, None where there is none; largest: largest relative difference of two numbers, and where it is."""
 
     certificate: Certificate
     changed: tuple[str, ...]
@@ -48,7 +49,8 @@ class Check:
 
     @property
     def holds(self) -> bool:
-        """Passed, nothing that it rests on has changed, and what was computed again has the same verdict lines and envelope."""
+        """Passed, nothing that it rests on has changed, and what was computed again has the same verdict lines and
+        envelope."""
         return self.certificate.passed and not (self.changed or self.missing or self.lines)
 
     @property
@@ -63,23 +65,38 @@ class Check:
             return f"HOLDS: nothing that it rests on has changed ({how})."
         if self.lines:
             return "DOES NOT HOLD: what was computed again comes out otherwise."
-        again = " The verdict lines come out the same: stillhook validate gives a new certificate." if self.computed else ""
+        again = (
+            " The verdict lines come out the same: stillhook validate gives a new certificate." if self.computed else ""
+        )
         return f"DOES NOT HOLD: what it rests on has changed.{again}"
 
     def to_dict(self) -> dict[str, Any]:
         """The answer as plain data for JSON."""
         return {
-            "certificate": self.certificate.digest, "passed": self.certificate.passed, "holds": self.holds, "verdict": self.verdict,
-            "changed": list(self.changed), "missing": list(self.missing), "lines": list(self.lines), "computed": self.computed,
-            "same_bytes": self.same_bytes, "same_pdf": self.same_pdf, "largest_difference": self.largest, "where": self.where,
+            "certificate": self.certificate.digest,
+            "passed": self.certificate.passed,
+            "holds": self.holds,
+            "verdict": self.verdict,
+            "changed": list(self.changed),
+            "missing": list(self.missing),
+            "lines": list(self.lines),
+            "computed": self.computed,
+            "same_bytes": self.same_bytes,
+            "same_pdf": self.same_pdf,
+            "largest_difference": self.largest,
+            "where": self.where,
             "unsigned": UNSIGNED,
-        }  # fmt: skip
+        }
 
 
 def check(
-    path: str | Path, certificate: Certificate, *, campaign: str | Path | None = None, quick: bool = False,
+    path: str | Path,
+    certificate: Certificate,
+    *,
+    campaign: str | Path | None = None,
+    quick: bool = False,
     progress: Callable[[float], None] | None = None,
-) -> Check:  # fmt: skip
+) -> Check:
     """Whether the certificate in this file still holds.
 
     Parameters: path and content of the file; campaign: its file, where it is none of `_near`; quick: hashes alone.
@@ -106,13 +123,21 @@ def check(
     beside = Path(path).with_suffix(".pdf")
     same_pdf = beside.read_bytes() == pdf(again.data, pictures(found)) if beside.is_file() else None
     return Check(
-        certificate, changed, (), (*_lines(data, again.data), *_envelope(data, again.data)), True, again.text() == certificate.text(),
-        same_pdf, largest, where,
-    )  # fmt: skip
+        certificate,
+        changed,
+        (),
+        (*_lines(data, again.data), *_envelope(data, again.data)),
+        True,
+        again.text() == certificate.text(),
+        same_pdf,
+        largest,
+        where,
+    )
 
 
 def _near(path: Path, data: Mapping[str, Any]) -> Path:
-    """The campaign file of a certificate: beside it, a folder above, or in a folder beside; the one of that hash, else the first."""
+    """The campaign file of a certificate: beside it, a folder above, or in a folder beside; the one of that hash, else
+    the first."""
     folder, name = path.resolve().parent, str(data["campaign"]["file"])
     around = sorted(folder.parent.glob(f"*/{glob.escape(name)}"))
     there = [p for p in (folder / name, folder.parent / name, *around) if p.is_file()]
@@ -183,7 +208,9 @@ def _said(item: Any) -> str:
 def _code(told: Mapping[str, Any]) -> Iterator[str]:
     """Code and libraries that are other than they were."""
     now = versions()
-    libraries = [f"{n} {told['libraries'].get(n)} -> {v}" for n, v in now["libraries"].items() if told["libraries"].get(n) != v]
+    libraries = [
+        f"{n} {told['libraries'].get(n)} -> {v}" for n, v in now["libraries"].items() if told["libraries"].get(n) != v
+    ]
     if now["version"] != told["version"]:
         libraries.insert(0, f"Stillhook {told['version']} -> {now['version']}")
     with_them = f" ({', '.join(libraries)})" if libraries else ""
@@ -203,7 +230,8 @@ def _lines(told: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _envelope(told: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
-    """Ranges of the envelope that come out otherwise by more than `ROUNDED`; where nothing is passed any more, the lines say so."""
+    """Ranges of the envelope that come out otherwise by more than `ROUNDED`; where nothing is passed any more, the
+    lines say so."""
     before, after = (part["envelope"] or {} for part in (told, now))
     if not after:
         return
@@ -218,7 +246,13 @@ def _envelope(told: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _ends(ends: Any) -> str:
-    return "none" if ends is None else " to ".join(number(x, 6) for x in ends) if isinstance(ends[0], float | int) else ", ".join(ends)
+    return (
+        "none"
+        if ends is None
+        else " to ".join(number(x, 6) for x in ends)
+        if isinstance(ends[0], float | int)
+        else ", ".join(ends)
+    )
 
 
 def _differences(a: Any, b: Any, where: str = "") -> Iterator[tuple[float, str]]:

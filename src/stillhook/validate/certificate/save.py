@@ -22,27 +22,47 @@ from stillhook.validate.report.document import report
 from stillhook.validate.report.figures import pictures
 from stillhook.validate.validation import Validation
 
-REPORT, NUMBERS, SEGMENTS, DEVIATIONS, TUNED = "report.html", "summary.json", "segments.csv", "deviations.csv", "tuned-crane.toml"
-SOMETIMES = (DEVIATIONS, TUNED, CRANE, *(f"{stem}{end}" for stem in (CERTIFICATE, NOT_PASSED) for end in (".json", ".pdf")))
-"""Files that not every validation writes: one of an earlier validation must not stay beside the report of a later one."""
+REPORT, NUMBERS, SEGMENTS, DEVIATIONS, TUNED = (
+    "report.html",
+    "summary.json",
+    "segments.csv",
+    "deviations.csv",
+    "tuned-crane.toml",
+)
+SOMETIMES = (
+    DEVIATIONS,
+    TUNED,
+    CRANE,
+    *(f"{stem}{end}" for stem in (CERTIFICATE, NOT_PASSED) for end in (".json", ".pdf")),
+)
+"""Files that not every validation writes: one of an earlier validation must not stay beside the report of a later
+one."""
 PICTURES = "step-[0-6]-*.png"
 
 
 def check_out(campaign: Campaign, folder: str | Path) -> None:
-    """Refuse a folder that cannot be written to, or in which an input of the campaign would be written over. Errors: StillhookError."""
+    """Refuse a folder that cannot be written to, or in which an input of the campaign would be written over. Errors:
+    StillhookError."""
     out = Path(folder)
     names = (REPORT, NUMBERS, SEGMENTS, *SOMETIMES)
     check_folder(out, names)
     if folders := [path for path in out.glob(PICTURES) if path.is_dir()]:
-        raise ValidateError(f"{out}: {came(folders[0].name)} there is a folder in the way of a figure. Choose another folder.")
+        raise ValidateError(
+            f"{out}: {came(folders[0].name)} there is a folder in the way of a figure. Choose another folder."
+        )
     foreign = [name for name in SOMETIMES if (out / name).exists() and not _ours(out)]
     if foreign:
-        raise ValidateError(f"{out}: {came(foreign[0])} there is not from an earlier validation, and could be lost. Choose another folder.")
+        raise ValidateError(
+            f"{out}: {came(foreign[0])} there is not from an earlier validation, and could be lost. Choose another"
+            " folder."
+        )
     crane = campaign.file.parent / campaign.crane_name
     inputs = {path.resolve() for path in (campaign.file, *_crane_files(crane), *(t.log for t in campaign.tests))}
     for name in names:
         if (out / name).resolve() in inputs:
-            raise ValidateError(f"{out}: {came(name)} there belongs to the campaign, and would be written over. Choose another folder.")
+            raise ValidateError(
+                f"{out}: {came(name)} there belongs to the campaign, and would be written over. Choose another folder."
+            )
 
 
 def _ours(out: Path) -> bool:
@@ -67,7 +87,8 @@ def _crane_files(crane: Path) -> Iterator[Path]:
 def save_validation(validation: Validation, folder: str | Path, *, certificate: bool = True) -> tuple[str, ...]:
     """Write everything that a validation gives, all or nothing, and take away what an earlier one has left there.
 
-    Parameters: certificate: also the certificate, or what stands for one that was not passed; there is none unless all steps were taken.
+    Parameters: certificate: also the certificate, or what stands for one that was not passed; there is none unless all
+    steps were taken.
     Returns: names of the files. Errors: StillhookError where the folder cannot be written to.
     """
     out = Path(folder)

@@ -22,7 +22,10 @@ class Level(NamedTuple):
 
 NOT_VERIFIED = Level(1, 1, "Level 1, variant 1: a model that data of a crane have not verified.")
 VERIFIED = Level(
-    2, 3, "Level 2, variant 3: a model verified with batches of logs of the crane; not embedded, not in real time; updated by hand only."
+    2,
+    3,
+    "Level 2, variant 3: a model verified with batches of logs of the crane; not embedded, not in real time; updated by"
+    " hand only.",
 )
 
 SYNTHETIC = "SYNTHETIC: these logs were simulated, measured on no crane. Nothing here says anything about a real crane."
@@ -38,24 +41,35 @@ LEFT_OUT = (
 """What the plant model leaves out. Source: Moslatt 2020 sections 2.5.2.1 to 2.5.2.3 and paper F, "Simplifications"."""
 
 ALWAYS = (
-    "The verdict is on the crane file as it was given, on the code named here, and on these logs. It lapses when one of them changes; "
-    "stillhook certificate check tells.",
-    "Conditions are judged one by one (a box). Not every combination inside the ranges was tested; between tests the model interpolates.",
-    "The compared figure is the control error of the winch as its PLC sees it. What the load does below the wire was not compared.",
+    (
+        "The verdict is on the crane file as it was given, on the code named here, and on these logs. It lapses when"
+        " one of them changes; stillhook certificate check tells."
+    ),
+    (
+        "Conditions are judged one by one (a box). Not every combination inside the ranges was tested; between tests"
+        " the model interpolates."
+    ),
+    (
+        "The compared figure is the control error of the winch as its PLC sees it. What the load does below the wire"
+        " was not compared."
+    ),
     "Faults (loss of a hydraulic power unit, blackout, failed sensors) were not tested.",
     "Numbers that step 4 proposes are no part of this twin until a crane file holds them and was validated again.",
 )
 
 
 def certified_outcome(validation: Validation, envelope: Mapping[str, Any] | None) -> tuple[Outcome, str]:
-    """What a certificate says the validation came to, and the verdict in a sentence. Criteria that nothing counts in, or that do without
-    heave compensation, certify nothing, even where all of them are met."""
+    """What a certificate says the validation came to, and the verdict in a sentence. Criteria that nothing counts in,
+    or that do without heave compensation, certify nothing, even where all of them are met."""
     outcome = validation.outcome
     if outcome is Outcome.NOT_JUDGED:
         label = validation.campaign.criteria.label
         return outcome, f"NOT JUDGED: no criterion of {label} counts on these data, so that nothing was shown."
     if outcome is Outcome.PASSED and envelope is None:
-        said = "NOT SHOWN: no part of the logs with heave compensation could be compared, so that the twin is validated for nothing."
+        said = (
+            "NOT SHOWN: no part of the logs with heave compensation could be compared, so that the twin is validated"
+            " for nothing."
+        )
         return Outcome.NOT_SHOWN, said
     return outcome, sentence(validation)
 
@@ -65,13 +79,17 @@ def level_of(passed: bool, synthetic: bool) -> Level:
     if not passed:
         return NOT_VERIFIED
     if synthetic:
-        crane = "SYNTHETIC: the logs are of a simulated crane, so this shows the method; the twin of a real crane stays at level 1."
+        crane = (
+            "SYNTHETIC: the logs are of a simulated crane, so this shows the method; the twin of a real crane stays at"
+            " level 1."
+        )
         return VERIFIED._replace(statement=f"{VERIFIED.statement} {crane}")
     return VERIFIED
 
 
 def limitations(validation: Validation, passed: bool) -> list[dict[str, Any]]:
-    """What was synthetic, what was not shown, what holds always, and what the model leaves out: headings with their lines."""
+    """What was synthetic, what was not shown, what holds always, and what the model leaves out: headings with their
+    lines."""
     found = {
         "Synthetic data": [SYNTHETIC] if validation.campaign.synthetic else [],
         "Not shown by these data": list(_not_shown(validation)),

@@ -1,7 +1,9 @@
-"""Step 2: the controller in isolation. What the PLC read goes into the simulated PLC, whose commands are compared with the logged ones.
+"""Step 2: the controller in isolation. What the PLC read goes into the simulated PLC, whose commands are compared with
+the logged ones.
 
-Source: Moslatt 2020 paper F, verification element 2 and criterion 3 ("controller inputs from measured data are used as inputs to the
-simulated controller"). Nothing of the winch is simulated here: a deviation is the controller's, or that of the logged inputs.
+Source: Moslatt 2020 paper F, verification element 2 and criterion 3 ("controller inputs from measured data are used as
+inputs to the simulated controller"). Nothing of the winch is simulated here: a deviation is the controller's, or that
+of the logged inputs.
 """
 
 from __future__ import annotations
@@ -20,7 +22,10 @@ from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.records.record import Record
 
-NOT_LOGGED = "log s_tip, s_w and u_p, and best also v_tip, a_tip, alpha_m, u_m, e_c_measured and F_w, as the PLC has them in one cycle"
+NOT_LOGGED = (
+    "log s_tip, s_w and u_p, and best also v_tip, a_tip, alpha_m, u_m, e_c_measured and F_w, as the PLC has them in one"
+    " cycle"
+)
 
 
 @dataclass(frozen=True)
@@ -50,9 +55,9 @@ class Found:
 
 
 def check_controller(campaign: Campaign, records: tuple[Record, ...], progress: Callable[[float], None]) -> Step:
-    """Step 2 of the validation. Measures: u_p_deviation, u_m_deviation (95 % quantile of |measured - simulated|, each test in
-    compensation), their means, those of manual mode, command_lag [s], and K_1, K_2, K_p, u_thr implied by the logged commands, as shares
-    off the crane file's."""
+    """Step 2 of the validation. Measures: u_p_deviation, u_m_deviation (95 % quantile of |measured - simulated|, each
+    test in compensation), their means, those of manual mode, command_lag [s], and K_1, K_2, K_p, u_thr implied by the
+    logged commands, as shares off the crane file's."""
     crane = campaign.crane
     runs = []
     for i, record in enumerate(records):
@@ -66,36 +71,64 @@ def check_controller(campaign: Campaign, records: tuple[Record, ...], progress: 
     names, own = dict.fromkeys(r.stretch.record.test.name for r in ahc), rows.evidence != "fine"
     laws = {n: law([r for r in ahc if r.stretch.record.test.name == n], rows.aligned, own_noise=own) for n in names}
     found = Found(
-        tuple(runs), rows, tuple(deviations(runs, rows.cycles)), law(ahc, rows.aligned, own_noise=own),
+        tuple(runs),
+        rows,
+        tuple(deviations(runs, rows.cycles)),
+        law(ahc, rows.aligned, own_noise=own),
         {n: f for n, f in laws.items() if f is not None},
-        joystick_gain(runs, rows.cycles), threshold(crane, runs, rows.cycles), tuple(motor_laws(crane, runs, rows.cycles)),
-    )  # fmt: skip
+        joystick_gain(runs, rows.cycles),
+        threshold(crane, runs, rows.cycles),
+        tuple(motor_laws(crane, runs, rows.cycles)),
+    )
     progress(0.9)
     why = causes(campaign, found.runs, found.rows, found.law, found.laws, found.u_thr, found.motor_laws)
     return ControllerStep(
-        StepNumber.CONTROLLER, _measures(campaign, found, why), statements(found.deviations, rows, why, runs, records),
+        StepNumber.CONTROLLER,
+        _measures(campaign, found, why),
+        statements(found.deviations, rows, why, runs, records),
         (deviation_table(found.deviations), gain_table(crane, found.law, found.laws, found.K_op, found.u_thr)),
-        _data(found), found.runs, rows, found.law, found.laws, found.motor_laws, found.deviations,
-    )  # fmt: skip
+        _data(found),
+        found.runs,
+        rows,
+        found.law,
+        found.laws,
+        found.motor_laws,
+        found.deviations,
+    )
 
 
 def _not_shown(records: Sequence[Record]) -> Step:
     why = next((w for r in records if (w := lacking(r))), "no log holds heave compensation with the PLC's inputs")
     note = f"{why}: {NOT_LOGGED}"
     names = ("u_p_deviation", "u_m_deviation", "command_lag", "K_1_deviation")
-    return Step(StepNumber.CONTROLLER, tuple(Measure(n, None, note=note) for n in names), (f"The controller is not shown: {note}.",))
+    return Step(
+        StepNumber.CONTROLLER,
+        tuple(Measure(n, None, note=note) for n in names),
+        (f"The controller is not shown: {note}.",),
+    )
 
 
 def _measures(campaign: Campaign, found: Found, why: dict[str, str]) -> tuple[Measure, ...]:
     out = [m for d in found.deviations for m in _of_test(d, why.get(d.signal, ""))]
     if not any(d.signal == "u_m" and d.ahc for d in found.deviations):
-        out.append(Measure("u_m_deviation", None, note="u_m was not logged in heave compensation: log the motor command"))
+        out.append(
+            Measure("u_m_deviation", None, note="u_m was not logged in heave compensation: log the motor command")
+        )
     seconds = f"{found.law.seconds:.0f} s of unsaturated compensation" if found.law else ""
     lagging = found.rows.waves
     out.append(
-        Measure("command_lag", lagging.value, "time", lagging.low, lagging.high, data=seconds, note=why.get("lag", found.rows.said))
-        if lagging else Measure("command_lag", None, note="the tip does not move in compensation: log AHC tests in waves")
-    )  # fmt: skip
+        Measure(
+            "command_lag",
+            lagging.value,
+            "time",
+            lagging.low,
+            lagging.high,
+            data=seconds,
+            note=why.get("lag", found.rows.said),
+        )
+        if lagging
+        else Measure("command_lag", None, note="the tip does not move in compensation: log AHC tests in waves")
+    )
     gains = found.runs[0].stretch.plc.gains
     for name in ("K_1", "K_2", "K_p"):
         e = getattr(found.law, name) if found.law else None
@@ -103,7 +136,11 @@ def _measures(campaign: Campaign, found: Found, why: dict[str, str]) -> tuple[Me
         out.append(_share(f"{name}_deviation", e, getattr(gains, name), seconds, note))
     u_thr = campaign.crane.control.u_thr
     e, never = found.u_thr, "the feedforward never passes the threshold for long: log waves that ask for more"
-    known = Measure("u_thr_difference", e.value - u_thr, "", e.low - u_thr, e.high - u_thr, note=why.get("u_thr", "")) if e else None
+    known = (
+        Measure("u_thr_difference", e.value - u_thr, "", e.low - u_thr, e.high - u_thr, note=why.get("u_thr", ""))
+        if e
+        else None
+    )
     out.append(known or Measure("u_thr_difference", None, note=never))
     return tuple(out)
 
@@ -121,7 +158,9 @@ def _of_test(d: Deviation, why: str) -> list[Measure]:
 
 def _share(name: str, e: Estimate | None, ours: float, data: str, note: str) -> Measure:
     if e is None or ours == 0.0:
-        return Measure(name, None, note="too little unsaturated compensation in the logs to tell the gain: log AHC tests in waves")
+        return Measure(
+            name, None, note="too little unsaturated compensation in the logs to tell the gain: log AHC tests in waves"
+        )
     low, high = e.low / ours - 1.0, e.high / ours - 1.0
     return Measure(name, e.value / ours - 1.0, "", low, high, data=f"{data}, {e.blocks} blocks", note=note)
 
@@ -132,10 +171,15 @@ def _data(found: Found) -> dict[str, object]:
 
     law, rows = found.law, found.rows
     return {
-        "cycles": rows.cycles, "rows_by": rows.evidence, "lag_waves": of(rows.waves), "lag_joystick": of(rows.joystick),
+        "cycles": rows.cycles,
+        "rows_by": rows.evidence,
+        "lag_waves": of(rows.waves),
+        "lag_joystick": of(rows.joystick),
         "implied": {n: of(getattr(law, n)) for n in ("K_1", "K_2", "K_p", "K_op")} if law else None,
-        "K_1_joystick": of(found.K_op), "u_thr": of(found.u_thr),
+        "K_1_joystick": of(found.K_op),
+        "u_thr": of(found.u_thr),
         "deviations": [
-            {n: getattr(d, n) for n in ("test", "signal", "ahc", "mean", "rms", "high", "worst", "seconds")} for d in found.deviations
+            {n: getattr(d, n) for n in ("test", "signal", "ahc", "mean", "rms", "high", "worst", "seconds")}
+            for d in found.deviations
         ],
-    }  # fmt: skip
+    }

@@ -19,8 +19,8 @@ EDGES = np.concatenate([[0.0], np.geomspace(1e-5, 2.1, 120)])
 
 @dataclass(frozen=True)
 class Deviation:
-    """|measured - simulated| of one command in one test, share of full command: mean with interval, rms, 95 % quantile with interval,
-    worst; seconds that it rests on; ahc: in compensation, else in manual mode."""
+    """|measured - simulated| of one command in one test, share of full command: mean with interval, rms, 95 % quantile
+    with interval, worst; seconds that it rests on; ahc: in compensation, else in manual mode."""
 
     test: str
     signal: str
@@ -35,7 +35,8 @@ class Deviation:
 
 
 def deviations(runs: Sequence[Run], cycles: int) -> list[Deviation]:
-    """Of u_p and u_m, of each test in compensation and in manual mode. cycles: by which logged commands are later than their inputs."""
+    """Of u_p and u_m, of each test in compensation and in manual mode. cycles: by which logged commands are later than
+    their inputs."""
     found = []
     for test in dict.fromkeys(r.stretch.record.test.name for r in runs):
         mine = [r for r in runs if r.stretch.record.test.name == test]
@@ -48,8 +49,8 @@ def deviations(runs: Sequence[Run], cycles: int) -> list[Deviation]:
 
 
 def difference(run: Run, signal: str, cycles: int) -> FloatArray | None:
-    """Measured less simulated command over a stretch (n,), NaN where nothing is known of it or of the motors' displacement; None where it
-    was not logged."""
+    """Measured less simulated command over a stretch (n,), NaN where nothing is known of it or of the motors'
+    displacement; None where it was not logged."""
     s = run.stretch
     measured, T = s.u_p if signal == "u_p" else s.u_m, s.record.step
     if measured is None:
@@ -78,9 +79,17 @@ def _of(test: str, signal: str, ahc: bool, parts: list[FloatArray], step: float)
     high_at = interval(_quantile, rows, bounds=(0.0, np.inf))
     scale = high / high_at.value if high_at.value > 0.0 else 1.0
     return Deviation(
-        test, signal, ahc, len(size) * step, float(size.mean()), (mean_at.low, mean_at.high), float(np.sqrt(np.mean(size**2))), high,
-        (scale * high_at.low, scale * high_at.high), float(size.max()),
-    )  # fmt: skip
+        test,
+        signal,
+        ahc,
+        len(size) * step,
+        float(size.mean()),
+        (mean_at.low, mean_at.high),
+        float(np.sqrt(np.mean(size**2))),
+        high,
+        (scale * high_at.low, scale * high_at.high),
+        float(size.max()),
+    )
 
 
 def _row(size: FloatArray) -> FloatArray:

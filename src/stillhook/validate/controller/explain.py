@@ -28,11 +28,16 @@ QUANTITY = {"K_1": "time_per_length", "K_2": "time_squared_per_length", "K_p": "
 
 
 def causes(
-    campaign: Campaign, runs: Sequence[Run], rows: Rows, law: Law | None, laws: Mapping[str, Law], u_thr: Estimate | None,
+    campaign: Campaign,
+    runs: Sequence[Run],
+    rows: Rows,
+    law: Law | None,
+    laws: Mapping[str, Law],
+    u_thr: Estimate | None,
     motors: Sequence[MotorLaw],
-) -> dict[str, str]:  # fmt: skip
-    """What is off, a line each, under what it is about: K_1, K_2, K_p, K_wire, u_thr, mode, setting, lag, clip; "u_p" and "u_m" repeat
-    the first that explains a deviation of that command."""
+) -> dict[str, str]:
+    """What is off, a line each, under what it is about: K_1, K_2, K_p, K_wire, u_thr, mode, setting, lag, clip; "u_p"
+    and "u_m" repeat the first that explains a deviation of that command."""
     crane, out = campaign.crane, {}
     if rows.late and rows.waves is not None:
         out["lag"] = _late(rows.waves.value, crane)
@@ -59,12 +64,17 @@ def causes(
         and abs(u_thr.value - crane.control.u_thr) > TOLD_U_THR
         and significant(u_thr, crane.control.u_thr)
     ):
-        out["u_thr"] = f"u_thr {u_thr.value:.3g} in the log's motor commands, {crane.control.u_thr:.3g} in the crane file"
+        out["u_thr"] = (
+            f"u_thr {u_thr.value:.3g} in the log's motor commands, {crane.control.u_thr:.3g} in the crane file"
+        )
     for m in motors:
         if m.follows is not None:
             out["mode"] = f'test {m.test}: the motor command follows mode "{m.follows}", the log says "{m.mode}"'
         elif m.setting is not None and m.wanted is not None and abs(m.setting - m.wanted) > TOLD_SETTING:
-            out["setting"] = f"test {m.test}, mode {m.mode}: motors commanded to {m.setting:.3g}, by the crane file to {m.wanted:.3g}"
+            out["setting"] = (
+                f"test {m.test}, mode {m.mode}: motors commanded to {m.setting:.3g}, by the crane file to"
+                f" {m.wanted:.3g}"
+            )
     out["u_p"] = next((out[k] for k in ("lag", "K_wire", "K_1", "clip", "K_2", "K_p") if k in out), "")
     out["u_m"] = next((out[k] for k in ("mode", "K_wire", "setting", "u_thr", "K_1", "lag") if k in out), "")
     return out
@@ -72,9 +82,15 @@ def causes(
 
 def _late(value: float, crane: Crane) -> str:
     ms, g = f"{abs(1e3 * value):.0f} ms", gains(crane)
-    other = f"or another clock, or K_2 {say(g.K_2 - value * g.K_1, QUANTITY['K_2'])} in place of {say(g.K_2, QUANTITY['K_2'])}"
+    other = (
+        f"or another clock, or K_2 {say(g.K_2 - value * g.K_1, QUANTITY['K_2'])} in place of"
+        f" {say(g.K_2, QUANTITY['K_2'])}"
+    )
     if value < 0.0:
-        return f"the tip's motion in the log is {ms} later than what the PLC's commands follow: not the PLC's own signal, {other}"
+        return (
+            f"the tip's motion in the log is {ms} later than what the PLC's commands follow: not the PLC's own signal,"
+            f" {other}"
+        )
     return f"the commands follow the logged tip motion {ms} late: it reaches the PLC later than the log, {other}"
 
 
@@ -88,7 +104,10 @@ def _by_case(laws: Mapping[str, Law]) -> str:
     if apart < 0.01 * known[low].value or apart < known[high].half + known[low].half:
         return ""
     a, b = (say(known[n].value, QUANTITY["K_1"]) for n in (low, high))
-    return f"K_1 {a} in test {low} and {b} in test {high}: the layer that K_wire is reckoned with, or the share of the pumps that run"
+    return (
+        f"K_1 {a} in test {low} and {b} in test {high}: the layer that K_wire is reckoned with, or the share of the"
+        " pumps that run"
+    )
 
 
 def _clipped(runs: Sequence[Run]) -> str:
@@ -97,7 +116,10 @@ def _clipped(runs: Sequence[Run]) -> str:
         end = min(-lo, hi) + FLAT
         if end < FULL and float(np.abs(run.told.u_p).max()) > end + 0.02:
             where = f"test {run.stretch.record.test.name}"
-            return f"{where}: the logged pump commands stop at {100.0 * end:.3g} % of full command, the simulated ones at 100 %"
+            return (
+                f"{where}: the logged pump commands stop at {100.0 * end:.3g} % of full command, the simulated ones at"
+                " 100 %"
+            )
     return ""
 
 
@@ -114,8 +136,9 @@ def statements(
         worst = max((d for d in deviations if d.signal == signal and d.ahc), key=lambda d: d.high, default=None)
         if worst is not None:
             out.append(
-                f"The simulated controller gives the logged {name} command to within {_share(worst.high)} of full command, 95 % of the "
-                f"time (test {worst.test}, the worst; mean {_share(worst.mean)}, worst sample {_share(worst.worst)})."
+                f"The simulated controller gives the logged {name} command to within {_share(worst.high)} of full"
+                f" command, 95 % of the time (test {worst.test}, the worst; mean {_share(worst.mean)}, worst sample"
+                f" {_share(worst.worst)})."
             )
     out += [f"Off: {text}." for key, text in why.items() if key not in ("u_p", "u_m")]
     out.append(f"{rows.said[0].upper()}{rows.said[1:]}.")
@@ -147,7 +170,9 @@ def deviation_table(deviations: Sequence[Deviation]) -> Table:
     return Table("Measured less simulated command, share of full command", header, tuple(rows))
 
 
-def gain_table(crane: Crane, law: Law | None, laws: Mapping[str, Law], K_op: Estimate | None, u_thr: Estimate | None) -> Table:
+def gain_table(
+    crane: Crane, law: Law | None, laws: Mapping[str, Law], K_op: Estimate | None, u_thr: Estimate | None
+) -> Table:
     """Gains that the logged commands imply, by test, with those of the crane file."""
     g = gains(crane)
     own = ("crane file", *(f"{x:.4g}" for x in (g.K_1, g.K_2, g.K_p, crane.control.u_thr)))

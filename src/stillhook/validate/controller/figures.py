@@ -1,4 +1,5 @@
-"""Figures of step 2: commands measured and simulated, their deviation, the law of the motors, the gains that the commands follow."""
+"""Figures of step 2: commands measured and simulated, their deviation, the law of the motors, the gains that the
+commands follow."""
 
 from __future__ import annotations
 
@@ -39,7 +40,10 @@ def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict
     if not isinstance(step, ControllerStep) or step.rows is None:
         return {}
     runs = [r for r in step.runs if any(p.mode is not Mode.MANUAL for p in r.stretch.parts)]
-    out = {"commands": _commands(runs, step.rows.cycles, campaign), "deviation": _exceedance(runs, step.rows.cycles, campaign)}
+    out = {
+        "commands": _commands(runs, step.rows.cycles, campaign),
+        "deviation": _exceedance(runs, step.rows.cycles, campaign),
+    }
     laws = [m for m in step.motor_laws if m.mode in SEMI]
     if laws:
         out["motor-law"] = _motor_law(laws, campaign)
@@ -65,7 +69,11 @@ def _shown(runs: Sequence[Run]) -> list[tuple[Run, slice]]:
 def _commands(runs: Sequence[Run], cycles: int, campaign: Campaign) -> Figure:
     shown = _shown(runs)
     figure, axes = axes_of(
-        3, len(shown), (4.0 + 3.4 * len(shown), 7.5), marked(campaign, "Commands of the PLC over its logged inputs"), sharex="col"
+        3,
+        len(shown),
+        (4.0 + 3.4 * len(shown), 7.5),
+        marked(campaign, "Commands of the PLC over its logged inputs"),
+        sharex="col",
     )
     for column, (run, part) in zip(axes.T, shown, strict=True):
         s = run.stretch
@@ -78,12 +86,16 @@ def _commands(runs: Sequence[Run], cycles: int, campaign: Campaign) -> Figure:
         for signal, colour, label in (("u_p", COLOURS[2], "pump"), ("u_m", COLOURS[3], "motor")):
             d = difference(run, signal, cycles)
             if d is not None:
-                column[2].plot(t, 100.0 * d[part], color=colour, lw=0.8, label=f"{label} command, measured less simulated")
+                column[2].plot(
+                    t, 100.0 * d[part], color=colour, lw=0.8, label=f"{label} command, measured less simulated"
+                )
         _room(column[2])
         column[0].set_title(f"test {s.record.test.name}, mode {s.parts[0].mode.value}", fontsize="small")
         column[2].set_xlabel("time [s]")
     for ax, name in zip(
-        axes[:, 0], ("pump command [%]\n(hoisting positive)", "motor command [%]", "deviation\n[% of full command]"), strict=True
+        axes[:, 0],
+        ("pump command [%]\n(hoisting positive)", "motor command [%]", "deviation\n[% of full command]"),
+        strict=True,
     ):
         ax.set_ylabel(name)
     legend_below(figure, (axes[0, 0], axes[2, 0]), 4)
@@ -101,11 +113,15 @@ def _room(ax: Any) -> None:
 
 
 def _exceedance(runs: Sequence[Run], cycles: int, campaign: Campaign) -> Figure:
-    figure, axes = axes_of(1, 2, (10.0, 4.6), marked(campaign, "How often the commands deviate by more"), sharey=True, sharex=True)
+    figure, axes = axes_of(
+        1, 2, (10.0, 4.6), marked(campaign, "How often the commands deviate by more"), sharey=True, sharex=True
+    )
     names = list(dict.fromkeys(r.stretch.record.test.name for r in runs))
     for ax, signal, what in zip(axes[0], ("u_p", "u_m"), ("pump", "motor"), strict=True):
         for colour, name in zip(COLOURS * 3, names, strict=False):
-            parts = [d for r in runs if r.stretch.record.test.name == name for d in differences(r, signal, cycles, ahc=True)]
+            parts = [
+                d for r in runs if r.stretch.record.test.name == name for d in differences(r, signal, cycles, ahc=True)
+            ]
             if parts:
                 size = np.sort(100.0 * np.abs(np.concatenate(parts)))
                 every = max(1, len(size) // POINTS)
@@ -119,13 +135,17 @@ def _exceedance(runs: Sequence[Run], cycles: int, campaign: Campaign) -> Figure:
         ax.axvline(ALLOWED, color=GREY, ls=":", lw=1.2, label="criterion 3: at most 3 %")
         ax.axhline(5.0, color=GREY, ls="--", lw=0.8, label="5 % of the time")
         ax.set_xlabel(f"deviation of the {what} command [% of full command]")
-    axes[0, 0].set(xscale="log", yscale="log", ylim=(0.05, 120.0), xlim=(1e-3, 100.0), ylabel="share of the time with more [%]")
+    axes[0, 0].set(
+        xscale="log", yscale="log", ylim=(0.05, 120.0), xlim=(1e-3, 100.0), ylabel="share of the time with more [%]"
+    )
     legend_below(figure, (axes[0, 0],), min(len(names) + 2, 6))
     return figure
 
 
 def _motor_law(laws: Sequence[MotorLaw], campaign: Campaign) -> Figure:
-    figure, axes = axes_of(1, 1, (7.0, 5.2), marked(campaign, "Motor command over the feedforward in the logged pump command"))
+    figure, axes = axes_of(
+        1, 1, (7.0, 5.2), marked(campaign, "Motor command over the feedforward in the logged pump command")
+    )
     ax, x = axes[0, 0], np.linspace(0.0, 1.0, 201)
     drawn: dict[tuple[Mode, float], MotorLaw] = {}
     for m in laws:
@@ -141,9 +161,22 @@ def _motor_law(laws: Sequence[MotorLaw], campaign: Campaign) -> Figure:
         )
     for colour, m in zip(COLOURS * 3, laws, strict=False):
         every = max(1, len(m.u_ff) // POINTS)
-        ax.plot(m.u_ff[::every], m.u_m[::every], ".", ms=2.0, color=colour, label=f"test {m.test}, measured", rasterized=True)
+        ax.plot(
+            m.u_ff[::every],
+            m.u_m[::every],
+            ".",
+            ms=2.0,
+            color=colour,
+            label=f"test {m.test}, measured",
+            rasterized=True,
+        )
     ax.axvline(campaign.crane.control.u_thr, color=GREY, lw=0.8, ls=":")
-    ax.set(xlim=(0.0, 1.05), ylim=(min(0.5, min(n for _, n in drawn) - 0.05), 1.05), xlabel="|u_ff| [-]", ylabel="motor command [-]")
+    ax.set(
+        xlim=(0.0, 1.05),
+        ylim=(min(0.5, min(n for _, n in drawn) - 0.05), 1.05),
+        xlabel="|u_ff| [-]",
+        ylabel="motor command [-]",
+    )
     legend_below(figure, (ax,), 3)
     return figure
 
@@ -155,7 +188,11 @@ def _law(u_ff: float, mode: Mode, lowest: float, crane: Crane) -> float:
 
 def _gains(law: Law, laws: Mapping[str, Law], campaign: Campaign) -> Figure:
     figure, axes = axes_of(
-        1, 3, (10.0, 1.8 + 0.35 * (len(laws) + 1)), marked(campaign, "Gains in the logged commands, off the crane file's"), sharey=True
+        1,
+        3,
+        (10.0, 1.8 + 0.35 * (len(laws) + 1)),
+        marked(campaign, "Gains in the logged commands, off the crane file's"),
+        sharey=True,
     )
     ours = gains(campaign.crane)
     rows = [*laws.items(), ("all", law)]
@@ -165,9 +202,14 @@ def _gains(law: Law, laws: Mapping[str, Law], campaign: Campaign) -> Figure:
             e = getattr(found, name)
             if e is not None and own > 0.0:
                 ax.errorbar(
-                    100.0 * (e.value / own - 1.0), k, xerr=100.0 * e.half / own, fmt="o", ms=4, capsize=3,
+                    100.0 * (e.value / own - 1.0),
+                    k,
+                    xerr=100.0 * e.half / own,
+                    fmt="o",
+                    ms=4,
+                    capsize=3,
                     color=COLOURS[1] if found is law else MEASURED,
-                )  # fmt: skip
+                )
         ax.axvline(0.0, color=GREY, lw=1.0)
         reach = max(1.0, 1.15 * float(np.abs(ax.get_xlim()).max()))
         ax.set(xlim=(-reach, reach), xlabel=f"{name} [% off], 95 % interval")

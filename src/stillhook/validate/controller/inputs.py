@@ -23,8 +23,9 @@ from stillhook.validate.data_set.records.transients import filled
 
 SHORTEST = 5.0  # s: a stretch must outlast the bumpless start of the PLC's memory
 DERIVATIVE = {1: (3, 0.25), 2: (5, 0.5)}
-"""Degree of the polynomial, and half width of the window [s] in which it gives the first and second derivative of a noisy signal: 2 mm of
-white noise on a 100 Hz signal leave 5 mm/s and 2 cm/s^2, and a wave of 3 s loses 0.02 and 0.15 % of them."""
+"""Degree of the polynomial, and half width of the window [s] in which it gives the first and second derivative of a
+noisy signal: 2 mm of white noise on a 100 Hz signal leave 5 mm/s and 2 cm/s^2, and a wave of 3 s loses 0.02 and 0.15 %
+of them."""
 MOVED = 0.1  # m: a reference that wanders more than this was moved by somebody
 STANDS = 21.0  # s: a set-point stands for half as long at least; waves come and go within
 ROUNDS = 3  # of motor command and displacement, each following from the other
@@ -35,9 +36,10 @@ HELD = 2e-3  # spread of a motor command that is held by the operator
 class Stretch:
     """An unbroken part of a record with everything that the PLC needs.
 
-    first, last: samples [first, last) of the record; parts: its segments; seen, memory: what goes into the PLC; plc: its settings, with the
-    cycle of the record and the displacement that the operator holds; u_p, u_m, e_c: what was logged (n,), None where it was not;
-    settled: samples at which the motors' displacement is known (n,), None where all; notes: what was made up for signals that are missing.
+    first, last: samples [first, last) of the record; parts: its segments; seen, memory: what goes into the PLC; plc:
+    its settings, with the cycle of the record and the displacement that the operator holds; u_p, u_m, e_c: what was
+    logged (n,), None where it was not; settled: samples at which the motors' displacement is known (n,), None where
+    all; notes: what was made up for signals that are missing.
     """
 
     record: Record
@@ -80,7 +82,8 @@ def wire_ratio(crane: Crane, s_w: FloatArray) -> FloatArray:
 
 
 def derivative(x: FloatArray, step: float, order: int = 1) -> FloatArray:
-    """First or second derivative of an even signal by local polynomials, without delay; see DERIVATIVE. Shapes (n,) in and out."""
+    """First or second derivative of an even signal by local polynomials, without delay; see DERIVATIVE. Shapes (n,) in
+    and out."""
     degree, half = DERIVATIVE[order]
     n = max(2 * round(half / step) + 1, degree + 2)
     return np.asarray(savgol_filter(x, n, degree, deriv=order, delta=step), dtype=np.float64)
@@ -95,14 +98,18 @@ def lacking(record: Record) -> str:
 
 
 def stretches(crane: Crane, record: Record, *, blind: bool = False) -> tuple[Stretch, ...]:
-    """The parts of a record that the simulated PLC can be run over. blind: those in manual mode without a joystick as well, as at rest.
+    """The parts of a record that the simulated PLC can be run over. blind: those in manual mode without a joystick as
+    well, as at rest.
 
-    A stretch goes on through changes of mode and through what no segment holds, as the PLC does; its parts are what counts.
+    A stretch goes on through changes of mode and through what no segment holds, as the PLC does; its parts are what
+    counts.
     """
     if not record.has("u_p", "s_w"):
         return ()
     mode = modes_of(record)
-    asks = np.where(mode == MANUAL, record.has("v_op") or blind, record.has("s_tip"))  # else what was asked for is unknown
+    asks = np.where(
+        mode == MANUAL, record.has("v_op") or blind, record.has("s_tip")
+    )  # else what was asked for is unknown
     needed = [n for n in ("s_tip", "v_tip", "a_tip", "s_w", "v_op", "alpha_m", "u_p") if record.has(n)]
     known = np.isfinite(mode) & asks & np.all([np.isfinite(record.signals[n]) for n in needed], axis=0)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(int)))
@@ -112,7 +119,8 @@ def stretches(crane: Crane, record: Record, *, blind: bool = False) -> tuple[Str
 
 
 def modes_of(record: Record) -> FloatArray:
-    """Code of the PLC's mode at every sample (n,), NaN where it is not known: that of the segments, between them that of the log."""
+    """Code of the PLC's mode at every sample (n,), NaN where it is not known: that of the segments, between them that
+    of the log."""
     logged = record.signals.get("mode")
     mode = np.full(len(record.t), np.nan) if logged is None else np.array(logged, dtype=np.float64)
     for part in record.segments:
@@ -139,9 +147,20 @@ def _stretch(crane: Crane, record: Record, mode: FloatArray, a: int, b: int) -> 
     plc = plc_record(crane)._replace(t_cycle=record.step)
     braked = on_brake(mode[a:b], v_op, x["u_p"], plc.brake, record.step) if "v_op" in x else zero > 0.0
     seen = Seen(
-        s_tip, v_tip, a_tip, v_op, s_op, mode[a:b], x.get("f_pump", one), x["s_w"], F, one, wire_ratio(crane, x["s_w"]),
-        braked.astype(np.float64), x["u_p"],
-    )  # fmt: skip
+        s_tip,
+        v_tip,
+        a_tip,
+        v_op,
+        s_op,
+        mode[a:b],
+        x.get("f_pump", one),
+        x["s_w"],
+        F,
+        one,
+        wire_ratio(crane, x["s_w"]),
+        braked.astype(np.float64),
+        x["u_p"],
+    )
     memory = _memory(record, mode, a, datum, F, e_c is not None, u_m is not None)
     bare = Stretch(record, a, b, parts, seen, memory, plc, x["u_p"], u_m, e_c, None, ())
     known = _with_displacement(crane, bare, x.get("alpha_m"), notes)
@@ -149,10 +168,11 @@ def _stretch(crane: Crane, record: Record, mode: FloatArray, a: int, b: int) -> 
 
 
 def on_brake(mode: FloatArray, v_op: FloatArray, u_p: FloatArray, brake: BrakeSettings, step: float) -> BoolArray:
-    """Samples at which the holding brake may not be open (n,): from t_wait at zero speed in manual mode on, until it is open for certain.
+    """Samples at which the holding brake may not be open (n,): from t_wait at zero speed in manual mode on, until it is
+    open for certain.
 
-    That is t_most + t_open after a speed or a mode is asked for, or where the pumps' command goes beyond what they get against a closed
-    brake. A log that begins at zero speed begins on the brake.
+    That is t_most + t_open after a speed or a mode is asked for, or where the pumps' command goes beyond what they get
+    against a closed brake. A log that begins at zero speed begins on the brake.
     """
     out = np.zeros(len(mode), dtype=bool)
     if not brake.fitted:
@@ -176,18 +196,34 @@ def _mostly(x: FloatArray | None) -> FloatArray | None:
     return None if x is None or np.isfinite(x).mean() < 0.5 else filled(x)
 
 
-def _memory(record: Record, mode: FloatArray, a: int, datum: float, F: FloatArray, e_c_logged: bool, u_m_logged: bool) -> Memory:
-    """The PLC's memory before a stretch. Where the mode changes just there, its commands start from the last ones that were logged, and
-    the reference is laid anew where compensation starts, unless the logged error tells where it lies."""
+def _memory(
+    record: Record, mode: FloatArray, a: int, datum: float, F: FloatArray, e_c_logged: bool, u_m_logged: bool
+) -> Memory:
+    """The PLC's memory before a stretch. Where the mode changes just there, its commands start from the last ones that
+    were logged, and the reference is laid anew where compensation starts, unless the logged error tells where it
+    lies."""
     at = a - 1 if a > 0 and np.isfinite(mode[a - 1]) and np.isfinite(record.signals["u_p"][a - 1]) else a
     before = mode[at]
     if before == MANUAL and mode[a] > MANUAL and e_c_logged:
-        before = MODE_CODE[Mode.LEVEL_1 if mode[a] != MODE_CODE[Mode.LEVEL_1] else Mode.LEVEL_2]  # a change that keeps the datum
+        before = MODE_CODE[
+            Mode.LEVEL_1 if mode[a] != MODE_CODE[Mode.LEVEL_1] else Mode.LEVEL_2
+        ]  # a change that keeps the datum
     u_m = float(record.signals["u_m"][at]) if u_m_logged else 1.0
     early = F[: max(1, round(1.0 / record.step))]
     u_m = u_m if np.isfinite(u_m) else 1.0
     return Memory(
-        before, datum, float(early.mean()), 0.0, float(record.signals["u_p"][at]), u_m, 0.0, 0.0, 1.0, brake=0.0, idle=0.0, stroke=1.0
+        before,
+        datum,
+        float(early.mean()),
+        0.0,
+        float(record.signals["u_p"][at]),
+        u_m,
+        0.0,
+        0.0,
+        1.0,
+        brake=0.0,
+        idle=0.0,
+        stroke=1.0,
     )
 
 
@@ -217,11 +253,12 @@ def _tip(x: dict[str, FloatArray], s_tip: FloatArray, step: float, notes: list[s
 def _datum(
     bare: FloatArray, e_c: FloatArray | None, ahc: BoolArray, starts: bool, step: float, notes: list[str]
 ) -> tuple[float, FloatArray | None]:
-    """Datum of the wire's reference at the start [m], and what moves the reference beside tip and joystick [m], None where nothing does.
+    """Datum of the wire's reference at the start [m], and what moves the reference beside tip and joystick [m], None
+    where nothing does.
 
     starts: compensation starts inside the stretch, or with it.
-    e_c = datum + moved - bare, where bare = s_w - s_tip + s_op. Without a logged error: laid where compensation starts in the log, else one
-    constant that makes the mean error zero, since the log cannot tell a standing offset from it.
+    e_c = datum + moved - bare, where bare = s_w - s_tip + s_op. Without a logged error: laid where compensation starts
+    in the log, else one constant that makes the mean error zero, since the log cannot tell a standing offset from it.
     """
     if not ahc.any():
         return float(bare[0]), None
@@ -240,7 +277,8 @@ def _datum(
 
 
 def _with_displacement(crane: Crane, s: Stretch, alpha_m: FloatArray | None, notes: list[str]) -> Stretch:
-    """The stretch with the motors' displacement as the PLC knows it; what was not logged follows from the commands by the servo."""
+    """The stretch with the motors' displacement as the PLC knows it; what was not logged follows from the commands by
+    the servo."""
     if active_record(crane).control.feedback == 0.0:
         return s  # the PLC reckons with its own command
     servo, T = crane.active.motor.servo, s.record.step
@@ -258,7 +296,12 @@ def _with_displacement(crane: Crane, s: Stretch, alpha_m: FloatArray | None, not
 
 def _with_held(crane: Crane, s: Stretch, notes: list[str]) -> Stretch:
     """In manual mode: the stretch with the displacement that the operator visibly holds against the PLC's own law."""
-    if s.u_m is None or (s.seen.mode > MANUAL).any() or np.ptp(s.u_m) > HELD or np.abs(s.u_m - s.told(crane).u_m).max() < 5.0 * HELD:
+    if (
+        s.u_m is None
+        or (s.seen.mode > MANUAL).any()
+        or np.ptp(s.u_m) > HELD
+        or np.abs(s.u_m - s.told(crane).u_m).max() < 5.0 * HELD
+    ):
         return s
     held = float(np.clip(np.median(s.u_m), crane.active.motor.alpha_min, 1.0))
     notes.append(f"the operator holds the motors at {held:.3f}")
@@ -266,7 +309,8 @@ def _with_held(crane: Crane, s: Stretch, notes: list[str]) -> Stretch:
 
 
 def servo_response(u: FloatArray, omega_n: float, zeta: float, step: float) -> FloatArray:
-    """Setting that a second-order servo makes of a held command, from rest at its first value. Source: Moslatt 2020 eq. C 10."""
+    """Setting that a second-order servo makes of a held command, from rest at its first value. Source: Moslatt 2020 eq.
+    C 10."""
     from scipy.signal import cont2discrete, lfilter, lfilter_zi
 
     b, a, _ = cont2discrete(([omega_n**2], [1.0, 2.0 * zeta * omega_n, omega_n**2]), step, method="zoh")

@@ -1,4 +1,5 @@
-"""The control law that a crane's commands follow: its gains and its time shift, by regression of the commands on what the PLC read."""
+"""The control law that a crane's commands follow: its gains and its time shift, by regression of the commands on what
+the PLC read."""
 
 from __future__ import annotations
 
@@ -17,9 +18,9 @@ from stillhook.validate.controller.inputs import Stretch, derivative
 from stillhook.validate.data_set.records.saturation import ends_of
 
 SMOOTH = (1.0, 2.0)
-"""Widths of the raised cosine that both sides of a regression pass through [s]: the law is linear, so it holds for smoothed signals as
-well, and white noise on the inputs, which would bias the gains down, is left with 1.5 and 0.75 % of its power at 100 Hz. What the gains
-change from one width to the other goes into their intervals."""
+"""Widths of the raised cosine that both sides of a regression pass through [s]: the law is linear, so it holds for
+smoothed signals as well, and white noise on the inputs, which would bias the gains down, is left with 1.5 and 0.75 % of
+its power at 100 Hz. What the gains change from one width to the other goes into their intervals."""
 NAMES = ("K_1", "K_2", "K_p", "K_op")
 ROW = 0.1  # s between the rows of a regression
 BLOCK = 20.0  # s: two waves
@@ -36,8 +37,9 @@ MOST_CYCLES = 2  # by which the rows of inputs and outputs of a log may differ
 
 @dataclass(frozen=True)
 class Law:
-    """Gains that the commands follow: K_1 [s/m], K_2 [s^2/m], K_p [1/m], K_op [s/m] that of the joystick; None where the data do not move
-    them. seconds: what it rests on; spread: standard deviation of what the law leaves of the smoothed command."""
+    """Gains that the commands follow: K_1 [s/m], K_2 [s^2/m], K_p [1/m], K_op [s/m] that of the joystick; None where
+    the data do not move them. seconds: what it rests on; spread: standard deviation of what the law leaves of the
+    smoothed command."""
 
     K_1: Estimate | None
     K_2: Estimate | None
@@ -55,8 +57,8 @@ class Run:
     told: Told
 
     def rows(self, *, ahc: bool) -> BoolArray:
-        """Samples (n,) of the parts in compensation, or in manual mode, in which neither the logged command nor the simulated one is at
-        its end, and in which no mode change and no start from the brake still fades."""
+        """Samples (n,) of the parts in compensation, or in manual mode, in which neither the logged command nor the
+        simulated one is at its end, and in which no mode change and no start from the brake still fades."""
         s, T = self.stretch, self.stretch.record.step
         mode = s.seen.mode
         lo, hi = ends_of(s.u_p, self.told.u_raw, T)
@@ -78,7 +80,8 @@ class Run:
 
 
 def smoothed(x: FloatArray, good: BoolArray, width: float, step: float) -> FloatArray:
-    """A signal through a raised cosine of this width [s]; NaN within reach of samples that are not good, and at the ends."""
+    """A signal through a raised cosine of this width [s]; NaN within reach of samples that are not good, and at the
+    ends."""
     n = max(1, round(width / step))
     w = np.hanning(n + 2)[1:-1]
     w /= w.sum()
@@ -107,7 +110,8 @@ def _thin(columns: list[FloatArray], step: float) -> list[FloatArray]:
 
 
 def _about_mean(columns: list[FloatArray]) -> list[FloatArray]:
-    """Columns about their means over the rows in which all are known: each stretch has an unknown constant (its datum)."""
+    """Columns about their means over the rows in which all are known: each stretch has an unknown constant (its
+    datum)."""
     good = np.isfinite(columns).all(axis=0)
     return [np.where(good, c - c[good].mean(), np.nan) if good.any() else np.full(len(c), np.nan) for c in columns]
 
@@ -127,18 +131,22 @@ def _raw(run: Run) -> list[FloatArray]:
 def _columns(run: Run, cycles: float, width: float) -> list[FloatArray]:
     """The same and the command that they make up [-], smoothed, thinned, about their means."""
     s, T = run.stretch, run.stretch.record.step
-    faded = run.told.u_raw - run.told.u_ff + s.plc.gains.K_p * run.told.e_c / s.seen.f_pump  # bumpless start after a mode change
+    faded = (
+        run.told.u_raw - run.told.u_ff + s.plc.gains.K_p * run.told.e_c / s.seen.f_pump
+    )  # bumpless start after a mode change
     x = [*_raw(run), shifted(s.u_p, -cycles * T, T) - faded]
     good = run.rows(ahc=True) & np.isfinite(x[-1])
     return _about_mean(_thin([smoothed(np.nan_to_num(c), good, width, T) for c in x], T))
 
 
 def law(runs: list[Run], cycles: float = 0.0, *, own_noise: bool = False) -> Law | None:
-    """Gains of the compensation that the logged pump commands imply, over all these runs; None where too little is free to tell.
+    """Gains of the compensation that the logged pump commands imply, over all these runs; None where too little is free
+    to tell.
 
-    cycles: by which the logged commands are later than the inputs in the same row; own_noise: the logged inputs carry noise that the PLC
-    did not see, and which biases the gains down: the intervals then grow by what is left of it after smoothing. The law, unsaturated, is
-    u_p = -(K_1 v_tip + K_2 a_tip) K_wire alpha_m - K_p e_c + K_op v_op K_wire alpha_m (Moslatt 2020 E eqs 4 to 6), where K_op = K_1.
+    cycles: by which the logged commands are later than the inputs in the same row; own_noise: the logged inputs carry
+    noise that the PLC did not see, and which biases the gains down: the intervals then grow by what is left of it after
+    smoothing. The law, unsaturated, is u_p = -(K_1 v_tip + K_2 a_tip) K_wire alpha_m - K_p e_c + K_op v_op K_wire
+    alpha_m (Moslatt 2020 E eqs 4 to 6), where K_op = K_1.
     """
     narrow, wide = (_fitted([_columns(r, cycles, w) for r in runs]) for w in SMOOTH)
     if narrow is None:
@@ -214,8 +222,9 @@ def joystick_gain(runs: list[Run], cycles: float = 0.0) -> Estimate | None:
 def lag(runs: list[Run], *, ahc: bool) -> Estimate | None:
     """Time by which the logged pump commands are later than the simulated ones [s], None where they do not move.
 
-    y(t) = (1 + g) s(t - lag): regression on the simulated command and its slope, both sides smoothed alike, repeated with the command
-    shifted until nothing is left. A wrong K_2 shows as a lag too: K_2 / K_1 is the time by which the law leads the waves.
+    y(t) = (1 + g) s(t - lag): regression on the simulated command and its slope, both sides smoothed alike, repeated
+    with the command shifted until nothing is left. A wrong K_2 shows as a lag too: K_2 / K_1 is the time by which the
+    law leads the waves.
     """
     pairs = [(r.stretch.u_p, r.told.u_p, r.rows(ahc=ahc), r.stretch.record.step) for r in runs]
     pairs = [p for p in pairs if p[2].any() and float(np.std(p[1][p[2]])) > MOVES]
@@ -271,10 +280,11 @@ def _slope_fit(pairs: list[Pair], by: float, block: float) -> Fit | None:
 
 
 def fine_shift(runs: list[Run]) -> tuple[int, float] | None:
-    """Whole cycles by which logged commands are later than the inputs of their row, by the noise that both carry; and the correlation.
+    """Whole cycles by which logged commands are later than the inputs of their row, by the noise that both carry; and
+    the correlation.
 
-    A PLC's commands repeat the noise of what it read. Where the log holds the very numbers that it read, second differences of measured
-    and simulated command go together at one shift alone. None where the log's noise is its own.
+    A PLC's commands repeat the noise of what it read. Where the log holds the very numbers that it read, second
+    differences of measured and simulated command go together at one shift alone. None where the log's noise is its own.
     """
     score = np.zeros(2 * FINE_REACH + 1)
     p_p = q_q = 0.0

@@ -27,8 +27,10 @@ SEMI = (Mode.SSC, Mode.SSC_CUBIC)
 
 @dataclass(frozen=True)
 class MotorLaw:
-    """One test: u_ff magnitude of the feedforward in the logged pump command (n,), NaN where it is saturated; u_m logged; lowest: median
-    of the displacement that the twin keeps; mode: as the log states it; follows: the mode that fits better, None where none does."""
+    """One test: u_ff magnitude of the feedforward in the logged pump command (n,), NaN where it is saturated; u_m
+    logged; lowest: median of the displacement that the twin keeps; mode: as the log states it; follows: the mode that
+    fits better, None where none does.
+    """
 
     test: str
     u_ff: FloatArray
@@ -49,7 +51,11 @@ def motor_laws(crane: Crane, runs: Sequence[Run], cycles: int) -> list[MotorLaw]
         s = run.stretch
         if s.u_m is None:
             continue
-        u_ff, u_m, lowest = feedforward_logged(run, cycles), shifted(s.u_m, -cycles * s.record.step, s.record.step), least(crane, run)
+        u_ff, u_m, lowest = (
+            feedforward_logged(run, cycles),
+            shifted(s.u_m, -cycles * s.record.step, s.record.step),
+            least(crane, run),
+        )
         for part in s.parts:
             if part.mode is Mode.MANUAL:
                 continue
@@ -57,16 +63,22 @@ def motor_laws(crane: Crane, runs: Sequence[Run], cycles: int) -> list[MotorLaw]
             fixed = part.mode not in SEMI
             found.append(
                 MotorLaw(
-                    s.record.test.name, np.abs(u_ff[at]), u_m[at], float(np.median(lowest[at])), part.mode,
-                    _better(crane, run, part.mode, cycles), float(np.nanmedian(u_m[at])) if fixed else None,
+                    s.record.test.name,
+                    np.abs(u_ff[at]),
+                    u_m[at],
+                    float(np.median(lowest[at])),
+                    part.mode,
+                    _better(crane, run, part.mode, cycles),
+                    float(np.nanmedian(u_m[at])) if fixed else None,
                     float(np.median(run.told.u_m[at])) if fixed else None,
                 )
-            )  # fmt: skip
+            )
     return found
 
 
 def feedforward_logged(run: Run, cycles: int) -> FloatArray:
-    """Feedforward in the logged pump command, which is that less what the twin's law feeds back [-]; NaN where it is at its end."""
+    """Feedforward in the logged pump command, which is that less what the twin's law feeds back [-]; NaN where it is at
+    its end."""
     s, T = run.stretch, run.stretch.record.step
     u_p = shifted(s.u_p, -cycles * T, T)
     lo, hi = ends_of(s.u_p, run.told.u_raw, T)
@@ -75,7 +87,8 @@ def feedforward_logged(run: Run, cycles: int) -> FloatArray:
 
 
 def least(crane: Crane, run: Run) -> FloatArray:
-    """Displacement that the twin's SSC keeps at full feedforward (n,) [-]: what its PLC commands where the tip runs away."""
+    """Displacement that the twin's SSC keeps at full feedforward (n,) [-]: what its PLC commands where the tip runs
+    away."""
     s = run.stretch
     all_ssc = np.full(len(s.seen.mode), MODE_CODE[Mode.SSC])
     seen = s.seen._replace(v_tip=np.full(len(all_ssc), 1e3), mode=all_ssc)
@@ -108,7 +121,8 @@ def _rms(run: Run, cycles: int) -> float:
 def threshold(crane: Crane, runs: Sequence[Run], cycles: int) -> Estimate | None:
     """u_thr that the motors' reduction over the feedforward implies [-], None where the feedforward does not reach it.
 
-    Every sample between the ends of the law gives one: k = (1 - u_m) / (1 - alpha_min) and |u_ff| = u_thr + k (1 - u_thr).
+    Every sample between the ends of the law gives one: k = (1 - u_m) / (1 - alpha_min) and |u_ff| = u_thr + k (1 -
+    u_thr).
     Source: Moslatt 2020 eqs 2.9 and 2.10; of the cubic law k = s^2 (3 - 2 s) is solved for s first.
     """
     values, blocks, at = [], [], 0

@@ -15,9 +15,9 @@ LATE = 0.5  # of a cycle, beyond MOST_CYCLES: from here on it is no order of row
 
 @dataclass(frozen=True)
 class Rows:
-    """cycles: whole cycles by which logged commands are later than the inputs in their row; evidence: "fine", "joystick" or "waves";
-    waves, joystick: lag of logged commands behind simulated ones in compensation and in manual mode [s]; step: cycle of the log [s];
-    lead: time by which a cycle's worth of K_2 leads [s]."""
+    """cycles: whole cycles by which logged commands are later than the inputs in their row; evidence: "fine",
+    "joystick" or "waves"; waves, joystick: lag of logged commands behind simulated ones in compensation and in manual
+    mode [s]; step: cycle of the log [s]; lead: time by which a cycle's worth of K_2 leads [s]."""
 
     cycles: int
     evidence: str
@@ -33,7 +33,8 @@ class Rows:
 
     @property
     def aligned(self) -> float:
-        """Cycles by which inputs and commands are brought together before gains are told: all of the lag where it is no order of rows."""
+        """Cycles by which inputs and commands are brought together before gains are told: all of the lag where it is no
+        order of rows."""
         return self.waves.value / self.step if self.late and self.waves is not None else float(self.cycles)
 
     @property
@@ -48,7 +49,10 @@ class Rows:
             return f"a row of the log holds inputs and outputs of one cycle ({how})"
         way = "later" if self.cycles > 0 else "earlier"
         n = abs(self.cycles)
-        return f"the commands in a row of the log are {n} cycle{'s' if n > 1 else ''} {way} than its inputs ({how}); they are compared so"
+        return (
+            f"the commands in a row of the log are {n} cycle{'s' if n > 1 else ''} {way} than its inputs ({how}); they"
+            " are compared so"
+        )
 
 
 def rows_of(runs: Sequence[Run], waves: Estimate | None, joystick: Estimate | None, crane: Crane) -> Rows:

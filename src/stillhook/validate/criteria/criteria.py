@@ -1,4 +1,5 @@
-"""Acceptance criteria as data: what must be shown, the limit, where it is from. `judging` says what they make of a measure."""
+"""Acceptance criteria as data: what must be shown, the limit, where it is from. `judging` says what they make of a
+measure."""
 
 from __future__ import annotations
 
@@ -33,8 +34,10 @@ class Limit(StrEnum):
 
 
 class Ask(StrEnum):
-    """What a line must come to. SHOWN: the data must show that the limit is met; NOT_REFUTED: they must not refute it, for a limit that
-    data can refute but hardly prove; then "not shown" stands in the way only where the estimate itself misses the limit."""
+    """What a line must come to. SHOWN: the data must show that the limit is met; NOT_REFUTED: they must not refute it,
+    for a limit that data can refute but hardly prove; then "not shown" stands in the way only where the estimate itself
+    misses the limit.
+    """
 
     SHOWN = "shown"
     NOT_REFUTED = "not refuted"
@@ -48,9 +51,9 @@ BEFORE = "by"
 
 @dataclass(frozen=True)
 class Criterion:
-    """One criterion. measure: name of the measure that it judges; kind of limit; limit in SI; quantity of the measure; written: the limit
-    as the file has it ("5 cm"); ask: what the line must come to; judged: counts for the verdict; needed: no data at all stand in the way;
-    source and reason of the limit."""
+    """One criterion. measure: name of the measure that it judges; kind of limit; limit in SI; quantity of the measure;
+    written: the limit as the file has it ("5 cm"); ask: what the line must come to; judged: counts for the verdict;
+    needed: no data at all stand in the way; source and reason of the limit."""
 
     key: str
     step: StepNumber
@@ -74,8 +77,8 @@ class Criterion:
 
 @dataclass(frozen=True)
 class Criteria:
-    """A set of criteria with a version; settings: numbers that steps compute their measures with, such as the window [SI];
-    changes: what the set has otherwise than the set that it builds on, a line each."""
+    """A set of criteria with a version; settings: numbers that steps compute their measures with, such as the window
+    [SI]; changes: what the set has otherwise than the set that it builds on, a line each."""
 
     name: str
     version: str
@@ -95,9 +98,14 @@ class Criteria:
         """The set as plain data for JSON, in SI."""
         rows = [{**asdict(c), "step": int(c.step), "kind": c.kind.value, "ask": c.ask.value} for c in self.criteria]
         return {
-            "name": self.name, "version": self.version, "source": self.source, "settings": dict(self.settings),
-            "changes": list(self.changes), "criteria": rows, "digest": self.digest,
-        }  # fmt: skip
+            "name": self.name,
+            "version": self.version,
+            "source": self.source,
+            "settings": dict(self.settings),
+            "changes": list(self.changes),
+            "criteria": rows,
+            "digest": self.digest,
+        }
 
 
 @functools.cache
@@ -129,7 +137,8 @@ def load_criteria(name_or_path: str | Path) -> Criteria:
         judged = true                 # false: for information
         needed = true                 # false: does not count where there are no data
 
-    Errors: ValidateError (SpecError where it is no TOML) of one line that names file, row, what came and what is allowed.
+    Errors: ValidateError (SpecError where it is no TOML) of one line that names file, row, what came and what is
+    allowed.
     """
     name = str(name_or_path)
     if name in criteria_sets():
@@ -137,7 +146,10 @@ def load_criteria(name_or_path: str | Path) -> Criteria:
         return _read(text, f"{name}.toml", name)
     if not name.endswith(".toml"):
         have = ", ".join(criteria_sets())
-        raise ValidateError(f"criteria = {came(name)}: Stillhook has {have}{nearest(name, criteria_sets())} A file's name ends in .toml.")
+        raise ValidateError(
+            f"criteria = {came(name)}: Stillhook has {have}{nearest(name, criteria_sets())} A file's name ends in"
+            " .toml."
+        )
     path = Path(name_or_path)
     return _read(toml_text(path), path.name, path.stem)
 
@@ -165,7 +177,9 @@ def _criteria(data: Mapping[str, Any], label: str, stem: str) -> Criteria:
     for i, row in enumerate(given):
         key = Fields(row, f"criterion {i + 1}: ", ValidateError).text("key")
         if key in seen or key in drop:
-            raise ValidateError(f"criterion {came(key)}: {'comes twice' if key in seen else 'is dropped as well'}. Write it once.")
+            raise ValidateError(
+                f"criterion {came(key)}: {'comes twice' if key in seen else 'is dropped as well'}. Write it once."
+            )
         seen.add(key)
         rows[key] = _row(Fields(row, f'criterion "{key}": ', ValidateError), rows.get(key), label)
     settings = _settings(top, base)
@@ -207,7 +221,10 @@ def _settings(top: Fields, base: Criteria | None) -> dict[str, float]:
             raise table.wrong(name, "must be more than zero.")
     for name in SETTINGS:
         if name not in out:
-            raise ValidateError(f'settings: {name}: missing ({SETTINGS[name].meaning}). Give it, or start the file with base = "paper-f".')
+            raise ValidateError(
+                f"settings: {name}: missing ({SETTINGS[name].meaning}). Give it, or start the file with base ="
+                ' "paper-f".'
+            )
     return {name: out[name] for name in SETTINGS}
 
 
@@ -215,7 +232,7 @@ def _row(row: Fields, old: Criterion | None, label: str) -> Criterion:
     """A row as given, on top of the row of the base with its key."""
     if BEFORE in row:
         raise ValidateError(
-            f'{row.place}{BEFORE} is no field any more: the whole 95 % interval decides. Leave it out, or write '
+            f"{row.place}{BEFORE} is no field any more: the whole 95 % interval decides. Leave it out, or write "
             'ask = "not refuted" where it was "any".'
         )
     row.known(ROW)
@@ -242,10 +259,19 @@ def _row(row: Fields, old: Criterion | None, label: str) -> Criterion:
         assert old is not None
         kind, limit, written = old.kind, old.limit, old.written
     new = Criterion(
-        key=row.text("key"), step=known.step, what=row.text("what", old.what if old else None), measure=measure, kind=kind, limit=limit,
-        quantity=known.quantity, written=written, ask=Ask(ask), judged=row.flag("judged", old.judged if old else True),
-        needed=row.flag("needed", old.needed if old else True), source=row.text("source", old.source if old else f"given in {label}"),
-    )  # fmt: skip
+        key=row.text("key"),
+        step=known.step,
+        what=row.text("what", old.what if old else None),
+        measure=measure,
+        kind=kind,
+        limit=limit,
+        quantity=known.quantity,
+        written=written,
+        ask=Ask(ask),
+        judged=row.flag("judged", old.judged if old else True),
+        needed=row.flag("needed", old.needed if old else True),
+        source=row.text("source", old.source if old else f"given in {label}"),
+    )
     source, reason = _why(row, new, old, label)
     return replace(new, source=source, reason=reason)
 
@@ -269,7 +295,11 @@ def _meaning(c: Criterion) -> tuple[Any, ...]:
 def _changes(base: Criteria, kept: tuple[Criterion, ...], settings: Mapping[str, float]) -> tuple[str, ...]:
     """What a set has otherwise than its base."""
     old, new = {c.key: c for c in base.criteria}, {c.key: c for c in kept}
-    said = [f"setting {n}: {settings[n]:g} in place of {base.settings[n]:g} (SI)" for n in settings if settings[n] != base.settings[n]]
+    said = [
+        f"setting {n}: {settings[n]:g} in place of {base.settings[n]:g} (SI)"
+        for n in settings
+        if settings[n] != base.settings[n]
+    ]
     said += [f"{c.key} ({c.what}, {c.limit_text}) dropped" for key, c in old.items() if key not in new]
     said += [f"{c.key} ({c.what}, {c.limit_text}) added" for key, c in new.items() if key not in old]
     for key, c in new.items():
@@ -279,7 +309,10 @@ def _changes(base: Criteria, kept: tuple[Criterion, ...], settings: Mapping[str,
 
 
 def _terms(c: Criterion) -> str:
-    return f"{c.measure} {c.limit_text}, to be {c.ask.value}{'' if c.judged else ', for information'}{'' if c.needed else ', not needed'}"
+    return (
+        f"{c.measure} {c.limit_text}, to be"
+        f" {c.ask.value}{'' if c.judged else ', for information'}{'' if c.needed else ', not needed'}"
+    )
 
 
 def _digested(criteria: Criteria) -> Criteria:

@@ -17,8 +17,10 @@ NONE = "No trials with known defects are kept with this version: from what size 
 
 @dataclass(frozen=True)
 class DetectionLimit:
-    """A defect of one sign. smallest: size from which on every campaign with it was refused or named [SI], None where not even the largest
-    one was; largest that was tried; smallest_text, largest_text the defect in words at these sizes; campaigns that were tried."""
+    """A defect of one sign. smallest: size from which on every campaign with it was refused or named [SI], None where
+    not even the largest one was; largest that was tried; smallest_text, largest_text the defect in words at these
+    sizes; campaigns that were tried.
+    """
 
     defect: str
     smallest: float | None
@@ -30,8 +32,8 @@ class DetectionLimit:
 
 @dataclass(frozen=True)
 class DetectionLimits:
-    """All defects that were tried; code that computed, date of the newest campaign; campaigns of healthy cranes, and how many of them were
-    refused."""
+    """All defects that were tried; code that computed, date of the newest campaign; campaigns of healthy cranes, and
+    how many of them were refused."""
 
     code: str
     date: str
@@ -46,12 +48,15 @@ class DetectionLimits:
             return
         when = ", ".join(filter(None, (self.date, f"code {self.code}")))
         yield (
-            f"Tried on simulated cranes with one defect each ({when}). Of {self.healthy} such cranes without a defect {self.refused} were "
-            "refused. A real crane differs in more than these cranes do: its limits may be larger."
+            f"Tried on simulated cranes with one defect each ({when}). Of {self.healthy} such cranes without a defect"
+            f" {self.refused} were refused. A real crane differs in more than these cranes do: its limits may be"
+            " larger."
         )
         found = [limit for limit in self.limits if limit.smallest is not None]
         yield from (f"Detected from this size on, in all {i.campaigns} campaigns: {i.smallest_text}." for i in found)
-        yield from (f"Not detected: {i.largest_text} (the largest size tried)." for i in self.limits if i.smallest is None)
+        yield from (
+            f"Not detected: {i.largest_text} (the largest size tried)." for i in self.limits if i.smallest is None
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """As plain data for JSON, sizes in SI."""

@@ -15,11 +15,14 @@ DIGITS = 3
 def judge(criteria: Criteria, measures: Iterable[Measure], steps: Iterable[StepNumber]) -> tuple[CriterionResult, ...]:
     """The result of every criterion that belongs to one of these steps.
 
-    Of several measures of one name (one a test or load case) the worst is judged: refuted before not shown before shown; one without a
-    figure counts as not shown, and is left out where the criterion is not needed and others have one.
+    Of several measures of one name (one a test or load case) the worst is judged: refuted before not shown before
+    shown; one without a figure counts as not shown, and is left out where the criterion is not needed and others have
+    one.
     """
     everything, taken = tuple(measures), set(steps)
-    return tuple(_result(c, [m for m in everything if m.name == c.measure]) for c in criteria.criteria if c.step in taken)
+    return tuple(
+        _result(c, [m for m in everything if m.name == c.measure]) for c in criteria.criteria if c.step in taken
+    )
 
 
 def outcome_of(results: Iterable[CriterionResult]) -> Outcome:
@@ -29,12 +32,16 @@ def outcome_of(results: Iterable[CriterionResult]) -> Outcome:
         return Outcome.NOT_JUDGED
     if any(r.verdict is Verdict.REFUTED for r in judged):
         return Outcome.REFUTED
-    return Outcome.NOT_SHOWN if any(r.failed for r in judged) or all(r.verdict is not Verdict.SHOWN for r in judged) else Outcome.PASSED
+    return (
+        Outcome.NOT_SHOWN
+        if any(r.failed for r in judged) or all(r.verdict is not Verdict.SHOWN for r in judged)
+        else Outcome.PASSED
+    )
 
 
 def verdict_of(criterion: Criterion, measure: Measure) -> Verdict:
-    """Shown where the whole 95 % interval of a measure meets the limit, refuted where no part of it does, else not shown; a measure without
-    an interval is judged by its value, one without a value is not shown."""
+    """Shown where the whole 95 % interval of a measure meets the limit, refuted where no part of it does, else not
+    shown; a measure without an interval is judged by its value, one without a value is not shown."""
     value = measure.value
     if value is None or math.isnan(value):
         return Verdict.NOT_SHOWN
@@ -42,7 +49,9 @@ def verdict_of(criterion: Criterion, measure: Measure) -> Verdict:
     if all(_within(criterion, x) for x in (low, high, value)):
         return Verdict.SHOWN
     crosses_zero = criterion.kind is Limit.WITHIN and low <= 0.0 <= high
-    return Verdict.NOT_SHOWN if crosses_zero or any(_within(criterion, x) for x in (low, high, value)) else Verdict.REFUTED
+    return (
+        Verdict.NOT_SHOWN if crosses_zero or any(_within(criterion, x) for x in (low, high, value)) else Verdict.REFUTED
+    )
 
 
 def _ends(m: Measure) -> tuple[float, float] | None:
@@ -63,15 +72,16 @@ def _known(m: Measure) -> bool:
 
 
 def _required(c: Criterion, m: Measure | None) -> bool:
-    """Whether a "not shown" of this measure stands in the way: it must be shown, or has no figure, or its estimate misses the limit."""
+    """Whether a "not shown" of this measure stands in the way: it must be shown, or has no figure, or its estimate
+    misses the limit."""
     if m is None or m.value is None or math.isnan(m.value):
         return c.needed
     return c.ask is Ask.SHOWN or not _within(c, m.value)
 
 
 def _used(c: Criterion, m: Measure) -> float:
-    """The farthest end of a measure's interval as a part of the limit: above 1 it is beyond. NaN where there is no figure, or the limit is
-    zero."""
+    """The farthest end of a measure's interval as a part of the limit: above 1 it is beyond. NaN where there is no
+    figure, or the limit is zero."""
     if m.value is None or math.isnan(m.value) or c.limit == 0.0:
         return math.nan
     points = (*(_ends(m) or ()), m.value)
@@ -82,7 +92,8 @@ def _used(c: Criterion, m: Measure) -> float:
 
 
 def _badness(c: Criterion, m: Measure) -> tuple[int, float, float]:
-    """Refuted before what stands in the way before the rest; then by what the interval uses of the limit, then by the value."""
+    """Refuted before what stands in the way before the rest; then by what the interval uses of the limit, then by the
+    value."""
     verdict = verdict_of(c, m)
     if verdict is Verdict.REFUTED:
         rank = 3
@@ -102,14 +113,24 @@ def _result(c: Criterion, same: list[Measure]) -> CriterionResult:
     met = verdict_of(c, worst) if worst is not None else Verdict.NOT_SHOWN
     has_figure = worst is not None and _known(worst)
     return CriterionResult(
-        key=c.key, step=c.step, what=c.what, verdict=met if c.judged or not has_figure else Verdict.INFO, measure=worst, limit=c.limit_text,
-        judged=c.judged and (c.needed or has_figure), source=c.source, message=_message(c, worst, known), required=_required(c, worst),
-        used=_used(c, worst) if worst is not None else math.nan, figures=sum(_ends(m) is not None for m in known),
-    )  # fmt: skip
+        key=c.key,
+        step=c.step,
+        what=c.what,
+        verdict=met if c.judged or not has_figure else Verdict.INFO,
+        measure=worst,
+        limit=c.limit_text,
+        judged=c.judged and (c.needed or has_figure),
+        source=c.source,
+        message=_message(c, worst, known),
+        required=_required(c, worst),
+        used=_used(c, worst) if worst is not None else math.nan,
+        figures=sum(_ends(m) is not None for m in known),
+    )
 
 
 def in_words(c: Criterion, x: float) -> str:
-    """A value of the criterion's measure in the unit that the limit is written in, to between a 200th and a 2000th of the limit."""
+    """A value of the criterion's measure in the unit that the limit is written in, to between a 200th and a 2000th of
+    the limit."""
     unit = c.written.split(" ", 1)[1] if " " in c.written else ""
     scale = 100.0 if unit == "%" else in_unit(1.0, unit, c.quantity) if unit and c.quantity else 1.0
     shown, limit = scale * x, abs(scale * c.limit)
@@ -137,7 +158,9 @@ def _message(c: Criterion, m: Measure | None, known: Sequence[Measure]) -> str:
         why = "" if c.needed else ", and need not be"
         return f"{c.what}: nothing of the kind is in these data{why} (the limit is {c.limit_text})."
     rest = "".join(f"; {part}" for part in (m.data, m.note) if part)
-    where = f" in {m.test}" if m.test and len(known) <= 1 else f" in {m.test}, the worst of {len(known)}" if m.test else ""
+    where = (
+        f" in {m.test}" if m.test and len(known) <= 1 else f" in {m.test}, the worst of {len(known)}" if m.test else ""
+    )
     if m.value is None or math.isnan(m.value):
         return f"{c.what}{where}: no figure from these data (the limit is {c.limit_text}){rest}."
     parts = [part for part in (interval_words(c, m), structural_words(c, m)) if part]
@@ -150,7 +173,11 @@ def _beyond(c: Criterion, m: Measure) -> str:
     """Why a figure with an interval is not shown, in words."""
     if verdict_of(c, m) is not Verdict.NOT_SHOWN or m.value is None:
         return ""
-    return ", which part of the interval misses" if _within(c, m.value) else ", which the estimate misses and part of the interval meets"
+    return (
+        ", which part of the interval misses"
+        if _within(c, m.value)
+        else ", which the estimate misses and part of the interval meets"
+    )
 
 
 def _bare(low: str, high: str) -> str:

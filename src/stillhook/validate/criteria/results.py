@@ -1,4 +1,5 @@
-"""What a validation step found, and what the criteria make of it: measures with intervals, and verdicts line by line."""
+"""What a validation step found, and what the criteria make of it: measures with intervals, and verdicts line by
+line."""
 
 from __future__ import annotations
 
@@ -15,8 +16,8 @@ RISK = 0.025
 
 
 class StepNumber(IntEnum):
-    """The five verification steps of Moslatt 2020 paper F; DATA is the data set itself (table 2, 1a to 1d), PASSIVE the circuit that
-    carries the load, a step of this tool's own."""
+    """The five verification steps of Moslatt 2020 paper F; DATA is the data set itself (table 2, 1a to 1d), PASSIVE the
+    circuit that carries the load, a step of this tool's own."""
 
     DATA = 0
     PARAMETERS = 1
@@ -41,8 +42,8 @@ TITLES: Mapping[StepNumber, str] = {
 class Verdict(StrEnum):
     """What the data make of a criterion, from the 95 % interval of its figure alone.
 
-    SHOWN: the whole interval meets the limit; REFUTED: no part of it does; NOT_SHOWN: some of it does, or there is no figure; INFO: not
-    judged. A figure without an interval (a count, a maximum) is shown or refuted by its value.
+    SHOWN: the whole interval meets the limit; REFUTED: no part of it does; NOT_SHOWN: some of it does, or there is no
+    figure; INFO: not judged. A figure without an interval (a count, a maximum) is shown or refuted by its value.
     """
 
     SHOWN = "shown"
@@ -52,8 +53,8 @@ class Verdict(StrEnum):
 
 
 class Outcome(StrEnum):
-    """What all lines together come to. PASSED: nothing stands in the way; REFUTED: a line is refuted; NOT_SHOWN: none is, but something
-    that must be shown is not; NOT_JUDGED: no line counts."""
+    """What all lines together come to. PASSED: nothing stands in the way; REFUTED: a line is refuted; NOT_SHOWN: none
+    is, but something that must be shown is not; NOT_JUDGED: no line counts."""
 
     PASSED = "passed"
     NOT_SHOWN = "not shown"
@@ -65,11 +66,12 @@ class Outcome(StrEnum):
 class Measure:
     """One number that a step found in the data, in SI.
 
-    name: key in JSON, such as "e_c_pp_deviation"; quantity a key of `stillhook.units.KINDS`, "" for a pure number (shares, counts);
-    low, high: total 95 % interval (sampling and structural together), None where it has none; structural: half width, in the quantity, that
-    the form of a law leaves beside the sampling error; test: name of the test or load case that it is of, "" for all; data: what it rests
-    on ("4 load cases, 2140 s, 71 effective windows"); note: what else a reader must know, such as the cause it points at, one line.
-    value None: the data cannot tell, and `note` says why.
+    name: key in JSON, such as "e_c_pp_deviation"; quantity a key of `stillhook.units.KINDS`, "" for a pure number
+    (shares, counts); low, high: total 95 % interval (sampling and structural together), None where it has none;
+    structural: half width, in the quantity, that the form of a law leaves beside the sampling error; test: name of the
+    test or load case that it is of, "" for all; data: what it rests on ("4 load cases, 2140 s, 71 effective windows");
+    note: what else a reader must know, such as the cause it points at, one line. value None: the data cannot tell, and
+    `note` says why.
     """
 
     name: str
@@ -101,10 +103,11 @@ def say(value: float | None, quantity: str, digits: int = 3) -> str:
 class CriterionResult:
     """One line of the verdict: a criterion, the figure for it, the limit and the data behind it.
 
-    judged: whether the line counts for the verdict; required: whether it stands in the way where it is not shown; limit as text ("at most
-    5 cm"); source of the criterion ("paper F table 2", "ours"); message: all of it in one sentence; used: the farthest end of the interval
-    (of a figure without one: the figure) as a part of the limit, above 1 beyond it, NaN where there is none; figures: how many figures
-    with an interval were judged (one a test or load case), 0 where the line was judged by a value or not at all.
+    judged: whether the line counts for the verdict; required: whether it stands in the way where it is not shown; limit
+    as text ("at most 5 cm"); source of the criterion ("paper F table 2", "ours"); message: all of it in one sentence;
+    used: the farthest end of the interval (of a figure without one: the figure) as a part of the limit, above 1 beyond
+    it, NaN where there is none; figures: how many figures with an interval were judged (one a test or load case), 0
+    where the line was judged by a value or not at all.
     """
 
     key: str
@@ -123,26 +126,41 @@ class CriterionResult:
     @property
     def failed(self) -> bool:
         """Whether this line stands in the way of a certificate."""
-        return self.judged and (self.verdict is Verdict.REFUTED or (self.verdict is Verdict.NOT_SHOWN and self.required))
+        return self.judged and (
+            self.verdict is Verdict.REFUTED or (self.verdict is Verdict.NOT_SHOWN and self.required)
+        )
 
     @property
     def consumer_risk(self) -> float | None:
-        """Chance that the line is "shown" though a true figure is at or beyond the limit, at most; None for a line without an interval."""
+        """Chance that the line is "shown" though a true figure is at or beyond the limit, at most; None for a line
+        without an interval."""
         return RISK if self.judged and self.figures else None
 
     @property
     def producer_risk(self) -> float | None:
-        """Chance that the line is "refuted" though all true figures meet the limit, at most; None for a line without an interval."""
+        """Chance that the line is "refuted" though all true figures meet the limit, at most; None for a line without an
+        interval."""
         return min(1.0, self.figures * RISK) if self.judged and self.figures else None
 
     def to_dict(self) -> dict[str, Any]:
         """The line as plain data for JSON."""
         return {
-            "key": self.key, "step": int(self.step), "what": self.what, "verdict": self.verdict.value, "judged": self.judged,
-            "required": self.required, "failed": self.failed, "limit": self.limit, "source": self.source, "message": self.message,
-            "used": self.used if math.isfinite(self.used) else None, "figures": self.figures, "consumer_risk": self.consumer_risk,
-            "producer_risk": self.producer_risk, "measure": self.measure.to_dict() if self.measure is not None else None,
-        }  # fmt: skip
+            "key": self.key,
+            "step": int(self.step),
+            "what": self.what,
+            "verdict": self.verdict.value,
+            "judged": self.judged,
+            "required": self.required,
+            "failed": self.failed,
+            "limit": self.limit,
+            "source": self.source,
+            "message": self.message,
+            "used": self.used if math.isfinite(self.used) else None,
+            "figures": self.figures,
+            "consumer_risk": self.consumer_risk,
+            "producer_risk": self.producer_risk,
+            "measure": self.measure.to_dict() if self.measure is not None else None,
+        }
 
 
 @dataclass(frozen=True)
@@ -156,9 +174,9 @@ class Table:
 
 @dataclass(frozen=True)
 class Step:
-    """What one step found. measures go to the criteria; statements are lines for the reader, the most important first; tables for the
-    reader; data: numbers behind the figures, SI, named as in `stillhook.variables`, for JSON. A step keeps what its figures need in a
-    subclass."""
+    """What one step found. measures go to the criteria; statements are lines for the reader, the most important first;
+    tables for the reader; data: numbers behind the figures, SI, named as in `stillhook.variables`, for JSON. A step
+    keeps what its figures need in a subclass."""
 
     number: StepNumber
     measures: tuple[Measure, ...]
@@ -177,9 +195,12 @@ class Step:
     def to_dict(self) -> dict[str, Any]:
         """The step as plain data for JSON."""
         return {
-            "step": int(self.number), "title": self.title, "measures": [m.to_dict() for m in self.measures],
-            "statements": list(self.statements), "data": dict(self.data),
-        }  # fmt: skip
+            "step": int(self.number),
+            "title": self.title,
+            "measures": [m.to_dict() for m in self.measures],
+            "statements": list(self.statements),
+            "data": dict(self.data),
+        }
 
 
 def worst(measures: Sequence[Measure]) -> Measure:

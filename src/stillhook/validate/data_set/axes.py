@@ -31,7 +31,9 @@ def axes_of(rows: int, columns: int, size: tuple[float, float], title: str, **mo
 def legend_below(figure: Figure, axes: Sequence[Any], columns: int) -> None:
     """One legend of some axes below the whole figure."""
     pairs = {label: handle for ax in axes for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
-    figure.legend(list(pairs.values()), list(pairs), loc="outside lower center", ncols=columns, fontsize="small", frameon=False)
+    figure.legend(
+        list(pairs.values()), list(pairs), loc="outside lower center", ncols=columns, fontsize="small", frameon=False
+    )
 
 
 def marked(campaign: Campaign, title: str) -> str:

@@ -32,8 +32,8 @@ LONGEST_DELAY = 10.0  # s, as in a scenario's sensors
 
 
 class Kind(StrEnum):
-    """What a test shows: heave compensation (step 5, and all that follows from it), the winch at its speed limit (step 3), or hoisting
-    and lowering without load in quick turns (step 4)."""
+    """What a test shows: heave compensation (step 5, and all that follows from it), the winch at its speed limit (step
+    3), or hoisting and lowering without load in quick turns (step 4)."""
 
     AHC = "ahc"
     LIMITS = "limits"
@@ -42,10 +42,12 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True)
 class CraneTest:
-    """One test. load: what the winch carries without the hook [kg], payload and wire out, for the twin's wire weighs nothing; None: from
-    the load cell; s_w: wire out at the start [m], None: from the log; mode: of the PLC, None: from the log; start, end: the part of the log
-    that counts [s]; water: a submerged payload; modes: what the numbers of the log's mode mean, by number; payload: what hangs on
-    the hook [kg] where the file states it with the hook's depth instead of a load: the record computes the load from both, part by part."""
+    """One test. load: what the winch carries without the hook [kg], payload and wire out, for the twin's wire weighs
+    nothing; None: from the load cell; s_w: wire out at the start [m], None: from the log; mode: of the PLC, None: from
+    the log; start, end: the part of the log that counts [s]; water: a submerged payload; modes: what the numbers of the
+    log's mode mean, by number; payload: what hangs on the hook [kg] where the file states it with the hook's depth
+    instead of a load: the record computes the load from both, part by part.
+    """
 
     name: str
     log: Path
@@ -64,8 +66,8 @@ class CraneTest:
 
 @dataclass(frozen=True)
 class Campaign:
-    """Tests of one crane. crane: the twin under test; delay: what the crane's tip motion is known to be late by when the PLC gets it [s];
-    date: the day that the certificate bears; file: the campaign file."""
+    """Tests of one crane. crane: the twin under test; delay: what the crane's tip motion is known to be late by when
+    the PLC gets it [s]; date: the day that the certificate bears; file: the campaign file."""
 
     title: str
     date: datetime.date
@@ -97,18 +99,18 @@ def load_campaign(path: str | Path) -> Campaign:
         s_tip = { column = "Tip pos", unit = "m" }
         mode = { column = "AHC state" }
         ...
-        [modes]                        # what the PLC's own numbers or words for the mode mean (default: the numbers of Stillhook)
-        0 = "manual"
+        [modes]                        # what the PLC's own numbers or words for the mode mean (default: the numbers of
+        Stillhook) 0 = "manual"
         "AHC on" = "ssc"
         [[test]]
         name = "1"
         log = "logs/1.csv"             # seen from this file
         kind = "ahc"                   # ahc, limits or dynamics
-        load = "82 t"                  # what the winch carries without the hook: payload, and weight of the wire out (winch load)
-        payload = "62 t"               # or: what hangs on the hook, with depth or h_tip: the weight of the wire out is computed
-        depth = "467 m"                # of the hook below the water line at the start of the test
-        h_tip = "20 m"                 # crane tip above the water line: instead of depth (or beside it, where nothing tells s_w)
-        s_w = "487 m"                  # wire out at the start, where the log has no s_w
+        load = "82 t"                  # what the winch carries without the hook: payload, and weight of the wire out
+        (winch load) payload = "62 t"               # or: what hangs on the hook, with depth or h_tip: the weight of the
+        wire out is computed depth = "467 m"                # of the hook below the water line at the start of the test
+        h_tip = "20 m"                 # crane tip above the water line: instead of depth (or beside it, where nothing
+        tells s_w) s_w = "487 m"                  # wire out at the start, where the log has no s_w
         mode = "ssc"                   # where the log has no mode
         start = "0 s"                  # the part of the log that counts
         end = "200 s"
@@ -138,9 +140,17 @@ def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
         no_log_twice([t for t in tests if t.kind is kind], ValidateError)
     title = top.text("title", file.stem)
     return Campaign(
-        title=title, date=_date(top), file=file, crane=crane, crane_name=top.text("crane"), criteria=_criteria(top, file.parent),
-        delay=_delay(top), tests=tests, synthetic=top.flag("synthetic") or MARK in title, remarks=_remarks(top),
-    )  # fmt: skip
+        title=title,
+        date=_date(top),
+        file=file,
+        crane=crane,
+        crane_name=top.text("crane"),
+        criteria=_criteria(top, file.parent),
+        delay=_delay(top),
+        tests=tests,
+        synthetic=top.flag("synthetic") or MARK in title,
+        remarks=_remarks(top),
+    )
 
 
 def _date(top: Fields) -> datetime.date:
@@ -193,10 +203,20 @@ def _test(
     _two_columns(own, f'test "{name}": ')
     own, meaning = with_modes(own, modes)
     return CraneTest(
-        name=name, log=test.file("log", folder), kind=Kind(kind), load=load, mode=_mode(test, Kind(kind)), s_w=s_w,
-        water=_water(test, payload if load is None else load, crane), mapping=own, start=start, end=end, modes=meaning,
-        payload=payload, hook=hook,
-    )  # fmt: skip
+        name=name,
+        log=test.file("log", folder),
+        kind=Kind(kind),
+        load=load,
+        mode=_mode(test, Kind(kind)),
+        s_w=s_w,
+        water=_water(test, payload if load is None else load, crane),
+        mapping=own,
+        start=start,
+        end=end,
+        modes=meaning,
+        payload=payload,
+        hook=hook,
+    )
 
 
 def _mass(test: Fields, key: str, crane: Crane) -> float | None:
@@ -210,9 +230,15 @@ def _hook(test: Fields) -> HookDepth | None:
     """Depth of the hook, with a payload and never with a load. Errors: ValidateError."""
     hook, key = hook_depth(test), "depth" if "depth" in test else "h_tip"
     if "payload" in test and "load" in test:
-        raise ValidateError(f"{test.place}load and payload: both given. load holds the weight of the wire out, payload does not: give one.")
+        raise ValidateError(
+            f"{test.place}load and payload: both given. load holds the weight of the wire out, payload does not: give"
+            " one."
+        )
     if "payload" in test and hook is None:
-        raise ValidateError(f"{test.place}payload: needs depth or h_tip for the weight of the wire out. Give one, or load, wire included.")
+        raise ValidateError(
+            f"{test.place}payload: needs depth or h_tip for the weight of the wire out. Give one, or load, wire"
+            " included."
+        )
     if hook is not None and "load" in test:
         raise ValidateError(
             f"{test.place}load with {key}: load holds the weight of the wire out already. "

@@ -1,4 +1,5 @@
-"""Step 0: does the data set cover enough, and is it sound? Moslatt 2020 paper F table 2, 1a to 1d, and the quality of the logs."""
+"""Step 0: does the data set cover enough, and is it sound? Moslatt 2020 paper F table 2, 1a to 1d, and the quality of
+the logs."""
 
 from __future__ import annotations
 
@@ -51,21 +52,30 @@ class DataStep(Step):
 def check_data(campaign: Campaign, records: tuple[Record, ...], progress: Callable[[float], None]) -> DataStep:
     """Coverage of the tests with heave compensation, and quality of all logs.
 
-    Two wire lengths are different where they are `layers_apart` layers of the drum apart, two loads where they are `load_apart` of the
-    SWL apart: that changes layer, inertia and wire, or pressure, speed and friction, by enough to show.
+    Two wire lengths are different where they are `layers_apart` layers of the drum apart, two loads where they are
+    `load_apart` of the SWL apart: that changes layer, inertia and wire, or pressure, speed and friction, by enough to
+    show.
     Source: Moslatt 2020 paper F table 2, 1a-1d.
     """
     cases = [(r, s) for r in records if r.test.kind is Kind.AHC for s in r.segments]
     segments = [s for _, s in cases]
     motions = tuple(Motion(s, tip_ranges(r, s, campaign.criteria.settings["window"])) for r, s in cases)
     measures = [*_coverage(campaign, records, segments, motions), *_quality(records)]
-    said = [_summary(campaign, segments, motions), *_follows(records), *(text for r in records for text in r.statements)]
-    data = {"s_tip_pp": {m.label: _quantiles(m.s_tip_pp) for m in motions}, "lags": [_lag(r, x) for r in records for x in r.lags]}
+    said = [
+        _summary(campaign, segments, motions),
+        *_follows(records),
+        *(text for r in records for text in r.statements),
+    ]
+    data = {
+        "s_tip_pp": {m.label: _quantiles(m.s_tip_pp) for m in motions},
+        "lags": [_lag(r, x) for r in records for x in r.lags],
+    }
     return DataStep(StepNumber.DATA, tuple(measures), tuple(said), (_table(records),), data, motions)
 
 
 def tip_ranges(record: Record, segment: Segment, window: float) -> FloatArray:
-    """Peak-to-peak of the tip over every whole window of a segment [m], one each EVERY; empty where the segment is shorter."""
+    """Peak-to-peak of the tip over every whole window of a segment [m], one each EVERY; empty where the segment is
+    shorter."""
     tip = record.part(segment, "s_tip")
     if segment.duration < window - 1e-9:
         return np.zeros(0)
@@ -74,12 +84,17 @@ def tip_ranges(record: Record, segment: Segment, window: float) -> FloatArray:
     return window_spans(smooth, round(window / (every * record.step)) + 1)
 
 
-def _coverage(campaign: Campaign, records: Sequence[Record], cases: Sequence[Segment], motions: Sequence[Motion]) -> list[Measure]:
+def _coverage(
+    campaign: Campaign, records: Sequence[Record], cases: Sequence[Segment], motions: Sequence[Motion]
+) -> list[Measure]:
     crane, settings = campaign.crane, campaign.criteria.settings
     if not cases:
         why = 'no part of a test of kind "ahc" can be used; log heave compensation for 60 s and more without a break'
         names = {"wire_lengths": "", "loads": "", "load_share": "", "s_tip_pp_low": "length", "s_tip_pp_high": "length"}
-        return [*(Measure(n, None, q, note=why) for n, q in names.items()), Measure("data_length", 0.0, "time", data="no load case")]
+        return [
+            *(Measure(n, None, q, note=why) for n, q in names.items()),
+            Measure("data_length", 0.0, "time", data="no load case"),
+        ]
     layers = [_layers(crane, s) for s in cases]
     lengths = different(layers, settings["layers_apart"])
     water = {r.test.name: r.test.water for r in records}
@@ -89,11 +104,25 @@ def _coverage(campaign: Campaign, records: Sequence[Record], cases: Sequence[Seg
     wet = f", {show(hung[heaviest], 'mass')} of it in water" if hung[heaviest] < cases[heaviest].load else ""
     seconds = sum(s.duration for s in cases)
     out = [
-        Measure("wire_lengths", float(len(lengths)), data=_lengths(cases, lengths), note=_apart(settings["layers_apart"], "layer")),
-        Measure("loads", float(len(loads)), data=", ".join(show(cases[i].load, "mass") for i in loads),
-                note=f"loads count as different where they are {100.0 * settings['load_apart']:.3g} % of the SWL apart on the wire"),
-        Measure("load_share", hung[heaviest] / crane.SWL, data=f"{show(cases[heaviest].load, 'mass')} on the hook{wet}"),
-    ]  # fmt: skip
+        Measure(
+            "wire_lengths",
+            float(len(lengths)),
+            data=_lengths(cases, lengths),
+            note=_apart(settings["layers_apart"], "layer"),
+        ),
+        Measure(
+            "loads",
+            float(len(loads)),
+            data=", ".join(show(cases[i].load, "mass") for i in loads),
+            note=(
+                f"loads count as different where they are {100.0 * settings['load_apart']:.3g} % of the SWL apart on"
+                " the wire"
+            ),
+        ),
+        Measure(
+            "load_share", hung[heaviest] / crane.SWL, data=f"{show(cases[heaviest].load, 'mass')} on the hook{wet}"
+        ),
+    ]
     out += _motion(motions)
     return [*out, Measure("data_length", seconds, "time", data=f"{len(cases)} load cases")]
 
@@ -104,7 +133,10 @@ def _motion(motions: Sequence[Motion]) -> list[Measure]:
         why = "in no load case does the tip move for as long as the window"
         return [Measure(name, None, "length", note=why) for name in ("s_tip_pp_low", "s_tip_pp_high")]
     low, half_low, half_high, high = (float(x) for x in np.percentile(whole, (0.0, 25.0, 75.0, 100.0)))
-    rests = f"{number(len(whole) * EVERY, 4)} s of windows, half of them {number(half_low, 3)} m to {number(half_high, 3)} m"
+    rests = (
+        f"{number(len(whole) * EVERY, 4)} s of windows, half of them {number(half_low, 3)} m to"
+        f" {number(half_high, 3)} m"
+    )
     return [Measure("s_tip_pp_low", low, "length", data=rests), Measure("s_tip_pp_high", high, "length", data=rests)]
 
 
@@ -133,7 +165,10 @@ def _lengths(cases: Sequence[Segment], places: Sequence[int]) -> str:
 
 
 def _apart(layers: float, what: str) -> str:
-    return f"lengths count as different where they are {number(layers, 3)} {what}{'' if layers == 1.0 else 's'} of the drum apart"
+    return (
+        f"lengths count as different where they are {number(layers, 3)} {what}{'' if layers == 1.0 else 's'} of the"
+        " drum apart"
+    )
 
 
 def _quality(records: Sequence[Record]) -> list[Measure]:
@@ -151,12 +186,25 @@ def _quality(records: Sequence[Record]) -> list[Measure]:
 
 def _wire_lag(name: str, x: SegmentLag) -> Measure:
     low, high = x.seconds - 2.0 * x.u, x.seconds + 2.0 * x.u
-    return Measure("wire_lag", x.seconds, "time", low, high, f"test {name}", f"part {x.segment + 1}", f"with a gain of {x.gain:.3f}")
+    return Measure(
+        "wire_lag",
+        x.seconds,
+        "time",
+        low,
+        high,
+        f"test {name}",
+        f"part {x.segment + 1}",
+        f"with a gain of {x.gain:.3f}",
+    )
 
 
 def _drift(name: str, clock: ClockError) -> Measure:
     known = np.isfinite(clock.u_drift)
-    low, high = (max(0.0, abs(clock.drift) - 2.0 * clock.u_drift), abs(clock.drift) + 2.0 * clock.u_drift) if known else (None, None)
+    low, high = (
+        (max(0.0, abs(clock.drift) - 2.0 * clock.u_drift), abs(clock.drift) + 2.0 * clock.u_drift)
+        if known
+        else (None, None)
+    )
     rests = f"{', '.join(clock.signals)} against {clock.against or 'the motion of the winch'}"
     return Measure("clock_drift", abs(clock.drift), "", low, high, f"test {name}", rests, "it is taken out")
 
@@ -177,13 +225,17 @@ def _summary(campaign: Campaign, cases: Sequence[Segment], motions: Sequence[Mot
     if not cases:
         return "No part of the data shows heave compensation that can be used."
     tip = _moving(motions)
-    moves = f", tip motion {number(float(tip.min()), 2)} m to {number(float(tip.max()), 2)} m peak to peak" if len(tip) else ""
+    moves = (
+        f", tip motion {number(float(tip.min()), 2)} m to {number(float(tip.max()), 2)} m peak to peak"
+        if len(tip)
+        else ""
+    )
     loads, wire = sorted(s.load for s in cases), sorted(s.s_w for s in cases)
     seconds = sum(s.duration for s in cases)
     return (
-        f"{len(cases)} load case{'s' if len(cases) > 1 else ''} with heave compensation, {number(seconds, 4)} s in all: "
-        f"{number(loads[0] / 1e3, 3)} t to {show(loads[-1], 'mass', 3)}, {number(wire[0], 4)} m to {show(wire[-1], 'length', 4)} of wire "
-        f"out{moves}."
+        f"{len(cases)} load case{'s' if len(cases) > 1 else ''} with heave compensation, {number(seconds, 4)} s in all:"
+        f" {number(loads[0] / 1e3, 3)} t to {show(loads[-1], 'mass', 3)}, {number(wire[0], 4)} m to"
+        f" {show(wire[-1], 'length', 4)} of wire out{moves}."
     )
 
 
@@ -199,16 +251,35 @@ def _follows(records: Sequence[Record]) -> list[str]:
 
 
 def _table(records: Sequence[Record]) -> Table:
-    head = ("test", "kind", "samples\nper s", "lost\n[%]", "longest\ngap [s]", "used\n[s]", "parts", "wire lag\n[ms]", "gain\n[-]")
+    head = (
+        "test",
+        "kind",
+        "samples\nper s",
+        "lost\n[%]",
+        "longest\ngap [s]",
+        "used\n[s]",
+        "parts",
+        "wire lag\n[ms]",
+        "gain\n[-]",
+    )
     rows = []
     for r in records:
         wire = [x for x in r.lags if x.late == "s_w"]
         lag = f"{1e3 * np.mean([x.seconds for x in wire]):.0f}" if wire else "-"
         gain = f"{np.mean([x.gain for x in wire]):.3f}" if wire else "-"
-        rows.append((
-            r.test.name, r.test.kind.value, number(r.log.rate, 3), f"{100.0 * r.lost:.2f}", f"{r.longest_hole:.2f}",
-            f"{sum(s.duration for s in r.segments):.0f}", str(len(r.segments)), lag, gain,
-        ))  # fmt: skip
+        rows.append(
+            (
+                r.test.name,
+                r.test.kind.value,
+                number(r.log.rate, 3),
+                f"{100.0 * r.lost:.2f}",
+                f"{r.longest_hole:.2f}",
+                f"{sum(s.duration for s in r.segments):.0f}",
+                str(len(r.segments)),
+                lag,
+                gain,
+            )
+        )
     return Table("Logs", head, tuple(rows))
 
 
@@ -219,4 +290,12 @@ def _quantiles(x: FloatArray) -> dict[str, float]:
 
 
 def _lag(r: Record, x: Any) -> dict[str, Any]:
-    return {"test": r.test.name, "segment": x.segment, "ahead": x.ahead, "late": x.late, "lag": x.seconds, "u": x.u, "gain": x.gain}
+    return {
+        "test": r.test.name,
+        "segment": x.segment,
+        "ahead": x.ahead,
+        "late": x.late,
+        "lag": x.seconds,
+        "u": x.u,
+        "gain": x.gain,
+    }

@@ -1,4 +1,5 @@
-"""Figures of step 0: how far the tip moves in which load case, after Moslatt 2020 paper F figure 13; and every test at a glance."""
+"""Figures of step 0: how far the tip moves in which load case, after Moslatt 2020 paper F figure 13; and every test at
+a glance."""
 
 from __future__ import annotations
 
@@ -59,7 +60,13 @@ def _distribution(motions: Sequence[Motion], window: float, mark: str) -> Figure
     ax.grid(alpha=0.3, axis="y")
     ax.set_axisbelow(True)
     ax.set_title(f"{mark}Tip motion in the data, by load case", fontsize="medium")
-    figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=min(4, len(motions)), fontsize="small", frameon=False)
+    figure.legend(
+        *ax.get_legend_handles_labels(),
+        loc="outside lower center",
+        ncols=min(4, len(motions)),
+        fontsize="small",
+        frameon=False,
+    )
     return figure
 
 
@@ -85,7 +92,10 @@ def _overview(records: Sequence[Record], mark: str) -> Figure:
     for ax in axes[-1]:
         ax.set_xlabel("time [s]")
     figure.suptitle(f"{mark}The tests: what is shaded is not used", fontsize="medium")
-    handles: list[Any] = [Patch(color=SHADE, label="not used"), Line2D([], [], color=GREY, ls=":", label="another load case begins")]
+    handles: list[Any] = [
+        Patch(color=SHADE, label="not used"),
+        Line2D([], [], color=GREY, ls=":", label="another load case begins"),
+    ]
     figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize="small", frameon=False)
     return figure
 

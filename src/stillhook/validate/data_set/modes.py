@@ -19,7 +19,8 @@ OWN_MODES: Mapping[float, Mode] = {float(i): mode for i, mode in enumerate(Mode)
 WORDS_FROM = 1e6
 """Numbers from here on stand for words of the log: no PLC counts its modes so far."""
 LEAST = 0.3
-"""A mode that holds for less is the mean of two codes in one bin, or a stutter of the log [s]: the one before it goes on."""
+"""A mode that holds for less is the mean of two codes in one bin, or a stutter of the log [s]: the one before it goes
+on."""
 
 
 def modes_of(top: Fields) -> Mapping[str, Mode]:
@@ -69,8 +70,8 @@ def own_numbers(values: FloatArray, step: float, meaning: Mapping[float, Mode], 
         if (b - a) * step >= LEAST:
             known = ", ".join(_said(value) for value in meaning)
             raise ValidateError(
-                f"{place}mode: the log holds {number(float(values[a]), 6)} for {(b - a) * step:.3g} s, which is not one of {known}. "
-                'Say what it means in the campaign file: [modes], such as "5" = "ssc".'
+                f"{place}mode: the log holds {number(float(values[a]), 6)} for {(b - a) * step:.3g} s, which is not one"
+                f' of {known}. Say what it means in the campaign file: [modes], such as "5" = "ssc".'
             )
         code[a:b] = code[a - 1] if a else np.nan
     first = np.flatnonzero(np.isfinite(code))

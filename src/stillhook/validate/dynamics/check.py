@@ -1,9 +1,10 @@
-"""Step 4: does the winch accelerate and swing as the twin does, driven by the measured commands? Tunes capacitance, leakage and inertia.
+"""Step 4: does the winch accelerate and swing as the twin does, driven by the measured commands? Tunes capacitance,
+leakage and inertia.
 
-Source: Moslatt 2020 paper F step 4: without load, with less than 20 m of wire out, the pressure gradients of both lines and the periods
-between significant pressure peaks, in three places. What goes beyond print: both are measured in every turn, and the three numbers behind
-them are fitted with intervals. The verdict is on the crane as its file has it; the tuned one is offered
-(`stillhook.validate.dynamics.tuned_crane`).
+Source: Moslatt 2020 paper F step 4: without load, with less than 20 m of wire out, the pressure gradients of both lines
+and the periods between significant pressure peaks, in three places. What goes beyond print: both are measured in every
+turn, and the three numbers behind them are fitted with intervals. The verdict is on the crane as its file has it; the
+tuned one is offered (`stillhook.validate.dynamics.tuned_crane`).
 """
 
 from __future__ import annotations
@@ -37,11 +38,13 @@ FEWEST = 3
 LONGEST_STRETCH = 240.0
 """Of a longer test the first part is used [s]; more would cost time and add little."""
 COARSEST = 0.025
-"""Largest spacing of a log [s]. At 20 ms the tuned numbers move by 0.3 %; at 50 ms C_h by 2 and leakage by 3 %, at 100 ms by 6 and 12 %."""
+"""Largest spacing of a log [s]. At 20 ms the tuned numbers move by 0.3 %; at 50 ms C_h by 2 and leakage by 3 %, at 100
+ms by 6 and 12 %."""
 SLOWEST = 1.0
 """A change of the pumps' command must be over within this time [s], two periods of the winch, or it rings nothing."""
 OTHER_OIL = 0.03
-"""Deviation of the leakage between two tests [-]: a kelvin or so of the oil's temperature, and what the balance does not see."""
+"""Deviation of the leakage between two tests [-]: a kelvin or so of the oil's temperature, and what the balance does
+not see."""
 ALL = (
     "C_h_error",
     "C_leak_error",
@@ -52,16 +55,16 @@ ALL = (
     "dynamics_misfit_tuned",
 )
 WHAT_TO_LOG = (
-    "Log the winch without load and with less than 20 m of wire out, in manual mode: from rest to a speed and back, each within half a "
-    "second, both ways, eight times; p_a, p_b, omega_m, u_p, u_m every 10 ms."
+    "Log the winch without load and with less than 20 m of wire out, in manual mode: from rest to a speed and back,"
+    " each within half a second, both ways, eight times; p_a, p_b, omega_m, u_p, u_m every 10 ms."
 )
 
 
 @dataclass(frozen=True)
 class DynamicsStep(Step):
-    """Step 4 with what its figures and the tuned crane need: stretches of the tests, their turns, the fit, and what it gave. None where
-    no test could be used. leak: form of the leakage by the flow balance of the tests with heave compensation; leak_at: point of which
-    C_leak_error speaks, None where it is not known."""
+    """Step 4 with what its figures and the tuned crane need: stretches of the tests, their turns, the fit, and what it
+    gave. None where no test could be used. leak: form of the leakage by the flow balance of the tests with heave
+    compensation; leak_at: point of which C_leak_error speaks, None where it is not known."""
 
     stretches: tuple[Stretch, ...] = ()
     transients: tuple[Transient, ...] = ()
@@ -82,7 +85,11 @@ def check_dynamics(campaign: Campaign, records: tuple[Record, ...], progress: Ca
         return _nothing('The campaign has no test of kind "dynamics".', ())
     stretches, turns, said = _stretches(campaign, tests)
     if len(turns) < FEWEST:
-        why = f"{_names(tests)} shows {len(turns)} quick turns of the winch; {FEWEST} are the least." if not said else said[0]
+        why = (
+            f"{_names(tests)} shows {len(turns)} quick turns of the winch; {FEWEST} are the least."
+            if not said
+            else said[0]
+        )
         return _nothing(why, tuple(said))
     progress(0.05)
     try:
@@ -96,12 +103,19 @@ def check_dynamics(campaign: Campaign, records: tuple[Record, ...], progress: Ca
     differences = apart(tuning.fit, turns, known)
     found = tuple(in_form(found_of(tuning, name, swings.misfit_after, differences), flow) for name in TUNED)
     return DynamicsStep(
-        number=StepNumber.DYNAMICS, measures=measures_of(found, swings, stretches, turns, tuning),
+        number=StepNumber.DYNAMICS,
+        measures=measures_of(found, swings, stretches, turns, tuning),
         statements=statements_of(campaign.crane, found, tuning, swings, bool(known), said),
-        tables=tables_of(campaign.crane, found, tuning, swings), data=_data(found, swings, tuning, differences),
-        stretches=stretches, transients=turns, tuning=tuning, tuned=found, swings=swings,
-        leak=None if flow is None else flow.leak, leak_at=_leak_at(campaign, tests, flow),
-    )  # fmt: skip
+        tables=tables_of(campaign.crane, found, tuning, swings),
+        data=_data(found, swings, tuning, differences),
+        stretches=stretches,
+        transients=turns,
+        tuning=tuning,
+        tuned=found,
+        swings=swings,
+        leak=None if flow is None else flow.leak,
+        leak_at=_leak_at(campaign, tests, flow),
+    )
 
 
 def leakage_elsewhere(campaign: Campaign, records: tuple[Record, ...]) -> Balance | None:
@@ -111,12 +125,15 @@ def leakage_elsewhere(campaign: Campaign, records: tuple[Record, ...]) -> Balanc
     return b if b is not None and b.leakage.value > -0.9 else None
 
 
-def expected_leakage(campaign: Campaign, tests: Sequence[Record], flow: Balance | None) -> dict[str, tuple[float, float]]:
-    """What that balance tells of the leakage in the tests of the dynamics: the logarithm over the crane file's, its deviation.
+def expected_leakage(
+    campaign: Campaign, tests: Sequence[Record], flow: Balance | None
+) -> dict[str, tuple[float, float]]:
+    """What that balance tells of the leakage in the tests of the dynamics: the logarithm over the crane file's, its
+    deviation.
 
-    Without load the leakage is a hundredth of the pumps' flow, in heave compensation it is more and lasts for half an hour; but it was
-    another oil that leaked then, by some kelvin. The form that the data speak for carries it to the settings and speeds of these tests,
-    and what the forms differ by there counts as uncertain.
+    Without load the leakage is a hundredth of the pumps' flow, in heave compensation it is more and lasts for half an
+    hour; but it was another oil that leaked then, by some kelvin. The form that the data speak for carries it to the
+    settings and speeds of these tests, and what the forms differ by there counts as uncertain.
     """
     if flow is None:
         return {}
@@ -128,7 +145,8 @@ def expected_leakage(campaign: Campaign, tests: Sequence[Record], flow: Balance 
 
 
 def _leak_at(campaign: Campaign, tests: Sequence[Record], flow: Balance | None) -> Point | None:
-    """Where the leakage of step 4 holds: in its own turns, or where the flow balance judges it if that refutes the crane file's form."""
+    """Where the leakage of step 4 holds: in its own turns, or where the flow balance judges it if that refutes the
+    crane file's form."""
     if flow is not None and flow.leak.refuted:
         return flow.leak.judged_at
     rows = leak_rows(parts_of(campaign, tests))
@@ -139,14 +157,20 @@ def _leak_at(campaign: Campaign, tests: Sequence[Record], flow: Balance | None) 
 
 def _nothing(why: str, said: Sequence[str]) -> DynamicsStep:
     note = f"{why} {WHAT_TO_LOG}"
-    return DynamicsStep(StepNumber.DYNAMICS, tuple(Measure(name, None, note=note) for name in ALL), (note, *(x for x in said if x != why)))
+    return DynamicsStep(
+        StepNumber.DYNAMICS,
+        tuple(Measure(name, None, note=note) for name in ALL),
+        (note, *(x for x in said if x != why)),
+    )
 
 
 def _names(tests: Sequence[Record]) -> str:
     return f"Test {', '.join(r.test.name for r in tests)}"
 
 
-def _stretches(campaign: Campaign, tests: Sequence[Record]) -> tuple[tuple[Stretch, ...], tuple[Transient, ...], list[str]]:
+def _stretches(
+    campaign: Campaign, tests: Sequence[Record]
+) -> tuple[tuple[Stretch, ...], tuple[Transient, ...], list[str]]:
     """The parts of the tests that the twin repeats, their quick turns, and what a reader must know of them."""
     stretches: list[Stretch] = []
     turns: list[Transient] = []
@@ -162,7 +186,8 @@ def _stretches(campaign: Campaign, tests: Sequence[Record]) -> tuple[tuple[Stret
             quick = quick_enough(own, SLOWEST)
             if len(quick) < len(own):
                 said.append(
-                    f'Test "{record.test.name}": {len(own) - len(quick)} changes of the command take longer than {SLOWEST:g} s: too slow.'
+                    f'Test "{record.test.name}": {len(own) - len(quick)} changes of the command take longer than'
+                    f" {SLOWEST:g} s: too slow."
                 )
             if not quick:
                 continue
@@ -188,7 +213,10 @@ def _unusable(record: Record) -> str:
     if missing:
         return f'Test "{record.test.name}" has no {missing}: it cannot be repeated, or has nothing to compare.'
     if record.step > COARSEST:
-        return f'Test "{record.test.name}" was logged every {show(record.step, "time")}: too far apart for swings of half a second.'
+        return (
+            f'Test "{record.test.name}" was logged every {show(record.step, "time")}: too far apart for swings of half'
+            " a second."
+        )
     return ""
 
 
@@ -201,7 +229,10 @@ def _conditions(campaign: Campaign, segment: Segment) -> list[str]:
             "so that load and wire stay out of the pressures."
         )
     if segment.s_w_max > MOST_WIRE:
-        out.append(f'Test "{segment.test}" has up to {segment.s_w_max:.3g} m of wire out; paper F asks for less than {MOST_WIRE:g} m.')
+        out.append(
+            f'Test "{segment.test}" has up to {segment.s_w_max:.3g} m of wire out; paper F asks for less than'
+            f" {MOST_WIRE:g} m."
+        )
     return out
 
 
@@ -209,14 +240,32 @@ def _data(found: Sequence[Found], swings: Compared, tuning: Tuning, differences:
     """Numbers behind the figures for JSON, SI."""
     return {
         "tuned": {
-            f.name: {"factor": f.factor, "low": f.low, "high": f.high, "structural": f.structural, "known": f.known, "offered": f.offered}
+            f.name: {
+                "factor": f.factor,
+                "low": f.low,
+                "high": f.high,
+                "structural": f.structural,
+                "known": f.known,
+                "offered": f.offered,
+            }
             for f in found
         },
         "groups": [
-            {"name": x.name, "groups": list(x.groups), "difference": x.difference, "deviation": x.deviation, "clear": x.beyond_sampling}
+            {
+                "name": x.name,
+                "groups": list(x.groups),
+                "difference": x.difference,
+                "deviation": x.deviation,
+                "clear": x.beyond_sampling,
+            }
             for x in differences
         ],
         "beside": {name: float(tuning.fit.theta[i]) for i, name in enumerate(NAMES) if name not in TUNED},
-        "fit": {"converged": tuning.fit.converged, "said": tuning.fit.said, "runs": tuning.fit.runs, "turns": tuning.fit.clusters},
+        "fit": {
+            "converged": tuning.fit.converged,
+            "said": tuning.fit.said,
+            "runs": tuning.fit.runs,
+            "turns": tuning.fit.clusters,
+        },
         "swings": swings.to_dict(),
-    }  # fmt: skip
+    }

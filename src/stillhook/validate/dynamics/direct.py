@@ -1,4 +1,5 @@
-"""What paper F compares by eye: pressure gradients, periods and damping of the winch's own swing, in each turn of a test."""
+"""What paper F compares by eye: pressure gradients, periods and damping of the winch's own swing, in each turn of a
+test."""
 
 from __future__ import annotations
 
@@ -29,8 +30,10 @@ PADDED = 2**15
 
 
 class Swing(NamedTuple):
-    """One turn. gradient of the line that rises first [Pa/s] and line, which one ("A", "B"); period between its first two significant
-    peaks of p_a - p_b [s]; zeta damping ratio from the first two swings [-]; peaks (k,) their times [s]; NaN where it shows none."""
+    """One turn. gradient of the line that rises first [Pa/s] and line, which one ("A", "B"); period between its first
+    two significant peaks of p_a - p_b [s]; zeta damping ratio from the first two swings [-]; peaks (k,) their times
+    [s]; NaN where it shows none.
+    """
 
     line: str
     gradient: float
@@ -40,7 +43,8 @@ class Swing(NamedTuple):
 
 
 def swing_of(turn: Transient, t: FloatArray, p_a: FloatArray, p_b: FloatArray, took: slice) -> Swing:
-    """The swing after a turn. t (n,) [s]; p_a, p_b (n,) [Pa] of one machine, the log's or the twin's; took: the turn's samples in them."""
+    """The swing after a turn. t (n,) [s]; p_a, p_b (n,) [Pa] of one machine, the log's or the twin's; took: the turn's
+    samples in them."""
     step = float(t[1] - t[0])
     here = t[took]
     ahead = _at(here, turn.start)
@@ -50,7 +54,9 @@ def swing_of(turn: Transient, t: FloatArray, p_a: FloatArray, p_b: FloatArray, t
     y = (a - b if up else b - a)[:end]
     tops, heights = _peaks(y[ahead:], here[ahead:end])
     period = float(tops[1] - tops[0]) if len(tops) > 1 else math.nan
-    return Swing("A" if up else "B", _gradient((a if up else b)[:end], here[:end], ahead), period, _damping(heights), tops)
+    return Swing(
+        "A" if up else "B", _gradient((a if up else b)[:end], here[:end], ahead), period, _damping(heights), tops
+    )
 
 
 def _at(t: FloatArray, time: float) -> int:
@@ -73,7 +79,8 @@ def _peaks(y: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _damping(heights: FloatArray) -> float:
-    """Damping ratio from the prominences of the second and third peak, whose feet are both troughs of the same swing."""
+    """Damping ratio from the prominences of the second and third peak, whose feet are both troughs of the same
+    swing."""
     if len(heights) < 3 or not heights[1] > heights[2] > 0.0:
         return math.nan
     decrement = math.log(heights[1] / heights[2])
@@ -104,7 +111,8 @@ def _crossing(y: FloatArray, t: FloatArray, level: float) -> float:
 
 
 def dominant_period(parts: Sequence[FloatArray], step: float, low: float = 0.5, high: float = 10.0) -> float:
-    """Period of the largest line in the summed spectra of several stretches of p_a - p_b [s], between low and high [Hz]; NaN for none."""
+    """Period of the largest line in the summed spectra of several stretches of p_a - p_b [s], between low and high
+    [Hz]; NaN for none."""
     total: FloatArray | None = None
     for y in parts:
         if len(y) < 16:

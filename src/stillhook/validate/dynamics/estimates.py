@@ -1,4 +1,5 @@
-"""What the fit gives for capacitance, leakage and inertia, with intervals, and what of it the data can tell; the measures of step 4."""
+"""What the fit gives for capacitance, leakage and inertia, with intervals, and what of it the data can tell; the
+measures of step 4."""
 
 from __future__ import annotations
 
@@ -19,19 +20,23 @@ from stillhook.validate.parameters.circuit.leakage import form_says
 ERROR = {C_H: "C_h_error", C_LEAK: "C_leak_error", INERTIA: "J_m_eff_error"}
 """Name of the measure of each tuned number: tuned over crane file, less 1."""
 UNSEEN: Mapping[str, float] = {C_H: 0.02, C_LEAK: 0.045, INERTIA: 0.015}
-"""Deviation of the logarithm that no residual shows, added to that of the fit: gain errors of the pressure transmitters and the tolerance
-of the motors' displacement scale what is found, and the twin's one volume a line, its friction law and its leakage law stand for more than
-they are. On 85 simulated cranes, whose lines have two ends and whose leakage is none of the published forms, the capacitance read 2 % low
-and the inertia 1.3 % high in the median, the leakage 3.6 % low with a scatter of 6 %: with these the intervals hold that."""
+"""Deviation of the logarithm that no residual shows, added to that of the fit: gain errors of the pressure transmitters
+and the tolerance of the motors' displacement scale what is found, and the twin's one volume a line, its friction law
+and its leakage law stand for more than they are. On 85 simulated cranes, whose lines have two ends and whose leakage is
+none of the published forms, the capacitance read 2 % low and the inertia 1.3 % high in the median, the leakage 3.6 %
+low with a
+scatter of 6 %: with
+these the intervals hold
+that."""
 WIDEST: Mapping[str, float] = {C_H: 0.2, C_LEAK: 0.4, INERTIA: 0.2}
 """Half width of the interval of the logarithm beyond which the data cannot tell a number."""
 MOST_FORM: Mapping[str, float] = {C_H: 0.06, C_LEAK: 0.12, INERTIA: 0.05}
-"""Half difference of the logarithm between groups of turns beyond which no tuned value is offered: half of what the criteria allow. Nor is
-one offered where such a difference could be there unseen."""
+"""Half difference of the logarithm between groups of turns beyond which no tuned value is offered: half of what the
+criteria allow. Nor is one offered where such a difference could be there unseen."""
 LEVEL = 0.975
 MOST_LEFT = 0.25
-"""Part of a signal's own deviation that a tuned twin may leave; beyond it is no twin of this winch, and its numbers mean nothing. Another
-friction law, lines with two ends and sensors leave 0.02 to 0.07."""
+"""Part of a signal's own deviation that a tuned twin may leave; beyond it is no twin of this winch, and its numbers
+mean nothing. Another friction law, lines with two ends and sensors leave 0.02 to 0.07."""
 MORE = "Make more and quicker turns without load, and log all signals."
 OPEN_BRAKE = "No number is offered; keep the brake open between more turns of two speeds both ways"
 JUDGED = ("p_a", "p_b", "omega_m")
@@ -39,10 +44,10 @@ JUDGED = ("p_a", "p_b", "omega_m")
 
 @dataclass(frozen=True)
 class Found:
-    """One tuned number. factor: tuned over crane file, with its total 95 % interval low..high; known: the data can tell it, else why;
-    structural: half width of that interval, in the factor, that the form of the law leaves beside the sampling error; fits: whether the
-    law fits well enough that the number may be adopted, and form: in words where it does not fit; of: the twin's number that the
-    factor is over, None for that of the crane file."""
+    """One tuned number. factor: tuned over crane file, with its total 95 % interval low..high; known: the data can tell
+    it, else why; structural: half width of that interval, in the factor, that the form of the law leaves beside the
+    sampling error; fits: whether the law fits well enough that the number may be adopted, and form: in words where it
+    does not fit; of: the twin's number that the factor is over, None for that of the crane file."""
 
     name: str
     factor: float
@@ -64,7 +69,8 @@ class Found:
 def found_of(tuning: Tuning, name: str, misfit: Mapping[str, float], differences: Sequence[Apart] = ()) -> Found:
     """The tuned number of this name, by Student's t with as many degrees of freedom as there are turns less one.
 
-    misfit: what the tuned twin leaves of each signal, over the signal's own deviation; differences of the numbers between groups of turns.
+    misfit: what the tuned twin leaves of each signal, over the signal's own deviation; differences of the numbers
+    between groups of turns.
     """
     from scipy.stats import t as student
 
@@ -99,13 +105,20 @@ def found_of(tuning: Tuning, name: str, misfit: Mapping[str, float], differences
 
 
 def in_form(f: Found, flow: Balance | None) -> Found:
-    """The leakage of the flow balance in the form that the logs speak for, at the point where it is judged, where they refute the crane
-    file's form: a number of a law that does not hold says nothing. Every other number as it is."""
+    """The leakage of the flow balance in the form that the logs speak for, at the point where it is judged, where they
+    refute the crane file's form: a number of a law that does not hold says nothing. Every other number as it is."""
     if f.name != C_LEAK or flow is None or not flow.leak.refuted:
         return f
     e = flow.leak.judged
     return replace(
-        f, factor=1.0 + e.value, low=max(1.0 + e.low, 0.0), high=1.0 + e.high, known=True, why="", structural=e.structural, fits=False,
+        f,
+        factor=1.0 + e.value,
+        low=max(1.0 + e.low, 0.0),
+        high=1.0 + e.high,
+        known=True,
+        why="",
+        structural=e.structural,
+        fits=False,
         form=f"{form_says(flow.leak)} (by the flow balance of the tests with heave compensation)",
         of=None if flow.leak.judged_at_file_point else flow.leak.twin,
     )
@@ -120,7 +133,9 @@ def measures_of(
     out = [_change(f, data) for f in found]
     for tuned in (False, True):
         end = "_tuned" if tuned else ""
-        out += [_error(f"pressure_gradient_error{end}", swings.gradient(line, tuned), f"line {line}") for line in ("A", "B")]
+        out += [
+            _error(f"pressure_gradient_error{end}", swings.gradient(line, tuned), f"line {line}") for line in ("A", "B")
+        ]
         out.append(_error(f"swing_period_error{end}", swings.period(tuned), ""))
         out.append(_error(f"swing_damping_error{end}", swings.damping(tuned), ""))
         misfit = swings.misfit_after if tuned else swings.misfit_before
@@ -133,9 +148,14 @@ def _change(f: Found, data: str) -> Measure:
         return Measure(ERROR[f.name], None, data=data, note=f.why)
     note = "tuned over the crane file's, less 1"
     return Measure(
-        ERROR[f.name], f.factor - 1.0, low=f.low - 1.0, high=f.high - 1.0, data=data, note=f"{note}; {f.form}" if f.form else note,
+        ERROR[f.name],
+        f.factor - 1.0,
+        low=f.low - 1.0,
+        high=f.high - 1.0,
+        data=data,
+        note=f"{note}; {f.form}" if f.form else note,
         structural=f.structural,
-    )  # fmt: skip
+    )
 
 
 FEWEST_PLACES = 3
@@ -147,7 +167,8 @@ def _error(name: str, errors: Errors, test: str) -> Measure:
     data = f"{errors.places} places"
     if errors.places < FEWEST_PLACES:
         note = (
-            f"Crane and twin both show it in {errors.places} places; {FEWEST_PLACES} are the least. Make more and quicker turns both ways."
+            f"Crane and twin both show it in {errors.places} places; {FEWEST_PLACES} are the least. Make more and"
+            " quicker turns both ways."
         )
         return Measure(name, None, test=test, data=data, note=note)
     return Measure(name, errors.mean, low=low, high=high, test=test, data=data, note="simulated over measured, less 1")

@@ -1,4 +1,5 @@
-"""Figures of step 4: three turns before and after tuning, what the tuning leaves, and the tuned numbers with their intervals."""
+"""Figures of step 4: three turns before and after tuning, what the tuning leaves, and the tuned numbers with their
+intervals."""
 
 from __future__ import annotations
 
@@ -38,13 +39,20 @@ def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict
     for figure in out.values():
         if campaign.synthetic:
             figure.text(
-                0.995, 0.002, f"{MARK}: simulated, measured on no crane", ha="right", va="bottom", fontsize="x-small", color="#a00000"
+                0.995,
+                0.002,
+                f"{MARK}: simulated, measured on no crane",
+                ha="right",
+                va="bottom",
+                fontsize="x-small",
+                color="#a00000",
             )
     return out
 
 
 def _shown(step: DynamicsStep) -> list[Transient]:
-    """Three turns: those with the largest changes, hoisting and lowering, and one to rest where there is one; in order of time."""
+    """Three turns: those with the largest changes, hoisting and lowering, and one to rest where there is one; in order
+    of time."""
     rest = sorted((x for x in step.transients if abs(x.after) < 0.5 * abs(x.before)), key=lambda x: -abs(x.change))[:1]
     up = sorted((x for x in step.transients if x not in rest and x.change > 0.0), key=lambda x: -x.change)
     down = sorted((x for x in step.transients if x not in rest and x.change < 0.0), key=lambda x: x.change)
@@ -72,7 +80,9 @@ def _turns(step: DynamicsStep) -> Figure:
                 if y is not None:
                     ax.plot(t, _display(y[took], name), **style)
             ax.grid(alpha=0.3)
-        axes[0, j].set_title(f'test "{turn.test}", {turn.start:.1f} s: u_p {turn.before:+.2f} to {turn.after:+.2f}', fontsize="medium")
+        axes[0, j].set_title(
+            f'test "{turn.test}", {turn.start:.1f} s: u_p {turn.before:+.2f} to {turn.after:+.2f}', fontsize="medium"
+        )
         axes[-1, j].set_xlabel("time after the turn [s]")
     for ax, name in zip(axes[:, 0], SHOWN, strict=True):
         ax.set_ylabel(NAMES[name])
@@ -103,14 +113,19 @@ def _residuals(step: DynamicsStep) -> Figure:
         for i, s in enumerate(step.stretches):
             if name not in s.measured:
                 continue
-            for y, colour, label in ((step.tuning.before[i], FILE, "crane file"), (step.tuning.after[i], TUNE, "tuned")):
+            for y, colour, label in (
+                (step.tuning.before[i], FILE, "crane file"),
+                (step.tuning.after[i], TUNE, "tuned"),
+            ):
                 off = np.where(s.counted, y[:, k] - s.measured[name], np.nan)
                 ax.plot(s.t + at, _display(off, name), color=colour, lw=0.7, label=label if i == 0 else None)
             at += float(s.t[-1])
         if name in step.swings.misfit_before:
             before, after = step.swings.misfit_before[name], step.swings.misfit_after[name]
             ax.set_title(
-                f"rms {100.0 * before:.1f} % of the signal's own before, {100.0 * after:.1f} % after", fontsize="small", loc="right"
+                f"rms {100.0 * before:.1f} % of the signal's own before, {100.0 * after:.1f} % after",
+                fontsize="small",
+                loc="right",
             )
         ax.set_ylabel(NAMES[name])
         ax.grid(alpha=0.3)
@@ -133,15 +148,34 @@ def _tuned(step: DynamicsStep, campaign: Campaign) -> Figure:
         if f.known:
             ax.errorbar(f.factor, y, xerr=[[f.factor - f.low], [f.high - f.factor]], fmt="o", color=TUNE, capsize=4)
             ax.annotate(
-                f"{100.0 * (f.factor - 1.0):+.1f} %", (f.high, y), (8, 0), textcoords="offset points", va="center", fontsize="small"
+                f"{100.0 * (f.factor - 1.0):+.1f} %",
+                (f.high, y),
+                (8, 0),
+                textcoords="offset points",
+                va="center",
+                fontsize="small",
             )
         else:
-            ax.annotate("cannot be told", (1.0, y), (8, 0), textcoords="offset points", va="center", fontsize="small", color=GREY)
+            ax.annotate(
+                "cannot be told",
+                (1.0, y),
+                (8, 0),
+                textcoords="offset points",
+                va="center",
+                fontsize="small",
+                color=GREY,
+            )
     for u in (u for u in UNKNOWNS if u.name not in TUNED):
         i = PLACE[u.name]
         x, s = float(step.tuning.fit.theta[i]), 1.96 * float(step.tuning.fit.covariance[i, i]) ** 0.5
         ax.errorbar(
-            np.exp(x), -len(rows), xerr=[[np.exp(x) - np.exp(x - s)], [np.exp(x + s) - np.exp(x)]], fmt="s", ms=4, color=GREY, capsize=3
+            np.exp(x),
+            -len(rows),
+            xerr=[[np.exp(x) - np.exp(x - s)], [np.exp(x + s) - np.exp(x)]],
+            fmt="s",
+            ms=4,
+            color=GREY,
+            capsize=3,
         )
         rows.append(u.name.replace("_", " "))
     ax.axvline(1.0, color=CRANE, lw=0.8)

@@ -28,7 +28,8 @@ from stillhook.winches.records import Signals
 SIGNALS = ("p_a", "p_b", "omega_m", "alpha_p")
 """What is compared: the twin's series of these names."""
 SETTLE = 2.0
-"""Start of a stretch that is not compared where the winch does not start at rest, as the twin does [s]: four of its periods."""
+"""Start of a stretch that is not compared where the winch does not start at rest, as the twin does [s]: four of its
+periods."""
 MOVES = 0.02
 """Command of the pumps above which the winch does not start at rest [-]."""
 THREADS = 2
@@ -45,8 +46,8 @@ TIP_OVER = 0.5
 class Stretch:
     """An unbroken part of a test that the twin repeats.
 
-    t (n,) [s from its start]; first: its first sample in the record; measured: signals of SIGNALS that were logged, (n,), NaN where
-    unknown; counted (n,): samples that are compared; case: the scenario with the measured commands.
+    t (n,) [s from its start]; first: its first sample in the record; measured: signals of SIGNALS that were logged,
+    (n,), NaN where unknown; counted (n,): samples that are compared; case: the scenario with the measured commands.
     """
 
     record: Record
@@ -70,16 +71,23 @@ class Stretch:
 
 
 def stretch_of(crane: Crane, record: Record, segment: Segment, first: int, last: int) -> Stretch:
-    """Samples [first, last) of a segment as a stretch that the twin repeats; the record must have u_p, and u_m or alpha_m."""
+    """Samples [first, last) of a segment as a stretch that the twin repeats; the record must have u_p, and u_m or
+    alpha_m."""
     part = slice(first, last)
     t = record.t[part] - record.t[first]
     u_p, u_m = (filled(record.signals[name][part]) for name in ("u_p", motor_command(record)))
     s_w = filled(record.signals["s_w"][part])[0] if record.has("s_w") else segment.s_w
     at_rest = float(np.max(np.abs(u_p[: max(1, round(JOIN / record.step))]))) < MOVES
     case = Scenario(
-        name=record.test.name, load=f"{segment.load!r} kg", s_w=f"{max(float(s_w), 0.0)!r} m", mode=Mode.MANUAL, ramp="0 s", warm_up="0 s",
-        tip=_tip(record, part, t), commands=_commands(crane, t, u_p, u_m),
-    )  # fmt: skip
+        name=record.test.name,
+        load=f"{segment.load!r} kg",
+        s_w=f"{max(float(s_w), 0.0)!r} m",
+        mode=Mode.MANUAL,
+        ramp="0 s",
+        warm_up="0 s",
+        tip=_tip(record, part, t),
+        commands=_commands(crane, t, u_p, u_m),
+    )
     return Stretch(record, segment, t, first, _measured(crane, record, part), t >= (0.0 if at_rest else SETTLE), case)
 
 
@@ -90,12 +98,14 @@ def _commands(crane: Crane, t: FloatArray, u_p: FloatArray, u_m: FloatArray) -> 
 
 
 def motor_command(record: Record) -> str:
-    """The signal that stands for the command of the motors' displacement: u_m, or the measured setting where it was not logged."""
+    """The signal that stands for the command of the motors' displacement: u_m, or the measured setting where it was not
+    logged."""
     return "u_m" if record.has("u_m") else "alpha_m"
 
 
 def _tip(record: Record, part: slice, t: FloatArray) -> Motion:
-    """The tip's motion as logged, smooth; a tip at rest stands still, for its sensor's noise would shake the hook on the short wire."""
+    """The tip's motion as logged, smooth; a tip at rest stands still, for its sensor's noise would shake the hook on
+    the short wire."""
     if not record.has("s_tip"):
         return Still()
     s = record.signals["s_tip"][part]
@@ -117,7 +127,8 @@ def _measured(crane: Crane, record: Record, part: slice) -> dict[str, FloatArray
 
 
 def steps_per_cycle(crane: Crane, stretch: Stretch) -> int:
-    """Steps per PLC cycle that the runs need: the default of runs with series, or as many more as the crane's fastest mode asks for.
+    """Steps per PLC cycle that the runs need: the default of runs with series, or as many more as the crane's fastest
+    mode asks for.
 
     Errors: SpecError where MOST_FINE times as many do not do.
     """
@@ -135,7 +146,8 @@ def steps_per_cycle(crane: Crane, stretch: Stretch) -> int:
 
 
 def delayed(stretch: Stretch, by: float) -> Stretch:
-    """A stretch whose commands come later [s]; a part of a cycle is shared between two cycles, as the pumps' control would feel it."""
+    """A stretch whose commands come later [s]; a part of a cycle is shared between two cycles, as the pumps' control
+    would feel it."""
     given = stretch.case.commands
     if by == 0.0 or given is None:
         return stretch
@@ -144,8 +156,9 @@ def delayed(stretch: Stretch, by: float) -> Stretch:
 
 
 def repeated(cranes: Sequence[Crane], stretches: Sequence[Sequence[Stretch]], n_sub: int) -> list[FloatArray]:
-    """The twin for every crane, side by side: one array (cranes, n, SIGNALS) a stretch, on the stretch's samples; a run that loses its
-    numbers holds NaN from there on. stretches: for each the form that each crane runs; n_sub: steps per PLC cycle."""
+    """The twin for every crane, side by side: one array (cranes, n, SIGNALS) a stretch, on the stretch's samples; a run
+    that loses its numbers holds NaN from there on. stretches: for each the form that each crane runs; n_sub: steps per
+    PLC cycle."""
     pairs = [(c, s.case) for own in stretches for c, s in zip(cranes, own, strict=True)]
     results = run_cases([c for c, _ in pairs], [s for _, s in pairs], n_sub=n_sub, lanes=VL, every=1, threads=THREADS)
     columns = [Signals._fields.index(name) for name in SIGNALS]

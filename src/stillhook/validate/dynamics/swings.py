@@ -47,8 +47,8 @@ class Errors:
 
 @dataclass(frozen=True)
 class Compared:
-    """Swings of all turns: crane, twin as its file has it (before), twin tuned (after); periods of the largest line in the spectra of all
-    turns together [s]; misfit before and after: normalised rms of each signal's deviation [-]."""
+    """Swings of all turns: crane, twin as its file has it (before), twin tuned (after); periods of the largest line in
+    the spectra of all turns together [s]; misfit before and after: normalised rms of each signal's deviation [-]."""
 
     crane: tuple[Swing, ...]
     before: tuple[Swing, ...]
@@ -77,13 +77,18 @@ class Compared:
         """Plain data for JSON, SI; None where a turn shows nothing."""
 
         def rows(swings: Sequence[Swing]) -> list[dict[str, Any]]:
-            return [{"line": s.line, **{n: _plain(getattr(s, n)) for n in ("gradient", "period", "zeta")}} for s in swings]
+            return [
+                {"line": s.line, **{n: _plain(getattr(s, n)) for n in ("gradient", "period", "zeta")}} for s in swings
+            ]
 
         return {
-            "crane": rows(self.crane), "before": rows(self.before), "after": rows(self.after),
+            "crane": rows(self.crane),
+            "before": rows(self.before),
+            "after": rows(self.after),
             "spectral_period": [_plain(x) for x in self.spectral],
-            "misfit_before": self.misfit_before, "misfit_after": self.misfit_after,
-        }  # fmt: skip
+            "misfit_before": self.misfit_before,
+            "misfit_after": self.misfit_after,
+        }
 
 
 def _plain(x: float) -> float | None:
@@ -95,7 +100,8 @@ def _errors(pairs: Sequence[tuple[float, float]]) -> Errors:
 
 
 def compared(stretches: Sequence[Stretch], turns: Sequence[Transient], tuning: Tuning) -> Compared:
-    """The swings of every turn, the crane's and the twin's by one and the same reading; a line that was not logged shows none."""
+    """The swings of every turn, the crane's and the twin's by one and the same reading; a line that was not logged
+    shows none."""
     rows: list[list[Swing]] = [[], [], []]
     parts: list[list[FloatArray]] = [[], [], []]
     for stretch, before, after in zip(stretches, tuning.before, tuning.after, strict=True):
@@ -112,6 +118,10 @@ def compared(stretches: Sequence[Stretch], turns: Sequence[Transient], tuning: T
     step = stretches[0].record.step
     crane_T, before_T, after_T = (dominant_period([p for p in own if np.isfinite(p).all()], step) for own in parts)
     return Compared(
-        crane=tuple(rows[0]), before=tuple(rows[1]), after=tuple(rows[2]), spectral=(crane_T, before_T, after_T),
-        misfit_before=dict(normalised_rms(stretches, tuning.before)), misfit_after=dict(normalised_rms(stretches, tuning.after)),
-    )  # fmt: skip
+        crane=tuple(rows[0]),
+        before=tuple(rows[1]),
+        after=tuple(rows[2]),
+        spectral=(crane_T, before_T, after_T),
+        misfit_before=dict(normalised_rms(stretches, tuning.before)),
+        misfit_after=dict(normalised_rms(stretches, tuning.after)),
+    )

@@ -21,8 +21,8 @@ LETTERS = {C_H: "C_h", C_LEAK: "C_leak", INERTIA: "J_m_eff"}
 
 
 def amounts(crane: Crane) -> dict[str, tuple[float, str]]:
-    """Values of the three tuned numbers in the crane file, and their kind of quantity: volume of oil in a line, leak conductance at
-    the point that the file states, inertia."""
+    """Values of the three tuned numbers in the crane file, and their kind of quantity: volume of oil in a line, leak
+    conductance at the point that the file states, inertia."""
     a = crane.active
     return {C_H: (a.line.V, "volume"), C_LEAK: (stated_leak(a), "leakage"), INERTIA: (crane.inertia.J_m_eff, "inertia")}
 
@@ -39,18 +39,22 @@ def statements_of(
             whose = "the file gives" if f.of is None else "the twin has, at the working point of heave compensation,"
             amount = f"{show(f.factor * value, kind, 4)} where {whose} {show(value, kind, 4)}{_oil(crane, f.name)}"
             out.append(
-                f"{WORDS[f.name].capitalize()} {LETTERS[f.name]} is {100.0 * (f.factor - 1.0):+.1f} % off the crane file "
-                f"(95 %: {100.0 * (f.low - 1.0):+.1f} to {100.0 * (f.high - 1.0):+.1f} %), {amount}."
-                f"{_form(f)}"
+                f"{WORDS[f.name].capitalize()} {LETTERS[f.name]} is {100.0 * (f.factor - 1.0):+.1f} % off the crane"
+                f" file (95 %: {100.0 * (f.low - 1.0):+.1f} to {100.0 * (f.high - 1.0):+.1f} %), {amount}.{_form(f)}"
             )
         else:
             out.append(f"{WORDS[f.name].capitalize()} {LETTERS[f.name]} cannot be told from these tests. {f.why}")
     out.append(_figures(swings))
     fit = tuning.fit
     end = "converged" if fit.converged else "did NOT converge"
-    out.append(f"The fit {end} after {fit.runs} runs of the twin and its neighbours ({fit.said}), on {fit.clusters} turns.")
+    out.append(
+        f"The fit {end} after {fit.runs} runs of the twin and its neighbours ({fit.said}), on {fit.clusters} turns."
+    )
     if elsewhere:
-        out.append("The leakage rests on these turns and on the flow balance of the tests with heave compensation, where more of it flows.")
+        out.append(
+            "The leakage rests on these turns and on the flow balance of the tests with heave compensation, where more"
+            " of it flows."
+        )
     return (*out, *said)
 
 
@@ -95,7 +99,11 @@ def _tuned(crane: Crane, found: Sequence[Found]) -> Table:
     for f in found:
         value, kind = amounts(crane)[f.name] if f.of is None else (f.of, amounts(crane)[f.name][1])
         if f.known:
-            cells = (show(f.factor * value, kind, 4), f"{show(f.low * value, kind, 4)}", f"{show(f.high * value, kind, 4)}")
+            cells = (
+                show(f.factor * value, kind, 4),
+                f"{show(f.low * value, kind, 4)}",
+                f"{show(f.high * value, kind, 4)}",
+            )
             rows.append((LETTERS[f.name], show(value, kind, 4), *cells, f"{100.0 * (f.factor - 1.0):+.1f} %"))
         else:
             rows.append((LETTERS[f.name], show(value, kind, 4), "-", "-", "-", "-"))
@@ -119,11 +127,20 @@ def _before_after(swings: Compared) -> Table:
     ]
     if all(math.isfinite(x) for x in swings.spectral):
         rows.append(
-            ("period in the spectrum", f"{100.0 * (before / crane - 1.0):+.1f} %", f"{100.0 * (after / crane - 1.0):+.1f} %", "all")
+            (
+                "period in the spectrum",
+                f"{100.0 * (before / crane - 1.0):+.1f} %",
+                f"{100.0 * (after / crane - 1.0):+.1f} %",
+                "all",
+            )
         )
     for name in swings.misfit_before:
         rows.append(
-            (f"rms of {name}, part of its own", *(f"{100.0 * m[name]:.1f} %" for m in (swings.misfit_before, swings.misfit_after)), "all")
+            (
+                f"rms of {name}, part of its own",
+                *(f"{100.0 * m[name]:.1f} %" for m in (swings.misfit_before, swings.misfit_after)),
+                "all",
+            )
         )
     return Table(
         "Twin against crane, driven by the measured commands",

@@ -7,7 +7,8 @@ from typing import Any
 from stillhook.library.crane_file.load import changed
 from stillhook.library.leakage import form_of, pump_leak
 from stillhook.physics.hydraulics.pump import pump_leakage
-from stillhook.spec.crane import Crane, LeakForm, MotorSet, beside_wire
+from stillhook.spec.circuits import LeakForm, MotorSet
+from stillhook.spec.crane import Crane, beside_wire
 from stillhook.units import KINDS, in_display, number, show
 from stillhook.validate.criteria.results import Step
 from stillhook.validate.data_set.campaign import Campaign
@@ -20,12 +21,13 @@ DIGITS = 4
 
 
 def tuned_crane(step: Step, campaign: Campaign) -> Crane | None:
-    """The campaign's crane with the capacitance, leakage and inertia of step 4, each with its source; None where it offers none of
-    them. A number whose law does not fit is left as it is.
+    """The campaign's crane with the capacitance, leakage and inertia of step 4, each with its source; None where it
+    offers none of them. A number whose law does not fit is left as it is.
 
-    The capacitance goes into the volume of the lines, the leakage into motors and pumps of the active circuit alike, the inertia into all
-    parts but the wire, whose own follows from its mass. Where the logs refute the form of the leakage, the form that they speak for goes
-    in, as the flow balance has it, where they tell the number at the crane file's point, and nothing of the crane file's form.
+    The capacitance goes into the volume of the lines, the leakage into motors and pumps of the active circuit alike,
+    the inertia into all parts but the wire, whose own follows from its mass. Where the logs refute the form of the
+    leakage, the form that they speak for goes in, as the flow balance has it, where they tell the number at the crane
+    file's point, and nothing of the crane file's form.
     """
     if not isinstance(step, DynamicsStep):
         return None
@@ -37,7 +39,9 @@ def tuned_crane(step: Step, campaign: Campaign) -> Crane | None:
     crane = campaign.crane
     changes: dict[str, Any] = {}
     if C_H in found:
-        changes = _over(changes, {"active": {"line": {"V": _leaf(crane.active.line.V, "volume", found[C_H], campaign)}}})
+        changes = _over(
+            changes, {"active": {"line": {"V": _leaf(crane.active.line.V, "volume", found[C_H], campaign)}}}
+        )
     if C_LEAK in found:
         changes = _over(changes, _leakage(crane, found[C_LEAK], campaign))
     if leak is not None:
@@ -50,14 +54,18 @@ def tuned_crane(step: Step, campaign: Campaign) -> Crane | None:
 def _source(found: Found, campaign: Campaign) -> str:
     what = {C_H: "capacitance of the lines", C_LEAK: "leakage", INERTIA: "inertia"}[found.name]
     return (
-        f"{what} fitted to the winch dynamics of {campaign.title}, {campaign.date}: {found.factor:.4g} times that of {campaign.crane.name} "
-        f"(95 %: {found.low:.4g} to {found.high:.4g})"
+        f"{what} fitted to the winch dynamics of {campaign.title}, {campaign.date}: {found.factor:.4g} times that of"
+        f" {campaign.crane.name} (95 %: {found.low:.4g} to {found.high:.4g})"
     )
 
 
-def _leaf(value: float, kind: str | None, found: Found, campaign: Campaign, factor: float | None = None) -> dict[str, Any]:
+def _leaf(
+    value: float, kind: str | None, found: Found, campaign: Campaign, factor: float | None = None
+) -> dict[str, Any]:
     new = value * (found.factor if factor is None else factor)
-    text: Any = float(f"{new:.{DIGITS}g}") if kind is None else f"{number(in_display(new, kind), DIGITS)} {KINDS[kind].display}"
+    text: Any = (
+        float(f"{new:.{DIGITS}g}") if kind is None else f"{number(in_display(new, kind), DIGITS)} {KINDS[kind].display}"
+    )
     return {"value": text, "kind": "fitted", "source": _source(found, campaign)}
 
 
@@ -77,24 +85,34 @@ def _leakage(crane: Crane, found: Found, campaign: Campaign) -> dict[str, Any]:
 
 
 def _leakage_in_form(crane: Crane, leak: LeakChoice, campaign: Campaign) -> dict[str, Any]:
-    """The chosen form with what it gives to pumps and motors; a part of which the data tell the sum alone keeps its share of it."""
+    """The chosen form with what it gives to pumps and motors; a part of which the data tell the sum alone keeps its
+    share of it."""
     a, at, form = crane.active, form_of(crane.active).at, leak.chosen.form
     b = {"head": 0.0, "stroke": 0.0, "speed": 0.0} | leak.chosen.coefficients
     pumps = float(pump_leakage(at.alpha_p, pump_leak(a.pump)))
-    motors = a.motor.count * (a.motor.C_1 + (0.0 if form in (LeakForm.SPEED, LeakForm.STROKE_SPEED) else a.motor.C_2 * at.n_m))
+    motors = a.motor.count * (
+        a.motor.C_1 + (0.0 if form in (LeakForm.SPEED, LeakForm.STROKE_SPEED) else a.motor.C_2 * at.n_m)
+    )
     scale = 1.0 if a.pump.leak_scale is None else a.pump.leak_scale
     if form in (LeakForm.STROKE, LeakForm.STROKE_SPEED):
         of_pumps, of_motors = b["stroke"], b["head"] / motors if motors > 0.0 else 0.0
     else:
         of_pumps = of_motors = b["head"] / (pumps + motors)
-    with_speed = b["speed"] / a.motor.count if form in (LeakForm.SPEED, LeakForm.STROKE_SPEED) else of_motors * a.motor.C_2
+    with_speed = (
+        b["speed"] / a.motor.count if form in (LeakForm.SPEED, LeakForm.STROKE_SPEED) else of_motors * a.motor.C_2
+    )
     text = (
-        f"form of the leakage by the flow balance of {campaign.title}, {campaign.date}: {form} where {crane.name} has {leak.file_form}; "
-        f"{show(leak.reference.value, 'leakage', 3)} +- {show(leak.reference.half, 'leakage', 2)} at active.leak.at"
+        f"form of the leakage by the flow balance of {campaign.title}, {campaign.date}: {form} where {crane.name} has"
+        f" {leak.file_form}; {show(leak.reference.value, 'leakage', 3)} +- {show(leak.reference.half, 'leakage', 2)} at"
+        " active.leak.at"
     )
 
     def leaf(value: float, kind: str | None) -> dict[str, Any]:
-        number_: Any = float(f"{value:.{DIGITS}g}") if kind is None else f"{number(in_display(value, kind), DIGITS)} {KINDS[kind].display}"
+        number_: Any = (
+            float(f"{value:.{DIGITS}g}")
+            if kind is None
+            else f"{number(in_display(value, kind), DIGITS)} {KINDS[kind].display}"
+        )
         return {"value": number_, "kind": "fitted", "source": text}
 
     return {

@@ -1,7 +1,9 @@
-"""Step 1: do the crane file's parameters agree with what the logs imply? By balances, without the twin's own motion where one will do.
+"""Step 1: do the crane file's parameters agree with what the logs imply? By balances, without the twin's own motion
+where one will do.
 
-Source: Moslatt 2020 paper F, "(1) System variables and parameters": correct sizes of pumps, motors, leakage terms, controller parameters.
-The paper gives no numbers for this step; every limit is ours and stands in the criteria file with its reason.
+Source: Moslatt 2020 paper F, "(1) System variables and parameters": correct sizes of pumps, motors, leakage terms,
+controller parameters. The paper gives no numbers for this step; every limit is ours and stands in the criteria file
+with its reason.
 """
 
 from __future__ import annotations
@@ -31,10 +33,12 @@ class ParametersStep(Step):
 
 
 def check_parameters(campaign: Campaign, records: tuple[Record, ...], progress: Callable[[float], None]) -> Step:
-    """What the logs imply of transmission, displacements, leakage, settings, clock, load cell, friction and tip delay, against the crane.
+    """What the logs imply of transmission, displacements, leakage, settings, clock, load cell, friction and tip delay,
+    against the crane.
 
     Parameters: campaign with the twin under test; records as read; progress is called with the share done.
-    Nothing is refused here: a check whose signals were not logged gives a measure without a value, and says what to log.
+    Nothing is refused here: a check whose signals were not logged gives a measure without a value, and says what to
+    log.
     """
     found = implied_by(parts_of(campaign, records), progress, records)
     told = (*measures(campaign, found), rest_measure(campaign.crane, found.rests, records))
@@ -46,8 +50,8 @@ def check_parameters(campaign: Campaign, records: tuple[Record, ...], progress: 
 
 
 def said(criteria: Criteria, told: Sequence[Measure]) -> tuple[str, ...]:
-    """Statements: what breaks a limit first, by how much it does, what the data leave open, then all that agrees in one line, then what the
-    data cannot tell."""
+    """Statements: what breaks a limit first, by how much it does, what the data leave open, then all that agrees in one
+    line, then what the data cannot tell."""
     broken: list[tuple[float, str]] = []
     unknown: dict[str, list[str]] = {}
     fine, wide = [], []
@@ -65,9 +69,18 @@ def said(criteria: Criteria, told: Sequence[Measure]) -> tuple[str, ...]:
                 wide.append(f"{_small(c.what)} ({in_words(c, _largest(open_))}, limit {c.limit_text})")
             else:
                 fine.append(_small(c.what))
-    agree = (f"Within limits: {'; '.join(fine) if broken or wide else f'all {len(fine)} checks that the data allow'}.",) if fine else ()
-    unsure = (f"Neither shown nor refuted, part of the interval is beyond the limit: {'; '.join(wide)}.",) if wide else ()
-    lacks = (f"{'; '.join([what[0], *(_small(w) for w in what[1:])])} cannot be told: {note}." for note, what in unknown.items())
+    agree = (
+        (f"Within limits: {'; '.join(fine) if broken or wide else f'all {len(fine)} checks that the data allow'}.",)
+        if fine
+        else ()
+    )
+    unsure = (
+        (f"Neither shown nor refuted, part of the interval is beyond the limit: {'; '.join(wide)}.",) if wide else ()
+    )
+    lacks = (
+        f"{'; '.join([what[0], *(_small(w) for w in what[1:])])} cannot be told: {note}."
+        for note, what in unknown.items()
+    )
     return (*(text for _, text in sorted(broken, key=lambda b: -b[0])), *unsure, *agree, *lacks)
 
 
@@ -93,27 +106,64 @@ def _data(found: Implied) -> dict[str, Any]:
     b = found.balance
     return {
         "lever": [
-            {"test": x.test, "error": x.error.value, "low": x.error.low, "high": x.error.high, "layer": x.layer, "layer_implied": x.implied,
-             "layer_diameter": x.d, "layer_diameter_implied": x.d_implied, "s_w": x.s_w, "from": x.wire}
+            {
+                "test": x.test,
+                "error": x.error.value,
+                "low": x.error.low,
+                "high": x.error.high,
+                "layer": x.layer,
+                "layer_implied": x.implied,
+                "layer_diameter": x.d,
+                "layer_diameter_implied": x.d_implied,
+                "s_w": x.s_w,
+                "from": x.wire,
+            }
             for x in found.levers
         ],
         "friction": [
-            {"test": f.test, "scale": 1.0 + f.scale.value, "low": 1.0 + f.scale.low, "high": 1.0 + f.scale.high, "T_f": f.mean,
-             "T_standing": f.standing.value, "inertia_missing": f.inertia.value}
+            {
+                "test": f.test,
+                "scale": 1.0 + f.scale.value,
+                "low": 1.0 + f.scale.low,
+                "high": 1.0 + f.scale.high,
+                "T_f": f.mean,
+                "T_standing": f.standing.value,
+                "inertia_missing": f.inertia.value,
+            }
             for f in found.frictions
         ],
         "delay": [
-            {"test": d.test, "delay": d.delay.value, "low": d.delay.low, "high": d.delay.high, "gain": d.gain.value} for d in found.delays
+            {"test": d.test, "delay": d.delay.value, "low": d.delay.low, "high": d.delay.high, "gain": d.gain.value}
+            for d in found.delays
         ],
         "load_cell": [
-            {"test": c.test, "F_w": c.force.value, "low": c.force.low, "high": c.force.high, "weight": c.weight} for c in found.cells
+            {"test": c.test, "F_w": c.force.value, "low": c.force.low, "high": c.force.high, "weight": c.weight}
+            for c in found.cells
         ],
-        "rests": [] if found.rests is None else [
-            {"test": r.test, "start": r.start, "after": r.after, "dp": r.dp.value, "low": r.dp.low, "high": r.dp.high}
-            for r in found.rests.rests
-        ],
-        "flow": {} if b is None else {
-            "ratio": 1.0 + b.ratio.value, "leakage": 1.0 + b.leakage.value, "C_leak": b.twin_leakage * (1.0 + b.leakage.value),
-            "capacitance": 1.0 + b.capacitance.value, "alpha_p_zero": b.offset.value,
-        },
-    }  # fmt: skip
+        "rests": (
+            []
+            if found.rests is None
+            else [
+                {
+                    "test": r.test,
+                    "start": r.start,
+                    "after": r.after,
+                    "dp": r.dp.value,
+                    "low": r.dp.low,
+                    "high": r.dp.high,
+                }
+                for r in found.rests.rests
+            ]
+        ),
+        "flow": (
+            {}
+            if b is None
+            else {
+                "ratio": 1.0 + b.ratio.value,
+                "leakage": 1.0 + b.leakage.value,
+                "C_leak": b.twin_leakage * (1.0 + b.leakage.value),
+                "capacitance": 1.0 + b.capacitance.value,
+                "alpha_p_zero": b.offset.value,
+            }
+        ),
+    }

@@ -42,7 +42,8 @@ class Implied:
 
 
 def implied_by(parts: Sequence[Part], progress: Callable[[float], None], records: Sequence[Record] = ()) -> Implied:
-    """Take every check on the parts; the clock first, because lengths over speeds depend on it. records: for rests, which may be short."""
+    """Take every check on the parts; the clock first, because lengths over speeds depend on it. records: for rests,
+    which may be short."""
     meter = Meter(6.0, progress)
     parts = tuple(parts)
     found = ratios(parts)
@@ -54,6 +55,19 @@ def implied_by(parts: Sequence[Part], progress: Callable[[float], None], records
     flow, load, friction = balance(parts), cells(parts), frictions(parts)
     meter.part(1.0)(1.0)
     return Implied(
-        parts, found, clock, jump, drum, motor, pump, flow, load, friction, tip_delays(parts), references(parts), pressures(parts),
-        passive_pressure(parts), rests(parts[0].crane, records) if parts and records else None,
-    )  # fmt: skip
+        parts,
+        found,
+        clock,
+        jump,
+        drum,
+        motor,
+        pump,
+        flow,
+        load,
+        friction,
+        tip_delays(parts),
+        references(parts),
+        pressures(parts),
+        passive_pressure(parts),
+        rests(parts[0].crane, records) if parts and records else None,
+    )

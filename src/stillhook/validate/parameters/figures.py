@@ -56,7 +56,13 @@ def _drum(campaign: Campaign, found: Implied) -> Figure:
     for n, d in zip(layers, diameter_of(crane, layers.astype(np.float64)), strict=True):
         ax.plot(wire_of_layer(crane, int(n)), [d, d], color=TWIN, lw=2.0, label="twin, by layer" if n == 1 else None)
     for i, x in enumerate(found.levers):
-        style: dict[str, Any] = {"color": COLOURS[i % 6], "marker": "osD^v<"[i % 6], "ms": 7, "ls": "none", "capsize": 3}
+        style: dict[str, Any] = {
+            "color": COLOURS[i % 6],
+            "marker": "osD^v<"[i % 6],
+            "ms": 7,
+            "ls": "none",
+            "capsize": 3,
+        }
         ax.errorbar(x.s_w, x.d_implied, yerr=x.d * x.error.half, label=f"test {x.test}", **style)
         error.errorbar(x.s_w, 100.0 * x.error.value, yerr=100.0 * x.error.half, **style)
     error.axhline(0.0, color=TWIN, lw=2.0)
@@ -75,7 +81,9 @@ def _flow(found: Implied) -> Figure:
     assert b is not None
     title = "Flow balance of the higher line of the active circuit, windows of half a second"
     figure, ((ax, leak),) = axes_of(1, 2, (11.0, 5.0), title)
-    ax.plot(*(_dots(_flow_unit(x), b.Q_m) for x in (b.Q_p, b.Q_m)), ".", ms=3, color=COLOURS[0], label="measured", alpha=0.6)
+    ax.plot(
+        *(_dots(_flow_unit(x), b.Q_m) for x in (b.Q_p, b.Q_m)), ".", ms=3, color=COLOURS[0], label="measured", alpha=0.6
+    )
     ends = np.array(ax.get_xlim())
     ax.plot(ends, ends, color=TWIN, lw=1.5, label="twin without leakage")
     ax.set_xlabel("pump flow [L/min]")
@@ -84,7 +92,11 @@ def _flow(found: Implied) -> Figure:
     top = np.array([0.0, float(np.nanmax(_flow_unit(b.Q_leak)))])
     leak.plot(top, top, color=TWIN, lw=1.5, label="twin")
     of, low, high = (100.0 * x for x in (b.leakage.value, b.leakage.low, b.leakage.high))
-    for part, style, label in ((of, "-", f"log: {of:+.1f} % ({low:+.1f} to {high:+.1f})"), (low, ":", None), (high, ":", None)):
+    for part, style, label in (
+        (of, "-", f"log: {of:+.1f} % ({low:+.1f} to {high:+.1f})"),
+        (low, ":", None),
+        (high, ":", None),
+    ):
         leak.plot(top, (1.0 + part / 100.0) * top, color=COLOURS[1], lw=1.5, ls=style, label=label)
     leak.set_xlabel("leakage of the twin [L/min]")
     leak.set_ylabel("flow that is missing [L/min]")
@@ -95,7 +107,9 @@ def _flow(found: Implied) -> Figure:
 
 def _friction(found: Implied) -> Figure:
     """Torque that is left at the motor shaft over the twin's friction, by test."""
-    figure, (axes,) = axes_of(1, 2, (11.0, 5.0), "Torque balance at the motors: what is left, against the twin's friction")
+    figure, (axes,) = axes_of(
+        1, 2, (11.0, 5.0), "Torque balance at the motors: what is left, against the twin's friction"
+    )
     for ax, up in zip(axes, (False, True), strict=True):
         for i, f in enumerate(found.frictions):
             this = np.isfinite(f.measured) & np.isfinite(f.twin) & ((f.twin > 0.0) == up)
@@ -113,7 +127,9 @@ def _friction(found: Implied) -> Figure:
 
 def _delay(campaign: Campaign, delays: tuple[TipDelay, ...]) -> Figure:
     """Force in the wave band that is left if the true tip is so much ahead of the logged one."""
-    title = "Delay of the tip signal: force of the hook's motion that is left, if the true tip is ahead of the logged one"
+    title = (
+        "Delay of the tip signal: force of the hook's motion that is left, if the true tip is ahead of the logged one"
+    )
     figure, ((ax,),) = axes_of(1, 1, (9.0, 5.0), title)
     for i, d in enumerate(delays):
         label = f"test {d.test}: {1e3 * d.delay.value:.0f} +- {1e3 * d.delay.half:.0f} ms"

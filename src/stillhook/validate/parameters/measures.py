@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from stillhook.library.leakage import point_text
-from stillhook.spec.crane import ServoVariant
+from stillhook.spec.circuits import ServoVariant
 from stillhook.statistics.jackknife_regression import Estimate, by_case
 from stillhook.units import number, show
 from stillhook.validate.criteria.names import MEASURES
@@ -29,7 +29,8 @@ SWAPPED = -0.3
 CELL_BELIEVED = 0.25
 """Error of the load cell from which no torque is drawn from it [-]."""
 STANDS = 0.03
-"""Standing torque, as a part of the load, from which it is worth a word [-]: gas pressure, setting and cell are known to a per cent."""
+"""Standing torque, as a part of the load, from which it is worth a word [-]: gas pressure, setting and cell are known
+to a per cent."""
 UNTOLD = 1e-3
 """Error of a calibration that is none [-]."""
 RATES = {"v_w": "wire speed", "v_tip": "tip speed", "a_tip": "tip acceleration"}
@@ -38,9 +39,16 @@ RATES = {"v_w": "wire speed", "v_tip": "tip speed", "a_tip": "tip acceleration"}
 def measures(campaign: Campaign, found: Implied) -> tuple[Measure, ...]:
     """Every measure of step 1 in the order of the checks; one without a value says what to log."""
     return (
-        *_levers(campaign, found), *_clock(found), *_settings(campaign, found), *_flow(found), *_cells(found), *_friction(found),
-        *_delay(campaign, found), *_references(found), *_pressures(found),
-    )  # fmt: skip
+        *_levers(campaign, found),
+        *_clock(found),
+        *_settings(campaign, found),
+        *_flow(found),
+        *_cells(found),
+        *_friction(found),
+        *_delay(campaign, found),
+        *_references(found),
+        *_pressures(found),
+    )
 
 
 def measure(name: str, e: Estimate | None, *, test: str = "", data: str = "", note: str = "") -> Measure:
@@ -49,7 +57,9 @@ def measure(name: str, e: Estimate | None, *, test: str = "", data: str = "", no
     if e is None:
         return Measure(name, None, quantity, test=test, data=data, note=note)
     bounded = np.isfinite(e.half) and e.half > 0.0
-    return Measure(name, e.value, quantity, e.low if bounded else None, e.high if bounded else None, test, data, note, e.structural)
+    return Measure(
+        name, e.value, quantity, e.low if bounded else None, e.high if bounded else None, test, data, note, e.structural
+    )
 
 
 def rests_on(parts: Iterable[Part], tests: Iterable[str], blocks: int = 0) -> str:
@@ -62,10 +72,18 @@ def rests_on(parts: Iterable[Part], tests: Iterable[str], blocks: int = 0) -> st
 
 def _levers(campaign: Campaign, found: Implied) -> list[Measure]:
     if not found.levers:
-        return [measure("lever_error", None, note="log the motor speed omega_m beside v_w or s_w, with the winch moving")]
+        return [
+            measure("lever_error", None, note="log the motor speed omega_m beside v_w or s_w, with the winch moving")
+        ]
     note = diagnosis(campaign.crane, found.levers)
     return [
-        measure("lever_error", x.error, test=f"test {x.test}", data=rests_on(found.parts, [x.test], x.error.blocks), note=note)
+        measure(
+            "lever_error",
+            x.error,
+            test=f"test {x.test}",
+            data=rests_on(found.parts, [x.test], x.error.blocks),
+            note=note,
+        )
         for x in found.levers
     ]
 
@@ -77,18 +95,36 @@ def _clock(found: Implied) -> list[Measure]:
     for name, key in (("v_w_error", "v_w"), ("v_tip_error", "v_tip"), ("a_tip_error", "a_tip")):
         if key in found.clock.calibration:
             e = found.clock.calibration[key]
-            out.append(measure(name, e, data=rests_on(found.parts, found.ratios[key].tests), note=_calibration(found.ratios[key], e)))
+            out.append(
+                measure(
+                    name,
+                    e,
+                    data=rests_on(found.parts, found.ratios[key].tests),
+                    note=_calibration(found.ratios[key], e),
+                )
+            )
         else:
             out.append(measure(name, None, note=f"log {key} with what it is the rate of, and move"))
     if found.jump is None:
         out.append(measure("length_jump", None, note="log v_w beside s_w"))
     else:
-        out.append(measure("length_jump", Estimate(found.jump.size, 0.0), data=rests_on(found.parts, tests), note=jump_says(found.jump)))
+        out.append(
+            measure(
+                "length_jump",
+                Estimate(found.jump.size, 0.0),
+                data=rests_on(found.parts, tests),
+                note=jump_says(found.jump),
+            )
+        )
     return out
 
 
 def _calibration(ratio: Ratio, e: Estimate) -> str:
-    lag = f", {in_ms(abs(ratio.lag))} ms {'ahead of' if ratio.lag > 0.0 else 'behind'} it" if abs(ratio.lag) > 0.005 else ""
+    lag = (
+        f", {in_ms(abs(ratio.lag))} ms {'ahead of' if ratio.lag > 0.0 else 'behind'} it"
+        if abs(ratio.lag) > 0.005
+        else ""
+    )
     if abs(e.value) < UNTOLD:
         return f"the {RATES[ratio.name]} is calibrated{lag}"
     much = f"{100.0 * abs(e.value):.2f} % too {'much' if e.value > 0.0 else 'little'}"
@@ -100,18 +136,31 @@ def _settings(campaign: Campaign, found: Implied) -> list[Measure]:
     if motor is None:
         out.append(measure("motor_offset_error", None, note="log the motors' command u_m and setting alpha_m"))
     elif motor.offset is None:
-        note = f"the command leaves full displacement for {number(motor.seconds, 2)} s only: test a mode or a speed with reduced motors"
+        note = (
+            f"the command leaves full displacement for {number(motor.seconds, 2)} s only: test a mode or a speed with"
+            " reduced motors"
+        )
         out.append(measure("motor_offset_error", None, note=note))
     else:
         expected = _expected_offset(campaign)
         e = Estimate(motor.offset.value - expected, motor.offset.half, motor.offset.blocks)
         wide = f", hysteresis {100.0 * motor.hysteresis.value:.1f} %" if motor.hysteresis is not None else ""
-        note = f"the motors stand {100.0 * motor.offset.value:.1f} % above their command, {100.0 * expected:.1f} % in the twin{wide}"
-        out.append(measure("motor_offset_error", e, data=f"{number(motor.seconds, 3)} s with reduced motors", note=note))
+        note = (
+            f"the motors stand {100.0 * motor.offset.value:.1f} % above their command, {100.0 * expected:.1f} % in the"
+            f" twin{wide}"
+        )
+        out.append(
+            measure("motor_offset_error", e, data=f"{number(motor.seconds, 3)} s with reduced motors", note=note)
+        )
     if found.pump is None:
         return [*out, measure("pump_gain_error", None, note="log the pumps' command u_p and setting alpha_p")]
     zero = f"zero of the setting at {100.0 * found.pump.offset.value:.2f} %"
-    return [*out, measure("pump_gain_error", found.pump.gain, data=rests_on(found.parts, [p.test for p in found.parts]), note=zero)]
+    return [
+        *out,
+        measure(
+            "pump_gain_error", found.pump.gain, data=rests_on(found.parts, [p.test for p in found.parts]), note=zero
+        ),
+    ]
 
 
 def _expected_offset(campaign: Campaign) -> float:
@@ -124,12 +173,20 @@ def _flow(found: Implied) -> list[Measure]:
     b = found.balance
     if b is None:
         note = "log p_a, p_b, the motor speed, alpha_m (or u_m) and alpha_p (or u_p), with pressure in one line"
-        return [measure(name, None, note=note) for name in ("displacement_ratio_error", "leakage_error", "leakage_here_error")]
+        return [
+            measure(name, None, note=note)
+            for name in ("displacement_ratio_error", "leakage_error", "leakage_here_error")
+        ]
     data = rests_on(found.parts, b.tests, b.ratio.blocks)
     return [
         measure("displacement_ratio_error", b.ratio, data=data, note=_ratio_says(b)),
         measure("leakage_error", b.leak.judged, data=data, note=_leak_says(b)),
-        measure("leakage_here_error", b.leakage, data=data, note=f"at {point_text(b.leak.at)}, where the leakage of these data flows"),
+        measure(
+            "leakage_here_error",
+            b.leakage,
+            data=data,
+            note=f"at {point_text(b.leak.at)}, where the leakage of these data flows",
+        ),
     ]
 
 
@@ -137,7 +194,9 @@ def _ratio_says(b: Balance) -> str:
     faster = "faster" if b.ratio.value > 0.0 else "slower"
     text = f"with full pumps the winch is {100.0 * abs(b.ratio.value):.2f} % {faster} than the twin, leakage apart"
     assumed = [name for name, seen in (("u_m", b.measured_motors), ("u_p", b.measured_pumps)) if not seen]
-    return text + (f"; from {' and '.join(assumed)} through the servo, so offsets of the settings are in it" if assumed else "")
+    return text + (
+        f"; from {' and '.join(assumed)} through the servo, so offsets of the settings are in it" if assumed else ""
+    )
 
 
 def _leak_says(b: Balance) -> str:
@@ -166,13 +225,21 @@ def _cell_wrong(found: Implied) -> bool:
 
 def _friction(found: Implied) -> list[Measure]:
     if _cell_wrong(found):
-        return [measure("friction_error", None, note="the load cell is wrong, so the torques at the shaft do not add up: mend it first")]
+        return [
+            measure(
+                "friction_error",
+                None,
+                note="the load cell is wrong, so the torques at the shaft do not add up: mend it first",
+            )
+        ]
     kinds = {p.test: p.kind for p in found.parts}
     mine = [f for f in found.frictions if kinds[f.test] is Kind.AHC] or list(found.frictions)
     scale = implied_friction.overall(mine)
     if scale is None:
         lacks = dict.fromkeys(name for p in found.parts for name in implied_friction.missing(p))
-        note = f"log {', '.join(lacks)} for a torque balance at the motors" if lacks else "the winch does not move enough"
+        note = (
+            f"log {', '.join(lacks)} for a torque balance at the motors" if lacks else "the winch does not move enough"
+        )
         return [measure("friction_error", None, note=note)]
     data = rests_on(found.parts, [f.test for f in mine], scale.blocks)
     return [measure("friction_error", scale, data=data, note=_friction_says(found, mine, scale))]
@@ -195,7 +262,13 @@ def _friction_says(found: Implied, mine: list[Friction], scale: Estimate) -> str
 
 def _delay(campaign: Campaign, found: Implied) -> list[Measure]:
     if not found.delays:
-        return [measure("tip_delay_error", None, note="log the load cell F_w beside s_tip and s_w, compensating a tip that moves")]
+        return [
+            measure(
+                "tip_delay_error",
+                None,
+                note="log the load cell F_w beside s_tip and s_w, compensating a tip that moves",
+            )
+        ]
     if any(abs(c.error.value) > CLOSE for c in found.cells if not c.light):
         return [measure("tip_delay_error", None, note="the load cell is wrong: mend it first")]
     total = implied_delay.overall(found.delays)
@@ -203,7 +276,10 @@ def _delay(campaign: Campaign, found: Implied) -> list[Measure]:
     each = by_case({d.test: d.delay.value for d in found.delays}, lambda x: f"{in_ms(x)} ms")
     told = f"{in_ms(total.value)} ms found{f', {each}' if each else ''}, {in_ms(campaign.delay)} ms stated"
     if total.half > implied_delay.TOLD and abs(total.value - campaign.delay) < total.half:
-        note = f"{told}, +- {in_ms(total.half)} ms: load, motion or load cell are too weak; test a heavy load with little wire out"
+        note = (
+            f"{told}, +- {in_ms(total.half)} ms: load, motion or load cell are too weak; test a heavy load with little"
+            " wire out"
+        )
         return [measure("tip_delay_error", None, note=note)]
     e = Estimate(total.value - campaign.delay, total.half, total.blocks)
     data = rests_on(found.parts, [d.test for d in found.delays], total.blocks)
@@ -229,11 +305,16 @@ def _pressures(found: Implied) -> list[Measure]:
         return [measure(name, None, note="log p_a and p_b") for name in ("boost_error", "p_max_over_relief")]
     lows = [p for p in found.pressures if p.low is not None]
     data = {p.test: rests_on(found.parts, [p.test]) for p in found.pressures}
-    out = [measure("boost_error", p.low, test=f"test {p.test}", data=data[p.test], note=_low_says(p.least)) for p in lows]
+    out = [
+        measure("boost_error", p.low, test=f"test {p.test}", data=data[p.test], note=_low_says(p.least)) for p in lows
+    ]
     if not lows:
         out = [measure("boost_error", None, note="the lines are never apart")]
     high = max(found.pressures, key=lambda p: p.high)
-    return [*out, measure("p_max_over_relief", Estimate(high.high, 0.0), test=f"test {high.test}", data=data[high.test])]
+    return [
+        *out,
+        measure("p_max_over_relief", Estimate(high.high, 0.0), test=f"test {high.test}", data=data[high.test]),
+    ]
 
 
 def _low_says(least: float) -> str:

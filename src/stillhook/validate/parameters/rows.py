@@ -27,14 +27,20 @@ def _drum(found: Implied) -> list[Row]:
     rows = []
     for x in found.levers:
         low, high = (x.d * (1.0 + e) for e in (x.error.low, x.error.high))
-        rows.append(_row("wire centre", x.d, Estimate(x.d_implied, 0.5 * (high - low)), "length", x.error.value, x.test, digits=5))
+        rows.append(
+            _row(
+                "wire centre", x.d, Estimate(x.d_implied, 0.5 * (high - low)), "length", x.error.value, x.test, digits=5
+            )
+        )
     return rows
 
 
 def _row(name: str, twin: float, e: Estimate, quantity: str, difference: float, tests: str, *, digits: int = 4) -> Row:
     """A parameter [SI] with its unit beside its name, the difference in per cent."""
     unit = KINDS[quantity].display if quantity else ""
-    twin_, value, low, high = (number(in_display(v, quantity) if quantity else v, digits) for v in (twin, e.value, e.low, e.high))
+    twin_, value, low, high = (
+        number(in_display(v, quantity) if quantity else v, digits) for v in (twin, e.value, e.low, e.high)
+    )
     return (f"{name} [{unit}]" if unit else name, twin_, value, f"{low} to {high}", _percent(difference), tests)
 
 
@@ -55,7 +61,11 @@ def _hydraulics(found: Implied, told: Sequence[Measure]) -> list[Row]:
         rows.append(_row("offset of the motors", motor.offset.value - error, motor.offset, "", error, moved, digits=2))
     if motor is not None and motor.hysteresis is not None:
         width = _hysteresis(found)
-        rows.append(_row("hysteresis of the motors", width, motor.hysteresis, "", motor.hysteresis.value - width, moved, digits=2))
+        rows.append(
+            _row(
+                "hysteresis of the motors", width, motor.hysteresis, "", motor.hysteresis.value - width, moved, digits=2
+            )
+        )
     if found.pump is not None:
         gain = Estimate(1.0 + found.pump.gain.value, found.pump.gain.half)
         rows.append(_row("gain of the pumps' setting", 1.0, gain, "", found.pump.gain.value, driven))
@@ -101,7 +111,16 @@ def _times(campaign: Campaign, found: Implied, told: Sequence[Measure]) -> list[
         if m.value is not None and m.low is not None and m.high is not None:
             low, high, late = (in_ms(campaign.delay + x) for x in (m.low, m.high, m.value))
             tests = _tests([d.test for d in found.delays])
-            rows.append(("delay of the tip [ms]", in_ms(campaign.delay), late, f"{low} to {high}", f"{in_ms(m.value)} ms", tests))
+            rows.append(
+                (
+                    "delay of the tip [ms]",
+                    in_ms(campaign.delay),
+                    late,
+                    f"{low} to {high}",
+                    f"{in_ms(m.value)} ms",
+                    tests,
+                )
+            )
     return rows
 
 

@@ -1,4 +1,5 @@
-"""Unbroken parts of the records as the checks of step 1 use them: measured signals beside the twin's records for that load and wire."""
+"""Unbroken parts of the records as the checks of step 1 use them: measured signals beside the twin's records for that
+load and wire."""
 
 from __future__ import annotations
 

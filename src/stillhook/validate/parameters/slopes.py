@@ -1,6 +1,7 @@
 """How much one curve moves for another's: slopes from differences over seconds, with the lag between the two taken out.
 
-Differences of positions against integrals of speeds: a derivative of noisy samples in a regressor would draw the slope towards zero.
+Differences of positions against integrals of speeds: a derivative of noisy samples in a regressor would draw the slope
+towards zero.
 """
 
 from __future__ import annotations
@@ -17,9 +18,11 @@ from stillhook.statistics.jackknife_regression import Fit, fit
 from stillhook.validate.parameters.segments import Part
 
 WINDOW = 2.0
-"""Time over which differences are taken [s]: a fifth of a wave, in which the winch moves a hundred steps of its encoder."""
+"""Time over which differences are taken [s]: a fifth of a wave, in which the winch moves a hundred steps of its
+encoder."""
 SMOOTH = 0.2
-"""Part of the window over which both curves are averaged at its ends [-]: noise goes, and what is left of a wave is left of both alike."""
+"""Part of the window over which both curves are averaged at its ends [-]: noise goes, and what is left of a wave is
+left of both alike."""
 BRIDGED = 0.1
 """Longest hole in a signal that a straight line may fill [s]."""
 LAGS = 3
@@ -31,7 +34,8 @@ LEAST_MOTION = 1e-6
 
 @dataclass(frozen=True)
 class Slope:
-    """fit: coefficients slope, and slope times lag left; lag: by which y comes later than x [s]; x, y: the differences, for figures."""
+    """fit: coefficients slope, and slope times lag left; lag: by which y comes later than x [s]; x, y: the differences,
+    for figures."""
 
     fit: Fit
     lag: float
@@ -63,7 +67,8 @@ def bridged(x: FloatArray, step: float) -> FloatArray:
 
 
 def integral(x: FloatArray, step: float) -> FloatArray:
-    """Integral from the start by trapezoids, (n,); NaN from the inside of a hole on is left to `differences`, by NaN at the hole."""
+    """Integral from the start by trapezoids, (n,); NaN from the inside of a hole on is left to `differences`, by NaN at
+    the hole."""
     known = bridged(x, step)
     safe = np.where(np.isfinite(known), known, 0.0)
     total = np.concatenate(([0.0], np.cumsum(0.5 * (safe[1:] + safe[:-1]) * step)))
@@ -99,7 +104,9 @@ def later(x: FloatArray, step: float, lag: float) -> FloatArray:
     return np.asarray(np.interp(at, np.arange(len(x)), x, left=np.nan, right=np.nan))
 
 
-def slope(parts: Sequence[Part], curves: Sequence[tuple[FloatArray, FloatArray]], window: float = WINDOW) -> Slope | None:
+def slope(
+    parts: Sequence[Part], curves: Sequence[tuple[FloatArray, FloatArray]], window: float = WINDOW
+) -> Slope | None:
     """How much y moves for x: pairs (x, y) of curves, one a part, each (n,). None where the data do not tell.
 
     A constant rate between them (an offset of a speed) is taken out part by part, and so is the lag.

@@ -1,11 +1,12 @@
-"""Curves of the passive circuit along a part of a log: oil that the motors move, torque that they give, what is missing for either."""
+"""Curves of the passive circuit along a part of a log: oil that the motors move, torque that they give, what is missing
+for either."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.spec.crane import PassiveCircuit
+from stillhook.spec.circuits import PassiveCircuit
 from stillhook.validate.parameters.segments import Part
 from stillhook.validate.parameters.slopes import bridged, integral, smoothed
 
@@ -28,8 +29,8 @@ def lacking(part: Part, names: tuple[str, ...] = OIL) -> tuple[str, ...]:
 
 
 def flow(part: Part) -> FloatArray:
-    """Oil flow into the accumulator about its mean, (n,) [m^3/s]: that of the passive motors, D_pm alpha_pm omega_m, lowering positive, and
-    that of make-up. Leakage is in the mean: it changes little with the pressure."""
+    """Oil flow into the accumulator about its mean, (n,) [m^3/s]: that of the passive motors, D_pm alpha_pm omega_m,
+    lowering positive, and that of make-up. Leakage is in the mean: it changes little with the pressure."""
     assert part.omega_m is not None
     motors = -passive_of(part).motor.D_total * bridged(part["alpha_pm"], part.step) * bridged(part.omega_m, part.step)
     pumps = made_up(part)
@@ -37,7 +38,8 @@ def flow(part: Part) -> FloatArray:
 
 
 def made_up(part: Part) -> FloatArray:
-    """Flow of the make-up pumps, (n,) [m^3/s], but for a constant: by their logged setting, else by the law on the logged pressure.
+    """Flow of the make-up pumps, (n,) [m^3/s], but for a constant: by their logged setting, else by the law on the
+    logged pressure.
 
     Some per cent of a wave's oil, and about square to it: enough to turn the piston's dry friction at another moment.
     """
@@ -47,12 +49,20 @@ def made_up(part: Part) -> FloatArray:
     mean = filtered(filled(part["p_hp"]), part.params.plc.tau_p, step)
     u = settings.K_acc * (float(np.mean(mean)) - mean)
     if part.has("v_op"):
-        u = u + settings.D_m_max * bridged(part["alpha_pm"], step) * bridged(part["v_op"], step) / part.lever / settings.Q_p_max
+        u = (
+            u
+            + settings.D_m_max
+            * bridged(part["alpha_pm"], step)
+            * bridged(part["v_op"], step)
+            / part.lever
+            / settings.Q_p_max
+        )
     return np.asarray(settings.Q_p_max * np.clip(u, -1.0, 1.0))
 
 
 def filtered(x: FloatArray, tau: float, step: float) -> FloatArray:
-    """First-order filter of the PLC, cycle by cycle, starting on the first sample. As `stillhook.control.plc.low_pass`."""
+    """First-order filter of the PLC, cycle by cycle, starting on the first sample. As
+    `stillhook.control.plc.low_pass`."""
     from scipy.signal import lfilter  # heavy: only where logs are checked
 
     k = step / (tau + step)

@@ -1,4 +1,5 @@
-"""Figures of step 6: pressure over the oil that the motors move, and torque of the passive motors, against the crane file."""
+"""Figures of step 6: pressure over the oil that the motors move, and torque of the passive motors, against the crane
+file."""
 
 from __future__ import annotations
 
@@ -39,11 +40,14 @@ def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict
 
 
 def _gas(campaign: Campaign, gas: Curve, n: float) -> Figure:
-    """Change of the passive pressure over the oil moved in windows, what flow costs taken out; and what flow costs; n of the file."""
+    """Change of the passive pressure over the oil moved in windows, what flow costs taken out; and what flow costs; n
+    of the file."""
     passive = campaign.crane.passive
     assert passive is not None
     acc = passive.accumulator
-    figure, ((ax, loss),) = axes_of(1, 2, (11.0, 5.0), "Passive pressure in windows of 2 s: gas curve, and what flow costs")
+    figure, ((ax, loss),) = axes_of(
+        1, 2, (11.0, 5.0), "Passive pressure in windows of 2 s: gas curve, and what flow costs"
+    )
     stiff = acc.gas.p_0 / acc.gas.V_0 * n
     implied = stiff * (gas.p / acc.gas.p_0) * acc.gas.V_0 / gas.V.value
     bar, litre, flow = (in_display(1.0, kind) for kind in ("pressure", "volume", "flow"))
@@ -66,10 +70,13 @@ def _gas(campaign: Campaign, gas: Curve, n: float) -> Figure:
 
 
 def _motors(campaign: Campaign, shares: tuple[Share, ...]) -> Figure:
-    """Torque that the passive motors must give over that of all motors of the file, by test, with lines of fewer motors."""
+    """Torque that the passive motors must give over that of all motors of the file, by test, with lines of fewer
+    motors."""
     passive = campaign.crane.passive
     assert passive is not None
-    title = "Torque of the passive motors: what load and active motors leave for them, over that of all in the crane file"
+    title = (
+        "Torque of the passive motors: what load and active motors leave for them, over that of all in the crane file"
+    )
     figure, ((ax,),) = axes_of(1, 1, (9.0, 6.0), title)
     top = max(float(np.nanmax(s.T_p)) for s in shares)
     for i, s in enumerate(shares):
@@ -79,7 +86,14 @@ def _motors(campaign: Campaign, shares: tuple[Share, ...]) -> Figure:
     ends = np.array([0.95 * low, 1.02 * top])
     for dead in (0, 1, 2):
         n = passive.motor.count - dead
-        ax.plot(ends, n / passive.motor.count * ends, color=GREY, lw=2.0 - 0.5 * dead, ls=("-", "--", ":")[dead], label=f"{n} motors")
+        ax.plot(
+            ends,
+            n / passive.motor.count * ends,
+            color=GREY,
+            lw=2.0 - 0.5 * dead,
+            ls=("-", "--", ":")[dead],
+            label=f"{n} motors",
+        )
     ax.set_xlabel("torque of all motors of the crane file [N m]")
     ax.set_ylabel("torque that they must give [N m]")
     legend_below(figure, [ax], 3)

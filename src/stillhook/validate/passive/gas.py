@@ -1,7 +1,9 @@
-"""What gas stands behind the piston: its pressure at mid stroke, its volume by the stiffness, what the piston's friction takes, its stroke.
+"""What gas stands behind the piston: its pressure at mid stroke, its volume by the stiffness, what the piston's
+friction takes, its stroke.
 
-The passive motors move oil, V = -int D_pm alpha_pm omega_m dt, and the pressure answers: dp = (n p / V_gas) dV + R dQ + p_dry d(sign Q).
-Leakage and drift are slow: differences over a fifth of a wave lose them. Source: Moslatt 2020 paper C, double-piston accumulator.
+The passive motors move oil, V = -int D_pm alpha_pm omega_m dt, and the pressure answers: dp = (n p / V_gas) dV + R dQ +
+p_dry d(sign Q). Leakage and drift are slow: differences over a fifth of a wave lose them. Source: Moslatt 2020 paper C,
+double-piston accumulator.
 """
 
 from __future__ import annotations
@@ -25,32 +27,34 @@ from stillhook.validate.passive.curves import dry, flow, lacking, mean_every, oi
 EVERY = 0.2
 """Width of the means of which levels and excursions are taken [s]."""
 LEAST_OIL = 2e-3
-"""Smallest scatter of the oil moved in a window, over the stroke, from which the gas curve is shown [-]: on a stroke of 1.2 m^3 the
-pressure then moves by some tenths of a bar, as much as a transmitter scatters."""
+"""Smallest scatter of the oil moved in a window, over the stroke, from which the gas curve is shown [-]: on a stroke of
+1.2 m^3 the pressure then moves by some tenths of a bar, as much as a transmitter scatters."""
 FORM = 0.065
-"""What the laws of friction, heat and make-up leave open of the gas volume [-]: windows of 1 to 3 s, dry friction that turns at
-2 to 10 % of the pumps' flow, and a lag that is off by 10 ms move it by 1 to 3 % each. On 85 simulated cranes it came out 3.4 % high in the
-mean, with a scatter of 2 %."""
+"""What the laws of friction, heat and make-up leave open of the gas volume [-]: windows of 1 to 3 s, dry friction that
+turns at 2 to 10 % of the pumps' flow, and a lag that is off by 10 ms move it by 1 to 3 % each. On 85 simulated cranes
+it came out 3.4 % high in the mean, with a scatter of 2 %."""
 LAG = 0.04
-"""Lag between speed and pressure signals that is tried, either way [s]: sensors and filters of some tens of milliseconds. 20 ms of it are
-4 % of the gas volume, because the pressure that flow costs leads that of the gas."""
+"""Lag between speed and pressure signals that is tried, either way [s]: sensors and filters of some tens of
+milliseconds. 20 ms of it are 4 % of the gas volume, because the pressure that flow costs leads that of the gas."""
 LOSS_DOUBT = 3e4
-"""What lag, law of dry friction and transmitters leave open of the pressure that flow costs [Pa]: up to 0.4 bar high on 12 cranes of the
-reference plant before the lag was taken out."""
+"""What lag, law of dry friction and transmitters leave open of the pressure that flow costs [Pa]: up to 0.4 bar high on
+12 cranes of the reference plant before the lag was taken out."""
 KINK = 5.0
-"""Times the gas's own stiffness that a pressure must change to count as that of a piston at an end: trapped oil is 1000 times as stiff."""
+"""Times the gas's own stiffness that a pressure must change to count as that of a piston at an end: trapped oil is 1000
+times as stiff."""
 KINK_LEAST = parse("8 bar", "pressure")
 """And the least change within `EVERY` [Pa]: beyond noise and beyond what flow costs."""
 SOFT, STIFF = 1.0, 2.3
-"""Least and most index n = V dp / (p dV) of nitrogen in an accumulator: 1 for an ideal gas whose heat has time to flow; 2.3 for real
-nitrogen of 280 bar and 20 degC without any (2.0 at 200 bar, 2.4 at 310 bar; equation of state of Span et al. 2000, as
-`stillhook.engine.pack.gas.nitrogen_isentrope`)."""
+"""Least and most index n = V dp / (p dV) of nitrogen in an accumulator: 1 for an ideal gas whose heat has time to flow;
+2.3 for real nitrogen of 280 bar and 20 degC without any (2.0 at 200 bar, 2.4 at 310 bar; equation of state of Span et
+al. 2000, as `stillhook.engine.pack.gas.nitrogen_isentrope`)."""
 
 
 @dataclass(frozen=True)
 class Level:
-    """Pressure at mid stroke of all tests. p: [Pa]; tests: by test; placed: the piston's place was logged, so that the level is the gas's
-    own; else it is the mean, which the make-up pumps hold at the set pressure whatever the gas has."""
+    """Pressure at mid stroke of all tests. p: [Pa]; tests: by test; placed: the piston's place was logged, so that the
+    level is the gas's own; else it is the mean, which the make-up pumps hold at the set pressure whatever the gas
+    has."""
 
     p: Estimate
     tests: dict[str, Estimate]
@@ -59,9 +63,9 @@ class Level:
 
 @dataclass(frozen=True)
 class Curve:
-    """Gas curve of all tests. V: gas volume that the stiffness implies with the file's n [m^3]; R: pressure per flow [Pa s/m^3], dry: that
-    of dry friction [Pa], loss: both at the flow of all active pumps [Pa]; p: pressure that it holds at [Pa]; tests: V by test; dV, dp, dQ,
-    d_dry: differences in windows, for figures."""
+    """Gas curve of all tests. V: gas volume that the stiffness implies with the file's n [m^3]; R: pressure per flow
+    [Pa s/m^3], dry: that of dry friction [Pa], loss: both at the flow of all active pumps [Pa]; p: pressure that it
+    holds at [Pa]; tests: V by test; dV, dp, dQ, d_dry: differences in windows, for figures."""
 
     V: Estimate
     R: float
@@ -85,9 +89,9 @@ class Displacement:
 
 @dataclass(frozen=True)
 class Stroke:
-    """used: part of the file's stroke that the piston went through [-], low and high its ends about mid stroke [m^3]; at_end: time in which
-    the pressure moved as behind a piston at an end though the file leaves it room [s]; where: test and moment of it; placed: from the
-    logged place of the piston."""
+    """used: part of the file's stroke that the piston went through [-], low and high its ends about mid stroke [m^3];
+    at_end: time in which the pressure moved as behind a piston at an end though the file leaves it room [s]; where:
+    test and moment of it; placed: from the logged place of the piston."""
 
     used: float
     low: float
@@ -98,7 +102,8 @@ class Stroke:
 
 
 def levels(parts: Sequence[Part]) -> Level | None:
-    """Pressure at mid stroke, of the tests with heave compensation where there are any; None where p_hp was not logged."""
+    """Pressure at mid stroke, of the tests with heave compensation where there are any; None where p_hp was not
+    logged."""
     known = [p for p in parts if p.has("p_hp")]
     known = [p for p in known if p.kind is Kind.AHC] or known
     placed = bool(known) and all(p.has("V_acc") for p in known)
@@ -135,7 +140,8 @@ def index(part: Part) -> float:
 
 
 def curve(parts: Sequence[Part]) -> Curve | None:
-    """Stiffness of the gas and what flow costs, test by test in the wave band; None where the signals or the motion are missing."""
+    """Stiffness of the gas and what flow costs, test by test in the wave band; None where the signals or the motion are
+    missing."""
     volumes, losses, rows = {}, [], []
     mine = [p for p in parts if p.kind is Kind.AHC and not lacking(p)]
     lag = _lag(mine)
@@ -146,7 +152,9 @@ def curve(parts: Sequence[Part]) -> Curve | None:
             continue
         pump = these[0].crane.active.pump
         full = pump.D_total * pump.omega_p
-        found = fit((dV, dQ - d_dry * full, d_dry, np.ones_like(dV)), dp, block)  # what a full flow costs is then one coefficient
+        found = fit(
+            (dV, dQ - d_dry * full, d_dry, np.ones_like(dV)), dp, block
+        )  # what a full flow costs is then one coefficient
         if found is None or not found.b[0] > 0.0:
             continue
         p = float(np.nanmean(np.concatenate([part["p_hp"] for part in these])))
@@ -162,7 +170,8 @@ def curve(parts: Sequence[Part]) -> Curve | None:
 
 
 def _lag(parts: Sequence[Part]) -> float:
-    """By how much the logged pressure comes later than the flow [s], from the residual of three lags; 0 where none between is least."""
+    """By how much the logged pressure comes later than the flow [s], from the residual of three lags; 0 where none
+    between is least."""
     left = []
     for lag in (-LAG, 0.0, LAG):
         rows = [_rows(p, lag) for p in parts]
@@ -179,7 +188,8 @@ def _lag(parts: Sequence[Part]) -> float:
 
 
 def _rows(part: Part, lag: float) -> tuple[NDArray[Any], ...]:
-    """Differences over windows: oil moved, flow, side of dry friction, as they come lag [s] later, and pressure; block."""
+    """Differences over windows: oil moved, flow, side of dry friction, as they come lag [s] later, and pressure;
+    block."""
     step = part.step
     Q = later(flow(part), step, lag)
     curves = (integral(Q, step), Q, dry(Q, part), bridged(part["p_hp"], step))
@@ -187,7 +197,8 @@ def _rows(part: Part, lag: float) -> tuple[NDArray[Any], ...]:
 
 
 def displacement(parts: Sequence[Part]) -> Displacement | None:
-    """What the motors really move, from the logged place of the piston; None where it was not logged or nothing moves."""
+    """What the motors really move, from the logged place of the piston; None where it was not logged or nothing
+    moves."""
     tests = {}
     for test, mine in by_test([p for p in parts if p.kind is Kind.AHC and p.has("V_acc") and not lacking(p)]).items():
         rows = [_moved(p) for p in mine]
@@ -205,7 +216,8 @@ def _moved(part: Part) -> tuple[NDArray[Any], ...]:
 
 
 def stroke(parts: Sequence[Part], gas: Curve | None) -> Stroke | None:
-    """How far the piston went, by its logged place or by the pressure along the gas curve that the log itself implies; None without."""
+    """How far the piston went, by its logged place or by the pressure along the gas curve that the log itself implies;
+    None without."""
     mine = [p for p in parts if not lacking(p)]
     if not mine:
         return None
@@ -228,7 +240,8 @@ def stroke(parts: Sequence[Part], gas: Curve | None) -> Stroke | None:
 
 
 def place(part: Part, gas: Curve | None) -> FloatArray:
-    """Piston off mid stroke [m^3], one a mean over EVERY: from the pressure less what flow costs, along the implied gas curve."""
+    """Piston off mid stroke [m^3], one a mean over EVERY: from the pressure less what flow costs, along the implied gas
+    curve."""
     assert gas is not None
     n = index(part)
     Q = mean_every(flow(part), part, EVERY)

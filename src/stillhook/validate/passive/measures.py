@@ -1,4 +1,5 @@
-"""Measures of step 6: what a log says of the passive circuit less what the crane file says, with the likely cause in words."""
+"""Measures of step 6: what a log says of the passive circuit less what the crane file says, with the likely cause in
+words."""
 
 from __future__ import annotations
 
@@ -6,7 +7,8 @@ import math
 from dataclasses import replace
 
 from stillhook.physics.scalar import G
-from stillhook.spec.crane import Crane, PassiveCircuit
+from stillhook.spec.circuits import PassiveCircuit
+from stillhook.spec.crane import Crane
 from stillhook.statistics.jackknife_regression import Estimate
 from stillhook.units import number, show
 from stillhook.validate.criteria.names import MEASURES
@@ -29,21 +31,28 @@ DRY_WORTH = 0.3e5
 WHOLE = 0.25
 """By how much of a motor a whole number may be missed and still be named [-]."""
 DRIFTS = 0.03
-"""Standing torque over that of the safe working load from which a test with a light load counts: zeros, not gains [-]."""
+"""Standing torque over that of the safe working load from which a test with a light load counts: zeros, not gains
+[-]."""
 
 
 def measures(crane: Crane, found: PassiveFindings) -> tuple[Measure, ...]:
     """Every measure of step 6; one without a value says what to log."""
     return (
-        *_level(crane, found), *_gas(crane, found), *_stroke(crane, found), *_motors(crane, found),
-        *_flow(crane, found), *_setting(found), *_make_up(found),
-    )  # fmt: skip
+        *_level(crane, found),
+        *_gas(crane, found),
+        *_stroke(crane, found),
+        *_motors(crane, found),
+        *_flow(crane, found),
+        *_setting(found),
+        *_make_up(found),
+    )
 
 
 def _measure(
     name: str, e: Estimate, calibration: float, *, law: float = 0.0, test: str = "", data: str = "", note: str = ""
 ) -> Measure:
-    """A measure whose interval holds, beside its scatter, what calibrations and the form of the law leave open: half widths, as a part."""
+    """A measure whose interval holds, beside its scatter, what calibrations and the form of the law leave open: half
+    widths, as a part."""
     total = math.sqrt(e.half**2 + calibration**2 + law**2)
     if not MEASURES[name].quantity:
         data += f", with {100.0 * calibration:.1f} % for calibrations"
@@ -64,7 +73,11 @@ def _level(crane: Crane, found: PassiveFindings) -> list[Measure]:
         return [measure("precharge_error", None, note="log the pressure of the passive circuit p_hp")]
     p_0 = _passive(crane).accumulator.gas.p_0
     e = Estimate(level.p.value / p_0 - 1.0, level.p.half / p_0, level.p.blocks)
-    whence = "carried to mid stroke by V_acc" if level.placed else "the mean, which make-up holds; log V_acc for the gas's own"
+    whence = (
+        "carried to mid stroke by V_acc"
+        if level.placed
+        else "the mean, which make-up holds; log V_acc for the gas's own"
+    )
     note = f"precharge {show(level.p.value, 'pressure', 4)}, {show(p_0, 'pressure', 4)} in the crane file ({whence})"
     if abs(e.value) > 0.02:
         note = f"precharge {show(level.p.value, 'pressure', 4)}, not {show(p_0, 'pressure', 4)} ({whence})"
@@ -90,17 +103,23 @@ def _gas(crane: Crane, found: PassiveFindings) -> list[Measure]:
     dry = f", {show(2.0 * gas.dry, 'pressure', 2)} of it dry" if gas.dry > DRY_WORTH else ""
     width = f"{wide} wide at {show(Q, 'flow', 3)}{dry}, {file} in the crane file"
     return [
-        _measure("gas_volume_error", e, calibration, law=gas_law.FORM, data=data, note=note + spread(gas.tests, "volume")),
         _measure(
-            "piston_loss_difference", loss, TRANSMITTER_SWING * gas.loss.value, law=gas_law.LOSS_DOUBT, data=data,
+            "gas_volume_error", e, calibration, law=gas_law.FORM, data=data, note=note + spread(gas.tests, "volume")
+        ),
+        _measure(
+            "piston_loss_difference",
+            loss,
+            TRANSMITTER_SWING * gas.loss.value,
+            law=gas_law.LOSS_DOUBT,
+            data=data,
             note=f"the loop of pressure over oil is {width}",
         ),
-    ]  # fmt: skip
+    ]
 
 
 def volume(found: PassiveFindings, gas: gas_law.Curve) -> tuple[Estimate, float]:
-    """Gas volume with the displacement that the torque shows to work (dead motors move no oil), and the part of it that calibrations leave
-    open [-]: settings where there is no torque balance, else the share of the motors."""
+    """Gas volume with the displacement that the torque shows to work (dead motors move no oil), and the part of it that
+    calibrations leave open [-]: settings where there is no torque balance, else the share of the motors."""
     if not found.shares:
         return gas.V, torque.SETTING_DOUBT
     share, doubt = torque.overall(found.shares)
@@ -110,10 +129,14 @@ def volume(found: PassiveFindings, gas: gas_law.Curve) -> tuple[Estimate, float]
 
 
 def volume_says(V: float, V_0: float, n: float) -> str:
-    """What volume the stiffness implies at the file's index n, and what index at the file's volume: they are one number."""
+    """What volume the stiffness implies at the file's index n, and what index at the file's volume: they are one
+    number."""
     at_file = n * V_0 / V
     not_this = "not " if abs(V / V_0 - 1.0) > 0.2 else ""
-    text = f"gas volume {show(V, 'volume', 3)} at n {number(n, 3)}, {not_this or 'and '}{show(V_0, 'volume', 3)} in the crane file"
+    text = (
+        f"gas volume {show(V, 'volume', 3)} at n {number(n, 3)}, {not_this or 'and '}{show(V_0, 'volume', 3)} in the"
+        " crane file"
+    )
     soft, stiff = (show(V * x / n, "volume", 3) for x in (gas_law.SOFT, gas_law.STIFF))
     text += f"; the stiffness shows n / V as one number: {soft} to {stiff} for n of {gas_law.SOFT} to {gas_law.STIFF}"
     if not_this and not gas_law.SOFT <= at_file <= gas_law.STIFF:
@@ -143,17 +166,32 @@ def _motors(crane: Crane, found: PassiveFindings) -> list[Measure]:
     names = ("passive_motors_error", "passive_torque_error")
     if not found.shares:
         lacks = dict.fromkeys(n for p in found.parts for n in missing(p))
-        note = f"log {', '.join(lacks)} for a torque balance at the motors" if lacks else "the winch does not move a load enough"
+        note = (
+            f"log {', '.join(lacks)} for a torque balance at the motors"
+            if lacks
+            else "the winch does not move a load enough"
+        )
         return [measure(name, None, note=note) for name in names]
     share, structural = torque.overall(found.shares)
     total = Estimate(share.value, math.hypot(share.half, structural), share.blocks)  # words go by all that is open
     tests = [s.test for s in found.shares]
     full = crane.SWL * G * 0.5 * crane.drum.d_max / crane.i_hD
-    out = [_measure(names[0], share, structural, data=rests_on(found.parts, tests, share.blocks), note=motors_say(crane, found, total))]
+    out = [
+        _measure(
+            names[0],
+            share,
+            structural,
+            data=rests_on(found.parts, tests, share.blocks),
+            note=motors_say(crane, found, total),
+        )
+    ]
     for s in found.shares:
         over = max(s.T_load, 0.25 * full)
         e = Estimate(s.standing.value / over, s.standing.half / over, s.standing.blocks)
-        note = f"{show(s.standing.value, 'torque', 3)} of {show(s.T_load, 'torque', 3)} that the load takes are not explained"
+        note = (
+            f"{show(s.standing.value, 'torque', 3)} of {show(s.T_load, 'torque', 3)} that the load takes are not"
+            " explained"
+        )
         data = rests_on(found.parts, [s.test], s.standing.blocks)
         out.append(_measure(names[1], e, s.structural, test=f"test {s.test}", data=data, note=note))
     return out
@@ -171,7 +209,9 @@ def motors_say(crane: Crane, found: PassiveFindings, share: Estimate) -> str:
         if abs(counted - whole) < WHOLE:
             text = f"{there:.1f} motors, not {count}: the PLC counts {whole} as well, a wrong number in the crane file"
         elif whole < count:
-            text = f"{there:.1f} of {count} motors work: {count - whole} dead" + (", and the PLC counts on all" if counted > there else "")
+            text = f"{there:.1f} of {count} motors work: {count - whole} dead" + (
+                ", and the PLC counts on all" if counted > there else ""
+            )
         else:
             text = f"torque of {there:.1f} motors, {count} in the crane file"
     by_weight = [s for s in found.shares if s.by_weight is not None]
@@ -190,7 +230,13 @@ def motors_say(crane: Crane, found: PassiveFindings, share: Estimate) -> str:
 def _flow(crane: Crane, found: PassiveFindings) -> list[Measure]:
     moved = found.displacement
     if moved is None:
-        return [measure("passive_flow_error", None, note="log the oil in the accumulator V_acc, with alpha_pm and the motor speed, moving")]
+        return [
+            measure(
+                "passive_flow_error",
+                None,
+                note="log the oil in the accumulator V_acc, with alpha_pm and the motor speed, moving",
+            )
+        ]
     count = _passive(crane).motor.count
     note = f"oil of {number(count * (1.0 + moved.error.value), 3)} of {count} motors reaches the piston"
     data = rests_on(found.parts, moved.tests, moved.error.blocks)
@@ -203,9 +249,20 @@ def _setting(found: PassiveFindings) -> list[Measure]:
         return [measure("passive_setting_error", None, note="log alpha_pm, F_w and p_hp with a load on the hook")]
     count = passive_of(found.parts[0]).motor.count
     motors = count / (1.0 + s.gain.value)
-    note = f"the motors stand at {1.0 + s.gain.value:.3f} times what load cell and pressure ask for: the PLC counts {motors:.1f} motors"
+    note = (
+        f"the motors stand at {1.0 + s.gain.value:.3f} times what load cell and pressure ask for: the PLC counts"
+        f" {motors:.1f} motors"
+    )
     note += ", or reads another load than the log" if abs(s.gain.value) > APART else ""
-    return [_measure("passive_setting_error", s.gain, torque.SETTING_DOUBT, data=rests_on(found.parts, s.tests, s.gain.blocks), note=note)]
+    return [
+        _measure(
+            "passive_setting_error",
+            s.gain,
+            torque.SETTING_DOUBT,
+            data=rests_on(found.parts, s.tests, s.gain.blocks),
+            note=note,
+        )
+    ]
 
 
 def _make_up(found: PassiveFindings) -> list[Measure]:
@@ -214,7 +271,14 @@ def _make_up(found: PassiveFindings) -> list[Measure]:
         note = "log the passive pumps' setting alpha_pp, with p_hp, alpha_pm and the joystick"
         return [measure("make_up_error", None, note=note)]
     note = f"set pressure and transmitter {show(m.offset, 'pressure', 2)} apart"
-    return [measure("make_up_error", m.gain, data=rests_on(found.parts, [p.test for p in found.parts if p.has('alpha_pp')]), note=note)]
+    return [
+        measure(
+            "make_up_error",
+            m.gain,
+            data=rests_on(found.parts, [p.test for p in found.parts if p.has("alpha_pp")]),
+            note=note,
+        )
+    ]
 
 
 def _passive(crane: Crane) -> PassiveCircuit:

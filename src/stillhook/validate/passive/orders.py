@@ -1,4 +1,5 @@
-"""Whether motors and pumps of the passive circuit stand where their laws put them: displacement for the weight, make-up of the oil."""
+"""Whether motors and pumps of the passive circuit stand where their laws put them: displacement for the weight, make-up
+of the oil."""
 
 from __future__ import annotations
 
@@ -26,7 +27,8 @@ LEAST_ORDER = 0.02
 
 @dataclass(frozen=True)
 class Setting:
-    """gain: measured setting of the passive motors over that of the law, less 1; tests: by test; law, alpha: for figures [-]."""
+    """gain: measured setting of the passive motors over that of the law, less 1; tests: by test; law, alpha: for
+    figures [-]."""
 
     gain: Estimate
     tests: dict[str, Estimate]
@@ -36,16 +38,16 @@ class Setting:
 
 @dataclass(frozen=True)
 class MakeUp:
-    """gain: measured setting of the passive pumps over the answer to the law's command, less 1; offset: what stands between them, as the
-    pressure [Pa] by which set pressure and transmitter disagree."""
+    """gain: measured setting of the passive pumps over the answer to the law's command, less 1; offset: what stands
+    between them, as the pressure [Pa] by which set pressure and transmitter disagree."""
 
     gain: Estimate
     offset: float
 
 
 def displacement_by_weight(part: Part) -> FloatArray | None:
-    """Setting that the law and the servo give the passive motors, (n,) [-], NaN while the filter settles and where it is held in [0, 1];
-    None where load cell or pressure have holes."""
+    """Setting that the law and the servo give the passive motors, (n,) [-], NaN while the filter settles and where it
+    is held in [0, 1]; None where load cell or pressure have holes."""
     F, p = (bridged(part[name], part.step) for name in ("F_w", "p_hp"))
     if not (np.isfinite(F).all() and np.isfinite(p).all() and np.isfinite(part.lever).all()):
         return None
@@ -58,7 +60,8 @@ def displacement_by_weight(part: Part) -> FloatArray | None:
 
 
 def setting(parts: Sequence[Part]) -> Setting | None:
-    """Gain of the passive motors' setting over the law, of every test that carries a load; None where it was not logged."""
+    """Gain of the passive motors' setting over the law, of every test that carries a load; None where it was not
+    logged."""
     tests, laws, alphas = {}, [], []
     for test, mine in by_test([p for p in parts if p.has("alpha_pm", "F_w", "p_hp")]).items():
         mine = [p for p in mine if p.weight > LEAST_LOAD * p.crane.SWL * G]
@@ -79,9 +82,10 @@ def setting(parts: Sequence[Part]) -> Setting | None:
 
 
 def make_up_command(part: Part, standing: bool) -> FloatArray | None:
-    """Setting that the make-up law and the servo give the passive pumps, (n,) [-], NaN while the slow mean settles and where the command
-    is at an end; None where signals have holes. standing: the PLC's pressure is that of the standing piston, as in the twin (p_hp less
-    what flow costs by the file), else p_hp as it is, which a transmitter at the motors gives."""
+    """Setting that the make-up law and the servo give the passive pumps, (n,) [-], NaN while the slow mean settles and
+    where the command is at an end; None where signals have holes. standing: the PLC's pressure is that of the standing
+    piston, as in the twin (p_hp less what flow costs by the file), else p_hp as it is, which a transmitter at the
+    motors gives."""
     if (part.kind is not Kind.AHC and not part.has("v_op")) or part.omega_m is None:
         return None
     p, u_m = (bridged(part[name], part.step) for name in ("p_hp", "alpha_pm"))
@@ -97,8 +101,8 @@ def make_up_command(part: Part, standing: bool) -> FloatArray | None:
 
 
 def make_up(parts: Sequence[Part]) -> MakeUp | None:
-    """Gain and offset of the passive pumps' setting over the make-up law; None where it was not logged or the command hardly moves. Of the
-    two places that the PLC's pressure may be from, the one that explains the setting better."""
+    """Gain and offset of the passive pumps' setting over the make-up law; None where it was not logged or the command
+    hardly moves. Of the two places that the PLC's pressure may be from, the one that explains the setting better."""
     both = [x for x in (_made_up(parts, standing) for standing in (True, False)) if x is not None]
     _, moves, found = min(both, key=lambda x: x[0]) if both else (0.0, 0.0, None)
     return found if moves > LEAST_ORDER else None
@@ -106,10 +110,16 @@ def make_up(parts: Sequence[Part]) -> MakeUp | None:
 
 def _made_up(parts: Sequence[Part], standing: bool) -> tuple[float, float, MakeUp] | None:
     """What is left of the setting (rms), scatter of the law's [-], gain and offset."""
-    rows = [(law, p) for p in parts if p.has("alpha_pp", "alpha_pm", "p_hp") and (law := make_up_command(p, standing)) is not None]
+    rows = [
+        (law, p)
+        for p in parts
+        if p.has("alpha_pp", "alpha_pm", "p_hp") and (law := make_up_command(p, standing)) is not None
+    ]
     if not rows:
         return None
-    law, alpha = (np.concatenate([_at(y, p) for y, p in pairs]) for pairs in (rows, [(p["alpha_pp"], p) for _, p in rows]))
+    law, alpha = (
+        np.concatenate([_at(y, p) for y, p in pairs]) for pairs in (rows, [(p["alpha_pp"], p) for _, p in rows])
+    )
     found = fit((law, np.ones_like(law)), alpha, np.concatenate([p.blocks(_at(p.t, p)) for _, p in rows]))
     if found is None:
         return None

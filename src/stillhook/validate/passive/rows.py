@@ -24,10 +24,14 @@ def table(crane: Crane, found: PassiveFindings) -> Table:
         rows.append(_row("precharge", passive.accumulator.gas.p_0, found.level.p, "pressure", list(found.level.tests)))
     if found.gas is not None:
         file = passive.accumulator.gas
-        rows.append(_row(f"gas volume at n {number(file.n, 3)}", file.V_0, found.gas.V, "volume", list(found.gas.tests)))
+        rows.append(
+            _row(f"gas volume at n {number(file.n, 3)}", file.V_0, found.gas.V, "volume", list(found.gas.tests))
+        )
     count = passive.motor.count
     for s in found.shares:
-        rows.append(_row("motors that work", count, Estimate(count * (1.0 + s.share.value), count * s.share.half), "", [s.test]))
+        rows.append(
+            _row("motors that work", count, Estimate(count * (1.0 + s.share.value), count * s.share.half), "", [s.test])
+        )
     if found.shares:
         share, structural = torque.overall(found.shares)
         both = Estimate(count * (1.0 + share.value), count * (share.half**2 + structural**2) ** 0.5)
@@ -45,4 +49,11 @@ def _row(name: str, twin: float, e: Estimate, quantity: str, tests: list[str]) -
     unit = KINDS[quantity].display if quantity else ""
     cells = [number(in_display(v, quantity) if quantity else v, 4) for v in (twin, e.value, e.low, e.high)]
     difference = f"{100.0 * (e.value / twin - 1.0):+.2f} %"
-    return (f"{name} [{unit}]" if unit else name, cells[0], cells[1], f"{cells[2]} to {cells[3]}", difference, ", ".join(tests))
+    return (
+        f"{name} [{unit}]" if unit else name,
+        cells[0],
+        cells[1],
+        f"{cells[2]} to {cells[3]}",
+        difference,
+        ", ".join(tests),
+    )

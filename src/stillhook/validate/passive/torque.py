@@ -1,8 +1,9 @@
-"""How many of the passive motors work, by the torque at the shaft: what the load takes less what the active motors give.
+"""How many of the passive motors work, by the torque at the shaft: what the load takes less what the active motors
+give.
 
-D_m alpha_m dp + g D_pm alpha_pm (p_hp - p_lp) = F_w lambda + J domega/dt + T_f, with the friction's scale, what goes with the wire's place
-and what the inertia lacks taken out beside g. A load cell that reads wrong looks the same in one equation: the PLC sets the motors by it.
-The stated load is the second witness. Source: Moslatt 2020 eqs 2.3 and 2.15.
+D_m alpha_m dp + g D_pm alpha_pm (p_hp - p_lp) = F_w lambda + J domega/dt + T_f, with the friction's scale, what goes
+with the wire's place and what the inertia lacks taken out beside g. A load cell that reads wrong looks the same in one
+equation: the PLC sets the motors by it. The stated load is the second witness. Source: Moslatt 2020 eqs 2.3 and 2.15.
 """
 
 from __future__ import annotations
@@ -31,15 +32,18 @@ SETTING_DOUBT = 0.01
 LOW_DOUBT = parse("3 bar", "pressure")
 """What the low side's pressure, which is not logged, may be off by [Pa]."""
 LEAST_LOAD = 0.1
-"""Torque of the load over that of the safe working load from which the share is taken of a test [-]: below, zeros of sensors decide."""
+"""Torque of the load over that of the safe working load from which the share is taken of a test [-]: below, zeros of
+sensors decide."""
 
 
 @dataclass(frozen=True)
 class Share:
-    """One test. share: of the torque of all passive motors of the file that is there, less 1, by the load cell; structural: half width
-    [-] that calibrations leave beside it; standing: torque left in the mean with the file's motors [N m], T_load mean torque of the load;
-    by_weight: the share by the stated load, None where it is not stated; T, T_p: for figures, torque of the load less that of the active
-    motors and less friction, and torque of the file's passive motors [N m]."""
+    """One test. share: of the torque of all passive motors of the file that is there, less 1, by the load cell;
+    structural: half width [-] that calibrations leave beside it; standing: torque left in the mean with the file's
+    motors [N m], T_load mean torque of the load; by_weight: the share by the stated load, None where it is not stated;
+    T, T_p: for figures, torque of the load less that of the active motors and less friction, and torque of the file's
+    passive motors [N
+    m]."""
 
     test: str
     share: Estimate
@@ -52,7 +56,8 @@ class Share:
 
 
 def shares(parts: Sequence[Part]) -> tuple[Share, ...]:
-    """The share of every test with heave compensation, or where there is none of every test, that carries a load and has the signals."""
+    """The share of every test with heave compensation, or where there is none of every test, that carries a load and
+    has the signals."""
     known = [p for p in parts if not missing(p)]
     known = [p for p in known if p.kind is Kind.AHC] or known
     out = [s for test, mine in by_test(known).items() if (s := _share(test, mine)) is not None]
@@ -60,7 +65,8 @@ def shares(parts: Sequence[Part]) -> tuple[Share, ...]:
 
 
 def overall(found: Sequence[Share]) -> tuple[Estimate, float]:
-    """Share over all tests, less 1, and its structural half width: where load cell and stated load disagree, it may be either."""
+    """Share over all tests, less 1, and its structural half width: where load cell and stated load disagree, it may be
+    either."""
     each = []
     apart = [0.5 * abs(s.share.value - s.by_weight) for s in found if s.by_weight is not None]
     for s in found:
@@ -87,9 +93,15 @@ def _share(test: str, parts: Sequence[Part]) -> Share | None:
     passive = passive_of(part)
     structural = math.hypot(SETTING_DOUBT, LOW_DOUBT / (passive.accumulator.gas.p_0 - passive.p_lp))
     return Share(
-        test, Estimate(float(found.b[0]) - 1.0, found.half(0), found.blocks), by_weight, structural,
-        Estimate(float(still.b[0]), still.half(0), still.blocks), T_load, T - _beside(found, model, spring, rate), T_p,
-    )  # fmt: skip
+        test,
+        Estimate(float(found.b[0]) - 1.0, found.half(0), found.blocks),
+        by_weight,
+        structural,
+        Estimate(float(still.b[0]), still.half(0), still.blocks),
+        T_load,
+        T - _beside(found, model, spring, rate),
+        T_p,
+    )
 
 
 def _beside(found: Fit, model: FloatArray, spring: FloatArray, rate: FloatArray) -> FloatArray:
@@ -97,8 +109,10 @@ def _beside(found: Fit, model: FloatArray, spring: FloatArray, rate: FloatArray)
 
 
 def _rows(part: Part) -> tuple[NDArray[Any], ...]:
-    """Means over EVERY seconds: torque that the passive motors must give, that of the file's, friction of the twin with the sign of the
-    motion, wire out about its middle, angular acceleration, torque of the load, one, block; NaN where the motors stand or turn round."""
+    """Means over EVERY seconds: torque that the passive motors must give, that of the file's, friction of the twin with
+    the sign of the motion, wire out about its middle, angular acceleration, torque of the load, one, block; NaN where
+    the motors stand or turn round.
+    """
     assert part.omega_m is not None
     s = {name: mean_every(part[name], part, EVERY) for name in ("p_a", "p_b", "F_w", "p_hp", "alpha_pm")}
     setting = known_setting(part, "m")

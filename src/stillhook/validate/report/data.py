@@ -35,7 +35,9 @@ def to_dict(validation: Validation) -> dict[str, Any]:
         "segments": [dataclasses.asdict(s) | {"mode": s.mode.value} for s in segments(validation)],
         "unjudged": {name: list(tests) for name, tests in unjudged(validation).items()} if validation.whole else {},
         "steps": [step.to_dict() for step in validation.steps],
-        "tests": [{"name": r.test.name, "log": r.test.log.name, "statements": list(r.statements)} for r in validation.records],
+        "tests": [
+            {"name": r.test.name, "log": r.test.log.name, "statements": list(r.statements)} for r in validation.records
+        ],
     }
 
 
@@ -59,7 +61,8 @@ def segments_table(validation: Validation) -> polars.DataFrame:
 
 
 def deviations_table(validation: Validation) -> polars.DataFrame | None:
-    """Every window of step 5, units in the headings; None where it compared nothing. Source: Moslatt 2020 paper F, figures 11 to 13."""
+    """Every window of step 5, units in the headings; None where it compared nothing. Source: Moslatt 2020 paper F,
+    figures 11 to 13."""
     import polars as pl
 
     parts = [c.windows for step in validation.steps if isinstance(step, AhcStep) for c in step.compared]

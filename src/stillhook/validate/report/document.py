@@ -1,4 +1,5 @@
-"""The report: one page that a colleague can read without the program, every step with its statements, tables, figures and verdict."""
+"""The report: one page that a colleague can read without the program, every step with its statements, tables, figures
+and verdict."""
 
 from __future__ import annotations
 
@@ -39,16 +40,16 @@ from stillhook.validate.validation import Validation
 
 SYNTHETIC = "SYNTHETIC: these logs were simulated, measured on no crane. What follows says nothing about a real one."
 JUDGED = (
-    "Each line is judged by the 95 % interval of its figure alone: shown where the whole interval meets the limit, refuted where no part "
-    "of it does, else not shown. What must be shown (the rule) stands in the way while it is not shown. What must not be refuted, because "
-    "data can refute its limit but hardly prove it, stands in the way where it is refuted, or is not shown and the estimate itself misses "
-    "the limit."
+    "Each line is judged by the 95 % interval of its figure alone: shown where the whole interval meets the limit,"
+    " refuted where no part of it does, else not shown. What must be shown (the rule) stands in the way while it is not"
+    " shown. What must not be refuted, because data can refute its limit but hardly prove it, stands in the way where"
+    " it is refuted, or is not shown and the estimate itself misses the limit."
 )
 METHOD = (
-    "Method: the five verification steps and the acceptance criteria of G.-A. Moslåt 2020 (section 2.6, paper F table 2), with a step of "
-    "our own for the passive circuit and criteria of our own where paper F gives no number; each line names its source. The twin under "
-    "test is the crane file as given. Values that step 4 tunes are proposals: they become part of the twin, and of a verdict, only by a "
-    "crane file that holds them, validated again."
+    "Method: the five verification steps and the acceptance criteria of G.-A. Moslåt 2020 (section 2.6, paper F table"
+    " 2), with a step of our own for the passive circuit and criteria of our own where paper F gives no number; each"
+    " line names its source. The twin under test is the crane file as given. Values that step 4 tunes are proposals:"
+    " they become part of the twin, and of a verdict, only by a crane file that holds them, validated again."
 )
 
 
@@ -60,7 +61,10 @@ def report(validation: Validation, figures: Mapping[str, bytes]) -> str:
         paragraph(risks(validation.lines)),
         _about(validation.campaign),
         heading("Load cases"),
-        paragraph("Unbroken parts of the logs with one load in one mode. Wire out: least to most; tip p-p: its largest over 30 s."),
+        paragraph(
+            "Unbroken parts of the logs with one load in one mode. Wire out: least to most; tip p-p: its largest over"
+            " 30 s."
+        ),
         table([joined(h) for h in SEGMENT_HEAD], map(segment_cells, segments(validation))),
         *_covered(validation),
         *_found_on_the_way(validation),
@@ -74,7 +78,9 @@ def report(validation: Validation, figures: Mapping[str, bytes]) -> str:
     for step in validation.steps:
         parts += _step(validation, step, figures)
     parts += [heading("How it is judged"), paragraph(JUDGED), paragraph(METHOD)]
-    return page(f"Validation of {title(validation)}", parts, synthetic=SYNTHETIC if validation.campaign.synthetic else "")
+    return page(
+        f"Validation of {title(validation)}", parts, synthetic=SYNTHETIC if validation.campaign.synthetic else ""
+    )
 
 
 def _decisive(validation: Validation) -> list[str]:
@@ -127,11 +133,15 @@ def _legend(lines: Sequence[CriterionResult]) -> str:
 
 def _covered(validation: Validation) -> list[str]:
     """What the tests cover: the ranges that a certificate names."""
-    found = envelope_of(validation.records, validation.campaign.criteria.settings["window"]) if validation.whole else None
+    found = (
+        envelope_of(validation.records, validation.campaign.criteria.settings["window"]) if validation.whole else None
+    )
     if found is None:
         return []
     says = Envelope.model_construct(None, **{name: tuple(ends) for name, ends in found.items()}).says()
-    told = "What the tests with heave compensation cover. A certificate holds inside these ranges, each taken by itself."
+    told = (
+        "What the tests with heave compensation cover. A certificate holds inside these ranges, each taken by itself."
+    )
     return [paragraph(told), table(("", ""), says.items(), words=True)]
 
 

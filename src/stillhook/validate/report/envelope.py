@@ -16,16 +16,20 @@ from stillhook.validate.data_set.records.record import Record, Segment
 from stillhook.variables import WINDOW
 
 WAVES = (0.05, 0.95)
-"""Shares of all waves between which the periods of the envelope lie: one odd wave in twenty at either end is no range that was tested."""
+"""Shares of all waves between which the periods of the envelope lie: one odd wave in twenty at either end is no range
+that was tested."""
 
 
 def envelope_of(records: Sequence[Record], window: float) -> dict[str, Any] | None:
-    """Ranges [SI] of load, wire out, 30 s peak-to-peak of the tip and period of its waves, and modes, over the stretches that step 5 used.
+    """Ranges [SI] of load, wire out, 30 s peak-to-peak of the tip and period of its waves, and modes, over the
+    stretches that step 5 used.
 
-    window: that of the criteria [s], which says what is long enough for step 5. Windows in which the tip stands do not count, as in step 0.
-    None where no stretch has a moving tip.
+    window: that of the criteria [s], which says what is long enough for step 5. Windows in which the tip stands do not
+    count, as in step 0. None where no stretch has a moving tip.
     """
-    used = [(record, _counted(record, segment)) for record, segment in usable(records, window)[0] if segment.s_tip_pp > 0.0]
+    used = [
+        (record, _counted(record, segment)) for record, segment in usable(records, window)[0] if segment.s_tip_pp > 0.0
+    ]
     periods = [p for record, segment in used for p in wave_periods(_tip(record, segment), record.step)]
     spans = np.concatenate([np.zeros(0), *(tip_ranges(*part, WINDOW) for part in used)])
     spans = spans[spans >= RESTS]

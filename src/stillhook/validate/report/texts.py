@@ -1,4 +1,5 @@
-"""A validation in words: the verdict in a sentence, its lines and load cases as cells of tables, for the terminal and the page alike."""
+"""A validation in words: the verdict in a sentence, its lines and load cases as cells of tables, for the terminal and
+the page alike."""
 
 from __future__ import annotations
 
@@ -16,17 +17,24 @@ from stillhook.validate.validation import Validation
 
 MEANING = {
     Verdict.SHOWN: "the whole 95 % interval meets the limit; a figure without an interval (marked by value) meets it",
-    Verdict.NOT_SHOWN: "part of the interval meets the limit and part does not, or there is no figure; in capitals it stands in the way",
+    Verdict.NOT_SHOWN: (
+        "part of the interval meets the limit and part does not, or there is no figure; in capitals it stands in"
+        " the way"
+    ),
     Verdict.REFUTED: "no part of the interval meets the limit; a figure without an interval misses it",
     Verdict.INFO: "no part of the verdict",
 }
 SHOWS = {
     StepNumber.DATA: "Do the tests cover enough loads, wire lengths, motion and time for a verdict on this crane?",
     StepNumber.PARAMETERS: "Are pumps, motors, gears, drum, friction and sensors those of the crane file?",
-    StepNumber.CONTROLLER: "Fed with the logged inputs, does the twin's controller give the commands that the PLC gave?",
+    StepNumber.CONTROLLER: (
+        "Fed with the logged inputs, does the twin's controller give the commands that the PLC gave?"
+    ),
     StepNumber.LIMITS: "With the pumps full, is the twin as fast as the winch?",
     StepNumber.DYNAMICS: "With the logged commands, do pressures rise, swing and settle as on the crane?",
-    StepNumber.AHC: "With the logged tip motion and nothing else, does the whole twin miss by as much as the crane did?",
+    StepNumber.AHC: (
+        "With the logged tip motion and nothing else, does the whole twin miss by as much as the crane did?"
+    ),
     StepNumber.PASSIVE: "Do gas, stroke and motors of the passive circuit carry the load as the crane file says?",
 }
 SEGMENT_HEAD = ("test", "from\n[s]", "for\n[s]", "load\n[t]", "wire out\n[m]", "tip p-p\n[m]", "period\n[s]", "mode")
@@ -60,7 +68,11 @@ def sentence(validation: Validation) -> str:
     campaign, lines = validation.campaign, validation.lines
     judged = [line for line in lines if line.judged]
     criteria = campaign.criteria.label
-    part = "" if validation.whole else f" This is {_steps(validation.steps)} only: a certificate needs all steps, 0 to {max(StepNumber)}."
+    part = (
+        ""
+        if validation.whole
+        else f" This is {_steps(validation.steps)} only: a certificate needs all steps, 0 to {max(StepNumber)}."
+    )
     count = _count(len(judged), "criterion", "criteria")
     failed = [line for line in judged if line.failed]
     match validation.outcome:
@@ -87,8 +99,10 @@ def sentence(validation: Validation) -> str:
 
 
 def decisive(validation: Validation) -> list[CriterionResult]:
-    """The lines that decide the verdict, DECISIVE at most: what stands in the way, refuted first and the farthest beyond its limit first;
-    where it passed, those that compare twin and crane and use most of their limits (coverage of the data has no nearly)."""
+    """The lines that decide the verdict, DECISIVE at most: what stands in the way, refuted first and the farthest
+    beyond its limit first; where it passed, those that compare twin and crane and use most of their limits (coverage of
+    the data has no nearly).
+    """
     judged = [line for line in validation.lines if line.judged]
     failed = [line for line in judged if line.failed]
     if failed:
@@ -111,7 +125,11 @@ def decisive_cells(validation: Validation, line: CriterionResult) -> tuple[str, 
     key, what, figure, between, limit, verdict, *_ = line_cells(validation, line)
     m = line.measure
     if m is None or m.value is None or math.isnan(m.value):
-        return verdict, key, f"{what}: no figure; {m.note if m is not None and m.note else 'nothing of the kind is in these data'}"
+        return (
+            verdict,
+            key,
+            f"{what}: no figure; {m.note if m is not None and m.note else 'nothing of the kind is in these data'}",
+        )
     where = f" in {m.test}" if m.test else ""
     interval = f" ({between})" if line.figures else ""
     return verdict, key, f"{what}{where}: {figure}{interval}, limit {limit}; {_how_close(validation, line)}"
@@ -136,14 +154,17 @@ def risks(results: Iterable[CriterionResult]) -> str:
     sampled = [line for line in judged if line.figures]
     bare = [line for line in judged if not line.figures and line.measure is not None and line.measure.value is not None]
     if not sampled:
-        return "No judged line has an interval, so no risk of sampling can be stated." if judged else "No line was judged."
+        return (
+            "No judged line has an interval, so no risk of sampling can be stated." if judged else "No line was judged."
+        )
     percent, most = f"{100.0 * RISK:g} %", max(line.figures for line in sampled)
     several = f", n times that at most where the worst of n tests is judged (n up to {most} here)" if most > 1 else ""
     text = (
-        f"{_count(len(sampled), 'line was', 'lines were')} judged by the 95 % interval of the figure. Consumer's risk: such a line is "
-        f"called shown in at most {percent} of campaigns where its true figure is at the limit or beyond. Producer's risk: it is called "
-        f"refuted in at most {percent} of campaigns where its true figure is at the limit or within{several}. Both are of one line, and as "
-        "good as the intervals are (coverage is measured on synthetic campaigns)."
+        f"{_count(len(sampled), 'line was', 'lines were')} judged by the 95 % interval of the figure. Consumer's risk:"
+        f" such a line is called shown in at most {percent} of campaigns where its true figure is at the limit or"
+        f" beyond. Producer's risk: it is called refuted in at most {percent} of campaigns where its true figure is at"
+        f" the limit or within{several}. Both are of one line, and as good as the intervals are (coverage is measured"
+        " on synthetic campaigns)."
     )
     if bare:
         count = _count(len(bare), "line was", "lines were")
@@ -170,7 +191,8 @@ def criterion(validation: Validation, line: CriterionResult) -> Criterion:
 
 
 def line_cells(validation: Validation, line: CriterionResult) -> tuple[str, ...]:
-    """A verdict line as cells, see LINE_HEAD: the figure and its 95 % interval in the unit of the limit, the data and the reason."""
+    """A verdict line as cells, see LINE_HEAD: the figure and its 95 % interval in the unit of the limit, the data and
+    the reason."""
     c, m = criterion(validation, line), line.measure
     behind = (m.test, structural_words(c, m), m.data, m.note) if m is not None else ()
     known = m is not None and m.value is not None
@@ -178,7 +200,16 @@ def line_cells(validation: Validation, line: CriterionResult) -> tuple[str, ...]
     figure = in_words(c, m.value) if m is not None and m.value is not None else "-"
     limit = line.limit + (", not to be refuted" if c.ask is Ask.NOT_REFUTED else "")
     between = between or ("by value" if known else "")
-    return line.key, line.what, figure, between, limit, verdict_word(line), "; ".join(x for x in behind if x), line.source
+    return (
+        line.key,
+        line.what,
+        figure,
+        between,
+        limit,
+        verdict_word(line),
+        "; ".join(x for x in behind if x),
+        line.source,
+    )
 
 
 def terse_cells(validation: Validation, line: CriterionResult) -> tuple[str, ...]:
@@ -217,9 +248,15 @@ def segment_cells(segment: Segment) -> tuple[str, ...]:
     low, high = (number(x, 4) for x in (s.s_w_min, s.s_w_max))
     moving = s.s_tip_pp > 0.0
     return (
-        s.test, f"{s.start:.0f}", f"{s.duration:.0f}", number(s.load / 1e3, 3), low if low == high else f"{low}-{high}",
-        f"{s.s_tip_pp:.2f}" if moving else "-", f"{s.period:.1f}" if moving and math.isfinite(s.period) else "-", s.mode.value,
-    )  # fmt: skip
+        s.test,
+        f"{s.start:.0f}",
+        f"{s.duration:.0f}",
+        number(s.load / 1e3, 3),
+        low if low == high else f"{low}-{high}",
+        f"{s.s_tip_pp:.2f}" if moving else "-",
+        f"{s.period:.1f}" if moving and math.isfinite(s.period) else "-",
+        s.mode.value,
+    )
 
 
 def segments(validation: Validation) -> list[Segment]:
@@ -240,7 +277,12 @@ def found_on_the_way(validation: Validation) -> list[str]:
 def step_row(validation: Validation, step: Step) -> tuple[str, ...]:
     """How the criteria of a step came out, see STEP_HEAD."""
     counts = Counter(line.verdict for line in lines_of(validation, step))
-    return str(int(step.number)), step.title, *(str(counts[v]) if counts[v] else "" for v in Verdict), step_verdict(validation, step)
+    return (
+        str(int(step.number)),
+        step.title,
+        *(str(counts[v]) if counts[v] else "" for v in Verdict),
+        step_verdict(validation, step),
+    )
 
 
 def lines_of(validation: Validation, step: Step) -> list[CriterionResult]:
@@ -255,4 +297,10 @@ def step_verdict(validation: Validation, step: Step) -> str:
         return "not judged"
     failed = [line for line in lines if line.failed]
     outcome = outcome_of(lines)
-    return f"{outcome.value} ({_keys(failed)})" if failed else "passed" if outcome is Outcome.PASSED else "nothing shown, nothing refuted"
+    return (
+        f"{outcome.value} ({_keys(failed)})"
+        if failed
+        else "passed"
+        if outcome is Outcome.PASSED
+        else "nothing shown, nothing refuted"
+    )

@@ -1,4 +1,5 @@
-"""Signals that were logged and that no line of the verdict rests on: a reader of the certificate knows what nobody looked at."""
+"""Signals that were logged and that no line of the verdict rests on: a reader of the certificate knows what nobody
+looked at."""
 
 from __future__ import annotations
 
@@ -10,7 +11,10 @@ from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.validation import Validation
 
 HEADING = "Logged, not judged"
-MEANING = "No line of the verdict that counts rests on these signals in these tests. They may be wrong without any trace here."
+MEANING = (
+    "No line of the verdict that counts rests on these signals in these tests. They may be wrong without any trace"
+    " here."
+)
 BY_TEST = ("test ", "load case ")
 """What stands before the name of a test where a measure is of that test alone."""
 
@@ -18,7 +22,8 @@ BY_TEST = ("test ", "load case ")
 def unjudged(validation: Validation) -> dict[str, tuple[str, ...]]:
     """Names of signals, each with the tests in which it was logged and no judged line with a value rests on it.
 
-    A measure rests on the signals that `stillhook.validate.criteria.names` names, in the test that it is of, or in all tests of its kinds.
+    A measure rests on the signals that `stillhook.validate.criteria.names` names, in the test that it is of, or in all
+    tests of its kinds.
     """
     judged = _judged(validation)
     out: dict[str, list[str]] = {}

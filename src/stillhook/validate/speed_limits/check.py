@@ -1,8 +1,9 @@
-"""Step 3: the winch's velocity limits. What the crane reaches with its pumps at their end, and what the twin reaches there.
+"""Step 3: the winch's velocity limits. What the crane reaches with its pumps at their end, and what the twin reaches
+there.
 
-Source: Moslatt 2020 paper F, verification element 3 and criterion 4 ("pump saturation should be tested and evaluated"). Two runs of the
-twin: its winch driven by the measured commands (pumps, motors, gear, layers, leakage), and the whole twin on the measured tip motion and
-joystick (the PLC's limits as well).
+Source: Moslatt 2020 paper F, verification element 3 and criterion 4 ("pump saturation should be tested and evaluated").
+Two runs of the twin: its winch driven by the measured commands (pumps, motors, gear, layers, leakage), and the whole
+twin on the measured tip motion and joystick (the PLC's limits as well).
 """
 
 from __future__ import annotations
@@ -39,8 +40,8 @@ WAYS = {1: "hoisting", -1: "lowering"}
 
 @dataclass(frozen=True)
 class Plateau:
-    """A saturated stretch: mean wire speed measured, of the driven and of the whole twin [m/s], NaN where it was not run; way 1 hoisting,
-    -1 lowering; samples [first, last) of its part that are compared."""
+    """A saturated stretch: mean wire speed measured, of the driven and of the whole twin [m/s], NaN where it was not
+    run; way 1 hoisting, -1 lowering; samples [first, last) of its part that are compared."""
 
     part: Limited
     first: int
@@ -69,8 +70,9 @@ class LimitsStep(Step):
 
 @dataclass(frozen=True)
 class Times:
-    """Time that the pumps are at their end [s]: in the log, all of it; and over what the whole twin could be run on: in log and twin each,
-    in either, and in one of them while the other is not even near its end (log_alone, twin_alone)."""
+    """Time that the pumps are at their end [s]: in the log, all of it; and over what the whole twin could be run on: in
+    log and twin each, in either, and in one of them while the other is not even near its end (log_alone,
+    twin_alone)."""
 
     log_all: float
     log: float
@@ -86,8 +88,8 @@ class Times:
 
 
 def check_limits(campaign: Campaign, records: tuple[Record, ...], progress: Callable[[float], None]) -> Step:
-    """Step 3 of the validation. Measures: saturation_time [s] in the log, limit_speed_error (twin driven by the measured commands over the
-    crane, less 1, hoisting and lowering), the same of the whole twin, saturation_overlap."""
+    """Step 3 of the validation. Measures: saturation_time [s] in the log, limit_speed_error (twin driven by the
+    measured commands over the crane, less 1, hoisting and lowering), the same of the whole twin, saturation_overlap."""
     parts: list[Limited] = []
     for i, record in enumerate(records):
         parts += limited(campaign, record)
@@ -96,9 +98,14 @@ def check_limits(campaign: Campaign, records: tuple[Record, ...], progress: Call
     times = times_of(parts)
     why = _causes(parts, plateaus, times)
     return LimitsStep(
-        StepNumber.LIMITS, _measures(plateaus, times, why), _statements(parts, plateaus, times, why), (_table(plateaus),),
-        _data(plateaus, times), tuple(parts), tuple(plateaus),
-    )  # fmt: skip
+        StepNumber.LIMITS,
+        _measures(plateaus, times, why),
+        _statements(parts, plateaus, times, why),
+        (_table(plateaus),),
+        _data(plateaus, times),
+        tuple(parts),
+        tuple(plateaus),
+    )
 
 
 def plateaus_of(part: Limited) -> list[Plateau]:
@@ -144,7 +151,11 @@ def _measures(plateaus: Sequence[Plateau], times: Times, why: Mapping[str, str])
 
 
 def _none(overlap: float | None) -> str:
-    return f"neither the log's pumps nor the twin's are at their end where both are known: {TO_LOG}" if overlap is None else ""
+    return (
+        f"neither the log's pumps nor the twin's are at their end where both are known: {TO_LOG}"
+        if overlap is None
+        else ""
+    )
 
 
 def _speed(name: str, run: str, way: int, plateaus: Sequence[Plateau], why: Mapping[str, str]) -> Measure | None:
@@ -155,7 +166,10 @@ def _speed(name: str, run: str, way: int, plateaus: Sequence[Plateau], why: Mapp
     rows = np.concatenate([_rows(p, run) for p in mine])
     found = interval(lambda x: float(x[:, 1].sum() / x[:, 0].sum() - 1.0), [rows])
     low, high = (x if np.isfinite(x) else None for x in (found.low, found.high))
-    data = f"{len(mine)} plateau{'s' if len(mine) > 1 else ''}, {sum(p.duration for p in mine):.1f} s, {show(_mean(mine), 'speed')}"
+    data = (
+        f"{len(mine)} plateau{'s' if len(mine) > 1 else ''}, {sum(p.duration for p in mine):.1f} s,"
+        f" {show(_mean(mine), 'speed')}"
+    )
     note = why.get(run, "") if abs(found.value) > TOLD else ""
     return Measure(name, found.value, "", low, high, test=WAYS[way], data=data, note=note)
 
@@ -179,7 +193,9 @@ def _error(plateaus: Sequence[Plateau], run: str) -> float:
     if not known:
         return 0.0
     w = np.array([p.duration for p in known])
-    return float(w @ np.array([abs(getattr(p, run)) for p in known]) / (w @ np.array([abs(p.v_w) for p in known])) - 1.0)
+    return float(
+        w @ np.array([abs(getattr(p, run)) for p in known]) / (w @ np.array([abs(p.v_w) for p in known])) - 1.0
+    )
 
 
 def _causes(parts: Sequence[Limited], plateaus: Sequence[Plateau], times: Times) -> dict[str, str]:
@@ -188,13 +204,17 @@ def _causes(parts: Sequence[Limited], plateaus: Sequence[Plateau], times: Times)
     for p in parts:
         for name, what in (("u_p", "the PLC holds the pump command"), ("alpha_p", "the pumps' setting stops")):
             if p.ends.get(name, FULL) < FULL and "ends" not in out:
-                out["ends"] = f"test {p.name}: {what} at {100.0 * (p.ends[name] + FLAT):.3g} % in the log, at 100 % in the twin"
+                out["ends"] = (
+                    f"test {p.name}: {what} at {100.0 * (p.ends[name] + FLAT):.3g} % in the log, at 100 % in the twin"
+                )
     driven, whole = _error(plateaus, "driven"), _error(plateaus, "whole")
     if abs(driven) > TOLD:
         stop = out.get("ends", "") if any(p.ends.get("alpha_p", FULL) < FULL for p in parts) else ""
         out["driven"] = stop or _motors(plateaus) or _faster(driven)
     if abs(whole) > TOLD:
-        out["whole"] = out.get("ends") or out.get("driven") or f"{_faster(whole)}; or its PLC asks for something else (step 2)"
+        out["whole"] = (
+            out.get("ends") or out.get("driven") or f"{_faster(whole)}; or its PLC asks for something else (step 2)"
+        )
     if times.log_alone + times.twin_alone > 0.1 * times.either:
         who = ("log", "twin") if times.log_alone > times.twin_alone else ("twin", "log")
         alone = max(times.log_alone, times.twin_alone)
@@ -211,17 +231,28 @@ def _motors(plateaus: Sequence[Plateau]) -> str:
         a, b = float(log[p.first : p.last].mean()), float(p.part.driven["alpha_m"][p.first : p.last].mean())
         if abs(a - b) > APART:
             where = f"test {p.part.name}, from {p.start:.0f} s on"
-            return f"{where}: on the same command the motors stand at {a:.3f} of their displacement in the log, at {b:.3f} in the twin"
+            return (
+                f"{where}: on the same command the motors stand at {a:.3f} of their displacement in the log, at {b:.3f}"
+                " in the twin"
+            )
     return ""
 
 
 def _faster(error: float) -> str:
     if error > 0.0:
-        return f"the twin is {100.0 * error:.2g} % faster: its pumps give more or turn faster, its motors take less, or it leaks less"
-    return f"the twin is {-100.0 * error:.2g} % slower: its pumps give less or turn slower, its motors take more, or it leaks more"
+        return (
+            f"the twin is {100.0 * error:.2g} % faster: its pumps give more or turn faster, its motors take less, or it"
+            " leaks less"
+        )
+    return (
+        f"the twin is {-100.0 * error:.2g} % slower: its pumps give less or turn slower, its motors take more, or it"
+        " leaks more"
+    )
 
 
-def _statements(parts: Sequence[Limited], plateaus: Sequence[Plateau], times: Times, why: Mapping[str, str]) -> tuple[str, ...]:
+def _statements(
+    parts: Sequence[Limited], plateaus: Sequence[Plateau], times: Times, why: Mapping[str, str]
+) -> tuple[str, ...]:
     out = []
     if times.log_all == 0.0:
         out.append(f"The velocity limits are not shown: the pumps are nowhere at their end. To show them, {TO_LOG}.")
@@ -232,7 +263,9 @@ def _statements(parts: Sequence[Limited], plateaus: Sequence[Plateau], times: Ti
         mine = [p for p in plateaus if p.way == way]
         if mine:
             speed, driven, whole = show(abs(_mean(mine)), "speed"), _reached(mine, "driven"), _reached(mine, "whole")
-            out.append(f"There it reaches {speed} {name}; the twin driven by its commands {driven}, the whole twin {whole}.")
+            out.append(
+                f"There it reaches {speed} {name}; the twin driven by its commands {driven}, the whole twin {whole}."
+            )
         elif times.log_all > 0.0:
             out.append(f"The limit when {name} is not shown.")
     out += [f"Off: {text}." for text in dict.fromkeys(why.values())]
@@ -265,13 +298,19 @@ def _data(plateaus: Sequence[Plateau], times: Times) -> dict[str, object]:
         return x if np.isfinite(x) else None
 
     return {
-        "saturation_time": times.log_all, "saturation_time_twin": times.twin, "saturation_log_alone": times.log_alone,
+        "saturation_time": times.log_all,
+        "saturation_time_twin": times.twin,
+        "saturation_log_alone": times.log_alone,
         "saturation_twin_alone": times.twin_alone,
         "plateaus": [
             {
-                "test": p.part.name, "start": p.start, "duration": p.duration, "v_w": p.v_w, "v_w_driven": or_none(p.driven),
+                "test": p.part.name,
+                "start": p.start,
+                "duration": p.duration,
+                "v_w": p.v_w,
+                "v_w_driven": or_none(p.driven),
                 "v_w_whole": or_none(p.whole),
             }
             for p in plateaus
         ],
-    }  # fmt: skip
+    }

@@ -32,7 +32,9 @@ def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict
     if not isinstance(step, LimitsStep) or not step.parts:
         return {}
     most = sorted(step.parts, key=lambda p: -int(p.saturated.sum()))
-    shown = [p for p in most if p.saturated.any() or (p.twin_saturated is not None and p.twin_saturated.any())][:MOST] or most[:1]
+    shown = [p for p in most if p.saturated.any() or (p.twin_saturated is not None and p.twin_saturated.any())][
+        :MOST
+    ] or most[:1]
     out = {f"at-limits-{i + 1}": _over_time(p, campaign) for i, p in enumerate(shown)}
     if step.plateaus:
         out["limit-speeds"] = _speeds(step.plateaus, campaign)
@@ -40,7 +42,10 @@ def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict
 
 
 def _over_time(p: Limited, campaign: Campaign) -> Figure:
-    title = f"Test {p.name}, mode {p.segment.mode.value}: pumps at their end (shaded) for {p.saturated.sum() * p.step:.1f} s"
+    title = (
+        f"Test {p.name}, mode {p.segment.mode.value}: pumps at their end (shaded) for"
+        f" {p.saturated.sum() * p.step:.1f} s"
+    )
     figure, axes = axes_of(3, 1, (10.0, 8.0), marked(campaign, title), sharex=True)
     cut = _window(p)
     t = p.t[cut]
@@ -53,7 +58,9 @@ def _over_time(p: Limited, campaign: Campaign) -> Figure:
         _line(axes[2, 0], t, p.signals["alpha_m"][cut], 100.0, MEASURED, "measured", lw=1.6)
     _twin(axes[2, 0], t, p, cut, "alpha_m", 100.0)
     for ax, name in zip(
-        axes[:, 0], ("wire speed [m/min]\n(hoisting positive)", "pump command [%]", "motors' displacement [%]"), strict=True
+        axes[:, 0],
+        ("wire speed [m/min]\n(hoisting positive)", "pump command [%]", "motors' displacement [%]"),
+        strict=True,
     ):
         ax.set_ylabel(name)
         for a, b in p.stretches():
@@ -98,13 +105,17 @@ def _speeds(plateaus: Sequence[Plateau], campaign: Campaign) -> Figure:
     ):
         x = np.array([0.0, top])
         if allowed is not None:
-            ax.fill_between(x, x * (1.0 - allowed), x * (1.0 + allowed), color=SHADE, lw=0.0, label=f"within {100.0 * allowed:g} %")
+            ax.fill_between(
+                x, x * (1.0 - allowed), x * (1.0 + allowed), color=SHADE, lw=0.0, label=f"within {100.0 * allowed:g} %"
+            )
         ax.plot(x, x, color=GREY, lw=1.0)
         for way, mark, what in ((1, "^", "hoisting"), (-1, "v", "lowering")):
             mine = [p for p in plateaus if p.way == way and np.isfinite(getattr(p, run))]
             if mine:
                 speeds = [60.0 * abs(getattr(p, run)) for p in mine]
-                ax.plot([60.0 * abs(p.v_w) for p in mine], speeds, mark, ms=7, mfc="none", color=colour, label=f"{what}")
+                ax.plot(
+                    [60.0 * abs(p.v_w) for p in mine], speeds, mark, ms=7, mfc="none", color=colour, label=f"{what}"
+                )
         ax.set(xlim=(0.0, top), ylim=(0.0, top), xlabel="measured [m/min]", ylabel=f"{name} [m/min]")
         ax.legend(loc="upper left", fontsize="small", frameon=False)
     return figure

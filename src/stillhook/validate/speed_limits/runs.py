@@ -1,4 +1,5 @@
-"""Where a crane's pumps are at their end, and the twin there: driven by the measured commands, and whole on the measured motion."""
+"""Where a crane's pumps are at their end, and the twin there: driven by the measured commands, and whole on the
+measured motion."""
 
 from __future__ import annotations
 
@@ -18,25 +19,32 @@ from stillhook.validate.data_set.records.saturation import FULL, ends_of, stretc
 from stillhook.validate.dynamics.runs import motor_command
 
 NEAR = 0.85
-"""Command from which a part with heave compensation is looked at: closer to the end, small differences decide who reaches it."""
+"""Command from which a part with heave compensation is looked at: closer to the end, small differences decide who
+reaches it."""
 LEAD = 10.0
-"""Time that the driven twin runs before a saturated stretch [s]: the slowest of what sets the speed, the motors' servo, takes 1 s."""
+"""Time that the driven twin runs before a saturated stretch [s]: the slowest of what sets the speed, the motors' servo,
+takes 1 s."""
 TAIL = 2.0
 BRIDGE = 0.1
-"""Saturated stretches that are so near to one another are one [s]: noise lifts a command from its end for a few cycles."""
+"""Saturated stretches that are so near to one another are one [s]: noise lifts a command from its end for a few
+cycles."""
 SETTLE = 5.0
-"""Start of a part that the whole twin takes to meet a crane in motion [s], where its joystick does not start at rest."""
+"""Start of a part that the whole twin takes to meet a crane in motion [s], where its joystick does not start at
+rest."""
 MEET = 4.0
-"""Start of the driven twin that does not count [s], where the crane is in motion: four times what its motors' servo takes."""
+"""Start of the driven twin that does not count [s], where the crane is in motion: four times what its motors' servo
+takes."""
 REST = 0.02  # m/s, and share of the full command: joystick or pump command below which the winch starts at rest
 NAMES = ("v_w", "u_p", "u_raw", "alpha_p", "alpha_m")
 
 
 @dataclass(frozen=True)
 class Limited:
-    """A part of a record with its limits. t (n,) [s] of the record; v_w measured wire speed [m/s], hoisting positive; signals measured
-    (n,); ends: level that the pump command, and the pumps' setting, stop at; saturated (n,): one of them is at its end; driven, whole:
-    series of the twin (n,), NaN where it was not run; twin_saturated (n,): the same of the whole twin, None where it could not be run."""
+    """A part of a record with its limits. t (n,) [s] of the record; v_w measured wire speed [m/s], hoisting positive;
+    signals measured (n,); ends: level that the pump command, and the pumps' setting, stop at; saturated (n,): one of
+    them is at its end; driven, whole: series of the twin (n,), NaN where it was not run; twin_saturated (n,): the same
+    of the whole twin, None where it could not be run.
+    """
 
     record: Record
     segment: Segment
@@ -66,7 +74,8 @@ class Limited:
 def limited(campaign: Campaign, record: Record) -> list[Limited]:
     """The parts of a record that are at their limits, or near enough for the twin to be.
 
-    A test of kind limits is looked at in all its parts; one with heave compensation where its commands come near to their end.
+    A test of kind limits is looked at in all its parts; one with heave compensation where its commands come near to
+    their end.
     Errors: SimulationError where the twin loses its numbers.
     """
     if not record.has("u_p", "s_w"):
@@ -96,7 +105,8 @@ def _limited(campaign: Campaign, s: Stretch, part: Segment, asked: FloatArray) -
 
 
 def _ends(signals: Mapping[str, FloatArray], asked: FloatArray, step: float) -> tuple[dict[str, float], BoolArray]:
-    """Level that pump command and setting stop at, and where one of them is there; of the setting the command is what is asked."""
+    """Level that pump command and setting stop at, and where one of them is there; of the setting the command is what
+    is asked."""
     ends, saturated = {}, np.zeros(len(asked), dtype=bool)
     for name, wish in (("u_p", asked), ("alpha_p", signals["u_p"])):
         if name in signals and np.isfinite(signals[name]).all():
@@ -127,7 +137,9 @@ def _commanded(campaign: Campaign, s: Stretch, part: Segment, a: int, b: int) ->
     """Samples [a, b) of a part, with the logged commands in place of the PLC's."""
     cut = slice(part.first + a, part.first + b)
     x = s.record.signals
-    inside = replace(part, first=cut.start, last=cut.stop, start=float(s.record.t[cut.start]), s_w=float(x["s_w"][cut.start]))
+    inside = replace(
+        part, first=cut.start, last=cut.stop, start=float(s.record.t[cut.start]), s_w=float(x["s_w"][cut.start])
+    )
     t = s.record.t[cut] - s.record.t[cut.start]
     commands = Commands(t, np.clip(x["u_p"][cut], -1.0, 1.0), np.clip(x[motor_command(s.record)][cut], 0.0, 1.0))
     run = replay(campaign, _filled(s.record), inside)
@@ -135,8 +147,8 @@ def _commanded(campaign: Campaign, s: Stretch, part: Segment, a: int, b: int) ->
 
 
 def _filled(record: Record) -> Record:
-    """A record that can be repeated: a tip that was not logged stands still, and a joystick that was not logged asked for the speed that
-    the wire has, for the passive pumps make up for it."""
+    """A record that can be repeated: a tip that was not logged stands still, and a joystick that was not logged asked
+    for the speed that the wire has, for the passive pumps make up for it."""
     x = record.signals
     more = {} if record.has("s_tip") else {"s_tip": np.zeros(len(record.t))}
     if not record.has("v_op") and all(part.mode is Mode.MANUAL for part in record.segments):
@@ -162,9 +174,12 @@ def _whole(campaign: Campaign, s: Stretch, part: Segment) -> tuple[dict[str, Flo
 
 
 def _by_joystick(run: Replay, s: Stretch) -> Replay:
-    """A replay in manual mode: with the displacement that the operator holds, and counted from the start where the winch rests."""
+    """A replay in manual mode: with the displacement that the operator holds, and counted from the start where the
+    winch rests."""
     held = s.plc.motors.alpha_hold
-    operator = Operator.model_construct(profile=run.case.operator.profile, steps=(), alpha_m=held if held > 0.0 else None)
+    operator = Operator.model_construct(
+        profile=run.case.operator.profile, steps=(), alpha_m=held if held > 0.0 else None
+    )
     at_rest = abs(float(s.seen.v_op[run.segment.first - s.first])) < REST
     case = run.case.model_copy(update={"operator": operator, "warm_up": 0.0})
     return replace(run, case=case, skipped=0 if at_rest else round(SETTLE / run.record.step))

@@ -1,4 +1,5 @@
-"""What can be wrong between a crane and its twin, or in a log: a closed list, each with a size, to see whether validation finds it."""
+"""What can be wrong between a crane and its twin, or in a log: a closed list, each with a size, to see whether
+validation finds it."""
 
 from __future__ import annotations
 
@@ -45,8 +46,10 @@ class Defect(StrEnum):
 
 
 class Change(NamedTuple):
-    """meaning of a defect with its size as {}; size by default, lo and hi what it may be; made: the setting with the defect of a size;
-    ladder: sizes at which the detection limit is looked for, growing; kind of quantity of the size ("": a pure number)."""
+    """meaning of a defect with its size as {}; size by default, lo and hi what it may be; made: the setting with the
+    defect of a size; ladder: sizes at which the detection limit is looked for, growing; kind of quantity of the size
+    ("": a pure number).
+    """
 
     meaning: str
     size: float
@@ -89,81 +92,168 @@ def _fault(name: str) -> Callable[[Setting, Crane, float], Setting]:
 DEFECTS: Mapping[Defect, Change] = {
     Defect.LEAKAGE: Change(
         "active pumps and motors leak {:+.0%} against the twin's crane file",
-        0.5, -0.9, 4.0, _grown("leakage"), (0.1, 0.2, 0.3, 0.4, 0.5),
+        0.5,
+        -0.9,
+        4.0,
+        _grown("leakage"),
+        (0.1, 0.2, 0.3, 0.4, 0.5),
     ),
     Defect.FRICTION: Change(
         "friction of the whole winch {:+.0%} against the twin's",
-        0.4, -0.9, 1.0, _grown("friction"), (0.1, 0.2, 0.25, 0.3, 0.4),
+        0.4,
+        -0.9,
+        1.0,
+        _grown("friction"),
+        (0.1, 0.2, 0.25, 0.3, 0.4),
     ),
     Defect.LAYER: Change(
         "the drum holds {:g} full layers of wire less than the twin's",
-        1.0, 0.0, 2.0, _layers_less, (0.1, 0.25, 0.5, 1.0),
+        1.0,
+        0.0,
+        2.0,
+        _layers_less,
+        (0.1, 0.25, 0.5, 1.0),
     ),
-    Defect.GEAR: Change("gear ratio motor to drum {:+.1%} against the twin's", 0.02, -0.3, 0.3, _grown("gear"), (0.005, 0.01, 0.015, 0.02)),
-    Defect.PRESSURE_LINES: Change("the transmitters of lines A and B are swapped in the log", 1.0, 1.0, 1.0, _fault("swapped"), (1.0,)),
+    Defect.GEAR: Change(
+        "gear ratio motor to drum {:+.1%} against the twin's",
+        0.02,
+        -0.3,
+        0.3,
+        _grown("gear"),
+        (0.005, 0.01, 0.015, 0.02),
+    ),
+    Defect.PRESSURE_LINES: Change(
+        "the transmitters of lines A and B are swapped in the log", 1.0, 1.0, 1.0, _fault("swapped"), (1.0,)
+    ),
     Defect.MRU_DELAY: Change(
         "the motion unit is {} later than the campaign states",
-        0.15, 0.0, 2.0, _later, (0.02, 0.04, 0.06, 0.1, 0.15), "time",
+        0.15,
+        0.0,
+        2.0,
+        _later,
+        (0.02, 0.04, 0.06, 0.1, 0.15),
+        "time",
     ),
     Defect.MOTOR_OFFSET: Change(
         "active motors stand {:+.0%} of D_max above their command",
-        0.1, 0.0, 0.4, _set("motor_offset"), (0.01, 0.02, 0.05, 0.1),
+        0.1,
+        0.0,
+        0.4,
+        _set("motor_offset"),
+        (0.01, 0.02, 0.05, 0.1),
     ),
     Defect.K_1: Change(
         "speed feedforward of the PLC {:+.0%} against the twin's",
-        -0.1, -0.9, 1.0, _grown("K_1"), (-0.01, -0.02, -0.03, -0.05, -0.1),
+        -0.1,
+        -0.9,
+        1.0,
+        _grown("K_1"),
+        (-0.01, -0.02, -0.03, -0.05, -0.1),
     ),
-    Defect.CLOCK: Change("the clock of the log runs {:+.2%} fast", 5e-3, -0.05, 0.05, _faster, (5e-4, 1e-3, 2e-3, 5e-3)),
+    Defect.CLOCK: Change(
+        "the clock of the log runs {:+.2%} fast", 5e-3, -0.05, 0.05, _faster, (5e-4, 1e-3, 2e-3, 5e-3)
+    ),
     Defect.SATURATION: Change(
         "the PLC holds the pump command within {:.0%}, unlike the twin",
-        0.7, 0.3, 1.0, _set("pump_limit"), (0.95, 0.9, 0.8, 0.7),
+        0.7,
+        0.3,
+        1.0,
+        _set("pump_limit"),
+        (0.95, 0.9, 0.8, 0.7),
     ),
     Defect.GAP: Change("the longest log has a gap of {}", 20.0, 0.0, 600.0, _fault("gap"), (0.1, 1.0, 20.0), "time"),
     Defect.LOAD_CELL: Change(
         "the load cell is logged in units of {:.4g} times the stated one",
-        G, 1e-6, 1e6, _fault("cell_unit"), (1.02, 1.05, 1.1, G),
+        G,
+        1e-6,
+        1e6,
+        _fault("cell_unit"),
+        (1.02, 1.05, 1.1, G),
     ),
     Defect.PRECHARGE: Change(
         "pressure of the gas at mid stroke {:+.1%} against the twin's",
-        -0.1, -0.5, 0.3, _grown("precharge"), (-0.02, -0.04, -0.06, -0.1),
+        -0.1,
+        -0.5,
+        0.3,
+        _grown("precharge"),
+        (-0.02, -0.04, -0.06, -0.1),
     ),
     Defect.GAS_VOLUME: Change(
         "volume of gas {:+.0%} against the twin's",
-        -4.0 / 9.0, -0.7, 4.0, _grown("gas_volume"), (-0.1, -0.2, -0.3, -4.0 / 9.0),
+        -4.0 / 9.0,
+        -0.7,
+        4.0,
+        _grown("gas_volume"),
+        (-0.1, -0.2, -0.3, -4.0 / 9.0),
     ),
     Defect.PASSIVE_MOTORS: Change(
         "{:g} passive motors take no oil and give no torque",
-        2.0, 0.0, 15.0, _set("passive_dead"), (1.0, 2.0, 3.0, 4.0),
+        2.0,
+        0.0,
+        15.0,
+        _set("passive_dead"),
+        (1.0, 2.0, 3.0, 4.0),
     ),
     Defect.MOTOR_COUNT: Change(
         "the crane has {:+g} passive motors against its crane file",
-        -2.0, -15.0, 16.0, _set("passive_more"), (-1.0, -2.0, -3.0, 2.0),
+        -2.0,
+        -15.0,
+        16.0,
+        _set("passive_more"),
+        (-1.0, -2.0, -3.0, 2.0),
     ),
     Defect.ACTIVE_COUNT: Change(
         "the crane has {:+g} active motors against its crane file",
-        -1.0, -4.0, 5.0, _set("active_more"), (-1.0, 1.0),
+        -1.0,
+        -4.0,
+        5.0,
+        _set("active_more"),
+        (-1.0, 1.0),
     ),
     Defect.SENSOR_A: Change(
         "the transmitter of line A shows {} too much",
-        6e5, -50e5, 50e5, _fault("zero_a"), (1e5, 2e5, 3e5, 4e5, 6e5), "pressure",
+        6e5,
+        -50e5,
+        50e5,
+        _fault("zero_a"),
+        (1e5, 2e5, 3e5, 4e5, 6e5),
+        "pressure",
     ),
     Defect.LEAK_CONSTANT: Change(
         "{:.0%} of the leak that the crane file states is there at any stroke and speed",
-        1.0, 0.0, 1.0, _set("all_constant"), (0.5, 1.0),
+        1.0,
+        0.0,
+        1.0,
+        _set("all_constant"),
+        (0.5, 1.0),
     ),
     Defect.LEAK_STROKE: Change(
         "{:.0%} of the leak that the crane file states goes with the pumps' stroke",
-        1.0, 0.0, 1.0, _set("all_stroke"), (0.25, 0.5, 0.75, 1.0),
+        1.0,
+        0.0,
+        1.0,
+        _set("all_stroke"),
+        (0.25, 0.5, 0.75, 1.0),
     ),
     Defect.LEAK_SPEED: Change(
         "{:.0%} of the leak that the crane file states goes with the motors' speed",
-        1.0, 0.0, 1.0, _set("all_speed"), (0.25, 0.5, 0.75, 1.0),
+        1.0,
+        0.0,
+        1.0,
+        _set("all_speed"),
+        (0.25, 0.5, 0.75, 1.0),
     ),
     Defect.DISPLACEMENT: Change(
         "displacement of the active motors {:+.1%} against the twin's",
-        0.05, -0.3, 0.3, _grown("motor_D"), (0.01, 0.02, 0.03, 0.05),
+        0.05,
+        -0.3,
+        0.3,
+        _grown("motor_D"),
+        (0.01, 0.02, 0.03, 0.05),
     ),
-    Defect.BOOST: Change("boost pressure {:+.0%} against the twin's", -0.2, -0.9, 1.0, _grown("boost"), (-0.05, -0.1, -0.2, -0.4)),
+    Defect.BOOST: Change(
+        "boost pressure {:+.0%} against the twin's", -0.2, -0.9, 1.0, _grown("boost"), (-0.05, -0.1, -0.2, -0.4)
+    ),
 }
 """Sizes of the ladders end at, or hold, the default; signs are those that the issue of a defect most often has."""
 
@@ -183,7 +273,9 @@ def size_of(defect: Defect, text: str, where: str = "size") -> float:
     try:
         return float(text)
     except ValueError:
-        raise ValidateError(f"{where} = {came(text)}: the defect {defect} has a plain number, such as {DEFECTS[defect].size:g}.") from None
+        raise ValidateError(
+            f"{where} = {came(text)}: the defect {defect} has a plain number, such as {DEFECTS[defect].size:g}."
+        ) from None
 
 
 def with_defect(setting: Setting, crane: Crane, defect: Defect, size: float | None = None) -> Setting:
@@ -191,7 +283,9 @@ def with_defect(setting: Setting, crane: Crane, defect: Defect, size: float | No
     change = DEFECTS[defect]
     value = change.size if size is None else size
     if not change.lo <= value <= change.hi:
-        raise ValidateError(f"size = {came(size)}: the defect {defect} may have {change.lo:g} to {change.hi:g}. Choose one in between.")
+        raise ValidateError(
+            f"size = {came(size)}: the defect {defect} may have {change.lo:g} to {change.hi:g}. Choose one in between."
+        )
     return change.made(setting, crane, value)
 
 

@@ -19,10 +19,11 @@ STEP = 0.2
 
 
 def irregular(period: float, duration: float, ramp: float, highest: float, rng: np.random.Generator) -> Sum:
-    """Tip motion with a peak period [s] whose largest peak-to-peak over 30 s of a run is `highest` [m]; ramp of the run [s].
+    """Tip motion with a peak period [s] whose largest peak-to-peak over 30 s of a run is `highest` [m]; ramp of the run
+    [s].
 
-    Frequencies are drawn within even bands, so that the motion does not repeat itself. Source: JONSWAP spectrum (Hasselmann et al. 1973)
-    of peak factor 3.3; heights then scaled.
+    Frequencies are drawn within even bands, so that the motion does not repeat itself. Source: JONSWAP spectrum
+    (Hasselmann et al. 1973) of peak factor 3.3; heights then scaled.
     """
     n = int(np.clip(round(PER_SECOND * duration), FEWEST, MOST))
     edges = np.linspace(LOWEST, HIGHEST, n + 1)

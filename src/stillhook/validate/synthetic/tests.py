@@ -1,4 +1,5 @@
-"""The tests of a campaign: paper F table 3 in heave compensation, a test beyond the speed limit, and quick turns without load."""
+"""The tests of a campaign: paper F table 3 in heave compensation, a test beyond the speed limit, and quick turns
+without load."""
 
 from __future__ import annotations
 
@@ -33,7 +34,8 @@ WARM_UP = 5.0
 
 @dataclass(frozen=True)
 class Sea:
-    """Tip motion: height range from which the largest peak-to-peak over 30 s is drawn [m]; period of the peak [s]; ramp [s]."""
+    """Tip motion: height range from which the largest peak-to-peak over 30 s is drawn [m]; period of the peak [s]; ramp
+    [s]."""
 
     lowest: float
     highest: float
@@ -66,10 +68,18 @@ class PlannedTest:
     def case(self, sensors: Sensors, seed: int, number: int) -> Scenario:
         """The test as it is run: number of the test in its campaign, which has a sea of its own for every seed."""
         return Scenario(
-            name=self.name, load=show(self.load, "mass", 12), s_w=show(self.s_w, "length", 12), tip=self.tip(seed, number), mode=self.mode,
-            duration=f"{self.duration!r} s", ramp=f"{self.sea.ramp if self.sea else 0.0!r} s", warm_up=f"{WARM_UP!r} s",
-            water=self.water, operator=self.operator, sensors=sensors,
-        )  # fmt: skip
+            name=self.name,
+            load=show(self.load, "mass", 12),
+            s_w=show(self.s_w, "length", 12),
+            tip=self.tip(seed, number),
+            mode=self.mode,
+            duration=f"{self.duration!r} s",
+            ramp=f"{self.sea.ramp if self.sea else 0.0!r} s",
+            warm_up=f"{WARM_UP!r} s",
+            water=self.water,
+            operator=self.operator,
+            sensors=sensors,
+        )
 
     def tip(self, seed: int, number: int) -> Motion:
         """The crane tip's motion."""
@@ -82,7 +92,8 @@ class PlannedTest:
 
 @dataclass(frozen=True)
 class Plan:
-    """A campaign. crane: the twin under test; crane_name as the campaign file names it, "" where a crane file is written beside it."""
+    """A campaign. crane: the twin under test; crane_name as the campaign file names it, "" where a crane file is
+    written beside it."""
 
     title: str
     crane: Crane
@@ -95,14 +106,18 @@ class Plan:
 def sea_trials(crane: str | Crane = "nov-250t") -> Plan:
     """Tests like those of Moslatt 2020 paper F table 3, on a crane of the library or your own.
 
-    Cases 1 to 4 have the printed loads, lengths and durations on a crane of 250 t; on another one loads go with the SWL, wire out with the
-    wire that there is. Case 1 is in normal-speed mode, so that the motors are also seen at rest at less than full displacement, the others
-    in SSC. "limits" drives the joystick beyond the winch's speed both ways; the plateaus are long enough to be steady. "dynamics" is quick
-    turns of an empty hook near the tip. Case 2 grows into its sea over five minutes and so covers small motions as well (table 2, 1c).
+    Cases 1 to 4 have the printed loads, lengths and durations on a crane of 250 t; on another one loads go with the
+    SWL, wire out with the wire that there is. Case 1 is in normal-speed mode, so that the motors are also seen at rest
+    at less than full displacement, the others in SSC. "limits" drives the joystick beyond the winch's speed both ways;
+    the plateaus are long enough to be steady. "dynamics" is quick turns of an empty hook near the tip. Case 2 grows
+    into its sea over five minutes and so covers small motions as well (table 2, 1c).
     """
     name = crane if isinstance(crane, str) else ""
     twin = load_crane(crane) if isinstance(crane, str) else crane
-    load, wire = twin.SWL / SWL_OF_PAPER, wire_usable(drum_record(twin)) / wire_usable(drum_record(load_crane("nov-250t")))
+    load, wire = (
+        twin.SWL / SWL_OF_PAPER,
+        wire_usable(drum_record(twin)) / wire_usable(drum_record(load_crane("nov-250t"))),
+    )
     v = wire_speed_max(twin)
 
     def ahc(number: str, t: float, s_w: float, duration: float, mode: Mode, sea: Sea) -> PlannedTest:
@@ -113,16 +128,33 @@ def sea_trials(crane: str | Crane = "nov-250t") -> Plan:
         ahc("2", 94.0, 487.0, 1500.0, Mode.SSC, Sea(2.1, 2.5, 10.0, ramp=300.0)),
         ahc("3", 164.0, 2314.0, 200.0, Mode.SSC, Sea(2.0, 2.3, 9.0)),
         ahc("4", 162.0, 2281.0, 300.0, Mode.SSC, Sea(1.5, 2.0, 10.0)),
-        PlannedTest("limits", Kind.LIMITS, round(load * 82.0, 1) * 1e3, round(wire * 500.0), 86.0, Mode.MANUAL, None, beyond(2.3 * v)),
+        PlannedTest(
+            "limits",
+            Kind.LIMITS,
+            round(load * 82.0, 1) * 1e3,
+            round(wire * 500.0),
+            86.0,
+            Mode.MANUAL,
+            None,
+            beyond(2.3 * v),
+        ),
         PlannedTest("dynamics", Kind.DYNAMICS, 0.0, 15.0, 88.0, Mode.MANUAL, None, turns(v)),
     )
-    return Plan(f"Sea trials like paper F table 3 of {twin.name}", twin, name, tests, "Moslatt 2020 paper F table 3; rest assumed")
+    return Plan(
+        f"Sea trials like paper F table 3 of {twin.name}",
+        twin,
+        name,
+        tests,
+        "Moslatt 2020 paper F table 3; rest assumed",
+    )
 
 
 def _profile(legs: tuple[tuple[float, float], ...]) -> Operator:
     """A joystick that goes to each speed [m/s] within the time [s] given with it, from rest."""
     times = accumulate(dt for dt, _ in legs)
-    return Operator(profile=[("0 s", "0 m/s"), *((f"{t:.9g} s", f"{v:.9g} m/s") for t, (_, v) in zip(times, legs, strict=True))])
+    return Operator(
+        profile=[("0 s", "0 m/s"), *((f"{t:.9g} s", f"{v:.9g} m/s") for t, (_, v) in zip(times, legs, strict=True))]
+    )
 
 
 def beyond(v: float) -> Operator:

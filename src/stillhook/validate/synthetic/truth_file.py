@@ -1,4 +1,5 @@
-"""The truth behind a synthetic campaign as a file: every parameter of the truth plant with its source, and what follows from them."""
+"""The truth behind a synthetic campaign as a file: every parameter of the truth plant with its source, and what follows
+from them."""
 
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ from stillhook.winches.reference.leak import gap_motor, gap_pump
 
 
 def truth_text(plan: Plan, seed: int, defect: str, made: Setting) -> str:
-    """TOML: seed, defect in words, [crane] the truth's parameters, [follows] numbers that tuning must find, [log] delays and clock; SI."""
+    """TOML: seed, defect in words, [crane] the truth's parameters, [follows] numbers that tuning must find, [log]
+    delays and clock; SI."""
     return "\n".join([*_head(plan, seed, defect), *_crane(made), *_follows(plan, made), *_log(made)]) + "\n"
 
 
@@ -39,7 +41,10 @@ def _follows(plan: Plan, made: Setting) -> Iterator[str]:
     yield f"C_h = {truth.capacitance * capacitance(a.line.V, a.line.bulk_modulus)!r}  # m^3/Pa, each line"
     leak, at = active_leak(plan.crane, truth), working(plan.crane)
     C = float(gap_pump(at.stroke, leak) + gap_motor(at.speed, leak))
-    yield f"leakage = {C!r}  # m^3/s/Pa, at {at.stroke!r} of the pumps' stroke, motors at {at.speed!r} rad/s, {at.pressure!r} Pa"
+    yield (
+        f"leakage = {C!r}  # m^3/s/Pa, at {at.stroke!r} of the pumps' stroke, motors at {at.speed!r} rad/s,"
+        f" {at.pressure!r} Pa"
+    )
     yield f"J_m_eff = {truth.inertia * plan.crane.inertia.J_m_eff!r}  # kg m^2, full drum"
     bank = gas_bank(plan.crane, truth)
     yield f"gas_volume = {bank.V_mid!r}  # m^3, with the piston at mid stroke"
@@ -62,4 +67,7 @@ def _log(made: Setting) -> Iterator[str]:
     yield "\n[log.gain]"
     yield from (f"{name} = {c.gain!r}" for name, c in made.calibration.items())
     yield "\n[log.drift]"
-    yield from (f"{name} = {{ size = {d.size!r}, period = {d.period!r}, phase = {d.phase!r} }}" for name, d in made.drift.items())
+    yield from (
+        f"{name} = {{ size = {d.size!r}, period = {d.period!r}, phase = {d.phase!r} }}"
+        for name, d in made.drift.items()
+    )

@@ -45,14 +45,23 @@ CRANE_FILE = "crane.toml"
 READ = {"s_tip": "s_m", "v_tip": "v_m", "a_tip": "a_m"}
 """Signals of the motion unit, and the columns of the drive that hold what the PLC got."""
 NOISE: Mapping[str, str] = {
-    "noise_s_tip": "1 mm", "noise_v_tip": "2 mm/s", "noise_a_tip": "0.01 m/s^2", "noise_s_w": "0.3 mm", "noise_F": "2 kN",
-    "step_s_tip": "1 mm", "step_v_tip": "1 mm/s", "step_s_w": "1 mm", "step_F": "0.5 kN",
-}  # fmt: skip
+    "noise_s_tip": "1 mm",
+    "noise_v_tip": "2 mm/s",
+    "noise_a_tip": "0.01 m/s^2",
+    "noise_s_w": "0.3 mm",
+    "noise_F": "2 kN",
+    "step_s_tip": "1 mm",
+    "step_v_tip": "1 mm/s",
+    "step_s_w": "1 mm",
+    "step_F": "0.5 kN",
+}
 """What the PLC reads with (assumed: a good motion unit and encoder, a load pin of some 0.1 % of its range)."""
+
 
 @dataclass(frozen=True)
 class Written:
-    """What was written: the folder, its campaign file, the logs, the file that tells the truth, and what limits the tests went beyond."""
+    """What was written: the folder, its campaign file, the logs, the file that tells the truth, and what limits the
+    tests went beyond."""
 
     folder: Path
     campaign: Path
@@ -73,14 +82,16 @@ def write_campaign(
     threads: int = 2,
     progress: Progress | None = None,
 ) -> Written:
-    """Write a synthetic validation campaign: `campaign.toml`, `logs/*.csv` and `truth.toml`, which the campaign does not name.
+    """Write a synthetic validation campaign: `campaign.toml`, `logs/*.csv` and `truth.toml`, which the campaign does
+    not name.
 
     Parameters
     ----------
-    out: folder, without a campaign in it yet. plan: the tests and the twin under test (default: `sea_trials()` of nov-250t).
-    seed: another seed is another crane, sea and noise; the same seed gives the same bytes, whatever the threads.
-    defect: None for a crane that its twin matches well, or one of `Defect`; size of the defect (default: the one of `DEFECTS`).
-    apart: oil capacitance, leakage and inertia lie 10 to 30 % off the twin's, for tuning. parquet: logs as Parquet instead of CSV.
+    out: folder, without a campaign in it yet. plan: the tests and the twin under test (default: `sea_trials()` of
+    nov-250t). seed: another seed is another crane, sea and noise; the same seed gives the same bytes, whatever the
+    threads. defect: None for a crane that its twin matches well, or one of `Defect`; size of the defect (default: the
+    one of `DEFECTS`). apart: oil capacitance, leakage and inertia lie 10 to 30 % off the twin's, for tuning. parquet:
+    logs as Parquet instead of CSV.
 
     Errors: ValidateError, SpecError, SimulationError of one line; nothing is left half-written.
     """
@@ -113,7 +124,9 @@ def write_campaign(
         if not plan.crane_name:
             (part / CRANE_FILE).write_text(crane_toml(plan.crane), encoding="utf-8")
         what = "none" if named is None else f"{named}: {told(named, size)}"
-        (part / TRUTH_FILE).write_text(f"# {MARK}. The truth behind the logs.\n{truth_text(plan, seed, what, made)}", encoding="utf-8")
+        (part / TRUTH_FILE).write_text(
+            f"# {MARK}. The truth behind the logs.\n{truth_text(plan, seed, what, made)}", encoding="utf-8"
+        )
         (part / CAMPAIGN_FILE).write_text(campaign_text(plan, seed, made, files, sensors), encoding="utf-8")
     return Written(folder, folder / CAMPAIGN_FILE, tuple(folder / f for f in files), folder / TRUTH_FILE, tuple(notes))
 
@@ -124,12 +137,16 @@ def _check(plan: Plan, seed: int, defect: Defect | None, size: float | None) -> 
     if size is not None and defect is None:
         raise ValidateError(f"size = {came(size)}: the size of no defect. Name the defect.")
     if plan.crane.plant is not Plant.ACTIVE_PASSIVE:
-        raise ValidateError(f'"{plan.crane.name}" is {plan.crane.plant}: example campaigns are of active/passive winches. Choose one.')
+        raise ValidateError(
+            f'"{plan.crane.name}" is {plan.crane.plant}: example campaigns are of active/passive winches. Choose one.'
+        )
 
 
 def case_of(test: PlannedTest, number: int, seed: int, made: Setting) -> Scenario:
     """The run behind a test; number of the test in its campaign."""
-    sensors = CaseSensors(delay=f"{made.delay!r} s", seed=int(np.random.SeedSequence([seed, number]).generate_state(1)[0]), **NOISE)
+    sensors = CaseSensors(
+        delay=f"{made.delay!r} s", seed=int(np.random.SeedSequence([seed, number]).generate_state(1)[0]), **NOISE
+    )
     return test.case(sensors, seed, number)
 
 
@@ -152,14 +169,18 @@ def _test(plan: Plan, i: int, seed: int, made: Setting, sensors: Sensors, path: 
 def _as_logged(
     crane: Crane, case: Scenario, run: Any, made: Setting, sensors: Sensors, begins: float, rng: np.random.Generator
 ) -> dict[str, FloatArray]:
-    """What the log holds of every signal [SI]; begins time since the campaign began [s]. The tip is what the PLC got, encoder and load
-    cell carry the noise that it saw."""
+    """What the log holds of every signal [SI]; begins time since the campaign began [s]. The tip is what the PLC got,
+    encoder and load cell carry the noise that it saw."""
     t_cycle, faults = crane.control.t_cycle, made.faults
     rows = Drive(crane, case).rows(0, run.sizes["time"])
     seen = {field: rows[:, i] for i, field in enumerate(Tick._fields)}
     truth = {c.name: run[c.name].values for c in AHC_COLUMNS} | {name: seen[column] for name, column in READ.items()}
     truth["s_w"] = truth["s_w"] + seen["n_s"]
-    truth["F_w"] = made.truth.cell_gain * filtered(truth["F_w"], t_cycle / made.truth.tau_cell) + made.truth.cell_zero + seen["n_F"]
+    truth["F_w"] = (
+        made.truth.cell_gain * filtered(truth["F_w"], t_cycle / made.truth.tau_cell)
+        + made.truth.cell_zero
+        + seen["n_F"]
+    )
     truth |= {name: truth[name] + drift.at(begins + run["time"].values) for name, drift in made.drift.items()}
     truth["p_a"] = truth["p_a"] + faults.zero_a
     out = {c.name: logged(truth[c.name], sensors[c.name], t_cycle, rng) for c in AHC_COLUMNS}
@@ -188,5 +209,7 @@ def campaign_text(plan: Plan, seed: int, made: Setting, files: list[str], sensor
         w = test.water
         if w is not None:
             area, mass, volume = show(w.area, "area", 12), show(w.added_mass, "mass", 12), f"{w.volume:.12g} m^3"
-            lines.append(f'water = {{ volume = "{volume}", added_mass = "{mass}", C_D = {w.C_D:.12g}, area = "{area}" }}')
+            lines.append(
+                f'water = {{ volume = "{volume}", added_mass = "{mass}", C_D = {w.C_D:.12g}, area = "{area}" }}'
+            )
     return "\n".join(lines) + "\n"

@@ -1,7 +1,8 @@
-"""Gas and accumulator of the truth plant: nitrogen by the equation of Benedict, Webb and Rubin, with the heat of its vessels.
+"""Gas and accumulator of the truth plant: nitrogen by the equation of Benedict, Webb and Rubin, with the heat of its
+vessels.
 
-Written for the truth plant alone: nothing here comes from the twin's gas (`stillhook.physics.hydraulics.gas`) or accumulator. Pressures of
-the gas are absolute [Pa], amounts in mol, temperatures in K.
+Written for the truth plant alone: nothing here comes from the twin's gas (`stillhook.physics.hydraulics.gas`) or
+accumulator. Pressures of the gas are absolute [Pa], amounts in mol, temperatures in K.
 """
 
 from typing import NamedTuple
@@ -16,14 +17,15 @@ B_0, A_0, C_0 = 4.074e-5, 0.10673, 816.4
 B_1, A_1, C_1 = 2.328e-9, 2.54e-6, 7.379e-2
 """Third: [m^6/mol^2], [Pa m^9/mol^3], [Pa m^9 K^2/mol^3]."""
 ALPHA, GAMMA = 1.272e-13, 5.3e-9
-"""[m^9/mol^3] and [m^6/mol^2]. All eight: Cooper and Goldfrank 1967, as Cengel and Boles, Thermodynamics, table 3-4 print them."""
+"""[m^9/mol^3] and [m^6/mol^2]. All eight: Cooper and Goldfrank 1967, as Cengel and Boles, Thermodynamics, table 3-4
+print them."""
 C_V0 = 20.81
 """Molar heat of nitrogen at constant volume, thin gas at 20 degC [J/(mol K)]; it changes by 0.2 % from 0 to 60 degC."""
 
 
 class GasBank(NamedTuple):
-    """n nitrogen [mol]; V_mid its volume with the piston at mid stroke [m^3]; hA heat that the vessels take per kelvin [W/K]; T_w their
-    temperature [K]."""
+    """n nitrogen [mol]; V_mid its volume with the piston at mid stroke [m^3]; hA heat that the vessels take per kelvin
+    [W/K]; T_w their temperature [K]."""
 
     n: float
     V_mid: float
@@ -32,9 +34,9 @@ class GasBank(NamedTuple):
 
 
 class TrueAccumulator(NamedTuple):
-    """V_stroke oil of the whole stroke [m^3]; i_C inverse capacitance of the oil behind a piston at its end [Pa/m^3]; p_dry pressure that
-    the dry friction of the piston's seals takes [Pa], reached about i_Q_dry, the inverse of a flow [s/m^3]; R viscous part [Pa s/m^3];
-    C_leak past the seals of the control blocks [m^3/s/Pa]; bank GasBank."""
+    """V_stroke oil of the whole stroke [m^3]; i_C inverse capacitance of the oil behind a piston at its end [Pa/m^3];
+    p_dry pressure that the dry friction of the piston's seals takes [Pa], reached about i_Q_dry, the inverse of a flow
+    [s/m^3]; R viscous part [Pa s/m^3]; C_leak past the seals of the control blocks [m^3/s/Pa]; bank GasBank."""
 
     V_stroke: float
     i_C: float
@@ -52,8 +54,9 @@ def gas_pressure_true(rho, T):
     .. math:: p = R T \rho + (B_0 R T - A_0 - C_0/T^2)\rho^2 + (b R T - a)\rho^3 + a\alpha\rho^6
                   + \frac{c\rho^3}{T^2}(1 + \gamma\rho^2)e^{-\gamma\rho^2}
 
-    Source: Benedict, Webb and Rubin 1940, for accumulators Otis and Pourmovahed 1985. Valid up to 2.5 times the critical density; within
-    1.6 % of Span et al. 2000 from 100 to 350 bar and 0 to 60 degC (tests/validate/test_truth_gas.py).
+    Source: Benedict, Webb and Rubin 1940, for accumulators Otis and Pourmovahed 1985. Valid up to 2.5 times the
+    critical density; within 1.6 % of Span et al. 2000 from 100 to 350 bar and 0 to 60 degC
+    (tests/validate/test_truth_gas.py).
     """
     r_2, i_T2, RT = rho * rho, 1.0 / (T * T), R_MOLAR * T
     s = GAMMA * r_2
@@ -73,14 +76,16 @@ def pressure_per_kelvin(rho, T):
 
 @scalar
 def molar_heat(rho, T):
-    r"""Heat at constant volume [J/(mol K)]: :math:`c_v = c_{v0} - \int_0^\rho T\,\partial^2 p/\partial T^2\,d\rho/\rho^2`."""
+    r"""Heat at constant volume [J/(mol K)]: :math:`c_v = c_{v0} - \int_0^\rho T\,\partial^2 p/\partial
+    T^2\,d\rho/\rho^2`."""
     i_T3, s = 1.0 / (T * T * T), GAMMA * rho * rho
     return C_V0 + i_T3 * (6.0 * C_0 * rho - 3.0 * C_1 / GAMMA * (2.0 - (2.0 + s) * exp(-s)))
 
 
 @scalar
 def molar_energy(rho, T):
-    """Internal energy above that of no temperature [J/mol]; its rise with T is `molar_heat`, with the volume T dp/dT - p."""
+    """Internal energy above that of no temperature [J/mol]; its rise with T is `molar_heat`, with the volume T dp/dT -
+    p."""
     s, i_T2 = GAMMA * rho * rho, 1.0 / (T * T)
     attraction = (A_0 + 3.0 * C_0 * i_T2) * rho + 0.5 * A_1 * rho * rho * (1.0 - 0.4 * ALPHA * rho * rho * rho)
     return C_V0 * T - attraction + 1.5 * C_1 / GAMMA * i_T2 * (2.0 - (2.0 + s) * exp(-s))
@@ -94,24 +99,26 @@ def gas_density(V_o, acc):
 
 @scalar
 def standing_pressure(V_o, T, acc):
-    """Oil pressure behind the standing piston [Pa, gauge], not below zero; T temperature of the gas [K]. At an end of the stroke more oil
-    squeezes or relieves the oil alone."""
+    """Oil pressure behind the standing piston [Pa, gauge], not below zero; T temperature of the gas [K]. At an end of
+    the stroke more oil squeezes or relieves the oil alone."""
     beyond = V_o - clip(V_o, 0.0, acc.V_stroke)
     return fmax(gas_pressure_true(gas_density(V_o, acc), T) - ATMOSPHERE + beyond * acc.i_C, 0.0)
 
 
 @scalar
 def piston_friction(Q_o, acc):
-    """Pressure that the moving piston adds to the oil [Pa]; Q_o flow into the accumulator [m^3/s]. Dry seals, smooth through standstill,
-    and oil in the gap."""
+    """Pressure that the moving piston adds to the oil [Pa]; Q_o flow into the accumulator [m^3/s]. Dry seals, smooth
+    through standstill, and oil in the gap."""
     return acc.p_dry * tanh(Q_o * acc.i_Q_dry) + acc.R * Q_o
 
 
 @scalar
 def heating(V_o, T, Q_o, acc):
-    r"""Rate of the gas's temperature [K/s]: :math:`n c_v \dot T = -T\,(\partial p/\partial T)_V\,\dot V + hA\,(T_w - T)`.
+    r"""Rate of the gas's temperature [K/s]: :math:`n c_v \dot T = -T\,(\partial p/\partial T)_V\,\dot V + hA\,(T_w -
+    T)`.
 
-    Parameters: V_o oil taken in [m^3]; T gas [K]; Q_o flow into the accumulator [m^3/s], with which the gas loses volume.
+    Parameters: V_o oil taken in [m^3]; T gas [K]; Q_o flow into the accumulator [m^3/s], with which the gas loses
+    volume.
     Source: energy of a closed amount of gas with one thermal time constant, Otis and Pourmovahed 1985.
     """
     rho = gas_density(V_o, acc)

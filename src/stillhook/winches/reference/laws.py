@@ -16,8 +16,8 @@ OMEGA_TURN = 1.0
 
 
 class Lines(NamedTuple):
-    """Both lines of the active circuit: i_C_p, i_C_m inverse capacitance of the pump end and of the motor end [Pa/m^3]; i_I inverse
-    inertance of the oil between them [m^3/(Pa s^2)]; R its resistance at nominal oil [Pa s/m^3]."""
+    """Both lines of the active circuit: i_C_p, i_C_m inverse capacitance of the pump end and of the motor end [Pa/m^3];
+    i_I inverse inertance of the oil between them [m^3/(Pa s^2)]; R its resistance at nominal oil [Pa s/m^3]."""
 
     i_C_p: float
     i_C_m: float
@@ -26,8 +26,8 @@ class Lines(NamedTuple):
 
 
 class Oil(NamedTuple):
-    """Slow swing of the oil's temperature about nominal: omega [rad/s]; T_0 [K], T_1 [K/s] at the start of a run; thin fall of the
-    viscosity per kelvin, on which gaps and viscous losses depend [1/K]."""
+    """Slow swing of the oil's temperature about nominal: omega [rad/s]; T_0 [K], T_1 [K/s] at the start of a run; thin
+    fall of the viscosity per kelvin, on which gaps and viscous losses depend [1/K]."""
 
     omega: float
     T_0: float
@@ -36,10 +36,10 @@ class Oil(NamedTuple):
 
 
 class TrueFriction(NamedTuple):
-    """Friction of the whole winch at the motor shaft. Coulomb: level [N m], load share of the wire's torque [-], motors share of the
-    motors' hydraulic torque [-], uneven part by which hoisting has more and lowering less [-]. Stribeck: start [N m], start_load share of
-    the wire's torque [-], i_omega_s inverse of its speed [s/rad]. viscous [N m s/rad], turbulent [N m s^2/rad^2]; i_tau inverse of the
-    time by which the dry level lags [1/s]."""
+    """Friction of the whole winch at the motor shaft. Coulomb: level [N m], load share of the wire's torque [-], motors
+    share of the motors' hydraulic torque [-], uneven part by which hoisting has more and lowering less [-]. Stribeck:
+    start [N m], start_load share of the wire's torque [-], i_omega_s inverse of its speed [s/rad]. viscous [N m s/rad],
+    turbulent [N m s^2/rad^2]; i_tau inverse of the time by which the dry level lags [1/s]."""
 
     level: float
     load: float
@@ -54,8 +54,8 @@ class TrueFriction(NamedTuple):
 
 
 class Flows(NamedTuple):
-    """Flows of the active circuit [m^3/s]: Q_p pumps towards A; Q_m motors out of A; leaks of pumps (p) and motors (m), A to B and to the
-    housings; boost, relief, flushing of each side; net into pump end and motor end of A and B."""
+    """Flows of the active circuit [m^3/s]: Q_p pumps towards A; Q_m motors out of A; leaks of pumps (p) and motors (m),
+    A to B and to the housings; boost, relief, flushing of each side; net into pump end and motor end of A and B."""
 
     Q_p: float
     Q_m: float
@@ -81,11 +81,14 @@ class Flows(NamedTuple):
 def dry_level_true(omega_m, T_w, T_hyd, f):
     r"""Level of the dry friction of the whole winch, never negative [N m].
 
-    .. math:: g = (\mu_0 + \mu_w T_w + \mu_h T_{hyd})(1 + \kappa\,\mathrm{sgn}\,\omega) + (S_0 + S_w T_w)e^{-(\omega/\omega_s)^2}
+    .. math:: g = (\mu_0 + \mu_w T_w + \mu_h T_{hyd})(1 + \kappa\,\mathrm{sgn}\,\omega) + (S_0 + S_w
+    T_w)e^{-(\omega/\omega_s)^2}
 
-    Parameters: omega_m [rad/s]; T_w torque of the wire at the motor shaft [N m]; T_hyd displacement times pressure drop, active and
-    passive motors added up without sign [N m]; f TrueFriction. The sign turns smoothly over OMEGA_TURN.
-    Source: Gaussian Stribeck curve with load-dependent Coulomb friction, as common in the literature on friction; not printed for a crane.
+    Parameters: omega_m [rad/s]; T_w torque of the wire at the motor shaft [N m]; T_hyd displacement times pressure
+    drop, active and passive motors added up without sign [N m]; f TrueFriction. The sign turns smoothly over
+    OMEGA_TURN.
+    Source: Gaussian Stribeck curve with load-dependent Coulomb friction, as common in the literature on friction; not
+    printed for a crane.
     """
     side = omega_m / sqrt(omega_m * omega_m + OMEGA_TURN * OMEGA_TURN)
     coulomb = (f.level + f.load * T_w + f.motors * T_hyd) * (1.0 + f.uneven * side)
@@ -101,11 +104,12 @@ def moving_loss_true(omega_m, thin, f):
 
 @scalar
 def two_volume_flows(Q_p, alpha_p, D_m, x, f_pump, thin, leak, A):
-    """All flows of the active circuit; Q_p that of the pumps [m^3/s], x State, f_pump share of the pumps that run, thin viscosity over
-    nominal [-], leak TrueLeak, A ActiveCircuit.
+    """All flows of the active circuit; Q_p that of the pumps [m^3/s], x State, f_pump share of the pumps that run, thin
+    viscosity over nominal [-], leak TrueLeak, A ActiveCircuit.
 
-    Differs from the twin: pump end and motor end of each line are volumes of their own; pumps, boost, relief and flushing sit at the one,
-    motors at the other, and each unit leaks by the pressures at its own ports and by a law of its own.
+    Differs from the twin: pump end and motor end of each line are volumes of their own; pumps, boost, relief and
+    flushing sit at the one, motors at the other, and each unit leaks by the pressures at its own ports and by a law of
+    its own.
     """
     C_p, C_m = f_pump * gap_pump(alpha_p, leak), gap_motor(x.omega_m, leak)
     Q_m = D_m * x.omega_m
@@ -120,9 +124,25 @@ def two_volume_flows(Q_p, alpha_p, D_m, x, f_pump, thin, leak, A):
     Q_ma = x.Q_a - Q_m - Q_int_m - Q_ext_ma
     Q_mb = Q_m + Q_int_m - Q_ext_mb - x.Q_b
     return Flows(
-        Q_p, Q_m, Q_int_p, Q_int_m, Q_ext_pa, Q_ext_pb, Q_ext_ma, Q_ext_mb,
-        Q_boost_a, Q_boost_b, Q_relief_a, Q_relief_b, Q_flush_a, Q_flush_b, Q_pa, Q_pb, Q_ma, Q_mb,
-    )  # fmt: skip
+        Q_p,
+        Q_m,
+        Q_int_p,
+        Q_int_m,
+        Q_ext_pa,
+        Q_ext_pb,
+        Q_ext_ma,
+        Q_ext_mb,
+        Q_boost_a,
+        Q_boost_b,
+        Q_relief_a,
+        Q_relief_b,
+        Q_flush_a,
+        Q_flush_b,
+        Q_pa,
+        Q_pb,
+        Q_ma,
+        Q_mb,
+    )
 
 
 @scalar
@@ -139,8 +159,8 @@ def line_energy(x, lines):
 
 
 class TruePassive(NamedTuple):
-    """Passive circuit: acc TrueAccumulator; leak TrueLeak of its pumps and motors; D_m all motors that work [m^3/rad]; p_lp low side at
-    rest [Pa], R_lp its rise with the flow into it [Pa s/m^3]."""
+    """Passive circuit: acc TrueAccumulator; leak TrueLeak of its pumps and motors; D_m all motors that work [m^3/rad];
+    p_lp low side at rest [Pa], R_lp its rise with the flow into it [Pa s/m^3]."""
 
     acc: TrueAccumulator
     leak: TrueLeak
@@ -150,8 +170,10 @@ class TruePassive(NamedTuple):
 
 
 class PassiveFlows(NamedTuple):
-    """Flows [m^3/s]: Q_m motors out of the high side; Q_lp leak to the low side, Q_ext to the housings; Q_relief; Q_o into the accumulator.
-    Pressures [Pa]: p_o behind the standing piston, p_hp behind the moving one, where the transmitter sits, p_lp low side."""
+    """Flows [m^3/s]: Q_m motors out of the high side; Q_lp leak to the low side, Q_ext to the housings; Q_relief; Q_o
+    into the accumulator. Pressures [Pa]: p_o behind the standing piston, p_hp behind the moving one, where the
+    transmitter sits, p_lp low side.
+    """
 
     Q_m: float
     Q_lp: float
@@ -165,8 +187,10 @@ class PassiveFlows(NamedTuple):
 
 @scalar
 def passive_flows(Q_pp, alpha_pp, D_pm, x, f_passive, thin, relief, P):
-    """The passive circuit at an instant; Q_pp flow of its pumps [m^3/s], alpha_pp their stroke [-], D_pm displacement of the motors that
-    work [m^3/rad], f_passive share of the pumps that run [-], thin viscosity over nominal [-], relief Relief, P TruePassive."""
+    """The passive circuit at an instant; Q_pp flow of its pumps [m^3/s], alpha_pp their stroke [-], D_pm displacement
+    of the motors that work [m^3/rad], f_passive share of the pumps that run [-], thin viscosity over nominal [-],
+    relief Relief, P TruePassive.
+    """
     Q_m = D_pm * x.omega_m
     p_o = standing_pressure(x.V_o, x.T_gas, P.acc)
     p_lp = P.p_lp + P.R_lp * (Q_m - Q_pp)

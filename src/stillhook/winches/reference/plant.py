@@ -1,9 +1,10 @@
-"""The truth plant: an active/passive winch with more physics than the twin's, to make logs that the twin has never seen.
+"""The truth plant: an active/passive winch with more physics than the twin's, to make logs that the twin has never
+seen.
 
-No full-scale log of such a crane is public. This plant stands in for the crane when `stillhook.validate` is tried. Its circuit is that of
-`stillhook.winches.active_passive` (Moslatt 2020 figure 2.1), with laws of its own for gas, piston, leakage, wire, drum, friction and lines,
-oil that warms and cools, a load cell with a filter, pumps that slow under load and answer late. With the twin it shares the PLC's laws of
-the active drive, the servos and the valves.
+No full-scale log of such a crane is public. This plant stands in for the crane when `stillhook.validate` is tried. Its
+circuit is that of `stillhook.winches.active_passive` (Moslatt 2020 figure 2.1), with laws of its own for gas, piston,
+leakage, wire, drum, friction and lines, oil that warms and cools, a load cell with a filter, pumps that slow under load
+and answer late. With the twin it shares the PLC's laws of the active drive, the servos and the valves.
 Nothing outside synthetic logs is computed with it.
 """
 
@@ -53,10 +54,12 @@ from stillhook.winches.sensors import obeyed
 
 
 class Extra(NamedTuple):
-    """What the twin has not, or by other laws: lines, oil, friction, rope, drum, leak of the active circuit, passive circuit. slip part
-    by which the pumps slow per power that they give [1/W]; late part of a PLC cycle by which the pumps'
-    servo gets a command late [-]; u_limit to which this crane's PLC holds the pump command [-]; i_tau_cell inverse of the load cell's time
-    constant [1/s]; cell_gain it shows over the true tension [-], cell_zero beyond it [N]; dac smallest step of the PLC's outputs [-]."""
+    """What the twin has not, or by other laws: lines, oil, friction, rope, drum, leak of the active circuit, passive
+    circuit. slip part by which the pumps slow per power that they give [1/W]; late part of a PLC cycle by which the
+    pumps' servo gets a command late [-]; u_limit to which this crane's PLC holds the pump command [-]; i_tau_cell
+    inverse of the load cell's time constant [1/s]; cell_gain it shows over the true tension [-], cell_zero beyond it
+    [N]; dac smallest step of the PLC's outputs [-].
+    """
 
     lines: Lines
     oil: Oil
@@ -84,10 +87,10 @@ class Params(NamedTuple):
 
 
 class State(NamedTuple):
-    """As that of the twin (`active_passive.State`); p_a, p_b are at the motors, where the transmitters sit. Beside it: p_ap, p_bp at the
-    pumps [Pa]; Q_a pumps to motors, Q_b motors to pumps [m^3/s]; s_mid, v_mid middle of the wire [m, m/s]; y_up, y_low stretch of
-    the strands of both halves that has not slid off [m]; g dry level that lags [N m]; F_cell tension behind the load cell's filter [N];
-    T_oil
+    """As that of the twin (`active_passive.State`); p_a, p_b are at the motors, where the transmitters sit. Beside it:
+    p_ap, p_bp at the pumps [Pa]; Q_a pumps to motors, Q_b motors to pumps [m^3/s]; s_mid, v_mid middle of the wire [m,
+    m/s]; y_up, y_low stretch of the strands of both halves that has not slid off [m]; g dry level that lags [N m];
+    F_cell tension behind the load cell's filter [N]; T_oil
     oil above nominal [K] with its rate [K/s]; T_gas gas of the accumulator [K]."""
 
     alpha_p: float
@@ -134,7 +137,8 @@ class Command(NamedTuple):
 
 
 class Circuit(NamedTuple):
-    """Everything at an instant, as in the twin; g dry level in force, g_to the one that it tends to [N m]; thin viscosity over nominal."""
+    """Everything at an instant, as in the twin; g dry level in force, g_to the one that it tends to [N m]; thin
+    viscosity over nominal."""
 
     q: RopeState
     f: Flows
@@ -170,7 +174,8 @@ def _passive(x, Q_pp, alpha_pp, alpha_pm, f_passive, thin, p):
 
 @scalar
 def circuit(x, u, geo, tip, p):
-    """The whole winch at an instant: wire and load, pumps on their electric motors, active circuit, passive circuit, friction."""
+    """The whole winch at an instant: wire and load, pumps on their electric motors, active circuit, passive circuit,
+    friction."""
     A, P, e = p.active, p.passive, p.extra
     alpha_p = displacement(x.alpha_p, A.pump_servo)
     alpha_m = displacement(x.alpha_m, A.motor_servo)
@@ -189,7 +194,21 @@ def circuit(x, u, geo, tip, p):
     g_to = dry_level_true(x.omega_m, q.F_w * geo.lever, T_hyd, e.friction)
     T_moving = moving_loss_true(x.omega_m, thin, e.friction)
     return Circuit(
-        q, f, o, alpha_p, alpha_m, alpha_pp, alpha_pm, D_m, D_pm, Q_pp, x.g + u.brake * p.hoist.T_brake, u.brake, g_to, T_moving, thin
+        q,
+        f,
+        o,
+        alpha_p,
+        alpha_m,
+        alpha_pp,
+        alpha_pm,
+        D_m,
+        D_pm,
+        Q_pp,
+        x.g + u.brake * p.hoist.T_brake,
+        u.brake,
+        g_to,
+        T_moving,
+        thin,
     )
 
 
@@ -249,7 +268,9 @@ def geometry(x, p):
     drum = p.extra.drum
     L_left = drum.L_full - x.s_w
     w = wound(L_left, drum)
-    return Geometry(w.layer - 1.0 + w.turn / drum.turns, w.d, 0.5 * w.d * drum.i_i, 1.0 / inertia_true(L_left, w, drum), 0.0)
+    return Geometry(
+        w.layer - 1.0 + w.turn / drum.turns, w.d, 0.5 * w.d * drum.i_i, 1.0 / inertia_true(L_left, w, drum), 0.0
+    )
 
 
 @scalar
@@ -261,14 +282,42 @@ def _hanging(s_w, alpha_m, alpha_pm, g, tick, p):
     s_load = s_mid - stretch_under(rope.W_load, i_L, rope)
     b, oil = A.boost.p, p.extra.oil
     return State(
-        0.0, 0.0, alpha_m, 0.0, 0.0, 0.0, alpha_pm, 0.0, b, b, b, b, 0.0, 0.0, 0.5 * acc.V_stroke, 0.0, s_w, 0.0,
-        s_load, 0.0, s_mid, 0.0, 0.0, 0.0, g, W, oil.T_0, oil.T_1, acc.bank.T_w,
-    )  # fmt: skip
+        0.0,
+        0.0,
+        alpha_m,
+        0.0,
+        0.0,
+        0.0,
+        alpha_pm,
+        0.0,
+        b,
+        b,
+        b,
+        b,
+        0.0,
+        0.0,
+        0.5 * acc.V_stroke,
+        0.0,
+        s_w,
+        0.0,
+        s_load,
+        0.0,
+        s_mid,
+        0.0,
+        0.0,
+        0.0,
+        g,
+        W,
+        oil.T_0,
+        oil.T_1,
+        acc.bank.T_w,
+    )
 
 
 @scalar
 def at_rest(s_w, m, tick, p):
-    """State, memory and commands with the load hanging still on both circuits, displacements where the PLC wants them; s_w wire out [m]."""
+    """State, memory and commands with the load hanging still on both circuits, displacements where the PLC wants them;
+    s_w wire out [m]."""
     x = _hanging(s_w, 1.0, 0.0, 0.0, tick, p)
     tip, geo = Tip(tick.s, 0.0), geometry(x, p)
     u, m, _ = control(x, m, tick, tip, geo, p)
@@ -278,8 +327,8 @@ def at_rest(s_w, m, tick, p):
 
 @scalar
 def read(x, m, tick, geo, dp_p, p):
-    """What the PLC reads; differs from the twin's in the load cell, which has a filter and a calibration of its own. dp_p pressure over
-    the passive motors [Pa]."""
+    """What the PLC reads; differs from the twin's in the load cell, which has a filter and a calibration of its own.
+    dp_p pressure over the passive motors [Pa]."""
     A, e = p.active, p.extra
     alpha_m = known_displacement(displacement(x.alpha_m, A.motor_servo), m.u_m, A.control)
     s_w = quantise(x.s_w + tick.n_s, p.sensors.q_s)
@@ -288,16 +337,28 @@ def read(x, m, tick, geo, dp_p, p):
     T_passive = motor_torque(p.passive.settings.D_m_max * displacement(x.alpha_pm, p.passive.motor_servo), dp_p)
     dp_load = (F * geo.lever - T_passive) / (A.motors.count * A.motors.D_max * alpha_m)
     return Sensed(
-        tick.s_m, tick.v_m, tick.a_m, tick.v_op, tick.s_op, tick.mode, tick.f_known, s_w, F, alpha_m, ratio, x.p_a - x.p_b, dp_load
-    )  # fmt: skip
+        tick.s_m,
+        tick.v_m,
+        tick.a_m,
+        tick.v_op,
+        tick.s_op,
+        tick.mode,
+        tick.f_known,
+        s_w,
+        F,
+        alpha_m,
+        ratio,
+        x.p_a - x.p_b,
+        dp_load,
+    )
 
 
 @scalar
 def control(x, m, tick, tip, geo, p):
     """One PLC cycle: plant commands, the PLC's new memory, and the active drive's signals.
 
-    The laws of the active drive are the twin's; this PLC holds the pump command within u_limit and puts it out in steps, the pumps get it
-    a part of a cycle late, and its passive circuit works by the pressure at the transmitter.
+    The laws of the active drive are the twin's; this PLC holds the pump command within u_limit and puts it out in
+    steps, the pumps get it a part of a cycle late, and its passive circuit works by the pressure at the transmitter.
     """
     A, P, e = p.active, p.passive, p.extra
     thin, before = 1.0 - e.oil.thin * x.T_oil, m.u_p
@@ -326,11 +387,38 @@ def signals(c, x, u, m, drive, tick, geo, p):
     """One row of the time series."""
     T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
     return Signals(
-        tick.s, tick.v, tick.a, x.s_w, c.q.v_w, m.datum + tick.s - tick.s_op - x.s_w, drive.e_c,
-        drive.u_p, drive.u_m, drive.u_ff, drive.u_raw, c.alpha_p, c.alpha_m, x.p_a, x.p_b, x.omega_m, c.q.F_w,
-        x.s_load, x.v_load, c.f.Q_relief_a + c.f.Q_relief_b, T_f, geo.layers, c.o.p_hp, c.alpha_pp, c.alpha_pm, x.V_o,
-        u.f_pump, tick.mode, tick.v_op, power_units(c, x, p), u.brake,
-    )  # fmt: skip
+        tick.s,
+        tick.v,
+        tick.a,
+        x.s_w,
+        c.q.v_w,
+        m.datum + tick.s - tick.s_op - x.s_w,
+        drive.e_c,
+        drive.u_p,
+        drive.u_m,
+        drive.u_ff,
+        drive.u_raw,
+        c.alpha_p,
+        c.alpha_m,
+        x.p_a,
+        x.p_b,
+        x.omega_m,
+        c.q.F_w,
+        x.s_load,
+        x.v_load,
+        c.f.Q_relief_a + c.f.Q_relief_b,
+        T_f,
+        geo.layers,
+        c.o.p_hp,
+        c.alpha_pp,
+        c.alpha_pm,
+        x.V_o,
+        u.f_pump,
+        tick.mode,
+        tick.v_op,
+        power_units(c, x, p),
+        u.brake,
+    )
 
 
 @scalar
@@ -341,7 +429,14 @@ def powers(c, x, tip, p):
     dp_p = o.p_hp - o.p_lp
     Q_low = o.Q_m + o.Q_lp - c.Q_pp  # into the low side
     throttled = c.thin * p.extra.lines.R * (x.Q_a * x.Q_a + x.Q_b * x.Q_b)
-    leaked = f.Q_int_p * dp_pumps + f.Q_int_m * dp + f.Q_ext_pa * x.p_ap + f.Q_ext_pb * x.p_bp + f.Q_ext_ma * x.p_a + f.Q_ext_mb * x.p_b
+    leaked = (
+        f.Q_int_p * dp_pumps
+        + f.Q_int_m * dp
+        + f.Q_ext_pa * x.p_ap
+        + f.Q_ext_pb * x.p_bp
+        + f.Q_ext_ma * x.p_a
+        + f.Q_ext_mb * x.p_b
+    )
     return Powers(
         pump=f.Q_p * dp_pumps,
         boost=x.p_ap * f.Q_boost_a + x.p_bp * f.Q_boost_b,

@@ -1,4 +1,5 @@
-"""Wire of the truth plant: two lengths with a mass between them, stiffer under load, with a damping of its strands beside that of its oil.
+"""Wire of the truth plant: two lengths with a mass between them, stiffer under load, with a damping of its strands
+beside that of its oil.
 
 Written for the truth plant alone: nothing here comes from the twin's wire (`stillhook.physics.load_path.wire`).
 """
@@ -9,10 +10,12 @@ from stillhook.physics.scalar import fmax, scalar, sqrt
 
 
 class Rope(NamedTuple):
-    """EA stiffness at no strain [N], beta its rise with strain, so that the tension is EA (e + beta e^2) [-]; L_0 wire from drum to tip
-    [m];
-    c damping of each half [N s/m]; strands share of EA that strands carry until they have slid [-], i_tau inverse of the time in which
-    they do [1/s]; middle and load: W weight [N], m mass [kg], i_m inverse mass [1/kg]; b drag of the load [N s^2/m^2]."""
+    """EA stiffness at no strain [N], beta its rise with strain, so that the tension is EA (e + beta e^2) [-]; L_0 wire
+    from drum to tip [m];
+    c damping of each half [N s/m]; strands share of EA that strands carry until they have slid [-], i_tau inverse of
+    the time in which they do [1/s]; middle and load: W weight [N], m mass [kg], i_m inverse mass [1/kg]; b drag of the
+    load [N s^2/m^2].
+    """
 
     EA: float
     beta: float
@@ -30,8 +33,9 @@ class Rope(NamedTuple):
 
 
 class RopeState(NamedTuple):
-    """v_w [m/s]; i_L inverse length of each half [1/m]; upper and lower half: x stretch [m], x_dot [m/s], F tension [N] (F_w upper: what
-    winch and load cell feel); accelerations of middle and load, up positive [m/s^2]; P_drag lost to the water [W]."""
+    """v_w [m/s]; i_L inverse length of each half [1/m]; upper and lower half: x stretch [m], x_dot [m/s], F tension [N]
+    (F_w upper: what winch and load cell feel); accelerations of middle and load, up positive [m/s^2]; P_drag lost to
+    the water [W]."""
 
     v_w: float
     i_L: float
@@ -74,8 +78,9 @@ def _tension(x, x_dot, y, i_L, rope):
 
 @scalar
 def rope_state(x, lever, s_w_0, tip, rope):
-    """Wire and load at an instant; x State, lever wire per motor angle [m/rad], s_w_0 wire out at the start [m], tip s, v up positive. The
-    middle lies where half of the wire out is above it, so that the wire paid out goes to the upper half."""
+    """Wire and load at an instant; x State, lever wire per motor angle [m/rad], s_w_0 wire out at the start [m], tip s,
+    v up positive. The middle lies where half of the wire out is above it, so that the wire paid out goes to the upper
+    half."""
     v_w = x.omega_m * lever
     i_L = half_inverse(x.s_w, rope)
     x_up, x_up_dot = tip.s - (x.s_w - s_w_0) - x.s_mid, tip.v + v_w - x.v_mid
@@ -104,8 +109,8 @@ def _half_energy(x, y, F, i_L, rope):
 
 @scalar
 def _half_loss(F, x, x_dot, y, i_L, v_w, rope):
-    """Power that stays in one half [W]: both dampings, plus the strain that wire carries along as it leaves the drum. v_w shortens the
-    wire, and half of that each half."""
+    """Power that stays in one half [W]: both dampings, plus the strain that wire carries along as it leaves the drum.
+    v_w shortens the wire, and half of that each half."""
     taut = 1.0 if F > 0.0 else 0.0
     e, f = x * i_L, y * i_L
     stiff = rope.strands * rope.EA

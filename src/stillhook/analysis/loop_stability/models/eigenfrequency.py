@@ -1,7 +1,8 @@
-"""Eigenfrequency of the active circuit and the position gain at which the winch starts to swing: the published linear model.
+"""Eigenfrequency of the active circuit and the position gain at which the winch starts to swing: the published linear
+model.
 
-One line holds its pressure, a viscous coefficient B_v stands for all friction (never beside the friction models), and one
-conductance for all leakage. The drum turns on its published outer diameter. Names and units: `stillhook.variables`.
+One line holds its pressure, a viscous coefficient B_v stands for all friction (never beside the friction models), and
+one conductance for all leakage. The drum turns on its published outer diameter. Names and units: `stillhook.variables`.
 """
 
 from __future__ import annotations
@@ -19,7 +20,9 @@ from stillhook.spec.crane import Crane
 
 class Eigenfrequency(NamedTuple):
     """Undamped eigenfrequency omega_0 [rad/s], damping ratio zeta [-] and period [s] at displacement alpha_m [-];
-    what they come from: C_h capacitance of one line [m^3/Pa], C_leak [m^3/s/Pa], J_m inertia at the motor shaft [kg m^2]."""
+    what they come from: C_h capacitance of one line [m^3/Pa], C_leak [m^3/s/Pa], J_m inertia at the motor shaft [kg
+    m^2].
+    """
 
     alpha_m: float
     omega_0: float
@@ -31,7 +34,8 @@ class Eigenfrequency(NamedTuple):
 
 
 class GainLimit(NamedTuple):
-    """Position gain of marginal stability K_p_ms [1/m] and the frequency omega_c at which the winch then swings [rad/s]."""
+    """Position gain of marginal stability K_p_ms [1/m] and the frequency omega_c at which the winch then swings
+    [rad/s]."""
 
     alpha_m: float
     K_wire: float
@@ -47,8 +51,8 @@ def eigenfrequency(crane: Crane, alpha_m: float = 1.0) -> Eigenfrequency:
 
     Parameters: crane; alpha_m displacement of the active motors over its maximum, above 0 and up to 1 [-].
     Errors: StillhookError for a displacement outside that range.
-    Source: Moslatt 2020 paper C eqs 8 and 9 (paper E eqs 10 and 11). Valid while the other line's pressure stands still and the
-    wire is slack to the winch: the load's own mode is left out. J is that of the full drum.
+    Source: Moslatt 2020 paper C eqs 8 and 9 (paper E eqs 10 and 11). Valid while the other line's pressure stands still
+    and the wire is slack to the winch: the load's own mode is left out. J is that of the full drum.
     Differs from print: C eq. 8 prints C_1 beta / J in the damping; it is C_1 beta / V.
     """
     _check_displacement(alpha_m)
@@ -67,14 +71,16 @@ def gain_limit(crane: Crane, alpha_m: float = 1.0, K_wire: float = 1.0) -> GainL
     .. math:: s (s^2 + a_1 s + a_0)(s^2 + b_1 s + b_0) + K_p\,b_0\,g = 0, \qquad
               g = \frac{\beta D_m}{J V} D_p \omega_p \frac{d_{max}}{2 i_{hD} K_{wire}}
 
-    with a_0 = omega_0^2, a_1 = 2 zeta omega_0 of the hydraulics and b_0, b_1 of the pump servo (`stillhook.control.position_loop`).
+    with a_0 = omega_0^2, a_1 = 2 zeta omega_0 of the hydraulics and b_0, b_1 of the pump servo
+    (`stillhook.control.position_loop`).
 
-    Parameters: crane; alpha_m displacement of the active motors [-]; K_wire largest drum diameter over that in use, at least 1 [-].
+    Parameters: crane; alpha_m displacement of the active motors [-]; K_wire largest drum diameter over that in use, at
+    least 1 [-].
     Errors: StillhookError for a displacement or a K_wire outside its range.
-    Source: Moslatt 2020 paper E eqs 14 to 20 and figure 5, with the motors standing still in their stroke. The limit grows with the
-    displacement as in that figure down to about a fifth of it; far below, where no mode goes, it rises again.
-    Differs from print: paper E calls SSC pure feedforward. u_ff holds the measured alpha_m, so the motors' own loop changes with the
-    tip's speed; the pump loop, and with it this limit, does not depend on it.
+    Source: Moslatt 2020 paper E eqs 14 to 20 and figure 5, with the motors standing still in their stroke. The limit
+    grows with the displacement as in that figure down to about a fifth of it; far below, where no mode goes, it rises
+    again. Differs from print: paper E calls SSC pure feedforward. u_ff holds the measured alpha_m, so the motors' own
+    loop changes with the tip's speed; the pump loop, and with it this limit, does not depend on it.
     """
     if not K_wire >= 1.0:
         raise StillhookError(f"K_wire = {K_wire:g}: the largest drum diameter over the present one is at least 1.")

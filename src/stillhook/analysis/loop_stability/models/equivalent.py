@@ -1,7 +1,8 @@
-"""The reduced model that belongs to an operating point of the whole plant: B_v, leakage and inertia as the plant has them there.
+"""The reduced model that belongs to an operating point of the whole plant: B_v, leakage and inertia as the plant has
+them there.
 
-It tells what of a difference between the published model and the plant is its numbers, and what is its shape (wire, second line, passive
-circuit).
+It tells what of a difference between the published model and the plant is its numbers, and what is its shape (wire,
+second line, passive circuit).
 """
 
 from __future__ import annotations
@@ -20,9 +21,9 @@ from stillhook.spec.crane import Crane
 
 
 class Equivalent(NamedTuple):
-    """B_v slope of all torques against the motion by motor speed, wire rigid [N m s/rad], of which B_low is from the low line;
-    C_leak leakage of the line at pressure [m^3/s/Pa]; J_m with the load hanging rigidly on the wire [kg m^2]; K_wire [-];
-    omega_0 [rad/s], zeta [-], K_p_ms [1/m] of the reduced model with these."""
+    """B_v slope of all torques against the motion by motor speed, wire rigid [N m s/rad], of which B_low is from the
+    low line; C_leak leakage of the line at pressure [m^3/s/Pa]; J_m with the load hanging rigidly on the wire [kg m^2];
+    K_wire [-]; omega_0 [rad/s], zeta [-], K_p_ms [1/m] of the reduced model with these."""
 
     B_v: float
     B_low: float
@@ -35,12 +36,13 @@ class Equivalent(NamedTuple):
 
 
 def equivalent(crane: Crane, point: OperatingPoint, linear: Linear | None = None) -> Equivalent:
-    """The reduced model with the plant's own numbers at a point where the winch slides; linear: `linearise(point)`, where it is at hand.
+    """The reduced model with the plant's own numbers at a point where the winch slides; linear: `linearise(point)`,
+    where it is at hand.
 
-    B_v holds the slope of the friction (Stribeck curve, with the bristle in its steady state), of the motors' turbulent and viscous losses,
-    and of the passive circuit (piston friction, leakage), and what the low line adds: boost holds its pressure through the conductance G of
-    its check valve, so that the line is a damper of D_m^2 / G and not a constant pressure. Valid for wires so short that the load follows
-    the winch.
+    B_v holds the slope of the friction (Stribeck curve, with the bristle in its steady state), of the motors' turbulent
+    and viscous losses, and of the passive circuit (piston friction, leakage), and what the low line adds: boost holds
+    its pressure through the conductance G of its check valve, so that the line is a damper of D_m^2 / G and not a
+    constant pressure. Valid for wires so short that the load follows the winch.
     """
     found = linearise(point) if linear is None else linear
     A, n = _without_bristle(found), {name: i for i, name in enumerate(found.states)}

@@ -1,8 +1,9 @@
-"""The whole plant as a linear system at any operating point, by differences of its own equations, alone and closed by the PLC.
+"""The whole plant as a linear system at any operating point, by differences of its own equations, alone and closed by
+the PLC.
 
-The equations are those that a run integrates (`stillhook.winches`), with the rate of the bristle beside them: stuck it is a spring, sliding
-it gives the slope of the Stribeck curve. Nothing of the published reduced model is in here; the two are compared in
-docs/validation/paper-e-stability.md.
+The equations are those that a run integrates (`stillhook.winches`), with the rate of the bristle beside them: stuck it
+is a spring, sliding it gives the slope of the Stribeck curve. Nothing of the published reduced model is in here; the
+two are compared in docs/validation/paper-e-stability.md.
 """
 
 from __future__ import annotations
@@ -14,7 +15,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.loop_stability.models.loops import ContinuousLoop, SampledLoop, balanced, hold_matrices, whole_cycles
+from stillhook.analysis.loop_stability.models.loops import (
+    ContinuousLoop,
+    SampledLoop,
+    balanced,
+    hold_matrices,
+    whole_cycles,
+)
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.base.arrays import FloatArray
 from stillhook.control.plc import Memory
@@ -33,15 +40,28 @@ if TYPE_CHECKING:
 
 
 STEP = {
-    "alpha": 1e-6, "alpha_dot": 1e-4, "p": 100.0, "V_o": 1e-7, "omega_m": 1e-4, "s_w": 1e-6, "z": 1e-7, "s_load": 1e-6, "v_load": 1e-5,
-    "u": 1e-6, "s_tip": 1e-6, "v_tip": 1e-5, "F": 10.0,
-}  # fmt: skip
-"""Half widths of the central differences, SI, by kind of variable: about 1e-6 of what a lift moves, where truncation and rounding are both
-below 1e-6 of the derivative (tested at a quarter and at four times the step)."""
+    "alpha": 1e-6,
+    "alpha_dot": 1e-4,
+    "p": 100.0,
+    "V_o": 1e-7,
+    "omega_m": 1e-4,
+    "s_w": 1e-6,
+    "z": 1e-7,
+    "s_load": 1e-6,
+    "v_load": 1e-5,
+    "u": 1e-6,
+    "s_tip": 1e-6,
+    "v_tip": 1e-5,
+    "F": 10.0,
+}
+"""Half widths of the central differences, SI, by kind of variable: about 1e-6 of what a lift moves, where truncation
+and rounding are both below 1e-6 of the derivative (tested at a quarter and at four times the step)."""
 SMOOTH = 1e-3
-"""Largest relative difference of a derivative from that at a quarter of the step; above it the point sits on a kink of the plant."""
+"""Largest relative difference of a derivative from that at a quarter of the step; above it the point sits on a kink of
+the plant."""
 FREE = 100.0
-"""Strokes of the displacement controls while differences are taken: an active motor at its stop then still has both sides [-]."""
+"""Strokes of the displacement controls while differences are taken: an active motor at its stop then still has both
+sides [-]."""
 OUTPUTS = ("s_hoisted", "v_w", "omega_m", "alpha_p", "alpha_m", "p_a", "p_b", "dp_m", "F_w", "v_load")
 TIP = ("s_tip", "v_tip")
 
@@ -50,8 +70,9 @@ TIP = ("s_tip", "v_tip")
 class Linear:
     """The plant about an operating point: A, B, C, D with the names of states, inputs and outputs (SI).
 
-    States are those of the plant's State; inputs the commands u_p, u_m (and u_pp, u_pm) and the tip's s_tip, v_tip; outputs `OUTPUTS`,
-    s_hoisted = -s_w. kinks: derivatives that are not the same on both sides ("p_b by alpha_p"), taken as the mean of both.
+    States are those of the plant's State; inputs the commands u_p, u_m (and u_pp, u_pm) and the tip's s_tip, v_tip;
+    outputs `OUTPUTS`, s_hoisted = -s_w. kinks: derivatives that are not the same on both sides ("p_b by alpha_p"),
+    taken as the mean of both.
     """
 
     A: FloatArray
@@ -71,7 +92,9 @@ class Linear:
         """As a system of python-control."""
         import control  # heavy: only where a system is wanted
 
-        return control.ss(self.A, self.B, self.C, self.D, states=self.states, inputs=self.inputs, outputs=OUTPUTS, name="plant")
+        return control.ss(
+            self.A, self.B, self.C, self.D, states=self.states, inputs=self.inputs, outputs=OUTPUTS, name="plant"
+        )
 
     def modes(self) -> tuple[PlantMode, ...]:
         """Eigenvalues of the plant with the states that take part, the slowest first."""
@@ -79,8 +102,8 @@ class Linear:
 
 
 class PlantMode(NamedTuple):
-    """pole [1/s], that with the positive imaginary part of a pair; omega_0 its magnitude [rad/s]; zeta damping ratio [-]; states that take
-    part with the weight of each, the largest first (participation factors, which add up to 1)."""
+    """pole [1/s], that with the positive imaginary part of a pair; omega_0 its magnitude [rad/s]; zeta damping ratio
+    [-]; states that take part with the weight of each, the largest first (participation factors, which add up to 1)."""
 
     pole: complex
     omega_0: float
@@ -93,15 +116,18 @@ class PlantMode(NamedTuple):
 
 
 def linearise(point: OperatingPoint) -> Linear:
-    """A, B, C, D of the plant at an operating point, by central differences; the drum's layer and lever stand still, as within a PLC cycle.
+    """A, B, C, D of the plant at an operating point, by central differences; the drum's layer and lever stand still, as
+    within a PLC cycle.
 
     The point need not be one of steady operation: any state of the plant will do (`at_state`).
-    Valid for motions so small that no valve opens or closes, no stop is met, and a sliding winch goes on sliding: near standstill, where
-    the bristle may stick, that is a few micrometres of wire.
+    Valid for motions so small that no valve opens or closes, no stop is met, and a sliding winch goes on sliding: near
+    standstill, where the bristle may stick, that is a few micrometres of wire.
     Errors: StillhookError where the pumps are beyond their stop: nothing follows them there.
     """
     if not point.reachable:
-        raise StillhookError(f"the pumps would have to stand at {point.alpha_p:.3g}: beyond their stop nothing is linear. Go slower.")
+        raise StillhookError(
+            f"the pumps would have to stand at {point.alpha_p:.3g}: beyond their stop nothing is linear. Go slower."
+        )
     p, u_0 = _free_stops(point.params), point.command
     commands = tuple(n for n in u_0._fields if n.startswith("u_"))
     states, inputs = point.state._fields, (*commands, *TIP)
@@ -121,12 +147,15 @@ def linearise(point: OperatingPoint) -> Linear:
 
 
 def at_state(point: OperatingPoint, **changes: float) -> OperatingPoint:
-    """The point with some fields of its state changed, such as pressures that both stand above boost; it is then no steady one.
+    """The point with some fields of its state changed, such as pressures that both stand above boost; it is then no
+    steady one.
 
     Errors: StillhookError for a field that the state does not have.
     """
     if unknown := set(changes) - set(point.state._fields):
-        raise StillhookError(f"{', '.join(sorted(unknown))}: not a state. The plant has {', '.join(point.state._fields)}.")
+        raise StillhookError(
+            f"{', '.join(sorted(unknown))}: not a state. The plant has {', '.join(point.state._fields)}."
+        )
     return point._replace(state=point.state._replace(**changes))
 
 
@@ -143,23 +172,37 @@ def _free_stops(p: Any) -> Any:
     def free(servo: Servo) -> Servo:
         return servo._replace(lo=-FREE, hi=FREE, rate=NO_LIMIT)
 
-    p = p._replace(active=p.active._replace(pump_servo=free(p.active.pump_servo), motor_servo=free(p.active.motor_servo)))
+    p = p._replace(
+        active=p.active._replace(pump_servo=free(p.active.pump_servo), motor_servo=free(p.active.motor_servo))
+    )
     if not hasattr(p, "passive"):
         return p
-    return p._replace(passive=p.passive._replace(pump_servo=free(p.passive.pump_servo), motor_servo=free(p.passive.motor_servo)))
+    return p._replace(
+        passive=p.passive._replace(pump_servo=free(p.passive.pump_servo), motor_servo=free(p.passive.motor_servo))
+    )
 
 
 def _step(name: str) -> float:
     """Half width of the difference for a variable."""
     if name in STEP:
         return STEP[name]
-    kind = "p" if name.startswith("p_") else "u" if name.startswith("u_") else "alpha_dot" if name.endswith("_dot") else "alpha"
+    kind = (
+        "p"
+        if name.startswith("p_")
+        else "u"
+        if name.startswith("u_")
+        else "alpha_dot"
+        if name.endswith("_dot")
+        else "alpha"
+    )
     return STEP[kind]
 
 
-def jacobian(f: Callable[[FloatArray], FloatArray], x: FloatArray, steps: list[float]) -> tuple[FloatArray, list[tuple[int, int]]]:
-    """Central differences of f at x, and the elements (row, column) that differ from those at a quarter of the step by more than `SMOOTH`,
-    or on both sides of the point: there the function has a kink."""
+def jacobian(
+    f: Callable[[FloatArray], FloatArray], x: FloatArray, steps: list[float]
+) -> tuple[FloatArray, list[tuple[int, int]]]:
+    """Central differences of f at x, and the elements (row, column) that differ from those at a quarter of the step by
+    more than `SMOOTH`, or on both sides of the point: there the function has a kink."""
     J, rough = np.empty((len(f(x)), len(x))), []
     here = f(x)
     for j, h in enumerate(steps):
@@ -197,16 +240,19 @@ def modes(A: FloatArray, names: tuple[str, ...]) -> tuple[PlantMode, ...]:
 
 
 def plant_loop(linear: Linear) -> ContinuousLoop:
-    """The position loop of the whole plant at K_p = 1, without PLC, motors and passive circuit standing at their commands (as paper E)."""
+    """The position loop of the whole plant at K_p = 1, without PLC, motors and passive circuit standing at their
+    commands (as paper E)."""
     B = linear.B[:, linear.inputs.index("u_p")]
     return balanced(linear.A, B, linear.C[OUTPUTS.index("s_hoisted")])
 
 
 def plc_loop(crane: Crane, point: OperatingPoint, *, mode: Mode | str = Mode.SSC, delay: float = 0.0) -> SampledLoop:
-    """The position loop of the whole plant as the crane's PLC closes it, at K_p = 1: all other loops closed and held for a cycle too.
+    """The position loop of the whole plant as the crane's PLC closes it, at K_p = 1: all other loops closed and held
+    for a cycle too.
 
-    These are the motors' law through measured alpha_m and load cell, the feedforward of alpha_m to the pumps, and the passive circuit's
-    torque control and make-up. delay [s] is that of the position feedback alone; the PLC's computing time is added to it.
+    These are the motors' law through measured alpha_m and load cell, the feedforward of alpha_m to the pumps, and the
+    passive circuit's torque control and make-up. delay [s] is that of the position feedback alone; the PLC's computing
+    time is added to it.
     """
     linear = linearise(point)
     T = crane.control.t_cycle
@@ -231,7 +277,8 @@ REMEMBERED = ("F", "p_mean", "u_m")
 
 
 def _control_slopes(crane: Crane, point: OperatingPoint, mode: Mode) -> tuple[FloatArray, FloatArray]:
-    """Commands and memory of a cycle by state and memory before it, K_p = 0: rows as the commands, and as `REMEMBERED`."""
+    """Commands and memory of a cycle by state and memory before it, K_p = 0: rows as the commands, and as
+    `REMEMBERED`."""
     plc = plc_record(crane)
     p = _free_stops(point.params)._replace(plc=plc._replace(gains=plc.gains._replace(K_p=0.0)))
     tick = _tick(point, mode)
@@ -252,9 +299,13 @@ def _control_slopes(crane: Crane, point: OperatingPoint, mode: Mode) -> tuple[Fl
 
 
 def _p_gas(point: OperatingPoint) -> float:
-    """Accumulator pressure that the PLC has seen [Pa], 0 without a passive circuit: that of the gas, which differs from the motors' by the
-    piston's resistance. With any other the point is none at which the make-up stands."""
-    return float(accumulator_pressure(point.state.V_o, point.params.passive.accumulator)) if point.plant is active_passive else 0.0
+    """Accumulator pressure that the PLC has seen [Pa], 0 without a passive circuit: that of the gas, which differs from
+    the motors' by the piston's resistance. With any other the point is none at which the make-up stands."""
+    return (
+        float(accumulator_pressure(point.state.V_o, point.params.passive.accumulator))
+        if point.plant is active_passive
+        else 0.0
+    )
 
 
 def _tick(point: OperatingPoint, mode: Mode) -> Tick:

@@ -1,4 +1,5 @@
-"""The position loop, cut at its gain, as state space: in continuous time, and as a PLC samples it, exactly and with any delay.
+"""The position loop, cut at its gain, as state space: in continuous time, and as a PLC samples it, exactly and with any
+delay.
 
 A loop here is what lies between the feedback's share of the pump command and the wire hoisted, at K_p = 1 1/m.
 """
@@ -28,7 +29,8 @@ PARALLEL = 1e5
 
 @dataclass(frozen=True)
 class ContinuousLoop:
-    """State space of the loop at K_p = 1, input pump command, output wire hoisted [m]; delay [s] anywhere in the loop."""
+    """State space of the loop at K_p = 1, input pump command, output wire hoisted [m]; delay [s] anywhere in the
+    loop."""
 
     A: FloatArray
     B: FloatArray
@@ -56,13 +58,16 @@ class ContinuousLoop:
     def closed_poles(self, K_p: float) -> ComplexArray:
         """Poles of the closed loop [1/s]. Errors: StillhookError with a delay, which gives infinitely many."""
         if self.delay > 0.0:
-            raise StillhookError(f"delay {self.delay:g} s: a continuous loop with delay has no end of poles. Sample it first.")
+            raise StillhookError(
+                f"delay {self.delay:g} s: a continuous loop with delay has no end of poles. Sample it first."
+            )
         return np.linalg.eigvals(self.A - K_p * np.outer(self.B, self.C)).astype(np.complex128)
 
 
 @dataclass(frozen=True)
 class SampledLoop:
-    """The loop as the PLC sees it at its cycles of t_cycle [s]: x' = Phi x + Gamma_0 u(k - n) + Gamma_1 u(k - n - 1), output C x [m]."""
+    """The loop as the PLC sees it at its cycles of t_cycle [s]: x' = Phi x + Gamma_0 u(k - n) + Gamma_1 u(k - n - 1),
+    output C x [m]."""
 
     Phi: FloatArray
     Gamma_0: FloatArray
@@ -132,7 +137,8 @@ def balanced(A: FloatArray, B: FloatArray, C: FloatArray, delay: float = 0.0) ->
 
 
 def sampled(loop: ContinuousLoop, t_cycle: float, delay: float = 0.0) -> SampledLoop:
-    """The loop as a PLC of cycle t_cycle [s] closes it: commands held for a cycle, everything else exact; delay [s] adds to the loop's own.
+    """The loop as a PLC of cycle t_cycle [s] closes it: commands held for a cycle, everything else exact; delay [s]
+    adds to the loop's own.
 
     The delay is that of the whole way around: encoder, bus, computing. It need not be a whole number of cycles.
     Source: Astrom and Wittenmark, Computer-Controlled Systems, section 2.3 (sampling of systems with time delay).
@@ -162,7 +168,8 @@ def hold_matrices(A: FloatArray, B: FloatArray, t: float) -> tuple[FloatArray, F
 
 
 def _transfer(A: FloatArray, B: FloatArray, C: FloatArray) -> Transfer:
-    """C (s - A)^-1 B as a function of s: by poles and residues, or by solving where the eigenvectors are nearly parallel."""
+    """C (s - A)^-1 B as a function of s: by poles and residues, or by solving where the eigenvectors are nearly
+    parallel."""
     poles, right = np.linalg.eig(A)
     if np.linalg.cond(right) < PARALLEL:
         residues = (C @ right) * np.linalg.solve(right, B.astype(np.complex128))

@@ -1,7 +1,7 @@
 """The published reduced model of the active circuit, integrated to a tight tolerance: a reference, not a lift's answer.
 
-It has no load, no passive circuit, one line at constant pressure, no valves (so p_a may fall below zero), a viscous coefficient
-instead of friction, and a controller without cycle time.
+It has no load, no passive circuit, one line at constant pressure, no valves (so p_a may fall below zero), a viscous
+coefficient instead of friction, and a controller without cycle time.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from stillhook.spec.scenario import Mode
 
 RTOL = 1e-9
 LONGEST_STEP = 0.05
-"""Longest step of the solver [s]: shorter than the pump servo's and the circuit's time constants, so that no kink is stepped over."""
-
+"""Longest step of the solver [s]: shorter than the pump servo's and the circuit's time constants, so that no kink is
+stepped over."""
 
 
 class Reduced(NamedTuple):
@@ -53,30 +53,43 @@ class Reduced(NamedTuple):
 
 
 def simulate_reduced(
-    crane: Crane, tip: Motion, *, mode: Mode | str = Mode.SSC, duration: float = 72.0, every: float = 0.002, K_wire: float = 1.0
+    crane: Crane,
+    tip: Motion,
+    *,
+    mode: Mode | str = Mode.SSC,
+    duration: float = 72.0,
+    every: float = 0.002,
+    K_wire: float = 1.0,
 ) -> Reduced:
     r"""Heave compensation with the reduced model, from rest with full motor displacement.
 
     .. math:: J \dot\omega_m = D_m (p_a - p_b) - B_v \omega_m, \qquad
-              \frac{V}{\beta} \dot p_a = D_p \omega_p \alpha_p - D_m \omega_m - C_{leak} (p_a - p_b), \qquad p_b = p_{boost}
+              \frac{V}{\beta} \dot p_a = D_p \omega_p \alpha_p - D_m \omega_m - C_{leak} (p_a - p_b), \qquad p_b =
+              p_{boost}
 
-    with both displacement controls of second order, the feedforward and feedback of the PLC, and the mode's own law for the motors.
+    with both displacement controls of second order, the feedforward and feedback of the PLC, and the mode's own law for
+    the motors.
 
     Parameters: tip motion, not ramped; mode (the load cell asks for nothing); duration and spacing of the series [s];
-    K_wire largest drum diameter over that in use [-]. K_1 and K_2 are the crane's: derived (ideal) unless its file gives them.
+    K_wire largest drum diameter over that in use [-]. K_1 and K_2 are the crane's: derived (ideal) unless its file
+    gives them.
     Errors: StillhookError for times that make no series, SimulationError where the solver gives up.
     Source: Moslatt 2020 paper E eqs 1 to 11, table 2.
-    Differs from print: hoisting counts positive (paper E prints the mirror image); the pump command is held in [-1, 1] and the
-    displacements within their stroke; p_b is constant, without which E eq. 11 does not hold.
+    Differs from print: hoisting counts positive (paper E prints the mirror image); the pump command is held in [-1, 1]
+    and the displacements within their stroke; p_b is constant, without which E eq. 11 does not hold.
     """
     rates = _rates(crane, tip, Mode(mode), K_wire)
     if not (duration >= every > 0.0):
-        raise StillhookError(f"duration {duration:g} s, every {every:g} s: give times above 0, the spacing not longer than the duration.")
+        raise StillhookError(
+            f"duration {duration:g} s, every {every:g} s: give times above 0, the spacing not longer than the duration."
+        )
     times = np.asarray(np.arange(round(duration / every) + 1) * every, dtype=np.float64)
     scale = np.array([1.0, 1.0, 1.0, 1.0, 1e3, 1e8, 1.0])  # of alpha_m, alpha_p and their rates, omega_m, dp, e_c
     start = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     end = float(times[-1])
-    run = solve_ivp(rates, (0.0, end), start, method="DOP853", t_eval=times, rtol=RTOL, atol=1e-10 * scale, max_step=LONGEST_STEP)
+    run = solve_ivp(
+        rates, (0.0, end), start, method="DOP853", t_eval=times, rtol=RTOL, atol=1e-10 * scale, max_step=LONGEST_STEP
+    )
     if not run.success:
         raise SimulationError(f"reduced model: {run.message}")
     alpha_m, _, alpha_p, _, omega_m, dp, e_c = run.y

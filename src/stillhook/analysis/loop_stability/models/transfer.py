@@ -1,7 +1,9 @@
-"""The published linear models as systems of python-control: active circuit, position loop, whole controller about a steady tip speed.
+"""The published linear models as systems of python-control: active circuit, position loop, whole controller about a
+steady tip speed.
 
-Source: Moslatt 2020 paper C eqs 1 to 9 and paper E eqs 12 to 21, corrected. One line holds its pressure, B_v stands for all friction (never
-beside the friction models), one conductance for all leakage, and the drum turns on its published outer diameter. Hoisting is positive.
+Source: Moslatt 2020 paper C eqs 1 to 9 and paper E eqs 12 to 21, corrected. One line holds its pressure, B_v stands for
+all friction (never beside the friction models), one conductance for all leakage, and the drum turns on its published
+outer diameter. Hoisting is positive.
 """
 
 from __future__ import annotations
@@ -19,7 +21,8 @@ from stillhook.engine.pack.winch import gains
 from stillhook.errors import StillhookError
 from stillhook.kernels.winch_type import plant_of
 from stillhook.physics.hydraulics.line import capacitance
-from stillhook.spec.crane import Crane, ServoVariant
+from stillhook.spec.circuits import ServoVariant
+from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
 
 if TYPE_CHECKING:
@@ -33,8 +36,8 @@ WHOLE = ("alpha_m", "alpha_m_dot", *LOOP[:4], "e_c")
 
 
 class About(NamedTuple):
-    """Steady operation that the whole model is linearised about: v_tip [m/s]; alpha_m [-]; u_ff feedforward [-], omega_m [rad/s],
-    dp = p_a - p_b [Pa]; slope of the motors' command by |u_ff| [-], 0 where SSC does not move them."""
+    """Steady operation that the whole model is linearised about: v_tip [m/s]; alpha_m [-]; u_ff feedforward [-],
+    omega_m [rad/s], dp = p_a - p_b [Pa]; slope of the motors' command by |u_ff| [-], 0 where SSC does not move them."""
 
     v_tip: float
     alpha_m: float
@@ -64,10 +67,12 @@ def on_layer(crane: Crane, layer: int) -> tuple[Crane, float]:
 def circuit_matrices(crane: Crane, alpha_m: float = 1.0) -> tuple[FloatArray, FloatArray]:
     r"""Active circuit: A (2, 2) and B (2, 1); states dp [Pa], omega_m [rad/s]; input alpha_p [-].
 
-    .. math:: C_h \dot{\Delta p} = D_p \omega_p \alpha_p - C_1 \Delta p - D_m \omega_m, \qquad J \dot\omega_m = D_m \Delta p - B_v \omega_m
+    .. math:: C_h \dot{\Delta p} = D_p \omega_p \alpha_p - C_1 \Delta p - D_m \omega_m, \qquad J \dot\omega_m = D_m
+    \Delta p - B_v \omega_m
 
-    Source: Moslatt 2020 paper C eqs 1 to 4 with C_h = V_1 / beta; load and Coulomb friction are disturbances and left out.
-    Differs from print: C eq. 8 makes the damping B_v/J + C_1 beta/J of these equations; it is B_v/J + C_1 beta/V_1.
+    Source: Moslatt 2020 paper C eqs 1 to 4 with C_h = V_1 / beta; load and Coulomb friction are disturbances and left
+    out. Differs from print: C eq. 8 makes the damping B_v/J + C_1 beta/J of these equations; it is B_v/J + C_1
+    beta/V_1.
     """
     plant_of(crane)
     if not 0.0 < alpha_m <= 1.0:
@@ -78,8 +83,11 @@ def circuit_matrices(crane: Crane, alpha_m: float = 1.0) -> tuple[FloatArray, Fl
     return A, np.array([[a.pump.D_total * a.pump.omega_p / C_h], [0.0]])
 
 
-def loop_matrices(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Position loop at K_p = 1, cut at the gain: A (5, 5), B (5,), C (5,); states `LOOP`, input u_p [-], output wire hoisted [m].
+def loop_matrices(
+    crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Position loop at K_p = 1, cut at the gain: A (5, 5), B (5,), C (5,); states `LOOP`, input u_p [-], output wire
+    hoisted [m].
 
     Source: Moslatt 2020 paper E eqs 14, 15, 17 to 20 with the motors standing still.
     """
@@ -93,7 +101,8 @@ def loop_matrices(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0) ->
 
 
 def circuit(crane: Crane, alpha_m: float = 1.0) -> control.StateSpace:
-    """The active circuit as a python-control system: states dp, omega_m; input alpha_p; outputs omega_m, dp. See `circuit_matrices`."""
+    """The active circuit as a python-control system: states dp, omega_m; input alpha_p; outputs omega_m, dp. See
+    `circuit_matrices`."""
     import control  # heavy: only where a system is wanted
 
     A, B = circuit_matrices(crane, alpha_m)
@@ -115,7 +124,9 @@ def open_loop(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0) -> con
     import control
 
     A, B, C = loop_matrices(crane, alpha_m, K_wire=K_wire)
-    return control.ss(A, B[:, None], C[None, :], 0.0, states=LOOP, inputs=["u_p"], outputs=["s_hoisted"], name="position_loop")
+    return control.ss(
+        A, B[:, None], C[None, :], 0.0, states=LOOP, inputs=["u_p"], outputs=["s_hoisted"], name="position_loop"
+    )
 
 
 def closed_loop_polynomial(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0) -> tuple[FloatArray, FloatArray]:
@@ -140,14 +151,25 @@ def about(crane: Crane, v_tip: float, *, mode: Mode | str = Mode.SSC, K_wire: fl
     """
     s = steady(crane, -v_tip, mode, K_wire=K_wire)
     if s.saturated:
-        raise StillhookError(f"v_tip = {v_tip:g} m/s: the pumps are full at {abs(s.v_w):.3g} m/s in mode {Mode(mode)}. Give a slower tip.")
+        raise StillhookError(
+            f"v_tip = {v_tip:g} m/s: the pumps are full at {abs(s.v_w):.3g} m/s in mode {Mode(mode)}. Give a slower"
+            " tip."
+        )
     u_ff = -gains(crane).K_1 * v_tip * K_wire * s.alpha_m
     D_m = crane.active.motor.D_total * s.alpha_m
-    return About(v_tip, s.alpha_m, u_ff, s.omega_m, crane.control.B_v * s.omega_m / D_m, motor_slope(crane, mode, s.alpha_m, u_ff))
+    return About(
+        v_tip,
+        s.alpha_m,
+        u_ff,
+        s.omega_m,
+        crane.control.B_v * s.omega_m / D_m,
+        motor_slope(crane, mode, s.alpha_m, u_ff),
+    )
 
 
 def motor_slope(crane: Crane, mode: Mode | str, alpha_m: float, u_ff: float) -> float:
-    """Slope of the motors' command by |u_ff| where the load cell asks for nothing [-]; 0 outside u_thr < |u_ff| < 1 and in classic modes.
+    """Slope of the motors' command by |u_ff| where the load cell asks for nothing [-]; 0 outside u_thr < |u_ff| < 1 and
+    in classic modes.
 
     Source: Moslatt 2020 paper E eq. 12, and the derivative of C eq. 13 for the cubic law.
     Differs from print: E eq. 12 takes the magnitude of a Laplace variable; it is sign(u_ff) U_ff about the steady u_ff.
@@ -170,11 +192,13 @@ def whole_matrices(
     .. math:: U_{ff} = -K_{wire}\left[K_1 v_{tip}^{ss} A_m + \alpha_m^{ss} (K_1 V_{tip} + K_2 A_{tip})\right], \qquad
               U_m = k\,\mathrm{sign}(u_{ff}^{ss})\,U_{ff}
 
-    with k the slope of the motors' law. The motors follow the tip alone, so A is block triangular: its poles are those of the motors' own
-    loop and those of the position loop at the steady displacement. Motors whose displacement is measured; for others see `command_pole`.
+    with k the slope of the motors' law. The motors follow the tip alone, so A is block triangular: its poles are those
+    of the motors' own loop and those of the position loop at the steady displacement. Motors whose displacement is
+    measured; for others see `command_pole`.
     Source: Moslatt 2020 paper E eqs 12 to 20.
-    Differs from print: signs (hoisting positive); sign(u_ff) for |U_ff|; the acceleration feedforward K_2 stays, because an a_tip of zero
-    in the steady state does not make its variation zero (it changes the zeros of G_v, not its poles).
+    Differs from print: signs (hoisting positive); sign(u_ff) for |U_ff|; the acceleration feedforward K_2 stays,
+    because an a_tip of zero in the steady state does not make its variation zero (it changes the zeros of G_v, not its
+    poles).
     """
     ahc, motor = gains(crane), crane.active.motor
     K_p = ahc.K_p if K_p is None else K_p
@@ -184,7 +208,11 @@ def whole_matrices(
     by_alpha_m = -ahc.K_1 * at.v_tip * K_wire
     by_tip = -at.alpha_m * K_wire * np.array([ahc.K_1, ahc.K_2])
     w_2, side = motor.servo.omega_n**2, math.copysign(1.0, at.u_ff)
-    A[0, 1], A[1, 0], A[1, 1] = 1.0, w_2 * (at.slope * side * by_alpha_m - 1.0), -2.0 * motor.servo.zeta * motor.servo.omega_n
+    A[0, 1], A[1, 0], A[1, 1] = (
+        1.0,
+        w_2 * (at.slope * side * by_alpha_m - 1.0),
+        -2.0 * motor.servo.zeta * motor.servo.omega_n,
+    )
     B[1] = w_2 * at.slope * side * by_tip
     A[3, 0], B[3] = from_u_p[1] * by_alpha_m, from_u_p[1] * by_tip
     A[3, 6] = -from_u_p[1] * K_p
@@ -201,9 +229,11 @@ def whole_matrices(
 def whole(
     crane: Crane, v_tip: float = 0.0, *, mode: Mode | str = Mode.SSC, K_wire: float = 1.0, K_p: float | None = None
 ) -> control.StateSpace:
-    """The whole closed loop about a steady tip speed as a python-control system: inputs v_tip, a_tip; outputs v_w, e_c, u_ff, alpha_m.
+    """The whole closed loop about a steady tip speed as a python-control system: inputs v_tip, a_tip; outputs v_w, e_c,
+    u_ff, alpha_m.
 
-    Parameters: v_tip steady speed of the tip, up positive [m/s]; mode; K_wire; K_p [1/m], default the crane's. See `whole_matrices`.
+    Parameters: v_tip steady speed of the tip, up positive [m/s]; mode; K_wire; K_p [1/m], default the crane's. See
+    `whole_matrices`.
     """
     import control
 
@@ -212,8 +242,11 @@ def whole(
     return control.ss(A, B, C, D, states=WHOLE, inputs=["v_tip", "a_tip"], outputs=outputs, name="whole")
 
 
-def speed_response(crane: Crane, v_tip: float = 0.0, *, mode: Mode | str = Mode.SSC, K_wire: float = 1.0) -> control.StateSpace:
-    """G_v(s) = V_w / V_tip about a steady tip speed (paper E eq. 21), with a_tip = dv_tip/dt; -1 is perfect compensation.
+def speed_response(
+    crane: Crane, v_tip: float = 0.0, *, mode: Mode | str = Mode.SSC, K_wire: float = 1.0
+) -> control.StateSpace:
+    """G_v(s) = V_w / V_tip about a steady tip speed (paper E eq. 21), with a_tip = dv_tip/dt; -1 is perfect
+    compensation.
 
     The derivative of the input is taken into the state, x - B_a v_tip, which leaves the system proper.
     """
@@ -226,20 +259,25 @@ def speed_response(crane: Crane, v_tip: float = 0.0, *, mode: Mode | str = Mode.
     return control.ss(A, by_v + A @ by_a, C[:1], direct, states=states, inputs=["v_tip"], outputs=["v_w"], name="G_v")
 
 
-def motor_poles(crane: Crane, v_tip: float, *, mode: Mode | str = Mode.SSC, K_wire: float = 1.0) -> NDArray[np.complex128]:
+def motor_poles(
+    crane: Crane, v_tip: float, *, mode: Mode | str = Mode.SSC, K_wire: float = 1.0
+) -> NDArray[np.complex128]:
     """The two poles of the motors' own loop, closed through the measured alpha_m in the feedforward [1/s].
 
-    The faster the tip, the stiffer: omega^2 = omega_nm^2 (1 + |k| K_1 K_wire |v_tip|), with the same decay zeta_nm omega_nm.
+    The faster the tip, the stiffer: omega^2 = omega_nm^2 (1 + |k| K_1 K_wire |v_tip|), with the same decay zeta_nm
+    omega_nm.
     """
     A = whole_matrices(crane, about(crane, v_tip, mode=mode, K_wire=K_wire), K_wire=K_wire)[0]
     return np.linalg.eigvals(A[:2, :2]).astype(np.complex128)
 
 
 def command_pole(crane: Crane, at: About, *, K_wire: float = 1.0) -> float:
-    """Pole in the z-plane of SSC on motors without displacement feedback: each command follows from the last one, with this factor [-].
+    """Pole in the z-plane of SSC on motors without displacement feedback: each command follows from the last one, with
+    this factor [-].
 
-    There the PLC reckons with its last command: u_m(k) = 1 - k_red(K_1 |v_tip| K_wire u_m(k - 1)) .... Beyond -1, which is at
-    K_1 |v_tip| K_wire (1 - alpha_min) > 1 - u_thr, the command jumps from stop to stop every cycle. 0 where the displacement is measured.
+    There the PLC reckons with its last command: u_m(k) = 1 - k_red(K_1 |v_tip| K_wire u_m(k - 1)) .... Beyond -1, which
+    is at K_1 |v_tip| K_wire (1 - alpha_min) > 1 - u_thr, the command jumps from stop to stop every cycle. 0 where the
+    displacement is measured.
     Source: the PLC of `stillhook.control.plc`; the thesis names the variant (paper E section 5.1.1) and not this.
     """
     if crane.active.motor.variant is not ServoVariant.OPEN_LOOP:

@@ -1,6 +1,8 @@
-"""Measured waves of the US National Data Buoy Center: spectra (historical and real-time) and the table of standard meteorology.
+"""Measured waves of the US National Data Buoy Center: spectra (historical and real-time) and the table of standard
+meteorology.
 
-Every file is plain text or gz; see `stillhook.formats.waves.ndbc.text`. Directions: `stillhook.formats.waves.ndbc.directions`.
+Every file is plain text or gz; see `stillhook.formats.waves.ndbc.text`. Directions:
+`stillhook.formats.waves.ndbc.directions`.
 """
 
 from __future__ import annotations
@@ -28,10 +30,13 @@ _OLD_NAMES = {"WD": "WDIR"}
 
 
 def read_spectra(path: str | os.PathLike[str] | Records) -> SpectrumSeries:
-    """The spectra of an NDBC file: historical (YY MM DD hh .030 ...; #YY MM DD hh mm .0200 ...) or real-time (.data_spec), plain or gz.
+    """The spectra of an NDBC file: historical (YY MM DD hh .030 ...; #YY MM DD hh mm .0200 ...) or real-time
+    (.data_spec), plain or gz.
 
-    Densities in the file are m^2/Hz over Hz. A record in which any band is missing is not valid as a whole; it is counted, never used.
-    Errors: SeaError of one line that names file and line for files that are cut or mixed, for negative energy, and for waves above 40 m.
+    Densities in the file are m^2/Hz over Hz. A record in which any band is missing is not valid as a whole; it is
+    counted, never used.
+    Errors: SeaError of one line that names file and line for files that are cut or mixed, for negative energy, and for
+    waves above 40 m.
     """
     records = path if isinstance(path, Records) else read_records(path)
     f, S = densities(records)
@@ -41,7 +46,9 @@ def read_spectra(path: str | os.PathLike[str] | Records) -> SpectrumSeries:
     notes = []
     if missing := int(np.count_nonzero(~whole)):
         part = int(np.count_nonzero(~whole & np.any(np.isfinite(S), axis=1)))
-        notes.append(f"{missing} of {len(S)} records are missing" + (f", {part} of them in some bands only" if part else ""))
+        notes.append(
+            f"{missing} of {len(S)} records are missing" + (f", {part} of them in some bands only" if part else "")
+        )
     notes += records.notes
     S = np.where(whole[:, None], S, np.nan) / (2.0 * np.pi)
     return SpectrumSeries(2.0 * np.pi * f, 2.0 * np.pi * width, S, records.time, whole, records.name, tuple(notes))
@@ -49,15 +56,18 @@ def read_spectra(path: str | os.PathLike[str] | Records) -> SpectrumSeries:
 
 def is_spectra(header: list[str]) -> bool:
     """Whether the header of an NDBC file is one of spectra, in words after those of time."""
-    return bool(header) and (header[0] == "Sep_Freq" or "(freq_1)" in header or _FREQUENCY.fullmatch(header[0]) is not None)
+    return bool(header) and (
+        header[0] == "Sep_Freq" or "(freq_1)" in header or _FREQUENCY.fullmatch(header[0]) is not None
+    )
 
 
 def densities(records: Records) -> tuple[FloatArray, FloatArray]:
     """Frequencies (m,) [Hz] and numbers (n, m) of a file of spectra, of density or of what its companions hold."""
     if not is_spectra(records.header):
         raise SeaError(
-            f"{records.name}: holds no spectra: after the time its header has {' '.join(records.header[:3]) or 'nothing'}. "
-            "Give a file of spectral wave density (such as 46042w1996.txt)."
+            f"{records.name}: holds no spectra: after the time its header has"
+            f" {' '.join(records.header[:3]) or 'nothing'}. Give a file of spectral wave density (such as"
+            " 46042w1996.txt)."
         )
     if (held := _companion(records)) is not None:
         name, density = held
@@ -69,7 +79,8 @@ def densities(records: Records) -> tuple[FloatArray, FloatArray]:
 
 
 def _companion(records: Records) -> tuple[str, str] | None:
-    """What a file of directions holds and which file has its density; None for any other file. Told by name, or by a real-time header."""
+    """What a file of directions holds and which file has its density; None for any other file. Told by name, or by a
+    real-time header."""
     if (named := _NAME.match(records.name)) and named[1] in _COMPANION:
         at = named.start(1)
         return _COMPANION[named[1]], f"{records.name[:at]}w{records.name[at + 1 :]}"
@@ -83,7 +94,8 @@ def _companion(records: Records) -> tuple[str, str] | None:
 
 
 def spread_out(records: Records, fills: tuple[float, ...] = FILLS) -> tuple[FloatArray, FloatArray]:
-    """Frequencies (m,) [Hz] and numbers (n, m) of either layout: frequencies in the header, or in brackets after each number."""
+    """Frequencies (m,) [Hz] and numbers (n, m) of either layout: frequencies in the header, or in brackets after each
+    number."""
     if _FREQUENCY.fullmatch(records.header[0]):
         words = records.header
         if not all(_FREQUENCY.fullmatch(w) for w in words):
@@ -92,16 +104,21 @@ def spread_out(records: Records, fills: tuple[float, ...] = FILLS) -> tuple[Floa
     first = 1 if records.header[0] == "Sep_Freq" else 0
     count = len(records.rows[0])
     if (count - first) % 2 or count - first < 4:
-        raise SeaError(f"{records.name}: line {records.lines[0]}: not pairs of a number and its frequency. Fetch the file again.")
+        raise SeaError(
+            f"{records.name}: line {records.lines[0]}: not pairs of a number and its frequency. Fetch the file again."
+        )
     values = numbers(records, slice(first, None, 2), count, fills)
     rows = [[w.strip("()") for w in row[first + 1 :: 2]] for row in records.rows]
     other = next((i for i, row in enumerate(rows) if row != rows[0]), None)
     if other is not None:
         raise SeaError(
-            f"{records.name}: line {records.lines[other]}: other frequencies than line {records.lines[0]}. Split the file there."
+            f"{records.name}: line {records.lines[other]}: other frequencies than line {records.lines[0]}. Split the"
+            " file there."
         )
     if not all(_FREQUENCY.fullmatch(w) for w in rows[0]):
-        raise SeaError(f"{records.name}: line {records.lines[0]}: not pairs of a number and its frequency. Fetch the file again.")
+        raise SeaError(
+            f"{records.name}: line {records.lines[0]}: not pairs of a number and its frequency. Fetch the file again."
+        )
     return np.array(rows[0], dtype=np.float64), values
 
 
@@ -109,7 +126,8 @@ def _check(records: Records, f: FloatArray, S: FloatArray, width: FloatArray, wh
     if np.any(S < 0.0):
         i, j = (int(k) for k in np.argwhere(S < 0.0)[0])
         raise SeaError(
-            f"{records.name}: line {records.lines[i]}: negative energy {S[i, j]:g} m^2/Hz at {f[j]:g} Hz. Mend or remove the line."
+            f"{records.name}: line {records.lines[i]}: negative energy {S[i, j]:g} m^2/Hz at {f[j]:g} Hz. Mend or"
+            " remove the line."
         )
     H = 4.0 * np.sqrt(np.where(whole, S @ width, 0.0))
     if H.max() > HIGHEST:
@@ -123,8 +141,8 @@ def _check(records: Records, f: FloatArray, S: FloatArray, width: FloatArray, wh
 def read_states(path: str | os.PathLike[str] | Records) -> SeaStates:
     """Wave heights, periods and directions of an NDBC file of standard meteorology (WVHT, DPD, APD, MWD), plain or gz.
 
-    WVHT is H_m0, DPD the period of the highest band, APD T_m02, MWD where waves of that band come from, clockwise from true north.
-    A record without WVHT is not valid. Errors: SeaError of one line.
+    WVHT is H_m0, DPD the period of the highest band, APD T_m02, MWD where waves of that band come from, clockwise from
+    true north. A record without WVHT is not valid. Errors: SeaError of one line.
     """
     records = path if isinstance(path, Records) else read_records(path)
     header = [_OLD_NAMES.get(word, word) for word in records.header]
@@ -135,7 +153,8 @@ def read_states(path: str | os.PathLike[str] | Records) -> SeaStates:
         )
     table = numbers(records, slice(None), len(header))
     column = {
-        name: table[:, header.index(name)] if name in header else np.full(len(table), np.nan) for name in ("WVHT", "DPD", "APD", "MWD")
+        name: table[:, header.index(name)] if name in header else np.full(len(table), np.nan)
+        for name in ("WVHT", "DPD", "APD", "MWD")
     }
     for name in ("WVHT", "DPD", "APD"):
         column[name] = np.where(column[name] == SHORT_FILL, np.nan, column[name])
@@ -145,7 +164,8 @@ def read_states(path: str | os.PathLike[str] | Records) -> SeaStates:
         if np.any(wrong):
             i = int(np.flatnonzero(wrong)[0])
             raise SeaError(
-                f"{records.name}: line {records.lines[i]}: {name} = {column[name][i]:g} is not between 0 and {most:g}. Mend the line."
+                f"{records.name}: line {records.lines[i]}: {name} = {column[name][i]:g} is not between 0 and {most:g}."
+                " Mend the line."
             )
     come_from = coming_from(np.radians(column["MWD"]), DirectionSense.FROM_NORTH)
     valid = np.isfinite(H)

@@ -1,8 +1,9 @@
-"""Text files of the US National Data Buoy Center (NDBC), plain or gz: their lines, times and missing values, and the bands of their buoys.
+"""Text files of the US National Data Buoy Center (NDBC), plain or gz: their lines, times and missing values, and the
+bands of their buoys.
 
-A file has one header, with "#" from 2007 on (a second header line then gives units), and one record a line: year, month, day, hour, minutes
-from 2005 on, then numbers. Times are UTC. Years before 1999 have two digits. Real-time files run backwards; records come out ascending.
-Missing numbers are 9s (99, 999, 9999) or "MM" and come out as NaN.
+A file has one header, with "#" from 2007 on (a second header line then gives units), and one record a line: year,
+month, day, hour, minutes from 2005 on, then numbers. Times are UTC. Years before 1999 have two digits. Real-time files
+run backwards; records come out ascending. Missing numbers are 9s (99, 999, 9999) or "MM" and come out as NaN.
 """
 
 from __future__ import annotations
@@ -28,14 +29,22 @@ LARGEST_TEXT = 200_000_000
 FILLS = (999.0, 9999.0)
 """What stands for a missing number in NDBC's files, besides MM."""
 SHORT_FILL = 99.0
-"""And in columns whose numbers are smaller: densities, heights and periods; not in directions, of which 99 deg is one."""
+"""And in columns whose numbers are smaller: densities, heights and periods; not in directions, of which 99 deg is
+one."""
 _DATES = ("YY", "YYYY", "yr")
-_FOREIGN = ((b"PK\x03\x04", "zip or Excel"), (b"\x89HDF", "HDF5 or NetCDF"), (b"CDF", "NetCDF"), (b"%PDF", "PDF"), (b"<", "web page"))
+_FOREIGN = (
+    (b"PK\x03\x04", "zip or Excel"),
+    (b"\x89HDF", "HDF5 or NetCDF"),
+    (b"CDF", "NetCDF"),
+    (b"%PDF", "PDF"),
+    (b"<", "web page"),
+)
 
 
 @dataclass(frozen=True, eq=False)
 class Records:
-    """Header words after those of time; time (n,), ascending, each once; rows (n,) texts of numbers; lines (n,) in the file; notes."""
+    """Header words after those of time; time (n,), ascending, each once; rows (n,) texts of numbers; lines (n,) in the
+    file; notes."""
 
     name: str
     header: list[str]
@@ -46,7 +55,8 @@ class Records:
 
 
 def read_text(path: str | os.PathLike[str]) -> str:
-    """The text of a plain or gz file. Errors: SeaError of one line for what cannot be read, is cut short or is no text."""
+    """The text of a plain or gz file. Errors: SeaError of one line for what cannot be read, is cut short or is no
+    text."""
     data = read_bytes(path)
     try:
         text = "\0" if b"\0" in data else data.decode("utf-8-sig")
@@ -58,12 +68,15 @@ def read_text(path: str | os.PathLike[str]) -> str:
 
 
 def read_bytes(path: str | os.PathLike[str]) -> bytes:
-    """What a plain or gz file holds. Errors: SeaError of one line for what cannot be read, is cut short or is of another kind."""
+    """What a plain or gz file holds. Errors: SeaError of one line for what cannot be read, is cut short or is of
+    another kind."""
     file = Path(path)
     try:
         mode = file.stat().st_mode
         if not stat.S_ISREG(mode):
-            raise SeaError(f"{file}: is {'a folder' if stat.S_ISDIR(mode) else 'not an ordinary file'}. Give one file of waves.")
+            raise SeaError(
+                f"{file}: is {'a folder' if stat.S_ISDIR(mode) else 'not an ordinary file'}. Give one file of waves."
+            )
         with file.open("rb") as raw:
             packed = raw.read(2) == b"\x1f\x8b"
         with gzip.open(file, "rb") if packed else file.open("rb") as stream:
@@ -73,12 +86,19 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
     except (EOFError, zlib.error, gzip.BadGzipFile) as problem:
         raise SeaError(f"{file.name}: the gz file is cut short or damaged ({problem}). Fetch it again.") from None
     except (OSError, ValueError) as problem:
-        raise SeaError(f"{came(str(file))}: cannot be read ({getattr(problem, 'strerror', None) or problem}). Check your rights.") from None
+        raise SeaError(
+            f"{came(str(file))}: cannot be read ({getattr(problem, 'strerror', None) or problem}). Check your rights."
+        ) from None
     if len(data) > LARGEST_TEXT:
-        raise SeaError(f"{file.name}: holds more than {LARGEST_TEXT / 1e6:g} million characters. Give one year of one buoy.")
+        raise SeaError(
+            f"{file.name}: holds more than {LARGEST_TEXT / 1e6:g} million characters. Give one year of one buoy."
+        )
     for magic, what in _FOREIGN:
         if data.lstrip().startswith(magic):
-            raise SeaError(f"{file.name}: is a {what} file. Give a text file of NDBC, plain or gz, or say what it is with --format.")
+            raise SeaError(
+                f"{file.name}: is a {what} file. Give a text file of NDBC, plain or gz, or say what it is with"
+                " --format."
+            )
     return data
 
 
@@ -94,7 +114,10 @@ def read_records(path: str | os.PathLike[str]) -> Records:
     if not text.strip():
         raise SeaError(f"{name}: is empty. Give a text file of NDBC, plain or gz.")
     if not is_ndbc(text):
-        raise SeaError(f"{name}: begins with {came(text.split()[0])}, not with YY, YYYY or #YY. Give a text file of NDBC, plain or gz.")
+        raise SeaError(
+            f"{name}: begins with {came(text.split()[0])}, not with YY, YYYY or #YY. Give a text file of NDBC, plain"
+            " or gz."
+        )
     return _records(name, text.splitlines())
 
 
@@ -132,7 +155,9 @@ def _time(words: list[str], where: str) -> str:
         raise SeaError(f"{where}: {came(' '.join(words))} is no date and hour. Mend or remove the line.") from None
 
 
-def _in_order(name: str, header: list[str], time: NDArray[np.datetime64], rows: list[list[str]], lines: list[int]) -> Records:
+def _in_order(
+    name: str, header: list[str], time: NDArray[np.datetime64], rows: list[list[str]], lines: list[int]
+) -> Records:
     order = np.argsort(time, kind="stable")
     once = np.concatenate(([True], np.diff(time[order]) > np.timedelta64(0, "s")))
     kept = order[once]
@@ -150,18 +175,24 @@ def _absent(time: NDArray[np.datetime64]) -> list[str]:
     usual = int(np.median(steps))
     absent = int(np.sum(np.maximum(np.rint(steps / usual) - 1, 0)))
     gaps = int(np.count_nonzero(np.rint(steps / usual) > 1))
-    return [f"{absent} more are absent from the file, in {gaps} gaps: its records are {usual / 60.0:g} min apart"] if absent else []
+    return (
+        [f"{absent} more are absent from the file, in {gaps} gaps: its records are {usual / 60.0:g} min apart"]
+        if absent
+        else []
+    )
 
 
 def numbers(records: Records, columns: slice, count: int, fills: tuple[float, ...] = FILLS) -> FloatArray:
-    """Numbers of some columns of every record (n, k), NaN where one of the fills; count is how many words a record has after its time.
+    """Numbers of some columns of every record (n, k), NaN where one of the fills; count is how many words a record has
+    after its time.
 
     Errors: SeaError for a record with another count of words, and for a word that is no number.
     """
     for row, line in zip(records.rows, records.lines, strict=True):
         if len(row) != count:
             raise SeaError(
-                f"{records.name}: line {line}: {len(row)} values where the header names {count}. The file is cut or mixed: fetch it again."
+                f"{records.name}: line {line}: {len(row)} values where the header names {count}. The file is cut or"
+                " mixed: fetch it again."
             )
     try:
         values = np.array([row[columns] for row in records.rows], dtype=np.float64)
@@ -170,7 +201,10 @@ def numbers(records: Records, columns: slice, count: int, fills: tuple[float, ..
         plain = False
     if not plain:
         values = np.array(
-            [[_number(w, records.name, line) for w in row[columns]] for row, line in zip(records.rows, records.lines, strict=True)]
+            [
+                [_number(w, records.name, line) for w in row[columns]]
+                for row, line in zip(records.rows, records.lines, strict=True)
+            ]
         )
     return np.where(np.isin(values, fills), np.nan, values)
 
@@ -187,7 +221,9 @@ def _number(word: str, name: str, line: int) -> float:
     return value
 
 
-WPM: FloatArray = np.concatenate((np.arange(0.0325, 0.094, 0.005), np.arange(0.10, 0.355, 0.01), np.arange(0.365, 0.49, 0.02))).round(4)
+WPM: FloatArray = np.concatenate(
+    (np.arange(0.0325, 0.094, 0.005), np.arange(0.10, 0.355, 0.01), np.arange(0.365, 0.49, 0.02))
+).round(4)
 """Centres of the bands of NDBC's Wave Processing Module [Hz]; a band at 0.02 Hz, 0.01 Hz wide, may go before them.
 
 Source: www.ndbc.noaa.gov/faq/wavespectra.shtml.
@@ -196,22 +232,24 @@ ROUNDED = 0.0006
 """Real-time files print three digits of a frequency [Hz]."""
 
 SOUND = 0.25
-"""Part by which widths of bands that touch may differ from half the way to either neighbour: 0.2 where the width doubles from one band to
-the next. Rounded frequencies lead further astray."""
+"""Part by which widths of bands that touch may differ from half the way to either neighbour: 0.2 where the width
+doubles from one band to the next. Rounded frequencies lead further astray."""
 
 
 def bands(f: FloatArray, where: str) -> tuple[FloatArray, FloatArray]:
     """Centres and widths of bands (m,) [Hz] with these centres.
 
-    NDBC's own bands are known. Otherwise bands touch each other, starting from two that are as far apart as their neighbours; where that
-    leaves none of them a sound width, each reaches half-way to its neighbours. Errors: SeaError for frequencies that do not ascend from
-    above 0, or of which one is above 2 Hz.
+    NDBC's own bands are known. Otherwise bands touch each other, starting from two that are as far apart as their
+    neighbours; where that leaves none of them a sound width, each reaches half-way to its neighbours. Errors: SeaError
+    for frequencies that do not ascend from above 0, or of which one is above 2 Hz.
     """
     if len(f) < 2:
         raise SeaError(f"{where}: one band of frequencies is no spectrum. Fetch the file again.")
     if f[0] <= 0.0 or np.any(np.diff(f) <= 0.0) or f[-1] > 2.0:
         came_f = ", ".join(f"{x:g}" for x in f[:3])
-        raise SeaError(f"{where}: {len(f)} frequencies ({came_f}, ...) do not ascend within 0 to 2 Hz. Fetch the file again.")
+        raise SeaError(
+            f"{where}: {len(f)} frequencies ({came_f}, ...) do not ascend within 0 to 2 Hz. Fetch the file again."
+        )
     low = f[0] < 0.025 and abs(f[1] - WPM[0]) <= ROUNDED
     own = f[1:] if low else f
     if len(own) == len(WPM) and np.all(np.abs(own - WPM) <= ROUNDED):

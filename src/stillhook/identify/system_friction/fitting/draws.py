@@ -29,13 +29,13 @@ def draw_cranes(
 
     Parameters
     ----------
-    crane: the machine. friction_set: its system friction, see `stillhook.library.load_friction`; loss_set: its motors' loss, for every
-    circuit with motors of that size. Parameters without a covariance keep the value of the set.
+    crane: the machine. friction_set: its system friction, see `stillhook.library.load_friction`; loss_set: its motors'
+    loss, for every circuit with motors of that size. Parameters without a covariance keep the value of the set.
     n, seed: how many draws, and from which seed; the same seed gives the same cranes.
 
-    The parameters are drawn from the normal distribution of the set's covariance; draws with a value that physics does not allow
-    (a negative friction; Y_4 of 0) are drawn again, none is clipped. So the distribution is truncated, and its mean lies beside the set's
-    values where one of them is near zero.
+    The parameters are drawn from the normal distribution of the set's covariance; draws with a value that physics does
+    not allow (a negative friction; Y_4 of 0) are drawn again, none is clipped. So the distribution is truncated, and
+    its mean lies beside the set's values where one of them is near zero.
 
     Use: ``simulate(draw_cranes(crane, load_friction("my.friction.toml")), case)``.
     Errors: IdentifyError of one line where a set has no evidence, or hardly any draw is allowed.
@@ -60,7 +60,9 @@ def quantiles(run: xarray.Dataset, names: Sequence[str] = ("e_c_pp", "p_max")) -
     edge = 0.5 * (1.0 - BAND)
     out = {}
     for name in names:
-        values = run[name].values[np.isfinite(run[name].values)]  # a diverged draw has no numbers, and manual mode no error
+        values = run[name].values[
+            np.isfinite(run[name].values)
+        ]  # a diverged draw has no numbers, and manual mode no error
         ends = np.quantile(values, (edge, 0.5, 1.0 - edge)) if len(values) else np.full(3, np.nan)
         low, median, high = (float(x) for x in ends)
         out[name] = {"low": low, "median": median, "high": high}

@@ -1,13 +1,15 @@
 """What neighbouring stretches of a test share: the drifting zero of the pressure transmitters, and oil that warms up.
 
-Stretch j of a test reads dp_j = load + s_j F_j + z(t_j) + noise, s_j = +1 hoisting, -1 lowering, z(t) the zero of p_a - p_b. Half the
-difference of a pair keeps (z(t_up) - z(t_down)) / 2; half the sum keeps the load and (z(t_up) + z(t_down)) / 2: the load of a test does
-not change, so the sums show the drift. Differences and sums of all pairs are one linear mixed model; its variances are estimated by
-restricted maximum likelihood (Patterson and Thompson, Biometrika 58, 1971), and given the sums the differences keep a mean error, which
-is taken off, and a covariance, with which the friction is fitted.
+Stretch j of a test reads dp_j = load + s_j F_j + z(t_j) + noise, s_j = +1 hoisting, -1 lowering, z(t) the zero of p_a -
+p_b. Half the difference of a pair keeps (z(t_up) - z(t_down)) / 2; half the sum keeps the load and (z(t_up) +
+z(t_down)) / 2: the load of a test does not change, so the sums show the drift. Differences and sums of all pairs are
+one linear mixed model; its variances are estimated by restricted maximum likelihood (Patterson and Thompson, Biometrika
+58, 1971), and given the sums the differences keep a mean error, which is taken off, and a covariance, with which the
+friction is fitted.
 
-Friction that goes with time alone (oil that warms up while the speeds of a staircase rise) cannot be told from friction that goes with
-speed. It is not corrected and has no weight in the fit, but it is in the variance of everything that the fit finds.
+Friction that goes with time alone (oil that warms up while the speeds of a staircase rise) cannot be told from friction
+that goes with speed. It is not corrected and has no weight in the fit, but it is in the variance of everything that the
+fit finds.
 """
 
 from __future__ import annotations
@@ -22,29 +24,38 @@ from stillhook.identify.system_friction.fitting.model import Loss, Y, motor_loss
 from stillhook.identify.system_friction.fitting.points import Points
 
 DP_FLOOR = 1.0
-"""Least standard uncertainty of a friction pressure [Pa]: a hundred-thousandth of a bar, so that noise-free data keep their numbers."""
+"""Least standard uncertainty of a friction pressure [Pa]: a hundred-thousandth of a bar, so that noise-free data keep
+their numbers."""
 PAIR, LOAD, WALK, BEND = "pair", "load", "walk", "bend"
 LEVEL, OWN, WARM, COURSE, FORM = "level", "own", "warm", "course", "form"
-"""Variances of the model: scatter of a pair's difference, and of its sum [Pa^2]; a random walk and a once integrated random walk of the
-zero [Pa^2 over the length of a test]; over the mean friction: that of a whole test, its slope over half a test as it is of one test
-alone, and as it is alike in all tests, its curvature, and what the form of the law lacks at neighbouring speeds."""
+"""Variances of the model: scatter of a pair's difference, and of its sum [Pa^2]; a random walk and a once integrated
+random walk of the zero [Pa^2 over the length of a test]; over the mean friction: that of a whole test, its slope over
+half a test as it is of one test alone, and as it is alike in all tests, its curvature, and what the form of the law
+lacks at neighbouring
+speeds."""
 WITHOUT_WEIGHT = (LEVEL, OWN, WARM, COURSE, FORM)
 """Variances that the fit gives no weight to."""
 NEIGHBOURS = 0.8
-"""Difference of ln speed over which what the law lacks stays alike: a factor of two; break-away friction fades over about as much."""
+"""Difference of ln speed over which what the law lacks stays alike: a factor of two; break-away friction fades over
+about as much."""
 CURVED = 0.15
-"""Variance of the curvature of the course that is alike in all tests over that of its slope: an exponential warm-up over half a test."""
+"""Variance of the curvature of the course that is alike in all tests over that of its slope: an exponential warm-up
+over half a test."""
 NOT_NONE = (OWN, WARM)
-"""Variances that are not taken for none where friction does go with test or time: their likelihood is multiplied by their root, so that
-one that the campaign hardly shows comes out at about its own standard error (Chung and others, Psychometrika 78, 2013)."""
+"""Variances that are not taken for none where friction does go with test or time: their likelihood is multiplied by
+their root, so that one that the campaign hardly shows comes out at about its own standard error (Chung and others,
+Psychometrika 78,
+2013)."""
 GOES_WITH_TIME = 0.5
 """Share of the differences' variance that must be friction that goes with test or time for that."""
 FAINT = 0.15
-"""Power of the same root where it is not: oil that warms too little to be seen (friction falls by 0.1 to 1.5 % over a test) moves the
-answer by more than scatter does, so that it is never certain that none of it is there. With 0 such campaigns have 80 % of the curve in
-their bands; with 1 campaigns without any warming have all of it, in bands wider than needed."""
+"""Power of the same root where it is not: oil that warms too little to be seen (friction falls by 0.1 to 1.5 % over a
+test) moves the answer by more than scatter does, so that it is never certain that none of it is there. With 0 such
+campaigns have 80 % of the curve in their bands; with 1 campaigns without any warming have all of it, in bands wider
+than needed."""
 THIRD = 0.25
-"""Variance of the third Legendre polynomial of the course over that of the second, as in an exponential warm-up over half a test."""
+"""Variance of the third Legendre polynomial of the course over that of the second, as in an exponential warm-up over
+half a test."""
 FEWEST_TESTS = 3
 """Tests below which the friction of a whole test says nothing of their scatter."""
 NOTHING = 1e-7
@@ -52,18 +63,19 @@ NOTHING = 1e-7
 NEGLIGIBLE = 1e-4
 """Share of the mean variance below which one of its parts is left out."""
 LEAST_FREEDOM = 5.0
-"""Least degrees of freedom of an interval. A course that is alike in all tests is a single piece whose size, not its sign, is known: its
-root mean square already is its size, so Student's factor for one piece would count it many times."""
+"""Least degrees of freedom of an interval. A course that is alike in all tests is a single piece whose size, not its
+sign, is known: its root mean square already is its size, so Student's factor for one piece would count it many
+times."""
 
 
 @dataclass(frozen=True)
 class Noise:
     """What the fitted points do not know of the friction.
 
-    ``shift`` mean error of the friction torque that the sums of pressure show, to be taken off [N m], shape (n,); ``root`` lower
-    triangular root of the covariance of what is left, as the fit weighs it [N m], (n, n); ``sd`` roots of the variances by name;
-    ``gain`` of the differences' mean error by the sums, (n, n); ``rows`` the model, ``values`` its variances in the order of
-    ``rows.names``, ``joint`` its design (columns of unit size).
+    ``shift`` mean error of the friction torque that the sums of pressure show, to be taken off [N m], shape (n,);
+    ``root`` lower triangular root of the covariance of what is left, as the fit weighs it [N m], (n, n); ``sd`` roots
+    of the variances by name; ``gain`` of the differences' mean error by the sums, (n, n); ``rows`` the model,
+    ``values`` its variances in the order of ``rows.names``, ``joint`` its design (columns of unit size).
     """
 
     shift: FloatArray
@@ -100,10 +112,11 @@ class Noise:
 
 
 class Rows:
-    """Covariances of the differences (first n rows) and of the sums (next n rows) of pressure by the model's variances [Pa^2].
+    """Covariances of the differences (first n rows) and of the sums (next n rows) of pressure by the model's variances
+    [Pa^2].
 
-    Parameters: points fitted ones, shape (n,); friction what the models make of them, per motor shaft [N m], shape (n,).
-    Points without times have no sums: their differences are independent.
+    Parameters: points fitted ones, shape (n,); friction what the models make of them, per motor shaft [N m], shape
+    (n,). Points without times have no sums: their differences are independent.
     """
 
     def __init__(self, points: Points, friction: FloatArray) -> None:
@@ -180,7 +193,8 @@ def _legendre(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def _loads(points: Points) -> FloatArray:
-    """Shape (n, tests): the pressure of each test's load up to a factor of the test; it changes with layer and displacement only."""
+    """Shape (n, tests): the pressure of each test's load up to a factor of the test; it changes with layer and
+    displacement only."""
     out = np.zeros((len(points), len(np.unique(points.test))))
     for j, k in enumerate(np.unique(points.test)):
         mine = points.test == k
@@ -190,20 +204,27 @@ def _loads(points: Points) -> FloatArray:
 
 
 def sums(points: Points, loss: Loss, y: Y) -> FloatArray:
-    """Half the sum of both pressures, less half the difference of the two frictions that the models have there [Pa], shape (n,)."""
+    """Half the sum of both pressures, less half the difference of the two frictions that the models have there [Pa],
+    shape (n,)."""
     up = loss(points.omega_up, points.D_m, points.dp_up) + system_friction(points.omega_up, points.T_d, y)
     down = loss(points.omega_down, points.D_m, points.dp_down) + system_friction(points.omega_down, points.T_d, y)
     return points.dp_L - 0.5 * (up - down) / points.D_m
 
 
 def noise_of(
-    points: Points, loss: Loss, y: Y, J: FloatArray, start: Mapping[str, float] | None = None, *, pair: float | None = None
+    points: Points,
+    loss: Loss,
+    y: Y,
+    J: FloatArray,
+    start: Mapping[str, float] | None = None,
+    *,
+    pair: float | None = None,
 ) -> Noise:
     """Variances of the model from what a fit leaves over.
 
-    Parameters: points fitted ones; loss of one motor shaft; y parameters of the fit; J change of the friction torque per change of its
-    free parameters, shape (n, k); start standard deviations from which to begin (None: from the size of what is left); pair scatter of
-    dp_F beyond the stretches' own where it is known [Pa]: then it is the only one.
+    Parameters: points fitted ones; loss of one motor shaft; y parameters of the fit; J change of the friction torque
+    per change of its free parameters, shape (n, k); start standard deviations from which to begin (None: from the size
+    of what is left); pair scatter of dp_F beyond the stretches' own where it is known [Pa]: then it is the only one.
     """
     friction = motor_loss_at(points, loss) + system_friction_at(points, y)
     rows = Rows(points, friction)
@@ -248,7 +269,9 @@ def _reml(rows: Rows, data: FloatArray, X: FloatArray, guess: FloatArray, begin:
         S = rows.of(values)
         P, deviance = _projector(S, X)
         Py = P @ data
-        slope = np.array([v * (float(np.sum(P * part)) - float(Py @ part @ Py)) for v, part in zip(values, rows.parts, strict=True)])
+        slope = np.array(
+            [v * (float(np.sum(P * part)) - float(Py @ part @ Py)) for v, part in zip(values, rows.parts, strict=True)]
+        )
         return deviance + float(data @ Py) - float(kept @ log), slope - kept
 
     low, high = float(np.log(NOTHING)), 12.0
@@ -261,7 +284,9 @@ def _reml(rows: Rows, data: FloatArray, X: FloatArray, guess: FloatArray, begin:
     if slow.any():
         shown = float(parts[slow].sum()) > GOES_WITH_TIME * float(parts.sum() + np.mean(np.diag(rows.own)[:n]))
         kept = np.array([(1.0 if shown else FAINT) * float(m in NOT_NONE) for m in rows.names])
-        found = minimize(objective, np.maximum(found.x, low + 5.0), jac=True, method="L-BFGS-B", bounds=limits, options=stop)
+        found = minimize(
+            objective, np.maximum(found.x, low + 5.0), jac=True, method="L-BFGS-B", bounds=limits, options=stop
+        )
         values = guess * np.exp(found.x)
     shares = values * np.array([float(np.mean(np.diag(part))) for part in rows.parts])
     return np.asarray(np.where(shares < NEGLIGIBLE * float(np.mean(np.diag(rows.of(values)))), 0.0, values))
@@ -292,14 +317,16 @@ def _noise(rows: Rows, data: FloatArray, values: FloatArray, X: FloatArray) -> N
         C = S[:n, :n] - gain @ S[n:, :n]
     shift = gain @ data[n:] if rows.timed else np.zeros(n)
     root = np.linalg.cholesky(0.5 * (C + C.T)) * D[:, None]
-    return Noise(shift * D, root, {m: float(np.sqrt(v)) for m, v in zip(rows.names, values, strict=True)}, gain, rows, values, X)
+    return Noise(
+        shift * D, root, {m: float(np.sqrt(v)) for m, v in zip(rows.names, values, strict=True)}, gain, rows, values, X
+    )
 
 
 def spread(noise: Noise, weights: FloatArray, within: FloatArray) -> FloatArray:
     """Covariance of what a fit finds, the part that it gave no weight to included.
 
-    Parameters: weights of the points' friction torques in the k numbers found [SI / N m], shape (k, n); within their covariance as the
-    fit's own weights have it, (k, k).
+    Parameters: weights of the points' friction torques in the k numbers found [SI / N m], shape (k, n); within their
+    covariance as the fit's own weights have it, (k, k).
     """
     a = _of_pressures(noise, weights)
     return np.asarray(within + a @ noise.beyond @ a.T)
@@ -308,8 +335,8 @@ def spread(noise: Noise, weights: FloatArray, within: FloatArray) -> FloatArray:
 def freedom(noise: Noise, weights: FloatArray) -> FloatArray:
     """Degrees of freedom of the variance of each number that a fit finds, by Satterthwaite's rule, shape (k,).
 
-    Parameters: weights as in `spread`. A variance that few independent pieces show is itself uncertain: with V the variance of an
-    estimate, 2 V^2 over that of V (Giesbrecht and Burns, Biometrics 41, 1985).
+    Parameters: weights as in `spread`. A variance that few independent pieces show is itself uncertain: with V the
+    variance of an estimate, 2 V^2 over that of V (Giesbrecht and Burns, Biometrics 41, 1985).
     """
     rows, n = noise.rows, len(noise.rows.points)
     S = rows.of(noise.values)
@@ -329,6 +356,9 @@ def freedom(noise: Noise, weights: FloatArray) -> FloatArray:
 
 
 def _of_pressures(noise: Noise, weights: FloatArray) -> FloatArray:
-    """Weights of the torques as weights of the differences, and of the sums that correct them, shape (k, n) or (k, 2 n)."""
+    """Weights of the torques as weights of the differences, and of the sums that correct them, shape (k, n) or (k, 2
+    n)."""
     differences: FloatArray = weights * noise.rows.points.D_m
-    return np.asarray(np.concatenate([differences, -differences @ noise.gain], axis=1) if noise.rows.timed else differences)
+    return np.asarray(
+        np.concatenate([differences, -differences @ noise.gain], axis=1) if noise.rows.timed else differences
+    )

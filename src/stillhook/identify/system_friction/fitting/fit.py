@@ -1,8 +1,9 @@
 """System friction from crane tests by bounded least squares that cannot miss the best answer.
 
-With Y_4 given the model is linear in the other five parameters, none of which may be negative: that is one convex problem with
-one answer (non-negative least squares). What is left is a search along Y_4 alone, made on a grid and then refined. The thesis
-used Box's complex method on all six at once (`stillhook.statistics.complex_method`); both are offered.
+With Y_4 given the model is linear in the other five parameters, none of which may be negative: that is one convex
+problem with one answer (non-negative least squares). What is left is a search along Y_4 alone, made on a grid and then
+refined. The thesis used Box's complex method on all six at once (`stillhook.statistics.complex_method`); both are
+offered.
 """
 
 from __future__ import annotations
@@ -32,11 +33,12 @@ from stillhook.identify.system_friction.fitting.points import Points
 from stillhook.units import parse
 
 Y_4_LEAST, Y_4_MOST = parse("5 rev/min", "rotation"), parse("1500 rev/min", "rotation")
-"""Bounds of the search: a winch does not run steadily below 5 rev/min of its motors, and an exponential that fades over more
-than 1500 rev/min is a straight line over the speeds that it can reach, which Y_5 describes already."""
+"""Bounds of the search: a winch does not run steadily below 5 rev/min of its motors, and an exponential that fades over
+more than 1500 rev/min is a straight line over the speeds that it can reach, which Y_5 describes already."""
 Y_4_GRID = np.geomspace(Y_4_LEAST, Y_4_MOST, 61)
 EVIDENCE = 2.0
-"""Improvement of AICc that a constant term Y_2 must bring to be kept (Burnham and Anderson's "substantial support" ends there)."""
+"""Improvement of AICc that a constant term Y_2 must bring to be kept (Burnham and Anderson's "substantial support" ends
+there)."""
 FADING = [Y_LINEAR.index(n) for n in Y_FADING]
 ROUNDS = 2
 """Rounds of estimating variances and parameters in turn: a third changes the scatter by less than a thousandth."""
@@ -46,14 +48,15 @@ ROUNDS = 2
 class FrictionFit:
     """Identified system friction.
 
-    ``y`` parameters in SI (a dropped one is 0); ``names`` those that were free; ``covariance`` of them in SI, in that order, taken
-    as if bounds were not there (so never too small), ``own`` the part of it that the weights of the fit know; ``at_bound`` free ones
-    that ended on zero, or Y_4 on an end of its range;
-    ``dropped`` those left out (Y_4 too where nothing fades); ``given`` those that were not asked; ``evidence`` by name, how much
-    AICc improves with it (negative: worse); ``residual`` measured less modelled friction per shaft at the fitted points, what the sums
-    of pressure show of the drifting zero taken off [N m]; ``tau`` scatter of dp_F beyond what the stretches themselves showed [Pa];
-    ``chi2`` whitened; ``dof`` degrees of freedom of the predicted friction, ``freedom`` by parameter (fewer than points less parameters
-    where errors go together); ``noise`` how the points' errors go together.
+    ``y`` parameters in SI (a dropped one is 0); ``names`` those that were free; ``covariance`` of them in SI, in that
+    order, taken as if bounds were not there (so never too small), ``own`` the part of it that the weights of the fit
+    know; ``at_bound`` free ones that ended on zero, or Y_4 on an end of its range;
+    ``dropped`` those left out (Y_4 too where nothing fades); ``given`` those that were not asked; ``evidence`` by name,
+    how much AICc improves with it (negative: worse); ``residual`` measured less modelled friction per shaft at the
+    fitted points, what the sums of pressure show of the drifting zero taken off [N m]; ``tau`` scatter of dp_F beyond
+    what the stretches themselves showed [Pa]; ``chi2`` whitened; ``dof`` degrees of freedom of the predicted friction,
+    ``freedom`` by parameter (fewer than points less parameters where errors go together); ``noise`` how the points'
+    errors go together.
     """
 
     y: Y
@@ -80,8 +83,8 @@ class FrictionFit:
 
 
 class Target:
-    """Points and the friction per shaft that the system must explain there, ``T`` [N m]; the model's columns on the grid of Y_4 are
-    kept, because they take most of a fit's time and do not hang on weights."""
+    """Points and the friction per shaft that the system must explain there, ``T`` [N m]; the model's columns on the
+    grid of Y_4 are kept, because they take most of a fit's time and do not hang on weights."""
 
     def __init__(self, points: Points, T: FloatArray) -> None:
         self.points, self.T = points, T
@@ -112,9 +115,9 @@ class _Reduced(NamedTuple):
 class Problem:
     """Generalised least squares in the five linear parameters, for any Y_4.
 
-    ``target`` what is to be explained; ``sigma`` its standard uncertainties [N m], shape (n,), or the lower triangular root of its
-    covariance, (n, n); ``used`` the linear parameters that are free; ``given`` parameters that keep a value [SI]; ``shift`` error of
-    the target that is known and taken off [N m], shape (n,).
+    ``target`` what is to be explained; ``sigma`` its standard uncertainties [N m], shape (n,), or the lower triangular
+    root of its covariance, (n, n); ``used`` the linear parameters that are free; ``given`` parameters that keep a value
+    [SI]; ``shift`` error of the target that is known and taken off [N m], shape (n,).
     """
 
     def __init__(
@@ -158,7 +161,9 @@ class Problem:
             self._reduced[Y_4] = out
         return out
 
-    def _least(self, Y_4: float, free: list[int], fixed: Mapping[str, float], b: FloatArray | None) -> tuple[FloatArray, float]:
+    def _least(
+        self, Y_4: float, free: list[int], fixed: Mapping[str, float], b: FloatArray | None
+    ) -> tuple[FloatArray, float]:
         """Best values of the free columns at this Y_4, and chi^2; ``b`` another whitened target."""
         from scipy.optimize import nnls
 
@@ -173,21 +178,29 @@ class Problem:
         found, norm = nnls((R / size)[:, free], q)
         return found / size[free], float(norm) ** 2 + beside
 
-    def solve(self, Y_4: float, fixed: Mapping[str, float] | None = None, b: FloatArray | None = None) -> tuple[Y, float]:
-        """Best parameters at this Y_4 and their chi^2; ``fixed`` linear parameters keep the values given [SI]; ``b`` another whitened
-        target."""
+    def solve(
+        self, Y_4: float, fixed: Mapping[str, float] | None = None, b: FloatArray | None = None
+    ) -> tuple[Y, float]:
+        """Best parameters at this Y_4 and their chi^2; ``fixed`` linear parameters keep the values given [SI]; ``b``
+        another whitened target."""
         fixed = fixed or {}
         free = self._free(fixed)
         found, chi2 = self._least(Y_4, free, fixed, b)
-        values = {**dict.fromkeys(Y_LINEAR, 0.0), **{Y_LINEAR[i]: float(v) for i, v in zip(free, found, strict=True)}, **fixed}
+        values = {
+            **dict.fromkeys(Y_LINEAR, 0.0),
+            **{Y_LINEAR[i]: float(v) for i, v in zip(free, found, strict=True)},
+            **fixed,
+        }
         return Y(**values, Y_4=Y_4), chi2
 
     def _free(self, fixed: Mapping[str, float]) -> list[int]:
         return [Y_LINEAR.index(n) for n in self.used if n not in fixed]
 
-    def best(self, fixed: Mapping[str, float] | None = None, T: FloatArray | None = None, *, fine: float = 1e-7) -> tuple[Y, float]:
-        """Best parameters over all Y_4, and their chi^2; ``fixed`` may hold Y_4 itself; ``T`` another target [N m]; ``fine`` how well
-        ln Y_4 is to be found."""
+    def best(
+        self, fixed: Mapping[str, float] | None = None, T: FloatArray | None = None, *, fine: float = 1e-7
+    ) -> tuple[Y, float]:
+        """Best parameters over all Y_4, and their chi^2; ``fixed`` may hold Y_4 itself; ``T`` another target [N m];
+        ``fine`` how well ln Y_4 is to be found."""
         fixed = {**self.given, **(fixed or {})}
         b = None if T is None else self.whitened(T)
         if "Y_4" in fixed:
@@ -199,7 +212,10 @@ class Problem:
         i = int(np.argmin(rough))
         lo, hi = np.log(Y_4_GRID[max(i - 1, 0)]), np.log(Y_4_GRID[min(i + 1, len(Y_4_GRID) - 1)])
         found = minimize_scalar(
-            lambda v: self._least(math.exp(v), free, fixed, b)[1], bounds=(lo, hi), method="bounded", options={"xatol": fine}
+            lambda v: self._least(math.exp(v), free, fixed, b)[1],
+            bounds=(lo, hi),
+            method="bounded",
+            options={"xatol": fine},
         )
         at = math.exp(found.x) if found.fun < rough[i] else float(Y_4_GRID[i])
         return self.solve(at, fixed, b)
@@ -216,17 +232,20 @@ def fit_system(
 ) -> FrictionFit:
     """System friction that explains the points together with the motor loss.
 
-    Parameters: points measured ones (held-out ones are left out here); loss of one motor shaft; keep_Y_2 keep the constant term
-    (None: only where AICc improves by more than ``EVIDENCE``, as eq. 2.13 drops it for want of need); used linear parameters
-    that may be free at all; given parameters that keep these values [SI] because the data cannot tell them; u_extra scatter of
-    dp_F beyond the stretches' own [Pa] (None: found from the residuals).
+    Parameters: points measured ones (held-out ones are left out here); loss of one motor shaft; keep_Y_2 keep the
+    constant term (None: only where AICc improves by more than ``EVIDENCE``, as eq. 2.13 drops it for want of need);
+    used linear parameters that may be free at all; given parameters that keep these values [SI] because the data cannot
+    tell them; u_extra scatter of dp_F beyond the stretches' own [Pa] (None: found from the residuals).
     Errors: IdentifyError for fewer points than parameters.
     """
     seen, given = points.fitted(), dict(given or {})
     used = tuple(n for n in used if n not in given)
     wanted = len(_free(tuple(n for n in used if n != "Y_2" or keep_Y_2 is not False), given)) + 1
     if len(seen) < wanted:
-        raise IdentifyError(f"{len(seen)} measured points for {wanted - 1} parameters: at least {wanted} are needed. Add steps or tests.")
+        raise IdentifyError(
+            f"{len(seen)} measured points for {wanted - 1} parameters: at least {wanted} are needed. Add steps or"
+            " tests."
+        )
     target = Target(seen, seen.T_f - motor_loss_at(seen, loss))
     if "Y_2" not in used or keep_Y_2 is True:
         return _fit(target, loss, used, given, u_extra)
@@ -277,11 +296,21 @@ def _fit(
     dof = freedom(noise, np.vstack([weights, J.mean(axis=0) @ weights]))
     beyond = float(np.mean((noise.sigma / seen.D_m) ** 2 - seen.u_dp**2 - DP_FLOOR**2))
     return FrictionFit(
-        y=y, names=names, covariance=spread(noise, weights, own), own=own, at_bound=_at_bound(y, names),
-        dropped=tuple(n for n in Y_NAMES if n not in names and n not in given), given=dict(given), evidence={},
-        residual=problem.T - system_friction_at(seen, y), tau=math.sqrt(max(beyond, 0.0)), chi2=chi2,
-        dof=float(dof[-1]), freedom=dict(zip(names, map(float, dof), strict=False)), noise=noise,
-    )  # fmt: skip
+        y=y,
+        names=names,
+        covariance=spread(noise, weights, own),
+        own=own,
+        at_bound=_at_bound(y, names),
+        dropped=tuple(n for n in Y_NAMES if n not in names and n not in given),
+        given=dict(given),
+        evidence={},
+        residual=problem.T - system_friction_at(seen, y),
+        tau=math.sqrt(max(beyond, 0.0)),
+        chi2=chi2,
+        dof=float(dof[-1]),
+        freedom=dict(zip(names, map(float, dof), strict=False)),
+        noise=noise,
+    )
 
 
 def _free(used: tuple[str, ...], given: Mapping[str, float]) -> tuple[str, ...]:
@@ -302,7 +331,8 @@ def jacobian(points: Points, y: Y, names: tuple[str, ...]) -> FloatArray:
 
 
 def scaled_directions(J: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Sizes of the columns of J, and singular values and right singular vectors (rows) of J with its columns scaled to unit size."""
+    """Sizes of the columns of J, and singular values and right singular vectors (rows) of J with its columns scaled to
+    unit size."""
     size = np.linalg.norm(J, axis=0)
     size[size == 0.0] = 1.0  # a parameter without any effect: its direction is blind
     _, s, V = np.linalg.svd(J / size, full_matrices=False)
@@ -310,7 +340,8 @@ def scaled_directions(J: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray
 
 
 def covariance(J: FloatArray) -> FloatArray:
-    """Inverse of J'J by its singular values; a direction that the data do not see gets a very large variance, not an error."""
+    """Inverse of J'J by its singular values; a direction that the data do not see gets a very large variance, not an
+    error."""
     size, s, V = scaled_directions(J)
     half = (V / np.maximum(s, BLIND)[:, None]) / size
     return np.asarray(half.T @ half)

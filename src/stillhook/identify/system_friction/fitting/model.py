@@ -1,4 +1,5 @@
-"""Motor loss plus system friction at measured points: one place where the equations of the twin meet the measurements."""
+"""Motor loss plus system friction at measured points: one place where the equations of the twin meet the
+measurements."""
 
 from __future__ import annotations
 
@@ -11,7 +12,8 @@ from stillhook.base.arrays import FloatArray
 from stillhook.identify.system_friction.fitting.points import Points
 from stillhook.physics import friction
 from stillhook.physics.hydraulics import motor
-from stillhook.spec.crane import SystemFriction, TorqueLoss
+from stillhook.spec.circuits import TorqueLoss
+from stillhook.spec.crane import SystemFriction
 
 Y_NAMES = ("Y_1", "Y_2", "Y_3", "Y_4", "Y_5", "Y_6")
 Y_LINEAR = ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6")
@@ -20,7 +22,8 @@ Y_FADING = ("Y_1", "Y_3")
 X_NAMES = ("X_1", "X_2", "X_3", "X_4", "X_5")
 
 Loss = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
-"""Torque loss of one motor shaft [N m] from speed [rad/s], displacement [m^3/rad] and pressure drop [Pa], arrays of one shape."""
+"""Torque loss of one motor shaft [N m] from speed [rad/s], displacement [m^3/rad] and pressure drop [Pa], arrays of one
+shape."""
 
 
 class Y(NamedTuple):
@@ -67,14 +70,17 @@ def system_friction_at(points: Points, y: Y) -> FloatArray:
 
 
 def system_columns(points: Points, Y_4: float, names: tuple[str, ...] = Y_LINEAR) -> FloatArray:
-    """Shape (n, k): what each of these linear parameters adds per unit, with Y_4 [rad/s] given; the model is linear in them."""
+    """Shape (n, k): what each of these linear parameters adds per unit, with Y_4 [rad/s] given; the model is linear in
+    them."""
     return np.column_stack([system_friction_at(points, _unit(name, Y_4)) for name in names])
 
 
 def system_slope(points: Points, y: Y) -> FloatArray:
     """Shape (n,): change of the friction at the points per change of Y_4 [N m s/rad], by a central difference."""
     h = 1e-4 * y.Y_4
-    return (system_friction_at(points, y._replace(Y_4=y.Y_4 + h)) - system_friction_at(points, y._replace(Y_4=y.Y_4 - h))) / (2 * h)
+    return (
+        system_friction_at(points, y._replace(Y_4=y.Y_4 + h)) - system_friction_at(points, y._replace(Y_4=y.Y_4 - h))
+    ) / (2 * h)
 
 
 def motor_columns(points: Points) -> FloatArray:
@@ -82,7 +88,11 @@ def motor_columns(points: Points) -> FloatArray:
     columns = []
     for name in X_NAMES:
         fit = motor.TorqueLossFit(**{n: float(n == name) for n in X_NAMES})
-        columns.append(mean_of_pair(lambda omega, dp, fit=fit: motor.torque_loss(omega, points.D_m, dp, fit) + 0.0 * omega, points))  # type: ignore[misc]
+
+        def loss(omega: FloatArray, dp: FloatArray, fit: motor.TorqueLossFit = fit) -> FloatArray:
+            return np.asarray(motor.torque_loss(omega, points.D_m, dp, fit) + 0.0 * omega)
+
+        columns.append(mean_of_pair(loss, points))
     return np.column_stack(columns)
 
 

@@ -1,4 +1,5 @@
-"""What a crane test measures, point by point: friction pressure of a hoisting and a lowering stretch of the same speed."""
+"""What a crane test measures, point by point: friction pressure of a hoisting and a lowering stretch of the same
+speed."""
 
 from __future__ import annotations
 
@@ -16,15 +17,16 @@ from stillhook.errors import IdentifyError
 class Points:
     """Measured friction, one entry a point; all arrays have shape (n,).
 
-    ``omega_up``, ``omega_down`` motor speeds of the hoisting and of the lowering stretch, both counted positive [rad/s];
-    ``dp_up``, ``dp_down`` pressure drops p_a - p_b of both [Pa]; ``D_m`` displacement of one motor [m^3/rad]; ``T_d`` drum
-    torque of the hanging load [N m]; ``count`` motors in the circuit [-]; ``u_dp`` standard uncertainty of dp_F [Pa];
-    ``test`` index into ``names``; ``hold_out`` points that no fit may see; ``t_up``, ``t_down`` middle of both stretches in the time
-    of their test [s], NaN where no time is known.
+    ``omega_up``, ``omega_down`` motor speeds of the hoisting and of the lowering stretch, both counted positive
+    [rad/s]; ``dp_up``, ``dp_down`` pressure drops p_a - p_b of both [Pa]; ``D_m`` displacement of one motor [m^3/rad];
+    ``T_d`` drum torque of the hanging load [N m]; ``count`` motors in the circuit [-]; ``u_dp`` standard uncertainty of
+    dp_F [Pa]; ``test`` index into ``names``; ``hold_out`` points that no fit may see; ``t_up``, ``t_down`` middle of
+    both stretches in the time of their test [s], NaN where no time is known.
 
-    Leakage makes the two speeds of a pair differ, and friction that depends on pressure differs between hoisting and lowering.
-    Half the difference of the two pressure drops is the mean of the two losses whatever they are, so a model is compared with
-    the mean of its values at (omega_up, dp_up) and (omega_down, dp_down): nothing has to be interpolated.
+    Leakage makes the two speeds of a pair differ, and friction that depends on pressure differs between hoisting and
+    lowering. Half the difference of the two pressure drops is the mean of the two losses whatever they are, so a model
+    is compared with the mean of its values at (omega_up, dp_up) and (omega_down, dp_down): nothing has to be
+    interpolated.
     """
 
     names: tuple[str, ...]
@@ -61,7 +63,8 @@ class Points:
 
     @property
     def dp_L(self) -> FloatArray:
-        """Load as pressure, the other half of eqs 2.2 and 2.3 [Pa]; holds half the difference of the two losses as well."""
+        """Load as pressure, the other half of eqs 2.2 and 2.3 [Pa]; holds half the difference of the two losses as
+        well."""
         return 0.5 * (self.dp_up + self.dp_down)
 
     @property
@@ -76,7 +79,8 @@ class Points:
 
     @property
     def T_N(self) -> FloatArray:
-        """Nominal torque per motor shaft D_m dp_m at the hoisting pressure (paper A eq. 21), by which errors are judged [N m]."""
+        """Nominal torque per motor shaft D_m dp_m at the hoisting pressure (paper A eq. 21), by which errors are judged
+        [N m]."""
         return self.D_m * np.abs(self.dp_up)
 
     def where(self, mask: BoolArray) -> Points:

@@ -1,4 +1,5 @@
-"""How far identified friction can be trusted: profile likelihood, bootstrap, posterior samples, and what data cannot tell apart."""
+"""How far identified friction can be trusted: profile likelihood, bootstrap, posterior samples, and what data cannot
+tell apart."""
 
 from __future__ import annotations
 
@@ -39,7 +40,8 @@ SEARCH = 40  # doublings of an interval's end before it counts as open
 
 @dataclass(frozen=True)
 class Interval:
-    """Where a parameter lies with 95 % confidence [SI]; an open end is infinite, a lower end at zero is the physical bound."""
+    """Where a parameter lies with 95 % confidence [SI]; an open end is infinite, a lower end at zero is the physical
+    bound."""
 
     name: str
     value: float
@@ -70,7 +72,8 @@ def profile_intervals(points: Points, loss: Loss, fit: FrictionFit) -> tuple[Int
     least = problem.best()[1]
     wider = np.diag(fit.covariance) / np.diag(fit.own)  # what has no weight in the fit moves its answer all the same
     return tuple(
-        _profile(problem, n, fit, least + float(w) * t_factor(fit.freedom[n]) ** 2) for n, w in zip(fit.names, wider, strict=True)
+        _profile(problem, n, fit, least + float(w) * t_factor(fit.freedom[n]) ** 2)
+        for n, w in zip(fit.names, wider, strict=True)
     )
 
 
@@ -107,15 +110,18 @@ def _end(excess: Callable[[float], float], value: float, step: float, bound: flo
 def bootstrap(points: Points, loss: Loss, fit: FrictionFit, *, n: int = 400, seed: int = 0) -> FloatArray:
     """Shape (n, 6): parameters (Y_1 to Y_6, SI) fitted to n redrawn campaigns.
 
-    Each is the fitted friction plus errors that go together in time as those of the campaign do, of a size drawn from what the degrees of
-    freedom leave open; what has no weight in the fit is added to the answer; bounds act on every one as they did on the fit.
+    Each is the fitted friction plus errors that go together in time as those of the campaign do, of a size drawn from
+    what the degrees of freedom leave open; what has no weight in the fit is added to the answer; bounds act on every
+    one as they did on the fit.
     """
     problem = fitted_problem(points, loss, fit)
     model = system_friction_at(problem.points, fit.y)
     rng = np.random.default_rng(seed)
     dof = min(fit.freedom.values(), default=fit.dof)
     sizes = np.sqrt(dof / rng.chisquare(dof, n))
-    fitted = np.array([problem.best(T=model + size * (problem.sigma @ rng.standard_normal(len(model))))[0] for size in sizes])
+    fitted = np.array(
+        [problem.best(T=model + size * (problem.sigma @ rng.standard_normal(len(model))))[0] for size in sizes]
+    )
     free = [Y_NAMES.index(name) for name in fit.names]
     fitted[:, free] = _bounded(fitted[:, free] + _without_weight(fit, n, dof, rng), fit)
     return fitted
@@ -124,8 +130,8 @@ def bootstrap(points: Points, loss: Loss, fit: FrictionFit, *, n: int = 400, see
 def posterior(points: Points, loss: Loss, fit: FrictionFit, *, n: int = 4000, seed: int = 0) -> FloatArray:
     """Shape (n, 6): samples of the posterior with flat priors inside the bounds, by emcee (optional extra ``mcmc``).
 
-    The size of the errors is integrated out (Student's density with the degrees of freedom of the fit); what has no weight in the fit is
-    added to the samples, and bounds act on the sum.
+    The size of the errors is integrated out (Student's density with the degrees of freedom of the fit); what has no
+    weight in the fit is added to the samples, and bounds act on the sum.
 
     Errors: IdentifyError where emcee is not installed.
     """
@@ -167,7 +173,9 @@ def posterior(points: Points, loss: Loss, fit: FrictionFit, *, n: int = 4000, se
             raise KeyboardInterrupt
     flat = sampler.get_chain(discard=burn, thin=10, flat=True)[:n]
     flat = _bounded(flat + _without_weight(fit, len(flat), dof, rng), fit)
-    return np.array([[dict(zip(fit.names, row, strict=True)).get(name, blank[name]) for name in Y_NAMES] for row in flat])
+    return np.array(
+        [[dict(zip(fit.names, row, strict=True)).get(name, blank[name]) for name in Y_NAMES] for row in flat]
+    )
 
 
 def _bounded(x: FloatArray, fit: FrictionFit) -> FloatArray:
@@ -186,7 +194,9 @@ def _without_weight(fit: FrictionFit, n: int, dof: float, rng: np.random.Generat
 def quantile_intervals(samples: FloatArray, fit: FrictionFit) -> tuple[Interval, ...]:
     """Intervals from samples of `bootstrap` or `posterior`."""
     low, high = np.quantile(samples, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], axis=0)
-    return tuple(Interval(n, getattr(fit.y, n), float(low[i]), float(high[i])) for i, n in enumerate(Y_NAMES) if n in fit.names)
+    return tuple(
+        Interval(n, getattr(fit.y, n), float(low[i]), float(high[i])) for i, n in enumerate(Y_NAMES) if n in fit.names
+    )
 
 
 def correlation(fit: FrictionFit) -> FloatArray:
@@ -198,8 +208,8 @@ def correlation(fit: FrictionFit) -> FloatArray:
 def shift_by_motor(points: Points, fit: FrictionFit, names: tuple[str, ...], matrix: FloatArray) -> FloatArray:
     """Shape (k,): by how much the uncertainty of the motor's loss moves the free parameters (standard errors, SI).
 
-    Parameters: names and covariance matrix of the motor's own parameters X_1 to X_5. A wrong motor loss is not scatter: it shifts
-    the system friction at every point alike, so no number of points averages it out. To first order.
+    Parameters: names and covariance matrix of the motor's own parameters X_1 to X_5. A wrong motor loss is not scatter:
+    it shifts the system friction at every point alike, so no number of points averages it out. To first order.
     """
     seen = points.fitted()
     moved = _whitened(fit, motor_columns(seen)[:, [X_NAMES.index(n) for n in names]])
@@ -214,7 +224,8 @@ def _whitened(fit: FrictionFit, A: FloatArray) -> FloatArray:
 
 
 ALIKE = 0.02
-"""Smallest singular value of the scaled sensitivities below which parameters are told apart only by two per cent of their effect."""
+"""Smallest singular value of the scaled sensitivities below which parameters are told apart only by two per cent of
+their effect."""
 SHARE = 0.3  # of a blind direction: parameters that take part in it
 
 

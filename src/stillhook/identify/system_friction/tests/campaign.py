@@ -19,7 +19,8 @@ from stillhook.logs.mapping import mapping_from
 from stillhook.logs.types import Signal
 from stillhook.physics.load_path.drum import layer_diameter, layers_filled
 from stillhook.physics.scalar import G
-from stillhook.spec.crane import Crane, Motor, Plant, Source
+from stillhook.spec.circuits import Motor
+from stillhook.spec.crane import Crane, Plant, Source
 from stillhook.units import came, show
 
 TOP = ("title", "crane", "motors", "motor", "signals", "accuracy", "test", "synthetic")
@@ -34,11 +35,11 @@ MOST_ACCURACY = 0.2  # of a speed reading: a sensor worse than that measures not
 class CraneTest:
     """One staircase: hook load and displacement constant, hoisting and lowering in turn.
 
-    ``load`` mass on the hook without the hook, below the water line less its buoyancy [kg]; ``D_m`` displacement of one motor [m^3/rad],
-    None where the log has it; ``layer`` of wire in use, ``s_w`` wire out [m]: one of them, or neither where the log has s_w;
-    ``hold_out`` kept from every fit; ``start``, ``end`` the part of the log that counts [s]; ``hook`` where the file says how deep the
-    hook is; ``wire`` mass of the wire out that the winch carries, less its buoyancy [kg]: 0 where the file does not say, and until the
-    log is measured.
+    ``load`` mass on the hook without the hook, below the water line less its buoyancy [kg]; ``D_m`` displacement of one
+    motor [m^3/rad], None where the log has it; ``layer`` of wire in use, ``s_w`` wire out [m]: one of them, or neither
+    where the log has s_w; ``hold_out`` kept from every fit; ``start``, ``end`` the part of the log that counts [s];
+    ``hook`` where the file says how deep the hook is; ``wire`` mass of the wire out that the winch carries, less its
+    buoyancy [kg]: 0 where the file does not say, and until the log is measured.
     """
 
     name: str
@@ -57,8 +58,9 @@ class CraneTest:
 
 @dataclass(frozen=True)
 class Campaign:
-    """Tests of one crane. ``count`` motors in the circuit during the tests; ``motor`` their type with its loss model; ``u_p``
-    standard uncertainty of a pressure [Pa] and ``r_omega`` of a speed (relative) beyond the scatter of a stretch."""
+    """Tests of one crane. ``count`` motors in the circuit during the tests; ``motor`` their type with its loss model;
+    ``u_p`` standard uncertainty of a pressure [Pa] and ``r_omega`` of a speed (relative) beyond the scatter of a
+    stretch."""
 
     title: str
     source: str
@@ -105,8 +107,9 @@ def load_campaign(path: str | Path) -> Campaign:
         D_m = "215 cm^3/rev"          # of one motor; or D_mt of all together; or a signal D_m or alpha_m
         load = "77 t"                 # on the hook, without the hook
         layer = 6                     # or s_w = "300 m", or a signal s_w
-        depth = "0 m"                 # of the hook below the water line: the wire's weight is added (default: it is not)
-        h_tip = "30 m"                # crane tip above the water line: beside depth, or instead of it, where s_w tells the other
+        depth = "0 m"                 # of the hook below the water line: the wire's weight is added (default: it is
+        not) h_tip = "30 m"                # crane tip above the water line: beside depth, or instead of it, where s_w
+        tells the other
 
     Errors: StillhookError, one line that names file, field, what came and what is allowed.
     """
@@ -133,10 +136,19 @@ def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
     no_log_twice(tests, IdentifyError)
     no_name_twice([t.name for t in tests], IdentifyError)
     return Campaign(
-        title=title, source=file.name, crane=crane, count=count, motor=motor, motor_name=motor_name,
-        motor_sources=motor_sources, motor_evidence=evidence,
-        u_p=_not_negative(accuracy, "p", "pressure"), r_omega=_share(accuracy), tests=tests, synthetic=synthetic,
-    )  # fmt: skip
+        title=title,
+        source=file.name,
+        crane=crane,
+        count=count,
+        motor=motor,
+        motor_name=motor_name,
+        motor_sources=motor_sources,
+        motor_evidence=evidence,
+        u_p=_not_negative(accuracy, "p", "pressure"),
+        r_omega=_share(accuracy),
+        tests=tests,
+        synthetic=synthetic,
+    )
 
 
 def _accuracy(top: Fields) -> Fields:
@@ -155,14 +167,16 @@ def _count(top: Fields, crane: Crane) -> int:
         raise top.wrong("motors", f'"{crane.name}" has 1 to {every}. Give how many were in the circuit.')
     if "motors" not in top and crane.plant is Plant.ACTIVE_PASSIVE:
         raise IdentifyError(
-            f'motors: missing. "{crane.name}" has {crane.active.motor.count} active and {every - crane.active.motor.count} passive motors: '
-            f"say how many were in the circuit that the pressures were measured in (in the thesis all {every} were)."
+            f'motors: missing. "{crane.name}" has {crane.active.motor.count} active and'
+            f" {every - crane.active.motor.count} passive motors: say how many were in the circuit that the pressures"
+            f" were measured in (in the thesis all {every} were)."
         )
     return count
 
 
 def _motor(top: Fields, crane: Crane, folder: Path) -> tuple[Motor, str, Mapping[str, Source], Evidence | None]:
-    """The motor named in the file, or the crane's own, with the sources of its numbers and how well its loss is known."""
+    """The motor named in the file, or the crane's own, with the sources of its numbers and how well its loss is
+    known."""
     from stillhook.library.parameter_sets.sets import load_losses
 
     if "motor" not in top:
@@ -194,21 +208,34 @@ def _test(
     assert load is not None
     if not 0.0 <= load <= 1.5 * crane.SWL:
         swl = show(crane.SWL, "mass")
-        raise IdentifyError(f'{test.place}load {show(load, "mass")}: "{crane.name}" is made for 0 t to {swl}. Check the load.')
+        raise IdentifyError(
+            f'{test.place}load {show(load, "mass")}: "{crane.name}" is made for 0 t to {swl}. Check the load.'
+        )
     own = mapping_from(row["signals"], f"{test.place}signals") if "signals" in row else mapping
     hold_out = test.flag("hold_out")
     start, end = test.quantity("start", "time", -math.inf), test.quantity("end", "time", math.inf)
     assert start is not None
     assert end is not None
     return CraneTest(
-        name=name, log=log, load=load, D_m=_displacement(test, motor, count), layer=_layer(test, crane), s_w=_wire_out(test, crane),
-        hold_out=hold_out, mapping=own, start=start, end=end, hook=_hook(test, own),
-    )  # fmt: skip
+        name=name,
+        log=log,
+        load=load,
+        D_m=_displacement(test, motor, count),
+        layer=_layer(test, crane),
+        s_w=_wire_out(test, crane),
+        hold_out=hold_out,
+        mapping=own,
+        start=start,
+        end=end,
+        hook=_hook(test, own),
+    )
 
 
 def _displacement(test: Fields, motor: Motor, count: int) -> float | None:
     if "D_m" in test and "D_mt" in test:
-        raise IdentifyError(f"{test.place}D_m and D_mt: both given. Give the displacement of one motor, or of all together.")
+        raise IdentifyError(
+            f"{test.place}D_m and D_mt: both given. Give the displacement of one motor, or of all together."
+        )
     together = test.quantity("D_mt", "displacement")
     D_m = test.quantity("D_m", "displacement") if together is None else together / count
     if D_m is not None and not 0.0 < D_m <= motor.D_max * 1.005:

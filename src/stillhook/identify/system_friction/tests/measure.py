@@ -1,4 +1,5 @@
-"""From the log of one crane test to measured friction: signals, steady stretches, pairs, speed grid, and checks on the way."""
+"""From the log of one crane test to measured friction: signals, steady stretches, pairs, speed grid, and checks on the
+way."""
 
 from __future__ import annotations
 
@@ -28,12 +29,15 @@ from stillhook.units import parse, show
 GRID = parse("25 rev/min", "rotation")
 """Speed grid of the thesis (eq. 2.8) [rad/s]."""
 LOAD_DOUBT, LOAD_WRONG = 0.03, 0.07
-"""Difference between the load that is stated and the one that the pressures carry, over the carried one, from which a test is called
-into question, and from which its friction must not be used. The mean of both directions knows the load to some tenths of a per cent; a
-wrong load, layer, displacement or gain makes the friction wrong in the same proportion, and the system friction by about twice that."""
+"""Difference between the load that is stated and the one that the pressures carry, over the carried one, from which a
+test is called into question, and from which its friction must not be used. The mean of both directions knows the load
+to some tenths of a per cent; a wrong load, layer, displacement or gain makes the friction wrong in the same proportion,
+and the system
+friction by
+about twice that."""
 LOAD_KNOWN, LOAD_MATTERS = parse("1.5 t", "mass"), parse("3 t", "mass")
-"""What the weight of hook and wire may be off by, so that a smaller difference says nothing (half a hook block and some wire), and what
-it cannot be off by: both count where the load is light."""
+"""What the weight of hook and wire may be off by, so that a smaller difference says nothing (half a hook block and some
+wire), and what it cannot be off by: both count where the load is light."""
 SPEED_DOUBT, SPEED_WRONG = 0.03, 0.25
 """The same for the motor speed against the wire paid out; a wrong layer makes four per cent."""
 CELL_DOUBT = 0.1  # of the load: a load cell in a sheave has its own friction
@@ -41,18 +45,20 @@ LEAST_TRAVEL = parse("0.2 m", "length")  # of wire in a stretch from which a spe
 MOST_LOST = 0.5  # share of the stretches that are not used from which that is worth a word
 WIRE_ROOM = parse("20 m", "length")  # by which a wire counter's zero may be off
 SAME_SPEED = 1.05  # ratio of speeds that are one where the slope of friction over speed is taken
-D_DOUBT, D_WRONG = 0.02, 0.25  # of D_max, between the stated and the logged displacement; a closed servo holds it within one per cent
+D_DOUBT, D_WRONG = (
+    0.02,
+    0.25,
+)  # of D_max, between the stated and the logged displacement; a closed servo holds it within one per cent
 
 LOAD_CODE = "load"
-
 
 
 @dataclass(frozen=True)
 class Measured:
     """What one test gave: its log, steady stretches with rejects, pairs, the thesis's speed grid, and points for a fit.
 
-    ``log`` with omega_m and dp_m among its signals whatever was logged; ``points`` one entry a pair; ``grid_points`` one entry a
-    grid speed (as the thesis fits); ``notes`` what a reader must know.
+    ``log`` with omega_m and dp_m among its signals whatever was logged; ``points`` one entry a pair; ``grid_points``
+    one entry a grid speed (as the thesis fits); ``notes`` what a reader must know.
     """
 
     test: CraneTest
@@ -68,8 +74,8 @@ class Measured:
 def measure(campaign: Campaign, test: CraneTest, *, progress: Progress | None = None) -> Measured:
     """Read one test's log and reduce it to measured friction.
 
-    Errors: LogError, IdentifyError of one line that names the test: signals that are missing, that contradict each other, no
-    pair of steady stretches.
+    Errors: LogError, IdentifyError of one line that names the test: signals that are missing, that contradict each
+    other, no pair of steady stretches.
     """
     try:
         return _measure(campaign, test, progress)
@@ -104,7 +110,11 @@ def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> 
     points = _points(campaign, test, pairs, D_m, (weight + (wire - test.wire) * G) * 0.5 * diameters)
     if len(np.unique(np.round(diameters, 6))) > 1:
         notes.append(_note("layers", "the wire changed its layer; every pair has the drum torque of its own layer"))
-    notes += _speed_check(campaign, whole, pairs, diameters) + _load_check(campaign, test, points) + _cell_check(weight, pairs)
+    notes += (
+        _speed_check(campaign, whole, pairs, diameters)
+        + _load_check(campaign, test, points)
+        + _cell_check(weight, pairs)
+    )
     lost = len(steady.rejected) + len(pairs.unpaired)
     if lost > MOST_LOST * (lost + 2 * len(pairs.pairs)):
         text = f"{lost} stretches are not used and {2 * len(pairs.pairs)} are; most often: {_commonest(steady, pairs)}"
@@ -123,19 +133,24 @@ def _with_whole_wire(campaign: Campaign, log: Log, notes: list[Statement]) -> Lo
     low, high = float(s_w[good].min()), float(s_w[good].max())
     if low < -WIRE_ROOM or high > L_full + WIRE_ROOM:
         raise LogError(
-            f"{log.source}: s_w goes from {show(low, 'length')} to {show(high, 'length')}, the drum holds 0 m to {show(L_full, 'length')}. "
-            "Check its unit, sign and zero, or give the layer."
+            f"{log.source}: s_w goes from {show(low, 'length')} to {show(high, 'length')}, the drum holds 0 m to"
+            f" {show(L_full, 'length')}. Check its unit, sign and zero, or give the layer."
         )
     if good.all():
         return log
     share = float(np.mean(~good))
-    notes.append(_note("wire", f"s_w is missing in {share:.1%} of the log: filled by straight lines, for the layer and the wire's weight"))
+    notes.append(
+        _note(
+            "wire",
+            f"s_w is missing in {share:.1%} of the log: filled by straight lines, for the layer and the wire's weight",
+        )
+    )
     return replace(log, signals={**log.signals, "s_w": np.interp(log.t, log.t[good], s_w[good])})
 
 
 def _wire(campaign: Campaign, test: CraneTest, log: Log, pairs: Pairs, notes: list[Statement]) -> FloatArray:
-    """Mass of the wire out that the winch carries at every pair, less its buoyancy [kg]; 0 where the file does not say how deep the hook
-    is. Errors: IdentifyError where depth and wire out contradict each other."""
+    """Mass of the wire out that the winch carries at every pair, less its buoyancy [kg]; 0 where the file does not say
+    how deep the hook is. Errors: IdentifyError where depth and wire out contradict each other."""
     n, crane = len(pairs.pairs), campaign.crane
     if test.hook is None:
         return np.zeros(n)
@@ -162,8 +177,8 @@ def _no_pair(log: Log, steady: Steady) -> str:
     if steady.windows and len(seen) == 1:
         which = "negative" if steady.windows[0].direction > 0 else "positive"
         return (
-            f"{log.source}: all {len(steady.windows)} steady stretches run one way: the speed is never {which}. Is its sensor unsigned, or "
-            "was the winch only hoisted or only lowered? Friction needs both directions."
+            f"{log.source}: all {len(steady.windows)} steady stretches run one way: the speed is never {which}. Is its"
+            " sensor unsigned, or was the winch only hoisted or only lowered? Friction needs both directions."
         )
     reason = f", most often: {_commonest(steady, None)}" if steady.rejected else ""
     return (
@@ -211,13 +226,17 @@ def pressure_drop(log: Log) -> FloatArray:
 
 
 def shaft_speed(campaign: Campaign, test: CraneTest, log: Log) -> tuple[FloatArray, float | None]:
-    """Motor speed [rad/s], from the wire speed where the log has no other; and the layer's diameter where it is stated [m].
+    """Motor speed [rad/s], from the wire speed where the log has no other; and the layer's diameter where it is stated
+    [m].
 
-    Errors: LogError where there is no speed, or a wire speed without a layer; IdentifyError where nothing gives the layer.
+    Errors: LogError where there is no speed, or a wire speed without a layer; IdentifyError where nothing gives the
+    layer.
     """
     s, d = log.signals, campaign.diameter(test)
     if d is None and "s_w" not in s:
-        raise IdentifyError("layer: missing, and the log has no signal s_w. Give layer or s_w: the drum torque depends on it.")
+        raise IdentifyError(
+            "layer: missing, and the log has no signal s_w. Give layer or s_w: the drum torque depends on it."
+        )
     if "omega_m" in s:
         return s["omega_m"], d
     if "v_w" not in s:
@@ -233,7 +252,9 @@ def _cut(log: Log, test: CraneTest) -> Log:
         return log
     keep = (log.t >= test.start) & (log.t <= test.end)
     if not keep.any():
-        raise IdentifyError(f"start, end: nothing of the log {log.source} ({log.t[-1]:.1f} s long) lies between them. Change them.")
+        raise IdentifyError(
+            f"start, end: nothing of the log {log.source} ({log.t[-1]:.1f} s long) lies between them. Change them."
+        )
     signals, doubtful = {k: v[keep] for k, v in log.signals.items()}, {k: v[keep] for k, v in log.doubtful.items()}
     findings = tuple(f for f in log.findings if not (f.end < test.start or f.start > test.end))
     return replace(log, t=log.t[keep], signals=signals, doubtful=doubtful, findings=findings)
@@ -261,7 +282,9 @@ def _displacement(campaign: Campaign, test: CraneTest, pairs: Pairs, notes: list
             logged = factor * np.array([0.5 * (p.up.others[name] + p.down.others[name]) for p in pairs.pairs])
             break
     if logged is None and test.D_m is None:
-        raise IdentifyError("D_m: missing, and the log has neither D_m nor alpha_m. Give the displacement of one motor.")
+        raise IdentifyError(
+            "D_m: missing, and the log has neither D_m nor alpha_m. Give the displacement of one motor."
+        )
     if logged is None:
         assert test.D_m is not None
         return np.full(len(pairs.pairs), test.D_m)
@@ -285,16 +308,27 @@ def _points(campaign: Campaign, test: CraneTest, pairs: Pairs, D_m: FloatArray, 
     dp_up, dp_down = np.array([w.effort for w in up]), np.array([w.effort for w in down])
     u_dp = 0.5 * np.hypot([w.u_effort for w in up], [w.u_effort for w in down])
     u_speed = 0.5 * np.hypot(
-        np.hypot([w.u_speed for w in up], campaign.r_omega * omega_up), np.hypot([w.u_speed for w in down], campaign.r_omega * omega_down)
+        np.hypot([w.u_speed for w in up], campaign.r_omega * omega_up),
+        np.hypot([w.u_speed for w in down], campaign.r_omega * omega_down),
     )
     slope = _slope(0.5 * (omega_up + omega_down), 0.5 * (dp_up - dp_down))
     u_dp = np.sqrt(u_dp**2 + campaign.u_p**2 + (slope * u_speed) ** 2)
     n = len(pairs.pairs)
     return Points(
-        names=(test.name,), test=np.zeros(n, dtype=np.intp), omega_up=omega_up, omega_down=omega_down, dp_up=dp_up, dp_down=dp_down,
-        D_m=D_m, T_d=T_d, count=np.full(n, float(campaign.count)), u_dp=u_dp, hold_out=np.full(n, test.hold_out),
-        t_up=np.array([w.middle for w in up]), t_down=np.array([w.middle for w in down]),
-    )  # fmt: skip
+        names=(test.name,),
+        test=np.zeros(n, dtype=np.intp),
+        omega_up=omega_up,
+        omega_down=omega_down,
+        dp_up=dp_up,
+        dp_down=dp_down,
+        D_m=D_m,
+        T_d=T_d,
+        count=np.full(n, float(campaign.count)),
+        u_dp=u_dp,
+        hold_out=np.full(n, test.hold_out),
+        t_up=np.array([w.middle for w in up]),
+        t_down=np.array([w.middle for w in down]),
+    )
 
 
 def _slope(omega: FloatArray, dp: FloatArray) -> FloatArray:
@@ -318,14 +352,23 @@ def _grid_points(campaign: Campaign, test: CraneTest, grid: Grid, points: Points
         return np.asarray(np.interp(grid.speed, points.omega[order], values[order])) if n else np.zeros(0)
 
     return Points(
-        names=(test.name,), test=np.zeros(n, dtype=np.intp), omega_up=grid.speed, omega_down=grid.speed, dp_up=grid.up, dp_down=grid.down,
-        D_m=at(points.D_m), T_d=at(points.T_d), count=np.full(n, float(campaign.count)), u_dp=np.hypot(grid.u_F, campaign.u_p),
+        names=(test.name,),
+        test=np.zeros(n, dtype=np.intp),
+        omega_up=grid.speed,
+        omega_down=grid.speed,
+        dp_up=grid.up,
+        dp_down=grid.down,
+        D_m=at(points.D_m),
+        T_d=at(points.T_d),
+        count=np.full(n, float(campaign.count)),
+        u_dp=np.hypot(grid.u_F, campaign.u_p),
         hold_out=np.full(n, test.hold_out),
-    )  # fmt: skip
+    )
 
 
 def carried(campaign: Campaign, test: CraneTest, points: Points) -> float:
-    """Load on the hook that the pressures of a test carry in the mean of both directions [kg]; NaN where nothing hangs."""
+    """Load on the hook that the pressures of a test carry in the mean of both directions [kg]; NaN where nothing
+    hangs."""
     if not len(points) or float(points.T_d.min()) <= 0.0:
         return math.nan
     torque = points.count * points.D_m * points.dp_L * campaign.crane.i_hD
@@ -339,8 +382,8 @@ def _load_check(campaign: Campaign, test: CraneTest, points: Points) -> list[Sta
     if math.isnan(mass) or off <= max(LOAD_KNOWN, LOAD_DOUBT * whole):
         return []
     text = (
-        f"the pressures carry {show(mass, 'mass', 3)}, the campaign file says {show(test.load, 'mass', 3)}: check load, hook, depth, "
-        "layer, displacement, number of motors, gear ratio and the pressure sensors' gain and offset"
+        f"the pressures carry {show(mass, 'mass', 3)}, the campaign file says {show(test.load, 'mass', 3)}: check load,"
+        " hook, depth, layer, displacement, number of motors, gear ratio and the pressure sensors' gain and offset"
         f" ({off / whole:.1%} of the carried weight; from {LOAD_WRONG:.0%} on no set is written)"
     )
     return [_note(LOAD_CODE, text, severe=off > max(LOAD_MATTERS, LOAD_WRONG * whole))]
@@ -348,17 +391,24 @@ def _load_check(campaign: Campaign, test: CraneTest, points: Points) -> list[Sta
 
 def _cell_check(weight: float, pairs: Pairs) -> list[Statement]:
     """A line where the load cell, if it is logged, reads another load."""
-    read = [0.5 * (p.up.others["F_w"] + p.down.others["F_w"]) for p in pairs.pairs if "F_w" in p.up.others and "F_w" in p.down.others]
+    read = [
+        0.5 * (p.up.others["F_w"] + p.down.others["F_w"])
+        for p in pairs.pairs
+        if "F_w" in p.up.others and "F_w" in p.down.others
+    ]
     force = float(np.mean(read)) if read else math.nan
     if math.isnan(force) or abs(force - weight) <= max(CELL_DOUBT * weight, LOAD_KNOWN * G):
         return []
     stated = show(weight, "force", 3)
-    text = f"the load cell reads {show(force, 'force', 3)} where load and hook weigh {stated}: check its unit and the load"
+    text = (
+        f"the load cell reads {show(force, 'force', 3)} where load and hook weigh {stated}: check its unit and the load"
+    )
     return [_note("load cell", text)]
 
 
 def _speed_check(campaign: Campaign, log: Log, pairs: Pairs, diameters: FloatArray) -> list[Statement]:
-    """A line where motor speed and wire paid out, if both are logged, do not belong together. Errors: LogError for a wrong unit."""
+    """A line where motor speed and wire paid out, if both are logged, do not belong together. Errors: LogError for a
+    wrong unit."""
     if "s_w" not in log.signals:
         return []
     ratios = []
@@ -373,7 +423,10 @@ def _speed_check(campaign: Campaign, log: Log, pairs: Pairs, diameters: FloatArr
     ratio = float(np.median(ratios))
     if abs(ratio - 1.0) <= SPEED_DOUBT:
         return []
-    text = f"the motor speed is {ratio:.3g} times what the wire paid out says: check units of omega_m and s_w, gear ratio and layer"
+    text = (
+        f"the motor speed is {ratio:.3g} times what the wire paid out says: check units of omega_m and s_w, gear ratio"
+        " and layer"
+    )
     if not 1.0 - SPEED_WRONG < ratio < 1.0 / (1.0 - SPEED_WRONG):
         raise LogError(f"{log.source}: {text}.")
     return [_note("speed", text)]

@@ -1,4 +1,5 @@
-"""Hoisting beside lowering: stretches paired by speed, or both directions brought onto one grid of speeds (Moslatt 2020 eqs 2.1-2.5)."""
+"""Hoisting beside lowering: stretches paired by speed, or both directions brought onto one grid of speeds (Moslatt 2020
+eqs 2.1-2.5)."""
 
 from __future__ import annotations
 
@@ -12,13 +13,16 @@ from stillhook.errors import IdentifyError
 from stillhook.identify.steady_state.records import Rejected, Window
 
 LARGEST_DIFFERENCE = 0.35
-"""Largest difference of speed within a pair, over its mean: leakage makes lowering up to 30 % faster than hoisting at low speed."""
+"""Largest difference of speed within a pair, over its mean: leakage makes lowering up to 30 % faster than hoisting at
+low speed."""
 NEIGHBOUR = 120.0
-"""Time apart that counts as much as the largest difference of speed [s]: neighbours in a staircase share load, layer and oil."""
+"""Time apart that counts as much as the largest difference of speed [s]: neighbours in a staircase share load, layer
+and oil."""
 SAME_SPEED = 0.2
 """Stretches closer than this part of the grid's step are one node: a slope between them would be noise."""
 NOT_A_PAIR = 1e6
-"""Cost of a pair that is not allowed, far above every allowed one (at most about 1 for the speed and some tens for the time)."""
+"""Cost of a pair that is not allowed, far above every allowed one (at most about 1 for the speed and some tens for the
+time)."""
 
 Text = Callable[[float], str]
 
@@ -68,15 +72,17 @@ def pair_windows(
 ) -> Pairs:
     """Pair each hoisting stretch with a lowering one of about the same speed, each used once.
 
-    As many pairs as the limit on the speed allows; among those the least sum of (difference of speed over the largest allowed) and
-    (time apart over ``neighbour`` [s]). ``text`` writes a speed with its unit in the reasons.
+    As many pairs as the limit on the speed allows; among those the least sum of (difference of speed over the largest
+    allowed) and (time apart over ``neighbour`` [s]). ``text`` writes a speed with its unit in the reasons.
     """
     from scipy.optimize import linear_sum_assignment
 
     ups = [w for w in windows if w.direction > 0]
     downs = [w for w in windows if w.direction < 0]
     v_up, v_down = (np.array([abs(w.speed) for w in ws]) for ws in (ups, downs))
-    apart = np.abs(v_up[:, None] - v_down[None, :]) / np.maximum(0.5 * (v_up[:, None] + v_down[None, :]), np.finfo(float).tiny)
+    apart = np.abs(v_up[:, None] - v_down[None, :]) / np.maximum(
+        0.5 * (v_up[:, None] + v_down[None, :]), np.finfo(float).tiny
+    )
     between = np.abs(np.array([w.middle for w in ups])[:, None] - np.array([w.middle for w in downs])[None, :])
     allowed = apart <= largest_difference
     cost = np.where(allowed, apart / largest_difference + between / neighbour, NOT_A_PAIR)
@@ -108,9 +114,9 @@ def _alone(w: Window, others: FloatArray, largest_difference: float, text: Text)
 class Grid:
     """Both directions at the same speeds; arrays (n,), covariances (n, n), in SI.
 
-    ``speed`` grid, positive; ``up``, ``down`` effort when hoisting and when lowering; ``dp_F`` = (up - down)/2 friction, ``dp_L`` =
-    (up + down)/2 load (eqs 2.1-2.5); ``u_F``, ``u_L`` standard uncertainties; ``cov_F``, ``cov_L`` covariances, ``cov_FL`` between
-    dp_F and dp_L: neighbours on the grid share stretches, so they are not independent.
+    ``speed`` grid, positive; ``up``, ``down`` effort when hoisting and when lowering; ``dp_F`` = (up - down)/2
+    friction, ``dp_L`` = (up + down)/2 load (eqs 2.1-2.5); ``u_F``, ``u_L`` standard uncertainties; ``cov_F``, ``cov_L``
+    covariances, ``cov_FL`` between dp_F and dp_L: neighbours on the grid share stretches, so they are not independent.
     """
 
     speed: FloatArray
@@ -132,12 +138,13 @@ class Grid:
 
 
 def on_grid(windows: Sequence[Window], step: float, *, text: Text = lambda v: f"{v:.4g} (SI)") -> Grid:
-    """Effort of both directions on the speeds step, 2 step, 3 step ... that both directions enclose; nothing is extrapolated.
+    """Effort of both directions on the speeds step, 2 step, 3 step ... that both directions enclose; nothing is
+    extrapolated.
 
     Parameters: windows of one test (one load, one displacement); step of the grid in SI (the thesis takes 25 rev/min).
-    Each direction is interpolated linearly between its stretches; stretches of the same speed are first averaged by their
-    uncertainties, widened where they scatter by more. Uncertainty of a stretch's speed counts through the slope there.
-    Not part of the uncertainty: what a straight line between two stretches misses of a curved friction.
+    Each direction is interpolated linearly between its stretches; stretches of the same speed are first averaged by
+    their uncertainties, widened where they scatter by more. Uncertainty of a stretch's speed counts through the slope
+    there. Not part of the uncertainty: what a straight line between two stretches misses of a curved friction.
     Errors: IdentifyError where a direction has fewer than two speeds or the directions do not overlap.
     """
     if not (np.isfinite(step) and step > 0.0):
@@ -152,8 +159,8 @@ def on_grid(windows: Sequence[Window], step: float, *, text: Text = lambda v: f"
     grid = np.asarray(step * np.arange(max(first, 1), last + 1), dtype=float)
     if len(grid) == 0:
         raise IdentifyError(
-            f"hoisting is steady from {text(up.speed[0])} to {text(up.speed[-1])}, lowering from {text(down.speed[0])} to "
-            f"{text(down.speed[-1])}: no multiple of {text(step)} in both. Take a smaller step."
+            f"hoisting is steady from {text(up.speed[0])} to {text(up.speed[-1])}, lowering from {text(down.speed[0])}"
+            f" to {text(down.speed[-1])}: no multiple of {text(step)} in both. Take a smaller step."
         )
     (e_up, c_up), (e_down, c_down) = _interpolated(up, grid), _interpolated(down, grid)
     both = 0.25 * (c_up + c_down)
@@ -179,14 +186,25 @@ def _nodes(windows: Sequence[Window], close: float) -> _Nodes:
         else:
             rows.append([w])
     speed = [_average([abs(w.speed) for w in row], [w.u_effort for w in row], [w.u_speed for w in row]) for row in rows]
-    effort = [_average([w.effort for w in row], [w.u_effort for w in row], [w.u_effort for w in row], scatter=True) for row in rows]
-    return _Nodes(*(np.array(c) for c in ([s[0] for s in speed], [e[0] for e in effort], [s[1] for s in speed], [e[1] for e in effort])))
+    effort = [
+        _average([w.effort for w in row], [w.u_effort for w in row], [w.u_effort for w in row], scatter=True)
+        for row in rows
+    ]
+    return _Nodes(
+        *(
+            np.array(c)
+            for c in ([s[0] for s in speed], [e[0] for e in effort], [s[1] for s in speed], [e[1] for e in effort])
+        )
+    )
 
 
-def _average(x: Sequence[float], by: Sequence[float], u: Sequence[float], *, scatter: bool = False) -> tuple[float, float]:
+def _average(
+    x: Sequence[float], by: Sequence[float], u: Sequence[float], *, scatter: bool = False
+) -> tuple[float, float]:
     """Mean weighted with 1/by^2 (equal weights where one of them is zero) and its standard uncertainty.
 
-    With `scatter` the uncertainty is widened by the Birge ratio where values differ by more than their uncertainties say.
+    With `scatter` the uncertainty is widened by the Birge ratio where values differ by more than their uncertainties
+    say.
     """
     values, spread, given = np.asarray(x), np.asarray(by), np.asarray(u)
     weight = 1.0 / spread**2 if np.all(spread > 0.0) else np.ones(len(values))

@@ -39,7 +39,9 @@ def planned(name: str, D_total: str, motors: int, load: str, *, hold_out: bool =
 
 
 def _tests(motors: int, rows: tuple[tuple[str, str, str], ...], *held_out: str) -> tuple[PlannedTest, ...]:
-    return tuple(planned(name, f"{D} cm^3/rev", motors, f"{load} t", hold_out=name in held_out) for name, D, load in rows)
+    return tuple(
+        planned(name, f"{D} cm^3/rev", motors, f"{load} t", hold_out=name in held_out) for name, D, load in rows
+    )
 
 
 _TABLE_2_3 = (

@@ -1,4 +1,5 @@
-"""The operator's staircase of a friction test: hoisting and lowering in turn at rising speed (Moslatt 2020 figure 2.5)."""
+"""The operator's staircase of a friction test: hoisting and lowering in turn at rising speed (Moslatt 2020 figure
+2.5)."""
 
 from __future__ import annotations
 
@@ -21,7 +22,8 @@ from stillhook.spec.scenario import LONGEST, Operator, Scenario
 from stillhook.units import show
 
 HOLD = 12.0
-"""How long each speed is held [s]: speed and pressures come to their means within three; a load that rings on its wire averages out."""
+"""How long each speed is held [s]: speed and pressures come to their means within three; a load that rings on its wire
+averages out."""
 RAMP = 2.0
 """Time from rest to a speed and back [s]."""
 PAUSE = 5.0
@@ -36,16 +38,17 @@ SLOW_SHARE = 0.3
 PUMP_USE = 0.97
 """Largest pump command of the staircase [-]: the highest step must not saturate."""
 RELIEF_USE = 0.8
-"""Largest share of the pressure up to the relief valves that breaking loose may take [-]; the rest is for acceleration and speed."""
+"""Largest share of the pressure up to the relief valves that breaking loose may take [-]; the rest is for acceleration
+and speed."""
 ROUNDING = 1e-9
 """Relative difference of displacements that is rounding alone."""
 
 
 @dataclass(frozen=True)
 class Staircase:
-    """One test as the operator runs it. speeds: motor speeds aimed at [rad/s], each hoisted and then lowered; D_m displacement of one
-    motor [m^3/rad]; d diameter of the wire's centre on the layer [m]; dp_L pressure that holds the load [Pa];
-    notes: what the test cannot keep to, one line each."""
+    """One test as the operator runs it. speeds: motor speeds aimed at [rad/s], each hoisted and then lowered; D_m
+    displacement of one motor [m^3/rad]; d diameter of the wire's centre on the layer [m]; dp_L pressure that holds the
+    load [Pa]; notes: what the test cannot keep to, one line each."""
 
     case: Scenario
     speeds: FloatArray
@@ -59,9 +62,10 @@ class Staircase:
 def staircase(crane: Crane, test: PlannedTest, *, layer: int, duration: float = 1200.0) -> Staircase:
     """The scenario of one test on a crane whose motors all sit in its active circuit.
 
-    The joystick rises from pair to pair; each speed is held `HOLD`, reached and left within `RAMP`. The command is trimmed by the leakage
-    that the crane's sheet names (`C_leak`), so that slow hoisting and slow lowering are both reached; what the leakage really is then
-    shows as different speeds up and down. It starts in the middle of the layer.
+    The joystick rises from pair to pair; each speed is held `HOLD`, reached and left within `RAMP`. The command is
+    trimmed by the leakage that the crane's sheet names (`C_leak`), so that slow hoisting and slow lowering are both
+    reached; what the leakage really is then shows as different speeds up and down. It starts in the middle of the
+    layer.
 
     Errors: IdentifyError where the test is too short, or the crane cannot run it.
     """
@@ -69,12 +73,15 @@ def staircase(crane: Crane, test: PlannedTest, *, layer: int, duration: float = 
     if not motor.alpha_min <= alpha * (1.0 + ROUNDING) or alpha > 1.0 + ROUNDING:
         raise IdentifyError(
             f'test "{test.name}": D_m {show(test.D_m, "displacement", 6)}: the motors of "{crane.name}" have '
-            f"{show(motor.alpha_min * motor.D_max, 'displacement', 6)} to {show(motor.D_max, 'displacement', 6)}. Choose one in between."
+            f"{show(motor.alpha_min * motor.D_max, 'displacement', 6)} to {show(motor.D_max, 'displacement', 6)}."
+            " Choose one in between."
         )
     alpha = min(max(alpha, motor.alpha_min), 1.0)
     least = 2.0 * PAUSE + LEAST_PAIRS * 2.0 * (HOLD + 2.0 * RAMP)
     if not least <= duration <= LONGEST:
-        raise IdentifyError(f"duration = {show(duration, 'time')}: a staircase takes {least:g} s to {LONGEST:g} s. Change it.")
+        raise IdentifyError(
+            f"duration = {show(duration, 'time')}: a staircase takes {least:g} s to {LONGEST:g} s. Change it."
+        )
     pairs = math.floor((duration - 2.0 * PAUSE) / (2.0 * (HOLD + 2.0 * RAMP)))
     d = float(layer_diameter(float(layer), drum_record(crane)))
     dp_L = holding_pressure(crane, test, d)
@@ -83,21 +90,28 @@ def staircase(crane: Crane, test: PlannedTest, *, layer: int, duration: float = 
     fastest = min(PUMP_USE * pump.D_total * pump.omega_p / (alpha * motor.D_total) - leak, speed_limit(motor, alpha))
     if fastest < 2.0 * SLOWEST:
         raise IdentifyError(
-            f'test "{test.name}": the pumps of "{crane.name}" reach {show(max(fastest, 0.0), "rotation")} against the leakage. '
-            "Lower the load or the displacement."
+            f'test "{test.name}": the pumps of "{crane.name}" reach {show(max(fastest, 0.0), "rotation")} against the'
+            " leakage. Lower the load or the displacement."
         )
     speeds = _speeds(fastest, pairs)
     profile = _profile(speeds, leak, 0.5 * d / crane.i_hD)
     s_w, notes = _start(crane, layer, _travel(speeds, 0.5 * d / crane.i_hD))
     case = Scenario(
-        name=test.name, load=f"{test.load!r} kg", s_w=f"{s_w!r} m", mode="manual", ramp="0 s", duration=f"{duration!r} s",
-        warm_up=f"{PAUSE!r} s", operator=Operator(profile=profile, alpha_m=alpha),
-    )  # fmt: skip
+        name=test.name,
+        load=f"{test.load!r} kg",
+        s_w=f"{s_w!r} m",
+        mode="manual",
+        ramp="0 s",
+        duration=f"{duration!r} s",
+        warm_up=f"{PAUSE!r} s",
+        operator=Operator(profile=profile, alpha_m=alpha),
+    )
     return Staircase(case, speeds, alpha * motor.D_max, d, dp_L, layer, notes)
 
 
 def holding_pressure(crane: Crane, test: PlannedTest, d: float) -> float:
-    """Pressure drop that holds load and hook without friction, on diameter d [m], all motors at the test's displacement [Pa]."""
+    """Pressure drop that holds load and hook without friction, on diameter d [m], all motors at the test's displacement
+    [Pa]."""
     return (test.load + crane.hook_mass) * G * 0.5 * d / crane.i_hD / (crane.active.motor.count * test.D_m)
 
 
@@ -111,7 +125,8 @@ def break_away_pressure(crane: Crane, test: PlannedTest, d: float) -> float:
 
 
 def outermost_layer(crane: Crane, tests: tuple[PlannedTest, ...]) -> int:
-    """The outermost layer on which every test can be hoisted without the relief valves: as little wire out as the pressures allow.
+    """The outermost layer on which every test can be hoisted without the relief valves: as little wire out as the
+    pressures allow.
 
     Errors: IdentifyError where even the innermost layer takes too much.
     """
@@ -122,8 +137,8 @@ def outermost_layer(crane: Crane, tests: tuple[PlannedTest, ...]) -> int:
             return layer
     worst = max(tests, key=lambda t: break_away_pressure(crane, t, float(layer_diameter(1.0, drum))))
     raise IdentifyError(
-        f'test "{worst.name}": at {show(worst.D_m, "displacement")} a motor "{crane.name}" lifts {show(worst.load, "mass")} on no layer '
-        "without its relief valves. Lower the load or raise the displacement."
+        f'test "{worst.name}": at {show(worst.D_m, "displacement")} a motor "{crane.name}" lifts'
+        f" {show(worst.load, 'mass')} on no layer without its relief valves. Lower the load or raise the displacement."
     )
 
 
@@ -152,7 +167,8 @@ def _travel(speeds: FloatArray, lever: float) -> float:
 
 
 def _start(crane: Crane, layer: int, travel: float) -> tuple[float, tuple[str, ...]]:
-    """Wire paid out in the middle of a layer [m], and whether the test leaves the layer. Errors: IdentifyError where it is not there."""
+    """Wire paid out in the middle of a layer [m], and whether the test leaves the layer. Errors: IdentifyError where it
+    is not there."""
     drum = drum_record(crane)
     if not 1 <= layer <= crane.drum.layers:
         raise IdentifyError(f'layer = {layer}: the drum of "{crane.name}" has layers 1 to {crane.drum.layers}.')
@@ -162,8 +178,8 @@ def _start(crane: Crane, layer: int, travel: float) -> tuple[float, tuple[str, .
     if travel <= 0.5 * (inner - outer):
         return s_w, ()
     return s_w, (
-        f"the fastest step moves {travel:.3g} m of wire, and there are {inner - outer:.3g} m on layer {layer} "
-        f"({LAST_TURNS:.0f} turns kept): the test leaves the layer",
+        (
+            f"the fastest step moves {travel:.3g} m of wire, and there are {inner - outer:.3g} m on layer {layer} "
+            f"({LAST_TURNS:.0f} turns kept): the test leaves the layer"
+        ),
     )
-
-

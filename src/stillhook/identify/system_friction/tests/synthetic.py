@@ -1,7 +1,7 @@
 """Synthetic friction tests: the twin runs a campaign of hoist/lower staircases, and its PLC logs them.
 
-Everything that it writes is marked SYNTHETIC. The truth behind the logs lies beside them as a crane file, for a blind test of the road
-from log to parameters.
+Everything that it writes is marked SYNTHETIC. The truth behind the logs lies beside them as a crane file, for a blind
+test of the road from log to parameters.
 """
 
 from __future__ import annotations
@@ -40,7 +40,6 @@ LAYER_ROOM = 1e-6
 """Layers by which a wire that stays on its layer may seem to leave it: rounding."""
 
 
-
 @dataclass(frozen=True)
 class Written:
     """What was written: the folder, its campaign file, the logs, and notes about what the tests could not keep to."""
@@ -62,14 +61,23 @@ def campaign_plan(name: str) -> TestPlan:
 def closed_circuit(crane: Crane) -> Crane:
     """The crane as it is for friction tests: all motors and pumps, active and passive, in one closed circuit.
 
-    Source: Moslatt 2020 paper D figure 5 and table 2 (11 motors on the 150 t crane). A pure active crane is returned as it is. The line
-    volume grows with the number of motors (assumed), the leak with motors and pumps. Errors: SpecError where the motors differ.
+    Source: Moslatt 2020 paper D figure 5 and table 2 (11 motors on the 150 t crane). A pure active crane is returned as
+    it is. The line volume grows with the number of motors (assumed), the leak with motors and pumps. Errors: SpecError
+    where the motors differ.
     """
     if crane.passive is None:
         return crane
     a, p = crane.active, crane.passive
-    if (a.motor.D_max, a.motor.loss, a.motor.C_1, a.motor.C_2) != (p.motor.D_max, p.motor.loss, p.motor.C_1, p.motor.C_2):
-        raise SpecError(f'"{crane.name}": active motors {a.motor.type} and passive motors {p.motor.type} differ: they make no one circuit.')
+    if (a.motor.D_max, a.motor.loss, a.motor.C_1, a.motor.C_2) != (
+        p.motor.D_max,
+        p.motor.loss,
+        p.motor.C_1,
+        p.motor.C_2,
+    ):
+        raise SpecError(
+            f'"{crane.name}": active motors {a.motor.type} and passive motors {p.motor.type} differ: they make no one'
+            " circuit."
+        )
     count = a.motor.count + p.motor.count
     leak_of_motor = a.motor.C_1 + a.motor.C_2 * form_of(a).at.n_m
     pump_leak = max(a.C_leak - a.motor.count * leak_of_motor, 0.0) * (a.pump.D_total + p.pump.D_total) / a.pump.D_total
@@ -85,7 +93,9 @@ def closed_circuit(crane: Crane) -> Crane:
                 "motor": {"count": _leaf(count, SourceKind.DERIVED, tests)},
                 "pump": {"D": _leaf([f"{D!r} m^3/rad" for D in (*a.pump.D, *p.pump.D)], SourceKind.DERIVED, tests)},
                 "line": {"V": _leaf(V, SourceKind.ASSUMED, f"{tests}; grows with the motors")},
-                "C_leak": _leaf(f"{count * leak_of_motor + pump_leak!r} m^3/s/Pa", SourceKind.DERIVED, f"{tests}; pumps and motors"),
+                "C_leak": _leaf(
+                    f"{count * leak_of_motor + pump_leak!r} m^3/s/Pa", SourceKind.DERIVED, f"{tests}; pumps and motors"
+                ),
             },
         },
     )
@@ -96,14 +106,18 @@ def _leaf(value: Any, kind: SourceKind, source: str) -> dict[str, Any]:
 
 
 def crane_of(plan: TestPlan, truth: Crane | None = None) -> Crane:
-    """The crane of a campaign as it is tested; truth: another one that is tested in its place, with its circuits as they are at sea.
+    """The crane of a campaign as it is tested; truth: another one that is tested in its place, with its circuits as
+    they are at sea.
 
-    Its motors go down to the smallest displacement of the tests. Errors: SpecError, UnitError, IdentifyError of one line.
+    Its motors go down to the smallest displacement of the tests. Errors: SpecError, UnitError, IdentifyError of one
+    line.
     """
     crane = closed_circuit(load_crane(plan.crane) if truth is None else truth)
     motor = crane.active.motor
     if motor.count != plan.motors:
-        raise IdentifyError(f'campaign "{plan.name}": {plan.motors} motors, and "{crane.name}" has {motor.count} in one circuit.')
+        raise IdentifyError(
+            f'campaign "{plan.name}": {plan.motors} motors, and "{crane.name}" has {motor.count} in one circuit.'
+        )
     least = min(t.D_m for t in plan.tests) / motor.D_max
     if least >= motor.alpha_min:
         return crane
@@ -129,11 +143,13 @@ def write_campaign(
     ----------
     plan: which tests on which crane, see `CAMPAIGNS`. out: folder, without a campaign in it yet.
     instruments: sensors (default: typical noise, seed 0). duration: of each test.
-    truth: the crane that is really tested, for a blind test: the campaign file names the plan's crane all the same. Make it with
-    `stillhook.library.changed` or `stillhook.identify.system_friction.fitting.draws.crane_with`.
-    layer: layer of wire to work on (default: the outermost that the pressures allow). parquet: logs as Parquet instead of CSV.
+    truth: the crane that is really tested, for a blind test: the campaign file names the plan's crane all the same.
+    Make it with `stillhook.library.changed` or `stillhook.identify.system_friction.fitting.draws.crane_with`.
+    layer: layer of wire to work on (default: the outermost that the pressures allow). parquet: logs as Parquet instead
+    of CSV.
 
-    Returns what was written, with notes. Errors: IdentifyError, SpecError, SimulationError, one line; nothing is left half-written.
+    Returns what was written, with notes. Errors: IdentifyError, SpecError, SimulationError, one line; nothing is left
+    half-written.
     """
     folder, instruments, length = Path(out), instruments or Instruments(), parse(duration, "time", "duration")
     check_campaign_folder(folder)
@@ -153,8 +169,14 @@ def write_campaign(
             return notes
 
         with ThreadPoolExecutor(threads) as pool:
-            notes = [f'test "{plan.tests[i].name}": {note}' for i, found in enumerate(pool.map(work, range(len(stairs)))) for note in found]
-        (part / TRUTH_FILE).write_text(f"# {MARK}. The crane that made the logs.\n{crane_toml(crane)}", encoding="utf-8")
+            notes = [
+                f'test "{plan.tests[i].name}": {note}'
+                for i, found in enumerate(pool.map(work, range(len(stairs))))
+                for note in found
+            ]
+        (part / TRUTH_FILE).write_text(
+            f"# {MARK}. The crane that made the logs.\n{crane_toml(crane)}", encoding="utf-8"
+        )
         text = campaign_text(plan, stairs, files, noise=instruments.noise, sensors=sensors)
         (part / CAMPAIGN_FILE).write_text(text, encoding="utf-8")
     return Written(folder, folder / CAMPAIGN_FILE, tuple(folder / f for f in files), chosen, tuple(notes))

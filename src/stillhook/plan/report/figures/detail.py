@@ -19,7 +19,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-FACTORS = {"C_A": "added mass", "C_D": "drag", "friction": "friction of the winch", "delay": "delay of the motion signal"}
+FACTORS = {
+    "C_A": "added mass",
+    "C_D": "drag",
+    "friction": "friction of the winch",
+    "delay": "delay of the motion signal",
+}
 """Inputs that a limit hangs on, in words."""
 
 
@@ -27,14 +32,18 @@ def detail_figures(result: PlanResult) -> dict[str, Figure]:
     """Figures of the blocks that are there, by file stem."""
     highest = float(result.data.attrs["Hs_highest"])
     drawn: dict[str, Callable[[xarray.Dataset], Figure]] = {
-        "depth": depth, "efficiency": efficiency, "landing": landing,
-        "sensitivity": lambda block: sensitivity(block, highest), "convergence": convergence,
-    }  # fmt: skip
+        "depth": depth,
+        "efficiency": efficiency,
+        "landing": landing,
+        "sensitivity": lambda block: sensitivity(block, highest),
+        "convergence": convergence,
+    }
     return {name: draw(result[name]) for name, draw in drawn.items() if name in result}
 
 
 def depth(block: xarray.Dataset) -> Figure:
-    """Tension at the tip, dynamic factor, least sling tension and natural period against depth, with the depth of resonance."""
+    """Tension at the tip, dynamic factor, least sling tension and natural period against depth, with the depth of
+    resonance."""
     z = -np.asarray(block["z"].values, dtype=float)
     with_T = "T_0" in block
     figure, axes = canvas(1, 4 if with_T else 3, 4.4, sharey=True)
@@ -45,9 +54,15 @@ def depth(block: xarray.Dataset) -> Figure:
         row[0].plot(kN * block["F_top_max"].sel(alternative=name), z, label=named(name), **style)
         row[1].plot(block["DAF"].sel(alternative=name), z, **style)
         row[2].plot(block["sling_ratio"].sel(alternative=name), z, **style)
-    row[0].plot(kN * np.broadcast_to(block["F_top_static"].values, z.shape), z, color=GREY, lw=1.0, ls="--", label="at rest")
+    row[0].plot(
+        kN * np.broadcast_to(block["F_top_static"].values, z.shape), z, color=GREY, lw=1.0, ls="--", label="at rest"
+    )
     row[2].axvline(0.0, color=GREY, lw=0.8)
-    titles = ["tension at tip [kN]", "DAF [-]: sling tension\nover weight in air", "least sling tension\nover that at rest [-]"]
+    titles = [
+        "tension at tip [kN]",
+        "DAF [-]: sling tension\nover weight in air",
+        "least sling tension\nover that at rest [-]",
+    ]
     if with_T:
         row[3].plot(np.broadcast_to(block["T_0"].values, z.shape), z, color="black", lw=1.3)
         row[3].axvline(float(block.attrs["Tp"]), color=GREY, lw=0.8, ls="--")
@@ -98,21 +113,29 @@ def landing(block: xarray.Dataset) -> Figure:
     ax.set_xlim(left=0.0)
     ax.set_xlabel("speed at touch-down [m/s]", fontsize="small")
     ax.set_ylabel("landings that are faster [%]", fontsize="small")
-    figure.suptitle(f"Landing speed exceeded, in brackets the number of seeds: {sea_words(block.attrs)}", fontsize="medium")
+    figure.suptitle(
+        f"Landing speed exceeded, in brackets the number of seeds: {sea_words(block.attrs)}", fontsize="medium"
+    )
     key_below(figure, [ax], 4)
     return figure
 
 
 def sensitivity(block: xarray.Dataset, highest: float) -> Figure:
-    """Limit with one input taken lower and higher, alternatives side by side; one above the highest sea that was asked [m] stands there."""
+    """Limit with one input taken lower and higher, alternatives side by side; one above the highest sea that was asked
+    [m] stands there."""
     shown = [n for n in names(block) if not np.isnan(block["Hs_base"].sel(alternative=n).values).all()]
     rows = block.sizes["factor"]
     figure, axes = canvas(1, max(1, len(shown)), 1.4 + 0.5 * rows, sharey=True, sharex=True)
     y = np.arange(rows)
     for ax, name in zip(axes[0], shown, strict=False):
-        base, low, high = (np.minimum(block[k].sel(alternative=name).values, highest) for k in ("Hs_base", "Hs_low", "Hs_high"))
+        base, low, high = (
+            np.minimum(block[k].sel(alternative=name).values, highest) for k in ("Hs_base", "Hs_low", "Hs_high")
+        )
         ax.plot(base, y, color="black", marker="|", ms=14, ls="none", label="as planned")
-        for ends, colour, marker, label in ((low, COLOURS[0], "o", "first value"), (high, COLOURS[1], "s", "second value")):
+        for ends, colour, marker, label in (
+            (low, COLOURS[0], "o", "first value"),
+            (high, COLOURS[1], "s", "second value"),
+        ):
             ax.hlines(y, base, np.where(np.isnan(ends), base, ends), color=colour, lw=2.0)
             ax.plot(ends, y, color=colour, marker=marker, ms=5, ls="none", label=label)
         for i in np.flatnonzero(np.isnan(low) & np.isnan(high)):
@@ -127,7 +150,10 @@ def sensitivity(block: xarray.Dataset, highest: float) -> Figure:
         room = max(0.1, 0.12 * float(np.ptp(told)))
         axes[0, 0].set_xlim(max(0.0, float(told.min()) - room), float(told.max()) + room)
     where = ", ".join(str(block.attrs[k]) for k in ("phase", "rule") if block.attrs.get(k))
-    figure.suptitle(f"Limiting Hs [m] with other inputs: {sea_words(block.attrs)}{f' ({where})' if where else ''}", fontsize="medium")
+    figure.suptitle(
+        f"Limiting Hs [m] with other inputs: {sea_words(block.attrs)}{f' ({where})' if where else ''}",
+        fontsize="medium",
+    )
     key_below(figure, [axes[0, 0]])
     return figure
 
@@ -157,5 +183,8 @@ def convergence(block: xarray.Dataset) -> Figure:
         ax.set_xlabel("seeds", fontsize="small")
     for ax in axes[:, 0]:
         ax.set_ylabel("demand over limit [-]", fontsize="small")
-    figure.suptitle("Convergence: band is the 95 % interval (surface passages and touch-downs: by order statistics)", fontsize="medium")
+    figure.suptitle(
+        "Convergence: band is the 95 % interval (surface passages and touch-downs: by order statistics)",
+        fontsize="medium",
+    )
     return figure

@@ -1,4 +1,5 @@
-"""Figures of the limits: what is workable in every cell and what governs there, and height over period for all alternatives."""
+"""Figures of the limits: what is workable in every cell and what governs there, and height over period for all
+alternatives."""
 
 from __future__ import annotations
 
@@ -43,7 +44,8 @@ ROWS = 21
 ROW, PANEL, FRAME = 0.33, 0.42, 0.8
 """Height of a row of cells, of what each strip needs beside, and of what the picture needs beside [inch]."""
 COLOURS, NOTHING, UNTOLD, DARK = "YlGnBu", "#E8A598", "#E0E0E0", 0.62
-"""Scale of limits; colour of a cell with the limit 0, and of one that is not told; part of the scale from which letters are white."""
+"""Scale of limits; colour of a cell with the limit 0, and of one that is not told; part of the scale from which letters
+are white."""
 PANELS = 3
 """Headings side by side at most."""
 CLOSED = "closed-form"
@@ -68,13 +70,17 @@ def figures(result: PlanResult) -> dict[str, Figure]:
 
 
 def limit_tables(result: PlanResult, credit: Credit) -> dict[str, Figure]:
-    """Limits by heading and period with the phase and the rule that govern; by the twin only of those that credit takes something from."""
+    """Limits by heading and period with the phase and the rule that govern; by the twin only of those that credit takes
+    something from."""
     wanted = names(result.data)
     if credit == TWIN:
         wanted = [name for name in wanted if differs(result, name)]
     strips, each = alike(result, credit, wanted), max(1, ROWS // result.data.sizes["heading"])
     parts = [strips[i : i + each] for i in range(0, len(strips), each)]
-    return {f"limits-{credit}{f'-{i + 1}' if len(parts) > 1 else ''}": limit_table(result, credit, part) for i, part in enumerate(parts)}
+    return {
+        f"limits-{credit}{f'-{i + 1}' if len(parts) > 1 else ''}": limit_table(result, credit, part)
+        for i, part in enumerate(parts)
+    }
 
 
 def alike(result: PlanResult, credit: Credit, alternatives: Sequence[str]) -> list[list[str]]:
@@ -95,7 +101,8 @@ def differs(result: PlanResult, alternative: str) -> bool:
 
 
 def limit_table(result: PlanResult, credit: Credit, strips: Sequence[Sequence[str]]) -> Figure:
-    """A strip of cells for alternatives that are alike: rows are headings, columns periods; in each the limit, below it what governs."""
+    """A strip of cells for alternatives that are alike: rows are headings, columns periods; in each the limit, below it
+    what governs."""
     from matplotlib.figure import Figure  # heavy: only where pictures are wanted
 
     data = result.data
@@ -113,7 +120,11 @@ def limit_table(result: PlanResult, credit: Credit, strips: Sequence[Sequence[st
 
 def _strip(ax: Axes, result: PlanResult, credit: Credit, name: str) -> None:
     here = result.data.sel(credit=credit, alternative=name)
-    highest, phases, rules = float(result.data.attrs["Hs_highest"]), here["governing_phase"].values, here["governing_rule"].values
+    highest, phases, rules = (
+        float(result.data.attrs["Hs_highest"]),
+        here["governing_phase"].values,
+        here["governing_rule"].values,
+    )
     Hs = np.asarray(here["Hs_limit"].values, dtype=float)
     part = np.clip(np.nan_to_num(Hs, nan=0.0, posinf=highest) / most_told(result), 0.0, 1.0)
     edges = [np.arange(n + 1) - 0.5 for n in (Hs.shape[1], Hs.shape[0])]
@@ -123,7 +134,9 @@ def _strip(ax: Axes, result: PlanResult, credit: Credit, name: str) -> None:
     for i, k in np.ndindex(Hs.shape):
         ink = "white" if part[i, k] > DARK else "black"
         governs = _codes(result, str(phases[i, k]), str(rules[i, k]))
-        ax.text(k, i - (0.18 if governs else 0.0), height(float(Hs[i, k]), highest), fontsize="small", color=ink, **style)
+        ax.text(
+            k, i - (0.18 if governs else 0.0), height(float(Hs[i, k]), highest), fontsize="small", color=ink, **style
+        )
         if governs:
             ax.text(k, i + 0.25, governs, fontsize=small, color=ink, **style)
     ax.set_xlim(-0.5, Hs.shape[1] - 0.5)
@@ -149,7 +162,8 @@ def _codes(result: PlanResult, phase: str, rule: str) -> str:
 
 
 def closed_form(result: PlanResult) -> FloatArray:
-    """Least limit over phases and rules by the closed form alone (alternative, heading, period) [m]; NaN where none tells."""
+    """Least limit over phases and rules by the closed form alone (alternative, heading, period) [m]; NaN where none
+    tells."""
     found = np.asarray(result.data["Hs_rule"].sel(credit=TWIN, tier=CLOSED).values, dtype=float)
     flat = np.moveaxis(found, (1, 2), (0, 1)).reshape(-1, *found.shape[:1], *found.shape[3:])
     least = np.where(np.isnan(flat), np.inf, flat).min(axis=0)
@@ -157,8 +171,8 @@ def closed_form(result: PlanResult) -> FloatArray:
 
 
 def telling(result: PlanResult) -> list[int]:
-    """Headings that are drawn side by side: all of a few; of many the one with the least limits in the mean, the one with the largest, and
-    that nearest to a head sea."""
+    """Headings that are drawn side by side: all of a few; of many the one with the least limits in the mean, the one
+    with the largest, and that nearest to a head sea."""
     beta = result.data["heading"].values
     if len(beta) <= PANELS:
         return list(range(len(beta)))
@@ -168,7 +182,8 @@ def telling(result: PlanResult) -> list[int]:
 
 
 def curves(result: PlanResult) -> Figure:
-    """Limiting height over peak period, a panel a heading, all alternatives: credited drawn out, by the twin dashed, closed form dotted."""
+    """Limiting height over peak period, a panel a heading, all alternatives: credited drawn out, by the twin dashed,
+    closed form dotted."""
     data, highest = result.data, float(result.data.attrs["Hs_highest"])
     chosen = telling(result)
     figure, axes = canvas(1, len(chosen), 4.1, sharey=True)

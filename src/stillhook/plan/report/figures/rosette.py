@@ -8,7 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
-from stillhook.plan.report.figures.style import COLOUR, CREDITED, MARKER, THICK, WIDTH, key_below, most_told, named, names
+from stillhook.plan.report.figures.style import (
+    COLOUR,
+    CREDITED,
+    MARKER,
+    THICK,
+    WIDTH,
+    key_below,
+    most_told,
+    named,
+    names,
+)
 from stillhook.plan.result.result import PlanResult
 
 if TYPE_CHECKING:
@@ -24,12 +34,14 @@ MARGIN = np.radians(12.0)
 
 
 def from_bow(beta: FloatArray) -> FloatArray:
-    """Where waves that travel in beta come from, clockwise from the bow [rad, -pi to pi]: head sea (beta pi) 0, from starboard pi/2."""
+    """Where waves that travel in beta come from, clockwise from the bow [rad, -pi to pi]: head sea (beta pi) 0, from
+    starboard pi/2."""
     return np.asarray((np.pi - beta + np.pi) % FULL - np.pi)
 
 
 def rosette(result: PlanResult) -> Figure:
-    """A panel for some of the periods; a line for each alternative, as credited. Headings that were not asked are left blank."""
+    """A panel for some of the periods; a line for each alternative, as credited. Headings that were not asked are left
+    blank."""
     from matplotlib.figure import Figure  # heavy: only where pictures are wanted
 
     data = result.data
@@ -45,7 +57,9 @@ def rosette(result: PlanResult) -> Figure:
     for ax, k in zip(axes, chosen, strict=False):
         _panel(ax, result, k, come[order], order)
     key_below(figure, list(axes))
-    figure.suptitle("Limiting Hs [m] by where the waves come from (bow at 0°, starboard positive), credited", fontsize="medium")
+    figure.suptitle(
+        "Limiting Hs [m] by where the waves come from (bow at 0°, starboard positive), credited", fontsize="medium"
+    )
     return figure
 
 

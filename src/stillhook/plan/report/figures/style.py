@@ -24,17 +24,29 @@ if TYPE_CHECKING:
 WIDTH = 7.5
 """Of every figure [inch]: about that of a page, so that its letters are of one size."""
 COLOUR: Mapping[str, str] = {
-    Alternative.NONE: COLOURS[6], Alternative.CAP: COLOURS[4], Alternative.NS: COLOURS[5], Alternative.HS: COLOURS[0],
-    Alternative.SSC: COLOURS[1], Alternative.STRONG_SSC: COLOURS[3],
-}  # fmt: skip
+    Alternative.NONE: COLOURS[6],
+    Alternative.CAP: COLOURS[4],
+    Alternative.NS: COLOURS[5],
+    Alternative.HS: COLOURS[0],
+    Alternative.SSC: COLOURS[1],
+    Alternative.STRONG_SSC: COLOURS[3],
+}
 MARKER: Mapping[str, str] = {
-    Alternative.NONE: "x", Alternative.CAP: "s", Alternative.NS: "v", Alternative.HS: "^",
-    Alternative.SSC: "o", Alternative.STRONG_SSC: "D",
-}  # fmt: skip
+    Alternative.NONE: "x",
+    Alternative.CAP: "s",
+    Alternative.NS: "v",
+    Alternative.HS: "^",
+    Alternative.SSC: "o",
+    Alternative.STRONG_SSC: "D",
+}
 SHORT_NAME: Mapping[str, str] = {
-    Alternative.NONE: "none", Alternative.CAP: "80 % cap", Alternative.NS: "NS", Alternative.HS: "HS",
-    Alternative.SSC: "SSC", Alternative.STRONG_SSC: "strong SSC",
-}  # fmt: skip
+    Alternative.NONE: "none",
+    Alternative.CAP: "80 % cap",
+    Alternative.NS: "NS",
+    Alternative.HS: "HS",
+    Alternative.SSC: "SSC",
+    Alternative.STRONG_SSC: "strong SSC",
+}
 THICK: Mapping[str, float] = {name: 3.2 - 0.45 * i for i, name in enumerate(Alternative)}
 """Widths of lines: the later drawn is the thinner, so that lines that are one on the other are all seen."""
 TWIN, CREDITED = CREDITS
@@ -104,7 +116,14 @@ def key_below(figure: Figure, axes: Sequence[Axes], columns: int = 6) -> None:
     """One legend of some axes below the whole figure, each label once."""
     pairs = {label: handle for ax in axes for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
     if pairs:
-        figure.legend(list(pairs.values()), list(pairs), loc="outside lower center", ncols=columns, fontsize="small", frameon=False)
+        figure.legend(
+            list(pairs.values()),
+            list(pairs),
+            loc="outside lower center",
+            ncols=columns,
+            fontsize="small",
+            frameon=False,
+        )
 
 
 def lines(ax: Axes, x: FloatArray, of: xarray.DataArray, factor: float = 1.0, **style: Any) -> None:

@@ -34,7 +34,8 @@ def marked(block: xarray.Dataset, title: str) -> str:
 
 
 def waiting(block: xarray.Dataset) -> Figure:
-    """Operability and waiting by month: lines are means, the mark above each month what 90 % of the starts stay below."""
+    """Operability and waiting by month: lines are means, the mark above each month what 90 % of the starts stay
+    below."""
     figure, axes = canvas(2, 1, 5.4, sharex=True)
     top, low = axes[:, 0]
     month = np.arange(1, 13)
@@ -49,14 +50,16 @@ def waiting(block: xarray.Dataset) -> Figure:
     top.set_ylim(0.0, 100.0)
     low.set_ylim(bottom=0.0)
     low.set_xticks(month, MONTHS)
-    figure.suptitle(marked(block, "Operability and waiting for a window by month of readiness, credited limits"), fontsize="medium")
+    figure.suptitle(
+        marked(block, "Operability and waiting for a window by month of readiness, credited limits"), fontsize="medium"
+    )
     key_below(figure, [top])
     return figure
 
 
 def gained(block: xarray.Dataset, result: PlanResult) -> Figure:
-    """Vessel days that an alternative saves each operation, against no compensation, the cap and the best classic controller; alternatives
-    that are not told apart have one bar."""
+    """Vessel days that an alternative saves each operation, against no compensation, the cap and the best classic
+    controller; alternatives that are not told apart have one bar."""
     over = references(block, result.facts.get("tiers", ()))
     figure, axes = canvas(1, max(1, len(over)), 3.4, sharey=True)
     groups = columns(result)
@@ -64,10 +67,14 @@ def gained(block: xarray.Dataset, result: PlanResult) -> Figure:
     x = np.arange(len(labels))
     for ax, against in zip(axes[0], over, strict=False):
         days = block["days_gained"].sel(over=against, month=0, alternative=labels)
-        ax.bar(x - 0.2, np.nan_to_num(days.sel(credit=TWIN).values), 0.38, color=[COLOUR[n] for n in labels], alpha=0.35)
+        ax.bar(
+            x - 0.2, np.nan_to_num(days.sel(credit=TWIN).values), 0.38, color=[COLOUR[n] for n in labels], alpha=0.35
+        )
         ax.bar(x + 0.2, np.nan_to_num(days.sel(credit=CREDITED).values), 0.38, color=[COLOUR[n] for n in labels])
         ax.axhline(0.0, color=GREY, lw=0.8)
-        ax.set_xticks(x, [", ".join(named(n) for n in group) for group in groups], rotation=40, ha="right", fontsize="x-small")
+        ax.set_xticks(
+            x, [", ".join(named(n) for n in group) for group in groups], rotation=40, ha="right", fontsize="x-small"
+        )
         ax.set_title(f"over {OVER.get(against, against)}", fontsize="small")
     axes[0, 0].set_ylabel("days gained each operation\n(pale: twin, full: credited)", fontsize="small")
     figure.suptitle(marked(block, "Vessel days gained, whole year"), fontsize="medium")

@@ -14,9 +14,10 @@ from stillhook.base.arrays import FloatArray
 class Search:
     """How closely a limit is looked for.
 
-    seeds first given to a cell, and the step and most of them; width: half of the 95 % interval of what waves add to a utilisation, over
-    it, at which the seeds of the cell next to the limit are enough; near: distance of a cell from the limit, over it, at which it is
-    found; cells a column may have; growth exponents between which a utilisation's growth with height is believed.
+    seeds first given to a cell, and the step and most of them; width: half of the 95 % interval of what waves add to a
+    utilisation, over it, at which the seeds of the cell next to the limit are enough; near: distance of a cell from the
+    limit, over it, at which it is found; cells a column may have; growth exponents between which a utilisation's growth
+    with height is believed.
     """
 
     seeds: int = 20
@@ -31,9 +32,11 @@ class Search:
 LEAST_STEP, MOST_STEP = 1.08, 2.0
 """Factors between which the height grows where no sea was beyond yet."""
 BEHIND = 1.04
-"""Where the next height is placed behind a crossing that is foreseen, over it: a cell that is beyond ends a search, one inside does not."""
+"""Where the next height is placed behind a crossing that is foreseen, over it: a cell that is beyond ends a search, one
+inside does not."""
 STEEP, LEAST_PART = 1.5, 0.5
-"""A cell that is so far beyond says little about the crossing: it is then not looked for below this part of the way to that cell."""
+"""A cell that is so far beyond says little about the crossing: it is then not looked for below this part of the way to
+that cell."""
 USUAL_GROWTH = 1.3
 """Exponent of growth before two seas tell it: motions grow with the height, drag with its square."""
 FINE, COARSE, TURN = 0.025, 0.05, 1.0
@@ -49,9 +52,10 @@ def snapped(Hs: float) -> float:
 def next_height(Hs: FloatArray, u: FloatArray, guess: float, highest: float, search: Search) -> float | None:
     """Height that is run next in a column [m], or None where its limit is found.
 
-    Parameters: Hs (k,) rising heights that were run, the calm (0) first; u (k,) their largest utilisation, 1 at the limit, NaN where no
-    rule tells; guess: limit that another tier predicts (NaN: none), tried first; highest sea that is asked. The limit is the first
-    crossing. Found is: a calm that is beyond, the highest sea inside, a cell within `near` of the crossing, or no room for another one.
+    Parameters: Hs (k,) rising heights that were run, the calm (0) first; u (k,) their largest utilisation, 1 at the
+    limit, NaN where no rule tells; guess: limit that another tier predicts (NaN: none), tried first; highest sea that
+    is asked. The limit is the first crossing. Found is: a calm that is beyond, the highest sea inside, a cell within
+    `near` of the crossing, or no room for another one.
     """
     if not u[0] < 1.0:
         return None
@@ -69,8 +73,8 @@ def next_height(Hs: FloatArray, u: FloatArray, guess: float, highest: float, sea
 
 
 def crossing(Hs: FloatArray, u: FloatArray, search: Search) -> float:
-    """Height at which the utilisation first passes 1 [m], by a power of the height between the cells beside it; inf where none does, 0
-    where a calm is beyond."""
+    """Height at which the utilisation first passes 1 [m], by a power of the height between the cells beside it; inf
+    where none does, 0 where a calm is beyond."""
     beyond = np.flatnonzero(u > 1.0)
     if not len(beyond):
         return math.inf

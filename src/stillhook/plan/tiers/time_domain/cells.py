@@ -1,4 +1,5 @@
-"""Cells of the twin's tier: runs of a phase in one sea under one way of running the winch, asked together and kept by what they are."""
+"""Cells of the twin's tier: runs of a phase in one sea under one way of running the winch, asked together and kept by
+what they are."""
 
 from __future__ import annotations
 
@@ -56,8 +57,9 @@ class Deal:
 
 @dataclass(eq=False)
 class Cells:
-    """All runs of a plan so far. runs: (phase, winch, sea) -> numbers of `stillhook.plan.tiers.time_domain.quantities.KEPT` of every seed
-    (n,); n_runs, and seconds of them, that were asked for (from the store or not)."""
+    """All runs of a plan so far. runs: (phase, winch, sea) -> numbers of
+    `stillhook.plan.tiers.time_domain.quantities.KEPT` of every seed (n,); n_runs, and seconds of them, that were asked
+    for (from the store or not)."""
 
     plan: LiftPlan
     deal: Deal
@@ -93,7 +95,8 @@ class Cells:
             self._heights.setdefault((phase, winch, spot.Tp, spot.beta), set()).add(spot.Hs)
 
     def _filled(self, missing: Mapping[tuple[str, Winch, Spot], Ask]) -> dict[tuple[str, Winch, Spot], Ask]:
-        """The same cells with some seeds more, where blocks of runs side by side would else have empty places: they cost nothing."""
+        """The same cells with some seeds more, where blocks of runs side by side would else have empty places: they
+        cost nothing."""
         groups: dict[tuple[float, int, bool], list[tuple[str, Winch, Spot]]] = {}
         for cell, ask in missing.items():
             if ask.spot.Hs > 0.0:
@@ -123,15 +126,21 @@ class Cells:
             cases += made
             cranes += [crane] * len(made)
             sizes.append(len(made))
-        data = lower_many(cranes, cases, store=self.deal.store, client=self.deal.client, threads=self.deal.threads, progress=progress)
-        counts = [self._course_of(ask).counts for ask, size in zip(missing.values(), sizes, strict=True) for _ in range(size)]
+        data = lower_many(
+            cranes, cases, store=self.deal.store, client=self.deal.client, threads=self.deal.threads, progress=progress
+        )
+        counts = [
+            self._course_of(ask).counts for ask, size in zip(missing.values(), sizes, strict=True) for _ in range(size)
+        ]
         numbers = kept(data, counts)
         self.n_failed += int(np.sum(~np.isfinite(numbers["duration"])))
         start = 0
         for ask, size in zip(missing.values(), sizes, strict=True):
             new = {name: values[start : start + size] for name, values in numbers.items()}
             old = self.runs.get(ask.cell)
-            self.runs[ask.cell] = new if old is None else {name: np.concatenate((old[name], values)) for name, values in new.items()}
+            self.runs[ask.cell] = (
+                new if old is None else {name: np.concatenate((old[name], values)) for name, values in new.items()}
+            )
             start += size
 
     def _course_of(self, ask: Ask) -> Course:
@@ -157,7 +166,8 @@ class Cells:
         return crane, [replace(one, seed=seed) for seed in range(first, ask.seeds + 1)]
 
     def _worst_of(self, phase: Phase) -> dict[tuple[float, float], tuple[float, float]]:
-        """(Tp, beta) -> height at which the load swings most on its wire, the winch on its brake [m], and time spent about there [s]."""
+        """(Tp, beta) -> height at which the load swings most on its wire, the winch on its brake [m], and time spent
+        about there [s]."""
         if phase.kind is not PhaseKind.LOWERING:
             return {}
         if phase.name not in self._worst:
@@ -166,8 +176,8 @@ class Cells:
 
 
 def worst_heights(plan: LiftPlan, phase: Phase) -> dict[tuple[float, float], tuple[float, float]]:
-    """(Tp, beta) -> height of a phase's way at which the sling tension swings most with the winch on its brake [m], by the frequency road
-    in seas of middle height, and the time that the payload is where it swings hardly less [s]."""
+    """(Tp, beta) -> height of a phase's way at which the sling tension swings most with the winch on its brake [m], by
+    the frequency road in seas of middle height, and the time that the payload is where it swings hardly less [s]."""
     columns = plan.environment.table().columns()
     Tp, beta = (np.array([column[i] for column in columns]) for i in (0, 1))
     seas = Seas(np.full(len(Tp), float(np.median(plan.environment.Hs))), Tp, beta)
@@ -177,4 +187,6 @@ def worst_heights(plan: LiftPlan, phase: Phase) -> dict[tuple[float, float], tup
     time = np.array([p.time for p in parts])
     worst = np.argmax(swing, axis=0)
     about = (time[:, None] * (swing >= ABOUT_WORST * swing.max(axis=0))).sum(axis=0)
-    return {(float(T), float(b)): (parts[int(i)].z, float(t)) for T, b, i, t in zip(Tp, beta, worst, about, strict=True)}
+    return {
+        (float(T), float(b)): (parts[int(i)].z, float(t)) for T, b, i, t in zip(Tp, beta, worst, about, strict=True)
+    }

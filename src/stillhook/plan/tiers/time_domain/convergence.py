@@ -34,7 +34,8 @@ def blocks(work: Work) -> dict[str, xarray.Dataset]:
 
 
 def landing(work: Work) -> xarray.Dataset | None:
-    """Landing speeds of every alternative in one sea, seed by seed: where the best one is at its limit in the middle period.
+    """Landing speeds of every alternative in one sea, seed by seed: where the best one is at its limit in the middle
+    period.
 
     None where the plan has no landing, or no limit is known.
     """
@@ -52,7 +53,9 @@ def landing(work: Work) -> xarray.Dataset | None:
     asks = {a: Ask(phase.name, winch_of(phase, a), spot, seeds) for a in work.plan.alternatives}
     work.cells.ask(list({ask.cell: ask for ask in asks.values()}.values()))
     rows = np.array([work.cells.runs[ask.cell]["v_landed"][:seeds] for ask in asks.values()])
-    rule = next((r.limit for r in work.limits(phase, work.plan.alternatives[0]) if r.rule.quantity == "v_landed"), math.nan)
+    rule = next(
+        (r.limit for r in work.limits(phase, work.plan.alternatives[0]) if r.rule.quantity == "v_landed"), math.nan
+    )
     return xarray.Dataset(
         {"v_landed": (("alternative", "run"), rows, attributes("v_landed"))},
         coords={"alternative": [a.value for a in asks], "run": np.arange(1, seeds + 1)},
@@ -69,7 +72,8 @@ def middle(work: Work) -> Column | None:
 
 
 def convergence(work: Work) -> xarray.Dataset | None:
-    """Utilisation of the rule that governs next to the limit, with its 95 % interval, over the seeds that it is told from.
+    """Utilisation of the rule that governs next to the limit, with its 95 % interval, over the seeds that it is told
+    from.
 
     One cell for each way of running the winch that governs in the middle column; NaN beyond the seeds that a cell has.
     """
@@ -90,14 +94,21 @@ def convergence(work: Work) -> xarray.Dataset | None:
         for j, count in enumerate(n):
             table[:, i, j] = _with(work, line, h, key, int(count))
     parts = dict(zip(("utilisation", "low", "high"), table, strict=True))
-    return xarray.Dataset({name: (("cell", "n"), values) for name, values in parts.items()}, coords={"cell": names, "n": n})
+    return xarray.Dataset(
+        {name: (("cell", "n"), values) for name, values in parts.items()}, coords={"cell": names, "n": n}
+    )
 
 
 def _shown(work: Work, column: Column) -> list[Line]:
     """Lines that limit their alternative in a column, each run once."""
     found: dict[tuple[str, object], Line] = {}
     for line in work.lines:
-        if line.column == column and line.found and 0.0 < line.limit < math.inf and line.limit <= work.least(line.alternative, column):
+        if (
+            line.column == column
+            and line.found
+            and 0.0 < line.limit < math.inf
+            and line.limit <= work.least(line.alternative, column)
+        ):
             found.setdefault((line.phase.name, line.winch), line)
     return list(found.values())[:SHOWN]
 
@@ -105,7 +116,10 @@ def _shown(work: Work, column: Column) -> list[Line]:
 def _named(line: Line, Hs: float, key: str) -> str:
     who = line.alternative.value if line.phase.compensated else "all alternatives"
     T, beta = line.column
-    return f"{line.phase.name}, {who}: {key} at Hs {show(Hs, 'length')}, Tp {show(T, 'time')}, {math.degrees(beta):.4g} deg"
+    return (
+        f"{line.phase.name}, {who}: {key} at Hs {show(Hs, 'length')}, Tp {show(T, 'time')},"
+        f" {math.degrees(beta):.4g} deg"
+    )
 
 
 def _with(work: Work, line: Line, Hs: float, key: str, n: int) -> tuple[float, float, float]:

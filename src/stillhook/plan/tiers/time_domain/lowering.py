@@ -30,15 +30,16 @@ from stillhook.spec.scenario import Mode
 from stillhook.spec.validity import CAP
 
 KINDS = (PhaseKind.IN_AIR, PhaseKind.SPLASH, PhaseKind.LOWERING, PhaseKind.DEEP, PhaseKind.LANDING)
-"""Phases that the twin runs. Lift-off, set-down and lift-off from the seabed need a ground under the load at the start, which no lowering
-has: they are told by the other tiers."""
+"""Phases that the twin runs. Lift-off, set-down and lift-off from the seabed need a ground under the load at the start,
+which no lowering has: they are told by the other tiers."""
 SETTLE = 60.0
-"""Time before the part that counts [s]: the sea grows for 10 s, compensation begins as the tip turns, and the load comes to its swing (its
-drag at limiting motions damps it by 3 %, at 6 s within 30 s)."""
+"""Time before the part that counts [s]: the sea grows for 10 s, compensation begins as the tip turns, and the load
+comes to its swing (its drag at limiting motions damps it by 3 %, at 6 s within 30 s)."""
 BLOCK = 240.0
 """Longest part that counts [s]; a longer phase is many of these."""
 ROOM = 12.0
-"""Time beyond the part that counts as planned [s]: compensation may begin later than planned, by the half of a long period."""
+"""Time beyond the part that counts as planned [s]: compensation may begin later than planned, by the half of a long
+period."""
 FAINT = 0.01
 """Part of the water's vertical motion at the surface (standard deviations) at whose depth the waves are left out."""
 TOUCH_ROOM = 30.0
@@ -46,16 +47,17 @@ TOUCH_ROOM = 30.0
 APPROACH = 90.0
 """Of a landing the last time above the seabed is run [s], or the whole of its phase where this is shorter."""
 HANGS, THROUGH = 3.0, 1.0
-"""Without compensation a landing hangs at this height above the seabed at the most [m] while its tensions and motion count, and is then
-lowered until it would be so far below it [m]. (In manual mode the winch is a decimetre behind the joystick before its leakage is made up
-for: a load that is lowered would seem to move by that.)"""
+"""Without compensation a landing hangs at this height above the seabed at the most [m] while its tensions and motion
+count, and is then lowered until it would be so far below it [m]. (In manual mode the winch is a decimetre behind the
+joystick before its leakage is made up for: a load that is lowered would seem to move by that.)"""
 HELD = 0.5
-"""Tension that landing mode keeps after touch-down, beside the hook's weight, as part of the payload's weight in water (assumed)."""
+"""Tension that landing mode keeps after touch-down, beside the hook's weight, as part of the payload's weight in water
+(assumed)."""
 
 
 class Winch(NamedTuple):
-    """What the winch makes of the tip's motion. left: part of it that the wire's top end has where the winch stands; controller: the
-    alternative whose controller compensates the motion, None where none does."""
+    """What the winch makes of the tip's motion. left: part of it that the wire's top end has where the winch stands;
+    controller: the alternative whose controller compensates the motion, None where none does."""
 
     left: float = 1.0
     controller: Alternative | None = None
@@ -63,9 +65,9 @@ class Winch(NamedTuple):
 
 @dataclass(frozen=True)
 class Course:
-    """What is run of a phase once. z_0 height of the underside at the start [m]; programme; duration of the run, counted the part that
-    tells [s], which is stage number `counts`; times such parts that the phase holds, and swings those in which the load swings as here;
-    z_top highest place of the underside while it counts [m]."""
+    """What is run of a phase once. z_0 height of the underside at the start [m]; programme; duration of the run,
+    counted the part that tells [s], which is stage number `counts`; times such parts that the phase holds, and swings
+    those in which the load swings as here; z_top highest place of the underside while it counts [m]."""
 
     z_0: float
     programme: tuple[Stage, ...]
@@ -78,7 +80,8 @@ class Course:
 
 
 def winch_of(phase: Phase, alternative: Alternative) -> Winch:
-    """How an alternative runs the winch in a phase. Where nothing follows the tip all alternatives are one and the same run."""
+    """How an alternative runs the winch in a phase. Where nothing follows the tip all alternatives are one and the same
+    run."""
     if not phase.compensated or alternative is Alternative.NONE:
         return Winch()
     if alternative is Alternative.CAP:
@@ -95,17 +98,21 @@ def machine_of(plan: LiftPlan, winch: Winch) -> tuple[Crane, Mode]:
 
 
 def course_of(plan: LiftPlan, phase: Phase, winch: Winch, z: float | None = None, about: float | None = None) -> Course:
-    """What is run of a phase. Of a long way it is the piece about z [m] (its worst place), where the payload is for the time `about` [s];
-    None for its end, and for all of its time.
+    """What is run of a phase. Of a long way it is the piece about z [m] (its worst place), where the payload is for the
+    time `about` [s]; None for its end, and for all of its time.
 
-    A phase at one height, or a part of a long way, is run for up to `BLOCK` and counts as often as it goes into the phase's duration; a
-    passage of the splash zone is run whole, a landing from some metres above the seabed. Errors: PlanError for a phase that is not run.
+    A phase at one height, or a part of a long way, is run for up to `BLOCK` and counts as often as it goes into the
+    phase's duration; a passage of the splash zone is run whole, a landing from some metres above the seabed. Errors:
+    PlanError for a phase that is not run.
     """
     if phase.kind not in KINDS:
         raise PlanError(f'phase "{phase.name}": {phase.kind} is not run in time. Runs are made of {", ".join(KINDS)}.')
     start, end = phase.start, phase.end
     if start is None or end is None:
-        raise PlanError(f'phase "{phase.name}": it does not join. Read the plan with load_plan, which gives every phase its heights.')
+        raise PlanError(
+            f'phase "{phase.name}": it does not join. Read the plan with load_plan, which gives every phase its'
+            " heights."
+        )
     mode = _mode(phase, winch)
     if phase.kind is PhaseKind.LANDING:
         return _landing(plan, phase, mode, start)
@@ -129,12 +136,16 @@ def _standing(phase: Phase, mode: StageMode, z: float) -> Course:
     """A time at one height."""
     lasts = phase.duration or BLOCK
     counted = min(BLOCK, lasts)
-    half = _stage(mode, 0.0, time=f"{0.5 * SETTLE!r} s")  # two of them: as many stages as a way has, so that both fill blocks of lanes
+    half = _stage(
+        mode, 0.0, time=f"{0.5 * SETTLE!r} s"
+    )  # two of them: as many stages as a way has, so that both fill blocks of lanes
     stages = (half, half, _stage(mode, 0.0, time=f"{counted!r} s"))
     return Course(z, stages, SETTLE + counted + ROOM, counted, len(stages) - 1, lasts / counted, lasts / counted, z)
 
 
-def _part(plan: LiftPlan, phase: Phase, mode: StageMode, ends: tuple[float, float], z: float, about: float | None) -> Course:
+def _part(
+    plan: LiftPlan, phase: Phase, mode: StageMode, ends: tuple[float, float], z: float, about: float | None
+) -> Course:
     """A piece of a way."""
     (start, end), v = ends, _speed(phase)
     way, down = abs(end - start), math.copysign(1.0, start - end)
@@ -150,10 +161,11 @@ def _part(plan: LiftPlan, phase: Phase, mode: StageMode, ends: tuple[float, floa
 
 
 def _ahead(plan: LiftPlan, mode: StageMode, z: float, v: float, room: float) -> tuple[Stage, ...]:
-    """Stages of `SETTLE` before the part that counts, which begins at z and moves at v, lowering positive; room: way before z [m].
+    """Stages of `SETTLE` before the part that counts, which begins at z and moves at v, lowering positive; room: way
+    before z [m].
 
-    The joystick is pushed in two halves, half a natural period of the load apart, so that what swings later is not its start: on the real
-    way that has died away long before.
+    The joystick is pushed in two halves, half a natural period of the load apart, so that what swings later is not its
+    start: on the real way that has died away long before.
     """
     half = _half(plan, z)
     moves = min(max(room / abs(v) + 0.5 * half, 0.0), SETTLE)
@@ -184,7 +196,8 @@ def _passage(phase: Phase, mode: StageMode, start: float, end: float) -> Course:
 
 
 def _landing(plan: LiftPlan, phase: Phase, mode: StageMode, start: float) -> Course:
-    """The last metres, and the touch-down. Without compensation the load first hangs, which counts, and is then put down by hand.
+    """The last metres, and the touch-down. Without compensation the load first hangs, which counts, and is then put
+    down by hand.
 
     All ways of running the winch take the same time, so that a seed is the same sea to all of them.
     """
@@ -206,7 +219,9 @@ def _landing(plan: LiftPlan, phase: Phase, mode: StageMode, start: float) -> Cou
     return _landed(phase, z, before, (land,), lasts, height / v)
 
 
-def _landed(phase: Phase, z: float, before: tuple[Stage, ...], last: tuple[Stage, ...], lasts: float, counted: float) -> Course:
+def _landed(
+    phase: Phase, z: float, before: tuple[Stage, ...], last: tuple[Stage, ...], lasts: float, counted: float
+) -> Course:
     """The course of a landing whose counted stage begins at z and is the first of `last`."""
     times = max((phase.duration or counted) / counted, 1.0)
     return Course(z + _covered(before), (*before, *last), lasts, counted, len(before), times, times, z)
@@ -239,10 +254,11 @@ class Spot(NamedTuple):
 
 
 def in_sea(plan: LiftPlan, phase: Phase, winch: Winch, course: Course, calm: Lowering, spot: Spot, seed: int) -> InSea:
-    """A course in one seed of a sea: the same waves for every alternative, and the same for every height but for their size.
+    """A course in one seed of a sea: the same waves for every alternative, and the same for every height but for their
+    size.
 
-    Amplitudes are random (Rayleigh), as in a record of this length. What a flat cap leaves of the tip's motion moves the tip, the water
-    keeps its waves. calm: the course as `lowering_of` gives it.
+    Amplitudes are random (Rayleigh), as in a record of this length. What a flat cap leaves of the tip's motion moves
+    the tip, the water keeps its waves. calm: the course as `lowering_of` gives it.
     """
     at = plan.tip_of(phase)
     sea = plan.environment.sea(*spot)
@@ -251,7 +267,8 @@ def in_sea(plan: LiftPlan, phase: Phase, winch: Winch, course: Course, calm: Low
 
 
 def in_waves(plan: LiftPlan, sea: Sea, course: Course) -> bool:
-    """Whether the water moves the payload while it counts: never in air, and not where it has `FAINT` of its motion at the surface."""
+    """Whether the water moves the payload while it counts: never in air, and not where it has `FAINT` of its motion at
+    the surface."""
     stage = course.programme[course.counts]
     goes_under = stage.end == "depth" and stage.depth is not None and stage.depth > 0.0
     if course.z_top >= 0.0:

@@ -1,4 +1,5 @@
-"""From runs with different seeds to a number of the phase that they are of, with the interval that so few of them leave open."""
+"""From runs with different seeds to a number of the phase that they are of, with the interval that so few of them leave
+open."""
 
 from __future__ import annotations
 
@@ -39,12 +40,14 @@ BEYOND = Estimate(math.inf, math.inf, math.inf)
 
 
 def largest(maxima: FloatArray, level: Level, times: float = 1.0) -> Estimate:
-    r"""Largest value of a phase that holds `times` such runs, from the largest of each run (n,): Gumbel of maximum likelihood.
+    r"""Largest value of a phase that holds `times` such runs, from the largest of each run (n,): Gumbel of maximum
+    likelihood.
 
-    .. math:: P(X_{phase} \le x) = P(X_{run} \le x)^{times}, \qquad x_q = \mu - \beta \ln(-\ln q^{1/times}) = \ldots + \beta \ln times
+    .. math:: P(X_{phase} \le x) = P(X_{run} \le x)^{times}, \qquad x_q = \mu - \beta \ln(-\ln q^{1/times}) = \ldots +
+    \beta \ln times
 
-    so that the most probable largest of the phase is mu + beta ln(times). The runs are taken as independent, which they are.
-    Where all maxima are one value that value; of fewer than five the largest, without an interval.
+    so that the most probable largest of the phase is mu + beta ln(times). The runs are taken as independent, which they
+    are. Where all maxima are one value that value; of fewer than five the largest, without an interval.
     """
     x = np.asarray(maxima, dtype=np.float64)
     if np.isinf(x).any():
@@ -60,12 +63,14 @@ def largest(maxima: FloatArray, level: Level, times: float = 1.0) -> Estimate:
 
 
 def passage(maxima: FloatArray, level: Level, times: float = 1.0) -> Estimate:
-    """Largest value of something that passes once, a surface or a touch-down, or `times` times, from the largest of each run (n,).
+    """Largest value of something that passes once, a surface or a touch-down, or `times` times, from the largest of
+    each run (n,).
 
-    What happens in a few seconds follows no extreme-value law: which wave meets the payload scatters, slam grows with the square of the
-    speed, and a Gumbel fit to the bulk tells a 90 % level 7 to 13 % low (480 passages of the example). So it is the runs' own quantile, at
-    rank q (n + 1), with the order statistics between which the true one lies with 95 %; inf above where even the largest run may lie below
-    it (fewer than 36 runs at 90 %). Where no run lies beyond the level, the larger of the largest run and the Gumbel distribution.
+    What happens in a few seconds follows no extreme-value law: which wave meets the payload scatters, slam grows with
+    the square of the speed, and a Gumbel fit to the bulk tells a 90 % level 7 to 13 % low (480 passages of the
+    example). So it is the runs' own quantile, at rank q (n + 1), with the order statistics between which the true one
+    lies with 95 %; inf above where even the largest run may lie below it (fewer than 36 runs at 90 %). Where no run
+    lies beyond the level, the larger of the largest run and the Gumbel distribution.
     """
     x = np.sort(np.asarray(maxima, dtype=np.float64))
     n, q = len(x), QUANTILE[level] ** (1.0 / max(times, 1.0))
@@ -95,4 +100,6 @@ def chance(hits: int, n: int, times: float = 1.0) -> Estimate:
     p, z2 = hits / n, NORMAL_95**2
     middle = (p + z2 / (2.0 * n)) / (1.0 + z2 / n)
     half = NORMAL_95 * math.sqrt(p * (1.0 - p) / n + z2 / (4.0 * n * n)) / (1.0 + z2 / n)
-    return Estimate(*(1.0 - (1.0 - min(max(x, 0.0), 1.0)) ** max(times, 1.0) for x in (p, middle - half, middle + half)))
+    return Estimate(
+        *(1.0 - (1.0 - min(max(x, 0.0), 1.0)) ** max(times, 1.0) for x in (p, middle - half, middle + half))
+    )

@@ -1,4 +1,5 @@
-"""From the numbers of runs to the quantities that rules ask of a phase: which number of which stage, at which level, for how long."""
+"""From the numbers of runs to the quantities that rules ask of a phase: which number of which stage, at which level,
+for how long."""
 
 from __future__ import annotations
 
@@ -25,17 +26,32 @@ Runs = Mapping[str, FloatArray]
 """Name of `KEPT` -> that number of every run (n,)."""
 
 OF_STAGE = (
-    "duration", "s_tip_pp", "e_c_pp", "load_pp", "F_w_max", "DAF", "F_sling_min", "sling_slack_time", "snap", "v_tip_max", "v_w_max",
-    "p_a_max", "saturation_time", "relief_time", "power_time", "stroke_time",
-)  # fmt: skip
+    "duration",
+    "s_tip_pp",
+    "e_c_pp",
+    "load_pp",
+    "F_w_max",
+    "DAF",
+    "F_sling_min",
+    "sling_slack_time",
+    "snap",
+    "v_tip_max",
+    "v_w_max",
+    "p_a_max",
+    "saturation_time",
+    "relief_time",
+    "power_time",
+    "stroke_time",
+)
 """Numbers that are kept of the stage that counts."""
 KEPT = (*OF_STAGE, "v_landed")
 """Those, and of the whole run the speed of the first touch: it may come before its stage is over."""
 FAILED_MOST = 0.1
-"""Chance of a failed run in a phase from which a cell is beyond every limit: as many phases as the level of 90 % leaves. One of 20 runs may
-fail in a phase that holds one run, none in a phase that holds two or more."""
+"""Chance of a failed run in a phase from which a cell is beyond every limit: as many phases as the level of 90 %
+leaves. One of 20 runs may fail in a phase that holds one run, none in a phase that holds two or more."""
 OF_LOAD = ("F_top_max", "DAF", "load_pp", "sling_ratio", "slack_chance", "snap_load")
-"""Quantities of what hangs: largest about the worst height of a way. All others are those of tip and winch, at every height alike."""
+"""Quantities of what hangs: largest about the worst height of a way. All others are those of tip and winch, at every
+height alike."""
 WINCH = ("p_a_max", "saturation_share", "relief_share", "power_share", "stroke_share", "v_w_demand")
 """Quantities of the winch while it compensates: none and the flat cap have none of the twin's."""
 
@@ -47,17 +63,23 @@ def kept(data: xarray.Dataset, counts: Sequence[int]) -> dict[str, FloatArray]:
     return found | {"v_landed": data["v_landed"].values}
 
 
-def quantities(plan: LiftPlan, phase: Phase, alternative: Alternative, winch: Winch, course: Course, runs: Runs) -> dict[str, Estimate]:
-    """Quantities of `stillhook.plan.definition.rules` that the twin tells of a phase in one sea, from the runs of that sea, each with its
-    interval.
+def quantities(
+    plan: LiftPlan, phase: Phase, alternative: Alternative, winch: Winch, course: Course, runs: Runs
+) -> dict[str, Estimate]:
+    """Quantities of `stillhook.plan.definition.rules` that the twin tells of a phase in one sea, from the runs of that
+    sea, each with its interval.
 
-    Largest values are those of the phase's duration at the level that the rules ask for; shares of time are means. What counts is the
-    stage after everything settled. A phase of which too many runs fail is beyond every limit.
+    Largest values are those of the phase's duration at the level that the rules ask for; shares of time are means. What
+    counts is the stage after everything settled. A phase of which too many runs fail is beyond every limit.
     """
     landing = phase.kind is PhaseKind.LANDING
     sound = np.isfinite(runs["duration"]) & (np.isfinite(runs["v_landed"]) if landing else True)
     n = len(sound)
-    told = _told(plan, phase, alternative, winch, course, {name: values[sound] for name, values in runs.items()}) if sound.any() else {}
+    told = (
+        _told(plan, phase, alternative, winch, course, {name: values[sound] for name, values in runs.items()})
+        if sound.any()
+        else {}
+    )
     failed = 1.0 - (float(sound.sum()) / n) ** course.times
     if failed < FAILED_MOST - 1e-9:
         return told
@@ -65,7 +87,9 @@ def quantities(plan: LiftPlan, phase: Phase, alternative: Alternative, winch: Wi
     return {name: Estimate(0.0, 0.0, 0.0) if name == "sling_ratio" else BEYOND for name in names}
 
 
-def _told(plan: LiftPlan, phase: Phase, alternative: Alternative, winch: Winch, course: Course, runs: Runs) -> dict[str, Estimate]:
+def _told(
+    plan: LiftPlan, phase: Phase, alternative: Alternative, winch: Winch, course: Course, runs: Runs
+) -> dict[str, Estimate]:
     level, left = plan.rules.level, winch.left
     compensates = phase.compensated
     stick = max(abs(stage.lower) for stage in course.programme)
@@ -99,12 +123,14 @@ def _told(plan: LiftPlan, phase: Phase, alternative: Alternative, winch: Winch, 
 
 
 def _extreme(phase: Phase) -> Callable[[FloatArray, Level, float], Estimate]:
-    """How largest values of a phase follow from those of its runs: by passages through the surface, else by a time of swinging."""
+    """How largest values of a phase follow from those of its runs: by passages through the surface, else by a time of
+    swinging."""
     return passage if phase.kind is PhaseKind.SPLASH else largest
 
 
 def _slings(plan: LiftPlan, phase: Phase, course: Course, runs: Runs) -> dict[str, Estimate]:
-    """Least tension of the slings over the least at rest, the chance that they fall slack, and the snap when they come taut.
+    """Least tension of the slings over the least at rest, the chance that they fall slack, and the snap when they come
+    taut.
 
     Slings pull or hang: a least tension below nothing, as the distribution of larger ones may tell, is nothing.
     """
@@ -114,7 +140,9 @@ def _slings(plan: LiftPlan, phase: Phase, course: Course, runs: Runs) -> dict[st
     return {
         "sling_ratio": Estimate(*(x if math.isnan(x) else max(x, 0.0) for x in fallen)),
         "slack_chance": chance(int(slack.sum()), len(slack), course.swings),
-        "snap_load": _extreme(phase)(runs["snap"], level("snap_load"), course.swings) if slack.any() else Estimate(0.0, 0.0, 0.0),
+        "snap_load": (
+            _extreme(phase)(runs["snap"], level("snap_load"), course.swings) if slack.any() else Estimate(0.0, 0.0, 0.0)
+        ),
     }
 
 

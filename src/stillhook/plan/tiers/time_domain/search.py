@@ -28,19 +28,21 @@ Column = tuple[float, float]
 """Tp [s] and direction of travel [rad]."""
 
 TRUST: Mapping[Tier, float] = {Tier.FREQUENCY: 1.25, Tier.CLOSED_FORM: 1.0}
-"""A phase may limit a lift at its predicted height over this: the frequency road may be so much too kind; a closed form,
-which stands for the splash zone, is on the safe side there."""
+"""A phase may limit a lift at its predicted height over this: the frequency road may be so much too kind; a closed
+form, which stands for the splash zone, is on the safe side there."""
 HOPE: Mapping[Tier, float] = {Tier.FREQUENCY: 1.05, Tier.CLOSED_FORM: 1.8}
-"""Where a limit is looked for first, over the predicted height: a little behind it, for a cell that is beyond ends a search; the closed
-form of the splash zone is on the safe side by about so much (docs/explanation/limits-by-runs.md)."""
+"""Where a limit is looked for first, over the predicted height: a little behind it, for a cell that is beyond ends a
+search; the closed form of the splash zone is on the safe side by about so much (docs/explanation/limits-by-runs.md)."""
 ENOUGH = 1.1
-"""A phase that is inside up to this over a limit that is known of another one does not govern, and is not looked at any higher."""
+"""A phase that is inside up to this over a limit that is known of another one does not govern, and is not looked at any
+higher."""
 
 
 @dataclass(eq=False)
 class Line:
-    """One limit that is looked for: a phase under an alternative in a column. guess: predicted height, where it is looked for first, floor
-    below which it is taken not to lie [m]; limit: what was found (NaN: not yet); seems: what it seems to be so far."""
+    """One limit that is looked for: a phase under an alternative in a column. guess: predicted height, where it is
+    looked for first, floor below which it is taken not to lie [m]; limit: what was found (NaN: not yet); seems: what it
+    seems to be so far."""
 
     phase: Phase
     alternative: Alternative
@@ -131,8 +133,9 @@ class Work:
         return min((o.seems for o in others), default=math.inf)
 
     def _wanted(self, line: Line, hoped: float = math.inf) -> list[Ask]:
-        """The next cell of a line, or more seeds for the one next to its limit; none where the limit is found, or where the line waits for
-        other phases: it is inside up to what their limits seem to be, `hoped` [m], and may not matter."""
+        """The next cell of a line, or more seeds for the one next to its limit; none where the limit is found, or where
+        the line waits for other phases: it is inside up to what their limits seem to be, `hoped` [m], and may not
+        matter."""
         calm = Ask(line.phase.name, line.winch, line.spot(0.0), 1)
         if calm.cell not in self.cells.runs:
             return [calm]
@@ -142,7 +145,11 @@ class Work:
         line.seems = at if 0.0 < at < math.inf else max(line.seems, float(Hs[-1]))
         known = ENOUGH * self.least(line.alternative, line.column)
         highest = min(max(self.plan.environment.Hs), known)
-        if ENOUGH * hoped < highest and u[0] < 1.0 and (line.guess > ENOUGH * hoped if len(Hs) == 1 else not (u > 1.0).any()):
+        if (
+            ENOUGH * hoped < highest
+            and u[0] < 1.0
+            and (line.guess > ENOUGH * hoped if len(Hs) == 1 else not (u > 1.0).any())
+        ):
             return []
         wanted = next_height(Hs, u, line.guess, highest, self.search)
         if wanted is not None:
@@ -174,7 +181,9 @@ class Work:
         if key not in self.told:
             course = self.cells.course(line.phase, line.winch, spot)
             told = quantities(self.plan, line.phase, line.alternative, line.winch, course, runs)
-            self.told[key] = told if Hs > 0.0 else {name: Estimate(e.value, e.value, e.value) for name, e in told.items()}
+            self.told[key] = (
+                told if Hs > 0.0 else {name: Estimate(e.value, e.value, e.value) for name, e in told.items()}
+            )
         return self.told[key]
 
     def rules(self, line: Line) -> tuple[Limited, ...]:
@@ -199,8 +208,8 @@ class Work:
         return max(used, key=lambda key: used[key], default="")
 
     def used(self, line: Line, Hs: FloatArray) -> FloatArray:
-        """Largest utilisation of each cell; NaN where no rule is told. In a calm that of the rule that governs the highest sea, from which
-        it grows there, unless the calm itself is beyond."""
+        """Largest utilisation of each cell; NaN where no rule is told. In a calm that of the rule that governs the
+        highest sea, from which it grows there, unless the calm itself is beyond."""
         rows = [_used(self.rules(line), self.numbers(line, float(h))) for h in Hs]
         most = np.array([max(row.values(), default=math.nan) for row in rows])
         if most[0] < 1.0 and len(rows) > 1 and rows[-1]:
@@ -208,7 +217,8 @@ class Work:
         return most
 
     def _told(self, asks: int) -> Progress | None:
-        """Progress of a round as part of all: as much again is taken to come while lines are open, so that it never goes back."""
+        """Progress of a round as part of all: as much again is taken to come while lines are open, so that it never
+        goes back."""
         if self.progress is None:
             return None
         before, tell = self.share, self.progress
@@ -223,7 +233,8 @@ class Work:
 
 
 def openness(work: Work, line: Line, Hs: float) -> float:
-    """Half of the 95 % interval of the governing utilisation in a cell, over what the waves add to the calm's [-]; 0 where none is told."""
+    """Half of the 95 % interval of the governing utilisation in a cell, over what the waves add to the calm's [-]; 0
+    where none is told."""
     calm, here = work.numbers(line, 0.0), work.numbers(line, Hs)
     used = _used(work.rules(line), here)
     if not used:
@@ -240,7 +251,11 @@ def openness(work: Work, line: Line, Hs: float) -> float:
 
 def _used(rules: Sequence[Limited], numbers: Mapping[str, Estimate]) -> dict[str, float]:
     """Rule -> utilisation, of the rules that are told."""
-    found = {r.rule.key: float(utilisation(r, np.array([numbers[r.rule.quantity].value]))[0]) for r in rules if r.rule.quantity in numbers}
+    found = {
+        r.rule.key: float(utilisation(r, np.array([numbers[r.rule.quantity].value]))[0])
+        for r in rules
+        if r.rule.quantity in numbers
+    }
     return {key: value for key, value in found.items() if not math.isnan(value)}
 
 

@@ -31,14 +31,15 @@ USUAL_CELLS = 2.5
 """Cells that a limit takes on the mean, for what is told before."""
 MOST_ROUNDS = 100
 SATURATED = 1.02
-"""Worse end of a utilisation's interval over its value up to which the cell is at the end of what there is, such as slack slings."""
+"""Worse end of a utilisation's interval over its value up to which the cell is at the end of what there is, such as
+slack slings."""
 
 
 @dataclass(frozen=True, eq=False)
 class TwinTier:
-    """What the twin told. demands and limits: one of each phase and alternative that was run, tier TIME; runs: how many, of which seeds;
-    why: phase -> why it was run, or not; notes: what a reader of the limits must know; blocks: "landing" and "convergence" as
-    `stillhook.plan.result.result` has them, where there are any."""
+    """What the twin told. demands and limits: one of each phase and alternative that was run, tier TIME; runs: how
+    many, of which seeds; why: phase -> why it was run, or not; notes: what a reader of the limits must know; blocks:
+    "landing" and "convergence" as `stillhook.plan.result.result` has them, where there are any."""
 
     demands: tuple[Demand, ...] = field(repr=False)
     limits: tuple[Limits, ...] = field(repr=False)
@@ -60,12 +61,14 @@ def refine(
 ) -> TwinTier:
     """Limits of the phases that may govern, by runs of the twin.
 
-    predicted: limits of the other tiers. In every column (Tp, direction) and under every alternative the phase that may limit the lowest
-    height is run first; a phase is not run where another limit that is known lies below the least that it may limit (its predicted height
-    over `TRUST`). Alternatives see the same waves (common random numbers), and what is one run under several of them is run once. Heights
-    are placed by `stillhook.plan.tiers.time_domain.bracketing`; the cell next to a limit gets more seeds until its interval closes.
+    predicted: limits of the other tiers. In every column (Tp, direction) and under every alternative the phase that may
+    limit the lowest height is run first; a phase is not run where another limit that is known lies below the least that
+    it may limit (its predicted height over `TRUST`). Alternatives see the same waves (common random numbers), and what
+    is one run under several of them is run once. Heights are placed by `stillhook.plan.tiers.time_domain.bracketing`;
+    the cell next to a limit gets more seeds until its interval closes.
 
-    store: folder in which runs are kept, so that an interrupted plan goes on; client of a Dask cluster; progress: share done, 0..1.
+    store: folder in which runs are kept, so that an interrupted plan goes on; client of a Dask cluster; progress: share
+    done, 0..1.
     Errors: StillhookError, one line: what no crane can be asked, a store that cannot be written.
     """
     work = Work(plan, search or Search(), Cells(plan, Deal(store, client, threads)), progress)
@@ -86,13 +89,20 @@ def _result(work: Work) -> TwinTier:
     if work.progress is not None:
         work.progress(1.0)
     return TwinTier(
-        tuple(demands), tuple(limits), _runs(work.cells), {p.name: _why(work, p) for p in work.plan.phases}, _notes(work), found
+        tuple(demands),
+        tuple(limits),
+        _runs(work.cells),
+        {p.name: _why(work, p) for p in work.plan.phases},
+        _notes(work),
+        found,
     )
 
 
 def _with_ends(limits: Limits, demand: Demand, work: Work) -> Limits:
-    """Limits with the ends of their 95 % interval from the cell next to each, whose seeds were closed: what the waves add there grows with
-    the height. (Cells of one column see the same waves, so their errors go together; farther ones have fewer seeds and say less.)"""
+    """Limits with the ends of their 95 % interval from the cell next to each, whose seeds were closed: what the waves
+    add there grows with the height. (Cells of one column see the same waves, so their errors go together; farther ones
+    have fewer seeds and say less.)
+    """
     rules = {r.rule.key: r for r in work.limited[demand.phase, demand.alternative]}
     low, high = ({key: ends.copy() for key, ends in side.items()} for side in (limits.low, limits.high))
     for key in high:
@@ -104,7 +114,9 @@ def _with_ends(limits: Limits, demand: Demand, work: Work) -> Limits:
             if not 0.0 < Hs < math.inf:
                 continue
             n, calm = nearest(demand.seas.Hs[rows], Hs), value[rows[0]]
-            k = rows[n - 1] if n > 1 and worst[rows[n]] <= SATURATED * value[rows[n]] else rows[n]  # slack slings cannot be slacker
+            k = (
+                rows[n - 1] if n > 1 and worst[rows[n]] <= SATURATED * value[rows[n]] else rows[n]
+            )  # slack slings cannot be slacker
             added = value[k] - calm
             if math.isfinite(added) and added > 0.0:
                 low[key][i] = _scaled(Hs, added, worst[k] - calm) if math.isfinite(worst[k]) else math.nan
@@ -127,7 +139,8 @@ def _demand(work: Work, phase: Phase, alternative: Alternative) -> Demand:
     seas = Seas(*(np.array([getattr(s, name) for s in spots]) for name in ("Hs", "Tp", "beta")))
     blank = Estimate(math.nan)
     value, low, high = (
-        {q: np.array([getattr(numbers.get(q, blank), part) for _, numbers in rows]) for q in names} for part in Estimate._fields
+        {q: np.array([getattr(numbers.get(q, blank), part) for _, numbers in rows]) for q in names}
+        for part in Estimate._fields
     )
     winch = lines[0].winch
     seeds = np.array([len(work.cells.runs[phase.name, winch, s]["duration"]) for s in spots], dtype=np.int64)
@@ -154,9 +167,11 @@ def _notes(work: Work) -> tuple[str, ...]:
         return ()
     v = work.numbers(line, 0.0)["v_landed"].value
     return (
-        f"landing speeds by runs count the cushion of water under the payload, with the gap numbers of the payload file (assumed unless it "
-        f"says otherwise): lowered at {show(line.phase.speed, 'speed')} in a calm it touches at {show(v, 'speed')}. Check them where the "
-        "landing is limited by its speed",
+        (
+            "landing speeds by runs count the cushion of water under the payload, with the gap numbers of the payload"
+            f" file (assumed unless it says otherwise): lowered at {show(line.phase.speed, 'speed')} in a calm it"
+            f" touches at {show(v, 'speed')}. Check them where the landing is limited by its speed"
+        ),
     )
 
 
@@ -169,16 +184,22 @@ def _why(work: Work, phase: Phase) -> str:
     if len(run) == len(lines):
         return "run everywhere"
     factor = f"{TRUST[Tier.FREQUENCY]:g}"
-    rest = f"another phase is known to limit lower than its predicted limit over {factor}, or it is predicted to limit nowhere"
+    rest = (
+        f"another phase is known to limit lower than its predicted limit over {factor}, or it is predicted to limit"
+        " nowhere"
+    )
     if not run:
         return f"not run: {rest}"
     return f"run in {len(run)} of {len(lines)} columns of alternative, period and heading; elsewhere {rest}"
 
 
 def expected(plan: LiftPlan, search: Search | None = None) -> str:
-    """What the twin's tier may take, in words, before it runs: every line that could be looked for, at the usual number of cells."""
+    """What the twin's tier may take, in words, before it runs: every line that could be looked for, at the usual number
+    of cells."""
     chosen = search or Search()
-    kinds = {(phase.name, winch_of(phase, a)) for phase in plan.phases if phase.kind in KINDS for a in plan.alternatives}
+    kinds = {
+        (phase.name, winch_of(phase, a)) for phase in plan.phases if phase.kind in KINDS for a in plan.alternatives
+    }
     columns = len(plan.environment.Tp) * len(plan.environment.headings)
     runs = round(len(kinds) * columns * USUAL_CELLS * chosen.seeds)
     return f"up to some {runs:,} runs of the twin, fewer where a phase cannot govern"

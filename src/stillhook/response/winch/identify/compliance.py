@@ -20,18 +20,22 @@ from stillhook.spec.scenario import Mode
 EDGES = np.geomspace(0.2, 8.0, 11)
 """Bands in which the give is taken [rad/s]."""
 STRETCH, ZETA, SLOW = 0.2, 0.1, 0.1
-"""Of the stiff wire: stretch under the mean tension [m], damping ratio, and natural frequency of the mass below it [rad/s], so low that the
-mass stands while the wire works."""
+"""Of the stiff wire: stretch under the mean tension [m], damping ratio, and natural frequency of the mass below it
+[rad/s], so low that the mass stands while the wire works."""
 SATURATED = 0.02
 """Share of the time at the pumps' stop from which a run says nothing about small changes."""
 
 
-def identify_give(crane: Crane, duty: Duty, mode: Mode, runs: Sequence[Run], *, threads: int = 2, progress: Progress | None = None) -> Give:
-    """Y from the cross spectrum of u_soft - u_stiff with F_stiff: the tension is the only difference between two such runs.
+def identify_give(
+    crane: Crane, duty: Duty, mode: Mode, runs: Sequence[Run], *, threads: int = 2, progress: Progress | None = None
+) -> Give:
+    """Y from the cross spectrum of u_soft - u_stiff with F_stiff: the tension is the only difference between two such
+    runs.
 
-    runs: motions of rising deviations and what the winch did under them on a soft wire. Sines would not do: a winch that one keeps moving
-    sticks at other moments. Right to a tenth or so (another stiffness gives the same). Deviations at which the pumps saturate, or the twin
-    is lost, take the values of the last sound one. Errors: LiftError where there is no sound one.
+    runs: motions of rising deviations and what the winch did under them on a soft wire. Sines would not do: a winch
+    that one keeps moving sticks at other moments. Right to a tenth or so (another stiffness gives the same). Deviations
+    at which the pumps saturate, or the twin is lost, take the values of the last sound one. Errors: LiftError where
+    there is no sound one.
     """
     k = duty.F / STRETCH
     stiff = duty.on_spring(crane, k, ZETA)

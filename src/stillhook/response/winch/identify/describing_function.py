@@ -1,4 +1,5 @@
-"""Describing function of a winch from its own twin: sines of many periods and speeds, sixteen side by side, and what of them is left."""
+"""Describing function of a winch from its own twin: sines of many periods and speeds, sixteen side by side, and what of
+them is left."""
 
 from __future__ import annotations
 
@@ -61,23 +62,29 @@ def identify_residual(
 ) -> Residual:
     """C of a winch in one mode under one duty, from runs of its twin; kept on disk under what it follows from.
 
-    asked: motions of the tip; motions, those of `asked.motions()` where they are at hand. cache: look for the same table made before, and
-    keep this one; it is found again only for the same crane (names and sources aside), duty, mode, motions and code. Making it takes
-    1 to 3 s once the kernels are compiled.
-    Valid for the steady answer to sines: transients at a change of mode are not in it. Where a sine drives the twin out of its numbers,
-    it and all faster ones of that period are taken from the last sound one, with the wire's end moving by all that the tip moves more.
-    Errors: ScenarioError (a load or length that the crane cannot hold), LiftError (manual mode; a tension that the hook alone exceeds;
-    nothing sound).
+    asked: motions of the tip; motions, those of `asked.motions()` where they are at hand. cache: look for the same
+    table made before, and keep this one; it is found again only for the same crane (names and sources aside), duty,
+    mode, motions and code. Making it takes 1 to 3 s once the kernels are compiled.
+    Valid for the steady answer to sines: transients at a change of mode are not in it. Where a sine drives the twin out
+    of its numbers, it and all faster ones of that period are taken from the last sound one, with the wire's end moving
+    by all that the tip moves more.
+    Errors: ScenarioError (a load or length that the crane cannot hold), LiftError (manual mode; a tension that the hook
+    alone exceeds; nothing sound).
     """
     mode = mode_of(mode)
     if mode is Mode.MANUAL:
-        raise LiftError('residual: mode "manual" compensates nothing. Take Residual.constant(1.0), or a mode that compensates.')
+        raise LiftError(
+            'residual: mode "manual" compensates nothing. Take Residual.constant(1.0), or a mode that compensates.'
+        )
     duty.check(crane)
     file = cache_root() / "residuals" / f"{_key(crane, duty, mode, asked)}.npz"
     if cache and (found := _read(file)) is not None:
         return found
     pairs = [(T, v) for T in asked.periods for v in asked.speeds]
-    cases = [duty.scenario(crane, mode, Sine.from_si(v * T / (2.0 * math.pi), T), SETTLE, SETTLE + WAVES * T) for T, v in pairs]
+    cases = [
+        duty.scenario(crane, mode, Sine.from_si(v * T / (2.0 * math.pi), T), SETTLE, SETTLE + WAVES * T)
+        for T, v in pairs
+    ]
     results = run_twin(soft(crane, duty), cases, SPACING, threads=threads, progress=progress)
     sines = _table(results, asked, duty.about(crane, mode))
     runs = irregular_runs(crane, duty, mode, motions or asked.motions(), threads=threads, progress=progress)
@@ -98,16 +105,23 @@ class Winch(NamedTuple):
 
 
 def identify_many(
-    winches: Sequence[Winch], *, asked: Asked = QUICK, threads: int = 2, cache: bool = True, progress: Progress | None = None
+    winches: Sequence[Winch],
+    *,
+    asked: Asked = QUICK,
+    threads: int = 2,
+    cache: bool = True,
+    progress: Progress | None = None,
 ) -> list[Residual | StillhookError]:
-    """Residuals of several winches and duties, one after the other on each of the threads; see `identify_residual`. Of a winch that cannot
-    be asked, what was wrong."""
+    """Residuals of several winches and duties, one after the other on each of the threads; see `identify_residual`. Of
+    a winch that cannot be asked, what was wrong."""
     meter, motions = Meter(len(winches), progress), asked.motions()
 
     def one(winch: Winch) -> Residual | StillhookError:
         reached = meter.part(1.0)
         try:
-            return identify_residual(*winch, asked=asked, threads=1, cache=cache, progress=Steps(reached), motions=motions)
+            return identify_residual(
+                *winch, asked=asked, threads=1, cache=cache, progress=Steps(reached), motions=motions
+            )
         except (LiftError, ScenarioError) as problem:
             return problem
         finally:
@@ -122,7 +136,8 @@ def identify_many(
 
 
 class Steps:
-    """Progress of the batches of runs of a residual as one, from 0 to 1; calls: how often it was told, 0 where nothing ran."""
+    """Progress of the batches of runs of a residual as one, from 0 to 1; calls: how often it was told, 0 where nothing
+    ran."""
 
     def __init__(self, told: Progress | None) -> None:
         self.told, self.calls, self.batch, self.share = told, 0, 0, 0.0
@@ -146,12 +161,19 @@ def _table(results: Sequence[Result], asked: Asked, about: str) -> Residual:
             C[i, j], harmonics[:, i, j] = answer(result, omega[i])
             st = result.stats
             cycles = max(st.cycles - 1.0, 1.0)
-            saturated[i, j], relieved[i, j], p_a[i, j] = st.saturation_cycles / cycles, st.relief_cycles / cycles, st.p_a_max
+            saturated[i, j], relieved[i, j], p_a[i, j] = (
+                st.saturation_cycles / cycles,
+                st.relief_cycles / cycles,
+                st.p_a_max,
+            )
         elif j:
             C[i, j] = np.nan
     if np.isnan(C[:, 0]).any():
         T = asked.periods[int(np.argmax(np.isnan(C[:, 0])))]
-        raise LiftError(f"residual: {about}: the twin lost its numbers under the slowest sine of {T:g} s. Look at such a run by itself.")
+        raise LiftError(
+            f"residual: {about}: the twin lost its numbers under the slowest sine of {T:g} s. Look at such a run by"
+            " itself."
+        )
     for i, j in zip(*np.nonzero(np.isnan(C)), strict=True):
         C[i, j] = 1.0 + (C[i, j - 1] - 1.0) * v[j - 1] / v[j]
         harmonics[:, i, j], saturated[i, j] = harmonics[:, i, j - 1] * v[j - 1] / v[j], 1.0
@@ -161,10 +183,12 @@ def _table(results: Sequence[Result], asked: Asked, about: str) -> Residual:
 
 
 def answer(result: Result, omega: float) -> tuple[complex, FloatArray]:
-    """C and the size of the harmonics over the tip's, of a settled run under a sine: least squares over its last whole waves, with a drift
-    of the wire beside them."""
+    """C and the size of the harmonics over the tip's, of a settled run under a sine: least squares over its last whole
+    waves, with a drift of the wire beside them."""
     orders = np.arange(1, HARMONICS[-1] + 1)
-    parts = fitted(result, ("e_c", "s_tip"), np.asarray(omega * orders, dtype=np.float64), WAVES * 2.0 * math.pi / omega)
+    parts = fitted(
+        result, ("e_c", "s_tip"), np.asarray(omega * orders, dtype=np.float64), WAVES * 2.0 * math.pi / omega
+    )
     return complex(parts[0, 0] / parts[0, 1]), np.abs(parts[1:, 0] / parts[0, 1])
 
 
@@ -172,9 +196,15 @@ def _key(crane: Crane, duty: Duty, mode: Mode, asked: Asked) -> str:
     """Name of everything that a table follows from."""
     own = b"".join(path.read_bytes() for path in sorted(FOLDER.rglob("*.py")))
     what = {
-        "code": results_hash(), "own": hashlib.sha256(own).hexdigest(), "crane": content(crane), "mode": mode.value, "F": duty.F,
-        "s_w": duty.s_w, "sensors": duty.sensors.model_dump(mode="json"), "asked": asked.to_dict(),
-    }  # fmt: skip
+        "code": results_hash(),
+        "own": hashlib.sha256(own).hexdigest(),
+        "crane": content(crane),
+        "mode": mode.value,
+        "F": duty.F,
+        "s_w": duty.s_w,
+        "sensors": duty.sensors.model_dump(mode="json"),
+        "asked": asked.to_dict(),
+    }
     return hashlib.sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()[:32]
 
 
@@ -190,8 +220,13 @@ def _read(file: Path) -> Residual | None:
 
 def _write(file: Path, made: Residual) -> None:
     """Keep a table; a folder that cannot be written to is no reason to fail."""
-    arrays = {name: getattr(made, name) for name in TABLES} | {f"remnant_{name}": getattr(made.remnant, name) for name in REMNANT}
+    arrays = {name: getattr(made, name) for name in TABLES} | {
+        f"remnant_{name}": getattr(made.remnant, name) for name in REMNANT
+    }
     arrays |= {f"give_{name}": getattr(made.give, name) for name in GIVE}
-    arrays |= {"about": np.array(made.about), "lasts": np.array(made.remnant.lasts if made.remnant is not None else math.nan)}
+    arrays |= {
+        "about": np.array(made.about),
+        "lasts": np.array(made.remnant.lasts if made.remnant is not None else math.nan),
+    }
     with contextlib.suppress(StillhookError, OSError), whole_file(file) as part, open(part, "wb") as out:
         np.savez_compressed(out, **arrays)

@@ -35,24 +35,33 @@ class Run(NamedTuple):
 
 
 def irregular_runs(
-    crane: Crane, duty: Duty, mode: Mode, motions: Sequence[Irregular], *, threads: int = 2, progress: Progress | None = None
+    crane: Crane,
+    duty: Duty,
+    mode: Mode,
+    motions: Sequence[Irregular],
+    *,
+    threads: int = 2,
+    progress: Progress | None = None,
 ) -> list[Run]:
-    """The twin under irregular motions of the tip; deviations from the one at which the twin is first lost on are left out.
+    """The twin under irregular motions of the tip; deviations from the one at which the twin is first lost on are left
+    out.
     Errors: LiftError where it is lost in the smallest one."""
     cases = [duty.scenario(crane, mode, motion.tip, SETTLED, motion.tip.repeat) for motion in motions]
     results = run_twin(soft(crane, duty), cases, SPACING, threads=threads, progress=progress)
     runs = [Run(motion, result) for motion, result in zip(motions, results, strict=True)]
     end = min((run.motion.sigma_v for run in runs if run.result.ending is not Ending.DONE), default=math.inf)
     if not (kept := [run for run in runs if run.motion.sigma_v < end]):
-        raise LiftError(f"residual: {duty.about(crane, mode)}: the twin lost its numbers under the smallest irregular motion.")
+        raise LiftError(
+            f"residual: {duty.about(crane, mode)}: the twin lost its numbers under the smallest irregular motion."
+        )
     return kept
 
 
 def identify_remnant(runs: Sequence[Run], sines: Residual) -> Remnant:
     """Remnant and gain beside the describing function of sines.
 
-    The density is right to about a third in the lowest bands and a tenth in the others (one run of twenty minutes each; its random phases
-    are the same every time), its sum over all to a tenth.
+    The density is right to about a third in the lowest bands and a tenth in the others (one run of twenty minutes each;
+    its random phases are the same every time), its sum over all to a tenth.
     """
     T_z, sigma_v = (sorted({getattr(run.motion, name) for run in runs}) for name in ("T_z", "sigma_v"))
     edges = np.geomspace(LOW, HIGH, BANDS + 1)
@@ -83,7 +92,9 @@ class _Spectra:
         total, _ = np.histogram(self.omega, edges, weights=self.wire)
         left, _ = np.histogram(self.omega, edges, weights=rest)
         density = np.maximum(left, FLOOR * np.maximum(total, 1e-30)) / np.diff(edges)
-        held = np.flatnonzero(np.histogram(self.omega, edges)[0])  # a short run may have no frequency in the lowest bands
+        held = np.flatnonzero(
+            np.histogram(self.omega, edges)[0]
+        )  # a short run may have no frequency in the lowest bands
         return np.asarray(density[held[np.minimum(np.searchsorted(held, np.arange(len(density))), len(held) - 1)]])
 
 

@@ -1,8 +1,10 @@
-"""Signals that another clock stamped, brought to where the PLC saw them; and how late wire and tip are in a log of one clock.
+"""Signals that another clock stamped, brought to where the PLC saw them; and how late wire and tip are in a log of one
+clock.
 
-`read_log` brings another clock to some hundredths of a second. Here what both clocks saw alike is compared to a fraction of a sample: the
-PLC's own view of the tip (its error and wire out make it), else the feedforward in its pump command. A delay of the motion signal on its
-way to the PLC cannot be told from an offset of the clock, so that tip signals end where the PLC saw them.
+`read_log` brings another clock to some hundredths of a second. Here what both clocks saw alike is compared to a
+fraction of a sample: the PLC's own view of the tip (its error and wire out make it), else the feedforward in its pump
+command. A delay of the motion signal on its way to the PLC cannot be told from an offset of the clock, so that tip
+signals end where the PLC saw them.
 """
 
 from __future__ import annotations
@@ -27,9 +29,11 @@ REACH = 1.0
 LEAST_DISPLACEMENT = 0.1
 """Of the motors over their maximum: less is no measurement [-]."""
 FEEDFORWARD = 0.01
-"""Standard uncertainty of a lag found from the pump command [s]: filters of the motion signal and servo settings are in it (assumed)."""
+"""Standard uncertainty of a lag found from the pump command [s]: filters of the motion signal and servo settings are in
+it (assumed)."""
 ROUNDS = 3
-"""Of taking the feedback out of the pump command with the tip where the last round put it: each leaves a fifth of the error."""
+"""Of taking the feedback out of the pump command with the tip where the last round put it: each leaves a fifth of the
+error."""
 
 
 MOST_GAIN = 5.0
@@ -37,15 +41,16 @@ MOST_GAIN = 5.0
 SAME = 5e-3
 """Lag within which the logged tip is the one that the PLC takes [s]: half a cycle."""
 ALIKE = 0.2
-"""Part by which the PLC's error may differ from tip height less wire out: noise and a delay of some cycles make less, another unit ten."""
+"""Part by which the PLC's error may differ from tip height less wire out: noise and a delay of some cycles make less,
+another unit ten."""
 ONE_THING = 0.95
 """Correlation from which both show one thing."""
 
 
 @dataclass(frozen=True)
 class View:
-    """One motion as the main clock has it and as the other one has it: x, y (n,); expected lag of y behind x where nothing is wrong [s]
-    and its standard uncertainty u [s]; said: what x is."""
+    """One motion as the main clock has it and as the other one has it: x, y (n,); expected lag of y behind x where
+    nothing is wrong [s] and its standard uncertainty u [s]; said: what x is."""
 
     x: FloatArray
     y: FloatArray
@@ -57,7 +62,8 @@ class View:
 def refined(
     t: FloatArray, step: float, signals: Mapping[str, FloatArray], log: Log, crane: Crane, name: str
 ) -> tuple[dict[str, FloatArray], tuple[ClockError, ...], list[str]]:
-    """Signals with those of other clocks shifted to where the main clock saw the same; what was taken out; what to say of it."""
+    """Signals with those of other clocks shifted to where the main clock saw the same; what was taken out; what to say
+    of it."""
     out, errors, said = dict(signals), [], list[str]()
     for clock in log.clocks:
         found, view, moved = None, None, out
@@ -73,8 +79,8 @@ def refined(
         if view is None or found is None:
             errors.append(ClockError(clock.signals, "", clock.offset, clock.drift, clock.scatter, np.inf))
             said.append(
-                f'Test "{name}": the clock of {_names(clock)} is {_ppm(clock.drift)} and could only be brought near that of the log, to '
-                "some hundredths of a second. Log the error of the PLC (e_c_measured) for more."
+                f'Test "{name}": the clock of {_names(clock)} is {_ppm(clock.drift)} and could only be brought near'
+                " that of the log, to some hundredths of a second. Log the error of the PLC (e_c_measured) for more."
             )
             continue
         out = moved
@@ -88,8 +94,8 @@ def refined(
 
 def _told(name: str, clock: OtherClock, found: Lag, drift: float, u: float, view: View) -> str:
     return (
-        f'Test "{name}": the clock of {_names(clock)} is {_ppm(drift)} (+- {2e6 * found.u_drift:.1g} ppm, 95 %); it is brought to where '
-        f"the PLC saw the same, by {view.said}, to +- {2e3 * u:.2g} ms."
+        f'Test "{name}": the clock of {_names(clock)} is {_ppm(drift)} (+- {2e6 * found.u_drift:.1g} ppm, 95 %); it is'
+        f" brought to where the PLC saw the same, by {view.said}, to +- {2e3 * u:.2g} ms."
     )
 
 
@@ -101,7 +107,11 @@ def _ppm(drift: float) -> str:
     return f"{abs(1e6 * drift):.{0 if abs(drift) > 1e-5 else 1}f} ppm {'slow' if drift > 0.0 else 'fast'}"
 
 
-MADE = (("s_tip", "e_c_measured", "s_w", 1.0), ("s_w", "s_tip", "e_c_measured", -1.0), ("e_c_measured", "s_tip", "s_w", -1.0))
+MADE = (
+    ("s_tip", "e_c_measured", "s_w", 1.0),
+    ("s_w", "s_tip", "e_c_measured", -1.0),
+    ("e_c_measured", "s_tip", "s_w", -1.0),
+)
 """Each signal as another one and a third with this sign, but for a constant."""
 SAID = {
     "s_tip": "the error of the PLC and wire out",
@@ -110,7 +120,9 @@ SAID = {
 }
 
 
-def _view(clock: OtherClock, moved: Mapping[str, FloatArray], signals: Mapping[str, FloatArray], crane: Crane) -> View | None:
+def _view(
+    clock: OtherClock, moved: Mapping[str, FloatArray], signals: Mapping[str, FloatArray], crane: Crane
+) -> View | None:
     """The best motion that both clocks saw. moved: the signals as the last round put them."""
     theirs = set(clock.signals)
     ours = set(signals) - theirs
@@ -126,7 +138,8 @@ def _view(clock: OtherClock, moved: Mapping[str, FloatArray], signals: Mapping[s
 def _feedforward(
     moved: Mapping[str, FloatArray], signals: Mapping[str, FloatArray], ours: set[str], theirs: set[str], crane: Crane
 ) -> View | None:
-    """The tip's speed in the pump command: -(K_1 v + K_2 a) K_wire alpha_m is the speed as it is K_2/K_1 (and t_lead) later."""
+    """The tip's speed in the pump command: -(K_1 v + K_2 a) K_wire alpha_m is the speed as it is K_2/K_1 (and t_lead)
+    later."""
     motor = next((n for n in ("alpha_m", "u_m") if n in ours), None)
     if motor is None or "s_tip" not in theirs or not {"u_p", "s_w"} <= ours:
         return None
@@ -136,11 +149,14 @@ def _feedforward(
     u_ff = signals["u_p"] + plc.gains.K_p * (e_c - np.nanmean(e_c))
     made = -u_ff / (plc.gains.K_1 * float(K_wire(d, drum)) * np.maximum(signals[motor], LEAST_DISPLACEMENT))
     v_tip = signals["v_tip"] if "v_tip" in theirs else np.gradient(signals["s_tip"], crane.control.t_cycle)
-    return View(made, v_tip, plc.gains.K_2 / plc.gains.K_1 + plc.t_lead, FEEDFORWARD, "the feedforward in the pump command")
+    return View(
+        made, v_tip, plc.gains.K_2 / plc.gains.K_1 + plc.t_lead, FEEDFORWARD, "the feedforward in the pump command"
+    )
 
 
 def wire_lags(t: FloatArray, signals: Mapping[str, FloatArray], segments: Sequence[Segment]) -> tuple[SegmentLag, ...]:
-    """How late the wire is behind the tip, and the PLC's own tip behind the logged one, in every compensated segment."""
+    """How late the wire is behind the tip, and the PLC's own tip behind the logged one, in every compensated
+    segment."""
     out = []
     for i, part in enumerate(segments):
         cut = slice(part.first, part.last)
@@ -155,7 +171,11 @@ def wire_lags(t: FloatArray, signals: Mapping[str, FloatArray], segments: Sequen
 
 
 def following(
-    test: CraneTest, lags: Sequence[SegmentLag], parts: Sequence[Segment], step: float, signals: Mapping[str, FloatArray]
+    test: CraneTest,
+    lags: Sequence[SegmentLag],
+    parts: Sequence[Segment],
+    step: float,
+    signals: Mapping[str, FloatArray],
 ) -> list[str]:
     """What the lags say: whether the logged tip is the one that the PLC compensates.
 
@@ -165,21 +185,24 @@ def following(
     for found in lags:
         if not 1.0 / MOST_GAIN < found.gain < MOST_GAIN:
             raise ValidateError(
-                f'test "{test.name}": {found.late} moves {found.gain:.3g} times as far as s_tip while the winch compensates. Check the '
+                f'test "{test.name}": {found.late} moves {found.gain:.3g} times as far as s_tip while the winch'
+                " compensates. Check the "
                 f"units of s_tip, {' and '.join(found.late.split(' + '))}."
             )
     for found in (x for x in lags if x.late != "s_w"):
         size = _size(parts[found.segment], step, signals)
         if abs(size - 1.0) > ALIKE:
             raise ValidateError(
-                f'test "{test.name}": e_c_measured is {size:.3g} times what tip height less wire out give. Check the units of '
-                "e_c_measured, s_tip and s_w, and what the PLC calls its error."
+                f'test "{test.name}": e_c_measured is {size:.3g} times what tip height less wire out give. Check the'
+                " units of e_c_measured, s_tip and s_w, and what the PLC calls its error."
             )
         if abs(found.seconds) > max(SAME, 3.0 * found.u):
-            late = f"{1e3 * abs(found.seconds):.3g} ms {'later' if found.seconds > 0.0 else 'earlier'} than the logged one"
+            late = (
+                f"{1e3 * abs(found.seconds):.3g} ms {'later' if found.seconds > 0.0 else 'earlier'} than the logged one"
+            )
             said.append(
-                f'Test "{test.name}": the tip that the PLC compensates (its error and wire out) comes {late} (+- {2e3 * found.u:.2g} ms): '
-                "map the signal that the PLC takes, or count this to the delay."
+                f'Test "{test.name}": the tip that the PLC compensates (its error and wire out) comes {late} (+-'
+                f" {2e3 * found.u:.2g} ms): map the signal that the PLC takes, or count this to the delay."
             )
     return said
 

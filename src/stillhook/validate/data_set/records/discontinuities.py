@@ -12,7 +12,8 @@ from stillhook.variables import PHYSICAL
 
 TIP, WINCH = ("s_tip", "v_tip"), ("s_w", "v_w", "omega_m")
 LENGTHS = ("s_tip", "s_w")
-"""One of these alone shows a seam. A speed of the winch jumps by itself as friction breaks away; with that of the tip it is a seam."""
+"""One of these alone shows a seam. A speed of the winch jumps by itself as friction breaks away; with that of the tip
+it is a seam."""
 BESIDE = 5
 """Samples on either side from which a jump is seen, so that one bad sample is none."""
 BEYOND = 12.0
@@ -24,7 +25,8 @@ FASTEST = 3.0
 
 
 def seams(t: FloatArray, signals: Mapping[str, FloatArray]) -> list[tuple[int, str]]:
-    """First sample after each seam and what jumps there, in words. Parameters: t (n,) even [s]; signals (n,), NaN where not known."""
+    """First sample after each seam and what jumps there, in words. Parameters: t (n,) even [s]; signals (n,), NaN where
+    not known."""
     step = float(t[1] - t[0]) if len(t) > 1 else 1.0
     reach = BESIDE * step
     bent = {"length": 0.5 * FASTEST * reach**2, "speed": FASTEST * reach}
@@ -42,8 +44,14 @@ def seams(t: FloatArray, signals: Mapping[str, FloatArray]) -> list[tuple[int, s
 
 def _said(names: list[str]) -> str:
     if len(names) == 1:
-        return f"{PHYSICAL[names[0]].meaning} jumps, and nothing else does: its sensor was set anew, or it has a clock of its own"
-    return f"{' and '.join(PHYSICAL[n].meaning.split(';')[0] for n in names[:2])} jump: samples are missing that the stamps do not show"
+        return (
+            f"{PHYSICAL[names[0]].meaning} jumps, and nothing else does: its sensor was set anew, or it has a clock of"
+            " its own"
+        )
+    return (
+        f"{' and '.join(PHYSICAL[n].meaning.split(';')[0] for n in names[:2])} jump: samples are missing that the"
+        " stamps do not show"
+    )
 
 
 def _jumps(x: FloatArray, floor: float) -> NDArray[np.intp]:

@@ -41,7 +41,8 @@ class Stretch:
 
 
 def stretches(F: FloatArray | None, n: int, step: float, crane: Crane) -> list[Stretch]:
-    """Parts of n samples, `step` [s] apart, in which the load stands; what lies between two of them is lifting or setting down.
+    """Parts of n samples, `step` [s] apart, in which the load stands; what lies between two of them is lifting or
+    setting down.
 
     Parameters: F (n,) load cell [N], or None.
     """
@@ -65,7 +66,9 @@ def _plateaus(level: FloatArray, limit: float, least: int) -> list[tuple[int, in
         b = a + 1
         while b < len(level) and not abs(level[b] - _median(level[a:b])) > limit:
             b += 1
-        stands = np.flatnonzero(np.abs(level[a:b] - _median(level[a:b])) <= limit)  # a slow change follows its own median for a while
+        stands = np.flatnonzero(
+            np.abs(level[a:b] - _median(level[a:b])) <= limit
+        )  # a slow change follows its own median for a while
         first, last = a + int(stands[0]), a + int(stands[-1]) + 1
         if last - first >= least or (not out and b == len(level)):
             out.append((first, last))
@@ -76,8 +79,8 @@ def _plateaus(level: FloatArray, limit: float, least: int) -> list[tuple[int, in
 
 
 def with_wire(test: CraneTest, crane: Crane, signals: Mapping[str, FloatArray], part: slice) -> tuple[CraneTest, str]:
-    """The test with the load of a part, payload and the weight of the wire that is out there, and what to say of it; as it is where the
-    file states no payload.
+    """The test with the load of a part, payload and the weight of the wire that is out there, and what to say of it; as
+    it is where the file states no payload.
 
     Errors: ValidateError where depth and wire out contradict each other, or the winch would carry more than the SWL.
     """
@@ -95,30 +98,40 @@ def with_wire(test: CraneTest, crane: Crane, signals: Mapping[str, FloatArray], 
     text = f"payload {show(test.payload, 'mass', 3)} and {wire_text(crane, out, h_tip)}"
     if load > crane.SWL:
         most = f'"{crane.name}" is made for {show(crane.SWL, "mass")}'
-        raise ValidateError(f'test "{test.name}": {text} make {show(load, "mass", 3)}; {most}. Check payload, depth and wire out.')
+        raise ValidateError(
+            f'test "{test.name}": {text} make {show(load, "mass", 3)}; {most}. Check payload, depth and wire out.'
+        )
     return replace(test, load=load), f'Test "{test.name}": the load is {show(load, "mass", 3)}: {text}.'
 
 
 def load_of(stretch: Stretch, all_of: list[Stretch], test: CraneTest, crane: Crane) -> tuple[float, str]:
-    """Payload of a stretch [kg] and what to say of it, "" where it is as stated. Errors: ValidateError where nothing tells it."""
+    """Payload of a stretch [kg] and what to say of it, "" where it is as stated. Errors: ValidateError where nothing
+    tells it."""
     shown = (stretch.F / G + _buoyancy(test)) - crane.hook_mass
     if test.load is not None and (len(all_of) == 1 or stretch is _nearest(all_of, test, crane)):
         weight = (test.load + crane.hook_mass - _buoyancy(test)) * G
         if np.isfinite(stretch.F) and abs(stretch.F - weight) > APART * weight:
             return test.load, (
-                f'Test "{test.name}": the load cell shows {show(stretch.F, "force")} where the stated load and the hook weigh '
+                f'Test "{test.name}": the load cell shows {show(stretch.F, "force")} where the stated load and the hook'
+                " weigh "
                 f"{show(weight, 'force')}: the stated load counts."
             )
         return test.load, ""
     if not np.isfinite(stretch.F):
-        raise ValidateError(f'test "{test.name}": load: missing, and no load cell F_w in the log. State the load on the hook.')
+        raise ValidateError(
+            f'test "{test.name}": load: missing, and no load cell F_w in the log. State the load on the hook.'
+        )
     what = "is another one than stated for a part, there it is" if test.load is not None else "is not stated; it is"
     if stretch.F < LEAST_HOOK * crane.hook_mass * G or shown > crane.SWL * (1.0 + STEP):
         raise ValidateError(
             f'test "{test.name}": the load cell shows {show(stretch.F, "force")}, where "{crane.name}" holds a hook of '
-            f"{show(crane.hook_mass, 'mass')} and up to {show(crane.SWL, 'mass')}. Check the unit of F_w, or state the load."
+            f"{show(crane.hook_mass, 'mass')} and up to {show(crane.SWL, 'mass')}. Check the unit of F_w, or state the"
+            " load."
         )
-    return max(0.0, shown), f'Test "{test.name}": the load {what} {show(max(0.0, shown), "mass")} from the load cell less the hook.'
+    return (
+        max(0.0, shown),
+        f'Test "{test.name}": the load {what} {show(max(0.0, shown), "mass")} from the load cell less the hook.',
+    )
 
 
 def _nearest(all_of: list[Stretch], test: CraneTest, crane: Crane) -> Stretch:
@@ -143,4 +156,3 @@ def standing(parts: list[Stretch], n: int) -> NDArray[np.bool_]:
     for part in parts:
         out[part.first : part.last] = True
     return out
-

@@ -1,4 +1,5 @@
-"""Logs of a campaign to records: on an even grid, clocks repaired, cut into load cases; everything that was found is told."""
+"""Logs of a campaign to records: on an even grid, clocks repaired, cut into load cases; everything that was found is
+told."""
 
 from __future__ import annotations
 
@@ -34,8 +35,8 @@ MOST_FINDINGS = 12
 def read_records(campaign: Campaign, progress: Progress) -> tuple[Record, ...]:
     """Every test of a campaign, read.
 
-    Errors: StillhookError (LogError, UnitError, ValidateError) of one line that names the test, for a log that cannot be read or trusted
-    or lacks what its kind of test needs.
+    Errors: StillhookError (LogError, UnitError, ValidateError) of one line that names the test, for a log that cannot
+    be read or trusted or lacks what its kind of test needs.
     """
     meter = Meter(float(len(campaign.tests)), progress)
     logs: dict[tuple[Path, int], Log] = {}
@@ -65,11 +66,29 @@ def _record(campaign: Campaign, test: CraneTest, log: Log) -> Record:
     segments, of_parts = _segments(campaign, test, grid, signals)
     test, _ = with_wire(test, campaign.crane, signals, slice(None))
     lags = wire_lags(grid.t, signals, segments) if test.kind is Kind.AHC and "s_w" not in derived else ()
-    said = [*of_clocks, *of_wire, *following(test, lags, segments, grid.step, signals), *of_parts, *_quality(test, log, grid)]
+    said = [
+        *of_clocks,
+        *of_wire,
+        *following(test, lags, segments, grid.step, signals),
+        *of_parts,
+        *_quality(test, log, grid),
+    ]
     return Record(
-        test=test, log=log, t=grid.t, step=grid.step, signals=signals, segments=segments, statements=tuple(dict.fromkeys(said)),
-        doubtful=grid.doubtful, derived=derived, zero=grid.zero, lost=grid.lost, longest_hole=grid.longest_hole, lags=lags, clocks=clocks,
-    )  # fmt: skip
+        test=test,
+        log=log,
+        t=grid.t,
+        step=grid.step,
+        signals=signals,
+        segments=segments,
+        statements=tuple(dict.fromkeys(said)),
+        doubtful=grid.doubtful,
+        derived=derived,
+        zero=grid.zero,
+        lost=grid.lost,
+        longest_hole=grid.longest_hole,
+        lags=lags,
+        clocks=clocks,
+    )
 
 
 def _segments(
@@ -80,7 +99,9 @@ def _segments(
     mode = _mode(test, signals, n)
     cut = seams(grid.t, signals)
     for i, what in cut:
-        said.append(f'Test "{test.name}", {grid.zero + grid.t[i]:.6g} s: {what}; the parts before and after are used as two.')
+        said.append(
+            f'Test "{test.name}", {grid.zero + grid.t[i]:.6g} s: {what}; the parts before and after are used as two.'
+        )
     levels = stretches(signals.get("F_w"), n, grid.step, campaign.crane)
     good = _whole(test, signals, n) & np.isfinite(mode) & standing(levels, n)
     if test.kind is Kind.AHC:
@@ -106,7 +127,8 @@ def _mode(test: CraneTest, signals: Mapping[str, FloatArray], n: int) -> FloatAr
         return signals["mode"]
     if test.mode is None and test.kind is Kind.AHC:
         raise ValidateError(
-            f'test "{test.name}": mode: missing. State the mode of the PLC in the campaign file, or map a signal mode; one of '
+            f'test "{test.name}": mode: missing. State the mode of the PLC in the campaign file, or map a signal mode;'
+            " one of "
             f"{', '.join(m for m in Mode if m is not Mode.MANUAL)}."
         )
     return np.full(n, float(list(Mode).index(test.mode or Mode.MANUAL)))
@@ -117,8 +139,8 @@ def _as_stated(test: CraneTest, mode: FloatArray) -> None:
     held = [list(Mode)[int(k)] for k in np.unique(mode[np.isfinite(mode)])]
     if test.mode is not None and test.mode not in held:
         raise ValidateError(
-            f'test "{test.name}": mode = "{test.mode}" is stated, and the log holds {" and ".join(held)}. Say what the numbers of the log '
-            'mean in the campaign file: [modes], such as "1" = "ssc", or leave mode out.'
+            f'test "{test.name}": mode = "{test.mode}" is stated, and the log holds {" and ".join(held)}. Say what the'
+            ' numbers of the log mean in the campaign file: [modes], such as "1" = "ssc", or leave mode out.'
         )
 
 
@@ -157,7 +179,10 @@ def _operator(test: CraneTest, signals: Mapping[str, FloatArray], found: list[Se
     if not number:
         return []
     seconds = sum(float(m.sum()) for m in moved) * step
-    return [f'Test "{test.name}": the operator moves the wire {number} times while the winch compensates, {seconds:.4g} s in all.']
+    return [
+        f'Test "{test.name}": the operator moves the wire {number} times while the winch compensates, {seconds:.4g} s'
+        " in all."
+    ]
 
 
 def _quality(test: CraneTest, log: Log, grid: Grid) -> list[str]:

@@ -1,4 +1,5 @@
-"""A test of a campaign as the steps use it: signals on one even grid, its unbroken parts, and the load cases that it holds."""
+"""A test of a campaign as the steps use it: signals on one even grid, its unbroken parts, and the load cases that it
+holds."""
 
 from __future__ import annotations
 
@@ -14,14 +15,13 @@ if TYPE_CHECKING:
     from stillhook.validate.data_set.campaign import CraneTest
 
 
-
 @dataclass(frozen=True)
 class Segment:
     """An unbroken part of a record in one mode with one load: what a run of the twin repeats.
 
-    first, last: samples [first, last) of the record; load: payload on the hook without the hook [kg]; s_w: wire out at its start [m];
-    s_w_min, s_w_max [m]; s_tip_pp: largest peak-to-peak of the tip over 30 s [m], 0 where it does not move; period: mean zero-crossing
-    period of the tip [s], NaN where it does not move; mode of the PLC.
+    first, last: samples [first, last) of the record; load: payload on the hook without the hook [kg]; s_w: wire out at
+    its start [m]; s_w_min, s_w_max [m]; s_tip_pp: largest peak-to-peak of the tip over 30 s [m], 0 where it does not
+    move; period: mean zero-crossing period of the tip [s], NaN where it does not move; mode of the PLC.
     """
 
     test: str
@@ -41,10 +41,11 @@ class Segment:
 
 @dataclass(frozen=True)
 class SegmentLag:
-    """By how much `late` is behind `ahead` in a segment: seconds with standard uncertainty u [s], and the gain between both [-].
+    """By how much `late` is behind `ahead` in a segment: seconds with standard uncertainty u [s], and the gain between
+    both [-].
 
-    s_w behind s_tip: what the winch with its control is late; e_c_measured + s_w behind s_tip: what the PLC's own tip is late behind the
-    logged one, 0 where the PLC's tip was logged.
+    s_w behind s_tip: what the winch with its control is late; e_c_measured + s_w behind s_tip: what the PLC's own tip
+    is late behind the logged one, 0 where the PLC's tip was logged.
     """
 
     segment: int
@@ -57,8 +58,8 @@ class SegmentLag:
 
 @dataclass(frozen=True)
 class ClockError:
-    """Another clock of a log. signals that it stamped; against: what they were compared with, "" where they were only brought near;
-    offset [s] and drift [-] that were taken out; u: standard uncertainty of what is left [s]; u_drift."""
+    """Another clock of a log. signals that it stamped; against: what they were compared with, "" where they were only
+    brought near; offset [s] and drift [-] that were taken out; u: standard uncertainty of what is left [s]; u_drift."""
 
     signals: tuple[str, ...]
     against: str
@@ -70,12 +71,13 @@ class ClockError:
 
 @dataclass(frozen=True)
 class Record:
-    """One test, read. `signals` on the even grid `t` (n,) [s from the first sample that counts], SI, NaN where nothing is known; step [s],
-    a whole number of PLC cycles.
+    """One test, read. `signals` on the even grid `t` (n,) [s from the first sample that counts], SI, NaN where nothing
+    is known; step [s], a whole number of PLC cycles.
 
-    Names of signals are those of `stillhook.variables`. s_tip, v_tip, a_tip are those that the PLC sees; e_c_measured is its error; mode
-    by the numbers of `stillhook.variables` whatever the log has. Signals that were not logged but follow from others (v_w from omega_m)
-    are not filled in; see `Record.has`. Only wire out and tip height are, where they can be made; see `derived`.
+    Names of signals are those of `stillhook.variables`. s_tip, v_tip, a_tip are those that the PLC sees; e_c_measured
+    is its error; mode by the numbers of `stillhook.variables` whatever the log has. Signals that were not logged but
+    follow from others (v_w from omega_m) are not filled in; see `Record.has`. Only wire out and tip height are, where
+    they can be made; see `derived`.
     """
 
     test: CraneTest
@@ -87,7 +89,8 @@ class Record:
     statements: tuple[str, ...]
     """What was found on the way: quality, clocks, lags."""
     doubtful: Mapping[str, BoolArray] = field(default_factory=dict)
-    """(n,) samples that stand at an end of their sensor, were bridged over a short hole, or are not known, by signal."""
+    """(n,) samples that stand at an end of their sensor, were bridged over a short hole, or are not known, by
+    signal."""
     derived: frozenset[str] = frozenset()
     """Signals that were not logged but made from others: s_w from a speed, s_tip from the PLC's error."""
     zero: float = 0.0

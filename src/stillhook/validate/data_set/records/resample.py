@@ -1,8 +1,10 @@
-"""A log on an even grid of time: each value stands where its samples were stamped, straight lines in between, holes stay holes.
+"""A log on an even grid of time: each value stands where its samples were stamped, straight lines in between, holes
+stay holes.
 
-Accuracy: the mean of a bin is put at the mean stamp of its samples, so that jitter of the stamps moves no edge; a straight line between two
-samples h apart is off by at most h^2/8 of the second derivative (tip: 0.01 mm at 10 ms and 1 m/s^2, 1 mm at 0.1 s), an edge of a command
-is drawn out to h. A hole is bridged up to `BRIDGED` (5 mm of tip at 1 m/s^2), marked as doubtful and counted as lost; a longer one is NaN.
+Accuracy: the mean of a bin is put at the mean stamp of its samples, so that jitter of the stamps moves no edge; a
+straight line between two samples h apart is off by at most h^2/8 of the second derivative (tip: 0.01 mm at 10 ms and 1
+m/s^2, 1 mm at 0.1 s), an edge of a command is drawn out to h. A hole is bridged up to `BRIDGED` (5 mm of tip at 1
+m/s^2), marked as doubtful and counted as lost; a longer one is NaN.
 """
 
 from __future__ import annotations
@@ -27,7 +29,8 @@ HOLE = 2.5
 CYCLES = 0.1
 """Part by which the mean spacing may differ from a number of PLC cycles that the log is written in."""
 SPIKES = {"s_tip": 0.03, "v_tip": 0.3, "s_w": 0.03, "e_c_measured": 0.03}
-"""Smallest spike by signal [SI]. Neither tip nor wire is there and back within two samples; pressures and speeds of the winch may be."""
+"""Smallest spike by signal [SI]. Neither tip nor wire is there and back within two samples; pressures and speeds of the
+winch may be."""
 BEYOND = 12.0
 """Times the median distance from the median of five samples: noise reaches 6."""
 FASTEST = 3.0
@@ -40,8 +43,8 @@ HELD = ("mode",)
 
 @dataclass(frozen=True)
 class Grid:
-    """Signals (n,) at t [s], even by step [s], NaN where not known; doubtful (n,) by signal; zero: time of t = 0 in the log [s];
-    lost: share of the samples that the log's rate promises and that are not there; longest_hole [s]."""
+    """Signals (n,) at t [s], even by step [s], NaN where not known; doubtful (n,) by signal; zero: time of t = 0 in the
+    log [s]; lost: share of the samples that the log's rate promises and that are not there; longest_hole [s]."""
 
     t: FloatArray
     step: float
@@ -57,13 +60,18 @@ class Grid:
 def even(log: Log, test: CraneTest, t_cycle: float) -> Grid:
     """The part of a log that counts, every PLC cycle t_cycle [s], or every few of them where the log is slower.
 
-    Errors: ValidateError where the log holds nothing between start and end of the test, or more time than LONGEST samples.
+    Errors: ValidateError where the log holds nothing between start and end of the test, or more time than LONGEST
+    samples.
     """
     at = log.t if log.at is None else log.at
     use = np.flatnonzero((at >= test.start) & (at <= test.end))
     if len(use) < 2:
-        said = " and ".join(f"{key} = {number(x)} s" for key, x in (("start", test.start), ("end", test.end)) if np.isfinite(x))
-        raise ValidateError(f'test "{test.name}": {said}: {log.source} goes from 0 s to {log.duration:.4g} s and holds nothing there.')
+        said = " and ".join(
+            f"{key} = {number(x)} s" for key, x in (("start", test.start), ("end", test.end)) if np.isfinite(x)
+        )
+        raise ValidateError(
+            f'test "{test.name}": {said}: {log.source} goes from 0 s to {log.duration:.4g} s and holds nothing there.'
+        )
     t, spacing = at[use], 1.0 / log.rate
     step = t_cycle * max(1, round(spacing / t_cycle))
     if (t[-1] - t[0]) / step > LONGEST:
@@ -80,7 +88,9 @@ def even(log: Log, test: CraneTest, t_cycle: float) -> Grid:
         if spike.any():
             known &= ~spike
             spikes[name] = int(spike.sum())
-        signals[name], bridged = _filled(grid, t[known], values[use][known], longest, HOLE * max(spacing, log.every), name in HELD)
+        signals[name], bridged = _filled(
+            grid, t[known], values[use][known], longest, HOLE * max(spacing, log.every), name in HELD
+        )
         nearest = np.clip(np.searchsorted(t, grid - 0.5 * step), 0, len(t) - 1)
         doubtful[name] = log.doubtful[name][use][nearest] | bridged | np.isnan(signals[name])
     there = len(use) if log.number is None else int(log.number[use].sum())
@@ -89,7 +99,8 @@ def even(log: Log, test: CraneTest, t_cycle: float) -> Grid:
 
 
 def _lost(apart: FloatArray, there: int, spacing: float, t_cycle: float) -> float:
-    """Share of the samples that are not there. A log that writes every few PLC cycles on average does so by design, however uneven."""
+    """Share of the samples that are not there. A log that writes every few PLC cycles on average does so by design,
+    however uneven."""
     holes = apart > HOLE * spacing
     mean = float(apart[~holes].sum()) / max(1, there - 1 - int(holes.sum()))
     cycles = t_cycle * max(1, round(mean / t_cycle))

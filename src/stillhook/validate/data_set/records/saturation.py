@@ -18,7 +18,8 @@ LOWEST = 0.3  # of full command: a plateau below is no end of a pump
 
 
 def ends_of(u: FloatArray, asked: FloatArray, step: float) -> tuple[float, float]:
-    """Ends between which a pump command was held [-], lower and upper: full command, or a lower level at which it visibly stops.
+    """Ends between which a pump command was held [-], lower and upper: full command, or a lower level at which it
+    visibly stops.
 
     Parameters: u logged command (n,), asked what the control law asks for without a limit (n,), as far as it is known.
     A command that stands still while no more is asked, as with a joystick at rest, is at no end.
@@ -36,12 +37,15 @@ def _end(u: FloatArray, asked: FloatArray, step: float) -> float:
         return FULL
     below = good & (np.abs(u) < BELOW * top)
     power = dot(asked[below], asked[below])
-    gain = dot(u[below], asked[below]) / power if power > 0.0 else 1.0  # the log's own law may ask for more or less than ours
+    gain = (
+        dot(u[below], asked[below]) / power if power > 0.0 else 1.0
+    )  # the log's own law may ask for more or less than ours
     return top - FLAT if gain * float(asked[a:b].max()) > top + MORE else FULL
 
 
 def stretches_of(mask: NDArray[np.bool_], *, bridge: int = 0, shortest: int = 1) -> list[tuple[int, int]]:
-    """Samples [a, b) of every unbroken stretch of a mask; gaps of up to `bridge` samples are bridged, shorter stretches left out."""
+    """Samples [a, b) of every unbroken stretch of a mask; gaps of up to `bridge` samples are bridged, shorter stretches
+    left out."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
     found: list[tuple[int, int]] = []
     for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):

@@ -52,17 +52,30 @@ def split(parts: Sequence[tuple[int, int]], at: Sequence[int]) -> list[tuple[int
 def segment(
     test: CraneTest, part: Part, t: FloatArray, step: float, signals: Mapping[str, FloatArray], window: float
 ) -> Segment:
-    """A part with what it holds. Parameters: t (n,) [s] even by step; signals with s_w or without; window of the tip's range [s]."""
+    """A part with what it holds. Parameters: t (n,) [s] even by step; signals with s_w or without; window of the tip's
+    range [s]."""
     cut = slice(part.first, part.last)
     s_w = signals["s_w"][cut] if "s_w" in signals else np.full(part.last - part.first, np.nan)
     known = s_w[np.isfinite(s_w)]
     tip = signals["s_tip"][cut] if "s_tip" in signals else np.zeros(part.last - part.first)
     pp, period = _tip(tip, step, window)
-    low, high, first = (float(known.min()), float(known.max()), float(known[0])) if len(known) else (np.nan, np.nan, np.nan)
+    low, high, first = (
+        (float(known.min()), float(known.max()), float(known[0])) if len(known) else (np.nan, np.nan, np.nan)
+    )
     return Segment(
-        test=test.name, first=part.first, last=part.last, start=float(t[part.first]), duration=float(t[part.last - 1] - t[part.first]),
-        load=part.load, s_w=first, s_w_min=low, s_w_max=high, s_tip_pp=pp, period=period, mode=part.mode,
-    )  # fmt: skip
+        test=test.name,
+        first=part.first,
+        last=part.last,
+        start=float(t[part.first]),
+        duration=float(t[part.last - 1] - t[part.first]),
+        load=part.load,
+        s_w=first,
+        s_w_min=low,
+        s_w_max=high,
+        s_tip_pp=pp,
+        period=period,
+        mode=part.mode,
+    )
 
 
 def _tip(tip: FloatArray, step: float, window: float) -> tuple[float, float]:

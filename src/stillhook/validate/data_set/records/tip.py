@@ -12,7 +12,8 @@ from stillhook.errors import ValidateError
 from stillhook.sea.motion.recorded import FEWEST_POINTS, Recorded
 
 KNOTS = 0.4
-"""Spacing of the curve's points [s]: waves of 2 s and longer pass with less than 0.1 % lost. Two samples where they are slower."""
+"""Spacing of the curve's points [s]: waves of 2 s and longer pass with less than 0.1 % lost. Two samples where they are
+slower."""
 SLOWEST = 0.25
 """Longest spacing of samples that still gives a motion of the tip [s]: waves of 4 s pass with less than 0.1 % lost."""
 ROUNDS = 3
@@ -20,8 +21,10 @@ ROUNDS = 3
 
 @dataclass(frozen=True)
 class Tip:
-    """motion: smooth, t = 0 at the first sample; noise (n,): measured position less the curve [m], NaN where it was not measured;
-    spread_s, spread_v: rms of what position and speed differ from the curve by [m], [m/s], spread_v NaN without a measured speed."""
+    """motion: smooth, t = 0 at the first sample; noise (n,): measured position less the curve [m], NaN where it was not
+    measured; spread_s, spread_v: rms of what position and speed differ from the curve by [m], [m/s], spread_v NaN
+    without a measured speed.
+    """
 
     motion: Recorded
     noise: FloatArray
@@ -30,10 +33,12 @@ class Tip:
 
 
 def smooth_tip(t: FloatArray, s: FloatArray, v: FloatArray | None, *, place: str) -> Tip:
-    """Quintic spline with a point every KNOTS seconds or so, least squares through position and speed, each weighted by its own spread.
+    """Quintic spline with a point every KNOTS seconds or so, least squares through position and speed, each weighted by
+    its own spread.
 
-    Parameters: t (n,) [s], even; s tip height [m], v its measured speed [m/s] or None, NaN where missing; place names it in errors.
-    A speed that does not agree with the position gets a wide spread, and so little weight. Errors: ValidateError for too short a part.
+    Parameters: t (n,) [s], even; s tip height [m], v its measured speed [m/s] or None, NaN where missing; place names
+    it in errors. A speed that does not agree with the position gets a wide spread, and so little weight. Errors:
+    ValidateError for too short a part.
     """
     from scipy.interpolate import BSpline  # heavy: only where data are at hand
 
@@ -42,7 +47,9 @@ def smooth_tip(t: FloatArray, s: FloatArray, v: FloatArray | None, *, place: str
     count = int(t[-1] / max(KNOTS, 2.0 * step))
     grid = np.linspace(0.0, t[-1], count + 1)
     if count < 2 * FEWEST_POINTS or step > SLOWEST + 1e-9:
-        raise ValidateError(f"{place}: {len(t)} samples over {t[-1]:.3g} s are too few for a motion of the tip. Log longer or faster.")
+        raise ValidateError(
+            f"{place}: {len(t)} samples over {t[-1]:.3g} s are too few for a motion of the tip. Log longer or faster."
+        )
     # The knots of the curve through the points of the grid (not-a-knot ends), so that `Recorded` is this very curve.
     knots = np.concatenate((np.full(6, 0.0), grid[3:-3], np.full(6, t[-1])))
     shift = float(np.nanmean(s))
@@ -93,7 +100,9 @@ def _solved(N: Any, y: FloatArray, place: str) -> FloatArray:
     try:
         out: FloatArray = solveh_banded(band, y, lower=True)
     except LinAlgError:
-        raise ValidateError(f"{place}: s_tip has holes longer than {KNOTS:g} s. Give the test a start and an end around them.") from None
+        raise ValidateError(
+            f"{place}: s_tip has holes longer than {KNOTS:g} s. Give the test a start and an end around them."
+        ) from None
     return out
 
 

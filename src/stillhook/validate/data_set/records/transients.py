@@ -1,4 +1,5 @@
-"""Turns of the winch in a test of its dynamics: where the pumps' command changes quickly, and what follows until the next change."""
+"""Turns of the winch in a test of its dynamics: where the pumps' command changes quickly, and what follows until the
+next change."""
 
 from __future__ import annotations
 
@@ -11,13 +12,15 @@ from stillhook.base.arrays import FloatArray
 from stillhook.validate.data_set.records.record import Record, Segment
 
 RATE = 0.15
-"""Change of the pumps' command that is quick [1/s]: full stroke in some 7 s; joystick ramps of a friction test are slower."""
+"""Change of the pumps' command that is quick [1/s]: full stroke in some 7 s; joystick ramps of a friction test are
+slower."""
 SPAN = 0.05
 """Time over which that rate is taken [s]: above the quantisation of a command, below any joystick's ramp."""
 JOIN = 0.15
 """Pause within one change [s]."""
 LEAST_CHANGE = 0.05
-"""Change of the pumps' command that counts as a turn [-]: it moves the motors at full displacement by some 5 % of their highest speed."""
+"""Change of the pumps' command that counts as a turn [-]: it moves the motors at full displacement by some 5 % of their
+highest speed."""
 LONGEST = 8.0
 """What follows a turn is looked at for at most so long [s]: the winch has then rung out many times over."""
 BEFORE = 0.1
@@ -28,8 +31,9 @@ BEFORE = 0.1
 class Transient:
     """A quick change of the pumps' command and what follows it.
 
-    first, last: samples [first, last) of the record, from just before the change to the next one; turn: sample at which the change begins;
-    start: its time [s]; took: how long the change lasts [s]; before, after: the command on both sides of it [-].
+    first, last: samples [first, last) of the record, from just before the change to the next one; turn: sample at which
+    the change begins; start: its time [s]; took: how long the change lasts [s]; before, after: the command on both
+    sides of it [-].
     """
 
     test: str
@@ -60,10 +64,16 @@ def find_transients(record: Record, segment: Segment) -> tuple[Transient, ...]:
         k = segment.first + a
         found.append(
             Transient(
-                test=record.test.name, first=max(segment.first, k - pad), last=segment.first + last, turn=k, start=float(record.t[k]),
-                took=(b - a) * record.step, before=before, after=after,
+                test=record.test.name,
+                first=max(segment.first, k - pad),
+                last=segment.first + last,
+                turn=k,
+                start=float(record.t[k]),
+                took=(b - a) * record.step,
+                before=before,
+                after=after,
             )
-        )  # fmt: skip
+        )
     return tuple(found)
 
 
@@ -97,5 +107,6 @@ def smoothed(x: FloatArray, step: float, over: float) -> FloatArray:
 
 
 def quick_enough(transients: Sequence[Transient], period: float) -> tuple[Transient, ...]:
-    """The turns whose command changes within the period in which the winch rings [s]: a slower change hardly rings it."""
+    """The turns whose command changes within the period in which the winch rings [s]: a slower change hardly rings
+    it."""
     return tuple(x for x in transients if x.took <= period + SPAN)

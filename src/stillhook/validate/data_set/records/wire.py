@@ -19,16 +19,18 @@ BEYOND = 0.5
 APART = 5.0
 """Difference of the stated wire out from that of the log that is told [m]: some turns of the drum."""
 ROUNDS = 3
-"""Of integrating the motors' speed with the diameter of the layer that was found last: wire of a few layers needs two."""
+"""Of integrating the motors' speed with the diameter of the layer that was found last: wire of a few layers needs
+two."""
 
 
 def completed(
     signals: Mapping[str, FloatArray], step: float, test: CraneTest, crane: Crane
 ) -> tuple[dict[str, FloatArray], frozenset[str], list[str]]:
-    """The signals with wire out and tip where they can be made, the names of those that were made, and what to say of it.
+    """The signals with wire out and tip where they can be made, the names of those that were made, and what to say of
+    it.
 
-    Errors: ValidateError where a test of heave compensation lacks the tip or the wire, another one any sign of the winch's motion, or
-    the wire out is none of this crane.
+    Errors: ValidateError where a test of heave compensation lacks the tip or the wire, another one any sign of the
+    winch's motion, or the wire out is none of this crane.
     """
     out, derived, said = dict(signals), set(), list[str]()
     if "s_w" in out:
@@ -42,7 +44,10 @@ def completed(
     if "s_tip" not in out and {"e_c_measured", "s_w"} <= out.keys() and "s_w" not in derived and test.kind is Kind.AHC:
         out["s_tip"] = out["e_c_measured"] + out["s_w"]
         derived.add("s_tip")
-        said.append(f'Test "{test.name}": tip height is not logged; it is made from the error of the PLC and wire out, but for a constant.')
+        said.append(
+            f'Test "{test.name}": tip height is not logged; it is made from the error of the PLC and wire out, but for'
+            " a constant."
+        )
     _needed(out, test)
     return out, frozenset(derived), said
 
@@ -50,9 +55,13 @@ def completed(
 def _needed(signals: Mapping[str, FloatArray], test: CraneTest) -> None:
     place = f'test "{test.name}": '
     if test.kind is Kind.AHC and "s_tip" not in signals:
-        raise ValidateError(f"{place}no s_tip in {test.log.name}. Map the tip's height (or e_c_measured beside s_w): step 5 replays it.")
+        raise ValidateError(
+            f"{place}no s_tip in {test.log.name}. Map the tip's height (or e_c_measured beside s_w): step 5 replays it."
+        )
     if test.kind is Kind.AHC and "s_w" not in signals:
-        raise ValidateError(f"{place}no s_w in {test.log.name}. Map wire out, or a speed (v_w, omega_m) and state s_w at the start.")
+        raise ValidateError(
+            f"{place}no s_w in {test.log.name}. Map wire out, or a speed (v_w, omega_m) and state s_w at the start."
+        )
     if not {"s_w", "v_w", "omega_m"} & signals.keys():
         raise ValidateError(f"{place}nothing in {test.log.name} shows how the winch moves. Map s_w, v_w or omega_m.")
     for name in ("s_tip", "s_w") if test.kind is Kind.AHC else ():
@@ -68,8 +77,9 @@ def _in_range(s_w: FloatArray, test: CraneTest, crane: Crane) -> None:
     low, high = float(np.nanmin(s_w)), float(np.nanmax(s_w))
     if low < -BEYOND or high > L + BEYOND:
         raise ValidateError(
-            f'test "{test.name}": wire out goes from {show(low, "length")} to {show(high, "length")} in {test.log.name}, where '
-            f'"{crane.name}" has 0 m to {show(L, "length")}. Check unit, sign and offset of s_w.'
+            f'test "{test.name}": wire out goes from {show(low, "length")} to {show(high, "length")} in'
+            f' {test.log.name}, where "{crane.name}" has 0 m to {show(L, "length")}. Check unit, sign and offset of'
+            " s_w."
         )
 
 
@@ -78,12 +88,15 @@ def _compared(s_w: FloatArray, test: CraneTest) -> list[str]:
     if test.s_w is None or not len(first) or abs(first[0] - test.s_w) <= APART:
         return []
     return [
-        f'Test "{test.name}": the log begins with {show(float(first[0]), "length")} of wire out where the campaign file states '
+        f'Test "{test.name}": the log begins with {show(float(first[0]), "length")} of wire out where the campaign file'
+        " states "
         f"{show(test.s_w, 'length')}: the log counts."
     ]
 
 
-def _integrated(signals: Mapping[str, FloatArray], step: float, test: CraneTest, crane: Crane) -> tuple[FloatArray, str] | None:
+def _integrated(
+    signals: Mapping[str, FloatArray], step: float, test: CraneTest, crane: Crane
+) -> tuple[FloatArray, str] | None:
     """Wire out from its start and a speed [m], and how."""
     if test.s_w is None:
         return None

@@ -19,8 +19,10 @@ from stillhook.validate.dynamics.runs import SIGNALS, Stretch
 
 @dataclass(frozen=True)
 class Tuning:
-    """What was fitted: parameters in the order of `dynamics_unknowns.NAMES`; low, high: their bounds; start: where the fit began; before,
-    after: the twin's outputs for each stretch, (n, SIGNALS), with the crane as it is and as tuned, as the sensors show them."""
+    """What was fitted: parameters in the order of `dynamics_unknowns.NAMES`; low, high: their bounds; start: where the
+    fit began; before, after: the twin's outputs for each stretch, (n, SIGNALS), with the crane as it is and as tuned,
+    as the sensors show them.
+    """
 
     fit: Fit
     low: FloatArray
@@ -39,8 +41,8 @@ def tune(
 ) -> Tuning:
     """Fit the twin to stretches of a test by Levenberg-Marquardt, from the best of a grid of starts.
 
-    clusters: for each sample the transient that it is of, -1 for none; known: what other tests tell of a factor's logarithm, with its
-    deviation. All runs of one step go side by side through the engine.
+    clusters: for each sample the transient that it is of, -1 for none; known: what other tests tell of a factor's
+    logarithm, with its deviation. All runs of one step go side by side through the engine.
     """
     twin = Twin(crane, stretches, clusters)
     start, model = twin.best_start(), twin.model(known)
@@ -54,7 +56,11 @@ def normalised_rms(stretches: Sequence[Stretch], outputs: Sequence[FloatArray]) 
     """Root mean square of each signal's deviation over the signal's own standard deviation [-], over all stretches."""
     out = {}
     for k, name in enumerate(SIGNALS):
-        pairs = [(s.measured[name][s.counted], o[s.counted, k]) for s, o in zip(stretches, outputs, strict=True) if name in s.measured]
+        pairs = [
+            (s.measured[name][s.counted], o[s.counted, k])
+            for s, o in zip(stretches, outputs, strict=True)
+            if name in s.measured
+        ]
         if not pairs:
             continue
         y, x = (np.concatenate(p) for p in zip(*pairs, strict=True))

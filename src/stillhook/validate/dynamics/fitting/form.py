@@ -1,7 +1,9 @@
-"""Does the twin's law fit in form? One number of a law, found in groups of turns: where it differs by more than sampling, the law does not.
+"""Does the twin's law fit in form? One number of a law, found in groups of turns: where it differs by more than
+sampling, the law does not.
 
-A law of another form (leakage that rises with the stroke, say, against a constant one) gives in slow turns another number than in fast
-ones. The best common number then has a small sampling error about a value that is nowhere true; the difference between the groups shows it.
+A law of another form (leakage that rises with the stroke, say, against a constant one) gives in slow turns another
+number than in fast ones. The best common number then has a small sampling error about a value that is nowhere true; the
+difference between the groups shows it.
 """
 
 from __future__ import annotations
@@ -18,16 +20,21 @@ from stillhook.validate.dynamics.fitting.output_error import Fit
 from stillhook.validate.dynamics.fitting.unknowns import C_LEAK, PLACE, TUNED
 
 LEVEL = 0.9975
-"""Of Student's t, one side: with some seven comparisons, a twin whose laws fit shows a difference in 3 to 4 of 100 campaigns."""
+"""Of Student's t, one side: with some seven comparisons, a twin whose laws fit shows a difference in 3 to 4 of 100
+campaigns."""
 FEWEST = 3
 """Turns that a group must hold: with fewer the scatter within it says nothing."""
-SLOW_AND_FAST, BOTH_WAYS, OTHER_TESTS = ("slow turns", "fast turns"), ("hoisting", "lowering"), ("these turns", "heave compensation")
+SLOW_AND_FAST, BOTH_WAYS, OTHER_TESTS = (
+    ("slow turns", "fast turns"),
+    ("hoisting", "lowering"),
+    ("these turns", "heave compensation"),
+)
 
 
 @dataclass(frozen=True)
 class Apart:
-    """One number in two groups of data. groups: their names; difference of its logarithm, second less first; deviation of that difference;
-    dof: degrees of freedom behind the deviation."""
+    """One number in two groups of data. groups: their names; difference of its logarithm, second less first; deviation
+    of that difference; dof: degrees of freedom behind the deviation."""
 
     name: str
     groups: tuple[str, str]
@@ -52,15 +59,18 @@ class Apart:
     def says(self) -> str:
         """The difference in words."""
         times = math.exp(self.difference)
-        return f"in {self.groups[1]} it is {times:.2f} times that in {self.groups[0]} (+- {100.0 * 1.96 * self.deviation:.0f} %, sampling)"
+        return (
+            f"in {self.groups[1]} it is {times:.2f} times that in {self.groups[0]} (+-"
+            f" {100.0 * 1.96 * self.deviation:.0f} %, sampling)"
+        )
 
 
 def apart(fit: Fit, turns: Sequence[Transient], known: Mapping[str, tuple[float, float]]) -> tuple[Apart, ...]:
     """Every tuned number by groups of turns, and the leakage against that of other tests.
 
-    Parameters: fit with its sums by turn; turns in the order of the fit's clusters; known: logarithms and deviations from other tests.
-    Each difference is one Gauss-Newton step from the common optimum with this number alone free to differ between the groups; its deviation
-    is from leaving out one turn after the other.
+    Parameters: fit with its sums by turn; turns in the order of the fit's clusters; known: logarithms and deviations
+    from other tests. Each difference is one Gauss-Newton step from the common optimum with this number alone free to
+    differ between the groups; its deviation is from leaving out one turn after the other.
     """
     used = [turns[i] for i in fit.names]
     speed = np.array([max(abs(x.before), abs(x.after)) for x in used])
@@ -77,17 +87,20 @@ def apart(fit: Fit, turns: Sequence[Transient], known: Mapping[str, tuple[float,
 
 
 def structural(name: str, found: Sequence[Apart]) -> tuple[float, Apart | None]:
-    """Half of the largest difference of a number's logarithm between groups that is beyond sampling, and which it is; 0, None without."""
+    """Half of the largest difference of a number's logarithm between groups that is beyond sampling, and which it is;
+    0, None without."""
     clear = [x for x in found if x.name == name and x.beyond_sampling]
     worst = max(clear, key=lambda x: abs(x.difference), default=None)
     return (0.5 * abs(worst.difference), worst) if worst else (0.0, None)
 
 
 def hidden(name: str, found: Sequence[Apart], most: float) -> tuple[float, str]:
-    """Largest difference of a number's logarithm between groups of turns that sampling could hide, and what is not shown by it; 0, ""
-    where half of that is no more than `most`, or where other tests agree with these turns within it. inf: the turns make no groups.
+    """Largest difference of a number's logarithm between groups of turns that sampling could hide, and what is not
+    shown by it; 0, "" where half of that is no more than `most`, or where other tests agree with these turns within it.
+    inf: the turns make no groups.
 
-    The whole difference, not half of it: the common number may be that of one group alone, in whose turns more can be seen.
+    The whole difference, not half of it: the common number may be that of one group alone, in whose turns more can be
+    seen.
     """
     if any(x.name == name and x.groups == OTHER_TESTS and not x.beyond_sampling and x.unseen <= most for x in found):
         return 0.0, ""
@@ -123,7 +136,8 @@ def _elsewhere(fit: Fit, centre: float, deviation: float) -> Apart:
 
 
 def _jackknifed(A: FloatArray, b: FloatArray, prior: FloatArray, off: FloatArray, i: int) -> tuple[float, float]:
-    """Gauss-Newton step of parameter i from sums of clusters (n, p, p), (n, p), and its deviation by leaving out each cluster."""
+    """Gauss-Newton step of parameter i from sums of clusters (n, p, p), (n, p), and its deviation by leaving out each
+    cluster."""
     whole, slope = A.sum(axis=0) + np.diag(prior), b.sum(axis=0) + prior * off
     value = _step(whole, slope, i)
     left = np.array([_step(whole - one, slope - g, i) for one, g in zip(A, b, strict=True)])

@@ -1,4 +1,5 @@
-"""The twin as a function of what is tuned and of what is left free beside it: outputs as the sensors show them, and their derivatives."""
+"""The twin as a function of what is tuned and of what is left free beside it: outputs as the sensors show them, and
+their derivatives."""
 
 from __future__ import annotations
 
@@ -35,11 +36,13 @@ from stillhook.validate.dynamics.fitting.unknowns import (
 from stillhook.validate.dynamics.runs import SIGNALS, Stretch, delayed, repeated, steps_per_cycle
 
 NOISE = {"p_a": 0.3e5, "p_b": 0.3e5, "omega_m": 0.05, "alpha_p": 3e-4}
-"""Least deviation by which a signal's residuals are weighed [SI]: the step of a 12-bit input card, and a little noise."""
+"""Least deviation by which a signal's residuals are weighed [SI]: the step of a 12-bit input card, and a little
+noise."""
 LEAST_BESIDE = 0.8
 """The inertia beside the wire, whose own follows from its mass, may fall by this part."""
 PERIODS = tuple(math.log(x) for x in (0.70, 0.77, 0.84, 0.92, 1.0, 1.09, 1.19, 1.3, 1.42))
-"""Logarithms of sqrt(C_h J) that the search starts from: a twelfth of the period apart, so that the ringing of one falls in step."""
+"""Logarithms of sqrt(C_h J) that the search starts from: a twelfth of the period apart, so that the ringing of one
+falls in step."""
 STIFFNESSES = tuple(math.log(x) for x in (0.7, 0.84, 1.0, 1.19, 1.42))
 """Logarithms of sqrt(J / C_h) that it starts from."""
 LEAKS = tuple(math.log(x) for x in (0.5, 1.0, 2.0))
@@ -47,14 +50,16 @@ DELAY_STEP = 1e-3
 """By how much the commands are moved in a finite difference [s]."""
 P_A, P_B, OMEGA, ALPHA_P = (SIGNALS.index(name) for name in ("p_a", "p_b", "omega_m", "alpha_p"))
 SPLIT = 0.5
-"""Part of a line's capacitance that lies at the pumps: not known, and of little weight (it counts squared, in one of two lines)."""
+"""Part of a line's capacitance that lies at the pumps: not known, and of little weight (it counts squared, in one of
+two lines)."""
 BOTH_LINES = 1.0 + SPLIT**2
-"""Oil that swings with the shaft, over that of one line: all of the lower line, whose pressure is held at the pumps; of the higher line the
-flow into its pump end, whose energy counts."""
+"""Oil that swings with the shaft, over that of one line: all of the lower line, whose pressure is held at the pumps; of
+the higher line the flow into its pump end, whose energy counts."""
 HELD_BY, HELD_OVER = 3e5, 1e5
 """A line is held at the pumps up to this pressure above its flushing valve's, and the change is this wide [Pa]."""
 SIDES = ((P_A, -1.0), (P_B, 1.0))
-"""Pressure transmitters, and the sign by which the pressure at the motors differs from the line's mean as oil goes to the motors in A."""
+"""Pressure transmitters, and the sign by which the pressure at the motors differs from the line's mean as oil goes to
+the motors in A."""
 
 
 class Twin:
@@ -78,8 +83,8 @@ class Twin:
         self.held = crane.active.boost.p + crane.active.flushing.dp_open + HELD_BY
 
     def model(self, known: Mapping[str, tuple[float, float]]) -> Model:
-        """What `stillhook.validate.dynamics.fitting.output_error.fit` fits; known: logarithms of factors and their deviations that other
-        tests tell."""
+        """What `stillhook.validate.dynamics.fitting.output_error.fit` fits; known: logarithms of factors and their
+        deviations that other tests tell."""
         spread = np.array([u.spread for u in UNKNOWNS] + [e.spread for e in EXTRAS])
         low = np.array([-u.most for u in UNKNOWNS] + [e.low for e in EXTRAS])
         high = np.array([u.most for u in UNKNOWNS] + [e.high for e in EXTRAS])
@@ -92,7 +97,8 @@ class Twin:
         return Model(self.evaluate, self.signal, self.cluster, noise, centres, spread, varies, low, high)
 
     def bent(self, theta: FloatArray) -> Crane:
-        """The crane at some parameters: the oil in the lines swings with the shaft, and is slowed as viscous friction slows it."""
+        """The crane at some parameters: the oil in the lines swings with the shaft, and is slowed as viscous friction
+        slows it."""
         logs = {u.name: float(theta[i]) for i, u in enumerate(UNKNOWNS)}
         logs[INERTIA] = math.log(math.exp(logs[INERTIA]) + BOTH_LINES * float(theta[PLACE[INERTANCE]]))
         own = viscous_friction(self.crane)
@@ -101,11 +107,13 @@ class Twin:
 
     @property
     def _line_friction(self) -> float:
-        """Viscous friction at the shaft that stands for the drop of both lines, per drop at full flow [N m s/rad/Pa]."""
+        """Viscous friction at the shaft that stands for the drop of both lines, per drop at full flow [N m
+        s/rad/Pa]."""
         return BOTH_LINES * self.D_m**2 / self.Q_full
 
     def evaluate(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Outputs less measurements (n,) and their derivatives (n, p); FAR from the measurements where a run loses its numbers."""
+        """Outputs less measurements (n,) and their derivatives (n, p); FAR from the measurements where a run loses its
+        numbers."""
         late = float(theta[PLACE[COMMAND_DELAY]])
         moved = [theta + u.step * np.eye(len(theta))[i] for i, u in enumerate(UNKNOWNS)]
         cranes = [self.bent(x) for x in (theta, *moved, theta)]
@@ -131,8 +139,8 @@ class Twin:
         return out
 
     def _sensed(self, t: FloatArray, runs: FloatArray, rows: FloatArray, theta: FloatArray) -> FloatArray:
-        """Outputs (n, SIGNALS) as their sensors show them: the oil of the lines in the pressures at the motors, then what is late, then
-        offsets. rows (p, n, SIGNALS), the derivatives, are brought along."""
+        """Outputs (n, SIGNALS) as their sensors show them: the oil of the lines in the pressures at the motors, then
+        what is late, then offsets. rows (p, n, SIGNALS), the derivatives, are brought along."""
         y = runs.copy()
         inertance, drop = float(theta[PLACE[INERTANCE]]), float(theta[PLACE[DROP]])
         viscous = viscous_friction(self.crane) * math.exp(float(theta[PLACE[VISCOUS]]))
@@ -144,7 +152,8 @@ class Twin:
             motors, pumps = held + (1.0 - held) * SPLIT**2, (1.0 - held) * SPLIT * (1.0 - SPLIT)
             Q, Q_rows = (motors * x[OMEGA] + pumps * x[ALPHA_P] for x in (flows, flow_rows))
             rate, rates = (
-                motors * np.gradient(x[OMEGA], t, axis=-1) + pumps * np.gradient(x[ALPHA_P], t, axis=-1) for x in (flows, flow_rows)
+                motors * np.gradient(x[OMEGA], t, axis=-1) + pumps * np.gradient(x[ALPHA_P], t, axis=-1)
+                for x in (flows, flow_rows)
             )
             rows[:, :, k] += sign * (drop / self.Q_full * Q_rows + inertance * self.inertance * rates)
             rows[PLACE[DROP], :, k] += sign * Q / self.Q_full
@@ -176,17 +185,22 @@ class Twin:
         """Outputs at some parameters as the sensors show them, (n, SIGNALS) for each stretch."""
         runs = repeated([self.bent(theta)], self._late([float(theta[PLACE[COMMAND_DELAY]])]), self.n_sub)
         return tuple(
-            self._sensed(s.t, r[0], np.zeros((len(NAMES), *r.shape[1:])), theta) for s, r in zip(self.stretches, runs, strict=True)
+            self._sensed(s.t, r[0], np.zeros((len(NAMES), *r.shape[1:])), theta)
+            for s, r in zip(self.stretches, runs, strict=True)
         )
 
     def best_start(self) -> FloatArray:
-        """The point of a grid over C_h, J and leakage whose outputs lie nearest: a swing that has fallen out of step by half a period
-        would lead the steps astray."""
-        grid = [(a - b, max(a + b, 0.9 * self.least_J), c) for a, b, c in itertools.product(PERIODS, STIFFNESSES, LEAKS)]
+        """The point of a grid over C_h, J and leakage whose outputs lie nearest: a swing that has fallen out of step by
+        half a period would lead the steps astray."""
+        grid = [
+            (a - b, max(a + b, 0.9 * self.least_J), c) for a, b, c in itertools.product(PERIODS, STIFFNESSES, LEAKS)
+        ]
         cranes = [bent(self.crane, {C_H: x, INERTIA: y, C_LEAK: z}) for x, y, z in grid]
         cost = np.zeros(len(grid))
         at = 0
-        for s, runs in zip(self.stretches, repeated(cranes, [[s] * len(cranes) for s in self.stretches], self.n_sub), strict=True):
+        for s, runs in zip(
+            self.stretches, repeated(cranes, [[s] * len(cranes) for s in self.stretches], self.n_sub), strict=True
+        ):
             for k in range(len(SIGNALS)):
                 cost += _misfit(runs[:, :, k], self.measured[at : at + len(s.t)])
                 at += len(s.t)

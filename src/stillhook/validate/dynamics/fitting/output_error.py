@@ -1,4 +1,5 @@
-"""Output-error fit: parameters of the twin that bring its outputs nearest to measured ones, with intervals that know of model errors."""
+"""Output-error fit: parameters of the twin that bring its outputs nearest to measured ones, with intervals that know of
+model errors."""
 
 from __future__ import annotations
 
@@ -25,24 +26,28 @@ FAR = 1e3
 
 
 ALIKE = 100
-"""Residuals are taken to be alike for at most so many samples (weights fall to none, as Bartlett's): a second at 10 ms, two periods of the
-winch's swing."""
+"""Residuals are taken to be alike for at most so many samples (weights fall to none, as Bartlett's): a second at 10 ms,
+two periods of the winch's swing."""
 SETTLED = 0.1
 """Relative change of a signal's deviation between rounds that counts as none."""
 LEAST_CURVATURE = 1e-10
 """Least eigenvalue of the scaled curvature: a direction that the data leave quite open."""
 ENDS = {
-    -1: "the numbers went bad", 0: "the runs were used up", 1: "the slope is nil", 2: "the misfit settled", 3: "the numbers settled",
+    -1: "the numbers went bad",
+    0: "the runs were used up",
+    1: "the slope is nil",
+    2: "the misfit settled",
+    3: "the numbers settled",
     4: "misfit and numbers settled",
-}  # fmt: skip
+}
 """How a round of scipy's least_squares ended."""
 
 
 class Model(NamedTuple):
-    """What is fitted. evaluate(theta) -> outputs less measurements (n,) and their derivatives (n, p), in SI, NaN where not compared;
-    signal (n,) which signal a row is of; cluster (n,) which transient it is of; noise least deviation that a signal can have [SI];
-    centre, spread (p,) what the parameters are before any data, and its deviation (inf: not known); varies (p,) their deviation from
-    transient to transient (0: none); low, high their bounds."""
+    """What is fitted. evaluate(theta) -> outputs less measurements (n,) and their derivatives (n, p), in SI, NaN where
+    not compared; signal (n,) which signal a row is of; cluster (n,) which transient it is of; noise least deviation
+    that a signal can have [SI]; centre, spread (p,) what the parameters are before any data, and its deviation (inf:
+    not known); varies (p,) their deviation from transient to transient (0: none); low, high their bounds."""
 
     evaluate: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
     signal: NDArray[np.int64]
@@ -57,10 +62,12 @@ class Model(NamedTuple):
 
 @dataclass(frozen=True)
 class Fit:
-    """theta (p,); covariance (p, p) from leaving out one transient after the other; known (p,) deviations if the residuals were white
-    noise, what the data can tell at best; deviation of each signal's residuals [SI]; converged, and what was said; runs of the model in
-    all; names (n,) of the clusters that it rests on, and of each curvature H (n, p, p) and slope g (n, p) of the misfit at theta, in
-    deviations; prior (p,) curvature of what was known beforehand, off (p,) theta less its centre."""
+    """theta (p,); covariance (p, p) from leaving out one transient after the other; known (p,) deviations if the
+    residuals were white noise, what the data can tell at best; deviation of each signal's residuals [SI]; converged,
+    and what was said; runs of the model in all; names (n,) of the clusters that it rests on, and of each curvature H
+    (n, p, p) and slope g (n, p) of the misfit at theta, in deviations; prior (p,) curvature of what was known
+    beforehand, off (p,) theta less its
+    centre."""
 
     theta: FloatArray
     covariance: FloatArray
@@ -82,10 +89,11 @@ class Fit:
 
 
 def fit(model: Model, start: FloatArray) -> Fit:
-    """Levenberg-Marquardt steps (scipy's trust region) on residuals over each signal's own deviation, which is found again each round.
+    """Levenberg-Marquardt steps (scipy's trust region) on residuals over each signal's own deviation, which is found
+    again each round.
 
-    Parameters: start (p,). A signal counts by what the model leaves of it, but never by less than its noise; residuals that are alike over
-    many samples count as one.
+    Parameters: start (p,). A signal counts by what the model leaves of it, but never by less than its noise; residuals
+    that are alike over many samples count as one.
     """
     from scipy.optimize import least_squares
 
@@ -94,9 +102,16 @@ def fit(model: Model, start: FloatArray) -> Fit:
     for i in range(ROUNDS):
         problem = _Problem(model, samples, s)
         found = least_squares(
-            problem.residuals, theta, jac=problem.jacobian, bounds=(model.low, model.high), x_scale=problem.scale,
-            ftol=TOLERANCE, xtol=TOLERANCE, gtol=1e-12, max_nfev=FIRST_RUNS if i < FIRST_ROUNDS else MOST_RUNS,
-        )  # fmt: skip
+            problem.residuals,
+            theta,
+            jac=problem.jacobian,
+            bounds=(model.low, model.high),
+            x_scale=problem.scale,
+            ftol=TOLERANCE,
+            xtol=TOLERANCE,
+            gtol=1e-12,
+            max_nfev=FIRST_RUNS if i < FIRST_ROUNDS else MOST_RUNS,
+        )
         theta, converged, said = found.x, found.status > 0, ENDS[int(found.status)]
         samples.look_from(theta)
         new = samples.deviations(theta)
@@ -108,14 +123,29 @@ def fit(model: Model, start: FloatArray) -> Fit:
     parts = sums.weighed(s, model.varies)
     covariance, known = _covariance(model, parts)
     prior = model.spread**-2.0
-    return Fit(theta, covariance, known, s, converged, said, samples.runs, sums.names, parts.H, parts.g, prior, theta - model.centre)
+    return Fit(
+        theta,
+        covariance,
+        known,
+        s,
+        converged,
+        said,
+        samples.runs,
+        sums.names,
+        parts.H,
+        parts.g,
+        prior,
+        theta - model.centre,
+    )
 
 
 class _Sums(NamedTuple):
-    """Sums over the samples of each cluster and signal: H (clusters, signals, p, p) of products of derivatives, g (clusters, signals, p) of
-    derivatives and residuals, c (clusters, signals) of squared residuals, n their number; windows: of squared sums of residuals over ALIKE
-    samples, which are as large as c where they are independent, and larger where they are alike; P, q, B as H, g and H with the directions
-    in which clusters vary (clusters, signals, m, ...); names of the clusters."""
+    """Sums over the samples of each cluster and signal: H (clusters, signals, p, p) of products of derivatives, g
+    (clusters, signals, p) of derivatives and residuals, c (clusters, signals) of squared residuals, n their number;
+    windows: of squared sums of residuals over ALIKE samples, which are as large as c where they are independent, and
+    larger where they are alike; P, q, B as H, g and H with the directions in which clusters vary (clusters, signals, m,
+    ...); names of the
+    clusters."""
 
     H: FloatArray
     g: FloatArray
@@ -128,14 +158,19 @@ class _Sums(NamedTuple):
     names: NDArray[np.int64]
 
     def weighed(self, s: FloatArray, varies: FloatArray) -> _Weighed:
-        """The sums of each cluster over the deviations s of its signals, without what parameters that vary from cluster to cluster explain.
+        """The sums of each cluster over the deviations s of its signals, without what parameters that vary from cluster
+        to cluster explain.
 
-        A parameter with a deviation in `varies` has in each cluster a value of its own beside the common one; taken out by its best value
-        (the Schur complement), it leaves what the cluster tells of the common one.
+        A parameter with a deviation in `varies` has in each cluster a value of its own beside the common one; taken out
+        by its best value (the Schur complement), it leaves what the cluster tells of the common one.
         """
         w = s**-2.0
         H, g, c = np.einsum("k,gkpq->gpq", w, self.H), np.einsum("k,gkp->gp", w, self.g), np.sum(w * self.c, axis=1)
-        P, q, B = np.einsum("k,gkmp->gmp", w, self.P), np.einsum("k,gkm->gm", w, self.q), np.einsum("k,gkmn->gmn", w, self.B)
+        P, q, B = (
+            np.einsum("k,gkmp->gmp", w, self.P),
+            np.einsum("k,gkm->gm", w, self.q),
+            np.einsum("k,gkmn->gmn", w, self.B),
+        )
         A = B + np.diag(varies[varies > 0.0] ** -2.0)
         for i in range(len(H)):
             x, X = np.linalg.solve(A[i], q[i]), np.linalg.solve(A[i], P[i])
@@ -152,9 +187,11 @@ class _Weighed(NamedTuple):
 
 
 class _Samples:
-    """The model's residuals and derivatives at the last place, and their sums: both are asked for one after the other at one place.
+    """The model's residuals and derivatives at the last place, and their sums: both are asked for one after the other
+    at one place.
 
-    The directions in which clusters vary are the derivatives where the round began: within a round the misfit is one and the same function.
+    The directions in which clusters vary are the derivatives where the round began: within a round the misfit is one
+    and the same function.
     """
 
     def __init__(self, model: Model, start: FloatArray) -> None:
@@ -192,14 +229,18 @@ class _Samples:
                 own = (m.cluster == name) & (m.signal == k) & np.isfinite(self.r)
                 r, J, V = self.r[own], self.J[own], self.directions[own]
                 one = np.einsum("np,nq->pq", J, J), np.einsum("np,n->p", J, r), np.sum(r**2), own.sum(), _windows(r)
-                rows.append((*one, np.einsum("nm,np->mp", V, J), np.einsum("nm,n->m", V, r), np.einsum("nm,np->mp", V, V)))
+                rows.append(
+                    (*one, np.einsum("nm,np->mp", V, J), np.einsum("nm,n->m", V, r), np.einsum("nm,np->mp", V, V))
+                )
         shape = len(names), len(m.noise)
-        H, g, c, n, windows, P, q, B = (np.array(x, dtype=np.float64).reshape(*shape, *np.shape(x[0])) for x in zip(*rows, strict=True))
+        H, g, c, n, windows, P, q, B = (
+            np.array(x, dtype=np.float64).reshape(*shape, *np.shape(x[0])) for x in zip(*rows, strict=True)
+        )
         return _Sums(H, g, c, n, windows, P, q, B, names)
 
     def deviations(self, theta: FloatArray) -> FloatArray:
-        """Deviation of each signal's residuals as if they were independent: root mean square, at least the noise, times the root of the
-        samples over which they are alike."""
+        """Deviation of each signal's residuals as if they were independent: root mean square, at least the noise, times
+        the root of the samples over which they are alike."""
         x = self.sums(theta)
         c = x.c.sum(axis=0)
         alike = x.windows.sum(axis=0) / np.maximum(c, 1e-300)
@@ -214,10 +255,11 @@ def _windows(r: FloatArray) -> float:
 
 
 class _Problem:
-    """The least-squares problem in as few rows as there are parameters: equal misfit, slope and curvature, from the sums alone.
+    """The least-squares problem in as few rows as there are parameters: equal misfit, slope and curvature, from the
+    sums alone.
 
-    With H = V L V' the rows are L^1/2 V' and their residuals L^-1/2 V' g; one more row holds what of the misfit no parameter changes. What
-    is known of the parameters beforehand is in H and g.
+    With H = V L V' the rows are L^1/2 V' and their residuals L^-1/2 V' g; one more row holds what of the misfit no
+    parameter changes. What is known of the parameters beforehand is in H and g.
     """
 
     def __init__(self, model: Model, samples: _Samples, s: FloatArray) -> None:
@@ -251,9 +293,10 @@ def _scale(H: FloatArray) -> FloatArray:
 
 
 def _covariance(model: Model, parts: _Weighed) -> tuple[FloatArray, FloatArray]:
-    """Covariance of the parameters by leaving out each cluster (the linear jackknife, CR3), and their deviations if the residuals were
-    white. Model errors are alike within a transient and differ between them; with few clusters the jackknife errs on the wide side.
-    What was known beforehand counts as one observation more of each parameter, with its own deviation.
+    """Covariance of the parameters by leaving out each cluster (the linear jackknife, CR3), and their deviations if the
+    residuals were white. Model errors are alike within a transient and differ between them; with few clusters the
+    jackknife errs on the wide side. What was known beforehand counts as one observation more of each parameter, with
+    its own deviation.
 
     Source: Bell and McCaffrey 2002, "Bias reduction in standard errors for linear regression with multi-stage samples".
     """
@@ -261,9 +304,14 @@ def _covariance(model: Model, parts: _Weighed) -> tuple[FloatArray, FloatArray]:
     H = parts.H.sum(axis=0) + prior
     d = _scale(H)
     scale = np.outer(d, d)
-    shifts = [np.linalg.lstsq((H - own) / scale, g / d, rcond=LEAST_CURVATURE)[0] / d for own, g in zip(parts.H, parts.g, strict=True)]
+    shifts = [
+        np.linalg.lstsq((H - own) / scale, g / d, rcond=LEAST_CURVATURE)[0] / d
+        for own, g in zip(parts.H, parts.g, strict=True)
+    ]
     n = len(shifts)
     x = np.array(shifts)
     inverse = np.linalg.pinv(H / scale, rcond=LEAST_CURVATURE) / scale
-    covariance = (n - 1) / n * np.einsum("gp,gq->pq", x, x) + inverse @ prior @ inverse if n > 1 else np.full_like(H, np.inf)
+    covariance = (
+        (n - 1) / n * np.einsum("gp,gq->pq", x, x) + inverse @ prior @ inverse if n > 1 else np.full_like(H, np.inf)
+    )
     return covariance, np.sqrt(np.diag(inverse))

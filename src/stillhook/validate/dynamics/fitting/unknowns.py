@@ -1,4 +1,5 @@
-"""What is tuned on a test of the winch's dynamics, and what is left free beside it so that it does not bias what is tuned."""
+"""What is tuned on a test of the winch's dynamics, and what is left free beside it so that it does not bias what is
+tuned."""
 
 from __future__ import annotations
 
@@ -7,11 +8,13 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from stillhook.library.leakage import form_of
-from stillhook.spec.crane import Crane, LeakForm, MotorSet, beside_wire
+from stillhook.spec.circuits import LeakForm, MotorSet
+from stillhook.spec.crane import Crane, beside_wire
 
 C_H, C_LEAK, INERTIA, VISCOUS, SPEED_LEAKAGE = "C_h", "C_leak", "J_m_eff", "viscous", "speed_leakage"
 TUNED = (C_H, C_LEAK, INERTIA)
-"""The three that are tuned: capacitance of both lines, leakage of the active pumps and motors, inertia at the shaft with a full drum."""
+"""The three that are tuned: capacitance of both lines, leakage of the active pumps and motors, inertia at the shaft
+with a full drum."""
 
 
 MOST = math.log(2.5)
@@ -19,8 +22,8 @@ MOST = math.log(2.5)
 
 
 class Unknown(NamedTuple):
-    """A factor on the crane. bend(crane, factor) gives the crane; spread: standard deviation of its logarithm before any data
-    (inf: none is assumed); step: by how much the logarithm changes in a finite difference."""
+    """A factor on the crane. bend(crane, factor) gives the crane; spread: standard deviation of its logarithm before
+    any data (inf: none is assumed); step: by how much the logarithm changes in a finite difference."""
 
     name: str
     meaning: str
@@ -81,7 +84,9 @@ def _friction(crane: Crane, system: Mapping[str, float], loss: Mapping[str, floa
     """The crane with factors on parameters of its system friction and of its motors' loss."""
 
     def motor(m: MotorSet) -> MotorSet:
-        return m.model_copy(update={"loss": m.loss.model_copy(update={n: getattr(m.loss, n) * x for n, x in loss.items()})})
+        return m.model_copy(
+            update={"loss": m.loss.model_copy(update={n: getattr(m.loss, n) * x for n, x in loss.items()})}
+        )
 
     f = crane.friction
     new = f.system.model_copy(update={n: getattr(f.system, n) * x for n, x in system.items()})
@@ -112,7 +117,10 @@ def _pressure_loss(crane: Crane, x: float) -> Crane:
 
 def _pump_flow(crane: Crane, x: float) -> Crane:
     pump = crane.active.pump
-    return _pump(crane, {"D": tuple(D * x for D in pump.D), "leak_scale": (1.0 if pump.leak_scale is None else pump.leak_scale) / x})
+    return _pump(
+        crane,
+        {"D": tuple(D * x for D in pump.D), "leak_scale": (1.0 if pump.leak_scale is None else pump.leak_scale) / x},
+    )
 
 
 def _pump(crane: Crane, update: Mapping[str, object]) -> Crane:
@@ -147,19 +155,24 @@ UNKNOWNS = (
     Unknown("pressure_loss", "motor loss that grows with pressure", _pressure_loss, 0.25),
     Unknown("bristle", "stiffness of the winch held by its friction", _bristle, 1.0, 0.01),
     Unknown("pump_flow", "flow of the pumps at a setting", _pump_flow, 0.01, 5e-4),
-    Unknown("pump_omega_n", "natural frequency of the pumps' displacement control", lambda c, x: _servo(c, "omega_n", x), 0.5),
+    Unknown(
+        "pump_omega_n",
+        "natural frequency of the pumps' displacement control",
+        lambda c, x: _servo(c, "omega_n", x),
+        0.5,
+    ),
     Unknown("pump_zeta", "damping ratio of the pumps' displacement control", lambda c, x: _servo(c, "zeta", x), 0.5),
     Unknown("boost", "conductance of the boost valves", lambda c, x: _valve(c, "boost", x), 0.5, 0.01),
     Unknown("flushing", "conductance of the flushing valve", lambda c, x: _valve(c, "flushing", x), 0.5, 0.01),
 )
-"""Factors on the crane: first the three that are tuned. Spreads: friction of one crane is known to a factor of e, the loss with pressure
-to 25 % (paper D: 10 % in place), the pumps' flow to 1 % (slip of the electric motors and tolerance of the displacement), the valves of
-the low side, which a crane file mostly assumes, to a factor of 1.6."""
+"""Factors on the crane: first the three that are tuned. Spreads: friction of one crane is known to a factor of e, the
+loss with pressure to 25 % (paper D: 10 % in place), the pumps' flow to 1 % (slip of the electric motors and tolerance
+of the displacement), the valves of the low side, which a crane file mostly assumes, to a factor of 1.6."""
 
 
 class Extra(NamedTuple):
-    """What the twin has not, and a log shows: value 0 is the twin as it is. spread: deviation beforehand; low, high: bounds; unit in which
-    it is told, and the unit's value in SI."""
+    """What the twin has not, and a log shows: value 0 is the twin as it is. spread: deviation beforehand; low, high:
+    bounds; unit in which it is told, and the unit's value in SI."""
 
     name: str
     meaning: str
@@ -170,7 +183,13 @@ class Extra(NamedTuple):
     scale: float
 
 
-COMMAND_DELAY, INERTANCE, DROP, P_DELAY, SPEED_DELAY = "command_delay", "line_inertance", "line_drop", "p_delay", "omega_delay"
+COMMAND_DELAY, INERTANCE, DROP, P_DELAY, SPEED_DELAY = (
+    "command_delay",
+    "line_inertance",
+    "line_drop",
+    "p_delay",
+    "omega_delay",
+)
 OFFSETS = {"p_a": "p_a_offset", "p_b": "p_b_offset"}
 """Signals whose sensor may have a constant error, and the parameter that says which."""
 DELAYS = {"p_a": P_DELAY, "p_b": P_DELAY, "omega_m": SPEED_DELAY}
@@ -184,25 +203,28 @@ EXTRAS = (
     Extra(P_DELAY, "lateness of the pressures", 0.01, -0.04, 0.04, "ms", 1e-3),
     Extra(SPEED_DELAY, "lateness of omega_m", 0.05, -0.2, 0.2, "ms", 1e-3),
 )
-"""The pressure transmitters are taken to sit at the motors: what a line's oil takes to be moved is not seen by them, but swings along."""
+"""The pressure transmitters are taken to sit at the motors: what a line's oil takes to be moved is not seen by them,
+but swings along."""
 VARIES: Mapping[str, float] = {C_LEAK: 0.05, "dry": 0.05, "pump_flow": 1e-3}
-"""By how much a parameter may differ from turn to turn, as a deviation: leakage with the temperature of the oil (some 2 K), dry friction
-with the direction and the state of the flanks, the pumps' flow by a count of the command's 12 bits at a fifth of their stroke."""
+"""By how much a parameter may differ from turn to turn, as a deviation: leakage with the temperature of the oil (some 2
+K), dry friction with the direction and the state of the flanks, the pumps' flow by a count of the command's 12 bits at
+a fifth of their
+stroke."""
 NAMES = (*(u.name for u in UNKNOWNS), *(e.name for e in EXTRAS))
 """Every parameter of the fit, in its order."""
 PLACE = {name: i for i, name in enumerate(NAMES)}
 
 
 SLIP, SLIP_PRESSURE, SLIP_AT = 0.01, 250e5, 0.35
-"""Slip of the electric motors that drive the pumps at full flow and this pressure [-, Pa] (typical of their size), and pump setting at
-which it is compared with leakage."""
+"""Slip of the electric motors that drive the pumps at full flow and this pressure [-, Pa] (typical of their size), and
+pump setting at which it is compared with leakage."""
 
 
 def centre(crane: Crane, name: str) -> float:
     """What the logarithm of an unknown is beforehand: 0, but for leakage that rises with speed.
 
-    The pumps slow with the power that they give. At a setting a that takes the flow of a conductance of slip a^2 Q / p, Q full flow: like
-    leakage that rises with speed, which the twin has.
+    The pumps slow with the power that they give. At a setting a that takes the flow of a conductance of slip a^2 Q / p,
+    Q full flow: like leakage that rises with speed, which the twin has.
     """
     if name != SPEED_LEAKAGE:
         return 0.0

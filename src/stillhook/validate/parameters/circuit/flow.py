@@ -1,4 +1,5 @@
-"""Where the pumps' oil goes: flow balance of the active circuit, for the ratio of the displacements, the leakage and the capacitance."""
+"""Where the pumps' oil goes: flow balance of the active circuit, for the ratio of the displacements, the leakage and
+the capacitance."""
 
 from __future__ import annotations
 
@@ -23,18 +24,23 @@ from stillhook.validate.parameters.slopes import bridged, differences, integral,
 WINDOW = 0.5
 """Time over which the balance is drawn [s]: shorter than the time for which one line stays the higher one."""
 CLEAR = parse("6 bar", "pressure")
-"""Least difference of the lines, and least height of the upper one above boost: below, boost and flushing flow as well [Pa]."""
+"""Least difference of the lines, and least height of the upper one above boost: below, boost and flushing flow as well
+[Pa]."""
 LEAST_ROWS = 100
 
 
 @dataclass(frozen=True)
 class Balance:
-    """What the balance implies over what the twin has, less 1: ratio of pump to motor displacement (with their speeds), leakage,
-    capacitance of a line; offset: zero error of the pump setting [-]. leak: the form of the leakage that the data speak for, with which
-    the others were fitted. twin_leakage: the twin's whole leak conductance at the working point of the data, weighted with the pressure
-    that drives it [m^3/s/Pa]; tests that it rests on; measured_motors, measured_pumps: settings were logged, not made from commands.
-    For figures, window by window towards the higher line [m^3/s]: Q_p of the pumps, Q_m of the motors, Q_lost what is missing between
-    them, Q_leak what the twin's leakage would take, Q_form what the chosen form takes."""
+    """What the balance implies over what the twin has, less 1: ratio of pump to motor displacement (with their speeds),
+    leakage, capacitance of a line; offset: zero error of the pump setting [-]. leak: the form of the leakage that the
+    data speak for, with which the others were fitted. twin_leakage: the twin's whole leak conductance at the working
+    point of the data, weighted with the pressure that drives it [m^3/s/Pa]; tests that it rests on; measured_motors,
+    measured_pumps: settings were logged, not made from commands. For figures, window by window towards the higher line
+    [m^3/s]: Q_p of the pumps, Q_m of the motors, Q_lost what is missing between them, Q_leak what the twin's leakage
+    would take, Q_form
+    what the
+    chosen form
+    takes."""
 
     ratio: Estimate
     leakage: Estimate
@@ -58,12 +64,14 @@ def pump_conductance(alpha_p: FloatArray, leak: PumpLeak) -> FloatArray:
 
 
 def balance(parts: Sequence[Part]) -> Balance | None:
-    """Flow balance of the higher line, window by window; None where signals are missing or the lines are never far enough apart.
+    """Flow balance of the higher line, window by window; None where signals are missing or the lines are never far
+    enough apart.
 
     .. math:: D_m \\omega_m = r\\,D_p \\omega_p \\alpha_p - c\\,(C_{int}\\Delta p + C_{ext} p) - C_h \\dot p
 
-    in the direction of the higher line, integrated. On that line neither boost nor flushing flow. Source: Moslatt 2020 E eq. 11.
-    Tests with heave compensation alone are used where there are any: at full pumps the electric motors slip, which looks like leakage.
+    in the direction of the higher line, integrated. On that line neither boost nor flushing flow. Source: Moslatt 2020
+    E eq. 11. Tests with heave compensation alone are used where there are any: at full pumps the electric motors slip,
+    which looks like leakage.
     """
     mine = [p for p in parts if p.kind is Kind.AHC] or list(parts)
     rows = leak_rows(mine)
@@ -88,12 +96,21 @@ def _balance(parts: Sequence[Part], rows: LeakRows, leak: LeakChoice) -> Balance
     lost = b[0] * rows.Q_p + b[1] * rows.way - b[2] * rows.C_h + b[3] * rows.rate - slip * rows.slip - rows.Q_m
     form = np.sum([x * rows.column(n) for n, x in leak.chosen.coefficients.items()], axis=0)
     return Balance(
-        ratio=leak.beside("Q_p", -1.0), leakage=leak.value, capacitance=leak.beside("C_h", -1.0),
-        offset=leak.beside("way", 0.0, 1.0 / full), leak=leak, twin_leakage=leak.twin,
+        ratio=leak.beside("Q_p", -1.0),
+        leakage=leak.value,
+        capacitance=leak.beside("C_h", -1.0),
+        offset=leak.beside("way", 0.0, 1.0 / full),
+        leak=leak,
+        twin_leakage=leak.twin,
         measured_motors=all(p.has("alpha_m") for p in logged),
-        tests=tuple(dict.fromkeys(p.test for p in logged)), measured_pumps=all(p.has("alpha_p") for p in logged),
-        Q_p=rows.Q_p, Q_m=rows.Q_m, Q_lost=lost, Q_leak=rows.own, Q_form=form,
-    )  # fmt: skip
+        tests=tuple(dict.fromkeys(p.test for p in logged)),
+        measured_pumps=all(p.has("alpha_p") for p in logged),
+        Q_p=rows.Q_p,
+        Q_m=rows.Q_m,
+        Q_lost=lost,
+        Q_leak=rows.own,
+        Q_form=form,
+    )
 
 
 def _logged(part: Part) -> bool:
@@ -101,8 +118,9 @@ def _logged(part: Part) -> bool:
 
 
 def _rows(part: Part) -> LeakRows | None:
-    """Means over windows in the direction of the higher line; None where signals are missing. rate is the flow of the motors' acceleration:
-    a speed that was logged late has it, times its lag, whatever the displacement does meanwhile."""
+    """Means over windows in the direction of the higher line; None where signals are missing. rate is the flow of the
+    motors' acceleration: a speed that was logged late has it, times its lag, whatever the displacement does
+    meanwhile."""
     alpha_p, alpha_m = known_setting(part, "p"), known_setting(part, "m")
     if not _logged(part) or alpha_p is None or alpha_m is None:
         return None
@@ -135,7 +153,8 @@ def _rows(part: Part) -> LeakRows | None:
 
 
 def _way(dp: FloatArray, higher: FloatArray, part: Part) -> FloatArray:
-    """Per window, 1 where line a is the higher one all the time, -1 where b is, 0 where neither clearly is or a valve flows."""
+    """Per window, 1 where line a is the higher one all the time, -1 where b is, 0 where neither clearly is or a valve
+    flows."""
     active = part.params.active
     good = (np.abs(dp) > CLEAR) & (higher > active.boost.p + CLEAR) & (higher < active.relief.p - CLEAR)
     sign = np.where(good, np.sign(dp), 0.0)

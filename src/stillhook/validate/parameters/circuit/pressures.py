@@ -18,8 +18,8 @@ APART = parse("10 bar", "pressure")
 
 @dataclass(frozen=True)
 class Pressures:
-    """One test. low: mean of the lower line while the lines are apart, less the twin's boost pressure [Pa], None where they never
-    are; high: highest pressure over the relief setting, less 1; least: lowest pressure [Pa]."""
+    """One test. low: mean of the lower line while the lines are apart, less the twin's boost pressure [Pa], None where
+    they never are; high: highest pressure over the relief setting, less 1; least: lowest pressure [Pa]."""
 
     test: str
     low: Estimate | None
@@ -43,7 +43,8 @@ def pressures(parts: Sequence[Part]) -> tuple[Pressures, ...]:
 
 
 def passive_pressure(parts: Sequence[Part]) -> tuple[float, float] | None:
-    """Mean of p_hp in the heave-compensated tests, and the twin's pressure at mid stroke [Pa]; None where it was not logged."""
+    """Mean of p_hp in the heave-compensated tests, and the twin's pressure at mid stroke [Pa]; None where it was not
+    logged."""
     mine = [p["p_hp"] for p in parts if p.has("p_hp") and p.crane.passive is not None]
     if not mine:
         return None

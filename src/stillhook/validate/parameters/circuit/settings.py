@@ -1,4 +1,5 @@
-"""What pumps and motors make of their commands: gain, offset and hysteresis of the measured settings against the twin's servos."""
+"""What pumps and motors make of their commands: gain, offset and hysteresis of the measured settings against the twin's
+servos."""
 
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ from stillhook.validate.parameters.segments import Part
 from stillhook.validate.parameters.slopes import bridged
 
 OFFSETS = np.linspace(-0.3, 0.3, 13)
-"""Offsets of the motors' setting that are tried first [-]: three times what the thesis reports (paper E section 5.1.1: 5 to 10 %)."""
+"""Offsets of the motors' setting that are tried first [-]: three times what the thesis reports (paper E section 5.1.1:
+5 to 10 %)."""
 ASIDE = 0.01
 """Half of the difference by which the setting's answer to an offset is taken [-]."""
 ROUNDS = 4
@@ -24,19 +26,21 @@ LEAST_SENSE = 2.0
 EVERY = 0.05
 """Spacing of the samples that are compared [s]: a servo answers in some tenths."""
 WIDEST_PLAY = 0.04
-"""Full width of a play beyond which a control is broken [-]: a command that has gone so far has taken the play with it."""
+"""Full width of a play beyond which a control is broken [-]: a command that has gone so far has taken the play with
+it."""
 FIRST_PLAY = 0.005
 """Half width of the play that the search starts from [-]."""
 BESIDE = (0.01, 0.002, 0.02, 0.02)
 """Steps for the answers to offset and half play [-], and to logarithms of the servo's speed and damping."""
 LEAST_THETA, MOST_THETA = (-0.5, 0.0, -1.0, -1.0), (0.5, 0.5 * WIDEST_PLAY, 1.0, 1.0)
 OPEN_PLAY = 0.01
-"""Half width of the play that leaves the offset open where the command does not show it [-] (assumed: a control that works; paper E
-section 5.1.1 prints no number)."""
+"""Half width of the play that leaves the offset open where the command does not show it [-] (assumed: a control that
+works; paper E section 5.1.1 prints no number)."""
 RESOLUTION = 2.0**-11
 """What outputs and inputs of 12 bits over -1 to 1 round off [-] (assumed: usual resolution of a PLC)."""
 SENSOR_GAIN = 0.003
-"""Class of a displacement sensor, part of the reading (assumed: as of a transmitter); the gain of the pumps' setting holds no better."""
+"""Class of a displacement sensor, part of the reading (assumed: as of a transmitter); the gain of the pumps' setting
+holds no better."""
 
 
 Logged = tuple[Part, FloatArray, FloatArray]
@@ -44,8 +48,8 @@ Logged = tuple[Part, FloatArray, FloatArray]
 
 @dataclass(frozen=True)
 class Offset:
-    """offset: by which the motors stand above their command [-], None where no command ever left room for one; hysteresis: full width
-    [-], None where the command does not go up and down; seconds of data that can tell."""
+    """offset: by which the motors stand above their command [-], None where no command ever left room for one;
+    hysteresis: full width [-], None where the command does not go up and down; seconds of data that can tell."""
 
     offset: Estimate | None
     hysteresis: Estimate | None
@@ -61,7 +65,8 @@ class PumpSetting:
 
 
 def followed(u: FloatArray, servo: Servo, step: float) -> FloatArray:
-    """What a servo of the twin makes of a command that is held from sample to sample, starting at rest on the first one; (n,) [-].
+    """What a servo of the twin makes of a command that is held from sample to sample, starting at rest on the first
+    one; (n,) [-].
 
     The stroke's ends hold the answer, not the servo's state, as in `stillhook.physics.hydraulics.swash`.
     """
@@ -76,7 +81,8 @@ def followed(u: FloatArray, servo: Servo, step: float) -> FloatArray:
 
 
 def known_setting(part: Part, which: str) -> FloatArray | None:
-    """The setting of the active pumps ("p") or motors ("m"): measured, else the servo's answer to the command; None without both."""
+    """The setting of the active pumps ("p") or motors ("m"): measured, else the servo's answer to the command; None
+    without both."""
     if part.has(f"alpha_{which}"):
         return bridged(part[f"alpha_{which}"], part.step)
     if not part.has(f"u_{which}"):
@@ -89,13 +95,15 @@ def known_setting(part: Part, which: str) -> FloatArray | None:
 
 
 def motor_offset(parts: Sequence[Part]) -> Offset | None:
-    """Offset and hysteresis of the motors' setting, from all parts with u_m and alpha_m; None where they were not logged.
+    """Offset and hysteresis of the motors' setting, from all parts with u_m and alpha_m; None where they were not
+    logged.
 
-    The offset that explains the settings best is looked for with the stroke's ends in the model: at full displacement an offset upwards
-    cannot show, and then only the rest of the data counts. Play and the servo's speed and damping are found with it: a command that comes
-    down from full displacement leaves the setting half a play too high, one that goes up half a play too low. Until the command has gone
-    WIDEST_PLAY either way nobody knows where in its play the control stands, and those samples do not count. Where no command goes that
-    far, the play leaves the offset open by OPEN_PLAY, and that is in the interval as structural.
+    The offset that explains the settings best is looked for with the stroke's ends in the model: at full displacement
+    an offset upwards cannot show, and then only the rest of the data counts. Play and the servo's speed and damping are
+    found with it: a command that comes down from full displacement leaves the setting half a play too high, one that
+    goes up half a play too low. Until the command has gone WIDEST_PLAY either way nobody knows where in its play the
+    control stands, and those samples do not count. Where no command goes that far, the play leaves the offset open by
+    OPEN_PLAY, and that is in the interval as structural.
     """
     mine = [(p, bridged(p["u_m"], p.step), p["alpha_m"]) for p in parts if p.has("u_m", "alpha_m")]
     mine = [(p, u, alpha) for p, u, alpha in mine if np.isfinite(u).all()]
@@ -104,7 +112,9 @@ def motor_offset(parts: Sequence[Part]) -> Offset | None:
     sense = sum(_room(part, u) for part, u, _ in mine)
     if sense < LEAST_SENSE:
         return Offset(None, None, sense)
-    tried = [sum(float(np.nansum((_at(part, alpha) - _meant(part, u, x)) ** 2)) for part, u, alpha in mine) for x in OFFSETS]
+    tried = [
+        sum(float(np.nansum((_at(part, alpha) - _meant(part, u, x)) ** 2)) for part, u, alpha in mine) for x in OFFSETS
+    ]
     first = float(OFFSETS[int(np.argmin(tried))])
     together = _with_play(mine, first)
     if together is not None:
@@ -117,7 +127,8 @@ def motor_offset(parts: Sequence[Part]) -> Offset | None:
 
 
 def after_play(u: FloatArray, half_width: float) -> FloatArray:
-    """What a play makes of a command, (n,), as `stillhook.physics.hydraulics.swash.play` does; it starts in the middle on the first one."""
+    """What a play makes of a command, (n,), as `stillhook.physics.hydraulics.swash.play` does; it starts in the middle
+    on the first one."""
     moves = np.flatnonzero(np.diff(u, prepend=u[0]) != 0.0)
     held, out = float(u[0]), np.empty(len(moves) + 1)
     out[0] = held
@@ -128,8 +139,8 @@ def after_play(u: FloatArray, half_width: float) -> FloatArray:
 
 
 def _with_play(mine: Sequence[Logged], first: float) -> tuple[Estimate, Estimate] | None:
-    """Offset and hysteresis with the servo's speed and damping left free beside them, by Gauss and Newton; None where the command does not
-    go up and down far enough."""
+    """Offset and hysteresis with the servo's speed and damping left free beside them, by Gauss and Newton; None where
+    the command does not go up and down far enough."""
     theta, found, step = np.array([first, FIRST_PLAY, 0.0, 0.0]), None, np.array(BESIDE)
     known = [_at(part, np.maximum.accumulate(u) - np.minimum.accumulate(u)) > WIDEST_PLAY for part, u, _ in mine]
     told = [(*logged, k) for logged, k in zip(mine, known, strict=True) if k.any()]
@@ -157,11 +168,12 @@ def _with_play(mine: Sequence[Logged], first: float) -> tuple[Estimate, Estimate
     return (
         Estimate(float(theta[0]), offset, found.blocks, RESOLUTION),
         Estimate(2.0 * float(theta[1]), width, found.blocks, RESOLUTION),
-    )  # fmt: skip
+    )
 
 
 def _played(part: Part, u: FloatArray, theta: FloatArray) -> FloatArray:
-    """Setting every EVERY seconds by offset, half play, and logarithms of the servo's speed and damping over the twin's (4,)."""
+    """Setting every EVERY seconds by offset, half play, and logarithms of the servo's speed and damping over the twin's
+    (4,)."""
     servo = part.params.active.motor_servo
     own = servo._replace(omega_n=servo.omega_n * math.exp(theta[2]), zeta=servo.zeta * math.exp(theta[3]))
     return _at(part, followed(np.clip(after_play(u, float(theta[1])) + theta[0], 0.0, 1.0), own, part.step))
@@ -202,7 +214,8 @@ def _nearer(mine: Sequence[Logged], offset: float) -> Estimate:
 
 
 def pump_setting(parts: Sequence[Part]) -> PumpSetting | None:
-    """Gain and zero of the pumps' setting against the servo's answer to the command; None where they were not logged or stand still."""
+    """Gain and zero of the pumps' setting against the servo's answer to the command; None where they were not logged or
+    stand still."""
     rows = []
     for part in parts:
         if not part.has("u_p", "alpha_p"):

@@ -1,7 +1,9 @@
-"""Whether both lines show the same pressure while the winch stands on its brake: else a transmitter, or the pumps, stand off zero.
+"""Whether both lines show the same pressure while the winch stands on its brake: else a transmitter, or the pumps,
+stand off zero.
 
-Behind a closed brake nothing holds a difference of the lines: it leaks away, dp(t) = d + A exp(-t / tau), and d is what the transmitters,
-or pumps that do not quite stand at zero, make of none. Without a brake friction holds a difference, and a rest shows nothing.
+Behind a closed brake nothing holds a difference of the lines: it leaks away, dp(t) = d + A exp(-t / tau), and d is what
+the transmitters, or pumps that do not quite stand at zero, make of none. Without a brake friction holds a difference,
+and a rest shows nothing.
 """
 
 from __future__ import annotations
@@ -43,9 +45,9 @@ BESIDE = 1.5
 
 @dataclass(frozen=True)
 class Rest:
-    """One rest. test; start [s of the record]; after: 1 after hoisting, -1 after lowering, 0 where the log begins at rest; dp: p_a - p_b
-    that it ends at with half of its 95 % interval [Pa]; seconds that it counts; alpha_p: mean setting of the pumps, NaN where it was not
-    logged [-]."""
+    """One rest. test; start [s of the record]; after: 1 after hoisting, -1 after lowering, 0 where the log begins at
+    rest; dp: p_a - p_b that it ends at with half of its 95 % interval [Pa]; seconds that it counts; alpha_p: mean
+    setting of the pumps, NaN where it was not logged [-]."""
 
     test: str
     start: float
@@ -57,8 +59,10 @@ class Rest:
 
 @dataclass(frozen=True)
 class Rests:
-    """dp: p_a - p_b at rest, mean of those after hoisting and those after lowering [Pa]; tau: time in which differences leak away [s];
-    rests: each; alpha_p: pump setting that would hold dp against the crane file's leakage [-], measured: the logged one, NaN without."""
+    """dp: p_a - p_b at rest, mean of those after hoisting and those after lowering [Pa]; tau: time in which differences
+    leak away [s]; rests: each; alpha_p: pump setting that would hold dp against the crane file's leakage [-], measured:
+    the logged one, NaN without.
+    """
 
     dp: Estimate
     tau: float
@@ -72,7 +76,11 @@ def lacking(crane: Crane, records: Sequence[Record]) -> str:
     if crane.brake is None:
         return "the crane file has no holding brake, and friction may hold a difference of the lines"
     known = [r for r in records if _logged(r)]
-    return "" if known else "log p_a, p_b and the motor speed, and let the winch stand on its brake for 5 s or more in manual mode"
+    return (
+        ""
+        if known
+        else "log p_a, p_b and the motor speed, and let the winch stand on its brake for 5 s or more in manual mode"
+    )
 
 
 def rests(crane: Crane, records: Sequence[Record]) -> Rests | None:
@@ -102,7 +110,8 @@ def _logged(r: Record) -> bool:
 
 
 def _of(crane: Crane, r: Record) -> list[Raw]:
-    """Rests of a record: samples [a, b), after what, time since the rest counts [s] and p_a - p_b [Pa] in means over EVERY."""
+    """Rests of a record: samples [a, b), after what, time since the rest counts [s] and p_a - p_b [Pa] in means over
+    EVERY."""
     assert crane.brake is not None
     wait = crane.brake.t_wait + crane.brake.t_close + STOPPED
     out: list[Raw] = []
@@ -127,7 +136,11 @@ def _of(crane: Crane, r: Record) -> list[Raw]:
 def _stands(r: Record, speed: FloatArray) -> BoolArray:
     """Samples at which nothing is commanded and nothing moves in manual mode, (n,)."""
     n = len(r.t)
-    mode = r.signals["mode"] if r.has("mode") else np.full(n, MANUAL if r.test.mode is None or r.test.mode.value == "manual" else 1.0)
+    mode = (
+        r.signals["mode"]
+        if r.has("mode")
+        else np.full(n, MANUAL if r.test.mode is None or r.test.mode.value == "manual" else 1.0)
+    )
     with np.errstate(invalid="ignore"):
         still = (np.abs(speed) < STANDS) & (mode == MANUAL) & np.isfinite(r.signals["p_a"] + r.signals["p_b"])
         if r.has("v_op"):
@@ -143,7 +156,8 @@ def _runs(good: BoolArray) -> list[tuple[int, int]]:
 
 
 def _leaking(found: Sequence[Raw]) -> tuple[float, float, float]:
-    """The time in which differences leak away that fits all rests best, and the least and the most that do nearly as well [s]."""
+    """The time in which differences leak away that fits all rests best, and the least and the most that do nearly as
+    well [s]."""
     sums, rows = np.zeros(len(TAUS)), 0
     for *_, t, dp in found:
         if len(t) < 4:
@@ -182,8 +196,8 @@ def _setting(r: Record, a: int, b: int) -> float:
 
 
 def _mean(each: Sequence[Rest]) -> Estimate:
-    """Mean of the rests after hoisting and of those after lowering, half each, so that what the last motion left cancels; its interval from
-    the scatter between the rests and the interval of each."""
+    """Mean of the rests after hoisting and of those after lowering, half each, so that what the last motion left
+    cancels; its interval from the scatter between the rests and the interval of each."""
     groups = [[x for x in each if x.after == side] for side in (1, -1)]
     if not all(groups):
         groups = [list(each)]

@@ -1,4 +1,5 @@
-"""What friction the torques at the motor shaft leave: balance of the measured ones, against the twin's friction at the same moments."""
+"""What friction the torques at the motor shaft leave: balance of the measured ones, against the twin's friction at the
+same moments."""
 
 from __future__ import annotations
 
@@ -21,18 +22,21 @@ from stillhook.validate.parameters.slopes import bridged, smoothed
 EVERY = 0.2
 """Width of the means that are compared [s]: pressures swing faster, the sea moves slower."""
 MOVING = 10.0
-"""Least motor speed [rad/s], about 100 rev/min: below, friction turns round and a bristle, not a law, says what it is."""
+"""Least motor speed [rad/s], about 100 rev/min: below, friction turns round and a bristle, not a law, says what it
+is."""
 
 CALIBRATION = 0.005
-"""What the classes of the sensors leave open of the friction that the torques make up, whatever the samples [-]: pressure transmitters
-0.3 %, displacement of the active motors 0.4 % (assumed: class of a transmitter, sorted units of one type)."""
+"""What the classes of the sensors leave open of the friction that the torques make up, whatever the samples [-]:
+pressure transmitters 0.3 %, displacement of the active motors 0.4 % (assumed: class of a transmitter, sorted units of
+one type)."""
 
 
 @dataclass(frozen=True)
 class Friction:
-    """One test. scale: measured over the twin's friction, less 1; standing: torque left in the mean [N m], as of an error of load cell,
-    gas pressure or passive setting, and standing_force: the same as a force in the wire [N]; inertia: of the twin's that is missing, as
-    part; measured, twin: torques for figures [N m]; mean: the twin's mean friction [N m]."""
+    """One test. scale: measured over the twin's friction, less 1; standing: torque left in the mean [N m], as of an
+    error of load cell, gas pressure or passive setting, and standing_force: the same as a force in the wire [N];
+    inertia: of the twin's that is missing, as part; measured, twin: torques for figures [N m]; mean: the twin's mean
+    friction [N m]."""
 
     test: str
     scale: Estimate
@@ -58,8 +62,9 @@ def frictions(parts: Sequence[Part]) -> tuple[Friction, ...]:
 
     .. math:: D_m\\alpha_m\\Delta p + D_{pm}\\alpha_{pm}(p_{hp} - p_{lp}) - F_w\\,\\lambda - J\\dot\\omega = T_f
 
-    lambda lever of the wire. The scale is that of the parts in phase with the twin's friction; what stands, what goes with the speed's
-    rate (inertia, lags) and with the wire's position (gas, weight of wire) is taken out beside it. Source: Moslatt 2020 eqs 2.3 and 2.15.
+    lambda lever of the wire. The scale is that of the parts in phase with the twin's friction; what stands, what goes
+    with the speed's rate (inertia, lags) and with the wire's position (gas, weight of wire) is taken out beside it.
+    Source: Moslatt 2020 eqs 2.3 and 2.15.
     """
     out = []
     for test, mine in by_test([p for p in parts if not missing(p)]).items():
@@ -91,17 +96,21 @@ def _test(test: str, parts: Sequence[Part]) -> Friction | None:
 
 def _friction(test: str, found: Fit, lever: float, measured: FloatArray, model: FloatArray, J: float) -> Friction:
     return Friction(
-        test=test, scale=Estimate(float(found.b[0]) - 1.0, found.half(0), found.blocks),
-        standing=Estimate(float(found.b[1]), found.half(1), found.blocks), standing_force=float(found.b[1]) / lever,
-        inertia=Estimate(float(found.b[3]) / J, found.half(3) / J, found.blocks), measured=measured, twin=model,
+        test=test,
+        scale=Estimate(float(found.b[0]) - 1.0, found.half(0), found.blocks),
+        standing=Estimate(float(found.b[1]), found.half(1), found.blocks),
+        standing_force=float(found.b[1]) / lever,
+        inertia=Estimate(float(found.b[3]) / J, found.half(3) / J, found.blocks),
+        measured=measured,
+        twin=model,
         mean=float(np.nanmean(np.abs(model))),
-    )  # fmt: skip
+    )
 
 
 class States(NamedTuple):
-    """What friction goes with, as means over EVERY seconds, each (n,): omega motor speed [rad/s]; alpha_m setting [-] and dp pressure drop
-    [Pa] of the active motors; T_w torque of the wire at the motor shaft [N m]; passive setting [-] and pressure drop [Pa] of the passive
-    motors, 0 without any."""
+    """What friction goes with, as means over EVERY seconds, each (n,): omega motor speed [rad/s]; alpha_m setting [-]
+    and dp pressure drop [Pa] of the active motors; T_w torque of the wire at the motor shaft [N m]; passive setting [-]
+    and pressure drop [Pa] of the passive motors, 0 without any."""
 
     omega: FloatArray
     alpha_m: FloatArray
@@ -118,14 +127,17 @@ def states(part: Part) -> States:
     if part.crane.passive is not None:
         passive = _mean(part["alpha_pm"], part, every), _mean(part["p_hp"], part, every) - part.crane.passive.p_lp
     return States(
-        _mean(part.omega_m, part, every), _mean(known_setting(part, "m"), part, every), s["p_a"] - s["p_b"],
-        s["F_w"] * _mean(part.lever, part, every), passive,
-    )  # fmt: skip
+        _mean(part.omega_m, part, every),
+        _mean(known_setting(part, "m"), part, every),
+        s["p_a"] - s["p_b"],
+        s["F_w"] * _mean(part.lever, part, every),
+        passive,
+    )
 
 
 def slope_beside(parts: Sequence[Part], friction: Callable[[Part, States], FloatArray]) -> float | None:
-    """What the measure would be of a winch of this friction law [N m, a magnitude] at the moments of the parts, and nothing else in its
-    torques: law over the twin's, less 1. None where the winch does not move."""
+    """What the measure would be of a winch of this friction law [N m, a magnitude] at the moments of the parts, and
+    nothing else in its torques: law over the twin's, less 1. None where the winch does not move."""
     columns = []
     for part in parts:
         s, (_, model, spring, rate, one, block) = states(part), _rows(part)
@@ -137,8 +149,8 @@ def slope_beside(parts: Sequence[Part], friction: Callable[[Part, States], Float
 
 
 def _rows(part: Part) -> tuple[NDArray[Any], ...]:
-    """Means over EVERY seconds: torque left, the twin's friction with the sign of the motion, wire out about its middle, angular
-    acceleration, one, block; NaN where the motors stand or turn round."""
+    """Means over EVERY seconds: torque left, the twin's friction with the sign of the motion, wire out about its
+    middle, angular acceleration, one, block; NaN where the motors stand or turn round."""
     step, every = part.step, max(1, round(EVERY / part.step))
     s = states(part)
     s_w = _mean(bridged(part.wire_out, step), part, every)
@@ -150,16 +162,25 @@ def _rows(part: Part) -> tuple[NDArray[Any], ...]:
     model = twin_friction(part, s.omega, s.alpha_m, s.dp, s.T_w * part.crane.i_hD, s.passive)
     moving = np.abs(s.omega) > MOVING
     spring = s_w - np.nanmean(s_w)
-    return np.where(moving, T, np.nan), np.sign(s.omega) * model, spring, rate, np.ones_like(T), part.blocks(part.t[::every])
+    return (
+        np.where(moving, T, np.nan),
+        np.sign(s.omega) * model,
+        spring,
+        rate,
+        np.ones_like(T),
+        part.blocks(part.t[::every]),
+    )
 
 
 def twin_friction(
     part: Part, omega: FloatArray, alpha_m: FloatArray, dp: FloatArray, T_d: FloatArray, passive: tuple[Any, Any]
 ) -> FloatArray:
-    """All friction of the twin at the motor shaft, a magnitude [N m]: of active motors, passive ones and the transmission.
+    """All friction of the twin at the motor shaft, a magnitude [N m]: of active motors, passive ones and the
+    transmission.
 
-    omega [rad/s]; alpha_m [-]; dp over the active motors [Pa]; T_d drum torque [N m]; passive setting [-] and pressure drop [Pa]; (n,).
-    As `stillhook.winches.active_passive.dry_level` and `moving_loss` for the sliding winch, with arrays.
+    omega [rad/s]; alpha_m [-]; dp over the active motors [Pa]; T_d drum torque [N m]; passive setting [-] and pressure
+    drop [Pa]; (n,). As `stillhook.winches.active_passive.dry_level` and `moving_loss` for the sliding winch, with
+    arrays.
     """
     hoist, sets = part.params.hoist, [(part.params.active.motors, alpha_m, dp)]
     if part.crane.passive is not None:

@@ -14,24 +14,35 @@ from stillhook.units import KINDS, in_unit, number, show
 from stillhook.validate.parameters.segments import Part, by_test
 
 LIGHT = 0.1
-"""Load with hook over the safe working load from which a load cell is judged [-]: below, its zero is all that it shows."""
+"""Load with hook over the safe working load from which a load cell is judged [-]: below, its zero is all that it
+shows."""
 LIKE_A_UNIT = 0.05
 """By how much a unit's factor may be missed [-]: what loads are known to."""
 CLOSE = 0.1
 """Error of the gain below which no unit is looked for [-]: kgf and daN differ by 2 %, all others by more."""
 UNITS = {
-    "N": 1.0, "daN": 10.0, "kgf": G, "lbf": 4.4482216, "kN": 1e3, "kip": 4448.2216, "short tons": 8896.443, "t": 1e3 * G, "MN": 1e6,
-}  # fmt: skip
+    "N": 1.0,
+    "daN": 10.0,
+    "kgf": G,
+    "lbf": 4.4482216,
+    "kN": 1e3,
+    "kip": 4448.2216,
+    "short tons": 8896.443,
+    "t": 1e3 * G,
+    "MN": 1e6,
+}
 """Units in which load cells are logged [N]."""
 AS_WIRE = (0.7, 1.2)
-"""Too much force over the weight of the wire paid out that is taken for it [-]: less in water, and loads are known to some per cent."""
+"""Too much force over the weight of the wire paid out that is taken for it [-]: less in water, and loads are known to
+some per cent."""
 MUCH_WIRE = 0.03
 """Weight of the wire paid out over that of hook and payload from which it is looked for [-]."""
 
 
 @dataclass(frozen=True)
 class Cell:
-    """One test. force: mean of the cell [N]; weight: of hook and payload, in water less buoyancy [N]; error: force over weight, less 1."""
+    """One test. force: mean of the cell [N]; weight: of hook and payload, in water less buoyancy [N]; error: force over
+    weight, less 1."""
 
     test: str
     force: Estimate
@@ -59,7 +70,8 @@ def cells(parts: Sequence[Part]) -> tuple[Cell, ...]:
 
 
 def cell_says(found: Sequence[Cell], parts: Sequence[Part]) -> str:
-    """What the errors of the load cell point at, in one line; empty where neither wire, unit nor hook would explain them."""
+    """What the errors of the load cell point at, in one line; empty where neither wire, unit nor hook would explain
+    them."""
     heavy = [c for c in found if not c.light]
     if not heavy:
         return ""
@@ -75,7 +87,8 @@ def cell_says(found: Sequence[Cell], parts: Sequence[Part]) -> str:
 
 
 def _wire(heavy: Sequence[Cell], parts: Sequence[Part]) -> str:
-    """Whether the cell feels the wire paid out as well: more force than stated in every test, by about the weight of its wire."""
+    """Whether the cell feels the wire paid out as well: more force than stated in every test, by about the weight of
+    its wire."""
     out, m_wire = {p.test: p.segment.s_w for p in parts}, parts[0].params.hoist.drum.m_wire
     weight = np.array([m_wire * out[c.test] * G for c in heavy])
     more = np.array([c.force.value - c.weight for c in heavy])
@@ -84,8 +97,8 @@ def _wire(heavy: Sequence[Cell], parts: Sequence[Part]) -> str:
     if ((more < AS_WIRE[0] * weight) | (more > AS_WIRE[1] * weight)).any():
         return ""
     return (
-        f"it feels the wire paid out as well, {show(float(weight.max()) / G, 'mass', 3)} at most: give payload and depth, or as load "
-        "what the winch carries without the hook, the wire's weight with it"
+        f"it feels the wire paid out as well, {show(float(weight.max()) / G, 'mass', 3)} at most: give payload and"
+        " depth, or as load what the winch carries without the hook, the wire's weight with it"
     )
 
 
@@ -94,7 +107,9 @@ def _unit(gain: float, parts: Sequence[Part]) -> str:
     mapping = next((p.record.log.mapping for p in parts if p.record.log.mapping), None)
     row = mapping.get("F_w") if mapping else None
     read = row.unit if row is not None and row.unit in KINDS["force"].allowed else "kN"
-    factor = (row.scale if row is not None else 1.0) / in_unit(1.0, read, "force")  # N of one number in the column, as it was read
+    factor = (row.scale if row is not None else 1.0) / in_unit(
+        1.0, read, "force"
+    )  # N of one number in the column, as it was read
     known = {**UNITS, "% of the SWL": parts[0].crane.SWL * G / 100.0}
     name, newton = min(known.items(), key=lambda u: abs(math.log(factor / gain / u[1])))
     if abs(math.log(factor / gain / newton)) > LIKE_A_UNIT:

@@ -1,4 +1,5 @@
-"""How much wire the drum takes in per turn of the motors: the lever that a log implies, the layer that has it, and what its error means."""
+"""How much wire the drum takes in per turn of the motors: the lever that a log implies, the layer that has it, and what
+its error means."""
 
 from __future__ import annotations
 
@@ -15,9 +16,11 @@ from stillhook.validate.parameters.segments import Part, by_test, diameter_of, l
 from stillhook.validate.parameters.slopes import integral, slope
 
 FLOOR = 0.001
-"""What pick-up and wire counter may differ by between load cases on top of the scatter [-]: a tenth of a per cent, as calibrated."""
+"""What pick-up and wire counter may differ by between load cases on top of the scatter [-]: a tenth of a per cent, as
+calibrated."""
 AGREES = 0.005
-"""Error of the lever below which nothing is wrong [-]: a tenth of a layer's step, and beyond what sensors are calibrated to."""
+"""Error of the lever below which nothing is wrong [-]: a tenth of a layer's step, and beyond what sensors are
+calibrated to."""
 NEAR_A_LAYER = 0.15
 """By how much of a layer a whole layer's error may be missed: half a per cent of the lever."""
 AS_GOOD = 1.5
@@ -26,8 +29,10 @@ AS_GOOD = 1.5
 
 @dataclass(frozen=True)
 class Lever:
-    """One test. error: implied lever over the twin's, less 1; layer: the twin's at the wire that is out; implied: the one that the log
-    implies, as a real number; d, d_implied diameters of the wire's centre [m]; wire: what the wire's motion is from; s_w wire out [m]."""
+    """One test. error: implied lever over the twin's, less 1; layer: the twin's at the wire that is out; implied: the
+    one that the log implies, as a real number; d, d_implied diameters of the wire's centre [m]; wire: what the wire's
+    motion is from; s_w wire out [m].
+    """
 
     test: str
     error: Estimate
@@ -40,9 +45,11 @@ class Lever:
 
 
 def levers(parts: Sequence[Part], clock: float = 0.0) -> tuple[Lever, ...]:
-    """The lever of every test with a motor speed and a wire speed or wire out; clock: by which the time stamps run too fast [-].
+    """The lever of every test with a motor speed and a wire speed or wire out; clock: by which the time stamps run too
+    fast [-].
 
-    The ratio of two speeds does not depend on the clock; where the wire's speed is missing its length is used, less what the clock does.
+    The ratio of two speeds does not depend on the clock; where the wire's speed is missing its length is used, less
+    what the clock does.
     """
     out = []
     for test, mine in by_test(parts).items():
@@ -87,12 +94,17 @@ def _ideas(crane: Crane, found: Sequence[Lever]) -> list[tuple[float, str]]:
     e, d = np.array([x.error.value for x in found]), np.array([x.d for x in found])
     w = 1.0 / np.hypot([x.error.half for x in found], FLOOR) ** 2
     gear = float(w @ e / w.sum())
-    geared = _left(e - gear, w), f"the gear ratio is {number(crane.i_hD / (1.0 + gear), 4)}, not {number(crane.i_hD, 4)}"
+    geared = (
+        _left(e - gear, w),
+        f"the gear ratio is {number(crane.i_hD / (1.0 + gear), 4)}, not {number(crane.i_hD, 4)}",
+    )
     if _near_whole_layers(found):
         return [_whole_layers(crane, found), geared]  # a drum larger by whole layers is named with them
     ideas = [geared]
     drum, old = float((w / d**2) @ (e * d) / np.sum(w / d**2)), crane.drum.d
-    ideas.append((_left(e - drum / d, w), f"the drum's diameter is {show(old + drum, 'length')}, not {show(old, 'length')}"))
+    ideas.append(
+        (_left(e - drum / d, w), f"the drum's diameter is {show(old + drum, 'length')}, not {show(old, 'length')}")
+    )
     share = 2.0 * np.array([x.layer for x in found]) - 1.0
     wire = float((w * share / d**2) @ (e * d) / np.sum(w * share**2 / d**2))
     old = crane.wire.d
@@ -114,7 +126,10 @@ def _whole_layers(crane: Crane, found: Sequence[Lever]) -> tuple[float, str]:
     off = np.array([x.implied - x.layer for x in found])
     rest = (off - np.round(off)) * layer_step(crane) / np.array([x.d for x in found])
     w = 1.0 / np.hypot([x.error.half for x in found], FLOOR) ** 2
-    return _left(rest, w), f"the wire runs on another layer than the twin's: {_named(found)}, {wire_counted_wrong(crane, found)}"
+    return (
+        _left(rest, w),
+        f"the wire runs on another layer than the twin's: {_named(found)}, {wire_counted_wrong(crane, found)}",
+    )
 
 
 def _named(found: Sequence[Lever]) -> str:
@@ -127,7 +142,8 @@ def _named(found: Sequence[Lever]) -> str:
 
 
 def wire_counted_wrong(crane: Crane, found: Sequence[Lever]) -> str:
-    """By how much the wire out would have to be counted wrong for all tests to run on the layers that they imply, in words."""
+    """By how much the wire out would have to be counted wrong for all tests to run on the layers that they imply, in
+    words."""
     wrong = "layers, turns or drum of the crane file are wrong"
     if any(not 1 <= round(x.implied) <= crane.drum.layers for x in found):
         return f"one that the drum does not have: {wrong}"

@@ -1,4 +1,5 @@
-"""Time scale and calibration of speeds: lengths against integrals of speeds, for wire and tip; jumps that hide a gap."""
+"""Time scale and calibration of speeds: lengths against integrals of speeds, for wire and tip; jumps that hide a
+gap."""
 
 from __future__ import annotations
 
@@ -13,10 +14,11 @@ from stillhook.validate.parameters.segments import Part, by_test
 from stillhook.validate.parameters.slopes import Slope, integral, later, slope, smoothed
 
 DOUBT = {"v_w": 0.003, "v_tip": 0.0005, "a_tip": 0.003}
-"""What a rate's own calibration may be off by [-]: a motion unit makes position and speed out of the same samples, a wire speed comes from
-a pick-up or a tachometer of its own, an acceleration is filtered."""
+"""What a rate's own calibration may be off by [-]: a motion unit makes position and speed out of the same samples, a
+wire speed comes from a pick-up or a tachometer of its own, an acceleration is filtered."""
 LEAST_MOTION = 0.1
-"""Smallest scatter of the moves in a window from which a calibration can be told [m]: noise of some millimetres then biases nothing."""
+"""Smallest scatter of the moves in a window from which a calibration can be told [m]: noise of some millimetres then
+biases nothing."""
 LEAST_MOTION_V = 0.05
 """The same for a speed against an acceleration [m/s]."""
 ASIDE = 0.3
@@ -25,8 +27,8 @@ ASIDE = 0.3
 
 @dataclass(frozen=True)
 class Ratio:
-    """A length (or speed) against the integral of its rate. name: that of the rate; error: the change of the length over that integral,
-    less 1, over all tests; tests: the same by test; lag: of the length behind the integral [s]."""
+    """A length (or speed) against the integral of its rate. name: that of the rate; error: the change of the length
+    over that integral, less 1, over all tests; tests: the same by test; lag: of the length behind the integral [s]."""
 
     name: str
     error: Estimate
@@ -36,7 +38,8 @@ class Ratio:
 
 @dataclass(frozen=True)
 class Jump:
-    """The largest step of a length that its speed does not explain: size [m], test, moment [s from the start of the record]."""
+    """The largest step of a length that its speed does not explain: size [m], test, moment [s from the start of the
+    record]."""
 
     size: float
     test: str
@@ -70,8 +73,9 @@ def ratios(parts: Sequence[Part]) -> dict[str, Ratio]:
 
 @dataclass(frozen=True)
 class Clock:
-    """error: by which the time stamps run too fast [-], None where the log cannot tell it from a calibration; calibration: by name of the
-    rate, by which it reads too much once the clock is taken out [-]; note: in words what it is."""
+    """error: by which the time stamps run too fast [-], None where the log cannot tell it from a calibration;
+    calibration: by name of the rate, by which it reads too much once the clock is taken out [-]; note: in words what it
+    is."""
 
     error: Estimate | None
     calibration: Mapping[str, Estimate]
@@ -83,13 +87,21 @@ def clock_of(found: Mapping[str, Ratio]) -> Clock:
 
     Stamps that run too fast by e make every integral too large by it, and every ratio 1 / (1 + e).
     """
-    fast = {name: Estimate(1.0 / (1.0 + r.error.value) - 1.0, r.error.half, r.error.blocks) for name, r in found.items()}
+    fast = {
+        name: Estimate(1.0 / (1.0 + r.error.value) - 1.0, r.error.half, r.error.blocks) for name, r in found.items()
+    }
     if len(fast) < 2:
-        note = "one speed alone cannot tell a clock that drifts from its own calibration: log v_w and v_tip beside s_w and s_tip"
+        note = (
+            "one speed alone cannot tell a clock that drifts from its own calibration: log v_w and v_tip beside s_w and"
+            " s_tip"
+        )
         return Clock(None, fast, note)
     group = _alike(fast)
     if len(group) < 2:
-        note = f"{' and '.join(fast)} each differ from what they are the rate of, by different amounts: calibrations, no clock"
+        note = (
+            f"{' and '.join(fast)} each differ from what they are the rate of, by different amounts: calibrations, no"
+            " clock"
+        )
         return Clock(None, fast, note)
     error = one_number([_doubted(name, fast[name]) for name in group])
     rest = {name: Estimate(e.value - error.value, float(np.hypot(e.half, error.half))) for name, e in fast.items()}
@@ -111,9 +123,14 @@ def _doubted(name: str, e: Estimate) -> Estimate:
 
 
 def largest_jump(parts: Sequence[Part], found: Mapping[str, Ratio]) -> Jump | None:
-    """The largest step of wire out or tip position against the integral of its speed; None where there is no such pair."""
+    """The largest step of wire out or tip position against the integral of its speed; None where there is no such
+    pair."""
     jumps = [
-        _jump(part, rate, found[rate]) for rate in ("v_w", "v_tip") if rate in found for part in parts if part.has(rate, PAIRS[rate][0])
+        _jump(part, rate, found[rate])
+        for rate in ("v_w", "v_tip")
+        if rate in found
+        for part in parts
+        if part.has(rate, PAIRS[rate][0])
     ]
     return max(jumps, key=lambda j: j.size, default=None)
 
@@ -132,4 +149,7 @@ def _jump(part: Part, rate: str, ratio: Ratio) -> Jump:
 
 def jump_says(jump: Jump) -> str:
     """A jump in words."""
-    return f"{jump.name} jumps by {show(jump.size, 'length', 2)} at {jump.at:.1f} s of {jump.test}, which its speed does not explain"
+    return (
+        f"{jump.name} jumps by {show(jump.size, 'length', 2)} at {jump.at:.1f} s of {jump.test}, which its speed does"
+        " not explain"
+    )

@@ -1,8 +1,10 @@
-"""How late the tip motion really reaches the PLC, from the load cell: the hook moves though the PLC thinks that it does not.
+"""How late the tip motion really reaches the PLC, from the load cell: the hook moves though the PLC thinks that it does
+not.
 
-The logged tip is the one that the PLC saw, and the wire follows that one. What is left of the true motion moves the hook, and its
-acceleration is in the wire's force. So: the wire that was measured, a tip that is some time ahead of the logged one, and the twin's wire
-and load between them; the time that explains the measured force best is the delay. Neither winch nor controller of the twin take part.
+The logged tip is the one that the PLC saw, and the wire follows that one. What is left of the true motion moves the
+hook, and its acceleration is in the wire's force. So: the wire that was measured, a tip that is some time ahead of the
+logged one, and the twin's wire and load between them; the time that explains the measured force best is the delay.
+Neither winch nor controller of the twin take part.
 """
 
 from __future__ import annotations
@@ -29,7 +31,8 @@ LOW = (0.04, 0.06)
 HIGH = 0.25
 """Upper end of the band [Hz]: above, there is no sea."""
 BELOW_RESONANCE = 0.6
-"""Upper end of the band over the eigenfrequency of load and wire: nearer to it the damping of the wire, which nobody knows, decides."""
+"""Upper end of the band over the eigenfrequency of load and wire: nearer to it the damping of the wire, which nobody
+knows, decides."""
 FLANK = 1.3
 EDGE = 15.0
 """Left out at both ends [s]: a filter knows nothing beyond them."""
@@ -54,9 +57,9 @@ Spectrum = NDArray[np.complex128]
 
 @dataclass(frozen=True)
 class TipDelay:
-    """One test. delay: of the logged tip behind the true one [s]; gain: measured force over the twin's; held: whether the gain was held
-    at 1 because the force says too little of it; misfit: rms of the force that is left [N] at the delays of CURVE; force: rms of the
-    measured force in the band [N]."""
+    """One test. delay: of the logged tip behind the true one [s]; gain: measured force over the twin's; held: whether
+    the gain was held at 1 because the force says too little of it; misfit: rms of the force that is left [N] at the
+    delays of CURVE; force: rms of the measured force in the band [N]."""
 
     test: str
     delay: Estimate
@@ -68,8 +71,8 @@ class TipDelay:
 
 @dataclass(frozen=True)
 class _Sea:
-    """A part in the band of the sea: measured force (n,) [N], spectra of the forces that tip and wire make, direction of the wire (n,),
-    angular frequencies [rad/s], blocks, and the samples that count."""
+    """A part in the band of the sea: measured force (n,) [N], spectra of the forces that tip and wire make, direction
+    of the wire (n,), angular frequencies [rad/s], blocks, and the samples that count."""
 
     force: FloatArray
     tip: Spectrum
@@ -80,7 +83,8 @@ class _Sea:
     inside: NDArray[np.bool_]
 
     def columns(self, delay: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """With the tip so much ahead: force of the hook's motion, of the tip's speed (per s), and the first one's rate; (n,)."""
+        """With the tip so much ahead: force of the hook's motion, of the tip's speed (per s), and the first one's rate;
+        (n,)."""
         ahead = self.tip * np.exp(1j * self.w * delay)
         hook = ahead - self.wire
         return self._curve(hook), self._curve(1j * self.w * ahead), self._curve(1j * self.w * hook)
@@ -90,7 +94,8 @@ class _Sea:
 
 
 def tip_delays(parts: Sequence[Part]) -> tuple[TipDelay, ...]:
-    """Delay of the logged tip behind the true one, from every test with heave compensation in which the load cell was logged."""
+    """Delay of the logged tip behind the true one, from every test with heave compensation in which the load cell was
+    logged."""
     out = []
     for test, mine in by_test([p for p in parts if _can_tell(p)]).items():
         found = _test(test, [_sea(p) for p in mine])
@@ -106,7 +111,12 @@ def overall(found: Sequence[TipDelay]) -> Estimate | None:
 
 def _can_tell(part: Part) -> bool:
     s = part.segment
-    return s.mode is not Mode.MANUAL and s.s_tip_pp >= LEAST_PP and part.knows("F_w", "s_tip", "s_w") and s.duration > 4.0 * EDGE
+    return (
+        s.mode is not Mode.MANUAL
+        and s.s_tip_pp >= LEAST_PP
+        and part.knows("F_w", "s_tip", "s_w")
+        and s.duration > 4.0 * EDGE
+    )
 
 
 def _sea(part: Part) -> _Sea:
@@ -132,7 +142,8 @@ def _level(x: FloatArray) -> FloatArray:
 
 
 def _response(part: Part, f: FloatArray) -> tuple[Spectrum, float]:
-    """Force in the wire over the motion of its upper end [N/m], of the twin's spring, damper and mass, and the band's upper end [Hz]."""
+    """Force in the wire over the motion of its upper end [N/m], of the twin's spring, damper and mass, and the band's
+    upper end [Hz]."""
     hoist, w = part.params.hoist, 2.0 * math.pi * f
     s_w = float(np.nanmean(part["s_w"]))
     k, m = float(wire_stiffness(s_w, hoist.wire)), float(hoist.load.m)
@@ -159,13 +170,15 @@ def _test(test: str, seas: Sequence[_Sea]) -> TipDelay | None:
 
 
 def _fitted(seas: Sequence[_Sea], *, held: bool) -> tuple[float, Fit] | None:
-    """The delay at which the tip's speed has nothing left to explain, with the fit there: gain (unless held) and gain times rest of the
-    delay, beside the friction of sheaves and a lag of the force (load cell, damping of the wire)."""
+    """The delay at which the tip's speed has nothing left to explain, with the fit there: gain (unless held) and gain
+    times rest of the delay, beside the friction of sheaves and a lag of the force (load cell, damping of the wire)."""
     delay, found = 0.0, None
     for _ in range(ROUNDS):
         columns = [(s.columns(delay), s) for s in seas]
         rows = [np.concatenate([c[i][s.inside] for c, s in columns]) for i in range(3)]
-        force, way, block = (np.concatenate([getattr(s, name)[s.inside] for s in seas]) for name in ("force", "way", "block"))
+        force, way, block = (
+            np.concatenate([getattr(s, name)[s.inside] for s in seas]) for name in ("force", "way", "block")
+        )
         used = (rows[1], way) if held else (rows[0], rows[1], way, rows[2])
         found = fit(used, force - rows[0] if held else force, block)
         if found is None or (not held and found.b[0] <= 0.0):
@@ -175,7 +188,8 @@ def _fitted(seas: Sequence[_Sea], *, held: bool) -> tuple[float, Fit] | None:
 
 
 def _leans(seas: Sequence[_Sea]) -> float:
-    """How much of a delay [s] the twin's force of the hook's motion looks like: what its gain is off by comes in by that."""
+    """How much of a delay [s] the twin's force of the hook's motion looks like: what its gain is off by comes in by
+    that."""
     rows = [(s.columns(0.0), s.inside) for s in seas]
     hook, speed = (np.concatenate([c[i][inside] for c, inside in rows]) for i in range(2))
     return dot(hook, speed) / dot(speed, speed)

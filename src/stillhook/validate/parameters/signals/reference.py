@@ -1,4 +1,5 @@
-"""Whether the logged tip is the one that the PLC controlled against: its own error, the wire and the tip must add up to a constant."""
+"""Whether the logged tip is the one that the PLC controlled against: its own error, the wire and the tip must add up to
+a constant."""
 
 from __future__ import annotations
 
@@ -22,8 +23,8 @@ LEAST_PP = 0.2
 
 @dataclass(frozen=True)
 class Reference:
-    """One test. lag: by which the PLC's tip comes later than the logged one [s]; spread: standard deviation of the reference once the lag
-    is taken out [m]."""
+    """One test. lag: by which the PLC's tip comes later than the logged one [s]; spread: standard deviation of the
+    reference once the lag is taken out [m]."""
 
     test: str
     lag: Estimate
@@ -33,8 +34,8 @@ class Reference:
 def references(parts: Sequence[Part]) -> tuple[Reference, ...]:
     """The PLC's reference e_c + s_w - s_tip (+ what the operator asked for) in every compensating test with its error.
 
-    A crane that extrapolates its tip by t_lead has that taken out. Where the PLC works with the tip of a time ago, the reference moves by
-    that time against the tip's speed.
+    A crane that extrapolates its tip by t_lead has that taken out. Where the PLC works with the tip of a time ago, the
+    reference moves by that time against the tip's speed.
     """
     out = []
     for test, mine in by_test([p for p in parts if _can_tell(p)]).items():

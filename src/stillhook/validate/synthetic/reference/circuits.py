@@ -1,4 +1,5 @@
-"""Leakage and passive circuit of the truth plant: laws of their own, brought to the twin's size where a crane's tests work."""
+"""Leakage and passive circuit of the truth plant: laws of their own, brought to the twin's size where a crane's tests
+work."""
 
 from __future__ import annotations
 
@@ -29,7 +30,8 @@ from stillhook.winches.reference.laws import TruePassive
 from stillhook.winches.reference.leak import TrueLeak, gap_motor, gap_pump, leak_across, leak_to_case
 
 Q_DRY = 1.5e-3
-"""Flow into the accumulator about which the dry friction of its piston turns [m^3/s]: 90 L/min, a few per cent of a heave's (assumed)."""
+"""Flow into the accumulator about which the dry friction of its piston turns [m^3/s]: 90 L/min, a few per cent of a
+heave's (assumed)."""
 Q_LOW = 3000.0 / 6e4
 """Flow into the low side at which `Truth.p_low_rise` holds [m^3/s]."""
 OMEGA_LEAK = 1000.0 * math.pi / 30.0
@@ -42,7 +44,8 @@ STEP = 1e-4
 
 
 class Working(NamedTuple):
-    """Where the active circuit works in a crane's tests, on the mean: stroke of the pumps [-], motor speed [rad/s], pressure [Pa]."""
+    """Where the active circuit works in a crane's tests, on the mean: stroke of the pumps [-], motor speed [rad/s],
+    pressure [Pa]."""
 
     stroke: float
     speed: float
@@ -50,7 +53,8 @@ class Working(NamedTuple):
 
 
 def working(crane: Crane) -> Working:
-    """The tests' mean working point: the loads and speeds of `stillhook.validate.synthetic.reference.friction.surface`."""
+    """The tests' mean working point: the loads and speeds of
+    `stillhook.validate.synthetic.reference.friction.surface`."""
     at, a = surface(crane, usual_speeds()), crane.active
     speed = float(np.abs(at.omega_m).mean())
     stroke = speed * a.motor.D_total / (a.pump.D_total * a.pump.omega_p)
@@ -58,8 +62,8 @@ def working(crane: Crane) -> Working:
 
 
 class LeakSize(NamedTuple):
-    """Conductances of the twin [m^3/s/Pa]: pumps and motors at the working point, both together at full stroke and OMEGA_LEAK, and of that
-    the pumps' part [-]."""
+    """Conductances of the twin [m^3/s/Pa]: pumps and motors at the working point, both together at full stroke and
+    OMEGA_LEAK, and of that the pumps' part [-]."""
 
     pumps: float
     motors: float
@@ -72,13 +76,18 @@ def leak_size(crane: Crane) -> LeakSize:
     A, w = active_record(crane), working(crane)
     full, fast = float(pump_leakage(1.0, A.pumps.leak)), float(motor_leakage(OMEGA_LEAK, A.motors))
     return LeakSize(
-        float(pump_leakage(w.stroke, A.pumps.leak)), float(motor_leakage(w.speed, A.motors)), full + fast, full / (full + fast)
+        float(pump_leakage(w.stroke, A.pumps.leak)),
+        float(motor_leakage(w.speed, A.motors)),
+        full + fast,
+        full / (full + fast),
     )
 
 
 def active_leak(crane: Crane, truth: Truth) -> TrueLeak:
-    """Leak law of the active circuit. At the working point its pumps and motors leak what the twin's do, times `leakage`. Parts
-    `all_constant`, `all_stroke`, `all_speed` replace as much of it by that form, which has the twin's total where crane files state it."""
+    """Leak law of the active circuit. At the working point its pumps and motors leak what the twin's do, times
+    `leakage`. Parts `all_constant`, `all_stroke`, `all_speed` replace as much of it by that form, which has the twin's
+    total where crane files state it.
+    """
     w, size = working(crane), leak_size(crane)
     own = truth.leakage * (1.0 - truth.all_constant - truth.all_stroke - truth.all_speed)
     even = truth.leakage * truth.all_constant * size.stated
@@ -96,12 +105,15 @@ def active_leak(crane: Crane, truth: Truth) -> TrueLeak:
 
 
 def leak_over_twin(crane: Crane, truth: Truth, at: Point) -> float:
-    """Flow that the truth leaks over what the twin does, both in their own forms, at a pressure difference at.p [Pa] over boost, a setting
-    of the pumps [-] and a speed of the motors [rad/s]; on the mean of a swing of the oil's temperature."""
+    """Flow that the truth leaks over what the twin does, both in their own forms, at a pressure difference at.p [Pa]
+    over boost, a setting of the pumps [-] and a speed of the motors [rad/s]; on the mean of a swing of the oil's
+    temperature."""
     assert at.p is not None
     law, low = active_leak(crane, truth), truth.boost * crane.active.boost.p
     C, high = float(gap_pump(at.alpha_p, law) + gap_motor(at.n_m, law)), low + at.p
-    thin = math.sqrt(1.0 - (truth.oil_thin * truth.oil_swing) ** 2)  # the mean of 1/viscosity over a swing is 1 over this
+    thin = math.sqrt(
+        1.0 - (truth.oil_thin * truth.oil_swing) ** 2
+    )  # the mean of 1/viscosity over a swing is 1 over this
     flow = float(leak_across(C, at.p, thin, law) + leak_to_case(C, high, thin, law))
     head = float(internal_leakage(1.0, at.p) + external_leakage(1.0, high))
     return flow / (head * leak_at(crane.active, at.alpha_p, at.n_m))
@@ -111,22 +123,32 @@ def true_passive(crane: Crane, known: PassiveCircuit, truth: Truth) -> TruePassi
     """The passive circuit; known what its PLC knows of it."""
     m, s, twin, w = known.motors, known.settings, known.accumulator, working(crane)
     acc = TrueAccumulator(
-        V_stroke=twin.V_stroke, i_C=twin.i_C, p_dry=truth.piston_dry, i_Q_dry=1.0 / Q_DRY, R=truth.piston_oil * twin.R,
-        C_leak=twin.C_leak, bank=gas_bank(crane, truth),
-    )  # fmt: skip
+        V_stroke=twin.V_stroke,
+        i_C=twin.i_C,
+        p_dry=truth.piston_dry,
+        i_Q_dry=1.0 / Q_DRY,
+        R=truth.piston_oil * twin.R,
+        C_leak=twin.C_leak,
+        bank=gas_bank(crane, truth),
+    )
     p, C_m = sum(known.pumps.leak) / len(known.pumps.leak), m.count * m.C_1
     leak = TrueLeak(
-        c_p=(1.0 - truth.leak_stroke) * p, c_p_stroke=truth.leak_stroke * p / w.stroke,
-        c_m=(1.0 - truth.leak_speed) * C_m, c_m_speed=truth.leak_speed * C_m / w.speed,
-        edges=truth.leak_edges, p_ref=s.p_set, across=truth.leak_across, p_case=truth.p_case,
-    )  # fmt: skip
+        c_p=(1.0 - truth.leak_stroke) * p,
+        c_p_stroke=truth.leak_stroke * p / w.stroke,
+        c_m=(1.0 - truth.leak_speed) * C_m,
+        c_m_speed=truth.leak_speed * C_m / w.speed,
+        edges=truth.leak_edges,
+        p_ref=s.p_set,
+        across=truth.leak_across,
+        p_case=truth.p_case,
+    )
     D_m = truth.passive * (m.count - truth.passive_dead) * m.D_max
     return TruePassive(acc, leak, D_m, truth.p_low * s.p_lp, truth.p_low_rise / Q_LOW)
 
 
 def gas_bank(crane: Crane, truth: Truth) -> GasBank:
-    """Nitrogen that has the twin's pressure p_0, times `precharge`, with the piston at mid stroke, in vessels whose stiffness there at
-    GAS_PERIOD would be the twin's at p_0, were their volume not `gas_volume` times as large."""
+    """Nitrogen that has the twin's pressure p_0, times `precharge`, with the piston at mid stroke, in vessels whose
+    stiffness there at GAS_PERIOD would be the twin's at p_0, were their volume not `gas_volume` times as large."""
     assert crane.passive is not None
     twin = crane.passive.accumulator
     slope = gas_record(twin).c_1 * 2.0 / twin.V_stroke  # Pa/m^3
@@ -137,7 +159,8 @@ def gas_bank(crane: Crane, truth: Truth) -> GasBank:
 
 
 def density(p: float, T: float) -> float:
-    """Density of nitrogen [mol/m^3] at p [Pa, absolute] and T [K], by halving between nothing and three times the thin gas's."""
+    """Density of nitrogen [mol/m^3] at p [Pa, absolute] and T [K], by halving between nothing and three times the thin
+    gas's."""
     lo, hi = 0.0, 3.0 * p / (8.314 * T)
     for _ in range(ROUNDS):
         mid = 0.5 * (lo + hi)
@@ -146,8 +169,8 @@ def density(p: float, T: float) -> float:
 
 
 def stiffness(rho: float, T: float, tau: float, period: float) -> float:
-    """Volume times the rise of pressure per volume taken away [Pa]: between isothermal and adiabatic, by the period [s] over the time
-    constant tau of the vessels' heat [s]. Small changes about rho [mol/m^3], T [K]."""
+    """Volume times the rise of pressure per volume taken away [Pa]: between isothermal and adiabatic, by the period [s]
+    over the time constant tau of the vessels' heat [s]. Small changes about rho [mol/m^3], T [K]."""
     d = STEP * rho
     iso = rho * float(gas_pressure_true(rho + d, T) - gas_pressure_true(rho - d, T)) / (2.0 * d)
     p_T = float(pressure_per_kelvin(rho, T))

@@ -1,4 +1,5 @@
-"""Friction of the truth plant: another law than the twin's, of the same mean over the loads and speeds of a crane's tests."""
+"""Friction of the truth plant: another law than the twin's, of the same mean over the loads and speeds of a crane's
+tests."""
 
 from __future__ import annotations
 
@@ -14,17 +15,20 @@ from stillhook.physics.friction import system_friction
 from stillhook.physics.hydraulics.motor import TorqueLossFit, torque_loss
 from stillhook.physics.load_path.drum import layer_diameter, layers_filled
 from stillhook.physics.scalar import G
-from stillhook.spec.crane import Crane, TorqueLoss
+from stillhook.spec.circuits import TorqueLoss
+from stillhook.spec.crane import Crane
 from stillhook.validate.synthetic.reference.crane import Truth
 from stillhook.winches.reference.laws import TrueFriction
 
 STATES = ((0.0, 0.005), (0.328, 0.172), (0.376, 0.172), (0.656, 0.818))
-"""Payload over the SWL and wire out over all wire at which both frictions have one mean: an empty hook, and paper F table 3."""
+"""Payload over the SWL and wire out over all wire at which both frictions have one mean: an empty hook, and paper F
+table 3."""
 SPEED = 0.25
 """Root mean square of the wire speed [m/s]: the tip of paper F table 3, some 1.4 m in 10 s."""
 SPEEDS = 40
 FAST = 1.1
-"""Wire speed up to which the law is fitted to the twin's, beyond those of the mean [m/s]: so that it stays of its size there."""
+"""Wire speed up to which the law is fitted to the twin's, beyond those of the mean [m/s]: so that it stays of its size
+there."""
 ROUNDS = 40
 MOST_BEND = 1.0
 """Largest bend."""
@@ -35,8 +39,8 @@ LEAST = 1e-3
 
 
 class Surface(NamedTuple):
-    """Sliding states of a winch: omega_m [rad/s], T_w torque of the wire [N m] and T_hyd of the motors' oil [N m] at the shaft, and the
-    twin's friction there [N m]. Each state weighs the same."""
+    """Sliding states of a winch: omega_m [rad/s], T_w torque of the wire [N m] and T_hyd of the motors' oil [N m] at
+    the shaft, and the twin's friction there [N m]. Each state weighs the same."""
 
     omega_m: FloatArray
     T_w: FloatArray
@@ -45,7 +49,8 @@ class Surface(NamedTuple):
 
 
 class Law(NamedTuple):
-    """Friction law and how it lies to the twin's over the surface: both means [N m], rms of the relative difference [-]."""
+    """Friction law and how it lies to the twin's over the surface: both means [N m], rms of the relative difference
+    [-]."""
 
     friction: TrueFriction
     mean_twin: float
@@ -84,17 +89,20 @@ def _mj4(omega_m: FloatArray, D_m: FloatArray | float, dp_m: FloatArray | float,
 
 
 def true_friction(crane: Crane, truth: Truth) -> Law:
-    """The truth's friction: fitted to the twin's, then bent by `friction_difference`, then brought to the twin's mean, times `friction`.
+    """The truth's friction: fitted to the twin's, then bent by `friction_difference`, then brought to the twin's mean,
+    times `friction`.
 
-    A bend of size b multiplies the Stribeck part by 1 + 2 b shape_stribeck and the part of the load by 1 + b shape_load, adds a viscous
-    part of b shape_viscous times the mean at OMEGA_BEND, and takes from the constant level what keeps the mean. What the two laws
-    differ by anyway counts as part of the difference.
+    A bend of size b multiplies the Stribeck part by 1 + 2 b shape_stribeck and the part of the load by 1 + b
+    shape_load, adds a viscous part of b shape_viscous times the mean at OMEGA_BEND, and takes from the constant level
+    what keeps the mean. What the two laws differ by anyway counts as part of the difference.
     """
     at = surface(crane, usual_speeds())
     omega_s, mean = truth.stribeck * crane.friction.system.Y_4, float(at.T_f.mean())
     parts = _parts(at, omega_s, truth.uneven)
     best = _fitted(crane, omega_s, truth.uneven)
-    grown = np.array([0.0, truth.shape_load, truth.shape_load, 2.0 * truth.shape_stribeck, 2.0 * truth.shape_stribeck, 0.0, 0.0])
+    grown = np.array(
+        [0.0, truth.shape_load, truth.shape_load, 2.0 * truth.shape_stribeck, 2.0 * truth.shape_stribeck, 0.0, 0.0]
+    )
     added = np.array([0.0, 0.0, 0.0, 0.0, 0.0, truth.shape_viscous * mean / OMEGA_BEND, 0.0])
 
     def law(size: float) -> tuple[FloatArray, float]:
@@ -110,9 +118,17 @@ def true_friction(crane: Crane, truth: Truth) -> Law:
     c = c * mean / (parts @ c).mean()
     c = truth.friction * c
     friction = TrueFriction(
-        level=c[0], load=c[1], motors=c[2], uneven=truth.uneven, start=c[3], start_load=c[4], i_omega_s=1.0 / omega_s,
-        viscous=c[5], turbulent=c[6], i_tau=1.0 / truth.friction_lag,
-    )  # fmt: skip
+        level=c[0],
+        load=c[1],
+        motors=c[2],
+        uneven=truth.uneven,
+        start=c[3],
+        start_load=c[4],
+        i_omega_s=1.0 / omega_s,
+        viscous=c[5],
+        turbulent=c[6],
+        i_tau=1.0 / truth.friction_lag,
+    )
     return Law(TrueFriction(*(float(x) for x in friction)), mean, float((parts @ c).mean()), difference)
 
 
@@ -121,7 +137,9 @@ def _fitted(crane: Crane, omega_s: float, uneven: float) -> FloatArray:
     fast = np.linspace(0.0, FAST, SPEEDS + 1)[1:]
     wide = surface(crane, np.concatenate([usual_speeds(), -fast, fast]))
     parts = _parts(wide, omega_s, uneven)
-    share = crane.active.motor.loss.X_3  # the motors' own load-dependent friction cannot be told from the wire's by a fit at steady speed
+    share = (
+        crane.active.motor.loss.X_3
+    )  # the motors' own load-dependent friction cannot be told from the wire's by a fit at steady speed
     rest, _ = nnls(np.delete(parts, 2, 1) / wide.T_f[:, None], 1.0 - share * parts[:, 2] / wide.T_f)
     return np.insert(rest, 2, share)
 

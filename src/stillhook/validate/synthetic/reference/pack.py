@@ -45,7 +45,9 @@ STRAIN = 1.3e-3
 def pack_truth(crane: Crane, case: Scenario, truth: Truth) -> Packed:
     """Records of the truth plant for one run. Errors: SpecError where the crane has no passive circuit."""
     if crane.plant is not Plant.ACTIVE_PASSIVE:
-        raise SpecError(f'"{crane.name}" is {crane.plant}: the truth plant is an active/passive winch. Choose such a crane.')
+        raise SpecError(
+            f'"{crane.name}" is {crane.plant}: the truth plant is an active/passive winch. Choose such a crane.'
+        )
     if case.gas_held:
         raise SpecError('gas = "held": the truth plant has a gas of its own. Leave it out.')
     twin = pack(crane, case)
@@ -59,7 +61,9 @@ def pack_truth(crane: Crane, case: Scenario, truth: Truth) -> Packed:
         active=active,
         passive=passive,
         hoist=hoist,
-        plc=p.plc._replace(gains=gains._replace(K_1=more * truth.K_1 * gains.K_1, K_2=more * gains.K_2)),  # the PLC knows its own motors
+        plc=p.plc._replace(
+            gains=gains._replace(K_1=more * truth.K_1 * gains.K_1, K_2=more * gains.K_2)
+        ),  # the PLC knows its own motors
         sensors=p.sensors,
         extra=plant.Extra(
             lines=_lines(active, truth),
@@ -101,7 +105,8 @@ def _passive(c: PassiveCircuit, truth: Truth) -> PassiveCircuit:
     known = count / c.motors.count
     s = c.settings
     return c._replace(
-        motors=c.motors._replace(count=count), settings=s._replace(D_m_max=known * s.D_m_max, p_set=truth.precharge * s.p_set)
+        motors=c.motors._replace(count=count),
+        settings=s._replace(D_m_max=known * s.D_m_max, p_set=truth.precharge * s.p_set),
     )
 
 
@@ -110,20 +115,28 @@ def _servo(servo: Servo, omega: float, zeta: float) -> Servo:
 
 
 def _hoist(h: Hoist, truth: Truth) -> Hoist:
-    """Gear, inertia, wire on the drum and bristle; the weight on the wire and the friction of the twin stay in it unused."""
+    """Gear, inertia, wire on the drum and bristle; the weight on the wire and the friction of the twin stay in it
+    unused."""
     J, f = h.inertia, truth.inertia
     return h._replace(
         i_i=h.i_i / truth.gear,
-        inertia=J._replace(J_motor=f * J.J_motor, J_gear=f * J.J_gear, J_drum=f * J.J_drum, i_i2=J.i_i2 / truth.gear**2),
+        inertia=J._replace(
+            J_motor=f * J.J_motor, J_gear=f * J.J_gear, J_drum=f * J.J_drum, i_i2=J.i_i2 / truth.gear**2
+        ),
         drum=h.drum._replace(L_full=h.drum.L_full - truth.wire_short, m_wire=f * h.drum.m_wire),
-        bristle=h.bristle._replace(sigma_0=truth.bristle * h.bristle.sigma_0, sigma_1=math.sqrt(truth.bristle) * h.bristle.sigma_1),
+        bristle=h.bristle._replace(
+            sigma_0=truth.bristle * h.bristle.sigma_0, sigma_1=math.sqrt(truth.bristle) * h.bristle.sigma_1
+        ),
     )
 
 
 def _lines(a: ActiveCircuit, truth: Truth) -> Lines:
-    """Both ends make up the line's capacitance; the inertance follows from the frequency at which they swing against each other."""
+    """Both ends make up the line's capacitance; the inertance follows from the frequency at which they swing against
+    each other."""
     i_C_p, i_C_m = a.i_C_h / truth.line_split, a.i_C_h / (1.0 - truth.line_split)
-    return Lines(i_C_p, i_C_m, truth.line_omega**2 / (i_C_p + i_C_m), truth.line_drop / (a.pumps.D_max * a.pumps.omega_p))
+    return Lines(
+        i_C_p, i_C_m, truth.line_omega**2 / (i_C_p + i_C_m), truth.line_drop / (a.pumps.D_max * a.pumps.omega_p)
+    )
 
 
 def _oil(duration: float, truth: Truth) -> Oil:
@@ -140,8 +153,10 @@ def _drum(h: Hoist, truth: Truth) -> TrueDrum:
 
 
 def _rope(h: Hoist, case: Scenario, truth: Truth) -> Rope:
-    """Half of the wire's mass in its middle, the rest of the moving mass below. Weight and mass add up to the twin's: the load that
-    tests name is what the winch carries, wire and all (paper F table 3, "winch load"). Its tangent stiffness at STRAIN is the twin's."""
+    """Half of the wire's mass in its middle, the rest of the moving mass below. Weight and mass add up to the twin's:
+    the load that tests name is what the winch carries, wire and all (paper F table 3, "winch load"). Its tangent
+    stiffness at STRAIN is the twin's.
+    """
     m_mid = min(0.5 * h.drum.m_wire / truth.inertia * (h.wire.L_0 + case.s_w), truth.wire_mass * h.load.m)
     W_mid = m_mid * G * (1.0 - (RHO_SEA / RHO_STEEL if case.water is not None else 0.0))
     m_low = h.load.m - m_mid
@@ -149,13 +164,25 @@ def _rope(h: Hoist, case: Scenario, truth: Truth) -> Rope:
     k = h.wire.EA / (h.wire.L_0 + case.s_w)
     EA = h.wire.EA / (1.0 + 2.0 * truth.wire_beta * STRAIN)
     return Rope(
-        EA, truth.wire_beta, h.wire.L_0, 2.0 * truth.wire_zeta * c, truth.wire_strands, math.sqrt(k / h.load.m),
-        W_mid, m_mid, 1.0 / m_mid, h.load.W - W_mid, m_low, 1.0 / m_low, h.load.b,
-    )  # fmt: skip
+        EA,
+        truth.wire_beta,
+        h.wire.L_0,
+        2.0 * truth.wire_zeta * c,
+        truth.wire_strands,
+        math.sqrt(k / h.load.m),
+        W_mid,
+        m_mid,
+        1.0 / m_mid,
+        h.load.W - W_mid,
+        m_low,
+        1.0 / m_low,
+        h.load.b,
+    )
 
 
 def fastest_rates(packed: Packed) -> dict[str, float]:
-    """Upper bounds of the fast modes that the twin has not [1/s]; the others are those of `stillhook.engine.step_size`."""
+    """Upper bounds of the fast modes that the twin has not [1/s]; the others are those of
+    `stillhook.engine.step_size`."""
     p = packed.params
     e, h, a, acc = p.extra, p.hoist, p.active, p.extra.passive.acc
     strain = 2.0 * (e.rope.W_mid + e.rope.W_load) / e.rope.EA
@@ -164,10 +191,14 @@ def fastest_rates(packed: Packed) -> dict[str, float]:
     J = h.inertia.J_motor + h.inertia.J_gear + h.inertia.J_drum * h.inertia.i_i2
     return {
         "wire with its mass": e.rope.c * i_m + math.sqrt(k * i_m),
-        "oil between both ends of a line": math.sqrt(e.lines.i_I * (e.lines.i_C_p + e.lines.i_C_m)) + e.lines.R * e.lines.i_I,
+        "oil between both ends of a line": (
+            math.sqrt(e.lines.i_I * (e.lines.i_C_p + e.lines.i_C_m)) + e.lines.R * e.lines.i_I
+        ),
         "boost valve against the oil at the pumps": max(a.boost.G, a.relief.G, a.flushing.G) * e.lines.i_C_p,
         "motors against the oil at the motors": a.motors.count * a.motors.D_max * math.sqrt(2.0 * e.lines.i_C_m / J),
-        "friction of the accumulator's piston": e.passive.D_m**2 * (acc.p_dry * acc.i_Q_dry + acc.R + e.passive.R_lp) / J,
+        "friction of the accumulator's piston": (
+            e.passive.D_m**2 * (acc.p_dry * acc.i_Q_dry + acc.R + e.passive.R_lp) / J
+        ),
         "strands of the wire": e.rope.i_tau,
         "lag of friction": e.friction.i_tau,
         "load cell's filter": e.i_tau_cell,
@@ -177,7 +208,8 @@ def fastest_rates(packed: Packed) -> dict[str, float]:
 def simulate_truth(
     crane: Crane, case: Scenario, truth: Truth, *, step: str | None = None, progress: Progress | None = None
 ) -> xarray.Dataset:
-    """Run the truth plant; the Dataset is that of `stillhook.engine.scenario.simulate.simulate` with a row every PLC cycle.
+    """Run the truth plant; the Dataset is that of `stillhook.engine.scenario.simulate.simulate` with a row every PLC
+    cycle.
 
     step: by default SERIES_STEP, or shorter where the truth's fastest mode asks for it.
 
@@ -192,7 +224,10 @@ def simulate_truth(
     h = drive.t_cycle / n_sub
     check_step(packed, h)
     if rate * h > RK4_LIMIT:
-        raise SpecError(f"step {h * 1e3:.3g} ms is too long for this truth: {name} has {rate:.0f} 1/s (allowed {RK4_LIMIT / h:.0f}).")
+        raise SpecError(
+            f"step {h * 1e3:.3g} ms is too long for this truth: {name} has {rate:.0f} 1/s (allowed"
+            f" {RK4_LIMIT / h:.0f})."
+        )
     block = Block([(packed, drive)], lanes=1, n_sub=n_sub, every=1)
     for share in block.steps():
         if progress is not None:

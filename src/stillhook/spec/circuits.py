@@ -1,0 +1,252 @@
+"""The hydraulic circuits of a crane winch: motors, pumps, lines, valves, accumulator and gas."""
+
+from __future__ import annotations
+
+import math
+from enum import StrEnum
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from stillhook import units as u
+from stillhook.spec.table import Count, Number, Spec, Text
+
+
+class ServoVariant(StrEnum):
+    """How a motor's displacement is controlled (SPEC section 4)."""
+
+    CLOSED_LOOP = "closed-loop"
+    OPEN_LOOP_FEEDBACK = "open-loop-feedback"
+    OPEN_LOOP = "open-loop"
+
+
+class GasModel(StrEnum):
+    """Gas law of the accumulator."""
+
+    POLYTROPIC = "polytropic"
+    NITROGEN = "nitrogen"
+
+
+class LeakForm(StrEnum):
+    """What the leak of a circuit goes with. All are published and laminar: flow over pressure does not change with
+    pressure."""
+
+    CONSTANT = "constant"
+    STROKE = "stroke"
+    SPEED = "speed"
+    STROKE_SPEED = "stroke+speed"
+
+
+class Servo(Spec):
+    """Second-order response of a displacement to its command."""
+
+    omega_n: u.Frequency = Field(gt=0, description="natural frequency")
+    zeta: Number = Field(gt=0, description="damping ratio")
+    rate_max: u.GainPerTime | None = Field(
+        default=None, gt=0, description="highest rate, full stroke over time; default no limit"
+    )
+
+
+class TorqueLoss(Spec):
+    """Torque loss of one motor shaft, model MJ4 (Moslatt 2020 eq. 2.12)."""
+
+    X_1: u.ViscousTorque = Field(ge=0, description="loss per shaft speed")
+    X_2: u.TorqueLossTurbulent = Field(ge=0, description="turbulent loss per speed squared and displacement cubed")
+    X_3: Number = Field(ge=0, description="loss per pressure and displacement")
+    X_4: u.Torque = Field(ge=0, description="constant loss")
+    X_5: u.TorqueLossPressure = Field(ge=0, description="loss per pressure squared")
+
+
+class Motor(Spec):
+    """One hydraulic motor of the library. Its total leak is ``C_1 + C_2 |n_m|`` (eq. 2.18)."""
+
+    D_max: u.Displacement = Field(gt=0, description="full displacement of one motor")
+    n_max_full: u.Rotation = Field(gt=0, description="highest shaft speed at full displacement")
+    n_max: u.Rotation = Field(gt=0, description="highest shaft speed at reduced displacement")
+    J: u.Inertia = Field(gt=0, description="rotor inertia of one motor")
+    loss: TorqueLoss
+    C_1: u.Leakage = Field(ge=0, description="total leak of one motor at standstill")
+    C_2: u.LeakagePerSpeed = Field(ge=0, description="rise of that leak with shaft speed")
+    D_loss_min: u.Displacement | None = Field(
+        default=None, ge=0, description="least displacement at which the loss was fitted"
+    )
+    n_loss_max: u.Rotation | None = Field(
+        default=None, gt=0, description="highest shaft speed at which the loss was fitted"
+    )
+    dp_loss_max: u.Pressure | None = Field(
+        default=None, gt=0, description="largest pressure difference at which the loss was fitted"
+    )
+
+    @model_validator(mode="after")
+    def _speeds_in_order(self) -> Self:
+        if self.n_max < self.n_max_full:
+            raise ValueError(
+                f"n_max {u.show(self.n_max, 'rotation')} is below n_max_full {u.show(self.n_max_full, 'rotation')}: "
+                "a motor turns fastest at reduced displacement. Raise n_max."
+            )
+        return self
+
+
+class MotorSet(Motor):
+    """All motors of one circuit, of one type, moved by one command."""
+
+    type: Text = Field(description="motor type in the library")
+    count: Count = Field(description="number of motors")
+    alpha_min: Number = Field(ge=0, le=1, description="smallest relative displacement")
+    servo: Servo
+    variant: ServoVariant = Field(description="displacement control")
+    offset: Number = Field(ge=0, lt=1, description="open loop: displacement above its command, part of D_max")
+    hysteresis: Number = Field(ge=0, lt=1, description="open loop: full width of the hysteresis, part of D_max")
+
+    @property
+    def D_total(self) -> float:
+        """Full displacement of all motors together [m^3/rad]."""
+        return self.count * self.D_max
+
+
+class PumpSet(Spec):
+    """All pumps of one circuit; each belongs to one hydraulic power unit."""
+
+    D: tuple[Annotated[u.Displacement, Field(gt=0)], ...] = Field(
+        min_length=1, max_length=100, description="full displacement of each pump"
+    )
+    omega_p: u.Rotation = Field(gt=0, description="shaft speed")
+    leak: Text = Field(description="leak table in the library, scaled with D_total")
+    leak_scale: Number | None = Field(
+        default=None, gt=0, description="leak of these pumps over that of the table, as of wear; default 1"
+    )
+    servo: Servo
+
+    @property
+    def D_total(self) -> float:
+        """Full displacement of all pumps together [m^3/rad]."""
+        return sum(self.D)
+
+
+class Line(Spec):
+    """Oil between pumps and motors on one side."""
+
+    V: u.Volume = Field(gt=0, description="oil volume per side")
+    bulk_modulus: u.Pressure = Field(gt=0, description="effective bulk modulus")
+
+
+class Boost(Spec):
+    """Feed that holds up the low side."""
+
+    p: u.Pressure = Field(gt=0, description="boost pressure")
+    conductance: u.Leakage = Field(gt=0, description="boost flow per pressure below it")
+    Q_max: u.Flow | None = Field(default=None, gt=0, description="flow that the boost pumps give; default no limit")
+
+
+class Relief(Spec):
+    """Relief valve of the high side."""
+
+    p: u.Pressure = Field(gt=0, description="relief pressure")
+    conductance: u.Leakage = Field(gt=0, description="relief flow per pressure above it")
+
+
+class Flushing(Spec):
+    """Hot-oil shuttle that drains the low side."""
+
+    dp_open: u.Pressure = Field(ge=0, description="opens this far above boost")
+    conductance: u.Leakage = Field(ge=0, description="flushing flow per pressure above that")
+    dp_shuttle: u.Pressure = Field(ge=0, description="pressure between the sides that throws the shuttle fully")
+
+
+class LeakPoint(Spec):
+    """Where the number of a leak holds."""
+
+    p: u.Pressure | None = Field(
+        default=None, gt=0, description="pressure at which the leak was measured; conductances are laminar"
+    )
+    alpha_p: Number = Field(default=1.0, ge=0, le=1, description="setting of the pumps")
+    n_m: u.Rotation = Field(default=1000.0 * math.pi / 30.0, ge=0, description="speed of the motors")
+
+
+class Leak(Spec):
+    """Form of a circuit's leak. What pumps (table times leak_scale) and motors (C_1 + C_2 |n_m|) leak `at` a point
+    holds everywhere ("constant": Moslatt 2020 paper E eq. 11), or goes with the pumps' setting alone ("stroke": tables
+    2.5 and 2.6), with the motors' speed alone ("speed": eq. 2.18), or with both ("stroke+speed": section 2.5.2.4)."""
+
+    form: LeakForm = Field(description="what the leak goes with")
+    at: LeakPoint = Field(default_factory=LeakPoint)
+
+
+class ActiveCircuit(Spec):
+    """Closed circuit that moves the winch."""
+
+    motor: MotorSet
+    pump: PumpSet
+    line: Line
+    boost: Boost
+    relief: Relief
+    flushing: Flushing
+    C_leak: u.Leakage = Field(
+        ge=0, description="total leak of pumps and motors at leak.at; constant in the linear analysis"
+    )
+    leak: Leak | None = Field(default=None, description='form of the leak; default "stroke+speed"')
+
+    @model_validator(mode="after")
+    def _pressures_in_order(self) -> Self:
+        if self.relief.p <= self.boost.p + self.flushing.dp_open:
+            raise ValueError(
+                f"relief.p {u.show(self.relief.p, 'pressure')} is not above boost.p + flushing.dp_open "
+                f"{u.show(self.boost.p + self.flushing.dp_open, 'pressure')}. Raise relief.p."
+            )
+        if self.motor.alpha_min <= 0:
+            raise ValueError("motor.alpha_min = 0 leaves the winch without torque; give a value above 0, up to 1.")
+        return self
+
+
+class Gas(Spec):
+    """Gas charge of the accumulator, with the piston at mid stroke."""
+
+    model: GasModel = Field(description="gas law")
+    p_0: u.Pressure = Field(gt=0, description="pressure at mid stroke")
+    V_0: u.Volume = Field(gt=0, description="gas volume at mid stroke")
+    n: Number = Field(ge=1, le=2, description="polytropic exponent")
+    T_0: u.Temperature = Field(gt=0, description="gas temperature at mid stroke")
+
+
+class Accumulator(Spec):
+    """Double-piston accumulator between the high and the low side of the passive circuit."""
+
+    gas: Gas
+    V_stroke: u.Volume = Field(gt=0, description="oil volume of the whole stroke, from mid stroke at the start")
+    R_piston: u.FlowResistance = Field(ge=0, description="viscous friction of the piston as pressure per flow")
+    C_leak: u.Leakage = Field(ge=0, description="leak from the high to the low side")
+
+    @model_validator(mode="after")
+    def _gas_outlasts_the_stroke(self) -> Self:
+        if self.V_stroke / 2 >= self.gas.V_0:
+            raise ValueError(
+                f"gas.V_0 {u.show(self.gas.V_0, 'volume')} is not above half of V_stroke "
+                f"{u.show(self.V_stroke, 'volume')}: the gas would vanish at the end of the stroke. Raise gas.V_0."
+            )
+        return self
+
+
+class PassiveCircuit(Spec):
+    """Circuit on an accumulator that carries the weight of the load."""
+
+    motor: MotorSet
+    pump: PumpSet
+    accumulator: Accumulator
+    p_lp: u.Pressure = Field(gt=0, description="pressure of the low side")
+    relief: Relief
+    line: Line
+    leak: Leak | None = Field(default=None, description='form of the leak; default "stroke+speed"')
+
+    @model_validator(mode="after")
+    def _pressures_in_order(self) -> Self:
+        if self.motor.variant is not ServoVariant.CLOSED_LOOP:
+            raise ValueError(
+                f'motor.variant "{self.motor.variant}" is modelled for active motors only. Set "closed-loop".'
+            )
+        p_0 = self.accumulator.gas.p_0
+        if not self.p_lp < p_0 < self.relief.p:
+            raise ValueError(
+                f"p_lp {u.show(self.p_lp, 'pressure')}, accumulator.gas.p_0 {u.show(p_0, 'pressure')} and relief.p "
+                f"{u.show(self.relief.p, 'pressure')} must rise in this order. Change the one that is out of place."
+            )
+        return self
