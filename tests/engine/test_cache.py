@@ -16,7 +16,7 @@ root = pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reaso
 SOMEBODY = 65533
 LOAD = """
 import sys
-from stillhook.engine import build
+from stillhook.kernels import build
 from stillhook.physics.scalar import scalar
 def triple(x):
     return 3.0 * x

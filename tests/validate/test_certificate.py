@@ -34,7 +34,8 @@ ELSEWHERE = """
 import sys
 from pathlib import Path
 sys.path.insert(0, {root!r})
-from stillhook.validate import certificate_files, figures
+from stillhook.validate import certificate_files
+from stillhook.validate.report import figures
 from stillhook.validate.criteria.results import StepNumber
 from tests.validate.staged_certificate import drawn, staged, write
 figures.FIGURES = {{StepNumber.AHC: drawn}}
