@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 
 from benchmarks.cases import Sample, crane
 from stillhook import Scenario
-from stillhook.engine.inputs import THIN, Drive
+from stillhook.engine.inputs import THIN, CycleInputs
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.run import Block
 from stillhook.kernels.build import driver
@@ -38,7 +38,7 @@ class SolverRun:
 
     def __init__(self, case: Scenario, *, compiled: bool) -> None:
         c = crane()
-        self.drive = Drive(c, case)
+        self.drive = CycleInputs(c, case)
         self.case, self.d = case, driver(c.plant.value, 1)
         self.block = Block([(pack(c, case), self.drive)], lanes=1, n_sub=1, every=0)
         self.A = self.block.A.reshape(-1)

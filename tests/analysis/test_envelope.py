@@ -129,7 +129,7 @@ class TestLimits:
                 assert max(o.p_a, o.p_b) <= a.relief.p * (1.0 + SAME)
                 assert min(o.p_a, o.p_b) > 0.0  # the boost pump keeps the low line filled
                 assert o.alpha_m >= s.alpha_reserve - SAME
-                assert o.omega_m * s.sign == pytest.approx(top.v_w / s.winch.geometry.lever)
+                assert o.omega_m * s.sign == pytest.approx(top.v_w / s.winch.geometry.r_eff)
                 used = {
                     Limit.PUMP: abs(o.alpha_p),
                     Limit.PRESSURE: max(o.p_a, o.p_b) / a.relief.p,
@@ -238,7 +238,7 @@ class TestLimits:
 
     def test_pure_active_motors_hold_the_weight_and_the_reserve(self):
         s = outer(PURE, 0.8)
-        assert s.T_hold == pytest.approx(s.F_w * s.winch.geometry.lever)
+        assert s.T_hold == pytest.approx(s.F_w * s.winch.geometry.r_eff)
         assert outer(C150, 0.8).T_hold == pytest.approx(0.0, abs=1e-6)
 
     def test_ssc_keeps_the_displacement_of_ns_for_the_swl(self):

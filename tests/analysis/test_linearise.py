@@ -98,7 +98,7 @@ def test_empty_hook_on_a_short_wire_swings_as_the_reduced_model_says(v: float, a
     point = at(v=v, alpha_m=alpha_m)
     J = 1.0 / point.geometry.i_J
     expected = eigenfrequency(CRANE, alpha_m).omega_0 * math.sqrt(
-        CRANE.inertia.J_m_eff / (J + 3000.0 * point.geometry.lever**2)
+        CRANE.inertia.J_m_eff / (J + 3000.0 * point.geometry.r_eff**2)
     )
     assert swing(linearise(point)).omega_0 == pytest.approx(expected, rel=REDUCED)
 

@@ -101,7 +101,7 @@ def test_an_unreachable_speed_is_flagged_and_not_clipped():
 def test_a_pure_active_winch_holds_the_weight_at_standstill():
     crane = load("nov-100t-pure-active")
     o = operating_point(crane, 0.0, 0.9, load=70e3, s_w=20.0)
-    assert o.dp_m * crane.active.motor.D_total * 0.9 == pytest.approx(o.F_w * o.geometry.lever, rel=SAME)
+    assert o.dp_m * crane.active.motor.D_total * 0.9 == pytest.approx(o.F_w * o.geometry.r_eff, rel=SAME)
     assert 0.0 < o.alpha_p < 0.1  # what leaks
 
 

@@ -15,7 +15,7 @@ import pytest
 from numpy.ctypeslib import ndpointer
 
 from stillhook import Scenario, load_crane
-from stillhook.engine.inputs import Drive
+from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.run import Block
 from stillhook.kernels.build import driver
@@ -65,7 +65,7 @@ def blocks(translated: SimpleNamespace, lanes: int) -> tuple[Block, Block]:
     ]
     out = []
     for c in (False, True):
-        block = Block([(pack(crane, s), Drive(crane, s)) for s in cases], lanes=lanes, n_sub=2, every=1)
+        block = Block([(pack(crane, s), CycleInputs(crane, s)) for s in cases], lanes=lanes, n_sub=2, every=1)
         if c:
             array, n = ndpointer(np.float64, flags="C_CONTIGUOUS"), ctypes.c_int64
             run = getattr(translated.library, f"run_{lanes}")

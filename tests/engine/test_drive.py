@@ -13,7 +13,7 @@ from stillhook import Recorded, Scenario, load_crane, simulate
 from stillhook.engine.inputs import (
     THIN,
     TICK,
-    Drive,
+    CycleInputs,
     hermite_weights,
     mode_codes,
     operator_motion,
@@ -32,8 +32,8 @@ ROUNDING = 1.0e-12
 SEA = "sine 2 m 12 s"
 
 
-def drive(**case) -> Drive:
-    return Drive(CRANE, Scenario(**({"load": "80 t", "s_w": "200 m", "tip": SEA, "duration": "60 s"} | case)))
+def drive(**case) -> CycleInputs:
+    return CycleInputs(CRANE, Scenario(**({"load": "80 t", "s_w": "200 m", "tip": SEA, "duration": "60 s"} | case)))
 
 
 def column(rows: np.ndarray, name: str) -> np.ndarray:
@@ -166,8 +166,8 @@ def test_a_coarse_signal_moves_in_its_steps():
 def test_only_the_tip_is_handed_over_where_only_the_tip_moves_and_the_bits_are_the_same():
     plain = Scenario(load="80 t", s_w="200 m", tip=SEA, duration="40 s", warm_up="10 s")
     same = plain.model_copy(update={"modes": ((20.0, Mode.SSC),)})
-    assert Drive(CRANE, plain).cols == THIN
-    assert Drive(CRANE, same).cols == TICK == len(Tick._fields)
+    assert CycleInputs(CRANE, plain).cols == THIN
+    assert CycleInputs(CRANE, same).cols == TICK == len(Tick._fields)
     a, b = (simulate(CRANE, c) for c in (plain, same))
     for name in ("s_w", "p_a", "e_c", "u_p"):
         assert np.array_equal(a[name].values, b[name].values)

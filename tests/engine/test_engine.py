@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.engine import inputs as drive_module
-from stillhook.engine.inputs import Drive
+from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario import run as run_module
 from stillhook.engine.scenario.run import Block, Ending, Result, run_many, run_one
@@ -134,7 +134,7 @@ def test_the_engine_solves_the_same_equations_as_a_stiff_solver_of_a_library(pla
 def library_solution(crane: Crane, case: Scenario, cycles: int) -> list:
     """States at the start of every PLC cycle, between them by LSODA, under the commands that were calculated in the cycle before."""
     assert crane.control.computing == crane.control.t_cycle
-    packed, drive = pack(crane, case), Drive(crane, case)
+    packed, drive = pack(crane, case), CycleInputs(crane, case)
     plant, p, m = packed.plant, packed.params, packed.memory
     rows = drive.rows(0, cycles + 1)
     ticks = [Tick(*drive.first_row())._replace(s=s, v=v, a=a, s_m=s, v_m=v, a_m=a) for s, v, a in rows]
@@ -209,7 +209,7 @@ def test_compiled_physics_is_the_physics_that_python_runs(plant, friction):
 
 def _short(crane: Crane, case: Scenario, *, python: bool) -> np.ndarray:
     """Series of a run through the compiled driver, or through the same source as plain Python."""
-    block = Block([(pack(crane, case), Drive(crane, case))], lanes=1, n_sub=2, every=1)
+    block = Block([(pack(crane, case), CycleInputs(crane, case))], lanes=1, n_sub=2, every=1)
     if python:
         d = block.d
         block.d = types.SimpleNamespace(

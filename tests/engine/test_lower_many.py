@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stillhook import load_crane, read_payload
-from stillhook.engine.inputs import Drive, filled
+from stillhook.engine.inputs import CycleInputs, filled
 from stillhook.engine.lowering import batch as module
 from stillhook.engine.lowering.batch import lower_many
 from stillhook.engine.lowering.lower import lower
@@ -154,7 +154,7 @@ SENSED = (
 def test_motions_go_into_the_lanes_with_the_bits_that_they_have_alone(sensors):
     cases = [c.made().model_copy(update={"sensors": Sensors(**sensors)}) for c in CASES[:3]]
     cases.append(cases[0].model_copy(update={"tip": Sine(amplitude="1 m", period="9 s")}))
-    drives = [Drive(CRANE, stand_in(CRANE, c, 0.0)) for c in cases]
+    drives = [CycleInputs(CRANE, stand_in(CRANE, c, 0.0)) for c in cases]
     for k, n in ((0, 1500), (700, 2300)):
         assert np.array_equal(filled(drives, k, n), np.stack([d.rows(k, n) for d in drives], axis=-1))
 

@@ -15,7 +15,7 @@ import pytest
 from numba import float64, int64, njit
 
 from stillhook import Scenario, load_crane
-from stillhook.engine.inputs import Drive
+from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.run import Block, Result, run_one
 from stillhook.kernels import build
@@ -97,7 +97,7 @@ def family(plant: str) -> list[tuple[Crane, Scenario]]:
 @pytest.mark.parametrize("n_sub", [2, 5])
 def test_unlike_cranes_and_cases_side_by_side_have_the_bits_that_they_have_alone(plant, n_sub):
     cases = family(plant)
-    block = Block([(pack(c, s), Drive(c, s)) for c, s in cases], lanes=VL, n_sub=n_sub, every=0)
+    block = Block([(pack(c, s), CycleInputs(c, s)) for c, s in cases], lanes=VL, n_sub=n_sub, every=0)
     for _ in block.steps():
         pass
     together = [bits(r) for r in block.results()]

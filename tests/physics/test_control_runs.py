@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, load_crane, simulate
-from stillhook.engine.inputs import Drive
+from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
 from stillhook.library import changed
 from stillhook.physics.friction import system_friction
@@ -386,7 +386,7 @@ def test_passive_motors_hold_the_weight_and_leave_the_active_circuit_idle(tonnes
 def test_without_a_passive_circuit_the_active_one_holds_the_weight():
     data = run(PURE, tip="still", load="40 t")
     hoist = pack(PURE, Scenario(load="40 t", s_w="200 m")).params.hoist
-    alone = hoist.load.W * drum_geometry(200.0, hoist).lever / PURE.active.motor.D_total
+    alone = hoist.load.W * drum_geometry(200.0, hoist).r_eff / PURE.active.motor.D_total
     dp = float(data.p_a[-1] - data.p_b[-1])
     assert 0.7 * alone < dp < 1.05 * alone  # after sinking a little, friction helps to hold
     assert data.p_b.values[-1] == pytest.approx(PURE.active.boost.p, abs=3.0 * BAR)
@@ -487,7 +487,7 @@ def test_every_motor_rubs_the_passive_ones_too(speed):
     ):  # steady hoisting: the active motors' torque is what the passive ones leave of weight and friction
         torque = motor_torque(BOTH.active.motor.D_total * y["alpha_m"], y["p_a"] - y["p_b"])
         carried = motor_torque(BOTH.passive.motor.D_total * y["alpha_pm"], y["p_hp"] - p.passive.settings.p_lp)
-        weight = y["F_w"] * drum_geometry(y["s_w"], p.hoist).lever
+        weight = y["F_w"] * drum_geometry(y["s_w"], p.hoist).r_eff
         assert torque == pytest.approx(weight + in_all - carried, rel=0.01)
 
 
@@ -501,7 +501,7 @@ def test_the_regularised_friction_is_within_its_stated_error():
 
 def test_a_lost_power_unit_takes_its_own_passive_pump_with_it():
     case = Scenario(load="100 t", s_w="100 m", power_loss=PowerLoss(time="0 s", unit=2, run_down="0 s"))
-    drive = Drive(load_crane("nov-250t"), case)
+    drive = CycleInputs(load_crane("nov-250t"), case)
     row = Tick(*drive.rows(1, 1)[0])
     assert row.f_pump == pytest.approx(855 / 1355)
     assert row.f_passive == pytest.approx(855 / 1210)

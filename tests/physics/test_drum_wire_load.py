@@ -78,7 +78,7 @@ def test_paying_out_never_makes_the_drum_larger(name, a, b):
     h = HOISTS[name]
     more, less = (drum_geometry(s * h.drum.L_full, h) for s in (max(a, b), min(a, b)))
     assert more.d <= less.d
-    assert more.lever <= less.lever
+    assert more.r_eff <= less.r_eff
     assert more.i_J >= less.i_J * (1.0 - 1e-12)
 
 

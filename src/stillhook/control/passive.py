@@ -19,13 +19,13 @@ class PassiveSettings(NamedTuple):
 
 
 @scalar
-def displacement_for_weight(F_load, lever, p_hp, settings):
-    """Displacement with which the passive motors hold the weight [-]; lever = drum radius / i_hD [m].
+def displacement_for_weight(F_load, r_eff, p_hp, settings):
+    """Displacement with which the passive motors hold the weight [-]; r_eff = drum radius / i_hD [m].
 
     Source: Moslatt 2020 F, system description: torque from load cell and measured pressure.
     """
     dp = fmax(p_hp - settings.p_lp, settings.dp_least)
-    return clip(F_load * lever / (settings.D_m_max * dp), 0.0, 1.0)
+    return clip(F_load * r_eff / (settings.D_m_max * dp), 0.0, 1.0)
 
 
 @scalar

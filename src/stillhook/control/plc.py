@@ -84,7 +84,7 @@ class Memory(NamedTuple):
     stroke: float
 
 
-class Drive(NamedTuple):
+class ActuatorCommands(NamedTuple):
     """Commands to the active circuit: u_p pumps, u_m motors, u_ff the feedforward in it, u_raw pumps before the limit;
     e_c control error against the measured tip motion [m]; brake how far the holding brake is closed [-]."""
 
@@ -199,7 +199,7 @@ def cycle(sensed, m, p_hp, plc):
     )
     u_p = within_stroke(u_raw, stroke)
     u_m = clip(wish + b_m, plc.motors.alpha_min, 1.0)
-    return Drive(u_p, u_m, u_ff, u_raw, e_c, brake), Memory(
+    return ActuatorCommands(u_p, u_m, u_ff, u_raw, e_c, brake), Memory(
         y.mode, datum, F, p_mean, u_p, u_m, b_p, b_m, m.held, brake, idle, stroke
     )
 

@@ -45,11 +45,11 @@ class LiftSettings(NamedTuple):
     v_soft speed that splash mode adds per deviation of the tension as large as F_soft [m/s], the weight of all mass
     that moves, added mass included [N], which counts no less than what the wire swings at omega_soft [rad/s]; omega_s
     return to the joystick's path [rad/s]; tau_F low-pass of the load cell [s]; tau_slow time constant of the mean
-    tension, tau_hung that of the tension before touch-down [s]; t_fade time in which a law grows to its full size [s];
-    F_landed fall of the tension by which touch-down is known [N]; F_least tension that compensation and tension control
-    need to start [N]; EA [N] and L_0 [m] of the wire, from which the PLC knows its stiffness; q_dry and q_wet weight of
-    the wire in air and in water [N/m], h_tip crane tip above the water [m]; code mode code of the controller while
-    compensating.
+    tension, tau_suspended that of the tension before touch-down [s]; t_fade time in which a law grows to its full size
+    [s]; F_landed fall of the tension by which touch-down is known [N]; F_least tension that compensation and tension
+    control need to start [N]; EA [N] and L_0 [m] of the wire, from which the PLC knows its stiffness; q_dry and q_wet
+    weight of the wire in air and in water [N/m], h_tip crane tip above the water [m]; code mode code of the controller
+    while compensating.
     """
 
     t_cycle: float
@@ -63,7 +63,7 @@ class LiftSettings(NamedTuple):
     omega_s: float
     tau_F: float
     tau_slow: float
-    tau_hung: float
+    tau_suspended: float
     t_fade: float
     F_landed: float
     F_least: float
@@ -89,10 +89,10 @@ class Watch(NamedTuple):
 class Supervisor(NamedTuple):
     """Memory: stage number from 0; t_0 when it began, anew at its entry and at touch-down [s]; entered 1 once its entry
     condition held; mode ordered last; v_joy ramped joystick, v_op with what a law adds [m/s], s_op its integral [m];
-    F_1 tension filtered, F_slow its mean, F_ref set value of tension control on its way, F_hung mean before touch-down
-    [N]; s_ref wire that the joystick alone would have out in splash and manual mode [m]; s_out wire out without what
-    compensation adds for the tip [m]; landed 1 after touch-down in this stage; done 1 when the programme is over; stuck
-    1 when a
+    F_1 tension filtered, F_slow its mean, F_ref set value of tension control on its way, F_suspended mean before
+    touch-down [N]; s_ref wire that the joystick alone would have out in splash and manual mode [m]; s_out wire out
+    without what compensation adds for the tip [m]; landed 1 after touch-down in this stage; done 1 when the programme
+    is over; stuck 1 when a
     stage timed out."""
 
     stage: float
@@ -105,7 +105,7 @@ class Supervisor(NamedTuple):
     F_1: float
     F_slow: float
     F_ref: float
-    F_hung: float
+    F_suspended: float
     s_ref: float
     s_out: float
     landed: float
@@ -215,14 +215,14 @@ def reached(left, F_1, since, landed, stage):
     """Whether what ends the stage has come: wire (`left` to its target [m]) and tension count in the direction in which
     the stage moves them."""
     rising = stage.v > 0.0 or (stage.mode == STAGE_TENSION and stage.F_set >= stage.value)
-    there = left <= (STOPPED if stage.v_end == 0.0 and stage.v != 0.0 else 0.0)
+    over = left <= (STOPPED if stage.v_end == 0.0 and stage.v != 0.0 else 0.0)
     if stage.until == UNTIL_TIME:
-        there = since >= stage.value and (stage.mode != STAGE_LANDING or landed > 0.0)
+        over = since >= stage.value and (stage.mode != STAGE_LANDING or landed > 0.0)
     if stage.until == UNTIL_LANDED:
-        there = landed > 0.0
+        over = landed > 0.0
     if stage.until == UNTIL_TENSION:
-        there = F_1 >= stage.value if rising else F_1 <= stage.value
-    return there
+        over = F_1 >= stage.value if rising else F_1 <= stage.value
+    return over
 
 
 @scalar
@@ -243,9 +243,9 @@ def supervise(y, m, stage, s):
 
     now_in = m.entered > 0.0 or may_enter(y, m, F_1, F_slow, stage, s)
     feels = now_in and (stage.mode == STAGE_LANDING or stage.until == UNTIL_LANDED)
-    F_hung = low_pass(m.F_hung, F, s.tau_hung, s.t_cycle) if feels and m.entered > 0.0 else F_slow
-    F_hung = m.F_hung if m.landed > 0.0 else F_hung
-    down = m.landed > 0.0 or (feels and F_1 < F_hung - s.F_landed)
+    F_suspended = low_pass(m.F_suspended, F, s.tau_suspended, s.t_cycle) if feels and m.entered > 0.0 else F_slow
+    F_suspended = m.F_suspended if m.landed > 0.0 else F_suspended
+    down = m.landed > 0.0 or (feels and F_1 < F_suspended - s.F_landed)
     landed = 1.0 if down else 0.0
     started = (now_in and m.entered == 0.0) or (down and m.landed == 0.0)
     t_0 = y.t if started else m.t_0
@@ -300,8 +300,38 @@ def supervise(y, m, stage, s):
     if ends and not over:
         v_next = v_joy if manual else v_op
         return orders, Supervisor(
-            m.stage + 1.0, y.t, 0.0, mode, v_next, v_op, s_op, F_1, F_slow, F_1, F_hung, s_ref, s_out, 0.0, done, stuck
+            m.stage + 1.0,
+            y.t,
+            0.0,
+            mode,
+            v_next,
+            v_op,
+            s_op,
+            F_1,
+            F_slow,
+            F_1,
+            F_suspended,
+            s_ref,
+            s_out,
+            0.0,
+            done,
+            stuck,
         )
     return orders, Supervisor(
-        m.stage, t_0, entered, mode, v_joy, v_op, s_op, F_1, F_slow, F_ref, F_hung, s_ref, s_out, landed, done, stuck
+        m.stage,
+        t_0,
+        entered,
+        mode,
+        v_joy,
+        v_op,
+        s_op,
+        F_1,
+        F_slow,
+        F_ref,
+        F_suspended,
+        s_ref,
+        s_out,
+        landed,
+        done,
+        stuck,
     )

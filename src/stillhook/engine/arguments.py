@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 
 from stillhook import units
-from stillhook.engine.step_size import MOST_STEPS, whole_parts
+from stillhook.engine.step_size import MOST_STEPS, substeps
 from stillhook.errors import ScenarioError, SpecError
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
@@ -80,7 +80,7 @@ def steps_per_cycle(crane: Crane, step: str | None, default: float = SERIES_STEP
     """
     t_cycle = crane.control.t_cycle
     if step is None:
-        return whole_parts(t_cycle, default)
+        return substeps(t_cycle, default)
     h = units.parse(step, "time", "step")
     n = round(t_cycle / h) if h > 0.0 else 0
     if n < 1 or abs(n * h - t_cycle) > 1e-9 * t_cycle or n > MOST_STEPS:

@@ -48,7 +48,7 @@ def scale_weights(H: FloatArray, t_cycle: float) -> FloatArray:
     return np.ascontiguousarray(np.hstack([H[:, :6] * unit, H[:, 6:] * unit / t_cycle])).ravel()
 
 
-class Asked(NamedTuple):
+class MotionDemand(NamedTuple):
     """What tip and operator ask of the winch over a run: v_max highest wire speed [m/s]; s_tip_pp [m]; s_w_min, s_w_max
     wire out [m]."""
 
@@ -79,7 +79,7 @@ def _only_the_tip_moves(case: Scenario) -> bool:
     )
 
 
-def filled(drives: Sequence["Drive"], k: int, n: int) -> FloatArray:
+def filled(drives: Sequence["CycleInputs"], k: int, n: int) -> FloatArray:
     """Cycles k .. k + n - 1 of several drives side by side, (n, cols, lanes); motions that are one are sampled once."""
     out = room_for((n, drives[0].cols, len(drives)))
     done: dict[tuple[int, float], int] = {}
@@ -95,7 +95,7 @@ def filled(drives: Sequence["Drive"], k: int, n: int) -> FloatArray:
     return out
 
 
-class Drive:
+class CycleInputs:
     """Rows of Tick for one scenario on one crane, made piece by piece."""
 
     def __init__(self, crane: Crane, case: Scenario) -> None:
@@ -143,15 +143,15 @@ class Drive:
     def steady(self) -> bool:
         """Whether tip and its image alone change over the run."""
         case, s = self.case, self.case.sensors
-        given = case.modes or case.operator.profile or case.operator.steps or case.power_loss or case.commands
-        return not given and s.noise_s_w == 0.0 and s.noise_F == 0.0
+        varies = case.modes or case.operator.profile or case.operator.steps or case.power_loss or case.commands
+        return not varies and s.noise_s_w == 0.0 and s.noise_F == 0.0
 
     @cached_property
     def rest(self) -> FloatArray:
         """What does not change then: the columns behind tip and image."""
         return self.first_row()[2 * THIN :]
 
-    def asked(self) -> Asked:
+    def demand(self) -> MotionDemand:
         """Extremes over the whole run, taken in pieces; in manual mode the tip asks for nothing."""
         v_max, tip, wire = 0.0, [], []
         for k, count in self.pieces():
@@ -164,7 +164,7 @@ class Drive:
             tip += [float(s.min()), float(s.max())]
             out = self.case.s_w + follows * (s - self.s_tip_0) - s_op
             wire += [float(out.min()), float(out.max())]
-        return Asked(v_max, max(tip) - min(tip), min(wire), max(wire))
+        return MotionDemand(v_max, max(tip) - min(tip), min(wire), max(wire))
 
     def first_row(self) -> FloatArray:
         """The full first row."""
@@ -180,7 +180,7 @@ class Drive:
         out[:, 11] = self._noise.wire[k : k + n]
         out[:, 12] = self._noise.load[k : k + n]
         out[:, 13], _ = pump_shares(case.power_loss, self._passive_pumps, t)
-        out[:, 14:] = _given(case, t)
+        out[:, 14:] = _overrides(case, t)
         return out
 
     def _measured(self, t: FloatArray, k: int, n: int, thin: FloatArray) -> FloatArray:
@@ -246,17 +246,17 @@ def mode_codes(case: Scenario, t: FloatArray) -> FloatArray:
 def pump_shares(loss: PowerLoss | None, pumps: tuple[float, ...], t: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Share of a circuit's pump flow that is there, and the share that the PLC reckons with; pumps one for each power
     unit."""
-    there = np.ones_like(t)
+    share = np.ones_like(t)
     if loss is None or loss.unit > len(pumps):
-        return there, there
+        return share, share
     left = 1.0 - pumps[loss.unit - 1] / sum(pumps)
     gone = np.clip((t - loss.time) / loss.run_down, 0.0, 1.0) if loss.run_down > 0.0 else (t >= loss.time).astype(float)
     known = np.where(t >= loss.time + loss.detection, left, 1.0)
     return 1.0 - (1.0 - left) * gone, known
 
 
-def _given(case: Scenario, t: FloatArray) -> FloatArray:
-    """Whether commands are given at each time, and which: columns given, u_p, u_m."""
+def _overrides(case: Scenario, t: FloatArray) -> FloatArray:
+    """Whether commands are varies at each time, and which: columns varies, u_p, u_m."""
     if case.commands is None:
         return np.zeros((len(t), 3))
     return np.column_stack([np.ones_like(t), *case.commands.at(t)])

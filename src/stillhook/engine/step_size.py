@@ -18,7 +18,7 @@ axis)."""
 MOST_STEPS = 10000
 """Steps per PLC cycle beyond which a run would never end."""
 
-WHOLE_PARTS = (1, 2, 4, 5, 8)
+SUBSTEPS = (1, 2, 4, 5, 8)
 """Times a power of ten: steps per cycle that give a step with few digits."""
 
 
@@ -55,12 +55,12 @@ def fastest_rates(packed: Packed, c: float | None = None) -> dict[str, float]:
 
 def _hoist_rates(h: Hoist, J: float, n_max: float, c: float) -> dict[str, float]:
     """Wire, with its damping c [N s/m], and load, and drag at the highest speed that the motors can give the wire."""
-    lever = 0.5 * h.drum.d_max * h.i_i
+    r_eff = 0.5 * h.drum.d_max * h.i_i
     k = h.wire.EA / (h.wire.L_0 + h.s_w_0)
-    mass = 1.0 / (1.0 / h.load.m + lever**2 / J)
+    mass = 1.0 / (1.0 / h.load.m + r_eff**2 / J)
     return {
         "wire with its damping": c / mass + (k / mass) ** 0.5,
-        "drag of the water": 2.0 * h.load.b * n_max * lever * h.load.i_m,
+        "drag of the water": 2.0 * h.load.b * n_max * r_eff * h.load.i_m,
     }
 
 
@@ -103,12 +103,12 @@ def dry_level_bound(packed: Packed) -> float:
     return float(g)
 
 
-def whole_parts(t_cycle: float, longest: float) -> int:
+def substeps(t_cycle: float, longest: float) -> int:
     """Steps per PLC cycle for a step of at most `longest` [s]: the least number that gives a step with few digits."""
     least = math.ceil(min(t_cycle / longest, 1e12) * (1.0 - 1e-9))
     scale = 1
     while True:
-        for part in WHOLE_PARTS:
+        for part in SUBSTEPS:
             if part * scale >= least:
                 return part * scale
         scale *= 10
@@ -121,7 +121,7 @@ def check_step(packed: Packed, step: float) -> None:
     if rate * step <= RK4_LIMIT:
         return
     t_cycle = packed.params.plc.t_cycle
-    parts = whole_parts(t_cycle, RK4_LIMIT / rate)
+    parts = substeps(t_cycle, RK4_LIMIT / rate)
     advice = (
         f'Use a step of "{t_cycle / parts * 1e3:.6g} ms" or less.'
         if parts <= MOST_STEPS

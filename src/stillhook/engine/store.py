@@ -51,11 +51,11 @@ class Store:
         cases: Sequence[Case],
         n_sub: int,
         code: str,
-        said: Callable[[Case], bytes] | None = None,
+        to_bytes: Callable[[Case], bytes] | None = None,
     ) -> list[bytes]:
         """What each result follows from, as a hash: everything but names, titles and sources, which change no number.
-        said: a case as bytes, that of scenarios by default."""
-        say: Callable[[Any], bytes] = said or _scenario
+        to_bytes: a case as bytes, that of scenarios by default."""
+        say: Callable[[Any], bytes] = to_bytes or _scenario
         prints: dict[int, bytes] = {}
         start = f"{code} {n_sub} {' '.join(self.names)}".encode()
         out = []
@@ -70,26 +70,27 @@ class Store:
         check_folder(self.folder, ())
 
     def find(self, keys: Sequence[bytes]) -> dict[int, dict[str, Any]]:
-        """Place in `keys` -> summary, for what is there. Errors: SimulationError naming a file that cannot be read."""
+        """Place in `keys` -> summary, for what is present. Errors: SimulationError naming a file that cannot be
+        read."""
         index = self._index()
         hits: dict[str, list[tuple[int, int]]] = {}
         for i, key in enumerate(keys):
             if key in index.places:
                 file, row = index.places[key]
                 hits.setdefault(file, []).append((row, i))
-        found: dict[int, dict[str, Any]] = {}
+        results: dict[int, dict[str, Any]] = {}
         for file, rows in hits.items():
             with self._opened(file) as data:
-                self._take(data, rows, found)
-        return found
+                self._take(data, rows, results)
+        return results
 
     def _index(self) -> _Index:
         """Where every key lies. Files never change, so each is read once in the life of this process."""
-        there = {path.name for path in self.folder.glob(f"*{SUFFIX}")}
+        present = {path.name for path in self.folder.glob(f"*{SUFFIX}")}
         index = _INDICES.get(self.folder.resolve())
-        if index is None or not index.files <= there:
+        if index is None or not index.files <= present:
             index = _INDICES[self.folder.resolve()] = _Index(set(), {})
-        for file in sorted(there - index.files):
+        for file in sorted(present - index.files):
             with self._opened(file) as data:
                 index.places.update({key.tobytes(): (file, row) for row, key in enumerate(data["keys"])})
             index.files.add(file)
@@ -106,11 +107,13 @@ class Store:
                 f"{path}: not a result file of Stillhook ({' '.join(str(e).split())[:120]}). Remove it, and run again."
             ) from None
 
-    def _take(self, data: Mapping[str, Any], hits: Sequence[tuple[int, int]], found: dict[int, dict[str, Any]]) -> None:
+    def _take(
+        self, data: Mapping[str, Any], hits: Sequence[tuple[int, int]], results: dict[int, dict[str, Any]]
+    ) -> None:
         status, numbers, notes = data["status"], data["numbers"], data["notes"]
         for row, i in hits:
             columns = dict(zip(self.names, numbers[row].tolist(), strict=True))
-            found[i] = {"status": str(status[row]), **columns, "notes": json.loads(str(notes[row]))}
+            results[i] = {"status": str(status[row]), **columns, "notes": json.loads(str(notes[row]))}
 
     def put(
         self, keys: Sequence[bytes], status: Sequence[str], numbers: NDArray[np.float64], notes: Sequence[Sequence[str]]

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.engine.inputs import Asked, Drive
+from stillhook.engine.inputs import CycleInputs, MotionDemand
 from stillhook.kernels.build import results_hash
 from stillhook.sea.motion.motion import Motion
 from stillhook.sea.spectra.waves import wave_periods, window_spans
@@ -27,12 +27,12 @@ class Standing(NamedTuple):
     notes: tuple[str, ...]
 
 
-def standing(crane: Crane, case: Scenario, drive: Drive, asked: Asked) -> Standing:
-    """How a run stands to the certificate of its crane; drive and asked are those of the run."""
+def standing(crane: Crane, case: Scenario, drive: CycleInputs, demand: MotionDemand) -> Standing:
+    """How a run stands to the certificate of its crane; drive and demand are those of the run."""
     if crane.certified is None:
         return Standing(False, ())
     against = objections(crane)
-    outside = crane.certified.outside(conditions(case, drive, asked)) if crane.certified.envelope is not None else ()
+    outside = crane.certified.outside(conditions(case, drive, demand)) if crane.certified.envelope is not None else ()
     notes = [f"certificate does not hold: {', '.join(against)}"] if against else []
     if outside:
         notes.append(f"outside the validated envelope: {', '.join(outside)}")
@@ -59,18 +59,18 @@ def doubts(crane: Crane, case: Scenario) -> tuple[str, ...]:
     """
     if crane.certified is None:
         return (NO_CERTIFICATE,)
-    drive = Drive(crane, case)
-    return standing(crane, case, drive, drive.asked()).notes
+    drive = CycleInputs(crane, case)
+    return standing(crane, case, drive, drive.demand()).notes
 
 
-def conditions(case: Scenario, drive: Drive, asked: Asked) -> Conditions:
+def conditions(case: Scenario, drive: CycleInputs, demand: MotionDemand) -> Conditions:
     """What a run asks, in the terms of an envelope. The tip is that of the part that counts; in manual mode nothing
     follows it."""
     modes = tuple(dict.fromkeys(m.value for m in (case.mode, *(m for _, m in case.modes))))
     span, period = math.nan, math.nan
     if modes != (Mode.MANUAL.value,):
         span, period = _span_and_period(drive.motion, drive.n_ticks, drive.first, drive.t_cycle)
-    return Conditions(case.load, asked.s_w_min, asked.s_w_max, span, period, modes, _faults(case))
+    return Conditions(case.load, demand.s_w_min, demand.s_w_max, span, period, modes, _faults(case))
 
 
 @lru_cache(maxsize=64)
@@ -94,12 +94,12 @@ def _period(s: NDArray[np.float64], dt: float) -> float:
 
 def _faults(case: Scenario) -> tuple[str, ...]:
     """What no validation test has."""
-    found = [
+    faults = [
         ("loss of a hydraulic power unit", case.power_loss is not None),
         ("accumulator without end", case.gas_held),
     ]
-    found.append(("regularised friction", case.friction is FrictionModel.REGULARISED))
-    return tuple(name for name, there in found if there)
+    faults.append(("regularised friction", case.friction is FrictionModel.REGULARISED))
+    return tuple(name for name, present in faults if present)
 
 
 def envelope_line(crane: Crane) -> str:
@@ -117,5 +117,5 @@ def twin_line(crane: Crane) -> str:
         return "twin: not validated (level 1: no certificate)"
     if against := objections(crane):
         return f"twin: certificate {c.short} of {c.date} does not hold: {', '.join(against)}"
-    what = "SYNTHETIC certificate" if c.synthetic else "certificate"
-    return f"twin: level {c.level}, variant {c.variant}: {what} {c.short} of {c.date} by {c.criteria} holds (unsigned)"
+    label = "SYNTHETIC certificate" if c.synthetic else "certificate"
+    return f"twin: level {c.level}, variant {c.variant}: {label} {c.short} of {c.date} by {c.criteria} holds (unsigned)"

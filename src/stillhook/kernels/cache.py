@@ -68,13 +68,13 @@ def weakness(folder: Path) -> str:
             status = path.lstat()
         except FileNotFoundError:
             continue
-        what = "" if path == folder else f"{path} "
+        prefix = "" if path == folder else f"{path} "
         if not stat.S_ISDIR(status.st_mode):
-            return f"{what}is not a folder"
+            return f"{prefix}is not a folder"
         if status.st_uid != os.geteuid() and (path == folder or status.st_uid != 0):
-            return f"{what}belongs to another user"
+            return f"{prefix}belongs to another user"
         if status.st_mode & 0o022 and (path == folder or not status.st_mode & stat.S_ISVTX):
-            return f"others may write to {path if what else 'it'}"
+            return f"others may write to {path if prefix else 'it'}"
     return ""
 
 

@@ -101,8 +101,8 @@ Lane = NamedTuple(
         ("seen", Windowed),
     ],
 )
-"""Everything that one trajectory carries, beside the rows of its wire; begins as the lane of `stillhook.kernels.driver`
-does."""
+"""Everything that one trajectory carries, relative the rows of its wire; begins as the lane of
+`stillhook.kernels.driver` does."""
 
 Q, V, W, C, D = (f * LANES for f in range(5))
 ROW = 5 * LANES
@@ -365,7 +365,7 @@ def cycle(A, B, N, S, T, n_stages, t, w):
             o.n_s,
             o.n_F,
             o.f_passive,
-            o.given,
+            o.override,
             o.u_p,
             o.u_m,
         )
@@ -391,12 +391,12 @@ def cycle(A, B, N, S, T, n_stages, t, w):
         b = load(A, l)
         q = hook[ROW + Q + l]
         A[H_WET + l] = submergence(b.lift.z_ref + q, b.hang.water.eta, b.lift.load.reach)
-        sup, beside = b.hang.sup, q - b.hang.s_joy
+        sup, relative = b.hang.sup, q - b.hang.s_joy
         over = sup.stage + sup.done != b.hang.stage or (
             b.stage.mode == STAGE_LANDING and (sup.landed > 0.0 or b.hang.grounded > 0.0)
         )
         anew = b.hang.datum >= NEVER or waiting(sup, b.stage, b.lift.settings.code) > 0.5
-        datum = beside if anew and not over else b.hang.datum
+        datum = relative if anew and not over else b.hang.datum
         stretch = hook[Q + l] - q
         put_seen(
             A,
@@ -404,8 +404,8 @@ def cycle(A, B, N, S, T, n_stages, t, w):
             Windowed(
                 b.hang.e_held,
                 b.tick.s,
-                b.seen.load if over else beside - datum,
-                b.seen.hook if over else beside + stretch - datum,
+                b.seen.load if over else relative - datum,
+                b.seen.hook if over else relative + stretch - datum,
             ),
         )
         A[DATUM + l] = datum

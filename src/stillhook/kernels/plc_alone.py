@@ -11,7 +11,7 @@ from stillhook.kernels.build import kept
 from stillhook.physics.hydraulics.swash import MotorControl, known_displacement
 
 
-class Told(NamedTuple):
+class Commands(NamedTuple):
     """What the PLC commands in every cycle, each (n,): u_p pumps and u_m motors [-], u_ff the feedforward in u_p, u_raw
     pumps before the limit, e_c control error against the tip that it reads [m]."""
 
@@ -53,7 +53,7 @@ class Seen(NamedTuple):
         return Sensed._make([*self[: self._fields.index("braked")], 0.0, 0.0])
 
 
-def plc_alone(seen: Seen, p_hp: FloatArray, memory: Memory, plc: Plc, control: MotorControl) -> tuple[Told, Memory]:
+def plc_alone(seen: Seen, p_hp: FloatArray, memory: Memory, plc: Plc, control: MotorControl) -> tuple[Commands, Memory]:
     """Commands of the PLC over what it reads, cycle by cycle, and its memory after the last one.
 
     Parameters: seen, one value a cycle; p_hp (n,) accumulator pressure [Pa]; memory before the first
@@ -65,9 +65,9 @@ def plc_alone(seen: Seen, p_hp: FloatArray, memory: Memory, plc: Plc, control: M
     """
     plc = plc._replace(brake=plc.brake._replace(fitted=0.0))
     columns = Seen(*(np.ascontiguousarray(x, dtype=np.float64) for x in seen))
-    told = Told(*np.empty((len(Told._fields), len(p_hp))))
-    last = _compiled()(columns, np.ascontiguousarray(p_hp, dtype=np.float64), told, memory, plc, control)
-    return told, last
+    commands = Commands(*np.empty((len(Commands._fields), len(p_hp))))
+    last = _compiled()(columns, np.ascontiguousarray(p_hp, dtype=np.float64), commands, memory, plc, control)
+    return commands, last
 
 
 @functools.cache
@@ -75,7 +75,7 @@ def _compiled() -> Any:
     return kept(_cycles, "plc")
 
 
-def _cycles(seen, p_hp, told, m, plc, control):
+def _cycles(seen, p_hp, commands, m, plc, control):
     for k in range(len(p_hp)):
         alpha_m = known_displacement(seen.alpha_m[k], m.u_m, control)
         y = Sensed(
@@ -99,6 +99,6 @@ def _cycles(seen, p_hp, told, m, plc, control):
             u_p = u_raw = seen.u_braked[k]
             u_next = seen.u_braked[min(k + 1, len(p_hp) - 1)]  # where the open brake's first command starts
             m = Memory(m.mode, m.datum, m.F, m.p_mean, u_next, m.u_m, 0.0, m.b_m, m.held, AJAR, m.idle, m.stroke)
-        told.u_p[k], told.u_m[k], told.u_ff[k] = u_p, drive.u_m, drive.u_ff
-        told.u_raw[k], told.e_c[k] = u_raw, drive.e_c
+        commands.u_p[k], commands.u_m[k], commands.u_ff[k] = u_p, drive.u_m, drive.u_ff
+        commands.u_raw[k], commands.e_c[k] = u_raw, drive.e_c
     return m

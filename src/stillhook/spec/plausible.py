@@ -305,7 +305,7 @@ RANGES: Mapping[str, Row | tuple[Row, ...]] = MappingProxyType(
         "WinchSettings.omega_soft": ("1e-3 rad/s", "0.5 rad/s", "100 rad/s", "1e4 rad/s", "splash modes"),
         "WinchSettings.omega_s": ("0 rad/s", "0 rad/s", "1 rad/s", "1 rad/s", "splash modes"),
         "WinchSettings.tau_slow": ("1 ms", "1 s", "10 min", "1 d", "means over some waves"),
-        "WinchSettings.tau_hung": ("1 ms", "1 s", "1 h", "1 d", "means over many waves"),
+        "WinchSettings.tau_suspended": ("1 ms", "1 s", "1 h", "1 d", "means over many waves"),
         "WinchSettings.landed": (1e-6, 0.01, 0.99, 1.0, "falls of the tension"),
         "WinchSettings.F_least": ("0 kN", "0 kN", "10 MN", "500 MN", "tensions of an empty hook"),
     }

@@ -162,7 +162,7 @@ class Scenario(Record):
 
     @model_validator(mode="before")
     @classmethod
-    def _whole_record(cls, data: Any) -> Any:
+    def _complete_record(cls, data: Any) -> Any:
         """A recorded motion, or a record of commands, is run to its end unless a duration is given."""
         if not isinstance(data, dict) or "duration" in data:
             return data

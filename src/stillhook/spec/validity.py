@@ -77,20 +77,20 @@ class Envelope(_Closed):
         """Name of every range -> its ends [SI]."""
         return {"load": self.load, "s_w": self.s_w, "s_tip_pp": self.s_tip_pp, "period": self.period}
 
-    def outside(self, asked: Conditions) -> tuple[str, ...]:
+    def outside(self, conditions: Conditions) -> tuple[str, ...]:
         """Why conditions are outside, each with what was validated: "load 200 t (validated 82 t to 164 t)"; empty
         inside."""
-        found = [
-            _beyond("load", (asked.load, asked.load), self.load, "mass"),
-            _beyond("wire out", (asked.s_w_min, asked.s_w_max), self.s_w, "length", 4),
-            _beyond("tip motion over 30 s", (asked.s_tip_pp, asked.s_tip_pp), self.s_tip_pp, "length"),
-            _beyond("period of the tip", (asked.period, asked.period), self.period, "time"),
+        reasons = [
+            _beyond("load", (conditions.load, conditions.load), self.load, "mass"),
+            _beyond("wire out", (conditions.s_w_min, conditions.s_w_max), self.s_w, "length", 4),
+            _beyond("tip motion over 30 s", (conditions.s_tip_pp, conditions.s_tip_pp), self.s_tip_pp, "length"),
+            _beyond("period of the tip", (conditions.period, conditions.period), self.period, "time"),
         ]
-        unknown = [m for m in dict.fromkeys(asked.modes) if m not in self.modes]
+        unknown = [m for m in dict.fromkeys(conditions.modes) if m not in self.modes]
         if unknown:
-            found.append(f"mode {', '.join(unknown)} (validated {', '.join(self.modes)})")
-        found += [f"{fault} (not validated)" for fault in asked.faults]
-        return tuple(text for text in found if text)
+            reasons.append(f"mode {', '.join(unknown)} (validated {', '.join(self.modes)})")
+        reasons += [f"{fault} (not validated)" for fault in conditions.faults]
+        return tuple(text for text in reasons if text)
 
     def says(self) -> dict[str, str]:
         """Every range in words, by what it is of."""
@@ -107,13 +107,13 @@ def _range(ends: tuple[float, float], kind: str, digits: int = 3) -> str:
     return f"{u.show(ends[0], kind, digits)} to {u.show(ends[1], kind, digits)}"
 
 
-def _beyond(what: str, ends: tuple[float, float], known: tuple[float, float], kind: str, digits: int = 3) -> str:
+def _beyond(quantity: str, ends: tuple[float, float], known: tuple[float, float], kind: str, digits: int = 3) -> str:
     """What is asked and what is known, where the first is not within the second."""
     (least, most), (lo, hi) = ends, known
     if math.isnan(least) or (least >= lo - EDGE * abs(lo) and most <= hi + EDGE * abs(hi)):
         return ""
-    asked = u.show(least, kind, digits) if least == most else _range(ends, kind, digits)
-    return f"{what} {asked} (validated {_range(known, kind, digits)})"
+    value = u.show(least, kind, digits) if least == most else _range(ends, kind, digits)
+    return f"{quantity} {value} (validated {_range(known, kind, digits)})"
 
 
 class Certified(_Closed):
@@ -159,21 +159,21 @@ class Certified(_Closed):
 
     def objections(self, content: Mapping[str, str], code: str) -> tuple[str, ...]:
         """Why it does not hold for a crane of this content on this code; empty where it holds."""
-        found = [] if self.passed and self.envelope is not None else ["the validation was not passed"]
+        reasons = [] if self.passed and self.envelope is not None else ["the validation was not passed"]
         parts = sorted(name for name in {*content, *self.content} if content.get(name) != self.content.get(name))
         if parts:
-            found.append(f"the crane was changed since in {', '.join(parts)}")
+            reasons.append(f"the crane was changed since in {', '.join(parts)}")
         if code != self.code:
-            found.append(
+            reasons.append(
                 f"this Stillhook computes with other code ({code}) than the validated one ({self.code}, version"
                 f" {self.version})"
             )
-        return tuple(found)
+        return tuple(reasons)
 
-    def outside(self, asked: Conditions) -> tuple[str, ...]:
+    def outside(self, conditions: Conditions) -> tuple[str, ...]:
         """Why a run is outside of what was validated, a reason each; empty inside. Everything is outside where nothing
         was."""
-        return self.envelope.outside(asked) if self.envelope is not None else ("the validation was not passed",)
+        return self.envelope.outside(conditions) if self.envelope is not None else ("the validation was not passed",)
 
 
 def _seal(record: Certified) -> str:

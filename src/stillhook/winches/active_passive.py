@@ -25,7 +25,7 @@ from stillhook.winches.closed_circuit import (
 )
 from stillhook.winches.hoist import Hoist, HoistState, drag_loss, drum_geometry, hoist_energy, hoist_state, wire_loss
 from stillhook.winches.records import Limits, Powers, Sensors, Signals, Tip
-from stillhook.winches.sensors import obeyed, sense
+from stillhook.winches.sensors import apply_override, sense
 
 
 class PassiveCircuit(NamedTuple):
@@ -190,7 +190,7 @@ def rates(c, x, u, geo, p):
     T = (
         motor_torque(c.D_m, x.p_a - x.p_b)
         + motor_torque(c.D_pm, c.p_hp - P.settings.p_lp)
-        - c.q.F_w * geo.lever
+        - c.q.F_w * geo.r_eff
         - c.T_moving
         - dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
     )
@@ -250,13 +250,13 @@ def control(x, m, tick, tip, geo, p):
     dp_p = p_hp - P.settings.p_lp
     T_passive = motor_torque(P.settings.D_m_max * displacement(x.alpha_pm, P.motor_servo), dp_p)
     drive, m = cycle(sense(x, m, tick, tip, geo, T_passive, p), m, p_hp, p.plc)
-    drive = obeyed(drive, tick)
+    drive = apply_override(drive, tick)
     u_m, held = pilot(drive.u_m, m.held, A.control)
-    u_pm = displacement_for_weight(m.F, geo.lever, p_hp, P.settings)
+    u_pm = displacement_for_weight(m.F, geo.r_eff, p_hp, P.settings)
     power, f = p.plc.power, tick.f_known
     P_left = f * power.P_max - fmax(f * power.Q_p * drive.u_p * (x.p_a - x.p_b), 0.0)
-    asked = make_up(m.p_mean, u_pm, tick.v_op / geo.lever, P.settings)
-    u_pp = within_power(asked, dp_p, f * power.Q_pp, fmax(P_left, 0.0))
+    demand = make_up(m.p_mean, u_pm, tick.v_op / geo.r_eff, P.settings)
+    u_pp = within_power(demand, dp_p, f * power.Q_pp, fmax(P_left, 0.0))
     return Command(drive.u_p, u_m, u_pp, u_pm, tick.f_pump, tick.f_passive, drive.brake), hold(m, held), drive
 
 

@@ -39,7 +39,7 @@ class HoistState(NamedTuple):
 
 @scalar
 def drum_geometry(s_w, h):
-    """Layer, diameter, lever, inertia and damping of the wire with s_w paid out [m]; taken once per PLC cycle."""
+    """Layer, diameter, r_eff, inertia and damping of the wire with s_w paid out [m]; taken once per PLC cycle."""
     L_left = h.drum.L_full - s_w
     layers = layers_filled(L_left, h.drum)
     d = layer_diameter(layers, h.drum)
@@ -53,7 +53,7 @@ def hoist_state(omega_m, s_w, s_load, v_load, geo, tip, h):
 
     The wire's stretch is what the tip rose, less the wire paid out and less the load's own rise.
     """
-    v_w = omega_m * geo.lever
+    v_w = omega_m * geo.r_eff
     k = wire_stiffness(s_w, h.wire)
     stretch = tip.s - (s_w - h.s_w_0) - s_load
     stretch_rate = tip.v + v_w - v_load

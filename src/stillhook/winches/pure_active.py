@@ -19,7 +19,7 @@ from stillhook.winches.closed_circuit import (
 )
 from stillhook.winches.hoist import Hoist, HoistState, drag_loss, drum_geometry, hoist_energy, hoist_state, wire_loss
 from stillhook.winches.records import Limits, Powers, Sensors, Signals, Tip
-from stillhook.winches.sensors import obeyed, sense
+from stillhook.winches.sensors import apply_override, sense
 
 
 class Params(NamedTuple):
@@ -96,7 +96,7 @@ def rates(c, x, u, geo, p):
     A = p.active
     T = (
         motor_torque(c.D_m, x.p_a - x.p_b)
-        - c.q.F_w * geo.lever
+        - c.q.F_w * geo.r_eff
         - c.T_moving
         - dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
     )
@@ -138,7 +138,7 @@ def at_rest(s_w, m, tick, p):
     geo = geometry(x, p)
     u, m, _ = control(x, m, tick, tip, geo, p)
     q = hoist_state(0.0, s_w, s_load, 0.0, geo, tip, h)
-    p_a = A.boost.p + q.F_w * geo.lever / (A.motors.count * A.motors.D_max * u.u_m)
+    p_a = A.boost.p + q.F_w * geo.r_eff / (A.motors.count * A.motors.D_max * u.u_m)
     return State(0.0, 0.0, u.u_m, 0.0, p_a, A.boost.p, 0.0, s_w, 0.0, s_load, 0.0), m, u
 
 
@@ -146,7 +146,7 @@ def at_rest(s_w, m, tick, p):
 def control(x, m, tick, tip, geo, p):
     """One PLC cycle: plant commands, the PLC's new memory, and the active drive's signals."""
     drive, m = cycle(sense(x, m, tick, tip, geo, 0.0, p), m, 0.0, p.plc)
-    drive = obeyed(drive, tick)
+    drive = apply_override(drive, tick)
     u_m, held = pilot(drive.u_m, m.held, p.active.control)
     return Command(drive.u_p, u_m, tick.f_pump, drive.brake), hold(m, held), drive
 

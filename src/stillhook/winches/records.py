@@ -12,12 +12,12 @@ class Tip(NamedTuple):
 
 class Geometry(NamedTuple):
     """What the drum is during one PLC cycle, in which at most some centimetres of wire pass: layers filled; d diameter
-    of the wire's centre [m]; lever wire per motor angle [m/rad]; i_J inverse of the inertia at the motor shaft [1/(kg
+    of the wire's centre [m]; r_eff wire per motor angle [m/rad]; i_J inverse of the inertia at the motor shaft [1/(kg
     m^2)]; c damping of the wire out [N s/m]."""
 
     layers: float
     d: float
-    lever: float
+    r_eff: float
     i_J: float
     c: float
 
@@ -42,7 +42,7 @@ class Tick(NamedTuple):
     n_s: float
     n_F: float
     f_passive: float
-    given: float
+    override: float
     u_p: float
     u_m: float
 

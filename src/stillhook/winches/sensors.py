@@ -1,6 +1,6 @@
 """What the PLC of either winch type reads at the start of a cycle, and commands that stand in for its own."""
 
-from stillhook.control.plc import Drive, Sensed
+from stillhook.control.plc import ActuatorCommands, Sensed
 from stillhook.physics.hydraulics.swash import displacement, known_displacement
 from stillhook.physics.load_path.drum import K_wire
 from stillhook.physics.scalar import scalar
@@ -21,7 +21,7 @@ def sense(x, m, tick, tip, geo, T_passive, p):
     s_w = quantise(x.s_w + tick.n_s, p.sensors.q_s)
     F = quantise(q.F_w + tick.n_F, p.sensors.q_F)
     ratio = K_wire(geo.d, p.hoist.drum)
-    dp_load = (F * geo.lever - T_passive) / (A.motors.count * A.motors.D_max * alpha_m)
+    dp_load = (F * geo.r_eff - T_passive) / (A.motors.count * A.motors.D_max * alpha_m)
     return Sensed(
         tick.s_m,
         tick.v_m,
@@ -40,12 +40,12 @@ def sense(x, m, tick, tip, geo, T_passive, p):
 
 
 @scalar
-def obeyed(drive, tick):
-    """The commands that the active circuit takes: the PLC's, or those that were given for this cycle, such as a
+def apply_override(drive, tick):
+    """The commands that the active circuit takes: the PLC's, or those given for this cycle from outside, such as a
     measured record."""
-    given = tick.given > 0.0
-    u_p = tick.u_p if given else drive.u_p
-    u_m = tick.u_m if given else drive.u_m
-    u_raw = tick.u_p if given else drive.u_raw
-    brake = 0.0 if given else drive.brake
-    return Drive(u_p, u_m, drive.u_ff, u_raw, drive.e_c, brake)
+    override = tick.override > 0.0
+    u_p = tick.u_p if override else drive.u_p
+    u_m = tick.u_m if override else drive.u_m
+    u_raw = tick.u_p if override else drive.u_raw
+    brake = 0.0 if override else drive.brake
+    return ActuatorCommands(u_p, u_m, drive.u_ff, u_raw, drive.e_c, brake)

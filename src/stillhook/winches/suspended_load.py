@@ -273,9 +273,9 @@ def begin(b, q, v, v_mid, f, h):
     G = 0.5 * h * (e.c + 0.5 * h * e.k)
     k_0, c_0 = wire_stiffness(x.s_w, b.p.hoist.wire), b.geo.c
     half = 0.5 * (x.omega_m - b.hang.omega_0)
-    s_w = x.s_w - 0.5 * h * b.geo.lever * (x.omega_m + 0.5 * half)
+    s_w = x.s_w - 0.5 * h * b.geo.r_eff * (x.omega_m + 0.5 * half)
     top = b.tip_1.s - (s_w - b.p.hoist.s_w_0)
-    v_top = b.tip_1.v + b.geo.lever * (x.omega_m + half)
+    v_top = b.tip_1.v + b.geo.r_eff * (x.omega_m + half)
     G_0 = 0.5 * h * k_0 + c_0
     T_0 = k_0 * (top - q) + c_0 * v_top
     taut = 1.0 if T_0 - G_0 * x.v_load > 0.0 else 0.0

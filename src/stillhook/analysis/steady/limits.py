@@ -112,7 +112,7 @@ class Station:
         p = self.winch.params
         if self.winch.plant is pure_active:
             return 0.0
-        return float(displacement_for_weight(self.F_w, self.winch.geometry.lever, self._p_o, p.passive.settings))
+        return float(displacement_for_weight(self.F_w, self.winch.geometry.r_eff, self._p_o, p.passive.settings))
 
     @property
     def _p_o(self) -> float:
@@ -123,7 +123,7 @@ class Station:
     def T_hold(self) -> float:
         """Torque at the motor shaft that the active motors hold of the load at rest [N m]: what the passive ones do not
         carry."""
-        p, T = self.winch.params, self.F_w * self.winch.geometry.lever
+        p, T = self.winch.params, self.F_w * self.winch.geometry.r_eff
         if self.winch.plant is pure_active:
             return float(T)
         D_pm = self.alpha_pm * p.passive.settings.D_m_max
@@ -140,7 +140,7 @@ class Station:
         weight; without them the active do.
         """
         a = self.crane.active
-        T = self.T_hold + self.reserve * self.F_w * self.winch.geometry.lever
+        T = self.T_hold + self.reserve * self.F_w * self.winch.geometry.r_eff
         return float(T / (a.motor.D_total * (a.relief.p - a.boost.p)))
 
     @property
@@ -154,7 +154,7 @@ class Station:
 
     def limits(self, alpha_m: Displacement) -> dict[Limit, float]:
         """Speed that each limit alone would allow [m/s]; see `Top`."""
-        motor, lever, relief = self.crane.active.motor, self.winch.geometry.lever, self.crane.active.relief.p
+        motor, r_eff, relief = self.crane.active.motor, self.winch.geometry.r_eff, self.crane.active.relief.p
 
         @cache
         def used(v: float) -> tuple[float, float, float]:
@@ -171,10 +171,10 @@ class Station:
             Limit.PRESSURE: self._first(lambda v: 1.0 - used(v)[1]),
             Limit.POWER: self._first(lambda v: 1.0 - used(v)[2]),
             Limit.RESERVE: self._first(lambda v: alpha_m(v) - self.alpha_reserve),
-            Limit.MOTOR: self._first(lambda v: speed_limit(motor, alpha_m(v)) * lever - v),
+            Limit.MOTOR: self._first(lambda v: speed_limit(motor, alpha_m(v)) * r_eff - v),
         }
         if self.crane.passive is not None:
-            found[Limit.PASSIVE] = speed_limit(self.crane.passive.motor, self.alpha_pm) * lever
+            found[Limit.PASSIVE] = speed_limit(self.crane.passive.motor, self.alpha_pm) * r_eff
         return found
 
     def _power(self, o: OperatingPoint) -> float:

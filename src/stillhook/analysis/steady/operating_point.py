@@ -161,7 +161,7 @@ def operate(
     """The operating point of a prepared winch; parameters and errors as `operating_point`."""
     _check_numbers(v_w, alpha_m, v_tip)
     p, geo = _with_motor_stop(winch.params, alpha_m), winch.geometry
-    tip, omega_m = Tip(0.0, v_tip), v_w / geo.lever
+    tip, omega_m = Tip(0.0, v_tip), v_w / geo.r_eff
     F_w = p.hoist.load.W - drag_force(v_w + v_tip, p.hoist.load)
     if F_w <= 0.0:
         raise StillhookError(
@@ -210,9 +210,9 @@ def _passive_side(
         return still, pure_active.Command(0.0, alpha_m, 1.0, 0.0)
     P = p.passive
     V = 0.5 * P.accumulator.V_stroke if V_o is None else V_o
-    p_o, lever = accumulator_pressure(V, P.accumulator), w.geometry.lever
-    alpha_pm = displacement_for_weight(F_w, lever, p_o, P.settings)
-    pp = make_up(p_o, alpha_pm, v_op / lever, P.settings) if alpha_pp is None else alpha_pp
+    p_o, r_eff = accumulator_pressure(V, P.accumulator), w.geometry.r_eff
+    alpha_pm = displacement_for_weight(F_w, r_eff, p_o, P.settings)
+    pp = make_up(p_o, alpha_pm, v_op / r_eff, P.settings) if alpha_pp is None else alpha_pp
     settings = (0.0, 0.0, alpha_m, 0.0, pp, 0.0, alpha_pm, 0.0)
     x = active_passive.State(*settings, 0.0, 0.0, V, omega_m, w.s_w, 0.0, 0.0, 0.0)
     return x, active_passive.Command(0.0, alpha_m, pp, alpha_pm, 1.0, 1.0, 0.0)

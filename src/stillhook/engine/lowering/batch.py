@@ -17,7 +17,7 @@ from stillhook import units
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import check_threads, steps_per_cycle
 from stillhook.engine.lowering.checks import check_lift, check_sea
-from stillhook.engine.lowering.lower import LIFT_STEP, Found, summarised
+from stillhook.engine.lowering.lower import LIFT_STEP, Summarised, summarised
 from stillhook.engine.lowering.run import KIND, run_lowerings, waves_step
 from stillhook.engine.lowering.summary import RUN_NUMBERS, STAGE_NUMBERS, lift_summary
 from stillhook.engine.scenario.batch import Answers, Task, in_tasks, on_cluster, on_threads
@@ -71,10 +71,10 @@ def lower_many(
     n_sub = steps_per_cycle(cranes[0], step, LIFT_STEP)
     _check_all(cranes, cases)
     kept = _Kept(store, cranes, cases, n_sub) if store is not None else None
-    found = kept.found() if kept is not None else {}
-    meter = Meter(len(cases), progress, done=len(found))
+    results = kept.stored() if kept is not None else {}
+    meter = Meter(len(cases), progress, done=len(results))
     meter.tell()
-    missing = [i for i in range(len(cases)) if i not in found]
+    missing = [i for i in range(len(cases)) if i not in results]
     if kept is not None and missing:
         kept.check_room()
     workers = threads if client is None else max(sum(client.nthreads().values()), 1)
@@ -88,8 +88,8 @@ def lower_many(
         for task, answers in landed:
             if kept is not None:
                 kept.put(task.indices, answers)
-            found.update({i: answers.summary(k, _columns(cases[i])) for k, i in enumerate(task.indices)})
-    numbers = [_parted(found[i], _stages(case)) for i, case in enumerate(cases)]
+            results.update({i: answers.summary(k, _columns(cases[i])) for k, i in enumerate(task.indices)})
+    numbers = [_parted(results[i], _stages(case)) for i, case in enumerate(cases)]
     h = cranes[0].control.t_cycle / n_sub
     return summarised(
         crane if isinstance(crane, Crane) else cranes, [_lift(c) for c in cases], numbers, step=h, single=False
@@ -97,15 +97,15 @@ def lower_many(
 
 
 def _cases(cases: Sequence[Case]) -> list[Case]:
-    given = list(cases) if isinstance(cases, Iterable) else [cases]
-    if not given:
+    lifts = list(cases) if isinstance(cases, Iterable) else [cases]
+    if not lifts:
         raise LiftError("lower_many: the list of lowerings is empty. Give at least one.")
-    for i, each in enumerate(given):
+    for i, each in enumerate(lifts):
         if not isinstance(each, Lowering | InSea):
             raise LiftError(
                 f"lowering {i} = {units.came(each)}: not a Lowering. Give lowerings, or lowerings in a sea (InSea)."
             )
-    return given
+    return lifts
 
 
 def _cranes(crane: Crane | Sequence[Crane], cases: Sequence[Case]) -> list[Crane]:
@@ -156,7 +156,7 @@ def _columns(case: Case) -> tuple[str, ...]:
     return RUN_NUMBERS + tuple(f"{i} {name}" for i in range(_stages(case)) for name in STAGE_NUMBERS)
 
 
-def _parted(row: Mapping[str, Any], stages: int) -> Found:
+def _parted(row: Mapping[str, Any], stages: int) -> Summarised:
     """A row of `_columns` with status and notes, as numbers of the run and of each stage."""
     run = {"status": row["status"], **{name: row[name] for name in RUN_NUMBERS}, "notes": row["notes"]}
     return run, [{name: row[f"{i} {name}"] for name in STAGE_NUMBERS} for i in range(stages)]
@@ -183,14 +183,14 @@ def work(task: Task, progress: Progress | None = None) -> Answers:
     for k in range(0, total, VL):
         block = task.part(k, k + VL)
 
-        def told(share: float, before: int = k, size: int = len(block.indices)) -> None:
+        def report(share: float, before: int = k, size: int = len(block.indices)) -> None:
             if progress is not None:
                 progress((before + share * size) / total)
 
         lifts = _made(block.cases)
         places = None if task.indices == [0] else block.indices
         results = run_lowerings(
-            block.cranes, lifts, n_sub=task.n_sub, lanes=VL, every=0, threads=1, progress=told, places=places
+            block.cranes, lifts, n_sub=task.n_sub, lanes=VL, every=0, threads=1, progress=report, places=places
         )
         for crane, lift, result in zip(block.cranes, lifts, results, strict=True):
             run, stages = lift_summary(crane, lift, result)
@@ -230,15 +230,15 @@ class _Kept:
             self.groups.setdefault(_stages(case), []).append(i)
         self.stores = {n: Store(Path(folder), _columns(cases[group[0]])) for n, group in self.groups.items()}
         self.keys: dict[int, bytes] = {}
-        said = _Said()
+        texts = _Texts()
         for n, group in self.groups.items():
             keys = self.stores[n].keys(
-                [cranes[i] for i in group], [cases[i] for i in group], n_sub, results_hash(), said
+                [cranes[i] for i in group], [cases[i] for i in group], n_sub, results_hash(), texts
             )
             self.keys.update(zip(group, keys, strict=True))
         self.stages = [_stages(case) for case in cases]
 
-    def found(self) -> dict[int, dict[str, Any]]:
+    def stored(self) -> dict[int, dict[str, Any]]:
         """Place -> row, for what is there."""
         out = {}
         for n, group in self.groups.items():
@@ -255,7 +255,7 @@ class _Kept:
         )
 
 
-class _Said:
+class _Texts:
     """A case as bytes: everything but names and sources, which change no number; lifts that cases share are written
     once.
 
@@ -277,8 +277,8 @@ def _print(lift: Lowering) -> bytes:
         mode="json",
         exclude={"name": True, "tip": True, "waves": True, "payload": {"name", "title", "source", "sources"}},
     )
-    said = json.dumps({**plain, "tip": bare(lift.tip.to_dict())}, sort_keys=True).encode()
+    content = json.dumps({**plain, "tip": bare(lift.tip.to_dict())}, sort_keys=True).encode()
     if (w := lift.waves) is not None:
         water = (np.array([w.dt, w.z_0, w.ds]), w.eta, w.eta_dot, w.w, w.a)
-        said += hashlib.sha256(b"".join(a.tobytes() for a in water)).digest()
-    return said
+        content += hashlib.sha256(b"".join(a.tobytes() for a in water)).digest()
+    return content

@@ -6,7 +6,7 @@ from stillhook.control.supervisor import Stage as Row
 from stillhook.engine.pack.lift import PackedLift
 from stillhook.engine.pack.programme import hanging, payload_weight
 from stillhook.engine.pack.winch import drum_record
-from stillhook.engine.step_size import MOST_STEPS, RK4_LIMIT, fastest_rates, whole_parts
+from stillhook.engine.step_size import MOST_STEPS, RK4_LIMIT, fastest_rates, substeps
 from stillhook.errors import LiftError, SpecError
 from stillhook.kernels.winch_type import plant_of
 from stillhook.physics.load_path.drum import LAST_TURNS, wire_usable
@@ -21,7 +21,7 @@ from stillhook.units import show
 from stillhook.winches.hoist import drum_geometry
 
 COUPLING = 0.1
-"""Largest mass that the stiff wire feigns in one step, h^2 k / 4, over the winch's at the wire, J / lever^2; at 1 they
+"""Largest mass that the stiff wire feigns in one step, h^2 k / 4, over the winch's at the wire, J / r_eff^2; at 1 they
 part ways."""
 SOIL_LIMIT = 0.8
 """Largest step times rate of a payload on the seabed; stable up to 1 (damper) and 2 (spring)."""
@@ -32,7 +32,7 @@ COARSEST = 0.5
 
 
 def check_lift(crane: Crane, case: Lowering) -> None:
-    """Refuse what no crane of this kind can be asked, or what is no lowering, its sea aside. Errors: LiftError,
+    """Refuse what no crane of this kind can do, or what is no lowering, its sea aside. Errors: LiftError,
     SpecError of an unknown winch type, one line."""
     plant_of(crane)
     if not (math.isfinite(case.duration) and 0.0 < case.duration <= LONGEST):
@@ -86,10 +86,10 @@ def check_course(crane: Crane, case: Lowering, packed: PackedLift) -> None:
             _check_hold(crane, case, stage, where)
         if stage.end in ("depth", "wire"):
             if wire is not None and (target - wire) * stage.lower <= 0.0:
-                asked = show(getattr(stage, stage.end), "length")
+                target = show(getattr(stage, stage.end), "length")
                 raise LiftError(
                     f"{where}: lower = {show(stage.lower, 'speed')}"
-                    f" {'pays wire out' if stage.lower > 0.0 else 'hoists'}, and {stage.end} = {asked} is"
+                    f" {'pays wire out' if stage.lower > 0.0 else 'hoists'}, and {stage.end} = {target} is"
                     f" {show(target, 'length')} of wire out, with {show(wire, 'length')} out at its beginning. Turn the"
                     f" sign of lower, or change {stage.end}."
                 )
@@ -163,7 +163,7 @@ def check_lift_step(packed: PackedLift, step: float) -> None:
     }
     geo = drum_geometry(packed.winch.s_w, hoist)
     k_0 = packed.lift.rope.EA / (hoist.wire.L_0 * packed.lift.rope.EA / hoist.wire.EA)
-    rates["wire against the winch's inertia"] = math.sqrt(0.25 * k_0 * geo.lever**2 * geo.i_J / COUPLING)
+    rates["wire against the winch's inertia"] = math.sqrt(0.25 * k_0 * geo.r_eff**2 * geo.i_J / COUPLING)
     load, covered = packed.lift.load, WettedLevel(*packed.table[-1].tolist())
     m = load.m + covered.A33
     rates["payload on the spring of the seabed"] = math.sqrt(load.k_soil / m) / SOIL_LIMIT
@@ -172,7 +172,7 @@ def check_lift_step(packed: PackedLift, step: float) -> None:
     if rate * step <= 1.0:
         return
     t_cycle = packed.lift.t_cycle
-    parts = whole_parts(t_cycle, 1.0 / rate)
+    parts = substeps(t_cycle, 1.0 / rate)
     advice = (
         f'Use a step of "{t_cycle / parts * 1e3:.6g} ms" or less.'
         if parts <= MOST_STEPS

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 LIFT_STEP = 5e-3
 """Default step [s]: the wire is stepped implicitly, and the winch at 5 ms is right to 0.1 mm of wire
 (docs/validation/step-size.md)."""
-Found = tuple[Mapping[str, Any], Sequence[Mapping[str, Any]]]
+Summarised = tuple[Mapping[str, Any], Sequence[Mapping[str, Any]]]
 """Numbers of one lowering: of the whole run, and of each of its stages."""
 COLUMNS = Signals._fields + LiftSignals._fields
 
@@ -85,10 +85,10 @@ def lower(
     results = run_lowerings(
         crane, cases, n_sub=n_sub, lanes=lanes, every=rows if stored else 0, threads=threads, progress=progress
     )
-    found = [lift_summary(crane, c, r) for c, r in zip(cases, results, strict=True)]
+    summaries = [lift_summary(crane, c, r) for c, r in zip(cases, results, strict=True)]
     if OnFailure(on_failure) is OnFailure.RAISE:
-        raise_failures([run for run, _ in found])
-    return labelled(crane, cases, results, found, single=single)
+        raise_failures([run for run, _ in summaries])
+    return labelled(crane, cases, results, summaries, single=single)
 
 
 def _cases(crane: Crane, case: Lowering | Sequence[Lowering]) -> list[Lowering]:
@@ -107,12 +107,12 @@ def labelled(
     crane: Crane,
     cases: Sequence[Lowering],
     results: Sequence[LiftResult],
-    found: Sequence[Found],
+    summaries: Sequence[Summarised],
     *,
     single: bool,
 ) -> xarray.Dataset:
     """Summaries and series of lowerings as a labelled Dataset; see `lower`."""
-    data = summarised(crane, cases, found, step=results[0].step, single=single)
+    data = summarised(crane, cases, summaries, step=results[0].step, single=single)
     if series := [r.series for r in results if r.series is not None]:
         data = data.assign(series_columns(COLUMNS, series, single=single)).assign_coords(
             time=time_axis(Series(series, results[0].dt))
@@ -122,16 +122,21 @@ def labelled(
 
 
 def summarised(
-    crane: Crane | Sequence[Crane], cases: Sequence[Lowering], found: Sequence[Found], *, step: float, single: bool
+    crane: Crane | Sequence[Crane],
+    cases: Sequence[Lowering],
+    summaries: Sequence[Summarised],
+    *,
+    step: float,
+    single: bool,
 ) -> xarray.Dataset:
     """Numbers of lowerings, of the whole runs and of each stage, as a labelled Dataset; step [s]."""
     import xarray
 
-    columns = summary_columns([run for run, _ in found], single=single)
-    n_stages = max(len(stages) for _, stages in found)
-    for name in found[0][1][0]:
-        table = np.full((len(found), n_stages), np.nan)
-        for i, (_, stages) in enumerate(found):
+    columns = summary_columns([run for run, _ in summaries], single=single)
+    n_stages = max(len(stages) for _, stages in summaries)
+    for name in summaries[0][1][0]:
+        table = np.full((len(summaries), n_stages), np.nan)
+        for i, (_, stages) in enumerate(summaries):
             table[i, : len(stages)] = [s[name] for s in stages]
         columns[f"stage_{name}"] = (
             (("stage",), table[0], attributes(name)) if single else (("case", "stage"), table, attributes(name))

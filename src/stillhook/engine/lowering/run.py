@@ -11,7 +11,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.control.plc import Memory
 from stillhook.control.supervisor import Stage
-from stillhook.engine.inputs import Drive, filled, hermite_weights, scale_weights
+from stillhook.engine.inputs import CycleInputs, filled, hermite_weights, scale_weights
 from stillhook.engine.lowering.checks import check_course, check_lift, check_lift_step, check_sea
 from stillhook.engine.pack.lift import PackedLift, field_record, pack_lift, stand_in
 from stillhook.engine.scenario.run import Ending, nothing, shared
@@ -76,7 +76,7 @@ class Ready(NamedTuple):
 
     case: Lowering
     packed: PackedLift
-    drive: Drive
+    drive: CycleInputs
 
 
 def prepare(
@@ -92,7 +92,7 @@ def prepare(
     ):
         try:
             check_sea(case)
-            drive = Drive(each, stand_in(each, case, 0.0))
+            drive = CycleInputs(each, stand_in(each, case, 0.0))
             alike = id(each), field_record(case.waves), drive.s_tip_0, *(id(getattr(case, name)) for name in PACKED)
             packed = known[alike] = known[alike] if alike in known else _packed(each, case, drive, n_sub)
         except StillhookError as e:
@@ -102,7 +102,7 @@ def prepare(
     return ready
 
 
-def _packed(crane: Crane, case: Lowering, drive: Drive, n_sub: int) -> PackedLift:
+def _packed(crane: Crane, case: Lowering, drive: CycleInputs, n_sub: int) -> PackedLift:
     check_lift(crane, case)
     packed = pack_lift(crane, case, drive.s_tip_0)
     check_course(crane, case, packed)

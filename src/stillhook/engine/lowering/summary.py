@@ -29,7 +29,7 @@ from stillhook.winches.records import Powers
 from stillhook.winches.suspended_load import NEVER, LiftStats
 
 AUDIT = 0.01
-"""Energy not found again, over all that passed, from which a lowering is numerically wrong [-]; sound ones stay below
+"""Energy not recovered, over all that passed, from which a lowering is numerically wrong [-]; sound ones stay below
 1e-3."""
 AUDIT_FLOOR = 1.0e4
 """Energy below which nothing moves that the audit could be asked of [J]: a tonne by a metre."""
@@ -138,7 +138,7 @@ def merged(parts: Sequence[Any]) -> Any:
     return cls(**values)
 
 
-def whole(result: LiftResult) -> StageResult:
+def total(result: LiftResult) -> StageResult:
     """Statistics of the whole run; its spans are the largest of its compensated stages, or of all where there are
     none."""
     parts = [s for _, s in result.stages]
@@ -154,13 +154,13 @@ def unaccounted(result: LiftResult, r: StageResult | None = None) -> float:
 
     In: pumps, boost, tip, and what the wire brings along from the drum. Out: friction, leakage, valves, damping,
     lifting, passive gas, and the work that goes into the water. Stored: shaft, oil, wire, hook, load, slings. r:
-    `whole` of it, where it is at hand.
+    `total` of it, where it is at hand.
     """
-    st: Stats = (whole(result) if r is None else r).stats
+    st: Stats = (total(result) if r is None else r).stats
     w, t, W = st.power, result.t_cycle, result.hang.works
-    given = w.pump + w.boost + w.passive_pump + w.tip
+    supplied = w.pump + w.boost + w.passive_pump + w.tip
     taken = w.friction + w.leakage + w.relief + w.flushing + w.wire + w.drag + w.passive
-    winch = (given - taken) * t - (st.E_end - st.E_start) - W.top
+    winch = (supplied - taken) * t - (st.E_end - st.E_start) - W.top
     water = W.buoyancy + W.inertia + W.drag + W.slam + W.bottom
     wire = W.top + W.relay + water - W.damping - W.gravity - (result.hang.E - result.hang.E_0)
     through = st.pump_abs * t + abs(W.gravity)
@@ -261,7 +261,7 @@ def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict
     """Numbers of the whole run, and of each stage of the programme that was begun, the rest NaN; one more for the time
     after it."""
     names = [*result.packed.programme.names, "after"]
-    r = whole(result)
+    r = total(result)
     run = stage_numbers(result, r)
     blank = dict.fromkeys(STAGE_NUMBERS, math.nan)
     rows = [dict(blank) for _ in names]
@@ -288,8 +288,8 @@ def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict
     if result.ending is Ending.DIVERGED:
         numbers = dict.fromkeys(numbers, math.nan)
     doubts = (*implausible_values(crane), *implausible_values(case, "lift"))
-    found = [*doubts, *notes(crane, case, result, r), *_loss_notes(crane, result, r)]
-    return {"status": marked(status(case, result, r, crane), doubts), **numbers, "notes": found}, rows
+    notes_of_run = [*doubts, *notes(crane, case, result, r), *_loss_notes(crane, result, r)]
+    return {"status": marked(status(case, result, r, crane), doubts), **numbers, "notes": notes_of_run}, rows
 
 
 def _loss_notes(crane: Crane, result: LiftResult, r: StageResult) -> list[str]:
@@ -302,17 +302,19 @@ def _loss_notes(crane: Crane, result: LiftResult, r: StageResult) -> list[str]:
 
 
 def notes(crane: Crane, case: Lowering, result: LiftResult, r: StageResult) -> list[str]:
-    """What a reader should know beside the numbers; r: `whole` of the result."""
+    """What a reader should know beside the numbers; r: `total` of the result."""
     if result.ending is Ending.DIVERGED:
         return [f"lost its numbers by {result.t_end:.2f} s"]
-    found = type_notes(crane, held(crane, case, r.span[1]))
+    notes_of_run = type_notes(crane, held(crane, case, r.span[1]))
     names = [*result.packed.programme.names, "after"]
     for i, s in result.stages:
         if s.lift.slack > 0.0:
             snap = f", and snap at {show(s.lift.snap, 'force')}" if s.lift.snap > 0.0 else ""
-            found.append(f'stage "{names[i]}": slings slack for {s.lift.slack:.2f} s while the load hangs free{snap}')
+            notes_of_run.append(
+                f'stage "{names[i]}": slings slack for {s.lift.slack:.2f} s while the load hangs free{snap}'
+            )
     for i, touch in unplanned_touches(case, result):
-        found.append(
+        notes_of_run.append(
             f'stage "{names[i]}" does not land, and the load touches the seabed in it after'
             f" {show(touch.t_landed, 'time')} at {show(touch.v_landed, 'speed')}: end the stage before it higher, or"
             ' land with mode = "landing" or landed = true'
@@ -320,13 +322,15 @@ def notes(crane: Crane, case: Lowering, result: LiftResult, r: StageResult) -> l
     i = min(int(result.hang.sup.stage), len(case.programme) - 1)
     name = names[i]
     if result.hang.sup.stuck > 0.0:
-        found.append(
+        notes_of_run.append(
             f'stage "{name}" did not end within its timeout of {result.packed.programme.rows[i][5]:g} s: the programme'
             " stands"
         )
     elif result.hang.sup.done == 0.0:
-        found.append(f'the run of {case.duration:g} s ends in stage "{name}": run longer for the whole programme')
-    return found
+        notes_of_run.append(
+            f'the run of {case.duration:g} s ends in stage "{name}": run longer for the whole programme'
+        )
+    return notes_of_run
 
 
 def held(crane: Crane, case: Lowering, s_tip_pp: float) -> Held:

@@ -139,7 +139,7 @@ def settings(crane: Crane, lift: Lowering) -> LiftSettings:
         omega_s=w.omega_s,
         tau_F=c.tau_F,
         tau_slow=w.tau_slow,
-        tau_hung=w.tau_hung,
+        tau_suspended=w.tau_suspended,
         t_fade=c.t_bumpless,
         F_landed=w.landed * max(payload_weight(lift, -math.inf), 0.0),
         F_least=HOOK_SHARE * crane.hook_mass * G if w.F_least is None else w.F_least,

@@ -104,13 +104,13 @@ def loop_record(crane: Crane, alpha_m: float = 1.0, K_wire: float = 1.0) -> Loop
     plant_of(crane)
     a, J, B_v, servo = crane.active, crane.inertia.J_m_eff, crane.control.B_v, crane.active.pump.servo
     C_h, D_m = capacitance(a.line.V, a.line.bulk_modulus), a.motor.D_total * alpha_m
-    lever = wire_speed_max(crane, alpha_m) * D_m / K_wire  # D_p omega_p d / (2 i_hD)
+    r_eff = wire_speed_max(crane, alpha_m) * D_m / K_wire  # D_p omega_p d / (2 i_hD)
     return Loop(
         a_0=(D_m * D_m + B_v * a.C_leak) / (J * C_h),
         a_1=B_v / J + a.C_leak / C_h,
         b_0=servo.omega_n**2,
         b_1=2.0 * servo.zeta * servo.omega_n,
-        g=D_m * lever / (J * C_h),
+        g=D_m * r_eff / (J * C_h),
     )
 
 

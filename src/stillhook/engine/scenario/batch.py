@@ -91,11 +91,11 @@ def summaries(
     _check_all(cranes, cases)
     kept = Store(Path(store), NUMBERS) if store is not None else None
     keys = kept.keys(cranes, cases, n_sub, results_hash()) if kept is not None else []
-    found = kept.find(keys) if kept is not None else {}
-    missing = [i for i in range(len(cases)) if i not in found]
+    results = kept.find(keys) if kept is not None else {}
+    missing = [i for i in range(len(cases)) if i not in results]
     if kept is not None and missing:
         kept.check_room()
-    meter = Meter(len(cases), progress, done=len(found))
+    meter = Meter(len(cases), progress, done=len(results))
     meter.tell()
     workers = threads if client is None else max(sum(client.nthreads().values()), 1)
     tasks = [
@@ -106,8 +106,8 @@ def summaries(
         for task, answers in landed:
             if kept is not None:
                 kept.put([keys[i] for i in task.indices], answers.status, answers.numbers, answers.notes)
-            found.update({i: answers.summary(k) for k, i in enumerate(task.indices)})
-    return [found[i] for i in range(len(cases))]
+            results.update({i: answers.summary(k) for k, i in enumerate(task.indices)})
+    return [results[i] for i in range(len(cases))]
 
 
 def _check_all(cranes: Sequence[Crane], cases: Sequence[Scenario]) -> None:
@@ -159,22 +159,22 @@ def in_tasks(groups: Sequence[tuple[float, Sequence[int]]], workers: int) -> lis
 
 def work(task: Task, progress: Progress | None = None) -> Answers:
     """Run one task on one thread: block by block, each summed up while its motions are at hand."""
-    found: list[dict[str, Any]] = []
+    rows: list[dict[str, Any]] = []
     total = len(task.indices)
     for k in range(0, total, VL):
         block = task.part(k, k + VL)
         places = None if task.indices == [0] else block.indices
 
-        def told(share: float, before: int = k, size: int = len(block.indices)) -> None:
+        def report(share: float, before: int = k, size: int = len(block.indices)) -> None:
             if progress is not None:
                 progress((before + share * size) / total)
 
         results = run_cases(
-            block.cranes, block.cases, n_sub=task.n_sub, lanes=VL, every=0, threads=1, progress=told, places=places
+            block.cranes, block.cases, n_sub=task.n_sub, lanes=VL, every=0, threads=1, progress=report, places=places
         )
-        found += [summarise(w, c, r) for w, c, r in zip(block.cranes, block.cases, results, strict=True)]
-    numbers = np.array([[s[name] for name in NUMBERS] for s in found], dtype=np.float64)
-    return Answers([s["status"] for s in found], numbers, [tuple(s["notes"]) for s in found], results_hash())
+        rows += [summarise(w, c, r) for w, c, r in zip(block.cranes, block.cases, results, strict=True)]
+    numbers = np.array([[s[name] for name in NUMBERS] for s in rows], dtype=np.float64)
+    return Answers([s["status"] for s in rows], numbers, [tuple(s["notes"]) for s in rows], results_hash())
 
 
 Work = Callable[[Task, Progress | None], Answers]
@@ -243,12 +243,12 @@ def spread(
 
     rest = iter(jobs)
     room = IN_FLIGHT * max(sum(client.nthreads().values()), 1)
-    given: dict[str, tuple[Any, Job]] = {}
+    submitted: dict[str, tuple[Any, Job]] = {}
 
     def give(put: Callable[[Any], None]) -> None:
         for job in itertools.islice(rest, 1):
             future = client.submit(run, pickle.dumps(light(job), pickle.HIGHEST_PROTOCOL), pure=False)
-            given[future.key] = future, job
+            submitted[future.key] = future, job
             put(future)
 
     under_way = as_completed(loop=client.loop)
@@ -257,10 +257,10 @@ def spread(
             give(under_way.add)
         for future in under_way:
             answer: Answer = _answer_of(future)
-            yield given.pop(future.key)[1], answer
+            yield submitted.pop(future.key)[1], answer
             give(under_way.add)
     finally:
-        client.cancel([future for future, _ in given.values()])
+        client.cancel([future for future, _ in submitted.values()])
 
 
 def _answer_of(future: Any) -> Any:
@@ -271,9 +271,9 @@ def _answer_of(future: Any) -> Any:
     except StillhookError:
         raise
     except Exception as e:
-        what = f"{type(e).__name__}: {' '.join(str(e).split())}"
+        error = f"{type(e).__name__}: {' '.join(str(e).split())}"
         raise SimulationError(
-            f"cluster: a task failed ({what[:200]}). Look at its workers, and run again; a store keeps what is done."
+            f"cluster: a task failed ({error[:200]}). Look at its workers, and run again; a store keeps what is done."
         ) from None
     if answer.made_by != results_hash():
         raise SimulationError(

@@ -6,7 +6,7 @@ from typing import NamedTuple, Self
 
 from stillhook.control.plc import Sensed, motor_demand
 from stillhook.control.position_loop import marginal_gain
-from stillhook.engine.inputs import Asked, Drive
+from stillhook.engine.inputs import CycleInputs, MotionDemand
 from stillhook.engine.pack.winch import (
     MODE_CODE,
     active_record,
@@ -44,7 +44,7 @@ class Foreseen(NamedTuple):
 
 
 def check(crane: Crane, case: Scenario) -> None:
-    """Refuse what no crane of this kind can be asked. Errors: ScenarioError, SpecError of an unknown winch type, one
+    """Refuse what no crane of this kind can do. Errors: ScenarioError, SpecError of an unknown winch type, one
     line."""
     plant_of(crane)
     _check_numbers(case)
@@ -140,20 +140,20 @@ def layer_diameter_at(crane: Crane, s_w: float) -> float:
 
 def foresee(crane: Crane, case: Scenario) -> Foreseen:
     """Limits that this run will meet. The scenario must have passed `check`."""
-    drive = Drive(crane, case)
-    asked = drive.asked()
-    stands = standing(crane, case, drive, asked)
+    drive = CycleInputs(crane, case)
+    demand = drive.demand()
+    stands = standing(crane, case, drive, demand)
     d = layer_diameter_at(crane, case.s_w)
     K_wire = crane.drum.d_max / d
-    gain = _gain_notes(crane, case, asked.v_max, K_wire)
+    gain = _gain_notes(crane, case, demand.v_max, K_wire)
     notes = [
-        *_speed_notes(crane, case, asked.v_max, d),
-        *_wire_notes(crane, asked),
+        *_speed_notes(crane, case, demand.v_max, d),
+        *_wire_notes(crane, demand),
         *_weight_notes(crane, case),
         *gain,
-        *type_notes(crane, Held.of(crane, case, asked.s_tip_pp)),
+        *type_notes(crane, Held.of(crane, case, demand.s_tip_pp)),
         *_friction_notes(crane, case, d),
-        *loss_notes(case_friction(crane, case, asked)),
+        *loss_notes(case_friction(crane, case, demand)),
         *_event_notes(case),
         *stands.notes,
     ]
@@ -202,10 +202,10 @@ def friction_parts(crane: Crane, W: float, d: float, v: float, alpha: float) -> 
     The passive motors carry the weight at mid stroke, the active motors the rest, which is nothing at a steady speed
     but for friction and is left out of the pressure of an active/passive winch.
     """
-    lever = 0.5 * d / crane.i_hD
-    omega = min(v / lever, motor_speed_max(crane, alpha))
+    r_eff = 0.5 * d / crane.i_hD
+    omega = min(v / r_eff, motor_speed_max(crane, alpha))
     if crane.passive is None:
-        sets = [("active", crane.active.motor, alpha, W * lever / (crane.active.motor.D_total * alpha))]
+        sets = [("active", crane.active.motor, alpha, W * r_eff / (crane.active.motor.D_total * alpha))]
     else:
         passive, dp = crane.passive.motor, crane.passive.accumulator.gas.p_0 - crane.passive.p_lp
         alpha_pm = min(max(alpha_for_weight(crane, crane.passive, W, d), passive.alpha_min), 1.0)
@@ -219,10 +219,10 @@ def friction_parts(crane: Crane, W: float, d: float, v: float, alpha: float) -> 
     return [FrictionPart(name, T_f, total, a, _beyond_fit(m, omega, a, dp)) for (name, m, a, dp), T_f in parts]
 
 
-def case_friction(crane: Crane, case: Scenario, asked: Asked | None = None) -> list[FrictionPart]:
+def case_friction(crane: Crane, case: Scenario, demand: MotionDemand | None = None) -> list[FrictionPart]:
     """`friction_parts` at the highest speed that tip and operator ask for, with the smallest displacement that the
     first mode takes."""
-    v = (Drive(crane, case).asked() if asked is None else asked).v_max
+    v = (CycleInputs(crane, case).demand() if demand is None else demand).v_max
     d = layer_diameter_at(crane, case.s_w)
     K_wire = crane.drum.d_max / d
     alpha = min(alpha_wanted(crane, case, K_wire, u_ff) for u_ff in (0.0, min(gains(crane).K_1 * v * K_wire, 1.0)))
@@ -257,14 +257,14 @@ def loss_notes(parts: Sequence[FrictionPart]) -> list[str]:
 
 
 def _speed_notes(crane: Crane, case: Scenario, v: float, d: float) -> list[str]:
-    """v highest wire speed that is asked for [m/s]; d diameter in use [m]."""
+    """v highest wire speed that is demanded [m/s]; d diameter in use [m]."""
     alpha, out = alpha_wanted(crane, case, crane.drum.d_max / d, 1.0), []
     v_max = wire_speed_max(crane, alpha, d)
     if v > v_max:
-        what = "speed of tip and operator" if case.operator.profile else "tip speed"
+        speed = "speed of tip and operator" if case.operator.profile else "tip speed"
         out.append(
-            f"{what} {show(v, 'speed')} is above the {show(v_max, 'speed')} that {case.mode.value} reaches at this load"
-            f" and layer (motors at {alpha:.2f}): the pumps will saturate"
+            f"{speed} {show(v, 'speed')} is above the {show(v_max, 'speed')} that {case.mode.value} reaches at this"
+            f" load and layer (motors at {alpha:.2f}): the pumps will saturate"
         )
     limit = min([speed_limit(crane.active.motor, alpha), *_passive_limit(crane, case, d)])
     omega = min(v / (0.5 * d / crane.i_hD), motor_speed_max(crane, alpha))
@@ -307,13 +307,13 @@ def alpha_wanted(crane: Crane, case: Scenario, K_wire: float, u_ff: float, mode:
     return float(motor_demand(y, u_ff, F, plc_record(crane, case.operator)))
 
 
-def _wire_notes(crane: Crane, asked: Asked) -> list[str]:
+def _wire_notes(crane: Crane, demand: MotionDemand) -> list[str]:
     wire = wire_usable(drum_record(crane))
-    if asked.s_w_min >= -WIRE_SLACK and asked.s_w_max <= wire:
+    if demand.s_w_min >= -WIRE_SLACK and demand.s_w_max <= wire:
         return []
     return [
-        f"tip and operator ask for {show(asked.s_w_min, 'length')} to {show(asked.s_w_max, 'length')} of wire out, and"
-        f" there are 0 m (hook at the crane tip) to {show(wire, 'length')} ({LAST_TURNS:.0f} turns kept)"
+        f"tip and operator ask for {show(demand.s_w_min, 'length')} to {show(demand.s_w_max, 'length')} of wire out,"
+        f" and there are 0 m (hook at the crane tip) to {show(wire, 'length')} ({LAST_TURNS:.0f} turns kept)"
     ]
 
 
@@ -400,14 +400,14 @@ def type_notes(crane: Crane, held: Held) -> list[str]:
 
 def notes_of(cranes: Sequence[Crane], cases: Sequence[Scenario]) -> list[str]:
     """Those of many runs in few lines: the heaviest run of each mode, and of several such the one with most motion."""
-    found: dict[Mode, tuple[tuple[float, float], Crane, Scenario]] = {}
+    worst: dict[Mode, tuple[tuple[float, float], Crane, Scenario]] = {}
     for crane, case in zip(cranes, cases, strict=True):
-        if case.mode not in found or case.load >= found[case.mode][0][0]:
-            rank = (case.load, Drive(crane, case).asked().s_tip_pp)
-            if case.mode not in found or rank > found[case.mode][0]:
-                found[case.mode] = (rank, crane, case)
+        if case.mode not in worst or case.load >= worst[case.mode][0][0]:
+            rank = (case.load, CycleInputs(crane, case).demand().s_tip_pp)
+            if case.mode not in worst or rank > worst[case.mode][0]:
+                worst[case.mode] = (rank, crane, case)
     lines: dict[str, list[str]] = {}
-    for mode, ((load, s_tip_pp), crane, case) in found.items():
+    for mode, ((load, s_tip_pp), crane, case) in worst.items():
         for note in type_notes(crane, Held.of(crane, case, s_tip_pp)):
             lines.setdefault(f"with {show(load, 'mass', 4)}: {note}", []).append(mode.value)
     return [f"{', '.join(modes)} {line}" for line, modes in lines.items()]
@@ -437,8 +437,8 @@ def _stroke_notes(crane: Crane, held: Held) -> list[str]:
 
 
 def _pure_active_notes(crane: Crane, held: Held) -> list[str]:
-    lever, D = 0.5 * held.d / crane.i_hD, crane.active.motor.D_total * held.alpha
-    dp = held.W * lever / D
+    r_eff, D = 0.5 * held.d / crane.i_hD, crane.active.motor.D_total * held.alpha
+    dp = held.W * r_eff / D
     A, p_b = active_record(crane), crane.active.boost.p
     f = active_flows(0.0, D, 0.0, p_b + dp, p_b, 1.0, A)
     leak = f.Q_int + f.Q_ext_a
@@ -455,7 +455,7 @@ def _pure_active_notes(crane: Crane, held: Held) -> list[str]:
             f"the load is held by the pumps against leakage: under P control expect a standing offset of about {e_c}"
         )
     if held.manual and crane.brake is None:  # else the brake holds at rest
-        sinks = show(leak / D * lever, "speed", 2)
+        sinks = show(leak / D * r_eff, "speed", 2)
         out.append(f"nothing makes up for leakage in manual mode: with the joystick at rest the load sinks by {sinks}")
     return out
 

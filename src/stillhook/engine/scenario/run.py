@@ -13,7 +13,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.control.plc import Memory
-from stillhook.engine.inputs import Drive, filled, hermite_weights, scale_weights
+from stillhook.engine.inputs import CycleInputs, filled, hermite_weights, scale_weights
 from stillhook.engine.pack.winch import Packed, pack
 from stillhook.engine.scenario.checks import check
 from stillhook.engine.step_size import check_step
@@ -27,7 +27,7 @@ from stillhook.spec.scenario import Scenario
 from stillhook.variables import WINDOW
 from stillhook.winches.records import Geometry, Signals, Tick, Tip
 
-Pair = tuple[Packed, Drive]
+Pair = tuple[Packed, CycleInputs]
 
 
 class Ending(StrEnum):
@@ -144,7 +144,7 @@ def _packs(
     for i, (crane, case) in enumerate(zip(cranes, cases, strict=True)):
         try:
             check(crane, case)
-            packed, drive = pack(crane, case), Drive(crane, case)
+            packed, drive = pack(crane, case), CycleInputs(crane, case)
             check_step(packed, drive.t_cycle / n_sub)
         except StillhookError as e:
             named = places is not None or len(cases) > 1
@@ -171,7 +171,7 @@ class Block:
         self.A = aligned(np.array([self._record(*lane) for lane in self.lanes]).T)
         self.d.at_rest(self.A.reshape(-1))
 
-    def _record(self, packed: Packed, drive: Drive) -> list[float]:
+    def _record(self, packed: Packed, drive: CycleInputs) -> list[float]:
         """One lane before the first cycle: the reference lies where the wire is; state and memory await `at_rest`."""
         tick, d = Tick(*drive.first_row()), self.d
         memory = packed.memory._replace(datum=packed.s_w - tick.s_m, mode=tick.mode)
@@ -199,7 +199,7 @@ class Block:
         n, first = self.drive.n_ticks, self.drive.first
         for k, count in self.drive.pieces():
             if k == first:
-                self._count_from_here()
+                self._count_from_now()
             self._piece(k, count, n, first)
             self._mark_failures((k + count) * self.drive.t_cycle)
             if len(self.failed) == len(self.packs):
@@ -225,7 +225,7 @@ class Block:
             self.drive.t_cycle,
         )
 
-    def _count_from_here(self) -> None:
+    def _count_from_now(self) -> None:
         """The warm-up is over: statistics start anew."""
         at = offset(self.d.Lane, "st", 1)
         fresh = np.array(flatten(blank()))

@@ -87,19 +87,21 @@ def simulate(
             "simulate: a run with series is made here and held in memory. Leave store and client out, or set"
             " series=False."
         )
-    which, rows = crane if isinstance(crane, Crane) else cranes, cycles(cranes[0], every)
+    winch, rows = crane if isinstance(crane, Crane) else cranes, cycles(cranes[0], every)
     if stored:
         n_sub = steps_per_cycle(cranes[0], step, SERIES_STEP)
         results = run_cases(cranes, cases, n_sub=n_sub, lanes=1, every=rows, threads=threads, progress=progress)
-        found = [summarise(w, c, r) for w, c, r in zip(cranes, cases, results, strict=True)]
+        rows_of_cases = [summarise(w, c, r) for w, c, r in zip(cranes, cases, results, strict=True)]
     else:
-        found = summaries(cranes, cases, step=step, threads=threads, store=store, client=client, progress=progress)
+        rows_of_cases = summaries(
+            cranes, cases, step=step, threads=threads, store=store, client=client, progress=progress
+        )
     if OnFailure(on_failure) is OnFailure.RAISE:
-        raise_failures(found)
+        raise_failures(rows_of_cases)
     if stored:
-        return to_dataset(which, cases, results, found, single=single)
+        return to_dataset(winch, cases, results, rows_of_cases, single=single)
     h = cranes[0].control.t_cycle / steps_per_cycle(cranes[0], step, STATISTICS_STEP)
-    return labelled(which, cases, found, step=h, single=single)
+    return labelled(winch, cases, rows_of_cases, step=h, single=single)
 
 
 def raise_failures(summaries: Sequence[Mapping[str, Any]]) -> None:

@@ -75,12 +75,12 @@ def energy_unaccounted(result: Result) -> float:
     oil.
     """
     st, w = result.stats, result.stats.power
-    given = w.pump + w.boost + w.passive_pump + w.tip
+    supplied = w.pump + w.boost + w.passive_pump + w.tip
     taken = w.friction + w.leakage + w.relief + w.flushing + w.wire + w.drag + w.passive
     through = st.pump_abs * result.t_cycle
     if through == 0.0:
         return math.nan
-    return ((given - taken) * result.t_cycle - (st.E_end - st.E_start)) / through
+    return ((supplied - taken) * result.t_cycle - (st.E_end - st.E_start)) / through
 
 
 def summarise(crane: Crane, case: Scenario, result: Result) -> dict[str, Any]:

@@ -84,10 +84,10 @@ class Expressions:
     local: dict[str, Any]
     loops: set[str]
 
-    def refuse(self, node: Any, what: str) -> Any:
+    def refuse(self, node: Any, construct: str) -> Any:
         raise SubsetError(
-            f"{self.fn.__code__.co_filename}:{node.lineno}: {what} in {self.fn.__name__} cannot be translated to C. "
-            "Allowed is the subset that stillhook.kernels.c99.source describes."
+            f"{self.fn.__code__.co_filename}:{node.lineno}: {construct} in {self.fn.__name__} cannot be translated to"
+            " C. Allowed is the subset that stillhook.kernels.c99.source describes."
         )
 
     def expr(self, e: ast.expr) -> Value:
@@ -218,12 +218,12 @@ class Expressions:
         return Value(f"{made.name}({text})", made.result)
 
     def record(self, e: ast.Call, cls: Any) -> Value:
-        given = dict(zip(cls._fields, e.args, strict=False)) | {str(k.arg): k.value for k in e.keywords}
-        if set(given) != set(cls._fields) or len(e.args) + len(e.keywords) != len(cls._fields):
+        arguments = dict(zip(cls._fields, e.args, strict=False)) | {str(k.arg): k.value for k in e.keywords}
+        if set(arguments) != set(cls._fields) or len(e.args) + len(e.keywords) != len(cls._fields):
             self.refuse(e, f"{cls.__name__} without all of its fields")
         members = []
         for name, t in fields(cls):
-            v = self.expr(given[name])
+            v = self.expr(arguments[name])
             if v.type != t and not (t is float and v.type is int):
                 self.refuse(e, f"a value of another type for {cls.__name__}.{name}")
             members.append(f".{safe(name)} = {bare(v.text)}")

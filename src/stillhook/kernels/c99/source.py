@@ -65,8 +65,8 @@ class Made(NamedTuple):
 def definitions(file: str) -> dict[int, ast.FunctionDef]:
     """Function definitions of a file by the line on which Python says that they start."""
     tree = ast.parse("".join(linecache.getlines(file)))
-    found = (d for d in ast.walk(tree) if isinstance(d, ast.FunctionDef))
-    return {d.decorator_list[0].lineno if d.decorator_list else d.lineno: d for d in found}
+    functions = (d for d in ast.walk(tree) if isinstance(d, ast.FunctionDef))
+    return {d.decorator_list[0].lineno if d.decorator_list else d.lineno: d for d in functions}
 
 
 def returns(statements: list[ast.stmt]) -> bool:
@@ -97,10 +97,10 @@ class Translator:
 
     def unused(self, name: str) -> str:
         n = 1
-        while (found := name if n == 1 else f"{name}_{n}") in self.taken:
+        while (unique := name if n == 1 else f"{name}_{n}") in self.taken:
             n += 1
-        self.taken.add(found)
-        return found
+        self.taken.add(unique)
+        return unique
 
     def function(self, fn: Any, types: tuple[Any, ...], export: str = "") -> Made:
         """The C function for these argument types; translated when first asked for. `export` names an entry of the
@@ -240,12 +240,12 @@ class Body(Expressions):
             names = [self.temporary(v.type) for v in values]
             before = "".join(f"{pad}{n} = {bare(v.text)};\n" for n, v in zip(names, values, strict=True))
         else:
-            whole = self.expr(value)
-            if not isinstance(whole.type, tuple):
+            group = self.expr(value)
+            if not isinstance(group.type, tuple):
                 self.refuse(value, "unpacking of anything but a tuple")
-            name = self.temporary(whole.type)
-            before = f"{pad}{name} = {whole.text};\n"
-            values = [Value(f"{name}.item_{i}", m) for i, m in enumerate(whole.type)]
+            name = self.temporary(group.type)
+            before = f"{pad}{name} = {group.text};\n"
+            values = [Value(f"{name}.item_{i}", m) for i, m in enumerate(group.type)]
             names = [v.text for v in values]
         if len(values) != len(target.elts):
             self.refuse(target, "unpacking into another number of names")

@@ -127,16 +127,16 @@ def with_shape(data: Mapping[str, Any], shapes: Mapping[str, type[Shape]], owner
         hint = f' Did you mean "{close[0]}"?' if close else ""
         raise LiftError(f"{owner.__name__}.shape = {u.came(name)}: not one of {', '.join(shapes)}.{hint}")
     cls = shapes[name]
-    own = {key for key in cls.model_fields if key != "kind"}
-    stranger = next((key for key in data if key not in own and key not in owner.model_fields), None)
+    fields = {key for key in cls.model_fields if key != "kind"}
+    stranger = next((key for key in data if key not in fields and key not in owner.model_fields), None)
     if stranger is not None:
         raise LiftError(
             f'{owner.__name__}.{stranger}: unknown field for shape "{name}". Allowed:'
-            f" {', '.join([*owner.model_fields, *sorted(own)])}."
+            f" {', '.join([*owner.model_fields, *sorted(fields)])}."
         )
     return {
-        **{k: v for k, v in data.items() if k not in own},
-        "shape": cls(**{k: v for k, v in data.items() if k in own}),
+        **{k: v for k, v in data.items() if k not in fields},
+        "shape": cls(**{k: v for k, v in data.items() if k in fields}),
     }
 
 

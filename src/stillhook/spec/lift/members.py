@@ -65,7 +65,7 @@ class Round(Body):
     def reach(self, rho: float) -> float:
         return max(self.tall, self.rise(rho) + self.tall - self.diameter)
 
-    def own_faces(self, rho: float) -> tuple[float, ...]:
+    def levels_of_faces(self, rho: float) -> tuple[float, ...]:
         """The lowest member and the highest, each from the touch until its added mass is whole."""
         spread, rise = self.tall - self.diameter, self.rise(rho)
         return 0.0, rise, spread, spread + rise, self.tall

@@ -26,7 +26,7 @@ empty suction anchor has some 250."""
 CURVE = 400
 """Points of a curve over submergence."""
 
-WHICH = f"give either levels or a shape ({', '.join(SHAPES)}) with its dimensions."
+LEVELS_OR_SHAPE = f"give either levels or a shape ({', '.join(SHAPES)}) with its dimensions."
 
 
 class Level(Record):
@@ -107,7 +107,7 @@ class Payload(Record):
         if not isinstance(data, Mapping):
             return data
         if "levels" not in data and "shape" not in data:
-            raise ValueError(WHICH)
+            raise ValueError(LEVELS_OR_SHAPE)
         if isinstance(data.get("levels"), Mapping):
             data = {**data, "levels": tuple(data["levels"].values())}
         if not isinstance(data.get("shape"), str):
@@ -117,9 +117,9 @@ class Payload(Record):
         return {"C_D": shape.default_C_D, **data, "height": f"{shape.tall!r} m"}
 
     @model_validator(mode="after")
-    def _whole(self) -> Self:
+    def _complete(self) -> Self:
         if (self.shape is None) == (not self.levels):
-            raise ValueError(WHICH)
+            raise ValueError(LEVELS_OR_SHAPE)
         if self.shape is not None:
             return self._fits(self.shape)
         if self.volume is not None:
@@ -139,9 +139,9 @@ class Payload(Record):
     def _fits(self, shape: Shape) -> Self:
         if self.displaced > shape.outside:
             V, room = (u.show(x, "volume") for x in (self.displaced, shape.outside))
-            how = "" if self.volume is not None else ", its mass in steel,"
+            limit = "" if self.volume is not None else ", its mass in steel,"
             raise ValueError(
-                f"it displaces {V}{how} and its outside encloses {room}. Check mass, volume and dimensions."
+                f"it displaces {V}{limit} and its outside encloses {room}. Check mass, volume and dimensions."
             )
         if self.mass < LIGHTEST * shape.outside < math.inf:
             mass, room = u.show(self.mass, "mass"), f"{shape.outside:.4g} m^3"

@@ -64,10 +64,10 @@ class Stage(Record):
 
     @model_validator(mode="after")
     def _one_end(self) -> Self:
-        given = [name for name in ENDS if getattr(self, name) not in (None, False)]
-        if len(given) != 1:
+        ends = [name for name in ENDS if getattr(self, name) not in (None, False)]
+        if len(ends) != 1:
             raise ValueError(
-                f"{self._called()}: {' and '.join(given) or 'nothing'} ends it. Give one of {', '.join(ENDS)}, "
+                f"{self._called()}: {' and '.join(ends) or 'nothing'} ends it. Give one of {', '.join(ENDS)}, "
                 'such as depth = "20 m" or landed = true.'
             )
         return self
@@ -150,7 +150,7 @@ class WinchSettings(Record):
     tau_slow: u.Time = Field(
         default=20.0, gt=0, description="time constant of the mean tension: longer than any wave period"
     )
-    tau_hung: u.Time = Field(
+    tau_suspended: u.Time = Field(
         default=200.0, gt=0, description="mean tension that a landing is seen against: a slow one takes minutes"
     )
     landed: Number = Field(

@@ -113,7 +113,7 @@ class Shape(Record):
     def faces(self, rho: float) -> list[float]:
         """Depths of the underside at which the surface meets a horizontal face, or something else begins or ends [m];
         not in order."""
-        return [share.at + h for share in self.shares for h in share.body.own_faces(rho)]
+        return [share.at + h for share in self.shares for h in share.body.levels_of_faces(rho)]
 
     def vent_drag(self, rho: float) -> float:
         """Quadratic drag of the water that has to leave through openings once the underside is on the seabed [N
@@ -161,7 +161,7 @@ class Body(Shape):
     def shares(self) -> tuple[Share, ...]:
         return (Share(0.0, 1, self),)
 
-    def own_faces(self, rho: float) -> tuple[float, ...]:
+    def levels_of_faces(self, rho: float) -> tuple[float, ...]:
         """As `faces`, of this body alone [m]."""
         return 0.0, self.contact, self.contact + self.filling, self.contact + self.rise(rho), self.tall
 
@@ -191,10 +191,10 @@ class Rectangle(Body):
         return self.length * self.width / (2.0 * (self.length + self.width))
 
     def outer_mass(self, rho: float) -> float:
-        whole = formula.plate(rho, self.length, self.width) * formula.height_factor(
+        solid = formula.plate(rho, self.length, self.width) * formula.height_factor(
             self.length * self.width, self.height
         )
-        return whole * formula.perforation_factor(self.perforation)
+        return solid * formula.perforation_factor(self.perforation)
 
 
 class Plate(Rectangle):
@@ -231,7 +231,7 @@ class Disc(Body):
     perforation: Open = Field(default=0.0, description="open part of the disc")
 
     @property
-    def _whole_area(self) -> float:
+    def _gross_area(self) -> float:
         return math.pi / 4.0 * self.diameter**2
 
     @property
@@ -240,19 +240,19 @@ class Disc(Body):
 
     @property
     def solid_area(self) -> float:
-        return self._whole_area * (1.0 - self.perforation)
+        return self._gross_area * (1.0 - self.perforation)
 
     @property
     def outside(self) -> float:
-        return self._whole_area * self.height
+        return self._gross_area * self.height
 
     @property
     def mouth(self) -> float:
         return self.diameter / 4.0
 
     def outer_mass(self, rho: float) -> float:
-        whole = formula.disc(rho, self.diameter / 2.0) * formula.height_factor(self._whole_area, self.height)
-        return whole * formula.perforation_factor(self.perforation)
+        solid = formula.disc(rho, self.diameter / 2.0) * formula.height_factor(self._gross_area, self.height)
+        return solid * formula.perforation_factor(self.perforation)
 
 
 class SuctionAnchor(Body):
@@ -321,8 +321,8 @@ class SuctionAnchor(Body):
         return self.engaged or ENGAGED * self.contact
 
     def outer_mass(self, rho: float) -> float:
-        whole = formula.disc(rho, self.diameter / 2.0) * formula.height_factor(self._outer, self.height)
-        return whole * formula.perforation_factor(self.hatch)
+        solid = formula.disc(rho, self.diameter / 2.0) * formula.height_factor(self._outer, self.height)
+        return solid * formula.perforation_factor(self.hatch)
 
     def inner_mass(self, rho: float) -> float:
         return rho * self._inner * self.contact * formula.perforation_factor(self.hatch)

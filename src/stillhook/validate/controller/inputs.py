@@ -12,7 +12,7 @@ from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.control.brake import SMALL, BrakeSettings
 from stillhook.control.plc import MANUAL, Memory, Plc, ahead
 from stillhook.engine.pack.winch import MODE_CODE, active_record, drum_record, plc_record
-from stillhook.kernels.plc_alone import Seen, Told, plc_alone
+from stillhook.kernels.plc_alone import Commands, Seen, plc_alone
 from stillhook.physics.load_path.drum import K_wire, layer_diameter, layers_filled
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
@@ -59,7 +59,7 @@ class Stretch:
         """A segment's samples, counted from the start of the stretch."""
         return slice(part.first - self.first, part.last - self.first)
 
-    def told(self, crane: Crane) -> Told:
+    def told(self, crane: Crane) -> Commands:
         """What the simulated PLC commands over these inputs."""
         p_hp = np.zeros(self.last - self.first)  # moves the passive pumps alone
         return plc_alone(self.seen, p_hp, self.memory, self.plc, active_record(crane).control)[0]

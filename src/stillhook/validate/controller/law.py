@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.control.plc import MANUAL
-from stillhook.kernels.plc_alone import Told
+from stillhook.kernels.plc_alone import Commands
 from stillhook.statistics.dot import dot
 from stillhook.statistics.jackknife_regression import Estimate, Fit, fit
 from stillhook.validate.controller.inputs import Stretch, derivative
@@ -54,7 +54,7 @@ class Run:
     """A stretch and what the simulated PLC commands over it."""
 
     stretch: Stretch
-    told: Told
+    told: Commands
 
     def rows(self, *, ahc: bool) -> BoolArray:
         """Samples (n,) of the parts in compensation, or in manual mode, in which neither the logged command nor the

@@ -12,7 +12,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.engine.arguments import SERIES_STEP
 from stillhook.engine.pack.winch import drum_record, pack
 from stillhook.engine.scenario.run import run_cases
-from stillhook.engine.step_size import check_step, whole_parts
+from stillhook.engine.step_size import check_step, substeps
 from stillhook.errors import SpecError
 from stillhook.kernels.lanes import VL
 from stillhook.physics.load_path.drum import layer_diameter, layers_filled
@@ -134,7 +134,7 @@ def steps_per_cycle(crane: Crane, stretch: Stretch) -> int:
     """
     packed, t_cycle = pack(crane, stretch.case), crane.control.t_cycle
     for finer in range(MOST_FINE):
-        n_sub = whole_parts(t_cycle, SERIES_STEP * 0.5**finer)
+        n_sub = substeps(t_cycle, SERIES_STEP * 0.5**finer)
         try:
             check_step(packed, t_cycle / n_sub)
         except SpecError:

@@ -13,7 +13,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import check_folder, whole_folder
 from stillhook.base.progress import Progress
-from stillhook.engine.inputs import Drive
+from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import motor_speed_max
 from stillhook.engine.scenario.run import Meter
 from stillhook.errors import ValidateError
@@ -172,7 +172,7 @@ def _as_logged(
     """What the log holds of every signal [SI]; begins time since the campaign began [s]. The tip is what the PLC got,
     encoder and load cell carry the noise that it saw."""
     t_cycle, faults = crane.control.t_cycle, made.faults
-    rows = Drive(crane, case).rows(0, run.sizes["time"])
+    rows = CycleInputs(crane, case).rows(0, run.sizes["time"])
     seen = {field: rows[:, i] for i, field in enumerate(Tick._fields)}
     truth = {c.name: run[c.name].values for c in AHC_COLUMNS} | {name: seen[column] for name, column in READ.items()}
     truth["s_w"] = truth["s_w"] + seen["n_s"]

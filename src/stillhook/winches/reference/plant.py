@@ -11,7 +11,7 @@ Nothing outside synthetic logs is computed with it.
 from typing import NamedTuple
 
 from stillhook.control.passive import displacement_for_weight, make_up
-from stillhook.control.plc import Drive, Memory, Plc, Sensed, cycle
+from stillhook.control.plc import ActuatorCommands, Memory, Plc, Sensed, cycle
 from stillhook.physics.friction import bristle_update, dry_torque
 from stillhook.physics.hydraulics.motor import motor_torque
 from stillhook.physics.hydraulics.pump import pump_flow
@@ -50,7 +50,7 @@ from stillhook.winches.reference.rope import (
     sliding,
     stretch_under,
 )
-from stillhook.winches.sensors import obeyed
+from stillhook.winches.sensors import apply_override
 
 
 class Extra(NamedTuple):
@@ -183,7 +183,7 @@ def circuit(x, u, geo, tip, p):
     alpha_pm = displacement(x.alpha_pm, P.motor_servo)
     thin = 1.0 - e.oil.thin * x.T_oil
 
-    q = rope_state(x, geo.lever, p.hoist.s_w_0, tip, e.rope)
+    q = rope_state(x, geo.r_eff, p.hoist.s_w_0, tip, e.rope)
 
     Q_p, Q_pp = _pump_flows(x, alpha_p, alpha_pp, u.f_pump, u.f_passive, p)
     D_m = A.motors.count * A.motors.D_max * alpha_m
@@ -191,7 +191,7 @@ def circuit(x, u, geo, tip, p):
     D_pm, o = _passive(x, Q_pp, alpha_pp, alpha_pm, u.f_passive, thin, p)
 
     T_hyd = D_m * abs(x.p_a - x.p_b) + D_pm * abs(o.p_hp - o.p_lp)
-    g_to = dry_level_true(x.omega_m, q.F_w * geo.lever, T_hyd, e.friction)
+    g_to = dry_level_true(x.omega_m, q.F_w * geo.r_eff, T_hyd, e.friction)
     T_moving = moving_loss_true(x.omega_m, thin, e.friction)
     return Circuit(
         q,
@@ -219,7 +219,7 @@ def rates(c, x, u, geo, p):
     T = (
         motor_torque(c.D_m, x.p_a - x.p_b)
         + motor_torque(c.D_pm, c.o.p_hp - c.o.p_lp)
-        - c.q.F_w * geo.lever
+        - c.q.F_w * geo.r_eff
         - c.T_moving
         - dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
     )
@@ -335,7 +335,7 @@ def read(x, m, tick, geo, dp_p, p):
     F = quantise(e.cell_gain * x.F_cell + e.cell_zero + tick.n_F, p.sensors.q_F)
     ratio = K_wire(geo.d, p.hoist.drum)
     T_passive = motor_torque(p.passive.settings.D_m_max * displacement(x.alpha_pm, p.passive.motor_servo), dp_p)
-    dp_load = (F * geo.lever - T_passive) / (A.motors.count * A.motors.D_max * alpha_m)
+    dp_load = (F * geo.r_eff - T_passive) / (A.motors.count * A.motors.D_max * alpha_m)
     return Sensed(
         tick.s_m,
         tick.v_m,
@@ -366,11 +366,13 @@ def control(x, m, tick, tip, geo, p):
     _, Q_pp = _pump_flows(x, displacement(x.alpha_p, A.pump_servo), alpha_pp, tick.f_pump, tick.f_passive, p)
     _, o = _passive(x, Q_pp, alpha_pp, displacement(x.alpha_pm, P.motor_servo), tick.f_passive, thin, p)
     drive, m = cycle(read(x, m, tick, geo, o.p_hp - P.settings.p_lp, p), m, o.p_hp, p.plc)
-    drive = Drive(clip(drive.u_p, -e.u_limit, e.u_limit), drive.u_m, drive.u_ff, drive.u_raw, drive.e_c, drive.brake)
-    drive = obeyed(drive, tick)
+    drive = ActuatorCommands(
+        clip(drive.u_p, -e.u_limit, e.u_limit), drive.u_m, drive.u_ff, drive.u_raw, drive.e_c, drive.brake
+    )
+    drive = apply_override(drive, tick)
     u_m, held = pilot(drive.u_m, m.held, A.control)
-    u_pm = displacement_for_weight(m.F, geo.lever, o.p_hp, P.settings)
-    u_pp = make_up(m.p_mean, u_pm, tick.v_op / geo.lever, P.settings)
+    u_pm = displacement_for_weight(m.F, geo.r_eff, o.p_hp, P.settings)
+    u_pp = make_up(m.p_mean, u_pm, tick.v_op / geo.r_eff, P.settings)
     u_p = quantise(drive.u_p + e.late * (before - drive.u_p), e.dac)
     m = Memory(m.mode, m.datum, m.F, m.p_mean, drive.u_p, m.u_m, m.b_p, m.b_m, held, m.brake, m.idle, m.stroke)
     return Command(u_p, quantise(u_m, e.dac), u_pp, u_pm, tick.f_pump, tick.f_passive, drive.brake), m, drive

@@ -77,11 +77,11 @@ def _tension(x, x_dot, y, i_L, rope):
 
 
 @scalar
-def rope_state(x, lever, s_w_0, tip, rope):
-    """Wire and load at an instant; x State, lever wire per motor angle [m/rad], s_w_0 wire out at the start [m], tip s,
+def rope_state(x, r_eff, s_w_0, tip, rope):
+    """Wire and load at an instant; x State, r_eff wire per motor angle [m/rad], s_w_0 wire out at the start [m], tip s,
     v up positive. The middle lies where half of the wire out is above it, so that the wire paid out goes to the upper
     half."""
-    v_w = x.omega_m * lever
+    v_w = x.omega_m * r_eff
     i_L = half_inverse(x.s_w, rope)
     x_up, x_up_dot = tip.s - (x.s_w - s_w_0) - x.s_mid, tip.v + v_w - x.v_mid
     x_low, x_low_dot = x.s_mid - x.s_load, x.v_mid - x.v_load
@@ -103,8 +103,8 @@ def _half_energy(x, y, F, i_L, rope):
     """Energy in one half [J]; none in a slack one."""
     e = x * i_L
     taut = 1.0 if F > 0.0 else 0.0
-    own = rope.EA / i_L * e * e * (0.5 + rope.beta * fmax(e, 0.0) / 3.0)
-    return taut * (own + 0.5 * rope.strands * rope.EA * i_L * y * y)
+    of_one = rope.EA / i_L * e * e * (0.5 + rope.beta * fmax(e, 0.0) / 3.0)
+    return taut * (of_one + 0.5 * rope.strands * rope.EA * i_L * y * y)
 
 
 @scalar

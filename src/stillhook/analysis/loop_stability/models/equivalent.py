@@ -47,12 +47,12 @@ def equivalent(crane: Crane, point: OperatingPoint, linear: Linear | None = None
     found = linearise(point) if linear is None else linear
     A, n = _without_bristle(found), {name: i for i, name in enumerate(found.states)}
     J = 1.0 / point.geometry.i_J
-    by_speed = A[n["omega_m"], n["omega_m"]] + A[n["omega_m"], n["v_load"]] * point.geometry.lever
+    by_speed = A[n["omega_m"], n["omega_m"]] + A[n["omega_m"], n["v_load"]] * point.geometry.r_eff
     pressed, low = ("p_a", "p_b") if point.p_a >= point.p_b else ("p_b", "p_a")
     C_leak, G_low = (-float(A[n[p], n[p]]) / point.params.active.i_C_h for p in (pressed, low))
     B_low = (crane.active.motor.D_total * point.alpha_m) ** 2 / G_low
     B_v = -J * float(by_speed) + B_low
-    J_m = J + point.params.hoist.load.m * point.geometry.lever**2
+    J_m = J + point.params.hoist.load.m * point.geometry.r_eff**2
     K_wire = float(ratio_of(point.geometry.d, drum_record(crane)))
     own = crane.model_copy(
         update={

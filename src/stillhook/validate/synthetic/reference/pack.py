@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import SERIES_STEP, steps_per_cycle
-from stillhook.engine.inputs import Drive
+from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import Packed, pack
 from stillhook.engine.scenario.checks import check
 from stillhook.engine.scenario.run import Block
@@ -216,7 +216,7 @@ def simulate_truth(
     Errors: ScenarioError, SpecError (step too long; no passive circuit), SimulationError.
     """
     check(crane, case)
-    packed, drive = pack_truth(crane, case, truth), Drive(crane, case)
+    packed, drive = pack_truth(crane, case, truth), CycleInputs(crane, case)
     n_sub = steps_per_cycle(crane, step, SERIES_STEP)
     name, rate = max(fastest_rates(packed).items(), key=lambda i: i[1])
     if step is None:
