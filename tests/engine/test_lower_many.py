@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from stillhook import load_crane, read_payload
+from stillhook.engine import batch as module
 from stillhook.engine.inputs import CycleInputs, filled
-from stillhook.engine.lowering import batch as module
 from stillhook.engine.lowering.batch import lower_many
 from stillhook.engine.lowering.lower import lower
 from stillhook.engine.pack.lift import stand_in

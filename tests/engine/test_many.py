@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, Sine, load_crane, simulate
-from stillhook.engine.scenario import batch as many
+from stillhook.engine import batch as many
 from stillhook.engine.scenario.batch import NUMBERS, summaries
 from stillhook.engine.store import SUFFIX
 from stillhook.errors import ScenarioError, SimulationError, SpecError

@@ -51,18 +51,17 @@ class Store:
         cases: Sequence[Case],
         n_sub: int,
         code: str,
-        to_bytes: Callable[[Case], bytes] | None = None,
+        to_bytes: Callable[[Case], bytes],
     ) -> list[bytes]:
         """What each result follows from, as a hash: everything but names, titles and sources, which change no number.
-        to_bytes: a case as bytes, that of scenarios by default."""
-        say: Callable[[Any], bytes] = to_bytes or _scenario
+        to_bytes: a case as bytes."""
         prints: dict[int, bytes] = {}
         start = f"{code} {n_sub} {' '.join(self.names)}".encode()
         out = []
         for crane, case in zip(cranes, cases, strict=True):
             if id(crane) not in prints:
                 prints[id(crane)] = crane.model_dump_json(exclude={"sources", "title", "name"}).encode()
-            out.append(hashlib.sha256(b"\0".join((start, prints[id(crane)], say(case)))).digest())
+            out.append(hashlib.sha256(b"\0".join((start, prints[id(crane)], to_bytes(case)))).digest())
         return out
 
     def check_room(self) -> None:
@@ -134,7 +133,7 @@ NAMES = ("name", "source", "report")
 """What a scenario, and the record of a motion in it, are called and where they are from."""
 
 
-def _scenario(case: Scenario) -> bytes:
+def scenario_as_bytes(case: Scenario) -> bytes:
     return json.dumps(bare(case.to_dict()), sort_keys=True).encode()
 
 

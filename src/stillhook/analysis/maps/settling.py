@@ -19,7 +19,7 @@ from stillhook.analysis.steady.layers import layer_row
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import SERIES_STEP, check_threads, steps_per_cycle
-from stillhook.engine.scenario.batch import spread
+from stillhook.engine.batch import spread
 from stillhook.engine.scenario.checks import notes_of
 from stillhook.engine.scenario.run import Ending, Result, run_cases
 from stillhook.engine.scenario.summary import summarise

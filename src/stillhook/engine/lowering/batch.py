@@ -5,9 +5,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-import pickle
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import closing
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,15 +14,13 @@ import numpy as np
 from stillhook import units
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import check_threads, steps_per_cycle
+from stillhook.engine.batch import Row, run_batch
 from stillhook.engine.lowering.checks import check_lift, check_sea
 from stillhook.engine.lowering.lower import LIFT_STEP, Summarised, summarised
 from stillhook.engine.lowering.run import KIND, run_lowerings, waves_step
 from stillhook.engine.lowering.summary import RUN_NUMBERS, STAGE_NUMBERS, lift_summary
-from stillhook.engine.scenario.batch import Answers, Task, in_tasks, on_cluster, on_threads
-from stillhook.engine.scenario.run import Meter
-from stillhook.engine.store import Store, bare
+from stillhook.engine.store import bare
 from stillhook.errors import LiftError, SpecError, StillhookError
-from stillhook.kernels.build import results_hash
 from stillhook.kernels.lanes import VL
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.in_sea import InSea
@@ -69,27 +65,10 @@ def lower_many(
     cases, cranes = _cases(cases), _cranes(crane, cases)
     check_threads(threads)
     n_sub = steps_per_cycle(cranes[0], step, LIFT_STEP)
-    _check_all(cranes, cases)
-    kept = _Kept(store, cranes, cases, n_sub) if store is not None else None
-    results = kept.stored() if kept is not None else {}
-    meter = Meter(len(cases), progress, done=len(results))
-    meter.tell()
-    missing = [i for i in range(len(cases)) if i not in results]
-    if kept is not None and missing:
-        kept.check_room()
-    workers = threads if client is None else max(sum(client.nthreads().values()), 1)
-    tasks = [Task(i, [cranes[k] for k in i], [cases[k] for k in i], n_sub) for i in _cut(cases, missing, workers)]
-    landed = (
-        on_threads(tasks, threads, meter, work, KIND)
-        if client is None
-        else on_cluster(tasks, client, meter, work_packed)
+    rows = run_batch(
+        LoweringProblem(), cranes, cases, n_sub=n_sub, threads=threads, store=store, client=client, progress=progress
     )
-    with closing(landed):  # a store that fails stops the threads, or the cluster, at once
-        for task, answers in landed:
-            if kept is not None:
-                kept.put(task.indices, answers)
-            results.update({i: answers.summary(k, _columns(cases[i])) for k, i in enumerate(task.indices)})
-    numbers = [_parted(results[i], _stages(case)) for i, case in enumerate(cases)]
+    numbers = [_parted(row, _stages(case)) for row, case in zip(rows, cases, strict=True)]
     h = cranes[0].control.t_cycle / n_sub
     return summarised(
         crane if isinstance(crane, Crane) else cranes, [_lift(c) for c in cases], numbers, step=h, single=False
@@ -128,18 +107,64 @@ def _cranes(crane: Crane | Sequence[Crane], cases: Sequence[Case]) -> list[Crane
     return cranes
 
 
-def _check_all(cranes: Sequence[Crane], cases: Sequence[Case]) -> None:
-    """Refuse what cannot be asked before anything runs; lifts that many seas share are looked at once."""
-    seen: set[tuple[int, int]] = set()
-    for i, (crane, case) in enumerate(zip(cranes, cases, strict=True)):
+class LoweringProblem:
+    """Lowerings as a batch runs them: alone, or in a sea that is made when it is run."""
+
+    kind = KIND
+
+    def check(self, cranes: Sequence[Crane], cases: Sequence[Case]) -> None:
+        """Lifts that many seas share are looked at once."""
+        seen: set[tuple[int, int]] = set()
+        for i, (crane, case) in enumerate(zip(cranes, cases, strict=True)):
+            lift = _lift(case)
+            try:
+                check_sea(lift)
+                if (id(crane), id(lift)) not in seen:
+                    check_lift(crane, lift)
+                    seen.add((id(crane), id(lift)))
+            except StillhookError as e:
+                raise type(e)(f"case {i}: {e}" if len(cases) > 1 else str(e)) from None
+
+    def group(self, crane: Crane, case: Case) -> tuple[float, int, float, int]:
         lift = _lift(case)
-        try:
-            check_sea(lift)
-            if (id(crane), id(lift)) not in seen:
-                check_lift(crane, lift)
-                seen.add((id(crane), id(lift)))
-        except StillhookError as e:
-            raise type(e)(f"case {i}: {e}" if len(cases) > 1 else str(e)) from None
+        water = case.spacing if isinstance(case, InSea) else waves_step(lift.waves)
+        return lift.duration, lift.wire.nodes, water, _stages(case)
+
+    def seconds(self, crane: Crane, case: Case) -> float:
+        return _lift(case).duration
+
+    def sort(self, places: list[int], cases: Sequence[Case]) -> list[int]:
+        """What is moved alike lies together, in the order of first use."""
+        motions = {i: c.motion if isinstance(c := cases[i], InSea) else b"" for i in places}
+        first = {motion: k for k, motion in reversed(list(enumerate(motions.values())))}
+        return sorted(places, key=lambda i: first[motions[i]])
+
+    def columns(self, case: Case) -> tuple[str, ...]:
+        """Names of all numbers in one row: of the run, then of each stage."""
+        return RUN_NUMBERS + tuple(f"{i} {name}" for i in range(_stages(case)) for name in STAGE_NUMBERS)
+
+    def identity(self) -> Callable[[Case], bytes]:
+        return _Texts()
+
+    def run(
+        self,
+        cranes: Sequence[Crane],
+        cases: Sequence[Case],
+        *,
+        n_sub: int,
+        places: Sequence[int] | None,
+        progress: Progress,
+    ) -> list[Row]:
+        lifts = _made(cases)
+        results = run_lowerings(
+            cranes, lifts, n_sub=n_sub, lanes=VL, every=0, threads=1, progress=progress, places=places
+        )
+        rows = []
+        for crane, lift, result in zip(cranes, lifts, results, strict=True):
+            run, stages = lift_summary(crane, lift, result)
+            numbers = [run[name] for name in RUN_NUMBERS] + [stage[name] for stage in stages for name in STAGE_NUMBERS]
+            rows.append(Row(run["status"], [float(x) for x in numbers], tuple(run["notes"])))
+        return rows
 
 
 def _lift(case: Case) -> Lowering:
@@ -151,60 +176,10 @@ def _stages(case: Case) -> int:
     return len(_lift(case).programme) + 1
 
 
-def _columns(case: Case) -> tuple[str, ...]:
-    """Names of all numbers of a case in one row: of the run, then of each stage."""
-    return RUN_NUMBERS + tuple(f"{i} {name}" for i in range(_stages(case)) for name in STAGE_NUMBERS)
-
-
 def _parted(row: Mapping[str, Any], stages: int) -> Summarised:
-    """A row of `_columns` with status and notes, as numbers of the run and of each stage."""
+    """A row of the columns with status and notes, as numbers of the run and of each stage."""
     run = {"status": row["status"], **{name: row[name] for name in RUN_NUMBERS}, "notes": row["notes"]}
     return run, [{name: row[f"{i} {name}"] for name in STAGE_NUMBERS} for i in range(stages)]
-
-
-def _cut(cases: Sequence[Case], missing: Sequence[int], workers: int) -> list[list[int]]:
-    """Places of the missing cases in tasks: what can share a block of lanes, and what is moved alike, lies together."""
-    groups: dict[tuple[Any, ...], list[int]] = {}
-    for i in missing:
-        case, lift = cases[i], _lift(cases[i])
-        water = case.spacing if isinstance(case, InSea) else waves_step(lift.waves)
-        groups.setdefault((lift.duration, lift.wire.nodes, water, _stages(case)), []).append(i)
-    for group in groups.values():
-        alike = {i: c.motion if isinstance(c := cases[i], InSea) else b"" for i in group}
-        first = {motion: k for k, motion in reversed(list(enumerate(alike.values())))}
-        group.sort(key=lambda i, alike=alike, first=first: first[alike[i]])  # type: ignore[misc]
-    return in_tasks([(key[0], group) for key, group in groups.items()], workers)
-
-
-def work(task: Task, progress: Progress | None = None) -> Answers:
-    """Run one task on one thread: block by block, motions made and summed up while they are at hand."""
-    status, rows, notes = [], [], []
-    total = len(task.indices)
-    for k in range(0, total, VL):
-        block = task.part(k, k + VL)
-
-        def report(share: float, before: int = k, size: int = len(block.indices)) -> None:
-            if progress is not None:
-                progress((before + share * size) / total)
-
-        lifts = _made(block.cases)
-        places = None if task.indices == [0] else block.indices
-        results = run_lowerings(
-            block.cranes, lifts, n_sub=task.n_sub, lanes=VL, every=0, threads=1, progress=report, places=places
-        )
-        for crane, lift, result in zip(block.cranes, lifts, results, strict=True):
-            run, stages = lift_summary(crane, lift, result)
-            status.append(run["status"])
-            notes.append(tuple(run["notes"]))
-            rows.append(
-                [run[name] for name in RUN_NUMBERS] + [stage[name] for stage in stages for name in STAGE_NUMBERS]
-            )
-    return Answers(status, np.array(rows, dtype=np.float64), notes, results_hash())
-
-
-def work_packed(task: bytes) -> Answers:
-    """`work` on a pickled task."""
-    return work(pickle.loads(task))
 
 
 def _made(cases: Sequence[Case]) -> list[Lowering]:
@@ -219,40 +194,6 @@ def _made(cases: Sequence[Case]) -> list[Lowering]:
         first = made.setdefault(motion, case.made()) if motion not in made else made[motion]
         out.append(case.lift.model_copy(update={"tip": first.tip, "waves": first.waves}))
     return out
-
-
-class _Kept:
-    """A store of lowerings: columns are as many as a case has stages."""
-
-    def __init__(self, folder: str | Path, cranes: Sequence[Crane], cases: Sequence[Case], n_sub: int) -> None:
-        self.groups: dict[int, list[int]] = {}
-        for i, case in enumerate(cases):
-            self.groups.setdefault(_stages(case), []).append(i)
-        self.stores = {n: Store(Path(folder), _columns(cases[group[0]])) for n, group in self.groups.items()}
-        self.keys: dict[int, bytes] = {}
-        texts = _Texts()
-        for n, group in self.groups.items():
-            keys = self.stores[n].keys(
-                [cranes[i] for i in group], [cases[i] for i in group], n_sub, results_hash(), texts
-            )
-            self.keys.update(zip(group, keys, strict=True))
-        self.stages = [_stages(case) for case in cases]
-
-    def stored(self) -> dict[int, dict[str, Any]]:
-        """Place -> row, for what is there."""
-        out = {}
-        for n, group in self.groups.items():
-            out.update({group[k]: row for k, row in self.stores[n].find([self.keys[i] for i in group]).items()})
-        return out
-
-    def check_room(self) -> None:
-        next(iter(self.stores.values())).check_room()
-
-    def put(self, indices: Sequence[int], answers: Answers) -> None:
-        """Keep a task, whose cases all have as many stages."""
-        self.stores[self.stages[indices[0]]].put(
-            [self.keys[i] for i in indices], answers.status, answers.numbers, answers.notes
-        )
 
 
 class _Texts:

@@ -1,0 +1,330 @@
+"""Tens of thousands of runs in bounded memory: cut into tasks, shared by threads or by a cluster, kept in a store as
+they finish. One path for every kind of problem."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import pickle
+from collections.abc import Callable, Generator, Hashable, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import as_completed as as_done
+from contextlib import closing
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol, TypeVar
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.base.progress import Progress
+from stillhook.engine.arguments import check_threads
+from stillhook.engine.scenario.run import Meter
+from stillhook.engine.store import Store
+from stillhook.errors import SimulationError, StillhookError
+from stillhook.kernels.build import driver, results_hash
+from stillhook.kernels.lanes import VL
+from stillhook.spec.crane import Crane
+
+TASK_SECONDS = 5.0e4
+"""Simulated seconds in a task: about a second of one core, so that a cluster's overhead of some milliseconds a task
+does not count."""
+TASK_SECONDS_EACH = 250.0
+"""The same for each worker, where there are hundreds: 5 ms of work, more than giving out a task costs whoever gives
+it."""
+TASKS_EACH = 8
+"""Tasks for each worker at least, where there are enough cases: nobody then waits long for the last one."""
+IN_FLIGHT = 3
+"""Tasks given to a cluster at once, for each of its threads: more would only fill the scheduler's memory."""
+
+
+class Row(NamedTuple):
+    """Summary of one case."""
+
+    status: str
+    numbers: list[float]  # in the order of the problem's columns
+    notes: tuple[str, ...]
+
+
+class Problem(Protocol):
+    """A kind of case: how it is checked, grouped, run and summarised. Stateless; a worker imports it by its name."""
+
+    kind: str  # driver that runs it, see `stillhook.kernels.build.driver`
+
+    def check(self, cranes: Sequence[Crane], cases: Sequence[Any]) -> None:
+        """Refuse what cannot be run, before anything runs. Errors: those of the first such case, with its place."""
+
+    def group(self, crane: Crane, case: Any) -> Hashable:
+        """Cases of one group can share a block of lanes."""
+
+    def seconds(self, crane: Crane, case: Any) -> float:
+        """Simulated time of a case [s]."""
+
+    def sort(self, places: list[int], cases: Sequence[Any]) -> list[int]:
+        """Places of a group in the order in which they are best run."""
+
+    def columns(self, case: Any) -> tuple[str, ...]:
+        """Names of the numbers of its summary."""
+
+    def identity(self) -> Callable[[Any], bytes]:
+        """A function that gives what a result follows from: the case as bytes, without names and sources."""
+
+    def run(
+        self,
+        cranes: Sequence[Crane],
+        cases: Sequence[Any],
+        *,
+        n_sub: int,
+        places: Sequence[int] | None,
+        progress: Progress,
+    ) -> list[Row]:
+        """Summaries of one block of lanes; places: numbers of the cases in a longer list, for messages."""
+
+
+class Answers(NamedTuple):
+    """What a task gives back."""
+
+    rows: list[Row]  # of each of its cases
+    made_by: str  # code that made them, see `results_hash`
+
+
+def run_batch(
+    problem: Problem,
+    cranes: Sequence[Crane],
+    cases: Sequence[Any],
+    *,
+    n_sub: int,
+    threads: int = 2,
+    store: str | Path | None = None,
+    client: Any = None,
+    progress: Progress | None = None,
+) -> list[dict[str, Any]]:
+    """The summary of every case: status, numbers by the problem's columns, notes.
+
+    Parameters
+    ----------
+    cranes, cases: one crane for each case. n_sub: steps per PLC cycle.
+    threads: threads of this machine that share the work. client: a dask.distributed Client; its workers then share it,
+    with the same numbers to the last bit, and threads is not used.
+    store: folder in which results are kept as they finish, under what they follow from: crane, case, step and code.
+    What is there already is not run again, so a run that was killed goes on where it stood, and a longer list of cases
+    costs only what is new. progress: called with the share done, 0..1.
+
+    Errors: those of the first case that cannot be run; SimulationError where store or cluster fail, or the cluster runs
+    other code.
+    """
+    check_threads(threads)
+    problem.check(cranes, cases)
+    kept = _Kept(problem, store, cranes, cases, n_sub) if store is not None else None
+    results = kept.stored() if kept is not None else {}
+    missing = [i for i in range(len(cases)) if i not in results]
+    if kept is not None and missing:
+        kept.check_room()
+    meter = Meter(len(cases), progress, done=len(results))
+    meter.tell()
+    workers = threads if client is None else max(sum(client.nthreads().values()), 1)
+    places = _cut(problem, cranes, cases, missing, workers)
+    tasks = [Task(problem, i, [cranes[k] for k in i], [cases[k] for k in i], n_sub) for i in places]
+    landed = on_threads(tasks, threads, meter) if client is None else on_cluster(tasks, client, meter)
+    with closing(landed):  # a store that fails stops the threads, or the cluster, at once
+        for task, answers in landed:
+            if kept is not None:
+                kept.put(task.indices, answers.rows)
+            for i, row in zip(task.indices, answers.rows, strict=True):
+                results[i] = _summary(row.status, problem.columns(cases[i]), row.numbers, list(row.notes))
+    return [results[i] for i in range(len(cases))]
+
+
+def _summary(status: str, names: Sequence[str], numbers: Sequence[float], notes: list[str]) -> dict[str, Any]:
+    return {"status": status, **dict(zip(names, numbers, strict=True)), "notes": notes}
+
+
+class Task(NamedTuple):
+    """Cases that one worker runs, with their places in the whole list."""
+
+    problem: Problem
+    indices: list[int]
+    cranes: list[Crane]
+    cases: list[Any]
+    n_sub: int
+
+    def part(self, start: int, end: int) -> Task:
+        """Some of its cases."""
+        return Task(self.problem, self.indices[start:end], self.cranes[start:end], self.cases[start:end], self.n_sub)
+
+    def light(self) -> Task:
+        """The same without the sources of the cranes' numbers, which no run reads; cranes that are one stay one."""
+        bare = {id(c): c for c in self.cranes}
+        bare = {key: c.model_copy(update={"sources": {}}) for key, c in bare.items()}
+        return self._replace(cranes=[bare[id(c)] for c in self.cranes])
+
+
+def _cut(
+    problem: Problem, cranes: Sequence[Crane], cases: Sequence[Any], missing: Sequence[int], workers: int
+) -> list[list[int]]:
+    """Places of the missing cases in tasks: cases that can share a block of lanes lie together."""
+    groups: dict[Hashable, list[int]] = {}
+    for i in missing:
+        groups.setdefault(problem.group(cranes[i], cases[i]), []).append(i)
+    sized = [
+        (problem.seconds(cranes[group[0]], cases[group[0]]), problem.sort(group, cases)) for group in groups.values()
+    ]
+    return in_tasks(sized, workers)
+
+
+def in_tasks(groups: Sequence[tuple[float, Sequence[int]]], workers: int) -> list[list[int]]:
+    """Groups of cases, each with the simulated time of one case [s], in tasks of whole blocks of lanes."""
+    fair = math.ceil(sum(len(group) for _, group in groups) / (TASKS_EACH * workers) / VL) * VL
+    out: list[list[int]] = []
+    for seconds, group in groups:
+        worth = math.ceil(max(TASK_SECONDS, TASK_SECONDS_EACH * workers) / seconds / VL) * VL
+        size = max(VL, min(fair, worth))
+        out += [list(group[k : k + size]) for k in range(0, len(group), size)]
+    return out
+
+
+def work(task: Task, progress: Progress | None = None) -> Answers:
+    """Run one task on one thread: block by block, each summed up while its motions are at hand."""
+    rows: list[Row] = []
+    total = len(task.indices)
+    for k in range(0, total, VL):
+        block = task.part(k, k + VL)
+        places = None if task.indices == [0] else block.indices
+
+        def report(share: float, before: int = k, size: int = len(block.indices)) -> None:
+            if progress is not None:
+                progress((before + share * size) / total)
+
+        rows += task.problem.run(block.cranes, block.cases, n_sub=task.n_sub, places=places, progress=report)
+    return Answers(rows, results_hash())
+
+
+def work_packed(task: bytes) -> Answers:
+    """`work` on a pickled task: a cluster need not look into what it carries."""
+    return work(pickle.loads(task))
+
+
+def on_threads(tasks: Sequence[Task], threads: int, meter: Meter) -> Generator[tuple[Task, Answers], None, None]:
+    """Tasks with their answers, as they finish."""
+    if threads == 1 or len(tasks) < 2:
+        for task in tasks:
+            yield task, work(task, meter.part(len(task.indices)))
+        return
+    driver(tasks[0].cranes[0].plant.value, VL, tasks[0].problem.kind)
+    with ThreadPoolExecutor(threads) as pool:
+        waiting: dict[Future[Answers], Task] = {
+            pool.submit(work, task, meter.part(len(task.indices))): task for task in tasks
+        }
+        try:
+            for done in as_done(list(waiting)):
+                yield waiting.pop(done), done.result()
+        except BaseException:
+            meter.stopped = True
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def on_cluster(tasks: Sequence[Task], client: Any, meter: Meter) -> Generator[tuple[Task, Answers], None, None]:
+    """Tasks with their answers, as they finish."""
+    with closing(spread(tasks, lambda task: task.light(), work_packed, client)) as answered:
+        for task, answers in answered:
+            meter.part(len(task.indices))(1.0)
+            yield task, answers
+
+
+class MadeBy(Protocol):
+    """An answer that says by which code it was made (`results_hash`)."""
+
+    @property
+    def made_by(self) -> str: ...
+
+
+Job = TypeVar("Job")
+Answer = TypeVar("Answer", bound=MadeBy)
+
+
+def spread(
+    jobs: Sequence[Job], light: Callable[[Job], Any], run: Callable[[bytes], Answer], client: Any
+) -> Generator[tuple[Job, Answer], None, None]:
+    """Jobs with their answers, as they finish; a few are under way for each thread of the cluster, and a lost worker's
+    are given again.
+
+    light: what of a job crosses the network, pickled; run: makes the answer of that on a worker.
+    Errors: those of a job; SimulationError where the cluster fails, or runs other code.
+    """
+    from distributed import as_completed
+
+    rest = iter(jobs)
+    room = IN_FLIGHT * max(sum(client.nthreads().values()), 1)
+    submitted: dict[str, tuple[Any, Job]] = {}
+
+    def give(put: Callable[[Any], None]) -> None:
+        for job in itertools.islice(rest, 1):
+            future = client.submit(run, pickle.dumps(light(job), pickle.HIGHEST_PROTOCOL), pure=False)
+            submitted[future.key] = future, job
+            put(future)
+
+    under_way = as_completed(loop=client.loop)
+    try:
+        for _ in range(room):
+            give(under_way.add)
+        for future in under_way:
+            answer: Answer = _answer_of(future)
+            yield submitted.pop(future.key)[1], answer
+            give(under_way.add)
+    finally:
+        client.cancel([future for future, _ in submitted.values()])
+
+
+def _answer_of(future: Any) -> Any:
+    """What a worker gave back. Errors: those of the case; SimulationError where the worker failed, or runs other code
+    than this machine."""
+    try:
+        answer = future.result()
+    except StillhookError:
+        raise
+    except Exception as e:
+        error = f"{type(e).__name__}: {' '.join(str(e).split())}"
+        raise SimulationError(
+            f"cluster: a task failed ({error[:200]}). Look at its workers, and run again; a store keeps what is done."
+        ) from None
+    if answer.made_by != results_hash():
+        raise SimulationError(
+            f"cluster: a worker runs Stillhook {answer.made_by}, this machine {results_hash()}. Install the same"
+            " version everywhere."
+        )
+    return answer
+
+
+class _Kept:
+    """The store of a batch. Cases with other columns have files of their own."""
+
+    def __init__(
+        self, problem: Problem, folder: str | Path, cranes: Sequence[Crane], cases: Sequence[Any], n_sub: int
+    ) -> None:
+        self.columns = [problem.columns(case) for case in cases]
+        self.groups: dict[tuple[str, ...], list[int]] = {}
+        for i, names in enumerate(self.columns):
+            self.groups.setdefault(names, []).append(i)
+        self.stores = {names: Store(Path(folder), names) for names in self.groups}
+        self.keys: dict[int, bytes] = {}
+        identity, code = problem.identity(), results_hash()
+        for names, group in self.groups.items():
+            keys = self.stores[names].keys([cranes[i] for i in group], [cases[i] for i in group], n_sub, code, identity)
+            self.keys.update(zip(group, keys, strict=True))
+
+    def stored(self) -> dict[int, dict[str, Any]]:
+        """Place -> summary, for what is there."""
+        out: dict[int, dict[str, Any]] = {}
+        for names, group in self.groups.items():
+            summaries: Mapping[int, dict[str, Any]] = self.stores[names].find([self.keys[i] for i in group])
+            out.update({group[k]: summary for k, summary in summaries.items()})
+        return out
+
+    def check_room(self) -> None:
+        next(iter(self.stores.values())).check_room()
+
+    def put(self, indices: Sequence[int], rows: Sequence[Row]) -> None:
+        """Keep a task, whose cases all have the same columns."""
+        numbers: FloatArray = np.array([row.numbers for row in rows], dtype=np.float64)
+        store = self.stores[self.columns[indices[0]]]
+        store.put([self.keys[i] for i in indices], [r.status for r in rows], numbers, [r.notes for r in rows])
