@@ -24,8 +24,8 @@ def year(
     from stillhook.formats.waves.ndbc.spectra import read_spectra
     from stillhook.library.payloads import read_payload
     from stillhook.response.forcing import forcing_of_series
-    from stillhook.response.frequency_domain import road
-    from stillhook.response.suspended_load import hung
+    from stillhook.response.frequency_domain import frequency_response
+    from stillhook.response.suspended_load import suspended_load
     from stillhook.response.winch.identify.describing_function import identify_residual
     from stillhook.spec.lift.lowering import Lowering
     from stillhook.spec.lift.programme import Stage
@@ -44,15 +44,15 @@ def year(
     lift = Lowering(
         payload=read_payload(payload), h_tip="25 m", depth="3000 m", z_0="5 m", programme=programme, duration="60 s"
     )
-    what = hung(crane, lift, -depth)
+    load = suspended_load(crane, lift, -depth)
     done("crane and lift")
-    residual = identify_residual(crane, what.duty, cache=cache)
+    residual = identify_residual(crane, load.duty, cache=cache)
     done("residual")
     forcing = forcing_of_series(series, rao, X, Y, HEADING)
     done("tip")
-    found = road(forcing, what, residual)
+    data = frequency_response(forcing, load, residual)
     done("road")
-    return found, marks
+    return data, marks
 
 
 def main() -> None:
@@ -61,21 +61,21 @@ def main() -> None:
     parser.add_argument("vessel")
     parser.add_argument("--json", action="store_true")
     args = parser.parse_args()
-    found, first = year(args.spectra, args.vessel, cache=False)
+    data, first = year(args.spectra, args.vessel, cache=False)
     year(args.spectra, args.vessel)
     cpu = process_time()
     _, again = year(args.spectra, args.vessel)
     cpu = process_time() - cpu
     again.pop("imports")
     report = {
-        "records": found.sizes["case"],
+        "records": data.sizes["case"],
         "residual made anew": first,
         "total, residual made anew": sum(first.values()),
         "residual from disk": again,
         "total, residual from disk": first["imports"] + sum(again.values()),
         "processor, from disk": cpu,
-        "sigma_v mean": float(found["sigma_v"].mean()),
-        "sigma_load mean": float(found["sigma_load"].mean()),
+        "sigma_v mean": float(data["sigma_v"].mean()),
+        "sigma_load mean": float(data["sigma_load"].mean()),
     }
     print(
         json.dumps(report, indent=2) if args.json else "\n".join(f"{name}: {value}" for name, value in report.items())

@@ -94,7 +94,7 @@ def rules() -> str:
     sets = [load_rules(name) for name in rule_sets()]
     rows = [
         (
-            *(s.label, r.key, r.title, f"`{r.quantity}`", r.asked, r.level.value),
+            *(s.label, r.key, r.title, f"`{r.quantity}`", r.requirement, r.level.value),
             *(", ".join(kind.value for kind in r.phases), r.clause_of, r.note),
         )
         for s in sets
@@ -111,7 +111,7 @@ def rules() -> str:
         " 90 % of such phases stay below (p90); mean: no largest value.\n\nCapacities that a limit may name:"
         f" {capacities}.\n\nNumbers of the closed form: {numbers}."
     )
-    head = ("set", "key", "what", "quantity", "asked", "level", "phases", "standard, edition, clause", "note")
+    head = ("set", "key", "title", "quantity", "requirement", "level", "phases", "standard, edition, clause", "note")
     return page("Rules of lift plans", lead, head, rows)
 
 

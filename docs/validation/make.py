@@ -22,7 +22,7 @@ HERE = Path(__file__).resolve().parent
 CASES = (
     "controllers_at_their_best",
     "feedforward_gains",
-    "frequency_road",
+    "frequency_domain_method",
     "friction_coverage",
     "hull_convergence",
     "independent_crane_results",
@@ -55,7 +55,7 @@ MEASURED = (
 SLOW = (
     "controllers_at_their_best",
     "feedforward_gains",
-    "frequency_road",
+    "frequency_domain_method",
     "offshore_100t",
     "offshore_200t",
     "paper_c_90t",

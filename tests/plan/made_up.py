@@ -286,7 +286,7 @@ def _facts(certificate: bool) -> dict[str, Any]:
             "duration": 1800.0 * (i + 1),
             "compensated": i > 3,
             "tiers": list(TIERS),
-            "why": "near the limit: run by the twin" if i > 1 else "no water, no compensation: closed form",
+            "reason": "near the limit: run by the twin" if i > 1 else "no water, no compensation: closed form",
         }
         for i, (n, k) in enumerate(zip(PHASES, KINDS, strict=True))
     ]
@@ -347,14 +347,14 @@ def _facts(certificate: bool) -> dict[str, Any]:
             "rows": [{**r, "phases": list(r["phases"])} for r in RULES],
         },
         "limited": [
-            {"phase": p, "alternative": "ssc", "rule": "capacity", "limit": 2.4e6, "why": "SWL 250 t with hook 3 t"}
+            {"phase": p, "alternative": "ssc", "rule": "capacity", "limit": 2.4e6, "basis": "SWL 250 t with hook 3 t"}
             for p in PHASES
         ],
         "alternatives": [
             {
                 "name": a.value,
-                "says": f"what {a.value} is, in words",
-                "tells": "computed by the twin; credited with no more than the cap" if a.twin else "as it is",
+                "description": f"what {a.value} is, in words",
+                "credit_note": "computed by the twin; credited with no more than the cap" if a.twin else "as it is",
             }
             for a in Alternative
         ],
@@ -378,8 +378,8 @@ def _facts(certificate: bool) -> dict[str, Any]:
         "summary": {"shown": "strong-ssc", "alternatives": {}},
         "limits": [],
         "inputs": [
-            {"what": "plan", "file": "made-up.toml", "sha256": "12" * 32},
-            {"what": "weather", "file": "made-up-north-sea.csv.gz", "sha256": "34" * 32},
+            {"item": "plan", "file": "made-up.toml", "sha256": "12" * 32},
+            {"item": "weather", "file": "made-up-north-sea.csv.gz", "sha256": "34" * 32},
         ],
         "runs": {
             "n": 4200,

@@ -189,7 +189,7 @@ class TestWhatAnAnswerTellsApart:
         assert run(["plan", self.plan_of(tmp_path, "manual"), "--tier", "closed-form", "--json"]) in (0, 1)
         told = json.loads(capsys.readouterr().out)
         assert "no certificate" in told["crane"]["twin"]
-        tells = {a["name"]: a["tells"] for a in told["alternatives"]}
+        tells = {a["name"]: a["credit_note"] for a in told["alternatives"]}
         assert tells["ssc"] == tells["ns"] == "no phase is compensated: there is no compensation to credit"
         assert "certificate covers" not in json.dumps(told)
         assert (

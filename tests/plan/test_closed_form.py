@@ -19,7 +19,7 @@ from stillhook.plan.limits.solve import limits_of
 from stillhook.plan.table.credit import inside
 from stillhook.plan.tiers.closed_form import closed_form, remarks, valid, way
 from stillhook.plan.tiers.frequency import frequency
-from stillhook.plan.tiers.time_domain.lowering import Spot, course_of, in_sea, lowering_of, machine_of, winch_of
+from stillhook.plan.tiers.time_domain.lowering import SeaState, course_of, in_sea, lowering_of, machine_of, winch_of
 from stillhook.spec.scenario import Mode
 from stillhook.spec.validity import CAP
 
@@ -115,14 +115,14 @@ def test_slamming_on_the_way_sums_up_to_the_added_mass(plan):
     assert -np.trapezoid(slope, z) == pytest.approx(A33, rel=0.03)  # slopes at 0.05 m, the steeper side at every kink
 
 
-def test_tip_and_load_move_as_on_the_frequency_road_where_the_wire_is_stiff_to_the_waves(plan):
+def test_tip_and_load_move_as_on_the_frequency_domain_method_where_the_wire_is_stiff_to_the_waves(plan):
     deep = of_kind(plan, PhaseKind.DEEP)
     seas = Seas(np.array([1.0, 1.0]), np.array([12.0, 14.0]), np.full(2, HEAD))
-    road = frequency(replace(plan, phases=(deep,)), [Alternative.NONE], seas)[0].values
+    spectral = frequency(replace(plan, phases=(deep,)), [Alternative.NONE], seas)[0].values
     sheet = closed_form(plan, deep, seas).values
     for quantity in ("v_tip_max", "s_tip_pp"):
-        assert sheet[quantity] == pytest.approx(road[quantity], rel=SPECTRA)
-    assert sheet["load_pp"] == pytest.approx(road["load_pp"], rel=ONE_PERIOD)
+        assert sheet[quantity] == pytest.approx(spectral[quantity], rel=SPECTRA)
+    assert sheet["load_pp"] == pytest.approx(spectral["load_pp"], rel=ONE_PERIOD)
 
 
 def test_through_the_surface_the_method_lies_on_the_safe_side_of_every_seed_of_the_twin(plan):
@@ -130,7 +130,7 @@ def test_through_the_surface_the_method_lies_on_the_safe_side_of_every_seed_of_t
     winch = winch_of(splash, none)
     course, (crane, mode) = course_of(plan, splash, winch), machine_of(plan, winch)
     calm_run = lowering_of(plan, splash, course, mode)
-    cases = [in_sea(plan, splash, winch, course, calm_run, Spot(1.5, 9.0, HEAD), seed) for seed in range(1, 4)]
+    cases = [in_sea(plan, splash, winch, course, calm_run, SeaState(1.5, 9.0, HEAD), seed) for seed in range(1, 4)]
     runs = lower_many(crane, cases, threads=2)
     found = closed_form(plan, splash, Seas(np.array([1.5]), np.array([9.0]), np.array([HEAD]))).values
     assert runs.F_w_max.values.max() < float(found["F_top_max"][0])
@@ -158,7 +158,7 @@ def test_the_winch_is_as_fast_as_full_pumps_turn_it_at_the_load_and_layer(plan):
     still = at_rest(plan, deep, deep.end)
     for alternative, mode in ((Alternative.NS, Mode.NS), (Alternative.SSC, Mode.SSC)):
         top = CAPACITIES["v_top"].find(plan, deep, alternative)
-        assert "stopped by pump flow" in top.why
+        assert "stopped by pump flow" in top.basis
         stations = [Station(crane, still.F_tip / G - crane.hook_mass, still.s_w, way) for way in Direction]
         used = [abs(s.at(top.value, s.displacement(mode)(top.value)).alpha_p) for s in stations]
         assert max(used) == pytest.approx(1.0, abs=1e-6)
@@ -174,11 +174,11 @@ def test_a_load_beyond_the_swl_or_beyond_a_mode_leaves_no_speed_and_says_why(pla
     deep = of_kind(plan, PhaseKind.DEEP)
     beyond = CAPACITIES["v_top"].find(replace(plan, payload=heavy), deep, Alternative.SSC)
     assert beyond.value == 0.0
-    assert "more than the SWL" in beyond.why
+    assert "more than the SWL" in beyond.basis
     middle = plan.payload.model_copy(update={"mass": 150e3})
     hs = CAPACITIES["v_top"].find(replace(plan, payload=middle), deep, Alternative.HS)
     assert hs.value == 0.0
-    assert "hs may not be used, for load of the mode" in hs.why
+    assert "hs may not be used, for load of the mode" in hs.basis
 
 
 def test_a_payload_too_heavy_at_depth_is_refused_by_static_load_whatever_the_sea(plan):
@@ -207,7 +207,7 @@ def test_rules_of_the_winch_are_left_out_where_there_is_no_winch_to_judge(plan):
 def test_dynamic_capacity_is_the_swl_times_the_factor_of_the_rule(plan):
     each = {x.rule.key: x for x in limited(plan, of_kind(plan, PhaseKind.DEEP), Alternative.SSC)}
     assert each["dynamic-load"].limit == pytest.approx(1.3 * each["static-load"].limit)
-    assert each["dynamic-load"].why.startswith("1.3 x SWL 250 t and hook 3 t")
+    assert each["dynamic-load"].basis.startswith("1.3 x SWL 250 t and hook 3 t")
 
 
 def test_a_heavy_payload_uses_more_of_the_accumulator_and_less_motion_fits(plan):
@@ -225,6 +225,6 @@ def test_without_a_certificate_no_sea_is_covered_and_the_reason_is_told(plan):
     deep, splash = of_kind(plan, PhaseKind.DEEP), of_kind(plan, PhaseKind.SPLASH)
     found = inside(plan, deep, Alternative.SSC, SEAS)
     assert not found.covered.any()
-    assert "no certificate" in found.why[0]
+    assert "no certificate" in found.reasons[0]
     for phase, alternative in ((splash, Alternative.SSC), (deep, Alternative.CAP), (deep, Alternative.NONE)):
         assert inside(plan, phase, alternative, SEAS).covered.all()

@@ -65,9 +65,9 @@ def asked(plan, alternative=Alternative.SSC, kind=PhaseKind.DEEP):
 def test_seas_in_which_the_tip_moves_more_than_in_the_tests_are_not_covered(plan):
     found = asked(certified(plan))
     assert found.covered.tolist() == [False, True, True, False]  # the smallest moves the tip less than any test did
-    assert len(found.why) == 1
-    assert "in 2 of 4 seas: tip motion over 30 s" in found.why[0]
-    assert "(validated 0.5 m to 2 m) and the like" in found.why[0]
+    assert len(found.reasons) == 1
+    assert "in 2 of 4 seas: tip motion over 30 s" in found.reasons[0]
+    assert "(validated 0.5 m to 2 m) and the like" in found.reasons[0]
 
 
 def test_the_load_of_a_certificate_is_what_the_winch_feels_wire_included(plan):
@@ -76,8 +76,8 @@ def test_the_load_of_a_certificate_is_what_the_winch_feels_wire_included(plan):
     assert felt > plan.payload.mass
     less = asked(certified(plan, load=("60 t", f"{0.97 * felt / 1000.0:.1f} t")))
     assert not less.covered.any()
-    assert "in 4 of 4 seas: load" in less.why[0]
-    assert "and the like" not in less.why[0]
+    assert "in 4 of 4 seas: load" in less.reasons[0]
+    assert "and the like" not in less.reasons[0]
 
 
 @pytest.mark.parametrize(
@@ -87,19 +87,19 @@ def test_the_load_of_a_certificate_is_what_the_winch_feels_wire_included(plan):
 def test_a_controller_that_was_not_tested_is_not_covered(plan, alternative, said):
     found = asked(certified(plan), alternative)
     assert not found.covered.any()
-    assert any(said in line for line in found.why)
+    assert any(said in line for line in found.reasons)
 
 
 def test_a_certificate_of_simulated_logs_covers_nothing(plan):
     found = asked(certified(plan, synthetic=True))
     assert not found.covered.any()
-    assert "SYNTHETIC" in found.why[0]
+    assert "SYNTHETIC" in found.reasons[0]
 
 
 def test_a_certificate_of_other_code_or_of_another_crane_does_not_hold(plan):
-    assert "computes with other code" in asked(certified(plan, code="0123456789abcdef")).why[0]
+    assert "computes with other code" in asked(certified(plan, code="0123456789abcdef")).reasons[0]
     changed = certified(plan)
     crane = changed.crane.model_copy(update={"SWL": 260e3})
     found = asked(replace(changed, crane=crane))
     assert not found.covered.any()
-    assert "the crane was changed since in SWL" in found.why[0]
+    assert "the crane was changed since in SWL" in found.reasons[0]

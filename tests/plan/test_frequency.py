@@ -146,10 +146,10 @@ def test_on_the_brake_significant_values_agree_with_runs_in_time_in_a_mild_cell(
         time=slice(settled, None)
     )
     t = np.linspace(-1.0, 1.0, run.sizes["time"])
-    road = sigmas(forcing, s.hung, winches_of(plan, [(phase, (s,))], (NONE,))[NONE].at(s.hung.s_w))
+    computed = sigmas(forcing, s.load, winches_of(plan, [(phase, (s,))], (NONE,))[NONE].at(s.load.s_w))
     for name, column in (("load", "s_load"), ("top", "F_w"), ("sling", "F_sling")):
         in_time = math.sqrt(np.mean([np.var(y - np.polynomial.Polynomial.fit(t, y, 1)(t)) for y in run[column].values]))
-        assert getattr(road, name)[0] == pytest.approx(in_time, rel=MILD), name
+        assert getattr(computed, name)[0] == pytest.approx(in_time, rel=MILD), name
 
 
 def test_the_profile_tells_longer_periods_deeper_down_and_where_they_meet_the_sea(plan):

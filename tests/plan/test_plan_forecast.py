@@ -93,14 +93,14 @@ def test_limits_beside_the_plan_hold_as_well(result):
 def test_a_forecast_that_ends_within_the_operation_is_not_covered(result):
     found = plan_forecast(result, forecast([1.0] * 11))
     assert found["alternatives"][1]["starts"][0]["go"] is None
-    assert "the forecast ends" in found["alternatives"][1]["why"]
+    assert "the forecast ends" in found["alternatives"][1]["reason"]
 
 
 def test_a_plan_that_is_not_weather_restricted_never_goes_by_a_forecast(result):
     facts = {**result.facts, "operation": {**result.facts["operation"], "weather_restricted": False}}
     found = plan_forecast(PlanResult(result.data, facts), forecast([0.5] * 20))
     assert go(found) == {"none": False, "ssc": False}
-    assert "not weather restricted" in found["alternatives"][0]["why"]
+    assert "not weather restricted" in found["alternatives"][0]["reason"]
 
 
 def test_a_heading_without_directions_is_refused(result):

@@ -9,7 +9,7 @@ from stillhook import load_crane
 from stillhook.errors import PlanError
 from stillhook.formats.weather.file import read_weather
 from stillhook.plan.answer.files import load_plan_result, save_plan
-from stillhook.plan.answer.metadata import Beside, answer_digest
+from stillhook.plan.answer.metadata import RunInputs, answer_digest
 from stillhook.plan.answer.remarks import winch_remarks, without_runs
 from stillhook.plan.definition.compensation import Alternative
 from stillhook.plan.definition.demand import Demand, Tier
@@ -172,20 +172,20 @@ def test_the_digest_of_an_answer_hangs_on_weather_forecast_factors_and_tier(aske
     higher = replace(weather, columns={**weather.columns, "H_m0": weather.columns["H_m0"] + 1.0})
     other = replace(table, alpha=tuple(tuple(0.9 * a for a in row) for row in table.alpha))
     beside = [
-        Beside(("closed-form",), table),
-        Beside(("closed-form",), table, weather),
-        Beside(("closed-form",), table, higher),
-        Beside(("closed-form",), other, weather),
-        Beside(("closed-form", "frequency"), table, weather),
+        RunInputs(("closed-form",), table),
+        RunInputs(("closed-form",), table, weather),
+        RunInputs(("closed-form",), table, higher),
+        RunInputs(("closed-form",), other, weather),
+        RunInputs(("closed-form", "frequency"), table, weather),
     ]
     assert len({answer_digest(asked, each) for each in beside}) == len(beside)
     assert answer_digest(asked, beside[1]) == answer_digest(
-        asked, Beside(("closed-form",), table, replace(weather, source="renamed.csv"))
+        asked, RunInputs(("closed-form",), table, replace(weather, source="renamed.csv"))
     )
 
 
 def test_every_input_stands_with_its_hash(found):
-    inputs = {row["what"]: row["sha256"] for row in found.facts["inputs"]}
+    inputs = {row["item"]: row["sha256"] for row in found.facts["inputs"]}
     assert {"plan", "crane", "vessel", "payload", "rules", "forecast factors", "weather"} <= set(inputs)
     assert all(len(digest) == 64 for digest in inputs.values())
     assert found.data.attrs["digest"] == found.facts["digest"]

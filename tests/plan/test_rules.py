@@ -113,7 +113,7 @@ def test_a_rule_that_says_what_the_base_says_is_no_change(tmp_path):
 
 def test_limits_may_be_capacities_with_a_factor(tmp_path):
     rule = of(rules(tmp_path, BASE + '[[rule]]\nkey = "dynamic-load"\nat_most = "1.15 x SWL_tip"\n'), "dynamic-load")
-    assert (rule.limit, rule.factor, rule.asked) == ("SWL_tip", 1.15, "at most 1.15 x SWL_tip")
+    assert (rule.limit, rule.factor, rule.requirement) == ("SWL_tip", 1.15, "at most 1.15 x SWL_tip")
 
 
 def test_the_digest_follows_from_the_content_alone(tmp_path):

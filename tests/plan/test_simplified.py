@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from stillhook.physics.scalar import G
 from stillhook.response.linear_drag import answers
-from stillhook.response.suspended_load import Hung
+from stillhook.response.suspended_load import SuspendedLoad
 from stillhook.response.wire_rod import End, Rod
 from stillhook.spec.lift import simplified as sm
 
@@ -127,13 +127,13 @@ def test_a_load_swings_as_its_motion_in_time_with_quadratic_drag(omega):
     assert found.top == pytest.approx(abs(2.0 * np.mean(pull[:-1] * phase[:-1])), rel=HARMONIC)
 
 
-def test_a_load_swings_as_on_the_rod_of_the_frequency_road():
+def test_a_load_swings_as_on_the_rod_of_the_frequency_domain_method():
     L, EA, mu, m, A33, drag = 1000.0, 8.4e8, 36.0, 1.2e5, 2.5e5, 2e5
     rod = Rod(L=L, EA=EA, mu=mu, w=0.0, beta=0.0, k_top=math.inf)
     end = End(m=m, A33=A33, m_h=0.0, k_s=1e12, c_s=0.0)
-    hung = Hung(rod, end, L, 1e6, 1e6)
+    load = SuspendedLoad(rod, end, L, 1e6, 1e6)
     omega = np.array([0.4, 0.7, 1.1])
-    on_rod = answers(omega, hung, np.array([[drag]]), np.zeros(3, complex))
+    on_rod = answers(omega, load, np.array([[drag]]), np.zeros(3, complex))
     lumped = sm.swing(1.0, omega, EA / L, m + A33, mu * L / 3.0, 0.0, drag)
     assert lumped.load == pytest.approx(np.abs(on_rod["load"].u).ravel(), rel=LUMPED)
     assert lumped.sling == pytest.approx(np.abs(on_rod["sling"].u).ravel(), rel=LUMPED)

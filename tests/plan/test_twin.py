@@ -14,11 +14,11 @@ from stillhook.plan.file import load_plan
 from stillhook.plan.limits.applicable_rules import limited
 from stillhook.plan.limits.solve import Limits
 from stillhook.plan.tiers.time_domain.bracketing import Search
-from stillhook.plan.tiers.time_domain.cells import Ask, Cells, Deal, worst_heights
+from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, worst_heights
 from stillhook.plan.tiers.time_domain.lowering import (
     BLOCK,
     KINDS,
-    Spot,
+    SeaState,
     Winch,
     course_of,
     in_sea,
@@ -112,7 +112,7 @@ def test_waves_are_left_out_where_they_do_not_reach_and_in_the_air(plan):
         if phase.kind in KINDS:
             winch = winch_of(phase, Alternative.SSC)
             course, calm = calm_of(plan, phase, winch)
-            felt[phase.kind] = in_sea(plan, phase, winch, course, calm, Spot(2.0, 14.0, BETA), 1).water
+            felt[phase.kind] = in_sea(plan, phase, winch, course, calm, SeaState(2.0, 14.0, BETA), 1).water
     assert {kind for kind, water in felt.items() if water} <= {PhaseKind.SPLASH, PhaseKind.LOWERING}
     assert felt[PhaseKind.SPLASH]
 
@@ -120,7 +120,7 @@ def test_waves_are_left_out_where_they_do_not_reach_and_in_the_air(plan):
 def test_long_waves_reach_deeper_than_short_ones(plan):
     phase = of_kind(plan, PhaseKind.DEEP).model_copy(update={"start": -120.0, "end": -120.0})
     course, calm = calm_of(plan, phase, Winch())
-    reach = {T: in_sea(plan, phase, Winch(), course, calm, Spot(1.0, T, BETA), 1).water for T in (5.0, 14.0)}
+    reach = {T: in_sea(plan, phase, Winch(), course, calm, SeaState(1.0, T, BETA), 1).water for T in (5.0, 14.0)}
     assert reach == {5.0: False, 14.0: True}
 
 
@@ -129,7 +129,7 @@ def test_every_alternative_sees_the_same_waves(plan):
     tips = []
     for winch in (Winch(), Winch(left=0.2), Winch(controller=Alternative.NS)):
         course, calm = calm_of(plan, deep, winch)
-        tips.append(in_sea(plan, deep, winch, course, calm, Spot(2.0, 8.0, BETA), 3).made().tip.amplitudes)
+        tips.append(in_sea(plan, deep, winch, course, calm, SeaState(2.0, 8.0, BETA), 3).made().tip.amplitudes)
     np.testing.assert_array_equal(tips[0], tips[2])
     np.testing.assert_allclose(tips[1], 0.2 * tips[0], rtol=1e-12)
 
@@ -280,14 +280,14 @@ def test_a_passage_that_is_planned_to_take_longer_counts_more_often(plan):
 
 def test_runs_of_every_phase_tell_what_its_rules_ask(narrow):
     """One sea, few seeds, all phases and winches in one go; tensions rise with the sea, and the calm is what hangs at rest."""
-    cells = Cells(narrow, Deal())
+    cells = Cells(narrow, Execution())
     phases = [p for p in narrow.phases if p.kind in KINDS and p.kind is not PhaseKind.LOWERING]
     asks = {}
     for phase in phases:
         for a in narrow.alternatives:
             for Hs, seeds in ((0.0, 1), (1.5, 5)):
-                asks[phase.name, a, Hs] = Ask(phase.name, winch_of(phase, a), Spot(Hs, 8.0, BETA), seeds)
-    cells.ask(list({ask.cell: ask for ask in asks.values()}.values()))
+                asks[phase.name, a, Hs] = CellRequest(phase.name, winch_of(phase, a), SeaState(Hs, 8.0, BETA), seeds)
+    cells.request(list({ask.cell: ask for ask in asks.values()}.values()))
     for phase in phases:
         for a in narrow.alternatives:
             calm, sea = (_told(narrow, cells, phase, a, asks[phase.name, a, Hs]) for Hs in (0.0, 1.5))
@@ -330,7 +330,7 @@ def test_phases_far_from_governing_are_not_run_and_interrupted_work_goes_on(narr
     assert {d.phase for d in first.demands} == {landing} | (
         {splash} if any(d.phase == splash for d in first.demands) else set()
     )
-    assert "not run" in first.why[of_kind(plan, PhaseKind.DEEP).name]
+    assert "not run" in first.reasons[of_kind(plan, PhaseKind.DEEP).name]
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
     none = next(x for x in first.limits if x.phase == landing and x.alternative is Alternative.NONE)

@@ -104,7 +104,7 @@ def test_limits_below_the_table_of_forecast_factors_get_none_but_are_compared_by
     _, block, forecast = valued(plan, season, dict.fromkeys(LIMITS, 0.9))
     assert np.isnan(forecast.alpha).all()
     assert np.isnan(forecast.op_wf).all()
-    assert "case by case" in forecast.why
+    assert "case by case" in forecast.reason
     expected = float((season.columns["H_m0"] <= 0.65 * 0.9).mean())
     assert (block["operability"].sel(month=0) == expected).all()
 

@@ -122,12 +122,12 @@ def test_what_friction_leaves_is_bounded_and_peaks_less_than_a_gaussian_motion(r
 
 
 def test_a_winch_gives_less_than_a_tenth_of_a_millimetre_to_a_kilonewton(residual):
-    assert np.abs(residual.give.at(np.geomspace(0.5, 6.0, 5), 0.3)).max() < 1e-7
+    assert np.abs(residual.compliance.at(np.geomspace(0.5, 6.0, 5), 0.3)).max() < 1e-7
 
 
 def test_the_same_table_is_found_again_and_a_damaged_one_made_anew(crane, duty, residual, tmp_path, monkeypatch):
     monkeypatch.setattr(module, "cache_root", lambda: tmp_path)
-    few = {"asked": replace(QUICK, periods=(8.0, 12.0), speeds=(0.1, 0.3))}
+    few = {"excitation": replace(QUICK, periods=(8.0, 12.0), speeds=(0.1, 0.3))}
     made = identify_residual(crane, duty, "hs", **few)
     (file,) = (tmp_path / "residuals").iterdir()
     monkeypatch.setattr(module, "run_twin", None)  # nothing may run
@@ -135,7 +135,7 @@ def test_the_same_table_is_found_again_and_a_damaged_one_made_anew(crane, duty, 
     for name in ("omega", "v", "C", "harmonics", "saturated"):
         assert np.array_equal(getattr(found, name), getattr(made, name))
     assert np.array_equal(found.remnant.S, made.remnant.S)
-    assert np.array_equal(found.give.Y, made.give.Y)
+    assert np.array_equal(found.compliance.Y, made.compliance.Y)
     assert found.about == made.about
     monkeypatch.undo()
     monkeypatch.setattr(module, "cache_root", lambda: tmp_path)

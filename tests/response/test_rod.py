@@ -192,17 +192,17 @@ def test_damping_asked_for_is_that_of_the_first_mode():
 @pytest.mark.parametrize(
     ("make", "text"),
     [
-        (lambda: Rod(L=0.0, EA=1e8, mu=40.0), "Rod: L = 0.0 is not a number above 0. Give it in SI."),
-        (lambda: Rod(L=10.0, EA=1e8, mu=-1.0), "Rod: mu = -1.0 is not a number of 0 or more. Give it in SI."),
+        (lambda: Rod(L=0.0, EA=1e8, mu=40.0), "Rod: L = 0.0 is not a number above 0. Enter it in SI."),
+        (lambda: Rod(L=10.0, EA=1e8, mu=-1.0), "Rod: mu = -1.0 is not a number of 0 or more. Enter it in SI."),
         (
             lambda: Rod(L=10.0, EA=1e8, mu=40.0, k_top=0.0),
-            "Rod: k_top = 0.0 is not above 0. Give the spring above the wire in N/m, or leave it out.",
+            "Rod: k_top = 0.0 is not above 0. Enter the spring above the wire in N/m, or leave it out.",
         ),
-        (lambda: End(m=math.nan), "End: m = nan is not a number of 0 or more. Give it in SI."),
-        (lambda: End(m=0.0), "End: nothing hangs on the wire. Give m or m_h above 0."),
+        (lambda: End(m=math.nan), "End: m = nan is not a number of 0 or more. Enter it in SI."),
+        (lambda: End(m=0.0), "End: no mass at the end of the wire. Enter m or m_h above 0."),
         (
             lambda: End(m=1.0, k_s=0.0),
-            "End: k_s = 0.0 is not above 0. Give the slings' stiffness in N/m, or leave it out for one body.",
+            "End: k_s = 0.0 is not above 0. Enter the slings' stiffness in N/m, or leave it out for one body.",
         ),
     ],
 )

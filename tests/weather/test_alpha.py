@@ -57,12 +57,12 @@ class TestEdges:
     def test_below_a_metre_none_is_made_up(self):
         found = alpha_of(TABLE, 0.99, 12 * H)
         assert (found.alpha, found.op_wf, found.weather_restricted) == (None, None, True)
-        assert "case by case" in found.why
+        assert "case by case" in found.reason
 
     def test_beyond_72_hours_there_is_no_alpha_and_no_restriction(self):
         found = alpha_of(TABLE, 2.0, 72.5 * H, 1.0 * H)
         assert (found.alpha, found.weather_restricted) == (None, False)
-        assert "beyond the 72 h" in found.why
+        assert "beyond the 72 h" in found.reason
 
     @pytest.mark.parametrize(
         ("T_POP", "T_C", "T_R", "restricted"),
@@ -161,7 +161,7 @@ class TestCommand:
         assert run(["weather", "alpha", "--hs", "0.8 m", "--t-pop", "24 h", "--json"]) == 1
         found = json.loads(capsys.readouterr().out)
         assert found["alpha"] is None
-        assert "case by case" in found["why"]
+        assert "case by case" in found["reason"]
 
     def test_too_long_an_operation_is_answered(self, capsys):
         assert run(["weather", "alpha", "--hs", "2 m", "--t-pop", "80 h", "--json"]) == 0

@@ -32,7 +32,7 @@ def test_a_forecast_on_the_lowered_limit_is_a_go_and_a_hair_above_it_is_not():
     assert check(forecast([1.52] * 12)).go
     found = check(forecast([1.52] * 11 + [1.53]))
     assert (found.go, found.first_start) == (False, None)
-    assert "a limit is exceeded within the 12 h of T_R (Hs <= 2 m)" in found.why
+    assert "a limit is exceeded within the 12 h of T_R (Hs <= 2 m)" in found.reason
     assert (found.starts[0].most, found.starts[0].allowed) == (1.53, pytest.approx(1.52))
 
 
@@ -52,7 +52,7 @@ def test_wind_is_taken_as_it_is_and_a_note_says_so():
 def test_what_the_forecast_does_not_cover_is_no_go_and_told_apart():
     short = check(forecast([1.0] * 11))
     assert (short.go, short.starts[0].go) == (False, None)
-    assert "the forecast ends, has a gap or misses a value" in short.why
+    assert "the forecast ends, has a gap or misses a value" in short.reason
     assert check(forecast([1.0] * 14, skip=(5,))).starts[0].go is None
     assert check(forecast([1.0] * 5 + [np.nan] + [1.0] * 10)).starts[0].go is None
     assert check(forecast([1.0] * 5 + [3.0] + [1.0] * 3)).starts[0].go is False  # beyond before it ends
@@ -61,7 +61,7 @@ def test_what_the_forecast_does_not_cover_is_no_go_and_told_apart():
 def test_an_operation_that_is_not_weather_restricted_never_goes_by_a_forecast():
     found = check_forecast(forecast([0.5] * 200), LIMITS, TABLE, 50 * H)
     assert (found.go, found.first_start) == (False, None)
-    assert "not weather restricted" in found.why
+    assert "not weather restricted" in found.reason
 
 
 def test_start_and_horizon_choose_the_starts():

@@ -102,6 +102,7 @@ def _limit(plan: LiftPlan, phase: Phase, alternative: Alternative) -> dict[str, 
         "phase": phase.name,
         "alternative": alternative.value,
         "rules": [
-            {"rule": row.rule.key, "quantity": row.rule.quantity, "limit": row.limit, "why": row.why} for row in rows
+            {"rule": row.rule.key, "quantity": row.rule.quantity, "limit": row.limit, "basis": row.basis}
+            for row in rows
         ],
     }

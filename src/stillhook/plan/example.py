@@ -24,9 +24,9 @@ def copy_plan(name: str, folder: Path) -> tuple[Path, ...]:
     shelf = files("stillhook.library") / "data"
     text = (shelf / SHELF / f"{name}.toml").read_text(encoding="utf-8")
     payload = next(line.split('"')[1] for line in text.splitlines() if line.startswith("payload = "))
-    mine = text.replace(f'payload = "{payload}"', f'payload = "{payload}.toml"  # beside this file')
+    edited = text.replace(f'payload = "{payload}"', f'payload = "{payload}.toml"  # beside this file')
     texts = {
-        f"{name}.toml": mine.replace(f"stillhook plan {name} ", f"stillhook plan {name}.toml "),
+        f"{name}.toml": edited.replace(f"stillhook plan {name} ", f"stillhook plan {name}.toml "),
         f"{payload}.toml": (shelf / "payloads" / f"{payload}.toml").read_text(encoding="utf-8"),
     }
     for file in texts:

@@ -132,7 +132,7 @@ def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
         rules_of(rules, phase)  # refuses limits that cannot be
     T_POP, T_C, notes = _operation(top, phases)
     environment = _environment(top)
-    given = {
+    parts = {
         "environment": environment,
         "alternatives": _alternatives(top),
         "weather": _weather(top, file.parent),
@@ -159,9 +159,9 @@ def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
             *notes,
             *_ideal(table, phases),
             *depth_notes(vessel, max(environment.Tp), depth),
-            *_doubts(crane, payload, given),
+            *_doubts(crane, payload, parts),
         ),
-        **given,
+        **parts,
     )
     check_tips(plan, boom_of(top) if "boom" in top else None)
     check_wire(plan)
@@ -206,9 +206,9 @@ def _phase(row: Mapping[str, Any], number: int, rules: RuleSet) -> Phase:
         raise fields.wrong(
             "limits", 'give a table of texts, such as { landing-speed = "0.3 m/s", control-error = "off" }.'
         )
-    own = Fields(row.get("limits", {}), f"phase {number} ({came(name)}): limits.", PlanError)
-    for key in own.table:
-        limit_text(own, key, rules)
+    limits = Fields(row.get("limits", {}), f"phase {number} ({came(name)}): limits.", PlanError)
+    for key in limits.table:
+        limit_text(limits, key, rules)
     try:
         return Phase(**fields.table)
     except ScenarioError as e:
@@ -251,23 +251,27 @@ def _ideal(table: Mapping[str, Any], phases: tuple[Phase, ...]) -> tuple[str, ..
     return ("sensors are taken as ideal, without delay and noise: give [sensors] with those of your crane",)
 
 
-def _doubts(crane: Crane, payload: Payload, given: Mapping[str, Any]) -> tuple[str, ...]:
+def _doubts(crane: Crane, payload: Payload, records: Mapping[str, Any]) -> tuple[str, ...]:
     """Notes on numbers outside of what was ever built."""
-    parts = {"payload": payload, **given}
-    found = [implausible_values(part, name) for name, part in parts.items() if isinstance(part, BaseModel)]
-    return tuple(note for notes in (implausible_values(crane, "crane"), *found) for note in notes)
+    parts = {"payload": payload, **records}
+    notes_of_parts = [implausible_values(part, name) for name, part in parts.items() if isinstance(part, BaseModel)]
+    return tuple(note for notes in (implausible_values(crane, "crane"), *notes_of_parts) for note in notes)
 
 
 def _environment(top: Fields) -> Environment:
     table = Fields(top.table["environment"], "environment.", PlanError)
     table.need("Hs", "Tp", "headings")
-    given = {
+    fields = {
         key: spelled(table, key) if key in ("Hs", "Tp", "headings") else value for key, value in table.table.items()
     }
-    if given.get("spread") is not None and isinstance(given["spread"], int) and not isinstance(given["spread"], bool):
-        given["spread"] = float(given["spread"])
+    if (
+        fields.get("spread") is not None
+        and isinstance(fields["spread"], int)
+        and not isinstance(fields["spread"], bool)
+    ):
+        fields["spread"] = float(fields["spread"])
     try:
-        return Environment(**given)
+        return Environment(**fields)
     except ScenarioError as e:
         raise PlanError("environment." + str(e).removeprefix("Environment.")) from None
 
@@ -276,17 +280,17 @@ def _alternatives(top: Fields) -> tuple[Alternative, ...]:
     """In the order of the file, none twice."""
     if "alternatives" not in top:
         return ALL
-    given = top.table["alternatives"]
-    if not isinstance(given, list) or not given or not all(isinstance(x, str) for x in given):
+    names = top.table["alternatives"]
+    if not isinstance(names, list) or not names or not all(isinstance(x, str) for x in names):
         raise top.wrong("alternatives", f"give a list of some of {', '.join(ALL)}.")
-    for name in given:
+    for name in names:
         if name not in list(Alternative):
             raise PlanError(
                 f"alternatives: {came(name)} is not one of {', '.join(ALL)}{nearest(name, [a.value for a in ALL])}"
             )
-        if given.count(name) > 1:
+        if names.count(name) > 1:
             raise PlanError(f"alternatives: {came(name)} comes twice. Write it once.")
-    return tuple(Alternative(name) for name in given)
+    return tuple(Alternative(name) for name in names)
 
 
 def _weather(top: Fields, folder: Path) -> WeatherUse | None:
@@ -320,7 +324,7 @@ def _weather(top: Fields, folder: Path) -> WeatherUse | None:
 
 def _digest(plan: LiftPlan) -> str:
     """SHA-256 of everything that numbers follow from; names of files and notes are none."""
-    whole = {
+    content_of_plan = {
         "crane": content(plan.crane),
         "vessel": plan.vessel.digest.hex(),
         "at": [plan.at.x, plan.at.y, plan.h_tip],
@@ -333,4 +337,4 @@ def _digest(plan: LiftPlan) -> str:
         **{key: getattr(plan, key).model_dump(mode="json") for key in ("rigging", "wire", "winch", "sensors")},
         "alternatives": [a.value for a in plan.alternatives],
     }
-    return hashlib.sha256(json.dumps(whole, sort_keys=True).encode()).hexdigest()
+    return hashlib.sha256(json.dumps(content_of_plan, sort_keys=True).encode()).hexdigest()

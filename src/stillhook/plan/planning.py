@@ -13,9 +13,9 @@ import numpy as np
 from stillhook.base.progress import Parts, Progress
 from stillhook.errors import PlanError
 from stillhook.plan.answer.dataset import Answered, dataset_of, demand_block, rows_of, seeds_of, summary_of
-from stillhook.plan.answer.metadata import Beside, facts_of
+from stillhook.plan.answer.metadata import RunInputs, facts_of
 from stillhook.plan.answer.reference_cell import reference_blocks
-from stillhook.plan.answer.remarks import facts_found, not_computed
+from stillhook.plan.answer.remarks import not_computed, result_facts
 from stillhook.plan.definition.capacities import calm
 from stillhook.plan.definition.compensation import Alternative
 from stillhook.plan.definition.demand import Demand, Seas, Tier
@@ -64,48 +64,48 @@ def plan(
     in place of this machine's threads; progress is called with the share that is done.
     Errors: StillhookError, one line.
     """
-    asked, last = lift if isinstance(lift, LiftPlan) else load_plan(lift), tier_of(tier)
-    begun, told = time.perf_counter(), Parts(progress)
-    table, records = load_alpha_table(alpha, "--alpha"), weather_of(asked, weather)
+    lift_plan, last = lift if isinstance(lift, LiftPlan) else load_plan(lift), tier_of(tier)
+    begun, parts = time.perf_counter(), Parts(progress)
+    table, records = load_alpha_table(alpha, "--alpha"), weather_of(lift_plan, weather)
     if records is not None:
-        seas_of(asked, records)  # refused now rather than after the runs
-    axes, seas = Axes.of(asked), asked.environment.table()
-    by = {(phase.name, a): limited(asked, phase, a) for phase in asked.phases for a in axes.alternatives}
-    demands = [closed_form(asked, phase, seas, a) for phase in asked.phases for a in axes.alternatives]
+        seas_of(lift_plan, records)  # refused now rather than after the runs
+    axes, seas = Axes.of(lift_plan), lift_plan.environment.table()
+    by = {(phase.name, a): limited(lift_plan, phase, a) for phase in lift_plan.phases for a in axes.alternatives}
+    demands = [closed_form(lift_plan, phase, seas, a) for phase in lift_plan.phases for a in axes.alternatives]
     if last is not Tier.CLOSED_FORM:
         demands += frequency(
-            asked, axes.alternatives, seas, told(0.01, 0.9 if last is Tier.FREQUENCY else 0.06), threads=threads
+            lift_plan, axes.alternatives, seas, parts(0.01, 0.9 if last is Tier.FREQUENCY else 0.06), threads=threads
         )
-    limits = [limits_in(asked, demand, by) for demand in demands]
+    limits = [limits_in(lift_plan, demand, by) for demand in demands]
     twin = None
     if last is Tier.TIME:
-        twin = refine(asked, limits, store=store, client=client, threads=threads, progress=told(0.06, 0.92))
+        twin = refine(lift_plan, limits, store=store, client=client, threads=threads, progress=parts(0.06, 0.92))
         demands, limits = [*demands, *twin.demands], [*limits, *twin.limits]
-    of = answered(asked, axes, seas, demands, limits)
-    forecast = forecast_limits(asked, table, of.governs, max(asked.environment.Hs))
-    blocks: dict[str, xarray.Dataset] = {"demand": demand_block(asked, axes, demands)}
+    of = answered(lift_plan, axes, seas, demands, limits)
+    forecast = forecast_limits(lift_plan, table, of.governs, max(lift_plan.environment.Hs))
+    blocks: dict[str, xarray.Dataset] = {"demand": demand_block(lift_plan, axes, demands)}
     value = None
     if records is not None and forecast.restricted:
-        value = weather_value(asked, axes, forecast, records, max(asked.environment.Hs))
-        blocks["weather"] = weather_block(asked, value, axes, records, forecast)
+        value = weather_value(lift_plan, axes, forecast, records, max(lift_plan.environment.Hs))
+        blocks["weather"] = weather_block(lift_plan, value, axes, records, forecast)
     if last is not Tier.CLOSED_FORM:
         blocks |= reference_blocks(
-            asked,
+            lift_plan,
             of,
-            lambda found: [limits_in(asked, demand, by) for demand in found],
-            told(0.92, 1.0),
+            lambda demands_of_cell: [limits_in(lift_plan, demand, by) for demand in demands_of_cell],
+            parts(0.92, 1.0),
             anew=last is Tier.TIME,
         )
     blocks |= {} if twin is None else twin.blocks
-    facts = facts_of(asked, by, Beside(tuple(t.value for t in UP_TO[last]), table, records))
-    facts |= facts_found(asked, of, forecast, value, twin)
-    facts["not_computed"] = not_computed(asked, last, blocks)
+    facts = facts_of(lift_plan, by, RunInputs(tuple(t.value for t in UP_TO[last]), table, records))
+    facts |= result_facts(lift_plan, of, forecast, value, twin)
+    facts["not_computed"] = not_computed(lift_plan, last, blocks)
     facts["summary"] = summary_of(of, of.shown(), blocks.get("weather"))
-    facts["limits"] = rows_of(of, forecast, max(asked.environment.Hs))
+    facts["limits"] = rows_of(of, forecast, max(lift_plan.environment.Hs))
     facts["runs"] |= {"wall": time.perf_counter() - begun}
-    told.at(1.0)
-    data = dataset_of(asked, of, forecast).assign_attrs(digest=facts["digest"])
-    followed = any(phase.compensated for phase in asked.phases)
+    parts.at(1.0)
+    data = dataset_of(lift_plan, of, forecast).assign_attrs(digest=facts["digest"])
+    followed = any(phase.compensated for phase in lift_plan.phases)
     if line := not_compared(data, blocks.get("weather"), facts["tiers"], compensated=followed):
         facts["remarks"].insert(0, line)
     return PlanResult(data, facts, blocks)
@@ -118,24 +118,26 @@ def tier_of(text: Tier | str) -> Tier:
     return Tier(text)
 
 
-def limits_in(asked: LiftPlan, demand: Demand, by: LimitedBy) -> Limits:
+def limits_in(lift_plan: LiftPlan, demand: Demand, by: LimitedBy) -> Limits:
     """Limits of a demand by the rules of its phase and alternative."""
     return limits_of(
-        demand, by[demand.phase, demand.alternative], calm(asked, asked.phase(demand.phase), demand.alternative)
+        demand, by[demand.phase, demand.alternative], calm(lift_plan, lift_plan.phase(demand.phase), demand.alternative)
     )
 
 
-def answered(asked: LiftPlan, axes: Axes, seas: Seas, demands: Sequence[Demand], limits: Sequence[Limits]) -> Answered:
+def answered(
+    lift_plan: LiftPlan, axes: Axes, seas: Seas, demands: Sequence[Demand], limits: Sequence[Limits]
+) -> Answered:
     """The limits in one table, as modelled and as credited."""
-    found = gathered(axes, limits)
-    own, certified = chosen(found), certified_in(asked, axes, seas)
-    credited = credited_of(asked, own, demands, np.unique(seas.Hs), certified.covers)
-    governs = dict(zip(CREDITS, (governed(own), governed(credited)), strict=True))
-    return Answered(axes, found, own, credited, governs, seeds_of(axes, demands), certified)
+    limits_of_tiers = gathered(axes, limits)
+    modelled, certified = chosen(limits_of_tiers), certified_in(lift_plan, axes, seas)
+    credited = credited_of(lift_plan, modelled, demands, np.unique(seas.Hs), certified.covers)
+    governs = dict(zip(CREDITS, (governed(modelled), governed(credited)), strict=True))
+    return Answered(axes, limits_of_tiers, modelled, credited, governs, seeds_of(axes, demands), certified)
 
 
-def weather_of(asked: LiftPlan, given: Weather | None) -> Weather | None:
+def weather_of(lift_plan: LiftPlan, weather: Weather | None) -> Weather | None:
     """The weather that was given, else that of the plan."""
-    if given is not None or asked.weather is None:
-        return given
-    return weather_used(asked.weather)
+    if weather is not None or lift_plan.weather is None:
+        return weather
+    return weather_used(lift_plan.weather)

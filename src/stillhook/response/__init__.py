@@ -1,10 +1,10 @@
-"""The frequency-domain road from a sea to the load: exact rod, winch residual, linearised drag, statistics.
+"""The frequency-domain method from a sea to the load: exact rod, winch residual, linearised drag, statistics.
 
 >>> import stillhook
 >>> from stillhook import response
 >>> file = stillhook.load_lift("anchor-to-3000m")
->>> found = response.lift_response(file, response.Waves(file.sea), z="-2900 m", duration="1 h")  # doctest: +SKIP
->>> float(found.data.sigma_load[0])  # doctest: +SKIP
+>>> result = response.lift_response(file, response.Waves(file.sea), z="-2900 m", duration="1 h")  # doctest: +SKIP
+>>> float(result.data.sigma_load[0])  # doctest: +SKIP
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-"""What a sea does at the crane tip and at the load, as spectra: of the tip's height, of the wave at the load, and of
-both together."""
+"""Forcing by a sea at the crane tip and at the load, as spectra: of the tip's height, of the wave at the load, and the
+cross spectrum of both."""
 
 from __future__ import annotations
 
@@ -69,15 +69,15 @@ def forcing_of_series(
     headings = np.asarray(beta, dtype=np.float64)
     if headings.ndim and headings.shape != (len(series),):
         raise SeaError(
-            f"{series.source}: {headings.size} headings for {len(series)} records. Give one for all, or one for each."
+            f"{series.source}: {headings.size} headings for {len(series)} records. Enter one for all, or one for each."
         )
     offsets = (np.arange(parts) + 0.5) / parts - 0.5
     omega = (series.omega[:, None] + offsets * series.width[:, None]).ravel()
     width = np.repeat(series.width / parts, parts)
-    which, row = np.unique(np.mod(headings.ravel(), 2.0 * math.pi), return_inverse=True)
+    distinct, row = np.unique(np.mod(headings.ravel(), 2.0 * math.pi), return_inverse=True)
     power, cross = (
         np.array(each)
-        for each in zip(*(tip_by_wave(omega, vessel, x, y, b, spread, depth) for b in which), strict=True)
+        for each in zip(*(tip_by_wave(omega, vessel, x, y, b, spread, depth) for b in distinct), strict=True)
     )
     wave = np.repeat(series.S, parts, axis=1) * width
     rows = row.ravel() if headings.ndim else np.zeros(1, dtype=int)
@@ -89,7 +89,7 @@ def forcing_of_seas(seas: Sea | Sequence[Sea], vessel: Rao, x: float, y: float, 
     `forcing_of_series`."""
     listed = [seas] if isinstance(seas, Sea) else list(seas)
     if not listed:
-        raise SeaError("seas: the list is empty. Give at least one sea.")
+        raise SeaError("seas: the list is empty. Enter at least one sea.")
     omega = np.arange(LOWEST + STEP / 2.0, HIGHEST, STEP)
     shape = (len(listed), len(omega))
     tip, wave, mixed = np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=complex)

@@ -1,5 +1,4 @@
-"""Forcing by waves whose direction was measured from north: spectra with directions of their own, and heights with
-periods alone."""
+"""Forcing by waves whose direction was measured from north: directional spectra, and heights with periods alone."""
 
 from __future__ import annotations
 
@@ -41,7 +40,7 @@ def forcing_of_directional(
     """
     directions = series.directional
     if directions is None:
-        raise SeaError(f"{series.source}: holds no directions. Give the direction of the waves from the bow.")
+        raise SeaError(f"{series.source}: contains no directions. Enter the direction of the waves from the bow.")
     offsets = (np.arange(parts) + 0.5) / parts - 0.5
     omega = (series.omega[:, None] + offsets * series.width[:, None]).ravel()
     width = np.repeat(series.width / parts, parts)
@@ -79,13 +78,13 @@ def forcing_of_states(
     beta: direction of travel from the bow for all [rad]; or ship: where the bow points, clockwise from north [rad], for
     the direction that each record's waves come from, taken to whole degrees. spread: exponent of cos^n. The peak period
     is used where there is one, else the zero-crossing period.
-    Records without height, period (of waves that have a height) or needed direction are missing; so are those that no
-    sea can be.
+    Records without height, period (of waves that have a height) or required direction are missing; so are those that
+    are physically impossible.
     Errors: SeaError where neither or both of beta and ship are given, or nothing is left.
     """
     if (beta is None) == (ship is None):
         raise SeaError(
-            f"{states.source}: give the direction of the waves from the bow, or where the bow points; one of them."
+            f"{states.source}: enter either the direction of the waves from the bow, or the heading of the bow."
         )
     omega = np.arange(LOWEST + STEP / 2.0, HIGHEST, STEP)
     if ship is None:
@@ -96,20 +95,18 @@ def forcing_of_states(
         place = -GRID * np.round(np.degrees(np.where(known, states.come_from, 0.0))).astype(int) // 360
     wave = _waves(states, omega)
     wave[~known & (np.nan_to_num(states.H_m0) > 0.0)] = np.nan
-    which, row = np.unique(place, return_inverse=True)
-    power, cross = _about(omega, vessel, x, y, float(beta), which, spread)
+    distinct, row = np.unique(place, return_inverse=True)
+    power, cross = _about(omega, vessel, x, y, float(beta), distinct, spread)
     if not np.isfinite(wave).any():
-        raise SeaError(
-            f"{states.source}: no record has what is needed: height, period, and a direction where --ship is given."
-        )
+        raise SeaError(f"{states.source}: no record has height, period and, where --ship is given, a direction.")
     return Forcing(omega, np.full(len(omega), STEP), wave * power[row.ravel()], wave, wave * cross[row.ravel()])
 
 
 def _about(
     omega: FloatArray, vessel: Rao, x: float, y: float, beta: float, place: NDArray[np.intp], spread: float | None
 ) -> tuple[FloatArray, NDArray[np.complex128]]:
-    """What `tip_by_wave` gives, for headings beta + place steps of the grid, (k, m) each: long-crested waves of each
-    direction are worked out once, and shared by all headings whose waves reach it."""
+    """Result of `tip_by_wave` for headings beta + place steps of the grid, (k, m) each: long-crested waves of each
+    direction are calculated once and shared by all headings whose waves reach it."""
     theta, share = (np.zeros(1), np.ones(1)) if spread is None else cos_power(check_spread(spread))
     met = place[:, None] + np.rint(theta * GRID / (2.0 * np.pi)).astype(int)
     used, at = np.unique(met % GRID, return_inverse=True)
@@ -136,7 +133,7 @@ def _peak_periods(T_z: FloatArray, H_s: FloatArray) -> FloatArray:
     """Peak periods of JONSWAP spectra of zero-crossing periods T_z and heights H_s (n,), gamma by steepness [s]; NaN
     where one is unknown.
 
-    T_z/sqrt(H_s) follows from T_p/sqrt(H_s) alone: straight where gamma stands still, by a table between.
+    T_z/sqrt(H_s) follows from T_p/sqrt(H_s) alone: straight where gamma is constant, by a table between.
     """
     place = np.linspace(*GAMMA_CHANGES, 29)
     crossing = np.array([Jonswap(1.0, float(r)).T_m02 for r in place])

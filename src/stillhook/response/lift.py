@@ -1,5 +1,5 @@
-"""The frequency road for a lift file: one sea, or a year of them, to motion and tension of what it hangs at one
-depth."""
+"""The frequency-domain method for a lift file: from one sea, or a year of them, to motion and tension of the suspended
+load at one depth."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from stillhook.errors import LiftError
 from stillhook.formats.lift.file import LiftFile
 from stillhook.response.forcing import Forcing, forcing_of_seas, forcing_of_series
 from stillhook.response.forcing_measured import forcing_of_directional, forcing_of_states
-from stillhook.response.frequency_domain import road
-from stillhook.response.suspended_load import Hung, hung
+from stillhook.response.frequency_domain import frequency_response
+from stillhook.response.suspended_load import SuspendedLoad, suspended_load
 from stillhook.response.winch.describing_function import Residual
 from stillhook.response.winch.identify.describing_function import Steps, identify_residual
 from stillhook.response.wire_rod import natural_periods
@@ -38,20 +38,20 @@ if TYPE_CHECKING:
 ABOVE_SEABED = 20.0
 """Height of the payload above the seabed where the programme compensates at no depth [m]."""
 LIKELY = 0.1
-"""Chance of slack slings over the duration from which they count as likely: what 90 % of such operations stay free of
-is not."""
+"""Chance of slack slings over the duration above which they count as likely: 90 % of such operations remain free of
+slack."""
 WAVES = 400
-"""Heights that stand for all of an irregular motion."""
+"""Number of heights that represent an irregular motion."""
 PERIODS = 3
-"""Natural periods that are told."""
+"""Number of natural periods that are reported."""
 FLAGS = ("saturated", "slack", "overload")
-"""What may be wrong in a sea: the winch, the slings, the load."""
+"""Exceedances in a sea: of the winch, the slings, the load."""
 
 
 @dataclass(frozen=True, init=False)
 class Waves:
     """One sea, or many with a direction: beta of travel from the bow, or ship, where the bow points from north; spread
-    exponent of cos^n. A `Sea` has directions of its own.
+    exponent of cos^n. A `Sea` contains its directions.
 
     Parameters: of the waves; beta, ship texts such as "180 deg" (`from_si` takes radians); held as rad.
     Errors: UnitError for a direction without its unit, SeaError for one outside 0 to 360 deg.
@@ -110,24 +110,25 @@ class Waves:
 
 @dataclass(frozen=True, eq=False)
 class LiftResponse:
-    """What a lift does in waves: data, the Dataset of `stillhook.response.frequency_domain` over "case" (one sea) or
-    "time" (records), with H_m0, T_p, T_m02, saturation_share and the flags of `FLAGS` beside it; forcing by the waves;
-    what hangs; the winch's residual; made, whether the twin was asked for it now (else it was on disk); T_wire natural
-    periods, top held [s]; z height of the payload's underside [m]; mode of the winch."""
+    """Response of a lift to waves.
+
+    data: the Dataset of `stillhook.response.frequency_domain` over "case" (one sea) or "time" (records), with H_m0,
+    T_p, T_m02, saturation_share and the flags of `FLAGS`.
+    """
 
     data: xarray.Dataset = field(repr=False)
-    forcing: Forcing = field(repr=False)
-    hung: Hung = field(repr=False)
-    residual: Residual = field(repr=False)
-    made: bool
-    T_wire: FloatArray
-    z: float
-    mode: Mode
+    forcing: Forcing = field(repr=False)  # by the waves
+    load: SuspendedLoad = field(repr=False)
+    residual: Residual = field(repr=False)  # of the winch
+    made: bool  # whether the residual was identified on the twin now; else it was read from disk
+    T_wire: FloatArray  # natural periods, top held [s]
+    z: float  # height of the payload's underside [m]
+    mode: Mode  # of the winch
 
 
 def compensated_depth(lift: Lowering) -> float:
-    """Deepest depth of the underside at which a stage compensates (AHC) [m], by the programme as planned; where none
-    tells one, that of the seabed less 20 m."""
+    """Deepest depth of the underside at which a stage compensates (AHC) [m], by the programme as planned; where no
+    stage defines one, that of the seabed less 20 m."""
     z, deepest = lift.z_0, -math.inf
     for stage in lift.programme:
         before = z
@@ -154,9 +155,9 @@ def lift_response(
     """Statistics of tip, wire and load of a lift in every sea, its underside at z above still water ("-1500 m": below).
 
     mode: how the winch compensates, None for the lift's controller; duration, "3 h", of largest values and chances.
-    progress is called while the winch is simulated, and not where the result is on disk. Valid as
-    `stillhook.response.frequency_domain` and `stillhook.response.suspended_load` say. Errors: StillhookError, one line:
-    a quantity without its unit, no vessel or tip, a depth or tension that cannot be, waves without a direction.
+    progress is called while the winch is simulated, and not where the result is on disk. Validity: see
+    `stillhook.response.frequency_domain` and `stillhook.response.suspended_load`. Errors: StillhookError, one line:
+    a quantity without its unit, no vessel or tip, an impossible depth or tension, waves without a direction.
     """
     return response_at(
         file, waves, parse(z, "length", "z"), mode=mode, duration=parse(duration, "time", "duration"), progress=progress
@@ -178,42 +179,42 @@ def response_at(
     if mode is Mode.MANUAL:
         others = ", ".join(m.value for m in Mode if m is not Mode.MANUAL)
         raise LiftError(
-            f"mode manual: compensates nothing, and the brake is told beside every other one. Give one of {others}."
+            f"mode manual does not compensate; the brake is reported with every other mode. Choose {others}."
         )
     if -z > file.lift.depth:
         raise LiftError(
-            f"depth {show(-z, 'length')}: the water is {show(file.lift.depth, 'length')} deep. Give a place in it."
+            f"depth {show(-z, 'length')}: the water is {show(file.lift.depth, 'length')} deep. Choose a smaller depth."
         )
-    what_hangs = hung(file.crane, file.lift, z)
+    load = suspended_load(file.crane, file.lift, z)
     forcing = forcing_of(waves, file)
-    asked = Steps(progress)
-    duty = replace(what_hangs.duty, sensors=file.lift.sensors)
-    residual = identify_residual(file.crane, duty, mode, progress=asked)
-    found = road(forcing, what_hangs, residual, duration=duration)
-    data = _judged(_labelled(found, waves), what_hangs, residual, file.crane.SWL)
-    T_wire = natural_periods(what_hangs.rod, what_hangs.end, PERIODS)
-    return LiftResponse(data, forcing, what_hangs, residual, asked.calls > 0, T_wire, z, mode)
+    steps = Steps(progress)
+    duty = replace(load.duty, sensors=file.lift.sensors)
+    residual = identify_residual(file.crane, duty, mode, progress=steps)
+    data = frequency_response(forcing, load, residual, duration=duration)
+    data = _with_flags(_labelled(data, waves), load, residual, file.crane.SWL)
+    T_wire = natural_periods(load.rod, load.end, PERIODS)
+    return LiftResponse(data, forcing, load, residual, steps.calls > 0, T_wire, z, mode)
 
 
 def check_place(file: LiftFile) -> None:
     """Refuse a lift without vessel or place of the crane tip. Errors: LiftError."""
     if file.vessel is None or file.at is None:
-        what = "vessel" if file.vessel is None else "place of the crane tip (tip.at, or [boom])"
+        missing = "vessel" if file.vessel is None else "place of the crane tip (tip.at, or [boom])"
         raise LiftError(
-            f"{what}: missing. The frequency road needs vessel and tip; a motion of the tip in their place runs in time"
-            " only."
+            f"{missing}: missing. The frequency-domain method requires vessel and tip; a prescribed motion of the tip"
+            " is simulated in time only."
         )
 
 
 def forcing_of(waves: Waves, file: LiftFile) -> Forcing:
-    """What the waves do at the lift's crane tip and load."""
+    """Forcing by the waves at the lift's crane tip and load."""
     assert file.vessel is not None
     assert file.at is not None
     return forcing_of_waves(waves, file.vessel, file.at.x, file.at.y)
 
 
 def forcing_of_waves(waves: Waves, vessel: Rao, x: float, y: float) -> Forcing:
-    """What the waves do at a crane tip x, y from the vessel's reference point [m], and at the load under it."""
+    """Forcing by the waves at a crane tip x, y from the vessel's reference point [m], and at the load under it."""
     if isinstance(waves.of, Sea):
         return forcing_of_seas(waves.of, vessel, x, y)
     if isinstance(waves.of, SeaStates):
@@ -224,7 +225,7 @@ def forcing_of_waves(waves: Waves, vessel: Rao, x: float, y: float) -> Forcing:
 
 
 def _labelled(data: xarray.Dataset, waves: Waves) -> xarray.Dataset:
-    """The Dataset with the waves beside it, over time where they are records."""
+    """The Dataset with the waves added, over time where they are records."""
     columns: dict[str, FloatArray] = {}
     if isinstance(waves.of, Sea):
         dim, trains = "case", waves.of.trains
@@ -240,21 +241,21 @@ def _attrs(name: str) -> dict[str, str]:
     return {"units": BY_NAME[name].unit, "long_name": BY_NAME[name].meaning}
 
 
-def _judged(data: xarray.Dataset, what: Hung, residual: Residual, SWL: float) -> xarray.Dataset:
-    """The Dataset with what goes beyond a limit in which sea."""
+def _with_flags(data: xarray.Dataset, load: SuspendedLoad, residual: Residual, SWL: float) -> xarray.Dataset:
+    """The Dataset with flags of the seas in which a limit is exceeded."""
     dim = next(iter(data.sizes))
     v, T_z = data["sigma_v"].values, data["T_z"].values
     flags = {
         "saturated": saturation(residual, data["v_mpm"].values, T_z) > 0.0,
         "slack": data["slack_chance"].values > LIKELY,
-        "overload": data["DAF"].values * what.end.m > SWL,
+        "overload": data["DAF"].values * load.end.m > SWL,
     }
     share = (dim, saturation_share(residual, v, T_z), _attrs("saturation_share"))
     return data.assign({"saturation_share": share} | {name: (dim, flag) for name, flag in flags.items()})
 
 
 def saturation(residual: Residual, v: FloatArray, T: FloatArray) -> FloatArray:
-    """Share of the time in which the pumps stand at their stop under sines of speed amplitudes v [m/s] and periods T
+    """Share of the time in which the pumps are at their stop under sines of speed amplitudes v [m/s] and periods T
     [s], (n,); NaN where either is unknown."""
     return table_at(residual.omega, residual.v, residual.saturated, v, T)
 
@@ -282,8 +283,8 @@ def table_at(omega: FloatArray, speeds: FloatArray, table: FloatArray, v: FloatA
     knots = np.concatenate(([0.0], speeds))
     rows = np.array([np.interp(v, knots, [0.0, *row]) for row in table])
     at = np.log(2.0 * math.pi / np.where(T > 0.0, T, np.nan))
-    places, own = np.log(omega), np.arange(len(v))
+    places, each = np.log(omega), np.arange(len(v))
     low = np.clip(np.searchsorted(places, np.nan_to_num(at), side="right") - 1, 0, max(len(places) - 2, 0))
     high = np.minimum(low + 1, len(places) - 1)
     part = np.clip((at - places[low]) / np.where(high > low, places[high] - places[low], 1.0), 0.0, 1.0)
-    return np.asarray(rows[low, own] + part * (rows[high, own] - rows[low, own]))
+    return np.asarray(rows[low, each] + part * (rows[high, each] - rows[low, each]))

@@ -1,4 +1,4 @@
-r"""Drag of the payload made linear: as much damping as takes the same power out of the motion.
+r"""Linearised drag of the payload: the damping that takes the same power out of the motion.
 
 Harmonic: :math:`\Sigma = \frac{8}{3\pi} B \hat v`; Gaussian: :math:`\Sigma = \sqrt{8/\pi}\, B \sigma_v`, with B = rho
 C_D A_p/2 and v the speed of the payload through the water. Source: DNV-RP-N103 section 5 (check against your edition),
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stillhook.base.arrays import ComplexArray, FloatArray
-from stillhook.response.suspended_load import Hung
+from stillhook.response.suspended_load import SuspendedLoad
 from stillhook.response.wire_rod import transfers
 
 
@@ -66,22 +66,23 @@ QUANTITIES = ("load", "load_rate", "relative", "top", "top_rate", "sling", "slin
 with their rates."""
 
 
-def answers(omega: FloatArray, hung: Hung, drag: ArrayLike, give: ArrayLike = 0.0) -> dict[str, Answer]:
-    """Every one of `QUANTITIES` at omega and linear drags [N s/m] that broadcast with it; give of the winch [m/N].
+def answers(omega: FloatArray, load: SuspendedLoad, drag: ArrayLike, compliance: ArrayLike = 0.0) -> dict[str, Answer]:
+    """Every one of `QUANTITIES` at omega and linear drags [N s/m] that broadcast with it; compliance of the winch
+    [m/N].
 
     The wave's force on the payload is that of the water's acceleration on displaced water and added mass, and of drag
     by its speed.
     """
-    t = transfers(omega, hung.rod, hung.end, drag, give)
-    water, rate = hung.decay(omega), 1j * omega
-    inertia = -(omega**2) * (hung.rho_V + hung.end.A33)
+    t = transfers(omega, load.rod, load.end, drag, compliance)
+    water, rate = load.decay(omega), 1j * omega
+    inertia = -(omega**2) * (load.rho_V + load.end.A33)
     F = (inertia + rate * np.asarray(drag, dtype=np.float64)) * water
-    load = Answer(t.load_u, t.load_F * F)
+    motion = Answer(t.load_u, t.load_F * F)
     top, sling = Answer(t.top_u, t.top_F * F), Answer(t.sling_u, t.sling_F * F)
     return {
-        "load": load,
-        "load_rate": Answer(rate * load.u, rate * load.wave),
-        "relative": Answer(rate * load.u, rate * (load.wave - water)),
+        "load": motion,
+        "load_rate": Answer(rate * motion.u, rate * motion.wave),
+        "relative": Answer(rate * motion.u, rate * (motion.wave - water)),
         "top": top,
         "top_rate": Answer(rate * top.u, rate * top.wave),
         "sling": sling,

@@ -1,4 +1,4 @@
-"""Standard deviations of wire, load and tensions in many sea states: drag made linear in each, winch and waves
+"""Standard deviations of wire, load and tensions in many sea states: drag linearised in each, winch and waves
 included."""
 
 from __future__ import annotations
@@ -11,19 +11,19 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.response.forcing import Forcing
 from stillhook.response.linear_drag import QUANTITIES, answers, drag_of_gaussian
-from stillhook.response.suspended_load import Hung
+from stillhook.response.suspended_load import SuspendedLoad
 from stillhook.response.winch.describing_function import Residual
 from stillhook.statistics.products import over_frequency
 
 SPEEDS = np.geomspace(1e-4, 10.0, 36)
-"""Deviations of the payload's speed through the water [m/s] at which everything is worked out; between them in
+"""Deviations of the payload's speed through the water [m/s] at which everything is calculated; between them in
 logarithms, to 0.2 %."""
 SLOW = np.geomspace(0.01, 8.0, 400)
 """Frequencies on which the remnant of the winch is taken to the load [rad/s]."""
 BLOCK = 1024
-"""Sea states that are worked out together at most."""
+"""Largest number of sea states that are calculated together."""
 COARSE = 5
-"""Every which of `SPEEDS` is looked at first."""
+"""Step through `SPEEDS` of the first, coarse search."""
 STILL_WATER = 1e-7
 """Variance of the speed of water at the load, over that of the tip, below which waves do not reach it."""
 LEAST = 1e-300
@@ -45,13 +45,13 @@ class Sigmas(NamedTuple):
     drag: FloatArray
 
 
-def sigmas(forcing: Forcing, hung: Hung, residual: Residual) -> Sigmas:
+def sigmas(forcing: Forcing, load: SuspendedLoad, residual: Residual) -> Sigmas:
     """Standard deviations in every sea state; 0 in a calm one, NaN in a missing one.
 
     Drag and motion agree where the speed through the water with the drag of some speed has the deviation of that speed.
-    That is looked for among `SPEEDS`, from above: with more drag there is less motion, so there is one such place.
-    Where the give of the winch hangs on the tip's speed, a sea state is worked out with that of a lower and of a higher
-    speed, and lies between.
+    That is searched among `SPEEDS`, from above: with more drag there is less motion, so there is one such place.
+    Where the compliance of the winch depends on the tip's speed, a sea state is calculated with that of a lower and of
+    a higher speed, and interpolated.
     """
     out = np.full((len(Sigmas._fields), len(forcing)), np.nan)
     v = forcing.deviation(1)
@@ -59,7 +59,7 @@ def sigmas(forcing: Forcing, hung: Hung, residual: Residual) -> Sigmas:
     out[:, np.isfinite(v)] = 0.0
     if not len(moving):
         return Sigmas(*out)
-    seas, levels = _Seas(forcing, hung, residual), _levels(v[moving], residual)
+    seas, levels = _Seas(forcing, load, residual), _levels(v[moving], residual)
     trial = seas.trials(moving, float(levels[len(levels) // 2]))
     place = np.interp(np.log(v[moving]), np.log(levels), np.arange(len(levels)))
     for k, level in enumerate(levels):
@@ -71,22 +71,22 @@ def sigmas(forcing: Forcing, hung: Hung, residual: Residual) -> Sigmas:
 
 
 def _levels(v: FloatArray, residual: Residual) -> FloatArray:
-    """Deviations of the tip's speed at which the give of the winch is taken, for seas of deviations v: those of its
-    table about them."""
-    if residual.give is None:
+    """Deviations of the tip's speed at which the compliance of the winch is taken, for seas of deviations v: those of
+    its table about them."""
+    if residual.compliance is None:
         return np.ones(1)
-    knots = residual.give.sigma_v
+    knots = residual.compliance.sigma_v
     first = max(int(np.searchsorted(knots, v.min(), side="right")) - 1, 0)
     return np.asarray(knots[first : max(int(np.searchsorted(knots, v.max())), first) + 1])
 
 
 class _Seas:
-    """Sea states on one load and winch, and what all of them share."""
+    """Sea states on one load and winch, and the numbers shared by all of them."""
 
-    def __init__(self, forcing: Forcing, hung: Hung, residual: Residual) -> None:
-        self.forcing, self.hung, self.residual = forcing, hung, residual
+    def __init__(self, forcing: Forcing, load: SuspendedLoad, residual: Residual) -> None:
+        self.forcing, self.load, self.residual = forcing, load, residual
         tip, wave = (np.nansum(each, axis=0) * forcing.omega**2 for each in (forcing.tip, forcing.wave))
-        self.waves = float(np.sum(wave * hung.decay(forcing.omega) ** 2)) > STILL_WATER * float(np.sum(tip))
+        self.waves = float(np.sum(wave * load.decay(forcing.omega) ** 2)) > STILL_WATER * float(np.sum(tip))
         self.v = forcing.deviation(1)
         C = np.zeros(forcing.tip.shape, dtype=complex)
         moving = self.v > 0.0
@@ -102,7 +102,7 @@ class _Seas:
 
     def trials(self, rows: NDArray[np.intp], level: float) -> FloatArray:
         """Those of `SPEEDS` among which drag and motion agree in these seas, with one to spare at both ends."""
-        if self.hung.B <= 0.0:
+        if self.load.B <= 0.0:
             return SPEEDS[:1]
         coarse = SPEEDS[::COARSE]
         tables = _Tables(self, level, coarse)
@@ -111,12 +111,12 @@ class _Seas:
         return SPEEDS[max(low - 1, 0) : high + COARSE + 2]
 
     def at(self, rows: NDArray[np.intp], level: float, trial: FloatArray) -> FloatArray:
-        """Rows of `Sigmas` for some sea states with the give at one speed of the tip, (10, len(rows))."""
+        """Rows of `Sigmas` for some sea states with the compliance at one speed of the tip, (10, len(rows))."""
         tables = _Tables(self, level, trial)
-        found = [_Block(tables, some).sigmas() for some in _blocks(rows)]
-        if any(each is None for each in found):
+        parts = [_Block(tables, some).sigmas() for some in _blocks(rows)]
+        if any(each is None for each in parts):
             return self.at(rows, level, SPEEDS)
-        return np.concatenate([each for each in found if each is not None], axis=1)
+        return np.concatenate([each for each in parts if each is not None], axis=1)
 
 
 def _blocks(rows: NDArray[np.intp]) -> list[NDArray[np.intp]]:
@@ -124,23 +124,25 @@ def _blocks(rows: NDArray[np.intp]) -> list[NDArray[np.intp]]:
 
 
 class _Tables:
-    """What sea states share: squared answers (s, m) by quantity for s trial speeds, and answers to the remnant."""
+    """Shared by all sea states: squared answers (s, m) by quantity for s trial speeds, and answers to the remnant."""
 
     def __init__(self, seas: _Seas, level: float, trial: FloatArray) -> None:
-        forcing, hung, residual = seas.forcing, seas.hung, seas.residual
+        forcing, load, residual = seas.forcing, seas.load, seas.residual
         self.seas, self.trial = seas, trial
-        self.drag = hung.C_lin + drag_of_gaussian(hung.B, trial, hung.V)
+        self.drag = load.C_lin + drag_of_gaussian(load.B, trial, load.V)
 
-        def give(omega: FloatArray) -> ComplexArray:
-            return np.zeros(len(omega), complex) if residual.give is None else residual.give.at(omega, level)
+        def compliance(omega: FloatArray) -> ComplexArray:
+            return (
+                np.zeros(len(omega), complex) if residual.compliance is None else residual.compliance.at(omega, level)
+            )
 
-        at_drags = answers(forcing.omega, hung, self.drag[:, None], give(forcing.omega))
+        at_drags = answers(forcing.omega, load, self.drag[:, None], compliance(forcing.omega))
         self.by_u = {q: np.abs(a.u) ** 2 for q, a in at_drags.items()}
         self.both = {q: 2.0 * a.u * np.conj(a.wave) for q, a in at_drags.items()} if seas.waves else {}
         self.by_wave = {q: np.abs(a.wave) ** 2 for q, a in at_drags.items()} if seas.waves else {}
         self.remnant: dict[str, FloatArray] = {}
         if seas.slow is not None:
-            slow = answers(SLOW, hung, self.drag[:, None], give(SLOW))
+            slow = answers(SLOW, load, self.drag[:, None], compliance(SLOW))
             powers = {q: np.abs(a.u) ** 2 for q, a in slow.items()} | {
                 "u": np.ones((1, len(SLOW))),
                 "u_rate": SLOW[None, :] ** 2,
@@ -154,7 +156,7 @@ def _integrated(density: FloatArray, power: FloatArray) -> FloatArray:
 
 
 class _Block:
-    """Some sea states, worked out together."""
+    """Some sea states, calculated together."""
 
     def __init__(self, tables: _Tables, rows: NDArray[np.intp]) -> None:
         self.t, self.rows = tables, rows
@@ -188,13 +190,13 @@ class _Block:
         if len(trial) not in (1, len(SPEEDS)) and not _within(y, trial):
             return None
         place, share = _agreement(y, trial)
-        own, used = np.arange(len(self.rows)), slice(int(place.min()), int(place.max()) + 2)
+        each, used = np.arange(len(self.rows)), slice(int(place.min()), int(place.max()) + 2)
         low, high = place - used.start, np.minimum(place + 1, len(trial) - 1) - used.start
         fast = over_frequency(self.wire, self.t.seas.forcing.omega[None, :] ** 2)[:, 0]
         out = [np.sqrt(self.wire.sum(axis=1) + self.rest("u")[:, 0]), np.sqrt(fast + self.rest("u_rate")[:, 0])]
         for q in QUANTITIES:
             y = self.variance(q, used)
-            out.append(np.exp(0.5 * (y[own, low] + share * (y[own, high] - y[own, low]))))
+            out.append(np.exp(0.5 * (y[each, low] + share * (y[each, high] - y[each, low]))))
         x = np.log(np.maximum(drag[used], LEAST))
         return np.array([*out, np.where(drag[place] > 0.0, np.exp(x[low] + share * (x[high] - x[low])), 0.0)])
 
@@ -216,6 +218,6 @@ def _agreement(y: FloatArray, trial: FloatArray) -> tuple[NDArray[np.intp], Floa
     last = len(trial) - 2
     place = np.where(faster.any(axis=1), len(trial) - 1 - np.argmax(faster[:, ::-1], axis=1), 0)
     place = np.minimum(place, last)
-    own = np.arange(len(y))
-    fall = gap[own, place] - gap[own, place + 1]
-    return place, np.clip(gap[own, place] / np.where(fall > 0.0, fall, 1.0), 0.0, 1.0)
+    each = np.arange(len(y))
+    fall = gap[each, place] - gap[each, place + 1]
+    return place, np.clip(gap[each, place] / np.where(fall > 0.0, fall, 1.0), 0.0, 1.0)

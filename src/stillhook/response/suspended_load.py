@@ -1,4 +1,4 @@
-"""A payload on its wire at one depth, made linear: rod, end, drag, water, and the tensions that hang there at rest."""
+"""A suspended load at one depth, linearised: rod, end, drag, water, and the static tensions."""
 
 from __future__ import annotations
 
@@ -22,31 +22,25 @@ from stillhook.units import show
 
 
 @dataclass(frozen=True)
-class Hung:
-    """rod, end: wire, hook, slings and payload; s_w wire paid out [m]; B = 1/2 rho C_D A_p [N s^2/m^2] and C_lin [N
-    s/m] drag of the payload; rho_V mass of the water that it displaces [kg]; z height of the middle of the payload
-    above still water [m], at which waves act (None: in air); depth of the water [m]; F_top tension at the crane tip,
-    F_sling in the slings, at rest [N]; sensors of the winch; V mean speed at which the payload goes through the water,
-    either sign
-    [m/s], which adds to the damping
-    by drag."""
+class SuspendedLoad:
+    """Wire, hook, slings and payload at one depth, linearised about rest."""
 
     rod: Rod
     end: End
-    s_w: float
-    F_top: float
-    F_sling: float
-    B: float = 0.0
-    C_lin: float = 0.0
-    rho_V: float = 0.0
-    z: float | None = None
-    depth: float = math.inf
-    sensors: Sensors = field(default_factory=Sensors)
-    V: float = 0.0
+    s_w: float  # wire paid out [m]
+    F_top: float  # static tension at the crane tip [N]
+    F_sling: float  # static tension in the slings [N]
+    B: float = 0.0  # drag of the payload, 1/2 rho C_D A_p [N s^2/m^2]
+    C_lin: float = 0.0  # linear drag of the payload [N s/m]
+    rho_V: float = 0.0  # mass of the displaced water [kg]
+    z: float | None = None  # height of the middle of the payload above still water, where waves act [m]; None: in air
+    depth: float = math.inf  # of the water [m]
+    sensors: Sensors = field(default_factory=Sensors)  # of the winch
+    V: float = 0.0  # mean speed of the payload through the water, either sign [m/s]; adds to the damping by drag
 
     @property
     def duty(self) -> Duty:
-        """What the winch holds."""
+        """Duty of the winch."""
         return Duty(F=self.F_top, s_w=self.s_w, sensors=self.sensors)
 
     def decay(self, omega: FloatArray) -> FloatArray:
@@ -56,25 +50,25 @@ class Hung:
         return np.asarray(decay(wavenumber(omega, self.depth), np.array([self.z]), self.depth)[0])
 
 
-def hung(crane: Crane, lift: Lowering, z: float) -> Hung:
-    """What hangs with the payload's underside z [m] above still water (negative: below), from the same lift that is
+def suspended_load(crane: Crane, lift: Lowering, z: float) -> SuspendedLoad:
+    """The load with the payload's underside z [m] above still water (negative: below), from the same lift that is
     lowered in time.
 
-    In air, or wholly under water: what the surface does to a payload that it cuts is not linear. Near the bottom
-    (`Payload.seabed`) added mass and drag grow, which is left out. Material damping is that of the crane's `wire.zeta`
-    at this depth.
+    In air, or completely submerged: forces on a payload that pierces the surface are not linear. Near the bottom
+    (`Payload.seabed`) added mass and drag grow, which is not included. Material damping is that of the crane's
+    `wire.zeta` at this depth.
     Errors: LiftError for a payload in the surface, below the seabed, or wire that the drum does not have.
     """
     load, rho = lift.payload, lift.rho
     if -load.reach(rho) < z < 0.0:
         raise LiftError(
-            f'payload "{load.name}": with its underside {show(-z, "length")} under water the surface cuts it, and'
-            " nothing is linear. "
-            f"Give 0 m or more above, {show(load.reach(rho), 'length')} or more below, or lower it in time."
+            f'payload "{load.name}": with its underside {show(-z, "length")} under water it pierces the surface,'
+            " and the method is linear. Choose 0 m or more above,"
+            f" {show(load.reach(rho), 'length')} or more below, or simulate the lowering in time."
         )
     if z < -lift.depth:
         raise LiftError(
-            f"z {show(z, 'length')} is below the seabed at {show(lift.depth, 'length')}. Give a place in the water."
+            f"z {show(z, 'length')} is below the seabed at {show(lift.depth, 'length')}. Choose a depth above it."
         )
     still = hanging(crane, lift, z)
     EA, _ = wire_strength(crane)
@@ -97,4 +91,4 @@ def hung(crane: Crane, lift: Lowering, z: float) -> Hung:
     k_top = EA / crane.wire.L_0 if crane.wire.L_0 > 0.0 else math.inf
     rod = Rod(L=L, EA=EA, mu=mu, w=(still.F_tip - still.F_hook) / L, beta=2.0 * crane.wire.zeta / omega, k_top=k_top)
     under = {"B": load.drag(rho), "C_lin": load.C_lin, "rho_V": rho * wet.V, "z": z + load.height / 2.0} if wet else {}
-    return Hung(rod, end, L, still.F_tip, F_sling, depth=lift.depth, sensors=lift.sensors, **under)
+    return SuspendedLoad(rod, end, L, still.F_tip, F_sling, depth=lift.depth, sensors=lift.sensors, **under)

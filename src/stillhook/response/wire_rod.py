@@ -9,8 +9,8 @@ With exp(+i omega t):
     K = EA(1 + i \omega\beta)/L
 
 u is the motion of the wire's top end: the crane tip less the wire that the winch pays out. The short wire from drum to
-tip may stand above it as a spring, through which u comes. At the lower end hangs the hook (mass m_h), and
-under it, on slings, the payload. Tension is what the motion adds to the weight, pulling positive.
+tip may be included above it as a spring, through which u acts. The lower end carries the hook (mass m_h), and
+under it, on slings, the payload. Tension is the dynamic part in addition to the weight, pulling positive.
 
 Valid while nothing goes slack and wire and payload move a little about one depth. Source: wave equation of a bar, any
 textbook; the frequency equation nu tan(nu) = m L/(M + A33) for a rigid end as in DNV-RP-N103 section 5 (check against
@@ -30,7 +30,7 @@ from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import LiftError
 
 SCAN = 1.0 / 64.0
-"""Steps of the wire's own angle p, in half turns, on which natural frequencies are looked for; two of them lie further
+"""Steps of the wire's own angle p, in half turns, on which natural frequencies are looked for; two of them are further
 apart unless slings and wire happen to ring together within a hundredth."""
 
 
@@ -52,13 +52,13 @@ class Rod:
     def __post_init__(self) -> None:
         for name, least in (("L", 0.0), ("EA", 0.0)):
             if not (math.isfinite(value := getattr(self, name)) and value > least):
-                raise LiftError(f"Rod: {name} = {value!r} is not a number above 0. Give it in SI.")
+                raise LiftError(f"Rod: {name} = {value!r} is not a number above 0. Enter it in SI.")
         for name in ("mu", "w", "beta"):
             if not (math.isfinite(value := getattr(self, name)) and value >= 0.0):
-                raise LiftError(f"Rod: {name} = {value!r} is not a number of 0 or more. Give it in SI.")
+                raise LiftError(f"Rod: {name} = {value!r} is not a number of 0 or more. Enter it in SI.")
         if not self.k_top > 0.0:
             raise LiftError(
-                f"Rod: k_top = {self.k_top!r} is not above 0. Give the spring above the wire in N/m, or leave it out."
+                f"Rod: k_top = {self.k_top!r} is not above 0. Enter the spring above the wire in N/m, or leave it out."
             )
 
     @property
@@ -68,13 +68,13 @@ class Rod:
 
     @property
     def mass(self) -> float:
-        """Mass of the whole wire [kg]."""
+        """Mass of the complete wire [kg]."""
         return self.mu * self.L
 
 
 @dataclass(frozen=True)
 class End:
-    """What hangs at the wire's end: m payload [kg]; A33 its added mass [kg]; m_h hook [kg]; slings of stiffness k_s
+    """Load at the wire's end: m payload [kg]; A33 its added mass [kg]; m_h hook [kg]; slings of stiffness k_s
     [N/m] between hook and payload (infinite: one body) with damping c_s [N s/m]."""
 
     m: float
@@ -86,14 +86,14 @@ class End:
     def __post_init__(self) -> None:
         for name in ("m", "A33", "m_h", "c_s"):
             if not (math.isfinite(value := getattr(self, name)) and value >= 0.0):
-                raise LiftError(f"End: {name} = {value!r} is not a number of 0 or more. Give it in SI.")
+                raise LiftError(f"End: {name} = {value!r} is not a number of 0 or more. Enter it in SI.")
         if not self.k_s > 0.0:
             raise LiftError(
-                f"End: k_s = {self.k_s!r} is not above 0. Give the slings' stiffness in N/m, or leave it out for one"
+                f"End: k_s = {self.k_s!r} is not above 0. Enter the slings' stiffness in N/m, or leave it out for one"
                 " body."
             )
         if self.moving + self.m_h <= 0.0:
-            raise LiftError("End: nothing hangs on the wire. Give m or m_h above 0.")
+            raise LiftError("End: no mass at the end of the wire. Enter m or m_h above 0.")
 
     @property
     def moving(self) -> float:
@@ -109,7 +109,7 @@ def static_stretch(rod: Rod, W: float) -> float:
 
 def first_period_by_rule(rod: Rod, end: End) -> float:
     """First natural period with a third of the wire's mass at its end, 2 pi sqrt((M + A33 + m L/3)/K) [s]; slings in
-    series. Closed form to print beside the exact one: 1 % low or less while the wire weighs less than the load."""
+    series. Closed form to compare with the exact one: 1 % low or less while the wire weighs less than the load."""
     K = 1.0 / (1.0 / rod.K + 1.0 / end.k_s + 1.0 / rod.k_top)
     return 2.0 * math.pi * math.sqrt((end.moving + end.m_h + rod.mass / 3.0) / K)
 
@@ -118,7 +118,7 @@ def natural_periods(rod: Rod, end: End, n: int = 1) -> FloatArray:
     """The n longest natural periods of wire, hook and payload without damping, top end held [s], shape (n,), the
     longest first.
 
-    Exact for the rod: roots of K p cos p + D(omega) sin p = 0 with D the dynamic stiffness of what hangs below, found
+    Exact for the rod: roots of K p cos p + D(omega) sin p = 0 with D the dynamic stiffness of the load below, located
     one by one along the wire's angle p and refined to 1e-12. A wire without mass has as many periods as there are
     masses below; the rest are 0.
     """
@@ -170,8 +170,8 @@ def _periods_without_mass(rod: Rod, end: End, n: int) -> FloatArray:
         periods[0] = 2.0 * math.pi * math.sqrt((end.moving + end.m_h) * (1.0 / k + 1.0 / k_s))
         return periods
     a, b, c = end.m_h * end.moving, -(end.m_h * end.k_s + end.moving * (k + end.k_s)), k * end.k_s
-    found = 2.0 * math.pi / np.sqrt(np.sort(np.roots([a, b, c]).real))
-    periods[: min(n, 2)] = found[:n]
+    both = 2.0 * math.pi / np.sqrt(np.sort(np.roots([a, b, c]).real))
+    periods[: min(n, 2)] = both[:n]
     return periods
 
 
@@ -202,7 +202,7 @@ class Transfers(NamedTuple):
     sling_F: ComplexArray
 
 
-def transfers(omega: ArrayLike, rod: Rod, end: End, drag: ArrayLike = 0.0, give: ArrayLike = 0.0) -> Transfers:
+def transfers(omega: ArrayLike, rod: Rod, end: End, drag: ArrayLike = 0.0, compliance: ArrayLike = 0.0) -> Transfers:
     r"""Motion and tension per motion of the wire's top end and per force on the payload.
 
     .. math:: q_L = \frac{K u + F_e\,\mathrm{sinc}\,p}{K\cos p + D\,\mathrm{sinc}\,p}, \quad
@@ -211,14 +211,14 @@ def transfers(omega: ArrayLike, rod: Rod, end: End, drag: ArrayLike = 0.0, give:
 
     with F_e = F k_s/(k_s + D_p), written with sinc p = sin(p)/p so that a wire without mass is a spring.
 
-    Parameters: omega [rad/s], above 0; drag Sigma linear drag of the payload [N s/m]; give complex compliance of the
-    winch, wire paid out per tension [m/N], through which u comes as through `Rod.k_top`; all broadcast. A force up on
+    Parameters: omega [rad/s], above 0; drag Sigma linear drag of the payload [N s/m]; compliance complex, that of the
+    winch, wire paid out per tension [m/N], in series with `Rod.k_top`; all broadcast. A force up on
     the payload slackens the wire: top_F is negative at low frequencies.
     """
     w, Sigma, Y = (
         np.asarray(omega, dtype=np.float64),
         np.asarray(drag, dtype=np.float64),
-        np.asarray(give, dtype=np.complex128),
+        np.asarray(compliance, dtype=np.complex128),
     )
     EA = rod.EA * (1.0 + 1j * w * rod.beta)
     K = EA / rod.L

@@ -69,7 +69,7 @@ class Alpha:
     alpha: float | None
     op_wf: float | None
     weather_restricted: bool
-    why: str = ""
+    reason: str = ""
     table: str = ""
 
     @property
@@ -92,13 +92,13 @@ def load_alpha_table(name_or_path: str = DEFAULT, option: str = "--table") -> Al
 
     Errors: WeatherError of one line that names file and field.
     """
-    own = Path(name_or_path)
-    if name_or_path not in alpha_tables() and not own.suffix:
+    path = Path(name_or_path)
+    if name_or_path not in alpha_tables() and not path.suffix:
         raise WeatherError(
             f"{option} {came(name_or_path)}: no such table of alpha factors. There are {', '.join(alpha_tables())}"
             f"{nearest(name_or_path, alpha_tables())[:-1]}, or give a TOML file."
         )
-    file = _SHELF / f"{name_or_path}.toml" if name_or_path in alpha_tables() else own
+    file = _SHELF / f"{name_or_path}.toml" if name_or_path in alpha_tables() else path
     try:
         return _table(
             parsed(toml_text(file), file.name, FileKind.ALPHA, start=f"Copy {DEFAULT}.toml and change it."),
@@ -161,11 +161,11 @@ def alpha_of(table: AlphaTable, hs: float, T_POP: float, T_C: float | None = Non
             " time must be above 0, the contingency not below. Check the numbers."
         )
     T_R, restricted = reference_period(table, T_POP, T_C)
-    alpha, why = _alpha(table, hs, T_POP, option)
-    if not restricted and not why:
-        why = _unrestricted(table, T_POP, T_R)
+    alpha, reason = _alpha(table, hs, T_POP, option)
+    if not restricted and not reason:
+        reason = _unrestricted(table, T_POP, T_R)
     op_wf = None if alpha is None else alpha * hs
-    return Alpha(hs, T_POP, T_R - T_POP, T_R, alpha, op_wf, restricted, why, table.source)
+    return Alpha(hs, T_POP, T_R - T_POP, T_R, alpha, op_wf, restricted, reason, table.source)
 
 
 def reference_period(table: AlphaTable, T_POP: float, T_C: float | None = None) -> tuple[float, bool]:

@@ -31,12 +31,12 @@ def persistence_answer(
     `limit_text.inside_by_heading`."""
     workable, valid = inside_by_heading(limits, weather, ship, free=free)
     rows, step = every(weather, valid)
-    found = persistence(workable[:, rows], weather.time[rows], step, window, valid=valid[rows])
+    statistics = persistence(workable[:, rows], weather.time[rows], step, window, valid=valid[rows])
     part = f"1 of {number(len(weather) / len(rows), 3)} records"
     less = f"limits can be judged on {part} only, {step / 60.0:g} min apart: the answer is about these"
     notes = [*([less] if len(rows) < len(weather) else []), *weather.notes]
     turned = any(BETA in limit.columns for limit in limits)
-    numbers = found.numbers()
+    numbers = statistics.numbers()
     return (
         {"file": weather.source, "start": stamp(weather.time[0]), "end": stamp(weather.time[-1]), "step": step}
         | {
@@ -47,7 +47,7 @@ def persistence_answer(
         | {"n_records": len(rows), "n_valid": int(np.count_nonzero(valid[rows]))}
         | numbers
         | {"hours": _hours(numbers | {"window": window})}
-        | {"months": [month.numbers() for month in found.months]}
+        | {"months": [month.numbers() for month in statistics.months]}
         | (
             {"by_heading": [{"ship": s, "operability": o} for s, o in by_heading(limits, weather)]}
             if free and turned

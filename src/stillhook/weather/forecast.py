@@ -60,7 +60,7 @@ class Forecast:
     starts: tuple[Start, ...] = field(repr=False)
     factors: tuple[Alpha, ...]
     T_R: float
-    why: str = ""
+    reason: str = ""
     notes: tuple[str, ...] = ()
 
 
@@ -87,17 +87,17 @@ def check_forecast(
     factors = {i: alpha_of(table, limits[i].range.high, T_POP, T_C) for i in heights}
     for i in heights:
         if factors[i].alpha is None:
-            raise WeatherError(f"--limit {limits[i].text}: {factors[i].why}")
+            raise WeatherError(f"--limit {limits[i].text}: {factors[i].reason}")
     scaled = [limit.scaled(factors[i].alpha or 0.0) if i in factors else limit for i, limit in enumerate(limits)]
     rows, one = rows_of(weather, start, horizon), factors[heights[0]]
     met, valid = inside_by_heading(scaled, weather, ship, free=free)
     looked = starts_of(weather, met, valid, () if free else bounds(weather, scaled, ship), rows, one.T_R)
     notes = tuple(f"no alpha on {limit.text}: taken as it is" for i, limit in enumerate(limits) if i not in factors)
     if not one.weather_restricted:
-        return Forecast(False, None, looked, tuple(factors.values()), one.T_R, one.why, notes)
+        return Forecast(False, None, looked, tuple(factors.values()), one.T_R, one.reason, notes)
     found = next((s.time for s in looked if s.go), None)
-    why = "" if looked[0].go else why_not(looked[0], one.T_R, weather)
-    return Forecast(bool(looked[0].go), found, looked, tuple(factors.values()), one.T_R, why, notes)
+    reason = "" if looked[0].go else reason_against(looked[0], one.T_R, weather)
+    return Forecast(bool(looked[0].go), found, looked, tuple(factors.values()), one.T_R, reason, notes)
 
 
 def rows_of(weather: Weather, start: np.datetime64 | None, horizon: float) -> NDArray[np.intp]:
@@ -117,7 +117,7 @@ def starts_of(
 ) -> tuple[Start, ...]:
     """Every start of rows (k,), judged by which records meet all limits at each heading that is kept (heading, n), and
     which are known (n,); upper tells which limit governs."""
-    windows, told = (
+    windows, known = (
         windows_of(met, weather.time, weather.step),
         windows_of(valid, weather.time, weather.step).starts(T_R),
     )
@@ -127,7 +127,7 @@ def starts_of(
     for i in rows:
         last = int(np.searchsorted(t, t[i] + T_R - SLACK))
         go: bool | None = bool(within[i])
-        if not go and not told[i] and not np.any(valid[i:last] & ~met[:, i:last], axis=1).all():
+        if not go and not known[i] and not np.any(valid[i:last] & ~met[:, i:last], axis=1).all():
             go = None
         starts.append(
             Start(
@@ -175,7 +175,7 @@ def _governing(upper: Sequence[Bound], rows: slice, heading: np.intp | None) -> 
     return ("", None, None) if most is None else most[1:]
 
 
-def why_not(first: Start, T_R: float, weather: Weather) -> str:
+def reason_against(first: Start, T_R: float, weather: Weather) -> str:
     """Why a start is a no, in one line."""
     length = f"the {T_R / 3600.0:g} h of T_R"
     if first.go is None:
@@ -187,20 +187,20 @@ def why_not(first: Start, T_R: float, weather: Weather) -> str:
     return f"no-go at {first.time}: a limit is exceeded within {length}{by}"
 
 
-def numbers(found: Forecast) -> dict[str, Any]:
+def numbers(forecast: Forecast) -> dict[str, Any]:
     """The answer by name [SI]; alpha and op_wf of the first limit on the height, every one under factors."""
-    one = found.factors[0]
-    first = None if found.first_start is None else _text(found.first_start)
+    one = forecast.factors[0]
+    first = None if forecast.first_start is None else _text(forecast.first_start)
     return {
-        "go": found.go,
+        "go": forecast.go,
         "first_start": first,
-        "why": found.why,
-        **{key: value for key, value in one.numbers().items() if key != "why"},
-        "factors": [f.numbers() for f in found.factors],
-        "n_starts": len(found.starts),
-        "n_go": sum(s.go is True for s in found.starts),
-        "starts": started(found.starts),
-        "notes": list(found.notes),
+        "reason": forecast.reason,
+        **{key: value for key, value in one.numbers().items() if key != "reason"},
+        "factors": [f.numbers() for f in forecast.factors],
+        "n_starts": len(forecast.starts),
+        "n_go": sum(s.go is True for s in forecast.starts),
+        "starts": started(forecast.starts),
+        "notes": list(forecast.notes),
     }
 
 

@@ -115,16 +115,16 @@ def parse_limit(text: str, where: str = "--limit") -> Limit:
 
 
 def _range(part: str, text: str, where: str) -> Range:
-    if found := _RANGE.fullmatch(part):
-        name = _column(found[1], text, where)
-        low, high = (_value(f"{number} {found[4]}", name, text, where) for number in (found[2], found[3]))
+    if match := _RANGE.fullmatch(part):
+        name = _column(match[1], text, where)
+        low, high = (_value(f"{number} {match[4]}", name, text, where) for number in (match[2], match[3]))
         if low > high and KIND[name] != "angle":
             raise WeatherError(f"{where} {came(text)}: the range ends below its start. Write the lower end first.")
         return Range(name, low, high)
-    found = _BOUND.fullmatch(part)
-    if found is None:
+    match = _BOUND.fullmatch(part)
+    if match is None:
         raise WeatherError(f"{where} {came(text)}: is no limit. Write one such as {EXAMPLES}.")
-    name, sign = _column(found[1], text, where), found[2]
+    name, sign = _column(match[1], text, where), match[2]
     if sign in ("<", ">", "=", "=="):
         raise WeatherError(f"{where} {came(text)}: limits are inclusive. Write <= or >=.")
     if KIND[name] == "angle":
@@ -132,7 +132,7 @@ def _range(part: str, text: str, where: str) -> Range:
             f'{where} {came(text)}: a direction has no lower and upper side. Write a range such as "{name} 150..210'
             ' deg".'
         )
-    value = _value(found[3], name, text, where)
+    value = _value(match[3], name, text, where)
     return Range(name, high=value) if sign in ("<=", "=<", "≤") else Range(name, low=value)
 
 
@@ -196,12 +196,12 @@ def _of_heading(limits: Sequence[Limit]) -> bool:
 def by_heading(limits: Sequence[Limit], weather: Weather) -> list[tuple[float, float]]:
     """Headings that a ship free to turn tries [rad from north], each with the share of valid records inside all limits
     if it is held."""
-    found = []
+    match = []
     for heading in free_headings():
         met, valid = _inside(limits, weather, float(heading))
         n_valid = int(np.count_nonzero(valid))
-        found.append((float(heading), float(np.count_nonzero(met) / n_valid) if n_valid else math.nan))
-    return found
+        match.append((float(heading), float(np.count_nonzero(met) / n_valid) if n_valid else math.nan))
+    return match
 
 
 def _inside(
@@ -225,8 +225,8 @@ def values(weather: Weather, name: str, limit: Limit, ship: float | None) -> Flo
     column = "come_from" if name == BETA else name
     if column not in weather.columns:
         have = ", ".join(weather.columns) or "nothing"
-        why = next((note for note in weather.notes if column == "come_from" and "direction" in note), "")
-        do = why[:1].upper() + why[1:] if why else "Drop the limit, or map a column to it with --column."
+        hint = next((note for note in weather.notes if column == "come_from" and "direction" in note), "")
+        do = hint[:1].upper() + hint[1:] if hint else "Drop the limit, or map a column to it with --column."
         raise WeatherError(f"--limit {came(limit.text)}: {weather.source} tells no {column}; it tells {have}. {do}")
     x = weather.columns[column]
     if not np.isfinite(x).any():

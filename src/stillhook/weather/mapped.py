@@ -15,7 +15,7 @@ NAMED = ("Hs", "Tp", "Tz", "wind", "come_from", "wind_from", "current")
 def mapped(headings: Mapping[str, str], where: str) -> dict[str, str]:
     """Names as users write them -> headings, as `stillhook.formats.weather.file.read_weather` wants them. Errors:
     WeatherError."""
-    found = {}
+    columns = {}
     for name, heading in headings.items():
         key = SPELT.get(name.strip().lower())
         if key is None or key == BETA:
@@ -25,5 +25,5 @@ def mapped(headings: Mapping[str, str], where: str) -> dict[str, str]:
                 f"{where} {name} = {came(heading)}: write a heading of the file, with its unit in brackets if it has"
                 " none."
             )
-        found[key] = heading.strip()
-    return found
+        columns[key] = heading.strip()
+    return columns

@@ -71,10 +71,10 @@ class Persistence:
         """Its numbers by name [SI], counts as whole numbers; a month's begin with which it is."""
         hours = round(self.n_hours, 9)
         hours = int(hours) if hours.is_integer() else hours
-        own = {name: value for name, value in vars(self).items() if name not in ("month", "months")} | {
+        values = {name: value for name, value in vars(self).items() if name not in ("month", "months")} | {
             "n_hours": hours
         }
-        return own if self.month is None else {"month": self.month} | own
+        return values if self.month is None else {"month": self.month} | values
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,9 +155,9 @@ def persistence(
     if not (0.0 < window < math.inf) or not (0.0 < step < math.inf):
         raise WeatherError(f"weather: a window of {window:g} s in steps of {step:g} s. Give times longer than 0 s.")
     work: BoolArray = np.atleast_2d(np.asarray(workable, dtype=np.bool_)) & known
-    found = windows_of(work, time, step)
-    can_start, could_start = found.starts(window), windows_of(known, time, step).starts(window)
-    parts = (time, step, window, np.any(work, axis=0), known, found, can_start, could_start, waits(can_start, time))
+    windows = windows_of(work, time, step)
+    can_start, could_start = windows.starts(window), windows_of(known, time, step).starts(window)
+    parts = (time, step, window, np.any(work, axis=0), known, windows, can_start, could_start, waits(can_start, time))
     months = np.asarray(time.astype("datetime64[M]").astype(np.int64) % 12 + 1)
     return _counted(*parts, months=months, tell=(*(m for m in range(1, 13) if np.any(months == m)),))
 
@@ -168,7 +168,7 @@ def _counted(
     window: float,
     work: BoolArray,
     known: BoolArray,
-    found: Windows,
+    windows: Windows,
     can_start: BoolArray,
     could_start: BoolArray,
     wait: FloatArray,
@@ -179,13 +179,13 @@ def _counted(
 ) -> Persistence:
     """Numbers of all records, with those of the months to tell; or of the records of one month."""
     rows = np.ones(len(work), dtype=np.bool_) if month is None else months == month
-    lengths = found.length[rows[found.first]]
+    lengths = windows.length[rows[windows.first]]
     known_waits = wait[rows & np.isfinite(wait)]
     n_valid, n_starts = int(np.count_nonzero(known & rows)), int(np.count_nonzero(could_start & rows))
     p50, p90 = (
         (float(x) for x in np.percentile(known_waits, (50.0, 90.0))) if len(known_waits) else (math.nan, math.nan)
     )
-    parts = (time, step, window, work, known, found, can_start, could_start, wait)
+    parts = (time, step, window, work, known, windows, can_start, could_start, wait)
     return Persistence(
         n_hours=int(np.count_nonzero(rows)) * step / HOUR,
         n_missing=int(np.count_nonzero(~known & rows)),

@@ -18,16 +18,16 @@ AT_LEAST = 2
 def every(weather: Weather, known: NDArray[np.bool_]) -> tuple[NDArray[np.intp], float]:
     """Records (k,) that a question is about, and what each stands for [s]: all, unless known ones come regularly and
     further apart."""
-    whole = np.arange(len(weather)), weather.step
+    everything = np.arange(len(weather)), weather.step
     rows = np.flatnonzero(known)
     if len(rows) < 3 or 2 * len(rows) > len(weather):
-        return whole
+        return everything
     apart = usual_step(weather.time[rows])
     alike = np.diff(weather.time[rows]) / np.timedelta64(1, "ms") == 1000.0 * apart
     if apart < AT_LEAST * weather.step or np.mean(alike) < MOSTLY:
-        return whole
+        return everything
     phase = (weather.time - weather.time[0]) / np.timedelta64(1, "ms") % (1000.0 * apart)
     phases, counts = np.unique(phase[rows], return_counts=True)
     if counts.max() < MOSTLY * len(rows):
-        return whole
+        return everything
     return np.flatnonzero(phase == phases[np.argmax(counts)]), apart

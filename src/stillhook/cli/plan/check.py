@@ -91,28 +91,28 @@ def _weather(weather: dict[str, Any]) -> str:
         if weather["ship"] is None
         else f"the ship heads {math.degrees(weather['ship']):.4g} deg from north"
     )
-    said = "".join(f"; {note}" for note in weather["notes"])
+    notes = "".join(f"; {note}" for note in weather["notes"])
     span = f"{weather['n']} records every {weather['step'] / 3600.0:g} h from {weather['first']} to {weather['last']}"
-    return f"weather {weather['file']}: {span}, with {', '.join(weather['columns'])}; {ship}{said}"
+    return f"weather {weather['file']}: {span}, with {', '.join(weather['columns'])}; {ship}{notes}"
 
 
 def _rules(answer: dict[str, Any]) -> list[list[str]]:
     """A row for each rule and limit, with the phases and alternatives in which it is so."""
-    found: dict[tuple[str, str, str, str], dict[str, list[str]]] = {}
+    rows_by_limit: dict[tuple[str, str, str, str], dict[str, list[str]]] = {}
     for at in answer["limits"]:
         for rule in at["rules"]:
             limit = f"{human(rule['quantity'], rule['limit'], 4)} {unit_of(rule['quantity'])}".rstrip()
-            row = found.setdefault((rule["rule"], rule["quantity"], limit, rule["why"]), {})
+            row = rows_by_limit.setdefault((rule["rule"], rule["quantity"], limit, rule["basis"]), {})
             row.setdefault(at["phase"], []).append(at["alternative"])
     order = {row["key"]: i for i, row in enumerate(answer["rules"]["rows"])}
     phases, alternatives = [row["name"] for row in answer["phases"]], answer["alternatives"]
     rows = []
-    for (key, quantity, limit, why), where in sorted(found.items(), key=lambda item: order[item[0][0]]):
+    for (key, quantity, limit, basis), where in sorted(rows_by_limit.items(), key=lambda item: order[item[0][0]]):
         for under in dict.fromkeys(tuple(names) for names in where.values()):
-            own = [phase for phase, names in where.items() if tuple(names) == under]
-            rows.append([key, quantity, _some(own, phases), _some(under, alternatives), limit, why])
+            of_phases = [phase for phase, names in where.items() if tuple(names) == under]
+            rows.append([key, quantity, _some(of_phases, phases), _some(under, alternatives), limit, basis])
     return rows
 
 
-def _some(names: Sequence[str], whole: Sequence[str]) -> str:
-    return "all" if len(names) == len(whole) > 1 else ", ".join(names)
+def _some(names: Sequence[str], everything: Sequence[str]) -> str:
+    return "all" if len(names) == len(everything) > 1 else ", ".join(names)

@@ -190,7 +190,7 @@ def _told(alternatives: list[dict[str, Any]]) -> dict[str, list[str]]:
     """Why alternatives are credited as they are, with those that it holds for."""
     out: dict[str, list[str]] = {}
     for each in alternatives:
-        out.setdefault(each["tells"], []).append(each["name"])
+        out.setdefault(each["credit_note"], []).append(each["name"])
     return out
 
 

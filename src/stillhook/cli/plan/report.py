@@ -32,17 +32,17 @@ def report(results: Results, out: Out = None, figures: Figures = False, json: Js
     from stillhook.plan.report.document import headline
     from stillhook.plan.report.save import check, save_report
 
-    found = load_plan_result(results)
+    result = load_plan_result(results)
     folder = out or (results.parent if results.name in PLAN_FILES else results)
-    check(found)
+    check(result)
     say("drawing and setting the report ...")
-    names = save_report(found, folder, figures=figures)
-    told = headline(found)
+    names = save_report(result, folder, figures=figures)
+    answer = headline(result)
     if json:
-        print_json({"name": found.name, "answer": told["word"], "files": [str(folder / name) for name in names]})
+        print_json({"name": result.name, "answer": answer["word"], "files": [str(folder / name) for name in names]})
     else:
-        print(f"{found.name}: {told['word']}")
-        for line in told["said"]:
+        print(f"{result.name}: {answer['word']}")
+        for line in answer["said"]:
             wrapped(line, "  ")
         print(f"written: {', '.join(str(folder / name) for name in names)}")
-    raise typer.Exit(0 if told["yes"] else 1)
+    raise typer.Exit(0 if answer["yes"] else 1)

@@ -125,48 +125,53 @@ def response(
     waves = waves_of(file, sea, wave, heading, spread, ship, record)
     try:
         with progress_bar(f"{file.crane.name}: asking the twin") as bar:
-            told = started(file.crane, bar)
-            found = response_at(
-                file, waves, -compensated_depth(file.lift) if z is None else z, mode=mode, duration=time, progress=told
+            report = started(file.crane, bar)
+            response = response_at(
+                file,
+                waves,
+                -compensated_depth(file.lift) if z is None else z,
+                mode=mode,
+                duration=time,
+                progress=report,
             )
     except StillhookError as e:
         raise type(e)(f"{Path(lift).name}: {e}") from None
-    answer = answer_of(found, file, waves)
+    answer = answer_of(response, file, waves)
     if out is not None:
         short = {name: value for name, value in answer.items() if name != "records"}
-        write_response(out, stamped(found.data, answer), short, _figure(found, answer))
+        write_response(out, stamped(response.data, answer), short, _figure(response, answer))
     if json:
         print_json(answer)
     else:
-        _print(file, found, answer)
+        _print(file, response, answer)
         if out is not None:
             print("written: " + ", ".join(str(out / name) for name in OUT_FILES))
     raise typer.Exit(0 if answer.get("status", "ok") == "ok" else 1)
 
 
-def _figure(found: LiftResponse, answer: dict[str, Any]) -> Any:
+def _figure(response: LiftResponse, answer: dict[str, Any]) -> Any:
     from stillhook.report.save.response import sea_figure, year_figure
     from stillhook.response.results import spectra
 
     title = (
-        f"{answer['lift']}: {answer['crane']}, {answer['mode']}, payload at {human('depth', -found.z, 5)}"
+        f"{answer['lift']}: {answer['crane']}, {answer['mode']}, payload at {human('depth', -response.z, 5)}"
         f" m\n{answer['place']}"
     )
-    if "time" in found.data.dims:
-        return year_figure(found.data, title)
-    return sea_figure(found.forcing.omega, spectra(found), float(found.T_wire[0]), title)
+    if "time" in response.data.dims:
+        return year_figure(response.data, title)
+    return sea_figure(response.forcing.omega, spectra(response), float(response.T_wire[0]), title)
 
 
-def _print(file: LiftFile, found: LiftResponse, answer: dict[str, Any]) -> None:
+def _print(file: LiftFile, response: LiftResponse, answer: dict[str, Any]) -> None:
     from stillhook.units import show
 
     wrapped(f"{answer['lift']}: {answer['crane']}, {answer['mode']}, {answer['place']}")
     load = file.lift.payload
-    where = f"{show(-found.z, 'length')} below" if found.z < 0.0 else f"{show(found.z, 'length')} above"
-    hangs = f"its underside {where} still water on {show(found.hung.s_w, 'length')} of wire"
+    where = f"{show(-response.z, 'length')} below" if response.z < 0.0 else f"{show(response.z, 'length')} above"
+    hangs = f"its underside {where} still water on {show(response.load.s_w, 'length')} of wire"
     wrapped(f"{load.title or load.name}, {show(load.mass, 'mass')}, {hangs}")
-    periods = ", ".join(f"{T:.3g} s" for T in found.T_wire)
-    rest = f"{show(found.hung.F_top, 'force')} at the tip, {show(found.hung.F_sling, 'force')} in the slings"
+    periods = ", ".join(f"{T:.3g} s" for T in response.T_wire)
+    rest = f"{show(response.load.F_top, 'force')} at the tip, {show(response.load.F_sling, 'force')} in the slings"
     wrapped(f"natural periods with the top held: {periods}; at rest {rest}")
     if "status" in answer:
         _print_sea(answer)

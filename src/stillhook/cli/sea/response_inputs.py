@@ -62,25 +62,25 @@ def waves_of_file(sea: Path, heading: str | None, spread: float | None, ship: st
         None if text is None else parse_direction(text, name)
         for text, name in ((heading, "--heading"), (ship, "--ship"))
     )
-    found = read_sea(sea)
+    waves = read_sea(sea)
     if spread is not None:
         check_spread(spread, "--spread")
-    if found.n_valid == 0:
-        raise SeaError(f"{found.source}: none of its {len(found)} records is valid. Give another file.")
+    if waves.n_valid == 0:
+        raise SeaError(f"{waves.source}: none of its {len(waves)} records is valid. Give another file.")
     if beta is not None:
         refuse({"--ship": ship}, "is given beside --heading, which is from the bow. Leave one of them out.")
-        return Waves.from_si(found, beta=beta, spread=spread)
-    spectral = isinstance(found, SpectrumSeries)
-    if isinstance(found, SpectrumSeries) and found.directional is None:
-        raise SeaError(f'{found.source}: has no directions. Give --heading, such as "180 deg" for a head sea.')
+        return Waves.from_si(waves, beta=beta, spread=spread)
+    spectral = isinstance(waves, SpectrumSeries)
+    if isinstance(waves, SpectrumSeries) and waves.directional is None:
+        raise SeaError(f'{waves.source}: has no directions. Give --heading, such as "180 deg" for a head sea.')
     if bow is None:
         raise SeaError(
-            f"{found.source}: has directions. Give --ship, where the bow points from north, or --heading in place of"
+            f"{waves.source}: has directions. Give --ship, where the bow points from north, or --heading in place of"
             " them."
         )
     if spectral:
-        refuse({"--spread": spread}, f"{found.source} has directions of its own. Leave it out, or give --heading.")
-    return Waves.from_si(found, ship=bow, spread=spread)
+        refuse({"--spread": spread}, f"{waves.source} has directions of its own. Leave it out, or give --heading.")
+    return Waves.from_si(waves, ship=bow, spread=spread)
 
 
 def _turned(file: LiftFile, heading: str | None, spread: float | None) -> Sea:

@@ -107,8 +107,8 @@ def persistence(
     heading, free = _heading(ship, limits)
     if out is not None:
         check_folder(out, OUT_FILES)
-    found = _read(file, direction, column, time, date_order, step)
-    answer = persistence_answer(found, limits, length, ship=heading, free=free)
+    result = _read(file, direction, column, time, date_order, step)
+    answer = persistence_answer(result, limits, length, ship=heading, free=free)
     if out is not None:
         from stillhook.report.plots.weather import persistence_figure
 
@@ -139,14 +139,14 @@ def alpha(
     from stillhook.weather.alpha import alpha_of, load_alpha_table
 
     contingency = None if t_c is None else parse(t_c, "hours", "--t-c")
-    found = alpha_of(
+    result = alpha_of(
         load_alpha_table(table), parse(hs, "length", "--hs"), parse(t_pop, "hours", "--t-pop"), contingency
     )
     if json:
-        print_json(found.numbers())
+        print_json(result.numbers())
     else:
-        print_alpha(found.numbers())
-    raise typer.Exit(1 if found.case_by_case else 0)
+        print_alpha(result.numbers())
+    raise typer.Exit(1 if result.case_by_case else 0)
 
 
 @app.command("forecast")
@@ -266,11 +266,11 @@ def lift(
     from stillhook.report.terminal import progress_bar
     from stillhook.weather.alpha import load_alpha_table
 
-    asked, factors = load_plan(plan), load_alpha_table(table)
-    wanted = chosen_alternatives(alternative or (), asked.alternatives)
+    lift_plan, factors = load_plan(plan), load_alpha_table(table)
+    wanted = chosen_alternatives(alternative or (), lift_plan.alternatives)
     waves = waves_of_file(file, heading, spread, ship)
-    with progress_bar(f"{asked.crane.name}: judging {file.name}") as bar:
-        answer = spectral_persistence(asked, waves, factors, wanted, bar)
+    with progress_bar(f"{lift_plan.crane.name}: judging {file.name}") as bar:
+        answer = spectral_persistence(lift_plan, waves, factors, wanted, bar)
     if json:
         print_json(answer)
     else:

@@ -40,18 +40,18 @@ def by_limits(
     from stillhook.weather.alpha import load_alpha_table
     from stillhook.weather.forecast import check_forecast, numbers
 
-    for option, given in (("--limit", limits), ("--t-pop", t_pop)):
-        if not given:
+    for option, value in (("--limit", limits), ("--t-pop", t_pop)):
+        if not value:
             instead = 'Give --limit "Hs <= 2 m" and --t-pop "24 h", or the folder of a saved plan with --plan'
             raise WeatherError(f"{option}: missing. {instead}.")
     T_POP, T_C = parse(t_pop, "hours", "--t-pop"), None if t_c is None else parse(t_c, "hours", "--t-c")
-    factors, found = load_alpha_table(table), read()
+    factors, weather = load_alpha_table(table), read()
     checked = check_forecast(
-        found, limits, factors, T_POP, T_C, start=when[0], horizon=when[1], ship=heading[0], free=heading[1]
+        weather, limits, factors, T_POP, T_C, start=when[0], horizon=when[1], ship=heading[0], free=heading[1]
     )
-    answer: dict[str, Any] = {"file": found.source, "limits": [one.text for one in limits], "horizon": when[1]}
-    answer |= numbers(checked) | {"notes": [*checked.notes, *found.notes]}
-    return answer, forecast_figure(found, list(limits), answer) if picture else None
+    answer: dict[str, Any] = {"file": weather.source, "limits": [one.text for one in limits], "horizon": when[1]}
+    answer |= numbers(checked) | {"notes": [*checked.notes, *weather.notes]}
+    return answer, forecast_figure(weather, list(limits), answer) if picture else None
 
 
 def by_plan(
@@ -83,13 +83,18 @@ def by_plan(
     answer = plan_forecast(
         result, read(), limits=limits, credit=credit, start=when[0], horizon=when[1], ship=heading[0]
     )
-    own = next(a for a in answer["alternatives"] if a["alternative"] == chosen)
-    answer = {"go": own["go"], "first_start": own["first_start"], "why": own["why"], "alternative": chosen} | answer
+    leading = next(a for a in answer["alternatives"] if a["alternative"] == chosen)
+    answer = {
+        "go": leading["go"],
+        "first_start": leading["first_start"],
+        "reason": leading["reason"],
+        "alternative": chosen,
+    } | answer
     if json:
         print_json(answer)
     else:
         _print(answer)
-    return 0 if own["go"] else 1
+    return 0 if leading["go"] else 1
 
 
 def _print(answer: dict[str, Any]) -> None:
@@ -97,8 +102,8 @@ def _print(answer: dict[str, Any]) -> None:
     wrapped(
         f"{'GO' if answer['go'] else 'NO-GO'} with {answer['alternative']}: {answer['plan']}, {answer['file']}{later}"
     )
-    if answer["why"]:
-        wrapped(answer["why"])
+    if answer["reason"]:
+        wrapped(answer["reason"])
     first = answer["alternatives"][0]["starts"][0]["time"]
     rows = []
     for one in answer["alternatives"]:
@@ -108,8 +113,8 @@ def _print(answer: dict[str, Any]) -> None:
         many = f"{one['n_go']} of {one['n_starts']}"
         rows.append([one["alternative"], verdict, one["first_start"] or "-", many, start["governs"], *worst])
     heads = ("winch", f"start {first}", "first start", "starts that go", "governed by", "most", "allowed")
-    which = "as the twin tells them" if answer["credit"] == "twin" else "as credited"
-    title = f"Starts within {answer['horizon'] / 3600.0:g} h, T_R {answer['T_R'] / 3600.0:g} h, OP_WF {which}"
+    credit = "as the twin tells them" if answer["credit"] == "twin" else "as credited"
+    title = f"Starts within {answer['horizon'] / 3600.0:g} h, T_R {answer['T_R'] / 3600.0:g} h, OP_WF {credit}"
     print_table(heads, rows, left=3, texts=(4,), title=title)
     for note in answer["notes"]:
         wrapped(note)

@@ -15,10 +15,10 @@ def print_alpha(answer: dict[str, Any]) -> None:
         k: "-" if v is None else {True: "yes", False: "no"}[v] if isinstance(v, bool) else v for k, v in answer.items()
     }
     times = {k: f"{answer[k] / 3600.0:g} h" for k in ("T_POP", "T_C", "T_R")}
-    print_values({k: v for k, v in shown.items() if k not in ("why", "table", *times)})
+    print_values({k: v for k, v in shown.items() if k not in ("reason", "table", *times)})
     wrapped(", ".join(f"{k} {v}" for k, v in times.items()))
-    if answer["why"]:
-        wrapped(answer["why"])
+    if answer["reason"]:
+        wrapped(answer["reason"])
     wrapped(answer["table"])
 
 
@@ -27,8 +27,8 @@ def print_forecast(answer: dict[str, Any]) -> None:
     head = "GO" if answer["go"] else "NO-GO"
     later = f"; first possible start {answer['first_start']}" if answer["first_start"] and not answer["go"] else ""
     wrapped(f"{head}: {answer['file']}, {', '.join(answer['limits'])}{later}")
-    if answer["why"]:
-        wrapped(answer["why"])
+    if answer["reason"]:
+        wrapped(answer["reason"])
     for one in answer["factors"]:
         wrapped(
             f"Hs: OP_LIM {one['hs']:.4g} m x alpha {one['alpha']:.3g} = OP_WF {one['op_wf']:.3g} m; T_R"
@@ -47,13 +47,13 @@ def print_forecast(answer: dict[str, Any]) -> None:
 
 def _stretches(starts: list[dict[str, Any]]) -> list[tuple[dict[str, Any], dict[str, Any]]]:
     """First and last of the starts that follow each other with one answer."""
-    found: list[tuple[dict[str, Any], dict[str, Any]]] = []
+    spans: list[tuple[dict[str, Any], dict[str, Any]]] = []
     for one in starts:
-        if found and found[-1][0]["go"] is one["go"]:
-            found[-1] = (found[-1][0], one)
+        if spans and spans[-1][0]["go"] is one["go"]:
+            spans[-1] = (spans[-1][0], one)
         else:
-            found.append((one, one))
-    return found
+            spans.append((one, one))
+    return spans
 
 
 def _used(start: dict[str, Any]) -> list[str]:

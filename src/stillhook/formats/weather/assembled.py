@@ -23,7 +23,7 @@ SENSES = {
 """Words for what directions mean: cartesian is going to, counter-clockwise from east."""
 FEWEST = 3
 """Different directions from which it may be seen that they are in radians."""
-_SAID = re.compile(r"wave[s]?[ _-]*direction[s]?\s*[:=]\s*(.+)", re.IGNORECASE)
+_DECLARED = re.compile(r"wave[s]?[ _-]*direction[s]?\s*[:=]\s*(.+)", re.IGNORECASE)
 
 
 def assembled(
@@ -55,7 +55,7 @@ def assembled(
                 f" --direction {', '.join(list(SENSES)[:-1])} or {list(SENSES)[-1]} (cartesian: going to,"
                 " counter-clockwise from east)"
             )
-    guessed = [f"{c.heading} in {PLAIN[KINDS[c.name]]}" for c, _, _ in read if not c.said]
+    guessed = [f"{c.heading} in {PLAIN[KINDS[c.name]]}" for c, _, _ in read if not c.stated]
     return values, notes + ([f"units are not in the file and were taken: {', '.join(guessed)}"] if guessed else [])
 
 
@@ -71,15 +71,16 @@ def _like_radians(x: FloatArray, column: Column) -> bool:
 
 def _meant(column: Column, comments: Sequence[str], name: str, sense: DirectionSense | None) -> DirectionSense | None:
     """What the directions of a column mean; None where nobody says."""
-    said = sense_in(column.heading)
+    declared = sense_in(column.heading)
     if column.name == "wind_from":
-        return said or DirectionSense.FROM_NORTH
+        return declared or DirectionSense.FROM_NORTH
     for line in comments:
-        if found := _SAID.match(line):
-            said = said or next((s for s in DirectionSense if s.value == found[1].strip().lower()), None)
-    if said is not None and sense is not None and said is not sense:
+        if match := _DECLARED.match(line):
+            declared = declared or next((s for s in DirectionSense if s.value == match[1].strip().lower()), None)
+    if declared is not None and sense is not None and declared is not sense:
         raise WeatherError(
-            f"{name}: column {came(column.heading)}: the file says its directions are {came(said.value)}, --direction"
-            f" says {came(sense.value)}. Leave --direction out, or mend the file."
+            f"{name}: column {came(column.heading)}: the file says its directions are"
+            f" {came(declared.value)}, --direction"
+            f" says {came(sense.value)}. Leave --direction out, or correct the file."
         )
-    return said or sense
+    return declared or sense

@@ -162,13 +162,13 @@ class Column:
     place: int
     heading: str
     unit: str
-    said: bool
+    stated: bool
 
 
 def bare(heading: str) -> tuple[str, str]:
     """A heading in lower case with _ between its words, less the number that a data base puts at its end, and its unit
     in brackets."""
-    unit = found[1] if (found := _BRACKET.search(heading)) else ""
+    unit = match[1] if (match := _BRACKET.search(heading)) else ""
     name = re.sub(r"[^a-z0-9]+", "_", _BRACKET.sub("", heading).strip().lower()).strip("_")
     return re.sub(r"_\d$", "", name), unit
 
@@ -184,18 +184,22 @@ def sense_in(heading: str) -> DirectionSense | None:
     return DirectionSense.FROM_NORTH if "from" in words else DirectionSense.TO_NORTH if "to" in words else None
 
 
-def columns(headings: Sequence[str], units: Sequence[str], asked: Mapping[str, str], name: str) -> list[Column]:
+def columns(headings: Sequence[str], units: Sequence[str], columns_as: Mapping[str, str], name: str) -> list[Column]:
     """Columns that are weather. asked: name -> heading of the file, or heading with a unit in brackets, before what is
     recognised."""
-    found = []
+    recognised = []
     for key, kind in KINDS.items():
-        place = _asked(headings, asked[key], key, name) if key in asked else _recognised(headings, key, name)
+        place = (
+            _requested(headings, columns_as[key], key, name) if key in columns_as else _recognised(headings, key, name)
+        )
         if place is None:
             continue
-        given = (
-            bare(asked[key])[1] if key in asked and _BRACKET.search(asked[key]) and asked[key] not in headings else ""
+        explicit = (
+            bare(columns_as[key])[1]
+            if key in columns_as and _BRACKET.search(columns_as[key]) and columns_as[key] not in headings
+            else ""
         )
-        unit = given or bare(headings[place])[1] or (units[place] if place < len(units) else "")
+        unit = explicit or bare(headings[place])[1] or (units[place] if place < len(units) else "")
         tidy = " ".join(unit.lower().split())
         if tidy and tidy not in UNITS[kind]:
             plain = f'--column "{key}={without_unit(headings[place])} [{PLAIN[kind]}]"'
@@ -206,11 +210,11 @@ def columns(headings: Sequence[str], units: Sequence[str], asked: Mapping[str, s
                 f"{name}: column {came(headings[place])}: unit {came(unit)} is not one of {', '.join(UNITS[kind])}."
                 f" {do}"
             )
-        found.append(Column(key, place, headings[place], tidy or PLAIN[kind], bool(tidy)))
-    return found
+        recognised.append(Column(key, place, headings[place], tidy or PLAIN[kind], bool(tidy)))
+    return recognised
 
 
-def _asked(headings: Sequence[str], wanted: str, key: str, name: str) -> int:
+def _requested(headings: Sequence[str], wanted: str, key: str, name: str) -> int:
     short = without_unit(wanted)
     bares = [without_unit(h) for h in headings]
     for text, among in ((wanted, headings), (short, headings), (short, bares)):

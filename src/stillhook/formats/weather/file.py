@@ -115,15 +115,15 @@ def read_weather(
     time, used, notes = _times(table, time_column, date_order)
     _ascending(time, table)
     headings = ["" if i in used else h for i, h in enumerate(table.dialect.headings)]
-    found = columns(headings, table.dialect.units, columns_as or {}, path.name)
-    if not found:
+    recognised = columns(headings, table.dialect.units, columns_as or {}, path.name)
+    if not recognised:
         have = ", ".join(came(h) for h in headings if h)
         raise WeatherError(
             f"{path.name}: no column of weather among {have}. Name them: --column Hs=... --column wind=..."
         )
-    read = [(c, *numbers(table.column(c.place), c, table.lines, table.dialect.decimal, path.name)) for c in found]
+    read = [(c, *numbers(table.column(c.place), c, table.lines, table.dialect.decimal, path.name)) for c in recognised]
     values, more = assembled(read, table.comments, path.name, sense)
-    left = [h for i, h in enumerate(headings) if h and i not in {c.place for c in found}]
+    left = [h for i, h in enumerate(headings) if h and i not in {c.place for c in recognised}]
     notes = [*table.comments, *notes, *more, *([f"not read: {', '.join(left)}"] if left else [])]
     return Weather(time, values, step_of(time, step, path.name), path.name, tuple(notes))
 
@@ -185,14 +185,16 @@ def _table(data: bytes, name: str) -> _Table:
     return _Table(name, dialect, rows, lines, tuple(c for c in comments if c))
 
 
-def _times(table: _Table, asked: str | None, order: str | None) -> tuple[NDArray[np.datetime64], set[int], list[str]]:
+def _times(
+    table: _Table, time_column: str | None, order: str | None
+) -> tuple[NDArray[np.datetime64], set[int], list[str]]:
     """Times of the rows, the columns that they are in, and a note on their zone."""
     names = [bare(h)[0] for h in table.dialect.headings]
-    if asked is not None:
-        places = [i for i, h in enumerate(table.dialect.headings) if h.strip().lower() == asked.strip().lower()]
+    if time_column is not None:
+        places = [i for i, h in enumerate(table.dialect.headings) if h.strip().lower() == time_column.strip().lower()]
         if len(places) != 1:
             raise WeatherError(
-                f"{table.name}: --time {came(asked)}: no such column. It has {', '.join(table.dialect.headings)}."
+                f"{table.name}: --time {came(time_column)}: no such column. It has {', '.join(table.dialect.headings)}."
             )
     else:
         places = [i for i, n in enumerate(names) if n in _TIMES][:1]

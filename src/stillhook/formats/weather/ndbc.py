@@ -19,18 +19,16 @@ _WIND = (("wind", ("WSPD",)), ("wind_from", ("WDIR", "WD")))
 def read_ndbc_weather(path: Path, step: float | None = None) -> Weather:
     """Heights, periods, wave and wind directions (both coming from, by NDBC's manual) and wind speed. Errors: SeaError
     of one line."""
-    found = read_sea(path)
-    periods = {
-        name: np.where(T > 0.0, T, np.nan) for name, T in (("T_p", found.T_p), ("T_m02", found.T_m02))
-    }  # 0: a calm
-    values: dict[str, FloatArray] = {"H_m0": found.H_m0, **periods}
-    if isinstance(found, SpectrumSeries):
-        if found.directional is not None:
-            values["come_from"] = np.asarray(found.come_from)
+    sea = read_sea(path)
+    periods = {name: np.where(T > 0.0, T, np.nan) for name, T in (("T_p", sea.T_p), ("T_m02", sea.T_m02))}  # 0: a calm
+    values: dict[str, FloatArray] = {"H_m0": sea.H_m0, **periods}
+    if isinstance(sea, SpectrumSeries):
+        if sea.directional is not None:
+            values["come_from"] = np.asarray(sea.come_from)
     else:
-        values["come_from"] = found.come_from
+        values["come_from"] = sea.come_from
         values |= _wind(path)
-    return Weather(found.time, values, step_of(found.time, step, found.source), found.source, found.notes)
+    return Weather(sea.time, values, step_of(sea.time, step, sea.source), sea.source, sea.notes)
 
 
 def _wind(path: Path) -> dict[str, FloatArray]:

@@ -69,26 +69,26 @@ def read_netcdf(
         )
     names = [str(name) for name in data.data_vars if data[name].dtype.kind in "fiu"]
     headings = [_heading(data, name, columns_as) for name in names]
-    found = columns(headings, [str(data[name].attrs.get("units", "")) for name in names], columns_as, path.name)
-    if not found:
+    recognised = columns(headings, [str(data[name].attrs.get("units", "")) for name in names], columns_as, path.name)
+    if not recognised:
         raise WeatherError(
             f"{path.name}: no weather among {', '.join(names)}. Name it: --column Hs=... --column wind=..."
         )
-    read = [_read(data, names[c.place], c, when, path.name) for c in found]
+    read = [_read(data, names[c.place], c, when, path.name) for c in recognised]
     values, notes = assembled(read, [], path.name, sense)
-    left = [name for i, name in enumerate(names) if i not in {c.place for c in found}]
+    left = [name for i, name in enumerate(names) if i not in {c.place for c in recognised}]
     notes = ["times taken as UTC", *notes, *([f"not read: {', '.join(left)}"] if left else [])]
     return Weather(time, values, step_of(time, step, path.name), path.name, tuple(notes))
 
 
-def _heading(data: xarray.Dataset, name: str, asked: Mapping[str, str]) -> str:
+def _heading(data: xarray.Dataset, name: str, columns_as: Mapping[str, str]) -> str:
     """The name of a variable as it is asked for, else its standard name where that is a wave's or the wind's and no
     other's."""
     standard = str(data[name].attrs.get("standard_name", ""))
     alone = sum(str(v.attrs.get("standard_name", "")) == standard for v in data.data_vars.values()) == 1
     return (
         standard
-        if alone and name not in asked.values() and standard.startswith(("sea_surface_wave_", "wind_"))
+        if alone and name not in columns_as.values() and standard.startswith(("sea_surface_wave_", "wind_"))
         else name
     )
 

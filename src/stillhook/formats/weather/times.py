@@ -43,16 +43,16 @@ def read_times(texts: Sequence[str], lines: Sequence[int], name: str, order: str
     return stamped(years, place["m"], place["d"], np.array([f[3] for f in fields], dtype=np.int64), lines, name, texts)
 
 
-def step_of(time: Times, asked: float | None, name: str) -> float:
+def step_of(time: Times, requested: float | None, name: str) -> float:
     """What a record stands for [s]: as asked, else the usual spacing of times (n,). Errors: WeatherError where it is
     longer than that."""
     usual = usual_step(time)
-    if asked is not None and asked > ROUNDED * usual:
+    if requested is not None and requested > ROUNDED * usual:
         raise WeatherError(
-            f"{name}: --step {show(asked, 'hours')}: its records are {show(usual, 'hours')} apart, and a longer step"
-            " would count time twice. Leave --step out."
+            f"{name}: --step {show(requested, 'hours')}: its records are {show(usual, 'hours')} apart, and a longer"
+            " step would count time twice. Leave --step out."
         )
-    return usual if asked is None else asked
+    return usual if requested is None else requested
 
 
 def stamped(
@@ -82,8 +82,8 @@ def _fields(text: str, where: str) -> tuple[int, int, int, int, str]:
     """Three numbers of the date in the order of the text, seconds of the day in UTC, and the sign between the
     numbers."""
     text = text.strip().strip('"')
-    if found := _DATE.fullmatch(text):
-        a, sign, b, c, hour, minute, second, half, zone = found.groups()
+    if match := _DATE.fullmatch(text):
+        a, sign, b, c, hour, minute, second, half, zone = match.groups()
         if b.isalpha():
             b, sign = _MONTHS.get(b.lower(), "0"), "name"
         return (
@@ -93,8 +93,8 @@ def _fields(text: str, where: str) -> tuple[int, int, int, int, str]:
             _second(hour, minute, second, half, zone, where, text),
             sign if len(a) < 4 else "iso",
         )
-    if found := _DIGITS.fullmatch(text):
-        y, m, d, hour, minute, second, zone = found.groups()
+    if match := _DIGITS.fullmatch(text):
+        y, m, d, hour, minute, second, zone = match.groups()
         return int(y), int(m), int(d), _second(hour, minute, second, None, zone, where, text), "iso"
     raise WeatherError(
         f"{where}: {came(text)} is no time such as 2013-12-31 23:00, 31.12.2013 23:00 or 12/31/13 23:00. Mend the line,"

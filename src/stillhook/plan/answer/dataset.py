@@ -34,8 +34,8 @@ class Answered:
     certified."""
 
     axes: Axes
-    found: Gathered = field(repr=False)
-    own: Chosen = field(repr=False)
+    limits: Gathered = field(repr=False)
+    modelled: Chosen = field(repr=False)
     credited: Chosen = field(repr=False)
     governs: Mapping[Credit, Governed] = field(repr=False)
     seeds: NDArray[np.int64] = field(repr=False)
@@ -73,15 +73,15 @@ def dataset_of(plan: LiftPlan, of: Answered, forecast: Forecast) -> xarray.Datas
     }
     # (tier, alternative, phase, rule, heading, period): what the model says; as credited, the tier that counts alone is
     # put in its place
-    told = np.stack([of.found.Hs, _by_tier(of.credited)])
+    Hs_rule = np.stack([of.limits.Hs, _by_tier(of.credited)])
     by_phase = ("alternative", "phase", "heading", "period")
     data: dict[str, Any] = {name: (CELL, values, attributes(name)) for name, values in {**numbers, **texts}.items()}
     data["Hs_rule"] = (
         ("credit", "tier", "alternative", "phase", "rule", "heading", "period"),
-        told,
+        Hs_rule,
         attributes("Hs_rule"),
     )
-    for name, values in (("counts", counting(of.own)), ("n_seeds", of.seeds), ("inside", of.certified.share)):
+    for name, values in (("counts", counting(of.modelled)), ("n_seeds", of.seeds), ("inside", of.certified.share)):
         data[name] = (by_phase, values, attributes(name))
     env = plan.environment
     attrs = {
@@ -126,29 +126,29 @@ def demand_block(plan: LiftPlan, axes: Axes, demands: Sequence[Demand]) -> xarra
     heights = np.unique(plan.environment.Hs)
     names = sorted({name for demand in demands for name in demand.values})
     shape = (len(TIERS), len(axes.alternatives), len(axes.phases), *axes.columns, len(heights))
-    told = {name: np.full(shape, np.nan, dtype=np.float32) for name in names}
+    tables = {name: np.full(shape, np.nan, dtype=np.float32) for name in names}
     for demand in demands:
         heading, period = axes.place(demand.seas.Tp, demand.seas.beta)
         height = np.abs(demand.seas.Hs[:, None] - heights).argmin(axis=1)
         on = np.abs(heights[height] - demand.seas.Hs) < 1e-6
         at = (TIERS.index(demand.tier), axes.alternatives.index(demand.alternative), axes.phases.index(demand.phase))
         for name, values in demand.values.items():
-            told[name][(*at, heading[on], period[on], height[on])] = values[on]
+            tables[name][(*at, heading[on], period[on], height[on])] = values[on]
     dims = ("tier", "alternative", "phase", "heading", "period", "height")
     coords = {name: value for name, value in _coords(axes).items() if name in dims}
     coords["height"] = ("height", heights, {"units": "m", "long_name": "significant wave height"})
-    return xarray.Dataset({name: (dims, values, attributes(name)) for name, values in told.items()}, coords=coords)
+    return xarray.Dataset({name: (dims, values, attributes(name)) for name, values in tables.items()}, coords=coords)
 
 
 def seeds_of(axes: Axes, demands: Iterable[Demand]) -> NDArray[np.int64]:
     """Runs behind every column (alternative, phase, heading, period): of its best known sea."""
-    found = np.zeros((len(axes.alternatives), len(axes.phases), *axes.columns), dtype=np.int64)
+    seeds = np.zeros((len(axes.alternatives), len(axes.phases), *axes.columns), dtype=np.int64)
     for demand in demands:
         if demand.seeds is not None and len(demand.seas):
             heading, period = axes.place(demand.seas.Tp, demand.seas.beta)
-            own = found[axes.alternatives.index(demand.alternative), axes.phases.index(demand.phase)]
-            np.maximum.at(own, (heading, period), demand.seeds)
-    return found
+            cells = seeds[axes.alternatives.index(demand.alternative), axes.phases.index(demand.phase)]
+            np.maximum.at(cells, (heading, period), demand.seeds)
+    return seeds
 
 
 def rows_of(of: Answered, forecast: Forecast, Hs_highest: float) -> list[dict[str, Any]]:

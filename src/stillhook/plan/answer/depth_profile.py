@@ -21,7 +21,7 @@ from stillhook.plan.tiers.frequency import Part, forcing_at, looked_at, of_load,
 from stillhook.plan.tiers.winch_residual import Way, ways
 from stillhook.response.forcing import Forcing
 from stillhook.response.standard_deviations import sigmas
-from stillhook.response.suspended_load import hung
+from stillhook.response.suspended_load import suspended_load
 from stillhook.variables import attributes
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ PLACES = 20
 """Depths of a profile."""
 HELD = 1800.0
 """Time for which largest values are told at every depth [s]: as if the payload were held there for half an hour."""
-TOLD = ("F_top_max", "DAF", "sling_ratio", "slack_chance")
+QUANTITIES = ("F_top_max", "DAF", "sling_ratio", "slack_chance")
 
 
 def depth_profile(
@@ -52,14 +52,14 @@ def depth_profile(
     """
     at, winch = _water_phase(plan), _winch(plan, alternatives, progress)
     forcing, z = _forcing(plan, at, Hs, [Tp], beta), np.linspace(-plan.payload.reach(plan.rho), -plan.depth, PLACES)
-    hangs = [hung(plan.crane, plan.hanging(float(x), plan.tip_of(at).z), float(x)) for x in z]
-    columns = {name: np.full((len(alternatives), len(z)), np.nan) for name in TOLD}
+    hangs = [suspended_load(plan.crane, plan.hanging(float(x), plan.tip_of(at).z), float(x)) for x in z]
+    columns = {name: np.full((len(alternatives), len(z)), np.nan) for name in QUANTITIES}
     for i, alternative in enumerate(alternatives):
-        for k, what in enumerate(hangs if winch[alternative].known else []):
-            part = Part(what, HELD, 0.0, forcing, sigmas(forcing, what, winch[alternative].at(what.s_w)))
-            found = of_load([part], quantiles(plan))
-            for name in TOLD:
-                columns[name][i, k] = found[name][0]
+        for k, load in enumerate(hangs if winch[alternative].known else []):
+            part = Part(load, HELD, 0.0, forcing, sigmas(forcing, load, winch[alternative].at(load.s_w)))
+            values = of_load([part], quantiles(plan))
+            for name in QUANTITIES:
+                columns[name][i, k] = values[name][0]
     static = {"F_top_static": np.array([h.F_top for h in hangs]), "T_0": np.array([natural_period(h) for h in hangs])}
     attrs = {"Hs": Hs, "Tp": Tp, "beta": beta, "z_resonance": -resonance_depth(plan, Tp), "held": HELD}
     return _labelled(columns, static, alternatives, "z", z, attrs)
@@ -80,12 +80,15 @@ def efficiency(
     z [m].
     """
     at, winch, periods = _water_phase(plan), _winch(plan, alternatives, progress), list(plan.environment.Tp)
-    forcing, what = _forcing(plan, at, Hs, periods, beta), hung(plan.crane, plan.hanging(z, plan.tip_of(at).z), z)
+    forcing, load = (
+        _forcing(plan, at, Hs, periods, beta),
+        suspended_load(plan.crane, plan.hanging(z, plan.tip_of(at).z), z),
+    )
     tip = forcing.deviation()
     columns = {name: np.full((len(alternatives), len(periods)), np.nan) for name in ("eta_wire", "eta_load")}
     for i, alternative in enumerate(alternatives):
         if winch[alternative].known:
-            left = sigmas(forcing, what, winch[alternative].at(what.s_w))
+            left = sigmas(forcing, load, winch[alternative].at(load.s_w))
             columns["eta_wire"][i], columns["eta_load"][i] = 1.0 - left.u / tip, 1.0 - left.load / tip
     return _labelled(columns, {}, alternatives, "period", np.array(periods), {"Hs": Hs, "beta": beta, "z": z})
 
@@ -99,11 +102,11 @@ def _water_phase(plan: LiftPlan) -> Phase:
 
 def _winch(plan: LiftPlan, alternatives: Sequence[Alternative], progress: Progress | None) -> Mapping[Alternative, Way]:
     """Residuals on the way of the plan's own compensated phases; of the deepest place where it has none."""
-    found = winches_of(plan, looked_at(plan), alternatives, progress)
-    if found:
-        return found
+    winches = winches_of(plan, looked_at(plan), alternatives, progress)
+    if winches:
+        return winches
     at = _water_phase(plan)
-    deep = hung(plan.crane, plan.hanging(-plan.depth, plan.tip_of(at).z), -plan.depth)
+    deep = suspended_load(plan.crane, plan.hanging(-plan.depth, plan.tip_of(at).z), -plan.depth)
     return ways(plan.crane, alternatives, [replace(deep.duty, sensors=plan.sensors)], progress=progress)
 
 

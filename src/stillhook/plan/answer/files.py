@@ -91,10 +91,10 @@ def _in_a_line(e: Exception) -> str:
     return " ".join(str(e).split())[:120] or type(e).__name__
 
 
-def _check_hash(told: object, where: Path) -> None:
+def _check_hash(recorded: object, where: Path) -> None:
     """Refuse numbers other than those that the facts were written with; facts of older versions tell no hash."""
     try:
-        same = told is None or told == _hash(where / NUMBERS)
+        same = recorded is None or recorded == _hash(where / NUMBERS)
     except OSError as e:
         raise PlanError(f"{where / NUMBERS}: cannot be read ({_in_a_line(e)}).") from None
     if not same:
@@ -103,7 +103,7 @@ def _check_hash(told: object, where: Path) -> None:
         )
 
 
-def _whole(digits: str) -> int:
+def _checked_int(digits: str) -> int:
     if len(digits) > DIGITS:
         raise ValueError(f"a number of {len(digits)} digits")
     return int(digits)
@@ -111,7 +111,7 @@ def _whole(digits: str) -> int:
 
 def _facts(path: Path) -> dict[str, Any]:
     try:
-        facts = json.loads(path.read_text(encoding="utf-8"), parse_int=_whole)
+        facts = json.loads(path.read_text(encoding="utf-8"), parse_int=_checked_int)
     except (OSError, ValueError, RecursionError) as e:
         raise PlanError(f"{path}: not JSON ({_in_a_line(e)}). Run the plan again.") from None
     if not isinstance(facts, dict) or not isinstance(facts.get("name"), str):

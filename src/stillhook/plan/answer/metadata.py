@@ -25,7 +25,7 @@ from stillhook.units import show
 from stillhook.weather.alpha import AlphaTable
 from stillhook.weather.series import Weather
 
-SAYS: Mapping[Alternative, str] = {
+DESCRIPTIONS: Mapping[Alternative, str] = {
     Alternative.NONE: "winch on its brake in every phase: nothing is compensated",
     Alternative.CAP: f"a flat {CAP:.0%} of the tip's vertical motion taken away where the winch compensates",
     Alternative.NS: "twin of the winch under classic control, normal speed",
@@ -49,7 +49,7 @@ NOT_COVERED = (
 
 
 @dataclass(frozen=True, eq=False)
-class Beside:
+class RunInputs:
     """What an answer follows from beside the plan: tiers that were run, the table of forecast factors, the weather."""
 
     tiers: tuple[str, ...]
@@ -58,7 +58,7 @@ class Beside:
 
 
 def facts_of(
-    plan: LiftPlan, limited: Mapping[tuple[str, Alternative], Sequence[Limited]], beside: Beside
+    plan: LiftPlan, limited: Mapping[tuple[str, Alternative], Sequence[Limited]], inputs: RunInputs
 ) -> dict[str, Any]:
     """Everything that was asked; limited: rules with their limits of a phase and an alternative. The digest is that of
     everything that the answer follows from: plan, weather, table of forecast factors, tiers."""
@@ -66,12 +66,12 @@ def facts_of(
     return {
         "name": plan.name,
         "source": plan.source,
-        "digest": answer_digest(plan, beside),
+        "digest": answer_digest(plan, inputs),
         "notes": list(plan.notes),
         "version": __version__,
         "code": results_hash(),
         "date": datetime.now(UTC).date().isoformat(),
-        "tiers": list(beside.tiers),
+        "tiers": list(inputs.tiers),
         "settings": {
             "wave": env.wave,
             "gamma": env.gamma,
@@ -96,8 +96,8 @@ def facts_of(
         "limited": [
             _limited(phase, alternative, each) for (phase, alternative), rules in limited.items() for each in rules
         ],
-        "alternatives": [{"name": a.value, "says": SAYS[a]} for a in plan.alternatives],
-        "inputs": _inputs(plan, beside),
+        "alternatives": [{"name": a.value, "description": DESCRIPTIONS[a]} for a in plan.alternatives],
+        "inputs": _inputs(plan, inputs),
         "not_covered": list(NOT_COVERED),
     }
 
@@ -172,7 +172,7 @@ def described(phase: Phase) -> dict[str, Any]:
 def _rule(rule: Rule) -> dict[str, Any]:
     fields = ("key", "title", "quantity", "limit", "standard", "edition", "clause", "note")
     named = {name: getattr(rule, name) for name in fields}
-    named |= {"asked": rule.asked, "sense": rule.sense.value, "level": rule.level.value}
+    named |= {"requirement": rule.requirement, "sense": rule.sense.value, "level": rule.level.value}
     return {**named, "phases": [kind.value for kind in rule.phases]}
 
 
@@ -182,16 +182,16 @@ def _limited(phase: str, alternative: Alternative, each: Limited) -> dict[str, A
         "alternative": alternative.value,
         "rule": each.rule.key,
         "limit": each.limit,
-        "why": each.why,
+        "basis": each.basis,
     }
 
 
-def answer_digest(plan: LiftPlan, beside: Beside) -> str:
+def answer_digest(plan: LiftPlan, inputs: RunInputs) -> str:
     """Hash of everything that an answer follows from."""
-    return _digest("\n".join([*beside.tiers, *(row["sha256"] for row in _inputs(plan, beside))]))
+    return _digest("\n".join([*inputs.tiers, *(row["sha256"] for row in _inputs(plan, inputs))]))
 
 
-def _inputs(plan: LiftPlan, beside: Beside) -> list[dict[str, str]]:
+def _inputs(plan: LiftPlan, inputs: RunInputs) -> list[dict[str, str]]:
     """Files and records that the answer follows from, with a hash of what counts in each."""
     rows = [("plan", plan.source or plan.name, plan.digest), ("crane", plan.crane.name, _crane_digest(plan.crane))]
     if plan.crane.certified is not None:
@@ -202,13 +202,13 @@ def _inputs(plan: LiftPlan, beside: Beside) -> list[dict[str, str]]:
     rows += [
         (
             "forecast factors",
-            f"{beside.alpha.name} {beside.alpha.texts.get('version', '')}".strip(),
-            _alpha_digest(beside.alpha),
+            f"{inputs.alpha.name} {inputs.alpha.texts.get('version', '')}".strip(),
+            _alpha_digest(inputs.alpha),
         )
     ]
-    if beside.weather is not None:
-        rows.append(("weather", beside.weather.source, _weather_digest(beside.weather)))
-    return [{"what": what, "file": file, "sha256": digest} for what, file, digest in rows]
+    if inputs.weather is not None:
+        rows.append(("weather", inputs.weather.source, _weather_digest(inputs.weather)))
+    return [{"item": item, "file": file, "sha256": digest} for item, file, digest in rows]
 
 
 def _alpha_digest(table: AlphaTable) -> str:

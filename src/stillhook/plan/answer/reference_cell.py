@@ -70,18 +70,18 @@ def reference_blocks(
 ) -> Mapping[str, xarray.Dataset]:
     """Blocks depth, efficiency and sensitivity of a result at the reference cell; none where no phase is compensated.
     anew: ask the twin what other friction and a late signal leave, some seconds."""
-    at, told, alternatives = reference_of(plan, of), Parts(progress), tuple(of.axes.alternatives)
+    at, parts, alternatives = reference_of(plan, of), Parts(progress), tuple(of.axes.alternatives)
     if at.phase is None:
         return {}
-    found = {"depth": depth_profile(plan, alternatives, at.Hs, at.Tp, at.beta, told(0.0, 0.3))}
-    found["efficiency"] = efficiency(plan, alternatives, at.Hs, at.beta, at.z, told(0.3, 0.5))
+    datasets = {"depth": depth_profile(plan, alternatives, at.Hs, at.Tp, at.beta, parts(0.0, 0.3))}
+    datasets["efficiency"] = efficiency(plan, alternatives, at.Hs, at.beta, at.z, parts(0.3, 0.5))
     where = sensitive_at(plan, of)
     if where is not None:
         ask = (of.shown(),) if anew else ()
-        found["sensitivity"] = sensitivity(
-            plan, alternatives, where.Tp, where.beta, where.phase, limits, told(0.5, 1.0), ask=ask
+        datasets["sensitivity"] = sensitivity(
+            plan, alternatives, where.Tp, where.beta, where.phase, limits, parts(0.5, 1.0), ask=ask
         )
-    return found
+    return datasets
 
 
 class Sensitive(NamedTuple):
@@ -95,10 +95,12 @@ class Sensitive(NamedTuple):
 def sensitive_at(plan: LiftPlan, of: Answered) -> Sensitive | None:
     """The phase that governs most cells of the alternative that leads, as credited, where its limit is least; None
     where none governs."""
-    axes, g, own = of.axes, of.governs[CREDITS[1]], of.axes.alternatives.index(of.shown())
-    which = g.phase[own]
-    if not (which >= 0).any():
+    axes, g, shown = of.axes, of.governs[CREDITS[1]], of.axes.alternatives.index(of.shown())
+    governing_phase = g.phase[shown]
+    if not (governing_phase >= 0).any():
         return None
-    phase = int(np.bincount(which[which >= 0]).argmax())
-    heading, period = np.unravel_index(int(np.where(which == phase, g.Hs[own], np.inf).argmin()), which.shape)
+    phase = int(np.bincount(governing_phase[governing_phase >= 0]).argmax())
+    heading, period = np.unravel_index(
+        int(np.where(governing_phase == phase, g.Hs[shown], np.inf).argmin()), governing_phase.shape
+    )
     return Sensitive(axes.phases[phase], axes.periods[period], axes.headings[heading])

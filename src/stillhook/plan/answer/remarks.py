@@ -11,7 +11,7 @@ import numpy as np
 from stillhook.engine.lowering.summary import held
 from stillhook.engine.scenario.checks import type_notes
 from stillhook.plan.answer.dataset import Answered
-from stillhook.plan.answer.metadata import SAYS, described
+from stillhook.plan.answer.metadata import DESCRIPTIONS, described
 from stillhook.plan.answer.reference_cell import reference_of
 from stillhook.plan.definition.capacities import places, static_tension
 from stillhook.plan.definition.compensation import Alternative
@@ -28,14 +28,17 @@ CENSORED = 0.05
 """Share of starts without a window above which waits are said to be too short."""
 
 
-def facts_found(
+def result_facts(
     plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None, twin: TwinTier | None
 ) -> dict[str, Any]:
     """Facts that the answer adds to what was asked: shown, alternatives with why, operation, phases with their tiers,
     runs, remarks."""
     return {
         "shown": of.shown().value,
-        "alternatives": [{"name": a.value, "says": SAYS[a], "tells": tells(plan, of, a)} for a in of.axes.alternatives],
+        "alternatives": [
+            {"name": a.value, "description": DESCRIPTIONS[a], "credit_note": credit_note(plan, of, a)}
+            for a in of.axes.alternatives
+        ],
         "operation": operation(plan, of, forecast),
         "phases": phases(plan, of, twin),
         "runs": {} if twin is None else dict(twin.runs),
@@ -57,16 +60,16 @@ def without_runs(plan: LiftPlan) -> list[str]:
 
 def phases(plan: LiftPlan, of: Answered, twin: TwinTier | None) -> list[dict[str, Any]]:
     """Phases as they were asked, with the tiers that tell something of each, and why the twin was run for it or not."""
-    told = ~np.asarray(np.isnan(of.found.Hs).all(axis=(1, 3, 4, 5)))
+    known = ~np.asarray(np.isnan(of.limits.Hs).all(axis=(1, 3, 4, 5)))
     out = []
     for k, phase in enumerate(plan.phases):
-        tiers = [tier.value for i, tier in enumerate(TIERS) if told[i, k]]
-        why = "the twin was not asked" if twin is None else twin.why.get(phase.name, "")
-        out.append({**described(phase), "tiers": tiers, "why": why})
+        tiers = [tier.value for i, tier in enumerate(TIERS) if known[i, k]]
+        reason = "the twin was not asked" if twin is None else twin.reasons.get(phase.name, "")
+        out.append({**described(phase), "tiers": tiers, "reason": reason})
     return out
 
 
-def tells(plan: LiftPlan, of: Answered, alternative: Alternative) -> str:
+def credit_note(plan: LiftPlan, of: Answered, alternative: Alternative) -> str:
     """Why an alternative is credited as it is."""
     if not alternative.twin:
         return "no twin: credited as it is"
@@ -77,11 +80,11 @@ def tells(plan: LiftPlan, of: Answered, alternative: Alternative) -> str:
     if share == 1.0:
         return "the certificate covers every sea of the compensated phases: credited as the twin says"
     where = "" if share == 0.0 else f" in {1.0 - share:.0%} of the asked seas and phases"
-    why = "; ".join(of.certified.why[alternative])
+    reason = "; ".join(of.certified.reasons[alternative])
     return (
-        why
-        if not where and f"{CAP:.0%}" in why
-        else f"credited with no more than {CAP:.0%} of compensation{where}: {why}"
+        reason
+        if not where and f"{CAP:.0%}" in reason
+        else f"credited with no more than {CAP:.0%} of compensation{where}: {reason}"
     )
 
 
@@ -113,66 +116,68 @@ def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any
 def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[str, str]:
     """Why blocks that a report shows are not there, by their name."""
     still = not any(phase.compensated for phase in plan.phases)
-    road = "the closed form alone was asked" if tier is Tier.CLOSED_FORM else "no phase is compensated" if still else ""
+    reason = (
+        "the closed form alone was asked" if tier is Tier.CLOSED_FORM else "no phase is compensated" if still else ""
+    )
     ran = "" if tier is Tier.TIME else "no runs in the time domain were asked: --tier time"
     lands = any(phase.kind is PhaseKind.LANDING for phase in plan.phases)
-    why = {
-        "depth": road,
-        "efficiency": road,
-        "sensitivity": road or "no rule governs any cell",
+    reasons = {
+        "depth": reason,
+        "efficiency": reason,
+        "sensitivity": reason or "no rule governs any cell",
         "landing": ran or ("no limit was found at the middle period" if lands else "the plan has no landing"),
         "convergence": ran or "no limit was found by runs at the middle period",
     }
-    return {name: text for name, text in why.items() if name not in blocks}
+    return {name: text for name, text in reasons.items() if name not in blocks}
 
 
 def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None) -> list[str]:
     """Lines that a reader of the answer must know."""
-    found = []
-    found += [*plan.notes, *winch_remarks(plan)]
-    for phases, alternatives in _grouped(untold(of.own)).items():
-        found.append(
+    lines = []
+    lines += [*plan.notes, *winch_remarks(plan)]
+    for phases, alternatives in _grouped(untold(of.modelled)).items():
+        lines.append(
             f"NOT JUDGED in some cells, for no tier that was run tells it: {', '.join(phases)}"
             f" ({', '.join(alternatives)})"
         )
     if np.isposinf(of.Hs).any():
         highest = max(plan.environment.Hs)
-        found.append(
+        lines.append(
             f"a limit above {highest:g} m, the highest sea that was asked, is told as such and used as {highest:g} m"
         )
-    if forecast.why:
+    if forecast.reason:
         lowest = f"{forecast.table.Hs[0]:g} m"
         meanwhile = (
             f"so that such limits can be compared in the weather, the factor of {lowest} is taken, which flatters them"
         )
-        found.append(
-            f"forecast factor: {forecast.why} Here, {meanwhile}: what is gained over them is at least what is told"
+        lines.append(
+            f"forecast factor: {forecast.reason} Here, {meanwhile}: what is gained over them is at least what is told"
         )
     if not forecast.restricted:
-        found.append(
+        lines.append(
             "not weather restricted: waiting is not reckoned; plan for extremes of the season, or divide the operation"
         )
     if plan.weather is None:
-        found.append("no weather was given: waiting is not reckoned ([weather] in the plan file)")
+        lines.append("no weather was given: waiting is not reckoned ([weather] in the plan file)")
     env, axes = plan.environment, of.axes
     table = LimitTable(of.Hs[0, 0], np.array(axes.headings), np.array(axes.periods), env.heading_tolerance, max(env.Hs))
-    found.append(f"tables are read so: {table.described()}")
+    lines.append(f"tables are read so: {table.described()}")
     if value is not None:
-        found += [*value.notes, *_short(value)]
-    return [*found, *closed_form.remarks(plan, env.table())]
+        lines += [*value.notes, *_short(value)]
+    return [*lines, *closed_form.remarks(plan, env.table())]
 
 
 def winch_remarks(plan: LiftPlan) -> list[str]:
     """What the winch type means for the heaviest phase with compensation, and the heaviest without."""
-    found = []
+    notes = []
     for compensated in (False, True):
-        own = [phase for phase in plan.phases if phase.compensated is compensated]
-        if own:
-            phase = max(own, key=lambda p: static_tension(plan, p))
+        phases = [phase for phase in plan.phases if phase.compensated is compensated]
+        if phases:
+            phase = max(phases, key=lambda p: static_tension(plan, p))
             at = held(plan.crane, plan.hanging(places(phase)[0], plan.tip_of(phase).z), 0.0)
             at = at._replace(W=static_tension(plan, phase), manual=not compensated, compensates=compensated)
-            found += [f"winch, {phase.name}: {note}" for note in type_notes(plan.crane, at)]
-    return found
+            notes += [f"winch, {phase.name}: {note}" for note in type_notes(plan.crane, at)]
+    return notes
 
 
 def _short(value: WeatherValue) -> list[str]:

@@ -45,7 +45,7 @@ class Changed:
     be asked anew."""
 
     factor: str
-    how: str
+    text: str
     plan: LiftPlan
     phases: Looks
     winch: bool = False
@@ -80,31 +80,33 @@ def sensitivity(
     heights = np.array(plan.environment.Hs)
     seas = Seas(heights, np.full_like(heights, Tp), np.full_like(heights, beta))
     twins = [a for a in alternatives if a.twin]
-    asked = twins[-1:] if ask is None else [a for a in twins if a in ask]
-    own = winches_of(plan, every, alternatives)
+    repeated = twins[-1:] if ask is None else [a for a in twins if a in ask]
+    winches = winches_of(plan, every, alternatives)
     forcing = forcings(plan, seas, at)
 
     def Hs(
-        of: LiftPlan, look: Looks, which: Sequence[Alternative], winch: Mapping[Alternative, Way]
+        of: LiftPlan, look: Looks, alternatives_run: Sequence[Alternative], winch: Mapping[Alternative, Way]
     ) -> list[tuple[float, str]]:
-        return [_least(each) for each in limits(demands(of, which, seas, look, forcing, winch))]
+        return [_least(each) for each in limits(demands(of, alternatives_run, seas, look, forcing, winch))]
 
-    base = Hs(plan, at, alternatives, own)
+    base = Hs(plan, at, alternatives, winches)
     tried = _changes(plan, at)
-    found = np.full((len(tried), 2, len(alternatives)), np.nan)
+    Hs_varied = np.full((len(tried), 2, len(alternatives)), np.nan)
     for i, pair in enumerate(tried):
         for j, each in enumerate(pair):
-            which = asked if each.winch else alternatives
+            alternatives_run = repeated if each.winch else alternatives
             if progress is not None:
                 progress((2 * i + j) / (2 * len(tried)))
-            winch = winches_of(each.plan, every, which) if each.winch and which else own
-            for a, (height, _) in zip(which, Hs(each.plan, each.phases, which, winch), strict=True):
-                found[i, j, alternatives.index(a)] = height
+            winch = winches_of(each.plan, every, alternatives_run) if each.winch and alternatives_run else winches
+            for a, (height, _) in zip(
+                alternatives_run, Hs(each.plan, each.phases, alternatives_run, winch), strict=True
+            ):
+                Hs_varied[i, j, alternatives.index(a)] = height
             for k, a in enumerate(alternatives):
                 if each.winch and not a.twin:
-                    found[i, j, k] = base[k][0]
+                    Hs_varied[i, j, k] = base[k][0]
     rows = np.broadcast_to([height for height, _ in base], (len(tried), len(alternatives)))
-    return _labelled(tried, alternatives, rows, found, _at(Tp, beta, phase, base[-1][1], Tier.FREQUENCY))
+    return _labelled(tried, alternatives, rows, Hs_varied, _at(Tp, beta, phase, base[-1][1], Tier.FREQUENCY))
 
 
 def _at(Tp: float, beta: float, phase: str, rule: str, tier: Tier) -> dict[str, float | str]:
@@ -123,12 +125,12 @@ def _closed(
         return [_least(each) for each in limits([closed_form(of, phase, seas, a) for a in alternatives])]
 
     base, tried = Hs(plan), _changes(plan, [])
-    found = np.array([[[h for h, _ in base]] * 2] * len(tried), dtype=np.float64)
+    Hs_varied = np.array([[[h for h, _ in base]] * 2] * len(tried), dtype=np.float64)
     for i, (ends, change) in enumerate(((ADDED_MASS, _heavier_way), (DRAG, _rougher_way))):
         for j, f in enumerate(ends):
-            found[i, j] = [h for h, _ in Hs(on_way(plan, phase, change(way(plan, phase), f)))]
+            Hs_varied[i, j] = [h for h, _ in Hs(on_way(plan, phase, change(way(plan, phase), f)))]
     rows = np.broadcast_to([height for height, _ in base], (len(tried), len(alternatives)))
-    return _labelled(tried, alternatives, rows, found, _at(Tp, beta, name, base[-1][1], Tier.CLOSED_FORM))
+    return _labelled(tried, alternatives, rows, Hs_varied, _at(Tp, beta, name, base[-1][1], Tier.CLOSED_FORM))
 
 
 def _heavier_way(w: WaterWay, f: float) -> WaterWay:
@@ -139,13 +141,13 @@ def _rougher_way(w: WaterWay, f: float) -> WaterWay:
     return replace(w, B=f * w.B)
 
 
-def _least(found: Limits) -> tuple[float, str]:
+def _least(limits: Limits) -> tuple[float, str]:
     """Least height over the rules, and the rule; NaN where none tells."""
-    told = {rule: float(Hs[0]) for rule, Hs in found.Hs.items() if not np.isnan(Hs[0])}
-    if not told:
+    lowest = {rule: float(Hs[0]) for rule, Hs in limits.Hs.items() if not np.isnan(Hs[0])}
+    if not lowest:
         return float("nan"), ""
-    rule = min(told, key=lambda key: told[key])
-    return told[rule], rule
+    rule = min(lowest, key=lambda key: lowest[key])
+    return lowest[rule], rule
 
 
 def _changes(plan: LiftPlan, at: Looks) -> list[tuple[Changed, Changed]]:
@@ -185,12 +187,12 @@ def _changes(plan: LiftPlan, at: Looks) -> list[tuple[Changed, Changed]]:
 
 
 def _heavier(s: Situation, f: float) -> Situation:
-    end = replace(s.hung.end, A33=f * s.hung.end.A33)
-    return replace(s, hung=replace(s.hung, end=end), T_0=float(natural_periods(s.hung.rod, end, 1)[0]))
+    end = replace(s.load.end, A33=f * s.load.end.A33)
+    return replace(s, load=replace(s.load, end=end), T_0=float(natural_periods(s.load.rod, end, 1)[0]))
 
 
 def _rougher(s: Situation, f: float) -> Situation:
-    return replace(s, hung=replace(s.hung, B=f * s.hung.B, C_lin=f * s.hung.C_lin))
+    return replace(s, load=replace(s.load, B=f * s.load.B, C_lin=f * s.load.C_lin))
 
 
 def _rubbing(plan: LiftPlan, f: float) -> Crane:
@@ -204,18 +206,18 @@ def _labelled(
     tried: Sequence[tuple[Changed, Changed]],
     alternatives: Sequence[Alternative],
     base: FloatArray,
-    found: FloatArray,
+    Hs_varied: FloatArray,
     attrs: Mapping[str, float | str],
 ) -> xarray.Dataset:
     import xarray  # heavy: only where results are labelled
 
     dims = ("factor", "alternative")
-    columns = {"Hs_base": base, "Hs_low": found[:, 0], "Hs_high": found[:, 1]}
+    columns = {"Hs_base": base, "Hs_low": Hs_varied[:, 0], "Hs_high": Hs_varied[:, 1]}
     coords = {
         "factor": [low.factor for low, _ in tried],
         "alternative": [str(a) for a in alternatives],
-        "low_text": ("factor", [low.how for low, _ in tried]),
-        "high_text": ("factor", [high.how for _, high in tried]),
+        "low_text": ("factor", [low.text for low, _ in tried]),
+        "high_text": ("factor", [high.text for _, high in tried]),
     }
     return xarray.Dataset(
         {name: (dims, values, attributes(name)) for name, values in columns.items()}, coords, dict(attrs)

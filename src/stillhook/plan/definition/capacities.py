@@ -23,11 +23,11 @@ CLASSIC = (Mode.NS, Mode.HS)
 """Modes of a crane without a verified twin: the flat cap takes the faster one that may be used."""
 
 
-class Found(NamedTuple):
+class CapacityValue(NamedTuple):
     """A capacity [SI] and what it is of, in words."""
 
     value: float
-    why: str
+    basis: str
 
 
 class Capacity(NamedTuple):
@@ -36,7 +36,7 @@ class Capacity(NamedTuple):
 
     kind: str
     meaning: str
-    find: Callable[[LiftPlan, Phase, Alternative], Found | None]
+    find: Callable[[LiftPlan, Phase, Alternative], CapacityValue | None]
 
 
 def places(phase: Phase) -> tuple[float, ...]:
@@ -102,9 +102,9 @@ def calm(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Mapping[str,
         "e_c_pp",
         "load_pp",
     )
-    found = dict.fromkeys((*rest, "v_lift_off"), 0.0)
+    values = dict.fromkeys((*rest, "v_lift_off"), 0.0)
     DAF = (static_sling(plan, phase) + F_jerk) / (plan.payload.mass * G)
-    return found | {
+    return values | {
         "F_top_static": F,
         "F_top_max": F + F_jerk,
         "DAF": DAF,
@@ -114,35 +114,35 @@ def calm(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Mapping[str,
     }
 
 
-def _swl_tip(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Found:
+def _swl_tip(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue:
     crane = plan.crane
     F = (crane.SWL + crane.hook_mass) * G
-    return Found(
+    return CapacityValue(
         F, f"SWL {show(crane.SWL, 'mass')} and hook {show(crane.hook_mass, 'mass')} of {crane.name}, at the crane tip"
     )
 
 
-def _swl(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Found:
-    return Found(plan.crane.SWL * G, f"SWL {show(plan.crane.SWL, 'mass')} of {plan.crane.name}")
+def _swl(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue:
+    return CapacityValue(plan.crane.SWL * G, f"SWL {show(plan.crane.SWL, 'mass')} of {plan.crane.name}")
 
 
-def _weight(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Found:
+def _weight(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue:
     m = plan.payload.mass
-    return Found(m * G, f"weight of {plan.payload.name} in air, {show(m, 'mass')}")
+    return CapacityValue(m * G, f"weight of {plan.payload.name} in air, {show(m, 'mass')}")
 
 
-def _p_relief(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Found:
+def _p_relief(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue:
     p = plan.crane.active.relief.p
-    return Found(p, f"relief valves of the active circuit, {show(p, 'pressure')}")
+    return CapacityValue(p, f"relief valves of the active circuit, {show(p, 'pressure')}")
 
 
-def _speed(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Found | None:
+def _speed(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue | None:
     if phase.speed is None:
         return None
-    return Found(phase.speed, f"planned wire speed of {phase.name}, {show(phase.speed, 'speed')}")
+    return CapacityValue(phase.speed, f"planned wire speed of {phase.name}, {show(phase.speed, 'speed')}")
 
 
-def _stroke(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Found | None:
+def _stroke(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue | None:
     r"""Motion of the tip that fills the accumulator's stroke at the phase's tension: :math:`s = V (p_0 - p_{lp})/F`,
     work is pressure times volume whatever gear and displacement are."""
     passive = plan.crane.passive
@@ -150,14 +150,14 @@ def _stroke(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Found | N
         return None
     acc, F = passive.accumulator, static_tension(plan, phase)
     s = acc.V_stroke * (acc.gas.p_0 - passive.p_lp) / F
-    return Found(
+    return CapacityValue(
         s,
         f"accumulator of {show(acc.V_stroke, 'volume')} at {show(acc.gas.p_0, 'pressure')}, with {show(F, 'force')} at"
         " the tip",
     )
 
 
-def _v_top(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Found | None:
+def _v_top(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue | None:
     """Highest steady wire speed of the alternative's controller at load and layer, the least over the phase's way and
     both directions."""
     if not phase.compensated:
@@ -165,18 +165,18 @@ def _v_top(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Found | No
     if alternative is Alternative.NONE:
         return None
     if alternative is Alternative.CAP:
-        found = [_slowest(plan, phase, str(mode)) for mode in CLASSIC]
-        best = max(found, key=lambda f: f.value)
-        return Found(best.value, f"{best.why} (the faster classic mode)")
+        values = [_slowest(plan, phase, str(mode)) for mode in CLASSIC]
+        best = max(values, key=lambda f: f.value)
+        return CapacityValue(best.value, f"{best.basis} (the faster classic mode)")
     return _slowest(plan, phase, str(alternative))
 
 
 _TOPS: WeakKeyDictionary[LiftPlan, dict[tuple[str, float, float], tuple[float, str]]] = WeakKeyDictionary()
 
 
-def _slowest(plan: LiftPlan, phase: Phase, name: str) -> Found:
+def _slowest(plan: LiftPlan, phase: Phase, name: str) -> CapacityValue:
     least = min((_top(plan, phase, z, name) for z in places(phase)), key=lambda top: top[0])
-    return Found(*least)
+    return CapacityValue(*least)
 
 
 def _top(plan: LiftPlan, phase: Phase, z: float, name: str) -> tuple[float, str]:
@@ -195,10 +195,12 @@ def _worked_out(crane: Crane, F: float, s_w: float, name: str) -> tuple[float, s
     where = f"{name} at {show(F, 'force')} at the tip and {show(s_w, 'length')} of wire out"
     if load > crane.SWL:
         return 0.0, f"{where}: more than the SWL"
-    mode, own = (Mode.MANUAL, crane) if name == Mode.MANUAL else (controller(name).mode, controller(name).on(crane))
+    mode, crane_of_mode = (
+        (Mode.MANUAL, crane) if name == Mode.MANUAL else (controller(name).mode, controller(name).on(crane))
+    )
     tops = []
     for way in Direction:
-        station = Station(own, load, s_w, way)
+        station = Station(crane_of_mode, load, s_w, way)
         tops.append(station.top_of_mode(mode))
     slow = next((top for top in tops if math.isnan(top.v_w)), None) or min(tops, key=lambda top: top.v_w)
     if math.isnan(slow.v_w):

@@ -41,11 +41,11 @@ class Seas:
     @cached_property
     def _columns(self) -> list[tuple[float, float, NDArray[np.intp]]]:
         pairs = sorted({(float(T), float(b)) for T, b in zip(self.Tp, self.beta, strict=True)})
-        found = []
+        result = []
         for T, b in pairs:
             rows = np.flatnonzero((self.Tp == T) & (self.beta == b))
-            found.append((T, b, rows[np.argsort(self.Hs[rows], kind="stable")]))
-        return found
+            result.append((T, b, rows[np.argsort(self.Hs[rows], kind="stable")]))
+        return result
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,8 +19,8 @@ def check_sinks(payload: Payload, rho: float) -> None:
     displaced = rho * payload.displaced
     if displaced > (1.0 - SINKS) * payload.mass:
         volume, water, mass = show(payload.displaced, "volume"), show(displaced, "mass"), show(payload.mass, "mass")
-        why = f"it weighs {mass} and its {volume} displace {water} of water"
-        raise PlanError(f"payload {came(payload.name)}: it floats, or nearly: {why}. Check mass and volume.")
+        reason = f"it weighs {mass} and its {volume} displace {water} of water"
+        raise PlanError(f"payload {came(payload.name)}: it floats, or nearly: {reason}. Check mass and volume.")
 
 
 def check_tips(plan: LiftPlan, boom: Boom | None) -> None:

@@ -125,13 +125,13 @@ class LiftPlan:
         h_tip [m] of the plan unless given."""
         stand = (Stage(mode=StageMode.MANUAL, time="60 s"),)
         lengths = {"h_tip": self.h_tip if h_tip is None else h_tip, "depth": self.depth, "z_0": z}
-        given: dict[str, Any] = {key: f"{value!r} m" for key, value in lengths.items()}
-        given |= {
+        fields: dict[str, Any] = {key: f"{value!r} m" for key, value in lengths.items()}
+        fields |= {
             "name": self.name,
             "payload": self.payload,
             "rigging": self.rigging,
             "wire": self.wire,
             "winch": self.winch,
         }
-        given |= {"programme": stand, "duration": "60 s", "rho": f"{self.rho!r} kg/m^3", "sensors": self.sensors}
-        return Lowering(**given)
+        fields |= {"programme": stand, "duration": "60 s", "rho": f"{self.rho!r} kg/m^3", "sensors": self.sensors}
+        return Lowering(**fields)

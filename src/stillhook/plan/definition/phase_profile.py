@@ -167,9 +167,9 @@ def _check_way(phase: Phase, start: float, end: float, water: Water) -> None:
         raise PlanError(f"{called(phase)}: starts and ends at {_at(start)}. Use deep to stand, or give where it goes.")
     bottom = {K.LANDING: end, K.SEABED_LIFT_OFF: start}.get(phase.kind)
     if bottom is not None and abs(bottom + water.depth) > CLOSE:
-        which = "ends" if phase.kind is K.LANDING else "starts"
+        verb = "ends" if phase.kind is K.LANDING else "starts"
         raise PlanError(
-            f"{called(phase)}: {which} at {_at(bottom)}, and the seabed is at {_at(-water.depth)}. Leave it out, or"
+            f"{called(phase)}: {verb} at {_at(bottom)}, and the seabed is at {_at(-water.depth)}. Leave it out, or"
             " mend one."
         )
 

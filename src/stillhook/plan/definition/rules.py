@@ -55,14 +55,14 @@ class Rule:
     written: str = ""
 
     @property
-    def asked(self) -> str:
+    def requirement(self) -> str:
         """The limit in words: "at most 1.3 x SWL_tip"."""
         kind = BY_NAME[self.quantity].kind
         if isinstance(self.limit, str):
-            what = self.limit if self.factor == 1.0 else f"{self.factor:g} x {self.limit}"
+            limit = self.limit if self.factor == 1.0 else f"{self.factor:g} x {self.limit}"
         else:
-            what = self.written or (show(self.limit, kind) if kind else f"{self.limit:g}")
-        return f"{self.sense.replace('-', ' ')} {what}"
+            limit = self.written or (show(self.limit, kind) if kind else f"{self.limit:g}")
+        return f"{self.sense.replace('-', ' ')} {limit}"
 
     @property
     def clause_of(self) -> str:
@@ -97,7 +97,7 @@ class RuleSet:
 
     def to_dict(self) -> dict[str, Any]:
         """The set as plain data for JSON, limits in SI."""
-        rows = [{**asdict(r), "phases": [str(k) for k in r.phases], "asked": r.asked} for r in self.rules]
+        rows = [{**asdict(r), "phases": [str(k) for k in r.phases], "requirement": r.requirement} for r in self.rules]
         top = {"name": self.name, "version": self.version, "source": self.source, "changes": list(self.changes)}
         return {**top, "settings": dict(self.settings), "rules": rows, "digest": self.digest}
 
@@ -113,4 +113,4 @@ class Limited:
 
     rule: Rule
     limit: float
-    why: str = field(default="")
+    basis: str = field(default="")

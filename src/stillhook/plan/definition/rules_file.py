@@ -118,24 +118,26 @@ def rules_of(rules: RuleSet, phase: Phase) -> tuple[Rule, ...]:
     Errors: PlanError, UnitError of one line for a rule that there is not in this kind of phase, or a limit that cannot
     be read.
     """
-    own = dict(rules.of(phase.kind))
+    applicable = dict(rules.of(phase.kind))
     for key, text in phase.limits.items():
         where = f'phase "{phase.name}": limits: '
-        if key not in own:
+        if key not in applicable:
             known = {rule.key for rule in rules.rules}
-            what = (
+            reason = (
                 f"the rule does not belong to {phase.kind}"
                 if key in known
                 else f"rule set {rules.label} has no such rule"
             )
-            raise PlanError(f"{where}{came(key)[1:-1]}: {what}{nearest(key, own)} Allowed: {', '.join(own)}.")
+            raise PlanError(
+                f"{where}{came(key)[1:-1]}: {reason}{nearest(key, applicable)} Allowed: {', '.join(applicable)}."
+            )
         if text.strip().lower() == OFF:
-            del own[key]
+            del applicable[key]
             continue
-        limit, factor, written = _limit(Fields({key: _bare(text)}, where, PlanError), key, own[key].quantity)
-        note = f"{own[key].note} Limit of phase {phase.name} in place of {own[key].asked}.".strip()
-        own[key] = replace(own[key], limit=limit, factor=factor, written=written, note=note)
-    return tuple(own.values())
+        limit, factor, written = _limit(Fields({key: _bare(text)}, where, PlanError), key, applicable[key].quantity)
+        note = f"{applicable[key].note} Limit of phase {phase.name} in place of {applicable[key].requirement}.".strip()
+        applicable[key] = replace(applicable[key], limit=limit, factor=factor, written=written, note=note)
+    return tuple(applicable.values())
 
 
 def limit_text(limits: Fields, key: str, rules: RuleSet) -> str:
@@ -170,11 +172,11 @@ def _rule_set(data: Mapping[str, Any], label: str, stem: str) -> RuleSet:
     base = _base(top)
     rows = {r.key: r for r in base.rules} if base else {}
     drop = _drop(top, rows)
-    given = data.get("rule", [])
-    if not isinstance(given, list) or not (given or base):
+    listed = data.get("rule", [])
+    if not isinstance(listed, list) or not (listed or base):
         raise PlanError("rule: give one [[rule]] a rule.")
     seen: set[str] = set()
-    for i, row in enumerate(given, 1):
+    for i, row in enumerate(listed, 1):
         key = Fields(row, f"rule {i}: ", PlanError).text("key")
         if key in seen or key in drop:
             raise PlanError(
@@ -327,7 +329,7 @@ def _sourced(row: Fields, new: Rule, old: Rule, label: str) -> Rule:
         return replace(new, edition=_word(row, "edition", ""), clause=_word(row, "clause", ""))
     if _meaning(new) == _meaning(old):
         return new
-    was = f"{old.asked}, {old.level}" + (f", in {old.clause_of}" if old.clause_of else "")
+    was = f"{old.requirement}, {old.level}" + (f", in {old.clause_of}" if old.clause_of else "")
     return replace(new, standard=f"changed in {label}", edition="", clause="", note=f"{new.note} Was {was}.".strip())
 
 
@@ -348,21 +350,21 @@ def _changes(base: RuleSet, kept: tuple[Rule, ...], settings: Mapping[str, float
     """What a set has otherwise than its base."""
     old, new = {r.key: r for r in base.rules}, {r.key: r for r in kept}
     was = base.settings
-    said = [
+    lines = [
         f"simplified method, {n}: {settings[n]:g} in place of {was[n]:g} (SI)"
         for n in settings
         if settings[n] != was[n]
     ]
-    said += [f"{r.key} ({r.title}, {r.asked}) dropped" for key, r in old.items() if key not in new]
-    said += [f"{r.key} ({r.title}, {r.asked}) added" for key, r in new.items() if key not in old]
+    lines += [f"{r.key} ({r.title}, {r.requirement}) dropped" for key, r in old.items() if key not in new]
+    lines += [f"{r.key} ({r.title}, {r.requirement}) added" for key, r in new.items() if key not in old]
     pairs = [(old[key], r) for key, r in new.items() if key in old]
-    said += [f"{b.key}: {', '.join(_differences(a, b))}" for a, b in pairs if _meaning(a) != _meaning(b)]
-    return tuple(said)
+    lines += [f"{b.key}: {', '.join(_differences(a, b))}" for a, b in pairs if _meaning(a) != _meaning(b)]
+    return tuple(lines)
 
 
 def _differences(old: Rule, new: Rule) -> list[str]:
     """What a rule asks otherwise than the one of the base."""
-    pairs = [[r.quantity, r.asked, str(r.level), ", ".join(r.phases)] for r in (new, old)]
+    pairs = [[r.quantity, r.requirement, str(r.level), ", ".join(r.phases)] for r in (new, old)]
     return [f"{b} in place of {a}" for b, a in zip(*pairs, strict=True) if a != b]
 
 

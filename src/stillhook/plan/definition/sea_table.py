@@ -26,12 +26,12 @@ _RANGE = re.compile(r"(.+?)\s+to\s+(.+?)\s+by\s+(.+)")
 def spelled(table: Fields, key: str) -> tuple[str, ...]:
     """Texts of a range or list, rising (headings in the order of the file), none twice. Errors: the table's own,
     UnitError."""
-    given, kind = table.table[key], KINDS[key]
+    entry, kind = table.table[key], KINDS[key]
     where = f"{table.place}{key}"
-    if isinstance(given, str):
-        values = _range(table, key, given)
-    elif isinstance(given, list) and given:
-        values = [parse(item, kind, f"{where}[{i}]") for i, item in enumerate(given)]
+    if isinstance(entry, str):
+        values = _range(table, key, entry)
+    elif isinstance(entry, list) and entry:
+        values = [parse(item, kind, f"{where}[{i}]") for i, item in enumerate(entry)]
     else:
         raise table.wrong(key, f"give {LIKE[key]}.")
     if len(values) > MOST:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stillhook.plan.definition.capacities import CAPACITIES, Found
+from stillhook.plan.definition.capacities import CAPACITIES, CapacityValue
 from stillhook.plan.definition.compensation import Alternative
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase
@@ -30,7 +30,7 @@ def limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Lim
         for rule in rules_of(plan.rules, phase)
         if _holds(rule, phase, alternative)
     ]
-    return tuple(Limited(rule, found.value, found.why) for rule, found in held if found is not None)
+    return tuple(Limited(rule, capacity.value, capacity.basis) for rule, capacity in held if capacity is not None)
 
 
 def _holds(rule: Rule, phase: Phase, alternative: Alternative) -> bool:
@@ -41,10 +41,10 @@ def _holds(rule: Rule, phase: Phase, alternative: Alternative) -> bool:
     return alternative.twin or rule.quantity not in OF_TWIN
 
 
-def _limit(plan: LiftPlan, phase: Phase, alternative: Alternative, rule: Rule) -> Found | None:
+def _limit(plan: LiftPlan, phase: Phase, alternative: Alternative, rule: Rule) -> CapacityValue | None:
     if not isinstance(rule.limit, str):
-        return Found(rule.limit, rule.asked)
-    found = CAPACITIES[rule.limit].find(plan, phase, alternative)
-    if found is None or rule.factor == 1.0:
-        return found
-    return Found(rule.factor * found.value, f"{rule.factor:g} x {found.why}")
+        return CapacityValue(rule.limit, rule.requirement)
+    capacity = CAPACITIES[rule.limit].find(plan, phase, alternative)
+    if capacity is None or rule.factor == 1.0:
+        return capacity
+    return CapacityValue(rule.factor * capacity.value, f"{rule.factor:g} x {capacity.basis}")

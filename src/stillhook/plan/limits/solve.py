@@ -92,15 +92,15 @@ def limits_of(
     return Limits(demand.phase, demand.alternative, demand.tier, Tp, beta, Hs, low, high)
 
 
-def _open_above(demand: Demand, most: float, key: str, found: Sequence[dict[str, FloatArray]]) -> None:
+def _open_above(demand: Demand, most: float, key: str, ends_of: Sequence[dict[str, FloatArray]]) -> None:
     """A rule that is kept in all seas of a column that ends below the highest that is asked: not told, but for the last
     sea."""
-    Hs, low, high = found
+    Hs, low, high = ends_of
     last = np.array([demand.seas.Hs[rows[-1]] for _, _, rows in demand.seas.columns()], dtype=np.float64)
     open_ = np.isposinf(Hs[key]) & (last < most * (1.0 - ROUNDING))
-    for ends, there in ((low, last), (high, np.full_like(last, np.nan))):
+    for ends, end in ((low, last), (high, np.full_like(last, np.nan))):
         if key in ends or open_.any():
-            ends[key] = np.where(open_, there, ends.get(key, np.full_like(last, np.nan)))
+            ends[key] = np.where(open_, end, ends.get(key, np.full_like(last, np.nan)))
     Hs[key] = np.where(open_, np.nan, Hs[key])
 
 
@@ -125,9 +125,9 @@ def first_crossing(H: FloatArray, y: FloatArray, zero: float | None = None) -> f
     if not known.any():
         return math.nan
     H, y = H[int(np.argmax(known)) :], y[int(np.argmax(known)) :]
-    told = int(np.argmax(np.isnan(y))) if np.isnan(y).any() else len(y)
-    unknown_above = told < len(y)
-    H, y = H[:told], y[:told]
+    n_known = int(np.argmax(np.isnan(y))) if np.isnan(y).any() else len(y)
+    unknown_above = n_known < len(y)
+    H, y = H[:n_known], y[:n_known]
     if H[0] > 0.0 and zero is not None:
         H, y = np.concatenate(([0.0], H)), np.concatenate(([zero], y))
     above = y > ROUNDING

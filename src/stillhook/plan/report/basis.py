@@ -34,9 +34,9 @@ from stillhook.units import number, show
 
 def operation(result: PlanResult) -> list[Part]:
     """Phases, planned times, forecast factor."""
-    told = result.facts
+    answer = result.facts
     rows = []
-    for p in told["phases"]:
+    for p in answer["phases"]:
         ends = [f"{x:.4g}" if x is not None else "-" for x in (p.get("start"), p.get("end"))]
         speed = show(p["speed"], "speed", 3) if p.get("speed") else "-"
         time = number(p["duration"] / 60.0, 3) if p.get("duration") else "-"
@@ -45,15 +45,17 @@ def operation(result: PlanResult) -> list[Part]:
     head = ("", "phase", "kind", "from [m]", "to [m]", "speed", "time [min]", "winch", "answered by")
     parts = [text("Heights are those of the payload's underside above still water.")]
     parts.append(table(head, rows, wide=[1, 8], numbers=[3, 4, 5, 6], small=True))
-    why: dict[str, list[str]] = {}
-    for p in told["phases"]:
-        why.setdefault(p.get("why") or "", []).append(p["name"])
-    whole = len(told["phases"])
+    reasons: dict[str, list[str]] = {}
+    for p in answer["phases"]:
+        reasons.setdefault(p.get("reason") or "", []).append(p["name"])
+    n_phases = len(answer["phases"])
     if lines := [
-        f"{'all phases' if len(phases) == whole else ', '.join(phases)}: {said}" for said, phases in why.items() if said
+        f"{'all phases' if len(phases) == n_phases else ', '.join(phases)}: {reason}"
+        for reason, phases in reasons.items()
+        if reason
     ]:
         parts += [sub("How each phase was answered"), bullets(lines)]
-    op = told.get("operation")
+    op = answer.get("operation")
     if op:
         parts += [
             sub("Planned time and forecast"),
@@ -92,17 +94,17 @@ def _operation(op: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 def rules(result: PlanResult) -> list[Part]:
     """Every rule with where it is from, and the limits as they stand for the leading alternative."""
-    told = result.facts["rules"]
+    answer = result.facts["rules"]
     rows = []
-    for r in told["rows"]:
+    for r in answer["rows"]:
         source = ", ".join(str(r[k]) for k in ("standard", "edition", "clause") if r.get(k))
-        asked = r.get("asked") or f"{r['sense'].replace('-', ' ')} {valued(r['limit'], r['quantity'])}"
+        requirement = r.get("requirement") or f"{r['sense'].replace('-', ' ')} {valued(r['limit'], r['quantity'])}"
         note = f" {r['note']}" if r.get("note") else ""
         rows.append(
             [
                 rule_code(result, r["key"]),
                 f"{r['title']} ({r['quantity']})",
-                asked,
+                requirement,
                 say.LEVELS.get(r["level"], r["level"]),
                 f"{source}.{note}",
             ]
@@ -110,9 +112,9 @@ def rules(result: PlanResult) -> list[Part]:
     head = ("", "rule (quantity)", "limit", "largest value", "source; check against your edition")
     parts = [
         text(say.CHECK),
-        facts([("rule set", f"{told['name']} version {told['version']}, digest {short(told['digest'])}")]),
+        facts([("rule set", f"{answer['name']} version {answer['version']}, digest {short(answer['digest'])}")]),
     ]
-    parts += [bullets(f"changed: {line}" for line in told["changes"])] if told.get("changes") else []
+    parts += [bullets(f"changed: {line}" for line in answer["changes"])] if answer.get("changes") else []
     parts.append(table(head, rows, wide=[1, 2], wider=[4], small=True))
     name = leading(result)
     stand = _stand(result, name)
@@ -126,30 +128,30 @@ def rules(result: PlanResult) -> list[Part]:
 
 def _stand(result: PlanResult, name: str) -> list[list[str]]:
     """Limits of an alternative, phases of the same limit in one row."""
-    found: dict[tuple[str, str, str], list[str]] = {}
+    rows_by_limit: dict[tuple[str, str, str], list[str]] = {}
     for each in result.facts.get("limited", ()):
         if each["alternative"] == name:
             quantity = of_rule(result.facts, each["rule"]).get("quantity", "")
-            found.setdefault((each["rule"], valued(each["limit"], quantity), each.get("why") or ""), []).append(
-                phase_code(result, each["phase"])
-            )
+            rows_by_limit.setdefault(
+                (each["rule"], valued(each["limit"], quantity), each.get("basis") or ""), []
+            ).append(phase_code(result, each["phase"]))
     order = names(result.data, "rule")
     return [
-        [rule_code(result, rule), rule.replace("-", " "), " ".join(at), limit, why]
-        for (rule, limit, why), at in sorted(found.items(), key=lambda x: order.index(x[0][0]))
+        [rule_code(result, rule), rule.replace("-", " "), " ".join(at), limit, basis]
+        for (rule, limit, basis), at in sorted(rows_by_limit.items(), key=lambda x: order.index(x[0][0]))
     ]
 
 
 def credit(result: PlanResult) -> list[Part]:
     """What each alternative is, and how much of it is credited."""
-    told = result.facts
-    crane = told.get("crane", {})
-    followed = [p["name"] for p in told["phases"] if p.get("compensated")]
+    answer = result.facts
+    crane = answer.get("crane", {})
+    followed = [p["name"] for p in answer["phases"] if p.get("compensated")]
     rows = []
-    for a in told["alternatives"]:
+    for a in answer["alternatives"]:
         inside = result.data["inside"].sel(alternative=a["name"], phase=followed).values
         share = percent(float(np.nanmean(inside))) if np.isfinite(inside).any() and _is_twin(result, a["name"]) else "-"
-        rows.append([named(a["name"]), a["says"], a.get("tells") or "", share])
+        rows.append([named(a["name"]), a["description"], a.get("credit_note") or "", share])
     certificate = crane.get("certificate")
     held = "none" if not certificate else f"No. {short(certificate['number'])}: {certificate['statement']}"
     head = ("alternative", "what it is", "credited", "covered")
@@ -201,10 +203,10 @@ def seas(result: PlanResult) -> list[Part]:
 
 def models(result: PlanResult) -> list[Part]:
     """How each tier answers, and the vessel and payload that all of them share."""
-    told = result.facts
-    used = [t for t in names(result.data, "tier") if t in told.get("tiers", say.TIERS)]
+    answer = result.facts
+    used = [t for t in names(result.data, "tier") if t in answer.get("tiers", say.TIERS)]
     parts = [facts((t, say.TIERS[t]) for t in used if t in say.TIERS), text(say.COUNTS), text(say.EXTREMES)]
-    payload, vessel, crane = told.get("payload", {}), told.get("vessel", {}), told.get("crane", {})
+    payload, vessel, crane = answer.get("payload", {}), answer.get("vessel", {}), answer.get("crane", {})
     mass = show(payload["mass"], "mass", 4) if "mass" in payload else "-"
     parts += [
         sub("Crane, vessel, payload"),
@@ -219,7 +221,7 @@ def models(result: PlanResult) -> list[Part]:
                 ),
                 ("vessel", f"{vessel.get('name', '-')}: {vessel.get('title', '')}"),
                 *(("", note) for note in vessel.get("notes", ())),
-                ("place", str(told.get("place", {}).get("text", "-"))),
+                ("place", str(answer.get("place", {}).get("text", "-"))),
                 ("payload", f"{payload.get('name', '-')}: {payload.get('title') or ''} {mass} in air"),
             ]
         ),
@@ -237,29 +239,33 @@ def _plain(value: str) -> str:
 
 def inputs(result: PlanResult) -> list[Part]:
     """Versions, hashes, seeds: what another person needs to repeat it."""
-    told = result.facts
-    runs = told.get("runs") or {}
+    answer = result.facts
+    runs = answer.get("runs") or {}
     rows = [
         (
             "computed by",
-            f"Stillhook {told.get('version', '-')}, code {told.get('code', '-')}, on {told.get('date', '-')}",
+            f"Stillhook {answer.get('version', '-')}, code {answer.get('code', '-')}, on {answer.get('date', '-')}",
         ),
-        ("plan", f"{told['name']} ({told.get('source') or '-'}), digest {short(told.get('digest', ''))}"),
+        ("plan", f"{answer['name']} ({answer.get('source') or '-'}), digest {short(answer.get('digest', ''))}"),
         *_runs(runs),
     ]
-    hashes = [[i["what"], _file(str(i["file"])), i["sha256"]] for i in told.get("inputs", ())]
+    hashes = [[i["item"], _file(str(i["file"])), i["sha256"]] for i in answer.get("inputs", ())]
     parts = [facts(rows), sub("Inputs (SHA-256 of what counts in each)"), {"kind": "hashes", "rows": hashes}]
-    remarks = [*told.get("remarks", ()), *told.get("notes", ())]
+    remarks = [*answer.get("remarks", ()), *answer.get("notes", ())]
     parts += [sub("Remarks of this run"), bullets(dict.fromkeys(str(x) for x in remarks))] if remarks else []
-    return [*parts, sub("To check or to repeat it"), bullets(line.format(command=_command(told)) for line in say.AGAIN)]
+    return [
+        *parts,
+        sub("To check or to repeat it"),
+        bullets(line.format(command=_command(answer)) for line in say.AGAIN),
+    ]
 
 
-def _command(told: Mapping[str, Any]) -> str:
+def _command(answer: Mapping[str, Any]) -> str:
     """The command that gives these numbers again."""
-    tier = f" --tier {told['tiers'][-1]}" if told.get("tiers") else ""
-    alpha = ((told.get("operation") or {}).get("alpha_table") or {}).get("name")
+    tier = f" --tier {answer['tiers'][-1]}" if answer.get("tiers") else ""
+    alpha = ((answer.get("operation") or {}).get("alpha_table") or {}).get("name")
     return (
-        f"stillhook plan {_file(str(told.get('source') or 'PLAN.toml'))}{tier}{f' --alpha {alpha}' if alpha else ''}"
+        f"stillhook plan {_file(str(answer.get('source') or 'PLAN.toml'))}{tier}{f' --alpha {alpha}' if alpha else ''}"
         " --out FOLDER"
     )
 
@@ -295,10 +301,10 @@ def _runs(runs: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
     for key, value in runs.items():
         if key in OF_THE_MACHINE or isinstance(value, bool) or value is None or isinstance(value, dict):
             continue
-        yield RUNS.get(key, key.replace("_", " ")), _said(key, value)
+        yield RUNS.get(key, key.replace("_", " ")), _value_text(key, value)
 
 
-def _said(key: str, value: Any) -> str:
+def _value_text(key: str, value: Any) -> str:
     if isinstance(value, list):
         return " to ".join(str(x) for x in value)
     if not isinstance(value, int | float):
@@ -308,5 +314,5 @@ def _said(key: str, value: Any) -> str:
 
 def not_covered(result: PlanResult) -> list[Part]:
     """What no number of this document says anything about."""
-    own = [str(line) for line in result.facts.get("not_covered", ())]
-    return [bullets(f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in dict.fromkeys([*own, *say.UNSAFE]))]
+    lines = [str(line) for line in result.facts.get("not_covered", ())]
+    return [bullets(f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in dict.fromkeys([*lines, *say.UNSAFE]))]

@@ -75,16 +75,16 @@ def _cells_caption(stem: str) -> str:
 def _governing(result: PlanResult) -> Part:
     """How often what governs, for every alternative."""
     labels = names(result.data)
-    found: dict[tuple[str, str], dict[str, int]] = {}
+    counts_by_pair: dict[tuple[str, str], dict[str, int]] = {}
     for name in labels:
-        here = result.data.sel(credit=CREDITED, alternative=name)
+        cells = result.data.sel(credit=CREDITED, alternative=name)
         for phase, rule in zip(
-            here["governing_phase"].values.ravel(), here["governing_rule"].values.ravel(), strict=True
+            cells["governing_phase"].values.ravel(), cells["governing_rule"].values.ravel(), strict=True
         ):
-            counts = found.setdefault((str(phase), str(rule)), {})
+            counts = counts_by_pair.setdefault((str(phase), str(rule)), {})
             counts[name] = counts.get(name, 0) + 1
-    pairs = sorted(found, key=lambda pair: -sum(found[pair].values()))
-    rows = [[_pair(result, *pair), *(str(found[pair].get(name, "")) for name in labels)] for pair in pairs]
+    pairs = sorted(counts_by_pair, key=lambda pair: -sum(counts_by_pair[pair].values()))
+    rows = [[_pair(result, *pair), *(str(counts_by_pair[pair].get(name, "")) for name in labels)] for pair in pairs]
     return table(("governs, credited", *(named(x) for x in labels)), rows, wide=[0], numbers=range(1, 1 + len(labels)))
 
 
@@ -104,48 +104,52 @@ def by_phase(result: PlanResult) -> list[Part]:
     for phase in names(data, "phase"):
         counts = data["counts"].sel(alternative=name, phase=phase).values
         label = f"{phase_code(result, phase)} {phase}"
-        found = [(tier, _of_phase(result, TWIN, [tier], name, phase), counts == tier) for tier in names(data, "tier")]
-        found.append((CREDITED, _of_phase(result, CREDITED, names(data, "tier"), name, phase), np.zeros(0, dtype=bool)))
-        for by, Hs, at in found:
+        rows_of_tiers = [
+            (tier, _of_phase(result, TWIN, [tier], name, phase), counts == tier) for tier in names(data, "tier")
+        ]
+        rows_of_tiers.append(
+            (CREDITED, _of_phase(result, CREDITED, names(data, "tier"), name, phase), np.zeros(0, dtype=bool))
+        )
+        for by, Hs, at in rows_of_tiers:
             if np.isnan(Hs).all():
                 continue
             if by == CREDITED:
                 strong.append(len(rows))
             seeds = int(data["n_seeds"].sel(alternative=name, phase=phase).values[at].max()) if at.any() else 0
-            told = least(np.where(np.isnan(Hs), np.inf, Hs))
-            rows.append([label, by, str(seeds or ""), *(height(float(told[k]), highest(result)) for k in columns)])
+            worst = least(np.where(np.isnan(Hs), np.inf, Hs))
+            rows.append([label, by, str(seeds or ""), *(height(float(worst[k]), highest(result)) for k in columns)])
     head = ("phase", "by", "seeds", *(f"{data['period'].values[k]:g} s" for k in columns))
-    said = (
+    sentence = (
         f"Least limit over the rules [m] at the worst heading, with {named(name)}: as each tier finds it, and as"
         " credited (bold)."
     )
-    parts = [text(said), table(head, rows, wide=[0], numbers=range(2, len(head)), strong_rows=strong, small=True)]
+    parts = [text(sentence), table(head, rows, wide=[0], numbers=range(2, len(head)), strong_rows=strong, small=True)]
     return [*parts, sub("Least limit of every rule over all cells, by each tier and credited"), *_by_rule(result, name)]
 
 
 def _of_phase(result: PlanResult, credit: Credit, tiers: Sequence[str], name: str, phase: str) -> FloatArray:
     """Least limit over some tiers and the rules (heading, period) [m]; NaN where none tells."""
-    found = result.data["Hs_rule"].sel(credit=credit, tier=list(tiers), alternative=name, phase=phase).values
-    Hs = np.asarray(found, dtype=float).reshape(-1, *found.shape[-2:])
+    values = result.data["Hs_rule"].sel(credit=credit, tier=list(tiers), alternative=name, phase=phase).values
+    Hs = np.asarray(values, dtype=float).reshape(-1, *values.shape[-2:])
     return np.asarray(np.where(np.isnan(Hs).all(axis=0), np.nan, np.where(np.isnan(Hs), np.inf, Hs).min(axis=0)))
 
 
 def _by_rule(result: PlanResult, name: str) -> list[Part]:
     """Rules that limit anything, with their least limits by every tier and as credited; the others in a sentence."""
     data, tiers, top = result.data, names(result.data, "tier"), highest(result)
-    here = data["Hs_rule"].sel(alternative=name)
+    Hs_rule = data["Hs_rule"].sel(alternative=name)
     rows, rest = [], []
     for phase in names(data, "phase"):
         for rule in names(data, "rule"):
-            own, credited = (here.sel(credit=c, phase=phase, rule=rule).values for c in (TWIN, CREDITED))
+            modelled, credited = (Hs_rule.sel(credit=c, phase=phase, rule=rule).values for c in (TWIN, CREDITED))
             code = f"{phase_code(result, phase)} {rule_code(result, rule)}"
             final = np.where(np.isnan(credited), np.inf, credited).min(axis=0)
-            if np.isnan(own).all() and np.isnan(credited).all():
+            if np.isnan(modelled).all() and np.isnan(credited).all():
                 continue
-            if np.isposinf(final).all() and not np.isfinite(own).any():
+            if np.isposinf(final).all() and not np.isfinite(modelled).any():
                 rest.append(code)
                 continue
-            cells = [_lowest(own[t], top) for t in range(len(tiers))]
+            cells = [_lowest(modelled[t], top) for t in range(len(tiers))]
             i, k = np.unravel_index(int(final.argmin()), final.shape)
             at = (
                 f"{data['period'].values[k]:g} s, {degrees(data['heading'].values[i])}"
@@ -155,7 +159,7 @@ def _by_rule(result: PlanResult, name: str) -> list[Part]:
             rows.append([code, governs(phase, rule), *cells, _lowest(credited, top), at])
     inside = f"Inside up to {number(top, 3)} m wherever they are told: {', '.join(rest)}."
     last = 2 + len(tiers)
-    found = table(
+    limits = table(
         ("", "phase: rule", *tiers, "credited", "least at"),
         rows,
         wide=[1],
@@ -163,7 +167,7 @@ def _by_rule(result: PlanResult, name: str) -> list[Part]:
         strong=[last],
         small=True,
     )
-    return [found, *([text(inside)] if rest else [])]
+    return [limits, *([text(inside)] if rest else [])]
 
 
 def _lowest(Hs: FloatArray, top: float) -> str:
@@ -171,7 +175,7 @@ def _lowest(Hs: FloatArray, top: float) -> str:
     return "-" if np.isnan(Hs).all() else height(float(np.nanmin(Hs)), top)
 
 
-def closed_form_beside(result: PlanResult) -> list[Part]:
+def closed_form_comparison(result: PlanResult) -> list[Part]:
     """Where the closed form stands against what is credited, in the phases where another tier counts."""
     name, lines, tiers = leading(result), [], names(result.data, "tier")
     for phase in names(result.data, "phase") if CLOSED in tiers else []:
@@ -203,13 +207,13 @@ def weather(result: PlanResult) -> list[Part]:
     rows = []
     for name in names(block):
         for credit in (CREDITED, TWIN) if differs(result, name) else (CREDITED,):
-            here = year.sel(credit=credit, alternative=name)
-            gains = [_gains(here.sel(over=o)) for o in over]
-            waits = [days(float(here[k])) for k in ("wait_mean", "wait_p50", "wait_p90")]
+            cells = year.sel(credit=credit, alternative=name)
+            gains = [_gains(cells.sel(over=o)) for o in over]
+            waits = [days(float(cells[k])) for k in ("wait_mean", "wait_p50", "wait_p90")]
             label = named(name) if credit == CREDITED else f"{named(name)}, by the twin"
-            vessel = number(float(here["vessel_days"]), 3) if math.isfinite(float(here["vessel_days"])) else "-"
+            vessel = number(float(cells["vessel_days"]), 3) if math.isfinite(float(cells["vessel_days"])) else "-"
             rows.append(
-                [label, percent(float(here["operability"])), *waits, vessel, *gains, _count(here, "n_censored")]
+                [label, percent(float(cells["operability"])), *waits, vessel, *gains, _count(cells, "n_censored")]
             )
     heads = {"none": "over none", "cap-80": "over cap", "best-classic": "over classic"}
     head = ("", "operability", "mean wait", "P50", "P90", "vessel days", *(heads.get(o, o) for o in over), "censored")
@@ -228,9 +232,9 @@ def weather(result: PlanResult) -> list[Part]:
     return [*parts, sub(f"By month with {named(leading(result))}, credited"), _by_month(result)]
 
 
-def _gains(here: Any) -> str:
+def _gains(cells: Any) -> str:
     """Days of waiting an operation and workable hours a year that are gained, of a row of the weather block."""
-    return f"{_more(float(here['days_gained']), 1)} d, {_more(float(here['hours_gained']), 0)} h"
+    return f"{_more(float(cells['days_gained']), 1)} d, {_more(float(cells['hours_gained']), 0)} h"
 
 
 def _more(x: float, digits: int) -> str:
@@ -240,8 +244,8 @@ def _more(x: float, digits: int) -> str:
     return f"{rounded:+.{digits}f}" if rounded else "0"
 
 
-def _count(here: object, key: str) -> str:
-    value = float(here[key]) if key in here else math.nan  # type: ignore[index,operator]
+def _count(cells: object, key: str) -> str:
+    value = float(cells[key]) if key in cells else math.nan  # type: ignore[index,operator]
     return "-" if math.isnan(value) else f"{value:.0f}"
 
 
@@ -249,11 +253,11 @@ def _series(result: PlanResult) -> list[tuple[str, str]]:
     """What the waiting was counted on."""
     block, attrs = result["weather"], result["weather"].attrs
     synthetic = " (SYNTHETIC)" if int(attrs.get("synthetic", 0)) else ""
-    here = block.sel(credit=CREDITED, alternative=leading(result), month=0)
+    cells = block.sel(credit=CREDITED, alternative=leading(result), month=0)
     rows = [("series", f"{attrs.get('source', '-')}{synthetic}")]
     if "first" in attrs:
         rows.append(("from, to", f"{attrs['first']} to {attrs.get('last', '-')}"))
-    rows.append(("hours, gaps", f"{_count(here, 'n_hours')} h, {_count(here, 'n_gaps')} gaps"))
+    rows.append(("hours, gaps", f"{_count(cells, 'n_hours')} h, {_count(cells, 'n_gaps')} gaps"))
     rows.append(("window", f"T_R = {hours(attrs.get('T_R', attrs.get('window')))}"))
     if "outside" in attrs:
         rows.append(
@@ -285,12 +289,12 @@ def _by_month(result: PlanResult) -> Part:
 
     block, rows = result["weather"], []
     for month, label in enumerate(MONTHS, start=1):
-        here = block.sel(credit=CREDITED, alternative=leading(result), month=month)
-        if math.isnan(float(here["operability"])):
+        cells = block.sel(credit=CREDITED, alternative=leading(result), month=month)
+        if math.isnan(float(cells["operability"])):
             continue
-        waits = [days(float(here[k])) for k in ("wait_mean", "wait_p50", "wait_p90")]
-        counts = [_count(here, k) for k in ("n_windows", "n_windows_long_enough", "n_censored")]
-        rows.append([label, percent(float(here["operability"])), *waits, *counts])
+        waits = [days(float(cells[k])) for k in ("wait_mean", "wait_p50", "wait_p90")]
+        counts = [_count(cells, k) for k in ("n_windows", "n_windows_long_enough", "n_censored")]
+        rows.append([label, percent(float(cells["operability"])), *waits, *counts])
     return table(
         ("month", "operability", "mean wait", "P50", "P90", "windows", "long enough", "censored"),
         rows,
@@ -325,20 +329,20 @@ def behind(result: PlanResult) -> list[Part]:
             parts += [text(str(notes))] if isinstance(notes, str) and notes else []
             parts += _sensitivity(result) if name == "sensitivity" else []
     missing = [name for name in captions if name not in result]
-    why = result.facts.get("not_computed") or {}
-    said = [f"{name} ({why[name]})" if why.get(name) else name for name in missing]
-    return [*parts, text(f"Not computed in this run: {', '.join(said)}.")] if missing else parts
+    reasons = result.facts.get("not_computed") or {}
+    phrases = [f"{name} ({reasons[name]})" if reasons.get(name) else name for name in missing]
+    return [*parts, text(f"Not computed in this run: {', '.join(phrases)}.")] if missing else parts
 
 
 def _sensitivity(result: PlanResult) -> list[Part]:
     """Limits of the leading alternative with other inputs, and whether they are those of what governs."""
     block, top = result["sensitivity"], highest(result)
-    here = block.sel(alternative=leading(result))
+    cells = block.sel(alternative=leading(result))
     rows = []
     for i, factor in enumerate(names(block, "factor")):
         tried = [str(block[k].values[i]) if k in block.coords else "-" for k in ("low_text", "high_text")]
-        found = [height(float(here[k].values[i]), top) for k in ("Hs_base", "Hs_low", "Hs_high")]
-        rows.append([FACTORS.get(factor, factor), found[0], tried[0], found[1], tried[1], found[2]])
+        values = [height(float(cells[k].values[i]), top) for k in ("Hs_base", "Hs_low", "Hs_high")]
+        rows.append([FACTORS.get(factor, factor), values[0], tried[0], values[1], tried[1], values[2]])
     head = (f"input ({named(leading(result))}, Hs [m])", "as planned", "first value", "limit", "second value", "limit")
     return [text(_varied(result)), table(head, rows, wide=[0, 2, 4], numbers=[1, 3, 5], small=True)]
 
@@ -346,16 +350,16 @@ def _sensitivity(result: PlanResult) -> list[Part]:
 def _varied(result: PlanResult) -> str:
     """Which phase was varied, and which governs the leading alternative in that cell."""
     attrs, name = result["sensitivity"].attrs, leading(result)
-    here = result.data.sel(alternative=name).sel(
+    cells = result.data.sel(alternative=name).sel(
         period=float(attrs["Tp"]), heading=float(attrs["beta"]), method="nearest"
     )
     by = f", by {attrs['tier']}" if attrs.get("tier") else ""
     varied = f"Varied here: {governs(str(attrs.get('phase', '')), str(attrs.get('rule', '')))}{by}."
-    said = []
+    phrases = []
     for credit, label in ((CREDITED, "credited"), (TWIN, "by the twin")):
-        cell = here.sel(credit=credit)
+        cell = cells.sel(credit=credit)
         phase, rule = str(cell["governing_phase"].item()), str(cell["governing_rule"].item())
         if phase and phase != attrs.get("phase"):
             limit = height(float(cell["Hs_limit"]), highest(result))
-            said.append(f"{label}, {governs(phase, rule)} governs this cell at {limit} m and was not varied")
-    return f"{varied} {'; '.join(said).capitalize()}: what is seen here says nothing of that." if said else varied
+            phrases.append(f"{label}, {governs(phase, rule)} governs this cell at {limit} m and was not varied")
+    return f"{varied} {'; '.join(phrases).capitalize()}: what is seen here says nothing of that." if phrases else varied

@@ -20,8 +20,8 @@ MISSING = "NOT JUDGED"
 def sheet_of(result: PlanResult, stems: Sequence[str]) -> dict[str, Any]:
     """Every text of the document. stems: of the figures that there are
     (`stillhook.plan.report.figures.limits.pictures`)."""
-    told = result.facts
-    date = datetime.date.fromisoformat(str(told.get("date", "1970-01-01"))[:10])
+    facts = result.facts
+    date = datetime.date.fromisoformat(str(facts.get("date", "1970-01-01"))[:10])
     return {
         "heading": say.HEADING,
         "subtitle": say.SUBTITLE,
@@ -31,12 +31,12 @@ def sheet_of(result: PlanResult, stems: Sequence[str]) -> dict[str, Any]:
         "year": date.year,
         "month": date.month,
         "day": date.day,
-        "made_by": f"Stillhook {told.get('version', '')}".strip(),
-        "number": short(told.get("digest", "")),
+        "made_by": f"Stillhook {facts.get('version', '')}".strip(),
+        "number": short(facts.get("digest", "")),
         "marks": marks(result),
         "answer": answer(result),
         "sections": [
-            {"title": f"{i}. {title}", "parts": _there(parts, stems)}
+            {"title": f"{i}. {title}", "parts": _with_figures(parts, stems)}
             for i, (title, parts) in enumerate(_sections(result, stems), 1)
         ],
     }
@@ -51,15 +51,15 @@ def _title(result: PlanResult) -> str:
 
 def marks(result: PlanResult) -> list[str]:
     """What must be seen on every page: what is synthetic, that a twin is not validated, what nothing was told of."""
-    found = []
+    lines = []
     if "weather" in result and int(result["weather"].attrs.get("synthetic", 0)):
-        found.append(say.SYNTHETIC)
+        lines.append(say.SYNTHETIC)
     certificate = result.facts.get("crane", {}).get("certificate")
     if certificate and certificate.get("synthetic"):
-        found.append(say.SYNTHETIC_CERTIFICATE)
+        lines.append(say.SYNTHETIC_CERTIFICATE)
     if not certificate and any(a.twin for a in result.alternatives):
-        found.append(say.UNVALIDATED.rstrip("."))
-    return found + [str(line).rstrip(".") for line in result.facts.get("remarks", ()) if str(line).startswith(MISSING)]
+        lines.append(say.UNVALIDATED.rstrip("."))
+    return lines + [str(line).rstrip(".") for line in result.facts.get("remarks", ()) if str(line).startswith(MISSING)]
 
 
 def _sections(result: PlanResult, stems: Sequence[str]) -> list[tuple[str, list[dict[str, Any]]]]:
@@ -71,7 +71,7 @@ def _sections(result: PlanResult, stems: Sequence[str]) -> list[tuple[str, list[
         ("Seas that were asked", basis.seas(result)),
         ("How the limits were found", basis.models(result)),
         ("Limits, cell by cell", detail.limit_cells(result, stems)),
-        ("Limits, phase by phase", [*detail.by_phase(result), *detail.closed_form_beside(result)]),
+        ("Limits, phase by phase", [*detail.by_phase(result), *detail.closed_form_comparison(result)]),
         ("Weather and waiting", detail.weather(result)),
         ("Behind the limits", detail.behind(result)),
         ("Inputs, versions, seeds", basis.inputs(result)),
@@ -79,7 +79,7 @@ def _sections(result: PlanResult, stems: Sequence[str]) -> list[tuple[str, list[
     ]
 
 
-def _there(parts: Sequence[dict[str, Any]], stems: Sequence[str]) -> list[dict[str, Any]]:
+def _with_figures(parts: Sequence[dict[str, Any]], stems: Sequence[str]) -> list[dict[str, Any]]:
     """Without pictures that were not drawn."""
     return [part for part in parts if part["kind"] != "figure" or part["stem"] in stems]
 

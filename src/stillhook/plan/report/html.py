@@ -14,11 +14,11 @@ from stillhook.report.html import bullets, heading, page, paragraph, picture, su
 def html(result: PlanResult, figures: Mapping[str, bytes]) -> str:
     """The page. figures: PNG by stem, of `stillhook.plan.report.figures.limits.pictures`."""
     sheet = sheet_of(result, tuple(figures))
-    found = sheet["answer"]
+    answer = sheet["answer"]
     parts = [paragraph(sheet["title"])]
-    parts += [paragraph(found["word"], no=not found["yes"], yes=found["yes"])]
-    parts += [paragraph(said) for said in found["said"]]
-    parts += [_set(part, figures) for part in found["parts"]]
+    parts += [paragraph(answer["word"], no=not answer["yes"], yes=answer["yes"])]
+    parts += [paragraph(sentence) for sentence in answer["said"]]
+    parts += [_set(part, figures) for part in answer["parts"]]
     for section in sheet["sections"]:
         parts += [heading(section["title"]), *(_set(part, figures) for part in section["parts"])]
     parts.append(paragraph(f"Plan {sheet['number']}, {sheet['date']}."))

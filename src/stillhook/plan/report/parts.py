@@ -24,9 +24,9 @@ WIDE, WIDER, NUMBER = "1fr", "2fr", "number"
 """Columns of words that fold, and of numbers, which stand at the right."""
 
 
-def text(said: str) -> Part:
+def text(content: str) -> Part:
     """A paragraph."""
-    return {"kind": "text", "text": said}
+    return {"kind": "text", "text": content}
 
 
 def sub(title: str) -> Part:
@@ -123,10 +123,10 @@ def worst_heading(Hs: FloatArray) -> list[int]:
 
 def between(Hs: FloatArray, top: float) -> str:
     """Range of limits in words: "1.65 m to 3.24 m", "2.2 m to above 4 m"; "not told" where none is."""
-    told = Hs[~np.isnan(Hs)]
-    if not told.size:
+    known = Hs[~np.isnan(Hs)]
+    if not known.size:
         return "not told"
-    low, high = (_in_words(float(x), top) for x in (told.min(), told.max()))
+    low, high = (_in_words(float(x), top) for x in (known.min(), known.max()))
     return low if low == high else f"{low} to {high}"
 
 
@@ -178,8 +178,8 @@ def valued(value: object, quantity: str) -> str:
 
 def short(digest: object) -> str:
     """The start of a hash, in groups of four."""
-    said = str(digest)[:SHORT]
-    return " ".join(said[i : i + 4] for i in range(0, len(said), 4))
+    content = str(digest)[:SHORT]
+    return " ".join(content[i : i + 4] for i in range(0, len(content), 4))
 
 
 def of_rule(facts_: Mapping[str, Any], key: str) -> Mapping[str, Any]:

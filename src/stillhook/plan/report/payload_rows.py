@@ -33,9 +33,9 @@ def payload_rows(payload: Payload, rho: float) -> list[list[str]]:
     if "C_D" not in payload.sources:
         rows.append(["drag coefficient", f"{payload.C_D:.4g}", "assumed", "default of the shape"])
     for path, source in payload.sources.items():
-        found = _found(payload, path)
-        if found is not None:
-            rows.append([*found, *_stated(source)])
+        entry = _entry(payload, path)
+        if entry is not None:
+            rows.append([*entry, *_stated(source)])
     return rows
 
 
@@ -43,7 +43,7 @@ def _stated(source: Source) -> tuple[str, str]:
     return source.kind.value, source.text
 
 
-def _found(payload: Payload, path: str) -> tuple[str, str] | None:
+def _entry(payload: Payload, path: str) -> tuple[str, str] | None:
     """What a field is of and its value with its unit; None for what tells no number. Parts lie in the order in which
     they are named."""
     head, *names = path.split(".")

@@ -47,10 +47,10 @@ def write_report(result: PlanResult, folder: Path, *, figures: bool = False) -> 
     cannot be set.
     """
     check(result)
-    drawn = pictures(result)
-    content = {PDF: pdf(result, drawn), PAGE: html(result, drawn).encode()}
+    images = pictures(result)
+    content = {PDF: pdf(result, images), PAGE: html(result, images).encode()}
     if figures:
-        content |= {f"{FIGURE}{stem}.png": data for stem, data in drawn.items()}
+        content |= {f"{FIGURE}{stem}.png": data for stem, data in images.items()}
     for name, data in content.items():
         (folder / name).write_bytes(data)
     return tuple(content)
@@ -59,11 +59,11 @@ def write_report(result: PlanResult, folder: Path, *, figures: bool = False) -> 
 def check(result: PlanResult) -> None:
     """Refuse results that no report can be made of. Errors: PlanError."""
     if missing := [key for key in NEEDED if key not in result.facts]:
-        said = f"its facts lack {', '.join(missing)}"
+        problem = f"its facts lack {', '.join(missing)}"
     else:
-        said = odd_fact(result.facts) or odd_numbers(result.data) or of_two(result.data, result.facts)
-    if said:
-        raise PlanError(f"report of {came(result.facts.get('name'))}: {said}. Run the plan again.")
+        problem = odd_fact(result.facts) or odd_numbers(result.data) or of_two(result.data, result.facts)
+    if problem:
+        raise PlanError(f"report of {came(result.facts.get('name'))}: {problem}. Run the plan again.")
 
 
 def save_report(result: PlanResult, folder: str | Path, *, figures: bool = False) -> tuple[str, ...]:

@@ -85,30 +85,30 @@ def _seas(result: PlanResult) -> str:
 
 def _credited(result: PlanResult, name: str) -> str:
     Hs = limits(result, CREDITED, name)
-    said = f"Credited limit with {named(name)}: Hs {between(Hs, highest(result))} for {_seas(result)}."
-    return f"{said}{_ends(result, name)} {_mostly(result, name, CREDITED)}"
+    sentence = f"Credited limit with {named(name)}: Hs {between(Hs, highest(result))} for {_seas(result)}."
+    return f"{sentence}{_ends(result, name)} {_mostly(result, name, CREDITED)}"
 
 
 def _ends(result: PlanResult, name: str) -> str:
     """The low ends of the limits' 95 % intervals, and that the estimates count."""
     low = np.asarray(result.data["Hs_limit_low"].sel(credit=CREDITED, alternative=name).values, dtype=float)
-    told = np.isfinite(low)
-    if not told.any():
+    known = np.isfinite(low)
+    if not known.any():
         return ""
-    where = "" if told.all() else f", in the {int(told.sum())} of {told.size} cells that tell one"
+    where = "" if known.all() else f", in the {int(known.sum())} of {known.size} cells that tell one"
     return f" The estimate counts; the low end of its 95 % interval is Hs {between(low, highest(result))}{where}."
 
 
 def _mostly(result: PlanResult, name: str, credit: Credit) -> str:
     """What governs in the most cells."""
-    here = result.data.sel(credit=credit, alternative=name)
-    pairs = zip(here["governing_phase"].values.ravel(), here["governing_rule"].values.ravel(), strict=True)
+    cells = result.data.sel(credit=credit, alternative=name)
+    pairs = zip(cells["governing_phase"].values.ravel(), cells["governing_rule"].values.ravel(), strict=True)
     counted = Counter((str(p), str(r)) for p, r in pairs if str(p))
     if not counted:
         return "Nothing governs below the highest sea that was asked."
     first = counted.most_common(NAMED)
-    said = ", ".join(f"{governs(*pair)} ({n} of {here['governing_phase'].size} cells)" for pair, n in first)
-    return f"Governing: {said}{' and others' if len(counted) > NAMED else ''}."
+    sentence = ", ".join(f"{governs(*pair)} ({n} of {cells['governing_phase'].size} cells)" for pair, n in first)
+    return f"Governing: {sentence}{' and others' if len(counted) > NAMED else ''}."
 
 
 def _unsigned(result: PlanResult) -> list[str]:
@@ -123,10 +123,10 @@ def _twin(result: PlanResult, name: str) -> str:
     if not differs(result, name):
         return f"By the twin: the same limits ({_nothing_taken(result, name)})."
     held = (result.facts.get("crane") or {}).get("certificate")
-    why = "the crane's certificate does not cover it" if held else "the crane has no certificate of validation"
+    reason = "the crane's certificate does not cover it" if held else "the crane has no certificate of validation"
     return (
         f"By the twin, before credit: Hs {between(limits(result, TWIN, name), highest(result))}."
-        f" {_mostly(result, name, TWIN)} What lies between is not credited: {why}."
+        f" {_mostly(result, name, TWIN)} What lies between is not credited: {reason}."
     )
 
 
@@ -159,22 +159,22 @@ def _operation(result: PlanResult, name: str) -> str:
         if op.get("weather_restricted")
         else "not weather restricted: alpha does not apply, design for extreme conditions"
     )
-    here = result.data.sel(credit=CREDITED, alternative=name)
+    cells = result.data.sel(credit=CREDITED, alternative=name)
     alpha, op_wf = (
-        (np.asarray(here[k].values, dtype=float) for k in ("alpha", "op_wf"))
-        if "alpha" in here
+        (np.asarray(cells[k].values, dtype=float) for k in ("alpha", "op_wf"))
+        if "alpha" in cells
         else (np.array([]),) * 2
     )
-    told = alpha[np.isfinite(alpha)]
+    known = alpha[np.isfinite(alpha)]
     summed = "" if op.get("T_POP_given", True) else " (not given: the sum of the phases stands for it)"
-    said = f"T_POP {hours(op.get('T_POP'))}{summed}, {contingency}: T_R {hours(op.get('T_R'))}, {kind}."
-    if told.size:
-        ends = "" if told.min() == told.max() else f" to {told.max():.2f}"
-        said += (
-            f" alpha {told.min():.2f}{ends}: forecast limit OP_WF Hs {between(op_wf[np.isfinite(alpha)], math.inf)}."
+    sentence = f"T_POP {hours(op.get('T_POP'))}{summed}, {contingency}: T_R {hours(op.get('T_R'))}, {kind}."
+    if known.size:
+        ends = "" if known.min() == known.max() else f" to {known.max():.2f}"
+        sentence += (
+            f" alpha {known.min():.2f}{ends}: forecast limit OP_WF Hs {between(op_wf[np.isfinite(alpha)], math.inf)}."
         )
     untold = int(np.isnan(alpha).sum()) if op.get("weather_restricted") else 0
-    return said + (
+    return sentence + (
         f" In {untold} of {alpha.size} cells the table tells no alpha: there no forecast limit holds." if untold else ""
     )
 
@@ -183,23 +183,23 @@ def _waiting(result: PlanResult, name: str) -> list[str]:
     if "weather" not in result:
         return []
     block = result["weather"]
-    here = block.sel(credit=CREDITED, alternative=name, month=0)
+    cells = block.sel(credit=CREDITED, alternative=name, month=0)
     mark = "SYNTHETIC weather, " if int(block.attrs.get("synthetic", 0)) else ""
     against = [o for o in references(block, result.facts.get("tiers", ())) if o != name]
-    won = [(o, float(here["days_gained"].sel(over=o))) for o in against]
+    won = [(o, float(cells["days_gained"].sel(over=o))) for o in against]
     gains = [f"{number(x, 2)} over {OVER.get(o, o)}" for o, x in won if math.isfinite(x)]
     waits = ", ".join(
-        f"{label} {days(float(here[key]))}"
+        f"{label} {days(float(cells[key]))}"
         for label, key in (("mean", "wait_mean"), ("P50", "wait_p50"), ("P90", "wait_p90"))
     )
     tail = f" Vessel days gained each operation, credited: {', '.join(gains)}." if gains else ""
-    operability = percent(float(here["operability"]))
-    tail += _flattered(result) + _beyond(block) + _censored(block, here)
-    said = (
+    operability = percent(float(cells["operability"]))
+    tail += _flattered(result) + _beyond(block) + _censored(block, cells)
+    sentence = (
         f"Waiting for a window of {hours(block.attrs.get('T_R'))} ({mark}whole year): {waits}; operability"
         f" {operability}.{tail}"
     )
-    return [said]
+    return [sentence]
 
 
 def _flattered(result: PlanResult) -> str:
@@ -210,26 +210,28 @@ def _flattered(result: PlanResult) -> str:
         return ""
     Hs = limits(result, CREDITED, NONE)
     below = int(((Hs > 0.0) & (Hs < lowest)).sum())
-    why = f"below {lowest:g} m no alpha is told, and that of {lowest:g} m is taken"
-    said = (
-        f" Without compensation the waiting is flattered in {below} of {Hs.size} cells ({why}): gains over it are at"
+    reason = f"below {lowest:g} m no alpha is told, and that of {lowest:g} m is taken"
+    sentence = (
+        f" Without compensation the waiting is flattered in {below} of {Hs.size} cells ({reason}): gains over it are at"
         " least these."
     )
-    return said if below else ""
+    return sentence if below else ""
 
 
 def _beyond(block: xarray.Dataset) -> str:
     """How much of the weather the table does not reach, where it is some."""
     part = float(block.attrs.get("outside", 0.0))
-    said = f" {percent(part)} of the records lie outside the table's periods and headings and count as not workable."
-    return said if part >= OUTSIDE else ""
+    sentence = (
+        f" {percent(part)} of the records lie outside the table's periods and headings and count as not workable."
+    )
+    return sentence if part >= OUTSIDE else ""
 
 
-def _censored(block: xarray.Dataset, here: xarray.Dataset) -> str:
+def _censored(block: xarray.Dataset, cells: xarray.Dataset) -> str:
     """What must be said where many starts find no window before the series ends."""
-    if "n_censored" not in here or "n_hours" not in here:
+    if "n_censored" not in cells or "n_hours" not in cells:
         return ""
-    part = float(here["n_censored"]) * float(block.attrs.get("step", HOUR)) / HOUR / max(1.0, float(here["n_hours"]))
+    part = float(cells["n_censored"]) * float(block.attrs.get("step", HOUR)) / HOUR / max(1.0, float(cells["n_hours"]))
     return (
         f" {percent(part)} of the starts find no window before the series ends: true waiting is longer."
         if part > CENSORED
@@ -249,20 +251,22 @@ def _limits(result: PlanResult, name: str) -> list[Part]:
     strong = range(1, len(columns))
     intervals = [_interval(result, name, at[k], k) for k in rows]
     columns += [("95 %", NUMBER, intervals)] if any(intervals) else []
-    columns.append(("governs (worst heading)", WIDE, [_what(result, CREDITED, name, at[k], k) for k in rows]))
+    columns.append(("governs (worst heading)", WIDE, [_governing_text(result, CREDITED, name, at[k], k) for k in rows]))
     for title, key in (("alpha", "alpha"), ("OP_WF", "op_wf")):
-        columns.append((title, NUMBER, [_told(result, name, key, at[k], k) for k in rows]))
+        columns.append((title, NUMBER, [_value_text(result, name, key, at[k], k) for k in rows]))
     if differs(result, name):
         columns.append(("twin", NUMBER, [height(float(twin[at_twin[k], k]), top) for k in rows]))
-        columns.append(("governs by the twin", WIDE, [_what(result, TWIN, name, at_twin[k], k) for k in rows]))
-    said = (
+        columns.append(
+            ("governs by the twin", WIDE, [_governing_text(result, TWIN, name, at_twin[k], k) for k in rows])
+        )
+    sentence = (
         f"OP_LIM with {named(name)}, credited: limiting Hs [m] by peak period and direction of the waves; OP_WF [m] at"
         " the worst heading"
     )
     kinds = {kind: [i for i, column in enumerate(columns) if column[1] == kind] for kind in (NUMBER, WIDE)}
     body = zip(*(column[2] for column in columns), strict=True)
     return [
-        sub(said),
+        sub(sentence),
         table([c[0] for c in columns], body, wide=kinds[WIDE], numbers=kinds[NUMBER], strong=strong, small=True),
     ]
 
@@ -282,20 +286,20 @@ def _by_heading(result: PlanResult, Hs: FloatArray, rows: list[int]) -> list[tup
 def _interval(result: PlanResult, name: str, i: int, k: int) -> str:
     """The 95 % interval of a credited limit, "from" its lower end where no upper one was reached; empty where there is
     none."""
-    here = result.data.sel(credit=CREDITED, alternative=name).isel(heading=i, period=k)
-    ends = [float(here[key]) for key in ("Hs_limit_low", "Hs_limit_high")]
+    cells = result.data.sel(credit=CREDITED, alternative=name).isel(heading=i, period=k)
+    ends = [float(cells[key]) for key in ("Hs_limit_low", "Hs_limit_high")]
     if any(map(math.isnan, ends)):
         return ""
     low, high = (height(x, highest(result)) for x in ends)
     return f"{low} to {high}" if ends[1] <= highest(result) else f"from {low}"
 
 
-def _what(result: PlanResult, credit: Credit, name: str, i: int, k: int) -> str:
-    here = result.data.sel(credit=credit, alternative=name).isel(heading=i, period=k)
-    return governs(str(here["governing_phase"].item()), str(here["governing_rule"].item()))
+def _governing_text(result: PlanResult, credit: Credit, name: str, i: int, k: int) -> str:
+    cells = result.data.sel(credit=credit, alternative=name).isel(heading=i, period=k)
+    return governs(str(cells["governing_phase"].item()), str(cells["governing_rule"].item()))
 
 
-def _told(result: PlanResult, name: str, key: str, i: int, k: int) -> str:
+def _value_text(result: PlanResult, name: str, key: str, i: int, k: int) -> str:
     if key not in result.data:
         return "-"
     x = float(result.data[key].sel(credit=CREDITED, alternative=name).isel(heading=i, period=k))
@@ -310,10 +314,10 @@ def _side_by_side(result: PlanResult) -> list[Part]:
     head = ["Tp [s]", *(f"{data['period'].values[k]:g}" for k in rows), *(("work", "wait") if waiting else ())]
     body = []
     for name in names(data):
-        said: list[tuple[str, Credit]] = [(named(name), CREDITED)]
+        sentence: list[tuple[str, Credit]] = [(named(name), CREDITED)]
         if differs(result, name):
-            said.append((f"{named(name)}, by the twin", TWIN))
-        for label, credit in said:
+            sentence.append((f"{named(name)}, by the twin", TWIN))
+        for label, credit in sentence:
             Hs = least(limits(result, credit, name))
             body.append(
                 [label, *(height(float(Hs[k]), top) for k in rows), *(_wait(result, credit, name) if waiting else ())]
@@ -325,13 +329,13 @@ def _side_by_side(result: PlanResult) -> list[Part]:
 
 def _wait(result: PlanResult, credit: Credit, name: str) -> tuple[str, str]:
     """Operability and mean waiting over the year."""
-    here = result["weather"].sel(credit=credit, alternative=name, month=0)
-    return percent(float(here["operability"])), days(float(here["wait_mean"]))
+    cells = result["weather"].sel(credit=credit, alternative=name, month=0)
+    return percent(float(cells["operability"])), days(float(cells["wait_mean"]))
 
 
 def _conditions(result: PlanResult) -> list[Part]:
-    told, place = result.facts, result.facts.get("place", {})
-    settings = told.get("settings", {})
+    known, place = result.facts, result.facts.get("place", {})
+    settings = known.get("settings", {})
     waves = {"jonswap": "JONSWAP", "pm": "Pierson-Moskowitz", "torsethaugen": "Torsethaugen"}.get(
         str(settings.get("wave")), "-"
     )
@@ -343,16 +347,16 @@ def _conditions(result: PlanResult) -> list[Part]:
         else ""
     )
     spread = f"spreading cos^{settings['spread']:g}" if settings.get("spread") else "long-crested"
-    crane, payload = told.get("crane", {}), told.get("payload", {})
+    crane, payload = known.get("crane", {}), known.get("payload", {})
     mass = show(payload["mass"], "mass", 4) if "mass" in payload else "-"
     rows = [
         ("lift", f"{payload.get('name', '-')}, {mass} in air, to {place.get('depth', math.nan):g} m of water"),
-        ("crane, vessel", f"{crane.get('name', '-')}; {place.get('text') or told.get('vessel', {}).get('name', '-')}"),
+        ("crane, vessel", f"{crane.get('name', '-')}; {place.get('text') or known.get('vessel', {}).get('name', '-')}"),
         ("seas", f"{waves}{peak}, {spread}"),
         ("reading", reading(result)),
         ("credit", str(crane.get("twin", "-"))),
     ]
-    rows += [("note", str(note)) for note in told.get("notes", ())]
+    rows += [("note", str(note)) for note in known.get("notes", ())]
     return [
         text("Conditions. Wind, current and what the last section names are not part of these limits."),
         facts(rows),

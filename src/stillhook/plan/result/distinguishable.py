@@ -33,11 +33,11 @@ def ran(tiers: Collection[str]) -> bool:
 
 def alike(data: xarray.Dataset) -> list[list[str]]:
     """Alternatives whose own limits are printed alike in every cell, side by side."""
-    found: dict[bytes, list[str]] = {}
+    groups: dict[bytes, list[str]] = {}
     for name in data["alternative"].values:
         limits = data["Hs_limit"].sel(credit=CREDITS[0], alternative=name).values
-        found.setdefault((np.round(limits, CENTIMETRES) + 0.0).tobytes(), []).append(str(name))
-    return list(found.values())
+        groups.setdefault((np.round(limits, CENTIMETRES) + 0.0).tobytes(), []).append(str(name))
+    return list(groups.values())
 
 
 def columns(result: PlanResult) -> list[list[str]]:
@@ -52,10 +52,10 @@ def merged(rows: Iterable[Sequence[str]], result: PlanResult, *, between: str = 
     one."""
     if ran(result.facts.get("tiers", ())):
         return [list(row) for row in rows]
-    found: dict[tuple[str, ...], list[str]] = {}
+    groups: dict[tuple[str, ...], list[str]] = {}
     for label, *cells in rows:
-        found.setdefault(tuple(cells), []).append(label)
-    return [[between.join(labels), *cells] for cells, labels in found.items()]
+        groups.setdefault(tuple(cells), []).append(label)
+    return [[between.join(labels), *cells] for cells, labels in groups.items()]
 
 
 def references(block: xarray.Dataset, tiers: Collection[str]) -> list[str]:

@@ -32,7 +32,7 @@ PHASE = {
     "duration": MAYBE,
     "compensated": YES,
     "tiers?": TEXTS,
-    "why?": TEXT,
+    "reason?": TEXT,
 }
 RULE = {
     "key": TEXT,
@@ -45,7 +45,7 @@ RULE = {
     "note": TEXT,
     "sense": TEXT,
     "level": TEXT,
-    "asked?": TEXT,
+    "requirement?": TEXT,
 }
 OPERATION = {
     "T_POP": NUMBER,
@@ -98,10 +98,16 @@ FACTS: Mapping[str, Shape] = {
     "phases": [PHASE],
     "rules": {"name": TEXT, "version": TEXT, "digest": TEXT, "changes": TEXTS, "rows": [RULE]},
     "limited": [
-        {"phase": TEXT, "alternative": TEXT, "rule": TEXT, "limit": (str, int, float, NoneType), "why": (str, NoneType)}
+        {
+            "phase": TEXT,
+            "alternative": TEXT,
+            "rule": TEXT,
+            "limit": (str, int, float, NoneType),
+            "basis": (str, NoneType),
+        }
     ],
-    "alternatives": [{"name": TEXT, "says": TEXT, "tells?": TEXT}],
-    "inputs": [{"what": TEXT, "file": TEXT, "sha256": TEXT}],
+    "alternatives": [{"name": TEXT, "description": TEXT, "credit_note?": TEXT}],
+    "inputs": [{"item": TEXT, "file": TEXT, "sha256": TEXT}],
     "not_covered": TEXTS,
     "remarks": TEXTS,
     "operation": OPERATION,
@@ -128,8 +134,8 @@ DATA: Mapping[str, set[str]] = {
 def odd_fact(facts: Mapping[str, Any]) -> str:
     """The first fact that is told and is not what it should be, in words; empty where all are."""
     for key, shape in FACTS.items():
-        if key in facts and (said := _odd(facts[key], shape, key)):
-            return said
+        if key in facts and (error := _odd(facts[key], shape, key)):
+            return error
     if any(len(row) < ROW for row in facts.get("payload", {}).get("rows", ())):
         return "payload.rows: a row without a value"
     if "date" in facts:
@@ -153,15 +159,15 @@ def _odd(value: Any, shape: Shape, where: str) -> str:
     if isinstance(shape, list):
         if not isinstance(value, list | tuple):
             return f"{where} = {came(value)}: it must be a list"
-        return next((said for i, each in enumerate(value) if (said := _odd(each, shape[0], f"{where}[{i}]"))), "")
+        return next((error for i, each in enumerate(value) if (error := _odd(each, shape[0], f"{where}[{i}]"))), "")
     if not isinstance(value, Mapping):
         return f"{where} = {came(value)}: it must be a table"
     for key, inner in shape.items():
         name = key.removesuffix("?")
         if name not in value and name == key:
             return f"{where}.{name}: missing"
-        if name in value and (said := _odd(value[name], inner, f"{where}.{name}")):
-            return said
+        if name in value and (error := _odd(value[name], inner, f"{where}.{name}")):
+            return error
     return ""
 
 
@@ -183,9 +189,9 @@ def odd_numbers(data: xarray.Dataset) -> str:
 
 def of_two(data: xarray.Dataset, facts: Mapping[str, Any]) -> str:
     """Where facts name other phases, rules or alternatives than the numbers, in words; empty where they do not."""
-    told = {"phase": facts["phases"], "alternative": facts["alternatives"], "rule": facts["rules"]["rows"]}
-    for name, rows in told.items():
-        own = [row["key" if name == "rule" else "name"] for row in rows]
-        if sorted(own) != sorted(map(str, data[name].values)):
+    named = {"phase": facts["phases"], "alternative": facts["alternatives"], "rule": facts["rules"]["rows"]}
+    for name, rows in named.items():
+        keys = [row["key" if name == "rule" else "name"] for row in rows]
+        if sorted(keys) != sorted(map(str, data[name].values)):
             return f"its facts name other {name}s than its numbers"
     return ""

@@ -28,7 +28,7 @@ class Inside:
     that it is of."""
 
     covered: NDArray[np.bool_] = field(repr=False)
-    why: tuple[str, ...] = ()
+    reasons: tuple[str, ...] = ()
 
 
 def inside(plan: LiftPlan, phase: Phase, alternative: Alternative, seas: Seas) -> Inside:
@@ -46,9 +46,9 @@ def inside(plan: LiftPlan, phase: Phase, alternative: Alternative, seas: Seas) -
     if against:
         return Inside(~everywhere, against)
     reasons: list[tuple[str, ...]] = []
-    for i, asked in enumerate(_conditions(plan, phase, alternative, seas)):
+    for i, conditions in enumerate(_conditions(plan, phase, alternative, seas)):
         assert plan.crane.certified is not None
-        outside = plan.crane.certified.outside(asked)
+        outside = plan.crane.certified.outside(conditions)
         everywhere[i] = not outside
         reasons.append(outside)
     return Inside(everywhere, _counted(reasons))
@@ -60,9 +60,9 @@ def _counted(reasons: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
     for reason in chain.from_iterable(reasons):
         alike.setdefault(reason[reason.find(" (") :], []).append(reason)
     return tuple(
-        f"outside the validated envelope in {len(found)} of {len(reasons)} seas:"
-        f" {found[0]}{' and the like' if len(set(found)) > 1 else ''}"
-        for found in alike.values()
+        f"outside the validated envelope in {len(lines)} of {len(reasons)} seas:"
+        f" {lines[0]}{' and the like' if len(set(lines)) > 1 else ''}"
+        for lines in alike.values()
     )
 
 
@@ -71,9 +71,9 @@ def _against(plan: LiftPlan, alternative: Alternative) -> tuple[str, ...]:
     crane = plan.crane
     if crane.certified is None:
         return (f"{NO_CERTIFICATE}: no more than {CAP:.0%} of compensation is credited",)
-    found = objections(crane)
-    if found:
-        return tuple(f"certificate does not hold: {reason}" for reason in found)
+    reasons = objections(crane)
+    if reasons:
+        return tuple(f"certificate does not hold: {reason}" for reason in reasons)
     if crane.certified.synthetic:
         return (f"certificate {crane.certified.short} is SYNTHETIC: no crane was validated",)
     if controlled(crane, alternative, plan.sensors)[0] != crane:

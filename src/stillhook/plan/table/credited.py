@@ -26,7 +26,7 @@ class Certified:
     compensation."""
 
     covers: BoolArray = field(repr=False)
-    why: Mapping[Alternative, tuple[str, ...]]
+    reasons: Mapping[Alternative, tuple[str, ...]]
     needs: BoolArray = field(repr=False)
 
     @property
@@ -40,23 +40,25 @@ def certified_in(plan: LiftPlan, axes: Axes, seas: Seas) -> Certified:
     """What the crane's certificate covers of a full table of seas. Phases that nothing compensates need no certificate,
     and alternatives that are no twin have none to need."""
     heights = np.unique(seas.Hs)
-    found = np.ones((len(axes.alternatives), len(axes.phases), *axes.columns, len(heights)), dtype=np.bool_)
+    covers = np.ones((len(axes.alternatives), len(axes.phases), *axes.columns, len(heights)), dtype=np.bool_)
     heading, period = axes.place(seas.Tp, seas.beta)
     height = np.searchsorted(heights, seas.Hs)
-    why: dict[Alternative, list[str]] = {}
-    needs = np.zeros(found.shape[:2], dtype=np.bool_)
+    reasons: dict[Alternative, list[str]] = {}
+    needs = np.zeros(covers.shape[:2], dtype=np.bool_)
     for i, alternative in enumerate(axes.alternatives):
         for k, phase in enumerate(plan.phases):
             if alternative.twin and phase.compensated:
                 needs[i, k] = True
-                told = inside(plan, phase, alternative, seas)
-                found[i, k, heading, period, height] = told.covered
-                why.setdefault(alternative, []).extend(told.why)
-    return Certified(found, {alternative: tuple(dict.fromkeys(lines)) for alternative, lines in why.items()}, needs)
+                coverage = inside(plan, phase, alternative, seas)
+                covers[i, k, heading, period, height] = coverage.covered
+                reasons.setdefault(alternative, []).extend(coverage.reasons)
+    return Certified(
+        covers, {alternative: tuple(dict.fromkeys(lines)) for alternative, lines in reasons.items()}, needs
+    )
 
 
 def credited_of(
-    plan: LiftPlan, own: Chosen, demands: Sequence[Demand], heights: FloatArray, certified: BoolArray
+    plan: LiftPlan, modelled: Chosen, demands: Sequence[Demand], heights: FloatArray, certified: BoolArray
 ) -> Chosen:
     """Limits that may be credited, of limits by the model of each alternative.
 
@@ -65,8 +67,8 @@ def credited_of(
     not covered, a rule is met only where the cap meets it as well: the limit falls to the highest covered sea below it,
     or to the cap's where that is more. Rules that the cap does not tell (pressures of a winch) stay with the twin.
     """
-    axes, Hs, tier = own.axes, own.Hs.copy(), own.tier.copy()
-    low, high = own.low.copy(), own.high.copy()
+    axes, Hs, tier = modelled.axes, modelled.Hs.copy(), modelled.tier.copy()
+    low, high = modelled.low.copy(), modelled.high.copy()
     for i, alternative in enumerate(axes.alternatives):
         phases = [p for p in plan.phases if p.compensated and not certified[i, axes.phases.index(p.name)].all()]
         if not alternative.twin or not phases:
@@ -75,13 +77,13 @@ def credited_of(
         for phase in phases:
             at = (i, axes.phases.index(phase.name))
             reach = np.fmax(cap.Hs[at], _covered_up_to(cap.Hs[at], heights, certified[at]))
-            lower = reach < own.Hs[at]
+            lower = reach < modelled.Hs[at]
             by_cap = lower & (cap.Hs[at] == reach)
-            Hs[at] = np.where(lower, reach, own.Hs[at])
-            tier[at] = np.where(by_cap, cap.tier[at], own.tier[at])
+            Hs[at] = np.where(lower, reach, modelled.Hs[at])
+            tier[at] = np.where(by_cap, cap.tier[at], modelled.tier[at])
             for ends, of in ((low, cap.low), (high, cap.high)):
                 ends[at] = np.where(by_cap, of[at], np.where(lower, np.nan, ends[at]))
-    return replace(own, Hs=Hs, low=low, high=high, tier=tier)
+    return replace(modelled, Hs=Hs, low=low, high=high, tier=tier)
 
 
 def _cap(
@@ -89,18 +91,18 @@ def _cap(
 ) -> Chosen:
     """Limits of the flat cap where it has to meet the rules of another alternative, in the places of that one."""
     names = {phase.name: phase for phase in phases}
-    found = []
+    limits = []
     for demand in demands:
         if demand.alternative is Alternative.CAP and demand.phase in names:
             phase = names[demand.phase]
             still = calm(plan, phase, Alternative.CAP)
             highest = max(plan.environment.Hs)
-            found.append(
+            limits.append(
                 limits_of(
                     replace(demand, alternative=alternative), limited(plan, phase, alternative), still, most=highest
                 )
             )
-    return chosen(gathered(axes, found))
+    return chosen(gathered(axes, limits))
 
 
 def _covered_up_to(cap: FloatArray, heights: FloatArray, certified: BoolArray) -> FloatArray:

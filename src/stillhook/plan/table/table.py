@@ -83,16 +83,16 @@ class Gathered:
 def gathered(axes: Axes, limits: Sequence[Limits]) -> Gathered:
     """Limits put in their places. A column that is told twice takes the later one."""
     shape = (len(TIERS), len(axes.alternatives), len(axes.phases), len(axes.rules), *axes.columns)
-    found = Gathered(axes, *(np.full(shape, np.nan) for _ in range(3)))
+    result = Gathered(axes, *(np.full(shape, np.nan) for _ in range(3)))
     for each in limits:
         if each.alternative not in axes.alternatives:
             continue
         at = (TIERS.index(each.tier), axes.alternatives.index(each.alternative), axes.phases.index(each.phase))
         heading, period = axes.place(each.Tp, each.beta)
-        for into, of in ((found.Hs, each.Hs), (found.low, each.low), (found.high, each.high)):
+        for into, of in ((result.Hs, each.Hs), (result.low, each.low), (result.high, each.high)):
             for rule, values in of.items():
                 into[(*at, axes.rules.index(rule), heading, period)] = values
-    return found
+    return result
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,24 +107,24 @@ class Chosen:
     tier: IntArray = field(repr=False)
 
 
-def chosen(found: Gathered) -> Chosen:
+def chosen(limits: Gathered) -> Chosen:
     """Of every rule the limit by the tier that knows most: the twin where it was run, else the frequency road, else the
     closed form. Where a tier shows seas inside, and no limit (`stillhook.plan.limits.solve.Limits.low`), one below from
     a lesser tier is lifted to there."""
-    told = np.isfinite(found.Hs) | np.isposinf(found.Hs)
-    rank = np.arange(len(TIERS)).reshape(-1, *([1] * (found.Hs.ndim - 1)))
-    tier = np.where(told, rank, -1).max(axis=0)
+    known = np.isfinite(limits.Hs) | np.isposinf(limits.Hs)
+    rank = np.arange(len(TIERS)).reshape(-1, *([1] * (limits.Hs.ndim - 1)))
+    tier = np.where(known, rank, -1).max(axis=0)
     at = np.maximum(tier, 0)[None]
 
     def taken(a: FloatArray) -> FloatArray:
         return np.asarray(np.where(tier >= 0, np.take_along_axis(a, at, axis=0)[0], np.nan))
 
-    Hs, low, high = (taken(a) for a in (found.Hs, found.low, found.high))
+    Hs, low, high = (taken(a) for a in (limits.Hs, limits.low, limits.high))
     for k in range(len(TIERS)):
-        lifted = ~told[k] & (tier < k) & (found.low[k] > Hs)
-        Hs, tier = np.where(lifted, found.low[k], Hs), np.where(lifted, k, tier)
+        lifted = ~known[k] & (tier < k) & (limits.low[k] > Hs)
+        Hs, tier = np.where(lifted, limits.low[k], Hs), np.where(lifted, k, tier)
         low, high = (np.where(lifted, np.nan, ends) for ends in (low, high))
-    return Chosen(found.axes, Hs, low, high, tier.astype(np.int64))
+    return Chosen(limits.axes, Hs, low, high, tier.astype(np.int64))
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,10 +167,10 @@ def untold(of: Chosen) -> Mapping[Alternative, tuple[str, ...]]:
     """Phases that no tier tells anything of in some cell, by alternative; alternatives without such phases are left
     out."""
     silent = np.asarray((of.tier < 0).all(axis=2))
-    found = {}
+    phases_of = {}
     for i, alternative in enumerate(of.axes.alternatives):
-        found[alternative] = tuple(name for k, name in enumerate(of.axes.phases) if silent[i, k].any())
-    return {a: phases for a, phases in found.items() if phases}
+        phases_of[alternative] = tuple(name for k, name in enumerate(of.axes.phases) if silent[i, k].any())
+    return {a: phases for a, phases in phases_of.items() if phases}
 
 
 def _off(headings: FloatArray, beta: FloatArray) -> FloatArray:
@@ -178,10 +178,10 @@ def _off(headings: FloatArray, beta: FloatArray) -> FloatArray:
     return np.asarray(np.abs((beta[None] - headings[:, None] + math.pi) % FULL - math.pi))
 
 
-def worst(by_heading: FloatArray, counts: BoolArray, told: BoolArray) -> FloatArray:
+def worst(by_heading: FloatArray, counts: BoolArray, known: BoolArray) -> FloatArray:
     """The least (n,) of limits (heading, n) over the headings that count (heading, n or 1); 0 where nothing is told (n
     or 1,)."""
-    return np.asarray(np.where(told, np.where(counts, by_heading, np.inf).min(axis=0), 0.0))
+    return np.asarray(np.where(known, np.where(counts, by_heading, np.inf).min(axis=0), 0.0))
 
 
 def bracketed(headings: FloatArray, tolerance: float, beta: FloatArray) -> tuple[BoolArray, BoolArray]:
@@ -191,28 +191,28 @@ def bracketed(headings: FloatArray, tolerance: float, beta: FloatArray) -> tuple
     behind, ahead = ((sign * (beta[None] - headings[:, None])) % FULL for sign in (1.0, -1.0))
     rows = behind.argmin(axis=0), ahead.argmin(axis=0)
     gap = (headings[rows[1]] - headings[rows[0]]) % FULL
-    beside = np.zeros_like(on)
+    neighbours = np.zeros_like(on)
     for row in rows:
-        beside[row, np.arange(len(beta))] = True
+        neighbours[row, np.arange(len(beta))] = True
     exact = on.any(axis=0)
-    told = exact | (np.isfinite(beta) & (gap > 0.0) & (gap <= 2.0 * tolerance * (1.0 + SAME) + SAME))
-    return np.where(exact, on, beside), np.asarray(told)
+    known = exact | (np.isfinite(beta) & (gap > 0.0) & (gap <= 2.0 * tolerance * (1.0 + SAME) + SAME))
+    return np.where(exact, on, neighbours), np.asarray(known)
 
 
 def counted(headings: FloatArray, tolerance: float, beta: FloatArray) -> tuple[BoolArray, BoolArray]:
     """Which headings of a table count for waves of beta (heading, n): those on either side and those within the
     tolerance; and whether it tells them (n,). [rad]"""
-    between, told = bracketed(headings, tolerance, beta)
-    return between | _near(headings, tolerance, beta), told
+    between, known = bracketed(headings, tolerance, beta)
+    return between | _near(headings, tolerance, beta), known
 
 
 def cones(headings: FloatArray, tolerance: float) -> BoolArray:
     """Which headings count (heading, heading) for a vessel that keeps the second and is off it by the tolerance [rad]
     at most."""
-    found = _near(headings, tolerance, headings)
+    result = _near(headings, tolerance, headings)
     for end in (-tolerance, tolerance):
-        found |= bracketed(headings, tolerance, headings + end)[0]
-    return found
+        result |= bracketed(headings, tolerance, headings + end)[0]
+    return result
 
 
 def _near(headings: FloatArray, tolerance: float, beta: FloatArray) -> BoolArray:
@@ -264,15 +264,15 @@ class LimitTable:
         """Limits (heading, n) of each heading alone: the worst of the two periods on either side of Tp (the one row
         where Tp is a row); below the lowest the first row holds, above the highest the limit is 0. Tp NaN: the worst of
         all periods."""
-        told = np.minimum(np.nan_to_num(self.Hs, nan=0.0, posinf=np.inf), self.Hs_highest)
+        Hs = np.minimum(np.nan_to_num(self.Hs, nan=0.0, posinf=np.inf), self.Hs_highest)
         slack = SAME * self.periods
         high = np.searchsorted(self.periods + slack, np.nan_to_num(Tp, nan=0.0))
         low = np.searchsorted(self.periods - slack, np.nan_to_num(Tp, nan=0.0), side="right") - 1
         beyond = high >= len(self.periods)
         rows = [np.clip(k, 0, len(self.periods) - 1) for k in (low, high)]
-        found = np.minimum(told[:, rows[0]], told[:, rows[1]])
-        found = np.where(beyond, 0.0, found)
-        return np.where(np.isnan(Tp), told.min(axis=1, keepdims=True), found)
+        result = np.minimum(Hs[:, rows[0]], Hs[:, rows[1]])
+        result = np.where(beyond, 0.0, result)
+        return np.where(np.isnan(Tp), Hs.min(axis=1, keepdims=True), result)
 
     def described(self) -> str:
         """How the table is read, in words."""

@@ -281,8 +281,8 @@ def _in_air(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
     s = sm.swing(m.eta, m.omega, w.K, M, w.above)
     F = jerk(plan, phase, m.V)
     off = phase.kind is PhaseKind.LIFT_OFF  # its slings come taut: that they were slack is no fault
-    found = _tensions(w, M, s.top + F, s.sling + F, slack=not off) | {"load_pp": 2.0 * s.load.max(axis=0)}
-    return found | ({"v_lift_off": np.zeros_like(m.v)} if off else {})
+    values = _tensions(w, M, s.top + F, s.sling + F, slack=not off) | {"load_pp": 2.0 * s.load.max(axis=0)}
+    return values | ({"v_lift_off": np.zeros_like(m.v)} if off else {})
 
 
 def _wave_zone(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
@@ -301,11 +301,11 @@ def _under_water(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
     v_w, a_w = (f(m.zeta, m.T_w, w.d) for f in (sm.water_speed, sm.water_acceleration))
     F_w = np.hypot(sm.drag(w.B, v_w), (w.rho_V + w.A33) * a_w)
     sling = np.hypot(s.sling, F_w)
-    found = _tensions(w, M, np.hypot(s.top, F_w), sling) | _snap(plan, w, sling, sm.relative_speed(m.V, m.v, v_w))
-    found["load_pp"] = 2.0 * s.load.max(axis=0)
+    values = _tensions(w, M, np.hypot(s.top, F_w), sling) | _snap(plan, w, sling, sm.relative_speed(m.V, m.v, v_w))
+    values["load_pp"] = 2.0 * s.load.max(axis=0)
     if phase.kind is PhaseKind.LANDING:
-        found["v_landed"] = m.V + m.omega * s.load[-1]
-    return found
+        values["v_landed"] = m.V + m.omega * s.load[-1]
+    return values
 
 
 def _off_the_seabed(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
@@ -325,8 +325,8 @@ _OF_KIND: Mapping[PhaseKind, Callable[[LiftPlan, Phase, Motions], Values]] = {
 def _tensions(w: Way, M: float, top: FloatArray, sling: FloatArray, *, slack: bool = True) -> Values:
     """Tensions of a way from the amplitudes of what comes on top of rest, (k, n) [N]. The least static tension is that
     of the whole way."""
-    found = {"F_top_max": (w.F_top + top).max(axis=0), "DAF": (w.W + sling).max(axis=0) / (M * G)}
-    return found | ({"sling_ratio": 1.0 - sling.max(axis=0) / w.W.min()} if slack else {})
+    values = {"F_top_max": (w.F_top + top).max(axis=0), "DAF": (w.W + sling).max(axis=0) / (M * G)}
+    return values | ({"sling_ratio": 1.0 - sling.max(axis=0) / w.W.min()} if slack else {})
 
 
 def _snap(plan: LiftPlan, w: Way, sling: FloatArray, v_r: FloatArray) -> Values:

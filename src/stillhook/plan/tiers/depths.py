@@ -12,7 +12,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
-from stillhook.response.suspended_load import Hung, hung
+from stillhook.response.suspended_load import SuspendedLoad, suspended_load
 from stillhook.response.wire_rod import natural_periods
 
 EVERY = 150.0
@@ -37,7 +37,7 @@ class Situation:
     time: float
     x: float
     y: float
-    hung: Hung = field(repr=False)
+    load: SuspendedLoad = field(repr=False)
     T_0: float
 
 
@@ -55,8 +55,8 @@ def situations(plan: LiftPlan, phase: Phase) -> tuple[Situation, ...]:
     looked = _looked(plan, phase)
     shares = _shares([z for z, _ in looked])
     return tuple(
-        Situation(z, float(share) * phase.duration, at.x, at.y, what, natural_period(what))
-        for (z, what), share in zip(looked, shares, strict=True)
+        Situation(z, float(share) * phase.duration, at.x, at.y, load, natural_period(load))
+        for (z, load), share in zip(looked, shares, strict=True)
     )
 
 
@@ -67,51 +67,53 @@ def resonance_depth(plan: LiftPlan, T: float) -> float:
     The period grows with the wire that is out; hook, slings and the wire on the boom count.
     """
     top, bottom = -plan.payload.reach(plan.rho), -plan.depth
-    if not natural_period(_hung(plan, None, top)) <= T <= natural_period(_hung(plan, None, bottom)):
+    if not natural_period(_load_at(plan, None, top)) <= T <= natural_period(_load_at(plan, None, bottom)):
         return math.nan
     return -_resonance(plan, None, T, top, bottom)
 
 
-def natural_period(what: Hung) -> float:
+def natural_period(load: SuspendedLoad) -> float:
     """First natural period of what hangs, top held [s]."""
-    return float(natural_periods(what.rod, what.end, 1)[0])
+    return float(natural_periods(load.rod, load.end, 1)[0])
 
 
-def _looked(plan: LiftPlan, phase: Phase) -> list[tuple[float, Hung]]:
+def _looked(plan: LiftPlan, phase: Phase) -> list[tuple[float, SuspendedLoad]]:
     """Heights on the way from start to end, and what hangs there."""
     assert phase.start is not None
     assert phase.end is not None
     if phase.start == phase.end:
-        return [(phase.start, _hung(plan, phase, phase.start))]
+        return [(phase.start, _load_at(plan, phase, phase.start))]
     count = max(1, math.ceil(abs(phase.end - phase.start) / EVERY))
-    found = [(float(z), _hung(plan, phase, float(z))) for z in np.linspace(phase.start, phase.end, count + 1)]
+    places = [(float(z), _load_at(plan, phase, float(z))) for z in np.linspace(phase.start, phase.end, count + 1)]
     if max(phase.start, phase.end) > 0.0:
-        return found
-    periods = [natural_period(what) for _, what in found]
+        return places
+    periods = [natural_period(load) for _, load in places]
     for T in plan.environment.Tp:
         ends = next((i for i in range(count) if min(periods[i : i + 2]) <= T <= max(periods[i : i + 2])), None)
         if ends is None:
             continue
-        z = _resonance(plan, phase, T, max(found[ends][0], found[ends + 1][0]), min(found[ends][0], found[ends + 1][0]))
-        if min(abs(z - known) for known, _ in found) > NEAR:
-            found.append((z, _hung(plan, phase, z)))
-    return sorted(found, key=lambda pair: pair[0], reverse=phase.end < phase.start)
+        z = _resonance(
+            plan, phase, T, max(places[ends][0], places[ends + 1][0]), min(places[ends][0], places[ends + 1][0])
+        )
+        if min(abs(z - known) for known, _ in places) > NEAR:
+            places.append((z, _load_at(plan, phase, z)))
+    return sorted(places, key=lambda pair: pair[0], reverse=phase.end < phase.start)
 
 
 def _resonance(plan: LiftPlan, phase: Phase | None, T: float, top: float, bottom: float) -> float:
     """Height between two under water at which the natural period, less than T above and more below, is T [m]."""
     while top - bottom > EXACT:
         middle = 0.5 * (top + bottom)
-        if natural_period(_hung(plan, phase, middle)) < T:
+        if natural_period(_load_at(plan, phase, middle)) < T:
             top = middle
         else:
             bottom = middle
     return 0.5 * (top + bottom)
 
 
-def _hung(plan: LiftPlan, phase: Phase | None, z: float) -> Hung:
+def _load_at(plan: LiftPlan, phase: Phase | None, z: float) -> SuspendedLoad:
     h_tip = plan.h_tip if phase is None else plan.tip_of(phase).z
-    return hung(plan.crane, plan.hanging(z, h_tip), z)
+    return suspended_load(plan.crane, plan.hanging(z, h_tip), z)
 
 
 def _shares(heights: Sequence[float]) -> FloatArray:

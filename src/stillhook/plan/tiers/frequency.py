@@ -23,7 +23,7 @@ from stillhook.plan.tiers.winch_residual import BRAKE, Way, ways
 from stillhook.response.forcing import Forcing, forcing_of_seas
 from stillhook.response.linear_drag import mean_drag
 from stillhook.response.standard_deviations import Sigmas, sigmas
-from stillhook.response.suspended_load import Hung
+from stillhook.response.suspended_load import SuspendedLoad
 from stillhook.response.winch.describing_function import Residual
 from stillhook.sea.vessel.ship_motion import STANDARD_GRAVITY
 from stillhook.statistics.extremes import MPM, P90
@@ -77,8 +77,8 @@ AtTip = Mapping[tuple[float, float], Forcing]
 
 def looked_at(plan: LiftPlan) -> Looks:
     """Phases that the road tells: those that do not cut the surface."""
-    found = ((phase, situations(plan, phase)) for phase in plan.phases)
-    return [(phase, parts) for phase, parts in found if parts]
+    pairs = ((phase, situations(plan, phase)) for phase in plan.phases)
+    return [(phase, parts) for phase, parts in pairs if parts]
 
 
 def thinned(parts: Sequence[Situation]) -> list[Situation]:
@@ -122,7 +122,7 @@ def winches_of(
     """What the winch leaves under each alternative on the way of the phases in which it follows the tip; nothing where
     there is none."""
     follows = [(phase, parts) for phase, parts in phases if phase.compensated]
-    duties = [replace(s.hung.duty, sensors=plan.sensors) for _, parts in follows for s in parts]
+    duties = [replace(s.load.duty, sensors=plan.sensors) for _, parts in follows for s in parts]
     usable = [a for a in alternatives if any(may_be_used(plan, phase, a) for phase, _ in follows)]
     unusable = {a: Way((), (), UNUSABLE) for a in alternatives if a not in usable}
     return {**unusable, **ways(plan.crane, usable, duties, threads=threads, progress=progress)} if duties else {}
@@ -144,7 +144,7 @@ def demands(
     winch: Mapping[Alternative, Way],
 ) -> list[Demand]:
     """As `frequency`, for seas whose forcing is known; the heights and periods of `seas` are only labels here."""
-    found: list[Demand] = []
+    result: list[Demand] = []
     for phase, parts in phases:
         shared = None if phase.compensated else _phase(plan, phase, Alternative.NONE, parts, forcing, None)
         for alternative in alternatives:
@@ -156,17 +156,19 @@ def demands(
                 demand = Demand(phase.name, alternative, Tier.FREQUENCY, seas, values, notes=moves)
             else:
                 values = _unusable(plan, phase, parts, forcing)
-                demand = Demand(phase.name, alternative, Tier.FREQUENCY, seas, values, notes=(winch[alternative].why,))
-            found.append(demand)
-    return found
+                demand = Demand(
+                    phase.name, alternative, Tier.FREQUENCY, seas, values, notes=(winch[alternative].reason,)
+                )
+            result.append(demand)
+    return result
 
 
 def _unusable(plan: LiftPlan, phase: Phase, parts: Sequence[Situation], forcing: AtTip) -> Mapping[str, FloatArray]:
     """What the tip asks of a winch whose controller may not be used: nothing of the load is told."""
     still = Sigmas(*np.full((len(Sigmas._fields), 1), np.nan))
-    asked = [Part(s.hung, s.time, 0.0, forcing[s.x, s.y], still) for s in parts]
-    told = _of_tip(asked, phase, quantiles(plan))
-    return {name: values for name, values in told.items() if name != "v_lift_off"}
+    responses = [Part(s.load, s.time, 0.0, forcing[s.x, s.y], still) for s in parts]
+    values = _of_tip(responses, phase, quantiles(plan))
+    return {name: numbers for name, numbers in values.items() if name != "v_lift_off"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,7 +176,7 @@ class Part:
     """One situation of a phase in all seas: time [s] that it stands for, V speed of the way, lowering positive [m/s],
     what moves there."""
 
-    hung: Hung
+    load: SuspendedLoad
     time: float
     V: float
     forcing: Forcing
@@ -188,7 +190,7 @@ class Part:
     @property
     def rise(self) -> FloatArray:
         """Mean force of the water on a payload that sinks, up positive [N]."""
-        return mean_drag(self.hung.B, self.V, self.s.relative) + self.hung.C_lin * self.V
+        return mean_drag(self.load.B, self.V, self.s.relative) + self.load.C_lin * self.V
 
 
 def _phase(
@@ -200,23 +202,23 @@ def _phase(
     way: Way | None,
 ) -> Mapping[str, FloatArray]:
     """Quantities of one phase under one alternative."""
-    residuals = [BRAKE if way is None else way.at(s.hung.s_w) for s in parts]
+    residuals = [BRAKE if way is None else way.at(s.load.s_w) for s in parts]
     V = _way_speed(phase)
-    asked = []
+    responses = []
     for s, residual in zip(parts, residuals, strict=True):
-        moving = replace(s.hung, V=V) if s.hung.z is not None else s.hung
-        asked.append(Part(moving, s.time, V, forcing[s.x, s.y], sigmas(forcing[s.x, s.y], moving, residual)))
+        moving = replace(s.load, V=V) if s.load.z is not None else s.load
+        responses.append(Part(moving, s.time, V, forcing[s.x, s.y], sigmas(forcing[s.x, s.y], moving, residual)))
 
     level = quantiles(plan)
-    values = _of_tip(asked, phase, level) | of_load(asked, level)
+    values = _of_tip(responses, phase, level) | of_load(responses, level)
     if phase.compensated:
-        values["e_c_pp"] = _error(asked, residuals, level("e_c_pp"))
+        values["e_c_pp"] = _error(responses, residuals, level("e_c_pp"))
     if way is not None and alternative.twin:
-        values |= _of_winch(plan, phase, alternative, asked, way, values["v_tip_max"])
+        values |= _of_winch(plan, phase, alternative, responses, way, values["v_tip_max"])
     if phase.kind in (PhaseKind.LIFT_OFF, PhaseKind.SEABED_LIFT_OFF):
         values = _taken_up(plan, phase, values)
     if phase.kind is PhaseKind.LANDING:
-        values["v_landed"] = speed_at_crossing(abs(V), asked[-1].s.load_rate, level("v_landed"))
+        values["v_landed"] = speed_at_crossing(abs(V), responses[-1].s.load_rate, level("v_landed"))
     return values
 
 
@@ -238,23 +240,25 @@ def _tip_speed(forcing: Forcing) -> tuple[FloatArray, FloatArray]:
     return v, zero_crossing_period(forcing.deviation(), v)
 
 
-def _mean(asked: Sequence[Part], values: Sequence[FloatArray]) -> FloatArray:
+def _mean(responses: Sequence[Part], values: Sequence[FloatArray]) -> FloatArray:
     """Mean over the time of a phase, (n,)."""
-    return np.asarray(np.average(np.array(values), axis=0, weights=[p.time for p in asked]))
+    return np.asarray(np.average(np.array(values), axis=0, weights=[p.time for p in responses]))
 
 
-def _largest(asked: Sequence[Part], name: str, rate: str, quantile: float, *, of_rate: bool = False) -> FloatArray:
+def _largest(responses: Sequence[Part], name: str, rate: str, quantile: float, *, of_rate: bool = False) -> FloatArray:
     """Largest value about its mean of a motion of `Sigmas`, or of its rate, over all parts, (n,)."""
-    cycles = np.array([p.cycles(getattr(p.s, name), getattr(p.s, rate)) for p in asked])
-    return largest_of_parts(0.0, np.array([getattr(p.s, rate if of_rate else name) for p in asked]), cycles, quantile)
+    cycles = np.array([p.cycles(getattr(p.s, name), getattr(p.s, rate)) for p in responses])
+    return largest_of_parts(
+        0.0, np.array([getattr(p.s, rate if of_rate else name) for p in responses]), cycles, quantile
+    )
 
 
-def _error(asked: Sequence[Part], residuals: Sequence[Residual], quantile: float) -> FloatArray:
+def _error(responses: Sequence[Part], residuals: Sequence[Residual], quantile: float) -> FloatArray:
     """Largest peak-to-peak of the wire's end over 30 s in a phase, (n,): the twin's own of some minutes, grown to the
     phase's duration as a Gaussian one grows; of a flat share, and on the brake, twice the largest value."""
-    whole = sum(p.time for p in asked)
-    found = []
-    for p, residual in zip(asked, residuals, strict=True):
+    duration = sum(p.time for p in responses)
+    peaks = []
+    for p, residual in zip(responses, residuals, strict=True):
         v, T_z = _tip_speed(p.forcing)
         moving = v > 0.0
         peak = (
@@ -263,18 +267,18 @@ def _error(asked: Sequence[Part], residuals: Sequence[Residual], quantile: float
             else residual.remnant.peak_at(np.where(moving, v, 1.0), np.where(moving, T_z, 1.0))
         )
         if residual.remnant is None or peak is None:
-            return 2.0 * _largest(asked, "u", "u_rate", quantile)
+            return 2.0 * _largest(responses, "u", "u_rate", quantile)
         T_u = zero_crossing_period(p.s.u, p.s.u_rate)
-        runs, lasts = np.log(np.maximum(residual.remnant.lasts / T_u, math.e)), whole / T_u / -math.log(quantile)
+        runs, lasts = np.log(np.maximum(residual.remnant.lasts / T_u, math.e)), duration / T_u / -math.log(quantile)
         grown = np.sqrt(np.log(np.maximum(lasts, math.e)) / runs)
-        found.append(np.where(moving, p.s.u * peak * grown, 0.0 * p.s.u))
-    return np.asarray(np.max(found, axis=0))
+        peaks.append(np.where(moving, p.s.u * peak * grown, 0.0 * p.s.u))
+    return np.asarray(np.max(peaks, axis=0))
 
 
-def _of_tip(asked: Sequence[Part], phase: Phase, level: Levels) -> dict[str, FloatArray]:
+def _of_tip(responses: Sequence[Part], phase: Phase, level: Levels) -> dict[str, FloatArray]:
     """What the tip does and asks of the winch."""
-    z, v, a = (np.array([p.forcing.deviation(order) for p in asked]) for order in range(3))
-    N_z, N_v = (np.array([p.cycles(x[i], y[i]) for i, p in enumerate(asked)]) for x, y in ((z, v), (v, a)))
+    z, v, a = (np.array([p.forcing.deviation(order) for p in responses]) for order in range(3))
+    N_z, N_v = (np.array([p.cycles(x[i], y[i]) for i, p in enumerate(responses)]) for x, y in ((z, v), (v, a)))
     speed = abs(_way_speed(phase))
     followed = largest_of_parts(0.0, v, N_v, level("v_w_demand")) if phase.compensated else 0.0 * v[0]
     values = {
@@ -283,7 +287,7 @@ def _of_tip(asked: Sequence[Part], phase: Phase, level: Levels) -> dict[str, Flo
         "v_w_demand": followed + speed,
     }
     if phase.kind is PhaseKind.SEABED_LIFT_OFF:
-        values["v_lift_off"] = _largest(asked, "u", "u_rate", level("v_lift_off"), of_rate=True)
+        values["v_lift_off"] = _largest(responses, "u", "u_rate", level("v_lift_off"), of_rate=True)
     return values
 
 
@@ -294,47 +298,49 @@ def _taken_up(plan: LiftPlan, phase: Phase, values: Mapping[str, FloatArray]) ->
     F = jerk(plan, phase, 1.0) * ((phase.speed or 0.0) + values.get("v_lift_off", np.zeros(1)))
     if phase.kind is PhaseKind.SEABED_LIFT_OFF:
         F = F + plan.payload.lift_off.friction + plan.payload.lift_off.suction
-    found = {
+    result = {
         **values,
         "F_top_max": values["F_top_max"] + F,
         "DAF": values["DAF"] + F / (plan.payload.mass * STANDARD_GRAVITY),
     }
-    return {name: numbers for name, numbers in found.items() if name not in ("sling_ratio", "slack_chance")}
+    return {name: numbers for name, numbers in result.items() if name not in ("sling_ratio", "slack_chance")}
 
 
 def _of_winch(
-    plan: LiftPlan, phase: Phase, alternative: Alternative, asked: Sequence[Part], way: Way, v: FloatArray
+    plan: LiftPlan, phase: Phase, alternative: Alternative, responses: Sequence[Part], way: Way, v: FloatArray
 ) -> dict[str, FloatArray]:
     """What the twin's hydraulics stand: shares of the time, and the pressure under a sine as fast as the fastest motion
     v [m/s]."""
-    shares = [way.shares(p.hung.s_w, *_tip_speed(p.forcing)) for p in asked]
-    found = {name: _mean(asked, [share[name] for share in shares]) for name in shares[0]}
+    shares = [way.shares(p.load.s_w, *_tip_speed(p.forcing)) for p in responses]
+    result = {name: _mean(responses, [share[name] for share in shares]) for name in shares[0]}
     tops = [
-        way.pressure(p.hung.s_w, v, zero_crossing_period(*(p.forcing.deviation(order) for order in (1, 2))))
-        for p in asked
+        way.pressure(p.load.s_w, v, zero_crossing_period(*(p.forcing.deviation(order) for order in (1, 2))))
+        for p in responses
     ]
-    found["p_a_max"] = np.asarray(np.max(tops, axis=0))
+    result["p_a_max"] = np.asarray(np.max(tops, axis=0))
     stroke = CAPACITIES["s_stroke"].find(plan, phase, alternative)
     if stroke is not None:
-        found["stroke_share"] = _mean(asked, [share_beyond(0.5 * stroke.value, p.forcing.deviation()) for p in asked])
-    return found
+        result["stroke_share"] = _mean(
+            responses, [share_beyond(0.5 * stroke.value, p.forcing.deviation()) for p in responses]
+        )
+    return result
 
 
-def of_load(asked: Sequence[Part], level: Levels) -> dict[str, FloatArray]:
+def of_load(responses: Sequence[Part], level: Levels) -> dict[str, FloatArray]:
     """Tensions and motion of what hangs. The drag of a payload that sinks takes some of its weight, that of one that
     rises adds to it."""
-    top, sling = (np.array([getattr(p.s, name) for p in asked]) for name in ("top", "sling"))
+    top, sling = (np.array([getattr(p.s, name) for p in responses]) for name in ("top", "sling"))
     N_top, N_sling = (
-        np.array([p.cycles(getattr(p.s, q), getattr(p.s, f"{q}_rate")) for p in asked]) for q in ("top", "sling")
+        np.array([p.cycles(getattr(p.s, q), getattr(p.s, f"{q}_rate")) for p in responses]) for q in ("top", "sling")
     )
-    F_top, F_sling = (np.array([getattr(p.hung, name) - p.rise for p in asked]) for name in ("F_top", "F_sling"))
-    at_rest = min(p.hung.F_sling for p in asked)
-    T_sling = [zero_crossing_period(p.s.sling, p.s.sling_rate) for p in asked]
-    often = sum(p.time * rate_below_zero(F, p.s.sling, T) for p, F, T in zip(asked, F_sling, T_sling, strict=True))
+    F_top, F_sling = (np.array([getattr(p.load, name) - p.rise for p in responses]) for name in ("F_top", "F_sling"))
+    at_rest = min(p.load.F_sling for p in responses)
+    T_sling = [zero_crossing_period(p.s.sling, p.s.sling_rate) for p in responses]
+    often = sum(p.time * rate_below_zero(F, p.s.sling, T) for p, F, T in zip(responses, F_sling, T_sling, strict=True))
     return {
         "F_top_max": largest_of_parts(F_top, top, N_top, level("F_top_max")),
-        "DAF": largest_of_parts(F_sling, sling, N_sling, level("DAF")) / (asked[0].hung.end.m * STANDARD_GRAVITY),
+        "DAF": largest_of_parts(F_sling, sling, N_sling, level("DAF")) / (responses[0].load.end.m * STANDARD_GRAVITY),
         "sling_ratio": -largest_of_parts(-F_sling, sling, N_sling, level("sling_ratio")) / at_rest,
         "slack_chance": -np.expm1(-np.asarray(often)),
-        "load_pp": 2.0 * _largest(asked, "load", "load_rate", level("load_pp")),
+        "load_pp": 2.0 * _largest(responses, "load", "load_rate", level("load_pp")),
     }

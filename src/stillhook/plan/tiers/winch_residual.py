@@ -31,12 +31,12 @@ def controlled(crane: Crane, alternative: Alternative, sensors: Sensors) -> tupl
     signal."""
     from stillhook.analysis.controllers import strong_ssc
 
-    found = (
+    setting = (
         strong_ssc(crane, delay=sensors.delay)
         if alternative is Alternative.STRONG_SSC
         else controller(alternative.value)
     )
-    return found.on(crane), found
+    return setting.on(crane), setting
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class Way:
 
     s_w: tuple[float, ...]
     tables: tuple[Residual, ...] = field(repr=False)
-    why: str = ""
+    reason: str = ""
 
     @property
     def known(self) -> bool:
@@ -115,12 +115,12 @@ def ways(
     chosen = [ends[0][1]] if len(ends) == 1 else [ends[0][1], ends[-1][1]]
     twins = [alternative for alternative in alternatives if alternative.twin]
     set_up = {alternative: controlled(crane, alternative, duties[0].sensors) for alternative in twins}
-    asked = [Winch(set_up[a][0], duty, set_up[a][1].mode) for duty in chosen for a in twins]
-    made = identify_many(asked, threads=threads, progress=progress)
-    found = {Alternative.NONE: Way((0.0,), (BRAKE,)), Alternative.CAP: Way((0.0,), (FLAT,))}
+    winches = [Winch(set_up[a][0], duty, set_up[a][1].mode) for duty in chosen for a in twins]
+    made = identify_many(winches, threads=threads, progress=progress)
+    result = {Alternative.NONE: Way((0.0,), (BRAKE,)), Alternative.CAP: Way((0.0,), (FLAT,))}
     for i, alternative in enumerate(twins):
-        own = made[i :: len(twins)]
-        why = next((str(problem) for problem in own if isinstance(problem, StillhookError)), "")
-        tables = tuple(table for table in own if isinstance(table, Residual))
-        found[alternative] = Way((), (), why) if why else Way(tuple(duty.s_w for duty in chosen), tables)
-    return found
+        identified = made[i :: len(twins)]
+        reason = next((str(problem) for problem in identified if isinstance(problem, StillhookError)), "")
+        tables = tuple(table for table in identified if isinstance(table, Residual))
+        result[alternative] = Way((), (), reason) if reason else Way(tuple(duty.s_w for duty in chosen), tables)
+    return result

@@ -20,7 +20,7 @@ from stillhook.plan.table.table import LimitTable
 from stillhook.plan.weather.headings import KeptHeadings
 from stillhook.plan.weather.value import free_to_turn
 from stillhook.units import show
-from stillhook.weather.forecast import Bound, bounds, rows_of, started, starts_of, why_not
+from stillhook.weather.forecast import Bound, bounds, reason_against, rows_of, started, starts_of
 from stillhook.weather.limit_text import Limit, inside
 from stillhook.weather.series import Weather
 
@@ -49,27 +49,27 @@ def plan_forecast(
     rows = rows_of(weather, start, horizon)
     Hs, Tp, come_from, notes = _seas(weather, ship)
     more, known = inside(limits, weather, ship)
-    beside = bounds(weather, limits, ship)
-    found = []
+    other_bounds = bounds(weather, limits, ship)
+    entries = []
     for alternative in result.alternatives:
         table = _table(result, alternative.value, credit)
         limit = KeptHeadings.of(table, len(weather), come_from, ship).limits(table, (Tp,))
         valid = known & np.isfinite(Hs)
         met = valid & more & (Hs <= limit) & (limit > 0.0)
-        starts = starts_of(weather, met, valid, (Bound(OP_WF, Hs, limit), *beside), rows, T_R)
+        starts = starts_of(weather, met, valid, (Bound(OP_WF, Hs, limit), *other_bounds), rows, T_R)
         restricted = bool(operation["weather_restricted"])
         go = restricted and bool(starts[0].go)
         first = next((s for s in starts if s.go), None) if restricted else None
-        why = (
+        reason = (
             ""
             if go
-            else why_not(starts[0], T_R, weather)
+            else reason_against(starts[0], T_R, weather)
             if restricted
             else "not weather restricted: no forecast lets it start"
         )
         when = None if first is None else started([first])[0]["time"]
-        one = {"alternative": alternative.value, "go": go, "first_start": when, "why": why}
-        found.append(
+        one = {"alternative": alternative.value, "go": go, "first_start": when, "reason": reason}
+        entries.append(
             one | {"n_starts": len(starts), "n_go": sum(s.go is True for s in starts), "starts": started(starts)}
         )
     return {
@@ -82,7 +82,7 @@ def plan_forecast(
         "T_R": T_R,
         "weather_restricted": operation["weather_restricted"],
         "ship": "free" if ship is None else ship,
-        "alternatives": found,
+        "alternatives": entries,
         "notes": [*notes, *weather.notes],
     }
 
@@ -108,11 +108,11 @@ def _seas(weather: Weather, ship: float | None) -> tuple[FloatArray, FloatArray,
     if ship is None:
         notes.append(free_to_turn(come_from is not None))
     elif come_from is None:
-        said = next(
+        advice = next(
             (note for note in weather.notes if "direction" in note),
             "Leave --ship out, or give a forecast with directions.",
         )
         raise WeatherError(
-            f"{weather.source}: tells no direction of waves, and the heading is held at {show(ship, 'angle')}. {said}"
+            f"{weather.source}: tells no direction of waves, and the heading is held at {show(ship, 'angle')}. {advice}"
         )
     return Hs, Tp, come_from, notes

@@ -30,7 +30,7 @@ class KeptHeadings:
     """
 
     counts: BoolArray = field(repr=False)
-    told: BoolArray = field(repr=False)
+    known: BoolArray = field(repr=False)
     direction: IntArray = field(repr=False)
     best: KeptHeadings | None = field(default=None, repr=False)
 
@@ -47,15 +47,15 @@ class KeptHeadings:
         each = [
             counted(table.headings, table.heading_tolerance, np.asarray(relative(directions, float(s)))) for s in ships
         ]
-        counts, told = np.stack([counts for counts, _ in each]), np.stack([told for _, told in each])
-        return cls(counts, told, place.reshape(n).astype(np.int64), of_table if ship is None else None)
+        counts, known = np.stack([counts for counts, _ in each]), np.stack([known for _, known in each])
+        return cls(counts, known, place.reshape(n).astype(np.int64), of_table if ship is None else None)
 
     def limits(self, table: LimitTable, periods: Sequence[FloatArray]) -> FloatArray:
         """Limiting significant wave height [m] of each record at each heading (kept, n), the worst over readings of its
         period (n,) [s]."""
         by_heading = np.min([table.by_heading(T_p) for T_p in periods], axis=0)
-        pairs = zip(self.counts, self.told, strict=True)
+        pairs = zip(self.counts, self.known, strict=True)
         limits = np.stack(
-            [worst(by_heading, counts[:, self.direction], told[self.direction]) for counts, told in pairs]
+            [worst(by_heading, counts[:, self.direction], known[self.direction]) for counts, known in pairs]
         )
         return limits if self.best is None else np.minimum(limits, self.best.limits(table, periods).max(axis=0))

@@ -24,10 +24,12 @@ def weather_used(use: WeatherUse) -> Weather:
             f"weather.sense = {came(use.sense)}: is not one of {', '.join(SENSES)}{nearest(use.sense, tuple(SENSES))}"
         )
     sense = None if use.sense is None else SENSES[use.sense]
-    found = read_weather(use.file, sense=sense, columns_as=use.columns, time_column=use.time, date_order=use.date_order)
-    known = {name: x for name, x in found.columns.items() if np.isfinite(x).any()}
-    if "H_m0" in found.columns and "H_m0" not in known:
+    weather = read_weather(
+        use.file, sense=sense, columns_as=use.columns, time_column=use.time, date_order=use.date_order
+    )
+    known = {name: x for name, x in weather.columns.items() if np.isfinite(x).any()}
+    if "H_m0" in weather.columns and "H_m0" not in known:
         raise WeatherError(
-            f"{found.source}: no record of wave height: all {len(found)} are missing. Give weather that has them."
+            f"{weather.source}: no record of wave height: all {len(weather)} are missing. Give weather that has them."
         )
-    return replace(found, columns=known)
+    return replace(weather, columns=known)

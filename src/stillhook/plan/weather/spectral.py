@@ -60,12 +60,12 @@ def spectral_weather(
     for k, look in enumerate(phases):
         for demand in demands(plan, alternatives, seas, [look], forcing, winch):
             rules = limited(plan, look[0], demand.alternative)
-            told = [
+            values = [
                 utilisation(each, demand.values[each.rule.quantity])
                 for each in rules
                 if each.rule.quantity in demand.values
             ]
-            used[alternatives.index(demand.alternative), k] = _largest(told, len(H))
+            used[alternatives.index(demand.alternative), k] = _largest(values, len(H))
     return _labelled(plan, alternatives, waves, phases, used, _with(used.swapaxes(0, 1), alternatives, H, elsewhere))
 
 
@@ -81,13 +81,15 @@ def _with(
     elsewhere: Mapping[Alternative, FloatArray] | None,
 ) -> FloatArray:
     """Largest utilisation over phases (phase, alternative, n) and what is told elsewhere, (alternative, n)."""
-    whole = np.array(np.fmax.reduce(by_phase), dtype=np.float64)
+    utilisation = np.array(np.fmax.reduce(by_phase), dtype=np.float64)
     for i, alternative in enumerate(alternatives):
         if elsewhere is not None and alternative in elsewhere:
             limit = elsewhere[alternative]
             share = np.divide(H, limit, out=np.where(H > 0.0, np.inf, 0.0), where=limit > 0.0)
-            whole[i] = np.where(np.isnan(whole[i]) | np.isnan(limit), np.nan, np.fmax(whole[i], share))
-    return whole
+            utilisation[i] = np.where(
+                np.isnan(utilisation[i]) | np.isnan(limit), np.nan, np.fmax(utilisation[i], share)
+            )
+    return utilisation
 
 
 def _labelled(
@@ -96,23 +98,23 @@ def _labelled(
     waves: Waves,
     phases: Looks,
     used: FloatArray,
-    whole: FloatArray,
+    utilisation: FloatArray,
 ) -> xarray.Dataset:
     import xarray  # heavy: only where results are labelled
 
     assert not isinstance(waves.of, Sea)
-    told = [phase.name for phase, _ in phases]
+    phase_names = [phase.name for phase, _ in phases]
     with np.errstate(invalid="ignore"):
-        workable = (whole <= 1.0).astype(np.int8)
+        workable = (utilisation <= 1.0).astype(np.int8)
     columns = {
-        "utilisation": (("alternative", "time"), whole, attributes("utilisation")),
+        "utilisation": (("alternative", "time"), utilisation, attributes("utilisation")),
         "workable_record": (("alternative", "time"), workable, attributes("workable_record")),
         "utilisation_phase": (("alternative", "phase", "time"), used, attributes("utilisation")),
     }
     coords = {
         "alternative": [str(a) for a in alternatives],
-        "phase": told,
+        "phase": phase_names,
         "time": waves.of.time.astype("datetime64[ns]"),
     }
-    left = ", ".join(phase.name for phase in plan.phases if phase.name not in told)
+    left = ", ".join(phase.name for phase in plan.phases if phase.name not in phase_names)
     return xarray.Dataset(columns, coords, {"waves": waves.describe(), "left_out": left})

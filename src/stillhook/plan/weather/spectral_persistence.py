@@ -69,12 +69,12 @@ def spectral_persistence(
     chosen_ones = tuple(alternatives) or plan.alternatives
     raised = waves.with_waves(_raised(waves.of, raised_heights(table, np.asarray(waves.of.H_m0), plan.T_POP)))
     elsewhere, left = _in_the_surface(plan, raised, chosen_ones)
-    found = spectral_weather(plan, chosen_ones, raised, progress, elsewhere=elsewhere)
+    data = spectral_weather(plan, chosen_ones, raised, progress, elsewhere=elsewhere)
     time, step = waves.of.time, usual_step(waves.of.time)
-    valid = np.asarray(waves.of.valid) & ~np.isnan(found["utilisation"].values).all(axis=0)
+    valid = np.asarray(waves.of.valid) & ~np.isnan(data["utilisation"].values).all(axis=0)
     rows, (reached, headed) = [], _reached(plan, waves)
     for alternative in chosen_ones:
-        good = found["workable_record"].sel(alternative=str(alternative)).values.astype(np.bool_)
+        good = data["workable_record"].sel(alternative=str(alternative)).values.astype(np.bool_)
         one = persistence(good & reached, time, step, T_R, valid=valid)
         rows.append({"alternative": str(alternative)} | one.numbers() | {"months": [m.numbers() for m in one.months]})
     surface = [f"{left}: by the plan's table in closed form"] if left else []
@@ -138,8 +138,8 @@ def _in_the_surface(
 ) -> tuple[dict[Alternative, FloatArray], str]:
     """Limiting heights (n,) of the phases that the road does not tell, record by record, and which phases these are."""
     assert not isinstance(waves.of, Sea)
-    told = {phase.name for phase, _ in looked_at(plan)}
-    phases = [phase for phase in plan.phases if phase.name not in told]
+    names = {phase.name for phase, _ in looked_at(plan)}
+    phases = [phase for phase in plan.phases if phase.name not in names]
     if not phases:
         return {}, ""
     axes, seas = Axes.of(plan), plan.environment.table()

@@ -43,7 +43,7 @@ YEAR = 365.25 * 24.0
 DAY = 86400.0
 MONTH_DAYS = (31.0, 28.25, 31.0, 30.0, 31.0, 30.0, 31.0, 31.0, 30.0, 31.0, 30.0, 31.0)
 COUNTS = ("n_hours", "n_windows", "n_windows_long_enough", "n_censored", "n_gaps")
-TOLD = ("operability", "start_share", "window_mean", "wait_mean", "wait_p50", "wait_p90", *COUNTS)
+STATISTICS = ("operability", "start_share", "window_mean", "wait_mean", "wait_p50", "wait_p90", *COUNTS)
 OVER = (Alternative.NONE.value, Alternative.CAP.value, "best-classic")
 """What gains are told over: no compensation, the flat cap, the better of the classic controllers."""
 CLASSIC = (Alternative.NS, Alternative.HS)
@@ -65,7 +65,7 @@ class Forecast:
     used: FloatArray = field(repr=False)
     T_R: float
     restricted: bool
-    why: str
+    reason: str
     table: AlphaTable = field(repr=False)
 
 
@@ -77,10 +77,10 @@ def forecast_limits(
     T_R, restricted = reference_period(table, plan.T_POP, plan.T_C)
     alpha = np.where(Hs > 0.0, alphas(table, Hs, plan.T_POP), np.nan)
     open_ = Hs[(Hs > 0.0) & np.isnan(alpha)]
-    why = alpha_of(table, float(open_.max()), plan.T_POP, plan.T_C, option="--alpha").why if len(open_) else ""
+    reason = alpha_of(table, float(open_.max()), plan.T_POP, plan.T_C, option="--alpha").reason if len(open_) else ""
     used = Hs * alphas(table, np.maximum(Hs, table.Hs[0]), plan.T_POP)
     op_wf = np.where(Hs == 0.0, 0.0, alpha * Hs)
-    return Forecast(alpha, op_wf, used, T_R, restricted, why, table)
+    return Forecast(alpha, op_wf, used, T_R, restricted, reason, table)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +90,7 @@ class WeatherValue:
     how the weather was read.
     """
 
-    found: Mapping[tuple[Credit, Alternative], Persistence] = field(repr=False)
+    persistence_of: Mapping[tuple[Credit, Alternative], Persistence] = field(repr=False)
     waits: Mapping[tuple[Credit, Alternative], FloatArray] = field(repr=False)
     month: NDArray[np.int64] = field(repr=False)
     best_classic: Mapping[Credit, Alternative | None]
@@ -106,7 +106,7 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
     """
     seas, notes = seas_of(plan, weather)
     headings: KeptHeadings | None = None  # the same for every table of a plan
-    found: dict[tuple[Credit, Alternative], Persistence] = {}
+    persistence_of: dict[tuple[Credit, Alternative], Persistence] = {}
     waited: dict[tuple[Credit, Alternative], FloatArray] = {}
     for c, credit in enumerate(CREDITS):
         for a, alternative in enumerate(axes.alternatives):
@@ -117,14 +117,14 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
             headings = headings or KeptHeadings.of(table, len(weather), seas.come_from, seas.ship)
             limit = headings.limits(table, seas.periods)
             good = np.asarray((seas.Hs <= limit) & (limit > 0.0))
-            found[credit, alternative] = persistence(
+            persistence_of[credit, alternative] = persistence(
                 good, weather.time, weather.step, forecast.T_R, valid=np.isfinite(seas.Hs)
             )
             can_start = windows_of(good, weather.time, weather.step).starts(forecast.T_R)
             waited[credit, alternative] = waits(can_start, weather.time)
-    best = {credit: _best(found, credit, [a for a in CLASSIC if a in axes.alternatives]) for credit in CREDITS}
+    best = {credit: _best(persistence_of, credit, [a for a in CLASSIC if a in axes.alternatives]) for credit in CREDITS}
     month = np.asarray(weather.time.astype("datetime64[M]").astype(np.int64) % 12 + 1)
-    return WeatherValue(found, waited, month, best, forecast.T_R, notes)
+    return WeatherValue(persistence_of, waited, month, best, forecast.T_R, notes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,12 +149,12 @@ def seas_of(plan: LiftPlan, weather: Weather) -> tuple[Records, tuple[str, ...]]
         raise WeatherError(f"{weather.source}: no wave height. Give weather with a column of significant wave height.")
     Hs, ship = weather.columns["H_m0"], None if plan.weather is None else plan.weather.ship
     come_from = weather.columns.get("come_from")
-    periods, said = _periods(weather, len(Hs))
+    periods, note = _periods(weather, len(Hs))
     check_headings(plan, ship, come_from is not None)
     if ship is not None and come_from is None:
-        why = next((f" ({note})" for note in weather.notes if "direction" in note), "")
+        hint = next((f" ({note})" for note in weather.notes if "direction" in note), "")
         raise WeatherError(
-            f"{weather.source}: tells no direction of waves{why}, and weather.ship holds the vessel's heading at"
+            f"{weather.source}: tells no direction of waves{hint}, and weather.ship holds the vessel's heading at"
             f" {show(ship, 'angle', 4)}. Say what the file's directions mean by weather.sense, or leave weather.ship"
             " out."
         )
@@ -164,7 +164,7 @@ def seas_of(plan: LiftPlan, weather: Weather) -> tuple[Records, tuple[str, ...]]
         if ship is None
         else f"vessel's heading fixed at {show(ship, 'angle', 4)} from north"
     )
-    return seas, (*([said] if said else []), held, *_outside(plan, seas))
+    return seas, (*([note] if note else []), held, *_outside(plan, seas))
 
 
 def free_to_turn(directions: bool) -> str:
@@ -187,9 +187,11 @@ def _outside(plan: LiftPlan, seas: Records) -> list[str]:
         "outside_headings": "have waves outside the table's headings",
         "no_direction": "tell no direction",
     }
-    found = outside(plan, seas)
-    said = [f"{100.0 * found[key]:.3g} % of the records {text}" for key, text in words.items() if found[key] > 0.0]
-    return [f"{', '.join(said)}: counted as not workable"] if said else []
+    shares = outside(plan, seas)
+    shares_text = [
+        f"{100.0 * shares[key]:.3g} % of the records {text}" for key, text in words.items() if shares[key] > 0.0
+    ]
+    return [f"{', '.join(shares_text)}: counted as not workable"] if shares_text else []
 
 
 def outside(plan: LiftPlan, seas: Records) -> dict[str, float]:
@@ -211,17 +213,17 @@ def check_headings(plan: LiftPlan, ship: float | None, directions: bool) -> None
     Errors: PlanError; ship as in `WeatherUse`."""
     env = plan.environment
     headings, tolerance = np.array(env.headings), env.heading_tolerance
-    there = ", ".join(show(beta, "angle", 4) for beta in env.headings)
+    listed = ", ".join(show(beta, "angle", 4) for beta in env.headings)
     if ship is None and not kept(headings, tolerance).any():
         raise PlanError(
-            f"environment.headings {there}: none can be kept within {show(tolerance, 'angle', 4)} (heading_tolerance),"
+            f"environment.headings {listed}: none can be kept within {show(tolerance, 'angle', 4)} (heading_tolerance),"
             " for no neighbours span that on both sides of it. For weather, give headings on both sides such as 165,"
             " 180 and 195 deg, a smaller heading_tolerance, or weather.ship."
         )
     apart = np.diff(np.sort(np.append(headings, headings.min() + FULL)))
     if directions and not (apart <= 2.0 * tolerance * (1.0 + SAME)).any():
         raise PlanError(
-            f"environment.headings {there}: no two are within {show(2.0 * tolerance, 'angle', 4)} (twice"
+            f"environment.headings {listed}: no two are within {show(2.0 * tolerance, 'angle', 4)} (twice"
             " heading_tolerance), and nothing is told between them. For weather with directions of waves, give"
             " neighbours."
         )
@@ -235,18 +237,18 @@ def _periods(weather: Weather, n: int) -> tuple[tuple[FloatArray, ...], str]:
     if "T_m02" not in weather.columns:
         return (np.full(n, np.nan),), "no period in the weather: the worst period of the table counts in every record"
     ratios = [spectrum.T_m02 / spectrum.T_p for spectrum in (pierson_moskowitz(2.0, 9.0), Jonswap(2.0, 9.0, PEAKED))]
-    said = (
+    note = (
         f"no peak period in the weather: T_z over {ratios[0]:.3f} and over {ratios[1]:.3f} (gamma 1 and {PEAKED:g}),"
         " the worse of both"
     )
-    return tuple(weather.columns["T_m02"] / r for r in ratios), said
+    return tuple(weather.columns["T_m02"] / r for r in ratios), note
 
 
 def _best(
-    found: Mapping[tuple[Credit, Alternative], Persistence], credit: Credit, of: list[Alternative]
+    persistence_of: Mapping[tuple[Credit, Alternative], Persistence], credit: Credit, of: list[Alternative]
 ) -> Alternative | None:
     """The one in which work can start most often."""
-    return max(of, key=lambda a: found[credit, a].start_share, default=None)
+    return max(of, key=lambda a: persistence_of[credit, a].start_share, default=None)
 
 
 def weather_block(
@@ -257,17 +259,17 @@ def weather_block(
     import xarray
 
     shape = (len(CREDITS), len(axes.alternatives), 13)
-    told = {name: np.full(shape, np.nan) for name in (*TOLD, "vessel_days")}
+    tables = {name: np.full(shape, np.nan) for name in (*STATISTICS, "vessel_days")}
     for c, credit in enumerate(CREDITS):
         for a, alternative in enumerate(axes.alternatives):
-            year = value.found[credit, alternative]
+            year = value.persistence_of[credit, alternative]
             for each in (replace(year, month=0), *year.months):
-                for name in TOLD:
-                    told[name][c, a, each.month or 0] = getattr(each, name)
-    told["vessel_days"] = (told["wait_mean"] + value.T_R) / DAY
-    hours, days = _gained(axes, value, told["operability"])
+                for name in STATISTICS:
+                    tables[name][c, a, each.month or 0] = getattr(each, name)
+    tables["vessel_days"] = (tables["wait_mean"] + value.T_R) / DAY
+    hours, days = _gained(axes, value, tables["operability"])
     dims = ("credit", "alternative", "month")
-    data = {name: (dims, values, attributes(name)) for name, values in told.items()}
+    data = {name: (dims, values, attributes(name)) for name, values in tables.items()}
     both = (("hours_gained", hours), ("days_gained", days))
     gains = {name: ((*dims, "over"), np.moveaxis(a, 0, -1), attributes(name)) for name, a in both}
     coords = {

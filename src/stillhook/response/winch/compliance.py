@@ -1,5 +1,5 @@
-"""How far a winch gives to a changing tension while it compensates: oil in its lines, slip, passive circuit, friction
-that moves."""
+"""Compliance of a winch to a changing tension while it compensates: compressibility of the oil, slip, passive circuit,
+sliding friction."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stillhook.errors import LiftError
 
 
 @dataclass(frozen=True, eq=False)
-class Give:
+class WinchCompliance:
     """Wire paid out per tension, complex, over frequency and the deviation of the tip's speed: omega (m,) [rad/s] and
     sigma_v (k,) [m/s] ascending, Y (m, k) [m/N]. Linear in the logarithms of both; beyond the ends the nearest
     holds."""
@@ -24,7 +24,7 @@ class Give:
     def __post_init__(self) -> None:
         if self.Y.shape != (len(self.omega), len(self.sigma_v)):
             raise LiftError(
-                f"give: a table of shape {self.Y.shape} for {len(self.omega)} frequencies and {len(self.sigma_v)}"
+                f"compliance: a table of shape {self.Y.shape} for {len(self.omega)} frequencies and {len(self.sigma_v)}"
                 " deviations."
             )
 

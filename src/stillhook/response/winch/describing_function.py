@@ -1,17 +1,17 @@
-r"""What is left of the crane tip's motion at the wire's top end under compensation: a transfer that depends on how fast
-the tip moves.
+r"""Residual of the crane tip's motion at the wire's top end under compensation: a transfer that depends on the speed of
+the tip.
 
 .. math:: u = C(\omega, a)\, s_{tip}, \qquad \hat v = \omega a
 
 u is the motion of the wire's upper end (tip less wire paid out) at the tip's own frequency; C is a describing function:
-phase and size of the fundamental under a sine of the tip, with the harmonics 2 to 5 beside it. C is kept over the tip's
-speed amplitude, not its height: friction of a winch changes sides with its speed, and pumps saturate at a speed, so
-that curves over speed are alike at all frequencies.
+phase and size of the fundamental under a sine of the tip, with the harmonics 2 to 5 in addition. C is tabulated over
+the tip's speed amplitude, not its height: friction of a winch changes sides with its speed, and pumps saturate at a
+speed, so that curves over speed are alike at all frequencies.
 
-Between amplitudes the speed error |u| omega is interpolated, piecewise linear in the tip's speed amplitude: exactly
-right where C stands still (a stuck winch), where it falls as 1/a (friction) and where u grows by all that the tip moves
-more (saturation, which goes on beyond the last amplitude). Between frequencies C is linear in log omega; beyond both
-ends the nearest holds.
+Between amplitudes the speed error |u| omega is interpolated, piecewise linear in the tip's speed amplitude: exact where
+C is constant (a stuck winch), where it falls as 1/a (friction) and where u grows by all that the tip moves more
+(saturation, which goes on beyond the last amplitude). Between frequencies C is linear in log omega; beyond both ends
+the nearest holds.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import LiftError
-from stillhook.response.winch.compliance import Give
+from stillhook.response.winch.compliance import WinchCompliance
 from stillhook.response.winch.remnant import Remnant
 
 HARMONICS = (2, 3, 4, 5)
-"""Harmonics of the tip's frequency that are kept beside the fundamental."""
+"""Harmonics of the tip's frequency that are kept in addition to the fundamental."""
 NODES = 32
 """Points of the Gauss-Laguerre rule over the amplitudes of an irregular motion; half of them give the same within
 1e-3."""
@@ -43,10 +43,10 @@ class Residual:
 
     omega (m,) [rad/s] ascending; v (k,) speed amplitudes [m/s] ascending; C (m, k); harmonics (4, m, k): size of the
     wire's motion at 2 to 5 times the frequency over the tip's height; saturated (m, k): share of the time in which the
-    pumps stand at their stop [-]; about: winch, mode, load and wire in words; remnant: what irregular motions leave
-    beside C, None for nothing; give: how far the winch gives to a changing tension, None for not at all; relieved (m,
+    pumps stand at their stop [-]; about: winch, mode, load and wire in words; remnant: error under irregular motions
+    that C does not describe, None for none; compliance: of the winch to a changing tension, None for zero; relieved (m,
     k): share of the time with a relief valve open [-], p_a (m, k): highest pressure of the hoisting side [Pa], None
-    where they are not known. All but `give` hold while the tension stands.
+    where they are not known. All but `compliance` hold at constant tension.
     Errors: LiftError for other shapes.
     """
 
@@ -57,7 +57,7 @@ class Residual:
     saturated: FloatArray = field(repr=False)
     about: str = ""
     remnant: Remnant | None = None
-    give: Give | None = None
+    compliance: WinchCompliance | None = None
     relieved: FloatArray | None = field(default=None, repr=False)
     p_a: FloatArray | None = field(default=None, repr=False)
 
@@ -90,8 +90,8 @@ class Residual:
         """C [-] at omega [rad/s] and the tip's speed amplitude v [m/s], above 0; both broadcast."""
         omega, v = np.broadcast_arrays(np.asarray(omega, dtype=np.float64), np.asarray(v, dtype=np.float64))
         low, high, share = self._places(omega.ravel())
-        gain, own = self._gain(self.C, v.ravel(), grows=True), np.arange(v.size)
-        return np.asarray(gain[low, own] + share * (gain[high, own] - gain[low, own])).reshape(omega.shape)
+        gain, columns = self._gain(self.C, v.ravel(), grows=True), np.arange(v.size)
+        return np.asarray(gain[low, columns] + share * (gain[high, columns] - gain[low, columns])).reshape(omega.shape)
 
     def _places(self, omega: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]:
         """Neighbours of frequencies in the table, and the share of the upper one."""
@@ -113,14 +113,14 @@ class Residual:
 
     def gaussian(self, omega: ArrayLike, sigma_v: ArrayLike) -> ComplexArray:
         r"""Equivalent transfer under an irregular motion of the tip, at omega (m,): (m,) or (n, m) for deviations
-        sigma_v () or (n,) of the whole speed of the tip [m/s].
+        sigma_v () or (n,) of the total speed of the tip [m/s].
 
         .. math:: C_{eq}(\omega, \sigma) = g(\sigma) \int_0^\infty y\, e^{-y}\, C(\omega, \sigma\sqrt{2 y})\, dy
 
         The heights of waves in a narrow Gaussian motion are Rayleigh distributed; the transfer with the least square
         error weighs C at every amplitude with its square. For a winch whose error followed from the speed at this
-        instant alone it would be exact for any Gaussian motion. It is the whole deviation of speed that counts at every
-        frequency: friction feels the sum of all waves. g is the remnant's gain, what the twin says against this rule:
+        instant alone it would be exact for any Gaussian motion. It is the total deviation of speed that counts at every
+        frequency: friction feels the sum of all waves. g is the remnant's gain, the ratio of the twin to this rule:
         within some per cent of 1, less than 1.2 where pumps saturate.
         """
         sigma, frequency = np.asarray(sigma_v, dtype=np.float64), np.asarray(omega, dtype=np.float64)
@@ -131,8 +131,8 @@ class Residual:
         if self.remnant is not None:
             mean = mean * self.remnant.gain_at(sigma.ravel())
         low, high, share = self._places(frequency)
-        found = mean[low] + share[:, None] * (mean[high] - mean[low])
-        return np.asarray(found.T).reshape(*sigma.shape, len(frequency))
+        transfer = mean[low] + share[:, None] * (mean[high] - mean[low])
+        return np.asarray(transfer.T).reshape(*sigma.shape, len(frequency))
 
 
 @cache

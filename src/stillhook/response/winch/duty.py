@@ -1,4 +1,4 @@
-"""What a winch holds while it compensates, and its twin run under motions of the tip."""
+"""Duty of a winch while it compensates, and runs of its twin under motions of the tip."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Duty:
     sensors: Sensors = field(default_factory=Sensors)
 
     def on_spring(self, crane: Crane, k: float, zeta: float) -> Crane:
-        """The crane with a wire of stiffness k [N/m] and damping ratio zeta: what then happens to the tension is
+        """The crane with a wire of stiffness k [N/m] and damping ratio zeta: the change of tension is then
         known."""
         w = crane.wire
         EA = w.E * w.fill * math.pi / 4.0 * w.d**2
@@ -72,33 +72,33 @@ class Duty:
         if not self.F / G >= crane.hook_mass:
             F, hook = show(self.F, "force"), show(crane.hook_mass, "mass")
             raise LiftError(
-                f"residual: a tension of {F} is less than the weight of the hook, {hook}. Give the mean tension at the"
+                f"residual: a tension of {F} is less than the weight of the hook, {hook}. Enter the mean tension at the"
                 " winch."
             )
 
 
 STRETCH, DAMPED = 200.0, 0.95
-"""Stretch of a wire so soft that the tension stands [m]: half a metre of motion changes it by 0.25 %; its damping
+"""Stretch of a wire so soft that the tension is constant [m]: half a metre of motion changes it by 0.25 %; its damping
 ratio."""
 
 
 def soft(crane: Crane, duty: Duty) -> Crane:
-    """The crane on a wire so soft that the tension stands."""
+    """The crane on a wire so soft that the tension is constant."""
     return duty.on_spring(crane, duty.F / STRETCH, DAMPED)
 
 
 def run_twin(
     crane: Crane, cases: Sequence[Scenario], spacing: float, *, threads: int = 2, progress: Progress | None = None
 ) -> list[Result]:
-    """Runs with a series, sixteen side by side; spacing of the rows at most [s], in whole PLC cycles."""
+    """Runs with a series, sixteen side by side; spacing of the rows at most [s], in full PLC cycles."""
     rows = max(1, math.floor(spacing / crane.control.t_cycle + 1e-9))
     n_sub = steps_per_cycle(crane, None, STATISTICS_STEP)
     return run_cases(crane, cases, n_sub=n_sub, lanes=VL, every=rows, threads=threads, progress=progress)
 
 
 def fitted(result: Result, names: Sequence[str], omega: FloatArray, last: float) -> ComplexArray:
-    """Complex amplitudes of some signals at frequencies omega (m,) [rad/s] over the last seconds of a run, beside a
-    mean and a drift: least squares; shape (m, len(names)), time counted from the start of these seconds."""
+    """Complex amplitudes of some signals at frequencies omega (m,) [rad/s] over the last seconds of a run, in addition
+    to a mean and a drift: least squares; shape (m, len(names)), time counted from the start of these seconds."""
     assert result.series is not None
     rows = result.series[-math.floor(last / result.dt) - 1 :, [Signals._fields.index(name) for name in names]]
     t = result.dt * np.arange(len(rows))
@@ -115,9 +115,9 @@ def spectra(result: Result, names: Sequence[str], settled: float) -> tuple[Float
     rows = result.series[round(settled / result.dt) :]
     window = np.hanning(len(rows))
     scale = math.sqrt(2.0 / (len(rows) * float(np.sum(window**2))))
-    found = []
+    transforms = []
     for name in names:
         y = straightened(rows[:, Signals._fields.index(name)])
-        found.append(np.asarray(scale * np.fft.rfft(window * y)[1:], dtype=np.complex128))
+        transforms.append(np.asarray(scale * np.fft.rfft(window * y)[1:], dtype=np.complex128))
     omega = 2.0 * math.pi * np.fft.rfftfreq(len(rows), result.dt)[1:]
-    return np.asarray(omega, dtype=np.float64), found
+    return np.asarray(omega, dtype=np.float64), transforms

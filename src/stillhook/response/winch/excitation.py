@@ -1,4 +1,4 @@
-"""Motions with which the twin of a winch is asked what it leaves of them: sines, and irregular ones."""
+"""Excitation of the twin of a winch for its residual: sines and irregular motions."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SETTLED = 60.0
 
 
 @dataclass(frozen=True)
-class Asked:
+class ExcitationGrid:
     """periods [s] and speeds, amplitudes [m/s], of the sines; mean_periods, zero-crossing periods [s], and deviations
     of speed [m/s] of the irregular motions, and their length [s], start included; all ascending."""
 
@@ -29,13 +29,13 @@ class Asked:
     length: float
 
     def motions(self) -> list[Irregular]:
-        """The irregular motions, by mean period and within it by deviation; each has random phases of its own, always
+        """The irregular motions, by mean period and within it by deviation; each has separate random phases, always
         the same."""
         pairs = [(T, sigma) for T in self.mean_periods for sigma in self.deviations]
         return [Irregular(T, sigma, _motion(T, sigma, self.length, SEED + n)) for n, (T, sigma) in enumerate(pairs)]
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain numbers that tell one grid from another."""
+        """Plain numbers that identify a grid."""
         return asdict(self)
 
 
@@ -51,7 +51,7 @@ def _geometric(low: float, high: float, n: int) -> tuple[float, ...]:
     return tuple(float(x) for x in np.geomspace(low, high, n))
 
 
-FINE = Asked(
+FINE = ExcitationGrid(
     periods=_geometric(2.5, 25.0, 8),
     speeds=_geometric(0.004, 4.0, 2 * VL),
     mean_periods=(4.5, 7.0, 10.5, 15.0),
@@ -61,15 +61,15 @@ FINE = Asked(
 """Periods of ship motion, C changes by a third or less from one to the next; speeds, in whole blocks of runs side by
 side, from a winch that sticks to three times what most reach; deviations to a winch that is saturated most of the
 time."""
-QUICK = Asked(
+QUICK = ExcitationGrid(
     periods=FINE.periods,
     speeds=_geometric(0.004, 4.0, VL),
     mean_periods=FINE.mean_periods,
     deviations=tuple(FINE.deviations[i] for i in (0, 2, 4, 6, 7, 8, 9, 10)),
     length=660.0,
 )
-"""A third of the runs, for plans with many winches and duties: what it tells differs from `FINE` by as much as other
-random phases do."""
+"""A third of the runs, for plans with many winches and duties: its results differ from those of `FINE` by as much as
+other random phases do."""
 
 
 def _motion(T_z: float, sigma_v: float, length: float, seed: int) -> IrregularTip:

@@ -1,5 +1,5 @@
-"""Residuals of a winch over tension and length of wire, so that a lowering or a table of loads asks the twin a few
-times only."""
+"""Residuals of a winch over tension and length of wire, so that a lowering or a table of loads requires few runs of the
+twin."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from stillhook.base.progress import Progress
 from stillhook.errors import LiftError
-from stillhook.response.winch.compliance import Give
+from stillhook.response.winch.compliance import WinchCompliance
 from stillhook.response.winch.describing_function import Residual
 from stillhook.response.winch.duty import Duty
 from stillhook.response.winch.identify.describing_function import identify_residual
@@ -87,19 +87,25 @@ def mixed(a: Residual, b: Residual, share: float) -> Residual:
         return a
     if share == 1.0:
         return b
-    if a.remnant is None or b.remnant is None or a.give is None or b.give is None:
-        raise LiftError("residual grid: a residual without remnant or give. Identify all of them on the twin.")
+    if a.remnant is None or b.remnant is None or a.compliance is None or b.compliance is None:
+        raise LiftError("residual grid: a residual has no remnant or compliance. Identify all of them on the twin.")
     m, n = a.remnant, b.remnant
     kept = min(len(m.sigma_v), len(n.sigma_v))  # the twin may be lost earlier under one load
     S = np.exp((1.0 - share) * np.log(m.S[:, :kept]) + share * np.log(n.S[:, :kept]))
     peak = None if m.peak is None or n.peak is None else (1.0 - share) * m.peak[:, :kept] + share * n.peak[:, :kept]
     gain = (1.0 - share) * m.gain[:kept] + share * n.gain[:kept]
     remnant = Remnant(m.T_z, m.sigma_v[:kept], m.omega, S, gain, peak, m.lasts)
-    Y = (1.0 - share) * a.give.Y[:, :kept] + share * b.give.Y[:, :kept]
+    Y = (1.0 - share) * a.compliance.Y[:, :kept] + share * b.compliance.Y[:, :kept]
     known = [name for name in ("relieved", "p_a") if getattr(a, name) is not None and getattr(b, name) is not None]
     tables = {
         name: (1.0 - share) * getattr(a, name) + share * getattr(b, name)
         for name in ("C", "harmonics", "saturated", *known)
     }
     about = f"between {a.about} and {b.about}"
-    return replace(a, **tables, about=about, remnant=remnant, give=Give(a.give.omega, a.give.sigma_v[:kept], Y))
+    return replace(
+        a,
+        **tables,
+        about=about,
+        remnant=remnant,
+        compliance=WinchCompliance(a.compliance.omega, a.compliance.sigma_v[:kept], Y),
+    )

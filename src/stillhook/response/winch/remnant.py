@@ -1,4 +1,4 @@
-r"""Motion of the wire's top end that does not follow the tip: what friction and saturation make out of an irregular
+r"""Motion of the wire's top end that does not follow the tip: the effect of friction and saturation under irregular
 motion.
 
 Of a sine they leave harmonics; of a random motion slow wandering (the position loop takes ten seconds to win back what
@@ -41,7 +41,7 @@ class Remnant:
     """T_z (j,) [s] and sigma_v (k,) [m/s] ascending; omega (b,) [rad/s] ascending; S (j, k, b) one-sided density of the
     remnant [m^2 s/rad]; gain (k,) factor by which C of sines is to be multiplied under irregular motion [-], near 1;
     peak (j, k) largest peak-to-peak of the wire's end in 30 s over its standard deviation, in a motion that lasts
-    `lasts` [s]: what friction leaves is bounded, and Gaussian rules tell it too large by half; None where it is not
+    `lasts` [s]: the error by friction is bounded, and Gaussian rules overestimate it by half; None where it is not
     known.
 
     Between its values S is interpolated in logarithms of everything. Beyond the last periods and frequencies the
@@ -73,7 +73,7 @@ class Remnant:
         return np.asarray(S * (np.concatenate((step, [0.0])) + np.concatenate(([0.0], step))) / 2.0)
 
     def places(self, sigma_v: ArrayLike, T_z: ArrayLike) -> Places:
-        """Where irregular motions of deviation sigma_v and period T_z, (n,) each, are in the table."""
+        """Positions in the table of irregular motions of deviation sigma_v and period T_z, (n,) each."""
         sigma = np.asarray(sigma_v, dtype=np.float64)
         i, f = _place(np.log(self.T_z), np.log(np.asarray(T_z, dtype=np.float64)))
         j, g = _place(np.log(self.sigma_v), np.log(sigma))

@@ -31,14 +31,14 @@ FACTORS = {
 def detail_figures(result: PlanResult) -> dict[str, Figure]:
     """Figures of the blocks that are there, by file stem."""
     highest = float(result.data.attrs["Hs_highest"])
-    drawn: dict[str, Callable[[xarray.Dataset], Figure]] = {
+    functions: dict[str, Callable[[xarray.Dataset], Figure]] = {
         "depth": depth,
         "efficiency": efficiency,
         "landing": landing,
         "sensitivity": lambda block: sensitivity(block, highest),
         "convergence": convergence,
     }
-    return {name: draw(result[name]) for name, draw in drawn.items() if name in result}
+    return {name: draw(result[name]) for name, draw in functions.items() if name in result}
 
 
 def depth(block: xarray.Dataset) -> Figure:
@@ -74,8 +74,8 @@ def depth(block: xarray.Dataset) -> Figure:
             ax.axhline(-at, color=COLOURS[1], lw=0.9, ls=":")
     row[0].set_ylabel("depth of the payload's underside [m]", fontsize="small")
     row[0].set_ylim(float(z.max()), float(z.min()))
-    told = f"resonance at {-at:.0f} m (dotted)" if math.isfinite(at) else "no resonance on the way"
-    figure.suptitle(f"Against depth: {sea_words(block.attrs)}; {told}", fontsize="medium")
+    resonance = f"resonance at {-at:.0f} m (dotted)" if math.isfinite(at) else "no resonance on the way"
+    figure.suptitle(f"Against depth: {sea_words(block.attrs)}; {resonance}", fontsize="medium")
     key_below(figure, [row[0]], 7)
     return figure
 
@@ -144,11 +144,11 @@ def sensitivity(block: xarray.Dataset, highest: float) -> Figure:
         ax.set_title(named(name), fontsize="small")
     axes[0, 0].set_yticks(y, [_factor(block, i) for i in range(rows)], fontsize="x-small")
     axes[0, 0].set_ylim(rows - 0.5, -0.5)
-    told = np.minimum(np.concatenate([block[k].values.ravel() for k in ("Hs_base", "Hs_low", "Hs_high")]), highest)
-    told = told[np.isfinite(told)]
-    if told.size:
-        room = max(0.1, 0.12 * float(np.ptp(told)))
-        axes[0, 0].set_xlim(max(0.0, float(told.min()) - room), float(told.max()) + room)
+    limits = np.minimum(np.concatenate([block[k].values.ravel() for k in ("Hs_base", "Hs_low", "Hs_high")]), highest)
+    limits = limits[np.isfinite(limits)]
+    if limits.size:
+        room = max(0.1, 0.12 * float(np.ptp(limits)))
+        axes[0, 0].set_xlim(max(0.0, float(limits.min()) - room), float(limits.max()) + room)
     where = ", ".join(str(block.attrs[k]) for k in ("phase", "rule") if block.attrs.get(k))
     figure.suptitle(
         f"Limiting Hs [m] with other inputs: {sea_words(block.attrs)}{f' ({where})' if where else ''}",
@@ -171,10 +171,10 @@ def convergence(block: xarray.Dataset) -> Figure:
     figure, axes = canvas(-(-len(cells) // columns), columns, 0.6 + 2.3 * -(-len(cells) // columns), sharex=True)
     flat: list[Any] = list(np.ravel(axes))
     for ax, name in zip(flat, cells, strict=False):
-        here = block.sel(cell=name)
-        n = here["n"].values
-        ax.fill_between(n, here["low"].values, here["high"].values, color=COLOURS[0], alpha=0.2, lw=0)
-        ax.plot(n, here["utilisation"].values, color=COLOURS[0], lw=1.3, marker="o", ms=2.5)
+        run = block.sel(cell=name)
+        n = run["n"].values
+        ax.fill_between(n, run["low"].values, run["high"].values, color=COLOURS[0], alpha=0.2, lw=0)
+        ax.plot(n, run["utilisation"].values, color=COLOURS[0], lw=1.3, marker="o", ms=2.5)
         ax.axhline(1.0, color=GREY, lw=0.9, ls="--")
         ax.set_title("\n".join(textwrap.wrap(name, 34)), fontsize="x-small")
     for ax in flat[len(cells) :]:

@@ -22,8 +22,8 @@ from stillhook.plan.report.figures.style import (
     canvas,
     degrees,
     height,
+    highest_shown,
     key_below,
-    most_told,
     named,
     names,
     phase_code,
@@ -62,11 +62,11 @@ def pictures(result: PlanResult) -> dict[str, bytes]:
 
 def figures(result: PlanResult) -> dict[str, Figure]:
     """Every figure of a plan by file stem, in the order in which a report shows them."""
-    found: dict[str, Figure] = {"limits-over-period": curves(result)}
-    found |= limit_tables(result, CREDITED)
-    found |= limit_tables(result, TWIN)
-    found["rosette"] = rosette(result)
-    return found | weather_figures(result) | detail_figures(result)
+    result_figures: dict[str, Figure] = {"limits-over-period": curves(result)}
+    result_figures |= limit_tables(result, CREDITED)
+    result_figures |= limit_tables(result, TWIN)
+    result_figures["rosette"] = rosette(result)
+    return result_figures | weather_figures(result) | detail_figures(result)
 
 
 def limit_tables(result: PlanResult, credit: Credit) -> dict[str, Figure]:
@@ -85,12 +85,12 @@ def limit_tables(result: PlanResult, credit: Credit) -> dict[str, Figure]:
 
 def alike(result: PlanResult, credit: Credit, alternatives: Sequence[str]) -> list[list[str]]:
     """Alternatives whose tables are the same, limit by limit and by what governs, side by side."""
-    found: dict[bytes, list[str]] = {}
+    groups: dict[bytes, list[str]] = {}
     for name in alternatives:
-        here = result.data.sel(credit=credit, alternative=name)
-        texts = [here[key].values.astype("<U200").tobytes() for key in ("governing_phase", "governing_rule")]
-        found.setdefault(b"".join([np.round(here["Hs_limit"].values, 2).tobytes(), *texts]), []).append(name)
-    return list(found.values())
+        cells = result.data.sel(credit=credit, alternative=name)
+        texts = [cells[key].values.astype("<U200").tobytes() for key in ("governing_phase", "governing_rule")]
+        groups.setdefault(b"".join([np.round(cells["Hs_limit"].values, 2).tobytes(), *texts]), []).append(name)
+    return list(groups.values())
 
 
 def differs(result: PlanResult, alternative: str) -> bool:
@@ -113,20 +113,20 @@ def limit_table(result: PlanResult, credit: Credit, strips: Sequence[Sequence[st
         _strip(ax, result, credit, labels[0])
         ax.set_title(", ".join(named(name) for name in labels), fontsize="small", loc="left", pad=3)
     axes[-1].set_xlabel("peak period Tp [s]", fontsize="small")
-    said = "credited" if credit == CREDITED else "as the twin computes, before credit"
-    figure.suptitle(f"Limiting significant wave height Hs [m], {said}", fontsize="medium")
+    label = "credited" if credit == CREDITED else "as the twin computes, before credit"
+    figure.suptitle(f"Limiting significant wave height Hs [m], {label}", fontsize="medium")
     return figure
 
 
 def _strip(ax: Axes, result: PlanResult, credit: Credit, name: str) -> None:
-    here = result.data.sel(credit=credit, alternative=name)
+    cells = result.data.sel(credit=credit, alternative=name)
     highest, phases, rules = (
         float(result.data.attrs["Hs_highest"]),
-        here["governing_phase"].values,
-        here["governing_rule"].values,
+        cells["governing_phase"].values,
+        cells["governing_rule"].values,
     )
-    Hs = np.asarray(here["Hs_limit"].values, dtype=float)
-    part = np.clip(np.nan_to_num(Hs, nan=0.0, posinf=highest) / most_told(result), 0.0, 1.0)
+    Hs = np.asarray(cells["Hs_limit"].values, dtype=float)
+    part = np.clip(np.nan_to_num(Hs, nan=0.0, posinf=highest) / highest_shown(result), 0.0, 1.0)
     edges = [np.arange(n + 1) - 0.5 for n in (Hs.shape[1], Hs.shape[0])]
     ax.pcolormesh(*edges, _colours(Hs, part), edgecolors="white", linewidth=0.8)
     style: dict[str, Any] = {"ha": "center", "va": "center", "in_layout": False}
@@ -151,10 +151,10 @@ def _colours(Hs: FloatArray, part: FloatArray) -> FloatArray:
     from matplotlib import colormaps
     from matplotlib.colors import to_rgba
 
-    found = colormaps[COLOURS](0.85 * part)
-    found[np.isnan(Hs)] = to_rgba(UNTOLD)
-    found[Hs <= 0.0] = to_rgba(NOTHING)
-    return np.asarray(found)
+    colours = colormaps[COLOURS](0.85 * part)
+    colours[np.isnan(Hs)] = to_rgba(UNTOLD)
+    colours[Hs <= 0.0] = to_rgba(NOTHING)
+    return np.asarray(colours)
 
 
 def _codes(result: PlanResult, phase: str, rule: str) -> str:
@@ -164,8 +164,8 @@ def _codes(result: PlanResult, phase: str, rule: str) -> str:
 def closed_form(result: PlanResult) -> FloatArray:
     """Least limit over phases and rules by the closed form alone (alternative, heading, period) [m]; NaN where none
     tells."""
-    found = np.asarray(result.data["Hs_rule"].sel(credit=TWIN, tier=CLOSED).values, dtype=float)
-    flat = np.moveaxis(found, (1, 2), (0, 1)).reshape(-1, *found.shape[:1], *found.shape[3:])
+    Hs = np.asarray(result.data["Hs_rule"].sel(credit=TWIN, tier=CLOSED).values, dtype=float)
+    flat = np.moveaxis(Hs, (1, 2), (0, 1)).reshape(-1, *Hs.shape[:1], *Hs.shape[3:])
     least = np.where(np.isnan(flat), np.inf, flat).min(axis=0)
     return np.asarray(np.where(np.isnan(flat).all(axis=0), np.nan, least))
 
@@ -190,8 +190,8 @@ def curves(result: PlanResult) -> Figure:
     T, closed = data["period"].values, closed_form(result)
     for ax, i in zip(axes[0], chosen, strict=True):
         for a, name in enumerate(names(data)):
-            here = data["Hs_limit"].sel(alternative=name).isel(heading=i)
-            credited, twin = (np.minimum(here.sel(credit=c).values, highest) for c in (CREDITED, TWIN))
+            cells = data["Hs_limit"].sel(alternative=name).isel(heading=i)
+            credited, twin = (np.minimum(cells.sel(credit=c).values, highest) for c in (CREDITED, TWIN))
             style = {"color": COLOUR[name], "lw": THICK[name]}
             ax.plot(T, credited, marker=MARKER[name], ms=3.5, label=named(name), **style)
             if differs(result, name):
@@ -202,7 +202,7 @@ def curves(result: PlanResult) -> Figure:
         ax.set_xlabel("peak period Tp [s]", fontsize="small")
         ax.axhline(highest, color="#777777", lw=0.8)
     first = axes[0, 0]
-    first.set_ylim(0.0, 1.04 * most_told(result))
+    first.set_ylim(0.0, 1.04 * highest_shown(result))
     first.set_ylabel("limiting significant wave height Hs [m]", fontsize="small")
     first.plot([], [], color="#777777", ls="--", label="twin, before credit")
     first.plot([], [], color="#777777", ls=":", label="closed form alone")

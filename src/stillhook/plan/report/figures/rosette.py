@@ -14,8 +14,8 @@ from stillhook.plan.report.figures.style import (
     MARKER,
     THICK,
     WIDTH,
+    highest_shown,
     key_below,
-    most_told,
     named,
     names,
 )
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 FULL = 2.0 * np.pi
 PERIODS = 4
 """Panels: periods out of the table."""
-WHOLE = np.radians(200.0)
+FULL_CIRCLE = np.radians(200.0)
 """Headings that span less are drawn as a sector [rad]."""
 MARGIN = np.radians(12.0)
 
@@ -48,7 +48,7 @@ def rosette(result: PlanResult) -> Figure:
     chosen = _periods(data.sizes["period"])
     come = from_bow(data["heading"].values)
     order = np.argsort(come)
-    sector = bool(np.ptp(come) < WHOLE)
+    sector = bool(np.ptp(come) < FULL_CIRCLE)
     across = len(chosen) if sector or len(chosen) < 3 else 2
     figure = Figure(figsize=(WIDTH, 3.1 if sector else 0.8 + 3.4 * -(-len(chosen) // across)), layout="constrained")
     axes = figure.subplots(-(-len(chosen) // across), across, subplot_kw={"projection": "polar"}, squeeze=False).ravel()
@@ -79,12 +79,12 @@ def _panel(ax: PolarAxes, result: PlanResult, k: int, come: FloatArray, order: N
         ax.plot(theta, radius, color=COLOUR[name], marker=MARKER[name], ms=3.5, lw=THICK[name], label=named(name))
     ax.set_theta_zero_location("N")
     ax.set_theta_direction(-1)
-    if np.ptp(come) < WHOLE:
+    if np.ptp(come) < FULL_CIRCLE:
         low, high = float(come.min() - MARGIN), float(come.max() + MARGIN)
         ax.set_thetamin(np.degrees(low))
         ax.set_thetamax(np.degrees(high))
         ax.set_thetagrids([float(x) for x in np.round(np.degrees(come))])
-    top = most_told(result)
+    top = highest_shown(result)
     ax.set_ylim(0.0, top)
     ax.set_yticks(list(range(1, int(top) + 1)))
     ax.tick_params(labelsize="x-small")

@@ -90,14 +90,14 @@ def degrees(beta: float) -> str:
 
 def sea_words(attrs: Mapping[str, Any]) -> str:
     """The sea of a block: "Hs 2 m, Tp 9 s, waves at 180°", of what it says."""
-    said = []
+    words = []
     if "Hs" in attrs:
-        said.append(f"Hs {show(float(attrs['Hs']), 'length', 3)}")
+        words.append(f"Hs {show(float(attrs['Hs']), 'length', 3)}")
     if "Tp" in attrs:
-        said.append(f"Tp {show(float(attrs['Tp']), 'time', 3)}")
+        words.append(f"Tp {show(float(attrs['Tp']), 'time', 3)}")
     if "beta" in attrs:
-        said.append(f"waves at {degrees(attrs['beta'])}")
-    return ", ".join(said)
+        words.append(f"waves at {degrees(attrs['beta'])}")
+    return ", ".join(words)
 
 
 def canvas(rows: int, columns: int, tall: float, **more: Any) -> tuple[Figure, NDArray[Any]]:
@@ -139,8 +139,8 @@ def few(n: int, most: int) -> list[int]:
     return sorted({round(i) for i in np.linspace(0, n - 1, min(n, most))})
 
 
-def most_told(result: PlanResult) -> float:
+def highest_shown(result: PlanResult) -> float:
     """Top of the scales: the highest sea that was asked, or less where no limit comes near it [m]."""
     highest = float(result.data.attrs["Hs_highest"])
-    told = np.nan_to_num(result.data["Hs_limit"].values, nan=0.0, posinf=highest)
-    return min(highest, max(1.0, float(np.ceil(2.4 * told.max()) / 2.0)))
+    limits = np.nan_to_num(result.data["Hs_limit"].values, nan=0.0, posinf=highest)
+    return min(highest, max(1.0, float(np.ceil(2.4 * limits.max()) / 2.0)))

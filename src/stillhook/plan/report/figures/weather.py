@@ -40,11 +40,11 @@ def waiting(block: xarray.Dataset) -> Figure:
     top, low = axes[:, 0]
     month = np.arange(1, 13)
     for name in names(block):
-        here = block.sel(credit=CREDITED, alternative=name, month=month)
+        months = block.sel(credit=CREDITED, alternative=name, month=month)
         style = {"color": COLOUR[name], "lw": THICK[name], "marker": "o", "ms": 3, "label": named(name)}
-        top.plot(month, 100.0 * here["operability"].values, **style)
-        low.plot(month, here["wait_mean"].values / DAY, **style)
-        low.plot(month, here["wait_p90"].values / DAY, color=COLOUR[name], ls="none", marker="_", ms=7)
+        top.plot(month, 100.0 * months["operability"].values, **style)
+        low.plot(month, months["wait_mean"].values / DAY, **style)
+        low.plot(month, months["wait_p90"].values / DAY, color=COLOUR[name], ls="none", marker="_", ms=7)
     top.set_ylabel("operability [%]", fontsize="small")
     low.set_ylabel("waiting [days]\nline: mean, dash: P90", fontsize="small")
     top.set_ylim(0.0, 100.0)

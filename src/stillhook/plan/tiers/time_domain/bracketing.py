@@ -114,8 +114,8 @@ def _between(Hs: FloatArray, u: FloatArray, k: int, search: Search) -> float | N
     at = crossing(Hs, u, search)
     if u[k] > STEEP:
         at = max(at, LEAST_PART * float(Hs[k]) + (1.0 - LEAST_PART) * float(Hs[k - 1]))
-    beside = [float(h) for h in (Hs[k - 1], Hs[k]) if h > 0.0]
-    if min(abs(at - h) for h in beside) <= search.near * at:
+    neighbours = [float(h) for h in (Hs[k - 1], Hs[k]) if h > 0.0]
+    if min(abs(at - h) for h in neighbours) <= search.near * at:
         return None
     return at
 

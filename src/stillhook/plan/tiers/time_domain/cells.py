@@ -18,7 +18,15 @@ from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.tiers.depths import situations
 from stillhook.plan.tiers.frequency import forcing_at
-from stillhook.plan.tiers.time_domain.lowering import Course, Spot, Winch, course_of, in_sea, lowering_of, machine_of
+from stillhook.plan.tiers.time_domain.lowering import (
+    Course,
+    SeaState,
+    Winch,
+    course_of,
+    in_sea,
+    lowering_of,
+    machine_of,
+)
 from stillhook.plan.tiers.time_domain.quantities import kept
 from stillhook.plan.tiers.winch_residual import BRAKE
 from stillhook.response.standard_deviations import sigmas
@@ -32,22 +40,22 @@ ABOUT_WORST = 0.9
 """Part of the swing of the sling tension at the worst height from which a height counts as one like it."""
 
 
-class Ask(NamedTuple):
+class CellRequest(NamedTuple):
     """A cell that is wanted, with so many seeds (1, 2, ...); a calm with one run."""
 
     phase: str
     winch: Winch
-    spot: Spot
+    spot: SeaState
     seeds: int
 
     @property
-    def cell(self) -> tuple[str, Winch, Spot]:
+    def cell(self) -> tuple[str, Winch, SeaState]:
         """What it is kept by."""
         return self.phase, self.winch, self.spot
 
 
 @dataclass(frozen=True)
-class Deal:
+class Execution:
     """How runs are shared out: folder of the store, client of a cluster, threads."""
 
     store: Any = None
@@ -62,8 +70,8 @@ class Cells:
     for (from the store or not)."""
 
     plan: LiftPlan
-    deal: Deal
-    runs: dict[tuple[str, Winch, Spot], dict[str, FloatArray]] = field(default_factory=dict)
+    execution: Execution
+    runs: dict[tuple[str, Winch, SeaState], dict[str, FloatArray]] = field(default_factory=dict)
     n_runs: int = 0
     n_failed: int = 0
     seconds: float = 0.0
@@ -74,7 +82,7 @@ class Cells:
     _still: dict[tuple[Winch, Course], dict[str, FloatArray]] = field(default_factory=dict)
     _worst: dict[str, dict[tuple[float, float], tuple[float, float]]] = field(default_factory=dict)
 
-    def course(self, phase: Phase, winch: Winch, spot: Spot) -> Course:
+    def course(self, phase: Phase, winch: Winch, spot: SeaState) -> Course:
         """What is run of a phase in the seas of a column: about its worst height where it is a long way."""
         key = (phase.name, winch, spot.Tp, spot.beta)
         if key not in self._courses:
@@ -82,25 +90,33 @@ class Cells:
             self._courses[key] = course_of(self.plan, phase, winch, z, about)
         return self._courses[key]
 
-    def ask(self, wanted: Sequence[Ask], progress: Progress | None = None) -> None:
+    def request(self, wanted: Sequence[CellRequest], progress: Progress | None = None) -> None:
         """Run what is wanted and not there yet, all of it together."""
-        missing = {ask.cell: ask for ask in wanted if ask.seeds > len(self._durations(ask))}
-        calms = {ask.cell: (ask.winch, self._course_of(ask)) for ask in missing.values() if ask.spot.Hs <= 0.0}
+        missing = {request.cell: request for request in wanted if request.seeds > len(self._durations(request))}
+        calms = {
+            request.cell: (request.winch, self._course_of(request))
+            for request in missing.values()
+            if request.spot.Hs <= 0.0
+        }
         first = {still: cell for cell, still in reversed(calms.items()) if still not in self._still}
-        missing = {cell: ask for cell, ask in missing.items() if cell not in calms or first.get(calms[cell]) == cell}
+        missing = {
+            cell: request for cell, request in missing.items() if cell not in calms or first.get(calms[cell]) == cell
+        }
         self._run(self._filled(missing), progress)
         self._still |= {still: self.runs[cell] for still, cell in first.items()}
         self.runs |= {cell: self._still[still] for cell, still in calms.items()}
-        for phase, winch, spot in (ask.cell for ask in wanted):
+        for phase, winch, spot in (request.cell for request in wanted):
             self._heights.setdefault((phase, winch, spot.Tp, spot.beta), set()).add(spot.Hs)
 
-    def _filled(self, missing: Mapping[tuple[str, Winch, Spot], Ask]) -> dict[tuple[str, Winch, Spot], Ask]:
+    def _filled(
+        self, missing: Mapping[tuple[str, Winch, SeaState], CellRequest]
+    ) -> dict[tuple[str, Winch, SeaState], CellRequest]:
         """The same cells with some seeds more, where blocks of runs side by side would else have empty places: they
         cost nothing."""
-        groups: dict[tuple[float, int, bool], list[tuple[str, Winch, Spot]]] = {}
-        for cell, ask in missing.items():
-            if ask.spot.Hs > 0.0:
-                course = self._course_of(ask)
+        groups: dict[tuple[float, int, bool], list[tuple[str, Winch, SeaState]]] = {}
+        for cell, request in missing.items():
+            if request.spot.Hs > 0.0:
+                course = self._course_of(request)
                 groups.setdefault((course.duration, len(course.programme), course.z_top > -REACH), []).append(cell)
         full = dict(missing)
         for group in groups.values():
@@ -114,56 +130,63 @@ class Cells:
         """Heights that were run in a column, ascending [m]."""
         return np.array(sorted(self._heights.get((phase, winch, Tp, beta), ())))
 
-    def _run(self, missing: Mapping[tuple[str, Winch, Spot], Ask], progress: Progress | None) -> None:
+    def _run(self, missing: Mapping[tuple[str, Winch, SeaState], CellRequest], progress: Progress | None) -> None:
         """Run cells that are not there yet."""
         if not missing:
             return
         cases: list[Case] = []
         cranes: list[Crane] = []
         sizes: list[int] = []
-        for ask in missing.values():
-            crane, made = self._cases(ask)
+        for request in missing.values():
+            crane, made = self._cases(request)
             cases += made
             cranes += [crane] * len(made)
             sizes.append(len(made))
         data = lower_many(
-            cranes, cases, store=self.deal.store, client=self.deal.client, threads=self.deal.threads, progress=progress
+            cranes,
+            cases,
+            store=self.execution.store,
+            client=self.execution.client,
+            threads=self.execution.threads,
+            progress=progress,
         )
         counts = [
-            self._course_of(ask).counts for ask, size in zip(missing.values(), sizes, strict=True) for _ in range(size)
+            self._course_of(request).counts
+            for request, size in zip(missing.values(), sizes, strict=True)
+            for _ in range(size)
         ]
         numbers = kept(data, counts)
         self.n_failed += int(np.sum(~np.isfinite(numbers["duration"])))
         start = 0
-        for ask, size in zip(missing.values(), sizes, strict=True):
+        for request, size in zip(missing.values(), sizes, strict=True):
             new = {name: values[start : start + size] for name, values in numbers.items()}
-            old = self.runs.get(ask.cell)
-            self.runs[ask.cell] = (
+            old = self.runs.get(request.cell)
+            self.runs[request.cell] = (
                 new if old is None else {name: np.concatenate((old[name], values)) for name, values in new.items()}
             )
             start += size
 
-    def _course_of(self, ask: Ask) -> Course:
-        return self.course(self.plan.phase(ask.phase), ask.winch, ask.spot)
+    def _course_of(self, request: CellRequest) -> Course:
+        return self.course(self.plan.phase(request.phase), request.winch, request.spot)
 
-    def _durations(self, ask: Ask) -> FloatArray:
-        found = self.runs.get(ask.cell)
-        return np.zeros(0) if found is None else found["duration"]
+    def _durations(self, request: CellRequest) -> FloatArray:
+        runs = self.runs.get(request.cell)
+        return np.zeros(0) if runs is None else runs["duration"]
 
-    def _cases(self, ask: Ask) -> tuple[Crane, list[Case]]:
+    def _cases(self, request: CellRequest) -> tuple[Crane, list[Case]]:
         """Runs of a cell that are still missing."""
-        phase, course = self.plan.phase(ask.phase), self._course_of(ask)
-        if ask.winch not in self._machines:
-            self._machines[ask.winch] = machine_of(self.plan, ask.winch)
-        crane, mode = self._machines[ask.winch]
-        calm = self._calm.setdefault((ask.winch, phase.name, course), lowering_of(self.plan, phase, course, mode))
-        first = len(self._durations(ask)) + 1
-        self.n_runs += ask.seeds - first + 1
-        self.seconds += course.duration * (ask.seeds - first + 1)
-        if ask.spot.Hs <= 0.0:
+        phase, course = self.plan.phase(request.phase), self._course_of(request)
+        if request.winch not in self._machines:
+            self._machines[request.winch] = machine_of(self.plan, request.winch)
+        crane, mode = self._machines[request.winch]
+        calm = self._calm.setdefault((request.winch, phase.name, course), lowering_of(self.plan, phase, course, mode))
+        first = len(self._durations(request)) + 1
+        self.n_runs += request.seeds - first + 1
+        self.seconds += course.duration * (request.seeds - first + 1)
+        if request.spot.Hs <= 0.0:
             return crane, [calm]
-        one = in_sea(self.plan, phase, ask.winch, course, calm, ask.spot, first)
-        return crane, [replace(one, seed=seed) for seed in range(first, ask.seeds + 1)]
+        one = in_sea(self.plan, phase, request.winch, course, calm, request.spot, first)
+        return crane, [replace(one, seed=seed) for seed in range(first, request.seeds + 1)]
 
     def _worst_of(self, phase: Phase) -> dict[tuple[float, float], tuple[float, float]]:
         """(Tp, beta) -> height at which the load swings most on its wire, the winch on its brake [m], and time spent
@@ -183,7 +206,7 @@ def worst_heights(plan: LiftPlan, phase: Phase) -> dict[tuple[float, float], tup
     seas = Seas(np.full(len(Tp), float(np.median(plan.environment.Hs))), Tp, beta)
     parts, at = situations(plan, phase), plan.tip_of(phase)
     forcing = forcing_at(plan, seas, at.x, at.y)
-    swing = np.array([sigmas(forcing, p.hung, BRAKE).sling for p in parts])
+    swing = np.array([sigmas(forcing, p.load, BRAKE).sling for p in parts])
     time = np.array([p.time for p in parts])
     worst = np.argmax(swing, axis=0)
     about = (time[:, None] * (swing >= ABOUT_WORST * swing.max(axis=0))).sum(axis=0)

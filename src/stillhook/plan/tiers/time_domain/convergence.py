@@ -10,10 +10,10 @@ import numpy as np
 from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.limits.solve import utilisation
 from stillhook.plan.tiers.time_domain.bracketing import nearest, snapped
-from stillhook.plan.tiers.time_domain.cells import Ask
-from stillhook.plan.tiers.time_domain.lowering import Spot, winch_of
+from stillhook.plan.tiers.time_domain.cells import CellRequest
+from stillhook.plan.tiers.time_domain.lowering import SeaState, winch_of
 from stillhook.plan.tiers.time_domain.quantities import quantities
-from stillhook.plan.tiers.time_domain.search import Column, Line, Work
+from stillhook.plan.tiers.time_domain.search import Column, LimitSearch, Work
 from stillhook.statistics.extremes import FEWEST_MAXIMA
 from stillhook.units import show
 from stillhook.variables import attributes
@@ -29,8 +29,8 @@ SHOWN = 6
 
 def blocks(work: Work) -> dict[str, xarray.Dataset]:
     """The blocks "landing" and "convergence" of `stillhook.plan.result.result`, where there is something to tell."""
-    found = {"landing": landing(work), "convergence": convergence(work)}
-    return {name: data for name, data in found.items() if data is not None}
+    datasets = {"landing": landing(work), "convergence": convergence(work)}
+    return {name: data for name, data in datasets.items() if data is not None}
 
 
 def landing(work: Work) -> xarray.Dataset | None:
@@ -49,9 +49,9 @@ def landing(work: Work) -> xarray.Dataset | None:
     Hs = snapped(min(best, max(work.plan.environment.Hs)))
     if not best > 0.0:
         return None
-    spot, seeds = Spot(Hs, *column), work.search.most_seeds
-    asks = {a: Ask(phase.name, winch_of(phase, a), spot, seeds) for a in work.plan.alternatives}
-    work.cells.ask(list({ask.cell: ask for ask in asks.values()}.values()))
+    spot, seeds = SeaState(Hs, *column), work.search.most_seeds
+    asks = {a: CellRequest(phase.name, winch_of(phase, a), spot, seeds) for a in work.plan.alternatives}
+    work.cells.request(list({ask.cell: ask for ask in asks.values()}.values()))
     rows = np.array([work.cells.runs[ask.cell]["v_landed"][:seeds] for ask in asks.values()])
     rule = next(
         (r.limit for r in work.limits(phase, work.plan.alternatives[0]) if r.rule.quantity == "v_landed"), math.nan
@@ -99,21 +99,21 @@ def convergence(work: Work) -> xarray.Dataset | None:
     )
 
 
-def _shown(work: Work, column: Column) -> list[Line]:
+def _shown(work: Work, column: Column) -> list[LimitSearch]:
     """Lines that limit their alternative in a column, each run once."""
-    found: dict[tuple[str, object], Line] = {}
+    limiting: dict[tuple[str, object], LimitSearch] = {}
     for line in work.lines:
         if (
             line.column == column
-            and line.found
+            and line.resolved
             and 0.0 < line.limit < math.inf
             and line.limit <= work.least(line.alternative, column)
         ):
-            found.setdefault((line.phase.name, line.winch), line)
-    return list(found.values())[:SHOWN]
+            limiting.setdefault((line.phase.name, line.winch), line)
+    return list(limiting.values())[:SHOWN]
 
 
-def _named(line: Line, Hs: float, key: str) -> str:
+def _named(line: LimitSearch, Hs: float, key: str) -> str:
     who = line.alternative.value if line.phase.compensated else "all alternatives"
     T, beta = line.column
     return (
@@ -122,7 +122,7 @@ def _named(line: Line, Hs: float, key: str) -> str:
     )
 
 
-def _with(work: Work, line: Line, Hs: float, key: str, n: int) -> tuple[float, float, float]:
+def _with(work: Work, line: LimitSearch, Hs: float, key: str, n: int) -> tuple[float, float, float]:
     """Utilisation of a rule and the ends of its interval, from the first n seeds of a cell; NaN where it has fewer."""
     spot = line.spot(Hs)
     runs = work.cells.runs[line.phase.name, line.winch, spot]

@@ -17,7 +17,7 @@ from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.tiers.depths import natural_period
 from stillhook.plan.tiers.winch_residual import controlled
-from stillhook.response.suspended_load import hung
+from stillhook.response.suspended_load import suspended_load
 from stillhook.sea.spectra.spectrum import Sea
 from stillhook.sea.vessel.long_wave import wavenumber
 from stillhook.sea.vessel.realisation import Amplitudes
@@ -93,8 +93,8 @@ def machine_of(plan: LiftPlan, winch: Winch) -> tuple[Crane, Mode]:
     """The crane with the settings of the controller, and its mode; the plan's own crane where nothing compensates."""
     if winch.controller is None:
         return plan.crane, Mode.SSC
-    crane, found = controlled(plan.crane, winch.controller, plan.sensors)
-    return crane, found.mode
+    crane, setting = controlled(plan.crane, winch.controller, plan.sensors)
+    return crane, setting.mode
 
 
 def course_of(plan: LiftPlan, phase: Phase, winch: Winch, z: float | None = None, about: float | None = None) -> Course:
@@ -177,7 +177,7 @@ def _ahead(plan: LiftPlan, mode: StageMode, z: float, v: float, room: float) -> 
 
 def _half(plan: LiftPlan, z: float) -> float:
     """Half a natural period of the load on its wire [s]."""
-    return 0.5 * min(natural_period(hung(plan.crane, plan.hanging(z), z)), SETTLE)
+    return 0.5 * min(natural_period(suspended_load(plan.crane, plan.hanging(z), z)), SETTLE)
 
 
 def _covered(stages: Sequence[Stage]) -> float:
@@ -245,7 +245,7 @@ def lowering_of(plan: LiftPlan, phase: Phase, course: Course, mode: Mode) -> Low
     )
 
 
-class Spot(NamedTuple):
+class SeaState(NamedTuple):
     """One sea of a table: Hs [m], Tp [s], direction of travel from the bow [rad]."""
 
     Hs: float
@@ -253,7 +253,9 @@ class Spot(NamedTuple):
     beta: float
 
 
-def in_sea(plan: LiftPlan, phase: Phase, winch: Winch, course: Course, calm: Lowering, spot: Spot, seed: int) -> InSea:
+def in_sea(
+    plan: LiftPlan, phase: Phase, winch: Winch, course: Course, calm: Lowering, spot: SeaState, seed: int
+) -> InSea:
     """A course in one seed of a sea: the same waves for every alternative, and the same for every height but for their
     size.
 

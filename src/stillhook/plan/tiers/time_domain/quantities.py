@@ -59,8 +59,8 @@ WINCH = ("p_a_max", "saturation_share", "relief_share", "power_share", "stroke_s
 def kept(data: xarray.Dataset, counts: Sequence[int]) -> dict[str, FloatArray]:
     """Numbers of every run of a Dataset of lowerings over "case"; counts: number of the stage that counts in each."""
     each = np.arange(len(counts)), np.array(counts)
-    found = {name: data[f"stage_{name}"].values[each] for name in OF_STAGE}
-    return found | {"v_landed": data["v_landed"].values}
+    numbers = {name: data[f"stage_{name}"].values[each] for name in OF_STAGE}
+    return numbers | {"v_landed": data["v_landed"].values}
 
 
 def quantities(
@@ -75,19 +75,19 @@ def quantities(
     landing = phase.kind is PhaseKind.LANDING
     sound = np.isfinite(runs["duration"]) & (np.isfinite(runs["v_landed"]) if landing else True)
     n = len(sound)
-    told = (
-        _told(plan, phase, alternative, winch, course, {name: values[sound] for name, values in runs.items()})
+    estimates = (
+        _estimates(plan, phase, alternative, winch, course, {name: values[sound] for name, values in runs.items()})
         if sound.any()
         else {}
     )
     failed = 1.0 - (float(sound.sum()) / n) ** course.times
     if failed < FAILED_MOST - 1e-9:
-        return told
-    names = told or {rule.quantity: BEYOND for rule in plan.rules.of(phase.kind).values()}
+        return estimates
+    names = estimates or {rule.quantity: BEYOND for rule in plan.rules.of(phase.kind).values()}
     return {name: Estimate(0.0, 0.0, 0.0) if name == "sling_ratio" else BEYOND for name in names}
 
 
-def _told(
+def _estimates(
     plan: LiftPlan, phase: Phase, alternative: Alternative, winch: Winch, course: Course, runs: Runs
 ) -> dict[str, Estimate]:
     level, left = plan.rules.level, winch.left
@@ -99,7 +99,7 @@ def _told(
 
     share = {key: mean(runs[f"{key}_time"] / runs["duration"]) for key in ("saturation", "relief", "power", "stroke")}
     tip, v_tip = top("s_tip_pp", "s_tip_pp").of(1.0 / left), top("v_tip_max", "v_tip_max").of(1.0 / left)
-    told = {
+    estimates = {
         "F_top_max": top("F_w_max", "F_top_max"),
         "DAF": top("DAF", "DAF"),
         "s_tip_pp": tip,
@@ -108,18 +108,18 @@ def _told(
         "p_a_max": top("p_a_max", "p_a_max"),
         "v_w_demand": v_tip.of(1.0, stick) if compensates else top("v_w_max", "v_w_demand"),
     }
-    told |= {f"{key}_share": value for key, value in share.items()}
+    estimates |= {f"{key}_share": value for key, value in share.items()}
     if phase.kind is PhaseKind.LANDING:
-        told["v_landed"] = passage(runs["v_landed"], level("v_landed"))
+        estimates["v_landed"] = passage(runs["v_landed"], level("v_landed"))
     else:
-        told |= _slings(plan, phase, course, runs)
+        estimates |= _slings(plan, phase, course, runs)
     if compensates:
-        told["e_c_pp"] = top("e_c_pp", "e_c_pp") if alternative.twin else top("s_tip_pp", "e_c_pp")
+        estimates["e_c_pp"] = top("e_c_pp", "e_c_pp") if alternative.twin else top("s_tip_pp", "e_c_pp")
         if not alternative.twin:
-            told = {name: value for name, value in told.items() if name not in WINCH}
+            estimates = {name: value for name, value in estimates.items() if name not in WINCH}
         if alternative is Alternative.CAP:
-            told["v_w_demand"] = v_tip.of(1.0, stick)
-    return told
+            estimates["v_w_demand"] = v_tip.of(1.0, stick)
+    return estimates
 
 
 def _extreme(phase: Phase) -> Callable[[FloatArray, Level, float], Estimate]:

@@ -19,27 +19,27 @@ from stillhook.plan.definition.rules import Limited
 from stillhook.plan.limits.applicable_rules import limited
 from stillhook.plan.limits.solve import Limits, utilisation
 from stillhook.plan.tiers.time_domain.bracketing import Search, crossing, nearest, next_height
-from stillhook.plan.tiers.time_domain.cells import Ask, Cells
-from stillhook.plan.tiers.time_domain.lowering import KINDS, Spot, Winch, winch_of
+from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells
+from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState, Winch, winch_of
 from stillhook.plan.tiers.time_domain.over_seeds import Estimate
 from stillhook.plan.tiers.time_domain.quantities import quantities
 
 Column = tuple[float, float]
 """Tp [s] and direction of travel [rad]."""
 
-TRUST: Mapping[Tier, float] = {Tier.FREQUENCY: 1.25, Tier.CLOSED_FORM: 1.0}
+UNDERESTIMATE_FACTOR: Mapping[Tier, float] = {Tier.FREQUENCY: 1.25, Tier.CLOSED_FORM: 1.0}
 """A phase may limit a lift at its predicted height over this: the frequency road may be so much too kind; a closed
 form, which stands for the splash zone, is on the safe side there."""
-HOPE: Mapping[Tier, float] = {Tier.FREQUENCY: 1.05, Tier.CLOSED_FORM: 1.8}
+FIRST_GUESS_FACTOR: Mapping[Tier, float] = {Tier.FREQUENCY: 1.05, Tier.CLOSED_FORM: 1.8}
 """Where a limit is looked for first, over the predicted height: a little behind it, for a cell that is beyond ends a
 search; the closed form of the splash zone is on the safe side by about so much (docs/explanation/limits-by-runs.md)."""
-ENOUGH = 1.1
+GOVERNING_MARGIN = 1.1
 """A phase that is inside up to this over a limit that is known of another one does not govern, and is not looked at any
 higher."""
 
 
 @dataclass(eq=False)
-class Line:
+class LimitSearch:
     """One limit that is looked for: a phase under an alternative in a column. guess: predicted height, where it is
     looked for first, floor below which it is taken not to lie [m]; limit: what was found (NaN: not yet); seems: what it
     seems to be so far."""
@@ -48,18 +48,18 @@ class Line:
     alternative: Alternative
     winch: Winch
     column: Column
-    guess: float
+    first_guess: float
     floor: float
     started: bool = False
     limit: float = math.nan
-    seems: float = math.inf
+    provisional: float = math.inf
 
     @property
-    def found(self) -> bool:
+    def resolved(self) -> bool:
         return not math.isnan(self.limit)
 
-    def spot(self, Hs: float) -> Spot:
-        return Spot(Hs, *self.column)
+    def spot(self, Hs: float) -> SeaState:
+        return SeaState(Hs, *self.column)
 
 
 class Work:
@@ -67,11 +67,11 @@ class Work:
 
     def __init__(self, plan: LiftPlan, search: Search, cells: Cells, progress: Progress | None) -> None:
         self.plan, self.search, self.cells, self.progress = plan, search, cells, progress
-        self.lines: list[Line] = []
-        self.groups: dict[tuple[Alternative, Column], list[Line]] = {}
+        self.lines: list[LimitSearch] = []
+        self.groups: dict[tuple[Alternative, Column], list[LimitSearch]] = {}
         self.others: dict[tuple[Alternative, Column], float] = {}
         self.limited: dict[tuple[str, Alternative], tuple[Limited, ...]] = {}
-        self.told: dict[tuple[str, Alternative, Spot, int], dict[str, Estimate]] = {}
+        self.estimates: dict[tuple[str, Alternative, SeaState, int], dict[str, Estimate]] = {}
         self.share = 0.0
 
     def prepare(self, predicted: Sequence[Limits]) -> None:
@@ -87,17 +87,17 @@ class Work:
                         old = self.others.get((alternative, column), math.inf)
                         self.others[alternative, column] = old if math.isnan(guess) else min(old, guess)
                         continue
-                    floor = 0.0 if tier is None else guess / TRUST[tier]
-                    hope = guess if tier is None else guess * HOPE[tier]
+                    floor = 0.0 if tier is None else guess / UNDERESTIMATE_FACTOR[tier]
+                    first_guess = guess if tier is None else guess * FIRST_GUESS_FACTOR[tier]
                     group.append(
-                        Line(
+                        LimitSearch(
                             phase,
                             alternative,
                             winch_of(phase, alternative),
                             column,
-                            hope,
+                            first_guess,
                             floor,
-                            seems=math.inf if math.isnan(hope) else hope,
+                            provisional=math.inf if math.isnan(first_guess) else first_guess,
                         )
                     )
                 self.lines += group
@@ -106,54 +106,54 @@ class Work:
         """Start what may govern, ask what is wanted, and say whether anything was."""
         for key, group in self.groups.items():
             self._start(key, group)
-        looking = [line for line in self.lines if line.started and not line.found]
-        known = sum(line.found for line in self.lines)
-        wanted = [ask for line in looking for ask in self._wanted(line, self._hoped(line))]
-        if not wanted and known == sum(line.found for line in self.lines):
+        looking = [line for line in self.lines if line.started and not line.resolved]
+        known = sum(line.resolved for line in self.lines)
+        wanted = [ask for line in looking for ask in self._wanted(line, self._provisional(line))]
+        if not wanted and known == sum(line.resolved for line in self.lines):
             wanted = [ask for line in looking for ask in self._wanted(line)]
         if not wanted:
             return bool(looking)
-        self.cells.ask(_merged(wanted), self._told(len(wanted)))
+        self.cells.request(_merged(wanted), self._progress(len(wanted)))
         return True
 
-    def _start(self, key: tuple[Alternative, Column], group: Sequence[Line]) -> None:
+    def _start(self, key: tuple[Alternative, Column], group: Sequence[LimitSearch]) -> None:
         """Of the lines that are not started, those that may lie below everything that is known, or that seems to be."""
-        under_way = [line.seems for line in group if line.started and not line.found]
+        under_way = [line.provisional for line in group if line.started and not line.resolved]
         open_lines = [line for line in group if not line.started and line.floor < min([self.least(*key), *under_way])]
         first = min(open_lines, key=lambda line: line.floor, default=None)
         if first is None or first.floor == math.inf:
             return
-        bar = first.guess if first.guess > 0.0 else first.floor
+        bar = first.first_guess if first.first_guess > 0.0 else first.floor
         for line in open_lines:
             line.started = line is first or line.floor <= bar
 
-    def _hoped(self, line: Line) -> float:
+    def _provisional(self, line: LimitSearch) -> float:
         """Lowest limit that other phases of a line's column seem to have, of those that are not found yet [m]."""
-        others = [o for o in self.groups[line.alternative, line.column] if o is not line and not o.found]
-        return min((o.seems for o in others), default=math.inf)
+        others = [o for o in self.groups[line.alternative, line.column] if o is not line and not o.resolved]
+        return min((o.provisional for o in others), default=math.inf)
 
-    def _wanted(self, line: Line, hoped: float = math.inf) -> list[Ask]:
+    def _wanted(self, line: LimitSearch, provisional: float = math.inf) -> list[CellRequest]:
         """The next cell of a line, or more seeds for the one next to its limit; none where the limit is found, or where
         the line waits for other phases: it is inside up to what their limits seem to be, `hoped` [m], and may not
         matter."""
-        calm = Ask(line.phase.name, line.winch, line.spot(0.0), 1)
+        calm = CellRequest(line.phase.name, line.winch, line.spot(0.0), 1)
         if calm.cell not in self.cells.runs:
             return [calm]
         Hs = self.heights(line)
         u = self.used(line, Hs)
         at = crossing(Hs, u, self.search)
-        line.seems = at if 0.0 < at < math.inf else max(line.seems, float(Hs[-1]))
-        known = ENOUGH * self.least(line.alternative, line.column)
+        line.provisional = at if 0.0 < at < math.inf else max(line.provisional, float(Hs[-1]))
+        known = GOVERNING_MARGIN * self.least(line.alternative, line.column)
         highest = min(max(self.plan.environment.Hs), known)
         if (
-            ENOUGH * hoped < highest
+            GOVERNING_MARGIN * provisional < highest
             and u[0] < 1.0
-            and (line.guess > ENOUGH * hoped if len(Hs) == 1 else not (u > 1.0).any())
+            and (line.first_guess > GOVERNING_MARGIN * provisional if len(Hs) == 1 else not (u > 1.0).any())
         ):
             return []
-        wanted = next_height(Hs, u, line.guess, highest, self.search)
+        wanted = next_height(Hs, u, line.first_guess, highest, self.search)
         if wanted is not None:
-            return [Ask(line.phase.name, line.winch, line.spot(wanted), self.search.seeds)]
+            return [CellRequest(line.phase.name, line.winch, line.spot(wanted), self.search.seeds)]
         k = nearest(Hs, at)
         if k > 0 and 0.0 < at <= known and at < math.inf:
             more = self._more_seeds(line, float(Hs[k]))
@@ -162,31 +162,33 @@ class Work:
         line.limit = at
         return []
 
-    def _more_seeds(self, line: Line, Hs: float) -> Ask | None:
+    def _more_seeds(self, line: LimitSearch, Hs: float) -> CellRequest | None:
         """More seeds for a cell whose interval is still too wide."""
         n = len(self.cells.runs[line.phase.name, line.winch, line.spot(Hs)]["duration"])
         if n >= self.search.most_seeds or openness(self, line, Hs) <= self.search.width:
             return None
-        return Ask(line.phase.name, line.winch, line.spot(Hs), min(n + self.search.more, self.search.most_seeds))
+        return CellRequest(
+            line.phase.name, line.winch, line.spot(Hs), min(n + self.search.more, self.search.most_seeds)
+        )
 
-    def heights(self, line: Line) -> FloatArray:
+    def heights(self, line: LimitSearch) -> FloatArray:
         """Heights that were run in a line's column, the calm first."""
         return self.cells.heights(line.phase.name, line.winch, *line.column)
 
-    def numbers(self, line: Line, Hs: float) -> dict[str, Estimate]:
+    def numbers(self, line: LimitSearch, Hs: float) -> dict[str, Estimate]:
         """Quantities of one cell."""
         spot = line.spot(Hs)
         runs = self.cells.runs[line.phase.name, line.winch, spot]
         key = (line.phase.name, line.alternative, spot, len(runs["duration"]))
-        if key not in self.told:
+        if key not in self.estimates:
             course = self.cells.course(line.phase, line.winch, spot)
-            told = quantities(self.plan, line.phase, line.alternative, line.winch, course, runs)
-            self.told[key] = (
-                told if Hs > 0.0 else {name: Estimate(e.value, e.value, e.value) for name, e in told.items()}
+            estimates = quantities(self.plan, line.phase, line.alternative, line.winch, course, runs)
+            self.estimates[key] = (
+                estimates if Hs > 0.0 else {name: Estimate(e.value, e.value, e.value) for name, e in estimates.items()}
             )
-        return self.told[key]
+        return self.estimates[key]
 
-    def rules(self, line: Line) -> tuple[Limited, ...]:
+    def rules(self, line: LimitSearch) -> tuple[Limited, ...]:
         """Limits that hold in a line's phase under its alternative."""
         return self.limits(line.phase, line.alternative)
 
@@ -199,15 +201,15 @@ class Work:
 
     def least(self, alternative: Alternative, column: Column) -> float:
         """Lowest limit that is known of an alternative in a column, by runs or of a phase that is not run [m]."""
-        found = [line.limit for line in self.groups[alternative, column] if line.found]
-        return min([self.others.get((alternative, column), math.inf), *found])
+        limits = [line.limit for line in self.groups[alternative, column] if line.resolved]
+        return min([self.others.get((alternative, column), math.inf), *limits])
 
-    def governs(self, line: Line, Hs: float) -> str:
+    def governs(self, line: LimitSearch, Hs: float) -> str:
         """The rule that is used most in a cell; "" where none is told."""
         used = _used(self.rules(line), self.numbers(line, Hs))
         return max(used, key=lambda key: used[key], default="")
 
-    def used(self, line: Line, Hs: FloatArray) -> FloatArray:
+    def used(self, line: LimitSearch, Hs: FloatArray) -> FloatArray:
         """Largest utilisation of each cell; NaN where no rule is told. In a calm that of the rule that governs the
         highest sea, from which it grows there, unless the calm itself is beyond."""
         rows = [_used(self.rules(line), self.numbers(line, float(h))) for h in Hs]
@@ -216,32 +218,32 @@ class Work:
             most[0] = rows[0].get(max(rows[-1], key=lambda key: rows[-1][key]), most[0])
         return most
 
-    def _told(self, asks: int) -> Progress | None:
+    def _progress(self, asks: int) -> Progress | None:
         """Progress of a round as part of all: as much again is taken to come while lines are open, so that it never
         goes back."""
         if self.progress is None:
             return None
         before, tell = self.share, self.progress
-        open_lines = sum(1 for line in self.lines if line.started and not line.found)
+        open_lines = sum(1 for line in self.lines if line.started and not line.resolved)
         part = (1.0 - before) * (asks / (asks + 1.5 * open_lines))
 
-        def told(share: float) -> None:
+        def report(share: float) -> None:
             self.share = before + part * share
             tell(self.share)
 
-        return told
+        return report
 
 
-def openness(work: Work, line: Line, Hs: float) -> float:
+def openness(work: Work, line: LimitSearch, Hs: float) -> float:
     """Half of the 95 % interval of the governing utilisation in a cell, over what the waves add to the calm's [-]; 0
     where none is told."""
-    calm, here = work.numbers(line, 0.0), work.numbers(line, Hs)
-    used = _used(work.rules(line), here)
+    calm, numbers = work.numbers(line, 0.0), work.numbers(line, Hs)
+    used = _used(work.rules(line), numbers)
     if not used:
         return 0.0
     governs = max(used, key=lambda key: used[key])
     rule = next(r for r in work.rules(line) if r.rule.key == governs)
-    estimate = here[rule.rule.quantity]
+    estimate = numbers[rule.rule.quantity]
     low, high = utilisation(rule, np.array([estimate.low, estimate.high]))
     still = calm.get(rule.rule.quantity)
     added = used[governs] - (0.0 if still is None else float(utilisation(rule, np.array([still.value]))[0]))
@@ -251,17 +253,17 @@ def openness(work: Work, line: Line, Hs: float) -> float:
 
 def _used(rules: Sequence[Limited], numbers: Mapping[str, Estimate]) -> dict[str, float]:
     """Rule -> utilisation, of the rules that are told."""
-    found = {
+    utilisations = {
         r.rule.key: float(utilisation(r, np.array([numbers[r.rule.quantity].value]))[0])
         for r in rules
         if r.rule.quantity in numbers
     }
-    return {key: value for key, value in found.items() if not math.isnan(value)}
+    return {key: value for key, value in utilisations.items() if not math.isnan(value)}
 
 
-def _merged(wanted: Sequence[Ask]) -> list[Ask]:
+def _merged(wanted: Sequence[CellRequest]) -> list[CellRequest]:
     """Each cell once, with the most seeds that any line wants."""
-    most: dict[Any, Ask] = {}
+    most: dict[Any, CellRequest] = {}
     for ask in wanted:
         if ask.cell not in most or most[ask.cell].seeds < ask.seeds:
             most[ask.cell] = ask
@@ -270,7 +272,7 @@ def _merged(wanted: Sequence[Ask]) -> list[Ask]:
 
 def _least_predicted(predicted: Sequence[Limits]) -> dict[tuple[str, Alternative, Column], tuple[float, Tier]]:
     """(phase, alternative, column) -> lowest predicted limit [m] and its tier: frequency road, else closed form."""
-    found: dict[tuple[str, Alternative, Column], tuple[float, Tier]] = {}
+    result: dict[tuple[str, Alternative, Column], tuple[float, Tier]] = {}
     for tier in (Tier.CLOSED_FORM, Tier.FREQUENCY):
         for limits in (p for p in predicted if p.tier is tier):
             table = [np.where(np.isnan(row), np.inf, row) for row in limits.Hs.values() if not np.isnan(row).all()]
@@ -278,5 +280,5 @@ def _least_predicted(predicted: Sequence[Limits]) -> dict[tuple[str, Alternative
                 continue
             least = np.min(table, axis=0)
             for T, beta, Hs in zip(limits.Tp, limits.beta, least, strict=True):
-                found[limits.phase, limits.alternative, (float(T), float(beta))] = float(Hs), tier
-    return found
+                result[limits.phase, limits.alternative, (float(T), float(beta))] = float(Hs), tier
+    return result

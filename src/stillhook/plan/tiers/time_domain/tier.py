@@ -16,11 +16,11 @@ from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.limits.solve import Limits, limits_of, utilisation
 from stillhook.plan.tiers.time_domain.bracketing import Search, nearest
-from stillhook.plan.tiers.time_domain.cells import Cells, Deal
+from stillhook.plan.tiers.time_domain.cells import Cells, Execution
 from stillhook.plan.tiers.time_domain.convergence import blocks
 from stillhook.plan.tiers.time_domain.lowering import KINDS, winch_of
 from stillhook.plan.tiers.time_domain.over_seeds import Estimate
-from stillhook.plan.tiers.time_domain.search import TRUST, Work
+from stillhook.plan.tiers.time_domain.search import UNDERESTIMATE_FACTOR, Work
 from stillhook.units import show
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ class TwinTier:
     demands: tuple[Demand, ...] = field(repr=False)
     limits: tuple[Limits, ...] = field(repr=False)
     runs: Mapping[str, Any]
-    why: Mapping[str, str]
+    reasons: Mapping[str, str]
     notes: tuple[str, ...] = ()
     blocks: Mapping[str, xarray.Dataset] = field(default_factory=dict, repr=False)
 
@@ -71,7 +71,7 @@ def refine(
     done, 0..1.
     Errors: StillhookError, one line: what no crane can be asked, a store that cannot be written.
     """
-    work = Work(plan, search or Search(), Cells(plan, Deal(store, client, threads)), progress)
+    work = Work(plan, search or Search(), Cells(plan, Execution(store, client, threads)), progress)
     work.prepare(predicted)
     for _ in range(MOST_ROUNDS):
         if not work.round():
@@ -85,16 +85,16 @@ def _result(work: Work) -> TwinTier:
     demands = [_demand(work, phase, alternative) for (_, alternative), phase in pairs.items()]
     highest = max(work.plan.environment.Hs)
     limits = [_with_ends(limits_of(d, work.limited[d.phase, d.alternative], most=highest), d, work) for d in demands]
-    found = blocks(work)
+    datasets = blocks(work)
     if work.progress is not None:
         work.progress(1.0)
     return TwinTier(
         tuple(demands),
         tuple(limits),
         _runs(work.cells),
-        {p.name: _why(work, p) for p in work.plan.phases},
+        {p.name: _reason(work, p) for p in work.plan.phases},
         _notes(work),
-        found,
+        datasets,
     )
 
 
@@ -125,9 +125,9 @@ def _with_ends(limits: Limits, demand: Demand, work: Work) -> Limits:
     return replace(limits, low=low, high={key: np.where(ends > most, np.inf, ends) for key, ends in high.items()})
 
 
-def _scaled(Hs: float, told: float, taken: float) -> float:
+def _scaled(Hs: float, added: float, taken: float) -> float:
     """Height at which what the waves add is that of the limit, if in truth they add `taken` where `told` was found."""
-    return Hs * told / taken if taken > 0.0 else math.inf
+    return Hs * added / taken if taken > 0.0 else math.inf
 
 
 def _demand(work: Work, phase: Phase, alternative: Alternative) -> Demand:
@@ -175,7 +175,7 @@ def _notes(work: Work) -> tuple[str, ...]:
     )
 
 
-def _why(work: Work, phase: Phase) -> str:
+def _reason(work: Work, phase: Phase) -> str:
     """Why a phase was run by the twin, or not."""
     lines = [line for line in work.lines if line.phase is phase]
     if not lines:
@@ -183,7 +183,7 @@ def _why(work: Work, phase: Phase) -> str:
     run = [line for line in lines if line.started]
     if len(run) == len(lines):
         return "run everywhere"
-    factor = f"{TRUST[Tier.FREQUENCY]:g}"
+    factor = f"{UNDERESTIMATE_FACTOR[Tier.FREQUENCY]:g}"
     rest = (
         f"another phase is known to limit lower than its predicted limit over {factor}, or it is predicted to limit"
         " nowhere"

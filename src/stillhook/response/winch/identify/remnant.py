@@ -1,4 +1,4 @@
-"""The remnant of a winch from its own twin: irregular motions of several periods and sizes, sixteen side by side."""
+"""The remnant of a winch from its twin: irregular motions of several periods and sizes, sixteen side by side."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ SPACING = 0.1
 LOW, HIGH, BANDS = 0.01, 8.0, 18
 """Bands in which the density is taken [rad/s], even in their logarithm."""
 FLOOR = 1e-3
-"""Least part of a band's power that is remnant: what the estimate of a coherent motion leaves is no better known."""
+"""Least part of a band's power that is remnant: the residue of the estimate of a coherent motion is no better known."""
 
 
 class Run(NamedTuple):
-    """An irregular motion of the tip, and what the winch did under it on a wire on which the tension stands."""
+    """An irregular motion of the tip, and the run of the winch under it on a wire at constant tension."""
 
     motion: Irregular
     result: Result
@@ -43,22 +43,20 @@ def irregular_runs(
     threads: int = 2,
     progress: Progress | None = None,
 ) -> list[Run]:
-    """The twin under irregular motions of the tip; deviations from the one at which the twin is first lost on are left
+    """The twin under irregular motions of the tip; deviations from the one at which the twin first diverges are left
     out.
-    Errors: LiftError where it is lost in the smallest one."""
+    Errors: LiftError where it diverges in the smallest one."""
     cases = [duty.scenario(crane, mode, motion.tip, SETTLED, motion.tip.repeat) for motion in motions]
     results = run_twin(soft(crane, duty), cases, SPACING, threads=threads, progress=progress)
     runs = [Run(motion, result) for motion, result in zip(motions, results, strict=True)]
     end = min((run.motion.sigma_v for run in runs if run.result.ending is not Ending.DONE), default=math.inf)
     if not (kept := [run for run in runs if run.motion.sigma_v < end]):
-        raise LiftError(
-            f"residual: {duty.about(crane, mode)}: the twin lost its numbers under the smallest irregular motion."
-        )
+        raise LiftError(f"residual: {duty.about(crane, mode)}: the twin diverged under the smallest irregular motion.")
     return kept
 
 
 def identify_remnant(runs: Sequence[Run], sines: Residual) -> Remnant:
-    """Remnant and gain beside the describing function of sines.
+    """Remnant and gain that complement the describing function of sines.
 
     The density is right to about a third in the lowest bands and a tenth in the others (one run of twenty minutes each;
     its random phases are the same every time), its sum over all to a tenth.
@@ -68,10 +66,10 @@ def identify_remnant(runs: Sequence[Run], sines: Residual) -> Remnant:
     S = np.zeros((len(T_z), len(sigma_v), BANDS))
     gain, peak = np.zeros(len(sigma_v), dtype=complex), np.zeros((len(T_z), len(sigma_v)))
     for k, sigma in enumerate(sigma_v):
-        found = [_Spectra(run, sines) for run in runs if run.motion.sigma_v == sigma]
-        gain[k] = _gain(found)
-        S[:, k] = [each.remnant(complex(gain[k]), edges) for each in found]
-        peak[:, k] = [each.peak for each in found]
+        spectra_of_runs = [_Spectra(run, sines) for run in runs if run.motion.sigma_v == sigma]
+        gain[k] = _gain(spectra_of_runs)
+        S[:, k] = [each.remnant(complex(gain[k]), edges) for each in spectra_of_runs]
+        peak[:, k] = [each.peak for each in spectra_of_runs]
     lasts = runs[0].motion.tip.repeat - SETTLED
     return Remnant(np.array(T_z), np.array(sigma_v), np.sqrt(edges[1:] * edges[:-1]), S, gain, peak, lasts)
 

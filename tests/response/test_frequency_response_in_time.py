@@ -12,7 +12,7 @@ from stillhook.library.payloads import read_payload
 from stillhook.library.vessels import vessel_file
 from stillhook.response.forcing import Forcing
 from stillhook.response.standard_deviations import Sigmas, sigmas
-from stillhook.response.suspended_load import hung
+from stillhook.response.suspended_load import suspended_load
 from stillhook.response.winch.describing_function import Residual
 from stillhook.response.winch.identify.describing_function import identify_residual
 from stillhook.sea.spectra.parametric import Jonswap
@@ -72,7 +72,7 @@ def both(crane, vessel, payload, z, H_s, T_p, mode, beta=150.0):
     for name, column in (("u", "e_c"), ("load", "s_load"), ("top", "F_w"), ("sling", "F_sling")):
         rows = run[column].values
         in_time[name] = float(np.sqrt(np.mean([np.var(y - np.polynomial.Polynomial.fit(t, y, 1)(t)) for y in rows])))
-    h = hung(crane, cases[0], z)
+    h = suspended_load(crane, cases[0], z)
     residual = identify_residual(crane, h.duty) if mode == "ahc" else Residual.constant(1.0)
     mean = [np.mean(rows, axis=0)[None, :] for rows in (tips, waves, cross)]
     found: Sigmas = sigmas(Forcing(w.omega, np.full(len(w.omega), 2.0 * math.pi / LENGTH), *mean), h, residual)
@@ -84,29 +84,29 @@ def both(crane, vessel, payload, z, H_s, T_p, mode, beta=150.0):
     [("manifold-60t", 5.0, 2.0, 9.0), ("manifold-60t", -25.0, 1.0, 9.0), ("suction-anchor-85t", -300.0, 1.0, 9.0)],
 )
 def test_on_the_brake_road_and_time_agree_in_air_near_the_surface_and_below(crane, vessel, payload, z, H_s, T_p):
-    road, in_time = both(crane, vessel, payload, z, H_s, T_p, "manual")
+    computed, in_time = both(crane, vessel, payload, z, H_s, T_p, "manual")
     for name in ("load", "top", "sling"):
-        assert road[name] == pytest.approx(in_time[name], rel=LINEAR), name
+        assert computed[name] == pytest.approx(in_time[name], rel=LINEAR), name
 
 
 def test_on_the_brake_at_resonance_drag_limits_both_alike(crane, vessel):
-    road, in_time = both(crane, vessel, "suction-anchor-85t", -2900.0, 1.0, 9.5, "manual")
+    computed, in_time = both(crane, vessel, "suction-anchor-85t", -2900.0, 1.0, 9.5, "manual")
     for name in ("load", "top", "sling"):
-        assert road[name] == pytest.approx(in_time[name], rel=DRAG), name
+        assert computed[name] == pytest.approx(in_time[name], rel=DRAG), name
 
 
 @pytest.mark.parametrize(("payload", "z"), [("suction-anchor-85t", -2900.0), ("manifold-60t", -1500.0)])
 def test_compensated_in_deep_water_what_friction_leaves_and_the_wire_makes_of_it_agree(crane, vessel, payload, z):
-    road, in_time = both(crane, vessel, payload, z, 1.5, 9.0, "ahc")
+    computed, in_time = both(crane, vessel, payload, z, 1.5, 9.0, "ahc")
     for name in ("u", "load", "top", "sling"):
-        assert road[name] == pytest.approx(in_time[name], rel=STICTION), name
+        assert computed[name] == pytest.approx(in_time[name], rel=STICTION), name
 
 
 def test_compensated_on_a_short_wire_the_winch_gives_and_takes_most_of_the_ringing(crane, vessel):
     """Without the give of the winch the road would tell twice the tension or more."""
-    road, in_time = both(crane, vessel, "manifold-60t", -25.0, 2.5, 10.0, "ahc")
-    assert road["u"] == pytest.approx(in_time["u"], rel=STICTION)
-    assert road["load"] == pytest.approx(in_time["load"], rel=STICTION)
-    assert road["sling"] == pytest.approx(
+    computed, in_time = both(crane, vessel, "manifold-60t", -25.0, 2.5, 10.0, "ahc")
+    assert computed["u"] == pytest.approx(in_time["u"], rel=STICTION)
+    assert computed["load"] == pytest.approx(in_time["load"], rel=STICTION)
+    assert computed["sling"] == pytest.approx(
         in_time["sling"], rel=0.3
-    )  # friction at the wire's own frequency, see explanation/frequency-road.md
+    )  # friction at the wire's own frequency, see explanation/frequency-domain-method.md

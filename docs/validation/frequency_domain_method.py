@@ -19,7 +19,7 @@ from stillhook.library.vessels import vessel_file
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.response.forcing import Forcing
 from stillhook.response.standard_deviations import sigmas
-from stillhook.response.suspended_load import Hung, hung
+from stillhook.response.suspended_load import SuspendedLoad, suspended_load
 from stillhook.response.winch.describing_function import Residual
 from stillhook.response.winch.identify.describing_function import identify_residual
 from stillhook.response.wire_rod import End, Rod, natural_periods, static_stretch, transfers
@@ -30,7 +30,7 @@ from stillhook.sea.vessel.wave_field import wave_field
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.programme import Stage
 
-PAGE = "frequency-road.md"
+PAGE = "frequency-domain-method.md"
 CRANE, VESSEL = load_crane("deep-250t"), read_vessel(vessel_file("construction-vessel-130m"))
 X, Y, BETA = -20.0, 18.0, math.radians(150.0)
 LENGTH, SETTLED, SEEDS = 1260.0, 150.0, 8
@@ -45,7 +45,7 @@ class Case(NamedTuple):
     H_s: float
     T_p: float
     mode: str
-    why: str
+    reason: str
 
 
 CASES = (
@@ -68,9 +68,9 @@ class Pair(NamedTuple):
     of the seeds [-]."""
 
     case: Case
-    hung: Hung
+    load: SuspendedLoad
     tip: float
-    road: list[float]
+    computed: list[float]
     time: list[float]
     scatter: list[float]
     slack: float
@@ -99,7 +99,7 @@ def compared(case: Case) -> Pair:
             )
         )
     run = lower(CRANE, lifts, series=True)
-    h = hung(CRANE, lifts[0], case.z)
+    h = suspended_load(CRANE, lifts[0], case.z)
     residual = identify_residual(CRANE, h.duty) if case.mode == "ahc" else Residual.constant(1.0)
     tip_, wave, cross = (np.mean([p[i] for p in parts], axis=0)[None, :] for i in range(3))
     found = sigmas(
@@ -109,9 +109,11 @@ def compared(case: Case) -> Pair:
     in_time = [
         spread(kept[column].values) for column in ("e_c" if case.mode == "ahc" else "s_tip", *(c for _, c, _ in SHOWN))
     ]
-    road = [float(found.u[0]), *(float(getattr(found, q)[0]) for q, _, _ in SHOWN)]
+    computed = [float(found.u[0]), *(float(getattr(found, q)[0]) for q, _, _ in SHOWN)]
     slack = float(np.mean(run["sling_slack_time"].values)) / LENGTH
-    return Pair(case, h, math.sqrt(float(tip_.sum())), road, [m for m, _ in in_time], [s for _, s in in_time], slack)
+    return Pair(
+        case, h, math.sqrt(float(tip_.sum())), computed, [m for m, _ in in_time], [s for _, s in in_time], slack
+    )
 
 
 def spread(rows: Sequence[np.ndarray]) -> tuple[float, float]:
@@ -122,7 +124,7 @@ def spread(rows: Sequence[np.ndarray]) -> tuple[float, float]:
 
 
 def row(pair: Pair) -> tuple[str, ...]:
-    case, T = pair.case, natural_periods(pair.hung.rod, pair.hung.end)[0]
+    case, T = pair.case, natural_periods(pair.load.rod, pair.load.end)[0]
     where = "in air" if case.z > 0.0 else f"{-case.z:.0f} m"
     first = (
         case.payload,
@@ -130,11 +132,11 @@ def row(pair: Pair) -> tuple[str, ...]:
         f"{T:.1f} s",
         f"{case.H_s:g} m, {case.T_p:g} s",
         "AHC" if case.mode == "ahc" else "brake",
-        case.why,
+        case.reason,
     )
     cells = []
-    for (_, _, scale), road, time in zip((("u", "", 1e3), *SHOWN), pair.road, pair.time, strict=True):
-        cells.append(f"{scale * time:.3g} ({100.0 * (road / time - 1.0):+.0f} %)".replace("-", "−"))
+    for (_, _, scale), computed, time in zip((("u", "", 1e3), *SHOWN), pair.computed, pair.time, strict=True):
+        cells.append(f"{scale * time:.3g} ({100.0 * (computed / time - 1.0):+.0f} %)".replace("-", "−"))
     return (*first, *cells)
 
 
@@ -168,7 +170,7 @@ def compute() -> tuple[dict[str, str], list[Pair]]:
     pairs = [compared(case) for case in CASES]
 
     def worst(wanted: Sequence[Pair], first: int = 1) -> float:
-        return max(abs(r / t - 1.0) for p in wanted for r, t in zip(p.road[first:], p.time[first:], strict=True))
+        return max(abs(r / t - 1.0) for p in wanted for r, t in zip(p.computed[first:], p.time[first:], strict=True))
 
     linear, drag, deep = pairs[:3], pairs[3:5], pairs[5:7]
     told = {
@@ -205,7 +207,7 @@ def compute() -> tuple[dict[str, str], list[Pair]]:
 
 
 def draw(shown: Sequence[Pair]) -> None:
-    residual = identify_residual(CRANE, shown[6].hung.duty)
+    residual = identify_residual(CRANE, shown[6].load.duty)
     figure = Figure(figsize=(10.0, 4.4), layout="constrained")
     left, right = figure.subplots(1, 2)
     v = np.geomspace(0.005, 5.0, 300)
@@ -224,7 +226,9 @@ def draw(shown: Sequence[Pair]) -> None:
     ]
     y = np.arange(len(shown))[::-1]
     for i, (label, marker) in enumerate((("load", "o"), ("tip tension", "s"), ("sling", "^"))):
-        right.plot([p.road[i + 1] / p.time[i + 1] for p in shown], y, marker, color=COLOURS[i], label=label, alpha=0.8)
+        right.plot(
+            [p.computed[i + 1] / p.time[i + 1] for p in shown], y, marker, color=COLOURS[i], label=label, alpha=0.8
+        )
     right.axvline(1.0, color=GREY, lw=1)
     right.axhline(len(shown) - 5.5, color=GREY, lw=1, ls=":")
     right.text(0.62, len(shown) - 5.4, "brake", va="bottom", color=GREY)
@@ -235,4 +239,4 @@ def draw(shown: Sequence[Pair]) -> None:
     right.legend(frameon=False, fontsize="small", loc="lower right")
     for ax in (left, right):
         ax.grid(alpha=0.3)
-    save(figure, "frequency-road.png")
+    save(figure, "frequency-domain-method.png")

@@ -11,10 +11,10 @@ from stillhook.formats.vessel.open import read_vessel
 from stillhook.library.payloads import read_payload
 from stillhook.library.vessels import vessel_file
 from stillhook.response.forcing import Forcing, forcing_of_seas, forcing_of_series
-from stillhook.response.frequency_domain import road
+from stillhook.response.frequency_domain import frequency_response
 from stillhook.response.linear_drag import drag_of_gaussian, drag_of_harmonic
 from stillhook.response.standard_deviations import sigmas
-from stillhook.response.suspended_load import Hung, hung
+from stillhook.response.suspended_load import SuspendedLoad, suspended_load
 from stillhook.response.winch.describing_function import Residual
 from stillhook.response.wire_rod import End, Rod, transfers
 from stillhook.sea.spectra.measured import SpectrumSeries
@@ -26,7 +26,7 @@ from stillhook.spec.lift.programme import Stage
 
 X, Y = -20.0, 18.0  # m
 BRAKED = Residual.constant(1.0)
-LINEAR = Hung(
+LINEAR = SuspendedLoad(
     rod=Rod(L=3000.0, EA=836e6, mu=36.0, beta=0.02), end=End(m=100e3, A33=50e3), s_w=3000.0, F_top=2.0e6, F_sling=0.9e6
 )
 
@@ -67,7 +67,7 @@ def test_without_drag_everything_is_proportional_to_the_sea(vessel):
 
 def test_a_compensation_of_four_fifths_leaves_a_fifth_at_the_wire_and_more_at_a_load_that_resonates(vessel):
     f = forcing_of_seas(sea(1.5, 8.0), vessel, X, Y)
-    run = road(f, LINEAR, Residual.constant(0.2))
+    run = frequency_response(f, LINEAR, Residual.constant(0.2))
     gain = np.abs(transfers(f.omega, LINEAR.rod, LINEAR.end).load_u)
     direct = 0.2 * math.sqrt(float(np.sum(gain**2 * f.tip[0])))
     assert run["eta_sigma_wire"].item() == pytest.approx(0.8, rel=1e-9)
@@ -77,28 +77,28 @@ def test_a_compensation_of_four_fifths_leaves_a_fifth_at_the_wire_and_more_at_a_
 
 
 def test_drag_agrees_with_the_speed_that_it_leaves(vessel):
-    h = hung(load_crane("deep-250t"), lift(), -1500.0)
+    h = suspended_load(load_crane("deep-250t"), lift(), -1500.0)
     f = forcing_of_seas([sea(H, T) for H in (0.5, 2.0, 4.0) for T in (6.0, 9.0)], vessel, X, Y)
     s = sigmas(f, h, BRAKED)
     assert s.drag == pytest.approx(drag_of_gaussian(h.B, s.relative), rel=5e-3)  # between the speeds of the table
 
 
 def test_more_drag_leaves_less_motion_at_resonance(vessel):
-    h = hung(load_crane("deep-250t"), lift(), -1500.0)
+    h = suspended_load(load_crane("deep-250t"), lift(), -1500.0)
     f = forcing_of_seas(sea(2.0, 6.0), vessel, X, Y)
-    loads = [sigmas(f, Hung(**{**vars(h), "B": part * h.B}), BRAKED).load[0] for part in (0.0, 0.3, 1.0, 3.0)]
+    loads = [sigmas(f, SuspendedLoad(**{**vars(h), "B": part * h.B}), BRAKED).load[0] for part in (0.0, 0.3, 1.0, 3.0)]
     assert (np.diff(loads) < 0.0).all()
 
 
 def test_deep_water_around_the_load_stands_still(vessel):
     f = forcing_of_seas(sea(2.0, 9.0, math.pi / 2.0), vessel, X, Y)
-    h = hung(load_crane("deep-250t"), lift(), -1500.0)
+    h = suspended_load(load_crane("deep-250t"), lift(), -1500.0)
     calm = Forcing(f.omega, f.width, f.tip, 0.0 * f.wave, 0.0 * f.cross)
     assert np.array(sigmas(f, h, BRAKED)) == pytest.approx(np.array(sigmas(calm, h, BRAKED)), rel=1e-6)
 
 
 def test_a_load_that_the_tip_holds_still_is_moved_by_the_water_alone(vessel):
-    h = hung(load_crane("deep-250t"), lift(), -25.0)
+    h = suspended_load(load_crane("deep-250t"), lift(), -25.0)
     f = forcing_of_seas(sea(2.0, 10.0), vessel, X, Y)
     still = sigmas(f, h, Residual.constant(0.0))
     assert still.u[0] == 0.0
@@ -110,7 +110,7 @@ def test_a_tip_that_rides_on_the_wave_moves_a_light_short_load_with_it():
     omega = np.linspace(0.3, 1.2, 91)
     wave = np.full((1, 91), 1e-3)
     f = Forcing(omega, np.full(91, 0.01), wave, wave, wave + 0j)
-    s = sigmas(f, Hung(Rod(L=30.0, EA=8e8, mu=0.0), End(m=2e3), s_w=30.0, F_top=2e4, F_sling=2e4), BRAKED)
+    s = sigmas(f, SuspendedLoad(Rod(L=30.0, EA=8e8, mu=0.0), End(m=2e3), s_w=30.0, F_top=2e4, F_sling=2e4), BRAKED)
     assert s.load[0] == pytest.approx(f.deviation()[0], rel=1e-4)
 
 
@@ -124,7 +124,7 @@ def series():
 
 
 def test_a_missing_record_stays_missing_and_in_a_calm_one_nothing_moves(series, vessel):
-    run = road(forcing_of_series(series, vessel, X, Y, math.pi), LINEAR, Residual.constant(0.2))
+    run = frequency_response(forcing_of_series(series, vessel, X, Y, math.pi), LINEAR, Residual.constant(0.2))
     for name in run:
         assert np.isnan(run[name].values[1]), name
         assert np.isfinite(run[name].values[[0, 3]]).all(), name
@@ -135,7 +135,8 @@ def test_a_missing_record_stays_missing_and_in_a_calm_one_nothing_moves(series, 
 def test_a_record_by_itself_comes_out_as_among_others(series, vessel):
     alone = SpectrumSeries(series.omega, series.width, series.S[3:], series.time[3:], series.valid[3:])
     a, b = (
-        road(forcing_of_series(each, vessel, X, Y, 2.0), LINEAR, Residual.constant(0.3)) for each in (series, alone)
+        frequency_response(forcing_of_series(each, vessel, X, Y, 2.0), LINEAR, Residual.constant(0.3))
+        for each in (series, alone)
     )
     for name in a:
         assert a[name].values[3] == pytest.approx(b[name].values[0], rel=1e-9, nan_ok=True), name
@@ -174,13 +175,13 @@ def test_a_payload_in_the_surface_or_below_the_seabed_is_refused_in_one_line():
     with pytest.raises(
         LiftError, match='payload "manifold-60t": with its underside 2 m under water the surface cuts it'
     ):
-        hung(crane, lift(), -2.0)
+        suspended_load(crane, lift(), -2.0)
     with pytest.raises(LiftError, match="z -400 m is below the seabed at 300 m"):
-        hung(crane, lift(depth="300 m"), -400.0)
+        suspended_load(crane, lift(depth="300 m"), -400.0)
     with pytest.raises(LiftError, match="hook and rigging do not fit under the crane tip"):
-        hung(crane, lift(), 25.0)
+        suspended_load(crane, lift(), 25.0)
 
 
 def test_no_duration_is_refused(vessel):
     with pytest.raises(LiftError, match="duration 0 s is not more than 0 s"):
-        road(forcing_of_seas(sea(), vessel, X, Y), LINEAR, BRAKED, duration=0.0)
+        frequency_response(forcing_of_seas(sea(), vessel, X, Y), LINEAR, BRAKED, duration=0.0)
