@@ -1,4 +1,4 @@
-"""The frequency road beside lowerings in time: on the brake and compensated, from the surface to 2,900 m, with eight
+"""The frequency-domain method compared with lowerings in time: on the brake and compensated, from the surface to 2,900 m, with eight
 seeds each."""
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ CASES = (
 
 
 class Pair(NamedTuple):
-    """Deviations of one case: hung; tip [m]; by the road and in time, u first, then as SHOWN (SI); scatter of the mean
+    """Deviations of one case: load; tip [m]; computed by the method and in time, u first, then as SHOWN (SI); scatter of the mean
     of the seeds [-]."""
 
     case: Case

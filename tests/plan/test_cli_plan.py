@@ -110,8 +110,8 @@ def test_the_example_is_copied_to_be_edited_and_planned(tmp_path, capsys):
         (["no-such-lift"], "the library has"),
         (["example"], "no folder for the copy"),
         (["no-such-lift.toml"], "no-such-lift.toml"),
-        (["template-to-1500m", "elsewhere"], 'a folder stands after "example" only'),
-        (["template-to-1500m", "--tier", "tmie"], 'tier "tmie": is none. Give one of closed-form, frequency, time'),
+        (["template-to-1500m", "elsewhere"], 'a folder follows "example" only'),
+        (["template-to-1500m", "--tier", "tmie"], 'Unknown tier "tmie". Choose closed-form, frequency or time.'),
         (["template-to-1500m", "--quick", "--alpha", "nobody"], '--alpha "nobody": no such table of alpha factors'),
         (
             ["template-to-1500m", "--quick", "--tier", "time"],
@@ -177,7 +177,7 @@ class TestWhatAnAnswerTellsApart:
     def test_controllers_that_closed_form_cannot_tell_apart_are_not_compared(self, tmp_path, capsys):
         assert run(["plan", self.plan_of(tmp_path), "--tier", "closed-form"]) in (0, 1)
         out = capsys.readouterr().out
-        line = "The closed form does not tell none, cap-80, ns and ssc apart, nor tell a new controller's waiting from that of the best classic one: no comparison of them is made."
+        line = "The closed form does not distinguish none, cap-80, ns and ssc, nor distinguish a new controller's waiting from that of the best classic one: no comparison of them is made."
         assert out.count(line) == 1
         assert "over best classic" not in out
         rows = [row for row in out.splitlines() if row.startswith("│ twin")]

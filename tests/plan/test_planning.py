@@ -115,7 +115,7 @@ def test_a_folder_without_a_plan_is_refused_with_what_to_do(tmp_path):
 
 
 def test_a_tier_that_is_none_is_refused(asked):
-    with pytest.raises(PlanError, match=r'tier "magic": is none. Give one of closed-form, frequency, time'):
+    with pytest.raises(PlanError, match=r'Unknown tier "magic". Choose closed-form, frequency or time.'):
         plan(asked, tier="magic")
 
 
@@ -193,14 +193,14 @@ def test_every_input_stands_with_its_hash(found):
 
 def test_what_a_plan_did_not_compute_has_its_reason_and_its_facts_have_the_shape_that_a_report_asks(found):
     assert set(found.facts["not_computed"]) == {"landing", "convergence"}
-    assert found.facts["not_computed"]["landing"] == "no runs in the time domain were asked: --tier time"
+    assert found.facts["not_computed"]["landing"] == "no runs in the time domain were requested: --tier time"
     check(found)
 
 
 def test_a_planwithout_runs_says_what_the_road_levels_out():
     found = without_runs(load_plan("template-to-1500m"))
     assert len(found) == 1
-    assert found[0].startswith("frequency road, upper water")
+    assert found[0].startswith("frequency-domain method, upper water")
 
 
 def test_a_plan_with_a_pure_active_winch_tells_that_the_load_sinks_and_stands_off():

@@ -99,7 +99,7 @@ def test_the_first_page_tells_limit_credit_reference_period_and_forecast_height(
     assert re.search(
         r"Credited limit with \S.* Hs [0-9.]+ m to [0-9.]+ m for Tp 5 s to 16 s, waves at 150° to 180°", said
     )
-    assert "By the twin, before credit" in said
+    assert "Simulated limit (not creditable)" in said
     assert "T_POP 24 h, T_C not assessed, so T_R is twice T_POP: T_R 48 h, weather restricted." in said
     assert "alpha 0.76: forecast limit OP_WF Hs" in said
     table = next(part for part in first["parts"] if part["kind"] == "table")
@@ -118,7 +118,7 @@ def test_the_limits_of_the_first_page_are_those_of_the_result(result):
 
 def test_limits_that_the_twin_was_run_for_come_with_their_interval(result):
     table = next(part for part in sheet_of(result, ())["answer"]["parts"] if part["kind"] == "table")
-    assert "95 %" not in table["header"]  # the frequency road tells none
+    assert "95 %" not in table["header"]  # the frequency-domain method has none
     data = result.data.copy(deep=True)
     here = {"credit": "credited", "alternative": "strong-ssc", "period": 8.0}
     data["Hs_limit_low"].loc[here], data["Hs_limit_high"].loc[here] = 1.9, 2.2
@@ -130,7 +130,7 @@ def test_limits_that_the_twin_was_run_for_come_with_their_interval(result):
 
 
 def test_what_no_tier_told_is_marked_on_every_page(result):
-    remark = "NOT JUDGED in some cells, for no tier that was run tells it: splash zone (none)"
+    remark = "NOT ASSESSED in some cells, because no tier that was run covers it: splash zone (none)"
     odd = replace(result, facts={**result.facts, "remarks": [remark]})
     assert remark in sheet_of(odd, ())["marks"]
 
@@ -187,9 +187,7 @@ def test_a_certificate_is_not_named_for_phases_that_nothing_compensates():
 def test_without_a_certificate_the_report_says_so_on_every_page(result):
     marks = sheet_of(result, ())["marks"]
     assert any("twin of this crane is not validated" in mark for mark in marks)
-    assert (
-        "What lies between is not credited: the crane has no certificate of validation." in headline(result)["said"][1]
-    )
+    assert "The difference is not credited: the crane has no certificate of validation." in headline(result)["said"][1]
 
 
 def test_synthetic_weather_is_marked_wherever_it_is_used(result, stems):
@@ -379,7 +377,7 @@ def test_limits_without_a_twin_are_not_said_to_be_its_own(result):
     plain = replace(result, data=result.data.sel(alternative=["none"]))
     assert "No twin is part of this limit." in headline(plain)["said"]
     closed = replace(result, facts={**result.facts, "tiers": ["closed-form"]})
-    assert headline(closed)["said"][1].startswith("The twin was not asked")
+    assert headline(closed)["said"][1].startswith("Not simulated")
 
 
 def test_a_plan_without_weather_says_that_waiting_is_not_reckoned():
@@ -532,9 +530,9 @@ def test_the_box_tells_the_low_end_of_the_interval_and_what_was_assumed(result):
         "The estimate counts; the low end of its 95 % interval is Hs 1.90 m, in the 3 of 30 cells that tell one."
         in said
     )
-    assert "T_POP 24 h (not given: the sum of the phases stands for it)" in said
+    assert "T_POP 24 h (not specified: sum of the phases)" in said
     assert re.search(
-        r"Without compensation the waiting is flattered in \d+ of 30 cells \(below 1 m no alpha is told, and that of 1 m is taken\)",
+        r"Without compensation the waiting is optimistic in \d+ of 30 cells \(below 1 m there is no alpha, and that of 1 m is used\)",
         said,
     )
     assert "34 % of the records lie outside the table's periods and headings and count as not workable." in said

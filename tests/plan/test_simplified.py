@@ -1,4 +1,4 @@
-"""The simplified method: limits, signs, and the same answers by another road (integration in time, the rod of the frequency road)."""
+"""The simplified method: limits, signs, and the same results by other methods (integration in time, the rod of the frequency-domain method)."""
 
 import math
 

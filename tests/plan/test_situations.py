@@ -1,4 +1,4 @@
-"""Where the frequency road looks in a phase: the whole way, all of its time, and the depths of resonance."""
+"""Where the frequency-domain method analyses a phase: the complete way, all of its time, and the depths of resonance."""
 
 from __future__ import annotations
 

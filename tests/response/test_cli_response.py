@@ -356,11 +356,11 @@ class TestDepth:
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        (["--depth", "5 m"], "the surface cuts it"),
+        (["--depth", "5 m"], "it pierces the surface"),
         (["--depth", "900 m"], "the water is 800 m deep"),
         (["--depth", "30"], "no unit"),
         (["--mode", "foo"], "is not one of"),
-        (["--mode", "manual"], "compensates nothing"),
+        (["--mode", "manual"], "does not compensate"),
         (["--wave", "jonswap Hs=1 m Tp=8 s"], "no heading"),
         (["--sea", "nowhere.txt"], "no such file"),
         (["--ship", "30 deg"], "Give --sea as well"),

@@ -1,4 +1,4 @@
-"""The frequency road: rules of linear systems, drag by numerical averaging, and seas that are missing or calm."""
+"""The frequency-domain method: rules of linear systems, drag by numerical averaging, and seas that are missing or calm."""
 
 import math
 
@@ -173,7 +173,7 @@ def test_tip_is_that_of_the_tip_statistics(vessel, spread):
 def test_a_payload_in_the_surface_or_below_the_seabed_is_refused_in_one_line():
     crane = load_crane("deep-250t")
     with pytest.raises(
-        LiftError, match='payload "manifold-60t": with its underside 2 m under water the surface cuts it'
+        LiftError, match='payload "manifold-60t": with its underside 2 m under water it pierces the surface'
     ):
         suspended_load(crane, lift(), -2.0)
     with pytest.raises(LiftError, match="z -400 m is below the seabed at 300 m"):
@@ -183,5 +183,5 @@ def test_a_payload_in_the_surface_or_below_the_seabed_is_refused_in_one_line():
 
 
 def test_no_duration_is_refused(vessel):
-    with pytest.raises(LiftError, match="duration 0 s is not more than 0 s"):
+    with pytest.raises(LiftError, match="duration 0 s must be longer than 0 s"):
         frequency_response(forcing_of_seas(sea(), vessel, X, Y), LINEAR, BRAKED, duration=0.0)

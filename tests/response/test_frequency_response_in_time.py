@@ -1,4 +1,4 @@
-"""The frequency road against lowerings in time, winch and wire in the loop: a load that hangs, under irregular waves, several seeds."""
+"""The frequency-domain method against lowerings in time, winch and wire in the loop: a load that hangs, under irregular waves, several seeds."""
 
 import math
 
@@ -40,7 +40,7 @@ def vessel():
 
 
 def both(crane, vessel, payload, z, H_s, T_p, mode, beta=150.0):
-    """Deviations by the road and in time, over the same waves: phases differ by seed, heights are fixed."""
+    """Deviations by the frequency-domain method and in time, over the same waves: phases differ by seed, heights are fixed."""
     sea = Sea((Train(Jonswap(H_s, T_p, 2.0), math.radians(beta)),))
     cases, tips, waves, cross = [], [], [], []
     for seed in range(SEEDS):
@@ -103,7 +103,7 @@ def test_compensated_in_deep_water_what_friction_leaves_and_the_wire_makes_of_it
 
 
 def test_compensated_on_a_short_wire_the_winch_gives_and_takes_most_of_the_ringing(crane, vessel):
-    """Without the give of the winch the road would tell twice the tension or more."""
+    """Without the compliance of the winch the method would give twice the tension or more."""
     computed, in_time = both(crane, vessel, "manifold-60t", -25.0, 2.5, 10.0, "ahc")
     assert computed["u"] == pytest.approx(in_time["u"], rel=STICTION)
     assert computed["load"] == pytest.approx(in_time["load"], rel=STICTION)

@@ -146,7 +146,7 @@ def test_the_same_table_is_found_again_and_a_damaged_one_made_anew(crane, duty, 
 
 
 def test_manual_mode_has_no_residual(crane):
-    with pytest.raises(LiftError, match='mode "manual" compensates nothing'):
+    with pytest.raises(LiftError, match='mode "manual" does not compensate'):
         identify_residual(crane, Duty(F=1e6, s_w=100.0), "manual", cache=False)
 
 

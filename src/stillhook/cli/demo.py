@@ -28,7 +28,9 @@ def register(app: typer.Typer) -> None:
 def demo(
     what: Annotated[str, typer.Argument(help=WHAT_HELP)] = PLAN,
     out: Annotated[Path, typer.Option("--out", help="Folder for report and pictures.")] = Path("stillhook-demo"),
-    quick: Annotated[bool, typer.Option("--quick", help="Of the plan: the frequency road only, in seconds.")] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Of the plan: the frequency-domain method only, in seconds.")
+    ] = False,
 ) -> None:
     """In which weather may a template of 120 t go down to 1,500 m, and what does a better controller buy? The example
     plan, to its report.

@@ -1,5 +1,4 @@
-"""The verb: in which weather may this lift be done, what limits it, how long will we wait, and what does a better
-controller buy."""
+"""Plan a lift: limiting sea states, governing criteria, waiting on weather, and the gain of a better controller."""
 
 from __future__ import annotations
 
@@ -42,7 +41,7 @@ if TYPE_CHECKING:
 
 LimitedBy = Mapping[tuple[str, Alternative], Sequence[Limited]]
 UP_TO: Mapping[Tier, tuple[Tier, ...]] = {tier: tuple(list(Tier)[: i + 1]) for i, tier in enumerate(Tier)}
-"""Tiers that are run for the highest one that was asked."""
+"""Tiers that are run up to the highest one requested."""
 
 
 def plan(
@@ -114,7 +113,7 @@ def plan(
 def tier_of(text: Tier | str) -> Tier:
     """The tier of this name. Errors: PlanError."""
     if text not in list(Tier):
-        raise PlanError(f"tier {came(str(text))}: is none. Give one of {', '.join(Tier)}.")
+        raise PlanError(f"Unknown tier {came(str(text))}. Choose {', '.join(list(Tier)[:-1])} or {list(Tier)[-1]}.")
     return Tier(text)
 
 
@@ -137,7 +136,7 @@ def answered(
 
 
 def weather_of(lift_plan: LiftPlan, weather: Weather | None) -> Weather | None:
-    """The weather that was given, else that of the plan."""
+    """The weather passed in, else that of the plan."""
     if weather is not None or lift_plan.weather is None:
         return weather
     return weather_used(lift_plan.weather)

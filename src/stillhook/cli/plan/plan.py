@@ -25,12 +25,11 @@ TIER_HELP = (
     " the limits)."
 )
 STORE_HELP = (
-    "Folder in which runs of the twin are kept: a plan that was stopped goes on from there. Default: runs in the --out"
-    " folder."
+    "Folder in which runs of the twin are kept: a stopped plan resumes from there. Default: runs in the --out folder."
 )
 EXAMPLE = "example"
 LEAST = 1e-3
-"""Shares below it are told as 0."""
+"""Shares below it are printed as 0."""
 HOURS = 365.25 * 24.0
 """Of a year."""
 
@@ -45,12 +44,10 @@ def plan(
         typer.Argument(metavar="LIFT.toml", help='Plan file, or one of the library\'s; "example" copies the example.'),
     ],
     folder: Annotated[Path | None, typer.Argument(metavar="DIR", help='After "example": folder for the copy.')] = None,
-    check: Annotated[bool, typer.Option("--check", help="Say what the plan asks, and run nothing.")] = False,
+    check: Annotated[bool, typer.Option("--check", help="Check the plan and print its content; run nothing.")] = False,
     tier: Annotated[str | None, typer.Option(help=TIER_HELP)] = None,
     quick: Annotated[bool, typer.Option("--quick", help="The same as --tier frequency.")] = False,
-    alpha: Annotated[
-        str | None, typer.Option(help="Table of forecast factors: a name, or a TOML file of your own.")
-    ] = None,
+    alpha: Annotated[str | None, typer.Option(help="Table of forecast factors: a name, or a TOML file.")] = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder for report (PDF, HTML), plan.nc and plan.json.")
     ] = None,
@@ -59,12 +56,12 @@ def plan(
     threads: Annotated[int, typer.Option(min=1, max=256, help="Cores of this machine to use.")] = 2,
     json: Json = False,
 ) -> None:
-    """Limiting sea states of a lift under every way to reckon the winch, what governs them, waiting for weather, and
-    what each gains.
+    """Limiting sea states of a lift for every alternative of the winch, the governing criteria, waiting on weather, and
+    the gain of each alternative.
 
-    Limits are told twice: as the model of each alternative says them, and as they may be credited, which is no more
-    than with a flat 80 % of compensation where no certificate covers the twin. A plan that is stopped goes on where it
-    was, with the same --store or --out.
+    Limits are reported twice: as calculated by the model of each alternative, and as credited, which is no more
+    than with a flat 80 % of compensation where no certificate covers the twin. A stopped plan resumes with the same
+    --store or --out.
 
     Exit code 1 where no sea of the table is workable under any alternative, or the weather never gives a window.
 
@@ -77,25 +74,25 @@ def plan(
 
     if lift == EXAMPLE:
         if folder is None:
-            raise PlanError('plan example: no folder for the copy. Give one, such as "my-lift".')
+            raise PlanError('plan example: no folder for the copy. Enter one, such as "my-lift".')
         _copy(folder)
         return
     if folder is not None:
         raise PlanError(
-            f'{folder}: what is it? One plan is run at a time; a folder stands after "example" only. Use --out for'
+            f'{folder}: unexpected argument. One plan is run at a time; a folder follows "example" only. Use --out for'
             " results."
         )
-    asked = load_plan(lift)
+    lift_plan = load_plan(lift)
     if check:
         from stillhook.cli.plan.check import print_check
 
-        print_check(asked, json)
+        print_check(lift_plan, json)
         return
     if quick and tier not in (None, "frequency"):
         raise PlanError(f"--quick with --tier {tier}: --quick is --tier frequency. Leave one of them out.")
-    found = run(asked, "frequency" if quick else tier or "time", alpha, out, store, scheduler, threads)
-    show(found, out, json=json)
-    raise typer.Exit(0 if found.workable else 1)
+    result = run(lift_plan, "frequency" if quick else tier or "time", alpha, out, store, scheduler, threads)
+    show(result, out, json=json)
+    raise typer.Exit(0 if result.workable else 1)
 
 
 def _copy(folder: Path) -> None:
@@ -107,7 +104,7 @@ def _copy(folder: Path) -> None:
 
 
 def run(
-    asked: LiftPlan,
+    lift_plan: LiftPlan,
     tier: str,
     alpha: str | None,
     out: Path | None,
@@ -115,59 +112,57 @@ def run(
     scheduler: str | None,
     threads: int,
 ) -> PlanResult:
-    """The plan's answer, its files written where they were asked for."""
+    """The plan's result, with its files written where requested."""
     from stillhook.base.atomic import check_folder
     from stillhook.plan.answer.files import OUT_FILES, write_answer
     from stillhook.plan.planning import plan as planned
     from stillhook.plan.planning import tier_of
 
-    given: dict[str, Any] = {} if alpha is None else {"alpha": alpha}
+    options: dict[str, Any] = {} if alpha is None else {"alpha": alpha}
     last = tier_of(tier)
     if out is not None:
         check_folder(out, OUT_FILES)
         store = out / "runs" if store is None else store
-    _say_before(asked, last, store)
-    with client_of(scheduler) as client, progress_bar(f"{asked.name}: planning") as bar:
-        found = planned(asked, tier=last, store=store, client=client, threads=threads, progress=bar, **given)
+    _say_before(lift_plan, last, store)
+    with client_of(scheduler) as client, progress_bar(f"{lift_plan.name}: planning") as bar:
+        result = planned(lift_plan, tier=last, store=store, client=client, threads=threads, progress=bar, **options)
     if out is not None:
-        write_answer(found, out)
-    return found
+        write_answer(result, out)
+    return result
 
 
-def _say_before(asked: LiftPlan, last: Tier, store: Path | None) -> None:
-    """What will take time, before it does."""
+def _say_before(lift_plan: LiftPlan, last: Tier, store: Path | None) -> None:
+    """Announce steps that take time before they start."""
     from stillhook.plan.definition.demand import Tier
 
     if last is not Tier.CLOSED_FORM:
-        say_if_compiling(asked.crane)
+        say_if_compiling(lift_plan.crane)
     if last is Tier.TIME:
         from stillhook.engine.lowering.run import KIND
         from stillhook.plan.tiers.time_domain.tier import expected
 
-        say_if_compiling(asked.crane, kind=KIND)
+        say_if_compiling(lift_plan.crane, kind=KIND)
         kept = (
-            f"; what is done is kept in {store}, and a plan that is stopped goes on from there"
-            if store is not None
-            else ""
+            f"; completed runs are kept in {store}, and a stopped plan resumes from there" if store is not None else ""
         )
-        say(f"{expected(asked)}{kept}")
+        say(f"{expected(lift_plan)}{kept}")
 
 
-def show(found: PlanResult, out: Path | None, *, json: bool) -> None:
+def show(result: PlanResult, out: Path | None, *, json: bool) -> None:
     """The answer on the terminal."""
     if json:
-        print_json(found.facts)
+        print_json(result.facts)
         return
-    facts = found.facts
+    facts = result.facts
     wrapped(f"{facts['name']}: {facts['crane']['name']}, {facts['payload']['name']}, {facts['place']['text']}")
-    for heading in found.data["heading"].values:
-        _print_heading(found, float(heading))
-    for told, names in _told(facts["alternatives"]).items():
-        wrapped(f"{', '.join(names)}: {told}")
+    for heading in result.data["heading"].values:
+        _print_heading(result, float(heading))
+    for note, names in _by_credit_note(facts["alternatives"]).items():
+        wrapped(f"{', '.join(names)}: {note}")
     if certificate := facts["crane"]["certificate"]:
         wrapped(certificate["unsigned"])
-    if "weather" in found:
-        _print_weather(found)
+    if "weather" in result:
+        _print_weather(result)
     op = facts["operation"]
     hours = ", ".join(f"{key} {op[key] / 3600.0:.3g} h" for key in ("T_POP", "T_R"))
     wrapped(
@@ -186,8 +181,8 @@ def show(found: PlanResult, out: Path | None, *, json: bool) -> None:
         print("written: " + ", ".join(str(out / name) for name in OUT_FILES if (out / name).is_file()))
 
 
-def _told(alternatives: list[dict[str, Any]]) -> dict[str, list[str]]:
-    """Why alternatives are credited as they are, with those that it holds for."""
+def _by_credit_note(alternatives: list[dict[str, Any]]) -> dict[str, list[str]]:
+    """Credit notes, with the alternatives that each applies to."""
     out: dict[str, list[str]] = {}
     for each in alternatives:
         out.setdefault(each["credit_note"], []).append(each["name"])
@@ -201,26 +196,28 @@ def _forecast(op: dict[str, Any]) -> str:
     return f"{cell}: OP_LIM {op['OP_LIM']:.2f} m, alpha {op['alpha']:.3f}, OP_WF {op['op_wf']:.2f} m"
 
 
-def _print_heading(found: PlanResult, beta: float) -> None:
+def _print_heading(result: PlanResult, beta: float) -> None:
     """One table for a heading: limits of every alternative over the periods, what is credited, the closed form, and
     what governs."""
     from stillhook.plan.result.distinguishable import columns
 
-    data, shown = found.data.sel(heading=beta), str(found.facts["shown"])
-    groups = columns(found)
+    data, shown = result.data.sel(heading=beta), str(result.facts["shown"])
+    groups = columns(result)
     closed = data["Hs_rule"].sel(credit="twin", tier="closed-form", alternative=shown).min(dim=("phase", "rule"))
     rows = []
     for period in data["period"].values:
         at = data.sel(period=period)
-        own = [_height(at["Hs_limit"].sel(credit="twin", alternative=group[0]), data.attrs) for group in groups]
+        modelled = [_height(at["Hs_limit"].sel(credit="twin", alternative=group[0]), data.attrs) for group in groups]
         credited = _height(at["Hs_limit"].sel(credit="credited", alternative=shown), data.attrs)
         governs = [
-            str(at[f"governing_{what}"].sel(credit="twin", alternative=shown).item())
-            for what in ("phase", "rule", "tier")
+            str(at[f"governing_{quantity}"].sel(credit="twin", alternative=shown).item())
+            for quantity in ("phase", "rule", "tier")
         ]
-        rows.append([f"{float(period):g} s", *own, credited, _height(closed.sel(period=period), data.attrs), *governs])
+        rows.append(
+            [f"{float(period):g} s", *modelled, credited, _height(closed.sel(period=period), data.attrs), *governs]
+        )
     names = [",\n".join(group) for group in groups]
-    head = ["Tp", *names, f"credited:\n{shown}", "closed\nform", f"{shown} is\ngoverned in", "by", "found by"]
+    head = ["Tp", *names, f"credited:\n{shown}", "closed\nform", f"{shown} is\ngoverned in", "by", "tier"]
     n = len(groups) + 3
     print_table(
         head,
@@ -237,24 +234,26 @@ def _height(value: Any, attrs: dict[str, Any]) -> str:
     return f"> {attrs['Hs_highest']:g}" if math.isinf(Hs) else "never" if Hs == 0.0 else f"{Hs:.2f}"
 
 
-def _print_weather(found: PlanResult) -> None:
+def _print_weather(result: PlanResult) -> None:
     """A table: how often each alternative can work, how long it waits, and what it gains an operation, as modelled; as
     credited where that differs, alike ones in one row."""
     from stillhook.plan.result.distinguishable import merged, references
 
-    block, over = found["weather"], references(found["weather"], found.facts["tiers"])
+    block, over = result["weather"], references(result["weather"], result.facts["tiers"])
     synthetic = "SYNTHETIC weather, " if block.attrs["synthetic"] else ""
     years = f"{block.attrs['first'][:10]} to {block.attrs['last'][:10]}"
     title = f"{synthetic}{block.attrs['source']}, {years}, window {block.attrs['T_R'] / 3600.0:.3g} h"
     names = [str(name) for name in block["alternative"].values]
-    own, credited = (
+    modelled, credited = (
         {name: _weather_row(block.sel(credit=c, alternative=name, month=0), over) for name in names}
         for c in ("twin", "credited")
     )
-    rows = [["twin", *row] for row in merged(([name, *cells] for name, cells in own.items()), found, between=",\n")]
+    rows = [
+        ["twin", *row] for row in merged(([name, *cells] for name, cells in modelled.items()), result, between=",\n")
+    ]
     alike: dict[tuple[str, ...], list[str]] = {}
     for name, cells in credited.items():
-        if cells != own[name]:
+        if cells != modelled[name]:
             alike.setdefault(tuple(cells), []).append(name)
     rows += [["credited", ",\n".join(those), *cells] for cells, those in alike.items()]
     head = ["limit", "winch", "workable", "hours\na year", "wait\nmean", "wait\nP50", "wait\nP90", "vessel\ndays"]

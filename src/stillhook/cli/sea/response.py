@@ -1,4 +1,4 @@
-"""`stillhook response`: what a lift does in waves by the frequency road, one sea or every hour of a year."""
+"""`stillhook response`: response of a lift to waves by the frequency-domain method, one sea or every hour of a year."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from stillhook.response.lift import LiftResponse
 
 DEPTH_HELP = (
-    'Where the payload\'s underside hangs below still water, "1500 m" (negative: in the air). Default: the deepest'
+    'Depth of the payload\'s underside below still water, "1500 m" (negative: in the air). Default: the deepest'
     " place at which a stage compensates (AHC), else 20 m above the seabed."
 )
 SEA_HELP = (
@@ -60,7 +60,7 @@ YEAR = (
 IN_MM = ("sigma_u", "u_mpm", "sigma_load", "load_mpm", "sigma_z", "z_mpm")
 SHARES = ("eta_sigma_wire", "eta_sigma_load", "slack_chance", "slack_share", "saturation_share")
 SMALL = 1e-6
-"""Shares below it are told as 0 to a person."""
+"""Shares below it are printed as 0."""
 
 
 def register(app: typer.Typer) -> None:
@@ -89,8 +89,8 @@ def response(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Motion and tension of a hanging load in waves, in seconds: tip, what the winch leaves, wire and load as spectra
-    (the frequency road).
+    """Motion and tension of a hanging load in waves, in seconds: tip, winch residual, wire and load as spectra
+    (the frequency-domain method).
 
     Crane, vessel, payload, rigging, wire, water and sea are those of the lift file; the programme is not run. The
     winch's residual comes from runs of its twin (some seconds) and is kept on disk for the next time.
@@ -114,9 +114,7 @@ def response(
 
     time = parse(duration, "time", "--duration")
     if time <= 0.0:
-        raise LiftError(
-            f"--duration {duration}: is not longer than 0 s. Give the time that the largest values are asked for."
-        )
+        raise LiftError(f"--duration {duration}: must be longer than 0 s. Enter the duration for the largest values.")
     z = None if depth is None else -parse(depth, "length", "--depth")
     if out is not None:
         check_folder(out, OUT_FILES)
@@ -124,7 +122,7 @@ def response(
     check_place(file)
     waves = waves_of(file, sea, wave, heading, spread, ship, record)
     try:
-        with progress_bar(f"{file.crane.name}: asking the twin") as bar:
+        with progress_bar(f"{file.crane.name}: running the twin") as bar:
             report = started(file.crane, bar)
             response = response_at(
                 file,

@@ -29,7 +29,7 @@ def waves_of(
     from stillhook.response.lift import Waves
 
     if sea is not None:
-        refuse({"--wave": wave}, "is given beside --sea. Leave one of them out.")
+        refuse({"--wave": wave}, "conflicts with --sea. Leave one of them out.")
         if not sea.is_file():
             raise SeaError(
                 f"--sea {came(str(sea))}: no such file. Give a file of measured waves (NDBC), or waves in words with"
@@ -68,7 +68,7 @@ def waves_of_file(sea: Path, heading: str | None, spread: float | None, ship: st
     if waves.n_valid == 0:
         raise SeaError(f"{waves.source}: none of its {len(waves)} records is valid. Give another file.")
     if beta is not None:
-        refuse({"--ship": ship}, "is given beside --heading, which is from the bow. Leave one of them out.")
+        refuse({"--ship": ship}, "conflicts with --heading, which is from the bow. Leave one of them out.")
         return Waves.from_si(waves, beta=beta, spread=spread)
     spectral = isinstance(waves, SpectrumSeries)
     if isinstance(waves, SpectrumSeries) and waves.directional is None:

@@ -250,11 +250,11 @@ def lift(
     table: Annotated[str, typer.Option("--table", help=TABLE_HELP)] = "dnv-os-h101",
     json: Json = False,
 ) -> None:
-    """Windows and waiting of a lift plan in a hindcast with full spectra: every record by the frequency road, under
-    every alternative.
+    """Windows and waiting of a lift plan in a hindcast with full spectra: every record by the frequency-domain method,
+    under every alternative.
 
-    The window is the plan's T_R, the forecast factor is in the limits. What the road does not tell (the splash zone) is
-    judged by the plan's table in closed form. A year of hourly spectra takes about 20 s. Exit code 0 whatever the
+    The window is the plan's T_R, the forecast factor is in the limits. What the method does not cover (the splash zone)
+    is judged by the plan's table in closed form. A year of hourly spectra takes about 20 s. Exit code 0 whatever the
     weather is.
 
     Example: stillhook weather lift template-to-1500m 46042w1996.txt.gz --heading "180 deg"

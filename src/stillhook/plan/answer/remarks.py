@@ -25,14 +25,14 @@ from stillhook.plan.weather.value import Forecast, WeatherValue
 from stillhook.spec.validity import CAP
 
 CENSORED = 0.05
-"""Share of starts without a window above which waits are said to be too short."""
+"""Share of starts without a window above which waits are reported as too short."""
 
 
 def result_facts(
     plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None, twin: TwinTier | None
 ) -> dict[str, Any]:
-    """Facts that the answer adds to what was asked: shown, alternatives with why, operation, phases with their tiers,
-    runs, remarks."""
+    """Facts that the result adds to the input: shown, alternatives with credit notes, operation, phases with their
+    tiers, runs, remarks."""
     return {
         "shown": of.shown().value,
         "alternatives": [
@@ -47,39 +47,40 @@ def result_facts(
 
 
 def without_runs(plan: LiftPlan) -> list[str]:
-    """What a reader of limits without runs of the twin must know."""
-    by_hand = [p.name for p in plan.phases if p.kind is PhaseKind.LOWERING and not p.compensated]
-    if not by_hand:
+    """Remark on limits without runs of the twin."""
+    manual = [p.name for p in plan.phases if p.kind is PhaseKind.LOWERING and not p.compensated]
+    if not manual:
         return []
     return [
-        f"frequency road, {', '.join(by_hand)}: drag on a sinking load pulls harder down-going than up-going, which the"
-        " road levels out: slings lose up to a third more of their tension than it says"
+        f"frequency-domain method, {', '.join(manual)}: drag on a sinking load is larger when it moves down than up;"
+        f" the"
+        " method averages the two: slings lose up to a third more of their tension than calculated"
         " (docs/explanation/lift-plan-frequency.md)"
     ]
 
 
 def phases(plan: LiftPlan, of: Answered, twin: TwinTier | None) -> list[dict[str, Any]]:
-    """Phases as they were asked, with the tiers that tell something of each, and why the twin was run for it or not."""
+    """Phases as analysed, with the tiers that give results for each, and the reason why the twin was run or not."""
     known = ~np.asarray(np.isnan(of.limits.Hs).all(axis=(1, 3, 4, 5)))
     out = []
     for k, phase in enumerate(plan.phases):
         tiers = [tier.value for i, tier in enumerate(TIERS) if known[i, k]]
-        reason = "the twin was not asked" if twin is None else twin.reasons.get(phase.name, "")
+        reason = "not simulated" if twin is None else twin.reasons.get(phase.name, "")
         out.append({**described(phase), "tiers": tiers, "reason": reason})
     return out
 
 
 def credit_note(plan: LiftPlan, of: Answered, alternative: Alternative) -> str:
-    """Why an alternative is credited as it is."""
+    """Note on the credit of an alternative."""
     if not alternative.twin:
-        return "no twin: credited as it is"
+        return "no twin: credited as calculated"
     i = of.axes.alternatives.index(alternative)
     if not of.certified.needs[i].any():
         return "no phase is compensated: there is no compensation to credit"
     share = float(np.nanmean(of.certified.share[i]))
     if share == 1.0:
-        return "the certificate covers every sea of the compensated phases: credited as the twin says"
-    where = "" if share == 0.0 else f" in {1.0 - share:.0%} of the asked seas and phases"
+        return "the certificate covers every sea of the compensated phases: credited as simulated"
+    where = "" if share == 0.0 else f" in {1.0 - share:.0%} of the analysed seas and phases"
     reason = "; ".join(of.certified.reasons[alternative])
     return (
         reason
@@ -114,12 +115,12 @@ def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any
 
 
 def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[str, str]:
-    """Why blocks that a report shows are not there, by their name."""
+    """Reasons for missing blocks of a report, by their name."""
     still = not any(phase.compensated for phase in plan.phases)
     reason = (
-        "the closed form alone was asked" if tier is Tier.CLOSED_FORM else "no phase is compensated" if still else ""
+        "only the closed form was requested" if tier is Tier.CLOSED_FORM else "no phase is compensated" if still else ""
     )
-    ran = "" if tier is Tier.TIME else "no runs in the time domain were asked: --tier time"
+    ran = "" if tier is Tier.TIME else "no runs in the time domain were requested: --tier time"
     lands = any(phase.kind is PhaseKind.LANDING for phase in plan.phases)
     reasons = {
         "depth": reason,
@@ -132,43 +133,44 @@ def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[st
 
 
 def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None) -> list[str]:
-    """Lines that a reader of the answer must know."""
+    """Remarks on the result."""
     lines = []
     lines += [*plan.notes, *winch_remarks(plan)]
     for phases, alternatives in _grouped(untold(of.modelled)).items():
         lines.append(
-            f"NOT JUDGED in some cells, for no tier that was run tells it: {', '.join(phases)}"
+            f"NOT ASSESSED in some cells, because no tier that was run covers it: {', '.join(phases)}"
             f" ({', '.join(alternatives)})"
         )
     if np.isposinf(of.Hs).any():
         highest = max(plan.environment.Hs)
         lines.append(
-            f"a limit above {highest:g} m, the highest sea that was asked, is told as such and used as {highest:g} m"
+            f"Limits are capped at Hs {highest:g} m, the highest sea state analysed; higher ones are marked as such"
         )
     if forecast.reason:
         lowest = f"{forecast.table.Hs[0]:g} m"
         meanwhile = (
-            f"so that such limits can be compared in the weather, the factor of {lowest} is taken, which flatters them"
+            f"to compare such limits in the weather, the factor of {lowest} is used, which is optimistic for them"
         )
         lines.append(
-            f"forecast factor: {forecast.reason} Here, {meanwhile}: what is gained over them is at least what is told"
+            f"forecast factor: {forecast.reason} Here, {meanwhile}: gains over them are at least those reported"
         )
     if not forecast.restricted:
         lines.append(
-            "not weather restricted: waiting is not reckoned; plan for extremes of the season, or divide the operation"
+            "not weather restricted: waiting is not calculated; plan for extremes of the season, or divide the"
+            " operation"
         )
     if plan.weather is None:
-        lines.append("no weather was given: waiting is not reckoned ([weather] in the plan file)")
+        lines.append("no weather specified: waiting is not calculated ([weather] in the plan file)")
     env, axes = plan.environment, of.axes
     table = LimitTable(of.Hs[0, 0], np.array(axes.headings), np.array(axes.periods), env.heading_tolerance, max(env.Hs))
-    lines.append(f"tables are read so: {table.described()}")
+    lines.append(f"Lookup: {table.described()}")
     if value is not None:
         lines += [*value.notes, *_short(value)]
     return [*lines, *closed_form.remarks(plan, env.table())]
 
 
 def winch_remarks(plan: LiftPlan) -> list[str]:
-    """What the winch type means for the heaviest phase with compensation, and the heaviest without."""
+    """Remarks on the winch type in the heaviest phase with compensation, and the heaviest without."""
     notes = []
     for compensated in (False, True):
         phases = [phase for phase in plan.phases if phase.compensated is compensated]
@@ -181,7 +183,7 @@ def winch_remarks(plan: LiftPlan) -> list[str]:
 
 
 def _short(value: WeatherValue) -> list[str]:
-    """Of whom waits are told too short: many starts found no window before the series ended."""
+    """Alternatives whose reported waits are too short: many starts had no window before the series ended."""
     censored = {key: float(np.isnan(w).mean()) for key, w in value.waits.items()}
     lines: dict[str, list[str]] = {}
     for (credit, alternative), share in censored.items():
@@ -190,14 +192,14 @@ def _short(value: WeatherValue) -> list[str]:
             text = (
                 "never has a window in these years"
                 if never
-                else f"waits are told too short: {share:.0%} of the starts found no window"
+                else f"reported waits are too short: {share:.0%} of the starts had no window"
             )
             lines.setdefault(text, []).append(f"{alternative.value} ({credit})")
     return [f"{', '.join(names)}: {text}" for text, names in lines.items()]
 
 
 def _grouped(silent: Mapping[Alternative, tuple[str, ...]]) -> dict[tuple[str, ...], list[str]]:
-    """Alternatives by the phases that are not told of them."""
+    """Alternatives by the phases without results."""
     out: dict[tuple[str, ...], list[str]] = {}
     for alternative, phases in silent.items():
         out.setdefault(phases, []).append(alternative.value)

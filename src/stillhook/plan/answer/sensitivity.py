@@ -63,7 +63,7 @@ def sensitivity(
     ask: Sequence[Alternative] | None = None,
 ) -> xarray.Dataset:
     """Limiting heights of one phase in one period and direction with one number after the other otherwise, by the
-    frequency road; by the closed form where the surface cuts the payload.
+    frequency-domain method; by the closed form where the surface cuts the payload.
 
     Parameters: limits, from demands to limiting heights (rules and capacities of the plan as it is); ask: alternatives
     whose winch is asked anew with other friction and with a late motion signal, some seconds each unless known (None:

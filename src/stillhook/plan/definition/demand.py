@@ -15,7 +15,7 @@ from stillhook.plan.definition.compensation import Alternative
 
 
 class Tier(StrEnum):
-    """How a number was found: closed form of a standard, frequency road, twin in the time domain."""
+    """Method of a number: closed form of a standard, frequency-domain method, twin in the time domain."""
 
     CLOSED_FORM = "closed-form"
     FREQUENCY = "frequency"

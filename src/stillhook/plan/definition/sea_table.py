@@ -57,7 +57,7 @@ def _range(table: Fields, key: str, text: str) -> list[float]:
         return [parse(text, kind, where)]
     first, last, step = (parse(part, kind, f"{where}: {came(part)[1:-1]}") for part in match.groups())
     if step <= 0.0 or last < first:
-        raise table.wrong(key, f"goes nowhere. Give it rising, such as {LIKE[key]}.")
+        raise table.wrong(key, f"the range must increase, for example {LIKE[key]}.")
     count = (last - first) / step
     if count > MOST:
         raise table.wrong(key, f"{count:.0f} steps, and {MOST} are the most. Take larger steps.")

@@ -154,7 +154,7 @@ def credit(result: PlanResult) -> list[Part]:
         rows.append([named(a["name"]), a["description"], a.get("credit_note") or "", share])
     certificate = crane.get("certificate")
     held = "none" if not certificate else f"No. {short(certificate['number'])}: {certificate['statement']}"
-    head = ("alternative", "what it is", "credited", "covered")
+    head = ("alternative", "description", "credited", "covered")
     has = any(row[2] for row in rows)
     body = rows if has else [[r[0], r[1], r[3]] for r in rows]
     return [
@@ -163,7 +163,8 @@ def credit(result: PlanResult) -> list[Part]:
         *([text(UNSIGNED)] if certificate else []),
         table(head if has else (head[0], head[1], head[3]), body, wide=[1, 2] if has else [1]),
         text(
-            "Covered: share of the asked seas, in phases with compensation, that lie inside the certificate's envelope."
+            "Covered: share of the analysed seas, in phases with compensation, that are inside the certificate's"
+            " envelope."
         ),
     ]
 

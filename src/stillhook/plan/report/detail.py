@@ -61,7 +61,7 @@ def limit_cells(result: PlanResult, stems: Sequence[str]) -> list[Part]:
     parts.append(
         figure(
             "rosette",
-            "Heading rosette: limiting Hs by where the waves come from. Directions that were not asked are blank.",
+            "Heading rosette: limiting Hs by where the waves come from. Directions that were not analysed are blank.",
         )
     )
     return [*parts, sub("What governs, in cells of the table"), _governing(result)]
@@ -90,7 +90,7 @@ def _governing(result: PlanResult) -> Part:
 
 def _pair(result: PlanResult, phase: str, rule: str) -> str:
     if not phase:
-        return "nothing below the highest sea that was asked, or not told"
+        return "nothing below the highest sea state analysed, or no result"
     return f"{phase_code(result, phase)} {rule_code(result, rule)}: {governs(phase, rule)}"
 
 
@@ -157,7 +157,7 @@ def _by_rule(result: PlanResult, name: str) -> list[Part]:
                 else ""
             )
             rows.append([code, governs(phase, rule), *cells, _lowest(credited, top), at])
-    inside = f"Inside up to {number(top, 3)} m wherever they are told: {', '.join(rest)}."
+    inside = f"Inside up to {number(top, 3)} m wherever they are assessed: {', '.join(rest)}."
     last = 2 + len(tiers)
     limits = table(
         ("", "phase: rule", *tiers, "credited", "least at"),
@@ -194,13 +194,13 @@ def closed_form_comparison(result: PlanResult) -> list[Part]:
             lines.append(
                 f"{phase}: closed form sees no limit in {above} of {closed.size} cells in which the better tier does"
             )
-    return [sub("Closed form beside"), bullets(lines)] if lines else []
+    return [sub("Comparison with the closed form"), bullets(lines)] if lines else []
 
 
 def weather(result: PlanResult) -> list[Part]:
     """Operability, waiting and what each alternative gains; empty where no weather was given."""
     if "weather" not in result:
-        return [text("No weather was given with the plan: waiting is not reckoned. Add [weather] to the plan file.")]
+        return [text("The plan has no weather: waiting is not calculated. Add [weather] to the plan file.")]
     block = result["weather"]
     synthetic = bool(int(block.attrs.get("synthetic", 0)))
     year, over = block.sel(month=0), references(block, result.facts.get("tiers", ()))
@@ -362,4 +362,4 @@ def _varied(result: PlanResult) -> str:
         if phase and phase != attrs.get("phase"):
             limit = height(float(cell["Hs_limit"]), highest(result))
             phrases.append(f"{label}, {governs(phase, rule)} governs this cell at {limit} m and was not varied")
-    return f"{varied} {'; '.join(phrases).capitalize()}: what is seen here says nothing of that." if phrases else varied
+    return f"{varied} {'; '.join(phrases).capitalize()}: this variation does not apply to it." if phrases else varied

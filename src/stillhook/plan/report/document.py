@@ -13,7 +13,7 @@ from stillhook.plan.report.parts import short
 from stillhook.plan.report.summary_page import answer
 from stillhook.plan.result.result import PlanResult
 
-MISSING = "NOT JUDGED"
+MISSING = "NOT ASSESSED"
 """Begins remarks that must be seen first."""
 
 
@@ -68,8 +68,8 @@ def _sections(result: PlanResult, stems: Sequence[str]) -> list[tuple[str, list[
         ("Operation and phases", basis.operation(result)),
         ("Rules", basis.rules(result)),
         ("Credit for compensation", basis.credit(result)),
-        ("Seas that were asked", basis.seas(result)),
-        ("How the limits were found", basis.models(result)),
+        ("Sea states analysed", basis.seas(result)),
+        ("How the limits were calculated", basis.models(result)),
         ("Limits, cell by cell", detail.limit_cells(result, stems)),
         ("Limits, phase by phase", [*detail.by_phase(result), *detail.closed_form_comparison(result)]),
         ("Weather and waiting", detail.weather(result)),

@@ -95,7 +95,7 @@ def _ends(result: PlanResult, name: str) -> str:
     known = np.isfinite(low)
     if not known.any():
         return ""
-    where = "" if known.all() else f", in the {int(known.sum())} of {known.size} cells that tell one"
+    where = "" if known.all() else f", in the {int(known.sum())} of {known.size} cells that have one"
     return f" The estimate counts; the low end of its 95 % interval is Hs {between(low, highest(result))}{where}."
 
 
@@ -105,7 +105,7 @@ def _mostly(result: PlanResult, name: str, credit: Credit) -> str:
     pairs = zip(cells["governing_phase"].values.ravel(), cells["governing_rule"].values.ravel(), strict=True)
     counted = Counter((str(p), str(r)) for p, r in pairs if str(p))
     if not counted:
-        return "Nothing governs below the highest sea that was asked."
+        return "Nothing governs below the highest sea state analysed."
     first = counted.most_common(NAMED)
     sentence = ", ".join(f"{governs(*pair)} ({n} of {cells['governing_phase'].size} cells)" for pair, n in first)
     return f"Governing: {sentence}{' and others' if len(counted) > NAMED else ''}."
@@ -119,19 +119,19 @@ def _twin(result: PlanResult, name: str) -> str:
     if not any(a.value == name and a.twin for a in result.alternatives):
         return "No twin is part of this limit."
     if not set(result.facts.get("tiers", RUN)) & set(RUN):
-        return "The twin was not asked: these are limits of the closed form, with a flat 80 % of compensation."
+        return "Not simulated: these limits follow the simplified method of DNV-RP-N103, credited with 80 %."
     if not differs(result, name):
-        return f"By the twin: the same limits ({_nothing_taken(result, name)})."
+        return f"Simulated limits: the same ({_nothing_taken(result, name)})."
     held = (result.facts.get("crane") or {}).get("certificate")
     reason = "the crane's certificate does not cover it" if held else "the crane has no certificate of validation"
     return (
-        f"By the twin, before credit: Hs {between(limits(result, TWIN, name), highest(result))}."
-        f" {_mostly(result, name, TWIN)} What lies between is not credited: {reason}."
+        f"Simulated limit (not creditable): Hs {between(limits(result, TWIN, name), highest(result))}."
+        f" {_mostly(result, name, TWIN)} The difference is not credited: {reason}."
     )
 
 
 def _nothing_taken(result: PlanResult, name: str) -> str:
-    """Why credit takes nothing from the limits of a twin."""
+    """Reason why credit does not reduce the limits of a twin."""
     followed = {str(p["name"]) for p in result.facts["phases"] if p.get("compensated")}
     if not followed:
         return "no phase is compensated: there is no compensation to credit"
@@ -139,19 +139,19 @@ def _nothing_taken(result: PlanResult, name: str) -> str:
         str(p) for p in result.data["governing_phase"].sel(credit=TWIN, alternative=name).values.ravel() if str(p)
     }
     if not phases & followed:
-        return "what governs is not compensated: there is nothing to credit in it"
+        return "the governing phases are not compensated: there is nothing to credit"
     share = result.data["inside"].sel(alternative=name, phase=sorted(phases & followed)).values
     return (
-        "the crane's certificate covers what governs"
+        "the crane's certificate covers the governing phases"
         if np.nanmin(share) == 1.0
-        else "credit takes nothing from what governs"
+        else "credit does not reduce the governing limits"
     )
 
 
 def _operation(result: PlanResult, name: str) -> str:
     op = result.facts.get("operation") or {}
     if not op:
-        return "T_POP, T_R and alpha: not told in this result."
+        return "T_POP, T_R and alpha: not part of this result."
     T_C = op.get("T_C")
     contingency = f"T_C {hours(T_C)}" if T_C is not None else "T_C not assessed, so T_R is twice T_POP"
     kind = (
@@ -166,7 +166,7 @@ def _operation(result: PlanResult, name: str) -> str:
         else (np.array([]),) * 2
     )
     known = alpha[np.isfinite(alpha)]
-    summed = "" if op.get("T_POP_given", True) else " (not given: the sum of the phases stands for it)"
+    summed = "" if op.get("T_POP_given", True) else " (not specified: sum of the phases)"
     sentence = f"T_POP {hours(op.get('T_POP'))}{summed}, {contingency}: T_R {hours(op.get('T_R'))}, {kind}."
     if known.size:
         ends = "" if known.min() == known.max() else f" to {known.max():.2f}"
@@ -175,7 +175,7 @@ def _operation(result: PlanResult, name: str) -> str:
         )
     untold = int(np.isnan(alpha).sum()) if op.get("weather_restricted") else 0
     return sentence + (
-        f" In {untold} of {alpha.size} cells the table tells no alpha: there no forecast limit holds." if untold else ""
+        f" In {untold} of {alpha.size} cells the table has no alpha: no forecast limit applies there." if untold else ""
     )
 
 
@@ -210,9 +210,10 @@ def _flattered(result: PlanResult) -> str:
         return ""
     Hs = limits(result, CREDITED, NONE)
     below = int(((Hs > 0.0) & (Hs < lowest)).sum())
-    reason = f"below {lowest:g} m no alpha is told, and that of {lowest:g} m is taken"
+    reason = f"below {lowest:g} m there is no alpha, and that of {lowest:g} m is used"
     sentence = (
-        f" Without compensation the waiting is flattered in {below} of {Hs.size} cells ({reason}): gains over it are at"
+        f" Without compensation the waiting is optimistic in {below} of {Hs.size} cells ({reason}): gains over it are"
+        f" at"
         " least these."
     )
     return sentence if below else ""
@@ -222,7 +223,7 @@ def _beyond(block: xarray.Dataset) -> str:
     """How much of the weather the table does not reach, where it is some."""
     part = float(block.attrs.get("outside", 0.0))
     sentence = (
-        f" {percent(part)} of the records lie outside the table's periods and headings and count as not workable."
+        f" {percent(part)} of the records are outside the table's periods and headings and count as not workable."
     )
     return sentence if part >= OUTSIDE else ""
 

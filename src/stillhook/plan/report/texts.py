@@ -1,5 +1,4 @@
-"""What a plan's report says in so many words: the marks, how tables are read, what stands behind the numbers, what is
-not covered."""
+"""Fixed texts of a plan's report: marks, reading of the tables, basis of the numbers, exclusions."""
 
 from __future__ import annotations
 
@@ -16,20 +15,21 @@ CHECK = (
 )
 CREDIT = (
     "Without a verified model of the heave compensator no more than 80 % of compensation may be credited. Wherever a"
-    " certificate does not cover the sea and the phase, a twin is therefore credited with the worse of its own answer"
-    " and that of a flat 80 % compensation, quantity by quantity; where the certificate covers, with its own answer."
-    " Both limits are told: credited, and by the twin before credit. (DNV GL as cited by Moslåt 2020, section 2.6;"
+    " certificate does not cover the sea and the phase, a twin is therefore credited with the less favourable of its"
+    " result and that of a flat 80 % compensation, quantity by quantity; where the certificate covers, with its result."
+    " Both limits are reported: credited, and simulated (not creditable). (DNV GL as cited by Moslåt 2020, section 2.6;"
     " check against your edition.)"
 )
 TIERS: Mapping[str, str] = {
     "closed-form": (
         "simplified method of DNV-RP-N103 in the wave zone (for Tz from 8.9 sqrt(Hs/g) to 13 s), statics and one spring"
-        " below; always told beside. Meant to be on the safe side in the wave zone; near resonance in deep water it is"
+        " below; always reported for comparison. Meant to be on the safe side in the wave zone; near resonance in"
+        " deep water it is"
         " not, for it sees one period"
     ),
     "frequency": (
         "response amplitude operators, wire as an elastic rod, drag and the winch's residual motion linearised to each"
-        " sea; gives the whole table"
+        " sea; gives the complete table"
     ),
     "time": (
         "the twin in the time domain in irregular seas: hydraulics, control, drum, wire, slack slings, water surface;"
@@ -37,7 +37,7 @@ TIERS: Mapping[str, str] = {
     ),
 }
 COUNTS = (
-    "The limit of a rule is that of the tier that knows most: time domain where it was run, else frequency domain, else"
+    "The limit of a rule is that of the highest tier: time domain where it was run, else frequency domain, else"
     " closed form. The limit of a cell is the least over phases and rules."
 )
 LEVELS: Mapping[str, str] = {"mpm": "most probable largest", "p90": "90 % fractile of the largest", "mean": "mean"}
@@ -49,12 +49,15 @@ EXTREMES = (
 )
 READING = (
     "In each cell: limiting Hs in metres, below it phase (P) and rule (R) that govern, by the numbers of the tables of"
-    ' phases and rules. "> {highest}" means that the highest sea that was asked is still inside: then that height is'
-    " the limit. 0: not even a calm is inside. Headings are directions in which waves travel from the bow: 180° head"
+    ' phases and rules. "> {highest}" means that the highest sea state analysed is still within the limits: then that'
+    " height is"
+    " the limit. 0: not even a calm is within them. Headings are directions in which waves travel from the bow: 180°"
+    " head"
     " sea, 90° coming from starboard, 0° following."
 )
 ALPHA = (
-    "The operational limit OP_LIM is lowered to OP_WF = alpha OP_LIM because forecasts err: the forecast must stay at"
+    "The operational limit OP_LIM is lowered to OP_WF = alpha OP_LIM because forecasts are uncertain: the forecast"
+    " must stay at"
     " or below OP_WF for the whole reference period T_R from the decision to start."
 )
 PERSISTENCE = (
@@ -69,20 +72,20 @@ UNSAFE = (
         " the surface are underrated."
     ),
     (
-        "Water draining from the payload on recovery is not modelled: the load is too light. Add the trapped water by"
-        " hand."
+        "Water draining from the payload on recovery is not modelled: the load is too light. Add the trapped water"
+        " manually."
     ),
-    "Waves beside the vessel: diffraction and shelter are not modelled, the incident wave is used.",
+    "Waves next to the vessel: diffraction and shelter are not modelled, the incident wave is used.",
     (
-        "Touch-down speeds that runs tell are those after the cushion of water over the seabed, a coefficient of the"
+        "Touch-down speeds from runs are those after the cushion of water over the seabed, a coefficient of the"
         " payload file (assumed, not measured); without it they are higher, in the calm by a third."
     ),
     (
         "Human action, tugger handling, remotely operated vehicles, visibility, survey limits and simultaneous"
-        " operations have limits of their own that may govern."
+        " operations have separate limits that may govern."
     ),
 )
-"""Beside what the facts of a result name; see docs/explanation/payload-in-water.md."""
+"""In addition to the facts of a result; see docs/explanation/payload-in-water.md."""
 UNVALIDATED = (
     "The twin of this crane is not validated against tests of the crane: limits by the twin are for information, the"
     " credited ones count."

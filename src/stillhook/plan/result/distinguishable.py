@@ -1,5 +1,5 @@
-"""Which alternatives an answer tells apart. Without runs of the twin, closed form and frequency road may give several
-the same limits: that is no comparison of controllers, and is not printed as one."""
+"""Which alternatives a result distinguishes. Without runs of the twin, closed form and frequency-domain method may give
+several the same limits: that is no comparison of controllers, and is not printed as one."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ CLASSIC = "best-classic"
 """What the gain of a controller over the better classic one is told over."""
 NEW = (Alternative.SSC, Alternative.STRONG_SSC)
 """Controllers that are held against the classic ones."""
-MEANS = {Tier.CLOSED_FORM: "The closed form does", Tier.FREQUENCY: "Closed form and frequency road do"}
+MEANS = {Tier.CLOSED_FORM: "The closed form does", Tier.FREQUENCY: "Closed form and frequency-domain method do"}
 
 
 def ran(tiers: Collection[str]) -> bool:
@@ -88,8 +88,8 @@ def not_compared(
     if not groups and not left:
         return ""
     means = MEANS[Tier.FREQUENCY if Tier.FREQUENCY.value in tiers else Tier.CLOSED_FORM]
-    apart = [f"tell {' and '.join(filter(None, [', '.join(group[:-1]), group[-1]]))} apart" for group in groups]
-    apart += ["tell a new controller's waiting from that of the best classic one"] if left else []
+    apart = [f"distinguish {' and '.join(filter(None, [', '.join(group[:-1]), group[-1]]))}" for group in groups]
+    apart += ["distinguish a new controller's waiting from that of the best classic one"] if left else []
     return (
         f"{means} not {', nor '.join(apart)}: no comparison of them is made. Runs of the twin (--tier time) compare"
         " them."

@@ -81,7 +81,7 @@ class Gathered:
 
 
 def gathered(axes: Axes, limits: Sequence[Limits]) -> Gathered:
-    """Limits put in their places. A column that is told twice takes the later one."""
+    """Limits assembled in one array. For a repeated column the later one applies."""
     shape = (len(TIERS), len(axes.alternatives), len(axes.phases), len(axes.rules), *axes.columns)
     result = Gathered(axes, *(np.full(shape, np.nan) for _ in range(3)))
     for each in limits:
@@ -108,9 +108,9 @@ class Chosen:
 
 
 def chosen(limits: Gathered) -> Chosen:
-    """Of every rule the limit by the tier that knows most: the twin where it was run, else the frequency road, else the
-    closed form. Where a tier shows seas inside, and no limit (`stillhook.plan.limits.solve.Limits.low`), one below from
-    a lesser tier is lifted to there."""
+    """Of every rule the limit by the highest tier: the twin where it was run, else the frequency-domain method, else
+    the closed form. Where a tier shows seas inside, and no limit (`stillhook.plan.limits.solve.Limits.low`), one below
+    from a lesser tier is lifted to there."""
     known = np.isfinite(limits.Hs) | np.isposinf(limits.Hs)
     rank = np.arange(len(TIERS)).reshape(-1, *([1] * (limits.Hs.ndim - 1)))
     tier = np.where(known, rank, -1).max(axis=0)
@@ -130,7 +130,7 @@ def chosen(limits: Gathered) -> Chosen:
 @dataclass(frozen=True, eq=False)
 class Governed:
     """The table (alternative, heading, period): Hs with low and high [m]; phase, rule and tier as places in their axes,
-    -1 where nothing governs: no limit was found below the highest sea that was asked, or none is told."""
+    -1 where nothing governs: no limit was found below the highest sea state analysed, or none is known."""
 
     axes: Axes
     Hs: FloatArray = field(repr=False)
@@ -231,7 +231,7 @@ def kept(headings: FloatArray, tolerance: float) -> BoolArray:
 @dataclass(frozen=True, eq=False)
 class LimitTable:
     """Limits of one alternative as they are read on board: Hs (heading, period) [m], headings [rad] and periods [s]
-    rising; heading_tolerance [rad]; Hs_highest, the highest sea that was asked [m]: more than that is never
+    rising; heading_tolerance [rad]; Hs_highest, the highest sea state analysed [m]: a larger limit is never
     answered."""
 
     Hs: FloatArray = field(repr=False)
@@ -275,11 +275,12 @@ class LimitTable:
         return np.where(np.isnan(Tp), Hs.min(axis=1, keepdims=True), result)
 
     def described(self) -> str:
-        """How the table is read, in words."""
+        """Lookup rule of the table, in words."""
         deg = show(self.heading_tolerance, "angle", 4)
         lowest, highest = (show(float(T), "time", 4) for T in (self.periods[0], self.periods[-1]))
         return (
-            f"worst of the headings within {deg} and of the periods on either side; below {lowest} the first period"
-            f" holds, above {highest} the limit is 0 m, and so it is for waves that do not lie between two headings of"
-            f" the table or at one; no more than {show(self.Hs_highest, 'length', 3)}, the highest sea that was asked"
+            f"the most unfavourable heading within {deg} and neighbouring period; below {lowest} the first period"
+            f" applies, above {highest} the limit is 0 m, as for waves that are neither between two headings of"
+            f" the table nor at one; limits are capped at Hs {show(self.Hs_highest, 'length', 3)}, the highest sea"
+            " state analysed"
         )

@@ -169,14 +169,14 @@ def _notes(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternative) -
             " outside"
         )
     if alternative.twin and phase.compensated:
-        notes.append(f"no closed form knows a twin: told as {CAP:.0%} of the tip's motion taken")
+        notes.append(f"the closed form cannot represent a twin: credited with {CAP:.0%}")
     if phase.winch is StageMode.SPLASH:
-        notes.append("splash mode of the winch is not credited: told as a winch that holds still")
+        notes.append("splash mode of the winch is not credited: treated as a winch at rest")
     if phase.kind is PhaseKind.LIFT_OFF:
-        notes.append("the payload stands on the vessel's own deck, below the tip: both move alike")
+        notes.append("the payload is on the vessel's deck, below the tip: both move alike")
     if phase.kind in (PhaseKind.LOWERING, PhaseKind.DEEP, PhaseKind.LANDING):
         notes.append(
-            "one harmonic at the tip's mean period: waves near the load's natural period on the wire are not seen"
+            "one harmonic at the tip's mean period: waves near the load's natural period on the wire are not included"
         )
     return tuple(notes)
 

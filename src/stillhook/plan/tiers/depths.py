@@ -1,5 +1,4 @@
-"""Where the frequency road looks in a phase: heights on its way, what hangs there, and how long the payload is about
-there."""
+"""Heights at which the frequency-domain method analyses a phase: suspended load and time of each."""
 
 from __future__ import annotations
 
@@ -29,8 +28,8 @@ class Situation:
     """The payload at one height of a phase's way.
 
     z of its underside above still water [m]; time [s] of the phase that it stands for, all of them together its
-    duration; x, y of the crane tip from the vessel's reference point, forward and to port [m]; hung: what hangs there;
-    T_0 natural period of the load on its wire, top held [s].
+    duration; x, y of the crane tip from the vessel's reference point, forward and to port [m]; load: the suspended
+    load; T_0 natural period of the load on its wire, top held [s].
     """
 
     z: float
@@ -73,7 +72,7 @@ def resonance_depth(plan: LiftPlan, T: float) -> float:
 
 
 def natural_period(load: SuspendedLoad) -> float:
-    """First natural period of what hangs, top held [s]."""
+    """First natural period of the suspended load, top held [s]."""
     return float(natural_periods(load.rod, load.end, 1)[0])
 
 

@@ -36,11 +36,11 @@ Levels = Callable[[str], float]
 ALIKE = ("the winch does not follow the tip: the same under all alternatives",)
 STANDING = (
     (
-        "the winch is asked while it stands: where it lowers or hoists beside the waves, friction changes sides less"
-        " often and leaves less"
+        "the residual is identified at rest: while the winch lowers or hoists in waves, friction reverses less"
+        " often and the residual is smaller"
     ),
 )
-UNUSABLE = "the controller may not be used at this load and layer: the twin is not asked"
+UNUSABLE = "the controller may not be used at this load and layer: not simulated"
 KEPT = 3
 """Places of a phase that are looked at where all of them would take long: its ends and its middle."""
 QUANTILES = {Level.MPM: MPM, Level.P90: P90}
@@ -55,8 +55,8 @@ def frequency(
     *,
     threads: int = 2,
 ) -> list[Demand]:
-    """What every phase asks in every sea under every alternative, by the frequency road; phases in the surface are left
-    out.
+    """What every phase asks in every sea under every alternative, by the frequency-domain method; phases in the surface
+    are left out.
 
     Phases in which the winch does not follow the tip are the same under all alternatives: they share one set of
     numbers. Largest values are those of the phase's duration, part by part of its way (`stillhook.plan.tiers.depths`),
@@ -70,13 +70,13 @@ def frequency(
 
 
 Looks = Sequence[tuple[Phase, Sequence[Situation]]]
-"""Phases that the road tells, with the places on their way."""
+"""Phases that the method covers, with the heights on their way."""
 AtTip = Mapping[tuple[float, float], Forcing]
 """Seas at the crane tip, by its place (x, y) [m]."""
 
 
 def looked_at(plan: LiftPlan) -> Looks:
-    """Phases that the road tells: those that do not cut the surface."""
+    """Phases that the method covers: those that do not cut the surface."""
     pairs = ((phase, situations(plan, phase)) for phase in plan.phases)
     return [(phase, parts) for phase, parts in pairs if parts]
 

@@ -1,5 +1,5 @@
-"""A hindcast with the spectra of its records: which of them a lift can be done in, record by record, by the frequency
-road."""
+"""A hindcast with the spectra of its records: which of them a lift can be done in, record by record, by the
+frequency-domain method."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def spectral_weather(
 
     Parameters: waves, measured or hindcast spectra or states with a direction, where the bow points for all of them
     (`Waves.ship`), or one direction of travel from the bow (`Waves.beta`). elsewhere: limiting heights (n,) [m] of the
-    phases that the road does not tell, record by record, as a limit table reads them
+    phases that the method does not cover, record by record, as a limit table reads them
     (`stillhook.plan.table.table.LimitTable.at`); without them the splash zone is left out. Returns over alternative and
     time: utilisation [-], the largest over phases and rules, NaN where the record is missing; workable_record, 1 where
     it is 1 at most, else 0 (missing ones: 0); over alternative, phase and time: utilisation_phase. Every phase is

@@ -1,9 +1,9 @@
-"""How long a lift waits in a hindcast with the spectra of its records: every record judged by the frequency road, not
-by a table.
+"""How long a lift waits in a hindcast with the spectra of its records: every record judged by the frequency-domain
+method, not by a table.
 
 The forecast factor is in it: a record counts as workable if the lift could still be done were its waves as high as the
 limit whose OP_WF they are, H with alpha(H) H = H_m0, and never lower than the least height for which the table has an
-alpha. What the road does not tell (the payload in the surface) is judged by the plan's table in closed form.
+alpha. What the method does not cover (the payload in the surface) is judged by the plan's table in closed form.
 
 Waves of one direction from the bow are those of a vessel that chooses its heading. Where the records tell where their
 waves come from, it keeps that heading through an operation: records count in which waves are off by the plan's heading
@@ -136,7 +136,8 @@ def _raised(of: SpectrumSeries | SeaStates, H: FloatArray) -> SpectrumSeries | S
 def _in_the_surface(
     plan: LiftPlan, waves: Waves, alternatives: Sequence[Alternative]
 ) -> tuple[dict[Alternative, FloatArray], str]:
-    """Limiting heights (n,) of the phases that the road does not tell, record by record, and which phases these are."""
+    """Limiting heights (n,) of the phases that the method does not cover, record by record, and which phases these
+    are."""
     assert not isinstance(waves.of, Sea)
     names = {phase.name for phase, _ in looked_at(plan)}
     phases = [phase for phase in plan.phases if phase.name not in names]

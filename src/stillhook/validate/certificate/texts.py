@@ -64,7 +64,7 @@ def certified_outcome(validation: Validation, envelope: Mapping[str, Any] | None
     outcome = validation.outcome
     if outcome is Outcome.NOT_JUDGED:
         label = validation.campaign.criteria.label
-        return outcome, f"NOT JUDGED: no criterion of {label} counts on these data, so that nothing was shown."
+        return outcome, f"NOT ASSESSED: no criterion of {label} counts on these data, so that nothing was shown."
     if outcome is Outcome.PASSED and envelope is None:
         said = (
             "NOT SHOWN: no part of the logs with heave compensation could be compared, so that the twin is validated"

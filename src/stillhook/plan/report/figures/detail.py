@@ -139,7 +139,7 @@ def sensitivity(block: xarray.Dataset, highest: float) -> Figure:
             ax.hlines(y, base, np.where(np.isnan(ends), base, ends), color=colour, lw=2.0)
             ax.plot(ends, y, color=colour, marker=marker, ms=5, ls="none", label=label)
         for i in np.flatnonzero(np.isnan(low) & np.isnan(high)):
-            ax.text(float(base[i]), float(y[i]) - 0.2, "not asked", fontsize="xx-small", ha="center", color=GREY)
+            ax.text(float(base[i]), float(y[i]) - 0.2, "not analysed", fontsize="xx-small", ha="center", color=GREY)
         ax.axvline(highest, color=GREY, lw=0.8, ls="--")
         ax.set_title(named(name), fontsize="small")
     axes[0, 0].set_yticks(y, [_factor(block, i) for i in range(rows)], fontsize="x-small")

@@ -113,7 +113,7 @@ def limit_table(result: PlanResult, credit: Credit, strips: Sequence[Sequence[st
         _strip(ax, result, credit, labels[0])
         ax.set_title(", ".join(named(name) for name in labels), fontsize="small", loc="left", pad=3)
     axes[-1].set_xlabel("peak period Tp [s]", fontsize="small")
-    label = "credited" if credit == CREDITED else "as the twin computes, before credit"
+    label = "credited" if credit == CREDITED else "simulated (not creditable)"
     figure.suptitle(f"Limiting significant wave height Hs [m], {label}", fontsize="medium")
     return figure
 

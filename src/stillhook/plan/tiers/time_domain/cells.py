@@ -200,7 +200,8 @@ class Cells:
 
 def worst_heights(plan: LiftPlan, phase: Phase) -> dict[tuple[float, float], tuple[float, float]]:
     """(Tp, beta) -> height of a phase's way at which the sling tension swings most with the winch on its brake [m], by
-    the frequency road in seas of middle height, and the time that the payload is where it swings hardly less [s]."""
+    the frequency-domain method in seas of middle height, and the time that the payload is where it swings hardly less
+    [s]."""
     columns = plan.environment.table().columns()
     Tp, beta = (np.array([column[i] for column in columns]) for i in (0, 1))
     seas = Seas(np.full(len(Tp), float(np.median(plan.environment.Hs))), Tp, beta)

@@ -1,4 +1,4 @@
-"""The search of the twin's tier: which limits may govern, and which cells tell them."""
+"""The search of the twin's tier: which limits may govern, and which cells determine them."""
 
 from __future__ import annotations
 
@@ -28,21 +28,20 @@ Column = tuple[float, float]
 """Tp [s] and direction of travel [rad]."""
 
 UNDERESTIMATE_FACTOR: Mapping[Tier, float] = {Tier.FREQUENCY: 1.25, Tier.CLOSED_FORM: 1.0}
-"""A phase may limit a lift at its predicted height over this: the frequency road may be so much too kind; a closed
-form, which stands for the splash zone, is on the safe side there."""
+"""A phase may govern down to its predicted limit over this factor: the frequency-domain method may overestimate by so
+much; the closed form of the splash zone is conservative."""
 FIRST_GUESS_FACTOR: Mapping[Tier, float] = {Tier.FREQUENCY: 1.05, Tier.CLOSED_FORM: 1.8}
-"""Where a limit is looked for first, over the predicted height: a little behind it, for a cell that is beyond ends a
-search; the closed form of the splash zone is on the safe side by about so much (docs/explanation/limits-by-runs.md)."""
+"""First height of a search over the predicted limit: slightly above it, because a cell beyond the limit ends a
+search; the closed form of the splash zone is conservative by about so much (docs/explanation/limits-by-runs.md)."""
 GOVERNING_MARGIN = 1.1
-"""A phase that is inside up to this over a limit that is known of another one does not govern, and is not looked at any
-higher."""
+"""A phase that stays within its limits up to this factor over a known limit of another one does not govern, and is not
+searched any higher."""
 
 
 @dataclass(eq=False)
 class LimitSearch:
-    """One limit that is looked for: a phase under an alternative in a column. guess: predicted height, where it is
-    looked for first, floor below which it is taken not to lie [m]; limit: what was found (NaN: not yet); seems: what it
-    seems to be so far."""
+    """Search for one limit: a phase under an alternative in a column. first_guess: predicted height, where the search
+    begins; floor: lower bound assumed for the limit [m]; limit: result (NaN: not yet); provisional: estimate so far."""
 
     phase: Phase
     alternative: Alternative
@@ -271,7 +270,8 @@ def _merged(wanted: Sequence[CellRequest]) -> list[CellRequest]:
 
 
 def _least_predicted(predicted: Sequence[Limits]) -> dict[tuple[str, Alternative, Column], tuple[float, Tier]]:
-    """(phase, alternative, column) -> lowest predicted limit [m] and its tier: frequency road, else closed form."""
+    """(phase, alternative, column) -> lowest predicted limit [m] and its tier: frequency-domain method, else closed
+    form."""
     result: dict[tuple[str, Alternative, Column], tuple[float, Tier]] = {}
     for tier in (Tier.CLOSED_FORM, Tier.FREQUENCY):
         for limits in (p for p in predicted if p.tier is tier):

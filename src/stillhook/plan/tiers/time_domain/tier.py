@@ -37,16 +37,14 @@ slack slings."""
 
 @dataclass(frozen=True, eq=False)
 class TwinTier:
-    """What the twin told. demands and limits: one of each phase and alternative that was run, tier TIME; runs: how
-    many, of which seeds; why: phase -> why it was run, or not; notes: what a reader of the limits must know; blocks:
-    "landing" and "convergence" as `stillhook.plan.result.result` has them, where there are any."""
+    """Results of the twin's tier."""
 
-    demands: tuple[Demand, ...] = field(repr=False)
-    limits: tuple[Limits, ...] = field(repr=False)
-    runs: Mapping[str, Any]
-    reasons: Mapping[str, str]
-    notes: tuple[str, ...] = ()
-    blocks: Mapping[str, xarray.Dataset] = field(default_factory=dict, repr=False)
+    demands: tuple[Demand, ...] = field(repr=False)  # of each phase and alternative that was run
+    limits: tuple[Limits, ...] = field(repr=False)  # tier TIME, as demands
+    runs: Mapping[str, Any]  # number of runs and seeds
+    reasons: Mapping[str, str]  # phase -> reason why it was run, or not
+    notes: tuple[str, ...] = ()  # remarks on the limits
+    blocks: Mapping[str, xarray.Dataset] = field(default_factory=dict, repr=False)  # "landing" and "convergence"
 
 
 def refine(
@@ -63,9 +61,9 @@ def refine(
 
     predicted: limits of the other tiers. In every column (Tp, direction) and under every alternative the phase that may
     limit the lowest height is run first; a phase is not run where another limit that is known lies below the least that
-    it may limit (its predicted height over `TRUST`). Alternatives see the same waves (common random numbers), and what
-    is one run under several of them is run once. Heights are placed by `stillhook.plan.tiers.time_domain.bracketing`;
-    the cell next to a limit gets more seeds until its interval closes.
+    it may limit (its predicted height over `UNDERESTIMATE_FACTOR`). Alternatives see the same waves (common random
+    numbers), and what is one run under several of them is run once. Heights are placed by
+    `stillhook.plan.tiers.time_domain.bracketing`; the cell next to a limit gets more seeds until its interval closes.
 
     store: folder in which runs are kept, so that an interrupted plan goes on; client of a Dask cluster; progress: share
     done, 0..1.
@@ -126,7 +124,7 @@ def _with_ends(limits: Limits, demand: Demand, work: Work) -> Limits:
 
 
 def _scaled(Hs: float, added: float, taken: float) -> float:
-    """Height at which what the waves add is that of the limit, if in truth they add `taken` where `told` was found."""
+    """Height at which what the waves add is that of the limit, if they add `taken` where `added` was calculated."""
     return Hs * added / taken if taken > 0.0 else math.inf
 
 
@@ -176,17 +174,19 @@ def _notes(work: Work) -> tuple[str, ...]:
 
 
 def _reason(work: Work, phase: Phase) -> str:
-    """Why a phase was run by the twin, or not."""
+    """Reason why a phase was run by the twin, or not."""
     lines = [line for line in work.lines if line.phase is phase]
     if not lines:
-        return f"{phase.kind} is told by closed form and frequency road: no run begins on a deck or on the seabed"
+        return (
+            f"{phase.kind} is assessed by closed form and frequency-domain method: no run begins on a deck or on the"
+            " seabed"
+        )
     run = [line for line in lines if line.started]
     if len(run) == len(lines):
         return "run everywhere"
     factor = f"{UNDERESTIMATE_FACTOR[Tier.FREQUENCY]:g}"
     rest = (
-        f"another phase is known to limit lower than its predicted limit over {factor}, or it is predicted to limit"
-        " nowhere"
+        f"another phase has a known limit below its predicted limit over {factor}, or it is predicted to limit nowhere"
     )
     if not run:
         return f"not run: {rest}"
