@@ -147,7 +147,7 @@ def test_where_a_certificate_covers_nothing_is_taken_from_the_twin():
     assert not any(differs(covered, name) for name in covered.data["alternative"].values)
     followed = [{**phase, "compensated": True} for phase in covered.facts["phases"]]
     said = " ".join(headline(replace(covered, facts={**covered.facts, "phases": followed}))["said"])
-    assert "By the twin: the same limits (the crane's certificate covers what governs)." in said
+    assert "Simulated limits: the same (the crane's certificate covers the governing phases)." in said
     assert "not validated" not in told(covered)
 
 
@@ -176,11 +176,11 @@ def test_a_certificate_is_not_named_for_phases_that_nothing_compensates():
     covered = made_up(certificate=True)
     for phases, said in (
         ((), "no phase is compensated: there is no compensation to credit"),
-        (("over-boarding",), "what governs is not compensated"),
+        (("over-boarding",), "the governing phases are not compensated"),
     ):
         manual = [{**phase, "compensated": phase["name"] in phases} for phase in covered.facts["phases"]]
         told_of = " ".join(headline(replace(covered, facts={**covered.facts, "phases": manual}))["said"])
-        assert f"By the twin: the same limits ({said}" in told_of
+        assert f"Simulated limits: the same ({said}" in told_of
         assert "certificate covers" not in told_of
 
 
@@ -381,7 +381,7 @@ def test_limits_without_a_twin_are_not_said_to_be_its_own(result):
 
 
 def test_a_plan_without_weather_says_that_waiting_is_not_reckoned():
-    assert "waiting is not reckoned" in told(made_up(blocks=False))
+    assert "waiting is not calculated" in told(made_up(blocks=False))
 
 
 def test_the_page_needs_nothing_from_outside(result, stems):
@@ -527,7 +527,7 @@ def test_the_box_tells_the_low_end_of_the_interval_and_what_was_assumed(result):
     )
     said = " ".join(headline(odd)["said"])
     assert (
-        "The estimate counts; the low end of its 95 % interval is Hs 1.90 m, in the 3 of 30 cells that tell one."
+        "The estimate counts; the low end of its 95 % interval is Hs 1.90 m, in the 3 of 30 cells that have one."
         in said
     )
     assert "T_POP 24 h (not specified: sum of the phases)" in said
@@ -535,7 +535,7 @@ def test_the_box_tells_the_low_end_of_the_interval_and_what_was_assumed(result):
         r"Without compensation the waiting is optimistic in \d+ of 30 cells \(below 1 m there is no alpha, and that of 1 m is used\)",
         said,
     )
-    assert "34 % of the records lie outside the table's periods and headings and count as not workable." in said
+    assert "34 % of the records are outside the table's periods and headings and count as not workable." in said
     assert "not given" not in " ".join(headline(result)["said"])
 
 
