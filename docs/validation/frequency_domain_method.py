@@ -1,5 +1,5 @@
-"""The frequency-domain method compared with lowerings in time: on the brake and compensated, from the surface to 2,900 m, with eight
-seeds each."""
+"""The frequency-domain method compared with lowerings in time: on the brake and compensated, from the surface to
+2,900 m, with eight seeds each."""
 
 from __future__ import annotations
 
@@ -64,8 +64,8 @@ CASES = (
 
 
 class Pair(NamedTuple):
-    """Deviations of one case: load; tip [m]; computed by the method and in time, u first, then as SHOWN (SI); scatter of the mean
-    of the seeds [-]."""
+    """Deviations of one case: load; tip [m]; computed by the method and in time, u first, then as SHOWN (SI);
+    scatter of the mean of the seeds [-]."""
 
     case: Case
     load: SuspendedLoad

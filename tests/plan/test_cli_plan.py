@@ -82,9 +82,9 @@ def test_json_tells_facts_by_name_and_limits_cell_by_cell(tmp_path, capsys):
     assert answer["operation"]["T_R"] == 8 * 3600.0
     cells = [c for c in answer["limits"] if (c["credit"], c["alternative"]) == ("credited", "cap-80")]
     assert [(c["T_p"], round(c["beta"], 4)) for c in cells] == [(6.0, 3.1416), (9.0, 3.1416)]
-    assert {c["verdict"] for c in answer["limits"]} <= {"limited", "above", "never", "not told"}
+    assert {c["verdict"] for c in answer["limits"]} <= {"limited", "above", "never", "no result"}
     for c in cells:
-        assert (c["Hs_limit"] is None) == (c["verdict"] in ("above", "not told"))
+        assert (c["Hs_limit"] is None) == (c["verdict"] in ("above", "no result"))
 
 
 def test_a_table_whose_seas_are_all_too_high_is_answered_with_no(tmp_path, capsys):

@@ -128,7 +128,7 @@ class TestCommand:
     @pytest.mark.parametrize(
         ("more", "says"),
         [
-            (["--t-pop", "3 h"], "is not asked with --plan"),
+            (["--t-pop", "3 h"], "does not apply with --plan"),
             (["--alternative", "hs"], "is not one of the plan's none, ssc"),
             (["--limit", "Hs <= 3 m for beta 0..90 deg"], "--ship: missing"),
         ],

@@ -250,7 +250,7 @@ def test_the_closed_form_stands_beside_what_counts(result):
 def test_ranges_of_limits_say_when_they_run_beyond_what_was_asked():
     assert between(np.array([2.2, math.inf, math.nan]), 4.0) == "2.20 m to above 4 m"
     assert between(np.array([1.5, 1.5]), 4.0) == "1.50 m"
-    assert between(np.array([math.nan]), 4.0) == "not told"
+    assert between(np.array([math.nan]), 4.0) == "no result"
 
 
 def test_a_table_that_tells_nothing_somewhere_does_not_claim_the_best_of_the_rest(result):

@@ -365,7 +365,7 @@ class TestDepth:
         (["--sea", "nowhere.txt"], "no such file"),
         (["--ship", "30 deg"], "Give --sea as well"),
         (["--record", "3"], "Give --sea as well"),
-        (["--duration", "-1 h"], "not longer than 0 s"),
+        (["--duration", "-1 h"], "must be longer than 0 s"),
         (["--duration", "1 s"], "Give ten wave periods or more"),
         (["--spread", "-1"], "not between 1 and 200"),
         (["--out", "/dev/null/x"], "cannot be written"),
@@ -383,8 +383,8 @@ def test_measured_waves_need_one_direction_and_no_more(capsys, lift, plain, reco
     for more, said in (
         ([], "has no directions. Give --heading"),
         (["--ship", "30 deg"], "has no directions. Give --heading"),
-        (["--ship", "30 deg", "--heading", "30 deg"], "given beside --heading"),
-        (["--heading", "30 deg", "--wave", "pm Hs=1 m Tp=8 s"], "given beside --sea"),
+        (["--ship", "30 deg", "--heading", "30 deg"], "conflicts with --heading"),
+        (["--heading", "30 deg", "--wave", "pm Hs=1 m Tp=8 s"], "conflicts with --sea"),
         (["--heading", "30 deg", "--record", "1"], "is missing"),
     ):
         assert run(["response", lift, "--sea", records, *more]) == 2

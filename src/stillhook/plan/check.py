@@ -20,7 +20,7 @@ from stillhook.weather.alpha import load_alpha_table, reference_period
 
 def checked(plan: LiftPlan) -> dict[str, Any]:
     """Plain data in SI: name, digest, what and where; phases; times T_POP, T_C, T_R and weather_restricted; rules with
-    their limits in each phase and under each alternative; seas that are asked, and how many are steeper than wind
+    their limits in each phase and under each alternative; seas analysed, and how many are steeper than wind
     raises waves; depths of resonance; notes.
     """
     T_R, restricted = reference_period(load_alpha_table(), plan.T_POP, plan.T_C)

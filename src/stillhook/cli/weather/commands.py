@@ -52,7 +52,8 @@ WINDOW_HELP = "How long the operation needs the weather without a break."
 JSON_HELP = (
     'Print JSON in SI (times in s; in hours under "hours"). n_hours: records x step. operability: workable share of'
     " valid records. Windows: longest unbroken runs, a record counts one step, gaps and missing values break them."
-    " Waits: from every record, by the clock, to the first from which a window of the asked length is left; 0 where one"
+    " Waits: from every record, by the clock, to the first from which a window of the requested length is left; 0 where"
+    " one"
     " starts; percentiles linear; starts without one are n_censored and left out."
 )
 
@@ -87,7 +88,7 @@ def persistence(
     """Workable share, windows and waiting of a weather series, in all and by month.
 
     A record counts one step. Windows break at gaps in time and at records with missing values. Waits are taken from
-    every record to the first at or after it from which a window of the asked length is left.
+    every record to the first at or after it from which a window of the requested length is left.
 
     Exit code 0 whatever the weather is, also where no window is ever long enough.
 
@@ -180,7 +181,7 @@ def forecast(
 
     With --plan the limits are those of a saved lift plan, by period and direction, under each alternative side by side.
 
-    Exit code 0 for go at the first start, 1 for no-go there (a later start may be told).
+    Exit code 0 for go at the first start, 1 for no-go there (a later start may be reported).
 
     Example: stillhook weather forecast forecast.csv --limit "Hs <= 2 m" --limit "wind <= 12 m/s" --t-pop "24 h" --t-c
     "12 h"
@@ -207,7 +208,8 @@ def forecast(
 
     if plan is not None:
         refuse(
-            {"--t-pop": t_pop, "--t-c": t_c, "--table": table, "--out": out}, "is not asked with --plan. Leave it out."
+            {"--t-pop": t_pop, "--t-c": t_c, "--table": table, "--out": out},
+            "does not apply with --plan. Leave it out.",
         )
         raise typer.Exit(by_plan(plan, read, limits, when, heading, alternative, twin=uncredited, json=json))
     refuse({"--alternative": alternative, "--twin": uncredited or None}, "belongs to --plan. Give it as well.")
@@ -245,7 +247,7 @@ def lift(
         float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")
     ] = None,
     alternative: Annotated[
-        list[str] | None, typer.Option(help="Way to reckon the winch, such as ssc; default: all of the plan.")
+        list[str] | None, typer.Option(help="Alternative of the winch, such as ssc; default: all of the plan.")
     ] = None,
     table: Annotated[str, typer.Option("--table", help=TABLE_HELP)] = "dnv-os-h101",
     json: Json = False,

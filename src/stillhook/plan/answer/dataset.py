@@ -160,7 +160,7 @@ def rows_of(of: Answered, forecast: Forecast, Hs_highest: float) -> list[dict[st
         for i in np.ndindex(g.Hs.shape):
             Hs, governs = float(g.Hs[i]), g.phase[i] >= 0
             verdict = (
-                "not told" if np.isnan(Hs) else "above" if Hs > Hs_highest else "never" if Hs == 0.0 else "limited"
+                "no result" if np.isnan(Hs) else "above" if Hs > Hs_highest else "never" if Hs == 0.0 else "limited"
             )
             rows.append(
                 {
@@ -199,10 +199,10 @@ def summary_of(of: Answered, shown: Alternative, weather: xarray.Dataset | None)
 
 
 def _limits(Hs: FloatArray) -> dict[str, float]:
-    told = Hs[~np.isnan(Hs)]
-    if not len(told):
+    known = Hs[~np.isnan(Hs)]
+    if not len(known):
         return dict.fromkeys(("least", "mean", "most"), float("nan"))
-    return {"least": float(told.min()), "mean": float(told.mean()), "most": float(told.max())}
+    return {"least": float(known.min()), "mean": float(known.mean()), "most": float(known.max())}
 
 
 def _numbers(values: xarray.DataArray) -> Any:

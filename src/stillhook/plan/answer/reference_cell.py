@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 class Reference(NamedTuple):
     """A cell: heading and period as rows of the table and as beta [rad] and Tp [s]; Hs [m], the credited limit of the
-    alternative that leads, or the highest sea that was asked where it has none; the compensated phase with its deepest
+    alternative that leads, or the highest sea state analysed where it has none; the compensated phase with its deepest
     place z [m], None without one.
     """
 

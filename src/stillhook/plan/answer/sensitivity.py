@@ -42,7 +42,7 @@ Y = ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6")
 @dataclass(frozen=True, eq=False)
 class Changed:
     """One number of a plan otherwise: what and how in words; the plan, its phase's places, and whether the winch has to
-    be asked anew."""
+    be identified again."""
 
     factor: str
     text: str
@@ -66,9 +66,9 @@ def sensitivity(
     frequency-domain method; by the closed form where the surface cuts the payload.
 
     Parameters: limits, from demands to limiting heights (rules and capacities of the plan as it is); ask: alternatives
-    whose winch is asked anew with other friction and with a late motion signal, some seconds each unless known (None:
-    the last one of the twin). Of the others these two factors tell nothing: NaN; a winch on its brake and the flat cap
-    do not change. The phase is looked at at its ends and its middle.
+    whose winch is identified again with other friction and with a late motion signal, some seconds each unless known
+    (None: the last one of the twin). Of the others these two factors tell nothing: NaN; a winch on its brake and the
+    flat cap do not change. The phase is looked at at its ends and its middle.
     Returns Hs_base, Hs_low and Hs_high [m] over factor and alternative, inf above the highest sea of the plan; coords
     low_text, high_text; attrs Tp [s], beta [rad], phase and rule, which governs the last alternative. Errors: as
     `stillhook.plan.tiers.frequency.frequency`.

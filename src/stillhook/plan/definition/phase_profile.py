@@ -156,8 +156,8 @@ def _check_way(phase: Phase, start: float, end: float, water: Water) -> None:
     up = {K.LIFT_OFF: True, K.SEABED_LIFT_OFF: True, K.LANDING: False, K.SET_DOWN: False}.get(phase.kind)
     if up is not None and (end - start) * (1.0 if up else -1.0) < CLOSE:
         raise PlanError(
-            f"{called(phase)}: from {_at(start)} to {_at(end)}, and it goes {'up' if up else 'down'}. Exchange or mend"
-            " them."
+            f"{called(phase)}: from {_at(start)} to {_at(end)}, and it goes {'up' if up else 'down'}. Exchange or"
+            " correct them."
         )
     if phase.kind is K.DEEP and abs(end - start) > CLOSE:
         raise PlanError(
@@ -170,7 +170,7 @@ def _check_way(phase: Phase, start: float, end: float, water: Water) -> None:
         verb = "ends" if phase.kind is K.LANDING else "starts"
         raise PlanError(
             f"{called(phase)}: {verb} at {_at(bottom)}, and the seabed is at {_at(-water.depth)}. Leave it out, or"
-            " mend one."
+            " correct one."
         )
 
 

@@ -85,6 +85,6 @@ class Phase(Record):
         kind = info.data.get("kind")
         if mode is not None and kind is not None and mode not in MODES[kind]:
             raise ValueError(
-                f"{kind} has one of {', '.join(MODES[kind])}; controllers are told by alternatives, not by mode"
+                f"{kind} has one of {', '.join(MODES[kind])}; controllers are set by alternatives, not by mode"
             )
         return mode

@@ -48,7 +48,7 @@ SETTINGS: Mapping[str, tuple[str, str]] = {
     "T_z_factor": ("", "least T_z of the method over sqrt(Hs/g)"),
     "T_z_most": ("time", "largest T_z of the method"),
     "C_D_least": ("", "least drag coefficient of the method"),
-    "duration_least": ("time", "shortest time that largest motions of the tip are told for"),
+    "duration_least": ("time", "shortest duration for largest motions of the tip"),
 }
 """Numbers of the simplified method (closed form): kind and meaning."""
 MEANS = ("F_top_static", "slack_chance", "saturation_share", "relief_share", "power_share", "stroke_share")

@@ -21,7 +21,7 @@ AT_REST: Mapping[str, float] = {"sling_ratio": 1.0}
 class Limits:
     """Limiting significant wave heights of one phase under one alternative, from one tier, in c columns of (Tp, beta).
 
-    Hs: rule -> (c,) [m]: inf where the highest sea that was asked stays inside, 0 where a calm is beyond, NaN where the
+    Hs: rule -> (c,) [m]: inf where the highest sea state analysed stays inside, 0 where a calm is beyond, NaN where the
     tier does not tell; low, high: ends of the 95 % interval where there is one; low where Hs is NaN: up to there the
     tier shows seas inside, and no further. Tp [s] and beta [rad] (c,).
     """
@@ -71,7 +71,7 @@ def limits_of(
     that it tells, counts as beyond; so does a column whose lowest sea is beyond and whose calm is not known: its limit
     is 0. Ends of the interval are the limits of the demand's own interval.
 
-    most: highest sea that is asked [m], where a column may end below it: a rule that no sea of the column breaks is
+    most: highest sea state analysed [m], where a column may end below it: a rule that no sea of the column breaks is
     then not told (NaN), with the last sea as low.
     """
     columns = demand.seas.columns()

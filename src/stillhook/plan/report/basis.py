@@ -69,7 +69,7 @@ def operation(result: PlanResult) -> list[Part]:
 def _tiers(result: PlanResult, phase: str) -> str:
     counts = result.data["counts"].sel(phase=phase).values.ravel()
     order = [t for t in names(result.data, "tier") if (counts == t).any()]
-    return ", ".join(order) if order else "not told"
+    return ", ".join(order) if order else "no result"
 
 
 def _operation(op: Mapping[str, Any]) -> list[tuple[str, str]]:

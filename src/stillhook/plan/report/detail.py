@@ -316,8 +316,8 @@ def behind(result: PlanResult) -> list[Part]:
         ),
         "landing": "Landing speed, one landing a seed.",
         "sensitivity": (
-            "Limit of the phase when one input is otherwise, all else as planned; dashed: the highest sea that was"
-            " asked."
+            "Limit of the phase when one input is otherwise, all else as planned; dashed: the highest sea"
+            " state analysed."
         ),
         "convergence": "Demand over limit as seeds are added, in the cells that decide.",
     }

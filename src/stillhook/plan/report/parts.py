@@ -94,7 +94,7 @@ def leading(result: PlanResult) -> str:
 
 
 def highest(result: PlanResult) -> float:
-    """The highest sea that was asked [m]."""
+    """The highest sea state analysed [m]."""
     return float(result.data.attrs["Hs_highest"])
 
 
@@ -122,10 +122,10 @@ def worst_heading(Hs: FloatArray) -> list[int]:
 
 
 def between(Hs: FloatArray, top: float) -> str:
-    """Range of limits in words: "1.65 m to 3.24 m", "2.2 m to above 4 m"; "not told" where none is."""
+    """Range of limits in words: "1.65 m to 3.24 m", "2.2 m to above 4 m"; "no result" where none is."""
     known = Hs[~np.isnan(Hs)]
     if not known.size:
-        return "not told"
+        return "no result"
     low, high = (_in_words(float(x), top) for x in (known.min(), known.max()))
     return low if low == high else f"{low} to {high}"
 

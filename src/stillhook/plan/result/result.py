@@ -26,16 +26,16 @@ class PlanResult:
     `stillhook.plan.report.save`.
 
     data: coordinates credit ("twin", "credited"), alternative, heading [rad], period [s], phase, rule, tier; attrs
-    name, Hs_lowest, Hs_highest [m] (least and most of the seas that were asked), heading_tolerance [rad].
+    name, Hs_lowest, Hs_highest [m] (least and most of the seas analysed), heading_tolerance [rad].
         Hs_limit, Hs_limit_low, Hs_limit_high (credit, alternative, heading, period) [m]: limiting significant wave
-        height with its 95 % interval (NaN where there is none): inf above the highest sea that was asked, 0 where a
-        calm is beyond, NaN where it is not told; alpha, op_wf (same dims) [1], [m]: forecast factor of that limit and
-        the height that a forecast may show, NaN where not told; governing_phase, governing_rule, governing_tier (same
-        dims): texts, "" where nothing governs; Hs_rule (credit, tier, alternative, phase, rule, heading, period) [m]:
-        everything that was found, NaN where not; counts (alternative, phase, heading, period): tier whose limits count,
-        "" where none tells; n_seeds (alternative, phase, heading, period): runs behind it;
-        inside (alternative, phase, heading, period): share of the asked seas that the crane's certificate covers, NaN
-        where nothing takes one: phases without compensation, and alternatives that are no twin.
+        height with its 95 % interval (NaN where there is none): inf above the highest sea state analysed, 0 where a
+        calm is beyond, NaN where there is no result; alpha, op_wf (same dims) [1], [m]: forecast factor of that limit
+        and the height that a forecast may show, NaN where there is no result; governing_phase, governing_rule,
+        governing_tier (same dims): texts, "" where nothing governs; Hs_rule (credit, tier, alternative, phase, rule,
+        heading, period) [m]: everything that was found, NaN where not; counts (alternative, phase, heading, period):
+        tier whose limits count, "" where none tells; n_seeds (alternative, phase, heading, period): runs behind it;
+        inside (alternative, phase, heading, period): share of the analysed seas that the crane's certificate covers,
+        NaN where nothing takes one: phases without compensation, and alternatives that are no twin.
     facts: plain data for JSON: what was asked (name, crane, vessel, payload, place, phases, rules, limited,
     alternatives, operation, inputs, settings) and how it was answered (version, code, date, shown, runs, notes,
     not_covered, remarks). blocks: name of `BLOCKS` -> Dataset, each only where it was made:

@@ -2,7 +2,7 @@
 
 Largest motions of the tip are the most probable ones of half an hour, or of the phase where it is longer; the method
 knows no other level. What the winch leaves of them is all (no compensation, or a winch that does not follow), or what
-the flat cap leaves: a twin has no closed form, and is told as the cap.
+the flat cap leaves: a twin has no closed form, and is credited as the cap.
 """
 
 from __future__ import annotations

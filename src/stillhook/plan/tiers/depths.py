@@ -42,7 +42,7 @@ class Situation:
 
 def situations(plan: LiftPlan, phase: Phase) -> tuple[Situation, ...]:
     """Situations of a phase in the order of its way: both ends, no more than 150 m between two, and where the load's
-    natural period is a peak period of the seas that are asked. Empty for the splash zone: nothing is linear where the
+    natural period is a peak period of the seas analysed. Empty for the splash zone: nothing is linear where the
     surface cuts the payload.
 
     Errors: LiftError where the payload cannot hang (`stillhook.response.suspended_load`).

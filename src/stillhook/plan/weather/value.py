@@ -72,7 +72,7 @@ class Forecast:
 def forecast_limits(
     plan: LiftPlan, table: AlphaTable, limits: Mapping[Credit, Governed], Hs_highest: float
 ) -> Forecast:
-    """alpha and OP_WF of every limit; one above the highest sea that was asked is taken as that height."""
+    """alpha and OP_WF of every limit; one above the highest sea state analysed is taken as that height."""
     Hs = np.stack([np.minimum(limits[credit].Hs, Hs_highest) for credit in CREDITS])
     T_R, restricted = reference_period(table, plan.T_POP, plan.T_C)
     alpha = np.where(Hs > 0.0, alphas(table, Hs, plan.T_POP), np.nan)
@@ -224,7 +224,7 @@ def check_headings(plan: LiftPlan, ship: float | None, directions: bool) -> None
     if directions and not (apart <= 2.0 * tolerance * (1.0 + SAME)).any():
         raise PlanError(
             f"environment.headings {listed}: no two are within {show(2.0 * tolerance, 'angle', 4)} (twice"
-            " heading_tolerance), and nothing is told between them. For weather with directions of waves, give"
+            " heading_tolerance), and the table has no result between them. For weather with directions of waves, give"
             " neighbours."
         )
 

@@ -121,7 +121,7 @@ def landing(block: xarray.Dataset) -> Figure:
 
 
 def sensitivity(block: xarray.Dataset, highest: float) -> Figure:
-    """Limit with one input taken lower and higher, alternatives side by side; one above the highest sea that was asked
+    """Limit with one input taken lower and higher, alternatives side by side; one above the highest sea state analysed
     [m] stands there."""
     shown = [n for n in names(block) if not np.isnan(block["Hs_base"].sel(alternative=n).values).all()]
     rows = block.sizes["factor"]

@@ -207,6 +207,6 @@ def curves(result: PlanResult) -> Figure:
     first.plot([], [], color="#777777", ls="--", label="twin, before credit")
     first.plot([], [], color="#777777", ls=":", label="closed form alone")
     key_below(figure, [first], 4)
-    most = f"asked up to {highest:g} m"
+    most = f"analysed up to {highest:g} m"
     figure.suptitle(f"Limits over period by alternative (full lines: credited; {most})", fontsize="medium")
     return figure

@@ -75,7 +75,7 @@ def rule_code(result: PlanResult, rule: str) -> str:
 
 
 def height(Hs: float, highest: float) -> str:
-    """A limiting wave height in metres: beyond the highest sea that was asked as "> 4", none as "-"."""
+    """A limiting wave height in metres: beyond the highest sea state analysed as "> 4", none as "-"."""
     if math.isnan(Hs):
         return "-"
     if Hs > highest:
@@ -140,7 +140,7 @@ def few(n: int, most: int) -> list[int]:
 
 
 def highest_shown(result: PlanResult) -> float:
-    """Top of the scales: the highest sea that was asked, or less where no limit comes near it [m]."""
+    """Top of the scales: the highest sea state analysed, or less where no limit comes near it [m]."""
     highest = float(result.data.attrs["Hs_highest"])
     limits = np.nan_to_num(result.data["Hs_limit"].values, nan=0.0, posinf=highest)
     return min(highest, max(1.0, float(np.ceil(2.4 * limits.max()) / 2.0)))

@@ -31,7 +31,7 @@ from stillhook.spec.validity import CAP
 
 KINDS = (PhaseKind.IN_AIR, PhaseKind.SPLASH, PhaseKind.LOWERING, PhaseKind.DEEP, PhaseKind.LANDING)
 """Phases that the twin runs. Lift-off, set-down and lift-off from the seabed need a ground under the load at the start,
-which no lowering has: they are told by the other tiers."""
+which no lowering has: they are covered by the other tiers."""
 SETTLE = 60.0
 """Time before the part that counts [s]: the sea grows for 10 s, compensation begins as the tip turns, and the load
 comes to its swing (its drag at limiting motions damps it by 3 %, at 6 s within 30 s)."""
@@ -197,7 +197,7 @@ def _passage(phase: Phase, mode: StageMode, start: float, end: float) -> Course:
 
 def _landing(plan: LiftPlan, phase: Phase, mode: StageMode, start: float) -> Course:
     """The last metres, and the touch-down. Without compensation the load first hangs, which counts, and is then put
-    down by hand.
+    down manually.
 
     All ways of running the winch take the same time, so that a seed is the same sea to all of them.
     """
