@@ -402,7 +402,7 @@ def test_a_lift_without_vessel_is_told_so(capsys, tmp_path, plain):
         + LIFT.split("[water]")[1]
     )
     assert run(["response", str(path), "--wave", "pm Hs=1 m Tp=8 s", "--heading", "0 deg"]) == 2
-    assert "runs in time only" in capsys.readouterr().err
+    assert "simulated in time only" in capsys.readouterr().err
 
 
 def test_a_lift_without_a_sea_takes_another_one(capsys, tmp_path, plain):

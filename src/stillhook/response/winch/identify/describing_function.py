@@ -75,7 +75,7 @@ def identify_residual(
     mode = mode_of(mode)
     if mode is Mode.MANUAL:
         raise LiftError(
-            'residual: mode "manual" compensates nothing. Take Residual.constant(1.0), or a mode that compensates.'
+            'residual: mode "manual" does not compensate. Use Residual.constant(1.0), or a mode that compensates.'
         )
     duty.check(crane)
     file = cache_root() / "residuals" / f"{_key(crane, duty, mode, excitation)}.npz"
