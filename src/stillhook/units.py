@@ -27,7 +27,18 @@ if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler
     from pydantic_core import CoreSchema
 
-__all__ = ["KINDS", "Kind", "Quantity", "came", "from_display", "in_display", "in_unit", "parse", "parse_ratio", "show"]
+__all__ = [
+    "KINDS",
+    "Kind",
+    "Quantity",
+    "from_display",
+    "in_display",
+    "in_unit",
+    "parse",
+    "parse_ratio",
+    "quote",
+    "show",
+]
 
 LONGEST_TEXT = 100  # characters; a longer text is no quantity
 LARGEST = 1e30  # in SI; far above everything measured, far below where squares and products overflow
@@ -141,7 +152,7 @@ def written_at(data: Any, loc: Sequence[int | str], otherwise: Any) -> Any:
     return data
 
 
-def came(value: object) -> str:
+def quote(value: object) -> str:
     """What the user gave, quoted on one line: texts in double quotes, long ones cut, control characters escaped."""
     if value is None:
         return "nothing"
@@ -200,7 +211,7 @@ def _read(text: object, kind: str) -> float:
         raise ValueError(_problem(text, known))
     unit = _tidy(match[2])
     if unit not in known.allowed:
-        raise ValueError(f"unit {came(match[2])} is not one of {', '.join(known.allowed)}.")
+        raise ValueError(f"unit {quote(match[2])} is not one of {', '.join(known.allowed)}.")
     factor, offset = _scale(unit, known.si)
     value = float(match[1]) * factor + offset
     if abs(value) > LARGEST:
@@ -219,7 +230,7 @@ def parse(text: object, kind: str, where: str = "") -> float:
         return _read(text, kind)
     except ValueError as problem:
         place = f"{where} = " if where else ""
-        raise UnitError(f"{place}{came(text)}: {problem}") from None
+        raise UnitError(f"{place}{quote(text)}: {problem}") from None
 
 
 _RATIO = re.compile(rf"(?:i\s*=\s*)?({_NUMBER})(?:\s*:\s*1)?")
@@ -235,7 +246,7 @@ def parse_ratio(value: object, where: str = "") -> float:
         return _read_ratio(value)
     except ValueError as problem:
         place = f"{where} = " if where else ""
-        raise UnitError(f"{place}{came(value)}: {problem}") from None
+        raise UnitError(f"{place}{quote(value)}: {problem}") from None
 
 
 def _read_ratio(value: object) -> float:
@@ -262,7 +273,7 @@ def in_unit(value: float, unit: str, kind: str) -> float:
     them."""
     known = _known(kind)
     if unit not in known.allowed:
-        raise UnitError(f"unit {came(unit)} is not one of {', '.join(known.allowed)}.")
+        raise UnitError(f"unit {quote(unit)} is not one of {', '.join(known.allowed)}.")
     factor, offset = _scale(unit, known.si)
     return (value - offset) / factor
 

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from stillhook.analysis.loop_stability.sweeps import bode, root_locus, sweep
 
 from stillhook import Crane, Scenario, library, load_crane, simulate
 from stillhook.analysis.compare import compare
@@ -20,6 +19,7 @@ from stillhook.analysis.loop_stability.margins import strongest_gain
 from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency, gain_limit
 from stillhook.analysis.loop_stability.models.linearisation import linearise
 from stillhook.analysis.loop_stability.stability import both_loops, full_stability, stability
+from stillhook.analysis.loop_stability.sweeps import bode, root_locus, sweep
 from stillhook.analysis.maps.operability import map_of
 from stillhook.analysis.maps.settling import settling_of
 from stillhook.analysis.operating_envelope.load_speed import envelope, setting_curves

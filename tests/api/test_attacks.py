@@ -14,7 +14,7 @@ import xarray
 
 import stillhook
 from stillhook import Scenario, compare, load_crane, metrics, save_run, simulate
-from stillhook.base.atomic import whole_folder
+from stillhook.base.atomic import atomic_folder
 from stillhook.cli import run as command
 from stillhook.errors import MotionError, ScenarioError, SimulationError, SpecError, StillhookError
 from stillhook.formats.case_file import stored_cases
@@ -480,14 +480,14 @@ class TestOutput:
 
     def test_files_of_a_run_appear_together_or_not_at_all(self, tmp_path):
         def fill(folder: Path) -> None:
-            with whole_folder(folder) as part:
+            with atomic_folder(folder) as part:
                 (part / "panels.png").write_text("half")
                 raise OSError(28, "No space left on device")
 
         with pytest.raises(SimulationError, match="No space left"):
             fill(tmp_path / "out")
         assert not (tmp_path / "out").exists()
-        with whole_folder(tmp_path / "out") as part:
+        with atomic_folder(tmp_path / "out") as part:
             (part / "a").write_text("whole")
         assert [p.name for p in (tmp_path / "out").iterdir()] == ["a"]
 

@@ -13,7 +13,7 @@ from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import ScenarioError, UnitError
 from stillhook.physics.load_path.drum import wire_usable
 from stillhook.spec.crane import Crane
-from stillhook.units import came, parse, show
+from stillhook.units import parse, quote, show
 
 Texts = str | Sequence[str]
 
@@ -108,7 +108,7 @@ def _layers(crane: Crane, chosen: Sequence[int]) -> Sequence[int]:
     for n in chosen:
         if isinstance(n, bool) or not isinstance(n, int) or not 1 <= n <= crane.drum.layers:
             raise ScenarioError(
-                f'layers: {came(n)}: "{crane.name}" has layers 1 to {crane.drum.layers}. Give one of them.'
+                f'layers: {quote(n)}: "{crane.name}" has layers 1 to {crane.drum.layers}. Give one of them.'
             )
     if twice := next((n for n in chosen if list(chosen).count(n) > 1), None):
         raise ScenarioError(f"layers: {twice} is named twice. Name each layer once.")
@@ -133,7 +133,7 @@ def quantities(texts: Texts, kind: str, where: str, *, whole: float | None = Non
     elif isinstance(texts, Sequence):
         items = list(texts)
     else:
-        raise ScenarioError(f"{where} = {came(texts)}: give a text with units, or a list of texts.")
+        raise ScenarioError(f"{where} = {quote(texts)}: give a text with units, or a list of texts.")
     if not items:
         raise ScenarioError(f"{where}: empty. Give at least one value with its unit.")
     found = [x for item in items for x in _values(item, kind, where, whole)]
@@ -151,17 +151,17 @@ def _values(item: object, kind: str, where: str, whole: float | None) -> Iterato
     if span is None:
         if isinstance(item, str) and " to " in item:
             raise ScenarioError(
-                f'{where} = {came(item)}: a range needs its step. Write "A to B by STEP", each with its unit.'
+                f'{where} = {quote(item)}: a range needs its step. Write "A to B by STEP", each with its unit.'
             )
         yield _value(item, kind, where, whole)
         return
     a, b, step = (_value(text, kind, where, whole) for text in span.groups())
     n = round((b - a) / step) if step > 0.0 else -1
     if n >= MOST:
-        raise ScenarioError(f"{where}: {came(item)}: {n + 1} values; at most {MOST}. Take a longer step.")
+        raise ScenarioError(f"{where}: {quote(item)}: {n + 1} values; at most {MOST}. Take a longer step.")
     if n < 0 or abs(a + n * step - b) > 1e-9 * max(abs(b), step):
         raise ScenarioError(
-            f"{where}: {came(item)}: the step does not lead from the first value to the last. Change one of the three."
+            f"{where}: {quote(item)}: the step does not lead from the first value to the last. Change one of the three."
         )
     yield from (a + (b - a) * i / n if n else a for i in range(n + 1))
 
@@ -172,9 +172,9 @@ def _value(item: object, kind: str, where: str, whole: float | None) -> float:
         try:
             value = float(percent[1]) / 100.0 * whole
         except ValueError:
-            raise UnitError(f'{where} = {came(item)}: not a number and %. Write "50 %".') from None
+            raise UnitError(f'{where} = {quote(item)}: not a number and %. Write "50 %".') from None
     else:
         value = parse(item, kind, where)
     if value < 0.0:
-        raise ScenarioError(f"{where} = {came(item)}: below 0. Give 0 or more.")
+        raise ScenarioError(f"{where} = {quote(item)}: below 0. Give 0 or more.")
     return value

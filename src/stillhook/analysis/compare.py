@@ -14,7 +14,7 @@ from stillhook.engine.scenario.summary import OK, summarise
 from stillhook.errors import ScenarioError
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Scenario, mode_of
-from stillhook.units import came
+from stillhook.units import quote
 
 if TYPE_CHECKING:
     import xarray
@@ -88,7 +88,7 @@ def compare(
 def _chosen(modes: Sequence[Mode | str]) -> list[Mode]:
     """The modes to compare, each once."""
     if isinstance(modes, str) or not isinstance(modes, Iterable):
-        raise ScenarioError(f'modes = {came(modes)}: give a list, such as ["ns", "hs", "ssc"].')
+        raise ScenarioError(f'modes = {quote(modes)}: give a list, such as ["ns", "hs", "ssc"].')
     chosen = [mode_of(m) for m in modes]
     if not chosen:
         raise ScenarioError("modes: empty. Give at least one, such as ns,hs,ssc.")

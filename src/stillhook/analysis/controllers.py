@@ -23,7 +23,7 @@ from stillhook.library.write import toml_value
 from stillhook.spec.circuits import MotorSet
 from stillhook.spec.crane import Control, Crane
 from stillhook.spec.scenario import Mode, mode_of
-from stillhook.units import came
+from stillhook.units import quote
 
 Changes = Mapping[str, Any]
 
@@ -114,14 +114,14 @@ def controller(name_or_path: str | Path | Controller) -> Controller:
         return Controller(STRONG, Mode.SSC, strong_changes)
     if not isinstance(name_or_path, (str, Path)):
         raise SpecError(
-            f"Unknown controller {came(name_or_path)}. Give a name ({', '.join(NAMES)}) or the path of a file."
+            f"Unknown controller {quote(name_or_path)}. Give a name ({', '.join(NAMES)}) or the path of a file."
         )
     path = Path(name_or_path)
     if name_or_path == Mode.MANUAL:
         raise SpecError(f'"{Mode.MANUAL}" is no controller: the operator moves the winch. Choose {", ".join(NAMES)}.')
     if path.suffix != ".toml":
         choose = f"Choose {', '.join(NAMES)} or a file that ends in .toml"
-        raise SpecError(f"Unknown controller {came(str(name_or_path))}. {choose}{nearest(str(name_or_path), NAMES)}")
+        raise SpecError(f"Unknown controller {quote(str(name_or_path))}. {choose}{nearest(str(name_or_path), NAMES)}")
     return _from_file(path)
 
 
@@ -129,7 +129,7 @@ def controllers(names: str) -> list[Controller]:
     """Controllers named in one text, with commas between them. Errors: SpecError for none, or one named twice."""
     found = [controller(n.strip()) for n in names.split(",") if n.strip()]
     if not found:
-        raise SpecError(f"Controllers = {came(names)}: name at least one, such as ns,hs,ssc.")
+        raise SpecError(f"Controllers = {quote(names)}: name at least one, such as ns,hs,ssc.")
     labels = [c.name for c in found]
     if twice := next((n for n in labels if labels.count(n) > 1), None):
         raise SpecError(
@@ -167,12 +167,12 @@ def _from_file(path: Path) -> Controller:
     if path.stem in KEPT or "$" in path.stem:
         kept = ", ".join(f'"{name}"' for name in (*KEPT, "$"))
         raise SpecError(
-            f"{came(path.name)}: its name becomes the controller's, and answers keep {kept} for themselves. Rename the"
+            f"{quote(path.name)}: its name becomes the controller's, and answers keep {kept} for themselves. Rename the"
             " file."
         )
     mode = table.pop("mode", None)
     if not isinstance(mode, str) or mode not in PLAIN:
-        what = "missing" if mode is None else f"{came(mode)}: not a controller of the motors"
+        what = "missing" if mode is None else f"{quote(mode)}: not a controller of the motors"
         raise SpecError(f"{path.name}: mode {what}. Give one of {', '.join(PLAIN)}.")
     _check_keys(table, path.name)
     return Controller(path.stem, PLAIN[mode], table)
@@ -182,7 +182,8 @@ def _check_keys(table: Mapping[str, Any], name: str) -> None:
     """Refuse what is no setting of a controller, with the nearest one there is."""
     if not isinstance(table.get("active", {}), Mapping):
         raise SpecError(
-            f"{name}: active = {came(table['active'])}: a table is due. Write [active.motor] and its settings under it."
+            f"{name}: active = {quote(table['active'])}: a table is due. Write [active.motor] and its settings"
+            " under it."
         )
     for where, fields in SETTINGS.items():
         part: Any = table
@@ -191,7 +192,7 @@ def _check_keys(table: Mapping[str, Any], name: str) -> None:
         place = ".".join(where)
         if not isinstance(part, Mapping):
             raise SpecError(
-                f"{name}: {place} = {came(part)}: a table is due. Write [{place}] and its settings under it."
+                f"{name}: {place} = {quote(part)}: a table is due. Write [{place}] and its settings under it."
             )
         for key in part:
             if key not in fields:

@@ -10,7 +10,7 @@ from pathlib import Path
 from stillhook.errors import SimulationError
 
 
-class whole_file:
+class atomic_file:
     """A temporary name beside the target, renamed when the block ends well and removed when it does not."""
 
     def __init__(self, target: Path) -> None:
@@ -41,7 +41,7 @@ class whole_file:
             raise cannot_write(self.target, error) from None
 
 
-class whole_folder:
+class atomic_folder:
     """A temporary folder inside the target, whose files move into the target together when the block ends well."""
 
     def __init__(self, target: Path) -> None:

@@ -6,7 +6,7 @@ from enum import StrEnum
 from typing import TypeVar
 
 from stillhook.errors import IdentifyError
-from stillhook.units import came
+from stillhook.units import quote
 
 Choice = TypeVar("Choice", bound=StrEnum)
 
@@ -16,4 +16,4 @@ def choice(kind: type[Choice], text: Choice | str, name: str) -> Choice:
     try:
         return kind(text)
     except ValueError:
-        raise IdentifyError(f"{name} = {came(text)}: not one of {', '.join(kind)}.") from None
+        raise IdentifyError(f"{name} = {quote(text)}: not one of {', '.join(kind)}.") from None

@@ -10,11 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def packed(column: NDArray[np.float64]) -> str:
+def encode_array(column: NDArray[np.float64]) -> str:
     """A column as text."""
     return base64.b64encode(zlib.compress(column.astype("<f8").tobytes())).decode("ascii")
 
 
-def unpacked(text: str) -> NDArray[np.float64]:
-    """The column that `packed` wrote. Errors: TypeError, ValueError (binascii.Error), zlib.error where it is none."""
+def decode_array(text: str) -> NDArray[np.float64]:
+    """The column that `encode_array` wrote.
+
+    Errors: TypeError, ValueError (binascii.Error), zlib.error where the text is not one.
+    """
     return np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype="<f8")

@@ -140,13 +140,13 @@ def _failed(problem: Exception) -> int:
     that."""
     import traceback
 
-    from stillhook.units import came
+    from stillhook.units import quote
 
     if os.environ.get(DEBUG):
         traceback.print_exception(problem)
     last = traceback.extract_tb(problem.__traceback__)[-1]
     place = f"{os.path.basename(last.filename)}, line {last.lineno}"
-    message = f" {came(str(problem))}" if str(problem) else ""
+    message = f" {quote(str(problem))}" if str(problem) else ""
     return _refuse(
         f"Internal error of Stillhook {__version__}: {type(problem).__name__}{message} in {place}. "
         f'Report it with the command and its files (CONTRIBUTING.md, "Report a finding"); {DEBUG}=1 shows the'

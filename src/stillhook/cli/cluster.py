@@ -26,7 +26,7 @@ def client_of(address: str | None) -> Iterator[Any]:
         yield None
         return
     from stillhook.errors import SimulationError
-    from stillhook.units import came
+    from stillhook.units import quote
 
     try:
         from distributed import Client
@@ -42,7 +42,7 @@ def client_of(address: str | None) -> Iterator[Any]:
     except (OSError, ValueError, TypeError) as e:
         why = " ".join(str(e).split())[:120] or type(e).__name__
         raise SimulationError(
-            f"--scheduler {came(address)}: no Dask scheduler answers ({why}). Start one with dask scheduler, and give"
+            f"--scheduler {quote(address)}: no Dask scheduler answers ({why}). Start one with dask scheduler, and give"
             " its address."
         ) from None
     try:
@@ -50,7 +50,7 @@ def client_of(address: str | None) -> Iterator[Any]:
             client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
             raise SimulationError(
-                f"--scheduler {came(address)}: no workers. Start some with dask worker {address}."
+                f"--scheduler {quote(address)}: no workers. Start some with dask worker {address}."
             ) from None
         yield client
     finally:

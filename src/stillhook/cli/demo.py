@@ -42,13 +42,13 @@ def demo(
     Example: stillhook demo motions
     """
     from stillhook.errors import PlanError
-    from stillhook.units import came
+    from stillhook.units import quote
 
     if what == MOTIONS:
         _motions(out)
         return
     if what != PLAN:
-        raise PlanError(f"demo {came(what)}: is none. Give {PLAN} or {MOTIONS}.")
+        raise PlanError(f"demo {quote(what)}: is none. Give {PLAN} or {MOTIONS}.")
     from stillhook.cli.plan.plan import run, show
     from stillhook.plan.file import load_plan
 

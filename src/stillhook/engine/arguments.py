@@ -36,7 +36,7 @@ def paired(crane: Crane | Sequence[Crane], case: Scenario | Sequence[Scenario]) 
     cases = checked_cases(first, case)
     for i, each in enumerate(cranes):
         if not isinstance(each, Crane):
-            raise SpecError(_NO_CRANE.format(units.came(each)))
+            raise SpecError(_NO_CRANE.format(units.quote(each)))
         if each.plant is not first.plant or each.control.t_cycle != first.control.t_cycle:
             a, b = (f"{c.plant} with a PLC cycle of {units.show(c.control.t_cycle, 'time')}" for c in (first, each))
             raise SpecError(
@@ -55,7 +55,7 @@ def paired(crane: Crane | Sequence[Crane], case: Scenario | Sequence[Scenario]) 
 def checked_cases(crane: Crane, case: Scenario | Sequence[Scenario]) -> list[Scenario]:
     """The scenarios as a list. Errors: ScenarioError, SpecError where something else was given."""
     if not isinstance(crane, Crane):
-        raise SpecError(_NO_CRANE.format(units.came(crane)))
+        raise SpecError(_NO_CRANE.format(units.quote(crane)))
     if isinstance(case, Scenario):
         return [case]
     cases = list(case) if isinstance(case, Iterable) else [case]
@@ -63,14 +63,16 @@ def checked_cases(crane: Crane, case: Scenario | Sequence[Scenario]) -> list[Sce
         raise ScenarioError("simulate: the list of cases is empty. Give at least one Scenario.")
     for i, each in enumerate(cases):
         if not isinstance(each, Scenario):
-            raise ScenarioError(f"case {i} = {units.came(each)}: not a Scenario. Give one Scenario, or a list of them.")
+            raise ScenarioError(
+                f"case {i} = {units.quote(each)}: not a Scenario. Give one Scenario, or a list of them."
+            )
     return cases
 
 
 def check_threads(threads: int) -> None:
     """Errors: ScenarioError where this is no number of threads."""
     if type(threads) is not int or not 1 <= threads <= MOST_THREADS:
-        raise ScenarioError(f"threads = {units.came(threads)}: give a whole number from 1 to {MOST_THREADS}.")
+        raise ScenarioError(f"threads = {units.quote(threads)}: give a whole number from 1 to {MOST_THREADS}.")
 
 
 def steps_per_cycle(crane: Crane, step: str | None, default: float = SERIES_STEP) -> int:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.base.atomic import cannot_write, check_folder, whole_file
+from stillhook.base.atomic import atomic_file, cannot_write, check_folder
 from stillhook.errors import SimulationError
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
@@ -119,7 +119,7 @@ class Store:
     ) -> None:
         """Keep the results of one task. The file appears under its name only when it is complete."""
         name = hashlib.sha256(b"".join(keys)).hexdigest()[:KEY]
-        with whole_file(self.folder / f"{name}{SUFFIX}") as part, open(part, "wb") as file:
+        with atomic_file(self.folder / f"{name}{SUFFIX}") as part, open(part, "wb") as file:
             np.savez_compressed(
                 file,
                 keys=np.frombuffer(b"".join(keys), dtype=f"V{KEY}"),

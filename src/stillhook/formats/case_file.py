@@ -18,7 +18,7 @@ from stillhook.sea.motion.motion import Motion, Profile
 from stillhook.sea.motion.text import parse_motion
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Operator, PowerLoss, Scenario, Sensors, Water
-from stillhook.units import came
+from stillhook.units import quote
 
 TOP = ("crane", "scenario", "step", "every")
 TIP_FILE = ("file", "position", "heave", "time", "max_gap", "start", "duration")
@@ -59,7 +59,7 @@ def load_case(path: str | Path) -> CaseFile:
         case = build_scenario(data["scenario"], file.parent, file.stem)
         for name in ("step", "every"):
             if not isinstance(data.get(name, ""), str):
-                raise ScenarioError(f'{name} = {came(data[name])}: give a text with a unit, such as "2 ms".')
+                raise ScenarioError(f'{name} = {quote(data[name])}: give a text with a unit, such as "2 ms".')
         return CaseFile(crane, case, data.get("step"), data.get("every"))
     except StillhookError as e:
         raise type(e)(f"{file.name}: {e}") from None
@@ -133,11 +133,11 @@ def _read(file: Path) -> dict[str, Any]:
 def _known(table: Mapping[str, Any], allowed: tuple[str, ...], place: str) -> None:
     for key in table:
         if key not in allowed:
-            raise ScenarioError(f"{place}{came(key)[1:-1]}: unknown field. Allowed: {', '.join(allowed)}.")
+            raise ScenarioError(f"{place}{quote(key)[1:-1]}: unknown field. Allowed: {', '.join(allowed)}.")
 
 
 def _crane_name(value: Any, folder: Path) -> str:
     if not isinstance(value, str):
-        raise ScenarioError(f"crane = {came(value)}: give a library name or the path of a crane file.")
+        raise ScenarioError(f"crane = {quote(value)}: give a library name or the path of a crane file.")
     beside = str(folder / value)
     return beside if value.endswith(".toml") and os.path.isfile(beside) else value

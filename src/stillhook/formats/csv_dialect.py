@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from stillhook.errors import LogError
 from stillhook.formats.unit_spelling import our_unit
-from stillhook.units import KINDS, came
+from stillhook.units import KINDS, quote
 
 COMMENTS = (b"#", b"//", b"%")
 SEPARATORS = (";", "\t", "|", ",", " ")  # " ": runs of blanks
@@ -67,7 +67,7 @@ def dialect_of(head: bytes, name: str, whole: bool) -> Dialect:
         shown = next((line for line in lines if line.strip()), "")
         raise LogError(
             f"{name}: holds no table: no rows of numbers below a header, separated by ; tab | , or blanks. It begins"
-            f" with {came(shown)}."
+            f" with {quote(shown)}."
         )
     fields, rows_at, separator = best
     first = rows_at[0]
@@ -213,7 +213,8 @@ def _decimal(rows: list[list[str]], separator: str, name: str, numbers: list[int
         return "."
     if point is not None:
         raise LogError(
-            f"{name}: numbers with a decimal comma ({came(comma[1])}, line {comma[0]}) and with a point"
-            f" ({came(point[1])}, line {point[0]}). Export the log with one decimal sign and no sign between thousands."
+            f"{name}: numbers with a decimal comma ({quote(comma[1])}, line {comma[0]}) and with a point"
+            f" ({quote(point[1])}, line {point[0]}). Export the log with one decimal sign and no sign between"
+            " thousands."
         )
     return ","

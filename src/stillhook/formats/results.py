@@ -10,7 +10,7 @@ import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stillhook.base.atomic import whole_file
+from stillhook.base.atomic import atomic_file
 from stillhook.engine.scenario.simulate import simulate
 from stillhook.errors import StillhookError, UnreadableError
 from stillhook.formats.binary.netcdf import read_dataset
@@ -30,7 +30,7 @@ HEADER = 500_000
 def save_run(run: xarray.Dataset, path: str | Path) -> Path:
     """Write a run to NetCDF (h5netcdf). The file appears under its name only when it is complete."""
     target = Path(path)
-    with whole_file(target) as part:
+    with atomic_file(target) as part:
         if shutil.disk_usage(part.parent).free < run.nbytes + HEADER:  # HDF5 does not survive a full disk
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         packed = {v: {"zlib": True} for v in run.data_vars if run[v].ndim and run[v].dtype.kind == "f"}
@@ -117,7 +117,7 @@ def rerun(run: xarray.Dataset) -> xarray.Dataset:
 def save_json(data: Any, path: str | Path) -> Path:
     """Write data as JSON, NaN as null; the file appears only when it is complete."""
     target = Path(path)
-    with whole_file(target) as part:
+    with atomic_file(target) as part:
         part.write_text(to_json(data) + "\n", encoding="utf-8")
     return target
 

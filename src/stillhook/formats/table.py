@@ -31,7 +31,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.errors import LogError, UnitError, UnreadableError
 from stillhook.formats.binary.reader import read_binary, refuse_bomb
 from stillhook.library.toml.kinds import told_kind, toml_instead
-from stillhook.units import KINDS, came, parse
+from stillhook.units import KINDS, parse, quote
 
 LARGEST_TABLE = 50_000_000
 """Bytes; a million cells. Logs are read elsewhere, streamed."""
@@ -124,7 +124,7 @@ def _raw(path: Path) -> Raw:
     try:
         if not path.is_file():
             what = "a folder" if path.is_dir() else "no such file"
-            raise LogError(f"{came(str(path))}: {what}. Give the path of a CSV, Parquet or Excel file.")
+            raise LogError(f"{quote(str(path))}: {what}. Give the path of a CSV, Parquet or Excel file.")
         if path.stat().st_size > LARGEST_TABLE:
             raise LogError(
                 f"{path.name}: larger than {LARGEST_TABLE // 1_000_000} MB, so it is no map. Give the map alone."
@@ -139,7 +139,7 @@ def _raw(path: Path) -> Raw:
         return _csv(path.name, path.read_bytes())
     except (OSError, ValueError) as e:
         raise LogError(
-            f"{came(str(path))}: cannot be read ({getattr(e, 'strerror', None) or e}). Check the path."
+            f"{quote(str(path))}: cannot be read ({getattr(e, 'strerror', None) or e}). Check the path."
         ) from None
 
 
@@ -273,11 +273,11 @@ def _mapping(path: Path, wanted: Sequence[Wanted]) -> dict[str, Chosen]:
     except (OSError, ValueError) as e:
         problem = getattr(e, "strerror", None) or " ".join(str(e).split())
         raise LogError(
-            f"{came(str(path))}: no mapping can be read ({problem}). Give a TOML file with a table [columns]."
+            f"{quote(str(path))}: no mapping can be read ({problem}). Give a TOML file with a table [columns]."
         ) from None
     columns = tables.get("columns")
     if not isinstance(columns, dict) or not columns or set(tables) != {"columns"}:
-        other = ", ".join(came(k) for k in tables if k != "columns") or "nothing"
+        other = ", ".join(quote(k) for k in tables if k != "columns") or "nothing"
         rows = f"a mapping has one table [columns] with rows such as {_example(wanted[0])}."
         raise LogError(f"{path.name}: came {other}; {rows}{told_kind(tables)}")
     return {name: _chosen(path.name, name, row, wanted) for name, row in columns.items()}
@@ -292,12 +292,12 @@ def _chosen(where: str, name: str, row: Any, wanted: Sequence[Wanted]) -> Chosen
     if name not in known:
         raise LogError(f"{where}: columns.{name}: unknown; give one of {', '.join(known)}.")
     if not isinstance(row, dict) or not isinstance(row.get("column"), str) or set(row) - {"column", "unit", "scale"}:
-        raise LogError(f"{where}: columns.{name} = {came(row)}: write it as {_example(known[name])}, scale if wanted.")
+        raise LogError(f"{where}: columns.{name} = {quote(row)}: write it as {_example(known[name])}, scale if wanted.")
     scale, unit = row.get("scale", 1.0), row.get("unit")
     if isinstance(scale, bool) or not isinstance(scale, int | float) or not math.isfinite(scale) or scale == 0.0:
-        raise LogError(f"{where}: columns.{name}.scale = {came(scale)}: give a number that is not 0.")
+        raise LogError(f"{where}: columns.{name}.scale = {quote(scale)}: give a number that is not 0.")
     if unit is not None and unit not in known[name].units:
-        raise UnitError(f"{where}: columns.{name}.unit = {came(unit)}: not one of {', '.join(known[name].units)}.")
+        raise UnitError(f"{where}: columns.{name}.unit = {quote(unit)}: not one of {', '.join(known[name].units)}.")
     return Chosen(row["column"], unit, float(scale))
 
 
@@ -314,15 +314,15 @@ def _place(raw: Raw, wanted: Wanted, chosen: Chosen | None) -> int | None:
             i for i, h in enumerate(raw.headings) if split_heading(h)[0] == chosen.column.strip().lower()
         ]
         if not found:
-            have = ", ".join(came(h) for h in raw.headings)
+            have = ", ".join(quote(h) for h in raw.headings)
             raise LogError(
-                f"{raw.name}: no column {came(chosen.column)} for {wanted.name}; it has {have}. Mend the mapping."
+                f"{raw.name}: no column {quote(chosen.column)} for {wanted.name}; it has {have}. Mend the mapping."
             )
     else:
         names = {wanted.name.lower(), *wanted.aliases}
         found = [i for i, h in enumerate(raw.headings) if split_heading(h)[0].replace(" ", "_") in names]
     if len(found) > 1:
-        both = " and ".join(came(raw.headings[i]) for i in found)
+        both = " and ".join(quote(raw.headings[i]) for i in found)
         raise LogError(
             f"{raw.name}: columns {both} both read as {wanted.name}. Keep one, or choose one in a mapping file."
         )
@@ -331,7 +331,7 @@ def _place(raw: Raw, wanted: Wanted, chosen: Chosen | None) -> int | None:
 
 def _values(raw: Raw, wanted: Wanted, place: int, chosen: Chosen | None) -> FloatArray:
     heading = raw.headings[place]
-    where = f"{raw.name}: column {came(heading)}"
+    where = f"{raw.name}: column {quote(heading)}"
     unit = chosen.unit if chosen is not None and chosen.unit is not None else split_heading(heading)[1]
     if unit is None:
         raise UnitError(
@@ -339,7 +339,7 @@ def _values(raw: Raw, wanted: Wanted, place: int, chosen: Chosen | None) -> Floa
             " map it."
         )
     if unit not in wanted.units:
-        raise UnitError(f"{where}: unit {came(unit)} is not one of {', '.join(wanted.units)}.")
+        raise UnitError(f"{where}: unit {quote(unit)} is not one of {', '.join(wanted.units)}.")
     cells = [row[place] for row in raw.rows]
     numbers = np.array([_number(cell, raw, i, heading) for i, cell in enumerate(cells)], dtype=np.float64)
     scale = 1.0 if chosen is None else chosen.scale
@@ -348,7 +348,7 @@ def _values(raw: Raw, wanted: Wanted, place: int, chosen: Chosen | None) -> Floa
     if np.isinf(values).any():
         i = int(np.flatnonzero(np.isinf(values))[0])
         raise LogError(
-            f"{raw.name}: row {raw.numbers[i]}: column {came(heading)} = {cells[i]}: too large. Correct or empty the"
+            f"{raw.name}: row {raw.numbers[i]}: column {quote(heading)} = {cells[i]}: too large. Correct or empty the"
             " cell."
         )
     return values
@@ -361,14 +361,14 @@ def _one_decimal_sign(raw: Raw, places: Sequence[int]) -> None:
     comma, point = (next(((h, c) for h, c in texts if sign in c), None) for sign in ",.")
     if comma is not None and point is not None:
         raise LogError(
-            f"{raw.name}: {came(comma[1])} in column {came(comma[0])} has a comma and {came(point[1])} in column"
-            f" {came(point[0])} a point. Write one decimal sign and no thousands sign."
+            f"{raw.name}: {quote(comma[1])} in column {quote(comma[0])} has a comma and {quote(point[1])} in column"
+            f" {quote(point[0])} a point. Write one decimal sign and no thousands sign."
         )
     for heading in () if raw.comma else dict.fromkeys(h for h, c in texts if "," in c):
         with_comma = [c for h, c in texts if h == heading and "," in c]
         if all(_THOUSANDS.fullmatch(c) for c in with_comma):
             raise LogError(
-                f"{raw.name}: column {came(heading)}: {came(with_comma[0])} may be a thousand or a decimal comma. "
+                f"{raw.name}: column {quote(heading)}: {quote(with_comma[0])} may be a thousand or a decimal comma. "
                 "Write numbers without a thousands sign, with a decimal point."
             )
 
@@ -388,7 +388,7 @@ def _number(cell: Any, raw: Raw, row: int, heading: str) -> float:
         number = math.nan
     if not math.isfinite(number) or "_" in text:
         raise LogError(
-            f"{raw.name}: row {raw.numbers[row]}: column {came(heading)} = {came(text)}: no number. Mend or empty the"
+            f"{raw.name}: row {raw.numbers[row]}: column {quote(heading)} = {quote(text)}: no number. Mend or empty the"
             " cell."
         )
     return number

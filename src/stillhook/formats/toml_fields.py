@@ -12,7 +12,7 @@ from typing import Any, Protocol, TypeVar
 from stillhook.errors import StillhookError
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import nearest, parsed, toml_text
-from stillhook.units import came, parse
+from stillhook.units import parse, quote
 
 Described = TypeVar("Described")
 
@@ -39,7 +39,7 @@ class Fields:
 
     def __init__(self, table: Any, place: str, error: type[StillhookError]) -> None:
         if not isinstance(table, Mapping):
-            raise error(f"{place.rstrip('.: ')}: {came(table)} is no table. Write its fields as name = value.")
+            raise error(f"{place.rstrip('.: ')}: {quote(table)} is no table. Write its fields as name = value.")
         self.table, self.place, self.error = table, place, error
 
     def known(self, allowed: tuple[str, ...]) -> None:
@@ -47,7 +47,7 @@ class Fields:
         for key in self.table:
             if key not in allowed:
                 raise self.error(
-                    f"{self.place}{came(key)[1:-1]}: unknown field. Allowed:"
+                    f"{self.place}{quote(key)[1:-1]}: unknown field. Allowed:"
                     f" {', '.join(allowed)}{nearest(key, allowed)}"
                 )
 
@@ -62,7 +62,7 @@ class Fields:
 
     def wrong(self, key: str, instead: str) -> StillhookError:
         """The error that names a field, what came, and what to write."""
-        return self.error(f"{self.place}{key} = {came(self.table[key])}: {instead}")
+        return self.error(f"{self.place}{key} = {quote(self.table[key])}: {instead}")
 
     def text(self, key: str, otherwise: str | None = None) -> str:
         """A text that is not empty."""
@@ -114,7 +114,7 @@ def no_name_twice(names: Sequence[str], error: type[StillhookError]) -> None:
     """Refuse tests of one name: results could not be told apart."""
     twice = next((n for n in names if names.count(n) > 1), None)
     if twice is not None:
-        raise error(f"test: the name {came(twice)} comes twice. Give every test its own.")
+        raise error(f"test: the name {quote(twice)} comes twice. Give every test its own.")
 
 
 class PartOfLog(Protocol):
@@ -136,6 +136,6 @@ def no_log_twice(tests: Sequence[PartOfLog], error: type[StillhookError]) -> Non
         for b in tests[:i]:
             if a.log.resolve() == b.log.resolve() and a.start < b.end and b.start < a.end:
                 raise error(
-                    f'test "{a.name}": log = {came(a.log.name)} is that of test "{b.name}" as well, and would count'
+                    f'test "{a.name}": log = {quote(a.log.name)} is that of test "{b.name}" as well, and would count'
                     " twice. Name another log, or give each its own start and end."
                 )

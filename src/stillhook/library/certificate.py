@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from stillhook.errors import ValidateError
 from stillhook.spec.validity import Certified
-from stillhook.units import KINDS, came
+from stillhook.units import KINDS, quote
 
 FORMAT = "stillhook certificate 2"
 """What a certificate's file begins to say; the number changes with the meaning of its contents."""
@@ -78,7 +78,7 @@ def read_certificate(path: Path) -> dict[str, Any]:
             )
         data = json.loads(path.read_bytes().decode("utf-8"))
     except FileNotFoundError:
-        raise ValidateError(f"{came(str(path))}: no such file. Put the certificate back, or validate again.") from None
+        raise ValidateError(f"{quote(str(path))}: no such file. Put the certificate back, or validate again.") from None
     except (OSError, ValueError, RecursionError) as problem:
         reason = getattr(problem, "strerror", None) or " ".join(str(problem).split())
         raise ValidateError(f"{path.name}: not a certificate ({reason}). {_GIVE}") from None
@@ -86,7 +86,7 @@ def read_certificate(path: Path) -> dict[str, Any]:
         raise ValidateError(f"{path.name}: JSON, but not a certificate. {_GIVE}")
     if data["format"] != FORMAT:
         raise ValidateError(
-            f'{path.name}: format {came(data["format"])}: this Stillhook reads "{FORMAT}". Validate again.'
+            f'{path.name}: format {quote(data["format"])}: this Stillhook reads "{FORMAT}". Validate again.'
         )
     try:
         told = digest_of(data)

@@ -12,7 +12,7 @@ from stillhook.library.toml.kinds import FileKind, other_kind
 from stillhook.library.toml.tree import LABELS, library_table, nearest, parsed, shelf, sources, toml_text, tree, values
 from stillhook.spec.crane import Source
 from stillhook.spec.lift.payload import Payload
-from stillhook.units import came
+from stillhook.units import quote
 
 SHELF = "payloads"
 
@@ -37,7 +37,7 @@ def read_payload(name_or_path: str | Path) -> Payload:
         have = ", ".join(payloads())
         other = other_kind(name, FileKind.PAYLOAD)
         raise LiftError(
-            f"No payload {came(name)}: the library has {have}{nearest(name, payloads())} A file's name ends in"
+            f"No payload {quote(name)}: the library has {have}{nearest(name, payloads())} A file's name ends in"
             f" .toml.{other}"
         )
     try:

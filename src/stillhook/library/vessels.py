@@ -7,7 +7,7 @@ from pathlib import Path
 
 from stillhook.errors import SeaError
 from stillhook.library.toml.tree import nearest
-from stillhook.units import came
+from stillhook.units import quote
 
 _SHELF = Path(__file__).resolve().parent / "data" / "vessels"
 
@@ -24,5 +24,5 @@ def vessel_file(name: str) -> Path:
     Errors: SeaError of one line that names the vessels there are.
     """
     if name not in vessels():
-        raise SeaError(f"No vessel {came(name)}: the library has {', '.join(vessels())}{nearest(name, vessels())}")
+        raise SeaError(f"No vessel {quote(name)}: the library has {', '.join(vessels())}{nearest(name, vessels())}")
     return _SHELF / f"{name}.csv"

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from stillhook.errors import WeatherError
 from stillhook.library.toml.tree import nearest
-from stillhook.units import came
+from stillhook.units import quote
 
 _SHELF = Path(__file__).resolve().parent / "data" / "weather"
 _END = ".csv.gz"
@@ -30,7 +30,7 @@ def weather_file(name_or_path: str) -> Path:
     own = Path(name_or_path)
     if not isfile(own):
         raise WeatherError(
-            f"{came(name_or_path)}: no such file, and no weather of the library, which has"
+            f"{quote(name_or_path)}: no such file, and no weather of the library, which has"
             f" {', '.join(weathers()) or 'none'}{nearest(name_or_path, weathers())}"
         )
     return own

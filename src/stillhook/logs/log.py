@@ -27,7 +27,7 @@ from stillhook.logs.mapping import mapping_from, own_mapping, read_mapping
 from stillhook.logs.merge import Merged, Other, merged
 from stillhook.logs.tracks import Tracks, build, refuse_broken, stream
 from stillhook.logs.types import Finding, Log, Signal
-from stillhook.units import came, parse
+from stillhook.units import parse, quote
 
 __all__ = ["Finding", "Log", "Signal", "check_signs", "describe", "mapping_from", "read_log", "read_mapping", "to_dict"]
 
@@ -53,7 +53,7 @@ def read_log(
     """
     width = parse(every, "time", "every")
     if not width > 0.0:
-        raise LogError(f'every = {came(every)}: the width of the bins must be above 0, such as "0.1 s".')
+        raise LogError(f'every = {quote(every)}: the width of the bins must be above 0, such as "0.1 s".')
     source = open_log(path)
     rows = dict(mapping) if mapping is not None else own_mapping(source.headings, source.name)
     _refuse_nothing(source, rows, own=mapping is None)
@@ -78,7 +78,7 @@ def _refuse_nothing(source: Source, rows: Mapping[str, Signal], *, own: bool) ->
     signals = [name for name in rows if name != "time"]
     if signals and ("time" in rows or source.time_base):
         return
-    shown = ", ".join(came(h) for h in source.headings[:8]) + (" ..." if len(source.headings) > 8 else "")
+    shown = ", ".join(quote(h) for h in source.headings[:8]) + (" ..." if len(source.headings) > 8 else "")
     lack = "time" if signals else "signal"
     example = 'time = { column = "...", unit = "s" }' if signals else 'p_a = { column = "...", unit = "bar" }'
     if own:
@@ -93,7 +93,7 @@ def _refuse_nothing(source: Source, rows: Mapping[str, Signal], *, own: bool) ->
 def _log(source: Source, rows: Mapping[str, Signal], found: Tracks, main: Checked, joined: Merged) -> Log:
     findings = [*joined.findings, *standstill(source.name, joined.t, joined.watched, joined.doubtful, main.bins.starts)]
     for name, ours, given in found.units:
-        text = f"{name}: the mapping says {came(ours)} and the file {came(given)}; the mapping is believed"
+        text = f"{name}: the mapping says {quote(ours)} and the file {quote(given)}; the mapping is believed"
         findings.append(Finding(name, "unit", 0.0, 0.0, 0, "noted", text))
     if found.broken_count:
         line, what = found.broken[0]

@@ -27,7 +27,7 @@ from stillhook.errors import LogError, UnitError
 from stillhook.formats.unit_spelling import PURE, hint, our_unit
 from stillhook.library.toml.kinds import told_kind
 from stillhook.logs.types import Signal
-from stillhook.units import KINDS, came, parse
+from stillhook.units import KINDS, parse, quote
 from stillhook.variables import PHYSICAL
 
 KEYS = ("column", "unit", "sign", "scale", "offset", "clock", "range", "quantity", "words")
@@ -46,7 +46,7 @@ def read_mapping(path: str | os.PathLike[str]) -> dict[str, Signal]:
     except FileNotFoundError:
         raise LogError(f"{file}: no such file. Check the name and the folder.") from None
     except (OSError, ValueError, RecursionError) as problem:
-        raise LogError(f"{came(str(file))}: is no TOML file that can be read ({came(str(problem))}).") from None
+        raise LogError(f"{quote(str(file))}: is no TOML file that can be read ({quote(str(problem))}).") from None
     if not isinstance(table.get("signals"), Mapping):
         rows = 'Write rows such as p_a = { column = "PT101", unit = "bar" } below it.'
         raise LogError(f"{file.name}: no table [signals]. {rows}{told_kind(table)}")
@@ -65,7 +65,7 @@ def mapping_from(table: Mapping[str, Any], where: str) -> dict[str, Signal]:
     """
     if not isinstance(table, Mapping) or not table:
         raise LogError(
-            f'{where}: signals = {came(table)} names no signal. Write rows such as p_a = {{ column = "PT101", unit ='
+            f'{where}: signals = {quote(table)} names no signal. Write rows such as p_a = {{ column = "PT101", unit ='
             ' "bar" }.'
         )
     rows = {name: _signal(name, row, f"{where}: signals.{name}") for name, row in table.items()}
@@ -74,7 +74,7 @@ def mapping_from(table: Mapping[str, Any], where: str) -> dict[str, Signal]:
         column = rows[name].column
         if column in taken:
             raise LogError(
-                f"{where}: signals.{name}: column {came(column)} is that of {taken[column]} already. Map another one."
+                f"{where}: signals.{name}: column {quote(column)} is that of {taken[column]} already. Map another one."
             )
         taken[column] = name
     return rows
@@ -85,17 +85,17 @@ def _signal(name: str, row: Any, where: str) -> Signal:
         row = {"column": row}
     if not isinstance(row, Mapping):
         raise LogError(
-            f'{where} = {came(row)}: write a table such as {{ column = "PT101", unit = "bar" }}, or the heading as'
+            f'{where} = {quote(row)}: write a table such as {{ column = "PT101", unit = "bar" }}, or the heading as'
             " text."
         )
     for key in row:
         if key not in KEYS:
-            raise LogError(f"{where}: unknown key {came(key)}{_near(key, KEYS)} (allowed: {', '.join(KEYS)}).")
+            raise LogError(f"{where}: unknown key {quote(key)}{_near(key, KEYS)} (allowed: {', '.join(KEYS)}).")
     kind = _kind(name, row.get("quantity"), where)
     unit = _unit(name, row.get("unit"), kind, where)
     sign = row.get("sign", 1)
     if isinstance(sign, bool) or sign not in (1, -1):
-        raise LogError(f"{where}.sign = {came(sign)} is not one of 1, -1.")
+        raise LogError(f"{where}.sign = {quote(sign)} is not one of 1, -1.")
     lo, hi = _range(row.get("range"), kind, where)
     clock = row.get("clock")
     if name == "time" and (clock is not None or lo is not None or sign != 1):
@@ -117,10 +117,10 @@ def _signal(name: str, row: Any, where: str) -> Signal:
 
 def _words(table: Any, where: str) -> tuple[tuple[str, float], ...]:
     if not isinstance(table, Mapping):
-        raise LogError(f"{where} = {came(table)}: write a table of numbers for words, such as {{ on = 1, off = 0 }}.")
+        raise LogError(f"{where} = {quote(table)}: write a table of numbers for words, such as {{ on = 1, off = 0 }}.")
     for word, value in table.items():
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-            raise LogError(f"{where}: {came(word)} = {came(value)}: write a plain number.")
+            raise LogError(f"{where}: {quote(word)} = {quote(value)}: write a plain number.")
     return tuple((word.strip(), float(value)) for word, value in table.items())
 
 
@@ -129,7 +129,7 @@ def _column(column: Any, where: str) -> str:
         return str(column)
     if not isinstance(column, str) or not column.strip():
         raise LogError(
-            f"{where} = {came(column)}: write the heading of the column in the file, or its place counted from 1."
+            f"{where} = {quote(column)}: write the heading of the column in the file, or its place counted from 1."
         )
     return column.strip()
 
@@ -140,18 +140,19 @@ def _kind(name: str, quantity: Any, where: str) -> str:
     if quantity is None:
         if own is None:
             raise LogError(
-                f"{where}: {came(name)} is not a signal of Stillhook{_near(name, ('time', *PHYSICAL))}. For a name of"
+                f"{where}: {quote(name)} is not a signal of Stillhook{_near(name, ('time', *PHYSICAL))}. For a name of"
                 " your own give what "
                 f'it measures, such as quantity = "pressure" (one of {", ".join(KINDS)}, or "" for a pure number).'
             )
         return own
     if quantity != "" and quantity not in KINDS:
         raise LogError(
-            f'{where}.quantity = {came(quantity)} is not one of {", ".join(KINDS)}, or "" for a pure number.'
+            f'{where}.quantity = {quote(quantity)} is not one of {", ".join(KINDS)}, or "" for a pure number.'
         )
     if own is not None and quantity != own:
         raise LogError(
-            f"{where}.quantity = {came(quantity)}: {name} measures {came(own or 'a pure number')}. Leave quantity out."
+            f"{where}.quantity = {quote(quantity)}: {name} measures {quote(own or 'a pure number')}. Leave"
+            " quantity out."
         )
     return str(quantity)
 
@@ -160,12 +161,12 @@ def _unit(name: str, unit: Any, kind: str, where: str) -> str | None:
     if unit is None:
         return None
     if not isinstance(unit, str):
-        raise UnitError(f"{where}.unit = {came(unit)}: write it as text (allowed: {allowed(name, kind)}).")
+        raise UnitError(f"{where}.unit = {quote(unit)}: write it as text (allowed: {allowed(name, kind)}).")
     if name == "time" and ("%" in unit or unit == STAMPS):
         return unit
     known = our_unit(unit, kind)
     if known is None:
-        raise UnitError(f"{where}.unit = {came(unit)} is not one of {allowed(name, kind)}.{hint(unit, kind)}")
+        raise UnitError(f"{where}.unit = {quote(unit)} is not one of {allowed(name, kind)}.{hint(unit, kind)}")
     return known
 
 
@@ -190,9 +191,9 @@ def factors(signal: Signal, unit: str) -> tuple[float, float]:
 def _plain(row: Mapping[str, Any], key: str, otherwise: float, where: str) -> float:
     value = row.get(key, otherwise)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise LogError(f"{where}.{key} = {came(value)}: write a plain number.")
+        raise LogError(f"{where}.{key} = {quote(value)}: write a plain number.")
     if key == "scale" and value <= 0.0:
-        raise LogError(f"{where}.scale = {came(value)}: write a number above 0; a flipped signal takes sign = -1.")
+        raise LogError(f"{where}.scale = {quote(value)}: write a number above 0; a flipped signal takes sign = -1.")
     return float(value)
 
 
@@ -201,10 +202,10 @@ def _range(ends: Any, kind: str, where: str) -> tuple[float | None, float | None
         return None, None
     if not isinstance(ends, Sequence) or isinstance(ends, str) or len(ends) != 2:
         example = f'["0 {KINDS[kind].display}", "400 {KINDS[kind].display}"]' if kind else "[-1, 1]"
-        raise LogError(f"{where}.range = {came(ends)}: write the two ends of the sensor, such as {example}.")
+        raise LogError(f"{where}.range = {quote(ends)}: write the two ends of the sensor, such as {example}.")
     lo, hi = (_end(end, kind, f"{where}.range") for end in ends)
     if lo >= hi:
-        raise LogError(f"{where}.range = {came(ends)}: the first end must be below the second.")
+        raise LogError(f"{where}.range = {quote(ends)}: the first end must be below the second.")
     return lo, hi
 
 
@@ -218,7 +219,7 @@ def _end(end: Any, kind: str, where: str) -> float:
         except ValueError:
             value = end
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise LogError(f'{where}: {came(end)}: write a plain number, or percent such as "100 %".')
+        raise LogError(f'{where}: {quote(end)}: write a plain number, or percent such as "100 %".')
     return percent * float(value)
 
 
@@ -245,7 +246,7 @@ def own_mapping(headings: Sequence[str], source: str) -> dict[str, Signal]:
             continue
         if name in found:
             raise LogError(
-                f"{source}: two columns {came(name)}: {came(found[name].column)} and {came(heading)}. Rename one, or"
+                f"{source}: two columns {quote(name)}: {quote(found[name].column)} and {quote(heading)}. Rename one, or"
                 " give a mapping."
             )
         found[name] = Signal(name, heading, quantity="time" if name == "time" else PHYSICAL[name].kind)
@@ -266,7 +267,8 @@ def place_of(column: str, headings: Sequence[str], where: str) -> int:
         if len(found) > 1:
             places = ", ".join(str(i + 1) for i in found)
             raise LogError(
-                f"{where}: {len(found)} columns {came(column)} (places {places}). Give the place of one, such as column"
+                f"{where}: {len(found)} columns {quote(column)} (places {places}). Give the place of one, such"
+                " as column"
                 f" = {found[0] + 1}."
             )
         if found:
@@ -274,8 +276,8 @@ def place_of(column: str, headings: Sequence[str], where: str) -> int:
     if column.isdecimal() and 1 <= int(column) <= len(headings):
         return int(column) - 1
     near = difflib.get_close_matches(column, list(dict.fromkeys(h.strip() for h in headings)), n=3, cutoff=0.4)
-    names = ", ".join(came(h) for h in near or headings[:12])
+    names = ", ".join(quote(h) for h in near or headings[:12])
     more = f" and {len(headings) - 12} more" if not near and len(headings) > 12 else ""
     raise LogError(
-        f"{where}: no column {came(column)} in the file. {'The nearest are' if near else 'It has'} {names}{more}."
+        f"{where}: no column {quote(column)} in the file. {'The nearest are' if near else 'It has'} {names}{more}."
     )

@@ -17,7 +17,7 @@ from stillhook.logs.mapping import STAMPS, allowed, factors, place_of, split_hea
 from stillhook.logs.resample import Column, Track
 from stillhook.logs.streaming import Watch
 from stillhook.logs.types import Signal
-from stillhook.units import came
+from stillhook.units import quote
 
 HEAD = 1 << 18  # bytes from which the spacing of the samples is found
 FASTEST = 20_000.0  # Hz: ten times any PLC; such a rate is time in another unit
@@ -87,7 +87,7 @@ def build(source: Source, rows: Mapping[str, Signal], width: float) -> Tracks:
             main = main or clock
         elif main is not None:
             raise LogError(
-                f"{source.name}: {name}: column {came(signal.column)} has another length than the time. Map columns of"
+                f"{source.name}: {name}: column {quote(signal.column)} has another length than the time. Map columns of"
                 " one length."
             )
         else:
@@ -101,7 +101,7 @@ def build(source: Source, rows: Mapping[str, Signal], width: float) -> Tracks:
     found = Tracks(clocks, [], [], units=_other_units(source, rows))
     for clock in clocks:
         spacing = _spacing(source, clock)
-        track = Track(source.name, source.row, columns[clock], spacing, max(width, spacing), None, came(clock.column))
+        track = Track(source.name, source.row, columns[clock], spacing, max(width, spacing), None, quote(clock.column))
         found.tracks.append(track)
     for track in found.tracks[1:]:
         track.every = found.tracks[0].every if track.spacing <= found.tracks[0].every else track.spacing
@@ -163,8 +163,8 @@ def unit_of(source: Source, signal: Signal, place: int) -> str:
     known = our_unit(given, signal.quantity)
     if known is not None and (given or not signal.quantity):
         return known
-    where = f"{source.name}: {signal.name}: column {came(source.headings[place])}"
-    said = f"has the unit {came(given)}, which is not one of" if given else "has no unit; give one of"
+    where = f"{source.name}: {signal.name}: column {quote(source.headings[place])}"
+    said = f"has the unit {quote(given)}, which is not one of" if given else "has no unit; give one of"
     raise UnitError(
         f"{where} {said} {allowed(signal.name, signal.quantity)}.{hint(given, signal.quantity) if given else ''}"
     )
@@ -175,12 +175,12 @@ def _spacing(source: Source, clock: Clock) -> float:
     no log's rate."""
     first = next(source.chunks([clock.want], HEAD), None)
     stamps = np.empty(0) if first is None else clock.seconds(first)
-    place = f"{source.name}: time in {came(clock.column)}"
+    place = f"{source.name}: time in {quote(clock.column)}"
     if first is None or not len(stamps):
         raise LogError(f"{source.name}: holds no rows of data. Give a log with a header and rows of numbers.")
     finite = stamps[np.isfinite(stamps)]
     if not len(finite):
-        cell = came(next(iter(first.texts.get(clock.want, ("",)))))
+        cell = quote(next(iter(first.texts.get(clock.want, ("",)))))
         raise LogError(
             f"{place}: {cell} is no {'stamp' if clock.want.stamps else 'number'}. Give its unit:"
             f" {allowed('time', 'time')}."

@@ -5,11 +5,11 @@ from __future__ import annotations
 from importlib.resources import files
 from pathlib import Path
 
-from stillhook.base.atomic import check_folder, whole_folder
+from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.errors import PlanError
 from stillhook.library.toml.tree import nearest
 from stillhook.plan.file import SHELF, plans
-from stillhook.units import came
+from stillhook.units import quote
 
 
 def copy_plan(name: str, folder: Path) -> tuple[Path, ...]:
@@ -20,7 +20,7 @@ def copy_plan(name: str, folder: Path) -> tuple[Path, ...]:
     be written.
     """
     if name not in plans():
-        raise PlanError(f"No plan {came(name)} to copy: the library has {', '.join(plans())}{nearest(name, plans())}")
+        raise PlanError(f"No plan {quote(name)} to copy: the library has {', '.join(plans())}{nearest(name, plans())}")
     shelf = files("stillhook.library") / "data"
     text = (shelf / SHELF / f"{name}.toml").read_text(encoding="utf-8")
     payload = next(line.split('"')[1] for line in text.splitlines() if line.startswith("payload = "))
@@ -33,7 +33,7 @@ def copy_plan(name: str, folder: Path) -> tuple[Path, ...]:
         if (folder / file).exists():
             raise PlanError(f"{folder / file}: is there already, and may be yours. Give another folder.")
     check_folder(folder, tuple(texts))
-    with whole_folder(folder) as part:
+    with atomic_folder(folder) as part:
         for file, content in texts.items():
             (part / file).write_text(content, encoding="utf-8")
     return tuple(folder / file for file in texts)

@@ -39,7 +39,7 @@ from stillhook.sea.vessel.tip import TipPoint
 from stillhook.spec.crane import Crane, content
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.plausible import implausible_values
-from stillhook.units import came, number
+from stillhook.units import quote, number
 from stillhook.weather.mapped import mapped
 
 SHELF = "plans"
@@ -111,7 +111,7 @@ def load_plan(name_or_path: str | Path) -> LiftPlan:
     if not name.endswith(".toml") and not Path(name_or_path).exists():
         other = other_kind(name, FileKind.PLAN)
         raise PlanError(
-            f"No plan {came(name)}: the library has {have}{nearest(name, plans())} A file's name ends in .toml.{other}"
+            f"No plan {quote(name)}: the library has {have}{nearest(name, plans())} A file's name ends in .toml.{other}"
         )
     if not toml_text(Path(name_or_path)).strip():
         needs = "crane, vessel, payload, [water], [environment] and phases"
@@ -206,14 +206,14 @@ def _phase(row: Mapping[str, Any], number: int, rules: RuleSet) -> Phase:
         raise fields.wrong(
             "limits", 'give a table of texts, such as { landing-speed = "0.3 m/s", control-error = "off" }.'
         )
-    limits = Fields(row.get("limits", {}), f"phase {number} ({came(name)}): limits.", PlanError)
+    limits = Fields(row.get("limits", {}), f"phase {number} ({quote(name)}): limits.", PlanError)
     for key in limits.table:
         limit_text(limits, key, rules)
     try:
         return Phase(**fields.table)
     except ScenarioError as e:
         text = str(e).removeprefix("Phase.")
-        raise PlanError(text if text.startswith("phase ") else f"phase {number} ({came(name)}): {text}") from None
+        raise PlanError(text if text.startswith("phase ") else f"phase {number} ({quote(name)}): {text}") from None
 
 
 def _label(fields: Fields) -> str:
@@ -286,10 +286,10 @@ def _alternatives(top: Fields) -> tuple[Alternative, ...]:
     for name in names:
         if name not in list(Alternative):
             raise PlanError(
-                f"alternatives: {came(name)} is not one of {', '.join(ALL)}{nearest(name, [a.value for a in ALL])}"
+                f"alternatives: {quote(name)} is not one of {', '.join(ALL)}{nearest(name, [a.value for a in ALL])}"
             )
         if names.count(name) > 1:
-            raise PlanError(f"alternatives: {came(name)} comes twice. Write it once.")
+            raise PlanError(f"alternatives: {quote(name)} comes twice. Write it once.")
     return tuple(Alternative(name) for name in names)
 
 

@@ -32,7 +32,7 @@ from stillhook.plan.tiers.frequency import frequency
 from stillhook.plan.tiers.time_domain.tier import refine
 from stillhook.plan.weather.operation import weather_used
 from stillhook.plan.weather.value import forecast_limits, seas_of, weather_block, weather_value
-from stillhook.units import came
+from stillhook.units import quote
 from stillhook.weather.alpha import DEFAULT, load_alpha_table
 from stillhook.weather.series import Weather
 
@@ -113,7 +113,7 @@ def plan(
 def tier_of(text: Tier | str) -> Tier:
     """The tier of this name. Errors: PlanError."""
     if text not in list(Tier):
-        raise PlanError(f"Unknown tier {came(str(text))}. Choose {', '.join(list(Tier)[:-1])} or {list(Tier)[-1]}.")
+        raise PlanError(f"Unknown tier {quote(str(text))}. Choose {', '.join(list(Tier)[:-1])} or {list(Tier)[-1]}.")
     return Tier(text)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stillhook.base.arrays import FloatArray
-from stillhook.base.encode import packed, unpacked
+from stillhook.base.encode import decode_array, encode_array
 from stillhook.errors import ScenarioError
 
 EDGE = 1e-9  # s: how far a time may lie outside the record by rounding alone
@@ -77,12 +77,12 @@ class Commands:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data that `from_dict` turns into the same record, exact to the bit."""
-        return {"source": self.source, **{n: packed(getattr(self, n)) for n in ("times", "u_p", "u_m")}}
+        return {"source": self.source, **{n: encode_array(getattr(self, n)) for n in ("times", "u_p", "u_m")}}
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Self:
         """The record that `to_dict` stored. Errors: KeyError, TypeError, ValueError where it is none."""
-        return cls(*(unpacked(data[n]) for n in ("times", "u_p", "u_m")), source=str(data["source"]))
+        return cls(*(decode_array(data[n]) for n in ("times", "u_p", "u_m")), source=str(data["source"]))
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> Any:

@@ -46,7 +46,7 @@ def mode_of(text: Mode | str) -> Mode:
     try:
         return Mode(text)
     except ValueError:
-        raise ScenarioError(f"mode {u.came(str(text))} is not one of {', '.join(m.value for m in Mode)}.") from None
+        raise ScenarioError(f"mode {u.quote(str(text))} is not one of {', '.join(m.value for m in Mode)}.") from None
 
 
 class FrictionModel(StrEnum):
@@ -219,7 +219,7 @@ class Scenario(Record):
             return cls.model_construct(**_rebuilt({**data, "tip": motion_from_dict(data["tip"])}))
         except (KeyError, TypeError, ValueError, AttributeError, zlib.error) as problem:
             raise ScenarioError(
-                f"stored scenario: {u.came(str(problem))} is missing or wrong. Simulate again."
+                f"stored scenario: {u.quote(str(problem))} is missing or wrong. Simulate again."
             ) from None
 
 
@@ -246,7 +246,7 @@ def one_line(model: type[BaseModel], error: ValidationError, data: Mapping[str, 
         return str(cause)
     loc, message = first["loc"], first["msg"].removeprefix("Value error, ").removesuffix(".")
     where = ".".join(
-        i if isinstance(i, str) and i.isprintable() else u.came(i).strip('"') for i in (model.__name__, *loc)
+        i if isinstance(i, str) and i.isprintable() else u.quote(i).strip('"') for i in (model.__name__, *loc)
     )
     if first["type"] == "extra_forbidden":
         return f"{where}: unknown field. Allowed: {', '.join(model.model_fields)}."
@@ -264,7 +264,7 @@ def one_line(model: type[BaseModel], error: ValidationError, data: Mapping[str, 
         message = message[: message.rindex(" ") + 1] + u.bound(float(end), kind, written)
     message = re.sub(r"be a valid dictionary or instance of \w+", "be a table of its fields", message)
     message = re.sub(r"Tuple should have at least (\d+) items? after validation, not \d+", r"give at least \1", message)
-    return f"{where} = {u.came(written)}: {message}."
+    return f"{where} = {u.quote(written)}: {message}."
 
 
 BOUNDS = {"greater_than": "gt", "greater_than_equal": "ge", "less_than": "lt", "less_than_equal": "le"}

@@ -9,7 +9,7 @@ from pathlib import Path
 from stillhook.base.progress import Progress
 from stillhook.engine.scenario.run import Meter
 from stillhook.errors import ValidateError
-from stillhook.units import came
+from stillhook.units import quote
 from stillhook.validate.ahc.check import check_ahc
 from stillhook.validate.controller.check import check_controller
 from stillhook.validate.criteria.judge import judge, outcome_of
@@ -81,7 +81,7 @@ def validate(
     """
     if not isinstance(campaign, str | Path | Campaign):
         raise ValidateError(
-            f"campaign = {came(campaign)}: give the path of a campaign file, or what load_campaign returned."
+            f"campaign = {quote(campaign)}: give the path of a campaign file, or what load_campaign returned."
         )
     todo = campaign if isinstance(campaign, Campaign) else load_campaign(campaign)
     numbers = _numbers(steps)
@@ -105,6 +105,6 @@ def _numbers(steps: object) -> tuple[StepNumber, ...]:
     )
     if not given or any(n not in known for n in given):
         raise ValidateError(
-            f"steps = {came(steps)}: give a list of some of {', '.join(map(str, known))}, such as [0, 2]."
+            f"steps = {quote(steps)}: give a list of some of {', '.join(map(str, known))}, such as [0, 2]."
         )
     return tuple(sorted({StepNumber(n) for n in given}))

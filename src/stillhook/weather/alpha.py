@@ -20,7 +20,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.errors import StillhookError, WeatherError
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import nearest, parsed, toml_text
-from stillhook.units import came, parse, show
+from stillhook.units import parse, quote, show
 
 DEFAULT = "dnv-os-h101"
 _SHELF = Path(__file__).resolve().parent / "alpha_tables"
@@ -95,7 +95,7 @@ def load_alpha_table(name_or_path: str = DEFAULT, option: str = "--table") -> Al
     path = Path(name_or_path)
     if name_or_path not in alpha_tables() and not path.suffix:
         raise WeatherError(
-            f"{option} {came(name_or_path)}: no such table of alpha factors. There are {', '.join(alpha_tables())}"
+            f"{option} {quote(name_or_path)}: no such table of alpha factors. There are {', '.join(alpha_tables())}"
             f"{nearest(name_or_path, alpha_tables())[:-1]}, or give a TOML file."
         )
     file = _SHELF / f"{name_or_path}.toml" if name_or_path in alpha_tables() else path
@@ -122,7 +122,7 @@ def _table(data: dict[str, Any], name: str, where: str) -> AlphaTable:
     ):
         raise WeatherError(f'{where}: row: give one [[row]] or more, each with T_POP = "12 h" and alpha = [...].')
     if not isinstance(heights, list) or not heights:
-        raise WeatherError(f'{where}: Hs = {came(heights)}: give the heights of the columns, ["1 m", "2 m"].')
+        raise WeatherError(f'{where}: Hs = {quote(heights)}: give the heights of the columns, ["1 m", "2 m"].')
     if not isinstance(ends, dict) or set(ends) != {"T_POP_below", "T_R_below"}:
         raise WeatherError(f'{where}: restricted: give [restricted] with T_POP_below = "72 h" and T_R_below = "96 h".')
     Hs = tuple(parse(h, "length", f"{where}: Hs[{i}]") for i, h in enumerate(heights))
@@ -142,9 +142,9 @@ def _table(data: dict[str, Any], name: str, where: str) -> AlphaTable:
 
 def _row(numbers: Any, count: int, where: str) -> tuple[float, ...]:
     if not isinstance(numbers, list) or len(numbers) != count:
-        raise WeatherError(f"{where} = {came(numbers)}: give {count} numbers, one for each Hs.")
+        raise WeatherError(f"{where} = {quote(numbers)}: give {count} numbers, one for each Hs.")
     if any(isinstance(x, bool) or not isinstance(x, int | float) or not 0.0 < x <= 1.0 for x in numbers):
-        raise WeatherError(f"{where} = {came(numbers)}: alpha lies above 0 and up to 1.")
+        raise WeatherError(f"{where} = {quote(numbers)}: alpha lies above 0 and up to 1.")
     return tuple(float(x) for x in numbers)
 
 

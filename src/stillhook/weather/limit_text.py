@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import UnitError, WeatherError
 from stillhook.sea.spectra.directions import FULL, relative
-from stillhook.units import came, parse
+from stillhook.units import quote, parse
 from stillhook.weather.series import Weather
 
 BETA = "beta"
@@ -109,7 +109,7 @@ def parse_limit(text: str, where: str = "--limit") -> Limit:
     """The limit that a text describes. Errors: WeatherError, UnitError of one line."""
     head, *conditions = re.split(r"\s+for\s+", text.strip())
     if len(conditions) > 1:
-        raise WeatherError(f'{where} {came(text)}: has "for" twice. Join conditions with "and".')
+        raise WeatherError(f'{where} {quote(text)}: has "for" twice. Join conditions with "and".')
     when = tuple(_range(part, text, where) for part in re.split(r"\s+and\s+", conditions[0])) if conditions else ()
     return Limit(_range(head, text, where), when, " ".join(text.split()))
 
@@ -119,17 +119,17 @@ def _range(part: str, text: str, where: str) -> Range:
         name = _column(match[1], text, where)
         low, high = (_value(f"{number} {match[4]}", name, text, where) for number in (match[2], match[3]))
         if low > high and KIND[name] != "angle":
-            raise WeatherError(f"{where} {came(text)}: the range ends below its start. Write the lower end first.")
+            raise WeatherError(f"{where} {quote(text)}: the range ends below its start. Write the lower end first.")
         return Range(name, low, high)
     match = _BOUND.fullmatch(part)
     if match is None:
-        raise WeatherError(f"{where} {came(text)}: is no limit. Write one such as {EXAMPLES}.")
+        raise WeatherError(f"{where} {quote(text)}: is no limit. Write one such as {EXAMPLES}.")
     name, sign = _column(match[1], text, where), match[2]
     if sign in ("<", ">", "=", "=="):
-        raise WeatherError(f"{where} {came(text)}: limits are inclusive. Write <= or >=.")
+        raise WeatherError(f"{where} {quote(text)}: limits are inclusive. Write <= or >=.")
     if KIND[name] == "angle":
         raise WeatherError(
-            f'{where} {came(text)}: a direction has no lower and upper side. Write a range such as "{name} 150..210'
+            f'{where} {quote(text)}: a direction has no lower and upper side. Write a range such as "{name} 150..210'
             ' deg".'
         )
     value = _value(match[3], name, text, where)
@@ -141,15 +141,15 @@ def _column(name: str, text: str, where: str) -> str:
         return name
     if name.lower() not in SPELT:
         raise WeatherError(
-            f"{where} {came(text)}: {came(name)} is not one of Hs, Tp, Tz, wind, current, come_from, wind_from, beta."
+            f"{where} {quote(text)}: {quote(name)} is not one of Hs, Tp, Tz, wind, current, come_from, wind_from, beta."
         )
     return SPELT[name.lower()]
 
 
 def _value(value: str, name: str, text: str, where: str) -> float:
-    number = parse(value, KIND[name], f"{where} {came(text)}")
+    number = parse(value, KIND[name], f"{where} {quote(text)}")
     if number < 0.0 and KIND[name] != "angle":
-        raise UnitError(f"{where} {came(text)}: below zero. Give a limit that weather can meet.")
+        raise UnitError(f"{where} {quote(text)}: below zero. Give a limit that weather can meet.")
     return number
 
 
@@ -227,11 +227,11 @@ def values(weather: Weather, name: str, limit: Limit, ship: float | None) -> Flo
         have = ", ".join(weather.columns) or "nothing"
         hint = next((note for note in weather.notes if column == "come_from" and "direction" in note), "")
         do = hint[:1].upper() + hint[1:] if hint else "Drop the limit, or map a column to it with --column."
-        raise WeatherError(f"--limit {came(limit.text)}: {weather.source} tells no {column}; it tells {have}. {do}")
+        raise WeatherError(f"--limit {quote(limit.text)}: {weather.source} tells no {column}; it tells {have}. {do}")
     x = weather.columns[column]
     if not np.isfinite(x).any():
         raise WeatherError(
-            f"--limit {came(limit.text)}: {weather.source} has no record of {column}: all {len(x)} are missing. Choose"
+            f"--limit {quote(limit.text)}: {weather.source} has no record of {column}: all {len(x)} are missing. Choose"
             " another column with --column, or drop the limit."
         )
     return relative(x, ship) if name == BETA and ship is not None else x

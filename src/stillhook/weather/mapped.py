@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from stillhook.errors import WeatherError
 from stillhook.library.toml.tree import nearest
-from stillhook.units import came
+from stillhook.units import quote
 from stillhook.weather.limit_text import BETA, SPELT
 
 NAMED = ("Hs", "Tp", "Tz", "wind", "come_from", "wind_from", "current")
@@ -19,10 +19,10 @@ def mapped(headings: Mapping[str, str], where: str) -> dict[str, str]:
     for name, heading in headings.items():
         key = SPELT.get(name.strip().lower())
         if key is None or key == BETA:
-            raise WeatherError(f"{where} {came(name)}: is not one of {', '.join(NAMED)}{nearest(name, NAMED)}")
+            raise WeatherError(f"{where} {quote(name)}: is not one of {', '.join(NAMED)}{nearest(name, NAMED)}")
         if not isinstance(heading, str) or not heading.strip():
             raise WeatherError(
-                f"{where} {name} = {came(heading)}: write a heading of the file, with its unit in brackets if it has"
+                f"{where} {name} = {quote(heading)}: write a heading of the file, with its unit in brackets if it has"
                 " none."
             )
         columns[key] = heading.strip()

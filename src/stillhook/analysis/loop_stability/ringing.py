@@ -14,7 +14,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import StillhookError
 from stillhook.metrics import time_step
-from stillhook.units import came
+from stillhook.units import quote
 
 if TYPE_CHECKING:
     import xarray
@@ -58,7 +58,7 @@ def ringing(
     t, x = _series(run, name)
     if not (start < t[-1] - settled and least > 0.0):
         raise StillhookError(
-            f"ringing: start = {start:g} s, settled = {settled:g} s, least = {came(least)}: the series ends at"
+            f"ringing: start = {start:g} s, settled = {settled:g} s, least = {quote(least)}: the series ends at"
             f" {t[-1]:g} s. Start before the settled part, and give a least height above 0."
         )
     y = x - float(np.mean(x[t > t[-1] - settled]))
@@ -112,6 +112,6 @@ def _series(run: xarray.Dataset, name: str) -> tuple[FloatArray, FloatArray]:
     time_step(run)
     if name not in run or run[name].dims != ("time",):
         raise StillhookError(
-            f'ringing: the Dataset has no series {came(name)} over "time" alone. Give one run with time series.'
+            f'ringing: the Dataset has no series {quote(name)} over "time" alone. Give one run with time series.'
         )
     return run["time"].values, np.asarray(run[name].values, dtype=np.float64)

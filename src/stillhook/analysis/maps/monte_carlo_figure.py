@@ -9,7 +9,7 @@ import numpy as np
 from stillhook.analysis.maps.figures import PANEL, SEQUENTIAL
 from stillhook.analysis.maps.result import SHOWN
 from stillhook.errors import SpecError
-from stillhook.units import came, in_display
+from stillhook.units import in_display, quote
 
 if TYPE_CHECKING:
     import xarray
@@ -33,7 +33,7 @@ def map_band_figure(found: xarray.Dataset, name: str = "e_c_pp") -> Figure:
     from matplotlib.figure import Figure  # heavy
 
     if name not in found or name not in SHOWN:
-        raise SpecError(f"value {came(name)}: the map holds {', '.join(n for n in SHOWN if n in found)}.")
+        raise SpecError(f"value {quote(name)}: the map holds {', '.join(n for n in SHOWN if n in found)}.")
     words, factor, _ = SHOWN[name]
     share = found["applicable_chance"].sel(interval="share")
     values = factor * found[name].where(share >= 0.5)

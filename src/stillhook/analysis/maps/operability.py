@@ -22,7 +22,7 @@ from stillhook.sea.motion.motion import Motion, Sine
 from stillhook.sea.motion.scale import scaled_to, speed_peak
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Scenario
-from stillhook.units import came, parse, show
+from stillhook.units import parse, quote, show
 
 if TYPE_CHECKING:
     pass
@@ -166,7 +166,7 @@ def cells_of(
 def controllers_of(given: Sequence[str | Path | Controller]) -> list[Controller]:
     """Controllers from names, paths and objects, each once. Errors: SpecError, one line."""
     if isinstance(given, str) or not isinstance(given, Sequence):
-        raise SpecError(f'controllers = {came(given)}: give a list, such as ("ns", "hs", "ssc").')
+        raise SpecError(f'controllers = {quote(given)}: give a list, such as ("ns", "hs", "ssc").')
     found = [controller(c) for c in given]
     if not found:
         raise SpecError('controllers: empty. Name at least one, such as ("ns", "hs", "ssc").')

@@ -17,7 +17,7 @@ from stillhook.errors import StillhookError
 from stillhook.sea.motion.motion import Motion, Sine, Sum
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Scenario, Sensors
-from stillhook.units import came, parse, show
+from stillhook.units import parse, quote, show
 
 LOADS, SPEEDS, PERIODS = ("20 %", "60 %"), ("20 m/min", "50 m/min", "75 m/min"), ("8 s", "12 s")
 """Scenarios of a tuning unless others are given: loads as parts of the SWL, peak speeds of the tip, wave periods."""
@@ -97,10 +97,10 @@ def parse_limits(texts: Iterable[str]) -> Limits:
         found = _LIMIT.fullmatch(text)
         allowed = ", ".join(f"{n} {sign} ..." for n, (_, sign) in _KINDS.items())
         if not found or found[1] not in _KINDS or found[2] != _KINDS[found[1]][1]:
-            raise StillhookError(f"limit {came(text)}: write one of {allowed}.")
+            raise StillhookError(f"limit {quote(text)}: write one of {allowed}.")
         name, (kind, _) = found[1], _KINDS[found[1]]
         if name in named:
-            raise StillhookError(f"limit {came(text)}: {name} has a limit already. Write each limit once.")
+            raise StillhookError(f"limit {quote(text)}: {name} has a limit already. Write each limit once.")
         named.add(name)
         value = parse(found[3], kind, f"limit {name}") if kind else _plain(found[3], name)
         limits = replace(limits, **{name: value})
@@ -113,7 +113,7 @@ def _plain(text: str, name: str) -> float:
     except ValueError:
         value = math.nan
     if not value > 1.0 or math.isinf(value):
-        raise StillhookError(f"limit {name} = {came(text)}: give a number above 1.")
+        raise StillhookError(f"limit {name} = {quote(text)}: give a number above 1.")
     return value
 
 
@@ -191,7 +191,7 @@ def _mass(crane: Crane, text: str) -> float:
         return part * crane.SWL
     mass = parse(text, "mass", "loads")
     if mass < 0.0:
-        raise StillhookError(f"loads: {came(text)}: below 0. Give 0 or more.")
+        raise StillhookError(f"loads: {quote(text)}: below 0. Give 0 or more.")
     return mass
 
 

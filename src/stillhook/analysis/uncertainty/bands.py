@@ -14,7 +14,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.engine.scenario.summary import OK
 from stillhook.errors import SpecError
 from stillhook.library.toml.tree import nearest
-from stillhook.units import came, parse, show
+from stillhook.units import parse, quote, show
 from stillhook.variables import BY_NAME, SUMMARY
 
 if TYPE_CHECKING:
@@ -68,18 +68,18 @@ class Limit(NamedTuple):
         """From a text such as "e_c_pp <= 10 cm" or "eta_c >= 0.95". Errors: SpecError, UnitError of one line."""
         found = re.fullmatch(r"\s*(\w+)\s*(<=|>=)\s*(\S.*?)\s*", text) if isinstance(text, str) else None
         if found is None:
-            raise SpecError(f'limit {came(text)}: write a name, <= or >=, and a value, such as "e_c_pp <= 10 cm".')
+            raise SpecError(f'limit {quote(text)}: write a name, <= or >=, and a value, such as "e_c_pp <= 10 cm".')
         name, sign, value = found.groups()
         if name not in NUMERIC:
             have = f"there are {', '.join(NUMERIC)}{nearest(name, NUMERIC)}"
-            raise SpecError(f"limit {came(text)}: {came(name)} is no number of a summary; {have}")
+            raise SpecError(f"limit {quote(text)}: {quote(name)} is no number of a summary; {have}")
         kind = BY_NAME[name].kind
         if kind:
             return cls(name, sign == "<=", parse(value, kind, f"limit {name}"))
         try:
             return cls(name, sign == "<=", float(value))
         except ValueError:
-            raise SpecError(f"limit {came(text)}: {came(value)}: a plain number is due.") from None
+            raise SpecError(f"limit {quote(text)}: {quote(value)}: a plain number is due.") from None
 
     def beyond(self, values: FloatArray) -> NDArray[np.bool_]:
         """Which values go beyond it; one that is not there does."""

@@ -21,7 +21,7 @@ from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import nearest, parsed, toml_text
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
-from stillhook.units import came
+from stillhook.units import quote
 
 Set = FrictionSet | LossSet
 
@@ -51,7 +51,7 @@ class Uncertainty:
         for name in table:
             if name not in FACTORS:
                 raise SpecError(
-                    f"{label}: {came(name)}: no factor; there are {', '.join(FACTORS)}{nearest(str(name), FACTORS)}"
+                    f"{label}: {quote(name)}: no factor; there are {', '.join(FACTORS)}{nearest(str(name), FACTORS)}"
                 )
         return cls(
             {name: _known(name, table[name], f"{label}: {name}", folder or Path()) for name in FACTORS if name in table}
@@ -176,7 +176,7 @@ def load_uncertainty(path: str | Path) -> Uncertainty:
     table = parsed(text, file.name, FileKind.FACTORS)
     for key in table:
         if key not in ("defaults", "factors"):
-            raise SpecError(f"{file.name}: {came(key)}: unknown. Allowed: defaults, [factors].")
+            raise SpecError(f"{file.name}: {quote(key)}: unknown. Allowed: defaults, [factors].")
     given, defaults = table.get("factors", {}), table.get("defaults", False)
     if not isinstance(given, Mapping) or not isinstance(defaults, bool):
         raise SpecError(f"{file.name}: defaults is true or false, [factors] a table.")
@@ -206,9 +206,9 @@ def draws(uncertainty: Uncertainty, n: int, seed: int = 0) -> Draws:
     that cannot be drawn.
     """
     if type(n) is not int or not 1 <= n <= MOST:
-        raise SpecError(f"draws = {came(n)}: give a whole number from 1 to {MOST}.")
+        raise SpecError(f"draws = {quote(n)}: give a whole number from 1 to {MOST}.")
     if type(seed) is not int or seed < 0:
-        raise SpecError(f"seed = {came(seed)}: give a whole number of 0 or more.")
+        raise SpecError(f"seed = {quote(seed)}: give a whole number of 0 or more.")
     return shaped(uncertainty, even(n, len(FACTORS), seed), (seed,))
 
 

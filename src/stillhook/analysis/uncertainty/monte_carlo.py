@@ -24,7 +24,7 @@ from stillhook.library import crane_toml
 from stillhook.library.crane_file.draws import crane_with
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
-from stillhook.units import came
+from stillhook.units import quote
 from stillhook.variables import attributes
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ def case_labels(cases: Sequence[Scenario], labels: Sequence[str] | None) -> list
     for names in [list(labels)] if labels is not None else own:
         if len(names) == len(set(names)) == len(cases) and all(names):
             return names
-    raise ScenarioError(f"labels = {came(labels)}: give {len(cases)} different names, one for each case.")
+    raise ScenarioError(f"labels = {quote(labels)}: give {len(cases)} different names, one for each case.")
 
 
 def base_drawings(

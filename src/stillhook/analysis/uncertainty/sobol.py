@@ -21,7 +21,7 @@ from stillhook.errors import SimulationError, SpecError
 from stillhook.library.toml.tree import nearest
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
-from stillhook.units import came
+from stillhook.units import quote
 
 CONFIDENCE = 0.95
 RESAMPLES = 200
@@ -182,7 +182,7 @@ def sensitivity(
     cranes, cases = paired(crane, case)
     names = case_labels(cases, labels)
     if against is not None and against not in names:
-        raise SpecError(f"against = {came(against)}: no case; there are {', '.join(names)}.")
+        raise SpecError(f"against = {quote(against)}: no case; there are {', '.join(names)}.")
     known = (uncertainty or Uncertainty.default()).on(*zip(cranes, cases, strict=True))
     table, plan, varied = _tables(known, n, seed)
     drawings = base_drawings(cranes, cases, known, table._replace(values=plan.rows))
@@ -204,9 +204,9 @@ def sensitivity(
 def _check(outputs: Sequence[str], n: int) -> None:
     for name in outputs:
         if name not in NUMERIC:
-            raise SpecError(f"output {came(name)}: no number of a summary{nearest(str(name), NUMERIC)}")
+            raise SpecError(f"output {quote(name)}: no number of a summary{nearest(str(name), NUMERIC)}")
     if type(n) is not int or not LEAST <= n <= MOST or n & (n - 1):
-        raise SpecError(f"n = {came(n)}: give a power of two from {LEAST}, such as 128.")
+        raise SpecError(f"n = {quote(n)}: give a power of two from {LEAST}, such as 128.")
 
 
 def _tables(known: Uncertainty, n: int, seed: int) -> tuple[Draws, Design, list[str]]:

@@ -215,7 +215,7 @@ def _write(
 ) -> None:
     from stillhook.analysis.operating_envelope import figures
     from stillhook.analysis.operating_envelope.load_speed import LOADS, envelope_at, setting_curves
-    from stillhook.base.atomic import whole_folder
+    from stillhook.base.atomic import atomic_folder
     from stillhook.formats.results import save_json, save_run
     from stillhook.report.plots.run import save_figure
 
@@ -226,7 +226,7 @@ def _write(
         loads, every = [f * crane.SWL for f in LAYERS_SHARES], range(1, crane.drum.layers + 1)
         by_layer = envelope_at(crane, loads, modes=which, layers=every, progress=bar)
     curves = setting_curves(crane, modes=which, layer=layer)
-    with whole_folder(out) as part:
+    with atomic_folder(out) as part:
         save_figure(figures.load_speed_figure(fine), part / "range.png")
         save_figure(figures.setting_figure(curves), part / "settings.png")
         save_figure(figures.layer_figure(by_layer), part / "layers.png")

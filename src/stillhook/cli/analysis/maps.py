@@ -72,10 +72,10 @@ def show_map(
     """
     from stillhook.errors import SpecError
     from stillhook.library import load_crane
-    from stillhook.units import came
+    from stillhook.units import quote
 
     if metric not in METRICS:
-        raise SpecError(f"--metric {came(metric)}: not one of {', '.join(METRICS)}.")
+        raise SpecError(f"--metric {quote(metric)}: not one of {', '.join(METRICS)}.")
     asked = {
         "loads": loads,
         "speeds": speeds,
@@ -233,12 +233,12 @@ def _check_out(out: Path | None) -> None:
 def _write(found: Map, out: Path, *, quiet: bool) -> None:
     """NetCDF, numbers and pictures."""
     from stillhook.analysis.maps.figures import figures
-    from stillhook.base.atomic import whole_folder
+    from stillhook.base.atomic import atomic_folder
     from stillhook.formats.results import save_json, save_run
     from stillhook.report.plots.run import save_figure
 
     pictures = figures(found)
-    with whole_folder(out) as part:
+    with atomic_folder(out) as part:
         save_run(found.dataset(), part / FILES[0])
         save_json(found.record(), part / FILES[1])
         for name, figure in pictures.items():

@@ -307,13 +307,13 @@ def _write(
 ) -> None:
     """other: the table is of another model or layer than the pictures."""
     from stillhook.analysis.loop_stability.figures import all_figures
-    from stillhook.base.atomic import whole_folder
+    from stillhook.base.atomic import atomic_folder
     from stillhook.formats.results import save_json, save_run
     from stillhook.report.plots.run import save_figure
 
     alphas = tuple(dict.fromkeys(s.alpha_m for s in found))
     figures, data = all_figures(crane, alphas, delay=delay)
-    with whole_folder(out) as part:
+    with atomic_folder(out) as part:
         for stem, figure in figures.items():
             save_figure(figure, part / f"{stem}.png")
         for over, dataset in data.items():

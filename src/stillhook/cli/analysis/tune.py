@@ -384,12 +384,12 @@ def _write(report: _Report, trials: list[Tuned], out: Path, *, pareto: bool, qui
     from stillhook.analysis.controllers import controller_toml
     from stillhook.analysis.tuning.compare import trials_dataset
     from stillhook.analysis.tuning.figures import bars_figure, pareto_figure
-    from stillhook.base.atomic import whole_folder
+    from stillhook.base.atomic import atomic_folder
     from stillhook.formats.results import save_json, save_run
     from stillhook.report.plots.run import save_figure
 
     crane, written = report.crane, []
-    with whole_folder(out) as part:
+    with atomic_folder(out) as part:
         for t in report.tuned:
             if not t.met:
                 continue

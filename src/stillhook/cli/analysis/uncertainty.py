@@ -386,13 +386,13 @@ def _write(
 ) -> None:
     """NetCDF, numbers and pictures."""
     from stillhook.analysis.uncertainty.figures import band_figure, exceedance_figure, index_figure
-    from stillhook.base.atomic import whole_folder
+    from stillhook.base.atomic import atomic_folder
     from stillhook.formats.results import save_json, save_run
     from stillhook.report.plots.run import save_figure
 
     names = [*FILES, *([INDICES] if indices else [])]
     title = str(run.attrs["title"]).removeprefix("Stillhook: ")
-    with whole_folder(out) as part:
+    with atomic_folder(out) as part:
         save_run(run, part / names[0])
         save_json(data, part / names[1])
         save_figure(band_figure(run, title), part / names[2])

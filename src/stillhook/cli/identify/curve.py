@@ -152,12 +152,12 @@ def _print(found: FrictionCurve) -> None:
 
 
 def _write(out: Path, found: FrictionCurve, log: Log, effort: str) -> None:
-    from stillhook.base.atomic import whole_folder
+    from stillhook.base.atomic import atomic_folder
     from stillhook.formats.results import save_json
     from stillhook.identify.windows_figure import curve_figure
     from stillhook.report.plots.run import save_figure
 
-    with whole_folder(out) as part:
+    with atomic_folder(out) as part:
         save_figure(curve_figure(found, log, effort), part / "curve.png")
         save_json(found.to_dict(), part / "curve.json")
         with (part / "curve.csv").open("w", encoding="utf-8", newline="") as file:

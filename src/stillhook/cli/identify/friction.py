@@ -163,7 +163,7 @@ def _print(result: Friction) -> None:
 
 def _write(result: Friction, out: Path) -> list[str]:
     """Set, report, numbers, tables and figures, all or nothing. A set that must not be used is not written."""
-    from stillhook.base.atomic import whole_folder
+    from stillhook.base.atomic import atomic_folder
     from stillhook.formats.results import save_json
     from stillhook.identify.system_friction.figures import figures
     from stillhook.identify.system_friction.report import report
@@ -178,7 +178,7 @@ def _write(result: Friction, out: Path) -> list[str]:
     from stillhook.library.parameter_sets.sets import set_toml
     from stillhook.report.pictures import pngs
 
-    with whole_folder(out) as part:
+    with atomic_folder(out) as part:
         pictures = pngs(figures(result))
         for stem, data in pictures.items():
             (part / f"{stem}.png").write_bytes(data)

@@ -77,7 +77,7 @@ def compare(
 
     Example: stillhook friction compare crane-1 crane-2 --load "100 t" --crane nov-150t --out figures
     """
-    from stillhook.base.atomic import check_folder, whole_folder
+    from stillhook.base.atomic import atomic_folder, check_folder
     from stillhook.formats.results import save_json
     from stillhook.identify.system_friction.compare import Split, figure, notes, speeds, split, table
     from stillhook.library import load_friction
@@ -102,7 +102,7 @@ def compare(
         if all(s.half is None for s in splits):
             print("No set here has a stated uncertainty.")
     if out is not None:
-        with whole_folder(out) as part:
+        with atomic_folder(out) as part:
             save_figure(figure(splits, T_d, what), part / FILES[0])
             save_json(data, part / FILES[1])
         if not json:

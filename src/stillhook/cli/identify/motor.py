@@ -115,7 +115,7 @@ def _print(result: MotorLoss) -> None:
 
 def _write(result: MotorLoss, out: Path) -> list[str]:
     """Motor file, report, all models and figures, all or nothing. A motor file that must not be used is not written."""
-    from stillhook.base.atomic import whole_folder
+    from stillhook.base.atomic import atomic_folder
     from stillhook.formats.results import save_json
     from stillhook.identify.motor.figures import figures
     from stillhook.identify.motor.identify import loss_set, to_dict
@@ -124,7 +124,7 @@ def _write(result: MotorLoss, out: Path) -> list[str]:
     from stillhook.report.html import png
 
     pictures = {stem: png(figure) for stem, figure in figures(result).items()}
-    with whole_folder(out) as part:
+    with atomic_folder(out) as part:
         for stem, picture in pictures.items():
             (part / f"{stem}.png").write_bytes(picture)
         (part / REPORT).write_text(report(result, pictures), encoding="utf-8")

@@ -55,11 +55,11 @@ def show(
     from stillhook.library.payloads import read_payload
     from stillhook.report.payload_sheet import payload_numbers
     from stillhook.spec.plausible import implausible_values
-    from stillhook.units import came, parse
+    from stillhook.units import parse, quote
 
     density = parse(rho, "density", "--rho")
     if not LIGHT <= density <= DENSE:
-        raise LiftError(f"--rho = {came(rho)}: is no sea water's, {LIGHT:g} to {DENSE:g} kg/m^3. Check the unit.")
+        raise LiftError(f"--rho = {quote(rho)}: is no sea water's, {LIGHT:g} to {DENSE:g} kg/m^3. Check the unit.")
     if out is not None:
         check_folder(out, OUT_FILES)
     load = read_payload(payload)
@@ -97,10 +97,10 @@ def _print(answer: dict[str, Any]) -> None:
 
 
 def _write(out: Path, load: Any, rho: float, answer: dict[str, Any]) -> None:
-    from stillhook.base.atomic import whole_folder
+    from stillhook.base.atomic import atomic_folder
     from stillhook.formats.results import to_json
     from stillhook.report.payload_sheet import payload_figure
 
-    with whole_folder(out) as part:
+    with atomic_folder(out) as part:
         payload_figure(load, rho).savefig(part / OUT_FILES[0], dpi=120)
         (part / OUT_FILES[1]).write_text(to_json(answer) + "\n", encoding="utf-8")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from stillhook.cli.sea.tip_inputs import refuse, sea_of
 from stillhook.errors import SeaError
 from stillhook.sea.spectra.directions import parse_direction
-from stillhook.units import came
+from stillhook.units import quote
 
 if TYPE_CHECKING:
     from stillhook.formats.lift.file import LiftFile
@@ -32,7 +32,7 @@ def waves_of(
         refuse({"--wave": wave}, "conflicts with --sea. Leave one of them out.")
         if not sea.is_file():
             raise SeaError(
-                f"--sea {came(str(sea))}: no such file. Give a file of measured waves (NDBC), or waves in words with"
+                f"--sea {quote(str(sea))}: no such file. Give a file of measured waves (NDBC), or waves in words with"
                 " --wave."
             )
         if record is not None:
@@ -44,7 +44,7 @@ def waves_of(
     )
     if wave is not None:
         if Path(wave).is_file():
-            raise SeaError(f"--wave {came(wave)}: is a file. Give it as --sea.")
+            raise SeaError(f"--wave {quote(wave)}: is a file. Give it as --sea.")
         return Waves(sea_of(wave, heading, spread, None, None))
     if file.sea is None:
         raise SeaError("sea: the lift file has none. Write [sea] there, or give --wave or --sea.")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from stillhook.errors import SeaError
 from stillhook.sea.spectra.directions import parse_direction
-from stillhook.units import came, parse
+from stillhook.units import parse, quote
 
 if TYPE_CHECKING:
     from stillhook.sea.spectra.spectrum import Sea
@@ -31,18 +31,18 @@ def sea_of(wave: str, heading: str | None, spread: float | None, record: str | N
 
     if "=" not in wave and re.search(r"[./\\]", wave):
         raise SeaError(
-            f'--wave {came(wave)}: no such file, and not waves such as "jonswap Hs=2 m Tp=8 s". Check the path.'
+            f'--wave {quote(wave)}: no such file, and not waves such as "jonswap Hs=2 m Tp=8 s". Check the path.'
         )
     refuse(
         {"--record": record, "--ship": ship},
-        f"belongs to a file of measured waves, and --wave {came(wave)} is none. Leave it out.",
+        f"belongs to a file of measured waves, and --wave {quote(wave)} is none. Leave it out.",
     )
     if heading is not None:
         parse_direction(heading, "--heading")  # so that the line names the option
     sea = parse_sea(wave, heading=heading, spread=spread, where="--wave")
     for name, value in (("heading", heading), ("spread", spread)):
         if wave.lower().count(name) == len(sea.trains):
-            refuse({f"--{name}": value}, f"all waves of --wave {came(wave)} have a {name} of their own. Leave it out.")
+            refuse({f"--{name}": value}, f"all waves of --wave {quote(wave)} have a {name} of their own. Leave it out.")
     return sea
 
 
@@ -107,5 +107,5 @@ def place(at: str | None, pedestal: str | None, slew: str | None, main: str | No
 def _length_and_angle(text: str, where: str) -> tuple[str, str]:
     match = re.fullmatch(r"\s*(\S+ [^\s,]+)\s*[,\s]\s*(\S+ \S+)\s*", text)
     if match is None:
-        raise SeaError(f'{where} {came(text)}: is not a length and an angle. Write "25 m 50 deg".')
+        raise SeaError(f'{where} {quote(text)}: is not a length and an angle. Write "25 m 50 deg".')
     return match[1], match[2]

@@ -226,12 +226,12 @@ def _print_check(rao: Rao, tests: tuple[LongWave, ...], line: str | None, notes:
 
 
 def _write(out: Path, rao: Rao, point: tuple[float, float] | None, answer: dict[str, Any]) -> None:
-    from stillhook.base.atomic import whole_folder
+    from stillhook.base.atomic import atomic_folder
     from stillhook.formats.results import save_json
     from stillhook.report.plots.run import save_figure
     from stillhook.report.plots.vessel import vessel_figure
 
     picture, numbers = OUT_FILES
-    with whole_folder(out) as part:
+    with atomic_folder(out) as part:
         save_figure(vessel_figure(rao, point), part / picture)
         save_json(answer, part / numbers)

@@ -205,11 +205,11 @@ def _meaning(name: str) -> str:
 
 
 def _write(out: Path, found: Any, answer: dict[str, Any]) -> None:
-    from stillhook.base.atomic import whole_folder
+    from stillhook.base.atomic import atomic_folder
     from stillhook.formats.results import save_json
     from stillhook.report.plots.run import save_figure
     from stillhook.report.plots.sea import series_figure, spectrum_figure
 
-    with whole_folder(out) as part:
+    with atomic_folder(out) as part:
         save_figure(spectrum_figure(found) if _is_spectrum(found) else series_figure(found), part / "sea.png")
         save_json(answer, part / "sea.json")

@@ -191,7 +191,7 @@ def motion_of(
     """A motion text, or the log that it names."""
     from stillhook.errors import MotionError
     from stillhook.sea.motion.text import parse_motion
-    from stillhook.units import came
+    from stillhook.units import quote
 
     if text.strip().split(" ")[0].lower() in ("sine", "still"):
         for option, value in (("--position", position), ("--heave", heave), ("--start", start)):
@@ -202,7 +202,7 @@ def motion_of(
         return parse_motion(text, "--motion")
     if not os.path.exists(text):
         raise MotionError(
-            f'--motion {came(text)}: no such file, and not a motion such as "sine 2.8 m 12 s". Check the path.'
+            f'--motion {quote(text)}: no such file, and not a motion such as "sine 2.8 m 12 s". Check the path.'
         )
     from stillhook.formats.motion.open import read_tip_motion, stored_motion
 
@@ -211,7 +211,7 @@ def motion_of(
         for option, value in (("--position", position), ("--heave", heave), ("--start", start)):
             if value is not None:
                 raise MotionError(
-                    f"{option} {value}: belongs to a log, and {came(text)} holds a tip's motion. Leave {option} out."
+                    f"{option} {value}: belongs to a log, and {quote(text)} holds a tip's motion. Leave {option} out."
                 )
         return stored
     arm = tuple(p.strip() for p in position.split(",")) if position is not None else None
@@ -258,12 +258,12 @@ def _write(
     whole: Any = None,
 ) -> None:
     """Picture, NetCDF and summary of a set of runs."""
-    from stillhook.base.atomic import whole_folder
+    from stillhook.base.atomic import atomic_folder
     from stillhook.formats.results import save_json, save_run
     from stillhook.report.plots.run import four_panels, save_figure
 
     first, (picture, series, numbers) = next(iter(runs.values())), OUT_FILES
-    with whole_folder(out) as part:
+    with atomic_folder(out) as part:
         save_figure(four_panels(runs, title=title, start=start), part / picture)
         save_run(first if whole is None else whole, part / series)
         save_json(summary, part / numbers)

@@ -146,13 +146,13 @@ def example_campaign(
     """
     from stillhook.errors import ValidateError
     from stillhook.library import cranes, load_crane
-    from stillhook.units import came
+    from stillhook.units import quote
     from stillhook.validate.synthetic import defect_of, sea_trials, write_campaign
     from stillhook.validate.synthetic.defects import size_of, told
 
     named = defect_of(defect) if defect is not None else None
     if named is None and size is not None:
-        raise ValidateError(f"--size = {came(size)}: the size of no defect. Name the defect.")
+        raise ValidateError(f"--size = {quote(size)}: the size of no defect. Name the defect.")
     large = size_of(named, size, "--size") if named is not None and size is not None else None
     plan = sea_trials(crane if crane in cranes() else load_crane(crane))
     with progress_bar(f"{len(plan.tests)} tests") as bar:

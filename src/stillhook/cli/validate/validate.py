@@ -80,7 +80,7 @@ def validate(
 
 def _numbers(text: str | None) -> list[StepNumber] | None:
     from stillhook.errors import ValidateError
-    from stillhook.units import came
+    from stillhook.units import quote
     from stillhook.validate.criteria.results import StepNumber
 
     if text is None:
@@ -89,7 +89,7 @@ def _numbers(text: str | None) -> list[StepNumber] | None:
     wanted = [part.strip() for part in text.split(",")]
     if unknown := [part for part in wanted if part not in known]:
         raise ValidateError(
-            f"--steps = {came(text)}: {came(unknown[0])} is not one of {', '.join(known)}. Write numbers such as 1,2."
+            f"--steps = {quote(text)}: {quote(unknown[0])} is not one of {', '.join(known)}. Write numbers such as 1,2."
         )
     return [known[part] for part in wanted]
 

@@ -97,14 +97,14 @@ def persistence(
     """
     from stillhook.base.atomic import check_folder
     from stillhook.errors import WeatherError
-    from stillhook.units import came, parse
+    from stillhook.units import parse, quote
     from stillhook.weather.answer import persistence_answer
     from stillhook.weather.limit_text import parse_limit
 
     limits = [parse_limit(text) for text in limit]
     length = parse(window, "hours", "--window")
     if length <= 0.0:
-        raise WeatherError(f"--window {came(window)}: is not above 0 h. Say how long the operation takes.")
+        raise WeatherError(f"--window {quote(window)}: is not above 0 h. Say how long the operation takes.")
     heading, free = _heading(ship, limits)
     if out is not None:
         check_folder(out, OUT_FILES)
@@ -192,13 +192,13 @@ def forecast(
     from stillhook.cli.sea.tip_inputs import refuse
     from stillhook.cli.weather.limits import by_limits, by_plan
     from stillhook.errors import WeatherError
-    from stillhook.units import came, parse
+    from stillhook.units import parse, quote
     from stillhook.weather.limit_text import parse_limit
 
     limits = [parse_limit(text) for text in limit or ()]
     when = (None if start is None else _begin(start), parse(horizon, "hours", "--horizon"))
     if when[1] <= 0.0:
-        raise WeatherError(f"--horizon {came(horizon)}: is not above 0 h. Say over which time starts are looked for.")
+        raise WeatherError(f"--horizon {quote(horizon)}: is not above 0 h. Say over which time starts are looked for.")
     heading = _heading(ship, limits, plan is not None)
     if out is not None:
         check_folder(out, OUT_FILES)
@@ -303,11 +303,11 @@ def show(
 
 
 def _write(out: Path, figure: Figure, answer: dict[str, Any]) -> None:
-    from stillhook.base.atomic import whole_folder
+    from stillhook.base.atomic import atomic_folder
     from stillhook.formats.results import save_json
     from stillhook.report.plots.run import save_figure
 
-    with whole_folder(out) as part:
+    with atomic_folder(out) as part:
         save_figure(figure, part / OUT_FILES[0])
         save_json(answer, part / OUT_FILES[1])
 
@@ -344,27 +344,27 @@ def _read(
     from stillhook.errors import WeatherError
     from stillhook.formats.weather.file import SENSES, read_weather
     from stillhook.library.toml.tree import nearest
-    from stillhook.units import came, parse
+    from stillhook.units import parse, quote
     from stillhook.weather.mapped import mapped
 
     if direction is not None and direction not in SENSES:
         raise WeatherError(
-            f"--direction {came(direction)}: is not one of {', '.join(SENSES)}{nearest(direction, SENSES)}"
+            f"--direction {quote(direction)}: is not one of {', '.join(SENSES)}{nearest(direction, SENSES)}"
         )
     named: dict[str, str] = {}
     for text in column or ():
         name, sign, heading = text.partition("=")
         if not sign or not heading.strip():
-            raise WeatherError(f'--column {came(text)}: write a name and a heading, "Hs=waveheight".')
+            raise WeatherError(f'--column {quote(text)}: write a name and a heading, "Hs=waveheight".')
         column_of = mapped({name: heading}, "--column")
         if twice := sorted(column_of.keys() & named.keys()):
             raise WeatherError(
-                f"--column {came(text)}: {twice[0]} already has the heading {came(named[twice[0]])}. Name each column"
+                f"--column {quote(text)}: {twice[0]} already has the heading {quote(named[twice[0]])}. Name each column"
                 " once."
             )
         named |= column_of
     every = None if step is None else parse(step, "hours", "--step")
     if every is not None and every <= 0.0:
-        raise WeatherError(f"--step {came(step)}: is not above 0 s.")
+        raise WeatherError(f"--step {quote(step)}: is not above 0 s.")
     sense = None if direction is None else SENSES[direction]
     return read_weather(file, sense=sense, columns_as=named, time_column=time, date_order=date_order, step=every)

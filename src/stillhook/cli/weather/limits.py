@@ -70,14 +70,14 @@ def by_plan(
     from stillhook.library.toml.tree import nearest
     from stillhook.plan.answer.files import load_plan_result
     from stillhook.plan.weather.forecast import plan_forecast
-    from stillhook.units import came
+    from stillhook.units import quote
 
     result = load_plan_result(folder)
     names = [a.value for a in result.alternatives]
     chosen = str(result.facts["shown"]) if alternative is None else alternative
     if chosen not in names:
         raise WeatherError(
-            f"--alternative {came(chosen)}: is not one of the plan's {', '.join(names)}{nearest(chosen, names)}"
+            f"--alternative {quote(chosen)}: is not one of the plan's {', '.join(names)}{nearest(chosen, names)}"
         )
     credit: Credit = "twin" if twin else "credited"
     answer = plan_forecast(
@@ -124,12 +124,12 @@ def chosen_alternatives(names: Sequence[str], of: Sequence[Alternative]) -> tupl
     """Those of a plan's alternatives that were named; all without any. Errors: WeatherError."""
     from stillhook.errors import WeatherError
     from stillhook.library.toml.tree import nearest
-    from stillhook.units import came
+    from stillhook.units import quote
 
     for name in names:
         if name not in of:
             raise WeatherError(
-                f"--alternative {came(name)}: is not one of the plan's {', '.join(of)}{nearest(name, of)}"
+                f"--alternative {quote(name)}: is not one of the plan's {', '.join(of)}{nearest(name, of)}"
             )
     return tuple(a for a in of if a in names) if names else tuple(of)
 

@@ -82,7 +82,7 @@ def _cases(cases: Sequence[Case]) -> list[Case]:
     for i, each in enumerate(lifts):
         if not isinstance(each, Lowering | InSea):
             raise LiftError(
-                f"lowering {i} = {units.came(each)}: not a Lowering. Give lowerings, or lowerings in a sea (InSea)."
+                f"lowering {i} = {units.quote(each)}: not a Lowering. Give lowerings, or lowerings in a sea (InSea)."
             )
     return lifts
 
@@ -98,7 +98,7 @@ def _cranes(crane: Crane | Sequence[Crane], cases: Sequence[Case]) -> list[Crane
     first = cranes[0]
     for i, each in enumerate(cranes):
         if not isinstance(each, Crane):
-            raise SpecError(f"crane = {units.came(each)}: not a Crane. Read one with load_crane, by name or path.")
+            raise SpecError(f"crane = {units.quote(each)}: not a Crane. Read one with load_crane, by name or path.")
         if each.plant is not first.plant or each.control.t_cycle != first.control.t_cycle:
             raise SpecError(
                 f'lower_many: crane {i} "{each.name}" has another winch type or PLC cycle than "{first.name}". Run them'

@@ -77,7 +77,7 @@ def lower(
     single = isinstance(case, Lowering)
     cases = _cases(crane, case)
     if on_failure not in tuple(OnFailure):
-        raise LiftError(f"on_failure = {units.came(on_failure)}: give one of {', '.join(OnFailure)}.")
+        raise LiftError(f"on_failure = {units.quote(on_failure)}: give one of {', '.join(OnFailure)}.")
     check_threads(threads)
     stored = single if series is None else series
     n_sub, rows = steps_per_cycle(crane, step, LIFT_STEP), cycles(crane, every)
@@ -93,13 +93,15 @@ def lower(
 
 def _cases(crane: Crane, case: Lowering | Sequence[Lowering]) -> list[Lowering]:
     if not isinstance(crane, Crane):
-        raise SpecError(f"crane = {units.came(crane)}: not a Crane. Read one with load_crane, by name or path.")
+        raise SpecError(f"crane = {units.quote(crane)}: not a Crane. Read one with load_crane, by name or path.")
     cases = [case] if isinstance(case, Lowering) else list(case) if isinstance(case, Iterable) else [case]
     if not cases:
         raise LiftError("lower: the list of lowerings is empty. Give at least one Lowering.")
     for i, each in enumerate(cases):
         if not isinstance(each, Lowering):
-            raise LiftError(f"lowering {i} = {units.came(each)}: not a Lowering. Give one Lowering, or a list of them.")
+            raise LiftError(
+                f"lowering {i} = {units.quote(each)}: not a Lowering. Give one Lowering, or a list of them."
+            )
     return cases
 
 

@@ -79,7 +79,7 @@ def simulate(
     single = isinstance(crane, Crane) and isinstance(case, Scenario)
     cranes, cases = paired(crane, case)
     if on_failure not in tuple(OnFailure):
-        raise ScenarioError(f"on_failure = {units.came(on_failure)}: give one of {', '.join(OnFailure)}.")
+        raise ScenarioError(f"on_failure = {units.quote(on_failure)}: give one of {', '.join(OnFailure)}.")
     check_threads(threads)
     stored = single if series is None else series
     if stored and (store is not None or client is not None):

@@ -23,7 +23,7 @@ from typing import Any, TypeVar
 
 from stillhook.errors import StillhookError, UnreadableError
 from stillhook.formats.binary.process import FAILED, REFUSED, receive
-from stillhook.units import came, parse
+from stillhook.units import parse, quote
 
 T = TypeVar("T")
 
@@ -156,7 +156,7 @@ def time_limit(path: Path) -> float:
         return LONGEST + _size(path) / SLOWEST
     value = parse(text, "time", TIME)
     if not value > 0.0:
-        raise StillhookError(f'{TIME} = {came(text)}: a time above 0, such as "10 min".')
+        raise StillhookError(f'{TIME} = {quote(text)}: a time above 0, such as "10 min".')
     return value
 
 
@@ -173,7 +173,7 @@ def memory_limit() -> int:
     match = re.fullmatch(r"([0-9]+(?:\.[0-9]+)?) (GB|MB)", text.strip())
     size = float(match[1]) * (1e9 if match[2] == "GB" else 1e6) if match else 0.0
     if not 0.0 < size < 1e15:
-        raise StillhookError(f'{MEMORY} = {came(text)}: is no size. Give one in GB or MB, such as "{MOST_MEMORY}".')
+        raise StillhookError(f'{MEMORY} = {quote(text)}: is no size. Give one in GB or MB, such as "{MOST_MEMORY}".')
     return int(size)
 
 

@@ -23,7 +23,7 @@ from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.programme import Stage, WinchSettings
 from stillhook.spec.scenario import RHO_SEA, Record, Sensors
-from stillhook.units import came, parse, show
+from stillhook.units import parse, quote, show
 
 TOP = (
     "name",
@@ -108,7 +108,7 @@ def load_lift(
     if "." not in str(path) and not Path(path).exists():
         have = f"{', '.join(lifts())}{nearest(str(path), lifts())}"
         other = other_kind(str(path), FileKind.LIFT)
-        raise LiftError(f"No lift {came(str(path))}: the library has {have} A file's name ends in .toml.{other}")
+        raise LiftError(f"No lift {quote(str(path))}: the library has {have} A file's name ends in .toml.{other}")
     if not toml_text(Path(path)).strip():
         have = ", ".join(lifts())
         raise LiftError(
@@ -189,7 +189,7 @@ def _part(kind: type[Record], table: Mapping[str, Any], key: str) -> Record:
 
 def _table(table: Mapping[str, Any], key: str) -> dict[str, Any]:
     if not isinstance(table[key], Mapping):
-        raise LiftError(f"{key} = {came(table[key])}: is no table. Write [{key}] with its fields below.")
+        raise LiftError(f"{key} = {quote(table[key])}: is no table. Write [{key}] with its fields below.")
     return dict(table[key])
 
 

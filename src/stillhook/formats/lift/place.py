@@ -27,7 +27,7 @@ from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.realisation import realise, tip_motion
 from stillhook.sea.vessel.tip import TipPoint, parse_point
 from stillhook.sea.vessel.wave_field import wave_field
-from stillhook.units import came, show
+from stillhook.units import quote, show
 
 SEA = ("wave", "record", "heading", "spread", "seed", "amplitudes")
 TIP = ("at", "height", "motion")
@@ -202,7 +202,7 @@ def _measured_sea(table: Fields, path: Path, heading: float | None, spread: floa
 def _seed(table: Fields, seed: int | None) -> int:
     value = table.table.get("seed", 1) if seed is None else seed
     if isinstance(value, bool) or not isinstance(value, int) or value < 0:
-        raise LiftError(f"sea.seed = {came(value)}: give a whole number of 0 or more.")
+        raise LiftError(f"sea.seed = {quote(value)}: give a whole number of 0 or more.")
     return value
 
 
@@ -212,5 +212,7 @@ def _vessel(top: Fields, folder: Path) -> Rao:
     if name in vessels():
         return read_vessel(vessel_file(name))
     if not exists(folder / name):
-        raise SeaError(f"vessel = {came(name)}: neither a file beside the lift file nor one of {', '.join(vessels())}.")
+        raise SeaError(
+            f"vessel = {quote(name)}: neither a file beside the lift file nor one of {', '.join(vessels())}."
+        )
     return read_vessel(folder / name)

@@ -23,7 +23,7 @@ from stillhook.errors import MotionError, UnitError
 from stillhook.formats.motion.ship_log import DEFAULT_MAX_GAP, HeaveSign, RawLog, finish, head_of, sign_of
 from stillhook.sea.motion.recorded import Recorded
 from stillhook.sea.vessel.ship_motion import ShipMotion, sea_worthy
-from stillhook.units import KINDS, came, parse
+from stillhook.units import KINDS, parse, quote
 
 COLUMNS = {"time": "time", "heave": "length", "roll": "angle", "pitch": "angle", "tip": "length"}
 EXAMPLES = {"time": "time [s]", "heave": "heave [m]", "roll": "roll [deg]", "pitch": "pitch [deg]", "tip": "tip [m]"}
@@ -122,13 +122,13 @@ def _ragged(table: _Table, problem: Exception) -> MotionError:
                 ' A decimal comma needs ";" between columns.' if table.separator == "," and len(fields) > wanted else ""
             )
             return MotionError(f"{place}: {len(fields)} fields where the header has {wanted}.{comma} Mend the line.")
-    return MotionError(f"{table.name}: cannot be read as CSV ({came(str(problem).splitlines()[0])}).")
+    return MotionError(f"{table.name}: cannot be read as CSV ({quote(str(problem).splitlines()[0])}).")
 
 
 def _numbers(table: _Table, index: int, kept: Rows, kind: str) -> FloatArray:
     """A column in SI; `kept` holds the rows that are not blank."""
     name, unit = _split(table.headings[index])
-    place = f"{table.name}: line {table.header_line}: column {came(table.headings[index])}"
+    place = f"{table.name}: line {table.header_line}: column {quote(table.headings[index])}"
     text = table.rows.to_series(index).str.strip_chars(' \t"')[kept]
     if name == "time" and unit == STAMPS:
         return _stamps(table, text, kept)
@@ -136,7 +136,7 @@ def _numbers(table: _Table, index: int, kept: Rows, kind: str) -> FloatArray:
     if unit is None:
         raise UnitError(f'{place} has no unit. Write it as "{EXAMPLES[name]}" (allowed: {allowed}).')
     if unit.strip() not in KINDS[kind].allowed:
-        raise UnitError(f"{place}: unit {came(unit)} is not one of {allowed}.")
+        raise UnitError(f"{place}: unit {quote(unit)} is not one of {allowed}.")
     if table.separator != ",":
         text = text.str.replace(",", ".", literal=True)
     values = text.cast(pl.Float64, strict=False).to_numpy().astype(np.float64)
@@ -166,7 +166,7 @@ def _refuse(table: _Table, bad: NDArray[np.bool_], text: pl.Series, kept: Rows, 
     more = f" ({int(bad.sum())} such values)" if bad.sum() > 1 else ""
     cut = " The file seems cut off there." if row == len(bad) - 1 else ""
     raise MotionError(
-        f"{table.name}: line {table.line_of(int(kept[row]))}: {name} = {came(text[row] or '')} is not {wanted}{more}."
+        f"{table.name}: line {table.line_of(int(kept[row]))}: {name} = {quote(text[row] or '')} is not {wanted}{more}."
         f"{cut} Mend or remove the line."
     )
 
@@ -193,7 +193,7 @@ def _columns(table: _Table, names: tuple[str, ...]) -> tuple[dict[str, FloatArra
         if columns[name] is None and name == "heave" and table.column("tip") is not None:
             raise MotionError(f"{table.name}: holds a column tip, so the motion of a crane tip. Read it without tip=.")
         if columns[name] is None and name in ("time", "heave", "tip"):
-            present = ", ".join(came(heading) for heading in table.headings)
+            present = ", ".join(quote(heading) for heading in table.headings)
             raise MotionError(
                 f'{table.name}: line {table.header_line}: no column "{EXAMPLES[name]}" among {present}. Begin the '
                 f"file with a header such as {EXAMPLE}."

@@ -30,7 +30,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.errors import MotionError
 from stillhook.formats.motion.ship_log import DEFAULT_MAX_GAP, HeaveSign, RawLog, finish, head_of, sign_of
 from stillhook.sea.vessel.ship_motion import ShipMotion
-from stillhook.units import came
+from stillhook.units import quote
 
 INVALID = b"2"  # quality flag in $PSXN,20: 0 normal, 1 reduced performance, 2 invalid
 AGREEMENT = 0.5  # correlation of altitude and heave steps beyond which their relative sign is beyond doubt
@@ -145,7 +145,7 @@ def read_psxn(
     file, _ = head_of(path)
     sign = sign_of(heave, file.name)
     if time not in ("logger", "instrument"):
-        raise MotionError(f'{file.name}: time = {came(time)} is not one of "logger", "instrument".')
+        raise MotionError(f'{file.name}: time = {quote(time)} is not one of "logger", "instrument".')
     scan = _Scan(instrument=time == "instrument")
     number = 0
     with file.open("rb") as stream:

@@ -17,7 +17,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.errors import MotionError
 from stillhook.sea.motion.recorded import FEWEST_POINTS
 from stillhook.sea.vessel.ship_motion import ReadReport, ShipMotion
-from stillhook.units import came, parse
+from stillhook.units import parse, quote
 
 HeaveSign = Literal["up", "down"]
 
@@ -73,7 +73,7 @@ def head_of(path: str | os.PathLike[str]) -> tuple[Path, bytes]:
         raise MotionError(f"{file}: no such file. Check the name and the folder.") from None
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or str(problem)
-        raise MotionError(f"{came(str(file))}: cannot be read ({reason}). Check the name and your rights.") from None
+        raise MotionError(f"{quote(str(file))}: cannot be read ({reason}). Check the name and your rights.") from None
     for magic, name in _FOREIGN:
         if head.startswith(magic):
             raise MotionError(
@@ -93,7 +93,7 @@ def sign_of(heave: str, place: str) -> HeaveSign:
     match heave:
         case "up" | "down":
             return heave
-    raise MotionError(f'{place}: heave = {came(heave)} is not one of "up", "down" (which way the file counts heave).')
+    raise MotionError(f'{place}: heave = {quote(heave)} is not one of "up", "down" (which way the file counts heave).')
 
 
 def finish(raw: RawLog, *, heave: HeaveSign, max_gap: str, start: str | None, duration: str | None) -> ShipMotion:

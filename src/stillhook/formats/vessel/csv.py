@@ -40,12 +40,12 @@ from pathlib import Path
 import numpy as np
 
 from stillhook.base.arrays import ComplexArray, FloatArray
-from stillhook.base.atomic import whole_file
+from stillhook.base.atomic import atomic_file
 from stillhook.errors import SeaError
 from stillhook.library.toml.tree import nearest
 from stillhook.sea.vessel.rao import DOFS, Rao
 from stillhook.sea.vessel.rao_convention import Convention, one_side, to_rao
-from stillhook.units import came
+from stillhook.units import quote
 
 FIRST = "# stillhook vessel motions"
 VERSION = 1
@@ -77,7 +77,7 @@ class _Table:
 
     def wrong(self, key: str, allowed: str) -> SeaError:
         line, text = self.said[key]
-        return SeaError(f"{self.file}: line {line}: {key}: {came(text)}: {allowed}")
+        return SeaError(f"{self.file}: line {line}: {key}: {quote(text)}: {allowed}")
 
     def choice(self, key: str, choices: Mapping[str, int]) -> int:
         value = " ".join(self.said[key][1].lower().split())
@@ -129,7 +129,7 @@ def write_rao_csv(
             parts = np.column_stack([H[:, j, k].real, H[:, j, k].imag]).ravel()
             body.append(",".join(f"{v:.6g}" for v in (w, np.degrees(angle), *parts)))
     target = Path(path)
-    with whole_file(target) as part:
+    with atomic_file(target) as part:
         part.write_text("\n".join((*head, *body)) + "\n", encoding="utf-8")
     return target
 
@@ -143,7 +143,7 @@ def _split(file: str, text: str) -> _Table:
             body.append((number, line))
         elif line.startswith(FIRST) and line[len(FIRST) :].strip() != str(VERSION):
             raise SeaError(
-                f"{file}: line {number}: version {came(line[len(FIRST) :].strip())}, {VERSION} is read. Get a newer"
+                f"{file}: line {number}: version {quote(line[len(FIRST) :].strip())}, {VERSION} is read. Get a newer"
                 " Stillhook."
             )
         elif match := _KEY.fullmatch(line.rstrip().rstrip(",;\t")):
@@ -178,7 +178,7 @@ EXAMPLES = {
 def _declare(file: str, number: int, key: str, value: str, said: dict[str, tuple[int, str]], notes: list[str]) -> None:
     if key not in KEYS:
         raise SeaError(
-            f"{file}: line {number}: {came(key)[1:-1]}: unknown key. Allowed: {', '.join(KEYS)}{nearest(key, KEYS)}"
+            f"{file}: line {number}: {quote(key)[1:-1]}: unknown key. Allowed: {', '.join(KEYS)}{nearest(key, KEYS)}"
         )
     if key == "note":
         notes.append(value)
@@ -200,10 +200,10 @@ def _numbers(file: str, number: int, line: str, separator: str, count: int) -> l
             values.append(float(text.strip().strip('"')))
         except ValueError:
             raise SeaError(
-                f"{file}: line {number}: {came(text.strip())} is not a number. Mend it; decimals have a point."
+                f"{file}: line {number}: {quote(text.strip())} is not a number. Mend it; decimals have a point."
             ) from None
         if not np.isfinite(values[-1]):
-            raise SeaError(f"{file}: line {number}: {came(text.strip())} is not a finite number. Mend it.")
+            raise SeaError(f"{file}: line {number}: {quote(text.strip())} is not a finite number. Mend it.")
     return values
 
 
@@ -236,7 +236,7 @@ def _column(table: _Table, names: Sequence[str]) -> tuple[str, FloatArray]:
             if found
             else [c for c in table.columns if c.split("[")[0].strip().lower() in {n.split(" [")[0] for n in names}]
         )
-        near = f", but {came(alike[0])}" if alike else ""
+        near = f", but {quote(alike[0])}" if alike else ""
         count = "has more than one column" if found else "has no column"
         raise SeaError(f"{table.file}: line {table.header}: {count} {wanted}{near}. Name each once, with its unit.")
     return found[0][0], table.rows[:, found[0][1]]

@@ -16,7 +16,7 @@ from stillhook.library.toml.tree import nearest
 from stillhook.library.vessels import vessel_file, vessels
 from stillhook.sea.vessel.floating_body import long_wave_test, remarks, wrong_line
 from stillhook.sea.vessel.rao import Rao
-from stillhook.units import came
+from stillhook.units import quote
 
 FORMS = "ShipX/VERES .re1, CSV with declared conventions, Capytaine NetCDF and OrcaFlex text files (.yml)"
 LARGEST_FILE = 200_000_000  # bytes
@@ -65,11 +65,11 @@ def _found(path: str | os.PathLike[str]) -> Path:
     if not file.exists() and str(path) in vessels():
         return vessel_file(str(path))
     if file.is_dir():
-        raise SeaError(f"{came(str(file))} is a folder. Give a vessel file.")
+        raise SeaError(f"{quote(str(file))} is a folder. Give a vessel file.")
     if not file.is_file():
         near = nearest(str(path), vessels())
         raise SeaError(
-            f"{came(str(path))}: no such vessel file, and no vessel of the library, which has"
+            f"{quote(str(path))}: no such vessel file, and no vessel of the library, which has"
             f" {', '.join(vessels())}{near}"
         )
     if not os.access(file, os.R_OK):

@@ -22,7 +22,7 @@ from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError
 from stillhook.sea.vessel.rao import DOFS, Rao
 from stillhook.sea.vessel.rao_convention import INSIDE, to_rao
-from stillhook.units import came
+from stillhook.units import quote
 
 POSITIVE = (
     ("SurgePositive", {"forward": 1.0, "aft": -1.0}),
@@ -57,7 +57,7 @@ def read_orcaflex(path: Path, text: str) -> Rao:
     """The vessel in an OrcaFlex text file, given its path and text. Errors: SeaError of one line."""
     model = _model(path.name, text)
     kind = _only(path.name, model, "VesselTypes")
-    place = f"{path.name}: {came(kind.get('Name', 'vessel type'))[1:-1]}"
+    place = f"{path.name}: {quote(kind.get('Name', 'vessel type'))[1:-1]}"
     draught = _only(place, kind, "Draughts")
     raos = draught.get("DisplacementRAOs")
     if not isinstance(raos, Mapping) or not isinstance(raos.get("RAOs"), list) or not raos["RAOs"]:
@@ -113,7 +113,7 @@ def _model(file: str, text: str) -> Mapping[str, Any]:
     units = general.get("UnitsSystem", "SI") if isinstance(general, Mapping) else "SI"
     if units != "SI":
         raise SeaError(
-            f"{file}: UnitsSystem {came(units)}, SI is read. Change the units of the model and save it again."
+            f"{file}: UnitsSystem {quote(units)}, SI is read. Change the units of the model and save it again."
         )
     return model
 
@@ -136,7 +136,7 @@ def _choice(place: str, table: Mapping[str, Any], key: str, choices: Mapping[str
     match = next((v for name, v in choices.items() if name.lower() == value.lower()), None)
     if match is None:
         raise SeaError(
-            f"{place}: {key} {came(value)} is not read. Allowed: {', '.join(choices)}. Change it in OrcaFlex."
+            f"{place}: {key} {quote(value)} is not read. Allowed: {', '.join(choices)}. Change it in OrcaFlex."
         )
     return match
 
@@ -205,6 +205,6 @@ def _point(
         or len(point) != 3
         or not all(isinstance(v, int | float) and np.isfinite(v) for v in point)
     ):
-        raise SeaError(f"{place}: {key} {came(point)} is no point. Give it as [x, y, z] in m.")
+        raise SeaError(f"{place}: {key} {quote(point)} is no point. Give it as [x, y, z] in m.")
     x, y, z = (float(v) for v in point)
     return x, y, z

@@ -22,7 +22,7 @@ from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError
 from stillhook.sea.vessel.rao import DOFS, Rao
 from stillhook.sea.vessel.rao_convention import SHIPX, to_rao
-from stillhook.units import came
+from stillhook.units import quote
 
 TITLES = 6  # lines of text before the numbers
 LARGEST_TABLE = 20_000_000  # values: far beyond any table, far below what fills a memory
@@ -45,7 +45,7 @@ class _Reader:
             self.last = number
             fields = line.split()
             if len(fields) < count or (exact and len(fields) != count):
-                text = came(line.strip())
+                text = quote(line.strip())
                 raise SeaError(
                     f"{self.name}: line {number}: {text} where {what} should be ({count} numbers). Export the file"
                     " again."
@@ -54,7 +54,7 @@ class _Reader:
                 return [self._finite(text, number) for text in fields[:count]]
             except ValueError:
                 raise SeaError(
-                    f"{self.name}: line {number}: {came(line.strip())} is not {what}. Export the file again."
+                    f"{self.name}: line {number}: {quote(line.strip())} is not {what}. Export the file again."
                 ) from None
         raise SeaError(
             f"{self.name}: ends after line {self.last}, where {what} should follow: the file is cut off. Export it"
@@ -64,7 +64,7 @@ class _Reader:
     def _finite(self, text: str, number: int) -> float:
         value = float(text.replace("D", "E").replace("d", "e"))
         if not np.isfinite(value):
-            raise SeaError(f"{self.name}: line {number}: {came(text)} is not a finite number. Export the file again.")
+            raise SeaError(f"{self.name}: line {number}: {quote(text)} is not a finite number. Export the file again.")
         return value
 
 
@@ -74,7 +74,9 @@ def read_re1(path: Path, text: str) -> Rao:
     lines = text.splitlines()
     r = _Reader(path.name, iter(list(enumerate(lines, start=1))[TITLES:]), min(len(lines), TITLES))
     if lines and "TRANSFER FUNCTION" in lines[0].upper() and "MOTION" not in lines[0].upper():
-        raise SeaError(f"{path.name}: {came(lines[0].strip())}: not the motions. Give the .re1, not the forces (.re8).")
+        raise SeaError(
+            f"{path.name}: {quote(lines[0].strip())}: not the motions. Give the .re1, not the forces (.re8)."
+        )
     r.numbers(2, "density and gravity")
     L, B, T = r.numbers(3, "Lpp, breadth and draught")
     if not (L <= LONGEST_SHIP and B <= L and T <= L and min(L, B, T) > 0.0):

@@ -23,7 +23,7 @@ from stillhook.sea.spectra.directional import Directional
 from stillhook.sea.spectra.directions import FULL, DirectionSense, coming_from
 from stillhook.sea.spectra.measured import SpectrumSeries
 from stillhook.sea.spectra.parametric import HIGHEST
-from stillhook.units import came
+from stillhook.units import quote
 
 if TYPE_CHECKING:
     import xarray
@@ -55,9 +55,9 @@ def read_wavespectra(path: str | os.PathLike[str], form: str, point: int | None 
     """
     file = Path(path)
     if form not in FORMATS:
-        raise SeaError(f"--format {came(form)}: is not one of {', '.join(FORMATS)}. Leave it out for files of NDBC.")
+        raise SeaError(f"--format {quote(form)}: is not one of {', '.join(FORMATS)}. Leave it out for files of NDBC.")
     if not file.exists():
-        raise SeaError(f"{came(str(file))}: no such file. Check the name and the folder.")
+        raise SeaError(f"{quote(str(file))}: no such file. Check the name and the folder.")
     if find_spec("wavespectra") is None:
         raise SeaError(
             f'{file.name}: reading {form} needs the library wavespectra. Install it: pip install "stillhook[sea]".'

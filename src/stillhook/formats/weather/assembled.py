@@ -12,7 +12,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.errors import WeatherError
 from stillhook.formats.weather.columns import KINDS, PLAIN, UNITS, Column, sense_in, without_unit
 from stillhook.sea.spectra.directions import FULL, DirectionSense, coming_from
-from stillhook.units import came
+from stillhook.units import quote
 
 SENSES = {
     "coming-from": DirectionSense.FROM_NORTH,
@@ -51,7 +51,7 @@ def assembled(
             values[column.name] = coming_from(x, meant)
         else:
             notes.append(
-                f"the file does not say what its wave direction {came(column.heading)} means, and it was not read: say"
+                f"the file does not say what its wave direction {quote(column.heading)} means, and it was not read: say"
                 f" --direction {', '.join(list(SENSES)[:-1])} or {list(SENSES)[-1]} (cartesian: going to,"
                 " counter-clockwise from east)"
             )
@@ -79,8 +79,8 @@ def _meant(column: Column, comments: Sequence[str], name: str, sense: DirectionS
             declared = declared or next((s for s in DirectionSense if s.value == match[1].strip().lower()), None)
     if declared is not None and sense is not None and declared is not sense:
         raise WeatherError(
-            f"{name}: column {came(column.heading)}: the file says its directions are"
-            f" {came(declared.value)}, --direction"
-            f" says {came(sense.value)}. Leave --direction out, or correct the file."
+            f"{name}: column {quote(column.heading)}: the file says its directions are"
+            f" {quote(declared.value)}, --direction"
+            f" says {quote(sense.value)}. Leave --direction out, or correct the file."
         )
     return declared or sense

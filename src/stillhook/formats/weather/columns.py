@@ -13,7 +13,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import WeatherError
 from stillhook.sea.spectra.directions import DirectionSense
-from stillhook.units import came
+from stillhook.units import quote
 
 KINDS = {
     "H_m0": "height",
@@ -207,7 +207,7 @@ def columns(headings: Sequence[str], units: Sequence[str], columns_as: Mapping[s
             if kind == "period" and tidy in FREQUENCIES:
                 do = "It is a frequency: export the period."
             raise WeatherError(
-                f"{name}: column {came(headings[place])}: unit {came(unit)} is not one of {', '.join(UNITS[kind])}."
+                f"{name}: column {quote(headings[place])}: unit {quote(unit)} is not one of {', '.join(UNITS[kind])}."
                 f" {do}"
             )
         recognised.append(Column(key, place, headings[place], tidy or PLAIN[kind], bool(tidy)))
@@ -222,7 +222,7 @@ def _requested(headings: Sequence[str], wanted: str, key: str, name: str) -> int
         if len(places) == 1:
             return places[0]
     have = ", ".join(h for h in headings if h)
-    raise WeatherError(f"{name}: --column {key}={wanted}: no column {came(wanted)}, or several. It has {have}.")
+    raise WeatherError(f"{name}: --column {key}={wanted}: no column {quote(wanted)}, or several. It has {have}.")
 
 
 def _recognised(headings: Sequence[str], key: str, name: str) -> int | None:
@@ -234,7 +234,7 @@ def _recognised(headings: Sequence[str], key: str, name: str) -> int | None:
         parts = ("u10",) if "v10" in names else ()  # beside v10 it is no speed but its part towards the east
         places = [i for i, n in enumerate(names) if n in ALIASES[key] and n not in parts]
         if len(places) > 1:
-            both = " and ".join(came(headings[i]) for i in places)
+            both = " and ".join(quote(headings[i]) for i in places)
             raise WeatherError(
                 f"{name}: columns {both} both read as {key}. Choose one with --column {key}={headings[places[0]]}."
             )
@@ -302,6 +302,7 @@ def _number(text: str, column: Column, line: int, name: str) -> float:
         return float(text)
     except ValueError:
         raise WeatherError(
-            f"{name}: line {line}: {column.heading} = {came(text)} is no number. Mend the line, or empty the cell if it"
+            f"{name}: line {line}: {column.heading} = {quote(text)} is no number. Mend the line, or empty the"
+            " cell if it"
             " is missing."
         ) from None

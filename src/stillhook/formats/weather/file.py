@@ -31,7 +31,7 @@ from stillhook.formats.weather.times import ORDERS, read_times, stamped, step_of
 from stillhook.library.toml.kinds import toml_instead
 from stillhook.library.weather import weather_file
 from stillhook.sea.spectra.directions import DirectionSense
-from stillhook.units import came
+from stillhook.units import quote
 from stillhook.weather.series import Weather
 
 __all__ = ["SENSES", "read_weather"]
@@ -110,14 +110,14 @@ def read_weather(
     except SeaError as problem:
         raise WeatherError(_ours(str(problem))) from None
     if date_order is not None and date_order not in ORDERS:
-        raise WeatherError(f"--date-order {came(date_order)}: is not one of {', '.join(ORDERS)}.")
+        raise WeatherError(f"--date-order {quote(date_order)}: is not one of {', '.join(ORDERS)}.")
     table = _table(data, path.name)
     time, used, notes = _times(table, time_column, date_order)
     _ascending(time, table)
     headings = ["" if i in used else h for i, h in enumerate(table.dialect.headings)]
     recognised = columns(headings, table.dialect.units, columns_as or {}, path.name)
     if not recognised:
-        have = ", ".join(came(h) for h in headings if h)
+        have = ", ".join(quote(h) for h in headings if h)
         raise WeatherError(
             f"{path.name}: no column of weather among {have}. Name them: --column Hs=... --column wind=..."
         )
@@ -194,7 +194,7 @@ def _times(
         places = [i for i, h in enumerate(table.dialect.headings) if h.strip().lower() == time_column.strip().lower()]
         if len(places) != 1:
             raise WeatherError(
-                f"{table.name}: --time {came(time_column)}: no such column. It has {', '.join(table.dialect.headings)}."
+                f"{table.name}: --time {quote(time_column)}: no such column. It has {', '.join(table.dialect.headings)}."
             )
     else:
         places = [i for i, n in enumerate(names) if n in _TIMES][:1]
@@ -232,13 +232,13 @@ def _from_parts(table: _Table, parts: Sequence[int]) -> NDArray[np.datetime64]:
     except ValueError:
         i = next(i for i, t in enumerate(texts) if not re.fullmatch(r"[0-9. ]+", t))
         raise WeatherError(
-            f"{table.name}: line {table.lines[i]}: {came(texts[i])} is no date and hour. Mend the line."
+            f"{table.name}: line {table.lines[i]}: {quote(texts[i])} is no date and hour. Mend the line."
         ) from None
     year = np.where(year < 70, year + 2000, np.where(year < 100, year + 1900, year))
     second = hour * 3600 + (minute[0] * 60 if minute else 0)
     if np.any((second < 0) | (second > 86400)):
         i = int(np.flatnonzero((second < 0) | (second > 86400))[0])
-        raise WeatherError(f"{table.name}: line {table.lines[i]}: {came(texts[i])} is no date and hour. Mend the line.")
+        raise WeatherError(f"{table.name}: line {table.lines[i]}: {quote(texts[i])} is no date and hour. Mend the line.")
     return stamped(year, month, day, second, table.lines, table.name, texts)
 
 

@@ -15,7 +15,7 @@ from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.errors import LogError
 from stillhook.formats.table import Columns, Wanted, read_columns
 from stillhook.physics.hydraulics.motor_losses import LossMotor
-from stillhook.units import came, parse, show
+from stillhook.units import parse, quote, show
 
 FEWEST_CELLS = 10
 """A fit of five parameters wants at least twice as many cells."""
@@ -141,7 +141,7 @@ def read_map(
     table = read_columns(path, (*SETTINGS, *LOSSES), mapping)
     missing = [w for w in SETTINGS if w.name not in table.values]
     if missing:
-        have = ", ".join(came(h) for h in (*table.headings.values(), *table.unused))
+        have = ", ".join(quote(h) for h in (*table.headings.values(), *table.unused))
         raise LogError(
             f'{table.source}: no column "{missing[0].example}" among {have}. Name it so, or map it with --mapping.'
         )
@@ -165,7 +165,7 @@ def read_map(
             f"half of the cells lose more than {100.0 * float(np.median(share)):.0f} % of nominal torque: is it a loss?"
         )
     if table.unused:
-        found.append("columns not used: " + ", ".join(came(h) for h in table.unused))
+        found.append("columns not used: " + ", ".join(quote(h) for h in table.unused))
     full = float(D.max()) if D_max is None else parse(D_max, "displacement", "D_max")
     if full < D.max() * (1.0 - SAME):
         raise LogError(
@@ -196,14 +196,14 @@ def _in_range(table: Columns) -> None:
         if bad.any():
             i = int(np.argmax(bad))
             raise LogError(
-                f"{table.source}: row {table.numbers[i]}: column {came(table.headings[w.name])} reads"
+                f"{table.source}: row {table.numbers[i]}: column {quote(table.headings[w.name])} reads"
                 f" {show(float(x[i]), w.kind)}; a motor has {show(lo, w.kind)} to {show(hi, w.kind)}. Check the number"
                 " and the unit."
             )
     fastest = float(np.nanmax(np.abs(table.values["omega_m"]), initial=0.0))
     if fastest < OMEGA_SLOWEST:
         raise LogError(
-            f"{table.source}: column {came(table.headings['omega_m'])} ends at {show(fastest, 'rotation')}. Check the"
+            f"{table.source}: column {quote(table.headings['omega_m'])} ends at {show(fastest, 'rotation')}. Check the"
             " unit, and that no thousands sign was read as a decimal sign."
         )
 
@@ -218,7 +218,7 @@ def _loss(table: Columns, found: list[str]) -> FloatArray:
     first = have[0]
     ways = {"T_f": lambda x: x, "T_shaft": lambda x: D * dp - x, "eta_hm": lambda x: D * dp * (1.0 - x)}
     loss: FloatArray = ways[first.name](table.values[first.name])
-    heading = came(table.headings[first.name])
+    heading = quote(table.headings[first.name])
     _plausible(table, first.name, heading)
     meaning = {
         "T_f": "torque loss",
@@ -229,7 +229,7 @@ def _loss(table: Columns, found: list[str]) -> FloatArray:
     for other in have[1:]:
         gap = np.abs(ways[other.name](table.values[other.name]) - loss)
         most = f"{np.nanmax(gap):.3g} N m" if np.isfinite(gap).any() else "nothing to compare"
-        found.append(f"column {came(table.headings[other.name])} not used; losses from it differ by up to {most}")
+        found.append(f"column {quote(table.headings[other.name])} not used; losses from it differ by up to {most}")
     return loss
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.base.atomic import whole_file
+from stillhook.base.atomic import atomic_file
 from stillhook.identify.motor.map import SYNTHETIC, LossMap
 from stillhook.library import motor as library_motor
 from stillhook.physics.hydraulics.motor import TorqueLossFit, torque_loss
@@ -112,6 +112,6 @@ def write_map(m: LossMap, path: str | Path) -> Path:
             100.0 * (1.0 - T_f / (D * dp)),
         )
         lines.append(",".join(f"{c:.10g}" for c in cells))
-    with whole_file(target) as part:
+    with atomic_file(target) as part:
         part.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return target

@@ -99,7 +99,7 @@ class WindowSettings(BaseModel):
             except UnitError:
                 continue
         raise IdentifyError(
-            f'WindowSettings: least_speed = {u.came(self.least_speed)}: write a speed such as "20 rev/min" or "2'
+            f'WindowSettings: least_speed = {u.quote(self.least_speed)}: write a speed such as "20 rev/min" or "2'
             ' m/min".'
         )
 

@@ -31,7 +31,7 @@ from stillhook.library.toml.tree import (
 from stillhook.library.write import crane_tree
 from stillhook.spec.circuits import Motor
 from stillhook.spec.crane import Crane, Plant, Source, SourceKind, Spec, SystemFriction
-from stillhook.units import came
+from stillhook.units import quote
 
 _PRODUCT = Source(text="product of gear_ratios", kind=SourceKind.DERIVED)
 
@@ -89,7 +89,7 @@ def changed(crane: Crane, changes: Mapping[str, Any]) -> Crane:
     Errors: SpecError, UnitError of one line, as ``load_crane``.
     """
     if not isinstance(changes, Mapping):
-        raise SpecError(f'Changes = {came(changes)}: give nested tables, such as {{"wire": {{"L_0": "80 m"}}}}.')
+        raise SpecError(f'Changes = {quote(changes)}: give nested tables, such as {{"wire": {{"L_0": "80 m"}}}}.')
     label = f"changes to {crane.name}"
     own = tree(changes, label, user=True)
     return _crane(_over_base(crane_tree(crane), own, label), label)
@@ -115,13 +115,13 @@ def _fields(name_or_path: str | Path, above: tuple[Path, ...]) -> tuple[str, Tre
     if isinstance(name_or_path, str) and name_or_path in cranes():
         return f"{name_or_path}.toml", library_tree("cranes", name_or_path, "crane")
     if not isinstance(name_or_path, (str, Path)):
-        raise SpecError(f"Crane = {came(name_or_path)}: give a name ({', '.join(cranes())}) or the path of a file.")
+        raise SpecError(f"Crane = {quote(name_or_path)}: give a name ({', '.join(cranes())}) or the path of a file.")
     path = Path(name_or_path)
     if isinstance(name_or_path, str) and path.name == name_or_path and path.suffix != ".toml":
         have, hint = ", ".join(cranes()), nearest(name_or_path, cranes())
         other = other_kind(name_or_path, FileKind.CRANE)
         raise SpecError(
-            f"No crane {came(name_or_path)}: the library has {have}{hint} A file's name ends in .toml.{other}"
+            f"No crane {quote(name_or_path)}: the library has {have}{hint} A file's name ends in .toml.{other}"
         )
     own = _with_library(file_tree(path), path.name, path.parent)
     base, certificate = own.pop("base", None), own.pop("certificate", None)
@@ -135,14 +135,14 @@ def _certified(own: Tree, certificate: Leaf | Tree, path: Path) -> Leaf:
     name = certificate.value if isinstance(certificate, Leaf) else None
     if not isinstance(name, str) or not name.strip():
         raise SpecError(
-            f'{path.name}: certificate = {came(name)}: give the path of a certificate, such as "certificate.json".'
+            f'{path.name}: certificate = {quote(name)}: give the path of a certificate, such as "certificate.json".'
         )
     if "certified" in own:
         raise SpecError(f"{path.name}: certificate and [certified]: the second is the record of another. Remove it.")
     try:
         record = read_certified(path.parent / name)
     except StillhookError as problem:
-        raise SpecError(f"{path.name}: certificate = {came(name)}: {problem}") from None
+        raise SpecError(f"{path.name}: certificate = {quote(name)}: {problem}") from None
     return Leaf(record, Source(text=f"certificate {record.short}", kind=SourceKind.USER))
 
 
@@ -150,12 +150,12 @@ def _on_base(own: Tree, base: Leaf | Tree, path: Path, above: tuple[Path, ...]) 
     name = base.value if isinstance(base, Leaf) else None
     have = ", ".join(cranes())
     if not isinstance(name, str):
-        raise SpecError(f"{path.name}: base = {came(name)}: not the name of a crane ({have}) nor the path of a file.")
+        raise SpecError(f"{path.name}: base = {quote(name)}: not the name of a crane ({have}) nor the path of a file.")
     if name not in cranes() and not name.endswith(".toml"):
         hint = nearest(name, cranes())
-        raise SpecError(f"{path.name}: base = {came(name)}: no such crane; the library has {have}{hint}")
+        raise SpecError(f"{path.name}: base = {quote(name)}: no such crane; the library has {have}{hint}")
     if path.resolve() in above:
-        raise SpecError(f"{path.name}: base = {came(name)}: the files build on each other in a circle.")
+        raise SpecError(f"{path.name}: base = {quote(name)}: the files build on each other in a circle.")
     below_path: str | Path = name if name in cranes() else path.parent / name
     _, below = _fields(below_path, (*above, path.resolve()))
     own.setdefault("name", Leaf(path.stem, Source(text=f"name of the file {path.name}", kind=SourceKind.USER)))

@@ -125,7 +125,7 @@ def evidence_of(table: Any, allowed: tuple[str, ...], label: str) -> Evidence | 
         return None
     if not isinstance(table, Mapping):
         raise SpecError(
-            f"{label}: {EVIDENCE} = {u.came(table)}: a table is due, with {', '.join(Evidence.model_fields)}."
+            f"{label}: {EVIDENCE} = {u.quote(table)}: a table is due, with {', '.join(Evidence.model_fields)}."
         )
     try:
         evidence = Evidence.model_validate(table)
@@ -133,5 +133,5 @@ def evidence_of(table: Any, allowed: tuple[str, ...], label: str) -> Evidence | 
         raise explain(error, Evidence, f"{label}: {EVIDENCE}", table) from None
     for name in evidence.names:
         if name not in allowed:
-            raise SpecError(f"{label}: {EVIDENCE}.names: {u.came(name)} is not one of {', '.join(allowed)}.")
+            raise SpecError(f"{label}: {EVIDENCE}.names: {u.quote(name)} is not one of {', '.join(allowed)}.")
     return evidence

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stillhook.base.atomic import whole_file
+from stillhook.base.atomic import atomic_file
 from stillhook.library.parameter_sets.sets import FrictionSet, LossSet, set_toml
 
 
@@ -13,6 +13,6 @@ def save_set(item: FrictionSet | LossSet, path: str | Path) -> Path:
     SimulationError."""
     target = Path(path)
     text = set_toml(item)
-    with whole_file(target) as part:
+    with atomic_file(target) as part:
         part.write_text(text, encoding="utf-8")
     return target

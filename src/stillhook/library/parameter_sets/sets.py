@@ -34,7 +34,7 @@ from stillhook.library.toml.tree import (
 from stillhook.library.write import joined, leaf_tables, toml_value, written
 from stillhook.spec.circuits import Motor, TorqueLoss
 from stillhook.spec.crane import Source, SourceKind, Spec, SystemFriction
-from stillhook.units import came
+from stillhook.units import quote
 
 SUFFIX = ".toml"
 FRICTION, MOTORS = "friction", "motors"
@@ -101,7 +101,7 @@ def load_set(name_or_path: str | Path) -> FrictionSet | LossSet:
         have = (*shelf(FRICTION), *shelf(MOTORS))
         hint = nearest(str(name_or_path), have)
         raise SpecError(
-            f"set {came(str(name_or_path))}: the library has {', '.join(have)}{hint} A file's name ends in .toml."
+            f"set {quote(str(name_or_path))}: the library has {', '.join(have)}{hint} A file's name ends in .toml."
         )
     label, table = _table(FRICTION, name_or_path, ANY, Path())
     return (
@@ -188,7 +188,8 @@ def _table(shelf_name: str, name_or_path: str | Path, where: str, folder: Path) 
     """Label for errors and the parsed tables of a set's file."""
     if not isinstance(name_or_path, str | Path) or not str(name_or_path).strip():
         raise SpecError(
-            f"{where} = {came(name_or_path)}: give a name ({', '.join(shelf(shelf_name))}) or the path of a .toml file."
+            f"{where} = {quote(name_or_path)}: give a name ({', '.join(shelf(shelf_name))}) or the path of a"
+            " .toml file."
         )
     if not _is_file(shelf_name, name_or_path):
         try:
@@ -200,7 +201,7 @@ def _table(shelf_name: str, name_or_path: str | Path, where: str, folder: Path) 
         text = toml_text(path)
     except SpecError as problem:
         raise SpecError(
-            f"{where} = {came(str(name_or_path))}: {str(problem).removeprefix(f'{came(str(path))}: ')}"
+            f"{where} = {quote(str(name_or_path))}: {str(problem).removeprefix(f'{quote(str(path))}: ')}"
         ) from None
     if not text.strip():
         raise SpecError(f"{path.name}: empty. Copy a set of the library, or let stillhook identify write one.")
@@ -246,5 +247,5 @@ def _name(label: str) -> str:
 def _title(label: str, table: Mapping[str, Any]) -> str:
     title = table.get("title", _name(label))
     if not isinstance(title, str) or not title.strip():
-        raise SpecError(f"{label}: title = {came(title)}: give a text.")
+        raise SpecError(f"{label}: title = {quote(title)}: give a text.")
     return title

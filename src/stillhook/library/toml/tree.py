@@ -19,7 +19,7 @@ from typing import Any
 from stillhook.errors import SpecError
 from stillhook.library.toml.kinds import FileKind, kind_of_text, refuse_other
 from stillhook.spec.crane import Source, SourceKind
-from stillhook.units import came
+from stillhook.units import quote
 
 LARGEST_FILE = 1_000_000  # bytes; the library's longest file has 20 kB
 LABELS = frozenset({"name", "title"})  # texts that need no source
@@ -70,7 +70,7 @@ def library_table(shelf_name: str, name: str, where: str) -> dict[str, Any]:
     if name not in shelf(shelf_name):
         have = ", ".join(shelf(shelf_name))
         raise SpecError(
-            f"{where} = {came(name)}: not in the library, which has {have}{nearest(name, shelf(shelf_name))}"
+            f"{where} = {quote(name)}: not in the library, which has {have}{nearest(name, shelf(shelf_name))}"
         )
     return parsed(_library_text(shelf_name, name), f"{name}.toml")
 
@@ -86,17 +86,17 @@ def toml_text(path: Path) -> str:
         status = path.stat()
         if not stat.S_ISREG(status.st_mode):
             what = "a folder" if stat.S_ISDIR(status.st_mode) else "a device"
-            raise SpecError(f"{came(str(path))}: {what}, not a file. Give the path of a TOML file.")
+            raise SpecError(f"{quote(str(path))}: {what}, not a file. Give the path of a TOML file.")
         if status.st_size > LARGEST_FILE:
-            raise SpecError(f"{came(str(path))}: larger than {LARGEST_FILE} bytes, so it is no crane or case file.")
+            raise SpecError(f"{quote(str(path))}: larger than {LARGEST_FILE} bytes, so it is no crane or case file.")
         return path.read_bytes().decode("utf-8-sig")
     except FileNotFoundError:
-        raise SpecError(f"{came(str(path))}: no such file. Check the path.") from None
+        raise SpecError(f"{quote(str(path))}: no such file. Check the path.") from None
     except UnicodeDecodeError as problem:
         raise SpecError(f"{path.name}: not UTF-8 text (byte {problem.start}). Save it as UTF-8.") from None
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or _one_line(problem)
-        raise SpecError(f"{came(str(path))}: cannot be read ({reason}). Give the path of a TOML file.") from None
+        raise SpecError(f"{quote(str(path))}: cannot be read ({reason}). Give the path of a TOML file.") from None
 
 
 START_CRANE = 'Start it with base = "nov-250t", or copy a crane of the library.'
@@ -126,7 +126,7 @@ def tree(table: Mapping[str, Any], name: str, *, user: bool, path: str = "") -> 
     out: Tree = {}
     for key, value in table.items():
         if not isinstance(key, str) or not key.isprintable() or len(key) > LONGEST_KEY:
-            raise SpecError(f"{name}: {path or 'top'}: key {came(key)} is no field. Write the name of a field.")
+            raise SpecError(f"{name}: {path or 'top'}: key {quote(key)} is no field. Write the name of a field.")
         place = f"{path}.{key}" if path else key
         if isinstance(value, Mapping) and "value" not in value:
             out[key] = tree(value, name, user=user, path=place)
@@ -150,9 +150,9 @@ def _leaf(table: Mapping[str, Any], name: str, place: str, *, user: bool) -> Lea
         kind, text = SourceKind.USER.value, f"given in {name}"
     kinds = [k.value for k in SourceKind]
     if kind not in kinds:
-        raise SpecError(f"{name}: {place}.kind = {came(kind)}: not one of {', '.join(kinds)}.")
+        raise SpecError(f"{name}: {place}.kind = {quote(kind)}: not one of {', '.join(kinds)}.")
     if not isinstance(text, str) or not text.strip():
-        raise SpecError(f"{name}: {place}.source = {came(text)}: say where the number is from, as text.")
+        raise SpecError(f"{name}: {place}.source = {quote(text)}: say where the number is from, as text.")
     return Leaf(_plain(table["value"], name, place), Source(text=text, kind=SourceKind(kind)))
 
 
@@ -163,9 +163,9 @@ def _plain(value: Any, name: str, place: str) -> Any:
     if isinstance(value, (list, tuple)):
         for i, item in enumerate(value):
             if not isinstance(item, _ONE_VALUE):
-                raise SpecError(f"{name}: {place}[{i}] = {came(item)}: a list holds numbers or texts only.")
+                raise SpecError(f"{name}: {place}[{i}] = {quote(item)}: a list holds numbers or texts only.")
         return list(value)
-    raise SpecError(f"{name}: {place} = {came(value)}: neither a number, a text nor a list of them.")
+    raise SpecError(f"{name}: {place} = {quote(value)}: neither a number, a text nor a list of them.")
 
 
 def lay_over(below: Tree, above: Tree, name: str, path: str = "") -> Tree:
@@ -177,9 +177,9 @@ def lay_over(below: Tree, above: Tree, name: str, path: str = "") -> Tree:
         if isinstance(old, dict) and isinstance(new, dict):
             out[key] = lay_over(old, new, name, place)
         elif isinstance(old, dict) and isinstance(new, Leaf):
-            raise SpecError(f"{name}: {place} = {came(new.value)}: a table is due, with {', '.join(old)}.")
+            raise SpecError(f"{name}: {place} = {quote(new.value)}: a table is due, with {', '.join(old)}.")
         elif isinstance(old, Leaf) and isinstance(new, dict):
-            raise SpecError(f"{name}: {place}: one value is due, came a table. Write {key} = {came(old.value)}.")
+            raise SpecError(f"{name}: {place}: one value is due, came a table. Write {key} = {quote(old.value)}.")
         else:
             out[key] = new
     return out

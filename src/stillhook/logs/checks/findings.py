@@ -14,7 +14,7 @@ from stillhook.logs.checks.physical_range import LEAST, SET_VALUES
 from stillhook.logs.resample import Binned, Column, Track, on_stretches
 from stillhook.logs.streaming import Rail
 from stillhook.logs.types import Finding
-from stillhook.units import came
+from stillhook.units import quote
 
 MOST_MISSING = 0.5  # of the samples of a bin: with more of them missing its mean is not to be trusted
 MOST_IMPOSSIBLE = 0.01  # of the samples: more that cannot be are no spikes but another unit
@@ -148,7 +148,8 @@ def _impossible(out: Checked, column: Column) -> None:
     if watch.beyond > MOST_IMPOSSIBLE * max(1, watch.good + watch.beyond):
         raise LogError(
             f"{track.file}: {track.row} {watch.beyond_line}: {said} ({watch.beyond} such samples of"
-            f" {watch.good + watch.beyond}). Check the unit {came(column.unit)} of column {came(signal.column)} in the"
+            f" {watch.good + watch.beyond}). Check the unit {quote(column.unit)} of column"
+            f" {quote(signal.column)} in the"
             " mapping, or its scale."
         )
     out.findings.append(
@@ -167,10 +168,10 @@ def _impossible(out: Checked, column: Column) -> None:
 def _missing(out: Checked, i: int, column: Column) -> None:
     signal, track, missing = column.signal, out.track, out.bins.missing[i]
     number = int(missing.sum()) - column.watch.beyond
-    texts = ", ".join(came(text) if text else "empty cells" for text in column.texts)
+    texts = ", ".join(quote(text) if text else "empty cells" for text in column.texts)
     if not column.watch.good:
         raise LogError(
-            f"{track.file}: {signal.name}: column {came(signal.column)} holds no number that can be read"
+            f"{track.file}: {signal.name}: column {quote(signal.column)} holds no number that can be read"
             f" ({texts or 'all cells empty'}). Map another column or leave the signal out."
         )
     per_bin = max(1.0, track.every / track.spacing) if track.spacing > 0.0 else 1.0
@@ -275,6 +276,6 @@ def _too_small(out: Checked, column: Column) -> None:
     if least is not None and watch.good and max(abs(watch.lowest), abs(watch.highest)) < least:
         raise LogError(
             f"{out.track.file}: {signal.name} never exceeds {signal.say(max(abs(watch.lowest), abs(watch.highest)))},"
-            f" where {signal.say(least)} is the least that makes sense. Check the unit {came(column.unit)} of column"
-            f" {came(signal.column)} in the mapping, or its scale."
+            f" where {signal.say(least)} is the least that makes sense. Check the unit {quote(column.unit)} of column"
+            f" {quote(signal.column)} in the mapping, or its scale."
         )

@@ -15,7 +15,7 @@ from stillhook.logs.checks.physical_range import NOT_THE_WINCH, REQUIRED, SET_VA
 from stillhook.logs.resample import on_stretches
 from stillhook.logs.streaming import Run, Watch
 from stillhook.logs.types import Finding, Signal
-from stillhook.units import came
+from stillhook.units import quote
 
 HELD = ("p_b",)
 """Signals that the machine itself may hold: a closed circuit's low side. What friction takes from it is its change
@@ -113,7 +113,7 @@ def _constant(
     if name in REQUIRED and moving:
         raise LogError(
             f"{file}: {name} stands at {value} throughout while {moving[0]} changes: the sensor was off or stuck, or"
-            f" column {came(w.signal.column)} is another one. Map another column, or leave the signal out."
+            f" column {quote(w.signal.column)} is another one. Map another column, or leave the signal out."
         )
     doubtful[:] = True
     also = f" while {moving[0]} changes: the sensor was off or stuck" if moving else ", and so does every other signal"

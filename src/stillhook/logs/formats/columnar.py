@@ -16,7 +16,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.errors import LogError
 from stillhook.formats.binary.reader import refuse_bomb
 from stillhook.logs.formats.source import EXAMPLES, NANO, Chunk, Want, from_sample, stamps_to_seconds, with_words
-from stillhook.units import came
+from stillhook.units import quote
 
 FEWEST_ROWS = 64  # of a piece, however small the pieces
 NUMBER = 8  # bytes
@@ -77,7 +77,7 @@ class ParquetLog:
             return stamps_to_seconds(words, want.stamps)
         if cells.dtype.is_temporal() or cells.dtype.is_nested():
             raise LogError(
-                f"{self.name}: column {came(cells.name)} holds {cells.dtype}, not numbers. Map another column."
+                f"{self.name}: column {quote(cells.name)} holds {cells.dtype}, not numbers. Map another column."
             )
         numbers = cells.cast(pl.Float64, strict=False).fill_null(np.nan).to_numpy().astype(np.float64, copy=False)
         read = with_words(numbers, cells, want)
@@ -144,7 +144,8 @@ class ArraysLog:
             for want in wants:
                 if want.stamps is not None:
                     raise LogError(
-                        f"{self.name}: column {came(self.headings[want.places[0]])} holds numbers, not stamps. Give its"
+                        f"{self.name}: column {quote(self.headings[want.places[0]])} holds numbers, not stamps."
+                        " Give its"
                         ' unit, such as "s".'
                     )
                 values[want] = np.asarray(self.columns[want.places[0]].read(begin, end), dtype=np.float64).ravel()

@@ -22,7 +22,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.errors import LogError
 from stillhook.formats.csv_dialect import COMMENTS, Dialect, dialect_of
 from stillhook.logs.formats.source import EXAMPLES, Chunk, Want, stamps_to_seconds, with_words
-from stillhook.units import came
+from stillhook.units import quote
 
 HEAD = 1 << 18  # bytes from which the dialect is found
 LONGEST_LINE = 1 << 24  # bytes; a longer "line" is no line of a log
@@ -134,7 +134,7 @@ class CsvLog:
         except pl.exceptions.PolarsError as problem:
             raise LogError(
                 f"{self.name}: lines from {block.first_line} on cannot be read as a table"
-                f" ({came(str(problem).splitlines()[0])})."
+                f" ({quote(str(problem).splitlines()[0])})."
             ) from None
         if table.height != block.rows:
             raise LogError(

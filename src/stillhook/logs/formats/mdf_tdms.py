@@ -17,7 +17,7 @@ from stillhook.errors import LogError
 from stillhook.formats.binary.reader import refuse_bomb
 from stillhook.logs.formats.columnar import NUMBER, rows_of
 from stillhook.logs.formats.source import EXAMPLES, NANO, Chunk, Want, from_sample, master
-from stillhook.units import came
+from stillhook.units import quote
 
 
 @dataclass(frozen=True)
@@ -77,14 +77,15 @@ class _Measured(ABC):
         cells = np.asarray(raw.data)
         if len(cells) != end - begin:
             raise LogError(
-                f"{self.name}: channel {came(self.headings[place])} holds fewer samples than its time base. The file is"
+                f"{self.name}: channel {quote(self.headings[place])} holds fewer samples than its time base. The"
+                " file is"
                 " cut off."
             )
         if cells.dtype.kind == "M":
             return np.asarray(cells.astype("datetime64[ns]").astype(np.int64) * NANO, dtype=np.float64)
         if want.stamps is not None:
             raise LogError(
-                f"{self.name}: channel {came(self.headings[place])} holds no stamps. Leave out time: the file carries"
+                f"{self.name}: channel {quote(self.headings[place])} holds no stamps. Leave out time: the file carries"
                 " its own."
             )
         if cells.dtype.kind in "fiub":

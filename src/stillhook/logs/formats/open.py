@@ -13,7 +13,7 @@ from stillhook.logs.formats.columnar import ParquetLog, open_hdf, open_mat
 from stillhook.logs.formats.csv import open_csv
 from stillhook.logs.formats.mdf_tdms import MdfLog, TdmsLog
 from stillhook.logs.formats.source import Source
-from stillhook.units import came
+from stillhook.units import quote
 
 _HEAD = 512
 _FOREIGN = (
@@ -39,7 +39,7 @@ def open_log(path: str | os.PathLike[str]) -> Source:
         raise LogError(f"{file}: no such file. Check the name and the folder.") from None
     except (OSError, ValueError) as problem:
         raise LogError(
-            f"{came(str(file))}: cannot be read ({getattr(problem, 'strerror', None) or problem}). Check the name and"
+            f"{quote(str(file))}: cannot be read ({getattr(problem, 'strerror', None) or problem}). Check the name and"
             " your rights."
         ) from None
     for magic, name in _FOREIGN:

@@ -14,7 +14,7 @@ import polars as pl
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import LogError
-from stillhook.units import came
+from stillhook.units import quote
 
 EXAMPLES = 3  # cells that are no numbers, quoted in a finding
 
@@ -140,7 +140,7 @@ def _parsed(text: pl.Series, pattern: str) -> pl.Series:
         return text.str.to_datetime(pattern, time_unit="ns", strict=False).cast(pl.Int64)
     except pl.exceptions.PolarsError as problem:
         raise LogError(
-            f"time: unit = {came(pattern)} is no pattern of stamps ({came(str(problem).splitlines()[0])})."
+            f"time: unit = {quote(pattern)} is no pattern of stamps ({quote(str(problem).splitlines()[0])})."
         ) from None
 
 

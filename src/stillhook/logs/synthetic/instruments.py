@@ -15,7 +15,7 @@ from stillhook.base.choice import choice
 from stillhook.errors import IdentifyError
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
-from stillhook.units import KINDS, came, from_display, parse
+from stillhook.units import KINDS, from_display, parse, quote
 
 BITS = 12
 """Resolution of the analogue inputs of a PLC over a sensor's range (typical of input cards)."""
@@ -153,7 +153,7 @@ class Instruments:
         sensors = _typical(crane, fastest) if self.noise is Noise.TYPICAL else {c.name: Sensor() for c in COLUMNS}
         for name, error in self.calibration.items():
             if name not in sensors:
-                raise IdentifyError(f"calibration: {came(name)} is not logged. Logged are {', '.join(sensors)}.")
+                raise IdentifyError(f"calibration: {quote(name)} is not logged. Logged are {', '.join(sensors)}.")
             sensors[name] = replace(sensors[name], gain=error.gain, offset=error.offset)
         return sensors
 

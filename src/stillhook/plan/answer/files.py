@@ -8,14 +8,14 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stillhook.base.atomic import whole_folder
+from stillhook.base.atomic import atomic_folder
 from stillhook.errors import PlanError, UnreadableError
 from stillhook.formats.binary.netcdf import read_datasets
 from stillhook.formats.results import save_json
 from stillhook.plan.report.save import REPORT_FILES, write_report
 from stillhook.plan.result.result import BLOCKS, PlanResult
 from stillhook.plan.result.schema import odd_fact
-from stillhook.units import came
+from stillhook.units import quote
 
 if TYPE_CHECKING:
     import xarray
@@ -33,14 +33,14 @@ HASH = "numbers_sha256"
 def save_plan(result: PlanResult, folder: str | Path) -> Path:
     """Write a result into a folder; both files appear together when they are complete."""
     target = Path(folder)
-    with whole_folder(target) as part:
+    with atomic_folder(target) as part:
         write_plan(result, part)
     return target
 
 
 def write_answer(result: PlanResult, folder: Path) -> None:
     """Everything that `stillhook plan --out` leaves: numbers, facts and the report, all of them or none."""
-    with whole_folder(folder) as part:
+    with atomic_folder(folder) as part:
         write_plan(result, part)
         write_report(result, part)
 
@@ -71,7 +71,7 @@ def load_plan_result(folder: str | Path) -> PlanResult:
         where = where.parent
     for name in PLAN_FILES:
         if not (where / name).is_file():
-            raise PlanError(f"{came(str(folder))}: no {name} there. Give the folder that stillhook plan --out wrote.")
+            raise PlanError(f"{quote(str(folder))}: no {name} there. Give the folder that stillhook plan --out wrote.")
     facts = _facts(where / FACTS)
     _check_hash(facts.pop(HASH, None), where)
     try:

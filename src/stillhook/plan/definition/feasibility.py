@@ -8,7 +8,7 @@ from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phase_profile import CLOSE, called
 from stillhook.sea.vessel.boom import Boom
 from stillhook.spec.lift.payload import Payload
-from stillhook.units import came, show
+from stillhook.units import quote, show
 
 SINKS = 0.01
 """Share of its weight that a payload must keep under water."""
@@ -20,7 +20,7 @@ def check_sinks(payload: Payload, rho: float) -> None:
     if displaced > (1.0 - SINKS) * payload.mass:
         volume, water, mass = show(payload.displaced, "volume"), show(displaced, "mass"), show(payload.mass, "mass")
         reason = f"it weighs {mass} and its {volume} displace {water} of water"
-        raise PlanError(f"payload {came(payload.name)}: it floats, or nearly: {reason}. Check mass and volume.")
+        raise PlanError(f"payload {quote(payload.name)}: it floats, or nearly: {reason}. Check mass and volume.")
 
 
 def check_tips(plan: LiftPlan, boom: Boom | None) -> None:

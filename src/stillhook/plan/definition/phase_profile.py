@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from stillhook.errors import PlanError
 from stillhook.plan.definition.phases import IN_AIR, Phase, PhaseKind
-from stillhook.units import came, show
+from stillhook.units import quote, show
 
 K = PhaseKind
 SPEED = {
@@ -56,7 +56,7 @@ def joined(phases: Sequence[Phase], water: Water) -> tuple[Phase, ...]:
     names = [phase.name for phase in phases]
     for phase in phases:
         if names.count(phase.name) > 1:
-            raise PlanError(f"phase {came(phase.name)}: comes twice. Give every phase a name of its own.")
+            raise PlanError(f"phase {quote(phase.name)}: comes twice. Give every phase a name of its own.")
     done: list[Phase] = []
     for i, phase in enumerate(phases):
         after = phases[i + 1] if i + 1 < len(phases) else None
@@ -69,7 +69,7 @@ def joined(phases: Sequence[Phase], water: Water) -> tuple[Phase, ...]:
 
 def called(phase: Phase) -> str:
     """The phase in an error."""
-    return f"phase {came(phase.name)} ({phase.kind})"
+    return f"phase {quote(phase.name)} ({phase.kind})"
 
 
 def _start(phase: Phase, done: Sequence[Phase], water: Water) -> float:
@@ -78,7 +78,7 @@ def _start(phase: Phase, done: Sequence[Phase], water: Water) -> float:
         assert before.end is not None
         if phase.start is not None and abs(phase.start - before.end) > CLOSE:
             raise PlanError(
-                f"{called(phase)}: starts at {_at(phase.start)}, and {came(before.name)} ends at {_at(before.end)}. "
+                f"{called(phase)}: starts at {_at(phase.start)}, and {quote(before.name)} ends at {_at(before.end)}. "
                 "Let each phase start where the one before it ends, or leave start out."
             )
         return before.end

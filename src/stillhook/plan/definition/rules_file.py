@@ -19,7 +19,7 @@ from stillhook.library.toml.tree import nearest, parsed
 from stillhook.plan.definition.capacities import CAPACITIES
 from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import Level, Rule, RuleSet, Sense
-from stillhook.units import KINDS, came
+from stillhook.units import KINDS, quote
 from stillhook.variables import BY_NAME
 
 QUANTITIES = (
@@ -107,7 +107,7 @@ def load_rules(name_or_path: str | Path) -> RuleSet:
     if not name.endswith(".toml"):
         have = ", ".join(rule_sets())
         raise PlanError(
-            f"rules = {came(name)}: Stillhook has {have}{nearest(name, rule_sets())} A file's name ends in .toml."
+            f"rules = {quote(name)}: Stillhook has {have}{nearest(name, rule_sets())} A file's name ends in .toml."
         )
     return described(Path(name_or_path), FileKind.RULES, lambda table, path: _rule_set(table, path.name, path.stem))
 
@@ -129,7 +129,7 @@ def rules_of(rules: RuleSet, phase: Phase) -> tuple[Rule, ...]:
                 else f"rule set {rules.label} has no such rule"
             )
             raise PlanError(
-                f"{where}{came(key)[1:-1]}: {reason}{nearest(key, applicable)} Allowed: {', '.join(applicable)}."
+                f"{where}{quote(key)[1:-1]}: {reason}{nearest(key, applicable)} Allowed: {', '.join(applicable)}."
             )
         if text.strip().lower() == OFF:
             del applicable[key]
@@ -151,10 +151,10 @@ def limit_text(limits: Fields, key: str, rules: RuleSet) -> str:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise limits.wrong(key, 'give a text, such as "0.3 m/s" or "off".')
     if rule is None or not kind:
-        raise limits.wrong(key, f"a bare number; write it as text, {came(f'{value:g}')}.")
+        raise limits.wrong(key, f"a bare number; write it as text, {quote(f'{value:g}')}.")
     of_rule = rule.written.partition(" ")[2]
     unit = of_rule if of_rule in KINDS[kind].allowed else KINDS[kind].display
-    raise limits.wrong(key, f"a bare number; write it as text with its unit, {came(f'{value:g} {unit}')}.")
+    raise limits.wrong(key, f"a bare number; write it as text with its unit, {quote(f'{value:g} {unit}')}.")
 
 
 def _bare(text: str) -> str | float:
@@ -180,7 +180,7 @@ def _rule_set(data: Mapping[str, Any], label: str, stem: str) -> RuleSet:
         key = Fields(row, f"rule {i}: ", PlanError).text("key")
         if key in seen or key in drop:
             raise PlanError(
-                f"rule {came(key)}: {'comes twice' if key in seen else 'is dropped as well'}. Write it once."
+                f"rule {quote(key)}: {'comes twice' if key in seen else 'is dropped as well'}. Write it once."
             )
         seen.add(key)
         rows[key] = _row(Fields(row, f'rule "{key}": ', PlanError), rows.get(key), label)
@@ -227,7 +227,7 @@ def _drop(top: Fields, rows: Mapping[str, Rule]) -> tuple[str, ...]:
         raise top.wrong("drop", "give a list of keys.")
     for key in drop:
         if key not in rows:
-            raise PlanError(f"drop: the base has no rule {came(key)}{nearest(key, rows)}")
+            raise PlanError(f"drop: the base has no rule {quote(key)}{nearest(key, rows)}")
     return tuple(drop)
 
 

@@ -7,7 +7,7 @@ import re
 from itertools import pairwise
 
 from stillhook.formats.toml_fields import Fields
-from stillhook.units import came, parse, show
+from stillhook.units import parse, quote, show
 
 KINDS = {"Hs": "length", "Tp": "time", "headings": "angle"}
 LOWEST = {"Hs": 0.05, "Tp": 2.0, "headings": 0.0}
@@ -55,7 +55,7 @@ def _range(table: Fields, key: str, text: str) -> list[float]:
         if " to " in text:
             raise table.wrong(key, f"give {LIKE[key]}.")
         return [parse(text, kind, where)]
-    first, last, step = (parse(part, kind, f"{where}: {came(part)[1:-1]}") for part in match.groups())
+    first, last, step = (parse(part, kind, f"{where}: {quote(part)[1:-1]}") for part in match.groups())
     if step <= 0.0 or last < first:
         raise table.wrong(key, f"the range must increase, for example {LIKE[key]}.")
     count = (last - first) / step

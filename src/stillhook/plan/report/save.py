@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stillhook.base.atomic import check_folder, whole_folder
+from stillhook.base.atomic import check_folder, atomic_folder
 from stillhook.errors import PlanError
 from stillhook.plan.report.figures.limits import pictures
 from stillhook.plan.report.html import html
 from stillhook.plan.report.pdf import pdf
 from stillhook.plan.result.result import PlanResult
 from stillhook.plan.result.schema import odd_fact, odd_numbers, of_two
-from stillhook.units import came
+from stillhook.units import quote
 
 PDF, PAGE = "report.pdf", "report.html"
 REPORT_FILES = (PDF, PAGE)
@@ -63,7 +63,7 @@ def check(result: PlanResult) -> None:
     else:
         problem = odd_fact(result.facts) or odd_numbers(result.data) or of_two(result.data, result.facts)
     if problem:
-        raise PlanError(f"report of {came(result.facts.get('name'))}: {problem}. Run the plan again.")
+        raise PlanError(f"report of {quote(result.facts.get('name'))}: {problem}. Run the plan again.")
 
 
 def save_report(result: PlanResult, folder: str | Path, *, figures: bool = False) -> tuple[str, ...]:
@@ -71,5 +71,5 @@ def save_report(result: PlanResult, folder: str | Path, *, figures: bool = False
     written to."""
     target = Path(folder)
     check_folder(target, REPORT_FILES)
-    with whole_folder(target) as part:
+    with atomic_folder(target) as part:
         return write_report(result, part, figures=figures)

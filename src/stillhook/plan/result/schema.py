@@ -9,7 +9,7 @@ from types import NoneType
 from typing import TYPE_CHECKING, Any
 
 from stillhook.plan.definition.compensation import Alternative
-from stillhook.units import came
+from stillhook.units import quote
 
 if TYPE_CHECKING:
     import xarray
@@ -142,7 +142,7 @@ def odd_fact(facts: Mapping[str, Any]) -> str:
         try:
             datetime.date.fromisoformat(facts["date"])
         except ValueError:
-            return f"date = {came(facts['date'])}: it must be a date"
+            return f"date = {quote(facts['date'])}: it must be a date"
     return ""
 
 
@@ -154,14 +154,14 @@ def _odd(value: Any, shape: Shape, where: str) -> str:
         return (
             ""
             if right
-            else f"{where} = {came(value)}: it must be a {' or '.join(dict.fromkeys(WORDS[each] for each in shape))}"
+            else f"{where} = {quote(value)}: it must be a {' or '.join(dict.fromkeys(WORDS[each] for each in shape))}"
         )
     if isinstance(shape, list):
         if not isinstance(value, list | tuple):
-            return f"{where} = {came(value)}: it must be a list"
+            return f"{where} = {quote(value)}: it must be a list"
         return next((error for i, each in enumerate(value) if (error := _odd(each, shape[0], f"{where}[{i}]"))), "")
     if not isinstance(value, Mapping):
-        return f"{where} = {came(value)}: it must be a table"
+        return f"{where} = {quote(value)}: it must be a table"
     for key, inner in shape.items():
         name = key.removesuffix("?")
         if name not in value and name == key:
@@ -182,7 +182,7 @@ def odd_numbers(data: xarray.Dataset) -> str:
     if missing := [name for name in names if name not in data.coords]:
         return f"{', '.join(missing)}: missing"
     return next(
-        (f"alternative {came(str(a))}: unknown" for a in data["alternative"].values if str(a) not in list(Alternative)),
+        (f"alternative {quote(str(a))}: unknown" for a in data["alternative"].values if str(a) not in list(Alternative)),
         "",
     )
 

@@ -10,7 +10,7 @@ from stillhook.errors import PlanError, WeatherError
 from stillhook.formats.weather.file import SENSES, read_weather
 from stillhook.library.toml.tree import nearest
 from stillhook.plan.definition.lift_plan import WeatherUse
-from stillhook.units import came
+from stillhook.units import quote
 from stillhook.weather.series import Weather
 
 
@@ -21,7 +21,7 @@ def weather_used(use: WeatherUse) -> Weather:
     """
     if use.sense is not None and use.sense not in SENSES:
         raise PlanError(
-            f"weather.sense = {came(use.sense)}: is not one of {', '.join(SENSES)}{nearest(use.sense, tuple(SENSES))}"
+            f"weather.sense = {quote(use.sense)}: is not one of {', '.join(SENSES)}{nearest(use.sense, tuple(SENSES))}"
         )
     sense = None if use.sense is None else SENSES[use.sense]
     weather = read_weather(

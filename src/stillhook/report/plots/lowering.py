@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.base.atomic import whole_file
+from stillhook.base.atomic import atomic_file
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.programme import StageMode
@@ -305,6 +305,6 @@ def save_animation(run: xarray.Dataset, lift: Lowering, path: str | Path, *, tit
     figure.set_layout_engine("none")
     samples = np.linspace(row.first, row.last, frames).astype(int)
     target = Path(path)
-    with whole_file(target) as part:
+    with atomic_file(target) as part:
         FuncAnimation(figure, show, frames=samples, blit=False).save(part, writer=PillowWriter(fps=FRAMES_PER_SECOND))
     return target

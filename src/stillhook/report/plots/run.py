@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stillhook.base.atomic import whole_file
+from stillhook.base.atomic import atomic_file
 from stillhook.units import in_display
 
 if TYPE_CHECKING:
@@ -91,6 +91,6 @@ def _panel(ax: Any, run: xarray.Dataset, name: str, kind: str, colour: str, labe
 def save_figure(figure: Figure, path: str | Path) -> Path:
     """Write a picture; the file appears only when it is complete."""
     target = Path(path)
-    with whole_file(target) as part:
+    with atomic_file(target) as part:
         figure.savefig(part, dpi=120)
     return target

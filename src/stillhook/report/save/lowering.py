@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.base.atomic import whole_folder
+from stillhook.base.atomic import atomic_folder
 from stillhook.control.supervisor import wire_weight
 from stillhook.engine.pack.programme import settings
 from stillhook.engine.validity import twin_line
@@ -64,7 +64,7 @@ def write_lowering(
     crane, lift = file.crane, file.lift
     title = f"{lift.name}: {crane.name}, {file.place}"
     limits = Limits(crane.SWL * G + crane.hook_mass * G, crane.active.relief.p)
-    with whole_folder(out) as part:
+    with atomic_folder(out) as part:
         save_figure(
             lowering_panels(run, lift, static_tension(run, crane, lift), limits, title=title), part / OUT_FILES[0]
         )

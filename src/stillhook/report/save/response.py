@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.base.atomic import whole_folder
+from stillhook.base.atomic import atomic_folder
 from stillhook.formats.results import save_json, save_run
 from stillhook.report.plots.run import COLOURS, GREY, save_figure
 
@@ -29,7 +29,7 @@ GAP = 3.0
 def write_response(out: Path, data: xarray.Dataset, answer: dict[str, Any], figure: Figure) -> None:
     """Write the files of a response, all of them or none."""
     picture, numbers, summary = OUT_FILES
-    with whole_folder(out) as part:
+    with atomic_folder(out) as part:
         save_figure(figure, part / picture)
         save_run(data, part / numbers)
         save_json(answer, part / summary)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.base.atomic import whole_folder
+from stillhook.base.atomic import atomic_folder
 from stillhook.formats.results import save_json
 from stillhook.report.plots.run import COLOURS, GREY, save_figure
 from stillhook.sea.motion.irregular import IrregularTip
@@ -54,7 +54,7 @@ def write_tip(
         **{f"{n}_max": float(np.abs(x).max()) for n, x in (("z", s), ("v", v), ("a", a))},
     }
     picture, harmonics, table, numbers = names
-    with whole_folder(out) as part:
+    with atomic_folder(out) as part:
         save_figure(tip_figure(rao, sea, at, summary, motion), part / picture)
         (part / harmonics).write_text(motion_to_json(motion) + "\n", encoding="utf-8")
         rows = "".join(f"{x:.1f},{y:.6f}\n" for x, y in zip(t, s, strict=True))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stillhook.base.arrays import ComplexArray, FloatArray
-from stillhook.base.encode import packed, unpacked
+from stillhook.base.encode import decode_array, encode_array
 from stillhook.errors import MotionError
 from stillhook.sea.motion.motion import Motion, Sample
 
@@ -137,7 +137,7 @@ class IrregularTip(Motion):
 
     def to_dict(self) -> dict[str, Any]:
         """Amplitudes as base64 of zlib of little-endian float64, exact to the bit: some 16 to 20 bytes a harmonic."""
-        columns = {"re": packed(self.amplitudes.real), "im": packed(self.amplitudes.imag)}
+        columns = {"re": encode_array(self.amplitudes.real), "im": encode_array(self.amplitudes.imag)}
         coarser = {} if self.fine == FINE else {"fine": self.fine}
         return {
             "type": self.kind,
@@ -152,7 +152,7 @@ class IrregularTip(Motion):
     def from_dict(cls, data: dict[str, Any]) -> Self:
         """The motion that `to_dict` stored."""
         try:
-            re, im = unpacked(data["re"]), unpacked(data["im"])
+            re, im = decode_array(data["re"]), decode_array(data["im"])
             words = {name: str(data.get(name, "")) for name in ("source", "report")}
             return cls(re + 1j * im, float(data["repeat"]), **words, fine=float(data.get("fine", FINE)))
         except (KeyError, TypeError, AttributeError, ValueError, binascii.Error, zlib.error) as problem:

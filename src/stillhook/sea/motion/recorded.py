@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stillhook.base.arrays import FloatArray
-from stillhook.base.encode import packed, unpacked
+from stillhook.base.encode import decode_array, encode_array
 from stillhook.errors import MotionError
 from stillhook.sea.motion.motion import Motion, Sample
 from stillhook.units import parse
@@ -152,14 +152,14 @@ class Recorded(Motion):
 
     def to_dict(self) -> dict[str, Any]:
         """Numbers as base64 of zlib of little-endian float64, exact to the bit: some 8 to 16 bytes a point."""
-        columns = {"times": packed(self.times), "heights": packed(self.heights)}
+        columns = {"times": encode_array(self.times), "heights": encode_array(self.heights)}
         return {"type": self.kind, "source": self.source, "report": self.report, "points": len(self.times), **columns}
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Self:
         """The record that `to_dict` stored."""
         try:
-            columns = {name: unpacked(data[name]) for name in ("times", "heights")}
+            columns = {name: decode_array(data[name]) for name in ("times", "heights")}
         except (KeyError, TypeError, AttributeError, ValueError, binascii.Error, zlib.error) as problem:
             raise MotionError(
                 f"stored record: {type(problem).__name__}: times and heights are not what a run stores. Simulate again."

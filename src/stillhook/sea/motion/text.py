@@ -11,7 +11,7 @@ from stillhook.errors import MotionError
 from stillhook.sea.motion.irregular import IrregularTip
 from stillhook.sea.motion.motion import Motion, Profile, Ramped, Sine, Still, Sum
 from stillhook.sea.motion.recorded import Recorded
-from stillhook.units import came, parse
+from stillhook.units import parse, quote
 
 ALLOWED = '"still", "sine <amplitude> <period> [<phase>]" such as "sine 2.8 m 12 s", and sums of sines joined by " + "'
 _STARTS_QUANTITY = re.compile(r"[+-]?\.?\d")
@@ -29,8 +29,8 @@ def parse_motion(text: str, where: str = "") -> Motion:
     """
     place = f"{where}: " if where else ""
     if not isinstance(text, str):
-        raise MotionError(f"{place}{came(text)} is not a motion. Allowed: {ALLOWED}.")
-    terms = [_term(term, came(text), place) for term in re.split(r"(?:^|\s)\+(?=\s|$)", text.strip())]
+        raise MotionError(f"{place}{quote(text)} is not a motion. Allowed: {ALLOWED}.")
+    terms = [_term(term, quote(text), place) for term in re.split(r"(?:^|\s)\+(?=\s|$)", text.strip())]
     return terms[0] if len(terms) == 1 else Sum(terms)
 
 
@@ -41,7 +41,7 @@ def _term(text: str, whole: str, place: str) -> Motion:
             return Still()
         case "sine":
             return _sine(rest, whole, place)
-    raise MotionError(f"{place}{whole}: {came(text.strip())} is not a motion. Allowed: {ALLOWED}.")
+    raise MotionError(f"{place}{whole}: {quote(text.strip())} is not a motion. Allowed: {ALLOWED}.")
 
 
 def _sine(tokens: list[str], whole: str, place: str) -> Sine:
@@ -74,14 +74,14 @@ def motion_from_json(text: str) -> Motion:
     try:
         data = json.loads(text)
     except (TypeError, ValueError, RecursionError):
-        raise MotionError(f"stored motion: {came(text)} is not JSON. Simulate again to store it anew.") from None
+        raise MotionError(f"stored motion: {quote(text)} is not JSON. Simulate again to store it anew.") from None
     return motion_from_dict(data)
 
 
 def motion_from_dict(data: Mapping[str, Any]) -> Motion:
     """The motion whose `to_dict` gave this; the numbers are SI."""
     if not isinstance(data, Mapping):
-        raise MotionError(f"stored motion: {came(data)} is not a table of type and numbers. Simulate again.")
+        raise MotionError(f"stored motion: {quote(data)} is not a table of type and numbers. Simulate again.")
     try:
         match data.get("type"):
             case "still":
@@ -100,7 +100,7 @@ def motion_from_dict(data: Mapping[str, Any]) -> Motion:
                 return IrregularTip.from_dict(dict(data))
     except (KeyError, TypeError, ValueError) as problem:
         raise MotionError(
-            f"stored motion: type {came(data.get('type'))} lacks or misstates {came(str(problem))}. Simulate again."
+            f"stored motion: type {quote(data.get('type'))} lacks or misstates {quote(str(problem))}. Simulate again."
         ) from problem
     types = ", ".join(cls.kind for cls in (Still, Sine, Sum, Profile, Ramped, Recorded, IrregularTip))
-    raise MotionError(f"stored motion: type {came(data.get('type'))} is not one of {types}.")
+    raise MotionError(f"stored motion: type {quote(data.get('type'))} is not one of {types}.")

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.errors import SeaError
-from stillhook.units import came, parse
+from stillhook.units import parse, quote
 
 Angles = TypeVar("Angles", float, NDArray[np.float64])
 
@@ -27,7 +27,7 @@ def parse_direction(text: object, where: str = "direction") -> float:
     line."""
     value = parse(text, "angle", where)
     if not 0.0 <= value <= FULL * (1.0 + 1e-12):
-        raise SeaError(f"{where} = {came(text)}: not between 0 deg and 360 deg. Give the direction within one turn.")
+        raise SeaError(f"{where} = {quote(text)}: not between 0 deg and 360 deg. Give the direction within one turn.")
     return value
 
 

@@ -19,7 +19,7 @@ from stillhook.errors import SeaError
 from stillhook.sea.spectra.directional import Directions
 from stillhook.sea.spectra.directions import relative
 from stillhook.sea.spectra.spectrum import Sea, Train, WaveSpectrum
-from stillhook.units import came
+from stillhook.units import quote
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +169,7 @@ class SpectrumSeries:
             time = np.datetime64(said.replace(tzinfo=None) - (said.utcoffset() or timedelta(0)), "s")
         except (ValueError, OverflowError):
             raise SeaError(
-                f"{self.source}: record {came(record)} is no number and no time. Write 12 or 1996-01-05T12:00."
+                f"{self.source}: record {quote(record)} is no number and no time. Write 12 or 1996-01-05T12:00."
             ) from None
         at = np.flatnonzero(self.time == time)
         if len(at) == 0:

@@ -29,7 +29,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import SeaError
 from stillhook.sea.spectra.spectrum import WaveSpectrum
-from stillhook.units import came
+from stillhook.units import quote
 
 CUT = 12.0
 """Where grids end, over the highest peak frequency: above it a JONSWAP spectrum has less than 1e-4 of its variance."""
@@ -276,4 +276,4 @@ def check_height_and_period(H_s: float, T_p: float, where: str) -> None:
 def check_norm(norm: str, where: str) -> None:
     """Refuse a norm that is neither exact nor printed. Errors: SeaError."""
     if norm not in NORMS:
-        raise SeaError(f"{where}: norm = {came(norm)} is not one of {', '.join(NORMS)}. Leave it out for exact.")
+        raise SeaError(f"{where}: norm = {quote(norm)} is not one of {', '.join(NORMS)}. Leave it out for exact.")

@@ -15,7 +15,7 @@ from stillhook.sea.spectra.ochi_hubble import Hump, OchiHubble
 from stillhook.sea.spectra.parametric import Jonswap, Mixed, Peaks, peak_period_of, pierson_moskowitz
 from stillhook.sea.spectra.spectrum import Sea, Train, WaveSpectrum, check_spread
 from stillhook.sea.spectra.torsethaugen import Torsethaugen
-from stillhook.units import came, parse
+from stillhook.units import parse, quote
 
 FIELDS: Mapping[str, tuple[str, ...]] = {
     "jonswap": ("Hs", "Tp", "Tz", "gamma", "norm"),
@@ -87,29 +87,29 @@ def _terms(text: str, where: str) -> list[tuple[str, str, dict[str, str]]]:
     """Place, name and texts of the values of each term."""
     place = f"{where}: " if where else ""
     if not isinstance(text, str):
-        raise SeaError(f"{place}{came(text)} is no wave spectrum. {ALLOWED}.")
+        raise SeaError(f"{place}{quote(text)} is no wave spectrum. {ALLOWED}.")
     if not text.strip():
         raise SeaError(f"{place}no waves are given. {ALLOWED}.")
     terms = [term.strip() for term in re.split(r"(?:^|\s)\+(?=\s|$)", text.strip())]
     if not all(terms):
         raise SeaError(
-            f'{place}{came(text)}: a "+" has a spectrum on one side only. Give the other, or leave the "+" out.'
+            f'{place}{quote(text)}: a "+" has a spectrum on one side only. Give the other, or leave the "+" out.'
         )
     if any(_GLUED.search(term) for term in terms):
-        raise SeaError(f'{place}{came(text)}: a "+" without spaces round it. Write " + " between spectra.')
-    return [_term(term, f"{place}{came(text)}", place) for term in terms]
+        raise SeaError(f'{place}{quote(text)}: a "+" without spaces round it. Write " + " between spectra.')
+    return [_term(term, f"{place}{quote(text)}", place) for term in terms]
 
 
 def _term(term: str, whole: str, place: str) -> tuple[str, str, dict[str, str]]:
     head, *parts = _KEY.split(term)
     name = head.strip().lower()
     if name not in FIELDS:
-        raise SeaError(f"{place}{came(term)}: {came(head.strip())} is not one of {', '.join(FIELDS)}. {ALLOWED}.")
+        raise SeaError(f"{place}{quote(term)}: {quote(head.strip())} is not one of {', '.join(FIELDS)}. {ALLOWED}.")
     values: dict[str, str] = {}
     known = {key.lower(): key for key in (*FIELDS[name], *PLACED)}
     for key, value in zip(parts[::2], parts[1::2], strict=True):
         if key.lower() not in known:
-            raise SeaError(f"{whole}: {came(key)} is not one of {', '.join(FIELDS[name])} of {name}.")
+            raise SeaError(f"{whole}: {quote(key)} is not one of {', '.join(FIELDS[name])} of {name}.")
         if known[key.lower()] in values:
             raise SeaError(f"{whole}: {key} is given twice. Give it once.")
         values[known[key.lower()]] = value.strip()
@@ -147,7 +147,7 @@ def _spectrum(where: str, name: str, values: Mapping[str, str]) -> Peaks:
 
 def _number(text: str, where: str) -> float:
     if not _NUMBER.fullmatch(text) or not math.isfinite(float(text)):
-        raise UnitError(f"{where} = {came(text)}: not a plain number. Write one such as 3.3, without a unit.")
+        raise UnitError(f"{where} = {quote(text)}: not a plain number. Write one such as 3.3, without a unit.")
     return float(text)
 
 
@@ -168,9 +168,9 @@ def spectrum_from_dict(data: Mapping[str, Any]) -> WaveSpectrum:
             case "measured":
                 return Measured(data["omega"], data["width"], data["S"], data["source"])
     except (KeyError, TypeError, ValueError) as problem:
-        raise SeaError(f"{place}: {came(str(problem))} is missing or misstated. Make them anew.") from None
+        raise SeaError(f"{place}: {quote(str(problem))} is missing or misstated. Make them anew.") from None
     raise SeaError(
-        f"{place}: type {came(data['type'])} is not one of jonswap, torsethaugen, ochi-hubble, mixed, measured."
+        f"{place}: type {quote(data['type'])} is not one of jonswap, torsethaugen, ochi-hubble, mixed, measured."
     )
 
 
@@ -192,4 +192,4 @@ def sea_from_dict(data: Mapping[str, Any]) -> Sea:
         trains: Sequence[Mapping[str, Any]] = data["trains"]
         return Sea(tuple(Train(spectrum_from_dict(t["spectrum"]), t["beta"], t["spread"]) for t in trains))
     except (KeyError, TypeError) as problem:
-        raise SeaError(f"stored sea: {came(str(problem))} is missing or misstated. Make it anew.") from None
+        raise SeaError(f"stored sea: {quote(str(problem))} is missing or misstated. Make it anew.") from None

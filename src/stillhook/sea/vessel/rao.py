@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError
 from stillhook.sea.vessel.long_wave import long_wave_limits, long_wave_scales, wavenumber
-from stillhook.units import came
+from stillhook.units import quote
 
 DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 TURN = 2.0 * np.pi
@@ -113,7 +113,7 @@ class Rao:
         """Shares (j, m) of the table's headings in the motions at headings (j,) [rad], any turn; rows add to 1."""
         turned = np.asarray(beta, dtype=np.float64)
         if not np.isfinite(turned).all():
-            raise SeaError(f"{self.name}: heading {came(str(beta))} is not a number. Give an angle in deg or rad.")
+            raise SeaError(f"{self.name}: heading {quote(str(beta))} is not a number. Give an angle in deg or rad.")
         return np.asarray(self._spline(self.beta[0] + np.mod(turned - self.beta[0], TURN)))
 
     def leeway(self, x: float, y: float) -> float:

@@ -18,7 +18,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import MotionError
 from stillhook.sea.motion.recorded import Recorded
-from stillhook.units import came, parse
+from stillhook.units import parse, quote
 
 Lever = tuple[str, str, str]
 
@@ -157,11 +157,11 @@ def lever(tip: Lever) -> tuple[float, float, float]:
     """The three texts of a lever arm as x, y, z [m]."""
     if isinstance(tip, str) or not isinstance(tip, tuple | list) or len(tip) != 3:
         raise MotionError(
-            f'tip = {came(tip)} is not three lengths. Give forward, to port and up, as tip=("-20 m", "12 m", "35 m").'
+            f'tip = {quote(tip)} is not three lengths. Give forward, to port and up, as tip=("-20 m", "12 m", "35 m").'
         )
     x, y, z = (parse(text, "length", f"tip {name}") for text, name in zip(tip, ("x", "y", "z"), strict=True))
     if max(abs(x), abs(y), abs(z)) > LONGEST_LEVER:
-        raise MotionError(f"tip = {came(tip)} lies more than {LONGEST_LEVER:g} m from the sensor. Check its units.")
+        raise MotionError(f"tip = {quote(tip)} lies more than {LONGEST_LEVER:g} m from the sensor. Check its units.")
     return x, y, z
 
 

@@ -18,7 +18,7 @@ from stillhook.sea.spectra.spectrum import Sea
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.ship_motion import LONGEST_LEVER, mean_zero_crossing_period
 from stillhook.statistics.extremes import MPM, P90, largest
-from stillhook.units import came, number, parse
+from stillhook.units import number, parse, quote
 
 AT_LIKE = 'such as "x=-20 m, y=-18 m" (forward and to port of the reference point; z, the height, where it is needed)'
 STEP = 2e-3  # rad/s: integrals over the response take steps no coarser than this
@@ -49,17 +49,17 @@ def parse_point(text: str, where: str = "at") -> TipPoint:
         match = re.fullmatch(r"\s*([A-Za-z]+)\s*=\s*(.*?)\s*", part)
         if match is None or match[1].lower() not in ("x", "y", "z"):
             raise SeaError(
-                f"{where} {came(text)}: {came(part.strip())} is not x, y or z with a length. Write a place {AT_LIKE}."
+                f"{where} {quote(text)}: {quote(part.strip())} is not x, y or z with a length. Write a place {AT_LIKE}."
             )
         name = match[1].lower()
         if name in found:
-            raise SeaError(f"{where} {came(text)}: {name} comes twice. Give it once.")
+            raise SeaError(f"{where} {quote(text)}: {name} comes twice. Give it once.")
         found[name] = parse(match[2], "length", f"{where}: {name}")
         if abs(found[name]) > LONGEST_LEVER:
-            raise SeaError(f"{where} {came(text)}: {name} is more than {LONGEST_LEVER:g} m. Check its unit.")
+            raise SeaError(f"{where} {quote(text)}: {name} is more than {LONGEST_LEVER:g} m. Check its unit.")
     for name in ("x", "y"):
         if name not in found:
-            raise SeaError(f"{where} {came(text)}: {name} is missing. Write a place {AT_LIKE}.")
+            raise SeaError(f"{where} {quote(text)}: {name} is missing. Write a place {AT_LIKE}.")
     return TipPoint(found["x"], found["y"], found.get("z"))
 
 

@@ -125,7 +125,7 @@ def with_shape(data: Mapping[str, Any], shapes: Mapping[str, type[Shape]], owner
     if name not in shapes:
         close = difflib.get_close_matches(name, shapes, n=1)
         hint = f' Did you mean "{close[0]}"?' if close else ""
-        raise LiftError(f"{owner.__name__}.shape = {u.came(name)}: not one of {', '.join(shapes)}.{hint}")
+        raise LiftError(f"{owner.__name__}.shape = {u.quote(name)}: not one of {', '.join(shapes)}.{hint}")
     cls = shapes[name]
     fields = {key for key in cls.model_fields if key != "kind"}
     stranger = next((key for key in data if key not in fields and key not in owner.model_fields), None)

@@ -203,7 +203,7 @@ class Payload(Record):
             raw["sources"] = {k: Source(**v) for k, v in raw["sources"].items()}
             return cls.model_construct(**raw)
         except (KeyError, TypeError, ValueError, AttributeError) as problem:
-            raise LiftError(f"stored payload: {u.came(str(problem))} is missing or wrong. Simulate again.") from None
+            raise LiftError(f"stored payload: {u.quote(str(problem))} is missing or wrong. Simulate again.") from None
 
 
 def _joined(h: FloatArray, levels: tuple[Level, ...], field: str) -> FloatArray:

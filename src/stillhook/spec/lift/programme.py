@@ -111,7 +111,7 @@ class Stage(Record):
         return self
 
     def _called(self) -> str:
-        return f"stage {u.came(self.name)} ({self.mode})" if self.name else f"a stage in mode {self.mode}"
+        return f"stage {u.quote(self.name)} ({self.mode})" if self.name else f"a stage in mode {self.mode}"
 
 
 class WinchSettings(Record):

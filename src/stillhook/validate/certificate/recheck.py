@@ -16,7 +16,7 @@ from stillhook.library.certificate import digest_of
 from stillhook.library.write import items
 from stillhook.spec.crane import Crane
 from stillhook.spec.validity import UNSIGNED
-from stillhook.units import came, number, show
+from stillhook.units import number, quote, show
 from stillhook.validate.certificate.certificate import Certificate, certificate_of
 from stillhook.validate.certificate.content import crane_part, sha256_of, versions
 from stillhook.validate.certificate.pdf import pdf
@@ -106,7 +106,7 @@ def check(
     code = tuple(_code(data["twin"]))
     if not file.is_file():
         hint = "Give it with --campaign." if campaign is None else "Check the path."
-        return Check(certificate, code, (f"campaign {came(str(file))}: no such file. {hint}",))
+        return Check(certificate, code, (f"campaign {quote(str(file))}: no such file. {hint}",))
     changed, missing = (*_files(data, file), *code), tuple(_missing(data, file))
     try:
         todo = load_campaign(file)
@@ -155,7 +155,7 @@ def _missing(data: Mapping[str, Any], campaign: Path) -> Iterator[str]:
     """Logs that the certificate names and that are not there."""
     for log in data["campaign"]["logs"]:
         if not (campaign.parent / log["file"]).is_file():
-            yield f'log {came(log["file"])} of test "{log["test"]}": no such file beside {campaign.name}. Put it back.'
+            yield f'log {quote(log["file"])} of test "{log["test"]}": no such file beside {campaign.name}. Put it back.'
 
 
 def _files(data: Mapping[str, Any], campaign: Path) -> Iterator[str]:

@@ -6,13 +6,13 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 
-from stillhook.base.atomic import check_folder, whole_folder
+from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.errors import ValidateError
 from stillhook.formats.results import save_json
 from stillhook.library import crane_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed, toml_text
-from stillhook.units import came
+from stillhook.units import quote
 from stillhook.validate.certificate.certificate import CERTIFICATE, CRANE, NOT_PASSED, certificate_files
 from stillhook.validate.criteria.results import Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign
@@ -48,12 +48,12 @@ def check_out(campaign: Campaign, folder: str | Path) -> None:
     check_folder(out, names)
     if folders := [path for path in out.glob(PICTURES) if path.is_dir()]:
         raise ValidateError(
-            f"{out}: {came(folders[0].name)} there is a folder in the way of a figure. Choose another folder."
+            f"{out}: {quote(folders[0].name)} there is a folder in the way of a figure. Choose another folder."
         )
     foreign = [name for name in SOMETIMES if (out / name).exists() and not _ours(out)]
     if foreign:
         raise ValidateError(
-            f"{out}: {came(foreign[0])} there is not from an earlier validation, and could be lost. Choose another"
+            f"{out}: {quote(foreign[0])} there is not from an earlier validation, and could be lost. Choose another"
             " folder."
         )
     crane = campaign.file.parent / campaign.crane_name
@@ -61,7 +61,7 @@ def check_out(campaign: Campaign, folder: str | Path) -> None:
     for name in names:
         if (out / name).resolve() in inputs:
             raise ValidateError(
-                f"{out}: {came(name)} there belongs to the campaign, and would be written over. Choose another folder."
+                f"{out}: {quote(name)} there belongs to the campaign, and would be written over. Choose another folder."
             )
 
 
@@ -93,7 +93,7 @@ def save_validation(validation: Validation, folder: str | Path, *, certificate: 
     """
     out = Path(folder)
     check_out(validation.campaign, out)
-    with whole_folder(out) as part:
+    with atomic_folder(out) as part:
         drawn = pictures(validation)
         content = {f"{stem}.png": data for stem, data in drawn.items()}
         content[REPORT] = report(validation, drawn).encode()

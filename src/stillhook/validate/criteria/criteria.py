@@ -17,7 +17,7 @@ from stillhook.errors import StillhookError, ValidateError
 from stillhook.formats.toml_fields import Fields
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import nearest, parsed, toml_text
-from stillhook.units import came
+from stillhook.units import quote
 from stillhook.validate.criteria.names import MEASURES, SETTINGS
 from stillhook.validate.criteria.results import StepNumber
 
@@ -147,7 +147,7 @@ def load_criteria(name_or_path: str | Path) -> Criteria:
     if not name.endswith(".toml"):
         have = ", ".join(criteria_sets())
         raise ValidateError(
-            f"criteria = {came(name)}: Stillhook has {have}{nearest(name, criteria_sets())} A file's name ends in"
+            f"criteria = {quote(name)}: Stillhook has {have}{nearest(name, criteria_sets())} A file's name ends in"
             " .toml."
         )
     path = Path(name_or_path)
@@ -178,7 +178,7 @@ def _criteria(data: Mapping[str, Any], label: str, stem: str) -> Criteria:
         key = Fields(row, f"criterion {i + 1}: ", ValidateError).text("key")
         if key in seen or key in drop:
             raise ValidateError(
-                f"criterion {came(key)}: {'comes twice' if key in seen else 'is dropped as well'}. Write it once."
+                f"criterion {quote(key)}: {'comes twice' if key in seen else 'is dropped as well'}. Write it once."
             )
         seen.add(key)
         rows[key] = _row(Fields(row, f'criterion "{key}": ', ValidateError), rows.get(key), label)
@@ -207,7 +207,7 @@ def _drop(top: Fields, rows: Mapping[str, Criterion]) -> tuple[str, ...]:
         raise top.wrong("drop", "give a list of keys.")
     for key in drop:
         if key not in rows:
-            raise ValidateError(f"drop: the base has no criterion {came(key)}{nearest(key, rows)}")
+            raise ValidateError(f"drop: the base has no criterion {quote(key)}{nearest(key, rows)}")
     return tuple(drop)
 
 

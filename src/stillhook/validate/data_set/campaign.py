@@ -20,7 +20,7 @@ from stillhook.logs.mapping import mapping_from
 from stillhook.logs.types import Signal
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Water
-from stillhook.units import came, show
+from stillhook.units import quote, show
 from stillhook.validate.criteria.criteria import Criteria, load_criteria
 from stillhook.validate.data_set.modes import OWN_MODES, modes_of, with_modes
 
@@ -255,7 +255,7 @@ def _two_columns(mapping: Mapping[str, Signal] | None, place: str) -> None:
     for i, b in enumerate(rows):
         for a in rows[:i]:
             if a.column == b.column:
-                both = f"{place}signals: {a.name} and {b.name} are both column {came(a.column)}."
+                both = f"{place}signals: {a.name} and {b.name} are both column {quote(a.column)}."
                 raise ValidateError(f"{both} Give each its own, or leave one out.")
 
 

@@ -13,7 +13,7 @@ from stillhook.errors import ValidateError
 from stillhook.physics.load_path.drum import wire_to_layer
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
-from stillhook.units import came, parse, show
+from stillhook.units import parse, quote, show
 from stillhook.validate.synthetic.scatter import Setting
 
 
@@ -263,7 +263,7 @@ def defect_of(text: Defect | str) -> Defect:
     try:
         return Defect(text)
     except ValueError:
-        raise ValidateError(f"defect {came(text)}: not one of {', '.join(Defect)}.") from None
+        raise ValidateError(f"defect {quote(text)}: not one of {', '.join(Defect)}.") from None
 
 
 def size_of(defect: Defect, text: str, where: str = "size") -> float:
@@ -274,7 +274,7 @@ def size_of(defect: Defect, text: str, where: str = "size") -> float:
         return float(text)
     except ValueError:
         raise ValidateError(
-            f"{where} = {came(text)}: the defect {defect} has a plain number, such as {DEFECTS[defect].size:g}."
+            f"{where} = {quote(text)}: the defect {defect} has a plain number, such as {DEFECTS[defect].size:g}."
         ) from None
 
 
@@ -284,7 +284,7 @@ def with_defect(setting: Setting, crane: Crane, defect: Defect, size: float | No
     value = change.size if size is None else size
     if not change.lo <= value <= change.hi:
         raise ValidateError(
-            f"size = {came(size)}: the defect {defect} may have {change.lo:g} to {change.hi:g}. Choose one in between."
+            f"size = {quote(size)}: the defect {defect} may have {change.lo:g} to {change.hi:g}. Choose one in between."
         )
     return change.made(setting, crane, value)
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.base.atomic import check_folder, whole_folder
+from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.base.progress import Progress
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import motor_speed_max
@@ -33,7 +33,7 @@ from stillhook.logs.synthetic.instruments import AHC_COLUMNS, Sensors, ahc_senso
 from stillhook.spec.crane import Crane, Plant
 from stillhook.spec.scenario import Scenario
 from stillhook.spec.scenario import Sensors as CaseSensors
-from stillhook.units import came, show
+from stillhook.units import quote, show
 from stillhook.validate.synthetic.defects import Defect, defect_of, told, with_defect
 from stillhook.validate.synthetic.reference.pack import simulate_truth
 from stillhook.validate.synthetic.scatter import Setting, setting
@@ -110,7 +110,7 @@ def write_campaign(
     driver("truth", 1)
     meter = Meter(len(plan.tests), progress)
     meter.tell()
-    with whole_folder(folder) as part:
+    with atomic_folder(folder) as part:
         (part / LOG_FOLDER).mkdir()
 
         def work(i: int) -> list[str]:
@@ -133,9 +133,9 @@ def write_campaign(
 
 def _check(plan: Plan, seed: int, defect: Defect | None, size: float | None) -> None:
     if type(seed) is not int or seed < 0:
-        raise ValidateError(f"seed = {came(seed)}: give a whole number of 0 or more.")
+        raise ValidateError(f"seed = {quote(seed)}: give a whole number of 0 or more.")
     if size is not None and defect is None:
-        raise ValidateError(f"size = {came(size)}: the size of no defect. Name the defect.")
+        raise ValidateError(f"size = {quote(size)}: the size of no defect. Name the defect.")
     if plan.crane.plant is not Plant.ACTIVE_PASSIVE:
         raise ValidateError(
             f'"{plan.crane.name}" is {plan.crane.plant}: example campaigns are of active/passive winches. Choose one.'

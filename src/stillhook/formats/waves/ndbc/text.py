@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import SeaError
-from stillhook.units import came
+from stillhook.units import quote
 
 LARGEST_TEXT = 200_000_000
 """Characters; a year of hourly spectra has 3 million, of 10 min weather 5 million."""
@@ -82,12 +82,12 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
         with gzip.open(file, "rb") if packed else file.open("rb") as stream:
             data = stream.read(LARGEST_TEXT + 1)
     except FileNotFoundError:
-        raise SeaError(f"{came(str(file))}: no such file. Check the name and the folder.") from None
+        raise SeaError(f"{quote(str(file))}: no such file. Check the name and the folder.") from None
     except (EOFError, zlib.error, gzip.BadGzipFile) as problem:
         raise SeaError(f"{file.name}: the gz file is cut short or damaged ({problem}). Fetch it again.") from None
     except (OSError, ValueError) as problem:
         raise SeaError(
-            f"{came(str(file))}: cannot be read ({getattr(problem, 'strerror', None) or problem}). Check your rights."
+            f"{quote(str(file))}: cannot be read ({getattr(problem, 'strerror', None) or problem}). Check your rights."
         ) from None
     if len(data) > LARGEST_TEXT:
         raise SeaError(
@@ -115,7 +115,7 @@ def read_records(path: str | os.PathLike[str]) -> Records:
         raise SeaError(f"{name}: is empty. Give a text file of NDBC, plain or gz.")
     if not is_ndbc(text):
         raise SeaError(
-            f"{name}: begins with {came(text.split()[0])}, not with YY, YYYY or #YY. Give a text file of NDBC, plain"
+            f"{name}: begins with {quote(text.split()[0])}, not with YY, YYYY or #YY. Give a text file of NDBC, plain"
             " or gz."
         )
     return _records(name, text.splitlines())
@@ -152,7 +152,7 @@ def _time(words: list[str], where: str) -> str:
         year += 0 if year > 99 else 1900 if year >= 70 else 2000
         return datetime(year, month, day, hour, minute).isoformat()
     except (ValueError, OverflowError):
-        raise SeaError(f"{where}: {came(' '.join(words))} is no date and hour. Mend or remove the line.") from None
+        raise SeaError(f"{where}: {quote(' '.join(words))} is no date and hour. Mend or remove the line.") from None
 
 
 def _in_order(
@@ -215,9 +215,9 @@ def _number(word: str, name: str, line: int) -> float:
     try:
         value = float(word)
     except ValueError:
-        raise SeaError(f"{name}: line {line}: {came(word)} is not a number. Mend or remove the line.") from None
+        raise SeaError(f"{name}: line {line}: {quote(word)} is not a number. Mend or remove the line.") from None
     if not math.isfinite(value):
-        raise SeaError(f"{name}: line {line}: {came(word)} is not a finite number. Write missing values as 999.")
+        raise SeaError(f"{name}: line {line}: {quote(word)} is not a finite number. Write missing values as 999.")
     return value
 
 

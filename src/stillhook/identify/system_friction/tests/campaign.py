@@ -21,7 +21,7 @@ from stillhook.physics.load_path.drum import layer_diameter, layers_filled
 from stillhook.physics.scalar import G
 from stillhook.spec.circuits import Motor
 from stillhook.spec.crane import Crane, Plant, Source
-from stillhook.units import came, show
+from stillhook.units import quote, show
 
 TOP = ("title", "crane", "motors", "motor", "signals", "accuracy", "test", "synthetic")
 TEST = ("name", "log", "D_m", "D_mt", "load", "layer", "s_w", "depth", "h_tip", "hold_out", "signals", "start", "end")
@@ -200,7 +200,7 @@ def _test(
 ) -> CraneTest:
     name = row.get("name", str(i + 1))
     if not isinstance(name, str) or not name.strip():
-        raise IdentifyError(f'test {i + 1}: name = {came(name)}: give a text, such as "3".')
+        raise IdentifyError(f'test {i + 1}: name = {quote(name)}: give a text, such as "3".')
     test = Fields(row, f'test "{name}": ', IdentifyError)
     test.known(TEST)
     test.need("log", "load")

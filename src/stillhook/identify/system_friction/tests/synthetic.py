@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from stillhook.base.atomic import whole_folder
+from stillhook.base.atomic import atomic_folder
 from stillhook.base.progress import Progress
 from stillhook.engine.scenario.run import Meter
 from stillhook.engine.scenario.simulate import simulate
@@ -34,7 +34,7 @@ from stillhook.logs.synthetic.campaign import (
 )
 from stillhook.logs.synthetic.instruments import COLUMNS, Instruments, Noise, Sensors, logged
 from stillhook.spec.crane import Crane, Plant, SourceKind
-from stillhook.units import came, parse, show
+from stillhook.units import parse, quote, show
 
 LAYER_ROOM = 1e-6
 """Layers by which a wire that stays on its layer may seem to leave it: rounding."""
@@ -54,7 +54,7 @@ class Written:
 def campaign_plan(name: str) -> TestPlan:
     """A published campaign by name. Errors: IdentifyError naming those there are."""
     if name not in CAMPAIGNS:
-        raise IdentifyError(f"campaign {came(name)}: not one of {', '.join(CAMPAIGNS)}.")
+        raise IdentifyError(f"campaign {quote(name)}: not one of {', '.join(CAMPAIGNS)}.")
     return CAMPAIGNS[name]
 
 
@@ -160,7 +160,7 @@ def write_campaign(
     files = [log_file(t.name, parquet) for t in plan.tests]
     meter = Meter(len(stairs), progress)
     meter.tell()
-    with whole_folder(folder) as part:
+    with atomic_folder(folder) as part:
         (part / LOG_FOLDER).mkdir()
 
         def work(i: int) -> list[str]:

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.base.atomic import whole_file
+from stillhook.base.atomic import atomic_file
 from stillhook.base.progress import Progress
 from stillhook.engine.scenario.run import Ending, Meter, Result
 from stillhook.errors import LiftError, ScenarioError, StillhookError
@@ -228,5 +228,5 @@ def _write(file: Path, made: Residual) -> None:
         "about": np.array(made.about),
         "lasts": np.array(made.remnant.lasts if made.remnant is not None else math.nan),
     }
-    with contextlib.suppress(StillhookError, OSError), whole_file(file) as part, open(part, "wb") as out:
+    with contextlib.suppress(StillhookError, OSError), atomic_file(file) as part, open(part, "wb") as out:
         np.savez_compressed(out, **arrays)
