@@ -92,13 +92,13 @@ class Results(NamedTuple):
 
 
 @contextmanager
-def logs(plan: str, noise: str, truth: Crane | None = None) -> Iterator[Path]:
+def logs(plan: str, noise: str, reference: Crane | None = None) -> Iterator[Path]:
     """The campaign file of logs that the twin writes."""
     with TemporaryDirectory() as folder:
         sensors, tests = Instruments(noise=noise_of(noise), seed=1), identify.campaign_plan(plan)
         out = Path(folder) / "tests"
         yield identify.write_campaign(
-            tests, out, instruments=sensors, duration=f"{MINUTES:g} min", truth=truth, parquet=True
+            tests, out, instruments=sensors, duration=f"{MINUTES:g} min", reference=reference, parquet=True
         ).campaign
 
 

@@ -135,13 +135,13 @@ def _scale(unit: str, si: str) -> tuple[float, float]:
     return float(registry.Quantity(1.0, unit).m_as(si)), 0.0
 
 
-def _known(kind: str) -> Kind:
-    if kind not in KINDS:
-        raise UnitError(f'Unknown kind "{kind}": it is not one of {", ".join(KINDS)}.')
-    return KINDS[kind]
+def _kind_entry(name: str) -> Kind:
+    if name not in KINDS:
+        raise UnitError(f'Unknown kind "{name}": it is not one of {", ".join(KINDS)}.')
+    return KINDS[name]
 
 
-def written_at(data: Any, loc: Sequence[int | str], otherwise: Any) -> Any:
+def text_at(data: Any, loc: Sequence[int | str], otherwise: Any) -> Any:
     """What was written at a place of nested tables and lists: "-80 L", where a validator reports the -0.08 that it was
     read as."""
     for part in loc:
@@ -205,17 +205,17 @@ def _problem(text: object, kind: Kind) -> str:
 
 def _read(text: object, kind: str) -> float:
     """The SI value of ``text``; ValueError with the problem alone, for callers that know the place."""
-    known = _known(kind)
+    entry = _kind_entry(kind)
     match = _QUANTITY.fullmatch(text.strip()) if isinstance(text, str) and len(text) <= LONGEST_TEXT else None
     if match is None:
-        raise ValueError(_problem(text, known))
+        raise ValueError(_problem(text, entry))
     unit = _tidy(match[2])
-    if unit not in known.allowed:
-        raise ValueError(f"unit {quote(match[2])} is not one of {', '.join(known.allowed)}.")
-    factor, offset = _scale(unit, known.si)
+    if unit not in entry.allowed:
+        raise ValueError(f"unit {quote(match[2])} is not one of {', '.join(entry.allowed)}.")
+    factor, offset = _scale(unit, entry.si)
     value = float(match[1]) * factor + offset
     if abs(value) > LARGEST:
-        raise ValueError(f'too large a number; write one with a unit, such as "1 {known.display}".')
+        raise ValueError(f'too large a number; write one with a unit, such as "1 {entry.display}".')
     return value
 
 
@@ -263,18 +263,18 @@ def _read_ratio(value: object) -> float:
 
 def in_display(value: float, kind: str) -> float:
     """An SI value in the unit that its kind prints in (m^3/rad to cm^3/rev)."""
-    known = _known(kind)
-    factor, offset = _scale(known.display, known.si)
+    entry = _kind_entry(kind)
+    factor, offset = _scale(entry.display, entry.si)
     return (value - offset) / factor
 
 
 def in_unit(value: float, unit: str, kind: str) -> float:
     """An SI value in one of the units of its kind (0.05 m to 5 cm). Errors: UnitError where the unit is none of
     them."""
-    known = _known(kind)
-    if unit not in known.allowed:
-        raise UnitError(f"unit {quote(unit)} is not one of {', '.join(known.allowed)}.")
-    factor, offset = _scale(unit, known.si)
+    entry = _kind_entry(kind)
+    if unit not in entry.allowed:
+        raise UnitError(f"unit {quote(unit)} is not one of {', '.join(entry.allowed)}.")
+    factor, offset = _scale(unit, entry.si)
     return (value - offset) / factor
 
 
@@ -282,20 +282,24 @@ def bound(value: float, kind: str, written: object) -> str:
     """A bound in SI as text in the unit of what was written, else in its display unit: 5 m/s as "300 m/min" to "400
     m/min"."""
     match = _QUANTITY.fullmatch(written.strip()) if isinstance(written, str) else None
-    unit = _tidy(match[2]) if match is not None and _tidy(match[2]) in _known(kind).allowed else _known(kind).display
+    unit = (
+        _tidy(match[2])
+        if match is not None and _tidy(match[2]) in _kind_entry(kind).allowed
+        else _kind_entry(kind).display
+    )
     return f"{number(in_unit(value, unit, kind))} {unit}"
 
 
 def from_display(value: float, kind: str) -> float:
     """The SI value of a number given in the unit that its kind prints in; the inverse of ``in_display``."""
-    known = _known(kind)
-    factor, offset = _scale(known.display, known.si)
+    entry = _kind_entry(kind)
+    factor, offset = _scale(entry.display, entry.si)
     return value * factor + offset
 
 
 def show(value: float, kind: str, digits: int = 4) -> str:
     """An SI value as text in its display unit with ``digits`` significant digits: ``"215 cm^3/rev"``."""
-    return f"{number(in_display(value, kind), digits)} {_known(kind).display}"
+    return f"{number(in_display(value, kind), digits)} {_kind_entry(kind).display}"
 
 
 def number(value: float, digits: int = 4) -> str:

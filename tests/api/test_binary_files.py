@@ -21,7 +21,7 @@ from stillhook.errors import StillhookError, UnreadableError
 from stillhook.formats.binary import process as reader_process
 from stillhook.formats.binary import reader as binary_reader
 from stillhook.formats.binary.reader import read_binary
-from stillhook.formats.table import Wanted, read_columns
+from stillhook.formats.table import ColumnSpec, read_columns
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.formats.waves.ndbc import text as ndbc_text
 from stillhook.formats.waves.wavespectra import read_wavespectra
@@ -32,7 +32,7 @@ N = 200
 T = np.arange(N) * 0.1
 COLUMNS = {"time [s]": T, "p_a [bar]": 100.0 + 5.0 * np.sin(T), "omega_m [rpm]": 500.0 * np.cos(T)}
 PLAIN = mapping_from({"time": {"column": "time", "unit": "s"}, "p_a": {"column": "p", "unit": "bar"}}, "mapping.toml")
-WANTED = [Wanted("p_a", "pressure", (), "p_a [bar]"), Wanted("time", "time", (), "time [s]")]
+SPECS = [ColumnSpec("p_a", "pressure", (), "p_a [bar]"), ColumnSpec("time", "time", (), "time [s]")]
 BLOCKED = 5.0
 """Limit of time [s] for a file that blocks: long enough for the process to start, so that it is the file that is cut off."""
 BUSY = 30.0
@@ -109,8 +109,8 @@ FORMATS = {
     "HDF5 log": Format(".mat", hdf, lambda path: read_log(path, PLAIN)),
     "MDF log": Format(".mf4", mdf, read_log),
     "TDMS log": Format(".tdms", tdms, read_log),
-    "Parquet map": Format(".parquet", parquet, lambda path: read_columns(path, WANTED)),
-    "Excel map": Format(".xlsx", xlsx, lambda path: read_columns(path, WANTED)),
+    "Parquet map": Format(".parquet", parquet, lambda path: read_columns(path, SPECS)),
+    "Excel map": Format(".xlsx", xlsx, lambda path: read_columns(path, SPECS)),
     "run": Format(".nc", netcdf, load_run),
     "weather": Format(".nc", netcdf, read_weather),
     "NetCDF-3 weather": Format(".nc", lambda path: netcdf(path, "scipy"), read_weather),

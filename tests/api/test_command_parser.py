@@ -83,9 +83,9 @@ class TestRepeatedOptions:
             "example-campaign",
             "L4593",
             str(tmp_path / "out"),
-            "--truth",
+            "--reference",
             "crane-1",
-            "--truth",
+            "--reference",
             "crane-2",
         )
         assert 'Sets "crane-1" and "crane-2" replace the same numbers of' in said

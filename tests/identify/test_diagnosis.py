@@ -79,9 +79,9 @@ def test_no_low_speed_forbids_the_set_unless_another_winch_fills_in():
     like = truth("crane-2")._asdict()
     filled = design(points, SWL, like)
     assert not filled.statements[0].severe
-    fit = fit_system(points, LOSS, used=filled.used, given=filled.given)
+    fit = fit_system(points, LOSS, used=filled.used, prescribed=filled.prescribed)
     assert (fit.y.Y_1, fit.y.Y_3, fit.y.Y_4) == (like["Y_1"], like["Y_3"], like["Y_4"])
-    assert set(fit.given) == {"Y_1", "Y_3", "Y_4"}
+    assert set(fit.prescribed) == {"Y_1", "Y_3", "Y_4"}
     assert not {"Y_1", "Y_3", "Y_4"} & set(fit.names)
 
 

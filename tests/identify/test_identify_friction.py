@@ -57,14 +57,14 @@ def written(noisy, tmp_path_factory):
 
 
 def test_noise_free_logs_give_parameters_and_friction_back(exact):
-    found = identify.friction(exact.campaign)
+    optimum = identify.friction(exact.campaign)
     truth = Y.of(system_friction("L4593"))
     for n in Y_NAMES:
-        assert getattr(found.fit.y, n) == pytest.approx(
+        assert getattr(optimum.fit.y, n) == pytest.approx(
             getattr(truth, n), rel=PARAMETERS, abs=TRACE if n == "Y_3" else 0.0
         ), n
-    assert max(h.worst for h in found.held_out) < PREDICTED
-    assert "Y_2" in found.fit.names
+    assert max(h.worst for h in optimum.held_out) < PREDICTED
+    assert "Y_2" in optimum.fit.names
 
 
 def test_noisy_logs_predict_held_out_tests_within_the_thesiss_claim(result):
@@ -80,7 +80,7 @@ def test_noisy_logs_give_intervals_that_hold_the_truth(result):
 
 
 def test_least_squares_and_the_complex_method_agree(result):
-    assert result.check.found.converged
+    assert result.check.optimum.converged
     assert result.check.agree
     assert result.check.cost_grid <= result.check.cost_ours
     for n in result.fit.names:
@@ -107,15 +107,15 @@ def test_the_command_line_writes_everything_and_a_crane_file_takes_the_set(writt
         "error.png",
         "system-friction.png",
     } <= names
-    found = load_friction(out / "friction.toml")
-    assert "SYNTHETIC" in found.title
-    assert found.evidence is not None
-    assert found.evidence.names == ("Y_1", "Y_3", "Y_4", "Y_5", "Y_6")
+    optimum = load_friction(out / "friction.toml")
+    assert "SYNTHETIC" in optimum.title
+    assert optimum.evidence is not None
+    assert optimum.evidence.names == ("Y_1", "Y_3", "Y_4", "Y_5", "Y_6")
     (out / "mine.toml").write_text('base = "nov-150t"\n[friction]\nlibrary = "friction.toml"\n')
     crane = load_crane(out / "mine.toml")
-    assert crane.friction.system == found.system
+    assert crane.friction.system == optimum.system
     calm = Scenario(load="60 t", s_w="100 m", tip="sine 1 m 12 s", duration="40 s", warm_up="10 s")
-    spread = simulate(identify.draw_cranes(crane, friction_set=found, n=16), calm)
+    spread = simulate(identify.draw_cranes(crane, friction_set=optimum, n=16), calm)
     assert spread.sizes["case"] == 16
     assert float(np.ptp(spread.p_max.values)) > 0.0
 
@@ -181,9 +181,9 @@ def test_one_load_is_warned_of_and_still_written(noisy, tmp_path, capsys):
     printed = capsys.readouterr().out
     assert "note: All tests carry about the same drum torque" in printed
     assert "Add a staircase with the empty hook." in printed
-    found = load_friction(tmp_path / "out" / "friction.toml")
-    assert found.system.Y_3 == 0.0
-    assert any("same drum torque" in s for s in found.evidence.statements)
+    optimum = load_friction(tmp_path / "out" / "friction.toml")
+    assert optimum.system.Y_3 == 0.0
+    assert any("same drum torque" in s for s in optimum.evidence.statements)
 
 
 def test_without_low_speeds_no_set_is_written_and_the_exit_code_says_no(noisy, tmp_path, capsys):
@@ -237,9 +237,9 @@ def test_a_load_contradiction_of_nine_per_cent_forbids_the_set_and_one_of_four_s
 
 
 def test_an_uncertain_motor_loss_is_told(noisy, tmp_path):
-    found = load_losses("A6VM215")
+    optimum = load_losses("A6VM215")
     evidence = Evidence.fitted(["X_4"], np.array([[4.0]]), dof=50.0, data="a map")
-    (tmp_path / "motor.toml").write_text(set_toml(dataclasses.replace(found, evidence=evidence)))
+    (tmp_path / "motor.toml").write_text(set_toml(dataclasses.replace(optimum, evidence=evidence)))
     path = edited(noisy, tmp_path, lambda text: text.replace('motor = "A6VM215"', 'motor = "motor.toml"'))
     said = [s.text for s in identify.friction(path, proposals=0).statements if s.code == "motor loss"]
     assert len(said) == 1
@@ -291,9 +291,9 @@ def test_holes_in_the_wire_counter_are_filled_and_told(noisy, tmp_path):
     log.write_text("\n".join([head, *rows]) + "\n")
     path = tmp_path / "c" / "campaign.toml"
     path.write_text(path.read_text().replace("layer = 11\n", ""))
-    found = identify.friction(path, proposals=0)
-    assert any(s.code == "wire" and "s_w is missing in" in s.text for s in found.statements)
-    assert max(h.worst for h in found.held_out) < CLAIM
+    optimum = identify.friction(path, proposals=0)
+    assert any(s.code == "wire" and "s_w is missing in" in s.text for s in optimum.statements)
+    assert max(h.worst for h in optimum.held_out) < CLAIM
 
 
 def test_swapped_pressures_are_refused_with_the_line_to_write(noisy, tmp_path, capsys):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stillhook.errors import IdentifyError
-from stillhook.identify.motor.fit import cannot_tell, fit_loss, spread_of_levels
+from stillhook.identify.motor.fit import fit_loss, indeterminate, spread_of_levels
 from stillhook.identify.motor.map import LossMap
 from stillhook.identify.motor.models import CARDS, LossModel
 from stillhook.identify.motor.synthetic_map import Extra, synthetic_map
@@ -124,7 +124,7 @@ def test_physical_parameters_are_never_negative_and_a_bound_claims_no_error(m):
     assert "X_5" in fit.at_bound
     free = [n not in fit.at_bound for n in fit.names]
     assert (np.isfinite(fit.errors) == free).all()
-    assert any("X_5 is at its bound" in line for line in cannot_tell(fit))
+    assert any("X_5 is at its bound" in line for line in indeterminate(fit))
 
 
 def test_interpolations_may_be_negative(m):
@@ -143,7 +143,7 @@ def test_one_level_of_an_axis_confounds_parameters_and_says_which(m, axis, model
     value = m.axis(axis).max()
     fit = fit_loss(m.at(m.axis(axis) == value), model)
     assert any(set(g) & group for g in fit.confounded)
-    assert any("cannot be told apart" in line for line in cannot_tell(fit))
+    assert any("cannot be told apart" in line for line in indeterminate(fit))
     named = {n for g in fit.confounded for n in g}
     assert np.isnan(fit.errors[[fit.names.index(n) for n in named]]).all()
     assert np.isfinite(fit.rms)

@@ -70,10 +70,10 @@ def test_the_loop_keeps_what_the_first_fit_was_given_and_left_out():
     like = truth("crane-2")._asdict()
     fast = [n for n in STAIR if n >= 250]
     points = stage(truth("crane-2"), CRANE_2, fast, rng=np.random.default_rng(3))
-    given = {n: like[n] for n in ("Y_1", "Y_3", "Y_4")}
-    first = fit_system(points, LOSS, given=given, keep_Y_2=False)
+    prescribed = {n: like[n] for n in ("Y_1", "Y_3", "Y_4")}
+    first = fit_system(points, LOSS, prescribed=prescribed, keep_Y_2=False)
     loop = second_loop(points, SUPPLIER, first)
-    assert loop.system.given == given
+    assert loop.system.prescribed == prescribed
     assert loop.system.names == first.names
     assert loop.system.y.Y_4 == like["Y_4"]
 

@@ -70,7 +70,7 @@ def clean(tmp_path_factory: pytest.TempPathFactory):
         update={"brake": None}
     )
     return small, write_campaign(
-        small, tmp_path_factory.mktemp("clean") / "tests", instruments=NONE, duration="6 min", truth=truth
+        small, tmp_path_factory.mktemp("clean") / "tests", instruments=NONE, duration="6 min", reference=truth
     )
 
 
@@ -130,7 +130,7 @@ def test_published_tables_are_as_printed():
 def test_steady_pressures_show_the_load_and_the_friction_that_the_crane_has(clean):
     """Torque balance of every steady step: displacement times pressure is load torque plus (hoisting) or less (lowering) all friction."""
     small, written = clean
-    crane = crane_from_toml((written.folder / "truth.toml").read_text(encoding="utf-8"), "truth.toml")
+    crane = crane_from_toml((written.folder / "reference.toml").read_text(encoding="utf-8"), "reference.toml")
     n, friction, fit = crane.active.motor.count, friction_record(crane.friction.system), active_record(crane).motors.fit
     for test, path in zip(small.tests, written.logs, strict=True):
         stairs, checked = staircase(crane, test, layer=written.layer, duration=360.0), []
@@ -217,11 +217,11 @@ def test_the_truth_may_differ_from_what_the_campaign_says(tmp_path):
     truth = changed(load_crane("nov-150t"), {"friction": {"library": "crane-1"}, "active": loss, "passive": loss})
     one = plan(rows=((2365.0, 77.0),))
     same, blind = (
-        write_campaign(one, tmp_path / n, instruments=NONE, duration="3 min", truth=t)
+        write_campaign(one, tmp_path / n, instruments=NONE, duration="3 min", reference=t)
         for n, t in (("same", None), ("blind", truth))
     )
     assert same.campaign.read_text(encoding="utf-8") == blind.campaign.read_text(encoding="utf-8")
-    crane = load_crane(blind.folder / "truth.toml")
+    crane = load_crane(blind.folder / "reference.toml")
     assert crane.friction.system == load_friction("crane-1").system
     assert crane.active.motor.loss.X_4 == 20.0
     a, b = (np.array([m["p_a"] - m["p_b"] for m, _ in windows(signals(w.logs[0]), 3)]) for w in (same, blind))
@@ -337,8 +337,8 @@ def test_the_command_writes_a_campaign_and_says_what_it_wrote(tmp_path, capsys):
     example_campaign("crane-2", tmp_path / "b", duration="2 min", parquet=True, noise="none", json=True)
     data = json.loads(capsys.readouterr().out)
     assert len(data["logs"]) == 7
-    example_campaign("crane-2", tmp_path / "c", duration="2 min", truth=["crane-1", "A6VM215-crane-2-second-loop"])
-    crane = load_crane(tmp_path / "c" / "truth.toml")
+    example_campaign("crane-2", tmp_path / "c", duration="2 min", reference=["crane-1", "A6VM215-crane-2-second-loop"])
+    crane = load_crane(tmp_path / "c" / "reference.toml")
     assert crane.friction.system == load_friction("crane-1").system
     assert crane.active.motor.loss.X_3 == 0.012
     assert 'crane = "nov-150t"' in (tmp_path / "c" / "campaign.toml").read_text(encoding="utf-8")

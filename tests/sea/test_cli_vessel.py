@@ -17,8 +17,8 @@ SHIP = plank(np.linspace(0.1, 1.5, 8), np.radians(np.arange(0.0, 360.0, 30.0)))
 NESTED = {
     "motion",
     "size",
-    "found_re",
-    "found_im",
+    "value_re",
+    "value_im",
     "limit_re",
     "limit_im",
 }  # names within the rows of peaks and motions

@@ -260,7 +260,7 @@ def test_an_example_campaign_is_of_the_crane_seed_and_defect_that_were_asked_for
     def written(out, **how):
         asked.update(how)
         return Written(
-            out, out / "campaign.toml", (out / "logs" / "1.csv",), out / "truth.toml", ('test "limits": saturated',)
+            out, out / "campaign.toml", (out / "logs" / "1.csv",), out / "reference.toml", ('test "limits": saturated',)
         )
 
     monkeypatch.setattr(truth, "write_campaign", written)

@@ -49,7 +49,7 @@ class atomic_folder:
 
     def __enter__(self) -> Path:
         try:
-            self.made = not self.target.is_dir()
+            self.created = not self.target.is_dir()
             self.target.mkdir(parents=True, exist_ok=True)
             self.part = Path(tempfile.mkdtemp(dir=self.target, prefix=".part-"))
         except (OSError, ValueError) as e:
@@ -65,7 +65,7 @@ class atomic_folder:
             error = e
         finally:
             shutil.rmtree(self.part, ignore_errors=True)
-            if error is not None and self.made:
+            if error is not None and self.created:
                 shutil.rmtree(self.target, ignore_errors=True)
         if isinstance(error, OSError):
             raise cannot_write(self.target, error) from None

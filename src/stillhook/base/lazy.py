@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import Any
 
 
-def attached(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+def attached(package: str, modules: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     """`__getattr__` and `__dir__` of a package.
 
     homes: public name -> module of the root package that it lives in; "" for a module of that name itself.
@@ -16,10 +16,10 @@ def attached(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], An
     root = package.partition(".")[0]
 
     def get(name: str) -> Any:
-        if name not in homes:
+        if name not in modules:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        home = homes[name]
-        value = getattr(import_module(f"{root}.{home}"), name) if home else import_module(f"{root}.{name}")
+        module = modules[name]
+        value = getattr(import_module(f"{root}.{module}"), name) if module else import_module(f"{root}.{name}")
         setattr(sys.modules[package], name, value)
         return value
 

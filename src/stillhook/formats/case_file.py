@@ -49,7 +49,7 @@ def load_case(path: str | Path) -> CaseFile:
     file = Path(path)
     data = _read(file)
     try:
-        _known(data, TOP, "")
+        _refuse_unknown(data, TOP, "")
         for name in ("crane", "scenario"):
             if name not in data:
                 raise ScenarioError(f"{name}: missing. A case file needs crane and [scenario].")
@@ -98,17 +98,17 @@ def read_tip(tip: Any, folder: Path) -> Motion:
     if isinstance(tip, str):
         return parse_motion(tip, "tip")
     if isinstance(tip, dict) and "profile" in tip:
-        _known(tip, ("profile",), "tip.")
+        _refuse_unknown(tip, ("profile",), "tip.")
         return Profile(_pairs(tip["profile"]))
     if not isinstance(tip, dict) or "file" not in tip:
         raise ScenarioError(
             'tip: give a text such as "sine 2.8 m 12 s", a table { file = ..., position = [...] }, or a velocity'
             ' profile { profile = [["0 s", "0 m/min"], ["10 s", "30 m/min"], ...] }.'
         )
-    _known(tip, TIP_FILE, "tip.")
+    _refuse_unknown(tip, TIP_FILE, "tip.")
     stored = stored_motion(folder / str(tip["file"]))
     if stored is not None:
-        _known(tip, ("file",), f"tip: {tip['file']} holds a tip's motion and takes no options; ")
+        _refuse_unknown(tip, ("file",), f"tip: {tip['file']} holds a tip's motion and takes no options; ")
         return stored
     options = {k: v for k, v in tip.items() if k not in ("file", "position")}
     position = tuple(tip["position"]) if isinstance(tip.get("position"), list) else tip.get("position")
@@ -130,7 +130,7 @@ def _read(file: Path) -> dict[str, Any]:
         raise ScenarioError(str(e)) from None
 
 
-def _known(table: Mapping[str, Any], allowed: tuple[str, ...], place: str) -> None:
+def _refuse_unknown(table: Mapping[str, Any], allowed: tuple[str, ...], place: str) -> None:
     for key in table:
         if key not in allowed:
             raise ScenarioError(f"{place}{quote(key)[1:-1]}: unknown field. Allowed: {', '.join(allowed)}.")
@@ -139,5 +139,5 @@ def _known(table: Mapping[str, Any], allowed: tuple[str, ...], place: str) -> No
 def _crane_name(value: Any, folder: Path) -> str:
     if not isinstance(value, str):
         raise ScenarioError(f"crane = {quote(value)}: give a library name or the path of a crane file.")
-    beside = str(folder / value)
-    return beside if value.endswith(".toml") and os.path.isfile(beside) else value
+    neighbour = str(folder / value)
+    return neighbour if value.endswith(".toml") and os.path.isfile(neighbour) else value

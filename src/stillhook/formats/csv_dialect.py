@@ -45,12 +45,12 @@ class Dialect:
     first_row: tuple[str, ...]
 
 
-def dialect_of(head: bytes, name: str, whole: bool) -> Dialect:
+def dialect_of(head: bytes, name: str, complete: bool) -> Dialect:
     """The dialect of a log that begins with these bytes. Errors: LogError of one line where no table is found."""
     encoding = _encoding(head)
     text = head.decode(encoding, errors="replace").removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
     lines = text.split("\n")
-    if not whole and len(lines) > 1:
+    if not complete and len(lines) > 1:
         lines.pop()  # the last one is cut off
     if not any(line.strip() for line in lines):
         raise LogError(f"{name}: is empty. Give a log with a header and rows of numbers.")
@@ -78,8 +78,8 @@ def dialect_of(head: bytes, name: str, whole: bool) -> Dialect:
         names = _heading_cells(lines[header], fields, separator)
         _refuse_other_width(name, header + 1, len(names), cells, separator)
         headings = (*names, *headings[len(names) :])
-    given = tuple(split_row(_MARK.sub("", lines[units]), separator)[:fields]) if units is not None else ()
-    bare = [unit.strip().strip("[]()").strip() for unit in (*given, *[""] * (fields - len(given)))]
+    unit_cells = tuple(split_row(_MARK.sub("", lines[units]), separator)[:fields]) if units is not None else ()
+    bare = [unit.strip().strip("[]()").strip() for unit in (*unit_cells, *[""] * (fields - len(unit_cells)))]
     return Dialect(
         encoding,
         separator,
@@ -137,31 +137,33 @@ def split_row(line: str, separator: str) -> list[str]:
     return [*cells, cell.strip()]
 
 
-def _known(cells: list[str]) -> int:
+def _value_count(cells: list[str]) -> int:
     """How many cells of a row of data are numbers or stamps; 0 for a line that is no row of data."""
-    said = [cell for cell in cells if cell.lower() not in MISSING]
-    known = sum(bool(_NUMBER.fullmatch(cell) or _STAMP.fullmatch(cell)) for cell in said)
-    return known if known >= MAJORITY * len(said) else 0
+    filled = [cell for cell in cells if cell.lower() not in MISSING]
+    values = sum(bool(_NUMBER.fullmatch(cell) or _STAMP.fullmatch(cell)) for cell in filled)
+    return values if values >= MAJORITY * len(filled) else 0
 
 
 def _data_rows(lines: list[str], separator: str) -> tuple[int, list[int]] | None:
     """Fields in a row of data, and which of the first lines are rows of data."""
     if separator != " " and not any(separator in line for line in lines):
         return None
-    found: list[tuple[int, int, int]] = []
+    rows: list[tuple[int, int, int]] = []
     for i, line in enumerate(lines):
-        if len(found) >= FEW_LINES:
+        if len(rows) >= FEW_LINES:
             break
         if not line.strip() or _MARK.match(line):
             continue
         cells = split_row(line, separator)
-        if len(cells) > 1 and (known := _known(cells)):
-            found.append((i, len(cells), known))
-    if not found:
+        if len(cells) > 1 and (values := _value_count(cells)):
+            rows.append((i, len(cells), values))
+    if not rows:
         return None
-    fields = Counter(n for _, n, _ in found).most_common(1)[0][0]
-    full = max(known for _, n, known in found if n == fields)  # a padded line such as "Date;2020-01-01;;;;" holds fewer
-    return fields, [i for i, n, known in found if n == fields and known >= MAJORITY * full]
+    fields = Counter(n for _, n, _ in rows).most_common(1)[0][0]
+    full = max(
+        values for _, n, values in rows if n == fields
+    )  # a padded line such as "Date;2020-01-01;;;;" holds fewer
+    return fields, [i for i, n, values in rows if n == fields and values >= MAJORITY * full]
 
 
 def _heading_cells(line: str, fields: int, separator: str) -> list[str]:
@@ -179,7 +181,9 @@ def _heading_cells(line: str, fields: int, separator: str) -> list[str]:
 def _header(lines: list[str], first: int, fields: int, separator: str) -> tuple[int | None, int | None]:
     """Which lines hold the headings and the units above the first row of data; None where there are none."""
     rows = [
-        i for i in range(first) if len(cells := _heading_cells(lines[i], fields, separator)) > 1 and not _known(cells)
+        i
+        for i in range(first)
+        if len(cells := _heading_cells(lines[i], fields, separator)) > 1 and not _value_count(cells)
     ]
     if not rows:
         return None, None
@@ -193,12 +197,12 @@ def _header(lines: list[str], first: int, fields: int, separator: str) -> tuple[
 
 
 def _are_units(cells: list[str]) -> bool:
-    said = [cell for cell in cells if cell]
-    known = sum(
+    filled = [cell for cell in cells if cell]
+    units = sum(
         bool(_UNIT.fullmatch(cell)) or any(our_unit(cell, kind) is not None for kind in KINDS) or cell in ("UTC", "ISO")
-        for cell in said
+        for cell in filled
     )
-    return known > MAJORITY * len(said)
+    return units > MAJORITY * len(filled)
 
 
 def _decimal(rows: list[list[str]], separator: str, name: str, numbers: list[int]) -> str:

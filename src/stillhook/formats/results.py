@@ -33,16 +33,16 @@ def save_run(run: xarray.Dataset, path: str | Path) -> Path:
     with atomic_file(target) as part:
         if shutil.disk_usage(part.parent).free < run.nbytes + HEADER:  # HDF5 does not survive a full disk
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        packed = {v: {"zlib": True} for v in run.data_vars if run[v].ndim and run[v].dtype.kind == "f"}
-        run.to_netcdf(part, engine="h5netcdf", encoding=packed)
+        encoding = {v: {"zlib": True} for v in run.data_vars if run[v].ndim and run[v].dtype.kind == "f"}
+        run.to_netcdf(part, engine="h5netcdf", encoding=encoding)
     return target
 
 
 def load_run(path: str | Path) -> xarray.Dataset:
     """The run that `save_run` wrote. Errors: StillhookError where the file is none."""
     if not os.path.isfile(path):
-        what = "is a folder" if os.path.isdir(path) else "no such file"
-        raise StillhookError(f"{path}: {what}. Give a file that save_run or --out wrote.")
+        reason = "is a folder" if os.path.isdir(path) else "no such file"
+        raise StillhookError(f"{path}: {reason}. Give a file that save_run or --out wrote.")
     try:
         run = read_dataset(Path(path))
     except UnreadableError as problem:

@@ -48,7 +48,7 @@ RATIO = {"1": 1.0, "%": 0.01}
 
 
 @dataclass(frozen=True)
-class Wanted:
+class ColumnSpec:
     """A column that may be read: our name, other names for it (lower case), kind of quantity ("" for a ratio), an
     example."""
 
@@ -98,7 +98,7 @@ class Columns:
 
 
 def read_columns(
-    path: str | os.PathLike[str], wanted: Sequence[Wanted], mapping: str | os.PathLike[str] | None = None
+    path: str | os.PathLike[str], specs: Sequence[ColumnSpec], mapping: str | os.PathLike[str] | None = None
 ) -> Columns:
     """The wanted columns that a table has, in SI.
 
@@ -108,13 +108,13 @@ def read_columns(
     """
     if line := toml_instead(path, "a table of numbers"):
         raise LogError(line)
-    chosen = _mapping(Path(mapping), wanted) if mapping is not None else {}
+    chosen = _mapping(Path(mapping), specs) if mapping is not None else {}
     raw = _raw(Path(path))
     if not raw.rows:
         raise LogError(f"{raw.name}: has headings and no rows below them. Give a table with one row a measured point.")
-    places = {w.name: place for w in wanted if (place := _place(raw, w, chosen.get(w.name))) is not None}
+    places = {w.name: place for w in specs if (place := _place(raw, w, chosen.get(w.name))) is not None}
     _one_decimal_sign(raw, sorted(places.values()))
-    values = {w.name: _values(raw, w, places[w.name], chosen.get(w.name)) for w in wanted if w.name in places}
+    values = {w.name: _values(raw, w, places[w.name], chosen.get(w.name)) for w in specs if w.name in places}
     unused = tuple(h for i, h in enumerate(raw.headings) if i not in places.values() and h)
     headings = {name: raw.headings[i] for name, i in places.items()}
     return Columns(raw.name, values, headings, np.array(raw.numbers), raw.comments, unused)
@@ -123,8 +123,8 @@ def read_columns(
 def _raw(path: Path) -> Raw:
     try:
         if not path.is_file():
-            what = "a folder" if path.is_dir() else "no such file"
-            raise LogError(f"{quote(str(path))}: {what}. Give the path of a CSV, Parquet or Excel file.")
+            reason = "a folder" if path.is_dir() else "no such file"
+            raise LogError(f"{quote(str(path))}: {reason}. Give the path of a CSV, Parquet or Excel file.")
         if path.stat().st_size > LARGEST_TABLE:
             raise LogError(
                 f"{path.name}: larger than {LARGEST_TABLE // 1_000_000} MB, so it is no map. Give the map alone."
@@ -261,7 +261,7 @@ def _is_text(cell: Any) -> bool:
     return cell is not None and str(cell).strip() != ""
 
 
-def _mapping(path: Path, wanted: Sequence[Wanted]) -> dict[str, Chosen]:
+def _mapping(path: Path, specs: Sequence[ColumnSpec]) -> dict[str, Chosen]:
     """The table [columns] of a mapping file."""
     try:
         if path.stat().st_size > LARGEST_MAPPING:
@@ -278,26 +278,28 @@ def _mapping(path: Path, wanted: Sequence[Wanted]) -> dict[str, Chosen]:
     columns = tables.get("columns")
     if not isinstance(columns, dict) or not columns or set(tables) != {"columns"}:
         other = ", ".join(quote(k) for k in tables if k != "columns") or "nothing"
-        rows = f"a mapping has one table [columns] with rows such as {_example(wanted[0])}."
+        rows = f"a mapping has one table [columns] with rows such as {_example(specs[0])}."
         raise LogError(f"{path.name}: came {other}; {rows}{told_kind(tables)}")
-    return {name: _chosen(path.name, name, row, wanted) for name, row in columns.items()}
+    return {name: _chosen(path.name, name, row, specs) for name, row in columns.items()}
 
 
-def _example(w: Wanted) -> str:
+def _example(w: ColumnSpec) -> str:
     return f'{w.name} = {{ column = "my heading", unit = "{w.units[-1]}" }}'
 
 
-def _chosen(where: str, name: str, row: Any, wanted: Sequence[Wanted]) -> Chosen:
-    known = {w.name: w for w in wanted}
-    if name not in known:
-        raise LogError(f"{where}: columns.{name}: unknown; give one of {', '.join(known)}.")
+def _chosen(where: str, name: str, row: Any, specs: Sequence[ColumnSpec]) -> Chosen:
+    by_name = {w.name: w for w in specs}
+    if name not in by_name:
+        raise LogError(f"{where}: columns.{name}: unknown; give one of {', '.join(by_name)}.")
     if not isinstance(row, dict) or not isinstance(row.get("column"), str) or set(row) - {"column", "unit", "scale"}:
-        raise LogError(f"{where}: columns.{name} = {quote(row)}: write it as {_example(known[name])}, scale if wanted.")
+        raise LogError(
+            f"{where}: columns.{name} = {quote(row)}: write it as {_example(by_name[name])}, scale if wanted."
+        )
     scale, unit = row.get("scale", 1.0), row.get("unit")
     if isinstance(scale, bool) or not isinstance(scale, int | float) or not math.isfinite(scale) or scale == 0.0:
         raise LogError(f"{where}: columns.{name}.scale = {quote(scale)}: give a number that is not 0.")
-    if unit is not None and unit not in known[name].units:
-        raise UnitError(f"{where}: columns.{name}.unit = {quote(unit)}: not one of {', '.join(known[name].units)}.")
+    if unit is not None and unit not in by_name[name].units:
+        raise UnitError(f"{where}: columns.{name}.unit = {quote(unit)}: not one of {', '.join(by_name[name].units)}.")
     return Chosen(row["column"], unit, float(scale))
 
 
@@ -307,44 +309,43 @@ def split_heading(heading: str) -> tuple[str, str | None]:
     return name.strip().lower(), rest.rpartition("]")[0].strip() if bracket else None
 
 
-def _place(raw: Raw, wanted: Wanted, chosen: Chosen | None) -> int | None:
+def _place(raw: Raw, spec: ColumnSpec, chosen: Chosen | None) -> int | None:
     """Which column of the table is the wanted one."""
     if chosen is not None:
-        found = [i for i, h in enumerate(raw.headings) if h == chosen.column] or [
+        matches = [i for i, h in enumerate(raw.headings) if h == chosen.column] or [
             i for i, h in enumerate(raw.headings) if split_heading(h)[0] == chosen.column.strip().lower()
         ]
-        if not found:
+        if not matches:
             have = ", ".join(quote(h) for h in raw.headings)
             raise LogError(
-                f"{raw.name}: no column {quote(chosen.column)} for {wanted.name}; it has {have}. Mend the mapping."
+                f"{raw.name}: no column {quote(chosen.column)} for {spec.name}; it has {have}. Mend the mapping."
             )
     else:
-        names = {wanted.name.lower(), *wanted.aliases}
-        found = [i for i, h in enumerate(raw.headings) if split_heading(h)[0].replace(" ", "_") in names]
-    if len(found) > 1:
-        both = " and ".join(quote(raw.headings[i]) for i in found)
+        names = {spec.name.lower(), *spec.aliases}
+        matches = [i for i, h in enumerate(raw.headings) if split_heading(h)[0].replace(" ", "_") in names]
+    if len(matches) > 1:
+        both = " and ".join(quote(raw.headings[i]) for i in matches)
         raise LogError(
-            f"{raw.name}: columns {both} both read as {wanted.name}. Keep one, or choose one in a mapping file."
+            f"{raw.name}: columns {both} both read as {spec.name}. Keep one, or choose one in a mapping file."
         )
-    return found[0] if found else None
+    return matches[0] if matches else None
 
 
-def _values(raw: Raw, wanted: Wanted, place: int, chosen: Chosen | None) -> FloatArray:
+def _values(raw: Raw, spec: ColumnSpec, place: int, chosen: Chosen | None) -> FloatArray:
     heading = raw.headings[place]
     where = f"{raw.name}: column {quote(heading)}"
     unit = chosen.unit if chosen is not None and chosen.unit is not None else split_heading(heading)[1]
     if unit is None:
         raise UnitError(
-            f'{where}: no unit. Write the heading as "{wanted.example}" (allowed: {", ".join(wanted.units)}), or'
-            " map it."
+            f'{where}: no unit. Write the heading as "{spec.example}" (allowed: {", ".join(spec.units)}), or map it.'
         )
-    if unit not in wanted.units:
-        raise UnitError(f"{where}: unit {quote(unit)} is not one of {', '.join(wanted.units)}.")
+    if unit not in spec.units:
+        raise UnitError(f"{where}: unit {quote(unit)} is not one of {', '.join(spec.units)}.")
     cells = [row[place] for row in raw.rows]
     numbers = np.array([_number(cell, raw, i, heading) for i, cell in enumerate(cells)], dtype=np.float64)
     scale = 1.0 if chosen is None else chosen.scale
     with np.errstate(over="ignore"):
-        values = numbers * (scale * (parse(f"1 {unit}", wanted.kind, where) if wanted.kind else RATIO[unit]))
+        values = numbers * (scale * (parse(f"1 {unit}", spec.kind, where) if spec.kind else RATIO[unit]))
     if np.isinf(values).any():
         i = int(np.flatnonzero(np.isinf(values))[0])
         raise LogError(

@@ -42,7 +42,7 @@ class Fields:
             raise error(f"{place.rstrip('.: ')}: {quote(table)} is no table. Write its fields as name = value.")
         self.table, self.place, self.error = table, place, error
 
-    def known(self, allowed: tuple[str, ...]) -> None:
+    def refuse_unknown(self, allowed: tuple[str, ...]) -> None:
         """Refuse fields that are none of these."""
         for key in self.table:
             if key not in allowed:
@@ -97,7 +97,7 @@ class Fields:
             return float(value), f"{value:g}"
         raise self.wrong(key, 'give a number, or a text such as "3 %".')
 
-    def beside(self, key: str, folder: Path) -> str:
+    def path_or_name(self, key: str, folder: Path) -> str:
         """The path of a file seen from the folder of this one, or a name of the library as it is."""
         name = self.text(key)
         return str(folder / name) if name.endswith(".toml") and isfile(folder / name) else name

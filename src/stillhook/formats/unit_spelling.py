@@ -39,18 +39,18 @@ _SAME = {
 
 def our_unit(unit: str, kind: str) -> str | None:
     """The unit as Stillhook spells it, where it is one of the kind; spellings such as rpm are known. None otherwise."""
-    ours = KINDS[kind].allowed if kind else tuple(PURE)
+    allowed_units = KINDS[kind].allowed if kind else tuple(PURE)
     tidy = " ".join(unit.strip().strip("[]()").split())
     if not kind and tidy in ("", "-"):
         return "1"
-    return tidy if tidy in ours else next((o for o in (_SAME.get(tidy.lower()),) if o in ours), None)
+    return tidy if tidy in allowed_units else next((o for o in (_SAME.get(tidy.lower()),) if o in allowed_units), None)
 
 
 def hint(unit: str, kind: str) -> str:
     """What to write for a unit that is not ours."""
-    ours, factor = SCALES.get(unit.strip(), (None, None))
-    if ours is not None and kind and ours in KINDS[kind].allowed:
-        return f' Write unit = "{ours}", scale = {factor}.'
+    unit_name, factor = SCALES.get(unit.strip(), (None, None))
+    if unit_name is not None and kind and unit_name in KINDS[kind].allowed:
+        return f' Write unit = "{unit_name}", scale = {factor}.'
     return (
         f' Give one of these and the factor to it as scale, such as unit = "{KINDS[kind].display if kind else "1"}",'
         " scale = 0.1."

@@ -84,9 +84,9 @@ class FrictionCurve:
     least_length: float = WindowSettings().least_length
     adapted: bool = False
 
-    def text(self, what: str, value: float, digits: int = 4) -> str:
+    def text(self, name: str, value: float, digits: int = 4) -> str:
         """A "speed", "effort" or "position" with its unit; in SI where none is known."""
-        kind = self.kinds.get(what, "")
+        kind = self.kinds.get(name, "")
         return show(value, kind, digits) if kind in KINDS else f"{value:.{digits}g}"
 
     def to_dict(self) -> dict[str, Any]:
@@ -130,22 +130,22 @@ def friction_curve(
     with the longest of `SHORTER` that gives a point.
     Errors: IdentifyError where a signal is missing or no two stretches can be compared, with the first reasons.
     """
-    asked = settings or WindowSettings()
+    requested = settings or WindowSettings()
     if position is not None:
-        asked = asked.for_effort_of_place()
+        requested = requested.for_effort_of_place()
     every = (speed, effort, position, command, held, made_of, kinds)
-    found = _curve(log, *every, asked)
-    if isinstance(found, FrictionCurve):
-        return found
-    if "least_length" not in asked.model_fields_set and found.all_short:
+    result = _curve(log, *every, requested)
+    if isinstance(result, FrictionCurve):
+        return result
+    if "least_length" not in requested.model_fields_set and result.all_short:
         for length in SHORTER:
             if length < FEWEST_BINS * float(np.median(np.diff(log.t))):
                 break
-            shorter = _curve(log, *every, asked.model_copy(update={"least_length": length}))
+            shorter = _curve(log, *every, requested.model_copy(update={"least_length": length}))
             if isinstance(shorter, FrictionCurve):
                 return replace(shorter, adapted=True)
-        raise IdentifyError(f"{found.text} Stretches down to {SHORTER[-1]:g} s were tried as well.")
-    raise IdentifyError(found.text)
+        raise IdentifyError(f"{result.text} Stretches down to {SHORTER[-1]:g} s were tried as well.")
+    raise IdentifyError(result.text)
 
 
 @dataclass(frozen=True)
@@ -165,30 +165,30 @@ def _curve(
     held: Sequence[str],
     made_of: Sequence[str],
     kinds: Mapping[str, str] | None,
-    asked: WindowSettings,
+    requested: WindowSettings,
 ) -> FrictionCurve | _Nothing:
     """The curve with these settings; parameters as `friction_curve`."""
-    known = {"speed": kind_of(log, speed, kinds), "effort": kind_of(log, effort, kinds)}
-    named = {**(kinds or {}), **known}
+    signal_kinds = {"speed": kind_of(log, speed, kinds), "effort": kind_of(log, effort, kinds)}
+    named = {**(kinds or {}), **signal_kinds}
     steady = steady_windows(
-        log, speed, effort, command=command, held=held, made_of=made_of, kinds=named, settings=asked
+        log, speed, effort, command=command, held=held, made_of=made_of, kinds=named, settings=requested
     )
 
     def text(v: float) -> str:
-        return show(v, known["speed"], 3) if known["speed"] in KINDS else f"{v:.3g}"
+        return show(v, signal_kinds["speed"], 3) if signal_kinds["speed"] in KINDS else f"{v:.3g}"
 
-    found = pair_windows(steady.windows, text=text)
+    matches = pair_windows(steady.windows, text=text)
     points: list[CurvePoint] = []
-    unpaired = list(found.unpaired)
+    unpaired = list(matches.unpaired)
     if position is None:
         points = [
-            CurvePoint(p.speed, p.friction, p.u_friction, p.load, p.u_friction, p.up, p.down) for p in found.pairs
+            CurvePoint(p.speed, p.friction, p.u_friction, p.load, p.u_friction, p.up, p.down) for p in matches.pairs
         ]
     else:
-        known["position"] = kind_of(log, position, kinds)
+        signal_kinds["position"] = kind_of(log, position, kinds)
         e = effort_of(log, effort)
         x = signal_of(log, position)
-        for pair in found.pairs:
+        for pair in matches.pairs:
             strokes = [_stroke(w, steady.windows) for w in (pair.up, pair.down)]
             point = _place_by_place(log, pair, strokes, e, x)
             if isinstance(point, CurvePoint):
@@ -204,7 +204,15 @@ def _curve(
         return _Nothing(_nothing(log, steady, unpaired), short)
     name = effort if isinstance(effort, str) else "effort"
     return FrictionCurve(
-        log.source, speed, name, position, known, with_visits(points), steady, tuple(unpaired), asked.least_length
+        log.source,
+        speed,
+        name,
+        position,
+        signal_kinds,
+        with_visits(points),
+        steady,
+        tuple(unpaired),
+        requested.least_length,
     )
 
 

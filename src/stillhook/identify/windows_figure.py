@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from stillhook.logs.log import Log
 
 
-USED, NOT_USED, LEFT_OUT, ALONE = "#009E73", "#999999", "#E69F00", "#56B4E9"
+USED, NOT_USED, EXCLUDED, ALONE = "#009E73", "#999999", "#E69F00", "#56B4E9"
 MOST_POINTS = 6000
 """Points of a drawn line: more are not seen, and make the picture slow."""
 WORDS_FROM = 0.012
@@ -142,7 +142,7 @@ def _shade(ax: Any, steady: Steady, used: Sequence[Window], unpaired: Sequence[R
 
     groups: tuple[tuple[Sequence[Window | Rejected], str, float], ...] = (
         (steady.rejected, NOT_USED, 0.35),
-        (steady.trimmed, LEFT_OUT, 0.25),
+        (steady.trimmed, EXCLUDED, 0.25),
         (unpaired, ALONE, 0.35),
         (used, USED, 0.3),
     )
@@ -165,7 +165,7 @@ def _legend(ax: Any, *, with_unpaired: bool) -> None:
     names = (
         (USED, 0.3, "steady, used"),
         (ALONE, 0.35, "steady, no partner"),
-        (LEFT_OUT, 0.25, "start left out"),
+        (EXCLUDED, 0.25, "start left out"),
         (NOT_USED, 0.35, "rejected"),
     )
     handles = [Patch(color=c, alpha=a, label=label) for c, a, label in names if with_unpaired or c != ALONE]

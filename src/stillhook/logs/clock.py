@@ -80,10 +80,10 @@ def align(main: Side, other: Side, where: str) -> Fit:
             near = _aligned(main, ((1.0 + drift) * other[0], other[1]), where)
         except LogError:
             raise problem from None
-    return _known(replace(near, drift=(1.0 + near.drift) * (1.0 + drift) - 1.0), where)
+    return _plausible(replace(near, drift=(1.0 + near.drift) * (1.0 + drift) - 1.0), where)
 
 
-def _known(fit: Fit, where: str) -> Fit:
+def _plausible(fit: Fit, where: str) -> Fit:
     if abs(fit.drift) > LARGEST_DRIFT:
         raise LogError(
             f"{where}: it would drift by {1e6 * fit.drift:.0f} ppm, which no clock does. Check the unit of its stamps."
@@ -93,12 +93,12 @@ def _known(fit: Fit, where: str) -> Fit:
 
 def _scanned(main: Side, other: Side) -> float:
     """The drift under which both sides match best as a whole, 0 where none makes them match clearly."""
-    ours = _features(main, SCAN_STEP)
+    main_features = _features(main, SCAN_STEP)
     best, drift = SCAN_CLEAR, 0.0
     step = SCAN_SLIP / max(SCAN_SLIP, float(other[0][-1] - other[0][0]))
     for k in range(1, int(LARGEST_DRIFT / step) + 2):
         for tried in (k * step, -k * step):
-            match = _offsets(ours, _features(((1.0 + tried) * other[0], other[1]), SCAN_STEP), SCAN_STEP)[0]
+            match = _offsets(main_features, _features(((1.0 + tried) * other[0], other[1]), SCAN_STEP), SCAN_STEP)[0]
             if match > best:
                 best, drift = match, tried
     return drift
@@ -106,8 +106,8 @@ def _scanned(main: Side, other: Side) -> float:
 
 def _aligned(main: Side, other: Side, where: str) -> Fit:
     step = max(0.05, float(np.median(np.diff(main[0]))), float(np.median(np.diff(other[0]))))
-    ours, theirs = _features(main, step), _features(other, step)
-    best, name, other_name, offsets = _offsets(ours, theirs, step)
+    main_features, other_features = _features(main, step), _features(other, step)
+    best, name, other_name, offsets = _offsets(main_features, other_features, step)
     if best < CLEAR:
         raise LogError(
             f"{where}: its offset cannot be found: a correlation of {best:.2f} connects its signals with those of the"
@@ -115,30 +115,34 @@ def _aligned(main: Side, other: Side, where: str) -> Fit:
         )
     if all(abs(offset) >= STARTED for offset in offsets):
         offsets = [*offsets, 0.0]
-    tried = [fit for offset in offsets if (fit := _drift(ours[name], theirs[other_name], offset, step)) is not None]
+    tried = [
+        fit
+        for offset in offsets
+        if (fit := _drift(main_features[name], other_features[other_name], offset, step)) is not None
+    ]
     if not tried:
         raise LogError(
             f"{where}: its drift cannot be found: fewer than {FEWEST_PIECES} parts of the log show a change of motion"
             " on both clocks. Give a longer log."
         )
     fit, *others = sorted(tried, key=lambda fit: -fit.match)
-    alike = [o for o in tried if ALONE * o.match > fit.match]
-    again = next((o for o in others if abs(o.offset - fit.offset) > APART and o in alike), None)
-    started = [o for o in alike if abs(o.offset) < STARTED]
-    if again is not None and len(started) == 1:
-        again = min((o for o in alike if o is not started[0]), key=lambda o: abs(o.offset))
-        fit, again = replace(started[0], also=again.offset), None
-    if again is not None:
+    similar = [o for o in tried if ALONE * o.match > fit.match]
+    ambiguous = next((o for o in others if abs(o.offset - fit.offset) > APART and o in similar), None)
+    started = [o for o in similar if abs(o.offset) < STARTED]
+    if ambiguous is not None and len(started) == 1:
+        ambiguous = min((o for o in similar if o is not started[0]), key=lambda o: abs(o.offset))
+        fit, ambiguous = replace(started[0], also=ambiguous.offset), None
+    if ambiguous is not None:
         raise LogError(
             f"{where}: its offset cannot be found: the motion repeats, so that {fit.offset:.4g} s and"
-            f" {again.offset:.4g} s fit alike. Give a log with moves that differ."
+            f" {ambiguous.offset:.4g} s fit alike. Give a log with moves that differ."
         )
     if fit.scatter > SCATTER:
         raise LogError(
             f"{where}: its drift is not steady: parts of the log disagree by {fit.scatter:.2g} s. The clock was set"
             " during the log; cut it there."
         )
-    return _known(fit, where)
+    return _plausible(fit, where)
 
 
 def _features(side: Side, step: float) -> dict[str, FloatArray]:
@@ -172,34 +176,34 @@ def _smooth(x: FloatArray, step: float) -> FloatArray:
 
 
 def _offsets(
-    ours: Mapping[str, FloatArray], theirs: Mapping[str, FloatArray], step: float
+    main_features: Mapping[str, FloatArray], other_features: Mapping[str, FloatArray], step: float
 ) -> tuple[float, str, str, list[float]]:
     """Best correlation of two smoothed features, which they are, and the offsets at which they fit well [s]."""
-    found: tuple[float, str, str, list[float]] = (0.0, "", "", [])
-    for name, x in ours.items():
-        for other, y in theirs.items():
+    best: tuple[float, str, str, list[float]] = (0.0, "", "", [])
+    for name, x in main_features.items():
+        for other, y in other_features.items():
             c = np.abs(_correlate(_smooth(x, step), _smooth(y, step)))
             lags = np.arange(len(c)) - (len(y) - 1)
             overlap = np.minimum(len(x), lags + len(y)) - np.maximum(0, lags)
             c = np.where(overlap >= OVERLAP * min(len(x), len(y)), c, 0.0)
-            if c.max() > found[0]:
-                found = (
+            if c.max() > best[0]:
+                best = (
                     float(c.max()),
                     name,
                     other,
                     [float(lag) * step for lag in lags[_peaks(c, round(APART / step))]],
                 )
-    return found
+    return best
 
 
 def _peaks(c: FloatArray, apart: int) -> list[int]:
     """The highest peaks that are apart, best first."""
-    left = c.copy()
+    remaining = c.copy()
     out: list[int] = []
-    while len(out) < CANDIDATES and left.max() > PEAK * c.max():
-        i = int(np.argmax(left))
+    while len(out) < CANDIDATES and remaining.max() > PEAK * c.max():
+        i = int(np.argmax(remaining))
         out.append(i)
-        left[max(0, i - apart) : i + apart + 1] = 0.0
+        remaining[max(0, i - apart) : i + apart + 1] = 0.0
     return out
 
 
@@ -245,9 +249,9 @@ def _drift(x: FloatArray, y: FloatArray, offset: float, step: float) -> Fit | No
         # main = offset + (1 + drift) tau was off by lag = zero + slope * main
         offset, drift = offset + zero + slope * offset, (1.0 + drift) * (1.0 + slope) - 1.0
     warped = np.interp((t_x - offset) / (1.0 + drift), t_y, y, left=0.0, right=0.0)
-    seen = (t_x > offset) & (t_x < offset + (1.0 + drift) * t_y[-1])
-    size = float(np.sqrt(np.sum(x[seen] ** 2) * np.sum(warped[seen] ** 2)))
-    return Fit(offset, drift, scatter, used, sign * float(np.sum(x[seen] * warped[seen])) / size if size else 0.0)
+    overlap = (t_x > offset) & (t_x < offset + (1.0 + drift) * t_y[-1])
+    size = float(np.sqrt(np.sum(x[overlap] ** 2) * np.sum(warped[overlap] ** 2)))
+    return Fit(offset, drift, scatter, used, sign * float(np.sum(x[overlap] * warped[overlap])) / size if size else 0.0)
 
 
 def _best_lag(x: FloatArray, y: FloatArray, step: float, *, sign: float) -> tuple[float, float]:

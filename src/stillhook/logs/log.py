@@ -23,7 +23,7 @@ from stillhook.logs.checks.frozen_signals import standstill
 from stillhook.logs.checks.signs import check_signs
 from stillhook.logs.formats.open import open_log
 from stillhook.logs.formats.source import Source
-from stillhook.logs.mapping import mapping_from, own_mapping, read_mapping
+from stillhook.logs.mapping import mapping_from, mapping_from_headings, read_mapping
 from stillhook.logs.merge import Merged, Other, merged
 from stillhook.logs.tracks import Tracks, build, refuse_broken, stream
 from stillhook.logs.types import Finding, Log, Signal
@@ -55,33 +55,33 @@ def read_log(
     if not width > 0.0:
         raise LogError(f'every = {quote(every)}: the width of the bins must be above 0, such as "0.1 s".')
     source = open_log(path)
-    rows = dict(mapping) if mapping is not None else own_mapping(source.headings, source.name)
-    _refuse_nothing(source, rows, own=mapping is None)
-    found = build(source, rows, width)
-    stream(source, found, CHUNK, progress or (lambda share: None))
-    refuse_broken(source, found)
-    main, *others = (checked(track) for track in found.tracks)
+    rows = dict(mapping) if mapping is not None else mapping_from_headings(source.headings, source.name)
+    _refuse_nothing(source, rows, from_headings=mapping is None)
+    tracks = build(source, rows, width)
+    stream(source, tracks, CHUNK, progress or (lambda share: None))
+    refuse_broken(source, tracks)
+    main, *others = (checked(track) for track in tracks.tracks)
     more = [
         Other(
             other,
             any(column.signal.clock is not None for column in other.track.columns),
-            found.clocks[0].dated and clock.dated,
+            tracks.clocks[0].dated and clock.dated,
         )
-        for clock, other in zip(found.clocks[1:], others, strict=True)
+        for clock, other in zip(tracks.clocks[1:], others, strict=True)
     ]
-    log = _log(source, rows, found, main, merged(source.name, main, more, leave_out=leave_out_clocks))
+    log = _log(source, rows, tracks, main, merged(source.name, main, more, leave_out=leave_out_clocks))
     check_signs(log)
     return log
 
 
-def _refuse_nothing(source: Source, rows: Mapping[str, Signal], *, own: bool) -> None:
+def _refuse_nothing(source: Source, rows: Mapping[str, Signal], *, from_headings: bool) -> None:
     signals = [name for name in rows if name != "time"]
     if signals and ("time" in rows or source.time_base):
         return
     shown = ", ".join(quote(h) for h in source.headings[:8]) + (" ..." if len(source.headings) > 8 else "")
     lack = "time" if signals else "signal"
     example = 'time = { column = "...", unit = "s" }' if signals else 'p_a = { column = "...", unit = "bar" }'
-    if own:
+    if from_headings:
         heading = "time [s]" if signals else "p_a [bar]"
         raise LogError(
             f'{source.name}: no heading names a {lack} of Stillhook, such as "{heading}", among {shown}. Give a mapping'
@@ -90,18 +90,18 @@ def _refuse_nothing(source: Source, rows: Mapping[str, Signal], *, own: bool) ->
     raise LogError(f"{source.name}: the mapping names no {lack}. Add a row such as {example}; the file has {shown}.")
 
 
-def _log(source: Source, rows: Mapping[str, Signal], found: Tracks, main: Checked, joined: Merged) -> Log:
+def _log(source: Source, rows: Mapping[str, Signal], tracks: Tracks, main: Checked, joined: Merged) -> Log:
     findings = [*joined.findings, *standstill(source.name, joined.t, joined.watched, joined.doubtful, main.bins.starts)]
-    for name, ours, given in found.units:
-        text = f"{name}: the mapping says {quote(ours)} and the file {quote(given)}; the mapping is believed"
+    for name, mapped_unit, file_unit in tracks.units:
+        text = f"{name}: the mapping says {quote(mapped_unit)} and the file {quote(file_unit)}; the mapping is believed"
         findings.append(Finding(name, "unit", 0.0, 0.0, 0, "noted", text))
-    if found.broken_count:
-        line, what = found.broken[0]
+    if tracks.broken_count:
+        line, problem = tracks.broken[0]
         text = (
-            f"{counted(found.broken_count, 'line')} of another length than the header left out, the first is line"
-            f" {line}: {what}"
+            f"{counted(tracks.broken_count, 'line')} of another length than the header left out, the first is line"
+            f" {line}: {problem}"
         )
-        findings.append(Finding("", "broken", np.nan, np.nan, found.broken_count, "left out", text))
+        findings.append(Finding("", "broken", np.nan, np.nan, tracks.broken_count, "left out", text))
     ordered = [name for name in rows if name != "time"]
     return Log(
         source=source.name,

@@ -69,14 +69,15 @@ def mapping_from(table: Mapping[str, Any], where: str) -> dict[str, Signal]:
             ' "bar" }.'
         )
     rows = {name: _signal(name, row, f"{where}: signals.{name}") for name, row in table.items()}
-    taken: dict[str, str] = {}
+    columns: dict[str, str] = {}
     for name in (n for n in APART if n in rows):
         column = rows[name].column
-        if column in taken:
+        if column in columns:
             raise LogError(
-                f"{where}: signals.{name}: column {quote(column)} is that of {taken[column]} already. Map another one."
+                f"{where}: signals.{name}: column {quote(column)} is that of {columns[column]} already. Map"
+                " another one."
             )
-        taken[column] = name
+        columns[column] = name
     return rows
 
 
@@ -136,22 +137,22 @@ def _column(column: Any, where: str) -> str:
 
 def _kind(name: str, quantity: Any, where: str) -> str:
     """The kind of a signal: that of the variable of this name, or the one that is given."""
-    own = "time" if name == "time" else PHYSICAL[name].kind if name in PHYSICAL else None
+    quantity_of_name = "time" if name == "time" else PHYSICAL[name].kind if name in PHYSICAL else None
     if quantity is None:
-        if own is None:
+        if quantity_of_name is None:
             raise LogError(
                 f"{where}: {quote(name)} is not a signal of Stillhook{_near(name, ('time', *PHYSICAL))}. For a name of"
                 " your own give what "
                 f'it measures, such as quantity = "pressure" (one of {", ".join(KINDS)}, or "" for a pure number).'
             )
-        return own
+        return quantity_of_name
     if quantity != "" and quantity not in KINDS:
         raise LogError(
             f'{where}.quantity = {quote(quantity)} is not one of {", ".join(KINDS)}, or "" for a pure number.'
         )
-    if own is not None and quantity != own:
+    if quantity_of_name is not None and quantity != quantity_of_name:
         raise LogError(
-            f"{where}.quantity = {quote(quantity)}: {name} measures {quote(own or 'a pure number')}. Leave"
+            f"{where}.quantity = {quote(quantity)}: {name} measures {quote(quantity_of_name or 'a pure number')}. Leave"
             " quantity out."
         )
     return str(quantity)
@@ -164,10 +165,10 @@ def _unit(name: str, unit: Any, kind: str, where: str) -> str | None:
         raise UnitError(f"{where}.unit = {quote(unit)}: write it as text (allowed: {allowed(name, kind)}).")
     if name == "time" and ("%" in unit or unit == STAMPS):
         return unit
-    known = our_unit(unit, kind)
-    if known is None:
+    unit_name = our_unit(unit, kind)
+    if unit_name is None:
         raise UnitError(f"{where}.unit = {quote(unit)} is not one of {allowed(name, kind)}.{hint(unit, kind)}")
-    return known
+    return unit_name
 
 
 def allowed(name: str, kind: str) -> str:
@@ -224,8 +225,8 @@ def _end(end: Any, kind: str, where: str) -> float:
 
 
 def _near(name: str, among: Iterable[str]) -> str:
-    found = difflib.get_close_matches(str(name), list(among), n=3, cutoff=0.6)
-    return f" (did you mean {' or '.join(found)}?)" if found else ""
+    matches = difflib.get_close_matches(str(name), list(among), n=3, cutoff=0.6)
+    return f" (did you mean {' or '.join(matches)}?)" if matches else ""
 
 
 def split_heading(heading: str) -> tuple[str, str]:
@@ -236,21 +237,22 @@ def split_heading(heading: str) -> tuple[str, str]:
     return match[1].strip(), (match[2] or match[3] or "").strip()
 
 
-def own_mapping(headings: Sequence[str], source: str) -> dict[str, Signal]:
+def mapping_from_headings(headings: Sequence[str], source: str) -> dict[str, Signal]:
     """The mapping that a file carries in its headings, where they are names of Stillhook: "p_a [bar]". Others are left
     alone."""
-    found: dict[str, Signal] = {}
+    mapping: dict[str, Signal] = {}
     for heading in headings:
         name, _ = split_heading(heading)
         if name != "time" and name not in PHYSICAL:
             continue
-        if name in found:
+        if name in mapping:
             raise LogError(
-                f"{source}: two columns {quote(name)}: {quote(found[name].column)} and {quote(heading)}. Rename one, or"
+                f"{source}: two columns {quote(name)}: {quote(mapping[name].column)} and {quote(heading)}."
+                " Rename one, or"
                 " give a mapping."
             )
-        found[name] = Signal(name, heading, quantity="time" if name == "time" else PHYSICAL[name].kind)
-    return found
+        mapping[name] = Signal(name, heading, quantity="time" if name == "time" else PHYSICAL[name].kind)
+    return mapping
 
 
 def place_of(column: str, headings: Sequence[str], where: str) -> int:
@@ -258,21 +260,21 @@ def place_of(column: str, headings: Sequence[str], where: str) -> int:
 
     Errors: LogError that lists the nearest headings.
     """
-    for wanted in (
+    for match in (
         lambda h: h.strip() == column,
         lambda h: split_heading(h)[0] == column,
         lambda h: h.strip().lower() == column.lower(),
     ):
-        found = [i for i, heading in enumerate(headings) if wanted(heading)]
-        if len(found) > 1:
-            places = ", ".join(str(i + 1) for i in found)
+        matches = [i for i, heading in enumerate(headings) if match(heading)]
+        if len(matches) > 1:
+            places = ", ".join(str(i + 1) for i in matches)
             raise LogError(
-                f"{where}: {len(found)} columns {quote(column)} (places {places}). Give the place of one, such"
+                f"{where}: {len(matches)} columns {quote(column)} (places {places}). Give the place of one, such"
                 " as column"
-                f" = {found[0] + 1}."
+                f" = {matches[0] + 1}."
             )
-        if found:
-            return found[0]
+        if matches:
+            return matches[0]
     if column.isdecimal() and 1 <= int(column) <= len(headings):
         return int(column) - 1
     near = difflib.get_close_matches(column, list(dict.fromkeys(h.strip() for h in headings)), n=3, cutoff=0.4)

@@ -34,7 +34,7 @@ class Other:
     """Another track of the log; whether its clock is another one, and whether both clocks tell the date."""
 
     track: Checked
-    own_clock: bool
+    separate_clock: bool
     dated: bool
 
 
@@ -49,7 +49,7 @@ def merged(file: str, main: Checked, others: list[Other], *, leave_out: bool = F
         name = column.signal.name
         out.watched[name] = Watched(column.signal, main.bins.means[i], column.watch, tuple(column.watch.runs))
         out.doubtful[name] = main.doubtful[i]
-    ours = {name: w.values for name, w in out.watched.items()}
+    main_signals = {name: w.values for name, w in out.watched.items()}
     for turn in others:
         other = turn.track
         names = [column.signal.name for column in other.track.columns]
@@ -57,11 +57,13 @@ def merged(file: str, main: Checked, others: list[Other], *, leave_out: bool = F
         assert main.track.origin is not None
         apart = other.track.origin - main.track.origin
         fit = Fit(apart, 0.0, 0.0, 0)
-        if turn.own_clock:
-            theirs = (other.bins.at, dict(zip(names, other.bins.means, strict=True)))
+        if turn.separate_clock:
+            other_side = (other.bins.at, dict(zip(names, other.bins.means, strict=True)))
             try:
-                fit = align((out.at, ours), theirs, f"{file}: clock {other.track.time_column} of {', '.join(names)}")
-                out.findings.append(_told(other, fit, names))
+                fit = align(
+                    (out.at, main_signals), other_side, f"{file}: clock {other.track.time_column} of {', '.join(names)}"
+                )
+                out.findings.append(_clock_finding(other, fit, names))
                 out.clocks.append(OtherClock(tuple(names), other.track.time_column, fit.offset, fit.drift, fit.scatter))
             except LogError as problem:
                 if not turn.dated and leave_out:
@@ -99,7 +101,7 @@ def _leave_out(out: Merged, other: Checked, names: list[str], problem: str) -> N
     )
 
 
-def _told(other: Checked, fit: Fit, names: list[str]) -> Finding:
+def _clock_finding(other: Checked, fit: Fit, names: list[str]) -> Finding:
     fast = -1e6 * fit.drift
     t = fit.to_main(other.bins.t)
     text = (
@@ -119,27 +121,27 @@ def _told(other: Checked, fit: Fit, names: list[str]) -> Finding:
 def _bring(out: Merged, other: Checked, fit: Fit, every: float) -> None:
     """The signals of another track at the bins of the main one, by straight lines between its own; NaN where none is
     near."""
-    t, ours = fit.to_main(other.bins.at), out.at
+    t, t_main = fit.to_main(other.bins.at), out.at
     for i, column in enumerate(other.track.columns):
         name, values = column.signal.name, other.bins.means[i]
         good = np.isfinite(values)
         if good.sum() < 2:  # no line can be drawn
-            out.watched[name] = Watched(column.signal, np.full(len(ours), np.nan), column.watch, ())
-            out.doubtful[name] = np.ones(len(ours), np.bool_)
+            out.watched[name] = Watched(column.signal, np.full(len(t_main), np.nan), column.watch, ())
+            out.doubtful[name] = np.ones(len(t_main), np.bool_)
             continue
-        at = np.clip(np.searchsorted(t[good], ours), 1, int(good.sum()) - 1)
+        at = np.clip(np.searchsorted(t[good], t_main), 1, int(good.sum()) - 1)
         before, after = t[good][at - 1], t[good][at]
-        far = np.minimum(np.abs(ours - before), np.abs(ours - after)) > NEAR * max(every, other.track.spacing)
-        far |= (ours < t[good][0] - every) | (
-            ours > t[good][-1] + every
+        far = np.minimum(np.abs(t_main - before), np.abs(t_main - after)) > NEAR * max(every, other.track.spacing)
+        far |= (t_main < t[good][0] - every) | (
+            t_main > t[good][-1] + every
         )  # nothing is known before the first sample and after the last
-        here = np.where(far, np.nan, np.interp(ours, t[good], values[good]))
-        nearest = np.clip(np.searchsorted(t, ours - 0.5 * other.track.every), 0, len(t) - 1)
+        on_main = np.where(far, np.nan, np.interp(t_main, t[good], values[good]))
+        nearest = np.clip(np.searchsorted(t, t_main - 0.5 * other.track.every), 0, len(t) - 1)
         runs = tuple(
             replace(run, start=float(fit.to_main(np.array(run.start))), end=float(fit.to_main(np.array(run.end))))
             for run in column.watch.runs
         )
-        out.watched[name] = Watched(column.signal, here, column.watch, runs)
+        out.watched[name] = Watched(column.signal, on_main, column.watch, runs)
         out.doubtful[name] = other.doubtful[i][nearest] | far
     for finding in other.findings:
         start, end = (float(fit.to_main(np.array(x))) for x in (finding.start, finding.end))

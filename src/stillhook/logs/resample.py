@@ -112,8 +112,8 @@ class Track:
         """The next rows: stamps [s] and raw numbers of each column, NaN where missing."""
         self.samples += len(time)
         time = self._possible(time)
-        kept = self._in_order(time, line_of)
-        t = time[kept] if len(kept) < len(time) else time
+        ordered = self._in_order(time, line_of)
+        t = time[ordered] if len(ordered) < len(time) else time
         if not len(t):
             return
         if self.origin is None:
@@ -123,8 +123,8 @@ class Track:
         rows = []
         for column, numbers in zip(self.columns, raw, strict=True):
             with np.errstate(over="ignore", invalid="ignore"):  # beyond the largest float is beyond what can be
-                values = (numbers[kept] if len(kept) < len(numbers) else numbers) * column.factor + column.offset
-            rows.append(column.watch.screened(values, t, lambda i: line_of(int(kept[i]))))
+                values = (numbers[ordered] if len(ordered) < len(numbers) else numbers) * column.factor + column.offset
+            rows.append(column.watch.screened(values, t, lambda i: line_of(int(ordered[i]))))
         self._keep(t, rows)
 
     def _possible(self, time: FloatArray) -> FloatArray:
@@ -222,9 +222,9 @@ class Track:
 
 def _joined(parts: list[Any], dtype: type) -> Any:
     """The parts as one array; they are given free, since long logs have many."""
-    whole = np.concatenate([np.empty(0, dtype), *parts])
+    joined = np.concatenate([np.empty(0, dtype), *parts])
     parts.clear()
-    return whole
+    return joined
 
 
 @dataclass(frozen=True)

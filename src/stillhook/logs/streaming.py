@@ -19,8 +19,8 @@ LEAST_RUN = 2.0  # s: a signal that keeps its last digit for a shorter time is n
 RANGE_STEP = 2.5e-4  # of the range: one step of a 12-bit converter; nearer to an end is at the end
 NOISE = 0.3  # of the changes that turn back: 2/3 in white noise, few in a smooth signal
 NOISE_STEPS = 2.5  # last digits: a coarse signal that flickers between two values turns back by one
-ALIKE = 0.1  # of a value: so near, the signal is in the same state
-FEWEST_ALIKE = 20  # bins in that state, for a word on its noise
+SIMILAR = 0.1  # of a value: so near, the signal is in the same state
+MIN_SIMILAR_BINS = 20  # bins in that state, for a word on its noise
 SPAN = 3.0  # last digits between the largest and smallest of the ten samples of a bin: noise of one digit and more
 MOST_BINS = 500  # bins around an extreme whose values are kept; enough to tell a rail from a coarse reading
 
@@ -184,10 +184,10 @@ class Watch:
         span = np.concatenate(self.spans)
         steady = np.zeros(len(means), np.bool_)
         steady[1:-1] = np.abs(means[2:] - means[:-2]) <= max(self.smallest, self.turned / self.turns)
-        alike = steady & (np.abs(means - run.value) <= max(ALIKE * abs(run.value), NOISE_STEPS * self.smallest))
+        similar = steady & (np.abs(means - run.value) <= max(SIMILAR * abs(run.value), NOISE_STEPS * self.smallest))
         for other in self.runs:
-            alike[(t >= other.start) & (t <= other.end)] = False
-        return bool(alike.sum() >= FEWEST_ALIKE and np.median(span[alike]) >= SPAN * self.smallest)
+            similar[(t >= other.start) & (t <= other.end)] = False
+        return bool(similar.sum() >= MIN_SIMILAR_BINS and np.median(span[similar]) >= SPAN * self.smallest)
 
     def _note(self, start: float, end: float, samples: int, value: float) -> None:
         if end - start >= LEAST_RUN and not np.isnan(value):

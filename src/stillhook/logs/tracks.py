@@ -98,14 +98,14 @@ def build(source: Source, rows: Mapping[str, Signal], width: float) -> Tracks:
             f"{source.name}: every signal has a clock of its own. Leave out `clock` where a signal is stamped by time."
         )
     clocks = [main, *(clock for clock in columns if clock != main)]
-    found = Tracks(clocks, [], [], units=_other_units(source, rows))
+    result = Tracks(clocks, [], [], units=_other_units(source, rows))
     for clock in clocks:
         spacing = _spacing(source, clock)
         track = Track(source.name, source.row, columns[clock], spacing, max(width, spacing), None, quote(clock.column))
-        found.tracks.append(track)
-    for track in found.tracks[1:]:
-        track.every = found.tracks[0].every if track.spacing <= found.tracks[0].every else track.spacing
-    return found
+        result.tracks.append(track)
+    for track in result.tracks[1:]:
+        track.every = result.tracks[0].every if track.spacing <= result.tracks[0].every else track.spacing
+    return result
 
 
 def _column(signal: Signal, place: int, factor: float, offset: float, unit: str) -> Column:
@@ -114,23 +114,23 @@ def _column(signal: Signal, place: int, factor: float, offset: float, unit: str)
 
 def _other_units(source: Source, rows: Mapping[str, Signal]) -> list[tuple[str, str, str]]:
     """Signals whose mapping gives another unit than the file, with no scale that would explain it."""
-    found = []
+    deviating = []
     for name, signal in rows.items():
         if signal.unit is None or signal.scale != 1.0 or (name == "time" and BOTH in signal.column):
             continue
-        given = _file_unit(source, place_of(signal.column, source.headings, f"{source.name}: {name}"))
-        ours = our_unit(given, signal.quantity) if given else None
-        if given and (given in SCALES if ours is None else ours != signal.unit):
-            found.append((name, signal.unit, given))
-    return found
+        file_unit = _file_unit(source, place_of(signal.column, source.headings, f"{source.name}: {name}"))
+        unit_name = our_unit(file_unit, signal.quantity) if file_unit else None
+        if file_unit and (file_unit in SCALES if unit_name is None else unit_name != signal.unit):
+            deviating.append((name, signal.unit, file_unit))
+    return deviating
 
 
 def clock_of(source: Source, time: Signal, column: str) -> Clock:
     """The clock in a column, read as `time` is."""
     where = f"{source.name}: time" if column == time.column else f"{source.name}: clock"
     parts = column.split(BOTH)
-    whole = [h.strip() for h in source.headings]
-    if len(parts) == 2 and column not in whole:
+    headings = [h.strip() for h in source.headings]
+    if len(parts) == 2 and column not in headings:
         places = tuple(place_of(part.strip(), source.headings, where) for part in parts)
         pattern = time.unit if time.unit is not None and "%" in time.unit else STAMPS
         return Clock(source.base(places[0]), Want(places, pattern), 1.0, 0.0, column)
@@ -157,16 +157,17 @@ def unit_of(source: Source, signal: Signal, place: int) -> str:
     allowed."""
     if signal.unit is not None:
         return signal.unit
-    given = _file_unit(source, place)
-    if signal.name == "time" and given in (STAMPS, "ISO"):
+    file_unit = _file_unit(source, place)
+    if signal.name == "time" and file_unit in (STAMPS, "ISO"):
         return STAMPS
-    known = our_unit(given, signal.quantity)
-    if known is not None and (given or not signal.quantity):
-        return known
+    unit_name = our_unit(file_unit, signal.quantity)
+    if unit_name is not None and (file_unit or not signal.quantity):
+        return unit_name
     where = f"{source.name}: {signal.name}: column {quote(source.headings[place])}"
-    said = f"has the unit {quote(given)}, which is not one of" if given else "has no unit; give one of"
+    problem = f"has the unit {quote(file_unit)}, which is not one of" if file_unit else "has no unit; give one of"
     raise UnitError(
-        f"{where} {said} {allowed(signal.name, signal.quantity)}.{hint(given, signal.quantity) if given else ''}"
+        f"{where} {problem}"
+        f" {allowed(signal.name, signal.quantity)}.{hint(file_unit, signal.quantity) if file_unit else ''}"
     )
 
 
@@ -211,18 +212,20 @@ def _spacing(source: Source, clock: Clock) -> float:
     return spacing
 
 
-def stream(source: Source, found: Tracks, size: int, progress: Callable[[float], None]) -> None:
+def stream(source: Source, tracks: Tracks, size: int, progress: Callable[[float], None]) -> None:
     """All samples of a log through its tracks, in pieces of about `size` bytes."""
-    bases = list(dict.fromkeys(clock.base for clock in found.clocks))
+    bases = list(dict.fromkeys(clock.base for clock in tracks.clocks))
     for turn, base in enumerate(bases):
-        here = [(clock, track) for clock, track in zip(found.clocks, found.tracks, strict=True) if clock.base == base]
+        on_base = [
+            (clock, track) for clock, track in zip(tracks.clocks, tracks.tracks, strict=True) if clock.base == base
+        ]
         wants = list(
-            dict.fromkeys(want for clock, track in here for want in (clock.want, *(c.want for c in track.columns)))
+            dict.fromkeys(want for clock, track in on_base for want in (clock.want, *(c.want for c in track.columns)))
         )
         for chunk in source.chunks(wants, size):
-            for clock, track in here:
+            for clock, track in on_base:
                 _feed(clock, track, chunk)
-            _count_broken(source, found, chunk)
+            _count_broken(source, tracks, chunk)
             progress((turn + chunk.done) / len(bases))
 
 
@@ -234,19 +237,20 @@ def _feed(clock: Clock, track: Track, chunk: Chunk) -> None:
     track.feed(clock.seconds(chunk), [chunk.values[column.want] for column in track.columns], chunk.line_of)
 
 
-def _count_broken(source: Source, found: Tracks, chunk: Chunk) -> None:
+def _count_broken(source: Source, tracks: Tracks, chunk: Chunk) -> None:
     if not chunk.broken:
         return
-    found.broken_count += len(chunk.broken)
-    found.broken.extend(chunk.broken[: max(0, FEW_BROKEN - len(found.broken))])
+    tracks.broken_count += len(chunk.broken)
+    tracks.broken.extend(chunk.broken[: max(0, FEW_BROKEN - len(tracks.broken))])
 
 
-def refuse_broken(source: Source, found: Tracks) -> None:
+def refuse_broken(source: Source, tracks: Tracks) -> None:
     """LogError where more lines do not fit the header than a fault of the logger explains."""
-    rows = found.tracks[0].samples
-    if found.broken_count > max(FEW_BROKEN, MOST_BROKEN * (rows + found.broken_count)):
-        line, what = found.broken[0]
+    rows = tracks.tracks[0].samples
+    if tracks.broken_count > max(FEW_BROKEN, MOST_BROKEN * (rows + tracks.broken_count)):
+        line, problem = tracks.broken[0]
         raise LogError(
-            f"{source.name}: line {line}: {what} ({found.broken_count} such lines among {rows + found.broken_count})."
+            f"{source.name}: line {line}: {problem} ({tracks.broken_count} such lines among"
+            f" {rows + tracks.broken_count})."
             ' Mend the export; a decimal comma needs ";" between columns.'
         )

@@ -121,7 +121,7 @@ def load_plan(name_or_path: str | Path) -> LiftPlan:
 
 def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
     top = Fields(table, "", PlanError)
-    top.known(TOP)
+    top.refuse_unknown(TOP)
     top.need("crane", "vessel", "payload", "water", "environment")
     depth, rho = water_of(top)
     payload = payload_of(top, file.parent)
@@ -138,7 +138,7 @@ def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
         "weather": _weather(top, file.parent),
         **parts_of(table),
     }
-    crane = load_crane(top.beside("crane", file.parent))
+    crane = load_crane(top.path_or_name("crane", file.parent))
     at, vessel = _place(top, file.parent)
     plan = LiftPlan(
         name=_label(Fields({"name": file.stem, **table}, "", PlanError)),
@@ -225,13 +225,13 @@ def _label(fields: Fields) -> str:
 
 
 def _rules(top: Fields, folder: Path) -> RuleSet:
-    return load_rules(top.beside("rules", folder) if "rules" in top else RULES)
+    return load_rules(top.path_or_name("rules", folder) if "rules" in top else RULES)
 
 
 def _operation(top: Fields, phases: tuple[Phase, ...]) -> tuple[float, float | None, tuple[str, ...]]:
     """T_POP, T_C [s], and what was assumed."""
     table = Fields(top.table.get("operation", {}), "operation.", PlanError)
-    table.known(OPERATION)
+    table.refuse_unknown(OPERATION)
     phases_take = sum(phase.duration or 0.0 for phase in phases)
     T_POP, T_C = table.quantity("T_POP", "hours"), table.quantity("T_C", "hours")
     if T_C is not None and T_C < 0.0:
@@ -297,7 +297,7 @@ def _weather(top: Fields, folder: Path) -> WeatherUse | None:
     if "weather" not in top:
         return None
     table = Fields(top.table["weather"], "weather.", PlanError)
-    table.known(WEATHER)
+    table.refuse_unknown(WEATHER)
     name = table.text("file")
     file = str(folder / name) if isfile(folder / name) else name
     try:

@@ -254,7 +254,7 @@ def one_line(model: type[BaseModel], error: ValidationError, data: Mapping[str, 
         return f"{where}: missing. Give it."
     if not loc:
         return f"{where}: {message}."
-    written = u.written_at(data, loc, first["input"])
+    written = u.text_at(data, loc, first["input"])
     message = message.replace("Input should", "it must")
     if (
         first["type"] in BOUNDS

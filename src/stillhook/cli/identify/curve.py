@@ -67,15 +67,15 @@ def curve(
                 ) from None
             raise
     _signals(read, speed, effort, position, command)
-    found = friction_curve(read, speed=speed, effort=effort, position=position, command=command, settings=settings)
+    result = friction_curve(read, speed=speed, effort=effort, position=position, command=command, settings=settings)
     if out is not None:
-        _write(out, found, read, effort)
+        _write(out, result, read, effort)
     if json:
-        print_json({**found.to_dict(), "findings": [f.to_dict() for f in read.findings]})
+        print_json({**result.to_dict(), "findings": [f.to_dict() for f in read.findings]})
     else:
         for line in describe(read):
             print(line)
-        _print(found)
+        _print(result)
         if out is not None:
             print(f"written to {out}: {', '.join(OUT_FILES)}")
 
@@ -93,11 +93,11 @@ def _signals(log: Log, speed: str, effort: str, position: str | None, command: s
     """Refuse a log without the signals that the options name. Errors: LogError that names all of them."""
     from stillhook.errors import LogError
 
-    wanted = {"--speed": speed, "--effort": effort, "--position": position, "--command": command}
-    there = {*log.signals, *(("dp_m",) if {"p_a", "p_b"} <= set(log.signals) else ())}
-    missing = [f"{name} ({option})" for option, name in wanted.items() if name is not None and name not in there]
+    requested = {"--speed": speed, "--effort": effort, "--position": position, "--command": command}
+    available = {*log.signals, *(("dp_m",) if {"p_a", "p_b"} <= set(log.signals) else ())}
+    missing = [f"{name} ({option})" for option, name in requested.items() if name is not None and name not in available]
     if missing:
-        have = ", ".join(sorted(there))
+        have = ", ".join(sorted(available))
         way = _needed(speed, effort, position, command)
         raise LogError(
             f"{log.source}: no signal {', '.join(missing)}. It has {have}: name one of these with the option. {way}"
@@ -108,58 +108,58 @@ def _settings(least_length: str | None, least_speed: str | None) -> WindowSettin
     from stillhook.identify.steady_state.windows import WindowSettings
     from stillhook.units import parse
 
-    given: dict[str, Any] = {}
+    options: dict[str, Any] = {}
     if least_length is not None:
         parse(least_length, "time", "--least-length")
-        given["least_length"] = least_length
+        options["least_length"] = least_length
     if least_speed is not None:
-        given["least_speed"] = least_speed
-    settings = WindowSettings(**given)
+        options["least_speed"] = least_speed
+    settings = WindowSettings(**options)
     settings.slowest()
     return settings
 
 
-def _print(found: FrictionCurve) -> None:
+def _print(curve: FrictionCurve) -> None:
     rows = []
-    for p in found.points:
-        way = "-" if p.way is None else " to ".join(found.text("position", x, 3) for x in p.way)
+    for p in curve.points:
+        way = "-" if p.way is None else " to ".join(curve.text("position", x, 3) for x in p.way)
         friction, half = (
-            found.text("effort", p.friction),
-            found.text("effort", 0.5 * (p.interval[1] - p.interval[0]), 2),
+            curve.text("effort", p.friction),
+            curve.text("effort", 0.5 * (p.interval[1] - p.interval[0]), 2),
         )
         rows.append(
             [
-                found.text("speed", p.speed),
+                curve.text("speed", p.speed),
                 friction,
                 half,
-                found.text("effort", p.load),
+                curve.text("effort", p.load),
                 str(p.up.n),
                 str(p.down.n),
                 way,
             ]
         )
-    if found.adapted:
+    if curve.adapted:
         print(
-            f"no speed was held for 2 s: stretches from {found.least_length:g} s on are used (--least-length sets it)"
+            f"no speed was held for 2 s: stretches from {curve.least_length:g} s on are used (--least-length sets it)"
         )
     head = ["speed", "friction", "+- (95 %)", "load", "bins up", "bins down", "way"]
-    print_table(head, rows, title=f"{found.source}: half the difference of both directions")
-    told = [*found.steady.rejected, *found.unpaired]
-    for r in told[:MOST_REASONS]:
+    print_table(head, rows, title=f"{curve.source}: half the difference of both directions")
+    rejected = [*curve.steady.rejected, *curve.unpaired]
+    for r in rejected[:MOST_REASONS]:
         print(f"not used, {r.start:.1f} to {r.end:.1f} s: {r.reason}")
-    if len(told) > MOST_REASONS:
-        print(f"not used: {len(told) - MOST_REASONS} more stretches (see --json or --out)")
+    if len(rejected) > MOST_REASONS:
+        print(f"not used: {len(rejected) - MOST_REASONS} more stretches (see --json or --out)")
 
 
-def _write(out: Path, found: FrictionCurve, log: Log, effort: str) -> None:
+def _write(out: Path, curve: FrictionCurve, log: Log, effort: str) -> None:
     from stillhook.base.atomic import atomic_folder
     from stillhook.formats.results import save_json
     from stillhook.identify.windows_figure import curve_figure
     from stillhook.report.plots.run import save_figure
 
     with atomic_folder(out) as part:
-        save_figure(curve_figure(found, log, effort), part / "curve.png")
-        save_json(found.to_dict(), part / "curve.json")
+        save_figure(curve_figure(curve, log, effort), part / "curve.png")
+        save_json(curve.to_dict(), part / "curve.json")
         with (part / "curve.csv").open("w", encoding="utf-8", newline="") as file:
             writer = csv.writer(file)
             writer.writerow(
@@ -168,7 +168,7 @@ def _write(out: Path, found: FrictionCurve, log: Log, effort: str) -> None:
                     for name in ("speed", "friction", "u_friction", "load", "u_load", "speed up", "speed down")
                 ]
             )
-            for p in found.points:
+            for p in curve.points:
                 writer.writerow(
                     [
                         repr(float(x))

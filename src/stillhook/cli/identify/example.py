@@ -16,14 +16,14 @@ def example_campaign(
         str,
         typer.Argument(help="L4593, crane-2 or crane-2-extended: the tests of Moslatt 2020 tables 2.3, D 2 and D 5."),
     ],
-    out: Annotated[Path, typer.Argument(help="Folder for campaign.toml, the logs and truth.toml.")],
+    out: Annotated[Path, typer.Argument(help="Folder for campaign.toml, the logs and reference.toml.")],
     noise: Annotated[str, typer.Option(help="none: as simulated, all digits; typical: as a PLC sees it.")] = "typical",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the noise.")] = 0,
     duration: Annotated[str, typer.Option(help="Length of each test.")] = "20 min",
     layer: Annotated[
         int | None, typer.Option(help="Layer of wire (default: the outermost that the pressures allow).")
     ] = None,
-    truth: Annotated[
+    reference: Annotated[
         list[str] | None,
         typer.Option(help="Friction or motor set that the crane really has, for a blind test. May be given twice."),
     ] = None,
@@ -40,26 +40,26 @@ def example_campaign(
     from stillhook.logs.synthetic.instruments import Instruments, noise_of
 
     plan, instruments = campaign_plan(name), Instruments(noise=noise_of(noise), seed=seed)
-    crane = crane_with(load_crane(plan.crane), *(load_set(name) for name in truth)) if truth else None
+    crane = crane_with(load_crane(plan.crane), *(load_set(name) for name in reference)) if reference else None
     with progress_bar(f"{plan.crane}: {len(plan.tests)} tests") as bar:
-        written = write_campaign(
+        campaign = write_campaign(
             plan,
             out,
             instruments=instruments,
-            truth=crane,
+            reference=crane,
             duration=duration,
             layer=layer,
             parquet=parquet,
             progress=bar,
         )
     if json:
-        logs = [str(p) for p in written.logs]
-        print_json({"campaign": str(written.campaign), "logs": logs, "layer": written.layer, "notes": written.notes})
+        logs = [str(p) for p in campaign.logs]
+        print_json({"campaign": str(campaign.campaign), "logs": logs, "layer": campaign.layer, "notes": campaign.notes})
         return
-    print(f"SYNTHETIC {plan.title}: {len(written.logs)} tests of {duration} on layer {written.layer}")
-    for note in written.notes:
+    print(f"SYNTHETIC {plan.title}: {len(campaign.logs)} tests of {duration} on layer {campaign.layer}")
+    for note in campaign.notes:
         print(note)
     print(
-        f"written: {written.campaign}, {written.folder / 'logs'}; what the crane really was:"
-        f" {written.folder / 'truth.toml'}"
+        f"written: {campaign.campaign}, {campaign.folder / 'logs'}; what the crane really was:"
+        f" {campaign.folder / 'reference.toml'}"
     )

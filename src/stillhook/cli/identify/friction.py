@@ -67,7 +67,7 @@ def friction(
         result = identify(
             campaign,
             like=like,
-            keep_Y_2=_kept(keep_Y_2),
+            keep_Y_2=_keep_constant_term(keep_Y_2),
             intervals=intervals,
             loops=loops,
             loss_map=loss_map,
@@ -83,13 +83,13 @@ def friction(
     else:
         _print(result)
     if out is not None:
-        written = _write(result, out)
+        files = _write(result, out)
         if not json:
-            print(f"written to {out}: {', '.join(written)}")
+            print(f"written to {out}: {', '.join(files)}")
     raise typer.Exit(0 if result.usable else 1)
 
 
-def _kept(text: str) -> bool | None:
+def _keep_constant_term(text: str) -> bool | None:
     from stillhook.errors import IdentifyError
 
     choices = {"auto": None, "yes": True, "no": False}
@@ -100,7 +100,7 @@ def _kept(text: str) -> bool | None:
 
 def _print(result: Friction) -> None:
     from stillhook.identify.system_friction.fitting.model import Y_NAMES
-    from stillhook.identify.system_friction.report import MEANING, mapped_line, proposal_cells, test_cells, written
+    from stillhook.identify.system_friction.report import MEANING, formatted, mapped_line, proposal_cells, test_cells
     from stillhook.identify.system_friction.result import to_dict
 
     data = to_dict(result)
@@ -118,13 +118,15 @@ def _print(result: Friction) -> None:
         "error\n(RMS)",
     )
     print_table(header, rows, title=f"{mark}{result.campaign.title}: {result.campaign.crane.name}", left=2)
-    found = {i.name: i for i in result.intervals}
+    intervals = {i.name: i for i in result.intervals}
     rows = []
     for n in Y_NAMES:
-        i, state = found.get(n), data["parameters"][n]["state"]
+        i, state = intervals.get(n), data["parameters"][n]["state"]
         remark = MEANING[n] + ("" if state == "fitted" else f" ({state})")
         value = float(getattr(result.fit.y, n))
-        rows.append([n, remark, written(n, value), written(n, i.low if i else None), written(n, i.high if i else None)])
+        rows.append(
+            [n, remark, formatted(n, value), formatted(n, i.low if i else None), formatted(n, i.high if i else None)]
+        )
     print_table(
         ("", "meaning", "value", "from (95 %)", "to"), rows, title="system friction per motor shaft (eq. 2.7)", left=2
     )

@@ -30,13 +30,15 @@ def list_sets(json: Json = False) -> None:
     from stillhook.identify.system_friction.compare import provenance
     from stillhook.library import frictions, load_friction, load_losses, motors
 
-    known = [("system friction", load_friction(n)) for n in frictions()] + [("motor", load_losses(n)) for n in motors()]
+    entries = [("system friction", load_friction(n)) for n in frictions()] + [
+        ("motor", load_losses(n)) for n in motors()
+    ]
     if json:
-        print_json([_record(kind, item) for kind, item in known])
+        print_json([_record(kind, item) for kind, item in entries])
         return
     for title in ("system friction", "motor"):
         print(f"{title}:")
-        for kind, item in known:
+        for kind, item in entries:
             if kind == title:
                 print(f"  {item.name:<28} {item.title}{'' if item.evidence is None else ', with uncertainty'}")
                 print(f"  {'':<28} {_first(provenance(item))}")
@@ -85,25 +87,28 @@ def compare(
 
     if out is not None:
         check_folder(out, FILES)
-    T_d, what = _drum_torque(load, crane, layer, torque)
+    T_d, description = _drum_torque(load, crane, layer, torque)
     items = {name: load_friction(name) for name in sets}
     names = [item.name for item in items.values()]
-    told_apart = [item if names.count(item.name) == 1 else replace(item, name=given) for given, item in items.items()]
-    splits: list[Split] = [split(item, T_d, speeds()) for item in told_apart]
+    distinct = [
+        item if names.count(item.name) == 1 else replace(item, name=name_or_path)
+        for name_or_path, item in items.items()
+    ]
+    splits: list[Split] = [split(item, T_d, speeds()) for item in distinct]
     rows = table(splits)
     remarks = notes(splits, T_d)
     data = {"T_d": T_d, "sets": rows, "notes": remarks}
     if json:
         print_json(data)
     else:
-        _print(rows, T_d, what)
+        _print(rows, T_d, description)
         for note in remarks:
             print(note)
         if all(s.half is None for s in splits):
             print("No set here has a stated uncertainty.")
     if out is not None:
         with atomic_folder(out) as part:
-            save_figure(figure(splits, T_d, what), part / FILES[0])
+            save_figure(figure(splits, T_d, description), part / FILES[0])
             save_json(data, part / FILES[1])
         if not json:
             print("written: " + ", ".join(str(out / name) for name in FILES))
@@ -127,7 +132,7 @@ def _drum_torque(load: str, crane: str, layer: int | None, torque: str | None) -
     return drum_torque(machine, mass, layer), f"{show(mass, 'mass')} and the hook on layer {n} of {machine.name}"
 
 
-def _print(rows: list[dict[str, Any]], T_d: float, what: str) -> None:
+def _print(rows: list[dict[str, Any]], T_d: float, description: str) -> None:
     from stillhook.units import number, show
 
     speeds = list(rows[0]["total"])
@@ -140,7 +145,11 @@ def _print(rows: list[dict[str, Any]], T_d: float, what: str) -> None:
         ]
         body.append((r["set"], f"{r['coulomb']:.1f}", f"{r['stiction']:.1f}", f"{r['viscous_1000']:.1f}", *totals))
     torque = f"drum torque {show(T_d, 'drum_torque')}"
-    print_table(header, body, title=f"System friction per motor shaft [N m], {torque}{f' ({what})' if what else ''}")
+    print_table(
+        header,
+        body,
+        title=f"System friction per motor shaft [N m], {torque}{f' ({description})' if description else ''}",
+    )
     for r in rows:
         print(f"{r['set']}: {r['title']} ({'; '.join(r['sources'])})")
 
@@ -173,11 +182,11 @@ def draws(
 
     machine, case = load_crane(crane), Scenario(load=load, s_w=s_w, tip=motion_of(motion), mode=mode)
     friction, loss = _one_of_each([load_set(name) for name in sets])
-    drawn = draw_cranes(machine, friction, loss, n, seed)
+    samples = draw_cranes(machine, friction, loss, n, seed)
     middle = crane_with(machine, *(item for item in (friction, loss) if item is not None))
     with progress_bar(f"{n} draws") as bar:
-        run = simulate([middle, *drawn], case, on_failure="mark", progress=bar)
-    found, at_values = quantiles(run.isel(case=slice(1, None)), NAMES), {name: float(run[name][0]) for name in NAMES}
+        run = simulate([middle, *samples], case, on_failure="mark", progress=bar)
+    spread, at_values = quantiles(run.isel(case=slice(1, None)), NAMES), {name: float(run[name][0]) for name in NAMES}
     notes = [note for note in str(run.notes.values[0]).split("; ") if note]
     beyond = [str(s) for s in run.status.values[1:] if s != "ok"]
     if json:
@@ -186,13 +195,13 @@ def draws(
                 "draws": n,
                 "seed": seed,
                 "at_values": at_values,
-                "band_90": found,
+                "band_90": spread,
                 "beyond_limits": len(beyond),
                 "notes": notes,
             }
         )
     else:
-        _print_draws(found, at_values, f"{n} draws of {' and '.join(sets)}, {machine.name}, {load}, {motion}, {mode}")
+        _print_draws(spread, at_values, f"{n} draws of {' and '.join(sets)}, {machine.name}, {load}, {motion}, {mode}")
         for note in notes:
             print(f"note: {note}")
         if beyond:
@@ -212,9 +221,9 @@ def _one_of_each(items: list[Any]) -> tuple[Any, Any]:
     return (friction[0] if friction else None), (loss[0] if loss else None)
 
 
-def _print_draws(found: dict[str, dict[str, float]], at_values: dict[str, float], title: str) -> None:
+def _print_draws(spread: dict[str, dict[str, float]], at_values: dict[str, float], title: str) -> None:
     rows = []
-    for name, q in found.items():
+    for name, q in spread.items():
         shown = [cell(name, x) for x in (at_values[name], q["median"], q["low"], q["high"])]
         rows.append((BY_NAME[name].meaning, *shown))
     print_table(("", "at the set's\nvalues", "median", "5 %", "95 %"), rows, title=title)

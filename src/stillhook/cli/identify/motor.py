@@ -71,9 +71,9 @@ def motor(
     else:
         _print(result)
     if out is not None:
-        written = _write(result, out)
+        files = _write(result, out)
         if not json:
-            print("written: " + ", ".join(str(out / name) for name in written))
+            print("written: " + ", ".join(str(out / name) for name in files))
     raise typer.Exit(0 if result.usable else 1)
 
 
@@ -91,11 +91,14 @@ def _print(result: MotorLoss) -> None:
         verdict,
     )
 
-    made = "SYNTHETIC " if result.map.synthetic else ""
+    origin = "SYNTHETIC " if result.map.synthetic else ""
     for line in map_lines(result):
         print(f"map: {line}")
     print_table(
-        RANKING_HEADER, ranking_rows(result), title=f"{made}{result.map.source}: torque-loss models, best first", left=2
+        RANKING_HEADER,
+        ranking_rows(result),
+        title=f"{origin}{result.map.source}: torque-loss models, best first",
+        left=2,
     )
     print(result.ranking.rule)
     print(f"recommended: {result.ranking.reason}")
@@ -159,8 +162,8 @@ def example_map(
     if out.exists():
         raise SimulationError(f"{out}: is there already, and may be a real map. Choose another name.")
     m = synthetic_map(motor, seed=seed)
-    written = write_map(m, out)
+    path = write_map(m, out)
     if json:
-        print_json({"map": str(written), "cells": len(m)})
+        print_json({"map": str(path), "cells": len(m)})
     else:
-        print(f"written: {written} ({len(m)} cells, {m.source})")
+        print(f"written: {path} ({len(m)} cells, {m.source})")

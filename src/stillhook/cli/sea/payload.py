@@ -28,11 +28,11 @@ def list_payloads(json: Json = False) -> None:
     from stillhook.library.payloads import payloads, read_payload
     from stillhook.units import show as text
 
-    known = [read_payload(name) for name in payloads()]
+    entries = [read_payload(name) for name in payloads()]
     if json:
-        print_json([{"payload": p.name, "title": p.title, "mass": p.mass, "height": p.height} for p in known])
+        print_json([{"payload": p.name, "title": p.title, "mass": p.mass, "height": p.height} for p in entries])
         return
-    rows = [(p.name, p.title, text(p.mass, "mass"), text(p.height, "length")) for p in known]
+    rows = [(p.name, p.title, text(p.mass, "mass"), text(p.height, "length")) for p in entries]
     print_table(("payload", "what it is", "mass", "height"), rows, texts={1})
 
 

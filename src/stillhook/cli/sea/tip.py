@@ -215,10 +215,10 @@ def _print(summary: dict[str, Any]) -> None:
         wrapped(note)
 
 
-def _interval(found: dict[str, float] | None, key: str) -> str:
-    if found is None:
+def _interval(limits: dict[str, float] | None, key: str) -> str:
+    if limits is None:
         return "-"
-    value, low, high = (human(key, found[part], 3) for part in ("value", "low", "high"))
+    value, low, high = (human(key, limits[part], 3) for part in ("value", "low", "high"))
     return f"{value} ({low} to {high}) {unit_of(key)}"
 
 
@@ -232,13 +232,13 @@ def _all_round(
 
     turns = range(0, 360, EVERY)
     responses = tip_responses(rao, sea_of(wave, "0 deg", spread, record, None), point.x, point.y, np.radians(turns))
-    found = {degrees: tip_numbers(response, duration) for degrees, response in zip(turns, responses, strict=True)}
+    numbers = {degrees: tip_numbers(response, duration) for degrees, response in zip(turns, responses, strict=True)}
     if json:
-        rows = [{"beta": math.radians(d), **values} for d, values in found.items()]
+        rows = [{"beta": math.radians(d), **values} for d, values in numbers.items()]
         print_json({"vessel": rao.name, "at": {"x": point.x, "y": point.y}, "duration": duration, "headings": rows})
         return
     shown = ("sigma_z", "sigma_v", "sigma_a", "T_z", "z_mpm", "v_mpm", "a_mpm")
-    cells = [[str(d), *(human(name, values[name], 4) for name in shown)] for d, values in found.items()]
+    cells = [[str(d), *(human(name, values[name], 4) for name in shown)] for d, values in numbers.items()]
     names = [f"{name}\n{unit_of(name)}" for name in shown]
     print_table(
         ["heading\ndeg", *names],

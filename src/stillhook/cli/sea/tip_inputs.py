@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from stillhook.sea.vessel.tip import TipPoint
 
 
-def refuse(options: Mapping[str, Any], why: str) -> None:
+def refuse(options: Mapping[str, Any], reason: str) -> None:
     """Refuse options that were given and have no meaning here. Errors: SeaError."""
     for name, value in options.items():
         if value is not None and value is not False:
-            raise SeaError(f"{name}: {why}")
+            raise SeaError(f"{name}: {reason}")
 
 
 def sea_of(wave: str, heading: str | None, spread: float | None, record: str | None, ship: str | None) -> Sea:

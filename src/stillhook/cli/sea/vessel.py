@@ -39,12 +39,12 @@ def list_vessels(json: Json = False) -> None:
     from stillhook.formats.vessel.open import read_vessel
     from stillhook.library.vessels import vessels
 
-    known = [(name, read_vessel(name)) for name in vessels()]
+    entries = [(name, read_vessel(name)) for name in vessels()]
     if json:
-        print_json([{"vessel": name, "title": rao.name, "origin": rao.origin} for name, rao in known])
+        print_json([{"vessel": name, "title": rao.name, "origin": rao.origin} for name, rao in entries])
         return
     print_table(
-        ("vessel", "what it is", "reference point"), [(name, rao.name, rao.origin) for name, rao in known], left=3
+        ("vessel", "what it is", "reference point"), [(name, rao.name, rao.origin) for name, rao in entries], left=3
     )
 
 
@@ -103,14 +103,14 @@ def check(vessel: Vessel, json: Json = False) -> None:
     notes = [*rao.notes, *remarks(rao, tests)]
     if json:
         period = 2.0 * math.pi / float(rao.omega[0])
-        said = {"vessel": rao.name, "source": rao.source, "origin": rao.origin}
-        found = {
+        sheet = {"vessel": rao.name, "source": rao.source, "origin": rao.origin}
+        answer = {
             "passed": line is None,
             "verdict": line or RIDES,
             "longest_wave": period,
             "motions": [_tested(t) for t in tests],
         }
-        print_json({**said, **found, "notes": notes})
+        print_json({**sheet, **answer, "notes": notes})
     else:
         _print_check(rao, tests, line, notes)
     if line is not None:
@@ -118,7 +118,7 @@ def check(vessel: Vessel, json: Json = False) -> None:
 
 
 def _tested(t: LongWave) -> dict[str, Any]:
-    parts = {"found_re": t.found.real, "found_im": t.found.imag, "limit_re": t.limit.real, "limit_im": t.limit.imag}
+    parts = {"value_re": t.value.real, "value_im": t.value.imag, "limit_re": t.limit.real, "limit_im": t.limit.imag}
     return {"motion": t.dof, "share": t.share, **parts, "beta": t.beta, "deviation": t.deviation, "verdict": t.verdict}
 
 
@@ -179,7 +179,7 @@ def _print_sheet(rao: Rao, answer: dict[str, Any], point: tuple[float, float] | 
         )
         rows.append((p["motion"], size, f"{p['period']:.4g} s", f"{math.degrees(p['beta']):.4g} deg"))
     print_table(("motion", "largest", "at period", "waves travel"), rows)
-    what = (
+    description = (
         "heave of the reference point"
         if point is None
         else f"vertical motion of the point x {point[0]:g} m, y {point[1]:g} m"
@@ -187,13 +187,13 @@ def _print_sheet(rao: Rao, answer: dict[str, Any], point: tuple[float, float] | 
     H = np.abs(rao.vertical(2.0 * np.pi / np.array(PERIODS), np.radians(SIDES), *(point or (0.0, 0.0))))
     table = [(f"{T:g} s", *(f"{H[j, k]:.3f}" for j in range(len(SIDES)))) for k, T in enumerate(PERIODS)]
     wrapped(
-        f"between its frequencies the table leaves {what} open by {100.0 * answer['leeway']:.2g} % either way "
+        f"between its frequencies the table leaves {description} open by {100.0 * answer['leeway']:.2g} % either way "
         "where it is most (waves of 5 to 12 s; half of what a spline and straight lines differ by)"
     )
     print_table(
         ("period", *(f"{s:g} deg" for s in SIDES)),
         table,
-        title=f"{what} per metre of wave [m/m], by where waves travel",
+        title=f"{description} per metre of wave [m/m], by where waves travel",
     )
 
 
@@ -205,7 +205,7 @@ def _print_check(rao: Rao, tests: tuple[LongWave, ...], line: str | None, notes:
         (
             t.dof,
             f"{t.share:.3f}",
-            in_words(t.found),
+            in_words(t.value),
             in_words(t.limit),
             f"{math.degrees(t.beta):.4g} deg",
             f"{t.deviation:.3f}",

@@ -62,14 +62,14 @@ def sea(
 
     if out is not None:
         check_folder(out, OUT_FILES)
-    found = _found(waves, record, form, point)
-    answer = _of_spectrum(found) if _is_spectrum(found) else _of_file(found)
+    waves_read = _read_waves(waves, record, form, point)
+    answer = _of_spectrum(waves_read) if _is_spectrum(waves_read) else _of_file(waves_read)
     if out is not None:
-        _write(out, found, answer)
+        _write(out, waves_read, answer)
     if json:
         print_json(answer)
         return
-    if _is_spectrum(found):
+    if _is_spectrum(waves_read):
         _print_spectrum(answer)
     else:
         _print_file(answer)
@@ -77,7 +77,7 @@ def sea(
         print(f"written to {out}: {', '.join(OUT_FILES)}")
 
 
-def _found(
+def _read_waves(
     waves: str, record: str | None, form: str | None, point: int | None
 ) -> WaveSpectrum | SpectrumSeries | SeaStates:
     from stillhook.errors import SeaError
@@ -104,10 +104,10 @@ def _found(
     return series.spectrum(series.index(record))
 
 
-def _is_spectrum(found: Any) -> bool:
+def _is_spectrum(value: Any) -> bool:
     from stillhook.sea.spectra.spectrum import WaveSpectrum
 
-    return isinstance(found, WaveSpectrum)
+    return isinstance(value, WaveSpectrum)
 
 
 def _of_spectrum(wave: Any) -> dict[str, Any]:
@@ -149,12 +149,20 @@ def _statistics(x: Any, valid: Any, name: str) -> dict[str, float]:
     direction."""
     import numpy as np
 
-    known = x[valid & np.isfinite(x)]
-    if len(known) == 0:
+    valid_values = x[valid & np.isfinite(x)]
+    if len(valid_values) == 0:
         return {"first": math.nan, "mean": math.nan}
     if name == "come_from":
-        return {"first": float(known[0]), "mean": float(np.angle(np.mean(np.exp(1j * known)))) % (2.0 * math.pi)}
-    return {"first": float(known[0]), "mean": float(known.mean()), "min": float(known.min()), "max": float(known.max())}
+        return {
+            "first": float(valid_values[0]),
+            "mean": float(np.angle(np.mean(np.exp(1j * valid_values)))) % (2.0 * math.pi),
+        }
+    return {
+        "first": float(valid_values[0]),
+        "mean": float(valid_values.mean()),
+        "min": float(valid_values.min()),
+        "max": float(valid_values.max()),
+    }
 
 
 def _steep(series: Any) -> list[str]:
@@ -168,7 +176,7 @@ def _steep(series: Any) -> list[str]:
 
 def _print_spectrum(answer: dict[str, Any]) -> None:
     print(answer["waves"])
-    print_values({name: _known(answer[name]) for name in (*OF_SPECTRUM, "S_p", "S_s", *MOMENTS, "omega_cut")})
+    print_values({name: _value_or_dash(answer[name]) for name in (*OF_SPECTRUM, "S_p", "S_s", *MOMENTS, "omega_cut")})
     for note in answer["notes"]:
         print(note)
 
@@ -179,7 +187,7 @@ def _print_file(answer: dict[str, Any]) -> None:
     rows = [
         [
             name,
-            *(human(name, _known(answer[name][h]), 4) if h in answer[name] else "" for h in heads),
+            *(human(name, _value_or_dash(answer[name][h]), 4) if h in answer[name] else "" for h in heads),
             unit_of(name),
             _meaning(name),
         ]
@@ -194,7 +202,7 @@ def _print_file(answer: dict[str, Any]) -> None:
         print(note)
 
 
-def _known(value: float) -> float | str:
+def _value_or_dash(value: float) -> float | str:
     return "-" if math.isnan(value) else value
 
 
@@ -204,12 +212,12 @@ def _meaning(name: str) -> str:
     return BY_NAME[name].meaning
 
 
-def _write(out: Path, found: Any, answer: dict[str, Any]) -> None:
+def _write(out: Path, waves: Any, answer: dict[str, Any]) -> None:
     from stillhook.base.atomic import atomic_folder
     from stillhook.formats.results import save_json
     from stillhook.report.plots.run import save_figure
     from stillhook.report.plots.sea import series_figure, spectrum_figure
 
     with atomic_folder(out) as part:
-        save_figure(spectrum_figure(found) if _is_spectrum(found) else series_figure(found), part / "sea.png")
+        save_figure(spectrum_figure(waves) if _is_spectrum(waves) else series_figure(waves), part / "sea.png")
         save_json(answer, part / "sea.json")

@@ -126,7 +126,7 @@ def _say(found: Check) -> None:
 
 @app.command("example-campaign")
 def example_campaign(
-    out: Annotated[Path, typer.Argument(help="Folder for campaign.toml, the logs and truth.toml.")],
+    out: Annotated[Path, typer.Argument(help="Folder for campaign.toml, the logs and reference.toml.")],
     seed: Annotated[int, typer.Option(min=0, help="Another seed is another crane, sea and noise.")] = 0,
     defect: Annotated[str | None, typer.Option(help="One thing that is wrong, by name, to see it caught.")] = None,
     size: Annotated[

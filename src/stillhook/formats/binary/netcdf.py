@@ -41,13 +41,13 @@ def read_datasets(path: Path, groups: Sequence[str]) -> tuple[xarray.Dataset, di
 
 def _datasets(path: Path, engine: str, groups: Sequence[str]) -> tuple[xarray.Dataset, dict[str, xarray.Dataset]]:
     """In the process that reads."""
-    there: Sequence[str] = ()
+    required: Sequence[str] = ()
     if groups:
         import h5py  # type: ignore[import-untyped]
 
         with h5py.File(path) as file:
-            there = [name for name in groups if name in file]
-    return _loaded(path, engine, None), {name: _loaded(path, engine, name) for name in there}
+            required = [name for name in groups if name in file]
+    return _loaded(path, engine, None), {name: _loaded(path, engine, name) for name in required}
 
 
 def _loaded(path: Path, engine: str, group: str | None) -> xarray.Dataset:

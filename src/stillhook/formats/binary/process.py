@@ -22,7 +22,7 @@ GRACE = 5.0
 LONGEST_REASON = 120
 """Characters of a library's message that are passed on."""
 
-_kept: dict[str, Any] = {}
+_worker_state: dict[str, Any] = {}
 """What a function leaves for the next one: an open log."""
 
 
@@ -56,8 +56,8 @@ def _answer(request: tuple[float, Callable[..., Any], tuple[Any, ...]]) -> tuple
     except MemoryError:
         return FAILED, "needs more memory than is allowed"
     except BaseException as problem:  # readers raise many kinds for damaged files, some of them no Exception
-        said = " ".join(str(problem).split())[:LONGEST_REASON].rstrip(" .")
-        return FAILED, said or type(problem).__name__
+        reason = " ".join(str(problem).split())[:LONGEST_REASON].rstrip(" .")
+        return FAILED, reason or type(problem).__name__
     finally:
         _end_after(0.0)
 
@@ -96,8 +96,8 @@ def receive(stream: IO[bytes]) -> tuple[str, Any]:
 
 def open_source(factory: Callable[..., Any], *arguments: Any) -> Mapping[str, Any]:
     """Open a log and keep it; what `stillhook.logs.formats.open.BinaryLog` shows of it."""
-    source = _kept["source"] = factory(*arguments)
-    _kept["pieces"] = {}
+    source = _worker_state["source"] = factory(*arguments)
+    _worker_state["pieces"] = {}
     return {
         "name": source.name,
         "row": source.row,
@@ -110,20 +110,20 @@ def open_source(factory: Callable[..., Any], *arguments: Any) -> Mapping[str, An
 
 def sample(place: int) -> str:
     """`Source.sample` of the open log."""
-    return str(_kept["source"].sample(place))
+    return str(_worker_state["source"].sample(place))
 
 
 def begin(number: int, wants: Any, size: int) -> None:
     """Begin to read the open log: `Source.chunks`, under a number."""
-    pieces: dict[int, Iterator[Any]] = _kept["pieces"]
-    pieces[number] = _kept["source"].chunks(wants, size)
+    pieces: dict[int, Iterator[Any]] = _worker_state["pieces"]
+    pieces[number] = _worker_state["source"].chunks(wants, size)
 
 
 def piece(number: int) -> Any:
     """The next chunk under a number, None after the last."""
-    return next(_kept["pieces"][number], None)
+    return next(_worker_state["pieces"][number], None)
 
 
 def end(number: int) -> None:
     """Read no more under a number."""
-    _kept["pieces"].pop(number, None)
+    _worker_state["pieces"].pop(number, None)

@@ -80,10 +80,10 @@ class Reader:
             )
         except OSError as problem:
             raise UnreadableError(f"no process to read it could be started: {problem.strerror or problem}") from None
-        self._tell(list(sys.path))
-        self._tell(memory_limit())
+        self._send(list(sys.path))
+        self._send(memory_limit())
 
-    def _tell(self, message: Any) -> None:
+    def _send(self, message: Any) -> None:
         assert self._process.stdin is not None
         with contextlib.suppress(OSError):  # it has ended, which the wait for its answer finds
             pickle.dump(message, self._process.stdin)
@@ -93,7 +93,7 @@ class Reader:
         """The function's value, within a time limit [s]. Errors: as `read_binary`; the process has ended after one of
         time."""
         answers: list[tuple[str, Any]] = []
-        self._tell((limit, function, arguments))
+        self._send((limit, function, arguments))
         waiting = threading.Thread(target=self._wait, args=(answers,), daemon=True)
         waiting.start()
         waiting.join(limit)

@@ -126,9 +126,9 @@ def lifts() -> tuple[str, ...]:
 
 def _lift(table: Mapping[str, Any], file: Path, seed: int | None, duration: str | None, moving: bool) -> LiftFile:
     top = Fields(table, "", LiftError)
-    top.known(TOP)
+    top.refuse_unknown(TOP)
     top.need("crane", "payload", "water", "start", "stage")
-    crane = load_crane(top.beside("crane", file.parent))
+    crane = load_crane(top.path_or_name("crane", file.parent))
     depth, _ = water_of(top)
     programme = _programme(table["stage"])
     z_0 = top.quantity("start", "length")
@@ -136,7 +136,7 @@ def _lift(table: Mapping[str, Any], file: Path, seed: int | None, duration: str 
     length = top.quantity("duration", "time") if duration is None else parse(duration, "time", "--duration")
     length = planned(programme, z_0, depth) if length is None else length
     place = place_of(top, file.parent, depth, length, seed) if moving else still_place(top, file.parent)
-    given: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "name": top.text("name", file.stem),
         "payload": payload_of(top, file.parent),
         "tip": place.tip,
@@ -147,18 +147,18 @@ def _lift(table: Mapping[str, Any], file: Path, seed: int | None, duration: str 
         "programme": programme,
         "duration": f"{length!r} s",
     }
-    given |= parts_of(table)
-    given |= {key: table[key] for key in ("controller", "ramp", "friction") if key in table}
+    fields |= parts_of(table)
+    fields |= {key: table[key] for key in ("controller", "ramp", "friction") if key in table}
     if "rho" in table["water"]:
-        given["rho"] = table["water"]["rho"]
+        fields["rho"] = table["water"]["rho"]
     step, every = _steps(top, "step"), _steps(top, "every")
-    return LiftFile(crane, Lowering(**given), step, every, place.words, place.vessel, place.at, place.sea, place.notes)
+    return LiftFile(crane, Lowering(**fields), step, every, place.words, place.vessel, place.at, place.sea, place.notes)
 
 
 def water_of(top: Fields) -> tuple[float, float]:
     """Depth [m] and density [kg/m^3] of the water, from [water]. Errors: LiftError, UnitError."""
     water = Fields(top.table["water"], "water.", LiftError)
-    water.known(WATER)
+    water.refuse_unknown(WATER)
     depth = water.quantity("depth", "length")
     if depth is None:
         raise LiftError('water.depth: missing. Give the depth of the water, such as "300 m".')
@@ -207,7 +207,7 @@ def payload_of(top: Fields, folder: Path) -> Payload:
     """A payload of the library, a file seen from the lift file, or a table with name, mass and shape."""
     if isinstance(top.table["payload"], Mapping):
         return Payload(**top.table["payload"])
-    return read_payload(top.beside("payload", folder))
+    return read_payload(top.path_or_name("payload", folder))
 
 
 def planned(programme: Sequence[Stage], z_0: float, depth: float) -> float:

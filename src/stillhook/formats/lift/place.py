@@ -21,7 +21,7 @@ from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.spectra.measured import SpectrumSeries
 from stillhook.sea.spectra.spectrum import Sea, Train, check_spread
 from stillhook.sea.spectra.text import parse_sea
-from stillhook.sea.vessel.boom import HOW, Boom
+from stillhook.sea.vessel.boom import DESCRIPTIONS, Boom
 from stillhook.sea.vessel.long_wave import wavenumber
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.realisation import realise, tip_motion
@@ -119,14 +119,14 @@ def still_place(top: Fields, folder: Path) -> Place:
 
 def _table_of_sea(top: Fields) -> Fields:
     table = Fields(top.table["sea"], "sea.", LiftError)
-    table.known(SEA)
+    table.refuse_unknown(SEA)
     return table
 
 
 def _point(top: Fields) -> tuple[TipPoint | None, float]:
     """Place of the crane tip from the vessel's reference point, and its height above still water [m]."""
     tip = Fields(top.table.get("tip", {}), "tip.", LiftError)
-    tip.known(TIP)
+    tip.refuse_unknown(TIP)
     point, height = _point_and_height(top, tip)
     if height <= 0.0:
         raise LiftError(
@@ -154,11 +154,11 @@ def _point_and_height(top: Fields, tip: Fields) -> tuple[TipPoint | None, float]
 def boom_of(top: Fields) -> Boom:
     """The crane of the table [boom]."""
     boom = Fields(top.table["boom"], "boom.", LiftError)
-    boom.known(BOOM)
+    boom.refuse_unknown(BOOM)
     boom.need("pedestal", "slew", "main")
     for key in ("pedestal", "main", "knuckle"):
         if key in boom and not isinstance(boom.table[key], list):
-            raise boom.wrong(key, HOW[key])
+            raise boom.wrong(key, DESCRIPTIONS[key])
     texts: dict[str, Any] = {
         key: tuple(value) if isinstance(value, list) else value for key, value in boom.table.items()
     }

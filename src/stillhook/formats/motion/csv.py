@@ -57,10 +57,10 @@ class _Table:
         return self.header_line
 
     def column(self, name: str) -> int | None:
-        found = [i for i, heading in enumerate(self.headings) if _split(heading)[0] == name]
-        if len(found) > 1:
-            raise MotionError(f'{self.name}: line {self.header_line}: {len(found)} columns "{name}". Keep one.')
-        return found[0] if found else None
+        matches = [i for i, heading in enumerate(self.headings) if _split(heading)[0] == name]
+        if len(matches) > 1:
+            raise MotionError(f'{self.name}: line {self.header_line}: {len(matches)} columns "{name}". Keep one.')
+        return matches[0] if matches else None
 
 
 def _split(heading: str) -> tuple[str, str | None]:
@@ -110,28 +110,30 @@ def _preamble(data: bytes, begin: int) -> int:
 
 def _ragged(table: _Table, problem: Exception) -> MotionError:
     """What is wrong with a file that cannot be split into columns."""
-    wanted = len(table.headings)
+    expected = len(table.headings)
     for number, line in enumerate(table.body.split(b"\n"), start=table.body_line):
         place = f"{table.name}: line {number}"
         try:
             fields = line.decode("utf-8").split(table.separator)
         except UnicodeDecodeError:
             return MotionError(f"{place}: is not UTF-8 text. Save the file as CSV UTF-8.")
-        if line.strip() and not line.startswith(b"#") and len(fields) != wanted:
+        if line.strip() and not line.startswith(b"#") and len(fields) != expected:
             comma = (
-                ' A decimal comma needs ";" between columns.' if table.separator == "," and len(fields) > wanted else ""
+                ' A decimal comma needs ";" between columns.'
+                if table.separator == "," and len(fields) > expected
+                else ""
             )
-            return MotionError(f"{place}: {len(fields)} fields where the header has {wanted}.{comma} Mend the line.")
+            return MotionError(f"{place}: {len(fields)} fields where the header has {expected}.{comma} Mend the line.")
     return MotionError(f"{table.name}: cannot be read as CSV ({quote(str(problem).splitlines()[0])}).")
 
 
-def _numbers(table: _Table, index: int, kept: Rows, kind: str) -> FloatArray:
+def _numbers(table: _Table, index: int, kept_rows: Rows, kind: str) -> FloatArray:
     """A column in SI; `kept` holds the rows that are not blank."""
     name, unit = _split(table.headings[index])
     place = f"{table.name}: line {table.header_line}: column {quote(table.headings[index])}"
-    text = table.rows.to_series(index).str.strip_chars(' \t"')[kept]
+    text = table.rows.to_series(index).str.strip_chars(' \t"')[kept_rows]
     if name == "time" and unit == STAMPS:
-        return _stamps(table, text, kept)
+        return _stamps(table, text, kept_rows)
     allowed = ", ".join((*KINDS[kind].allowed, *((STAMPS,) if name == "time" else ())))
     if unit is None:
         raise UnitError(f'{place} has no unit. Write it as "{EXAMPLES[name]}" (allowed: {allowed}).')
@@ -140,11 +142,11 @@ def _numbers(table: _Table, index: int, kept: Rows, kind: str) -> FloatArray:
     if table.separator != ",":
         text = text.str.replace(",", ".", literal=True)
     values = text.cast(pl.Float64, strict=False).to_numpy().astype(np.float64)
-    _refuse(table, ~np.isfinite(values), text, kept, name, "a finite number")
+    _refuse(table, ~np.isfinite(values), text, kept_rows, name, "a finite number")
     return values * parse(f"1 {unit}", kind, place)
 
 
-def _stamps(table: _Table, text: pl.Series, kept: Rows) -> FloatArray:
+def _stamps(table: _Table, text: pl.Series, kept_rows: Rows) -> FloatArray:
     """ISO 8601 stamps as seconds since 1970; a stamp without a zone is UTC, as the header says."""
 
     def seconds(stamp: str | None) -> float:
@@ -155,29 +157,31 @@ def _stamps(table: _Table, text: pl.Series, kept: Rows) -> FloatArray:
         return (read if read.tzinfo else read.replace(tzinfo=UTC)).timestamp()
 
     values = np.array([seconds(stamp) for stamp in text.to_list()])
-    _refuse(table, np.isnan(values), text, kept, "time", "an ISO 8601 stamp such as 2014-08-01T00:00:00.95Z")
+    _refuse(table, np.isnan(values), text, kept_rows, "time", "an ISO 8601 stamp such as 2014-08-01T00:00:00.95Z")
     return values
 
 
-def _refuse(table: _Table, bad: NDArray[np.bool_], text: pl.Series, kept: Rows, name: str, wanted: str) -> None:
+def _refuse(table: _Table, bad: NDArray[np.bool_], text: pl.Series, kept_rows: Rows, name: str, expected: str) -> None:
     if not bad.any():
         return
     row = int(np.argmax(bad))
     more = f" ({int(bad.sum())} such values)" if bad.sum() > 1 else ""
     cut = " The file seems cut off there." if row == len(bad) - 1 else ""
     raise MotionError(
-        f"{table.name}: line {table.line_of(int(kept[row]))}: {name} = {quote(text[row] or '')} is not {wanted}{more}."
+        f"{table.name}: line {table.line_of(int(kept_rows[row]))}: {name} = {quote(text[row] or '')} is not"
+        f" {expected}{more}."
         f"{cut} Mend or remove the line."
     )
 
 
-def _increasing(table: _Table, t: FloatArray, kept: Rows) -> None:
+def _increasing(table: _Table, t: FloatArray, kept_rows: Rows) -> None:
     back = np.diff(t) <= 0.0
     if back.any():
         i = int(np.argmax(back))
         verb = "repeats" if t[i + 1] == t[i] else "runs back to"
         raise MotionError(
-            f"{table.name}: line {table.line_of(int(kept[i + 1]))}: time {verb} {t[i + 1]:.10g} s after {t[i]:.10g} s "
+            f"{table.name}: line {table.line_of(int(kept_rows[i + 1]))}: time {verb} {t[i + 1]:.10g} s after"
+            f" {t[i]:.10g} s "
             f"({int(back.sum())} in all). Times must increase: sort the lines and remove doubles."
         )
 
@@ -185,11 +189,11 @@ def _increasing(table: _Table, t: FloatArray, kept: Rows) -> None:
 def _columns(table: _Table, names: tuple[str, ...]) -> tuple[dict[str, FloatArray | None], Callable[[int], int]]:
     """The named columns in SI (None where the file has none), and the line number of each sample."""
     blank = pl.all_horizontal(pl.all().is_null() | (pl.all().str.strip_chars() == ""))
-    kept = np.flatnonzero(~table.rows.select(blank).to_series().to_numpy())
+    kept_rows = np.flatnonzero(~table.rows.select(blank).to_series().to_numpy())
     columns: dict[str, FloatArray | None] = {}
     for name in names:
         index = table.column(name)
-        columns[name] = None if index is None else _numbers(table, index, kept, COLUMNS[name])
+        columns[name] = None if index is None else _numbers(table, index, kept_rows, COLUMNS[name])
         if columns[name] is None and name == "heave" and table.column("tip") is not None:
             raise MotionError(f"{table.name}: holds a column tip, so the motion of a crane tip. Read it without tip=.")
         if columns[name] is None and name in ("time", "heave", "tip"):
@@ -200,8 +204,8 @@ def _columns(table: _Table, names: tuple[str, ...]) -> tuple[dict[str, FloatArra
             )
     time = columns["time"]
     assert time is not None  # refused above
-    _increasing(table, time, kept)
-    return columns, lambda i: table.line_of(int(kept[i]))
+    _increasing(table, time, kept_rows)
+    return columns, lambda i: table.line_of(int(kept_rows[i]))
 
 
 def _raw(table: _Table, height: str) -> RawLog:

@@ -13,7 +13,7 @@ from stillhook.formats.motion.ship_log import DEFAULT_MAX_GAP, HeaveSign, head_o
 from stillhook.sea.motion.motion import Motion
 from stillhook.sea.motion.recorded import Recorded
 from stillhook.sea.motion.text import motion_from_json
-from stillhook.sea.vessel.ship_motion import Lever, ShipMotion, tip_motion
+from stillhook.sea.vessel.ship_motion import Offset, ShipMotion, tip_motion
 
 _SENTENCE = re.compile(rb"\$(PSXN,|[A-Z]{2}(ZDA|GGA|VTG|HDT|RMC|GLL),)")
 
@@ -83,7 +83,7 @@ def read_ship_motion(
 def read_tip_motion(
     path: str | os.PathLike[str],
     *,
-    tip: Lever | None = None,
+    tip: Offset | None = None,
     heave: HeaveSign | None = None,
     time: Literal["logger", "instrument"] | None = None,
     max_gap: str = DEFAULT_MAX_GAP,

@@ -94,8 +94,8 @@ class _Scan:
         fields = self._fields(sentence, count=True)
         if fields is None:
             return
-        wanted = (fields[2], fields[3], fields[5]) if len(fields) == 6 else ()
-        if not wanted or not all(_NUMBER.fullmatch(value) for value in wanted):
+        angles = (fields[2], fields[3], fields[5]) if len(fields) == 6 else ()
+        if not angles or not all(_NUMBER.fullmatch(value) for value in angles):
             self.counts["missing fields"] += 1
             return
         if not self.valid:
@@ -105,7 +105,7 @@ class _Scan:
         if np.isnan(t):
             self.counts["without time"] += 1
             return
-        self.rows.extend((t, float(wanted[0]), float(wanted[1]), float(wanted[2]), self.altitude, number))
+        self.rows.extend((t, float(angles[0]), float(angles[1]), float(angles[2]), self.altitude, number))
 
 
 def _receipt(before: bytes) -> float:
@@ -154,20 +154,20 @@ def read_psxn(
     scan.counts["lines"] = number
     rows = np.frombuffer(scan.rows, dtype=np.float64).reshape(-1, 6)
     if not len(rows):
-        raise MotionError(f"{file.name}: {_why_nothing(scan.counts, time)}")
+        raise MotionError(f"{file.name}: {_no_samples_message(scan.counts, time)}")
     raw_log = _in_order(file.name, rows, scan.counts, time, sign)
     return finish(raw_log, heave=sign, max_gap=max_gap, start=start, duration=duration)
 
 
-def _why_nothing(counts: Mapping[str, int], time: str) -> str:
+def _no_samples_message(counts: Mapping[str, int], time: str) -> str:
     if not counts["$PSXN,23 lines"]:
         return f"no $PSXN,23 line in {counts['lines']} lines. Give a Seapath log, or a CSV with heave [m]."
-    found = ", ".join(f"{name} {count}" for name, count in counts.items() if count)
+    sentences = ", ".join(f"{name} {count}" for name, count in counts.items() if count)
     way_out = {
         "logger": 'Each line needs a time before its $ (ISO 8601) and a checksum; or use time="instrument".',
         "instrument": 'Lines need a checksum and a $..ZDA or $..GGA before them; or use time="logger".',
     }
-    return f"no usable $PSXN,23 line ({found}). {way_out[time]}"
+    return f"no usable $PSXN,23 line ({sentences}). {way_out[time]}"
 
 
 def _in_order(
@@ -210,10 +210,10 @@ def altitude_agreement(heave_up: FloatArray, altitude: FloatArray) -> float | No
     Near +1 the sign of heave is right, near -1 it is wrong; near 0 the altitude does not see the waves.
     """
     a, h = np.diff(altitude), np.diff(heave_up)
-    known = np.isfinite(a)
-    if known.sum() < 30 or np.ptp(a[known]) == 0.0 or np.ptp(h[known]) == 0.0:
+    finite = np.isfinite(a)
+    if finite.sum() < 30 or np.ptp(a[finite]) == 0.0 or np.ptp(h[finite]) == 0.0:
         return None
-    return float(np.corrcoef(a[known], h[known])[0, 1])
+    return float(np.corrcoef(a[finite], h[finite])[0, 1])
 
 
 def _doubts(heave: FloatArray, altitude: FloatArray, sign: HeaveSign) -> tuple[str, ...]:

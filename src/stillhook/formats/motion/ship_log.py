@@ -130,12 +130,12 @@ def _piece(raw: RawLog, start: str | None, duration: str | None) -> slice:
     high = int(np.searchsorted(t, begin + length + 1e-6, side="right"))
     if high - low < FEWEST_POINTS:
         raise MotionError(
-            f"{raw.source}: {high - low} samples{_left_out(raw)}. A motion needs {FEWEST_POINTS} or more."
+            f"{raw.source}: {high - low} samples{_omission_note(raw)}. A motion needs {FEWEST_POINTS} or more."
         )
     return slice(low, high)
 
 
-def _left_out(raw: RawLog) -> str:
+def _omission_note(raw: RawLog) -> str:
     """What the reader left out, for errors about what is missing."""
     return (
         f" ({', '.join(f'{name} {n}' for name, n in raw.left_out.items() if n)})" if any(raw.left_out.values()) else ""
@@ -151,7 +151,7 @@ def _report(raw: RawLog, piece: slice, heave: HeaveSign, max_gap: float) -> tupl
         since = raw.t[piece.start] - raw.t[0]
         raise MotionError(
             f"{raw.source}: line {raw.line_of(piece.start + longest)}: gap of {step[longest]:.4g} s from "
-            f"{since + t[longest]:.6g} s on is longer than max_gap {max_gap:g} s{_left_out(raw)}. Choose a piece "
+            f"{since + t[longest]:.6g} s on is longer than max_gap {max_gap:g} s{_omission_note(raw)}. Choose a piece "
             f'without it, such as start="{math.ceil(since + t[longest + 1])} s", or raise max_gap.'
         )
     regular = step[~gaps]
@@ -177,23 +177,23 @@ def _report(raw: RawLog, piece: slice, heave: HeaveSign, max_gap: float) -> tupl
 
 
 def _cautions(raw: RawLog, piece: slice, t: FloatArray, median: float, jitter: float) -> list[str]:
-    found = []
+    cautions = []
     if median > COARSE:
-        found.append(f"one sample in {median:.3g} s is too slow for waves shorter than {5.0 * median:.3g} s")
+        cautions.append(f"one sample in {median:.3g} s is too slow for waves shorter than {5.0 * median:.3g} s")
     if jitter > JITTERY * median:
-        found.append(f"the times jitter by {jitter:.3g} s, which shows as false acceleration")
+        cautions.append(f"the times jitter by {jitter:.3g} s, which shows as false acceleration")
     changed = np.flatnonzero(np.diff(raw.heave[piece])) + 1
     edges = t[np.concatenate(([0], changed, [len(t) - 1]))]
     if np.diff(edges).max() > STANDSTILL:
         since = edges[np.argmax(np.diff(edges))]
-        found.append(f"{raw.column} stands still for {np.diff(edges).max():.3g} s from {since:.6g} s")
+        cautions.append(f"{raw.column} stands still for {np.diff(edges).max():.3g} s from {since:.6g} s")
     moves = float(np.std(raw.heave[piece]))
     if moves < HARDLY:
-        found.append(f"{raw.column} hardly moves (standard deviation {1e3 * moves:.3g} mm), so check its unit")
+        cautions.append(f"{raw.column} hardly moves (standard deviation {1e3 * moves:.3g} mm), so check its unit")
     for name, angle in (("roll", raw.roll), ("pitch", raw.pitch)):
         if angle is not None and moves >= HARDLY and (turns := math.degrees(np.std(angle[piece]))) < HARDLY_TURNS:
-            found.append(f"{name} hardly turns (standard deviation {turns:.3g} deg), so check its unit")
-    return found
+            cautions.append(f"{name} hardly turns (standard deviation {turns:.3g} deg), so check its unit")
+    return cautions
 
 
 def _refuse_jumps(raw: RawLog, piece: slice, t: FloatArray, z: FloatArray) -> None:

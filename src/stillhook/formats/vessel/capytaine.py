@@ -41,8 +41,8 @@ def read_capytaine(path: Path) -> Rao:
     """The vessel in a Capytaine data set. Errors: SeaError of one line for a file that is none, lacks a variable or a
     degree of freedom, holds several bodies, speeds or depths, or numbers that are not finite."""
     data = _opened(path)
-    found = next((name for name in READY if name in data), None)
-    H = _ready(path.name, data, found) if found else _solved(path.name, data)
+    variable = next((name for name in READY if name in data), None)
+    H = _ready(path.name, data, variable) if variable else _solved(path.name, data)
     bad = ~np.isfinite(H).all(axis=(0, 1))
     omega, heading = _axis(path.name, data, "omega"), _axis(path.name, data, "wave_direction")
     usable = np.isfinite(omega) & (omega > 0.0)
@@ -54,7 +54,7 @@ def read_capytaine(path: Path) -> Rao:
     centre = _point(data, "rotation_center")
     origin, crest = _origin(data, centre)
     convention = replace(CAPYTAINE, mirror=bool(np.abs(np.sort(heading)[[0, -1]] - (0.0, np.pi)).max() < SAME_HEADING))
-    notes = (_damping(data, found), f"read as Capytaine: {convention.describe()}")
+    notes = (_damping(data, variable), f"read as Capytaine: {convention.describe()}")
     depth = _scalar(data, "water_depth", np.inf)
     source = f"{path.name} (Capytaine {data.attrs.get('capytaine_version', 'data set')})"
     name = str(data["body"].values) if "body" in data.coords and data["body"].ndim == 0 else path.stem
@@ -83,8 +83,8 @@ def _opened(path: Path) -> xarray.Dataset:
                 f"{path.name}: its dimension complex does not name re and im. Export it again with Capytaine."
             )
         split = {str(n): v for n, v in data.items() if "complex" in v.dims}
-        whole = {n: v.sel(complex="re", drop=True) + 1j * v.sel(complex="im", drop=True) for n, v in split.items()}
-        data = data.drop_dims("complex").assign(whole)
+        joined = {n: v.sel(complex="re", drop=True) + 1j * v.sel(complex="im", drop=True) for n, v in split.items()}
+        data = data.drop_dims("complex").assign(joined)
     single = [d for d in data.dims if data.sizes[d] == 1 and d not in DIMS]
     data = data.squeeze([str(d) for d in single])
     speed = _scalar(data, "forward_speed", 0.0)

@@ -68,7 +68,7 @@ class _Table:
     """Head and rows of a file: what it declares, each with its line; columns; rows of numbers, each with its line."""
 
     file: str
-    said: Mapping[str, tuple[int, str]]
+    declared: Mapping[str, tuple[int, str]]
     notes: tuple[str, ...]
     columns: tuple[str, ...]
     header: int
@@ -76,11 +76,11 @@ class _Table:
     lines: Sequence[int]
 
     def wrong(self, key: str, allowed: str) -> SeaError:
-        line, text = self.said[key]
+        line, text = self.declared[key]
         return SeaError(f"{self.file}: line {line}: {key}: {quote(text)}: {allowed}")
 
     def choice(self, key: str, choices: Mapping[str, int]) -> int:
-        value = " ".join(self.said[key][1].lower().split())
+        value = " ".join(self.declared[key][1].lower().split())
         if value not in choices:
             raise self.wrong(key, f"allowed: {', '.join(choices)}.")
         return choices[value]
@@ -93,9 +93,9 @@ def read_rao_csv(path: Path, text: str) -> Rao:
     H, sign = _motions(table, rotation)
     convention = _convention(table, sign)
     omega, heading, grid = _grid(table, H)
-    source = ", ".join(t for t in (f"{path.name} (CSV)", table.said.get("source", (0, ""))[1]) if t)
+    source = ", ".join(t for t in (f"{path.name} (CSV)", table.declared.get("source", (0, ""))[1]) if t)
     notes = (*table.notes, f"read as CSV: {convention.describe()}")
-    name, origin = table.said["name"][1], table.said["origin"][1]
+    name, origin = table.declared["name"][1], table.declared["origin"][1]
     return to_rao(
         convention, name=name, omega=omega, heading=heading, H=grid, source=source, origin=origin, notes=notes
     )
@@ -113,15 +113,15 @@ def write_rao_csv(
     """
     beta, H = one_side(rao) if mirror else (rao.beta, rao.H)
     sides = "port-starboard" if mirror else "none"
-    said = [("name", rao.name), ("axes", "x forward, y port, z up"), ("time", "exp(+i omega t)")]
-    said += [
+    declared = [("name", rao.name), ("axes", "x forward, y port, z up"), ("time", "exp(+i omega t)")]
+    declared += [
         ("heading", "waves travel to, counter-clockwise from bow"),
         ("mirror", sides),
         ("origin", rao.origin),
         ("source", source),
     ]
-    said += [("note", note) for note in notes]
-    head = [f"{FIRST} {VERSION}", *(f"# {key}: {' '.join(value.split())}" for key, value in said)]
+    declared += [("note", note) for note in notes]
+    head = [f"{FIRST} {VERSION}", *(f"# {key}: {' '.join(value.split())}" for key, value in declared)]
     columns = [f"{dof} {part} [{_unit(dof, 'rad')}]" for dof in DOFS for part in ("re", "im")]
     body = [",".join(("omega [rad/s]", "heading [deg]", *columns))]
     for j, angle in enumerate(beta):
@@ -135,7 +135,7 @@ def write_rao_csv(
 
 
 def _split(file: str, text: str) -> _Table:
-    said: dict[str, tuple[int, str]] = {}
+    declared: dict[str, tuple[int, str]] = {}
     notes: list[str] = []
     body: list[tuple[int, str]] = []
     for number, line in enumerate(text.splitlines(), start=1):
@@ -147,8 +147,8 @@ def _split(file: str, text: str) -> _Table:
                 " Stillhook."
             )
         elif match := _KEY.fullmatch(line.rstrip().rstrip(",;\t")):
-            _declare(file, number, match[1].lower(), match[2], said, notes)
-    missing = [k for k in ("name", "axes", "heading", "mirror", "origin") if k not in said]
+            _declare(file, number, match[1].lower(), match[2], declared, notes)
+    missing = [k for k in ("name", "axes", "heading", "mirror", "origin") if k not in declared]
     if missing:
         text = EXAMPLES[missing[0]]
         raise SeaError(
@@ -163,7 +163,7 @@ def _split(file: str, text: str) -> _Table:
     separator = next((sign for sign in (";", "\t") if sign in first), ",")
     columns = tuple(" ".join(c.strip().strip('"').split()) for c in first.split(separator))
     rows = np.array([_numbers(file, number, line, separator, len(columns)) for number, line in body[1:]])
-    return _Table(file, said, tuple(notes), columns, header, rows, [number for number, _ in body[1:]])
+    return _Table(file, declared, tuple(notes), columns, header, rows, [number for number, _ in body[1:]])
 
 
 EXAMPLES = {
@@ -175,7 +175,9 @@ EXAMPLES = {
 }
 
 
-def _declare(file: str, number: int, key: str, value: str, said: dict[str, tuple[int, str]], notes: list[str]) -> None:
+def _declare(
+    file: str, number: int, key: str, value: str, declared: dict[str, tuple[int, str]], notes: list[str]
+) -> None:
     if key not in KEYS:
         raise SeaError(
             f"{file}: line {number}: {quote(key)[1:-1]}: unknown key. Allowed: {', '.join(KEYS)}{nearest(key, KEYS)}"
@@ -183,11 +185,11 @@ def _declare(file: str, number: int, key: str, value: str, said: dict[str, tuple
     if key == "note":
         notes.append(value)
         return
-    if key in said:
-        raise SeaError(f"{file}: line {number}: {key} comes twice, first in line {said[key][0]}. Keep one.")
+    if key in declared:
+        raise SeaError(f"{file}: line {number}: {key} comes twice, first in line {declared[key][0]}. Keep one.")
     if not value:
         raise SeaError(f"{file}: line {number}: {key}: nothing is said. Say it.")
-    said[key] = (number, value)
+    declared[key] = (number, value)
 
 
 def _numbers(file: str, number: int, line: str, separator: str, count: int) -> list[float]:
@@ -228,25 +230,25 @@ def _rotation(table: _Table) -> str:
 def _column(table: _Table, names: Sequence[str]) -> tuple[str, FloatArray]:
     """The column that has one of the names, in any case."""
     lower = [c.lower() for c in table.columns]
-    found = [(n, i) for n in names for i, c in enumerate(lower) if c == n.lower()]
-    if len(found) != 1:
-        wanted = " or ".join(f'"{n}"' for n in names)
-        alike = (
+    matches = [(n, i) for n in names for i, c in enumerate(lower) if c == n.lower()]
+    if len(matches) != 1:
+        expected = " or ".join(f'"{n}"' for n in names)
+        similar = (
             []
-            if found
+            if matches
             else [c for c in table.columns if c.split("[")[0].strip().lower() in {n.split(" [")[0] for n in names}]
         )
-        near = f", but {quote(alike[0])}" if alike else ""
-        count = "has more than one column" if found else "has no column"
-        raise SeaError(f"{table.file}: line {table.header}: {count} {wanted}{near}. Name each once, with its unit.")
-    return found[0][0], table.rows[:, found[0][1]]
+        near = f", but {quote(similar[0])}" if similar else ""
+        count = "has more than one column" if matches else "has no column"
+        raise SeaError(f"{table.file}: line {table.header}: {count} {expected}{near}. Name each once, with its unit.")
+    return matches[0][0], table.rows[:, matches[0][1]]
 
 
 def _motions(table: _Table, rotation: str) -> tuple[ComplexArray, int]:
     """Transfer functions (6, rows) [m/m, rad/m] as written, and the sign of time."""
     polar = any(" amplitude" in c.lower() for c in table.columns)
     key, choices, other = ("phase", _PHASES, "time") if polar else ("time", _TIMES, "phase")
-    if key not in table.said or other in table.said:
+    if key not in table.declared or other in table.declared:
         columns = "amplitude and phase" if polar else "re and im"
         line = f'"# {key}: {next(iter(choices))}"'
         raise SeaError(
@@ -266,12 +268,12 @@ def _motions(table: _Table, rotation: str) -> tuple[ComplexArray, int]:
 
 
 def _convention(table: _Table, sign: int) -> Convention:
-    axes = _AXES.fullmatch(" ".join(table.said["axes"][1].lower().split()))
+    axes = _AXES.fullmatch(" ".join(table.declared["axes"][1].lower().split()))
     if axes is None:
         raise table.wrong(
             "axes", 'write "x forward, y port, z up", with aft, starboard and down in their place where they are so.'
         )
-    heading = _HEADING.fullmatch(" ".join(table.said["heading"][1].lower().split()))
+    heading = _HEADING.fullmatch(" ".join(table.declared["heading"][1].lower().split()))
     if heading is None or heading[1] + heading[2] not in ("travelto", "goingto", "comefrom", "comingfrom"):
         raise table.wrong(
             "heading", 'write "waves travel to, counter-clockwise from bow", or come from, clockwise, stern.'
@@ -303,11 +305,11 @@ def _grid(table: _Table, H: ComplexArray) -> tuple[FloatArray, FloatArray, Compl
     headings, j = np.unique(degrees, return_inverse=True)
     count = np.zeros((len(headings), len(waves)), dtype=np.intp)
     np.add.at(count, (j, k), 1)
-    for what, holes in (("is missing", count == 0), ("comes twice", count > 1)):
+    for problem, holes in (("is missing", count == 0), ("comes twice", count > 1)):
         if holes.any():
             a, b = np.argwhere(holes)[0]
             place = f"{name.split()[0]} {waves[b]:g} at heading {headings[a]:g} {unit}"
-            raise SeaError(f"{table.file}: {place} {what}. Every heading has every {name.split()[0]}, once.")
+            raise SeaError(f"{table.file}: {place} {problem}. Every heading has every {name.split()[0]}, once.")
     grid = np.empty((len(DOFS), len(headings), len(waves)), dtype=np.complex128)
     grid[:, j, k] = H
     omega = factor * waves if factor > 0.0 else -factor / waves

@@ -39,7 +39,7 @@ def read_vessel(path: str | os.PathLike[str]) -> Rao:
 def read_untested(path: str | os.PathLike[str]) -> Rao:
     """The same without the test: ShipX/VERES `.re1`, CSV with declared conventions, Capytaine NetCDF, OrcaFlex text
     file."""
-    file = _found(path)
+    file = _existing_file(path)
     if _begins(file, b"\x89HDF", b"CDF"):
         return read_capytaine(file)
     text = _text(file)
@@ -59,7 +59,7 @@ def _begins(file: Path, *marks: bytes) -> bool:
         return stream.read(8).startswith(marks)
 
 
-def _found(path: str | os.PathLike[str]) -> Path:
+def _existing_file(path: str | os.PathLike[str]) -> Path:
     """The file of a path, or of a name of the library where no such file is."""
     file = Path(path)
     if not file.exists() and str(path) in vessels():

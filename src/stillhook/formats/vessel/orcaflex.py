@@ -86,7 +86,7 @@ def read_orcaflex(path: Path, text: str) -> Rao:
         source=f"{path.name} (OrcaFlex, draught {draught.get('Name', '1')})",
         origin=f"x = {origin[0]:g} m, y = {origin[1]:g} m, z = {origin[2]:g} m of OrcaFlex's vessel axes (RAO origin)",
         notes=(
-            *_left_out(kind),
+            *_unused_fields(kind),
             f"read as OrcaFlex: phases {'lag' if sign < 0 else 'lead'}; {replace(convention, time=1).describe()}",
         ),
         crest=(crest[0] - origin[0], crest[1] - origin[1]),
@@ -141,7 +141,7 @@ def _choice(place: str, table: Mapping[str, Any], key: str, choices: Mapping[str
     return match
 
 
-def _left_out(kind: Mapping[str, Any]) -> tuple[str, ...]:
+def _unused_fields(kind: Mapping[str, Any]) -> tuple[str, ...]:
     """What the file does not state, in one note."""
     assumed = [f"{key} {value}" for key, value in DEFAULTS.items() if key not in kind]
     return (f"not in the file, OrcaFlex's defaults: {', '.join(assumed)}",) if assumed else ()

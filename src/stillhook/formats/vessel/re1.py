@@ -38,7 +38,7 @@ class _Reader:
     lines: Iterator[tuple[int, str]]
     last: int = 0
 
-    def numbers(self, count: int, what: str, *, exact: bool = False) -> list[float]:
+    def numbers(self, count: int, content: str, *, exact: bool = False) -> list[float]:
         for number, line in self.lines:
             if not line.strip():
                 continue
@@ -47,17 +47,17 @@ class _Reader:
             if len(fields) < count or (exact and len(fields) != count):
                 text = quote(line.strip())
                 raise SeaError(
-                    f"{self.name}: line {number}: {text} where {what} should be ({count} numbers). Export the file"
+                    f"{self.name}: line {number}: {text} where {content} should be ({count} numbers). Export the file"
                     " again."
                 )
             try:
                 return [self._finite(text, number) for text in fields[:count]]
             except ValueError:
                 raise SeaError(
-                    f"{self.name}: line {number}: {quote(line.strip())} is not {what}. Export the file again."
+                    f"{self.name}: line {number}: {quote(line.strip())} is not {content}. Export the file again."
                 ) from None
         raise SeaError(
-            f"{self.name}: ends after line {self.last}, where {what} should follow: the file is cut off. Export it"
+            f"{self.name}: ends after line {self.last}, where {content} should follow: the file is cut off. Export it"
             " again."
         )
 
@@ -96,7 +96,7 @@ def read_re1(path: Path, text: str) -> Rao:
             f"{path.name}: holds no zero speed, only up to {speed:g} m/s. Run ShipX at zero speed: vessels at work"
             " stand still."
         )
-    if _left(r) and speeds == 1:
+    if _has_more(r) and speeds == 1:
         raise SeaError(
             f"{path.name}: line {r.last}: goes on where its {headings} headings end. Check the counts in its line 10."
         )
@@ -153,13 +153,13 @@ def _table(r: _Reader, headings: int, frequencies: int) -> tuple[FloatArray, Flo
             for d, dof in enumerate(DOFS):
                 number, re, im = r.numbers(3, f"degree of freedom {d + 1} ({dof}), real and imaginary part", exact=True)
                 if number != d + 1:
-                    came_instead = f"degree of freedom {number:g} where {d + 1} ({dof}) should be"
-                    raise SeaError(f"{r.name}: line {r.last}: {came_instead}. Export all six, in order.")
+                    instead = f"degree of freedom {number:g} where {d + 1} ({dof}) should be"
+                    raise SeaError(f"{r.name}: line {r.last}: {instead}. Export all six, in order.")
                 H[d, j, k] = complex(re, im)
     return degrees, omega, H
 
 
-def _left(r: _Reader) -> bool:
+def _has_more(r: _Reader) -> bool:
     for number, line in r.lines:
         if line.strip():
             r.last = number

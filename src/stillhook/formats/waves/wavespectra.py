@@ -129,10 +129,10 @@ def _each_once(theta: FloatArray, density: FloatArray) -> tuple[FloatArray, Floa
     apart = np.abs(density - np.repeat(mean, count, axis=2)).max(axis=(1, 2), initial=0.0, where=np.isfinite(density))
     unequal = int(np.sum(apart > PRINTED * density.max(axis=(1, 2), initial=0.0, where=np.isfinite(density))))
     several = f"{len(theta) - len(first)} of {len(theta)} directions repeat another (such as 0 and 360 deg)"
-    told = f"{several}: each is counted once" + (
+    note = f"{several}: each is counted once" + (
         f", with the mean of densities that differ in {unequal} records" if unequal else ""
     )
-    return theta[first], mean, [told]
+    return theta[first], mean, [note]
 
 
 def _at(efth: xarray.DataArray, source: str, point: int | None) -> xarray.DataArray:

@@ -68,8 +68,8 @@ def _figure(result: MotorLoss, title: str, size: tuple[float, float]) -> Figure:
     from matplotlib.figure import Figure  # heavy: only where pictures are wanted
 
     figure = Figure(figsize=size, layout="constrained")
-    made = "SYNTHETIC MAP, measured on no motor\n" if result.map.synthetic else ""
-    figure.suptitle(f"{made}{title}", fontsize="medium", color=WARNING if made else "black")
+    warning = "SYNTHETIC MAP, measured on no motor\n" if result.map.synthetic else ""
+    figure.suptitle(f"{warning}{title}", fontsize="medium", color=WARNING if warning else "black")
     return figure
 
 
@@ -142,8 +142,8 @@ def _term_point(result: MotorLoss) -> tuple[FloatArray, float, float]:
 
 
 def _fit(result: MotorLoss, model: LossModel) -> LossFit:
-    known = [r.fit for r in result.ranking.ranked if r.model is model]
-    return known[0] if known else fit_loss(result.map, model)
+    fits = [r.fit for r in result.ranking.ranked if r.model is model]
+    return fits[0] if fits else fit_loss(result.map, model)
 
 
 def term_shares(result: MotorLoss) -> Figure:
@@ -160,8 +160,8 @@ def term_shares(result: MotorLoss) -> Figure:
     for i, model in enumerate(TERM_MODELS):
         fit = _fit(result, model)
         terms = fit.terms(omega, np.full_like(omega, D), np.full_like(omega, dp))
-        whole = sum(float(t.sum()) for t in terms.values())
-        share = {TERMS[n]: 100.0 * float(t.sum()) / whole for n, t in terms.items()}
+        total = sum(float(t.sum()) for t in terms.values())
+        share = {TERMS[n]: 100.0 * float(t.sum()) / total for n, t in terms.items()}
         label = fit.card.title + (f", C_n = {fit['C_n']:.2f}" if "C_n" in fit.names else "")
         ax.bar(
             np.arange(len(names)) + 0.27 * (i - 1),
@@ -212,8 +212,8 @@ def residuals_over_speed(result: MotorLoss) -> Figure:
     for column, (pressure, cells) in enumerate(chosen):
         for row in (0, 1):
             ax = axes[row, column]
-            mine = [i for i in range(int(label.max()) + 1) if (i in half) == (row == 0)]
-            for colour, i in zip(COLOURS * 4, mine, strict=False):
+            row_levels = [i for i in range(int(label.max()) + 1) if (i in half) == (row == 0)]
+            for colour, i in zip(COLOURS * 4, row_levels, strict=False):
                 at = np.flatnonzero(cells & (label == i))
                 at = at[np.argsort(m.omega_m[at])]
                 if len(at):
@@ -238,8 +238,8 @@ def _shown(m: LossMap) -> list[tuple[float, NDArray[np.bool_]]]:
     """Pressure levels nearest to those of paper A, and their cells; each once."""
     label = levels(m.dp_m)
     means = np.array([m.dp_m[label == i].mean() for i in range(int(label.max()) + 1)])
-    wanted = [int(np.argmin(np.abs(means - from_display(p, "pressure")))) for p in SHOWN_PRESSURES]
-    return [(float(means[i]), label == i) for i in dict.fromkeys(wanted)]
+    nearest = [int(np.argmin(np.abs(means - from_display(p, "pressure")))) for p in SHOWN_PRESSURES]
+    return [(float(means[i]), label == i) for i in dict.fromkeys(nearest)]
 
 
 def residuals_over_map(result: MotorLoss) -> Figure:

@@ -15,7 +15,7 @@ from stillhook.errors import IdentifyError
 from stillhook.identify.motor.map import LossMap, blocks
 from stillhook.identify.motor.models import CARDS, LAMINAR, TURBULENT_AND_MORE, LossCard, LossModel
 
-ALIKE = 1.0e-7
+EQUAL = 1.0e-7
 """Columns (each of length 1) whose smallest singular value is below this part of the largest carry the same
 information: rounding of a map in percent leaves 1e-4 and more."""
 NOTHING = 1.0e-10
@@ -119,14 +119,14 @@ def _linear(
     """Linear parameters, which of them are free (not at a bound, not held), and groups that cannot be told apart."""
     A, names = _columns(m, card, bent), card.straight
     size = np.linalg.norm(A, axis=0)
-    seen = size > 0.0
-    A = A / np.where(seen, size, 1.0)
-    used, groups = _independent(A, names, seen)
+    visible = size > 0.0
+    A = A / np.where(visible, size, 1.0)
+    used, groups = _independent(A, names, visible)
     positive = np.array([p.positive for p in card.parameters if p.name in names])
     x = np.zeros(len(names))
     x[used] = _solve(A[:, used], m.T_f, positive[used])
     free = used & ~(positive & (x <= NOTHING * np.linalg.norm(m.T_f)))
-    return x / np.where(seen, size, 1.0), free, groups
+    return x / np.where(visible, size, 1.0), free, groups
 
 
 def _solve(A: FloatArray, b: FloatArray, positive: BoolArray) -> FloatArray:
@@ -140,13 +140,15 @@ def _solve(A: FloatArray, b: FloatArray, positive: BoolArray) -> FloatArray:
     return np.asarray(lsq_linear(A, b, (np.where(positive, 0.0, -np.inf), np.inf), method="bvls").x)
 
 
-def _independent(A: FloatArray, names: Sequence[str], seen: BoolArray) -> tuple[BoolArray, tuple[tuple[str, ...], ...]]:
+def _independent(
+    A: FloatArray, names: Sequence[str], visible: BoolArray
+) -> tuple[BoolArray, tuple[tuple[str, ...], ...]]:
     """Which columns to use so that none is a sum of the others, and the groups of names that are."""
-    used = seen.copy()
-    groups: list[tuple[str, ...]] = [(n,) for n, s in zip(names, seen, strict=True) if not s]
+    used = visible.copy()
+    groups: list[tuple[str, ...]] = [(n,) for n, s in zip(names, visible, strict=True) if not s]
     while used.any():
         _, s, V = np.linalg.svd(A[:, used], full_matrices=False)
-        if s[-1] > ALIKE * s[0]:
+        if s[-1] > EQUAL * s[0]:
             break
         at = np.flatnonzero(used)
         weight = np.abs(V[-1])
@@ -176,11 +178,11 @@ def _exponent(m: LossMap, card: LossCard) -> dict[str, float]:
         r = _misfit(m, card, {"C_n": C_n})
         return float(r @ r)
 
-    found = minimize_scalar(
+    optimum = minimize_scalar(
         cost, bounds=(LAMINAR, TURBULENT_AND_MORE), method="bounded", options={"xatol": EXPONENT_STEP}
     )
     ends = min((LAMINAR, TURBULENT_AND_MORE), key=cost)
-    return {"C_n": ends if cost(ends) <= float(found.fun) else float(found.x)}
+    return {"C_n": ends if cost(ends) <= float(optimum.fun) else float(optimum.x)}
 
 
 def _breaks(m: LossMap, card: LossCard, near: LossFit | None) -> dict[str, float]:
@@ -199,10 +201,10 @@ def _breaks(m: LossMap, card: LossCard, near: LossFit | None) -> dict[str, float
     at_knots = np.vstack([np.hstack([powers, a * powers]) for a in alpha]) if len(card.bent) == 6 else powers
 
     def coefficients(z: FloatArray) -> dict[str, float]:
-        found = np.linalg.lstsq(at_knots / np.linalg.norm(at_knots, axis=0), z * top, rcond=None)[0] / np.linalg.norm(
-            at_knots, axis=0
-        )
-        return dict(zip(card.bent, map(float, found), strict=True))
+        solution = np.linalg.lstsq(at_knots / np.linalg.norm(at_knots, axis=0), z * top, rcond=None)[
+            0
+        ] / np.linalg.norm(at_knots, axis=0)
+        return dict(zip(card.bent, map(float, solution), strict=True))
 
     def residual(z: FloatArray) -> FloatArray:
         A = _columns(m, card, coefficients(z))
@@ -314,7 +316,7 @@ def spread_of_levels(m: LossMap, fit: LossFit) -> FloatArray | None:
     return np.asarray((count - 1) / count * off.T @ off)
 
 
-def cannot_tell(fit: LossFit) -> tuple[str, ...]:
+def indeterminate(fit: LossFit) -> tuple[str, ...]:
     """What the map does not say about this model, one plain line each."""
     lines = [
         f"{' and '.join(g)} cannot be told apart on this map" if len(g) > 1 else f"{g[0]} has no effect on this map"

@@ -10,7 +10,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import choice
 from stillhook.errors import IdentifyError
-from stillhook.identify.motor.fit import LossFit, cannot_tell, spread_of_levels
+from stillhook.identify.motor.fit import LossFit, indeterminate, spread_of_levels
 from stillhook.identify.motor.map import AXES, LossMap
 from stillhook.identify.motor.map_comparison import Compared, compare_mapped
 from stillhook.identify.motor.models import LossModel
@@ -154,7 +154,7 @@ def _doubts(others: tuple[Borrowed, ...]) -> tuple[str, ...]:
 def _notes(m: LossMap, fit: LossFit, mj4: LossFit) -> tuple[str, ...]:
     """What the map cannot tell, about the model and about MJ4."""
     both = (fit,) if fit.model is mj4.model else (fit, mj4)
-    lines = [f"{f.card.title}: {line}" for f in both for line in cannot_tell(f)]
+    lines = [f"{f.card.title}: {line}" for f in both for line in indeterminate(f)]
     ends = ", ".join(" to ".join(show(x, kind, 4) for x in m.range()[name]) for name, kind in AXES.items())
     lines.append(f"the map ends at {ends}: beyond, nothing was tested")
     return tuple(lines)
@@ -178,36 +178,36 @@ def loss_set(result: MotorLoss, name: str) -> LossSet:
             " and leakage. Name a motor that lends them (like)."
         )
     lender, m, fit = load_losses(result.like), result.map, result.mj4
-    made = "SYNTHETIC " if m.synthetic else ""
+    prefix = "SYNTHETIC " if m.synthetic else ""
     text = f"MJ4 fitted to {m.source} ({len(m)} cells{', SYNTHETIC, measured on no motor' if m.synthetic else ''})"
     lent = {path: s for path, s in lender.sources.items() if path not in LOSS_RANGE}
     sources = lent | {f"loss.{n}": Source(text=text, kind=SourceKind.FITTED) for n in fit.names}
     loss = TorqueLoss.model_construct(None, **dict(zip(fit.names, map(float, fit.values), strict=True)))
-    own: dict[str, float] = {}
+    extra: dict[str, float] = {}
     if abs(lender.motor.D_max / m.D_max - 1.0) > SAME_SIZE:
-        own = {"D_max": m.D_max}
+        extra = {"D_max": m.D_max}
         other = Source(text=f"as {lender.title}, a motor of another size", kind=SourceKind.ASSUMED)
         sources = {k: v if k.startswith("loss.") else other for k, v in sources.items()}
         sources["D_max"] = Source(text=f"largest displacement of {m.source}", kind=SourceKind.FITTED)
-    motor = lender.motor.model_copy(update={"loss": loss, **dict.fromkeys(LOSS_RANGE), **own})
+    motor = lender.motor.model_copy(update={"loss": loss, **dict.fromkeys(LOSS_RANGE), **extra})
     return LossSet(
-        name, f"{made}{lender.title}, torque loss fitted to {m.source}", motor, sources, _evidence(result, text)
+        name, f"{prefix}{lender.title}, torque loss fitted to {m.source}", motor, sources, _evidence(result, text)
     )
 
 
 def _evidence(result: MotorLoss, text: str) -> Evidence:
     free = [i for i, e in enumerate(result.mj4.errors) if np.isfinite(e)]
-    how = "by leaving out displacements in turn" if result.by_levels else "from the residuals"
+    method = "by leaving out displacements in turn" if result.by_levels else "from the residuals"
     matrix = result.covariance[np.ix_(free, free)]
     names = [result.mj4.names[i] for i in free]
-    said = [*(avoid(s, result.threshold) for s in result.mj4_statements), *result.notes]
+    remarks = [*(avoid(s, result.threshold) for s in result.mj4_statements), *result.notes]
     return Evidence.fitted(
         names,
         matrix,
         dof=float(result.mj4.dof),
-        data=f"{text}; covariance {how}",
+        data=f"{text}; covariance {method}",
         ranges=result.map.range(),
-        statements=said,
+        statements=remarks,
     )
 
 
@@ -258,7 +258,7 @@ def to_dict(result: MotorLoss) -> dict[str, Any]:
                 "validity": x.fit.card.validity,
                 "sees_displacement": x.fit.card.sees_displacement,
                 "eligible": x.eligible,
-                "why_not": x.why_not,
+                "reason": x.reason,
                 "cv": x.cv,
                 "cv_by_axis": dict(x.cv_by_axis),
                 "worst_left_out": x.worst_fold,

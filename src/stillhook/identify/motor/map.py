@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.errors import LogError
-from stillhook.formats.table import Columns, Wanted, read_columns
+from stillhook.formats.table import Columns, ColumnSpec, read_columns
 from stillhook.physics.hydraulics.motor_losses import LossMotor
 from stillhook.units import parse, quote, show
 
 FEWEST_CELLS = 10
 """A fit of five parameters wants at least twice as many cells."""
-MOST_LEFT_OUT = 0.5
+MAX_EXCLUDED = 0.5
 """Part of the rows: a map that loses more than half of them to bad values was misread."""
 D_RANGE = (1.0e-7, 1.0e-3)
 """Displacements of motors, about 0.6 to 6000 cm^3/rev [m^3/rad]; outside, the unit in the heading is wrong."""
@@ -40,14 +40,14 @@ WIDE, SLICES = 0.05, 12
 SYNTHETIC = "synthetic"
 
 SETTINGS = (
-    Wanted("D_m", "displacement", ("d", "displacement", "vg", "v_g"), "D_m [cm^3/rev]"),
-    Wanted("omega_m", "rotation", ("n", "n_m", "speed", "rpm", "omega"), "n [rev/min]"),
-    Wanted("dp_m", "pressure", ("dp", "delta_p", "pressure", "pressure_drop", "p"), "dp [bar]"),
+    ColumnSpec("D_m", "displacement", ("d", "displacement", "vg", "v_g"), "D_m [cm^3/rev]"),
+    ColumnSpec("omega_m", "rotation", ("n", "n_m", "speed", "rpm", "omega"), "n [rev/min]"),
+    ColumnSpec("dp_m", "pressure", ("dp", "delta_p", "pressure", "pressure_drop", "p"), "dp [bar]"),
 )
 LOSSES = (
-    Wanted("T_f", "torque", ("t_fm", "loss", "torque_loss"), "T_f [N m]"),
-    Wanted("T_shaft", "torque", ("t", "t_m", "torque", "shaft_torque"), "T_shaft [N m]"),
-    Wanted("eta_hm", "", ("efficiency", "hydromechanical_efficiency", "eta_mh"), "eta_hm [%]"),
+    ColumnSpec("T_f", "torque", ("t_fm", "loss", "torque_loss"), "T_f [N m]"),
+    ColumnSpec("T_shaft", "torque", ("t", "t_m", "torque", "shaft_torque"), "T_shaft [N m]"),
+    ColumnSpec("eta_hm", "", ("efficiency", "hydromechanical_efficiency", "eta_mh"), "eta_hm [%]"),
 )
 
 
@@ -146,34 +146,34 @@ def read_map(
             f'{table.source}: no column "{missing[0].example}" among {have}. Name it so, or map it with --mapping.'
         )
     _in_range(table)
-    found: list[str] = []
-    loss = _loss(table, found)
-    keep = _good(table, loss, found)
+    notes: list[str] = []
+    loss = _loss(table, notes)
+    keep = _good(table, loss, notes)
     D, n, dp = (table.values[w.name][keep] for w in SETTINGS)
     if (n < 0.0).any():
-        found.append(
+        notes.append(
             f"{int((n < 0.0).sum())} rows have negative speed: taken as positive, the loss is even in the speed"
         )
-    D, n, dp, T_f = _single(D, np.abs(n), dp, loss[keep], found)
+    D, n, dp, T_f = _single(D, np.abs(n), dp, loss[keep], notes)
     if len(T_f) < FEWEST_CELLS:
         raise LogError(
             f"{table.source}: {len(T_f)} cells are left; a fit needs at least {FEWEST_CELLS}. Give more of the map."
         )
     share = T_f[D * dp > 0.0] / (D * dp)[D * dp > 0.0]
     if len(share) and float(np.median(share)) > MOSTLY_LOST:
-        found.append(
+        notes.append(
             f"half of the cells lose more than {100.0 * float(np.median(share)):.0f} % of nominal torque: is it a loss?"
         )
     if table.unused:
-        found.append("columns not used: " + ", ".join(quote(h) for h in table.unused))
+        notes.append("columns not used: " + ", ".join(quote(h) for h in table.unused))
     full = float(D.max()) if D_max is None else parse(D_max, "displacement", "D_max")
     if full < D.max() * (1.0 - SAME):
         raise LogError(
             f"{table.source}: displacement {show(float(D.max()), 'displacement')} is beyond the motor's full"
             f" {show(full, 'displacement')}. Check the unit in the heading and the motor."
         )
-    made = SYNTHETIC in " ".join((table.source, *table.comments)).lower()
-    return _with_thin_axes(LossMap(D, n, dp, T_f, full, table.source, made, tuple(found)))
+    synthetic = SYNTHETIC in " ".join((table.source, *table.comments)).lower()
+    return _with_thin_axes(LossMap(D, n, dp, T_f, full, table.source, synthetic, tuple(notes)))
 
 
 def _with_thin_axes(m: LossMap) -> LossMap:
@@ -208,13 +208,13 @@ def _in_range(table: Columns) -> None:
         )
 
 
-def _loss(table: Columns, found: list[str]) -> FloatArray:
+def _loss(table: Columns, notes: list[str]) -> FloatArray:
     """Torque loss of every row [N m] from the first of torque loss, shaft torque and efficiency that the table has."""
     D, dp = table.values["D_m"], table.values["dp_m"]
     have = [w for w in LOSSES if w.name in table.values]
     if not have:
-        wanted = ", ".join(f'"{w.example}"' for w in LOSSES)
-        raise LogError(f"{table.source}: no column with the loss. Give one of {wanted}, or map it with --mapping.")
+        examples = ", ".join(f'"{w.example}"' for w in LOSSES)
+        raise LogError(f"{table.source}: no column with the loss. Give one of {examples}, or map it with --mapping.")
     first = have[0]
     ways = {"T_f": lambda x: x, "T_shaft": lambda x: D * dp - x, "eta_hm": lambda x: D * dp * (1.0 - x)}
     loss: FloatArray = ways[first.name](table.values[first.name])
@@ -225,11 +225,11 @@ def _loss(table: Columns, found: list[str]) -> FloatArray:
         "T_shaft": "shaft torque of the driving motor",
         "eta_hm": "hydromechanical efficiency",
     }
-    found.append(f"column {heading} read as {meaning[first.name]}")
+    notes.append(f"column {heading} read as {meaning[first.name]}")
     for other in have[1:]:
         gap = np.abs(ways[other.name](table.values[other.name]) - loss)
         most = f"{np.nanmax(gap):.3g} N m" if np.isfinite(gap).any() else "nothing to compare"
-        found.append(f"column {quote(table.headings[other.name])} not used; losses from it differ by up to {most}")
+        notes.append(f"column {quote(table.headings[other.name])} not used; losses from it differ by up to {most}")
     return loss
 
 
@@ -243,7 +243,7 @@ def _plausible(table: Columns, name: str, heading: str) -> None:
         )
 
 
-def _good(table: Columns, loss: FloatArray, found: list[str]) -> BoolArray:
+def _good(table: Columns, loss: FloatArray, notes: list[str]) -> BoolArray:
     """Rows that hold a loss of a running, driving motor; why the others are left out is added to `found`."""
     keep = np.ones(len(loss), dtype=bool)
     D, n, dp = (table.values[w.name] for w in SETTINGS)
@@ -268,10 +268,10 @@ def _good(table: Columns, loss: FloatArray, found: list[str]) -> BoolArray:
         new = bad & keep
         if new.any():
             at = ", ".join(str(table.numbers[i]) for i in np.flatnonzero(new)[:3])
-            found.append(f"{int(new.sum())} rows left out for {reason} (row {at}{', ...' if new.sum() > 3 else ''})")
+            notes.append(f"{int(new.sum())} rows left out for {reason} (row {at}{', ...' if new.sum() > 3 else ''})")
             keep &= ~bad
-    if keep.sum() < (1.0 - MOST_LEFT_OUT) * len(keep):
-        last = found[-1]
+    if keep.sum() < (1.0 - MAX_EXCLUDED) * len(keep):
+        last = notes[-1]
         raise LogError(
             f"{table.source}: {int((~keep).sum())} of {len(keep)} rows make no sense, {last}. Check columns and units."
         )
@@ -279,7 +279,7 @@ def _good(table: Columns, loss: FloatArray, found: list[str]) -> BoolArray:
 
 
 def _single(
-    D: FloatArray, n: FloatArray, dp: FloatArray, T_f: FloatArray, found: list[str]
+    D: FloatArray, n: FloatArray, dp: FloatArray, T_f: FloatArray, notes: list[str]
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Cells given more than once are averaged, and told."""
     settings, inverse, count = np.unique(np.column_stack((D, n, dp)), axis=0, return_inverse=True, return_counts=True)
@@ -289,7 +289,7 @@ def _single(
     mean = np.bincount(inverse, T_f) / count
     apart = float(np.abs(T_f - mean[inverse]).max())
     twice = int((count > 1).sum())
-    found.append(
+    notes.append(
         f"{twice} cells are given more than once: their mean is used, single rows differ from it by up to"
         f" {apart:.3g} N m"
     )
@@ -350,11 +350,11 @@ class MappedLoss:
         points = np.column_stack([a.ravel() for a in (D, n, dp)])
         slack = SAME_POINT * np.maximum(np.abs(self.lo), np.abs(self.hi))
         inside = ((points >= self.lo - slack) & (points <= self.hi + slack)).all(axis=1)
-        held = self._scaled(np.clip(points, self.lo, self.hi))
-        T_f = np.array(self._at(held), dtype=np.float64)
+        limited = self._scaled(np.clip(points, self.lo, self.hi))
+        T_f = np.array(self._at(limited), dtype=np.float64)
         empty = np.isnan(T_f)
         if empty.any() and self._nearest is not None:
-            T_f[empty] = self._nearest(held[empty])
+            T_f[empty] = self._nearest(limited[empty])
         return T_f.reshape(D.shape), (inside & ~empty).reshape(D.shape)
 
 

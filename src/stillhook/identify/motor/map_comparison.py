@@ -32,13 +32,13 @@ def compare_mapped(m: LossMap, model: LossModel) -> Compared | None:
     range and a model to be better outside.
     """
     between, beyond = [], []
-    whole = fit_loss(m, model)
-    for _, _, left in folds(m):
-        rest, away = m.at(~left), m.at(left)
-        if len(rest) <= len(whole.names):
+    complete = fit_loss(m, model)
+    for _, _, excluded in folds(m):
+        rest, away = m.at(~excluded), m.at(excluded)
+        if len(rest) <= len(complete.names):
             return None
         mapped, inside = mapped_loss(rest)(away.omega_m, away.D_m, away.dp_m)
-        fitted = fit_loss(rest, model, near=whole).torque(away.omega_m, away.D_m, away.dp_m)
+        fitted = fit_loss(rest, model, near=complete).torque(away.omega_m, away.D_m, away.dp_m)
         off = np.column_stack((mapped - away.T_f, fitted - away.T_f))
         between.append(off[inside])
         beyond.append(off[~inside])

@@ -62,7 +62,7 @@ class Ranked:
     cv_by_axis: Mapping[str, float]
     worst_fold: str
     eligible: bool
-    why_not: str = ""
+    reason: str = ""
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ def rank_losses(m: LossMap) -> Ranking:
     Errors: IdentifyError where the map has too few cells or levels for any model.
     """
     parts = folds(m)
-    found, squares = [], {}
+    ranked, squares = [], {}
     full = m.full()
     for model in LossModel:
         card = CARDS[model]
@@ -105,16 +105,16 @@ def rank_losses(m: LossMap) -> Ranking:
             continue
         fit = fit_loss(m, model)
         fixed = fit_loss(full, model) if len(full) > len(card.names) and model is not LossModel.HUHTALA_28 else None
-        squares[model] = _left_out(m, fit, parts)
-        found.append(_ranked(m, fit, fixed, parts, squares[model]))
-    eligible = [r for r in found if r.eligible]
+        squares[model] = _fold_residuals(m, fit, parts)
+        ranked.append(_ranked(m, fit, fixed, parts, squares[model]))
+    eligible = [r for r in ranked if r.eligible]
     if not eligible:
         raise IdentifyError(
             f"{m.source}: {len(m)} cells on too few levels determine no model. Give more levels of each setting."
         )
     best = min(eligible, key=lambda r: r.cv)
     chosen, reason = _choose(eligible, best, squares, float(m.T_N.mean()))
-    order = tuple(sorted(found, key=lambda r: (not r.eligible, r.cv)))
+    order = tuple(sorted(ranked, key=lambda r: (not r.eligible, r.cv)))
     return Ranking(m.source, order, best.model, chosen.model, reason)
 
 
@@ -135,11 +135,11 @@ def folds(m: LossMap) -> list[Fold]:
     return out
 
 
-def _left_out(m: LossMap, fit: LossFit, parts: list[Fold]) -> FloatArray:
+def _fold_residuals(m: LossMap, fit: LossFit, parts: list[Fold]) -> FloatArray:
     """Mean square error of each fold's cells [N^2 m^2] from a fit without them; NaN where such a fit has no answer."""
     out = []
-    for _, _, left in parts:
-        rest, away = m.at(~left), m.at(left)
+    for _, _, excluded in parts:
+        rest, away = m.at(~excluded), m.at(excluded)
         try:
             other = fit_loss(rest, fit.model, near=fit)
             out.append(float(np.mean((away.T_f - other.torque(away.omega_m, away.D_m, away.dp_m)) ** 2)))
@@ -153,13 +153,13 @@ def _ranked(m: LossMap, fit: LossFit, fixed: LossFit | None, parts: list[Fold], 
     names = np.array([axis for axis, _, _ in parts])
     by_axis = {axis: math.sqrt(float(square[names == axis].mean())) / T_N for axis in AXES if (names == axis).any()}
     cv = math.sqrt(float(square.mean())) / T_N if len(square) else math.nan
-    why = ""
+    reason = ""
     if fit.confounded:
-        why = "parameters cannot be told apart on this map"
+        reason = "parameters cannot be told apart on this map"
     elif not math.isfinite(cv):
-        why = "too few cells or levels to cross-validate"
+        reason = "too few cells or levels to cross-validate"
     worst = parts[int(np.nanargmax(square))][1] if np.isfinite(square).any() else ""
-    return Ranked(fit.model, fit, fixed, cv, by_axis, worst, not why, why)
+    return Ranked(fit.model, fit, fixed, cv, by_axis, worst, not reason, reason)
 
 
 def _choose(
@@ -237,9 +237,9 @@ def _best_box(
     options = [_options(c) for c in counts]
     masks = [_rows(o, c) for o, c in zip(options, counts, strict=True)]
 
-    def inside(which: NDArray[np.bool_]) -> FloatArray:
+    def inside(rows: NDArray[np.bool_]) -> FloatArray:
         table = np.zeros(counts)
-        np.add.at(table, tuple(label[which].T), 1.0)
+        np.add.at(table, tuple(label[rows].T), 1.0)
         for axis, mask in enumerate(masks):
             table = np.moveaxis(np.tensordot(mask, table, axes=(1, axis)), 0, axis)
         return table

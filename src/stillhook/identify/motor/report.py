@@ -50,20 +50,20 @@ def ranking_rows(result: MotorLoss) -> list[list[str]]:
         remark = [
             *(["recommended"] if r.model is result.ranking.recommended else []),
             *(["best"] if r.model is result.ranking.best else []),
-            *([r.why_not] if r.why_not else []),
+            *([r.reason] if r.reason else []),
             *([] if r.fit.card.sees_displacement else ["does not see the displacement"]),
             *([f"{', '.join(r.fit.at_bound)} at bound"] if r.fit.at_bound else []),
         ]
         fixed = "-" if r.fixed is None else f"{r.fixed.normalised:.2e}"
         cv = "-" if not math.isfinite(r.cv) else percent(r.cv)
-        card, whole = r.fit.card, f"{r.fit.normalised:.2e}"
+        card, all_data = r.fit.card, f"{r.fit.normalised:.2e}"
         rows.append(
             [
                 card.title,
                 card.equation,
                 str(len(card.names)),
                 fixed,
-                whole,
+                all_data,
                 cv,
                 f"{r.fit.aicc - least:.0f}",
                 "; ".join(remark),
@@ -125,8 +125,8 @@ def mapped_line(result: MotorLoss) -> str:
 
 
 def other_rows(result: MotorLoss) -> Iterable[Sequence[str]]:
-    own = result.mj4.rms_share
-    yield "fitted to this map", percent(own), "-"
+    refitted = result.mj4.rms_share
+    yield "fitted to this map", percent(refitted), "-"
     for o in result.others:
         yield o.name, percent(o.unscaled), percent(o.scaled)
 

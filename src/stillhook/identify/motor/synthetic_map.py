@@ -71,7 +71,7 @@ def synthetic_map(
         for values, kind in ((D_round, "displacement"), (SPEEDS, "rotation"), (PRESSURES, "pressure"))
     ]
     D, n, dp = (a.ravel() for a in np.meshgrid(*axes, indexing="ij"))
-    T_f = torque_loss(n, D, dp, fit) + _beside(D, n, dp, motor.D_max, fit, sizes, vary)
+    T_f = torque_loss(n, D, dp, fit) + _offset(D, n, dp, motor.D_max, fit, sizes, vary)
     if printed > 0.0:
         T_f = D * dp * (1.0 - np.round((1.0 - T_f / (D * dp)) / printed) * printed)
     keep = T_f < D * dp  # a motor that does not turn by itself has no efficiency
@@ -79,7 +79,7 @@ def synthetic_map(
     return LossMap(D[keep], n[keep], dp[keep], T_f[keep], motor.D_max, source, True)
 
 
-def _beside(
+def _offset(
     D: FloatArray, n: FloatArray, dp: FloatArray, D_max: float, fit: TorqueLossFit, extra: Extra, vary: dict[str, float]
 ) -> FloatArray:
     """Losses that MJ4 lacks [N m]."""

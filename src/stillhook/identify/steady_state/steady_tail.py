@@ -34,7 +34,7 @@ FISHER = 0.01
 REST = 0.1
 """Part of the mean speed below which the winch is at rest; noise, however large, puts no more than 5 % of the samples
 there."""
-LEAST_KNOWN = 3.0
+MIN_DEGREES = 3.0
 """A speed that is not three standard uncertainties from zero has no direction."""
 LEVEL_CHANGE = 1.5
 """Drift of a straight line through one change of the converter's level in the middle of a stretch, in levels."""
@@ -117,8 +117,8 @@ def _long_enough(search: Search, part: IntArray) -> bool:
     if len(part) < s.least_samples:
         return False
     span = float(search.t[part[-1]] - search.t[part[0]]) + search.dt
-    whole = int(part[-1]) - int(part[0]) + 1
-    return span >= s.least_length * (1.0 - 1e-9) and len(part) >= (1.0 - s.doubtful) * whole
+    covered = int(part[-1]) - int(part[0]) + 1
+    return span >= s.least_length * (1.0 - 1e-9) and len(part) >= (1.0 - s.doubtful) * covered
 
 
 def _too_short(
@@ -172,15 +172,17 @@ def find_jumps(t: FloatArray, e: FloatArray, least: float) -> list[int]:
         return []
     before, after, _, count = sides(t, e, JUMP_SIDE)
     size = np.abs(after - before)
-    seen = (size > least) & (size > NOISE_LIMIT * noise_of(e) * np.sqrt(2.0 / count)) & (count >= min(3.0, count.max()))
-    seen &= t > t[0] + JUMP_FAR + JUMP_SIDE
+    visible = (
+        (size > least) & (size > NOISE_LIMIT * noise_of(e) * np.sqrt(2.0 / count)) & (count >= min(3.0, count.max()))
+    )
+    visible &= t > t[0] + JUMP_FAR + JUMP_SIDE
     out: list[int] = []
-    while np.any(seen) and len(out) < MOST_JUMPS:
-        k = int(np.argmax(np.where(seen, size, 0.0)))
+    while np.any(visible) and len(out) < MOST_JUMPS:
+        k = int(np.argmax(np.where(visible, size, 0.0)))
         far = [int(np.searchsorted(t, t[k] + sign * JUMP_FAR)) for sign in (-1.0, 1.0)]
         if all(JUMP_RATIO * size[j] <= size[k] for j in far if 0 < j < len(t) - 1):
             out.append(k)
-        seen &= np.abs(t - t[k]) > JUMP_FAR
+        visible &= np.abs(t - t[k]) > JUMP_FAR
     return sorted(out)
 
 
@@ -189,8 +191,8 @@ def last_part(search: Search, piece: Piece) -> tuple[IntArray, str] | str:
     none."""
     s, tolerance = search.settings, search.tolerances(piece.begin, piece.end)
     idx = _without_ramp(search, piece.good, float(tolerance[0]) / LEVEL_CHANGE)
-    packed = blocks(np.concatenate([search.t[idx][None, :], search.channels[:, idx]]), TREND_BLOCKS)
-    t, x = packed[0], packed[1:]
+    averages = blocks(np.concatenate([search.t[idx][None, :], search.channels[:, idx]]), TREND_BLOCKS)
+    t, x = averages[0], averages[1:]
     n = len(t)
     size = -(-len(idx) // TREND_BLOCKS)
     latest = min(int(np.searchsorted(t, t[-1] + size * search.dt - s.least_length + 1e-6, "right")) - 1, n - 3)
@@ -205,7 +207,7 @@ def last_part(search: Search, piece: Piece) -> tuple[IntArray, str] | str:
     if np.any(hidden > 1.0) and tr.span[first] < 2.0 * s.least_length:  # longer ones show their own drift
         drift = hidden * np.where(hidden > 0.0, tolerance, 0.0)
         return _not_steady(search, hidden, drift, float(t[-1] - t[starts[first]]))
-    k = first + (_best_known(x[:2], starts[first:]) if np.isfinite(tolerance[1]) else 0)
+    k = first + (_most_certain(x[:2], starts[first:]) if np.isfinite(tolerance[1]) else 0)
     start = int(starts[k])
     if np.isfinite(tolerance[1]):
         start = min(start + round(s.spare * (n - start)), max(latest, start))
@@ -233,7 +235,7 @@ def _without_ramp(search: Search, idx: IntArray, limit: float) -> IntArray:
     return idx
 
 
-def _best_known(x: FloatArray, starts: IntArray) -> int:
+def _most_certain(x: FloatArray, starts: IntArray) -> int:
     """Which of the starts gives the best known means of speed and effort: the least variance over count, each against
     its best.
 
@@ -277,7 +279,7 @@ def window_of(search: Search, piece: Piece, use: IntArray, direction: int) -> Wi
         return search.rejected(
             begin, end, direction, "too slow", f"{text(speed)} is below the least speed {text(search.slowest)}"
         )
-    if abs(speed) < LEAST_KNOWN * u_speed:
+    if abs(speed) < MIN_DEGREES * u_speed:
         reason = f"{text(speed)} is not known better than to {text(NORMAL_95 * u_speed)} (95 %)"
         return search.rejected(begin, end, direction, "too slow", reason)
     sticking = float(np.mean(np.abs(v) < REST * abs(speed)))

@@ -47,12 +47,12 @@ def sides(t: FloatArray, x: FloatArray, h: float) -> tuple[FloatArray, FloatArra
     """Means over (t-h, t) and (t, t+h), each with the bin itself; the distance of their middles; bins in the smaller
     side."""
     n = len(t)
-    here = np.arange(n)
+    index = np.arange(n)
     lo, hi = np.searchsorted(t, t - h * (1.0 + 1e-9), "left"), np.searchsorted(t, t + h * (1.0 + 1e-9), "right")
     cx, ct = np.concatenate([[0.0], np.cumsum(x)]), np.concatenate([[0.0], np.cumsum(t)])
-    before, after = here + 1 - lo, hi - here
-    left, right = (cx[here + 1] - cx[lo]) / before, (cx[hi] - cx[here]) / after
-    apart = (ct[hi] - ct[here]) / after - (ct[here + 1] - ct[lo]) / before
+    before, after = index + 1 - lo, hi - index
+    left, right = (cx[index + 1] - cx[lo]) / before, (cx[hi] - cx[index]) / after
+    apart = (ct[hi] - ct[index]) / after - (ct[index + 1] - ct[lo]) / before
     return left, right, apart, np.minimum(before, after).astype(float)
 
 
@@ -74,9 +74,9 @@ def find_steps(
         t, 0.5 * (left + right), command, holes, quantum, max(SWINGS * settings.smoothing, 1.01 * dt), settings
     )
     coarse = [s for s in swung if _swings(v[s.begin : s.end])]
-    whole = [s for s in fine if t[s.end - 1] - t[s.begin] + dt >= settings.least_length]
-    found = whole + [s for s in coarse if not _overlaps(s, whole)]
-    return sorted(found + [s for s in fine if not _overlaps(s, found)], key=lambda s: s.begin)
+    complete = [s for s in fine if t[s.end - 1] - t[s.begin] + dt >= settings.least_length]
+    steps = complete + [s for s in coarse if not _overlaps(s, complete)]
+    return sorted(steps + [s for s in fine if not _overlaps(s, steps)], key=lambda s: s.begin)
 
 
 def _swings(v: FloatArray) -> bool:

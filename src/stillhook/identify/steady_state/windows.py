@@ -81,11 +81,11 @@ def steady_windows(
     trimmed: list[Rejected] = []
     for step in search.steps():
         for cut in _cut_at_layers(search, step, layer_limits, position):
-            for found in _from_step(search, cut, step.direction):
-                if isinstance(found, Window):
-                    windows.append(found)
+            for window in _from_step(search, cut, step.direction):
+                if isinstance(window, Window):
+                    windows.append(window)
                 else:
-                    (trimmed if found.code == "start" else rejected).append(found)
+                    (trimmed if window.code == "start" else rejected).append(window)
     rejected = [r for r in rejected if not search.pause_or_ramp(r)]
     rejected += search.never_steady([*windows, *rejected])
     key = lambda r: r.start
@@ -196,7 +196,7 @@ class _Search:
     def steps(self) -> list[Step]:
         return find_steps(self.t, self.v, self.command, self.holes(), self.quanta[0], self.settings)
 
-    def never_steady(self, told: Sequence[Window | Rejected]) -> Iterator[Rejected]:
+    def never_steady(self, reported: Sequence[Window | Rejected]) -> Iterator[Rejected]:
         """Motions (from standstill to standstill or reversal) of which nothing has been told yet."""
         label = np.where(np.abs(self.v) > self.at_rest(), np.sign(self.v), 0.0)
         cuts = np.nonzero((np.diff(label) != 0.0) | self.holes()[1:])[0] + 1
@@ -204,7 +204,7 @@ class _Search:
             length = float(self.t[b - 1] - self.t[a]) + self.dt
             if label[a] == 0.0 or length < self.settings.least_length:
                 continue
-            if not any(w.start < self.t[b - 1] and w.end > self.t[a] for w in told):
+            if not any(w.start < self.t[b - 1] and w.end > self.t[a] for w in reported):
                 reason = (
                     f"moved for {length:.3g} s, at no time at steady speed for"
                     f" {WORTH_TELLING * self.settings.least_length:.3g} s"
@@ -271,8 +271,8 @@ class _Search:
 def signal_of(log: Log, name: str) -> FloatArray:
     """A signal of the log, shape (n,). Errors: IdentifyError naming those that it has."""
     if name not in log.signals:
-        there = ", ".join(sorted(log.signals))
-        raise IdentifyError(f'{log.source}: no signal "{name}". It has {there}. Name it in the mapping.')
+        available = ", ".join(sorted(log.signals))
+        raise IdentifyError(f'{log.source}: no signal "{name}". It has {available}. Name it in the mapping.')
     return np.asarray(log.signals[name], dtype=float)
 
 
@@ -336,12 +336,12 @@ def _from_step(search: _Search, cut: Cut, direction: int) -> Iterator[Window | R
 
 
 def _from_piece(search: _Search, piece: Piece, direction: int) -> Iterator[Window | Rejected]:
-    found = last_part(search, piece)
-    if isinstance(found, str):
-        code, reason = found.split("|", 1)
+    tail = last_part(search, piece)
+    if isinstance(tail, str):
+        code, reason = tail.split("|", 1)
         yield search.rejected(piece.begin, piece.end, direction, code, reason)
         return
-    use, reason = found
+    use, reason = tail
     window = window_of(search, piece, use, direction)
     yield window
     if isinstance(window, Window) and reason:

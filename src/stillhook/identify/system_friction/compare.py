@@ -149,13 +149,13 @@ def table(splits: Sequence[Split]) -> list[dict[str, Any]]:
 
 def provenance(item: FrictionSet | Any) -> list[str]:
     """Where the values of a set are from, each source once, with its kind; and the data that they were fitted to."""
-    found = list(dict.fromkeys(f"{s.kind.value}: {s.text}" for s in item.sources.values()))
-    if item.evidence is not None and not any(item.evidence.data in text for text in found):
-        found.append(f"fitted to: {item.evidence.data}")
-    return found
+    sources = list(dict.fromkeys(f"{s.kind.value}: {s.text}" for s in item.sources.values()))
+    if item.evidence is not None and not any(item.evidence.data in text for text in sources):
+        sources.append(f"fitted to: {item.evidence.data}")
+    return sources
 
 
-def figure(splits: Sequence[Split], T_d: float, what: str = "") -> Figure:
+def figure(splits: Sequence[Split], T_d: float, description: str = "") -> Figure:
     """Total friction and its three parts over motor speed, one colour a set, bands where they are known, dotted where a
     set's own data do not reach, sources below.
 
@@ -191,7 +191,7 @@ def figure(splits: Sequence[Split], T_d: float, what: str = "") -> Figure:
         axes[0].plot([], [], color="#777777", lw=1.2, ls=":", label="beyond the data of its set")
     axes[0].legend(fontsize="small", frameon=False)
     torque = f"drum torque {in_display(T_d, 'drum_torque'):.4g} kN m"
-    picture.suptitle(f"System friction at {torque}{f' ({what})' if what else ''}", fontsize="medium")
+    picture.suptitle(f"System friction at {torque}{f' ({description})' if description else ''}", fontsize="medium")
     picture.supxlabel(caption, fontsize="x-small", x=0.02, ha="left")
     return picture
 

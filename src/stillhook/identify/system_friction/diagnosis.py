@@ -55,7 +55,7 @@ class Design:
     elsewhere [SI], and why; ``keep_Y_2`` true where Y_2 stands for more than itself."""
 
     used: tuple[str, ...]
-    given: Mapping[str, float]
+    prescribed: Mapping[str, float]
     statements: tuple[Statement, ...]
     keep_Y_2: bool | None = None
 
@@ -66,27 +66,27 @@ def design(points: Points, SWL_torque: float, like: Mapping[str, float] | None =
     Parameters: points measured ones; SWL_torque drum torque at SWL [N m]; like parameters of another winch [SI], to
     fill in what this one's tests cannot tell.
     """
-    seen, used, given, out = points.fitted(), list(Y_LINEAR), dict[str, float](), []
-    low, high = float(seen.T_d.min()), float(seen.T_d.max())
+    points, used, prescribed, out = points.fitted(), list(Y_LINEAR), dict[str, float](), []
+    low, high = float(points.T_d.min()), float(points.T_d.max())
     if high <= ONE_LOAD * low:
         light = high < LIGHT * SWL_torque
-        lost, kept = (("Y_1", "Y_6"), ("Y_3", "Y_2")) if light else (("Y_3", "Y_2"), ("Y_1", "Y_6"))
+        lost, fading = (("Y_1", "Y_6"), ("Y_3", "Y_2")) if light else (("Y_3", "Y_2"), ("Y_1", "Y_6"))
         for name in lost:
             used.remove(name)
         if like:
-            given |= {n: like[n] for n in lost}
+            prescribed |= {n: like[n] for n in lost}
         filled = "taken from the set given with --like" if like else "left out"
         text = (
             f"All tests carry about the same drum torque ({show(high, 'drum_torque', 3)}): friction in proportion to"
             f" the load (Y_1, Y_6) and constant friction (Y_3, Y_2) cannot be told apart; {', '.join(lost)} {filled},"
-            f" {', '.join(kept)} stand for both. The result holds for this load only. Add a staircase"
+            f" {', '.join(fading)} stand for both. The result holds for this load only. Add a staircase"
             f" {'with a load near SWL' if light else 'with the empty hook'}."
         )
         out.append(Statement("one load", False, text))
-    slowest, fastest = float(seen.omega.min()), float(seen.omega.max())
+    slowest, fastest = float(points.omega.min()), float(points.omega.max())
     if slowest > SLOW:
         used = [n for n in used if n not in ("Y_1", "Y_3")]
-        given |= {n: like[n] for n in ("Y_1", "Y_3", "Y_4")} if like else {}
+        prescribed |= {n: like[n] for n in ("Y_1", "Y_3", "Y_4")} if like else {}
         text = (
             f"The slowest pair runs at {show(slowest, 'rotation', 3)}: break-away friction (Y_1, Y_3, Y_4) cannot be"
             " seen, and stick-slip hangs on it. "
@@ -100,27 +100,28 @@ def design(points: Points, SWL_torque: float, like: Mapping[str, float] | None =
             " seen. Add steps up to the highest speed of the winch."
         )
         out.append(Statement("no high speed", False, text))
-    if float(np.ptp(seen.D_m)) < ONE_DISPLACEMENT * float(seen.D_m.max()):
+    if float(np.ptp(points.D_m)) < ONE_DISPLACEMENT * float(points.D_m.max()):
         text = (
-            f"All tests have one displacement ({show(float(seen.D_m.mean()), 'displacement', 3)} a motor): whether the"
+            f"All tests have one displacement ({show(float(points.D_m.mean()), 'displacement', 3)} a motor):"
+            " whether the"
             " split between motor loss and system friction is right cannot be checked. Repeat a load at two thirds"
             " of it."
         )
         out.append(Statement("one displacement", False, text))
-    constant = "Y_2" in used and "Y_6" not in used and "Y_6" not in given
-    return Design(tuple(used), given, tuple(out), True if constant else None)
+    constant = "Y_2" in used and "Y_6" not in used and "Y_6" not in prescribed
+    return Design(tuple(used), prescribed, tuple(out), True if constant else None)
 
 
 def judge(points: Points, fit: FrictionFit, intervals: Sequence[Interval]) -> tuple[Statement, ...]:
     """What the fit itself shows: bounds, open or useless intervals, parameters bound together, outliers, what the model
     leaves over."""
-    seen = points.fitted()
+    points = points.fitted()
     out = [*_nothing(fit), *_bounds(fit), *_intervals(intervals), *_together(points, fit)]
     sigma = fit.noise.sigma
     far = np.flatnonzero(np.abs(fit.residual) > OUTLIER * sigma)
     if len(far):
         places = ", ".join(
-            f'test "{seen.names[seen.test[i]]}" at {show(float(seen.omega[i]), "rotation", 3)}' for i in far[:FEW]
+            f'test "{points.names[points.test[i]]}" at {show(float(points.omega[i]), "rotation", 3)}' for i in far[:FEW]
         )
         more = f" and {len(far) - FEW} more" if len(far) > FEW else ""
         text = (
@@ -128,7 +129,7 @@ def judge(points: Points, fit: FrictionFit, intervals: Sequence[Interval]) -> tu
             " stretches."
         )
         out.append(Statement("outliers", False, text))
-    return (*out, *_drift(fit), *_left_over(seen, fit))
+    return (*out, *_drift(fit), *_residual_statements(points, fit))
 
 
 def _drift(fit: FrictionFit) -> list[Statement]:
@@ -206,17 +207,17 @@ def _together(points: Points, fit: FrictionFit) -> list[Statement]:
     return out
 
 
-def _left_over(seen: Points, fit: FrictionFit) -> list[Statement]:
+def _residual_statements(points: Points, fit: FrictionFit) -> list[Statement]:
     """Residuals that go with the test: friction that neither model has."""
-    own = float(np.sqrt(np.mean(seen.u_dp**2)))
-    if fit.tau <= LACK * own:
+    noise = float(np.sqrt(np.mean(points.u_dp**2)))
+    if fit.tau <= LACK * noise:
         return []
     means = []
-    for k in np.unique(seen.test):
-        mine = seen.test == k
-        r = fit.residual[mine]
-        if mine.sum() > 2 and abs(r.mean()) > 3.0 * r.std(ddof=1) / math.sqrt(mine.sum()):
-            means.append((abs(float(r.mean())), float(r.mean()), seen.names[k], float(seen.D_m[mine].mean())))
+    for k in np.unique(points.test):
+        of_test = points.test == k
+        r = fit.residual[of_test]
+        if of_test.sum() > 2 and abs(r.mean()) > 3.0 * r.std(ddof=1) / math.sqrt(of_test.sum()):
+            means.append((abs(float(r.mean())), float(r.mean()), points.names[k], float(points.D_m[of_test].mean())))
     text = (
         f"The models leave {show(float(np.sqrt(np.mean(fit.residual**2))), 'torque', 2)} a motor (RMS), more than the"
         " stretches scatter: friction that they do not have"

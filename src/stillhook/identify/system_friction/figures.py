@@ -61,11 +61,11 @@ def friction_pressure(result: Friction) -> Figure:
     """dp_F over motor speed, by test (thesis figure 2.6): pairs with 95 % bars, the 25 rev/min grid as lines."""
     figure, ax = _axes("Friction as pressure, dp_F = (dp_up - dp_down) / 2 (as figure 2.6)", "dp_F [bar]")
     for style, k, name in _tests(result.points):
-        mine = result.points.where(result.points.test == k)
-        bars = 1.96 * np.hypot(mine.u_dp, result.fit.tau)
+        points = result.points.where(result.points.test == k)
+        bars = 1.96 * np.hypot(points.u_dp, result.fit.tau)
         ax.errorbar(
-            _rpm(mine.omega),
-            _bar(mine.dp_F),
+            _rpm(points.omega),
+            _bar(points.dp_F),
             yerr=_bar(bars),
             ls="none",
             ms=4,
@@ -84,14 +84,14 @@ def friction_torque(result: Friction) -> Figure:
         "Friction torque per motor shaft, measured (points) and modelled (lines) (as figures 2.7, 2.12)", "T_f [N m]"
     )
     for style, k, name in _tests(result.points):
-        mine = _sorted(result.points.where(result.points.test == k))
-        ax.plot(_rpm(mine.omega), mine.T_f, ls="none", ms=4, label=_label(result, k, name), **style)
+        points = _sorted(result.points.where(result.points.test == k))
+        ax.plot(_rpm(points.omega), points.T_f, ls="none", ms=4, label=_label(result, k, name), **style)
         ax.plot(
-            _rpm(mine.omega),
-            _model(mine, result),
+            _rpm(points.omega),
+            _model(points, result),
             lw=1.0,
             color=style["color"],
-            ls="--" if mine.hold_out.any() else "-",
+            ls="--" if points.hold_out.any() else "-",
         )
     return _finished(figure, ax)
 
@@ -105,11 +105,11 @@ def system_friction_figure(result: Friction) -> Figure:
     omega = np.linspace(0.0, float(result.points.omega.max()), 200)
     loads: set[float] = set()
     for style, k, name in _tests(result.points):
-        mine = result.points.where(result.points.test == k)
-        T_d = float(mine.T_d.mean())
+        points = result.points.where(result.points.test == k)
+        T_d = float(points.T_d.mean())
         ax.plot(
-            _rpm(mine.omega),
-            mine.T_f - motor_loss_at(mine, result.loss),
+            _rpm(points.omega),
+            points.T_f - motor_loss_at(points, result.loss),
             ls="none",
             ms=4,
             label=_label(result, k, name),
@@ -153,8 +153,8 @@ def model_against_measured(result: Friction) -> Figure:
     )
     top = 0.0
     for style, k, name in _tests(result.points):
-        mine = result.points.where(result.points.test == k)
-        measured, modelled = mine.count * mine.T_f, mine.count * _model(mine, result)
+        points = result.points.where(result.points.test == k)
+        measured, modelled = points.count * points.T_f, points.count * _model(points, result)
         ax.plot(measured, modelled, ls="none", ms=4, label=_label(result, k, name), **style)
         top = max(top, float(measured.max()), float(modelled.max()))
     ax.plot([0.0, 1.05 * top], [0.0, 1.05 * top], color=GREY, lw=0.8)
@@ -169,10 +169,10 @@ def error_figure(result: Friction) -> Figure:
         "Model less measured, in % of the nominal torque D_m dp_m (as paper D figure 17)", "error [% of nominal torque]"
     )
     for style, k, name in _tests(result.points):
-        mine = _sorted(result.points.where(result.points.test == k))
-        ls = "--" if mine.hold_out.any() else "-"
-        error = nominal_share(mine, result.loss, result.fit.y)
-        ax.plot(_rpm(mine.omega), error, ms=4, lw=0.8, ls=ls, label=_label(result, k, name), **style)
+        points = _sorted(result.points.where(result.points.test == k))
+        ls = "--" if points.hold_out.any() else "-"
+        error = nominal_share(points, result.loss, result.fit.y)
+        ax.plot(_rpm(points.omega), error, ms=4, lw=0.8, ls=ls, label=_label(result, k, name), **style)
     ax.axhspan(-1.0, 1.0, color=GREY, alpha=0.15, lw=0)
     ax.axvline(in_display(JUDGED_FROM, "rotation"), color=GREY, lw=0.8, ls=":")
     return _finished(figure, ax)
@@ -204,9 +204,9 @@ def derived_system_friction(result: Friction, losses: Mapping[str, Loss], title:
     axes = figure.subplots(1, len(losses), sharey=True, squeeze=False)[0]
     for ax, (label, loss) in zip(axes, losses.items(), strict=True):
         for style, k, name in _tests(result.points):
-            mine = _sorted(result.points.where(result.points.test == k))
-            derived = mine.count * (mine.T_f - motor_loss_at(mine, loss))
-            ax.plot(_rpm(mine.omega), derived, ms=4, lw=0.8, label=_label(result, k, name), **style)
+            points = _sorted(result.points.where(result.points.test == k))
+            derived = points.count * (points.T_f - motor_loss_at(points, loss))
+            ax.plot(_rpm(points.omega), derived, ms=4, lw=0.8, label=_label(result, k, name), **style)
         ax.set_title(label, fontsize="medium")
         ax.set_xlabel(SPEED)
         ax.grid(alpha=0.3)

@@ -76,13 +76,13 @@ class Check:
     y_grid: Y
     cost_grid: float
     y_complex: Y
-    found: Found
+    optimum: Found
     on_grid: bool
 
     @property
     def agree(self) -> bool:
         """Both methods reached the same cost."""
-        return self.found.cost <= self.cost_grid * (1.0 + AGREE) + 1e-9
+        return self.optimum.cost <= self.cost_grid * (1.0 + AGREE) + 1e-9
 
 
 @dataclass(frozen=True)
@@ -185,12 +185,14 @@ def friction(
             f"{campaign.source}: every test is held out. Leave hold_out = false for those that are to be fitted."
         )
     loss = mj4(campaign.motor.loss)
-    swl = (campaign.crane.SWL + campaign.crane.hook_mass) * G * _lever(campaign, points)
+    swl = (campaign.crane.SWL + campaign.crane.hook_mass) * G * _effective_radius(campaign, points)
     plan = design(points, swl, _like(like))
     keep = plan.keep_Y_2 if keep_Y_2 is None else keep_Y_2
-    fit = fit_system(points, loss, keep_Y_2=keep, used=plan.used, given=plan.given)
+    fit = fit_system(points, loss, keep_Y_2=keep, used=plan.used, prescribed=plan.prescribed)
     profile = profile_intervals(points, loss, fit)  # what is severe must not hang on the method of the intervals
-    found = profile if method is Intervals.PROFILE else _sampled_intervals(method, points, loss, fit, seed)
+    parameter_intervals = (
+        profile if method is Intervals.PROFILE else _sampled_intervals(method, points, loss, fit, seed)
+    )
     held = held_out_errors(points, loss, fit.y)
     statements = (
         *plan.statements,
@@ -210,7 +212,7 @@ def friction(
         grid=grid,
         design=plan,
         fit=fit,
-        intervals=found,
+        intervals=parameter_intervals,
         method=method,
         check=thesis_check(grid, points, loss, fit, variant, seed),
         held_out=held,
@@ -230,24 +232,24 @@ def thesis_check(
     The parameters that are free, and the ones given, are those of ``fit``.
     """
     enough = len(grid.fitted()) > len(fit.names) + 1
-    seen = grid.fitted() if enough else points.fitted()
-    target = seen.T_f - motor_loss_at(seen, loss)
+    fitted = grid.fitted() if enough else points.fitted()
+    target = fitted.T_f - motor_loss_at(fitted, loss)
     used = tuple(n for n in Y_LINEAR if n in fit.names)
-    problem = Problem(Target(seen, target), np.ones(len(seen)), used, fit.given)
+    problem = Problem(Target(fitted, target), np.ones(len(fitted)), used, fit.prescribed)
     y_grid, cost_grid = problem.best()
     names = [n for n in Y_NAMES if n in fit.names]
-    blank = Y(**{**dict.fromkeys(Y_NAMES, 0.0), "Y_4": fit.y.Y_4, **fit.given})
+    blank = Y(**{**dict.fromkeys(Y_NAMES, 0.0), "Y_4": fit.y.Y_4, **fit.prescribed})
 
     def y_of(x: np.ndarray) -> Y:
         return blank._replace(**dict(zip(names, map(float, x), strict=True)))
 
     def E(x: np.ndarray) -> float:
-        return float(np.sum((target - system_friction_at(seen, y_of(x))) ** 2))
+        return float(np.sum((target - system_friction_at(fitted, y_of(x))) ** 2))
 
     lower = np.array([Y_4_LEAST if n == "Y_4" else 0.0 for n in names])
     upper = np.array([getattr(UPPER, n) for n in names])
-    found = complex_method(E, lower, upper, variant=variant, seed=seed)
-    return Check(cost(seen, loss, fit.y), y_grid, cost_grid, y_of(found.x), found, enough)
+    optimum = complex_method(E, lower, upper, variant=variant, seed=seed)
+    return Check(cost(fitted, loss, fit.y), y_grid, cost_grid, y_of(optimum.x), optimum, enough)
 
 
 def with_map(points: Points, path: str | Path, D_max: float, fit: FrictionFit) -> Mapped:
@@ -258,14 +260,18 @@ def with_map(points: Points, path: str | Path, D_max: float, fit: FrictionFit) -
     supplier = read_map(path, D_max=f"{D_max!r} m^3/rad")
     table = mapped_loss(supplier)
     loss: Loss = lambda omega, D_m, dp: table(omega, D_m, dp)[0]
-    again = fit_system(
-        points, loss, used=tuple(n for n in Y_LINEAR if n in fit.names), keep_Y_2="Y_2" in fit.names, given=fit.given
+    refit = fit_system(
+        points,
+        loss,
+        used=tuple(n for n in Y_LINEAR if n in fit.names),
+        keep_Y_2="Y_2" in fit.names,
+        prescribed=fit.prescribed,
     )
     inside = (
         table(points.omega_up, points.D_m, points.dp_up)[1] & table(points.omega_down, points.D_m, points.dp_down)[1]
     )
-    rms_model, rms_map = (float(np.sqrt(np.mean(f.residual**2))) for f in (fit, again))
-    return Mapped(supplier.source, loss, again, rms_model, rms_map, float(np.mean(~inside)))
+    rms_model, rms_map = (float(np.sqrt(np.mean(f.residual**2))) for f in (fit, refit))
+    return Mapped(supplier.source, loss, refit, rms_model, rms_map, float(np.mean(~inside)))
 
 
 def held_out_errors(points: Points, loss: Loss, y: Y) -> tuple[HeldOut, ...]:
@@ -290,7 +296,7 @@ def _measured(campaign: Campaign, progress: Progress | None) -> tuple[Measured, 
     return tuple(out)
 
 
-def _lever(campaign: Campaign, points: Points) -> float:
+def _effective_radius(campaign: Campaign, points: Points) -> float:
     """Mean radius of the wire on the drum during the tests [m]."""
     weight = np.array([campaign.weight(t) for t in campaign.tests])[points.test]
     hanging = weight > 0.0

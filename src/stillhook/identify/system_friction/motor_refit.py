@@ -74,14 +74,14 @@ def second_loop(points: Points, loss: TorqueLoss, fit: FrictionFit, *, rounds: i
     """
     if rounds < 1:
         raise IdentifyError(f"second loop: rounds = {rounds}. Give 1 or more.")
-    seen = points.fitted()
-    if len(seen) < len(X_NAMES) + 2:
-        raise IdentifyError(f"second loop: {len(seen)} points for {len(X_NAMES)} motor parameters. Add tests.")
+    fitted_points = points.fitted()
+    if len(fitted_points) < len(X_NAMES) + 2:
+        raise IdentifyError(f"second loop: {len(fitted_points)} points for {len(X_NAMES)} motor parameters. Add tests.")
     refined, system, spread = loss, fit, np.zeros((len(X_NAMES), len(X_NAMES)))
     for _ in range(rounds):
-        refined, spread = _motor_fit(seen, system)
+        refined, spread = _motor_fit(fitted_points, system)
         used = tuple(n for n in Y_LINEAR if n in fit.names)
-        system = fit_system(points, mj4(refined), used=used, keep_Y_2="Y_2" in fit.names, given=fit.given)
+        system = fit_system(points, mj4(refined), used=used, keep_Y_2="Y_2" in fit.names, prescribed=fit.prescribed)
     first, second = _costs(points, mj4(loss), fit.y), _costs(points, mj4(refined), system.y)
     verdict = _verdict(first, second, len(points.held_out()))
     return SecondLoop(
@@ -96,17 +96,17 @@ def second_loop(points: Points, loss: TorqueLoss, fit: FrictionFit, *, rounds: i
     )
 
 
-def _motor_fit(seen: Points, system: FrictionFit) -> tuple[TorqueLoss, FloatArray]:
+def _motor_fit(fitted_points: Points, system: FrictionFit) -> tuple[TorqueLoss, FloatArray]:
     from scipy.optimize import nnls
 
     sigma = system.noise.sigma
     A, b = (
-        motor_columns(seen) / sigma[:, None],
-        (seen.T_f - system.noise.shift - system_friction_at(seen, system.y)) / sigma,
+        motor_columns(fitted_points) / sigma[:, None],
+        (fitted_points.T_f - system.noise.shift - system_friction_at(fitted_points, system.y)) / sigma,
     )
     size = np.linalg.norm(A, axis=0)
     x = nnls(A / size, b)[0] / size
-    excess = max(float(np.sum((b - A @ x) ** 2)) / max(len(seen) - len(x), 1), 1.0)
+    excess = max(float(np.sum((b - A @ x) ** 2)) / max(len(fitted_points) - len(x), 1), 1.0)
     return (
         TorqueLoss.model_construct(None, **{n: float(v) for n, v in zip(X_NAMES, x, strict=True)}),
         covariance(A) * excess,

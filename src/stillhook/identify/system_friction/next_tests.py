@@ -58,8 +58,8 @@ def propose(campaign: Campaign, points: Points, loss: Loss, fit: FrictionFit, *,
     range_ = joined(
         [_staircase(campaign, loss, fit, s * campaign.crane.SWL, campaign.motor.D_max, d, sigma) for s in SHARES]
     )
-    goal = jacobian(range_, _seen_by(fit), names)
-    known = _information(points.fitted(), fit, names, fit.tau)
+    goal = jacobian(range_, _evaluation_point(fit), names)
+    information = _information(points.fitted(), fit, names, fit.tau)
     candidates = _candidates(campaign, loss, fit, d, sigma)
     if not candidates:
         raise IdentifyError(
@@ -67,14 +67,14 @@ def propose(campaign: Campaign, points: Points, loss: Loss, fit: FrictionFit, *,
         )
     worth = [_information(c, fit, names, 0.0) for *_, c in candidates]
     out: list[Proposal] = []
-    taken: set[int] = set()
+    chosen: set[int] = set()
     for _ in range(min(n, len(candidates))):
-        before = _rms(goal, known)
-        after = [math.inf if k in taken else _rms(goal, known + w) for k, w in enumerate(worth)]
+        before = _rms(goal, information)
+        after = [math.inf if k in chosen else _rms(goal, information + w) for k, w in enumerate(worth)]
         best = int(np.argmin(after))
-        taken.add(best)
+        chosen.add(best)
         out.append(Proposal(candidates[best][0], candidates[best][1], before, after[best]))
-        known = known + worth[best]
+        information = information + worth[best]
     return tuple(out)
 
 
@@ -83,14 +83,14 @@ def _names(fit: FrictionFit) -> tuple[str, ...]:
     return tuple(n for n in Y_NAMES if n != "Y_2" or n in fit.names)
 
 
-def _seen_by(fit: FrictionFit) -> Y:
+def _evaluation_point(fit: FrictionFit) -> Y:
     """The fitted parameters, with a little break-away friction where none was found, so that Y_4 has an effect."""
     y = fit.y
     return y._replace(Y_3=max(y.Y_3, 0.1)) if y.Y_1 <= 0.0 and y.Y_3 <= 0.0 else y
 
 
 def _information(points: Points, fit: FrictionFit, names: tuple[str, ...], tau: float) -> FloatArray:
-    J = jacobian(points, _seen_by(fit), names) / sigma_of(points, tau)[:, None]
+    J = jacobian(points, _evaluation_point(fit), names) / sigma_of(points, tau)[:, None]
     return np.asarray(J.T @ J)
 
 
@@ -119,14 +119,14 @@ def _candidates(
     campaign: Campaign, loss: Loss, fit: FrictionFit, d: float, sigma: float
 ) -> list[tuple[float, float, Points]]:
     a = campaign.crane.active
-    found = []
+    candidates = []
     for share in SHARES:
         for part in DISPLACEMENTS:
             load, D_m = share * campaign.crane.SWL, part * campaign.motor.D_max
             stair = _staircase(campaign, loss, fit, load, D_m, d, sigma)
             if float(stair.dp_up.max()) < a.relief.p - a.boost.p:
-                found.append((load, D_m, stair))
-    return found
+                candidates.append((load, D_m, stair))
+    return candidates
 
 
 def _staircase(

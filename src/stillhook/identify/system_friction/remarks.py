@@ -28,14 +28,14 @@ UNLIKE_SPEED = parse("500 rev/min", "rotation")  # where break-away friction has
 def unlike(points: Points, y: Y) -> tuple[Statement, ...]:
     """A word where the friction is far from that of every winch in the library, as a wrong unit, scale or motor model
     makes it."""
-    seen = points.fitted()
-    T_d, omega = np.array([float(seen.T_d.max())]), np.array([UNLIKE_SPEED])
-    ours = float(system_friction(omega, T_d, y)[0])
+    fitted = points.fitted()
+    T_d, omega = np.array([float(fitted.T_d.max())]), np.array([UNLIKE_SPEED])
+    estimate = float(system_friction(omega, T_d, y)[0])
     others = [float(system_friction(omega, T_d, Y.of(published(name)))[0]) for name in frictions()]
-    if min(others) / UNLIKE <= ours <= max(others) * UNLIKE:
+    if min(others) / UNLIKE <= estimate <= max(others) * UNLIKE:
         return ()
     text = (
-        f"System friction of {show(ours, 'torque', 3)} a motor at 500 rev/min and"
+        f"System friction of {show(estimate, 'torque', 3)} a motor at 500 rev/min and"
         f" {show(float(T_d[0]), 'drum_torque', 3)}: published winches have {show(min(others), 'torque', 3)} to"
         f" {show(max(others), 'torque', 3)} there. Check units and scales, number of motors and motor loss."
     )
@@ -49,10 +49,10 @@ MOTOR_SHARE = 0.5
 def motor_statement(campaign: Campaign, points: Points, fit: FrictionFit) -> tuple[Statement, ...]:
     """How far the motor's own uncertainty moves what was found; silent where nothing says how well its loss is
     known."""
-    known = campaign.motor_evidence
-    if known is None:
+    evidence = campaign.motor_evidence
+    if evidence is None:
         return ()
-    shift = shift_by_motor(points, fit, known.names, known.matrix)
+    shift = shift_by_motor(points, fit, evidence.names, evidence.matrix)
     moved = [(n, float(s)) for n, s in zip(fit.names, shift, strict=True) if s > MOTOR_SHARE * fit.sd(n)]
     if not moved:
         return ()
@@ -68,14 +68,14 @@ def log_statements(measured: tuple[Measured, ...]) -> tuple[Statement, ...]:
     """What was noted about single tests while they were measured, and what was found in their logs."""
     out = [Statement(n.code, n.severe, f'test "{m.test.name}": {n.text}.') for m in measured for n in m.notes]
     for m in measured:
-        found = [f for f in m.log.findings if f.kind != "constant" or f.signal not in SET_VALUES]
-        if found:
-            kinds = Counter(f.kind for f in found)
-            counts = f" ({', '.join(f'{n} {kind}' for kind, n in kinds.items())})" if len(found) > 1 else ""
-            more = "; the report lists the others" if len(found) > 1 else ""
+        findings = [f for f in m.log.findings if f.kind != "constant" or f.signal not in SET_VALUES]
+        if findings:
+            kinds = Counter(f.kind for f in findings)
+            counts = f" ({', '.join(f'{n} {kind}' for kind, n in kinds.items())})" if len(findings) > 1 else ""
+            more = "; the report lists the others" if len(findings) > 1 else ""
             out.append(
                 Statement(
-                    "log", False, f'test "{m.test.name}": found in {m.log.source}{counts}: {found[0].text}{more}.'
+                    "log", False, f'test "{m.test.name}": found in {m.log.source}{counts}: {findings[0].text}{more}.'
                 )
             )
     return tuple(out)

@@ -50,7 +50,7 @@ METHOD = (
 )
 
 
-def written(name: str, value: float | None, digits: int = 4) -> str:
+def formatted(name: str, value: float | None, digits: int = 4) -> str:
     """A parameter in its display unit; a dash for one that there is none of."""
     if value is None or math.isnan(value):
         return "-"
@@ -118,17 +118,21 @@ def _verdict(result: Friction) -> str:
 
 
 def _parameters(result: Friction) -> Iterable[Sequence[str]]:
-    found = {i.name: i for i in result.intervals}
+    intervals = {i.name: i for i in result.intervals}
     for n in Y_NAMES:
-        i, value = found.get(n), float(getattr(result.fit.y, n))
+        i, value = intervals.get(n), float(getattr(result.fit.y, n))
         state = (
-            " (taken from another set)" if n in result.fit.given else " (left out)" if n in result.fit.dropped else ""
+            " (taken from another set)"
+            if n in result.fit.prescribed
+            else " (left out)"
+            if n in result.fit.dropped
+            else ""
         )
         yield (
             n,
-            written(n, value),
-            written(n, i.low if i else None),
-            written(n, i.high if i else None),
+            formatted(n, value),
+            formatted(n, i.low if i else None),
+            formatted(n, i.high if i else None),
             MEANING[n] + state,
         )
 
@@ -168,21 +172,21 @@ def _tests(result: Friction) -> Iterable[Sequence[str]]:
         yield t["name"], "held out" if t["hold_out"] else "fitted", *test_cells(t)
 
 
-MOST_ALIKE = 2
+MAX_SIMILAR = 2
 """Findings of one kind in one signal of a log that are told one by one."""
 
 
 def _remarks(result: Friction) -> Iterable[str]:
     """What was noted about each test and found in its log; many findings of one kind are counted."""
     for m in result.measured:
-        alike: dict[tuple[str, str], list[str]] = {}
+        similar: dict[tuple[str, str], list[str]] = {}
         for f in m.log.findings:
-            alike.setdefault((f.signal, f.kind), []).append(f.text)
-        for texts in alike.values():
-            yield from (f"test {m.test.name}: {text}" for text in texts[:MOST_ALIKE])
-            if len(texts) > MOST_ALIKE:
+            similar.setdefault((f.signal, f.kind), []).append(f.text)
+        for texts in similar.values():
+            yield from (f"test {m.test.name}: {text}" for text in texts[:MAX_SIMILAR])
+            if len(texts) > MAX_SIMILAR:
                 yield (
-                    f"test {m.test.name}: ... and {len(texts) - MOST_ALIKE} more of this kind (all of them in"
+                    f"test {m.test.name}: ... and {len(texts) - MAX_SIMILAR} more of this kind (all of them in"
                     " summary.json)"
                 )
         yield from (f"test {m.test.name}: {n.text}" for n in m.notes)
@@ -208,20 +212,20 @@ def _methods(result: Friction) -> Iterable[Sequence[str]]:
     c = result.check
 
     def row(label: str, y: Y, cost: float) -> Sequence[str]:
-        return label, *(written(n, float(getattr(y, n))) for n in Y_NAMES), number(cost, 5)
+        return label, *(formatted(n, float(getattr(y, n))) for n in Y_NAMES), number(cost, 5)
 
     yield row("pairs, weighted (ours)", result.fit.y, c.cost_ours)
     where = "25 rev/min grid" if c.on_grid else "pairs"
     yield row(f"{where}, least squares", c.y_grid, c.cost_grid)
-    yield row(f"{where}, complex method", c.y_complex, c.found.cost)
+    yield row(f"{where}, complex method", c.y_complex, c.optimum.cost)
 
 
 def _agreement(result: Friction) -> str:
     c = result.check
     if c.agree:
-        return f"Least squares and the complex method ({c.found.evaluations} evaluations) reach the same cost."
+        return f"Least squares and the complex method ({c.optimum.evaluations} evaluations) reach the same cost."
     return (
-        f"The complex method stopped at {number(c.found.cost, 5)} after {c.found.evaluations} evaluations, least"
+        f"The complex method stopped at {number(c.optimum.cost, 5)} after {c.optimum.evaluations} evaluations, least"
         f" squares reaches {number(c.cost_grid, 5)}: it got stuck; another seed or variant helps."
     )
 

@@ -28,15 +28,17 @@ if TYPE_CHECKING:
 def friction_set(result: Friction, name: str) -> FrictionSet:
     """The identified parameters as a set for the library or a crane file, with where each is from and how well it is
     known."""
-    fit, campaign, seen = result.fit, result.campaign, result.points.fitted()
-    made = "SYNTHETIC " if campaign.synthetic else ""
-    what = f"{len(np.unique(seen.test))} tests, {len(seen)} pairs"
-    text = f"identified from {made}campaign {campaign.source} ({what}), motor loss {campaign.motor_name}"
+    fit, campaign, fitted_points = result.fit, result.campaign, result.points.fitted()
+    prefix = "SYNTHETIC " if campaign.synthetic else ""
+    extent = f"{len(np.unique(fitted_points.test))} tests, {len(fitted_points)} pairs"
+    text = f"identified from {prefix}campaign {campaign.source} ({extent}), motor loss {campaign.motor_name}"
     sources = _sources(result, fit, text)
-    said = [s.text for s in result.statements]
-    evidence = Evidence.fitted(fit.names, fit.covariance, dof=fit.dof, data=text, ranges=_ranges(seen), statements=said)
+    remarks = [s.text for s in result.statements]
+    evidence = Evidence.fitted(
+        fit.names, fit.covariance, dof=fit.dof, data=text, ranges=_ranges(fitted_points), statements=remarks
+    )
     title = f"System friction of {campaign.crane.name}, from {campaign.title}"
-    return FrictionSet(name, title if "SYNTHETIC" in title else made + title, result.system, sources, evidence)
+    return FrictionSet(name, title if "SYNTHETIC" in title else prefix + title, result.system, sources, evidence)
 
 
 def warnings(result: Friction) -> str:
@@ -48,14 +50,14 @@ def warnings(result: Friction) -> str:
 def _sources(result: Friction, fit: FrictionFit, text: str) -> dict[str, Source]:
     """Where each parameter of a fit is from; text says it of the fitted ones."""
     out = {n: Source(text=text, kind=SourceKind.FITTED) for n in Y_NAMES}
-    for n in fit.given:
+    for n in fit.prescribed:
         out[n] = Source(text=f"taken from {result.like}: these tests cannot tell it", kind=SourceKind.ASSUMED)
     for n in fit.dropped:
-        out[n] = Source(text=_left_out(result, n), kind=SourceKind.FITTED)
+        out[n] = Source(text=_dropped_note(result, n), kind=SourceKind.FITTED)
     return out
 
 
-def _left_out(result: Friction, name: str) -> str:
+def _dropped_note(result: Friction, name: str) -> str:
     if name in result.design.used:
         return f"left out: {result.campaign.source} does not ask for it"
     return f"left out: the tests of {result.campaign.source} cannot tell it"
@@ -69,29 +71,37 @@ def second_loop_sets(result: Friction) -> tuple[LossSet, FrictionSet]:
     loop, campaign = result.second, result.campaign
     if loop is None:
         raise ValueError("no second loop was run: give loops=1")
-    made = "SYNTHETIC " if campaign.synthetic else ""
-    seen = result.points.fitted()
-    text = f"second loop (paper D section 3) on {made}campaign {campaign.source}, {len(seen)} pairs: {loop.verdict}"
+    prefix = "SYNTHETIC " if campaign.synthetic else ""
+    fitted_points = result.points.fitted()
+    text = (
+        f"second loop (paper D section 3) on {prefix}campaign {campaign.source}, {len(fitted_points)} pairs:"
+        f" {loop.verdict}"
+    )
     fitted = Source(text=text, kind=SourceKind.FITTED)
     free = [i for i, n in enumerate(X_NAMES) if getattr(loop.loss, n) > 0.0]
     names, matrix = [X_NAMES[i] for i in free], loop.covariance[np.ix_(free, free)]
-    said = list(loop.statements)
-    about = _ranges(seen)
+    remarks = list(loop.statements)
+    about = _ranges(fitted_points)
     motor_ranges = {k: v for k, v in about.items() if k != "T_d"}
     plain = {n: getattr(campaign.motor, n) for n in Motor.model_fields if n not in LOSS_RANGE}
     motor = Motor.model_construct(None, **plain | {"loss": loop.loss})
-    kept = {path: s for path, s in campaign.motor_sources.items() if path not in LOSS_RANGE}
-    sources = kept | {f"loss.{n}": fitted for n in X_NAMES}
+    unchanged = {path: s for path, s in campaign.motor_sources.items() if path not in LOSS_RANGE}
+    sources = unchanged | {f"loss.{n}": fitted for n in X_NAMES}
     of_motor = Evidence.fitted(
-        names, matrix, dof=float(len(seen) - len(names)), data=text, ranges=motor_ranges, statements=said
+        names, matrix, dof=float(len(fitted_points) - len(names)), data=text, ranges=motor_ranges, statements=remarks
     )
-    title = f"{made}{campaign.motor_name}, torque loss refined on {campaign.title}"
+    title = f"{prefix}{campaign.motor_name}, torque loss refined on {campaign.title}"
     system = SystemFriction.model_construct(None, **{n: float(getattr(loop.system.y, n)) for n in Y_NAMES})
     of_system = Evidence.fitted(
-        loop.system.names, loop.system.covariance, dof=float(loop.system.dof), data=text, ranges=about, statements=said
+        loop.system.names,
+        loop.system.covariance,
+        dof=float(loop.system.dof),
+        data=text,
+        ranges=about,
+        statements=remarks,
     )
     friction_title = (
-        f"{made}System friction of {campaign.crane.name} with its refined motor loss, from {campaign.title}"
+        f"{prefix}System friction of {campaign.crane.name} with its refined motor loss, from {campaign.title}"
     )
     return (
         LossSet("second-loop-motor", title, motor, sources, of_motor),
@@ -102,12 +112,12 @@ def second_loop_sets(result: Friction) -> tuple[LossSet, FrictionSet]:
 RANGE_DIGITS = 4
 
 
-def _ranges(seen: Points) -> dict[str, tuple[float, float]]:
+def _ranges(fitted_points: Points) -> dict[str, tuple[float, float]]:
     return {
-        "omega_m": _range(seen.omega, "rotation"),
-        "T_d": _range(seen.T_d, "drum_torque"),
-        "D_m": _range(seen.D_m, "displacement"),
-        "dp_m": _range(np.concatenate([seen.dp_up, seen.dp_down]), "pressure"),
+        "omega_m": _range(fitted_points.omega, "rotation"),
+        "T_d": _range(fitted_points.T_d, "drum_torque"),
+        "D_m": _range(fitted_points.D_m, "displacement"),
+        "dp_m": _range(np.concatenate([fitted_points.dp_up, fitted_points.dp_down]), "pressure"),
     }
 
 
@@ -142,9 +152,9 @@ def to_dict(result: Friction) -> dict[str, Any]:
             "E_ours": check.cost_ours,
             "E_least_squares": check.cost_grid,
             "least_squares": check.y_grid._asdict(),
-            "E_complex": check.found.cost,
+            "E_complex": check.optimum.cost,
             "complex": check.y_complex._asdict(),
-            "evaluations": check.found.evaluations,
+            "evaluations": check.optimum.evaluations,
             "agree": check.agree,
             "on_grid": check.on_grid,
         },
@@ -153,14 +163,19 @@ def to_dict(result: Friction) -> dict[str, Any]:
         "second_loop": _second(result),
         "map": _mapped(result),
         "proposals": [
-            {"load": p.load, "D_m": p.D_m, "sd_before": _known(p.sd_before), "sd_after": _known(p.sd_after)}
+            {
+                "load": p.load,
+                "D_m": p.D_m,
+                "sd_before": _finite_or_none(p.sd_before),
+                "sd_after": _finite_or_none(p.sd_after),
+            }
             for p in result.proposals
         ],
         "statements": [{"code": s.code, "severe": s.severe, "text": s.text} for s in result.statements],
     }
 
 
-def _known(sd: float) -> float | None:
+def _finite_or_none(sd: float) -> float | None:
     """A standard error of a friction torque, None where nothing is known."""
     return sd if sd < ANYTHING else None
 
@@ -170,9 +185,9 @@ def _held(h: HeldOut) -> dict[str, Any]:
 
 
 def _parameter(result: Friction, name: str) -> dict[str, Any]:
-    found = {i.name: i for i in result.intervals}
-    interval = found.get(name)
-    state = "given" if name in result.fit.given else "left out" if name in result.fit.dropped else "fitted"
+    intervals = {i.name: i for i in result.intervals}
+    interval = intervals.get(name)
+    state = "given" if name in result.fit.prescribed else "left out" if name in result.fit.dropped else "fitted"
     return {
         "value": float(getattr(result.fit.y, name)),
         "low": interval.low if interval else None,

@@ -67,9 +67,9 @@ def judged(column: Column) -> bool:
     return column.signal.name not in SET_VALUES and column.watch.lowest < column.watch.highest
 
 
-def counted(number: int, what: str) -> str:
+def counted(number: int, noun: str) -> str:
     """A number of things: "1 sample", "2 samples"."""
-    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def _time(out: Checked) -> None:
@@ -144,10 +144,10 @@ def _impossible(out: Checked, column: Column) -> None:
     watch, signal, track = column.watch, column.signal, out.track
     if not watch.beyond:
         return
-    said = f"{signal.name} = {signal.say(watch.beyond_value)} is beyond {signal.say(watch.limit)}"
+    message = f"{signal.name} = {signal.say(watch.beyond_value)} is beyond {signal.say(watch.limit)}"
     if watch.beyond > MOST_IMPOSSIBLE * max(1, watch.good + watch.beyond):
         raise LogError(
-            f"{track.file}: {track.row} {watch.beyond_line}: {said} ({watch.beyond} such samples of"
+            f"{track.file}: {track.row} {watch.beyond_line}: {message} ({watch.beyond} such samples of"
             f" {watch.good + watch.beyond}). Check the unit {quote(column.unit)} of column"
             f" {quote(signal.column)} in the"
             " mapping, or its scale."
@@ -160,7 +160,7 @@ def _impossible(out: Checked, column: Column) -> None:
             watch.beyond_at,
             watch.beyond,
             "left out",
-            f"{said} in {track.row} {watch.beyond_line}: {counted(watch.beyond, 'such sample')} left out",
+            f"{message} in {track.row} {watch.beyond_line}: {counted(watch.beyond, 'such sample')} left out",
         )
     )
 
@@ -239,13 +239,13 @@ def _saturated(out: Checked, i: int, column: Column) -> None:
         )
     if signal.name in SET_VALUES or not watch.noisy:
         return
-    for rail, which in ((watch.top, "largest"), (watch.bottom, "smallest")):
+    for rail, extreme in ((watch.top, "largest"), (watch.bottom, "smallest")):
         inside = signal.lo is None or signal.hi is None or signal.lo < rail.value < signal.hi
         if inside and _is_rail(rail) and not (rail.value == 0.0 and signal.quantity in ("rotation", "speed")):
             bins = np.unique(np.concatenate(rail.bins))
-            at = f"its {which} value {signal.say(rail.value)}"
-            said = f"{signal.name}: {{n}} samples or more stand exactly at {at}, which a noisy signal does not"
-            _mark_saturated(out, i, signal.name, bins, rail.hits, said)
+            at = f"its {extreme} value {signal.say(rail.value)}"
+            message = f"{signal.name}: {{n}} samples or more stand exactly at {at}, which a noisy signal does not"
+            _mark_saturated(out, i, signal.name, bins, rail.hits, message)
 
 
 def _is_rail(rail: Rail) -> bool:

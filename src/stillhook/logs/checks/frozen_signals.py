@@ -57,7 +57,7 @@ def standstill(
     evidence. The tip's own signals are held against each other.
     Errors: LogError where a signal that friction needs never changes although others move.
     """
-    found: list[Finding] = []
+    findings: list[Finding] = []
     looked = {name: replace(w, values=on_stretches(w.values, starts)) for name, w in signals.items()}
     at, spread = on_stretches(t, starts), {name: _spread(w.values) for name, w in looked.items()}
     for name, w in looked.items():
@@ -67,15 +67,15 @@ def standstill(
             if other is not w and (o in TIP if name in TIP else o not in NOT_THE_WINCH)
         }
         if w.watch.lowest == w.watch.highest:
-            found.append(_constant(file, t, w, others, spread, doubtful[name]))
+            findings.append(_constant(file, t, w, others, spread, doubtful[name]))
         elif name not in SET_VALUES:
             stuck = [
-                (run, why)
+                (run, reason)
                 for run in w.runs
-                if _beyond_chance(w.watch, run) and (why := _while_moving(at, w, run, others, spread))
+                if _beyond_chance(w.watch, run) and (reason := _while_moving(at, w, run, others, spread))
             ]
-            found += _told(t, w, stuck, doubtful[name])
-    return found
+            findings += _stuck_findings(t, w, stuck, doubtful[name])
+    return findings
 
 
 def _spread(values: FloatArray) -> float:
@@ -107,8 +107,8 @@ def _constant(
         text = f"{name} stands at {value} throughout: the tip is at rest, or the signal is dead"
         return Finding(name, "constant", float(t[0]), float(t[-1]), w.watch.good, "noted", text)
     if name in HELD and moving:
-        said = f"{name} stands at {value} throughout while {moving[0]} changes"
-        text = f"{said}: right for a low side that boost holds, wrong for a dead sensor"
+        message = f"{name} stands at {value} throughout while {moving[0]} changes"
+        text = f"{message}: right for a low side that boost holds, wrong for a dead sensor"
         return Finding(name, "constant", float(t[0]), float(t[-1]), w.watch.good, "noted", text)
     if name in REQUIRED and moving:
         raise LogError(
@@ -200,12 +200,12 @@ def _changes(other: Watched, part: slice, spread: float) -> bool:
     return bool(spread > ABOVE_NOISE * _noise(other.values) and np.nanmax(values) - np.nanmin(values) > MOVES * spread)
 
 
-def _told(t: FloatArray, w: Watched, stuck: list[tuple[Run, str]], doubtful: BoolArray) -> list[Finding]:
-    found = []
+def _stuck_findings(t: FloatArray, w: Watched, stuck: list[tuple[Run, str]], doubtful: BoolArray) -> list[Finding]:
+    findings = []
     name = w.signal.name
-    for run, why in stuck:
+    for run, reason in stuck:
         doubtful[(t >= run.start - 1e-9) & (t <= run.end + 1e-9)] = True
-        found.append(
+        findings.append(
             Finding(
                 name,
                 "stuck",
@@ -214,15 +214,15 @@ def _told(t: FloatArray, w: Watched, stuck: list[tuple[Run, str]], doubtful: Boo
                 run.samples,
                 "noted",
                 f"{name} stands at {w.signal.say(run.value, 6)} to the last digit from {run.start:.6g} s to"
-                f" {run.end:.6g} s while {why} moves: stuck",
+                f" {run.end:.6g} s while {reason} moves: stuck",
             )
         )
-    if len(found) <= MOST_LISTED:
-        return found
-    rest = found[MOST_LISTED:]
+    if len(findings) <= MOST_LISTED:
+        return findings
+    rest = findings[MOST_LISTED:]
     seconds = sum(finding.end - finding.start for finding in rest)
     return [
-        *found[:MOST_LISTED],
+        *findings[:MOST_LISTED],
         Finding(
             name,
             "stuck",

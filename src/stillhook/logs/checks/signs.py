@@ -34,8 +34,8 @@ def check_signs(log: Log) -> None:
     """LogError, with the row of the mapping to write, where the signs of a winch's signals contradict each other."""
     log = _on_stretches(log)
     if {"s_tip", "v_tip"} & log.signals.keys():
-        found = contradictions(log, compensating(log), _friction_way(log), lambda name: _row(log, name))
-        _refuse(log, found, "Hoisting and up are positive")
+        contradicting = contradictions(log, compensating(log), _friction_way(log), lambda name: _row(log, name))
+        _refuse(log, contradicting, "Hoisting and up are positive")
         return
     speed = next((name for name in ("omega_m", "v_w") if name in log.signals), None)
     if speed is None:
@@ -58,12 +58,12 @@ def check_signs(log: Log) -> None:
     if command > AGREE and flipped_speed:
         problems.append(f"set sign = {-_sign(log, 'u_p')} for u_p, which runs with {speed}")
     if command < -AGREE and not unclear and not flipped_speed:
-        known = (
+        checked = (
             "the pressures agree with the speed"
             if swapped or _has_pressure(log)
             else "or for the speed, whichever counts hoisting negative"
         )
-        problems.append(f"set sign = {-_sign(log, 'u_p')} for u_p: it runs against {speed} ({known})")
+        problems.append(f"set sign = {-_sign(log, 'u_p')} for u_p: it runs against {speed} ({checked})")
     if not unclear or command < -AGREE:  # otherwise the speed itself is in doubt
         problems += _wire(log, -v if flipped_speed or unclear else v, speed)
     _refuse(log, problems, "Hoisting is positive")
@@ -71,9 +71,9 @@ def check_signs(log: Log) -> None:
 
 def _refuse(log: Log, problems: list[str], rule: str) -> None:
     if problems:
-        said = "; ".join(problems)
+        reasons = "; ".join(problems)
         raise LogError(
-            f"{log.source}: signs contradict each other. In the mapping {said}. {rule}, p_a is the hoisting side."
+            f"{log.source}: signs contradict each other. In the mapping {reasons}. {rule}, p_a is the hoisting side."
         )
 
 
@@ -198,11 +198,11 @@ def _swap(log: Log) -> str:
 
 def _unclear(log: Log, speed: str, command: float) -> str:
     either = f"set sign = {-_sign(log, speed)} for {speed}"
-    why = "friction makes the pressure drop higher when hoisting, and here it is lower"
+    reason = "friction makes the pressure drop higher when hoisting, and here it is lower"
     if command < -AGREE:
-        return f"{either}: {why}, and the pump command runs against the speed"
+        return f"{either}: {reason}, and the pump command runs against the speed"
     both = f" and sign = {-_sign(log, 'u_p')} for u_p, which runs with it" if command > AGREE else ""
-    return f"{_swap(log)}, or {either}{both}: {why}"
+    return f"{_swap(log)}, or {either}{both}: {reason}"
 
 
 def _wire(log: Log, v: FloatArray, speed: str) -> list[str]:

@@ -66,10 +66,12 @@ def contradictions(log: Log, active: BoolArray, friction: int, way: Callable[[st
     ways = _fewest(relations) if broken else []
     if len(ways) == 1:
         signals, pressure = [n for n in ways[0] if n != PRESSURE], [n for n in ways[0] if n == PRESSURE]
-        return [f"{_listed([way(n) for n in names])}: {_why(names, broken)}" for names in (signals, pressure) if names]
+        return [
+            f"{_listed([way(n) for n in names])}: {_reason(names, broken)}" for names in (signals, pressure) if names
+        ]
     if ways:
         named = ", or ".join(_listed([way(n) for n in names]) for names in ways[:MOST_NAMED])
-        return [f"{named}: {_why(ways[0], broken)}"]
+        return [f"{named}: {_reason(ways[0], broken)}"]
     return [*_error_sign(log, active, way), *_pull(log, way)]
 
 
@@ -78,15 +80,15 @@ def _relations(log: Log, active: BoolArray, friction: int) -> list[Relation]:
     winch = [name for name in ("omega_m", "v_w", "s_w", "u_p", "alpha_p") if name in slopes]
     tip = [name for name in ("s_tip", "v_tip") if name in slopes]
     pairs = [*combinations(winch, 2), *combinations(tip, 2)]
-    found = [_relation(one, other, slopes[one], slopes[other]) for one, other in pairs]
+    relations = [_relation(one, other, slopes[one], slopes[other]) for one, other in pairs]
     for one in tip:
-        found += [_relation(one, other, np.where(active, -slopes[one], np.nan), slopes[other]) for other in winch]
+        relations += [_relation(one, other, np.where(active, -slopes[one], np.nan), slopes[other]) for other in winch]
     if "a_tip" in log.signals and tip:
-        found.append(_relation("a_tip", tip[-1], _good(log, "a_tip"), _rate(slopes[tip[-1]], log.t)))
+        relations.append(_relation("a_tip", tip[-1], _good(log, "a_tip"), _rate(slopes[tip[-1]], log.t)))
     speed = next((name for name in ("omega_m", "v_w") if name in winch), None)
     if friction and speed:
-        found.append(Relation(PRESSURE, speed, friction < 0))
-    return [r for r in found if r is not None]
+        relations.append(Relation(PRESSURE, speed, friction < 0))
+    return [r for r in relations if r is not None]
 
 
 def _slopes(log: Log) -> dict[str, FloatArray]:
@@ -117,16 +119,16 @@ def _fewest(relations: Sequence[Relation]) -> list[tuple[str, ...]]:
     best: list[tuple[str, ...]] = []
     least = len([r for r in relations if r.broken])
     for number in range(1, len(names) // 2 + 1):
-        for turned in combinations(names, number):
-            left = sum(r.broken != ((r.one in turned) != (r.other in turned)) for r in relations)
-            if left < least:
-                best, least = [turned], left
-            elif left == least and best and len(best[0]) == number:
-                best.append(turned)
+        for flipped in combinations(names, number):
+            remaining = sum(r.broken != ((r.one in flipped) != (r.other in flipped)) for r in relations)
+            if remaining < least:
+                best, least = [flipped], remaining
+            elif remaining == least and best and len(best[0]) == number:
+                best.append(flipped)
     return best
 
 
-def _why(names: Sequence[str], broken: Sequence[Relation]) -> str:
+def _reason(names: Sequence[str], broken: Sequence[Relation]) -> str:
     """Why these signals are to be turned: which others they contradict."""
     met = [(r.one, r.other) for r in broken if (r.one in names) != (r.other in names)]
     against = list(dict.fromkeys(other if one in names else one for one, other in met))
@@ -144,10 +146,10 @@ def _error_sign(log: Log, active: BoolArray, way: Callable[[str], str]) -> list[
     """The PLC's error against s_tip - s_w, both as changes over some seconds, without what the operator asked for."""
     if not {"e_c_measured", "s_tip", "s_w"} <= log.signals.keys():
         return []
-    own = _rate(_good(log, "e_c_measured"), log.t)
-    made = _rate(_good(log, "s_tip") - _good(log, "s_w"), log.t)
+    logged_rate = _rate(_good(log, "e_c_measured"), log.t)
+    computed_rate = _rate(_good(log, "s_tip") - _good(log, "s_w"), log.t)
     moved = np.abs(_good(log, "v_op")) > 0.0 if "v_op" in log.signals else np.zeros(len(log.t), np.bool_)
-    if _correlation(np.where(active & ~moved, own, np.nan), made) < -AGREE:
+    if _correlation(np.where(active & ~moved, logged_rate, np.nan), computed_rate) < -AGREE:
         return [f"{way('e_c_measured')}: it runs against s_tip - s_w, and too little wire out is positive"]
     return []
 

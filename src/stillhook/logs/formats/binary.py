@@ -23,8 +23,8 @@ class BinaryLog:
     what: the format's name for messages; opened: makes the source there. Errors, of every step: LogError of one line.
     """
 
-    def __init__(self, path: Path, what: str, opened: Callable[[Path], Source]) -> None:
-        self._path, self._what = path, what
+    def __init__(self, path: Path, content: str, opened: Callable[[Path], Source]) -> None:
+        self._path, self._content = path, content
         self.name = path.name
         self._reader = self._refusing(Reader)
         weakref.finalize(self, self._reader.close)
@@ -44,7 +44,7 @@ class BinaryLog:
             return step()
         except UnreadableError as problem:
             raise LogError(
-                f"{self.name}: is no {self._what} file that can be read ({problem}). Export the log again."
+                f"{self.name}: is no {self._content} file that can be read ({problem}). Export the log again."
             ) from None
 
     def base(self, place: int) -> int:

@@ -91,10 +91,10 @@ class ParquetLog:
 def seconds_of(cells: pl.Series) -> FloatArray:
     """Dates with times, or durations, in seconds (since 1970), NaN where missing."""
     kind = pl.Duration("ns") if cells.dtype == pl.Duration else pl.Datetime("ns")
-    whole = (
+    integer = (
         cells.dt.replace_time_zone(None) if isinstance(cells.dtype, pl.Datetime) and cells.dtype.time_zone else cells
     )
-    numbers = whole.cast(kind).cast(pl.Int64).cast(pl.Float64).fill_null(np.nan).to_numpy()
+    numbers = integer.cast(kind).cast(pl.Int64).cast(pl.Float64).fill_null(np.nan).to_numpy()
     return np.asarray(numbers * NANO, dtype=np.float64)
 
 

@@ -37,12 +37,12 @@ class _Block:
     data: bytes
     rows: int
     first_line: int
-    kept: NDArray[np.intp] | None
+    kept_rows: NDArray[np.intp] | None
     """Line in the block of each row, None where every line is one."""
     broken: tuple[tuple[int, str], ...]
 
     def line_of(self, row: int) -> int:
-        return self.first_line + (row if self.kept is None else int(self.kept[row]))
+        return self.first_line + (row if self.kept_rows is None else int(self.kept_rows[row]))
 
 
 @dataclass
@@ -88,15 +88,15 @@ class CsvLog:
         table = self._read(block, numbers, words)
         values: dict[Want, FloatArray] = {}
         texts: dict[Want, tuple[str, ...]] = {}
-        again = [p for p in numbers if table[f"c{p}"].null_count()]
-        plain = self._read(block, [], again) if again else None
+        retry = [p for p in numbers if table[f"c{p}"].null_count()]
+        plain = self._read(block, [], retry) if retry else None
         for want in wants:
             if want.stamps is not None:
                 columns = [table[f"c{p}"].str.strip_chars(' \t"') for p in want.places]
                 cells = columns[0] if len(columns) == 1 else columns[0] + " " + columns[1]
                 read = stamps_to_seconds(cells, want.stamps)
                 cells = cells.fill_null("")
-            elif plain is not None and want.places[0] in again:
+            elif plain is not None and want.places[0] in retry:
                 cells = plain[f"c{want.places[0]}"].fill_null("").str.strip_chars(' \t"')
                 read = with_words(self._cast(cells), cells, want)
             else:
@@ -148,8 +148,8 @@ def open_csv(path: Path) -> CsvLog:
     """A text log with its dialect found from the first part of the file. Errors: LogError of one line."""
     with path.open("rb") as stream:
         head = stream.read(HEAD)
-        whole = len(head) < HEAD
-    return CsvLog(path, dialect_of(head, path.name, whole))
+        complete = len(head) < HEAD
+    return CsvLog(path, dialect_of(head, path.name, complete))
 
 
 def _open_quote(block: _Block) -> int | None:
@@ -233,20 +233,20 @@ def _tidied(data: bytes, first_line: int, dialect: Dialect) -> _Block:
             pieces[int(i)], good[i] = sign.join(fields[: dialect.fields]), True  # only empty fields too many
         else:
             broken.append((first_line + int(i), f"{counts[i] + 1} fields where the header has {dialect.fields}"))
-    kept = np.flatnonzero(good)
-    body = b"".join(pieces.get(int(i), data[begins[i] : ends[i]]) + b"\n" for i in kept)
-    return _Block(body, len(kept), first_line, kept, tuple(broken))
+    kept_rows = np.flatnonzero(good)
+    body = b"".join(pieces.get(int(i), data[begins[i] : ends[i]]) + b"\n" for i in kept_rows)
+    return _Block(body, len(kept_rows), first_line, kept_rows, tuple(broken))
 
 
 def _separators(data: bytes, sign: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Separators outside quotes in each line, and where each line ends."""
     signs = np.frombuffer(data, np.uint8)
     ends = np.flatnonzero(signs == _NEWLINE)
-    found = np.flatnonzero(signs == sign)
+    places = np.flatnonzero(signs == sign)
     if b'"' in data:
         quotes = np.flatnonzero(signs == _QUOTE)
-        found = found[np.searchsorted(quotes, found) % 2 == 0]
-    counts = np.diff(np.searchsorted(found, ends), prepend=0)
+        places = places[np.searchsorted(quotes, places) % 2 == 0]
+    counts = np.diff(np.searchsorted(places, ends), prepend=0)
     return counts.astype(np.intp), ends.astype(np.intp)
 
 

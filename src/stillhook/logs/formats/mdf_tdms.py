@@ -106,10 +106,10 @@ class _Measured(ABC):
         """Stamps [s] of the same samples on a time base."""
 
 
-def _numbers(cells: Any, known: Mapping[str, float]) -> tuple[FloatArray, list[str]]:
+def _numbers(cells: Any, numbers_of_words: Mapping[str, float]) -> tuple[FloatArray, list[str]]:
     """Cells of text as numbers, words that stand for one among them; and examples of those that are none."""
     values, words = np.full(len(cells), np.nan), []
-    lower = {word.lower(): value for word, value in known.items()}
+    lower = {word.lower(): value for word, value in numbers_of_words.items()}
     for i, cell in enumerate(cells):
         text = cell.decode("utf-8", "replace") if isinstance(cell, bytes) else str(cell)
         try:
@@ -172,11 +172,13 @@ class TdmsLog(_Measured):
 
         super().__init__(path.name)
         self._file = TdmsFile.open(path)
-        found = [(group.name, channel) for group in self._file.groups() for channel in group.channels() if len(channel)]
-        refuse_bomb(path, NUMBER * sum(len(channel) for _, channel in found), at_once=False)
-        headings = _named([(group, channel.name) for group, channel in found])
+        channels = [
+            (group.name, channel) for group in self._file.groups() for channel in group.channels() if len(channel)
+        ]
+        refuse_bomb(path, NUMBER * sum(len(channel) for _, channel in channels), at_once=False)
+        headings = _named([(group, channel.name) for group, channel in channels])
         bases: dict[Any, int] = {}
-        for heading, (_, channel) in zip(headings, found, strict=True):
+        for heading, (_, channel) in zip(headings, channels, strict=True):
             p = channel.properties
             key = (len(channel), p.get("wf_increment"), p.get("wf_start_offset", 0.0), p.get("wf_start_time"))
             base = bases.setdefault(key, len(bases))

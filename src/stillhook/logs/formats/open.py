@@ -66,6 +66,6 @@ def _opened(file: Path, head: bytes) -> Source:
     return open_csv(file)
 
 
-def _need(reader: str, what: str, file: Path) -> None:
+def _need(reader: str, content: str, file: Path) -> None:
     if find_spec(reader) is None:
-        raise LogError(f'{file.name}: is {what}, which takes the reader {reader}: pip install "stillhook[logs]".')
+        raise LogError(f'{file.name}: is {content}, which takes the reader {reader}: pip install "stillhook[logs]".')

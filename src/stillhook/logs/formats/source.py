@@ -100,8 +100,10 @@ def with_words(read: FloatArray, cells: pl.Series, want: Want) -> FloatArray:
     if not want.words:
         return read
     tidy = cells.cast(pl.String).fill_null("").str.strip_chars(' \t"').str.to_lowercase()
-    known = {word.lower(): value for word, value in want.words}
-    values = tidy.replace_strict(list(known), list(known.values()), default=None, return_dtype=pl.Float64)
+    numbers_of_words = {word.lower(): value for word, value in want.words}
+    values = tidy.replace_strict(
+        list(numbers_of_words), list(numbers_of_words.values()), default=None, return_dtype=pl.Float64
+    )
     return np.where(np.isnan(read), values.fill_null(np.nan).to_numpy(), read)
 
 
@@ -126,8 +128,8 @@ def stamps_to_seconds(text: pl.Series, pattern: str) -> FloatArray:
     tidy = tidy.str.replace(r"^(\S+) +(\d)", "${1}T${2}").str.replace(",", ".", literal=True).str.strip_suffix("Z")
     first = next((cell for cell in tidy if cell), "")
     zone = "%z" if pl.Series([first]).str.contains(_ISO_ZONE)[0] else ""
-    for known in _PATTERNS:
-        read = _parsed(tidy, known + zone)
+    for candidate in _PATTERNS:
+        read = _parsed(tidy, candidate + zone)
         if read.null_count() < len(read):
             return _seconds(read)
     return np.full(len(text), np.nan)

@@ -12,14 +12,14 @@ from stillhook.errors import SimulationError
 from stillhook.logs.synthetic.instruments import Column, Sensor, Sensors, in_log_unit, unit_factor
 
 MARK = "SYNTHETIC: simulated by Stillhook, measured on no crane"
-CAMPAIGN_FILE, TRUTH_FILE, LOG_FOLDER = "campaign.toml", "truth.toml", "logs"
+CAMPAIGN_FILE, REFERENCE_FILE, LOG_FOLDER = "campaign.toml", "reference.toml", "logs"
 TIME = 'time = { column = "Time", unit = "s" }'
 """Line of a campaign file for the time of these logs."""
 
 
 def check_campaign_folder(folder: Path) -> None:
     """Refuse a folder that a campaign cannot be written to, or that has logs already. Errors: SimulationError."""
-    check_folder(folder, (CAMPAIGN_FILE, TRUTH_FILE))
+    check_folder(folder, (CAMPAIGN_FILE, REFERENCE_FILE))
     if (folder / LOG_FOLDER).exists():
         raise SimulationError(f"{folder / LOG_FOLDER}: there are logs already. Choose another folder.")
 

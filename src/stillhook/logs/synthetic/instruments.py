@@ -181,22 +181,22 @@ def _analogue(lo: float, hi: float, *, noise: float = 0.0, noise_part: float = 0
     return Sensor(lo, hi, (hi - lo) / 2**BITS, noise, noise_part, delay)
 
 
-def logged(truth: FloatArray, sensor: Sensor, t_cycle: float, rng: np.random.Generator) -> FloatArray:
+def logged(reference: FloatArray, sensor: Sensor, t_cycle: float, rng: np.random.Generator) -> FloatArray:
     """What the PLC logs of a signal that it reads every t_cycle [s]: late, out of calibration, noisy, held in its
     range, in steps.
 
     Before the first sample the signal stood as it was then. Shapes (n,) in and out, SI.
     """
     if sensor.tau > 0.0:
-        truth = filtered(truth, t_cycle / sensor.tau)
-    late = min(round(sensor.delay / t_cycle), len(truth))
-    y: FloatArray = np.concatenate([np.full(late, truth[0]), truth[: len(truth) - late]])
+        reference = filtered(reference, t_cycle / sensor.tau)
+    late = min(round(sensor.delay / t_cycle), len(reference))
+    y: FloatArray = np.concatenate([np.full(late, reference[0]), reference[: len(reference) - late]])
     y = sensor.gain * y + sensor.offset
     if sensor.noise > 0.0 or sensor.noise_part > 0.0:
         y = y + rng.standard_normal(len(y)) * np.hypot(sensor.noise, sensor.noise_part * y)
     if sensor.stale > 0.0:
-        held = np.concatenate([[False], rng.random(len(y) - 1) < sensor.stale])
-        y = np.where(held, np.concatenate([y[:1], y[:-1]]), y)
+        stale = np.concatenate([[False], rng.random(len(y) - 1) < sensor.stale])
+        y = np.where(stale, np.concatenate([y[:1], y[:-1]]), y)
     y = np.clip(y, sensor.lo, sensor.hi)
     return np.round(y / sensor.step) * sensor.step if sensor.step > 0.0 else y
 
@@ -246,13 +246,13 @@ def ahc_sensors(crane: Crane, fastest: float, calibration: Mapping[str, Calibrat
     """The sensors of a heave-compensated crane's log; fastest motor speed [rad/s]. What the PLC has as a number already
     (its commands, tip, error, and the wire encoder and load cell after `stillhook.engine.inputs`) is logged as it
     is."""
-    typical, lever = _typical(crane, fastest), 0.5 * crane.drum.d_max / crane.i_hD
+    typical, r_eff = _typical(crane, fastest), 0.5 * crane.drum.d_max / crane.i_hD
     speed = typical["omega_m"]
     sensors = {
         **{name: Sensor(step=step) for name, step in AHC_STEPS.items()},
         **{name: replace(typical[name], stale=STALE) for name in ("p_a", "p_b", "omega_m")},
         "p_hp": replace(typical["p_a"], stale=STALE),
-        "v_w": _analogue(-speed.hi * lever, speed.hi * lever, noise_part=NOISE_SPEED, delay=DELAY_SPEED),
+        "v_w": _analogue(-speed.hi * r_eff, speed.hi * r_eff, noise_part=NOISE_SPEED, delay=DELAY_SPEED),
         "alpha_p": _analogue(-SETTING_RANGE, SETTING_RANGE, noise=NOISE_SETTING),
         "alpha_m": typical["alpha_m"],
         "alpha_pm": typical["alpha_m"],

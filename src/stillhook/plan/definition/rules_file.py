@@ -167,7 +167,7 @@ def _bare(text: str) -> str | float:
 
 def _rule_set(data: Mapping[str, Any], label: str, stem: str) -> RuleSet:
     top = Fields(data, "", PlanError)
-    top.known(TOP)
+    top.refuse_unknown(TOP)
     top.need("version")
     base = _base(top)
     rows = {r.key: r for r in base.rules} if base else {}
@@ -207,7 +207,7 @@ def _base(top: Fields) -> RuleSet | None:
 
 def _settings(top: Fields, base: RuleSet | None) -> dict[str, float]:
     table = Fields(top.table.get("simplified", {}), "simplified: ", PlanError)
-    table.known(tuple(SETTINGS))
+    table.refuse_unknown(tuple(SETTINGS))
     out = dict(base.settings) if base else {}
     for name in table.table:
         out[name] = table.figure(name, SETTINGS[name][0])[0]
@@ -233,7 +233,7 @@ def _drop(top: Fields, rows: Mapping[str, Rule]) -> tuple[str, ...]:
 
 def _row(row: Fields, old: Rule | None, label: str) -> Rule:
     """A rule as given, on top of the rule of the base with its key."""
-    row.known(ROW)
+    row.refuse_unknown(ROW)
     if old is None:
         row.need("title", "quantity", "phases", "standard")
     quantity = row.text("quantity", old.quantity if old else None)

@@ -56,9 +56,9 @@ def scaled_to(motion: Motion, v_peak: float, start: float, end: float) -> Motion
 
     Errors: MotionError for a motion that does not move there.
     """
-    found = speed_peak(motion, start, end)
-    if found <= 0.0:
+    peak = speed_peak(motion, start, end)
+    if peak <= 0.0:
         raise MotionError(
             f"{motion.describe()}: stands still from {start:g} s to {end:g} s, so it cannot be brought to a speed."
         )
-    return scaled(motion, v_peak / found)
+    return scaled(motion, v_peak / peak)

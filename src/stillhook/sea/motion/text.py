@@ -34,17 +34,17 @@ def parse_motion(text: str, where: str = "") -> Motion:
     return terms[0] if len(terms) == 1 else Sum(terms)
 
 
-def _term(text: str, whole: str, place: str) -> Motion:
+def _term(text: str, full_text: str, place: str) -> Motion:
     word, *rest = text.split() or [""]
     match word.lower():
         case "still" if not rest:
             return Still()
         case "sine":
-            return _sine(rest, whole, place)
-    raise MotionError(f"{place}{whole}: {quote(text.strip())} is not a motion. Allowed: {ALLOWED}.")
+            return _sine(rest, full_text, place)
+    raise MotionError(f"{place}{full_text}: {quote(text.strip())} is not a motion. Allowed: {ALLOWED}.")
 
 
-def _sine(tokens: list[str], whole: str, place: str) -> Sine:
+def _sine(tokens: list[str], full_text: str, place: str) -> Sine:
     quantities: list[list[str]] = []
     for token in tokens:
         if _STARTS_QUANTITY.match(token) or not quantities:
@@ -52,16 +52,16 @@ def _sine(tokens: list[str], whole: str, place: str) -> Sine:
         quantities[-1].append(token)
     if len(quantities) not in (2, 3):
         raise MotionError(
-            f"{place}{whole}: a sine has an amplitude, a period and at most a phase, and {len(quantities)} "
+            f"{place}{full_text}: a sine has an amplitude, a period and at most a phase, and {len(quantities)} "
             f'{"quantity was" if len(quantities) == 1 else "quantities were"} given. Write "sine 2.8 m 12 s" or '
             '"sine 2.8 m 12 s 90 deg".'
         )
     names = (("amplitude", "length"), ("period", "time"), ("phase", "angle"))
     values = [
-        parse(" ".join(quantity), kind, f"{place}{whole}: {name}")
+        parse(" ".join(quantity), kind, f"{place}{full_text}: {name}")
         for (name, kind), quantity in zip(names, quantities, strict=False)
     ]
-    return Sine.from_si(*values, where=f"{place}{whole}")
+    return Sine.from_si(*values, where=f"{place}{full_text}")
 
 
 def motion_to_json(motion: Motion) -> str:

@@ -39,7 +39,7 @@ class Measured(WaveSpectrum):
 
     def __post_init__(self) -> None:
         for name in ("omega", "width", "S"):
-            object.__setattr__(self, name, _kept(getattr(self, name)))
+            object.__setattr__(self, name, _read_only(getattr(self, name)))
         check_bands(self.omega, self.width, self.source)
         if self.S.shape != self.omega.shape:
             raise SeaError(
@@ -165,8 +165,8 @@ class SpectrumSeries:
                 raise SeaError(f"{self.source}: record {text} does not exist. The last one is {len(self) - 1}.")
             return int(text)
         try:
-            said = datetime.fromisoformat(text.removesuffix("Z"))
-            time = np.datetime64(said.replace(tzinfo=None) - (said.utcoffset() or timedelta(0)), "s")
+            stamp = datetime.fromisoformat(text.removesuffix("Z"))
+            time = np.datetime64(stamp.replace(tzinfo=None) - (stamp.utcoffset() or timedelta(0)), "s")
         except (ValueError, OverflowError):
             raise SeaError(
                 f"{self.source}: record {quote(record)} is no number and no time. Write 12 or 1996-01-05T12:00."
@@ -200,15 +200,15 @@ class SpectrumSeries:
         """
         if self.directional is None:
             raise SeaError(f"{self.source}: holds no directions. Give the direction of the waves and their spread.")
-        whole, share = self.spectrum(i), self.directional.shares(i)
+        spectrum, share = self.spectrum(i), self.directional.shares(i)
         trains = []
         for k, theta in enumerate(self.directional.theta):
-            S = whole.S * share[:, k]
+            S = spectrum.S * share[:, k]
             if np.any(S > 0.0):
-                part = Measured(self.omega, self.width, S, f"{whole.source} from {math.degrees(theta):.4g} deg")
+                part = Measured(self.omega, self.width, S, f"{spectrum.source} from {math.degrees(theta):.4g} deg")
                 trains.append(Train(part, relative(float(theta), heading)))
         if not trains:
-            trains.append(Train(whole, 0.0))
+            trains.append(Train(spectrum, 0.0))
         return Sea(tuple(trains))
 
 
@@ -217,7 +217,7 @@ def _ratio(upper: FloatArray, lower: FloatArray) -> FloatArray:
     return 2.0 * np.pi * np.divide(upper, lower, out=np.full_like(upper, np.nan), where=lower > 0.0)
 
 
-def _kept(values: Any) -> FloatArray:
+def _read_only(values: Any) -> FloatArray:
     """A copy that nobody changes."""
     copy = np.array(values, dtype=np.float64)
     copy.flags.writeable = False

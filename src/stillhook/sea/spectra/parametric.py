@@ -69,8 +69,8 @@ class Peak:
     def moment(self, n: int, cut: float) -> float:
         """m_n [m^2 rad^n/s^n] over all omega if it converges, else up to cut [rad/s]."""
         end = math.inf if n < self.N - 1.0 else cut / self.omega_p
-        whole = _integral(0, self.N, self.gamma, math.inf)
-        return self.scale * self.m_0 * math.pow(self.omega_p, n) * _integral(n, self.N, self.gamma, end) / whole
+        complete = _integral(0, self.N, self.gamma, math.inf)
+        return self.scale * self.m_0 * math.pow(self.omega_p, n) * _integral(n, self.N, self.gamma, end) / complete
 
     def grid(self, cut: float) -> FloatArray:
         """Points [rad/s] from LOW omega_p to cut."""

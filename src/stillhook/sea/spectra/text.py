@@ -67,10 +67,10 @@ def parse_sea(text: str, *, heading: str | None = None, spread: float | None = N
     waves. Errors: as `parse_wave`; UnitError for a heading without its unit, SeaError for one outside 0 to 360 deg or a
     train that has none.
     """
-    given = None if heading is None else parse_direction(heading, f"{where}: heading" if where else "heading")
+    heading_angle = None if heading is None else parse_direction(heading, f"{where}: heading" if where else "heading")
     trains = []
     for place, name, values in _terms(text, where):
-        towards, n = given, spread
+        towards, n = heading_angle, spread
         if "heading" in values:
             towards = parse_direction(values["heading"], f"{place}: heading")
         if "spread" in values:
@@ -100,27 +100,27 @@ def _terms(text: str, where: str) -> list[tuple[str, str, dict[str, str]]]:
     return [_term(term, f"{place}{quote(text)}", place) for term in terms]
 
 
-def _term(term: str, whole: str, place: str) -> tuple[str, str, dict[str, str]]:
+def _term(term: str, full_text: str, place: str) -> tuple[str, str, dict[str, str]]:
     head, *parts = _KEY.split(term)
     name = head.strip().lower()
     if name not in FIELDS:
         raise SeaError(f"{place}{quote(term)}: {quote(head.strip())} is not one of {', '.join(FIELDS)}. {ALLOWED}.")
     values: dict[str, str] = {}
-    known = {key.lower(): key for key in (*FIELDS[name], *PLACED)}
+    fields = {key.lower(): key for key in (*FIELDS[name], *PLACED)}
     for key, value in zip(parts[::2], parts[1::2], strict=True):
-        if key.lower() not in known:
-            raise SeaError(f"{whole}: {quote(key)} is not one of {', '.join(FIELDS[name])} of {name}.")
-        if known[key.lower()] in values:
-            raise SeaError(f"{whole}: {key} is given twice. Give it once.")
-        values[known[key.lower()]] = value.strip()
+        if key.lower() not in fields:
+            raise SeaError(f"{full_text}: {quote(key)} is not one of {', '.join(FIELDS[name])} of {name}.")
+        if fields[key.lower()] in values:
+            raise SeaError(f"{full_text}: {key} is given twice. Give it once.")
+        values[fields[key.lower()]] = value.strip()
     if "Tz" in values and "Tp" in values:
-        raise SeaError(f"{whole}: Tp and Tz are both given. Give one of them.")
+        raise SeaError(f"{full_text}: Tp and Tz are both given. Give one of them.")
     for key in FIELDS[name]:
         if key not in values and key not in _OPTIONAL and not (key == "Tp" and "Tz" in values):
             raise SeaError(
-                f"{whole}: {name} has no {key}. Give {', '.join(k for k in FIELDS[name] if k not in _OPTIONAL)}."
+                f"{full_text}: {name} has no {key}. Give {', '.join(k for k in FIELDS[name] if k not in _OPTIONAL)}."
             )
-    return whole, name, values
+    return full_text, name, values
 
 
 def _spectrum(where: str, name: str, values: Mapping[str, str]) -> Peaks:

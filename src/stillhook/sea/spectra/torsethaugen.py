@@ -70,8 +70,8 @@ class Torsethaugen(Peaks):
     def peaks(self) -> tuple[Peak, ...]:
         first, second = self._parts()
         parts = (first, second) if second[0] > 0.0 else (first,)
-        held = ((H, T, max(gamma, 1.0)) for H, T, gamma in parts)
-        return tuple(Peak(H**2 / 16.0, 2.0 * math.pi / T, 4.0, gamma, self._scale(gamma)) for H, T, gamma in held)
+        limited = ((H, T, max(gamma, 1.0)) for H, T, gamma in parts)
+        return tuple(Peak(H**2 / 16.0, 2.0 * math.pi / T, 4.0, gamma, self._scale(gamma)) for H, T, gamma in limited)
 
     def notes(self) -> tuple[str, ...]:
         gamma = self._parts()[0][2]

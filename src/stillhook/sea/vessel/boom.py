@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Self
 
 from stillhook.errors import SeaError
-from stillhook.sea.vessel.ship_motion import LONGEST_LEVER
+from stillhook.sea.vessel.ship_motion import MAX_OFFSET
 from stillhook.units import parse
 
 LARGEST_ELEVATION = math.radians(88.0)
@@ -16,7 +16,7 @@ LARGEST_ELEVATION = math.radians(88.0)
 LARGEST_FOLD = math.radians(170.0)
 """Of the knuckle boom below the line of the main boom: beyond it the two booms meet."""
 LONGEST_BOOM = 200.0  # m
-AT_FULL_STRETCH = 1e-9  # part of the reach by which rounding may pass it
+REACH_TOLERANCE = 1e-9  # part of the reach by which rounding may pass it
 
 
 @dataclass(frozen=True, init=False)
@@ -56,7 +56,7 @@ class Boom:
     ) -> None:
         for name, value, count in (("pedestal", pedestal, 3), ("main", main, 2), ("knuckle", knuckle or main, 2)):
             if isinstance(value, str) or len(value) != count:
-                raise SeaError(f"boom: {name} = {value!r} is not {count} texts. {HOW[name]}")
+                raise SeaError(f"boom: {name} = {value!r} is not {count} texts. {DESCRIPTIONS[name]}")
         length, angle = knuckle or ("0 m", "0 deg")
         texts = (
             *(
@@ -73,9 +73,9 @@ class Boom:
         self._check()
 
     def _check(self) -> None:
-        if max(abs(self.x), abs(self.y), abs(self.z)) > LONGEST_LEVER:
+        if max(abs(self.x), abs(self.y), abs(self.z)) > MAX_OFFSET:
             raise SeaError(
-                f"boom: the pedestal lies more than {LONGEST_LEVER:g} m off the reference point. Check its units."
+                f"boom: the pedestal lies more than {MAX_OFFSET:g} m off the reference point. Check its units."
             )
         if self.z < 0.0:
             raise SeaError(f"boom: its heel lies {-self.z:g} m below still water. Give the pedestal's z above it.")
@@ -137,33 +137,35 @@ class Boom:
             )
             away = math.hypot(r, h)
         reach, least = (L_1, 0.0) if z is None else (L_1 + L_2, abs(L_1 - L_2))
-        if away > reach * (1.0 + AT_FULL_STRETCH):
+        if away > reach * (1.0 + REACH_TOLERANCE):
             raise SeaError(
                 f"{place}: the boom reaches {reach:.4g} m from its heel and {away:.4g} m are asked. Bring the tip"
                 " nearer."
             )
-        if away < least * (1.0 - AT_FULL_STRETCH):
+        if away < least * (1.0 - REACH_TOLERANCE):
             raise SeaError(
                 f"{place}: the booms fold to {least:.4g} m from the heel and {away:.4g} m are asked. Put the tip"
                 " farther out."
             )
         if z is None:
-            up = L_2 + math.acos(_held(r / L_1))
+            up = L_2 + math.acos(_limited(r / L_1))
         else:
-            up = math.atan2(h, r) + (math.acos(_held((L_1**2 + away**2 - L_2**2) / (2.0 * L_1 * away))) if L_2 else 0.0)
-            fold = math.pi - math.acos(_held((L_1**2 + L_2**2 - away**2) / (2.0 * L_1 * L_2))) if L_2 else 0.0
-        turned = copy.copy(self)
+            up = math.atan2(h, r) + (
+                math.acos(_limited((L_1**2 + away**2 - L_2**2) / (2.0 * L_1 * away))) if L_2 else 0.0
+            )
+            fold = math.pi - math.acos(_limited((L_1**2 + L_2**2 - away**2) / (2.0 * L_1 * L_2))) if L_2 else 0.0
+        boom = copy.copy(self)
         for name, value in (
             ("slew", math.atan2(y - self.y, x - self.x) % (2.0 * math.pi)),
             ("main_angle", up),
             ("knuckle_angle", fold),
         ):
-            object.__setattr__(turned, name, value)
+            object.__setattr__(boom, name, value)
         try:
-            turned._check()
+            boom._check()
         except SeaError as problem:
             raise SeaError(f"{place}: {str(problem).removeprefix('boom: ')}") from None
-        return turned
+        return boom
 
     def _as_one(self) -> tuple[float, float]:
         """Length of the line from heel to tip [m], and how far it lies below the main boom [rad], folded as now."""
@@ -184,12 +186,12 @@ class Boom:
         )
 
 
-HOW = {
+DESCRIPTIONS = {
     "pedestal": 'Give forward, to port, and height of the heel pin, as ("-10 m", "-6 m", "15 m").',
     "main": 'Give length and angle above the horizontal, as ("25 m", "50 deg").',
     "knuckle": 'Give length and angle below the line of the main boom, as ("15 m", "60 deg").',
 }
 
 
-def _held(cosine: float) -> float:
+def _limited(cosine: float) -> float:
     return min(1.0, max(-1.0, cosine))

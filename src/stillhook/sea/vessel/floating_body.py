@@ -44,7 +44,7 @@ USUAL, LONGEST_AND_SHORTEST = (
 )  # rad/s: what tables have, and beyond what none has: 0.06 s to 1.7 h
 SHALLOW = 0.5  # m: water in which no ship of these floats
 END = 0.05  # m/m: what a table may still hold at its highest frequency without a word
-LEVER = 50.0  # m: makes a rotation comparable with a displacement at the ship's end
+ARM = 50.0  # m: makes a rotation comparable with a displacement at the ship's end
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class LongWave:
 
     dof: str
     share: float
-    found: complex
+    value: complex
     limit: complex
     beta: float
     deviation: float
@@ -72,16 +72,16 @@ def long_wave_test(rao: Rao) -> tuple[LongWave, ...]:
     wrong: no floating body moves so, the table means something else. doubtful: deserves a look. not shown: the table's
     longest wave is too short to tell.
     """
-    limit, found = long_wave_limits(rao.beta), _scaled(rao)
+    limit, values = long_wave_limits(rao.beta), _scaled(rao)
     tests = []
     for d, dof in enumerate(DOFS):
-        share = float(np.vdot(limit[d], found[d]).real / np.vdot(limit[d], limit[d]).real)
-        apart = np.abs(found[d] - limit[d])
+        share = float(np.vdot(limit[d], values[d]).real / np.vdot(limit[d], limit[d]).real)
+        apart = np.abs(values[d] - limit[d])
         j = int(np.argmax(apart))
-        verdict = _verdict(dof, float(rao.omega[0]), share, float(apart[j]), float(np.abs(found[d]).max()))
+        verdict = _verdict(dof, float(rao.omega[0]), share, float(apart[j]), float(np.abs(values[d]).max()))
         tests.append(
             LongWave(
-                dof, share, complex(found[d, j]), complex(limit[d, j]), float(rao.beta[j]), float(apart[j]), verdict
+                dof, share, complex(values[d, j]), complex(limit[d, j]), float(rao.beta[j]), float(apart[j]), verdict
             )
         )
     return tuple(tests)
@@ -110,12 +110,12 @@ def wrong_line(rao: Rao, tests: tuple[LongWave, ...]) -> str | None:
     bad = [t for t in tests if t.verdict == "wrong"]
     if not bad:
         return _out_of_order(rao) or _beyond(rao)
-    told = ", ".join(f"{t.dof} {in_words(t.found)} (should be {in_words(t.limit)})" for t in bad[:3])
+    deviations = ", ".join(f"{t.dof} {in_words(t.value)} (should be {in_words(t.limit)})" for t in bad[:3])
     more = f" and {len(bad) - 3} more" if len(bad) > 3 else ""
     period, beta = 2.0 * math.pi / rao.omega[0], math.degrees(bad[0].beta)
     return (
         f"{rao.source or rao.name}: no floating body moves so in waves of {period:.3g} s that travel to {beta:.4g} deg:"
-        f" {told}{more}; rotations per slope of the wave. {_remedy(rao)}"
+        f" {deviations}{more}; rotations per slope of the wave. {_remedy(rao)}"
     )
 
 
@@ -166,7 +166,7 @@ def _peak(rao: Rao, d: int) -> tuple[float, str, str]:
 
 def _remedy(rao: Rao) -> str:
     """What the table would have to mean so that its motions ride on long waves."""
-    found, limit = _scaled(rao), long_wave_limits(rao.beta)
+    values, limit = _scaled(rao), long_wave_limits(rao.beta)
     other_side = np.array([1, -1, 1, -1, 1, -1])[:, None]
     degrees = np.array([1.0, 1.0, 1.0, math.pi / 180.0, math.pi / 180.0, math.pi / 180.0])[:, None]
     guesses: tuple[tuple[str, Callable[[ComplexArray], ComplexArray]], ...] = (
@@ -185,7 +185,7 @@ def _remedy(rao: Rao) -> str:
     )
     heavy = np.array([0, 1, 2, 4])
     for words, change in guesses:
-        if np.abs(change(found)[heavy] - limit[heavy]).max() < WRONG:
+        if np.abs(change(values)[heavy] - limit[heavy]).max() < WRONG:
             return f"It would ride with {words}. Check what the file declares."
     return "Check axes, signs, phases, units and the order of headings."
 
@@ -197,7 +197,7 @@ def remarks(rao: Rao, tests: tuple[LongWave, ...]) -> tuple[str, ...]:
     lines = [
         f"in waves of {long} {t.dof} is {t.share:.3g} times"
         f" {'the slope' if t.dof in ('roll', 'pitch', 'yaw') else 'the motion'} of the water (worst at"
-        f" {math.degrees(t.beta):.4g} deg: {in_words(t.found)}, limit {in_words(t.limit)})"
+        f" {math.degrees(t.beta):.4g} deg: {in_words(t.value)}, limit {in_words(t.limit)})"
         for t in tests
         if t.verdict == "doubtful"
     ]
@@ -216,10 +216,11 @@ def remarks(rao: Rao, tests: tuple[LongWave, ...]) -> tuple[str, ...]:
         lines.append(
             f"frequencies of {first:.3g} to {last:.3g} rad/s are implausible, outside {usual}: check their unit"
         )
-    left = float(np.abs(rao.H[2:5, :, -1] * np.array([1.0, LEVER, LEVER])[:, None]).max())
-    if left > END:
+    remaining = float(np.abs(rao.H[2:5, :, -1] * np.array([1.0, ARM, ARM])[:, None]).max())
+    if remaining > END:
         lines.append(
-            f"in the shortest waves, {2.0 * math.pi / last:.3g} s, points up to {LEVER:g} m away still move {left:.2g}"
+            f"in the shortest waves, {2.0 * math.pi / last:.3g} s, points up to {ARM:g} m away still move"
+            f" {remaining:.2g}"
             " m/m; still shorter ones are taken to move nothing"
         )
     return tuple(lines)

@@ -111,10 +111,10 @@ class Rao:
 
     def heading_weights(self, beta: ArrayLike) -> FloatArray:
         """Shares (j, m) of the table's headings in the motions at headings (j,) [rad], any turn; rows add to 1."""
-        turned = np.asarray(beta, dtype=np.float64)
-        if not np.isfinite(turned).all():
+        wrapped = np.asarray(beta, dtype=np.float64)
+        if not np.isfinite(wrapped).all():
             raise SeaError(f"{self.name}: heading {quote(str(beta))} is not a number. Give an angle in deg or rad.")
-        return np.asarray(self._spline(self.beta[0] + np.mod(turned - self.beta[0], TURN)))
+        return np.asarray(self._spline(self.beta[0] + np.mod(wrapped - self.beta[0], TURN)))
 
     def leeway(self, x: float, y: float) -> float:
         """How far the table leaves the vertical motion of the point (x, y) [m] open between its frequencies, as a share

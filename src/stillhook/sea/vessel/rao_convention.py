@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError
-from stillhook.sea.vessel.floating_body import LEVER
+from stillhook.sea.vessel.floating_body import ARM
 from stillhook.sea.vessel.long_wave import wavenumber
 from stillhook.sea.vessel.rao import DOFS, TURN, Rao
 
@@ -154,7 +154,7 @@ def _mirrored(beta: FloatArray, H: ComplexArray, source: str) -> tuple[FloatArra
         raise SeaError(
             f"{source}: one side of a symmetric ship goes from head to following sea, both included. Give 0 to 180 deg."
         )
-    across = np.abs(H[1::2][:, along]) * np.array([1.0, LEVER, LEVER])[:, None, None]
+    across = np.abs(H[1::2][:, along]) * np.array([1.0, ARM, ARM])[:, None, None]
     if across.max() > SYMMETRIC:
         worst = DOFS[1::2][int(np.argmax(across.max(axis=(1, 2))))]
         raise SeaError(
@@ -162,11 +162,11 @@ def _mirrored(beta: FloatArray, H: ComplexArray, source: str) -> tuple[FloatArra
             " metre of wave, where that of a ship the same on both sides is 0. Give headings all round (mirror: none)."
         )
     other = ~along
-    turned = np.mod(-beta[other], TURN)
-    whole = np.concatenate([beta, turned])
+    mirrored_beta = np.mod(-beta[other], TURN)
+    complete_beta = np.concatenate([beta, mirrored_beta])
     both = np.concatenate([H, PORT_STARBOARD[:, None, None] * H[:, other]], axis=1)
-    order = np.argsort(whole)
-    return whole[order], both[:, order]
+    order = np.argsort(complete_beta)
+    return complete_beta[order], both[:, order]
 
 
 def one_side(rao: Rao) -> tuple[FloatArray, ComplexArray]:
@@ -177,11 +177,11 @@ def one_side(rao: Rao) -> tuple[FloatArray, ComplexArray]:
     """
     half = rao.beta < np.pi + SAME_HEADING
     beta, H = rao.beta[half], rao.H[:, half]
-    whole, both = _mirrored(beta, H, rao.name)
+    complete_beta, both = _mirrored(beta, H, rao.name)
     if (
-        len(whole) != len(rao.beta)
-        or not np.allclose(whole, rao.beta)
-        or not np.allclose(both, rao.H, rtol=1e-6, atol=1e-6 / LEVER)
+        len(complete_beta) != len(rao.beta)
+        or not np.allclose(complete_beta, rao.beta)
+        or not np.allclose(both, rao.H, rtol=1e-6, atol=1e-6 / ARM)
     ):
         raise SeaError(f"{rao.name}: port and starboard are not mirror images. Write headings all round.")
     return beta, H

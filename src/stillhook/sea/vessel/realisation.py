@@ -83,9 +83,9 @@ class Realisation:
 
     def spread(self, c: ComplexArray) -> ComplexArray:
         """Amplitudes of these harmonics among all of them, from the mean (0) on."""
-        whole = np.zeros(int(self.harmonic[-1]) + 1, dtype=np.complex128)
-        whole[self.harmonic] = c
-        return whole
+        bins = np.zeros(int(self.harmonic[-1]) + 1, dtype=np.complex128)
+        bins[self.harmonic] = c
+        return bins
 
 
 def realise(
@@ -99,7 +99,7 @@ def realise(
     the sea at one place scatters with any amplitudes.
     Errors: SeaError for a repeat too short for the sea, a seed or depth that is none.
     """
-    drawn = _amplitudes(amplitudes)
+    law = _amplitudes(amplitudes)
     if not (isinstance(seed, int) and not isinstance(seed, bool) and seed >= 0):
         raise SeaError(f"seed {seed!r}: give a whole number of 0 or more.")
     if not (math.isfinite(repeat) and repeat >= SHORTEST_REPEAT):
@@ -113,20 +113,22 @@ def realise(
     harmonic = np.arange(first, last + 1)
     beta: list[float] = []
     a: list[ComplexArray] = []
-    whole = np.zeros(len(harmonic))
+    variance_of = np.zeros(len(harmonic))
     sides = [train.directions() for train in sea.trains]
-    chance = iter(_kept(_drawn, len(harmonic))(seed, sum(len(theta) for theta, _ in sides), len(harmonic), drawn))
+    chance = iter(
+        _cached(_random_amplitudes, len(harmonic))(seed, sum(len(theta) for theta, _ in sides), len(harmonic), law)
+    )
     for train, (theta, weights) in zip(sea.trains, sides, strict=True):
         variance = _variances(train.spectrum, harmonic, d_omega)
-        whole += variance
+        variance_of += variance
         for direction, weight in zip(theta, weights, strict=True):
             beta.append(float(direction))
-            a.append(_sized(weight * variance, next(chance), drawn))
+            a.append(_sized(weight * variance, next(chance), law))
     report = (
-        f"Seed {seed}, {drawn.value} amplitudes, {len(harmonic)} harmonics of {repeat:.6g} s up to a period of"
-        f" {repeat / last:.3g} s, {whole.sum() / sea.moment(0):.2%} of the variance of the sea."
+        f"Seed {seed}, {law.value} amplitudes, {len(harmonic)} harmonics of {repeat:.6g} s up to a period of"
+        f" {repeat / last:.3g} s, {variance_of.sum() / sea.moment(0):.2%} of the variance of the sea."
     )
-    return Realisation(repeat, harmonic, np.array(beta), np.array(a), whole, depth, sea.describe(), report)
+    return Realisation(repeat, harmonic, np.array(beta), np.array(a), variance_of, depth, sea.describe(), report)
 
 
 def regular(
@@ -153,7 +155,7 @@ def tip_motion(waves: Realisation, rao: Rao, x: float, y: float, *, fine: float 
 
     Coherent with `wave_field.water` of the same waves. fine: see `IrregularTip`. Source: z = eta_3 + y eta_4 - x eta_5.
     """
-    H = _kept(_vertical, len(waves.harmonic))(rao, waves.repeat, waves.harmonic.tobytes(), waves.beta.tobytes(), x, y)
+    H = _cached(_vertical, len(waves.harmonic))(rao, waves.repeat, waves.harmonic.tobytes(), waves.beta.tobytes(), x, y)
     c = np.sum(H * waves.a, axis=0)
     report = f"{rao.name} at x {x:g} m, y {y:g} m. {waves.report}".strip()
     return IrregularTip(waves.spread(c), waves.repeat, source=waves.source, report=report, fine=fine)
@@ -191,7 +193,7 @@ def tip_motion_exact(waves: Realisation, rao: Rao, x: float, y: float, z: float)
     return IrregularTip(c, waves.repeat, source=waves.source, report=report)
 
 
-def _kept(function: Any, n: int) -> Any:
+def _cached(function: Any, n: int) -> Any:
     """The function that remembers what it gave, or, where its arrays of n harmonics are large, as it is."""
     return function if n <= REMEMBERED else function.__wrapped__
 
@@ -241,16 +243,14 @@ def _variances(spectrum: WaveSpectrum, harmonic: NDArray[np.int64], d_omega: flo
 
 
 @lru_cache(maxsize=32)
-def _drawn(seed: int, directions: int, n: int, drawn: Amplitudes) -> ComplexArray:
+def _random_amplitudes(seed: int, directions: int, n: int, law: Amplitudes) -> ComplexArray:
     """What chance gives to every direction and harmonic, (directions, n): the same for seas of any height."""
     rng = np.random.default_rng(seed)
-    if drawn is Amplitudes.FIXED:
+    if law is Amplitudes.FIXED:
         return np.asarray(np.exp(2j * math.pi * rng.random((directions, n))), dtype=np.complex128)
     parts = rng.standard_normal((directions, 2, n))
     return np.asarray(parts[:, 0] + 1j * parts[:, 1])
 
 
-def _sized(variance: FloatArray, by_chance: ComplexArray, drawn: Amplitudes) -> ComplexArray:
-    return np.asarray(
-        np.sqrt(2.0 * variance if drawn is Amplitudes.FIXED else variance) * by_chance, dtype=np.complex128
-    )
+def _sized(variance: FloatArray, by_chance: ComplexArray, law: Amplitudes) -> ComplexArray:
+    return np.asarray(np.sqrt(2.0 * variance if law is Amplitudes.FIXED else variance) * by_chance, dtype=np.complex128)

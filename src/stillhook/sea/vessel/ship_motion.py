@@ -20,10 +20,10 @@ from stillhook.errors import MotionError
 from stillhook.sea.motion.recorded import Recorded
 from stillhook.units import parse, quote
 
-Lever = tuple[str, str, str]
+Offset = tuple[str, str, str]
 
 STANDARD_GRAVITY = 9.80665  # m/s^2, CGPM 1901
-LONGEST_LEVER = 300.0  # m: longer than any crane vessel from its motion sensor to its crane tip
+MAX_OFFSET = 300.0  # m: longer than any crane vessel from its motion sensor to its crane tip
 
 
 @dataclass(frozen=True)
@@ -59,11 +59,11 @@ class ReadReport:
         longest = f"longest {self.longest:.3g} s at {self.longest_at:.6g} s"
         gaps = f"{self.gaps} {'gap' if self.gaps == 1 else 'gaps'} ({longest})" if self.gaps else "no gaps"
         counted = "".join(f", {name} {count}" for name, count in self.counts.items() if count)
-        turned = "positive down in the file, turned over" if self.heave == "down" else "positive up in the file"
+        direction = "positive down in the file, turned over" if self.heave == "down" else "positive up in the file"
         text = (
             f"{self.source} read as {self.form}: {self.samples} samples over {self.duration:.6g} s, {self.time} time, "
             f"interval {self.interval:.4g} s ({self.shortest:.4g} to {self.longest:.4g} s, "
-            f"jitter {1e3 * self.jitter:.3g} ms), {gaps}{counted}; {self.column} {turned}."
+            f"jitter {1e3 * self.jitter:.3g} ms), {gaps}{counted}; {self.column} {direction}."
         )
         return " ".join((text, *(f"Caution: {caution}." for caution in self.cautions)))
 
@@ -127,7 +127,7 @@ def tip_height(heave: FloatArray, roll: FloatArray, pitch: FloatArray, x: float,
     return height
 
 
-def tip_motion(ship: ShipMotion, tip: Lever, *, every: str | None = "0.5 s") -> Recorded:
+def tip_motion(ship: ShipMotion, tip: Offset, *, every: str | None = "0.5 s") -> Recorded:
     """Motion of the crane tip of a ship that moves as logged: `tip_motion(ship, tip=("-20 m", "12 m", "35 m"))`.
 
     Parameters: ship; tip, the lever arm from the motion sensor's point to the crane tip as texts: forward, to port, up.
@@ -137,7 +137,7 @@ def tip_motion(ship: ShipMotion, tip: Lever, *, every: str | None = "0.5 s") -> 
     Errors: MotionError for a lever without roll and pitch to turn it, for one that is no ship's, and for a tip that
     would fall faster than gravity, which is a spike or a jumping clock in the log; UnitError for a bare number.
     """
-    x, y, z = lever(tip)
+    x, y, z = offset(tip)
     source = ship.report.source
     if ship.roll is None or ship.pitch is None:
         missing = " and ".join(name for name, c in (("roll", ship.roll), ("pitch", ship.pitch)) if c is None)
@@ -153,15 +153,15 @@ def tip_motion(ship: ShipMotion, tip: Lever, *, every: str | None = "0.5 s") -> 
     return sea_worthy(Recorded(ship.t, height, source=source, report=report), every)
 
 
-def lever(tip: Lever) -> tuple[float, float, float]:
+def offset(tip: Offset) -> tuple[float, float, float]:
     """The three texts of a lever arm as x, y, z [m]."""
     if isinstance(tip, str) or not isinstance(tip, tuple | list) or len(tip) != 3:
         raise MotionError(
             f'tip = {quote(tip)} is not three lengths. Give forward, to port and up, as tip=("-20 m", "12 m", "35 m").'
         )
     x, y, z = (parse(text, "length", f"tip {name}") for text, name in zip(tip, ("x", "y", "z"), strict=True))
-    if max(abs(x), abs(y), abs(z)) > LONGEST_LEVER:
-        raise MotionError(f"tip = {quote(tip)} lies more than {LONGEST_LEVER:g} m from the sensor. Check its units.")
+    if max(abs(x), abs(y), abs(z)) > MAX_OFFSET:
+        raise MotionError(f"tip = {quote(tip)} lies more than {MAX_OFFSET:g} m from the sensor. Check its units.")
     return x, y, z
 
 

@@ -16,7 +16,7 @@ from stillhook.errors import SeaError
 from stillhook.sea.motion.motion import Motion
 from stillhook.sea.spectra.spectrum import Sea
 from stillhook.sea.vessel.rao import Rao
-from stillhook.sea.vessel.ship_motion import LONGEST_LEVER, mean_zero_crossing_period
+from stillhook.sea.vessel.ship_motion import MAX_OFFSET, mean_zero_crossing_period
 from stillhook.statistics.extremes import MPM, P90, largest
 from stillhook.units import number, parse, quote
 
@@ -44,7 +44,7 @@ class TipPoint:
 
 def parse_point(text: str, where: str = "at") -> TipPoint:
     """The place that a text such as "x=-20 m, y=-18 m" names, z optional. Errors: SeaError, UnitError, one line."""
-    found: dict[str, float] = {}
+    coordinates: dict[str, float] = {}
     for part in text.split(",") if isinstance(text, str) else [""]:
         match = re.fullmatch(r"\s*([A-Za-z]+)\s*=\s*(.*?)\s*", part)
         if match is None or match[1].lower() not in ("x", "y", "z"):
@@ -52,15 +52,15 @@ def parse_point(text: str, where: str = "at") -> TipPoint:
                 f"{where} {quote(text)}: {quote(part.strip())} is not x, y or z with a length. Write a place {AT_LIKE}."
             )
         name = match[1].lower()
-        if name in found:
+        if name in coordinates:
             raise SeaError(f"{where} {quote(text)}: {name} comes twice. Give it once.")
-        found[name] = parse(match[2], "length", f"{where}: {name}")
-        if abs(found[name]) > LONGEST_LEVER:
-            raise SeaError(f"{where} {quote(text)}: {name} is more than {LONGEST_LEVER:g} m. Check its unit.")
+        coordinates[name] = parse(match[2], "length", f"{where}: {name}")
+        if abs(coordinates[name]) > MAX_OFFSET:
+            raise SeaError(f"{where} {quote(text)}: {name} is more than {MAX_OFFSET:g} m. Check its unit.")
     for name in ("x", "y"):
-        if name not in found:
+        if name not in coordinates:
             raise SeaError(f"{where} {quote(text)}: {name} is missing. Write a place {AT_LIKE}.")
-    return TipPoint(found["x"], found["y"], found.get("z"))
+    return TipPoint(coordinates["x"], coordinates["y"], coordinates.get("z"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,8 +134,8 @@ class TipResponse:
         return self._share(self.S, self.omega < self.omega_table[0])
 
     def _share(self, S: FloatArray, where: NDArray[np.bool_]) -> float:
-        whole = float(np.sum(self.weight * S))
-        return float(np.sum((self.weight * S)[where])) / whole if whole > 0.0 else 0.0
+        total = float(np.sum(self.weight * S))
+        return float(np.sum((self.weight * S)[where])) / total if total > 0.0 else 0.0
 
     def statistics(self, duration: float) -> dict[str, float]:
         """Numbers of the motion, and the largest of a time [s]: most probable maximum and the level that 90 % of such
@@ -253,10 +253,10 @@ def _curve_notes(curves: dict[str, dict[str, float]]) -> list[str]:
     }
     if not apart or max(abs(x) for x in apart.values()) < 0.01:
         return []
-    told = ", ".join(f"{x:+.1%} in {name}" for name, x in apart.items())
+    deviations = ", ".join(f"{x:+.1%} in {name}" for name, x in apart.items())
     return [
         "The vessel's table says nothing between its frequencies: a spline there differs from straight lines by"
-        f" {told}."
+        f" {deviations}."
     ]
 
 

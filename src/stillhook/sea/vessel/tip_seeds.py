@@ -26,13 +26,13 @@ def seed_maxima(
     [s], one each for the seeds first, first + 1, ...: keys z, v, a. Amplitudes are random (Rayleigh), as in nature."""
     if not FEWEST_MAXIMA <= seeds <= MOST_SEEDS:
         raise SeaError(f"seeds = {seeds}: give {FEWEST_MAXIMA} to {MOST_SEEDS}; 20 or more tell something.")
-    found: dict[str, list[float]] = {name: [] for name in NAMES}
+    maxima: dict[str, list[float]] = {name: [] for name in NAMES}
     for seed in range(first, first + seeds):
         motion = tip_motion(realise(sea, duration, seed, amplitudes="rayleigh"), rao, x, y)
         n = math.ceil(len(motion.amplitudes) * 2.0 * math.pi / SPACING)
         for order, name in enumerate(NAMES):
-            found[name].append(float(synthesis((1j * motion.omega) ** order * motion.amplitudes, n).max()))
-    return found
+            maxima[name].append(float(synthesis((1j * motion.omega) ** order * motion.amplitudes, n).max()))
+    return maxima
 
 
 def seed_extremes(

@@ -74,9 +74,9 @@ def _levels(waves: Realisation) -> int:
 def _series(waves: Realisation, c: ComplexArray, n: int) -> FloatArray:
     """Samples 0 .. n over one repeat, the last one the first again: (n + 1,) or, for amplitudes of levels (L, .), (n +
     1, L)."""
-    whole = np.zeros((*c.shape[:-1], int(waves.harmonic[-1]) + 1), dtype=np.complex128)
-    whole[..., waves.harmonic] = c
-    x = synthesis(whole, n)
+    spectrum = np.zeros((*c.shape[:-1], int(waves.harmonic[-1]) + 1), dtype=np.complex128)
+    spectrum[..., waves.harmonic] = c
+    x = synthesis(spectrum, n)
     out = np.empty((n + 1, *x.shape[:-1]))
     out[:n], out[n] = x.T, x.T[0]
     return out

@@ -165,7 +165,7 @@ def _read(text: str, label: str, stem: str) -> Criteria:
 
 def _criteria(data: Mapping[str, Any], label: str, stem: str) -> Criteria:
     top = Fields(data, "", ValidateError)
-    top.known(TOP)
+    top.refuse_unknown(TOP)
     top.need("version")
     base = _base(top)
     rows = {c.key: c for c in base.criteria} if base else {}
@@ -213,7 +213,7 @@ def _drop(top: Fields, rows: Mapping[str, Criterion]) -> tuple[str, ...]:
 
 def _settings(top: Fields, base: Criteria | None) -> dict[str, float]:
     table = Fields(top.table.get("settings", {}), "settings: ", ValidateError)
-    table.known(tuple(SETTINGS))
+    table.refuse_unknown(tuple(SETTINGS))
     out = dict(base.settings) if base else {}
     for name in table.table:
         out[name] = table.figure(name, SETTINGS[name].quantity)[0]
@@ -235,7 +235,7 @@ def _row(row: Fields, old: Criterion | None, label: str) -> Criterion:
             f"{row.place}{BEFORE} is no field any more: the whole 95 % interval decides. Leave it out, or write "
             'ask = "not refuted" where it was "any".'
         )
-    row.known(ROW)
+    row.refuse_unknown(ROW)
     if old is None:
         row.need("step", "what", "measure")
     measure = row.text("measure", old.measure if old else None)

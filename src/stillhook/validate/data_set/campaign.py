@@ -123,11 +123,11 @@ def load_campaign(path: str | Path) -> Campaign:
 
 def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
     top = Fields(data, "", ValidateError)
-    top.known(TOP)
+    top.refuse_unknown(TOP)
     top.need("date", "crane")
     if "test" not in top:
         raise ValidateError("test: missing. Give one [[test]] a log.")
-    crane_name = top.beside("crane", file.parent)
+    crane_name = top.path_or_name("crane", file.parent)
     crane = load_crane(crane_name)
     mapping = mapping_from(data["signals"], "signals") if "signals" in data else None
     modes = modes_of(top)
@@ -161,7 +161,7 @@ def _date(top: Fields) -> datetime.date:
 
 
 def _criteria(top: Fields, folder: Path) -> Criteria:
-    return load_criteria(top.beside("criteria", folder) if "criteria" in top else "paper-f")
+    return load_criteria(top.path_or_name("criteria", folder) if "criteria" in top else "paper-f")
 
 
 def _delay(top: Fields) -> float:
@@ -184,7 +184,7 @@ def _test(
 ) -> CraneTest:
     name = Fields(row, f"test {i + 1}: ", ValidateError).text("name", str(i + 1))
     test = Fields(row, f'test "{name}": ', ValidateError)
-    test.known(TEST)
+    test.refuse_unknown(TEST)
     test.need("log", "kind")
     kind = test.text("kind")
     if kind not in list(Kind):
@@ -274,7 +274,7 @@ def _water(test: Fields, load: float | None, crane: Crane) -> Water | None:
     if "water" not in test:
         return None
     inside = Fields(test.table["water"], f"{test.place}water: ", ValidateError)
-    inside.known(tuple(Water.model_fields))
+    inside.refuse_unknown(tuple(Water.model_fields))
     try:
         water = Water(**inside.table)
     except StillhookError as e:

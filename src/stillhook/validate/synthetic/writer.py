@@ -23,7 +23,7 @@ from stillhook.logs.synthetic.campaign import (
     CAMPAIGN_FILE,
     LOG_FOLDER,
     MARK,
-    TRUTH_FILE,
+    REFERENCE_FILE,
     check_campaign_folder,
     log_file,
     mapping_lines,
@@ -124,11 +124,13 @@ def write_campaign(
         if not plan.crane_name:
             (part / CRANE_FILE).write_text(crane_toml(plan.crane), encoding="utf-8")
         what = "none" if named is None else f"{named}: {told(named, size)}"
-        (part / TRUTH_FILE).write_text(
+        (part / REFERENCE_FILE).write_text(
             f"# {MARK}. The truth behind the logs.\n{truth_text(plan, seed, what, made)}", encoding="utf-8"
         )
         (part / CAMPAIGN_FILE).write_text(campaign_text(plan, seed, made, files, sensors), encoding="utf-8")
-    return Written(folder, folder / CAMPAIGN_FILE, tuple(folder / f for f in files), folder / TRUTH_FILE, tuple(notes))
+    return Written(
+        folder, folder / CAMPAIGN_FILE, tuple(folder / f for f in files), folder / REFERENCE_FILE, tuple(notes)
+    )
 
 
 def _check(plan: Plan, seed: int, defect: Defect | None, size: float | None) -> None:

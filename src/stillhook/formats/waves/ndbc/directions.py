@@ -70,9 +70,9 @@ def read_directional(path: str | os.PathLike[str]) -> SpectrumSeries:
     theta_1, theta_2 = (coming_from(np.radians(alpha), DirectionSense.FROM_NORTH) for alpha in (alpha_1, alpha_2))
     first = np.asarray(r_1 * np.exp(1j * theta_1), dtype=np.complex128)
     second = np.asarray(r_2 * np.exp(2j * theta_2), dtype=np.complex128)
-    known = np.isfinite(first) & np.isfinite(second)
-    valid = series.valid & known.any(axis=1)
-    filled = _fill(first, second, known, series, valid)
+    measured = np.isfinite(first) & np.isfinite(second)
+    valid = series.valid & measured.any(axis=1)
+    filled = _fill(first, second, measured, series, valid)
     notes = list(series.notes)
     if without := series.n_valid - int(np.count_nonzero(valid)):
         notes.append(f"{without} records have no directions")
@@ -106,12 +106,12 @@ def _part(file: Path, name: str, series: SpectrumSeries) -> FloatArray:
             f"{records.name}: line {records.lines[i]}: {name} = {values[i, j]:g} is not between {low:g} and {high:g}."
             " Mend the line."
         )
-    found = np.full(series.S.shape, np.nan)
+    part = np.full(series.S.shape, np.nan)
     at = np.searchsorted(records.time, series.time)
     at[at == len(records.time)] = 0
     both = records.time[at] == series.time
-    found[both] = values[at[both]]
-    return found
+    part[both] = values[at[both]]
+    return part
 
 
 def _same(f: FloatArray, name: str, series: SpectrumSeries) -> bool:
@@ -122,16 +122,16 @@ def _same(f: FloatArray, name: str, series: SpectrumSeries) -> bool:
 def _fill(
     first: ComplexArray,
     second: ComplexArray,
-    known: NDArray[np.bool_],
+    measured: NDArray[np.bool_],
     series: SpectrumSeries,
     valid: NDArray[np.bool_],
 ) -> int:
     """Give a band that has no coefficients those of the nearest one that has; how many of these bands hold waves."""
     m = np.arange(series.S.shape[1])
     count = 0
-    for i in np.flatnonzero(valid & ~known.all(axis=1)):
-        have = np.flatnonzero(known[i])
+    for i in np.flatnonzero(valid & ~measured.all(axis=1)):
+        have = np.flatnonzero(measured[i])
         nearest = have[np.argmin(np.abs(m[:, None] - have[None, :]), axis=1)]
         first[i], second[i] = first[i, nearest], second[i, nearest]
-        count += int(np.count_nonzero(~known[i] & (series.S[i] > 0.0)))
+        count += int(np.count_nonzero(~measured[i] & (series.S[i] > 0.0)))
     return count

@@ -41,17 +41,17 @@ def read_spectra(path: str | os.PathLike[str] | Records) -> SpectrumSeries:
     records = path if isinstance(path, Records) else read_records(path)
     f, S = densities(records)
     f, width = bands(f, records.name)
-    whole = np.all(np.isfinite(S), axis=1)
-    _check(records, f, S, width, whole)
+    complete = np.all(np.isfinite(S), axis=1)
+    _check(records, f, S, width, complete)
     notes = []
-    if missing := int(np.count_nonzero(~whole)):
-        part = int(np.count_nonzero(~whole & np.any(np.isfinite(S), axis=1)))
+    if missing := int(np.count_nonzero(~complete)):
+        part = int(np.count_nonzero(~complete & np.any(np.isfinite(S), axis=1)))
         notes.append(
             f"{missing} of {len(S)} records are missing" + (f", {part} of them in some bands only" if part else "")
         )
     notes += records.notes
-    S = np.where(whole[:, None], S, np.nan) / (2.0 * np.pi)
-    return SpectrumSeries(2.0 * np.pi * f, 2.0 * np.pi * width, S, records.time, whole, records.name, tuple(notes))
+    S = np.where(complete[:, None], S, np.nan) / (2.0 * np.pi)
+    return SpectrumSeries(2.0 * np.pi * f, 2.0 * np.pi * width, S, records.time, complete, records.name, tuple(notes))
 
 
 def is_spectra(header: list[str]) -> bool:
@@ -69,8 +69,8 @@ def densities(records: Records) -> tuple[FloatArray, FloatArray]:
             f" {' '.join(records.header[:3]) or 'nothing'}. Give a file of spectral wave density (such as"
             " 46042w1996.txt)."
         )
-    if (held := _companion(records)) is not None:
-        name, density = held
+    if (companion := _companion(records)) is not None:
+        name, density = companion
         raise SeaError(
             f"{records.name}: holds the directions {name} of a spectrum, not its wave density. "
             f"Give the density file {density} with this one beside it."
@@ -122,14 +122,14 @@ def spread_out(records: Records, fills: tuple[float, ...] = FILLS) -> tuple[Floa
     return np.array(rows[0], dtype=np.float64), values
 
 
-def _check(records: Records, f: FloatArray, S: FloatArray, width: FloatArray, whole: NDArray[np.bool_]) -> None:
+def _check(records: Records, f: FloatArray, S: FloatArray, width: FloatArray, complete: NDArray[np.bool_]) -> None:
     if np.any(S < 0.0):
         i, j = (int(k) for k in np.argwhere(S < 0.0)[0])
         raise SeaError(
             f"{records.name}: line {records.lines[i]}: negative energy {S[i, j]:g} m^2/Hz at {f[j]:g} Hz. Mend or"
             " remove the line."
         )
-    H = 4.0 * np.sqrt(np.where(whole, S @ width, 0.0))
+    H = 4.0 * np.sqrt(np.where(complete, S @ width, 0.0))
     if H.max() > HIGHEST:
         i = int(np.argmax(H))
         raise SeaError(

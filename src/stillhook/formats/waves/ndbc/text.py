@@ -78,8 +78,8 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
                 f"{file}: is {'a folder' if stat.S_ISDIR(mode) else 'not an ordinary file'}. Give one file of waves."
             )
         with file.open("rb") as raw:
-            packed = raw.read(2) == b"\x1f\x8b"
-        with gzip.open(file, "rb") if packed else file.open("rb") as stream:
+            compressed = raw.read(2) == b"\x1f\x8b"
+        with gzip.open(file, "rb") if compressed else file.open("rb") as stream:
             data = stream.read(LARGEST_TEXT + 1)
     except FileNotFoundError:
         raise SeaError(f"{quote(str(file))}: no such file. Check the name and the folder.") from None
@@ -93,10 +93,10 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
         raise SeaError(
             f"{file.name}: holds more than {LARGEST_TEXT / 1e6:g} million characters. Give one year of one buoy."
         )
-    for magic, what in _FOREIGN:
+    for magic, content in _FOREIGN:
         if data.lstrip().startswith(magic):
             raise SeaError(
-                f"{file.name}: is a {what} file. Give a text file of NDBC, plain or gz, or say what it is with"
+                f"{file.name}: is a {content} file. Give a text file of NDBC, plain or gz, or say what it is with"
                 " --format."
             )
     return data
@@ -160,11 +160,13 @@ def _in_order(
 ) -> Records:
     order = np.argsort(time, kind="stable")
     once = np.concatenate(([True], np.diff(time[order]) > np.timedelta64(0, "s")))
-    kept = order[once]
-    repeated = len(order) - len(kept)
+    selection = order[once]
+    repeated = len(order) - len(selection)
     notes = [f"{repeated} records repeat a time: the first of each is kept"] if repeated else []
-    notes += _absent(time[kept])
-    return Records(name, header, time[kept], [rows[i] for i in kept], [lines[i] for i in kept], tuple(notes))
+    notes += _absent(time[selection])
+    return Records(
+        name, header, time[selection], [rows[i] for i in selection], [lines[i] for i in selection], tuple(notes)
+    )
 
 
 def _absent(time: NDArray[np.datetime64]) -> list[str]:
@@ -246,13 +248,14 @@ def bands(f: FloatArray, where: str) -> tuple[FloatArray, FloatArray]:
     if len(f) < 2:
         raise SeaError(f"{where}: one band of frequencies is no spectrum. Fetch the file again.")
     if f[0] <= 0.0 or np.any(np.diff(f) <= 0.0) or f[-1] > 2.0:
-        came_f = ", ".join(f"{x:g}" for x in f[:3])
+        first_frequencies = ", ".join(f"{x:g}" for x in f[:3])
         raise SeaError(
-            f"{where}: {len(f)} frequencies ({came_f}, ...) do not ascend within 0 to 2 Hz. Fetch the file again."
+            f"{where}: {len(f)} frequencies ({first_frequencies}, ...) do not ascend within 0 to 2 Hz. Fetch the"
+            " file again."
         )
     low = f[0] < 0.025 and abs(f[1] - WPM[0]) <= ROUNDED
-    own = f[1:] if low else f
-    if len(own) == len(WPM) and np.all(np.abs(own - WPM) <= ROUNDED):
+    bands_f = f[1:] if low else f
+    if len(bands_f) == len(WPM) and np.all(np.abs(bands_f - WPM) <= ROUNDED):
         width = np.concatenate((np.full(13, 0.005), np.full(26, 0.01), np.full(7, 0.02)))
         return (np.concatenate(([0.0201], WPM)), np.concatenate(([0.01], width))) if low else (WPM.copy(), width)
     return f, _widths(f)

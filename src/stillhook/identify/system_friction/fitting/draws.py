@@ -47,11 +47,11 @@ def draw_cranes(
     streams = np.random.SeedSequence(seed).spawn(2)
     out = [crane] * n
     if friction_set is not None:
-        drawn = draw(friction_set, n, np.random.default_rng(streams[0]))
-        out = [with_friction(c, friction_set, drawn, i, f"draw {i} of {n} (seed {seed})") for i, c in enumerate(out)]
+        samples = draw(friction_set, n, np.random.default_rng(streams[0]))
+        out = [with_friction(c, friction_set, samples, i, f"draw {i} of {n} (seed {seed})") for i, c in enumerate(out)]
     if loss_set is not None:
-        drawn = draw(loss_set, n, np.random.default_rng(streams[1]))
-        out = [with_loss(c, loss_set, drawn, i, f"draw {i} of {n} (seed {seed})") for i, c in enumerate(out)]
+        samples = draw(loss_set, n, np.random.default_rng(streams[1]))
+        out = [with_loss(c, loss_set, samples, i, f"draw {i} of {n} (seed {seed})") for i, c in enumerate(out)]
     return out
 
 

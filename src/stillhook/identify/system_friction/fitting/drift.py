@@ -27,13 +27,13 @@ DP_FLOOR = 1.0
 """Least standard uncertainty of a friction pressure [Pa]: a hundred-thousandth of a bar, so that noise-free data keep
 their numbers."""
 PAIR, LOAD, WALK, BEND = "pair", "load", "walk", "bend"
-LEVEL, OWN, WARM, COURSE, FORM = "level", "own", "warm", "course", "form"
+LEVEL, PAIRWISE, WARM, COURSE, FORM = "level", "own", "warm", "course", "form"
 """Variances of the model: scatter of a pair's difference, and of its sum [Pa^2]; a random walk and a once integrated
 random walk of the zero [Pa^2 over the length of a test]; over the mean friction: that of a whole test, its slope over
 half a test as it is of one test alone, and as it is alike in all tests, its curvature, and what the form of the law
 lacks at neighbouring
 speeds."""
-WITHOUT_WEIGHT = (LEVEL, OWN, WARM, COURSE, FORM)
+WITHOUT_WEIGHT = (LEVEL, PAIRWISE, WARM, COURSE, FORM)
 """Variances that the fit gives no weight to."""
 NEIGHBOURS = 0.8
 """Difference of ln speed over which what the law lacks stays alike: a factor of two; break-away friction fades over
@@ -41,7 +41,7 @@ about as much."""
 CURVED = 0.15
 """Variance of the curvature of the course that is alike in all tests over that of its slope: an exponential warm-up
 over half a test."""
-NOT_NONE = (OWN, WARM)
+NOT_NONE = (PAIRWISE, WARM)
 """Variances that are not taken for none where friction does go with test or time: their likelihood is multiplied by
 their root, so that one that the campaign hardly shows comes out at about its own standard error (Chung and others,
 Psychometrika 78,
@@ -123,18 +123,18 @@ class Rows:
         n = len(points)
         self.points = points
         self.timed = bool(n) and bool(np.all(np.isfinite(points.t_up) & np.isfinite(points.t_down)))
-        own = points.u_dp**2 + DP_FLOOR**2
+        pair_variance = points.u_dp**2 + DP_FLOOR**2
         g = friction / points.D_m
         same = points.test[:, None] == points.test[None, :]
         if not self.timed:
-            self.own = np.diag(own)
+            self.pair_variance = np.diag(pair_variance)
             self.names: tuple[str, ...] = (PAIR,)
             self.parts = [np.eye(n)]
             self.fixed = np.zeros((n, 0))
             return
         zero = np.zeros((n, n))
-        self.own = np.diag(np.concatenate([own, own]))
-        self.names = (PAIR, LOAD, WALK, BEND, LEVEL, OWN, WARM, COURSE, FORM)
+        self.pair_variance = np.diag(np.concatenate([pair_variance, pair_variance]))
+        self.names = (PAIR, LOAD, WALK, BEND, LEVEL, PAIRWISE, WARM, COURSE, FORM)
         t_up, t_down = _relative(points)
         twice = np.concatenate([t_up, t_down])
         mates = np.tile(same, (2, 2))
@@ -163,7 +163,7 @@ class Rows:
         """The covariance with these variances; weights: without what the fit gives no weight to."""
         if weights:
             values = np.where([m in WITHOUT_WEIGHT for m in self.names], 0.0, values)
-        out = self.own.copy()
+        out = self.pair_variance.copy()
         for value, part in zip(values, self.parts, strict=True):
             if value > 0.0:
                 out += value * part
@@ -174,10 +174,10 @@ def _relative(points: Points) -> tuple[FloatArray, FloatArray]:
     """Times of both stretches, from 0 to 1 over each test."""
     up, down = points.t_up.copy(), points.t_down.copy()
     for k in np.unique(points.test):
-        mine = points.test == k
-        first = min(up[mine].min(), down[mine].min())
-        length = max(up[mine].max(), down[mine].max()) - first
-        up[mine], down[mine] = ((t[mine] - first) / max(length, 1e-9) for t in (up, down))
+        of_test = points.test == k
+        first = min(up[of_test].min(), down[of_test].min())
+        length = max(up[of_test].max(), down[of_test].max()) - first
+        up[of_test], down[of_test] = ((t[of_test] - first) / max(length, 1e-9) for t in (up, down))
     return up, down
 
 
@@ -197,9 +197,9 @@ def _loads(points: Points) -> FloatArray:
     displacement only."""
     out = np.zeros((len(points), len(np.unique(points.test))))
     for j, k in enumerate(np.unique(points.test)):
-        mine = points.test == k
-        shape = points.T_d[mine] / points.D_m[mine]
-        out[mine, j] = shape / shape.mean() if shape.mean() > 0.0 else 1.0
+        of_test = points.test == k
+        shape = points.T_d[of_test] / points.D_m[of_test]
+        out[of_test, j] = shape / shape.mean() if shape.mean() > 0.0 else 1.0
     return out
 
 
@@ -228,8 +228,8 @@ def noise_of(
     """
     friction = motor_loss_at(points, loss) + system_friction_at(points, y)
     rows = Rows(points, friction)
-    left = points.dp_F - friction / points.D_m
-    data = np.concatenate([left, sums(points, loss, y)]) if rows.timed else left
+    residual = points.dp_F - friction / points.D_m
+    data = np.concatenate([residual, sums(points, loss, y)]) if rows.timed else residual
     free = np.concatenate([J / points.D_m[:, None], np.zeros_like(J)]) if rows.timed else J / points.D_m[:, None]
     X = _scaled(np.concatenate([free, rows.fixed], axis=1))
     guess = _guess(rows, data, X)
@@ -248,13 +248,13 @@ def _scaled(X: FloatArray) -> FloatArray:
 def _guess(rows: Rows, data: FloatArray, X: FloatArray) -> FloatArray:
     """Variances that each alone would explain a share of what is left."""
     n = len(rows.points)
-    left = data - X @ np.linalg.lstsq(X, data, rcond=None)[0]
-    both = [float(np.mean(left[:n] ** 2)), float(np.mean(left[n:] ** 2)) if rows.timed else 0.0]
+    residual = data - X @ np.linalg.lstsq(X, data, rcond=None)[0]
+    both = [float(np.mean(residual[:n] ** 2)), float(np.mean(residual[n:] ** 2)) if rows.timed else 0.0]
     out = []
     for name, part in zip(rows.names, rows.parts, strict=True):
         i = 1 if name in (LOAD, WALK, BEND) else 0
-        seen = float(np.mean(np.diag(part)[i * n : (i + 1) * n]))
-        out.append(max(both[i], DP_FLOOR**2) / max(seen, 1e-300) / 3.0)
+        share = float(np.mean(np.diag(part)[i * n : (i + 1) * n]))
+        out.append(max(both[i], DP_FLOOR**2) / max(share, 1e-300) / 3.0)
     return np.array(out)
 
 
@@ -262,7 +262,7 @@ def _reml(rows: Rows, data: FloatArray, X: FloatArray, guess: FloatArray, begin:
     """Variances of the largest restricted likelihood."""
     from scipy.optimize import minimize
 
-    n, kept = len(rows.points), np.zeros(len(rows.names))
+    n, fixed = len(rows.points), np.zeros(len(rows.names))
 
     def objective(log: FloatArray) -> tuple[float, FloatArray]:
         values = guess * np.exp(log)
@@ -272,22 +272,24 @@ def _reml(rows: Rows, data: FloatArray, X: FloatArray, guess: FloatArray, begin:
         slope = np.array(
             [v * (float(np.sum(P * part)) - float(Py @ part @ Py)) for v, part in zip(values, rows.parts, strict=True)]
         )
-        return deviance + float(data @ Py) - float(kept @ log), slope - kept
+        return deviance + float(data @ Py) - float(fixed @ log), slope - fixed
 
     low, high = float(np.log(NOTHING)), 12.0
     first = np.clip(np.log(np.maximum(begin, 0.1 * NOTHING * guess) / guess), low + 5.0, high)
     limits, stop = [(low, high)] * len(first), {"maxiter": 40, "ftol": 1e-6}
-    found = minimize(objective, first, jac=True, method="L-BFGS-B", bounds=limits, options=stop)
-    values = guess * np.exp(found.x)
+    optimum = minimize(objective, first, jac=True, method="L-BFGS-B", bounds=limits, options=stop)
+    values = guess * np.exp(optimum.x)
     parts = values * np.array([float(np.mean(np.diag(part)[:n])) for part in rows.parts])
     slow = np.array([m in WITHOUT_WEIGHT for m in rows.names])
     if slow.any():
-        shown = float(parts[slow].sum()) > GOES_WITH_TIME * float(parts.sum() + np.mean(np.diag(rows.own)[:n]))
-        kept = np.array([(1.0 if shown else FAINT) * float(m in NOT_NONE) for m in rows.names])
-        found = minimize(
-            objective, np.maximum(found.x, low + 5.0), jac=True, method="L-BFGS-B", bounds=limits, options=stop
+        shown = float(parts[slow].sum()) > GOES_WITH_TIME * float(
+            parts.sum() + np.mean(np.diag(rows.pair_variance)[:n])
         )
-        values = guess * np.exp(found.x)
+        fixed = np.array([(1.0 if shown else FAINT) * float(m in NOT_NONE) for m in rows.names])
+        optimum = minimize(
+            objective, np.maximum(optimum.x, low + 5.0), jac=True, method="L-BFGS-B", bounds=limits, options=stop
+        )
+        values = guess * np.exp(optimum.x)
     shares = values * np.array([float(np.mean(np.diag(part))) for part in rows.parts])
     return np.asarray(np.where(shares < NEGLIGIBLE * float(np.mean(np.diag(rows.of(values)))), 0.0, values))
 

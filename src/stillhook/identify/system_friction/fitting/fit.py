@@ -62,10 +62,10 @@ class FrictionFit:
     y: Y
     names: tuple[str, ...]
     covariance: FloatArray
-    own: FloatArray
+    nominal_covariance: FloatArray
     at_bound: tuple[str, ...]
     dropped: tuple[str, ...]
-    given: Mapping[str, float]
+    prescribed: Mapping[str, float]
     evidence: Mapping[str, float]
     residual: FloatArray
     tau: float
@@ -95,11 +95,11 @@ class Target:
         """Shape (n, 5), as `system_columns`."""
         if Y_4 in self._columns:
             return self._columns[Y_4]
-        found = self._steady.copy()
-        found[:, FADING] = system_columns(self.points, Y_4, Y_FADING)
+        all_columns = self._steady.copy()
+        all_columns[:, FADING] = system_columns(self.points, Y_4, Y_FADING)
         if len(self._columns) < len(Y_4_GRID):
-            self._columns[Y_4] = found
-        return found
+            self._columns[Y_4] = all_columns
+        return all_columns
 
 
 class _Reduced(NamedTuple):
@@ -109,7 +109,7 @@ class _Reduced(NamedTuple):
     R: FloatArray
     size: FloatArray
     q: FloatArray
-    beside: float
+    unexplained: float
 
 
 class Problem:
@@ -125,10 +125,10 @@ class Problem:
         target: Target,
         sigma: FloatArray,
         used: tuple[str, ...] = Y_LINEAR,
-        given: Mapping[str, float] | None = None,
+        prescribed: Mapping[str, float] | None = None,
         shift: FloatArray | None = None,
     ) -> None:
-        self.target, self.sigma, self.used, self.given = target, sigma, used, dict(given or {})
+        self.target, self.sigma, self.used, self.prescribed = target, sigma, used, dict(prescribed or {})
         self.points, self.T = target.points, target.T if shift is None else target.T - shift
         self._b = self.whitened(self.T)
         self._reduced: dict[float, _Reduced] = {}
@@ -167,16 +167,16 @@ class Problem:
         """Best values of the free columns at this Y_4, and chi^2; ``b`` another whitened target."""
         from scipy.optimize import nnls
 
-        Q, R, size, q, beside = self._at(Y_4)
+        Q, R, size, q, unexplained = self._at(Y_4)
         if b is not None:
             q = Q.T @ b
-            beside = float(np.sum((b - Q @ q) ** 2))
+            unexplained = float(np.sum((b - Q @ q) ** 2))
         for name, value in fixed.items():
             q = q - value * R[:, Y_LINEAR.index(name)]
         if not free:
-            return np.zeros(0), float(q @ q) + beside
-        found, norm = nnls((R / size)[:, free], q)
-        return found / size[free], float(norm) ** 2 + beside
+            return np.zeros(0), float(q @ q) + unexplained
+        values, norm = nnls((R / size)[:, free], q)
+        return values / size[free], float(norm) ** 2 + unexplained
 
     def solve(
         self, Y_4: float, fixed: Mapping[str, float] | None = None, b: FloatArray | None = None
@@ -185,10 +185,10 @@ class Problem:
         another whitened target."""
         fixed = fixed or {}
         free = self._free(fixed)
-        found, chi2 = self._least(Y_4, free, fixed, b)
+        solution, chi2 = self._least(Y_4, free, fixed, b)
         values = {
             **dict.fromkeys(Y_LINEAR, 0.0),
-            **{Y_LINEAR[i]: float(v) for i, v in zip(free, found, strict=True)},
+            **{Y_LINEAR[i]: float(v) for i, v in zip(free, solution, strict=True)},
             **fixed,
         }
         return Y(**values, Y_4=Y_4), chi2
@@ -201,7 +201,7 @@ class Problem:
     ) -> tuple[Y, float]:
         """Best parameters over all Y_4, and their chi^2; ``fixed`` may hold Y_4 itself; ``T`` another target [N m];
         ``fine`` how well ln Y_4 is to be found."""
-        fixed = {**self.given, **(fixed or {})}
+        fixed = {**self.prescribed, **(fixed or {})}
         b = None if T is None else self.whitened(T)
         if "Y_4" in fixed:
             return self.solve(fixed.pop("Y_4"), fixed, b)
@@ -211,13 +211,13 @@ class Problem:
         rough = [self._least(v, free, fixed, b)[1] for v in Y_4_GRID]
         i = int(np.argmin(rough))
         lo, hi = np.log(Y_4_GRID[max(i - 1, 0)]), np.log(Y_4_GRID[min(i + 1, len(Y_4_GRID) - 1)])
-        found = minimize_scalar(
+        optimum = minimize_scalar(
             lambda v: self._least(math.exp(v), free, fixed, b)[1],
             bounds=(lo, hi),
             method="bounded",
             options={"xatol": fine},
         )
-        at = math.exp(found.x) if found.fun < rough[i] else float(Y_4_GRID[i])
+        at = math.exp(optimum.x) if optimum.fun < rough[i] else float(Y_4_GRID[i])
         return self.solve(at, fixed, b)
 
 
@@ -227,7 +227,7 @@ def fit_system(
     *,
     keep_Y_2: bool | None = None,
     used: tuple[str, ...] = Y_LINEAR,
-    given: Mapping[str, float] | None = None,
+    prescribed: Mapping[str, float] | None = None,
     u_extra: float | None = None,
 ) -> FrictionFit:
     """System friction that explains the points together with the motor loss.
@@ -238,24 +238,24 @@ def fit_system(
     tell them; u_extra scatter of dp_F beyond the stretches' own [Pa] (None: found from the residuals).
     Errors: IdentifyError for fewer points than parameters.
     """
-    seen, given = points.fitted(), dict(given or {})
-    used = tuple(n for n in used if n not in given)
-    wanted = len(_free(tuple(n for n in used if n != "Y_2" or keep_Y_2 is not False), given)) + 1
-    if len(seen) < wanted:
+    fitted, prescribed = points.fitted(), dict(prescribed or {})
+    used = tuple(n for n in used if n not in prescribed)
+    needed = len(_free(tuple(n for n in used if n != "Y_2" or keep_Y_2 is not False), prescribed)) + 1
+    if len(fitted) < needed:
         raise IdentifyError(
-            f"{len(seen)} measured points for {wanted - 1} parameters: at least {wanted} are needed. Add steps or"
+            f"{len(fitted)} measured points for {needed - 1} parameters: at least {needed} are needed. Add steps or"
             " tests."
         )
-    target = Target(seen, seen.T_f - motor_loss_at(seen, loss))
+    target = Target(fitted, fitted.T_f - motor_loss_at(fitted, loss))
     if "Y_2" not in used or keep_Y_2 is True:
-        return _fit(target, loss, used, given, u_extra)
-    full = _fit(target, loss, used, given, u_extra)
+        return _fit(target, loss, used, prescribed, u_extra)
+    full = _fit(target, loss, used, prescribed, u_extra)
     without = tuple(n for n in used if n != "Y_2")
-    lean = _fit(target, loss, without, given, u_extra, known=full.noise)
+    lean = _fit(target, loss, without, prescribed, u_extra, fixed_noise=full.noise)
     gain = _aicc(lean) - _aicc(full)
     if keep_Y_2 is None and gain > EVIDENCE:
         return replace(full, evidence={"Y_2": gain})
-    return replace(_fit(target, loss, without, given, u_extra, start=full.noise), evidence={"Y_2": gain})
+    return replace(_fit(target, loss, without, prescribed, u_extra, start=full.noise), evidence={"Y_2": gain})
 
 
 def _aicc(fit: FrictionFit) -> float:
@@ -268,43 +268,43 @@ def _fit(
     target: Target,
     loss: Loss,
     used: tuple[str, ...],
-    given: Mapping[str, float],
+    prescribed: Mapping[str, float],
     u_extra: float | None,
     *,
-    known: Noise | None = None,
+    fixed_noise: Noise | None = None,
     start: Noise | None = None,
 ) -> FrictionFit:
     """One fit; with known noise no variance is estimated, else from start, where there is one."""
-    seen, noise = target.points, known if known is not None else start
-    problem = Problem(target, sigma_of(seen, float(np.sqrt(np.mean(seen.u_dp**2)))), used, given)
+    points, noise = target.points, fixed_noise if fixed_noise is not None else start
+    problem = Problem(target, sigma_of(points, float(np.sqrt(np.mean(points.u_dp**2)))), used, prescribed)
     for _ in range(ROUNDS if noise is None else 1):
         if noise is not None:
-            problem = Problem(target, noise.root, used, given, noise.shift)
+            problem = Problem(target, noise.root, used, prescribed, noise.shift)
         y, _ = problem.best()
-        names = tuple(n for n in _free(used, given) if n != "Y_4" or y.Y_1 > 0.0 or y.Y_3 > 0.0)
-        J = jacobian(seen, y, names)
-        if known is None:
-            noise = noise_of(seen, loss, y, J, noise.sd if noise is not None else None, pair=u_extra)
+        names = tuple(n for n in _free(used, prescribed) if n != "Y_4" or y.Y_1 > 0.0 or y.Y_3 > 0.0)
+        J = jacobian(points, y, names)
+        if fixed_noise is None:
+            noise = noise_of(points, loss, y, J, noise.sd if noise is not None else None, pair=u_extra)
     assert noise is not None
-    problem = Problem(target, noise.root, used, given, noise.shift)
+    problem = Problem(target, noise.root, used, prescribed, noise.shift)
     y, chi2 = problem.best()
-    names = tuple(n for n in _free(used, given) if n != "Y_4" or y.Y_1 > 0.0 or y.Y_3 > 0.0)
-    J = jacobian(seen, y, names)
+    names = tuple(n for n in _free(used, prescribed) if n != "Y_4" or y.Y_1 > 0.0 or y.Y_3 > 0.0)
+    J = jacobian(points, y, names)
     white = problem.whitened(J)
-    own = covariance(white)
-    weights = own @ problem.whitened_transposed(white).T
+    nominal_covariance = covariance(white)
+    weights = nominal_covariance @ problem.whitened_transposed(white).T
     dof = freedom(noise, np.vstack([weights, J.mean(axis=0) @ weights]))
-    beyond = float(np.mean((noise.sigma / seen.D_m) ** 2 - seen.u_dp**2 - DP_FLOOR**2))
+    beyond = float(np.mean((noise.sigma / points.D_m) ** 2 - points.u_dp**2 - DP_FLOOR**2))
     return FrictionFit(
         y=y,
         names=names,
-        covariance=spread(noise, weights, own),
-        own=own,
+        covariance=spread(noise, weights, nominal_covariance),
+        nominal_covariance=nominal_covariance,
         at_bound=_at_bound(y, names),
-        dropped=tuple(n for n in Y_NAMES if n not in names and n not in given),
-        given=dict(given),
+        dropped=tuple(n for n in Y_NAMES if n not in names and n not in prescribed),
+        prescribed=dict(prescribed),
         evidence={},
-        residual=problem.T - system_friction_at(seen, y),
+        residual=problem.T - system_friction_at(points, y),
         tau=math.sqrt(max(beyond, 0.0)),
         chi2=chi2,
         dof=float(dof[-1]),
@@ -313,9 +313,9 @@ def _fit(
     )
 
 
-def _free(used: tuple[str, ...], given: Mapping[str, float]) -> tuple[str, ...]:
+def _free(used: tuple[str, ...], prescribed: Mapping[str, float]) -> tuple[str, ...]:
     """Free parameters in the order Y_1 to Y_6; Y_4 is free where something fades with it."""
-    fading = ("Y_1" in used or "Y_3" in used) and "Y_4" not in given
+    fading = ("Y_1" in used or "Y_3" in used) and "Y_4" not in prescribed
     return tuple(n for n in Y_NAMES if n in used or (n == "Y_4" and fading))
 
 

@@ -58,9 +58,15 @@ def t_factor(dof: float, level: float = LEVEL) -> float:
 
 def fitted_problem(points: Points, loss: Loss, fit: FrictionFit) -> Problem:
     """The least-squares problem that a fit has solved."""
-    seen = points.fitted()
+    fitted_points = points.fitted()
     used = tuple(n for n in Y_LINEAR if n in fit.names)
-    return Problem(Target(seen, seen.T_f - motor_loss_at(seen, loss)), fit.noise.root, used, fit.given, fit.noise.shift)
+    return Problem(
+        Target(fitted_points, fitted_points.T_f - motor_loss_at(fitted_points, loss)),
+        fit.noise.root,
+        used,
+        fit.prescribed,
+        fit.noise.shift,
+    )
 
 
 def profile_intervals(points: Points, loss: Loss, fit: FrictionFit) -> tuple[Interval, ...]:
@@ -70,7 +76,9 @@ def profile_intervals(points: Points, loss: Loss, fit: FrictionFit) -> tuple[Int
     """
     problem = fitted_problem(points, loss, fit)
     least = problem.best()[1]
-    wider = np.diag(fit.covariance) / np.diag(fit.own)  # what has no weight in the fit moves its answer all the same
+    wider = np.diag(fit.covariance) / np.diag(
+        fit.nominal_covariance
+    )  # what has no weight in the fit moves its answer all the same
     return tuple(
         _profile(problem, n, fit, least + float(w) * t_factor(fit.freedom[n]) ** 2)
         for n, w in zip(fit.names, wider, strict=True)
@@ -167,8 +175,8 @@ def posterior(points: Points, loss: Loss, fit: FrictionFit, *, n: int = 4000, se
         places[:, at] = np.clip(places[:, at], 1.01 * Y_4_LEAST, 0.99 * Y_4_MOST)  # starting places only
     sampler = emcee.EnsembleSampler(walkers, len(start), log_probability)
     sampler.random_state = np.random.RandomState(seed).get_state()  # emcee's own kind of generator
-    burn, kept = 400, max(1, -(-n // walkers))
-    for _ in sampler.sample(places, iterations=burn + 10 * kept, skip_initial_state_check=True):
+    burn, draws = 400, max(1, -(-n // walkers))
+    for _ in sampler.sample(places, iterations=burn + 10 * draws, skip_initial_state_check=True):
         if stopped:
             raise KeyboardInterrupt
     flat = sampler.get_chain(discard=burn, thin=10, flat=True)[:n]
@@ -186,9 +194,9 @@ def _bounded(x: FloatArray, fit: FrictionFit) -> FloatArray:
 
 def _without_weight(fit: FrictionFit, n: int, dof: float, rng: np.random.Generator) -> FloatArray:
     """Shape (n, k): draws of the errors of the free parameters that have no weight in the fit."""
-    values, axes = np.linalg.eigh(fit.covariance - fit.own)
-    drawn = rng.standard_normal((n, len(values))) * np.sqrt(np.maximum(values, 0.0)) @ axes.T
-    return np.asarray(drawn * np.sqrt(dof / rng.chisquare(dof, n))[:, None])
+    values, axes = np.linalg.eigh(fit.covariance - fit.nominal_covariance)
+    samples = rng.standard_normal((n, len(values))) * np.sqrt(np.maximum(values, 0.0)) @ axes.T
+    return np.asarray(samples * np.sqrt(dof / rng.chisquare(dof, n))[:, None])
 
 
 def quantile_intervals(samples: FloatArray, fit: FrictionFit) -> tuple[Interval, ...]:
@@ -211,9 +219,9 @@ def shift_by_motor(points: Points, fit: FrictionFit, names: tuple[str, ...], mat
     Parameters: names and covariance matrix of the motor's own parameters X_1 to X_5. A wrong motor loss is not scatter:
     it shifts the system friction at every point alike, so no number of points averages it out. To first order.
     """
-    seen = points.fitted()
-    moved = _whitened(fit, motor_columns(seen)[:, [X_NAMES.index(n) for n in names]])
-    G = fit.covariance @ _whitened(fit, jacobian(seen, fit.y, fit.names)).T @ moved
+    fitted_points = points.fitted()
+    moved = _whitened(fit, motor_columns(fitted_points)[:, [X_NAMES.index(n) for n in names]])
+    G = fit.covariance @ _whitened(fit, jacobian(fitted_points, fit.y, fit.names)).T @ moved
     return np.asarray(np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", G, matrix, G), 0.0)))
 
 
@@ -223,7 +231,7 @@ def _whitened(fit: FrictionFit, A: FloatArray) -> FloatArray:
     return np.asarray(solve_triangular(fit.noise.root, A, lower=True))
 
 
-ALIKE = 0.02
+EQUAL = 0.02
 """Smallest singular value of the scaled sensitivities below which parameters are told apart only by two per cent of
 their effect."""
 SHARE = 0.3  # of a blind direction: parameters that take part in it
@@ -234,8 +242,8 @@ def blind_directions(points: Points, fit: FrictionFit) -> tuple[tuple[str, ...],
 
     The test is the smallest singular values of the sensitivities, each column scaled to unit size.
     """
-    seen = points.fitted()
-    J = jacobian(seen, fit.y, fit.names) / fit.noise.sigma[:, None]
+    fitted_points = points.fitted()
+    J = jacobian(fitted_points, fit.y, fit.names) / fit.noise.sigma[:, None]
     _, s, V = scaled_directions(J)
-    blind = [row for value, row in zip(s, V, strict=True) if value < ALIKE]
+    blind = [row for value, row in zip(s, V, strict=True) if value < EQUAL]
     return tuple(tuple(n for n, v in zip(fit.names, row, strict=True) if abs(v) > SHARE) for row in blind)

@@ -118,11 +118,11 @@ def load_campaign(path: str | Path) -> Campaign:
 
 def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
     top = Fields(data, "", IdentifyError)
-    top.known(TOP)
+    top.refuse_unknown(TOP)
     for name in ("crane", "test"):
         if name not in top:
             raise IdentifyError(f"{name}: missing. A campaign needs crane and at least one [[test]].")
-    crane = load_crane(top.beside("crane", file.parent))
+    crane = load_crane(top.path_or_name("crane", file.parent))
     motor, motor_name, motor_sources, evidence = _motor(top, crane, file.parent)
     mapping = mapping_from(data["signals"], "signals") if "signals" in data else None
     title = str(data.get("title", file.stem))
@@ -156,7 +156,7 @@ def _accuracy(top: Fields) -> Fields:
     if not isinstance(table, Mapping):
         raise IdentifyError("accuracy: give a table [accuracy] with p and omega_m.")
     accuracy = Fields(table, "accuracy.", IdentifyError)
-    accuracy.known(ACCURACY)
+    accuracy.refuse_unknown(ACCURACY)
     return accuracy
 
 
@@ -180,19 +180,19 @@ def _motor(top: Fields, crane: Crane, folder: Path) -> tuple[Motor, str, Mapping
     from stillhook.library.parameter_sets.sets import load_losses
 
     if "motor" not in top:
-        place, own = "active.motor.", set(Motor.model_fields)
+        place, motor_fields = "active.motor.", set(Motor.model_fields)
         named = {path.removeprefix(place): source for path, source in crane.sources.items() if path.startswith(place)}
-        sources = {path: source for path, source in named.items() if path.split(".")[0] in own}
+        sources = {path: source for path, source in named.items() if path.split(".")[0] in motor_fields}
         return crane.active.motor, crane.active.motor.type, sources, None
     name = top.text("motor")
-    found = load_losses(top.beside("motor", folder))
-    motor = found.motor
+    losses = load_losses(top.path_or_name("motor", folder))
+    motor = losses.motor
     if not math.isclose(motor.D_max, crane.active.motor.D_max, rel_tol=1e-3):
         raise IdentifyError(
             f'motor = "{name}": {show(motor.D_max, "displacement")}, where "{crane.name}" has motors of '
             f"{show(crane.active.motor.D_max, 'displacement')}. Name a motor of that size."
         )
-    return motor, Path(name).stem if name.endswith(".toml") else name, found.sources, found.evidence
+    return motor, Path(name).stem if name.endswith(".toml") else name, losses.sources, losses.evidence
 
 
 def _test(
@@ -202,7 +202,7 @@ def _test(
     if not isinstance(name, str) or not name.strip():
         raise IdentifyError(f'test {i + 1}: name = {quote(name)}: give a text, such as "3".')
     test = Fields(row, f'test "{name}": ', IdentifyError)
-    test.known(TEST)
+    test.refuse_unknown(TEST)
     test.need("log", "load")
     log, load = test.file("log", folder), test.quantity("load", "mass", 0.0)
     assert load is not None
@@ -211,7 +211,7 @@ def _test(
         raise IdentifyError(
             f'{test.place}load {show(load, "mass")}: "{crane.name}" is made for 0 t to {swl}. Check the load.'
         )
-    own = mapping_from(row["signals"], f"{test.place}signals") if "signals" in row else mapping
+    test_mapping = mapping_from(row["signals"], f"{test.place}signals") if "signals" in row else mapping
     hold_out = test.flag("hold_out")
     start, end = test.quantity("start", "time", -math.inf), test.quantity("end", "time", math.inf)
     assert start is not None
@@ -224,10 +224,10 @@ def _test(
         layer=_layer(test, crane),
         s_w=_wire_out(test, crane),
         hold_out=hold_out,
-        mapping=own,
+        mapping=test_mapping,
         start=start,
         end=end,
-        hook=_hook(test, own),
+        hook=_hook(test, test_mapping),
     )
 
 

@@ -35,7 +35,7 @@ to some tenths of a per cent; a wrong load, layer, displacement or gain makes th
 and the system
 friction by
 about twice that."""
-LOAD_KNOWN, LOAD_MATTERS = parse("1.5 t", "mass"), parse("3 t", "mass")
+LOAD_TOLERANCE, LOAD_MATTERS = parse("1.5 t", "mass"), parse("3 t", "mass")
 """What the weight of hook and wire may be off by, so that a smaller difference says nothing (half a hook block and some
 wire), and what it cannot be off by: both count where the load is light."""
 SPEED_DOUBT, SPEED_WRONG = 0.03, 0.25
@@ -88,16 +88,16 @@ def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> 
     notes: list[Statement] = []
     log = _cut(read_log(test.log, test.mapping, progress=progress), test)
     if (campaign.diameter(test) is None or test.hook is not None) and "s_w" in log.signals:
-        log = _with_whole_wire(campaign, log, notes)
+        log = _with_full_wire_length(campaign, log, notes)
     dp_m = pressure_drop(log)
     omega_m, d = shaft_speed(campaign, test, log)
     signals = {**log.signals, "omega_m": omega_m, "dp_m": dp_m}
     doubtful = {**log.doubtful, **_inherited(log)}
-    whole = replace(log, signals=signals, doubtful=doubtful)
+    extended = replace(log, signals=signals, doubtful=doubtful)
     held = [n for n in ("alpha_m", "D_m") if n in log.signals]
     command = "u_p" if "u_p" in log.signals else None
     limits = layer_limits(campaign) if "s_w" in log.signals else ()
-    steady = steady_windows(whole, "omega_m", "dp_m", command=command, held=held, layer_limits=limits)
+    steady = steady_windows(extended, "omega_m", "dp_m", command=command, held=held, layer_limits=limits)
     pairs = pair_windows(steady.windows, text=_speed)
     if not pairs.pairs:
         raise IdentifyError(_no_pair(log, steady))
@@ -111,7 +111,7 @@ def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> 
     if len(np.unique(np.round(diameters, 6))) > 1:
         notes.append(_note("layers", "the wire changed its layer; every pair has the drum torque of its own layer"))
     notes += (
-        _speed_check(campaign, whole, pairs, diameters)
+        _speed_check(campaign, extended, pairs, diameters)
         + _load_check(campaign, test, points)
         + _cell_check(weight, pairs)
     )
@@ -119,10 +119,12 @@ def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> 
     if lost > MOST_LOST * (lost + 2 * len(pairs.pairs)):
         text = f"{lost} stretches are not used and {2 * len(pairs.pairs)} are; most often: {_commonest(steady, pairs)}"
         notes.append(_note("few stretches", text))
-    return Measured(test, whole, steady, pairs, grid, points, _grid_points(campaign, test, grid, points), tuple(notes))
+    return Measured(
+        test, extended, steady, pairs, grid, points, _grid_points(campaign, test, grid, points), tuple(notes)
+    )
 
 
-def _with_whole_wire(campaign: Campaign, log: Log, notes: list[Statement]) -> Log:
+def _with_full_wire_length(campaign: Campaign, log: Log, notes: list[Statement]) -> Log:
     """The log with holes in the wire paid out filled by straight lines: it tells the layer, and moves steadily.
 
     Errors: LogError where the wire is not on the drum.
@@ -173,11 +175,12 @@ def _note(code: str, text: str, *, severe: bool = False) -> Statement:
 
 def _no_pair(log: Log, steady: Steady) -> str:
     """Why there is nothing to compare."""
-    seen = {w.direction for w in steady.windows} | {r.direction for r in steady.rejected if r.direction}
-    if steady.windows and len(seen) == 1:
-        which = "negative" if steady.windows[0].direction > 0 else "positive"
+    directions = {w.direction for w in steady.windows} | {r.direction for r in steady.rejected if r.direction}
+    if steady.windows and len(directions) == 1:
+        direction = "negative" if steady.windows[0].direction > 0 else "positive"
         return (
-            f"{log.source}: all {len(steady.windows)} steady stretches run one way: the speed is never {which}. Is its"
+            f"{log.source}: all {len(steady.windows)} steady stretches run one way: the speed is never"
+            f" {direction}. Is its"
             " sensor unsigned, or was the winch only hoisted or only lowered? Friction needs both directions."
         )
     reason = f", most often: {_commonest(steady, None)}" if steady.rejected else ""
@@ -296,8 +299,8 @@ def _displacement(campaign: Campaign, test: CraneTest, pairs: Pairs, notes: list
         )
     off = abs(float(logged.mean()) - test.D_m) / campaign.motor.D_max if test.D_m is not None else 0.0
     if test.D_m is not None and off > D_DOUBT:
-        found, stated = show(float(logged.mean()), "displacement"), show(test.D_m, "displacement")
-        text = f"displacement {found} a motor in the log, {stated} in the campaign file: the log's is used"
+        measured, stated = show(float(logged.mean()), "displacement"), show(test.D_m, "displacement")
+        text = f"displacement {measured} a motor in the log, {stated} in the campaign file: the log's is used"
         notes.append(_note("displacement", text, severe=off > D_WRONG))
     return logged
 
@@ -378,15 +381,15 @@ def carried(campaign: Campaign, test: CraneTest, points: Points) -> float:
 def _load_check(campaign: Campaign, test: CraneTest, points: Points) -> list[Statement]:
     """A line where pressures and stated load do not belong together."""
     mass = carried(campaign, test, points)
-    off, whole = abs(mass - test.load), abs(mass + campaign.crane.hook_mass + test.wire)
-    if math.isnan(mass) or off <= max(LOAD_KNOWN, LOAD_DOUBT * whole):
+    off, gross = abs(mass - test.load), abs(mass + campaign.crane.hook_mass + test.wire)
+    if math.isnan(mass) or off <= max(LOAD_TOLERANCE, LOAD_DOUBT * gross):
         return []
     text = (
         f"the pressures carry {show(mass, 'mass', 3)}, the campaign file says {show(test.load, 'mass', 3)}: check load,"
         " hook, depth, layer, displacement, number of motors, gear ratio and the pressure sensors' gain and offset"
-        f" ({off / whole:.1%} of the carried weight; from {LOAD_WRONG:.0%} on no set is written)"
+        f" ({off / gross:.1%} of the carried weight; from {LOAD_WRONG:.0%} on no set is written)"
     )
-    return [_note(LOAD_CODE, text, severe=off > max(LOAD_MATTERS, LOAD_WRONG * whole))]
+    return [_note(LOAD_CODE, text, severe=off > max(LOAD_MATTERS, LOAD_WRONG * gross))]
 
 
 def _cell_check(weight: float, pairs: Pairs) -> list[Statement]:
@@ -397,7 +400,7 @@ def _cell_check(weight: float, pairs: Pairs) -> list[Statement]:
         if "F_w" in p.up.others and "F_w" in p.down.others
     ]
     force = float(np.mean(read)) if read else math.nan
-    if math.isnan(force) or abs(force - weight) <= max(CELL_DOUBT * weight, LOAD_KNOWN * G):
+    if math.isnan(force) or abs(force - weight) <= max(CELL_DOUBT * weight, LOAD_TOLERANCE * G):
         return []
     stated = show(weight, "force", 3)
     text = (

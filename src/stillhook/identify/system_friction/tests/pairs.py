@@ -87,26 +87,28 @@ def pair_windows(
     allowed = apart <= largest_difference
     cost = np.where(allowed, apart / largest_difference + between / neighbour, NOT_A_PAIR)
     rows, columns = linear_sum_assignment(cost) if cost.size else ([], [])
-    taken = [(int(i), int(j)) for i, j in zip(rows, columns, strict=True) if allowed[i, j]]
-    pairs = sorted((Pair(ups[i], downs[j]) for i, j in taken), key=lambda p: p.speed)
-    left = [(w, v_down) for i, w in enumerate(ups) if i not in {i for i, _ in taken}]
-    left += [(w, v_up) for j, w in enumerate(downs) if j not in {j for _, j in taken}]
-    unpaired = [_alone(w, others, largest_difference, text) for w, others in left]
+    matched = [(int(i), int(j)) for i, j in zip(rows, columns, strict=True) if allowed[i, j]]
+    pairs = sorted((Pair(ups[i], downs[j]) for i, j in matched), key=lambda p: p.speed)
+    unmatched = [(w, v_down) for i, w in enumerate(ups) if i not in {i for i, _ in matched}]
+    unmatched += [(w, v_up) for j, w in enumerate(downs) if j not in {j for _, j in matched}]
+    unpaired = [_alone(w, others, largest_difference, text) for w, others in unmatched]
     return Pairs(tuple(pairs), tuple(sorted(unpaired, key=lambda r: r.start)))
 
 
 def _alone(w: Window, others: FloatArray, largest_difference: float, text: Text) -> Rejected:
     """Why a stretch has no partner."""
-    wanted = "lowering" if w.direction > 0 else "hoisting"
+    direction = "lowering" if w.direction > 0 else "hoisting"
     v = abs(w.speed)
     if len(others) == 0:
-        reason = f"no {wanted} stretch at all"
+        reason = f"no {direction} stretch at all"
     else:
         nearest = float(others[np.argmin(np.abs(others - v))])
         if abs(nearest - v) > largest_difference * 0.5 * (nearest + v):
-            reason = f"no {wanted} within {100 * largest_difference:.0f} % of {text(v)}; the nearest is {text(nearest)}"
+            reason = (
+                f"no {direction} within {100 * largest_difference:.0f} % of {text(v)}; the nearest is {text(nearest)}"
+            )
         else:
-            reason = f"every {wanted} stretch near {text(v)} has a closer partner"
+            reason = f"every {direction} stretch near {text(v)} has a closer partner"
     return Rejected(w.start, w.end, w.direction, w.speed, w.effort, reason, "unpaired")
 
 
@@ -152,8 +154,8 @@ def on_grid(windows: Sequence[Window], step: float, *, text: Text = lambda v: f"
     up, down = (_nodes([w for w in windows if w.direction == d], SAME_SPEED * step) for d in (1, -1))
     for name, nodes in (("hoisting", up), ("lowering", down)):
         if len(nodes.speed) < 2:
-            there = f"{name}: steady at {len(nodes.speed)} speeds"
-            raise IdentifyError(f"{there}, interpolation needs 2. Add steps, or see the rejected stretches.")
+            scope = f"{name}: steady at {len(nodes.speed)} speeds"
+            raise IdentifyError(f"{scope}, interpolation needs 2. Add steps, or see the rejected stretches.")
     lowest, highest = max(up.speed[0], down.speed[0]), min(up.speed[-1], down.speed[-1])
     first, last = int(np.ceil(lowest / step - 1e-9)), int(np.floor(highest / step + 1e-9))
     grid = np.asarray(step * np.arange(max(first, 1), last + 1), dtype=float)
@@ -206,11 +208,11 @@ def _average(
     With `scatter` the uncertainty is widened by the Birge ratio where values differ by more than their uncertainties
     say.
     """
-    values, spread, given = np.asarray(x), np.asarray(by), np.asarray(u)
+    values, spread, u_values = np.asarray(x), np.asarray(by), np.asarray(u)
     weight = 1.0 / spread**2 if np.all(spread > 0.0) else np.ones(len(values))
     weight = weight / weight.sum()
     mean = float(weight @ values)
-    variance = float(weight**2 @ given**2)
+    variance = float(weight**2 @ u_values**2)
     if scatter and len(values) > 1:
         variance = max(variance, float(weight @ (values - mean) ** 2) / (len(values) - 1))
     return mean, float(np.sqrt(variance))

@@ -150,20 +150,20 @@ def _speeds(fastest: float, pairs: int) -> FloatArray:
     return np.concatenate([slow, np.linspace(bend, fastest, pairs - n + 1)[1:]])
 
 
-def _profile(speeds: FloatArray, leak: float, lever: float) -> tuple[tuple[str, str], ...]:
+def _profile(speeds: FloatArray, leak: float, r_eff: float) -> tuple[tuple[str, str], ...]:
     """Joystick over time: wire speeds whose pump flow makes up for the leak as well, hoisting positive."""
     t, rows = PAUSE, [("0 s", "0 m/s")]
     for speed in speeds:
-        for v in ((speed + leak) * lever, (leak - speed) * lever):
+        for v in ((speed + leak) * r_eff, (leak - speed) * r_eff):
             for after, value in ((0.0, 0.0), (RAMP, v), (RAMP + HOLD, v), (2.0 * RAMP + HOLD, 0.0)):
                 rows.append((f"{t + after!r} s", f"{float(value)!r} m/s"))
             t += 2.0 * RAMP + HOLD
     return tuple(rows)
 
 
-def _travel(speeds: FloatArray, lever: float) -> float:
+def _travel(speeds: FloatArray, r_eff: float) -> float:
     """Most wire taken in by one step [m]."""
-    return float(speeds.max()) * lever * (HOLD + RAMP)
+    return float(speeds.max()) * r_eff * (HOLD + RAMP)
 
 
 def _start(crane: Crane, layer: int, travel: float) -> tuple[float, tuple[str, ...]]:

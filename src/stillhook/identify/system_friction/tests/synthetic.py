@@ -1,7 +1,7 @@
 """Synthetic friction tests: the twin runs a campaign of hoist/lower staircases, and its PLC logs them.
 
-Everything that it writes is marked SYNTHETIC. The truth behind the logs lies beside them as a crane file, for a blind
-test of the road from log to parameters.
+Everything that it writes is marked SYNTHETIC. The reference crane behind the logs is stored next to them as a crane
+file, for a blind test of the workflow from log to parameters.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from stillhook.logs.synthetic.campaign import (
     CAMPAIGN_FILE,
     LOG_FOLDER,
     MARK,
-    TRUTH_FILE,
+    REFERENCE_FILE,
     check_campaign_folder,
     log_file,
     mapping_lines,
@@ -41,7 +41,7 @@ LAYER_ROOM = 1e-6
 
 
 @dataclass(frozen=True)
-class Written:
+class CampaignFiles:
     """What was written: the folder, its campaign file, the logs, and notes about what the tests could not keep to."""
 
     folder: Path
@@ -105,14 +105,14 @@ def _leaf(value: Any, kind: SourceKind, source: str) -> dict[str, Any]:
     return {"value": value, "kind": kind.value, "source": source}
 
 
-def crane_of(plan: TestPlan, truth: Crane | None = None) -> Crane:
-    """The crane of a campaign as it is tested; truth: another one that is tested in its place, with its circuits as
+def crane_of(plan: TestPlan, reference: Crane | None = None) -> Crane:
+    """The crane of a campaign as it is tested; reference: another one that is tested in its place, with its circuits as
     they are at sea.
 
     Its motors go down to the smallest displacement of the tests. Errors: SpecError, UnitError, IdentifyError of one
     line.
     """
-    crane = closed_circuit(load_crane(plan.crane) if truth is None else truth)
+    crane = closed_circuit(load_crane(plan.crane) if reference is None else reference)
     motor = crane.active.motor
     if motor.count != plan.motors:
         raise IdentifyError(
@@ -131,19 +131,19 @@ def write_campaign(
     *,
     instruments: Instruments | None = None,
     duration: str = "20 min",
-    truth: Crane | None = None,
+    reference: Crane | None = None,
     layer: int | None = None,
     parquet: bool = False,
     threads: int = 2,
     progress: Progress | None = None,
-) -> Written:
-    """Simulate the tests of a campaign and write what the PLC logs: `campaign.toml`, `logs/*.csv` and `truth.toml`.
+) -> CampaignFiles:
+    """Simulate the tests of a campaign and write what the PLC logs: `campaign.toml`, `logs/*.csv` and `reference.toml`.
 
     Parameters
     ----------
     plan: which tests on which crane, see `CAMPAIGNS`. out: folder, without a campaign in it yet.
     instruments: sensors (default: typical noise, seed 0). duration: of each test.
-    truth: the crane that is really tested, for a blind test: the campaign file names the plan's crane all the same.
+    reference: the crane that is really tested, for a blind test: the campaign file names the plan's crane all the same.
     Make it with `stillhook.library.changed` or `stillhook.identify.system_friction.fitting.draws.crane_with`.
     layer: layer of wire to work on (default: the outermost that the pressures allow). parquet: logs as Parquet instead
     of CSV.
@@ -153,7 +153,7 @@ def write_campaign(
     """
     folder, instruments, length = Path(out), instruments or Instruments(), parse(duration, "time", "duration")
     check_campaign_folder(folder)
-    crane = crane_of(plan, truth)
+    crane = crane_of(plan, reference)
     chosen = outermost_layer(crane, plan.tests) if layer is None else layer
     stairs = [staircase(crane, t, layer=chosen if t.layer is None else t.layer, duration=length) for t in plan.tests]
     sensors = instruments.sensors(crane, max(float(s.speeds.max()) for s in stairs))
@@ -171,15 +171,15 @@ def write_campaign(
         with ThreadPoolExecutor(threads) as pool:
             notes = [
                 f'test "{plan.tests[i].name}": {note}'
-                for i, found in enumerate(pool.map(work, range(len(stairs))))
-                for note in found
+                for i, log in enumerate(pool.map(work, range(len(stairs))))
+                for note in log
             ]
-        (part / TRUTH_FILE).write_text(
+        (part / REFERENCE_FILE).write_text(
             f"# {MARK}. The crane that made the logs.\n{crane_toml(crane)}", encoding="utf-8"
         )
         text = campaign_text(plan, stairs, files, noise=instruments.noise, sensors=sensors)
         (part / CAMPAIGN_FILE).write_text(text, encoding="utf-8")
-    return Written(folder, folder / CAMPAIGN_FILE, tuple(folder / f for f in files), chosen, tuple(notes))
+    return CampaignFiles(folder, folder / CAMPAIGN_FILE, tuple(folder / f for f in files), chosen, tuple(notes))
 
 
 def _write_log(crane: Crane, stairs: Staircase, sensors: Sensors, rng: np.random.Generator, path: Path) -> list[str]:
