@@ -149,7 +149,7 @@ def flipped(data: bytes, rng: random.Random) -> bytes:
 def test_damage_of_every_kind_is_read_or_refused_in_one_line(tmp_path, monkeypatch, name):
     good = tmp_path / f"good{FORMATS[name].suffix}"
     FORMATS[name].write(good)
-    assert (refusal(FORMATS[name], good) == "") == (name != "vessel")  # weather is no vessel
+    assert (refusal(FORMATS[name], good) == "") == (name != "vessel")  # weather is not a vessel
     rng = random.Random(name)
     monkeypatch.setenv("STILLHOOK_READ_TIME", "10 s")  # some damage blocks HDF5
     for damage in (halved, zeroed, flipped):
@@ -221,7 +221,7 @@ def test_the_command_line_gives_such_a_file_up_with_exit_code_2(tmp_path, monkey
     assert command(["vessel", "show", str(tmp_path / "endless.nc")]) == 2
     out, error = capsys.readouterr()
     assert out == ""
-    assert error.startswith("error: endless.nc: not a whole NetCDF file (not read within 5 s")
+    assert error.startswith("error: endless.nc: not a complete NetCDF file (not read within 5 s")
     assert error.count("\n") == 1
 
 
@@ -278,7 +278,7 @@ def test_memory_is_limited_as_the_environment_says(tmp_path, monkeypatch):
         (
             "STILLHOOK_READ_MEMORY",
             "lots",
-            'STILLHOOK_READ_MEMORY = "lots": is no size. Give one in GB or MB, such as "8 GB".',
+            'STILLHOOK_READ_MEMORY = "lots": is not a size. Give one in GB or MB, such as "8 GB".',
         ),
     ],
 )

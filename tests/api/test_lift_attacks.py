@@ -51,9 +51,9 @@ def test_a_slip_in_a_sum_of_waves_is_named(waves, said, capsys):
 
 
 def test_files_that_are_no_spectra_say_so_shortly(tmp_path, capsys):
-    assert "is no text" in refusal(capsys, "sea", file(tmp_path / "nul.txt", b"\0" * 5000))
+    assert "is not a text file" in refusal(capsys, "sea", file(tmp_path / "nul.txt", b"\0" * 5000))
     narrow = "\n".join(line[:19] for line in NDBC.splitlines())
-    assert "one band of frequencies is no spectrum" in refusal(capsys, "sea", file(tmp_path / "one.txt", narrow))
+    assert "one band of frequencies is not a spectrum" in refusal(capsys, "sea", file(tmp_path / "one.txt", narrow))
 
 
 def test_a_calm_is_printed_without_nan(tmp_path, capsys):
@@ -85,13 +85,15 @@ def vessel(path: Path, spike: float = 0.0) -> Path:
 def test_a_motion_that_no_ship_makes_is_refused_with_its_place(tmp_path, capsys):
     assert command(["vessel", "check", str(vessel(tmp_path / "rides.csv"))]) == 0
     assert command(["vessel", "check", str(vessel(tmp_path / "spike.csv", 9e3))]) == 1
-    assert "heave of 9e+03 m/m at 6.28 s and 90 deg is no ship's motion" in capsys.readouterr().out
-    assert "is no ship's motion" in refusal(capsys, "vessel", "show", tmp_path / "spike.csv")
+    assert "heave of 9e+03 m/m at 6.28 s and 90 deg is not a ship's motion" in capsys.readouterr().out
+    assert "is not a ship's motion" in refusal(capsys, "vessel", "show", tmp_path / "spike.csv")
 
 
 def test_vessel_files_that_are_none_say_what_they_are(tmp_path, capsys):
     assert "is empty" in refusal(capsys, "vessel", "check", file(tmp_path / "a.re1", ""))
-    assert "is no text" in refusal(capsys, "vessel", "check", file(tmp_path / "b.re1", "1 2 3\n".encode("utf-16")))
+    assert "is not a text file" in refusal(
+        capsys, "vessel", "check", file(tmp_path / "b.re1", "1 2 3\n".encode("utf-16"))
+    )
     titles = " MOTION TRANSFER FUNCTIONS\n Run name:\n Ship name: S\n"
     assert "ends after line 3" in refusal(capsys, "vessel", "check", file(tmp_path / "c.re1", titles))
     numbers = "\n\n ShipX exported data\n 1025 9.81\n 82800 19200 6000\n"
@@ -180,7 +182,7 @@ def test_options_of_a_tip_that_cannot_count_are_refused(options, said, tmp_path,
 def test_a_crane_stands_above_water(capsys):
     crane = ("--pedestal", "x=-15 m, y=-6 m, z=-15 m", "--slew", "270 deg", "--main", "25 m 60 deg")
     line = refusal(capsys, *TIP[:3], *crane, "--wave", JONSWAP, "--heading", "180 deg")
-    assert "its heel lies 15 m below still water" in line
+    assert "its heel is 15 m below still water" in line
 
 
 def test_one_heading_counts_for_waves_that_have_none_and_all_is_all(capsys):

@@ -107,7 +107,7 @@ def test_a_payload_may_be_described_in_the_file(tmp_path):
         (
             'vessel = "supply-vessel-82m"',
             'vessel = "boat"',
-            'vessel = "boat": neither a file beside the lift file nor one of',
+            'vessel = "boat": neither a file next to the lift file nor one of',
         ),
         ('vessel = "supply-vessel-82m"\n', "", "vessel: missing"),
         ('start = "3 m"\n', "", "start: missing"),
@@ -123,7 +123,7 @@ def test_a_payload_may_be_described_in_the_file(tmp_path):
         ('heading = "180 deg"', 'heading = "180 deg"\nspraed = 2', "spraed: unknown field"),
         (", z=25 m", "", "tip: its height above the water is missing"),
         ('at = "x=-10 m, y=-14 m, z=25 m"', 'height = "25 m"', "tip: its place is missing"),
-        (", z=25 m", ', z=25 m"\nheight = "25 m', "tip.height: given beside z in tip.at"),
+        (", z=25 m", ', z=25 m"\nheight = "25 m', "tip.height: given together with z in tip.at"),
         ('depth = "200 m"\n', "", "water.depth: missing"),
         ('depth = "200 m"', 'depth = "-200 m"', "depth"),
         ('mode = "splash"', 'mode = "plunge"', "mode"),
@@ -131,12 +131,12 @@ def test_a_payload_may_be_described_in_the_file(tmp_path):
         (
             'depth = "20 m"',
             'tension = "200 kN"',
-            "duration: missing, and only the run can tell when stage 1 ends by tension",
+            "duration: missing, and only the run can determine when stage 1 ends by tension",
         ),
         (
             '[tip]\nat = "x=-10 m, y=-14 m, z=25 m"',
             '[tip]\nheight = "20 m"\nmotion = "sine 1 m 9 s"',
-            "vessel: given beside tip.motion",
+            "vessel: given together with tip.motion",
         ),
         ("[[stage]]", "[stage]", "stage: no stages"),
         ("[[stage]]", "[[stag]]", "stag: unknown field"),
@@ -151,7 +151,7 @@ def test_a_payload_may_be_described_in_the_file(tmp_path):
         ('lower = "12 m/min"', 'lower = "1000 m/s"', "Stage.lower"),
         ("z=25 m", "z=-25 m", "tip: its height -25 m is not above the water"),
         ('start = "3 m"', 'start = "3 m"\nduration = "20 s"', "duration = 20 s: too short for waves at random"),
-        ('wave = "jonswap Hs=1 m Tp=7 s"', 'wave = "46042w1996.txt"', "no such file beside the lift file"),
+        ('wave = "jonswap Hs=1 m Tp=7 s"', 'wave = "46042w1996.txt"', "no such file next to the lift file"),
         ('heading = "180 deg"', 'heading = "180 deg"\nrecord = "3"', "belongs to a file of measured waves"),
     ],
 )

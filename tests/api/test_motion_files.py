@@ -288,7 +288,7 @@ def test_a_bridged_gap_costs_what_read_psxn_states(tmp_path: Path, gap: float, e
         ("tid [s],heave [m]\n0,1\n", 'line 1: no column "time [s]" among'),
         ("time [s],heave [m],heave [m]\n0,1,1\n", 'line 1: 2 columns "heave". Keep one.'),
         ("time [s],tip [m]\n0,1\n", "holds a column tip, so the motion of a crane tip."),
-        (f"{HEADER}\n0,0,0,0\n#\n1,1,x1,0\n2,0,0,0", 'line 4: roll = "x1" is not a finite number. Mend'),
+        (f"{HEADER}\n0,0,0,0\n#\n1,1,x1,0\n2,0,0,0", 'line 4: roll = "x1" is not a finite number. Correct'),
         (
             f"{HEADER}\n0,0,0,0\n1,nan,0,0\n2,NaN,0,0\n3,0,0,0",
             'line 3: heave = "nan" is not a finite number (2 such values)',
@@ -297,7 +297,7 @@ def test_a_bridged_gap_costs_what_read_psxn_states(tmp_path: Path, gap: float, e
         (f"{HEADER}\n0,0,0,0\n1,,0,0\n2,0,0,0", 'line 3: heave = "" is not a finite number'),
         (f"{HEADER}\n0,0,0,0\n1,0,0,0\n2,0", 'line 4: roll = "" is not a finite number. The file seems cut off there.'),
         (f"{HEADER}\n0,0,0,0\n1,0,0,0,0\n", "line 3: 5 fields where the header has 4. A decimal comma needs"),
-        (f"{HEADER}\n0,0\n1,0,0,0\n", "line 2: 2 fields where the header has 4. Mend the line."),
+        (f"{HEADER}\n0,0\n1,0,0,0\n", "line 2: 2 fields where the header has 4. Correct the line."),
         (f"{HEADER}\n0,0,0,0\n1,1,0,0\n1,2,0,0\n", "line 4: time repeats 1 s after 1 s (1 in all)."),
         (f"{HEADER}\n0,0,0,0\n2,1,0,0\n1,2,0,0\n", "line 4: time runs back to 1 s after 2 s (1 in all)."),
         (f"{HEADER}\n0,0,0,0\n1,1,1,1\n", "2 samples. A motion needs 6 or more."),
@@ -343,7 +343,7 @@ def change(lines: list[str], row: int, line: str) -> list[str]:
         (change(csv_lines(), 30, "30,0,90,0"), "line 32: roll 90 deg is beyond 45 deg. Check the unit"),
         (change(csv_lines(), 30, "30,0,0,-46"), "line 32: pitch -46 deg is beyond 45 deg. Check the unit"),
         (change(csv_lines(), 30, "30,19,0,0"), "line 32: heave jumps from 1.477 m to 19 m in 1 s."),
-        ([f"{i},0.5,0,0" for i in range(9)], "heave stands at 0.5 m throughout: the sensor was stuck or off."),
+        ([f"{i},0.5,0,0" for i in range(9)], "heave stays at 0.5 m throughout: the sensor was stuck or off."),
         (
             csv_lines(T[(T < 20) | (T > 30)]),
             "line 21: gap of 12 s from 19 s on is longer than max_gap 5 s. Choose a piece without it",
@@ -370,7 +370,7 @@ def test_units_that_are_off_are_pointed_out(tmp_path: Path) -> None:
     assert any("too slow for waves shorter than 10 s" in caution for caution in read_ship_motion(slow).report.cautions)
     stuck = [*csv_lines(T[:20]), *(f"{i},0.3,0.1,0.1" for i in range(20, 40)), *csv_lines(T[40:])]
     assert any(
-        "heave stands still for 20 s" in c
+        "heave is stationary for 20 s" in c
         for c in read_ship_motion(written(tmp_path, [HEADER, *stuck])).report.cautions
     )
 
@@ -433,9 +433,9 @@ def test_samples_faster_than_the_instrument_clock_are_refused(tmp_path: Path) ->
     [
         ({"heave": "sideways"}, 'heave = "sideways" is not one of "up", "down"'),
         ({"time": "sun"}, 'time = "sun" is not one of "logger", "instrument".'),
-        ({"start": "70 s"}, "start 70 s and duration to its end do not lie in the record of 59 s."),
-        ({"start": "50 s", "duration": "20 s"}, "start 50 s and duration 20 s do not lie in the record of 59 s."),
-        ({"duration": "-5 s"}, "do not lie in the record"),
+        ({"start": "70 s"}, "start 70 s and duration to its end are not within the record of 59 s."),
+        ({"start": "50 s", "duration": "20 s"}, "start 50 s and duration 20 s are not within the record of 59 s."),
+        ({"duration": "-5 s"}, "are not within the record"),
         ({"start": "10 s", "duration": "3 s"}, "4 samples. A motion needs 6 or more."),
     ],
 )
@@ -458,7 +458,7 @@ def test_tip_and_file_must_fit(tmp_path: Path) -> None:
     assert "Read it without tip=" in refused(lambda: read_tip_motion(tip, tip=ORIGIN))
     assert "Leave time out" in refused(lambda: read_tip_motion(tip, time="logger"))
     assert "is not three lengths" in refused(lambda: read_tip_motion(ship, tip=("1 m", "2 m")))  # type: ignore[arg-type]
-    assert "lies more than 300 m" in refused(lambda: read_tip_motion(ship, tip=("1 km", "0 m", "0 m")))
+    assert "is more than 300 m" in refused(lambda: read_tip_motion(ship, tip=("1 km", "0 m", "0 m")))
     with pytest.raises(UnitError, match="tip x = 1: a bare number"):
         read_tip_motion(ship, tip=(1, 2, 3))  # type: ignore[arg-type]
 

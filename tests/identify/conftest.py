@@ -70,7 +70,7 @@ def make(
     while begin < seconds:
         hold, pause = (
             (HOLD, PAUSE) if regular else (HOLD * rng.uniform(0.8, 1.1), PAUSE * rng.uniform(0.7, 1.5))
-        )  # by hand
+        )  # manually
         size = 0.15 + 0.05 * (step // 2)
         target[(t >= begin) & (t < begin + hold)] = size if step % 2 == 0 else -size
         begin, step = begin + hold + pause, step + 1

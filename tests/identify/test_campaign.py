@@ -110,7 +110,7 @@ BAD = [
     ),
     (
         GOOD.replace('log = "1.csv"\nD_mt', 'log = "9.csv"\nD_mt'),
-        'campaign.toml: test "1": log = "9.csv": no such file beside the campaign file. Check the path.',
+        'campaign.toml: test "1": log = "9.csv": no such file next to the campaign file. Check the path.',
     ),
     (
         GOOD.replace('"2.csv"', '"1.csv"'),
@@ -119,7 +119,7 @@ BAD = [
     (GOOD.replace('name = "1"', "name = 1"), 'campaign.toml: test 1: name = 1: give a text, such as "3".'),
     (
         GOOD.replace('name = "1"', 'name = "2"'),
-        'campaign.toml: test: the name "2" comes twice. Give every test its own.',
+        'campaign.toml: test: the name "2" is given twice. Give every test its own.',
     ),
     (
         GOOD.replace("hold_out = true", 'hold_out = "yes"'),

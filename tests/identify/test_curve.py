@@ -191,7 +191,7 @@ def test_bad_options_are_refused_before_the_log_is_read(tmp_path: Path, app: typ
 
 
 def test_visits_that_differ_by_more_than_each_shows_widen_every_interval() -> None:
-    """Friction that changes from visit to visit (place of the wire, oil): an interval of 12 N must not stand beside a neighbour 121 N off."""
+    """Friction that changes from visit to visit (place of the wire, oil): an interval of 12 N must not stand next to a neighbour 121 N off."""
     rng, inside, alone = np.random.default_rng(5), [], []
     visit = CurvePoint(0.0, 0.0, 6.0, 0.0, 6.0, None, None)  # type: ignore[arg-type]
     for _ in range(200):

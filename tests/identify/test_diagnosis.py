@@ -1,4 +1,4 @@
-"""What the data cannot tell is said plainly, with the test that would resolve it."""
+"""What the data cannot determine is said plainly, with the test that would resolve it."""
 
 import dataclasses
 
@@ -98,7 +98,7 @@ def test_outliers_are_named_by_test_and_speed():
     said = [s.text for s in judge(points, fit_system(points, LOSS), ()) if s.code == "outliers"]
     assert len(said) == 1
     assert said[0].startswith(
-        f'1 pairs lie more than 4 standard uncertainties off: test "{points.names[points.test[30]]}" at'
+        f'1 pairs are more than 4 standard uncertainties off: test "{points.names[points.test[30]]}" at'
     )
 
 

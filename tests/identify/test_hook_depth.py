@@ -122,12 +122,12 @@ def test_depth_and_height_of_the_tip_together_tell_the_wire_out_where_no_signal_
         (
             'layer = 6\ndepth = "1000 m"',
             None,
-            'test "1": depth: alone it does not tell the wire out. Give h_tip too, or s_w, or map the signal s_w.',
+            'test "1": depth: alone it does not determine the wire out. Give h_tip too, or s_w, or map the signal s_w.',
         ),
         (
             'layer = 6\nh_tip = "30 m"',
             None,
-            'test "1": h_tip: alone it does not tell the wire out. Give depth too, or s_w, or map',
+            'test "1": h_tip: alone it does not determine the wire out. Give depth too, or s_w, or map',
         ),
         (
             's_w = "900 m"\ndepth = "1000 m"',

@@ -19,10 +19,10 @@ from stillhook.library.parameter_sets.evidence import Evidence
 from stillhook.library.parameter_sets.sets import load_friction, load_losses, set_toml
 from stillhook.logs.synthetic.instruments import Instruments, noise_of
 
-PARAMETERS = 0.02  # of each parameter from noise-free logs, as asked for
+PARAMETERS = 0.02  # of each parameter from noise-free logs, as requested
 PREDICTED = 0.2  # % of nominal torque from noise-free logs
 CLAIM = 1.0  # % of nominal torque from 250 rev/min on, with 0.5 bar and 0.2 % of noise
-TRACE = 0.05  # N m: a parameter that adds less to a hundred cannot be asked to two per cent
+TRACE = 0.05  # N m: a parameter that adds less to a hundred cannot be requested to two per cent
 
 
 @pytest.fixture(scope="module")
@@ -157,7 +157,7 @@ def test_json_is_strict_and_in_si(noisy, capsys):
 
 
 def edited(campaign, folder: Path, change) -> Path:
-    """A copy of the campaign file beside the same logs."""
+    """A copy of the campaign file next to the same logs."""
     text = change(campaign.campaign.read_text())
     (folder / "logs").mkdir()
     for log in campaign.logs:
@@ -203,20 +203,20 @@ def test_without_low_speeds_no_set_is_written_and_the_exit_code_says_no(noisy, t
 def test_a_wrong_load_in_the_campaign_file_is_called_into_question(noisy, tmp_path):
     path = edited(noisy, tmp_path, lambda text: text.replace('load = "107 t"', 'load = "77 t"'))
     notes = [n for m in identify.friction(path, proposals=0).measured for n in m.notes]
-    assert any(n.text.startswith("the pressures carry 107 t, the campaign file says 77 t") for n in notes)
+    assert any(n.text.startswith("the pressures carry 107 t, the campaign file states 77 t") for n in notes)
 
 
 def test_a_speed_in_another_unit_is_refused_by_the_wire_that_was_paid_out(noisy, tmp_path, capsys):
     """rad/s in the log, called rev/min in the mapping."""
     wrong = lambda text: text.replace('column = "Motor speed", ', 'column = "Motor speed", scale = 0.1047198, ')
     assert run(["identify", "friction", str(edited(noisy, tmp_path, wrong))]) == 2
-    assert "the motor speed is 0.105 times what the wire paid out says" in capsys.readouterr().err
+    assert "the motor speed is 0.105 times what the wire paid out indicates" in capsys.readouterr().err
 
 
 def test_a_grossly_wrong_load_forbids_the_set(noisy, tmp_path, capsys):
     path = edited(noisy, tmp_path, lambda text: held_in(text).replace('load = "107 t"', 'load = "0 t"'))
     assert run(["identify", "friction", str(path), "--out", str(tmp_path / "out")]) == 1
-    assert 'NOT USABLE: test "3": the pressures carry 107 t, the campaign file says 0 t' in capsys.readouterr().out
+    assert 'NOT USABLE: test "3": the pressures carry 107 t, the campaign file states 0 t' in capsys.readouterr().out
     assert not (tmp_path / "out" / "friction.toml").exists()
 
 
@@ -227,13 +227,13 @@ def test_a_load_contradiction_of_nine_per_cent_forbids_the_set_and_one_of_four_s
     path = edited(noisy, tmp_path, lambda text: held_in(text).replace('load = "107 t"', f'load = "{stated}"'))
     assert run(["identify", "friction", str(path), "--out", str(tmp_path / "out")]) == code
     printed = capsys.readouterr().out
-    assert f"the campaign file says {stated}" in printed
+    assert f"the campaign file states {stated}" in printed
     assert ("NOT USABLE: test" in printed) == (code == 1)
     file = tmp_path / "out" / "friction.toml"
     assert file.exists() == (code == 0)
     if code == 0:
         assert file.read_text().startswith('# WARNING: test "')
-        assert any("the campaign file says 103 t" in s for s in load_friction(file).evidence.statements)
+        assert any("the campaign file states 103 t" in s for s in load_friction(file).evidence.statements)
 
 
 def test_an_uncertain_motor_loss_is_told(noisy, tmp_path):

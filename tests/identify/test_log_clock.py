@@ -68,16 +68,16 @@ def test_signals_of_a_clock_that_share_no_motion_are_refused(tmp_path, staircase
 
 
 def test_a_staircase_that_repeats_itself_tells_no_offset(tmp_path, make_staircase):
-    """Half a period apart both directions fit alike, and neither offset is near the start of the file."""
+    """Half a period apart both directions fit equally well, and neither offset is near the start of the file."""
     text = said(by_two_clocks(make_staircase(400.0, regular=True), 12.0, 0.0).write(tmp_path / "even.csv"), mapping())
     assert "its offset cannot be found: the motion repeats, so that" in text
-    assert text.endswith("fit alike. Give a log with moves that differ.")
+    assert text.endswith("fit equally well. Give a log with moves that differ.")
 
 
 def test_of_offsets_that_fit_alike_the_one_at_the_start_is_taken_and_told(tmp_path, make_staircase):
     log = read_log(by_two_clocks(make_staircase(400.0, regular=True), 2.7, 0.0).write(tmp_path / "even.csv"), mapping())
     (finding,) = [f for f in log.findings if f.kind == "clock-drift"]
-    assert "its first stamp lies at 2." in finding.text
+    assert "its first stamp is at 2." in finding.text
     assert "the motion repeats, and " in finding.text
     assert finding.text.endswith("s fits as well: the offset next to the start of the file was taken")
 
@@ -110,7 +110,7 @@ def test_dated_stamps_are_believed_where_motion_does_not_tell(tmp_path, staircas
     (finding,) = log.findings
     assert finding.action == "noted"
     assert finding.text.startswith(
-        'p_a: the stamps in "T2" are believed, both clocks tell the date; its offset cannot be found: a correlation of 0.'
+        'p_a: the stamps in "T2" are believed, both clocks state the date; its offset cannot be found: a correlation of 0.'
     )
     assert np.isnan(log.signals["p_a"][log.t < 11.35]).all()
     late = np.interp(log.t - 11.5, staircase["time"], slow) * 1e5

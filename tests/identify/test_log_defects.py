@@ -113,7 +113,7 @@ def test_a_pressure_that_sticks_while_the_winch_turns_is_found(tmp_path, stairca
     (finding,) = told(log, "stuck")
     assert finding.signal == "p_a"
     assert (finding.start, finding.end) == (pytest.approx(54.0), pytest.approx(63.99))
-    assert "stands at" in finding.text
+    assert "stays at" in finding.text
     assert finding.text.endswith("to the last digit from 54 s to 63.99 s while omega_m moves: stuck")
     doubted = log.t[log.doubtful["p_a"]]
     assert doubted.min() == pytest.approx(54.0)
@@ -124,7 +124,7 @@ def test_a_speed_that_sticks_at_zero_is_found_by_the_wire(tmp_path, staircase):
     stuck = changed(staircase, "omega_m", slice(5400, 6400), 0.0)
     log = read_log(stuck.write(tmp_path / "stuck.csv"))
     assert [finding.text for finding in told(log, "stuck")] == [
-        "omega_m stands at 0 rev/min to the last digit from 54 s to 63.99 s while u_p moves: stuck"
+        "omega_m stays at 0 rev/min to the last digit from 54 s to 63.99 s while u_p moves: stuck"
     ]
 
 
@@ -159,7 +159,7 @@ def test_a_logger_that_freezes_while_the_winch_turns_is_found(tmp_path, staircas
 def test_a_required_signal_that_never_changes_is_refused(tmp_path, staircase):
     dead = staircase.with_columns(p_a=np.full(len(staircase), 125.0))
     assert refusal(dead.write(tmp_path / "dead.csv")) == (
-        'dead.csv: p_a stands at 125 bar throughout while p_b changes: the sensor was off or stuck, or column "p_a [bar]" is another one. '
+        'dead.csv: p_a stays at 125 bar throughout while p_b changes: the sensor was off or stuck, or column "p_a [bar]" is another one. '
         "Map another column, or leave the signal out."
     )
 
@@ -167,7 +167,7 @@ def test_a_required_signal_that_never_changes_is_refused(tmp_path, staircase):
 def test_a_low_side_that_boost_holds_is_used_and_told(tmp_path, staircase):
     log = read_log(staircase.with_columns(p_b=np.full(len(staircase), 25.0)).write(tmp_path / "held.csv"))
     assert [f.text for f in log.findings] == [
-        "p_b stands at 25 bar throughout while p_a changes: right for a low side that boost holds, wrong for a dead sensor"
+        "p_b stays at 25 bar throughout while p_a changes: right for a low side that boost holds, wrong for a dead sensor"
     ]
     assert not log.doubtful["p_b"].any()
 
@@ -182,7 +182,7 @@ def test_set_values_may_be_constant_and_are_told(tmp_path, staircase):
         )
     )
     log = read_log(held.write(tmp_path / "held.csv", header=",".join(names.values())))
-    assert [finding.text for finding in log.findings] == ["alpha_m stands at 0.8 throughout, as a set value may"]
+    assert [finding.text for finding in log.findings] == ["alpha_m stays at 0.8 throughout, as a set value may"]
     assert not log.doubtful["alpha_m"].any()
 
 
@@ -202,7 +202,7 @@ def test_samples_at_the_end_of_the_range_are_doubtful(tmp_path, staircase):
     above = staircase["p_a"] >= 150.0
     assert finding.count == pytest.approx(above.sum(), rel=0.1)
     assert finding.text.startswith(
-        f"p_a: {finding.count} samples stand at an end of its range (0 bar to 150 bar), from 2.3 s on, in "
+        f"p_a: {finding.count} samples are at an end of its range (0 bar to 150 bar), from 2.3 s on, in "
     )
     assert finding.text.endswith("bins: the sensor or its converter is saturated")
     hoisting = (log.t > 6) & (log.t < 15)
@@ -214,7 +214,7 @@ def test_a_rail_that_nobody_named_is_found_in_a_noisy_signal(tmp_path, staircase
     log = read_log(clipped.write(tmp_path / "rail.csv"))
     (finding,) = told(log, "saturated")
     assert finding.signal == "p_a"
-    assert "samples or more stand exactly at its largest value 161.5 bar, which a noisy signal does not" in finding.text
+    assert "samples or more are exactly at its largest value 161.5 bar, which a noisy signal does not" in finding.text
     touched = np.unique(np.round(staircase["time"][staircase["p_a"] >= 161.5], 1))
     assert log.doubtful["p_a"].sum() == pytest.approx(len(touched), rel=0.05)
 
@@ -236,8 +236,8 @@ def test_late_and_repeated_samples_are_left_out_and_told(tmp_path, staircase):
 def test_two_logs_in_one_file_are_refused_with_the_line(tmp_path, staircase):
     time = np.concatenate((staircase["time"][:12000], staircase["time"][:8000]))
     assert refusal(staircase.with_columns(time=time).write(tmp_path / "two.csv")) == (
-        'two.csv: line 12002: time in "time [s]" runs back by 119.99 s. The clock started anew, or two logs were joined: cut the file there and '
-        "give the parts as logs of their own (or mend a stamp that jumped ahead before it)."
+        'two.csv: line 12002: time in "time [s]" runs back by 119.99 s. The clock restarted, or two logs were joined: cut the file there and '
+        "give the parts as logs of their own (or correct a stamp that jumped ahead before it)."
     )
 
 
@@ -352,8 +352,8 @@ def test_a_unit_that_contradicts_the_file_is_told(tmp_path, staircase):
         for name, unit in {"time": "s", "p_a": "bar", "p_b": "bar", "omega_m": "rev/min"}.items()
     }
     assert [finding.text for finding in read_log(path, mapping_from(rows, "m")).findings] == [
-        'p_a: the mapping says "bar" and the file "psi"; the mapping is believed',
-        'p_b: the mapping says "bar" and the file "kPa"; the mapping is believed',
+        'p_a: the mapping states "bar" and the file "psi"; the mapping is believed',
+        'p_b: the mapping states "bar" and the file "kPa"; the mapping is believed',
     ]
 
 

@@ -423,7 +423,7 @@ class Refused:
         ),
         Refused(
             "time [s],p_a [bar]\n" + "\n".join(f"{i},5,1{i},25" for i in range(30)),
-            'x.csv: line 1: the header names 2 columns and the rows below hold 4 fields. A decimal comma needs ";" between columns. Mend the header or '
+            'x.csv: line 1: the header names 2 columns and the rows below hold 4 fields. A decimal comma needs ";" between columns. Correct the header or '
             "the export.",
         ),
         Refused(
@@ -443,7 +443,7 @@ class Refused:
         ),
         Refused(
             "time [s],p_a\n" + "\n".join(f"{i},1{i}" for i in range(30)),
-            'x.csv: p_a: column "p_a" has no unit; give one of Pa, bar, kPa, MPa.',
+            'x.csv: p_a: column "p_a" has no unit; choose one of Pa, bar, kPa, MPa.',
             UnitError,
         ),
         Refused(
@@ -453,7 +453,7 @@ class Refused:
         ),
         Refused(
             "time [s],p_a [bar]\n1,2\n2,3\n",
-            'x.csv: time in "time [s]": 2 samples are no log. Give another column or file.',
+            'x.csv: time in "time [s]": 2 samples are not a log. Give another column or file.',
         ),
     ],
 )
@@ -494,7 +494,7 @@ def test_many_lines_of_another_length_are_refused(tmp_path, short):
         read_log(tmp_path / "cut.csv")
     assert str(caught.value).startswith("cut.csv: line 302: 7 fields where the header has 6 (")
     assert str(caught.value).endswith(
-        'such lines among 4000). Mend the export; a decimal comma needs ";" between columns.'
+        'such lines among 4000). Correct the export; a decimal comma needs ";" between columns.'
     )
 
 
@@ -504,7 +504,7 @@ def test_an_open_quote_is_refused_with_its_line(tmp_path, short):
     (tmp_path / "quote.csv").write_text("\n".join(lines))
     with pytest.raises(LogError) as caught:
         read_log(tmp_path / "quote.csv")
-    assert str(caught.value) == "quote.csv: line 501: a quote is not closed. Mend or remove the line."
+    assert str(caught.value) == "quote.csv: line 501: a quote is not closed. Correct or remove the line."
 
 
 def test_progress_goes_from_start_to_end(tmp_path, short, monkeypatch):

@@ -1,4 +1,4 @@
-"""A mapping says which column is which signal; what it gets wrong is told in one line."""
+"""A mapping says which column is which signal; what it gets wrong is reported in one line."""
 
 import numpy as np
 import pytest
@@ -51,7 +51,7 @@ def test_a_mapping_file_is_read(tmp_path):
             "[signals]\n",
             'map.toml: signals = {} names no signal. Write rows such as p_a = { column = "PT101", unit = "bar" }.',
         ),
-        ("[signals\n", "is no TOML file that can be read"),
+        ("[signals\n", "is not a readable TOML file"),
     ],
 )
 def test_files_that_are_no_mapping(tmp_path, content, text):
@@ -120,7 +120,7 @@ def test_an_unknown_unit_is_told_with_those_allowed():
         'test.toml: signals.p_a.unit = "psi" is not one of Pa, bar, kPa, MPa. Write unit = "bar", scale = 0.0689476.'
     )
     assert said(row(unit="mA"), UnitError) == (
-        'test.toml: signals.p_a.unit = "mA" is not one of Pa, bar, kPa, MPa. Give one of these and the factor to it as scale, such as unit = "bar", '
+        'test.toml: signals.p_a.unit = "mA" is not one of Pa, bar, kPa, MPa. Choose one of these and the factor to it as scale, such as unit = "bar", '
         "scale = 0.1."
     )
     assert "is not one of 1, %." in said({"u_p": {"column": "u", "unit": "V"}}, UnitError)
@@ -193,7 +193,7 @@ def small(tmp_path):
             {"p_b": {"column": "PT102", "unit": "bar"}},
             'x.csv: p_b: 2 columns "PT102" (places 3, 4). Give the place of one, such as column = 3.',
         ),
-        ({"p_b": {"column": "PT101"}}, 'x.csv: p_b: column "PT101" has no unit; give one of Pa, bar, kPa, MPa.'),
+        ({"p_b": {"column": "PT101"}}, 'x.csv: p_b: column "PT101" has no unit; choose one of Pa, bar, kPa, MPa.'),
         ({"p_a": {"column": "PT101", "unit": "bar", "clock": "T2"}}, 'x.csv: clock: no column "T2" in the file. '),
     ],
 )

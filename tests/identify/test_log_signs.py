@@ -66,7 +66,7 @@ def test_without_pressures_either_of_command_and_speed_may_be_wrong(tmp_path, st
 
 
 def test_without_a_hanging_load_both_ways_out_are_named(tmp_path, make_staircase):
-    light = make_staircase(load=2.0)  # an active circuit beside a passive one that carries the load
+    light = make_staircase(load=2.0)  # an active circuit next to a passive one that carries the load
     assert read_log(light.write(tmp_path / "light.csv")).findings == ()
     said = refusal(only(flipped(light, "omega_m"), "p_a", "p_b", "omega_m").write(tmp_path / "f.csv"))
     assert "swap the columns of p_a and p_b, or set sign = -1 for omega_m" in said

@@ -1,4 +1,4 @@
-"""Loss models fitted to maps: parameters come back, errors cover, and what a map cannot tell is said."""
+"""Loss models fitted to maps: parameters come back, errors cover, and what a map cannot determine is said."""
 
 import numpy as np
 import pytest
@@ -143,7 +143,7 @@ def test_one_level_of_an_axis_confounds_parameters_and_says_which(m, axis, model
     value = m.axis(axis).max()
     fit = fit_loss(m.at(m.axis(axis) == value), model)
     assert any(set(g) & group for g in fit.confounded)
-    assert any("cannot be told apart" in line for line in indeterminate(fit))
+    assert any("cannot be distinguished" in line for line in indeterminate(fit))
     named = {n for g in fit.confounded for n in g}
     assert np.isnan(fit.errors[[fit.names.index(n) for n in named]]).all()
     assert np.isfinite(fit.rms)
@@ -155,7 +155,7 @@ def test_too_few_cells_for_a_model_are_refused(m):
 
 
 def test_leaving_out_displacements_spreads_more_than_independent_cells_claim(m):
-    """MJ4 is not the truth of this map: neighbouring cells err alike."""
+    """MJ4 is not the truth of this map: neighbouring cells deviate alike."""
     fit = fit_loss(m, LossModel.MJ4)
     spread = spread_of_levels(m, fit)
     assert spread is not None

@@ -120,7 +120,7 @@ def test_a_map_of_one_displacement_recommends_only_what_it_can_determine(maps):
     m = maps["A6VM215"].full()
     found = rank_losses(m)
     assert not found[LossModel.ORTWIG].eligible
-    assert "cannot be told apart" in found[LossModel.ORTWIG].reason
+    assert "cannot be distinguished" in found[LossModel.ORTWIG].reason
     assert found[found.recommended].eligible
 
 

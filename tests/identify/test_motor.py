@@ -190,7 +190,7 @@ def test_figures_and_report_come_out_of_odd_maps_too(small, part):
     assert page.count("<img") == 6
     if part == "one pressure":
         assert not found.usable
-        assert "cannot be told apart" in page
+        assert "cannot be distinguished" in page
 
 
 def test_the_page_stands_alone(result):
@@ -232,7 +232,7 @@ def test_cli_says_no_with_exit_code_1_and_writes_no_motor(small, tmp_path, capsy
     assert run(["identify", "motor", str(one), "--out", str(tmp_path / "o")]) == 1
     told = capsys.readouterr()
     assert "NO: " in told.out
-    assert "cannot be told apart" in told.out
+    assert "cannot be distinguished" in told.out
     assert "motor.toml is not written" in told.err
     assert not (tmp_path / "o" / "motor.toml").exists()
     assert (tmp_path / "o" / "report.html").exists()

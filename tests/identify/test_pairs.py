@@ -87,7 +87,7 @@ def test_straight_friction_comes_back_at_every_grid_speed() -> None:
 
 
 def test_uncertainties_and_covariances_on_the_grid_agree_with_draws() -> None:
-    """Every window's speed and effort is drawn anew 4000 times; neighbours share windows, so covariances count."""
+    """Every window's speed and effort is drawn again 4000 times; neighbours share windows, so covariances count."""
     rng = np.random.default_rng(3)
     v = np.array([18.0, 60.0, 150.0, 410.0])
     up, down = 150.0 + 12.0 + 20.0 * np.exp(-v / 80.0), 150.0 - 12.0 - 20.0 * np.exp(-v * 1.1 / 80.0)

@@ -1,4 +1,4 @@
-"""Friction sets beside each other: published numbers, bands that cover, one figure with its sources, the commands."""
+"""Friction sets side by side: published numbers, bands that cover, one figure with its sources, the commands."""
 
 import json
 
@@ -36,7 +36,7 @@ def with_evidence(**ranges) -> FrictionSet:
         covariance=((1e-12, -4e-7, 0.0), (-4e-7, 1.0, 0.0), (0.0, 0.0, 2.5e-13)),
         dof=1e6,
         data="made-up tests",
-        statements=("Y_2 cannot be told from Y_3",),
+        statements=("Y_2 cannot be reported from Y_3",),
         **ranges,
     )
     return FrictionSet("mine", "made up", base.system, base.sources, evidence)
@@ -98,7 +98,7 @@ def test_what_the_data_do_not_reach_and_cannot_tell_is_said():
     assert notes([s], 1.5e6) == [
         "mine: 1500 kN m of drum torque is beyond its data, 0 kN m to 1000 kN m",
         "mine: its data are of 25 rev/min to 1200 rev/min; the rest is extrapolated",
-        "mine: Y_2 cannot be told from Y_3",
+        "mine: Y_2 cannot be reported from Y_3",
     ]
     assert np.flatnonzero(~s.inside).size > 0
     assert notes([split(load_friction("crane-1"), 1.5e6, speeds())], 1.5e6) == []
@@ -155,7 +155,7 @@ def test_the_comparison_is_printed_and_written_whole(tmp_path, capsys):
     assert [s["set"] for s in json.loads(capsys.readouterr().out)["sets"]] == [
         path,
         again,
-    ]  # two files of one name are told apart
+    ]  # two files of one name are distinguished
     assert (
         command(["friction", "compare", "crane-1", "--load", "100 t", "--crane", "nov-150t", "--layer", "3", "--json"])
         == 0

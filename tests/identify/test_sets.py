@@ -34,7 +34,7 @@ dof = 120
 data = "7 tests of the crane, 0 to 107 t"
 omega_m = ["25 rev/min", "1200 rev/min"]
 T_d = ["0.1 MN m", "2 MN m"]
-statements = ["Y_2 cannot be told from Y_3: one displacement only"]
+statements = ["Y_2 cannot be reported from Y_3: one displacement only"]
 """
 FRICTION = """title = "My crane"
 Y_1 = { value = 2e-05, kind = "fitted", source = "tests of spring" }
@@ -87,7 +87,7 @@ def test_a_set_of_a_file_keeps_its_evidence_through_writing(tmp_path):
     assert evidence.deviation("Y_4") == pytest.approx(0.5)
     assert evidence.deviation("Y_6") == 0.0
     assert evidence.T_d == pytest.approx((1e5, 2e6))
-    assert evidence.statements[0].startswith("Y_2 cannot be told")
+    assert evidence.statements[0].startswith("Y_2 cannot be reported")
     again = load_set(save_set(item, tmp_path / "my.friction.toml"))
     assert again.evidence == evidence
     assert again == item
@@ -170,7 +170,7 @@ def test_a_set_that_is_not_there_is_named_with_the_place_that_names_it(tmp_path)
     ("old", "new", "text"),
     [
         ('"Y_4"]', '"Y_9"]', 'evidence.names: "Y_9" is not one of Y_1, Y_2, Y_3, Y_4, Y_5, Y_6.'),
-        ('"Y_4"]', '"Y_1"]', "evidence: names: a name comes twice. Name each parameter once."),
+        ('"Y_4"]', '"Y_1"]', "evidence: names: a name is given twice. Name each parameter once."),
         (
             "[1e-7, 0.25]]",
             "[1e-7, 0.25], [0.0, 0.0]]",

@@ -351,7 +351,7 @@ def test_a_gap_splits_a_step_and_short_ends_are_told() -> None:
     )
     found = find(cut)
     assert not any(w.start < 7.9 and w.end > 5.4 for w in found.windows)
-    assert "beside a gap in the log" in one(found, "gap")
+    assert "next to a gap in the log" in one(found, "gap")
     assert found.time["no samples"] == pytest.approx(2.5, abs=0.15)
 
 

@@ -1,4 +1,4 @@
-"""A plank that lies on the water and follows it: motions in closed form at any frequency and heading, for tests of tables of them."""
+"""A plank that is on the water and follows it: motions in closed form at any frequency and heading, for tests of tables of them."""
 
 from __future__ import annotations
 

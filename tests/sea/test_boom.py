@@ -81,8 +81,8 @@ def test_without_a_height_the_crane_luffs_with_its_knuckle_as_it_is():
 @pytest.mark.parametrize(
     ("make", "text"),
     [
-        (lambda: knuckle_boom().reaching(-10.0, -60.0, 20.0), "reaches 40 m from its heel and 54.23 m are asked"),
-        (lambda: knuckle_boom().reaching(-10.0, -60.0), "reaches 35 m from its heel and 54 m are asked"),
+        (lambda: knuckle_boom().reaching(-10.0, -60.0, 20.0), "reaches 40 m from its heel and 54.23 m are requested"),
+        (lambda: knuckle_boom().reaching(-10.0, -60.0), "reaches 35 m from its heel and 54 m are requested"),
         (lambda: knuckle_boom().reaching(-10.0, -9.0, 16.0), "fold to 10 m from the heel"),
         (lambda: knuckle_boom(main=("25 m", "95 deg")), "main angle 95 deg is not between 0 deg (level)"),
         (lambda: knuckle_boom(knuckle=("15 m", "-5 deg")), "knuckle angle -5 deg is not between 0 deg (straight on)"),

@@ -126,7 +126,7 @@ class TestRefusals:
         [
             ("1996-01-01T02:00+01:00", "is missing. Choose a valid one"),
             ("7", "record 7 does not exist. The last one is 1."),
-            ("noon", 'record "noon" is no number and no time'),
+            ("noon", 'record "noon" is neither a number nor a time'),
             ("1996-01-05", "no record at 1996-01-05T00:00:00Z. The nearest one is of 1996-01-01T01:00:00Z"),
             ("1", "is missing. Choose a valid one"),
         ],

@@ -229,7 +229,7 @@ def test_measured_directions_are_turned_by_the_ships_heading(capsys, vessel, tmp
 
 
 def test_measured_spectra_are_taken_record_by_record(capsys, vessel, shared_data, tmp_path):
-    """The sea of the record, 38 bands; and what the command asks for when it is not told enough."""
+    """The sea of the record, 38 bands; and what the command asks for when it is not determined enough."""
     buoy = str(shared_data / "sea_ndbc_46042" / "46042w1996.txt.gz")
     at = ("--vessel", vessel, "--at", AT, "--wave", buoy)
     found = answer(capsys, *at, "--record", "1996-01-05T12:00", "--heading", "90 deg")

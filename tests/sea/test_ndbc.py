@@ -173,8 +173,8 @@ class TestBadFiles:
             (OLD.replace("   .50", "  -.50"), "line 2: negative energy -0.5 m^2/Hz at 0.06 Hz"),
             (OLD.replace("   .50", "  five"), 'line 2: "five" is not a number'),
             (OLD.replace("   .50", "   nan"), 'line 2: "nan" is not a finite number'),
-            (OLD.replace("96 01 01 01", "96 01 -1 01"), 'line 3: "96 01 -1 01" is no date and hour'),
-            (OLD.replace("96 01 01 01", "96 13 01 01"), 'line 3: "96 13 01 01" is no date and hour'),
+            (OLD.replace("96 01 01 01", "96 01 -1 01"), 'line 3: "96 01 -1 01" is not a date and hour'),
+            (OLD.replace("96 01 01 01", "96 13 01 01"), 'line 3: "96 13 01 01" is not a date and hour'),
             (OLD.replace(".030   .040", ".040   .030"), "4 frequencies (0.04, 0.03, 0.05, ...) do not ascend"),
             (OLD.replace("4.00", "40000.00"), "line 2: Hm0 of 80 m is higher than any sea (40 m)"),
             (OLD + OLD.replace(".060", ".065"), "line 4: another header than line 1. Split the file there"),
@@ -203,7 +203,7 @@ class TestBadFiles:
 
     def test_bytes_that_are_no_text(self, tmp_path):
         (tmp_path / "waves.txt").write_bytes(b"\xff\xfe\x00\x81" * 20)
-        with pytest.raises(SeaError, match="is no text"):
+        with pytest.raises(SeaError, match="is not a text file"):
             read_sea(tmp_path / "waves.txt")
 
     def test_a_folder_and_a_name_of_nothing(self, tmp_path):
@@ -305,7 +305,7 @@ class TestDirections:
     def test_a_companion_that_lacks_is_named(self, tmp_path):
         path = directional(tmp_path, 20.0, 0.8, 0.5)
         (tmp_path / "46042j2019.txt").unlink()
-        with pytest.raises(SeaError, match=r"46042j2019.txt: missing beside 46042w2019.txt: it holds r1"):
+        with pytest.raises(SeaError, match=r"46042j2019.txt: missing next to 46042w2019.txt: it holds r1"):
             read_directional(path)
 
     def test_a_companion_of_other_frequencies_is_refused(self, tmp_path):

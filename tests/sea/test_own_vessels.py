@@ -23,7 +23,7 @@ HASKIND = 0.012
 RECIPROCITY = 0.02
 """The same, relative to the geometric mean of the two motions' own terms."""
 PANELS = 0.002
-"""Flat panels lie inside a round hull: the volume and waterplane that they miss at most."""
+"""Flat panels are inside a round hull: the volume and waterplane that they miss at most."""
 DIGITS = 2e-5
 """Vessel files have six digits, the kept loads as well."""
 
@@ -70,7 +70,7 @@ def test_long_waves_carry_the_ship_as_they_carry_water(vessel):
     assert off[PITCH] < 0.02
     assert (
         off[[SURGE, SWAY]].max() < 0.03
-    )  # the middle of the wetted hull lies deeper than the surface, where water moves less
+    )  # the middle of the wetted hull is deeper than the surface, where water moves less
     # roll is nearer to its resonance: 1/(1 - (T_n/60 s)^2)
     T_n = 2.0 * np.pi / KEPT["ships"][Path(vessel.source.split(" ")[0]).stem]["floating"]["omega_n"]["roll"]
     assert off[ROLL] < 0.03 + 1.0 / (1.0 - (T_n / 60.0) ** 2) - 1.0
@@ -127,7 +127,7 @@ def test_damping_follows_from_excitation_by_haskinds_relation(loads):
     power = (np.abs(loads["F"]) ** 2).mean(axis=1)  # over all headings
     for i, omega in enumerate(loads["omega"]):
         if not 0.3 <= omega <= 1.0:
-            continue  # outside, damping is too small to be told from the panels' errors
+            continue  # outside, damping is too small to be reported from the panels' errors
         follows = omega**3 / (2.0 * RHO * G**3) * power[i]
         for mode in (SWAY, HEAVE, ROLL, PITCH):
             assert follows[mode] == pytest.approx(loads["B"][i, mode, mode], rel=HASKIND), (omega, mode)
@@ -136,7 +136,7 @@ def test_damping_follows_from_excitation_by_haskinds_relation(loads):
 def test_one_motion_loads_another_as_the_other_loads_it(loads):
     some = (loads["omega"] > 0.3) & (
         loads["omega"] < 1.0
-    )  # below, damping is too small to be told from the panels' errors
+    )  # below, damping is too small to be reported from the panels' errors
     for table in (loads["A"][some], loads["B"][some]):
         scale = np.sqrt(np.einsum("nii->ni", np.abs(table)))
         off = np.abs(table - np.swapaxes(table, 1, 2)) / (scale[:, :, None] * scale[:, None, :])
@@ -156,7 +156,7 @@ def test_the_motions_of_the_file_balance_the_loads(ship, vessel, loads):
     for i, omega in enumerate(loads["omega"]):
         k = int(np.argmin(np.abs(vessel.omega - omega)))
         if abs(vessel.omega[k] - omega) > 1e-5:
-            continue  # beside the peak of roll the file has frequencies of its own
+            continue  # next to the peak of roll the file has frequencies of its own
         A, B = ((loads[key][i] + loads[key][i].T) / 2.0 for key in ("A", "B"))
         B[ROLL, ROLL] += B_44
         for j, degrees in enumerate(loads["beta"]):

@@ -170,4 +170,4 @@ def test_the_other_sign_of_time_is_found(tmp_path: Path) -> None:
 def test_a_file_that_is_cut_off_is_told(tmp_path: Path) -> None:
     path = written(tmp_path, data_set())
     path.write_bytes(path.read_bytes()[:3000])
-    assert "plank.nc: not a whole NetCDF file" in refused(path)
+    assert "plank.nc: not a complete NetCDF file" in refused(path)

@@ -149,8 +149,8 @@ def refused(path: Path) -> str:
 @pytest.mark.parametrize(
     ("changes", "text"),
     [
-        ({"axes": None}, "does not say its axes"),
-        ({"origin": None, "mirror": None}, "does not say its mirror, origin"),
+        ({"axes": None}, "does not state its axes"),
+        ({"origin": None, "mirror": None}, "does not state its mirror, origin"),
         ({"axes": "x forward, y starboard, z up"}, "are left-handed"),
         ({"axes": "x ahead, y port, z up"}, "line 2: axes"),
         ({"time": None}, 'go with one line such as "# time: exp(+i omega t)"'),
@@ -193,7 +193,7 @@ def test_a_missing_motion_is_named(tmp_path: Path) -> None:
     ("spoil", "text"),
     [
         (lambda rows: rows[:-1], "is missing. Every heading has every omega, once"),
-        (lambda rows: [*rows, rows[3]], "comes twice"),
+        (lambda rows: [*rows, rows[3]], "is given twice"),
         (lambda rows: [[*rows[0][:-1], float("nan")], *rows[1:]], '"nan" is not a finite number'),
         (lambda rows: [[-w, *rest] for w, *rest in rows], "must be above 0"),
         (lambda rows: [r for r in rows if r[1] < 200.0], "no heading within"),
@@ -237,11 +237,11 @@ def test_a_ship_whose_sides_differ_is_not_written_as_one_side(tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("name", "content", "text"),
     [
-        ("a.txt", b"hello\n", "is no vessel file that is known. Read are ShipX/VERES .re1"),
-        ("a.nc", b"\x89HDF\r\n\x1a\n" + bytes(200), "not a whole NetCDF file"),
+        ("a.txt", b"hello\n", "is not a known vessel file. Supported: ShipX/VERES .re1"),
+        ("a.nc", b"\x89HDF\r\n\x1a\n" + bytes(200), "not a complete NetCDF file"),
         ("a.yml", b"VesselTypes: [", "is not YAML"),
-        ("a.bin", bytes(range(256)), "is no text. Read are"),
-        ("a.csv", b"", "is empty. Read are"),
+        ("a.bin", bytes(range(256)), "is not a text file. Supported:"),
+        ("a.csv", b"", "is empty. Supported:"),
     ],
 )
 def test_files_of_another_kind_are_told_in_one_line(tmp_path: Path, name: str, content: bytes, text: str) -> None:

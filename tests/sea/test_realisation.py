@@ -95,7 +95,7 @@ class TestIrregularTip:
             IrregularTip(amplitudes, repeat)
 
     def test_a_stored_motion_that_was_spoilt_is_one_line(self):
-        with pytest.raises(MotionError, match="Make it anew"):
+        with pytest.raises(MotionError, match="Generate it again"):
             motion_from_json('{"type": "irregular", "repeat": 60.0, "re": "x", "im": "y"}')
 
 

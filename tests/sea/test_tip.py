@@ -71,7 +71,7 @@ class TestLimits:
         assert tip_response(buoy(), both, 0.0, 0.0).moment(0) == pytest.approx(sum(parts), rel=1e-4)
 
     def test_what_lies_beyond_the_table_is_told_in_size(self):
-        """A buoy's last value does stay: inside and beyond make the whole acceleration of the sea."""
+        """A buoy's last value does stay: inside and beyond make the complete acceleration of the sea."""
         whole, cut = (tip_response(buoy(last), sea(0.0), 0.0, 0.0) for last in (12.0 * 2.0 * math.pi / 8.0, 1.2))
         assert math.hypot(cut.sigma_a, cut.sigma_a_beyond) == pytest.approx(whole.sigma_a, rel=1e-3)
         omega = np.linspace(1.2, 40.0, 200000)
@@ -133,7 +133,7 @@ class File:
 
 
 def jonswap(omega: np.ndarray, H: float, T: float, gamma: float) -> np.ndarray:
-    """Written here anew, brought to its height by its own integral over a long axis."""
+    """Written here again, brought to its height by its own integral over a long axis."""
     f, axis, peak = omega / (2.0 * math.pi), np.linspace(0.01, 8.0, 200000), 1.0 / T
 
     def shape(f):
@@ -317,7 +317,7 @@ class TestPlaces:
         ("text", "line"),
         [
             ("x=-20 m", "y is missing"),
-            ("x=-20 m, y=1 m, x=2 m", "x comes twice"),
+            ("x=-20 m, y=1 m, x=2 m", "x is given twice"),
             ("-20 m, -18 m", '"-20 m" is not x, y or z with a length'),
             ("x=-20 m, y=-18 m, w=3 m", '"w=3 m" is not x, y or z'),
             ("x=-20 km, y=-18 m", "more than 300 m"),

@@ -1,1 +1,1 @@
-"""What every room uses: whole files, encodings, progress, types of arrays. Nothing of winches."""
+"""What every package uses: complete files, encodings, progress, types of arrays. Nothing of winches."""

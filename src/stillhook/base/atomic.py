@@ -1,4 +1,4 @@
-"""Files and folders that appear whole or not at all."""
+"""Files and folders that appear complete or not at all."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stillhook.errors import SimulationError
 
 
 class atomic_file:
-    """A temporary name beside the target, renamed when the block ends well and removed when it does not."""
+    """A temporary name next to the target, renamed when the block ends well and removed when it does not."""
 
     def __init__(self, target: Path) -> None:
         self.target = target
@@ -69,12 +69,12 @@ class atomic_folder:
                 shutil.rmtree(self.target, ignore_errors=True)
         if isinstance(error, OSError):
             raise cannot_write(self.target, error) from None
-        if isinstance(error, SimulationError):  # a file in the temporary folder: name the folder that was asked for
+        if isinstance(error, SimulationError):  # a file in the temporary folder: name the folder that was requested
             raise SimulationError(str(error).replace(f"{self.part}{os.sep}", f"{self.target}{os.sep}")) from None
 
 
 def cannot_write(target: Path, problem: Exception) -> SimulationError:
-    """What stands in the way of writing a file or folder."""
+    """What is in the way of writing a file or folder."""
     reason = getattr(problem, "strerror", None) or problem
     return SimulationError(f"{target}: cannot be written ({reason}). Choose another folder.")
 

@@ -81,7 +81,7 @@ def demo_cases() -> list[CaseFile]:
 
 
 def build_scenario(table: Mapping[str, Any], folder: Path, name: str) -> Scenario:
-    """A Scenario from a TOML table; files are looked for beside the case file."""
+    """A Scenario from a TOML table; files are looked for next to the case file."""
     values = {"name": name, **table}
     if "tip" in values:
         values["tip"] = read_tip(values["tip"], folder)

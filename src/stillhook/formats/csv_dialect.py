@@ -100,7 +100,7 @@ def _refuse_other_width(name: str, line: int, names: int, cells: list[list[str]]
     comma = ' A decimal comma needs ";" between columns.' if separator == "," else ""
     raise LogError(
         f"{name}: line {line}: the header names {names} columns and the rows below hold {len(cells[0])} fields.{comma}"
-        " Mend the header or the export."
+        " Correct the header or the export."
     )
 
 
@@ -138,7 +138,7 @@ def split_row(line: str, separator: str) -> list[str]:
 
 
 def _value_count(cells: list[str]) -> int:
-    """How many cells of a row of data are numbers or stamps; 0 for a line that is no row of data."""
+    """How many cells of a row of data are numbers or stamps; 0 for a line that is not a row of data."""
     filled = [cell for cell in cells if cell.lower() not in MISSING]
     values = sum(bool(_NUMBER.fullmatch(cell) or _STAMP.fullmatch(cell)) for cell in filled)
     return values if values >= MAJORITY * len(filled) else 0

@@ -1,4 +1,5 @@
-"""Results on disk: NetCDF with everything that repeats the run, and a summary as JSON. Written whole or not at all."""
+"""Results on disk: NetCDF with everything that repeats the run, and a summary as JSON. Written completely or not at
+all."""
 
 from __future__ import annotations
 
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 
 
 HEADER = 500_000
-"""What a file holds beside its numbers, generously [bytes]."""
+"""What a file holds next to its numbers, generously [bytes]."""
 
 
 def save_run(run: xarray.Dataset, path: str | Path) -> Path:
@@ -39,7 +40,7 @@ def save_run(run: xarray.Dataset, path: str | Path) -> Path:
 
 
 def load_run(path: str | Path) -> xarray.Dataset:
-    """The run that `save_run` wrote. Errors: StillhookError where the file is none."""
+    """The run that `save_run` wrote. Errors: StillhookError where the file is not one."""
     if not os.path.isfile(path):
         reason = "is a folder" if os.path.isdir(path) else "no such file"
         raise StillhookError(f"{path}: {reason}. Give a file that save_run or --out wrote.")

@@ -100,7 +100,7 @@ class Columns:
 def read_columns(
     path: str | os.PathLike[str], specs: Sequence[ColumnSpec], mapping: str | os.PathLike[str] | None = None
 ) -> Columns:
-    """The wanted columns that a table has, in SI.
+    """The requested columns that a table has, in SI.
 
     Parameters: path .csv, .txt, .tsv, .parquet or .xlsx; wanted what may be there; mapping a TOML file with a table
     [columns].
@@ -127,7 +127,7 @@ def _raw(path: Path) -> Raw:
             raise LogError(f"{quote(str(path))}: {reason}. Give the path of a CSV, Parquet or Excel file.")
         if path.stat().st_size > LARGEST_TABLE:
             raise LogError(
-                f"{path.name}: larger than {LARGEST_TABLE // 1_000_000} MB, so it is no map. Give the map alone."
+                f"{path.name}: larger than {LARGEST_TABLE // 1_000_000} MB, so it is not a map. Give the map alone."
             )
         kind = path.suffix.lower()
         if kind in (".xlsx", ".xlsm"):
@@ -209,7 +209,7 @@ def _cells(name: str, row: int, line: str, separator: str) -> tuple[str, ...]:
     try:
         return tuple(next(csv.reader(io.StringIO(line), delimiter=separator)))
     except (csv.Error, StopIteration) as e:
-        raise LogError(f"{name}: row {row}: cannot be read as CSV ({e}). Mend the row.") from None
+        raise LogError(f"{name}: row {row}: cannot be read as CSV ({e}). Correct the row.") from None
 
 
 def _text(name: str, data: bytes) -> str:
@@ -252,7 +252,7 @@ def _headed(name: str, lines: Sequence[tuple[int, tuple[Any, ...]]]) -> Raw:
         if len(cells) < wide or any(_is_text(c) for c in cells[wide:]):
             hint = ' A decimal comma needs ";" or a tab between columns.' if len(cells) > wide else ""
             raise LogError(
-                f"{name}: row {number}: {len(cells)} cells where row {at} has {wide} headings.{hint} Mend the row."
+                f"{name}: row {number}: {len(cells)} cells where row {at} has {wide} headings.{hint} Correct the row."
             )
     return Raw(name, headings, tuple(r[:wide] for _, r in rows), tuple(n for n, _ in rows), tuple(comments))
 
@@ -266,7 +266,7 @@ def _mapping(path: Path, specs: Sequence[ColumnSpec]) -> dict[str, Chosen]:
     try:
         if path.stat().st_size > LARGEST_MAPPING:
             raise LogError(
-                f"{path.name}: larger than {LARGEST_MAPPING} bytes, so it is no mapping. Give a TOML file with"
+                f"{path.name}: larger than {LARGEST_MAPPING} bytes, so it is not a mapping. Give a TOML file with"
                 " [columns]."
             )
         tables = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
@@ -290,10 +290,10 @@ def _example(w: ColumnSpec) -> str:
 def _chosen(where: str, name: str, row: Any, specs: Sequence[ColumnSpec]) -> Chosen:
     by_name = {w.name: w for w in specs}
     if name not in by_name:
-        raise LogError(f"{where}: columns.{name}: unknown; give one of {', '.join(by_name)}.")
+        raise LogError(f"{where}: columns.{name}: unknown; choose one of {', '.join(by_name)}.")
     if not isinstance(row, dict) or not isinstance(row.get("column"), str) or set(row) - {"column", "unit", "scale"}:
         raise LogError(
-            f"{where}: columns.{name} = {quote(row)}: write it as {_example(by_name[name])}, scale if wanted."
+            f"{where}: columns.{name} = {quote(row)}: write it as {_example(by_name[name])}, scale if needed."
         )
     scale, unit = row.get("scale", 1.0), row.get("unit")
     if isinstance(scale, bool) or not isinstance(scale, int | float) or not math.isfinite(scale) or scale == 0.0:
@@ -310,7 +310,7 @@ def split_heading(heading: str) -> tuple[str, str | None]:
 
 
 def _place(raw: Raw, spec: ColumnSpec, chosen: Chosen | None) -> int | None:
-    """Which column of the table is the wanted one."""
+    """Which column of the table is the requested one."""
     if chosen is not None:
         matches = [i for i, h in enumerate(raw.headings) if h == chosen.column] or [
             i for i, h in enumerate(raw.headings) if split_heading(h)[0] == chosen.column.strip().lower()
@@ -318,7 +318,7 @@ def _place(raw: Raw, spec: ColumnSpec, chosen: Chosen | None) -> int | None:
         if not matches:
             have = ", ".join(quote(h) for h in raw.headings)
             raise LogError(
-                f"{raw.name}: no column {quote(chosen.column)} for {spec.name}; it has {have}. Mend the mapping."
+                f"{raw.name}: no column {quote(chosen.column)} for {spec.name}; it has {have}. Correct the mapping."
             )
     else:
         names = {spec.name.lower(), *spec.aliases}
@@ -389,7 +389,8 @@ def _number(cell: Any, raw: Raw, row: int, heading: str) -> float:
         number = math.nan
     if not math.isfinite(number) or "_" in text:
         raise LogError(
-            f"{raw.name}: row {raw.numbers[row]}: column {quote(heading)} = {quote(text)}: no number. Mend or empty the"
+            f"{raw.name}: row {raw.numbers[row]}: column {quote(heading)} = {quote(text)}: no number. Correct or"
+            " empty the"
             " cell."
         )
     return number

@@ -39,7 +39,7 @@ class Fields:
 
     def __init__(self, table: Any, place: str, error: type[StillhookError]) -> None:
         if not isinstance(table, Mapping):
-            raise error(f"{place.rstrip('.: ')}: {quote(table)} is no table. Write its fields as name = value.")
+            raise error(f"{place.rstrip('.: ')}: {quote(table)} is not a table. Write its fields as name = value.")
         self.table, self.place, self.error = table, place, error
 
     def refuse_unknown(self, allowed: tuple[str, ...]) -> None:
@@ -106,15 +106,15 @@ class Fields:
         """A file that is there, seen from the folder of this one."""
         path = folder / self.text(key)
         if not path.is_file():
-            raise self.wrong(key, "no such file beside the campaign file. Check the path.")
+            raise self.wrong(key, "no such file next to the campaign file. Check the path.")
         return path
 
 
 def no_name_twice(names: Sequence[str], error: type[StillhookError]) -> None:
-    """Refuse tests of one name: results could not be told apart."""
+    """Refuse tests of one name: results could not be distinguished."""
     twice = next((n for n in names if names.count(n) > 1), None)
     if twice is not None:
-        raise error(f"test: the name {quote(twice)} comes twice. Give every test its own.")
+        raise error(f"test: the name {quote(twice)} is given twice. Give every test its own.")
 
 
 class PartOfLog(Protocol):

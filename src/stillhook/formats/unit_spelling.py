@@ -52,6 +52,6 @@ def hint(unit: str, kind: str) -> str:
     if unit_name is not None and kind and unit_name in KINDS[kind].allowed:
         return f' Write unit = "{unit_name}", scale = {factor}.'
     return (
-        f' Give one of these and the factor to it as scale, such as unit = "{KINDS[kind].display if kind else "1"}",'
+        f' Choose one of these and the factor to it as scale, such as unit = "{KINDS[kind].display if kind else "1"}",'
         " scale = 0.1."
     )

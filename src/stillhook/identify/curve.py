@@ -221,8 +221,8 @@ def with_visits(points: Sequence[CurvePoint]) -> tuple[CurvePoint, ...]:
 
     Every point but the first and the last is left out once and compared with the straight line between its neighbours
     in speed. What these differences hold beyond the uncertainties of the three is the variance between visits, one for
-    the whole log, with Student's factor for their number; a friction curved between three neighbouring speeds counts as
-    such a difference. With fewer than three points there is no telling.
+    the complete log, with Student's factor for their number; a friction curved between three neighbouring speeds
+    counts as such a difference. With fewer than three points no such estimate is possible.
     """
     by_speed = sorted(points, key=lambda p: p.speed)
     if len(by_speed) < FEWEST_VISITS:

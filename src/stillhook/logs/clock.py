@@ -1,7 +1,7 @@
 """Signals that another clock stamped: its offset and drift against the main clock, found from what the winch does.
 
 Both clocks see the same changes of motion. Features of either side (slopes of the signals, changes of direction) are
-correlated: first over the whole log for the offset, then in pieces of it for the drift.
+correlated: first over the complete log for the offset, then in pieces of it for the drift.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ LEAST_PIECE, FEW_PIECES = 20.0, 4  # s: ... but a short log is cut into so many,
 REACH = 2.5  # s to either side of the offset in which a piece is looked for
 CLEAR = 0.3  # correlation: below, the two sides do not show the same motion
 ALONE = 1.15  # times the match of the next best offset that the best must reach
-# s: columns of one file begin together; where the motion repeats, the one offset within this is taken, and told
+# s: columns of one file begin together; where the motion repeats, the one offset within this is taken, and reported
 STARTED = 5.0
 CANDIDATES = 8  # offsets that are tried ...
 PEAK = 0.5  # ... if their correlation is at least this share of the best; a staircase repeats itself every two moves
@@ -92,7 +92,7 @@ def _plausible(fit: Fit, where: str) -> Fit:
 
 
 def _scanned(main: Side, other: Side) -> float:
-    """The drift under which both sides match best as a whole, 0 where none makes them match clearly."""
+    """The drift under which both sides match best overall, 0 where none makes them match clearly."""
     main_features = _features(main, SCAN_STEP)
     best, drift = SCAN_CLEAR, 0.0
     step = SCAN_SLIP / max(SCAN_SLIP, float(other[0][-1] - other[0][0]))
@@ -135,7 +135,7 @@ def _aligned(main: Side, other: Side, where: str) -> Fit:
     if ambiguous is not None:
         raise LogError(
             f"{where}: its offset cannot be found: the motion repeats, so that {fit.offset:.4g} s and"
-            f" {ambiguous.offset:.4g} s fit alike. Give a log with moves that differ."
+            f" {ambiguous.offset:.4g} s fit equally well. Give a log with moves that differ."
         )
     if fit.scatter > SCATTER:
         raise LogError(

@@ -23,13 +23,14 @@ class HookDepth:
     error: type[StillhookError]
 
     def wire_out(self) -> float:
-        """Wire from tip to hook where nothing else tells it [m]. Errors: one of the campaign file where depth or h_tip
+        """Wire from tip to hook where nothing else states it [m]. Errors: one of the campaign file where depth or h_tip
         is missing."""
         if self.depth is None or self.h_tip is None:
             other = "h_tip" if self.h_tip is None else "depth"
             has = "depth" if self.h_tip is None else "h_tip"
             raise self.error(
-                f"{self.place}{has}: alone it does not tell the wire out. Give {other} too, or s_w, or map the signal"
+                f"{self.place}{has}: alone it does not determine the wire out. Give {other} too, or s_w, or map"
+                " the signal"
                 " s_w."
             )
         return self.depth + self.h_tip

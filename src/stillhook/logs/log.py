@@ -49,7 +49,7 @@ def read_log(
     the samples; leave_out_clocks: signals of another clock that cannot be aligned are left out (NaN) in place of an
     error; progress is called with the share done.
     Errors: LogError or UnitError of one line, for a file that cannot be read, columns or units that are not there, and
-    signals that cannot be trusted; what could be repaired or left out is told in `Log.findings`.
+    signals that cannot be trusted; what could be repaired or left out is reported in `Log.findings`.
     """
     width = parse(every, "time", "every")
     if not width > 0.0:
@@ -93,7 +93,9 @@ def _refuse_nothing(source: Source, rows: Mapping[str, Signal], *, from_headings
 def _log(source: Source, rows: Mapping[str, Signal], tracks: Tracks, main: Checked, joined: Merged) -> Log:
     findings = [*joined.findings, *standstill(source.name, joined.t, joined.watched, joined.doubtful, main.bins.starts)]
     for name, mapped_unit, file_unit in tracks.units:
-        text = f"{name}: the mapping says {quote(mapped_unit)} and the file {quote(file_unit)}; the mapping is believed"
+        text = (
+            f"{name}: the mapping states {quote(mapped_unit)} and the file {quote(file_unit)}; the mapping is believed"
+        )
         findings.append(Finding(name, "unit", 0.0, 0.0, 0, "noted", text))
     if tracks.broken_count:
         line, problem = tracks.broken[0]

@@ -46,7 +46,7 @@ def read_mapping(path: str | os.PathLike[str]) -> dict[str, Signal]:
     except FileNotFoundError:
         raise LogError(f"{file}: no such file. Check the name and the folder.") from None
     except (OSError, ValueError, RecursionError) as problem:
-        raise LogError(f"{quote(str(file))}: is no TOML file that can be read ({quote(str(problem))}).") from None
+        raise LogError(f"{quote(str(file))}: is not a readable TOML file ({quote(str(problem))}).") from None
     if not isinstance(table.get("signals"), Mapping):
         rows = 'Write rows such as p_a = { column = "PT101", unit = "bar" } below it.'
         raise LogError(f"{file.name}: no table [signals]. {rows}{told_kind(table)}")
@@ -256,7 +256,8 @@ def mapping_from_headings(headings: Sequence[str], source: str) -> dict[str, Sig
 
 
 def place_of(column: str, headings: Sequence[str], where: str) -> int:
-    """Index of the column that a mapping names: by its whole heading, by the heading without its unit, or by its place.
+    """Index of the column that a mapping names: by its complete heading, by the heading without its unit, or by its
+    place.
 
     Errors: LogError that lists the nearest headings.
     """

@@ -13,7 +13,7 @@ from stillhook.logs.checks.frozen_signals import Watched
 from stillhook.logs.clock import SOUND_DRIFT, Fit, align
 from stillhook.logs.types import Finding, OtherClock
 
-NEAR = 1.5  # bins or spacings: a sample further away says nothing of a bin
+NEAR = 1.5  # bins or spacings: a sample further away contains nothing about a bin
 
 
 @dataclass
@@ -31,7 +31,7 @@ class Merged:
 
 @dataclass(frozen=True)
 class Other:
-    """Another track of the log; whether its clock is another one, and whether both clocks tell the date."""
+    """Another track of the log; whether its clock is another one, and whether both clocks state the date."""
 
     track: Checked
     separate_clock: bool
@@ -42,7 +42,7 @@ def merged(file: str, main: Checked, others: list[Other], *, leave_out: bool = F
     """The main track with the others brought onto its bins; those of another clock are aligned first.
 
     Errors: LogError for a clock whose offset or drift cannot be found; with leave_out its signals are left out (NaN),
-    and told.
+    and reported.
     """
     out = Merged(main.bins.t, main.bins.at, findings=list(main.findings))
     for i, column in enumerate(main.track.columns):
@@ -78,7 +78,7 @@ def merged(file: str, main: Checked, others: list[Other], *, leave_out: bool = F
 
 def _believed(other: Checked, names: list[str], problem: str, apart: float) -> Finding:
     text = (
-        f"{', '.join(names)}: the stamps in {other.track.time_column} are believed, both clocks tell the date;"
+        f"{', '.join(names)}: the stamps in {other.track.time_column} are believed, both clocks state the date;"
         f" {problem.split(': ', 2)[-1]}"
     )
     return Finding(
@@ -107,7 +107,7 @@ def _clock_finding(other: Checked, fit: Fit, names: list[str]) -> Finding:
     text = (
         f"{', '.join(names)}: the clock {other.track.time_column} runs {abs(fast):.0f} ppm"
         f" {'fast' if fast >= 0.0 else 'slow'}{', which no sound clock does,' if abs(fit.drift) > SOUND_DRIFT else ''}"
-        f" and its first stamp lies at {fit.offset:.3f} s of the main clock (from {fit.pieces} parts of the log, which"
+        f" and its first stamp is at {fit.offset:.3f} s of the main clock (from {fit.pieces} parts of the log, which"
         f" agree within {fit.scatter:.2g} s): brought onto the main clock, well enough for steady windows"
     )
     if fit.also is not None:

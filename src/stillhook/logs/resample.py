@@ -30,7 +30,7 @@ Line = Callable[[int], int]
 
 
 def together(every: float) -> int:
-    """Bins of this width [s] that a check looks at together: an odd number, so that one lies in the middle; 1 from LOOK
+    """Bins of this width [s] that a check looks at together: an odd number, so that one is in the middle; 1 from LOOK
     on."""
     return 2 * round(0.5 * (max(1.0, LOOK / every) - 1.0)) + 1
 
@@ -62,7 +62,7 @@ class Column:
     unit: str
     watch: Watch
     texts: tuple[str, ...] = ()
-    """Examples of cells that are no numbers."""
+    """Examples of cells that are not numbers."""
     means: list[FloatArray] = field(default_factory=list)
     missing: list[NDArray[np.int32]] = field(default_factory=list)
 
@@ -168,8 +168,8 @@ class Track:
             i = int(np.argmax(beyond))
             raise LogError(
                 f"{self.file}: {self.row} {line_of(int(rows[i]))}: time in {self.time_column} runs back by {far[i]:.6g}"
-                " s. The clock started anew, or two logs were joined: cut the file there and give the parts as logs of"
-                " their own (or mend a stamp that jumped ahead before it)."
+                " s. The clock restarted, or two logs were joined: cut the file there and give the parts as logs of"
+                " their own (or correct a stamp that jumped ahead before it)."
             )
 
     def _find_gaps(self, t: FloatArray) -> None:
@@ -180,7 +180,7 @@ class Track:
         self._last = float(t[-1])
 
     def _keep(self, t: FloatArray, rows: list[FloatArray], last: bool = False) -> None:
-        """Emits the whole stretches and their bins; the samples of the last one wait for the next rows."""
+        """Emits the complete stretches and their bins; the samples of the last one wait for the next rows."""
         if len(self._t):
             t = np.concatenate((self._t, t))
             rows = [np.concatenate((old, new)) for old, new in zip(self._rows, rows, strict=True)]

@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray
 from stillhook.logs.types import Signal
 
-LEAST_RUN = 2.0  # s: a signal that keeps its last digit for a shorter time is not worth a word
+LEAST_RUN = 2.0  # s: a signal that keeps its last digit for a shorter time is not worth reporting
 RANGE_STEP = 2.5e-4  # of the range: one step of a 12-bit converter; nearer to an end is at the end
 NOISE = 0.3  # of the changes that turn back: 2/3 in white noise, few in a smooth signal
 NOISE_STEPS = 2.5  # last digits: a coarse signal that flickers between two values turns back by one
 SIMILAR = 0.1  # of a value: so near, the signal is in the same state
 MIN_SIMILAR_BINS = 20  # bins in that state, for a word on its noise
 SPAN = 3.0  # last digits between the largest and smallest of the ten samples of a bin: noise of one digit and more
-MOST_BINS = 500  # bins around an extreme whose values are kept; enough to tell a rail from a coarse reading
+MOST_BINS = 500  # bins around an extreme whose values are kept; enough to distinguish a rail from a coarse reading
 
 
 @dataclass(frozen=True)
@@ -34,12 +34,12 @@ class Run:
     samples: int
     value: float
     noisy: bool = False
-    """Whether the signal has noise at this value, so that it cannot stand still by chance."""
+    """Whether the signal has noise at this value, so that it cannot be stationary by chance."""
 
 
 @dataclass
 class Rail:
-    """Samples that stand exactly at the extreme of a signal, and the values around them."""
+    """Samples that are exactly at the extreme of a signal, and the values around them."""
 
     value: float = np.nan
     bins: list[NDArray[np.int64]] = field(default_factory=list)
@@ -177,7 +177,7 @@ class Watch:
         """Whether the signal, where it holds about the value of a run, has noise of several last digits, so that no run
         is by chance.
 
-        Noise may grow with the value: a coarse speed stands still near zero and flickers at full speed.
+        Noise may grow with the value: a coarse speed is stationary near zero and flickers at full speed.
         """
         if not self.noisy:
             return False

@@ -22,7 +22,7 @@ from stillhook.units import quote
 HEAD = 1 << 18  # bytes from which the spacing of the samples is found
 FASTEST = 20_000.0  # Hz: ten times any PLC; such a rate is time in another unit
 SLOWEST = 0.2  # Hz: a plateau of a staircase lasts some ten seconds
-FEWEST = 10  # samples: fewer are no log
+FEWEST = 10  # samples: fewer are not a log
 COARSE = 0.5  # of the first stamps that repeat: they are too coarse for the samples
 MOST_BROKEN = 0.01  # of the lines: with more that do not fit the header, the file is not what it seems ...
 FEW_BROKEN = 10  # ... but so many are borne in short logs
@@ -43,7 +43,7 @@ class Clock:
 
     @property
     def dated(self) -> bool:
-        """Whether its stamps tell the date."""
+        """Whether its stamps state the date."""
         return self.want.stamps is not None and (self.want.stamps == STAMPS or "%d" in self.want.stamps)
 
     def seconds(self, chunk: Chunk) -> FloatArray:
@@ -148,7 +148,7 @@ def clock_of(source: Source, time: Signal, column: str) -> Clock:
 
 
 def _file_unit(source: Source, place: int) -> str:
-    """The unit that the file gives for a column, in its heading or beside it."""
+    """The unit that the file gives for a column, in its heading or next to it."""
     return split_heading(source.headings[place])[1] or source.units[place]
 
 
@@ -164,7 +164,7 @@ def unit_of(source: Source, signal: Signal, place: int) -> str:
     if unit_name is not None and (file_unit or not signal.quantity):
         return unit_name
     where = f"{source.name}: {signal.name}: column {quote(source.headings[place])}"
-    problem = f"has the unit {quote(file_unit)}, which is not one of" if file_unit else "has no unit; give one of"
+    problem = f"has the unit {quote(file_unit)}, which is not one of" if file_unit else "has no unit; choose one of"
     raise UnitError(
         f"{where} {problem}"
         f" {allowed(signal.name, signal.quantity)}.{hint(file_unit, signal.quantity) if file_unit else ''}"
@@ -183,7 +183,7 @@ def _spacing(source: Source, clock: Clock) -> float:
     if not len(finite):
         cell = quote(next(iter(first.texts.get(clock.want, ("",)))))
         raise LogError(
-            f"{place}: {cell} is no {'stamp' if clock.want.stamps else 'number'}. Give its unit:"
+            f"{place}: {cell} is not a {'stamp' if clock.want.stamps else 'number'}. Give its unit:"
             f" {allowed('time', 'time')}."
         )
     with np.errstate(over="ignore"):
@@ -191,7 +191,7 @@ def _spacing(source: Source, clock: Clock) -> float:
     ahead = step[step > 0.0]
     if len(finite) < FEWEST or not len(ahead):
         raise LogError(
-            f"{place}: {len(finite)} samples{' at one moment' if len(finite) >= FEWEST else ''} are no log. Give"
+            f"{place}: {len(finite)} samples{' at one moment' if len(finite) >= FEWEST else ''} are not a log. Give"
             " another column or file."
         )
     if np.count_nonzero(step == 0.0) > COARSE * len(step):
@@ -252,5 +252,5 @@ def refuse_broken(source: Source, tracks: Tracks) -> None:
         raise LogError(
             f"{source.name}: line {line}: {problem} ({tracks.broken_count} such lines among"
             f" {rows + tracks.broken_count})."
-            ' Mend the export; a decimal comma needs ";" between columns.'
+            ' Correct the export; a decimal comma needs ";" between columns.'
         )

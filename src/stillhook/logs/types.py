@@ -43,7 +43,7 @@ class Signal:
     quantity: str = ""
     """A key of `stillhook.units.KINDS`; "" for a pure number."""
     words: tuple[tuple[str, float], ...] = ()
-    """Cells that are words, and the raw numbers that they stand for, such as ("on", 1.0); upper and lower case are
+    """Cells that are words, and the raw numbers that they represent, such as ("on", 1.0); upper and lower case are
     alike."""
 
     def say(self, value: float, digits: int = 4) -> str:

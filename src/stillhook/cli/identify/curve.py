@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 OUT_FILES = ("curve.png", "curve.csv", "curve.json")
 MOST_REASONS = 8
-"""Rejected stretches that are told on the screen; all are in curve.json and in the figure."""
+"""Rejected stretches that are reported on the screen; all are in curve.json and in the figure."""
 
 
 def curve(

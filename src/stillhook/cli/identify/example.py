@@ -1,4 +1,5 @@
-"""`stillhook identify example-campaign`: synthetic crane tests, to try the whole road from logs to a friction model."""
+"""`stillhook identify example-campaign`: synthetic crane tests, to try the complete workflow from logs to a friction
+model."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ def example_campaign(
     ] = None,
     reference: Annotated[
         list[str] | None,
-        typer.Option(help="Friction or motor set that the crane really has, for a blind test. May be given twice."),
+        typer.Option(help="Friction or motor set that the crane really has, for a blind test. May be repeated."),
     ] = None,
     parquet: Annotated[bool, typer.Option("--parquet", help="Logs as Parquet instead of CSV.")] = False,
     json: Json = False,

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 SET, REPORT, NUMBERS, POINTS, STRETCHES = "friction.toml", "report.html", "summary.json", "points.csv", "stretches.csv"
 GRID_BIAS = 1.5
-"""Cost of our fit on the thesis's grid over the least one there from which the difference is worth a word."""
-LOG_DPI = 80  # pictures of whole logs in the report: a dozen of them, each a thousand points wide
+"""Cost of our fit on the thesis's grid over the least one there from which the difference is worth reporting."""
+LOG_DPI = 80  # pictures of complete logs in the report: a dozen of them, each a thousand points wide
 
 
 def friction(
@@ -30,7 +30,7 @@ def friction(
         Path | None, typer.Option("--out", help="Folder for set, report, tables, figures (default: none).")
     ] = None,
     like: Annotated[
-        str | None, typer.Option(help="Set of a similar winch, for parameters that these tests cannot tell.")
+        str | None, typer.Option(help="Set of a similar winch, for parameters that these tests cannot determine.")
     ] = None,
     keep_Y_2: Annotated[
         str, typer.Option("--keep-Y-2", help="Constant term: auto (where the data ask for it), yes, no.")
@@ -51,7 +51,7 @@ def friction(
 ) -> None:
     """Identify system friction from the logs of crane tests (thesis section 2.3, paper D).
 
-    Exit code 1 if the data cannot tell what a winch model needs.
+    Exit code 1 if the data cannot determine what a winch model needs.
 
     Example: stillhook identify friction my-tests/campaign.toml --out results
     """
@@ -194,7 +194,7 @@ def _write(result: Friction, out: Path) -> list[str]:
             for item in second_loop_sets(result) if result.second is not None else ():
                 (part / f"{item.name}.toml").write_text(set_toml(item), encoding="utf-8")
         else:
-            say(f"{SET} is not written: the data cannot tell what a winch model needs.")
+            say(f"{SET} is not written: the data cannot determine what a winch model needs.")
         return sorted(p.name for p in part.iterdir())
 
 

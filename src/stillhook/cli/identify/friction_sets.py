@@ -19,7 +19,7 @@ NAMES = ("e_c_pp", "eta_c", "p_max", "u_p_max")
 FILES = ("friction-sets.png", "friction-sets.json")
 
 app = typer.Typer(
-    help="Friction sets: what the library has, sets beside each other, their uncertainty in a lift.",
+    help="Friction sets: what the library has, sets side by side, their uncertainty in a lift.",
     no_args_is_help=True,
 )
 
@@ -74,7 +74,7 @@ def compare(
     ] = None,
     json: Json = False,
 ) -> None:
-    """System frictions beside each other: Coulomb, stiction and viscous parts over motor speed, 95 % bands where they
+    """System frictions side by side: Coulomb, stiction and viscous parts over motor speed, 95 % bands where they
     are known.
 
     Example: stillhook friction compare crane-1 crane-2 --load "100 t" --crane nov-150t --out figures

@@ -1,4 +1,4 @@
-"""`stillhook payload list|show`: what hangs on the hook, and what water makes of it."""
+"""`stillhook payload list|show`: what is suspended from the hook, and what water makes of it."""
 
 from __future__ import annotations
 
@@ -59,7 +59,9 @@ def show(
 
     density = parse(rho, "density", "--rho")
     if not LIGHT <= density <= DENSE:
-        raise LiftError(f"--rho = {quote(rho)}: is no sea water's, {LIGHT:g} to {DENSE:g} kg/m^3. Check the unit.")
+        raise LiftError(
+            f"--rho = {quote(rho)}: is not the density of sea water, {LIGHT:g} to {DENSE:g} kg/m^3. Check the unit."
+        )
     if out is not None:
         check_folder(out, OUT_FILES)
     load = read_payload(payload)

@@ -98,7 +98,8 @@ def tip(
     time = parse(duration, "time", "--duration")
     if time <= 0.0:
         raise SeaError(
-            f"--duration {duration}: is not longer than 0 s. Give the time that the largest values are asked for."
+            f"--duration {duration}: is not longer than 0 s. Give the duration for which the largest values are"
+            " requested."
         )
     if log is not None:
         unused = {

@@ -26,7 +26,7 @@ def magic(path: Path) -> bytes:
 
 
 def read_dataset(path: Path) -> xarray.Dataset:
-    """A NetCDF file, whole and in memory. Errors: UnreadableError with a reason in a few words."""
+    """A complete NetCDF file in memory. Errors: UnreadableError with a reason in a few words."""
     return read_datasets(path, ())[0]
 
 

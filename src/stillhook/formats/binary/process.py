@@ -70,7 +70,7 @@ def _end_after(seconds: float) -> None:
 
 
 def send(stream: IO[bytes], kind: str, value: Any) -> None:
-    """A value, the numbers of its arrays beside it so that no copy is made."""
+    """A value, the numbers of its arrays next to it so that no copy is made."""
     buffers: list[pickle.PickleBuffer] = []
     body = pickle.dumps(value, protocol=5, buffer_callback=buffers.append)
     raw = [buffer.raw() for buffer in buffers]

@@ -65,7 +65,7 @@ def read_binary(function: Callable[..., T], path: Path, *arguments: Any) -> T:
 
 
 class Reader:
-    """A process that reads. Everything is asked of it by `call`; `close` ends it."""
+    """A process that reads. All requests go through `call`; `close` ends it."""
 
     def __init__(self) -> None:
         hidden = getattr(subprocess, "CREATE_NO_WINDOW", 0)
@@ -105,7 +105,7 @@ class Reader:
         if not answers:
             self.close()
             raise UnreadableError(
-                f"its reader broke down, on damage or for want of memory; {MEMORY} is {memory_limit() / 1e9:g} GB"
+                f"its reader broke down, on damage or for lack of memory; {MEMORY} is {memory_limit() / 1e9:g} GB"
             )
         kind, value = answers[0]
         if kind == REFUSED:
@@ -150,7 +150,7 @@ def _absolute(path: Path) -> Path:
 
 def time_limit(path: Path) -> float:
     """How long a step of reading a file may take [s]: `LONGEST` and a second for each megabyte; where the environment
-    variable `TIME` is set, that alone. Errors: StillhookError for a variable that is no time above 0."""
+    variable `TIME` is set, that alone. Errors: StillhookError for a variable that is not a time above 0."""
     text = os.environ.get(TIME)
     if not text:
         return LONGEST + _size(path) / SLOWEST
@@ -173,7 +173,7 @@ def memory_limit() -> int:
     match = re.fullmatch(r"([0-9]+(?:\.[0-9]+)?) (GB|MB)", text.strip())
     size = float(match[1]) * (1e9 if match[2] == "GB" else 1e6) if match else 0.0
     if not 0.0 < size < 1e15:
-        raise StillhookError(f'{MEMORY} = {quote(text)}: is no size. Give one in GB or MB, such as "{MOST_MEMORY}".')
+        raise StillhookError(f'{MEMORY} = {quote(text)}: is not a size. Give one in GB or MB, such as "{MOST_MEMORY}".')
     return int(size)
 
 

@@ -189,7 +189,7 @@ def _part(kind: type[Record], table: Mapping[str, Any], key: str) -> Record:
 
 def _table(table: Mapping[str, Any], key: str) -> dict[str, Any]:
     if not isinstance(table[key], Mapping):
-        raise LiftError(f"{key} = {quote(table[key])}: is no table. Write [{key}] with its fields below.")
+        raise LiftError(f"{key} = {quote(table[key])}: is not a table. Write [{key}] with its fields below.")
     return dict(table[key])
 
 
@@ -214,7 +214,7 @@ def planned(programme: Sequence[Stage], z_0: float, depth: float) -> float:
     """Length of a run that leaves room for a programme that goes as planned [s]: each stage's way over its speed, or
     its time.
 
-    Errors: LiftError where a stage ends by wire or tension, whose time only the run can tell: the file then gives
+    Errors: LiftError where a stage ends by wire or tension, whose time only the run can determine: the file then gives
     duration.
     """
     total, z = 0.0, z_0
@@ -225,7 +225,7 @@ def planned(programme: Sequence[Stage], z_0: float, depth: float) -> float:
         goal = -depth if stage.landed else -stage.depth if stage.depth is not None else None
         if goal is None:
             raise LiftError(
-                f"duration: missing, and only the run can tell when stage {i} ends by {stage.end}. Give duration ="
+                f"duration: missing, and only the run can determine when stage {i} ends by {stage.end}. Give duration ="
                 ' "600 s".'
             )
         total, z = total + abs(z - goal) / max(abs(stage.lower), 1e-9), goal

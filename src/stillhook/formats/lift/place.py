@@ -1,4 +1,4 @@
-"""Where a lift happens, as its file tells it: vessel, crane tip, waves, and what moves there."""
+"""Where a lift happens, as its file states it: vessel, crane tip, waves, and what moves there."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def place_of(top: Fields, folder: Path, depth: float, length: float, seed: int |
         for key in ("vessel", "sea"):
             if key in top:
                 raise LiftError(
-                    f"{key}: given beside tip.motion, which stands in place of vessel and sea. Leave one of them out."
+                    f"{key}: given together with tip.motion, which replaces vessel and sea. Leave one of them out."
                 )
         motion = read_tip(tip.table["motion"], folder)
         return Place(motion, None, height, f"tip: {motion.describe()}; still water")
@@ -139,12 +139,12 @@ def _point_and_height(top: Fields, tip: Fields) -> tuple[TipPoint | None, float]
     height = tip.quantity("height", "length")
     if "boom" in top:
         if "at" in tip or height is not None:
-            raise LiftError("tip: its place is given beside [boom]. Leave one of them out.")
+            raise LiftError("tip: its place is given together with [boom]. Leave one of them out.")
         x, y, z = boom_of(top).tip
         return TipPoint(x, y, z), z
     point = parse_point(tip.text("at"), "tip.at") if "at" in tip else None
     if height is not None and point is not None and point.z is not None:
-        raise LiftError("tip.height: given beside z in tip.at. Leave one of them out.")
+        raise LiftError("tip.height: given together with z in tip.at. Leave one of them out.")
     height = height if height is not None else point.z if point is not None else None
     if height is None:
         raise LiftError('tip: its height above the water is missing. Give z in tip.at, or height = "30 m".')
@@ -166,7 +166,7 @@ def boom_of(top: Fields) -> Boom:
 
 
 def _sea(table: Fields, folder: Path) -> Sea:
-    """Waves of a text, or one record of a file beside the lift file."""
+    """Waves of a text, or one record of a file next to the lift file."""
     heading = table.table.get("heading")
     beta = None if heading is None else parse_direction(heading, "sea.heading")
     spread = table.table.get("spread")
@@ -175,7 +175,7 @@ def _sea(table: Fields, folder: Path) -> Sea:
     text = table.text("wave")
     if "=" not in text and "." in text:
         if not (folder / text).is_file():
-            raise table.wrong("wave", "no such file beside the lift file. Check the path, or write waves as a text.")
+            raise table.wrong("wave", "no such file next to the lift file. Check the path, or write waves as a text.")
         return _measured_sea(table, folder / text, beta, spread)
     if "record" in table:
         raise table.wrong("record", "belongs to a file of measured waves, and sea.wave is a text. Leave it out.")
@@ -213,6 +213,6 @@ def _vessel(top: Fields, folder: Path) -> Rao:
         return read_vessel(vessel_file(name))
     if not exists(folder / name):
         raise SeaError(
-            f"vessel = {quote(name)}: neither a file beside the lift file nor one of {', '.join(vessels())}."
+            f"vessel = {quote(name)}: neither a file next to the lift file nor one of {', '.join(vessels())}."
         )
     return read_vessel(folder / name)

@@ -123,7 +123,9 @@ def _ragged(table: _Table, problem: Exception) -> MotionError:
                 if table.separator == "," and len(fields) > expected
                 else ""
             )
-            return MotionError(f"{place}: {len(fields)} fields where the header has {expected}.{comma} Mend the line.")
+            return MotionError(
+                f"{place}: {len(fields)} fields where the header has {expected}.{comma} Correct the line."
+            )
     return MotionError(f"{table.name}: cannot be read as CSV ({quote(str(problem).splitlines()[0])}).")
 
 
@@ -170,7 +172,7 @@ def _refuse(table: _Table, bad: NDArray[np.bool_], text: pl.Series, kept_rows: R
     raise MotionError(
         f"{table.name}: line {table.line_of(int(kept_rows[row]))}: {name} = {quote(text[row] or '')} is not"
         f" {expected}{more}."
-        f"{cut} Mend or remove the line."
+        f"{cut} Correct or remove the line."
     )
 
 
@@ -209,7 +211,7 @@ def _columns(table: _Table, names: tuple[str, ...]) -> tuple[dict[str, FloatArra
 
 
 def _raw(table: _Table, height: str) -> RawLog:
-    """Time and the column `height` (heave or tip), with roll and pitch beside heave."""
+    """Time and the column `height` (heave or tip), with roll and pitch next to heave."""
     columns, line_of = _columns(table, ("time", height, *(("roll", "pitch") if height == "heave" else ())))
     t, s = columns["time"], columns[height]
     assert t is not None  # refused in _columns
@@ -238,11 +240,11 @@ def read_ship_csv(
     start: str | None = None,
     duration: str | None = None,
 ) -> ShipMotion:
-    """Ship motion from a CSV with time and heave, and roll and pitch where a crane tip off the sensor is wanted.
+    """Ship motion from a CSV with time and heave, and roll and pitch where a crane tip off the sensor is needed.
 
     Parameters as `read_psxn` has them; heave counts up by default. Errors: MotionError or UnitError of one line with
-    file, line and column for a missing column, a missing or unknown unit, a value that is no number, times that do not
-    increase, gaps longer than max_gap, a heave beyond 20 m or that never changes, angles beyond 45 deg.
+    file, line and column for a missing column, a missing or unknown unit, a value that is not a number, times that
+    do not increase, gaps longer than max_gap, a heave beyond 20 m or that never changes, angles beyond 45 deg.
     """
     table = _load(path)
     sign = sign_of(heave, table.name)

@@ -1,4 +1,4 @@
-"""Ship and crane-tip motion from a file of either kind, told by its content and not by its name."""
+"""Ship and crane-tip motion from a file of either kind, recognised by its content and not by its name."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ def motion_form(path: str | os.PathLike[str]) -> Literal["psxn", "csv"]:
 
 
 def stored_motion(path: str | os.PathLike[str]) -> Motion | None:
-    """The motion that `stillhook tip --out` stored as tip.json, exact; None for a file that is no JSON.
+    """The motion that `stillhook tip --out` stored as tip.json, exact; None for a file that is not JSON.
 
-    Errors: MotionError for a file that cannot be read, JSON that is no motion, and a record, which is read from its own
-    log.
+    Errors: MotionError for a file that cannot be read, JSON that is not a motion, and a record, which is read from
+    its own log.
     """
     file, head = head_of(path)
     if not head.lstrip().startswith(b"{"):
@@ -109,7 +109,7 @@ def read_tip_motion(
             _only_seapath(path, time)
             if heave is not None:
                 raise MotionError(
-                    f"{Path(path).name}: heave tells how a column heave counts; the column tip is up. Leave heave out."
+                    f"{Path(path).name}: heave states how a column heave counts; the column tip is up. Leave heave out."
                 )
             return read_tip_csv(path, max_gap=max_gap, start=start, duration=duration, every=every)
     raise MotionError(

@@ -204,7 +204,7 @@ def _in_order(
 
 
 def altitude_agreement(heave_up: FloatArray, altitude: FloatArray) -> float | None:
-    """Correlation of the steps of GGA altitude and of heave counted up; None where the log cannot tell.
+    """Correlation of the steps of GGA altitude and of heave counted up; None where the log allows no decision.
 
     Steps from sample to sample, because the altitude of a satellite receiver drifts over minutes and heave does not.
     Near +1 the sign of heave is right, near -1 it is wrong; near 0 the altitude does not see the waves.

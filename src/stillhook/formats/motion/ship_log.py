@@ -33,8 +33,8 @@ SLACK = 0.1  # medians: jitter that does not count when a gap is held against it
 HARDLY = 0.01  # m: a standard deviation of heave below this is a harbour, or another unit
 HARDLY_TURNS = 0.05  # deg: a standard deviation of an angle below this in a seaway is perhaps in another unit
 STANDSTILL = 10.0  # s: a heave that keeps its last digit so long was not measured in a seaway
-_HEAD = 65536  # bytes looked at to tell one kind of file from another
-_CONTROL = bytes((*range(9), *range(14, 32)))  # more than one in a hundred of these is no text
+_HEAD = 65536  # bytes looked at to distinguish one kind of file from another
+_CONTROL = bytes((*range(9), *range(14, 32)))  # more than one in a hundred of these is not a text file
 _FOREIGN = ((b"\x1f\x8b", "gzip"), (b"PK\x03\x04", "zip or Excel"), (b"\x89HDF", "HDF5 or NetCDF"), (b"%PDF", "PDF"))
 
 
@@ -60,7 +60,7 @@ class RawLog:
 
 
 def head_of(path: str | os.PathLike[str]) -> tuple[Path, bytes]:
-    """The path and the first bytes of a text file; MotionError in one line for everything that is none."""
+    """The path and the first bytes of a text file; MotionError in one line for everything else."""
     file = Path(path)
     try:
         if stat.S_ISDIR(file.stat().st_mode):
@@ -110,7 +110,7 @@ def finish(raw: RawLog, *, heave: HeaveSign, max_gap: str, start: str | None, du
             _refuse_beyond(raw, piece, name, np.degrees(angle), LARGEST_ANGLE, "deg")
     if np.ptp(z) == 0.0:
         raise MotionError(
-            f"{raw.source}: {raw.column} stands at {z[0]:g} m throughout: the sensor was stuck or off. Choose another"
+            f"{raw.source}: {raw.column} stays at {z[0]:g} m throughout: the sensor was stuck or off. Choose another"
             " piece or log."
         )
     return ShipMotion(t, -z if heave == "down" else z, roll, pitch, report)
@@ -123,8 +123,8 @@ def _piece(raw: RawLog, start: str | None, duration: str | None) -> slice:
     length = math.inf if duration is None else parse(duration, "time", f"{raw.source}: duration")
     if begin < 0.0 or length <= 0.0 or begin > last or (duration is not None and begin + length > last + 1e-6):
         raise MotionError(
-            f"{raw.source}: start {begin:g} s and duration {'to its end' if duration is None else f'{length:g} s'} do "
-            f"not lie in the record of {last:g} s. Choose another piece."
+            f"{raw.source}: start {begin:g} s and duration {'to its end' if duration is None else f'{length:g} s'} are "
+            f"not within the record of {last:g} s. Choose another piece."
         )
     low = int(np.searchsorted(t, begin - 1e-6))
     high = int(np.searchsorted(t, begin + length + 1e-6, side="right"))
@@ -186,7 +186,7 @@ def _cautions(raw: RawLog, piece: slice, t: FloatArray, median: float, jitter: f
     edges = t[np.concatenate(([0], changed, [len(t) - 1]))]
     if np.diff(edges).max() > STANDSTILL:
         since = edges[np.argmax(np.diff(edges))]
-        cautions.append(f"{raw.column} stands still for {np.diff(edges).max():.3g} s from {since:.6g} s")
+        cautions.append(f"{raw.column} is stationary for {np.diff(edges).max():.3g} s from {since:.6g} s")
     moves = float(np.std(raw.heave[piece]))
     if moves < HARDLY:
         cautions.append(f"{raw.column} hardly moves (standard deviation {1e3 * moves:.3g} mm), so check its unit")
@@ -202,7 +202,7 @@ def _refuse_jumps(raw: RawLog, piece: slice, t: FloatArray, z: FloatArray) -> No
         i = int(np.argmax(jumps))
         raise MotionError(
             f"{raw.source}: line {raw.line_of(piece.start + i + 1)}: {raw.column} jumps from {z[i]:.4g} m to"
-            f" {z[i + 1]:.4g} m in {t[i + 1] - t[i]:.3g} s. Mend the spike or choose a piece without it (start,"
+            f" {z[i + 1]:.4g} m in {t[i + 1] - t[i]:.3g} s. Correct the spike or choose a piece without it (start,"
             " duration)."
         )
 

@@ -38,8 +38,8 @@ AXES = ("omega", "wave_direction")
 
 
 def read_capytaine(path: Path) -> Rao:
-    """The vessel in a Capytaine data set. Errors: SeaError of one line for a file that is none, lacks a variable or a
-    degree of freedom, holds several bodies, speeds or depths, or numbers that are not finite."""
+    """The vessel in a Capytaine data set. Errors: SeaError of one line for a file of another kind, that lacks a
+    variable or a degree of freedom, holds several bodies, speeds or depths, or numbers that are not finite."""
     data = _opened(path)
     variable = next((name for name in READY if name in data), None)
     H = _ready(path.name, data, variable) if variable else _solved(path.name, data)
@@ -76,7 +76,7 @@ def _opened(path: Path) -> xarray.Dataset:
     try:
         data = read_dataset(path)
     except UnreadableError as problem:
-        raise SeaError(f"{path.name}: not a whole NetCDF file ({problem}). Export it again.") from None
+        raise SeaError(f"{path.name}: not a complete NetCDF file ({problem}). Export it again.") from None
     if "complex" in data.coords:
         if {"re", "im"} != {str(part) for part in data["complex"].values.ravel()}:
             raise SeaError(
@@ -89,7 +89,9 @@ def _opened(path: Path) -> xarray.Dataset:
     data = data.squeeze([str(d) for d in single])
     speed = _scalar(data, "forward_speed", 0.0)
     if speed != 0.0:
-        raise SeaError(f"{path.name}: is for {speed:g} m/s forward. Solve at zero speed: vessels at work stand still.")
+        raise SeaError(
+            f"{path.name}: is for {speed:g} m/s forward. Solve at zero speed: vessels at work are stationary."
+        )
     return data
 
 
@@ -97,7 +99,7 @@ def _of(file: str, data: xarray.Dataset, name: str, dims: tuple[str, ...]) -> An
     """A variable as an array with these dimensions, degrees of freedom in order."""
     if name not in data:
         others = ", ".join(n for n in (*MATRICES, *FORCES) if n != name)
-        raise SeaError(f"{file}: has no {name}, which motions need beside {others}. Add it.")
+        raise SeaError(f"{file}: has no {name}, which motions need in addition to {others}. Add it.")
     variable = data[name]
     over = [str(d) for d in variable.dims if d not in dims]
     if over:
@@ -183,7 +185,7 @@ def _origin(data: xarray.Dataset, centre: FloatArray | None) -> tuple[str, tuple
 
 def _damping(data: xarray.Dataset, ready: str | None) -> str:
     if ready:
-        return f"motions as the file holds them ({ready}); what damping they have beside radiation it does not say"
+        return f"motions as the file holds them ({ready}); damping beyond radiation is not stated"
     if "dissipation" in data:
         return "damping: radiation and the file's dissipation"
     return "damping: radiation only, so that roll near its natural period is far too large; add dissipation to the file"

@@ -152,7 +152,7 @@ def _split(file: str, text: str) -> _Table:
     if missing:
         text = EXAMPLES[missing[0]]
         raise SeaError(
-            f"{file}: does not say its {', '.join(missing)}. Begin with lines such as {text}; nothing is assumed."
+            f"{file}: does not state its {', '.join(missing)}. Begin with lines such as {text}; nothing is assumed."
         )
     if len(body) < 2:
         raise SeaError(
@@ -186,7 +186,7 @@ def _declare(
         notes.append(value)
         return
     if key in declared:
-        raise SeaError(f"{file}: line {number}: {key} comes twice, first in line {declared[key][0]}. Keep one.")
+        raise SeaError(f"{file}: line {number}: {key} is given twice, first in line {declared[key][0]}. Keep one.")
     if not value:
         raise SeaError(f"{file}: line {number}: {key}: nothing is said. Say it.")
     declared[key] = (number, value)
@@ -195,17 +195,17 @@ def _declare(
 def _numbers(file: str, number: int, line: str, separator: str, count: int) -> list[float]:
     fields = line.split(separator)
     if len(fields) != count:
-        raise SeaError(f"{file}: line {number}: {len(fields)} fields where the header has {count}. Mend the line.")
+        raise SeaError(f"{file}: line {number}: {len(fields)} fields where the header has {count}. Correct the line.")
     values = []
     for text in fields:
         try:
             values.append(float(text.strip().strip('"')))
         except ValueError:
             raise SeaError(
-                f"{file}: line {number}: {quote(text.strip())} is not a number. Mend it; decimals have a point."
+                f"{file}: line {number}: {quote(text.strip())} is not a number. Correct it; decimals have a point."
             ) from None
         if not np.isfinite(values[-1]):
-            raise SeaError(f"{file}: line {number}: {quote(text.strip())} is not a finite number. Mend it.")
+            raise SeaError(f"{file}: line {number}: {quote(text.strip())} is not a finite number. Correct it.")
     return values
 
 
@@ -305,7 +305,7 @@ def _grid(table: _Table, H: ComplexArray) -> tuple[FloatArray, FloatArray, Compl
     headings, j = np.unique(degrees, return_inverse=True)
     count = np.zeros((len(headings), len(waves)), dtype=np.intp)
     np.add.at(count, (j, k), 1)
-    for problem, holes in (("is missing", count == 0), ("comes twice", count > 1)):
+    for problem, holes in (("is missing", count == 0), ("is given twice", count > 1)):
         if holes.any():
             a, b = np.argwhere(holes)[0]
             place = f"{name.split()[0]} {waves[b]:g} at heading {headings[a]:g} {unit}"

@@ -51,7 +51,7 @@ def read_untested(path: str | os.PathLike[str]) -> Rao:
         raise SeaError(f"{file.name} is {kind.noun}, not a vessel file: {kind.read_by}. Read as vessels are {FORMS}.")
     if text.startswith("#") or "omega [rad/s]" in text[:1000]:
         return read_rao_csv(file, text)
-    raise SeaError(f"{file.name}: is no vessel file that is known. Read are {FORMS}.")
+    raise SeaError(f"{file.name}: is not a known vessel file. Supported: {FORMS}.")
 
 
 def _begins(file: Path, *marks: bytes) -> bool:
@@ -87,9 +87,9 @@ def _text(file: Path) -> str:
     if data.startswith((b"\x1f\x8b", b"PK")):
         raise SeaError(f"{file.name}: is compressed. Unpack it.")
     if not data.strip():
-        raise SeaError(f"{file.name}: is empty. Read are {FORMS}.")
+        raise SeaError(f"{file.name}: is empty. Supported: {FORMS}.")
     if b"\0" in data:
-        raise SeaError(f"{file.name}: is no text. Read are {FORMS}.")
+        raise SeaError(f"{file.name}: is not a text file. Supported: {FORMS}.")
     data = data.replace(b"\r\r\n", b"\n")
     try:
         return data.decode("utf-8-sig")

@@ -122,7 +122,7 @@ def _only(place: str, table: Mapping[str, Any], key: str) -> Mapping[str, Any]:
     """The one entry of a list of tables."""
     entries = table.get(key)
     if not isinstance(entries, list) or not entries or not all(isinstance(e, Mapping) for e in entries):
-        raise SeaError(f"{place}: {key} is no list of tables. Save the model again.")
+        raise SeaError(f"{place}: {key} is not a list of tables. Save the model again.")
     if len(entries) > 1:
         names = ", ".join(str(e.get("Name", "?")) for e in entries)
         raise SeaError(f"{place}: holds {len(entries)} {key} ({names}). Keep one, so that it is clear which is meant.")
@@ -186,10 +186,10 @@ def _rows(where: str, table: Any) -> FloatArray:
             [[float("inf") if str(v) == "Infinity" else float(v) for v in row] for row in table], dtype=np.float64
         )
     except (TypeError, ValueError):
-        raise SeaError(f"{where}: holds something that is no number. Save the model again.") from None
+        raise SeaError(f"{where}: holds something that is not a number. Save the model again.") from None
     used = rows[np.isfinite(rows[:, 0]) & (rows[:, 0] > 0.0)]
     if not np.isfinite(used).all():
-        raise SeaError(f"{where}: holds a number that is not finite. Mend the table.")
+        raise SeaError(f"{where}: holds a number that is not finite. Correct the table.")
     return rows
 
 
@@ -205,6 +205,6 @@ def _point(
         or len(point) != 3
         or not all(isinstance(v, int | float) and np.isfinite(v) for v in point)
     ):
-        raise SeaError(f"{place}: {key} {quote(point)} is no point. Give it as [x, y, z] in m.")
+        raise SeaError(f"{place}: {key} {quote(point)} is not a point. Give it as [x, y, z] in m.")
     x, y, z = (float(v) for v in point)
     return x, y, z

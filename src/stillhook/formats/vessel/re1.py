@@ -4,10 +4,10 @@ Six lines of text, then numbers: density, gravity; Lpp, breadth, draught; LCG (a
 headings, frequencies and degrees of freedom; per speed: speed, sinkage, trim, and where motions are given (x aft of
 Lpp/2, z above the keel); per heading [deg]: per frequency [rad/s]: number of the degree of freedom, real and imaginary
 part, six times. Translations [m/m], rotations [rad/m], exp(+i omega t), x aft, y to starboard, z up; heading 0 head
-sea, 90 waves from port, 180 following sea; a wave crest at the reference point at phase 0. The file says nothing of
-this: the long-wave limits confirm signs, phases and units (`sea.long_wave`), the order of bow and stern is VERES's own.
-Headings up to 180 deg are one side of a ship that is the same on the other. Only the zero-speed part is read: a crane
-vessel at work stands still.
+sea, 90 waves from port, 180 following sea; a wave crest at the reference point at phase 0. The file contains nothing
+about this: the long-wave limits confirm signs, phases and units (`sea.long_wave`), the order of bow and stern is
+VERES's own. Headings up to 180 deg are one side of a ship that is the same on the other. Only the zero-speed part is
+read: a crane vessel at work is stationary.
 """
 
 from __future__ import annotations
@@ -81,7 +81,8 @@ def read_re1(path: Path, text: str) -> Rao:
     L, B, T = r.numbers(3, "Lpp, breadth and draught")
     if not (L <= LONGEST_SHIP and B <= L and T <= L and min(L, B, T) > 0.0):
         raise SeaError(
-            f"{path.name}: line {r.last}: Lpp {L:g} m, breadth {B:g} m, draught {T:g} m are no ship's. Lengths are"
+            f"{path.name}: line {r.last}: Lpp {L:g} m, breadth {B:g} m, draught {T:g} m are not those of a ship."
+            " Lengths are"
             " in m."
         )
     _, VCG = r.numbers(2, "LCG and VCG")
@@ -94,7 +95,7 @@ def read_re1(path: Path, text: str) -> Rao:
     else:
         raise SeaError(
             f"{path.name}: holds no zero speed, only up to {speed:g} m/s. Run ShipX at zero speed: vessels at work"
-            " stand still."
+            " are stationary."
         )
     if _has_more(r) and speeds == 1:
         raise SeaError(

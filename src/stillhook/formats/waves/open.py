@@ -18,7 +18,7 @@ from stillhook.sea.spectra.states import SeaStates
 def read_sea(
     path: str | os.PathLike[str], form: str | None = None, point: int | None = None
 ) -> SpectrumSeries | SeaStates:
-    """Spectra where the file holds them, with directions if its four companions lie beside it; else heights, periods
+    """Spectra where the file holds them, with directions if its four companions are next to it; else heights, periods
     and directions.
 
     Reads what `stillhook.formats.waves.ndbc.spectra` and `stillhook.formats.waves.ndbc.directions` read; with form, one
@@ -39,6 +39,6 @@ def read_sea(
     series, missing = read_spectra(records), missing_companions(path) or ()
     if 0 < len(missing) < len(companions(path)):
         series = replace(
-            series, notes=(*series.notes, f"no directions: {' and '.join(missing)} are missing beside the others")
+            series, notes=(*series.notes, f"no directions: {' and '.join(missing)} are missing next to the others")
         )
     return series

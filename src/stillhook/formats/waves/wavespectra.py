@@ -39,7 +39,7 @@ FORMATS: Mapping[str, str] = MappingProxyType(
         "wavespectra": "read_wavespectra",
     }
 )
-"""Formats that can be asked for, and wavespectra's reader of each."""
+"""Formats that can be requested, and wavespectra's reader of each."""
 EVEN = 1e-3
 """Part of their spacing by which directions may be off an even circle, and within which two directions are the same
 one."""
@@ -81,8 +81,8 @@ def _dataset(path: Path, reader: str) -> xarray.Dataset:
 def from_wavespectra(data: xarray.Dataset, source: str = "wavespectra", point: int | None = None) -> SpectrumSeries:
     """The series of a Dataset of wavespectra (variable efth over time, freq and dir [m^2/Hz/deg]) at one of its points.
 
-    A direction that comes twice, such as 0 and 360 deg, is one direction with the mean of both densities, which keeps
-    the integral over the closed circle. A record with missing numbers is not valid. Errors: SeaError.
+    A direction that is given twice, such as 0 and 360 deg, is one direction with the mean of both densities, which
+    keeps the integral over the closed circle. A record with missing numbers is not valid. Errors: SeaError.
     """
     if "efth" not in data or not {"freq", "dir"} <= set(data["efth"].dims):
         raise SeaError(f"{source}: holds no directional spectra (efth over freq and dir). Give another file.")
@@ -101,7 +101,7 @@ def from_wavespectra(data: xarray.Dataset, source: str = "wavespectra", point: i
     step = FULL / len(theta)
     if len(theta) < 4 or np.max(np.abs(np.diff(theta) - step)) > EVEN * step:
         raise SeaError(
-            f"{source}: {len(theta)} directions that are not even over the full circle. Give the whole directional"
+            f"{source}: {len(theta)} directions that are not even over the full circle. Give the complete directional"
             " spectrum."
         )
     if len(f) > 2 and f[0] == 0.0 and not np.any(density[:, 0] > 0.0):  # an empty row at 0 Hz, as TRIAXYS writes it

@@ -74,7 +74,8 @@ def _figure(result: MotorLoss, title: str, size: tuple[float, float]) -> Figure:
 
 
 def ranking(result: MotorLoss) -> Figure:
-    """Error of all models: at full displacement, on the whole map, the new ones enlarged (paper A figures 3, 4, 5)."""
+    """Error of all models: at full displacement, on the complete map, the new ones enlarged (paper A figures 3, 4,
+    5)."""
     figure = _figure(
         result, "Sum of squared errors over sum of squared torque losses (as paper A figures 3 to 5)", (11.0, 8.0)
     )
@@ -313,7 +314,7 @@ def model_and_map(result: MotorLoss) -> Figure:
 def _curves(
     ax: Axes, m: LossMap, fit: LossFit, law: Any, at: NDArray[np.bool_], ends: tuple[float, float], colour: str
 ) -> None:
-    """One displacement at one pressure: cells, model, and what lies beyond the map."""
+    """One displacement at one pressure: cells, model, and what is beyond the map."""
     D, dp = float(m.D_m[at].mean()), float(m.dp_m[at].mean())
     ax.plot(_rpm(m.omega_m[at]), m.T_f[at], ".", color=colour, ms=4)
     inside = np.linspace(*ends, 200)

@@ -1,4 +1,4 @@
-"""Parameters of a torque-loss model from a map, with what the map can and cannot tell about them."""
+"""Parameters of a torque-loss model from a map, with what the map can and cannot determine about them."""
 
 from __future__ import annotations
 
@@ -45,12 +45,13 @@ class LossFit:
     names: tuple[str, ...]
     values: FloatArray
     errors: FloatArray
-    """Standard errors if the errors of the cells were independent; NaN at a bound and where the map cannot tell."""
+    """Standard errors if the errors of the cells were independent; NaN at a bound and where the map cannot
+    determine."""
     covariance: FloatArray
     correlation: FloatArray
     at_bound: tuple[str, ...]
     confounded: tuple[tuple[str, ...], ...]
-    """Groups of parameters that the map cannot tell apart; the later ones of a group are held at 0."""
+    """Groups of parameters that the map cannot distinguish; the later ones of a group are held at 0."""
     residuals: FloatArray
     """Map less model [N m]."""
     rms: float
@@ -116,7 +117,7 @@ def _columns(m: LossMap, card: LossCard, bent: Mapping[str, float]) -> FloatArra
 def _linear(
     m: LossMap, card: LossCard, bent: Mapping[str, float]
 ) -> tuple[FloatArray, BoolArray, tuple[tuple[str, ...], ...]]:
-    """Linear parameters, which of them are free (not at a bound, not held), and groups that cannot be told apart."""
+    """Linear parameters, which of them are free (not at a bound, not held), and groups that cannot be distinguished."""
     A, names = _columns(m, card, bent), card.straight
     size = np.linalg.norm(A, axis=0)
     visible = size > 0.0
@@ -304,8 +305,8 @@ def spread_of_levels(m: LossMap, fit: LossFit) -> FloatArray | None:
     """Covariance of the parameters by leaving out blocks of displacements in turn (jackknife), or None with fewer than
     four.
 
-    A model that is not quite right errs alike in neighbouring cells, so their number overstates what they tell: this
-    spread is wider than `LossFit.covariance` then, and the one to draw from.
+    A model that is not quite right deviates alike in neighbouring cells, so their number overstates the information
+    in them: this spread is wider than `LossFit.covariance` then, and the one to draw from.
     """
     label = blocks(m.D_m, MOST_BLOCKS)
     count = int(label.max()) + 1
@@ -319,7 +320,7 @@ def spread_of_levels(m: LossMap, fit: LossFit) -> FloatArray | None:
 def indeterminate(fit: LossFit) -> tuple[str, ...]:
     """What the map does not say about this model, one plain line each."""
     lines = [
-        f"{' and '.join(g)} cannot be told apart on this map" if len(g) > 1 else f"{g[0]} has no effect on this map"
+        f"{' and '.join(g)} cannot be distinguished on this map" if len(g) > 1 else f"{g[0]} has no effect on this map"
         for g in fit.confounded
     ]
     for name in fit.at_bound:
@@ -331,7 +332,7 @@ def indeterminate(fit: LossFit) -> tuple[str, ...]:
             lines.append(f"{name} is smaller than its own standard error: the map does not determine it")
     if "C_n" in fit.names and fit["C_n"] > 2.0:
         lines.append(
-            f"C_n = {fit['C_n']:.2f} is beyond 2, turbulent flow: the term stands for something else than flow into the"
+            f"C_n = {fit['C_n']:.2f} is beyond 2, turbulent flow: the term represents something else than flow into the"
             " chambers"
         )
     return tuple(lines)

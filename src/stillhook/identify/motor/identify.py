@@ -37,7 +37,7 @@ SAME_SIZE = 0.02
 """A library motor whose full displacement differs by less is taken for the mapped motor's other data (inertia, speed
 limits, leakage)."""
 USEFUL = 0.5
-"""A model within the threshold on less than half of the map is no model of this motor."""
+"""A model within the threshold on less than half of the map is not a model of this motor."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class MotorLoss:
     map: LossMap
     ranking: Ranking
     model: LossModel
-    """The model asked for, or else the recommended one."""
+    """The model requested, or else the recommended one."""
     threshold: float
     """Error over nominal torque beyond which a model must not be used [-]."""
     statements: tuple[Statement, ...]
@@ -62,7 +62,7 @@ class MotorLoss:
     mapped: Compared | None
     """The interpolated map against `model`; None where no level can be left out."""
     like: str | None
-    """Motor that lends what a map does not say."""
+    """Motor that lends what a map does not contain."""
 
     @property
     def fit(self) -> LossFit:
@@ -91,7 +91,7 @@ def identify_motor(
     Parameters: model one to look at instead of the recommended one; threshold error over nominal torque beyond which a
     model must not be used; like a motor of the library (or the path of a motor file) that lends inertia, speed limits
     and leakage; without it one of the library of the same size.
-    Errors: IdentifyError where the map determines no model or not the one asked for; SpecError for an unknown motor.
+    Errors: IdentifyError where the map determines no model or not the one requested; SpecError for an unknown motor.
     """
     if not 0.0 < threshold < 1.0:
         raise IdentifyError(
@@ -152,7 +152,7 @@ def _doubts(others: tuple[Borrowed, ...]) -> tuple[str, ...]:
 
 
 def _notes(m: LossMap, fit: LossFit, mj4: LossFit) -> tuple[str, ...]:
-    """What the map cannot tell, about the model and about MJ4."""
+    """What the map cannot determine, about the model and about MJ4."""
     both = (fit,) if fit.model is mj4.model else (fit, mj4)
     lines = [f"{f.card.title}: {line}" for f in both for line in indeterminate(f)]
     ends = ", ".join(" to ".join(show(x, kind, 4) for x in m.range()[name]) for name, kind in AXES.items())
@@ -174,7 +174,8 @@ def loss_set(result: MotorLoss, name: str) -> LossSet:
     if result.like is None:
         size = show(result.map.D_max, "displacement")
         raise IdentifyError(
-            f"{result.map.source}: no motor of the library has {size}, and a map says nothing of inertia, speed limits"
+            f"{result.map.source}: no motor of the library has {size}, and a map contains nothing about inertia,"
+            " speed limits"
             " and leakage. Name a motor that lends them (like)."
         )
     lender, m, fit = load_losses(result.like), result.map, result.mj4

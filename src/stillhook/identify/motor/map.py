@@ -18,7 +18,7 @@ from stillhook.physics.hydraulics.motor_losses import LossMotor
 from stillhook.units import parse, quote, show
 
 FEWEST_CELLS = 10
-"""A fit of five parameters wants at least twice as many cells."""
+"""A fit of five parameters needs at least twice as many cells."""
 MAX_EXCLUDED = 0.5
 """Part of the rows: a map that loses more than half of them to bad values was misread."""
 D_RANGE = (1.0e-7, 1.0e-3)
@@ -28,7 +28,7 @@ OMEGA_LARGEST = 2000.0
 OMEGA_SLOWEST = 2.0
 """A map that ends below 19 rev/min had its thousands sign read as a decimal sign [rad/s]."""
 DP_LARGEST = 1.0e8
-"""Nor stands 1000 bar [Pa]."""
+"""Nor withstands 1000 bar [Pa]."""
 SPREADSHEET = 0.0101
 """Best efficiency of a column of parts of 1 that is read as per cent."""
 MOSTLY_LOST = 0.5
@@ -135,7 +135,7 @@ def read_map(
     mapping file (see `stillhook.formats.table`).
     Parameters: D_max full displacement, text with its unit; without it the largest of the map.
     Rows that cannot be a loss (empty cells, efficiency not in (0, 100 %], negative loss, standstill) are left out and
-    told in `findings`.
+    reported in `findings`.
     Errors: LogError, UnitError of one line with file, row and column.
     """
     table = read_columns(path, (*SETTINGS, *LOSSES), mapping)
@@ -181,7 +181,7 @@ def _with_thin_axes(m: LossMap) -> LossMap:
     thin = [name for name in AXES if levels(m.axis(name)).max() == 0]
     more = tuple(
         f"one {'displacement' if name == 'D_m' else 'speed' if name == 'omega_m' else 'pressure drop'} only "
-        f"({show(float(m.axis(name)[0]), AXES[name])}): how the loss depends on it cannot be told from this map"
+        f"({show(float(m.axis(name)[0]), AXES[name])}): how the loss depends on it cannot be determined from this map"
         for name in thin
     )
     return replace(m, findings=m.findings + more)
@@ -214,7 +214,7 @@ def _loss(table: Columns, notes: list[str]) -> FloatArray:
     have = [w for w in LOSSES if w.name in table.values]
     if not have:
         examples = ", ".join(f'"{w.example}"' for w in LOSSES)
-        raise LogError(f"{table.source}: no column with the loss. Give one of {examples}, or map it with --mapping.")
+        raise LogError(f"{table.source}: no column with the loss. Choose one of {examples}, or map it with --mapping.")
     first = have[0]
     ways = {"T_f": lambda x: x, "T_shaft": lambda x: D * dp - x, "eta_hm": lambda x: D * dp * (1.0 - x)}
     loss: FloatArray = ways[first.name](table.values[first.name])
@@ -281,7 +281,7 @@ def _good(table: Columns, loss: FloatArray, notes: list[str]) -> BoolArray:
 def _single(
     D: FloatArray, n: FloatArray, dp: FloatArray, T_f: FloatArray, notes: list[str]
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Cells given more than once are averaged, and told."""
+    """Cells given more than once are averaged, and reported."""
     settings, inverse, count = np.unique(np.column_stack((D, n, dp)), axis=0, return_inverse=True, return_counts=True)
     if len(settings) == len(T_f):
         return D, n, dp, T_f
@@ -331,7 +331,7 @@ class MappedLoss:
         else:
             try:
                 self._at = LinearNDInterpolator(scaled, m.T_f)
-            except QhullError:  # the settings move together: nothing lies between the cells
+            except QhullError:  # the settings move together: nothing is between the cells
                 self._at = lambda q: np.full(len(q), np.nan)
         self._nearest = NearestNDInterpolator(scaled, m.T_f) if len(self.used) > 1 else None
 
@@ -342,7 +342,7 @@ class MappedLoss:
         return np.column_stack([self._scaled_axis(points[:, i], i) for i in self.used])
 
     def __call__(self, omega_m: Any, D_m: Any, dp_m: Any) -> tuple[FloatArray, BoolArray]:
-        """Torque loss [N m] and whether the point lies inside the map; floats or arrays, SI, even in omega_m and
+        """Torque loss [N m] and whether the point is inside the map; floats or arrays, SI, even in omega_m and
         dp_m."""
         D, n, dp = np.broadcast_arrays(
             np.asarray(D_m, float), np.abs(np.asarray(omega_m, float)), np.abs(np.asarray(dp_m, float))

@@ -55,7 +55,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class LossCard:
-    """What there is to know about a model beside its equation."""
+    """What there is to know about a model next to its equation."""
 
     model: LossModel
     title: str

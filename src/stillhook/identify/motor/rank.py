@@ -67,7 +67,7 @@ class Ranked:
 
 @dataclass(frozen=True)
 class Statement:
-    """A region where a model errs beyond the threshold; counts leave out what statements before it cover."""
+    """A region where a model deviates beyond the threshold; counts leave out what statements before it cover."""
 
     text: str
     cells: int
@@ -155,7 +155,7 @@ def _ranked(m: LossMap, fit: LossFit, fixed: LossFit | None, parts: list[Fold], 
     cv = math.sqrt(float(square.mean())) / T_N if len(square) else math.nan
     reason = ""
     if fit.confounded:
-        reason = "parameters cannot be told apart on this map"
+        reason = "parameters cannot be distinguished on this map"
     elif not math.isfinite(cv):
         reason = "too few cells or levels to cross-validate"
     worst = parts[int(np.nanargmax(square))][1] if np.isfinite(square).any() else ""
@@ -188,7 +188,7 @@ def residual_share(m: LossMap, fit: LossFit) -> FloatArray:
 
 
 def not_to_be_used(m: LossMap, fit: LossFit, threshold: float = THRESHOLD) -> tuple[Statement, ...]:
-    """Regions of the map where the model errs beyond the threshold, the largest first, then what is left over.
+    """Regions of the map where the model deviates beyond the threshold, the largest first, then what is left over.
 
     Boxes that are open to one side on each axis are tried; each named one adds most bad cells at fewest good ones.
     """

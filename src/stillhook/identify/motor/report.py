@@ -79,7 +79,11 @@ def parameter_rows(result: MotorLoss, fit: LossFit) -> list[list[str]]:
     for i, p in enumerate(fit.card.parameters):
         error = fit.errors[i]
         remark = (
-            "at its bound" if p.name in fit.at_bound else "" if math.isfinite(error) else "cannot be told from others"
+            "at its bound"
+            if p.name in fit.at_bound
+            else ""
+            if math.isfinite(error)
+            else "cannot be distinguished from others"
         )
         spread = "-" if wide is None or not math.isfinite(error) else number(math.sqrt(wide[i]), 2)
         stated = number(float(error), 2) if math.isfinite(error) else "-"
@@ -173,7 +177,7 @@ def report(result: MotorLoss, pictures: Mapping[str, bytes]) -> str:
         paragraph(f"Holds: {result.fit.card.validity}."),
         paragraph(
             "Standard error: as if the errors of all cells were independent. Of levels: how far the parameter moves"
-            " when displacements are left out in turn; wider, because a model that is not quite right errs alike in"
+            " when displacements are left out in turn; wider, because a model that is not quite right deviates alike in"
             " neighbouring cells."
         ),
         *mj4,

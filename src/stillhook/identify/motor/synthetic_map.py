@@ -32,7 +32,8 @@ SCATTER = 0.2
 
 @dataclass(frozen=True)
 class Extra:
-    """Losses beside MJ4, each as part of the motor's loss at full displacement, 200 bar and the speed where it matters.
+    """Losses in addition to MJ4, each as part of the motor's loss at full displacement, 200 bar and the speed where
+    it matters.
 
     Sizes are assumed, such that MJ4 fits as paper A found: within 1 % of nominal torque down to half displacement,
     worse at small displacement and high speed.

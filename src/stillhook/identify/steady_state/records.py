@@ -1,4 +1,4 @@
-"""What the search for steady stretches is told, and what it hands back."""
+"""Inputs and results of the search for steady stretches."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ class WindowSettings(BaseModel):
         default=2.0, gt=0, description="shortest stretch: two periods of a load that swings on its wire at 1 Hz"
     )
     least_samples: int = Field(
-        default=3, ge=3, description="fewest bins: below three there is no telling drift from noise"
+        default=3, ge=3, description="fewest bins: below three drift cannot be distinguished from noise"
     )
     guard: u.Time = Field(
-        default=0.3, ge=0, description="left out before the end of a step, and beside holes: three PLC bins of 0.1 s"
+        default=0.3, ge=0, description="left out before the end of a step, and next to holes: three PLC bins of 0.1 s"
     )
     smoothing: u.Time = Field(
-        default=0.5, gt=0, description="half width over which speed is averaged to tell a step from a ramp"
+        default=0.5, gt=0, description="half width over which speed is averaged to distinguish a step from a ramp"
     )
     bridge: u.Time = Field(
         default=1.5, ge=0, description="longest disturbance of speed inside one step: one period of 0.7 Hz"

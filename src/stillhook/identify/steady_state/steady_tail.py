@@ -137,9 +137,11 @@ def _too_short(
         reason = f"{code}: {seconds[0]:.3g} s of {seconds[1]:.3g} s cannot be trusted; {least}"
         return search.rejected(begin, end, direction, code, reason)
     if jumped or cut.before == "layer" or cut.after == "layer":
-        return search.rejected(begin, end, direction, "layer change", f"{span:.3g} s beside a change of layer; {least}")
+        return search.rejected(
+            begin, end, direction, "layer change", f"{span:.3g} s next to a change of layer; {least}"
+        )
     if _at_hole(search, cut):
-        return search.rejected(begin, end, direction, "gap", f"{span:.3g} s beside a gap in the log; {least}")
+        return search.rejected(begin, end, direction, "gap", f"{span:.3g} s next to a gap in the log; {least}")
     return search.rejected(begin, end, direction, "short", f"{span:.3g} s at steady speed; {least}")
 
 

@@ -14,8 +14,8 @@ from stillhook.statistics.correlated_mean import OF_SECOND_DIFFERENCES, noise_of
 NOISE_LIMIT = 4.0
 """Standard deviations of noise above which a change of speed is one."""
 SWINGS = 4.0
-"""How much longer speed is averaged where it swings: twice over 2 s, a whole period of 0.5 Hz, the slowest swing of a
-load."""
+"""How much longer speed is averaged where it swings: twice over 2 s, a complete period of 0.5 Hz, the slowest swing
+of a load."""
 TO_AND_FRO = 3.0
 """Path of the speed over its net change that makes a swing: once up, down and up again."""
 NOISE_AROUND = 21

@@ -37,7 +37,7 @@ __all__ = ["Rejected", "Steady", "Window", "WindowSettings", "steady_windows"]
 
 
 HIGH = 95.0
-"""Percentile of a signal's magnitude that stands for "high": above settled values, below the spikes of starting and
+"""Percentile of a signal's magnitude that represents "high": above settled values, below the spikes of starting and
 stopping."""
 REST_SHARE = 0.01
 """Part of full speed below which time that nothing else claims is counted as standing."""
@@ -45,8 +45,8 @@ RAMP_CHANGE, RAMP_STRAIGHT = 0.3, 0.7
 """Change of speed within a stretch, over its mean, from which it is a ramp, and the least part of the path that is this
 change."""
 WORTH_TELLING = 0.5
-"""Stretches shorter than this part of the least length are ramps and overshoots, and are counted as such, not told one
-by one."""
+"""Stretches shorter than this part of the least length are ramps and overshoots, and are counted as such, not
+reported one by one."""
 
 
 def steady_windows(
@@ -155,14 +155,14 @@ class _Search:
         self.full_speed = float(np.max(np.abs(self.v)))
         moving = (
             np.abs(self.v) > REST_SHARE * self.full_speed
-        )  # high effort is one of a moving winch, however long it stood
+        )  # high effort is one of a moving winch, however long it was
         use = self.e[moving & np.isfinite(self.e)]
         self.high_effort = float(np.percentile(np.abs(use if len(use) else good_e), HIGH)) if len(good_e) else 0.0
         named = self.settings.resolution
         self.per_bin = max(1.0, self.log.rate * self.dt)
         step_v = named[speed] if speed in named else converter_step(self.v, self.per_bin)
         parts = [p for p in self.effort_sources if p in self.log.signals]
-        if len(parts) > 2:  # a difference beside the two that it is made of
+        if len(parts) > 2:  # a difference next to the two that it is made of
             parts.remove(effort)
         steps = [named[p] if p in named else converter_step(self.log.signals[p], self.per_bin) for p in parts]
         step_e = named[effort] if effort in named else float(np.sqrt(np.sum(np.square(steps))))
@@ -188,7 +188,7 @@ class _Search:
         return show(value, kind, 3) if kind in KINDS else f"{value:.3g}"
 
     def holes(self) -> BoolArray:
-        """True where too much time lies between a bin and the one before."""
+        """True where too much time is between a bin and the one before."""
         out = np.zeros(len(self.t), dtype=bool)
         out[1:] = np.diff(self.t) > max(self.settings.largest_hole + self.dt, 1.5 * self.dt)
         return out
@@ -197,7 +197,7 @@ class _Search:
         return find_steps(self.t, self.v, self.command, self.holes(), self.quanta[0], self.settings)
 
     def never_steady(self, reported: Sequence[Window | Rejected]) -> Iterator[Rejected]:
-        """Motions (from standstill to standstill or reversal) of which nothing has been told yet."""
+        """Motions (from standstill to standstill or reversal) of which nothing has been reported yet."""
         label = np.where(np.abs(self.v) > self.at_rest(), np.sign(self.v), 0.0)
         cuts = np.nonzero((np.diff(label) != 0.0) | self.holes()[1:])[0] + 1
         for a, b in pairwise([0, *cuts.tolist(), len(label)]):
@@ -292,7 +292,7 @@ def effort_of(log: Log, effort: str | FloatArray) -> FloatArray:
 
 
 def kind_of(log: Log, name: str | FloatArray, kinds: Mapping[str, str] | None = None) -> str:
-    """Key of units.KINDS of a signal: as the caller says, as the mapping says, as the variable of that name; "" where
+    """Key of units.KINDS of a signal: as the caller says, as the mapping states, as the variable of that name; "" where
     nothing does."""
     if not isinstance(name, str):
         name = "effort"

@@ -1,4 +1,4 @@
-"""System frictions of several sets beside each other: Coulomb, stiction and viscous parts over motor speed, with what
+"""System frictions of several sets side by side: Coulomb, stiction and viscous parts over motor speed, with what
 is known of them."""
 
 from __future__ import annotations
@@ -109,8 +109,8 @@ def drum_torque(crane: Crane, load: float, layer: int | None = None) -> float:
 
 
 def notes(splits: Sequence[Split], T_d: float) -> list[str]:
-    """What must be known before the numbers are used: extrapolations, and what the data of a set cannot tell. One line
-    each."""
+    """What must be known before the numbers are used: extrapolations, and what the data of a set cannot determine.
+    One line each."""
     out = []
     for s in splits:
         e = s.item.evidence

@@ -1,4 +1,4 @@
-"""What a campaign cannot tell, and what would resolve it, in plain words."""
+"""What a campaign cannot determine, and what would resolve it, in plain words."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stillhook.units import parse, show
 
 ONE_LOAD = 1.3
 """Ratio of the largest to the smallest drum torque below which a campaign has one load: what is in proportion to it and
-what is constant then differ by less than a third over the whole campaign."""
+what is constant then differ by less than a third over the complete campaign."""
 LIGHT = 0.2
 """Share of SWL below which a single load is a light one, so that constant terms are kept and not those in proportion to
 the load."""
@@ -35,7 +35,8 @@ LACK = 3.0
 
 
 DRIFT_SHOWN = parse("0.1 bar", "pressure")
-"""Drift of the zero over a test from which it is worth a word: that of a good transmitter in a changing temperature."""
+"""Drift of the zero over a test from which it is worth reporting: that of a good transmitter in a changing
+temperature."""
 COURSE_SHOWN = 0.01
 """The same for the friction, over itself: two kelvin of oil."""
 
@@ -51,8 +52,8 @@ class Statement:
 
 @dataclass(frozen=True)
 class Design:
-    """What can be asked of a campaign: ``used`` linear parameters that may be free, ``given`` ones that come from
-    elsewhere [SI], and why; ``keep_Y_2`` true where Y_2 stands for more than itself."""
+    """What can be requested of a campaign: ``used`` linear parameters that may be free, ``given`` ones that come from
+    elsewhere [SI], and why; ``keep_Y_2`` true where Y_2 represents more than itself."""
 
     used: tuple[str, ...]
     prescribed: Mapping[str, float]
@@ -61,10 +62,10 @@ class Design:
 
 
 def design(points: Points, SWL_torque: float, like: Mapping[str, float] | None = None) -> Design:
-    """Which parameters the loads and speeds of a campaign can tell at all.
+    """Which parameters the loads and speeds of a campaign can determine at all.
 
     Parameters: points measured ones; SWL_torque drum torque at SWL [N m]; like parameters of another winch [SI], to
-    fill in what this one's tests cannot tell.
+    fill in what this one's tests cannot determine.
     """
     points, used, prescribed, out = points.fitted(), list(Y_LINEAR), dict[str, float](), []
     low, high = float(points.T_d.min()), float(points.T_d.max())
@@ -78,8 +79,9 @@ def design(points: Points, SWL_torque: float, like: Mapping[str, float] | None =
         filled = "taken from the set given with --like" if like else "left out"
         text = (
             f"All tests carry about the same drum torque ({show(high, 'drum_torque', 3)}): friction in proportion to"
-            f" the load (Y_1, Y_6) and constant friction (Y_3, Y_2) cannot be told apart; {', '.join(lost)} {filled},"
-            f" {', '.join(fading)} stand for both. The result holds for this load only. Add a staircase"
+            f" the load (Y_1, Y_6) and constant friction (Y_3, Y_2) cannot be distinguished; {', '.join(lost)}"
+            f" {filled},"
+            f" {', '.join(fading)} represent both. The result holds for this load only. Add a staircase"
             f" {'with a load near SWL' if light else 'with the empty hook'}."
         )
         out.append(Statement("one load", False, text))
@@ -89,7 +91,7 @@ def design(points: Points, SWL_torque: float, like: Mapping[str, float] | None =
         prescribed |= {n: like[n] for n in ("Y_1", "Y_3", "Y_4")} if like else {}
         text = (
             f"The slowest pair runs at {show(slowest, 'rotation', 3)}: break-away friction (Y_1, Y_3, Y_4) cannot be"
-            " seen, and stick-slip hangs on it. "
+            " seen, and stick-slip depends on it. "
             + ("It is taken from the set given with --like. " if like else "")
             + "Add steps between 20 and 150 rev/min, or name a set of a similar winch with --like."
         )
@@ -125,7 +127,7 @@ def judge(points: Points, fit: FrictionFit, intervals: Sequence[Interval]) -> tu
         )
         more = f" and {len(far) - FEW} more" if len(far) > FEW else ""
         text = (
-            f"{len(far)} pairs lie more than {OUTLIER:g} standard uncertainties off: {places}{more}. Look at their"
+            f"{len(far)} pairs are more than {OUTLIER:g} standard uncertainties off: {places}{more}. Look at their"
             " stretches."
         )
         out.append(Statement("outliers", False, text))
@@ -146,8 +148,10 @@ def _drift(fit: FrictionFit) -> list[Statement]:
         out.append(Statement("zero drift", False, text))
     if course > COURSE_SHOWN:
         text = (
-            f"Friction goes with time or test beside speed and load, by about {course:.1%} (oil that warms up, or a law"
-            " of another form): at rising speeds this cannot be told from friction that goes with speed, so the"
+            f"Friction depends on time or test in addition to speed and load, by about {course:.1%} (oil that"
+            " warms up, or a law"
+            " of another form): at rising speeds this cannot be distinguished from friction that goes with"
+            " speed, so the"
             " intervals are wider. Warm the oil up first, and run the speeds once more in falling order."
         )
         out.append(Statement("friction drift", False, text))
@@ -191,9 +195,9 @@ def _intervals(intervals: Sequence[Interval]) -> list[Statement]:
 
 
 def _together(points: Points, fit: FrictionFit) -> list[Statement]:
-    rest = "cannot be told apart by these speeds and loads. See the proposed tests."
+    rest = "cannot be distinguished by these speeds and loads. See the proposed tests."
     blind = [names for names in blind_directions(points, fit) if len(names) > 1]
-    out = [Statement("cannot be told apart", False, f"{' and '.join(names)} {rest}") for names in blind]
+    out = [Statement("cannot be distinguished", False, f"{' and '.join(names)} {rest}") for names in blind]
     r = correlation(fit)
     bound = [
         f"{fit.names[j]} and {a} ({r[i, j]:.2f})"

@@ -147,7 +147,7 @@ def _band(ax: Axes, omega: FloatArray, T_d: float, result: Friction, colour: str
 def model_against_measured(result: Friction) -> Figure:
     """Total winch friction at the motor shaft, all motors together: modelled over measured (paper D figure 16)."""
     figure, ax = _axes(
-        "Friction of the whole winch: modelled against measured (as paper D figure 16)",
+        "Friction of the complete winch: modelled against measured (as paper D figure 16)",
         "modelled [N m]",
         "measured [N m]",
     )
@@ -210,7 +210,7 @@ def derived_system_friction(result: Friction, losses: Mapping[str, Loss], title:
         ax.set_title(label, fontsize="medium")
         ax.set_xlabel(SPEED)
         ax.grid(alpha=0.3)
-    axes[0].set_ylabel("system friction of the whole winch [N m]")
+    axes[0].set_ylabel("system friction of the complete winch [N m]")
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize="x-small", frameon=False)
     figure.suptitle(title, fontsize="medium")

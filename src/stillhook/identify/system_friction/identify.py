@@ -70,7 +70,7 @@ class Intervals(StrEnum):
 @dataclass(frozen=True)
 class Check:
     """The thesis's own way: cost E on the 25 rev/min grid (eq. 2.8, per motor shaft), by least squares and by the
-    complex method. ``on_grid`` false: too few grid points, so the pairs themselves stand for them."""
+    complex method. ``on_grid`` false: too few grid points, so the pairs themselves represent them."""
 
     cost_ours: float
     y_grid: Y
@@ -97,8 +97,8 @@ class HeldOut:
 
 @dataclass(frozen=True)
 class Mapped:
-    """The supplier's map itself as motor loss beside the fitted MJ4 (paper D figure 13): its interpolation, the system
-    friction fitted with it, root mean square residuals of both per motor shaft [N m], and the share of points that lie
+    """The supplier's map itself as motor loss next to the fitted MJ4 (paper D figure 13): its interpolation, the system
+    friction fitted with it, root mean square residuals of both per motor shaft [N m], and the share of points that are
     outside the map.
     """
 
@@ -114,7 +114,7 @@ class Mapped:
 class Friction:
     """Everything that a campaign gave. ``measured`` by test; ``points`` all pairs; ``grid`` the thesis's grid points;
     ``fit`` the system friction; ``intervals`` 95 %; ``check`` the thesis's way beside ours; ``held_out``; ``second``
-    loop, ``mapped`` where asked for; ``proposals`` what to test next; ``statements`` what the data cannot tell;
+    loop, ``mapped`` where requested; ``proposals`` what to test next; ``statements`` what the data cannot determine;
     ``like`` where filled-in parameters come from.
     """
 
@@ -137,7 +137,7 @@ class Friction:
 
     @property
     def usable(self) -> bool:
-        """Nothing severe stands against using the set."""
+        """Nothing severe speaks against using the set."""
         return not any(s.severe for s in self.statements)
 
     @property
@@ -165,7 +165,7 @@ def friction(
     ----------
     source: campaign, or path of its file (see `load_campaign`).
     keep_Y_2: keep the constant term; None: only where the data ask for it.
-    like: set of a similar winch (library name or file) for parameters that these tests cannot tell.
+    like: set of a similar winch (library name or file) for parameters that these tests cannot determine.
     intervals: "profile", "bootstrap" or "mcmc" (extra ``mcmc``). loops: rounds of paper D's second loop (0: none).
     loss_map: supplier's map of the motor, to be compared with its fitted model (see `read_map`).
     variant: of the complex method that checks the fit. proposals: how many further tests to propose. seed: of
@@ -189,7 +189,7 @@ def friction(
     plan = design(points, swl, _like(like))
     keep = plan.keep_Y_2 if keep_Y_2 is None else keep_Y_2
     fit = fit_system(points, loss, keep_Y_2=keep, used=plan.used, prescribed=plan.prescribed)
-    profile = profile_intervals(points, loss, fit)  # what is severe must not hang on the method of the intervals
+    profile = profile_intervals(points, loss, fit)  # what is severe must not depend on the method of the intervals
     parameter_intervals = (
         profile if method is Intervals.PROFILE else _sampled_intervals(method, points, loss, fit, seed)
     )

@@ -137,7 +137,8 @@ def _statements(
     out = [f"cost on the fitted tests {_change(first.fitted, second.fitted)}"]
     if verdict == "untested":
         out.append(
-            "no test was held out: nobody knows whether the refined model holds elsewhere. Keep the supplier's, or hold"
+            "no test was held out: it is not known whether the refined model holds elsewhere. Keep the"
+            " supplier's, or hold"
             " tests out"
         )
     else:

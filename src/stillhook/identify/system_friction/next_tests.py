@@ -32,7 +32,7 @@ LEAST_SD = 5.0e3
 ANYTHING = 1e3
 """Uncertainty of a friction torque that means that nothing is known [N m]: ten times the friction of any motor here."""
 UNKNOWN = 1e-12
-"""Share of the prior information that stands for knowing nothing about a parameter (keeps the matrix invertible)."""
+"""Share of the prior information that represents knowing nothing about a parameter (keeps the matrix invertible)."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def propose(campaign: Campaign, points: Points, loss: Loss, fit: FrictionFit, *,
 
 
 def _names(fit: FrictionFit) -> tuple[str, ...]:
-    """All parameters but a dropped Y_2: what could not be told yet is what new tests should tell."""
+    """All parameters but a dropped Y_2: what could not be determined yet is what new tests should determine."""
     return tuple(n for n in Y_NAMES if n != "Y_2" or n in fit.names)
 
 
@@ -97,7 +97,7 @@ def _information(points: Points, fit: FrictionFit, names: tuple[str, ...], tau: 
 def _rms(goal: FloatArray, information: FloatArray) -> float:
     """Root mean square of the predicted standard errors."""
     size = np.sqrt(np.diag(information))
-    size[size == 0.0] = 1.0  # nothing is known of it: UNKNOWN alone stands there
+    size[size == 0.0] = 1.0  # nothing is known of it: UNKNOWN alone applies
     scaled = information / np.outer(size, size) + UNKNOWN * np.eye(len(size))
     half = np.linalg.solve(scaled, (goal / size).T)
     return math.sqrt(float(np.mean(np.sum((goal / size).T * half, axis=0))))

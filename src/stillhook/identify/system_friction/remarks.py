@@ -1,4 +1,4 @@
-"""Words on a whole campaign: friction unlike any published winch's, a motor loss that is itself uncertain, what was
+"""Words on a complete campaign: friction unlike any published winch's, a motor loss that is itself uncertain, what was
 found in the logs."""
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def unlike(points: Points, y: Y) -> tuple[Statement, ...]:
 
 
 MOTOR_SHARE = 0.5
-"""Shift by the motor's loss over a parameter's own standard error from which it is worth a word."""
+"""Shift by the motor's loss over a parameter's own standard error from which it is worth reporting."""
 
 
 def motor_statement(campaign: Campaign, points: Points, fit: FrictionFit) -> tuple[Statement, ...]:

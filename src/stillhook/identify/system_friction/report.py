@@ -45,7 +45,7 @@ METHOD = (
     "Method: steady stretches of the logs, hoisting and lowering of about the same speed in pairs; half the difference"
     " of their pressure drops is the mean of both losses, with which the models are compared at both pressures and"
     " speeds (G.-A. Moslåt 2020, section 2.2 and paper D). The intervals hold the scatter that the points show. Not in"
-    " them: a gain error of pressure sensors or displacement, which makes the whole friction wrong in the same"
+    " them: a gain error of pressure sensors or displacement, which makes the complete friction wrong in the same"
     " proportion and the system friction by more, and a wrong motor model, which moves the parameters."
 )
 
@@ -77,7 +77,7 @@ def report(result: Friction, figures: Mapping[str, bytes], windows: Mapping[str,
         table(("", "value", "from", "to", "meaning"), _parameters(result)),
         paragraph("Correlation of the fitted parameters: near 1 or -1, only their combination is known."),
         table(("", *result.fit.names), _correlations(result)),
-        heading("What the data cannot tell"),
+        heading("What the data cannot determine"),
         _list(result),
         heading("Tests"),
         table(
@@ -90,7 +90,7 @@ def report(result: Friction, figures: Mapping[str, bytes], windows: Mapping[str,
         ),
         bullets(_remarks(result)),
         *_held_out(result),
-        heading("Our fit beside the thesis's"),
+        heading("Our fit next to the thesis's"),
         table(("", *Y_NAMES, "cost E [N²m²]"), _methods(result)),
         paragraph(_agreement(result)),
         *_second(result),
@@ -146,7 +146,7 @@ def _correlations(result: Friction) -> Iterable[Sequence[str]]:
 def _list(result: Friction) -> str:
     if not result.statements:
         return paragraph(
-            "Nothing stands out: loads, speeds and displacements of the campaign tell all parameters apart."
+            "No weakness found: loads, speeds and displacements of the campaign distinguish all parameters."
         )
     severe = [paragraph(s.text, no=True) for s in result.statements if s.severe]
     return "".join(severe) + bullets(s.text for s in result.statements if not s.severe)
@@ -173,7 +173,7 @@ def _tests(result: Friction) -> Iterable[Sequence[str]]:
 
 
 MAX_SIMILAR = 2
-"""Findings of one kind in one signal of a log that are told one by one."""
+"""Findings of one kind in one signal of a log that are reported one by one."""
 
 
 def _remarks(result: Friction) -> Iterable[str]:
@@ -251,7 +251,7 @@ def mapped_line(result: Friction) -> str:
     assert m is not None
     return (
         f"Residual {show(m.rms_model, 'torque', 3)} a motor (RMS) with the fitted model, {show(m.rms_map, 'torque', 3)}"
-        f" with the map {m.source} itself; {m.outside:.0%} of the points lie outside the map, where its edge is held."
+        f" with the map {m.source} itself; {m.outside:.0%} of the points are outside the map, where its edge is held."
     )
 
 

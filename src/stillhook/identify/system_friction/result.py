@@ -51,7 +51,7 @@ def _sources(result: Friction, fit: FrictionFit, text: str) -> dict[str, Source]
     """Where each parameter of a fit is from; text says it of the fitted ones."""
     out = {n: Source(text=text, kind=SourceKind.FITTED) for n in Y_NAMES}
     for n in fit.prescribed:
-        out[n] = Source(text=f"taken from {result.like}: these tests cannot tell it", kind=SourceKind.ASSUMED)
+        out[n] = Source(text=f"taken from {result.like}: these tests cannot determine it", kind=SourceKind.ASSUMED)
     for n in fit.dropped:
         out[n] = Source(text=_dropped_note(result, n), kind=SourceKind.FITTED)
     return out
@@ -60,13 +60,13 @@ def _sources(result: Friction, fit: FrictionFit, text: str) -> dict[str, Source]
 def _dropped_note(result: Friction, name: str) -> str:
     if name in result.design.used:
         return f"left out: {result.campaign.source} does not ask for it"
-    return f"left out: the tests of {result.campaign.source} cannot tell it"
+    return f"left out: the tests of {result.campaign.source} cannot determine it"
 
 
 def second_loop_sets(result: Friction) -> tuple[LossSet, FrictionSet]:
     """The motor loss refined on the crane's tests and the system friction that belongs to it: use both, or neither.
 
-    What held-out tests say of them stands in their evidence. Errors: ValueError where no second loop was asked for.
+    What held-out tests say of them is in their evidence. Errors: ValueError where no second loop was requested.
     """
     loop, campaign = result.second, result.campaign
     if loop is None:
@@ -122,7 +122,7 @@ def _ranges(fitted_points: Points) -> dict[str, tuple[float, float]]:
 
 
 def _range(values: np.ndarray, kind: str) -> tuple[float, float]:
-    """Ends of the data, rounded in display units: a range is no measurement."""
+    """Ends of the data, rounded in display units: a range is not a measurement."""
     low, high = (
         from_display(float(number(in_display(float(v), kind), RANGE_DIGITS)), kind)
         for v in (values.min(), values.max())

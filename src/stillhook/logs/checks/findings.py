@@ -1,4 +1,4 @@
-"""What is wrong with the samples of a log, told as findings: gaps, missing and impossible values, time that runs
+"""What is wrong with the samples of a log, reported as findings: gaps, missing and impossible values, time that runs
 backwards."""
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ SLOWER = 0.5  # of the cells: with more of them empty, at even distances, the si
 FEWEST_SLOW = 10  # values of a slower signal
 IRREGULAR = 0.05  # of the distances between its values may be longer
 RATE = 0.2  # by which the mean and the median number of samples per second may differ
-MOST_LISTED = 20  # findings of one kind that are told one by one
+MOST_LISTED = 20  # findings of one kind that are reported one by one
 
 
 @dataclass
@@ -63,7 +63,7 @@ def checked(track: Track) -> Checked:
 
 
 def judged(column: Column) -> bool:
-    """Whether a signal that stands still is worth a word: a set value may."""
+    """Whether a signal that is stationary is worth reporting: a set value may."""
     return column.signal.name not in SET_VALUES and column.watch.lowest < column.watch.highest
 
 
@@ -234,9 +234,7 @@ def _saturated(out: Checked, i: int, column: Column) -> None:
         assert signal.lo is not None
         assert signal.hi is not None
         ends = f"an end of its range ({signal.say(signal.lo)} to {signal.say(signal.hi)})"
-        _mark_saturated(
-            out, i, signal.name, bins, watch.at_ends_samples, f"{signal.name}: {{n}} samples stand at {ends}"
-        )
+        _mark_saturated(out, i, signal.name, bins, watch.at_ends_samples, f"{signal.name}: {{n}} samples are at {ends}")
     if signal.name in SET_VALUES or not watch.noisy:
         return
     for rail, extreme in ((watch.top, "largest"), (watch.bottom, "smallest")):
@@ -244,7 +242,7 @@ def _saturated(out: Checked, i: int, column: Column) -> None:
         if inside and _is_rail(rail) and not (rail.value == 0.0 and signal.quantity in ("rotation", "speed")):
             bins = np.unique(np.concatenate(rail.bins))
             at = f"its {extreme} value {signal.say(rail.value)}"
-            message = f"{signal.name}: {{n}} samples or more stand exactly at {at}, which a noisy signal does not"
+            message = f"{signal.name}: {{n}} samples or more are exactly at {at}, which a noisy signal does not"
             _mark_saturated(out, i, signal.name, bins, rail.hits, message)
 
 
@@ -276,6 +274,6 @@ def _too_small(out: Checked, column: Column) -> None:
     if least is not None and watch.good and max(abs(watch.lowest), abs(watch.highest)) < least:
         raise LogError(
             f"{out.track.file}: {signal.name} never exceeds {signal.say(max(abs(watch.lowest), abs(watch.highest)))},"
-            f" where {signal.say(least)} is the least that makes sense. Check the unit {quote(column.unit)} of column"
+            f" where {signal.say(least)} is the smallest plausible value. Check the unit {quote(column.unit)} of column"
             f" {quote(signal.column)} in the mapping, or its scale."
         )

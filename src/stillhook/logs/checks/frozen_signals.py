@@ -1,4 +1,4 @@
-"""Signals that stand still to the last digit while the winch moves."""
+"""Signals that are stationary to the last digit while the winch moves."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from stillhook.units import quote
 
 HELD = ("p_b",)
 """Signals that the machine itself may hold: a closed circuit's low side. What friction takes from it is its change
-between hoisting and lowering, so a constant one is used, and told."""
+between hoisting and lowering, so a constant one is used, and reported."""
 CHANCE = (
     1e-6  # expected number of runs so long, if values repeat as often as in the rest of the log: rarer is no chance
 )
-MOVES = 0.2  # of the spread of a signal over the whole log: so much change is motion
+MOVES = 0.2  # of the spread of a signal over the complete log: so much change is motion
 ABOVE_NOISE = 20.0  # times the step from bin to bin: a spread that is smaller is noise; in white noise it is 5 times
-COMMANDED = 0.1  # of the pump command: with more, a winch that stands still is not at rest
+COMMANDED = 0.1  # of the pump command: with more, a winch that is stationary is not at rest
 TURNING = 0.05  # of the largest speed: with more, the winch moves
 TIP_MOVES = 10.0  # times the step from bin to bin, for a tip that moves: a wave of 4 s has 20, white noise 5
 MOTION = ("rotation", "speed")
-MOST_LISTED = 20  # findings of one signal that are told one by one
+MOST_LISTED = 20  # findings of one signal that are reported one by one
 
 
 @dataclass(frozen=True)
@@ -100,19 +100,19 @@ def _constant(
             float(t[-1]),
             w.watch.good,
             "noted",
-            f"{name} stands at {value} throughout, as a set value may",
+            f"{name} stays at {value} throughout, as a set value may",
         )
     moving = [other for other, o in others.items() if o.watch.lowest != o.watch.highest]
     if name in TIP and not any(spread[other] > TIP_MOVES * _noise(others[other].values) for other in moving):
-        text = f"{name} stands at {value} throughout: the tip is at rest, or the signal is dead"
+        text = f"{name} stays at {value} throughout: the tip is at rest, or the signal is dead"
         return Finding(name, "constant", float(t[0]), float(t[-1]), w.watch.good, "noted", text)
     if name in HELD and moving:
-        message = f"{name} stands at {value} throughout while {moving[0]} changes"
+        message = f"{name} stays at {value} throughout while {moving[0]} changes"
         text = f"{message}: right for a low side that boost holds, wrong for a dead sensor"
         return Finding(name, "constant", float(t[0]), float(t[-1]), w.watch.good, "noted", text)
     if name in REQUIRED and moving:
         raise LogError(
-            f"{file}: {name} stands at {value} throughout while {moving[0]} changes: the sensor was off or stuck, or"
+            f"{file}: {name} stays at {value} throughout while {moving[0]} changes: the sensor was off or stuck, or"
             f" column {quote(w.signal.column)} is another one. Map another column, or leave the signal out."
         )
     doubtful[:] = True
@@ -124,7 +124,7 @@ def _constant(
         float(t[-1]),
         w.watch.good,
         "noted",
-        f"{name} stands at {value} throughout{also}; none of it counts",
+        f"{name} stays at {value} throughout{also}; none of it counts",
     )
 
 
@@ -142,7 +142,7 @@ def _beyond_chance(watch: Watch, run: Run) -> bool:
 def _while_moving(
     t: FloatArray, w: Watched, run: Run, others: Mapping[str, Watched], spread: Mapping[str, float]
 ) -> str:
-    """What moves while a signal stands still, "" where nothing says that it should change."""
+    """What moves while a signal is stationary, "" where nothing says that it should change."""
     part = slice(*(int(i) for i in np.searchsorted(t, (run.start, run.end))))
     if part.stop - part.start < 2:
         return ""
@@ -213,7 +213,7 @@ def _stuck_findings(t: FloatArray, w: Watched, stuck: list[tuple[Run, str]], dou
                 run.end,
                 run.samples,
                 "noted",
-                f"{name} stands at {w.signal.say(run.value, 6)} to the last digit from {run.start:.6g} s to"
+                f"{name} stays at {w.signal.say(run.value, 6)} to the last digit from {run.start:.6g} s to"
                 f" {run.end:.6g} s while {reason} moves: stuck",
             )
         )

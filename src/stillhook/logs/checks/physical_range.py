@@ -33,7 +33,7 @@ LEAST: Mapping[str, float] = MappingProxyType(
         "D_m": 1.0 * CM3_PER_REV,  # a tenth of the smallest motor of a winch
     }
 )
-"""What the largest sample of a whole log must reach [SI]: below, the unit is another."""
+"""What the largest sample of a complete log must reach [SI]: below, the unit is another."""
 
 FRACTIONS = ("u_p", "u_m", "u_ff", "u_raw", "alpha_p", "alpha_m", "alpha_pp", "alpha_pm", "f_pump")
 LARGEST_FRACTION = 1.5  # commands and displacements over their maximum; percent read as plain numbers is caught here
@@ -54,14 +54,14 @@ SET_VALUES = (
     "e_c",
     "e_c_measured",
 )
-"""Signals that the control sets or computes: they may stand still to the last digit by design, as the error does while
+"""Signals that the control sets or computes: they may be constant to the last digit by design, as the error does while
 the winch does not compensate."""
 TIP = ("s_tip", "v_tip", "a_tip")
 """Signals of the crane's tip."""
 NOT_THE_WINCH = (*TIP, "v_op", "mode", "layer", "e_c", "e_c_measured", "s_load", "v_load")
 """Signals that may change while the winch rests."""
 REQUIRED = ("p_a", "p_b", "dp_m", "omega_m", "speed", "effort")
-"""Signals without which a log tells nothing of friction: one that never changes is refused."""
+"""Signals without which a log states nothing of friction: one that never changes is refused."""
 
 
 def limit_of(signal: Signal) -> float:

@@ -2,7 +2,8 @@
 
 What is used: the pump command and the motors turn the same way; friction makes the pressure drop p_a - p_b higher when
 hoisting than when lowering the same load; wire that is paid out grows while speed is negative. Where the winch
-compensates, the tip tells as well (`log_signs_ahc`). A contradiction is refused with the row to write, never mended.
+compensates, the tip is used as well (`log_signs_ahc`). A contradiction is refused with the row to write, never
+corrected.
 """
 
 from __future__ import annotations
@@ -103,7 +104,7 @@ def _row(log: Log, name: str) -> str:
 
 def _friction_way(log: Log) -> int:
     """1 where the pressure drop is higher when hoisting by the first speed there is, -1 where it is lower, 0 where it
-    does not tell."""
+    does not determine."""
     speed = next((name for name in ("omega_m", "v_w") if name in log.signals), None)
     if speed is None or not _has_pressure(log):
         return 0

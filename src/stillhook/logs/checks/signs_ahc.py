@@ -25,7 +25,7 @@ LEAST = 60.0  # s of compensation from which signs are judged by it
 AGREE = 0.5  # correlation beyond which two signals clearly go together, or against each other
 FEWEST = 50  # values that two signals must share
 MOST_NAMED = 3  # ways out that are named
-PRESSURE = "p_a"  # stands for the pressure drop
+PRESSURE = "p_a"  # represents the pressure drop
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def _correlation(x: FloatArray, y: FloatArray) -> float:
 
 
 def _fewest(relations: Sequence[Relation]) -> list[tuple[str, ...]]:
-    """The smallest sets of signals that mend the most relations when turned round."""
+    """The smallest sets of signals that correct the most relations when turned round."""
     names = list(dict.fromkeys(name for r in relations for name in (r.one, r.other)))
     best: list[tuple[str, ...]] = []
     least = len([r for r in relations if r.broken])
@@ -143,7 +143,7 @@ def _listed(parts: Sequence[str]) -> str:
 
 
 def _error_sign(log: Log, active: BoolArray, way: Callable[[str], str]) -> list[str]:
-    """The PLC's error against s_tip - s_w, both as changes over some seconds, without what the operator asked for."""
+    """The PLC's error against s_tip - s_w, both as changes over some seconds, without what the operator requested."""
     if not {"e_c_measured", "s_tip", "s_w"} <= log.signals.keys():
         return []
     logged_rate = _rate(_good(log, "e_c_measured"), log.t)

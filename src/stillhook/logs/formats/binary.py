@@ -44,7 +44,7 @@ class BinaryLog:
             return step()
         except UnreadableError as problem:
             raise LogError(
-                f"{self.name}: is no {self._content} file that can be read ({problem}). Export the log again."
+                f"{self.name}: is not a readable {self._content} file ({problem}). Export the log again."
             ) from None
 
     def base(self, place: int) -> int:
@@ -56,7 +56,7 @@ class BinaryLog:
         return self._call(reader_process.sample, place)
 
     def chunks(self, wants: Sequence[Want], size: int) -> Iterator[Chunk]:
-        """The wanted columns in pieces."""
+        """The requested columns in pieces."""
         number = next(self._numbers)
         self._call(reader_process.begin, number, tuple(wants), size)
         while (chunk := self._call(reader_process.piece, number)) is not None:

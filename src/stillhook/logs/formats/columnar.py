@@ -56,7 +56,7 @@ class ParquetLog:
         return str(first.item()) if first.height else ""
 
     def chunks(self, wants: Sequence[Want], size: int) -> Iterator[Chunk]:
-        """The wanted columns in slices."""
+        """The requested columns in slices."""
         places = sorted({place for want in wants for place in want.places})
         rows = rows_of(size, len(places))
         for begin in range(0, self._length, rows):
@@ -134,7 +134,7 @@ class ArraysLog:
         return str(np.asarray(self.columns[place].read(0, 1)).ravel()[0]) if self.columns[place].length else ""
 
     def chunks(self, wants: Sequence[Want], size: int) -> Iterator[Chunk]:
-        """The wanted columns in slices."""
+        """The requested columns in slices."""
         length = self.columns[wants[0].places[0]].length
         rows = rows_of(size, len(wants))
         for begin in range(0, length, rows):

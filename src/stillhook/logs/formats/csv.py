@@ -3,7 +3,7 @@
 The dialect is found from the first part of the file: encoding (UTF-8, UTF-16, Latin-1/Windows-1252), separator (; tab |
 , or runs of blanks), decimal sign, lines before the header, the header (also one that begins with #), a row of units
 below it, the first row of data. Comments (#, //, %) and blank lines do not count. Rows whose number of fields does not
-match are left out and told.
+match are left out and reported.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class CsvLog:
         return self.dialect.first_row[place] if place < len(self.dialect.first_row) else ""
 
     def chunks(self, wants: Sequence[Want], size: int) -> Iterator[Chunk]:
-        """The wanted columns in pieces of about `size` bytes, cut at line ends."""
+        """The requested columns in pieces of about `size` bytes, cut at line ends."""
         total = max(1, self.path.stat().st_size)
         line, skip = 1, self.dialect.first_line - 1
         for data, done in _lines(self.path, self.dialect.encoding, size):
@@ -118,7 +118,9 @@ class CsvLog:
         schema = {f"c{i}": pl.Float64 if i in numbers else pl.String for i in range(self.dialect.fields)}
         quoted = b'"' in block.data
         if quoted and (row := _open_quote(block)) is not None:
-            raise LogError(f"{self.name}: line {block.line_of(row)}: a quote is not closed. Mend or remove the line.")
+            raise LogError(
+                f"{self.name}: line {block.line_of(row)}: a quote is not closed. Correct or remove the line."
+            )
         try:
             table = pl.read_csv(
                 block.data,

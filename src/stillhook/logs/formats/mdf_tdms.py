@@ -42,7 +42,7 @@ class _Measured(ABC):
 
     @property
     def headings(self) -> tuple[str, ...]:
-        """Names of the channels, with their group before them where one name stands in several."""
+        """Names of the channels, with their group before them where one name is in several."""
         return tuple(channel.heading for channel in self.channels)
 
     @property
@@ -107,7 +107,7 @@ class _Measured(ABC):
 
 
 def _numbers(cells: Any, numbers_of_words: Mapping[str, float]) -> tuple[FloatArray, list[str]]:
-    """Cells of text as numbers, words that stand for one among them; and examples of those that are none."""
+    """Cells of text as numbers, words that represent one among them; and examples of those that are none."""
     values, words = np.full(len(cells), np.nan), []
     lower = {word.lower(): value for word, value in numbers_of_words.items()}
     for i, cell in enumerate(cells):

@@ -26,7 +26,7 @@ _FOREIGN = (
 
 
 def open_log(path: str | os.PathLike[str]) -> Source:
-    """The log at a path, opened. Errors: LogError of one line for what is no log."""
+    """The log at a path, opened. Errors: LogError of one line for what is not a log."""
     file = Path(path)
     try:
         if stat.S_ISDIR(file.stat().st_mode):

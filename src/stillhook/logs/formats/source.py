@@ -16,19 +16,19 @@ from stillhook.base.arrays import FloatArray
 from stillhook.errors import LogError
 from stillhook.units import quote
 
-EXAMPLES = 3  # cells that are no numbers, quoted in a finding
+EXAMPLES = 3  # cells that are not numbers, quoted in a finding
 
 
 @dataclass(frozen=True)
 class Want:
-    """A column that is wanted: its place among the headings (two places: stamps of date and time), and how its cells
+    """A column that is needed: its place among the headings (two places: stamps of date and time), and how its cells
     read."""
 
     places: tuple[int, ...]
     stamps: str | None = None
     """None: numbers. "UTC" or a pattern: stamps, which come as seconds since 1970."""
     words: tuple[tuple[str, float], ...] = ()
-    """Cells that stand for numbers."""
+    """Cells that represent numbers."""
 
 
 @dataclass(frozen=True)
@@ -44,13 +44,13 @@ class Chunk:
     done: float
     """Share of the file read so far."""
     texts: Mapping[Want, tuple[str, ...]] = field(default_factory=dict)
-    """Examples of cells that are no numbers ("" an empty one)."""
+    """Examples of cells that are not numbers ("" an empty one)."""
     broken: tuple[tuple[int, str], ...] = ()
     """Lines left out because their fields do not match the header: line number, what is wrong."""
 
 
 def master(base: int) -> int:
-    """The place that stands for a time base which the format carries itself (MDF4, TDMS): -1, -2, ..."""
+    """The place that represents a time base which the format carries itself (MDF4, TDMS): -1, -2, ..."""
     return -1 - base
 
 
@@ -79,11 +79,11 @@ class Source(Protocol):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Units that the file gives beside its headings, "" where none."""
+        """Units that the file gives next to its headings, "" where none."""
         ...
 
     def base(self, place: int) -> int:
-        """The time base that a column belongs to, or that `master` stands for."""
+        """The time base that a column belongs to, or that `master` represents."""
         ...
 
     def sample(self, place: int) -> str:
@@ -91,7 +91,7 @@ class Source(Protocol):
         ...
 
     def chunks(self, wants: Sequence[Want], size: int) -> Iterator[Chunk]:
-        """The wanted columns in pieces of about `size` bytes."""
+        """The requested columns in pieces of about `size` bytes."""
         ...
 
 
@@ -142,7 +142,7 @@ def _parsed(text: pl.Series, pattern: str) -> pl.Series:
         return text.str.to_datetime(pattern, time_unit="ns", strict=False).cast(pl.Int64)
     except pl.exceptions.PolarsError as problem:
         raise LogError(
-            f"time: unit = {quote(pattern)} is no pattern of stamps ({quote(str(problem).splitlines()[0])})."
+            f"time: unit = {quote(pattern)} is not a pattern of stamps ({quote(str(problem).splitlines()[0])})."
         ) from None
 
 

@@ -75,7 +75,7 @@ COLUMNS = (
     Column("F_w", "Load cell", "kN", "force"),
     Column("s_w", "Wire paid out", "m", "length"),
 )
-"""What the PLC logs in friction tests beside the time (Moslatt 2020 section 2.2 and paper D section 2.2)."""
+"""What the PLC logs in friction tests next to the time (Moslatt 2020 section 2.2 and paper D section 2.2)."""
 
 AHC_COLUMNS = (
     Column("s_tip", "Tip pos", "m", "length"),
@@ -97,7 +97,7 @@ AHC_COLUMNS = (
     Column("v_op", "Joystick", "m/min", "speed"),
     Column("mode", "Mode", "1", ""),
 )
-"""What the PLC logs in heave compensation beside the time: all that the five steps of Moslatt 2020 paper F can use."""
+"""What the PLC logs in heave compensation next to the time: all that the five steps of Moslatt 2020 paper F can use."""
 AHC_STEPS = {
     "s_tip": 1e-3,
     "v_tip": 1e-3,
@@ -114,7 +114,7 @@ AHC_STEPS = {
 @dataclass(frozen=True)
 class Sensor:
     """lo, hi ends of the range; step smallest step (0: none); noise standard deviation of a sample, in SI; noise_part
-    the same as part of the reading; delay [s]; the sensor shows gain * truth + offset; tau time constant of its filter
+    the same as part of the reading; delay [s]; the sensor shows gain * value + offset; tau time constant of its filter
     [s]; stale chance that a sample is that of the cycle before [-]."""
 
     lo: float = -math.inf
@@ -134,7 +134,7 @@ Sensors = Mapping[str, Sensor]
 
 @dataclass(frozen=True)
 class Calibration:
-    """Systematic errors of one sensor: it shows gain * truth + offset [SI]."""
+    """Systematic errors of one sensor: it shows gain * value + offset [SI]."""
 
     gain: float = 1.0
     offset: float = 0.0
@@ -185,7 +185,7 @@ def logged(reference: FloatArray, sensor: Sensor, t_cycle: float, rng: np.random
     """What the PLC logs of a signal that it reads every t_cycle [s]: late, out of calibration, noisy, held in its
     range, in steps.
 
-    Before the first sample the signal stood as it was then. Shapes (n,) in and out, SI.
+    Before the first sample the signal had its first value. Shapes (n,) in and out, SI.
     """
     if sensor.tau > 0.0:
         reference = filtered(reference, t_cycle / sensor.tau)

@@ -36,8 +36,8 @@ class IrregularTip(Motion):
     Parameters: amplitudes c (n + 1,) complex [m], c_0 the mean height (real); repeat T [s]; source and report in words;
     fine, the angle between nodes [rad], `FINE` or coarser.
     Height, speed and acceleration are those of one curve, twice smoothly differentiable, through the exact values of
-    all three at even nodes: they are exact derivatives of one another, and right to the errors told at `FINE`. Known
-    over one period, 0 to T: what comes later is the same again and tells nothing new, so runs may not be longer;
+    all three at even nodes: they are exact derivatives of one another, and right to the errors stated at `FINE`. Known
+    over one period, 0 to T: what comes later is the same again and states nothing new, so runs may not be longer;
     `sample` itself takes any time.
     Errors: MotionError for amplitudes that are no numbers, and a period outside 1 s to 24 h.
     """
@@ -157,7 +157,7 @@ class IrregularTip(Motion):
             return cls(re + 1j * im, float(data["repeat"]), **words, fine=float(data.get("fine", FINE)))
         except (KeyError, TypeError, AttributeError, ValueError, binascii.Error, zlib.error) as problem:
             raise MotionError(
-                f"stored motion: {type(problem).__name__}: amplitudes are not what a run stores. Make it anew."
+                f"stored motion: {type(problem).__name__}: amplitudes are not what a run stores. Generate it again."
             ) from problem
 
 

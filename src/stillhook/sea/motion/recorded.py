@@ -19,7 +19,7 @@ from stillhook.sea.motion.motion import Motion, Sample
 from stillhook.units import parse
 
 FEWEST_POINTS = 6  # a quintic spline needs six
-EDGE = 1e-9  # s: how far a time may lie outside the record by rounding alone
+EDGE = 1e-9  # s: how far a time may be outside the record by rounding alone
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -168,7 +168,7 @@ class Recorded(Motion):
 
 
 def _revive(times: FloatArray, heights: FloatArray, source: str, report: str) -> Recorded:
-    """A record out of a pickle, checked and read-only again, its spline to be made anew."""
+    """A record out of a pickle, checked and read-only again, its spline to be rebuilt."""
     return Recorded(times, heights, source=source, report=report)
 
 
@@ -202,4 +202,4 @@ def _check(t: FloatArray, s: FloatArray, source: str) -> None:
             "sort them and remove doubles."
         )
     if not math.isfinite(float(np.abs(np.diff(s) / step).max())):
-        raise MotionError(f"{place}: two points lie too close in time to make a velocity. Remove one of them.")
+        raise MotionError(f"{place}: two points are too close in time to make a velocity. Remove one of them.")

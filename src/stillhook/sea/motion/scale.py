@@ -38,7 +38,7 @@ def scaled(motion: Motion, factor: float) -> Motion:
             return motion.times(factor)
         case Still():
             raise MotionError(
-                'A tip that stands still has no size to be scaled. Give a motion such as "sine 2.8 m 12 s".'
+                'A tip that is stationary has no size to be scaled. Give a motion such as "sine 2.8 m 12 s".'
             )
     raise MotionError(
         f"{type(motion).__name__}: no rule for making this motion larger. Give sines, a profile or a record."
@@ -59,6 +59,6 @@ def scaled_to(motion: Motion, v_peak: float, start: float, end: float) -> Motion
     peak = speed_peak(motion, start, end)
     if peak <= 0.0:
         raise MotionError(
-            f"{motion.describe()}: stands still from {start:g} s to {end:g} s, so it cannot be brought to a speed."
+            f"{motion.describe()}: is stationary from {start:g} s to {end:g} s, so it cannot be brought to a speed."
         )
     return scaled(motion, v_peak / peak)

@@ -74,7 +74,7 @@ def motion_from_json(text: str) -> Motion:
     try:
         data = json.loads(text)
     except (TypeError, ValueError, RecursionError):
-        raise MotionError(f"stored motion: {quote(text)} is not JSON. Simulate again to store it anew.") from None
+        raise MotionError(f"stored motion: {quote(text)} is not JSON. Simulate again to store it again.") from None
     return motion_from_dict(data)
 
 

@@ -49,7 +49,7 @@ class Measured(WaveSpectrum):
             i = int(np.flatnonzero(~(self.S >= 0.0) | ~np.isfinite(self.S))[0])
             raise SeaError(
                 f"{self.source}: density {self.S[i]:g} m^2 s/rad at {self.omega[i]:g} rad/s is negative or no number."
-                " Mend the spectrum."
+                " Correct the spectrum."
             )
 
     def density(self, omega: FloatArray) -> FloatArray:
@@ -92,7 +92,7 @@ class Measured(WaveSpectrum):
 class SpectrumSeries:
     """n records of spectra in the same m bands, one after the other: a buoy's month or year, or a hindcast point.
 
-    omega, width (m,) [rad/s]; S (n, m) [m^2 s/rad], a whole row of NaN where the record is not valid; time (n,) UTC,
+    omega, width (m,) [rad/s]; S (n, m) [m^2 s/rad], a complete row of NaN where the record is not valid; time (n,) UTC,
     ascending; valid (n,); source, the file; notes, what the reader had to say (missing records, repeated times);
     directional, if it was measured. Missing and fill values are counted by `valid` and never used.
     """
@@ -169,7 +169,7 @@ class SpectrumSeries:
             time = np.datetime64(stamp.replace(tzinfo=None) - (stamp.utcoffset() or timedelta(0)), "s")
         except (ValueError, OverflowError):
             raise SeaError(
-                f"{self.source}: record {quote(record)} is no number and no time. Write 12 or 1996-01-05T12:00."
+                f"{self.source}: record {quote(record)} is neither a number nor a time. Write 12 or 1996-01-05T12:00."
             ) from None
         at = np.flatnonzero(self.time == time)
         if len(at) == 0:

@@ -7,7 +7,7 @@ Every one is a sum of peaks of one family, with x = omega/omega_p, B = N/4, sigm
 1)^2/(2\sigma^2)}
 
 N is 5 for Pierson-Moskowitz and JONSWAP, 4 for Torsethaugen, 4 lambda + 1 for Ochi-Hubble. I makes H_m0 the height that
-was asked for: the exact integral, or what is printed for it ("printed").
+was requested: the exact integral, or what is printed for it ("printed").
 
 Moments: over all frequencies where n < N - 1, so 0 to 3 for JONSWAP (gamma functions for the base, 80-point Gauss rules
 for what gamma adds). The 4th moment of a tail omega^-5 grows with the logarithm of where it ends: it, and every other
@@ -89,7 +89,7 @@ def _enhancement(x: FloatArray) -> FloatArray:
 
 @functools.lru_cache(maxsize=4096)
 def _integral(n: int, N: float, gamma: float, end: float) -> float:
-    """Integral of x^(n - N) exp(-N/4 x^-4) gamma^b over x from 0 to end, which lies beyond what gamma raises."""
+    """Integral of x^(n - N) exp(-N/4 x^-4) gamma^b over x from 0 to end, which is beyond what gamma raises."""
     B, p = N / 4.0, (N - n - 1.0) / 4.0
     base = 0.25 * math.pow(B, -p) * (math.gamma(p) if math.isinf(end) else _upper_gamma(p, B * end**-4.0))
     if gamma == 1.0:
@@ -122,7 +122,7 @@ def _upper_gamma(p: float, z: float) -> float:
 
 
 def printed_scale(N: float, gamma: float, factor: float) -> float:
-    """Variance that a printed factor, in place of 1/I, leaves over what was asked for."""
+    """Variance that a printed factor, in place of 1/I, leaves over what was requested."""
     return float(factor * _integral(0, N, gamma, math.inf))
 
 
@@ -225,7 +225,7 @@ def peak_period_of(T_z: float, H_s: float, gamma: float | None = None) -> float:
     """
     if gamma is not None:
         return T_z / _zero_crossing_ratio(gamma)
-    low, high = T_z, 1.5 * T_z  # T_m02/T_p lies between 0.71 and 0.85
+    low, high = T_z, 1.5 * T_z  # T_m02/T_p is between 0.71 and 0.85
     for _ in range(60):
         middle = (low + high) / 2.0
         if middle * _zero_crossing_ratio(gamma_of(H_s, middle)) < T_z:

@@ -105,7 +105,7 @@ class Train:
 
     beta: mean direction in which they travel, counter-clockwise from the bow [rad] (0 following, pi/2 coming from
     starboard, pi head sea). spread: exponent n of cos^n(theta - beta) within +-90 deg; None: long-crested.
-    Errors: SeaError for a direction that is no number, and for an exponent outside 1 to 200.
+    Errors: SeaError for a direction that is not a number, and for an exponent outside 1 to 200.
     """
 
     spectrum: WaveSpectrum

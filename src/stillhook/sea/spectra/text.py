@@ -53,7 +53,7 @@ def parse_wave(text: str, where: str = "") -> Peaks:
         for key in PLACED:
             if key in values:
                 raise SeaError(
-                    f"{place}: {key} does not belong to a spectrum. Leave it out here; waves beside a ship have one."
+                    f"{place}: {key} does not belong to a spectrum. Leave it out here; waves next to a ship have one."
                 )
         terms.append(_spectrum(place, name, values))
     return terms[0] if len(terms) == 1 else Mixed(tuple(terms))
@@ -87,7 +87,7 @@ def _terms(text: str, where: str) -> list[tuple[str, str, dict[str, str]]]:
     """Place, name and texts of the values of each term."""
     place = f"{where}: " if where else ""
     if not isinstance(text, str):
-        raise SeaError(f"{place}{quote(text)} is no wave spectrum. {ALLOWED}.")
+        raise SeaError(f"{place}{quote(text)} is not a wave spectrum. {ALLOWED}.")
     if not text.strip():
         raise SeaError(f"{place}no waves are given. {ALLOWED}.")
     terms = [term.strip() for term in re.split(r"(?:^|\s)\+(?=\s|$)", text.strip())]
@@ -168,7 +168,7 @@ def spectrum_from_dict(data: Mapping[str, Any]) -> WaveSpectrum:
             case "measured":
                 return Measured(data["omega"], data["width"], data["S"], data["source"])
     except (KeyError, TypeError, ValueError) as problem:
-        raise SeaError(f"{place}: {quote(str(problem))} is missing or misstated. Make them anew.") from None
+        raise SeaError(f"{place}: {quote(str(problem))} is missing or misstated. Generate them again.") from None
     raise SeaError(
         f"{place}: type {quote(data['type'])} is not one of jonswap, torsethaugen, ochi-hubble, mixed, measured."
     )
@@ -192,4 +192,4 @@ def sea_from_dict(data: Mapping[str, Any]) -> Sea:
         trains: Sequence[Mapping[str, Any]] = data["trains"]
         return Sea(tuple(Train(spectrum_from_dict(t["spectrum"]), t["beta"], t["spread"]) for t in trains))
     except (KeyError, TypeError) as problem:
-        raise SeaError(f"stored sea: {quote(str(problem))} is missing or misstated. Make it anew.") from None
+        raise SeaError(f"stored sea: {quote(str(problem))} is missing or misstated. Generate it again.") from None

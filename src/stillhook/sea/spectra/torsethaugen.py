@@ -5,8 +5,8 @@ sea is fully developed and has one peak. Fitted for the Norwegian continental sh
 Source: Torsethaugen and Haver 2004, DNV-RP-C205 appendix A; check against your edition; the numbers are in
 `COEFFICIENTS`. Differs from print: the peaks are normalised exactly, so that H_m0 is H_s; the printed 3.26 (1 + 1.1
 ln(gamma)^1.19)/gamma, norm "printed", leaves H_m0 within 2 % of it. A gamma that comes out below 1 (seas of very small
-steepness) is taken as 1 and told. The tail omega^-4 makes m_3 and m_4 depend on the cut, and puts 4 to 9 % of m_2 above
-it.
+steepness) is taken as 1 and reported. The tail omega^-4 makes m_3 and m_4 depend on the cut, and puts 4 to 9 % of
+m_2 above it.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ class Torsethaugen(Peaks):
         return (r * H_s, T_p, gamma), (H_s * math.sqrt(1.0 - r**2), T_2, 1.0)
 
     def _scale(self, gamma: float) -> float:
-        """Variance of a peak over what was asked for."""
+        """Variance of a peak over what was requested."""
         if self.norm == "exact":
             return 1.0
         c = COEFFICIENTS

@@ -15,7 +15,7 @@ wave."""
 def trailing_spans(x: FloatArray, n: int, axis: int = -1) -> FloatArray:
     """Largest less smallest of each sample and the n - 1 before it, shape of x; NaN where one of them is. Of the first
     n - 1 samples it is that of what there is so far, mirrored."""
-    from scipy.ndimage import maximum_filter1d, minimum_filter1d  # heavy: only where windows are asked for
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d  # heavy: only where windows are requested
 
     unknown = np.isnan(x)
     trail = (n - 1) // 2  # shifts the centred filters so that the window ends at its sample

@@ -75,10 +75,10 @@ class Boom:
     def _check(self) -> None:
         if max(abs(self.x), abs(self.y), abs(self.z)) > MAX_OFFSET:
             raise SeaError(
-                f"boom: the pedestal lies more than {MAX_OFFSET:g} m off the reference point. Check its units."
+                f"boom: the pedestal is more than {MAX_OFFSET:g} m off the reference point. Check its units."
             )
         if self.z < 0.0:
-            raise SeaError(f"boom: its heel lies {-self.z:g} m below still water. Give the pedestal's z above it.")
+            raise SeaError(f"boom: its heel is {-self.z:g} m below still water. Give the pedestal's z above it.")
         for name, length, least in (("main", self.main_length, 1.0), ("knuckle", self.knuckle_length, 0.0)):
             if not least <= length <= LONGEST_BOOM:
                 raise SeaError(
@@ -139,12 +139,12 @@ class Boom:
         reach, least = (L_1, 0.0) if z is None else (L_1 + L_2, abs(L_1 - L_2))
         if away > reach * (1.0 + REACH_TOLERANCE):
             raise SeaError(
-                f"{place}: the boom reaches {reach:.4g} m from its heel and {away:.4g} m are asked. Bring the tip"
+                f"{place}: the boom reaches {reach:.4g} m from its heel and {away:.4g} m are requested. Bring the tip"
                 " nearer."
             )
         if away < least * (1.0 - REACH_TOLERANCE):
             raise SeaError(
-                f"{place}: the booms fold to {least:.4g} m from the heel and {away:.4g} m are asked. Put the tip"
+                f"{place}: the booms fold to {least:.4g} m from the heel and {away:.4g} m are requested. Put the tip"
                 " farther out."
             )
         if z is None:
@@ -168,7 +168,7 @@ class Boom:
         return boom
 
     def _as_one(self) -> tuple[float, float]:
-        """Length of the line from heel to tip [m], and how far it lies below the main boom [rad], folded as now."""
+        """Length of the line from heel to tip [m], and how far it is below the main boom [rad], folded as now."""
         along = self.main_length + self.knuckle_length * math.cos(self.knuckle_angle)
         across = self.knuckle_length * math.sin(self.knuckle_angle)
         return math.hypot(along, across), math.atan2(across, along)

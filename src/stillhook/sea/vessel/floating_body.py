@@ -30,7 +30,7 @@ DOUBTFUL, WRONG = 0.25, 0.6
 """Deviations from the limit, per metre of wave (rotations: per slope): beyond them a motion is doubtful, or another one
 than said."""
 SLOPES = 25.0
-"""Times the slope of the wave beyond which a roll or yaw in long waves is no motion: 57 is degrees taken for
+"""Times the slope of the wave beyond which a roll or yaw in long waves is not a motion: 57 is degrees taken for
 radians."""
 ROLL_RANGE = (0.3, 5.0)  # times the slope: roll beyond it deserves a look
 LARGEST_SHIFT, LARGEST_TURN = 4.0, math.radians(20.0)  # m/m, rad/m: beyond what damped ships do in any wave
@@ -70,7 +70,7 @@ def long_wave_test(rao: Rao) -> tuple[LongWave, ...]:
     its table.
 
     wrong: no floating body moves so, the table means something else. doubtful: deserves a look. not shown: the table's
-    longest wave is too short to tell.
+    longest wave is too short to decide.
     """
     limit, values = long_wave_limits(rao.beta), _scaled(rao)
     tests = []
@@ -130,7 +130,7 @@ def _out_of_order(rao: Rao) -> str | None:
         return None
     j = int(np.argmax(np.abs(np.angle(np.exp(1j * (travelled - rao.beta))))))
     return (
-        f"{rao.source or rao.name}: headings are out of order: surge and sway that stand under waves travelling to"
+        f"{rao.source or rao.name}: headings are out of order: surge and sway that belong to waves travelling to"
         f" {math.degrees(rao.beta[j]):.4g} deg are those of waves to {math.degrees(travelled[j]) % 360.0:.3g} deg."
         " Export the file again."
     )
@@ -150,7 +150,8 @@ def _beyond(rao: Rao) -> str | None:
         size, amount, place = _peak(rao, d)
         if size > (NO_SHIFT if d < 3 else NO_TURN):
             return (
-                f"{rao.source or rao.name}: {dof} of {amount} at {place} is no ship's motion. Mend the value, or add"
+                f"{rao.source or rao.name}: {dof} of {amount} at {place} is not a ship's motion. Correct the"
+                " value, or add"
                 " damping."
             )
     return None
@@ -191,7 +192,7 @@ def _remedy(rao: Rao) -> str:
 
 
 def remarks(rao: Rao, tests: tuple[LongWave, ...]) -> tuple[str, ...]:
-    """What deserves a look: doubtful motions with their numbers, and what lies beyond the ends of the table."""
+    """What deserves a look: doubtful motions with their numbers, and what is beyond the ends of the table."""
     first, last = float(rao.omega[0]), float(rao.omega[-1])
     long = f"{2.0 * math.pi / first:.3g} s"
     lines = [

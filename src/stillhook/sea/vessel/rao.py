@@ -17,7 +17,7 @@ from stillhook.units import quote
 
 DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 TURN = 2.0 * np.pi
-OPEN = (5.0, 12.0)  # s: waves in which `Rao.leeway` is told
+OPEN = (5.0, 12.0)  # s: waves in which `Rao.leeway` is reported
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ class Rao:
             )
         if not (np.isfinite(omega).all() and np.isfinite(beta).all() and np.isfinite(H).all()):
             raise SeaError(
-                f"{where}: a frequency, heading or transfer function is not a finite number. Mend the table."
+                f"{where}: a frequency, heading or transfer function is not a finite number. Correct the table."
             )
         if omega[0] <= 0.0 or (np.diff(omega) <= 0.0).any():
             raise SeaError(f"{where}: frequencies must be above 0 and ascend, each once. Sort the table.")
@@ -80,11 +80,11 @@ class Rao:
         """H at frequencies (k,) [rad/s] and a heading [rad]: shape (6, k); at headings (j,): shape (6, j, k).
 
         Frequency: the mean of the straight line and the monotone cubic (PCHIP) through the complex values, so that real
-        and imaginary part stay between the two values that they lie between. Straight lines cut the corners of a phase
+        and imaginary part stay between the two values that they are between. Straight lines cut the corners of a phase
         that turns and tell too little motion (of a table with every second frequency left out they lose 3.4 % of a
         tip's variance, PCHIP 1.2 %, a spline nothing, which swings about a narrow peak), and are what most programs do:
         on 36 frequencies of a ship of 83 m a tip's sigma_z in waves of 8 s is 1.2 % less by lines than by a spline. The
-        mean is within 1 % of either. `leeway` tells what the table leaves open. Below the lowest frequency: the
+        mean is within 1 % of either. `leeway` states what the table leaves open. Below the lowest frequency: the
         deviation from the limits of a floating body in waves much longer than it fades with the wavenumber. Above the
         highest: 0, as if so short a wave moved nothing (`Rao.notes` says how much the table still holds there).
         Heading: periodic cubic spline through the complex values, all round; a straight line would cut the corner of a

@@ -21,7 +21,7 @@ from stillhook.sea.vessel.ship_motion import tip_height
 
 SHORTEST_WAVE = 2.0
 """Period down to which every sea is realised [s], or a quarter of its peak period where that is shorter: shorter waves
-(6 m) move no vessel and pass along a load without lifting it; beyond four peak frequencies lies 0.5 % of the variance
+(6 m) move no vessel and pass along a load without lifting it; beyond four peak frequencies is 0.5 % of the variance
 of a wind
 sea."""
 FINEST = 1e-3  # rad/s: the spectrum is averaged over each harmonic's band in steps no coarser than this

@@ -40,7 +40,7 @@ class ReadReport:
     samples: int
     duration: float
     interval: float
-    """Median time between samples [s]; shortest, longest and the standard deviation (jitter) beside it [s]."""
+    """Median time between samples [s]; shortest, longest and the standard deviation (jitter) next to it [s]."""
     shortest: float
     longest: float
     jitter: float
@@ -161,7 +161,7 @@ def offset(tip: Offset) -> tuple[float, float, float]:
         )
     x, y, z = (parse(text, "length", f"tip {name}") for text, name in zip(tip, ("x", "y", "z"), strict=True))
     if max(abs(x), abs(y), abs(z)) > MAX_OFFSET:
-        raise MotionError(f"tip = {quote(tip)} lies more than {MAX_OFFSET:g} m from the sensor. Check its units.")
+        raise MotionError(f"tip = {quote(tip)} is more than {MAX_OFFSET:g} m from the sensor. Check its units.")
     return x, y, z
 
 

@@ -30,7 +30,7 @@ EDGE = 5.0  # s: nearer to its ends a recorded motion is not right
 @dataclass(frozen=True)
 class TipPoint:
     """Where the crane tip is [m] from the RAO's reference point, or from the motion sensor: x forward, y to port, z up
-    (None: not told)."""
+    (None: not determined)."""
 
     x: float
     y: float
@@ -53,7 +53,7 @@ def parse_point(text: str, where: str = "at") -> TipPoint:
             )
         name = match[1].lower()
         if name in coordinates:
-            raise SeaError(f"{where} {quote(text)}: {name} comes twice. Give it once.")
+            raise SeaError(f"{where} {quote(text)}: {name} is given twice. Give it once.")
         coordinates[name] = parse(match[2], "length", f"{where}: {name}")
         if abs(coordinates[name]) > MAX_OFFSET:
             raise SeaError(f"{where} {quote(text)}: {name} is more than {MAX_OFFSET:g} m. Check its unit.")
@@ -166,15 +166,15 @@ def tip_response(rao: Rao, sea: Sea, x: float, y: float) -> TipResponse:
     .. math:: S_z(\omega) = \sum_{trains} S(\omega) \sum_j w_j |H_3 + y H_4 - x H_5|^2(\omega, \beta_j)
 
     Trains are independent of one another, and so are the directions of a short-crested one, with shares w_j of its
-    variance. What the sea has beyond the vessel's table is left out of S and told by `share_beyond` and
+    variance. What the sea has beyond the vessel's table is left out of S and reported by `share_beyond` and
     `sigma_a_beyond`.
     """
     return tip_responses(rao, sea, x, y, np.zeros(1))[0]
 
 
 def tip_responses(rao: Rao, sea: Sea, x: float, y: float, turns: FloatArray) -> list[TipResponse]:
-    """The same with the whole sea turned about the ship by each of some angles (n,) [rad, counter-clockwise]; n of them
-    cost little more than one."""
+    """The same with the complete sea turned about the ship by each of some angles (n,) [rad, counter-clockwise]; n
+    of them cost little more than one."""
     edges = _edges(sea, rao)
     omega, weight = (edges[1:] + edges[:-1]) / 2.0, np.diff(edges)
     trains = [(train.spectrum.density(omega), *train.directions()) for train in sea.trains]
@@ -223,7 +223,7 @@ def tip_summary(rao: Rao, sea: Sea, at: TipPoint, duration: float) -> dict[str, 
 def other_curves(rao: Rao, sea: Sea, x: float, y: float) -> dict[str, dict[str, float]]:
     """sigma_z, sigma_v, sigma_a of the same tip with straight lines ("straight") or cubic splines ("spline") from one
     frequency of the vessel's table to the next, through the complex motion of the tip: what the table leaves open by
-    saying nothing of what lies between.
+    saying nothing of what is between.
     """
     from scipy.interpolate import CubicSpline  # heavy: only where a vessel is used
 
@@ -273,7 +273,7 @@ def tip_numbers(response: TipResponse, duration: float) -> dict[str, float]:
 
 
 def _table_notes(response: TipResponse) -> list[str]:
-    """Where the vessel's table ends, and what lies beyond."""
+    """Where the vessel's table ends, and what is beyond."""
     first, last = response.omega_table
     with_end = math.hypot(response.sigma_a, response.sigma_a_beyond)
     more = with_end / response.sigma_a - 1.0 if response.sigma_a > 0.0 else 0.0
@@ -285,7 +285,7 @@ def _table_notes(response: TipResponse) -> list[str]:
     ]
     if more > 0.01:
         notes.append(
-            "Caution: more than 1 % of sigma_a hangs on waves shorter than the table has. Use a vessel file with"
+            "Caution: more than 1 % of sigma_a depends on waves shorter than the table has. Use a vessel file with"
             " shorter periods."
         )
     if response.share_below > 1e-3:
@@ -311,9 +311,9 @@ def motion_statistics(motion: Motion, duration: float) -> dict[str, float]:
     """The same numbers of a motion in time, such as a log of a motion sensor, over all of it but its first and last
     EDGE seconds.
 
-    About the mean height. T_z by counting crossings (`T_z_counted`) beside that of the deviations; the largest that was
-    met (z_max, v_max, a_max: magnitudes) beside the largest that is to be expected in `duration` [s] if the motion is
-    Gaussian and goes on like this.
+    About the mean height. T_z by counting crossings (`T_z_counted`) next to that of the deviations; the largest that
+    was met (z_max, v_max, a_max: magnitudes) next to the largest that is to be expected in `duration` [s] if the
+    motion is Gaussian and goes on like this.
     Errors: SeaError for a motion without end, shorter than ten waves, or at rest.
     """
     end = motion.duration

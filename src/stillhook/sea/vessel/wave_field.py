@@ -30,7 +30,7 @@ def wave_field(waves: Realisation, x: float, y: float) -> WaveField:
     \dot w
 
     Linear theory, with the waves undisturbed by the ship. Coherent with `realisation.tip_motion` of the same waves: a
-    load hangs at the tip's (x, y). The lowest level stands still: there the water has less than 0.1 % of the speed at
+    load hangs at the tip's (x, y). The lowest level is stationary: there the water has less than 0.1 % of the speed at
     the surface, or it is the bed.
     """
     n = samples(waves.repeat, int(waves.harmonic[-1]))

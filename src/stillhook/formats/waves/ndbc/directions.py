@@ -29,7 +29,7 @@ _HISTORICAL = re.compile(r"^([0-9A-Za-z]{5})w([0-9]+\.txt(?:\.gz)?)$")
 
 
 def companions(path: str | os.PathLike[str]) -> tuple[Path, ...]:
-    """Where the four companions of a file of densities lie: alpha1, alpha2, r1, r2. Errors: SeaError where NDBC names
+    """Where the four companions of a file of densities are: alpha1, alpha2, r1, r2. Errors: SeaError where NDBC names
     no file so."""
     file = Path(path)
     if named := _HISTORICAL.match(file.name):
@@ -43,12 +43,12 @@ def companions(path: str | os.PathLike[str]) -> tuple[Path, ...]:
 
 
 def has_companions(path: str | os.PathLike[str]) -> bool:
-    """Whether all four companions lie beside a file."""
+    """Whether all four companions are next to a file."""
     return missing_companions(path) == ()
 
 
 def missing_companions(path: str | os.PathLike[str]) -> tuple[str, ...] | None:
-    """Names of the companions that do not lie beside a file; None where NDBC names none so."""
+    """Names of the companions that are not next to a file; None where NDBC names none so."""
     try:
         return tuple(file.name for file in companions(path) if not file.exists())
     except SeaError:
@@ -60,8 +60,8 @@ def read_directional(path: str | os.PathLike[str]) -> SpectrumSeries:
     maximum-entropy method.
 
     Records are those of the density file; where a record or band has no directions, those of the nearest band of the
-    record that has them are taken and told; a record without any is not valid. Errors: SeaError of one line for a file
-    that lacks a companion or does not fit.
+    record that has them are taken and reported; a record without any is not valid. Errors: SeaError of one line for
+    a file that lacks a companion or does not fit.
     """
     series = read_spectra(path)
     alpha_1, alpha_2, r_1, r_2 = (
@@ -86,7 +86,7 @@ def _part(file: Path, name: str, series: SpectrumSeries) -> FloatArray:
     """One companion at the times and bands of the series (n, m), NaN where unknown."""
     if not file.exists():
         raise SeaError(
-            f"{file.name}: missing beside {series.source}: it holds {name}. Put it there, or read heights and periods"
+            f"{file.name}: missing next to {series.source}: it holds {name}. Put it there, or read heights and periods"
             " only."
         )
     records = read_records(file)
@@ -104,7 +104,7 @@ def _part(file: Path, name: str, series: SpectrumSeries) -> FloatArray:
         i, j = (int(k) for k in np.argwhere(wrong)[0])
         raise SeaError(
             f"{records.name}: line {records.lines[i]}: {name} = {values[i, j]:g} is not between {low:g} and {high:g}."
-            " Mend the line."
+            " Correct the line."
         )
     part = np.full(series.S.shape, np.nan)
     at = np.searchsorted(records.time, series.time)

@@ -73,7 +73,7 @@ def densities(records: Records) -> tuple[FloatArray, FloatArray]:
         name, density = companion
         raise SeaError(
             f"{records.name}: holds the directions {name} of a spectrum, not its wave density. "
-            f"Give the density file {density} with this one beside it."
+            f"Give the density file {density} with this one next to it."
         )
     return spread_out(records, (*FILLS, SHORT_FILL))
 
@@ -126,7 +126,7 @@ def _check(records: Records, f: FloatArray, S: FloatArray, width: FloatArray, co
     if np.any(S < 0.0):
         i, j = (int(k) for k in np.argwhere(S < 0.0)[0])
         raise SeaError(
-            f"{records.name}: line {records.lines[i]}: negative energy {S[i, j]:g} m^2/Hz at {f[j]:g} Hz. Mend or"
+            f"{records.name}: line {records.lines[i]}: negative energy {S[i, j]:g} m^2/Hz at {f[j]:g} Hz. Correct or"
             " remove the line."
         )
     H = 4.0 * np.sqrt(np.where(complete, S @ width, 0.0))
@@ -165,7 +165,7 @@ def read_states(path: str | os.PathLike[str] | Records) -> SeaStates:
             i = int(np.flatnonzero(wrong)[0])
             raise SeaError(
                 f"{records.name}: line {records.lines[i]}: {name} = {column[name][i]:g} is not between 0 and {most:g}."
-                " Mend the line."
+                " Correct the line."
             )
     come_from = coming_from(np.radians(column["MWD"]), DirectionSense.FROM_NORTH)
     valid = np.isfinite(H)

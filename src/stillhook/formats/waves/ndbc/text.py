@@ -27,7 +27,7 @@ from stillhook.units import quote
 LARGEST_TEXT = 200_000_000
 """Characters; a year of hourly spectra has 3 million, of 10 min weather 5 million."""
 FILLS = (999.0, 9999.0)
-"""What stands for a missing number in NDBC's files, besides MM."""
+"""What represents a missing number in NDBC's files, besides MM."""
 SHORT_FILL = 99.0
 """And in columns whose numbers are smaller: densities, heights and periods; not in directions, of which 99 deg is
 one."""
@@ -63,7 +63,7 @@ def read_text(path: str | os.PathLike[str]) -> str:
     except UnicodeDecodeError:
         text = "\0"
     if text == "\0":
-        raise SeaError(f"{Path(path).name}: is no text. Give a text file of NDBC, plain or gz.")
+        raise SeaError(f"{Path(path).name}: is not a text file. Give a text file of NDBC, plain or gz.")
     return text
 
 
@@ -152,7 +152,9 @@ def _time(words: list[str], where: str) -> str:
         year += 0 if year > 99 else 1900 if year >= 70 else 2000
         return datetime(year, month, day, hour, minute).isoformat()
     except (ValueError, OverflowError):
-        raise SeaError(f"{where}: {quote(' '.join(words))} is no date and hour. Mend or remove the line.") from None
+        raise SeaError(
+            f"{where}: {quote(' '.join(words))} is not a date and hour. Correct or remove the line."
+        ) from None
 
 
 def _in_order(
@@ -188,7 +190,7 @@ def numbers(records: Records, columns: slice, count: int, fills: tuple[float, ..
     """Numbers of some columns of every record (n, k), NaN where one of the fills; count is how many words a record has
     after its time.
 
-    Errors: SeaError for a record with another count of words, and for a word that is no number.
+    Errors: SeaError for a record with another count of words, and for a word that is not a number.
     """
     for row, line in zip(records.rows, records.lines, strict=True):
         if len(row) != count:
@@ -217,7 +219,7 @@ def _number(word: str, name: str, line: int) -> float:
     try:
         value = float(word)
     except ValueError:
-        raise SeaError(f"{name}: line {line}: {quote(word)} is not a number. Mend or remove the line.") from None
+        raise SeaError(f"{name}: line {line}: {quote(word)} is not a number. Correct or remove the line.") from None
     if not math.isfinite(value):
         raise SeaError(f"{name}: line {line}: {quote(word)} is not a finite number. Write missing values as 999.")
     return value
@@ -246,7 +248,7 @@ def bands(f: FloatArray, where: str) -> tuple[FloatArray, FloatArray]:
     for frequencies that do not ascend from above 0, or of which one is above 2 Hz.
     """
     if len(f) < 2:
-        raise SeaError(f"{where}: one band of frequencies is no spectrum. Fetch the file again.")
+        raise SeaError(f"{where}: one band of frequencies is not a spectrum. Fetch the file again.")
     if f[0] <= 0.0 or np.any(np.diff(f) <= 0.0) or f[-1] > 2.0:
         first_frequencies = ", ".join(f"{x:g}" for x in f[:3])
         raise SeaError(

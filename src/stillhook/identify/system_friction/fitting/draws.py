@@ -1,4 +1,4 @@
-"""Cranes drawn from the uncertainty of their friction, to run beside each other in `simulate`."""
+"""Cranes drawn from the uncertainty of their friction, to run side by side in `simulate`."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def draw_cranes(
 
     The parameters are drawn from the normal distribution of the set's covariance; draws with a value that physics does
     not allow (a negative friction; Y_4 of 0) are drawn again, none is clipped. So the distribution is truncated, and
-    its mean lies beside the set's values where one of them is near zero.
+    its mean is next to the set's values where one of them is near zero.
 
     Use: ``simulate(draw_cranes(crane, load_friction("my.friction.toml")), case)``.
     Errors: IdentifyError of one line where a set has no evidence, or hardly any draw is allowed.

@@ -7,9 +7,9 @@ one linear mixed model; its variances are estimated by restricted maximum likeli
 58, 1971), and given the sums the differences keep a mean error, which is taken off, and a covariance, with which the
 friction is fitted.
 
-Friction that goes with time alone (oil that warms up while the speeds of a staircase rise) cannot be told from friction
-that goes with speed. It is not corrected and has no weight in the fit, but it is in the variance of everything that the
-fit finds.
+Friction that goes with time alone (oil that warms up while the speeds of a staircase rise) cannot be distinguished
+from friction that goes with speed. It is not corrected and has no weight in the fit, but it is in the variance of
+everything that the fit finds.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ their numbers."""
 PAIR, LOAD, WALK, BEND = "pair", "load", "walk", "bend"
 LEVEL, PAIRWISE, WARM, COURSE, FORM = "level", "own", "warm", "course", "form"
 """Variances of the model: scatter of a pair's difference, and of its sum [Pa^2]; a random walk and a once integrated
-random walk of the zero [Pa^2 over the length of a test]; over the mean friction: that of a whole test, its slope over
-half a test as it is of one test alone, and as it is alike in all tests, its curvature, and what the form of the law
-lacks at neighbouring
+random walk of the zero [Pa^2 over the length of a test]; over the mean friction: that of a complete test, its slope
+over half a test as it is of one test alone, and as it is alike in all tests, its curvature, and what the form of the
+law lacks at neighbouring
 speeds."""
 WITHOUT_WEIGHT = (LEVEL, PAIRWISE, WARM, COURSE, FORM)
 """Variances that the fit gives no weight to."""
@@ -57,7 +57,7 @@ THIRD = 0.25
 """Variance of the third Legendre polynomial of the course over that of the second, as in an exponential warm-up over
 half a test."""
 FEWEST_TESTS = 3
-"""Tests below which the friction of a whole test says nothing of their scatter."""
+"""Tests below which the friction of a complete test contains nothing about their scatter."""
 NOTHING = 1e-7
 """Variance over its first guess that counts as none."""
 NEGLIGIBLE = 1e-4

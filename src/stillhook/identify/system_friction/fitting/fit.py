@@ -55,8 +55,8 @@ class FrictionFit:
     how much AICc improves with it (negative: worse); ``residual`` measured less modelled friction per shaft at the
     fitted points, what the sums of pressure show of the drifting zero taken off [N m]; ``tau`` scatter of dp_F beyond
     what the stretches themselves showed [Pa]; ``chi2`` whitened; ``dof`` degrees of freedom of the predicted friction,
-    ``freedom`` by parameter (fewer than points less parameters where errors go together); ``noise`` how the points'
-    errors go together.
+    ``freedom`` by parameter (fewer than points less parameters where errors are correlated); ``noise`` how the points'
+    errors are correlated.
     """
 
     y: Y
@@ -84,7 +84,7 @@ class FrictionFit:
 
 class Target:
     """Points and the friction per shaft that the system must explain there, ``T`` [N m]; the model's columns on the
-    grid of Y_4 are kept, because they take most of a fit's time and do not hang on weights."""
+    grid of Y_4 are kept, because they take most of a fit's time and do not depend on weights."""
 
     def __init__(self, points: Points, T: FloatArray) -> None:
         self.points, self.T = points, T
@@ -103,7 +103,7 @@ class Target:
 
 
 class _Reduced(NamedTuple):
-    """Whitened columns as Q R, their sizes, the whitened target along Q, and the square of what lies beside Q."""
+    """Whitened columns as Q R, their sizes, the whitened target along Q, and the square of what is outside Q."""
 
     Q: FloatArray
     R: FloatArray

@@ -40,7 +40,7 @@ SEARCH = 40  # doublings of an interval's end before it counts as open
 
 @dataclass(frozen=True)
 class Interval:
-    """Where a parameter lies with 95 % confidence [SI]; an open end is infinite, a lower end at zero is the physical
+    """Where a parameter is with 95 % confidence [SI]; an open end is infinite, a lower end at zero is the physical
     bound."""
 
     name: str
@@ -232,13 +232,13 @@ def _whitened(fit: FrictionFit, A: FloatArray) -> FloatArray:
 
 
 EQUAL = 0.02
-"""Smallest singular value of the scaled sensitivities below which parameters are told apart only by two per cent of
+"""Smallest singular value of the scaled sensitivities below which parameters are distinguished only by two per cent of
 their effect."""
 SHARE = 0.3  # of a blind direction: parameters that take part in it
 
 
 def blind_directions(points: Points, fit: FrictionFit) -> tuple[tuple[str, ...], ...]:
-    """Sets of free parameters whose effects the design of the campaign cannot tell apart, whatever the noise.
+    """Sets of free parameters whose effects the design of the campaign cannot distinguish, whatever the noise.
 
     The test is the smallest singular values of the sensitivities, each column scaled to unit size.
     """

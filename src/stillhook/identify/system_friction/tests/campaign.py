@@ -108,8 +108,8 @@ def load_campaign(path: str | Path) -> Campaign:
         load = "77 t"                 # on the hook, without the hook
         layer = 6                     # or s_w = "300 m", or a signal s_w
         depth = "0 m"                 # of the hook below the water line: the wire's weight is added (default: it is
-        not) h_tip = "30 m"                # crane tip above the water line: beside depth, or instead of it, where s_w
-        tells the other
+        not) h_tip = "30 m"                # crane tip above the water line: with depth, or instead of it, where s_w
+        states the other
 
     Errors: StillhookError, one line that names file, field, what came and what is allowed.
     """
@@ -254,7 +254,7 @@ def _wire_out(test: Fields, crane: Crane) -> float | None:
 
 
 def _hook(test: Fields, mapping: SignalMap | None) -> HookDepth | None:
-    """Depth of the hook; where no signal tells the wire out, what is stated must. Errors: IdentifyError."""
+    """Depth of the hook; where no signal states the wire out, what is stated must. Errors: IdentifyError."""
     hook = hook_depth(test)
     if hook is not None and mapping is not None and "s_w" not in mapping:
         s_w = test.quantity("s_w", "length")

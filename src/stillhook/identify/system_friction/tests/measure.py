@@ -41,8 +41,8 @@ wire), and what it cannot be off by: both count where the load is light."""
 SPEED_DOUBT, SPEED_WRONG = 0.03, 0.25
 """The same for the motor speed against the wire paid out; a wrong layer makes four per cent."""
 CELL_DOUBT = 0.1  # of the load: a load cell in a sheave has its own friction
-LEAST_TRAVEL = parse("0.2 m", "length")  # of wire in a stretch from which a speed can be told
-MOST_LOST = 0.5  # share of the stretches that are not used from which that is worth a word
+LEAST_TRAVEL = parse("0.2 m", "length")  # of wire in a stretch from which a speed can be determined
+MOST_LOST = 0.5  # share of the stretches that are not used from which that is worth reporting
 WIRE_ROOM = parse("20 m", "length")  # by which a wire counter's zero may be off
 SAME_SPEED = 1.05  # ratio of speeds that are one where the slope of friction over speed is taken
 D_DOUBT, D_WRONG = (
@@ -125,7 +125,7 @@ def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> 
 
 
 def _with_full_wire_length(campaign: Campaign, log: Log, notes: list[Statement]) -> Log:
-    """The log with holes in the wire paid out filled by straight lines: it tells the layer, and moves steadily.
+    """The log with holes in the wire paid out filled by straight lines: it states the layer, and moves steadily.
 
     Errors: LogError where the wire is not on the drum.
     """
@@ -256,7 +256,7 @@ def _cut(log: Log, test: CraneTest) -> Log:
     keep = (log.t >= test.start) & (log.t <= test.end)
     if not keep.any():
         raise IdentifyError(
-            f"start, end: nothing of the log {log.source} ({log.t[-1]:.1f} s long) lies between them. Change them."
+            f"start, end: nothing of the log {log.source} ({log.t[-1]:.1f} s long) is between them. Change them."
         )
     signals, doubtful = {k: v[keep] for k, v in log.signals.items()}, {k: v[keep] for k, v in log.doubtful.items()}
     findings = tuple(f for f in log.findings if not (f.end < test.start or f.start > test.end))
@@ -385,7 +385,8 @@ def _load_check(campaign: Campaign, test: CraneTest, points: Points) -> list[Sta
     if math.isnan(mass) or off <= max(LOAD_TOLERANCE, LOAD_DOUBT * gross):
         return []
     text = (
-        f"the pressures carry {show(mass, 'mass', 3)}, the campaign file says {show(test.load, 'mass', 3)}: check load,"
+        f"the pressures carry {show(mass, 'mass', 3)}, the campaign file states {show(test.load, 'mass', 3)}:"
+        " check load,"
         " hook, depth, layer, displacement, number of motors, gear ratio and the pressure sensors' gain and offset"
         f" ({off / gross:.1%} of the carried weight; from {LOAD_WRONG:.0%} on no set is written)"
     )
@@ -427,7 +428,8 @@ def _speed_check(campaign: Campaign, log: Log, pairs: Pairs, diameters: FloatArr
     if abs(ratio - 1.0) <= SPEED_DOUBT:
         return []
     text = (
-        f"the motor speed is {ratio:.3g} times what the wire paid out says: check units of omega_m and s_w, gear ratio"
+        f"the motor speed is {ratio:.3g} times what the wire paid out indicates: check units of omega_m and s_w,"
+        " gear ratio"
         " and layer"
     )
     if not 1.0 - SPEED_WRONG < ratio < 1.0 / (1.0 - SPEED_WRONG):

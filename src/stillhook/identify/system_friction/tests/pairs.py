@@ -1,5 +1,5 @@
-"""Hoisting beside lowering: stretches paired by speed, or both directions brought onto one grid of speeds (Moslatt 2020
-eqs 2.1-2.5)."""
+"""Hoisting against lowering: stretches paired by speed, or both directions brought onto one grid of speeds (Moslatt
+2020 eqs 2.1-2.5)."""
 
 from __future__ import annotations
 

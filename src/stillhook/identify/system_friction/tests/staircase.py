@@ -32,9 +32,9 @@ LEAST_PAIRS = 3
 SLOWEST = 20.0 * math.pi / 30.0
 """Lowest speed of the staircase [rad/s], 20 rev/min: break-away friction shows below some 250 rev/min."""
 SLOW = 200.0 * math.pi / 30.0
-"""Up to here the speeds lie dense [rad/s]."""
+"""Up to here the speeds are dense [rad/s]."""
 SLOW_SHARE = 0.3
-"""Share of the speeds that lie dense."""
+"""Share of the speeds that are dense."""
 PUMP_USE = 0.97
 """Largest pump command of the staircase [-]: the highest step must not saturate."""
 RELIEF_USE = 0.8
