@@ -39,7 +39,7 @@ from stillhook.sea.vessel.tip import TipPoint
 from stillhook.spec.crane import Crane, content
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.plausible import implausible_values
-from stillhook.units import quote, number
+from stillhook.units import number, quote
 from stillhook.weather.mapped import mapped
 
 SHELF = "plans"

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import UnitError, WeatherError
 from stillhook.sea.spectra.directions import FULL, relative
-from stillhook.units import quote, parse
+from stillhook.units import parse, quote
 from stillhook.weather.series import Weather
 
 BETA = "beta"

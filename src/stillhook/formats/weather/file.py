@@ -238,7 +238,9 @@ def _from_parts(table: _Table, parts: Sequence[int]) -> NDArray[np.datetime64]:
     second = hour * 3600 + (minute[0] * 60 if minute else 0)
     if np.any((second < 0) | (second > 86400)):
         i = int(np.flatnonzero((second < 0) | (second > 86400))[0])
-        raise WeatherError(f"{table.name}: line {table.lines[i]}: {quote(texts[i])} is no date and hour. Mend the line.")
+        raise WeatherError(
+            f"{table.name}: line {table.lines[i]}: {quote(texts[i])} is no date and hour. Mend the line."
+        )
     return stamped(year, month, day, second, table.lines, table.name, texts)
 
 

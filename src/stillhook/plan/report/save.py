@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stillhook.base.atomic import check_folder, atomic_folder
+from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.errors import PlanError
 from stillhook.plan.report.figures.limits import pictures
 from stillhook.plan.report.html import html

@@ -182,7 +182,11 @@ def odd_numbers(data: xarray.Dataset) -> str:
     if missing := [name for name in names if name not in data.coords]:
         return f"{', '.join(missing)}: missing"
     return next(
-        (f"alternative {quote(str(a))}: unknown" for a in data["alternative"].values if str(a) not in list(Alternative)),
+        (
+            f"alternative {quote(str(a))}: unknown"
+            for a in data["alternative"].values
+            if str(a) not in list(Alternative)
+        ),
         "",
     )
 
