@@ -201,7 +201,7 @@ def _times(
     if not places and (parts := _parts(names)):
         return _from_parts(table, parts), set(parts), ["times taken as UTC"]
     if not places:
-        have = ", ".join(map(came, table.dialect.headings))
+        have = ", ".join(map(quote, table.dialect.headings))
         raise WeatherError(f"{table.name}: no column of times among {have}. Name it: --time HEADING.")
     texts = table.column(places[0])
     clock = next((i for i, n in enumerate(names) if n in _CLOCKS and i not in places), None)
@@ -232,14 +232,14 @@ def _from_parts(table: _Table, parts: Sequence[int]) -> NDArray[np.datetime64]:
     except ValueError:
         i = next(i for i, t in enumerate(texts) if not re.fullmatch(r"[0-9. ]+", t))
         raise WeatherError(
-            f"{table.name}: line {table.lines[i]}: {quote(texts[i])} is no date and hour. Mend the line."
+            f"{table.name}: line {table.lines[i]}: {quote(texts[i])} is not a date and hour. Correct it."
         ) from None
     year = np.where(year < 70, year + 2000, np.where(year < 100, year + 1900, year))
     second = hour * 3600 + (minute[0] * 60 if minute else 0)
     if np.any((second < 0) | (second > 86400)):
         i = int(np.flatnonzero((second < 0) | (second > 86400))[0])
         raise WeatherError(
-            f"{table.name}: line {table.lines[i]}: {quote(texts[i])} is no date and hour. Mend the line."
+            f"{table.name}: line {table.lines[i]}: {quote(texts[i])} is not a date and hour. Correct it."
         )
     return stamped(year, month, day, second, table.lines, table.name, texts)
 
