@@ -1,4 +1,4 @@
-"""How often do stated 95 % intervals hold the truth, from logs to parameters? `python -m benchmarks.coverage
+"""Coverage of the stated 95 % intervals, from logs to parameters: `python -m benchmarks.coverage
 [campaigns]`.
 
 Each campaign is run by the twin with its own noise (0.5 bar, 0.2 % of speed, 12-bit converters), written, read, and
@@ -21,8 +21,9 @@ CASES = {"L4593": "L4593", "crane-2": "crane-2"}
 MINUTES = 10.0
 
 
-def campaign(name: str, truth: Y, seed: int) -> tuple[dict[str, bool], float]:
-    """Whether each parameter's interval holds the truth, and the share of the band of predicted friction that does."""
+def campaign(name: str, reference: Y, seed: int) -> tuple[dict[str, bool], float]:
+    """Whether each parameter's interval holds the reference value, and the share of the band of predicted friction that
+    does."""
     with tempfile.TemporaryDirectory() as folder:
         instruments = Instruments(noise=Noise.TYPICAL, seed=seed)
         plan = identify.campaign_plan(name)
@@ -30,19 +31,19 @@ def campaign(name: str, truth: Y, seed: int) -> tuple[dict[str, bool], float]:
             plan, folder, instruments=instruments, duration=f"{MINUTES:g} min", parquet=True
         )
         r = identify.friction(written.campaign, proposals=0)
-    inside = {i.name: i.low <= getattr(truth, i.name) <= i.high for i in r.intervals}
-    off = np.abs(predicted(r.points, r.loss, r.fit.y) - predicted(r.points, r.loss, truth))
+    inside = {i.name: i.low <= getattr(reference, i.name) <= i.high for i in r.intervals}
+    off = np.abs(predicted(r.points, r.loss, r.fit.y) - predicted(r.points, r.loss, reference))
     return inside, float(np.mean(off <= t_factor(r.fit.dof) * predicted_sd(r.points, r.fit)))
 
 
 def main() -> None:
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 20
     for name, fitted in CASES.items():
-        truth = Y.of(system_friction(fitted))
-        found = [campaign(name, truth, seed) for seed in range(count)]
-        shares = {n: [inside[n] for inside, _ in found if n in inside] for n in Y_NAMES}
+        reference = Y.of(system_friction(fitted))
+        outcomes = [campaign(name, reference, seed) for seed in range(count)]
+        shares = {n: [inside[n] for inside, _ in outcomes if n in inside] for n in Y_NAMES}
         text = ", ".join(f"{n} {np.mean(v):.0%}" for n, v in shares.items() if v)
-        print(f"{name}, {count} campaigns: {text}; predicted friction {np.mean([band for _, band in found]):.1%}")
+        print(f"{name}, {count} campaigns: {text}; predicted friction {np.mean([band for _, band in outcomes]):.1%}")
 
 
 if __name__ == "__main__":

@@ -1,9 +1,10 @@
-"""A whole table of lifts in the time domain: `python -m benchmarks.lift_table [--share 0.07] [--threads 2] [--json]`.
+"""A complete table of lifts in the time domain: `python -m benchmarks.lift_table [--share 0.07] [--threads 2]
+[--json]`.
 
 The deep phase of the embedded lift plan, half an hour of compensation at 1,500 m in every sea of its table (12 heights,
 10 periods, 3 headings) and 10 seeds: 3,600 lifts at the step of production, tip motions made as they are run. --share
-runs as many of its columns and tells what all would take; processor time is what counts where others use the machine.
-The part that the compiled kernel takes is told, as the rest is what a faster road around it could win.
+runs as many of its columns and extrapolates to all of them; processor time is what counts where others use the machine.
+The share of the compiled kernel is reported; the remainder is what faster code around it could save.
 """
 
 import argparse
@@ -28,7 +29,7 @@ PLAN, PHASE = "template-to-1500m", "deep"
 SEEDS = 10
 HALF_AN_HOUR = 1800.0
 GOAL = 120.0
-"""Asked of the issue: wall time of the whole table on two cores [s]."""
+"""Target: wall time of the complete table on two cores [s]."""
 
 
 def table(plan: LiftPlan, seeds: int = SEEDS) -> list[InSea]:
@@ -95,20 +96,20 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--json", action="store_true")
     args = parser.parse_args()
-    found = measured(load_plan(PLAN), share=args.share, threads=args.threads)
+    values = measured(load_plan(PLAN), share=args.share, threads=args.threads)
     if args.json:
-        print(json.dumps(found))
+        print(json.dumps(values))
         return
     print(
-        f"{found['n_run']:.0f} of {found['n_cases']:.0f} lifts of half an hour in {found['wall']:.1f} s,"
-        f" {found['n_failed']:.0f} failed"
+        f"{values['n_run']:.0f} of {values['n_cases']:.0f} lifts of half an hour in {values['wall']:.1f} s,"
+        f" {values['n_failed']:.0f} failed"
     )
     print(
-        f"a core runs {found['times_real']:,.0f} times real time, the kernel alone {found['times_real_kernel']:,.0f}",
+        f"a core runs {values['times_real']:,.0f} times real time, the kernel alone {values['times_real_kernel']:,.0f}",
         end=" ",
     )
-    print(f"({100.0 * found['kernel_share']:.0f} % of the processor time)")
-    print(f"whole table: {found['whole_table_2_cores']:.0f} s on two cores that it has alone; asked for {GOAL:.0f} s")
+    print(f"({100.0 * values['kernel_share']:.0f} % of the processor time)")
+    print(f"complete table: {values['whole_table_2_cores']:.0f} s on two idle cores; target {GOAL:.0f} s")
 
 
 if __name__ == "__main__":

@@ -75,7 +75,7 @@ def peak_memory() -> float:
 
 
 def read(path: Path) -> None:
-    """Reads a log in a process of its own, and tells how its peak memory grows with what is read."""
+    """Reads a log in a separate process and reports how its peak memory grows with the rows read."""
     peaks: list[float] = []
     begin = time.perf_counter()
     log = read_log(

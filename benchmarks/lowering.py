@@ -86,7 +86,7 @@ def rate(work: Callable[[], Any], simulated: float) -> float:
 def main() -> None:
     crane = load_crane("deep-250t")
     table = Table(
-        "lowering", "times real time", "asked for", title=f'"{crane.name}", 20 elements of wire, step 5 ms, one core'
+        "lowering", "times real time", "target", title=f'"{crane.name}", 20 elements of wire, step 5 ms, one core'
     )
     for name, make, duration, goals in (
         ("one hour of AHC at 3,000 m", hour_at_depth, HOUR, ("1,000", "8,000")),

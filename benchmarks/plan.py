@@ -1,7 +1,7 @@
 """What a planner waits for: `python -m benchmarks.plan [--quick] [--threads 2] [--json]`.
 
 The embedded lift plan, from the command line to the finished report, each run a process of its own: the frequency tier,
-residuals of the winch made anew and found on disk, then (not with --quick) all tiers. By the clock on the wall, and by
+residuals of the winch recomputed and from the disk cache, then (not with --quick) all tiers. Wall time, and
 processor time, which other programs on the machine disturb less; both cores are busy in the twin's tier alone. Kernels
 are compiled before.
 """
@@ -25,7 +25,7 @@ from stillhook.kernels.cache import cache_root
 
 PLAN = "template-to-1500m"
 QUICK_GOAL, GOAL = 10.0, 120.0
-"""Asked of the issue: the frequency tier alone, and all tiers to the finished report, on two cores [s]."""
+"""Targets: the frequency tier alone, and all tiers to the finished report, on two cores [s]."""
 
 
 class Spent(NamedTuple):
@@ -63,14 +63,14 @@ def measured(*, quick: bool, threads: int) -> list[Spent]:
     with tempfile.TemporaryDirectory() as folder:
         cache, out = compiled_only(Path(folder)), Path(folder) / "plan"
         common = ["--threads", str(threads)]
-        found = [
-            run("frequency tier, residuals made anew", cache, ["--tier", "frequency", *common], QUICK_GOAL),
-            run("frequency tier, residuals found", cache, ["--tier", "frequency", *common], QUICK_GOAL),
+        results = [
+            run("frequency tier, residuals recomputed", cache, ["--tier", "frequency", *common], QUICK_GOAL),
+            run("frequency tier, residuals from the cache", cache, ["--tier", "frequency", *common], QUICK_GOAL),
         ]
         if not quick:
-            found.append(run("all tiers, to the finished report", cache, ["--out", str(out), *common], GOAL))
-            found.append(run("the same once more, its runs found", cache, ["--out", str(out), *common], GOAL))
-    return found
+            results.append(run("all tiers, to the finished report", cache, ["--out", str(out), *common], GOAL))
+            results.append(run("the same again, runs from the store", cache, ["--out", str(out), *common], GOAL))
+    return results
 
 
 def main() -> None:
@@ -79,19 +79,19 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--json", action="store_true")
     args = parser.parse_args()
-    found = measured(quick=args.quick, threads=args.threads)
+    results = measured(quick=args.quick, threads=args.threads)
     if args.json:
-        print(json.dumps([spent._asdict() for spent in found]))
+        print(json.dumps([spent._asdict() for spent in results]))
         return
     table = Table(
         "run",
         "wall",
         "processor",
-        "asked for",
+        "target",
         "exit code",
         title=f'Lift plan "{PLAN}", {args.threads} threads, seconds',
     )
-    for spent in found:
+    for spent in results:
         table.add_row(spent.name, f"{spent.wall:.1f}", f"{spent.processor:.1f}", f"{spent.goal:.0f}", str(spent.code))
     Console().print(table)
 

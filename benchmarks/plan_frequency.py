@@ -1,7 +1,7 @@
 """The frequency tier of a lift plan, part by part: `python -m benchmarks.plan_frequency [PLAN] [--json]`.
 
-Wall and processor time of everything that a user waits for, with residuals of the winch made anew in an empty cache of
-their own (kernels compiled, elsewhere), and found on disk.
+Wall and processor time of everything that a user waits for, with residuals of the winch recomputed in an empty cache of
+their own (kernels compiled, elsewhere), and from the disk cache.
 """
 
 import argparse
@@ -16,7 +16,7 @@ from unittest.mock import patch
 
 START, CPU = perf_counter(), process_time()
 GOAL = 10.0
-"""Seconds in which a plan by this tier is to be there, residuals made anew."""
+"""Seconds in which a plan by this tier is to be there, residuals recomputed."""
 
 
 def main() -> None:
@@ -32,21 +32,21 @@ def main() -> None:
 
     def timed(name: str, work: Callable[[], Any]) -> Any:
         wall, cpu = perf_counter(), process_time()
-        found = work()
+        result = work()
         parts[name] = (perf_counter() - wall, process_time() - cpu)
-        return found
+        return result
 
     plan = timed("plan file", lambda: load_plan(args.plan))
     seas, phases = plan.environment.table(), timed("situations", lambda: looked_at(plan))
     forcing = timed("seas at the tip", lambda: forcings(plan, seas, phases))
     with tempfile.TemporaryDirectory() as folder, patch.object(identify_residual, "cache_root", lambda: Path(folder)):
-        winch = timed("residuals, made anew", lambda: winches_of(plan, phases, plan.alternatives))
+        winch = timed("residuals, recomputed", lambda: winches_of(plan, phases, plan.alternatives))
         timed("residuals, from disk", lambda: winches_of(plan, phases, plan.alternatives))
-    found = timed("demands", lambda: demands(plan, plan.alternatives, seas, phases, forcing, winch))
+    result = timed("demands", lambda: demands(plan, plan.alternatives, seas, phases, forcing, winch))
     new = [v for name, v in parts.items() if name != "residuals, from disk"]
     report = {
         "seas": len(seas),
-        "demands": len(found),
+        "demands": len(result),
         "load of the machine": os.getloadavg()[0],
         "goal [s]": GOAL,
         "wall [s]": sum(w for w, _ in new),

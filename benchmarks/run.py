@@ -1,6 +1,6 @@
 """Speed against references, in one table: `python -m benchmarks.run [--json]` (`make bench`).
 
-Every figure is simulated seconds per second. "Wall" is by the clock on the wall; "per core" is by processor time, which
+Every figure is simulated seconds per second. "Wall" is wall-clock time; "per core" is processor time, which
 other programs on the machine disturb less. Measurements are interleaved (A B A B ...) and medians are shown. Ratios are
 medians of the ratios within a round.
 """
@@ -47,7 +47,7 @@ class Row(NamedTuple):
 
 
 class Report(NamedTuple):
-    """Everything that the benchmark found."""
+    """All results of the benchmark."""
 
     machine: str
     rows: list[Row]
@@ -56,7 +56,7 @@ class Report(NamedTuple):
     notes: list[str]
 
 
-def whole(work: Callable[[], Any], simulated: float) -> Job:
+def complete_run(work: Callable[[], Any], simulated: float) -> Job:
     """A job that times everything that a caller waits for."""
 
     def job() -> Sample:
@@ -72,10 +72,10 @@ def product_jobs() -> dict[str, Job]:
     c, one, block, many = crane(), lifts(1, 600.0)[0], lifts(VL, 600.0), lifts(2 * VL, 1200.0)
 
     def single(n_sub: int) -> Job:
-        return whole(lambda: run_one(c, one, n_sub=n_sub, every=10), one.duration)
+        return complete_run(lambda: run_one(c, one, n_sub=n_sub, every=10), one.duration)
 
     def batch(cases: list[Scenario], n_sub: int, threads: int) -> Job:
-        return whole(lambda: run_many(c, cases, n_sub=n_sub, threads=threads), sum(s.duration for s in cases))
+        return complete_run(lambda: run_many(c, cases, n_sub=n_sub, threads=threads), sum(s.duration for s in cases))
 
     jobs = {
         "one trajectory with series, 1 ms": single(10),
@@ -91,12 +91,12 @@ def product_jobs() -> dict[str, Job]:
 def kernel_jobs(libraries: dict[str, Any]) -> dict[str, Job]:
     """The kernels alone, ours and C's, on the same arrays."""
     jobs: dict[str, Job] = {}
-    for lanes, what in ((1, "one lane"), (VL, "16 lanes")):
+    for lanes, label in ((1, "one lane"), (VL, "16 lanes")):
         cases = lifts(lanes, 400.0 if lanes == 1 else 120.0)
         for n_sub, step in ((10, "1 ms"), (2, "5 ms")):
             kernels = {"ours": None} | {f"C, {w}": CKernel(lib, lanes) for w, lib in libraries.items()}
             for name, kernel in kernels.items():
-                jobs[f"kernel, {what}, {step}: {name}"] = lambda c=cases, n=n_sub, k=kernel: (
+                jobs[f"kernel, {label}, {step}: {name}"] = lambda c=cases, n=n_sub, k=kernel: (
                     kernel_run(c, n, kernel=k).sample
                 )  # type: ignore[misc]
     return jobs
@@ -106,23 +106,23 @@ def interleave(jobs: dict[str, Job], rounds: int) -> dict[str, list[Sample]]:
     """Every job once per round, after one round that is not counted."""
     for job in jobs.values():
         job()
-    found: dict[str, list[Sample]] = {name: [] for name in jobs}
+    samples: dict[str, list[Sample]] = {name: [] for name in jobs}
     for _ in range(rounds):
         for name, job in jobs.items():
-            found[name].append(job())
-    return found
+            samples[name].append(job())
+    return samples
 
 
-def rows(found: dict[str, list[Sample]]) -> list[Row]:
+def rows(samples: dict[str, list[Sample]]) -> list[Row]:
     return [
         Row(name, statistics.median(s.simulated / s.wall for s in v), statistics.median(s.simulated / s.cpu for s in v))
-        for name, v in found.items()
+        for name, v in samples.items()
     ]
 
 
-def ratio(found: dict[str, list[Sample]], a: str, b: str, *, wall: bool = False) -> float:
+def ratio(samples: dict[str, list[Sample]], a: str, b: str, *, wall: bool = False) -> float:
     """Speed of a over speed of b: the median over the rounds."""
-    pairs = zip(found[a], found[b], strict=True)
+    pairs = zip(samples[a], samples[b], strict=True)
     return statistics.median(
         (x.simulated / (x.wall if wall else x.cpu)) / (y.simulated / (y.wall if wall else y.cpu)) for x, y in pairs
     )
@@ -135,15 +135,15 @@ def scipy_rows() -> list[Row]:
     )
     brief = case.model_copy(update={"duration": 0.5})
     SolverRun(brief, compiled=True).go("LSODA")
-    found = {}
+    samples = {}
     for method in ("LSODA", "RK45"):
-        found[f"scipy solve_ivp {method}, rtol {RTOL:g}, compiled rates"] = [
+        samples[f"scipy solve_ivp {method}, rtol {RTOL:g}, compiled rates"] = [
             SolverRun(case, compiled=True).go(method) for _ in range(3)
         ]
-    found[f"scipy solve_ivp LSODA, rtol {RTOL:g}, plain Python rates"] = [
+    samples[f"scipy solve_ivp LSODA, rtol {RTOL:g}, plain Python rates"] = [
         SolverRun(brief, compiled=False).go("LSODA") for _ in range(3)
     ]
-    return rows(found)
+    return rows(samples)
 
 
 def difference(library: Any, lanes: int) -> float:
@@ -160,17 +160,17 @@ def difference(library: Any, lanes: int) -> float:
     return worst
 
 
-def best_builds(found: dict[str, list[Sample]]) -> list[Row]:
+def best_builds(samples: dict[str, list[Sample]]) -> list[Row]:
     """Our kernels, and of the C builds of each line the fastest."""
-    starts = dict.fromkeys(n.split(":")[0] for n in found)
-    keep = {fastest(found, s) for s in starts if any(n.startswith(f"{s}: C") for n in found)}
-    return rows({n: v for n, v in found.items() if n.endswith("ours") or n in keep})
+    starts = dict.fromkeys(n.split(":")[0] for n in samples)
+    keep = {fastest(samples, s) for s in starts if any(n.startswith(f"{s}: C") for n in samples)}
+    return rows({n: v for n, v in samples.items() if n.endswith("ours") or n in keep})
 
 
-def fastest(found: dict[str, list[Sample]], start: str) -> str:
+def fastest(samples: dict[str, list[Sample]], start: str) -> str:
     """Name of the fastest of the C builds whose rows begin so."""
-    builds = [n for n in found if n.startswith(f"{start}: C")]
-    return max(builds, key=lambda n: statistics.median(s.simulated / s.cpu for s in found[n]))
+    builds = [n for n in samples if n.startswith(f"{start}: C")]
+    return max(builds, key=lambda n: statistics.median(s.simulated / s.cpu for s in samples[n]))
 
 
 def measure(rounds: int = ROUNDS) -> Report:
@@ -186,9 +186,7 @@ def measure(rounds: int = ROUNDS) -> Report:
     names = list(product)
     if len(names) > 4:
         ratios["2 threads over 1 thread (wall; near-linear is 2)"] = ratio(product, names[4], names[3], wall=True)
-        ratios["2 threads over 1 thread, work per second of a core (1 = nothing lost)"] = ratio(
-            product, names[4], names[3]
-        )
+        ratios["2 threads over 1 thread, work per second of a core (1 = no loss)"] = ratio(product, names[4], names[3])
     with tempfile.TemporaryDirectory() as folder:
         libraries = {}
         if compiler() is None:

@@ -1,6 +1,6 @@
 """What a case costs when there are many: a map from the shell, ten thousand draws, one worker against two, and what a
-task costs beside its work. `python -m benchmarks.scale [--json]`. Times depend on the machine; the ratios and costs per
-case are what counts.
+task costs in addition to its work. `python -m benchmarks.scale [--json]`. Times depend on the machine; the ratios and
+costs per case are what counts.
 """
 
 import argparse
@@ -47,7 +47,7 @@ def map_from_the_shell() -> float:
     return median(timed(lambda: subprocess.run(command, check=True, stdout=subprocess.DEVNULL)) for _ in range(ROUNDS))
 
 
-def drawn(crane: Crane, n: int) -> list[Crane]:
+def cranes_of_draws(crane: Crane, n: int) -> list[Crane]:
     """Cranes whose oil and gain differ."""
     a, out = crane.active, []
     for x, y in np.random.default_rng(1).normal(1.0, 0.05, (n, 2)):
@@ -64,7 +64,7 @@ def one_case() -> Scenario:
 
 
 def many_cases(n: int) -> list[Scenario]:
-    """Cases that share nothing: every one goes over the wire whole."""
+    """Cases that share nothing: each is transferred completely."""
     tips = [Sine(amplitude=f"{1.0 + i / n:.9f} m", period="12 s") for i in range(n)]
     return [Scenario(load="100 t", s_w="100 m", tip=t, duration=f"{SECONDS:g} s", warm_up="20 s") for t in tips]
 
@@ -73,16 +73,16 @@ def workers_against_one(crane: Crane, cases: list[Scenario]) -> tuple[float, flo
     """Seconds with one worker and with two, medians of interleaved rounds."""
     from distributed import Client, LocalCluster
 
-    found: dict[int, list[float]] = {1: [], 2: []}
+    times: dict[int, list[float]] = {1: [], 2: []}
     for _ in range(CLUSTER_ROUNDS):
-        for workers in found:
+        for workers in times:
             with (
                 LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster,
                 Client(cluster) as client,
             ):
                 summaries(crane, cases[: 4 * VL], client=client)
-                found[workers].append(timed(lambda: summaries(crane, cases, client=client)))
-    return median(found[1]), median(found[2])
+                times[workers].append(timed(lambda: summaries(crane, cases, client=client)))
+    return median(times[1]), median(times[2])
 
 
 def empty_task() -> float:
@@ -104,7 +104,7 @@ def costs(crane: Crane) -> dict[str, float]:
     answers = many.work(task)
     back = pickle.dumps(answers, 5)
 
-    def giver() -> None:
+    def submitter() -> None:
         many._check_all(task.cranes, task.cases)
         many._cut(task.cranes, task.cases, task.indices, 2)
         pickle.dumps(task.light(), 5)
@@ -112,7 +112,7 @@ def costs(crane: Crane) -> dict[str, float]:
         [read.summary(i) for i in range(len(cases))]
 
     n = len(cases)
-    give = median(timed(giver) for _ in range(ROUNDS)) / n
+    give = median(timed(submitter) for _ in range(ROUNDS)) / n
     return {
         "worker_case": worker,
         "giver_case": give,
@@ -128,37 +128,38 @@ def main() -> None:
     wanted = parser.parse_args()
     crane = load_crane("nov-250t")
     summaries(crane, one_case())
-    found: dict[str, float] = {"map_shell": map_from_the_shell()}
-    cranes, case = drawn(crane, DRAWS), one_case()
-    found["draws_10000"] = min(timed(lambda: summaries(cranes, case)) for _ in range(2))
-    found |= costs(crane)
-    found["empty_task"] = empty_task()
-    found["one_worker"], found["two_workers"] = workers_against_one(crane, many_cases(CLUSTER_CASES))
-    found["ratio_two_workers"] = found["one_worker"] / found["two_workers"]
-    task = found["task_cases"] * found["worker_case"]
-    found["task"] = task
-    found["most_workers"] = task / (found["task_cases"] * found["giver_case"] + found["empty_task"])
+    values: dict[str, float] = {"map_shell": map_from_the_shell()}
+    cranes, case = cranes_of_draws(crane, DRAWS), one_case()
+    values["draws_10000"] = min(timed(lambda: summaries(cranes, case)) for _ in range(2))
+    values |= costs(crane)
+    values["empty_task"] = empty_task()
+    values["one_worker"], values["two_workers"] = workers_against_one(crane, many_cases(CLUSTER_CASES))
+    values["ratio_two_workers"] = values["one_worker"] / values["two_workers"]
+    task = values["task_cases"] * values["worker_case"]
+    values["task"] = task
+    values["most_workers"] = task / (values["task_cases"] * values["giver_case"] + values["empty_task"])
     if wanted.json:
         print(
             json.dumps(
-                {k: round(v, 9) for k, v in found.items()} | {"code": results_hash(), "cores": os.cpu_count()}, indent=2
+                {k: round(v, 9) for k, v in values.items()} | {"code": results_hash(), "cores": os.cpu_count()},
+                indent=2,
             )
         )
         return
     table = Table("what", "value")
     for name, text in (
-        ("stillhook map nov-250t from the shell (324 runs of 30 s)", f"{found['map_shell']:.2f} s"),
-        (f"{DRAWS} drawn cranes, {SECONDS:g} s each, 2 threads", f"{found['draws_10000']:.1f} s"),
-        ("a case of 60 s on a worker", f"{1e3 * found['worker_case']:.2f} ms"),
-        ("the same case on the machine that gives it out", f"{1e6 * found['giver_case']:.0f} us"),
-        ("sent, and back, for each case", f"{found['sent_bytes']:.0f} and {found['back_bytes']:.0f} bytes"),
-        ("a task", f"{found['task_cases']:.0f} cases, {found['task']:.2f} s"),
-        ("a task without work", f"{1e3 * found['empty_task']:.2f} ms"),
+        ("stillhook map nov-250t from the shell (324 runs of 30 s)", f"{values['map_shell']:.2f} s"),
+        (f"{DRAWS} drawn cranes, {SECONDS:g} s each, 2 threads", f"{values['draws_10000']:.1f} s"),
+        ("a case of 60 s on a worker", f"{1e3 * values['worker_case']:.2f} ms"),
+        ("the same case on the machine that gives it out", f"{1e6 * values['giver_case']:.0f} us"),
+        ("sent, and back, for each case", f"{values['sent_bytes']:.0f} and {values['back_bytes']:.0f} bytes"),
+        ("a task", f"{values['task_cases']:.0f} cases, {values['task']:.2f} s"),
+        ("a task without work", f"{1e3 * values['empty_task']:.2f} ms"),
         (
             "one Dask worker, two",
-            f"{found['one_worker']:.2f} s, {found['two_workers']:.2f} s: {found['ratio_two_workers']:.2f} times",
+            f"{values['one_worker']:.2f} s, {values['two_workers']:.2f} s: {values['ratio_two_workers']:.2f} times",
         ),
-        ("workers that one giver keeps busy with cases of 60 s", f"{found['most_workers']:.0f}"),
+        ("workers that one giver keeps busy with cases of 60 s", f"{values['most_workers']:.0f}"),
     ):
         table.add_row(name, text)
     Console().print(table)

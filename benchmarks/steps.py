@@ -117,22 +117,22 @@ def deviation(run: Result, reference: Result) -> Deviation:
 
 
 def measure(case: Case) -> dict[int, Deviation | None]:
-    """Deviation for each number of steps per cycle; None where the step is refused or the run lost its numbers."""
+    """Deviation for each number of steps per cycle; None where the step is refused or the run diverged."""
     reference = run_one(case.crane, case.scenario, n_sub=REFERENCE)
-    found: dict[int, Deviation | None] = {}
+    deviations: dict[int, Deviation | None] = {}
     for n in STEPS:
         try:
             run = run_one(case.crane, case.scenario, n_sub=n)
         except SpecError:
-            found[n] = None
+            deviations[n] = None
             continue
-        found[n] = deviation(run, reference) if run.ending is Ending.DONE else None
-    return found
+        deviations[n] = deviation(run, reference) if run.ending is Ending.DONE else None
+    return deviations
 
 
-def order(found: dict[int, Deviation | None], coarse: int, fine: int) -> float:
+def order(deviations: dict[int, Deviation | None], coarse: int, fine: int) -> float:
     """Order of convergence of the wire between two steps."""
-    a, b = found[coarse], found[fine]
+    a, b = deviations[coarse], deviations[fine]
     return math.log(a.wire / b.wire) / math.log(fine / coarse) if a and b and b.wire > 0.0 else math.nan
 
 
@@ -165,9 +165,11 @@ def worst_table(results: dict[str, dict[int, Deviation | None]]) -> str:
 def case_table(results: dict[str, dict[int, Deviation | None]]) -> str:
     """Wire and peak at the two default steps, and the order of convergence."""
     lines = []
-    for name, found in results.items():
-        five, two = three(found[2]), three(found[5])
-        lines.append([name, *five[:2], *two[:2], number(order(found, 2, 4), 1), number(order(found, 5, 10), 1)])
+    for name, deviations in results.items():
+        five, two = three(deviations[2]), three(deviations[5])
+        lines.append(
+            [name, *five[:2], *two[:2], number(order(deviations, 2, 4), 1), number(order(deviations, 5, 10), 1)]
+        )
     return table(["case", "5 ms: wire", "peak", "2 ms: wire", "peak", "order 5 → 2.5 ms", "2 → 1 ms"], lines)
 
 

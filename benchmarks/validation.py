@@ -19,7 +19,7 @@ from stillhook.validate.synthetic import write_campaign
 from stillhook.validate.validation import CHECKS
 
 GOAL = 30.0
-"""Seconds of wall time on two cores that the whole may take."""
+"""Seconds of wall time on two cores that all of it may take."""
 COMMAND = "import sys; sys.argv[0] = 'stillhook'; from stillhook.cli import main; main()"
 
 
@@ -39,16 +39,16 @@ def main() -> None:
             "--json",
         ]
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        whole = time.perf_counter() - begin
+        total = time.perf_counter() - begin
         campaign = load_campaign(written.campaign)
         begin = time.perf_counter()
         records = read_records(campaign, lambda share: None)
         reading = time.perf_counter() - begin
         logged = sum(s.duration for r in records if r.test.kind is Kind.AHC for s in r.segments)
         print(
-            f"{logged:.0f} s of heave compensation on {os.cpu_count()} cores: {whole:.1f} s from files to certificate"
+            f"{logged:.0f} s of heave compensation on {os.cpu_count()} cores: {total:.1f} s from files to certificate"
         )
-        print(f"({GOAL:.0f} s allowed), {logged / whole:.0f} times as fast as the crane.")
+        print(f"({GOAL:.0f} s allowed), {logged / total:.0f} times as fast as the crane.")
         print(f"Reading the logs takes {reading:.2f} s; over that:")
         for step, check in CHECKS.items():
             begin = time.perf_counter()

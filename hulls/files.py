@@ -132,8 +132,8 @@ def haskind(loads: Loads) -> FloatArray:
     """Damping that follows from excitation, over that from radiation, (n, 6): omega^3/(4 pi rho g^3) times the integral
     of |F|^2 over all headings."""
     step = loads.beta[1] - loads.beta[0]
-    found = loads.omega[:, None] ** 3 / (4.0 * np.pi * RHO * G**3) * (np.abs(loads.F) ** 2).sum(axis=1) * step
-    return found / np.diagonal(loads.B, axis1=1, axis2=2)
+    B = loads.omega[:, None] ** 3 / (4.0 * np.pi * RHO * G**3) * (np.abs(loads.F) ** 2).sum(axis=1) * step
+    return B / np.diagonal(loads.B, axis1=1, axis2=2)
 
 
 def reciprocity(loads: Loads) -> float:
@@ -178,7 +178,7 @@ def damping_numbers(ship: Ship, loads: Loads, zeta: float) -> dict[str, Any]:
 
 
 def table_numbers(ship: Ship, loads: Loads) -> dict[str, Any]:
-    """How much is lost by the table's frequencies and headings, and by the splines through the loads: the tip's
+    """Loss of accuracy from the table's frequencies and headings, and by the splines through the loads: the tip's
     standard deviations over those from the table, less 1, the largest. Frequencies: from loads on a grid eight times as
     fine. Headings: at those that the loads have and the table has not. Splines: from every second frequency of the
     loads."""

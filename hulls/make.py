@@ -35,8 +35,8 @@ FINE = np.arange(1.0, 2.095, 0.02)
 """Frequencies at which irregular ones are looked for [rad/s]."""
 
 
-def kept(ship: Ship, h: float, what: str = "") -> Path:
-    return KEPT / f"{ship.name}-{h:g}{what}.npz"
+def kept(ship: Ship, h: float, variant: str = "") -> Path:
+    return KEPT / f"{ship.name}-{h:g}{variant}.npz"
 
 
 def compute(ship: Ship, h: float) -> None:
@@ -46,10 +46,10 @@ def compute(ship: Ship, h: float) -> None:
 
 
 def compute_irregular(ship: Ship, h: float) -> None:
-    for lid, what in ((True, "-lid"), (False, "-open")):
-        if not kept(ship, h, what).exists():
-            print(f"{ship.name}: panels of {h:g} m {what.removeprefix('-')}")
-            loads(ship.lines, h, FINE, BETA[:0], lid=lid, dofs=("Heave",)).save(kept(ship, h, what))
+    for lid, variant in ((True, "-lid"), (False, "-open")):
+        if not kept(ship, h, variant).exists():
+            print(f"{ship.name}: panels of {h:g} m {variant.removeprefix('-')}")
+            loads(ship.lines, h, FINE, BETA[:0], lid=lid, dofs=("Heave",)).save(kept(ship, h, variant))
 
 
 def compute_all() -> None:
@@ -60,12 +60,12 @@ def compute_all() -> None:
         compute(ship, ship.panel)
 
 
-def main(asked: list[str]) -> None:
-    if unknown := [a for a in asked if a not in ("--loads", "--files")]:
+def main(names: list[str]) -> None:
+    if unknown := [a for a in names if a not in ("--loads", "--files")]:
         sys.exit(f"{unknown[0]}: unknown. Give --loads, --files or nothing.")
-    if "--files" not in asked:
+    if "--files" not in names:
         compute_all()
-    if "--loads" not in asked:
+    if "--loads" not in names:
         from files import write_all  # here: loads alone need no files
 
         if missing := [f for ship in SHIPS for h in (ship.panel, *ship.coarser) if not (f := kept(ship, h)).exists()]:

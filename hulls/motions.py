@@ -67,22 +67,22 @@ def between(omega: float, loads: Loads, table: FloatArray) -> FloatArray:
 
 
 def roll_inertia(weights: Floating, A: FloatArray) -> float:
-    """Inertia of a roll that is free to sway [kg m^2]; where the origin lies does not matter."""
-    whole = weights.M + A
-    return float(whole[ROLL, ROLL] - whole[SWAY, ROLL] ** 2 / whole[SWAY, SWAY])
+    """Inertia of a roll that is free to sway [kg m^2]; independent of the origin."""
+    total = weights.M + A
+    return float(total[ROLL, ROLL] - total[SWAY, ROLL] ** 2 / total[SWAY, SWAY])
 
 
 def natural(weights: Floating, loads: Loads) -> tuple[float, float, float]:
     """Natural frequencies [rad/s] of heave, roll (free to sway) and pitch (free to heave), without damping."""
-    found = []
+    periods = []
     for dof in (HEAVE, ROLL, PITCH):
         w = 0.7
         for _ in range(60):
             A = between(w, loads, loads.A)
             inertia = roll_inertia(weights, A) if dof == ROLL else (weights.M + A)[dof, dof]
             w = 0.5 * (w + float(np.sqrt(weights.C[dof, dof] / inertia)))
-        found.append(w)
-    return found[0], found[1], found[2]
+        periods.append(w)
+    return periods[0], periods[1], periods[2]
 
 
 def roll_damping(ship: Ship, weights: Floating, loads: Loads, zeta: float | None = None) -> tuple[float, float]:

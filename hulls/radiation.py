@@ -73,9 +73,9 @@ def capytaine() -> Any:
 def body(lines: Lines, h: float, *, lid: bool) -> Any:
     """The floating body, its port half mirrored."""
     cpt = capytaine()
-    whole = lambda panels: cpt.ReflectionSymmetricMesh(cpt.Mesh(*panels), plane="xOz")
+    mirrored = lambda panels: cpt.ReflectionSymmetricMesh(cpt.Mesh(*panels), plane="xOz")
     ship = cpt.FloatingBody(
-        whole(hull_panels(lines, h)), lid_mesh=whole(lid_panels(lines, h)) if lid else None, name="ship"
+        mirrored(hull_panels(lines, h)), lid_mesh=mirrored(lid_panels(lines, h)) if lid else None, name="ship"
     )
     ship.add_all_rigid_body_dofs(rotation_center=(0.0, 0.0, 0.0))
     return ship
@@ -89,20 +89,20 @@ def loads(
     cpt = capytaine()
     ship = body(lines, h, lid=lid)
     solver = cpt.BEMSolver(method=METHOD)
-    here = {"body": ship, "rho": RHO, "g": G}
+    common = {"body": ship, "rho": RHO, "g": G}
     A, B, F = (
         np.zeros((len(omega), 6, 6)),
         np.zeros((len(omega), 6, 6)),
         np.zeros((len(omega), len(beta), 6), dtype=complex),
     )
     for i, w in enumerate(omega):
-        radiation = [cpt.RadiationProblem(omega=w, radiating_dof=dof, **here) for dof in dofs]
-        diffraction = [cpt.DiffractionProblem(omega=w, wave_direction=b, **here) for b in beta]
-        found = solver.solve_all([*radiation, *diffraction], progress_bar=False)
-        for dof, one in zip(dofs, found, strict=False):
+        radiation = [cpt.RadiationProblem(omega=w, radiating_dof=dof, **common) for dof in dofs]
+        diffraction = [cpt.DiffractionProblem(omega=w, wave_direction=b, **common) for b in beta]
+        results = solver.solve_all([*radiation, *diffraction], progress_bar=False)
+        for dof, one in zip(dofs, results, strict=False):
             A[i, DOFS.index(dof)] = [one.added_mass[d] for d in DOFS]
             B[i, DOFS.index(dof)] = [one.radiation_damping[d] for d in DOFS]
-        for j, one in enumerate(found[len(radiation) :]):
+        for j, one in enumerate(results[len(radiation) :]):
             loads_now = {d: one.forces[d] + cpt.bem.airy_waves.froude_krylov_force(one.problem)[d] for d in DOFS}
             F[i, j] = np.conj([loads_now[d] for d in DOFS])
         print(f"  {i + 1}/{len(omega)} omega {w:.3f} rad/s", end="\r", file=sys.stderr, flush=True)
@@ -120,15 +120,15 @@ def even(uneven: Loads) -> Loads:
     """Loads made the same to port and starboard: a mirrored panel that is not plane has another middle than its mirror
     image.
 
-    `asymmetry` says how much of the largest excitation of its kind (translations, rotations) was taken away."""
+    `asymmetry` is the part of the largest excitation of its kind (translations, rotations) that was removed."""
     mirror = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
     keep = np.outer(mirror, mirror) > 0.0
-    whole = replace(
+    result = replace(
         uneven, A=uneven.A * keep, B=uneven.B * keep, C=uneven.C * keep, centre=uneven.centre * (1.0, 0.0, 1.0)
     )
     if not len(uneven.beta):
-        return whole
+        return result
     other = np.argmin(np.abs(np.exp(1j * uneven.beta)[:, None] - np.exp(-1j * uneven.beta)), axis=0)
     F = (uneven.F + mirror * uneven.F[:, other]) / 2.0
     largest = np.abs(F).max(axis=1).reshape(len(F), 2, 3).max(axis=2).repeat(3, axis=1)[:, None]
-    return replace(whole, F=F, asymmetry=float((np.abs(uneven.F - F) / largest).max()))
+    return replace(result, F=F, asymmetry=float((np.abs(uneven.F - F) / largest).max()))

@@ -13,8 +13,8 @@ class Ship:
 
     GM metacentric height [m]; r_xx, r_yy, r_zz radii of inertia about axes through the centre of gravity, r_xx as part
     of the breadth, the others as parts of the length; zeta added linear roll damping as part of the critical one,
-    beside what roll radiates as waves; panel the side [m] of a panel that the library's numbers are computed with;
-    coarser the sides that show convergence.
+    in addition to the radiation damping of roll; panel the side [m] of a panel that the library's numbers are computed
+    with; coarser the sides that show convergence.
     """
 
     name: str

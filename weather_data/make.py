@@ -1,4 +1,4 @@
-"""Make the library's weather: a hindcast that nobody measured, for examples and tests. Its file and its name say
+"""Make the library's weather: a hindcast that nobody measured, for examples and tests. Its file and its name state
 SYNTHETIC.
 
     python weather_data/make.py

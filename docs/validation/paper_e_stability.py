@@ -22,12 +22,12 @@ from stillhook.analysis.loop_stability.figures import (
 from stillhook.analysis.loop_stability.governing import (
     Place,
     PlantLoop,
-    calm,
-    carried,
     governing,
+    payloads_of_mode,
     plant_loop_at,
     slow_places,
     wire_range,
+    with_damped_wire,
 )
 from stillhook.analysis.loop_stability.margins import gain_limit_of, strongest_gain
 from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency, gain_limit
@@ -37,9 +37,9 @@ from stillhook.analysis.loop_stability.models.loops import position_loop, sample
 from stillhook.analysis.loop_stability.models.transfer import (
     about,
     closed_loop_polynomial,
+    full_matrices,
     motor_poles,
     speed_response,
-    whole_matrices,
 )
 from stillhook.analysis.loop_stability.ringing import rms_above
 from stillhook.analysis.loop_stability.routh import gain_limit_by_poles, gain_limit_by_routh
@@ -189,8 +189,8 @@ def slowest(mode: Mode, s_w: float) -> tuple[Place | None, PlantLoop | None, flo
     """The slow place at which the gain limit with PLC is least for a load that does not ring on its wire; its loop and
     limit [1/m]."""
     found: list[tuple[float, Place, PlantLoop]] = []
-    for place in slow_places(carried(CRANE, mode), (s_w,)):
-        here = plant_loop_at(calm(CRANE), mode, place)
+    for place in slow_places(payloads_of_mode(CRANE, mode), (s_w,)):
+        here = plant_loop_at(with_damped_wire(CRANE), mode, place)
         if here is not None:
             found.append((gain_limit_of(here.loop)[0], place, here))
     if not found:
@@ -219,7 +219,7 @@ def ssc_rows() -> str:
     for v in SPEEDS:
         at = about(CRANE, v / 60.0)
         p = motor_poles(CRANE, v / 60.0)[0]
-        whole = np.linalg.eigvals(whole_matrices(CRANE, at)[0])
+        whole = np.linalg.eigvals(full_matrices(CRANE, at)[0])
         swing = max((q for q in whole if q.imag > 0.0), key=lambda q: q.real)
         limit = gain_limit(CRANE, at.alpha_m).K_p_ms
         rows.append(
@@ -347,7 +347,7 @@ def _apart(crane: Crane, v_tip: float) -> float:
     """How far the limit of the whole controller about a tip speed is from that of the position loop alone,
     relatively."""
     at = about(crane, v_tip)
-    whole = gain_limit_by_poles(lambda K_p: np.linalg.eigvals(whole_matrices(crane, at, K_p=K_p)[0]))
+    whole = gain_limit_by_poles(lambda K_p: np.linalg.eigvals(full_matrices(crane, at, K_p=K_p)[0]))
     return abs(whole / gain_limit(crane, at.alpha_m).K_p_ms - 1.0)
 
 

@@ -66,7 +66,7 @@ def _window(text: str) -> float:
 def e_c_pp(run: xarray.Dataset, *, measured: bool = False, window: str = DEFAULT_WINDOW) -> xarray.DataArray:
     """Peak-to-peak control error over the moving window [m], as a series. Source: Moslatt 2020 paper F eq. 2.
 
-    measured: against the tip motion that the PLC saw instead of the true one.
+    measured: against the tip motion measured by the PLC instead of the actual one.
     """
     return peak_to_peak(counted(run, "e_c_measured" if measured else "e_c"), time_step(run), _window(window)).rename(
         "e_c_pp"

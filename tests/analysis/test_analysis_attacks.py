@@ -1,4 +1,5 @@
-"""What a hurried or careless person types into the commands of the control analysis: one clear line, or an answer that is whole."""
+"""What a hurried or careless person types into the commands of the control analysis: one clear line, or an answer that
+is whole."""
 
 from __future__ import annotations
 
@@ -68,7 +69,7 @@ def test_stability_on_80_columns_has_its_values() -> None:
         (["map", "--loads", "-5 %"], "below 0"),
         (["map", "--loads", "20 % to 100 %"], "a range needs its step"),
         (["map", "--loads", "20 % to 100 % by 0.0001 %"], "at most 1000"),
-        (["map", "--period", "-12 s"], "a wave takes time"),
+        (["map", "--period", "-12 s"], "must be above 0"),
         (["stability", "nov-250t", "--load", "300 t"], "exceeds the SWL"),
         (["stability", "nov-250t", "--s-w", "nonsense"], '--s-w = "nonsense": not a number, a space and a unit'),
         (["stability", "nov-250t", "--full", "--v-tip", "60 m/min", "--load", ""], '--load = "": empty'),
@@ -99,7 +100,8 @@ def test_load_beyond_the_crane_is_no_fault_of_a_factor(capfd: pytest.CaptureFixt
 def test_controller_file_cannot_take_the_name_of_another_row(
     name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """A file called as the map's best classic would stand in its place in the answer, and $ is a formula in pictures."""
+    """A file called as the map's best classic would stand in its place in the answer, and $ is a formula in
+    pictures."""
     path = tmp_path / f"{name}.toml"
     path.write_text('mode = "ssc"\n')
     assert run(["map", "--controllers", f"ns,{path}", *FEW]) == 2
@@ -107,7 +109,8 @@ def test_controller_file_cannot_take_the_name_of_another_row(
 
 
 def test_band_of_one_draw_is_no_band(capfd: pytest.CaptureFixture[str]) -> None:
-    """A single draw has no spread, and a heavy lift in HS with an open relief valve is no working controller: both are said."""
+    """A single draw has no spread, and a heavy lift in HS with an open relief valve is no working controller: both are
+    said."""
     assert run(["uncertainty", "--load", "250 t", "--modes", "hs", "--draws", "1", "--seed", "3"]) == 1
     said = capfd.readouterr().out
     assert "too few draws for a 5 to 95 % band" in said

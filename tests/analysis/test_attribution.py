@@ -1,4 +1,5 @@
-"""Causes: additive and interacting responses whose answer is known, the order of the Sobol indices, and what pages say of scenario 2."""
+"""Causes: additive and interacting responses whose answer is known, the order of the Sobol indices, and what pages say
+of scenario 2."""
 
 import math
 
@@ -140,7 +141,8 @@ def test_the_order_of_effects_is_that_of_the_first_order_indices():
     known = Uncertainty.of(dict.fromkeys(("motor_loss", "leakage", "delay", "inertia"), "default"))
     for output in ("e_c_pp", "p_max"):
         (s,) = sensitivity(CRANE, case, known, outputs=[output], n=256)
-        # motor_loss is given as its own distribution: its ends here are those of the draws, not the wider ones outside the fit
+        # motor_loss is given as its own distribution: its ends here are those of the draws, not the wider ones outside
+        # the fit
         plain = Uncertainty.of(
             {**dict.fromkeys(("leakage", "delay", "inertia"), "default"), "motor_loss": {"normal": [1.0, 0.1001]}}
         )

@@ -23,20 +23,22 @@ SAME = 1e-6
 CORNER = 1e-5
 """The same where two limits meet: the pressure falls by some parts in a million over the 1e-6 of displacement."""
 ENGINE = 4e-3
-"""Part by which the wire's highest speed may differ from the steady one: with full pumps it catches up while the tip slows down, with less
-pressure and so less leakage than at constant speed. Measured 2e-3; leakage itself is 3e-2."""
+"""Part by which the wire's highest speed may differ from the steady one: with full pumps it catches up while the tip
+slows down, with less pressure and so less leakage than at constant speed. Measured 2e-3; leakage itself is 3e-2."""
 M_PER_MIN = 1.0 / 60.0
 
 load = cache(load_crane)
 
 
 UNITS = {C150: ("820 kW", "410 kW"), E250: ("1110 kW", "550 kW"), PURE: ("880 kW", "440 kW")}
-"""Power units P_max, P_back so small that they bind with a heavy load, whatever the library's are: corner power of the pumps at 275 bar."""
+"""Power units P_max, P_back so small that they bind with a heavy load, whatever the library's are: corner power of the
+pumps at 275 bar."""
 
 
 @cache
 def outer(name, share, way=Direction.HOISTING, units="library"):
-    """The station of a part of the SWL on the outermost layer; units of the library, "small" ones of `UNITS`, or "endless"."""
+    """The station of a part of the SWL on the outermost layer; units of the library, "small" ones of `UNITS`, or
+    "endless"."""
     crane = {"library": load, "small": small, "endless": unlimited}[units](name)
     return Station(crane, share * crane.SWL, wire_out_on(crane, crane.drum.layers), way)
 
@@ -53,7 +55,7 @@ def unlimited(name):
 
 
 @cache
-def whole(name):
+def envelope_of(name):
     crane = load(name)
     return envelope(crane, layers=[1, crane.drum.layers], loads=["0 %", "60 %", "100 %"], modes=["ns", "hs", "ssc"])
 
@@ -145,18 +147,18 @@ class TestLimits:
     def test_no_mode_goes_faster_than_the_machine(self):
         for name in (C150, E250, PURE):
             few = envelope(small(name), loads=["60 %", "100 %"], modes=["ns", "hs", "ssc"])
-            for data in (whole(name), few):
+            for data in (envelope_of(name), few):
                 v = data["v_w_top"]
                 assert bool((v.fillna(0.0) <= v.sel(mode=PHYSICAL) * (1.0 + SAME)).all())
 
     @pytest.mark.parametrize("name", [C150, E250, PURE])
     def test_hoisting_gets_slower_with_the_load(self, name):
-        v = whole(name)["v_w_top"].sel(direction="hoisting", mode=["ns", "ssc", PHYSICAL])
+        v = envelope_of(name)["v_w_top"].sel(direction="hoisting", mode=["ns", "ssc", PHYSICAL])
         assert bool((v.diff("load") < 0.0).all())
 
     @pytest.mark.parametrize("name", [C150, E250, PURE])
     def test_the_machine_is_slower_on_inner_layers(self, name):
-        v = whole(name)["v_w_top"].sel(mode=PHYSICAL, load=0.0)
+        v = envelope_of(name)["v_w_top"].sel(mode=PHYSICAL, load=0.0)
         assert bool((v.diff("layer") > 0.0).all())
 
     def test_constant_wire_force_keeps_the_speed_of_ns_on_layers_where_its_motors_are_above_their_least(self):
@@ -167,7 +169,7 @@ class TestLimits:
         assert float(v.max() / v.min()) == pytest.approx(1.0, abs=0.003)  # what leaks by speed and friction by diameter
 
     def test_hs_carries_60_per_cent_of_the_swl_and_no_more(self):
-        data = whole(C150)
+        data = envelope_of(C150)
         hs = data.sel(mode="hs", direction="hoisting", layer=11)
         assert np.isfinite(hs["v_w_top"].values).tolist() == [True, True, False]
         assert [str(b) for b in hs["binds"].values[2:]] == [Limit.LOAD.value]
@@ -203,7 +205,8 @@ class TestLimits:
     @pytest.mark.parametrize(("name", "share"), [(E250, 1.0), (PURE, 0.6), (PURE, 1.0)])
     @pytest.mark.parametrize("way", list(Direction))
     def test_no_displacement_gives_more_speed_where_power_binds(self, name, share, way):
-        """Power has no order in the displacement: each of these has its best one elsewhere, in the middle or at an end."""
+        """Power has no order in the displacement: each of these has its best one elsewhere, in the middle or at an
+        end."""
         s = outer(name, share, way, "small")
         best = s.top_of_machine()
         assert best.binds is Limit.POWER
@@ -220,8 +223,8 @@ class TestLimits:
         assert free.top_of_mode(Mode.SSC).v_w == limited.top_of_mode(Mode.SSC).v_w  # its pumps are full before
 
     def test_what_the_boost_pump_cannot_fill_is_no_steady_operation(self):
-        """At 1,500 bar the relief valves let go more than a boost pump of 490 L/min makes up for, whatever the low line's pressure; a boost
-        pump without end does."""
+        """At 1,500 bar the relief valves let go more than a boost pump of 490 L/min makes up for, whatever the low
+        line's pressure; a boost pump without end does."""
         crane = changed(unlimited(E250), {"active": {"pump": {"D": ["5000 cm^3/rev"]}}})
         endless = changed(crane, {"active": {"boost": {"Q_max": "1e6 L/min"}}})
         asked = {"alpha_m": 0.8, "load": 0.0, "s_w": 20.0}
@@ -246,7 +249,7 @@ class TestLimits:
         assert s.alpha_least == pytest.approx(s.crane.control.alpha_ns)
 
     def test_the_hyperbola_of_the_rule_passes_through_the_speed_of_ns_at_the_swl(self):
-        data, s = whole(C150), outer(C150, 1.0)
+        data, s = envelope_of(C150), outer(C150, 1.0)
         ours = float(data["v_w_power_rule"].sel(layer=11, load=150e3))
         assert ours == pytest.approx(wire_speed_max(s.crane, s.crane.control.alpha_ns, s.winch.geometry.d))
         power = data["v_w_power_rule"] * (data["load"] + s.crane.hook_mass)
@@ -261,7 +264,8 @@ class TestAgainstTheEngine:
     @pytest.mark.parametrize(("part", "full"), [(0.97, False), (1.03, True)])
     @pytest.mark.parametrize("mode", [Mode.NS, Mode.SSC])
     def test_pumps_saturate_above_the_top_of_a_mode_and_not_below(self, mode, part, full):
-        """A swell of 60 s is slow enough to be steady; the gas is held, for it moves more oil than the accumulator takes."""
+        """A swell of 60 s is slow enough to be steady; the gas is held, for it moves more oil than the accumulator
+        takes."""
         top = outer(C150, 0.6).top_of_mode(mode).v_w
         v = part * top
         tip = Sine.from_si(v * 60.0 / (2.0 * math.pi), 60.0)
@@ -316,7 +320,7 @@ class TestRefusals:
             envelope(load(C150), **asked)
 
     def test_every_number_has_a_unit_and_a_meaning(self):
-        for data in (whole(C150), setting_curves(load(C150), modes=["ns"], v_w=["1 m/s"])):
+        for data in (envelope_of(C150), setting_curves(load(C150), modes=["ns"], v_w=["1 m/s"])):
             for name in data.data_vars:
                 assert data[name].attrs["long_name"], name
 

@@ -61,7 +61,8 @@ def test_a_load_that_no_mode_may_carry_ends_with_1_and_null(capsys):
     ("units", "binds"), [('P_max = "10 MW"\nP_back = "10 MW"', "torque reserve"), ("", "hydraulic power")]
 )
 def test_table_tells_speed_and_limit_in_human_units(capsys, tmp_path, units, binds):
-    """80 t drive 0.6 MW and more into the pumps while they sink; power units of 10 MW leave the torque reserve as the limit."""
+    """80 t drive 0.6 MW and more into the pumps while they sink; power units of 10 MW leave the torque reserve as the
+    limit."""
     file = tmp_path / "units.toml"
     file.write_text(f'base = "{CRANE}"\n[hpu]\n{units}\n')
     assert run(["envelope", str(file), "--modes", "ns,ssc", "--load", "40 t", "--load", "80 t"]) == 0

@@ -161,13 +161,13 @@ def test_a_normal_distribution_is_cut_where_physics_ends_and_not_clipped():
 @pytest.mark.parametrize(
     ("table", "error", "words"),
     [
-        ({"stiction": 1.0}, SpecError, "no factor; there are friction"),
+        ({"stiction": 1.0}, SpecError, "unknown factor. Allowed: friction"),
         ({"boost": {"normal": [1.0]}}, SpecError, "normal takes 2 values, came 1"),
         ({"boost": {"normal": [1.0, -0.1]}}, SpecError, "a deviation above 0"),
-        ({"boost": {"normal": [1.0, 2.0]}}, SpecError, "31% of it lies outside"),
+        ({"boost": {"normal": [1.0, 2.0]}}, SpecError, "31% of it is outside"),
         ({"boost": {"uniform": [1.2, 0.8]}}, SpecError, "values that rise"),
-        ({"boost": {"beta": [1, 2]}}, SpecError, "give one of normal, lognormal"),
-        ({"boost": "1 bar"}, SpecError, "a number is due"),
+        ({"boost": {"beta": [1, 2]}}, SpecError, "choose one of normal, lognormal"),
+        ({"boost": "1 bar"}, SpecError, "must be a number"),
         ({"boost": -1.0}, SpecError, "beyond 0 to inf"),
         ({"delay": 0.02}, UnitError, "a bare number"),
         ({"delay": {"uniform": ["0 ms", "20 s"]}}, SpecError, "beyond 0 to 10"),
@@ -216,6 +216,6 @@ def test_a_drawn_set_of_motor_losses_is_scaled_where_passive_motors_are_outside_
 def test_the_wider_ends_of_motor_loss_are_for_motors_outside_their_fit():
     crane = load_crane("nov-250t")
     slow = HEAVY.model_copy(update={"tip": EMPTY.tip.__class__.from_si(0.3, 12.0)})
-    assert FACTORS["motor_loss"].strained(crane, EMPTY)
-    assert not FACTORS["motor_loss"].strained(crane, slow)
-    assert not FACTORS["friction"].strained(crane, EMPTY)
+    assert FACTORS["motor_loss"].outside_fit(crane, EMPTY)
+    assert not FACTORS["motor_loss"].outside_fit(crane, slow)
+    assert not FACTORS["friction"].outside_fit(crane, EMPTY)

@@ -1,4 +1,4 @@
-"""Margins come from the loop that holds: the published one, or the whole plant where friction falls with speed."""
+"""Margins come from the loop that holds: the published one, or the complete plant where friction falls with speed."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from stillhook.analysis.controllers import Controller, controller, strong_ssc
 from stillhook.analysis.loop_stability.governing import (
     KEPT,
     SLOW,
-    carried,
     governing,
+    payloads_of_mode,
     plant_loop_at,
     slow_places,
     wire_range,
@@ -31,18 +31,19 @@ from stillhook.spec.scenario import Mode
 
 LIBRARY = load_crane("nov-250t")
 CRANE = changed(LIBRARY, {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}})
-"""The same with a wire on which loads do not ring (that of paper C): slow and loaded, the gain then decides whether the winch swings. On the
-library's wire a heavy load swings whatever the gain, and the empty hook governs."""
+"""The same with a wire on which loads do not ring (that of paper C): slow and loaded, the gain then decides whether the
+winch oscillates. On the library's wire a heavy load swings whatever the gain, and the empty hook governs."""
 CUT = 0.05
 """What cutting displacements down to whole steps may cost of a gain [-]."""
 APART = 0.12
-"""How far above and below the linear limit the runs are [-]: nearer, growth and decay take longer than the runs last."""
+"""How far above and below the linear limit the runs are [-]: nearer, growth and decay take longer than the runs
+last."""
 
 
 @pytest.mark.parametrize("crane", [CRANE, LIBRARY], ids=["calm wire", "library"])
 @pytest.mark.parametrize("name", ["ns", "hs", "ssc", "ssc-cubic", "level-1"])
 def test_no_slow_place_allows_less_gain_than_the_loop_that_governs(name: str, crane: Crane):
-    """Except where the plant swings whatever the gain: those places are named, and have no limit at all."""
+    """Except where the plant oscillates whatever the gain: those places are named, and have no limit at all."""
     mode = Mode(name)
     found = governing(crane, mode)
     assert (
@@ -50,7 +51,7 @@ def test_no_slow_place_allows_less_gain_than_the_loop_that_governs(name: str, cr
         < found.K_p
         <= strongest_gain(crane, alpha_m={Mode.NS: 0.8, Mode.LEVEL_1: 1.0}.get(mode, 0.6)) * (1.0 + 1e-9)
     )
-    places = slow_places(carried(crane, mode), (100.0,))
+    places = slow_places(payloads_of_mode(crane, mode), (100.0,))
     assert set(found.swings) == {p for p in places if gain_limit_of(plant_loop_at(crane, mode, p).loop)[0] == 0.0}
     assert bool(found.swings) is (crane is LIBRARY)
     for place in set(places) - set(found.swings):
@@ -73,7 +74,8 @@ def test_the_plant_governs_where_motors_stand_at_little_displacement_and_not_und
 
 
 def test_heavy_loads_on_the_library_wire_swing_whatever_the_gain_and_do_not_change_the_limits_of_it():
-    """The swing of a load that rings long is named; the gain is limited as on a wire on which it does not, so a worse wire allows no more."""
+    """The swing of a load that rings long is named; the gain is limited as on a wire on which it does not, so a worse
+    wire allows no more."""
     for name, load in (("ns", LIBRARY.SWL), ("hs", 0.6 * LIBRARY.SWL), ("ssc", LIBRARY.SWL)):
         found = governing(LIBRARY, Mode(name))
         assert [p.load for p in found.swings] == pytest.approx([load] * len(found.swings))
@@ -83,23 +85,25 @@ def test_heavy_loads_on_the_library_wire_swing_whatever_the_gain_and_do_not_chan
 
 
 def test_margins_hold_with_a_shorter_computing_time_too():
-    """A delay turns the loop's resonance away from -1 and allows more gain; a gain that counts on it fails where the PLC is quicker."""
+    """A delay turns the loop's resonance away from -1 and allows more gain; a gain that counts on it fails where the
+    PLC is quicker."""
     quick = changed(CRANE, {"control": {"compute_share": 0.0}})
     for name in ("level-1", "ssc"):
         assert governing(CRANE, Mode(name)).K_p <= governing(quick, Mode(name)).K_p * (1.0 + 1e-9)
 
 
 def test_both_directions_empty_hook_and_heaviest_load_are_looked_at():
-    places = slow_places(carried(CRANE, Mode.NS), wire_range(CRANE))
+    places = slow_places(payloads_of_mode(CRANE, Mode.NS), wire_range(CRANE))
     assert {p.load for p in places} == {0.0, CRANE.SWL}
     assert {math.copysign(1.0, p.v_tip) for p in places} == {1.0, -1.0}
     assert max(p.s_w for p in places) > 2000.0 > 15.0 == min(p.s_w for p in places)
-    assert carried(CRANE, Mode.NS, 50e3) == (0.0, 50e3)
+    assert payloads_of_mode(CRANE, Mode.NS, 50e3) == (0.0, 50e3)
 
 
 @pytest.mark.parametrize(("v", "load", "s_w"), [(5.0, 100e3, 15.0), (5.0, 150e3, 100.0)])
 def test_a_gain_just_above_the_limit_of_the_plant_swings_and_one_just_below_dies_out(v: float, load: float, s_w: float):
-    """HS at 60 % displacement, far below the published limit of 1 1/m: the same kick fades below, and grows to a lasting cycle above."""
+    """HS at 60 % displacement, far below the published limit of 1 1/m: the same kick fades below, and grows to a
+    lasting cycle above."""
     place = next(p for p in slow_places((load,), (s_w,), (v / 60.0,)) if p.v_tip > 0.0)
     limit, omega = gain_limit_of(plant_loop_at(CRANE, Mode.HS, place).loop)
     assert limit < 0.5 * strongest_gain(CRANE, gain_margin=1.001, phase_margin=1e-3, sensitivity=1e6)
@@ -122,16 +126,17 @@ def test_a_gain_just_above_the_limit_of_the_plant_swings_and_one_just_below_dies
 
 @pytest.mark.parametrize("name", ["ns", "hs"])
 def test_a_tuned_controller_keeps_its_margins_where_it_is_slow_and_loaded(name: str):
-    """K_p of NS was 0.58 1/m and that of HS 0.40 1/m when B_v alone was looked at; HS then swung at 2 m/min with 150 t."""
+    """K_p of NS was 0.58 1/m and that of HS 0.40 1/m when B_v alone was looked at; HS then swung at 2 m/min with 150
+    t."""
     cases = [Scenario(load="40 t", s_w="100 m", tip="sine 1 m 10 s", warm_up="20 s", duration="50 s")]
     found = tune(CRANE, name, objective="error", cases=cases, budget=40)
     assert found.met
     tuned = found.controller.on(CRANE)
-    for place in slow_places(carried(CRANE, found.controller.mode), (100.0,)):
+    for place in slow_places(payloads_of_mode(CRANE, found.controller.mode), (100.0,)):
         m = margins(plant_loop_at(tuned, found.controller.mode, place).loop, tuned.control.K_p)
         assert m.gain_margin >= 2.0 * (1.0 - 1e-3)
         assert m.phase_margin >= math.radians(45.0) * (1.0 - 1e-3)
-    assert any("whole plant" in a for a in found.active) or tuned.control.K_p < 0.98 * gain_allowed(
+    assert any("complete plant" in a for a in found.active) or tuned.control.K_p < 0.98 * gain_allowed(
         tuned, found.controller.mode, Limits()
     )
 
@@ -139,7 +144,7 @@ def test_a_tuned_controller_keeps_its_margins_where_it_is_slow_and_loaded(name: 
 def test_the_limit_that_stops_it_names_load_speed_and_displacement():
     broken = linear_broken(CRANE, Mode.HS, Limits(), [1.0])
     assert broken[0].startswith("gain margin 0.2")
-    assert "(whole plant, 150 t at 2 m/min on 100 m of wire, tip going up, motors at 0.60)" in broken[-1]
+    assert "(complete plant, 150 t at 2 m/min on 100 m of wire, tip going up, motors at 0.60)" in broken[-1]
     assert linear_broken(CRANE, Mode.SSC, Limits(), [1.0]) == []
 
 
@@ -218,7 +223,7 @@ def test_a_controller_by_name_is_tuned_as_the_same_one_made():
             "scc",
             'Unknown controller "scc". Choose ns, hs, ssc, ssc-cubic, level-1, level-2, strong-ssc or a file that ends in .toml',
         ),
-        ("manual", '"manual" is no controller: the operator moves the winch. Choose ns, hs'),
+        ("manual", '"manual" is not a controller: the operator moves the winch. Choose ns, hs'),
         (None, "Unknown controller nothing. Give a name (ns, hs"),
         (
             Controller("mine", Mode.MANUAL),

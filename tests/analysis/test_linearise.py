@@ -1,4 +1,5 @@
-"""The plant linearised: against its own equations in motion, against the reduced model where they agree, and why they do not elsewhere."""
+"""The plant linearised: against its own equations in motion, against the reduced model where they agree, and why they
+do not elsewhere."""
 
 import math
 
@@ -31,10 +32,12 @@ from stillhook.spec.scenario import Mode
 
 CRANE = load_crane("nov-250t")
 CALM = changed(CRANE, {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}})
-"""A wire on which the load does not ring (that of paper C): slow and loaded, the gain then decides whether the winch swings."""
+"""A wire on which the load does not ring (that of paper C): slow and loaded, the gain then decides whether the winch
+oscillates."""
 PURE = load_crane("nov-100t-pure-active")
 STIFF = changed(CRANE, {"active": {"boost": {"conductance": "1e4 L/min/bar"}}})  # the low line then holds its pressure
-REDUCED = 0.012  # hook on its wire, and the falling friction at low speed, take 0.4 to 1.0 % off the eigenfrequency at the least load
+# hook on its wire, and the falling friction at low speed, take 0.4 to 1.0 % off the eigenfrequency at the least load
+REDUCED = 0.012
 STEPS = 1e-5  # derivatives at a quarter and at four times the step
 
 
@@ -43,7 +46,7 @@ def at(crane=CRANE, v=1.0, alpha_m=1.0, load=0.0, s_w=15.0) -> OperatingPoint:
 
 
 def swing(linear: Linear) -> PlantMode:
-    """The mode in which the winch swings on its oil."""
+    """The mode in which the winch oscillates on its oil."""
     return max((m for m in linear.modes() if m.pole.imag > 0.0), key=lambda m: m.share("p_a", "p_b", "omega_m"))
 
 
@@ -105,7 +108,8 @@ def test_empty_hook_on_a_short_wire_swings_as_the_reduced_model_says(v: float, a
 
 @pytest.mark.parametrize("alpha_m", [1.0, 0.6])
 def test_both_lines_afloat_are_a_spring_twice_as_stiff(alpha_m: float):
-    """With p_b held by boost one line is the spring; with both above boost and below flushing they are two: sqrt 2 in frequency."""
+    """With p_b held by boost one line is the spring; with both above boost and below flushing they are two: sqrt 2 in
+    frequency."""
     point = at(alpha_m=alpha_m)
     afloat = at_state(point, p_b=CRANE.active.boost.p + 1e5)
     assert swing(linearise(afloat)).omega_0 / swing(linearise(point)).omega_0 == pytest.approx(
@@ -116,8 +120,9 @@ def test_both_lines_afloat_are_a_spring_twice_as_stiff(alpha_m: float):
 @pytest.mark.parametrize("v", [0.2, 1.0])
 @pytest.mark.parametrize("alpha_m", [1.0, 0.6])
 def test_reduced_model_with_the_plants_own_numbers_has_the_plants_limit(v: float, alpha_m: float):
-    """B_v 2.1 N m s/rad stands for a slope that changes with speed and displacement; with the slope itself the limit agrees. What is left:
-    the hook on its wire, and the pumps' flow out of the low line, which a stiff boost takes away."""
+    """B_v 2.1 N m s/rad stands for a slope that changes with speed and displacement; with the slope itself the limit
+    agrees. What is left: the hook on its wire, and the pumps' flow out of the low line, which a stiff boost takes
+    away."""
     for crane, tolerance in ((CRANE, 0.05), (STIFF, 0.02)):
         point = at(crane, v, alpha_m)
         own = equivalent(crane, point)
@@ -127,21 +132,24 @@ def test_reduced_model_with_the_plants_own_numbers_has_the_plants_limit(v: float
 
 
 def test_heavy_load_on_a_long_wire_is_better_damped_than_the_reduced_model():
-    """Friction under load damps more at 60 m/min than B_v says, whatever the wire does; the published loop is on the safe side there."""
+    """Friction under load damps more at 60 m/min than B_v says, whatever the wire does; the published loop is on the
+    safe side there."""
     for crane in (CRANE, CALM):
         limit, _ = gain_limit_of(plant_loop(linearise(at(crane, load=100e3, s_w=1000.0))))
         assert limit > 2.0 * gain_limit(crane).K_p_ms
 
 
 def test_slow_empty_hook_has_less_margin_than_the_published_loop():
-    """Near 1 m/min the friction falls with speed (Stribeck): at 60 % displacement a third of the published limit is gone."""
+    """Near 1 m/min the friction falls with speed (Stribeck): at 60 % displacement a third of the published limit is
+    gone."""
     limit, _ = gain_limit_of(plant_loop(linearise(at(v=1.0 / 60.0, alpha_m=0.6))))
     assert limit == pytest.approx(0.646, abs=0.01)
     assert limit < 0.7 * gain_limit(CRANE, 0.6).K_p_ms
 
 
 def test_slow_loaded_winch_with_little_displacement_swings_without_feedback():
-    """Friction and its fall with speed grow with the load: at 1 m/min nothing of the limit is left, at full displacement most of it."""
+    """Friction and its fall with speed grow with the load: at 1 m/min nothing of the limit is left, at full
+    displacement most of it."""
     found, _ = full_stability(CALM, load=100e3, s_w=15.0, v_tip=1.0 / 60.0, alpha_m=0.6)
     assert (found.K_p_ms, found.K_p_ms_plc, found.gain_margin, found.K_p_strong) == (0.0, 0.0, 0.0, 0.0)
     assert found.zeta < 0.0
@@ -151,7 +159,8 @@ def test_slow_loaded_winch_with_little_displacement_swings_without_feedback():
 
 @pytest.mark.parametrize(("load", "ok"), [(0.0, True), (100e3, False)])
 def test_slow_load_on_the_library_wire_swings_at_any_displacement(load: float, ok: bool):
-    """A wire of zeta 0.01 leaves the load's swing to the falling friction: full displacement does not help, a light hook does."""
+    """A wire of zeta 0.01 leaves the load's swing to the falling friction: full displacement does not help, a light
+    hook does."""
     found, _ = full_stability(CRANE, load=load, s_w=15.0, v_tip=1.0 / 60.0, alpha_m=1.0)
     assert found.ok is ok
     assert (found.K_p_ms_plc > 0.0) is ok
@@ -173,7 +182,8 @@ def test_limit_of_the_slow_loaded_plant_is_where_a_run_begins_to_swing(part: flo
 
 
 def test_stuck_winch_is_a_spring_on_its_bristle():
-    """At rest the bristle's stiffness carries the winch: 50 rad/s, as sigma_0 over the inertia says, and no slow swing on the oil."""
+    """At rest the bristle's stiffness carries the winch: 50 rad/s, as sigma_0 over the inertia says, and no slow swing
+    on the oil."""
     point = at(v=0.0, s_w=100.0, load=0.0)
     stuck = max((m for m in linearise(point).modes() if m.pole.imag > 0.0), key=lambda m: m.share("z", "omega_m"))
     assert stuck.omega_0 == pytest.approx(math.sqrt(CRANE.friction.sigma_0 * point.geometry.i_J), rel=0.05)
@@ -204,7 +214,8 @@ def test_ssc_stands_where_its_law_puts_it():
 
 
 def test_power_units_that_are_not_at_their_limit_change_no_pole():
-    """The PLC is linearised where the point stands: the gas at its own pressure, the passive pumps at rest, power left over."""
+    """The PLC is linearised where the point stands: the gas at its own pressure, the passive pumps at rest, power left
+    over."""
     tight = changed(CRANE, {"hpu": {"P_max": "1000 kW", "P_back": "500 kW"}})
     found, free = (
         full_stability(c, load=100e3, s_w=100.0, v_tip=-1.5)[0] for c in (tight, CRANE.model_copy(update={"hpu": None}))
@@ -214,7 +225,8 @@ def test_power_units_that_are_not_at_their_limit_change_no_pole():
 
 @pytest.mark.parametrize(("v", "stable"), [(1.0, True), (1.4, False)])
 def test_ssc_without_displacement_feedback_jumps_from_cycle_to_cycle(v: float, stable: bool):
-    """The PLC then reckons with its last command. The linearised PLC, the closed form and a run agree on where that stops to settle."""
+    """The PLC then calculates with its last command. The linearised PLC, the closed form and a run agree on where that
+    stops to settle."""
     blind = changed(CRANE, {"active": {"motor": {"variant": "open-loop", "offset": 0.0, "hysteresis": 0.0}}})
     found, point = full_stability(blind, load=0.0, s_w=15.0, v_tip=-v)
     assert found.stable_plc == stable

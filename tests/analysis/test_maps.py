@@ -1,4 +1,5 @@
-"""Operability maps: every cell is a run of its own, causes are what a run alone would say, and the comparison is fair."""
+"""Operability maps: every cell is a run of its own, causes are what a run alone would say, and the comparison is
+fair."""
 
 import numpy as np
 import pytest
@@ -238,16 +239,16 @@ class TestAxes:
             ({"loads": ""}, r"loads: empty"),
             ({"speeds": []}, r"speeds: empty"),
             ({"speeds": "10 s"}, r'speeds = "10 s": unit "s" is not one of'),
-            ({"speeds": "0 m/min"}, r"moves nothing"),
+            ({"speeds": "0 m/min"}, r"must be above 0"),
             ({"loads": "100 t, 50 t"}, r"50 t comes after 100 t"),
             ({"loads": "-5 t"}, r"below 0"),
-            ({"speeds": "10 m/min to 50 m/min by 7 m/min"}, r"step does not lead"),
+            ({"speeds": "10 m/min to 50 m/min by 7 m/min"}, r"not a multiple of the step"),
             ({"layers": 13}, r"layers 1 to 12"),
             ({"layers": []}, r"layers: empty"),
             ({"layers": [3, 3]}, r"named twice"),
-            ({"layers": 3, "s_w": "10 m"}, r"both say how much wire"),
+            ({"layers": 3, "s_w": "10 m"}, r"both define the wire paid out"),
             ({"s_w": "5000 m"}, r"can pay out 0 m to"),
-            ({"period": "25 s"}, r"a whole wave must lie in the 20 s that count"),
+            ({"period": "25 s"}, r"a complete wave must be within the 20 s that count"),
             ({"motion": Sine(amplitude="1 m", period="6 s"), "periods": "8 s"}, r"a motion has its own periods"),
         ],
     )

@@ -93,7 +93,8 @@ def test_short_cycle_is_the_continuous_loop_with_delay(alpha_m: float, delay: fl
 
 
 def test_sampled_loop_is_what_a_simulation_of_held_commands_gives():
-    """Closed loop, cycle by cycle, the plant between them by an integrator that knows nothing of matrix exponentials; delay 17 ms."""
+    """Closed loop, cycle by cycle, the plant between them by an integrator that knows nothing of matrix exponentials;
+    delay 17 ms."""
     A, B, C = loop_matrices(CRANE, 0.7)
     T, delay, K_p = 0.01, 0.017, 0.5
     M = sampled(ContinuousLoop(A, B, C), T, delay).closed_matrix(K_p)
@@ -123,7 +124,8 @@ def test_integrator_with_delay_has_the_margins_of_its_definition():
 
 @pytest.mark.parametrize("K_p", [1e-3, 1e-6])
 def test_little_gain_has_the_margins_of_an_integrator(K_p: float):
-    """Far below its resonance the loop is v/s: crossover at K_p times its own speed gain, a quarter turn of phase, and time enough."""
+    """Far below its resonance the loop is v/s: crossover at K_p times its own speed gain, a quarter turn of phase, and
+    time enough."""
     for loop in (position_loop(CRANE), sampled(position_loop(CRANE), CRANE.control.t_cycle)):
         m, ten = margins(loop, K_p), margins(loop, 10.0 * K_p)
         assert m.phase_margin == pytest.approx(math.pi / 2.0, rel=1e-3)
@@ -144,8 +146,8 @@ def test_loop_that_swings_without_feedback_has_no_gain_to_give():
 
 
 def test_several_crossovers_count_the_one_nearest_to_the_limit():
-    """A resonance above one on the far side of the first crossover: with a phase past -180 degrees there the loop is unstable, although
-    the first crossover alone shows 90 degrees."""
+    """A resonance above one on the far side of the first crossover: with a phase past -180 degrees there the loop is
+    unstable, although the first crossover alone shows 90 degrees."""
     K_ms = gain_limit(CRANE, 1.0).K_p_ms
     below, above = margins(position_loop(CRANE), 0.999 * K_ms), margins(position_loop(CRANE), 1.001 * K_ms)
     assert below.stable
@@ -157,7 +159,8 @@ def test_several_crossovers_count_the_one_nearest_to_the_limit():
 
 
 def test_delay_turns_the_resonance_away_from_the_limit_and_back_again():
-    """The loop meets its limit on the oil's resonance: a tenth of its period of delay raises the limit, a whole period brings it back."""
+    """The loop meets its limit on the oil's resonance: a tenth of its period of delay raises the limit, a whole period
+    brings it back."""
     T = CRANE.control.t_cycle
     limits = [gain_limit_of(sampled(position_loop(CRANE), T, d))[0] for d in (0.0, 0.1, 0.46)]
     assert limits[1] > 1.9 * limits[0]
@@ -226,6 +229,6 @@ def test_numbers_outside_their_range_are_refused(wrong: dict[str, float], text: 
 def test_loop_without_feedback_has_no_margins():
     with pytest.raises(StillhookError, match=r"K_p = 0 1/m: a loop without feedback"):
         margins(position_loop(CRANE), 0.0)
-    with pytest.raises(StillhookError, match="no end of poles"):
+    with pytest.raises(StillhookError, match="infinitely many poles"):
         replace(position_loop(CRANE), delay=0.1).closed_poles(0.16)
     assert is_stable(replace(position_loop(CRANE), delay=0.1), 0.16)

@@ -1,4 +1,4 @@
-"""Steady operation of the whole plant: its own equations at rest, and the engine's long run to the same place."""
+"""Steady operation of the complete plant: its own equations at rest, and the engine's long run to the same place."""
 
 import math
 from functools import cache
@@ -18,8 +18,10 @@ RATE = 1.0
 SAME = 1e-9
 """Part within which an exact statement must hold."""
 LAG = 0.6e5
-"""Pressure by which the engine's end lies off the steady one on active/passive winches [Pa]: their passive motors follow a gas
-pressure that keeps drifting, a servo's lag behind. Measured up to 0.35 bar; nothing drifts on a pure active winch (below 100 Pa)."""
+"""Pressure by which the engine's end lies off the steady one on active/passive winches [Pa]: their passive motors
+follow a gas pressure that keeps drifting, a servo's lag behind. Measured up to 0.35 bar; nothing drifts on a pure
+active winch
+(below 100 Pa)."""
 
 CALM = {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}}
 """A wire on which a load does not swing; that of paper C."""
@@ -52,7 +54,8 @@ def test_the_bristle_slides_and_is_relaxed_at_standstill(name):
 @pytest.mark.parametrize("name", CRANES)
 @pytest.mark.parametrize("speed", ["-40 m/min", "-10 m/min", "10 m/min", "40 m/min"])
 def test_a_long_run_of_the_engine_ends_there(name, speed):
-    """The wire is one whose load does not ring: with the library's damping it swings for minutes, and at a crawl sticks and slips."""
+    """The wire is one whose load does not ring: with the library's damping it swings for minutes, and at a crawl sticks
+    and slips."""
     crane = changed(load(name), CALM)
     held = Operator(alpha_m=0.8, profile=[("0 s", "0 m/min"), ("5 s", speed)])
     case = Scenario(load="90 t", s_w="60 m", mode="manual", duration="25 s", warm_up="1 s", operator=held)

@@ -1,4 +1,5 @@
-"""The reduced model against an independent integrator on the printed equations, and the engine against the reduced model."""
+"""The reduced model against an independent integrator on the printed equations, and the engine against the reduced
+model."""
 
 import numpy as np
 import pytest
@@ -6,22 +7,24 @@ from scipy.integrate import solve_ivp
 
 from stillhook import Scenario, Sine, load_crane, simulate
 from stillhook.analysis.loop_stability.models.reduced import simulate_reduced
-from stillhook.analysis.loop_stability.models.transfer import about, whole_matrices
+from stillhook.analysis.loop_stability.models.transfer import about, full_matrices
 from stillhook.engine.pack.winch import gains, pack
 from stillhook.library import changed
 from stillhook.physics.load_path.drum import K_wire as ratio_of
 
 CRANE = load_crane("nov-250t")
 MICROMETRE = 1e-6  # of wire: what a reference has to be sure to
-ENGINE = 2.5e-4  # of wire: PLC cycle of 0.1 ms at 1.5 m/s, wire leaving the drum (5.6 m: 0.5 % of inertia), a third of the motors' leak outwards
+# of wire: PLC cycle of 0.1 ms at 1.5 m/s, wire leaving the drum (5.6 m: 0.5 % of inertia), a third of the motors' leak
+# outwards
+ENGINE = 2.5e-4
 TABLE_2 = Sine(amplitude="2.8 m", period="12 s", phase="-90 deg")
 
 
 def test_linear_part_agrees_with_another_integrator_of_another_right_hand_side():
-    """Motors at full displacement, pumps never full: the matrices of the whole model under Radau (implicit, order 5), the reduced model
-    under Dormand and Prince (explicit, order 8)."""
+    """Motors at full displacement, pumps never full: the matrices of the whole model under Radau (implicit, order 5),
+    the reduced model under Dormand and Prince (explicit, order 8)."""
     tip = Sine(amplitude="0.5 m", period="6 s", phase="-90 deg")
-    A, B, _, _ = whole_matrices(CRANE, about(CRANE, 0.0, mode="level-1"))
+    A, B, _, _ = full_matrices(CRANE, about(CRANE, 0.0, mode="level-1"))
 
     def rates(t: float, x: np.ndarray) -> np.ndarray:
         _, v, a = tip.sample(t)
@@ -74,8 +77,8 @@ def test_ssc_agrees_with_the_equations_as_printed(tip: Sine):
 
 
 def ideal():
-    """The crane with the assumptions of the reduced model: friction B_v alone, all leakage in the motors, a low line that boost and
-    flushing hold, no weight on the hook, a PLC of 0.1 ms that looks half a cycle ahead."""
+    """The crane with the assumptions of the reduced model: friction B_v alone, all leakage in the motors, a low line
+    that boost and flushing hold, no weight on the hook, a PLC of 0.1 ms that looks half a cycle ahead."""
     n = CRANE.active.motor.count + CRANE.passive.motor.count
     no_loss = {"X_1": "0 N m s/rad", "X_2": "0 N m s^2/rad^2/(m^3/rad)^3", "X_3": 0.0, "X_4": "0 N m", "X_5": "0 m^5/N"}
     leak = {"C_1": f"{0.4 / CRANE.active.motor.count} L/min/bar", "C_2": "0 L/min/bar/(rev/min)"}

@@ -14,9 +14,11 @@ DT = 0.002
 ON_THE_GRID = 1.5 * DT
 """Peaks lie on samples: two of them are each up to half a sample off."""
 FIT = 0.01
-"""Relative: heights of peaks are read on samples, at most (omega DT)^2 / 8 too low; the settled mean still holds the last ringing."""
+"""Relative: heights of peaks are read on samples, at most (omega DT)^2 / 8 too low; the settled mean still holds the
+last ringing."""
 FILTER = 0.01
-"""Relative: a third-order filter lets 0.03 % of the wave through a decade below its edge; the ends of the series ring."""
+"""Relative: a third-order filter lets 0.03 % of the wave through a decade below its edge; the ends of the series
+ring."""
 
 
 def run_of(x: np.ndarray, t: np.ndarray) -> xarray.Dataset:

@@ -1,4 +1,5 @@
-"""Routh's table against roots that are known because the polynomial was made of them, and gain limits by table, poles and closed form."""
+"""Routh's table against roots that are known because the polynomial was made of them, and gain limits by table, poles
+and closed form."""
 
 import math
 from fractions import Fraction
@@ -28,7 +29,8 @@ roots = st.lists(st.one_of(real, pair), min_size=1, max_size=4).map(lambda parts
 
 @given(roots, st.sampled_from([1, -2, Fraction(1, 3)]))
 def test_table_counts_roots_on_the_right_and_on_the_axis(at: list[complex], factor: float):
-    """Roots of small whole parts make polynomials of whole coefficients, often with zero rows and zero first elements."""
+    """Roots of small whole parts make polynomials of whole coefficients, often with zero rows and zero first
+    elements."""
     p = [factor * int(c) for c in np.poly(at).real.round()]
     found = routh(p)
     assert found.unstable == sum(r.real > 0 for r in at)

@@ -1,4 +1,5 @@
-"""Which factors a spread comes from: the indices against a function whose indices are known, and on the winch itself."""
+"""Which factors a spread comes from: the indices against a function whose indices are known, and on the winch
+itself."""
 
 import numpy as np
 import pytest
@@ -46,7 +47,8 @@ def test_numbers_that_hang_together_are_one_group():
 
 
 def test_mean_pressure_hangs_on_the_one_factor_that_moves_it():
-    """A tenth more or less load moves the largest wire tension in proportion; boost pressure does not move it at all."""
+    """A tenth more or less load moves the largest wire tension in proportion; boost pressure does not move it at
+    all."""
     known = Uncertainty.of({"load": {"uniform": [0.9, 1.1]}, "boost": {"uniform": [0.9, 1.1]}, "delay": "0 s"})
     (found,) = sensitivity(CRANE, CASE, known, outputs=["F_w_max"], n=64)
     assert list(found.indices) == ["load", "boost"]  # the fixed delay has no index
@@ -89,8 +91,8 @@ def test_a_number_that_does_not_vary_has_no_indices():
     [
         ({"n": 100}, "a power of two"),
         ({"n": 8}, "a power of two from 16"),
-        ({"outputs": ["e_pp"]}, "no number of a summary"),
-        ({"against": "hs"}, "no case; there are ssc"),
+        ({"outputs": ["e_pp"]}, "not a result of the summary"),
+        ({"against": "hs"}, "unknown case. Allowed: ssc"),
         ({"uncertainty": Uncertainty.of({"boost": 1.0})}, "all are fixed"),
     ],
 )

@@ -1,4 +1,5 @@
-"""Settling after a step of wire speed: the test is a fair one, the time is the response's, and what never settles says why."""
+"""Settling after a step of wire speed: the test is a fair one, the time is the response's, and what never settles says
+why."""
 
 import itertools
 
@@ -7,7 +8,16 @@ import pytest
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.analysis.axes import middle_of
-from stillhook.analysis.maps.settling import AFTER, BAND, HOLD, RAMP, _why_not, operator_of, settling_map, settling_of
+from stillhook.analysis.maps.settling import (
+    AFTER,
+    BAND,
+    HOLD,
+    RAMP,
+    _invalid_reason,
+    operator_of,
+    settling_map,
+    settling_of,
+)
 from stillhook.engine.scenario import batch as many
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.library import changed
@@ -17,7 +27,8 @@ LIBRARY = load_crane("nov-250t")
 CALM = changed(LIBRARY, {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}})
 """A wire on which the load does not swing (that of paper C), so that the time is the winch's own."""
 CRANE = CALM.model_copy(update={"hpu": None})
-"""The same with power units without end: the joystick lifts the load, which takes a power that compensating it does not."""
+"""The same with power units without end: the joystick lifts the load, which takes a power that compensating it does
+not."""
 DV = 5.0 / 60.0
 START = RAMP + HOLD
 PLACE_TOLERANCE = 1.0  # m of 299 m on the layer: the winch lags the joystick by the control error of a ramp
@@ -98,7 +109,8 @@ class TestTime:
         assert (t[0, :, :2] < t[1, :, :2]).all()
 
     def test_a_load_that_rings_on_its_wire_settles_later_than_the_winch(self, found):
-        """A swing of zeta = 0.01 takes ln(50) / (zeta omega) to die down to 2 %: minutes, where the winch takes a second."""
+        """A swing of zeta = 0.01 takes ln(50) / (zeta omega) to die down to 2 %: minutes, where the winch takes a
+        second."""
         ringing = settling_of(LIBRARY, ["ssc"], loads="150 t, 250 t", speeds="10 m/min, 40 m/min")
         assert ringing.cause[0, :, 0, 0, 0].tolist() == ["keeps swinging"] * 2
         assert ringing.values["settling_time"][0, 0, 1, 0, 0] > 5.0 * found.values["settling_time"][2, 1, 1, 0, 0]
@@ -153,10 +165,10 @@ class TestNever:
         t = np.arange(0.0, AFTER, 0.01)
         swinging = DV * (1.0 - np.cos(6.0 * t) * 0.1)
         slow = DV * 0.9 * (1.0 - np.exp(-t / 0.2))
-        assert _why_not(swinging - swinging[0], DV, 0.01, 0.5) == "keeps swinging"
-        assert _why_not(slow, DV, 0.01, 0.5) == "slower than 15 s"
-        assert _why_not(slow + 0.5 * DV, DV, 0.01, 0.5) == "not steady before the step"
-        assert _why_not(slow, DV, 0.01, 1.0) == "pumps saturated"
+        assert _invalid_reason(swinging - swinging[0], DV, 0.01, 0.5) == "keeps swinging"
+        assert _invalid_reason(slow, DV, 0.01, 0.5) == "slower than 15 s"
+        assert _invalid_reason(slow + 0.5 * DV, DV, 0.01, 0.5) == "not steady before the step"
+        assert _invalid_reason(slow, DV, 0.01, 1.0) == "pumps saturated"
 
     def test_a_gain_above_marginal_stability_is_unstable(self):
         wild = changed(CRANE, {"control": {"K_p": "3 1/m"}})
@@ -167,7 +179,7 @@ class TestNever:
         ("asked", "words"),
         [
             ({"speeds": "900 m/min"}, "on either side of its middle"),
-            ({"wire_step": "0 m/min"}, "more than 0"),
+            ({"wire_step": "0 m/min"}, "must be above 0"),
             ({"wire_step": "5 m"}, "unit"),
         ],
     )

@@ -12,9 +12,10 @@ from stillhook.spec.scenario import Mode
 
 LIBRARY = load_crane("nov-250t")
 CRANE = changed(LIBRARY, {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}})
-"""A wire on which the load does not ring (that of paper C): the gain then decides whether the winch swings."""
+"""A wire on which the load does not ring (that of paper C): the gain then decides whether the winch oscillates."""
 LOAD, S_W = 150e3, 100.0
-SWING = 0.5e5  # Pa rms above 0.5 Hz: at constant speed a calm winch has none at all, one that stops and starts a bar and more
+# Pa rms above 0.5 Hz: at constant speed a calm winch has none at all, one that stops and starts a bar and more
+SWING = 0.5e5
 
 
 def test_ssc_stands_at_full_displacement_when_slow_and_hs_does_not():

@@ -8,16 +8,8 @@ import pytest
 
 from stillhook import load_crane
 from stillhook.analysis.loop_stability.models.eigenfrequency import gain_limit
-from stillhook.analysis.loop_stability.stability import (
-    Over,
-    bode,
-    full_stability,
-    least_limit,
-    root_locus,
-    slow_sweep,
-    stability,
-    sweep,
-)
+from stillhook.analysis.loop_stability.stability import full_stability, least_limit, stability
+from stillhook.analysis.loop_stability.sweeps import Over, bode, root_locus, slow_sweep, sweep
 from stillhook.cli import run
 from stillhook.errors import StillhookError
 from stillhook.library import changed
@@ -26,8 +18,8 @@ from stillhook.variables import BY_NAME
 LIBRARY = load_crane("nov-250t")
 WIRE = {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}}
 CRANE = changed(LIBRARY, WIRE)
-"""A wire on which the load does not ring (that of paper C): slow and loaded, the gain then decides whether the winch swings. On the library's
-wire a heavy load swings whatever the gain."""
+"""A wire on which the load does not ring (that of paper C): slow and loaded, the gain then decides whether the winch
+oscillates. On the library's wire a heavy load swings whatever the gain."""
 KEYS = ("K_p_ms", "omega_c", "omega_0", "zeta", "gain_margin", "phase_margin", "delay_margin")
 DIGITS_6 = 5e-7
 
@@ -67,7 +59,8 @@ def test_several_displacements_give_lists(capsys):
 
 
 def test_the_command_says_which_loop_holds(capsys, calm):
-    """HS stands at 60 % displacement: with 150 t at 2 m/min its K_p is four times the limit that the published loop puts at 1 1/m."""
+    """HS stands at 60 % displacement: with 150 t at 2 m/min its K_p is four times the limit that the published loop
+    puts at 1 1/m."""
     words = (calm, "--alpha-m", "0.6", "--load", "150 t", "--s-w", "100 m")
     code, found = answer(capsys, *words)
     assert code == 1
@@ -78,14 +71,15 @@ def test_the_command_says_which_loop_holds(capsys, calm):
     assert found["swings"] == []
     assert run(["stability", *words]) == 1
     out = capsys.readouterr().out
-    assert "the whole plant governs (150 t at 2 m/min on 100 m of wire" in out
+    assert "the complete plant governs (150 t at 2 m/min on 100 m of wire" in out
     assert "UNSTABLE. K_p 0.16 1/m, limit 0.0366" in out
     assert run(["stability", calm, "--load", "100 t", "--s-w", "1000 m", "--v-tip", "20 m/min"]) == 0
-    assert "motors 1, the published loop governs (whole plant at least: 100 t at 20 m/min" in capsys.readouterr().out
+    assert "motors 1, the published loop governs (complete plant at least: 100 t at 20 m/min" in capsys.readouterr().out
 
 
 def test_the_command_names_places_that_swing_whatever_the_gain_beside_the_loop_that_governs(capsys):
-    """On the library's wire the load's own swing dies out by 1 % per radian, less than falling friction gives it: no K_p ends that."""
+    """On the library's wire the load's own swing dies out by 1 % per radian, less than falling friction gives it: no
+    K_p ends that."""
     words = ("nov-250t", "--alpha-m", "0.6", "--load", "150 t", "--s-w", "100 m")
     code, found = answer(capsys, *words)
     assert (code, found["governs"]) == (1, "plant")
@@ -95,13 +89,15 @@ def test_the_command_names_places_that_swing_whatever_the_gain_beside_the_loop_t
     assert run(["stability", *words]) == 1
     out = " ".join(capsys.readouterr().out.split())
     assert (
-        "whatever K_p, the whole plant swings at 150 t at 2 m/min on 100 m of wire, tip going up and at 3 more" in out
+        "whatever K_p, the complete plant oscillates at 150 t at 2 m/min on 100 m of wire, tip going up and at 3 more"
+        in out
     )
 
 
 @pytest.mark.parametrize("name", ["calm", "library"])
 def test_the_plant_is_looked_at_where_it_has_least_to_spare(capsys, calm, name):
-    """Of all slow points that --full can be put at, none has a lower limit than the one that the command finds, but those that it names."""
+    """Of all slow points that --full can be put at, none has a lower limit than the one that the command finds, but
+    those that it names."""
     crane, file = (CRANE, calm) if name == "calm" else (LIBRARY, "nov-250t")
     _, found = answer(capsys, file, "--alpha-m", "0.8")
     named = {(p["load"], p["s_w"], round(60.0 * p["v_tip"])) for p in found["swings"]}
@@ -164,16 +160,16 @@ def test_winch_that_swings_without_feedback_is_told_why(capsys):
 @pytest.mark.parametrize(
     ("words", "text"),
     [
-        (("--alpha-m", "1.2"), "alpha_m = 1.2: the displacement over its maximum lies above 0 and up to 1"),
+        (("--alpha-m", "1.2"), "alpha_m = 1.2: the displacement over its maximum must be above 0 and at most 1"),
         (("--layer", "13"), 'layer = 13: "nov-250t" has layers 1 to 12'),
         (("--delay", "-1 s"), "delay = -1 s: allowed is 0 up to 10 s"),
         (("--full",), "--full needs --v-tip"),
         (("--full", "--v-tip", "10 m/min", "--layer", "3"), "--layer belongs to the published model"),
         (
             ("--layer", "3", "--load", "100 t"),
-            "--layer: on it the published loop stands alone. Leave out --load and --s-w.",
+            "--layer: it applies to the published loop only. Leave out --load and --s-w.",
         ),
-        (("--v-tip", "200 m/min", "--full"), "beyond their stop"),
+        (("--v-tip", "200 m/min", "--full"), "beyond the stop"),
         (("--v-tip", "200 m/min"), "the pumps are full at 2.01 m/s with the motors at 0.6. Give a slower tip."),
         (("--out", "/proc/none"), "/proc/none"),
     ],
@@ -218,7 +214,8 @@ def test_tip_speed_moves_the_motors_poles_and_no_limit():
 
 
 def test_limit_rises_again_only_far_below_any_mode():
-    """Where it is least, about 7 % displacement, no mode goes: within the range of every mode the limit grows with the displacement."""
+    """Where it is least, about 7 % displacement, no mode goes: within the range of every mode the limit grows with the
+    displacement."""
     alpha_m, K_p = least_limit(CRANE)
     assert alpha_m == pytest.approx(0.069, abs=0.001)
     assert alpha_m < 0.2 * CRANE.active.motor.alpha_min
@@ -248,5 +245,5 @@ def test_bode_and_root_locus_meet_at_the_limit():
 
 
 def test_unknown_sweep_is_refused():
-    with pytest.raises(StillhookError, match=r'over = "moon": give one of alpha_m, layer, leakage'):
+    with pytest.raises(StillhookError, match=r'over = "moon": choose one of alpha_m, layer, leakage'):
         sweep(CRANE, "moon")

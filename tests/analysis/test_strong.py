@@ -21,14 +21,17 @@ CALM = changed(CRANE, {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.9
 FAST = Scenario(load="100 t", s_w="100 m", tip="sine 2.5 m 12 s", duration="80 s")
 HEAVY = Scenario(load="200 t", s_w="100 m", tip="sine 1.6 m 10 s", duration="80 s")
 RINGING, LOAD_RINGS = 0.5, 1.0
-"""Frequency above which pressure is ringing and not the wave's [Hz]: the circuit's own lies at 1.2 to 2 Hz, waves below 0.2 Hz. 200 t on
-100 m of the library's wire swing at 0.8 Hz for minutes: above 1 Hz is the circuit alone."""
+"""Frequency above which pressure is ringing and not the wave's [Hz]: the circuit's own lies at 1.2 to 2 Hz, waves below
+0.2 Hz. 200 t on 100 m of the library's wire swing at 0.8 Hz for minutes: above 1 Hz is the circuit alone."""
 MORE_RINGING = 1.25
-"""Strong SSC may ring so much more than published SSC [-]; measured 1.0 to 1.1. Without damping it would be many times as much."""
+"""Strong SSC may ring so much more than published SSC [-]; measured 1.0 to 1.1. Without damping it would be many times
+as much."""
 MORE_PRESSURE, LOAD_SWINGS = 1.05, 1.10
-"""Price in pressure [-]; measured 2 to 3 %, and 4 to 9 % with the load's swing on the library's wire, which a stronger gain follows more."""
+"""Price in pressure [-]; measured 2 to 3 %, and 4 to 9 % with the load's swing on the library's wire, which a stronger
+gain follows more."""
 OFF_BEST = 1.5
-"""How far from the best lead's error that of the rule may lie [-]: what is left beyond is leakage, which no lead belongs to."""
+"""How far from the best lead's error that of the rule may lie [-]: what is left beyond is leakage, which no lead
+belongs to."""
 
 
 @pytest.mark.parametrize("name", cranes())

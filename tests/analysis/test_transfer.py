@@ -1,4 +1,5 @@
-"""The published models as systems: what they must be at rest, at zero frequency and at the poles, and what SSC does to them."""
+"""The published models as systems: what they must be at rest, at zero frequency and at the poles, and what SSC does to
+them."""
 
 import math
 
@@ -12,16 +13,16 @@ from stillhook.analysis.loop_stability.margins import gain_limit_of
 from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency, gain_limit
 from stillhook.analysis.loop_stability.models.loops import position_loop
 from stillhook.analysis.loop_stability.models.transfer import (
-    WHOLE,
+    FULL_LOOP,
     about,
     circuit,
     closed_loop_polynomial,
+    full_loop,
+    full_matrices,
     motor_poles,
     on_layer,
     open_loop,
     speed_response,
-    whole,
-    whole_matrices,
 )
 from stillhook.analysis.loop_stability.routh import gain_limit_by_poles
 from stillhook.analysis.steady.steady_state import speed_limit, steady
@@ -62,8 +63,8 @@ def test_state_space_and_polynomials_are_one_loop(crane, alpha_m: float, K_wire:
 
 
 def test_systems_name_their_signals():
-    system = whole(CRANE, 0.5)
-    assert tuple(system.state_labels) == WHOLE
+    system = full_loop(CRANE, 0.5)
+    assert tuple(system.state_labels) == FULL_LOOP
     assert system.input_labels == ["v_tip", "a_tip"]
     assert system.output_labels == ["v_w", "e_c", "u_ff", "alpha_m"]
 
@@ -71,9 +72,10 @@ def test_systems_name_their_signals():
 @pytest.mark.parametrize("v", [0.0, 0.3, -0.3, 1.0, -1.0, 1.8])
 @pytest.mark.parametrize("mode", ["ssc", "ssc-cubic"])
 def test_position_loop_keeps_its_poles_and_limit_whatever_the_motors_do(v: float, mode: str):
-    """Paper E's claim, with its right reason: the motors' loop hears the tip alone, so the whole is block triangular."""
+    """Paper E's claim, with its right reason: the motors' loop hears the tip alone, so the whole is block
+    triangular."""
     at = about(CRANE, v, mode=mode)
-    whole_poles = np.linalg.eigvals(whole_matrices(CRANE, at, K_p=0.7)[0])
+    whole_poles = np.linalg.eigvals(full_matrices(CRANE, at, K_p=0.7)[0])
     parts = np.concatenate([motor_poles(CRANE, v, mode=mode), position_loop(CRANE, at.alpha_m).closed_poles(0.7)])
     for p in parts:
         assert np.min(np.abs(whole_poles - p)) < 1e-5  # the motors' double pole at rest splits by the root of rounding
@@ -83,7 +85,8 @@ def test_position_loop_keeps_its_poles_and_limit_whatever_the_motors_do(v: float
 
 
 def test_motor_servo_has_no_effect_on_the_limit_but_ssc_moves_its_poles():
-    """SSC is no pure feedforward: from the threshold on, the measured alpha_m makes the motors' loop stiffer and less damped."""
+    """SSC is no pure feedforward: from the threshold on, the measured alpha_m makes the motors' loop stiffer and less
+    damped."""
     slow, fast = (motor_poles(CRANE, v) for v in (0.5, 1.6))
     assert -slow.real / np.abs(slow) == pytest.approx([1.0, 1.0], abs=1e-6)
     assert -fast[0].real / abs(fast[0]) == pytest.approx(0.656, abs=5e-4)
@@ -92,7 +95,7 @@ def test_motor_servo_has_no_effect_on_the_limit_but_ssc_moves_its_poles():
     lazy = changed(CRANE, {"active": {"motor": {"servo": {"omega_n": "1 rad/s"}}}})
     at, own = about(lazy, 1.6), motor_poles(lazy, 1.6)
     assert np.abs(own[0]) == pytest.approx(0.2 * abs(fast[0]), rel=1e-6)
-    K_ms = gain_limit_by_poles(lambda K_p: np.linalg.eigvals(whole_matrices(lazy, at, K_p=K_p)[0]))
+    K_ms = gain_limit_by_poles(lambda K_p: np.linalg.eigvals(full_matrices(lazy, at, K_p=K_p)[0]))
     assert K_ms == pytest.approx(gain_limit(CRANE, at.alpha_m).K_p_ms, rel=SAME)
 
 
@@ -101,7 +104,7 @@ def test_slopes_are_those_of_the_nonlinear_law(v: float):
     """The steady displacement changes with speed as the linear model's own zero-frequency gain says."""
     h = 1e-6
     change = (steady(CRANE, -(v + h), "ssc").alpha_m - steady(CRANE, -(v - h), "ssc").alpha_m) / (2.0 * h)
-    gain = whole(CRANE, v)(0.0)[3, 0].real
+    gain = full_loop(CRANE, v)(0.0)[3, 0].real
     assert gain == pytest.approx(change, rel=1e-6, abs=1e-9)
 
 
@@ -113,7 +116,8 @@ def test_slow_tip_motion_is_followed(v: float):
 
 
 def test_acceleration_feedforward_stays_in_the_linear_model():
-    """Paper E drops K_2 because a_tip is zero when steady; its variation is not, and without it compensation is ten times worse at 12 s."""
+    """Paper E drops K_2 because a_tip is zero when steady; its variation is not, and without it compensation is ten
+    times worse at 12 s."""
     without = changed(CRANE, {"control": {"K_2": "0 s^2/m"}})
     s = 2j * math.pi / 12.0
     kept, dropped = (abs(1.0 + complex(speed_response(c)(s))) for c in (CRANE, without))

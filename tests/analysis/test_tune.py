@@ -1,4 +1,5 @@
-"""Tuning: never worse than the start, limits kept when re-run independently, same seed same answer, impossible limits told."""
+"""Tuning: never worse than the start, limits kept when re-run independently, same seed same answer, impossible limits
+told."""
 
 from __future__ import annotations
 
@@ -42,14 +43,16 @@ from stillhook.spec.scenario import Mode
 from stillhook.units import parse
 
 SEARCH = 0.03
-"""Of the error: what a search of so few evaluations leaves to find. Two searches with other limits end at other places."""
+"""Of the error: what a search of so few evaluations leaves to find. Two searches with other limits end at other
+places."""
 CRANE = load_crane("nov-250t")
 CASES = scenarios(CRANE, loads=["40 %"], speeds=["30 m/min", "70 m/min"], periods=["10 s"])
 BUDGET = 20
 AGAIN = 1e-12
 """A re-run gives the same bits but for the block of lanes that it shares [-]."""
 ON_THE_EDGE = 1e-3
-"""Margins that a tuned K_p may miss: its displacement is cut down to a whole step on the safe side, so there is nothing to miss [-]."""
+"""Margins that a tuned K_p may miss: its displacement is cut down to a whole step on the safe side, so there is nothing
+to miss [-]."""
 
 
 @pytest.fixture(scope="module")
@@ -125,7 +128,8 @@ def test_speed_capacity_that_was_there_stays_there() -> None:
     slow = tune(CRANE, controller("ns"), cases=CASES, budget=BUDGET, free=["alpha_ns", "K_p"], objective="error")
     assert slow.controller.on(CRANE).control.alpha_ns <= CRANE.control.alpha_ns * (1.0 + 1e-6)
     loose = replace(Limits(), v_w_capacity=parse("75 m/min", "speed"))
-    # K_p stays: it moves the pressure of a load that rings on its wire, too, which hides the displacement from a search of 20
+    # K_p stays: it moves the pressure of a load that rings on its wire, too, which hides the displacement from a search
+    # of 20
     freed = tune(
         CRANE, controller("ns"), cases=CASES[:1], budget=BUDGET, free=["alpha_ns"], objective="pressure", limits=loose
     )
@@ -249,7 +253,8 @@ def test_objectives_are_parts_of_the_start(tuned: Tuned) -> None:
 
 
 def test_a_threshold_that_leaves_the_motors_no_time_breaks_the_fast_run() -> None:
-    """Slow scenarios alone would let u_thr be 0.97; in a fast sine the pumps then fill before the motors have stroked."""
+    """Slow scenarios alone would let u_thr be 0.97; in a fast sine the pumps then fill before the motors have
+    stroked."""
     late = Controller("late", Mode.SSC, {"control": {"u_thr": 0.97}})
     found = tune(
         CRANE, late, reference=controller("ssc"), cases=CASES[:1], free=["u_thr"], objective="error", budget=20

@@ -47,7 +47,7 @@ def test_its_tables_name_before_and_after_hold_out_and_what_limits(capsys: pytes
         command(["tune", "nov-250t", "--controllers", "strong-ssc", "--free", "K_1", "--delay", "0.05 s", *QUICK]) == 0
     )
     text = capsys.readouterr().out
-    for part in ("K_1", "before", "at its best", "hold-out", "friction 30 % more", "leans on", "seed 0"):
+    for part in ("K_1", "before", "at its best", "hold-out", "friction 30 % more", "active limits", "seed 0"):
         assert part in text
 
 
@@ -59,7 +59,7 @@ def test_a_limit_that_no_setting_keeps_gives_exit_1_and_is_named(
         ["tune", "nov-250t", "--controllers", "ssc", "--limit", "p_max <= 60 bar", *QUICK, "--out", str(out)]
     )
     assert code == 1
-    assert "no setting keeps the limits; in the way: p_max" in capsys.readouterr().out
+    assert "no setting keeps the limits; exceeded: p_max" in capsys.readouterr().out
     assert not (out / "ssc-tuned.toml").exists()
 
 

@@ -21,7 +21,7 @@ from stillhook.analysis.uncertainty.bands import (
     troubles,
 )
 from stillhook.analysis.uncertainty.factors_file import Uncertainty, draws, load_uncertainty
-from stillhook.analysis.uncertainty.monte_carlo import drawn_pair, monte_carlo
+from stillhook.analysis.uncertainty.monte_carlo import monte_carlo, pair_of_draw
 from stillhook.errors import SpecError, StillhookError
 from stillhook.formats.results import load_run, origin, save_run
 from stillhook.library import FrictionSet, load_friction
@@ -105,7 +105,7 @@ def test_controllers_see_the_same_draws_so_their_difference_is_sharper_than_eith
 
 def test_a_draw_is_rebuilt_from_the_record_alone(run, tmp_path):
     stored = load_run(save_run(run, tmp_path / "run.nc"))
-    crane, case = drawn_pair(stored, "ssc", 5)
+    crane, case = pair_of_draw(stored, "ssc", 5)
     again = simulate(crane, [case])
     assert float(again["e_c_pp"][0]) == pytest.approx(float(run["e_c_pp"].sel(case="ssc")[5]), rel=1e-9)
     assert crane.sources["active.boost.p"].text == "draw 5 (seed 1)"
@@ -133,7 +133,7 @@ def test_a_friction_set_with_evidence_is_drawn_with_its_correlation(tmp_path):
     assert found.groups["friction"] == (0, 1)
     assert np.corrcoef(found.values[:, 0], found.values[:, 1])[0, 1] == pytest.approx(-0.95, abs=0.02)
     run = monte_carlo(CRANE, CASE, load_uncertainty(tmp_path / "factors.toml"), n=16)
-    crane, _ = drawn_pair(run, "ssc", 3)
+    crane, _ = pair_of_draw(run, "ssc", 3)
     assert crane.friction.system.Y_1 == pytest.approx(
         float(run["factor_value"].sel(factor="friction.Y_1")[3]), rel=STORED
     )
@@ -147,9 +147,9 @@ def test_defaults_leave_out_what_changes_nothing_and_named_factors_are_refused()
     for name, words in (
         ("gas_pressure", "no passive circuit"),
         ("motor_offset", "closed-loop"),
-        ("load", "nothing but the hook"),
+        ("load", "only the hook"),
     ):
-        with pytest.raises(SpecError, match=f"factor {name}: it changes nothing here: .*{words}"):
+        with pytest.raises(SpecError, match=f"factor {name}: it has no effect here: .*{words}"):
             known(**{name: "default"}).on((pure, case))
     with pytest.raises(SpecError, match="count the same leaks twice"):
         known(leakage="default", pump_leakage="default").on((CRANE, CASE))

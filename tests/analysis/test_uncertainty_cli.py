@@ -100,7 +100,7 @@ def test_a_stopped_run_goes_on_from_its_store(tmp_path, capsys):
         (["--factors", "nowhere.toml"], "no such file"),
         (["--load", "300 t"], "exceeds the SWL"),
         (["--motion", "nowhere.csv"], "no such file"),
-        (["case.toml", "--load", "1 t"], "the case file says it"),
+        (["case.toml", "--load", "1 t"], "the case file defines it"),
         (["case.toml"], "no such file"),
         (["--scheduler", "nowhere"], "nowhere"),
     ],

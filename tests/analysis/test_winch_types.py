@@ -1,4 +1,5 @@
-"""A winch type that the engine does not know is refused in one line everywhere, and what a known type means is said everywhere."""
+"""A winch type that the engine does not know is refused in one line everywhere, and what a known type means is said
+everywhere."""
 
 from __future__ import annotations
 
@@ -219,7 +220,7 @@ time = "10 s"
 @pytest.mark.parametrize(
     ("stages", "brake", "sinks"),
     [("", False, False), (LOWERED, False, True), (LOWERED, True, False)],
-    ids=["compensated", "then lowered by hand", "with a brake that holds at rest"],
+    ids=["compensated", "then lowered manually", "with a brake that holds at rest"],
 )
 def test_a_lowering_with_a_pure_active_winch_tells_of_offset_and_sinking(
     stages: str, brake: bool, sinks: bool, tmp_path: Path, capsys

@@ -14,7 +14,7 @@ from stillhook.engine.lowering.lower import lower
 from stillhook.engine.pack.programme import settings
 from stillhook.errors import StillhookError
 from stillhook.formats.lift.file import load_lift
-from stillhook.report.plots.lowering import about_mean, save_animation, stretches
+from stillhook.report.plots.lowering import about_mean, save_animation, time_segments
 from stillhook.report.save.lowering import ANIMATION, OUT_FILES, static_tension
 from stillhook.variables import BY_NAME
 
@@ -136,7 +136,7 @@ def test_an_animation_has_as_many_pictures_as_its_time_asks_for(landed, tmp_path
 
 def test_surface_and_seabed_are_worth_a_picture(landed):
     run_, file = landed
-    surface, seabed = stretches(run_, file.lift)
+    surface, seabed = time_segments(run_, file.lift)
     z = run_["z_load"].values
     assert z[surface.first] > 0.0 > z[surface.last]
     assert z[seabed.first] > -25.0 > z[seabed.last]

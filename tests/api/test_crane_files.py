@@ -184,8 +184,8 @@ MISTAKES = [
     ),
     ('[drum]\npacking = "hexagonal"', "mine.toml: drum.packing = \"hexagonal\": it must be 'square'."),
     ('plant = "passive"', "mine.toml: plant = \"passive\": it must be 'active-passive' or 'pure-active'."),
-    ("active = 5", "mine.toml: active = 5: a table is due, with C_leak, leak, motor, pump, line"),
-    ("SWL = { t = 5 }", 'mine.toml: SWL: one value is due, came a table. Write SWL = "250 t".'),
+    ("active = 5", "mine.toml: active = 5: must be a table, with C_leak, leak, motor, pump, line"),
+    ("SWL = { t = 5 }", 'mine.toml: SWL: must be one value, not a table. Write SWL = "250 t".'),
     ("SWL = 1979-05-27", "mine.toml: SWL = datetime.date(1979, 5, 27): neither a number, a text nor a list of them."),
     ("gear_ratios = [[35.4]]", "mine.toml: gear_ratios[0] = [35.4]: a list holds numbers or texts only."),
     ("gear_ratios = []", "mine.toml: gear_ratios = []: "),
@@ -234,17 +234,20 @@ MISTAKES = [
     ),
     (
         'SWL = { value = "5 t", kind = "assumed" }',
-        "mine.toml: SWL.source = nothing: say where the number is from, as te",
+        "mine.toml: SWL.source = nothing: must state the source of the number",
     ),
     (
         'SWL = { value = "5 t", source = "x" }',
         "mine.toml: SWL.kind = nothing: not one of published, datasheet, fitted,",
     ),
-    ('SWL = { value = "5 t", kind = "assumed", source = " " }', 'mine.toml: SWL.source = " ": say where the number is'),
+    ('SWL = { value = "5 t", kind = "assumed", source = " " }', 'mine.toml: SWL.source = " ": must state the source'),
     ("SWL = { value = { t = 5 } }", "mine.toml: SWL = {'t': 5}: neither a number, a text nor a list of them."),
-    ('[sources]\nSWL = "x"', "mine.toml: sources: unknown field; write the source beside its value."),
+    ('[sources]\nSWL = "x"', "mine.toml: sources: unknown field; write the source next to its value."),
     ('name = ""', 'mine.toml: name = "": it must have at least 1 character'),
-    ("SWL = 1\nSWL = 2", "mine.toml: not valid TOML: Cannot overwrite a value (at line 3, column 8). Mend that line."),
+    (
+        "SWL = 1\nSWL = 2",
+        "mine.toml: not valid TOML: Cannot overwrite a value (at line 3, column 8). Correct that line.",
+    ),
     ("SWL = 5 t", "mine.toml: not valid TOML: Expected newline or end of document after a statement (at line 2, col"),
     ("SWL = [", "mine.toml: not valid TOML: "),
     (f"[control]\nu_thr = {'9' * 400}", "mine.toml: control.u_thr = 9"),
@@ -252,7 +255,7 @@ MISTAKES = [
     (f"[active.motor]\ncount = {'9' * 400}", "mine.toml: active.motor.count = 9"),
     (f"[active.motor]\ncount = {'9' * 5000}", "mine.toml: not valid TOML: "),
     (f"x = {'[' * 100_000}", "mine.toml: not valid TOML: "),
-    ('"a\\u001bb" = 1', 'mine.toml: top: key "a\\x1bb" is no field. Write the name of a field.'),
+    ('"a\\u001bb" = 1', 'mine.toml: top: key "a\\x1bb" is not a field. Write the name of a field.'),
     (f"{'k' * 101} = 1", "mine.toml: top: key "),
 ]
 
@@ -342,7 +345,7 @@ def test_files_that_build_on_each_other_in_a_circle_are_refused(tmp_path: Path) 
         ),
         ({"wire": {"L0": "80 m"}}, 'changes to nov-250t: wire.L0: unknown field; did you mean "L_0"?'),
         ({"base": "nov-150t"}, "changes to nov-250t: base: unknown field"),
-        ({5: "x"}, "changes to nov-250t: top: key 5 is no field. Write the name of a field."),
+        ({5: "x"}, "changes to nov-250t: top: key 5 is not a field. Write the name of a field."),
         ([], "Changes = []: give nested tables"),
     ],
 )

@@ -17,7 +17,7 @@ from stillhook.errors import LiftError, ScenarioError, SpecError, StillhookError
 from stillhook.formats.lift.file import load_lift
 from stillhook.library import changed, cranes, load_crane, motor, motors
 from stillhook.library.payloads import payloads, read_payload
-from stillhook.library.write import BESIDE
+from stillhook.library.write import COMPANIONS
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.payload import Payload
@@ -45,7 +45,7 @@ def numbers_of(model: type[BaseModel], seen: set[type[BaseModel]]) -> typing.Ite
         return
     seen.add(model)
     for name, field in model.model_fields.items():
-        if name in BESIDE:
+        if name in COMPANIONS:
             continue
         types = list(inside(field.annotation))
         for each in types:

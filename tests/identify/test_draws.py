@@ -135,7 +135,7 @@ def test_more_uncertain_friction_makes_a_wider_band_of_peak_pressure():
         (lambda: draw_cranes(CRANE, KNOWN, n=0), "n = 0: give a whole number of draws from 1 to 10000."),
         (
             lambda: draw_cranes(CRANE, load_friction("crane-2")),
-            'set "crane-2": it has no [evidence], so nothing says how uncertain it is. Identify it from tests, or give its covariance.',
+            'set "crane-2": it has no [evidence], so its uncertainty is unknown. Identify it from tests, or give its covariance.',
         ),
     ],
 )

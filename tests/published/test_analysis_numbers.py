@@ -126,7 +126,7 @@ def test_reduced_model_loses_its_balance_at_the_gain_limit():
 def test_displacement_outside_its_range_is_refused(alpha_m: float):
     for question in (eigenfrequency, gain_limit):
         with pytest.raises(
-            StillhookError, match=r"alpha_m = .*: the displacement over its maximum lies above 0 and up to 1"
+            StillhookError, match=r"alpha_m = .*: the displacement over its maximum must be above 0 and at most 1"
         ):
             question(CRANE, alpha_m)
 

@@ -4,7 +4,7 @@ from time import perf_counter
 
 import numpy as np
 import pytest
-from benchmarks.road import HEADING, X, Y, year
+from benchmarks.frequency_response import HEADING, X, Y, year
 
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.formats.waves.ndbc.spectra import read_spectra
@@ -12,7 +12,7 @@ from stillhook.response.forcing import forcing_of_series
 from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.sea.vessel.tip import tip_response
 
-SLOWEST = 60.0  # s: a machine that others share; the goal is 10 s, see benchmarks/road.py
+SLOWEST = 60.0  # s: a machine that others share; the goal is 10 s, see benchmarks/frequency_response.py
 WITHIN_BAND = 0.01  # a band taken at its middle alone, against eight parts of it
 
 

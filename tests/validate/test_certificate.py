@@ -239,7 +239,7 @@ def test_what_lacks_a_part_is_no_certificate_even_where_its_digest_fits(campaign
     data = {**certificate_of(staged(campaign)).data, place: value}
     path = tmp_path / "certificate.json"
     path.write_text(canonical({**data, "digest": digest_of(data)}), encoding="utf-8")
-    with pytest.raises(ValidateError, match=rf"certificate\.json: not a whole certificate \({place}") as problem:
+    with pytest.raises(ValidateError, match=rf"certificate\.json: not a complete certificate \({place}") as problem:
         load_certificate(path)
     assert "\n" not in str(problem.value)
 

@@ -1,4 +1,4 @@
-"""What an engineer asks of the twin: stability, envelopes, maps, tuning, uncertainty, comparisons.
+"""Analyses of a crane with the twin: stability, envelopes, maps, tuning, uncertainty, comparisons.
 
 >>> import stillhook
 >>> crane = stillhook.load_crane("nov-250t")

@@ -9,7 +9,7 @@ from stillhook.spec.scenario import Mode
 
 SATURATION_SHARE = 0.1
 """Part of the counted time for which full pumps are tolerated [-]. A sine that is beyond the pumps for a tenth of the
-time asks for 1.2 % more speed than there is (1 / cos theta, theta = pi/20), and 0.13 % of its stroke is missed (sin
+time demands 1.2 % more speed than is available (1 / cos theta, theta = pi/20), and 0.13 % of its stroke is missed (sin
 theta - theta cos theta): less than what friction costs."""
 HS_SHARE = 0.6
 """Load up to which high-speed mode may be used, over the safe working load [-]. Source: Moslatt 2020 paper C: in HS the
@@ -44,10 +44,15 @@ def _hs_too_heavy(summary: Mapping[str, Any], mode: Mode, share: float) -> bool:
 
 
 RULES = (
-    Rule("diverged", "div", _status("diverged"), "the run lost its numbers"),
-    Rule("energy does not add up", "audit", _status("audit"), "the numbers are not to be trusted"),
+    Rule("diverged", "div", _status("diverged"), "the run diverged: a state is no longer finite"),
+    Rule(
+        "energy does not add up",
+        "audit",
+        _status("audit"),
+        "the energy balance is not closed; the results are not reliable",
+    ),
     Rule("unstable", "unst", _status("unstable"), "K_p above the gain of marginal stability of the linear loop"),
-    Rule("slack wire", "slack", _status("slack"), "the hook hangs free for a time; none is tolerated"),
+    Rule("slack wire", "slack", _status("slack"), "the wire is slack for a time; none is tolerated"),
     Rule(
         "wire at its end",
         "wire",
@@ -78,20 +83,20 @@ RULES = (
         "boost exhausted",
         "boost",
         _status("boost"),
-        "the boost pump gives all it has, cavitation is next; none is tolerated",
+        "the boost pump is at its limit, cavitation follows; none is tolerated",
     ),
     Rule(
         "pumps saturated",
         "sat",
         _saturated,
-        "full pumps for more than a tenth of the counted time: speed that is not there",
+        "full pumps for more than a tenth of the counted time: the speed demanded is not available",
     ),
     Rule("uncompensated", "unc", _status("uncompensated"), "the error is about as large as the tip's motion"),
     Rule("HS above 60 % of SWL", "load", _hs_too_heavy, "the load that high-speed mode may carry (rule of paper C)"),
 )
-"""Why a controller is not applicable, worst first; the first that holds is the cause. A standing offset is none: it
-shows in e_c_mean, and pure active winches have one by design. Limits without a tolerated time are passed or not: what
-they guard does not
+"""Why a controller is not applicable, worst first; the first that holds is the cause. A standing offset is not a cause:
+it shows in e_c_mean, and pure active winches have one by design. Limits without a tolerated time are passed or not:
+what they guard does not
 wait."""
 MARKS: Mapping[str, str] = {r.cause: r.mark for r in RULES}
 

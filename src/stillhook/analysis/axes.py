@@ -1,4 +1,4 @@
-"""What a map goes over: loads, peak speeds, layers and wave periods, read from texts; one scenario for each of its
+"""Axes of a map: loads, peak speeds, layers and wave periods, read from texts; one scenario for each of its
 cells."""
 
 from __future__ import annotations
@@ -67,23 +67,23 @@ def axes_of(
     Errors: ScenarioError, UnitError of one line.
     """
     if s_w is not None and layers is not None:
-        raise ScenarioError("s_w and layers: both say how much wire is out. Give one of them.")
-    found = quantities(loads, "mass", "loads", whole=crane.SWL)
-    if found[-1] > crane.SWL * (1.0 + 1e-12):
+        raise ScenarioError("s_w and layers: both define the wire paid out. Give only one of them.")
+    masses = quantities(loads, "mass", "loads", percent_of=crane.SWL)
+    if masses[-1] > crane.SWL * (1.0 + 1e-12):
         raise ScenarioError(
-            f'loads: {show(found[-1], "mass")} exceeds the SWL {show(crane.SWL, "mass")} of "{crane.name}" '
-            f"({100.0 * found[-1] / crane.SWL:.5g} %). Lower the load or choose another crane."
+            f'loads: {show(masses[-1], "mass")} exceeds the SWL {show(crane.SWL, "mass")} of "{crane.name}" '
+            f"({100.0 * masses[-1] / crane.SWL:.5g} %). Lower the load or choose another crane."
         )
     peaks = quantities(speeds, "speed", "speeds")
     if peaks[0] <= 0.0:
-        raise ScenarioError(f"speeds: {show(peaks[0], 'speed')} moves nothing. Start above 0.")
+        raise ScenarioError(f"speeds: {show(peaks[0], 'speed')} must be above 0.")
     over_layers = layers is not None and not isinstance(layers, int)
     chosen: Sequence[int] = (
         [crane.drum.layers] if layers is None else [layers] if isinstance(layers, int) else list(layers)
     )
     wire = (_wire(crane, s_w),) if s_w is not None else tuple(middle_of(crane, n) for n in _layers(crane, chosen))
     return Axes(
-        loads=found,
+        loads=masses,
         speeds=peaks,
         layers=tuple(chosen) if over_layers else (None,),
         s_w=wire,
@@ -108,7 +108,7 @@ def _layers(crane: Crane, chosen: Sequence[int]) -> Sequence[int]:
     for n in chosen:
         if isinstance(n, bool) or not isinstance(n, int) or not 1 <= n <= crane.drum.layers:
             raise ScenarioError(
-                f'layers: {quote(n)}: "{crane.name}" has layers 1 to {crane.drum.layers}. Give one of them.'
+                f'layers: {came(n)}: "{crane.name}" has layers 1 to {crane.drum.layers}. Choose one of them.'
             )
     if twice := next((n for n in chosen if list(chosen).count(n) > 1), None):
         raise ScenarioError(f"layers: {twice} is named twice. Name each layer once.")
@@ -121,11 +121,11 @@ def middle_of(crane: Crane, layer: int) -> float:
     return float(row["wire_out"] + 0.5 * row["wire_length"])
 
 
-def quantities(texts: Texts, kind: str, where: str, *, whole: float | None = None) -> tuple[float, ...]:
+def quantities(texts: Texts, kind: str, where: str, *, percent_of: float | None = None) -> tuple[float, ...]:
     """Rising values of one kind in SI, from texts with units.
 
     A text is a quantity ("50 t"), several with commas between them, or an even range "10 m/min to 120 m/min by 10
-    m/min", both ends included. With `whole` a value may be given as part of it, in per cent.
+    m/min", both ends included. With `percent_of` a value may be given as part of it, in per cent.
     Errors: ScenarioError, UnitError of one line that names `where`.
     """
     if isinstance(texts, str):
@@ -136,16 +136,16 @@ def quantities(texts: Texts, kind: str, where: str, *, whole: float | None = Non
         raise ScenarioError(f"{where} = {quote(texts)}: give a text with units, or a list of texts.")
     if not items:
         raise ScenarioError(f"{where}: empty. Give at least one value with its unit.")
-    found = [x for item in items for x in _values(item, kind, where, whole)]
-    for a, b in itertools.pairwise(found):
+    values = [x for item in items for x in _values(item, kind, where, percent_of)]
+    for a, b in itertools.pairwise(values):
         if not a < b:
             raise ScenarioError(
                 f"{where}: {show(b, kind)} comes after {show(a, kind)}. Write each value once, the smallest first."
             )
-    return tuple(found)
+    return tuple(values)
 
 
-def _values(item: object, kind: str, where: str, whole: float | None) -> Iterator[float]:
+def _values(item: object, kind: str, where: str, percent_of: float | None) -> Iterator[float]:
     """The values of one item: a quantity, or an even range."""
     span = _RANGE.fullmatch(item.strip()) if isinstance(item, str) else None
     if span is None:
@@ -153,24 +153,22 @@ def _values(item: object, kind: str, where: str, whole: float | None) -> Iterato
             raise ScenarioError(
                 f'{where} = {quote(item)}: a range needs its step. Write "A to B by STEP", each with its unit.'
             )
-        yield _value(item, kind, where, whole)
+        yield _value(item, kind, where, percent_of)
         return
-    a, b, step = (_value(text, kind, where, whole) for text in span.groups())
+    a, b, step = (_value(text, kind, where, percent_of) for text in span.groups())
     n = round((b - a) / step) if step > 0.0 else -1
     if n >= MOST:
-        raise ScenarioError(f"{where}: {quote(item)}: {n + 1} values; at most {MOST}. Take a longer step.")
+        raise ScenarioError(f"{where}: {came(item)}: {n + 1} values; at most {MOST}. Choose a longer step.")
     if n < 0 or abs(a + n * step - b) > 1e-9 * max(abs(b), step):
-        raise ScenarioError(
-            f"{where}: {quote(item)}: the step does not lead from the first value to the last. Change one of the three."
-        )
+        raise ScenarioError(f"{where}: {came(item)}: the range is not a multiple of the step. Change one of the three.")
     yield from (a + (b - a) * i / n if n else a for i in range(n + 1))
 
 
-def _value(item: object, kind: str, where: str, whole: float | None) -> float:
-    percent = _PERCENT.fullmatch(item.strip()) if whole is not None and isinstance(item, str) else None
-    if percent is not None and whole is not None:
+def _value(item: object, kind: str, where: str, percent_of: float | None) -> float:
+    percent = _PERCENT.fullmatch(item.strip()) if percent_of is not None and isinstance(item, str) else None
+    if percent is not None and percent_of is not None:
         try:
-            value = float(percent[1]) / 100.0 * whole
+            value = float(percent[1]) / 100.0 * percent_of
         except ValueError:
             raise UnitError(f'{where} = {quote(item)}: not a number and %. Write "50 %".') from None
     else:

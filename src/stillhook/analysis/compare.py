@@ -73,7 +73,8 @@ def compare(
 
     step: integration step, default as in `simulate`.
 
-    Errors: ScenarioError, one line, for an unknown mode, an empty list, or a scenario that this crane cannot be asked.
+    Errors: ScenarioError, one line, for an unknown mode, an empty list, or a scenario that is not possible with this
+    crane.
     """
     chosen = _chosen(modes)
     checked_cases(crane, case)

@@ -1,9 +1,9 @@
-"""Controllers that are put beside each other: a motor law (mode) and the settings that it runs with, by name or from a
+"""Controllers for a comparison: a motor law (mode) and the settings that it runs with, by name or from a
 file.
 
-Published SSC keeps K_p = 0.16 1/m, a sixth of the gain at which the winch would swing, and compares the wire with a tip
-motion that is older than the command is when it acts. A controller that is to replace SSC has to beat SSC without these
-two handicaps: `strong_ssc` has all the position gain that the margins allow, and a reference that is not late.
+Published SSC keeps K_p = 0.16 1/m, a sixth of the gain at which the winch would oscillate, and compares the wire with a
+tip motion that is older than the command is when it acts. A controller that is to replace SSC has to beat SSC without
+these two handicaps: `strong_ssc` has all the position gain that the margins allow, and a reference that is not late.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from stillhook.units import quote
 Changes = Mapping[str, Any]
 
 LONGEST_DELAY = 1.0
-"""Delay of the motion signal beyond which holding the tip's acceleration says nothing about its motion [s]: an eighth
-of a short wave."""
+"""Delay of the motion signal beyond which holding the tip's acceleration is not an estimate of its motion [s]: an
+eighth of a short wave."""
 
 STRONG = "strong-ssc"
 PLAIN = {m.value: m for m in Mode if m is not Mode.MANUAL}
@@ -44,8 +44,8 @@ NAMES = (
 )
 """Names that `controller` knows without a file."""
 KEPT = ("best classic", "physical")
-"""Names of rows of answers beside the controllers: the better of NS and HS in a map, the machine's own limit in an
-envelope."""
+"""Names of rows of results in addition to the controllers: the better of NS and HS in a map, the machine's own limit in
+an envelope."""
 SETTINGS: Mapping[tuple[str, ...], tuple[str, ...]] = {
     ("control",): tuple(Control.model_fields),
     ("active", "motor"): tuple(
@@ -118,7 +118,9 @@ def controller(name_or_path: str | Path | Controller) -> Controller:
         )
     path = Path(name_or_path)
     if name_or_path == Mode.MANUAL:
-        raise SpecError(f'"{Mode.MANUAL}" is no controller: the operator moves the winch. Choose {", ".join(NAMES)}.')
+        raise SpecError(
+            f'"{Mode.MANUAL}" is not a controller: the operator moves the winch. Choose {", ".join(NAMES)}.'
+        )
     if path.suffix != ".toml":
         choose = f"Choose {', '.join(NAMES)} or a file that ends in .toml"
         raise SpecError(f"Unknown controller {quote(str(name_or_path))}. {choose}{nearest(str(name_or_path), NAMES)}")
@@ -127,21 +129,21 @@ def controller(name_or_path: str | Path | Controller) -> Controller:
 
 def controllers(names: str) -> list[Controller]:
     """Controllers named in one text, with commas between them. Errors: SpecError for none, or one named twice."""
-    found = [controller(n.strip()) for n in names.split(",") if n.strip()]
-    if not found:
-        raise SpecError(f"Controllers = {quote(names)}: name at least one, such as ns,hs,ssc.")
-    labels = [c.name for c in found]
+    chosen = [controller(n.strip()) for n in names.split(",") if n.strip()]
+    if not chosen:
+        raise SpecError(f"Controllers = {came(names)}: name at least one, such as ns,hs,ssc.")
+    labels = [c.name for c in chosen]
     if twice := next((n for n in labels if labels.count(n) > 1), None):
         raise SpecError(
             f'Controllers: "{twice}" is named twice. Name each controller once; rename the file of one of them.'
         )
-    return found
+    return chosen
 
 
-def controller_toml(which: Controller, crane: Crane, comment: str = "") -> str:
-    """The controller as a file that `controller` reads; comment: lines that say where its numbers are from."""
-    lines = [f"# {line}".rstrip() for line in comment.splitlines()] + [f"mode = {toml_value(which.mode.value)}"]
-    for path, value in _values(which.changes_on(crane)):
+def controller_toml(selected: Controller, crane: Crane, comment: str = "") -> str:
+    """The controller as a file that `controller` reads; comment: lines with the sources of its numbers."""
+    lines = [f"# {line}".rstrip() for line in comment.splitlines()] + [f"mode = {toml_value(selected.mode.value)}"]
+    for path, value in _values(selected.changes_on(crane)):
         *table, name = path
         head = f"[{'.'.join(table)}]"
         if head not in lines:
@@ -172,8 +174,8 @@ def _from_file(path: Path) -> Controller:
         )
     mode = table.pop("mode", None)
     if not isinstance(mode, str) or mode not in PLAIN:
-        what = "missing" if mode is None else f"{quote(mode)}: not a controller of the motors"
-        raise SpecError(f"{path.name}: mode {what}. Give one of {', '.join(PLAIN)}.")
+        problem = "missing" if mode is None else f"{came(mode)}: not a controller of the motors"
+        raise SpecError(f"{path.name}: mode {problem}. Choose one of {', '.join(PLAIN)}.")
     _check_keys(table, path.name)
     return Controller(path.stem, PLAIN[mode], table)
 
@@ -182,7 +184,7 @@ def _check_keys(table: Mapping[str, Any], name: str) -> None:
     """Refuse what is no setting of a controller, with the nearest one there is."""
     if not isinstance(table.get("active", {}), Mapping):
         raise SpecError(
-            f"{name}: active = {quote(table['active'])}: a table is due. Write [active.motor] and its settings"
+            f"{name}: active = {came(table['active'])}: must be a table. Write [active.motor] and its settings"
             " under it."
         )
     for where, fields in SETTINGS.items():
@@ -192,12 +194,12 @@ def _check_keys(table: Mapping[str, Any], name: str) -> None:
         place = ".".join(where)
         if not isinstance(part, Mapping):
             raise SpecError(
-                f"{name}: {place} = {quote(part)}: a table is due. Write [{place}] and its settings under it."
+                f"{name}: {place} = {came(part)}: must be a table. Write [{place}] and its settings under it."
             )
         for key in part:
             if key not in fields:
                 raise SpecError(
-                    f"{name}: {place}.{key}: no setting of a controller; there are"
+                    f"{name}: {place}.{key}: unknown setting of a controller. Allowed:"
                     f" {', '.join(fields)}{nearest(key, fields)}"
                 )
     tables, active = {where[0] for where in SETTINGS}, table.get("active", {})
@@ -205,7 +207,7 @@ def _check_keys(table: Mapping[str, Any], name: str) -> None:
     if strange:
         have = ", ".join(f"[{'.'.join(w)}]" for w in SETTINGS)
         raise SpecError(
-            f"{name}: {strange[0]}: a controller's file has mode and the tables {have}. Put it under one of them."
+            f"{name}: {strange[0]}: a controller's file has mode and the tables {have}. Move it to one of them."
         )
 
 
@@ -216,7 +218,7 @@ def strong_ssc(crane: Crane, *, delay: float = 0.0) -> Controller:
     K_p: the largest gain that keeps a gain margin of 2, a phase margin of 45 degrees and a sensitivity peak of 2 with
     the PLC's cycle, in the published loop at the least displacement SSC may use on the outermost layer and in the whole
     plant where it is slow, from the empty hook to the SWL (`stillhook.analysis.loop_stability.governing`). The delay of
-    the motion unit lies outside the position loop and does not lower it. t_lead: `lateness`. All else is the crane's
+    the motion unit is outside the position loop and does not reduce it. t_lead: `lateness`. All else is the crane's
     own.
 
     Errors: StillhookError for a delay outside 0 to 1 s.
@@ -226,7 +228,7 @@ def strong_ssc(crane: Crane, *, delay: float = 0.0) -> Controller:
 
 def strong_changes(crane: Crane, *, delay: float = 0.0) -> Changes:
     """What strong SSC changes on this crane, in the form of a crane file; see `strong_ssc`."""
-    from stillhook.analysis.loop_stability.governing import governing  # heavy: the margins linearise the whole plant
+    from stillhook.analysis.loop_stability.governing import governing  # heavy: the margins linearise the complete plant
 
     K_p = governing(crane, Mode.SSC).K_p
     rounded = math.floor(K_p * 1e4) / 1e4  # down, so that the margins are kept

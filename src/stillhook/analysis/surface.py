@@ -57,7 +57,7 @@ def full_stability(
     mode: Mode | str = Mode.SSC,
     delay: str = "0 s",
 ) -> tuple[Stability, OperatingPoint]:
-    """The same of the whole plant at an operating point; see
+    """The same of the complete plant at an operating point; see
     `stillhook.analysis.loop_stability.stability.full_stability`.
 
     Parameters: load "100 t"; s_w wire paid out, "100 m"; v_tip "60 m/min", up positive; alpha_m [-]; mode; delay "50
@@ -144,7 +144,7 @@ def operating_point(
     V_o: str | None = None,
     alpha_pp: float | None = None,
 ) -> OperatingPoint:
-    """Where the whole plant stands at a constant wire speed; see
+    """Operating point of the complete plant at a constant wire speed; see
     `stillhook.analysis.steady.operating_point.operating_point`.
 
     Parameters: v_w wire speed "80 m/min", hoisting positive; alpha_m, alpha_pp [-]; load "90 t"; s_w wire paid out "100

@@ -1,8 +1,8 @@
 """The command line: thin commands that call verbs and own no physics.
 
-Exit codes: 0 done; 1 done, but the answer is "no" (limits exceeded); 2 bad input, said in one line without a traceback;
-3 an error of Stillhook itself, in one line that says where to report it; 130 interrupted; 141 nobody reads the output
-any more.
+Exit codes: 0 done; 1 done, but the answer is "no" (limits exceeded); 2 invalid input, reported in one line without a
+traceback; 3 an error of Stillhook itself, in one line with the address for a report; 130 interrupted; 141 nobody reads
+the output any more.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ DEBUG = "STILLHOOK_DEBUG"
 
 app = typer.Typer(
     name="stillhook",
-    help="Digital twin of hydraulic active-heave-compensated crane winches: keeps the hook still, and says how still.",
+    help="Digital twin of hydraulic active-heave-compensated crane winches: keeps the hook still, and quantifies it.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -86,7 +86,7 @@ adopt(app)
 
 def main() -> None:
     """Entry point of the `stillhook` command."""
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: more threads only spin beside ours
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: more threads only compete with ours
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a name that the terminal's letters cannot show ends no command
             stream.reconfigure(errors="backslashreplace")
@@ -136,7 +136,7 @@ def _refuse(line: str, code: int = REFUSED) -> int:
 
 
 def _failed(problem: Exception) -> int:
-    """An exception that nobody foresaw: which one, where, and where to report it; with `DEBUG` its traceback before
+    """An unexpected exception: type, place and where to report it; with `DEBUG` its traceback before
     that."""
     import traceback
 

@@ -40,10 +40,10 @@ def client_of(address: str | None) -> Iterator[Any]:
         get_address_host_port(address)  # a client with no address complains once more when it is collected
         client = Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as e:
-        why = " ".join(str(e).split())[:120] or type(e).__name__
+        reason = " ".join(str(e).split())[:120] or type(e).__name__
         raise SimulationError(
-            f"--scheduler {quote(address)}: no Dask scheduler answers ({why}). Start one with dask scheduler, and give"
-            " its address."
+            f"--scheduler {came(address)}: no Dask scheduler answers ({reason})."
+            " Start one with dask scheduler, and give its address."
         ) from None
     try:
         try:

@@ -15,7 +15,7 @@ SHOWN = 40.0
 EXAMPLE = "template-to-1500m"
 PLAN, MOTIONS = "plan", "motions"
 THREADS = 2
-WHAT_HELP = (
+EXAMPLE_HELP = (
     '"plan": a template of 120 t from deck to seabed at 1,500 m, to the report; "motions": NS, HS and SSC on four'
     " motions."
 )
@@ -26,16 +26,14 @@ def register(app: typer.Typer) -> None:
 
 
 def demo(
-    what: Annotated[str, typer.Argument(help=WHAT_HELP)] = PLAN,
+    example: Annotated[str, typer.Argument(help=EXAMPLE_HELP)] = PLAN,
     out: Annotated[Path, typer.Option("--out", help="Folder for report and pictures.")] = Path("stillhook-demo"),
-    quick: Annotated[
-        bool, typer.Option("--quick", help="Of the plan: the frequency-domain method only, in seconds.")
-    ] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Plan: frequency-domain method only, in seconds.")] = False,
 ) -> None:
-    """In which weather may a template of 120 t go down to 1,500 m, and what does a better controller buy? The example
+    """Limiting weather for lowering a template of 120 t to 1,500 m, and the benefit of a better controller: the example
     plan, to its report.
 
-    Stopped, it goes on where it was when it is run again. Exit codes are those of stillhook plan.
+    An interrupted run continues where it stopped when it is started again. Exit codes are those of stillhook plan.
 
     Example: stillhook demo
 
@@ -44,21 +42,21 @@ def demo(
     from stillhook.errors import PlanError
     from stillhook.units import quote
 
-    if what == MOTIONS:
+    if example == MOTIONS:
         _motions(out)
         return
-    if what != PLAN:
-        raise PlanError(f"demo {quote(what)}: is none. Give {PLAN} or {MOTIONS}.")
+    if example != PLAN:
+        raise PlanError(f"Unknown example {came(example)}. Choose {PLAN} or {MOTIONS}.")
     from stillhook.cli.plan.plan import run, show
     from stillhook.plan.file import load_plan
 
-    found = run(load_plan(EXAMPLE), "frequency" if quick else "time", None, out, None, None, THREADS)
-    show(found, out, json=False)
-    raise typer.Exit(0 if found.workable else 1)
+    result = run(load_plan(EXAMPLE), "frequency" if quick else "time", None, out, None, None, THREADS)
+    show(result, out, json=False)
+    raise typer.Exit(0 if result.workable else 1)
 
 
 def _motions(out: Path) -> None:
-    """How still does the 250 t crane keep its hook under NS, HS and SSC? Four motions, table and pictures."""
+    """Control error of the 250 t crane under NS, HS and SSC: Four motions, table and pictures."""
     from stillhook.analysis.compare import compare as side_by_side
     from stillhook.formats.case_file import demo_cases
 

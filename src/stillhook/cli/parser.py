@@ -1,8 +1,8 @@
-"""How every command reads its arguments and shows its help: an option of one value appears once, and help shows what is
+"""Arguments and help of every command: an option of one value appears once, and help shows what is
 written in it.
 
 `typer` renders help with rich's markup, which takes "[scenario]" for a style and drops it, and lets the last of
-repeated options win. `adopt` puts the classes of this module in place of typer's, for a whole program at once.
+repeated options win. `adopt` puts the classes of this module in place of typer's, for an entire program at once.
 """
 
 from __future__ import annotations

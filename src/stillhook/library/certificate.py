@@ -1,4 +1,4 @@
-"""A certificate's file, as far as a crane needs it: whole and untouched, and in short. What it says in full:
+"""A certificate's file, as far as a crane needs it: complete and unchanged, in short form. In full:
 `stillhook.validate`."""
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from stillhook.spec.validity import Certified
 from stillhook.units import KINDS, quote
 
 FORMAT = "stillhook certificate 2"
-"""What a certificate's file begins to say; the number changes with the meaning of its contents."""
+"""Format of a certificate's file; its number changes with the meaning of its contents."""
 LARGEST = 50_000_000
 """Bytes; a certificate has some hundred kB."""
 DIGITS = 10
@@ -28,7 +28,7 @@ _CELLS = {"key": str, "what": str, "found": str, "limit": str, "verdict": str}
 _LINE = {"key": str, "verdict": str, "message": str, "failed": bool, "cells": _CELLS}
 _DECIDES = {"verdict": str, "key": str, "text": str}
 _TWIN = {"statement": str, "version": str, "code": str, "method": str, "level": int, "variant": int, "libraries": {}}
-_WHOLE: dict[str, Any] = {
+_REQUIRED: dict[str, Any] = {
     "title": str,
     "date": str,
     "verdict": str,
@@ -44,7 +44,7 @@ _WHOLE: dict[str, Any] = {
     "risks": str,
     "data": [{"duration": float | int}],
 }
-"""What is read of a certificate, by type."""
+"""Fields read of a certificate, by type."""
 _KINDS = {"load": "mass", "s_w": "length", "s_tip_pp": "length", "period": "time"}
 
 
@@ -65,16 +65,17 @@ def _rounded(x: Any) -> Any:
 
 
 def digest_of(data: Mapping[str, Any]) -> str:
-    """SHA-256 of everything that a certificate says but the digest itself."""
+    """SHA-256 of all contents of a certificate but the digest itself."""
     return hashlib.sha256(canonical({k: v for k, v in data.items() if k != "digest"}).encode()).hexdigest()
 
 
 def read_certificate(path: Path) -> dict[str, Any]:
-    """What a certificate's file says, when it is whole and as it was written. Errors: ValidateError of one line."""
+    """Contents of a certificate's file, if it is complete and unchanged. Errors: ValidateError of one line."""
     try:
         if path.is_file() and path.stat().st_size > LARGEST:
             raise ValidateError(
-                f"{path.name}: larger than {LARGEST // 1_000_000} MB, so it is no certificate. Give certificate.json."
+                f"{path.name}: larger than {LARGEST // 1_000_000} MB, so it is not a certificate. Give"
+                " certificate.json."
             )
         data = json.loads(path.read_bytes().decode("utf-8"))
     except FileNotFoundError:
@@ -89,34 +90,41 @@ def read_certificate(path: Path) -> dict[str, Any]:
             f'{path.name}: format {quote(data["format"])}: this Stillhook reads "{FORMAT}". Validate again.'
         )
     try:
-        told = digest_of(data)
+        digest = digest_of(data)
     except (ValueError, RecursionError):
-        told = ""
-    if data.get("digest") != told:
+        digest = ""
+    if data.get("digest") != digest:
         raise ValidateError(
             f"{path.name}: was changed after it was written: its digest does not fit. Use the original, or validate"
             " again."
         )
-    lack = _lacking(data, _WHOLE)
-    if lack:
+    missing = _first_missing(data, _REQUIRED)
+    if missing:
         raise ValidateError(
-            f"{path.name}: not a whole certificate ({lack} is missing or of another kind). Validate again."
+            f"{path.name}: not a complete certificate ({missing} is missing or of another kind). Validate again."
         )
     return data
 
 
-def _lacking(x: Any, wanted: Any, place: str = "") -> str:
+def _first_missing(x: Any, wanted: Any, place: str = "") -> str:
     """The first place at which data are not of the kind that is wanted; empty where all are."""
     if isinstance(wanted, dict):
         if not isinstance(x, dict):
             return place
         return next(
-            (lack for k, w in wanted.items() if (lack := _lacking(x.get(k), w, f"{place}.{k}".lstrip(".")))), ""
+            (
+                missing
+                for k, w in wanted.items()
+                if (missing := _first_missing(x.get(k), w, f"{place}.{k}".lstrip(".")))
+            ),
+            "",
         )
     if isinstance(wanted, list):
         if not isinstance(x, list):
             return place
-        return next((lack for i, y in enumerate(x) if (lack := _lacking(y, wanted[0], f"{place}[{i}]"))), "")
+        return next(
+            (missing for i, y in enumerate(x) if (missing := _first_missing(y, wanted[0], f"{place}[{i}]"))), ""
+        )
     return "" if isinstance(x, wanted) else place
 
 
@@ -126,7 +134,7 @@ def read_certified(path: Path) -> Certified:
 
 
 def certified_of(data: Mapping[str, Any], label: str) -> Certified:
-    """What a crane carries of a certificate; label names it in errors (ValidateError of one line)."""
+    """Record of a certificate in a crane; label names it in errors (ValidateError of one line)."""
     try:
         ranges = data["envelope"]
         envelope = ranges and {name: _texts(ranges[name], kind) for name, kind in _KINDS.items()} | {
@@ -147,7 +155,7 @@ def certified_of(data: Mapping[str, Any], label: str) -> Certified:
         )
     except (KeyError, TypeError, ValueError, AttributeError, ValidationError) as problem:
         reason = " ".join(str(problem).split())[:120]
-        raise ValidateError(f"{label}: not a whole certificate ({reason}). Validate again.") from None
+        raise ValidateError(f"{label}: not a complete certificate ({reason}). Validate again.") from None
 
 
 def _texts(ends: Any, kind: str) -> tuple[str, ...]:

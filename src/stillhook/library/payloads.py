@@ -51,16 +51,20 @@ def read_payload(name_or_path: str | Path) -> Payload:
 
 def _payload(table: Mapping[str, Any], label: str, *, user: bool) -> Payload:
     fields = tree(_without_lists(table), label, user=user)
-    given = values(fields)
-    said = given.get("source")
-    plain, own = (f"given in {label}", said) if user and isinstance(said, str) and said.strip() else ("", "")
+    plain_values = values(fields)
+    stated_source = plain_values.get("source")
+    plain, text = (
+        (f"given in {label}", stated_source)
+        if user and isinstance(stated_source, str) and stated_source.strip()
+        else ("", "")
+    )
     stated = {
-        path: Source(text=own, kind=source.kind) if plain and source.text == plain else source
+        path: Source(text=text, kind=source.kind) if plain and source.text == plain else source
         for path, source in sources(fields)
         if path not in LABELS and path != "source"
     }
     try:
-        return Payload(**{"name": Path(label).stem, **given, "sources": stated})
+        return Payload(**{"name": Path(label).stem, **plain_values, "sources": stated})
     except StillhookError as problem:
         raise LiftError(f"{label}: {problem}") from None
 

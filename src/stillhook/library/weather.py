@@ -27,10 +27,10 @@ def weather_file(name_or_path: str) -> Path:
     """
     if name_or_path in weathers():
         return _SHELF / f"{name_or_path}{_END}"
-    own = Path(name_or_path)
-    if not isfile(own):
+    path = Path(name_or_path)
+    if not isfile(path):
         raise WeatherError(
             f"{quote(name_or_path)}: no such file, and no weather of the library, which has"
             f" {', '.join(weathers()) or 'none'}{nearest(name_or_path, weathers())}"
         )
-    return own
+    return path

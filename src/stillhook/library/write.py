@@ -14,7 +14,7 @@ from stillhook.spec.crane import Crane, Source, SourceKind, Spec
 from stillhook.units import KINDS, Quantity, parse, show
 
 _UNSTATED = Source(text="not stated", kind=SourceKind.USER)
-BESIDE = ("sources", "certified")
+COMPANIONS = ("sources", "certified")
 """Fields of a crane that are no values of it."""
 _DIGITS = 12  # significant digits tried in display units before SI with all digits
 
@@ -47,7 +47,7 @@ def _walk(spec: Spec, path: str) -> Iterator[tuple[str, str, FieldInfo, Any]]:
         place = f"{path}.{name}" if path else name
         if isinstance(value, Spec):
             yield from _walk(value, place)
-        elif value is not None and name not in BESIDE:
+        elif value is not None and name not in COMPANIONS:
             yield place, name, field, str(value) if isinstance(value, str) else value
 
 
@@ -80,12 +80,12 @@ def leaf_tree(spec: Spec, sources: Mapping[str, Source]) -> Tree:
     out: Tree = {}
     for item in leaves(spec, sources):
         *tables, name = item.path.split(".")
-        here = out
+        branch = out
         for table in tables:
-            below = here.setdefault(table, {})
+            below = branch.setdefault(table, {})
             assert isinstance(below, dict)
-            here = below
-        here[name] = Leaf(written(item.value, item.quantity), item.source)
+            branch = below
+        branch[name] = Leaf(written(item.value, item.quantity), item.source)
     return out
 
 
@@ -97,8 +97,8 @@ def crane_toml(crane: Crane) -> str:
 
 
 def certified_crane_toml(crane: Crane, certificate: str = "certificate.json") -> str:
-    """A crane as a complete crane file that names its certificate, a path seen from that file; it stands alone beside
-    it."""
+    """A crane as a complete crane file that names its certificate, a path seen from that file; it is self-contained
+    next to it."""
     tables = leaf_tables(crane, crane.sources)
     tables[""].insert(0, f"certificate = {toml_value(certificate)}")
     return joined(tables)

@@ -25,7 +25,7 @@ from typing import Any
 
 from stillhook.errors import LogError, UnitError
 from stillhook.formats.unit_spelling import PURE, hint, our_unit
-from stillhook.library.toml.kinds import told_kind
+from stillhook.library.toml.kinds import stated_kind
 from stillhook.logs.types import Signal
 from stillhook.units import KINDS, parse, quote
 from stillhook.variables import PHYSICAL
@@ -49,7 +49,7 @@ def read_mapping(path: str | os.PathLike[str]) -> dict[str, Signal]:
         raise LogError(f"{quote(str(file))}: is not a readable TOML file ({quote(str(problem))}).") from None
     if not isinstance(table.get("signals"), Mapping):
         rows = 'Write rows such as p_a = { column = "PT101", unit = "bar" } below it.'
-        raise LogError(f"{file.name}: no table [signals]. {rows}{told_kind(table)}")
+        raise LogError(f"{file.name}: no table [signals]. {rows}{stated_kind(table)}")
     return mapping_from(table["signals"], file.name)
 
 

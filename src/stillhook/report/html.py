@@ -30,7 +30,7 @@ h3{font-size:1em;margin:1.5em 0 .3em}
 
 
 def page(title: str, parts: Iterable[str], *, synthetic: str = "") -> str:
-    """The whole page; parts are HTML, synthetic what is said first about data that were not measured."""
+    """The whole page; parts are HTML, synthetic a remark at the top about data that were not measured."""
     warning = f'<p class="synthetic">{escape(synthetic)}</p>' if synthetic else ""
     head = f'<meta charset="utf-8"><title>{escape(title)}</title><style>{STYLE}</style>'
     foot = f"<p><small>Made by Stillhook {escape(__version__)}.</small></p>"
@@ -84,7 +84,7 @@ def _cell(text: str, words: bool) -> str:
 
 
 def png(figure: Figure, resolution: int = RESOLUTION) -> bytes:
-    """A figure as PNG of so many dots per inch, for a file and for a page."""
+    """A figure as PNG at this resolution in dots per inch, for a file and for a page."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # heavy
 
     memory = io.BytesIO()

@@ -1,4 +1,4 @@
-"""What a payload's description amounts to: numbers of the covered payload, over submergence, near the bottom, and their
+"""Numbers of a payload: covered, over submergence, near the bottom, and their
 picture."""
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ OF_LEVEL = ("h", "V", "A33", "dA33", "B")
 """Numbers of a level on the sheet; dA33 is the slope just below the level."""
 SLOPES = [COLUMNS.index("dA33"), COLUMNS.index("dA33_next")]
 DEPTH = 1000.0
-"""Depth that stands in the record [m]; no number of the sheet hangs on it."""
+"""Depth in the record [m]; no number of the sheet depends on it."""
 
 
 def payload_numbers(payload: Payload, rho: float) -> dict[str, Any]:
@@ -61,16 +61,16 @@ def payload_numbers(payload: Payload, rho: float) -> dict[str, Any]:
 
 
 def _unstated(payload: Payload) -> list[dict[str, str]]:
-    """What stands for numbers that count and that nobody gave."""
+    """Values used for relevant numbers that were not given."""
     if payload.shape is None:
         return []
-    own = {
+    defaults = {
         "C_D": "default of the shape",
         "C_s": "default of the shape",
         "engaged": "default, a quarter of the height under the roof",
     }
     has = {"C_D", *type(payload.shape).model_fields}
-    rows = {name: ("assumed", text) for name, text in own.items() if name in has}
+    rows = {name: ("assumed", text) for name, text in defaults.items() if name in has}
     if payload.volume is None:
         rows["volume"] = ("derived", f"mass over that of steel, {RHO_STEEL:g} kg/m^3")
     rows |= {f"seabed.{name}": ("assumed", "default") for name in ("settlement", "zeta")}

@@ -27,10 +27,10 @@ class Unset(StillhookError):
 def set_pdf(template: Traversable, data: Any, figures: Mapping[str, bytes], date: str) -> bytes:
     """The document as PDF/A where that is possible.
 
-    Parameters: template reads its texts from "sheet.json" and its look from "look.typ" beside it; figures: PNG by stem;
-    date ISO 8601. Texts with letters that typst's own fonts lack (Chinese, say) cannot be archived: they are set all
-    the same, with boxes for those letters. Errors: Unset, a line without the name of the document, where it cannot be
-    set.
+    Parameters: template reads its texts from "sheet.json" and its look from "look.typ" next to it; figures: PNG by
+    stem; date ISO 8601. Texts with letters that typst's own fonts lack (Chinese, say) cannot be archived: they are set
+    all the same, with boxes for those letters. Errors: Unset, a line without the name of the document, where it cannot
+    be set.
     """
     try:
         return _typeset(template, data, figures, date, format="pdf", pdf_standards=[ARCHIVE])[0]
@@ -45,7 +45,7 @@ def set_pages(
     return _typeset(template, data, figures, date, format="png", ppi=ppi)
 
 
-def _typeset(template: Traversable, data: Any, figures: Mapping[str, bytes], date: str, **how: Any) -> list[bytes]:
+def _typeset(template: Traversable, data: Any, figures: Mapping[str, bytes], date: str, **options: Any) -> list[bytes]:
     import typst  # 80 MB: only where a document is wanted
 
     day = datetime.datetime.combine(datetime.date.fromisoformat(date), datetime.time(), datetime.UTC)
@@ -58,9 +58,9 @@ def _typeset(template: Traversable, data: Any, figures: Mapping[str, bytes], dat
             (folder / f"{stem}.png").write_bytes(content)
         compiler = typst.Compiler(folder / template.name, root=folder, ignore_system_fonts=True)
         try:
-            found = compiler.compile(timestamp=day, **how)
+            result = compiler.compile(timestamp=day, **options)
         except typst.TypstError as problem:
             reason = " ".join(str(problem.message).split())[:200]
             raise Unset(f"the document cannot be set ({reason}).") from None
-    assert found is not None
-    return found if isinstance(found, list) else [found]
+    assert result is not None
+    return result if isinstance(result, list) else [result]

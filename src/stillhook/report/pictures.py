@@ -25,25 +25,26 @@ _BOOT = (
 
 
 def pngs(figures: Mapping[str, Figure], resolution: int = RESOLUTION) -> dict[str, bytes]:
-    """Figures as PNG by name, in their order, of so many dots per inch; the same bytes from one process as from two.
+    """Figures as PNG by name, in their order, at this resolution in dots per inch; the same bytes from one process as
+    from two.
 
-    What the second process does not draw, for whatever reason, is drawn here.
+    What the second process does not draw is drawn in this one.
     """
     names = list(figures)
     theirs = names[1::2] if len(names) >= WORTH and (os.cpu_count() or 1) > 1 else []
-    with _second_process({n: figures[n] for n in theirs}, resolution) as drawn:
+    with _second_process({n: figures[n] for n in theirs}, resolution) as pictures:
         done = {n: png(figures[n], resolution) for n in names if n not in theirs}
-    done |= drawn
+    done |= pictures
     return {n: done[n] if n in done else png(figures[n], resolution) for n in names}
 
 
 @contextlib.contextmanager
 def _second_process(figures: Mapping[str, Figure], resolution: int) -> Any:
-    """What it has drawn, complete when the block ends."""
-    drawn: dict[str, bytes] = {}
+    """Figures drawn by the second process, complete when the block ends."""
+    pictures: dict[str, bytes] = {}
     message = _message(figures, resolution) if figures else b""
     if not message:
-        yield drawn
+        yield pictures
         return
     try:
         process = subprocess.Popen(
@@ -54,21 +55,21 @@ def _second_process(figures: Mapping[str, Figure], resolution: int) -> Any:
             creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
         )
     except OSError:
-        yield drawn
+        yield pictures
         return
 
-    def ask() -> None:
+    def communicate() -> None:
         with contextlib.suppress(OSError, EOFError, ValueError, pickle.UnpicklingError):
-            drawn.update(pickle.loads(process.communicate(message)[0]))
+            pictures.update(pickle.loads(process.communicate(message)[0]))
 
-    asking = threading.Thread(target=ask, daemon=True)
-    asking.start()
+    reader = threading.Thread(target=communicate, daemon=True)
+    reader.start()
     try:
-        yield drawn
-        asking.join()
+        yield pictures
+        reader.join()
     finally:
         process.kill()
-        asking.join()
+        reader.join()
 
 
 def _message(figures: Mapping[str, Figure], resolution: int) -> bytes:

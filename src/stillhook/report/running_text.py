@@ -1,4 +1,4 @@
-"""Running text on a terminal: folded to its width, whole in a file or a pipe."""
+"""Running text on a terminal: folded to its width, unfolded in a file or a pipe."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import textwrap
 NARROW, WIDE = 60, 120
 """Columns of running text: not fewer, not more."""
 GLUE = "\u00a0"
-"""Stands for a space at which no line is folded."""
+"""Represents a space at which no line is folded."""
 
 
 def wrapped(text: str, indent: str = "") -> None:
@@ -18,7 +18,7 @@ def wrapped(text: str, indent: str = "") -> None:
     one."""
     if sys.stdout.isatty():
         width = min(max(shutil.get_terminal_size().columns - 1, NARROW), WIDE)
-        whole = re.sub(r"(?<=[0-9]) (?=[^0-9\s]{1,3}(?:[^\w]|$)|[LNkm][ /a-z])", GLUE, text)
-        whole = textwrap.fill(whole, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
-        text = whole.replace(GLUE, " ")
+        result = re.sub(r"(?<=[0-9]) (?=[^0-9\s]{1,3}(?:[^\w]|$)|[LNkm][ /a-z])", GLUE, text)
+        result = textwrap.fill(result, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+        text = result.replace(GLUE, " ")
     print(text)

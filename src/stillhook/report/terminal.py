@@ -22,8 +22,8 @@ PLAIN_WIDTH = 160
 FREE = ("status", "meaning")
 """Columns of text among the numbers."""
 FOLDED, BORDER = 10, 3
-"""Narrowest column of text that is folded; what a column takes beside its content: a border and a space on either
-side."""
+"""Narrowest column of text that is folded; the width that a column needs in addition to its content: a border and a
+space on either side."""
 
 
 def print_json(data: Any) -> None:
@@ -73,7 +73,7 @@ def print_table(
     console = Console()
     folds = [
         name in FREE or i in texts or (i < left and left > 1) for i, name in enumerate(header)
-    ]  # texts fold: numbers stay whole
+    ]  # texts fold, numbers do not
     least = [_least_width([name, *(row[i] for row in rows)], folds[i]) for i, name in enumerate(header)]
     if not console.is_terminal:
         console = Console(width=max(console.width, PLAIN_WIDTH, sum(least) + 1))
@@ -88,7 +88,7 @@ def print_table(
         table.title, title = title and _escaped(title), ""
         width = max(
             console.width, sum(least[i] for i in columns) + 1
-        )  # what no terminal holds runs over its edge, whole
+        )  # what no terminal holds runs over its edge, unfolded
         console.print(table, width=width, soft_wrap=width > console.width)
 
 
@@ -105,7 +105,7 @@ def _side_by_side(least: Sequence[int], left: int, width: int) -> Iterator[list[
 
 
 def _least_width(cells: Sequence[str], folds: bool) -> int:
-    """Width that a column cannot do without, with its border and padding."""
+    """Least width of a column, with its border and padding."""
     from rich.cells import cell_len
 
     widest = max(cell_len(line) for cell in cells for line in cell.split("\n"))
@@ -130,7 +130,7 @@ def _escaped(text: str) -> str:
 
 
 def print_twin(crane: Crane, *cases: Scenario) -> None:
-    """How far the twin is validated, for what, and where these cases leave that; each thing once."""
+    """Validation of the twin, its range, and where these cases leave it; each line once."""
     from stillhook.engine.validity import doubts, envelope_line, twin_line
 
     print(twin_line(crane))
@@ -142,7 +142,7 @@ def print_twin(crane: Crane, *cases: Scenario) -> None:
 
 
 def print_implausible(crane: Crane) -> None:
-    """What of a crane is outside of what was ever built; for answers that have no notes of their own."""
+    """Numbers of a crane outside the range of built machines; for answers that have no notes of their own."""
     from stillhook.spec.plausible import implausible_values
 
     for note in implausible_values(crane):
@@ -150,14 +150,14 @@ def print_implausible(crane: Crane) -> None:
 
 
 def say(text: str) -> None:
-    """A line for the person, not for the machine that reads standard output."""
+    """A line on standard error for the user."""
     import sys
 
     print(text, file=sys.stderr)
 
 
 def say_if_compiling(crane: Crane, *, series: bool = False, kind: str = "driver") -> None:
-    """A word on why the first run of a winch type takes longer; with series one trajectory runs at a time; kind of
+    """Message that the first run of a winch type takes longer; with series one trajectory runs at a time; kind of
     driver."""
     from stillhook.kernels.build import is_compiled
     from stillhook.kernels.lanes import VL
@@ -171,12 +171,12 @@ def say_if_compiling(crane: Crane, *, series: bool = False, kind: str = "driver"
 def started(
     crane: Crane, bar: Progress | None, *, series: bool = False, report: str = "", kind: str = "driver"
 ) -> Progress:
-    """Progress of a run that says what there is to say once everything that was given has been found good.
+    """Progress of a run that prints remarks once all inputs have been checked.
 
     series: whether series are kept; report: a line on the motion; kind of driver: that of a crane, or of a lowering.
     """
 
-    def told(share: float) -> None:
+    def report_progress(share: float) -> None:
         if share == 0.0:
             if report:
                 say(report)
@@ -184,7 +184,7 @@ def started(
         if bar is not None:
             bar(share)
 
-    return told
+    return report_progress
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.analysis.loop_stability.models.transfer import about, motor_poles, whole_matrices
+from stillhook.analysis.loop_stability.models.transfer import about, full_matrices, motor_poles
 from stillhook.analysis.loop_stability.stability import range_of_modes
 from stillhook.analysis.loop_stability.sweeps import bode, root_locus, slow_sweep, sweep
 from stillhook.analysis.steady.steady_state import speed_limit
@@ -28,7 +28,7 @@ SPEED_POINTS = 60
 
 def gain_limit_figure(crane: Crane, data: xarray.Dataset, slow: xarray.Dataset) -> Figure:
     """K_p of marginal stability over displacement, with and without PLC, the range of each mode, K_p itself (paper E
-    figure 5); beside the published loop the whole plant where it is slow.
+    figure 5); next to the published loop the complete plant at low speed.
 
     data: `sweep(crane, "alpha_m")`; slow: `slow_sweep(crane)`.
     """
@@ -53,7 +53,7 @@ def gain_limit_figure(crane: Crane, data: xarray.Dataset, slow: xarray.Dataset) 
         ylim=(0.0, None),
         xlim=(D[0], D[-1]),
     )
-    ax.set_title(f"{crane.name}: position gain at which the winch starts to swing", fontsize="medium")
+    ax.set_title(f"{crane.name}: position gain at which the winch starts to oscillate", fontsize="medium")
     ax.legend(loc="upper left", fontsize="x-small", ncols=2)
     return figure
 
@@ -153,8 +153,8 @@ def root_locus_figure(crane: Crane, alphas: tuple[float, ...] = (1.0, 0.6)) -> F
             re, im = data["pole_re"].values[:, branch], data["pole_im"].values[:, branch]
             ax.plot(re, im, color=colour, lw=1.2, label=f"motors at {alpha:.3g}" if branch == 0 else None)
             ax.plot(re[0], im[0], "x", color=colour)
-        own = root_locus(crane, alpha, K_p=[crane.control.K_p])
-        ax.plot(own["pole_re"].values.ravel(), own["pole_im"].values.ravel(), "o", color=colour, ms=4)
+        current = root_locus(crane, alpha, K_p=[crane.control.K_p])
+        ax.plot(current["pole_re"].values.ravel(), current["pole_im"].values.ravel(), "o", color=colour, ms=4)
     ax.axvline(0.0, color=GREY, lw=0.8)
     ax.set(xlabel="real part [1/s]", ylabel="imaginary part [1/s]")
     ax.set_title(
@@ -205,8 +205,8 @@ def _speeds(crane: Crane, mode: Mode) -> Any:
 
 
 def _swing(crane: Crane, v_tip: float, mode: Mode) -> complex:
-    """The pole of the position loop in which the inertia swings on the oil."""
-    A = whole_matrices(crane, about(crane, v_tip, mode=mode), K_p=gains(crane).K_p)[0]
+    """The pole of the position loop of the inertia on the oil spring."""
+    A = full_matrices(crane, about(crane, v_tip, mode=mode), K_p=gains(crane).K_p)[0]
     poles = np.linalg.eigvals(A[2:, 2:])
     return complex(max((p for p in poles if p.imag > 0.0), key=lambda p: p.real))
 

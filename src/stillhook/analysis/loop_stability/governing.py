@@ -1,14 +1,14 @@
-"""Which position loop holds: the published one, or the whole plant linearised at the slow operating points that a mode
-visits.
+"""Which position loop holds: the published one, or the complete plant linearised at the slow operating points that a
+mode visits.
 
 The published loop has a viscous coefficient B_v for all friction. In the plant friction falls with speed when the winch
 is slow (Stribeck), the more so under load, and that takes damping away; a small displacement leaves least of it. Of
 both the one that allows less gain governs.
 
-Slow under a heavy load the plant may swing whatever the gain: sticking and slipping feed the load's swing on its wire,
-whose own damping is small. That cycle (millimetres of wire) is neither made nor stopped by the position loop. Limits of
-the gain are therefore those of the plant whose load does not ring (`calm`), and the places where the real one swings
-are named.
+Slow under a heavy load the plant may oscillate whatever the gain: sticking and slipping excite the load's oscillation
+on its wire, whose own damping is small. That cycle (millimetres of wire) is neither made nor stopped by the position
+loop. Limits of the gain are therefore those of the plant whose load does not ring (`with_damped_wire`), and the places
+where the real one swings are named.
 """
 
 from __future__ import annotations
@@ -64,9 +64,9 @@ class Place(NamedTuple):
 
 
 class Governing(NamedTuple):
-    """Largest position gain K_p that keeps the margins [1/m], 0 where the winch swings without feedback though its load
-    does not ring; the loop that says so, with its PLC, at the displacement alpha_m [-]; place: where the whole plant
-    stands, None for the published loop; swings: places where the plant swings whatever the gain."""
+    """Largest position gain K_p that keeps the margins [1/m], 0 where the winch oscillates without feedback though its
+    load does not ring; the governing loop, with its PLC, at the displacement alpha_m [-]; place: where the complete
+    plant stands, None for the published loop; swings: places where the plant oscillates whatever the gain."""
 
     K_p: float
     loop: SampledLoop
@@ -78,16 +78,16 @@ class Governing(NamedTuple):
         """The loop in words."""
         if self.place is None:
             return f"published loop, motors at {self.alpha_m:.2f}"
-        return f"whole plant, {self.place.describe()}, motors at {self.alpha_m:.2f}"
+        return f"complete plant, {self.place.describe()}, motors at {self.alpha_m:.2f}"
 
 
-def calm(crane: Crane) -> Crane:
+def with_damped_wire(crane: Crane) -> Crane:
     """The crane with a wire on which the load does not ring."""
     wire = crane.wire
     return crane if wire.zeta >= CALM else crane.model_copy(update={"wire": wire.model_copy(update={"zeta": CALM})})
 
 
-def most_load(crane: Crane, mode: Mode) -> float:
+def heaviest_payload(crane: Crane, mode: Mode) -> float:
     """Heaviest payload that a mode carries [kg]: HS 60 % of the SWL (paper C), the others all of it."""
     return (HS_SHARE if mode is Mode.HS else 1.0) * crane.SWL
 
@@ -99,9 +99,9 @@ def wire_range(crane: Crane) -> tuple[float, ...]:
     return (shortest, math.sqrt(shortest * longest), longest)
 
 
-def carried(crane: Crane, mode: Mode, most: float = math.inf) -> tuple[float, ...]:
+def payloads_of_mode(crane: Crane, mode: Mode, most: float = math.inf) -> tuple[float, ...]:
     """Empty hook, where there is one, and the heaviest payload that a mode carries, `most` at most [kg]."""
-    heaviest = min(most_load(crane, mode), most)
+    heaviest = min(heaviest_payload(crane, mode), most)
     return (0.0, heaviest) if crane.hook_mass > 0.0 and heaviest > 0.0 else (heaviest,)
 
 
@@ -117,7 +117,7 @@ def slow_places(loads: Sequence[float], wires: Sequence[float], speeds: Sequence
 
 
 class PlantLoop(NamedTuple):
-    """The position loop of the whole plant at a place with its PLC, and the displacement alpha_m [-] at which the
+    """The position loop of the complete plant at a place with its PLC, and the displacement alpha_m [-] at which the
     motors stand."""
 
     loop: SampledLoop
@@ -158,22 +158,22 @@ def governing(
     load: float = math.inf,
 ) -> Governing:
     """The loop that holds for a mode: of the published loop at its least displacement on the outermost layer, and of
-    the whole plant at the slow places that the mode visits (`carried`, `slow_places`), the one that allows the least
-    gain. Margins are kept with the computing time and with every shorter one, as in
+    the complete plant at the slow places that the mode visits (`payloads_of_mode`, `slow_places`), the one that allows
+    the least gain. Margins are kept with the computing time and with every shorter one, as in
     `stillhook.analysis.loop_stability.margins.strongest_gain`.
 
     Parameters: kept gain margin [-], phase margin [rad], sensitivity peak [-]; wires paid out [m]; load heaviest
     payload [kg].
     Errors: StillhookError for a wire that the drum does not hold. Places where nothing holds the load are left out.
     """
-    found, swings, still = [_published(crane, mode, kept)], [], calm(crane)
-    for place in slow_places(carried(crane, mode, load), wires):
-        here, real = _plant(still, mode, place, kept), _plant(crane, mode, place, kept)
-        if here is not None:
-            found.append(here)
+    margins, swings, still = [_published(crane, mode, kept)], [], with_damped_wire(crane)
+    for place in slow_places(payloads_of_mode(crane, mode, load), wires):
+        damped, real = _plant(still, mode, place, kept), _plant(crane, mode, place, kept)
+        if damped is not None:
+            margins.append(damped)
         if real is not None and real.K_p == 0.0:
             swings.append(place)
-    return min(found, key=lambda g: g.K_p)._replace(swings=tuple(swings))
+    return min(margins, key=lambda g: g.K_p)._replace(swings=tuple(swings))
 
 
 def _published(crane: Crane, mode: Mode, kept: tuple[float, float, float]) -> Governing:

@@ -1,9 +1,9 @@
 """How far the position loop is from swinging: gain, phase and delay margins and sensitivity peak, for a loop in
 continuous time and for the loop as a PLC closes it, sampled exactly, with any delay.
 
-A loop here is what lies between the feedback's share of the pump command and the wire hoisted, at K_p = 1 1/m and cut
-at K_p. A loop that swings without any feedback (a loaded winch, slow, where friction falls with speed) has a gain limit
-of 0.
+A loop is the path between the feedback's share of the pump command and the wire hoisted, at K_p = 1 1/m and cut
+at K_p. A loop that oscillates without any feedback (a loaded winch, slow, where friction falls with speed) has a gain
+limit of 0.
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ POINTS = 1500
 Nyquist frequency."""
 LOWEST, HIGHEST = 1e-3, 30.0
 AROUND = np.sort(np.concatenate([s * np.geomspace(1e-3, 8.0, 12) for s in (-1.0, 1.0)]))
-"""Extra points about each mode, in half widths of its resonance: the least damped one is then seen whole."""
+"""Extra points about each mode, in half widths of its resonance: the least damped one is then resolved completely."""
 ROUNDING = 1e-10
 """What eigenvalues of these loops are sure to, over the largest one."""
 MOST_HELD = 60
 """Cycles of delay up to which stability is judged by eigenvalues: each cycle adds one."""
 GROWS = 1e-6
 """Real part above which a mode of the cut loop grows [1/s]: integrators come out of the eigenvalues below 1e-9, and
-what grows more slowly than e-fold in twelve days is not a swing."""
+what grows more slowly than e-fold in twelve days does not count as an oscillation."""
 NEIGHBOURS = 1.5
-"""Most that the response grows between two points of the grid: they stand closer than any resonance is narrow."""
+"""Most that the response grows between two points of the grid: they are closer than the width of any resonance."""
 DELAYS = 20
 """Most delays between none and the given one that `strongest_up_to` looks at."""
 GAIN_MARGIN = 2.0
 PHASE_MARGIN = math.radians(45.0)
 SENSITIVITY_PEAK = 2.0
-"""Margins that `strongest_gain` keeps unless told otherwise: 6 dB and 45 degrees, and M_s = 2, the upper end of the
+"""Margins that `strongest_gain` keeps by default: 6 dB and 45 degrees, and M_s = 2, the upper end of the
 usual 1.2 to 2.0.
 Source: Astrom and Murray, Feedback Systems, section 10.3 (gain margin 2 to 5, phase margin 30 to 60 degrees, M_s 1.2 to
 2)."""
@@ -84,10 +84,10 @@ def margins(loop: Loop, K_p: float) -> Margins:
 
 
 def gain_limit_of(loop: Loop) -> tuple[float, float]:
-    """Least gain at which the loop swings [1/m], and the frequency of it [rad/s]: where the response first passes -1 as
-    the gain grows.
+    """Least gain at which the loop oscillates [1/m], and the frequency of it [rad/s]: where the response first passes
+    -1 as the gain grows.
 
-    Both are infinite for a loop that never does; the gain is 0 for one that swings without any.
+    Both are infinite for a loop that never does; the gain is 0 for one that oscillates without any.
     """
     alone = _swings_alone(loop)
     if alone is not None:
@@ -120,9 +120,9 @@ def strongest_gain(
     to the one given.
 
     Parameters: alpha_m displacement of the motors [-], default the least that any mode may use, where the limit is
-    lowest; delay [s] of the whole way around (encoder, bus, computing), not that of the motion unit, which is outside
-    the loop; gain_margin above 1 [-], phase_margin [rad] between 0 and 90 degrees, sensitivity peak M_s above 1 [-]
-    that are kept.
+    lowest; delay [s] of the complete path around the loop (encoder, bus, computing), not that of the motion unit, which
+    is outside the loop; gain_margin above 1 [-], phase_margin [rad] between 0 and 90 degrees, sensitivity peak M_s
+    above 1 [-] that are kept.
 
     Model: the published position loop on the outermost layer (paper E eqs 14 to 20), sampled exactly with the PLC's
     cycle. There the gain limit is lowest: on inner layers wire per motor turn and inertia are less.
@@ -167,7 +167,7 @@ def strongest(
     """Largest gain of any loop that keeps the three margins [1/m]; see `strongest_gain`.
 
     As the gain grows from 0, each frequency breaks a margin at a gain of its own; the least of those is the answer. It
-    is 0 for a loop that swings without feedback.
+    is 0 for a loop that oscillates without feedback.
     """
     if _swings_alone(loop) is not None:
         return 0.0
@@ -306,8 +306,8 @@ def _least(loop: Loop, omega: FloatArray, L: ComplexArray, f: Callable[[ComplexA
 def _nearest_least(omega: FloatArray, i: int, f: Callable[[float], float]) -> float:
     """The least of f between the neighbours of the grid's least."""
     bounds = (omega[max(i - 1, 0)], omega[min(i + 1, len(omega) - 1)])
-    found = minimize_scalar(f, bounds=bounds, method="bounded", options={"xatol": 1e-12 * float(omega[i])})
-    return float(found.x) if found.fun <= f(float(omega[i])) else float(omega[i])
+    minimum = minimize_scalar(f, bounds=bounds, method="bounded", options={"xatol": 1e-12 * float(omega[i])})
+    return float(minimum.x) if minimum.fun <= f(float(omega[i])) else float(omega[i])
 
 
 def _phase_breaks(L: ComplexArray, phase_margin: float) -> FloatArray:

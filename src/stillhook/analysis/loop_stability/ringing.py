@@ -48,8 +48,9 @@ def ringing(
     with sigma the slope of a straight line through the logarithms of the peaks, T their mean spacing.
 
     Parameters: run with `name` over "time"; start [s] peaks count from here on; least [unit of the series] how far a
-    peak must stand out (its prominence) and, for the decay, stand above rest; free [s] from when on the ringing is left
-    alone (end of a ramp), for the decay only, default start; settled [s] last part of the run, whose mean is the rest.
+    peak must exceed its surroundings (its prominence) and, for the decay, the value at rest; free [s] from when on the
+    ringing is left alone (end of a ramp), for the decay only, default start; settled [s] last part of the run, whose
+    mean is the rest.
     Errors: StillhookError where the run has no such series or ends before it could settle.
     Source: Moslatt 2020 paper C, table 1 ("the time between first and second peak").
     """
@@ -62,9 +63,9 @@ def ringing(
             f" {t[-1]:g} s. Start before the settled part, and give a least height above 0."
         )
     y = x - float(np.mean(x[t > t[-1] - settled]))
-    found, _ = find_peaks(y, prominence=least)
-    found = found[t[found] >= start]
-    t_peak, height = t[found], y[found]
+    peaks, _ = find_peaks(y, prominence=least)
+    peaks = peaks[t[peaks] >= start]
+    t_peak, height = t[peaks], y[peaks]
     left = (t_peak >= (start if free is None else free)) & (height >= least)
     decay, T = _decay(t_peak[left], height[left])
     return Ringing(
@@ -92,8 +93,8 @@ def rms_above(run: xarray.Dataset, name: str, *, frequency: float, start: float 
 
     Parameters: run with `name` over "time"; frequency [Hz] of the high-pass filter, below half the sampling rate.
     Errors: StillhookError where the run has no such series, or the filter cannot be had.
-    Valid: the filter runs in both directions over the whole series, so that nothing is shifted; give `start` behind the
-    ramp.
+    Valid: the filter runs in both directions over the entire series, so that nothing is shifted; give `start` behind
+    the ramp.
     """
     from scipy.signal import butter, sosfiltfilt  # heavy: only where ringing is measured
 

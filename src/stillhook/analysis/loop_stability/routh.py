@@ -57,8 +57,8 @@ def routh(coefficients: Sequence[Number]) -> Routh:
     zeros = 0
     while len(p) > 1 and p[-1] == 0:
         p, zeros = p[:-1], zeros + 1
-    found = _count(p)
-    return found._replace(on_axis=found.on_axis + zeros)
+    result = _count(p)
+    return result._replace(on_axis=result.on_axis + zeros)
 
 
 def _exact(coefficients: Sequence[Number]) -> Row:
@@ -130,7 +130,7 @@ def _frozen(rows: list[Row]) -> tuple[tuple[Fraction, ...], ...]:
     return tuple(tuple(r) for r in rows)
 
 
-def _cleared(p: Row, why: str) -> Routh:
+def _cleared(p: Row, reason: str) -> Routh:
     """The count of p with roots added on the left, at -1, -2, ..., as few as clear the zero (s^5 - 5 s^3 + 14 s - 20
     needs two)."""
     longer = p
@@ -138,8 +138,8 @@ def _cleared(p: Row, why: str) -> Routh:
         longer = [x + a * y for x, y in zip([*longer, Fraction(0)], [Fraction(0), *longer], strict=True)]
         rows, power = _rows(longer)
         if power == 0 or not any(rows[-1]):
-            found = _count(longer)
-            return found._replace(special=(why, *found.special))
+            result = _count(longer)
+            return result._replace(special=(reason, *result.special))
     raise StillhookError("Routh: no roots added on the left clear the zero in the first column.")
 
 

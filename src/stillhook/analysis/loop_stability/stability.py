@@ -1,8 +1,8 @@
 """`stability`: how far a crane's position loop is from swinging, as published and with its PLC.
 
 The published loop (Moslatt 2020 paper E section 3) turns on the outer diameter with a full drum, one line at constant
-pressure, B_v for all friction. `full_stability` asks the same of the whole plant at an operating point, `both_loops`
-which of the two holds.
+pressure, B_v for all friction. `full_stability` does the same for the complete plant at an operating point,
+`both_loops` which of the two holds.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from stillhook.analysis.loop_stability.governing import (
     SLOW,
     WIRES,
     Place,
-    calm,
-    carried,
+    payloads_of_mode,
     plant_loop_at,
     slow_places,
+    with_damped_wire,
 )
 from stillhook.analysis.loop_stability.margins import Margins, gain_limit_of, margins, strongest_up_to
 from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency, gain_limit
@@ -31,10 +31,10 @@ from stillhook.analysis.loop_stability.models.loops import Loop, SampledLoop, po
 from stillhook.analysis.loop_stability.models.transfer import (
     About,
     command_pole,
-    lever,
+    effective_radius,
+    full_matrices,
     motor_slope,
     on_layer,
-    whole_matrices,
 )
 from stillhook.analysis.steady.operating_point import OperatingPoint, operating_point
 from stillhook.analysis.steady.steady_state import steady
@@ -103,11 +103,12 @@ def stability(
 ) -> Stability:
     """Margins of the published position loop.
 
-    Parameters: alpha_m displacement of the motors [-], default where SSC stands at v_tip: 1 at rest; layer that the
-    drum turns on, with the inertia of a drum that is full up to it, default the published outer diameter and full drum;
-    v_tip steady speed of the tip [m/s], which closes the motors' own loop through the measured displacement (it moves
-    two poles and no limit); delay [s] of the position feedback's whole way around, for the values that end in _plc. It
-    is not the delay of the motion unit, which stands outside the loop and costs error, not stability.
+    Parameters: alpha_m displacement of the motors [-], default the displacement of SSC at v_tip: 1 at rest; layer that
+    the drum turns on, with the inertia of a drum that is full up to it, default the published outer diameter and full
+    drum; v_tip steady speed of the tip [m/s], which closes the motors' own loop through the measured displacement (it
+    moves two poles and no limit); delay [s] of the position feedback's complete path around the loop, for the values
+    that end in _plc. It is not the delay of the motion unit, which is outside the loop and affects the error, not
+    stability.
 
     Errors: StillhookError for a number outside its range, K_p = 0, or a tip so fast that the pumps are full, which have
     no feedback.
@@ -133,10 +134,16 @@ def published_stability(
             f"v_tip = {v_tip:g} m/s: the pumps are full at {v_full:.3g} m/s with the motors at {alpha:.3g}. Give a"
             " slower tip."
         )
-    A = whole_matrices(machine, at, K_wire=K_wire)[0]
+    A = full_matrices(machine, at, K_wire=K_wire)[0]
     where = {"alpha_m": alpha, "K_wire": K_wire, "J_m": e.J_m, "v_tip": v_tip}
-    found = {"K_p_ms": limit.K_p_ms, "omega_c": limit.omega_c, "omega_0": e.omega_0, "zeta": e.zeta, "period": e.period}
-    result = _stability(crane, where, found, (plain, held), delay, np.linalg.eigvals(A), strong=strong)
+    values = {
+        "K_p_ms": limit.K_p_ms,
+        "omega_c": limit.omega_c,
+        "omega_0": e.omega_0,
+        "zeta": e.zeta,
+        "period": e.period,
+    }
+    result = _stability(crane, where, values, (plain, held), delay, np.linalg.eigvals(A), strong=strong)
     settles = abs(command_pole(machine, at, K_wire=K_wire)) < 1.0
     return result._replace(stable_plc=result.stable_plc and settles)
 
@@ -151,13 +158,13 @@ def full_stability(
     mode: Mode | str = Mode.SSC,
     delay: float = 0.0,
 ) -> tuple[Stability, OperatingPoint]:
-    """The same of the whole plant while it compensates a steady tip speed, by numeric linearisation, and the operating
-    point.
+    """The same of the complete plant while it compensates a steady tip speed, by numeric linearisation, and the
+    operating point.
 
     Parameters: load payload [kg]; s_w wire paid out [m]; v_tip steady speed of the tip, up positive [m/s]; alpha_m [-],
     default where the mode's law holds the motors; mode; delay [s] of the position feedback.
     K_p_ms is that of the plant with motors and passive circuit standing, as in paper E; with PLC all loops are closed,
-    poles as well. omega_0 and zeta are those of the mode in which the winch swings on the oil of its lines.
+    poles as well. omega_0 and zeta are those of the mode in which the winch oscillates on the oil of its lines.
     Errors: StillhookError for a point that the winch cannot reach, or a winch at rest, which sticks.
     """
     _check(v_tip, delay)
@@ -181,7 +188,7 @@ def full_stability(
         "J_m": 1.0 / point.geometry.i_J,
         "v_tip": v_tip,
     }
-    found = {
+    values = {
         "K_p_ms": limit.gain_margin * crane.control.K_p,
         "omega_c": limit.omega_c,
         "omega_0": swing.omega_0,
@@ -190,12 +197,12 @@ def full_stability(
     }
     z = held.closed_poles(crane.control.K_p)
     poles = np.log(z[np.abs(z) > 1e-6]) / held.t_cycle
-    return _stability(crane, where, found, (plain, held), delay, poles), point
+    return _stability(crane, where, values, (plain, held), delay, poles), point
 
 
 class BothLoops(NamedTuple):
-    """The published loop beside the whole plant where it has the lowest gain limit: place, None where the gain decides
-    nowhere; swings: places where the plant swings whatever the gain."""
+    """The published loop and the complete plant where it has the lowest gain limit: place, None where the gain
+    decides nowhere; swings: places where the plant oscillates whatever the gain."""
 
     published: Stability
     plant: Stability | None
@@ -213,12 +220,13 @@ class BothLoops(NamedTuple):
 
     @property
     def ok(self) -> bool:
-        """Whether both die out with positive margins; what swings whatever the gain is not the position loop's."""
+        """Whether both die out with positive margins; oscillations whatever the gain are not caused by the position
+        loop."""
         return self.published.ok and (self.plant is None or self.plant.ok)
 
     def table(self) -> dict[str, Any]:
         """Name -> value in SI of the published loop; under "plant" the same of the plant, its payload and wire;
-        "governs" which holds; "swings" where the plant swings whatever the gain."""
+        "governs" which holds; "swings" where the plant oscillates whatever the gain."""
         plant = (
             None
             if self.plant is None or self.place is None
@@ -241,32 +249,34 @@ def both_loops(
     loads: Sequence[float] | None = None,
     wires: Sequence[float] = (SHORTEST, *WIRES),
 ) -> BothLoops:
-    """Margins of the published loop, and of the whole plant at that of its operating points where the gain limit is
+    """Margins of the published loop, and of the complete plant at that of its operating points where the gain limit is
     lowest.
 
-    Parameters: alpha_m, v_tip, delay as in `stability`; the plant stands at the same displacement, or where SSC puts it
+    Parameters: alpha_m, v_tip, delay as in `stability`; the plant has the same displacement, or the one that SSC sets
     at each point. loads payloads [kg], default empty hook and SWL; wires paid out [m]. The tip moves at v_tip, or at 2
     and 5 m/min up and down where v_tip is 0: there friction falls with speed most.
     Limits are those of a load that does not ring on its wire (`stillhook.analysis.loop_stability.governing`); where the
     real one swings is in `swings`. Errors: as `stability` and `full_stability`.
     """
     published = stability(crane, alpha_m, v_tip=v_tip, delay=delay)
-    masses = carried(crane, Mode.SSC) if loads is None else tuple(loads)
+    masses = payloads_of_mode(crane, Mode.SSC) if loads is None else tuple(loads)
     places = (
         slow_places(masses, wires, SLOW) if v_tip == 0.0 else [Place(m, s_w, v_tip) for m in masses for s_w in wires]
     )
-    still, swings = calm(crane), []
+    damped_crane, swings = with_damped_wire(crane), []
     limits: dict[Place, float] = {}
     for place in places:
-        here, real = (plant_loop_at(c, Mode.SSC, place, alpha_m=alpha_m, delay=delay) for c in (still, crane))
-        if here is not None:
-            limits[place] = gain_limit_of(here.loop)[0]
+        damped, real = (plant_loop_at(c, Mode.SSC, place, alpha_m=alpha_m, delay=delay) for c in (damped_crane, crane))
+        if damped is not None:
+            limits[place] = gain_limit_of(damped.loop)[0]
         if real is not None and gain_limit_of(real.loop)[0] == 0.0:
             swings.append(place)
     if not limits:
         return BothLoops(published, None, None)
     least = min(limits, key=lambda p: limits[p])
-    plant, _ = full_stability(still, load=least.load, s_w=least.s_w, v_tip=least.v_tip, alpha_m=alpha_m, delay=delay)
+    plant, _ = full_stability(
+        damped_crane, load=least.load, s_w=least.s_w, v_tip=least.v_tip, alpha_m=alpha_m, delay=delay
+    )
     return BothLoops(published, plant, least, tuple(swings))
 
 
@@ -279,7 +289,7 @@ def _check(v_tip: float, delay: float) -> None:
 
 def _about(crane: Crane, v_tip: float, alpha_m: float, K_wire: float) -> About:
     """Steady operation at a displacement that need not be that of SSC."""
-    omega_m = -v_tip / lever(crane, K_wire)
+    omega_m = -v_tip / effective_radius(crane, K_wire)
     u_ff = -gains(crane).K_1 * v_tip * K_wire * alpha_m
     dp = crane.control.B_v * omega_m / (crane.active.motor.D_total * alpha_m)
     return About(v_tip, alpha_m, u_ff, omega_m, dp, motor_slope(crane, Mode.SSC, alpha_m, u_ff))
@@ -288,7 +298,7 @@ def _about(crane: Crane, v_tip: float, alpha_m: float, K_wire: float) -> About:
 def _stability(
     crane: Crane,
     where: Mapping[str, float],
-    found: Mapping[str, float],
+    values: Mapping[str, float],
     loops: tuple[Loop, SampledLoop],
     delay: float,
     poles: Any,
@@ -299,7 +309,7 @@ def _stability(
     plain, held = (margins(loop, K_p) for loop in loops)
     return Stability(
         **where,
-        **found,
+        **values,
         **_named(plain, ""),
         **_named(held, "_plc"),
         K_p=K_p,
@@ -323,13 +333,13 @@ def least_limit(crane: Crane) -> tuple[float, float]:
     """Displacement at which the gain limit is lowest [-], and that limit [1/m]: below, where no mode goes, it rises
     again.
 
-    There the winch swings so slowly that the decay of the circuit alone, which does not depend on the displacement,
+    There the winch oscillates so slowly that the decay of the circuit alone, which does not depend on the displacement,
     holds it.
     """
-    found = minimize_scalar(
+    minimum = minimize_scalar(
         lambda a: gain_limit(crane, a).K_p_ms, bounds=(1e-3, 1.0), method="bounded", options={"xatol": 1e-9}
     )
-    return float(found.x), float(found.fun)
+    return float(minimum.x), float(minimum.fun)
 
 
 def range_of_modes(crane: Crane) -> dict[str, tuple[float, float]]:

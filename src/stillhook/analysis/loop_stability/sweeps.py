@@ -1,4 +1,4 @@
-"""Stability over one quantity: sweeps of the published loop and of the whole plant, Bode data, root locus."""
+"""Stability over one quantity: sweeps of the published loop and of the complete plant, Bode data, root locus."""
 
 from __future__ import annotations
 
@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.analysis.loop_stability.governing import SHORTEST, WIRES, calm, carried, plant_loop_at, slow_places
+from stillhook.analysis.loop_stability.governing import (
+    SHORTEST,
+    WIRES,
+    payloads_of_mode,
+    plant_loop_at,
+    slow_places,
+    with_damped_wire,
+)
 from stillhook.analysis.loop_stability.margins import gain_limit_of
 from stillhook.analysis.loop_stability.models.eigenfrequency import gain_limit
 from stillhook.analysis.loop_stability.models.loops import position_loop, sampled
@@ -67,13 +74,13 @@ def slow_sweep(
     wires: Sequence[float] = (SHORTEST, *WIRES),
     delay: float = 0.0,
 ) -> xarray.Dataset:
-    """Gain limit of the whole plant with PLC where it is slow, over displacement, payload and wire paid out: the least
-    of 2 and 5 m/min up and down.
+    """Gain limit of the complete plant with PLC where it is slow, over displacement, payload and wire paid out: the
+    least of 2 and 5 m/min up and down.
 
     Parameters: values displacements [-], default from 0.8 alpha_min to 1; loads payloads [kg], default empty hook, 60 %
     of the SWL (the most that HS carries) and SWL; wires [m]; delay [s].
-    Returns: Dataset over ("alpha_m", "load", "s_w") with K_p_ms_plc [1/m], 0 where the winch swings without feedback,
-    NaN where nothing holds the load.
+    Returns: Dataset over ("alpha_m", "load", "s_w") with K_p_ms_plc [1/m], 0 where the winch oscillates without
+    feedback, NaN where nothing holds the load.
     """
     import xarray
 
@@ -82,8 +89,8 @@ def slow_sweep(
         if values is None
         else np.asarray(list(values), dtype=np.float64)
     )
-    masses = (*carried(crane, Mode.HS), crane.SWL) if loads is None else tuple(loads)
-    limits, still = np.full((len(alphas), len(masses), len(wires)), math.nan), calm(crane)
+    masses = (*payloads_of_mode(crane, Mode.HS), crane.SWL) if loads is None else tuple(loads)
+    limits, still = np.full((len(alphas), len(masses), len(wires)), math.nan), with_damped_wire(crane)
     for at in np.ndindex(limits.shape):
         i, j, k = at
         slow = [
@@ -116,45 +123,45 @@ def sweep(
     import xarray
 
     if over not in tuple(Over):
-        raise StillhookError(f'over = "{over}": give one of {", ".join(Over)}.')
-    what = Over(over)
-    name = VARIED.get(what, what.value)
-    at = np.asarray(_default(crane, what) if values is None else list(values), dtype=np.float64)
-    rows = [_swept(crane, what, float(v), alpha_m, delay) for v in at]
+        raise StillhookError(f'over = "{over}": choose one of {", ".join(Over)}.')
+    variable = Over(over)
+    name = VARIED.get(variable, variable.value)
+    at = np.asarray(_default(crane, variable) if values is None else list(values), dtype=np.float64)
+    rows = [_swept(crane, variable, float(v), alpha_m, delay) for v in at]
     data = {n: (name, [getattr(r, n) for r in rows], _attrs(n)) for n in SWEPT}
-    fixed = {} if what is Over.ALPHA_M else {"alpha_m": alpha_m}
-    fixed |= {} if what is Over.DELAY else {"delay": delay}
+    fixed = {} if variable is Over.ALPHA_M else {"alpha_m": alpha_m}
+    fixed |= {} if variable is Over.DELAY else {"delay": delay}
     return xarray.Dataset(
         data, coords={name: (name, at, _attrs(name))}, attrs={"crane": crane.name, "K_p": crane.control.K_p, **fixed}
     )
 
 
-def _default(crane: Crane, what: Over) -> FloatArray:
-    own = {
+def _default(crane: Crane, variable: Over) -> FloatArray:
+    nominal = {
         Over.LEAKAGE: crane.active.C_leak,
         Over.DAMPING: crane.control.B_v,
         Over.BULK_MODULUS: crane.active.line.bulk_modulus,
     }
-    if what in own:
-        return np.asarray(own[what] * TIMES, dtype=np.float64)
-    if what is Over.LAYER:
+    if variable in nominal:
+        return np.asarray(nominal[variable] * TIMES, dtype=np.float64)
+    if variable is Over.LAYER:
         return np.arange(1.0, crane.drum.layers + 1.0)
-    return np.linspace(0.0, 1.0, 41) if what is Over.DELAY else np.linspace(0.05, 1.0, 39)
+    return np.linspace(0.0, 1.0, 41) if variable is Over.DELAY else np.linspace(0.05, 1.0, 39)
 
 
-def _swept(crane: Crane, what: Over, value: float, alpha_m: float, delay: float) -> Stability:
-    if what is Over.ALPHA_M:
+def _swept(crane: Crane, variable: Over, value: float, alpha_m: float, delay: float) -> Stability:
+    if variable is Over.ALPHA_M:
         return published_stability(crane, value, None, 0.0, delay, strong=False)
-    if what is Over.LAYER:
+    if variable is Over.LAYER:
         return published_stability(crane, alpha_m, int(value), 0.0, delay, strong=False)
-    if what is Over.DELAY:
+    if variable is Over.DELAY:
         return published_stability(crane, alpha_m, None, 0.0, value, strong=False)
     changes: dict[Over, Mapping[str, Any]] = {
         Over.LEAKAGE: {"active": {"C_leak": f"{value!r} m^3/s/Pa"}},
         Over.DAMPING: {"control": {"B_v": f"{value!r} N m s/rad"}},
         Over.BULK_MODULUS: {"active": {"line": {"bulk_modulus": f"{value!r} Pa"}}},
     }
-    return published_stability(changed(crane, changes[what]), alpha_m, None, 0.0, delay, strong=False)
+    return published_stability(changed(crane, changes[variable]), alpha_m, None, 0.0, delay, strong=False)
 
 
 def bode(

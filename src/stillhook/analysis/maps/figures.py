@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SEQUENTIAL, DIVERGING = "viridis", "PuOr_r"
-"""Colours that colour-blind readers tell apart, and that keep their order in grey."""
+"""Colours that colour-blind readers can distinguish, and that keep their order in grey."""
 HATCHES = ("///", "...", "xx", "\\\\\\", "++", "oo", "--", "**", "||", "OO", "x.", "/.")
 SHADE, LINES, LIGHT = "#d0d0d0", "#333333", "#e8e8e8"
 BANDS = 21
-"""Colours on a scale: few enough to be told apart and to survive a small picture; odd, so that no change has a colour
-of its own."""
+"""Colours on a scale: few enough to be distinguished and to survive a small picture; odd, so that no change has a
+colour of its own."""
 LEVELS = 7
 """Contours, about."""
 PANEL = (4.6, 3.4)
@@ -30,26 +30,26 @@ PANEL = (4.6, 3.4)
 TITLES = {"e_c_pp": "control error", "p_max": "peak pressure", "settling_time": "settling time"}
 
 
-def figures(found: Map) -> dict[str, Figure]:
+def figures(result: Map) -> dict[str, Figure]:
     """Every picture of a map by the name of its file: one for each value of `SHOWN`, and one of the changes against the
-    best classic controller; maps over layers or periods give one of each for every layer and period.
+    best classic controller; maps over layers or periods choose one of each for every layer and period.
     """
     out: dict[str, Figure] = {}
-    for k, layer in enumerate(found.axes.layers):
-        for j, period in enumerate(found.axes.periods):
+    for k, layer in enumerate(result.axes.layers):
+        for j, period in enumerate(result.axes.periods):
             tail = "".join(
                 [f"-layer-{layer}" if layer is not None else "", f"-{period:g}-s" if period is not None else ""]
             )
             for name in SHOWN:
-                if name in found.values:
-                    out[f"{name}{tail}"] = value_figure(found, name, layer=k, period=j)
-            if (changes := change_figure(found, layer=k, period=j)) is not None:
+                if name in result.values:
+                    out[f"{name}{tail}"] = value_figure(result, name, layer=k, period=j)
+            if (changes := change_figure(result, layer=k, period=j)) is not None:
                 out[f"change{tail}"] = changes
     return out
 
 
 def value_figure(
-    found: Map, name: str, *, layer: int = 0, period: int = 0, labels: Sequence[str] | None = None
+    result: Map, name: str, *, layer: int = 0, period: int = 0, labels: Sequence[str] | None = None
 ) -> Figure:
     """One value over load and speed, a panel for each controller, all on one scale that the applicable cells set.
 
@@ -58,27 +58,29 @@ def value_figure(
     Source of the arrangement: Moslatt 2020 paper E figures 7, 8, 10 and 11.
     """
     words, factor, _ = SHOWN[name]
-    rows = [found.labels.index(x) for x in labels or found.labels]
-    usable = found.applicable[:, :, :, layer, period]
-    values = found.values[name][:, :, :, layer, period] * factor
+    rows = [result.labels.index(x) for x in labels or result.labels]
+    usable = result.applicable[:, :, :, layer, period]
+    values = result.values[name][:, :, :, layer, period] * factor
     known = values[rows][usable[rows] & np.isfinite(values[rows])]
     low, high = (float(known.min()), float(known.max())) if known.size and np.ptp(known) > 0.0 else (0.0, 1.0)
-    causes = _causes(found, rows, layer, period)
+    causes = _causes(result, rows, layer, period)
     figure, axes = _panels(len(rows))
     for ax, i in zip(axes, rows, strict=False):
         shown = np.where(usable[i], values[i], np.nan)
-        drawn = _mesh(ax, found, shown, SEQUENTIAL, low, high)
-        if found.labels[i] != BEST_CLASSIC:  # a patchwork, whose seam is no slope
-            _contours(ax, found, shown, low, high)
-        _forbidden(ax, found, found.cause[i, :, :, layer, period], causes)
-        ax.set_title(_heading(found.labels[i]), fontsize="medium")
-    figure.colorbar(drawn, ax=list(axes), label=words, shrink=0.9)
+        mesh = _mesh(ax, result, shown, SEQUENTIAL, low, high)
+        if result.labels[i] != BEST_CLASSIC:  # a patchwork, whose seam is no slope
+            _contours(ax, result, shown, low, high)
+        _forbidden(ax, result, result.cause[i, :, :, layer, period], causes)
+        ax.set_title(_heading(result.labels[i]), fontsize="medium")
+    figure.colorbar(mesh, ax=list(axes), label=words, shrink=0.9)
     _legend(figure, causes)
-    figure.suptitle(_title(found, layer, period), fontsize="medium")
+    figure.suptitle(_title(result, layer, period), fontsize="medium")
     return figure
 
 
-def change_figure(found: Map, *, layer: int = 0, period: int = 0, labels: Sequence[str] | None = None) -> Figure | None:
+def change_figure(
+    result: Map, *, layer: int = 0, period: int = 0, labels: Sequence[str] | None = None
+) -> Figure | None:
     """Change of error and pressure, or of settling time, against the best classic controller [%]; None where nothing is
     compared.
 
@@ -86,23 +88,23 @@ def change_figure(found: Map, *, layer: int = 0, period: int = 0, labels: Sequen
     two is not applicable.
     """
     wanted = labels or [
-        x for x, m in zip(found.labels, found.modes, strict=True) if x != BEST_CLASSIC and m not in CLASSIC
+        x for x, m in zip(result.labels, result.modes, strict=True) if x != BEST_CLASSIC and m not in CLASSIC
     ]
-    changes = found.changes()
+    changes = result.changes()
     if not changes or not wanted:
         return None
     figure, axes = _panels(len(wanted) * len(changes), across=len(changes))
     panels = [(label, name) for label in wanted for name in changes]
-    parts = {(x, n): 100.0 * changes[n][found.labels.index(x), :, :, layer, period] for x, n in panels}
+    parts = {(x, n): 100.0 * changes[n][result.labels.index(x), :, :, layer, period] for x, n in panels}
     known = np.concatenate([p[np.isfinite(p)] for p in parts.values()])
     most = float(np.max(np.abs(known))) if known.size else 1.0
     for ax, (label, name) in zip(axes, panels, strict=False):
         ax.set_facecolor(SHADE)
-        drawn = _mesh(ax, found, parts[label, name], DIVERGING, -most, most)
+        mesh = _mesh(ax, result, parts[label, name], DIVERGING, -most, most)
         ax.set_title(f"{_heading(label)}: {TITLES[name]}", fontsize="medium")
-    figure.colorbar(drawn, ax=list(axes), label="change against best classic [%]", shrink=0.9)
+    figure.colorbar(mesh, ax=list(axes), label="change against best classic [%]", shrink=0.9)
     figure.suptitle(
-        f"{_title(found, layer, period)}\ngrey: {BEST_CLASSIC} or the new controller is not applicable",
+        f"{_title(result, layer, period)}\ngrey: {BEST_CLASSIC} or the new controller is not applicable",
         fontsize="medium",
     )
     return figure
@@ -126,11 +128,11 @@ def _panels(n: int, across: int | None = None) -> tuple[Figure, list[Any]]:
     return figure, flat[:n]
 
 
-def _scales(found: Map) -> tuple[FloatArray, FloatArray]:
+def _scales(result: Map) -> tuple[FloatArray, FloatArray]:
     """Speeds [m/min] and loads [t]."""
     return (
-        np.array([in_display(v, "speed") for v in found.axes.speeds]),
-        np.array([in_display(m, "mass") for m in found.axes.loads]),
+        np.array([in_display(v, "speed") for v in result.axes.speeds]),
+        np.array([in_display(m, "mass") for m in result.axes.loads]),
     )
 
 
@@ -143,16 +145,16 @@ def _edges(centres: FloatArray) -> FloatArray:
     return np.concatenate([[2.0 * centres[0] - middle[0]], middle, [2.0 * centres[-1] - middle[-1]]])
 
 
-def _mesh(ax: Any, found: Map, values: FloatArray, colours: str, low: float, high: float) -> Any:
+def _mesh(ax: Any, result: Map, values: FloatArray, colours: str, low: float, high: float) -> Any:
     """Cells in colour."""
     from matplotlib import colormaps
 
-    speeds, loads = _scales(found)
+    speeds, loads = _scales(result)
     bands = colormaps[colours].resampled(BANDS)
     return ax.pcolormesh(_edges(speeds), _edges(loads), np.ma.masked_invalid(values), cmap=bands, vmin=low, vmax=high)
 
 
-def _contours(ax: Any, found: Map, values: FloatArray, low: float, high: float) -> None:
+def _contours(ax: Any, result: Map, values: FloatArray, low: float, high: float) -> None:
     """Contours at the same levels in every panel: light on dark colours, dark on light ones; none where the cells are
     too few or alike."""
     from matplotlib.ticker import MaxNLocator
@@ -163,21 +165,21 @@ def _contours(ax: Any, found: Map, values: FloatArray, low: float, high: float) 
     if min(values.shape) < 2 or not crossed:
         return
     colours = [LIGHT if x < 0.6 * high + 0.4 * low else LINES for x in crossed]
-    lines = ax.contour(*_scales(found), np.ma.masked_invalid(values), levels=crossed, colors=colours, linewidths=0.8)
+    lines = ax.contour(*_scales(result), np.ma.masked_invalid(values), levels=crossed, colors=colours, linewidths=0.8)
     ax.clabel(lines, fontsize="x-small", fmt="%g")
 
 
-def _causes(found: Map, rows: Sequence[int], layer: int, period: int) -> dict[str, str]:
+def _causes(result: Map, rows: Sequence[int], layer: int, period: int) -> dict[str, str]:
     """Cause -> hatching, for the causes that show."""
-    there = sorted({str(c) for i in rows for c in found.cause[i, :, :, layer, period].ravel() if c})
-    return dict(zip(there, HATCHES * 2, strict=False))
+    causes = sorted({str(c) for i in rows for c in result.cause[i, :, :, layer, period].ravel() if c})
+    return dict(zip(causes, HATCHES * 2, strict=False))
 
 
-def _forbidden(ax: Any, found: Map, cause: NDArray[Any], causes: dict[str, str]) -> None:
+def _forbidden(ax: Any, result: Map, cause: NDArray[Any], causes: dict[str, str]) -> None:
     """Cells in which the controller is not applicable, hatched by cause."""
     from matplotlib.patches import Rectangle
 
-    speeds, loads = (_edges(x) for x in _scales(found))
+    speeds, loads = (_edges(x) for x in _scales(result))
     for m in range(cause.shape[0]):
         for n in range(cause.shape[1]):
             if cause[m, n]:
@@ -206,10 +208,10 @@ def _heading(label: str) -> str:
     return label.upper() if label in ("ns", "hs", "ssc") else label
 
 
-def _title(found: Map, layer: int, period: int) -> str:
+def _title(result: Map, layer: int, period: int) -> str:
     """Crane, wire and motion in one line."""
-    axes, about = found.axes, found.about
-    parts = [found.crane.name, f"{show(axes.s_w[layer], 'length', 3)} of wire out"]
+    axes, about = result.axes, result.about
+    parts = [result.crane.name, f"{show(axes.s_w[layer], 'length', 3)} of wire out"]
     if axes.layers[layer] is not None:
         parts.append(f"layer {axes.layers[layer]}")
     if (wave := axes.periods[period]) is not None:

@@ -18,7 +18,7 @@ from stillhook.analysis.maps.operability import CLASSIC_AND_NEW, Cells, cells_of
 from stillhook.analysis.maps.result import CLASSIC
 from stillhook.analysis.uncertainty.bands import INSIDE, chance
 from stillhook.analysis.uncertainty.factors_file import Draws, Uncertainty, draws
-from stillhook.analysis.uncertainty.monte_carlo import AT_ONCE, SAMPLER, base_drawings, part_of, run_drawn
+from stillhook.analysis.uncertainty.monte_carlo import AT_ONCE, SAMPLER, base_drawings, part_of, run_draws
 from stillhook.analysis.uncertainty.samples import Drawing
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
@@ -69,7 +69,7 @@ def monte_carlo_map(
     Dataset over (controller, load, speed, layer, period), the last two dropped where the map has them not: the numbers
     of `SHOWN` over "quantile" (5, 50, 95 %), their change against the best classic controller (the one of NS and HS
     that is applicable more often, then the lower in median error; draw by draw, over the draws in which both are
-    applicable), `applicable_chance` over "interval", `failed` draws. A draw that lost its numbers is in no band and not
+    applicable), `applicable_chance` over "interval", `failed` draws. A draw that diverged is in no band and not
     applicable. Cells are run a few at a time, and only bands are kept, so memory does not grow with n times the cells.
 
     Errors: as of `operability_map` and `monte_carlo`, before anything runs.
@@ -78,20 +78,22 @@ def monte_carlo_map(
     known = (uncertainty or Uncertainty.default()).on(*zip(cells.cranes, cells.cases, strict=True))
     table = draws(known, n, seed)
     drawings = base_drawings(cells.cranes, cells.cases, known, table)
-    found = _Found(cells, n)
-    places, at_once = found.places(), max(AT_ONCE // (n * len(cells.controllers)), 1)
-    how = {"step": step, "threads": threads, "store": store, "client": client}
+    statistics = _Statistics(cells, n)
+    places, at_once = statistics.places(), max(AT_ONCE // (n * len(cells.controllers)), 1)
+    options = {"step": step, "threads": threads, "store": store, "client": client}
     for k in range(0, len(places), at_once):
         some = places[k : k + at_once]
-        told = part_of(progress, k / len(places), len(some) / len(places))
-        rows, status, _ = run_drawn([drawings[i] for place in some for i in place], table.values, progress=told, **how)
+        part_progress = part_of(progress, k / len(places), len(some) / len(places))
+        rows, status, _ = run_draws(
+            [drawings[i] for place in some for i in place], table.values, progress=part_progress, **options
+        )
         for j, place in enumerate(some):
             part = slice(j * len(place), (j + 1) * len(place))
-            found.take(place, rows[part], status[part], crane.SWL)
-    return _dataset(crane, cells, found, table, known, seed, drawings)
+            statistics.take(place, rows[part], status[part], crane.SWL)
+    return _dataset(crane, cells, statistics, table, known, seed, drawings)
 
 
-class _Found:
+class _Statistics:
     """Bands and chances of every cell, flat over (controller, cell)."""
 
     def __init__(self, cells: Cells, n: int) -> None:
@@ -113,8 +115,8 @@ class _Found:
         for c, i in enumerate(place):
             for name in SHOWN:
                 self.values[name][i] = _quantiles(rows[c, :, NUMBERS.index(name)])
-            there = chance(usable[c])
-            self.chances[i] = there.low, there.share, there.high
+            probability = chance(usable[c])
+            self.chances[i] = probability.low, probability.share, probability.high
             self.failed[i] = sum(s == "diverged" for s in status[c])
             for name in COMPARED if best is not None else ():
                 k = NUMBERS.index(name)
@@ -123,39 +125,47 @@ class _Found:
 
     def _usable(self, i: int, rows: FloatArray, status: list[str], SWL: float) -> NDArray[np.bool_]:
         case = self.cells.cases[i]
-        told = [
+        summaries = [
             dict(zip(NUMBERS, row, strict=True)) | {"status": s} for row, s in zip(rows.tolist(), status, strict=True)
         ]
-        return np.array([not cause_of(s, case.mode, case.load / SWL) for s in told])
+        return np.array([not cause_of(s, case.mode, case.load / SWL) for s in summaries])
 
     def _best_classic(self, rows: FloatArray, usable: NDArray[np.bool_]) -> int | None:
         """The classic controller that an operator would choose in this cell, knowing the chances and not the draw."""
         error = rows[:, :, NUMBERS.index("e_c_pp")]
-        there = [c for c, x in enumerate(self.cells.controllers) if x.mode in CLASSIC and np.isfinite(error[c]).any()]
-        return min(there, key=lambda c: (-int(usable[c].sum()), float(np.nanmedian(error[c]))), default=None)
+        candidates = [
+            c for c, x in enumerate(self.cells.controllers) if x.mode in CLASSIC and np.isfinite(error[c]).any()
+        ]
+        return min(candidates, key=lambda c: (-int(usable[c].sum()), float(np.nanmedian(error[c]))), default=None)
 
 
 def _quantiles(values: FloatArray) -> FloatArray:
-    there = values[np.isfinite(values)]
-    return np.quantile(there, QUANTILES) if len(there) else np.full(len(QUANTILES), np.nan)
+    finite = values[np.isfinite(values)]
+    return np.quantile(finite, QUANTILES) if len(finite) else np.full(len(QUANTILES), np.nan)
 
 
 def _dataset(
-    crane: Crane, cells: Cells, found: _Found, table: Draws, known: Uncertainty, seed: int, drawings: Sequence[Drawing]
+    crane: Crane,
+    cells: Cells,
+    statistics: _Statistics,
+    table: Draws,
+    known: Uncertainty,
+    seed: int,
+    drawings: Sequence[Drawing],
 ) -> xarray.Dataset:
     import xarray  # heavy
 
     axes, labels = cells.axes, [c.name for c in cells.controllers]
     shape, dims = (len(labels), *axes.shape), ("controller", "load", "speed", "layer", "period")
     columns: dict[str, Any] = {}
-    for name, flat in (*found.values.items(), *((f"{n}_change", x) for n, x in found.changes.items())):
+    for name, flat in (*statistics.values.items(), *((f"{n}_change", x) for n, x in statistics.changes.items())):
         columns[name] = ((*dims, "quantile"), flat.reshape(*shape, -1), attributes(name))
     columns["applicable_chance"] = (
         (*dims, "interval"),
-        found.chances.reshape(*shape, -1),
+        statistics.chances.reshape(*shape, -1),
         attributes("applicable_chance"),
     )
-    columns["failed"] = (dims, found.failed.reshape(shape), attributes("failed"))
+    columns["failed"] = (dims, statistics.failed.reshape(shape), attributes("failed"))
     columns["factor_value"] = (("draw", "factor"), table.values, attributes("factor_value"))
     coords: dict[str, Any] = {
         "controller": labels,
@@ -176,7 +186,7 @@ def _dataset(
         coords["period"] = ("period", list(axes.periods), {"units": "s", "long_name": "period of the wave"})
     data = xarray.Dataset(columns, coords=coords)
     data = data.squeeze([d for d, axis in (("layer", axes.layers), ("period", axes.periods)) if axis == (None,)])
-    bases = [drawings[i].crane for i in found.places()[0]]
+    bases = [drawings[i].crane for i in statistics.places()[0]]
     data.attrs = {
         "title": f"Stillhook map of {crane.name} under {len(table.values)} draws of {len(known.factors)} factors",
         "crane": crane_toml(crane),

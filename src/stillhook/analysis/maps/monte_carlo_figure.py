@@ -16,12 +16,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 CHANCES = "cividis"
-"""Colours of the chance: told apart from those of values."""
-SURE = 0.95
+"""Colours of the chance, distinct from those of values."""
+HIGH_PROBABILITY = 0.95
 """Chance at which a line is drawn: applicable in 19 of 20 draws."""
 
 
-def map_band_figure(found: xarray.Dataset, name: str = "e_c_pp") -> Figure:
+def map_band_figure(data: xarray.Dataset, name: str = "e_c_pp") -> Figure:
     """A row for each controller: median and 95 % end of a value over load and speed on one scale, and the chance that
     it is applicable.
 
@@ -32,39 +32,39 @@ def map_band_figure(found: xarray.Dataset, name: str = "e_c_pp") -> Figure:
     """
     from matplotlib.figure import Figure  # heavy
 
-    if name not in found or name not in SHOWN:
-        raise SpecError(f"value {quote(name)}: the map holds {', '.join(n for n in SHOWN if n in found)}.")
+    if name not in data or name not in SHOWN:
+        raise SpecError(f"value {came(name)}: the map holds {', '.join(n for n in SHOWN if n in data)}.")
     words, factor, _ = SHOWN[name]
-    share = found["applicable_chance"].sel(interval="share")
-    values = factor * found[name].where(share >= 0.5)
+    share = data["applicable_chance"].sel(interval="share")
+    values = factor * data[name].where(share >= 0.5)
     ends = [float(values.quantile(q)) for q in (0.0, 1.0)] if bool(np.isfinite(values).any()) else [0.0, 1.0]
-    labels = [str(c) for c in found["controller"].values]
+    labels = [str(c) for c in data["controller"].values]
     figure = Figure(figsize=(3.0 * PANEL[0] + 1.5, PANEL[1] * len(labels) + 0.6), layout="constrained")
     axes = figure.subplots(len(labels), 3, sharex=True, sharey=True, squeeze=False)
     for row, label in zip(axes, labels, strict=True):
-        cell = found.sel(controller=label)
-        for ax, q, what in zip(row[:2], found["quantile"].values[1:], ("median", "95 % end"), strict=True):
-            drawn = _mesh(ax, cell, values.sel(controller=label, quantile=q), SEQUENTIAL, *ends)
-            ax.set_title(f"{label}: {what}", fontsize="medium")
+        cell = data.sel(controller=label)
+        for ax, q, heading in zip(row[:2], data["quantile"].values[1:], ("median", "95 % end"), strict=True):
+            mesh = _mesh(ax, cell, values.sel(controller=label, quantile=q), SEQUENTIAL, *ends)
+            ax.set_title(f"{label}: {heading}", fontsize="medium")
         chance = share.sel(controller=label)
-        drawn_chance = _mesh(row[2], cell, 100.0 * chance, CHANCES, 0.0, 100.0)
+        chance_mesh = _mesh(row[2], cell, 100.0 * chance, CHANCES, 0.0, 100.0)
         row[2].set_title(f"{label}: applicable", fontsize="medium")
-        if min(chance.shape) > 1 and float(chance.min()) < SURE < float(chance.max()):
+        if min(chance.shape) > 1 and float(chance.min()) < HIGH_PROBABILITY < float(chance.max()):
             for ax in row:
                 ax.contour(
                     *_scales(cell),
                     chance.transpose("load", "speed").values,
-                    levels=[SURE],
+                    levels=[HIGH_PROBABILITY],
                     colors="white",
                     linewidths=1.2,
                 )
-    figure.colorbar(drawn, ax=list(axes[:, :2].ravel()), label=words, shrink=0.9)
-    figure.colorbar(drawn_chance, ax=list(axes[:, 2]), label="draws in which it is applicable [%]", shrink=0.9)
+    figure.colorbar(mesh, ax=list(axes[:, :2].ravel()), label=words, shrink=0.9)
+    figure.colorbar(chance_mesh, ax=list(axes[:, 2]), label="draws in which it is applicable [%]", shrink=0.9)
     for ax in axes[-1]:
         ax.set_xlabel("speed [m/min]")
     for ax in axes[:, 0]:
         ax.set_ylabel("load [t]")
-    figure.suptitle(str(found.attrs.get("title", "")).removeprefix("Stillhook "), fontsize="medium")
+    figure.suptitle(str(data.attrs.get("title", "")).removeprefix("Stillhook "), fontsize="medium")
     return figure
 
 

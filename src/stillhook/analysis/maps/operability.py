@@ -125,7 +125,7 @@ operability_map = as_dataset(
     """Error, pressure and limits of controllers over load and peak speed of the tip: `map_of` as a Dataset.
 
     Returns a Dataset with dimensions ("controller", "load", "speed"[, "layer"][, "period"]): the numbers of `NUMBERS`,
-    `status`, `applicable` and `cause`; beside the controllers that were asked for, "best classic" (cell by cell the
+    `status`, `applicable` and `cause`; in addition to the requested controllers, "best classic" (cell by cell the
     applicable one of NS and HS with the lower error), and `e_c_pp_change`, `p_max_change` against it.
     """,
 )
@@ -163,19 +163,19 @@ def cells_of(
     return Cells(axes, chosen, *_runs(crane, chosen, axes, base, waves))
 
 
-def controllers_of(given: Sequence[str | Path | Controller]) -> list[Controller]:
+def controllers_of(names: Sequence[str | Path | Controller]) -> list[Controller]:
     """Controllers from names, paths and objects, each once. Errors: SpecError, one line."""
-    if isinstance(given, str) or not isinstance(given, Sequence):
-        raise SpecError(f'controllers = {quote(given)}: give a list, such as ("ns", "hs", "ssc").')
-    found = [controller(c) for c in given]
-    if not found:
+    if isinstance(names, str) or not isinstance(names, Sequence):
+        raise SpecError(f'controllers = {came(names)}: give a list, such as ("ns", "hs", "ssc").')
+    chosen = [controller(c) for c in names]
+    if not chosen:
         raise SpecError('controllers: empty. Name at least one, such as ("ns", "hs", "ssc").')
-    labels = [c.name for c in found]
+    labels = [c.name for c in chosen]
     if twice := next((n for n in labels if labels.count(n) > 1), None):
         raise SpecError(
             f'controllers: "{twice}" is named twice. Name each controller once; rename the file of one of them.'
         )
-    return found
+    return chosen
 
 
 def _waves(
@@ -184,7 +184,7 @@ def _waves(
     """The tip's motion for every speed and period."""
     if motion is not None:
         if over_periods:
-            raise ScenarioError("motion and periods: a motion has its own periods. Give one of them.")
+            raise ScenarioError("motion and periods: a motion has its own periods. Choose one of them.")
         if motion.duration is not None and motion.duration < base.duration:
             raise ScenarioError(
                 f"motion: {motion.duration:g} s of record do not fill runs of {base.duration:g} s. Shorten the"
@@ -198,11 +198,11 @@ def _waves(
     for T in axes.periods:
         wave = parse(period, "time", "period") if T is None else T
         if not wave > 0.0:
-            raise ScenarioError(f"period {show(wave, 'time')}: a wave takes time. Give a period above 0.")
+            raise ScenarioError(f"period {show(wave, 'time')}: must be above 0.")
         if wave > counted:
             raise ScenarioError(
-                f"period {show(wave, 'time')}: a whole wave must lie in the {counted:g} s that count (duration less"
-                " warm-up). Run longer, or choose a shorter wave."
+                f"period {show(wave, 'time')}: a complete wave must be within the {counted:g} s that count"
+                " (duration less warm-up). Run longer, or choose a shorter wave."
             )
         waves |= {
             (v, T): Sine.from_si(v * wave / (2.0 * math.pi), wave, where=f"speed {show(v, 'speed')}")

@@ -112,7 +112,7 @@ class Map:
 
     def changes(self) -> dict[str, FloatArray]:
         """Every change there is, by the name of its value."""
-        return {name: found for name in COMPARED if name in self.values and (found := self.change(name)) is not None}
+        return {name: change for name in COMPARED if name in self.values and (change := self.change(name)) is not None}
 
     def summary(self) -> dict[str, dict[str, Any]]:
         """Controller -> share of the map in which it is applicable, cells by cause, and the median change against the
@@ -122,13 +122,13 @@ class Map:
         for i, label in enumerate(self.labels):
             cause = self.cause[i].ravel()
             names, counts = np.unique(cause[cause != ""].astype(str), return_counts=True)
-            found: dict[str, Any] = {
+            values: dict[str, Any] = {
                 "applicable_share": float(np.mean(self.applicable[i])),
                 "causes": {str(n): int(k) for n, k in zip(names, counts, strict=True)},
             }
             for name, a in changes.items() if label != BEST_CLASSIC else ():
-                found[f"{name}_change_median"] = float(np.nanmedian(a[i])) if np.isfinite(a[i]).any() else float("nan")
-            out[label] = found
+                values[f"{name}_change_median"] = float(np.nanmedian(a[i])) if np.isfinite(a[i]).any() else float("nan")
+            out[label] = values
         return out
 
     def record(self) -> dict[str, Any]:
@@ -153,7 +153,7 @@ class Map:
         return {**who, **self.about, **axes, "controllers": cells, "summary": self.summary()}
 
     def _without_empty(self, a: NDArray[Any], before: int = 0) -> NDArray[Any]:
-        """The array without the dimensions that the map does not go over; `before` dimensions stand before load and
+        """The array without the dimensions that the map does not go over; `before` dimensions precede load and
         speed."""
         gone = [k for k, axis in ((2, self.axes.layers), (3, self.axes.periods)) if axis == (None,)]
         return a.squeeze(axis=tuple(before + k for k in gone))
@@ -203,14 +203,14 @@ def _attrs(name: str) -> dict[str, str]:
     return {k: str(x) for k, x in (("units", v.unit), ("long_name", v.meaning), ("source", v.source)) if x}
 
 
-Asked = ParamSpec("Asked")
+Arguments = ParamSpec("Arguments")
 
 
-def as_dataset(run: Callable[Asked, Map], name: str, doc: str) -> Callable[Asked, xarray.Dataset]:
+def as_dataset(run: Callable[Arguments, Map], name: str, doc: str) -> Callable[Arguments, xarray.Dataset]:
     """The same call with its map as a Dataset; name and doc of the new function."""
 
     @functools.wraps(run)
-    def called(*args: Asked.args, **kwargs: Asked.kwargs) -> xarray.Dataset:
+    def called(*args: Arguments.args, **kwargs: Arguments.kwargs) -> xarray.Dataset:
         return run(*args, **kwargs).dataset()
 
     called.__name__ = called.__qualname__ = name

@@ -1,5 +1,5 @@
-"""Settling time after a step of wire speed, over load and speed, and where the motors then stand (paper E figures 9 to
-11)."""
+"""Settling time after a step of wire speed, over load and speed, and the displacement of the motors after it (paper E
+figures 9 to 11)."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ PIECES = 16
 """Straight pieces of the ramp, which follow a smoothstep: its corners are then a hundredth of those of a straight
 ramp."""
 LAST = 2.0
-"""End of the test over which a swing is told from a slow approach, and full pumps from pumps that were full for a
-moment [s]."""
+"""End of the test over which an oscillation is distinguished from a slow approach, and full pumps from pumps that were
+full for a moment [s]."""
 BLOCKS_EACH = 2
 """Blocks of sixteen for each thread whose series are in memory at once: some 20 MB each."""
 NUMBERS = ("settling_time", "overshoot", "alpha_m_end", "u_p_end")
@@ -56,9 +56,9 @@ _V_W, _U_P, _ALPHA_M = (Signals._fields.index(n) for n in ("v_w", "u_p", "alpha_
 
 
 class Response(NamedTuple):
-    """What a step did: settling_time [s], NaN where it never settles; overshoot over the step [-]; alpha_m_end motors
-    and u_p_end pump command at the end [-]; status as in a summary; cause why the controller is not applicable, ""
-    where it is."""
+    """Response to a step: settling_time [s], NaN where it never settles; overshoot over the step [-]; alpha_m_end
+    motors and u_p_end pump command at the end [-]; status as in a summary; cause why the controller is not applicable,
+    "" where it is."""
 
     settling_time: float
     overshoot: float
@@ -107,12 +107,12 @@ def settling_of(
     chosen = controllers_of(controllers)
     dv = parse(wire_step, "speed", "wire_step")
     if dv <= 0.0:
-        raise ScenarioError(f'wire_step = "{wire_step}": the speed steps up. Give more than 0.')
+        raise ScenarioError(f'wire_step = "{wire_step}": must be above 0.')
     _check_room(crane, axes, dv, s_w is None)
     cranes, cases = _runs(crane, chosen, axes, dv, lowering)
     n_sub = steps_per_cycle(cranes[0], step, SERIES_STEP)
-    shares = [_Share(cranes[k : k + VL], cases[k : k + VL], dv, n_sub) for k in range(0, len(cases), VL)]
-    answers = list(_landed(shares, threads, client, progress or _nobody))
+    blocks = [_Block(cranes[k : k + VL], cases[k : k + VL], dv, n_sub) for k in range(0, len(cases), VL)]
+    answers = list(_responses(blocks, threads, client, progress or _ignore_progress))
     shape = (len(chosen), *axes.shape)
     return Map(
         crane=crane,
@@ -147,8 +147,8 @@ settling_map = as_dataset(
 )
 
 
-def _nobody(share: float) -> None:
-    """Nobody wants to know how far it is."""
+def _ignore_progress(share: float) -> None:
+    """No progress is reported."""
 
 
 def _check_room(crane: Crane, axes: Axes, dv: float, in_middle: bool) -> None:
@@ -201,7 +201,7 @@ def _runs(
     return cranes, cases
 
 
-class _Share(NamedTuple):
+class _Block(NamedTuple):
     """Cases that fill one block of lanes, the step of their speed [m/s] and the steps in a PLC cycle."""
 
     cranes: list[Crane]
@@ -210,25 +210,25 @@ class _Share(NamedTuple):
     n_sub: int
 
 
-def _landed(shares: Sequence[_Share], threads: int, client: Any, told: Progress) -> Iterator[Response]:
+def _responses(blocks: Sequence[_Block], threads: int, client: Any, progress: Progress) -> Iterator[Response]:
     """Responses in order; blocks on this machine's threads, or as tasks of a cluster."""
     if client is not None:
-        found: dict[int, list[Response]] = {}
-        for i, answer in spread(range(len(shares)), lambda i: shares[i], respond_packed, client):
-            found[i] = answer.responses
-            told(len(found) / len(shares))
-        yield from (r for i in range(len(shares)) for r in found[i])
+        responses: dict[int, list[Response]] = {}
+        for i, answer in spread(range(len(blocks)), lambda i: blocks[i], respond_packed, client):
+            responses[i] = answer.responses
+            progress(len(responses) / len(blocks))
+        yield from (r for i in range(len(blocks)) for r in responses[i])
         return
     at_once = BLOCKS_EACH * threads
-    for k in range(0, len(shares), at_once):
-        part = shares[k : k + at_once]
-        told(k / len(shares))
+    for k in range(0, len(blocks), at_once):
+        part = blocks[k : k + at_once]
+        progress(k / len(blocks))
         cranes, cases = [w for s in part for w in s.cranes], [c for s in part for c in s.cases]
-        yield from respond(_Share(cranes, cases, part[0].dv, part[0].n_sub), threads)
-    told(1.0)
+        yield from respond(_Block(cranes, cases, part[0].dv, part[0].n_sub), threads)
+    progress(1.0)
 
 
-def respond(share: _Share, threads: int = 1) -> list[Response]:
+def respond(share: _Block, threads: int = 1) -> list[Response]:
     """Run tests and read their responses."""
     results = run_cases(share.cranes, share.cases, n_sub=share.n_sub, lanes=VL, every=1, threads=threads)
     times = _settling_times([(c, r) for c, r in zip(share.cases, results, strict=True)], share.dv)
@@ -239,7 +239,7 @@ def respond(share: _Share, threads: int = 1) -> list[Response]:
 
 
 class Responses(NamedTuple):
-    """What a task of a cluster gives back, and the code that made it."""
+    """Result of a task of a cluster, and the hash of the code that made it."""
 
     responses: list[Response]
     made_by: str
@@ -250,7 +250,7 @@ def respond_packed(share: bytes) -> Responses:
     return Responses(respond(pickle.loads(share)), results_hash())
 
 
-def _risen(case: Scenario, result: Result) -> FloatArray:
+def _speed_rise(case: Scenario, result: Result) -> FloatArray:
     """Wire speed beyond that before the step, in the step's direction, from the step on [m/s]."""
     assert result.series is not None
     (_, v), (at, _) = case.operator.profile[-3], case.operator.profile[-2]
@@ -264,27 +264,27 @@ def _settling_times(runs: Sequence[tuple[Scenario, Result]], dv: float) -> Float
 
     from stillhook.metrics import settled_after
 
-    v = np.array([_risen(case, result) for case, result in runs])
+    v = np.array([_speed_rise(case, result) for case, result in runs])
     run = xarray.Dataset({"v_w": (("case", "time"), v)}, coords={"time": np.arange(v.shape[1]) * runs[0][1].dt})
     return np.asarray(settled_after(run, start=0.0, target=dv, step=dv, band=BAND).values, dtype=np.float64)
 
 
 def _response(crane: Crane, case: Scenario, result: Result, t: float, dv: float) -> Response:
-    """One test's response, with the cause where there is no good one."""
-    summary, v = summarise(crane, case, result), _risen(case, result)
+    """One test's response, with the cause where it did not settle."""
+    summary, v = summarise(crane, case, result), _speed_rise(case, result)
     assert result.series is not None
     end = result.series[-1]
     broken = result.ending is Ending.DIVERGED
     settled = float("nan") if broken or not np.isfinite(v).all() else t
     cause = cause_of(summary, case.mode, case.load / crane.SWL) or (
-        "" if np.isfinite(settled) else _why_not(v, dv, result.dt, end[_U_P])
+        "" if np.isfinite(settled) else _invalid_reason(v, dv, result.dt, end[_U_P])
     )
     return Response(
         settled, float(np.max(v)) / dv - 1.0, float(end[_ALPHA_M]), abs(float(end[_U_P])), summary["status"], cause
     )
 
 
-def _why_not(v: FloatArray, dv: float, dt: float, u_p: float) -> str:
+def _invalid_reason(v: FloatArray, dv: float, dt: float, u_p: float) -> str:
     """Why a run without a limit passed never settles."""
     last, band = v[-round(LAST / dt) :], BAND * dv
     if abs(u_p) >= 1.0:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 RECTANGLES = ("ns", "hs")
 """Modes drawn as filled areas, as in paper C figure 4."""
 ANY, MACHINE = "machine, any controller", 5.0
-"""Label and width of the line of what the machine can do, which lies behind the modes."""
+"""Label and width of the line of what the machine can do, which is drawn behind the modes."""
 ROOM, MOST_ROOM = 1.12, 1.5
 """Width of the picture over the highest speed in it; more where a hyperbola would else be outside, up to the second."""
 FINE = 200
@@ -45,23 +45,23 @@ def load_speed_figure(data: xarray.Dataset, layer: int | None = None, *, title: 
     from matplotlib.figure import Figure  # heavy: only where pictures are wanted
 
     crane, number = _crane(data), _layer(data, layer)
-    here = data.sel(layer=number)
-    v = slower(here)
-    tonnes = [in_display(float(x), "mass") for x in here["load"].values]
+    layer_data = data.sel(layer=number)
+    v = slower(layer_data)
+    tonnes = [in_display(float(x), "mass") for x in layer_data["load"].values]
     figure = Figure(figsize=(9.0, 6.0), layout="constrained")
     ax = figure.subplots()
-    for mode, colour in _coloured(here):
+    for mode, colour in _coloured(layer_data):
         speeds = _display(v.sel(mode=mode).values, "speed")
-        most = in_display(float(here["load_most"].sel(mode=mode)), "mass")
+        most = in_display(float(layer_data["load_most"].sel(mode=mode)), "mass")
         if mode in RECTANGLES:
             _rectangle(ax, speeds, tonnes, most, colour, mode)
         elif mode == PHYSICAL:
             ax.plot(speeds, tonnes, color="black", lw=MACHINE, alpha=0.3, label=ANY, zorder=1)
-            _told(ax, here, speeds, tonnes)
+            _labels(ax, layer_data, speeds, tonnes)
         else:
             ax.plot(speeds, tonnes, color=colour, lw=2.0, label=mode)
-    right = _right(here, float(np.nanmax(_display(v.values, "speed"))))
-    _hyperbolas(ax, here, crane, right)
+    right = _right(layer_data, float(np.nanmax(_display(v.values, "speed"))))
+    _hyperbolas(ax, layer_data, crane, right)
     ax.axhline(in_display(crane.SWL, "mass"), color=GREY, lw=0.8, ls=":")
     ax.set(
         xlim=(0.0, right),
@@ -78,7 +78,7 @@ def load_speed_figure(data: xarray.Dataset, layer: int | None = None, *, title: 
 
 
 def setting_figure(curves: xarray.Dataset, *, title: str = "") -> Figure:
-    """Motor and pump setting over wire speed: whole plant in full lines, the ideal machine of the published figures
+    """Motor and pump setting over wire speed: complete plant in full lines, the ideal machine of the published figures
     dashed.
 
     Source of the arrangement: Moslatt 2020 figure 2.17 and paper E figure 4.
@@ -89,15 +89,15 @@ def setting_figure(curves: xarray.Dataset, *, title: str = "") -> Figure:
     axes = figure.subplots(2, 1, sharex=True)
     x = _display(curves["v_w"].values, "speed")
     for mode, colour in _coloured(curves):
-        here = curves.sel(mode=mode)
+        layer_data = curves.sel(mode=mode)
         for ax, name in zip(axes, ("alpha_m", "alpha_p"), strict=True):
-            ax.plot(x, here[name], color=colour, lw=1.8, label=mode)
-            ax.plot(x, here[f"{name}_ideal"], color=colour, lw=1.0, ls="--")
-        for meets in here["v_w_cross"].values:
+            ax.plot(x, layer_data[name], color=colour, lw=1.8, label=mode)
+            ax.plot(x, layer_data[f"{name}_ideal"], color=colour, lw=1.0, ls="--")
+        for meets in layer_data["v_w_cross"].values:
             if np.isfinite(meets):
                 axes[0].plot(
                     in_display(float(meets), "speed"),
-                    np.interp(meets, curves["v_w"], here["alpha_m"]),
+                    np.interp(meets, curves["v_w"], layer_data["alpha_m"]),
                     "o",
                     color=colour,
                     ms=5,
@@ -152,22 +152,22 @@ def _rectangle(ax: Any, speeds: Sequence[float], tonnes: Sequence[float], most: 
     ax.plot([*xs, 0.0], [*ys, ys[-1]], color=colour, lw=1.6, label=f"{mode} (to {most:g} t)")
 
 
-def _told(ax: Any, here: xarray.Dataset, speeds: Sequence[float], tonnes: Sequence[float]) -> None:
+def _labels(ax: Any, layer_data: xarray.Dataset, speeds: Sequence[float], tonnes: Sequence[float]) -> None:
     """What binds the machine where it is not the pumps' flow, once for each limit, at its lowest load."""
-    way = here["v_w_top"].sel(mode=PHYSICAL).fillna(np.inf).argmin("direction")
-    names = here["binds"].sel(mode=PHYSICAL).isel(direction=way).values
+    way = layer_data["v_w_top"].sel(mode=PHYSICAL).fillna(np.inf).argmin("direction")
+    names = layer_data["binds"].sel(mode=PHYSICAL).isel(direction=way).values
     for name in dict.fromkeys(str(n) for n in names if n != Limit.PUMP.value):
         i = next(i for i, n in enumerate(names) if n == name and np.isfinite(speeds[i]))
         ax.annotate(f" {name}", (speeds[i], tonnes[i]), fontsize="small", va="bottom")
 
 
-def _right(here: xarray.Dataset, top: float) -> float:
+def _right(layer_data: xarray.Dataset, top: float) -> float:
     """Right end of the speed axis [m/min]."""
-    hyperbola = in_display(float(here["v_w_power"].min()), "speed")
+    hyperbola = in_display(float(layer_data["v_w_power"].min()), "speed")
     return max(ROOM * top, min(ROOM * hyperbola, MOST_ROOM * top), 1.0)
 
 
-def _hyperbolas(ax: Any, here: xarray.Dataset, crane: Crane, right: float) -> None:
+def _hyperbolas(ax: Any, layer_data: xarray.Dataset, crane: Crane, right: float) -> None:
     """The forces that go with full pumps at one pressure: load against speed at constant power."""
     loads = np.linspace(0.0, crane.SWL, FINE)
     both = (
@@ -175,8 +175,8 @@ def _hyperbolas(ax: Any, here: xarray.Dataset, crane: Crane, right: float) -> No
         ("v_w_power_rule", "constant power of the 30 % rule", ":"),
     )
     for name, label, style in both:
-        weight = here["load"].values + crane.hook_mass
-        power = float(np.nanmedian(here[name].values * weight))  # speed times weight is the same at every load
+        weight = layer_data["load"].values + crane.hook_mass
+        power = float(np.nanmedian(layer_data[name].values * weight))  # speed times weight is the same at every load
         speeds = _display(power / (loads + crane.hook_mass), "speed")
         seen = speeds <= right
         if seen.any():
@@ -192,7 +192,7 @@ def _curve_title(curves: xarray.Dataset) -> str:
     load, crane = in_display(float(curves.attrs["load"]), "mass"), _crane(curves)
     way = Direction(curves.attrs["direction"])
     return (
-        f"{crane.name}, {load:g} t, layer {curves.attrs['layer']}, {way}: where motors and pumps stand at a steady wire"
+        f"{crane.name}, {load:g} t, layer {curves.attrs['layer']}, {way}: settings of motors and pumps at a steady wire"
         " speed"
     )
 

@@ -39,7 +39,7 @@ LOADS = tuple(n / 20 for n in range(21))
 SPEEDS = 121
 """Default number of wire speeds of setting curves."""
 CELL = ("mode", "layer", "load", "direction")
-Which = Sequence[Mode | str | Controller]
+Controllers = Sequence[Mode | str | Controller]
 
 
 class Cell(NamedTuple):
@@ -55,7 +55,7 @@ def envelope(
     *,
     layers: Sequence[int] | None = None,
     loads: Texts | None = None,
-    modes: Which = STANDARD,
+    modes: Controllers = STANDARD,
     reserve: float = RESERVE,
     hs_share: float = HS_SHARE,
     progress: Progress | None = None,
@@ -63,12 +63,12 @@ def envelope(
     r"""The load-speed operating range: highest wire speed of every controller, and of the machine whatever the
     controller.
 
-    At a constant wire speed, compensating, with leakage and friction of the whole plant, a winch is stopped by the
-    first of: full pumps; relief valves opening; less torque in reserve than the rule asks for; active or passive motors
+    At a constant wire speed, compensating, with leakage and friction of the complete plant, a winch is stopped by the
+    first of: full pumps; relief valves opening; less torque in reserve than the rule requires; active or passive motors
     turning faster than their displacement allows (the limit rises from n_max_full to n_max as the displacement falls).
-    Gears and drum have no limit of their own in a crane file: the makers put theirs into the motors' smallest
+    Gears and drum have no limit of their own in a crane file: the makers' limits are part of the motors' smallest
     displacement (Moslatt 2020 eq. 2.11). NS may carry the SWL, HS hs_share of it. Without a mode ("physical") the
-    motors stand at the best displacement of all.
+    motors are at the best displacement of all.
 
     Parameters: layers counted from the bare drum, None the outermost alone; loads payloads as for a map, ["90 t", "120
     t"] or "0 % to 100 % by 20 %" of the SWL, None 0 to the SWL in steps of 5 %;
@@ -88,7 +88,7 @@ def envelope(
     Differs from print: paper C's rectangles end at one speed for all loads; here leakage and friction grow with the
     load.
     """
-    kg = [f * crane.SWL for f in LOADS] if loads is None else quantities(loads, "mass", "loads", whole=crane.SWL)
+    kg = [f * crane.SWL for f in LOADS] if loads is None else quantities(loads, "mass", "loads", percent_of=crane.SWL)
     return envelope_at(crane, kg, layers=layers, modes=modes, reserve=reserve, hs_share=hs_share, progress=progress)
 
 
@@ -97,7 +97,7 @@ def envelope_at(
     loads: Sequence[float],
     *,
     layers: Sequence[int] | None = None,
-    modes: Which = STANDARD,
+    modes: Controllers = STANDARD,
     reserve: float = RESERVE,
     hs_share: float = HS_SHARE,
     progress: Progress | None = None,
@@ -105,28 +105,28 @@ def envelope_at(
     """The same at loads in kg; see `envelope`."""
     _check_share("reserve", reserve)
     _check_share("hs_share", hs_share)
-    which, numbers = _controllers(modes), _layers(crane, layers)
+    chosen, numbers = _controllers(modes), _layers(crane, layers)
     kg = list(loads)
-    cranes = [*(c.on(crane) for c in which), crane]
+    cranes = [*(c.on(crane) for c in chosen), crane]
     shape = (len(cranes), len(numbers), len(kg), len(Direction))
-    cells = _cells(crane, cranes, [c.mode for c in which], numbers, kg, reserve, hs_share)
+    cells = _cells(crane, cranes, [c.mode for c in chosen], numbers, kg, reserve, hs_share)
     columns = _columns(shape)
     columns["load_most"] = np.array(
-        [hs_share * crane.SWL if c.mode is Mode.HS else crane.SWL for c in which] + [crane.SWL]
+        [hs_share * crane.SWL if c.mode is Mode.HS else crane.SWL for c in chosen] + [crane.SWL]
     )
     for done, cell in enumerate(cells):
         _store(columns, cell)
         if progress is not None:
             progress((done + 1) / math.prod(shape))
     attrs = {"crane": crane_toml(crane), "stillhook": __version__, "reserve": reserve, "hs_share": hs_share}
-    attrs["notes"] = "; ".join((*implausible_values(crane), *_notes(crane, cranes[:-1], which, numbers, kg, hs_share)))
-    return _dataset(columns, [*(c.name for c in which), PHYSICAL], numbers, kg, attrs)
+    attrs["notes"] = "; ".join((*implausible_values(crane), *_notes(crane, cranes[:-1], chosen, numbers, kg, hs_share)))
+    return _dataset(columns, [*(c.name for c in chosen), PHYSICAL], numbers, kg, attrs)
 
 
 def _notes(
     crane: Crane,
     cranes: Sequence[Crane],
-    which: Sequence[Controller],
+    chosen: Sequence[Controller],
     layers: Sequence[int],
     loads: Sequence[float],
     hs_share: float,
@@ -135,7 +135,7 @@ def _notes(
     layers."""
     s_w = wire_out_on(crane, max(layers))
     cases, machines = [], []
-    for machine, c in zip(cranes, which, strict=True):
+    for machine, c in zip(cranes, chosen, strict=True):
         most = (hs_share if c.mode is Mode.HS else 1.0) * crane.SWL * (1.0 + 1e-9)
         carried = [load for load in loads if load <= most]
         if carried:
@@ -147,7 +147,7 @@ def _notes(
 def setting_curves(
     crane: Crane,
     *,
-    modes: Which = STANDARD,
+    modes: Controllers = STANDARD,
     v_w: Texts | None = None,
     load: str = "0 t",
     layer: int | None = None,
@@ -165,14 +165,14 @@ def setting_curves(
     [m/s]: the speed at which a mode's motors come down to those of NS or HS, NaN where they never do.
     Errors: as `envelope`. Source: Moslatt 2020 figure 2.17, paper E figure 4 (ideal).
     """
-    which, way, mass = _controllers(modes), Direction(direction), parse(load, "mass", "load")
+    chosen, way, mass = _controllers(modes), Direction(direction), parse(load, "mass", "load")
     number = _layers(crane, None if layer is None else [layer])[0]
-    stations = [Station(c.on(crane), mass, wire_out_on(crane, number), way) for c in which]
+    stations = [Station(c.on(crane), mass, wire_out_on(crane, number), way) for c in chosen]
     K_wire = 1.0 if layer is None else stations[0].ratio
     fastest = 1.1 * wire_speed_max(crane, min(s.crane.active.motor.alpha_min for s in stations)) / K_wire
     speeds = np.linspace(0.0, fastest, SPEEDS) if v_w is None else np.array(quantities(v_w, "speed", "v_w"))
-    ideal = [[_ideal(s.crane, c.mode, v, mass, K_wire) for v in speeds] for c, s in zip(which, stations, strict=True)]
-    laws = [s.displacement(c.mode) for c, s in zip(which, stations, strict=True)]
+    ideal = [[_ideal(s.crane, c.mode, v, mass, K_wire) for v in speeds] for c, s in zip(chosen, stations, strict=True)]
+    laws = [s.displacement(c.mode) for c, s in zip(chosen, stations, strict=True)]
     points = [[s.at(v, law(v)) for v in speeds] for s, law in zip(stations, laws, strict=True)]
     curve = ("mode", "v_w")
     fields: dict[str, Any] = {
@@ -182,7 +182,7 @@ def setting_curves(
         "alpha_p": (curve, [[way.sign * o.alpha_p for o in row] for row in points]),
         "dp_m": (curve, [[way.sign * o.dp_m for o in row] for row in points]),
     }
-    crossings = _crossings(crane, which, stations, mass, K_wire, fastest)
+    crossings = _crossings(crane, chosen, stations, mass, K_wire, fastest)
     attrs = {
         "crane": crane_toml(crane),
         "stillhook": __version__,
@@ -190,7 +190,7 @@ def setting_curves(
         "load": mass,
         "direction": way.value,
     }
-    coords = {"mode": [c.name for c in which], "v_w": speeds, "classic": [Mode.NS.value, Mode.HS.value]}
+    coords = {"mode": [c.name for c in chosen], "v_w": speeds, "classic": [Mode.NS.value, Mode.HS.value]}
     return _labelled(fields | crossings, coords, attrs)
 
 
@@ -213,11 +213,11 @@ def _ideal(crane: Crane, mode: Mode, v: float, load: float, K_wire: float) -> tu
 
 
 def _crossings(
-    crane: Crane, which: Sequence[Controller], stations: Sequence[Station], load: float, K_wire: float, fastest: float
+    crane: Crane, chosen: Sequence[Controller], stations: Sequence[Station], load: float, K_wire: float, fastest: float
 ) -> dict[str, Any]:
     """Speeds at which a mode's motors come down to the classic ones, for the plant and for the ideal machine."""
     cross, ideal = [], []
-    for c, s in zip(which, stations, strict=True):
+    for c, s in zip(chosen, stations, strict=True):
         base = Station(crane, load, s.winch.s_w, Direction.HOISTING)
         classic = (Mode.NS, Mode.HS)
         cross.append([_meeting(s.displacement(c.mode), base.displacement(m)(0.0), fastest) for m in classic])
@@ -244,25 +244,25 @@ ALPHA_SAME = 1e-12
 """Displacements that count as one [-]: a law that only touches the classic displacement comes down to it too."""
 
 
-def _controllers(modes: Which) -> list[Controller]:
+def _controllers(modes: Controllers) -> list[Controller]:
     if isinstance(modes, str):
         raise StillhookError(f'modes = "{modes}": give a list, such as ["ns", "hs", "ssc"].')
-    found = [controller(m) for m in modes]
-    names = [c.name for c in found]
-    if not found:
+    chosen = [controller(m) for m in modes]
+    names = [c.name for c in chosen]
+    if not chosen:
         raise StillhookError("modes: empty. Give at least one, such as ns,hs,ssc.")
     if twice := next((n for n in names if names.count(n) > 1 or n == PHYSICAL), None):
         raise StillhookError(
-            f'modes: "{twice}" is named twice, or is the name of what the machine can do. Name each mode once.'
+            f'modes: "{twice}" is named twice, or is the name of the physical limit. Name each mode once.'
         )
-    return found
+    return chosen
 
 
 def _layers(crane: Crane, layers: Sequence[int] | None) -> list[int]:
     numbers = [crane.drum.layers] if layers is None else list(layers)
     for n in numbers or [0]:
         if not 1 <= n <= crane.drum.layers:
-            raise StillhookError(f'layer {n}: "{crane.name}" has layers 1 to {crane.drum.layers}. Give one of them.')
+            raise StillhookError(f'layer {n}: "{crane.name}" has layers 1 to {crane.drum.layers}. Choose one of them.')
     return numbers
 
 
@@ -303,20 +303,20 @@ def _columns(shape: tuple[int, int, int, int]) -> dict[str, Any]:
 
 
 def _store(columns: Mapping[str, Any], cell: Cell) -> None:
-    """One place's numbers; those that hang on layer and load alone are written with the machine's own cell."""
+    """One place's numbers; those that depend on layer and load alone are written with the machine's own cell."""
     s, top, at = cell.station, cell.top, cell.at
     columns["v_w_top"][at], columns["binds"][at] = top.v_w, top.binds.value
     for n, limit in enumerate(Limit):
         columns["v_w_limit"][(*at, n)] = top.limits.get(limit, math.nan if limit is top.binds else math.inf)
     if top.point is not None:
         o, sign = top.point, s.sign
-        found = {
+        values = {
             "alpha_m_top": o.alpha_m,
             "alpha_p_top": sign * o.alpha_p,
             "dp_m_top": sign * o.dp_m,
             "omega_m_top": sign * o.omega_m,
         }
-        for name, value in found.items():
+        for name, value in values.items():
             columns[name][at] = value
     plc, d = plc_record(s.crane), s.winch.geometry.d
     rule = float(displacement_calc_min(s.F_w, s.ratio, plc.motors))

@@ -1,1 +1,1 @@
-"""Steady operation of the whole plant, and what limits it."""
+"""Steady operation of the complete plant, and what limits it."""

@@ -1,8 +1,8 @@
 """What stops a winch at one load on one layer, in one direction: the speed that each limit alone would allow.
 
 The pumps' flow, the pressure of the relief valves, the power of the hydraulic power units, the torque that must stay in
-reserve, and the speed limits of active and passive motors, all for the whole plant
-(`stillhook.analysis.steady.operating_point`) while it compensates: the tip moves, the load stands.
+reserve, and the speed limits of active and passive motors, all for the complete plant
+(`stillhook.analysis.steady.operating_point`) while it compensates: the tip moves, the load is at rest.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ BREAK_AWAY = 1e-6
 V_BEYOND = 1.5
 """How far limits are looked for, over the speed of full pumps and the smallest displacement without leakage."""
 BEYOND = 10.0
-"""What stands for pumps and pressure where no steady operation exists, over their limits."""
+"""Values used for pumps and pressure where no steady operation exists, over their limits."""
 LEAST_POWER = 1.0
 """Power that units which take nothing back are judged by [W]."""
 V_EXACT, ALPHA_EXACT = 1e-9, 1e-6
@@ -47,7 +47,7 @@ POWER_GRID = 9
 
 
 class Limit(StrEnum):
-    """What binds."""
+    """Governing limit."""
 
     PUMP = "pump flow"
     PRESSURE = "relief pressure"
@@ -59,7 +59,7 @@ class Limit(StrEnum):
 
 
 class Direction(StrEnum):
-    """Which way the wire goes."""
+    """Direction of the wire."""
 
     HOISTING = "hoisting"
     LOWERING = "lowering"
@@ -102,7 +102,7 @@ class Station:
         self.v_beyond = V_BEYOND * wire_speed_max(crane, crane.active.motor.alpha_min, self.winch.geometry.d)
 
     def displacement(self, mode: Mode) -> Displacement:
-        """Where the PLC puts the motors at a steady speed in a mode, by its own law."""
+        """Displacement of the motors at a steady speed in a mode, by the PLC's law."""
         law, K_1 = motor_law(self.crane, mode, self.F_w, self.ratio, plc=plc_record(self.crane)), gains(self.crane).K_1
         return lambda v: settled(law, K_1 * v * self.ratio)
 
@@ -136,7 +136,7 @@ class Station:
         .. math:: \alpha\,D_{m,max} (p_{relief} - p_{boost}) \ge T_{hold} + r\,F_w\,\frac{d}{2 i_{hD}}
 
         Source: Moslatt 2020 paper C: 30 % of the static load, for friction and acceleration. The pressure that goes
-        with it is not printed; here it is what the relief valves leave above the boost. Passive motors carry the
+        with it is not printed; here it is the relief pressure less the boost. Passive motors carry the
         weight; without them the active do.
         """
         a = self.crane.active
@@ -149,7 +149,7 @@ class Station:
         return float(displacement_min(self.F_w, self.ratio, plc_record(self.crane).motors))
 
     def at(self, v: float, alpha_m: float) -> OperatingPoint:
-        """Compensating at a wire speed without sign [m/s]: the load stands."""
+        """Compensating at a wire speed without sign [m/s]: the load is at rest."""
         return operate(self.winch, self.sign * v, alpha_m, v_tip=-self.sign * v)
 
     def limits(self, alpha_m: Displacement) -> dict[Limit, float]:
@@ -166,7 +166,7 @@ class Station:
                 return BEYOND, BEYOND, BEYOND
             return abs(o.alpha_p), max(o.p_a, o.p_b) / relief, self._power(o)
 
-        found = {
+        speeds = {
             Limit.PUMP: self._first(lambda v: 1.0 - used(v)[0]),
             Limit.PRESSURE: self._first(lambda v: 1.0 - used(v)[1]),
             Limit.POWER: self._first(lambda v: 1.0 - used(v)[2]),
@@ -174,8 +174,8 @@ class Station:
             Limit.MOTOR: self._first(lambda v: speed_limit(motor, alpha_m(v)) * r_eff - v),
         }
         if self.crane.passive is not None:
-            found[Limit.PASSIVE] = speed_limit(self.crane.passive.motor, self.alpha_pm) * r_eff
-        return found
+            speeds[Limit.PASSIVE] = speed_limit(self.crane.passive.motor, self.alpha_pm) * lever
+        return speeds
 
     def _power(self, o: OperatingPoint) -> float:
         """Power of the active pumps over the largest that the power units give, or, where the load drives the pumps,
@@ -210,8 +210,8 @@ class Station:
 
         Flow and speed limits fall with the displacement, pressure and reserve rise with it: the best one is the
         smallest, or where they meet. Where power binds there, it is the one that a speed takes least power with. Where
-        pressure, reserve or power hold the displacement up, they are told as what binds, though the pumps are full as
-        well.
+        pressure, reserve or power hold the displacement up, they are reported as what binds, though the pumps are full
+        as well.
         """
         best = self._without_power()
         return self._least_power(best)._replace(binds=Limit.POWER) if best.binds is Limit.POWER else best

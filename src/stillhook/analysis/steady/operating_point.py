@@ -1,8 +1,8 @@
-"""Steady operation of the whole plant at a constant wire speed: leakage, friction, both lines, passive circuit and wire
-as they are.
+"""Steady operation of the complete plant at a constant wire speed: leakage, friction, both lines, passive circuit and
+wire as they are.
 
 `stillhook.analysis.steady.steady_state` is the ideal machine of the published figures; here the equations are those of
-`stillhook.winches`, which a run integrates, put to rest.
+`stillhook.winches`, which a run integrates, in steady state.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ DP_NEAR, P_NEAR, P_NEXT = 2.0e7, 1.0e5, 1.0e3
 """Where pressures are looked for first [Pa]: a difference around nothing, the low side around the boost, and around its
 last value."""
 STOP_FREE = 100.0
-"""Stroke of the pumps while their setting is looked for, so that one beyond their stop can be told [-]."""
+"""Stroke of the pumps while their setting is sought, so that a setting beyond their stop can be reported [-]."""
 P_EXACT, ALPHA_EXACT = 1e-6, 1e-13
 """What pressures [Pa] and pump setting [-] are solved to."""
 MOST_TURNS = 100
@@ -57,7 +57,7 @@ class Winch(NamedTuple):
 
 
 class OperatingPoint(NamedTuple):
-    """The whole plant at a constant wire speed. SI; hoisting positive.
+    """The complete plant at a constant wire speed. SI; hoisting positive.
 
     alpha_p pump setting that it takes [-], u_p the same as a command; beyond 1 it cannot be reached (`reachable`).
     alpha_m, u_m motors [-]; v_w wire [m/s]; v_tip tip [m/s]; omega_m motors [rad/s]; F_w wire tension [N]; p_a, p_b
@@ -112,7 +112,8 @@ def operating_point(
     V_o: float | None = None,
     alpha_pp: float | None = None,
 ) -> OperatingPoint:
-    r"""Where the whole plant stands at a constant wire speed, from its own equations with every fast rate at zero:
+    r"""Operating point of the complete plant at a constant wire speed, from its own equations with every fast rate at
+    zero:
 
     .. math:: \dot p_a = \dot p_b = \dot\omega_m = \dot z = \dot v_L = 0
 
@@ -122,14 +123,14 @@ def operating_point(
 
     Parameters: v_w wire speed, hoisting positive [m/s]; alpha_m displacement of the active motors over its maximum,
     above 0 up to 1 [-], below the crane's alpha_min too (its stop is then moved); load payload [kg]; s_w wire paid out
-    [m]; v_tip constant speed of the tip, up positive [m/s]: -v_w while compensating (the load stands), 0 while the
+    [m]; v_tip constant speed of the tip, up positive [m/s]: -v_w while compensating (the load is at rest), 0 while the
     operator hoists; water as in a Scenario; friction model; V_o oil in the accumulator [m^3], None mid stroke; alpha_pp
-    setting of the passive pumps, None what the PLC asks for once the mean pressure has settled.
+    setting of the passive pumps, None the PLC's command once the mean pressure has settled.
     Errors: StillhookError for a number outside its range, a load that the crane does not carry, a wire that goes slack;
     NoSteadyOperation, one of its kind, where no pressure difference up to 1000 bar gives the torque or the boost does
     not suffice.
     Source: the plants of Moslatt 2020 section 2.5 as in `stillhook.winches`. Valid for an instant: the accumulator
-    fills or empties. Pump settings beyond 1 are told, not held; a relief valve that is open counts with its flow.
+    fills or empties. Pump settings beyond 1 are reported, not held; a relief valve that is open counts with its flow.
     """
     case = _case(load, s_w, water, friction)
     check(crane, case)
@@ -179,20 +180,20 @@ def operate(
 def _case(load: float, s_w: float, water: Water | None, friction: FrictionModel) -> Scenario:
     if not all(isinstance(y, int | float) and math.isfinite(y) for y in (load, s_w)):
         raise StillhookError(f"load = {load} kg, s_w = {s_w} m: give finite numbers in SI.")
-    asked: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "load": f"{float(load)!r} kg",
         "s_w": f"{float(s_w)!r} m",
         "water": water,
         "friction": friction,
     }
-    return Scenario(mode=Mode.MANUAL, operator=Operator(), **asked)
+    return Scenario(mode=Mode.MANUAL, operator=Operator(), **fields)
 
 
 def _check_numbers(v_w: float, alpha_m: float, v_tip: float) -> None:
     if not (math.isfinite(v_w) and math.isfinite(v_tip)):
         raise StillhookError(f"v_w = {v_w:g} m/s, v_tip = {v_tip:g} m/s: give finite speeds.")
     if not 0.0 < alpha_m <= 1.0:
-        raise StillhookError(f"alpha_m = {alpha_m:g}: the displacement over its maximum lies above 0 and up to 1.")
+        raise StillhookError(f"alpha_m = {alpha_m:g}: the displacement over its maximum must be above 0 and at most 1.")
 
 
 def _with_motor_stop(p: Any, alpha_m: float) -> Any:
@@ -258,13 +259,13 @@ def _balanced_flows(x: Any, p: Any) -> tuple[Any, ActiveFlows]:
 
     alpha_p = D_m * x.omega_m / per_alpha
     for _ in range(MOST_TURNS):  # the pumps' own leak is a few per cent of their flow: each turn is that much nearer
-        found = _root(lambda p, alpha_p=alpha_p: -surplus(p, alpha_p), p_b, near, DP_MOST)  # type: ignore[misc]
-        if found is None:
+        root = _root(lambda p, alpha_p=alpha_p: -surplus(p, alpha_p), p_b, near, DP_MOST)  # type: ignore[misc]
+        if root is None:
             raise NoSteadyOperation(
                 "the boost pump does not make up for what leaks and what the relief valves let go, p_a - p_b"
                 f" {show(dp, 'pressure', 3)}. Go slower, lower the load or raise alpha_m."
             )
-        p_b, near = found, P_NEXT
+        p_b, near = root, P_NEXT
         f = flows(alpha_p, p_b)
         if abs(f.Q_a) <= ALPHA_EXACT * per_alpha:
             return x._replace(alpha_p=alpha_p, p_a=p_b + dp, p_b=p_b), f
@@ -275,7 +276,7 @@ def _balanced_flows(x: Any, p: Any) -> tuple[Any, ActiveFlows]:
 
 
 def _root(f: Callable[[float], float], near: float, width: float, most: float) -> float | None:
-    """Zero of a rising function of a pressure, looked for from a guess outwards up to `most`; None where there is
+    """Zero of a rising function of a pressure, sought from a guess outwards up to `most`; None where there is
     none."""
     while width <= 2.0 * most:
         if f(near - width) <= 0.0 <= f(near + width):

@@ -1,4 +1,4 @@
-"""Where pumps and motors stand at a constant wire speed: no leakage, no friction, the published outer drum diameter."""
+"""Where pumps and motors are at a constant wire speed: no leakage, no friction, the published outer drum diameter."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from stillhook.spec.scenario import Mode
 
 class Steady(NamedTuple):
     """Operation at constant speed: alpha_m motors [-]; u_p pumps, hoisting positive, held in [-1, 1] [-]; omega_m
-    [rad/s] and v_w [m/s] as reached; saturated: the pumps are full and the speed that was asked for is not reached."""
+    [rad/s] and v_w [m/s] as reached; saturated: the pumps are full and the speed that was requested is not reached."""
 
     alpha_m: float
     u_p: float
@@ -32,8 +32,9 @@ class Steady(NamedTuple):
 def steady(crane: Crane, v_w: float, mode: Mode | str, load: float | None = None, *, K_wire: float = 1.0) -> Steady:
     r"""Displacements at constant wire speed.
 
-    The pumps give what the motors take, u_p = v_w alpha_m K_wire / v_w(1, 1); the motors stand where the mode wants
-    them for the feedforward u_ff = K_1 v_w alpha_m K_wire, which holds alpha_m itself. Linear SSC has a closed form,
+    The pumps deliver the flow of the motors, u_p = v_w alpha_m K_wire / v_w(1, 1); the motors stand where the mode
+    wants them for the feedforward u_ff = K_1 v_w alpha_m K_wire, which holds alpha_m itself. Linear SSC has a closed
+    form,
 
     .. math:: \alpha_m = \frac{(1 - u_{thr}) + (1 - \alpha_{min}) u_{thr}}{(1 - u_{thr}) + (1 - \alpha_{min}) K_1 v_w
     K_{wire}}
@@ -93,11 +94,11 @@ def reduction_lead(crane: Crane, v_peak: float, period: float, *, K_wire: float 
 def motor_law(
     crane: Crane, mode: Mode, F: float = 0.0, K_wire: float = 1.0, *, plc: Plc | None = None
 ) -> Callable[[float], float]:
-    """What the PLC asks of the motors as a function of the feedforward u_ff [-], with F on the load cell [N]: the PLC's
+    """The PLC's command to the motors as a function of the feedforward u_ff [-], with F on the load cell [N]: the PLC's
     own law.
 
-    Published numbers put the outermost layer on the printed outer diameter: NS and HS settings hold at K_wire = 1. plc:
-    settings of the plant, for which they hold on the centre of its outermost wire.
+    In the published numbers the outermost layer has the printed outer diameter: NS and HS settings hold at K_wire = 1.
+    plc: settings of the plant, for which they hold on the centre of its outermost wire.
     """
     plc = _published_plc(crane) if plc is None else plc
     y = Sensed(0.0, 0.0, 0.0, 0.0, 0.0, MODE_CODE[mode], 1.0, 0.0, F, 1.0, K_wire, 0.0, 0.0)

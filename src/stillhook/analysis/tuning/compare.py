@@ -1,4 +1,4 @@
-"""Controllers at their best beside each other: on waves they were not tuned on, on a winch that is not as it should be,
+"""Controllers at their best side by side: on waves they were not tuned on, on a winch that deviates from its file,
 and as a trade of control error against pressure."""
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ SOFT = 0.7
 
 
 class Outcome(NamedTuple):
-    """How a controller does on some scenarios: mean and largest e_c_pp [m], highest pressure [Pa]; beyond: what of a
+    """Result of a controller on some scenarios: mean and largest e_c_pp [m], highest pressure [Pa]; beyond: what of a
     status that is the controller's doing came up, and in how many scenarios."""
 
     e_c_pp_mean: float
@@ -61,12 +61,12 @@ def outcomes(
     cranes = [crane] * len(controllers) if isinstance(crane, Crane) else list(crane)
     machines = [k.on(c) for k, c in zip(controllers, cranes, strict=True)]
     n = len(cases)
-    found = summaries(
+    results = summaries(
         [m for m in machines for _ in range(n)],
         [case.with_mode(k.mode) for k in controllers for case in cases],
         threads=threads,
     )
-    return [_outcome(found[i * n : (i + 1) * n]) for i in range(len(controllers))]
+    return [_outcome(results[i * n : (i + 1) * n]) for i in range(len(controllers))]
 
 
 def _outcome(rows: Sequence[Mapping[str, float | str]]) -> Outcome:
@@ -76,7 +76,7 @@ def _outcome(rows: Sequence[Mapping[str, float | str]]) -> Outcome:
     return Outcome(float(np.mean(e)), float(np.max(e)), float(np.max(p)), beyond)
 
 
-def _as_is(crane: Crane) -> Crane:
+def _unchanged(crane: Crane) -> Crane:
     return crane
 
 
@@ -99,25 +99,25 @@ def _leak(scale: float) -> Callable[[Crane], Crane]:
     return change
 
 
-def _soft(crane: Crane) -> Crane:
+def _soft_oil(crane: Crane) -> Crane:
     line = crane.active.line.model_copy(update={"bulk_modulus": SOFT * crane.active.line.bulk_modulus})
     return crane.model_copy(update={"active": crane.active.model_copy(update={"line": line})})
 
 
 VARIATIONS: Mapping[str, tuple[Callable[[Crane], Crane], float]] = {
-    "as it should be": (_as_is, 0.0),
-    f"motion signal {LATE:g} s later": (_as_is, LATE),
+    "as it should be": (_unchanged, 0.0),
+    f"motion signal {LATE:g} s later": (_unchanged, LATE),
     f"friction {FRICTION:.0%} less".replace("%", " %"): (_friction(1.0 - FRICTION), 0.0),
     f"friction {FRICTION:.0%} more".replace("%", " %"): (_friction(1.0 + FRICTION), 0.0),
     f"leakage x {NEW:g}": (_leak(NEW), 0.0),
     f"leakage x {WORN:g}": (_leak(WORN), 0.0),
-    f"bulk modulus x {SOFT:g}": (_soft, 0.0),
+    f"bulk modulus x {SOFT:g}": (_soft_oil, 0.0),
 }
 """What may be wrong about the winch, and by how much the motion signal is later than the controllers think [s]."""
 
 
 def variations(crane: Crane, controllers: Sequence[Controller], cases: Sequence[Scenario]) -> dict[str, list[Outcome]]:
-    """Variation -> outcome of every controller, whose settings stay what they are: those of the crane as it should be.
+    """Variation -> outcome of every controller, whose settings stay what they are: those of the crane of the file.
 
     Derived gains K_1 and K_2 come from numbers that no variation changes.
     """
@@ -137,7 +137,7 @@ def _plain(controller: Controller) -> Controller:
 
 
 def _fixed(controller: Controller, crane: Crane, machine: Crane) -> Crane:
-    """The changed machine under the settings that the controller has on the crane as it should be."""
+    """The changed machine under the settings that the controller has on the crane of the file."""
     tuned = controller.on(crane)
     motor = tuned.active.motor
     kept = {n: getattr(motor, n) for n in ("alpha_min", "servo", "variant", "offset", "hysteresis")}
@@ -179,20 +179,20 @@ def pareto(
     common = {"free": free, "cases": cases, "budget": budget, "seed": seed}
     first = controller_of(controller)
     done: list[Tuned] = []
-    told = progress or (lambda share: None)
+    report = progress or (lambda share: None)
 
     def part(share: float) -> None:
-        told((len(done) + share) / (points + 2))
+        report((len(done) + share) / (points + 2))
 
     def add(objective: Objective, start: Controller, within: Limits | None) -> Tuned:
-        found = tune(crane, start, objective=objective, limits=within, reference=first, progress=part, **common)  # type: ignore[arg-type]
-        done.append(found)
+        tuned = tune(crane, start, objective=objective, limits=within, reference=first, progress=part, **common)  # type: ignore[arg-type]
+        done.append(tuned)
         return done[-1]
 
     low = add(Objective.PRESSURE, first, limits)
     kept = low.limits  # "speed capacity kept" is that of the start, whatever later searches start from
     if not low.met:
-        raise StillhookError(f"{first.name}: no setting keeps the limits ({'; '.join(low.stops)}). Loosen one of them.")
+        raise StillhookError(f"{first.name}: no setting keeps the limits ({'; '.join(low.stops)}). Relax one of them.")
     high = add(Objective.ERROR, first, kept)
     if high.met and not (low.interrupted or high.interrupted):
         for p in np.linspace(low.after.p_max, high.after.p_max, points + 2)[1:-1]:

@@ -54,11 +54,11 @@ WEIGHTS: Mapping[Objective, tuple[float, float, float]] = {
 class Limits:
     """What tuned settings must keep: highest pressure p_max [Pa]; gain margin [-], phase margin [rad] and sensitivity
     peak [-] of the position loop with its PLC, in the published loop at the least displacement on the outermost layer
-    and in the whole plant where the mode is slow, from the empty hook to the heaviest payload that it carries, `load`
-    at most [kg], on the scenarios' wires (`stillhook.analysis.loop_stability.governing`); v_w_capacity speed with the
-    pumps full, for every load [m/s] (None: that of the start, "speed capacity kept"). Always kept: no saturation, no
-    relief valve open, no motor overspeed, no cavitation, no slack wire, in any scenario; and in the fast runs beside
-    them nothing that the
+    and in the complete plant where the mode is slow, from the empty hook to the heaviest payload that it carries,
+    `load` at most [kg], on the scenarios' wires (`stillhook.analysis.loop_stability.governing`); v_w_capacity speed
+    with the pumps full, for every load [m/s] (None: that of the start, "speed capacity kept"). Always kept: no
+    saturation, no relief valve open, no motor overspeed, no cavitation, no slack wire, in any scenario; and in the fast
+    runs beside them nothing that the
     start
     does not do
     there either."""
@@ -94,15 +94,15 @@ def parse_limits(texts: Iterable[str]) -> Limits:
     """
     limits, named = Limits(), set[str]()
     for text in texts:
-        found = _LIMIT.fullmatch(text)
+        match = _LIMIT.fullmatch(text)
         allowed = ", ".join(f"{n} {sign} ..." for n, (_, sign) in _KINDS.items())
-        if not found or found[1] not in _KINDS or found[2] != _KINDS[found[1]][1]:
-            raise StillhookError(f"limit {quote(text)}: write one of {allowed}.")
-        name, (kind, _) = found[1], _KINDS[found[1]]
+        if not match or match[1] not in _KINDS or match[2] != _KINDS[match[1]][1]:
+            raise StillhookError(f"limit {came(text)}: write one of {allowed}.")
+        name, (kind, _) = match[1], _KINDS[match[1]]
         if name in named:
             raise StillhookError(f"limit {quote(text)}: {name} has a limit already. Write each limit once.")
         named.add(name)
-        value = parse(found[3], kind, f"limit {name}") if kind else _plain(found[3], name)
+        value = parse(match[3], kind, f"limit {name}") if kind else _plain(match[3], name)
         limits = replace(limits, **{name: value})
     return limits
 
@@ -176,8 +176,8 @@ def hold_out(
     return out
 
 
-def _speeds(crane: Crane, given: Sequence[str] | None) -> Sequence[str]:
-    return usual_speeds(crane) if given is None else given
+def _speeds(crane: Crane, requested: Sequence[str] | None) -> Sequence[str]:
+    return usual_speeds(crane) if requested is None else requested
 
 
 def _mass(crane: Crane, text: str) -> float:

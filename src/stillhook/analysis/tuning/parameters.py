@@ -71,7 +71,7 @@ def space(crane: Crane, mode: Mode, free: Sequence[str] = (), *, delay: float = 
     for name in free:
         if name not in known:
             raise StillhookError(
-                f'free: "{name}" is no setting of {mode.value}, which has {", ".join(known)}{nearest(name, known)}'
+                f'free: "{name}" is not a setting of {mode.value}, which has {", ".join(known)}{nearest(name, known)}'
             )
         if list(free).count(name) > 1:
             raise StillhookError(f'free: "{name}" is named twice. Name each setting once.')
@@ -121,7 +121,7 @@ def with_settings(crane: Crane, values: Mapping[str, float]) -> Crane:
     """
     for name, value in values.items():
         if not (math.isfinite(value) and 0.0 <= value and (value <= 1.0 or name in FEEDFORWARD)):
-            raise StillhookError(f"{name} = {value!r}: outside what a crane file can hold.")
+            raise StillhookError(f"{name} = {value!r}: outside the range of a crane file.")
     control = dict(values)
     alpha_min = control.pop("alpha_min", None)
     if alpha_min is None:
@@ -165,7 +165,7 @@ def tuned_controller(crane: Crane, start: Controller, values: Mapping[str, float
 
 
 def rounded(name: str, value: float) -> float:
-    """A setting with five significant digits, on the safe side where the margins hang on it."""
+    """A setting with five significant digits, on the safe side where the margins depend on it."""
     if value == 0.0:
         return 0.0
     scale = 10.0 ** (4 - math.floor(math.log10(abs(value))))

@@ -28,7 +28,7 @@ NEAR = 0.01
 
 
 class Score(NamedTuple):
-    """How settings do: score objective over that of the start [-]; mean and largest error [m], highest pressure [Pa]
+    """Result of settings: score objective over that of the start [-]; mean and largest error [m], highest pressure [Pa]
     over the scenarios; per scenario e_c_pp [m], p_max [Pa] and u_p_max [-]; least v_w_capacity [m/s]; broken: the
     limits that are not kept, worst first.
     """
@@ -66,8 +66,8 @@ def fast_candidates(crane: Crane, mode: Mode, like: Scenario) -> list[list[Scena
     ]
 
 
-def blamed(status: str) -> frozenset[str]:
-    """What of a status is the controller's doing."""
+def attributed_limits(status: str) -> frozenset[str]:
+    """Parts of a status that the controller causes."""
     return frozenset(status.split(", ")) & frozenset(OURS)
 
 
@@ -75,28 +75,28 @@ def scored(
     crane: Crane,
     mode: Mode,
     cases: Sequence[Scenario],
-    found: Sequence[Mapping[str, Any]],
+    results: Sequence[Mapping[str, Any]],
     limits: Limits,
     fast: Sequence[Fast] = (),
 ) -> Score:
     """A set of settings by the summaries of its runs, those of the fast runs last; score is left NaN (see
     `relative`)."""
-    found, quick = found[: len(cases)], found[len(cases) :]
-    e = tuple(float(s["e_c_pp"]) for s in found)
-    p = tuple(float(s["p_max"]) for s in found)
+    results, quick = results[: len(cases)], results[len(cases) :]
+    e = tuple(float(s["e_c_pp"]) for s in results)
+    p = tuple(float(s["p_max"]) for s in results)
     capacity = capacity_of(crane, mode, cases)
     broken = [*linear_broken(crane, mode, limits, capacity, wires_of(cases))]
     for name in OURS:
-        bad = sum(name in str(s["status"]).split(", ") for s in found)
+        bad = sum(name in str(s["status"]).split(", ") for s in results)
         if bad:
-            broken.append(f"{name} in {bad} of {len(found)} scenarios")
+            broken.append(f"{name} in {bad} of {len(results)} scenarios")
     for run, summary in zip(fast, quick, strict=True):
-        beyond = blamed(str(summary["status"])) - run.allowed
+        beyond = attributed_limits(str(summary["status"])) - run.allowed
         if beyond:
             broken.append(f"{', '.join(sorted(beyond))} in a fast run ({run.case.tip.describe()})")
     if not max(p) <= limits.p_max:
         broken.append(f"p_max {show(max(p), 'pressure', 4)} above {show(limits.p_max, 'pressure', 4)}")
-    u_p = max(float(s["u_p_max"]) for s in found)
+    u_p = max(float(s["u_p_max"]) for s in results)
     return Score(math.nan, float(np.mean(e)), max(e), max(p), e, p, u_p, min(capacity), tuple(broken))
 
 
@@ -120,7 +120,7 @@ def wires_of(cases: Sequence[Scenario]) -> tuple[float, ...]:
 def linear_broken(
     crane: Crane, mode: Mode, limits: Limits, capacity: Sequence[float], wires: Sequence[float] = WIRES
 ) -> list[str]:
-    """Margins that the position loop does not keep, and speed that is missing: what can be said without a run."""
+    """Margins that the position loop does not keep, and speed that is missing: the criteria that need no run."""
     out = []
     K_p, most = crane.control.K_p, governing_loop(crane, mode, limits, wires)
     if K_p > most.K_p:

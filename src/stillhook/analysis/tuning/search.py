@@ -18,7 +18,7 @@ from stillhook.analysis.tuning.parameters import Setting, of_vector, present, to
 from stillhook.analysis.tuning.score import (
     Fast,
     Score,
-    blamed,
+    attributed_limits,
     capacity_of,
     fast_candidates,
     gain_allowed,
@@ -42,28 +42,29 @@ the others everywhere (Latin hypercube)."""
 SAFE = 0.999
 """Share of the gain that the margins allow in that guess: its displacement may be rounded."""
 LEAST_GAIN = 1e-6
-"""Stands for an allowed gain of 0 where excesses are compared [1/m]."""
+"""Replaces an allowed gain of 0 where excesses are compared [1/m]."""
 POLISH = 0.25
 """Part of the budget that Nelder and Mead's simplex has at the end."""
 SIMPLEX = 0.02
 """Size of that simplex, as a part of each range."""
 UNRUN, BROKEN = 1e6, 1e3
-"""Ranks: what the linear limits forbid lies behind what a run forbids, and that behind what keeps all limits."""
+"""Ranks: candidates that keep all limits come first, then those that break a limit in a run, then those that break a
+linear limit."""
 
 
 class Trial(NamedTuple):
-    """One evaluation: settings [SI] and how they did."""
+    """One evaluation: settings [SI] and their result."""
 
     values: tuple[float, ...]
     score: Score
 
 
-class Spent(Exception):
+class BudgetUsed(Exception):
     """The budget is used up."""
 
 
 class Search:
-    """One tuning under way: what is asked, what was tried, and the best of it."""
+    """State of a tuning: objective and limits, trials, and the best candidate."""
 
     def __init__(
         self,
@@ -102,15 +103,17 @@ class Search:
         if kept is None:
             self.limits = replace(self.limits, v_w_capacity=min(capacity_of(reference, self.mode, self.cases)))
         ladders = fast_candidates(reference, self.mode, self.cases[0])
-        found = summaries(reference, [c for ladder in ladders for c in ladder], threads=self.threads)
+        results = summaries(reference, [c for ladder in ladders for c in ladder], threads=self.threads)
         for i, ladder in enumerate(ladders):
-            met = [blamed(str(s["status"])) for s in found[i * len(ladder) : (i + 1) * len(ladder)]]
+            met = [attributed_limits(str(s["status"])) for s in results[i * len(ladder) : (i + 1) * len(ladder)]]
             self.fast += [
-                Fast(c, what) for c, what in zip(ladder, met, strict=True) if not what & {"saturated", "diverged"}
+                Fast(c, reasons)
+                for c, reasons in zip(ladder, met, strict=True)
+                if not reasons & {"saturated", "diverged"}
             ][:1]
         self.runs = [*self.cases, *(f.case for f in self.fast)]
-        found = summaries(self.crane, self.runs, threads=self.threads)
-        start = scored(self.crane, self.mode, self.cases, found, self.limits, self.fast)
+        results = summaries(self.crane, self.runs, threads=self.threads)
+        start = scored(self.crane, self.mode, self.cases, results, self.limits, self.fast)
         self.before = relative(start, start, self.objective)
         self.x_0 = np.clip(np.array(to_vector(self.settings, values)), 0.0, 1.0)
         self.trials.append(Trial(tuple(values[s.name] for s in self.settings), self.before))
@@ -121,7 +124,7 @@ class Search:
         points = np.atleast_2d(np.asarray(X, dtype=np.float64).T)
         room = self.budget - self.asked
         if room <= 0:
-            raise Spent
+            raise BudgetUsed
         out = np.full(len(points), math.inf)
         out[:room] = self._run(points[:room])
         self.asked += min(len(points), room)
@@ -138,9 +141,9 @@ class Search:
         n = len(self.runs)
         if not sound:
             return out
-        found = summaries([cranes[i] for i in sound for _ in range(n)], self.runs * len(sound), threads=self.threads)
+        results = summaries([cranes[i] for i in sound for _ in range(n)], self.runs * len(sound), threads=self.threads)
         for k, i in enumerate(sound):
-            rows = found[k * n : (k + 1) * n]
+            rows = results[k * n : (k + 1) * n]
             score = self.weigh(scored(cranes[i], self.mode, self.cases, rows, self.limits, self.fast))
             self.trials.append(Trial(tuple(values[i].values()), score))
             out[i] = score.score if not score.broken else BROKEN * (1.0 + self.run_excess(score))
@@ -156,7 +159,7 @@ class Search:
         return values | {"K_p": min(values["K_p"], max(most, least))}
 
     def linear_excess(self, crane: Crane) -> float:
-        """By how much a setting breaks what needs no run; 0 where it does not."""
+        """Excess of a setting over the limits that need no run; 0 where it keeps them."""
         capacity = capacity_of(crane, self.mode, self.cases)
         if not linear_broken(crane, self.mode, self.limits, capacity, self.wires):
             return 0.0
@@ -166,12 +169,12 @@ class Search:
         return max(gain + speed, 1e-9)
 
     def run_excess(self, score: Score) -> float:
-        """By how much runs break limits: how many of them, and the pressure above its limit."""
+        """Excess of runs over limits: number of broken limits, and the pressure above its limit."""
         pressure = max(score.p_max / self.limits.p_max - 1.0, 0.0) if math.isfinite(score.p_max) else 1.0
         return len(score.broken) + pressure + max(score.u_p_max - 1.0, 0.0)
 
     def evolve(self, seed: int) -> None:
-        """Differential evolution; a third of its first population lies around the start, a third around the strong
+        """Differential evolution; a third of its first population is around the start, a third around the strong
         guess."""
         n = len(self.settings)
         members = min(max(LEAST_MEMBERS, POPULATION * n), self.budget // 4)
@@ -198,7 +201,7 @@ class Search:
         )
 
     def _strong(self) -> FloatArray:
-        """The start with what strong SSC does to SSC, where those settings are free: a good guess for every motor
+        """The start with what strong SSC does to SSC, where those settings are free: a good first guess for every motor
         law."""
         values = dict(zip((s.name for s in self.settings), self.trials[0].values, strict=True))
         delay = max(c.sensors.delay for c in self.cases)
@@ -237,5 +240,5 @@ class Search:
 
     def exact(self, crane: Crane) -> Score:
         """The score of a crane run as it is."""
-        found = summaries(crane, self.runs, threads=self.threads)
-        return self.weigh(scored(crane, self.mode, self.cases, found, self.limits, self.fast))
+        results = summaries(crane, self.runs, threads=self.threads)
+        return self.weigh(scored(crane, self.mode, self.cases, results, self.limits, self.fast))

@@ -1,4 +1,4 @@
-"""Each controller at its best: settings found by differential evolution on the whole twin, under limits, from a seed
+"""Each controller at its best: settings found by differential evolution on the full twin, under limits, from a seed
 that repeats them.
 
 A population's runs go sixteen lanes side by side (`stillhook.engine.scenario.batch`). No candidate has more position
@@ -20,7 +20,7 @@ from stillhook.analysis.loop_stability.margins import margins
 from stillhook.analysis.tuning.objective import Limits, Objective, parse_limits, scenarios
 from stillhook.analysis.tuning.parameters import present, space, tunable, tuned_controller, with_settings
 from stillhook.analysis.tuning.score import NEAR, Score, governing_loop, scored
-from stillhook.analysis.tuning.search import Search, Spent, Trial
+from stillhook.analysis.tuning.search import BudgetUsed, Search, Trial
 from stillhook.base.progress import Progress
 from stillhook.engine.scenario.batch import summaries
 from stillhook.errors import StillhookError
@@ -28,7 +28,7 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 
 BUDGET = 400
-"""Evaluations of a tuning unless told otherwise. For NS and SSC of the library's 250 t crane they come within 1 % of
+"""Evaluations of a tuning by default. For NS and SSC of the library's 250 t crane they come within 1 % of
 the score (balanced) and 3 % (error) of what 1500 find."""
 LEAST_BUDGET = 20
 STEP_ASIDE = 0.05
@@ -118,17 +118,17 @@ def tune(
     start = controller_of(controller)
     tunable(start.mode)
     plain = start.on(crane)
-    mine = [c.with_mode(start.mode) for c in (cases if cases is not None else scenarios(crane))]
-    settings = space(plain, start.mode, free, delay=max(c.sensors.delay for c in mine))
+    mode_cases = [c.with_mode(start.mode) for c in (cases if cases is not None else scenarios(crane))]
+    settings = space(plain, start.mode, free, delay=max(c.sensors.delay for c in mode_cases))
     if not settings:
-        raise StillhookError(f'"{start.name}": nothing is left to tune. Name other settings.')
+        raise StillhookError(f'"{start.name}": no setting is free. Name other settings.')
     kept = limits if isinstance(limits, Limits) else parse_limits(limits or ())
-    search = Search(plain, start.mode, mine, settings, goal, kept, budget, threads, progress)
+    search = Search(plain, start.mode, mode_cases, settings, goal, kept, budget, threads, progress)
     search.begin((start if reference is None else controller_of(reference)).on(crane))
     try:
         search.evolve(seed)
         search.polish()
-    except Spent:
+    except BudgetUsed:
         pass
     except KeyboardInterrupt:
         search.interrupted = True
@@ -142,15 +142,15 @@ def _no_objective(text: object) -> Objective:
 def _result(search: Search, crane: Crane, start: Controller, seed: int) -> Tuned:
     names = [s.name for s in search.settings]
     best = search.best()
-    found = dict(zip(names, best.values, strict=True))
+    values = dict(zip(names, best.values, strict=True))
     controller, after = start, search.before
     if best is not search.trials[0]:
-        controller = tuned_controller(crane, start, found, f"{start.name}-tuned")
+        controller = tuned_controller(crane, start, values, f"{start.name}-tuned")
         tuned = controller.on(crane)
-        after, found = search.exact(tuned), {n: present(tuned)[n] for n in names}
-    asides = [(0.0, 0.0)] * len(names) if search.interrupted else _asides(search, found)
+        after, values = search.exact(tuned), {n: present(tuned)[n] for n in names}
+    asides = [(0.0, 0.0)] * len(names) if search.interrupted else _asides(search, values)
     changes = tuple(
-        Change(s.name, search.trials[0].values[i], found[s.name], s.low, s.high, *asides[i])
+        Change(s.name, search.trials[0].values[i], values[s.name], s.low, s.high, *asides[i])
         for i, s in enumerate(search.settings)
     )
     active = _active(search, controller.on(crane), after, changes)
@@ -170,14 +170,14 @@ def _result(search: Search, crane: Crane, start: Controller, seed: int) -> Tuned
     )
 
 
-def _asides(search: Search, found: dict[str, float]) -> list[tuple[float, float]]:
+def _asides(search: Search, optimum: dict[str, float]) -> list[tuple[float, float]]:
     """Score with one setting moved down and up; NaN where a limit breaks or the range ends."""
     points, places = [], []
     out = [[math.nan, math.nan] for _ in search.settings]
     for i, s in enumerate(search.settings):
         for k, way in enumerate((-1.0, 1.0)):
-            value = found[s.name] + way * STEP_ASIDE * (s.high - s.low)
-            crane = with_settings(search.crane, found | {s.name: value}) if s.low <= value <= s.high else None
+            value = optimum[s.name] + way * STEP_ASIDE * (s.high - s.low)
+            crane = with_settings(search.crane, optimum | {s.name: value}) if s.low <= value <= s.high else None
             if crane is not None and search.linear_excess(crane) == 0.0:
                 points.append(crane)
                 places.append((i, k))
@@ -185,8 +185,8 @@ def _asides(search: Search, found: dict[str, float]) -> list[tuple[float, float]
     if points:
         rows = summaries([c for c in points for _ in range(n)], search.runs * len(points), threads=search.threads)
         for j, ((i, k), crane) in enumerate(zip(places, points, strict=True)):
-            found_rows = rows[j * n : (j + 1) * n]
-            score = search.weigh(scored(crane, search.mode, search.cases, found_rows, search.limits, search.fast))
+            results = rows[j * n : (j + 1) * n]
+            score = search.weigh(scored(crane, search.mode, search.cases, results, search.limits, search.fast))
             out[i][k] = math.nan if score.broken else score.score
     return [(down, up) for down, up in out]
 

@@ -1,1 +1,1 @@
-"""What is not known about a winch, carried into its results."""
+"""Uncertainty of a winch's data, propagated into its results."""

@@ -54,7 +54,7 @@ class Figure:
     printed: str = ""
 
     def gap(self, value: float) -> float:
-        """How far a value lies outside what is printed; 0 inside, infinite where there is no value."""
+        """Distance of a value from the printed range; 0 inside, infinite where there is no value."""
         return math.inf if math.isnan(value) else max(self.least - value, value - self.most, 0.0)
 
     def show(self, value: float) -> str:
@@ -156,8 +156,8 @@ class Attribution:
         ks = [k for k, f in enumerate(self.figures) if figure in (None, f.name)]
         done: list[Effect] = []
         for effect in (*self.singles, *self.pairs) if effects is None else effects:
-            there = all(self.figures[k].gap(effect.values[k]) == 0.0 for k in ks)
-            if there and not any(set(e.changes) < set(effect.changes) for e in done):
+            reached = all(self.figures[k].gap(effect.values[k]) == 0.0 for k in ks)
+            if reached and not any(set(e.changes) < set(effect.changes) for e in done):
                 done.append(effect)
         return done
 
@@ -226,7 +226,7 @@ class Attribution:
         }
 
     def words(self) -> list[str]:
-        """What the ranking says of each figure, a sentence each, and of all of them at once."""
+        """The ranking of each figure in a sentence, and of all of them together."""
         out = []
         rows = self.ranking()
         for k, f in enumerate(self.figures):
@@ -245,19 +245,19 @@ class Attribution:
             ]
             if not doing[Verdict.CLOSES]:
                 parts.insert(0, "nothing closes the gap alone")
-                found = [e for e in self.closing(f.name) if len(e.changes) == 2]
+                closing = [e for e in self.closing(f.name) if len(e.changes) == 2]
                 if self.pairs:
                     parts.append(
-                        f"pairs that close it: {_some(sorted(found, key=self.missed))}"
-                        if found
+                        f"pairs that close it: {_some(sorted(closing, key=self.missed))}"
+                        if closing
                         else "no pair closes it"
                     )
             out.append(f"{now}. {'. '.join(p[0].upper() + p[1:] for p in parts)}.")
         if len(self.figures) > 1 and any(f.gap(x) > 0.0 for f, x in zip(self.figures, self.base, strict=True)):
-            found = sorted(self.closing(), key=lambda e: len(e.changes))
-            some = "; ".join(str(e) for e in found[:5])
+            closing = sorted(self.closing(), key=lambda e: len(e.changes))
+            some = "; ".join(str(e) for e in closing[:5])
             none = f"no single change{' and no pair of changes' if self.pairs else ''}"
-            out.append(f"All figures at once: {some if found else none}.")
+            out.append(f"All figures at once: {some if closing else none}.")
         return out
 
 
@@ -316,9 +316,9 @@ def attribute(
                 raise
             continue
         possible.append(some)
-    found = (evaluate or _summaries)([pair for one in made for pair in one.values()])
+    results = (evaluate or _summaries)([pair for one in made for pair in one.values()])
     rows = [
-        tuple(f.value(dict(zip(one, found[i * len(runs) : (i + 1) * len(runs)], strict=True))) for f in figures)
+        tuple(f.value(dict(zip(one, results[i * len(runs) : (i + 1) * len(runs)], strict=True))) for f in figures)
         for i, one in enumerate(made)
     ]
     effects = [Effect(tuple(o[1] for o in some), values) for some, values in zip(possible, rows, strict=True)]
@@ -333,11 +333,13 @@ def _summaries(pairs: Sequence[Pair]) -> Sequence[Numbers]:
 def _everything(runs: Runs) -> Uncertainty:
     """Every factor of the table that changes something in one of the runs: those drawn by default, and the parts of
     these."""
-    drawn = dict(Uncertainty.default().on(*runs.values()).factors)
+    factors = dict(Uncertainty.default().on(*runs.values()).factors)
     parts = {
-        n: f.default for n, f in FACTORS.items() if not f.drawn and not all(f.absent(*pair) for pair in runs.values())
+        n: f.default
+        for n, f in FACTORS.items()
+        if not f.by_default and not all(f.absent(*pair) for pair in runs.values())
     }
-    return Uncertainty({n: (drawn | parts)[n] for n in FACTORS if n in drawn or n in parts})
+    return Uncertainty({n: (factors | parts)[n] for n in FACTORS if n in factors or n in parts})
 
 
 def _ends(known: Uncertainty, runs: Runs) -> Iterator[Change]:
@@ -353,7 +355,7 @@ def _ends(known: Uncertainty, runs: Runs) -> Iterator[Change]:
             continue
         f = FACTORS[name]
         low, high = law.at(u, f.least, f.most).tolist()
-        outside = f.outside if law == f.default and any(f.strained(*pair) for pair in runs.values()) else None
+        outside = f.outside if law == f.default and any(f.outside_fit(*pair) for pair in runs.values()) else None
         if outside is not None:
             low, high = min(low, outside[0]), max(high, outside[1])
         for x in (low, high):
@@ -386,8 +388,8 @@ def _changed(
     if key not in kept:
         before = [(c, a) for c, a in changes if a is not None and a is not others[-1]]
         kept[key] = others[-1].change(_changed(runs, before, kept)) if others else runs
-    drawn = [c for c, alternative in changes if alternative is None]
-    if not drawn:
+    unknown = [c for c, alternative in changes if alternative is None]
+    if not unknown:
         return kept[key]
-    values, names = np.array([[c.value for c in drawn]]), [c.cause for c in drawn]
+    values, names = np.array([[c.value for c in unknown]]), [c.cause for c in unknown]
     return {name: next(Drawing(*pair, names).pairs(values)) for name, pair in kept[key].items()}

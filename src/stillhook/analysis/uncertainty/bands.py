@@ -1,4 +1,4 @@
-"""What many draws say: bands with their own uncertainty, chances of going beyond a limit, and paired differences."""
+"""Results of many draws: bands with their own uncertainty, chances of going beyond a limit, and paired differences."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ INSIDE = 0.9
 CONFIDENCE = 0.95
 """Confidence of the interval of a chance."""
 LEAST_FOR_ERRORS = 20
-"""Draws below which an end of a band has no standard error: hardly one draw lies beyond it."""
+"""Draws below which an end of a band has no standard error: hardly one draw is beyond it."""
 FAILED = "diverged"
 OFFSET = "offset"
 NUMERIC = tuple(v.name for v in SUMMARY if v.name not in ("status", "notes"))
@@ -66,20 +66,20 @@ class Limit(NamedTuple):
     @classmethod
     def of(cls, text: str) -> Limit:
         """From a text such as "e_c_pp <= 10 cm" or "eta_c >= 0.95". Errors: SpecError, UnitError of one line."""
-        found = re.fullmatch(r"\s*(\w+)\s*(<=|>=)\s*(\S.*?)\s*", text) if isinstance(text, str) else None
-        if found is None:
-            raise SpecError(f'limit {quote(text)}: write a name, <= or >=, and a value, such as "e_c_pp <= 10 cm".')
-        name, sign, value = found.groups()
+        match = re.fullmatch(r"\s*(\w+)\s*(<=|>=)\s*(\S.*?)\s*", text) if isinstance(text, str) else None
+        if match is None:
+            raise SpecError(f'limit {came(text)}: write a name, <= or >=, and a value, such as "e_c_pp <= 10 cm".')
+        name, sign, value = match.groups()
         if name not in NUMERIC:
             have = f"there are {', '.join(NUMERIC)}{nearest(name, NUMERIC)}"
-            raise SpecError(f"limit {quote(text)}: {quote(name)} is no number of a summary; {have}")
+            raise SpecError(f"limit {came(text)}: {came(name)} is not a result of the summary; {have}")
         kind = BY_NAME[name].kind
         if kind:
             return cls(name, sign == "<=", parse(value, kind, f"limit {name}"))
         try:
             return cls(name, sign == "<=", float(value))
         except ValueError:
-            raise SpecError(f"limit {quote(text)}: {quote(value)}: a plain number is due.") from None
+            raise SpecError(f"limit {came(text)}: {came(value)}: must be a plain number.") from None
 
     def beyond(self, values: FloatArray) -> NDArray[np.bool_]:
         """Which values go beyond it; one that is not there does."""
@@ -97,12 +97,12 @@ def band(values: FloatArray) -> Band:
     They are those of random draws; a Sobol sequence does somewhat better.
     """
     edge = 0.5 * (1.0 - INSIDE)
-    there = values[np.isfinite(values)]
-    failed = len(values) - len(there)
+    finite = values[np.isfinite(values)]
+    failed = len(values) - len(finite)
     at = (edge, 0.5, 1.0 - edge)
-    low, median, high = np.quantile(there, at).tolist() if len(there) else [math.nan] * 3
-    errors = _errors(there, at)
-    return Band(low, median, high, errors[0], errors[1], errors[2], len(there), failed)
+    low, median, high = np.quantile(finite, at).tolist() if len(finite) else [math.nan] * 3
+    errors = _errors(finite, at)
+    return Band(low, median, high, errors[0], errors[1], errors[2], len(finite), failed)
 
 
 def _errors(values: FloatArray, at: tuple[float, ...]) -> list[float]:
@@ -122,7 +122,7 @@ def bands(run: xarray.Dataset, names: Sequence[str]) -> dict[str, dict[str, Band
 
 
 def chance(holds: NDArray[np.bool_]) -> Chance:
-    """The share of draws for which something holds, and between what it lies."""
+    """The share of draws for which something holds, with its confidence interval."""
     from scipy.stats import binomtest  # heavy
 
     k, n = int(np.count_nonzero(holds)), len(holds)
@@ -131,7 +131,7 @@ def chance(holds: NDArray[np.bool_]) -> Chance:
 
 
 def chances(run: xarray.Dataset, limit: Limit) -> dict[str, Chance]:
-    """Case -> share of all draws beyond the limit; a draw that lost its numbers is beyond every limit."""
+    """Case -> share of all draws beyond the limit; a draw that diverged is beyond every limit."""
     return {str(c): chance(limit.beyond(run[limit.name].sel(case=c).values)) for c in run["case"].values}
 
 
@@ -144,7 +144,7 @@ def troubles(run: xarray.Dataset) -> dict[str, Chance]:
 
 
 def failures(run: xarray.Dataset) -> dict[str, int]:
-    """Case -> draws that lost their numbers."""
+    """Case -> draws that diverged."""
     return {str(c): int(np.count_nonzero(run["status"].sel(case=c).values == FAILED)) for c in run["case"].values}
 
 
@@ -164,5 +164,5 @@ def paired_difference(run: xarray.Dataset, case: str, other: str, name: str) -> 
 
 def exceedance(values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Sorted values, and the share of all draws above each; draws without numbers count as above all."""
-    there = np.sort(values[np.isfinite(values)])
-    return there, (len(values) - 1.0 - np.arange(len(there))) / len(values)
+    finite = np.sort(values[np.isfinite(values)])
+    return finite, (len(values) - 1.0 - np.arange(len(finite))) / len(values)

@@ -80,7 +80,7 @@ class Distribution:
             return f"{self.law} takes values that rise. Sort them, or give a fixed value."
         if self.law is Law.NORMAL:
             outside = float(ndtr((low - v[0]) / v[1]) + ndtr((v[0] - high) / v[1]))
-            advice = f"{outside:.0%} of it lies outside {low:g} to {high:g}. Use lognormal, uniform or triangular."
+            advice = f"{outside:.0%} of it is outside {low:g} to {high:g}. Use lognormal, uniform or triangular."
             return advice if outside > MOST_OUTSIDE else ""
         ends = (v[0],) if self.law in (Law.LOGNORMAL, Law.FIXED) else (v[0], v[-1])
         if not all(low <= x <= high for x in ends):
@@ -111,7 +111,7 @@ class Distribution:
 
 
 def distribution(value: Any, kind: str, where: str, low: float = -math.inf, high: float = math.inf) -> Distribution:
-    """A distribution from what a file says of it.
+    """A distribution from the table of a file.
 
     Parameters: value ``{normal = [1, 0.1]}``, ``{uniform = ["0 ms", "20 ms"]}`` and so on with the names of `Law`, or a
     plain value, which is fixed; kind of quantity ("" a pure number); where what comes first in an error; low, high what
@@ -122,7 +122,7 @@ def distribution(value: Any, kind: str, where: str, low: float = -math.inf, high
         value = {Law.FIXED.value: value}
     if len(value) != 1 or (name := next(iter(value))) not in tuple(Law):
         raise SpecError(
-            f"{where} = {quote(dict(value))}: give one of {', '.join(Law)}, such as {{ normal = [1.0, 0.1] }}."
+            f"{where} = {came(dict(value))}: choose one of {', '.join(Law)}, such as {{ normal = [1.0, 0.1] }}."
         )
     law, rows = Law(name), value[name]
     rows = rows if isinstance(rows, (list, tuple)) else [rows]
@@ -131,15 +131,15 @@ def distribution(value: Any, kind: str, where: str, low: float = -math.inf, high
     kinds = [kind] * len(rows)
     if law is Law.LOGNORMAL:
         kinds[1] = ""
-    found = Distribution(law, tuple(_value(x, k, where) for x, k in zip(rows, kinds, strict=True)))
-    if problem := found.problem(low, high):
-        raise SpecError(f"{where} = {quote({law.value: list(rows)})}: {problem}")
-    return found
+    result = Distribution(law, tuple(_value(x, k, where) for x, k in zip(rows, kinds, strict=True)))
+    if problem := result.problem(low, high):
+        raise SpecError(f"{where} = {came({law.value: list(rows)})}: {problem}")
+    return result
 
 
 def _value(x: Any, kind: str, where: str) -> float:
     if kind:
         return parse(x, kind, where)
     if isinstance(x, bool) or not isinstance(x, (int, float)):
-        raise SpecError(f"{where} = {quote(x)}: a number is due.")
+        raise SpecError(f"{where} = {came(x)}: must be a number.")
     return float(x)

@@ -20,7 +20,7 @@ CASE = "case."
 LONGEST_DELAY = 10.0
 """Largest delay of the tip's signals that a scenario takes [s]."""
 LEAST_RATIO = 1e-3
-"""Low end of a positive number over its high end, where the file says nought [-]."""
+"""Low end of a positive number over its high end, where the file gives 0 [-]."""
 NORMAL_95 = 1.959964
 """Deviations of a normal distribution that hold 95 % on either side of its mean."""
 RESPONSE = (0.7, 1.0, 3.5)
@@ -61,12 +61,12 @@ def _scaled(*paths: str) -> tuple[Target, ...]:
 
 @dataclass(frozen=True)
 class Factor:
-    """One thing that is not known well.
+    """An uncertain quantity.
 
     kind of quantity ("": a pure number); default distribution with the reason of its width; whether it is among those
     drawn by default; least, most what it may be [SI]; targets what it changes, those that a crane does not have left
-    out; of: the distribution where a crane file says how wide it is, in place of the default; outside: its ends where
-    the default distribution does not hold at the working point (`strained`).
+    out; of: the distribution where a crane file gives its width, in place of the default; outside: its ends where
+    the default distribution does not hold at the working point (`outside_fit`).
     """
 
     name: str
@@ -74,35 +74,35 @@ class Factor:
     targets: tuple[Target, ...]
     default: Distribution
     reason: str
-    drawn: bool = True
+    by_default: bool = True
     kind: str = ""
     least: float = 0.0
     most: float = math.inf
     of: Callable[[Crane], Distribution] | None = None
     outside: tuple[float, float] | None = None
 
-    def strained(self, crane: Crane, case: Scenario) -> bool:
+    def outside_fit(self, crane: Crane, case: Scenario) -> bool:
         """Whether its default distribution does not hold at the working point of this run, where `outside` does."""
         return self.outside is not None and motors_outside_fit(crane, case)
 
     def absent(self, crane: Crane, case: Scenario) -> str:
-        """Why it changes nothing here; "" where it does."""
+        """Reason why it has no effect here; "" where it has one."""
         if self.name == "motor_offset" and crane.active.motor.variant is ServoVariant.CLOSED_LOOP:
             return f'the motors of "{crane.name}" are closed-loop. Set active.motor.variant, or leave it out.'
         if crane.passive is None and all(t.path.startswith("passive.") for t in self.targets):
             return f'"{crane.name}" has no passive circuit. Leave it out.'
         if all(missing(crane, t.path) for t in self.targets):
-            return f'"{crane.name}" does not give {self.targets[0].path}. Give it, or leave it out.'
+            return f'"{crane.name}" does not give {self.targets[0].path}. State it, or leave it out.'
         if self.name == PASSIVE_LOSS and not passive_outside_fit(crane, case):
             return f'the passive motors of "{crane.name}" work where their loss was fitted. Leave it out.'
         if self.name == "load" and case.load == 0.0:
-            return "nothing but the hook hangs on the wire. Leave it out."
+            return "only the hook is on the wire. Leave this factor out."
         return ""
 
 
 RATES = tuple(f"{circuit}.{unit}.servo.rate_max" for circuit in ("active", "passive") for unit in ("pump", "motor"))
 OPTIONAL = ("active.boost.Q_max", "control.compute_share", "hpu.P_max", "hpu.P_back", *RATES)
-"""Fields that a crane file may leave out, and that nothing stands for then."""
+"""Fields that a crane file may leave out, without a default."""
 
 
 def missing(crane: Crane, path: str) -> bool:
@@ -116,7 +116,7 @@ def missing(crane: Crane, path: str) -> bool:
 
 def damping_range(wire: Wire) -> tuple[float, float]:
     """Low and high end of the wire's damping ratio [-]: as the file gives them, else a third of the ratio and three
-    times it; the ratio itself lies between them."""
+    times it; the ratio itself is between them."""
     low = wire.zeta / 3.0 if wire.zeta_low is None else wire.zeta_low
     high = 3.0 * wire.zeta if wire.zeta_high is None else wire.zeta_high
     return min(low, wire.zeta), max(high, wire.zeta)
@@ -178,7 +178,7 @@ _TABLE = (
         _scaled(*PUMP_LEAKS),
         _lognormal(1.3),
         "assumed, as leakage",
-        drawn=False,
+        by_default=False,
     ),
     Factor(
         "motor_leakage",
@@ -186,7 +186,7 @@ _TABLE = (
         _scaled(*MOTOR_LEAKS),
         _lognormal(1.3),
         "assumed, as leakage",
-        drawn=False,
+        by_default=False,
     ),
     Factor(
         "inertia",
@@ -217,14 +217,14 @@ _TABLE = (
     ),
     Factor(
         "pump_servo",
-        "natural frequency of the pumps' displacement control; the PLC's K_2 stays as it is",
+        "natural frequency of the pumps' displacement control; the PLC's K_2 is not changed",
         _scaled(*(f"{c}.pump.servo.omega_n" for c in BOTH)),
         _triangular(0.85, 1.15),
         "assumed; fitted to measurements with a good fit (paper F figure 6)",
     ),
     Factor(
         "pump_zeta",
-        "damping ratio of the pumps' displacement control; the PLC's K_2 stays as it is",
+        "damping ratio of the pumps' displacement control; the PLC's K_2 is not changed",
         _scaled(*(f"{c}.pump.servo.zeta" for c in BOTH)),
         _triangular(0.8, 1.2),
         "assumed, as pump_servo",
@@ -317,7 +317,7 @@ _TABLE = (
     Factor(
         PASSIVE_LOSS,
         "torque loss of passive motors that work outside the range of their fit, as with an empty hook at a few per"
-        " cent of displacement; beside motor_loss, which holds for all motors",
+        " cent of displacement; in addition to motor_loss, which holds for all motors",
         _scaled(*(f"passive.motor.loss.{X}" for X in LOSSES)),
         _triangular(0.3, 2.0),
         "assumed: paper A finds the accuracy drastically reduced below 120 cm^3/rev, and near zero stroke the pistons"

@@ -35,7 +35,7 @@ class Uncertainty:
     """Factor -> what is known of it: a distribution, or a set with evidence (friction, motor_loss); see
     `stillhook.analysis.uncertainty.factors`.
 
-    optional: factors that were asked for as a whole, and are left out where they change nothing.
+    optional: factors that were requested together, and are left out where they change nothing.
     """
 
     factors: Mapping[str, Distribution | Set]
@@ -51,7 +51,7 @@ class Uncertainty:
         for name in table:
             if name not in FACTORS:
                 raise SpecError(
-                    f"{label}: {quote(name)}: no factor; there are {', '.join(FACTORS)}{nearest(str(name), FACTORS)}"
+                    f"{label}: {came(name)}: unknown factor. Allowed: {', '.join(FACTORS)}{nearest(str(name), FACTORS)}"
                 )
         return cls(
             {name: _known(name, table[name], f"{label}: {name}", folder or Path()) for name in FACTORS if name in table}
@@ -61,7 +61,7 @@ class Uncertainty:
     def default(cls) -> Uncertainty:
         """Every factor that is drawn by default, with its default distribution; those that change nothing are left out
         later."""
-        names = [name for name, f in FACTORS.items() if f.drawn]
+        names = [name for name, f in FACTORS.items() if f.by_default]
         return cls({name: FACTORS[name].default for name in names}, frozenset(names))
 
     def on(self, *pairs: Pair) -> Uncertainty:
@@ -77,9 +77,9 @@ class Uncertainty:
         for name, known in self.factors.items():
             whys = [FACTORS[name].absent(crane, case) for crane, case in pairs]
             if all(whys) and name not in self.optional:
-                raise SpecError(f"factor {name}: it changes nothing here: {whys[0]}")
+                raise SpecError(f"factor {name}: it has no effect here: {whys[0]}")
             if not (all(whys) or (name == LOAD and name in self.optional and any(_too_heavy(*pair) for pair in pairs))):
-                kept[name] = _own(name, known, pairs)
+                kept[name] = _resolved(name, known, pairs)
         if not kept:
             raise SpecError("factors: none. Name at least one, such as friction = { lognormal = [1, 1.3] }.")
         return Uncertainty(kept)
@@ -90,7 +90,7 @@ class Uncertainty:
         return [x for x in self.factors.values() if not isinstance(x, Distribution)]
 
     def to_dict(self) -> dict[str, Any]:
-        """Every factor with its distribution, units and reason; sets with their whole text."""
+        """Every factor with its distribution, units and reason; sets with their full text."""
         out: dict[str, Any] = {}
         for name, known in self.factors.items():
             f = FACTORS[name]
@@ -108,16 +108,16 @@ class Uncertainty:
 
     def describe(self) -> list[tuple[str, str, str]]:
         """Name, distribution and reason of every factor, in words."""
-        told = self.to_dict()
+        texts = self.to_dict()
         rows = []
         for name, known in self.factors.items():
             words = known.describe(FACTORS[name].kind) if isinstance(known, Distribution) else f'set "{known.name}"'
-            rows.append((name, words, told[name]["reason"]))
+            rows.append((name, words, texts[name]["reason"]))
         return rows
 
 
-def _own(name: str, known: Distribution | Set, pairs: tuple[Pair, ...]) -> Distribution | Set:
-    """The default distribution as the first crane's file says how wide it is; anything else as it is."""
+def _resolved(name: str, known: Distribution | Set, pairs: tuple[Pair, ...]) -> Distribution | Set:
+    """The default distribution with the width that the first crane's file gives; anything else unchanged."""
     of = FACTORS[name].of
     return of(pairs[0][0]) if of is not None and known == FACTORS[name].default else known
 
@@ -142,17 +142,17 @@ def _known(name: str, value: Any, where: str, folder: Path) -> Distribution | Se
 
 def _set(name: str, path: Any, where: str, folder: Path) -> Set:
     load = load_friction if name == "friction" else load_losses
-    here = folder / path if isinstance(path, str) and is_path(path) else path
+    source = folder / path if isinstance(path, str) and is_path(path) else path
     try:
-        found: Set = load(here)
+        parameter_set: Set = load(source)
     except StillhookError as problem:
         raise type(problem)(f"{where}: {problem}") from None
-    if found.evidence is None:
+    if parameter_set.evidence is None:
         raise SpecError(
-            f'{where}: set "{found.name}" has no [evidence], so nothing says how uncertain it is. Identify it from'
-            " tests."
+            f'{where}: set "{parameter_set.name}" has no [evidence], so its uncertainty is unknown.'
+            " Identify the set from tests."
         )
-    return found
+    return parameter_set
 
 
 def load_uncertainty(path: str | Path) -> Uncertainty:
@@ -176,16 +176,20 @@ def load_uncertainty(path: str | Path) -> Uncertainty:
     table = parsed(text, file.name, FileKind.FACTORS)
     for key in table:
         if key not in ("defaults", "factors"):
-            raise SpecError(f"{file.name}: {quote(key)}: unknown. Allowed: defaults, [factors].")
-    given, defaults = table.get("factors", {}), table.get("defaults", False)
-    if not isinstance(given, Mapping) or not isinstance(defaults, bool):
+            raise SpecError(f"{file.name}: {came(key)}: unknown. Allowed: defaults, [factors].")
+    fields, defaults = table.get("factors", {}), table.get("defaults", False)
+    if not isinstance(fields, Mapping) or not isinstance(defaults, bool):
         raise SpecError(f"{file.name}: defaults is true or false, [factors] a table.")
-    own = Uncertainty.of(given, file.name, file.parent)
+    uncertainty = Uncertainty.of(fields, file.name, file.parent)
     if not defaults:
-        return own
+        return uncertainty
     every = Uncertainty.default().factors
-    merged = {name: own.factors.get(name, every.get(name)) for name in FACTORS if name in own.factors or name in every}
-    return Uncertainty(merged, frozenset(every) - set(own.factors))  # type: ignore[arg-type]
+    merged = {
+        name: uncertainty.factors.get(name, every.get(name))
+        for name in FACTORS
+        if name in uncertainty.factors or name in every
+    }
+    return Uncertainty(merged, frozenset(every) - set(uncertainty.factors))  # type: ignore[arg-type]
 
 
 class Draws(NamedTuple):
@@ -199,7 +203,7 @@ class Draws(NamedTuple):
 
 def draws(uncertainty: Uncertainty, n: int, seed: int = 0) -> Draws:
     """n draws of every factor: the same seed gives the same draws, more draws keep the first ones, and a factor keeps
-    its draws whatever is drawn beside it.
+    its draws whatever else is drawn.
 
     A scrambled Sobol sequence fills the space more evenly than random numbers do; n of 2, 4, 8, ... fills it best. Sets
     are drawn at random from their evidence. Errors: SpecError for n or seed that cannot be; IdentifyError for a set
@@ -231,11 +235,11 @@ def shaped(uncertainty: Uncertainty, u: FloatArray, stream: tuple[int, ...]) -> 
         if known is None:
             continue
         if isinstance(known, Distribution):
-            found, names = known.at(u[:, k], f.least, f.most)[:, None], [name]
+            numbers, names = known.at(u[:, k], f.least, f.most)[:, None], [name]
         else:
-            drawn = draw(known, len(u), np.random.default_rng([*stream, k]))
-            found, names = drawn.values, [f"{name}.{x}" for x in drawn.names]
+            sample = draw(known, len(u), np.random.default_rng([*stream, k]))
+            numbers, names = sample.values, [f"{name}.{x}" for x in sample.names]
         groups[name] = tuple(range(len(columns), len(columns) + len(names)))
         columns += names
-        values.append(found)
+        values.append(numbers)
     return Draws(tuple(columns), np.concatenate(values, axis=1), groups)

@@ -18,23 +18,23 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SHOWN = {"e_c_pp": ("control error peak-to-peak [mm]", "diameter"), "p_max": ("peak pressure [bar]", "pressure")}
-"""Numbers that pictures show, their words and the kind in whose display unit they stand."""
+"""Numbers of the figures, their labels and the kind that gives their display unit."""
 SHARE = 100.0
 
 
 def band_figure(run: xarray.Dataset, title: str = "") -> Figure:
-    """Every draw of every case as a point, its median and 5-95 % band, and the crane as it is described."""
+    """Every draw of every case as a point, its median and 5-95 % band, and the crane at its nominal values."""
     from matplotlib.figure import Figure  # heavy: only where pictures are wanted
 
     cases = [str(c) for c in run["case"].values]
-    at_values, found = json.loads(run.attrs["at_values"]), bands(run, list(SHOWN))
+    at_values, results = json.loads(run.attrs["at_values"]), bands(run, list(SHOWN))
     figure = Figure(figsize=(5.0 * len(SHOWN), 1.6 + 0.75 * len(cases)), layout="constrained")
     for ax, (name, (words, kind)) in zip(figure.subplots(1, len(SHOWN), sharey=True), SHOWN.items(), strict=True):
         for y, (case, colour) in enumerate(zip(cases, COLOURS * len(cases), strict=False)):
             values = _shown(run[name].sel(case=case).values, kind)
             spread = 0.16 * (np.argsort(np.argsort(run["factor_value"].values[:, 0])) / max(len(values) - 1, 1) - 0.5)
             ax.plot(values, y + 0.22 + spread, ".", color=colour, alpha=0.45, ms=4, mew=0)
-            b = found[case][name]
+            b = results[case][name]
             low, median, high = (float(in_display(x, kind)) for x in (b.low, b.median, b.high))
             ax.plot(
                 [low, high],
@@ -96,19 +96,19 @@ def exceedance_figure(run: xarray.Dataset, limits: Sequence[Limit] = (), title: 
     return figure
 
 
-def index_figure(found: Sequence[Sensitivity], title: str = "", least: float = MATTERS) -> Figure:
+def index_figure(results: Sequence[Sensitivity], title: str = "", least: float = MATTERS) -> Figure:
     """Indices as bars, one panel for each case and output: first order and, lighter, total order, with 95 % intervals.
 
     Factors whose total index is below `least` in every panel are left out.
     """
     from matplotlib.figure import Figure
 
-    names = _worth(found, least)
-    cases, outputs = list(dict.fromkeys(s.case for s in found)), list(dict.fromkeys(s.output for s in found))
+    names = _worth(results, least)
+    cases, outputs = list(dict.fromkeys(s.case for s in results)), list(dict.fromkeys(s.output for s in results))
     size = (4.2 * len(cases) + 1.0, len(outputs) * (0.34 * len(names) + 1.1) + 0.6)
     figure = Figure(figsize=size, layout="constrained")
     panels = figure.subplots(len(outputs), len(cases), sharex=True, sharey=True, squeeze=False)
-    for s in found:
+    for s in results:
         ax = panels[outputs.index(s.output), cases.index(s.case)]
         _bars(ax, s, names)
         ax.set_title(
@@ -121,10 +121,10 @@ def index_figure(found: Sequence[Sensitivity], title: str = "", least: float = M
     return figure
 
 
-def _worth(found: Sequence[Sensitivity], least: float) -> list[str]:
+def _worth(results: Sequence[Sensitivity], least: float) -> list[str]:
     """Factors to show, largest total index anywhere first; at least one."""
     most: dict[str, float] = {}
-    for s in found:
+    for s in results:
         for name, x in s.indices.items():
             most[name] = max(most.get(name, 0.0), x.total)
     ranked = sorted(most, key=lambda name: -most[name])

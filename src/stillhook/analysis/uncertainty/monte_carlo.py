@@ -61,10 +61,10 @@ def monte_carlo(
     Returns
     -------
     Dataset over (case, draw) with the summary of every run, and `factor_value` over (draw, factor) [SI]. A draw that
-    lost its numbers has status "diverged" and NaN; nothing is dropped. Attributes hold cranes, scenarios, factors and
-    seed, from which `drawn_pair` makes the crane of any draw; `at_values` is the run of every case with nothing drawn.
-    A drawn crane is another one than that of a certificate, so `validated` is 0 in every draw; whether the twin is
-    validated for a case is that of `at_values`.
+    diverged has status "diverged" and NaN; nothing is dropped. Attributes hold cranes, scenarios, factors and
+    seed, from which `pair_of_draw` makes the crane and scenario of any draw; `at_values` is the run of every case at
+    the nominal values. The crane of a draw differs from that of a certificate, so `validated` is 0 in every draw;
+    whether the twin is validated for a case follows from `at_values`.
 
     Errors: SpecError, ScenarioError of one line before anything runs, also where an end of a distribution is no crane.
     """
@@ -73,7 +73,7 @@ def monte_carlo(
     known = (uncertainty or Uncertainty.default()).on(*zip(cranes, cases, strict=True))
     table = draws(known, n, seed)
     drawings = base_drawings(cranes, cases, known, table)
-    numbers, status, at_values = run_drawn(
+    numbers, status, at_values = run_draws(
         drawings, table.values, step=step, threads=threads, store=store, client=client, progress=progress
     )
     data = _dataset(names, table, numbers, status)
@@ -98,9 +98,9 @@ def monte_carlo(
 
 
 def case_labels(cases: Sequence[Scenario], labels: Sequence[str] | None) -> list[str]:
-    """Names along "case": those given, those of the cases, their modes, or numbers; whichever tell them apart."""
-    own = [[c.name for c in cases], [c.mode.value for c in cases], [str(i) for i in range(len(cases))]]
-    for names in [list(labels)] if labels is not None else own:
+    """Names along "case": those given, those of the cases, their modes, or numbers; whichever distinguish them."""
+    candidates = [[c.name for c in cases], [c.mode.value for c in cases], [str(i) for i in range(len(cases))]]
+    for names in [list(labels)] if labels is not None else candidates:
         if len(names) == len(set(names)) == len(cases) and all(names):
             return names
     raise ScenarioError(f"labels = {quote(labels)}: give {len(cases)} different names, one for each case.")
@@ -123,8 +123,8 @@ def base_drawings(
     return out
 
 
-def run_drawn(
-    drawings: Sequence[Drawing], values: FloatArray, *, progress: Progress | None = None, **how: Any
+def run_draws(
+    drawings: Sequence[Drawing], values: FloatArray, *, progress: Progress | None = None, **options: Any
 ) -> tuple[FloatArray, list[list[str]], list[dict[str, Any]]]:
     """Numbers of shape (case, draw, NUMBERS), status of every run, and the summary of every case with nothing drawn.
 
@@ -132,18 +132,18 @@ def run_drawn(
     """
     n, total = len(values), len(drawings) * (len(values) + 1)
     work: Iterator[Pair] = itertools.chain(((d.crane, d.case) for d in drawings), *(d.pairs(values) for d in drawings))
-    found, status = np.empty((total, len(NUMBERS))), list[str]()
+    numbers, status = np.empty((total, len(NUMBERS))), list[str]()
     at_values: list[dict[str, Any]] = []
     while pairs := list(itertools.islice(work, AT_ONCE)):
         done = len(status)
-        told = part_of(progress, done / total, len(pairs) / total)
-        part = summaries([c for c, _ in pairs], [s for _, s in pairs], progress=told, **how)
-        found[done : done + len(part)] = [[s[name] for name in NUMBERS] for s in part]
+        part_progress = part_of(progress, done / total, len(pairs) / total)
+        part = summaries([c for c, _ in pairs], [s for _, s in pairs], progress=part_progress, **options)
+        numbers[done : done + len(part)] = [[s[name] for name in NUMBERS] for s in part]
         status += [s["status"] for s in part]
         at_values += part[: max(len(drawings) - done, 0)]
     k = len(drawings)
     rows = [status[k + i * n : k + (i + 1) * n] for i in range(k)]
-    return found[k:].reshape(k, n, len(NUMBERS)), rows, at_values
+    return numbers[k:].reshape(k, n, len(NUMBERS)), rows, at_values
 
 
 def part_of(progress: Progress | None, begin: float, size: float) -> Progress | None:
@@ -163,7 +163,7 @@ def _dataset(names: Sequence[str], table: Draws, numbers: FloatArray, status: li
     )
 
 
-def drawn_pair(run: xarray.Dataset, case: str, i: int) -> Pair:
+def pair_of_draw(run: xarray.Dataset, case: str, i: int) -> Pair:
     """Crane and scenario of draw i of a case, as a crane file has them, with where every number is from."""
     from stillhook.formats.results import origin
 

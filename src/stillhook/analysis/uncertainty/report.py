@@ -1,4 +1,4 @@
-"""What many draws say, as plain data in SI: bands, chances, paired differences and indices of every case."""
+"""Results of many draws as plain data in SI: bands, chances, paired differences and indices of every case."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ if TYPE_CHECKING:
     import xarray
 
 NAMES = ("e_c_pp", "eta_c", "p_max", "u_p_max", "alpha_m_min")
-"""Numbers of the summary whose bands are told."""
+"""Numbers of the summary with reported bands."""
 COMPARED = ("e_c_pp", "p_max")
-"""Numbers whose paired differences are told."""
+"""Numbers whose paired differences are reported."""
 AT_MOST = 0.05
-"""Chance of going beyond a limit that is tolerated unless another is given [-]: the 95 % that bands are told for."""
+"""Tolerated probability of exceeding a limit unless another is given [-]: the 95 % that bands are reported
+for."""
 
 
 class Verdict(NamedTuple):
@@ -28,11 +29,11 @@ class Verdict(NamedTuple):
 
 
 def verdicts(run: xarray.Dataset, limits: Sequence[Limit], at_most: float = AT_MOST) -> dict[str, dict[str, Verdict]]:
-    """Case -> limit in words -> verdict, by the share of the draws itself (its interval says how sure that is)."""
+    """Case -> limit in words -> verdict, by the share of the draws itself (its interval is the confidence)."""
     out: dict[str, dict[str, Verdict]] = {str(c): {} for c in run["case"].values}
     for limit in limits:
-        for case, found in chances(run, limit).items():
-            out[case][str(limit)] = Verdict(found, found.share <= at_most)
+        for case, chance in chances(run, limit).items():
+            out[case][str(limit)] = Verdict(chance, chance.share <= at_most)
     return out
 
 
@@ -61,9 +62,9 @@ def report(
     }
     differences: dict[str, Any] = {}
     for case, other in pairs:
-        told = {name: paired_difference(run, case, other, name) for name in COMPARED}
+        paired = {name: paired_difference(run, case, other, name) for name in COMPARED}
         differences[f"{case} / {other}"] = {
-            name: {"relative": p.relative._asdict(), "lower": p.lower._asdict()} for name, p in told.items()
+            name: {"relative": p.relative._asdict(), "lower": p.lower._asdict()} for name, p in paired.items()
         }
     return {
         "twin": str(run.attrs["twin"]),

@@ -23,10 +23,10 @@ from stillhook.spec.scenario import Scenario
 Pair = tuple[Crane, Scenario]
 
 SETS = {"friction": "friction.system", "motor_loss": "{circuit}.motor.loss"}
-"""Factors that may be drawn from a set with evidence, and the table that its parameters stand in; their columns are
+"""Factors that may be drawn from a set with evidence, and the table of its parameters; their columns are
 "friction.Y_1", ..."""
 ASSUMED = {"active.pump.leak_scale": 1.0, "passive.pump.leak_scale": 1.0}
-"""What a field stands for where a crane does not give it."""
+"""Value of a field that a crane does not give."""
 HELD = ("pump_servo", "pump_zeta")
 """Factors that the PLC does not know of: its K_2 is that of the crane that it was set up for."""
 
@@ -96,7 +96,7 @@ class Drawing:
         for i in range(len(draws)):
             yield _copy(self.crane, of_crane, i), _copy(self.case, of_case, i)
 
-    def checked(self, draw: FloatArray, what: str) -> Pair:
+    def checked(self, draw: FloatArray, label: str) -> Pair:
         """Crane and scenario of one draw, shape (columns,), through every check of a crane file; what goes into its
         sources.
 
@@ -107,7 +107,7 @@ class Drawing:
         tables: dict[str, Any] = {}
         for item in items(crane):
             if item.path in values:
-                leaf = {"value": written(item.value, item.quantity), "kind": SourceKind.DERIVED.value, "source": what}
+                leaf = {"value": written(item.value, item.quantity), "kind": SourceKind.DERIVED.value, "source": label}
                 *path, name = item.path.split(".")
                 functools.reduce(lambda at, key: at.setdefault(key, {}), path, tables)[name] = leaf
         sound = changed(self.crane, tables) if tables else self.crane
@@ -118,7 +118,7 @@ class Drawing:
         """Refuse draws whose ends are no crane: every column at its least and largest value, the others at their middle
         draw.
 
-        crane: False where this crane has been found good before, and the scenario alone is to be checked.
+        crane: False where this crane has been checked before, and the scenario alone is to be checked.
         Errors: as `checked`, naming the factor.
         """
         check(self.crane, self.case)  # what is wrong with nothing drawn is no factor's fault

@@ -12,7 +12,7 @@ from stillhook.analysis.uncertainty.bands import NUMERIC
 from stillhook.analysis.uncertainty.distribution import Distribution, Law
 from stillhook.analysis.uncertainty.factors import FACTORS
 from stillhook.analysis.uncertainty.factors_file import MOST, Draws, Uncertainty, even, shaped
-from stillhook.analysis.uncertainty.monte_carlo import base_drawings, case_labels, run_drawn
+from stillhook.analysis.uncertainty.monte_carlo import base_drawings, case_labels, run_draws
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import paired
@@ -25,7 +25,7 @@ from stillhook.units import quote
 
 CONFIDENCE = 0.95
 RESAMPLES = 200
-"""Bootstrap resamples: the ends of a 95 % interval then stand within about a tenth of its width."""
+"""Bootstrap resamples: the ends of a 95 % interval are then within about a tenth of its width."""
 SETTLED = 0.1
 """Change of an index from half the draws to all of them that counts as converged [-]."""
 MATTERS = 0.05
@@ -86,7 +86,7 @@ class Sensitivity:
         return out
 
     def convergence(self) -> str:
-        """How far the indices can be trusted, in words."""
+        """Convergence of the indices, in words."""
         if not self.indices:
             return ""
         if self.converged:
@@ -130,7 +130,7 @@ def indices(f: FloatArray, d: int, n: int, seed: int = 0) -> tuple[list[Index], 
     first, total = _orders(rows)
     half = np.stack(_orders(rows[:, : n // 2]))
     change = max(float(np.max(np.abs(half - np.stack([first, total])))), float(np.max(first - total)))
-    found = bootstrap(
+    samples = bootstrap(
         (np.arange(n),),
         lambda i: np.concatenate(_orders(rows[:, i])),
         n_resamples=RESAMPLES,
@@ -139,7 +139,7 @@ def indices(f: FloatArray, d: int, n: int, seed: int = 0) -> tuple[list[Index], 
         vectorized=False,
         rng=np.random.default_rng(seed),
     ).confidence_interval
-    low, high = found.low.reshape(2, d), found.high.reshape(2, d)
+    low, high = samples.low.reshape(2, d), samples.high.reshape(2, d)
     columns = (first, low[0], high[0], total, low[1], high[1])
     return [Index(*(float(c[i]) for c in columns)) for i in range(d)], change
 
@@ -148,8 +148,8 @@ def _orders(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
     """First and total order of every group; rows: f at A, at B, at every AB, shape (d + 2, n)."""
     from scipy.stats import sobol_indices  # heavy
 
-    found = sobol_indices(func={"f_A": rows[None, 0], "f_B": rows[None, 1], "f_AB": rows[2:, None]}, n=rows.shape[1])
-    return np.reshape(found.first_order, -1), np.reshape(found.total_order, -1)  # scipy drops dimensions of one
+    result = sobol_indices(func={"f_A": rows[None, 0], "f_B": rows[None, 1], "f_AB": rows[2:, None]}, n=rows.shape[1])
+    return np.reshape(result.first_order, -1), np.reshape(result.total_order, -1)  # scipy drops dimensions of one
 
 
 def sensitivity(
@@ -163,7 +163,7 @@ def sensitivity(
     seed: int = 0,
     labels: Sequence[str] | None = None,
     progress: Progress | None = None,
-    **how: Any,
+    **options: Any,
 ) -> list[Sensitivity]:
     """From which factors the spread of a result comes, for every case and output.
 
@@ -171,40 +171,40 @@ def sensitivity(
     ----------
     crane, case, uncertainty, labels: as in `stillhook.analysis.uncertainty.monte_carlo`. Factors with a fixed value
     have no index; the parameters of a set count together. outputs: numbers of the summary. against: label of a case;
-    the others' numbers over those of that case are then analysed too ("ssc / hs"): what a difference hangs on. n: rows
-    of the tables, a power of two; there are n (factors + 2) runs a case. how: step, threads, store, client of
+    the others' numbers over those of that case are then analysed too ("ssc / hs"): what a difference depends on. n:
+    rows of the tables, a power of two; there are n (factors + 2) runs a case. how: step, threads, store, client of
     `stillhook.engine.scenario.batch.summaries`.
 
-    Errors: SpecError, ScenarioError of one line; SimulationError where a run lost its numbers: indices of the rest
+    Errors: SpecError, ScenarioError of one line; SimulationError where a run diverged: indices of the rest
     would mislead.
     """
     _check(outputs, n)
     cranes, cases = paired(crane, case)
     names = case_labels(cases, labels)
     if against is not None and against not in names:
-        raise SpecError(f"against = {quote(against)}: no case; there are {', '.join(names)}.")
+        raise SpecError(f"against = {came(against)}: unknown case. Allowed: {', '.join(names)}.")
     known = (uncertainty or Uncertainty.default()).on(*zip(cranes, cases, strict=True))
     table, plan, varied = _tables(known, n, seed)
     drawings = base_drawings(cranes, cases, known, table._replace(values=plan.rows))
-    numbers, status, _ = run_drawn(drawings, plan.rows, progress=progress, **how)
+    numbers, status, _ = run_draws(drawings, plan.rows, progress=progress, **options)
     failed = sum(s == "diverged" for row in status for s in row)
     if failed:
         raise SimulationError(
-            f"{failed} of {numbers.shape[0] * numbers.shape[1]} runs lost their numbers, and indices of the rest would"
+            f"{failed} of {numbers.shape[0] * numbers.shape[1]} runs diverged, and indices of the rest would"
             " mislead. Take a finer step, or narrower distributions."
         )
-    found = {(c, o): numbers[i, :, NUMBERS.index(o)] for i, c in enumerate(names) for o in outputs}
+    results = {(c, o): numbers[i, :, NUMBERS.index(o)] for i, c in enumerate(names) for o in outputs}
     if against is not None:
-        found |= {
-            (f"{c} / {against}", o): found[c, o] / found[against, o] for c in names if c != against for o in outputs
+        results |= {
+            (f"{c} / {against}", o): results[c, o] / results[against, o] for c in names if c != against for o in outputs
         }
-    return [_one(c, o, f, varied, n, seed) for (c, o), f in found.items()]
+    return [_one(c, o, f, varied, n, seed) for (c, o), f in results.items()]
 
 
 def _check(outputs: Sequence[str], n: int) -> None:
     for name in outputs:
         if name not in NUMERIC:
-            raise SpecError(f"output {quote(name)}: no number of a summary{nearest(str(name), NUMERIC)}")
+            raise SpecError(f"output {came(name)}: not a result of the summary{nearest(str(name), NUMERIC)}")
     if type(n) is not int or not LEAST <= n <= MOST or n & (n - 1):
         raise SpecError(f"n = {quote(n)}: give a power of two from {LEAST}, such as 128.")
 
@@ -224,9 +224,9 @@ def _tables(known: Uncertainty, n: int, seed: int) -> tuple[Draws, Design, list[
 def _one(case: str, output: str, f: FloatArray, varied: Sequence[str], n: int, seed: int) -> Sensitivity:
     """Indices of one number; none where it does not vary or is not there."""
     deviation = float(np.std(f[: 2 * n]))
-    found: dict[str, Index] = {}
+    ranked: dict[str, Index] = {}
     change = 0.0
     if deviation > 0.0:
         values, change = indices(f, len(varied), n, seed)
-        found = dict(sorted(zip(varied, values, strict=True), key=lambda pair: -pair[1].total))
-    return Sensitivity(case, output, found, float(np.mean(f[: 2 * n])), deviation, change, n, len(f))
+        ranked = dict(sorted(zip(varied, values, strict=True), key=lambda pair: -pair[1].total))
+    return Sensitivity(case, output, ranked, float(np.mean(f[: 2 * n])), deviation, change, n, len(f))

@@ -1,4 +1,4 @@
-"""`stillhook envelope`: how fast a winch can follow at each load, and what stops it."""
+"""`stillhook envelope`: highest wire speed at each load, and the governing limit."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 OUT_FILES = ("range.png", "settings.png", "layers.png", "envelope.nc", "settings.nc", "envelope.json")
 SHARES = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
-"""Loads that are told without --load, over the SWL."""
+"""Loads that are reported without --load, over the SWL."""
 CLASSIC = ("ns", "hs")
 LAYERS_SHARES = (0.6, 1.0)
 """Loads of the picture by layer, over the SWL."""
@@ -49,7 +49,7 @@ def envelope(
     """Highest steady wire speed of each mode by load, and the limit that stops it. Exit code 1 if no mode may be used
     at a load.
 
-    Pump flow, relief pressure, torque in reserve and motor speeds of the whole plant, while compensating (paper C
+    Pump flow, relief pressure, torque in reserve and motor speeds of the complete plant, while compensating (paper C
     figure 4).
 
     Example: stillhook envelope nov-150t --load "90 t" --load "120 t" --modes ns,hs,ssc,ssc-cubic --out envelope
@@ -59,46 +59,46 @@ def envelope(
     from stillhook.library import load_crane
     from stillhook.units import parse
 
-    which, crane = controllers(modes), load_crane(name)
+    chosen, crane = controllers(modes), load_crane(name)
     loads = (
         list(dict.fromkeys(parse(text, "mass", "--load") for text in load)) if load else [f * crane.SWL for f in SHARES]
     )
     if out is not None:
         check_folder(out, OUT_FILES)
-    data = _computed(crane, which, loads, layer)
-    found = rows(data)
+    data = _computed(crane, chosen, loads, layer)
+    table = rows(data)
     if json:
-        print_json(_answer(crane, data, found))
+        print_json(_answer(crane, data, table))
     else:
-        _print(crane, data, found)
+        _print(crane, data, table)
     if out is not None:
-        _write(out, crane, which, layer, data, found)
+        _write(out, crane, chosen, layer, data, table)
         if not json:
             print(f"written to {out}: {', '.join(OUT_FILES)}")
-    if any(all(math.isnan(r["v_w_top"]) for r in found if r["load"] == x and r["mode"] != "physical") for x in loads):
+    if any(all(math.isnan(r["v_w_top"]) for r in table if r["load"] == x and r["mode"] != "physical") for x in loads):
         raise typer.Exit(1)
 
 
 def rows(data: xarray.Dataset) -> list[dict[str, Any]]:
     """One dictionary a load, layer and mode, of the slower direction, in SI."""
-    found = []
+    table = []
     for k, load in enumerate(data["load"].values):
         for j, layer in enumerate(data["layer"].values):
             for i, mode in enumerate(data["mode"].values):
                 n = _slower(data["v_w_top"].values[i, j, k])
-                here = {
+                fields = {
                     v: data[v].values[i, j, k, n]
                     for v in ("v_w_top", "binds", "alpha_m_top", "alpha_p_top", "dp_m_top", "omega_m_top")
                 }
-                numbers = {v: float(x) if v != "binds" else str(x) for v, x in here.items()}
+                numbers = {v: float(x) if v != "binds" else str(x) for v, x in fields.items()}
                 place = {
                     "load": float(load),
                     "layer": int(layer),
                     "mode": str(mode),
                     "direction": str(data["direction"].values[n]),
                 }
-                found.append(place | numbers | _gains(data, float(load), int(layer), str(mode)))
-    return found
+                table.append(place | numbers | _gains(data, float(load), int(layer), str(mode)))
+    return table
 
 
 def _slower(both: Any) -> int:
@@ -107,7 +107,7 @@ def _slower(both: Any) -> int:
 
 
 def _gains(data: xarray.Dataset, load: float, layer: int, mode: str) -> dict[str, float]:
-    """By how much a mode is faster than the classic ones that were asked for, in the slower direction each."""
+    """By how much a mode is faster than the requested classic ones, in the slower direction each."""
     known = [str(m) for m in data["mode"].values]
     if mode in CLASSIC:
         return {}
@@ -115,14 +115,14 @@ def _gains(data: xarray.Dataset, load: float, layer: int, mode: str) -> dict[str
     return {f"gain_over_{c}": float(v.sel(mode=mode) / v.sel(mode=c) - 1.0) for c in CLASSIC if c in known}
 
 
-def _computed(crane: Crane, which: list[Controller], loads: list[float], layer: int | None) -> xarray.Dataset:
+def _computed(crane: Crane, chosen: list[Controller], loads: list[float], layer: int | None) -> xarray.Dataset:
     from stillhook.analysis.operating_envelope.load_speed import envelope_at
 
     with progress_bar(crane.name) as bar:
-        return envelope_at(crane, loads, modes=which, layers=None if layer is None else [layer], progress=bar)
+        return envelope_at(crane, loads, modes=chosen, layers=None if layer is None else [layer], progress=bar)
 
 
-def _answer(crane: Crane, data: xarray.Dataset, found: list[dict[str, Any]]) -> dict[str, Any]:
+def _answer(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]]) -> dict[str, Any]:
     """What --json prints and envelope.json holds."""
     places = [
         {"load": float(load), "layer": int(layer)} | {v: float(data[v].sel(load=load, layer=layer)) for v in _BY_LOAD}
@@ -139,15 +139,15 @@ def _answer(crane: Crane, data: xarray.Dataset, found: list[dict[str, Any]]) -> 
         "load_most": most,
         "loads": places,
         "notes": _type_notes(data),
-        "rows": found,
+        "rows": table,
     }
 
 
 _BY_LOAD = ("alpha_least", "alpha_reserve", "alpha_pm_hold", "v_w_power", "v_w_power_rule")
 
 
-def _print(crane: Crane, data: xarray.Dataset, found: list[dict[str, Any]]) -> None:
-    gains = [g for g in ("gain_over_ns", "gain_over_hs") if any(g in r for r in found)]
+def _print(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]]) -> None:
+    gains = [g for g in ("gain_over_ns", "gain_over_hs") if any(g in r for r in table)]
     head = [
         "load",
         "mode",
@@ -160,7 +160,7 @@ def _print(crane: Crane, data: xarray.Dataset, found: list[dict[str, Any]]) -> N
         *(f"over {g[-2:].upper()}" for g in gains),
     ]
     body, before = [], None
-    for r in found:
+    for r in table:
         label = "machine, any controller" if r["mode"] == "physical" else r["mode"]
         first = f"{human('load', r['load'], 4)} t" if r["load"] != before else ""
         before = r["load"]
@@ -187,7 +187,7 @@ def _print(crane: Crane, data: xarray.Dataset, found: list[dict[str, Any]]) -> N
 
 
 def _type_notes(data: xarray.Dataset) -> list[str]:
-    """What the winch type means for these loads."""
+    """Notes of the winch type for these loads."""
     return [note for note in str(data.attrs["notes"]).split("; ") if note]
 
 
@@ -208,10 +208,10 @@ def _percent(part: float) -> str:
 def _write(
     out: Path,
     crane: Crane,
-    which: list[Controller],
+    chosen: list[Controller],
     layer: int | None,
     data: xarray.Dataset,
-    found: list[dict[str, Any]],
+    table: list[dict[str, Any]],
 ) -> None:
     from stillhook.analysis.operating_envelope import figures
     from stillhook.analysis.operating_envelope.load_speed import LOADS, envelope_at, setting_curves
@@ -221,15 +221,15 @@ def _write(
 
     with progress_bar("pictures") as bar:
         fine = envelope_at(
-            crane, [f * crane.SWL for f in LOADS], modes=which, layers=None if layer is None else [layer], progress=bar
+            crane, [f * crane.SWL for f in LOADS], modes=chosen, layers=None if layer is None else [layer], progress=bar
         )
         loads, every = [f * crane.SWL for f in LAYERS_SHARES], range(1, crane.drum.layers + 1)
-        by_layer = envelope_at(crane, loads, modes=which, layers=every, progress=bar)
-    curves = setting_curves(crane, modes=which, layer=layer)
-    with atomic_folder(out) as part:
+        by_layer = envelope_at(crane, loads, modes=chosen, layers=every, progress=bar)
+    curves = setting_curves(crane, modes=chosen, layer=layer)
+    with whole_folder(out) as part:
         save_figure(figures.load_speed_figure(fine), part / "range.png")
         save_figure(figures.setting_figure(curves), part / "settings.png")
         save_figure(figures.layer_figure(by_layer), part / "layers.png")
         save_run(fine, part / "envelope.nc")
         save_run(curves, part / "settings.nc")
-        save_json(_answer(crane, data, found), part / "envelope.json")
+        save_json(_answer(crane, data, table), part / "envelope.json")

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 SETTLING = "settling"
 METRICS = {"e_c_pp": "e_c_pp", "eta_c": "eta_c", "p_max": "p_max", "alpha_m": "alpha_m_min", SETTLING: "settling_time"}
 """Option -> value of a map."""
-SAID = {"e_c_pp": "error", "p_max": "peak pressure", "settling_time": "settling time"}
+LABELS = {"e_c_pp": "error", "p_max": "peak pressure", "settling_time": "settling time"}
 FILES = ("map.nc", "map.json")
 RANGE = 'list, or "A to B by STEP"'
 
@@ -57,7 +57,8 @@ def show_map(
     ] = None,
     step: Annotated[str | None, typer.Option(help="Integration step (default 5 ms, for settling tests 2 ms).")] = None,
     store: Annotated[
-        Path | None, typer.Option(help="Folder that keeps results as they finish; a stopped map goes on from it.")
+        Path | None,
+        typer.Option(help="Folder that keeps results as they finish; an interrupted map continues from it."),
     ] = None,
     scheduler: Scheduler = None,
     out: Annotated[
@@ -75,8 +76,8 @@ def show_map(
     from stillhook.units import quote
 
     if metric not in METRICS:
-        raise SpecError(f"--metric {quote(metric)}: not one of {', '.join(METRICS)}.")
-    asked = {
+        raise SpecError(f"--metric {came(metric)}: not one of {', '.join(METRICS)}.")
+    options = {
         "loads": loads,
         "speeds": speeds,
         "s_w": s_w,
@@ -85,7 +86,7 @@ def show_map(
         "warm_up": warm_up,
         "step": step,
     }
-    given = {name: value for name, value in asked.items() if value is not None}
+    arguments = {name: value for name, value in options.items() if value is not None}
     _check_out(out)
     machine = load_crane(crane)
     if metric == SETTLING:
@@ -95,68 +96,74 @@ def show_map(
                 f"{unused[0]}: a settling test has the tip at rest and its own times, and is not kept. Leave it out."
             )
     else:
-        given |= _waves(motion, period)
+        arguments |= _waves(motion, period)
     with client_of(scheduler) as client, progress_bar(f"map of {machine.name}") as bar:
-        found = _run(machine, controllers, metric, given, store, client, started(machine, bar))
+        result = _run(machine, controllers, metric, arguments, store, client, started(machine, bar))
     if json:
-        print_json(found.record())
+        print_json(result.record())
     else:
-        _print(found, metric)
+        _print(result, metric)
     if out is not None:
-        _write(found, out, quiet=json)
-    raise typer.Exit(0 if bool(found.applicable.any()) else 1)
+        _write(result, out, quiet=json)
+    raise typer.Exit(0 if bool(result.applicable.any()) else 1)
 
 
-def _layers(given: list[int] | None) -> int | list[int] | None:
+def _layers(arguments: list[int] | None) -> int | list[int] | None:
     """One layer sets the wire; several add a dimension."""
-    return given[0] if given is not None and len(given) == 1 else given or None
+    return arguments[0] if arguments is not None and len(arguments) == 1 else arguments or None
 
 
 def _waves(motion: str | None, period: str | None) -> dict[str, Any]:
-    """Arguments of the map that say how the tip moves."""
+    """Arguments of the map for the motion of the tip."""
     from stillhook.errors import MotionError
 
     if motion is None:
         return {} if period is None else {"periods" if "," in period or " to " in period else "period": period}
     if period is not None:
-        raise MotionError("--motion and --period: a motion has its own periods. Give one of them.")
+        raise MotionError("--motion and --period: a motion has its own periods. Choose one of them.")
     from stillhook.cli.simulation.runs import motion_of
 
     return {"motion": motion_of(motion)}
 
 
 def _run(
-    crane: Crane, controllers: str, metric: str, given: dict[str, Any], store: Path | None, client: Any, told: Progress
+    crane: Crane,
+    controllers: str,
+    metric: str,
+    arguments: dict[str, Any],
+    store: Path | None,
+    client: Any,
+    progress: Progress,
 ) -> Map:
     from stillhook.analysis.controllers import controllers as named
 
     if metric == SETTLING:
         from stillhook.analysis.maps.settling import settling_of
 
-        return settling_of(crane, named(controllers), **given, client=client, progress=told)
+        return settling_of(crane, named(controllers), **arguments, client=client, progress=progress)
     from stillhook.analysis.maps.operability import map_of
 
-    return map_of(crane, named(controllers), **given, store=store, client=client, progress=told)
+    return map_of(crane, named(controllers), **arguments, store=store, client=client, progress=progress)
 
 
-def _print(found: Map, metric: str) -> None:
-    """A table for every controller, layer and period; then what the marks mean, and one line of summary."""
+def _print(result: Map, metric: str) -> None:
+    """A table for every controller, layer and period; then the meaning of the marks, and one line of summary."""
     from stillhook.analysis.applicability import MARKS
     from stillhook.analysis.maps.result import SHOWN
     from stillhook.units import in_display, number, show
 
     name = METRICS[metric]
     words, factor, digits = SHOWN[name]
-    axes, used = found.axes, set()
-    print(f"{found.crane.name}: {words}; load on the hook down, {found.about['speed_is']} [m/min] across")
+    axes, used = result.axes, set()
+    print(f"{result.crane.name}: {words}; load on the hook down, {result.about['speed_is']} [m/min] across")
     head = ["", *(number(in_display(v, "speed"), 4) for v in axes.speeds)]
-    for i, label in enumerate(found.labels):
+    for i, label in enumerate(result.labels):
         for k, layer in enumerate(axes.layers):
             for j, period in enumerate(axes.periods):
                 rows = []
                 for m, load in enumerate(axes.loads):
                     cells = [
-                        (found.values[name][i, m, n, k, j], str(found.cause[i, m, n, k, j]))
+                        (result.values[name][i, m, n, k, j], str(result.cause[i, m, n, k, j]))
                         for n in range(len(axes.speeds))
                     ]
                     used |= {cause for _, cause in cells if cause}
@@ -165,9 +172,9 @@ def _print(found: Map, metric: str) -> None:
                 where = [
                     show(axes.s_w[k], "length", 3) + " of wire",
                     *([f"layer {layer}"] if layer else []),
-                    *_wave(found, period),
+                    *_wave(result, period),
                 ]
-                print(f"\n{said(label)}: {', '.join(where)}")
+                print(f"\n{controller_name(label)}: {', '.join(where)}")
                 print_table(head, rows)
     if used:
         known = [c for c in MARKS if c in used]
@@ -175,50 +182,53 @@ def _print(found: Map, metric: str) -> None:
             "not applicable: "
             + "; ".join(f"{MARKS.get(c, 'never')} = {c}" for c in [*known, *sorted(used - set(known))])
         )
-    print(one_line(found))
-    for note in found.about["notes"]:
+    print(one_line(result))
+    for note in result.about["notes"]:
         print(note)
-    _print_validated(found)
+    _print_validated(result)
 
 
-def _print_validated(found: Map) -> None:
+def _print_validated(result: Map) -> None:
     """How far the twin is validated, and in how many cells."""
-    print_twin(found.crane)
-    print_implausible(found.crane)
-    if found.crane.certified is not None and "validated" in found.values:
-        own = [i for i, mode in enumerate(found.modes) if mode is not None]  # "best classic" is made of others
-        inside = found.values["validated"][own] > 0.0
+    print_twin(result.crane)
+    print_implausible(result.crane)
+    if result.crane.certified is not None and "validated" in result.values:
+        with_mode = [i for i, mode in enumerate(result.modes) if mode is not None]  # "best classic" is made of others
+        inside = result.values["validated"][with_mode] > 0.0
         print(
             f"cells that are not validated: {int((~inside).sum())} of {inside.size}; credit them with 80 % of"
             " compensation at most"
         )
 
 
-def _wave(found: Map, period: float | None) -> list[str]:
+def _wave(result: Map, period: float | None) -> list[str]:
     from stillhook.units import show
 
-    motion = found.about.get("motion")
+    motion = result.about.get("motion")
     return [] if motion is None else [f"{motion} of {show(period, 'time')}" if period is not None else str(motion)]
 
 
-def said(label: str) -> str:
+def controller_name(label: str) -> str:
     """A controller's name in a heading."""
     from stillhook.analysis.controllers import NAMES
 
     return label.upper() if label in NAMES else label
 
 
-def one_line(found: Map) -> str:
+def one_line(result: Map) -> str:
     """Where each controller can be used, and the new ones against the best classic one."""
     from stillhook.analysis.maps.result import BEST_CLASSIC, CLASSIC
 
-    summary = found.summary()
-    parts = ["applicable: " + ", ".join(f"{said(label)} {s['applicable_share']:.0%}" for label, s in summary.items())]
-    for label, mode in zip(found.labels, found.modes, strict=True):
-        medians = {name: summary[label].get(f"{name}_change_median", math.nan) for name in SAID}
-        texts = [f"{SAID[name]} {x:+.0%}" for name, x in medians.items() if math.isfinite(x)]
+    summary = result.summary()
+    parts = [
+        "applicable: "
+        + ", ".join(f"{controller_name(label)} {s['applicable_share']:.0%}" for label, s in summary.items())
+    ]
+    for label, mode in zip(result.labels, result.modes, strict=True):
+        medians = {name: summary[label].get(f"{name}_change_median", math.nan) for name in LABELS}
+        texts = [f"{LABELS[name]} {x:+.0%}" for name, x in medians.items() if math.isfinite(x)]
         if texts and label != BEST_CLASSIC and mode not in CLASSIC:
-            parts.append(f"{said(label)} against best classic (median where both apply): {', '.join(texts)}")
+            parts.append(f"{controller_name(label)} against best classic (median where both apply): {', '.join(texts)}")
     return "; ".join(parts)
 
 
@@ -230,17 +240,17 @@ def _check_out(out: Path | None) -> None:
         check_folder(out, FILES)
 
 
-def _write(found: Map, out: Path, *, quiet: bool) -> None:
+def _write(result: Map, out: Path, *, quiet: bool) -> None:
     """NetCDF, numbers and pictures."""
     from stillhook.analysis.maps.figures import figures
     from stillhook.base.atomic import atomic_folder
     from stillhook.formats.results import save_json, save_run
     from stillhook.report.plots.run import save_figure
 
-    pictures = figures(found)
-    with atomic_folder(out) as part:
-        save_run(found.dataset(), part / FILES[0])
-        save_json(found.record(), part / FILES[1])
+    pictures = figures(result)
+    with whole_folder(out) as part:
+        save_run(result.dataset(), part / FILES[0])
+        save_json(result.record(), part / FILES[1])
         for name, figure in pictures.items():
             save_figure(figure, part / f"{name}.png")
     if not quiet:

@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 
 CraneName = Annotated[str, typer.Argument(help="Library crane, or path of a crane file.", metavar="CRANE")]
 ALPHA_HELP = (
-    "Motor displacement over its maximum; repeat it for several. Default: where SSC stands at the tip's speed, 1 at"
-    " rest."
+    "Motor displacement over its maximum; repeat it for several. Default: the displacement of SSC at"
+    " the tip's speed, 1 at rest."
 )
 DELAY_HELP = 'Delay of the position feedback (encoder, bus, computing), such as "50 ms". Not that of the motion unit.'
-FULL_HELP = "The whole plant alone, linearised at --load, --s-w and --v-tip."
+FULL_HELP = "The complete plant alone, linearised at --load, --s-w and --v-tip."
 LOAD, WIRE = "100 t", "100 m"
-"""Where the whole plant alone stands unless an option says otherwise."""
+"""Default operating point of the complete plant alone."""
 LOAD_HELP = f'Payload on the hook (default: empty hook and SWL; with --full "{LOAD}").'
 WIRE_HELP = f'Wire paid out (default: 15 m and 100 m; with --full "{WIRE}").'
 SPEED_HELP = (
@@ -57,10 +57,10 @@ def stability(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Gain limit and margins of the position loop: as published, and of the whole plant where it is slow; which of them
-    holds.
+    """Gain limit and margins of the position loop: as published, and of the complete plant where it is slow; which of
+    them holds.
 
-    Both with and without PLC and delay. Exit code 1 where the winch swings in either: K_p at or above its limit.
+    Both with and without PLC and delay. Exit code 1 where the winch oscillates in either: K_p at or above its limit.
 
     Example: stillhook stability nov-250t --alpha-m 1 --alpha-m 0.6 --delay "50 ms"
     """
@@ -77,14 +77,14 @@ def stability(
     if full:
         _refuse(
             layer is not None,
-            "--layer belongs to the published model; with --full the wire paid out says the layer. Leave it out.",
+            "--layer belongs to the published model; with --full the wire paid out determines the layer. Leave it out.",
         )
         mass = parse(LOAD, "mass") if mass is None else mass
         answer = _full(crane, alphas, mass, parse(WIRE, "length") if wire is None else wire, speed, late)
     elif layer is not None:
         _refuse(
             load is not None or s_w is not None,
-            "--layer: on it the published loop stands alone. Leave out --load and --s-w.",
+            "--layer: it applies to the published loop only. Leave out --load and --s-w.",
         )
         answer = _on_layer(crane, alphas, layer, speed, late)
     else:
@@ -109,7 +109,7 @@ def stability(
 
 
 class _Column(NamedTuple):
-    """A loop in the table: what it is called, its margins, and where the whole plant stands."""
+    """A loop in the table: its name, its margins, and the operating point of the complete plant."""
 
     name: str
     loop: Stability
@@ -117,7 +117,7 @@ class _Column(NamedTuple):
 
 
 class _Answer(NamedTuple):
-    """Columns of the table, what --json prints, where the loops stand, and the verdict in sentences."""
+    """Columns of the table, the output of --json, the operating points of the loops, and the verdict in sentences."""
 
     columns: list[_Column]
     table: dict[str, Any]
@@ -133,7 +133,7 @@ def _refuse(wrong: bool, line: str) -> None:
 
 
 def _full(crane: Crane, alphas: list[float | None], load: float, s_w: float, v_tip: float, delay: float) -> _Answer:
-    """The whole plant at one operating point."""
+    """The complete plant at one operating point."""
     from stillhook.analysis.loop_stability.stability import full_stability
     from stillhook.units import show
 
@@ -141,10 +141,10 @@ def _full(crane: Crane, alphas: list[float | None], load: float, s_w: float, v_t
         v_tip == 0.0,
         '--full needs --v-tip, such as "10 m/min": a winch at rest sticks, and its loop has no limit until it slides.',
     )
-    found = [full_stability(crane, load=load, s_w=s_w, v_tip=v_tip, alpha_m=a, delay=delay) for a in alphas]
-    loops, point = [s for s, _ in found], found[0][1]
+    results = [full_stability(crane, load=load, s_w=s_w, v_tip=v_tip, alpha_m=a, delay=delay) for a in alphas]
+    loops, point = [s for s, _ in results], results[0][1]
     where = (
-        f"whole plant at {show(-point.v_w, 'speed')} of the tip, {show(point.p_a, 'pressure')} and"
+        f"complete plant at {show(-point.v_w, 'speed')} of the tip, {show(point.p_a, 'pressure')} and"
         f" {show(point.p_b, 'pressure')}"
     )
     return _alone(loops, where)
@@ -157,8 +157,7 @@ def _on_layer(crane: Crane, alphas: list[float | None], layer: int, v_tip: float
     loops = [margins_of(crane, a, layer=layer, v_tip=v_tip, delay=delay) for a in alphas]
     answer = _alone(loops, f"layer {layer}")
     line = (
-        "published loop only: the whole plant stands on the layer that the wire paid out leaves (--s-w in place of"
-        " --layer)"
+        "published loop only: the complete plant is on the layer given by the wire paid out (--s-w in place of --layer)"
     )
     return answer._replace(verdict=[*answer.verdict, line])
 
@@ -171,24 +170,24 @@ def _alone(loops: list[Stability], where: str) -> _Answer:
 def _both(
     crane: Crane, alphas: list[float | None], load: float | None, s_w: float | None, v_tip: float, delay: float
 ) -> _Answer:
-    """The published loop, and the whole plant where it has least gain to spare."""
+    """The published loop, and the complete plant where it has least gain to spare."""
     from stillhook.analysis.loop_stability.stability import both_loops
 
     where: dict[str, Any] = {} if s_w is None else {"wires": (s_w,)}
-    found = [
+    results = [
         both_loops(crane, a, v_tip=v_tip, delay=delay, loads=None if load is None else (load,), **where) for a in alphas
     ]
     columns = []
-    for b in found:
+    for b in results:
         columns.append(_Column(f"motors {b.published.alpha_m:.3g}\npublished", b.published))
         if b.plant is not None:
-            columns.append(_Column(f"motors {b.plant.alpha_m:.3g}\nwhole plant", b.plant, b.place))
-    verdict = [_verdict(f"motors {b.governing.alpha_m:.3g}, {_governs(b)}", b.governing) for b in found]
-    verdict += [f"motors {b.published.alpha_m:.3g}: {_swings(b.swings)}" for b in found if b.swings]
+            columns.append(_Column(f"motors {b.plant.alpha_m:.3g}\ncomplete plant", b.plant, b.place))
+    verdict = [_verdict(f"motors {b.governing.alpha_m:.3g}, {_governs(b)}", b.governing) for b in results]
+    verdict += [f"motors {b.published.alpha_m:.3g}: {_swings(b.swings)}" for b in results if b.swings]
     return _Answer(
         columns,
-        _lists([b.table() for b in found]),
-        "published loop on the outer diameter, whole plant where it is slow",
+        _lists([b.table() for b in results]),
+        "published loop on the outer diameter, complete plant where it is slow",
         verdict,
     )
 
@@ -196,19 +195,19 @@ def _both(
 def _governs(b: BothLoops) -> str:
     """Which of the loops holds, in words."""
     if b.plant is None or b.place is None:
-        return "published loop (the gain decides nowhere in the whole plant at these loads)"
+        return "published loop (the gain decides nowhere in the complete plant at these loads)"
     if b.governing is b.published:
-        return f"the published loop governs (whole plant at least: {b.place.describe()})"
-    return f"the whole plant governs ({b.place.describe()})"
+        return f"the published loop governs (complete plant at least: {b.place.describe()})"
+    return f"the complete plant governs ({b.place.describe()})"
 
 
 def _swings(places: Sequence[Place]) -> str:
-    """Where the plant swings whatever the gain, in words."""
+    """Where the plant oscillates whatever the gain, in words."""
     more = f" and at {len(places) - 1} more of the places looked at" if len(places) > 1 else ""
     return (
-        f"whatever K_p, the whole plant swings at {places[0].describe()}{more}: friction that falls with speed feeds"
-        " the load's swing on its wire. More displacement, more speed or more damping of the wire ends it; run it to"
-        " see how far it goes"
+        f"whatever K_p, the complete plant oscillates at {places[0].describe()}{more}: friction that falls with speed"
+        " excites the load's oscillation on its wire. More displacement, speed or damping of the wire ends it."
+        " Simulate the case for its amplitude"
     )
 
 
@@ -260,17 +259,17 @@ def _verdict(name: str, s: Stability) -> str:
             f"{name}: stable. Gain margin {20.0 * math.log10(least):.3g} dB (K_p can rise by a factor of {least:.3g})."
         )
     if s.K_p_ms == 0.0:
-        why = (
-            "Friction falls with speed here, so the winch swings without feedback. More displacement or more speed"
+        reason = (
+            "Friction falls with speed here, so the winch oscillates without feedback. More displacement or more speed"
             " damps it."
         )
-        return f"{name}: UNSTABLE, whatever K_p. {why}"
+        return f"{name}: UNSTABLE, whatever K_p. {reason}"
     if s.K_p_ms_plc == 0.0 or (s.gain_margin > 1.0 and s.gain_margin_plc > 1.0):
-        why = (
-            "The PLC's other loops swing: SSC on motors without displacement feedback at this speed, or through the"
+        reason = (
+            "The PLC's other loops oscillate: SSC on motors without displacement feedback at this speed, or through the"
             " load cell."
         )
-        return f"{name}: UNSTABLE, whatever K_p. {why}"
+        return f"{name}: UNSTABLE, whatever K_p. {reason}"
     limit = min(s.K_p_ms, s.K_p_ms_plc)
     return f"{name}: UNSTABLE. K_p {s.K_p:.4g} 1/m, limit {limit:.4g} 1/m. Lower K_p to {s.K_p_strong:.3g} 1/m or less."
 
@@ -303,7 +302,7 @@ def _check_out(out: Path | None) -> None:
 
 
 def _write(
-    out: Path, crane: Crane, found: list[Stability], table: dict[str, Any], delay: float, *, quiet: bool, other: bool
+    out: Path, crane: Crane, results: list[Stability], table: dict[str, Any], delay: float, *, quiet: bool, other: bool
 ) -> None:
     """other: the table is of another model or layer than the pictures."""
     from stillhook.analysis.loop_stability.figures import all_figures
@@ -311,7 +310,7 @@ def _write(
     from stillhook.formats.results import save_json, save_run
     from stillhook.report.plots.run import save_figure
 
-    alphas = tuple(dict.fromkeys(s.alpha_m for s in found))
+    alphas = tuple(dict.fromkeys(s.alpha_m for s in results))
     figures, data = all_figures(crane, alphas, delay=delay)
     with atomic_folder(out) as part:
         for stem, figure in figures.items():

@@ -1,4 +1,4 @@
-"""`stillhook tune`: controllers at their best under limits, beside each other."""
+"""`stillhook tune`: controllers at their best under limits, side by side."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def tune(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Tune controllers on the whole twin and compare each at its best, also on waves and winches that it was not tuned
+    """Tune controllers on the full twin and compare each at its best, also on waves and winches that it was not tuned
     on.
 
     Always kept: gain margin 2, phase margin 45 deg, sensitivity peak 2, speed capacity, no saturation, relief,
@@ -79,7 +79,7 @@ def tune(
     machine, limits, late = load_crane(crane), parse_limits(limit or ()), parse(delay, "time", "--delay")
     chosen = _chosen(controllers, machine, late)
     if objective not in tuple(Objective):
-        _refuse(f'--objective "{objective}": give one of {", ".join(Objective)}.')
+        _refuse(f'--objective "{objective}": choose one of {", ".join(Objective)}.')
     files = (BARS, NUMBERS, TRIALS, *((PARETO,) if pareto else ()), *(f"{c.name}-tuned.toml" for c in chosen))
     if out is not None:
         from stillhook.base.atomic import check_folder
@@ -95,8 +95,8 @@ def tune(
     }
     cases = scenarios(machine, periods=_split(periods), **where)
     unseen = hold_out(machine, seed=seed, **where)
-    asked = {"free": _split(free or ""), "limits": limits, "seed": seed, "budget": budget, "cases": cases}
-    tuned, fronts, trials = _tuned(machine, chosen, objective, asked, pareto=pareto)
+    options = {"free": _split(free or ""), "limits": limits, "seed": seed, "budget": budget, "cases": cases}
+    tuned, fronts, trials = _tuned(machine, chosen, objective, options, pareto=pareto)
     report = _Report(machine, tuned, unseen, fronts, cases)
     if json:
         print_json(report.data())
@@ -118,14 +118,14 @@ def _split(text: str) -> list[str]:
 
 
 def _chosen(names: str, crane: Crane, delay: float) -> list[Controller]:
-    """Where the tunings start; strong SSC is aligned for the delay that is asked for."""
+    """Where the tunings start; strong SSC is aligned for the delay that is requested."""
     from stillhook.analysis.controllers import STRONG, controllers, strong_ssc
 
     return [strong_ssc(crane, delay=delay) if c.name == STRONG else c for c in controllers(names)]
 
 
 def _tuned(
-    crane: Crane, chosen: list[Controller], objective: str, asked: dict[str, Any], *, pareto: bool
+    crane: Crane, chosen: list[Controller], objective: str, options: dict[str, Any], *, pareto: bool
 ) -> tuple[list[Tuned], dict[str, list[Point]], list[Tuned]]:
     """The tunings, their fronts, and all tunings that were run for either. An interrupt leaves out what has not
     begun."""
@@ -135,38 +135,41 @@ def _tuned(
 
     tuned, fronts, everything = [], {}, []
     say_if_compiling(crane)
-    for which in chosen:
-        with progress_bar(f"tuning {which.name}") as bar:
-            mine = asked | {"free": _free_of(which, asked["free"], chosen)}
-            tuned.append(tune_one(crane, which, objective=objective, progress=bar, **mine))
+    for selected in chosen:
+        with progress_bar(f"tuning {selected.name}") as bar:
+            tuning_options = options | {"free": _free_of(selected, options["free"], chosen)}
+            tuned.append(tune_one(crane, selected, objective=objective, progress=bar, **tuning_options))
         everything.append(tuned[-1])
         if pareto and tuned[-1].met and not tuned[-1].interrupted:
-            with progress_bar(f"front of {which.name}") as bar:
-                _, more = front_of(crane, which, progress=bar, **mine)
-            fronts[which.name] = front(
+            with progress_bar(f"front of {selected.name}") as bar:
+                _, more = front_of(crane, selected, progress=bar, **tuning_options)
+            fronts[selected.name] = front(
                 [t for run in (tuned[-1], *more) for t in run.trials], [c.name for c in more[0].settings]
             )
             everything += more
         if everything[-1].interrupted:
-            say(f"stopped in {which.name} after {everything[-1].evaluations} evaluations: the best found so far")
+            say(f"stopped in {selected.name} after {everything[-1].evaluations} evaluations: the best found so far")
             break
     return tuned, fronts, everything
 
 
-def _free_of(which: Controller, free: list[str], chosen: list[Controller]) -> list[str]:
+def _free_of(selected: Controller, free: list[str], chosen: list[Controller]) -> list[str]:
     """Of the settings to tune those that this motor law knows; one that none of the controllers knows is left in, to be
     refused."""
     from stillhook.analysis.tuning.parameters import tunable
 
     known = {n for c in chosen for n in tunable(c.mode)}
-    mine = [n for n in free if n in tunable(which.mode) or n not in known]
-    if free and not mine:
-        _refuse(f"--free {','.join(free)}: {which.name} knows none of them; it has {', '.join(tunable(which.mode))}.")
-    return mine
+    known_to_mode = [n for n in free if n in tunable(selected.mode) or n not in known]
+    if free and not known_to_mode:
+        _refuse(
+            f"--free {','.join(free)}: {selected.name} has none of these settings; it has"
+            f" {', '.join(tunable(selected.mode))}."
+        )
+    return known_to_mode
 
 
 class _Report:
-    """What is printed and stored of a number of tunings."""
+    """Printed and stored results of several tunings."""
 
     def __init__(
         self,
@@ -182,8 +185,8 @@ class _Report:
 
         self.crane, self.tuned, self.fronts, self.cases, self.unseen = crane, tuned, fronts, cases, unseen
         pairs = [k for t in tuned for k in (t.start, t.controller)]
-        found = outcomes(crane, pairs, unseen)
-        self.held_out = [(found[2 * i], found[2 * i + 1]) for i in range(len(tuned))]
+        results = outcomes(crane, pairs, unseen)
+        self.held_out = [(results[2 * i], results[2 * i + 1]) for i in range(len(tuned))]
         self.varied = variations(crane, [t.controller for t in tuned], cases)
         load = max(c.load for c in cases)
         self.slow = [slow_limit(crane, t.controller) for t in tuned]
@@ -192,8 +195,8 @@ class _Report:
         self.remarks = [*self._slow_remarks(), *self._load_remarks(load), *self.notes]
 
     def _slow_remarks(self) -> list[str]:
-        """Controllers whose gain makes the slow winch swing at a payload or length of wire for which no margins were
-        kept."""
+        """Controllers whose gain makes the slow winch oscillate at a payload or length of wire for which no margins
+        were kept."""
         from stillhook.analysis.loop_stability.governing import governing
         from stillhook.analysis.tuning.score import wires_of
         from stillhook.units import show
@@ -204,14 +207,14 @@ class _Report:
             swings = governing(t.controller.on(self.crane), t.start.mode, wires=wires_of(self.cases)).swings
             if swings:
                 out.append(
-                    f"{t.start.name}: whatever K_p, the whole plant swings with {swings[0].describe()}: friction that"
-                    " falls with speed feeds the load's swing on its wire"
+                    f"{t.start.name}: whatever K_p, the complete plant oscillates with {swings[0].describe()}:"
+                    " friction that falls with speed excites the load's oscillation on its wire"
                 )
             if slow is not None and slow.K_p_ms < K_p:
                 wires = ", ".join(show(s_w, "length", 4) for s_w in wires_of(self.cases))
                 limit = f"above {show(slow.K_p_ms, 'gain_per_length', 2)}" if slow.K_p_ms > 0.0 else "with any gain"
                 out.append(
-                    f"{t.start.name}: margins hold on {wires} of wire only; {limit} the whole plant swings with"
+                    f"{t.start.name}: margins hold on {wires} of wire only; {limit} the complete plant oscillates with"
                     f" {slow.place.describe()} (motors at {slow.alpha_m:.2f}), and K_p is"
                     f" {show(K_p, 'gain_per_length', 3)}"
                 )
@@ -223,11 +226,11 @@ class _Report:
 
         if load <= HS_SHARE * self.crane.SWL * (1.0 + 1e-9):
             return []
-        told = (
+        remarks = (
             f"high-speed mode carries {HS_SHARE:.0%} of the SWL at most (paper C); heavier scenarios were run all the"
             " same"
         )
-        return [f"{t.start.name}: {told}" for t in self.tuned if t.start.mode is Mode.HS]
+        return [f"{t.start.name}: {remarks}" for t in self.tuned if t.start.mode is Mode.HS]
 
     def data(self) -> dict[str, Any]:
         """Everything in SI, for machines."""
@@ -264,7 +267,7 @@ class _Report:
             "after": numbers(t.after),
             "hold_out": {"before": before._asdict(), "after": after._asdict()},
             "slow": None if (slow := self.slow[i]) is None else slow._asdict(),
-            "variations": {name: found[i]._asdict() for name, found in self.varied.items()},
+            "variations": {name: results[i]._asdict() for name, results in self.varied.items()},
         }
 
     def print(self) -> None:
@@ -278,23 +281,24 @@ class _Report:
         title = f"{len(self.cases)} scenarios with {loads}; objective: {goal}"
         print_table(OUTCOME_HEADER, rows, title=title, left=2)
         header = ("mean error p-p, highest pressure", *(t.controller.name for t in self.tuned))
-        varied = [[name, *map(_brief, found)] for name, found in self.varied.items()]
-        print_table(header, varied, title="At their best, on a winch that is not as it should be")
+        varied = [[name, *map(_brief, results)] for name, results in self.varied.items()]
+        print_table(header, varied, title="Tuned controllers on a winch that deviates from its crane file")
         for t in self.tuned:
             if t.met:
                 print(
-                    f"{t.start.name}: leans on {', '.join(t.active) or 'no limit'}; {t.evaluations} evaluations, seed"
+                    f"{t.start.name}: active limits: {', '.join(t.active) or 'no limit'}; {t.evaluations}"
+                    " evaluations, seed"
                     f" {t.seed}"
                 )
             else:
-                print(f"{t.start.name}: no setting keeps the limits; in the way: {'; '.join(t.stops)}")
+                print(f"{t.start.name}: no setting keeps the limits; exceeded: {'; '.join(t.stops)}")
         for line in self.remarks:
             print(line)
         print_twin(self.crane, *self.cases)
         print_implausible(self.crane)
         if self.crane.certified is not None:
             print(
-                "with other settings it is another crane, for which its certificate does not hold: validate before they"
+                "with other settings the certificate of the crane does not hold: validate the settings before they"
                 " are used"
             )
         for name, points in self.fronts.items():
@@ -395,7 +399,8 @@ def _write(report: _Report, trials: list[Tuned], out: Path, *, pareto: bool, qui
                 continue
             comment = (
                 f"{t.start.name} tuned for {crane.name}: objective {t.objective}, seed {t.seed}, {t.evaluations}"
-                f" evaluations\nscore {t.after.score:.4f} of the start; leans on {', '.join(t.active) or 'no limit'}"
+                f" evaluations\nscore {t.after.score:.4f} of the start; active limits:"
+                f" {', '.join(t.active) or 'no limit'}"
             )
             path = part / f"{t.start.name}-tuned.toml"
             path.write_text(controller_toml(t.controller, crane, comment), encoding="utf-8")

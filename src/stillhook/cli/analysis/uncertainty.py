@@ -1,4 +1,4 @@
-"""`stillhook uncertainty`: what is not known about the winch, carried into error and pressure."""
+"""`stillhook uncertainty`: uncertainty of the winch's data, propagated into error and pressure."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ CASE = {
     "duration": "60 s",
     "warm_up": "30 s",
 }
-"""What is run where neither a case file nor an option says otherwise; 60 s hold one whole window of 30 s after the
+"""Default case without a case file or options; 60 s hold one complete window of 30 s after the
 warm-up."""
 CLASSIC = ("level-1", "level-2", "ns", "hs")
 LEAST_ROWS = 16
@@ -43,7 +43,7 @@ EXAMPLE = (
 )
 
 
-class _Asked(NamedTuple):
+class _Request(NamedTuple):
     """Cases side by side, and how they are run."""
 
     cranes: list[Crane]
@@ -58,7 +58,7 @@ def register(app: typer.Typer) -> None:
 
 def uncertainty(
     case_file: Annotated[
-        Path | None, typer.Argument(metavar="CASE.toml", help="Case file; or say the case by options.")
+        Path | None, typer.Argument(metavar="CASE.toml", help="Case file; or describe the case by options.")
     ] = None,
     crane: Annotated[
         str | None, typer.Option(help="Library crane, or path of a crane file (default nov-250t).")
@@ -74,28 +74,30 @@ def uncertainty(
         str | None, typer.Option(help="Controllers: ns, hs, ssc, ssc-cubic, strong-ssc, ... or TOML files.")
     ] = None,
     factors: Annotated[
-        Path | None, typer.Option(help="TOML file of what is uncertain, and how much; default: the built-in table.")
+        Path | None, typer.Option(help="TOML file of the uncertain factors; default: the built-in table.")
     ] = None,
-    draws: Annotated[int, typer.Option(help="Draws; a power of two fills the space best.")] = 256,
+    draws: Annotated[int, typer.Option(help="Draws; preferably a power of two.")] = 256,
     seed: Annotated[int, typer.Option(help="Same seed, same draws.")] = 0,
     sobol: Annotated[
-        bool, typer.Option("--sobol", help="Also which factors the spread comes from (about 8 times the runs).")
+        bool, typer.Option("--sobol", help="Also the factors that cause the spread (about 8 times the runs).")
     ] = False,
     attribute: Annotated[
         bool,
         typer.Option(
-            "--attribute", help="Also which factors, alone or two together, bring each --limit about or break it."
+            "--attribute",
+            help="Also which factors, alone or two together, cause each --limit to hold or to be exceeded.",
         ),
     ] = False,
     limit: Annotated[
         list[str] | None, typer.Option(help='Bound on a result, such as "e_c_pp <= 10 cm"; repeat it for several.')
     ] = None,
     at_most: Annotated[
-        float, typer.Option("--at-most", min=0.0, max=1.0, help="Chance of going beyond a limit that is tolerated.")
+        float, typer.Option("--at-most", min=0.0, max=1.0, help="Tolerated probability of exceeding a limit.")
     ] = 0.05,
     step: Annotated[str | None, typer.Option(help="Integration step (default 5 ms).")] = None,
     store: Annotated[
-        Path | None, typer.Option(help="Folder that keeps results as they finish; a stopped run goes on from it.")
+        Path | None,
+        typer.Option(help="Folder that keeps results as they finish; an interrupted run continues from it."),
     ] = None,
     scheduler: Scheduler = None,
     out: Annotated[
@@ -103,7 +105,7 @@ def uncertainty(
     ] = None,
     json: Json = False,
 ) -> None:
-    """What is not known about a winch (friction, leakage, inertia, oil, servos, delay) carried into error and pressure,
+    """Uncertainty of a winch (friction, leakage, inertia, oil, servos, delay) propagated into error and pressure,
     mode by mode.
 
     All modes see the same draws. Exit code 1 if every mode goes beyond a --limit with more than the tolerated chance,
@@ -120,28 +122,31 @@ def uncertainty(
 
     limits = [Limit.of(text) for text in limit or ()]
     if attribute and not limits:
-        raise SpecError(
-            '--attribute: what is to be brought about is missing. Give it as a --limit, such as "e_c_pp <= 10 cm".'
-        )
+        raise SpecError('--attribute: a limit is missing. Give it as --limit, such as "e_c_pp <= 10 cm".')
     _check_out(out, sobol)
-    given = {"crane": crane, "load": load, "s_w": s_w, "motion": motion, "duration": duration, "warm_up": warm_up}
-    asked = _asked(case_file, {k: v for k, v in given.items() if v is not None}, modes, factors)
-    pairs = [(a, b) for a in asked.labels for b in asked.labels if b in CLASSIC and a not in CLASSIC]
+    fields = {"crane": crane, "load": load, "s_w": s_w, "motion": motion, "duration": duration, "warm_up": warm_up}
+    request = _request(case_file, {k: v for k, v in fields.items() if v is not None}, modes, factors)
+    pairs = [(a, b) for a in request.labels for b in request.labels if b in CLASSIC and a not in CLASSIC]
     with client_of(scheduler) as client:
-        how = {"seed": seed, "labels": asked.labels, "step": step, "store": store, "client": client}
+        options = {"seed": seed, "labels": request.labels, "step": step, "store": store, "client": client}
         with progress_bar("drawing") as bar:
             run = monte_carlo(
-                asked.cranes, asked.cases, asked.known, n=draws, progress=started(asked.cranes[0], bar), **how
+                request.cranes,
+                request.cases,
+                request.known,
+                n=draws,
+                progress=started(request.cranes[0], bar),
+                **options,
             )
-        indices = _indices(asked, run, pairs, how) if sobol else []
-    data = report(run, limits, at_most, pairs, indices) | {"notes": notes_of(asked.cranes, asked.cases)}
-    causes = _causes(asked, limits, None if factors is None else asked.known) if attribute else None
+        indices = _indices(request, run, pairs, options) if sobol else []
+    data = report(run, limits, at_most, pairs, indices) | {"notes": notes_of(request.cranes, request.cases)}
+    causes = _causes(request, limits, None if factors is None else request.known) if attribute else None
     if causes is not None:
         data["causes"] = causes.to_dict()
     if json:
         print_json(data)
     else:
-        _print(asked, data, indices)
+        _print(request, data, indices)
         if causes is not None:
             _print_causes(causes)
     if out is not None:
@@ -151,8 +156,8 @@ def uncertainty(
     raise typer.Exit(0 if any(kept) else 1)
 
 
-def _asked(case_file: Path | None, given: dict[str, str], modes: str | None, factors: Path | None) -> _Asked:
-    """Crane and scenario of every controller, and what is uncertain."""
+def _request(case_file: Path | None, fields: dict[str, str], modes: str | None, factors: Path | None) -> _Request:
+    """Crane and scenario of every controller, and the uncertain factors."""
     from stillhook.analysis.controllers import controllers
     from stillhook.analysis.uncertainty.factors_file import Uncertainty, load_uncertainty
     from stillhook.errors import ScenarioError
@@ -160,21 +165,21 @@ def _asked(case_file: Path | None, given: dict[str, str], modes: str | None, fac
     if case_file is not None:
         from stillhook.formats.case_file import load_case
 
-        if given:
+        if fields:
             raise ScenarioError(
-                f"--{next(iter(given)).replace('_', '-')}: the case file says it. Leave it out, or leave out the file."
+                f"--{next(iter(fields)).replace('_', '-')}: the case file defines it. Leave out one of the two."
             )
         file = load_case(case_file)
         machine, case = file.crane, file.case
         if case.modes:
             raise ScenarioError(
-                f"{case_file.name}: modes: a scenario that changes its mode is no single controller. Leave its modes"
+                f"{case_file.name}: modes: a scenario that changes its mode is not a single controller. Leave its modes"
                 " out."
             )
     else:
-        machine, case = _built(CASE | given)
+        machine, case = _built(CASE | fields)
     chosen = controllers(modes if modes is not None else case.mode.value if case_file is not None else MODES)
-    return _Asked(
+    return _Request(
         cranes=[c.on(machine) for c in chosen],
         cases=[case.model_copy(update={"mode": c.mode, "name": c.name}) for c in chosen],
         labels=[c.name for c in chosen],
@@ -182,19 +187,19 @@ def _asked(case_file: Path | None, given: dict[str, str], modes: str | None, fac
     )
 
 
-def _built(given: dict[str, str]) -> tuple[Crane, Scenario]:
+def _built(fields: dict[str, str]) -> tuple[Crane, Scenario]:
     from stillhook.library import load_crane
     from stillhook.spec.scenario import Scenario
 
-    machine = load_crane(given["crane"])
-    tip = motion_of(given["motion"])
+    machine = load_crane(fields["crane"])
+    tip = motion_of(fields["motion"])
     return machine, Scenario(
-        load=given["load"], s_w=given["s_w"], tip=tip, duration=given["duration"], warm_up=given["warm_up"]
+        load=fields["load"], s_w=fields["s_w"], tip=tip, duration=fields["duration"], warm_up=fields["warm_up"]
     )
 
 
-def _indices(asked: _Asked, run: Any, pairs: list[tuple[str, str]], how: dict[str, Any]) -> list[Sensitivity]:
-    """Indices of error and pressure, and of what the new controllers' lead over the best classic one hangs on."""
+def _indices(request: _Request, run: Any, pairs: list[tuple[str, str]], options: dict[str, Any]) -> list[Sensitivity]:
+    """Indices of error and pressure, and of what the new controllers' lead over the best classic one depends on."""
     from stillhook.analysis.uncertainty.sobol import sensitivity
 
     rows = max(LEAST_ROWS, 2 ** (run.sizes["draw"].bit_length() - 2))
@@ -204,18 +209,20 @@ def _indices(asked: _Asked, run: Any, pairs: list[tuple[str, str]], how: dict[st
     )
     against = classic[0] if classic else None
     with progress_bar("sensitivity") as bar:
-        found = sensitivity(asked.cranes, asked.cases, asked.known, n=rows, against=against, progress=bar, **how)
-    return [s for s in found if s.case in asked.labels or s.case.removesuffix(f" / {against}") in new]
+        indices = sensitivity(
+            request.cranes, request.cases, request.known, n=rows, against=against, progress=bar, **options
+        )
+    return [s for s in indices if s.case in request.labels or s.case.removesuffix(f" / {against}") in new]
 
 
-def _causes(asked: _Asked, limits: list[Limit], known: Uncertainty | None) -> Attribution:
+def _causes(request: _Request, limits: list[Limit], known: Uncertainty | None) -> Attribution:
     """What brings each limit about in each mode, or breaks it."""
     from stillhook.analysis.uncertainty.attribution import Figure, attribute
     from stillhook.units import KINDS, in_display
     from stillhook.variables import BY_NAME
 
     figures = []
-    for label in asked.labels:
+    for label in request.labels:
         for limit in limits:
             kind = BY_NAME[limit.name].kind
             bound = in_display(limit.value, kind) if kind else limit.value
@@ -226,36 +233,42 @@ def _causes(asked: _Asked, limits: list[Limit], known: Uncertainty | None) -> At
 
             unit = KINDS[kind].display if kind else ""
             figures.append(Figure(f"{label}: {limit}", value, least, most, unit, 3))
-    pairs = zip(asked.cranes, asked.cases, strict=True)
-    return attribute(dict(zip(asked.labels, pairs, strict=True)), figures, uncertainty=known)
+    pairs = zip(request.cranes, request.cases, strict=True)
+    return attribute(dict(zip(request.labels, pairs, strict=True)), figures, uncertainty=known)
 
 
-def _print_causes(found: Attribution) -> None:
-    head = ["cause", "from, to", *(f.name for f in found.figures)]
-    rows = [["as described", "", *(f"{f.show(x)} {f.unit}" for f, x in zip(found.figures, found.base, strict=True))]]
-    for row in found.ranking():
+def _print_causes(attribution: Attribution) -> None:
+    head = ["cause", "from, to", *(f.name for f in attribution.figures)]
+    rows = [
+        [
+            "as described",
+            "",
+            *(f"{f.show(x)} {f.unit}" for f, x in zip(attribution.figures, attribution.base, strict=True)),
+        ]
+    ]
+    for row in attribution.ranking():
         cells = [
             f"{', '.join(f.show(e.values[k]) for e in row.effects)}: {row.verdicts[k]}"
-            for k, f in enumerate(found.figures)
+            for k, f in enumerate(attribution.figures)
         ]
         rows.append([row.cause, ", ".join(e.changes[0].end for e in row.effects), *cells])
     print_table(head, rows, title="causes, largest effect first: figures at both ends of every factor", left=len(head))
-    print(*found.words(), sep="\n")
+    print(*attribution.words(), sep="\n")
 
 
-def _print(asked: _Asked, data: dict[str, Any], indices: list[Sensitivity]) -> None:
+def _print(request: _Request, data: dict[str, Any], indices: list[Sensitivity]) -> None:
     from stillhook.units import show
 
-    crane, case = asked.cranes[0], asked.cases[0]
+    crane, case = request.cranes[0], request.cases[0]
     tip = case.tip.describe().split(":")[0]
     title = f"{crane.name}, {show(case.load, 'mass')}, {show(case.s_w, 'length')} of wire out, tip: {tip}"
-    known = asked.known.on(*zip(asked.cranes, asked.cases, strict=True))
+    known = request.known.on(*zip(request.cranes, request.cases, strict=True))
     print_table(["uncertain", "distribution", "because"], [list(row) for row in known.describe()], title=title, left=3)
     print("Numbers without a unit are multiples of the crane's own number.\n")
     head = ["mode", "error\nas described", "error\nmedian", "error\n5 to 95 %"]
     head += ["pressure\nas described", "pressure\nmedian", "pressure\n5 to 95 %", "limits of the\nwinch exceeded"]
-    drawn = f"{data['draws']} draws (seed {data['seed']}), the same for every mode"
-    print_table(head, [_row(label, c) for label, c in data["cases"].items()], title=drawn)
+    sampling = f"{data['draws']} draws (seed {data['seed']}), the same for every mode"
+    print_table(head, [_row(label, c) for label, c in data["cases"].items()], title=sampling)
     _print_remarks(data)
     _print_limits(data)
     if data["differences"]:
@@ -273,7 +286,7 @@ def _print(asked: _Asked, data: dict[str, Any], indices: list[Sensitivity]) -> N
         _print_indices([s for s in indices if s.output == output])
     for note in data["notes"]:
         print(note)
-    print_twin(crane, *asked.cases)
+    print_twin(crane, *request.cases)
     print_implausible(crane)
 
 
@@ -293,7 +306,7 @@ def _share(chance: dict[str, Any]) -> str:
 
 def _print_remarks(data: dict[str, Any]) -> None:
     if data["draws"] < LEAST_DRAWS:
-        print(f"too few draws for a 5 to 95 % band: its ends are the draws themselves. Take {LEAST_DRAWS} or more.")
+        print(f"too few draws for a 5 to 95 % band: its ends are the draws themselves. Use {LEAST_DRAWS} or more.")
     for label, case in data["cases"].items():
         if case["beyond_limits"]["share"] == 1.0:
             print(
@@ -308,10 +321,7 @@ def _print_remarks(data: dict[str, Any]) -> None:
         )
     for label, case in data["cases"].items():
         if case["failed"]:
-            print(
-                f"{label}: {case['failed']} draws lost their numbers; they are in no band, and count as beyond every"
-                " limit"
-            )
+            print(f"{label}: {case['failed']} draws diverged; they are in no band, and count as beyond every limit")
 
 
 def _print_limits(data: dict[str, Any]) -> None:
@@ -324,19 +334,19 @@ def _print_limits(data: dict[str, Any]) -> None:
         print_table(["mode", "limit", "draws beyond it", "tolerated", ""], rows, left=2)
 
 
-def _print_indices(found: list[Sensitivity]) -> None:
+def _print_indices(indices: list[Sensitivity]) -> None:
     """One output: a row for each factor that matters somewhere, a column for each case."""
     from stillhook.analysis.uncertainty.sobol import MATTERS
 
     most: dict[str, float] = {}
-    for s in found:
+    for s in indices:
         for name, x in s.indices.items():
             most[name] = max(most.get(name, 0.0), x.total)
     ranked = sorted((n for n, x in most.items() if x >= MATTERS), key=lambda n: -most[n])
-    rows = [[n, *(_index(s, n) for s in found)] for n in ranked]
-    print_table([f"{found[0].output}: variance from", *(s.case for s in found)], rows)
+    rows = [[n, *(_index(s, n) for s in indices)] for n in ranked]
+    print_table([f"{indices[0].output}: variance from", *(s.case for s in indices)], rows)
     print("alone (95 % interval), with all that the factor does together with others; " + _rest(most, ranked))
-    for s in found:
+    for s in indices:
         if not s.converged:
             print(f"{s.case}: {s.convergence()}")
 
@@ -360,14 +370,14 @@ def _rest(most: dict[str, float], ranked: list[str]) -> str:
 
 def _differences(data: dict[str, Any]) -> list[list[str]]:
     rows = []
-    for text, found in data["differences"].items():
+    for text, change in data["differences"].items():
         row = [text]
         for name in ("e_c_pp", "p_max"):
-            b = found[name]["relative"]
+            b = change[name]["relative"]
             row += [
                 f"{b['median']:+.1%}",
                 f"{b['low']:+.1%} to {b['high']:+.1%}",
-                f"{found[name]['lower']['share']:.0%}",
+                f"{change[name]['lower']['share']:.0%}",
             ]
         rows.append(row)
     return rows

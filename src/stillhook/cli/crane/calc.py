@@ -51,8 +51,8 @@ def motor_loss(
     from stillhook.library.parameter_sets.sets import load_losses
     from stillhook.physics.hydraulics.motor import TorqueLossFit, torque_loss
 
-    found = load_losses(name)
-    m, known = found.motor, found.evidence
+    losses = load_losses(name)
+    m, known = losses.motor, losses.evidence
     D_m, omega_m = parse(displacement, "displacement", "--displacement"), parse(speed, "rotation", "--speed")
     dp_m = parse(dp, "pressure", "--dp")
     if not 0.0 < D_m <= m.D_max * (1.0 + 1e-9):
@@ -105,7 +105,7 @@ def friction(
     T_d, omega_m = parse(drum_torque, "torque", "--drum-torque"), parse(speed, "rotation", "--speed")
     if T_d < 0.0:
         raise ScenarioError(
-            f"--drum-torque {drum_torque}: a hanging load gives no negative drum torque. Give 0 or more."
+            f"--drum-torque {drum_torque}: a suspended load gives no negative drum torque. Give 0 or more."
         )
     T_fs = torque(omega_m, T_d, SystemFriction(s.Y_1, s.Y_2, s.Y_3, 1.0 / s.Y_4, s.Y_5, s.Y_6))
     _answer({"T_fs": T_fs, "T_d": T_d, "omega_m": omega_m}, json)
@@ -127,7 +127,7 @@ def drum(
     if layer is not None:
         if not 1 <= layer <= crane.drum.layers:
             raise ScenarioError(
-                f'--layer {layer}: "{crane.name}" has layers 1 to {crane.drum.layers}. Give one of them.'
+                f'--layer {layer}: "{crane.name}" has layers 1 to {crane.drum.layers}. Choose one of them.'
             )
         _answer(layer_row(crane, layer), json)
         return
@@ -183,7 +183,7 @@ def speed(
 
     crane, alpha = load_crane(name), _alpha(alpha_m)
     if layer is not None and not 1 <= layer <= crane.drum.layers:
-        raise ScenarioError(f'--layer {layer}: "{crane.name}" has layers 1 to {crane.drum.layers}. Give one of them.')
+        raise ScenarioError(f'--layer {layer}: "{crane.name}" has layers 1 to {crane.drum.layers}. Choose one of them.')
     d = crane.drum.d_max if layer is None else float(layer_row(crane, layer)["d_wire_centre"])
     v, omega = wire_speed_max(crane, alpha, d), motor_speed_max(crane, alpha)
     _answer({"v_w_max": v, "omega_m": omega, "alpha_m": alpha, "layer_diameter": d}, json)

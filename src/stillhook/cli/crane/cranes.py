@@ -26,7 +26,7 @@ def list_cranes(json: Json = False) -> None:
         print_json([{"name": c.name, "title": c.title, "plant": c.plant.value, "SWL": c.SWL} for c in known])
         return
     print_table(
-        ("crane", "what it is", "winch", "SWL"),
+        ("crane", "description", "winch", "SWL"),
         [(c.name, c.title, c.plant.value, show(c.SWL, "mass")) for c in known],
         left=3,
     )

@@ -81,8 +81,8 @@ def lower(
     file = load_lift(lift, seed=seed, duration=duration)
     try:
         with progress_bar(file.lift.name) as bar:
-            told = started(file.crane, bar, series=True, kind=KIND)
-            run = run_lowering(file.crane, file.lift, step=step or file.step, every=file.every, progress=told)
+            progress = started(file.crane, bar, series=True, kind=KIND)
+            run = run_lowering(file.crane, file.lift, step=step or file.step, every=file.every, progress=progress)
     except StillhookError as e:
         raise type(e)(f"{Path(lift).name}: {str(e).replace('z_0 ', 'start ')}") from None
     answer = lowering_answer(run, file)
@@ -104,10 +104,12 @@ def _print(file: LiftFile, answer: dict[str, Any]) -> None:
     load = file.lift.payload
     wrapped(f"{load.title or load.name}, {show(load.mass, 'mass')}; water {show(file.lift.depth, 'length')} deep")
     rows = [[row["name"], row["described"], *(_cell(name, row[name]) for name in COLUMNS)] for row in answer["stages"]]
-    print_table(["stage", "what it does", *HEADERS], rows, left=2)
+    print_table(["stage", "description", *HEADERS], rows, left=2)
     print(f"status: {answer['status']}")
     allowed = (file.crane.SWL + file.crane.hook_mass) * G
-    print(f"most at the crane tip: {show(answer['F_w_max'], 'force')}, SWL and hook: {show(allowed, 'force')}")
+    print(
+        f"largest tension at the crane tip: {show(answer['F_w_max'], 'force')}, SWL and hook: {show(allowed, 'force')}"
+    )
     if not math.isnan(answer["t_landed"]):
         slack = answer["sling_slack_landed_time"]
         after = f", slings slack for {show(slack, 'time')} from then on" if slack > 0.0 else ""
@@ -116,7 +118,7 @@ def _print(file: LiftFile, answer: dict[str, Any]) -> None:
     if held:
         least = min(held, key=lambda row: row["eta_load"])
         print(
-            f"compensation at its least, {least['name']}: {least['eta_c']:.0%} at the winch, {least['eta_load']:.0%} at"
+            f"least compensation, stage {least['name']}: {least['eta_c']:.0%} at the winch, {least['eta_load']:.0%} at"
             " the load"
         )
     print_twin(file.crane)

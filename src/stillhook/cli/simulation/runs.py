@@ -121,8 +121,8 @@ def run(
     if out is not None:
         data = {label: r.dataset(c) for label, r, c in zip(labels, runs, cranes, strict=True)}
         one = all(c is crane for c in cranes)
-        whole = dataset_of(crane if one else cranes, runs, labels) if len(runs) > 1 else None
-        _write(out, data, summaries, quiet=json, title=_title(crane, case), whole=whole)
+        all_cases = dataset_of(crane if one else cranes, runs, labels) if len(runs) > 1 else None
+        _write(out, data, summaries, quiet=json, title=_title(crane, case), all_cases=all_cases)
     raise typer.Exit(0 if all(r.ok for r in runs) else 1)
 
 
@@ -140,7 +140,7 @@ def compare(
     ] = None,
     start: Annotated[str | None, typer.Option(help="Where in a log to start.")] = None,
     duration: Annotated[
-        str | None, typer.Option(help='Length of the run (default 120 s, or the whole log), such as "300 s".')
+        str | None, typer.Option(help='Length of the run (default 120 s, or the entire log), such as "300 s".')
     ] = None,
     warm_up: Annotated[
         str, typer.Option("--warm-up", help="Start of the run that is left out of the figures.")
@@ -173,8 +173,8 @@ def compare(
     case = Scenario(load=load, s_w=s_w, tip=tip, warm_up=warm_up, sensors=Sensors(delay=delay), **times)
     chosen = [m.strip().lower() for m in modes.split(",") if m.strip()]
     with progress_bar("comparing") as bar:
-        told = started(machine, bar, series=True, report=getattr(tip, "report", ""))
-        result = side_by_side(machine, case, chosen, step=step, progress=told)
+        progress = started(machine, bar, series=True, report=getattr(tip, "report", ""))
+        result = side_by_side(machine, case, chosen, step=step, progress=progress)
     _report(result, json=json)
     if out is not None:
         write_comparison(result, out, quiet=json)
@@ -197,7 +197,7 @@ def motion_of(
         for option, value in (("--position", position), ("--heave", heave), ("--start", start)):
             if value is not None:
                 raise MotionError(
-                    f'{option} {value}: belongs to a log, and --motion "{text}" is none. Leave {option} out.'
+                    f'{option} {value}: belongs to a log, and --motion "{text}" is not one. Leave {option} out.'
                 )
         return parse_motion(text, "--motion")
     if not os.path.exists(text):
@@ -243,7 +243,13 @@ def write_comparison(result: Comparison, out: Path, *, quiet: bool, start: float
     data = result.dataset()
     runs = {r.mode.value.upper(): data.sel(case=r.mode.value) for r in result.runs}
     _write(
-        out, runs, result.table(), quiet=quiet, title=_title(result.crane, result.runs[0].case), start=start, whole=data
+        out,
+        runs,
+        result.table(),
+        quiet=quiet,
+        title=_title(result.crane, result.runs[0].case),
+        start=start,
+        all_cases=data,
     )
 
 
@@ -255,7 +261,7 @@ def _write(
     quiet: bool,
     title: str,
     start: float = 0.0,
-    whole: Any = None,
+    all_cases: Any = None,
 ) -> None:
     """Picture, NetCDF and summary of a set of runs."""
     from stillhook.base.atomic import atomic_folder
@@ -265,7 +271,7 @@ def _write(
     first, (picture, series, numbers) = next(iter(runs.values())), OUT_FILES
     with atomic_folder(out) as part:
         save_figure(four_panels(runs, title=title, start=start), part / picture)
-        save_run(first if whole is None else whole, part / series)
+        save_run(first if all_cases is None else all_cases, part / series)
         save_json(summary, part / numbers)
     if not quiet:
         print("written: " + ", ".join(str(out / name) for name in OUT_FILES))

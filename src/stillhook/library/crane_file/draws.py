@@ -22,7 +22,7 @@ LEAST_ALLOWED = 0.02
 """Least share of draws that must be physically allowed [-]: below it the normal distribution of the evidence says
 nothing about the set."""
 TRIAL = 10_000
-"""Draws by which that share is found, and the least number that is drawn at once."""
+"""Draws by which that share is estimated, and the least number that is drawn at once."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ def draw(item: FrictionSet | LossSet, n: int, rng: np.random.Generator) -> Draws
     evidence = item.evidence
     if evidence is None:
         raise IdentifyError(
-            f'set "{item.name}": it has no [evidence], so nothing says how uncertain it is. '
+            f'set "{item.name}": it has no [evidence], so its uncertainty is unknown. '
             "Identify it from tests, or give its covariance."
         )
     spec = item.system if isinstance(item, FrictionSet) else item.motor.loss
@@ -90,7 +90,7 @@ def crane_with(crane: Crane, *sets: FrictionSet | LossSet) -> Crane:
         of = item.motor.D_max if isinstance(item, LossSet) else None
         if of in replaced:
             raise IdentifyError(
-                f'Sets "{replaced[of]}" and "{item.name}" replace the same numbers of "{crane.name}". Give one of them.'
+                f'Sets "{replaced[of]}" and "{item.name}" replace the same numbers of "{crane.name}". Choose one.'
             )
         replaced[of] = item.name
         at_value = Draws((), np.empty((1, 0)), 1.0)
@@ -100,30 +100,30 @@ def crane_with(crane: Crane, *sets: FrictionSet | LossSet) -> Crane:
 
 
 def _leaves(
-    spec: SystemFriction | TorqueLoss, drawn: Draws, i: int, sources: dict[str, Any], source: str
+    spec: SystemFriction | TorqueLoss, draws: Draws, i: int, sources: dict[str, Any], source: str
 ) -> dict[str, Any]:
     """Leaves for `changed`: drawn values with where they are from, the others as they are in the set."""
-    new = spec.model_copy(update={name: float(x) for name, x in zip(drawn.names, drawn.values[i], strict=True)})
+    new = spec.model_copy(update={name: float(x) for name, x in zip(draws.names, draws.values[i], strict=True)})
     out: dict[str, Any] = {}
     for name, leaf in leaf_tree(new, sources).items():
-        kind, text = (SourceKind.DERIVED, source) if name in drawn.names else (leaf.source.kind, leaf.source.text)  # type: ignore[union-attr]
+        kind, text = (SourceKind.DERIVED, source) if name in draws.names else (leaf.source.kind, leaf.source.text)  # type: ignore[union-attr]
         out[name] = {"value": leaf.value, "kind": kind.value, "source": text}  # type: ignore[union-attr]
     return out
 
 
-def with_friction(crane: Crane, item: FrictionSet, drawn: Draws, i: int, what: str) -> Crane:
-    """The crane with draw i of a system friction; what says in its sources what the values are."""
-    system = _leaves(item.system, drawn, i, dict(item.sources), f"{what} from {item.name}")
+def with_friction(crane: Crane, item: FrictionSet, draws: Draws, i: int, label: str) -> Crane:
+    """The crane with draw i of a system friction; label describes the values in its sources."""
+    system = _leaves(item.system, draws, i, dict(item.sources), f"{label} from {item.name}")
     known = item.evidence.T_d if item.evidence is not None else None
     ends = {} if known is None else {"T_d_min": f"{known[0]!r} N m", "T_d_max": f"{known[1]!r} N m"}
     return changed(crane, {"friction": {"system": system, **ends}})
 
 
-def with_loss(crane: Crane, item: LossSet, drawn: Draws, i: int, what: str) -> Crane:
+def with_loss(crane: Crane, item: LossSet, draws: Draws, i: int, label: str) -> Crane:
     """The crane with draw i of a motor's loss in every circuit with motors of that size. Errors: IdentifyError where
     there is none."""
     sources = {name.removeprefix("loss."): s for name, s in item.sources.items() if name.startswith("loss.")}
-    loss = _leaves(item.motor.loss, drawn, i, sources, f"{what} from {item.name}")
+    loss = _leaves(item.motor.loss, draws, i, sources, f"{label} from {item.name}")
     circuits = {"active": crane.active} | ({"passive": crane.passive} if crane.passive is not None else {})
     fits = [name for name, c in circuits.items() if c.motor.D_max == item.motor.D_max]
     if not fits:

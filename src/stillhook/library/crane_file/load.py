@@ -19,9 +19,9 @@ from stillhook.library.toml.tree import (
     Leaf,
     Tree,
     file_tree,
-    lay_over,
     library_tree,
     nearest,
+    overlay,
     parsed,
     shelf,
     sources,
@@ -82,7 +82,7 @@ def crane_from_toml(text: str, label: str) -> Crane:
 
 
 def changed(crane: Crane, changes: Mapping[str, Any]) -> Crane:
-    """A crane with some fields changed, as if by a file built on it; the crane itself stays as it is.
+    """A crane with some fields changed, as if by a file built on it; the crane itself is not changed.
 
     Parameters: changes nested tables of texts and numbers, or of leaves with value, kind and source:
     ``{"active": {"line": {"V": "100 L"}}}``.
@@ -91,13 +91,13 @@ def changed(crane: Crane, changes: Mapping[str, Any]) -> Crane:
     if not isinstance(changes, Mapping):
         raise SpecError(f'Changes = {quote(changes)}: give nested tables, such as {{"wire": {{"L_0": "80 m"}}}}.')
     label = f"changes to {crane.name}"
-    own = tree(changes, label, user=True)
-    return _crane(_over_base(crane_tree(crane), own, label), label)
+    overrides = tree(changes, label, user=True)
+    return _crane(_over_base(crane_tree(crane), overrides, label), label)
 
 
 def _crane(fields: Tree, label: str) -> Crane:
     if "sources" in fields:
-        raise SpecError(f"{label}: sources: unknown field; write the source beside its value.")
+        raise SpecError(f"{label}: sources: unknown field; write the source next to its value.")
     fields, certified = _with_library(fields, label), fields.get("certified")
     fields.pop("certified", None)
     stated = {path: source for path, source in sources(fields) if path not in LABELS}
@@ -123,21 +123,21 @@ def _fields(name_or_path: str | Path, above: tuple[Path, ...]) -> tuple[str, Tre
         raise SpecError(
             f"No crane {quote(name_or_path)}: the library has {have}{hint} A file's name ends in .toml.{other}"
         )
-    own = _with_library(file_tree(path), path.name, path.parent)
-    base, certificate = own.pop("base", None), own.pop("certificate", None)
+    fields = _with_library(file_tree(path), path.name, path.parent)
+    base, certificate = fields.pop("base", None), fields.pop("certificate", None)
     if certificate is not None:
-        own["certified"] = _certified(own, certificate, path)
-    return path.name, own if base is None else _on_base(own, base, path, above)
+        fields["certified"] = _certified(fields, certificate, path)
+    return path.name, fields if base is None else _on_base(fields, base, path, above)
 
 
-def _certified(own: Tree, certificate: Leaf | Tree, path: Path) -> Leaf:
+def _certified(fields: Tree, certificate: Leaf | Tree, path: Path) -> Leaf:
     """The certificate that a crane file names, in short."""
     name = certificate.value if isinstance(certificate, Leaf) else None
     if not isinstance(name, str) or not name.strip():
         raise SpecError(
             f'{path.name}: certificate = {quote(name)}: give the path of a certificate, such as "certificate.json".'
         )
-    if "certified" in own:
+    if "certified" in fields:
         raise SpecError(f"{path.name}: certificate and [certified]: the second is the record of another. Remove it.")
     try:
         record = read_certified(path.parent / name)
@@ -146,7 +146,7 @@ def _certified(own: Tree, certificate: Leaf | Tree, path: Path) -> Leaf:
     return Leaf(record, Source(text=f"certificate {record.short}", kind=SourceKind.USER))
 
 
-def _on_base(own: Tree, base: Leaf | Tree, path: Path, above: tuple[Path, ...]) -> Tree:
+def _on_base(fields: Tree, base: Leaf | Tree, path: Path, above: tuple[Path, ...]) -> Tree:
     name = base.value if isinstance(base, Leaf) else None
     have = ", ".join(cranes())
     if not isinstance(name, str):
@@ -158,26 +158,26 @@ def _on_base(own: Tree, base: Leaf | Tree, path: Path, above: tuple[Path, ...]) 
         raise SpecError(f"{path.name}: base = {quote(name)}: the files build on each other in a circle.")
     below_path: str | Path = name if name in cranes() else path.parent / name
     _, below = _fields(below_path, (*above, path.resolve()))
-    own.setdefault("name", Leaf(path.stem, Source(text=f"name of the file {path.name}", kind=SourceKind.USER)))
-    return _over_base(below, own, path.name)
+    fields.setdefault("name", Leaf(path.stem, Source(text=f"name of the file {path.name}", kind=SourceKind.USER)))
+    return _over_base(below, fields, path.name)
 
 
-def _over_base(below: Tree, own: Tree, label: str) -> Tree:
-    """``own`` laid over its base, less the numbers of the base that ``own`` makes stale."""
+def _over_base(below: Tree, fields: Tree, label: str) -> Tree:
+    """``fields`` merged over its base, less the numbers of the base that ``fields`` replace."""
     base = dict(below)
-    if "certified" in own:
+    if "certified" in fields:
         base.pop("certified", None)
-    if _text_at(own, "plant") == Plant.PURE_ACTIVE.value:
+    if _text_at(fields, "plant") == Plant.PURE_ACTIVE.value:
         base.pop("passive", None)
     for circuit in ("active", "passive"):
         part = base.get(circuit)
         motor = part.get("motor") if isinstance(part, dict) else None
-        if isinstance(part, dict) and isinstance(motor, dict) and _text_at(own, circuit, "motor", "type"):
+        if isinstance(part, dict) and isinstance(motor, dict) and _text_at(fields, circuit, "motor", "type"):
             base[circuit] = {**part, "motor": {k: v for k, v in motor.items() if k not in Motor.model_fields}}
     friction = base.get("friction")
-    if isinstance(friction, dict) and _text_at(own, "friction", "library"):
+    if isinstance(friction, dict) and _text_at(fields, "friction", "library"):
         base["friction"] = {k: v for k, v in friction.items() if k not in ("system", "T_d_min", "T_d_max")}
-    return lay_over(base, own, label)
+    return overlay(base, fields, label)
 
 
 def _text_at(node: Leaf | Tree | None, *path: str) -> str | None:
@@ -188,32 +188,36 @@ def _text_at(node: Leaf | Tree | None, *path: str) -> str | None:
 
 
 def _with_library(fields: Tree, label: str, folder: Path | None = None) -> Tree:
-    """Motors and system friction filled in by name, under what the file says itself; leak tables looked up.
+    """Motors and system friction filled in by name, overridden by the file's own fields; leak tables looked up.
 
     folder: that of the file, from which paths of sets are seen; None where all files have been read: a set that was
-    read from a path then stands in the fields, and its file need not be there any more.
+    read from a path is then part of the fields, and its file is no longer needed.
     """
     out = dict(fields)
     for circuit in ("active", "passive"):
         part = out.get(circuit)
         type_, leak = _text_at(part, "motor", "type"), _text_at(part, "pump", "leak")
-        if isinstance(part, dict) and type_ and _to_be_read(type_, part.get("motor"), Motor, folder):
+        if isinstance(part, dict) and type_ and _needs_reading(type_, part.get("motor"), Motor, folder):
             place = f"{label}: {circuit}.motor.type"
             motor = set_values("motors", type_, place, folder or Path()) | known_losses(type_, place, folder or Path())
-            out[circuit] = lay_over({"motor": motor}, part, label, circuit)
+            out[circuit] = overlay({"motor": motor}, part, label, circuit)
         if leak and folder is None:
             library_tree("pumps", leak, f"{label}: {circuit}.pump.leak")
     friction, library = out.get("friction"), _text_at(out, "friction", "library")
-    if isinstance(friction, dict) and library and _to_be_read(library, friction.get("system"), SystemFriction, folder):
+    if (
+        isinstance(friction, dict)
+        and library
+        and _needs_reading(library, friction.get("system"), SystemFriction, folder)
+    ):
         place = f"{label}: friction.library"
         system = set_values("friction", library, place, folder or Path())
-        out["friction"] = lay_over(
+        out["friction"] = overlay(
             {"system": system, **known_torques(library, place, folder or Path())}, friction, label, "friction"
         )
     return out
 
 
-def _to_be_read(name: str, part: Leaf | Tree | None, model: type[Spec], folder: Path | None) -> bool:
+def _needs_reading(name: str, part: Leaf | Tree | None, model: type[Spec], folder: Path | None) -> bool:
     """Whether a set is read now: one of the library at the end, one from a path with the file that names it, unless
     that has all of it."""
     if not is_path(name):

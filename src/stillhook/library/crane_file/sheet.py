@@ -14,7 +14,7 @@ DIGITS = 6  # significant digits on the sheet; published numbers have up to 5
 
 
 class Row(NamedTuple):
-    """One number: dotted field, what it means, its value in display units, how far to trust it, where it is from."""
+    """One number: dotted field, what it means, its value in display units, its reliability, its source."""
 
     field: str
     meaning: str

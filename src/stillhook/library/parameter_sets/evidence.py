@@ -1,4 +1,4 @@
-"""How well the parameters of a set are known, and from what: covariance, ranges of the data, and what they cannot
+"""Accuracy of the parameters of a set, and its data: covariance, ranges of the data, and what they cannot
 tell."""
 
 from __future__ import annotations
@@ -29,20 +29,21 @@ Pair = Field(default=None, description="range of the data")
 
 
 class Evidence(Spec):
-    """What a set was fitted to. covariance in SI, rows and columns in the order of names; dof degrees of freedom left
-    by the fit; omega_m, T_d, dp_m, D_m ranges of the data; statements what the data cannot tell, one sentence each."""
+    """Data that a set was fitted to. covariance in SI, rows and columns in the order of names; dof degrees of freedom
+    left by the fit; omega_m, T_d, dp_m, D_m ranges of the data; statements what the data cannot determine, one sentence
+    each."""
 
     names: tuple[Text, ...] = Field(min_length=1, description="parameters that were fitted")
     covariance: tuple[Row, ...] = Field(
         min_length=1, description="covariance of the parameters in SI, in the order of names"
     )
     dof: Number = Field(gt=0, description="degrees of freedom of the fit")
-    data: Text = Field(description="what was fitted to")
+    data: Text = Field(description="data of the fit")
     omega_m: tuple[u.Rotation, u.Rotation] | None = Pair
     T_d: tuple[u.Torque, u.Torque] | None = Pair
     dp_m: tuple[u.Pressure, u.Pressure] | None = Pair
     D_m: tuple[u.Displacement, u.Displacement] | None = Pair
-    statements: tuple[Text, ...] = Field(default=(), description="what the data cannot tell")
+    statements: tuple[Text, ...] = Field(default=(), description="what the data cannot determine")
 
     @field_validator(*RANGES)
     @classmethod
@@ -86,9 +87,9 @@ class Evidence(Spec):
             "dof": float(dof),
             "data": data,
         }
-        found = evidence_of({**table, **ends, "statements": list(statements)}, tuple(names), "fit")
-        assert found is not None
-        return found
+        evidence = evidence_of({**table, **ends, "statements": list(statements)}, tuple(names), "fit")
+        assert evidence is not None
+        return evidence
 
     @property
     def matrix(self) -> FloatArray:
@@ -125,7 +126,7 @@ def evidence_of(table: Any, allowed: tuple[str, ...], label: str) -> Evidence | 
         return None
     if not isinstance(table, Mapping):
         raise SpecError(
-            f"{label}: {EVIDENCE} = {u.quote(table)}: a table is due, with {', '.join(Evidence.model_fields)}."
+            f"{label}: {EVIDENCE} = {u.came(table)}: must be a table, with {', '.join(Evidence.model_fields)}."
         )
     try:
         evidence = Evidence.model_validate(table)

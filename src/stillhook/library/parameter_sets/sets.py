@@ -42,7 +42,7 @@ OF_SHELF = {FRICTION: FileKind.FRICTION, MOTORS: FileKind.MOTOR}
 ANY = "set"
 """Where a set of either kind may be named."""
 LOSS_RANGE = ("D_loss_min", "n_loss_max", "dp_loss_max")
-"""Fields of a motor that say where its loss was fitted; where a set has evidence, its ranges say it."""
+"""Fields of a motor with the range in which its loss was fitted; where a set has evidence, its ranges give it."""
 Y_NAMES = tuple(SystemFriction.model_fields)
 X_NAMES = tuple(TorqueLoss.model_fields)
 
@@ -91,7 +91,7 @@ def load_losses(name_or_path: str | Path) -> LossSet:
 
 
 def load_set(name_or_path: str | Path) -> FrictionSet | LossSet:
-    """A set of either kind, told apart by its name in the library or by what the file holds. Errors: SpecError,
+    """A set of either kind, distinguished by its name in the library or by what the file holds. Errors: SpecError,
     UnitError, one line."""
     if str(name_or_path) in shelf(FRICTION):
         return load_friction(name_or_path)

@@ -1,4 +1,4 @@
-"""What pydantic found wrong with a file, as one line: where, what came, what is allowed, what to do."""
+"""Errors of pydantic in a file, as one line: where, what came, what is allowed, what to do."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from stillhook.library.toml.tree import nearest
 from stillhook.spec.crane import Crane
 from stillhook.units import KINDS, Quantity, quote, text_at
 
-# Typing errors first: a misspelt field is also a missing one, and the misspelling is what to mend.
+# Typing errors first: a misspelt field is also a missing one, and the misspelling is to be corrected.
 _ORDER = {"extra_forbidden": 0, "unit": 1, "missing": 3, "value_error": 4}
 _OTHER = 2
 _SHOULD = re.compile(r"^[A-Z]\w+ should")
@@ -30,7 +30,7 @@ def explain(error: ValidationError, model: type[BaseModel], where: str, data: Ma
 
 def _line(problem: Any, model: type[BaseModel], data: Mapping[str, Any]) -> str:
     loc: tuple[int | str, ...] = problem["loc"]
-    place, given = _dotted(loc), quote(text_at(data, loc, problem["input"]))
+    place, quoted = _dotted(loc), came(written_at(data, loc, problem["input"]))
     kind, message = problem["type"], str(problem["msg"]).removeprefix("Value error, ")
     if kind == "extra_forbidden":
         fields = _fields(model, loc[:-1])
@@ -41,10 +41,10 @@ def _line(problem: Any, model: type[BaseModel], data: Mapping[str, Any]) -> str:
     if kind == "value_error":
         return f"{place}: {message}" if place else message
     if kind == "unit":
-        return f"{place} = {given}: {message}"
+        return f"{place} = {quoted}: {message}"
     if kind in {"model_type", "model_attributes_type", "dict_type"}:
-        return f"{place} = {given}: a table is due, with {', '.join(_fields(model, loc))}."
-    return f"{place} = {given}: {_SHOULD.sub('it must', message, count=1)}."
+        return f"{place} = {quoted}: must be a table, with {', '.join(_fields(model, loc))}."
+    return f"{place} = {quoted}: {_SHOULD.sub('it must', message, count=1)}."
 
 
 def _dotted(loc: Sequence[int | str]) -> str:
@@ -53,14 +53,14 @@ def _dotted(loc: Sequence[int | str]) -> str:
 
 def _fields(model: type[BaseModel], loc: Sequence[int | str]) -> list[str]:
     """Names of the fields of the table at ``loc``."""
-    here = model
+    current = model
     for part in loc:
-        field = here.model_fields.get(str(part))
+        field = current.model_fields.get(str(part))
         inner = _model_in(field.annotation) if field else None
         if inner is None:
             return []
-        here = inner
-    return [name for name in here.model_fields if name != "sources"]
+        current = inner
+    return [name for name in current.model_fields if name != "sources"]
 
 
 def _model_in(annotation: Any) -> type[BaseModel] | None:
@@ -72,11 +72,11 @@ def _model_in(annotation: Any) -> type[BaseModel] | None:
 
 def _meaning(model: type[BaseModel], loc: Sequence[int | str]) -> str:
     """Description and allowed units of the field at ``loc``, in brackets."""
-    here: type[BaseModel] | None = model
+    current: type[BaseModel] | None = model
     field = None
     for part in loc:
-        field = here.model_fields.get(str(part)) if here else None
-        here = _model_in(field.annotation) if field else None
+        field = current.model_fields.get(str(part)) if current else None
+        current = _model_in(field.annotation) if field else None
     if field is None:
         return ""
     units = [", ".join(KINDS[m.kind].allowed) for m in field.metadata if isinstance(m, Quantity)]

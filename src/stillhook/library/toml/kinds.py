@@ -77,16 +77,16 @@ _OF_VALIDATION = frozenset({"criteria", "date", "delay", "modes", "remarks"})
 
 
 def kind_of(table: Mapping[str, Any]) -> FileKind | None:
-    """The kind of a parsed TOML file; None where its tables do not tell it."""
+    """The kind of a parsed TOML file; None where its tables do not determine it."""
     if "test" in table:
         tests = table["test"] if isinstance(table["test"], list) else []
         validation = _OF_VALIDATION & table.keys() or any(
             isinstance(t, Mapping) and {"kind", "mode"} & t.keys() for t in tests
         )
         return FileKind.CAMPAIGN if validation else FileKind.FRICTION_CAMPAIGN
-    found = next((kind for kind, marks in _MARKS if marks <= table.keys()), None)
-    if found is not None:
-        return found
+    kind = next((kind for kind, marks in _MARKS if marks <= table.keys()), None)
+    if kind is not None:
+        return kind
     if set(table) == {"signals"}:
         return FileKind.MAPPING
     if "mode" in table and table.keys() <= _OF_CONTROLLER:
@@ -95,23 +95,23 @@ def kind_of(table: Mapping[str, Any]) -> FileKind | None:
 
 
 def refuse_other(table: Mapping[str, Any], name: str, *wanted: FileKind) -> None:
-    """Refuse a file that is known to be of another kind than those wanted. Errors: SpecError that says what it is and
+    """Refuse a file that is known to be of another kind than those wanted. Errors: SpecError that names its kind and
     what reads it."""
-    found = kind_of(table)
-    if wanted and found is not None and found not in wanted:
+    actual = kind_of(table)
+    if wanted and actual is not None and actual not in wanted:
         nouns = " or ".join(kind.noun for kind in wanted)
-        raise SpecError(f"{name} is {found.noun}, not {nouns}: {found.read_by}. Give {nouns} here.")
+        raise SpecError(f"{name} is {actual.noun}, not {nouns}: {actual.read_by}. Give {nouns} here.")
 
 
 def other_kind(name: str, wanted: FileKind) -> str:
     """A sentence for a name that the library has as something else than what is wanted; empty where it has none
     such."""
-    found = kind_on_shelf(name) if name.isprintable() and not {"/", "\\"} & set(name) else None
-    return "" if found in (None, wanted) else f" The library has it as {found.noun}: {found.read_by}."
+    actual = kind_on_shelf(name) if name.isprintable() and not {"/", "\\"} & set(name) else None
+    return "" if actual in (None, wanted) else f" The library has it as {actual.noun}: {actual.read_by}."
 
 
 def kind_of_toml(text: str) -> FileKind | None:
-    """The kind of a TOML text; None where it is none, or tells none."""
+    """The kind of a TOML text; None where it is not TOML, or of no known kind."""
     try:
         return kind_of(tomllib.loads(text))
     except (tomllib.TOMLDecodeError, RecursionError, ValueError):
@@ -138,7 +138,7 @@ def kind_on_shelf(name: str) -> FileKind | None:
 
 
 def toml_instead(path: str | os.PathLike[str], wanted: str) -> str:
-    """A line on a TOML file that stands in place of data (wanted: what they are called, with an article); empty for any
+    """A line on a TOML file in place of data (wanted: what they are called, with an article); empty for any
     other file."""
     file = Path(path)
     if file.suffix.lower() != ".toml" or not file.is_file():
@@ -147,8 +147,8 @@ def toml_instead(path: str | os.PathLike[str], wanted: str) -> str:
     return "" if kind is None else f"{file.name} is {kind.noun}, not {wanted}: {kind.read_by}. Give {wanted} here."
 
 
-def told_kind(table: Mapping[str, Any]) -> str:
-    """A sentence on what a TOML file is; empty where its tables do not tell."""
+def stated_kind(table: Mapping[str, Any]) -> str:
+    """A sentence on what a TOML file is; empty where its tables do not determine it."""
     kind = kind_of(table)
     return "" if kind is None else f" It is {kind.noun}: {kind.read_by}."
 

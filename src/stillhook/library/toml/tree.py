@@ -85,10 +85,10 @@ def toml_text(path: Path) -> str:
     try:
         status = path.stat()
         if not stat.S_ISREG(status.st_mode):
-            what = "a folder" if stat.S_ISDIR(status.st_mode) else "a device"
-            raise SpecError(f"{quote(str(path))}: {what}, not a file. Give the path of a TOML file.")
+            object_type = "a folder" if stat.S_ISDIR(status.st_mode) else "a device"
+            raise SpecError(f"{came(str(path))}: {object_type}, not a file. Give the path of a TOML file.")
         if status.st_size > LARGEST_FILE:
-            raise SpecError(f"{quote(str(path))}: larger than {LARGEST_FILE} bytes, so it is no crane or case file.")
+            raise SpecError(f"{came(str(path))}: larger than {LARGEST_FILE} bytes, so it is not a crane or case file.")
         return path.read_bytes().decode("utf-8-sig")
     except FileNotFoundError:
         raise SpecError(f"{quote(str(path))}: no such file. Check the path.") from None
@@ -112,7 +112,7 @@ def parsed(text: str, name: str, *kinds: FileKind, start: str = START_CRANE) -> 
     except (tomllib.TOMLDecodeError, RecursionError, ValueError) as problem:
         if other := kind_of_text(text):
             raise SpecError(f"{name}: {other}.") from None
-        raise SpecError(f"{name}: not valid TOML: {_one_line(problem)}. Mend that line.") from None
+        raise SpecError(f"{name}: not valid TOML: {_one_line(problem)}. Correct that line.") from None
     refuse_other(table, name, *kinds)
     return table
 
@@ -126,7 +126,7 @@ def tree(table: Mapping[str, Any], name: str, *, user: bool, path: str = "") -> 
     out: Tree = {}
     for key, value in table.items():
         if not isinstance(key, str) or not key.isprintable() or len(key) > LONGEST_KEY:
-            raise SpecError(f"{name}: {path or 'top'}: key {quote(key)} is no field. Write the name of a field.")
+            raise SpecError(f"{name}: {path or 'top'}: key {came(key)} is not a field. Write the name of a field.")
         place = f"{path}.{key}" if path else key
         if isinstance(value, Mapping) and "value" not in value:
             out[key] = tree(value, name, user=user, path=place)
@@ -136,7 +136,7 @@ def tree(table: Mapping[str, Any], name: str, *, user: bool, path: str = "") -> 
             out[key] = Leaf(_plain(value, name, place), Source(text=f"given in {name}", kind=SourceKind.USER))
         else:
             raise SpecError(
-                f"{name}: {place}: a number of the library needs its kind and source. Write them beside its value."
+                f"{name}: {place}: a number of the library needs its kind and source. Write them next to its value."
             )
     return out
 
@@ -152,7 +152,7 @@ def _leaf(table: Mapping[str, Any], name: str, place: str, *, user: bool) -> Lea
     if kind not in kinds:
         raise SpecError(f"{name}: {place}.kind = {quote(kind)}: not one of {', '.join(kinds)}.")
     if not isinstance(text, str) or not text.strip():
-        raise SpecError(f"{name}: {place}.source = {quote(text)}: say where the number is from, as text.")
+        raise SpecError(f"{name}: {place}.source = {came(text)}: must state the source of the number, as text.")
     return Leaf(_plain(table["value"], name, place), Source(text=text, kind=SourceKind(kind)))
 
 
@@ -168,18 +168,18 @@ def _plain(value: Any, name: str, place: str) -> Any:
     raise SpecError(f"{name}: {place} = {quote(value)}: neither a number, a text nor a list of them.")
 
 
-def lay_over(below: Tree, above: Tree, name: str, path: str = "") -> Tree:
+def overlay(below: Tree, above: Tree, name: str, path: str = "") -> Tree:
     """``above`` laid over ``below``. A table cannot replace a value, nor a value a table."""
     out = dict(below)
     for key, new in above.items():
         place = f"{path}.{key}" if path else key
         old = below.get(key)
         if isinstance(old, dict) and isinstance(new, dict):
-            out[key] = lay_over(old, new, name, place)
+            out[key] = overlay(old, new, name, place)
         elif isinstance(old, dict) and isinstance(new, Leaf):
-            raise SpecError(f"{name}: {place} = {quote(new.value)}: a table is due, with {', '.join(old)}.")
+            raise SpecError(f"{name}: {place} = {came(new.value)}: must be a table, with {', '.join(old)}.")
         elif isinstance(old, Leaf) and isinstance(new, dict):
-            raise SpecError(f"{name}: {place}: one value is due, came a table. Write {key} = {quote(old.value)}.")
+            raise SpecError(f"{name}: {place}: must be one value, not a table. Write {key} = {came(old.value)}.")
         else:
             out[key] = new
     return out

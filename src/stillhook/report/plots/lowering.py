@@ -44,7 +44,7 @@ class Limits(NamedTuple):
 def lowering_panels(
     run: xarray.Dataset, lift: Lowering, static: FloatArray, limits: Limits, *, title: str = ""
 ) -> Figure:
-    """Depth, tension, dynamic factor, motion, control error and pressures over time; stages are told apart by their
+    """Depth, tension, dynamic factor, motion, control error and pressures over time; stages are distinguished by their
     shade.
 
     run: series of one lowering, names of `stillhook.variables`; static: tension at the crane tip with everything at
@@ -105,14 +105,14 @@ def _tension(ax: Axes, run: xarray.Dataset, t: FloatArray, limits: Limits) -> No
 
 def _motion(ax: Axes, run: xarray.Dataset, lift: Lowering, t: FloatArray) -> None:
     ax.plot(t, run["s_tip"].values - run["s_tip"].values[0], color=GREY, lw=0.7, label="crane tip")
-    path = asked_path(run, lift, t)
+    path = requested_path(run, lift, t)
     for name, label, colour in (("s_hook", "hook", COLOURS[1]), ("z_load", "payload", COLOURS[0])):
         ax.plot(t, about_mean(t, run[name].values - path), color=colour, lw=0.9, label=label)
-    ax.set_ylabel("motion about the\npath asked for [m]")
+    ax.set_ylabel("motion about the\nrequested path [m]")
 
 
-def asked_path(run: xarray.Dataset, lift: Lowering, t: FloatArray) -> FloatArray:
-    """Height that the joystick asks for [m]: what splash mode adds to it counts as motion, and so does a correction of
+def requested_path(run: xarray.Dataset, lift: Lowering, t: FloatArray) -> FloatArray:
+    """Height requested by the joystick [m]: what splash mode adds to it counts as motion, and so does a correction of
     leakage."""
     v, stage = np.array(run["v_op"].values), run["stage_number"].values.astype(int)
     adds = [each.mode in (StageMode.SPLASH, StageMode.MANUAL) for each in lift.programme]
@@ -158,17 +158,17 @@ def _stages(ax: Axes, run: xarray.Dataset, t: FloatArray) -> None:
 
 
 def _stage_names(ax: Axes, run: xarray.Dataset, lift: Lowering, t: FloatArray) -> None:
-    whole = float(t[-1] - t[0])
+    duration = float(t[-1] - t[0])
     for stage, a, b in _turns(run):
         text = "done" if stage >= len(lift.programme) else lift.programme[stage].name or str(lift.programme[stage].mode)
-        if t[b] - t[a] > 0.02 * whole:
+        if t[b] - t[a] > 0.02 * duration:
             middle = 0.5 * float(t[a] + t[b])
             ax.text(
                 middle, 1.02, text, transform=ax.get_xaxis_transform(), ha="center", fontsize="small", clip_on=False
             )
 
 
-class Stretch(NamedTuple):
+class TimeSegment(NamedTuple):
     """A part of a run that is worth a picture: samples, and what happens."""
 
     name: str
@@ -176,19 +176,21 @@ class Stretch(NamedTuple):
     last: int
 
 
-def stretches(run: xarray.Dataset, lift: Lowering) -> list[Stretch]:
+def time_segments(run: xarray.Dataset, lift: Lowering) -> list[TimeSegment]:
     """The passage through the surface and the landing, where there are such."""
     z, out = run["z_load"].values, []
     H = max(lift.payload.height, 2.0)
     wet = np.flatnonzero((z < 0.6 * H) & (z > -1.8 * H))
     if len(wet) > MOMENTS:
-        out.append(Stretch("through the surface", int(wet[0]), int(wet[-1])))
+        out.append(TimeSegment("through the surface", int(wet[0]), int(wet[-1])))
     down = np.flatnonzero(z <= -lift.depth)
     if len(down):
         above = np.flatnonzero(z[: down[0]] > -lift.depth + 1.0 * H)
         first = int(above[-1]) if len(above) else 0
         dt = float(run["time"][1] - run["time"][0])
-        out.append(Stretch("landing", first, min(int(down[0] + max(10.0 / dt, 0.2 * (down[0] - first))), len(z) - 1)))
+        out.append(
+            TimeSegment("landing", first, min(int(down[0] + max(10.0 / dt, 0.2 * (down[0] - first))), len(z) - 1))
+        )
     return out
 
 
@@ -197,7 +199,7 @@ def strip(run: xarray.Dataset, lift: Lowering, *, title: str = "") -> Figure:
     the seabed."""
     from matplotlib.figure import Figure
 
-    rows = stretches(run, lift) or [Stretch("", 0, run.sizes["time"] - 1)]
+    rows = time_segments(run, lift) or [TimeSegment("", 0, run.sizes["time"] - 1)]
     views = [_bounds(run, lift, row) for row in rows]
     heights = [1.5 * 0.5 * (b.high - b.low) / b.half for b in views]
     figure = Figure(figsize=(13.0, sum(heights) + 0.7 * len(rows) + 0.5), layout="constrained")
@@ -226,7 +228,7 @@ class Bounds(NamedTuple):
     half: float
 
 
-def _bounds(run: xarray.Dataset, lift: Lowering, row: Stretch) -> Bounds:
+def _bounds(run: xarray.Dataset, lift: Lowering, row: TimeSegment) -> Bounds:
     z = run["z_load"].values[row.first : row.last + 1]
     H, rig = lift.payload.height, lift.rigging.height
     low = float(z.min()) - 0.3 * H - 1.0
@@ -268,13 +270,13 @@ def draw(ax: Axes, run: xarray.Dataset, lift: Lowering, i: int, bounds: Bounds) 
 
 
 def save_animation(run: xarray.Dataset, lift: Lowering, path: str | Path, *, title: str = "") -> Path:
-    """A GIF of the first stretch worth a picture: payload beside the tensions. The file appears only when it is
+    """A GIF of the first stretch worth a picture: payload next to the tensions. The file appears only when it is
     complete."""
     from matplotlib.animation import FuncAnimation, PillowWriter
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    row = (stretches(run, lift) or [Stretch("", 0, run.sizes["time"] - 1)])[0]
+    row = (time_segments(run, lift) or [TimeSegment("", 0, run.sizes["time"] - 1)])[0]
     t, count = run["time"].values, row.last - row.first + 1
     span = float(t[row.last] - t[row.first])
     frames = max(2, min(FRAMES, round(span * FRAMES_PER_SECOND)))

@@ -57,7 +57,7 @@ def vessel_figure(rao: Rao, point: tuple[float, float] | None = None) -> Figure:
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize="small", frameon=False)
     figure.suptitle(
-        "\n".join(textwrap.wrap(f"{rao.name}, reference point: {rao.origin or 'not said'}", 110)), fontsize="medium"
+        "\n".join(textwrap.wrap(f"{rao.name}, reference point: {rao.origin or 'not stated'}", 110)), fontsize="medium"
     )
     return figure
 

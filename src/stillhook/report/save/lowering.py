@@ -1,4 +1,4 @@
-"""What a lowering leaves in a folder: pictures, series, summary; and its numbers as a table of stages."""
+"""Files of a lowering: pictures, series, summary; and its numbers as a table of stages."""
 
 from __future__ import annotations
 

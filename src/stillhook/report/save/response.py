@@ -1,4 +1,4 @@
-"""What `stillhook response` leaves in a folder: picture, numbers of every sea, summary."""
+"""Files of `stillhook response`: picture, numbers of every sea, summary."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def year_figure(data: xarray.Dataset, title: str) -> Figure:
 
 
 def _over_time(ax: Axes, data: xarray.Dataset, lines: tuple[tuple[str, float, str, str], ...]) -> None:
-    """Numbers over time, broken at gaps; a dot where a record stands alone."""
+    """Numbers over time, broken at gaps; a dot for a single record."""
     t = data["time"].values
     step = np.diff(t)
     gaps = np.flatnonzero(step > GAP * np.median(step)) + 1 if len(step) else np.zeros(0, dtype=int)

@@ -41,7 +41,7 @@ def write_tip(
     """Picture, series as exact motion (JSON, which runs read) and as table (CSV), summary, together or not at all.
 
     exact: with the ship's rotations in full, for which the tip's height is needed. amplitudes: as `realise` takes them.
-    Returns what there is to say of the series: seed, repeat [s] and the largest of height, speed and acceleration [SI].
+    Returns the facts of the series: seed, repeat [s] and the largest of height, speed and acceleration [SI].
     """
     waves = realise(sea, summary["duration"], seed, amplitudes=amplitudes)
     motion = tip_motion(waves, rao, at.x, at.y) if not exact else tip_motion_exact(waves, rao, at.x, at.y, at.z or 0.0)

@@ -1,8 +1,9 @@
-"""Eigenfrequency of the active circuit and the position gain at which the winch starts to swing: the published linear
-model.
+"""Eigenfrequency of the active circuit and the position gain at which the winch starts to oscillate: the published
+linear model.
 
-One line holds its pressure, a viscous coefficient B_v stands for all friction (never beside the friction models), and
-one conductance for all leakage. The drum turns on its published outer diameter. Names and units: `stillhook.variables`.
+One line holds its pressure, a viscous coefficient B_v represents all friction (never together with the friction
+models), and one conductance for all leakage. The drum turns on its published outer diameter. Names and units:
+`stillhook.variables`.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ class Eigenfrequency(NamedTuple):
 
 
 class GainLimit(NamedTuple):
-    """Position gain of marginal stability K_p_ms [1/m] and the frequency omega_c at which the winch then swings
+    """Position gain of marginal stability K_p_ms [1/m] and the frequency omega_c at which the winch then oscillates
     [rad/s]."""
 
     alpha_m: float
@@ -44,14 +45,14 @@ class GainLimit(NamedTuple):
 
 
 def eigenfrequency(crane: Crane, alpha_m: float = 1.0) -> Eigenfrequency:
-    r"""How the motors' inertia swings on the oil of one line.
+    r"""Eigenfrequency of the motors' inertia on the oil of one line.
 
     .. math:: \omega_0^2 = \frac{\beta D_m^2}{J V} + \frac{B_v C_1 \beta}{J V}, \qquad
               2 \zeta \omega_0 = \frac{B_v}{J} + \frac{C_1 \beta}{V}, \qquad D_m = D_{m,max}\,\alpha_m
 
     Parameters: crane; alpha_m displacement of the active motors over its maximum, above 0 and up to 1 [-].
     Errors: StillhookError for a displacement outside that range.
-    Source: Moslatt 2020 paper C eqs 8 and 9 (paper E eqs 10 and 11). Valid while the other line's pressure stands still
+    Source: Moslatt 2020 paper C eqs 8 and 9 (paper E eqs 10 and 11). Valid while the other line's pressure is constant
     and the wire is slack to the winch: the load's own mode is left out. J is that of the full drum.
     Differs from print: C eq. 8 prints C_1 beta / J in the damping; it is C_1 beta / V.
     """
@@ -91,4 +92,4 @@ def gain_limit(crane: Crane, alpha_m: float = 1.0, K_wire: float = 1.0) -> GainL
 
 def _check_displacement(alpha_m: float) -> None:
     if not 0.0 < alpha_m <= 1.0:
-        raise StillhookError(f"alpha_m = {alpha_m:g}: the displacement over its maximum lies above 0 and up to 1.")
+        raise StillhookError(f"alpha_m = {alpha_m:g}: the displacement over its maximum must be above 0 and at most 1.")

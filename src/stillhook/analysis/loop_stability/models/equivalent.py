@@ -1,7 +1,7 @@
-"""The reduced model that belongs to an operating point of the whole plant: B_v, leakage and inertia as the plant has
+"""The reduced model that belongs to an operating point of the complete plant: B_v, leakage and inertia as the plant has
 them there.
 
-It tells what of a difference between the published model and the plant is its numbers, and what is its shape (wire,
+It separates a difference between the published model and the plant into parameters and structure (wire,
 second line, passive circuit).
 """
 
@@ -44,8 +44,8 @@ def equivalent(crane: Crane, point: OperatingPoint, linear: Linear | None = None
     its pressure through the conductance G of its check valve, so that the line is a damper of D_m^2 / G and not a
     constant pressure. Valid for wires so short that the load follows the winch.
     """
-    found = linearise(point) if linear is None else linear
-    A, n = _without_bristle(found), {name: i for i, name in enumerate(found.states)}
+    linear_point = linearise(point) if linear is None else linear
+    A, n = _without_bristle(linear_point), {name: i for i, name in enumerate(linear_point.states)}
     J = 1.0 / point.geometry.i_J
     by_speed = A[n["omega_m"], n["omega_m"]] + A[n["omega_m"], n["v_load"]] * point.geometry.r_eff
     pressed, low = ("p_a", "p_b") if point.p_a >= point.p_b else ("p_b", "p_a")
@@ -54,15 +54,17 @@ def equivalent(crane: Crane, point: OperatingPoint, linear: Linear | None = None
     B_v = -J * float(by_speed) + B_low
     J_m = J + point.params.hoist.load.m * point.geometry.r_eff**2
     K_wire = float(ratio_of(point.geometry.d, drum_record(crane)))
-    own = crane.model_copy(
+    hydraulic = crane.model_copy(
         update={
             "inertia": crane.inertia.model_copy(update={"J_m_eff": J_m}),
             "control": crane.control.model_copy(update={"B_v": B_v}),
             "active": crane.active.model_copy(update={"C_leak": C_leak}),
         }
     )
-    e = eigenfrequency(own, point.alpha_m)
-    return Equivalent(B_v, B_low, C_leak, J_m, K_wire, e.omega_0, e.zeta, gain_limit(own, point.alpha_m, K_wire).K_p_ms)
+    e = eigenfrequency(hydraulic, point.alpha_m)
+    return Equivalent(
+        B_v, B_low, C_leak, J_m, K_wire, e.omega_0, e.zeta, gain_limit(hydraulic, point.alpha_m, K_wire).K_p_ms
+    )
 
 
 def _without_bristle(linear: Linear) -> FloatArray:

@@ -1,9 +1,9 @@
-"""The whole plant as a linear system at any operating point, by differences of its own equations, alone and closed by
-the PLC.
+"""The complete plant as a linear system at any operating point, by differences of its own equations, alone and closed
+by the PLC.
 
-The equations are those that a run integrates (`stillhook.winches`), with the rate of the bristle beside them: stuck it
-is a spring, sliding it gives the slope of the Stribeck curve. Nothing of the published reduced model is in here; the
-two are compared in docs/validation/paper-e-stability.md.
+The equations are those that a run integrates (`stillhook.winches`), with the rate of the bristle as an additional
+state: stuck it is a spring, sliding it gives the slope of the Stribeck curve. Nothing of the published reduced model is
+in here; the two are compared in docs/validation/paper-e-stability.md.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from stillhook.analysis.loop_stability.models.loops import (
     ContinuousLoop,
     SampledLoop,
     balanced,
+    full_cycles,
     hold_matrices,
-    whole_cycles,
 )
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.base.arrays import FloatArray
@@ -116,8 +116,8 @@ class PlantMode(NamedTuple):
 
 
 def linearise(point: OperatingPoint) -> Linear:
-    """A, B, C, D of the plant at an operating point, by central differences; the drum's layer and lever stand still, as
-    within a PLC cycle.
+    """A, B, C, D of the plant at an operating point, by central differences; the drum's layer and effective radius stay
+    constant, as within a PLC cycle.
 
     The point need not be one of steady operation: any state of the plant will do (`at_state`).
     Valid for motions so small that no valve opens or closes, no stop is met, and a sliding winch goes on sliding: near
@@ -126,7 +126,8 @@ def linearise(point: OperatingPoint) -> Linear:
     """
     if not point.reachable:
         raise StillhookError(
-            f"the pumps would have to stand at {point.alpha_p:.3g}: beyond their stop nothing is linear. Go slower."
+            f"the pump setting would have to be {point.alpha_p:.3g},"
+            " beyond the stop; the plant is not linear there. Reduce the speed."
         )
     p, u_0 = _free_stops(point.params), point.command
     commands = tuple(n for n in u_0._fields if n.startswith("u_"))
@@ -147,7 +148,7 @@ def linearise(point: OperatingPoint) -> Linear:
 
 
 def at_state(point: OperatingPoint, **changes: float) -> OperatingPoint:
-    """The point with some fields of its state changed, such as pressures that both stand above boost; it is then no
+    """The point with some fields of its state changed, such as two pressures above boost; it is then no
     steady one.
 
     Errors: StillhookError for a field that the state does not have.
@@ -204,13 +205,13 @@ def jacobian(
     """Central differences of f at x, and the elements (row, column) that differ from those at a quarter of the step by
     more than `SMOOTH`, or on both sides of the point: there the function has a kink."""
     J, rough = np.empty((len(f(x)), len(x))), []
-    here = f(x)
+    centre = f(x)
     for j, h in enumerate(steps):
         up, down = f(_moved(x, j, h)), f(_moved(x, j, -h))
         near_up, near_down = f(_moved(x, j, h / 4.0)), f(_moved(x, j, -h / 4.0))
         J[:, j], near = (up - down) / (2.0 * h), (near_up - near_down) / (h / 2.0)
-        sides = np.abs((near_up - here) - (here - near_down)) / (h / 4.0)
-        noise = 1e-13 * np.abs(here) / h
+        sides = np.abs((near_up - centre) - (centre - near_down)) / (h / 4.0)
+        noise = 1e-13 * np.abs(centre) / h
         size = np.abs(J[:, j]) + 1e-9 * np.max(np.abs(J[:, j])) + noise / SMOOTH
         rough += [(int(i), j) for i in np.nonzero(np.maximum(np.abs(near - J[:, j]), sides / 2.0) > SMOOTH * size)[0]]
     return J, rough
@@ -227,7 +228,7 @@ def modes(A: FloatArray, names: tuple[str, ...]) -> tuple[PlantMode, ...]:
     poles, right = np.linalg.eig(A)
     weight = np.abs(right * np.linalg.pinv(right).T)
     weight /= weight.sum(axis=0)
-    found = []
+    result = []
     for i in np.argsort(np.abs(poles)):
         p = complex(poles[i])
         if p.imag < 0.0:
@@ -235,19 +236,19 @@ def modes(A: FloatArray, names: tuple[str, ...]) -> tuple[PlantMode, ...]:
         order = np.argsort(-weight[:, i])
         size = abs(p)
         shares = tuple((names[k], float(weight[k, i])) for k in order)
-        found.append(PlantMode(p, size, -p.real / size if size else math.nan, shares))
-    return tuple(found)
+        result.append(PlantMode(p, size, -p.real / size if size else math.nan, shares))
+    return tuple(result)
 
 
 def plant_loop(linear: Linear) -> ContinuousLoop:
-    """The position loop of the whole plant at K_p = 1, without PLC, motors and passive circuit standing at their
+    """The position loop of the complete plant at K_p = 1, without PLC, motors and passive circuit standing at their
     commands (as paper E)."""
     B = linear.B[:, linear.inputs.index("u_p")]
     return balanced(linear.A, B, linear.C[OUTPUTS.index("s_hoisted")])
 
 
 def plc_loop(crane: Crane, point: OperatingPoint, *, mode: Mode | str = Mode.SSC, delay: float = 0.0) -> SampledLoop:
-    """The position loop of the whole plant as the crane's PLC closes it, at K_p = 1: all other loops closed and held
+    """The position loop of the complete plant as the crane's PLC closes it, at K_p = 1: all other loops closed and held
     for a cycle too.
 
     These are the motors' law through measured alpha_m and load cell, the feedforward of alpha_m to the pumps, and the
@@ -256,7 +257,7 @@ def plc_loop(crane: Crane, point: OperatingPoint, *, mode: Mode | str = Mode.SSC
     """
     linear = linearise(point)
     T = crane.control.t_cycle
-    n, rest = whole_cycles(delay + crane.control.computing, T)
+    n, rest = full_cycles(delay + crane.control.computing, T)
     u_p = linear.inputs.index("u_p")
     commands = [i for i, name in enumerate(linear.inputs) if name not in TIP]
     Phi, Gamma = hold_matrices(linear.A, linear.B[:, commands], T)
@@ -264,12 +265,12 @@ def plc_loop(crane: Crane, point: OperatingPoint, *, mode: Mode | str = Mode.SSC
     early = held if rest == 0.0 else hold_matrices(linear.A, linear.B[:, [u_p]], T - rest)[1][:, 0]
     K, M = _control_slopes(crane, point, Mode(mode))
     size = len(linear.states)
-    whole = np.zeros((size + len(REMEMBERED), size + len(REMEMBERED)))
-    whole[:size] = np.hstack([Phi, np.zeros((size, len(REMEMBERED)))]) + Gamma @ K
-    whole[size:] = M
+    closed = np.zeros((size + len(REMEMBERED), size + len(REMEMBERED)))
+    closed[:size] = np.hstack([Phi, np.zeros((size, len(REMEMBERED)))]) + Gamma @ K
+    closed[size:] = M
     pad = np.zeros(len(REMEMBERED))
     out = np.concatenate([linear.C[OUTPUTS.index("s_hoisted")], pad])
-    return SampledLoop(whole, np.concatenate([early, pad]), np.concatenate([held - early, pad]), out, T, n)
+    return SampledLoop(closed, np.concatenate([early, pad]), np.concatenate([held - early, pad]), out, T, n)
 
 
 REMEMBERED = ("F", "p_mean", "u_m")
@@ -300,7 +301,7 @@ def _control_slopes(crane: Crane, point: OperatingPoint, mode: Mode) -> tuple[Fl
 
 def _p_gas(point: OperatingPoint) -> float:
     """Accumulator pressure that the PLC has seen [Pa], 0 without a passive circuit: that of the gas, which differs from
-    the motors' by the piston's resistance. With any other the point is none at which the make-up stands."""
+    the motors' by the piston's resistance. With any other, the make-up is not in equilibrium."""
     return (
         float(accumulator_pressure(point.state.V_o, point.params.passive.accumulator))
         if point.plant is active_passive

@@ -1,7 +1,7 @@
 """The position loop, cut at its gain, as state space: in continuous time, and as a PLC samples it, exactly and with any
 delay.
 
-A loop here is what lies between the feedback's share of the pump command and the wire hoisted, at K_p = 1 1/m.
+A loop is the path between the feedback's share of the pump command and the wire hoisted, at K_p = 1 1/m.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Transfer = Callable[[ComplexArray], ComplexArray]
 CYCLE_ROUNDING = 1e-9
 """Part of a cycle below which a delay is a whole number of cycles: rounding of texts and sums."""
 PARALLEL = 1e5
-"""Condition of the eigenvectors up to which residues are used: digits lost, at most five of sixteen."""
+"""Condition of the eigenvectors up to which residues are used: loss of digits, at most five of sixteen."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class ContinuousLoop:
         """Poles of the closed loop [1/s]. Errors: StillhookError with a delay, which gives infinitely many."""
         if self.delay > 0.0:
             raise StillhookError(
-                f"delay {self.delay:g} s: a continuous loop with delay has no end of poles. Sample it first."
+                f"delay {self.delay:g} s: a continuous loop with delay has infinitely many poles. Sample it first."
             )
         return np.linalg.eigvals(self.A - K_p * np.outer(self.B, self.C)).astype(np.complex128)
 
@@ -90,8 +90,8 @@ class SampledLoop:
         """L(e^{i omega t_cycle}) at K_p = 1; omega up to the Nyquist frequency [rad/s]."""
         z = np.asarray(np.exp(1j * omega * self.t_cycle), dtype=np.complex128)
         now, before = self._transfers
-        whole = now(z) + before(z) / z if before is not None else now(z)
-        return np.asarray(whole * z ** (-self.n), dtype=np.complex128)
+        total = now(z) + before(z) / z if before is not None else now(z)
+        return np.asarray(total * z ** (-self.n), dtype=np.complex128)
 
     @cached_property
     def _transfers(self) -> tuple[Transfer, Transfer | None]:
@@ -131,7 +131,7 @@ def position_loop(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0) ->
 
 
 def balanced(A: FloatArray, B: FloatArray, C: FloatArray, delay: float = 0.0) -> ContinuousLoop:
-    """The loop in states of like size (pascals and radians beside each other cost digits)."""
+    """The loop in states of like size (pascals and radians side by side cost digits)."""
     scaled, (scale, _) = matrix_balance(A, permute=False, separate=True)
     return ContinuousLoop(scaled, B / scale, C * scale, delay)
 
@@ -140,19 +140,20 @@ def sampled(loop: ContinuousLoop, t_cycle: float, delay: float = 0.0) -> Sampled
     """The loop as a PLC of cycle t_cycle [s] closes it: commands held for a cycle, everything else exact; delay [s]
     adds to the loop's own.
 
-    The delay is that of the whole way around: encoder, bus, computing. It need not be a whole number of cycles.
+    The delay is that of the complete path around the loop: encoder, bus, computing. It need not be a whole number of
+    cycles.
     Source: Astrom and Wittenmark, Computer-Controlled Systems, section 2.3 (sampling of systems with time delay).
     """
-    n, rest = whole_cycles(delay + loop.delay, t_cycle)
-    Phi, whole = hold_matrices(loop.A, loop.B[:, None], t_cycle)
+    n, rest = full_cycles(delay + loop.delay, t_cycle)
+    Phi, hold = hold_matrices(loop.A, loop.B[:, None], t_cycle)
     if rest == 0.0:
-        return SampledLoop(Phi, whole[:, 0], np.zeros(len(Phi)), loop.C, t_cycle, n)
+        return SampledLoop(Phi, hold[:, 0], np.zeros(len(Phi)), loop.C, t_cycle, n)
     _, early = hold_matrices(loop.A, loop.B[:, None], t_cycle - rest)
-    return SampledLoop(Phi, early[:, 0], whole[:, 0] - early[:, 0], loop.C, t_cycle, n)
+    return SampledLoop(Phi, early[:, 0], hold[:, 0] - early[:, 0], loop.C, t_cycle, n)
 
 
-def whole_cycles(delay: float, t_cycle: float) -> tuple[int, float]:
-    """Whole cycles in a delay, and the rest of it [s]; a rest of rounding counts as none."""
+def full_cycles(delay: float, t_cycle: float) -> tuple[int, float]:
+    """Whole cycles in a delayand the remainder [s]; a remainder from rounding counts as zero."""
     n = math.floor(delay / t_cycle + CYCLE_ROUNDING)
     rest = delay - n * t_cycle
     return n, rest if rest > CYCLE_ROUNDING * t_cycle else 0.0

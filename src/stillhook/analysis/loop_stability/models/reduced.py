@@ -70,7 +70,7 @@ def simulate_reduced(
     with both displacement controls of second order, the feedforward and feedback of the PLC, and the mode's own law for
     the motors.
 
-    Parameters: tip motion, not ramped; mode (the load cell asks for nothing); duration and spacing of the series [s];
+    Parameters: tip motion, not ramped; mode (the load cell demands nothing); duration and spacing of the series [s];
     K_wire largest drum diameter over that in use [-]. K_1 and K_2 are the crane's: derived (ideal) unless its file
     gives them.
     Errors: StillhookError for times that make no series, SimulationError where the solver gives up.
@@ -94,17 +94,17 @@ def simulate_reduced(
         raise SimulationError(f"reduced model: {run.message}")
     alpha_m, _, alpha_p, _, omega_m, dp, e_c = run.y
     p_b = np.full_like(times, crane.active.boost.p)
-    return Reduced(times, e_c, dp + p_b, p_b, omega_m, omega_m * _lever(crane, K_wire), alpha_p, alpha_m)
+    return Reduced(times, e_c, dp + p_b, p_b, omega_m, omega_m * _effective_radius(crane, K_wire), alpha_p, alpha_m)
 
 
-def _lever(crane: Crane, K_wire: float) -> float:
+def _effective_radius(crane: Crane, K_wire: float) -> float:
     """Wire speed per motor speed on the published diameter [m]."""
     return crane.drum.d_max / (2.0 * crane.i_hD * K_wire)
 
 
 def _rates(crane: Crane, tip: Motion, mode: Mode, K_wire: float) -> Callable[[float, Any], list[float]]:
     """Time derivatives of alpha_m, its rate, alpha_p, its rate, omega_m, dp = p_a - p_b, e_c."""
-    a, J_m, B_v, lever = crane.active, crane.inertia.J_m_eff, crane.control.B_v, _lever(crane, K_wire)
+    a, J_m, B_v, lever = crane.active, crane.inertia.J_m_eff, crane.control.B_v, _effective_radius(crane, K_wire)
     C_h = capacitance(a.line.V, a.line.bulk_modulus)
     Q_p_max = a.pump.D_total * a.pump.omega_p
     pump = Servo(a.pump.servo.omega_n, a.pump.servo.zeta, -1.0, 1.0, NO_LIMIT)

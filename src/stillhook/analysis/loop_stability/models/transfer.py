@@ -1,9 +1,9 @@
-"""The published linear models as systems of python-control: active circuit, position loop, whole controller about a
+"""The published linear models as systems of python-control: active circuit, position loop, complete controller about a
 steady tip speed.
 
-Source: Moslatt 2020 paper C eqs 1 to 9 and paper E eqs 12 to 21, corrected. One line holds its pressure, B_v stands for
-all friction (never beside the friction models), one conductance for all leakage, and the drum turns on its published
-outer diameter. Hoisting is positive.
+Source: Moslatt 2020 paper C eqs 1 to 9 and paper E eqs 12 to 21, corrected. One line holds its pressure, B_v represents
+all friction (never together with the friction models), one conductance for all leakage, and the drum turns on its
+published outer diameter. Hoisting is positive.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ if TYPE_CHECKING:
 
 CIRCUIT = ("dp", "omega_m")
 LOOP = ("alpha_p", "alpha_p_dot", *CIRCUIT, "s_hoisted")
-WHOLE = ("alpha_m", "alpha_m_dot", *LOOP[:4], "e_c")
+FULL_LOOP = ("alpha_m", "alpha_m_dot", *LOOP[:4], "e_c")
 """Names of states: those of `stillhook.variables`, their rates [1/s], s_hoisted = -s_w [m], dp = p_a - p_b [Pa]."""
 
 
 class About(NamedTuple):
-    """Steady operation that the whole model is linearised about: v_tip [m/s]; alpha_m [-]; u_ff feedforward [-],
+    """Steady operation that the complete model is linearised about: v_tip [m/s]; alpha_m [-]; u_ff feedforward [-],
     omega_m [rad/s], dp = p_a - p_b [Pa]; slope of the motors' command by |u_ff| [-], 0 where SSC does not move them."""
 
     v_tip: float
@@ -47,7 +47,7 @@ class About(NamedTuple):
     slope: float
 
 
-def lever(crane: Crane, K_wire: float = 1.0) -> float:
+def effective_radius(crane: Crane, K_wire: float = 1.0) -> float:
     """Wire per motor angle on the published outer diameter over K_wire [m/rad]."""
     return crane.drum.d_max / (2.0 * crane.i_hD * K_wire)
 
@@ -58,7 +58,9 @@ def on_layer(crane: Crane, layer: int) -> tuple[Crane, float]:
     Errors: StillhookError for a layer that the drum does not have.
     """
     if not (isinstance(layer, int) and 1 <= layer <= crane.drum.layers):
-        raise StillhookError(f'layer = {layer}: "{crane.name}" has layers 1 to {crane.drum.layers}. Give one of them.')
+        raise StillhookError(
+            f'layer = {layer}: "{crane.name}" has layers 1 to {crane.drum.layers}. Choose one of them.'
+        )
     row = layer_row(crane, layer)
     inertia = crane.inertia.model_copy(update={"J_m_eff": float(row["J_m"])})
     return crane.model_copy(update={"inertia": inertia}), float(row["K_wire"])
@@ -76,7 +78,7 @@ def circuit_matrices(crane: Crane, alpha_m: float = 1.0) -> tuple[FloatArray, Fl
     """
     plant_of(crane)
     if not 0.0 < alpha_m <= 1.0:
-        raise StillhookError(f"alpha_m = {alpha_m:g}: the displacement over its maximum lies above 0 and up to 1.")
+        raise StillhookError(f"alpha_m = {alpha_m:g}: the displacement over its maximum must be above 0 and at most 1.")
     a, J, B_v = crane.active, crane.inertia.J_m_eff, crane.control.B_v
     C_h, D_m = capacitance(a.line.V, a.line.bulk_modulus), a.motor.D_total * alpha_m
     A = np.array([[-a.C_leak / C_h, -D_m / C_h], [D_m / J, -B_v / J]])
@@ -96,7 +98,7 @@ def loop_matrices(
     circuit, from_pump = circuit_matrices(crane, alpha_m)
     A[0, 1], A[1, 0], A[1, 1], B[1] = 1.0, -(servo.omega_n**2), -2.0 * servo.zeta * servo.omega_n, servo.omega_n**2
     A[2:4, 2:4], A[2:4, 0:1] = circuit, from_pump
-    A[4, 3] = lever(crane, K_wire)
+    A[4, 3] = effective_radius(crane, K_wire)
     return A, B, np.array([0.0, 0.0, 0.0, 0.0, 1.0])
 
 
@@ -140,7 +142,7 @@ def closed_loop_polynomial(crane: Crane, alpha_m: float = 1.0, *, K_wire: float 
     hydraulic = np.polyadd(np.polymul([J, B_v], [C_h, a.C_leak]), [D_m * D_m])
     pump = np.array([1.0, 2.0 * servo.zeta * servo.omega_n, servo.omega_n**2])
     den = np.polymul(np.polymul(hydraulic, pump), [1.0, 0.0])
-    num = np.array([servo.omega_n**2 * a.pump.D_total * a.pump.omega_p * D_m * lever(crane, K_wire)])
+    num = np.array([servo.omega_n**2 * a.pump.D_total * a.pump.omega_p * D_m * effective_radius(crane, K_wire)])
     return num / den[0], den / den[0]
 
 
@@ -168,7 +170,7 @@ def about(crane: Crane, v_tip: float, *, mode: Mode | str = Mode.SSC, K_wire: fl
 
 
 def motor_slope(crane: Crane, mode: Mode | str, alpha_m: float, u_ff: float) -> float:
-    """Slope of the motors' command by |u_ff| where the load cell asks for nothing [-]; 0 outside u_thr < |u_ff| < 1 and
+    """Slope of the motors' command by |u_ff| where the load cell demands nothing [-]; 0 outside u_thr < |u_ff| < 1 and
     in classic modes.
 
     Source: Moslatt 2020 paper E eq. 12, and the derivative of C eq. 13 for the cubic law.
@@ -182,12 +184,12 @@ def motor_slope(crane: Crane, mode: Mode | str, alpha_m: float, u_ff: float) -> 
     return -steeper * span / (1.0 - u_thr)
 
 
-def whole_matrices(
+def full_matrices(
     crane: Crane, at: About, *, K_wire: float = 1.0, K_p: float | None = None
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    r"""The whole controller and circuit about steady operation: A (7, 7), B (7, 2), C (4, 7), D (4, 2).
+    r"""The complete controller and circuit about steady operation: A (7, 7), B (7, 2), C (4, 7), D (4, 2).
 
-    States `WHOLE`; inputs v_tip [m/s] and a_tip [m/s^2], up positive; outputs v_w, e_c, u_ff, alpha_m.
+    States `FULL_LOOP`; inputs v_tip [m/s] and a_tip [m/s^2], up positive; outputs v_w, e_c, u_ff, alpha_m.
 
     .. math:: U_{ff} = -K_{wire}\left[K_1 v_{tip}^{ss} A_m + \alpha_m^{ss} (K_1 V_{tip} + K_2 A_{tip})\right], \qquad
               U_m = k\,\mathrm{sign}(u_{ff}^{ss})\,U_{ff}
@@ -219,27 +221,27 @@ def whole_matrices(
     C_h = capacitance(crane.active.line.V, crane.active.line.bulk_modulus)
     A[4, 0] = -motor.D_total * at.omega_m / C_h
     A[5, 0] = motor.D_total * at.dp / crane.inertia.J_m_eff
-    A[6, 5], B[6, 0] = lever(crane, K_wire), 1.0
+    A[6, 5], B[6, 0] = effective_radius(crane, K_wire), 1.0
     C, D = np.zeros((4, 7)), np.zeros((4, 2))
-    C[0, 5], C[1, 6], C[2, 0], C[3, 0] = lever(crane, K_wire), 1.0, by_alpha_m, 1.0
+    C[0, 5], C[1, 6], C[2, 0], C[3, 0] = effective_radius(crane, K_wire), 1.0, by_alpha_m, 1.0
     D[2] = by_tip
     return A, B, C, D
 
 
-def whole(
+def full_loop(
     crane: Crane, v_tip: float = 0.0, *, mode: Mode | str = Mode.SSC, K_wire: float = 1.0, K_p: float | None = None
 ) -> control.StateSpace:
-    """The whole closed loop about a steady tip speed as a python-control system: inputs v_tip, a_tip; outputs v_w, e_c,
-    u_ff, alpha_m.
+    """The complete closed loop about a steady tip speed as a python-control system: inputs v_tip, a_tip; outputs v_w,
+    e_c, u_ff, alpha_m.
 
     Parameters: v_tip steady speed of the tip, up positive [m/s]; mode; K_wire; K_p [1/m], default the crane's. See
-    `whole_matrices`.
+    `full_matrices`.
     """
     import control
 
-    A, B, C, D = whole_matrices(crane, about(crane, v_tip, mode=mode, K_wire=K_wire), K_wire=K_wire, K_p=K_p)
+    A, B, C, D = full_matrices(crane, about(crane, v_tip, mode=mode, K_wire=K_wire), K_wire=K_wire, K_p=K_p)
     outputs = ["v_w", "e_c", "u_ff", "alpha_m"]
-    return control.ss(A, B, C, D, states=WHOLE, inputs=["v_tip", "a_tip"], outputs=outputs, name="whole")
+    return control.ss(A, B, C, D, states=FULL_LOOP, inputs=["v_tip", "a_tip"], outputs=outputs, name="whole")
 
 
 def speed_response(
@@ -252,9 +254,9 @@ def speed_response(
     """
     import control
 
-    A, B, C, D = whole_matrices(crane, about(crane, v_tip, mode=mode, K_wire=K_wire), K_wire=K_wire)
+    A, B, C, D = full_matrices(crane, about(crane, v_tip, mode=mode, K_wire=K_wire), K_wire=K_wire)
     by_v, by_a = B[:, :1], B[:, 1:]
-    states = [f"{name}_less_tip" if by_a[i, 0] else name for i, name in enumerate(WHOLE)]
+    states = [f"{name}_less_tip" if by_a[i, 0] else name for i, name in enumerate(FULL_LOOP)]
     direct = C[:1] @ by_a + D[:1, :1]
     return control.ss(A, by_v + A @ by_a, C[:1], direct, states=states, inputs=["v_tip"], outputs=["v_w"], name="G_v")
 
@@ -267,7 +269,7 @@ def motor_poles(
     The faster the tip, the stiffer: omega^2 = omega_nm^2 (1 + |k| K_1 K_wire |v_tip|), with the same decay zeta_nm
     omega_nm.
     """
-    A = whole_matrices(crane, about(crane, v_tip, mode=mode, K_wire=K_wire), K_wire=K_wire)[0]
+    A = full_matrices(crane, about(crane, v_tip, mode=mode, K_wire=K_wire), K_wire=K_wire)[0]
     return np.linalg.eigvals(A[:2, :2]).astype(np.complex128)
 
 
@@ -275,9 +277,9 @@ def command_pole(crane: Crane, at: About, *, K_wire: float = 1.0) -> float:
     """Pole in the z-plane of SSC on motors without displacement feedback: each command follows from the last one, with
     this factor [-].
 
-    There the PLC reckons with its last command: u_m(k) = 1 - k_red(K_1 |v_tip| K_wire u_m(k - 1)) .... Beyond -1, which
-    is at K_1 |v_tip| K_wire (1 - alpha_min) > 1 - u_thr, the command jumps from stop to stop every cycle. 0 where the
-    displacement is measured.
+    There the PLC calculates with its last command: u_m(k) = 1 - k_red(K_1 |v_tip| K_wire u_m(k - 1)) .... Beyond -1,
+    which is at K_1 |v_tip| K_wire (1 - alpha_min) > 1 - u_thr, the command jumps from stop to stop every cycle. 0 where
+    the displacement is measured.
     Source: the PLC of `stillhook.control.plc`; the thesis names the variant (paper E section 5.1.1) and not this.
     """
     if crane.active.motor.variant is not ServoVariant.OPEN_LOOP:

@@ -1,7 +1,10 @@
-"""A year of measured spectra by the frequency road: `python -m benchmarks.road SPECTRA VESSEL [--json]`.
+"""A year of measured spectra by the frequency-domain method.
+
+`python -m benchmarks.frequency_response SPECTRA VESSEL [--json]`
 
 SPECTRA is an NDBC spectral file, VESSEL a file of motion transfer functions. Everything that a user waits for is timed
-from the start of the process: imports, reading, the residual of the winch (made anew, and found on disk), the road.
+from the start of the process: imports, reading, the residual of the winch (recomputed, or from the disk cache), the
+frequency response.
 """
 
 import argparse
@@ -44,15 +47,15 @@ def year(
     lift = Lowering(
         payload=read_payload(payload), h_tip="25 m", depth="3000 m", z_0="5 m", programme=programme, duration="60 s"
     )
-    load = suspended_load(crane, lift, -depth)
+    load = hung(crane, lift, -depth)
     done("crane and lift")
     residual = identify_residual(crane, load.duty, cache=cache)
     done("residual")
     forcing = forcing_of_series(series, rao, X, Y, HEADING)
     done("tip")
-    data = frequency_response(forcing, load, residual)
+    result = road(forcing, load, residual)
     done("road")
-    return data, marks
+    return result, marks
 
 
 def main() -> None:
@@ -61,21 +64,21 @@ def main() -> None:
     parser.add_argument("vessel")
     parser.add_argument("--json", action="store_true")
     args = parser.parse_args()
-    data, first = year(args.spectra, args.vessel, cache=False)
+    result, first = year(args.spectra, args.vessel, cache=False)
     year(args.spectra, args.vessel)
     cpu = process_time()
     _, again = year(args.spectra, args.vessel)
     cpu = process_time() - cpu
     again.pop("imports")
     report = {
-        "records": data.sizes["case"],
-        "residual made anew": first,
-        "total, residual made anew": sum(first.values()),
+        "records": result.sizes["case"],
+        "residual recomputed": first,
+        "total, residual recomputed": sum(first.values()),
         "residual from disk": again,
         "total, residual from disk": first["imports"] + sum(again.values()),
         "processor, from disk": cpu,
-        "sigma_v mean": float(data["sigma_v"].mean()),
-        "sigma_load mean": float(data["sigma_load"].mean()),
+        "sigma_v mean": float(result["sigma_v"].mean()),
+        "sigma_load mean": float(result["sigma_load"].mean()),
     }
     print(
         json.dumps(report, indent=2) if args.json else "\n".join(f"{name}: {value}" for name, value in report.items())
