@@ -47,14 +47,14 @@ def year(
     lift = Lowering(
         payload=read_payload(payload), h_tip="25 m", depth="3000 m", z_0="5 m", programme=programme, duration="60 s"
     )
-    load = hung(crane, lift, -depth)
+    load = suspended_load(crane, lift, -depth)
     done("crane and lift")
     residual = identify_residual(crane, load.duty, cache=cache)
     done("residual")
     forcing = forcing_of_series(series, rao, X, Y, HEADING)
     done("tip")
-    result = road(forcing, load, residual)
-    done("road")
+    result = frequency_response(forcing, load, residual)
+    done("frequency response")
     return result, marks
 
 

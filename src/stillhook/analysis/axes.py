@@ -108,7 +108,7 @@ def _layers(crane: Crane, chosen: Sequence[int]) -> Sequence[int]:
     for n in chosen:
         if isinstance(n, bool) or not isinstance(n, int) or not 1 <= n <= crane.drum.layers:
             raise ScenarioError(
-                f'layers: {came(n)}: "{crane.name}" has layers 1 to {crane.drum.layers}. Choose one of them.'
+                f'layers: {quote(n)}: "{crane.name}" has layers 1 to {crane.drum.layers}. Choose one of them.'
             )
     if twice := next((n for n in chosen if list(chosen).count(n) > 1), None):
         raise ScenarioError(f"layers: {twice} is named twice. Name each layer once.")
@@ -158,9 +158,11 @@ def _values(item: object, kind: str, where: str, percent_of: float | None) -> It
     a, b, step = (_value(text, kind, where, percent_of) for text in span.groups())
     n = round((b - a) / step) if step > 0.0 else -1
     if n >= MOST:
-        raise ScenarioError(f"{where}: {came(item)}: {n + 1} values; at most {MOST}. Choose a longer step.")
+        raise ScenarioError(f"{where}: {quote(item)}: {n + 1} values; at most {MOST}. Choose a longer step.")
     if n < 0 or abs(a + n * step - b) > 1e-9 * max(abs(b), step):
-        raise ScenarioError(f"{where}: {came(item)}: the range is not a multiple of the step. Change one of the three.")
+        raise ScenarioError(
+            f"{where}: {quote(item)}: the range is not a multiple of the step. Change one of the three."
+        )
     yield from (a + (b - a) * i / n if n else a for i in range(n + 1))
 
 

@@ -131,7 +131,7 @@ def controllers(names: str) -> list[Controller]:
     """Controllers named in one text, with commas between them. Errors: SpecError for none, or one named twice."""
     chosen = [controller(n.strip()) for n in names.split(",") if n.strip()]
     if not chosen:
-        raise SpecError(f"Controllers = {came(names)}: name at least one, such as ns,hs,ssc.")
+        raise SpecError(f"Controllers = {quote(names)}: name at least one, such as ns,hs,ssc.")
     labels = [c.name for c in chosen]
     if twice := next((n for n in labels if labels.count(n) > 1), None):
         raise SpecError(
@@ -174,7 +174,7 @@ def _from_file(path: Path) -> Controller:
         )
     mode = table.pop("mode", None)
     if not isinstance(mode, str) or mode not in PLAIN:
-        problem = "missing" if mode is None else f"{came(mode)}: not a controller of the motors"
+        problem = "missing" if mode is None else f"{quote(mode)}: not a controller of the motors"
         raise SpecError(f"{path.name}: mode {problem}. Choose one of {', '.join(PLAIN)}.")
     _check_keys(table, path.name)
     return Controller(path.stem, PLAIN[mode], table)
@@ -184,7 +184,7 @@ def _check_keys(table: Mapping[str, Any], name: str) -> None:
     """Refuse what is no setting of a controller, with the nearest one there is."""
     if not isinstance(table.get("active", {}), Mapping):
         raise SpecError(
-            f"{name}: active = {came(table['active'])}: must be a table. Write [active.motor] and its settings"
+            f"{name}: active = {quote(table['active'])}: must be a table. Write [active.motor] and its settings"
             " under it."
         )
     for where, fields in SETTINGS.items():
@@ -194,7 +194,7 @@ def _check_keys(table: Mapping[str, Any], name: str) -> None:
         place = ".".join(where)
         if not isinstance(part, Mapping):
             raise SpecError(
-                f"{name}: {place} = {came(part)}: must be a table. Write [{place}] and its settings under it."
+                f"{name}: {place} = {quote(part)}: must be a table. Write [{place}] and its settings under it."
             )
         for key in part:
             if key not in fields:

@@ -42,7 +42,7 @@ def client_of(address: str | None) -> Iterator[Any]:
     except (OSError, ValueError, TypeError) as e:
         reason = " ".join(str(e).split())[:120] or type(e).__name__
         raise SimulationError(
-            f"--scheduler {came(address)}: no Dask scheduler answers ({reason})."
+            f"--scheduler {quote(address)}: no Dask scheduler answers ({reason})."
             " Start one with dask scheduler, and give its address."
         ) from None
     try:

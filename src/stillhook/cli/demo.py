@@ -46,7 +46,7 @@ def demo(
         _motions(out)
         return
     if example != PLAN:
-        raise PlanError(f"Unknown example {came(example)}. Choose {PLAN} or {MOTIONS}.")
+        raise PlanError(f"Unknown example {quote(example)}. Choose {PLAN} or {MOTIONS}.")
     from stillhook.cli.plan.plan import run, show
     from stillhook.plan.file import load_plan
 

@@ -31,7 +31,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.errors import LogError, UnitError, UnreadableError
 from stillhook.formats.binary.reader import read_binary, refuse_bomb
 from stillhook.library.toml.kinds import stated_kind, toml_instead
-from stillhook.units import KINDS, came, parse
+from stillhook.units import KINDS, parse, quote
 
 LARGEST_TABLE = 50_000_000
 """Bytes; a million cells. Logs are read elsewhere, streamed."""
@@ -277,10 +277,10 @@ def _mapping(path: Path, specs: Sequence[ColumnSpec]) -> dict[str, Chosen]:
         ) from None
     columns = tables.get("columns")
     if not isinstance(columns, dict) or not columns or set(tables) != {"columns"}:
-        other = ", ".join(came(k) for k in tables if k != "columns") or "nothing"
-        rows = f"a mapping has one table [columns] with rows such as {_example(wanted[0])}."
+        other = ", ".join(quote(k) for k in tables if k != "columns") or "nothing"
+        rows = f"a mapping has one table [columns] with rows such as {_example(specs[0])}."
         raise LogError(f"{path.name}: came {other}; {rows}{stated_kind(tables)}")
-    return {name: _chosen(path.name, name, row, wanted) for name, row in columns.items()}
+    return {name: _chosen(path.name, name, row, specs) for name, row in columns.items()}
 
 
 def _example(w: ColumnSpec) -> str:

@@ -33,7 +33,7 @@ def map_band_figure(data: xarray.Dataset, name: str = "e_c_pp") -> Figure:
     from matplotlib.figure import Figure  # heavy
 
     if name not in data or name not in SHOWN:
-        raise SpecError(f"value {came(name)}: the map holds {', '.join(n for n in SHOWN if n in data)}.")
+        raise SpecError(f"value {quote(name)}: the map holds {', '.join(n for n in SHOWN if n in data)}.")
     words, factor, _ = SHOWN[name]
     share = data["applicable_chance"].sel(interval="share")
     values = factor * data[name].where(share >= 0.5)

@@ -166,7 +166,7 @@ def cells_of(
 def controllers_of(names: Sequence[str | Path | Controller]) -> list[Controller]:
     """Controllers from names, paths and objects, each once. Errors: SpecError, one line."""
     if isinstance(names, str) or not isinstance(names, Sequence):
-        raise SpecError(f'controllers = {came(names)}: give a list, such as ("ns", "hs", "ssc").')
+        raise SpecError(f'controllers = {quote(names)}: give a list, such as ("ns", "hs", "ssc").')
     chosen = [controller(c) for c in names]
     if not chosen:
         raise SpecError('controllers: empty. Name at least one, such as ("ns", "hs", "ssc").')

@@ -174,7 +174,7 @@ class Station:
             Limit.MOTOR: self._first(lambda v: speed_limit(motor, alpha_m(v)) * r_eff - v),
         }
         if self.crane.passive is not None:
-            speeds[Limit.PASSIVE] = speed_limit(self.crane.passive.motor, self.alpha_pm) * lever
+            speeds[Limit.PASSIVE] = speed_limit(self.crane.passive.motor, self.alpha_pm) * r_eff
         return speeds
 
     def _power(self, o: OperatingPoint) -> float:

@@ -97,7 +97,7 @@ def parse_limits(texts: Iterable[str]) -> Limits:
         match = _LIMIT.fullmatch(text)
         allowed = ", ".join(f"{n} {sign} ..." for n, (_, sign) in _KINDS.items())
         if not match or match[1] not in _KINDS or match[2] != _KINDS[match[1]][1]:
-            raise StillhookError(f"limit {came(text)}: write one of {allowed}.")
+            raise StillhookError(f"limit {quote(text)}: write one of {allowed}.")
         name, (kind, _) = match[1], _KINDS[match[1]]
         if name in named:
             raise StillhookError(f"limit {quote(text)}: {name} has a limit already. Write each limit once.")

@@ -68,18 +68,18 @@ class Limit(NamedTuple):
         """From a text such as "e_c_pp <= 10 cm" or "eta_c >= 0.95". Errors: SpecError, UnitError of one line."""
         match = re.fullmatch(r"\s*(\w+)\s*(<=|>=)\s*(\S.*?)\s*", text) if isinstance(text, str) else None
         if match is None:
-            raise SpecError(f'limit {came(text)}: write a name, <= or >=, and a value, such as "e_c_pp <= 10 cm".')
+            raise SpecError(f'limit {quote(text)}: write a name, <= or >=, and a value, such as "e_c_pp <= 10 cm".')
         name, sign, value = match.groups()
         if name not in NUMERIC:
             have = f"there are {', '.join(NUMERIC)}{nearest(name, NUMERIC)}"
-            raise SpecError(f"limit {came(text)}: {came(name)} is not a result of the summary; {have}")
+            raise SpecError(f"limit {quote(text)}: {quote(name)} is not a result of the summary; {have}")
         kind = BY_NAME[name].kind
         if kind:
             return cls(name, sign == "<=", parse(value, kind, f"limit {name}"))
         try:
             return cls(name, sign == "<=", float(value))
         except ValueError:
-            raise SpecError(f"limit {came(text)}: {came(value)}: must be a plain number.") from None
+            raise SpecError(f"limit {quote(text)}: {quote(value)}: must be a plain number.") from None
 
     def beyond(self, values: FloatArray) -> NDArray[np.bool_]:
         """Which values go beyond it; one that is not there does."""

@@ -122,7 +122,7 @@ def distribution(value: Any, kind: str, where: str, low: float = -math.inf, high
         value = {Law.FIXED.value: value}
     if len(value) != 1 or (name := next(iter(value))) not in tuple(Law):
         raise SpecError(
-            f"{where} = {came(dict(value))}: choose one of {', '.join(Law)}, such as {{ normal = [1.0, 0.1] }}."
+            f"{where} = {quote(dict(value))}: choose one of {', '.join(Law)}, such as {{ normal = [1.0, 0.1] }}."
         )
     law, rows = Law(name), value[name]
     rows = rows if isinstance(rows, (list, tuple)) else [rows]
@@ -133,7 +133,7 @@ def distribution(value: Any, kind: str, where: str, low: float = -math.inf, high
         kinds[1] = ""
     result = Distribution(law, tuple(_value(x, k, where) for x, k in zip(rows, kinds, strict=True)))
     if problem := result.problem(low, high):
-        raise SpecError(f"{where} = {came({law.value: list(rows)})}: {problem}")
+        raise SpecError(f"{where} = {quote({law.value: list(rows)})}: {problem}")
     return result
 
 
@@ -141,5 +141,5 @@ def _value(x: Any, kind: str, where: str) -> float:
     if kind:
         return parse(x, kind, where)
     if isinstance(x, bool) or not isinstance(x, (int, float)):
-        raise SpecError(f"{where} = {came(x)}: must be a number.")
+        raise SpecError(f"{where} = {quote(x)}: must be a number.")
     return float(x)

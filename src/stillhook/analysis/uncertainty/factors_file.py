@@ -51,7 +51,8 @@ class Uncertainty:
         for name in table:
             if name not in FACTORS:
                 raise SpecError(
-                    f"{label}: {came(name)}: unknown factor. Allowed: {', '.join(FACTORS)}{nearest(str(name), FACTORS)}"
+                    f"{label}: {quote(name)}: unknown factor. Allowed: {', '.join(FACTORS)}"
+                    f"{nearest(str(name), FACTORS)}"
                 )
         return cls(
             {name: _known(name, table[name], f"{label}: {name}", folder or Path()) for name in FACTORS if name in table}
@@ -176,7 +177,7 @@ def load_uncertainty(path: str | Path) -> Uncertainty:
     table = parsed(text, file.name, FileKind.FACTORS)
     for key in table:
         if key not in ("defaults", "factors"):
-            raise SpecError(f"{file.name}: {came(key)}: unknown. Allowed: defaults, [factors].")
+            raise SpecError(f"{file.name}: {quote(key)}: unknown. Allowed: defaults, [factors].")
     fields, defaults = table.get("factors", {}), table.get("defaults", False)
     if not isinstance(fields, Mapping) or not isinstance(defaults, bool):
         raise SpecError(f"{file.name}: defaults is true or false, [factors] a table.")

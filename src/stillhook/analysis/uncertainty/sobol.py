@@ -182,7 +182,7 @@ def sensitivity(
     cranes, cases = paired(crane, case)
     names = case_labels(cases, labels)
     if against is not None and against not in names:
-        raise SpecError(f"against = {came(against)}: unknown case. Allowed: {', '.join(names)}.")
+        raise SpecError(f"against = {quote(against)}: unknown case. Allowed: {', '.join(names)}.")
     known = (uncertainty or Uncertainty.default()).on(*zip(cranes, cases, strict=True))
     table, plan, varied = _tables(known, n, seed)
     drawings = base_drawings(cranes, cases, known, table._replace(values=plan.rows))
@@ -204,7 +204,7 @@ def sensitivity(
 def _check(outputs: Sequence[str], n: int) -> None:
     for name in outputs:
         if name not in NUMERIC:
-            raise SpecError(f"output {came(name)}: not a result of the summary{nearest(str(name), NUMERIC)}")
+            raise SpecError(f"output {quote(name)}: not a result of the summary{nearest(str(name), NUMERIC)}")
     if type(n) is not int or not LEAST <= n <= MOST or n & (n - 1):
         raise SpecError(f"n = {quote(n)}: give a power of two from {LEAST}, such as 128.")
 

@@ -226,7 +226,7 @@ def _write(
         loads, every = [f * crane.SWL for f in LAYERS_SHARES], range(1, crane.drum.layers + 1)
         by_layer = envelope_at(crane, loads, modes=chosen, layers=every, progress=bar)
     curves = setting_curves(crane, modes=chosen, layer=layer)
-    with whole_folder(out) as part:
+    with atomic_folder(out) as part:
         save_figure(figures.load_speed_figure(fine), part / "range.png")
         save_figure(figures.setting_figure(curves), part / "settings.png")
         save_figure(figures.layer_figure(by_layer), part / "layers.png")

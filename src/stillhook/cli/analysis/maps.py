@@ -76,7 +76,7 @@ def show_map(
     from stillhook.units import quote
 
     if metric not in METRICS:
-        raise SpecError(f"--metric {came(metric)}: not one of {', '.join(METRICS)}.")
+        raise SpecError(f"--metric {quote(metric)}: not one of {', '.join(METRICS)}.")
     options = {
         "loads": loads,
         "speeds": speeds,
@@ -248,7 +248,7 @@ def _write(result: Map, out: Path, *, quiet: bool) -> None:
     from stillhook.report.plots.run import save_figure
 
     pictures = figures(result)
-    with whole_folder(out) as part:
+    with atomic_folder(out) as part:
         save_run(result.dataset(), part / FILES[0])
         save_json(result.record(), part / FILES[1])
         for name, figure in pictures.items():

@@ -194,7 +194,8 @@ def _times(
         places = [i for i, h in enumerate(table.dialect.headings) if h.strip().lower() == time_column.strip().lower()]
         if len(places) != 1:
             raise WeatherError(
-                f"{table.name}: --time {quote(time_column)}: no such column. It has {', '.join(table.dialect.headings)}."
+                f"{table.name}: --time {quote(time_column)}: no such column. It"
+                f" has {', '.join(table.dialect.headings)}."
             )
     else:
         places = [i for i, n in enumerate(names) if n in _TIMES][:1]

@@ -126,7 +126,7 @@ def evidence_of(table: Any, allowed: tuple[str, ...], label: str) -> Evidence | 
         return None
     if not isinstance(table, Mapping):
         raise SpecError(
-            f"{label}: {EVIDENCE} = {u.came(table)}: must be a table, with {', '.join(Evidence.model_fields)}."
+            f"{label}: {EVIDENCE} = {u.quote(table)}: must be a table, with {', '.join(Evidence.model_fields)}."
         )
     try:
         evidence = Evidence.model_validate(table)

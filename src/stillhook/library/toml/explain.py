@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 from stillhook.errors import SpecError, StillhookError, UnitError
 from stillhook.library.toml.tree import nearest
 from stillhook.spec.crane import Crane
-from stillhook.units import KINDS, Quantity, quote, text_at
+from stillhook.units import KINDS, Quantity, quote
 
 # Typing errors first: a misspelt field is also a missing one, and the misspelling is to be corrected.
 _ORDER = {"extra_forbidden": 0, "unit": 1, "missing": 3, "value_error": 4}
@@ -30,7 +30,7 @@ def explain(error: ValidationError, model: type[BaseModel], where: str, data: Ma
 
 def _line(problem: Any, model: type[BaseModel], data: Mapping[str, Any]) -> str:
     loc: tuple[int | str, ...] = problem["loc"]
-    place, quoted = _dotted(loc), came(written_at(data, loc, problem["input"]))
+    place, quoted = _dotted(loc), quote(text_at(data, loc, problem["input"]))
     kind, message = problem["type"], str(problem["msg"]).removeprefix("Value error, ")
     if kind == "extra_forbidden":
         fields = _fields(model, loc[:-1])

@@ -86,9 +86,9 @@ def toml_text(path: Path) -> str:
         status = path.stat()
         if not stat.S_ISREG(status.st_mode):
             object_type = "a folder" if stat.S_ISDIR(status.st_mode) else "a device"
-            raise SpecError(f"{came(str(path))}: {object_type}, not a file. Give the path of a TOML file.")
+            raise SpecError(f"{quote(str(path))}: {object_type}, not a file. Give the path of a TOML file.")
         if status.st_size > LARGEST_FILE:
-            raise SpecError(f"{came(str(path))}: larger than {LARGEST_FILE} bytes, so it is not a crane or case file.")
+            raise SpecError(f"{quote(str(path))}: larger than {LARGEST_FILE} bytes, so it is not a crane or case file.")
         return path.read_bytes().decode("utf-8-sig")
     except FileNotFoundError:
         raise SpecError(f"{quote(str(path))}: no such file. Check the path.") from None
@@ -126,7 +126,7 @@ def tree(table: Mapping[str, Any], name: str, *, user: bool, path: str = "") -> 
     out: Tree = {}
     for key, value in table.items():
         if not isinstance(key, str) or not key.isprintable() or len(key) > LONGEST_KEY:
-            raise SpecError(f"{name}: {path or 'top'}: key {came(key)} is not a field. Write the name of a field.")
+            raise SpecError(f"{name}: {path or 'top'}: key {quote(key)} is not a field. Write the name of a field.")
         place = f"{path}.{key}" if path else key
         if isinstance(value, Mapping) and "value" not in value:
             out[key] = tree(value, name, user=user, path=place)
@@ -152,7 +152,7 @@ def _leaf(table: Mapping[str, Any], name: str, place: str, *, user: bool) -> Lea
     if kind not in kinds:
         raise SpecError(f"{name}: {place}.kind = {quote(kind)}: not one of {', '.join(kinds)}.")
     if not isinstance(text, str) or not text.strip():
-        raise SpecError(f"{name}: {place}.source = {came(text)}: must state the source of the number, as text.")
+        raise SpecError(f"{name}: {place}.source = {quote(text)}: must state the source of the number, as text.")
     return Leaf(_plain(table["value"], name, place), Source(text=text, kind=SourceKind(kind)))
 
 
@@ -177,9 +177,9 @@ def overlay(below: Tree, above: Tree, name: str, path: str = "") -> Tree:
         if isinstance(old, dict) and isinstance(new, dict):
             out[key] = overlay(old, new, name, place)
         elif isinstance(old, dict) and isinstance(new, Leaf):
-            raise SpecError(f"{name}: {place} = {came(new.value)}: must be a table, with {', '.join(old)}.")
+            raise SpecError(f"{name}: {place} = {quote(new.value)}: must be a table, with {', '.join(old)}.")
         elif isinstance(old, Leaf) and isinstance(new, dict):
-            raise SpecError(f"{name}: {place}: must be one value, not a table. Write {key} = {came(old.value)}.")
+            raise SpecError(f"{name}: {place}: must be one value, not a table. Write {key} = {quote(old.value)}.")
         else:
             out[key] = new
     return out
