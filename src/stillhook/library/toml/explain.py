@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 from stillhook.errors import SpecError, StillhookError, UnitError
 from stillhook.library.toml.tree import nearest
 from stillhook.spec.crane import Crane
-from stillhook.units import KINDS, Quantity, quote
+from stillhook.units import KINDS, Quantity, quote, text_at
 
 # Typing errors first: a misspelt field is also a missing one, and the misspelling is to be corrected.
 _ORDER = {"extra_forbidden": 0, "unit": 1, "missing": 3, "value_error": 4}
