@@ -60,9 +60,12 @@ def test_a_picture_and_numbers_are_written_on_request_only(capsys, tmp_path):
         (("show", "spool-20t", "--rho", "1025"), 'error: --rho = "1025": no unit; write "1025 kg/m^3"'),
         (
             ("show", "spool-20t", "--rho", "0 kg/m^3"),
-            'error: --rho = "0 kg/m^3": is no sea water\'s, 900 to 1300 kg/m^3',
+            'error: --rho = "0 kg/m^3": is not the density of sea water, 900 to 1300 kg/m^3',
         ),
-        (("show", "spool-20t", "--rho", "9000 kg/m^3"), 'error: --rho = "9000 kg/m^3": is no sea water\'s'),
+        (
+            ("show", "spool-20t", "--rho", "9000 kg/m^3"),
+            'error: --rho = "9000 kg/m^3": is not the density of sea water',
+        ),
         (("show", "missing.toml"), 'error: "missing.toml": no such file.'),
     ],
 )
