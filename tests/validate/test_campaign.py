@@ -108,7 +108,7 @@ def test_a_synthetic_campaign_is_marked_by_a_flag_or_its_title(tmp_path, text):
         ('title = "Trials"', 'remarks = "x"', "give a list of texts"),
         ('title = "Trials"', 'synthetic = "yes"', 'synthetic = "yes": give true or false.'),
         ('title = "Trials"', 'criteria = "paper-g"', 'criteria = "paper-g": Stillhook has paper-f'),
-        ('title = "Trials"', "modes = [1]", "modes: [1] is no table."),
+        ('title = "Trials"', "modes = [1]", "modes: [1] is not a table."),
         (
             TEST,
             f'[modes]\n5 = "super"\n{TEST}',
@@ -122,7 +122,7 @@ def test_a_synthetic_campaign_is_marked_by_a_flag_or_its_title(tmp_path, text):
         ('name = "1"', "name = 1", "test 1: name = 1: give a text."),
         ('kind = "ahc"', 'kind = "heave"', 'test "1": kind = "heave": not one of ahc, limits, dynamics.'),
         ('kind = "ahc"\n', "", 'test "1": kind: missing. Give it.'),
-        ("x.csv", "y.csv", 'test "1": log = "y.csv": no such file beside the campaign file. Check the path.'),
+        ("x.csv", "y.csv", 'test "1": log = "y.csv": no such file next to the campaign file. Check the path.'),
         ('"82 t"', "82", 'test "1": load = 82: a bare number; write it as text with its unit, "82 t"'),
         ("82 t", "300 t", 'test "1": load = "300 t": "nov-250t" is made for 0 t to 250 t. Check the load.'),
         (TEST, f'{TEST}s_w = "9 km"\n', 'test "1": s_w = "9 km": "nov-250t" has 0 m to 2831 m of wire.'),
@@ -134,7 +134,7 @@ def test_a_synthetic_campaign_is_marked_by_a_flag_or_its_title(tmp_path, text):
         ),
         (TEST, f'{TEST}start = "5 s"\nend = "3 s"\n', 'test "1": end = "3 s": must come after start 5 s.'),
         (TEST, f'{TEST}laod = "3 t"\n', 'test "1": laod: unknown field.'),
-        (TEST, f'{TEST}water = "1 m^3"\n', 'test "1": water: "1 m^3" is no table.'),
+        (TEST, f'{TEST}water = "1 m^3"\n', 'test "1": water: "1 m^3" is not a table.'),
         (TEST, f'{TEST}water = {{ volum = "1 m^3" }}\n', 'test "1": water: volum: unknown field.'),
         (TEST, f'{TEST}water = {{ volume = "-1 m^3" }}\n', 'Water.volume = "-1 m^3": it must be greater than 0.'),
         (
@@ -169,7 +169,7 @@ def test_a_synthetic_campaign_is_marked_by_a_flag_or_its_title(tmp_path, text):
             'payload = "300 t"\ndepth = "1 m"',
             'test "1": payload = "300 t": "nov-250t" is made for 0 t to 250 t. Check the payload.',
         ),
-        (TEST, TEST + TEST, 'test: the name "1" comes twice. Give every test its own.'),
+        (TEST, TEST + TEST, 'test: the name "1" is given twice. Give every test its own.'),
         (
             TEST,
             TEST + TEST.replace('"1"', '"2"'),
