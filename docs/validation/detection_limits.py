@@ -11,7 +11,7 @@ from truth_trials import DEFECT_SEEDS, SEEDS, Trial, kept
 
 from stillhook.validate.criteria.detection import LIMITS_FILE, DetectionLimit, DetectionLimits
 from stillhook.validate.synthetic import Defect
-from stillhook.validate.synthetic.defects import DEFECTS, told
+from stillhook.validate.synthetic.defects import DEFECTS, defect_text
 
 NAMED_ONLY = {Defect.GAP: "no samples"}
 """Defects that are no fault of a twin, and count as detected where a statement with these words names them."""
@@ -41,8 +41,10 @@ def limits(outcomes: Mapping[str, Any]) -> Iterator[DetectionLimit]:
                 if not all(detected(defect, one) for one in row if one is not None):
                     break
                 smallest = x
-            text = told(defect, sizes[-1] if smallest is None else smallest)
-            yield DetectionLimit(defect.value, smallest, sizes[-1], text, told(defect, sizes[-1]), len(DEFECT_SEEDS))
+            text = defect_text(defect, sizes[-1] if smallest is None else smallest)
+            yield DetectionLimit(
+                defect.value, smallest, sizes[-1], text, defect_text(defect, sizes[-1]), len(DEFECT_SEEDS)
+            )
 
 
 def table_of(outcomes: Mapping[str, Any]) -> DetectionLimits:

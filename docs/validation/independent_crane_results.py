@@ -25,7 +25,7 @@ BEFORE: Mapping[str, str] = {
 }
 """What version 0.7.0 made of the same campaigns; others were not run with it."""
 FORM = "the form of the leakage does not fit"
-FORM_IN_LOG = re.compile(rf"{FORM}: it (.*? in the log(?: \(not told from [^)]*\))?)")
+FORM_IN_LOG = re.compile(rf"{FORM}: it (.*? in the log(?: \(not (?:told|distinguished) from [^)]*\))?)")
 WORDS: Mapping[str, str] = {
     "precharge": "precharge",
     "gas-volume": "gas volume",

@@ -13,7 +13,7 @@ from detection_limits import limits
 from truth_trials import APART, DEFECT_SEEDS, SEEDS, Trial, kept
 
 from stillhook.validate.synthetic import Defect
-from stillhook.validate.synthetic.defects import DEFECTS, size_text, told
+from stillhook.validate.synthetic.defects import DEFECTS, defect_text, size_text
 
 PAGE = "truth-defects.md"
 MOST_FALSE = 5
@@ -97,11 +97,11 @@ def defect_rows(outcomes: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
         no = Counter(key for one in found for key in no_of(one))
         lines = ", ".join(f"`{key}`" + (f" ({n})" if n < len(found) else "") for key, n in no.most_common()) or "none"
         if not found:
-            yield told(defect), "not run yet", "", ""
+            yield defect_text(defect), "not run yet", "", ""
             continue
         named = [text for one in found if (text := naming(defect, one))]
         turned = sum(bool(no_of(one)) for one in found)
-        yield told(defect), f"{turned} of {len(found)}", lines, short(named[0]) if named else "**no**"
+        yield defect_text(defect), f"{turned} of {len(found)}", lines, short(named[0]) if named else "**no**"
 
 
 def caught(outcomes: Mapping[str, Any]) -> tuple[int, int]:

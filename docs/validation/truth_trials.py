@@ -39,14 +39,14 @@ from stillhook.validate.data_set.campaign import Kind, load_campaign
 from stillhook.validate.data_set.records.read import read_records
 from stillhook.validate.dynamics.check import DynamicsStep
 from stillhook.validate.parameters.check import ParametersStep
-from stillhook.validate.parameters.hoisting.friction import States, slope_beside
-from stillhook.validate.parameters.segments import Part, by_test, parts_of
-from stillhook.validate.report.texts import found_on_the_way
+from stillhook.validate.parameters.hoisting.friction import States, scale_of_law
+from stillhook.validate.parameters.segments import LogPart, by_test, parts_of
+from stillhook.validate.report.texts import reading_notes
 from stillhook.validate.synthetic import Defect, sea_trials, write_campaign
 from stillhook.validate.synthetic.defects import DEFECTS
 from stillhook.validate.synthetic.reference.circuits import leak_over_twin
-from stillhook.validate.synthetic.reference.crane import Truth
-from stillhook.validate.synthetic.reference.friction import true_friction
+from stillhook.validate.synthetic.reference.crane import ReferenceCrane
+from stillhook.validate.synthetic.reference.friction import reference_friction
 from stillhook.validate.synthetic.scatter import STATED_DELAY
 from stillhook.validate.validation import Validation
 from stillhook.winches.reference.drum import TrueDrum, wound
@@ -129,7 +129,7 @@ def outcome(trial: Trial) -> dict[str, Any]:
         written = write_campaign(
             Path(folder) / "tests", seed=trial.seed, defect=defect, size=trial.size, apart=trial.apart, threads=1
         )
-        truth = tomllib.loads(written.truth.read_text(encoding="utf-8"))
+        truth = tomllib.loads(written.reference.read_text(encoding="utf-8"))
         known = {n: _short(truth["crane"][n]["value"]) for n in ("capacitance", "leakage", "inertia")}
         steps = None if trial.size is None or defect is None else [int(n) for n in StepNumber if n in SEEN_BY[defect]]
         try:
@@ -140,7 +140,7 @@ def outcome(trial: Trial) -> dict[str, Any]:
             known["leakage"] = _short(
                 1.0 + more
             )  # over the twin's at the point of which step 4 speaks, not on the mean of the tests
-        named = list(dict.fromkeys(t for step in found.steps for t in step.statements)) + found_on_the_way(found)
+        named = list(dict.fromkeys(t for step in found.steps for t in step.statements)) + reading_notes(found)
         statements = {"statements": named} if defect and not any(line.failed for line in found.lines) else {}
         measured = {} if defect else {"measured": list(against(found, truth, written.campaign))}
         return {"truth": known, **_found(found), **statements, **measured}
@@ -173,8 +173,8 @@ def _leak_points(found: Validation) -> dict[str, Point]:
     """Point of which each measure of the leakage speaks: the crane file's, or the working point of the data."""
     out: dict[str, Point | None] = {}
     for step in found.steps:
-        if isinstance(step, ParametersStep) and step.implied is not None and step.implied.balance is not None:
-            leak = step.implied.balance.leak
+        if isinstance(step, ParametersStep) and step.estimates is not None and step.estimates.balance is not None:
+            leak = step.estimates.balance.leak
             out |= {"leakage_error": leak.judged_at, "leakage_here_error": leak.at}
         if isinstance(step, DynamicsStep):
             out["C_leak_error"] = step.leak_at
@@ -185,7 +185,7 @@ def _leak(truth: Mapping[str, Any], at: Point | None) -> float | None:
     """What the truth leaks more than the twin at a point, part of the twin's."""
     if at is None or at.p is None:
         return None
-    own = Truth(**{name: float(x["value"]) for name, x in truth["crane"].items()})
+    own = ReferenceCrane(**{name: float(x["value"]) for name, x in truth["crane"].items()})
     return leak_over_twin(load_crane("nov-250t"), own, at) - 1.0
 
 
@@ -239,9 +239,11 @@ def friction_at(file: Path, truth: Mapping[str, Any]) -> float | None:
     """The true friction over the twin's, less 1, as the measure forms it: at the moments of each test with heave
     compensation, and the mean over these tests. The oil's temperature is taken as nominal."""
     campaign = load_campaign(file)
-    made = true_friction(campaign.crane, Truth(**{name: x["value"] for name, x in truth["crane"].items()})).friction
+    made = reference_friction(
+        campaign.crane, ReferenceCrane(**{name: x["value"] for name, x in truth["crane"].items()})
+    ).friction
 
-    def law(part: Part, s: States) -> FloatArray:
+    def law(part: LogPart, s: States) -> FloatArray:
         a, b = part.crane.active.motor, part.crane.passive
         assert b is not None
         T_hyd = np.abs(a.D_total * s.alpha_m * s.dp) + np.abs(b.motor.D_total * s.passive[0] * s.passive[1])
@@ -253,7 +255,7 @@ def friction_at(file: Path, truth: Mapping[str, Any]) -> float | None:
         )
 
     parts = parts_of(campaign, [r for r in read_records(campaign, lambda share: None) if r.test.kind is Kind.AHC])
-    each = [slope_beside(mine, law) for mine in by_test(parts).values()]
+    each = [scale_of_law(mine, law) for mine in by_test(parts).values()]
     known = [x for x in each if x is not None]
     return float(np.mean(known)) if known else None
 

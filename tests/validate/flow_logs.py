@@ -9,7 +9,7 @@ from tests.validate.ahc_logs import TWIN, record
 from stillhook.engine.pack.winch import active_record
 from stillhook.physics.hydraulics.line import capacitance
 from stillhook.units import parse
-from stillhook.validate.parameters.segments import Part
+from stillhook.validate.parameters.segments import LogPart
 
 STEP = 0.01  # s
 N_1000 = parse("1000 rev/min", "rotation")
@@ -91,6 +91,6 @@ def flow_parts(leaks: Leaks, seed: int, *, crane=TWIN, tests: int = 2, seconds: 
     for i in range(tests):
         log, C, head = flow_log(leaks, rng, seconds=seconds)
         r = record(log, name=str(i + 1))
-        parts.append(Part(crane, r, r.segments[0], i))
+        parts.append(LogPart(crane, r, r.segments[0], i))
         flow, heads = flow + float(np.sum(C * head)), heads + float(np.sum(head))
     return parts, flow / heads

@@ -67,12 +67,12 @@ def record(test: CraneTest) -> Record:
     )
 
 
-def staged(campaign: str | Path | Campaign, *, whole: bool = True, **found: float | None) -> Validation:
+def staged(campaign: str | Path | Campaign, *, complete: bool = True, **found: float | None) -> Validation:
     """found: measures that are other than in FOUND."""
     todo = campaign if isinstance(campaign, Campaign) else load_campaign(campaign)
     values = FOUND | found
     steps = []
-    for number in StepNumber if whole else (StepNumber.DATA,):
+    for number in StepNumber if complete else (StepNumber.DATA,):
         rows = [c for c in todo.criteria.criteria if c.step is number]
         measures = tuple(_measure(c.measure, values.get(c.measure, _well_within(c)), c.quantity) for c in rows)
         steps.append(Step(number, measures, (f"step {int(number)} was taken",), (_table(number),)))

@@ -29,7 +29,7 @@ def checked(*records, **more) -> AhcStep:
 
 
 def found(step: AhcStep, name: str) -> Measure:
-    (measure,) = step.found(name)
+    (measure,) = step.measures_of(name)
     return measure
 
 
@@ -63,7 +63,7 @@ def test_a_twin_that_is_the_crane_deviates_by_less_than_a_millimetre():
 
 def test_thirty_seconds_are_enough_for_the_twin_to_forget_that_it_started_at_rest():
     """The log begins in full swing; what is left of the start after SETTLE is within a millimetre, and was a centimetre and more before."""
-    (c,) = own_step().compared
+    (c,) = own_step().comparisons
     assert c.replay.skipped == round(SETTLE / STEP)
     apart = np.abs(c.simulated["e_c_measured"] - c.e_measured)
     assert apart[: round(5.0 / STEP)].max() < ALIKE
@@ -80,9 +80,9 @@ def test_a_delay_that_is_stated_moves_the_true_tip_ahead_and_costs_no_agreement(
     log = crane_log(crane, delay=0.2)
     step = checked(record(log), delay=0.2, twin=crane)
     assert found(step, "e_c_pp_deviation").value < ALIKE
-    (c,) = step.compared
+    (c,) = step.comparisons
     apart = c.simulated["F_w"] - c.replay.measured("F_w")
-    unstated = checked(record(log), twin=crane).compared[0]
+    unstated = checked(record(log), twin=crane).comparisons[0]
     assert (
         apart.std() < 0.2 * (unstated.simulated["F_w"] - unstated.replay.measured("F_w")).std()
     )  # the load hangs on the true tip
@@ -114,7 +114,7 @@ def test_noise_of_the_tip_that_the_plc_saw_does_not_count_as_deviation():
     log["e_c_measured"] = log["e_c_measured"] + noise
     in_the_plc = checked(record(log))
     for step, share in ((in_the_plc, 1.0), (only_in_the_log, 0.0)):
-        assert step.compared[0].noise == pytest.approx(share, abs=0.05)
+        assert step.comparisons[0].noise == pytest.approx(share, abs=0.05)
         assert found(step, "e_c_pp_deviation").value < ALIKE
     assert found(in_the_plc, "e_c_pp_bias").note.startswith("simulated less measured; ")
 
@@ -124,7 +124,7 @@ def test_noise_that_both_errors_hold_does_not_make_their_shapes_alike():
     log = dict(crane_log(bent("K_1", -0.1)))
     clean, noise = checked(record(log)), 20.0 * MM * rng.standard_normal(len(log["s_tip"]))
     noisy = checked(record({**log, "s_tip": log["s_tip"] + noise, "e_c_measured": log["e_c_measured"] + noise}))
-    assert noisy.compared[0].noise > 0.9
+    assert noisy.comparisons[0].noise > 0.9
     assert found(noisy, "e_c_correlation").value == pytest.approx(found(clean, "e_c_correlation").value, abs=0.03)
 
 
@@ -135,7 +135,7 @@ def test_a_load_case_that_is_off_is_not_hidden_by_longer_ones_that_are_not():
     lines = {x.key: x for x in judge(campaign().criteria, step.measures, (StepNumber.AHC,))}
     assert lines["2b-case"].failed
     assert "load case off" in lines["2b-case"].message
-    cases = {m.test: m.value for m in step.found("e_c_pp_deviation_case")}
+    cases = {m.test: m.value for m in step.measures_of("e_c_pp_deviation_case")}
     assert cases["load case long"] < ALIKE
     assert cases["load case off"] == pytest.approx(0.12, abs=0.05)  # up to the phase between both
     assert found(step, "e_c_pp_deviation").value == pytest.approx(np.mean(list(cases.values())))
@@ -144,7 +144,7 @@ def test_a_load_case_that_is_off_is_not_hidden_by_longer_ones_that_are_not():
 def test_a_standing_offset_of_the_cranes_error_is_said_and_does_not_count_peak_to_peak():
     step = checked(record({**own_log(), "e_c_measured": own_log()["e_c_measured"] + 0.02}))
     assert found(step, "e_c_pp_deviation").value < ALIKE
-    assert any("stands +2 cm off" in s for s in step.statements)
+    assert any("offset of +2 cm" in s for s in step.statements)
 
 
 def test_an_error_that_the_plc_did_not_log_is_made_from_tip_and_wire():
@@ -188,7 +188,7 @@ def test_windows_do_not_cross_a_gap():
     log = dict(own_log())
     n = len(log["s_tip"])
     a, b = 7000, 8000
-    (c, d) = checked(record(log, parts=((0, a), (b, n)))).compared
+    (c, d) = checked(record(log, parts=((0, a), (b, n)))).comparisons
     assert c.windows.ends.min() >= SETTLE + 30.0 - 1e-9
     assert c.windows.ends.max() <= a * STEP
     assert d.windows.ends.min() >= b * STEP + SETTLE + 30.0 - 1e-9
@@ -198,7 +198,7 @@ def test_samples_that_are_missing_take_their_windows_with_them_and_no_more():
     log = {k: v.copy() for k, v in own_log().items()}
     log["e_c_measured"][9000:9010] = np.nan
     step = checked(record(log))
-    ends = step.compared[0].windows.ends
+    ends = step.comparisons[0].windows.ends
     assert not ((ends >= 90.0 - 1e-9) & (ends <= 120.0)).any()
     assert (ends < 90.0).any()
     assert (ends > 120.2).any()
@@ -213,7 +213,7 @@ def test_samples_that_are_missing_take_their_windows_with_them_and_no_more():
             lambda log: {k: v for k, v in log.items() if k not in ("s_w", "e_c_measured")},
             "neither e_c_measured nor s_w",
         ),
-        (lambda log: {k: v[:5000] for k, v in log.items()}, "no stretch with heave compensation is long enough"),
+        (lambda log: {k: v[:5000] for k, v in log.items()}, "no segment with heave compensation is long enough"),
     ],
 )
 def test_without_the_signals_every_measure_says_what_to_log(change, told):
@@ -246,7 +246,7 @@ def test_an_error_that_was_logged_but_is_nowhere_known_gives_no_number():
 
 def test_an_error_is_not_made_from_wire_that_was_made_from_a_speed():
     r = record({k: v for k, v in own_log().items() if k != "e_c_measured"})
-    assert "made from a speed" in checked(replace(r, derived=frozenset({"s_w"}))).measures[0].note
+    assert "derived from a speed" in checked(replace(r, derived=frozenset({"s_w"}))).measures[0].note
 
 
 def test_manual_stretches_are_left_out_and_said():

@@ -105,7 +105,7 @@ def test_a_short_hole_is_bridged_and_a_long_one_refused():
     assert np.abs(tip.motion.sample(T)[0] - true[0])[2900:3100].max() < 0.001  # half of the noise of one sample
     assert np.isnan(tip.noise[3000:3020]).all()
     s[3000:3500] = np.nan
-    with pytest.raises(ValidateError, match='test "7": s_tip has holes'):
+    with pytest.raises(ValidateError, match='test "7": s_tip has gaps'):
         smooth_tip(T, s, None, place='test "7"')
 
 
@@ -119,7 +119,7 @@ def test_a_slow_log_still_gives_a_tip(every):
 
 def test_a_log_of_one_sample_a_second_is_refused():
     t = np.arange(0.0, 120.0, 1.0)
-    with pytest.raises(ValidateError, match="too few for a motion"):
+    with pytest.raises(ValidateError, match="too few for a tip motion"):
         smooth_tip(t, np.sin(t), np.cos(t), place="test")
 
 

@@ -35,8 +35,8 @@ import sys
 from pathlib import Path
 sys.path.insert(0, {root!r})
 from stillhook.validate import certificate_files
-from stillhook.validate.report import figures
 from stillhook.validate.criteria.results import StepNumber
+from stillhook.validate.report import figures
 from tests.validate.staged_certificate import drawn, staged, write
 figures.FIGURES = {{StepNumber.AHC: drawn}}
 here = Path.cwd()
@@ -126,7 +126,7 @@ def test_a_validation_that_was_not_passed_gets_a_document_that_certifies_nothing
 def test_criteria_of_which_none_counts_certify_nothing(campaign, tmp_path):
     (campaign.parent / "lax.toml").write_text(
         'version = "1"\n[settings]\nwindow = "30 s"\neta_above = "1 m"\nlayers_apart = 1\nload_apart = "10 %"\n'
-        '[[criterion]]\nkey = "2b"\nstep = 5\nwhat = "Mean deviation"\nmeasure = "e_c_pp_deviation"\nat_most = "5 cm"\nneeded = false\n'
+        '[[criterion]]\nkey = "2b"\nstep = 5\ntitle = "Mean deviation"\nmeasure = "e_c_pp_deviation"\nat_most = "5 cm"\nneeded = false\n'
     )
     campaign.write_text(campaign.read_text().replace("synthetic", 'criteria = "lax.toml"\nsynthetic'))
     data = certificate_of(staged(campaign, **NOT_SHOWN)).data
@@ -166,7 +166,7 @@ def test_what_was_logged_and_not_judged_is_among_the_limitations(campaign, tmp_p
 
 def test_only_all_steps_make_a_certificate(campaign, tmp_path):
     with pytest.raises(ValidateError, match="only some of the steps 0 to 6 were taken"):
-        certificate_of(staged(campaign, whole=False))
+        certificate_of(staged(campaign, complete=False))
 
 
 def test_numbers_that_are_none_do_not_stop_it(campaign, tmp_path):
@@ -211,7 +211,7 @@ def test_letters_that_the_fonts_lack_do_not_stop_it(campaign, tmp_path):
         (lambda t: t.replace('"passed": false', '"passed": true'), "was changed after it was written"),
         (lambda t: t[: len(t) // 2], "not a certificate"),
         (lambda t: "[1, 2]", "JSON, but not a certificate"),
-        (lambda t: t.replace("certificate 2", "certificate 9"), 'this Stillhook reads "stillhook certificate 2"'),
+        (lambda t: t.replace("certificate 3", "certificate 9"), 'this Stillhook reads "stillhook certificate 3"'),
         (lambda t: "", "not a certificate"),
     ],
 )

@@ -74,7 +74,7 @@ def test_it_holds_alone_where_the_campaign_is_named(file, tmp_path):
     alone.mkdir(parents=True)
     copy = alone / "certificate.json"
     copy.write_bytes(file.read_bytes())
-    assert checked(copy).missing[0].endswith("Give it with --campaign.")
+    assert checked(copy).missing[0].endswith("State it with --campaign.")
     found = checked(copy, campaign=tmp_path / "campaign.toml")
     assert found.holds
     assert found.same_bytes
@@ -147,7 +147,7 @@ def test_other_code_is_named(file, monkeypatch, what, told):
     found = checked(file)
     assert not found.holds
     assert found.changed[0].startswith(f"{told}: ")
-    assert "verdict lines come out the same" in found.verdict
+    assert "verdict lines are the same" in found.verdict
 
 
 def test_a_verdict_line_that_comes_out_otherwise_is_named(file, found):
@@ -198,7 +198,7 @@ def test_a_validation_that_was_not_passed_holds_nothing(found, tmp_path):
     files = certificate_files(staged(campaign, e_c_pp_deviation=0.31))
     (tmp_path / "not-passed.json").write_bytes(files["not-passed.json"])
     found["e_c_pp_deviation"] = 0.31
-    assert checked(tmp_path / "not-passed.json").verdict.startswith("DOES NOT HOLD: the validation was not passed")
+    assert checked(tmp_path / "not-passed.json").verdict.startswith("NOT VALID: the validation was not passed")
 
 
 # The command line
@@ -207,9 +207,9 @@ def test_a_validation_that_was_not_passed_holds_nothing(found, tmp_path):
 def test_check_answers_by_its_exit_code(file, tmp_path, capsys):
     assert command(["certificate", "check", str(file)]) == 0
     out = capsys.readouterr().out
-    assert out.startswith("HOLDS: ")
-    assert "computed again: the same to the byte" in out
-    assert "PDF beside it: the same to the byte" in out
+    assert out.startswith("VALID: ")
+    assert "recomputed: identical to the byte" in out
+    assert "PDF in the same folder: the same to the byte" in out
     edit(tmp_path / "logs/1.csv", "0.1,0.1", "0.1,0.9")
     assert command(["certificate", "check", str(file), "--quick"]) == 1
     assert 'changed: log logs/1.csv of test "1": changed since.' in capsys.readouterr().out
@@ -245,12 +245,12 @@ def test_show_check_and_document_say_that_a_checksum_is_no_signature(file, capsy
     assert UNSIGNED in capsys.readouterr().out
     assert command(["certificate", "check", str(file), "--json"]) == 1  # computed again from the logs it does not hold
     assert json.loads(capsys.readouterr().out)["unsigned"] == UNSIGNED
-    assert UNSIGNED in " ".join(sheet_of(data | {"digest": digest_of(data)}, ())["how"])
+    assert UNSIGNED in " ".join(sheet_of(data | {"digest": digest_of(data)}, ())["procedure"])
 
 
 def test_an_example_campaign_with_an_unknown_defect_names_those_there_are(tmp_path, capsys):
     assert command(["certificate", "example-campaign", str(tmp_path / "new"), "--defect", "rust"]) == 2
-    assert "not one of leakage, friction, layer, gear" in capsys.readouterr().err
+    assert "Choose one of leakage, friction, layer, gear" in capsys.readouterr().err
     assert not (tmp_path / "new").exists()
 
 

@@ -80,7 +80,7 @@ def staged(
     *,
     low: float = 0.016,
     synthetic: bool = True,
-    whole: bool = True,
+    complete: bool = True,
 ) -> Validation:
     """A validation as the steps would leave it."""
     records = (record("1", 82e3, 487.0), record("2", 164e3, 2314.0))
@@ -112,7 +112,7 @@ def staged(
             {StepNumber.DATA: (Measure("loads", 2.0, data="2 tests"),), StepNumber.AHC: (deviation, spread)}.get(n, ()),
             tables=(),
         )
-        for n in (StepNumber if whole else (StepNumber.DATA, StepNumber.AHC))
+        for n in (StepNumber if complete else (StepNumber.DATA, StepNumber.AHC))
     )
     steps = (
         *steps[:-1],
@@ -174,9 +174,9 @@ def test_a_person_reads_load_cases_steps_every_criterion_and_one_sentence(stage,
         "2313-2315",
         "a gap of 20 s at 412 s",
         "shown     2b  Mean deviation in load case 2: 2.1 cm (1.6 to 2.7 cm), limit at most 5 cm; the far end of the interval is at 54 %",
-        "1 line was judged by the 95 % interval of the figure. Consumer's risk: such a line is called shown in at most 2.5 % of campaigns",
+        "1 line was judged by the 95 % interval of the value. Consumer's risk: such a line is judged shown in at most 2.5 % of campaigns",
         "1 line was judged by value",
-        "for information: no part of the verdict",
+        "for information: not part of the verdict",
     ):
         assert words in out
     assert 'PASSED: "nov-250t" as described represents the SYNTHETIC crane of these logs' in out
@@ -206,7 +206,7 @@ def test_an_interval_beyond_the_limit_is_refuted_and_ends_with_exit_code_1(stage
     out = capsys.readouterr().out
     assert "REFUTED: of 2 criteria of quay version 3, 1 refuted (2b)." in out
     assert (
-        "In the way, the farthest beyond its limit first:\nREFUTED   2b  Mean deviation in load case 2: 6.8 cm (5.6 to 8 cm)"
+        "Blocking, highest utilisation of the limit first:\nREFUTED   2b  Mean deviation in load case 2: 6.8 cm (5.6 to 8 cm)"
         in out
     )
 
@@ -215,8 +215,8 @@ def test_what_has_no_figure_is_in_the_way_with_its_reason_and_is_explained(stage
     stage(staged(None))
     assert command(["validate", "campaign.toml"]) == 1
     out = capsys.readouterr().out
-    assert "NOT SHOWN 2b  Mean deviation: no figure; no test has s_tip: log it" in out
-    assert "or there is no figure; in capitals it stands in the way" in out
+    assert "NOT SHOWN 2b  Mean deviation: no value; no test has s_tip: log it" in out
+    assert "or there is no value; in capitals it blocks the certificate" in out
     assert "1 not shown (2b)" in out
 
 
@@ -233,7 +233,7 @@ def test_the_verdict_and_what_decides_it_come_before_load_cases_steps_and_lines(
             "load cases",
             "steps",
             "lines",
-            "shown: the whole",
+            "shown: the complete",
         )
     ]
     assert places == sorted(places)
@@ -265,7 +265,7 @@ def test_nothing_of_the_text_is_wider_than_a_terminal_of_80_columns(stage, capsy
 
 
 def test_single_steps_say_that_there_is_no_certificate_without_the_others(stage, capsys):
-    asked = stage(staged(whole=False))
+    asked = stage(staged(complete=False))
     assert command(["validate", "campaign.toml", "--steps", "0, 5"]) == 0
     assert list(asked["steps"]) == [0, 5]
     out = capsys.readouterr().out
@@ -307,14 +307,14 @@ def test_everything_is_written_and_the_page_reads_as_text(stage, capsys, tmp_pat
     text = " ".join(" ".join(page.parts).split())
     for words in (
         "Validation of SYNTHETIC Sea trial: nov-250t",
-        "measured on no crane",
+        "not measured on a crane",
         sentence(staged()),
         "Step 5: active heave compensation",
         "Step 5 alone: passed",
         "the <worst> one",
         "Step 5: error over time",
         "2.1 cm (1.6 to 2.7 cm)",
-        "The closest to their limits",
+        "Closest to their limits",
         "Consumer's risk",
         "wind 12 m/s",
         "payload on the hook 82 t to 164 t",
@@ -322,7 +322,7 @@ def test_everything_is_written_and_the_page_reads_as_text(stage, capsys, tmp_pat
         'Test "1": a gap of 20 s',
     ):
         assert words in text
-    assert json.loads((out / "summary.json").read_text(encoding="utf-8"))["whole"] is True
+    assert json.loads((out / "summary.json").read_text(encoding="utf-8"))["complete"] is True
     assert (out / "segments.csv").read_text(encoding="utf-8").splitlines()[1].startswith("1,0.0,1500.0,82.0,")
 
 
@@ -331,7 +331,7 @@ def test_a_certificate_of_an_earlier_validation_does_not_stay_beside_a_later_rep
     stage(staged())
     command(["validate", "campaign.toml", "--out", str(out)])
     (out / "my-notes.txt").write_text("kept")
-    stage(staged(whole=False))
+    stage(staged(complete=False))
     command(["validate", "campaign.toml", "--out", str(out), "--steps", "0,5"])
     assert not (out / "certificate.json").exists()
     assert (out / "my-notes.txt").read_text() == "kept"
@@ -375,7 +375,7 @@ def test_a_folder_in_the_way_of_a_figure_is_told_before_anything_is_written(stag
 def test_a_file_on_which_the_crane_is_built_is_not_written_over(tmp_path):
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "tuned-crane.toml").write_text('base = "nov-250t"\n')
-    (tmp_path / "out" / "summary.json").write_text('{"criteria": {}, "whole": true, "verdict": ""}')
+    (tmp_path / "out" / "summary.json").write_text('{"criteria": {}, "complete": true, "verdict": ""}')
     (tmp_path / "ours.toml").write_text('base = "out/tuned-crane.toml"\n')
     campaign = replace(staged().campaign, file=tmp_path / "campaign.toml", crane_name="ours.toml")
     with pytest.raises(ValidateError, match=r'"tuned-crane.toml" there belongs to the campaign'):
@@ -402,7 +402,7 @@ def test_criteria_of_the_command_line_take_the_place_of_those_of_the_campaign(st
 
 
 def test_a_verdict_without_any_criterion_that_counts_is_no_pass(stage, capsys):
-    found = staged(whole=False)
+    found = staged(complete=False)
     told = replace(found, lines=tuple(replace(line, judged=False) for line in found.lines))
     assert sentence(told).startswith("NOT JUDGED")
 

@@ -28,7 +28,7 @@ from stillhook.kernels.plc_alone import Seen, _cycles, plc_alone
 from stillhook.spec.scenario import Mode, Operator
 from stillhook.validate.controller.check import ControllerStep, check_controller
 from stillhook.validate.controller.figures import figures
-from stillhook.validate.controller.inputs import stretches
+from stillhook.validate.controller.inputs import plc_segments
 from stillhook.validate.controller.law import SMOOTH, Run, law
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.names import MEASURES
@@ -46,7 +46,7 @@ def checked(*records, twin=TWIN) -> ControllerStep:
 
 
 def found(step, name: str, test: str = "") -> Measure:
-    (measure,) = [m for m in step.found(name) if m.test == test]
+    (measure,) = [m for m in step.measures_of(name) if m.test == test]
     return measure
 
 
@@ -63,11 +63,11 @@ def own_step() -> ControllerStep:
 
 
 def test_the_plc_over_its_own_inputs_gives_its_own_commands():
-    (stretch,) = stretches(TWIN, record(own_ahc_log()))
-    told = stretch.told(TWIN)
+    (segment,) = plc_segments(TWIN, record(own_ahc_log()))
+    told = segment.simulated_commands(TWIN)
     late = slice(500, None)
-    assert np.abs(told.u_p - stretch.u_p)[late].max() < EXACT
-    assert np.abs(told.u_m - stretch.u_m)[late].max() < 1e-4  # the load filter's start reaches the least displacement
+    assert np.abs(told.u_p - segment.u_p)[late].max() < EXACT
+    assert np.abs(told.u_m - segment.u_m)[late].max() < 1e-4  # the load filter's start reaches the least displacement
 
 
 def test_the_compiled_plc_is_the_readable_one():
@@ -100,7 +100,7 @@ def test_a_plc_without_feedback_of_the_motors_reckons_with_its_command():
     step = checked(record(ahc_log(crane)), twin=crane)
     assert found(step, "u_p_deviation", "test 1").value < 1e-4
     assert (
-        checked(record(ahc_log(crane))).found("u_p_deviation")[0].value > 0.01
+        checked(record(ahc_log(crane))).measures_of("u_p_deviation")[0].value > 0.01
     )  # a twin in closed loop would ask for more
 
 
@@ -131,18 +131,18 @@ def test_the_winch_at_its_limit_is_compared_as_held():
 
 def test_starts_from_the_brake_are_not_held_against_the_twin():
     """Behind a closed brake the pumps follow pressures that a log need not hold, and its opening leaves a difference that fades for seconds."""
-    (stretch,) = stretches(TWIN, limits_record(own_limits_log()))
-    bare = replace(stretch, seen=stretch.seen._replace(braked=np.zeros_like(stretch.seen.braked)))
-    apart, without_mark = (np.abs(s.told(TWIN).u_p - s.u_p).max() for s in (stretch, bare))
+    (segment,) = plc_segments(TWIN, limits_record(own_limits_log()))
+    bare = replace(segment, seen=segment.seen._replace(braked=np.zeros_like(segment.seen.braked)))
+    apart, without_mark = (np.abs(s.simulated_commands(TWIN).u_p - s.u_p).max() for s in (segment, bare))
     assert without_mark > 0.1
     assert apart < EXACT * 1e6  # the joystick's last command stays for a cycle as the winch comes to rest
-    t, brake = np.arange(len(stretch.u_p)) * STEP, TWIN.brake
+    t, brake = np.arange(len(segment.u_p)) * STEP, TWIN.brake
     for rest, start in ((0.0, 3.0), (15.0, 18.0)):
-        braked = t[(stretch.seen.braked > 0.0) & (t >= rest) & (t < start + 5.0)]
+        braked = t[(segment.seen.braked > 0.0) & (t >= rest) & (t < start + 5.0)]
         assert braked[0] <= rest + brake.t_wait + 2 * STEP
         assert start + brake.t_open <= braked[-1] <= start + brake.t_open + brake.t_prove
     crane = TWIN.model_copy(update={"brake": None})
-    (free,) = stretches(crane, limits_record(own_limits_log()))
+    (free,) = plc_segments(crane, limits_record(own_limits_log()))
     assert not free.seen.braked.any()
 
 
@@ -151,8 +151,8 @@ def test_noise_in_the_log_alone_widens_the_intervals_until_they_hold_the_truth()
     for seed in range(seeds):
         sds = {"s_tip": 2e-3, "v_tip": 5e-3, "a_tip": 0.1, "s_w": 1e-3, "e_c_measured": 2e-3}
         log = bent(x, **{name: noisy(x[name], sd, 10 * seed + k) for k, (name, sd) in enumerate(sds.items())})
-        (stretch,) = stretches(TWIN, record(log))
-        implied = law([Run(stretch, stretch.told(TWIN))], own_noise=True)
+        (segment,) = plc_segments(TWIN, record(log))
+        implied = law([Run(segment, segment.simulated_commands(TWIN))], input_noise=True)
         held += sum(
             abs(getattr(implied, name).value - getattr(OWN, name)) <= getattr(implied, name).half
             for name in OWN._fields
@@ -164,8 +164,8 @@ def test_noise_in_the_log_alone_widens_the_intervals_until_they_hold_the_truth()
 def test_smoothing_both_sides_keeps_a_noisy_acceleration_from_hiding_its_gain():
     x = own_ahc_log()
     log = bent(x, a_tip=noisy(x["a_tip"], 0.3))  # twice the signal: raw regression would find a fifth of the gain
-    (stretch,) = stretches(TWIN, record(log))
-    implied = law([Run(stretch, stretch.told(TWIN))])
+    (segment,) = plc_segments(TWIN, record(log))
+    implied = law([Run(segment, segment.simulated_commands(TWIN))])
     assert implied.K_2.value == pytest.approx(OWN.K_2, rel=0.15)
     assert SMOOTH[0] == 1.0
 
@@ -178,7 +178,7 @@ def test_the_printed_k_1_is_found_and_named():
     m = found(step, "K_1_deviation")
     assert m.value == pytest.approx(0.68 / OWN.K_1 - 1.0, abs=GAIN)
     assert m.note == "K_1 0.68 s/m in the log's commands, 0.828 s/m in the crane file (-18 %)"
-    assert f"Off: {m.note}." in step.statements
+    assert f"Deviation: {m.note}." in step.statements
     said = lines(step)
     assert said["3-K_1"].verdict is Verdict.REFUTED
     assert said["3-pump"].verdict is Verdict.REFUTED
@@ -219,7 +219,7 @@ def test_calm_seas_say_nothing_of_the_threshold():
 
 def test_a_log_in_another_mode_than_it_says_is_named():
     step = checked(record(ahc_log(TWIN, mode="ns")))
-    assert 'Off: test 1: the motor command follows mode "ns", the log says "ssc".' in step.statements
+    assert 'Deviation: test 1: the motor command follows mode "ns", the log says "ssc".' in step.statements
     assert lines(step)["3-motor"].verdict is Verdict.REFUTED
 
 
@@ -227,7 +227,7 @@ def test_another_setting_of_normal_speed_is_named():
     log = ahc_log(with_control(TWIN, alpha_ns=0.7), mode="ns", height=1.0)
     step = checked(record(log, mode=Mode.NS))
     assert (
-        "Off: test 1, mode ns: motors commanded to 0.673, by the crane file to 0.769." in step.statements
+        "Deviation: test 1, mode ns: motors commanded to 0.673, by the crane file to 0.769." in step.statements
     )  # as 0.7 to 0.8
 
 
@@ -241,7 +241,7 @@ def test_a_wrong_layer_shows_as_a_k_1_that_differs_between_wire_lengths():
     for name in ("K_1", "K_p"):
         note = found(step, f"{name}_deviation").note
         assert "in test short" in note
-        assert "the layer that K_wire is reckoned with" in note
+        assert "the layer used for K_wire" in note
 
 
 # --- order of the rows, and clocks -----------------------------------------------------------------------------------------------------------
@@ -260,15 +260,15 @@ def test_commands_of_another_cycle_in_a_row_are_found_by_the_joystick_and_set_ri
     assert abs(found(step, "K_2_deviation").value) < 0.01
     assert not lines(step)["3-lag"].failed
     word = "later" if cycles > 0 else "earlier"
-    assert any(word in text and "they are compared so" in text for text in step.statements)
+    assert any(word in text and "they are compared with this shift" in text for text in step.statements)
 
 
 def test_noise_that_both_sides_carry_shows_the_order_of_the_rows():
     """The very numbers that the PLC read: its commands repeat their noise, and no joystick is needed."""
     x = own_ahc_log()
     log = bent(x, v_tip=noisy(x["v_tip"], 5e-3))
-    (stretch,) = stretches(TWIN, record(log))
-    told = stretch.told(TWIN)
+    (segment,) = plc_segments(TWIN, record(log))
+    told = segment.simulated_commands(TWIN)
     step = checked(record(bent(log, u_p=later(told.u_p, 1), u_m=later(told.u_m, 1))))
     assert (step.rows.cycles, step.rows.evidence) == (1, "fine")
 
@@ -301,7 +301,7 @@ def test_speed_and_acceleration_of_the_tip_are_made_up_and_said():
 def test_without_the_error_the_datum_is_one_constant():
     x = own_ahc_log()
     step = checked(record(bent(x, e_c_measured=None)))
-    assert any("the wire's reference is one constant" in text for text in step.statements)
+    assert any("the wire's reference is a constant" in text for text in step.statements)
     assert found(step, "u_p_deviation", "test 1").value < 5e-3  # K_p times a standing error of some centimetres
 
 
@@ -326,15 +326,15 @@ def started_log() -> dict[str, np.ndarray]:
 def test_a_start_of_compensation_is_followed_with_its_bumpless_commands(lack, first):
     """The segments of a log begin where compensation does: the PLC then starts from the commands that were before."""
     log = bent(started_log(), **dict.fromkeys(lack))
-    (stretch,) = stretches(TWIN, record(log, parts=((first, len(log["s_w"])),)))
-    counts = stretch.within(stretch.parts[0])
-    apart = np.abs(stretch.told(TWIN).u_p - stretch.u_p)[counts]
+    (segment,) = plc_segments(TWIN, record(log, parts=((first, len(log["s_w"])),)))
+    counts = segment.within(segment.parts[0])
+    apart = np.abs(segment.simulated_commands(TWIN).u_p - segment.u_p)[counts]
     if "mode" in lack:
         assert apart.max() > 0.01  # nothing tells that compensation has just begun
-        assert any("one constant" in note for note in stretch.notes)
+        assert any("a constant that makes the mean error zero" in note for note in segment.notes)
     else:
         assert apart.max() < 1e-3
-        assert any("laid where compensation starts" in note for note in stretch.notes) == bool(lack)
+        assert any("set where compensation starts" in note for note in segment.notes) == bool(lack)
 
 
 def test_holes_in_signals_that_matter_little_part_nothing():
@@ -342,8 +342,8 @@ def test_holes_in_signals_that_matter_little_part_nothing():
     F_w, e_c = x["F_w"].copy(), x["e_c_measured"].copy()
     F_w[5000:7000] = np.nan
     e_c[3000:3100] = np.nan
-    (stretch,) = stretches(TWIN, record(bent(x, F_w=F_w, e_c_measured=e_c)))
-    assert np.abs(stretch.told(TWIN).u_p - stretch.u_p)[500:].max() < 1e-3
+    (segment,) = plc_segments(TWIN, record(bent(x, F_w=F_w, e_c_measured=e_c)))
+    assert np.abs(segment.simulated_commands(TWIN).u_p - segment.u_p)[500:].max() < 1e-3
 
 
 def test_a_set_point_that_was_moved_is_taken_from_the_logged_error():
@@ -373,7 +373,7 @@ def test_a_motor_that_the_operator_holds_is_seen():
 def test_a_log_without_command_or_wire_is_a_no_that_says_what_to_log(lack):
     records = (without(record(own_ahc_log()), lack),)
     step = check_controller(campaign(*records), records, lambda share: None)
-    assert step.found("u_p_deviation")[0].value is None
+    assert step.measures_of("u_p_deviation")[0].value is None
     assert f"{lack} not logged" in step.statements[0]
     assert "log s_tip, s_w and u_p" in step.statements[0]
     assert lines(step)["3-pump"].failed
@@ -383,9 +383,9 @@ def test_a_gap_parts_the_stretches_and_both_count():
     x = own_ahc_log()
     u_p = x["u_p"].copy()
     u_p[6000:8000] = np.nan
-    found_parts = stretches(TWIN, record(bent(x, u_p=u_p)))
+    found_parts = plc_segments(TWIN, record(bent(x, u_p=u_p)))
     assert [(s.first, s.last) for s in found_parts] == [(0, 6000), (8000, len(u_p))]
-    assert all(np.abs(s.told(TWIN).u_p - s.u_p)[500:].max() < 1e-3 for s in found_parts)
+    assert all(np.abs(s.simulated_commands(TWIN).u_p - s.u_p)[500:].max() < 1e-3 for s in found_parts)
 
 
 # --- pictures ------------------------------------------------------------------------------------------------------------------------------------

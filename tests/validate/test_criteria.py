@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stillhook.errors import StillhookError, ValidateError
-from stillhook.validate.criteria.criteria import Ask, Criteria, Limit, criteria_sets, load_criteria
+from stillhook.validate.criteria.criteria import Criteria, Limit, Requirement, criteria_sets, load_criteria
 from stillhook.validate.criteria.judge import judge, outcome_of
 from stillhook.validate.criteria.names import MEASURES, SETTINGS
 from stillhook.validate.criteria.results import RISK, Measure, Outcome, StepNumber, Verdict
@@ -96,12 +96,12 @@ def test_a_changed_limit_says_what_it_was_and_takes_no_credit_from_the_paper(tmp
 def test_rows_can_be_dropped_added_and_made_stricter_and_all_of_it_is_told(tmp_path):
     c = own(
         tmp_path,
-        'key = "own"\nstep = 5\nwhat = "Spread"\nmeasure = "e_c_pp_deviation_s"\nat_most = "20 mm"\nask = "not refuted"\nneeded = false',
+        'key = "own"\nstep = 5\ntitle = "Spread"\nmeasure = "e_c_pp_deviation_s"\nat_most = "20 mm"\nask = "not refuted"\nneeded = false',
         'drop = ["2d-correlation"]\n[settings]\nwindow = "20 s"',
     )
     rows = {x.key: x for x in c.criteria}
     assert "2d-correlation" not in rows
-    assert (rows["own"].ask, rows["own"].needed, rows["own"].limit) == (Ask.NOT_REFUTED, False, 0.02)
+    assert (rows["own"].ask, rows["own"].needed, rows["own"].limit) == (Requirement.NOT_REFUTED, False, 0.02)
     assert c.settings["window"] == 20.0
     assert len(c.changes) == 3
 
@@ -121,7 +121,7 @@ def test_the_digest_follows_what_is_asked_and_not_how_it_is_written(tmp_path):
 def test_a_set_without_a_base_gives_everything_itself(tmp_path):
     settings = "\n".join(f'{n} = "{v}"' for n, v in {"window": "30 s", "eta_above": "1 m"}.items())
     missing = set(SETTINGS) - {"window", "eta_above"}
-    row = f'[[criterion]]\nkey = "a"\nstep = 5\nwhat = "Mean"\nmeasure = "{MEAN}"\nat_most = "5 cm"\n'
+    row = f'[[criterion]]\nkey = "a"\nstep = 5\ntitle = "Mean"\nmeasure = "{MEAN}"\nat_most = "5 cm"\n'
     if missing:  # settings that other steps have brought since
         with pytest.raises(ValidateError, match="missing"):
             loaded(tmp_path, f'version = "1"\n[settings]\n{settings}\n{row}')
@@ -135,18 +135,18 @@ def test_a_set_without_a_base_gives_everything_itself(tmp_path):
     ("row", "told"),
     [
         (
-            'key = "x"\nstep = 5\nwhat = "W"\nmeasure = "e_c_pp_deviatoin"\nat_most = "5 cm"',
+            'key = "x"\nstep = 5\ntitle = "W"\nmeasure = "e_c_pp_deviatoin"\nat_most = "5 cm"',
             'did you mean "e_c_pp_deviation"?',
         ),
         ('key = "2b"\nat_most = 5', "at_most"),
         ('key = "2b"\nat_most = "5 bar"', "bar"),
         ('key = "2b"\nat_most = "5 cm"\nat_least = "1 cm"', "exactly one of"),
-        ('key = "x"\nstep = 5\nwhat = "W"\nmeasure = "e_c_pp_deviation"', "exactly one of"),
+        ('key = "x"\nstep = 5\ntitle = "W"\nmeasure = "e_c_pp_deviation"', "exactly one of"),
         ('key = "2b"\nstep = 3', "step"),
         ('key = "2b"\nask = "half"', "shown, not refuted"),
         (
             'key = "2b"\nby = "any"',
-            'by is no field any more: the whole 95 % interval decides. Leave it out, or write ask = "not refuted"',
+            'by is no longer a field: the complete 95 % interval decides. Leave it out, or write ask = "not refuted"',
         ),
         ('key = "2b"\njudged = "yes"', "true or false"),
         ('key = "2b"\nlimit = "5 cm"', "unknown field"),
@@ -158,10 +158,10 @@ def test_a_set_without_a_base_gives_everything_itself(tmp_path):
         (f'key = "3-pump"\nat_most = "{"9" * 400} %"', "at_most"),
         ('key = "2a"\nwithin = "-5 cm"', "negative"),
         (
-            'key = "x"\nstep = 5\nwhat = "W"\nmeasure = "e_c_pp_deviation"\nat_most = "5 cm"\nsource = "ours"',
+            'key = "x"\nstep = 5\ntitle = "W"\nmeasure = "e_c_pp_deviation"\nat_most = "5 cm"\nsource = "ours"',
             "reason: missing",
         ),
-        ('key = "2b"\nwhat = ""', "give a text"),
+        ('key = "2b"\ntitle = ""', "give a text"),
     ],
 )
 def test_a_row_that_cannot_be_meant_is_refused_in_one_line(tmp_path, row, told):
@@ -182,8 +182,8 @@ def test_a_row_that_cannot_be_meant_is_refused_in_one_line(tmp_path, row, told):
         ('base = "paper-f"\nversion = "1"\n[settings]\nwindows = "30 s"', "window"),
         ('base = "paper-f"\nversion = "1"\n[settings]\nwindow = "0 s"', "more than zero"),
         ('base = "paper-f"\nversion = "1"\n[settings]\nwindow = 30', "window"),
-        ('version = "1"', "one [[criterion]] a row"),
-        ('base = "paper-f"\nversion = "1"\ncriterion = 3', "one [[criterion]] a row"),
+        ('version = "1"', "one [[criterion]] table for each row"),
+        ('base = "paper-f"\nversion = "1"\ncriterion = 3', "one [[criterion]] table for each row"),
         ('base = "paper-f"\nversion = "1"\n[[criterion]]\nkey = "2b"\n[[criterion]]\nkey = "2b"', "comes twice"),
         ('base = "paper-f"\nversion = "1"\ndrop = ["2b"]\n[[criterion]]\nkey = "2b"', "dropped as well"),
         ("", "empty"),
@@ -200,7 +200,7 @@ def test_a_file_that_is_no_set_is_refused_in_one_line(tmp_path, text, told):
 def test_a_set_that_judges_nothing_is_refused_for_it_would_pass_everything(tmp_path):
     keys = [c.key for c in load_criteria("paper-f").criteria if c.judged]
     rows = "".join(f'[[criterion]]\nkey = "{key}"\njudged = false\n' for key in keys)
-    with pytest.raises(ValidateError, match="everything would pass"):
+    with pytest.raises(ValidateError, match="every validation would pass"):
         loaded(tmp_path, f'base = "paper-f"\nversion = "1"\n{rows}')
 
 

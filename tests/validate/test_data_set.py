@@ -31,7 +31,7 @@ def checked(*records):
 
 
 def value(step, name):
-    return step.found(name)[0].value
+    return step.measures_of(name)[0].value
 
 
 def cases():
@@ -76,7 +76,7 @@ def test_a_submerged_load_counts_with_what_hangs_on_the_wire(tmp_path):
     plan = load_campaign(path)
     step = check_data(plan, read_records(plan, lambda share: None), lambda share: None)
     assert value(step, "load_share") == pytest.approx((90.0 - 20.5) / 250.0)
-    assert step.found("load_share")[0].data == "90 t on the hook, 69.5 t of it in water"
+    assert step.measures_of("load_share")[0].data == "90 t on the hook, 69.5 t of it in water"
 
 
 def test_most_values_that_are_apart_are_counted():
@@ -93,15 +93,15 @@ def test_a_tip_at_rest_is_no_small_motion():
     assert value(checked(record(quiet)), "s_tip_pp_low") >= 0.1
     still = checked(record({name: 0.0 * x + 487.0 for name, x in waves(1.0).items()}))
     assert value(still, "s_tip_pp_low") is None
-    assert still.found("s_tip_pp_low")[0].note == "in no load case does the tip move for as long as the window"
+    assert still.measures_of("s_tip_pp_low")[0].note == "the tip moves for the duration of a window in no load case"
 
 
 def test_without_any_load_case_every_line_says_what_to_log():
     step = checked(replace(record(waves(1.0)), segments=()))
-    assert step.statements[0] == "No part of the data shows heave compensation that can be used."
+    assert step.statements[0] == "The data contain no usable heave compensation."
     lines = {line.key: line for line in judge(campaign().criteria, step.measures, (StepNumber.DATA,))}
     assert all(lines[key].failed for key in ("1a", "1b", "1b-highest", "1c-low", "1c-high", "1d"))
-    assert "log heave compensation for 60 s and more without a break" in lines["1a"].message
+    assert "log 60 s or more of heave compensation without interruption" in lines["1a"].message
 
 
 def test_lost_samples_gaps_and_doubtful_samples_are_measured(tmp_path):
@@ -112,7 +112,7 @@ def test_lost_samples_gaps_and_doubtful_samples_are_measured(tmp_path):
     assert value(step, "longest_gap") == pytest.approx(20.0, abs=0.02)
     assert value(step, "samples_lost") == pytest.approx(20.15 / 170.0, rel=0.01)
     assert value(step, "samples_doubtful") == pytest.approx(0.15 / 150.0, rel=0.2)
-    (wire, _) = step.found("wire_lag")
+    (wire, _) = step.measures_of("wire_lag")
     assert wire.low < wire.value < wire.high
     (row,) = step.tables[0].rows
     assert row[:2] == ("1", "ahc")
@@ -124,7 +124,7 @@ def test_a_clock_that_drifts_is_measured_and_one_that_no_sound_clock_is_fails(tm
     frame = frame.with_columns(T2=np.round(frame["Time"].to_numpy() * (1.0 + drift), 5))
     found = read(tmp_path, frame, rows=signals(**with_clock("s_tip", "v_tip", "a_tip")))
     step = check_data(campaign(found), (found,), lambda share: None)
-    (measure,) = step.found("clock_drift")
+    (measure,) = step.measures_of("clock_drift")
     assert measure.value == pytest.approx(drift, rel=0.02, abs=5e-6)
     assert measure.low <= measure.value <= measure.high
     (line,) = [line for line in judge(campaign().criteria, step.measures, (StepNumber.DATA,)) if line.key == "1-clock"]

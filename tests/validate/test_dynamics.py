@@ -67,7 +67,7 @@ def test_tuned_numbers_lie_within_five_per_cent_of_the_truth_and_their_intervals
 
 def test_a_crane_file_with_half_of_the_leakage_missing_fails_and_the_line_says_by_how_much() -> None:
     assert verdicts(off_step())["4-leakage"] is Verdict.REFUTED
-    (measure,) = off_step().found("C_leak_error")
+    (measure,) = off_step().measures_of("C_leak_error")
     assert measure.value == pytest.approx(0.5, abs=CLOSE * 1.5)
 
 
@@ -89,7 +89,7 @@ def test_tuning_brings_gradients_periods_and_signals_nearer() -> None:
     step = checked(record(signals(tuple((OFF | BESIDE).items()), brake=False)))
 
     def worst(name: str) -> float:
-        return max(abs(m.value) for m in step.found(name))
+        return max(abs(m.value) for m in step.measures_of(name))
 
     for name in ("swing_period_error", "swing_damping_error", "dynamics_misfit"):
         assert worst(f"{name}_tuned") < 0.5 * worst(name)
@@ -112,7 +112,7 @@ def test_a_well_matched_crane_passes_with_speed_from_the_wire_alone_and_under_a_
     assert in_the_way(step) == {}
     said = " ".join(step.statements)
     assert 'Test "turns" has 2 t on the hook; paper F asks for none' in said
-    assert "up to 25 m of wire out; paper F asks for less than 20 m" in said
+    assert "up to 25 m of wire out; paper F requires less than 20 m" in said
 
 
 def test_the_same_log_gives_the_same_numbers_to_the_bit() -> None:
@@ -128,7 +128,7 @@ def test_signals_that_do_not_belong_together_tell_nothing() -> None:
     cut = replace(r, segments=(replace(r.segments[0], last=1600),))
     step = checked(changed(cut, p_a=r.signals["p_b"], p_b=r.signals["p_a"]))
     assert not any(f.known for f in step.tuned)
-    assert "signals that do not belong together" in step.tuned[0].why
+    assert "inconsistent signals" in step.tuned[0].why
     assert verdicts(step)["4-C_h"] is Verdict.NOT_SHOWN
     assert tuned_crane(step, campaign(cut)) is None
 

@@ -18,7 +18,7 @@ from stillhook.units import in_display
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import StepNumber, Verdict
 from stillhook.validate.dynamics.check import DynamicsStep, check_dynamics
-from stillhook.validate.dynamics.estimates import Found
+from stillhook.validate.dynamics.estimates import TunedValue
 from stillhook.validate.dynamics.tuned_crane import tuned_crane
 from stillhook.validate.parameters.circuit import leakage as implied_leak
 from stillhook.validate.parameters.circuit.flow import balance, leak_rows
@@ -42,13 +42,13 @@ def step(crane: str, twin: str):
 
 
 def leak_of(crane: str, twin: str):
-    return step(crane, twin).implied.balance.leak
+    return step(crane, twin).estimates.balance.leak
 
 
 def truth_of(crane: str, twin: str) -> float:
     """The crane's leakage over the twin's, less 1, over the windows of the balance: the law of each at every one of them."""
-    b = step(crane, twin).implied.balance
-    ours = balance(step(crane, crane).implied.parts)  # the same windows with the crane's own law
+    b = step(crane, twin).estimates.balance
+    ours = balance(step(crane, crane).estimates.parts)  # the same windows with the crane's own law
     return float(np.nansum(ours.Q_leak[np.isfinite(ours.Q_m)]) / np.nansum(b.Q_leak[np.isfinite(b.Q_m)])) - 1.0
 
 
@@ -74,8 +74,8 @@ def test_a_constant_leak_is_recognised_where_the_file_has_it_rise(twin):
     assert leak.refuted
     assert in_display(leak.reference.value, "leakage") == pytest.approx(0.4, abs=0.004)
     assert leak.value.low < truth_of("constant", twin) < leak.value.high
-    assert leak.in_own_form.value > leak.chosen.value.high
-    (measure,) = step("constant", twin).found("leakage_error")
+    assert leak.in_file_form.value > leak.chosen.value.high
+    (measure,) = step("constant", twin).measures_of("leakage_error")
     assert "the form of the leakage does not fit: it is constant in the log, goes with" in measure.note
     assert any("the form of the leakage does not fit" in x.lower() for x in step("constant", twin).statements)
     assert f"structural error of its law, scaled to these data: {100.0 * leak.bend:.1f} %" in measure.note
@@ -90,14 +90,14 @@ def test_a_leak_that_rises_is_measured_and_its_structural_error_stated_against_a
     assert leak.value.low < truth_of(crane, "constant") < leak.value.high
     reference = in_display(stated_leak(CRANES[crane].active), "leakage")
     assert in_display(leak.reference.value, "leakage") == pytest.approx(reference, rel=0.03)
-    (measure,) = step(crane, "constant").found("leakage_error")
+    (measure,) = step(crane, "constant").measures_of("leakage_error")
     assert "is constant in the crane file" in measure.note
 
 
 def test_the_ratio_of_displacements_is_right_though_the_file_has_another_form():
     """A constant law on a leak that rises would take the rise for displacement: half a per cent."""
-    assert abs(step("constant", "stroke+speed").implied.balance.ratio.value) < 1e-3
-    assert abs(step("stroke+speed", "constant").implied.balance.ratio.value) < 1e-3
+    assert abs(step("constant", "stroke+speed").estimates.balance.ratio.value) < 1e-3
+    assert abs(step("stroke+speed", "constant").estimates.balance.ratio.value) < 1e-3
 
 
 # --- what is offered as tuned ---------------------------------------------------------------------------------------------------------------------
@@ -106,7 +106,7 @@ def test_the_ratio_of_displacements_is_right_though_the_file_has_another_form():
 def tuned_in(crane: str, twin: str):
     """The tuned crane file of a step 4 that rests on the flow balance of step 1 alone."""
     leak = leak_of(crane, twin)
-    found = Found("C_leak", 1.3, 1.1, 1.5, True, form="" if not leak.refuted else "the form does not fit")
+    found = TunedValue("C_leak", 1.3, 1.1, 1.5, True, form="" if not leak.refuted else "the form does not fit")
     staged = DynamicsStep(StepNumber.DYNAMICS, (), tuned=(found,), leak=leak)
     return tuned_crane(staged, campaign(*logs(crane), twin=CRANES[twin]))
 
@@ -137,7 +137,7 @@ def test_step_4_agrees_in_the_right_form_and_offers_no_factor_in_a_wrong_one(twi
     tests = (*logs("constant"), dynamics_logs.record(dynamics_logs.signals(form="constant")))
     c = dynamics_logs.campaign(*tests, twin=CRANES[twin])
     found = check_dynamics(c, tests, lambda share: None)
-    (measure,) = found.found("C_leak_error")
+    (measure,) = found.measures_of("C_leak_error")
     leak = next(f for f in found.tuned if f.name == "C_leak")
     if twin == "constant":
         assert measure.low < 0.0 < measure.high
@@ -220,7 +220,7 @@ def test_too_few_blocks_leave_the_form_of_the_file_and_measure_its_number():
     block = np.searchsorted(np.unique(rows.block), rows.block)
     few = replace(rows, block=block * (FEWEST_FOR_FORM - 1) // (block.max() + 1))
     leak = choose(CONSTANT, few)
-    assert [c.parts for c in leak.candidates] == [("own",)]
+    assert [c.parts for c in leak.candidates] == [("file",)]
     assert not leak.refuted
     assert len(choose(CONSTANT, rows).candidates) > 1
 
@@ -300,6 +300,6 @@ def test_what_the_data_leave_open_at_the_file_s_point_is_judged_where_they_lie()
     assert open_there.judged_at == leak.at
     assert not open_there.offered
     assert (
-        "judged at the working point of the data, for at the crane file's they leave it open by +- 28 %"
+        "judged at the working point of the data, because at the crane file's point the uncertainty is +- 28 %"
         in form_says(open_there)
     )

@@ -38,7 +38,7 @@ def checked(*records, twin=TWIN) -> LimitsStep:
 
 
 def found(step, name: str, way: str = "") -> Measure:
-    (measure,) = [m for m in step.found(name) if m.test == way]
+    (measure,) = [m for m in step.measures_of(name) if m.test == way]
     return measure
 
 
@@ -120,7 +120,7 @@ def test_a_plc_that_holds_its_command_lower_is_named():
     assert abs(found(step, "limit_speed_error", "hoisting").value) < ALIKE
     assert found(step, "limit_speed_error_whole", "hoisting").value > 0.2
     said = "test limits: the PLC holds the pump command at 80 % in the log, at 100 % in the twin"
-    assert f"Off: {said}." in step.statements
+    assert f"Deviation: {said}." in step.statements
     assert said in lines(step)["4-speed-whole"].message
     assert lines(step)["4-speed-whole"].verdict is Verdict.REFUTED
 
@@ -140,7 +140,7 @@ def test_motors_that_stand_elsewhere_are_named():
     crane = TWIN.model_copy(update={"active": TWIN.active.model_copy(update={"motor": motor})})
     commands = Commands(np.arange(len(log["u_p"])) * STEP, log["u_p"], log["u_m"])
     step = checked(limits_record(limits_log(crane, commands=commands)))
-    assert "on the same command the motors stand at" in found(step, "limit_speed_error", "hoisting").note
+    assert "on the same command the motors are at" in found(step, "limit_speed_error", "hoisting").note
 
 
 def test_a_twin_that_saturates_where_the_crane_does_not_is_said():
@@ -151,7 +151,7 @@ def test_a_twin_that_saturates_where_the_crane_does_not_is_said():
     assert found(step, "saturation_time").value is None
     overlap = found(step, "saturation_overlap")
     assert overlap.value < 0.5
-    assert "the twin's pumps are at their end for" in overlap.note
+    assert "the twin's pumps are saturated for" in overlap.note
     assert lines(step)["4-overlap"].verdict is Verdict.REFUTED
 
 
@@ -165,7 +165,7 @@ def test_data_without_saturation_are_a_no_that_says_what_to_log():
     line = lines(step)["4"]
     assert line.verdict is Verdict.NOT_SHOWN
     assert line.failed
-    assert "log hoisting and lowering with the joystick beyond what the winch can" in line.message
+    assert "log hoisting and lowering with the joystick beyond the winch's limit" in line.message
     assert step.statements[0].startswith("The velocity limits are not shown")
 
 
@@ -177,7 +177,7 @@ def test_a_calm_test_costs_no_run_of_the_twin():
 
 def test_one_way_alone_is_shown_and_said():
     step = checked(limits_record(limits_log(TWIN, profile=TO_THE_LIMIT[:5])))
-    assert [m.test for m in step.found("limit_speed_error")] == ["hoisting"]
+    assert [m.test for m in step.measures_of("limit_speed_error")] == ["hoisting"]
     assert "The limit when lowering is not shown." in step.statements
 
 

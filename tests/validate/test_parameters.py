@@ -24,7 +24,7 @@ from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.parameters.check import ParametersStep
 from stillhook.validate.parameters.circuit.settings import SENSOR_GAIN, after_play
 from stillhook.validate.parameters.figures import figures
-from stillhook.validate.parameters.hoisting.friction import CALIBRATION, missing, slope_beside, twin_friction
+from stillhook.validate.parameters.hoisting.friction import CALIBRATION, missing, scale_of_law, twin_friction
 
 SHARP = 0.002
 """What a ratio of speeds or flows may be off by on 300 s of noisy logs [-]: a tenth of the errors that must be named."""
@@ -42,7 +42,7 @@ def own() -> ParametersStep:
 
 def found(step: ParametersStep, name: str) -> float:
     """The measure of a name that is farthest from zero."""
-    return max((m.value for m in step.found(name) if m.value is not None), key=abs)
+    return max((m.value for m in step.measures_of(name) if m.value is not None), key=abs)
 
 
 def failed(step: ParametersStep) -> set[str]:
@@ -130,7 +130,7 @@ def test_leakage_that_is_another_by_half_is_measured_within_some_per_cent(scale)
         TWIN, {"active": {"pump": {"leak_scale": scale}, "motor": {"C_1": f"{0.0348083 * scale} L/min/bar"}}}
     )
     step = checked(records(leaky))
-    at = step.implied.balance.leak.at
+    at = step.estimates.balance.leak.at
     truth = (
         leak_at(leaky.active, at.alpha_p, at.n_m) / leak_at(TWIN.active, at.alpha_p, at.n_m) - 1.0
     )  # the motors' C_2 stays as it is
@@ -166,14 +166,14 @@ def test_an_offset_of_the_motors_is_found_where_the_command_leaves_room_for_it()
         TWIN, {"active": {"motor": {"variant": "open-loop-feedback", "offset": 0.1, "hysteresis": 0.02}}}
     )
     step = checked(records(open_loop))
-    (offset,) = step.found("motor_offset_error")
+    (offset,) = step.measures_of("motor_offset_error")
     assert offset.value == pytest.approx(
         0.1, abs=0.002
     )  # a command that comes down leaves it a per cent higher: the play
     assert offset.low < 0.1 < offset.high
-    assert step.implied.motor.hysteresis.value == pytest.approx(0.02, abs=0.002)
+    assert step.estimates.motor.hysteresis.value == pytest.approx(0.02, abs=0.002)
     assert "p-motor-offset" in failed(step)
-    assert "the motors stand 10" in first(step)
+    assert "the motors are 10" in first(step)
     assert "p-motor-offset" not in failed(checked(records(open_loop), twin=open_loop))
 
 
@@ -181,15 +181,15 @@ def test_a_friction_law_that_is_a_multiple_of_the_twins_has_that_slope_and_calib
     def law(part, s):
         return 1.2 * twin_friction(part, s.omega, s.alpha_m, s.dp, s.T_w * part.crane.i_hD, s.passive)
 
-    parts = [p for p in own().implied.parts if not missing(p)]
-    assert slope_beside(parts, law) == pytest.approx(0.2, abs=1e-9)
-    (measure,) = own().found("friction_error")
+    parts = [p for p in own().estimates.parts if not missing(p)]
+    assert scale_of_law(parts, law) == pytest.approx(0.2, abs=1e-9)
+    (measure,) = own().measures_of("friction_error")
     assert measure.structural == CALIBRATION
     assert measure.high - measure.low > 2.0 * CALIBRATION
 
 
 def test_the_gain_of_the_pumps_setting_is_known_no_better_than_its_sensor():
-    (measure,) = own().found("pump_gain_error")
+    (measure,) = own().measures_of("pump_gain_error")
     assert measure.structural == SENSOR_GAIN
     assert measure.low < 0.0 < measure.high
 
@@ -250,19 +250,19 @@ def test_a_wrong_unit_of_the_load_cell_is_named_by_its_factor(factor, words):
     step = checked(records(spoil=lambda log: {**log, "F_w": factor * log["F_w"]}))
     assert "p-load-cell" in failed(step)
     assert words in first(step)
-    assert step.found("friction_error")[0].value is None
-    assert "mend it first" in step.found("friction_error")[0].note
+    assert step.measures_of("friction_error")[0].value is None
+    assert "correct it first" in step.measures_of("friction_error")[0].note
 
 
 def test_a_load_cell_that_is_tared_of_its_hook_is_said():
     step = checked(records(spoil=lambda log: {**log, "F_w": log["F_w"] - 3e3 * 9.80665}))
-    assert all("it is tared: the hook's 3 t are missing" in m.note for m in step.found("load_cell_error"))
+    assert all("it is tared: the hook's 3 t are missing" in m.note for m in step.measures_of("load_cell_error"))
 
 
 def test_a_load_cell_that_feels_the_wire_is_said_and_what_load_to_state():
     per_metre = drum_record(TWIN).m_wire * 9.80665 * (1.0 - 1025.0 / 7850.0)  # in water
     step = checked(records(spoil=lambda log: {**log, "F_w": log["F_w"] + per_metre * log["s_w"]}))
-    assert all("it feels the wire paid out as well" in m.note for m in step.found("load_cell_error"))
+    assert all("it also carries the wire paid out" in m.note for m in step.measures_of("load_cell_error"))
 
 
 def test_swapped_pressure_lines_are_named_by_friction_that_drives():
@@ -315,19 +315,19 @@ def test_a_log_with_the_least_signals_is_no_error_and_says_what_to_log():
 def test_settings_that_were_not_logged_are_made_from_the_commands_and_it_is_said():
     step = without("alpha_m", "alpha_p")
     assert abs(found(step, "displacement_ratio_error")) < 5.0 * SHARP
-    assert "from u_m and u_p through the servo" in step.found("displacement_ratio_error")[0].note
+    assert "from u_m and u_p through the servo" in step.measures_of("displacement_ratio_error")[0].note
     assert abs(found(step, "friction_error")) < FAIR
 
 
 def test_the_wire_speed_stands_in_for_the_motor_speed():
     step = without("omega_m")
-    assert step.found("lever_error")[0].value is None
+    assert step.measures_of("lever_error")[0].value is None
     assert abs(found(step, "friction_error")) < FAIR
 
 
 def test_wire_made_from_a_speed_is_compared_with_no_speed():
     made = tuple(replace(r, derived=frozenset({"s_w"})) for r in records())
-    assert checked(made).found("v_w_error")[0].value is None
+    assert checked(made).measures_of("v_w_error")[0].value is None
 
 
 def test_manual_tests_alone_tell_no_delay():
@@ -335,13 +335,13 @@ def test_manual_tests_alone_tell_no_delay():
         replace(r, test=replace(r.test, kind=Kind.LIMITS), segments=(replace(r.segments[0], mode=Mode.MANUAL),))
         for r in records()
     )
-    assert checked(manual).found("tip_delay_error")[0].value is None
+    assert checked(manual).measures_of("tip_delay_error")[0].value is None
 
 
 def test_a_load_cell_too_weak_for_the_motion_tells_no_delay():
     rng = np.random.default_rng(3)
     step = checked(records(spoil=lambda log: {**log, "F_w": log["F_w"] + 2e5 * rng.standard_normal(len(log["F_w"]))}))
-    (measure,) = step.found("tip_delay_error")
+    (measure,) = step.measures_of("tip_delay_error")
     assert measure.value is None
     assert "too weak" in measure.note
 

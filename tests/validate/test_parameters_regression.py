@@ -8,7 +8,7 @@ from tests.validate.ahc_logs import TWIN, record
 from stillhook.physics.hydraulics.swash import Servo
 from stillhook.statistics.jackknife_regression import Estimate, fit, pooled
 from stillhook.validate.parameters.circuit.settings import followed
-from stillhook.validate.parameters.segments import Part, diameter_of, layer_at, layer_of, wire_of_layer
+from stillhook.validate.parameters.segments import LogPart, diameter_of, layer_at, layer_of, wire_of_layer
 from stillhook.validate.parameters.slopes import differences, integral, slope
 
 STEP = 0.01
@@ -21,11 +21,11 @@ def red_noise(rng, n, tau):
     return lfilter([np.sqrt(1.0 - a * a)], [1.0, -a], rng.standard_normal(n))
 
 
-def part_of(**signals) -> Part:
+def part_of(**signals) -> LogPart:
     n = len(next(iter(signals.values())))
     log = {"s_tip": np.zeros(n), "s_w": np.full(n, 500.0)} | signals
     r = record(log)
-    return Part(TWIN, r, r.segments[0], 0)
+    return LogPart(TWIN, r, r.segments[0], 0)
 
 
 @pytest.mark.parametrize("blocks", [6, 30])

@@ -36,7 +36,7 @@ def own() -> PassiveStep:
 
 
 def found(step, name):
-    return max((m.value for m in step.found(name)), key=abs)
+    return max((m.value for m in step.measures_of(name)), key=abs)
 
 
 def refuted(step):
@@ -56,7 +56,7 @@ def test_a_twin_that_is_the_crane_is_shown_in_every_line_whose_signals_are_logge
     "name", ["precharge_error", "gas_volume_error", "passive_motors_error", "passive_setting_error"]
 )
 def test_measures_of_a_twin_that_is_the_crane_are_none(name):
-    (m,) = own().found(name)
+    (m,) = own().measures_of(name)
     assert abs(m.value) < SHARP
     assert m.low < m.value < m.high
 
@@ -68,7 +68,7 @@ def test_the_piston_costs_the_pressure_that_the_file_says():
 def test_the_logged_place_of_the_piston_gives_the_precharge_itself():
     step = checked(records(names=ALL))
     assert abs(found(step, "precharge_error")) < 0.002
-    assert "carried to mid stroke by V_acc" in step.found("precharge_error")[0].note
+    assert "carried to mid stroke by V_acc" in step.measures_of("precharge_error")[0].note
 
 
 # --- what passed before, and must not ---------------------------------------------------------------------------------------------------
@@ -91,8 +91,8 @@ def test_9_m3_of_gas_in_the_file_where_there_are_5_is_refuted_and_named():
 def test_dead_passive_motors_are_refuted_and_counted(count):
     step = checked(records(spoil=dead(count)))
     assert refuted(step) == {"6-motors", "6-torque"}
-    (m,) = step.found("passive_motors_error")
-    assert f"{16 - count}.0 of 16 motors work: {count} dead, and the PLC counts on all" in m.note
+    (m,) = step.measures_of("passive_motors_error")
+    assert f"{16 - count}.0 of 16 motors work: {count} dead, and the PLC assumes all" in m.note
     assert m.low < -count / 16 < m.high
 
 
@@ -100,13 +100,13 @@ def test_dead_passive_motors_are_refuted_and_counted(count):
 def test_a_wrong_number_of_motors_in_the_file_is_refuted_and_told_from_dead_ones(count):
     step = checked(records(), other(motor={"count": count}))
     assert refuted(step) == {"6-motors", "6-torque", "6-setting"}
-    (m,) = step.found("passive_motors_error")
-    assert f"16.0 motors, not {count}: the PLC counts 16 as well, a wrong number in the crane file" in m.note
+    (m,) = step.measures_of("passive_motors_error")
+    assert f"16.0 motors, not {count}: the PLC also uses 16, so the number in the crane file is wrong" in m.note
 
 
 def test_a_load_cell_that_reads_wrong_is_not_counted_as_dead_motors():
     step = checked(records(spoil=lambda log: log | {"F_w": 0.9 * log["F_w"]}))
-    (m,) = step.found("passive_motors_error")
+    (m,) = step.measures_of("passive_motors_error")
     assert m.low < -0.1  # either is possible until the load cell is right
     assert m.high > 0.0
     assert "14.4 motors by the cell, 16 by the stated load; correct load cell or load first" in m.note
@@ -121,7 +121,7 @@ def test_a_gas_that_is_stiffer_within_what_heat_exchange_explains_is_not_refuted
 def test_a_piston_that_reaches_an_end_which_the_file_does_not_have_is_named():
     step = checked(records(other(accumulator={"V_stroke": "0.1 m^3"})))
     assert "6-stroke-end" in refuted(step)
-    assert "as behind a piston at an end" in step.found("stroke_end_time")[0].note
+    assert "as with a piston at its end" in step.measures_of("stroke_end_time")[0].note
 
 
 def test_a_stroke_in_the_file_that_the_piston_goes_beyond_is_refuted():
@@ -133,7 +133,7 @@ def test_lost_gas_behind_a_held_pressure_shows_where_the_place_of_the_piston_is_
     """Make-up holds 280 bar with 300 L more oil behind the piston: at mid stroke the gas has 258 bar."""
     step = checked(records(names=ALL, spoil=lambda log: log | {"V_acc": log["V_acc"] + 0.3}))
     assert refuted(step) == {"6-precharge"}
-    (m,) = step.found("precharge_error")
+    (m,) = step.measures_of("precharge_error")
     assert m.value == pytest.approx((4.7 / 5.0) ** 1.3 - 1.0, abs=0.005)
     assert "not 280 bar (carried to mid stroke by V_acc)" in m.note
 
@@ -166,7 +166,7 @@ def test_a_crane_without_a_passive_circuit_gets_one_statement():
     crane = next(c for c in map(load_crane, cranes()) if c.passive is None)
     mine = campaign(*records(), twin=TWIN)
     step = check_passive(replace(mine, crane=crane), records(), lambda share: None)
-    assert step.statements == ("This crane has no passive circuit: there is nothing to judge.",)
+    assert step.statements == ("This crane has no passive circuit: nothing is judged.",)
     assert not any(line.verdict in (GOOD, BAD) for line in lines(step).values())
 
 

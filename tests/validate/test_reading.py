@@ -91,7 +91,7 @@ def test_a_gap_that_the_stamps_hide_is_seen_by_the_jump_and_named(tmp_path):
     record = read(tmp_path, hidden)
     assert [round(s.start, 1) for s in record.segments] == [0.0, 70.0]
     assert (
-        "jump: samples are missing that the stamps do not show; the parts before and after are used as two."
+        "jump: samples are missing without a gap in the time stamps; the parts before and after are used as two."
         in record.statements[0]
     )
     assert record.statements[0].startswith('Test "1", 70')
@@ -104,7 +104,7 @@ def test_an_encoder_that_is_set_anew_cuts_the_record(tmp_path):
     record = read(tmp_path, changed(frame, "Wire out", s_w))
     assert len(record.segments) == 2
     assert any(
-        "wire paid out jumps, and nothing else does: its sensor was set anew" in text for text in record.statements
+        "wire paid out jumps, and no other signal does: its sensor was reset" in text for text in record.statements
     )
 
 
@@ -128,7 +128,7 @@ def test_a_spike_is_left_out_and_told(tmp_path):
     record = read(tmp_path, changed(frame, "Wire out", s_w))
     assert len(record.segments) == 1
     assert record.segments[0].s_w_max < 489.0
-    assert 'Test "1": 1 sample of s_w left out, far beside all neighbours.' in record.statements
+    assert 'Test "1": 1 sample of s_w left out as spikes far from their neighbours.' in record.statements
 
 
 def test_a_block_of_empty_cells_in_the_tip_parts_the_record_and_one_in_the_error_does_not(tmp_path):
@@ -174,7 +174,7 @@ def test_only_the_part_that_counts_is_read(tmp_path):
     assert record.zero == pytest.approx(30.0, abs=0.01)
     assert record.t[-1] == pytest.approx(80.0, abs=0.01)
     text = refusal(tmp_path, ahc(), test='load = "90 t"\nstart = "500 s"')
-    assert text == 'test "1": start = 500 s: x.csv goes from 0 s to 140 s and holds nothing there.'
+    assert text == 'test "1": start = 500 s: x.csv goes from 0 s to 140 s and has no samples in that range.'
 
 
 def test_two_tests_may_share_a_log(tmp_path):

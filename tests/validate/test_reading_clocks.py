@@ -123,9 +123,7 @@ def test_an_error_of_the_plc_in_another_unit_is_refused(tmp_path):
     with pytest.raises(ValidateError) as caught:
         read(tmp_path, ahc(), rows=rows)
     assert str(caught.value).startswith('test "1": e_c_measured is 1')
-    assert "times what tip height less wire out give. Check the units of e_c_measured, s_tip and s_w" in str(
-        caught.value
-    )
+    assert "times tip height less wire out. Check the units of e_c_measured, s_tip and s_w" in str(caught.value)
 
 
 @pytest.mark.parametrize("late", [-0.0837, 0.0, 0.0123])

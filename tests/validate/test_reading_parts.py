@@ -58,7 +58,7 @@ def test_modes_that_change_part_the_record(tmp_path):
 def test_a_number_without_a_meaning_is_refused_with_what_to_write(tmp_path):
     text = refusal(tmp_path, half_on(ahc(), 17, 0))
     assert text.startswith(
-        'test "1": mode: the log holds 17 for 100 s, which is not one of 0, 1, 2, 3, 4, 5, 6. Say what it means'
+        'test "1": mode: the log holds 17 for 100 s, which is not one of 0, 1, 2, 3, 4, 5, 6. State its meaning'
     )
     assert text.endswith('[modes], such as "5" = "ssc".')
 
@@ -89,7 +89,10 @@ def test_without_a_mode_in_the_log_the_stated_one_holds_throughout(tmp_path):
 
 def test_a_stated_mode_that_the_log_never_is_in_is_refused(tmp_path):
     text = refusal(tmp_path, half_on(ahc(), 1, 0), test='load = "90 t"\nmode = "ssc"')
-    assert 'mode = "ssc" is stated, and the log holds manual and level-1. Say what the numbers of the log mean' in text
+    assert (
+        'mode = "ssc" is stated, but the log contains manual and level-1. State what the numbers of the log mean'
+        in text
+    )
 
 
 def test_a_log_without_heave_compensation_gives_no_load_case_and_says_so(tmp_path):
@@ -101,7 +104,7 @@ def test_a_log_without_heave_compensation_gives_no_load_case_and_says_so(tmp_pat
 def test_a_short_log_is_told_to_be_too_short(tmp_path):
     record = read(tmp_path, ahc()[:4000])
     assert record.segments == ()
-    assert "no part of at least 60 s is unbroken" in record.statements[-1]
+    assert "no uninterrupted part of at least 60 s has one mode" in record.statements[-1]
 
 
 def test_moves_of_the_operator_while_compensating_are_told(tmp_path):
@@ -157,7 +160,7 @@ def test_a_change_of_load_parts_the_record_and_the_stated_load_stays_where_the_c
     assert first.start + first.duration == pytest.approx(75.0 + 0.3 * ramp, abs=2.0 + 0.2 * ramp)
     assert second.start >= 75.0 + 0.5 * ramp - 1.5
     there = (
-        f"the load is another one than stated for a part, there it is {show(second.load, 'mass')} from the load cell"
+        f"the load differs from the stated one in a part, where it is {show(second.load, 'mass')} from the load cell"
     )
     assert any(there in text for text in record.statements)
 
@@ -173,7 +176,7 @@ def test_a_load_cell_that_says_something_else_is_told_and_the_stated_load_counts
     record = read(tmp_path, changed(frame, "Load cell", frame["Load cell"].to_numpy() / G))
     assert record.segments[0].load == 90e3
     assert any(
-        "where the stated load and the hook weigh 912" in text and "the stated load counts" in text
+        "where the stated load and the hook weigh 912" in text and "the stated load is used" in text
         for text in record.statements
     )
 
@@ -220,7 +223,7 @@ def test_a_tip_that_is_not_logged_is_made_from_the_error_of_the_plc(tmp_path):
     [
         (
             {"s_tip": None, "e_c_measured": None},
-            'test "1": no s_tip in x.csv. Map the tip\'s height (or e_c_measured beside s_w)',
+            'test "1": no s_tip in x.csv. Map the tip\'s height (or e_c_measured together with s_w)',
         ),
         (
             {"s_w": None},
@@ -255,12 +258,12 @@ def test_a_limits_test_needs_some_sign_of_motion_and_no_tip(tmp_path):
     assert len(read(tmp_path, manual(), kind="limits", test='load = "0 t"', rows=rows).segments) == 1
     rows.pop("omega_m")
     text = refusal(tmp_path, manual(), kind="limits", test='load = "0 t"', rows=rows)
-    assert text == 'test "1": nothing in x.csv shows how the winch moves. Map s_w, v_w or omega_m.'
+    assert text == 'test "1": no signal in x.csv shows the motion of the winch. Map s_w, v_w or omega_m.'
 
 
 def test_another_start_of_the_wire_than_stated_is_told(tmp_path):
     record = read(tmp_path, ahc(), test='load = "90 t"\ns_w = "500 m"')
-    assert any("where the campaign file states 500 m: the log counts." in text for text in record.statements)
+    assert any("but the campaign file states 500 m: the log is used." in text for text in record.statements)
     assert record.segments[0].s_w == pytest.approx(487.0, abs=2.0)
 
 
@@ -302,6 +305,6 @@ def test_depth_and_wire_out_that_cannot_be_are_one_line(tmp_path):
     line = refusal(tmp_path, ahc(), test='payload = "60 t"\ndepth = "800 m"')
     assert "depth 800 m: more than the wire out, 487" in line
     line = refusal(tmp_path, ahc(), test='payload = "245 t"\nh_tip = "30 m"')
-    assert 'make 260 t; "nov-250t" is made for 250 t. Check payload, depth and wire out.' in line
+    assert 'give 260 t; "nov-250t" is rated for 250 t. Check payload, depth and wire out.' in line
     line = refusal(tmp_path, ahc(), test='payload = "60 t"\nh_tip = "30 m"\ndepth = "457 m"')
     assert "depth and h_tip: both given where the wire out" in line

@@ -12,7 +12,7 @@ KEY = "p-rest-pressures"
 
 
 def only(step):
-    (m,) = step.found("rest_pressure_difference")
+    (m,) = step.measures_of("rest_pressure_difference")
     return m
 
 
@@ -41,7 +41,7 @@ def test_rests_after_hoisting_and_after_lowering_are_both_there():
 def test_heave_compensation_alone_has_no_rest_and_says_what_to_log():
     step = rested(records())
     assert only(step).value is None
-    assert "let the winch stand on its brake" in only(step).note
+    assert "keep the winch on its brake" in only(step).note
     assert lines(step)[KEY].verdict is Verdict.NOT_SHOWN
 
 

@@ -16,15 +16,15 @@ from stillhook.errors import ValidateError
 from stillhook.spec.validity import Certified
 from stillhook.units import KINDS, quote
 
-FORMAT = "stillhook certificate 2"
-"""Format of a certificate's file; its number changes with the meaning of its contents."""
+FORMAT = "stillhook certificate 3"
+"""What a certificate's file begins to say; the number changes with the meaning of its contents."""
 LARGEST = 50_000_000
 """Bytes; a certificate has some hundred kB."""
 DIGITS = 10
 """Significant digits of a number in a certificate."""
 _GIVE = "Give the certificate.json that stillhook validate wrote."
 _LOG = {"test": str, "file": str, "sha256": str}
-_CELLS = {"key": str, "what": str, "found": str, "limit": str, "verdict": str}
+_CELLS = {"key": str, "title": str, "value": str, "limit": str, "verdict": str}
 _LINE = {"key": str, "verdict": str, "message": str, "failed": bool, "cells": _CELLS}
 _DECIDES = {"verdict": str, "key": str, "text": str}
 _TWIN = {"statement": str, "version": str, "code": str, "method": str, "level": int, "variant": int, "libraries": {}}

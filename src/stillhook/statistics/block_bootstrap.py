@@ -27,17 +27,17 @@ DRAWS = 1000
 SEED = 20201101
 LEVEL = 0.95
 FEWEST = 3.0
-"""Blocks that the data must hold at least: beyond that the block is shortened, since two blocks tell nothing of how
+"""Blocks that the data must hold at least: beyond that the block is shortened, since two blocks do not show how
 blocks differ."""
 
-WHOLE = 20
+COPY_LENGTH = 20
 """Length of a block from which it is quicker to copy it than to count out its samples."""
 
 
 @dataclass(frozen=True)
 class Blocks:
-    """length of a block [samples]; samples in all parts; effective: number of independent samples that would tell as
-    much of the mean."""
+    """length of a block [samples]; samples in all parts; effective: number of independent samples with the same
+    information on the mean."""
 
     length: int
     samples: int
@@ -55,15 +55,15 @@ class Interval:
 
 
 def blocks(parts: Sequence[FloatArray], *, at_least: int = 1) -> Blocks:
-    """Length of the blocks for these parts, from how long the series remembers; at_least [samples], such as two
+    """Length of the blocks for these parts, from the memory of the series; at_least [samples], such as two
     windows."""
     rows = [np.asarray(p, dtype=np.float64).reshape(len(p), -1) for p in parts]
     n = sum(map(len, rows))
     if n < 2:
         return Blocks(max(n, 1), n, float(n))
-    found = [_memory([r[:, k] for r in rows], n) for k in range(rows[0].shape[1])]
-    length = max(at_least, *(math.ceil(b) for b, _ in found))
-    return Blocks(max(1, min(length, int(n / FEWEST))), n, min(e for _, e in found))
+    memories = [_memory([r[:, k] for r in rows], n) for k in range(rows[0].shape[1])]
+    length = max(at_least, *(math.ceil(b) for b, _ in memories))
+    return Blocks(max(1, min(length, int(n / FEWEST))), n, min(e for _, e in memories))
 
 
 def interval(
@@ -79,18 +79,18 @@ def interval(
 
     Percentiles of the draws, stretched about the value for the few blocks that there are: by sqrt(1 / (1 - block/n))
     for what closed rings leave out of the variance, and by Student's t over the normal quantile with n/block - 1
-    degrees of freedom. bounds: values that the statistic cannot go beyond (0 and 1 for a share).
+    degrees of freedom. bounds: values that the statistic cannot exceed (0 and 1 for a share).
     """
     rows = [np.asarray(p, dtype=np.float64) for p in parts if len(p)]
     if not rows:
         return Interval(math.nan, math.nan, math.nan, Blocks(1, 0, 0.0))
-    whole = np.concatenate(rows)
-    value = float(statistic(whole))
+    joined = np.concatenate(rows)
+    value = float(statistic(joined))
     b = blocks(rows, at_least=at_least)
     if b.samples < 2 or not math.isfinite(value):
         return Interval(value, math.nan, math.nan, b)
-    drawn = np.array([statistic(x) for x in _draws(rows, b.length, draws, seed)], dtype=np.float64)
-    ends = np.nanquantile(drawn, [(1.0 - LEVEL) / 2.0, (1.0 + LEVEL) / 2.0])
+    sampled = np.array([statistic(x) for x in _draws(rows, b.length, draws, seed)], dtype=np.float64)
+    ends = np.nanquantile(sampled, [(1.0 - LEVEL) / 2.0, (1.0 + LEVEL) / 2.0])
     low, high = value + _stretch(b) * (np.array([min(ends[0], value), max(ends[1], value)]) - value)
     return Interval(value, max(float(low), bounds[0]), min(float(high), bounds[1]), b)
 
@@ -112,7 +112,7 @@ def _draws(rows: Sequence[FloatArray], length: int, draws: int, seed: int) -> It
         part = np.minimum(np.searchsorted(chance, rng.random(count), side="right"), len(sizes) - 1)
         starts = begin[part] + np.floor(rng.random(len(part)) * sizes[part]).astype(np.intp)
         long = reach[part]
-        if length >= WHOLE:
+        if length >= COPY_LENGTH:
             yield np.concatenate([ring[i : i + n] for i, n in zip(starts.tolist(), long.tolist(), strict=True)])
         else:
             yield ring[np.repeat(starts - np.cumsum(long) + long, long) + np.arange(int(long.sum()))]

@@ -40,9 +40,9 @@ class Variant(StrEnum):
 
 
 @dataclass(frozen=True)
-class Found:
-    """Best design, its cost, how often the cost was asked for, and whether the population closed in (else it ran
-    out)."""
+class Optimum:
+    """Best design, its cost, number of evaluations of the cost, and whether the population converged (else the
+    evaluations were exhausted)."""
 
     x: FloatArray
     cost: float
@@ -61,7 +61,7 @@ def complex_method(
     seed: int = 0,
     most: int = MOST_EVALUATIONS,
     tolerance: float = TOLERANCE,
-) -> Found:
+) -> Optimum:
     """Least cost inside bounds.
 
     Parameters: cost of a design x (shape (n,)); lower, upper bounds; population designs, drawn evenly inside the bounds
@@ -79,7 +79,7 @@ def complex_method(
     while run.evaluations < most and run.spread() > tolerance:
         run.step(most)
     best = int(np.argmin(run.f))
-    return Found(run.x[best].copy(), float(cost(run.x[best])), run.evaluations, run.spread() <= tolerance)
+    return Optimum(run.x[best].copy(), float(cost(run.x[best])), run.evaluations, run.spread() <= tolerance)
 
 
 class _Run:
@@ -117,7 +117,7 @@ class _Run:
             self.evaluations += 1
             if f < second or self.evaluations >= most:
                 break
-            x = self._drawn_in(x, centre, best, repeated)
+            x = self._retracted(x, centre, best, repeated)
         if self.forget < 1.0:
             self.f = self.f + (1.0 - self.forget) * (np.max(self.f) - np.min(self.f))
         self.x[worst], self.f[worst] = x, f
@@ -127,7 +127,7 @@ class _Run:
             return x
         return np.asarray(x + R_FAC * np.ptp(self.x, axis=0) * (self.rng.random(len(x)) - 0.5))
 
-    def _drawn_in(self, x: FloatArray, centre: FloatArray, best: FloatArray, repeated: int) -> FloatArray:
+    def _retracted(self, x: FloatArray, centre: FloatArray, best: FloatArray, repeated: int) -> FloatArray:
         """Box: half way to the centre. Krus: half way to a place between centre and best that nears the best with every
         try."""
         if self.variant is Variant.BOX:

@@ -56,8 +56,8 @@ def blocks(x: FloatArray, most: int = MOST_BLOCKS) -> FloatArray:
     size = -(-n // most)
     if size == 1:
         return x
-    whole = n // size
-    return np.asarray(x[..., n - whole * size :].reshape(*x.shape[:-1], whole, size).mean(axis=-1), dtype=float)
+    count = n // size
+    return np.asarray(x[..., n - count * size :].reshape(*x.shape[:-1], count, size).mean(axis=-1), dtype=float)
 
 
 def mean_and_uncertainty(

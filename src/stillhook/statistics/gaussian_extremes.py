@@ -73,9 +73,9 @@ def speed_at_crossing(drift: float, sigma: ArrayLike, quantile: float) -> FloatA
         )
 
     low, high = np.zeros_like(moving), V + 10.0
-    whole = passed(high)
+    total = passed(high)
     for _ in range(2 * HALVINGS):
         middle = 0.5 * (low + high)
-        more = passed(middle) < quantile * whole
+        more = passed(middle) < quantile * total
         low, high = np.where(more, middle, low), np.where(more, high, middle)
     return np.where(np.isnan(s), np.nan, np.where(s > 0.0, 0.5 * (low + high) * moving, drift))

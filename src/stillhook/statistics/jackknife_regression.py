@@ -1,4 +1,4 @@
-"""Least squares on logs whose errors hang together in time: for the intervals, blocks of time are left out in turn (the
+"""Least squares on logs whose errors are autocorrelated: for the intervals, blocks of time are left out in turn (the
 jackknife)."""
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from stillhook.statistics.between_cases import NORMAL, random_effects, t_factor
 from stillhook.statistics.dot import dot
 
 FEWEST_BLOCKS = 4
-"""Blocks from which an interval may be told: with fewer, the t factor on top of a variance of two numbers says
-nothing."""
+"""Least number of blocks for an interval: with fewer, the t factor on a variance of two values is
+meaningless."""
 SAFE = 1e-10
 """Least eigenvalue of the scaled normal matrix, over the largest, from which columns count as different."""
 
@@ -33,7 +33,7 @@ class Fit:
 
     @property
     def blocks(self) -> int:
-        """Blocks that it rests on."""
+        """Number of blocks."""
         return len(self.leave_out)
 
     @property
@@ -53,8 +53,8 @@ class Fit:
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number with half of its 95 % interval, sampling and structural together. structural: half width that the form
-    of a law leaves beside the sampling error, same quantity; half is the root of the sum of their squares."""
+    """A number with half of its 95 % interval, sampling and structural together. structural: half width due to the
+    form of a law in addition to the sampling error, same quantity; half is the root of the sum of their squares."""
 
     value: float
     half: float
@@ -75,8 +75,8 @@ def fit(columns: Sequence[FloatArray], y: FloatArray, block: IntArray) -> Fit | 
     are too few.
 
     Parameters: columns k times (n,); y (n,); block (n,) number of the block of time that a row is in. A coefficient's
-    variance is that among the fits which leave out one block each, so that errors may hang together within a block as
-    they like.
+    variance is that among the fits which leave out one block each, so that errors may be autocorrelated within a block
+    in any way.
     """
     X = np.column_stack(columns)
     good = np.isfinite(X).all(axis=1) & np.isfinite(y)
@@ -92,14 +92,14 @@ def fit(columns: Sequence[FloatArray], y: FloatArray, block: IntArray) -> Fit | 
 
 
 def _solved(A: FloatArray, c: FloatArray, X: FloatArray, y: FloatArray) -> Fit | None:
-    whole, right = A.sum(axis=0), c.sum(axis=0)
-    scale = np.sqrt(np.diag(whole))
-    if (scale == 0.0).any() or _singular(whole, scale):
+    total, right = A.sum(axis=0), c.sum(axis=0)
+    scale = np.sqrt(np.diag(total))
+    if (scale == 0.0).any() or _singular(total, scale):
         return None
-    rests = whole - A
+    rests = total - A
     if any(_singular(rest, scale) for rest in rests):
         return None
-    b = np.linalg.solve(whole / np.outer(scale, scale), right / scale) / scale
+    b = np.linalg.solve(total / np.outer(scale, scale), right / scale) / scale
     left = np.stack(
         [
             np.linalg.solve(r / np.outer(scale, scale), (right - ci) / scale) / scale
@@ -122,29 +122,29 @@ def _jackknife(values: FloatArray) -> float:
     return math.sqrt((m - 1) / m * float(np.sum((values - values.mean()) ** 2)))
 
 
-def pooled(found: Sequence[Estimate]) -> Estimate:
+def pooled(estimates: Sequence[Estimate]) -> Estimate:
     """The mean of one quantity over tests, each with its own true value about it: the scatter between the tests is in
     its interval (`stillhook.statistics.between_cases`), and the largest structural error of them stays."""
-    if len(found) == 1:
-        return found[0]
-    value, half = random_effects([e.value for e in found], [e.half for e in found])
-    structural = max(e.structural for e in found)
-    return Estimate(value, max(half, structural), sum(e.blocks for e in found), structural)
+    if len(estimates) == 1:
+        return estimates[0]
+    value, half = random_effects([e.value for e in estimates], [e.half for e in estimates])
+    structural = max(e.structural for e in estimates)
+    return Estimate(value, max(half, structural), sum(e.blocks for e in estimates), structural)
 
 
-def one_number(found: Sequence[Estimate]) -> Estimate:
+def one_number(estimates: Sequence[Estimate]) -> Estimate:
     """The mean of several readings of one and the same number, weighted by their intervals, which grow where the
     readings differ by more than they allow.
 
     Source: the ratio of Birge 1932, as for physical constants.
     """
-    half, value = np.array([e.half for e in found]), np.array([e.value for e in found])
-    if len(found) == 1:
-        return found[0]
+    half, value = np.array([e.half for e in estimates]), np.array([e.value for e in estimates])
+    if len(estimates) == 1:
+        return estimates[0]
     w = 1.0 / np.maximum(half, 1e-12) ** 2
     mean = dot(w, value) / float(w.sum())
-    spread = math.sqrt(dot(w, (value - mean) ** 2) * NORMAL**2 / (len(found) - 1))
-    return Estimate(mean, max(1.0, spread) / math.sqrt(float(w.sum())), sum(e.blocks for e in found))
+    spread = math.sqrt(dot(w, (value - mean) ** 2) * NORMAL**2 / (len(estimates) - 1))
+    return Estimate(mean, max(1.0, spread) / math.sqrt(float(w.sum())), sum(e.blocks for e in estimates))
 
 
 def by_case(values: Mapping[str, float], words: Callable[[float], str]) -> str:

@@ -1,4 +1,4 @@
-"""How much later one signal shows what another one shows: to a fraction of a sample, with its uncertainty and its
+"""Lag of one signal behind another: to a fraction of a sample, with its uncertainty and its
 drift.
 
 Both are compared as changes over a short span, so that constants and slow differences (the operator's wire, a datum) do
@@ -22,11 +22,12 @@ FEWEST = 2
 ROUNDS = 6
 """Of linearising: each takes the error of a lag to its square over a wave's period."""
 AGAIN = 2
-"""Times that what was found is taken out and the rest looked for: a drift bends the pieces that it is found from."""
+"""Number of corrections by the estimate followed by estimation of the remainder: a drift distorts the pieces that it is
+estimated from."""
 CLEAR = 0.8
 """Correlation of a piece that counts."""
 STEADY = 3.0
-"""Times its uncertainty: a drift that is smaller is none."""
+"""Times its uncertainty: a smaller drift counts as zero."""
 
 
 @dataclass(frozen=True)
@@ -50,20 +51,21 @@ class Lag:
 
 
 def lag(t: FloatArray, x: FloatArray, y: FloatArray, reach: float) -> Lag | None:
-    """Lag of y behind x, both (n,) on the even times t [s], NaN where not known; None where too little shows it.
+    """Lag of y behind x, both (n,) on the even times t [s], NaN where not known; None where the data do not determine
+    it.
 
-    Parameters: reach: largest lag that is looked for, of either sign [s].
+    Parameters: reach: largest lag considered, of either sign [s].
     """
-    found = _once(t, x, y, reach)
+    estimate = _once(t, x, y, reach)
     for _ in range(AGAIN):
-        if found is None:
+        if estimate is None:
             return None
-        left = _once(t, x, shifted(t, y, found.at(t), 2.0 * float(t[1] - t[0])), reach)
+        left = _once(t, x, shifted(t, y, estimate.at(t), 2.0 * float(t[1] - t[0])), reach)
         if left is None:
-            return found
-        seconds = float(found.at(np.array(left.middle))) + left.seconds
-        found = replace(left, seconds=seconds, drift=found.drift + left.drift)
-    return found
+            return estimate
+        seconds = float(estimate.at(np.array(left.middle))) + left.seconds
+        estimate = replace(left, seconds=seconds, drift=estimate.drift + left.drift)
+    return estimate
 
 
 def _once(t: FloatArray, x: FloatArray, y: FloatArray, reach: float) -> Lag | None:
@@ -72,18 +74,18 @@ def _once(t: FloatArray, x: FloatArray, y: FloatArray, reach: float) -> Lag | No
     dx, dy = changes(x, span), changes(y, span)
     start = _coarse(dx, dy, round(reach / step)) * step
     size = max(4 * span + 1, round(PIECE / step))
-    found = []
+    pieces = []
     for a in range(0, max(1, len(t) - size // 2), size):
         part = slice(a, min(len(t), a + size))
         one = _piece(t, dx, dy, part, start, reach)
         if one is not None:
-            found.append((float(np.mean(t[part])), *one))
-    if len(found) < FEWEST:
+            pieces.append((float(np.mean(t[part])), *one))
+    if len(pieces) < FEWEST:
         return None
-    at, seconds, gain = np.array(found).T
+    at, seconds, gain = np.array(pieces).T
     middle = float(np.mean(at))
     drift, u_drift = _slope(at - middle, seconds)
-    if abs(drift) < STEADY * u_drift or len(found) < 2 * FEWEST:
+    if abs(drift) < STEADY * u_drift or len(pieces) < 2 * FEWEST:
         drift = 0.0
     rest = seconds - drift * (at - middle)
     keep = np.abs(rest - np.median(rest)) <= 5.0 * max(
@@ -119,7 +121,7 @@ def changes(x: FloatArray, span: int) -> FloatArray:
 
 
 def _coarse(dx: FloatArray, dy: FloatArray, reach: int) -> int:
-    """Whole samples by which dy is best late."""
+    """Integer lag of dy with the highest correlation [samples]."""
     a, b = np.nan_to_num(dx), np.nan_to_num(dy)
     size = 1 << (2 * len(a)).bit_length()
     c = np.fft.irfft(np.fft.rfft(b, size) * np.conj(np.fft.rfft(a, size)), size)
@@ -151,7 +153,7 @@ def _piece(
 
 
 def _fitted(X: FloatArray, S: FloatArray, Y: FloatArray) -> tuple[float, float]:
-    """Y = gain X + bent S by least squares; sums rather than matrix products, whose rounding hangs on the number of
+    """Y = gain X + bent S by least squares; sums rather than matrix products, whose rounding depends on the number of
     threads."""
     xx, xs, ss = float(np.sum(X * X)), float(np.sum(X * S)), float(np.sum(S * S))
     xy, sy = float(np.sum(X * Y)), float(np.sum(S * Y))

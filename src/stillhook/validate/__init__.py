@@ -1,12 +1,12 @@
-"""Does this twin represent that crane? Logs of a crane's tests against the twin, step by step, against written
+"""Validation of a twin: logs of a crane's tests compared with the twin, step by step, by written
 criteria.
 
 Source: Moslatt 2020 paper F and sections 2.5-2.6.
 
 >>> from stillhook import validate
->>> found = validate.validate("sea-trial/campaign.toml")  # doctest: +SKIP
->>> found.passed, [line.message for line in found.lines if line.failed]  # doctest: +SKIP
->>> validate.save_validation(found, "validation")  # doctest: +SKIP
+>>> result = validate.validate("sea-trial/campaign.toml")  # doctest: +SKIP
+>>> result.passed, [line.message for line in result.lines if line.failed]  # doctest: +SKIP
+>>> validate.save_validation(result, "validation")  # doctest: +SKIP
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A whole validation: logs read, all steps taken, every criterion judged."""
+"""A complete validation: logs read, all steps taken, every criterion judged."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ READING = 5.0
 
 @dataclass(frozen=True)
 class Validation:
-    """What came out: the records, the steps that were taken, and a line for each of their criteria.
+    """Result of a validation: the records, the steps taken, and a line for each of their criteria.
 
-    whole: all steps were taken; only then can there be a certificate.
+    complete: all steps were taken; only then a certificate can be issued.
     """
 
     campaign: Campaign
@@ -51,17 +51,17 @@ class Validation:
     lines: tuple[CriterionResult, ...]
 
     @property
-    def whole(self) -> bool:
+    def complete(self) -> bool:
         return {s.number for s in self.steps} == set(StepNumber)
 
     @property
     def outcome(self) -> Outcome:
-        """What all lines together come to."""
+        """Outcome of all lines together."""
         return outcome_of(self.lines)
 
     @property
     def passed(self) -> bool:
-        """Whether something was shown, and no line stands in the way."""
+        """Whether something was shown and no line blocks."""
         return self.outcome is Outcome.PASSED
 
     def step(self, number: StepNumber) -> Step:
@@ -76,12 +76,12 @@ def validate(
 
     Parameters: campaign file (see `load_campaign`) or a campaign; steps 0 to 6 (0: the data set; default: all);
     progress is called with the share done.
-    Errors: StillhookError of one line, for a campaign or log that cannot be read or trusted.
+    Errors: StillhookError of one line, for a campaign or log that cannot be read or is inconsistent.
     Source: Moslatt 2020 paper F, section "Verification of the Digital Twin" and table 2.
     """
     if not isinstance(campaign, str | Path | Campaign):
         raise ValidateError(
-            f"campaign = {quote(campaign)}: give the path of a campaign file, or what load_campaign returned."
+            f"campaign = {came(campaign)}: it must be the path of a campaign file, or a campaign from load_campaign."
         )
     todo = campaign if isinstance(campaign, Campaign) else load_campaign(campaign)
     numbers = _numbers(steps)
@@ -98,13 +98,13 @@ def validate(
 
 
 def _numbers(steps: object) -> tuple[StepNumber, ...]:
-    """The steps to be taken, in order. Errors: ValidateError where one is no step, or there is none."""
+    """The requested steps in order. Errors: ValidateError for an unknown step, or an empty list."""
     known = [int(n) for n in StepNumber]
-    given = (
+    requested = (
         known if steps is None else list(steps) if isinstance(steps, Iterable) and not isinstance(steps, str) else []
     )
-    if not given or any(n not in known for n in given):
+    if not requested or any(n not in known for n in requested):
         raise ValidateError(
-            f"steps = {quote(steps)}: give a list of some of {', '.join(map(str, known))}, such as [0, 2]."
+            f"steps = {came(steps)}: it must be a list of some of {', '.join(map(str, known))}, such as [0, 2]."
         )
-    return tuple(sorted({StepNumber(n) for n in given}))
+    return tuple(sorted({StepNumber(n) for n in requested}))

@@ -21,24 +21,24 @@ File = Annotated[Path, typer.Argument(metavar="FILE", help="certificate.json tha
 
 @app.command("show")
 def show(file: File, json: Json = False) -> None:
-    """What a certificate says, in short. Exit code 1 where the validation was not passed.
+    """Summary of a certificate. Exit code 1 where the validation was not passed.
 
     Example: stillhook certificate show validation/certificate.json
     """
     from stillhook.validate.certificate.certificate import load_certificate
 
-    found = load_certificate(file)
+    certificate = load_certificate(file)
     if json:
-        print_json(found.data)
+        print_json(certificate.data)
     else:
-        _show(found)
-    raise typer.Exit(0 if found.passed else 1)
+        _show(certificate)
+    raise typer.Exit(0 if certificate.passed else 1)
 
 
-def _show(found: Certificate) -> None:
+def _show(certificate: Certificate) -> None:
     from stillhook.spec.validity import UNSIGNED
 
-    data, short = found.data, found.short
+    data, short = certificate.data, certificate.short
     mark = "SYNTHETIC " if data["synthetic"] and "SYNTHETIC" not in data["title"] else ""
     wrapped(f"{mark}{data['title']}")
     wrapped(data["verdict"])
@@ -48,7 +48,7 @@ def _show(found: Certificate) -> None:
     criteria, twin = data["criteria"], data["twin"]
     lengths = [d["duration"] for d in data["data"]]
     rows = [
-        ("certificate", f"{found.digest} of {data['date']}"),
+        ("certificate", f"{certificate.digest} of {data['date']}"),
         ("crane", f"{data['crane']['name']}: {data['crane']['title']}"),
         ("twin", twin["statement"]),
         ("computed by", f"Stillhook {twin['version']}, code {twin['code']}, method {twin['method']}"),
@@ -63,22 +63,22 @@ def _show(found: Certificate) -> None:
     print("\nverdict")
     for line in data["lines"]:
         c = line["cells"]
-        wrapped(f"{c['verdict']:<10}{c['key']}  {c['what']}: {c['found']}, {c['limit']}", " " * 10)
+        wrapped(f"{c['verdict']:<10}{c['key']}  {c['title']}: {c['value']}, {c['limit']}", " " * 10)
 
 
 @app.command("check")
 def check(
     file: File,
     campaign: Annotated[
-        Path | None, typer.Option(help="Campaign file, where it is not where the certificate says.")
+        Path | None, typer.Option(help="Campaign file, if it is not found next to the certificate.")
     ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Compare hashes alone, compute nothing again.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Compare hashes only, without recomputation.")] = False,
     json: Json = False,
 ) -> None:
-    """Does a certificate still hold? Logs, campaign, criteria, crane and code compared, and everything computed again
-    from the logs.
+    """Verify a certificate: compare logs, campaign, criteria, crane and code, and recompute everything from the
+    logs.
 
-    Exit code 1 if it does not hold, or what it rests on is missing; 2 if the file is no certificate, or was changed.
+    Exit code 1 if it is not valid or inputs are missing; 2 if the file is not a certificate or was changed.
 
     Example: stillhook certificate check validation/certificate.json
     """
@@ -87,59 +87,59 @@ def check(
 
     certificate = load_certificate(file)
     with progress_bar("checking") as bar:
-        found = check_again(file, certificate, campaign=campaign, quick=quick, progress=bar)
+        result = check_again(file, certificate, campaign=campaign, quick=quick, progress=bar)
     if json:
-        print_json(found.to_dict())
+        print_json(result.to_dict())
     else:
-        _say(found)
-    raise typer.Exit(0 if found.holds else 1)
+        _say(result)
+    raise typer.Exit(0 if result.holds else 1)
 
 
-def _say(found: Check) -> None:
+def _say(result: Check) -> None:
     from stillhook.spec.validity import UNSIGNED
     from stillhook.units import number
 
-    wrapped(found.verdict)
-    if found.certificate.data["synthetic"]:
-        wrapped("SYNTHETIC: a certificate of simulated logs, of no real crane")
-    for title, lines in (("changed", found.changed), ("missing", found.missing), ("otherwise", found.lines)):
+    wrapped(result.verdict)
+    if result.certificate.data["synthetic"]:
+        wrapped("SYNTHETIC: a certificate of simulated logs, not of a real crane")
+    for title, lines in (("changed", result.changed), ("missing", result.missing), ("otherwise", result.lines)):
         for line in lines:
             wrapped(f"{title}: {line}", "  ")
     wrapped(UNSIGNED)
-    if not found.computed:
+    if not result.computed:
         return
-    if found.same_bytes:
-        print("computed again: the same to the byte")
-    elif found.where:
+    if result.same_bytes:
+        print("recomputed: identical to the byte")
+    elif result.where:
         print(
-            f"computed again: not the same to the byte; numbers differ by up to {number(100.0 * found.largest, 2)} %"
-            f" ({found.where})"
+            f"recomputed: not identical to the byte; numbers differ by up to {number(100.0 * result.largest, 2)} %"
+            f" ({result.where})"
         )
     else:
-        print("computed again: not the same to the byte; no number differs")
-    if found.same_pdf is not None and found.same_bytes:
+        print("recomputed: not identical to the byte; no number differs")
+    if result.same_pdf is not None and result.same_bytes:
         print(
-            "PDF beside it:"
-            f" {'the same to the byte' if found.same_pdf else 'not the same: edited, or set with other libraries'}"
+            "PDF in the same folder:"
+            f" {'the same to the byte' if result.same_pdf else 'not the same: edited, or set with other libraries'}"
         )
 
 
 @app.command("example-campaign")
 def example_campaign(
-    out: Annotated[Path, typer.Argument(help="Folder for campaign.toml, the logs and reference.toml.")],
-    seed: Annotated[int, typer.Option(min=0, help="Another seed is another crane, sea and noise.")] = 0,
-    defect: Annotated[str | None, typer.Option(help="One thing that is wrong, by name, to see it caught.")] = None,
+    out: Annotated[Path, typer.Argument(help="Folder for campaign.toml, the logs and truth.toml.")],
+    seed: Annotated[int, typer.Option(min=0, help="Each seed gives another crane, sea and noise.")] = 0,
+    defect: Annotated[str | None, typer.Option(help="Name of one defect to include.")] = None,
     size: Annotated[
         str | None, typer.Option(help='Size of the defect, in place of its usual one: 0.03, or "0.2 s" of a time.')
     ] = None,
     crane: Annotated[str, typer.Option(help="Twin under test: library crane, or path of a crane file.")] = "nov-250t",
     apart: Annotated[
-        bool, typer.Option("--apart", help="Capacitance, leakage and inertia 10 to 30 % off, to be tuned.")
+        bool, typer.Option("--apart", help="Capacitance, leakage and inertia deviate by 10 to 30 %, for tuning.")
     ] = False,
     parquet: Annotated[bool, typer.Option("--parquet", help="Logs as Parquet instead of CSV.")] = False,
     json: Json = False,
 ) -> None:
-    """Write validation tests of a simulated crane that is other in detail than its twin. Everything is marked
+    """Write validation tests of a simulated crane that differs in detail from its twin. Everything is marked
     SYNTHETIC.
 
     Example: stillhook certificate example-campaign my-tests --defect leakage
@@ -148,32 +148,35 @@ def example_campaign(
     from stillhook.library import cranes, load_crane
     from stillhook.units import quote
     from stillhook.validate.synthetic import defect_of, sea_trials, write_campaign
-    from stillhook.validate.synthetic.defects import size_of, told
+    from stillhook.validate.synthetic.defects import defect_text, size_of
 
     named = defect_of(defect) if defect is not None else None
     if named is None and size is not None:
-        raise ValidateError(f"--size = {quote(size)}: the size of no defect. Name the defect.")
+        raise ValidateError(f"--size = {came(size)}: a size needs a defect. State the defect.")
     large = size_of(named, size, "--size") if named is not None and size is not None else None
     plan = sea_trials(crane if crane in cranes() else load_crane(crane))
     with progress_bar(f"{len(plan.tests)} tests") as bar:
         written = write_campaign(
             out, plan=plan, seed=seed, defect=named, size=large, apart=apart, parquet=parquet, progress=bar
         )
-    what = told(named, large) if named is not None else "well matched by its twin"
+    text = defect_text(named, large) if named is not None else "well matched by its twin"
     if json:
         logs, notes = [str(p) for p in written.logs], list(written.notes)
         print_json(
             {
                 "campaign": str(written.campaign),
                 "logs": logs,
-                "truth": str(written.truth),
-                "crane": what,
+                "reference": str(written.reference),
+                "crane": text,
                 "notes": notes,
             }
         )
         return
-    print(f"SYNTHETIC crane, seed {seed}: {what}; {len(written.logs)} tests")
+    print(f"SYNTHETIC crane, seed {seed}: {text}; {len(written.logs)} tests")
     for note in written.notes:
         print(note)
-    print(f"written: {written.campaign}, {written.folder / 'logs'}; what the crane really is: {written.truth}")
+    print(
+        f"written: {written.campaign}, {written.folder / 'logs'}; parameters of the simulated crane:"
+        f" {written.reference}"
+    )
     print(f"next: stillhook validate {written.campaign} --out {written.folder / 'validation'}")

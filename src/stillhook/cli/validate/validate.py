@@ -29,17 +29,17 @@ def validate(
         Path | None, typer.Option("--out", help="Folder for report, certificate, figures, tables (default: none).")
     ] = None,
     steps: Annotated[
-        str | None, typer.Option(help="Only these of the steps 0 to 6, such as 1,2; no certificate then.")
+        str | None, typer.Option(help="Only these steps of 0 to 6, such as 1,2; without a certificate.")
     ] = None,
     criteria: Annotated[
         str | None, typer.Option(help="Criteria file, or name of a set, in place of the campaign's.")
     ] = None,
     all_: Annotated[
-        bool, typer.Option("--all", help="Every line and every finding in full, not only those that are not shown.")
+        bool, typer.Option("--all", help="Every line and every finding in full, not only those not shown.")
     ] = False,
     json: Json = False,
 ) -> None:
-    """Does a crane file represent a crane? Logs of its tests against the twin, in steps, judged line by line (paper F).
+    """Validate a crane file: logs of the crane's tests against the twin, in steps, judged line by line (paper F).
 
     Exit code 1 if a criterion is refuted, or one that must be shown is not.
 
@@ -60,22 +60,22 @@ def validate(
     if criteria is not None:
         todo = replace(todo, criteria=load_criteria(criteria))
     with progress_bar("validating") as bar:
-        found = check(todo, steps=numbers, progress=bar)
+        result = check(todo, steps=numbers, progress=bar)
     if json:
         from stillhook.validate.report.data import to_dict
 
-        print_json(to_dict(found))
+        print_json(to_dict(result))
     else:
-        _print(found, tables=numbers is not None, everything=all_ or numbers is not None)
+        _print(result, tables=numbers is not None, everything=all_ or numbers is not None)
     if out is not None:
         from stillhook.validate.certificate.save import save_validation
 
-        written = save_validation(found, out, certificate=criteria is None)
+        written = save_validation(result, out, certificate=criteria is None)
         if not json:
             _print_written(out, written)
     if not json:
-        _print_missing(found, out, criteria)
-    raise typer.Exit(0 if found.passed else 1)
+        _print_missing(result, out, criteria)
+    raise typer.Exit(0 if result.passed else 1)
 
 
 def _numbers(text: str | None) -> list[StepNumber] | None:
@@ -94,49 +94,51 @@ def _numbers(text: str | None) -> list[StepNumber] | None:
     return [known[part] for part in wanted]
 
 
-def _print(found: Validation, *, tables: bool, everything: bool) -> None:
-    """The verdict and what decides it, load cases, steps, lines. everything: also what agrees, in full; tables: those
+def _print(validation: Validation, *, tables: bool, everything: bool) -> None:
+    """The verdict and governing line it, load cases, steps, lines. everything: also what agrees, in full; tables: those
     of the steps."""
-    from stillhook.validate.report.texts import SEGMENT_HEAD, found_on_the_way, segment_cells, segments, title
+    from stillhook.validate.report.texts import SEGMENT_HEAD, reading_notes, segment_cells, segments, title
     from stillhook.validate.report.unjudged import HEADING, MEANING, unjudged_says
 
-    wrapped(title(found))
-    _print_verdict(found)
+    wrapped(title(validation))
+    _print_verdict(validation)
     print("\nload cases")
-    print_table(SEGMENT_HEAD, [list(segment_cells(s)) for s in segments(found)])
-    for text in found_on_the_way(found):
+    print_table(SEGMENT_HEAD, [list(segment_cells(s)) for s in segments(validation)])
+    for text in reading_notes(validation):
         _item(text)
-    _print_steps(found, tables=tables, everything=everything)
-    _print_lines(found, everything=everything)
-    if names := unjudged_says(found):
+    _print_steps(validation, tables=tables, everything=everything)
+    _print_lines(validation, everything=everything)
+    if names := unjudged_says(validation):
         print()
         wrapped(f"{HEADING}: {'; '.join(names)}. {MEANING}")
 
 
-def _print_verdict(found: Validation) -> None:
-    """The sentence, the lines that decide, and the risks."""
+def _print_verdict(validation: Validation) -> None:
+    """The sentence, the governing lines, and the risks."""
     from stillhook.validate.report.texts import deciding_title, decisive, decisive_cells, risks, sentence
 
-    wrapped(sentence(found))
-    lines = decisive(found)
+    wrapped(sentence(validation))
+    lines = decisive(validation)
     if lines:
         wrapped(f"{deciding_title(any(line.failed for line in lines))}:")
-    for verdict, key, text in (decisive_cells(found, line) for line in lines):
+    for verdict, key, text in (decisive_cells(validation, line) for line in lines):
         wrapped(f"{verdict:<10}{key}  {text}", " " * 10)
     print()
-    wrapped(risks(found.lines))
+    wrapped(risks(validation.lines))
 
 
-def _print_steps(found: Validation, *, tables: bool, everything: bool) -> None:
-    """How each step came out; what it found where lines of it are in the way, or everything is asked for."""
+def _print_steps(validation: Validation, *, tables: bool, everything: bool) -> None:
+    """Result of each step; its statements where lines of it block, or everything is requested."""
     from stillhook.validate.report.texts import STEP_HEAD, lines_of, step_row, step_verdict
 
     print("\nsteps")
-    print_table(STEP_HEAD, [list(step_row(found, step)) for step in found.steps], texts={1, len(STEP_HEAD) - 1})
-    for step in found.steps:
-        if everything or any(line.failed for line in lines_of(found, step)):
+    print_table(
+        STEP_HEAD, [list(step_row(validation, step)) for step in validation.steps], texts={1, len(STEP_HEAD) - 1}
+    )
+    for step in validation.steps:
+        if everything or any(line.failed for line in lines_of(validation, step)):
             print()
-            wrapped(f"step {int(step.number)}, {step.title}: {step_verdict(found, step)}")
+            wrapped(f"step {int(step.number)}, {step.title}: {step_verdict(validation, step)}")
             _print_step(step, tables=tables)
 
 
@@ -149,26 +151,28 @@ def _print_step(step: Step, *, tables: bool) -> None:
         print_table(table.header, [list(row) for row in table.rows], title=table.title, texts=columns_of_words(table))
 
 
-def _print_lines(found: Validation, *, everything: bool) -> None:
+def _print_lines(validation: Validation, *, everything: bool) -> None:
     """Every line in a table; in full only those that are not shown, or all of them."""
     from stillhook.validate.criteria.results import Verdict
     from stillhook.validate.report.texts import MEANING, TERSE_HEAD, terse_cells, verdict_word
 
     print("\nlines")
-    print_table(TERSE_HEAD, [list(terse_cells(found, line)) for line in found.lines], texts={0, len(TERSE_HEAD) - 1})
+    print_table(
+        TERSE_HEAD, [list(terse_cells(validation, line)) for line in validation.lines], texts={0, len(TERSE_HEAD) - 1}
+    )
     full = (
-        found.lines
+        validation.lines
         if everything
-        else [line for line in found.lines if line.judged and line.verdict is not Verdict.SHOWN]
+        else [line for line in validation.lines if line.judged and line.verdict is not Verdict.SHOWN]
     )
     if full:
         print()
     for line in full:
         wrapped(f"{verdict_word(line):<10}{line.key}  {line.message} [{line.source}]", " " * 10)
-    there = {line.verdict for line in found.lines}
+    used = {line.verdict for line in validation.lines}
     print()
     for verdict, text in MEANING.items():
-        if verdict in there:
+        if verdict in used:
             wrapped(f"{verdict.value}: {text}")
 
 
@@ -184,11 +188,11 @@ def _print_written(out: Path, written: tuple[str, ...]) -> None:
     wrapped(f"written to {out}: {REPORT} (read this), {', '.join(rest)}, {len(pictures)} figures")
 
 
-def _print_missing(found: Validation, out: Path | None, criteria: str | None) -> None:
-    """What there is not, and how to get it."""
-    if out is None and found.whole:
+def _print_missing(validation: Validation, out: Path | None, criteria: str | None) -> None:
+    """Outputs not written, and how to get them."""
+    if out is None and validation.complete:
         wrapped("every line in full: --all; report, figures and certificate: --out FOLDER; tables of a step: --steps 4")
-    elif criteria is not None and found.whole:
+    elif criteria is not None and validation.complete:
         wrapped(
             "no certificate with --criteria: name the criteria in the campaign file, so that it can be checked later"
         )

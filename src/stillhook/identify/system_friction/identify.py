@@ -48,7 +48,7 @@ from stillhook.identify.system_friction.tests.campaign import Campaign, load_cam
 from stillhook.identify.system_friction.tests.measure import Measured, measure
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import SystemFriction
-from stillhook.statistics.complex_method import Found, Variant, complex_method
+from stillhook.statistics.complex_method import Optimum, Variant, complex_method
 from stillhook.units import parse
 
 JUDGED_FROM = parse("250 rev/min", "rotation")
@@ -76,7 +76,7 @@ class Check:
     y_grid: Y
     cost_grid: float
     y_complex: Y
-    optimum: Found
+    found: Optimum
     on_grid: bool
 
     @property

@@ -1,1 +1,1 @@
-"""Step 5: heave compensation of the whole twin."""
+"""Step 5: heave compensation of the complete twin."""

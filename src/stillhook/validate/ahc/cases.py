@@ -17,7 +17,7 @@ AS_IT_IS: Scale = (float, float)
 FISHER: Scale = (math.atanh, math.tanh)
 """Scale on which correlations scatter evenly. Source: Fisher 1915."""
 ENOUGH = 4
-"""Load cases from which their scatter is known to a factor: Student's t is 12.7 with two, 4.3 with three, 3.2 with
+"""Least number of load cases to estimate their scatter: Student's t is 12.7 with two, 4.3 with three, 3.2 with
 four, as in paper F."""
 ONE = 1.0 - 1e-9
 """Largest correlation that has a place on it."""
@@ -32,16 +32,16 @@ class OverCases:
     cases: Mapping[str, Interval]
 
     def extremes(self, words: Callable[[float], str]) -> str:
-        """The smallest and the largest case in words, "0.37 cm (4) to 1.48 cm (3) by load case"; that there is one
-        alone, where so."""
-        values = {name: found.value for name, found in self.cases.items() if math.isfinite(found.value)}
+        """The smallest and the largest case in words, "0.37 cm (4) to 1.48 cm (3) by load case"; a remark where there
+        is only one."""
+        values = {name: case.value for name, case in self.cases.items() if math.isfinite(case.value)}
         if len(values) < 2:
-            return "one load case: its interval holds nothing of how load cases differ"
+            return "one load case: its interval does not include the scatter between load cases"
         low, high = min(values, key=lambda name: values[name]), max(values, key=lambda name: values[name])
         few = (
             ""
             if len(values) >= ENOUGH
-            else f"; {len(values)} cases tell little of how cases differ, test {ENOUGH} or more"
+            else f"; {len(values)} cases determine the scatter between cases poorly, test {ENOUGH} or more"
         )
         return f"{words(values[low])} ({low}) to {words(values[high])} ({high}) by load case{few}"
 
@@ -60,28 +60,28 @@ def over_cases(
     cases scatter evenly, and its inverse. The interval is that of the blocks, widened to that of a mean of the cases,
     each with the weight of its samples and each with a true value of its own.
     """
-    filled = {name: [p for p in own if len(p)] for name, own in parts.items()}
-    filled = {name: own for name, own in filled.items() if own}
-    cases = {name: interval(statistic, own, at_least=at_least, bounds=bounds) for name, own in filled.items()}
-    whole = interval(statistic, [p for own in filled.values() for p in own], at_least=at_least, bounds=bounds)
-    known = [name for name, found in cases.items() if math.isfinite(found.value)]
-    if len(known) < 2 or not math.isfinite(whole.value):
-        return OverCases(whole, cases)
+    filled = {name: [p for p in rows if len(p)] for name, rows in parts.items()}
+    filled = {name: rows for name, rows in filled.items() if rows}
+    cases = {name: interval(statistic, rows, at_least=at_least, bounds=bounds) for name, rows in filled.items()}
+    total = interval(statistic, [p for rows in filled.values() for p in rows], at_least=at_least, bounds=bounds)
+    known = [name for name, case in cases.items() if math.isfinite(case.value)]
+    if len(known) < 2 or not math.isfinite(total.value):
+        return OverCases(total, cases)
     to, back = scale
-    centre = _on(to, whole.value)
+    centre = _on(to, total.value)
     weights = [sum(map(len, filled[name])) for name in known]
     half = half_of_mean(
         [_on(to, cases[name].value) for name in known], [_half(cases[name], to) for name in known], weights
     )
     low, high = (min(max(back(centre + sign * half), bounds[0]), bounds[1]) for sign in (-1.0, 1.0))
-    low, high = np.fmin(low, whole.low), np.fmax(high, whole.high)
-    return OverCases(Interval(whole.value, float(low), float(high), whole.blocks), cases)
+    low, high = np.fmin(low, total.low), np.fmax(high, total.high)
+    return OverCases(Interval(total.value, float(low), float(high), total.blocks), cases)
 
 
-def _half(found: Interval, to: Callable[[float], float]) -> float:
+def _half(case: Interval, to: Callable[[float], float]) -> float:
     """The longer side of an interval on its scale: the other may end at a bound. NaN where it has no interval."""
-    centre = _on(to, found.value)
-    return float(np.fmax(_on(to, found.high) - centre, centre - _on(to, found.low)))
+    centre = _on(to, case.value)
+    return float(np.fmax(_on(to, case.high) - centre, centre - _on(to, case.low)))
 
 
 def _on(to: Callable[[float], float], x: float) -> float:

@@ -1,4 +1,4 @@
-"""What would explain the deviation of the control error? The twin with one thing changed, side by side, and a
+"""Possible causes of the deviation of the control error: the twin with one parameter changed at a time, and a
 regression on the effects."""
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from stillhook.validate.dynamics.fitting.unknowns import C_H, C_LEAK, INERTIA, b
 LONGEST = 270.0
 """Part of a segment that is run again for every cause [s]: some 30 waves."""
 SMOOTH = 0.15
-"""Width of the Gaussian through which deviations and effects are seen [s]: passes 1 Hz to two thirds, and no sensor
+"""Width of the Gaussian filter for deviations and effects [s]: passes 1 Hz to two thirds, and no sensor
 noise."""
 MUCH = 0.5
-"""Share of the deviation's energy from which a cause is told."""
+"""Share of the deviation's energy from which a cause is reported."""
 ALIKE = 0.1
-"""Causes whose shares differ by less than this are told together."""
+"""Causes whose shares differ by less than this are reported together."""
 SMALL = 2e-3
 """Deviation of the control error that needs no cause [m rms]: twice the resolution of a PLC's error in millimetres."""
 SMALL_DP = 2e5
@@ -34,8 +34,8 @@ SMALL_DP = 2e5
 
 
 class Cause(NamedTuple):
-    """bend(crane, x): a crane of `with_gains` with that thing changed by the part x of itself; x: change that is run;
-    most: change beyond which it is no explanation."""
+    """bend(crane, x): a crane of `with_gains` with the parameter changed by the part x of itself; x: simulated change;
+    most: largest plausible change."""
 
     name: str
     words: str
@@ -44,9 +44,9 @@ class Cause(NamedTuple):
     most: float
 
 
-class Explained(NamedTuple):
-    """amount: change of the thing that explains most of the deviation, as a part of itself; share: part of the
-    deviation's energy that it takes away, control error and pressure drop over the active motors together, each over
+class CauseEstimate(NamedTuple):
+    """amount: change of the parameter that explains most of the deviation, relative; share: part of the deviation's
+    energy that it explains, control error and pressure drop over the active motors together, each over
     its SMALL; share_e: the same of e_c alone.
     """
 
@@ -109,9 +109,9 @@ CAUSES = (
 
 def explain(
     crane: Crane, replays: Sequence[Replay], measured: Sequence[FloatArray]
-) -> tuple[tuple[Explained, ...], Deviation]:
-    """How much of the deviation each cause would explain, the most first, and the deviation itself; no cause where it
-    is small.
+) -> tuple[tuple[CauseEstimate, ...], Deviation]:
+    """Share of the deviation explained by each cause, the largest first, and the deviation itself; no cause where it is
+    small.
 
     Parameters: the twin; its replays; the crane's control error over the samples that count, one array a replay [m].
     """
@@ -130,15 +130,15 @@ def explain(
     both, deviation = np.hstack([E, P]), Deviation(_rms(E[0]) * SMALL, _rms(P[0]) * SMALL_DP)
     if not (deviation.e_c > SMALL or deviation.dp_m > SMALL_DP):
         return (), deviation
-    found = []
+    causes = []
     for k, cause in enumerate(CAUSES, start=1):
         amount = _amount(both[0], both[k], cause)
-        found.append(Explained(cause, amount, _share(both[0], amount * both[k]), _share(E[0], amount * E[k])))
-    return tuple(sorted(found, key=lambda x: -x.share)), deviation
+        causes.append(CauseEstimate(cause, amount, _share(both[0], amount * both[k]), _share(E[0], amount * E[k])))
+    return tuple(sorted(causes, key=lambda x: -x.share)), deviation
 
 
 def with_gains(crane: Crane) -> Crane:
-    """The crane with the gains of its PLC written down, so that they stay as they are when the winch is changed."""
+    """The crane with explicit gains of its PLC, so that they remain constant when the winch is changed."""
     known = gains(crane)
     return crane.model_copy(update={"control": crane.control.model_copy(update={"K_1": known.K_1, "K_2": known.K_2})})
 
@@ -168,29 +168,29 @@ def _amount(deviation: FloatArray, effect: FloatArray, cause: Cause) -> float:
 
 
 def _share(deviation: FloatArray, effect: FloatArray) -> float:
-    """Share of the deviation's energy that goes when the effect is taken off."""
+    """Share of the deviation's energy removed by subtracting the effect."""
     size = dot(deviation, deviation)
     return 1.0 - float(np.sum((deviation - effect) ** 2)) / size if size > 0.0 else math.nan
 
 
-def statements(found: Sequence[Explained], deviation: Deviation) -> tuple[str, ...]:
-    """What is told about causes: nothing where no cause explains much of the deviation."""
-    if not found or found[0].share < MUCH:
+def statements(causes: Sequence[CauseEstimate], deviation: Deviation) -> tuple[str, ...]:
+    """Statements on causes: none where no cause explains much of the deviation."""
+    if not causes or causes[0].share < MUCH:
         return ()
-    best = found[0]
-    others = [x for x in found[1:] if x.share > best.share - ALIKE]
+    best = causes[0]
+    others = [x for x in causes[1:] if x.share > best.share - ALIKE]
     of = f"control error ({1e3 * deviation.e_c:.2g} mm rms)"
     if math.isfinite(deviation.dp_m):
         of += f" and pressure drop ({show(deviation.dp_m, 'pressure', 2)} rms)"
-    text = f"{_told(best)} would explain {100.0 * best.share:.0f} % of the twin's deviation in {of}"
+    text = f"{_cause_text(best)} would explain {100.0 * best.share:.0f} % of the twin's deviation in {of}"
     if others:
-        text += "; about as much: " + ", ".join(f"{_told(x)} ({100.0 * x.share:.0f} %)" for x in others)
+        text += "; about as much: " + ", ".join(f"{_cause_text(x)} ({100.0 * x.share:.0f} %)" for x in others)
     return (
-        f"{text[0].upper()}{text[1:]}. This points, it does not judge: steps 1, 2 and 4 measure these by themselves.",
+        f"{text[0].upper()}{text[1:]}. This is an indication, not a verdict: steps 1, 2 and 4 measure these directly.",
     )
 
 
-def _told(x: Explained) -> str:
+def _cause_text(x: CauseEstimate) -> str:
     if x.cause.name == "motor_offset":
         return f"{x.cause.words} by {100.0 * x.amount:.2g} % of the full one"
     return f"{x.cause.words} {100.0 * abs(x.amount):.2g} % {'higher' if x.amount > 0.0 else 'lower'} than in the twin"

@@ -10,7 +10,7 @@ import numpy as np
 
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.validate.ahc.check import AhcStep
-from stillhook.validate.ahc.compared import Compared
+from stillhook.validate.ahc.comparison import Comparison
 from stillhook.validate.ahc.shape import BAND, Spectra
 from stillhook.validate.ahc.windows import Windows, by_motion
 from stillhook.validate.criteria.results import Step
@@ -22,17 +22,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SHOWN = 300.0
-"""Length of the stretch that is drawn over time [s], as in figure 10."""
+"""Plotted length over time [s], as in figure 10."""
 BIN = 0.25
 """Width of the bins of tip motion [m]."""
 
 
 def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict[str, Figure]:
-    """Pictures of step 5 by name; none where it could compare nothing."""
-    if not isinstance(step, AhcStep) or not step.compared:
+    """Pictures of step 5 by name; none without a comparison."""
+    if not isinstance(step, AhcStep) or not step.comparisons:
         return {}
-    parts = [c for c in step.compared if len(c.windows.x)]
-    out = {"tip-wire-speed-and-error": _over_time(_shown(step.compared), campaign)}
+    parts = [c for c in step.comparisons if len(c.windows.x)]
+    out = {"tip-wire-speed-and-error": _over_time(_shown(step.comparisons), campaign)}
     if parts:
         out |= {
             "error-and-efficiency": _against_motion(parts, campaign),
@@ -43,13 +43,13 @@ def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict
     return out
 
 
-def _shown(compared: Sequence[Compared]) -> Compared:
+def _shown(comparisons: Sequence[Comparison]) -> Comparison:
     """The last load case that is long enough to be shown, else the longest: as print shows its load case 4."""
-    long = [c for c in compared if len(c.e_measured) * c.replay.record.step >= 0.8 * SHOWN]
-    return long[-1] if long else max(compared, key=lambda c: len(c.e_measured))
+    long = [c for c in comparisons if len(c.e_measured) * c.replay.record.step >= 0.8 * SHOWN]
+    return long[-1] if long else max(comparisons, key=lambda c: len(c.e_measured))
 
 
-def _over_time(c: Compared, campaign: Campaign) -> Figure:
+def _over_time(c: Comparison, campaign: Campaign) -> Figure:
     n = min(len(c.e_measured), round(SHOWN / c.replay.record.step))
     s = c.replay.segment
     title = f"Load case {c.name}: {s.load / 1e3:.0f} t, {s.s_w:.0f} m of wire out, mode {s.mode.value}"
@@ -72,28 +72,30 @@ def _over_time(c: Compared, campaign: Campaign) -> Figure:
     return figure
 
 
-def _wire_speed(c: Compared) -> Any:
+def _wire_speed(c: Comparison) -> Any:
     """Measured wire speed: logged, or else the slope of the wire paid out."""
     if c.replay.record.has("v_w"):
         return c.replay.measured("v_w")
     return -np.gradient(c.replay.measured("s_w"), c.replay.record.step)
 
 
-def _against_motion(parts: Sequence[Compared], campaign: Campaign) -> Figure:
+def _against_motion(parts: Sequence[Comparison], campaign: Campaign) -> Figure:
     figure, grid = axes_of(
         1, 2, (11.0, 5.0), marked(campaign, "Control error and efficiency over moving windows, all load cases")
     )
     axes = grid[0]
-    whole = [c.windows for c in parts]
-    tip = np.concatenate([w.s_tip_pp for w in whole])
+    windows = [c.windows for c in parts]
+    tip = np.concatenate([w.s_tip_pp for w in windows])
     for colour, label, error, eta in (
         (MEASURED, "measured", "measured", "eta_measured"),
         (SIMULATED, "simulated", "simulated", "eta_simulated"),
     ):
-        y = 100.0 * np.concatenate([getattr(w, error) for w in whole])
+        y = 100.0 * np.concatenate([getattr(w, error) for w in windows])
         axes[0].plot(tip, y, ".", ms=3, color=colour, alpha=0.5, label=label)
         axes[0].axhline(y.mean(), color=colour, ls=":", lw=1.2, label=f"{label}, average")
-        axes[1].plot(tip, 100.0 * np.concatenate([getattr(w, eta) for w in whole]), ".", ms=3, color=colour, alpha=0.5)
+        axes[1].plot(
+            tip, 100.0 * np.concatenate([getattr(w, eta) for w in windows]), ".", ms=3, color=colour, alpha=0.5
+        )
     axes[0].set_ylabel("control error, peak to peak [cm]")
     axes[1].set_ylabel("compensation efficiency [%]")
     axes[0].set_ylim(bottom=0.0)
@@ -103,16 +105,16 @@ def _against_motion(parts: Sequence[Compared], campaign: Campaign) -> Figure:
     return figure
 
 
-def _deviations(whole: Sequence[Windows], campaign: Campaign) -> Figure:
+def _deviations(windows: Sequence[Windows], campaign: Campaign) -> Figure:
     figure, grid = axes_of(
         1, 3, (12.0, 4.6), marked(campaign, "Simulated against measured, all load cases"), width_ratios=(3, 3, 2)
     )
     axes = grid[0]
-    tip = np.concatenate([w.s_tip_pp for w in whole])
-    middle, error, eta, count = by_motion(whole, BIN)
+    tip = np.concatenate([w.s_tip_pp for w in windows])
+    middle, error, eta, count = by_motion(windows, BIN)
     dots = (
-        100.0 * np.concatenate([np.abs(w.eta_simulated - w.eta_measured) for w in whole]),
-        100.0 * np.concatenate([w.x for w in whole]),
+        100.0 * np.concatenate([np.abs(w.eta_simulated - w.eta_measured) for w in windows]),
+        100.0 * np.concatenate([w.x for w in windows]),
     )
     names = ("deviation of the efficiency [percentage points]", "deviation of the control error [cm]")
     for ax, y, mean, name in zip(axes[:2], dots, (100.0 * eta, 100.0 * error), names, strict=True):

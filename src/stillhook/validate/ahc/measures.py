@@ -11,7 +11,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.statistics.block_bootstrap import LEVEL, Blocks, Interval
 from stillhook.validate.ahc.cases import FISHER, OverCases, over_cases
-from stillhook.validate.ahc.compared import Compared
+from stillhook.validate.ahc.comparison import Comparison
 from stillhook.validate.ahc.shape import Shape, correlation
 from stillhook.validate.ahc.windows import EVERY, counted_share, gaussian_share, mean_and_s
 from stillhook.validate.criteria.names import MEASURES
@@ -20,64 +20,68 @@ from stillhook.validate.criteria.results import Measure
 NEAR, FAR = 0.05, 0.06
 """Deviations whose probability paper F states [m]."""
 SAME = 1e-9
-"""Width of an interval of a share that is none."""
+"""Width of an interval of a share that counts as zero."""
 THIN = 0.1
 """Spacing of the samples whose correlation gets an interval [s]."""
 
 
-def measures(compared: Sequence[Compared], like: Shape, settings: Mapping[str, float]) -> tuple[Measure, ...]:
+def measures(comparisons: Sequence[Comparison], like: Shape, settings: Mapping[str, float]) -> tuple[Measure, ...]:
     """Every measure of step 5, over all load cases together; the mean deviation and the largest error of each load case
     as well."""
     block = round(2.0 * settings["window"] / EVERY)
-    parts = by_case(compared, lambda c: c.windows.x)
+    parts = by_case(comparisons, lambda c: c.windows.x)
     mean = over_cases(np.mean, parts, at_least=block, bounds=(0.0, math.inf))
     return (
-        *_deviations(compared, parts, mean, settings["window"]),
-        *_by_case(compared, mean.cases, settings["window"]),
-        *_largest(compared),
-        _efficiency(compared, settings["eta_above"], block),
-        *_shape(compared, like, settings["window"]),
+        *_deviations(comparisons, parts, mean, settings["window"]),
+        *_by_case(comparisons, mean.cases, settings["window"]),
+        *_largest(comparisons),
+        _efficiency(comparisons, settings["eta_above"], block),
+        *_shape(comparisons, like, settings["window"]),
     )
 
 
-def by_case(compared: Sequence[Compared], what: Callable[[Compared], FloatArray]) -> dict[str, list[FloatArray]]:
+def by_case(
+    comparisons: Sequence[Comparison], values: Callable[[Comparison], FloatArray]
+) -> dict[str, list[FloatArray]]:
     """Rows of every unbroken part, by load case."""
     out: dict[str, list[FloatArray]] = {}
-    for c in compared:
-        out.setdefault(c.name, []).append(what(c))
+    for c in comparisons:
+        out.setdefault(c.name, []).append(values(c))
     return out
 
 
 def _measure(
-    name: str, value: float | None, found: Interval | None = None, *, data: str = "", note: str = ""
+    name: str, value: float | None, estimate: Interval | None = None, *, data: str = "", note: str = ""
 ) -> Measure:
-    """A measure; without a finite value the data could not tell."""
-    sure = found is not None and math.isfinite(found.low) and math.isfinite(found.high)
-    low, high = (found.low, found.high) if found is not None and sure else (None, None)
+    """A measure; without a finite value it is not determined by the data."""
+    bounded = estimate is not None and math.isfinite(estimate.low) and math.isfinite(estimate.high)
+    low, high = (estimate.low, estimate.high) if estimate is not None and bounded else (None, None)
     known = value if value is not None and math.isfinite(value) else None
     return Measure(name, known, MEASURES[name].quantity, low, high, data=data, note=note)
 
 
 def _deviations(
-    compared: Sequence[Compared], parts: Mapping[str, Sequence[FloatArray]], over_all: OverCases, window: float
+    comparisons: Sequence[Comparison], parts: Mapping[str, Sequence[FloatArray]], over_all: OverCases, window: float
 ) -> tuple[Measure, ...]:
     names = ("e_c_pp_deviation", "e_c_pp_deviation_s", "e_c_pp_below_5cm", "e_c_pp_below_6cm", "e_c_pp_bias")
-    x = [part for own in parts.values() for part in own if len(part)]
+    x = [part for rows in parts.values() for part in rows if len(part)]
     if not x:
-        note = "no window of the logs is full of numbers; log s_tip and e_c_measured without holes"
+        note = "no window of the logs is full of numbers; log s_tip and e_c_measured without gaps"
         return tuple(_measure(name, None, note=note) for name in names)
     mean, s = mean_and_s(np.concatenate(x))
     block = round(2.0 * window / EVERY)
     pooled = [over_all, *(over_cases(statistic, parts, at_least=block, bounds=ends) for statistic, ends in _STATISTICS)]
-    signed = over_cases(np.mean, by_case(compared, lambda c: c.windows.simulated - c.windows.measured), at_least=block)
-    found = [*(_sure(p.pooled) for p in pooled), signed.pooled]
-    level = float(np.mean(np.concatenate([c.windows.measured for c in compared])))
-    data = f"{_extent(compared)}, {found[0].blocks.effective:.0f} effective windows of {window:g} s"
+    signed = over_cases(
+        np.mean, by_case(comparisons, lambda c: c.windows.simulated - c.windows.measured), at_least=block
+    )
+    estimates = [*(_with_share_end(p.pooled) for p in pooled), signed.pooled]
+    level = float(np.mean(np.concatenate([c.windows.measured for c in comparisons])))
+    data = f"{_extent(comparisons)}, {estimates[0].blocks.effective:.0f} effective windows of {window:g} s"
     gauss = [f"as a Gaussian, as paper F reads it, {_percent(gaussian_share(limit, mean, s))}" for limit in (NEAR, FAR)]
     first = f"measured e_c_pp {_cm(level)} on average; {pooled[0].extremes(_cm)}"
     notes = (first, pooled[1].extremes(_cm), *gauss, f"simulated less measured; {signed.extremes(_cm)}")
     return tuple(
-        _measure(name, f.value, f, data=data, note=note) for name, f, note in zip(names, found, notes, strict=True)
+        _measure(name, f.value, f, data=data, note=note) for name, f, note in zip(names, estimates, notes, strict=True)
     )
 
 
@@ -89,29 +93,30 @@ def _percent(x: float) -> str:
     return f"{100.0 * x:.3g} %"
 
 
-def _by_case(compared: Sequence[Compared], cases: Mapping[str, Interval], window: float) -> tuple[Measure, ...]:
-    """Mean deviation of every load case: in the mean over all, a long good one hides a short bad one."""
+def _by_case(comparisons: Sequence[Comparison], cases: Mapping[str, Interval], window: float) -> tuple[Measure, ...]:
+    """Mean deviation of every load case: the mean over all would hide a short bad case behind a long good one."""
     name, out = "e_c_pp_deviation_case", []
-    for case in dict.fromkeys(c.name for c in compared):
+    for case in dict.fromkeys(c.name for c in comparisons):
         if case in cases:
-            found = cases[case]
+            estimate = cases[case]
             data = (
-                f"{_extent([c for c in compared if c.name == case])}, {found.blocks.effective:.0f} effective windows of"
+                f"{_extent([c for c in comparisons if c.name == case])}, {estimate.blocks.effective:.0f} effective"
+                " windows of"
                 f" {window:g} s"
             )
-            out.append(replace(_measure(name, found.value, found, data=data), test=f"load case {case}"))
+            out.append(replace(_measure(name, estimate.value, estimate, data=data), test=f"load case {case}"))
         else:
             out.append(replace(_measure(name, None, note="no window is full of numbers"), test=f"load case {case}"))
     return tuple(out)
 
 
-def _sure(found: Interval) -> Interval:
+def _with_share_end(estimate: Interval) -> Interval:
     """A share of nothing or all, of which every draw has the same: its end is that of so many independent windows that
     all agree."""
-    if found.high - found.low > SAME or found.value not in (0.0, 1.0):
-        return found
-    end = (0.5 * (1.0 - LEVEL)) ** (1.0 / max(found.blocks.effective, 1.0))
-    return replace(found, low=end) if found.value == 1.0 else replace(found, high=1.0 - end)
+    if estimate.high - estimate.low > SAME or estimate.value not in (0.0, 1.0):
+        return estimate
+    end = (0.5 * (1.0 - LEVEL)) ** (1.0 / max(estimate.blocks.effective, 1.0))
+    return replace(estimate, low=end) if estimate.value == 1.0 else replace(estimate, high=1.0 - end)
 
 
 _STATISTICS: tuple[tuple[Callable[[FloatArray], float], tuple[float, float]], ...] = (
@@ -121,27 +126,30 @@ _STATISTICS: tuple[tuple[Callable[[FloatArray], float], tuple[float, float]], ..
 )
 
 
-def _extent(compared: Sequence[Compared]) -> str:
-    cases, seconds = len({c.name for c in compared}), sum(len(c.e_measured) * c.replay.record.step for c in compared)
+def _extent(comparisons: Sequence[Comparison]) -> str:
+    cases, seconds = (
+        len({c.name for c in comparisons}),
+        sum(len(c.e_measured) * c.replay.record.step for c in comparisons),
+    )
     return f"{cases} load case{'s' if cases > 1 else ''}, {seconds:.0f} s"
 
 
-def _largest(compared: Sequence[Compared]) -> tuple[Measure, ...]:
+def _largest(comparisons: Sequence[Comparison]) -> tuple[Measure, ...]:
     """Both readings of paper F table 2, item 2a: the largest error of every load case, and the largest difference at
     one moment."""
-    pairs = [(c, *c.pair) for c in compared if len(c.pair[0])]
+    pairs = [(c, *c.pair) for c in comparisons if len(c.pair[0])]
     if not pairs:
-        note = "the control error is nowhere known"
+        note = "the control error is not known in any sample"
         return _measure("e_c_max_difference", None, note=note), _measure("e_c_deviation_max", None, note=note)
     out = []
     for case in dict.fromkeys(c.name for c, _, _ in pairs):
-        own = [x for x in pairs if x[0].name == case]
+        same = [x for x in pairs if x[0].name == case]
         measured, simulated = (
-            max(float(np.abs(m).max()) for _, m, _ in own),
-            max(float(np.abs(s).max()) for _, _, s in own),
+            max(float(np.abs(m).max()) for _, m, _ in same),
+            max(float(np.abs(s).max()) for _, _, s in same),
         )
         note = f"simulated {100.0 * simulated:.3g} cm, measured {100.0 * measured:.3g} cm"
-        data = _extent([x[0] for x in own])
+        data = _extent([x[0] for x in same])
         out.append(
             replace(
                 _measure("e_c_max_difference", simulated - measured, data=data, note=note), test=f"load case {case}"
@@ -150,11 +158,11 @@ def _largest(compared: Sequence[Compared]) -> tuple[Measure, ...]:
     apart = [np.nan_to_num(np.abs(c.e_simulated - c.e_measured)) for c, _, _ in pairs]
     worst = int(np.argmax([x.max() for x in apart]))
     moment = _moment(pairs[worst][0], int(np.argmax(apart[worst])))
-    return *out, _measure("e_c_deviation_max", float(apart[worst].max()), data=_extent(compared), note=moment)
+    return *out, _measure("e_c_deviation_max", float(apart[worst].max()), data=_extent(comparisons), note=moment)
 
 
-def _moment(c: Compared, i: int) -> str:
-    """Where a sample lies, and what the pumps were told there: a limit that one of the two has shows in it."""
+def _moment(c: Comparison, i: int) -> str:
+    """Time of a sample and the pump commands at it: they show a limit that only one of the two has."""
     text = f'in test "{c.name}" at {c.replay.t[i] + c.replay.record.zero:.0f} s of the log'
     u_p = float(c.replay.measured("u_p")[i])
     return (
@@ -164,20 +172,22 @@ def _moment(c: Compared, i: int) -> str:
     )
 
 
-def _efficiency(compared: Sequence[Compared], above: float, block: int) -> Measure:
+def _efficiency(comparisons: Sequence[Comparison], above: float, block: int) -> Measure:
     """Mean |eta_c simulated - eta_c measured| over windows with high tip motion."""
-    high = {id(c): c.windows.s_tip_pp >= above for c in compared}
-    parts = by_case(compared, lambda c: np.abs(c.windows.eta_simulated - c.windows.eta_measured)[high[id(c)]])
-    if not any(len(part) for own in parts.values() for part in own):
+    high = {id(c): c.windows.s_tip_pp >= above for c in comparisons}
+    parts = by_case(comparisons, lambda c: np.abs(c.windows.eta_simulated - c.windows.eta_measured)[high[id(c)]])
+    if not any(len(part) for rows in parts.values() for part in rows):
         note = f"the tip moves {above:g} m or more in no window; test in higher waves"
         return _measure("eta_c_deviation_high", None, note=note)
-    found = over_cases(np.mean, parts, at_least=block, bounds=(0.0, 1.0))
+    estimate = over_cases(np.mean, parts, at_least=block, bounds=(0.0, 1.0))
     share = float(np.mean(np.concatenate(list(high.values()))))
     data = f"windows with {above:g} m or more, {100.0 * share:.0f} % of all"
-    return _measure("eta_c_deviation_high", found.pooled.value, found.pooled, data=data, note=found.extremes(_percent))
+    return _measure(
+        "eta_c_deviation_high", estimate.pooled.value, estimate.pooled, data=data, note=estimate.extremes(_percent)
+    )
 
 
-def _thin(c: Compared) -> FloatArray:
+def _thin(c: Comparison) -> FloatArray:
     """Measured and simulated error about their means and without the tip's noise, a row every THIN seconds."""
     return np.column_stack([x - x.mean() for x in c.quiet])[:: max(1, round(THIN / c.replay.record.step))]
 
@@ -186,15 +196,19 @@ def _about(like: Shape) -> Interval:
     return Interval(like.lag, like.lag - 1.96 * like.u_lag, like.lag + 1.96 * like.u_lag, Blocks(1, 0, 0.0))
 
 
-def _shape(compared: Sequence[Compared], like: Shape, window: float) -> tuple[Measure, ...]:
-    rows = by_case([c for c in compared if len(c.pair[0])], _thin)
+def _shape(comparisons: Sequence[Comparison], like: Shape, window: float) -> tuple[Measure, ...]:
+    rows = by_case([c for c in comparisons if len(c.pair[0])], _thin)
     bounds, block = (-1.0, 1.0), round(2.0 * window / THIN)
-    found = over_cases(correlation, rows, at_least=block, bounds=bounds, scale=FISHER) if rows else None
-    data = _extent(compared)
-    band = "" if math.isfinite(like.distance) else "no stretch is a minute long"
+    estimate = over_cases(correlation, rows, at_least=block, bounds=bounds, scale=FISHER) if rows else None
+    data = _extent(comparisons)
+    band = "" if math.isfinite(like.distance) else "no segment is a minute long"
     return (
         _measure(
-            "e_c_correlation", like.correlation, found.pooled if found else None, data=data, note=_correlations(found)
+            "e_c_correlation",
+            like.correlation,
+            estimate.pooled if estimate else None,
+            data=data,
+            note=_correlations(estimate),
         ),
         _measure("e_c_lag", like.lag, _about(like), data=data),
         _measure("e_c_band_ratio", like.band_ratio, data=data, note=band),
@@ -202,5 +216,5 @@ def _shape(compared: Sequence[Compared], like: Shape, window: float) -> tuple[Me
     )
 
 
-def _correlations(found: OverCases | None) -> str:
-    return found.extremes(lambda x: f"{x:.3g}") if found else ""
+def _correlations(estimate: OverCases | None) -> str:
+    return estimate.extremes(lambda x: f"{x:.3g}") if estimate else ""

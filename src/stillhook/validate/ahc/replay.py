@@ -1,5 +1,5 @@
-"""The twin in the place of the crane: the measured tip motion, load, wire, mode and joystick of a segment through the
-whole twin."""
+"""Replay of a segment: its measured tip motion, load, wire, mode and joystick through the complete
+twin."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from stillhook.validate.data_set.records.tip import Tip, smooth_tip
 from stillhook.winches.records import Signals
 
 SETTLE = 30.0
-"""Start of a segment that does not count [s]: the twin begins at rest with no error, the crane in full swing. What that
-sets off dies out with the position loop, 1/(K_p v_max) = 5 s on `nov-250t`, so to 0.3 % of the first error;
+"""Start of a segment that does not count [s]: the twin begins at rest without error, the crane in motion. The transient
+decays with the position loop, 1/(K_p v_max) = 5 s on `nov-250t`, so to 0.3 % of the first error;
 tests/validate/test_ahc.py
 shows 1 mm."""
 LEAST_SPEED = 1e-3
-"""Joystick speeds below this are none [m/s]: 0.06 m/min, what a stick's centre may read."""
+"""Joystick speeds below this count as zero [m/s]: 0.06 m/min, the zero error of a joystick."""
 STICK_STEP = 2e-3
 """Change of the joystick speed that makes a new point of the scenario's profile [m/s]."""
 
 
 @dataclass(frozen=True)
 class Replay:
-    """A segment and what the twin makes of it. case: the run; tip as the PLC of the crane saw it, and its noise;
+    """A segment and its replay. case: the run; tip as the PLC of the crane saw it, and its noise;
     skipped: samples at the segment's start that do not count."""
 
     record: Record
@@ -59,7 +59,7 @@ class Replay:
 
     @property
     def last(self) -> int:
-        """One past the last sample that the twin reaches: its tip runs ahead of the PLC's by the delay."""
+        """One past the last sample reached by the twin: its tip is ahead of the PLC's by the delay."""
         reach = self.record.t[self.segment.first] + self.case.duration
         return min(self.segment.last, int(np.searchsorted(self.record.t, reach + 1e-9, side="right")))
 
@@ -119,7 +119,7 @@ def _wire_out(record: Record, segment: Segment, place: str) -> float:
     logged = record.part(segment, "s_w") if record.has("s_w") else np.zeros(0)
     known = logged[np.isfinite(logged)]
     if not len(known):
-        raise ValidateError(f"{place}: s_w is not known at {segment.start:.0f} s. Log it, or give s_w of the test.")
+        raise ValidateError(f"{place}: s_w is not known at {segment.start:.0f} s. Log it, or state s_w of the test.")
     return float(known[0])
 
 
@@ -128,8 +128,8 @@ def _si(x: float, unit: str) -> str:
 
 
 def _ahead(motion: Recorded, delay: float) -> Recorded:
-    """The true tip: what the PLC sees `delay` later. Points as far apart as before, so that the curve stays the same to
-    0.1 mm."""
+    """The true tip motion, seen by the PLC `delay` later. Spacing of the points as before, so that the curve is the
+    same to 0.1 mm."""
     if delay == 0.0:
         return motion
     count = len(motion.times) - 1
@@ -161,7 +161,7 @@ def run_twin(
 
     Parameters: cranes and replays in pairs; names of signals; quick: sixteen runs side by side, at the longer step of
     statistics.
-    Errors: SimulationError where a run loses its numbers.
+    Errors: SimulationError where a run diverges.
     """
     n_sub = steps_per_cycle(cranes[0], None, STATISTICS_STEP if quick else SERIES_STEP)
     every = max(1, round((0.05 if quick else replays[0].record.step) / cranes[0].control.t_cycle))
@@ -172,7 +172,8 @@ def run_twin(
     for r, result in zip(replays, results, strict=True):
         if result.ending is not Ending.DONE or result.series is None:
             raise SimulationError(
-                f'test "{r.name}": the twin loses its numbers at {result.t_end:.4g} s of it. Check crane file and log.'
+                f'test "{r.name}": the simulation of the twin diverges at {result.t_end:.4g} s. Check crane file and'
+                " log."
             )
         t = np.arange(len(result.series)) * result.dt + r.record.t[r.segment.first]
         out.append({name: np.interp(r.t, t, result.series[:, Signals._fields.index(name)]) for name in names})
@@ -180,36 +181,36 @@ def run_twin(
 
 
 def usable(records: Sequence[Record], window: float) -> tuple[list[tuple[Record, Segment]], list[str]]:
-    """Segments of AHC tests that step 5 can use, and a line for each that it cannot."""
+    """Segments of AHC tests that step 5 can use, and a statement for each that it cannot."""
     from stillhook.spec.scenario import Mode
     from stillhook.validate.data_set.campaign import Kind
 
-    good, said = [], []
+    good, notes = [], []
     for record in records:
         if record.test.kind is not Kind.AHC:
             continue
         for s in record.segments:
             least = SETTLE + window
             if s.mode is Mode.MANUAL:
-                said.append(
+                notes.append(
                     f'Test "{s.test}": {s.duration:.0f} s from {s.start:.0f} s on are in manual mode and not part of'
                     " step 5."
                 )
             elif s.duration < least + record.step:
-                said.append(
+                notes.append(
                     f'Test "{s.test}": the {s.duration:.0f} s from {s.start:.0f} s on are left out of step 5, which'
                     f" takes {SETTLE:.0f} s to settle and a window of {window:.0f} s."
                 )
             else:
                 good.append((record, s))
-    return good, said
+    return good, notes
 
 
 def measured_error(replays: Sequence[Replay]) -> tuple[list[FloatArray], bool]:
     """The crane's control error over the samples that count [m], and whether the PLC logged it.
 
-    Where it did not: e_c = s_tip - s_w plus what the joystick took in, about its mean, for the datum of the reference
-    is not known then.
+    Where it did not: e_c = s_tip - s_w plus the wire taken in by the joystick, about its mean, because the datum of
+    the reference is not known.
     """
     logged = all(r.record.has("e_c_measured") for r in replays)
     if logged:
@@ -218,7 +219,7 @@ def measured_error(replays: Sequence[Replay]) -> tuple[list[FloatArray], bool]:
 
 
 def _s_op(r: Replay) -> FloatArray:
-    """Wire that the joystick has asked for, hoisting positive [m]."""
+    """Wire requested by the joystick, hoisting positive [m]."""
     v = np.nan_to_num(r.measured("v_op"))
     return np.concatenate(([0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(r.t))))
 

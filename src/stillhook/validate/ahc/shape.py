@@ -1,4 +1,4 @@
-"""Are two control errors of similar shape? Correlation, lag, and spectra of the measured and the simulated one."""
+"""Similarity of measured and simulated control errors: correlation, lag, and spectra."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ Pairs = Sequence[tuple[FloatArray, FloatArray, float]]
 SECTION = 60.0
 """Length of a section of Welch's method [s]: two windows, so that waves of 30 s still make two periods."""
 BAND = (1.0 / 30.0, 0.5)
-"""Wave band [Hz]: periods of 2 to 30 s, in which the tip moves and the winch answers."""
+"""Wave band [Hz]: periods of 2 to 30 s, in which the tip moves and the winch responds."""
 FLOOR = 0.01
 """Spectral lines below this part of the measured peak are noise, and not compared."""
 LONGEST_LAG = 1.0
-"""Largest lag that is looked for [s]."""
+"""Largest lag considered [s]."""
 
 
 class Spectra(NamedTuple):
@@ -35,7 +35,7 @@ class Spectra(NamedTuple):
 
 
 class Shape(NamedTuple):
-    """correlation [-]; lag by which the measured error comes after the simulated one, u_lag its standard uncertainty
+    """correlation [-]; lag of the measured error behind the simulated one, u_lag its standard uncertainty
     [s]; band_ratio: rms in the wave band, simulated over measured [-]; band_share: part of the measured energy that
     lies in the wave band [-]; distance: rms difference of the spectra in the wave band [dB], NaN where the parts are
     shorter than a
@@ -65,24 +65,24 @@ def shape(pairs: Pairs) -> tuple[Shape, Spectra | None]:
         return Shape(*(math.nan for _ in Shape._fields)), None
     centred = [(m - m.mean(), s - s.mean(), step) for m, s, step in pairs]
     slowest = max(step for _, _, step in pairs)
-    whole = np.concatenate([np.column_stack([m, s])[:: max(1, round(slowest / step))] for m, s, step in centred])
+    both = np.concatenate([np.column_stack([m, s])[:: max(1, round(slowest / step))] for m, s, step in centred])
     spectra = _spectra(centred)
-    ratio, share, distance = _compared(spectra) if spectra is not None else (math.nan, math.nan, math.nan)
-    return Shape(correlation(whole), *_lag(centred), ratio, share, distance), spectra
+    ratio, share, distance = _comparison(spectra) if spectra is not None else (math.nan, math.nan, math.nan)
+    return Shape(correlation(both), *_lag(centred), ratio, share, distance), spectra
 
 
 def _lag(pairs: Pairs) -> tuple[float, float]:
     """Lag of the measured error behind the simulated one, and its standard uncertainty [s]; NaN where too little shows
     it."""
-    found = [
+    lags = [
         x
         for m, s, step in pairs
         if (x := lag(np.arange(len(m), dtype=np.float64) * step, s, m, LONGEST_LAG)) is not None
     ]
-    if not found:
+    if not lags:
         return math.nan, math.nan
-    weight = np.array([x.pieces for x in found]) / sum(x.pieces for x in found)
-    seconds, u = (np.array([getattr(x, name) for x in found]) for name in ("seconds", "u"))
+    weight = np.array([x.pieces for x in lags]) / sum(x.pieces for x in lags)
+    seconds, u = (np.array([getattr(x, name) for x in lags]) for name in ("seconds", "u"))
     return float(np.sum(weight * seconds)), float(np.sqrt(np.sum((weight * u) ** 2)))
 
 
@@ -94,19 +94,19 @@ def _spectra(pairs: Pairs) -> Spectra | None:
     long = [(m, s, step) for m, s, step in pairs if len(m) >= round(SECTION / step)]
     if not long:
         return None
-    found = [welch(np.stack([m, s]), fs=1.0 / step, nperseg=round(SECTION / step))[1] for m, s, step in long]
+    powers = [welch(np.stack([m, s]), fs=1.0 / step, nperseg=round(SECTION / step))[1] for m, s, step in long]
     seconds = [len(m) * step for m, _, step in long]
-    n = min(power.shape[1] for power in found)
-    measured, simulated = np.sum([w * power[:, :n] for w, power in zip(seconds, found, strict=True)], axis=0) / sum(
+    n = min(power.shape[1] for power in powers)
+    measured, simulated = np.sum([w * power[:, :n] for w, power in zip(seconds, powers, strict=True)], axis=0) / sum(
         seconds
     )
     return Spectra(np.arange(n, dtype=np.float64) / SECTION, measured, simulated)
 
 
-def _compared(x: Spectra) -> tuple[float, float, float]:
+def _comparison(x: Spectra) -> tuple[float, float, float]:
     band = (x.f >= BAND[0]) & (x.f <= BAND[1])
     m, s = float(x.measured[band].sum()), float(x.simulated[band].sum())
-    if not m > 0.0:  # an error that stands still has no shape
+    if not m > 0.0:  # a constant error has no shape
         return math.nan, math.nan, math.nan
     strong = band & (x.measured > FLOOR * x.measured[band].max())
     apart = 10.0 * np.log10(np.maximum(x.simulated[strong], 1e-30) / x.measured[strong])

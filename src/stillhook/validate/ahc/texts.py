@@ -1,4 +1,4 @@
-"""What step 5 tells: statements and tables."""
+"""Statements and tables of step 5."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from stillhook.units import number, show
-from stillhook.validate.ahc.compared import Compared
-from stillhook.validate.ahc.diagnosis import Explained
+from stillhook.validate.ahc.comparison import Comparison
+from stillhook.validate.ahc.diagnosis import CauseEstimate
 from stillhook.validate.ahc.replay import SETTLE
 from stillhook.validate.ahc.shape import Shape, correlation
 from stillhook.validate.ahc.windows import mean_and_s
@@ -26,32 +26,33 @@ COMPARED = (
     ("alpha_p", ""),
     ("alpha_m", ""),
 )
-"""Signals that are told beside the control error."""
-SAID_LAG = 0.01
+"""Signals reported in addition to the control error."""
+LEAST_LAG = 0.01
 """Lags up to this are the log's own spacing [s]."""
-SAID_OFFSET = 5e-3
-"""Standing offset of the crane's error from the twin's from which it is said [m]: a tenth of what paper F allows."""
-SAID_NOISE = 0.2
-"""Share of the tip's noise in the PLC's error from which it is worth saying."""
+LEAST_OFFSET = 5e-3
+"""Constant offset of the crane's error from the twin's that is reported [m]: a tenth of paper F's limit."""
+LEAST_NOISE = 0.2
+"""Share of the tip's noise in the PLC's error that is reported."""
 
 
-def said(compared: Sequence[Compared], like: Shape, *, logged: bool) -> tuple[str, ...]:
+def comparison_statements(comparisons: Sequence[Comparison], like: Shape, *, logged: bool) -> tuple[str, ...]:
     """The comparison in sentences, the most important first."""
-    x = np.concatenate([c.windows.x for c in compared])
+    x = np.concatenate([c.windows.x for c in comparisons])
     mean, s = mean_and_s(x)
     first = (
-        f"The twin repeats {_cases(compared)} with the tip motion that was measured. Peak to peak over the window its"
-        f" control error is {100.0 * mean:.2g} cm off the crane's on average (s {100.0 * s:.2g} cm){_range(compared)}."
+        f"The twin repeats {_cases(comparisons)} with the measured tip motion. Peak to peak over the window its"
+        " control error"
+        f" deviates by {100.0 * mean:.2g} cm from the crane's on average (s {100.0 * s:.2g} cm){_range(comparisons)}."
         if len(x)
-        else "The twin repeats the tests, but no window of the logs is full of numbers."
+        else "The twin repeats the tests, but no window of the logs is complete."
     )
-    return (first, *_shape(like), *_how(compared, logged=logged))
+    return (first, *_shape(like), *_remarks(comparisons, logged=logged))
 
 
-def _range(compared: Sequence[Compared]) -> str:
+def _range(comparisons: Sequence[Comparison]) -> str:
     """Load cases with the least and the largest mean deviation."""
-    names = dict.fromkeys(c.name for c in compared if len(c.windows.x))
-    means = {n: float(np.mean(np.concatenate([c.windows.x for c in compared if c.name == n]))) for n in names}
+    names = dict.fromkeys(c.name for c in comparisons if len(c.windows.x))
+    means = {n: float(np.mean(np.concatenate([c.windows.x for c in comparisons if c.name == n]))) for n in names}
     if len(means) < 2:
         return ""
     least, most = min(means, key=lambda n: means[n]), max(means, key=lambda n: means[n])
@@ -60,8 +61,8 @@ def _range(compared: Sequence[Compared]) -> str:
     )
 
 
-def _cases(compared: Sequence[Compared]) -> str:
-    n = len({c.name for c in compared})
+def _cases(comparisons: Sequence[Comparison]) -> str:
+    n = len({c.name for c in comparisons})
     return f"{n} load case{'s' if n > 1 else ''}"
 
 
@@ -71,55 +72,60 @@ def _shape(like: Shape) -> Iterable[str]:
     text = f"The control errors correlate by {like.correlation:.3f}"
     if math.isfinite(like.distance):
         text += (
-            f"; with periods of 2 to 30 s, which hold {100.0 * like.band_share:.0f} % of the measured energy, the"
-            f" twin's is {like.band_ratio:.2f} times as large, its spectrum {like.distance:.2g} dB off"
+            f"; with periods of 2 to 30 s, which contain {100.0 * like.band_share:.0f} % of the measured energy, the"
+            f" twin's is {like.band_ratio:.2f} times as large, and its spectrum deviates by {like.distance:.2g} dB"
         )
     yield text + "."
-    if math.isfinite(like.lag) and abs(like.lag) > max(SAID_LAG, 3.0 * like.u_lag):
+    if math.isfinite(like.lag) and abs(like.lag) > max(LEAST_LAG, 3.0 * like.u_lag):
         after = "after" if like.lag > 0.0 else "before"
-        yield f"The measured error comes {1e3 * abs(like.lag):.0f} ms {after} the simulated one; nothing was shifted."
+        yield f"The measured error is {1e3 * abs(like.lag):.0f} ms {after} the simulated one; no shift was applied."
 
 
-def _how(compared: Sequence[Compared], *, logged: bool) -> Iterable[str]:
+def _remarks(comparisons: Sequence[Comparison], *, logged: bool) -> Iterable[str]:
     if not logged:
         yield (
-            "e_c_measured was not logged in every test: the control error is made from s_tip and s_w, about its mean,"
-            " so that a standing offset of the crane is not seen."
+            "e_c_measured was not logged in every test: the control error is derived from s_tip and s_w, about its"
+            " mean,"
+            " so that a constant offset of the crane is not visible."
         )
-    for c in compared:
+    for c in comparisons:
         offset = float(np.mean(c.pair[0]) - np.mean(c.pair[1])) if len(c.pair[0]) else 0.0
-        if abs(offset) > SAID_OFFSET:
+        if abs(offset) > LEAST_OFFSET:
             yield (
-                f"In load case {c.name} the crane's error stands {100.0 * offset:+.2g} cm off the twin's on average;"
-                " peak to peak that does not count, in the largest error it does."
+                f"In load case {c.name} the crane's error has an offset of {100.0 * offset:+.2g} cm from the"
+                " twin's on average; it affects the largest error, not the peak-to-peak error."
             )
-    noisy = [c for c in compared if logged and c.noise > SAID_NOISE]
+    noisy = [c for c in comparisons if logged and c.noise > LEAST_NOISE]
     if noisy:
         spread = float(np.sqrt(np.mean([c.replay.tip.spread_s**2 for c in noisy])))
         share = float(np.mean([c.noise for c in noisy]))
         yield (
-            f"The PLC's error holds {100.0 * share:.0f} % of the noise of the logged tip ({show(spread, 'diameter', 2)}"
-            " rms); as much is in the simulated one."
+            f"The PLC's error contains {100.0 * share:.0f} % of the noise of the logged tip"
+            f" ({show(spread, 'diameter', 2)}"
+            " rms); the simulated one contains the same."
         )
-    yield f"The first {SETTLE:.0f} s of every stretch are left out: there the twin comes from rest."
+    yield f"The first {SETTLE:.0f} s of every segment are left out because the twin starts from rest."
 
 
-def tables(compared: Sequence[Compared], explained: Sequence[Explained]) -> tuple[Table, ...]:
+def tables(comparisons: Sequence[Comparison], explained: Sequence[CauseEstimate]) -> tuple[Table, ...]:
     """Load cases, signals beside the control error, causes."""
-    return (_load_cases(compared), *_signals(compared), *_causes(explained))
+    return (_load_cases(comparisons), *_signals(comparisons), *_causes(explained))
 
 
-def _load_cases(compared: Sequence[Compared]) -> Table:
+def _load_cases(comparisons: Sequence[Comparison]) -> Table:
     rows = []
-    for name in dict.fromkeys(c.name for c in compared):
-        own = [c for c in compared if c.name == name]
+    for name in dict.fromkeys(c.name for c in comparisons):
+        rows_of_case = [c for c in comparisons if c.name == name]
         x, measured, simulated = (
-            np.concatenate([getattr(c.windows, k) for c in own]) for k in ("x", "measured", "simulated")
+            np.concatenate([getattr(c.windows, k) for c in rows_of_case]) for k in ("x", "measured", "simulated")
         )
-        peak = [max((float(np.abs(p).max()) for c in own if len(p := c.pair[k])), default=math.nan) for k in (0, 1)]
-        segment = own[0].replay.segment
+        peak = [
+            max((float(np.abs(p).max()) for c in rows_of_case if len(p := c.pair[k])), default=math.nan) for k in (0, 1)
+        ]
+        segment = rows_of_case[0].replay.segment
         both = np.concatenate(
-            [np.column_stack([p - p.mean() for p in c.quiet]) for c in own if len(c.pair[0])] or [np.zeros((0, 2))]
+            [np.column_stack([p - p.mean() for p in c.quiet]) for c in rows_of_case if len(c.pair[0])]
+            or [np.zeros((0, 2))]
         )
         rows.append(
             (
@@ -127,7 +133,7 @@ def _load_cases(compared: Sequence[Compared]) -> Table:
                 f"{segment.load / 1e3:.0f} t",
                 f"{segment.s_w:.0f} m",
                 segment.mode.value,
-                f"{sum(len(c.e_measured) * c.replay.record.step for c in own):.0f} s",
+                f"{sum(len(c.e_measured) * c.replay.record.step for c in rows_of_case):.0f} s",
                 *map(_cm, mean_and_s(x)),
                 _cm(_mean(measured)),
                 _cm(_mean(simulated)),
@@ -160,11 +166,11 @@ def _cm(x: float) -> str:
     return number(100.0 * x, 3) if math.isfinite(x) else "-"
 
 
-def _signals(compared: Sequence[Compared]) -> Iterable[Table]:
-    """How far the twin's other signals are off, rms over the samples that count. Told, not judged."""
+def _signals(comparisons: Sequence[Comparison]) -> Iterable[Table]:
+    """Deviation of the twin's other signals, rms over the samples that count. Reported, not judged."""
     rows = []
     for name, kind in COMPARED:
-        pairs = [(c.replay.measured(name), c.simulated[name]) for c in compared]
+        pairs = [(c.replay.measured(name), c.simulated[name]) for c in comparisons]
         m, s = (np.concatenate(x) for x in zip(*pairs, strict=True))
         known = np.isfinite(m)
         if known.any():
@@ -173,10 +179,10 @@ def _signals(compared: Sequence[Compared]) -> Iterable[Table]:
             rows.append((name, *(show(x, kind, 3) if kind else number(x, 3) for x in parts)))
     if rows:
         header = ("signal", "deviation\nrms", "deviation\nmean", "measured\nstandard deviation")
-        yield Table("Other signals, simulated less measured (told, not judged)", header, tuple(rows))
+        yield Table("Other signals, simulated less measured (reported, not judged)", header, tuple(rows))
 
 
-def _causes(explained: Sequence[Explained]) -> Iterable[Table]:
+def _causes(explained: Sequence[CauseEstimate]) -> Iterable[Table]:
     rows = tuple(
         (x.cause.words, f"{100.0 * x.amount:+.3g} %", f"{100.0 * x.share:.0f} %", f"{100.0 * x.share_e:.0f} %")
         for x in explained
@@ -184,8 +190,8 @@ def _causes(explained: Sequence[Explained]) -> Iterable[Table]:
     )
     if rows:
         yield Table(
-            "What would explain what is left of the deviation, one cause at a time (not judged; small causes cannot be"
-            " told apart)",
+            "Possible causes of the remaining deviation, one at a time (not judged; small causes cannot be"
+            " distinguished)",
             ("cause", "change", "explains", "of e_c\nalone"),
             rows,
         )

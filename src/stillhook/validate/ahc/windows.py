@@ -1,4 +1,4 @@
-"""Peak-to-peak control errors over moving windows, measured and simulated, and how far they are apart.
+"""Peak-to-peak control errors over moving windows, measured and simulated, and their deviation.
 
 Source: Moslatt 2020 paper F, eqs 2, 3, 6, 7 and figures 11 to 13.
 """
@@ -16,7 +16,8 @@ from stillhook.base.arrays import FloatArray
 from stillhook.metrics import peak_to_peak
 
 EVERY = 0.5
-"""Spacing of the windows' ends [s]: a sixtieth of paper F's window, so that nothing between two of them counts."""
+"""Spacing of the windows' ends [s]: a sixtieth of paper F's window, fine enough that values between two of them do not
+matter."""
 
 
 @dataclass(frozen=True)
@@ -37,17 +38,17 @@ class Windows:
 
     @property
     def eta_measured(self) -> FloatArray:
-        """Compensation efficiency, measured [-]; NaN where the tip stands."""
+        """Compensation efficiency, measured [-]; NaN where the tip does not move."""
         return efficiency(self.measured, self.s_tip_pp)
 
     @property
     def eta_simulated(self) -> FloatArray:
-        """Compensation efficiency, simulated [-]; NaN where the tip stands."""
+        """Compensation efficiency, simulated [-]; NaN where the tip does not move."""
         return efficiency(self.simulated, self.s_tip_pp)
 
 
 def efficiency(e_c_pp: FloatArray, s_tip_pp: FloatArray) -> FloatArray:
-    """1 - e_c_pp / s_tip_pp [-], NaN where the tip stands. Source: paper F eq. 3."""
+    """1 - e_c_pp / s_tip_pp [-], NaN where the tip does not move. Source: paper F eq. 3."""
     moves = s_tip_pp > 0.0
     return np.where(moves, 1.0 - e_c_pp / np.where(moves, s_tip_pp, 1.0), np.nan)
 
@@ -78,7 +79,7 @@ def mean_and_s(x: FloatArray) -> tuple[float, float]:
 
 
 def gaussian_share(limit: float, mean: float, s: float) -> float:
-    """Share of deviations below a limit, read as paper F does: as if they were Gaussian about their mean.
+    """Share of deviations below a limit, as in paper F: assumed Gaussian about their mean.
 
     Print reads 96 % below 6 cm and 86 % below 5 cm off a mean of 3.3 cm and s of 1.5 cm; the latter is 87 %.
     """

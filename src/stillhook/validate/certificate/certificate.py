@@ -1,5 +1,5 @@
-"""The certificate of a twin: what a validation found, as a document that can be checked and a record that a crane
-carries.
+"""The certificate of a twin: results of a validation, as a document that can be checked and a record stored with a
+crane.
 
 A certificate is plain data in one canonical JSON text; the PDF is set from that text and the figures. The same logs,
 campaign, criteria, crane and code give the same bytes of both, in any folder, time zone or locale.
@@ -27,7 +27,7 @@ the certificate."""
 
 @dataclass(frozen=True)
 class Certificate:
-    """What was certified, or what a validation that was not passed found; data as
+    """What was certified, or the results of a validation that was not passed; data as
     `stillhook.validate.certificate.content` has it."""
 
     data: Mapping[str, Any]
@@ -53,11 +53,11 @@ class Certificate:
         return f"{CERTIFICATE if self.passed else NOT_PASSED}.json"
 
     def text(self) -> str:
-        """The one text of it."""
+        """Its canonical text."""
         return canonical(self.data)
 
     def crane_toml(self) -> str:
-        """The crane as a complete file that names this certificate beside it: what to compute with."""
+        """The crane as a complete file that names this certificate in the same folder."""
         return certified_crane_toml(crane_from_toml(self.data["crane"]["toml"], CRANE), self.name)
 
 
@@ -68,20 +68,20 @@ def certificate_of(validation: Validation) -> Certificate:
 
 
 def load_certificate(path: str | Path) -> Certificate:
-    """A certificate from its JSON file, whole and as it was written. Errors: ValidateError of one line."""
+    """A certificate from its JSON file, complete and unchanged. Errors: ValidateError of one line."""
     return Certificate(read_certificate(Path(path)))
 
 
-def certificate_files(validation: Validation, drawn: Mapping[str, bytes] | None = None) -> dict[str, bytes]:
+def certificate_files(validation: Validation, images: Mapping[str, bytes] | None = None) -> dict[str, bytes]:
     """Name and content of the files of a certificate: JSON, PDF, and where it passed the crane's file.
 
-    drawn: the pictures of the validation (`stillhook.validate.report.figures.pictures`), where they are there already.
+    drawn: the pictures of the validation (`stillhook.validate.report.figures.pictures`), where they already exist.
     A validation that was not passed gives a document that says so, and no crane. Errors: ValidateError where not all
     steps were taken.
     """
     from stillhook.validate.certificate.pdf import pdf
     from stillhook.validate.report.figures import pictures  # heavy
 
-    made, figures = certificate_of(validation), pictures(validation) if drawn is None else drawn
+    made, figures = certificate_of(validation), pictures(validation) if images is None else images
     files = {made.name: made.text().encode(), Path(made.name).with_suffix(".pdf").name: pdf(made.data, figures)}
     return files | ({CRANE: made.crane_toml().encode()} if made.passed else {})

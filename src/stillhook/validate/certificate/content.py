@@ -1,4 +1,4 @@
-"""Everything that a certificate says, as plain data: no clock, no chance, no folder of this machine."""
+"""Content of a certificate as plain data: independent of clock, random numbers and folders of the machine."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ from stillhook.validate.validation import Validation
 METHOD_FOLDERS = ("validate", "io")
 METHOD_FILES = ("units.py",)
 LIBRARIES = ("numba", "numpy", "polars", "scipy")
-"""What the numbers of a validation go through beside Stillhook."""
+"""Libraries that compute the numbers of a validation in addition to Stillhook."""
 ROUNDING = 1e-9
 OF_ORDINARY_SIZE = ("", "time", "length", "speed", "pressure", "force", "mass", "torque", "rotation")
 """Below ROUNDING [SI], a number of these quantities is what rounding leaves of zero, which no two machines do alike."""
-CELLS = ("key", "what", "found", "interval", "limit", "verdict", "data", "source")
+CELLS = ("key", "title", "value", "interval", "limit", "verdict", "data", "source")
 """What people read of a verdict line; see `stillhook.validate.report.texts.LINE_HEAD`."""
 
 DECIDING = ("verdict", "key", "text")
@@ -53,12 +53,12 @@ DECIDING = ("verdict", "key", "text")
 
 
 def content_of(validation: Validation) -> dict[str, Any]:
-    """What a validation certifies, or fails to: nothing in it hangs on the folder of campaign or certificate.
+    """What a validation certifies, or fails to: independent of the folder of campaign or certificate.
 
     Errors: ValidateError where not all steps were taken.
     """
-    if not validation.whole:
-        raise ValidateError("certificate: only some of the steps 0 to 6 were taken. Take them all for a certificate.")
+    if not validation.complete:
+        raise ValidateError("certificate: only some of the steps 0 to 6 were taken. A certificate needs all of them.")
     campaign = validation.campaign
     envelope = envelope_of(validation.records, campaign.criteria.settings["window"])
     outcome, verdict = certified_outcome(validation, envelope)
@@ -123,10 +123,10 @@ def versions() -> dict[str, Any]:
 def method_hash(without: str = "") -> str:
     """Hash of the code by which logs are read, compared and judged; without the files of that name."""
     digest = hashlib.sha256()
-    found = [
+    files = [
         p for folder in METHOD_FOLDERS for p in (PACKAGE / folder).rglob("*") if p.suffix in (".py", ".toml", ".typ")
     ]
-    inside = [p for p in found if p.name != without]
+    inside = [p for p in files if p.name != without]
     for path in sorted(inside) + [PACKAGE / name for name in METHOD_FILES]:
         digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:16]
@@ -140,7 +140,7 @@ def sha256_of(path: Path) -> str:
             while block := file.read(1 << 20):
                 digest.update(block)
     except OSError as problem:
-        raise ValidateError(f"{path}: cannot be read ({problem.strerror or problem}). Put the file back.") from None
+        raise ValidateError(f"{path}: cannot be read ({problem.strerror or problem}). Restore the file.") from None
     return digest.hexdigest()
 
 
@@ -189,14 +189,14 @@ def _numbers(measure: Measure) -> dict[str, Any]:
     return data
 
 
-def _measure(given: Measure) -> dict[str, Any]:
-    numbers = _numbers(given)
-    measure = replace(given, **{n: numbers[n] for n in ("value", "low", "high")})
+def _measure(exact: Measure) -> dict[str, Any]:
+    numbers = _numbers(exact)
+    measure = replace(exact, **{n: numbers[n] for n in ("value", "low", "high")})
     between = measure.low is not None and measure.high is not None
     interval = f"{say(measure.low, measure.quantity)} to {say(measure.high, measure.quantity)}" if between else ""
     meaning = MEASURES[measure.name].meaning if measure.name in MEASURES else measure.name
-    said = {"meaning": meaning, "found": say(measure.value, measure.quantity), "interval": interval}
-    return {**numbers, "said": said}
+    text = {"meaning": meaning, "value": say(measure.value, measure.quantity), "interval": interval}
+    return {**numbers, "text": text}
 
 
 def _data(campaign: Campaign, record: Record) -> dict[str, Any]:

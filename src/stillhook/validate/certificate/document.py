@@ -17,9 +17,10 @@ from stillhook.validate.report.texts import LONGEST_NUMBER, MEANING, SHOWS, deci
 
 HEADING = {True: "Validation certificate", False: "Validation report"}
 WORD = {o.value: o.value.upper() for o in Outcome}
-MARK = "SYNTHETIC: simulated logs, no crane was measured"
+MARK = "SYNTHETIC: simulated logs, not measured on a crane"
 INSIDE = (
-    "A run of the twin is inside when each of these lies in its range; one outside says so and is not covered. Between"
+    "A run of the twin is inside when each of these lies in its range; one outside is reported as such and is not"
+    " covered. Between"
     " the tests the model interpolates."
 )
 NONE = (
@@ -28,17 +29,17 @@ NONE = (
 )
 HOLDS = (
     "It holds for the crane file of appendix D and the code named above, as long as neither they nor the logs change: "
-    "stillhook certificate check certificate.json computes it again and tells."
+    "stillhook certificate check certificate.json recomputes and verifies it."
 )
 NO_HOLD = "When the twin or the tests have been corrected, validate again: stillhook validate campaign.toml."
-HOW = (
+PROCEDURE = (
     (
         "This document was set from its JSON file, whose digest is its number. The same logs, campaign, criteria, crane"
         " file and code give the same bytes of both files, on any day and in any folder."
     ),
     (
-        "stillhook certificate show FILE prints a summary. stillhook certificate check FILE computes everything again"
-        " from the logs and says what has changed; with --quick it compares the hashes alone."
+        "stillhook certificate show FILE prints a summary. stillhook certificate check FILE recomputes everything from"
+        " the logs and reports what has changed; with --quick it compares the hashes alone."
     ),
     UNSIGNED,
 )
@@ -72,7 +73,7 @@ def sheet_of(data: Mapping[str, Any], figures: Sequence[str]) -> dict[str, Any]:
         "decisive_title": deciding_title(any(line["failed"] for line in data["lines"])),
         "holds": HOLDS if passed else NO_HOLD,
     }
-    found = {
+    middle = {
         "judged": JUDGED,
         "lines": list(_lines(data)),
         "meanings": _meanings(data),
@@ -82,12 +83,12 @@ def sheet_of(data: Mapping[str, Any], figures: Sequence[str]) -> dict[str, Any]:
         "hashes": _hashes(data),
         "load_cases": _joined_header(data["load_cases"]),
         "compared": _compared(data),
-        "found": _found(data),
+        "reading_notes": _reading_notes(data),
         "steps": [_step(step, data, figures) for step in data["steps"]],
     }
     behind = {
         "checks": _checks(data),
-        "how": list(HOW),
+        "procedure": list(PROCEDURE),
         "criteria_facts": _criteria_facts(data),
         "criteria": _criteria(data),
         "settings": _settings(data),
@@ -95,7 +96,7 @@ def sheet_of(data: Mapping[str, Any], figures: Sequence[str]) -> dict[str, Any]:
         "crane_note": _crane_note(data),
         "crane": _crane(data),
     }
-    return dict(_set({**first, **found, **behind}))
+    return dict(_set({**first, **middle, **behind}))
 
 
 def _set(x: Any) -> Any:
@@ -146,8 +147,8 @@ def _lines(data: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
 
 
 def _meanings(data: Mapping[str, Any]) -> list[list[str]]:
-    there = {line["verdict"] for line in data["lines"]}
-    return [[v.value, text] for v, text in MEANING.items() if v.value in there]
+    used = {line["verdict"] for line in data["lines"]}
+    return [[v.value, text] for v, text in MEANING.items() if v.value in used]
 
 
 def _campaign(data: Mapping[str, Any]) -> list[list[str]]:
@@ -182,15 +183,15 @@ def _compared(data: Mapping[str, Any]) -> dict[str, Any]:
     return {**table, "rows": [row for row in table["rows"] if row[0] in tests]}
 
 
-def _found(data: Mapping[str, Any]) -> list[str]:
+def _reading_notes(data: Mapping[str, Any]) -> list[str]:
     """What reading the logs brought up and no step has said."""
-    said = {text for step in data["steps"] for text in step["statements"]}
-    found = [(d["test"], text) for d in data["data"] for text in d["statements"] if text not in said]
-    return [text if text.startswith("Test ") else f"Test {test}: {text}" for test, text in found]
+    stated = {text for step in data["steps"] for text in step["statements"]}
+    notes = [(d["test"], text) for d in data["data"] for text in d["statements"] if text not in stated]
+    return [text if text.startswith("Test ") else f"Test {test}: {text}" for test, text in notes]
 
 
 def _step(step: Mapping[str, Any], data: Mapping[str, Any], figures: Sequence[str]) -> dict[str, Any]:
-    own = [name for name in figures if name.startswith(f"step-{step['step']}-")]
+    names = [name for name in figures if name.startswith(f"step-{step['step']}-")]
     return {
         "number": step["step"],
         "title": step["title"],
@@ -199,7 +200,7 @@ def _step(step: Mapping[str, Any], data: Mapping[str, Any], figures: Sequence[st
         "statements": step["statements"],
         "failed": any(line["failed"] for line in data["lines"] if line["step"] == step["step"]),
         "tables": [_joined_header(t) | {"title": t["title"], "columns": _columns(t)} for t in step["tables"]],
-        "figures": [{"file": f"{name}.png", "caption": caption(name)} for name in own],
+        "figures": [{"file": f"{name}.png", "caption": caption(name)} for name in names],
     }
 
 
@@ -216,10 +217,10 @@ def _measures(data: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 def _measure(m: Mapping[str, Any]) -> list[str]:
     return [
-        m["said"]["meaning"],
+        m["text"]["meaning"],
         m["test"],
-        m["said"]["found"],
-        m["said"]["interval"],
+        m["text"]["value"],
+        m["text"]["interval"],
         "; ".join(t for t in (m["data"], m["note"]) if t),
     ]
 
@@ -240,16 +241,16 @@ def _criteria(data: Mapping[str, Any]) -> list[list[str]]:
     for c in data["criteria"]["criteria"]:
         limit = f"{c['kind']} {'±' if c['kind'] == 'within' else ''}{c['written']}"
         counts = (c["ask"] if c["needed"] else f"{c['ask']}, if there are data") if c["judged"] else "for information"
-        rows.append([c["key"], c["what"], limit, counts, "; ".join(t for t in (c["source"], c["reason"]) if t)])
+        rows.append([c["key"], c["title"], limit, counts, "; ".join(t for t in (c["source"], c["reason"]) if t)])
     return rows
 
 
 def _settings(data: Mapping[str, Any]) -> list[list[str]]:
-    found = []
+    rows = []
     for name, value in data["criteria"]["settings"].items():
         known = SETTINGS[name]
-        found.append([known.meaning, show(value, known.quantity) if known.quantity in KINDS else number(value)])
-    return found
+        rows.append([known.meaning, show(value, known.quantity) if known.quantity in KINDS else number(value)])
+    return rows
 
 
 def _crane_note(data: Mapping[str, Any]) -> str:

@@ -49,7 +49,7 @@ class Check:
 
     @property
     def holds(self) -> bool:
-        """Passed, nothing that it rests on has changed, and what was computed again has the same verdict lines and
+        """Passed, none of its inputs has changed, and what was computed again has the same verdict lines and
         envelope."""
         return self.certificate.passed and not (self.changed or self.missing or self.lines)
 
@@ -57,18 +57,16 @@ class Check:
     def verdict(self) -> str:
         """The answer in one sentence."""
         if not self.certificate.passed:
-            return "DOES NOT HOLD: the validation was not passed, so there is nothing to hold."
+            return "NOT VALID: the validation was not passed."
         if self.missing:
-            return "DOES NOT HOLD: what it rests on is not there, or not of use, so that nobody can tell."
+            return "NOT VALID: inputs are missing or unusable, so it cannot be verified."
         if self.holds:
-            how = "computed again" if self.computed else "by its hashes; not computed again"
-            return f"HOLDS: nothing that it rests on has changed ({how})."
+            basis = "recomputed" if self.computed else "by its hashes; not recomputed"
+            return f"VALID: none of its inputs has changed ({basis})."
         if self.lines:
-            return "DOES NOT HOLD: what was computed again comes out otherwise."
-        again = (
-            " The verdict lines come out the same: stillhook validate gives a new certificate." if self.computed else ""
-        )
-        return f"DOES NOT HOLD: what it rests on has changed.{again}"
+            return "NOT VALID: the recomputation gives other results."
+        again = " The verdict lines are the same: stillhook validate issues a new certificate." if self.computed else ""
+        return f"NOT VALID: its inputs have changed.{again}"
 
     def to_dict(self) -> dict[str, Any]:
         """The answer as plain data for JSON."""
@@ -105,23 +103,23 @@ def check(
     file = Path(campaign) if campaign is not None else _near(Path(path), data)
     code = tuple(_code(data["twin"]))
     if not file.is_file():
-        hint = "Give it with --campaign." if campaign is None else "Check the path."
-        return Check(certificate, code, (f"campaign {quote(str(file))}: no such file. {hint}",))
+        hint = "State it with --campaign." if campaign is None else "Check the path."
+        return Check(certificate, code, (f"campaign {came(str(file))}: no such file. {hint}",))
     changed, missing = (*_files(data, file), *code), tuple(_missing(data, file))
     try:
         todo = load_campaign(file)
         changed = (*_files(data, file), *_inputs(data, todo), *code)
         if quick or missing:
             return Check(certificate, changed, missing)
-        found = validate(todo, progress=progress)
+        validation = validate(todo, progress=progress)
     except StillhookError as problem:
         return Check(certificate, changed, missing or (str(problem),))
-    again = certificate_of(found)
+    again = certificate_of(validation)
     if campaign is not None:
         again = _named(again, data["campaign"]["file"])
     largest, where = max(_differences(data, again.data), default=(0.0, ""))
-    beside = Path(path).with_suffix(".pdf")
-    same_pdf = beside.read_bytes() == pdf(again.data, pictures(found)) if beside.is_file() else None
+    pdf_file = Path(path).with_suffix(".pdf")
+    same_pdf = pdf_file.read_bytes() == pdf(again.data, pictures(validation)) if pdf_file.is_file() else None
     return Check(
         certificate,
         changed,
@@ -140,9 +138,9 @@ def _near(path: Path, data: Mapping[str, Any]) -> Path:
     the first."""
     folder, name = path.resolve().parent, str(data["campaign"]["file"])
     around = sorted(folder.parent.glob(f"*/{glob.escape(name)}"))
-    there = [p for p in (folder / name, folder.parent / name, *around) if p.is_file()]
-    same = (p for p in there if sha256_of(p) == data["campaign"]["sha256"])
-    return next(same, there[0] if there else folder / name)
+    existing = [p for p in (folder / name, folder.parent / name, *around) if p.is_file()]
+    same = (p for p in existing if sha256_of(p) == data["campaign"]["sha256"])
+    return next(same, existing[0] if existing else folder / name)
 
 
 def _named(certificate: Certificate, file: str) -> Certificate:
@@ -155,7 +153,10 @@ def _missing(data: Mapping[str, Any], campaign: Path) -> Iterator[str]:
     """Logs that the certificate names and that are not there."""
     for log in data["campaign"]["logs"]:
         if not (campaign.parent / log["file"]).is_file():
-            yield f'log {quote(log["file"])} of test "{log["test"]}": no such file beside {campaign.name}. Put it back.'
+            yield (
+                f'log {came(log["file"])} of test "{log["test"]}": no such file in the folder of {campaign.name}.'
+                " Restore it."
+            )
 
 
 def _files(data: Mapping[str, Any], campaign: Path) -> Iterator[str]:
@@ -174,15 +175,15 @@ def _inputs(data: Mapping[str, Any], campaign: Campaign) -> Iterator[str]:
     yield from (f'test "{test}": not in the campaign any more.' for test in before if test not in after)
     yield from (f'test "{test}": new in the campaign.' for test in after if test not in before)
     if campaign.criteria.digest != data["criteria"]["digest"]:
-        told = f"{data['criteria']['name']} version {data['criteria']['version']}"
-        yield f"criteria: {campaign.criteria.label} now, and not what {told} was then."
+        stored = f"{data['criteria']['name']} version {data['criteria']['version']}"
+        yield f"criteria: {campaign.criteria.label} now, and not what {stored} was then."
     yield from _crane(data["crane"], campaign.crane)
 
 
-def _crane(told: Mapping[str, Any], crane: Crane) -> Iterator[str]:
-    if crane_part(crane)["content"] == told["content"]:
+def _crane(stored: Mapping[str, Any], crane: Crane) -> Iterator[str]:
+    if crane_part(crane)["content"] == stored["content"]:
         return
-    fields = list(differing(crane_from_toml(told["toml"], "crane of the certificate"), crane))
+    fields = list(differing(crane_from_toml(stored["toml"], "crane of the certificate"), crane))
     more = f"; and {len(fields) - MOST_SHOWN} more" if len(fields) > MOST_SHOWN else ""
     yield f"crane {crane.name}: changed since: {'; '.join(fields[:MOST_SHOWN])}{more}."
 
@@ -193,46 +194,48 @@ def differing(old: Crane, new: Crane) -> Iterator[str]:
     for path in {**a, **b}:
         if path in ("name", "title"):
             continue
-        x, y = (_said(side.get(path)) for side in (a, b))
+        x, y = (_item_text(side.get(path)) for side in (a, b))
         if (a[path].value if path in a else None) != (b[path].value if path in b else None):
             yield f"{path} {x} -> {y}"
 
 
-def _said(item: Any) -> str:
+def _item_text(item: Any) -> str:
     if item is None:
         return "none"
     values = item.value if isinstance(item.value, tuple) else (item.value,)
     return " + ".join(show(v, item.quantity, 6) if item.quantity else str(v) for v in values)
 
 
-def _code(told: Mapping[str, Any]) -> Iterator[str]:
+def _code(stored: Mapping[str, Any]) -> Iterator[str]:
     """Code and libraries that are other than they were."""
     now = versions()
     libraries = [
-        f"{n} {told['libraries'].get(n)} -> {v}" for n, v in now["libraries"].items() if told["libraries"].get(n) != v
+        f"{n} {stored['libraries'].get(n)} -> {v}"
+        for n, v in now["libraries"].items()
+        if stored["libraries"].get(n) != v
     ]
-    if now["version"] != told["version"]:
-        libraries.insert(0, f"Stillhook {told['version']} -> {now['version']}")
+    if now["version"] != stored["version"]:
+        libraries.insert(0, f"Stillhook {stored['version']} -> {now['version']}")
     with_them = f" ({', '.join(libraries)})" if libraries else ""
-    if now["code"] != told["code"]:
-        yield f"code of the twin: {told['code']} -> {now['code']}{with_them}."
-    if now["method"] != told["method"]:
-        yield f"code of the method: {told['method']} -> {now['method']}{with_them}."
+    if now["code"] != stored["code"]:
+        yield f"code of the twin: {stored['code']} -> {now['code']}{with_them}."
+    if now["method"] != stored["method"]:
+        yield f"code of the method: {stored['method']} -> {now['method']}{with_them}."
 
 
-def _lines(told: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
+def _lines(stored: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
     """Verdict lines that are other than they were."""
-    before, after = ({line["key"]: line for line in part["lines"]} for part in (told, now))
+    before, after = ({line["key"]: line for line in part["lines"]} for part in (stored, now))
     for key in {**before, **after}:
         x, y = (side[key]["verdict"] if key in side else "none" for side in (before, after))
         if x != y:
             yield f"{key}: {x} -> {y}: {after[key]['message'] if key in after else before[key]['message']}"
 
 
-def _envelope(told: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
+def _envelope(stored: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
     """Ranges of the envelope that come out otherwise by more than `ROUNDED`; where nothing is passed any more, the
     lines say so."""
-    before, after = (part["envelope"] or {} for part in (told, now))
+    before, after = (part["envelope"] or {} for part in (stored, now))
     if not after:
         return
     for name in sorted({*before, *after}):

@@ -68,10 +68,10 @@ def check_out(campaign: Campaign, folder: str | Path) -> None:
 def _ours(out: Path) -> bool:
     """Whether the numbers in a folder are those of a validation; other commands write a file of that name too."""
     try:
-        found = json.loads((out / NUMBERS).read_bytes())
+        summary = json.loads((out / NUMBERS).read_bytes())
     except (OSError, ValueError, RecursionError):
         return False
-    return isinstance(found, dict) and {"criteria", "whole", "verdict"} <= found.keys()
+    return isinstance(summary, dict) and {"criteria", "complete", "verdict"} <= summary.keys()
 
 
 def _crane_files(crane: Path) -> Iterator[Path]:
@@ -93,12 +93,12 @@ def save_validation(validation: Validation, folder: str | Path, *, certificate: 
     """
     out = Path(folder)
     check_out(validation.campaign, out)
-    with atomic_folder(out) as part:
-        drawn = pictures(validation)
-        content = {f"{stem}.png": data for stem, data in drawn.items()}
-        content[REPORT] = report(validation, drawn).encode()
-        if certificate and validation.whole:
-            content |= certificate_files(validation, drawn)
+    with whole_folder(out) as part:
+        images = pictures(validation)
+        content = {f"{stem}.png": data for stem, data in images.items()}
+        content[REPORT] = report(validation, images).encode()
+        if certificate and validation.complete:
+            content |= certificate_files(validation, images)
         tuned = _tuned(validation)
         if tuned is not None:
             content[TUNED] = tuned.encode()

@@ -1,4 +1,4 @@
-"""What a certificate says in words: the level of the twin, and what was not shown."""
+"""Texts of a certificate: the level of the twin, and what was not shown."""
 
 from __future__ import annotations
 
@@ -24,11 +24,14 @@ NOT_VERIFIED = Level(1, 1, "Level 1, variant 1: a model that data of a crane hav
 VERIFIED = Level(
     2,
     3,
-    "Level 2, variant 3: a model verified with batches of logs of the crane; not embedded, not in real time; updated by"
-    " hand only.",
+    "Level 2, variant 3: a model verified with batches of logs of the crane; not embedded, not in real time; updated"
+    " manually"
+    " only.",
 )
 
-SYNTHETIC = "SYNTHETIC: these logs were simulated, measured on no crane. Nothing here says anything about a real crane."
+SYNTHETIC = (
+    "SYNTHETIC: these logs were simulated, not measured on a crane. Nothing here says anything about a real crane."
+)
 
 LEFT_OUT = (
     "The temperature of the oil: friction, leakage and stiffness are those at the working temperature of the tests.",
@@ -42,8 +45,9 @@ LEFT_OUT = (
 
 ALWAYS = (
     (
-        "The verdict is on the crane file as it was given, on the code named here, and on these logs. It lapses when"
-        " one of them changes; stillhook certificate check tells."
+        "The verdict applies to the crane file as supplied, the code named here, and these logs. It lapses when one of"
+        " them changes;"
+        " stillhook certificate check verifies this."
     ),
     (
         "Conditions are judged one by one (a box). Not every combination inside the ranges was tested; between tests"
@@ -54,7 +58,8 @@ ALWAYS = (
         " was not compared."
     ),
     "Faults (loss of a hydraulic power unit, blackout, failed sensors) were not tested.",
-    "Numbers that step 4 proposes are no part of this twin until a crane file holds them and was validated again.",
+    "Values proposed by step 4 are not part of this twin until a crane file contains them and has been validated"
+    " again.",
 )
 
 
@@ -66,11 +71,8 @@ def certified_outcome(validation: Validation, envelope: Mapping[str, Any] | None
         label = validation.campaign.criteria.label
         return outcome, f"NOT ASSESSED: no criterion of {label} counts on these data, so that nothing was shown."
     if outcome is Outcome.PASSED and envelope is None:
-        said = (
-            "NOT SHOWN: no part of the logs with heave compensation could be compared, so that the twin is validated"
-            " for nothing."
-        )
-        return Outcome.NOT_SHOWN, said
+        text = "NOT SHOWN: no part of the logs with heave compensation could be compared, so the twin is not validated."
+        return Outcome.NOT_SHOWN, text
     return outcome, sentence(validation)
 
 
@@ -90,7 +92,7 @@ def level_of(passed: bool, synthetic: bool) -> Level:
 def limitations(validation: Validation, passed: bool) -> list[dict[str, Any]]:
     """What was synthetic, what was not shown, what holds always, and what the model leaves out: headings with their
     lines."""
-    found = {
+    sections = {
         "Synthetic data": [SYNTHETIC] if validation.campaign.synthetic else [],
         "Not shown by these data": list(_not_shown(validation)),
         unjudged.HEADING: unjudged.unjudged_says(validation),
@@ -98,7 +100,7 @@ def limitations(validation: Validation, passed: bool) -> list[dict[str, Any]]:
         "Left out of the model": list(LEFT_OUT),
         "What this method detects (simulated cranes with known defects)": list(detection_limits().sentences()),
     }
-    return [{"heading": heading, "lines": lines} for heading, lines in found.items() if lines]
+    return [{"heading": heading, "lines": lines} for heading, lines in sections.items() if lines]
 
 
 def _not_shown(validation: Validation) -> Iterator[str]:

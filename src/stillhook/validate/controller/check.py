@@ -1,9 +1,9 @@
-"""Step 2: the controller in isolation. What the PLC read goes into the simulated PLC, whose commands are compared with
-the logged ones.
+"""Step 2: the controller in isolation. The logged inputs of the PLC drive the simulated PLC, whose commands are
+compared with the logged ones.
 
 Source: Moslatt 2020 paper F, verification element 2 and criterion 3 ("controller inputs from measured data are used as
-inputs to the simulated controller"). Nothing of the winch is simulated here: a deviation is the controller's, or that
-of the logged inputs.
+inputs to the simulated controller"). The winch is not simulated here: a deviation is due to the controller or
+the logged inputs.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from stillhook.statistics.jackknife_regression import Estimate
 from stillhook.validate.controller.deviation import Deviation, deviations
 from stillhook.validate.controller.explain import causes, deviation_table, gain_table, statements
-from stillhook.validate.controller.inputs import lacking, stretches
+from stillhook.validate.controller.inputs import lacking, plc_segments
 from stillhook.validate.controller.law import Law, Run, joystick_gain, lag, law
 from stillhook.validate.controller.motor import MotorLaw, motor_laws, threshold
 from stillhook.validate.controller.rows import Rows, rows_of
@@ -41,8 +41,8 @@ class ControllerStep(Step):
 
 
 @dataclass(frozen=True)
-class Found:
-    """Everything that step 2 finds: see the functions that make it."""
+class ControllerEstimates:
+    """Estimates of step 2; see the functions that compute them."""
 
     runs: tuple[Run, ...]
     rows: Rows
@@ -61,45 +61,50 @@ def check_controller(campaign: Campaign, records: tuple[Record, ...], progress: 
     crane = campaign.crane
     runs = []
     for i, record in enumerate(records):
-        runs += [Run(s, s.told(crane)) for s in stretches(crane, record)]
+        runs += [Run(s, s.simulated_commands(crane)) for s in plc_segments(crane, record)]
         progress(0.3 * (i + 1) / len(records))
-    ahc = [r for r in runs if any(p.mode.value != "manual" for p in r.stretch.parts)]
+    ahc = [r for r in runs if any(p.mode.value != "manual" for p in r.segment.parts)]
     if not ahc:
         return _not_shown(records)
     rows = rows_of(runs, lag(runs, ahc=True), lag(runs, ahc=False), crane)
     progress(0.5)
-    names, own = dict.fromkeys(r.stretch.record.test.name for r in ahc), rows.evidence != "fine"
-    laws = {n: law([r for r in ahc if r.stretch.record.test.name == n], rows.aligned, own_noise=own) for n in names}
-    found = Found(
+    names, noisy = dict.fromkeys(r.segment.record.test.name for r in ahc), rows.evidence != "fine"
+    laws = {n: law([r for r in ahc if r.segment.record.test.name == n], rows.aligned, input_noise=noisy) for n in names}
+    estimates = ControllerEstimates(
         tuple(runs),
         rows,
         tuple(deviations(runs, rows.cycles)),
-        law(ahc, rows.aligned, own_noise=own),
+        law(ahc, rows.aligned, input_noise=noisy),
         {n: f for n, f in laws.items() if f is not None},
         joystick_gain(runs, rows.cycles),
         threshold(crane, runs, rows.cycles),
         tuple(motor_laws(crane, runs, rows.cycles)),
     )
     progress(0.9)
-    why = causes(campaign, found.runs, found.rows, found.law, found.laws, found.u_thr, found.motor_laws)
+    explanations = causes(
+        campaign, estimates.runs, estimates.rows, estimates.law, estimates.laws, estimates.u_thr, estimates.motor_laws
+    )
     return ControllerStep(
         StepNumber.CONTROLLER,
-        _measures(campaign, found, why),
-        statements(found.deviations, rows, why, runs, records),
-        (deviation_table(found.deviations), gain_table(crane, found.law, found.laws, found.K_op, found.u_thr)),
-        _data(found),
-        found.runs,
+        _measures(campaign, estimates, explanations),
+        statements(estimates.deviations, rows, explanations, runs, records),
+        (
+            deviation_table(estimates.deviations),
+            gain_table(crane, estimates.law, estimates.laws, estimates.K_op, estimates.u_thr),
+        ),
+        _data(estimates),
+        estimates.runs,
         rows,
-        found.law,
-        found.laws,
-        found.motor_laws,
-        found.deviations,
+        estimates.law,
+        estimates.laws,
+        estimates.motor_laws,
+        estimates.deviations,
     )
 
 
 def _not_shown(records: Sequence[Record]) -> Step:
-    why = next((w for r in records if (w := lacking(r))), "no log holds heave compensation with the PLC's inputs")
-    note = f"{why}: {NOT_LOGGED}"
+    reason = next((w for r in records if (w := lacking(r))), "no log holds heave compensation with the PLC's inputs")
+    note = f"{reason}: {NOT_LOGGED}"
     names = ("u_p_deviation", "u_m_deviation", "command_lag", "K_1_deviation")
     return Step(
         StepNumber.CONTROLLER,
@@ -108,14 +113,14 @@ def _not_shown(records: Sequence[Record]) -> Step:
     )
 
 
-def _measures(campaign: Campaign, found: Found, why: dict[str, str]) -> tuple[Measure, ...]:
-    out = [m for d in found.deviations for m in _of_test(d, why.get(d.signal, ""))]
-    if not any(d.signal == "u_m" and d.ahc for d in found.deviations):
+def _measures(campaign: Campaign, estimates: ControllerEstimates, explanations: dict[str, str]) -> tuple[Measure, ...]:
+    out = [m for d in estimates.deviations for m in _of_test(d, explanations.get(d.signal, ""))]
+    if not any(d.signal == "u_m" and d.ahc for d in estimates.deviations):
         out.append(
             Measure("u_m_deviation", None, note="u_m was not logged in heave compensation: log the motor command")
         )
-    seconds = f"{found.law.seconds:.0f} s of unsaturated compensation" if found.law else ""
-    lagging = found.rows.waves
+    seconds = f"{estimates.law.seconds:.0f} s of unsaturated compensation" if estimates.law else ""
+    lagging = estimates.rows.waves
     out.append(
         Measure(
             "command_lag",
@@ -124,20 +129,22 @@ def _measures(campaign: Campaign, found: Found, why: dict[str, str]) -> tuple[Me
             lagging.low,
             lagging.high,
             data=seconds,
-            note=why.get("lag", found.rows.said),
+            note=explanations.get("lag", estimates.rows.description),
         )
         if lagging
         else Measure("command_lag", None, note="the tip does not move in compensation: log AHC tests in waves")
     )
-    gains = found.runs[0].stretch.plc.gains
+    gains = estimates.runs[0].segment.plc.gains
     for name in ("K_1", "K_2", "K_p"):
-        e = getattr(found.law, name) if found.law else None
-        note = "; ".join(why[k] for k in (name, "K_wire") if k in why)
+        e = getattr(estimates.law, name) if estimates.law else None
+        note = "; ".join(explanations[k] for k in (name, "K_wire") if k in explanations)
         out.append(_share(f"{name}_deviation", e, getattr(gains, name), seconds, note))
     u_thr = campaign.crane.control.u_thr
-    e, never = found.u_thr, "the feedforward never passes the threshold for long: log waves that ask for more"
+    e, never = estimates.u_thr, "the feedforward does not exceed the threshold long enough: log higher waves"
     known = (
-        Measure("u_thr_difference", e.value - u_thr, "", e.low - u_thr, e.high - u_thr, note=why.get("u_thr", ""))
+        Measure(
+            "u_thr_difference", e.value - u_thr, "", e.low - u_thr, e.high - u_thr, note=explanations.get("u_thr", "")
+        )
         if e
         else None
     )
@@ -145,13 +152,13 @@ def _measures(campaign: Campaign, found: Found, why: dict[str, str]) -> tuple[Me
     return tuple(out)
 
 
-def _of_test(d: Deviation, why: str) -> list[Measure]:
+def _of_test(d: Deviation, explanations: str) -> list[Measure]:
     data = f"{d.seconds:.0f} s, worst sample {100.0 * d.worst:.2g} %, rms {100.0 * d.rms:.2g} %"
     if not d.ahc:
         return [Measure(f"{d.signal}_deviation_manual", d.high, "", *d.high_ends, test=f"test {d.test}", data=data)]
     place = f"test {d.test}"
     return [
-        Measure(f"{d.signal}_deviation", d.high, "", *d.high_ends, test=place, data=data, note=why),
+        Measure(f"{d.signal}_deviation", d.high, "", *d.high_ends, test=place, data=data, note=explanations),
         Measure(f"{d.signal}_deviation_mean", d.mean, "", *d.mean_ends, test=place, data=data),
     ]
 
@@ -159,27 +166,29 @@ def _of_test(d: Deviation, why: str) -> list[Measure]:
 def _share(name: str, e: Estimate | None, ours: float, data: str, note: str) -> Measure:
     if e is None or ours == 0.0:
         return Measure(
-            name, None, note="too little unsaturated compensation in the logs to tell the gain: log AHC tests in waves"
+            name,
+            None,
+            note=("too little unsaturated compensation in the logs to determine the gain: log AHC tests in waves"),
         )
     low, high = e.low / ours - 1.0, e.high / ours - 1.0
     return Measure(name, e.value / ours - 1.0, "", low, high, data=f"{data}, {e.blocks} blocks", note=note)
 
 
-def _data(found: Found) -> dict[str, object]:
+def _data(estimates: ControllerEstimates) -> dict[str, object]:
     def of(e: Estimate | None) -> dict[str, float] | None:
         return {"value": e.value, "low": e.low, "high": e.high} if e else None
 
-    law, rows = found.law, found.rows
+    law, rows = estimates.law, estimates.rows
     return {
         "cycles": rows.cycles,
         "rows_by": rows.evidence,
         "lag_waves": of(rows.waves),
         "lag_joystick": of(rows.joystick),
         "implied": {n: of(getattr(law, n)) for n in ("K_1", "K_2", "K_p", "K_op")} if law else None,
-        "K_1_joystick": of(found.K_op),
-        "u_thr": of(found.u_thr),
+        "K_1_joystick": of(estimates.K_op),
+        "u_thr": of(estimates.u_thr),
         "deviations": [
             {n: getattr(d, n) for n in ("test", "signal", "ahc", "mean", "rms", "high", "worst", "seconds")}
-            for d in found.deviations
+            for d in estimates.deviations
         ],
     }

@@ -1,4 +1,4 @@
-"""How far logged commands are from simulated ones, as a share of full command, test by test."""
+"""Deviation of logged from simulated commands, as a share of full command, test by test."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from stillhook.statistics.block_bootstrap import interval
 from stillhook.validate.controller.law import Run, shifted
 
 ROW = 5.0  # s that a row of the bootstrap sums up
-HIGH = 0.95  # quantile that is judged
+HIGH = 0.95  # judged quantile
 EDGES = np.concatenate([[0.0], np.geomspace(1e-5, 2.1, 120)])
 
 
 @dataclass(frozen=True)
 class Deviation:
     """|measured - simulated| of one command in one test, share of full command: mean with interval, rms, 95 % quantile
-    with interval, worst; seconds that it rests on; ahc: in compensation, else in manual mode."""
+    with interval, worst; seconds of data; ahc: in compensation, else in manual mode."""
 
     test: str
     signal: str
@@ -35,27 +35,27 @@ class Deviation:
 
 
 def deviations(runs: Sequence[Run], cycles: int) -> list[Deviation]:
-    """Of u_p and u_m, of each test in compensation and in manual mode. cycles: by which logged commands are later than
-    their inputs."""
-    found = []
-    for test in dict.fromkeys(r.stretch.record.test.name for r in runs):
-        mine = [r for r in runs if r.stretch.record.test.name == test]
+    """Of u_p and u_m, of each test in compensation and in manual mode. cycles: lag of logged commands behind their
+    inputs."""
+    result = []
+    for test in dict.fromkeys(r.segment.record.test.name for r in runs):
+        same = [r for r in runs if r.segment.record.test.name == test]
         for ahc in (True, False):
             for signal in ("u_p", "u_m"):
-                parts = [d for r in mine for d in differences(r, signal, cycles, ahc=ahc)]
+                parts = [d for r in same for d in differences(r, signal, cycles, ahc=ahc)]
                 if parts:
-                    found.append(_of(test, signal, ahc, parts, mine[0].stretch.record.step))
-    return found
+                    result.append(_of(test, signal, ahc, parts, same[0].segment.record.step))
+    return result
 
 
 def difference(run: Run, signal: str, cycles: int) -> FloatArray | None:
-    """Measured less simulated command over a stretch (n,), NaN where nothing is known of it or of the motors'
-    displacement; None where it was not logged."""
-    s = run.stretch
+    """Measured less simulated command over a stretch (n,), NaN where it or the motors' displacement is
+    unknown; None where it was not logged."""
+    s = run.segment
     measured, T = s.u_p if signal == "u_p" else s.u_m, s.record.step
     if measured is None:
         return None
-    d = shifted(measured, -cycles * T, T) - getattr(run.told, signal)
+    d = shifted(measured, -cycles * T, T) - getattr(run.simulated, signal)
     if signal == "u_p":
         d = np.where(s.seen.braked > 0.0, np.nan, d)  # behind the brake the pumps follow pressures
     return d if s.settled is None else np.where(s.settled, d, np.nan)
@@ -66,8 +66,8 @@ def differences(run: Run, signal: str, cycles: int, *, ahc: bool) -> list[FloatA
     d = difference(run, signal, cycles)
     if d is None:
         return []
-    found = [d[run.stretch.within(p)] for p in run.stretch.parts if (p.mode.value != "manual") == ahc]
-    return [x for p in found if len(x := p[np.isfinite(p)])]
+    parts = [d[run.segment.within(p)] for p in run.segment.parts if (p.mode.value != "manual") == ahc]
+    return [x for p in parts if len(x := p[np.isfinite(p)])]
 
 
 def _of(test: str, signal: str, ahc: bool, parts: list[FloatArray], step: float) -> Deviation:
@@ -103,5 +103,5 @@ def _quantile(rows: FloatArray) -> float:
 
 
 def manual(run: Run) -> bool:
-    """Whether a stretch holds no compensation at all."""
-    return bool((run.stretch.seen.mode == MANUAL).all())
+    """Whether a segment has no compensation at all."""
+    return bool((run.segment.seen.mode == MANUAL).all())

@@ -1,4 +1,4 @@
-"""Step 2 in words: what is off and by how much, statements and tables."""
+"""Step 2 in words: deviations and their size, statements and tables."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.data_set.records.saturation import FLAT, FULL, ends_of
 
-TOLD = {"K_1": 0.01, "K_2": 0.1, "K_p": 0.1}
-"""Shares from which a gain that is off is named: below, nobody would look for it."""
-TOLD_U_THR = 0.01
-TOLD_SETTING = 0.01
+LEAST_SHARE = {"K_1": 0.01, "K_2": 0.1, "K_p": 0.1}
+"""Relative deviations from which a gain is reported."""
+LEAST_U_THR = 0.01
+LEAST_SETTING = 0.01
 QUANTITY = {"K_1": "time_per_length", "K_2": "time_squared_per_length", "K_p": "gain_per_length"}
 
 
@@ -36,32 +36,32 @@ def causes(
     u_thr: Estimate | None,
     motors: Sequence[MotorLaw],
 ) -> dict[str, str]:
-    """What is off, a line each, under what it is about: K_1, K_2, K_p, K_wire, u_thr, mode, setting, lag, clip; "u_p"
+    """Deviations, one line each, by subject: K_1, K_2, K_p, K_wire, u_thr, mode, setting, lag, clip; "u_p"
     and "u_m" repeat the first that explains a deviation of that command."""
     crane, out = campaign.crane, {}
     if rows.late and rows.waves is not None:
         out["lag"] = _late(rows.waves.value, crane)
     if law is not None:
         ours = gains(crane)
-        for name, least in TOLD.items():
-            e, own = getattr(law, name), getattr(ours, name)
-            if e is None or not own > 0.0 or (rows.late and name == "K_2"):
+        for name, least in LEAST_SHARE.items():
+            e, file_value = getattr(law, name), getattr(ours, name)
+            if e is None or not file_value > 0.0 or (rows.late and name == "K_2"):
                 continue
-            share = e.value / own - 1.0
-            if abs(share) > least and significant(e, own):
-                log, file = say(e.value, QUANTITY[name]), say(own, QUANTITY[name])
+            share = e.value / file_value - 1.0
+            if abs(share) > least and significant(e, file_value):
+                log, file = say(e.value, QUANTITY[name]), say(file_value, QUANTITY[name])
                 out[name] = f"{name} {log} in the log's commands, {file} in the crane file ({_percent(share)})"
-        if told := _by_case(laws):
-            out["K_wire"] = told
+        if text := _by_case(laws):
+            out["K_wire"] = text
             for name in ("K_2", "K_p"):
-                out.pop(name, None)  # they stand on the same wrong ratio
+                out.pop(name, None)  # they depend on the same wrong ratio
     clip = _clipped(runs)
     if clip:
         out["clip"] = clip
     if (
         u_thr is not None
         and not rows.late
-        and abs(u_thr.value - crane.control.u_thr) > TOLD_U_THR
+        and abs(u_thr.value - crane.control.u_thr) > LEAST_U_THR
         and significant(u_thr, crane.control.u_thr)
     ):
         out["u_thr"] = (
@@ -70,7 +70,7 @@ def causes(
     for m in motors:
         if m.follows is not None:
             out["mode"] = f'test {m.test}: the motor command follows mode "{m.follows}", the log says "{m.mode}"'
-        elif m.setting is not None and m.wanted is not None and abs(m.setting - m.wanted) > TOLD_SETTING:
+        elif m.setting is not None and m.wanted is not None and abs(m.setting - m.wanted) > LEAST_SETTING:
             out["setting"] = (
                 f"test {m.test}, mode {m.mode}: motors commanded to {m.setting:.3g}, by the crane file to"
                 f" {m.wanted:.3g}"
@@ -88,7 +88,8 @@ def _late(value: float, crane: Crane) -> str:
     )
     if value < 0.0:
         return (
-            f"the tip's motion in the log is {ms} later than what the PLC's commands follow: not the PLC's own signal,"
+            f"the tip's motion in the log is {ms} later than the motion that the PLC's commands follow: not the PLC's"
+            " own signal,"
             f" {other}"
         )
     return f"the commands follow the logged tip motion {ms} late: it reaches the PLC later than the log, {other}"
@@ -105,17 +106,17 @@ def _by_case(laws: Mapping[str, Law]) -> str:
         return ""
     a, b = (say(known[n].value, QUANTITY["K_1"]) for n in (low, high))
     return (
-        f"K_1 {a} in test {low} and {b} in test {high}: the layer that K_wire is reckoned with, or the share of the"
-        " pumps that run"
+        f"K_1 {a} in test {low} and {b} in test {high}: the layer used for K_wire, or the share of the pumps in"
+        " operation"
     )
 
 
 def _clipped(runs: Sequence[Run]) -> str:
     for run in runs:
-        lo, hi = ends_of(run.stretch.u_p, run.told.u_raw, run.stretch.record.step)
+        lo, hi = ends_of(run.segment.u_p, run.simulated.u_raw, run.segment.record.step)
         end = min(-lo, hi) + FLAT
-        if end < FULL and float(np.abs(run.told.u_p).max()) > end + 0.02:
-            where = f"test {run.stretch.record.test.name}"
+        if end < FULL and float(np.abs(run.simulated.u_p).max()) > end + 0.02:
+            where = f"test {run.segment.record.test.name}"
             return (
                 f"{where}: the logged pump commands stop at {100.0 * end:.3g} % of full command, the simulated ones at"
                 " 100 %"
@@ -128,7 +129,11 @@ def _percent(share: float) -> str:
 
 
 def statements(
-    deviations: Sequence[Deviation], rows: Rows, why: Mapping[str, str], runs: Sequence[Run], records: Sequence[Record]
+    deviations: Sequence[Deviation],
+    rows: Rows,
+    explanations: Mapping[str, str],
+    runs: Sequence[Run],
+    records: Sequence[Record],
 ) -> tuple[str, ...]:
     """Lines for the reader, the most important first."""
     out = []
@@ -136,14 +141,14 @@ def statements(
         worst = max((d for d in deviations if d.signal == signal and d.ahc), key=lambda d: d.high, default=None)
         if worst is not None:
             out.append(
-                f"The simulated controller gives the logged {name} command to within {_share(worst.high)} of full"
+                f"The simulated controller reproduces the logged {name} command to within {_share(worst.high)} of full"
                 f" command, 95 % of the time (test {worst.test}, the worst; mean {_share(worst.mean)}, worst sample"
                 f" {_share(worst.worst)})."
             )
-    out += [f"Off: {text}." for key, text in why.items() if key not in ("u_p", "u_m")]
-    out.append(f"{rows.said[0].upper()}{rows.said[1:]}.")
+    out += [f"Deviation: {text}." for key, text in explanations.items() if key not in ("u_p", "u_m")]
+    out.append(f"{rows.description[0].upper()}{rows.description[1:]}.")
     out += _made_up(runs)
-    out += [f"Test {r.test.name} says nothing of the controller: {lack}." for r in records if (lack := lacking(r))]
+    out += [f"Test {r.test.name} cannot be used for the controller: {lack}." for r in records if (lack := lacking(r))]
     return tuple(out)
 
 
@@ -154,8 +159,8 @@ def _share(x: float) -> str:
 def _made_up(runs: Sequence[Run]) -> list[str]:
     notes: dict[str, list[str]] = {}
     for run in runs:
-        for note in run.stretch.notes:
-            notes.setdefault(note, []).append(run.stretch.record.test.name)
+        for note in run.segment.notes:
+            notes.setdefault(note, []).append(run.segment.record.test.name)
     tests = {n: list(dict.fromkeys(names)) for n, names in notes.items()}
     return [f"Test{'s' if len(t) > 1 else ''} {', '.join(t)}: {note}." for note, t in tests.items()]
 
@@ -173,10 +178,10 @@ def deviation_table(deviations: Sequence[Deviation]) -> Table:
 def gain_table(
     crane: Crane, law: Law | None, laws: Mapping[str, Law], K_op: Estimate | None, u_thr: Estimate | None
 ) -> Table:
-    """Gains that the logged commands imply, by test, with those of the crane file."""
+    """Gains implied by the logged commands, by test, with those of the crane file."""
     g = gains(crane)
-    own = ("crane file", *(f"{x:.4g}" for x in (g.K_1, g.K_2, g.K_p, crane.control.u_thr)))
-    rows = [own, *((f"test {n}", _e(f.K_1), _e(f.K_2), _e(f.K_p), "") for n, f in laws.items())]
+    file_row = ("crane file", *(f"{x:.4g}" for x in (g.K_1, g.K_2, g.K_p, crane.control.u_thr)))
+    rows = [file_row, *((f"test {n}", _e(f.K_1), _e(f.K_2), _e(f.K_p), "") for n, f in laws.items())]
     if law is not None:
         rows.append(("all", _e(law.K_1), _e(law.K_2), _e(law.K_p), _e(u_thr)))
     if K_op is not None:

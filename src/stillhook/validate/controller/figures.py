@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SHOWN = 60.0
-"""Length of the stretch that is drawn of a test [s]."""
+"""Plotted length of a test [s]."""
 MOST = 3
-"""Tests that are drawn side by side."""
+"""Number of tests plotted side by side."""
 POINTS = 3000
 """Samples of a cloud."""
 ALLOWED = 3.0
@@ -39,7 +39,7 @@ def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict
     """Pictures of step 2 by name; none where no command could be compared."""
     if not isinstance(step, ControllerStep) or step.rows is None:
         return {}
-    runs = [r for r in step.runs if any(p.mode is not Mode.MANUAL for p in r.stretch.parts)]
+    runs = [r for r in step.runs if any(p.mode is not Mode.MANUAL for p in r.segment.parts)]
     out = {
         "commands": _commands(runs, step.rows.cycles, campaign),
         "deviation": _exceedance(runs, step.rows.cycles, campaign),
@@ -54,16 +54,16 @@ def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict
 
 def _shown(runs: Sequence[Run]) -> list[tuple[Run, slice]]:
     """One stretch of each test, about the largest command in it; of many tests those with the largest ones."""
-    found: dict[str, tuple[float, Run, slice]] = {}
+    largest: dict[str, tuple[float, Run, slice]] = {}
     for run in runs:
-        u, T = np.abs(run.stretch.u_p), run.stretch.record.step
+        u, T = np.abs(run.segment.u_p), run.segment.record.step
         at, n = int(np.nanargmax(u)), round(SHOWN / T)
         first = int(np.clip(at - n // 2, 0, max(0, len(u) - n)))
-        name, top = run.stretch.record.test.name, float(u[at])
-        if name not in found or top > found[name][0]:
-            found[name] = (top, run, slice(first, first + n))
-    best = sorted(found, key=lambda n: -found[n][0])[:MOST]
-    return [found[n][1:] for n in found if n in best]
+        name, top = run.segment.record.test.name, float(u[at])
+        if name not in largest or top > largest[name][0]:
+            largest[name] = (top, run, slice(first, first + n))
+    best = sorted(largest, key=lambda n: -largest[n][0])[:MOST]
+    return [largest[n][1:] for n in largest if n in best]
 
 
 def _commands(runs: Sequence[Run], cycles: int, campaign: Campaign) -> Figure:
@@ -76,13 +76,15 @@ def _commands(runs: Sequence[Run], cycles: int, campaign: Campaign) -> Figure:
         sharex="col",
     )
     for column, (run, part) in zip(axes.T, shown, strict=True):
-        s = run.stretch
+        s = run.segment
         t = s.record.t[s.first : s.last][part]
         for ax, signal in zip(column[:2], ("u_p", "u_m"), strict=True):
             measured = getattr(s, signal)
             if measured is not None:
                 ax.plot(t, 100.0 * measured[part], color=MEASURED, lw=1.6, label="measured")
-            ax.plot(t, 100.0 * getattr(run.told, signal)[part], color=SIMULATED, lw=1.0, ls="--", label="simulated")
+            ax.plot(
+                t, 100.0 * getattr(run.simulated, signal)[part], color=SIMULATED, lw=1.0, ls="--", label="simulated"
+            )
         for signal, colour, label in (("u_p", COLOURS[2], "pump"), ("u_m", COLOURS[3], "motor")):
             d = difference(run, signal, cycles)
             if d is not None:
@@ -104,7 +106,7 @@ def _commands(runs: Sequence[Run], cycles: int, campaign: Campaign) -> Figure:
 
 
 def _room(ax: Any) -> None:
-    """What criterion 3 allows, where the deviations come near to it."""
+    """The limit of criterion 3, where the deviations come near it."""
     top = float(np.abs(ax.get_ylim()).max())
     if top > 0.2 * ALLOWED:
         for y in (-ALLOWED, ALLOWED):
@@ -114,13 +116,13 @@ def _room(ax: Any) -> None:
 
 def _exceedance(runs: Sequence[Run], cycles: int, campaign: Campaign) -> Figure:
     figure, axes = axes_of(
-        1, 2, (10.0, 4.6), marked(campaign, "How often the commands deviate by more"), sharey=True, sharex=True
+        1, 2, (10.0, 4.6), marked(campaign, "Exceedance of the deviation of the commands"), sharey=True, sharex=True
     )
-    names = list(dict.fromkeys(r.stretch.record.test.name for r in runs))
-    for ax, signal, what in zip(axes[0], ("u_p", "u_m"), ("pump", "motor"), strict=True):
+    names = list(dict.fromkeys(r.segment.record.test.name for r in runs))
+    for ax, signal, machine in zip(axes[0], ("u_p", "u_m"), ("pump", "motor"), strict=True):
         for colour, name in zip(COLOURS * 3, names, strict=False):
             parts = [
-                d for r in runs if r.stretch.record.test.name == name for d in differences(r, signal, cycles, ahc=True)
+                d for r in runs if r.segment.record.test.name == name for d in differences(r, signal, cycles, ahc=True)
             ]
             if parts:
                 size = np.sort(100.0 * np.abs(np.concatenate(parts)))
@@ -134,9 +136,9 @@ def _exceedance(runs: Sequence[Run], cycles: int, campaign: Campaign) -> Figure:
                 )
         ax.axvline(ALLOWED, color=GREY, ls=":", lw=1.2, label="criterion 3: at most 3 %")
         ax.axhline(5.0, color=GREY, ls="--", lw=0.8, label="5 % of the time")
-        ax.set_xlabel(f"deviation of the {what} command [% of full command]")
+        ax.set_xlabel(f"deviation of the {machine} command [% of full command]")
     axes[0, 0].set(
-        xscale="log", yscale="log", ylim=(0.05, 120.0), xlim=(1e-3, 100.0), ylabel="share of the time with more [%]"
+        xscale="log", yscale="log", ylim=(0.05, 120.0), xlim=(1e-3, 100.0), ylabel="share of time exceeded [%]"
     )
     legend_below(figure, (axes[0, 0],), min(len(names) + 2, 6))
     return figure
@@ -147,17 +149,17 @@ def _motor_law(laws: Sequence[MotorLaw], campaign: Campaign) -> Figure:
         1, 1, (7.0, 5.2), marked(campaign, "Motor command over the feedforward in the logged pump command")
     )
     ax, x = axes[0, 0], np.linspace(0.0, 1.0, 201)
-    drawn: dict[tuple[Mode, float], MotorLaw] = {}
+    curves: dict[tuple[Mode, float], MotorLaw] = {}
     for m in laws:
-        drawn.setdefault((m.mode, round(m.lowest, 2)), m)
-    for (mode, lowest), style in zip(drawn, ("-", "--", ":", "-.") * 3, strict=False):
+        curves.setdefault((m.mode, round(m.lowest, 2)), m)
+    for (mode, lowest), style in zip(curves, ("-", "--", ":", "-.") * 3, strict=False):
         ax.plot(
             x,
             [_law(float(u), mode, lowest, campaign.crane) for u in x],
             style,
             color="#000000",
             lw=1.2,
-            label=f"twin, {mode.value}, keeps {lowest:g}",
+            label=f"twin, {mode.value}, minimum {lowest:g}",
         )
     for colour, m in zip(COLOURS * 3, laws, strict=False):
         every = max(1, len(m.u_ff) // POINTS)
@@ -173,7 +175,7 @@ def _motor_law(laws: Sequence[MotorLaw], campaign: Campaign) -> Figure:
     ax.axvline(campaign.crane.control.u_thr, color=GREY, lw=0.8, ls=":")
     ax.set(
         xlim=(0.0, 1.05),
-        ylim=(min(0.5, min(n for _, n in drawn) - 0.05), 1.05),
+        ylim=(min(0.5, min(n for _, n in curves) - 0.05), 1.05),
         xlabel="|u_ff| [-]",
         ylabel="motor command [-]",
     )
@@ -191,28 +193,28 @@ def _gains(law: Law, laws: Mapping[str, Law], campaign: Campaign) -> Figure:
         1,
         3,
         (10.0, 1.8 + 0.35 * (len(laws) + 1)),
-        marked(campaign, "Gains in the logged commands, off the crane file's"),
+        marked(campaign, "Gains in the logged commands, deviation from the crane file's"),
         sharey=True,
     )
     ours = gains(campaign.crane)
     rows = [*laws.items(), ("all", law)]
     for ax, name in zip(axes[0], ("K_1", "K_2", "K_p"), strict=True):
-        own = getattr(ours, name)
-        for k, (_, found) in enumerate(rows):
-            e = getattr(found, name)
-            if e is not None and own > 0.0:
+        file_value = getattr(ours, name)
+        for k, (_, gains_of_row) in enumerate(rows):
+            e = getattr(gains_of_row, name)
+            if e is not None and file_value > 0.0:
                 ax.errorbar(
-                    100.0 * (e.value / own - 1.0),
+                    100.0 * (e.value / file_value - 1.0),
                     k,
-                    xerr=100.0 * e.half / own,
+                    xerr=100.0 * e.half / file_value,
                     fmt="o",
                     ms=4,
                     capsize=3,
-                    color=COLOURS[1] if found is law else MEASURED,
+                    color=COLOURS[1] if gains_of_row is law else MEASURED,
                 )
         ax.axvline(0.0, color=GREY, lw=1.0)
         reach = max(1.0, 1.15 * float(np.abs(ax.get_xlim()).max()))
-        ax.set(xlim=(-reach, reach), xlabel=f"{name} [% off], 95 % interval")
+        ax.set(xlim=(-reach, reach), xlabel=f"{name} [% deviation], 95 % interval")
     axes[0, 0].set_yticks(range(len(rows)), [n if n == "all" else f"test {n}" for n, _ in rows])
     axes[0, 0].set_ylim(len(rows) - 0.5, -0.5)
     return figure

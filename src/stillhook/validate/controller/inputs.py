@@ -1,4 +1,4 @@
-"""What the PLC of a crane read, cycle by cycle, out of a record: inputs of the simulated controller."""
+"""Inputs of a crane's PLC, cycle by cycle, from a record: inputs of the simulated controller."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ from stillhook.validate.ahc.replay import LEAST_SPEED
 from stillhook.validate.data_set.records.record import Record, Segment
 from stillhook.validate.data_set.records.transients import filled
 
-SHORTEST = 5.0  # s: a stretch must outlast the bumpless start of the PLC's memory
+SHORTEST = 5.0  # s: a segment must be longer than the bumpless start of the PLC's memory
 DERIVATIVE = {1: (3, 0.25), 2: (5, 0.5)}
 """Degree of the polynomial, and half width of the window [s] in which it gives the first and second derivative of a
 noisy signal: 2 mm of white noise on a 100 Hz signal leave 5 mm/s and 2 cm/s^2, and a wave of 3 s loses 0.02 and 0.15 %
 of them."""
-MOVED = 0.1  # m: a reference that wanders more than this was moved by somebody
-STANDS = 21.0  # s: a set-point stands for half as long at least; waves come and go within
-ROUNDS = 3  # of motor command and displacement, each following from the other
+MOVED = 0.1  # m: a reference that drifts by more was moved by the operator
+STANDS = 21.0  # s: a set-point is constant for half as long at least; waves are shorter
+ROUNDS = 3  # rounds of motor command and displacement, each derived from the other
 HELD = 2e-3  # spread of a motor command that is held by the operator
 
 
 @dataclass(frozen=True)
-class Stretch:
-    """An unbroken part of a record with everything that the PLC needs.
+class PlcSegment:
+    """An uninterrupted part of a record with all inputs of the PLC.
 
-    first, last: samples [first, last) of the record; parts: its segments; seen, memory: what goes into the PLC; plc:
-    its settings, with the cycle of the record and the displacement that the operator holds; u_p, u_m, e_c: what was
-    logged (n,), None where it was not; settled: samples at which the motors' displacement is known (n,), None where
-    all; notes: what was made up for signals that are missing.
+    first, last: samples [first, last) of the record; parts: its segments; seen, memory: inputs and state of the PLC;
+    plc: its settings, with the cycle of the record and the displacement that the operator holds; u_p, u_m, e_c: logged
+    signals (n,), None where not logged; settled: samples at which the motors' displacement is known (n,), None where
+    all; notes: substitutes for missing signals.
     """
 
     record: Record
@@ -59,9 +59,9 @@ class Stretch:
         """A segment's samples, counted from the start of the stretch."""
         return slice(part.first - self.first, part.last - self.first)
 
-    def told(self, crane: Crane) -> Commands:
-        """What the simulated PLC commands over these inputs."""
-        p_hp = np.zeros(self.last - self.first)  # moves the passive pumps alone
+    def simulated_commands(self, crane: Crane) -> Told:
+        """Commands of the simulated PLC for these inputs."""
+        p_hp = np.zeros(self.last - self.first)  # affects the passive pumps only
         return plc_alone(self.seen, p_hp, self.memory, self.plc, active_record(crane).control)[0]
 
     def foreseen(self) -> Seen:
@@ -70,7 +70,7 @@ class Stretch:
 
 
 def wire_ratio(crane: Crane, s_w: FloatArray) -> FloatArray:
-    """K_wire of the layer in use at every wire length s_w [m], as the PLC reckons it [-]."""
+    """K_wire of the layer in use at every wire length s_w [m], as calculated by the PLC [-]."""
     drum = drum_record(crane)
     usable = np.clip(s_w, 0.0, drum.L_full)
     # The layer is a staircase: its edges once, then a look-up.
@@ -90,32 +90,32 @@ def derivative(x: FloatArray, step: float, order: int = 1) -> FloatArray:
 
 
 def lacking(record: Record) -> str:
-    """Why a record can say nothing of the controller, "" where it can."""
+    """Reason why a record cannot be used for the controller, "" where it can."""
     missing = [name for name in ("u_p", "s_w") if not record.has(name)]
     if not record.has("s_tip") and not record.has("v_op"):
         missing.append("s_tip (or v_op)")
     return f"{', '.join(missing)} not logged" if missing else ""
 
 
-def stretches(crane: Crane, record: Record, *, blind: bool = False) -> tuple[Stretch, ...]:
-    """The parts of a record that the simulated PLC can be run over. blind: those in manual mode without a joystick as
-    well, as at rest.
+def plc_segments(crane: Crane, record: Record, *, blind: bool = False) -> tuple[PlcSegment, ...]:
+    """The parts of a record on which the simulated PLC can run. blind: also those in manual mode without a joystick
+    signal, as at rest.
 
-    A stretch goes on through changes of mode and through what no segment holds, as the PLC does; its parts are what
-    counts.
+    A PLC segment continues through changes of mode and gaps between segments, as the PLC does; only its parts
+    count.
     """
     if not record.has("u_p", "s_w"):
         return ()
     mode = modes_of(record)
     asks = np.where(
         mode == MANUAL, record.has("v_op") or blind, record.has("s_tip")
-    )  # else what was asked for is unknown
+    )  # otherwise the requested motion is unknown
     needed = [n for n in ("s_tip", "v_tip", "a_tip", "s_w", "v_op", "alpha_m", "u_p") if record.has(n)]
     known = np.isfinite(mode) & asks & np.all([np.isfinite(record.signals[n]) for n in needed], axis=0)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(int)))
     runs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
-    found = (_stretch(crane, record, mode, a, b) for a, b in runs if (b - a) * record.step >= SHORTEST)
-    return tuple(s for s in found if s.parts)
+    segments = (_plc_segment(crane, record, mode, a, b) for a, b in runs if (b - a) * record.step >= SHORTEST)
+    return tuple(s for s in segments if s.parts)
 
 
 def modes_of(record: Record) -> FloatArray:
@@ -128,7 +128,7 @@ def modes_of(record: Record) -> FloatArray:
     return mode
 
 
-def _stretch(crane: Crane, record: Record, mode: FloatArray, a: int, b: int) -> Stretch:
+def _plc_segment(crane: Crane, record: Record, mode: FloatArray, a: int, b: int) -> PlcSegment:
     notes: list[str] = []
     parts = tuple(p for s in record.segments if (p := _cut(s, a, b)) is not None)
     x = {name: values[a:b] for name, values in record.signals.items()}
@@ -142,7 +142,7 @@ def _stretch(crane: Crane, record: Record, mode: FloatArray, a: int, b: int) -> 
     s_op = s_op if moved is None else s_op - moved
     F = _mostly(x.get("F_w"))
     if F is None:
-        notes.append("the load cell was not logged: the stated load stands in")
+        notes.append("the load cell was not logged: the stated load is used")
         F = one * ((parts[0].load if parts else 0.0) + crane.hook_mass) * G
     plc = plc_record(crane)._replace(t_cycle=record.step)
     braked = on_brake(mode[a:b], v_op, x["u_p"], plc.brake, record.step) if "v_op" in x else zero > 0.0
@@ -162,17 +162,17 @@ def _stretch(crane: Crane, record: Record, mode: FloatArray, a: int, b: int) -> 
         x["u_p"],
     )
     memory = _memory(record, mode, a, datum, F, e_c is not None, u_m is not None)
-    bare = Stretch(record, a, b, parts, seen, memory, plc, x["u_p"], u_m, e_c, None, ())
+    bare = PlcSegment(record, a, b, parts, seen, memory, plc, x["u_p"], u_m, e_c, None, ())
     known = _with_displacement(crane, bare, x.get("alpha_m"), notes)
     return replace(_with_held(crane, known, notes), notes=tuple(notes))
 
 
 def on_brake(mode: FloatArray, v_op: FloatArray, u_p: FloatArray, brake: BrakeSettings, step: float) -> BoolArray:
-    """Samples at which the holding brake may not be open (n,): from t_wait at zero speed in manual mode on, until it is
-    open for certain.
+    """Samples at which the holding brake may be closed (n,): from t_wait at zero speed in manual mode until it is
+    certainly open.
 
-    That is t_most + t_open after a speed or a mode is asked for, or where the pumps' command goes beyond what they get
-    against a closed brake. A log that begins at zero speed begins on the brake.
+    That is t_most + t_open after a speed or a mode is requested, or where the pumps' command exceeds its limit against
+    a closed brake. A log that begins at zero speed begins on the brake.
     """
     out = np.zeros(len(mode), dtype=bool)
     if not brake.fitted:
@@ -192,7 +192,7 @@ def on_brake(mode: FloatArray, v_op: FloatArray, u_p: FloatArray, brake: BrakeSe
 
 
 def _mostly(x: FloatArray | None) -> FloatArray | None:
-    """A signal with its holes bridged, None where less than half of it is known."""
+    """A signal with its gaps bridged, None where less than half of it is known."""
     return None if x is None or np.isfinite(x).mean() < 0.5 else filled(x)
 
 
@@ -200,8 +200,8 @@ def _memory(
     record: Record, mode: FloatArray, a: int, datum: float, F: FloatArray, e_c_logged: bool, u_m_logged: bool
 ) -> Memory:
     """The PLC's memory before a stretch. Where the mode changes just there, its commands start from the last ones that
-    were logged, and the reference is laid anew where compensation starts, unless the logged error tells where it
-    lies."""
+    were logged, and the reference is set again where compensation starts, unless it is known from the logged
+    error."""
     at = a - 1 if a > 0 and np.isfinite(mode[a - 1]) and np.isfinite(record.signals["u_p"][a - 1]) else a
     before = mode[at]
     if before == MANUAL and mode[a] > MANUAL and e_c_logged:
@@ -234,7 +234,7 @@ def _cut(part: Segment, a: int, b: int) -> Segment | None:
 
 
 def _tip(x: dict[str, FloatArray], s_tip: FloatArray, step: float, notes: list[str]) -> tuple[FloatArray, FloatArray]:
-    """Speed and acceleration of the tip; derivatives of what was logged where they were not."""
+    """Speed and acceleration of the tip; derivatives of logged signals where not logged."""
     v_tip = x.get("v_tip")
     if v_tip is None:
         v_tip = derivative(s_tip, step)
@@ -253,18 +253,21 @@ def _tip(x: dict[str, FloatArray], s_tip: FloatArray, step: float, notes: list[s
 def _datum(
     bare: FloatArray, e_c: FloatArray | None, ahc: BoolArray, starts: bool, step: float, notes: list[str]
 ) -> tuple[float, FloatArray | None]:
-    """Datum of the wire's reference at the start [m], and what moves the reference beside tip and joystick [m], None
-    where nothing does.
+    """Datum of the wire's reference at the start [m], and the motion of the reference in addition to tip and
+    joystick [m], None without.
 
     starts: compensation starts inside the stretch, or with it.
-    e_c = datum + moved - bare, where bare = s_w - s_tip + s_op. Without a logged error: laid where compensation starts
-    in the log, else one constant that makes the mean error zero, since the log cannot tell a standing offset from it.
+    e_c = datum + moved - bare, where bare = s_w - s_tip + s_op. Without a logged error: set where compensation starts
+    in the log, or else one constant that makes the mean error zero, since the log cannot distinguish a constant offset
+    from it.
     """
     if not ahc.any():
         return float(bare[0]), None
     if e_c is None:
-        how = "laid where compensation starts in the log" if starts else "one constant, so that the mean error is zero"
-        notes.append(f"the AHC error was not logged: the wire's reference is {how}")
+        datum_rule = (
+            "set where compensation starts in the log" if starts else "a constant that makes the mean error zero"
+        )
+        notes.append(f"the AHC error was not logged: the wire's reference is {datum_rule}")
         return float(bare[0] if starts else bare[ahc].mean()), None
     reference = e_c + bare
     datum = float(np.median(reference[ahc]))
@@ -272,35 +275,35 @@ def _datum(
     slow = median_filter(np.where(ahc, reference - datum, 0.0)[::every], n, mode="nearest")
     if np.ptp(slow) < MOVED:
         return datum, None
-    notes.append("the reference moves by more than the joystick asks for: its set-point is taken from the logged error")
+    notes.append("the reference moves by more than the joystick requests: its set-point is taken from the logged error")
     return datum, np.repeat(slow, every)[: len(bare)]
 
 
-def _with_displacement(crane: Crane, s: Stretch, alpha_m: FloatArray | None, notes: list[str]) -> Stretch:
-    """The stretch with the motors' displacement as the PLC knows it; what was not logged follows from the commands by
-    the servo."""
+def _with_displacement(crane: Crane, s: PlcSegment, alpha_m: FloatArray | None, notes: list[str]) -> PlcSegment:
+    """The segment with the motors' displacement as the PLC knows it; derived from the commands by the servo where not
+    logged."""
     if active_record(crane).control.feedback == 0.0:
-        return s  # the PLC reckons with its own command
+        return s  # the PLC calculates with its own command
     servo, T = crane.active.motor.servo, s.record.step
     if alpha_m is not None:
         return replace(s, seen=s.seen._replace(alpha_m=alpha_m))
     if s.u_m is not None:
         notes.append("alpha_m was not logged: it follows u_m by the servo of the crane file")
         return replace(s, seen=s.seen._replace(alpha_m=servo_response(s.u_m, servo.omega_n, servo.zeta, T)))
-    notes.append("neither alpha_m nor u_m was logged: the simulated motor command and its servo stand in")
+    notes.append("neither alpha_m nor u_m was logged: the simulated motor command and its servo are used")
     for _ in range(ROUNDS):
-        u_m = s.told(crane).u_m
+        u_m = s.simulated_commands(crane).u_m
         s = replace(s, seen=s.seen._replace(alpha_m=servo_response(u_m, servo.omega_n, servo.zeta, T)))
     return replace(s, settled=np.abs(s.seen.alpha_m - u_m) < HELD)
 
 
-def _with_held(crane: Crane, s: Stretch, notes: list[str]) -> Stretch:
-    """In manual mode: the stretch with the displacement that the operator visibly holds against the PLC's own law."""
+def _with_held(crane: Crane, s: PlcSegment, notes: list[str]) -> PlcSegment:
+    """In manual mode: the segment with the displacement that the operator visibly holds against the PLC's own law."""
     if (
         s.u_m is None
         or (s.seen.mode > MANUAL).any()
         or np.ptp(s.u_m) > HELD
-        or np.abs(s.u_m - s.told(crane).u_m).max() < 5.0 * HELD
+        or np.abs(s.u_m - s.simulated_commands(crane).u_m).max() < 5.0 * HELD
     ):
         return s
     held = float(np.clip(np.median(s.u_m), crane.active.motor.alpha_min, 1.0))
@@ -309,7 +312,7 @@ def _with_held(crane: Crane, s: Stretch, notes: list[str]) -> Stretch:
 
 
 def servo_response(u: FloatArray, omega_n: float, zeta: float, step: float) -> FloatArray:
-    """Setting that a second-order servo makes of a held command, from rest at its first value. Source: Moslatt 2020 eq.
+    """Response of a second-order servo to a held command, from rest at its first value. Source: Moslatt 2020 eq.
     C 10."""
     from scipy.signal import cont2discrete, lfilter, lfilter_zi
 

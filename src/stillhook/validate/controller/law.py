@@ -1,5 +1,5 @@
-"""The control law that a crane's commands follow: its gains and its time shift, by regression of the commands on what
-the PLC read."""
+"""The control law implied by a crane's commands: its gains and its time shift, by regression of the commands on the
+PLC's inputs."""
 
 from __future__ import annotations
 
@@ -14,32 +14,32 @@ from stillhook.control.plc import MANUAL
 from stillhook.kernels.plc_alone import Commands
 from stillhook.statistics.dot import dot
 from stillhook.statistics.jackknife_regression import Estimate, Fit, fit
-from stillhook.validate.controller.inputs import Stretch, derivative
+from stillhook.validate.controller.inputs import PlcSegment, derivative
 from stillhook.validate.data_set.records.saturation import ends_of
 
 SMOOTH = (1.0, 2.0)
 """Widths of the raised cosine that both sides of a regression pass through [s]: the law is linear, so it holds for
 smoothed signals as well, and white noise on the inputs, which would bias the gains down, is left with 1.5 and 0.75 % of
-its power at 100 Hz. What the gains change from one width to the other goes into their intervals."""
+its power at 100 Hz. The change of the gains between the widths is included in their intervals."""
 NAMES = ("K_1", "K_2", "K_p", "K_op")
 ROW = 0.1  # s between the rows of a regression
 BLOCK = 20.0  # s: two waves
 BLOCK_MANUAL = 5.0  # s: a move of the joystick
-SETTLED = 5.0  # time constants of the bumpless start after which a mode change is forgotten
-MOVES = 0.02  # m/s: standard deviation of the joystick from which its own gain is asked
-REACH = 2.0  # s: largest shift of the commands that is looked for
+SETTLED = 5.0  # time constants of the bumpless start after which a mode change has decayed
+MOVES = 0.02  # m/s: standard deviation of the joystick from which its own gain is estimated
+REACH = 2.0  # s: largest shift of the commands considered
 ROUNDS = 6
 FINE = 0.5  # correlation of the fine structure from which it shows the order of the rows
-ALONE = 0.5  # of that correlation, which it must be below one cycle beside: that of smooth signals is as high there
+ALONE = 0.5  # of that correlation: limit for the neighbouring cycles, where that of smooth signals is as high
 FINE_REACH = 5  # cycles
-MOST_CYCLES = 2  # by which the rows of inputs and outputs of a log may differ
+MOST_CYCLES = 2  # difference of the rows of inputs and outputs of a log
 
 
 @dataclass(frozen=True)
 class Law:
-    """Gains that the commands follow: K_1 [s/m], K_2 [s^2/m], K_p [1/m], K_op [s/m] that of the joystick; None where
-    the data do not move them. seconds: what it rests on; spread: standard deviation of what the law leaves of the
-    smoothed command."""
+    """Gains implied by the commands: K_1 [s/m], K_2 [s^2/m], K_p [1/m], K_op [s/m] that of the joystick; None where
+    the data do not determine them. seconds of data; spread: standard deviation of the residual of the smoothed
+    command."""
 
     K_1: Estimate | None
     K_2: Estimate | None
@@ -51,18 +51,18 @@ class Law:
 
 @dataclass(frozen=True)
 class Run:
-    """A stretch and what the simulated PLC commands over it."""
+    """A PLC segment and the commands of the simulated PLC on it."""
 
-    stretch: Stretch
-    told: Commands
+    segment: PlcSegment
+    simulated: Told
 
     def rows(self, *, ahc: bool) -> BoolArray:
         """Samples (n,) of the parts in compensation, or in manual mode, in which neither the logged command nor the
-        simulated one is at its end, and in which no mode change and no start from the brake still fades."""
-        s, T = self.stretch, self.stretch.record.step
+        simulated one is saturated, and in which no mode change or start from the brake still decays."""
+        s, T = self.segment, self.segment.record.step
         mode = s.seen.mode
-        lo, hi = ends_of(s.u_p, self.told.u_raw, T)
-        free = (s.u_p > lo) & (s.u_p < hi) & (np.abs(self.told.u_raw) < 1.0)
+        lo, hi = ends_of(s.u_p, self.simulated.u_raw, T)
+        free = (s.u_p > lo) & (s.u_p < hi) & (np.abs(self.simulated.u_raw) < 1.0)
         fading = round(SETTLED * s.plc.t_bumpless / T)
         if s.settled is not None:
             free &= s.settled
@@ -122,29 +122,29 @@ def _block(n: int, at: int, length: float = BLOCK) -> NDArray[np.intp]:
 
 def _raw(run: Run) -> list[FloatArray]:
     """Regressors of K_1, K_2, K_p, K_op, sample by sample."""
-    s, seen = run.stretch, run.stretch.foreseen()
+    s, seen = run.segment, run.segment.foreseen()
     scale = seen.K_wire * seen.alpha_m / seen.f_pump
-    e_c = s.e_c if s.e_c is not None else run.told.e_c
+    e_c = s.e_c if s.e_c is not None else run.simulated.e_c
     return [-seen.v_tip * scale, -seen.a_tip * scale, -e_c / seen.f_pump, seen.v_op * scale]
 
 
 def _columns(run: Run, cycles: float, width: float) -> list[FloatArray]:
     """The same and the command that they make up [-], smoothed, thinned, about their means."""
-    s, T = run.stretch, run.stretch.record.step
+    s, T = run.segment, run.segment.record.step
     faded = (
-        run.told.u_raw - run.told.u_ff + s.plc.gains.K_p * run.told.e_c / s.seen.f_pump
+        run.simulated.u_raw - run.simulated.u_ff + s.plc.gains.K_p * run.simulated.e_c / s.seen.f_pump
     )  # bumpless start after a mode change
     x = [*_raw(run), shifted(s.u_p, -cycles * T, T) - faded]
     good = run.rows(ahc=True) & np.isfinite(x[-1])
     return _about_mean(_thin([smoothed(np.nan_to_num(c), good, width, T) for c in x], T))
 
 
-def law(runs: list[Run], cycles: float = 0.0, *, own_noise: bool = False) -> Law | None:
-    """Gains of the compensation that the logged pump commands imply, over all these runs; None where too little is free
-    to tell.
+def law(runs: list[Run], cycles: float = 0.0, *, input_noise: bool = False) -> Law | None:
+    """Gains of the compensation implied by the logged pump commands over all these runs; None where too little is
+    unsaturated.
 
-    cycles: by which the logged commands are later than the inputs in the same row; own_noise: the logged inputs carry
-    noise that the PLC did not see, and which biases the gains down: the intervals then grow by what is left of it after
+    cycles: lag of the logged commands behind the inputs in the same row; input_noise: the logged inputs carry noise
+    that the PLC did not see, and which biases the gains down: the intervals then include what remains of it after
     smoothing. The law, unsaturated, is u_p = -(K_1 v_tip + K_2 a_tip) K_wire alpha_m - K_p e_c + K_op v_op K_wire
     alpha_m (Moslatt 2020 E eqs 4 to 6), where K_op = K_1.
     """
@@ -152,7 +152,7 @@ def law(runs: list[Run], cycles: float = 0.0, *, own_noise: bool = False) -> Law
     if narrow is None:
         return None
     f, names, inverse = narrow
-    noise = _noise(runs) if own_noise else dict.fromkeys(NAMES, 0.0)
+    noise = _noise(runs) if input_noise else dict.fromkeys(NAMES, 0.0)
     bias = inverse @ (f.b * np.array([noise[n] for n in names]))
     estimates = {}
     for i, n in enumerate(names):
@@ -167,7 +167,7 @@ def _noise(runs: list[Run]) -> dict[str, float]:
     """Power of white noise in every smoothed regressor, from the second differences of the raw one."""
     total, count = np.zeros(len(NAMES)), 0
     for run in runs:
-        T = run.stretch.record.step
+        T = run.segment.record.step
         n = max(1, round(SMOOTH[0] / T))
         w = np.hanning(n + 2)[1:-1]
         left = dot(w, w) / float(w.sum()) ** 2
@@ -205,9 +205,9 @@ def joystick_gain(runs: list[Run], cycles: float = 0.0) -> Estimate | None:
     """K_1 by the joystick in manual mode [s/m]; None where it was not moved."""
     columns: list[list[FloatArray]] = []
     for run in runs:
-        s, T = run.stretch, run.stretch.record.step
+        s, T = run.segment, run.segment.record.step
         x = s.seen.v_op * s.seen.K_wire * s.seen.alpha_m / s.seen.f_pump
-        faded = run.told.u_raw - run.told.u_ff
+        faded = run.simulated.u_raw - run.simulated.u_ff
         y = shifted(s.u_p, -cycles * T, T) - np.where(s.seen.mode > MANUAL, 0.0, faded)
         good = run.rows(ahc=False) & np.isfinite(y)
         columns.append(_thin([smoothed(np.nan_to_num(c), good, SMOOTH[0], T) for c in (x, y)], T))
@@ -223,33 +223,33 @@ def lag(runs: list[Run], *, ahc: bool) -> Estimate | None:
     """Time by which the logged pump commands are later than the simulated ones [s], None where they do not move.
 
     y(t) = (1 + g) s(t - lag): regression on the simulated command and its slope, both sides smoothed alike, repeated
-    with the command shifted until nothing is left. A wrong K_2 shows as a lag too: K_2 / K_1 is the time by which the
+    with the shifted command until convergence. A wrong K_2 shows as a lag too: K_2 / K_1 is the time by which the
     law leads the waves.
     """
-    pairs = [(r.stretch.u_p, r.told.u_p, r.rows(ahc=ahc), r.stretch.record.step) for r in runs]
+    pairs = [(r.segment.u_p, r.simulated.u_p, r.rows(ahc=ahc), r.segment.record.step) for r in runs]
     pairs = [p for p in pairs if p[2].any() and float(np.std(p[1][p[2]])) > MOVES]
     if not pairs:
         return None
     by = _coarse(pairs)
-    found = None
+    fitted = None
     for _ in range(ROUNDS):
-        found = _slope_fit(pairs, by, BLOCK if ahc else BLOCK_MANUAL)
-        if found is None:
+        fitted = _slope_fit(pairs, by, BLOCK if ahc else BLOCK_MANUAL)
+        if fitted is None:
             return None
-        gain = 1.0 + float(found.b[0])
-        change = -float(found.b[1]) / gain if gain > 0.1 else 0.0
+        gain = 1.0 + float(fitted.b[0])
+        change = -float(fitted.b[1]) / gain if gain > 0.1 else 0.0
         by = float(np.clip(by + np.clip(change, -0.2, 0.2), -REACH, REACH))
         if abs(change) < 1e-5:
             break
-    assert found is not None
-    return Estimate(by, found.half(1) / max(abs(1.0 + float(found.b[0])), 0.1), found.blocks)
+    assert fitted is not None
+    return Estimate(by, fitted.half(1) / max(abs(1.0 + float(fitted.b[0])), 0.1), fitted.blocks)
 
 
 Pair = tuple[FloatArray, FloatArray, BoolArray, float]
 
 
 def _coarse(pairs: list[Pair]) -> float:
-    """Shift at which measured and simulated command go together best, to 50 ms [s]."""
+    """Shift of highest correlation between measured and simulated command, to 50 ms [s]."""
     tries = np.arange(-REACH, REACH + 0.025, 0.05)
     score = np.zeros(len(tries))
     for y, s, good, step in pairs:
@@ -280,17 +280,17 @@ def _slope_fit(pairs: list[Pair], by: float, block: float) -> Fit | None:
 
 
 def fine_shift(runs: list[Run]) -> tuple[int, float] | None:
-    """Whole cycles by which logged commands are later than the inputs of their row, by the noise that both carry; and
+    """Whole cycles by which logged commands are later than the inputs of their row, by the noise common to both; and
     the correlation.
 
-    A PLC's commands repeat the noise of what it read. Where the log holds the very numbers that it read, second
-    differences of measured and simulated command go together at one shift alone. None where the log's noise is its own.
+    A PLC's commands repeat the noise of what it read. Where the log holds exactly the values that it read, second
+    differences of measured and simulated command correlate at one shift only. None where the log has other noise.
     """
     score = np.zeros(2 * FINE_REACH + 1)
     p_p = q_q = 0.0
     for run in runs:
         good = run.rows(ahc=True) | run.rows(ahc=False)
-        y, s = np.diff(run.stretch.u_p, 2), np.diff(run.told.u_p, 2)
+        y, s = np.diff(run.segment.u_p, 2), np.diff(run.simulated.u_p, 2)
         use = (good[2:] & good[1:-1] & good[:-2])[FINE_REACH:-FINE_REACH]
         s_mid = s[FINE_REACH:-FINE_REACH][use]
         y_mid = y[FINE_REACH:-FINE_REACH][use]
@@ -302,10 +302,10 @@ def fine_shift(runs: list[Run]) -> tuple[int, float] | None:
         return None
     score /= np.sqrt(p_p * q_q)
     best = int(np.argmax(score))
-    beside = max(score[k] for k in (best - 1, best + 1) if 0 <= k < len(score))
-    return (best - FINE_REACH, float(score[best])) if score[best] > FINE and beside < ALONE * score[best] else None
+    neighbour = max(score[k] for k in (best - 1, best + 1) if 0 <= k < len(score))
+    return (best - FINE_REACH, float(score[best])) if score[best] > FINE and neighbour < ALONE * score[best] else None
 
 
 def significant(e: Estimate, other: float) -> bool:
-    """Whether a number lies outside an estimate's interval."""
+    """Whether a number is outside an estimate's interval."""
     return abs(e.value - other) > e.half

@@ -17,10 +17,10 @@ from stillhook.validate.controller.deviation import difference, differences
 from stillhook.validate.controller.law import Run, shifted
 from stillhook.validate.data_set.records.saturation import ends_of
 
-BETWEEN = (0.05, 0.95)  # of the reduction: outside, the law stands at an end and tells nothing of its threshold
-FEWEST = 1.0  # s of reduction from which a threshold is told
+BETWEEN = (0.05, 0.95)  # of the reduction: outside, the law is saturated and does not depend on its threshold
+FEWEST = 1.0  # s of reduction from which a threshold is reported
 BLOCK = 2.0  # s: a wave's crest
-OFF = 0.01  # rms of u_m from which another mode is looked for
+OFF = 0.01  # rms of u_m from which another mode is considered
 BETTER = 0.5  # of that rms: what another mode must be below to be named
 SEMI = (Mode.SSC, Mode.SSC_CUBIC)
 
@@ -28,7 +28,7 @@ SEMI = (Mode.SSC, Mode.SSC_CUBIC)
 @dataclass(frozen=True)
 class MotorLaw:
     """One test: u_ff magnitude of the feedforward in the logged pump command (n,), NaN where it is saturated; u_m
-    logged; lowest: median of the displacement that the twin keeps; mode: as the log states it; follows: the mode that
+    logged; lowest: median of the twin's minimum displacement; mode: as the log states it; follows: the mode that
     fits better, None where none does.
     """
 
@@ -39,16 +39,16 @@ class MotorLaw:
     mode: Mode
     follows: Mode | None
     setting: float | None
-    """Displacement that a mode with fixed motors holds, median, None in other modes."""
+    """Displacement in a mode with fixed motors, median, None in other modes."""
     wanted: float | None
     """The same as the twin has it."""
 
 
 def motor_laws(crane: Crane, runs: Sequence[Run], cycles: int) -> list[MotorLaw]:
     """The law of every part with heave compensation in which the motor command was logged."""
-    found = []
+    laws = []
     for run in runs:
-        s = run.stretch
+        s = run.segment
         if s.u_m is None:
             continue
         u_ff, u_m, lowest = (
@@ -61,7 +61,7 @@ def motor_laws(crane: Crane, runs: Sequence[Run], cycles: int) -> list[MotorLaw]
                 continue
             at = s.within(part)
             fixed = part.mode not in SEMI
-            found.append(
+            laws.append(
                 MotorLaw(
                     s.record.test.name,
                     np.abs(u_ff[at]),
@@ -70,47 +70,47 @@ def motor_laws(crane: Crane, runs: Sequence[Run], cycles: int) -> list[MotorLaw]
                     part.mode,
                     _better(crane, run, part.mode, cycles),
                     float(np.nanmedian(u_m[at])) if fixed else None,
-                    float(np.median(run.told.u_m[at])) if fixed else None,
+                    float(np.median(run.simulated.u_m[at])) if fixed else None,
                 )
             )
-    return found
+    return laws
 
 
 def feedforward_logged(run: Run, cycles: int) -> FloatArray:
-    """Feedforward in the logged pump command, which is that less what the twin's law feeds back [-]; NaN where it is at
-    its end."""
-    s, T = run.stretch, run.stretch.record.step
+    """Feedforward in the logged pump command, which is that less the twin's feedback [-]; NaN where
+    saturated."""
+    s, T = run.segment, run.segment.record.step
     u_p = shifted(s.u_p, -cycles * T, T)
-    lo, hi = ends_of(s.u_p, run.told.u_raw, T)
-    rest = run.told.u_raw - run.told.u_ff  # feedback and what is left of a bumpless start
+    lo, hi = ends_of(s.u_p, run.simulated.u_raw, T)
+    rest = run.simulated.u_raw - run.simulated.u_ff  # feedback and the remainder of a bumpless start
     return np.where((u_p > lo) & (u_p < hi), u_p - rest, np.nan)
 
 
 def least(crane: Crane, run: Run) -> FloatArray:
-    """Displacement that the twin's SSC keeps at full feedforward (n,) [-]: what its PLC commands where the tip runs
-    away."""
-    s = run.stretch
+    """Minimum displacement of the twin's SSC at full feedforward (n,) [-]: its PLC's command at a very high tip
+    speed."""
+    s = run.segment
     all_ssc = np.full(len(s.seen.mode), MODE_CODE[Mode.SSC])
     seen = s.seen._replace(v_tip=np.full(len(all_ssc), 1e3), mode=all_ssc)
-    return replace(s, seen=seen, memory=s.memory._replace(mode=MODE_CODE[Mode.SSC])).told(crane).u_m
+    return replace(s, seen=seen, memory=s.memory._replace(mode=MODE_CODE[Mode.SSC])).simulated_commands(crane).u_m
 
 
 def _better(crane: Crane, run: Run, stated: Mode, cycles: int) -> Mode | None:
     """The mode that the logged motor command follows, where it is clearly not the stated one."""
-    own = _rms(run, cycles)
-    if not own > OFF:
+    stated_rms = _rms(run, cycles)
+    if not stated_rms > OFF:
         return None
     scores = {}
     for mode in Mode:
         if mode in (Mode.MANUAL, stated):
             continue
-        s = run.stretch
+        s = run.segment
         code = np.where(s.seen.mode > MANUAL, MODE_CODE[mode], s.seen.mode)
         memory = s.memory._replace(mode=code[0])
-        told = replace(s, seen=s.seen._replace(mode=code), memory=memory).told(crane)
-        scores[mode] = _rms(Run(s, told), cycles)
+        commands = replace(s, seen=s.seen._replace(mode=code), memory=memory).simulated_commands(crane)
+        scores[mode] = _rms(Run(s, commands), cycles)
     best = min(scores, key=lambda m: scores[m])
-    return best if scores[best] < BETTER * own else None
+    return best if scores[best] < BETTER * stated_rms else None
 
 
 def _rms(run: Run, cycles: int) -> float:
@@ -127,7 +127,7 @@ def threshold(crane: Crane, runs: Sequence[Run], cycles: int) -> Estimate | None
     """
     values, blocks, at = [], [], 0
     for run in runs:
-        s = run.stretch
+        s = run.segment
         if s.u_m is None or difference(run, "u_m", cycles) is None:
             continue
         u_ff, u_m = np.abs(feedforward_logged(run, cycles)), shifted(s.u_m, -cycles * s.record.step, s.record.step)
@@ -141,7 +141,7 @@ def threshold(crane: Crane, runs: Sequence[Run], cycles: int) -> Estimate | None
         blocks.append(at + np.asarray(np.flatnonzero(use) * s.record.step // BLOCK, dtype=np.intp))
         at += int(len(k) * s.record.step // BLOCK) + 1
     y = np.concatenate(values) if values else np.zeros(0)
-    if len(y) < FEWEST / (runs[0].stretch.record.step if runs else 1.0):
+    if len(y) < FEWEST / (runs[0].segment.record.step if runs else 1.0):
         return None
     f = fit([np.ones(len(y))], y, np.concatenate(blocks))
     return Estimate(float(f.b[0]), f.half(0), f.blocks) if f is not None else None

@@ -9,13 +9,13 @@ from stillhook.spec.crane import Crane
 from stillhook.statistics.jackknife_regression import Estimate
 from stillhook.validate.controller.law import MOST_CYCLES, Run, fine_shift
 
-APART = 0.3  # of a cycle: a joystick's lag must be so near to a whole number of them to show the order of the rows
-LATE = 0.5  # of a cycle, beyond MOST_CYCLES: from here on it is no order of rows
+APART = 0.3  # of a cycle: tolerance of a joystick's lag to an integer number of cycles to show the order of the rows
+LATE = 0.5  # of a cycle, beyond MOST_CYCLES: a larger lag is not due to the order of rows
 
 
 @dataclass(frozen=True)
 class Rows:
-    """cycles: whole cycles by which logged commands are later than the inputs in their row; evidence: "fine",
+    """cycles: integer cycles by which logged commands are later than the inputs in their row; evidence: "fine",
     "joystick" or "waves"; waves, joystick: lag of logged commands behind simulated ones in compensation and in manual
     mode [s]; step: cycle of the log [s]; lead: time by which a cycle's worth of K_2 leads [s]."""
 
@@ -28,36 +28,37 @@ class Rows:
 
     @property
     def late(self) -> bool:
-        """Whether commands and inputs are further apart than the rows of a log can be."""
+        """Whether the lag of the commands exceeds what the order of rows can cause."""
         return self.waves is not None and abs(self.waves.value) > (MOST_CYCLES + LATE) * self.step
 
     @property
     def aligned(self) -> float:
-        """Cycles by which inputs and commands are brought together before gains are told: all of the lag where it is no
-        order of rows."""
+        """Cycles by which inputs and commands are aligned before gains are estimated: the complete lag where it is not
+        due to the order of rows."""
         return self.waves.value / self.step if self.late and self.waves is not None else float(self.cycles)
 
     @property
-    def said(self) -> str:
+    def description(self) -> str:
         """Order of the rows in words."""
-        how = {
-            "fine": f"by the fine structure that both carry, correlation {self.correlation:.2f}",
+        evidence = {
+            "fine": f"by the fine structure common to both, correlation {self.correlation:.2f}",
             "joystick": "by the joystick in manual mode",
             "waves": "by the waves, where a cycle is as good as a change of K_2",
         }[self.evidence]
         if self.cycles == 0:
-            return f"a row of the log holds inputs and outputs of one cycle ({how})"
+            return f"a row of the log contains inputs and outputs of one cycle ({evidence})"
         way = "later" if self.cycles > 0 else "earlier"
         n = abs(self.cycles)
         return (
-            f"the commands in a row of the log are {n} cycle{'s' if n > 1 else ''} {way} than its inputs ({how}); they"
-            " are compared so"
+            f"the commands in a row of the log are {n} cycle{'s' if n > 1 else ''} {way} than its inputs ({evidence});"
+            " they"
+            " are compared with this shift"
         )
 
 
 def rows_of(runs: Sequence[Run], waves: Estimate | None, joystick: Estimate | None, crane: Crane) -> Rows:
-    """The order of the rows, by the best evidence that there is."""
-    step = runs[0].stretch.record.step
+    """The order of the rows, by the best evidence available."""
+    step = runs[0].segment.record.step
     fine = fine_shift(list(runs))
     if fine is not None and abs(fine[0]) <= MOST_CYCLES:
         return Rows(fine[0], "fine", waves, joystick, step, fine[1])

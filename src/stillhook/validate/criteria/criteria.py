@@ -1,5 +1,5 @@
-"""Acceptance criteria as data: what must be shown, the limit, where it is from. `judging` says what they make of a
-measure."""
+"""Acceptance criteria as data: what must be shown, the limit and its source. `stillhook.validate.criteria.judge`
+applies them to the measures."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ OURS = "ours"
 
 
 class Limit(StrEnum):
-    """How a limit is meant; "within" is of zero, either way."""
+    """Kind of a limit; "within" is a tolerance about zero."""
 
     AT_LEAST = "at least"
     AT_MOST = "at most"
     WITHIN = "within"
 
 
-class Ask(StrEnum):
-    """What a line must come to. SHOWN: the data must show that the limit is met; NOT_REFUTED: they must not refute it,
-    for a limit that data can refute but hardly prove; then "not shown" stands in the way only where the estimate itself
-    misses the limit.
+class Requirement(StrEnum):
+    """Verdict that a line requires. SHOWN: the data must show that the limit is met; NOT_REFUTED: they must not refute
+    it, for a limit that data can refute but hardly prove; then "not shown" stands in the way only where the estimate
+    itself misses the limit.
     """
 
     SHOWN = "shown"
@@ -44,7 +44,7 @@ class Ask(StrEnum):
 
 
 _LIMITS = {kind.replace(" ", "_"): kind for kind in Limit}
-ROW = ("key", "step", "what", "measure", *_LIMITS, "ask", "judged", "needed", "source", "reason")
+ROW = ("key", "step", "title", "measure", *_LIMITS, "ask", "judged", "needed", "source", "reason")
 BEFORE = "by"
 """Field of criteria files until criteria set version 1: which part of the interval counted."""
 
@@ -52,18 +52,18 @@ BEFORE = "by"
 @dataclass(frozen=True)
 class Criterion:
     """One criterion. measure: name of the measure that it judges; kind of limit; limit in SI; quantity of the measure;
-    written: the limit as the file has it ("5 cm"); ask: what the line must come to; judged: counts for the verdict;
-    needed: no data at all stand in the way; source and reason of the limit."""
+    written: the limit as the file has it ("5 cm"); ask: verdict that the line requires; judged: counts for the verdict;
+    needed: missing data count as a failure; source and reason of the limit."""
 
     key: str
     step: StepNumber
-    what: str
+    title: str
     measure: str
     kind: Limit
     limit: float
     quantity: str
     written: str
-    ask: Ask = Ask.SHOWN
+    ask: Requirement = Requirement.SHOWN
     judged: bool = True
     needed: bool = True
     source: str = ""
@@ -78,7 +78,7 @@ class Criterion:
 @dataclass(frozen=True)
 class Criteria:
     """A set of criteria with a version; settings: numbers that steps compute their measures with, such as the window
-    [SI]; changes: what the set has otherwise than the set that it builds on, a line each."""
+    [SI]; changes: differences from the base set, one line each."""
 
     name: str
     version: str
@@ -91,7 +91,7 @@ class Criteria:
 
     @property
     def label(self) -> str:
-        """Name and version, as they stand on everything that was judged by this set."""
+        """Name and version, as printed on every result judged by this set."""
         return f"{self.name} version {self.version}"
 
     def to_dict(self) -> dict[str, Any]:
@@ -110,7 +110,7 @@ class Criteria:
 
 @functools.cache
 def criteria_sets() -> tuple[str, ...]:
-    """Names of the sets that come with Stillhook."""
+    """Names of the sets included in Stillhook."""
     entries = (files("stillhook.validate.criteria") / "criteria_sets").iterdir()
     return tuple(sorted(e.name.removesuffix(".toml") for e in entries if e.name.endswith(".toml")))
 
@@ -118,26 +118,26 @@ def criteria_sets() -> tuple[str, ...]:
 def load_criteria(name_or_path: str | Path) -> Criteria:
     """Criteria of the library by name ("paper-f"), or from a TOML file::
 
-        base = "paper-f"              # or without: then every setting and criterion must be given
+        base = "paper-f"              # if left out, every setting and criterion must be stated
         version = "2026-11"
         drop = ["2d-correlation"]
         [settings]
         window = "20 s"
-        [[criterion]]                 # changes the row of this key: what is not given stays
+        [[criterion]]                 # changes the row with this key; fields left out keep their value
         key = "2b"
         at_most = "6 cm"              # or at_least, or within (of zero)
         source = "agreement with the owner, 3 May"
         [[criterion]]                 # a key that the base does not have adds a row
         key = "own"
         step = 5
-        what = "Standard deviation of the deviation"
+        title = "Standard deviation of the deviation"
         measure = "e_c_pp_deviation_s"
         at_most = "2 cm"
         ask = "shown"                 # default; "not refuted": a limit that data can refute but hardly prove
         judged = true                 # false: for information
         needed = true                 # false: does not count where there are no data
 
-    Errors: ValidateError (SpecError where it is no TOML) of one line that names file, row, what came and what is
+    Errors: ValidateError (SpecError where it is no TOML) of one line that names file, row, value and what is
     allowed.
     """
     name = str(name_or_path)
@@ -147,8 +147,7 @@ def load_criteria(name_or_path: str | Path) -> Criteria:
     if not name.endswith(".toml"):
         have = ", ".join(criteria_sets())
         raise ValidateError(
-            f"criteria = {quote(name)}: Stillhook has {have}{nearest(name, criteria_sets())} A file's name ends in"
-            " .toml."
+            f"Unknown criteria {came(name)}. Choose {have}{nearest(name, criteria_sets())} A file's name ends in .toml."
         )
     path = Path(name_or_path)
     return _read(toml_text(path), path.name, path.stem)
@@ -159,8 +158,8 @@ def _read(text: str, label: str, stem: str) -> Criteria:
     try:
         return _criteria(data, label, stem)
     except StillhookError as e:
-        told = str(e)
-        raise type(e)(told if told.startswith(label) else f"{label}: {told}") from None
+        message = str(e)
+        raise type(e)(message if message.startswith(label) else f"{label}: {message}") from None
 
 
 def _criteria(data: Mapping[str, Any], label: str, stem: str) -> Criteria:
@@ -170,11 +169,11 @@ def _criteria(data: Mapping[str, Any], label: str, stem: str) -> Criteria:
     base = _base(top)
     rows = {c.key: c for c in base.criteria} if base else {}
     drop = _drop(top, rows)
-    given = data.get("criterion", [])
-    if not isinstance(given, list) or not (given or base):
-        raise ValidateError("criterion: give one [[criterion]] a row.")
+    tables = data.get("criterion", [])
+    if not isinstance(tables, list) or not (tables or base):
+        raise ValidateError("criterion: write one [[criterion]] table for each row.")
     seen: set[str] = set()
-    for i, row in enumerate(given):
+    for i, row in enumerate(tables):
         key = Fields(row, f"criterion {i + 1}: ", ValidateError).text("key")
         if key in seen or key in drop:
             raise ValidateError(
@@ -185,7 +184,9 @@ def _criteria(data: Mapping[str, Any], label: str, stem: str) -> Criteria:
     settings = _settings(top, base)
     kept = tuple(c for c in rows.values() if c.key not in drop)
     if not any(c.judged for c in kept):
-        raise ValidateError("criterion: none of the rows is judged, so that everything would pass. Keep one.")
+        raise ValidateError(
+            "criterion: no row is judged, so every validation would pass. Keep at least one judged row."
+        )
     name = top.text("name", stem)
     source = top.text("source", f"{label}, on {base.label}" if base else label)
     changes = _changes(base, kept, settings) if base else ()
@@ -222,65 +223,65 @@ def _settings(top: Fields, base: Criteria | None) -> dict[str, float]:
     for name in SETTINGS:
         if name not in out:
             raise ValidateError(
-                f"settings: {name}: missing ({SETTINGS[name].meaning}). Give it, or start the file with base ="
+                f"settings: {name}: missing ({SETTINGS[name].meaning}). State it, or start the file with base ="
                 ' "paper-f".'
             )
     return {name: out[name] for name in SETTINGS}
 
 
 def _row(row: Fields, old: Criterion | None, label: str) -> Criterion:
-    """A row as given, on top of the row of the base with its key."""
+    """A row of the file applied to the base row with the same key."""
     if BEFORE in row:
         raise ValidateError(
-            f"{row.place}{BEFORE} is no field any more: the whole 95 % interval decides. Leave it out, or write "
+            f"{row.place}{BEFORE} is no longer a field: the complete 95 % interval decides. Leave it out, or write "
             'ask = "not refuted" where it was "any".'
         )
     row.refuse_unknown(ROW)
     if old is None:
-        row.need("step", "what", "measure")
+        row.need("step", "title", "measure")
     measure = row.text("measure", old.measure if old else None)
     if measure not in MEASURES:
         raise row.wrong("measure", f"no such measure{nearest(measure, MEASURES)} Known: {', '.join(MEASURES)}.")
     kinds = [k for k in _LIMITS if k in row]
     if len(kinds) > 1 or (not kinds and (old is None or measure != old.measure)):
-        raise ValidateError(f"{row.place}give exactly one of {', '.join(_LIMITS)}.")
+        raise ValidateError(f"{row.place}state exactly one of {', '.join(_LIMITS)}.")
     known = MEASURES[measure]
     step = row.table.get("step", int(known.step))
     if isinstance(step, bool) or step != int(known.step):
-        raise row.wrong("step", f"{measure} is found in step {int(known.step)}.")
-    ask = row.text("ask", old.ask.value if old else Ask.SHOWN.value)
-    if ask not in list(Ask):
-        raise row.wrong("ask", f"not one of {', '.join(Ask)}.")
+        raise row.wrong("step", f"{measure} belongs to step {int(known.step)}.")
+    ask = row.text("ask", old.ask.value if old else Requirement.SHOWN.value)
+    if ask not in list(Requirement):
+        raise row.wrong("ask", f"not one of {', '.join(Requirement)}.")
     if kinds:
         kind, (limit, written) = Limit(_LIMITS[kinds[0]]), row.figure(kinds[0], known.quantity)
         if kind is Limit.WITHIN and limit < 0.0:
-            raise row.wrong(kinds[0], "a span about zero cannot be negative.")
+            raise row.wrong(kinds[0], "a tolerance about zero cannot be negative. State a positive value.")
     else:
         assert old is not None
         kind, limit, written = old.kind, old.limit, old.written
     new = Criterion(
         key=row.text("key"),
         step=known.step,
-        what=row.text("what", old.what if old else None),
+        title=row.text("title", old.title if old else None),
         measure=measure,
         kind=kind,
         limit=limit,
         quantity=known.quantity,
         written=written,
-        ask=Ask(ask),
+        ask=Requirement(ask),
         judged=row.flag("judged", old.judged if old else True),
         needed=row.flag("needed", old.needed if old else True),
         source=row.text("source", old.source if old else f"given in {label}"),
     )
-    source, reason = _why(row, new, old, label)
+    source, reason = _source_and_reason(row, new, old, label)
     return replace(new, source=source, reason=reason)
 
 
-def _why(row: Fields, new: Criterion, old: Criterion | None, label: str) -> tuple[str, str]:
-    """Source and reason: a row that was changed does not go on bearing the source of what it was."""
+def _source_and_reason(row: Fields, new: Criterion, old: Criterion | None, label: str) -> tuple[str, str]:
+    """Source and reason: a changed row does not keep the source of its base."""
     reason = row.text("reason", " ").strip()
     if new.source == OURS and not (reason or (old and old.reason)):
-        raise ValidateError(f'{row.place}reason: missing. A criterion with source = "{OURS}" says why.')
+        raise ValidateError(f'{row.place}reason: missing. A criterion with source = "{OURS}" must state its reason.')
     if old is None or "source" in row:
         return new.source, reason
     if _meaning(new) == _meaning(old):
@@ -293,19 +294,19 @@ def _meaning(c: Criterion) -> tuple[Any, ...]:
 
 
 def _changes(base: Criteria, kept: tuple[Criterion, ...], settings: Mapping[str, float]) -> tuple[str, ...]:
-    """What a set has otherwise than its base."""
+    """Differences of a set from its base."""
     old, new = {c.key: c for c in base.criteria}, {c.key: c for c in kept}
-    said = [
+    changes = [
         f"setting {n}: {settings[n]:g} in place of {base.settings[n]:g} (SI)"
         for n in settings
         if settings[n] != base.settings[n]
     ]
-    said += [f"{c.key} ({c.what}, {c.limit_text}) dropped" for key, c in old.items() if key not in new]
-    said += [f"{c.key} ({c.what}, {c.limit_text}) added" for key, c in new.items() if key not in old]
+    changes += [f"{c.key} ({c.title}, {c.limit_text}) dropped" for key, c in old.items() if key not in new]
+    changes += [f"{c.key} ({c.title}, {c.limit_text}) added" for key, c in new.items() if key not in old]
     for key, c in new.items():
         if key in old and _meaning(c) != _meaning(old[key]):
-            said.append(f"{c.key}: {_terms(c)} in place of {_terms(old[key])}")
-    return tuple(said)
+            changes.append(f"{c.key}: {_terms(c)} in place of {_terms(old[key])}")
+    return tuple(changes)
 
 
 def _terms(c: Criterion) -> str:

@@ -1,4 +1,5 @@
-"""From what size on the method detects a defect: limits from trials with simulated cranes, which certificates print."""
+"""Detection limits: the smallest size of each defect that the method detects, from trials with simulated cranes.
+Certificates print them."""
 
 from __future__ import annotations
 
@@ -12,13 +13,13 @@ from typing import Any
 
 LIMITS_FILE = Path(str(files("stillhook.validate.criteria") / "detection_limits.toml"))
 """Written by docs/validation/detection_limits.py from docs/validation/truth-trials.json."""
-NONE = "No trials with known defects are kept with this version: from what size on a defect is detected is not known."
+NONE = "This version contains no trials with known defects: the detection limits are not known."
 
 
 @dataclass(frozen=True)
 class DetectionLimit:
-    """A defect of one sign. smallest: size from which on every campaign with it was refused or named [SI], None where
-    not even the largest one was; largest that was tried; smallest_text, largest_text the defect in words at these
+    """A defect of one sign. smallest: smallest size at which every campaign with it was refused or named [SI], None
+    where not even the largest one was; largest that was tried; smallest_text, largest_text the defect in words at these
     sizes; campaigns that were tried.
     """
 
@@ -32,8 +33,8 @@ class DetectionLimit:
 
 @dataclass(frozen=True)
 class DetectionLimits:
-    """All defects that were tried; code that computed, date of the newest campaign; campaigns of healthy cranes, and
-    how many of them were refused."""
+    """All defects tested; code that computed, date of the newest campaign; number of campaigns of healthy cranes and
+    how many were refused."""
 
     code: str
     date: str
@@ -42,7 +43,7 @@ class DetectionLimits:
     limits: tuple[DetectionLimit, ...]
 
     def sentences(self) -> Iterator[str]:
-        """What a certificate prints."""
+        """Text of the certificate."""
         if not self.limits:
             yield NONE
             return
@@ -52,20 +53,22 @@ class DetectionLimits:
             f" {self.refused} were refused. A real crane differs in more than these cranes do: its limits may be"
             " larger."
         )
-        found = [limit for limit in self.limits if limit.smallest is not None]
-        yield from (f"Detected from this size on, in all {i.campaigns} campaigns: {i.smallest_text}." for i in found)
+        detected = [limit for limit in self.limits if limit.smallest is not None]
+        yield from (
+            f"Detected at this size and above, in all {i.campaigns} campaigns: {i.smallest_text}." for i in detected
+        )
         yield from (
             f"Not detected: {i.largest_text} (the largest size tried)." for i in self.limits if i.smallest is None
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain data for JSON, sizes in SI."""
+        """Plain data for JSON, sizes in SI."""
         return {**asdict(self), "limits": [asdict(limit) for limit in self.limits]}
 
 
 @functools.cache
 def detection_limits() -> DetectionLimits:
-    """The table that comes with this version."""
+    """The table of this version."""
     data = tomllib.loads(LIMITS_FILE.read_text(encoding="utf-8"))
     rows = (DetectionLimit(**{"smallest": None} | row) for row in data.get("limit", []))
     return DetectionLimits(data["code"], data["date"], data["healthy"], data["refused"], tuple(rows))

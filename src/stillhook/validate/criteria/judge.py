@@ -1,4 +1,4 @@
-"""What a set of criteria makes of the measures of the steps: one result a criterion, with one of three verdicts."""
+"""Judgement of the measures by a set of criteria: one result per criterion, with one of three verdicts."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 
 from stillhook.units import in_unit, number
-from stillhook.validate.criteria.criteria import Ask, Criteria, Criterion, Limit
+from stillhook.validate.criteria.criteria import Criteria, Criterion, Limit, Requirement
 from stillhook.validate.criteria.results import CriterionResult, Measure, Outcome, StepNumber, Verdict
 
 DIGITS = 3
@@ -26,7 +26,7 @@ def judge(criteria: Criteria, measures: Iterable[Measure], steps: Iterable[StepN
 
 
 def outcome_of(results: Iterable[CriterionResult]) -> Outcome:
-    """What all results together come to."""
+    """Outcome of all results together."""
     judged = [r for r in results if r.judged]
     if not judged:
         return Outcome.NOT_JUDGED
@@ -72,11 +72,11 @@ def _known(m: Measure) -> bool:
 
 
 def _required(c: Criterion, m: Measure | None) -> bool:
-    """Whether a "not shown" of this measure stands in the way: it must be shown, or has no figure, or its estimate
+    """Whether "not shown" for this measure blocks the certificate: it must be shown, or has no value, or its estimate
     misses the limit."""
     if m is None or m.value is None or math.isnan(m.value):
         return c.needed
-    return c.ask is Ask.SHOWN or not _within(c, m.value)
+    return c.ask is Requirement.SHOWN or not _within(c, m.value)
 
 
 def _used(c: Criterion, m: Measure) -> float:
@@ -92,7 +92,7 @@ def _used(c: Criterion, m: Measure) -> float:
 
 
 def _badness(c: Criterion, m: Measure) -> tuple[int, float, float]:
-    """Refuted before what stands in the way before the rest; then by what the interval uses of the limit, then by the
+    """Rank: refuted, then blocking, then others; within a rank by utilisation of the limit, then by
     value."""
     verdict = verdict_of(c, m)
     if verdict is Verdict.REFUTED:
@@ -115,7 +115,7 @@ def _result(c: Criterion, same: list[Measure]) -> CriterionResult:
     return CriterionResult(
         key=c.key,
         step=c.step,
-        what=c.what,
+        title=c.title,
         verdict=met if c.judged or not has_figure else Verdict.INFO,
         measure=worst,
         limit=c.limit_text,
@@ -148,29 +148,29 @@ def interval_words(c: Criterion, m: Measure) -> str:
 
 
 def structural_words(c: Criterion, m: Measure) -> str:
-    """What of the interval the form of a law leaves; "" where it leaves nothing."""
+    """Structural part of the interval in words; "" where it is zero."""
     return f"of which +- {in_words(c, m.structural)} from the form of the law" if m.structural else ""
 
 
 def _message(c: Criterion, m: Measure | None, known: Sequence[Measure]) -> str:
     """One sentence: figure, interval, limit and the data behind it."""
     if m is None:
-        why = "" if c.needed else ", and need not be"
-        return f"{c.what}: nothing of the kind is in these data{why} (the limit is {c.limit_text})."
+        note = "" if c.needed else ", and none are required"
+        return f"{c.title}: no such data are available{note} (the limit is {c.limit_text})."
     rest = "".join(f"; {part}" for part in (m.data, m.note) if part)
     where = (
         f" in {m.test}" if m.test and len(known) <= 1 else f" in {m.test}, the worst of {len(known)}" if m.test else ""
     )
     if m.value is None or math.isnan(m.value):
-        return f"{c.what}{where}: no figure from these data (the limit is {c.limit_text}){rest}."
+        return f"{c.title}{where}: no value from these data (the limit is {c.limit_text}){rest}."
     parts = [part for part in (interval_words(c, m), structural_words(c, m)) if part]
     interval = f" (95 % interval {', '.join(parts)})" if parts else ""
     limit = f"limit {c.limit_text}{_beyond(c, m)}" if c.judged else f"{c.limit_text} for comparison, not judged"
-    return f"{c.what}{where}: {in_words(c, m.value)}{interval}, {limit}{rest}."
+    return f"{c.title}{where}: {in_words(c, m.value)}{interval}, {limit}{rest}."
 
 
 def _beyond(c: Criterion, m: Measure) -> str:
-    """Why a figure with an interval is not shown, in words."""
+    """Why a value with an interval is not shown, in words."""
     if verdict_of(c, m) is not Verdict.NOT_SHOWN or m.value is None:
         return ""
     return (
@@ -181,6 +181,6 @@ def _beyond(c: Criterion, m: Measure) -> str:
 
 
 def _bare(low: str, high: str) -> str:
-    """The lower end without its unit where the upper one has the same."""
+    """The lower end without its unit where the upper end has the same."""
     unit = high.split(" ", 1)[1] if " " in high else ""
     return low.removesuffix(f" {unit}") if unit else low

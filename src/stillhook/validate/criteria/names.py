@@ -1,5 +1,5 @@
-"""Names of the measures that steps find and criteria may judge, and of the settings that a set of criteria hands to the
-steps."""
+"""Names of the measures that the steps compute and criteria judge, and of the settings that a set of criteria passes to
+the steps."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class Named:
 
 @dataclass(frozen=True)
 class NamedMeasure(Named):
-    """step: the one that finds it; signals: the logged ones that it rests on, and so judges; kinds of tests that it is
-    taken of where it is of several at once, () all."""
+    """step that computes it; signals: logged signals that it depends on, and so judges; kinds of tests that it covers
+    where it covers several at once, () all."""
 
     step: StepNumber
     signals: tuple[str, ...] = ()
@@ -38,29 +38,31 @@ _DATA = {
     "s_tip_pp_low": _m(StepNumber.DATA, "length", "smallest peak-to-peak tip motion over a window"),
     "s_tip_pp_high": _m(StepNumber.DATA, "length", "largest peak-to-peak tip motion over a window"),
     "data_length": _m(StepNumber.DATA, "time", "length of the tests with heave compensation"),
-    "samples_lost": _m(
-        StepNumber.DATA, "", "share of the samples of a log that its rate promises and that are not there"
-    ),
+    "samples_lost": _m(StepNumber.DATA, "", "share of the expected samples of a log (by its rate) that are missing"),
     "longest_gap": _m(StepNumber.DATA, "time", "longest time between two samples of a log"),
     "samples_doubtful": _m(
-        StepNumber.DATA, "", "share of a test's samples at an end of a sensor, bridged or not known, worst signal"
+        StepNumber.DATA, "", "share of a test's samples at a sensor limit, bridged or unknown, worst signal"
     ),
     "wire_lag": _m(StepNumber.DATA, "time", "time by which the wire follows the tip in heave compensation"),
-    "clock_drift": _m(StepNumber.DATA, "", "drift of another clock of a log against the main one, which is taken out"),
+    "clock_drift": _m(StepNumber.DATA, "", "drift of another clock of a log against the main one (corrected)"),
 }
 _PARAMETERS = {
-    "lever_error": _m(StepNumber.PARAMETERS, "", "wire per turn of the motors, implied over the twin's, less 1"),
-    "clock_error": _m(StepNumber.PARAMETERS, "", "by which the time stamps of the log run too fast"),
-    "v_w_error": _m(StepNumber.PARAMETERS, "", "by which the wire speed reads too much against the wire paid out"),
-    "v_tip_error": _m(StepNumber.PARAMETERS, "", "by which the tip speed reads too much against the tip position"),
-    "a_tip_error": _m(StepNumber.PARAMETERS, "", "by which the tip acceleration reads too much against the tip speed"),
+    "lever_error": _m(
+        StepNumber.PARAMETERS, "", "wire per turn of the motors (effective radius), implied over the twin's, less 1"
+    ),
+    "clock_error": _m(StepNumber.PARAMETERS, "", "rate error of the time stamps of the log, positive if fast"),
+    "v_w_error": _m(StepNumber.PARAMETERS, "", "gain error of the wire speed against the wire paid out"),
+    "v_tip_error": _m(StepNumber.PARAMETERS, "", "gain error of the tip speed against the tip position"),
+    "a_tip_error": _m(StepNumber.PARAMETERS, "", "gain error of the tip acceleration against the tip speed"),
     "length_jump": _m(
         StepNumber.PARAMETERS, "length", "largest jump of wire out or tip position that its speed does not explain"
     ),
     "motor_offset_error": _m(
         StepNumber.PARAMETERS, "", "offset of the motors' setting above their command, less the twin's"
     ),
-    "pump_gain_error": _m(StepNumber.PARAMETERS, "", "pumps' setting over their servo's answer to the command, less 1"),
+    "pump_gain_error": _m(
+        StepNumber.PARAMETERS, "", "pumps' setting over their servo's response to the command, less 1"
+    ),
     "displacement_ratio_error": _m(
         StepNumber.PARAMETERS, "", "motor flow over pump flow with leakage apart, implied over the twin's, less 1"
     ),
@@ -75,16 +77,14 @@ _PARAMETERS = {
     ),
     "load_cell_error": _m(StepNumber.PARAMETERS, "", "mean of the load cell over hook and payload, less 1"),
     "friction_error": _m(
-        StepNumber.PARAMETERS, "", "friction that the torques at the motors leave, over the twin's, less 1"
+        StepNumber.PARAMETERS, "", "friction from the torque balance at the motors over the twin's, less 1"
     ),
     "tip_delay_error": _m(
         StepNumber.PARAMETERS,
         "time",
         "delay of the logged tip behind the true one by the load cell, less the stated one",
     ),
-    "reference_lag": _m(
-        StepNumber.PARAMETERS, "time", "by which the tip in the PLC's own error comes later than the logged tip"
-    ),
+    "reference_lag": _m(StepNumber.PARAMETERS, "time", "lag of the tip in the PLC's own error behind the logged tip"),
     "reference_spread": _m(
         StepNumber.PARAMETERS, "length", "standard deviation of the PLC's reference from error, wire and tip"
     ),
@@ -102,24 +102,22 @@ _CONTROLLER = {
     "u_m_deviation_mean": _m(StepNumber.CONTROLLER, "", "the same of the motor command"),
     "u_p_deviation_manual": _m(StepNumber.CONTROLLER, "", "u_p_deviation in manual mode"),
     "u_m_deviation_manual": _m(StepNumber.CONTROLLER, "", "u_m_deviation in manual mode"),
-    "command_lag": _m(
-        StepNumber.CONTROLLER, "time", "time by which the logged pump commands come after the simulated ones"
-    ),
+    "command_lag": _m(StepNumber.CONTROLLER, "time", "lag of the logged pump commands behind the simulated ones"),
     "K_1_deviation": _m(StepNumber.CONTROLLER, "", "K_1 in the logged commands over the crane file's, less 1"),
     "K_2_deviation": _m(StepNumber.CONTROLLER, "", "K_2 in the logged commands over the crane file's, less 1"),
     "K_p_deviation": _m(StepNumber.CONTROLLER, "", "K_p in the logged commands over the crane file's, less 1"),
     "u_thr_difference": _m(StepNumber.CONTROLLER, "", "u_thr in the logged motor commands, less the crane file's"),
 }
 _LIMITS = {
-    "saturation_time": _m(StepNumber.LIMITS, "time", "time with the pumps at their end in the logs"),
+    "saturation_time": _m(StepNumber.LIMITS, "time", "time with the pumps saturated in the logs"),
     "limit_speed_error": _m(
-        StepNumber.LIMITS, "", "wire speed there, twin driven by the measured commands over the crane, less 1"
+        StepNumber.LIMITS, "", "wire speed at saturation, twin driven by the measured commands over the crane, less 1"
     ),
     "limit_speed_error_whole": _m(
-        StepNumber.LIMITS, "", "the same of the whole twin on measured tip motion and joystick"
+        StepNumber.LIMITS, "", "the same for the complete twin on measured tip motion and joystick"
     ),
     "saturation_overlap": _m(
-        StepNumber.LIMITS, "", "time with the pumps at their end in log and whole twin at once, over that in either"
+        StepNumber.LIMITS, "", "time with the pumps saturated in log and complete twin at once, over that in either"
     ),
 }
 _DYNAMICS = {
@@ -160,16 +158,14 @@ _AHC = {
     "e_c_deviation_max": _m(StepNumber.AHC, "length", "largest |e_c simulated - e_c measured| at any one moment"),
     "eta_c_deviation_high": _m(StepNumber.AHC, "", "mean deviation of the compensation efficiency at high tip motion"),
     "e_c_correlation": _m(StepNumber.AHC, "", "correlation of simulated and measured control error"),
-    "e_c_lag": _m(StepNumber.AHC, "time", "time by which the measured control error comes after the simulated one"),
+    "e_c_lag": _m(StepNumber.AHC, "time", "lag of the measured control error behind the simulated one"),
     "e_c_band_ratio": _m(StepNumber.AHC, "", "rms of the control error in the wave band, simulated over measured"),
     "e_c_spectral_distance": _m(
         StepNumber.AHC, "", "rms difference of the spectra of the control error in the wave band, in dB"
     ),
 }
 _REST = {
-    "rest_pressure_difference": _m(
-        StepNumber.PARAMETERS, "pressure", "p_a less p_b while the winch stands on its brake"
-    ),
+    "rest_pressure_difference": _m(StepNumber.PARAMETERS, "pressure", "p_a less p_b while the winch is on its brake"),
 }
 _PASSIVE = {
     "precharge_error": _m(StepNumber.PASSIVE, "", "passive pressure at mid stroke over the twin's precharge, less 1"),
@@ -183,17 +179,19 @@ _PASSIVE = {
         StepNumber.PASSIVE, "", "largest excursion of the accumulator piston over half of the twin's stroke"
     ),
     "stroke_end_time": _m(
-        StepNumber.PASSIVE, "time", "time as behind a piston at an end though the twin's stroke leaves room"
+        StepNumber.PASSIVE,
+        "time",
+        "time with the stiffness of a piston at its end although the twin's stroke leaves room",
     ),
     "passive_motors_error": _m(StepNumber.PASSIVE, "", "torque of the passive motors over that of the twin's, less 1"),
     "passive_torque_error": _m(
-        StepNumber.PASSIVE, "", "torque that the balance leaves standing over that of the load, one a test"
+        StepNumber.PASSIVE, "", "constant torque that the balance does not explain over that of the load, one per test"
     ),
     "passive_flow_error": _m(
-        StepNumber.PASSIVE, "", "oil that the passive motors move, by V_acc, over that of the twin's, less 1"
+        StepNumber.PASSIVE, "", "oil displaced by the passive motors, by V_acc, over the twin's, less 1"
     ),
     "passive_setting_error": _m(
-        StepNumber.PASSIVE, "", "passive motors' setting over that of load cell and pressure, less 1"
+        StepNumber.PASSIVE, "", "passive motors' setting over that implied by load cell and pressure, less 1"
     ),
     "make_up_error": _m(StepNumber.PASSIVE, "", "passive pumps' setting over that of the make-up law, less 1"),
 }
@@ -259,7 +257,7 @@ _RESTS_ON: Mapping[str, str] = {
     "passive_flow_error": "V_acc alpha_pm omega_m",
     "make_up_error": "alpha_pp p_hp",
 }
-"""Signals by measure. Sampling, and loads that the campaign states, rest on no signal's content."""
+"""Signals by measure. Sampling, and loads stated in the campaign, depend on no signal's content."""
 _BY_KIND = {
     StepNumber.CONTROLLER: ("ahc",),
     StepNumber.LIMITS: ("limits",),
@@ -282,7 +280,7 @@ _OF_AHC = (
 
 
 def _resting(measures: Mapping[str, NamedMeasure]) -> dict[str, NamedMeasure]:
-    """The measures with the signals and kinds of tests that they rest on."""
+    """The measures with the signals and kinds of tests that they depend on."""
     kinds = {**dict.fromkeys(_OF_AHC, ("ahc",)), "passive_setting_error": ("ahc", "limits")}
     return {
         name: replace(
@@ -299,8 +297,8 @@ MEASURES: Mapping[str, NamedMeasure] = _resting(
 
 SETTINGS: Mapping[str, Named] = {
     "window": Named("time", "window of the peak-to-peak control error"),
-    "layers_apart": Named("", "layers of the drum by which two wire lengths are apart that count as different"),
-    "load_apart": Named("", "part of the SWL by which two loads are apart that count as different"),
-    "eta_above": Named("length", "peak-to-peak tip motion from which the compensation efficiency is judged"),
+    "layers_apart": Named("", "difference of two wire lengths that count as different, in layers of the drum"),
+    "load_apart": Named("", "difference of two loads that count as different, as a share of the SWL"),
+    "eta_above": Named("length", "least peak-to-peak tip motion for which the compensation efficiency is judged"),
 }
-"""Numbers that steps compute their measures with. Every set of criteria gives all of them."""
+"""Settings that the steps compute their measures with. Every set of criteria states all of them."""

@@ -1,4 +1,4 @@
-"""What a validation step found, and what the criteria make of it: measures with intervals, and verdicts line by
+"""Results of a validation step: measures with intervals, and verdicts line by
 line."""
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 from stillhook.units import KINDS, in_display, number
 
 RISK = 0.025
-"""Chance that a true figure lies beyond one end of a 95 % interval."""
+"""Probability that a true value is beyond one end of a 95 % interval."""
 
 
 class StepNumber(IntEnum):
@@ -40,10 +40,10 @@ TITLES: Mapping[StepNumber, str] = {
 
 
 class Verdict(StrEnum):
-    """What the data make of a criterion, from the 95 % interval of its figure alone.
+    """Verdict of the data on a criterion, from the 95 % interval of its value alone.
 
-    SHOWN: the whole interval meets the limit; REFUTED: no part of it does; NOT_SHOWN: some of it does, or there is no
-    figure; INFO: not judged. A figure without an interval (a count, a maximum) is shown or refuted by its value.
+    SHOWN: the complete interval meets the limit; REFUTED: no part of it does; NOT_SHOWN: some of it does, or there is
+    no figure; INFO: not judged. A figure without an interval (a count, a maximum) is shown or refuted by its value.
     """
 
     SHOWN = "shown"
@@ -53,7 +53,7 @@ class Verdict(StrEnum):
 
 
 class Outcome(StrEnum):
-    """What all lines together come to. PASSED: nothing stands in the way; REFUTED: a line is refuted; NOT_SHOWN: none
+    """Outcome of all lines together. PASSED: no line blocks; REFUTED: a line is refuted; NOT_SHOWN: none
     is, but something that must be shown is not; NOT_JUDGED: no line counts."""
 
     PASSED = "passed"
@@ -64,14 +64,14 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True)
 class Measure:
-    """One number that a step found in the data, in SI.
+    """One number that a step computed from the data, in SI.
 
     name: key in JSON, such as "e_c_pp_deviation"; quantity a key of `stillhook.units.KINDS`, "" for a pure number
     (shares, counts); low, high: total 95 % interval (sampling and structural together), None where it has none;
-    structural: half width, in the quantity, that the form of a law leaves beside the sampling error; test: name of the
-    test or load case that it is of, "" for all; data: what it rests on ("4 load cases, 2140 s, 71 effective windows");
-    note: what else a reader must know, such as the cause it points at, one line. value None: the data cannot tell, and
-    `note` says why.
+    structural: half width, in the quantity, due to the form of a law in addition to the sampling error; test: name of
+    the test or load case that it is of, "" for all; data: what it is based on ("4 load cases, 2140 s, 71 effective
+    windows"); note: further information in one line, such as the likely cause. value None: not determined by the data;
+    `note` gives the reason.
     """
 
     name: str
@@ -101,18 +101,18 @@ def say(value: float | None, quantity: str, digits: int = 3) -> str:
 
 @dataclass(frozen=True)
 class CriterionResult:
-    """One line of the verdict: a criterion, the figure for it, the limit and the data behind it.
+    """One line of the verdict: a criterion, its value, the limit and the underlying data.
 
-    judged: whether the line counts for the verdict; required: whether it stands in the way where it is not shown; limit
-    as text ("at most 5 cm"); source of the criterion ("paper F table 2", "ours"); message: all of it in one sentence;
-    used: the farthest end of the interval (of a figure without one: the figure) as a part of the limit, above 1 beyond
-    it, NaN where there is none; figures: how many figures with an interval were judged (one a test or load case), 0
-    where the line was judged by a value or not at all.
+    judged: whether the line counts for the verdict; required: whether it blocks the certificate where it is not shown;
+    limit as text ("at most 5 cm"); source of the criterion ("paper F table 2", "ours"); message: all of it in one
+    sentence; used: the farthest end of the interval (of a figure without one: the figure) as a part of the limit, above
+    1 beyond it, NaN where there is none; figures: how many figures with an interval were judged (one a test or load
+    case), 0 where the line was judged by a value or not at all.
     """
 
     key: str
     step: StepNumber
-    what: str
+    title: str
     verdict: Verdict
     measure: Measure | None
     limit: str
@@ -125,7 +125,7 @@ class CriterionResult:
 
     @property
     def failed(self) -> bool:
-        """Whether this line stands in the way of a certificate."""
+        """Whether this line blocks a certificate."""
         return self.judged and (
             self.verdict is Verdict.REFUTED or (self.verdict is Verdict.NOT_SHOWN and self.required)
         )
@@ -147,7 +147,7 @@ class CriterionResult:
         return {
             "key": self.key,
             "step": int(self.step),
-            "what": self.what,
+            "title": self.title,
             "verdict": self.verdict.value,
             "judged": self.judged,
             "required": self.required,
@@ -174,7 +174,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Step:
-    """What one step found. measures go to the criteria; statements are lines for the reader, the most important first;
+    """Results of one step. measures go to the criteria; statements are lines for the reader, the most important first;
     tables for the reader; data: numbers behind the figures, SI, named as in `stillhook.variables`, for JSON. A step
     keeps what its figures need in a subclass."""
 
@@ -188,8 +188,8 @@ class Step:
     def title(self) -> str:
         return TITLES[self.number]
 
-    def found(self, name: str) -> tuple[Measure, ...]:
-        """The measures of a name, one for each test."""
+    def measures_of(self, name: str) -> tuple[Measure, ...]:
+        """The measures with a name, one per test."""
         return tuple(m for m in self.measures if m.name == name)
 
     def to_dict(self) -> dict[str, Any]:

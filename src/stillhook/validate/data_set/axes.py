@@ -1,4 +1,4 @@
-"""What the figures of the validation steps share: axes, legend off the data, colours of measured and simulated."""
+"""Common parts of the validation figures: axes, legend outside the data, colours of measured and simulated."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def axes_of(rows: int, columns: int, size: tuple[float, float], title: str, **mo
 
 
 def legend_below(figure: Figure, axes: Sequence[Any], columns: int) -> None:
-    """One legend of some axes below the whole figure."""
+    """One legend of several axes below the figure."""
     pairs = {label: handle for ax in axes for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
     figure.legend(
         list(pairs.values()), list(pairs), loc="outside lower center", ncols=columns, fontsize="small", frameon=False

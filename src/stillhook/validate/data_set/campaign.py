@@ -1,4 +1,4 @@
-"""A validation campaign as its file describes it: crane, criteria, signals of the logs, and one entry a test."""
+"""A validation campaign as its file describes it: crane, criteria, signals of the logs, and one entry per test."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Water
 from stillhook.units import quote, show
 from stillhook.validate.criteria.criteria import Criteria, load_criteria
-from stillhook.validate.data_set.modes import OWN_MODES, modes_of, with_modes
+from stillhook.validate.data_set.modes import STANDARD_MODES, modes_of, with_modes
 
 TOP = ("title", "date", "crane", "criteria", "delay", "signals", "modes", "test", "synthetic", "remarks")
 TEST = ("name", "log", "kind", "load", "payload", "depth", "h_tip", "mode", "s_w", "water", "signals", "start", "end")
@@ -32,8 +32,8 @@ LONGEST_DELAY = 10.0  # s, as in a scenario's sensors
 
 
 class Kind(StrEnum):
-    """What a test shows: heave compensation (step 5, and all that follows from it), the winch at its speed limit (step
-    3), or hoisting and lowering without load in quick turns (step 4)."""
+    """Purpose of a test: heave compensation (step 5 and others that use it), the winch at its speed limit (step 3),
+    or hoisting and lowering without load in quick turns (step 4)."""
 
     AHC = "ahc"
     LIMITS = "limits"
@@ -42,11 +42,11 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True)
 class CraneTest:
-    """One test. load: what the winch carries without the hook [kg], payload and wire out, for the twin's wire weighs
-    nothing; None: from the load cell; s_w: wire out at the start [m], None: from the log; mode: of the PLC, None: from
+    """One test. load: winch load without the hook [kg], payload and wire out, because the twin's wire has no
+    weight; None: from the load cell; s_w: wire out at the start [m], None: from the log; mode: of the PLC, None: from
     the log; start, end: the part of the log that counts [s]; water: a submerged payload; modes: what the numbers of the
-    log's mode mean, by number; payload: what hangs on the hook [kg] where the file states it with the hook's depth
-    instead of a load: the record computes the load from both, part by part.
+    log's mode mean, by number; payload: mass suspended from the hook [kg] where the file states it with the hook's
+    depth instead of a load: the record computes the load from both, part by part.
     """
 
     name: str
@@ -59,15 +59,15 @@ class CraneTest:
     mapping: Mapping[str, Signal] | None
     start: float
     end: float
-    modes: Mapping[float, Mode] = field(default_factory=lambda: OWN_MODES)
+    modes: Mapping[float, Mode] = field(default_factory=lambda: STANDARD_MODES)
     payload: float | None = None
     hook: HookDepth | None = None
 
 
 @dataclass(frozen=True)
 class Campaign:
-    """Tests of one crane. crane: the twin under test; delay: what the crane's tip motion is known to be late by when
-    the PLC gets it [s]; date: the day that the certificate bears; file: the campaign file."""
+    """Tests of one crane. crane: the twin under test; delay: known delay of the crane's tip motion at the PLC [s];
+    date: date of the certificate; file: the campaign file."""
 
     title: str
     date: datetime.date
@@ -116,7 +116,7 @@ def load_campaign(path: str | Path) -> Campaign:
         end = "200 s"
         water = { volume = "10 m^3", added_mass = "20 t", C_D = 1.2, area = "12 m^2" }   # a submerged payload
 
-    Errors: StillhookError, one line that names file, field, what came and what is allowed.
+    Errors: StillhookError, one line that names file, field, value and what is allowed.
     """
     return described(path, FileKind.CAMPAIGN, _campaign)
 
@@ -126,14 +126,14 @@ def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
     top.refuse_unknown(TOP)
     top.need("date", "crane")
     if "test" not in top:
-        raise ValidateError("test: missing. Give one [[test]] a log.")
-    crane_name = top.path_or_name("crane", file.parent)
+        raise ValidateError("test: missing. Write one [[test]] table for each log.")
+    crane_name = top.beside("crane", file.parent)
     crane = load_crane(crane_name)
     mapping = mapping_from(data["signals"], "signals") if "signals" in data else None
     modes = modes_of(top)
     rows = data["test"]
     if not isinstance(rows, list) or not rows:
-        raise ValidateError("test: give one [[test]] a log.")
+        raise ValidateError("test: write one [[test]] table for each log.")
     tests = tuple(_test(row, i, file.parent, crane, mapping, modes) for i, row in enumerate(rows))
     no_name_twice([t.name for t in tests], ValidateError)
     for kind in Kind:
@@ -156,7 +156,7 @@ def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
 def _date(top: Fields) -> datetime.date:
     value = top.table["date"]
     if isinstance(value, datetime.datetime) or not isinstance(value, datetime.date):
-        raise top.wrong("date", "give the day that the certificate bears, without quotes, such as 2026-11-21.")
+        raise top.wrong("date", "state the date of the certificate without quotes, such as 2026-11-21.")
     return value
 
 
@@ -175,7 +175,7 @@ def _delay(top: Fields) -> float:
 def _remarks(top: Fields) -> tuple[str, ...]:
     value = top.table.get("remarks", [])
     if not isinstance(value, list) or not all(isinstance(x, str) for x in value):
-        raise top.wrong("remarks", "give a list of texts.")
+        raise top.wrong("remarks", "write a list of texts.")
     return tuple(value)
 
 
@@ -199,9 +199,9 @@ def _test(
     assert end is not None
     if not start < end:
         raise test.wrong("end", f"must come after start {start:g} s.")
-    own = mapping_from(row["signals"], f'test "{name}": signals') if "signals" in row else mapping
-    _two_columns(own, f'test "{name}": ')
-    own, meaning = with_modes(own, modes)
+    log_mapping = mapping_from(row["signals"], f'test "{name}": signals') if "signals" in row else mapping
+    _two_columns(log_mapping, f'test "{name}": ')
+    log_mapping, meaning = with_modes(log_mapping, modes)
     return CraneTest(
         name=name,
         log=test.file("log", folder),
@@ -210,7 +210,7 @@ def _test(
         mode=_mode(test, Kind(kind)),
         s_w=s_w,
         water=_water(test, payload if load is None else load, crane),
-        mapping=own,
+        mapping=log_mapping,
         start=start,
         end=end,
         modes=meaning,
@@ -222,7 +222,7 @@ def _test(
 def _mass(test: Fields, key: str, crane: Crane) -> float | None:
     mass = test.quantity(key, "mass")
     if mass is not None and not 0.0 <= mass <= crane.SWL:
-        raise test.wrong(key, f'"{crane.name}" is made for 0 t to {show(crane.SWL, "mass")}. Check the {key}.')
+        raise test.wrong(key, f'"{crane.name}" is rated for 0 t to {show(crane.SWL, "mass")}. Check the {key}.')
     return mass
 
 
@@ -231,32 +231,33 @@ def _hook(test: Fields) -> HookDepth | None:
     hook, key = hook_depth(test), "depth" if "depth" in test else "h_tip"
     if "payload" in test and "load" in test:
         raise ValidateError(
-            f"{test.place}load and payload: both given. load holds the weight of the wire out, payload does not: give"
-            " one."
+            f"{test.place}load and payload: both stated. load includes the weight of the wire out, payload does not."
+            " State"
+            " one of them."
         )
     if "payload" in test and hook is None:
         raise ValidateError(
-            f"{test.place}payload: needs depth or h_tip for the weight of the wire out. Give one, or load, wire"
-            " included."
+            f"{test.place}payload: needs depth or h_tip for the weight of the wire out. State one of them, or"
+            " load including the wire."
         )
     if hook is not None and "load" in test:
         raise ValidateError(
-            f"{test.place}load with {key}: load holds the weight of the wire out already. "
-            "Give payload, what hangs on the hook, or leave depth and h_tip out."
+            f"{test.place}load with {key}: load already includes the weight of the wire out. "
+            "State payload (mass suspended from the hook), or leave depth and h_tip out."
         )
     if hook is not None and "payload" not in test:
-        raise ValidateError(f"{test.place}{key}: without payload. Give payload, what hangs on the hook.")
+        raise ValidateError(f"{test.place}{key}: stated without payload. State payload (mass suspended from the hook).")
     return hook
 
 
 def _two_columns(mapping: Mapping[str, Signal] | None, place: str) -> None:
-    """Refuse wire out or the PLC's error taken for the tip: the winch would compensate without any error."""
+    """Refuse wire out or the PLC's error mapped as the tip: the winch would compensate without any error."""
     rows = [mapping[name] for name in TIP_AND_WIRE if name in mapping] if mapping is not None else []
     for i, b in enumerate(rows):
         for a in rows[:i]:
             if a.column == b.column:
-                both = f"{place}signals: {a.name} and {b.name} are both column {quote(a.column)}."
-                raise ValidateError(f"{both} Give each its own, or leave one out.")
+                both = f"{place}signals: {a.name} and {b.name} both refer to column {came(a.column)}."
+                raise ValidateError(f"{both} Map each to its own column, or leave one out.")
 
 
 def _mode(test: Fields, kind: Kind) -> Mode | None:
@@ -266,7 +267,7 @@ def _mode(test: Fields, kind: Kind) -> Mode | None:
     if text not in list(Mode):
         raise test.wrong("mode", f"not one of {', '.join(Mode)}.")
     if kind is Kind.AHC and Mode(text) is Mode.MANUAL:
-        raise test.wrong("mode", 'in a test of kind "ahc" the winch compensates. Name its mode, or another kind.')
+        raise test.wrong("mode", 'a test of kind "ahc" needs a compensating mode. State that mode, or another kind.')
     return Mode(text)
 
 

@@ -1,4 +1,4 @@
-"""Step 0: does the data set cover enough, and is it sound? Moslatt 2020 paper F table 2, 1a to 1d, and the quality of
+"""Step 0: coverage and quality of the data set. Moslatt 2020 paper F table 2, 1a to 1d, and the quality of
 the logs."""
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from stillhook.validate.data_set.records.record import ClockError, Record, Segme
 from stillhook.validate.data_set.records.segments import SMOOTH
 
 EVERY = 0.2
-"""Spacing of the tip samples whose ranges are taken [s]: a wave of 4 s is met within 1 % of its height."""
+"""Spacing of the tip samples for ranges [s]: a wave of 4 s is captured within 1 % of its height."""
 RESTS = 0.1
-"""Peak-to-peak motion of a window below which the tip rests, and shows nothing of compensation [m]."""
+"""Peak-to-peak motion of a window below which the tip is at rest and compensation is not exercised [m]."""
 NEEDED = ("s_tip", "s_w", "u_p", "e_c_measured")
-"""Signals whose doubtful samples count: what step 5 rests on."""
+"""Signals whose doubtful samples count: those that step 5 depends on."""
 
 
 @dataclass(frozen=True)
 class Motion:
-    """How far the tip goes in a load case: peak-to-peak over every moving window [m]."""
+    """Tip motion of a load case: peak-to-peak over every moving window [m]."""
 
     segment: Segment
     s_tip_pp: FloatArray
@@ -61,7 +61,7 @@ def check_data(campaign: Campaign, records: tuple[Record, ...], progress: Callab
     segments = [s for _, s in cases]
     motions = tuple(Motion(s, tip_ranges(r, s, campaign.criteria.settings["window"])) for r, s in cases)
     measures = [*_coverage(campaign, records, segments, motions), *_quality(records)]
-    said = [
+    statements = [
         _summary(campaign, segments, motions),
         *_follows(records),
         *(text for r in records for text in r.statements),
@@ -70,11 +70,11 @@ def check_data(campaign: Campaign, records: tuple[Record, ...], progress: Callab
         "s_tip_pp": {m.label: _quantiles(m.s_tip_pp) for m in motions},
         "lags": [_lag(r, x) for r in records for x in r.lags],
     }
-    return DataStep(StepNumber.DATA, tuple(measures), tuple(said), (_table(records),), data, motions)
+    return DataStep(StepNumber.DATA, tuple(measures), tuple(statements), (_table(records),), data, motions)
 
 
 def tip_ranges(record: Record, segment: Segment, window: float) -> FloatArray:
-    """Peak-to-peak of the tip over every whole window of a segment [m], one each EVERY; empty where the segment is
+    """Peak-to-peak of the tip over every full window of a segment [m], one per EVERY; empty where the segment is
     shorter."""
     tip = record.part(segment, "s_tip")
     if segment.duration < window - 1e-9:
@@ -89,19 +89,21 @@ def _coverage(
 ) -> list[Measure]:
     crane, settings = campaign.crane, campaign.criteria.settings
     if not cases:
-        why = 'no part of a test of kind "ahc" can be used; log heave compensation for 60 s and more without a break'
+        note = (
+            'no part of a test of kind "ahc" can be used; log 60 s or more of heave compensation without interruption'
+        )
         names = {"wire_lengths": "", "loads": "", "load_share": "", "s_tip_pp_low": "length", "s_tip_pp_high": "length"}
         return [
-            *(Measure(n, None, q, note=why) for n, q in names.items()),
+            *(Measure(n, None, q, note=note) for n, q in names.items()),
             Measure("data_length", 0.0, "time", data="no load case"),
         ]
     layers = [_layers(crane, s) for s in cases]
     lengths = different(layers, settings["layers_apart"])
     water = {r.test.name: r.test.water for r in records}
-    hung = [s.load - (w.rho * w.volume if (w := water.get(s.test)) is not None else 0.0) for s in cases]
-    loads = different(hung, settings["load_apart"] * crane.SWL)
-    heaviest = max(range(len(cases)), key=lambda i: hung[i])
-    wet = f", {show(hung[heaviest], 'mass')} of it in water" if hung[heaviest] < cases[heaviest].load else ""
+    suspended = [s.load - (w.rho * w.volume if (w := water.get(s.test)) is not None else 0.0) for s in cases]
+    loads = different(suspended, settings["load_apart"] * crane.SWL)
+    heaviest = max(range(len(cases)), key=lambda i: suspended[i])
+    wet = f", {show(suspended[heaviest], 'mass')} of it in water" if suspended[heaviest] < cases[heaviest].load else ""
     seconds = sum(s.duration for s in cases)
     out = [
         Measure(
@@ -115,12 +117,12 @@ def _coverage(
             float(len(loads)),
             data=", ".join(show(cases[i].load, "mass") for i in loads),
             note=(
-                f"loads count as different where they are {100.0 * settings['load_apart']:.3g} % of the SWL apart on"
+                f"loads count as different where they differ by {100.0 * settings['load_apart']:.3g} % of the SWL on"
                 " the wire"
             ),
         ),
         Measure(
-            "load_share", hung[heaviest] / crane.SWL, data=f"{show(cases[heaviest].load, 'mass')} on the hook{wet}"
+            "load_share", suspended[heaviest] / crane.SWL, data=f"{show(cases[heaviest].load, 'mass')} on the hook{wet}"
         ),
     ]
     out += _motion(motions)
@@ -128,13 +130,13 @@ def _coverage(
 
 
 def _motion(motions: Sequence[Motion]) -> list[Measure]:
-    whole = _moving(motions)
-    if not len(whole):
-        why = "in no load case does the tip move for as long as the window"
-        return [Measure(name, None, "length", note=why) for name in ("s_tip_pp_low", "s_tip_pp_high")]
-    low, half_low, half_high, high = (float(x) for x in np.percentile(whole, (0.0, 25.0, 75.0, 100.0)))
+    spans = _moving(motions)
+    if not len(spans):
+        note = "the tip moves for the duration of a window in no load case"
+        return [Measure(name, None, "length", note=note) for name in ("s_tip_pp_low", "s_tip_pp_high")]
+    low, half_low, half_high, high = (float(x) for x in np.percentile(spans, (0.0, 25.0, 75.0, 100.0)))
     rests = (
-        f"{number(len(whole) * EVERY, 4)} s of windows, half of them {number(half_low, 3)} m to"
+        f"{number(len(spans) * EVERY, 4)} s of windows, half of them {number(half_low, 3)} m to"
         f" {number(half_high, 3)} m"
     )
     return [Measure("s_tip_pp_low", low, "length", data=rests), Measure("s_tip_pp_high", high, "length", data=rests)]
@@ -142,8 +144,8 @@ def _motion(motions: Sequence[Motion]) -> list[Measure]:
 
 def _moving(motions: Sequence[Motion]) -> FloatArray:
     """The windows of all load cases in which the tip moves [m]."""
-    whole = np.concatenate([m.s_tip_pp for m in motions])
-    return whole[whole >= RESTS]
+    spans = np.concatenate([m.s_tip_pp for m in motions])
+    return spans[spans >= RESTS]
 
 
 def _layers(crane: Crane, s: Segment) -> float:
@@ -152,7 +154,7 @@ def _layers(crane: Crane, s: Segment) -> float:
 
 
 def different(values: Sequence[float], apart: float) -> list[int]:
-    """Places of the most values that can be chosen so that any two are at least so far apart; NaN is none."""
+    """Indices of the largest set of values that pairwise differ by at least `apart`; NaN is excluded."""
     out: list[int] = []
     for i in sorted(range(len(values)), key=lambda i: values[i]):
         if np.isfinite(values[i]) and (not out or values[i] - values[out[-1]] >= apart * (1.0 - 1e-9)):
@@ -164,9 +166,9 @@ def _lengths(cases: Sequence[Segment], places: Sequence[int]) -> str:
     return ", ".join(show(cases[i].s_w, "length") for i in places)
 
 
-def _apart(layers: float, what: str) -> str:
+def _apart(layers: float, unit: str) -> str:
     return (
-        f"lengths count as different where they are {number(layers, 3)} {what}{'' if layers == 1.0 else 's'} of the"
+        f"lengths count as different where they are {number(layers, 3)} {unit}{'' if layers == 1.0 else 's'} of the"
         " drum apart"
     )
 
@@ -206,11 +208,11 @@ def _drift(name: str, clock: ClockError) -> Measure:
         else (None, None)
     )
     rests = f"{', '.join(clock.signals)} against {clock.against or 'the motion of the winch'}"
-    return Measure("clock_drift", abs(clock.drift), "", low, high, f"test {name}", rests, "it is taken out")
+    return Measure("clock_drift", abs(clock.drift), "", low, high, f"test {name}", rests, "corrected")
 
 
 def _doubtful(r: Record) -> list[Measure]:
-    """Share of the samples of a compensated test that stand at an end of a sensor, were bridged or are not known."""
+    """Share of the samples of a compensated test that are at a sensor limit, bridged or unknown."""
     names = [n for n in NEEDED if n in r.doubtful and n not in r.derived]
     if not names:
         return []
@@ -223,7 +225,7 @@ def _doubtful(r: Record) -> list[Measure]:
 
 def _summary(campaign: Campaign, cases: Sequence[Segment], motions: Sequence[Motion]) -> str:
     if not cases:
-        return "No part of the data shows heave compensation that can be used."
+        return "The data contain no usable heave compensation."
     tip = _moving(motions)
     moves = (
         f", tip motion {number(float(tip.min()), 2)} m to {number(float(tip.max()), 2)} m peak to peak"
@@ -247,7 +249,7 @@ def _follows(records: Sequence[Record]) -> list[str]:
     small, large = (f(x.gain for x in wire) for f in (min, max))
     late = f"{low:.3g} ms" if len(wire) == 1 else f"{low:.3g} ms to {high:.3g} ms"
     gain = f"{small:.3f}" if len(wire) == 1 else f"{small:.3f} to {large:.3f}"
-    return [f"The wire follows the tip {late} later, by {gain} of its motion."]
+    return [f"The wire follows the tip with a lag of {late} and a gain of {gain}."]
 
 
 def _table(records: Sequence[Record]) -> Table:

@@ -1,5 +1,5 @@
-"""Figures of step 0: how far the tip moves in which load case, after Moslatt 2020 paper F figure 13; and every test at
-a glance."""
+"""Figures of step 0: tip motion by load case, after Moslatt 2020 paper F figure 13; and an overview of
+every test."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ BIN = 0.25
 POINTS = 1500
 """Points of a curve over time: twice the dots that a picture has."""
 ROWS = 8
-"""Tests in one overview; more are left to the tables."""
+"""Tests in one overview; further ones are in the tables only."""
 SHOWN = (("s_tip", COLOURS[0], 1.0), ("s_w", COLOURS[2], 1.0), ("F_w", COLOURS[1], 1e-3))
 """Signals of the overview, their colours, and the factor to the unit of their axis."""
 SHADE = "#DDDDDD"
@@ -45,13 +45,13 @@ def _distribution(motions: Sequence[Motion], window: float, mark: str) -> Figure
     """Share of all windows by tip motion, stacked by load case."""
     from matplotlib.figure import Figure  # heavy: only where pictures are wanted
 
-    whole = np.concatenate([m.s_tip_pp for m in motions])
-    edges = np.arange(0.0, BIN * (np.floor(whole.max() / BIN) + 1.5), BIN)
+    spans = np.concatenate([m.s_tip_pp for m in motions])
+    edges = np.arange(0.0, BIN * (np.floor(spans.max() / BIN) + 1.5), BIN)
     figure = Figure(figsize=(8.0, 4.8), layout="constrained")
     ax = figure.subplots()
     base = np.zeros(len(edges) - 1)
     for colour, motion in zip(_colours(len(motions)), motions, strict=True):
-        share = 100.0 * np.histogram(motion.s_tip_pp, edges)[0] / len(whole)
+        share = 100.0 * np.histogram(motion.s_tip_pp, edges)[0] / len(spans)
         ax.bar(edges[:-1] + 0.5 * BIN, share, 0.92 * BIN, bottom=base, color=colour, label=motion.label)
         base = base + share
     ax.set_xlabel(f"peak-to-peak motion of the crane tip over {window:g} s [m]")
@@ -75,7 +75,7 @@ def _colours(number: int) -> list[str]:
 
 
 def _overview(records: Sequence[Record], mark: str) -> Figure:
-    """Tip, wire and load cell of every test over time, what is not used shaded."""
+    """Tip, wire and load cell of every test over time; unused parts shaded."""
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -91,10 +91,10 @@ def _overview(records: Sequence[Record], mark: str) -> Figure:
         ax.set_title(title, fontsize="small")
     for ax in axes[-1]:
         ax.set_xlabel("time [s]")
-    figure.suptitle(f"{mark}The tests: what is shaded is not used", fontsize="medium")
+    figure.suptitle(f"{mark}The tests; shaded parts are not used", fontsize="medium")
     handles: list[Any] = [
         Patch(color=SHADE, label="not used"),
-        Line2D([], [], color=GREY, ls=":", label="another load case begins"),
+        Line2D([], [], color=GREY, ls=":", label="start of another load case"),
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize="small", frameon=False)
     return figure
@@ -116,13 +116,13 @@ def _panel(ax: Any, record: Record, name: str, colour: str, scale: float) -> Non
     low, high = _envelope(scale * record.signals[name])
     at = np.linspace(t[0], t[-1], len(low))
     ax.fill_between(at, low, high, color=colour, lw=0.6, edgecolor=colour)
-    if np.nanmax(high) - np.nanmin(low) < 0.02 * scale:  # noise alone needs no whole axis
+    if np.nanmax(high) - np.nanmin(low) < 0.02 * scale:  # noise alone needs no full axis
         middle = 0.5 * float(np.nanmax(high) + np.nanmin(low))
         ax.set_ylim(middle - 0.5, middle + 0.5)
 
 
 def _envelope(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Smallest and largest value of every piece, NaN where it knows nothing."""
+    """Smallest and largest value of every piece, NaN where nothing is known."""
     edges = np.linspace(0, len(x), min(len(x), POINTS) + 1).astype(int)
     pieces = [x[a:b][np.isfinite(x[a:b])] for a, b in pairwise(edges)]
     low = np.array([p.min() if len(p) else np.nan for p in pieces])

@@ -1,4 +1,4 @@
-"""The PLC's mode in a log: numbers or words of its own, and what they mean."""
+"""The PLC's mode in a log: its own numbers or words and their meaning."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from stillhook.logs.types import Signal
 from stillhook.spec.scenario import Mode
 from stillhook.units import number
 
-OWN_MODES: Mapping[float, Mode] = {float(i): mode for i, mode in enumerate(Mode)}
+STANDARD_MODES: Mapping[float, Mode] = {float(i): mode for i, mode in enumerate(Mode)}
 """The numbers of `stillhook.variables`."""
 WORDS_FROM = 1e6
-"""Numbers from here on stand for words of the log: no PLC counts its modes so far."""
+"""Numbers from here on represent words of the log: no PLC uses mode numbers this high."""
 LEAST = 0.3
-"""A mode that holds for less is the mean of two codes in one bin, or a stutter of the log [s]: the one before it goes
-on."""
+"""A mode of shorter duration is the mean of two codes in one bin, or a logging artefact [s]: the previous mode
+continues."""
 
 
 def modes_of(top: Fields) -> Mapping[str, Mode]:
-    """The table [modes] of a campaign file: modes by number or word as the logs have them. Errors: ValidateError."""
+    """The table [modes] of a campaign file: modes by number or word as in the logs. Errors: ValidateError."""
     table = Fields(top.table.get("modes", {}), "modes: ", ValidateError)
     for key in table.table:
         if table.text(key) not in list(Mode):
@@ -35,9 +35,9 @@ def modes_of(top: Fields) -> Mapping[str, Mode]:
 def with_modes(
     mapping: Mapping[str, Signal] | None, modes: Mapping[str, Mode]
 ) -> tuple[Mapping[str, Signal] | None, Mapping[float, Mode]]:
-    """A mapping whose mode may be written in words, and what each number means then."""
+    """A mapping whose mode may be written in words, and the meaning of each number."""
     if not modes:
-        return mapping, OWN_MODES
+        return mapping, STANDARD_MODES
     numbers = {key: _number(key) for key in modes}
     words = {key: WORDS_FROM + i for i, key in enumerate(k for k, value in numbers.items() if value is None)}
     meaning = {(words[key] if value is None else value): modes[key] for key, value in numbers.items()}
@@ -54,10 +54,10 @@ def _number(key: str) -> float | None:
         return None
 
 
-def own_numbers(values: FloatArray, step: float, meaning: Mapping[float, Mode], place: str) -> FloatArray:
+def standard_modes(values: FloatArray, step: float, meaning: Mapping[float, Mode], place: str) -> FloatArray:
     """The modes of a log by the numbers of `stillhook.variables`, NaN where the log has none.
 
-    Parameters: values (n,) every `step` [s]; meaning of each number; place stands before a message.
+    Parameters: values (n,) every `step` [s]; meaning of each number; place is the prefix of a message.
     Errors: ValidateError for a number without a meaning.
     """
     code = np.full(len(values), np.nan)
@@ -68,10 +68,10 @@ def own_numbers(values: FloatArray, step: float, meaning: Mapping[float, Mode], 
         if np.isnan(values[a]) or (not np.isnan(code[a]) and (b - a) * step >= LEAST):
             continue
         if (b - a) * step >= LEAST:
-            known = ", ".join(_said(value) for value in meaning)
+            known = ", ".join(_mode_text(value) for value in meaning)
             raise ValidateError(
                 f"{place}mode: the log holds {number(float(values[a]), 6)} for {(b - a) * step:.3g} s, which is not one"
-                f' of {known}. Say what it means in the campaign file: [modes], such as "5" = "ssc".'
+                f' of {known}. State its meaning in the campaign file: [modes], such as "5" = "ssc".'
             )
         code[a:b] = code[a - 1] if a else np.nan
     first = np.flatnonzero(np.isfinite(code))
@@ -80,5 +80,5 @@ def own_numbers(values: FloatArray, step: float, meaning: Mapping[float, Mode], 
     return code
 
 
-def _said(value: float) -> str:
+def _mode_text(value: float) -> str:
     return "a word" if value >= WORDS_FROM else number(value, 6)

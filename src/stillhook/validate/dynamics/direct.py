@@ -1,5 +1,5 @@
-"""What paper F compares by eye: pressure gradients, periods and damping of the winch's own swing, in each turn of a
-test."""
+"""Quantities that paper F compares visually: pressure gradients, periods and damping of the winch's oscillation, in
+each turn of a test."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from stillhook.base.arrays import FloatArray
 from stillhook.validate.data_set.records.transients import Transient, filled, smoothed
 
 SMOOTH = 0.03
-"""Centred mean before peaks are looked for [s]: a twentieth of the winch's period, and three samples of a PLC's log."""
+"""Centred mean before the detection of peaks [s]: a twentieth of the winch's period, and three samples of a PLC's
+log."""
 LEAST_RISE = 10e5
-"""Rise of a line's pressure whose gradient is told [Pa]: some twenty deviations of a transmitter's noise."""
+"""Least rise of a line's pressure for a gradient [Pa]: some twenty deviations of a transmitter's noise."""
 SIGNIFICANT = 0.1
 LEAST_PEAK = 3e5
 """A peak of p_a - p_b is significant above this part of the largest one, and above this height [Pa]."""
@@ -24,13 +25,13 @@ LOWER, UPPER = 0.25, 0.75
 """Part of a rise between which its gradient is taken: neither its rounded foot nor its rounded top."""
 MOST_PEAKS = 4
 LOOK = 3.0
-"""After a turn peaks are looked for this long [s]."""
+"""Time after a turn in which peaks are detected [s]."""
 PADDED = 2**15
 """Samples of the padded spectrum: at 10 ms one line every 3 mHz."""
 
 
 class Swing(NamedTuple):
-    """One turn. gradient of the line that rises first [Pa/s] and line, which one ("A", "B"); period between its first
+    """One turn. gradient of the line that rises first [Pa/s], and the line ("A", "B"); period between its first
     two significant peaks of p_a - p_b [s]; zeta damping ratio from the first two swings [-]; peaks (k,) their times
     [s]; NaN where it shows none.
     """
@@ -46,16 +47,16 @@ def swing_of(turn: Transient, t: FloatArray, p_a: FloatArray, p_b: FloatArray, t
     """The swing after a turn. t (n,) [s]; p_a, p_b (n,) [Pa] of one machine, the log's or the twin's; took: the turn's
     samples in them."""
     step = float(t[1] - t[0])
-    here = t[took]
-    ahead = _at(here, turn.start)
+    times = t[took]
+    ahead = _at(times, turn.start)
     a, b = (smoothed(filled(p[took]), step, SMOOTH) for p in (p_a, p_b))
     up = turn.change > 0.0
-    end = min(len(here), ahead + round(LOOK / step))
+    end = min(len(times), ahead + round(LOOK / step))
     y = (a - b if up else b - a)[:end]
-    tops, heights = _peaks(y[ahead:], here[ahead:end])
+    tops, heights = _peaks(y[ahead:], times[ahead:end])
     period = float(tops[1] - tops[0]) if len(tops) > 1 else math.nan
     return Swing(
-        "A" if up else "B", _gradient((a if up else b)[:end], here[:end], ahead), period, _damping(heights), tops
+        "A" if up else "B", _gradient((a if up else b)[:end], times[:end], ahead), period, _damping(heights), tops
     )
 
 
@@ -70,8 +71,8 @@ def _peaks(y: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray]:
     if len(y) < 3:
         return np.empty(0), np.empty(0)
     least = max(LEAST_PEAK, SIGNIFICANT * float(np.ptp(y)))
-    tops, found = find_peaks(y, prominence=least)
-    tops, heights = tops[:MOST_PEAKS], found["prominences"][:MOST_PEAKS]
+    tops, properties = find_peaks(y, prominence=least)
+    tops, heights = tops[:MOST_PEAKS], properties["prominences"][:MOST_PEAKS]
     l, m, r = y[tops - 1], y[tops], y[tops + 1]
     bend = l - 2.0 * m + r
     shift = np.where(bend < 0.0, 0.5 * (l - r) / np.where(bend < 0.0, bend, -1.0), 0.0)
@@ -118,8 +119,8 @@ def dominant_period(parts: Sequence[FloatArray], step: float, low: float = 0.5, 
         if len(y) < 16:
             continue
         k = np.arange(len(y))
-        own = np.abs(np.fft.rfft((y - np.polyval(np.polyfit(k, y, 1), k)) * np.hanning(len(y)), PADDED)) ** 2
-        total = own if total is None else total + own
+        power = np.abs(np.fft.rfft((y - np.polyval(np.polyfit(k, y, 1), k)) * np.hanning(len(y)), PADDED)) ** 2
+        total = power if total is None else total + power
     if total is None:
         return math.nan
     f = np.fft.rfftfreq(PADDED, step)

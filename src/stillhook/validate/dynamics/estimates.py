@@ -1,4 +1,4 @@
-"""What the fit gives for capacitance, leakage and inertia, with intervals, and what of it the data can tell; the
+"""Results of the fit for capacitance, leakage and inertia, with intervals and whether the data determine them; the
 measures of step 4."""
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 from stillhook.validate.criteria.results import Measure
 from stillhook.validate.data_set.records.transients import Transient
 from stillhook.validate.dynamics.fitting.fit import Tuning
-from stillhook.validate.dynamics.fitting.form import Apart, hidden, structural
+from stillhook.validate.dynamics.fitting.form import GroupDifference, hidden, structural
 from stillhook.validate.dynamics.fitting.unknowns import C_H, C_LEAK, INERTIA, MOST, PLACE
-from stillhook.validate.dynamics.runs import Stretch
-from stillhook.validate.dynamics.swings import Compared, Errors
+from stillhook.validate.dynamics.runs import DynamicsSegment
+from stillhook.validate.dynamics.swings import Errors, SwingComparison
 from stillhook.validate.parameters.circuit.flow import Balance
 from stillhook.validate.parameters.circuit.leakage import form_says
 
@@ -29,32 +29,32 @@ scatter of 6 %: with
 these the intervals hold
 that."""
 WIDEST: Mapping[str, float] = {C_H: 0.2, C_LEAK: 0.4, INERTIA: 0.2}
-"""Half width of the interval of the logarithm beyond which the data cannot tell a number."""
+"""Half width of the interval of the logarithm beyond which the data do not determine a value."""
 MOST_FORM: Mapping[str, float] = {C_H: 0.06, C_LEAK: 0.12, INERTIA: 0.05}
-"""Half difference of the logarithm between groups of turns beyond which no tuned value is offered: half of what the
-criteria allow. Nor is one offered where such a difference could be there unseen."""
+"""Half difference of the logarithm between groups of turns beyond which no tuned value is proposed: half of the
+criteria's limit. Nor is one proposed where such a difference could be hidden."""
 LEVEL = 0.975
 MOST_LEFT = 0.25
-"""Part of a signal's own deviation that a tuned twin may leave; beyond it is no twin of this winch, and its numbers
-mean nothing. Another friction law, lines with two ends and sensors leave 0.02 to 0.07."""
+"""Largest residual of a tuned twin over a signal's own deviation; beyond it the twin does not represent this winch and
+its values are meaningless. Another friction law, lines with two ends and sensors leave 0.02 to 0.07."""
 MORE = "Make more and quicker turns without load, and log all signals."
-OPEN_BRAKE = "No number is offered; keep the brake open between more turns of two speeds both ways"
+OPEN_BRAKE = "No value is proposed; keep the brake open between more turns of two speeds both ways"
 JUDGED = ("p_a", "p_b", "omega_m")
 
 
 @dataclass(frozen=True)
-class Found:
-    """One tuned number. factor: tuned over crane file, with its total 95 % interval low..high; known: the data can tell
-    it, else why; structural: half width of that interval, in the factor, that the form of the law leaves beside the
-    sampling error; fits: whether the law fits well enough that the number may be adopted, and form: in words where it
-    does not fit; of: the twin's number that the factor is over, None for that of the crane file."""
+class TunedValue:
+    """One tuned value. factor: tuned over crane file, with its total 95 % interval low..high; known: determined by the
+    data, or else the reason; structural: half width of that interval, in the factor, that the form of the law leaves
+    beside the sampling error; fits: whether the law fits well enough that the number may be adopted, and form: in words
+    where it does not fit; of: the twin's value that the factor refers to, None for that of the crane file."""
 
     name: str
     factor: float
     low: float
     high: float
     known: bool
-    why: str = ""
+    reason: str = ""
     structural: float = 0.0
     fits: bool = True
     form: str = ""
@@ -62,14 +62,16 @@ class Found:
 
     @property
     def offered(self) -> bool:
-        """Whether it is offered as a tuned value."""
+        """Whether it is proposed as a tuned value."""
         return self.known and self.fits
 
 
-def found_of(tuning: Tuning, name: str, misfit: Mapping[str, float], differences: Sequence[Apart] = ()) -> Found:
+def tuned_value(
+    tuning: Tuning, name: str, misfit: Mapping[str, float], differences: Sequence[GroupDifference] = ()
+) -> TunedValue:
     """The tuned number of this name, by Student's t with as many degrees of freedom as there are turns less one.
 
-    misfit: what the tuned twin leaves of each signal, over the signal's own deviation; differences of the numbers
+    misfit: residual of the tuned twin in each signal over the signal's own deviation; differences of the numbers
     between groups of turns.
     """
     from scipy.stats import t as student
@@ -79,17 +81,17 @@ def found_of(tuning: Tuning, name: str, misfit: Mapping[str, float], differences
     spread = math.hypot(math.sqrt(float(fit.covariance[i, i])), UNSEEN[name])
     half = float(student.ppf(LEVEL, fit.clusters - 1)) * spread if fit.clusters > 1 else math.inf
     worst = max((s for s in misfit if s in JUDGED), key=lambda s: misfit[s], default="")
-    why = ""
+    reason = ""
     if worst and misfit[worst] > MOST_LEFT:
         left = f"The tuned twin leaves {100.0 * misfit[worst]:.0f} % of {worst}"
-        why = f"{left}: another machine, or signals that do not belong together. Check the mapping."
+        reason = f"{left}: another machine, or inconsistent signals. Check the mapping."
     elif not fit.converged:
-        why = f"The fit did not converge after {fit.runs} runs ({fit.said}). {MORE}"
+        reason = f"The fit did not converge after {fit.runs} runs ({fit.message}). {MORE}"
     elif min(x - float(tuning.low[i]), float(tuning.high[i]) - x) < 0.01 * MOST:
-        bound = f"The fit runs into its bound at {math.exp(x):.3g} times the crane file"
-        why = f"{bound}: the twin cannot repeat this test. Check crane file and mapping."
+        bound = f"The fit reaches its bound at {math.exp(x):.3g} times the crane file"
+        reason = f"{bound}: the twin cannot repeat this test. Check crane file and mapping."
     elif half > WIDEST[name]:
-        why = f"The turns leave it open by a factor of {math.exp(half):.3g} either way. {MORE}"
+        reason = f"The turns determine it only within a factor of {math.exp(half):.3g} either way. {MORE}"
     form, apart = structural(name, differences)
     dark, unseen = hidden(name, differences, MOST_FORM[name])
     form = max(form, dark if math.isfinite(dark) else 0.0)
@@ -100,13 +102,13 @@ def found_of(tuning: Tuning, name: str, misfit: Mapping[str, float], differences
     if unseen and not words:
         words = f"whether the twin's law fits is not shown: {unseen}. {OPEN_BRAKE}"
     elif words and not fits:
-        words += ", so that no one number is right and none is offered"
-    return Found(name, factor, math.exp(x - edge), math.exp(x + edge), not why, why, wide, fits, words)
+        words += ", so that no single value is correct and none is proposed"
+    return TunedValue(name, factor, math.exp(x - edge), math.exp(x + edge), not reason, reason, wide, fits, words)
 
 
-def in_form(f: Found, flow: Balance | None) -> Found:
-    """The leakage of the flow balance in the form that the logs speak for, at the point where it is judged, where they
-    refute the crane file's form: a number of a law that does not hold says nothing. Every other number as it is."""
+def in_form(f: TunedValue, flow: Balance | None) -> TunedValue:
+    """The leakage of the flow balance in the form supported by the logs, at the point where it is judged, where they
+    refute the crane file's form: a value of a law that does not hold is meaningless. Every other value unchanged."""
     if f.name != C_LEAK or flow is None or not flow.leak.refuted:
         return f
     e = flow.leak.judged
@@ -116,7 +118,7 @@ def in_form(f: Found, flow: Balance | None) -> Found:
         low=max(1.0 + e.low, 0.0),
         high=1.0 + e.high,
         known=True,
-        why="",
+        reason="",
         structural=e.structural,
         fits=False,
         form=f"{form_says(flow.leak)} (by the flow balance of the tests with heave compensation)",
@@ -125,12 +127,16 @@ def in_form(f: Found, flow: Balance | None) -> Found:
 
 
 def measures_of(
-    found: Sequence[Found], swings: Compared, stretches: Sequence[Stretch], turns: Sequence[Transient], tuning: Tuning
+    values: Sequence[TunedValue],
+    swings: SwingComparison,
+    time_segments: Sequence[DynamicsSegment],
+    turns: Sequence[Transient],
+    tuning: Tuning,
 ) -> tuple[Measure, ...]:
     """The measures of step 4."""
-    seconds = sum(len(s.t) * s.record.step for s in stretches)
+    seconds = sum(len(s.t) * s.record.step for s in time_segments)
     data = f"{len(turns)} turns, {seconds:.0f} s"
-    out = [_change(f, data) for f in found]
+    out = [_change(f, data) for f in values]
     for tuned in (False, True):
         end = "_tuned" if tuned else ""
         out += [
@@ -143,9 +149,9 @@ def measures_of(
     return tuple(out)
 
 
-def _change(f: Found, data: str) -> Measure:
+def _change(f: TunedValue, data: str) -> Measure:
     if not f.known:
-        return Measure(ERROR[f.name], None, data=data, note=f.why)
+        return Measure(ERROR[f.name], None, data=data, note=f.reason)
     note = "tuned over the crane file's, less 1"
     return Measure(
         ERROR[f.name],
@@ -167,7 +173,7 @@ def _error(name: str, errors: Errors, test: str) -> Measure:
     data = f"{errors.places} places"
     if errors.places < FEWEST_PLACES:
         note = (
-            f"Crane and twin both show it in {errors.places} places; {FEWEST_PLACES} are the least. Make more and"
+            f"Crane and twin both show it in {errors.places} places; at least {FEWEST_PLACES} are needed. Make more and"
             " quicker turns both ways."
         )
         return Measure(name, None, test=test, data=data, note=note)

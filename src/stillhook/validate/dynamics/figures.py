@@ -1,4 +1,4 @@
-"""Figures of step 4: three turns before and after tuning, what the tuning leaves, and the tuned numbers with their
+"""Figures of step 4: three turns before and after tuning, the residuals, and the tuned values with their
 intervals."""
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.data_set.records.transients import Transient
 from stillhook.validate.dynamics.check import DynamicsStep
 from stillhook.validate.dynamics.fitting.unknowns import PLACE, TUNED, UNKNOWNS
-from stillhook.validate.dynamics.runs import SIGNALS, Stretch
+from stillhook.validate.dynamics.runs import SIGNALS, DynamicsSegment
 from stillhook.validate.dynamics.tables import LETTERS
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict
             figure.text(
                 0.995,
                 0.002,
-                f"{MARK}: simulated, measured on no crane",
+                f"{MARK}: simulated, not measured on a crane",
                 ha="right",
                 va="bottom",
                 fontsize="x-small",
@@ -67,13 +67,13 @@ def _turns(step: DynamicsStep) -> Figure:
     turns = _shown(step)
     axes = figure.subplots(len(SHOWN), len(turns), sharex="col", squeeze=False)
     for j, turn in enumerate(turns):
-        i, stretch = next((i, s) for i, s in enumerate(step.stretches) if s.holds(turn))
-        t, took = _time(stretch, turn)
+        i, time_segment = next((i, s) for i, s in enumerate(step.time_segments) if s.holds(turn))
+        t, took = _time(time_segment, turn)
         for ax, name in zip(axes[:, j], SHOWN, strict=True):
             k = SIGNALS.index(name)
             assert step.tuning is not None
             for y, style in (
-                (stretch.measured.get(name), {"color": CRANE, "lw": 2.6, "alpha": 0.45, "label": "crane"}),
+                (time_segment.measured.get(name), {"color": CRANE, "lw": 2.6, "alpha": 0.45, "label": "crane"}),
                 (step.tuning.before[i][:, k], {"color": FILE, "lw": 1.2, "ls": "--", "label": "twin, crane file"}),
                 (step.tuning.after[i][:, k], {"color": TUNE, "lw": 1.2, "label": "twin, tuned"}),
             ):
@@ -110,7 +110,7 @@ def _residuals(step: DynamicsStep) -> Figure:
     for ax, name in zip(axes, SHOWN, strict=True):
         k = SIGNALS.index(name)
         at = 0.0
-        for i, s in enumerate(step.stretches):
+        for i, s in enumerate(step.time_segments):
             if name not in s.measured:
                 continue
             for y, colour, label in (
@@ -137,7 +137,7 @@ def _residuals(step: DynamicsStep) -> Figure:
 
 
 def _tuned(step: DynamicsStep, campaign: Campaign) -> Figure:
-    """Factors on the crane file with 95 % intervals: the tuned three, and what was left free beside them."""
+    """Factors on the crane file with 95 % intervals: the three tuned values, and the free nuisance parameters."""
     figure = _figure((9.0, 5.0))
     ax: Axes = figure.subplots()
     rows: list[str] = []
@@ -157,7 +157,7 @@ def _tuned(step: DynamicsStep, campaign: Campaign) -> Figure:
             )
         else:
             ax.annotate(
-                "cannot be told",
+                "not determined",
                 (1.0, y),
                 (8, 0),
                 textcoords="offset points",
@@ -194,7 +194,7 @@ def _tuned(step: DynamicsStep, campaign: Campaign) -> Figure:
     ax.set_xticks([], minor=True)
     ax.grid(alpha=0.3, axis="x")
     ax.set_xlabel("tuned over crane file [-]")
-    ax.set_title("Tuned numbers with 95 % intervals; below the line: left free beside them", fontsize="medium")
+    ax.set_title("Tuned values with 95 % intervals; below the line: free nuisance parameters", fontsize="medium")
     return figure
 
 
@@ -204,12 +204,12 @@ def _figure(size: tuple[float, float]) -> Figure:
     return Figure(figsize=size, layout="constrained")
 
 
-def _time(stretch: Stretch, turn: Transient) -> tuple[FloatArray, slice]:
+def _time(time_segment: DynamicsSegment, turn: Transient) -> tuple[FloatArray, slice]:
     """Time after a turn [s], and the turn's samples in a stretch."""
-    first = turn.first - stretch.first
-    last = min(turn.last - stretch.first, first + round(LONG / stretch.record.step))
+    first = turn.first - time_segment.first
+    last = min(turn.last - time_segment.first, first + round(LONG / time_segment.record.step))
     took = slice(first, last)
-    return stretch.t[took] - (turn.start - float(stretch.record.t[stretch.first])), took
+    return time_segment.t[took] - (turn.start - float(time_segment.record.t[time_segment.first])), took
 
 
 def _display(y: FloatArray, name: str) -> FloatArray:

@@ -1,4 +1,4 @@
-"""The twin on a test of the winch's dynamics: driven by the measured commands, many cranes side by side."""
+"""Simulation of a test of the winch's dynamics: the twin driven by the measured commands, many cranes side by side."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ TIP_OVER = 0.5
 
 
 @dataclass(frozen=True)
-class Stretch:
-    """An unbroken part of a test that the twin repeats.
+class DynamicsSegment:
+    """An uninterrupted part of a test that the twin repeats.
 
     t (n,) [s from its start]; first: its first sample in the record; measured: signals of SIGNALS that were logged,
     (n,), NaN where unknown; counted (n,): samples that are compared; case: the scenario with the measured commands.
@@ -65,12 +65,12 @@ class Stretch:
         return self.case.commands.u_m
 
     def holds(self, turn: Transient) -> bool:
-        """Whether a turn lies in this stretch as a whole."""
+        """Whether a turn is completely inside this segment."""
         inside = self.first <= turn.first and turn.last <= self.first + len(self.t)
         return turn.test == self.record.test.name and inside
 
 
-def stretch_of(crane: Crane, record: Record, segment: Segment, first: int, last: int) -> Stretch:
+def dynamics_segment(crane: Crane, record: Record, segment: Segment, first: int, last: int) -> DynamicsSegment:
     """Samples [first, last) of a segment as a stretch that the twin repeats; the record must have u_p, and u_m or
     alpha_m."""
     part = slice(first, last)
@@ -88,7 +88,9 @@ def stretch_of(crane: Crane, record: Record, segment: Segment, first: int, last:
         tip=_tip(record, part, t),
         commands=_commands(crane, t, u_p, u_m),
     )
-    return Stretch(record, segment, t, first, _measured(crane, record, part), t >= (0.0 if at_rest else SETTLE), case)
+    return DynamicsSegment(
+        record, segment, t, first, _measured(crane, record, part), t >= (0.0 if at_rest else SETTLE), case
+    )
 
 
 def _commands(crane: Crane, t: FloatArray, u_p: FloatArray, u_m: FloatArray) -> Commands:
@@ -104,7 +106,7 @@ def motor_command(record: Record) -> str:
 
 
 def _tip(record: Record, part: slice, t: FloatArray) -> Motion:
-    """The tip's motion as logged, smooth; a tip at rest stands still, for its sensor's noise would shake the hook on
+    """The tip's motion as logged, smooth; a tip at rest is constant, because its sensor's noise would shake the hook on
     the short wire."""
     if not record.has("s_tip"):
         return Still()
@@ -126,13 +128,13 @@ def _measured(crane: Crane, record: Record, part: slice) -> dict[str, FloatArray
     return out
 
 
-def steps_per_cycle(crane: Crane, stretch: Stretch) -> int:
+def steps_per_cycle(crane: Crane, time_segment: DynamicsSegment) -> int:
     """Steps per PLC cycle that the runs need: the default of runs with series, or as many more as the crane's fastest
-    mode asks for.
+    mode requires.
 
     Errors: SpecError where MOST_FINE times as many do not do.
     """
-    packed, t_cycle = pack(crane, stretch.case), crane.control.t_cycle
+    packed, t_cycle = pack(crane, time_segment.case), crane.control.t_cycle
     for finer in range(MOST_FINE):
         n_sub = substeps(t_cycle, SERIES_STEP * 0.5**finer)
         try:
@@ -145,27 +147,29 @@ def steps_per_cycle(crane: Crane, stretch: Stretch) -> int:
     raise AssertionError
 
 
-def delayed(stretch: Stretch, by: float) -> Stretch:
+def delayed(time_segment: DynamicsSegment, by: float) -> DynamicsSegment:
     """A stretch whose commands come later [s]; a part of a cycle is shared between two cycles, as the pumps' control
-    would feel it."""
-    given = stretch.case.commands
-    if by == 0.0 or given is None:
-        return stretch
-    late = Commands(given.times, np.interp(given.times - by, given.times, given.u_p), given.u_m)
-    return replace(stretch, case=stretch.case.model_copy(update={"commands": late}))
+    would act."""
+    commands = time_segment.case.commands
+    if by == 0.0 or commands is None:
+        return time_segment
+    late = Commands(commands.times, np.interp(commands.times - by, commands.times, commands.u_p), commands.u_m)
+    return replace(time_segment, case=time_segment.case.model_copy(update={"commands": late}))
 
 
-def repeated(cranes: Sequence[Crane], stretches: Sequence[Sequence[Stretch]], n_sub: int) -> list[FloatArray]:
+def repeated(
+    cranes: Sequence[Crane], time_segments: Sequence[Sequence[DynamicsSegment]], n_sub: int
+) -> list[FloatArray]:
     """The twin for every crane, side by side: one array (cranes, n, SIGNALS) a stretch, on the stretch's samples; a run
     that loses its numbers holds NaN from there on. stretches: for each the form that each crane runs; n_sub: steps per
     PLC cycle."""
-    pairs = [(c, s.case) for own in stretches for c, s in zip(cranes, own, strict=True)]
+    pairs = [(c, s.case) for row in time_segments for c, s in zip(cranes, row, strict=True)]
     results = run_cases([c for c, _ in pairs], [s for _, s in pairs], n_sub=n_sub, lanes=VL, every=1, threads=THREADS)
     columns = [Signals._fields.index(name) for name in SIGNALS]
     out = []
-    for i, own in enumerate(stretches):
+    for i, row in enumerate(time_segments):
         rows = results[i * len(cranes) : (i + 1) * len(cranes)]
-        out.append(np.stack([_on_samples(r.series, r.dt, columns, own[0].t) for r in rows]))
+        out.append(np.stack([_on_samples(r.series, r.dt, columns, row[0].t) for r in rows]))
     return out
 
 

@@ -1,4 +1,4 @@
-"""Gradients, periods and damping of every turn: the crane's beside the twin's, as its file has it and tuned."""
+"""Gradients, periods and damping of every turn: the crane's compared with the twin's, by its file and tuned."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.validate.data_set.records.transients import Transient
 from stillhook.validate.dynamics.direct import LOOK, Swing, dominant_period, swing_of
 from stillhook.validate.dynamics.fitting.fit import Tuning, normalised_rms
-from stillhook.validate.dynamics.runs import SIGNALS, Stretch
+from stillhook.validate.dynamics.runs import SIGNALS, DynamicsSegment
 
 A, B = SIGNALS.index("p_a"), SIGNALS.index("p_b")
 
@@ -46,7 +46,7 @@ class Errors:
 
 
 @dataclass(frozen=True)
-class Compared:
+class SwingComparison:
     """Swings of all turns: crane, twin as its file has it (before), twin tuned (after); periods of the largest line in
     the spectra of all turns together [s]; misfit before and after: normalised rms of each signal's deviation [-]."""
 
@@ -99,29 +99,33 @@ def _errors(pairs: Sequence[tuple[float, float]]) -> Errors:
     return Errors(np.array([x / c - 1.0 for x, c in pairs if math.isfinite(x) and math.isfinite(c) and c != 0.0]))
 
 
-def compared(stretches: Sequence[Stretch], turns: Sequence[Transient], tuning: Tuning) -> Compared:
-    """The swings of every turn, the crane's and the twin's by one and the same reading; a line that was not logged
-    shows none."""
+def compare_swings(
+    time_segments: Sequence[DynamicsSegment], turns: Sequence[Transient], tuning: Tuning
+) -> SwingComparison:
+    """The swings of every turn, the crane's and the twin's by one and the same reading; none for a line that was
+    not logged."""
     rows: list[list[Swing]] = [[], [], []]
     parts: list[list[FloatArray]] = [[], [], []]
-    for stretch, before, after in zip(stretches, tuning.before, tuning.after, strict=True):
-        nothing = np.full(len(stretch.t), np.nan)
-        crane = tuple(stretch.measured.get(name, nothing) for name in ("p_a", "p_b"))
+    for time_segment, before, after in zip(time_segments, tuning.before, tuning.after, strict=True):
+        nothing = np.full(len(time_segment.t), np.nan)
+        crane = tuple(time_segment.measured.get(name, nothing) for name in ("p_a", "p_b"))
         machines = (crane, (before[:, A], before[:, B]), (after[:, A], after[:, B]))
-        time = stretch.record.t[stretch.first : stretch.first + len(stretch.t)]
-        for turn in (x for x in turns if stretch.holds(x)):
-            took = slice(turn.first - stretch.first, turn.last - stretch.first)
+        time = time_segment.record.t[time_segment.first : time_segment.first + len(time_segment.t)]
+        for turn in (x for x in turns if time_segment.holds(x)):
+            took = slice(turn.first - time_segment.first, turn.last - time_segment.first)
             for k, (p_a, p_b) in enumerate(machines):
                 rows[k].append(swing_of(turn, time, p_a, p_b, took))
-                look = slice(took.start, min(took.stop, took.start + round(LOOK / stretch.record.step)))
+                look = slice(took.start, min(took.stop, took.start + round(LOOK / time_segment.record.step)))
                 parts[k].append((p_a - p_b)[look])
-    step = stretches[0].record.step
-    crane_T, before_T, after_T = (dominant_period([p for p in own if np.isfinite(p).all()], step) for own in parts)
-    return Compared(
+    step = time_segments[0].record.step
+    crane_T, before_T, after_T = (
+        dominant_period([p for p in series if np.isfinite(p).all()], step) for series in parts
+    )
+    return SwingComparison(
         crane=tuple(rows[0]),
         before=tuple(rows[1]),
         after=tuple(rows[2]),
         spectral=(crane_T, before_T, after_T),
-        misfit_before=dict(normalised_rms(stretches, tuning.before)),
-        misfit_after=dict(normalised_rms(stretches, tuning.after)),
+        misfit_before=dict(normalised_rms(time_segments, tuning.before)),
+        misfit_after=dict(normalised_rms(time_segments, tuning.after)),
     )

@@ -1,4 +1,4 @@
-"""Step 4 in words and tables: what was tuned, and gradients, periods and fit before and after."""
+"""Step 4 in words and tables: tuned values, and gradients, periods and fit before and after."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from stillhook.library.leakage import stated_leak
 from stillhook.spec.crane import Crane
 from stillhook.units import show
 from stillhook.validate.criteria.results import Table
-from stillhook.validate.dynamics.estimates import Found
+from stillhook.validate.dynamics.estimates import TunedValue
 from stillhook.validate.dynamics.fitting.fit import Tuning
 from stillhook.validate.dynamics.fitting.unknowns import C_H, C_LEAK, EXTRAS, INERTIA, PLACE, TUNED, UNKNOWNS
-from stillhook.validate.dynamics.swings import Compared, Errors
+from stillhook.validate.dynamics.swings import Errors, SwingComparison
 
 WORDS = {C_H: "capacitance of the lines", C_LEAK: "leakage", INERTIA: "inertia"}
 LETTERS = {C_H: "C_h", C_LEAK: "C_leak", INERTIA: "J_m_eff"}
@@ -28,45 +28,50 @@ def amounts(crane: Crane) -> dict[str, tuple[float, str]]:
 
 
 def statements_of(
-    crane: Crane, found: Sequence[Found], tuning: Tuning, swings: Compared, elsewhere: bool, said: Sequence[str]
+    crane: Crane,
+    values: Sequence[TunedValue],
+    tuning: Tuning,
+    swings: SwingComparison,
+    elsewhere: bool,
+    notes: Sequence[str],
 ) -> tuple[str, ...]:
-    """Lines for the reader, the most important first; elsewhere: other tests told of the leakage as well."""
+    """Lines for the reader, the most important first; elsewhere: other tests also determined the leakage."""
     out = []
-    own = amounts(crane)
-    for f in found:
-        value, kind = own[f.name] if f.of is None else (f.of, own[f.name][1])
+    file_values = amounts(crane)
+    for f in values:
+        value, kind = file_values[f.name] if f.of is None else (f.of, file_values[f.name][1])
         if f.known:
-            whose = "the file gives" if f.of is None else "the twin has, at the working point of heave compensation,"
+            whose = "the file states" if f.of is None else "the twin has, at the working point of heave compensation,"
             amount = f"{show(f.factor * value, kind, 4)} where {whose} {show(value, kind, 4)}{_oil(crane, f.name)}"
             out.append(
-                f"{WORDS[f.name].capitalize()} {LETTERS[f.name]} is {100.0 * (f.factor - 1.0):+.1f} % off the crane"
+                f"{WORDS[f.name].capitalize()} {LETTERS[f.name]} is {100.0 * (f.factor - 1.0):+.1f} % from the crane"
                 f" file (95 %: {100.0 * (f.low - 1.0):+.1f} to {100.0 * (f.high - 1.0):+.1f} %), {amount}.{_form(f)}"
             )
         else:
-            out.append(f"{WORDS[f.name].capitalize()} {LETTERS[f.name]} cannot be told from these tests. {f.why}")
+            out.append(f"{WORDS[f.name].capitalize()} {LETTERS[f.name]} is not determined by these tests. {f.reason}")
     out.append(_figures(swings))
     fit = tuning.fit
     end = "converged" if fit.converged else "did NOT converge"
     out.append(
-        f"The fit {end} after {fit.runs} runs of the twin and its neighbours ({fit.said}), on {fit.clusters} turns."
+        f"The fit {end} after {fit.runs} runs of the twin and its variations ({fit.message}), on {fit.clusters} turns."
     )
     if elsewhere:
         out.append(
-            "The leakage rests on these turns and on the flow balance of the tests with heave compensation, where more"
-            " of it flows."
+            "The leakage is based on these turns and on the flow balance of the tests with heave compensation, where"
+            " it is larger."
         )
-    return (*out, *said)
+    return (*out, *notes)
 
 
-def _form(f: Found) -> str:
-    """What the form of the law has to do with a number, as a sentence."""
+def _form(f: TunedValue) -> str:
+    """Influence of the form of the law on a value, as a sentence."""
     if not f.form:
         return ""
     part = f" Of the interval +- {100.0 * f.structural:.1f} % are from the form of the law"
-    return f"{part}, for {f.form}." if f.fits else f"{part}. Not offered as a tuned value: {f.form}."
+    return f"{part}, because {f.form}." if f.fits else f"{part}. Not proposed as a tuned value: {f.form}."
 
 
-def _figures(swings: Compared) -> str:
+def _figures(swings: SwingComparison) -> str:
     """Gradients, periods and misfit in one sentence."""
     parts, cases = (
         [],
@@ -81,22 +86,22 @@ def _figures(swings: Compared) -> str:
         if before is not None and after is not None:
             parts.append(f"{name} {100.0 * before:+.1f} % ({100.0 * after:+.1f} %)")
     if not parts:
-        return "Twin and crane share no turn that shows a pressure gradient or a period."
-    return f"Twin against crane, as its file has it and (tuned): {', '.join(parts)}."
+        return "No turn shows a pressure gradient or a period in both twin and crane."
+    return f"Twin against crane, by its file and (tuned): {', '.join(parts)}."
 
 
 def _oil(crane: Crane, name: str) -> str:
     return f" (as volume of a line at {show(crane.active.line.bulk_modulus, 'pressure', 6)})" if name == C_H else ""
 
 
-def tables_of(crane: Crane, found: Sequence[Found], tuning: Tuning, swings: Compared) -> tuple[Table, ...]:
-    """Tuned numbers; before and after; what was left free beside them."""
-    return (_tuned(crane, found), _before_after(swings), _beside(tuning))
+def tables_of(crane: Crane, values: Sequence[TunedValue], tuning: Tuning, swings: SwingComparison) -> tuple[Table, ...]:
+    """Tuned values; before and after; free nuisance parameters."""
+    return (_tuned(crane, values), _before_after(swings), _nuisance_table(tuning))
 
 
-def _tuned(crane: Crane, found: Sequence[Found]) -> Table:
+def _tuned(crane: Crane, values: Sequence[TunedValue]) -> Table:
     rows = []
-    for f in found:
+    for f in values:
         value, kind = amounts(crane)[f.name] if f.of is None else (f.of, amounts(crane)[f.name][1])
         if f.known:
             cells = (
@@ -111,7 +116,7 @@ def _tuned(crane: Crane, found: Sequence[Found]) -> Table:
     return Table(title, ("", "crane\nfile", "tuned", "95 %\nfrom", "95 %\nto", "change"), tuple(rows))
 
 
-def _before_after(swings: Compared) -> Table:
+def _before_after(swings: SwingComparison) -> Table:
     def percent(errors: Errors) -> str:
         return "-" if errors.mean is None else f"{100.0 * errors.mean:+.1f} %"
 
@@ -149,8 +154,8 @@ def _before_after(swings: Compared) -> Table:
     )
 
 
-def _beside(tuning: Tuning) -> Table:
-    """Parameters that were left free so that they do not bias the three."""
+def _nuisance_table(tuning: Tuning) -> Table:
+    """Nuisance parameters left free so that they do not bias the three."""
     theta, deviation = tuning.fit.theta, np.sqrt(np.diag(tuning.fit.covariance))
     rows = []
     for u in (u for u in UNKNOWNS if u.name not in TUNED):
@@ -159,4 +164,4 @@ def _beside(tuning: Tuning) -> Table:
     for e in EXTRAS:
         x, s = float(theta[PLACE[e.name]]) / e.scale, float(deviation[PLACE[e.name]]) / e.scale
         rows.append((e.meaning, f"{x:+.2f} {e.unit}", f"{1.96 * s:.2f} {e.unit}"))
-    return Table("Left free beside them, and no part of the verdict", ("", "found", "+-"), tuple(rows))
+    return Table("Free nuisance parameters, not part of the verdict", ("", "found", "+-"), tuple(rows))

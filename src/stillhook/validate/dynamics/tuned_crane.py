@@ -1,4 +1,4 @@
-"""The crane as step 4 tunes it, for its user to adopt and validate again."""
+"""The crane as tuned by step 4, for its user to adopt and validate again."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from stillhook.units import KINDS, in_display, number, show
 from stillhook.validate.criteria.results import Step
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.dynamics.check import DynamicsStep
-from stillhook.validate.dynamics.estimates import Found
+from stillhook.validate.dynamics.estimates import TunedValue
 from stillhook.validate.dynamics.fitting.unknowns import C_H, C_LEAK, INERTIA
 from stillhook.validate.parameters.circuit.leakage import LeakChoice
 
@@ -21,8 +21,8 @@ DIGITS = 4
 
 
 def tuned_crane(step: Step, campaign: Campaign) -> Crane | None:
-    """The campaign's crane with the capacitance, leakage and inertia of step 4, each with its source; None where it
-    offers none of them. A number whose law does not fit is left as it is.
+    """The campaign's crane with the capacitance, leakage and inertia of step 4, each with its source; None where none
+    of them is proposed. A value whose law does not fit is left unchanged.
 
     The capacitance goes into the volume of the lines, the leakage into motors and pumps of the active circuit alike,
     the inertia into all parts but the wire, whose own follows from its mass. Where the logs refute the form of the
@@ -32,54 +32,54 @@ def tuned_crane(step: Step, campaign: Campaign) -> Crane | None:
     if not isinstance(step, DynamicsStep):
         return None
     refuted = step.leak is not None and step.leak.refuted
-    found = {f.name: f for f in step.tuned if f.offered and not (refuted and f.name == C_LEAK)}
+    values = {f.name: f for f in step.tuned if f.offered and not (refuted and f.name == C_LEAK)}
     leak = step.leak if step.leak is not None and step.leak.offered else None
-    if not found and leak is None:
+    if not values and leak is None:
         return None
     crane = campaign.crane
     changes: dict[str, Any] = {}
-    if C_H in found:
+    if C_H in values:
         changes = _over(
-            changes, {"active": {"line": {"V": _leaf(crane.active.line.V, "volume", found[C_H], campaign)}}}
+            changes, {"active": {"line": {"V": _leaf(crane.active.line.V, "volume", values[C_H], campaign)}}}
         )
-    if C_LEAK in found:
-        changes = _over(changes, _leakage(crane, found[C_LEAK], campaign))
+    if C_LEAK in values:
+        changes = _over(changes, _leakage(crane, values[C_LEAK], campaign))
     if leak is not None:
         changes = _over(changes, _leakage_in_form(crane, leak, campaign))
-    if INERTIA in found:
-        changes = _over(changes, _inertia(crane, found[INERTIA], campaign))
+    if INERTIA in values:
+        changes = _over(changes, _inertia(crane, values[INERTIA], campaign))
     return changed(crane, changes)
 
 
-def _source(found: Found, campaign: Campaign) -> str:
-    what = {C_H: "capacitance of the lines", C_LEAK: "leakage", INERTIA: "inertia"}[found.name]
+def _source(tuned: TunedValue, campaign: Campaign) -> str:
+    name = {C_H: "capacitance of the lines", C_LEAK: "leakage", INERTIA: "inertia"}[tuned.name]
     return (
-        f"{what} fitted to the winch dynamics of {campaign.title}, {campaign.date}: {found.factor:.4g} times that of"
-        f" {campaign.crane.name} (95 %: {found.low:.4g} to {found.high:.4g})"
+        f"{name} fitted to the winch dynamics of {campaign.title}, {campaign.date}: {tuned.factor:.4g} times that of"
+        f" {campaign.crane.name} (95 %: {tuned.low:.4g} to {tuned.high:.4g})"
     )
 
 
 def _leaf(
-    value: float, kind: str | None, found: Found, campaign: Campaign, factor: float | None = None
+    value: float, kind: str | None, tuned: TunedValue, campaign: Campaign, factor: float | None = None
 ) -> dict[str, Any]:
-    new = value * (found.factor if factor is None else factor)
+    new = value * (tuned.factor if factor is None else factor)
     text: Any = (
         float(f"{new:.{DIGITS}g}") if kind is None else f"{number(in_display(new, kind), DIGITS)} {KINDS[kind].display}"
     )
-    return {"value": text, "kind": "fitted", "source": _source(found, campaign)}
+    return {"value": text, "kind": "fitted", "source": _source(tuned, campaign)}
 
 
-def _leakage(crane: Crane, found: Found, campaign: Campaign) -> dict[str, Any]:
+def _leakage(crane: Crane, value: TunedValue, campaign: Campaign) -> dict[str, Any]:
     a = crane.active
     scale = 1.0 if a.pump.leak_scale is None else a.pump.leak_scale
     return {
         "active": {
             "motor": {
-                "C_1": _leaf(a.motor.C_1, "leakage", found, campaign),
-                "C_2": _leaf(a.motor.C_2, "leakage_per_speed", found, campaign),
+                "C_1": _leaf(a.motor.C_1, "leakage", value, campaign),
+                "C_2": _leaf(a.motor.C_2, "leakage_per_speed", value, campaign),
             },
-            "pump": {"leak_scale": _leaf(scale, None, found, campaign)},
-            "C_leak": _leaf(a.C_leak, "leakage", found, campaign),
+            "pump": {"leak_scale": _leaf(scale, None, value, campaign)},
+            "C_leak": _leaf(a.C_leak, "leakage", value, campaign),
         }
     }
 
@@ -125,17 +125,17 @@ def _leakage_in_form(crane: Crane, leak: LeakChoice, campaign: Campaign) -> dict
     }
 
 
-def _inertia(crane: Crane, found: Found, campaign: Campaign) -> dict[str, Any]:
-    part, beside = crane.inertia, 1.0 + beside_wire(crane) * (found.factor - 1.0)
+def _inertia(crane: Crane, value: TunedValue, campaign: Campaign) -> dict[str, Any]:
+    part, ratio = crane.inertia, 1.0 + beside_wire(crane) * (value.factor - 1.0)
 
     def motor(m: MotorSet) -> dict[str, Any]:
-        return {"motor": {"J": _leaf(m.J, "inertia", found, campaign, beside)}}
+        return {"motor": {"J": _leaf(m.J, "inertia", value, campaign, ratio)}}
 
     out: dict[str, Any] = {
         "inertia": {
-            "J_m_eff": _leaf(part.J_m_eff, "inertia", found, campaign),
-            "J_gear": _leaf(part.J_gear, "inertia", found, campaign, beside),
-            "J_drum": _leaf(part.J_drum, "inertia", found, campaign, beside),
+            "J_m_eff": _leaf(part.J_m_eff, "inertia", value, campaign),
+            "J_gear": _leaf(part.J_gear, "inertia", value, campaign, ratio),
+            "J_drum": _leaf(part.J_drum, "inertia", value, campaign, ratio),
         },
         "active": motor(crane.active.motor),
     }
@@ -143,6 +143,6 @@ def _inertia(crane: Crane, found: Found, campaign: Campaign) -> dict[str, Any]:
 
 
 def _over(under: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
-    """Nested tables, one laid over the other."""
+    """Nested tables, one merged over the other."""
     both = {k: _over(under[k], over[k]) for k in under.keys() & over.keys()}
     return under | over | both

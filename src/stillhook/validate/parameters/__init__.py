@@ -1,1 +1,1 @@
-"""Step 1: do the crane file's parameters agree with what the logs imply?"""
+"""Step 1: do the crane file's parameters agree with those implied by the logs?"""

@@ -1,9 +1,9 @@
-"""Step 1: do the crane file's parameters agree with what the logs imply? By balances, without the twin's own motion
-where one will do.
+"""Step 1: do the crane file's parameters agree with those implied by the logs? By balances, without simulating the twin
+where possible.
 
 Source: Moslatt 2020 paper F, "(1) System variables and parameters": correct sizes of pumps, motors, leakage terms,
-controller parameters. The paper gives no numbers for this step; every limit is ours and stands in the criteria file
-with its reason.
+controller parameters. The paper states no numbers for this step; every limit is Stillhook's own and is given in the
+criteria file with its reason.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.parameters.circuit.leakage import form_says
 from stillhook.validate.parameters.circuit.standstill import rest_measure
-from stillhook.validate.parameters.estimates import Implied, implied_by
+from stillhook.validate.parameters.estimates import ParameterEstimates, parameter_estimates
 from stillhook.validate.parameters.measures import by_name, measures
 from stillhook.validate.parameters.rows import table
 from stillhook.validate.parameters.segments import parts_of
@@ -29,68 +29,70 @@ from stillhook.validate.parameters.segments import parts_of
 class ParametersStep(Step):
     """Step 1 with what its figures need."""
 
-    implied: Implied | None = None
+    estimates: ParameterEstimates | None = None
 
 
 def check_parameters(campaign: Campaign, records: tuple[Record, ...], progress: Callable[[float], None]) -> Step:
-    """What the logs imply of transmission, displacements, leakage, settings, clock, load cell, friction and tip delay,
-    against the crane.
+    """Parameters implied by the logs: transmission, displacements, leakage, settings, clock, load cell, friction and
+    tip delay, against the crane.
 
     Parameters: campaign with the twin under test; records as read; progress is called with the share done.
-    Nothing is refused here: a check whose signals were not logged gives a measure without a value, and says what to
+    Nothing is refused here: a check whose signals were not logged gives a measure without a value that states what to
     log.
     """
-    found = implied_by(parts_of(campaign, records), progress, records)
-    told = (*measures(campaign, found), rest_measure(campaign.crane, found.rests, records))
-    lines = said(campaign.criteria, told)
-    if found.balance is not None and found.balance.leak.refuted:
-        text = form_says(found.balance.leak)
+    estimates = parameter_estimates(parts_of(campaign, records), progress, records)
+    results = (*measures(campaign, estimates), rest_measure(campaign.crane, estimates.rests, records))
+    lines = statements(campaign.criteria, results)
+    if estimates.balance is not None and estimates.balance.leak.refuted:
+        text = form_says(estimates.balance.leak)
         lines = (*lines, f"{text[0].upper()}{text[1:]}.")
-    return ParametersStep(StepNumber.PARAMETERS, told, lines, (table(campaign, found, told),), _data(found), found)
+    return ParametersStep(
+        StepNumber.PARAMETERS, results, lines, (table(campaign, estimates, results),), _data(estimates), estimates
+    )
 
 
-def said(criteria: Criteria, told: Sequence[Measure]) -> tuple[str, ...]:
-    """Statements: what breaks a limit first, by how much it does, what the data leave open, then all that agrees in one
-    line, then what the data cannot tell."""
+def statements(criteria: Criteria, results: Sequence[Measure]) -> tuple[str, ...]:
+    """Statements: exceeded limits first, by utilisation, then what the data leave open, then everything within limits
+    in one line, then what the data cannot determine."""
     broken: list[tuple[float, str]] = []
     unknown: dict[str, list[str]] = {}
     fine, wide = [], []
-    for name, mine in by_name(told).items():
+    for name, same in by_name(results).items():
         for c in (c for c in criteria.criteria if c.measure == name):
-            met = [(m, verdict_of(c, m)) for m in mine]
+            met = [(m, verdict_of(c, m)) for m in same]
             wrong = [m for m, verdict in met if verdict is Verdict.REFUTED]
             open_ = [m for m, verdict in met if verdict is Verdict.NOT_SHOWN and m.value is not None]
             if wrong:
                 worst = max(wrong, key=lambda m: abs(m.value or 0.0))
-                broken.append((abs(worst.value or 0.0) / c.limit, _wrong(c, worst, len(wrong), len(mine))))
-            elif all(m.value is None for m in mine):
-                unknown.setdefault(mine[0].note, []).append(c.what)
+                broken.append((abs(worst.value or 0.0) / c.limit, _wrong(c, worst, len(wrong), len(same))))
+            elif all(m.value is None for m in same):
+                unknown.setdefault(same[0].note, []).append(c.title)
             elif open_:
-                wide.append(f"{_small(c.what)} ({in_words(c, _largest(open_))}, limit {c.limit_text})")
+                wide.append(f"{_small(c.title)} ({in_words(c, _largest(open_))}, limit {c.limit_text})")
             else:
-                fine.append(_small(c.what))
+                fine.append(_small(c.title))
     agree = (
-        (f"Within limits: {'; '.join(fine) if broken or wide else f'all {len(fine)} checks that the data allow'}.",)
+        (f"Within limits: {'; '.join(fine) if broken or wide else f'all {len(fine)} checks possible with the data'}.",)
         if fine
         else ()
     )
     unsure = (
-        (f"Neither shown nor refuted, part of the interval is beyond the limit: {'; '.join(wide)}.",) if wide else ()
+        (f"Neither shown nor refuted (part of the interval is beyond the limit): {'; '.join(wide)}.",) if wide else ()
     )
     lacks = (
-        f"{'; '.join([what[0], *(_small(w) for w in what[1:])])} cannot be told: {note}."
-        for note, what in unknown.items()
+        f"{'; '.join([titles[0], *(_small(w) for w in titles[1:])])} cannot be determined: {note}."
+        for note, titles in unknown.items()
     )
     return (*(text for _, text in sorted(broken, key=lambda b: -b[0])), *unsure, *agree, *lacks)
 
 
-def _largest(found: Sequence[Measure]) -> float:
-    return max((m.value for m in found if m.value is not None), key=abs)
+def _largest(measures: Sequence[Measure]) -> float:
+    return max((m.value for m in measures if m.value is not None), key=abs)
 
 
-def _small(what: str) -> str:
+def _small(title: str) -> str:
     """A criterion's title inside a sentence."""
-    return what[0].lower() + what[1:]
+    return title[0].lower() + title[1:]
 
 
 def _wrong(c: Criterion, m: Measure, wrong: int, all_: int) -> str:
@@ -98,14 +100,14 @@ def _wrong(c: Criterion, m: Measure, wrong: int, all_: int) -> str:
     many = f" ({wrong} of {all_})" if all_ > 1 else ""
     assert m.value is not None
     cause = f": {m.note}" if m.note else ""
-    return f"{c.what}{where}{many}: {in_words(c, m.value)}, limit {c.limit_text}{cause}."
+    return f"{c.title}{where}{many}: {in_words(c, m.value)}, limit {c.limit_text}{cause}."
 
 
-def _data(found: Implied) -> dict[str, Any]:
-    """Numbers behind the figures, by check and test, in SI."""
-    b = found.balance
+def _data(estimates: ParameterEstimates) -> dict[str, Any]:
+    """Data of the figures, by check and test, in SI."""
+    b = estimates.balance
     return {
-        "lever": [
+        "r_eff": [
             {
                 "test": x.test,
                 "error": x.error.value,
@@ -118,7 +120,7 @@ def _data(found: Implied) -> dict[str, Any]:
                 "s_w": x.s_w,
                 "from": x.wire,
             }
-            for x in found.levers
+            for x in estimates.radii
         ],
         "friction": [
             {
@@ -130,19 +132,19 @@ def _data(found: Implied) -> dict[str, Any]:
                 "T_standing": f.standing.value,
                 "inertia_missing": f.inertia.value,
             }
-            for f in found.frictions
+            for f in estimates.frictions
         ],
         "delay": [
             {"test": d.test, "delay": d.delay.value, "low": d.delay.low, "high": d.delay.high, "gain": d.gain.value}
-            for d in found.delays
+            for d in estimates.delays
         ],
         "load_cell": [
             {"test": c.test, "F_w": c.force.value, "low": c.force.low, "high": c.force.high, "weight": c.weight}
-            for c in found.cells
+            for c in estimates.cells
         ],
         "rests": (
             []
-            if found.rests is None
+            if estimates.rests is None
             else [
                 {
                     "test": r.test,
@@ -152,7 +154,7 @@ def _data(found: Implied) -> dict[str, Any]:
                     "low": r.dp.low,
                     "high": r.dp.high,
                 }
-                for r in found.rests.rests
+                for r in estimates.rests.rests
             ]
         ),
         "flow": (

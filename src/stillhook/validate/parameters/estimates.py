@@ -1,4 +1,4 @@
-"""All that a log implies of a crane's parameters, side by side: every check of step 1 on the parts of the records."""
+"""Parameters of a crane implied by its logs: every check of step 1 on the parts of the records."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from stillhook.validate.parameters.circuit.settings import Offset, PumpSetting, 
 from stillhook.validate.parameters.circuit.standstill import Rests, rests
 from stillhook.validate.parameters.hoisting.friction import Friction, frictions
 from stillhook.validate.parameters.hoisting.load import Cell, cells
-from stillhook.validate.parameters.hoisting.transmission import Lever, levers
-from stillhook.validate.parameters.segments import Part
+from stillhook.validate.parameters.hoisting.transmission import EffectiveRadius, effective_radii
+from stillhook.validate.parameters.segments import LogPart
 from stillhook.validate.parameters.signals.clock import Clock, Jump, Ratio, clock_of, largest_jump, ratios
 from stillhook.validate.parameters.signals.delay import TipDelay, tip_delays
 from stillhook.validate.parameters.signals.reference import Reference, references
 
 
 @dataclass(frozen=True)
-class Implied:
-    """What every check found; empty or None where the log has nothing for it."""
+class ParameterEstimates:
+    """Results of every check; empty or None where the log has no data for it."""
 
-    parts: tuple[Part, ...]
+    parts: tuple[LogPart, ...]
     ratios: Mapping[str, Ratio]
     clock: Clock
     jump: Jump | None
-    levers: tuple[Lever, ...]
+    radii: tuple[EffectiveRadius, ...]
     motor: Offset | None
     pump: PumpSetting | None
     balance: Balance | None
@@ -41,22 +41,24 @@ class Implied:
     rests: Rests | None = None
 
 
-def implied_by(parts: Sequence[Part], progress: Callable[[float], None], records: Sequence[Record] = ()) -> Implied:
+def parameter_estimates(
+    parts: Sequence[LogPart], progress: Callable[[float], None], records: Sequence[Record] = ()
+) -> ParameterEstimates:
     """Take every check on the parts; the clock first, because lengths over speeds depend on it. records: for rests,
     which may be short."""
     meter = Meter(6.0, progress)
     parts = tuple(parts)
-    found = ratios(parts)
-    clock, jump = clock_of(found), largest_jump(parts, found)
-    drum = levers(parts, clock.error.value if clock.error is not None else 0.0)
+    rate_ratios = ratios(parts)
+    clock, jump = clock_of(rate_ratios), largest_jump(parts, rate_ratios)
+    drum = effective_radii(parts, clock.error.value if clock.error is not None else 0.0)
     meter.part(1.0)(1.0)
     motor, pump = motor_offset(parts), pump_setting(parts)
     meter.part(3.0)(1.0)
     flow, load, friction = balance(parts), cells(parts), frictions(parts)
     meter.part(1.0)(1.0)
-    return Implied(
+    return ParameterEstimates(
         parts,
-        found,
+        rate_ratios,
         clock,
         jump,
         drum,

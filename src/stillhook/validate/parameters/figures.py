@@ -1,4 +1,4 @@
-"""Figures of step 1: what the logs imply against what the crane file says, for drum, flows, friction and tip delay."""
+"""Figures of step 1: parameters implied by the logs against the crane file, for drum, flows, friction and tip delay."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stillhook.validate.data_set.axes import axes_of, legend_below, marked
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.parameters.check import ParametersStep
-from stillhook.validate.parameters.estimates import Implied
+from stillhook.validate.parameters.estimates import ParameterEstimates
 from stillhook.validate.parameters.segments import diameter_of, wire_of_layer
 from stillhook.validate.parameters.signals.delay import CURVE, TipDelay
 
@@ -23,31 +23,31 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_DOTS = 1500
-"""Dots of one colour in a scatter: more make a blot."""
+"""Largest number of dots of one colour in a scatter plot."""
 TWIN = GREY
 
 
 def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict[str, Figure]:
     """The figures of step 1 by file stem, those whose signals were logged."""
-    if not isinstance(step, ParametersStep) or step.implied is None:
+    if not isinstance(step, ParametersStep) or step.estimates is None:
         return {}
-    found = step.implied
+    estimates = step.estimates
     out: dict[str, Figure] = {}
-    if found.levers:
-        out["drum"] = _drum(campaign, found)
-    if found.balance is not None:
-        out["flow-balance"] = _flow(found)
-    if found.frictions:
-        out["torque-balance"] = _friction(found)
-    if found.delays:
-        out["tip-delay"] = _delay(campaign, found.delays)
+    if estimates.radii:
+        out["drum"] = _drum(campaign, estimates)
+    if estimates.balance is not None:
+        out["flow-balance"] = _flow(estimates)
+    if estimates.frictions:
+        out["torque-balance"] = _friction(estimates)
+    if estimates.delays:
+        out["tip-delay"] = _delay(campaign, estimates.delays)
     if campaign.synthetic:
         for figure in out.values():
             figure.suptitle(marked(campaign, figure.get_suptitle()), fontsize="medium")
     return out
 
 
-def _drum(campaign: Campaign, found: Implied) -> Figure:
+def _drum(campaign: Campaign, estimates: ParameterEstimates) -> Figure:
     """Diameter of the wire's centre that every test implies, over the layers of the twin's drum."""
     title = "Wire per turn of the motors: diameter of the wire's centre on the drum"
     figure, ((ax,), (error,)) = axes_of(2, 1, (9.0, 7.0), title, height_ratios=(2.2, 1.0))
@@ -55,7 +55,7 @@ def _drum(campaign: Campaign, found: Implied) -> Figure:
     layers = np.arange(1, crane.drum.layers + 1)
     for n, d in zip(layers, diameter_of(crane, layers.astype(np.float64)), strict=True):
         ax.plot(wire_of_layer(crane, int(n)), [d, d], color=TWIN, lw=2.0, label="twin, by layer" if n == 1 else None)
-    for i, x in enumerate(found.levers):
+    for i, x in enumerate(estimates.radii):
         style: dict[str, Any] = {
             "color": COLOURS[i % 6],
             "marker": "osD^v<"[i % 6],
@@ -75,9 +75,9 @@ def _drum(campaign: Campaign, found: Implied) -> Figure:
     return _finished(figure, ax, 7)
 
 
-def _flow(found: Implied) -> Figure:
-    """Motor flow over pump flow, and what is missing between them over what the twin's leakage takes."""
-    b = found.balance
+def _flow(estimates: ParameterEstimates) -> Figure:
+    """Motor flow over pump flow, and the missing flow over the twin's leakage."""
+    b = estimates.balance
     assert b is not None
     title = "Flow balance of the higher line of the active circuit, windows of half a second"
     figure, ((ax, leak),) = axes_of(1, 2, (11.0, 5.0), title)
@@ -99,19 +99,19 @@ def _flow(found: Implied) -> Figure:
     ):
         leak.plot(top, (1.0 + part / 100.0) * top, color=COLOURS[1], lw=1.5, ls=style, label=label)
     leak.set_xlabel("leakage of the twin [L/min]")
-    leak.set_ylabel("flow that is missing [L/min]")
+    leak.set_ylabel("missing flow [L/min]")
     _robust(leak, _flow_unit(b.Q_lost))
     leak.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize="small", frameon=False)
     return _finished(figure, ax, 2)
 
 
-def _friction(found: Implied) -> Figure:
-    """Torque that is left at the motor shaft over the twin's friction, by test."""
+def _friction(estimates: ParameterEstimates) -> Figure:
+    """Remaining torque at the motor shaft over the twin's friction, by test."""
     figure, (axes,) = axes_of(
-        1, 2, (11.0, 5.0), "Torque balance at the motors: what is left, against the twin's friction"
+        1, 2, (11.0, 5.0), "Torque balance at the motors: remaining torque against the twin's friction"
     )
     for ax, up in zip(axes, (False, True), strict=True):
-        for i, f in enumerate(found.frictions):
+        for i, f in enumerate(estimates.frictions):
             this = np.isfinite(f.measured) & np.isfinite(f.twin) & ((f.twin > 0.0) == up)
             x, y = (_thinned(np.abs(values[this])) for values in (f.twin, f.measured * np.sign(f.twin)))
             label = f"test {f.test}: {1.0 + f.scale.value:.2f} (+- {f.scale.half:.2f})"
@@ -120,16 +120,14 @@ def _friction(found: Implied) -> Figure:
         ax.plot(ends, ends, color=TWIN, lw=1.5, label="twin")
         ax.set_xlabel("friction of the twin [N m]")
         ax.set_title("hoisting" if up else "lowering", fontsize="medium")
-    axes[0].set_ylabel("torque that is left [N m]")
+    axes[0].set_ylabel("remaining torque [N m]")
     legend_below(figure, axes[1:], 4)
     return figure
 
 
 def _delay(campaign: Campaign, delays: tuple[TipDelay, ...]) -> Figure:
-    """Force in the wave band that is left if the true tip is so much ahead of the logged one."""
-    title = (
-        "Delay of the tip signal: force of the hook's motion that is left, if the true tip is ahead of the logged one"
-    )
+    """Remaining force in the wave band over the lead of the true tip against the logged one."""
+    title = "Delay of the tip signal: remaining force of the hook's motion over the lead of the true tip"
     figure, ((ax,),) = axes_of(1, 1, (9.0, 5.0), title)
     for i, d in enumerate(delays):
         label = f"test {d.test}: {1e3 * d.delay.value:.0f} +- {1e3 * d.delay.half:.0f} ms"
@@ -138,7 +136,7 @@ def _delay(campaign: Campaign, delays: tuple[TipDelay, ...]) -> Figure:
     ax.axvline(1e3 * campaign.delay, color=TWIN, lw=2.0, ls="--", label=f"stated: {1e3 * campaign.delay:.0f} ms")
     ax.set_ylim(bottom=0.0)
     ax.set_xlabel("delay [ms]")
-    ax.set_ylabel("force that is left, rms [kN]")
+    ax.set_ylabel("remaining force, rms [kN]")
     return _finished(figure, ax, 3)
 
 
@@ -160,12 +158,12 @@ def _thinned(x: FloatArray) -> FloatArray:
 
 
 def _robust(ax: Axes, y: FloatArray) -> None:
-    """The view on nearly all dots: single ones far off do not decide it."""
+    """Axis limits that hold nearly all dots: single outliers do not set them."""
     low, high = np.nanpercentile(y, [0.5, 99.5])
     ax.set_ylim(min(0.0, low - 0.2 * (high - low)), high + 0.2 * (high - low))
 
 
 def _wider(ax: Axes, least: float) -> None:
-    """A view at least so far about zero, for errors that are nearly none."""
+    """Axis limits of at least this width about zero, for errors close to zero."""
     low, high = ax.get_ylim()
     ax.set_ylim(min(low, -least), max(high, least))

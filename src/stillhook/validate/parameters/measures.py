@@ -1,4 +1,4 @@
-"""Measures of step 1: what a log implies less what the crane file says, with the likely cause in words."""
+"""Measures of step 1: parameters implied by a log less those of the crane file, with the likely cause in words."""
 
 from __future__ import annotations
 
@@ -15,44 +15,44 @@ from stillhook.validate.criteria.results import Measure
 from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.parameters.circuit.flow import Balance
 from stillhook.validate.parameters.circuit.leakage import form_says
-from stillhook.validate.parameters.estimates import Implied
+from stillhook.validate.parameters.estimates import ParameterEstimates
 from stillhook.validate.parameters.hoisting import friction as implied_friction
 from stillhook.validate.parameters.hoisting.friction import Friction
 from stillhook.validate.parameters.hoisting.load import CLOSE, cell_says
 from stillhook.validate.parameters.hoisting.transmission import diagnosis
-from stillhook.validate.parameters.segments import Part
+from stillhook.validate.parameters.segments import LogPart
 from stillhook.validate.parameters.signals import delay as implied_delay
 from stillhook.validate.parameters.signals.clock import Ratio, jump_says
 
 SWAPPED = -0.3
-"""Measured friction over the twin's below which the pressure lines are swapped: friction takes, it does not give."""
+"""Measured friction over the twin's below which the pressure lines are swapped: friction dissipates."""
 CELL_BELIEVED = 0.25
-"""Error of the load cell from which no torque is drawn from it [-]."""
+"""Error of the load cell from which it is not used for torques [-]."""
 STANDS = 0.03
-"""Standing torque, as a part of the load, from which it is worth a word [-]: gas pressure, setting and cell are known
+"""Standing torque, as a part of the load, from which it is reported [-]: gas pressure, setting and cell are known
 to a per cent."""
-UNTOLD = 1e-3
-"""Error of a calibration that is none [-]."""
+NEGLIGIBLE = 1e-3
+"""Error of a calibration that is negligible [-]."""
 RATES = {"v_w": "wire speed", "v_tip": "tip speed", "a_tip": "tip acceleration"}
 
 
-def measures(campaign: Campaign, found: Implied) -> tuple[Measure, ...]:
+def measures(campaign: Campaign, estimates: ParameterEstimates) -> tuple[Measure, ...]:
     """Every measure of step 1 in the order of the checks; one without a value says what to log."""
     return (
-        *_levers(campaign, found),
-        *_clock(found),
-        *_settings(campaign, found),
-        *_flow(found),
-        *_cells(found),
-        *_friction(found),
-        *_delay(campaign, found),
-        *_references(found),
-        *_pressures(found),
+        *_radii(campaign, estimates),
+        *_clock(estimates),
+        *_settings(campaign, estimates),
+        *_flow(estimates),
+        *_cells(estimates),
+        *_friction(estimates),
+        *_delay(campaign, estimates),
+        *_references(estimates),
+        *_pressures(estimates),
     )
 
 
 def measure(name: str, e: Estimate | None, *, test: str = "", data: str = "", note: str = "") -> Measure:
-    """A measure of step 1 from an estimate; None: the data cannot tell."""
+    """A measure of step 1 from an estimate; None: not determined by the data."""
     quantity = MEASURES[name].quantity
     if e is None:
         return Measure(name, None, quantity, test=test, data=data, note=note)
@@ -62,58 +62,64 @@ def measure(name: str, e: Estimate | None, *, test: str = "", data: str = "", no
     )
 
 
-def rests_on(parts: Iterable[Part], tests: Iterable[str], blocks: int = 0) -> str:
+def rests_on(parts: Iterable[LogPart], tests: Iterable[str], blocks: int = 0) -> str:
     """The data behind a measure in words."""
     names = list(dict.fromkeys(tests))
     seconds = sum(p.segment.duration for p in parts if p.test in names)
-    what = f"{len(names)} test{'s' if len(names) != 1 else ''}, {number(seconds, 4)} s"
-    return f"{what} in {blocks} blocks" if blocks else what
+    text = f"{len(names)} test{'s' if len(names) != 1 else ''}, {number(seconds, 4)} s"
+    return f"{text} in {blocks} blocks" if blocks else text
 
 
-def _levers(campaign: Campaign, found: Implied) -> list[Measure]:
-    if not found.levers:
+def _radii(campaign: Campaign, estimates: ParameterEstimates) -> list[Measure]:
+    if not estimates.radii:
         return [
-            measure("lever_error", None, note="log the motor speed omega_m beside v_w or s_w, with the winch moving")
+            measure(
+                "lever_error",
+                None,
+                note=("log the motor speed omega_m together with v_w or s_w, with the winch moving"),
+            )
         ]
-    note = diagnosis(campaign.crane, found.levers)
+    note = diagnosis(campaign.crane, estimates.radii)
     return [
         measure(
             "lever_error",
             x.error,
             test=f"test {x.test}",
-            data=rests_on(found.parts, [x.test], x.error.blocks),
+            data=rests_on(estimates.parts, [x.test], x.error.blocks),
             note=note,
         )
-        for x in found.levers
+        for x in estimates.radii
     ]
 
 
-def _clock(found: Implied) -> list[Measure]:
-    tests = [t for r in found.ratios.values() for t in r.tests]
-    clock = found.clock.error
-    out = [measure("clock_error", clock, data=rests_on(found.parts, tests) if clock else "", note=found.clock.note)]
+def _clock(estimates: ParameterEstimates) -> list[Measure]:
+    tests = [t for r in estimates.ratios.values() for t in r.tests]
+    clock = estimates.clock.error
+    out = [
+        measure("clock_error", clock, data=rests_on(estimates.parts, tests) if clock else "", note=estimates.clock.note)
+    ]
     for name, key in (("v_w_error", "v_w"), ("v_tip_error", "v_tip"), ("a_tip_error", "a_tip")):
-        if key in found.clock.calibration:
-            e = found.clock.calibration[key]
+        if key in estimates.clock.calibration:
+            e = estimates.clock.calibration[key]
             out.append(
                 measure(
                     name,
                     e,
-                    data=rests_on(found.parts, found.ratios[key].tests),
-                    note=_calibration(found.ratios[key], e),
+                    data=rests_on(estimates.parts, estimates.ratios[key].tests),
+                    note=_calibration(estimates.ratios[key], e),
                 )
             )
         else:
-            out.append(measure(name, None, note=f"log {key} with what it is the rate of, and move"))
-    if found.jump is None:
-        out.append(measure("length_jump", None, note="log v_w beside s_w"))
+            out.append(measure(name, None, note=f"log {key} together with the quantity it is the rate of, in motion"))
+    if estimates.jump is None:
+        out.append(measure("length_jump", None, note="log v_w together with s_w"))
     else:
         out.append(
             measure(
                 "length_jump",
-                Estimate(found.jump.size, 0.0),
-                data=rests_on(found.parts, tests),
-                note=jump_says(found.jump),
+                Estimate(estimates.jump.size, 0.0),
+                data=rests_on(estimates.parts, tests),
+                note=jump_says(estimates.jump),
             )
         )
     return out
@@ -125,14 +131,14 @@ def _calibration(ratio: Ratio, e: Estimate) -> str:
         if abs(ratio.lag) > 0.005
         else ""
     )
-    if abs(e.value) < UNTOLD:
+    if abs(e.value) < NEGLIGIBLE:
         return f"the {RATES[ratio.name]} is calibrated{lag}"
     much = f"{100.0 * abs(e.value):.2f} % too {'much' if e.value > 0.0 else 'little'}"
-    return f"the {RATES[ratio.name]} reads {much} against the change of what it is the rate of{lag}"
+    return f"the {RATES[ratio.name]} reads {much} against the change of the corresponding quantity{lag}"
 
 
-def _settings(campaign: Campaign, found: Implied) -> list[Measure]:
-    out, motor = [], found.motor
+def _settings(campaign: Campaign, estimates: ParameterEstimates) -> list[Measure]:
+    out, motor = [], estimates.motor
     if motor is None:
         out.append(measure("motor_offset_error", None, note="log the motors' command u_m and setting alpha_m"))
     elif motor.offset is None:
@@ -146,19 +152,22 @@ def _settings(campaign: Campaign, found: Implied) -> list[Measure]:
         e = Estimate(motor.offset.value - expected, motor.offset.half, motor.offset.blocks)
         wide = f", hysteresis {100.0 * motor.hysteresis.value:.1f} %" if motor.hysteresis is not None else ""
         note = (
-            f"the motors stand {100.0 * motor.offset.value:.1f} % above their command, {100.0 * expected:.1f} % in the"
+            f"the motors are {100.0 * motor.offset.value:.1f} % above their command, {100.0 * expected:.1f} % in the"
             f" twin{wide}"
         )
         out.append(
             measure("motor_offset_error", e, data=f"{number(motor.seconds, 3)} s with reduced motors", note=note)
         )
-    if found.pump is None:
+    if estimates.pump is None:
         return [*out, measure("pump_gain_error", None, note="log the pumps' command u_p and setting alpha_p")]
-    zero = f"zero of the setting at {100.0 * found.pump.offset.value:.2f} %"
+    zero = f"zero of the setting at {100.0 * estimates.pump.offset.value:.2f} %"
     return [
         *out,
         measure(
-            "pump_gain_error", found.pump.gain, data=rests_on(found.parts, [p.test for p in found.parts]), note=zero
+            "pump_gain_error",
+            estimates.pump.gain,
+            data=rests_on(estimates.parts, [p.test for p in estimates.parts]),
+            note=zero,
         ),
     ]
 
@@ -169,15 +178,15 @@ def _expected_offset(campaign: Campaign) -> float:
     return 0.0 if motor.variant is ServoVariant.CLOSED_LOOP else motor.offset
 
 
-def _flow(found: Implied) -> list[Measure]:
-    b = found.balance
+def _flow(estimates: ParameterEstimates) -> list[Measure]:
+    b = estimates.balance
     if b is None:
         note = "log p_a, p_b, the motor speed, alpha_m (or u_m) and alpha_p (or u_p), with pressure in one line"
         return [
             measure(name, None, note=note)
             for name in ("displacement_ratio_error", "leakage_error", "leakage_here_error")
         ]
-    data = rests_on(found.parts, b.tests, b.ratio.blocks)
+    data = rests_on(estimates.parts, b.tests, b.ratio.blocks)
     return [
         measure("displacement_ratio_error", b.ratio, data=data, note=_ratio_says(b)),
         measure("leakage_error", b.leak.judged, data=data, note=_leak_says(b)),
@@ -185,7 +194,7 @@ def _flow(found: Implied) -> list[Measure]:
             "leakage_here_error",
             b.leakage,
             data=data,
-            note=f"at {point_text(b.leak.at)}, where the leakage of these data flows",
+            note=f"at {point_text(b.leak.at)}, the working point of the leakage in these data",
         ),
     ]
 
@@ -195,7 +204,7 @@ def _ratio_says(b: Balance) -> str:
     text = f"with full pumps the winch is {100.0 * abs(b.ratio.value):.2f} % {faster} than the twin, leakage apart"
     assumed = [name for name, seen in (("u_m", b.measured_motors), ("u_p", b.measured_pumps)) if not seen]
     return text + (
-        f"; from {' and '.join(assumed)} through the servo, so offsets of the settings are in it" if assumed else ""
+        f"; from {' and '.join(assumed)} through the servo, so it includes offsets of the settings" if assumed else ""
     )
 
 
@@ -206,111 +215,111 @@ def _leak_says(b: Balance) -> str:
     if leak.refuted:
         text += f"; {form_says(leak)}"
     elif len(leak.left) > 1:
-        text += f", form as in the crane file; the data do not tell these forms apart: {', '.join(leak.left)}"
+        text += f", form as in the crane file; the data do not distinguish these forms: {', '.join(leak.left)}"
     return text
 
 
-def _cells(found: Implied) -> list[Measure]:
-    heavy = [c for c in found.cells if not c.light]
+def _cells(estimates: ParameterEstimates) -> list[Measure]:
+    heavy = [c for c in estimates.cells if not c.light]
     if not heavy:
         return [measure("load_cell_error", None, note="log the load cell F_w in a test whose load is stated")]
-    note = cell_says(found.cells, found.parts)
-    data = {c.test: rests_on(found.parts, [c.test], c.error.blocks) for c in heavy}
+    note = cell_says(estimates.cells, estimates.parts)
+    data = {c.test: rests_on(estimates.parts, [c.test], c.error.blocks) for c in heavy}
     return [measure("load_cell_error", c.error, test=f"test {c.test}", data=data[c.test], note=note) for c in heavy]
 
 
-def _cell_wrong(found: Implied) -> bool:
-    return any(abs(c.error.value) > CELL_BELIEVED for c in found.cells if not c.light)
+def _cell_wrong(estimates: ParameterEstimates) -> bool:
+    return any(abs(c.error.value) > CELL_BELIEVED for c in estimates.cells if not c.light)
 
 
-def _friction(found: Implied) -> list[Measure]:
-    if _cell_wrong(found):
+def _friction(estimates: ParameterEstimates) -> list[Measure]:
+    if _cell_wrong(estimates):
         return [
             measure(
                 "friction_error",
                 None,
-                note="the load cell is wrong, so the torques at the shaft do not add up: mend it first",
+                note="the load cell is wrong, so the torque balance is not closed: correct it first",
             )
         ]
-    kinds = {p.test: p.kind for p in found.parts}
-    mine = [f for f in found.frictions if kinds[f.test] is Kind.AHC] or list(found.frictions)
-    scale = implied_friction.overall(mine)
+    kinds = {p.test: p.kind for p in estimates.parts}
+    judged = [f for f in estimates.frictions if kinds[f.test] is Kind.AHC] or list(estimates.frictions)
+    scale = implied_friction.overall(judged)
     if scale is None:
-        lacks = dict.fromkeys(name for p in found.parts for name in implied_friction.missing(p))
+        lacks = dict.fromkeys(name for p in estimates.parts for name in implied_friction.missing(p))
         note = (
             f"log {', '.join(lacks)} for a torque balance at the motors" if lacks else "the winch does not move enough"
         )
         return [measure("friction_error", None, note=note)]
-    data = rests_on(found.parts, [f.test for f in mine], scale.blocks)
-    return [measure("friction_error", scale, data=data, note=_friction_says(found, mine, scale))]
+    data = rests_on(estimates.parts, [f.test for f in judged], scale.blocks)
+    return [measure("friction_error", scale, data=data, note=_friction_says(estimates, judged, scale))]
 
 
-def _friction_says(found: Implied, mine: list[Friction], scale: Estimate) -> str:
+def _friction_says(estimates: ParameterEstimates, judged: list[Friction], scale: Estimate) -> str:
     if 1.0 + scale.value < SWAPPED:
-        return "friction drives the winch: p_a and p_b are swapped, or the speed is counted the wrong way"
-    each = by_case({f.test: 1.0 + f.scale.value for f in mine}, lambda x: number(x, 3))
+        return "friction drives the winch: p_a and p_b are swapped, or the sign of the speed is wrong"
+    each = by_case({f.test: 1.0 + f.scale.value for f in judged}, lambda x: number(x, 3))
     text = f"{number(1.0 + scale.value, 3)} times the twin's{f', {each}' if each else ''}"
-    others = [f"{number(1.0 + f.scale.value, 3)} in {f.test}" for f in found.frictions if f not in mine]
-    text += f"; not judged, for it is no heave compensation: {', '.join(others)}" if others else ""
-    part = {p.test: p for p in found.parts}
-    standing = max(mine, key=lambda f: abs(f.standing_force) / max(part[f.test].weight, 1.0))
+    others = [f"{number(1.0 + f.scale.value, 3)} in {f.test}" for f in estimates.frictions if f not in judged]
+    text += f"; not judged because it is not heave compensation: {', '.join(others)}" if others else ""
+    part = {p.test: p for p in estimates.parts}
+    standing = max(judged, key=lambda f: abs(f.standing_force) / max(part[f.test].weight, 1.0))
     if abs(standing.standing_force) > STANDS * max(part[standing.test].weight, 1.0):
         force = show(standing.standing_force, "force", 3)
-        text += f"; apart from it {force} in the wire of {standing.test} are not explained: load cell, p_hp or alpha_pm"
+        text += f"; in addition {force} in the wire of {standing.test} are not explained: load cell, p_hp or alpha_pm"
     return text
 
 
-def _delay(campaign: Campaign, found: Implied) -> list[Measure]:
-    if not found.delays:
+def _delay(campaign: Campaign, estimates: ParameterEstimates) -> list[Measure]:
+    if not estimates.delays:
         return [
             measure(
                 "tip_delay_error",
                 None,
-                note="log the load cell F_w beside s_tip and s_w, compensating a tip that moves",
+                note="log the load cell F_w together with s_tip and s_w, in heave compensation with tip motion",
             )
         ]
-    if any(abs(c.error.value) > CLOSE for c in found.cells if not c.light):
-        return [measure("tip_delay_error", None, note="the load cell is wrong: mend it first")]
-    total = implied_delay.overall(found.delays)
+    if any(abs(c.error.value) > CLOSE for c in estimates.cells if not c.light):
+        return [measure("tip_delay_error", None, note="the load cell is wrong: correct it first")]
+    total = implied_delay.overall(estimates.delays)
     assert total is not None
-    each = by_case({d.test: d.delay.value for d in found.delays}, lambda x: f"{in_ms(x)} ms")
-    told = f"{in_ms(total.value)} ms found{f', {each}' if each else ''}, {in_ms(campaign.delay)} ms stated"
-    if total.half > implied_delay.TOLD and abs(total.value - campaign.delay) < total.half:
+    each = by_case({d.test: d.delay.value for d in estimates.delays}, lambda x: f"{in_ms(x)} ms")
+    text = f"{in_ms(total.value)} ms estimated{f', {each}' if each else ''}, {in_ms(campaign.delay)} ms stated"
+    if total.half > implied_delay.WIDEST and abs(total.value - campaign.delay) < total.half:
         note = (
-            f"{told}, +- {in_ms(total.half)} ms: load, motion or load cell are too weak; test a heavy load with little"
+            f"{text}, +- {in_ms(total.half)} ms: load, motion or load cell are too weak; test a heavy load with little"
             " wire out"
         )
         return [measure("tip_delay_error", None, note=note)]
     e = Estimate(total.value - campaign.delay, total.half, total.blocks)
-    data = rests_on(found.parts, [d.test for d in found.delays], total.blocks)
-    return [measure("tip_delay_error", e, data=data, note=f"{told}, from the force that moves the hook")]
+    data = rests_on(estimates.parts, [d.test for d in estimates.delays], total.blocks)
+    return [measure("tip_delay_error", e, data=data, note=f"{text}, from the force of the hook's motion")]
 
 
-def _references(found: Implied) -> list[Measure]:
-    if not found.references:
-        note = "log the PLC's own error e_c_measured beside s_w and s_tip"
+def _references(estimates: ParameterEstimates) -> list[Measure]:
+    if not estimates.references:
+        note = "log the PLC's own error e_c_measured together with s_w and s_tip"
         return [measure(name, None, note=note) for name in ("reference_lag", "reference_spread")]
     out = []
-    for r in found.references:
-        where, data = f"test {r.test}", rests_on(found.parts, [r.test], r.lag.blocks)
+    for r in estimates.references:
+        where, data = f"test {r.test}", rests_on(estimates.parts, [r.test], r.lag.blocks)
         late = "later" if r.lag.value > 0.0 else "earlier"
-        note = f"the PLC's tip comes {in_ms(abs(r.lag.value))} ms {late} than the logged one"
+        note = f"the PLC's tip is {in_ms(abs(r.lag.value))} ms {late} than the logged one"
         out.append(measure("reference_lag", r.lag, test=where, data=data, note=note))
         out.append(measure("reference_spread", Estimate(r.spread, 0.0), test=where, data=data))
     return out
 
 
-def _pressures(found: Implied) -> list[Measure]:
-    if not found.pressures:
+def _pressures(estimates: ParameterEstimates) -> list[Measure]:
+    if not estimates.pressures:
         return [measure(name, None, note="log p_a and p_b") for name in ("boost_error", "p_max_over_relief")]
-    lows = [p for p in found.pressures if p.low is not None]
-    data = {p.test: rests_on(found.parts, [p.test]) for p in found.pressures}
+    lows = [p for p in estimates.pressures if p.low is not None]
+    data = {p.test: rests_on(estimates.parts, [p.test]) for p in estimates.pressures}
     out = [
         measure("boost_error", p.low, test=f"test {p.test}", data=data[p.test], note=_low_says(p.least)) for p in lows
     ]
     if not lows:
-        out = [measure("boost_error", None, note="the lines are never apart")]
-    high = max(found.pressures, key=lambda p: p.high)
+        out = [measure("boost_error", None, note="the lines never differ")]
+    high = max(estimates.pressures, key=lambda p: p.high)
     return [
         *out,
         measure("p_max_over_relief", Estimate(high.high, 0.0), test=f"test {high.test}", data=data[high.test]),
@@ -326,9 +335,9 @@ def in_ms(seconds: float) -> str:
     return f"{1e3 * seconds + 0.0:.0f}"
 
 
-def by_name(found: Iterable[Measure]) -> Mapping[str, list[Measure]]:
+def by_name(items: Iterable[Measure]) -> Mapping[str, list[Measure]]:
     """Measures by name, in their order."""
     out: dict[str, list[Measure]] = {}
-    for m in found:
+    for m in items:
         out.setdefault(m.name, []).append(m)
     return out

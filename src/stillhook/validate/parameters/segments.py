@@ -1,5 +1,5 @@
-"""Unbroken parts of the records as the checks of step 1 use them: measured signals beside the twin's records for that
-load and wire."""
+"""Uninterrupted parts of the records as the checks of step 1 use them: measured signals with the twin's parameters for
+that load and wire."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from stillhook.winches.hoist import drum_geometry
 SHORTEST = 10.0
 """Shorter parts are left out [s]: one wave."""
 BLOCK = 30.0
-"""Length of the blocks that errors may hang together in [s]: some waves, the window of paper F."""
+"""Length of the blocks within which errors may be autocorrelated [s]: some waves, the window of paper F."""
 FEW = 8
-"""Blocks that a short test is cut into: fewer make the interval of its estimate a guess."""
+"""Number of blocks of a short test: with fewer the interval of its estimate is unreliable."""
 
 
 @dataclass(frozen=True)
-class Part:
-    """An unbroken part of a test. number: its place among all parts of the campaign, for the blocks."""
+class LogPart:
+    """An uninterrupted part of a test. number: its place among all parts of the campaign, for the blocks."""
 
     crane: Crane
     record: Record
@@ -60,11 +60,11 @@ class Part:
         return np.arange(self.n, dtype=np.float64) * self.step
 
     def has(self, *names: str) -> bool:
-        """Whether these signals were logged, not made from others, and hold numbers here."""
+        """Whether these signals were logged, not derived from others, and have values in this part."""
         return not self.record.derived.intersection(names) and self.knows(*names)
 
     def knows(self, *names: str) -> bool:
-        """Whether these signals are there, logged or made from others, and hold numbers here."""
+        """Whether these signals are available, logged or derived from others, and have values in this part."""
         return self.record.has(*names) and all(np.isfinite(self[name]).any() for name in names)
 
     def __getitem__(self, name: str) -> FloatArray:
@@ -95,7 +95,7 @@ class Part:
         return layer_of(self.crane, self.wire_out)
 
     @cached_property
-    def lever(self) -> FloatArray:
+    def r_eff(self) -> FloatArray:
         """Wire per motor angle that the twin has at the wire that is out, (n,) [m/rad]."""
         return 0.5 * diameter_of(self.crane, self.layer) / self.crane.i_hD
 
@@ -109,23 +109,23 @@ class Part:
         """Motor speed, from the wire speed where it was not logged, (n,) [rad/s]; None where neither was."""
         if self.has("omega_m"):
             return self["omega_m"]
-        return self["v_w"] / self.lever if self.has("v_w") else None
+        return self["v_w"] / self.r_eff if self.has("v_w") else None
 
     def blocks(self, at: NDArray[Any]) -> IntArray:
-        """Block of time that each moment lies in [s from the start of the part], unique to this part."""
+        """Block of time of each moment [s from the start of the part], unique to this part."""
         length = min(BLOCK, max(self.segment.duration / FEW, 2.0))
         return self.number * 1_000_000 + np.asarray(at / length, dtype=np.intp)
 
 
-def parts_of(campaign: Campaign, records: Sequence[Record]) -> tuple[Part, ...]:
-    """All unbroken parts that are long enough, in the order of the campaign."""
-    found = [(r, s) for r in records for s in r.segments if s.duration >= SHORTEST]
-    return tuple(Part(campaign.crane, r, s, i) for i, (r, s) in enumerate(found))
+def parts_of(campaign: Campaign, records: Sequence[Record]) -> tuple[LogPart, ...]:
+    """All uninterrupted parts that are long enough, in the order of the campaign."""
+    pairs = [(r, s) for r in records for s in r.segments if s.duration >= SHORTEST]
+    return tuple(LogPart(campaign.crane, r, s, i) for i, (r, s) in enumerate(pairs))
 
 
-def by_test(parts: Sequence[Part]) -> dict[str, list[Part]]:
+def by_test(parts: Sequence[LogPart]) -> dict[str, list[LogPart]]:
     """Parts by the name of their test."""
-    out: dict[str, list[Part]] = {}
+    out: dict[str, list[LogPart]] = {}
     for part in parts:
         out.setdefault(part.test, []).append(part)
     return out
@@ -149,7 +149,7 @@ def diameter_of(crane: Crane, layer: FloatArray) -> FloatArray:
 
 
 def layer_at(crane: Crane, diameter: float) -> float:
-    """Layer whose wire centre has this diameter [m], as a real number that may lie beyond what the drum has."""
+    """Layer whose wire centre has this diameter [m], as a real number that may exceed the layers of the drum."""
     drum = drum_record(crane)
     return 1.0 + (diameter - float(layer_diameter(1.0, drum))) / layer_step(crane)
 
@@ -165,6 +165,6 @@ def wire_of_layer(crane: Crane, layer: int) -> tuple[float, float]:
     return drum.L_full - wire_to_layer(float(layer), drum), drum.L_full - wire_to_layer(float(layer - 1), drum)
 
 
-def says(part: Part) -> str:
+def says(part: LogPart) -> str:
     """A part in words: load and wire out."""
     return f"{show(part.segment.load, 'mass', 3)}, {show(part.segment.s_w, 'length', 4)} out"

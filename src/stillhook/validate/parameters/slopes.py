@@ -1,4 +1,4 @@
-"""How much one curve moves for another's: slopes from differences over seconds, with the lag between the two taken out.
+"""Slopes of one curve against another from differences over seconds, corrected for the lag between the two.
 
 Differences of positions against integrals of speeds: a derivative of noisy samples in a regressor would draw the slope
 towards zero.
@@ -15,20 +15,20 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.statistics.jackknife_regression import Fit, fit
-from stillhook.validate.parameters.segments import Part
+from stillhook.validate.parameters.segments import LogPart
 
 WINDOW = 2.0
 """Time over which differences are taken [s]: a fifth of a wave, in which the winch moves a hundred steps of its
 encoder."""
 SMOOTH = 0.2
-"""Part of the window over which both curves are averaged at its ends [-]: noise goes, and what is left of a wave is
-left of both alike."""
+"""Part of the window over which both curves are averaged at its ends [-]: noise is removed, and waves are attenuated
+equally in both."""
 BRIDGED = 0.1
 """Longest hole in a signal that a straight line may fill [s]."""
 LAGS = 3
 """Rounds in which the lag is found: the second leaves it within a millisecond."""
 LONGEST_LAG = 1.0
-"""Largest lag that is taken out [s]."""
+"""Largest lag that is corrected [s]."""
 LEAST_MOTION = 1e-6
 
 
@@ -85,14 +85,14 @@ def smoothed(x: FloatArray, step: float, width: float = BRIDGED) -> FloatArray:
 
 
 def differences(x: FloatArray, step: float, window: float = WINDOW) -> FloatArray:
-    """How much a curve changes from one knot to the next, a window apart; NaN where a hole lies between."""
+    """Change of a curve from one knot to the next, a window apart; NaN where there is a gap between."""
     every = max(1, round(window / step))
     knots = smoothed(x, step, SMOOTH * window)[::every]
     holes = np.cumsum(~np.isfinite(x))[::every]
     return np.where(np.diff(holes) == 0, np.diff(knots), np.nan)
 
 
-def moments(part: Part, window: float = WINDOW) -> FloatArray:
+def moments(part: LogPart, window: float = WINDOW) -> FloatArray:
     """Middles of the windows of `differences` [s from the start of the part]."""
     every = max(1, round(window / part.step))
     return part.t[::every][:-1] + 0.5 * every * part.step
@@ -105,27 +105,27 @@ def later(x: FloatArray, step: float, lag: float) -> FloatArray:
 
 
 def slope(
-    parts: Sequence[Part], curves: Sequence[tuple[FloatArray, FloatArray]], window: float = WINDOW
+    parts: Sequence[LogPart], curves: Sequence[tuple[FloatArray, FloatArray]], window: float = WINDOW
 ) -> Slope | None:
-    """How much y moves for x: pairs (x, y) of curves, one a part, each (n,). None where the data do not tell.
+    """Slope of y against x: pairs (x, y) of curves, one per part, each (n,). None where the data do not determine it.
 
     A constant rate between them (an offset of a speed) is taken out part by part, and so is the lag.
     """
-    lag, found = 0.0, None
+    lag, fitted = 0.0, None
     for _ in range(LAGS + 1):
         rows = [_rows(part, x, y, lag, window) for part, (x, y) in zip(parts, curves, strict=True)]
         dx, dv, dy, block = (np.concatenate(column) for column in zip(*rows, strict=True))
         if not np.isfinite(dx).any() or np.nanstd(dx) < LEAST_MOTION:
             return None
-        found = fit((dx, dv), dy, block)
-        if found is None:
+        fitted = fit((dx, dv), dy, block)
+        if fitted is None:
             return None
-        result = Slope(found, lag, dx, dy)
-        lag = float(np.clip(lag - found.b[1] / found.b[0], -LONGEST_LAG, LONGEST_LAG)) if found.b[0] != 0.0 else lag
+        result = Slope(fitted, lag, dx, dy)
+        lag = float(np.clip(lag - fitted.b[1] / fitted.b[0], -LONGEST_LAG, LONGEST_LAG)) if fitted.b[0] != 0.0 else lag
     return result
 
 
-def _rows(part: Part, x: FloatArray, y: FloatArray, lag: float, window: float) -> tuple[NDArray[Any], ...]:
+def _rows(part: LogPart, x: FloatArray, y: FloatArray, lag: float, window: float) -> tuple[NDArray[Any], ...]:
     moved = later(x, part.step, lag)
     dx, dy = differences(moved, part.step, window), differences(y, part.step, window)
     dv = differences(np.gradient(moved, part.step), part.step, window)

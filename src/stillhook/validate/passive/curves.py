@@ -1,5 +1,5 @@
-"""Curves of the passive circuit along a part of a log: oil that the motors move, torque that they give, what is missing
-for either."""
+"""Curves of the passive circuit along a part of a log: oil displaced by the motors, their torque, and the signals
+missing for either."""
 
 from __future__ import annotations
 
@@ -7,28 +7,29 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.spec.circuits import PassiveCircuit
-from stillhook.validate.parameters.segments import Part
+from stillhook.validate.parameters.segments import LogPart
 from stillhook.validate.parameters.slopes import bridged, integral, smoothed
 
 DRY = 0.05
 """Flow over which dry friction changes its side, over the flow of all active pumps [-]: the piston then creeps."""
 OIL = ("p_hp", "alpha_pm")
-"""Signals, beside a motor speed, from which the oil that the motors move and the pressure that it makes are known."""
+"""Signals, in addition to a motor speed, from which the oil that the motors move and the pressure that it makes are
+known."""
 
 
-def passive_of(part: Part) -> PassiveCircuit:
+def passive_of(part: LogPart) -> PassiveCircuit:
     """The passive circuit of the crane file. Callers have a crane with one."""
     passive = part.crane.passive
     assert passive is not None
     return passive
 
 
-def lacking(part: Part, names: tuple[str, ...] = OIL) -> tuple[str, ...]:
+def lacking(part: LogPart, names: tuple[str, ...] = OIL) -> tuple[str, ...]:
     """Which of these signals a part lacks, with omega_m where no motor speed is known."""
     return (*(name for name in names if not part.has(name)), *(() if part.omega_m is not None else ("omega_m",)))
 
 
-def flow(part: Part) -> FloatArray:
+def flow(part: LogPart) -> FloatArray:
     """Oil flow into the accumulator about its mean, (n,) [m^3/s]: that of the passive motors, D_pm alpha_pm omega_m,
     lowering positive, and that of make-up. Leakage is in the mean: it changes little with the pressure."""
     assert part.omega_m is not None
@@ -37,7 +38,7 @@ def flow(part: Part) -> FloatArray:
     return np.asarray(motors + pumps - np.nanmean(pumps))
 
 
-def made_up(part: Part) -> FloatArray:
+def made_up(part: LogPart) -> FloatArray:
     """Flow of the make-up pumps, (n,) [m^3/s], but for a constant: by their logged setting, else by the law on the
     logged pressure.
 
@@ -54,7 +55,7 @@ def made_up(part: Part) -> FloatArray:
             + settings.D_m_max
             * bridged(part["alpha_pm"], step)
             * bridged(part["v_op"], step)
-            / part.lever
+            / part.r_eff
             / settings.Q_p_max
         )
     return np.asarray(settings.Q_p_max * np.clip(u, -1.0, 1.0))
@@ -76,24 +77,24 @@ def filled(x: FloatArray) -> FloatArray:
     return x if known.all() else np.interp(np.arange(len(x)), np.flatnonzero(known), x[known])
 
 
-def oil(part: Part) -> FloatArray:
+def oil(part: LogPart) -> FloatArray:
     """Oil that has gone into the accumulator since the start of the part, but for a constant flow, (n,) [m^3]."""
     return integral(flow(part), part.step)
 
 
-def dry(Q: FloatArray, part: Part) -> FloatArray:
+def dry(Q: FloatArray, part: LogPart) -> FloatArray:
     """Side of the piston's dry friction at a flow [m^3/s], -1 to 1, (n,)."""
     pump = part.crane.active.pump
     return np.asarray(np.tanh(Q / (DRY * pump.D_total * pump.omega_p)))
 
 
-def mean_every(x: FloatArray, part: Part, width: float) -> FloatArray:
+def mean_every(x: FloatArray, part: LogPart, width: float) -> FloatArray:
     """Means over a width [s], one a width."""
     every = max(1, round(width / part.step))
     return smoothed(bridged(x, part.step), part.step, every * part.step)[::every]
 
 
-def rate_every(x: FloatArray, part: Part, width: float) -> FloatArray:
+def rate_every(x: FloatArray, part: LogPart, width: float) -> FloatArray:
     """Rates of such means [1/s]."""
     every = max(1, round(width / part.step))
     return np.asarray(np.gradient(smoothed(bridged(x, part.step), part.step, every * part.step), part.step)[::every])

@@ -26,13 +26,13 @@ MOST_DOTS = 1500
 
 def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict[str, Figure]:
     """The figures of step 6 by file stem, those whose signals were logged."""
-    if not isinstance(step, PassiveStep) or step.findings is None:
+    if not isinstance(step, PassiveStep) or step.estimates is None:
         return {}
-    found, out = step.findings, dict[str, "Figure"]()
-    if found.gas is not None:
-        out["gas-curve"] = _gas(campaign, found.gas, index(found.parts[0]))
-    if found.shares:
-        out["passive-motors"] = _motors(campaign, found.shares)
+    estimates, out = step.estimates, dict[str, "Figure"]()
+    if estimates.gas is not None:
+        out["gas-curve"] = _gas(campaign, estimates.gas, index(estimates.parts[0]))
+    if estimates.shares:
+        out["passive-motors"] = _motors(campaign, estimates.shares)
     if campaign.synthetic:
         for figure in out.values():
             figure.suptitle(marked(campaign, figure.get_suptitle()), fontsize="medium")
@@ -40,14 +40,12 @@ def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict
 
 
 def _gas(campaign: Campaign, gas: Curve, n: float) -> Figure:
-    """Change of the passive pressure over the oil moved in windows, what flow costs taken out; and what flow costs; n
+    """Change of the passive pressure, corrected for the flow loss, over the oil moved in windows; and the flow loss; n
     of the file."""
     passive = campaign.crane.passive
     assert passive is not None
     acc = passive.accumulator
-    figure, ((ax, loss),) = axes_of(
-        1, 2, (11.0, 5.0), "Passive pressure in windows of 2 s: gas curve, and what flow costs"
-    )
+    figure, ((ax, loss),) = axes_of(1, 2, (11.0, 5.0), "Passive pressure in windows of 2 s: gas curve and flow loss")
     stiff = acc.gas.p_0 / acc.gas.V_0 * n
     implied = stiff * (gas.p / acc.gas.p_0) * acc.gas.V_0 / gas.V.value
     bar, litre, flow = (in_display(1.0, kind) for kind in ("pressure", "volume", "flow"))
@@ -57,7 +55,7 @@ def _gas(campaign: Campaign, gas: Curve, n: float) -> Figure:
     ax.plot(litre * ends, bar * stiff * ends, color=GREY, lw=2.0, label="crane file")
     ax.plot(litre * ends, bar * implied * ends, color=COLOURS[1], lw=1.5, ls="--", label="log")
     ax.set_xlabel("oil into the accumulator [L]")
-    ax.set_ylabel("change of pressure, less what flow costs [bar]")
+    ax.set_ylabel("change of pressure, less flow loss [bar]")
     left = gas.dp - implied * gas.dV - gas.dry * gas.d_dry
     loss.plot(flow * _thinned(gas.dQ), bar * _thinned(left), ".", ms=3, color=COLOURS[0], alpha=0.6)
     ends = np.array([np.nanmin(gas.dQ), np.nanmax(gas.dQ)])
@@ -74,9 +72,7 @@ def _motors(campaign: Campaign, shares: tuple[Share, ...]) -> Figure:
     motors."""
     passive = campaign.crane.passive
     assert passive is not None
-    title = (
-        "Torque of the passive motors: what load and active motors leave for them, over that of all in the crane file"
-    )
+    title = "Torque of the passive motors from load and active motors, over that of all motors in the crane file"
     figure, ((ax,),) = axes_of(1, 1, (9.0, 6.0), title)
     top = max(float(np.nanmax(s.T_p)) for s in shares)
     for i, s in enumerate(shares):
@@ -95,7 +91,7 @@ def _motors(campaign: Campaign, shares: tuple[Share, ...]) -> Figure:
             label=f"{n} motors",
         )
     ax.set_xlabel("torque of all motors of the crane file [N m]")
-    ax.set_ylabel("torque that they must give [N m]")
+    ax.set_ylabel("required torque [N m]")
     legend_below(figure, [ax], 3)
     return figure
 

@@ -1,5 +1,5 @@
-"""What gas stands behind the piston: its pressure at mid stroke, its volume by the stiffness, what the piston's
-friction takes, its stroke.
+"""Gas of the accumulator: its pressure at mid stroke, its volume by the stiffness, the friction loss of the
+piston, its stroke.
 
 The passive motors move oil, V = -int D_pm alpha_pm omega_m dt, and the pressure answers: dp = (n p / V_gas) dV + R dQ +
 p_dry d(sign Q). Leakage and drift are slow: differences over a fifth of a wave lose them. Source: Moslatt 2020 paper C,
@@ -20,7 +20,7 @@ from stillhook.physics.hydraulics.gas import gas_pressure
 from stillhook.statistics.jackknife_regression import Estimate, fit, pooled
 from stillhook.units import parse
 from stillhook.validate.data_set.campaign import Kind
-from stillhook.validate.parameters.segments import Part, by_test
+from stillhook.validate.parameters.segments import LogPart, by_test
 from stillhook.validate.parameters.slopes import bridged, differences, integral, later, moments
 from stillhook.validate.passive.curves import dry, flow, lacking, mean_every, oil, passive_of
 
@@ -30,14 +30,14 @@ LEAST_OIL = 2e-3
 """Smallest scatter of the oil moved in a window, over the stroke, from which the gas curve is shown [-]: on a stroke of
 1.2 m^3 the pressure then moves by some tenths of a bar, as much as a transmitter scatters."""
 FORM = 0.065
-"""What the laws of friction, heat and make-up leave open of the gas volume [-]: windows of 1 to 3 s, dry friction that
+"""Uncertainty of the gas volume from the laws of friction, heat and make-up [-]: windows of 1 to 3 s, dry friction that
 turns at 2 to 10 % of the pumps' flow, and a lag that is off by 10 ms move it by 1 to 3 % each. On 85 simulated cranes
 it came out 3.4 % high in the mean, with a scatter of 2 %."""
 LAG = 0.04
 """Lag between speed and pressure signals that is tried, either way [s]: sensors and filters of some tens of
 milliseconds. 20 ms of it are 4 % of the gas volume, because the pressure that flow costs leads that of the gas."""
 LOSS_DOUBT = 3e4
-"""What lag, law of dry friction and transmitters leave open of the pressure that flow costs [Pa]: up to 0.4 bar high on
+"""Uncertainty of the flow loss from lag, law of dry friction and transmitters [Pa]: up to 0.4 bar high on
 12 cranes of the reference plant before the lag was taken out."""
 KINK = 5.0
 """Times the gas's own stiffness that a pressure must change to count as that of a piston at an end: trapped oil is 1000
@@ -52,8 +52,8 @@ al. 2000, as `stillhook.engine.pack.gas.nitrogen_isentrope`)."""
 
 @dataclass(frozen=True)
 class Level:
-    """Pressure at mid stroke of all tests. p: [Pa]; tests: by test; placed: the piston's place was logged, so that the
-    level is the gas's own; else it is the mean, which the make-up pumps hold at the set pressure whatever the gas
+    """Pressure at mid stroke of all tests. p: [Pa]; tests: by test; placed: the piston's position was logged, so that
+    the level is that of the gas; else it is the mean, which the make-up pumps hold at the set pressure whatever the gas
     has."""
 
     p: Estimate
@@ -90,8 +90,8 @@ class Displacement:
 @dataclass(frozen=True)
 class Stroke:
     """used: part of the file's stroke that the piston went through [-], low and high its ends about mid stroke [m^3];
-    at_end: time in which the pressure moved as behind a piston at an end though the file leaves it room [s]; where:
-    test and moment of it; placed: from the logged place of the piston."""
+    at_end: time in which the pressure changed as with a piston at its end although the file leaves room [s]; where:
+    test and time of it; placed: from the logged position of the piston."""
 
     used: float
     low: float
@@ -101,23 +101,23 @@ class Stroke:
     placed: bool
 
 
-def levels(parts: Sequence[Part]) -> Level | None:
+def levels(parts: Sequence[LogPart]) -> Level | None:
     """Pressure at mid stroke, of the tests with heave compensation where there are any; None where p_hp was not
     logged."""
     known = [p for p in parts if p.has("p_hp")]
     known = [p for p in known if p.kind is Kind.AHC] or known
     placed = bool(known) and all(p.has("V_acc") for p in known)
     tests = {}
-    for test, mine in by_test(known).items():
-        p = np.concatenate([_at_middle(part, placed) for part in mine])
-        block = np.concatenate([part.blocks(part.t[:: max(1, round(EVERY / part.step))]) for part in mine])
-        found = fit((np.ones_like(p),), p, block)
-        if found is not None:
-            tests[test] = Estimate(float(found.b[0]), found.half(0), found.blocks)
+    for test, same in by_test(known).items():
+        p = np.concatenate([_at_middle(part, placed) for part in same])
+        block = np.concatenate([part.blocks(part.t[:: max(1, round(EVERY / part.step))]) for part in same])
+        fitted = fit((np.ones_like(p),), p, block)
+        if fitted is not None:
+            tests[test] = Estimate(float(fitted.b[0]), fitted.half(0), fitted.blocks)
     return Level(pooled(list(tests.values())), tests, placed) if tests else None
 
 
-def _at_middle(part: Part, placed: bool) -> FloatArray:
+def _at_middle(part: LogPart, placed: bool) -> FloatArray:
     """Pressure means, carried to mid stroke along the file's gas curve where the piston's place is known."""
     p = mean_every(part["p_hp"], part, EVERY)
     if not placed:
@@ -127,41 +127,41 @@ def _at_middle(part: Part, placed: bool) -> FloatArray:
     return np.asarray(p * gas_pressure(0.0, acc.gas) / gas_pressure(xi, acc.gas))
 
 
-def stiffness(part: Part) -> float:
+def stiffness(part: LogPart) -> float:
     """The file's gas at mid stroke: pressure per oil [Pa/m^3]."""
     acc = part.params.passive.accumulator
     return float(acc.gas.c_1 * acc.i_half)
 
 
-def index(part: Part) -> float:
+def index(part: LogPart) -> float:
     """The file's index n = V dp / (p dV) at mid stroke, whatever its gas law."""
     gas = passive_of(part).accumulator.gas
     return stiffness(part) * gas.V_0 / gas.p_0
 
 
-def curve(parts: Sequence[Part]) -> Curve | None:
-    """Stiffness of the gas and what flow costs, test by test in the wave band; None where the signals or the motion are
+def curve(parts: Sequence[LogPart]) -> Curve | None:
+    """Stiffness of the gas and flow loss, test by test in the wave band; None where the signals or the motion are
     missing."""
     volumes, losses, rows = {}, [], []
-    mine = [p for p in parts if p.kind is Kind.AHC and not lacking(p)]
-    lag = _lag(mine)
-    for test, these in by_test(mine).items():
+    usable = [p for p in parts if p.kind is Kind.AHC and not lacking(p)]
+    lag = _lag(usable)
+    for test, these in by_test(usable).items():
         dV, dQ, d_dry, dp, block = (np.concatenate(c) for c in zip(*(_rows(p, lag) for p in these), strict=True))
         acc = passive_of(these[0]).accumulator
         if not np.isfinite(dV).any() or np.nanstd(dV) < LEAST_OIL * acc.V_stroke:
             continue
         pump = these[0].crane.active.pump
         full = pump.D_total * pump.omega_p
-        found = fit(
+        fitted = fit(
             (dV, dQ - d_dry * full, d_dry, np.ones_like(dV)), dp, block
         )  # what a full flow costs is then one coefficient
-        if found is None or not found.b[0] > 0.0:
+        if fitted is None or not fitted.b[0] > 0.0:
             continue
         p = float(np.nanmean(np.concatenate([part["p_hp"] for part in these])))
-        V = acc.gas.V_0 * stiffness(these[0]) * (p / acc.gas.p_0) / float(found.b[0])
-        volumes[test] = Estimate(V, V * found.half(0) / float(found.b[0]), found.blocks)
-        losses.append(Estimate(float(found.b[2]), found.half(2), found.blocks))
-        rows.append((p, dV, dp, dQ, d_dry, float(found.b[1]), float(found.b[2]) - full * float(found.b[1])))
+        V = acc.gas.V_0 * stiffness(these[0]) * (p / acc.gas.p_0) / float(fitted.b[0])
+        volumes[test] = Estimate(V, V * fitted.half(0) / float(fitted.b[0]), fitted.blocks)
+        losses.append(Estimate(float(fitted.b[2]), fitted.half(2), fitted.blocks))
+        rows.append((p, dV, dp, dQ, d_dry, float(fitted.b[1]), float(fitted.b[2]) - full * float(fitted.b[1])))
     if not volumes:
         return None
     dV, dp, dQ, d_dry = (np.concatenate([row[i] for row in rows]) for i in (1, 2, 3, 4))
@@ -169,7 +169,7 @@ def curve(parts: Sequence[Part]) -> Curve | None:
     return Curve(pooled(list(volumes.values())), R, level, pooled(losses), p, volumes, dV, dp, dQ, d_dry)
 
 
-def _lag(parts: Sequence[Part]) -> float:
+def _lag(parts: Sequence[LogPart]) -> float:
     """By how much the logged pressure comes later than the flow [s], from the residual of three lags; 0 where none
     between is least."""
     left = []
@@ -178,16 +178,16 @@ def _lag(parts: Sequence[Part]) -> float:
         if not rows:
             return 0.0
         dV, dQ, d_dry, dp, block = (np.concatenate(c) for c in zip(*rows, strict=True))
-        found = fit((dV, dQ, d_dry, np.ones_like(dV)), dp, block)
-        if found is None:
+        fitted = fit((dV, dQ, d_dry, np.ones_like(dV)), dp, block)
+        if fitted is None:
             return 0.0
-        left.append(found.sd**2)
+        left.append(fitted.sd**2)
     bend = left[0] - 2.0 * left[1] + left[2]
     lag = 0.5 * LAG * (left[0] - left[2]) / bend if bend > 0.0 else 0.0
     return lag if abs(lag) <= LAG else 0.0
 
 
-def _rows(part: Part, lag: float) -> tuple[NDArray[Any], ...]:
+def _rows(part: LogPart, lag: float) -> tuple[NDArray[Any], ...]:
     """Differences over windows: oil moved, flow, side of dry friction, as they come lag [s] later, and pressure;
     block."""
     step = part.step
@@ -196,37 +196,37 @@ def _rows(part: Part, lag: float) -> tuple[NDArray[Any], ...]:
     return (*(differences(x, step) for x in curves), part.blocks(moments(part)))
 
 
-def displacement(parts: Sequence[Part]) -> Displacement | None:
-    """What the motors really move, from the logged place of the piston; None where it was not logged or nothing
+def displacement(parts: Sequence[LogPart]) -> Displacement | None:
+    """Oil displaced by the motors, from the logged position of the piston; None where it was not logged or nothing
     moves."""
     tests = {}
-    for test, mine in by_test([p for p in parts if p.kind is Kind.AHC and p.has("V_acc") and not lacking(p)]).items():
-        rows = [_moved(p) for p in mine]
+    for test, same in by_test([p for p in parts if p.kind is Kind.AHC and p.has("V_acc") and not lacking(p)]).items():
+        rows = [_moved(p) for p in same]
         dV, seen, block = (np.concatenate(c) for c in zip(*rows, strict=True))
-        found = fit((dV, np.ones_like(dV)), seen, block)
-        if found is not None and np.nanstd(dV) >= LEAST_OIL * passive_of(mine[0]).accumulator.V_stroke:
-            tests[test] = Estimate(float(found.b[0]) - 1.0, found.half(0), found.blocks)
+        fitted = fit((dV, np.ones_like(dV)), seen, block)
+        if fitted is not None and np.nanstd(dV) >= LEAST_OIL * passive_of(same[0]).accumulator.V_stroke:
+            tests[test] = Estimate(float(fitted.b[0]) - 1.0, fitted.half(0), fitted.blocks)
     return Displacement(pooled(list(tests.values())), tests) if tests else None
 
 
-def _moved(part: Part) -> tuple[NDArray[Any], ...]:
+def _moved(part: LogPart) -> tuple[NDArray[Any], ...]:
     """Differences over windows: oil that the file's motors and make-up move, oil in the accumulator; block."""
     step = part.step
     return differences(oil(part), step), differences(bridged(part["V_acc"], step), step), part.blocks(moments(part))
 
 
-def stroke(parts: Sequence[Part], gas: Curve | None) -> Stroke | None:
-    """How far the piston went, by its logged place or by the pressure along the gas curve that the log itself implies;
-    None without."""
-    mine = [p for p in parts if not lacking(p)]
-    if not mine:
+def stroke(parts: Sequence[LogPart], gas: Curve | None) -> Stroke | None:
+    """Excursion of the piston, by its logged position or by the pressure along the gas curve that the log itself
+    implies; None without."""
+    usable = [p for p in parts if not lacking(p)]
+    if not usable:
         return None
-    passive = passive_of(mine[0])
-    middle, placed = 0.5 * passive.accumulator.V_stroke, all(p.has("V_acc") for p in mine)
+    passive = passive_of(usable[0])
+    middle, placed = 0.5 * passive.accumulator.V_stroke, all(p.has("V_acc") for p in usable)
     if not placed and gas is None:
         return None
     lows, highs, at_end, where = [], [], 0.0, ""
-    for part in mine:
+    for part in usable:
         x = mean_every(part["V_acc"], part, EVERY) - middle if placed else place(part, gas)
         stands = _at_an_end(part, x, gas)
         if stands.any():
@@ -239,8 +239,8 @@ def stroke(parts: Sequence[Part], gas: Curve | None) -> Stroke | None:
     return Stroke(max(-low, high) / middle, low, high, at_end, where, placed)
 
 
-def place(part: Part, gas: Curve | None) -> FloatArray:
-    """Piston off mid stroke [m^3], one a mean over EVERY: from the pressure less what flow costs, along the implied gas
+def place(part: LogPart, gas: Curve | None) -> FloatArray:
+    """Piston off mid stroke [m^3], one a mean over EVERY: from the pressure less the flow loss, along the implied gas
     curve."""
     assert gas is not None
     n = index(part)
@@ -250,7 +250,7 @@ def place(part: Part, gas: Curve | None) -> FloatArray:
         return np.asarray(gas.V.value * (1.0 - (np.maximum(p, 1.0) / gas.p) ** (-1.0 / n)))
 
 
-def _at_an_end(part: Part, x: FloatArray, gas: Curve | None) -> NDArray[np.bool_]:
+def _at_an_end(part: LogPart, x: FloatArray, gas: Curve | None) -> NDArray[np.bool_]:
     """Where the pressure changes far more than the gas would, while the file leaves the piston room, (m,)."""
     acc = passive_of(part).accumulator
     Q = flow(part)

@@ -1,4 +1,4 @@
-"""Measures of step 6: what a log says of the passive circuit less what the crane file says, with the likely cause in
+"""Measures of step 6: passive circuit implied by a log less that of the crane file, with the likely cause in
 words."""
 
 from __future__ import annotations
@@ -18,41 +18,41 @@ from stillhook.validate.parameters.measures import measure, rests_on
 from stillhook.validate.passive import gas as gas_law
 from stillhook.validate.passive import torque
 from stillhook.validate.passive.curves import lacking, passive_of
-from stillhook.validate.passive.found import PassiveFindings
+from stillhook.validate.passive.estimates import PassiveEstimates
 
 TRANSMITTER = 2e5
-"""What a transmitter of 400 bar and class 0.5 may be off by [Pa]."""
+"""Error of a transmitter of 400 bar and class 0.5 [Pa]."""
 TRANSMITTER_SWING = 0.01
-"""What the swing of a transmitter, and that of a flow, may be off by, part of it [-]."""
+"""Relative error of the amplitude of a transmitter and of a flow [-]."""
 APART = 0.02
-"""Difference of the shares by load cell and by stated load from which it gets a word [-]."""
+"""Difference of the shares by load cell and by stated load from which it is reported [-]."""
 DRY_WORTH = 0.3e5
-"""Dry friction of the piston that gets a word [Pa]."""
-WHOLE = 0.25
-"""By how much of a motor a whole number may be missed and still be named [-]."""
+"""Dry friction of the piston that is reported [Pa]."""
+NEAR_INTEGER = 0.25
+"""Tolerance of the number of motors to an integer that is named [-]."""
 DRIFTS = 0.03
 """Standing torque over that of the safe working load from which a test with a light load counts: zeros, not gains
 [-]."""
 
 
-def measures(crane: Crane, found: PassiveFindings) -> tuple[Measure, ...]:
+def measures(crane: Crane, estimates: PassiveEstimates) -> tuple[Measure, ...]:
     """Every measure of step 6; one without a value says what to log."""
     return (
-        *_level(crane, found),
-        *_gas(crane, found),
-        *_stroke(crane, found),
-        *_motors(crane, found),
-        *_flow(crane, found),
-        *_setting(found),
-        *_make_up(found),
+        *_level(crane, estimates),
+        *_gas(crane, estimates),
+        *_stroke(crane, estimates),
+        *_motors(crane, estimates),
+        *_flow(crane, estimates),
+        *_setting(estimates),
+        *_make_up(estimates),
     )
 
 
 def _measure(
     name: str, e: Estimate, calibration: float, *, law: float = 0.0, test: str = "", data: str = "", note: str = ""
 ) -> Measure:
-    """A measure whose interval holds, beside its scatter, what calibrations and the form of the law leave open: half
-    widths, as a part."""
+    """A measure whose interval includes, in addition to its scatter, uncertainties of calibrations and the form of the
+    law: relative half widths."""
     total = math.sqrt(e.half**2 + calibration**2 + law**2)
     if not MEASURES[name].quantity:
         data += f", with {100.0 * calibration:.1f} % for calibrations"
@@ -67,8 +67,8 @@ def spread(tests: dict[str, Estimate], quantity: str) -> str:
     return f"; {show(tests[low].value, quantity, 4)} in {low} to {show(tests[high].value, quantity, 4)} in {high}"
 
 
-def _level(crane: Crane, found: PassiveFindings) -> list[Measure]:
-    level = found.level
+def _level(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
+    level = estimates.level
     if level is None:
         return [measure("precharge_error", None, note="log the pressure of the passive circuit p_hp")]
     p_0 = _passive(crane).accumulator.gas.p_0
@@ -76,27 +76,27 @@ def _level(crane: Crane, found: PassiveFindings) -> list[Measure]:
     whence = (
         "carried to mid stroke by V_acc"
         if level.placed
-        else "the mean, which make-up holds; log V_acc for the gas's own"
+        else "the mean, which is held by make-up; log V_acc for the pressure of the gas itself"
     )
     note = f"precharge {show(level.p.value, 'pressure', 4)}, {show(p_0, 'pressure', 4)} in the crane file ({whence})"
     if abs(e.value) > 0.02:
         note = f"precharge {show(level.p.value, 'pressure', 4)}, not {show(p_0, 'pressure', 4)} ({whence})"
-    data = rests_on(found.parts, level.tests, level.p.blocks)
+    data = rests_on(estimates.parts, level.tests, level.p.blocks)
     return [_measure("precharge_error", e, TRANSMITTER / p_0, data=data, note=note + spread(level.tests, "pressure"))]
 
 
-def _gas(crane: Crane, found: PassiveFindings) -> list[Measure]:
-    gas, passive = found.gas, _passive(crane)
+def _gas(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
+    gas, passive = estimates.gas, _passive(crane)
     names = ("gas_volume_error", "piston_loss_difference")
     if gas is None:
-        lacks = dict.fromkeys(n for p in found.parts for n in lacking(p))
+        lacks = dict.fromkeys(n for p in estimates.parts for n in lacking(p))
         note = f"log {', '.join(lacks)}" if lacks else "the winch does not move enough in heave compensation"
         return [measure(name, None, note=note) for name in names]
-    acc, data = passive.accumulator, rests_on(found.parts, gas.tests, gas.V.blocks)
+    acc, data = passive.accumulator, rests_on(estimates.parts, gas.tests, gas.V.blocks)
     V_0 = acc.gas.V_0
-    V, calibration = volume(found, gas)
+    V, calibration = volume(estimates, gas)
     e = Estimate(V.value / V_0 - 1.0, V.half / V_0, V.blocks)
-    note = volume_says(V.value, V_0, gas_law.index(found.parts[0]))
+    note = volume_says(V.value, V_0, gas_law.index(estimates.parts[0]))
     Q = crane.active.pump.D_total * crane.active.pump.omega_p
     loss = Estimate(gas.loss.value - acc.R_piston * Q, gas.loss.half, gas.loss.blocks)
     wide, file = (show(2.0 * p, "pressure", 3) for p in (gas.loss.value, acc.R_piston * Q))
@@ -117,20 +117,20 @@ def _gas(crane: Crane, found: PassiveFindings) -> list[Measure]:
     ]
 
 
-def volume(found: PassiveFindings, gas: gas_law.Curve) -> tuple[Estimate, float]:
+def volume(estimates: PassiveEstimates, gas: gas_law.Curve) -> tuple[Estimate, float]:
     """Gas volume with the displacement that the torque shows to work (dead motors move no oil), and the part of it that
     calibrations leave open [-]: settings where there is no torque balance, else the share of the motors."""
-    if not found.shares:
+    if not estimates.shares:
         return gas.V, torque.SETTING_DOUBT
-    share, doubt = torque.overall(found.shares)
+    share, doubt = torque.overall(estimates.shares)
     works = 1.0 + share.value
     half = math.hypot(works * gas.V.half, share.half * gas.V.value)
     return Estimate(works * gas.V.value, half, gas.V.blocks), doubt
 
 
 def volume_says(V: float, V_0: float, n: float) -> str:
-    """What volume the stiffness implies at the file's index n, and what index at the file's volume: they are one
-    number."""
+    """Volume implied by the stiffness at the file's index n, and index at the file's volume: the stiffness gives only
+    their ratio."""
     at_file = n * V_0 / V
     not_this = "not " if abs(V / V_0 - 1.0) > 0.2 else ""
     text = (
@@ -138,7 +138,7 @@ def volume_says(V: float, V_0: float, n: float) -> str:
         " crane file"
     )
     soft, stiff = (show(V * x / n, "volume", 3) for x in (gas_law.SOFT, gas_law.STIFF))
-    text += f"; the stiffness shows n / V as one number: {soft} to {stiff} for n of {gas_law.SOFT} to {gas_law.STIFF}"
+    text += f"; the stiffness determines only n / V: {soft} to {stiff} for n of {gas_law.SOFT} to {gas_law.STIFF}"
     if not_this and not gas_law.SOFT <= at_file <= gas_law.STIFF:
         text += f", and no n of nitrogen (here {at_file:.2f}) makes it the file's volume"
     elif not_this:
@@ -146,89 +146,92 @@ def volume_says(V: float, V_0: float, n: float) -> str:
     return text
 
 
-def _stroke(crane: Crane, found: PassiveFindings) -> list[Measure]:
-    stroke = found.stroke
+def _stroke(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
+    stroke = estimates.stroke
     if stroke is None:
         note = "log p_hp, alpha_pm and the motor speed, moving"
         return [measure(name, None, note=note) for name in ("stroke_used", "stroke_end_time")]
     whence = "V_acc" if stroke.placed else "the pressure along the implied gas curve"
     ends = f"{show(stroke.low, 'volume', 2)} to {show(stroke.high, 'volume', 2)} about mid stroke by {whence}"
     V = show(_passive(crane).accumulator.V_stroke, "volume", 3)
-    tests = rests_on(found.parts, [p.test for p in found.parts])
-    end = f"; the pressure moves as behind a piston at an end at {stroke.where}" if stroke.where else ""
+    tests = rests_on(estimates.parts, [p.test for p in estimates.parts])
+    end = f"; the pressure changes as with a piston at its end at {stroke.where}" if stroke.where else ""
     return [
         measure("stroke_used", Estimate(stroke.used, 0.0), data=tests, note=f"{ends}, of a stroke of {V}"),
         measure("stroke_end_time", Estimate(stroke.at_end, 0.0), data=tests, note=f"{ends}{end}"),
     ]
 
 
-def _motors(crane: Crane, found: PassiveFindings) -> list[Measure]:
+def _motors(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
     names = ("passive_motors_error", "passive_torque_error")
-    if not found.shares:
-        lacks = dict.fromkeys(n for p in found.parts for n in missing(p))
+    if not estimates.shares:
+        lacks = dict.fromkeys(n for p in estimates.parts for n in missing(p))
         note = (
             f"log {', '.join(lacks)} for a torque balance at the motors"
             if lacks
             else "the winch does not move a load enough"
         )
         return [measure(name, None, note=note) for name in names]
-    share, structural = torque.overall(found.shares)
-    total = Estimate(share.value, math.hypot(share.half, structural), share.blocks)  # words go by all that is open
-    tests = [s.test for s in found.shares]
+    share, structural = torque.overall(estimates.shares)
+    total = Estimate(share.value, math.hypot(share.half, structural), share.blocks)  # words use the total uncertainty
+    tests = [s.test for s in estimates.shares]
     full = crane.SWL * G * 0.5 * crane.drum.d_max / crane.i_hD
     out = [
         _measure(
             names[0],
             share,
             structural,
-            data=rests_on(found.parts, tests, share.blocks),
-            note=motors_say(crane, found, total),
+            data=rests_on(estimates.parts, tests, share.blocks),
+            note=motors_say(crane, estimates, total),
         )
     ]
-    for s in found.shares:
+    for s in estimates.shares:
         over = max(s.T_load, 0.25 * full)
         e = Estimate(s.standing.value / over, s.standing.half / over, s.standing.blocks)
         note = (
-            f"{show(s.standing.value, 'torque', 3)} of {show(s.T_load, 'torque', 3)} that the load takes are not"
+            f"{show(s.standing.value, 'torque', 3)} of {show(s.T_load, 'torque', 3)} required by the load are not"
             " explained"
         )
-        data = rests_on(found.parts, [s.test], s.standing.blocks)
+        data = rests_on(estimates.parts, [s.test], s.standing.blocks)
         out.append(_measure(names[1], e, s.structural, test=f"test {s.test}", data=data, note=note))
     return out
 
 
-def motors_say(crane: Crane, found: PassiveFindings, share: Estimate) -> str:
-    """How many motors' torque there is, the load cell beside it, and which other explanation is left."""
+def motors_say(crane: Crane, estimates: PassiveEstimates, share: Estimate) -> str:
+    """Number of motors by their torque, compared with the load cell, and remaining explanations."""
     count = _passive(crane).motor.count
-    there = count * (1.0 + share.value)
-    text = f"torque of {number(there, 3)} of {count} motors"
-    counted = count / (1.0 + found.setting.gain.value) if found.setting is not None else math.nan
-    whole = round(there)
-    near = abs(there - whole) < WHOLE and whole != count
+    working = count * (1.0 + share.value)
+    text = f"torque of {number(working, 3)} of {count} motors"
+    counted = count / (1.0 + estimates.setting.gain.value) if estimates.setting is not None else math.nan
+    nearest = round(working)
+    near = abs(working - nearest) < NEAR_INTEGER and nearest != count
     if near and not share.low <= 0.0 <= share.high:
-        if abs(counted - whole) < WHOLE:
-            text = f"{there:.1f} motors, not {count}: the PLC counts {whole} as well, a wrong number in the crane file"
-        elif whole < count:
-            text = f"{there:.1f} of {count} motors work: {count - whole} dead" + (
-                ", and the PLC counts on all" if counted > there else ""
+        if abs(counted - nearest) < NEAR_INTEGER:
+            text = (
+                f"{working:.1f} motors, not {count}: the PLC also uses {nearest}, so the number in the crane file is"
+                " wrong"
+            )
+        elif nearest < count:
+            text = f"{working:.1f} of {count} motors work: {count - nearest} dead" + (
+                ", and the PLC assumes all" if counted > working else ""
             )
         else:
-            text = f"torque of {there:.1f} motors, {count} in the crane file"
-    by_weight = [s for s in found.shares if s.by_weight is not None]
+            text = f"torque of {working:.1f} motors, {count} in the crane file"
+    by_weight = [s for s in estimates.shares if s.by_weight is not None]
     if by_weight:
         apart = max(by_weight, key=lambda s: abs(s.share.value - (s.by_weight or 0.0)))
         error = apart.share.value - (apart.by_weight or 0.0)
-        cell = f"; load cell {100.0 * error:+.1f} % against the stated load in {apart.test}"
+        cell = f"; load cell {100.0 * error:+.1f} % from the stated load in {apart.test}"
         if abs(error) > APART:
-            mine, stated = count * (1.0 + apart.share.value), count * (1.0 + (apart.by_weight or 0.0))
-            each = f"{number(mine, 3)} motors by the cell, {number(stated, 3)} by the stated load"
+            by_cell, stated = count * (1.0 + apart.share.value), count * (1.0 + (apart.by_weight or 0.0))
+            each = f"{number(by_cell, 3)} motors by the cell, {number(stated, 3)} by the stated load"
             return f"{text}{cell}: {each}; correct load cell or load first"
         text += cell
     return text
 
 
-def _flow(crane: Crane, found: PassiveFindings) -> list[Measure]:
-    moved = found.displacement
+def _flow(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
+    moved = estimates.displacement
     if moved is None:
         return [
             measure(
@@ -239,18 +242,19 @@ def _flow(crane: Crane, found: PassiveFindings) -> list[Measure]:
         ]
     count = _passive(crane).motor.count
     note = f"oil of {number(count * (1.0 + moved.error.value), 3)} of {count} motors reaches the piston"
-    data = rests_on(found.parts, moved.tests, moved.error.blocks)
+    data = rests_on(estimates.parts, moved.tests, moved.error.blocks)
     return [_measure("passive_flow_error", moved.error, torque.SETTING_DOUBT, data=data, note=note)]
 
 
-def _setting(found: PassiveFindings) -> list[Measure]:
-    s = found.setting
+def _setting(estimates: PassiveEstimates) -> list[Measure]:
+    s = estimates.setting
     if s is None:
         return [measure("passive_setting_error", None, note="log alpha_pm, F_w and p_hp with a load on the hook")]
-    count = passive_of(found.parts[0]).motor.count
+    count = passive_of(estimates.parts[0]).motor.count
     motors = count / (1.0 + s.gain.value)
     note = (
-        f"the motors stand at {1.0 + s.gain.value:.3f} times what load cell and pressure ask for: the PLC counts"
+        f"the motors' setting is {1.0 + s.gain.value:.3f} times that required by load cell and pressure: the PLC"
+        " assumes"
         f" {motors:.1f} motors"
     )
     note += ", or reads another load than the log" if abs(s.gain.value) > APART else ""
@@ -259,14 +263,14 @@ def _setting(found: PassiveFindings) -> list[Measure]:
             "passive_setting_error",
             s.gain,
             torque.SETTING_DOUBT,
-            data=rests_on(found.parts, s.tests, s.gain.blocks),
+            data=rests_on(estimates.parts, s.tests, s.gain.blocks),
             note=note,
         )
     ]
 
 
-def _make_up(found: PassiveFindings) -> list[Measure]:
-    m = found.make_up
+def _make_up(estimates: PassiveEstimates) -> list[Measure]:
+    m = estimates.make_up
     if m is None:
         note = "log the passive pumps' setting alpha_pp, with p_hp, alpha_pm and the joystick"
         return [measure("make_up_error", None, note=note)]
@@ -275,7 +279,7 @@ def _make_up(found: PassiveFindings) -> list[Measure]:
         measure(
             "make_up_error",
             m.gain,
-            data=rests_on(found.parts, [p.test for p in found.parts if p.has("alpha_pp")]),
+            data=rests_on(estimates.parts, [p.test for p in estimates.parts if p.has("alpha_pp")]),
             note=note,
         )
     ]

@@ -1,5 +1,5 @@
-"""Whether motors and pumps of the passive circuit stand where their laws put them: displacement for the weight, make-up
-of the oil."""
+"""Settings of motors and pumps of the passive circuit against their laws: displacement for the weight, make-up of the
+oil."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from stillhook.physics.scalar import G
 from stillhook.statistics.jackknife_regression import Estimate, fit, pooled
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.parameters.circuit.settings import EVERY, followed
-from stillhook.validate.parameters.segments import Part, by_test
+from stillhook.validate.parameters.segments import LogPart, by_test
 from stillhook.validate.parameters.slopes import bridged
 from stillhook.validate.passive.curves import filtered, flow, passive_of
 
@@ -45,35 +45,35 @@ class MakeUp:
     offset: float
 
 
-def displacement_by_weight(part: Part) -> FloatArray | None:
+def displacement_by_weight(part: LogPart) -> FloatArray | None:
     """Setting that the law and the servo give the passive motors, (n,) [-], NaN while the filter settles and where it
     is held in [0, 1]; None where load cell or pressure have holes."""
     F, p = (bridged(part[name], part.step) for name in ("F_w", "p_hp"))
-    if not (np.isfinite(F).all() and np.isfinite(p).all() and np.isfinite(part.lever).all()):
+    if not (np.isfinite(F).all() and np.isfinite(p).all() and np.isfinite(part.r_eff).all()):
         return None
     settings, tau = part.params.passive.settings, part.params.plc.tau_F
     dp = np.maximum(p - settings.p_lp, settings.dp_least)
-    law = filtered(F, tau, part.step) * part.lever / (settings.D_m_max * dp)
+    law = filtered(F, tau, part.step) * part.r_eff / (settings.D_m_max * dp)
     held = followed(np.clip(law, 0.0, 1.0), part.params.passive.motor_servo, part.step)
     free = (law > 0.0) & (law < 1.0) & (part.t > SETTLING * (tau + 1.0 / passive_of(part).motor.servo.omega_n))
     return np.where(free, held, np.nan)
 
 
-def setting(parts: Sequence[Part]) -> Setting | None:
+def setting(parts: Sequence[LogPart]) -> Setting | None:
     """Gain of the passive motors' setting over the law, of every test that carries a load; None where it was not
     logged."""
     tests, laws, alphas = {}, [], []
-    for test, mine in by_test([p for p in parts if p.has("alpha_pm", "F_w", "p_hp")]).items():
-        mine = [p for p in mine if p.weight > LEAST_LOAD * p.crane.SWL * G]
-        rows = [(law, p) for p in mine if (law := displacement_by_weight(p)) is not None]
+    for test, same in by_test([p for p in parts if p.has("alpha_pm", "F_w", "p_hp")]).items():
+        same = [p for p in same if p.weight > LEAST_LOAD * p.crane.SWL * G]
+        rows = [(law, p) for p in same if (law := displacement_by_weight(p)) is not None]
         if not rows:
             continue
         law = np.concatenate([_at(x, p) for x, p in rows])
         alpha = np.concatenate([_at(p["alpha_pm"], p) for _, p in rows])
-        found = fit((law,), alpha, np.concatenate([p.blocks(_at(p.t, p)) for _, p in rows]))
-        if found is None:
+        fitted = fit((law,), alpha, np.concatenate([p.blocks(_at(p.t, p)) for _, p in rows]))
+        if fitted is None:
             continue
-        tests[test] = Estimate(float(found.b[0]) - 1.0, found.half(0), found.blocks)
+        tests[test] = Estimate(float(fitted.b[0]) - 1.0, fitted.half(0), fitted.blocks)
         laws.append(law)
         alphas.append(alpha)
     if not tests:
@@ -81,7 +81,7 @@ def setting(parts: Sequence[Part]) -> Setting | None:
     return Setting(pooled(list(tests.values())), tests, np.concatenate(laws), np.concatenate(alphas))
 
 
-def make_up_command(part: Part, standing: bool) -> FloatArray | None:
+def make_up_command(part: LogPart, standing: bool) -> FloatArray | None:
     """Setting that the make-up law and the servo give the passive pumps, (n,) [-], NaN while the slow mean settles and
     where the command is at an end; None where signals have holes. standing: the PLC's pressure is that of the standing
     piston, as in the twin (p_hp less what flow costs by the file), else p_hp as it is, which a transmitter at the
@@ -92,23 +92,23 @@ def make_up_command(part: Part, standing: bool) -> FloatArray | None:
     if standing:
         p = p - passive_of(part).accumulator.R_piston * flow(part)
     v_op = bridged(part["v_op"], part.step) if part.has("v_op") else np.zeros(part.n)
-    if not all(np.isfinite(x).all() for x in (p, u_m, v_op, part.lever)):
+    if not all(np.isfinite(x).all() for x in (p, u_m, v_op, part.r_eff)):
         return None
     s, tau = part.params.passive.settings, part.params.plc.tau_p
-    u = s.K_acc * (s.p_set - filtered(p, tau, part.step)) + s.D_m_max * u_m * v_op / part.lever / s.Q_p_max
+    u = s.K_acc * (s.p_set - filtered(p, tau, part.step)) + s.D_m_max * u_m * v_op / part.r_eff / s.Q_p_max
     free = (np.abs(u) < 0.9) & (part.t > SETTLING * tau)
     return np.where(free, followed(np.clip(u, -1.0, 1.0), part.params.passive.pump_servo, part.step), np.nan)
 
 
-def make_up(parts: Sequence[Part]) -> MakeUp | None:
+def make_up(parts: Sequence[LogPart]) -> MakeUp | None:
     """Gain and offset of the passive pumps' setting over the make-up law; None where it was not logged or the command
     hardly moves. Of the two places that the PLC's pressure may be from, the one that explains the setting better."""
     both = [x for x in (_made_up(parts, standing) for standing in (True, False)) if x is not None]
-    _, moves, found = min(both, key=lambda x: x[0]) if both else (0.0, 0.0, None)
-    return found if moves > LEAST_ORDER else None
+    _, moves, result = min(both, key=lambda x: x[0]) if both else (0.0, 0.0, None)
+    return result if moves > LEAST_ORDER else None
 
 
-def _made_up(parts: Sequence[Part], standing: bool) -> tuple[float, float, MakeUp] | None:
+def _made_up(parts: Sequence[LogPart], standing: bool) -> tuple[float, float, MakeUp] | None:
     """What is left of the setting (rms), scatter of the law's [-], gain and offset."""
     rows = [
         (law, p)
@@ -120,14 +120,14 @@ def _made_up(parts: Sequence[Part], standing: bool) -> tuple[float, float, MakeU
     law, alpha = (
         np.concatenate([_at(y, p) for y, p in pairs]) for pairs in (rows, [(p["alpha_pp"], p) for _, p in rows])
     )
-    found = fit((law, np.ones_like(law)), alpha, np.concatenate([p.blocks(_at(p.t, p)) for _, p in rows]))
-    if found is None:
+    fitted = fit((law, np.ones_like(law)), alpha, np.concatenate([p.blocks(_at(p.t, p)) for _, p in rows]))
+    if fitted is None:
         return None
     K_acc = rows[0][1].params.passive.settings.K_acc
-    gain = Estimate(float(found.b[0]) - 1.0, found.half(0), found.blocks)
-    return found.sd, float(np.nanstd(law)), MakeUp(gain, float(found.b[1]) / K_acc)
+    gain = Estimate(float(fitted.b[0]) - 1.0, fitted.half(0), fitted.blocks)
+    return fitted.sd, float(np.nanstd(law)), MakeUp(gain, float(fitted.b[1]) / K_acc)
 
 
-def _at(x: FloatArray, part: Part) -> FloatArray:
+def _at(x: FloatArray, part: LogPart) -> FloatArray:
     """A signal every EVERY seconds."""
     return x[:: max(1, round(EVERY / part.step))]

@@ -1,4 +1,4 @@
-"""The table of step 6: parameter, crane file, what the log says, difference, tests."""
+"""The table of step 6: parameter, crane file, value from the log, difference, tests."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from stillhook.statistics.jackknife_regression import Estimate
 from stillhook.units import KINDS, in_display, number
 from stillhook.validate.criteria.results import Table
 from stillhook.validate.passive import torque
-from stillhook.validate.passive.found import PassiveFindings
+from stillhook.validate.passive.estimates import PassiveEstimates
 
 HEADER = ("parameter", "crane\nfile", "log\nsays", "95 %", "differ-\nence", "tests")
 TITLE = "The passive circuit by the logs, against the crane file"
@@ -15,32 +15,34 @@ TITLE = "The passive circuit by the logs, against the crane file"
 Row = tuple[str, str, str, str, str, str]
 
 
-def table(crane: Crane, found: PassiveFindings) -> Table:
+def table(crane: Crane, estimates: PassiveEstimates) -> Table:
     """One row a parameter, the motors' share one a test as well."""
     passive = crane.passive
     assert passive is not None
     rows: list[Row] = []
-    if found.level is not None:
-        rows.append(_row("precharge", passive.accumulator.gas.p_0, found.level.p, "pressure", list(found.level.tests)))
-    if found.gas is not None:
+    if estimates.level is not None:
+        rows.append(
+            _row("precharge", passive.accumulator.gas.p_0, estimates.level.p, "pressure", list(estimates.level.tests))
+        )
+    if estimates.gas is not None:
         file = passive.accumulator.gas
         rows.append(
-            _row(f"gas volume at n {number(file.n, 3)}", file.V_0, found.gas.V, "volume", list(found.gas.tests))
+            _row(f"gas volume at n {number(file.n, 3)}", file.V_0, estimates.gas.V, "volume", list(estimates.gas.tests))
         )
     count = passive.motor.count
-    for s in found.shares:
+    for s in estimates.shares:
         rows.append(
             _row("motors that work", count, Estimate(count * (1.0 + s.share.value), count * s.share.half), "", [s.test])
         )
-    if found.shares:
-        share, structural = torque.overall(found.shares)
+    if estimates.shares:
+        share, structural = torque.overall(estimates.shares)
         both = Estimate(count * (1.0 + share.value), count * (share.half**2 + structural**2) ** 0.5)
-        rows.append(_row("motors, with load and calibration", count, both, "", [s.test for s in found.shares]))
-    if found.setting is not None:
-        gain = Estimate(1.0 + found.setting.gain.value, found.setting.gain.half)
-        rows.append(_row("setting over its law", 1.0, gain, "", list(found.setting.tests)))
-    if found.make_up is not None:
-        gain = Estimate(1.0 + found.make_up.gain.value, found.make_up.gain.half)
+        rows.append(_row("motors, with load and calibration", count, both, "", [s.test for s in estimates.shares]))
+    if estimates.setting is not None:
+        gain = Estimate(1.0 + estimates.setting.gain.value, estimates.setting.gain.half)
+        rows.append(_row("setting over its law", 1.0, gain, "", list(estimates.setting.tests)))
+    if estimates.make_up is not None:
+        gain = Estimate(1.0 + estimates.make_up.gain.value, estimates.make_up.gain.half)
         rows.append(_row("make-up over its law", 1.0, gain, "", []))
     return Table(TITLE, HEADER, tuple(rows))
 

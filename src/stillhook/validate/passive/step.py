@@ -1,8 +1,8 @@
-"""Step 6: does the passive circuit of the crane file carry the load as the logs say? Gas, stroke, motors, their
+"""Step 6: does the passive circuit of the crane file carry the load as the logs show? Gas, stroke, motors, their
 setting, make-up.
 
-Source of the laws: Moslatt 2020 papers C and F. The papers have no such step; every limit is ours and stands in the
-criteria file with its reason.
+Source of the laws: Moslatt 2020 papers C and F. The papers have no such step; every limit is Stillhook's own and is
+given in the criteria file with its reason.
 """
 
 from __future__ import annotations
@@ -15,27 +15,27 @@ from stillhook.validate.criteria.names import MEASURES
 from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.records.record import Record
-from stillhook.validate.parameters.check import said
+from stillhook.validate.parameters.check import statements
 from stillhook.validate.parameters.segments import parts_of
-from stillhook.validate.passive.found import PassiveFindings, passive_by
+from stillhook.validate.passive.estimates import PassiveEstimates, passive_estimates
 from stillhook.validate.passive.measures import measures
 from stillhook.validate.passive.rows import table
 
-NONE = "This crane has no passive circuit: there is nothing to judge."
+NONE = "This crane has no passive circuit: nothing is judged."
 
 
 @dataclass(frozen=True)
 class PassiveStep(Step):
     """Step 6 with what its figures need."""
 
-    findings: PassiveFindings | None = None
+    estimates: PassiveEstimates | None = None
 
 
 def check_passive(campaign: Campaign, records: tuple[Record, ...], progress: Callable[[float], None]) -> Step:
-    """What the logs say of the passive circuit, against the crane file.
+    """Passive circuit implied by the logs, against the crane file.
 
     Parameters: campaign with the twin under test; records as read; progress is called with the share done.
-    Nothing is refused here: a check whose signals were not logged gives a measure without a value, and says what to
+    Nothing is refused here: a check whose signals were not logged gives a measure without a value that states what to
     log. A crane without a passive circuit gets one statement.
     """
     if campaign.crane.passive is None:
@@ -43,16 +43,21 @@ def check_passive(campaign: Campaign, records: tuple[Record, ...], progress: Cal
             Measure(name, None, m.quantity, note=NONE) for name, m in MEASURES.items() if m.step is StepNumber.PASSIVE
         )
         return PassiveStep(StepNumber.PASSIVE, nothing, (NONE,))
-    found = passive_by(parts_of(campaign, records), progress)
-    told = measures(campaign.crane, found)
+    estimates = passive_estimates(parts_of(campaign, records), progress)
+    results = measures(campaign.crane, estimates)
     return PassiveStep(
-        StepNumber.PASSIVE, told, said(campaign.criteria, told), (table(campaign.crane, found),), _data(found), found
+        StepNumber.PASSIVE,
+        results,
+        statements(campaign.criteria, results),
+        (table(campaign.crane, estimates),),
+        _data(estimates),
+        estimates,
     )
 
 
-def _data(found: PassiveFindings) -> dict[str, Any]:
+def _data(estimates: PassiveEstimates) -> dict[str, Any]:
     """Numbers behind the figures, in SI."""
-    level, gas, stroke, setting = found.level, found.gas, found.stroke, found.setting
+    level, gas, stroke, setting = estimates.level, estimates.gas, estimates.stroke, estimates.setting
     return {
         "level": (
             {}
@@ -92,7 +97,7 @@ def _data(found: PassiveFindings) -> dict[str, Any]:
                 "T_standing": s.standing.value,
                 "T_load": s.T_load,
             }
-            for s in found.shares
+            for s in estimates.shares
         ],
         "setting": (
             {}

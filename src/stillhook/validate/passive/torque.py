@@ -1,9 +1,10 @@
-"""How many of the passive motors work, by the torque at the shaft: what the load takes less what the active motors
-give.
+"""Number of working passive motors by the torque at the shaft: load torque less that of the active
+motors.
 
 D_m alpha_m dp + g D_pm alpha_pm (p_hp - p_lp) = F_w lambda + J domega/dt + T_f, with the friction's scale, what goes
-with the wire's place and what the inertia lacks taken out beside g. A load cell that reads wrong looks the same in one
-equation: the PLC sets the motors by it. The stated load is the second witness. Source: Moslatt 2020 eqs 2.3 and 2.15.
+with the wire's place and what the inertia lacks taken out beside g. A wrong load cell has the same effect in one
+equation, because the PLC sets the motors by it. The stated load is the second reference. Source: Moslatt 2020 eqs 2.3
+and 2.15.
 """
 
 from __future__ import annotations
@@ -24,13 +25,13 @@ from stillhook.units import parse
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.parameters.circuit.settings import known_setting
 from stillhook.validate.parameters.hoisting.friction import EVERY, MOVING, missing, twin_friction
-from stillhook.validate.parameters.segments import Part, by_test
+from stillhook.validate.parameters.segments import LogPart, by_test
 from stillhook.validate.passive.curves import mean_every, passive_of, rate_every
 
 SETTING_DOUBT = 0.01
-"""What a measured setting may be off by, part of the reading [-], as criterion p-displacement has it."""
+"""Relative error of a measured setting [-], as in criterion p-displacement."""
 LOW_DOUBT = parse("3 bar", "pressure")
-"""What the low side's pressure, which is not logged, may be off by [Pa]."""
+"""Uncertainty of the low-side pressure, which is not logged [Pa]."""
 LEAST_LOAD = 0.1
 """Torque of the load over that of the safe working load from which the share is taken of a test [-]: below, zeros of
 sensors decide."""
@@ -55,71 +56,71 @@ class Share:
     T_p: FloatArray
 
 
-def shares(parts: Sequence[Part]) -> tuple[Share, ...]:
+def shares(parts: Sequence[LogPart]) -> tuple[Share, ...]:
     """The share of every test with heave compensation, or where there is none of every test, that carries a load and
     has the signals."""
     known = [p for p in parts if not missing(p)]
     known = [p for p in known if p.kind is Kind.AHC] or known
-    out = [s for test, mine in by_test(known).items() if (s := _share(test, mine)) is not None]
+    out = [s for test, same in by_test(known).items() if (s := _share(test, same)) is not None]
     return tuple(out)
 
 
-def overall(found: Sequence[Share]) -> tuple[Estimate, float]:
+def overall(tests: Sequence[Share]) -> tuple[Estimate, float]:
     """Share over all tests, less 1, and its structural half width: where load cell and stated load disagree, it may be
     either."""
     each = []
-    apart = [0.5 * abs(s.share.value - s.by_weight) for s in found if s.by_weight is not None]
-    for s in found:
+    apart = [0.5 * abs(s.share.value - s.by_weight) for s in tests if s.by_weight is not None]
+    for s in tests:
         middle = s.share.value if s.by_weight is None else 0.5 * (s.share.value + s.by_weight)
         each.append(Estimate(middle, s.share.half, s.share.blocks))
-    return pooled(each), math.hypot(max(s.structural for s in found), max(apart, default=0.0))
+    return pooled(each), math.hypot(max(s.structural for s in tests), max(apart, default=0.0))
 
 
-def _share(test: str, parts: Sequence[Part]) -> Share | None:
+def _share(test: str, parts: Sequence[LogPart]) -> Share | None:
     rows = [_rows(p) for p in parts]
     T, T_p, model, spring, rate, load, block = (np.concatenate(c) for c in zip(*rows, strict=True))
     crane = parts[0].crane
-    lever = float(np.nanmean(np.concatenate([p.lever for p in parts])))
-    if not np.isfinite(load).any() or np.nanmean(load) < LEAST_LOAD * crane.SWL * G * lever:
+    r_eff = float(np.nanmean(np.concatenate([p.r_eff for p in parts])))
+    if not np.isfinite(load).any() or np.nanmean(load) < LEAST_LOAD * crane.SWL * G * r_eff:
         return None
-    found = fit((T_p, -model, spring, rate), T, block)
+    fitted = fit((T_p, -model, spring, rate), T, block)
     still = fit((np.ones_like(T), -model, spring, rate), T - T_p, block)
-    if found is None or still is None:
+    if fitted is None or still is None:
         return None
     T_load, mean = float(np.nanmean(load)), float(np.nanmean(T_p))
     part = parts[0]
     stated = part.record.test.load is not None
-    by_weight = float(found.b[0]) - 1.0 - (T_load - part.weight * lever) / mean if stated else None
+    by_weight = float(fitted.b[0]) - 1.0 - (T_load - part.weight * r_eff) / mean if stated else None
     passive = passive_of(part)
     structural = math.hypot(SETTING_DOUBT, LOW_DOUBT / (passive.accumulator.gas.p_0 - passive.p_lp))
     return Share(
         test,
-        Estimate(float(found.b[0]) - 1.0, found.half(0), found.blocks),
+        Estimate(float(fitted.b[0]) - 1.0, fitted.half(0), fitted.blocks),
         by_weight,
         structural,
         Estimate(float(still.b[0]), still.half(0), still.blocks),
         T_load,
-        T - _beside(found, model, spring, rate),
+        T - _other_terms(fitted, model, spring, rate),
         T_p,
     )
 
 
-def _beside(found: Fit, model: FloatArray, spring: FloatArray, rate: FloatArray) -> FloatArray:
-    return np.asarray(-found.b[1] * model + found.b[2] * spring + found.b[3] * rate)
+def _other_terms(fitted: Fit, model: FloatArray, spring: FloatArray, rate: FloatArray) -> FloatArray:
+    return np.asarray(-fitted.b[1] * model + fitted.b[2] * spring + fitted.b[3] * rate)
 
 
-def _rows(part: Part) -> tuple[NDArray[Any], ...]:
+def _rows(part: LogPart) -> tuple[NDArray[Any], ...]:
     """Means over EVERY seconds: torque that the passive motors must give, that of the file's, friction of the twin with
     the sign of the motion, wire out about its middle, angular acceleration, torque of the load, one, block; NaN where
-    the motors stand or turn round.
+    the motors are at standstill or reverse.
     """
     assert part.omega_m is not None
     s = {name: mean_every(part[name], part, EVERY) for name in ("p_a", "p_b", "F_w", "p_hp", "alpha_pm")}
     setting = known_setting(part, "m")
     assert setting is not None
     passive, alpha_m = passive_of(part), mean_every(setting, part, EVERY)
-    omega, lever, s_w = (mean_every(x, part, EVERY) for x in (part.omega_m, part.lever, part.wire_out))
-    dp, dp_p, load = s["p_a"] - s["p_b"], s["p_hp"] - passive.p_lp, s["F_w"] * lever
+    omega, r_eff, s_w = (mean_every(x, part, EVERY) for x in (part.omega_m, part.r_eff, part.wire_out))
+    dp, dp_p, load = s["p_a"] - s["p_b"], s["p_hp"] - passive.p_lp, s["F_w"] * r_eff
     rate = rate_every(part.omega_m, part, EVERY)
     T = load + part.inertia * rate - motor_torque(part.crane.active.motor.D_total * alpha_m, dp)
     T_p = motor_torque(passive.motor.D_total * s["alpha_pm"], dp_p)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def to_dict(validation: Validation) -> dict[str, Any]:
-    """Everything in SI, ready for JSON; names as in the nomenclature."""
+    """All results in SI as plain data for JSON; names as in the nomenclature."""
     campaign = validation.campaign
     return {
         "title": campaign.title,
@@ -27,13 +27,13 @@ def to_dict(validation: Validation) -> dict[str, Any]:
         "criteria": campaign.criteria.to_dict(),
         "passed": validation.passed,
         "outcome": validation.outcome.value,
-        "whole": validation.whole,
+        "complete": validation.complete,
         "verdict": sentence(validation),
         "decisive": [line.key for line in decisive(validation)],
         "risks": risks(validation.lines),
         "lines": [line.to_dict() for line in validation.lines],
         "segments": [dataclasses.asdict(s) | {"mode": s.mode.value} for s in segments(validation)],
-        "unjudged": {name: list(tests) for name, tests in unjudged(validation).items()} if validation.whole else {},
+        "unjudged": {name: list(tests) for name, tests in unjudged(validation).items()} if validation.complete else {},
         "steps": [step.to_dict() for step in validation.steps],
         "tests": [
             {"name": r.test.name, "log": r.test.log.name, "statements": list(r.statements)} for r in validation.records
@@ -45,27 +45,27 @@ def segments_table(validation: Validation) -> polars.DataFrame:
     """Every load case in display units, units in the headings."""
     import polars as pl
 
-    found = segments(validation)
+    load_cases = segments(validation)
     columns = {
-        "test": [s.test for s in found],
-        "start [s]": [s.start for s in found],
-        "duration [s]": [s.duration for s in found],
-        "load [t]": [s.load / 1e3 for s in found],
-        "s_w_min [m]": [s.s_w_min for s in found],
-        "s_w_max [m]": [s.s_w_max for s in found],
-        "s_tip_pp [m]": [s.s_tip_pp for s in found],
-        "period [s]": [s.period for s in found],
-        "mode": [s.mode.value for s in found],
+        "test": [s.test for s in load_cases],
+        "start [s]": [s.start for s in load_cases],
+        "duration [s]": [s.duration for s in load_cases],
+        "load [t]": [s.load / 1e3 for s in load_cases],
+        "s_w_min [m]": [s.s_w_min for s in load_cases],
+        "s_w_max [m]": [s.s_w_max for s in load_cases],
+        "s_tip_pp [m]": [s.s_tip_pp for s in load_cases],
+        "period [s]": [s.period for s in load_cases],
+        "mode": [s.mode.value for s in load_cases],
     }
     return pl.DataFrame(columns)
 
 
 def deviations_table(validation: Validation) -> polars.DataFrame | None:
-    """Every window of step 5, units in the headings; None where it compared nothing. Source: Moslatt 2020 paper F,
+    """Every window of step 5, units in the headings; None where there is none. Source: Moslatt 2020 paper F,
     figures 11 to 13."""
     import polars as pl
 
-    parts = [c.windows for step in validation.steps if isinstance(step, AhcStep) for c in step.compared]
+    parts = [c.windows for step in validation.steps if isinstance(step, AhcStep) for c in step.comparisons]
     if not parts:
         return None
     joined = {

@@ -1,5 +1,5 @@
-"""The report: one page that a colleague can read without the program, every step with its statements, tables, figures
-and verdict."""
+"""The report: one page readable without the program, every step with its statements, tables, figures and
+verdict."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from stillhook.validate.report.texts import (
     deciding_title,
     decisive,
     decisive_cells,
-    found_on_the_way,
     full_cells,
     joined,
     lines_of,
+    reading_notes,
     risks,
     segment_cells,
     segments,
@@ -38,17 +38,19 @@ from stillhook.validate.report.texts import (
 )
 from stillhook.validate.validation import Validation
 
-SYNTHETIC = "SYNTHETIC: these logs were simulated, measured on no crane. What follows says nothing about a real one."
+SYNTHETIC = "SYNTHETIC: these logs are simulated, not measured on a crane. The results say nothing about a real crane."
 JUDGED = (
-    "Each line is judged by the 95 % interval of its figure alone: shown where the whole interval meets the limit,"
-    " refuted where no part of it does, else not shown. What must be shown (the rule) stands in the way while it is not"
-    " shown. What must not be refuted, because data can refute its limit but hardly prove it, stands in the way where"
-    " it is refuted, or is not shown and the estimate itself misses the limit."
+    "Each line is judged by the 95 % interval of its value alone: shown where the complete interval meets the limit,"
+    " refuted where no part of it does, else not shown. A line that must be shown (the default) blocks the certificate"
+    " while it is"
+    " not shown. A line that must not be refuted, because data can refute its limit but hardly prove it, blocks where"
+    " it"
+    " is refuted, or where it is not shown and the estimate itself misses the limit."
 )
 METHOD = (
     "Method: the five verification steps and the acceptance criteria of G.-A. Moslåt 2020 (section 2.6, paper F table"
-    " 2), with a step of our own for the passive circuit and criteria of our own where paper F gives no number; each"
-    " line names its source. The twin under test is the crane file as given. Values that step 4 tunes are proposals:"
+    " 2), with an additional step for the passive circuit and additional criteria where paper F states no number; each"
+    " line names its source. The twin under test is the crane file as supplied. Values tuned in step 4 are proposals:"
     " they become part of the twin, and of a verdict, only by a crane file that holds them, validated again."
 )
 
@@ -56,7 +58,7 @@ METHOD = (
 def report(validation: Validation, figures: Mapping[str, bytes]) -> str:
     """The page as text. figures: PNG by stem, see `stillhook.validate.report.figures.figures`."""
     parts = [
-        paragraph(sentence(validation), no=not validation.passed, yes=validation.passed and validation.whole),
+        paragraph(sentence(validation), no=not validation.passed, yes=validation.passed and validation.complete),
         *_decisive(validation),
         paragraph(risks(validation.lines)),
         _about(validation.campaign),
@@ -67,7 +69,7 @@ def report(validation: Validation, figures: Mapping[str, bytes]) -> str:
         ),
         table([joined(h) for h in SEGMENT_HEAD], map(segment_cells, segments(validation))),
         *_covered(validation),
-        *_found_on_the_way(validation),
+        *_reading_notes(validation),
         *_unjudged(validation),
         heading("Steps"),
         table([joined(h) for h in STEP_HEAD], (step_row(validation, step) for step in validation.steps), words=True),
@@ -77,7 +79,7 @@ def report(validation: Validation, figures: Mapping[str, bytes]) -> str:
     ]
     for step in validation.steps:
         parts += _step(validation, step, figures)
-    parts += [heading("How it is judged"), paragraph(JUDGED), paragraph(METHOD)]
+    parts += [heading("How the verdict is reached"), paragraph(JUDGED), paragraph(METHOD)]
     return page(
         f"Validation of {title(validation)}", parts, synthetic=SYNTHETIC if validation.campaign.synthetic else ""
     )
@@ -127,32 +129,35 @@ def _failed(lines: Sequence[CriterionResult]) -> list[int]:
 
 
 def _legend(lines: Sequence[CriterionResult]) -> str:
-    there = {line.verdict for line in lines}
-    return bullets(f"{v.value}: {text}." for v, text in MEANING.items() if v in there)
+    used = {line.verdict for line in lines}
+    return bullets(f"{v.value}: {text}." for v, text in MEANING.items() if v in used)
 
 
 def _covered(validation: Validation) -> list[str]:
-    """What the tests cover: the ranges that a certificate names."""
-    found = (
-        envelope_of(validation.records, validation.campaign.criteria.settings["window"]) if validation.whole else None
+    """What the tests cover: the ranges stated in a certificate."""
+    ranges = (
+        envelope_of(validation.records, validation.campaign.criteria.settings["window"])
+        if validation.complete
+        else None
     )
-    if found is None:
+    if ranges is None:
         return []
-    says = Envelope.model_construct(None, **{name: tuple(ends) for name, ends in found.items()}).says()
-    told = (
-        "What the tests with heave compensation cover. A certificate holds inside these ranges, each taken by itself."
+    says = Envelope.model_construct(None, **{name: tuple(ends) for name, ends in ranges.items()}).says()
+    text = (
+        "Ranges covered by the tests with heave compensation. A certificate is valid inside these ranges, each"
+        " considered separately."
     )
-    return [paragraph(told), table(("", ""), says.items(), words=True)]
+    return [paragraph(text), table(("", ""), says.items(), words=True)]
 
 
-def _found_on_the_way(validation: Validation) -> list[str]:
-    """What reading the logs brought up."""
-    said = found_on_the_way(validation)
-    return [subheading("Found while reading the logs"), bullets(said)] if said else []
+def _reading_notes(validation: Validation) -> list[str]:
+    """Notes from reading the logs."""
+    notes = reading_notes(validation)
+    return [subheading("Notes from reading the logs"), bullets(notes)] if notes else []
 
 
 def _unjudged(validation: Validation) -> list[str]:
-    """Signals that no line rests on."""
+    """Signals that no line depends on."""
     names = unjudged.unjudged_says(validation)
     return [subheading(unjudged.HEADING), paragraph(unjudged.MEANING), bullets(names)] if names else []
 
@@ -164,9 +169,9 @@ def _step(validation: Validation, step: Step, figures: Mapping[str, bytes]) -> I
     yield paragraph(SHOWS[step.number])
     failed = any(line.failed for line in lines)
     yield paragraph(f"Step {number} alone: {step_verdict(validation, step)}.", no=failed)
-    yield bullets(step.statements) if step.statements else paragraph("Nothing stands out.")
-    for found in step.tables:
-        yield from _table(found)
+    yield bullets(step.statements) if step.statements else paragraph("No remarks.")
+    for step_table in step.tables:
+        yield from _table(step_table)
     for stem, data in figures.items():
         if stem.startswith(f"step-{number}-"):
             yield picture(data, caption(stem))
@@ -175,12 +180,12 @@ def _step(validation: Validation, step: Step, figures: Mapping[str, bytes]) -> I
         yield _lines(validation, lines)
 
 
-def _table(found: Table) -> Iterable[str]:
-    yield subheading(found.title)
-    yield table([joined(h) for h in found.header], found.rows, words=bool(columns_of_words(found) - {0}))
+def _table(step_table: Table) -> Iterable[str]:
+    yield subheading(step_table.title)
+    yield table([joined(h) for h in step_table.header], step_table.rows, words=bool(columns_of_words(step_table) - {0}))
 
 
 def caption(stem: str) -> str:
-    """What a figure is, from its file's name: "step-5-error-deviation" is "Step 5: error deviation"."""
+    """Caption of a figure, from its file name: "step-5-error-deviation" is "Step 5: error deviation"."""
     _, number, name = stem.split("-", 2)
     return f"Step {number}: {name.replace('-', ' ')}"

@@ -1,4 +1,5 @@
-"""The envelope of a validation: what the stretches covered on which the whole twin was compared with the crane."""
+"""The envelope of a validation: ranges covered by the segments on which the complete twin was compared with the
+crane."""
 
 from __future__ import annotations
 
@@ -16,16 +17,16 @@ from stillhook.validate.data_set.records.record import Record, Segment
 from stillhook.variables import WINDOW
 
 WAVES = (0.05, 0.95)
-"""Shares of all waves between which the periods of the envelope lie: one odd wave in twenty at either end is no range
-that was tested."""
+"""Shares of all waves that bound the periods of the envelope: one exceptional wave in twenty at either end is not a
+tested range."""
 
 
 def envelope_of(records: Sequence[Record], window: float) -> dict[str, Any] | None:
     """Ranges [SI] of load, wire out, 30 s peak-to-peak of the tip and period of its waves, and modes, over the
-    stretches that step 5 used.
+    segments used by step 5.
 
-    window: that of the criteria [s], which says what is long enough for step 5. Windows in which the tip stands do not
-    count, as in step 0. None where no stretch has a moving tip.
+    window: that of the criteria [s], which sets the least length for step 5. Windows without tip motion do not count,
+    as in step 0. None where the tip moves in no segment.
     """
     used = [
         (record, _counted(record, segment)) for record, segment in usable(records, window)[0] if segment.s_tip_pp > 0.0
@@ -46,7 +47,7 @@ def envelope_of(records: Sequence[Record], window: float) -> dict[str, Any] | No
 
 
 def _counted(record: Record, segment: Segment) -> Segment:
-    """What of a segment counts in step 5."""
+    """The part of a segment that counts in step 5."""
     skipped = round(SETTLE / record.step)
     start, duration = segment.start + skipped * record.step, segment.duration - skipped * record.step
     return replace(segment, first=segment.first + skipped, start=start, duration=duration)

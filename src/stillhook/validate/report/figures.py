@@ -46,9 +46,9 @@ def pictures(validation: Validation) -> dict[str, bytes]:
 
 def figures(validation: Validation) -> dict[str, Figure]:
     """Every figure of a validation by file stem, "step-5-..."."""
-    found: dict[str, Figure] = {}
+    result: dict[str, Figure] = {}
     for step in validation.steps:
         if step.number in FIGURES:
-            drawn = FIGURES[step.number](step, validation.campaign, validation.records)
-            found |= {f"step-{int(step.number)}-{stem}": figure for stem, figure in drawn.items()}
-    return found
+            figures_of_step = FIGURES[step.number](step, validation.campaign, validation.records)
+            result |= {f"step-{int(step.number)}-{stem}": figure for stem, figure in figures_of_step.items()}
+    return result

@@ -1,5 +1,5 @@
-"""A validation in words: the verdict in a sentence, its lines and load cases as cells of tables, for the terminal and
-the page alike."""
+"""A validation in words: the verdict in a sentence, its lines and load cases as table cells, for terminal and
+page."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 
 from stillhook.units import number
-from stillhook.validate.criteria.criteria import Ask, Criterion, Limit
+from stillhook.validate.criteria.criteria import Criterion, Limit, Requirement
 from stillhook.validate.criteria.judge import in_words, interval_words, outcome_of, structural_words
 from stillhook.validate.criteria.results import RISK, CriterionResult, Outcome, Step, StepNumber, Table, Verdict
 from stillhook.validate.data_set.campaign import MARK
@@ -16,24 +16,22 @@ from stillhook.validate.data_set.records.record import Segment
 from stillhook.validate.validation import Validation
 
 MEANING = {
-    Verdict.SHOWN: "the whole 95 % interval meets the limit; a figure without an interval (marked by value) meets it",
+    Verdict.SHOWN: "the complete 95 % interval meets the limit; a value without an interval (marked by value) meets it",
     Verdict.NOT_SHOWN: (
-        "part of the interval meets the limit and part does not, or there is no figure; in capitals it stands in"
-        " the way"
+        "part of the interval meets the limit and part does not, or there is no value; in capitals it blocks the"
+        " certificate"
     ),
-    Verdict.REFUTED: "no part of the interval meets the limit; a figure without an interval misses it",
-    Verdict.INFO: "no part of the verdict",
+    Verdict.REFUTED: "no part of the interval meets the limit; a value without an interval misses it",
+    Verdict.INFO: "not part of the verdict",
 }
 SHOWS = {
     StepNumber.DATA: "Do the tests cover enough loads, wire lengths, motion and time for a verdict on this crane?",
     StepNumber.PARAMETERS: "Are pumps, motors, gears, drum, friction and sensors those of the crane file?",
-    StepNumber.CONTROLLER: (
-        "Fed with the logged inputs, does the twin's controller give the commands that the PLC gave?"
-    ),
-    StepNumber.LIMITS: "With the pumps full, is the twin as fast as the winch?",
-    StepNumber.DYNAMICS: "With the logged commands, do pressures rise, swing and settle as on the crane?",
+    StepNumber.CONTROLLER: ("With the logged inputs, does the twin's controller reproduce the commands of the PLC?"),
+    StepNumber.LIMITS: "At full pump displacement, is the twin as fast as the winch?",
+    StepNumber.DYNAMICS: "With the logged commands, do pressures rise, oscillate and settle as on the crane?",
     StepNumber.AHC: (
-        "With the logged tip motion and nothing else, does the whole twin miss by as much as the crane did?"
+        "With the logged tip motion alone, does the complete twin have the same control error as the crane?"
     ),
     StepNumber.PASSIVE: "Do gas, stroke and motors of the passive circuit carry the load as the crane file says?",
 }
@@ -42,17 +40,17 @@ SHORT_HEAD = ("", "criterion", "found", "limit", "verdict")
 FULL_HEAD = ("", "criterion", "found (95 %)", "limit", "verdict", "rests on", "source")
 LINE_HEAD = ("", "criterion", "found", "95 %", "limit", "verdict", "rests on", "source")
 TERSE_HEAD = ("", "found", "95 %", "limit", "verdict")
-DECISIVE_HEAD = ("verdict", "", "what decides")
+DECISIVE_HEAD = ("verdict", "", "governing line")
 STEP_HEAD = ("step", "", "shown", "not\nshown", "refuted", "info", "verdict")
 DECISIVE = 3
-"""Lines that stand directly below the verdict."""
+"""Number of lines directly below the verdict."""
 
 
 LONGEST_NUMBER = 20  # characters: a longer cell is text
 
 
 def columns_of_words(table: Table) -> set[int]:
-    """Places of the columns of a step's table that hold text, and may fold."""
+    """Indices of the columns of a step's table that hold text and may wrap."""
     return {i for row in table.rows for i, cell in enumerate(row) if len(cell) > LONGEST_NUMBER}
 
 
@@ -70,38 +68,38 @@ def sentence(validation: Validation) -> str:
     criteria = campaign.criteria.label
     part = (
         ""
-        if validation.whole
+        if validation.complete
         else f" This is {_steps(validation.steps)} only: a certificate needs all steps, 0 to {max(StepNumber)}."
     )
     count = _count(len(judged), "criterion", "criteria")
     failed = [line for line in judged if line.failed]
     match validation.outcome:
         case Outcome.NOT_JUDGED:
-            return f"NOT ASSESSED: {criteria} has no criterion that counts here.{part}"
+            return f"NOT JUDGED: {criteria} has no criterion that counts for these steps.{part}"
         case Outcome.PASSED:
             this = f"the {MARK} crane of these logs" if campaign.synthetic else "this crane"
-            represents = f'"{campaign.crane.name}" as described represents {this}, inside what was tested'
-            what = represents if validation.whole else "no objection"
+            represents = f'"{campaign.crane.name}" as described represents {this}, within the tested ranges'
+            claim = represents if validation.complete else "no objection"
             shown = sum(line.verdict is Verdict.SHOWN for line in judged)
             open_ = [line for line in judged if line.verdict is Verdict.NOT_SHOWN]
             rest = f"; {len(open_)} not shown and not refuted ({_keys(open_)})" if open_ else ""
-            return f"PASSED: {what}: of {count} of {criteria}, {shown} shown{rest}.{part}"
+            return f"PASSED: {claim}: of {count} of {criteria}, {shown} shown{rest}.{part}"
         case Outcome.NOT_SHOWN:
             keys = f"{len(failed)} not shown ({_keys(failed)})" if failed else "none shown"
             return f"NOT SHOWN: of {count} of {criteria}, none refuted, but {keys}.{part}"
         case Outcome.REFUTED:
-            found = [
+            counts = [
                 f"{n} {v.value} ({_keys(line for line in failed if line.verdict is v)})"
                 for v in (Verdict.REFUTED, Verdict.NOT_SHOWN)
                 if (n := sum(line.verdict is v for line in failed))
             ]
-            return f"REFUTED: of {count} of {criteria}, {' and '.join(found)}.{part}"
+            return f"REFUTED: of {count} of {criteria}, {' and '.join(counts)}.{part}"
 
 
 def decisive(validation: Validation) -> list[CriterionResult]:
-    """The lines that decide the verdict, DECISIVE at most: what stands in the way, refuted first and the farthest
-    beyond its limit first; where it passed, those that compare twin and crane and use most of their limits (coverage of
-    the data has no nearly).
+    """The lines that govern the verdict, DECISIVE at most: blocking lines, refuted first and by utilisation of the
+    limit; where it passed, the comparisons of twin and crane with the highest utilisation (coverage of the data has no
+    margin).
     """
     judged = [line for line in validation.lines if line.judged]
     failed = [line for line in judged if line.failed]
@@ -112,8 +110,8 @@ def decisive(validation: Validation) -> list[CriterionResult]:
 
 
 def deciding_title(failed: bool) -> str:
-    """What stands above the lines that decide the verdict."""
-    return "In the way, the farthest beyond its limit first" if failed else "The closest to their limits"
+    """Heading above the lines that govern the verdict."""
+    return "Blocking, highest utilisation of the limit first" if failed else "Closest to their limits"
 
 
 def _used(line: CriterionResult) -> float:
@@ -121,22 +119,22 @@ def _used(line: CriterionResult) -> float:
 
 
 def decisive_cells(validation: Validation, line: CriterionResult) -> tuple[str, str, str]:
-    """A deciding line: verdict, key, and what was found against what limit, and how close that is."""
-    key, what, figure, between, limit, verdict, *_ = line_cells(validation, line)
+    """A governing line: verdict, key, value against its limit, and utilisation."""
+    key, title, figure, between, limit, verdict, *_ = line_cells(validation, line)
     m = line.measure
     if m is None or m.value is None or math.isnan(m.value):
         return (
             verdict,
             key,
-            f"{what}: no figure; {m.note if m is not None and m.note else 'nothing of the kind is in these data'}",
+            f"{title}: no value; {m.note if m is not None and m.note else 'no such data are available'}",
         )
     where = f" in {m.test}" if m.test else ""
     interval = f" ({between})" if line.figures else ""
-    return verdict, key, f"{what}{where}: {figure}{interval}, limit {limit}; {_how_close(validation, line)}"
+    return verdict, key, f"{title}{where}: {figure}{interval}, limit {limit}; {_closeness(validation, line)}"
 
 
-def _how_close(validation: Validation, line: CriterionResult) -> str:
-    """How close the far end of the interval is to the limit."""
+def _closeness(validation: Validation, line: CriterionResult) -> str:
+    """Utilisation of the limit by the far end of the interval."""
     end = "the far end of the interval" if line.figures else "that"
     if math.isnan(line.used):
         return f"{end} is {'beyond' if line.failed else 'within'} it"
@@ -149,26 +147,24 @@ def _how_close(validation: Validation, line: CriterionResult) -> str:
 
 
 def risks(results: Iterable[CriterionResult]) -> str:
-    """Consumer's and producer's risk, and how many lines they are of."""
+    """Consumer's and producer's risk, and the number of lines they apply to."""
     judged = [line for line in results if line.judged and line.verdict is not Verdict.INFO]
     sampled = [line for line in judged if line.figures]
     bare = [line for line in judged if not line.figures and line.measure is not None and line.measure.value is not None]
     if not sampled:
-        return (
-            "No judged line has an interval, so no risk of sampling can be stated." if judged else "No line was judged."
-        )
+        return "No judged line has an interval, so no sampling risk can be stated." if judged else "No line was judged."
     percent, most = f"{100.0 * RISK:g} %", max(line.figures for line in sampled)
     several = f", n times that at most where the worst of n tests is judged (n up to {most} here)" if most > 1 else ""
     text = (
-        f"{_count(len(sampled), 'line was', 'lines were')} judged by the 95 % interval of the figure. Consumer's risk:"
-        f" such a line is called shown in at most {percent} of campaigns where its true figure is at the limit or"
-        f" beyond. Producer's risk: it is called refuted in at most {percent} of campaigns where its true figure is at"
-        f" the limit or within{several}. Both are of one line, and as good as the intervals are (coverage is measured"
+        f"{_count(len(sampled), 'line was', 'lines were')} judged by the 95 % interval of the value. Consumer's risk:"
+        f" such a line is judged shown in at most {percent} of campaigns where its true value is at the limit or"
+        f" beyond. Producer's risk: it is judged refuted in at most {percent} of campaigns where its true value is at"
+        f" the limit or within{several}. Both apply to one line and are as good as the intervals (coverage is measured"
         " on synthetic campaigns)."
     )
     if bare:
         count = _count(len(bare), "line was", "lines were")
-        text += f" {count} judged by value, without an interval (counts, maxima): no risk is stated of them."
+        text += f" {count} judged by value, without an interval (counts, maxima): no risk is stated for them."
     return text
 
 
@@ -186,7 +182,7 @@ def _count(n: int, one: str, many: str) -> str:
 
 
 def criterion(validation: Validation, line: CriterionResult) -> Criterion:
-    """The criterion behind a verdict line."""
+    """The criterion of a verdict line."""
     return next(c for c in validation.campaign.criteria.criteria if c.key == line.key)
 
 
@@ -198,11 +194,11 @@ def line_cells(validation: Validation, line: CriterionResult) -> tuple[str, ...]
     known = m is not None and m.value is not None
     between = interval_words(c, m) if m is not None and known else ""
     figure = in_words(c, m.value) if m is not None and m.value is not None else "-"
-    limit = line.limit + (", not to be refuted" if c.ask is Ask.NOT_REFUTED else "")
+    limit = line.limit + (", not to be refuted" if c.ask is Requirement.NOT_REFUTED else "")
     between = between or ("by value" if known else "")
     return (
         line.key,
-        line.what,
+        line.title,
         figure,
         between,
         limit,
@@ -213,7 +209,7 @@ def line_cells(validation: Validation, line: CriterionResult) -> tuple[str, ...]
 
 
 def terse_cells(validation: Validation, line: CriterionResult) -> tuple[str, ...]:
-    """A verdict line without words on the criterion, see TERSE_HEAD."""
+    """A verdict line without the text of the criterion, see TERSE_HEAD."""
     key, _, figure, between, _, verdict, *_ = line_cells(validation, line)
     unit = figure.partition(" ")[2]
     bare = between.removesuffix(f" {unit}") if unit else between
@@ -222,14 +218,14 @@ def terse_cells(validation: Validation, line: CriterionResult) -> tuple[str, ...
 
 def short_cells(validation: Validation, line: CriterionResult) -> tuple[str, ...]:
     """A verdict line in short, see SHORT_HEAD."""
-    key, what, figure, _, limit, verdict, *_ = line_cells(validation, line)
-    return key, what, figure, limit, verdict
+    key, title, figure, _, limit, verdict, *_ = line_cells(validation, line)
+    return key, title, figure, limit, verdict
 
 
 def full_cells(validation: Validation, line: CriterionResult) -> tuple[str, ...]:
     """A verdict line in full with few columns, see FULL_HEAD."""
-    key, what, figure, between, *rest = line_cells(validation, line)
-    return key, what, f"{figure} ({between})" if between else figure, *rest
+    key, title, figure, between, *rest = line_cells(validation, line)
+    return key, title, f"{figure} ({between})" if between else figure, *rest
 
 
 def joined(header: str) -> str:
@@ -238,7 +234,7 @@ def joined(header: str) -> str:
 
 
 def verdict_word(line: CriterionResult) -> str:
-    """The verdict; in capitals where it stands in the way."""
+    """The verdict; in capitals where it blocks the certificate."""
     return line.verdict.value.upper() if line.failed else line.verdict.value
 
 
@@ -264,18 +260,18 @@ def segments(validation: Validation) -> list[Segment]:
     return [s for record in validation.records for s in record.segments]
 
 
-def found_on_the_way(validation: Validation) -> list[str]:
-    """What reading the logs brought up, each with its test; without what a step says again."""
-    said = []
+def reading_notes(validation: Validation) -> list[str]:
+    """Notes from reading the logs, each with its test; without those repeated by a step."""
+    notes = []
     for record in validation.records:
         test = f'Test "{record.test.name}"'
-        said += [text if text.startswith(test) else f"{test}: {text}" for text in record.statements]
+        notes += [text if text.startswith(test) else f"{test}: {text}" for text in record.statements]
     again = {text for step in validation.steps for text in step.statements}
-    return [text for text in said if text not in again]
+    return [text for text in notes if text not in again]
 
 
 def step_row(validation: Validation, step: Step) -> tuple[str, ...]:
-    """How the criteria of a step came out, see STEP_HEAD."""
+    """Results of the criteria of a step, see STEP_HEAD."""
     counts = Counter(line.verdict for line in lines_of(validation, step))
     return (
         str(int(step.number)),

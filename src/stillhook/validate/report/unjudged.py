@@ -1,5 +1,5 @@
-"""Signals that were logged and that no line of the verdict rests on: a reader of the certificate knows what nobody
-looked at."""
+"""Logged signals that no line of the verdict depends on: the certificate lists them as not
+checked."""
 
 from __future__ import annotations
 
@@ -11,19 +11,16 @@ from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.validation import Validation
 
 HEADING = "Logged, not judged"
-MEANING = (
-    "No line of the verdict that counts rests on these signals in these tests. They may be wrong without any trace"
-    " here."
-)
+MEANING = "No judged line of the verdict depends on these signals in these tests. Errors in them would not be detected."
 BY_TEST = ("test ", "load case ")
-"""What stands before the name of a test where a measure is of that test alone."""
+"""Prefixes of a test's name where a measure applies to that test alone."""
 
 
 def unjudged(validation: Validation) -> dict[str, tuple[str, ...]]:
-    """Names of signals, each with the tests in which it was logged and no judged line with a value rests on it.
+    """Names of signals, each with the tests in which it was logged and no judged line with a value depends on it.
 
-    A measure rests on the signals that `stillhook.validate.criteria.names` names, in the test that it is of, or in all
-    tests of its kinds.
+    A measure depends on the signals listed in `stillhook.validate.criteria.names`, in its test, or in all tests of its
+    kinds.
     """
     judged = _judged(validation)
     out: dict[str, list[str]] = {}
@@ -36,7 +33,7 @@ def unjudged(validation: Validation) -> dict[str, tuple[str, ...]]:
 
 def unjudged_says(validation: Validation) -> list[str]:
     """The same in lines, "p_hp in test dynamics"; nothing where only some steps were taken."""
-    if not validation.whole:
+    if not validation.complete:
         return []
     every = len(validation.records)
     return [f"{name} in {_tests(tests, every)}" for name, tests in unjudged(validation).items()]
@@ -50,7 +47,7 @@ def _tests(names: tuple[str, ...], every: int) -> str:
 
 
 def _judged(validation: Validation) -> set[tuple[str, str]]:
-    """Tests and signals that a judged line with a value rests on."""
+    """Tests and signals that a judged line with a value depends on."""
     counted = {line.key for line in validation.lines if line.judged}
     names = {c.measure for c in validation.campaign.criteria.criteria if c.key in counted}
     out = set()
@@ -60,13 +57,13 @@ def _judged(validation: Validation) -> set[tuple[str, str]]:
 
 
 def _records(validation: Validation, m: Measure) -> Iterator[Record]:
-    """The tests that a measure is of."""
+    """The tests that a measure covers."""
     names = {r.test.name for r in validation.records}
-    own = [m.test.removeprefix(before) for before in BY_TEST if m.test.startswith(before)]
+    test = [m.test.removeprefix(before) for before in BY_TEST if m.test.startswith(before)]
     kinds = MEASURES[m.name].kinds
     for r in validation.records:
-        if own and own[0] in names:
-            if r.test.name == own[0]:
+        if test and test[0] in names:
+            if r.test.name == test[0]:
                 yield r
         elif not kinds or r.test.kind.value in kinds:
             yield r

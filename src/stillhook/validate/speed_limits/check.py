@@ -1,5 +1,5 @@
-"""Step 3: the winch's velocity limits. What the crane reaches with its pumps at their end, and what the twin reaches
-there.
+"""Step 3: the winch's velocity limits. Speeds of crane and twin with saturated
+pumps.
 
 Source: Moslatt 2020 paper F, verification element 3 and criterion 4 ("pump saturation should be tested and evaluated").
 Two runs of the twin: its winch driven by the measured commands (pumps, motors, gear, layers, leakage), and the whole
@@ -20,36 +20,36 @@ from stillhook.validate.criteria.results import Measure, Step, StepNumber, Table
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.data_set.records.saturation import FLAT, FULL
-from stillhook.validate.speed_limits.runs import Limited, limited
+from stillhook.validate.speed_limits.runs import SaturatedPart, saturated_parts
 
 SETTLED = 0.3
-"""Start of a saturated stretch that is not compared [s]: swash plates and pressures still move."""
+"""Start of a saturated span that is not compared [s]: swash plates and pressures still move."""
 LEAST = 0.2
-"""Shortest rest of it that is compared [s]."""
+"""Shortest remainder that is compared [s]."""
 ROW = 2.0  # s of the pieces that the interval is drawn from: longer than anything rings at a plateau
-TOLD = 0.08  # speed error from which causes are looked for
+NOTABLE = 0.08  # speed error from which causes are reported
 NEAR = 0.95  # of the end: a command within 5 % of it misses it by a difference in feedback alone
 APART = 0.02  # of full displacement by which the motors must differ to be named
-TO_LOG = "log hoisting and lowering with the joystick beyond what the winch can, and v_op, u_p, alpha_p, s_w with it"
+TO_LOG = "log hoisting and lowering with the joystick beyond the winch's limit, with v_op, u_p, alpha_p and s_w"
 LACKS = {
-    "driven": "no stretch at the pumps' end can be repeated: log u_m or alpha_m, and some seconds before it",
-    "whole": "the whole twin could not be run on it: log s_tip and v_op",
+    "driven": "no span with saturated pumps can be repeated: log u_m or alpha_m, and some seconds before it",
+    "complete": "the complete twin could not be run on it: log s_tip and v_op",
 }
 WAYS = {1: "hoisting", -1: "lowering"}
 
 
 @dataclass(frozen=True)
 class Plateau:
-    """A saturated stretch: mean wire speed measured, of the driven and of the whole twin [m/s], NaN where it was not
+    """A saturated span: mean wire speed measured, of the driven and of the complete twin [m/s], NaN where it was not
     run; way 1 hoisting, -1 lowering; samples [first, last) of its part that are compared."""
 
-    part: Limited
+    part: SaturatedPart
     first: int
     last: int
     way: int
     v_w: float
     driven: float
-    whole: float
+    complete: float
 
     @property
     def start(self) -> float:
@@ -64,14 +64,14 @@ class Plateau:
 class LimitsStep(Step):
     """Step 3 with what its figures need."""
 
-    parts: tuple[Limited, ...] = ()
+    parts: tuple[SaturatedPart, ...] = ()
     plateaus: tuple[Plateau, ...] = ()
 
 
 @dataclass(frozen=True)
 class Times:
-    """Time that the pumps are at their end [s]: in the log, all of it; and over what the whole twin could be run on: in
-    log and twin each, in either, and in one of them while the other is not even near its end (log_alone,
+    """Time that the pumps are at their end [s]: in the log, all of it; and over what the complete twin could be run on:
+    in log and twin each, in either, and in one of them while the other is not even near its end (log_alone,
     twin_alone)."""
 
     log_all: float
@@ -89,18 +89,19 @@ class Times:
 
 def check_limits(campaign: Campaign, records: tuple[Record, ...], progress: Callable[[float], None]) -> Step:
     """Step 3 of the validation. Measures: saturation_time [s] in the log, limit_speed_error (twin driven by the
-    measured commands over the crane, less 1, hoisting and lowering), the same of the whole twin, saturation_overlap."""
-    parts: list[Limited] = []
+    measured commands over the crane, less 1, hoisting and lowering), the same of the complete twin,
+    saturation_overlap."""
+    parts: list[SaturatedPart] = []
     for i, record in enumerate(records):
-        parts += limited(campaign, record)
+        parts += saturated_parts(campaign, record)
         progress((i + 1) / len(records))
     plateaus = [p for part in parts for p in plateaus_of(part)]
     times = times_of(parts)
-    why = _causes(parts, plateaus, times)
+    causes = _causes(parts, plateaus, times)
     return LimitsStep(
         StepNumber.LIMITS,
-        _measures(plateaus, times, why),
-        _statements(parts, plateaus, times, why),
+        _measures(plateaus, times, causes),
+        _statements(parts, plateaus, times, causes),
         (_table(plateaus),),
         _data(plateaus, times),
         tuple(parts),
@@ -108,75 +109,75 @@ def check_limits(campaign: Campaign, records: tuple[Record, ...], progress: Call
     )
 
 
-def plateaus_of(part: Limited) -> list[Plateau]:
-    """The saturated stretches of a part that last long enough for their speeds to be compared."""
-    skip, least, found = round(SETTLED / part.step), max(1, round(LEAST / part.step)), []
-    for a, b in part.stretches():
+def plateaus_of(part: SaturatedPart) -> list[Plateau]:
+    """The saturated spans of a part that are long enough to compare speeds."""
+    skip, least, result = round(SETTLED / part.step), max(1, round(LEAST / part.step)), []
+    for a, b in part.spans():
         if b - a - skip < least:
             continue
         cut = slice(a + skip, b)
         v_w = float(part.v_w[cut].mean())
         driven = float(part.driven["v_w"][cut].mean())
-        whole = float(part.whole["v_w"][cut].mean()) if part.whole is not None else np.nan
-        found.append(Plateau(part, a + skip, b, 1 if v_w > 0.0 else -1, v_w, driven, whole))
-    return found
+        complete = float(part.complete["v_w"][cut].mean()) if part.complete is not None else np.nan
+        result.append(Plateau(part, a + skip, b, 1 if v_w > 0.0 else -1, v_w, driven, complete))
+    return result
 
 
-def times_of(parts: Sequence[Limited]) -> Times:
-    """How long the pumps are at their end, in log and twin."""
+def times_of(parts: Sequence[SaturatedPart]) -> Times:
+    """Saturation times of the pumps, in log and twin."""
     sums = np.zeros(6)
     for p in parts:
         sums[0] += float(p.saturated.sum()) * p.step
-        if p.whole is None or p.twin_saturated is None:
+        if p.complete is None or p.twin_saturated is None:
             continue
-        asked = np.abs(p.whole["u_raw"])
-        log, twin = p.saturated & np.isfinite(asked), p.twin_saturated
-        apart = log & (asked < NEAR), twin & ~log & (np.abs(p.signals["u_p"]) < NEAR * p.ends["u_p"])
+        requested = np.abs(p.complete["u_raw"])
+        log, twin = p.saturated & np.isfinite(requested), p.twin_saturated
+        apart = log & (requested < NEAR), twin & ~log & (np.abs(p.signals["u_p"]) < NEAR * p.ends["u_p"])
         sums[1:] += [float(x.sum()) * p.step for x in (log, twin, log | twin, *apart)]
     return Times(*sums.tolist())
 
 
-def _measures(plateaus: Sequence[Plateau], times: Times, why: Mapping[str, str]) -> tuple[Measure, ...]:
-    nowhere = f"the pumps are nowhere at their end: {TO_LOG}"
-    out = [Measure("saturation_time", times.log_all, "time", note=why.get("ends", ""))]
+def _measures(plateaus: Sequence[Plateau], times: Times, causes: Mapping[str, str]) -> tuple[Measure, ...]:
+    nowhere = f"the pumps are never saturated: {TO_LOG}"
+    out = [Measure("saturation_time", times.log_all, "time", note=causes.get("ends", ""))]
     if times.log_all == 0.0:
         seen = f"; the twin's are for {times.twin:.1f} s" if times.twin > 0.0 else ""
         out = [Measure("saturation_time", None, "time", note=nowhere + seen)]
-    for name, run in (("limit_speed_error", "driven"), ("limit_speed_error_whole", "whole")):
-        found = [m for way in WAYS if (m := _speed(name, run, way, plateaus, why))]
-        out += found or [Measure(name, None, note=LACKS[run] if times.log_all > 0.0 else nowhere)]
+    for name, run in (("limit_speed_error", "driven"), ("limit_speed_error_whole", "complete")):
+        result = [m for way in WAYS if (m := _speed(name, run, way, plateaus, causes))]
+        out += result or [Measure(name, None, note=LACKS[run] if times.log_all > 0.0 else nowhere)]
     overlap, each = times.overlap, f"log {times.log:.1f} s, twin {times.twin:.1f} s"
-    out.append(Measure("saturation_overlap", overlap, data=each, note=why.get("overlap", "") or _none(overlap)))
+    out.append(Measure("saturation_overlap", overlap, data=each, note=causes.get("overlap", "") or _none(overlap)))
     return tuple(out)
 
 
 def _none(overlap: float | None) -> str:
     return (
-        f"neither the log's pumps nor the twin's are at their end where both are known: {TO_LOG}"
+        f"neither the log's nor the twin's pumps are saturated where both are known: {TO_LOG}"
         if overlap is None
         else ""
     )
 
 
-def _speed(name: str, run: str, way: int, plateaus: Sequence[Plateau], why: Mapping[str, str]) -> Measure | None:
+def _speed(name: str, run: str, way: int, plateaus: Sequence[Plateau], causes: Mapping[str, str]) -> Measure | None:
     """The speed error of one direction over all its plateaus, each weighing as long as it lasts."""
-    mine = [p for p in plateaus if p.way == way and np.isfinite(getattr(p, run))]
-    if not mine:
+    same = [p for p in plateaus if p.way == way and np.isfinite(getattr(p, run))]
+    if not same:
         return None
-    rows = np.concatenate([_rows(p, run) for p in mine])
-    found = interval(lambda x: float(x[:, 1].sum() / x[:, 0].sum() - 1.0), [rows])
-    low, high = (x if np.isfinite(x) else None for x in (found.low, found.high))
+    rows = np.concatenate([_rows(p, run) for p in same])
+    result = interval(lambda x: float(x[:, 1].sum() / x[:, 0].sum() - 1.0), [rows])
+    low, high = (x if np.isfinite(x) else None for x in (result.low, result.high))
     data = (
-        f"{len(mine)} plateau{'s' if len(mine) > 1 else ''}, {sum(p.duration for p in mine):.1f} s,"
-        f" {show(_mean(mine), 'speed')}"
+        f"{len(same)} plateau{'s' if len(same) > 1 else ''}, {sum(p.duration for p in same):.1f} s,"
+        f" {show(_mean(same), 'speed')}"
     )
-    note = why.get(run, "") if abs(found.value) > TOLD else ""
-    return Measure(name, found.value, "", low, high, test=WAYS[way], data=data, note=note)
+    note = causes.get(run, "") if abs(result.value) > NOTABLE else ""
+    return Measure(name, result.value, "", low, high, test=WAYS[way], data=data, note=note)
 
 
 def _rows(p: Plateau, run: str) -> FloatArray:
     """Wire that ran in pieces of about ROW, measured and simulated: sums of the speeds."""
-    series = p.part.driven if run == "driven" else p.part.whole
+    series = p.part.driven if run == "driven" else p.part.complete
     assert series is not None
     x = np.column_stack([p.part.v_w, series["v_w"]])[p.first : p.last]
     pieces = np.array_split(x, max(1, round(len(x) * p.part.step / ROW)))
@@ -198,27 +199,27 @@ def _error(plateaus: Sequence[Plateau], run: str) -> float:
     )
 
 
-def _causes(parts: Sequence[Limited], plateaus: Sequence[Plateau], times: Times) -> dict[str, str]:
-    """What is off, a line each: "ends" (the log stops below full command), "driven", "whole", "overlap"."""
+def _causes(parts: Sequence[SaturatedPart], plateaus: Sequence[Plateau], times: Times) -> dict[str, str]:
+    """What is off, a line each: "ends" (the log stops below full command), "driven", "complete", "overlap"."""
     out: dict[str, str] = {}
     for p in parts:
-        for name, what in (("u_p", "the PLC holds the pump command"), ("alpha_p", "the pumps' setting stops")):
+        for name, text in (("u_p", "the PLC holds the pump command"), ("alpha_p", "the pumps' setting stops")):
             if p.ends.get(name, FULL) < FULL and "ends" not in out:
                 out["ends"] = (
-                    f"test {p.name}: {what} at {100.0 * (p.ends[name] + FLAT):.3g} % in the log, at 100 % in the twin"
+                    f"test {p.name}: {text} at {100.0 * (p.ends[name] + FLAT):.3g} % in the log, at 100 % in the twin"
                 )
-    driven, whole = _error(plateaus, "driven"), _error(plateaus, "whole")
-    if abs(driven) > TOLD:
+    driven, complete = _error(plateaus, "driven"), _error(plateaus, "complete")
+    if abs(driven) > NOTABLE:
         stop = out.get("ends", "") if any(p.ends.get("alpha_p", FULL) < FULL for p in parts) else ""
         out["driven"] = stop or _motors(plateaus) or _faster(driven)
-    if abs(whole) > TOLD:
-        out["whole"] = (
-            out.get("ends") or out.get("driven") or f"{_faster(whole)}; or its PLC asks for something else (step 2)"
+    if abs(complete) > NOTABLE:
+        out["complete"] = (
+            out.get("ends") or out.get("driven") or f"{_faster(complete)}; or its PLC requests another motion (step 2)"
         )
     if times.log_alone + times.twin_alone > 0.1 * times.either:
         who = ("log", "twin") if times.log_alone > times.twin_alone else ("twin", "log")
         alone = max(times.log_alone, times.twin_alone)
-        out["overlap"] = f"the {who[0]}'s pumps are at their end for {alone:.1f} s where the {who[1]}'s are not"
+        out["overlap"] = f"the {who[0]}'s pumps are saturated for {alone:.1f} s where the {who[1]}'s are not"
     return out
 
 
@@ -232,7 +233,7 @@ def _motors(plateaus: Sequence[Plateau]) -> str:
         if abs(a - b) > APART:
             where = f"test {p.part.name}, from {p.start:.0f} s on"
             return (
-                f"{where}: on the same command the motors stand at {a:.3f} of their displacement in the log, at {b:.3f}"
+                f"{where}: on the same command the motors are at {a:.3f} of their displacement in the log, at {b:.3f}"
                 " in the twin"
             )
     return ""
@@ -251,24 +252,29 @@ def _faster(error: float) -> str:
 
 
 def _statements(
-    parts: Sequence[Limited], plateaus: Sequence[Plateau], times: Times, why: Mapping[str, str]
+    parts: Sequence[SaturatedPart], plateaus: Sequence[Plateau], times: Times, causes: Mapping[str, str]
 ) -> tuple[str, ...]:
     out = []
     if times.log_all == 0.0:
-        out.append(f"The velocity limits are not shown: the pumps are nowhere at their end. To show them, {TO_LOG}.")
+        out.append(f"The velocity limits are not shown: the pumps are never saturated. To show them, {TO_LOG}.")
     else:
         tests = ", ".join(dict.fromkeys(p.name for p in parts if p.saturated.any()))
-        out.append(f"The crane's pumps are at their end for {times.log_all:.1f} s (test {tests}).")
+        out.append(f"The crane's pumps are saturated for {times.log_all:.1f} s (test {tests}).")
     for way, name in WAYS.items():
-        mine = [p for p in plateaus if p.way == way]
-        if mine:
-            speed, driven, whole = show(abs(_mean(mine)), "speed"), _reached(mine, "driven"), _reached(mine, "whole")
+        same = [p for p in plateaus if p.way == way]
+        if same:
+            speed, driven, complete = (
+                show(abs(_mean(same)), "speed"),
+                _reached(same, "driven"),
+                _reached(same, "complete"),
+            )
             out.append(
-                f"There it reaches {speed} {name}; the twin driven by its commands {driven}, the whole twin {whole}."
+                f"At saturation it reaches {speed} {name}; the twin driven by its commands {driven}, the complete twin"
+                f" {complete}."
             )
         elif times.log_all > 0.0:
             out.append(f"The limit when {name} is not shown.")
-    out += [f"Off: {text}." for text in dict.fromkeys(why.values())]
+    out += [f"Deviation: {text}." for text in dict.fromkeys(causes.values())]
     out += [f"{note[0].upper()}{note[1:]}." for p in parts for note in p.notes]
     return tuple(out)
 
@@ -287,10 +293,10 @@ def _tenths(share: float) -> str:
 def _table(plateaus: Sequence[Plateau]) -> Table:
     rows = []
     for p in plateaus:
-        errors = (_tenths(x / p.v_w - 1.0) if np.isfinite(x) else "-" for x in (p.driven, p.whole))
+        errors = (_tenths(x / p.v_w - 1.0) if np.isfinite(x) else "-" for x in (p.driven, p.complete))
         rows.append((p.part.name, f"{p.start:.1f}", f"{p.duration:.1f}", WAYS[p.way], number(60.0 * p.v_w, 4), *errors))
-    header = ("test", "from\n[s]", "for\n[s]", "", "wire speed\n[m/min]", "driven\ntwin [%]", "whole\ntwin [%]")
-    return Table("Wire speed with the pumps at their end, and the twin's off it", header, tuple(rows))
+    header = ("test", "from\n[s]", "for\n[s]", "", "wire speed\n[m/min]", "driven\ntwin [%]", "complete\ntwin [%]")
+    return Table("Wire speed with saturated pumps, and deviation of the twin", header, tuple(rows))
 
 
 def _data(plateaus: Sequence[Plateau], times: Times) -> dict[str, object]:
@@ -309,7 +315,7 @@ def _data(plateaus: Sequence[Plateau], times: Times) -> dict[str, object]:
                 "duration": p.duration,
                 "v_w": p.v_w,
                 "v_w_driven": or_none(p.driven),
-                "v_w_whole": or_none(p.whole),
+                "v_w_complete": or_none(p.complete),
             }
             for p in plateaus
         ],

@@ -14,7 +14,7 @@ from stillhook.validate.data_set.axes import MEASURED, SIMULATED, axes_of, legen
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.speed_limits.check import LimitsStep, Plateau
-from stillhook.validate.speed_limits.runs import Limited
+from stillhook.validate.speed_limits.runs import SaturatedPart
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,7 +23,7 @@ MOST = 3
 """Parts that are drawn over time."""
 SHOWN = 90.0
 """Longest stretch that is drawn of a part [s]."""
-WHOLE = COLOURS[2]
+COMPLETE = COLOURS[2]
 SHADE = "#f0e0c0"
 
 
@@ -41,10 +41,9 @@ def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict
     return out
 
 
-def _over_time(p: Limited, campaign: Campaign) -> Figure:
+def _over_time(p: SaturatedPart, campaign: Campaign) -> Figure:
     title = (
-        f"Test {p.name}, mode {p.segment.mode.value}: pumps at their end (shaded) for"
-        f" {p.saturated.sum() * p.step:.1f} s"
+        f"Test {p.name}, mode {p.segment.mode.value}: pumps saturated (shaded) for {p.saturated.sum() * p.step:.1f} s"
     )
     figure, axes = axes_of(3, 1, (10.0, 8.0), marked(campaign, title), sharex=True)
     cut = _window(p)
@@ -52,8 +51,10 @@ def _over_time(p: Limited, campaign: Campaign) -> Figure:
     _line(axes[0, 0], t, p.v_w[cut], 60.0, MEASURED, "measured", lw=1.6)
     _twin(axes[0, 0], t, p, cut, "v_w", 60.0)
     _line(axes[1, 0], t, p.signals["u_p"][cut], 100.0, MEASURED, "measured", lw=1.6)
-    if p.whole is not None:
-        _line(axes[1, 0], t, p.whole["u_p"][cut], 100.0, WHOLE, "whole twin on tip motion and joystick", ls=":")
+    if p.complete is not None:
+        _line(
+            axes[1, 0], t, p.complete["u_p"][cut], 100.0, COMPLETE, "complete twin on tip motion and joystick", ls=":"
+        )
     if "alpha_m" in p.signals:
         _line(axes[2, 0], t, p.signals["alpha_m"][cut], 100.0, MEASURED, "measured", lw=1.6)
     _twin(axes[2, 0], t, p, cut, "alpha_m", 100.0)
@@ -63,7 +64,7 @@ def _over_time(p: Limited, campaign: Campaign) -> Figure:
         strict=True,
     ):
         ax.set_ylabel(name)
-        for a, b in p.stretches():
+        for a, b in p.spans():
             if p.t[b - 1] >= t[0] and p.t[a] <= t[-1]:
                 ax.axvspan(p.t[a], p.t[b - 1], color=SHADE, lw=0.0, zorder=0)
     axes[2, 0].set(xlabel="time [s]", xlim=(t[0], t[-1]))
@@ -72,7 +73,7 @@ def _over_time(p: Limited, campaign: Campaign) -> Figure:
     return figure
 
 
-def _window(p: Limited) -> slice:
+def _window(p: SaturatedPart) -> slice:
     """All of a part, or of a long one the stretch with the most time at an end."""
     n = round(SHOWN / p.step)
     if len(p.t) <= n:
@@ -87,21 +88,21 @@ def _line(ax: Any, t: FloatArray, y: FloatArray, scale: float, colour: str, labe
     ax.plot(t, scale * y, color=colour, label=label, **({"lw": 1.2} | style))
 
 
-def _twin(ax: Any, t: FloatArray, p: Limited, cut: slice, name: str, scale: float) -> None:
+def _twin(ax: Any, t: FloatArray, p: SaturatedPart, cut: slice, name: str, scale: float) -> None:
     if np.isfinite(p.driven[name][cut]).any():
         _line(ax, t, p.driven[name][cut], scale, SIMULATED, "twin driven by the measured commands", ls="--")
-    if p.whole is not None:
-        _line(ax, t, p.whole[name][cut], scale, WHOLE, "whole twin on tip motion and joystick", ls=":")
+    if p.complete is not None:
+        _line(ax, t, p.complete[name][cut], scale, COMPLETE, "complete twin on tip motion and joystick", ls=":")
 
 
 def _speeds(plateaus: Sequence[Plateau], campaign: Campaign) -> Figure:
-    title = "Wire speed with the pumps at their end, a point a plateau"
+    title = "Wire speed with saturated pumps, one point per plateau"
     figure, axes = axes_of(1, 2, (10.0, 4.8), marked(campaign, title))
     allowed = next((c.limit for c in campaign.criteria.criteria if c.measure == "limit_speed_error" and c.judged), None)
-    top = 66.0 * max(max(abs(p.v_w), np.nan_to_num(abs(p.driven)), np.nan_to_num(abs(p.whole))) for p in plateaus)
+    top = 66.0 * max(max(abs(p.v_w), np.nan_to_num(abs(p.driven)), np.nan_to_num(abs(p.complete))) for p in plateaus)
     for ax, run, colour, name in (
         (axes[0, 0], "driven", SIMULATED, "twin driven by the measured commands"),
-        (axes[0, 1], "whole", WHOLE, "whole twin on tip motion and joystick"),
+        (axes[0, 1], "complete", COMPLETE, "complete twin on tip motion and joystick"),
     ):
         x = np.array([0.0, top])
         if allowed is not None:
@@ -109,12 +110,12 @@ def _speeds(plateaus: Sequence[Plateau], campaign: Campaign) -> Figure:
                 x, x * (1.0 - allowed), x * (1.0 + allowed), color=SHADE, lw=0.0, label=f"within {100.0 * allowed:g} %"
             )
         ax.plot(x, x, color=GREY, lw=1.0)
-        for way, mark, what in ((1, "^", "hoisting"), (-1, "v", "lowering")):
-            mine = [p for p in plateaus if p.way == way and np.isfinite(getattr(p, run))]
-            if mine:
-                speeds = [60.0 * abs(getattr(p, run)) for p in mine]
+        for way, mark, label in ((1, "^", "hoisting"), (-1, "v", "lowering")):
+            same = [p for p in plateaus if p.way == way and np.isfinite(getattr(p, run))]
+            if same:
+                speeds = [60.0 * abs(getattr(p, run)) for p in same]
                 ax.plot(
-                    [60.0 * abs(p.v_w) for p in mine], speeds, mark, ms=7, mfc="none", color=colour, label=f"{what}"
+                    [60.0 * abs(p.v_w) for p in same], speeds, mark, ms=7, mfc="none", color=colour, label=f"{label}"
                 )
         ax.set(xlim=(0.0, top), ylim=(0.0, top), xlabel="measured [m/min]", ylabel=f"{name} [m/min]")
         ax.legend(loc="upper left", fontsize="small", frameon=False)

@@ -1,5 +1,5 @@
-"""Where a crane's pumps are at their end, and the twin there: driven by the measured commands, and whole on the
-measured motion."""
+"""Parts with saturated pumps, and the twin on them: driven by the measured commands, and complete on the measured
+motion."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.spec.commands import Commands
 from stillhook.spec.scenario import Mode, Operator
 from stillhook.validate.ahc.replay import Replay, replay, run_twin
-from stillhook.validate.controller.inputs import Stretch, derivative, stretches
+from stillhook.validate.controller.inputs import PlcSegment, derivative, plc_segments
 from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.records.record import Record, Segment
 from stillhook.validate.data_set.records.saturation import FULL, ends_of, stretches_of
 from stillhook.validate.dynamics.runs import motor_command
 
 NEAR = 0.85
-"""Command from which a part with heave compensation is looked at: closer to the end, small differences decide who
-reaches it."""
+"""Command from which a part with heave compensation is examined: closer to the limit, small differences decide on
+saturation."""
 LEAD = 10.0
 """Time that the driven twin runs before a saturated stretch [s]: the slowest of what sets the speed, the motors' servo,
 takes 1 s."""
 TAIL = 2.0
 BRIDGE = 0.1
-"""Saturated stretches that are so near to one another are one [s]: noise lifts a command from its end for a few
+"""Saturated spans closer than this are joined [s]: noise lifts a command from its limit for a few
 cycles."""
 SETTLE = 5.0
-"""Start of a part that the whole twin takes to meet a crane in motion [s], where its joystick does not start at
+"""Start of a part that the complete twin takes to meet a crane in motion [s], where its joystick does not start at
 rest."""
 MEET = 4.0
 """Start of the driven twin that does not count [s], where the crane is in motion: four times what its motors' servo
@@ -39,11 +39,11 @@ NAMES = ("v_w", "u_p", "u_raw", "alpha_p", "alpha_m")
 
 
 @dataclass(frozen=True)
-class Limited:
+class SaturatedPart:
     """A part of a record with its limits. t (n,) [s] of the record; v_w measured wire speed [m/s], hoisting positive;
     signals measured (n,); ends: level that the pump command, and the pumps' setting, stop at; saturated (n,): one of
     them is at its end; driven, whole: series of the twin (n,), NaN where it was not run; twin_saturated (n,): the same
-    of the whole twin, None where it could not be run.
+    of the complete twin, None where it could not be run.
     """
 
     record: Record
@@ -54,7 +54,7 @@ class Limited:
     ends: Mapping[str, float]
     saturated: BoolArray
     driven: Mapping[str, FloatArray]
-    whole: Mapping[str, FloatArray] | None
+    complete: Mapping[str, FloatArray] | None
     twin_saturated: BoolArray | None
     notes: tuple[str, ...]
 
@@ -66,13 +66,13 @@ class Limited:
     def step(self) -> float:
         return self.record.step
 
-    def stretches(self) -> list[tuple[int, int]]:
+    def spans(self) -> list[tuple[int, int]]:
         """Samples [a, b) of the saturated stretches, short gaps bridged."""
         return stretches_of(self.saturated, bridge=round(BRIDGE / self.step))
 
 
-def limited(campaign: Campaign, record: Record) -> list[Limited]:
-    """The parts of a record that are at their limits, or near enough for the twin to be.
+def saturated_parts(campaign: Campaign, record: Record) -> list[SaturatedPart]:
+    """The parts of a record that are saturated, or near enough for the twin to be.
 
     A test of kind limits is looked at in all its parts; one with heave compensation where its commands come near to
     their end.
@@ -80,35 +80,35 @@ def limited(campaign: Campaign, record: Record) -> list[Limited]:
     """
     if not record.has("u_p", "s_w"):
         return []
-    found = []
-    for s in stretches(campaign.crane, record, blind=True):
-        told = s.told(campaign.crane).u_raw
+    result = []
+    for s in plc_segments(campaign.crane, record, blind=True):
+        commands = s.simulated_commands(campaign.crane).u_raw
         for part in s.parts:
             at = s.within(part)
-            asked = s.u_p[at] if part.mode is Mode.MANUAL and not record.has("v_op") else told[at]
-            top = max(float(np.abs(s.u_p[at]).max()), float(np.abs(asked).max()))
+            requested = s.u_p[at] if part.mode is Mode.MANUAL and not record.has("v_op") else commands[at]
+            top = max(float(np.abs(s.u_p[at]).max()), float(np.abs(requested).max()))
             if record.test.kind is Kind.LIMITS or top > NEAR:
-                found.append(_limited(campaign, s, part, asked))
-    return found
+                result.append(_saturated_part(campaign, s, part, requested))
+    return result
 
 
-def _limited(campaign: Campaign, s: Stretch, part: Segment, asked: FloatArray) -> Limited:
+def _saturated_part(campaign: Campaign, s: PlcSegment, part: Segment, requested: FloatArray) -> SaturatedPart:
     record = s.record
     cut = slice(part.first, part.last)
     signals = {n: record.signals[n][cut] for n in ("u_p", "alpha_p", "u_m", "alpha_m", "v_op") if record.has(n)}
     v_w = -derivative(record.signals["s_w"][cut], record.step)
-    ends, saturated = _ends(signals, asked, record.step)
+    ends, saturated = _ends(signals, requested, record.step)
     driven = _driven(campaign, s, part, saturated)
-    whole, notes = _whole(campaign, s, part)
-    twin = np.abs(whole["u_raw"]) >= FULL if whole is not None else None
-    return Limited(record, part, record.t[cut], v_w, signals, ends, saturated, driven, whole, twin, notes)
+    complete, notes = _complete(campaign, s, part)
+    twin = np.abs(complete["u_raw"]) >= FULL if complete is not None else None
+    return SaturatedPart(record, part, record.t[cut], v_w, signals, ends, saturated, driven, complete, twin, notes)
 
 
-def _ends(signals: Mapping[str, FloatArray], asked: FloatArray, step: float) -> tuple[dict[str, float], BoolArray]:
+def _ends(signals: Mapping[str, FloatArray], requested: FloatArray, step: float) -> tuple[dict[str, float], BoolArray]:
     """Level that pump command and setting stop at, and where one of them is there; of the setting the command is what
     is asked."""
-    ends, saturated = {}, np.zeros(len(asked), dtype=bool)
-    for name, wish in (("u_p", asked), ("alpha_p", signals["u_p"])):
+    ends, saturated = {}, np.zeros(len(requested), dtype=bool)
+    for name, wish in (("u_p", requested), ("alpha_p", signals["u_p"])):
         if name in signals and np.isfinite(signals[name]).all():
             lo, hi = ends_of(signals[name], wish, step)
             ends[name] = min(-lo, hi)
@@ -116,7 +116,7 @@ def _ends(signals: Mapping[str, FloatArray], asked: FloatArray, step: float) -> 
     return ends, saturated
 
 
-def _driven(campaign: Campaign, s: Stretch, part: Segment, saturated: BoolArray) -> dict[str, FloatArray]:
+def _driven(campaign: Campaign, s: PlcSegment, part: Segment, saturated: BoolArray) -> dict[str, FloatArray]:
     """The twin's winch on the measured commands, about every saturated stretch; NaN elsewhere."""
     record, n = s.record, part.last - part.first
     out = {name: np.full(n, np.nan) for name in NAMES}
@@ -125,15 +125,15 @@ def _driven(campaign: Campaign, s: Stretch, part: Segment, saturated: BoolArray)
     margin, tail = round(LEAD / record.step), round(TAIL / record.step)
     spans = [(max(0, a - margin), min(n, b + tail)) for a, b in stretches_of(saturated, bridge=margin + tail)]
     runs = [_commanded(campaign, s, part, a, b) for a, b in spans]
-    for (a, _), run, found in zip(spans, runs, run_twin([campaign.crane] * len(runs), runs, NAMES), strict=True):
+    for (a, _), run, series in zip(spans, runs, run_twin([campaign.crane] * len(runs), runs, NAMES), strict=True):
         moving = abs(float(record.signals["u_p"][part.first + a])) > REST
         skip = round(MEET / record.step) if moving else 0
         for name in NAMES:
-            out[name][a + skip : a + len(run.t)] = found[name][skip:]
+            out[name][a + skip : a + len(run.t)] = series[name][skip:]
     return out
 
 
-def _commanded(campaign: Campaign, s: Stretch, part: Segment, a: int, b: int) -> Replay:
+def _commanded(campaign: Campaign, s: PlcSegment, part: Segment, a: int, b: int) -> Replay:
     """Samples [a, b) of a part, with the logged commands in place of the PLC's."""
     cut = slice(part.first + a, part.first + b)
     x = s.record.signals
@@ -156,24 +156,24 @@ def _filled(record: Record) -> Record:
     return replace(record, signals={**x, **more}) if more else record
 
 
-def _whole(campaign: Campaign, s: Stretch, part: Segment) -> tuple[dict[str, FloatArray] | None, tuple[str, ...]]:
-    """The whole twin with its PLC on the measured tip motion and joystick, and why it could not be run."""
+def _complete(campaign: Campaign, s: PlcSegment, part: Segment) -> tuple[dict[str, FloatArray] | None, tuple[str, ...]]:
+    """The complete twin with its PLC on the measured tip motion and joystick, and why it could not be run."""
     record = s.record
     if not record.has("s_tip") or (part.mode is Mode.MANUAL and not record.has("v_op")):
         lack = "v_op" if record.has("s_tip") else "s_tip"
-        return None, (f"test {part.test}: {lack} was not logged, so the whole twin cannot be run on it",)
+        return None, (f"test {part.test}: {lack} was not logged, so the complete twin cannot be run on it",)
     run = replay(campaign, record, part)
     if part.mode is Mode.MANUAL:
         run = _by_joystick(run, s)
-    [found] = run_twin([campaign.crane], [run], NAMES)
+    [series] = run_twin([campaign.crane], [run], NAMES)
     n, a, b = part.last - part.first, run.first - part.first, run.last - part.first
     out = {name: np.full(n, np.nan) for name in NAMES}
     for name in NAMES:
-        out[name][a:b] = found[name]
+        out[name][a:b] = series[name]
     return out, ()
 
 
-def _by_joystick(run: Replay, s: Stretch) -> Replay:
+def _by_joystick(run: Replay, s: PlcSegment) -> Replay:
     """A replay in manual mode: with the displacement that the operator holds, and counted from the start where the
     winch rests."""
     held = s.plc.motors.alpha_hold

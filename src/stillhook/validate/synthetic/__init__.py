@@ -1,7 +1,7 @@
-"""Synthetic validation campaigns: logs of a crane that the twin has never seen, with a known truth and, where asked
-for, a defect.
+"""Synthetic validation campaigns: logs of a reference crane with known parameters and, on request, a
+defect.
 
-No full-scale log of a heave-compensated crane is public. `write_campaign` lets the truth plant
+No full-scale log of a heave-compensated crane is public. `write_campaign` lets the reference plant
 (`stillhook.winches.reference.plant`) go through the tests of Moslatt 2020 paper F and writes what its PLC would log.
 Everything that it writes is marked SYNTHETIC.
 """

@@ -1,5 +1,5 @@
-"""What can be wrong between a crane and its twin, or in a log: a closed list, each with a size, to see whether
-validation finds it."""
+"""Defects between a crane and its twin, or in a log: a closed list, each with a size, to test whether validation
+detects them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from stillhook.validate.synthetic.scatter import Setting
 
 
 class Defect(StrEnum):
-    """The crane, or its log, is not as the twin and the campaign file say."""
+    """The crane, or its log, differs from the twin and the campaign file."""
 
     LEAKAGE = "leakage"
     FRICTION = "friction"
@@ -47,7 +47,7 @@ class Defect(StrEnum):
 
 class Change(NamedTuple):
     """meaning of a defect with its size as {}; size by default, lo and hi what it may be; made: the setting with the
-    defect of a size; ladder: sizes at which the detection limit is looked for, growing; kind of quantity of the size
+    defect of a size; ladder: increasing sizes at which the detection limit is tested; kind of quantity of the size
     ("": a pure number).
     """
 
@@ -61,19 +61,21 @@ class Change(NamedTuple):
 
 
 def _grown(name: str) -> Callable[[Setting, Crane, float], Setting]:
-    """A number of the truth grows by a part of itself."""
-    return lambda s, _, size: replace(s, truth=replace(s.truth, **{name: (1.0 + size) * getattr(s.truth, name)}))
+    """A parameter of the reference crane increases by a part of itself."""
+    return lambda s, _, size: replace(
+        s, reference=replace(s.reference, **{name: (1.0 + size) * getattr(s.reference, name)})
+    )
 
 
 def _set(name: str) -> Callable[[Setting, Crane, float], Setting]:
-    """A number of the truth is the size of the defect."""
-    return lambda s, _, size: replace(s, truth=replace(s.truth, **{name: size}))
+    """A parameter of the reference crane is the size of the defect."""
+    return lambda s, _, size: replace(s, reference=replace(s.reference, **{name: size}))
 
 
 def _layers_less(s: Setting, crane: Crane, size: float) -> Setting:
     drum = drum_record(crane)
     missing = wire_to_layer(drum.layers, drum) - wire_to_layer(drum.layers - size, drum)
-    return replace(s, truth=replace(s.truth, wire_short=float(missing)))
+    return replace(s, reference=replace(s.reference, wire_short=float(missing)))
 
 
 def _later(s: Setting, _: Crane, size: float) -> Setting:
@@ -263,7 +265,7 @@ def defect_of(text: Defect | str) -> Defect:
     try:
         return Defect(text)
     except ValueError:
-        raise ValidateError(f"defect {quote(text)}: not one of {', '.join(Defect)}.") from None
+        raise ValidateError(f"Unknown defect {came(text)}. Choose one of {', '.join(Defect)}.") from None
 
 
 def size_of(defect: Defect, text: str, where: str = "size") -> float:
@@ -274,7 +276,7 @@ def size_of(defect: Defect, text: str, where: str = "size") -> float:
         return float(text)
     except ValueError:
         raise ValidateError(
-            f"{where} = {quote(text)}: the defect {defect} has a plain number, such as {DEFECTS[defect].size:g}."
+            f"{where} = {came(text)}: the defect {defect} needs a plain number, such as {DEFECTS[defect].size:g}."
         ) from None
 
 
@@ -284,12 +286,13 @@ def with_defect(setting: Setting, crane: Crane, defect: Defect, size: float | No
     value = change.size if size is None else size
     if not change.lo <= value <= change.hi:
         raise ValidateError(
-            f"size = {quote(size)}: the defect {defect} may have {change.lo:g} to {change.hi:g}. Choose one in between."
+            f"size = {came(size)}: the defect {defect} allows {change.lo:g} to {change.hi:g}. Choose a size in this"
+            " range."
         )
     return change.made(setting, crane, value)
 
 
-def told(defect: Defect, size: float | None = None) -> str:
+def defect_text(defect: Defect, size: float | None = None) -> str:
     """A defect in words, with its size."""
     return DEFECTS[defect].meaning.format(size_text(defect, size) if DEFECTS[defect].kind else _size(defect, size))
 

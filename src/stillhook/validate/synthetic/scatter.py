@@ -9,7 +9,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.logs.synthetic.instruments import Calibration, Clock
-from stillhook.validate.synthetic.reference.crane import Truth
+from stillhook.validate.synthetic.reference.crane import ReferenceCrane
 
 STATED_DELAY = 0.04
 """Delay of the motion unit that a campaign states [s]."""
@@ -31,7 +31,7 @@ EVEN = {
     "p_low": 0.05,
     "boost": 0.03,
 }
-"""Half width of the even distribution around 1 of factors over the twin's numbers (assumed: see `Truth`)."""
+"""Half width of the even distribution around 1 of factors over the twin's numbers (assumed: see `ReferenceCrane`)."""
 FRICTION = 0.05
 """The same of the mean friction (assumed: what oil and wear change on a crane whose friction was identified)."""
 MOTOR = 0.004
@@ -109,10 +109,10 @@ class Drift:
 
 @dataclass(frozen=True)
 class Setting:
-    """All that is behind a campaign's logs: truth of the crane; delay of the motion unit [s] and the one that the
+    """Origin of a campaign's logs: reference crane; delay of the motion unit [s] and the one that the
     campaign states; clock, calibration, drift of zeros and faults of the logger."""
 
-    truth: Truth
+    reference: ReferenceCrane
     delay: float
     clock: Clock
     calibration: Mapping[str, Calibration] = field(default_factory=dict)
@@ -122,27 +122,31 @@ class Setting:
 
 
 def setting(seed: int, *, apart: bool = False, motors: int = 5, passive_motors: int = 16) -> Setting:
-    """The truth of a seed: every seed is another crane that its twin matches well. apart: C_h, leakage and inertia lie
-    10 to 30 % off. motors, passive_motors: how many of them there are, each with a displacement of its own; on one
-    shaft only their sum counts.
+    """The reference crane of a seed: every seed is another crane that its twin matches well. apart: C_h, leakage and
+    inertia deviate by 10 to 30 %. motors, passive_motors: how many of them there are, each with a displacement of its
+    own; on one shaft only their sum counts.
     """
     rng = np.random.default_rng([seed, 0])
-    drawn = {name: 1.0 + half * rng.uniform(-1.0, 1.0) for name, half in EVEN.items()}
-    drawn |= {name: rng.uniform(lo, hi) for name, (lo, hi) in RANGES.items()}
-    drawn |= {name: rng.uniform(-1.0, 1.0) for name in ("shape_load", "shape_viscous")}
-    drawn["shape_stribeck"] = rng.choice([-1.0, 1.0]) * rng.uniform(0.5, 1.0)
-    drawn |= {"motor_D": _mean_of(motors, rng), "passive": _mean_of(passive_motors, rng), "dac_bits": rng.choice(BITS)}
-    truth = Truth(**{name: float(x) for name, x in drawn.items()})
+    numbers = {name: 1.0 + half * rng.uniform(-1.0, 1.0) for name, half in EVEN.items()}
+    numbers |= {name: rng.uniform(lo, hi) for name, (lo, hi) in RANGES.items()}
+    numbers |= {name: rng.uniform(-1.0, 1.0) for name in ("shape_load", "shape_viscous")}
+    numbers["shape_stribeck"] = rng.choice([-1.0, 1.0]) * rng.uniform(0.5, 1.0)
+    numbers |= {
+        "motor_D": _mean_of(motors, rng),
+        "passive": _mean_of(passive_motors, rng),
+        "dac_bits": rng.choice(BITS),
+    }
+    reference = ReferenceCrane(**{name: float(x) for name, x in numbers.items()})
     calibration = {name: Calibration(1.0 + half * float(rng.uniform(-1.0, 1.0))) for name, half in GAINS.items()}
     clock = Clock(drift=CLOCK * float(rng.uniform(-1.0, 1.0)), jitter=1e-3 * float(rng.uniform(0.5, 2.0)))
     delay = STATED_DELAY + 5e-3 * float(rng.uniform(-1.0, 1.0))
-    truth = replace(truth, friction=1.0 + FRICTION * float(rng.uniform(-1.0, 1.0)))
+    reference = replace(reference, friction=1.0 + FRICTION * float(rng.uniform(-1.0, 1.0)))
     drift = {
         name: Drift(DRIFT, float(rng.uniform(*PERIODS)), float(rng.uniform(0.0, 2.0 * np.pi))) for name in TRANSMITTERS
     }
     if apart:
-        truth = replace(truth, **{n: _apart(rng) for n in ("capacitance", "leakage", "inertia")})
-    return Setting(truth, delay, clock, calibration, drift)
+        reference = replace(reference, **{n: _apart(rng) for n in ("capacitance", "leakage", "inertia")})
+    return Setting(reference, delay, clock, calibration, drift)
 
 
 def _mean_of(motors: int, rng: np.random.Generator) -> float:

@@ -33,12 +33,12 @@ from stillhook.logs.synthetic.instruments import AHC_COLUMNS, Sensors, ahc_senso
 from stillhook.spec.crane import Crane, Plant
 from stillhook.spec.scenario import Scenario
 from stillhook.spec.scenario import Sensors as CaseSensors
-from stillhook.units import quote, show
-from stillhook.validate.synthetic.defects import Defect, defect_of, told, with_defect
-from stillhook.validate.synthetic.reference.pack import simulate_truth
+from stillhook.units import came, show
+from stillhook.validate.synthetic.defects import Defect, defect_of, defect_text, with_defect
+from stillhook.validate.synthetic.reference.pack import simulate_reference
+from stillhook.validate.synthetic.reference_file import reference_text
 from stillhook.validate.synthetic.scatter import Setting, setting
 from stillhook.validate.synthetic.tests import Plan, PlannedTest, sea_trials
-from stillhook.validate.synthetic.truth_file import truth_text
 from stillhook.winches.records import Tick
 
 CRANE_FILE = "crane.toml"
@@ -66,7 +66,7 @@ class Written:
     folder: Path
     campaign: Path
     logs: tuple[Path, ...]
-    truth: Path
+    reference: Path
     notes: tuple[str, ...]
 
 
@@ -120,12 +120,13 @@ def write_campaign(
             return notes
 
         with ThreadPoolExecutor(threads) as pool:
-            notes = [note for found in pool.map(work, range(len(plan.tests))) for note in found]
+            notes = [note for notes_of_test in pool.map(work, range(len(plan.tests))) for note in notes_of_test]
         if not plan.crane_name:
             (part / CRANE_FILE).write_text(crane_toml(plan.crane), encoding="utf-8")
-        what = "none" if named is None else f"{named}: {told(named, size)}"
-        (part / REFERENCE_FILE).write_text(
-            f"# {MARK}. The truth behind the logs.\n{truth_text(plan, seed, what, made)}", encoding="utf-8"
+        defect_words = "none" if named is None else f"{named}: {defect_text(named, size)}"
+        (part / TRUTH_FILE).write_text(
+            f"# {MARK}. The reference crane of the logs.\n{reference_text(plan, seed, defect_words, made)}",
+            encoding="utf-8",
         )
         (part / CAMPAIGN_FILE).write_text(campaign_text(plan, seed, made, files, sensors), encoding="utf-8")
     return Written(
@@ -135,12 +136,13 @@ def write_campaign(
 
 def _check(plan: Plan, seed: int, defect: Defect | None, size: float | None) -> None:
     if type(seed) is not int or seed < 0:
-        raise ValidateError(f"seed = {quote(seed)}: give a whole number of 0 or more.")
+        raise ValidateError(f"seed = {came(seed)}: it must be an integer of 0 or more.")
     if size is not None and defect is None:
-        raise ValidateError(f"size = {quote(size)}: the size of no defect. Name the defect.")
+        raise ValidateError(f"size = {came(size)}: a size needs a defect. State the defect.")
     if plan.crane.plant is not Plant.ACTIVE_PASSIVE:
         raise ValidateError(
-            f'"{plan.crane.name}" is {plan.crane.plant}: example campaigns are of active/passive winches. Choose one.'
+            f'"{plan.crane.name}" is {plan.crane.plant}: example campaigns need an active/passive winch. Choose such a'
+            " crane."
         )
 
 
@@ -156,7 +158,7 @@ def _test(plan: Plan, i: int, seed: int, made: Setting, sensors: Sensors, path: 
     """Run one test and write its log; returns limits that it went beyond."""
     test = plan.tests[i]
     case = case_of(test, i, seed, made)
-    run = simulate_truth(plan.crane, case, made.truth, progress=progress)
+    run = simulate_reference(plan.crane, case, made.reference, progress=progress)
     rng = np.random.default_rng([seed, i, 2])
     begins = sum(t.duration for t in plan.tests[:i])
     signals = _as_logged(plan.crane, case, run, made, sensors, begins, rng)
@@ -176,16 +178,18 @@ def _as_logged(
     t_cycle, faults = crane.control.t_cycle, made.faults
     rows = CycleInputs(crane, case).rows(0, run.sizes["time"])
     seen = {field: rows[:, i] for i, field in enumerate(Tick._fields)}
-    truth = {c.name: run[c.name].values for c in AHC_COLUMNS} | {name: seen[column] for name, column in READ.items()}
-    truth["s_w"] = truth["s_w"] + seen["n_s"]
-    truth["F_w"] = (
-        made.truth.cell_gain * filtered(truth["F_w"], t_cycle / made.truth.tau_cell)
-        + made.truth.cell_zero
+    reference = {c.name: run[c.name].values for c in AHC_COLUMNS} | {
+        name: seen[column] for name, column in READ.items()
+    }
+    reference["s_w"] = reference["s_w"] + seen["n_s"]
+    reference["F_w"] = (
+        made.reference.cell_gain * filtered(reference["F_w"], t_cycle / made.reference.tau_cell)
+        + made.reference.cell_zero
         + seen["n_F"]
     )
-    truth |= {name: truth[name] + drift.at(begins + run["time"].values) for name, drift in made.drift.items()}
-    truth["p_a"] = truth["p_a"] + faults.zero_a
-    out = {c.name: logged(truth[c.name], sensors[c.name], t_cycle, rng) for c in AHC_COLUMNS}
+    reference |= {name: reference[name] + drift.at(begins + run["time"].values) for name, drift in made.drift.items()}
+    reference["p_a"] = reference["p_a"] + faults.zero_a
+    out = {c.name: logged(reference[c.name], sensors[c.name], t_cycle, rng) for c in AHC_COLUMNS}
     out["F_w"] = out["F_w"] / faults.cell_unit
     if faults.swapped > 0.0:
         out["p_a"], out["p_b"] = out["p_b"], out["p_a"]
@@ -193,7 +197,7 @@ def _as_logged(
 
 
 def campaign_text(plan: Plan, seed: int, made: Setting, files: list[str], sensors: Sensors) -> str:
-    """The campaign file, as `load_campaign` reads it. It does not say what is wrong."""
+    """The campaign file, as `load_campaign` reads it. It does not name the defect."""
     lines = [
         f"# {MARK}. {plan.source}.",
         f'title = "SYNTHETIC {plan.title}, seed {seed}"',

@@ -56,7 +56,7 @@ def gas_pressure_true(rho, T):
 
     Source: Benedict, Webb and Rubin 1940, for accumulators Otis and Pourmovahed 1985. Valid up to 2.5 times the
     critical density; within 1.6 % of Span et al. 2000 from 100 to 350 bar and 0 to 60 degC
-    (tests/validate/test_truth_gas.py).
+    (tests/validate/test_reference_gas.py).
     """
     r_2, i_T2, RT = rho * rho, 1.0 / (T * T), R_MOLAR * T
     s = GAMMA * r_2

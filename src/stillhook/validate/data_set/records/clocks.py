@@ -1,10 +1,10 @@
-"""Signals that another clock stamped, brought to where the PLC saw them; and how late wire and tip are in a log of one
+"""Signals stamped by another clock, aligned with the PLC's view of them; and lags of wire and tip in a log of one
 clock.
 
-`read_log` brings another clock to some hundredths of a second. Here what both clocks saw alike is compared to a
-fraction of a sample: the PLC's own view of the tip (its error and wire out make it), else the feedforward in its pump
-command. A delay of the motion signal on its way to the PLC cannot be told from an offset of the clock, so that tip
-signals end where the PLC saw them.
+`read_log` aligns another clock to some hundredths of a second. Here a motion recorded by both clocks is compared to
+a fraction of a sample: the PLC's own view of the tip (its error and wire out make it), else the feedforward in its pump
+command. A delay of the motion signal to the PLC cannot be distinguished from an offset of the clock, so tip signals are
+aligned with the PLC's view.
 """
 
 from __future__ import annotations
@@ -25,77 +25,78 @@ from stillhook.validate.data_set.campaign import CraneTest
 from stillhook.validate.data_set.records.record import ClockError, Segment, SegmentLag
 
 REACH = 1.0
-"""Lag that is looked for after the first alignment [s]."""
+"""Largest lag considered after the first alignment [s]."""
 LEAST_DISPLACEMENT = 0.1
-"""Of the motors over their maximum: less is no measurement [-]."""
+"""Least displacement of the motors over their maximum that counts as a measurement [-]."""
 FEEDFORWARD = 0.01
-"""Standard uncertainty of a lag found from the pump command [s]: filters of the motion signal and servo settings are in
-it (assumed)."""
+"""Standard uncertainty of a lag from the pump command [s]: includes filters of the motion signal and servo settings
+(assumed)."""
 ROUNDS = 3
-"""Of taking the feedback out of the pump command with the tip where the last round put it: each leaves a fifth of the
-error."""
+"""Rounds of removing the feedback from the pump command with the tip as aligned in the previous round: each leaves a
+fifth of the error."""
 
 
 MOST_GAIN = 5.0
-"""Of the wire's motion over that of the tip: a winch at its limits has less than 1, a wrong unit 1000."""
+"""Largest ratio of the wire's motion to the tip's: a winch at its limits has less than 1, a wrong unit 1000."""
 SAME = 5e-3
-"""Lag within which the logged tip is the one that the PLC takes [s]: half a cycle."""
+"""Lag within which the logged tip is the one used by the PLC [s]: half a cycle."""
 ALIKE = 0.2
 """Part by which the PLC's error may differ from tip height less wire out: noise and a delay of some cycles make less,
 another unit ten."""
 ONE_THING = 0.95
-"""Correlation from which both show one thing."""
+"""Correlation above which both show the same motion."""
 
 
 @dataclass(frozen=True)
 class View:
-    """One motion as the main clock has it and as the other one has it: x, y (n,); expected lag of y behind x where
-    nothing is wrong [s] and its standard uncertainty u [s]; said: what x is."""
+    """One motion recorded by the main clock and by the other: x, y (n,); expected lag of y behind x without clock
+    errors [s] and its standard uncertainty u [s]; description of x."""
 
     x: FloatArray
     y: FloatArray
     expected: float
     u: float
-    said: str
+    description: str
 
 
 def refined(
     t: FloatArray, step: float, signals: Mapping[str, FloatArray], log: Log, crane: Crane, name: str
 ) -> tuple[dict[str, FloatArray], tuple[ClockError, ...], list[str]]:
-    """Signals with those of other clocks shifted to where the main clock saw the same; what was taken out; what to say
-    of it."""
-    out, errors, said = dict(signals), [], list[str]()
+    """Signals with those of other clocks shifted to agree with the main clock; the corrections; statements about
+    them."""
+    out, errors, statements = dict(signals), [], list[str]()
     for clock in log.clocks:
-        found, view, moved = None, None, out
+        estimate, view, moved = None, None, out
         for _ in range(ROUNDS):
             view = _view(clock, moved, out, crane)
-            found = lag(t, view.x, view.y, REACH) if view is not None else None
-            if view is None or found is None:
+            estimate = lag(t, view.x, view.y, REACH) if view is not None else None
+            if view is None or estimate is None:
                 break
-            found = replace(found, seconds=found.seconds - view.expected)
-            moved = out | {signal: shifted(t, out[signal], found.at(t), 2.0 * step) for signal in clock.signals}
+            estimate = replace(estimate, seconds=estimate.seconds - view.expected)
+            moved = out | {signal: shifted(t, out[signal], estimate.at(t), 2.0 * step) for signal in clock.signals}
             if not view.u:
                 break
-        if view is None or found is None:
+        if view is None or estimate is None:
             errors.append(ClockError(clock.signals, "", clock.offset, clock.drift, clock.scatter, np.inf))
-            said.append(
+            statements.append(
                 f'Test "{name}": the clock of {_names(clock)} is {_ppm(clock.drift)} and could only be brought near'
                 " that of the log, to some hundredths of a second. Log the error of the PLC (e_c_measured) for more."
             )
             continue
         out = moved
-        whole = (1.0 + clock.drift) * (1.0 - found.drift) - 1.0
-        u = float(np.hypot(found.u, view.u))
-        offset = clock.offset - float(found.at(np.zeros(1))[0])
-        errors.append(ClockError(clock.signals, view.said, offset, float(whole), u, found.u_drift))
-        said.append(_told(name, clock, found, whole, u, view))
-    return out, tuple(errors), said
+        drift = (1.0 + clock.drift) * (1.0 - estimate.drift) - 1.0
+        u = float(np.hypot(estimate.u, view.u))
+        offset = clock.offset - float(estimate.at(np.zeros(1))[0])
+        errors.append(ClockError(clock.signals, view.description, offset, float(drift), u, estimate.u_drift))
+        statements.append(_clock_statement(name, clock, estimate, drift, u, view))
+    return out, tuple(errors), statements
 
 
-def _told(name: str, clock: OtherClock, found: Lag, drift: float, u: float, view: View) -> str:
+def _clock_statement(name: str, clock: OtherClock, estimate: Lag, drift: float, u: float, view: View) -> str:
     return (
-        f'Test "{name}": the clock of {_names(clock)} is {_ppm(drift)} (+- {2e6 * found.u_drift:.1g} ppm, 95 %); it is'
-        f" brought to where the PLC saw the same, by {view.said}, to +- {2e3 * u:.2g} ms."
+        f'Test "{name}": the clock of {_names(clock)} is {_ppm(drift)} (+- {2e6 * estimate.u_drift:.1g} ppm, 95 %); it'
+        " is"
+        f" aligned with the PLC by {view.description}, to +- {2e3 * u:.2g} ms."
     )
 
 
@@ -112,8 +113,8 @@ MADE = (
     ("s_w", "s_tip", "e_c_measured", -1.0),
     ("e_c_measured", "s_tip", "s_w", -1.0),
 )
-"""Each signal as another one and a third with this sign, but for a constant."""
-SAID = {
+"""Each signal as a sum of another one and a third with this sign, apart from a constant."""
+DESCRIPTIONS = {
     "s_tip": "the error of the PLC and wire out",
     "s_w": "tip height and the error of the PLC",
     "e_c_measured": "tip height and wire out",
@@ -123,22 +124,22 @@ SAID = {
 def _view(
     clock: OtherClock, moved: Mapping[str, FloatArray], signals: Mapping[str, FloatArray], crane: Crane
 ) -> View | None:
-    """The best motion that both clocks saw. moved: the signals as the last round put them."""
+    """The best motion recorded by both clocks. moved: the signals as aligned in the previous round."""
     theirs = set(clock.signals)
     ours = set(signals) - theirs
     for one, other, third, sign in MADE:
         made = {other, third}
         if one in theirs and made <= ours:
-            return View(signals[other] + sign * signals[third], signals[one], 0.0, 0.0, SAID[one])
+            return View(signals[other] + sign * signals[third], signals[one], 0.0, 0.0, DESCRIPTIONS[one])
         if one in ours and made <= theirs:
-            return View(signals[one], signals[other] + sign * signals[third], 0.0, 0.0, SAID[one])
+            return View(signals[one], signals[other] + sign * signals[third], 0.0, 0.0, DESCRIPTIONS[one])
     return _feedforward(moved, signals, ours, theirs, crane)
 
 
 def _feedforward(
     moved: Mapping[str, FloatArray], signals: Mapping[str, FloatArray], ours: set[str], theirs: set[str], crane: Crane
 ) -> View | None:
-    """The tip's speed in the pump command: -(K_1 v + K_2 a) K_wire alpha_m is the speed as it is K_2/K_1 (and t_lead)
+    """The tip's speed in the pump command: -(K_1 v + K_2 a) K_wire alpha_m is the speed K_2/K_1 (and t_lead)
     later."""
     motor = next((n for n in ("alpha_m", "u_m") if n in ours), None)
     if motor is None or "s_tip" not in theirs or not {"u_p", "s_w"} <= ours:
@@ -155,7 +156,7 @@ def _feedforward(
 
 
 def wire_lags(t: FloatArray, signals: Mapping[str, FloatArray], segments: Sequence[Segment]) -> tuple[SegmentLag, ...]:
-    """How late the wire is behind the tip, and the PLC's own tip behind the logged one, in every compensated
+    """Lag of the wire behind the tip, and of the PLC's own tip behind the logged one, in every compensated
     segment."""
     out = []
     for i, part in enumerate(segments):
@@ -164,9 +165,9 @@ def wire_lags(t: FloatArray, signals: Mapping[str, FloatArray], segments: Sequen
         if "e_c_measured" in signals:
             pairs.append(("s_tip", "e_c_measured + s_w", signals["s_tip"], signals["e_c_measured"] + signals["s_w"]))
         for ahead, late, x, y in pairs:
-            found = lag(t[cut], x[cut], y[cut], REACH)
-            if found is not None:
-                out.append(SegmentLag(i, ahead, late, found.seconds, found.u, found.gain))
+            estimate = lag(t[cut], x[cut], y[cut], REACH)
+            if estimate is not None:
+                out.append(SegmentLag(i, ahead, late, estimate.seconds, estimate.u, estimate.gain))
     return tuple(out)
 
 
@@ -177,42 +178,43 @@ def following(
     step: float,
     signals: Mapping[str, FloatArray],
 ) -> list[str]:
-    """What the lags say: whether the logged tip is the one that the PLC compensates.
+    """Statements from the lags: whether the logged tip is the one that the PLC compensates.
 
     Errors: ValidateError where wire and tip, or the PLC's error, are not in one unit.
     """
-    said = []
-    for found in lags:
-        if not 1.0 / MOST_GAIN < found.gain < MOST_GAIN:
+    statements = []
+    for estimate in lags:
+        if not 1.0 / MOST_GAIN < estimate.gain < MOST_GAIN:
             raise ValidateError(
-                f'test "{test.name}": {found.late} moves {found.gain:.3g} times as far as s_tip while the winch'
+                f'test "{test.name}": {estimate.late} moves {estimate.gain:.3g} times as far as s_tip while the winch'
                 " compensates. Check the "
-                f"units of s_tip, {' and '.join(found.late.split(' + '))}."
+                f"units of s_tip, {' and '.join(estimate.late.split(' + '))}."
             )
-    for found in (x for x in lags if x.late != "s_w"):
-        size = _size(parts[found.segment], step, signals)
+    for estimate in (x for x in lags if x.late != "s_w"):
+        size = _size(parts[estimate.segment], step, signals)
         if abs(size - 1.0) > ALIKE:
             raise ValidateError(
-                f'test "{test.name}": e_c_measured is {size:.3g} times what tip height less wire out give. Check the'
-                " units of e_c_measured, s_tip and s_w, and what the PLC calls its error."
+                f'test "{test.name}": e_c_measured is {size:.3g} times tip height less wire out. Check the'
+                " units of e_c_measured, s_tip and s_w, and the PLC's definition of its error."
             )
-        if abs(found.seconds) > max(SAME, 3.0 * found.u):
+        if abs(estimate.seconds) > max(SAME, 3.0 * estimate.u):
             late = (
-                f"{1e3 * abs(found.seconds):.3g} ms {'later' if found.seconds > 0.0 else 'earlier'} than the logged one"
+                f"{1e3 * abs(estimate.seconds):.3g} ms {'later' if estimate.seconds > 0.0 else 'earlier'} than the"
+                " logged one"
             )
-            said.append(
+            statements.append(
                 f'Test "{test.name}": the tip that the PLC compensates (its error and wire out) comes {late} (+-'
-                f" {2e3 * found.u:.2g} ms): map the signal that the PLC takes, or count this to the delay."
+                f" {2e3 * estimate.u:.2g} ms): map the signal that the PLC uses, or include this in the delay."
             )
-    return said
+    return statements
 
 
 def _size(part: Segment, step: float, signals: Mapping[str, FloatArray]) -> float:
-    """The PLC's error over what tip and wire give, where both clearly show one thing; 1 where they do not."""
+    """The PLC's error over tip less wire, where both clearly show the same motion; 1 where they do not."""
     cut, span = slice(part.first, part.last), max(1, round(SPAN / step))
-    own = changes(signals["e_c_measured"][cut], span)
+    error = changes(signals["e_c_measured"][cut], span)
     made = changes(signals["s_tip"][cut] - signals["s_w"][cut], span)
-    ok = np.isfinite(own) & np.isfinite(made)
-    x, y = own[ok], made[ok]
+    ok = np.isfinite(error) & np.isfinite(made)
+    x, y = error[ok], made[ok]
     both = float(np.sqrt(np.sum(x * x) * np.sum(y * y)))
     return float(np.sum(x * x) / np.sum(x * y)) if both and np.sum(x * y) > ONE_THING * both else 1.0

@@ -1,4 +1,4 @@
-"""The load on the hook of a test: as stated, or from the load cell; and where the load cell says that it changed."""
+"""The load on the hook of a test: as stated, or from the load cell; and its changes by the load cell."""
 
 from __future__ import annotations
 
@@ -18,48 +18,50 @@ from stillhook.units import show
 from stillhook.validate.data_set.campaign import CraneTest
 
 BLOCK = 1.0
-"""Length of the blocks whose medians are looked at [s]."""
+"""Length of the blocks for medians [s]."""
 SPAN = 20.0
-"""A load that stands holds for so long [s]: two waves, over which the forces of heave compensation even out."""
+"""Least duration of a constant load [s]: two waves, over which the forces of heave compensation average out."""
 STEP = 0.05
-"""Change of the load cell's level that is another load [part of the weight of SWL and hook]: waves leave 1 to 2 %."""
+"""Change of the load cell's level that counts as another load [part of the weight of SWL and hook]: waves leave 1 to 2
+%."""
 APART = 0.1
-"""Difference between stated load and load cell that is told [part of the stated weight]; step 1 looks closer."""
+"""Difference between stated load and load cell that is reported [part of the stated weight]; step 1 examines it in
+detail."""
 
 
 LEAST_HOOK = 0.5
-"""Part of the hook's weight that hangs on the wire at the least, whatever is in the water."""
+"""Least part of the hook's weight on the wire, whatever is submerged."""
 
 
 @dataclass(frozen=True)
-class Stretch:
-    """Samples [first, last) with one load; F: level of the load cell there [N], NaN without one."""
+class LoadSegment:
+    """Samples [first, last) with one load; F: level of the load cell in them [N], NaN without one."""
 
     first: int
     last: int
     F: float
 
 
-def stretches(F: FloatArray | None, n: int, step: float, crane: Crane) -> list[Stretch]:
-    """Parts of n samples, `step` [s] apart, in which the load stands; what lies between two of them is lifting or
-    setting down.
+def load_segments(F: FloatArray | None, n: int, step: float, crane: Crane) -> list[LoadSegment]:
+    """Parts of n samples, `step` [s] apart, with constant load; between two of them the load is lifted or set
+    down.
 
     Parameters: F (n,) load cell [N], or None.
     """
     if F is None or not np.isfinite(F).any():
-        return [Stretch(0, n, np.nan)]
+        return [LoadSegment(0, n, np.nan)]
     size = max(1, round(BLOCK / step))
     blocks = np.array([_median(F[a : a + size]) for a in range(0, n, size)])
     limit, least = STEP * (crane.SWL + crane.hook_mass) * G, max(1, round(SPAN / BLOCK))
     level = np.array([_median(blocks[max(0, i - least // 2) : i + least // 2 + 1]) for i in range(len(blocks))])
-    out: list[Stretch] = []
+    out: list[LoadSegment] = []
     for a, b in _plateaus(level, limit, least):
-        out.append(Stretch(a * size, min(n, b * size), _median(blocks[a:b])))
-    return out or [Stretch(0, n, _median(F))]
+        out.append(LoadSegment(a * size, min(n, b * size), _median(blocks[a:b])))
+    return out or [LoadSegment(0, n, _median(F))]
 
 
 def _plateaus(level: FloatArray, limit: float, least: int) -> list[tuple[int, int]]:
-    """Runs in which the level stays within the limit of its median, at least so long; the shorter ones are changes."""
+    """Runs in which the level stays within the limit of its median for the least duration; shorter ones are changes."""
     out: list[tuple[int, int]] = []
     a = 0
     while a < len(level):
@@ -73,14 +75,14 @@ def _plateaus(level: FloatArray, limit: float, least: int) -> list[tuple[int, in
         if last - first >= least or (not out and b == len(level)):
             out.append((first, last))
         a = b
-    if len(out) == 1 and out[0][1] - out[0][0] > len(level) - least:  # what is left over at an end is no other load
+    if len(out) == 1 and out[0][1] - out[0][0] > len(level) - least:  # a remainder at an end is no other load
         return [(0, len(level))]
     return out
 
 
 def with_wire(test: CraneTest, crane: Crane, signals: Mapping[str, FloatArray], part: slice) -> tuple[CraneTest, str]:
-    """The test with the load of a part, payload and the weight of the wire that is out there, and what to say of it; as
-    it is where the file states no payload.
+    """The test with the load of a part (payload and weight of the wire out) and a statement about it; unchanged where
+    the file states no payload.
 
     Errors: ValidateError where depth and wire out contradict each other, or the winch would carry more than the SWL.
     """
@@ -97,44 +99,44 @@ def with_wire(test: CraneTest, crane: Crane, signals: Mapping[str, FloatArray], 
     load = test.payload + wire_carried(crane, out, h_tip)
     text = f"payload {show(test.payload, 'mass', 3)} and {wire_text(crane, out, h_tip)}"
     if load > crane.SWL:
-        most = f'"{crane.name}" is made for {show(crane.SWL, "mass")}'
+        most = f'"{crane.name}" is rated for {show(crane.SWL, "mass")}'
         raise ValidateError(
-            f'test "{test.name}": {text} make {show(load, "mass", 3)}; {most}. Check payload, depth and wire out.'
+            f'test "{test.name}": {text} give {show(load, "mass", 3)}; {most}. Check payload, depth and wire out.'
         )
     return replace(test, load=load), f'Test "{test.name}": the load is {show(load, "mass", 3)}: {text}.'
 
 
-def load_of(stretch: Stretch, all_of: list[Stretch], test: CraneTest, crane: Crane) -> tuple[float, str]:
-    """Payload of a stretch [kg] and what to say of it, "" where it is as stated. Errors: ValidateError where nothing
-    tells it."""
-    shown = (stretch.F / G + _buoyancy(test)) - crane.hook_mass
-    if test.load is not None and (len(all_of) == 1 or stretch is _nearest(all_of, test, crane)):
+def load_of(part: LoadSegment, all_of: list[LoadSegment], test: CraneTest, crane: Crane) -> tuple[float, str]:
+    """Payload of a segment [kg] and a statement about it, "" where it is as stated. Errors: ValidateError where it is
+    unknown."""
+    shown = (part.F / G + _buoyancy(test)) - crane.hook_mass
+    if test.load is not None and (len(all_of) == 1 or part is _nearest(all_of, test, crane)):
         weight = (test.load + crane.hook_mass - _buoyancy(test)) * G
-        if np.isfinite(stretch.F) and abs(stretch.F - weight) > APART * weight:
+        if np.isfinite(part.F) and abs(part.F - weight) > APART * weight:
             return test.load, (
-                f'Test "{test.name}": the load cell shows {show(stretch.F, "force")} where the stated load and the hook'
+                f'Test "{test.name}": the load cell shows {show(part.F, "force")} where the stated load and the hook'
                 " weigh "
-                f"{show(weight, 'force')}: the stated load counts."
+                f"{show(weight, 'force')}: the stated load is used."
             )
         return test.load, ""
-    if not np.isfinite(stretch.F):
+    if not np.isfinite(part.F):
         raise ValidateError(
             f'test "{test.name}": load: missing, and no load cell F_w in the log. State the load on the hook.'
         )
-    what = "is another one than stated for a part, there it is" if test.load is not None else "is not stated; it is"
-    if stretch.F < LEAST_HOOK * crane.hook_mass * G or shown > crane.SWL * (1.0 + STEP):
+    origin = "differs from the stated one in a part, where it is" if test.load is not None else "is not stated; it is"
+    if part.F < LEAST_HOOK * crane.hook_mass * G or shown > crane.SWL * (1.0 + STEP):
         raise ValidateError(
-            f'test "{test.name}": the load cell shows {show(stretch.F, "force")}, where "{crane.name}" holds a hook of '
+            f'test "{test.name}": the load cell shows {show(part.F, "force")}, where "{crane.name}" holds a hook of '
             f"{show(crane.hook_mass, 'mass')} and up to {show(crane.SWL, 'mass')}. Check the unit of F_w, or state the"
             " load."
         )
     return (
         max(0.0, shown),
-        f'Test "{test.name}": the load {what} {show(max(0.0, shown), "mass")} from the load cell less the hook.',
+        f'Test "{test.name}": the load {origin} {show(max(0.0, shown), "mass")} from the load cell less the hook.',
     )
 
 
-def _nearest(all_of: list[Stretch], test: CraneTest, crane: Crane) -> Stretch:
+def _nearest(all_of: list[LoadSegment], test: CraneTest, crane: Crane) -> LoadSegment:
     assert test.load is not None
     weight = (test.load + crane.hook_mass - _buoyancy(test)) * G
     return min(all_of, key=lambda s: abs(s.F - weight))
@@ -150,8 +152,8 @@ def _median(x: FloatArray) -> float:
     return float(np.median(good)) if len(good) else np.nan
 
 
-def standing(parts: list[Stretch], n: int) -> NDArray[np.bool_]:
-    """(n,) where the load stands."""
+def standing(parts: list[LoadSegment], n: int) -> NDArray[np.bool_]:
+    """(n,) samples with constant load."""
     out = np.zeros(n, np.bool_)
     for part in parts:
         out[part.first : part.last] = True

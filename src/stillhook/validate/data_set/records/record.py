@@ -1,5 +1,5 @@
-"""A test of a campaign as the steps use it: signals on one even grid, its unbroken parts, and the load cases that it
-holds."""
+"""A test of a campaign as the steps use it: signals on one even grid, its uninterrupted parts, and its load
+cases."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Segment:
-    """An unbroken part of a record in one mode with one load: what a run of the twin repeats.
+    """An uninterrupted part of a record in one mode with one load, repeated by a run of the twin.
 
     first, last: samples [first, last) of the record; load: payload on the hook without the hook [kg]; s_w: wire out at
     its start [m]; s_w_min, s_w_max [m]; s_tip_pp: largest peak-to-peak of the tip over 30 s [m], 0 where it does not
@@ -41,11 +41,11 @@ class Segment:
 
 @dataclass(frozen=True)
 class SegmentLag:
-    """By how much `late` is behind `ahead` in a segment: seconds with standard uncertainty u [s], and the gain between
+    """Lag of `late` behind `ahead` in a segment: seconds with standard uncertainty u [s], and the gain between
     both [-].
 
-    s_w behind s_tip: what the winch with its control is late; e_c_measured + s_w behind s_tip: what the PLC's own tip
-    is late behind the logged one, 0 where the PLC's tip was logged.
+    s_w behind s_tip: lag of the winch with its control; e_c_measured + s_w behind s_tip: lag of the PLC's own tip
+    behind the logged one, 0 where the PLC's tip was logged.
     """
 
     segment: int
@@ -58,8 +58,8 @@ class SegmentLag:
 
 @dataclass(frozen=True)
 class ClockError:
-    """Another clock of a log. signals that it stamped; against: what they were compared with, "" where they were only
-    brought near; offset [s] and drift [-] that were taken out; u: standard uncertainty of what is left [s]; u_drift."""
+    """Another clock of a log. signals stamped by it; against: reference of the comparison, "" where only roughly
+    aligned; offset [s] and drift [-] that were corrected; u: standard uncertainty of the remainder [s]; u_drift."""
 
     signals: tuple[str, ...]
     against: str
@@ -71,13 +71,13 @@ class ClockError:
 
 @dataclass(frozen=True)
 class Record:
-    """One test, read. `signals` on the even grid `t` (n,) [s from the first sample that counts], SI, NaN where nothing
-    is known; step [s], a whole number of PLC cycles.
+    """One test, read. `signals` on the even grid `t` (n,) [s from the first sample that counts], SI, NaN where unknown;
+    step [s], an integer number of PLC cycles.
 
     Names of signals are those of `stillhook.variables`. s_tip, v_tip, a_tip are those that the PLC sees; e_c_measured
-    is its error; mode by the numbers of `stillhook.variables` whatever the log has. Signals that were not logged but
-    follow from others (v_w from omega_m) are not filled in; see `Record.has`. Only wire out and tip height are, where
-    they can be made; see `derived`.
+    is its error; mode by the numbers of `stillhook.variables` whatever the log's numbers. Signals that were not logged
+    but follow from others (v_w from omega_m) are not filled in; see `Record.has`. Only wire out and tip height are
+    derived where possible; see `derived`.
     """
 
     test: CraneTest
@@ -87,25 +87,25 @@ class Record:
     signals: Mapping[str, FloatArray]
     segments: tuple[Segment, ...]
     statements: tuple[str, ...]
-    """What was found on the way: quality, clocks, lags."""
+    """Statements from reading: quality, clocks, lags."""
     doubtful: Mapping[str, BoolArray] = field(default_factory=dict)
-    """(n,) samples that stand at an end of their sensor, were bridged over a short hole, or are not known, by
+    """(n,) samples at a sensor limit, bridged over a short gap, or unknown, by
     signal."""
     derived: frozenset[str] = frozenset()
-    """Signals that were not logged but made from others: s_w from a speed, s_tip from the PLC's error."""
+    """Signals that were not logged but derived from others: s_w from a speed, s_tip from the PLC's error."""
     zero: float = 0.0
     """Time of t = 0 in the log [s from its first sample]."""
     lost: float = 0.0
-    """Share of the samples that the log's rate promises and that are not there."""
+    """Share of the expected samples (by the log's rate) that are missing."""
     longest_hole: float = 0.0
     """Longest time between two samples [s]."""
     lags: tuple[SegmentLag, ...] = ()
-    """How late the wire follows the tip, by segment with heave compensation."""
+    """Lag of the wire behind the tip, by segment with heave compensation."""
     clocks: tuple[ClockError, ...] = ()
-    """Other clocks of the log: what was wrong with them, and was repaired."""
+    """Other clocks of the log: errors that were corrected."""
 
     def has(self, *names: str) -> bool:
-        """Whether these signals are there, logged or made."""
+        """Whether these signals are available, logged or derived."""
         return all(name in self.signals for name in names)
 
     def part(self, segment: Segment, name: str) -> FloatArray:

@@ -1,9 +1,9 @@
-"""A log on an even grid of time: each value stands where its samples were stamped, straight lines in between, holes
-stay holes.
+"""A log on an even time grid: values at the time of their samples, linear interpolation in between, gaps remain
+gaps.
 
-Accuracy: the mean of a bin is put at the mean stamp of its samples, so that jitter of the stamps moves no edge; a
+Accuracy: the mean of a bin is placed at the mean time of its samples, so jitter of the stamps moves no edge; a
 straight line between two samples h apart is off by at most h^2/8 of the second derivative (tip: 0.01 mm at 10 ms and 1
-m/s^2, 1 mm at 0.1 s), an edge of a command is drawn out to h. A hole is bridged up to `BRIDGED` (5 mm of tip at 1
+m/s^2, 1 mm at 0.1 s), an edge of a command is extended to h. A gap is bridged up to `BRIDGED` (5 mm of tip at 1
 m/s^2), marked as doubtful and counted as lost; a longer one is NaN.
 """
 
@@ -23,20 +23,20 @@ from stillhook.validate.data_set.campaign import CraneTest
 from stillhook.variables import PHYSICAL
 
 BRIDGED = 0.2
-"""Longest hole that a straight line bridges [s], if it is longer than HOLE spacings of the log as well."""
+"""Longest gap bridged by linear interpolation [s], if it is longer than HOLE spacings of the log as well."""
 HOLE = 2.5
-"""Spacings of the log: samples that are further apart lost more between them than jitter of the stamps explains."""
+"""Spacings of the log: a larger distance between samples is a loss, not jitter of the stamps."""
 CYCLES = 0.1
-"""Part by which the mean spacing may differ from a number of PLC cycles that the log is written in."""
+"""Relative tolerance of the mean spacing against an integer number of PLC cycles."""
 SPIKES = {"s_tip": 0.03, "v_tip": 0.3, "s_w": 0.03, "e_c_measured": 0.03}
-"""Smallest spike by signal [SI]. Neither tip nor wire is there and back within two samples; pressures and speeds of the
-winch may be."""
+"""Smallest spike by signal [SI]. Neither tip nor wire moves and returns within two samples; pressures and speeds of the
+winch may."""
 BEYOND = 12.0
 """Times the median distance from the median of five samples: noise reaches 6."""
 FASTEST = 3.0
-"""Acceleration that neither tip nor wire exceeds [m/s^2]: what it bends within five samples is no spike."""
+"""Acceleration that neither tip nor wire exceeds [m/s^2]: curvature below it within five samples is no spike."""
 LONGEST = 3_000_000
-"""Samples of a test on the grid, 8 h at 10 ms: more do not fit the memory of a small computer."""
+"""Samples of a test on the grid, 8 h at 10 ms: more do not fit into the memory of a small computer."""
 HELD = ("mode",)
 """Signals that jump: the value before holds until the next sample."""
 
@@ -44,7 +44,7 @@ HELD = ("mode",)
 @dataclass(frozen=True)
 class Grid:
     """Signals (n,) at t [s], even by step [s], NaN where not known; doubtful (n,) by signal; zero: time of t = 0 in the
-    log [s]; lost: share of the samples that the log's rate promises and that are not there; longest_hole [s]."""
+    log [s]; lost: share of the expected samples that are missing; longest_hole [s]."""
 
     t: FloatArray
     step: float
@@ -54,7 +54,7 @@ class Grid:
     lost: float
     longest_hole: float
     spikes: Mapping[str, int]
-    """Samples left out because nothing with mass goes there and back so fast, by signal."""
+    """Samples left out as spikes, because no mass moves and returns that fast, by signal."""
 
 
 def even(log: Log, test: CraneTest, t_cycle: float) -> Grid:
@@ -66,11 +66,12 @@ def even(log: Log, test: CraneTest, t_cycle: float) -> Grid:
     at = log.t if log.at is None else log.at
     use = np.flatnonzero((at >= test.start) & (at <= test.end))
     if len(use) < 2:
-        said = " and ".join(
+        bounds = " and ".join(
             f"{key} = {number(x)} s" for key, x in (("start", test.start), ("end", test.end)) if np.isfinite(x)
         )
         raise ValidateError(
-            f'test "{test.name}": {said}: {log.source} goes from 0 s to {log.duration:.4g} s and holds nothing there.'
+            f'test "{test.name}": {bounds}: {log.source} goes from 0 s to {log.duration:.4g} s and has no samples in'
+            " that range."
         )
     t, spacing = at[use], 1.0 / log.rate
     step = t_cycle * max(1, round(spacing / t_cycle))
@@ -93,23 +94,23 @@ def even(log: Log, test: CraneTest, t_cycle: float) -> Grid:
         )
         nearest = np.clip(np.searchsorted(t, grid - 0.5 * step), 0, len(t) - 1)
         doubtful[name] = log.doubtful[name][use][nearest] | bridged | np.isnan(signals[name])
-    there = len(use) if log.number is None else int(log.number[use].sum())
-    lost = _lost(np.diff(t), there, spacing, t_cycle)
+    present = len(use) if log.number is None else int(log.number[use].sum())
+    lost = _lost(np.diff(t), present, spacing, t_cycle)
     return Grid(grid - grid[0], step, signals, doubtful, float(t[0]), lost, float(np.diff(t).max()), spikes)
 
 
-def _lost(apart: FloatArray, there: int, spacing: float, t_cycle: float) -> float:
-    """Share of the samples that are not there. A log that writes every few PLC cycles on average does so by design,
-    however uneven."""
+def _lost(apart: FloatArray, present: int, spacing: float, t_cycle: float) -> float:
+    """Share of missing samples. A log that records every few PLC cycles on average does so by design, however
+    uneven."""
     holes = apart > HOLE * spacing
-    mean = float(apart[~holes].sum()) / max(1, there - 1 - int(holes.sum()))
+    mean = float(apart[~holes].sum()) / max(1, present - 1 - int(holes.sum()))
     cycles = t_cycle * max(1, round(mean / t_cycle))
     due = cycles if abs(mean - cycles) < CYCLES * mean else spacing
-    return max(0.0, 1.0 - (there - 1) * due / float(apart.sum()))
+    return max(0.0, 1.0 - (present - 1) * due / float(apart.sum()))
 
 
 def _stuck(log: Log, name: str) -> BoolArray:
-    """Bins in which a signal stands still while others of its kind move."""
+    """Bins in which a signal is constant while others of its kind move."""
     stuck = np.zeros(len(log.t), np.bool_)
     for finding in log.findings:
         if finding.kind == "stuck" and finding.signal == name:
@@ -118,20 +119,20 @@ def _stuck(log: Log, name: str) -> BoolArray:
 
 
 def _spikes(x: FloatArray, every: float, name: str) -> BoolArray:
-    """One or two samples beside all their neighbours."""
+    """One or two samples far from their neighbours."""
     if name not in SPIKES or len(x) < 5:
         return np.zeros(len(x), np.bool_)
     known = np.isfinite(x)
-    whole = np.interp(np.arange(len(x)), np.flatnonzero(known), x[known]) if known.any() else np.zeros(len(x))
-    beside = np.abs(whole - median_filter(whole, 5, mode="nearest"))
+    filled = np.interp(np.arange(len(x)), np.flatnonzero(known), x[known]) if known.any() else np.zeros(len(x))
+    distance = np.abs(filled - median_filter(filled, 5, mode="nearest"))
     bent = FASTEST * (2.0 * every) ** 2 if PHYSICAL[name].kind == "length" else FASTEST * 2.0 * every
-    return np.asarray(known & (beside > max(SPIKES[name] + bent, BEYOND * float(np.median(beside)))), np.bool_)
+    return np.asarray(known & (distance > max(SPIKES[name] + bent, BEYOND * float(np.median(distance)))), np.bool_)
 
 
 def _filled(
     grid: FloatArray, t: FloatArray, values: FloatArray, longest: float, usual: float, held: bool
 ) -> tuple[FloatArray, BoolArray]:
-    """Values on the grid, NaN in holes that are too long, and where a hole was bridged."""
+    """Values on the grid, NaN in gaps that are too long, and where a gap was bridged."""
     if len(t) < 2:
         return np.full(len(grid), np.nan), np.zeros(len(grid), np.bool_)
     after = np.clip(np.searchsorted(t, grid, side="right"), 1, len(t) - 1)

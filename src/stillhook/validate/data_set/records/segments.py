@@ -1,4 +1,4 @@
-"""A record cut into load cases: unbroken, one mode, one load."""
+"""A record cut into load cases: uninterrupted, one mode, one load."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from stillhook.validate.data_set.campaign import CraneTest, Kind
 from stillhook.validate.data_set.records.record import Segment
 
 LEAST: Mapping[Kind, float] = {Kind.AHC: 60.0, Kind.LIMITS: 5.0, Kind.DYNAMICS: 5.0}
-"""Shortest part that is of use [s]: two windows of paper F; some moves of the joystick."""
+"""Shortest usable part [s]: two windows of paper F; some moves of the joystick."""
 SMOOTH = 0.5
-"""Span of the mean that takes the noise off the tip before its waves are counted [s]."""
+"""Span of the mean that removes noise from the tip before its waves are counted [s]."""
 MOVES = 0.02
 """Peak-to-peak tip motion from which the tip moves [m]: several times the noise of a motion reference unit."""
 
 
 @dataclass(frozen=True)
-class Part:
-    """Samples [first, last) of a record, with what is alike in them: mode, payload [kg]."""
+class SegmentBounds:
+    """Samples [first, last) of a record with one mode and one payload [kg]."""
 
     first: int
     last: int
@@ -50,9 +50,9 @@ def split(parts: Sequence[tuple[int, int]], at: Sequence[int]) -> list[tuple[int
 
 
 def segment(
-    test: CraneTest, part: Part, t: FloatArray, step: float, signals: Mapping[str, FloatArray], window: float
+    test: CraneTest, part: SegmentBounds, t: FloatArray, step: float, signals: Mapping[str, FloatArray], window: float
 ) -> Segment:
-    """A part with what it holds. Parameters: t (n,) [s] even by step; signals with s_w or without; window of the tip's
+    """A segment with its ranges. Parameters: t (n,) [s] even by step; signals with s_w or without; window of the tip's
     range [s]."""
     cut = slice(part.first, part.last)
     s_w = signals["s_w"][cut] if "s_w" in signals else np.full(part.last - part.first, np.nan)

@@ -1,4 +1,4 @@
-"""The crane tip's motion out of a log: one smooth curve through measured position and speed together."""
+"""The crane tip's motion from a log: one smooth curve through measured position and speed together."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ KNOTS = 0.4
 """Spacing of the curve's points [s]: waves of 2 s and longer pass with less than 0.1 % lost. Two samples where they are
 slower."""
 SLOWEST = 0.25
-"""Longest spacing of samples that still gives a motion of the tip [s]: waves of 4 s pass with less than 0.1 % lost."""
+"""Longest spacing of samples that still allows a tip motion [s]: waves of 4 s pass with less than 0.1 % lost."""
 ROUNDS = 3
 
 
 @dataclass(frozen=True)
 class Tip:
     """motion: smooth, t = 0 at the first sample; noise (n,): measured position less the curve [m], NaN where it was not
-    measured; spread_s, spread_v: rms of what position and speed differ from the curve by [m], [m/s], spread_v NaN
+    measured; spread_s, spread_v: rms deviation of position and speed from the curve [m], [m/s], spread_v NaN
     without a measured speed.
     """
 
@@ -48,7 +48,7 @@ def smooth_tip(t: FloatArray, s: FloatArray, v: FloatArray | None, *, place: str
     grid = np.linspace(0.0, t[-1], count + 1)
     if count < 2 * FEWEST_POINTS or step > SLOWEST + 1e-9:
         raise ValidateError(
-            f"{place}: {len(t)} samples over {t[-1]:.3g} s are too few for a motion of the tip. Log longer or faster."
+            f"{place}: {len(t)} samples over {t[-1]:.3g} s are too few for a tip motion. Log longer or faster."
         )
     # The knots of the curve through the points of the grid (not-a-knot ends), so that `Recorded` is this very curve.
     knots = np.concatenate((np.full(6, 0.0), grid[3:-3], np.full(6, t[-1])))
@@ -91,7 +91,7 @@ def _normal(A: Any, y: FloatArray, weight: FloatArray) -> tuple[Any, FloatArray]
 
 
 def _solved(N: Any, y: FloatArray, place: str) -> FloatArray:
-    """Banded, so quick for any length. Errors: ValidateError where a stretch without samples leaves the curve open."""
+    """Banded, so quick for any length. Errors: ValidateError where a gap leaves the curve undetermined."""
     from scipy.linalg import LinAlgError, solveh_banded
 
     band = np.zeros((6, len(y)))
@@ -101,7 +101,8 @@ def _solved(N: Any, y: FloatArray, place: str) -> FloatArray:
         out: FloatArray = solveh_banded(band, y, lower=True)
     except LinAlgError:
         raise ValidateError(
-            f"{place}: s_tip has holes longer than {KNOTS:g} s. Give the test a start and an end around them."
+            f"{place}: s_tip has gaps longer than {KNOTS:g} s. State start and end of the test so that they are"
+            " outside."
         ) from None
     return out
 

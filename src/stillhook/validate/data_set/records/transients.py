@@ -1,5 +1,5 @@
-"""Turns of the winch in a test of its dynamics: where the pumps' command changes quickly, and what follows until the
-next change."""
+"""Transients in a test of the winch dynamics: quick changes of the pumps' command, each until the next
+change."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ LEAST_CHANGE = 0.05
 """Change of the pumps' command that counts as a turn [-]: it moves the motors at full displacement by some 5 % of their
 highest speed."""
 LONGEST = 8.0
-"""What follows a turn is looked at for at most so long [s]: the winch has then rung out many times over."""
+"""Longest time considered after a turn [s]: the oscillation of the winch has then long decayed."""
 BEFORE = 0.1
 """Quiet time before a turn that belongs to it [s]."""
 
 
 @dataclass(frozen=True)
 class Transient:
-    """A quick change of the pumps' command and what follows it.
+    """A quick change of the pumps' command and the response to it.
 
     first, last: samples [first, last) of the record, from just before the change to the next one; turn: sample at which
     the change begins; start: its time [s]; took: how long the change lasts [s]; before, after: the command on both
@@ -56,13 +56,13 @@ def find_transients(record: Record, segment: Segment) -> tuple[Transient, ...]:
     u = filled(record.part(segment, "u_p"))
     spans = quick_changes(u, record.step)
     n, pad = len(u), max(1, round(BEFORE / record.step))
-    found = []
+    result = []
     for i, (a, b) in enumerate(spans):
         end = spans[i + 1][0] - pad if i + 1 < len(spans) else n
         last = min(end, a + round(LONGEST / record.step), n)
         before, after = float(np.median(u[max(0, a - pad) : a + 1])), float(np.median(u[b : min(n, b + pad + 1)]))
         k = segment.first + a
-        found.append(
+        result.append(
             Transient(
                 test=record.test.name,
                 first=max(segment.first, k - pad),
@@ -74,7 +74,7 @@ def find_transients(record: Record, segment: Segment) -> tuple[Transient, ...]:
                 after=after,
             )
         )
-    return tuple(found)
+    return tuple(result)
 
 
 def quick_changes(u: FloatArray, step: float) -> list[tuple[int, int]]:
@@ -91,7 +91,7 @@ def quick_changes(u: FloatArray, step: float) -> list[tuple[int, int]]:
 
 
 def filled(x: FloatArray) -> FloatArray:
-    """A signal with its unknown samples joined by straight lines; nothing known: zeros."""
+    """A signal with unknown samples interpolated linearly; zeros where nothing is known."""
     good = np.isfinite(x)
     if good.all():
         return x
@@ -99,7 +99,7 @@ def filled(x: FloatArray) -> FloatArray:
 
 
 def smoothed(x: FloatArray, step: float, over: float) -> FloatArray:
-    """A signal's centred mean over a time [s], without lag; at its ends over what there is."""
+    """A signal's centred mean over a time [s], without lag; at its ends over the available samples."""
     k = max(1, round(over / step) | 1)
     weights = np.ones(k)
     out: FloatArray = np.convolve(x, weights, "same") / np.convolve(np.ones(len(x)), weights, "same")
@@ -107,6 +107,6 @@ def smoothed(x: FloatArray, step: float, over: float) -> FloatArray:
 
 
 def quick_enough(transients: Sequence[Transient], period: float) -> tuple[Transient, ...]:
-    """The turns whose command changes within the period in which the winch rings [s]: a slower change hardly rings
+    """The turns whose command changes within the period of the winch's oscillation [s]: a slower change hardly excites
     it."""
     return tuple(x for x in transients if x.took <= period + SPAN)

@@ -1,4 +1,4 @@
-"""Wire and tip of a record: what was logged, and what follows from other signals where they were not."""
+"""Wire and tip of a record: as logged, or derived from other signals."""
 
 from __future__ import annotations
 
@@ -15,59 +15,65 @@ from stillhook.units import show
 from stillhook.validate.data_set.campaign import CraneTest, Kind
 
 BEYOND = 0.5
-"""Wire by which a log may lie beyond the drum's [m]: an encoder's zero."""
+"""Tolerance of wire out beyond the drum's range [m]: zero of an encoder."""
 APART = 5.0
-"""Difference of the stated wire out from that of the log that is told [m]: some turns of the drum."""
+"""Difference between stated and logged wire out that is reported [m]: some turns of the drum."""
 ROUNDS = 3
-"""Of integrating the motors' speed with the diameter of the layer that was found last: wire of a few layers needs
+"""Rounds of integrating the motors' speed with the diameter of the last layer: wire over a few layers needs
 two."""
 
 
 def completed(
     signals: Mapping[str, FloatArray], step: float, test: CraneTest, crane: Crane
 ) -> tuple[dict[str, FloatArray], frozenset[str], list[str]]:
-    """The signals with wire out and tip where they can be made, the names of those that were made, and what to say of
-    it.
+    """The signals with wire out and tip where they can be derived, the names of the derived ones, and statements about
+    them.
 
-    Errors: ValidateError where a test of heave compensation lacks the tip or the wire, another one any sign of the
-    winch's motion, or the wire out is none of this crane.
+    Errors: ValidateError where a test of heave compensation lacks the tip or the wire, another one every signal of the
+    winch's motion, or the wire out is outside the drum's range.
     """
-    out, derived, said = dict(signals), set(), list[str]()
+    out, derived, statements = dict(signals), set(), list[str]()
     if "s_w" in out:
         _in_range(out["s_w"], test, crane)
-        said += _compared(out["s_w"], test)
+        statements += _compared(out["s_w"], test)
     elif (made := _integrated(out, step, test, crane)) is not None:
-        out["s_w"], how = made
+        out["s_w"], method = made
         derived.add("s_w")
         start = show(test.s_w or 0.0, "length")
-        said.append(f'Test "{test.name}": wire out is not logged; it is made from the stated start {start} and {how}.')
+        statements.append(
+            f'Test "{test.name}": wire out is not logged; it is derived from the stated start {start} and {method}.'
+        )
     if "s_tip" not in out and {"e_c_measured", "s_w"} <= out.keys() and "s_w" not in derived and test.kind is Kind.AHC:
         out["s_tip"] = out["e_c_measured"] + out["s_w"]
         derived.add("s_tip")
-        said.append(
-            f'Test "{test.name}": tip height is not logged; it is made from the error of the PLC and wire out, but for'
+        statements.append(
+            f'Test "{test.name}": tip height is not logged; it is derived from the error of the PLC and wire out, but'
+            " for"
             " a constant."
         )
     _needed(out, test)
-    return out, frozenset(derived), said
+    return out, frozenset(derived), statements
 
 
 def _needed(signals: Mapping[str, FloatArray], test: CraneTest) -> None:
     place = f'test "{test.name}": '
     if test.kind is Kind.AHC and "s_tip" not in signals:
         raise ValidateError(
-            f"{place}no s_tip in {test.log.name}. Map the tip's height (or e_c_measured beside s_w): step 5 replays it."
+            f"{place}no s_tip in {test.log.name}. Map the tip's height (or e_c_measured together with s_w): step 5"
+            " replays it."
         )
     if test.kind is Kind.AHC and "s_w" not in signals:
         raise ValidateError(
             f"{place}no s_w in {test.log.name}. Map wire out, or a speed (v_w, omega_m) and state s_w at the start."
         )
     if not {"s_w", "v_w", "omega_m"} & signals.keys():
-        raise ValidateError(f"{place}nothing in {test.log.name} shows how the winch moves. Map s_w, v_w or omega_m.")
+        raise ValidateError(
+            f"{place}no signal in {test.log.name} shows the motion of the winch. Map s_w, v_w or omega_m."
+        )
     for name in ("s_tip", "s_w") if test.kind is Kind.AHC else ():
         if not np.isfinite(signals[name]).any():
-            none = f"{place}{name} in {test.log.name} holds no value that can be used"
-            raise ValidateError(f"{none}: it stands still, or is missing throughout. Map another column.")
+            none = f"{place}{name} in {test.log.name} has no usable value"
+            raise ValidateError(f"{none}: it is constant or missing throughout. Map another column.")
 
 
 def _in_range(s_w: FloatArray, test: CraneTest, crane: Crane) -> None:
@@ -88,16 +94,16 @@ def _compared(s_w: FloatArray, test: CraneTest) -> list[str]:
     if test.s_w is None or not len(first) or abs(first[0] - test.s_w) <= APART:
         return []
     return [
-        f'Test "{test.name}": the log begins with {show(float(first[0]), "length")} of wire out where the campaign file'
+        f'Test "{test.name}": the log begins with {show(float(first[0]), "length")} of wire out, but the campaign file'
         " states "
-        f"{show(test.s_w, 'length')}: the log counts."
+        f"{show(test.s_w, 'length')}: the log is used."
     ]
 
 
 def _integrated(
     signals: Mapping[str, FloatArray], step: float, test: CraneTest, crane: Crane
 ) -> tuple[FloatArray, str] | None:
-    """Wire out from its start and a speed [m], and how."""
+    """Wire out from its start and a speed [m], and the method in words."""
     if test.s_w is None:
         return None
     if "v_w" in signals:
@@ -107,19 +113,19 @@ def _integrated(
     drum, s_w = drum_record(crane), np.full(len(signals["omega_m"]), test.s_w)
     layers = np.arange(1, crane.drum.layers + 1)
     ends = np.array([wire_to_layer(float(n), drum) for n in layers])
-    levers = np.array([0.5 * layer_diameter(float(n), drum) for n in layers])
+    radii = np.array([0.5 * layer_diameter(float(n), drum) for n in layers])
     for _ in range(ROUNDS):
         left = np.nan_to_num(drum.L_full - s_w)
-        lever = levers[np.clip(np.searchsorted(ends, left - 1e-6), 0, len(layers) - 1)]
-        s_w = test.s_w - _sum(signals["omega_m"] * lever / crane.i_hD, step)
+        r_eff = radii[np.clip(np.searchsorted(ends, left - 1e-6), 0, len(layers) - 1)]
+        s_w = test.s_w - _sum(signals["omega_m"] * r_eff / crane.i_hD, step)
     return s_w, "the motors' speed on the layer in use"
 
 
 def _sum(speed: FloatArray, step: float) -> FloatArray:
-    """Way of a speed [m]; across a hole it goes on at the speed before and after, and is NaN in it."""
+    """Integral of a speed [m]; across a gap the speed is interpolated, and the result is NaN in it."""
     good = np.isfinite(speed)
     if not good.any():
         return np.full(len(speed), np.nan)
-    whole = np.interp(np.arange(len(speed)), np.flatnonzero(good), speed[good])
-    way = np.concatenate(([0.0], np.cumsum(0.5 * (whole[1:] + whole[:-1]) * step)))
+    known = np.interp(np.arange(len(speed)), np.flatnonzero(good), speed[good])
+    way = np.concatenate(([0.0], np.cumsum(0.5 * (known[1:] + known[:-1]) * step)))
     return np.where(good, way, np.nan)

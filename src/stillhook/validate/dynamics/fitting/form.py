@@ -1,9 +1,9 @@
-"""Does the twin's law fit in form? One number of a law, found in groups of turns: where it differs by more than
-sampling, the law does not.
+"""Form of the twin's laws: one parameter of a law estimated in groups of turns; where it differs by more than sampling,
+the form of the law does not fit.
 
-A law of another form (leakage that rises with the stroke, say, against a constant one) gives in slow turns another
-number than in fast ones. The best common number then has a small sampling error about a value that is nowhere true; the
-difference between the groups shows it.
+A law of another form (leakage that rises with the stroke, say, against a constant one) gives another value in slow
+turns than in fast ones. The best common value then has a small sampling error about a value that is not true in either;
+the difference between the groups shows it.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ SLOW_AND_FAST, BOTH_WAYS, OTHER_TESTS = (
 
 
 @dataclass(frozen=True)
-class Apart:
+class GroupDifference:
     """One number in two groups of data. groups: their names; difference of its logarithm, second less first; deviation
     of that difference; dof: degrees of freedom behind the deviation."""
 
@@ -51,7 +51,7 @@ class Apart:
 
     @property
     def unseen(self) -> float:
-        """Half of the largest difference of the logarithm that sampling would hide at 95 %."""
+        """Half of the largest difference of the logarithm that sampling would conceal at 95 %."""
         from scipy.special import stdtrit  # heavy: only where something is fitted
 
         return 0.5 * float(stdtrit(max(self.dof, 1), 0.975)) * self.deviation
@@ -65,7 +65,9 @@ class Apart:
         )
 
 
-def apart(fit: Fit, turns: Sequence[Transient], known: Mapping[str, tuple[float, float]]) -> tuple[Apart, ...]:
+def group_differences(
+    fit: Fit, turns: Sequence[Transient], known: Mapping[str, tuple[float, float]]
+) -> tuple[GroupDifference, ...]:
     """Every tuned number by groups of turns, and the leakage against that of other tests.
 
     Parameters: fit with its sums by turn; turns in the order of the fit's clusters; known: logarithms and deviations
@@ -80,21 +82,21 @@ def apart(fit: Fit, turns: Sequence[Transient], known: Mapping[str, tuple[float,
     out = []
     for groups, side in split.items():
         if min(int((side > 0.0).sum()), int((side < 0.0).sum())) >= FEWEST:
-            out += [Apart(name, groups, *_between(fit, PLACE[name], side), len(used) - 2) for name in TUNED]
+            out += [GroupDifference(name, groups, *_between(fit, PLACE[name], side), len(used) - 2) for name in TUNED]
     if C_LEAK in known and len(used) >= 2 * FEWEST:
         out.append(_elsewhere(fit, *known[C_LEAK]))
     return tuple(x for x in out if math.isfinite(x.difference) and math.isfinite(x.deviation))
 
 
-def structural(name: str, found: Sequence[Apart]) -> tuple[float, Apart | None]:
-    """Half of the largest difference of a number's logarithm between groups that is beyond sampling, and which it is;
-    0, None without."""
-    clear = [x for x in found if x.name == name and x.beyond_sampling]
+def structural(name: str, differences: Sequence[GroupDifference]) -> tuple[float, GroupDifference | None]:
+    """Half of the largest difference of a value's logarithm between groups that is beyond sampling, and that
+    difference; 0, None without."""
+    clear = [x for x in differences if x.name == name and x.beyond_sampling]
     worst = max(clear, key=lambda x: abs(x.difference), default=None)
     return (0.5 * abs(worst.difference), worst) if worst else (0.0, None)
 
 
-def hidden(name: str, found: Sequence[Apart], most: float) -> tuple[float, str]:
+def hidden(name: str, differences: Sequence[GroupDifference], most: float) -> tuple[float, str]:
     """Largest difference of a number's logarithm between groups of turns that sampling could hide, and what is not
     shown by it; 0, "" where half of that is no more than `most`, or where other tests agree with these turns within it.
     inf: the turns make no groups.
@@ -102,15 +104,21 @@ def hidden(name: str, found: Sequence[Apart], most: float) -> tuple[float, str]:
     The whole difference, not half of it: the common number may be that of one group alone, in whose turns more can be
     seen.
     """
-    if any(x.name == name and x.groups == OTHER_TESTS and not x.beyond_sampling and x.unseen <= most for x in found):
+    if any(
+        x.name == name and x.groups == OTHER_TESTS and not x.beyond_sampling and x.unseen <= most for x in differences
+    ):
         return 0.0, ""
-    worst = max((x for x in found if x.name == name and x.groups != OTHER_TESTS), key=lambda x: x.unseen, default=None)
+    worst = max(
+        (x for x in differences if x.name == name and x.groups != OTHER_TESTS), key=lambda x: x.unseen, default=None
+    )
     if worst is None:
         return math.inf, f"fewer than {FEWEST} turns each are slow and fast, or go both ways"
     if worst.unseen <= most:
         return 0.0, ""
     times = math.exp(min(2.0 * worst.unseen, 5.0))
-    return 2.0 * worst.unseen, f"{worst.groups[1]} and {worst.groups[0]} may differ by {times:.2g} times unseen"
+    return 2.0 * worst.unseen, (
+        f"{worst.groups[1]} and {worst.groups[0]} may differ by a factor of {times:.2g} undetected"
+    )
 
 
 def _between(fit: Fit, i: int, side: FloatArray) -> tuple[float, float]:
@@ -126,21 +134,23 @@ def _between(fit: Fit, i: int, side: FloatArray) -> tuple[float, float]:
     return _jackknifed(A, b, prior, off, p)
 
 
-def _elsewhere(fit: Fit, centre: float, deviation: float) -> Apart:
+def _elsewhere(fit: Fit, centre: float, deviation: float) -> GroupDifference:
     """The leakage of the turns alone against that of other tests."""
     i = PLACE[C_LEAK]
     prior = fit.prior.copy()
     prior[i] = 0.0
-    step, own = _jackknifed(fit.H, fit.g, prior, fit.off, i)
-    return Apart(C_LEAK, OTHER_TESTS, centre - (float(fit.theta[i]) + step), math.hypot(own, deviation), len(fit.H) - 1)
+    step, spread = _jackknifed(fit.H, fit.g, prior, fit.off, i)
+    return GroupDifference(
+        C_LEAK, OTHER_TESTS, centre - (float(fit.theta[i]) + step), math.hypot(spread, deviation), len(fit.H) - 1
+    )
 
 
 def _jackknifed(A: FloatArray, b: FloatArray, prior: FloatArray, off: FloatArray, i: int) -> tuple[float, float]:
     """Gauss-Newton step of parameter i from sums of clusters (n, p, p), (n, p), and its deviation by leaving out each
     cluster."""
-    whole, slope = A.sum(axis=0) + np.diag(prior), b.sum(axis=0) + prior * off
-    value = _step(whole, slope, i)
-    left = np.array([_step(whole - one, slope - g, i) for one, g in zip(A, b, strict=True)])
+    total, slope = A.sum(axis=0) + np.diag(prior), b.sum(axis=0) + prior * off
+    value = _step(total, slope, i)
+    left = np.array([_step(total - one, slope - g, i) for one, g in zip(A, b, strict=True)])
     n = len(left)
     return value, math.sqrt((n - 1) / n * float(np.sum((left - left.mean()) ** 2)))
 

@@ -1,5 +1,5 @@
-"""The twin as a function of what is tuned and of what is left free beside it: outputs as the sensors show them, and
-their derivatives."""
+"""The twin as a function of the tuned and the free nuisance parameters: outputs as the sensors show them, and their
+derivatives."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ from stillhook.validate.dynamics.fitting.unknowns import (
     centre,
     viscous_friction,
 )
-from stillhook.validate.dynamics.runs import SIGNALS, Stretch, delayed, repeated, steps_per_cycle
+from stillhook.validate.dynamics.runs import SIGNALS, DynamicsSegment, delayed, repeated, steps_per_cycle
 
 NOISE = {"p_a": 0.3e5, "p_b": 0.3e5, "omega_m": 0.05, "alpha_p": 3e-4}
 """Least deviation by which a signal's residuals are weighed [SI]: the step of a 12-bit input card, and a little
 noise."""
-LEAST_BESIDE = 0.8
-"""The inertia beside the wire, whose own follows from its mass, may fall by this part."""
+LEAST_OTHER_INERTIA = 0.8
+"""The inertia other than the wire's (which follows from its mass) may decrease by this part."""
 PERIODS = tuple(math.log(x) for x in (0.70, 0.77, 0.84, 0.92, 1.0, 1.09, 1.19, 1.3, 1.42))
 """Logarithms of sqrt(C_h J) that the search starts from: a twelfth of the period apart, so that the ringing of one
 falls in step."""
@@ -65,17 +65,21 @@ the motors in A."""
 class Twin:
     """A crane on stretches of tests. clusters: for each sample the turn that it is of, -1 for none."""
 
-    def __init__(self, crane: Crane, stretches: Sequence[Stretch], clusters: Sequence[NDArray[np.int64]]) -> None:
-        self.crane, self.stretches = crane, tuple(stretches)
-        self.least_J = max(-MOST, math.log(1.0 - LEAST_BESIDE / beside_wire(crane)))
+    def __init__(
+        self, crane: Crane, time_segments: Sequence[DynamicsSegment], clusters: Sequence[NDArray[np.int64]]
+    ) -> None:
+        self.crane, self.time_segments = crane, tuple(time_segments)
+        self.least_J = max(-MOST, math.log(1.0 - LEAST_OTHER_INERTIA / beside_wire(crane)))
         stiffest = {u.name: u.most for u in UNKNOWNS} | {C_H: -MOST, INERTIA: self.least_J}
-        self.n_sub = max(steps_per_cycle(bent(crane, stiffest), s) for s in stretches)
-        shape = [(s, c, k, name) for s, c in zip(stretches, clusters, strict=True) for k, name in enumerate(SIGNALS)]
+        self.n_sub = max(steps_per_cycle(bent(crane, stiffest), s) for s in time_segments)
+        shape = [
+            (s, c, k, name) for s, c in zip(time_segments, clusters, strict=True) for k, name in enumerate(SIGNALS)
+        ]
         self.signal = np.concatenate([np.full(len(s.t), k) for s, _, k, _ in shape])
         self.cluster = np.concatenate([c for _, c, _, _ in shape])
         self.measured = np.concatenate([_compared(s, c, name) for s, c, _, name in shape])
         pump, D = crane.active.pump, crane.active.motor.D_total
-        D_m = D * float(np.mean([np.mean(s.u_m) for s in stretches]))
+        D_m = D * float(np.mean([np.mean(s.u_m) for s in time_segments]))
         self.Q_full = pump.D_total * pump.omega_p
         self.D_m = D_m
         self.inertance = crane.inertia.J_m_eff / D_m**2
@@ -101,8 +105,10 @@ class Twin:
         slows it."""
         logs = {u.name: float(theta[i]) for i, u in enumerate(UNKNOWNS)}
         logs[INERTIA] = math.log(math.exp(logs[INERTIA]) + BOTH_LINES * float(theta[PLACE[INERTANCE]]))
-        own = viscous_friction(self.crane)
-        logs[VISCOUS] = math.log(math.exp(logs[VISCOUS]) + self._line_friction * float(theta[PLACE[DROP]]) / own)
+        file_friction = viscous_friction(self.crane)
+        logs[VISCOUS] = math.log(
+            math.exp(logs[VISCOUS]) + self._line_friction * float(theta[PLACE[DROP]]) / file_friction
+        )
         return bent(self.crane, logs)
 
     @property
@@ -120,7 +126,7 @@ class Twin:
         delays = [late] * (len(UNKNOWNS) + 1) + [late + DELAY_STEP]
         steps = np.array([u.step for u in UNKNOWNS] + [DELAY_STEP])
         values, slopes = [], []
-        for s, runs in zip(self.stretches, repeated(cranes, self._late(delays), self.n_sub), strict=True):
+        for s, runs in zip(self.time_segments, repeated(cranes, self._late(delays), self.n_sub), strict=True):
             rows = np.zeros((len(NAMES), *runs.shape[1:]))
             rows[: len(steps)] = (runs[1:] - runs[0]) / steps[:, None, None]
             values.append(self._sensed(s.t, runs[0], rows, theta).T.ravel())
@@ -130,10 +136,10 @@ class Twin:
         far = FAR * np.array([NOISE[name] for name in SIGNALS])[self.signal]
         return np.where(lost, far, y - self.measured), np.where(lost[:, None], 0.0, J)
 
-    def _late(self, delays: Sequence[float]) -> list[list[Stretch]]:
+    def _late(self, delays: Sequence[float]) -> list[list[DynamicsSegment]]:
         """Each stretch with its commands moved by each of the delays [s]."""
         out = []
-        for s in self.stretches:
+        for s in self.time_segments:
             made = {x: delayed(s, x) for x in dict.fromkeys(delays)}
             out.append([made[x] for x in delays])
         return out
@@ -186,12 +192,12 @@ class Twin:
         runs = repeated([self.bent(theta)], self._late([float(theta[PLACE[COMMAND_DELAY]])]), self.n_sub)
         return tuple(
             self._sensed(s.t, r[0], np.zeros((len(NAMES), *r.shape[1:])), theta)
-            for s, r in zip(self.stretches, runs, strict=True)
+            for s, r in zip(self.time_segments, runs, strict=True)
         )
 
     def best_start(self) -> FloatArray:
-        """The point of a grid over C_h, J and leakage whose outputs lie nearest: a swing that has fallen out of step by
-        half a period would lead the steps astray."""
+        """The point of a grid over C_h, J and leakage whose outputs lie nearest: an oscillation out of phase by half a
+        period would mislead the steps."""
         grid = [
             (a - b, max(a + b, 0.9 * self.least_J), c) for a, b, c in itertools.product(PERIODS, STIFFNESSES, LEAKS)
         ]
@@ -199,7 +205,9 @@ class Twin:
         cost = np.zeros(len(grid))
         at = 0
         for s, runs in zip(
-            self.stretches, repeated(cranes, [[s] * len(cranes) for s in self.stretches], self.n_sub), strict=True
+            self.time_segments,
+            repeated(cranes, [[s] * len(cranes) for s in self.time_segments], self.n_sub),
+            strict=True,
         ):
             for k in range(len(SIGNALS)):
                 cost += _misfit(runs[:, :, k], self.measured[at : at + len(s.t)])
@@ -212,11 +220,11 @@ class Twin:
         return theta
 
 
-def _compared(stretch: Stretch, cluster: NDArray[np.int64], name: str) -> FloatArray:
+def _compared(time_segment: DynamicsSegment, cluster: NDArray[np.int64], name: str) -> FloatArray:
     """The measured samples of a signal that count, NaN elsewhere."""
-    if name not in stretch.measured:
-        return np.full(len(stretch.t), np.nan)
-    return np.where(stretch.counted & (cluster >= 0), stretch.measured[name], np.nan)
+    if name not in time_segment.measured:
+        return np.full(len(time_segment.t), np.nan)
+    return np.where(time_segment.counted & (cluster >= 0), time_segment.measured[name], np.nan)
 
 
 def _misfit(runs: FloatArray, y: FloatArray) -> FloatArray:

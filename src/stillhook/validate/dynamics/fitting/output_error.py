@@ -1,4 +1,4 @@
-"""Output-error fit: parameters of the twin that bring its outputs nearest to measured ones, with intervals that know of
+"""Output-error fit: parameters of the twin that bring its outputs nearest to measured ones, with intervals that include
 model errors."""
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray
 
 ROUNDS = 6
-"""Times that the weights of the signals are found anew from what is left of them."""
+"""Number of times that the weights of the signals are recomputed from their residuals."""
 FIRST_ROUNDS, FIRST_RUNS = 3, 5
 """Rounds on the way, whose weights are far off still, and evaluations of the model in each."""
 MOST_RUNS = 40
@@ -26,19 +26,19 @@ FAR = 1e3
 
 
 ALIKE = 100
-"""Residuals are taken to be alike for at most so many samples (weights fall to none, as Bartlett's): a second at 10 ms,
-two periods of the winch's swing."""
+"""Residuals are assumed correlated over at most this many samples (weights fall to none, as Bartlett's): a second at 10
+ms, two periods of the winch's swing."""
 SETTLED = 0.1
 """Relative change of a signal's deviation between rounds that counts as none."""
 LEAST_CURVATURE = 1e-10
 """Least eigenvalue of the scaled curvature: a direction that the data leave quite open."""
 ENDS = {
-    -1: "the numbers went bad",
-    0: "the runs were used up",
-    1: "the slope is nil",
+    -1: "the values diverged",
+    0: "the number of runs was exhausted",
+    1: "the gradient is zero",
     2: "the misfit settled",
-    3: "the numbers settled",
-    4: "misfit and numbers settled",
+    3: "the parameters settled",
+    4: "misfit and parameters settled",
 }
 """How a round of scipy's least_squares ended."""
 
@@ -64,9 +64,9 @@ class Model(NamedTuple):
 class Fit:
     """theta (p,); covariance (p, p) from leaving out one transient after the other; known (p,) deviations if the
     residuals were white noise, what the data can tell at best; deviation of each signal's residuals [SI]; converged,
-    and what was said; runs of the model in all; names (n,) of the clusters that it rests on, and of each curvature H
-    (n, p, p) and slope g (n, p) of the misfit at theta, in deviations; prior (p,) curvature of what was known
-    beforehand, off (p,) theta less its
+    and the message of the optimiser; runs of the model in all; names (n,) of the clusters that it rests on, and of each
+    curvature H (n, p, p) and slope g (n, p) of the misfit at theta, in deviations; prior (p,) curvature of what was
+    known beforehand, off (p,) theta less its
     centre."""
 
     theta: FloatArray
@@ -74,7 +74,7 @@ class Fit:
     known: FloatArray
     deviation: FloatArray
     converged: bool
-    said: str
+    message: str
     runs: int
     names: NDArray[np.int64]
     H: FloatArray
@@ -84,7 +84,7 @@ class Fit:
 
     @property
     def clusters(self) -> int:
-        """Clusters that it rests on."""
+        """Number of clusters."""
         return len(self.names)
 
 
@@ -97,11 +97,11 @@ def fit(model: Model, start: FloatArray) -> Fit:
     """
     from scipy.optimize import least_squares
 
-    samples, theta, said, converged = _Samples(model, start), start, "", False
+    samples, theta, message, converged = _Samples(model, start), start, "", False
     s = samples.deviations(theta)
     for i in range(ROUNDS):
         problem = _Problem(model, samples, s)
-        found = least_squares(
+        result = least_squares(
             problem.residuals,
             theta,
             jac=problem.jacobian,
@@ -112,7 +112,7 @@ def fit(model: Model, start: FloatArray) -> Fit:
             gtol=1e-12,
             max_nfev=FIRST_RUNS if i < FIRST_ROUNDS else MOST_RUNS,
         )
-        theta, converged, said = found.x, found.status > 0, ENDS[int(found.status)]
+        theta, converged, message = result.x, result.status > 0, ENDS[int(result.status)]
         samples.look_from(theta)
         new = samples.deviations(theta)
         settled = bool(np.all(np.abs(new - s) < SETTLED * s))
@@ -129,7 +129,7 @@ def fit(model: Model, start: FloatArray) -> Fit:
         known,
         s,
         converged,
-        said,
+        message,
         samples.runs,
         sums.names,
         parts.H,
@@ -226,9 +226,9 @@ class _Samples:
         rows = []
         for name in names:
             for k in range(len(m.noise)):
-                own = (m.cluster == name) & (m.signal == k) & np.isfinite(self.r)
-                r, J, V = self.r[own], self.J[own], self.directions[own]
-                one = np.einsum("np,nq->pq", J, J), np.einsum("np,n->p", J, r), np.sum(r**2), own.sum(), _windows(r)
+                rows_of = (m.cluster == name) & (m.signal == k) & np.isfinite(self.r)
+                r, J, V = self.r[rows_of], self.J[rows_of], self.directions[rows_of]
+                one = np.einsum("np,nq->pq", J, J), np.einsum("np,n->p", J, r), np.sum(r**2), rows_of.sum(), _windows(r)
                 rows.append(
                     (*one, np.einsum("nm,np->mp", V, J), np.einsum("nm,n->m", V, r), np.einsum("nm,np->mp", V, V))
                 )
@@ -295,7 +295,7 @@ def _scale(H: FloatArray) -> FloatArray:
 def _covariance(model: Model, parts: _Weighed) -> tuple[FloatArray, FloatArray]:
     """Covariance of the parameters by leaving out each cluster (the linear jackknife, CR3), and their deviations if the
     residuals were white. Model errors are alike within a transient and differ between them; with few clusters the
-    jackknife errs on the wide side. What was known beforehand counts as one observation more of each parameter, with
+    jackknife is conservative. What was known beforehand counts as one observation more of each parameter, with
     its own deviation.
 
     Source: Bell and McCaffrey 2002, "Bias reduction in standard errors for linear regression with multi-stage samples".
@@ -305,8 +305,8 @@ def _covariance(model: Model, parts: _Weighed) -> tuple[FloatArray, FloatArray]:
     d = _scale(H)
     scale = np.outer(d, d)
     shifts = [
-        np.linalg.lstsq((H - own) / scale, g / d, rcond=LEAST_CURVATURE)[0] / d
-        for own, g in zip(parts.H, parts.g, strict=True)
+        np.linalg.lstsq((H - cluster_H) / scale, g / d, rcond=LEAST_CURVATURE)[0] / d
+        for cluster_H, g in zip(parts.H, parts.g, strict=True)
     ]
     n = len(shifts)
     x = np.array(shifts)

@@ -1,5 +1,5 @@
-"""What is tuned on a test of the winch's dynamics, and what is left free beside it so that it does not bias what is
-tuned."""
+"""Tuned parameters of a test of the winch's dynamics, and nuisance parameters left free so that they do not bias the
+tuned ones."""
 
 from __future__ import annotations
 
@@ -171,8 +171,8 @@ of the displacement), the valves of the low side, which a crane file mostly assu
 
 
 class Extra(NamedTuple):
-    """What the twin has not, and a log shows: value 0 is the twin as it is. spread: deviation beforehand; low, high:
-    bounds; unit in which it is told, and the unit's value in SI."""
+    """Effect that the twin does not model and a log shows: value 0 is the unchanged twin. spread: deviation beforehand;
+    low, high: bounds; unit in which it is reported, and the unit's value in SI."""
 
     name: str
     meaning: str

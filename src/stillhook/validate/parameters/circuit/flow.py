@@ -18,7 +18,7 @@ from stillhook.units import parse
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.parameters.circuit.leakage import SLIP_PRESSURE, LeakChoice, LeakRows, choose
 from stillhook.validate.parameters.circuit.settings import known_setting
-from stillhook.validate.parameters.segments import Part
+from stillhook.validate.parameters.segments import LogPart
 from stillhook.validate.parameters.slopes import bridged, differences, integral, moments
 
 WINDOW = 0.5
@@ -63,7 +63,7 @@ def pump_conductance(alpha_p: FloatArray, leak: PumpLeak) -> FloatArray:
     return np.interp(np.abs(alpha_p), LEAK_KNOTS, leak)
 
 
-def balance(parts: Sequence[Part]) -> Balance | None:
+def balance(parts: Sequence[LogPart]) -> Balance | None:
     """Flow balance of the higher line, window by window; None where signals are missing or the lines are never far
     enough apart.
 
@@ -73,21 +73,21 @@ def balance(parts: Sequence[Part]) -> Balance | None:
     E eq. 11. Tests with heave compensation alone are used where there are any: at full pumps the electric motors slip,
     which looks like leakage.
     """
-    mine = [p for p in parts if p.kind is Kind.AHC] or list(parts)
-    rows = leak_rows(mine)
+    used = [p for p in parts if p.kind is Kind.AHC] or list(parts)
+    rows = leak_rows(used)
     if rows is None or np.isfinite(rows.Q_m).sum() < LEAST_ROWS:
         return None
     leak = choose(parts[0].crane, rows)
-    return None if leak is None else _balance(mine, rows, leak)
+    return None if leak is None else _balance(used, rows, leak)
 
 
-def leak_rows(parts: Sequence[Part]) -> LeakRows | None:
+def leak_rows(parts: Sequence[LogPart]) -> LeakRows | None:
     """The windows of all parts whose signals suffice; None where none does."""
     rows = [row for part in parts if (row := _rows(part)) is not None]
     return LeakRows.joined(rows) if rows else None
 
 
-def _balance(parts: Sequence[Part], rows: LeakRows, leak: LeakChoice) -> Balance:
+def _balance(parts: Sequence[LogPart], rows: LeakRows, leak: LeakChoice) -> Balance:
     pumps = parts[0].params.active.pumps
     full = pumps.D_max * pumps.omega_p
     logged = [p for p in parts if _logged(p)]
@@ -96,10 +96,10 @@ def _balance(parts: Sequence[Part], rows: LeakRows, leak: LeakChoice) -> Balance
     lost = b[0] * rows.Q_p + b[1] * rows.way - b[2] * rows.C_h + b[3] * rows.rate - slip * rows.slip - rows.Q_m
     form = np.sum([x * rows.column(n) for n, x in leak.chosen.coefficients.items()], axis=0)
     return Balance(
-        ratio=leak.beside("Q_p", -1.0),
+        ratio=leak.nuisance("Q_p", -1.0),
         leakage=leak.value,
-        capacitance=leak.beside("C_h", -1.0),
-        offset=leak.beside("way", 0.0, 1.0 / full),
+        capacitance=leak.nuisance("C_h", -1.0),
+        offset=leak.nuisance("way", 0.0, 1.0 / full),
         leak=leak,
         twin_leakage=leak.twin,
         measured_motors=all(p.has("alpha_m") for p in logged),
@@ -108,16 +108,16 @@ def _balance(parts: Sequence[Part], rows: LeakRows, leak: LeakChoice) -> Balance
         Q_p=rows.Q_p,
         Q_m=rows.Q_m,
         Q_lost=lost,
-        Q_leak=rows.own,
+        Q_leak=rows.file,
         Q_form=form,
     )
 
 
-def _logged(part: Part) -> bool:
+def _logged(part: LogPart) -> bool:
     return part.has("p_a", "p_b") and part.omega_m is not None
 
 
-def _rows(part: Part) -> LeakRows | None:
+def _rows(part: LogPart) -> LeakRows | None:
     """Means over windows in the direction of the higher line; None where signals are missing. rate is the flow of the
     motors' acceleration: a speed that was logged late has it, times its lag, whatever the displacement does
     meanwhile."""
@@ -131,14 +131,14 @@ def _rows(part: Part) -> LeakRows | None:
     higher = np.maximum(p_a, p_b)
     D_m = active.motors.count * active.motors.D_max
     head = internal_leakage(1.0, np.abs(dp)) + external_leakage(1.0, higher)
-    own = pump_conductance(alpha_p, active.pumps.leak) + np.asarray(motor_leakage(omega_m, active.motors))
+    file_leak = pump_conductance(alpha_p, active.pumps.leak) + np.asarray(motor_leakage(omega_m, active.motors))
     flows = {
         "Q_m": D_m * alpha_m * omega_m,
         "Q_p": active.pumps.D_max * active.pumps.omega_p * alpha_p,
         "head": head,
         "stroke": head * pump_conductance(alpha_p, pump_leak(part.crane.active.pump)),
         "speed": head * np.abs(omega_m),
-        "own": head * own,
+        "file": head * file_leak,
         "slip": active.pumps.D_max * active.pumps.omega_p * alpha_p**2 * np.abs(dp) / SLIP_PRESSURE,
         "alpha": head * np.abs(alpha_p),
         "dp": np.abs(dp),
@@ -152,7 +152,7 @@ def _rows(part: Part) -> LeakRows | None:
     return LeakRows(way=way, C_h=C_h, rate=rate, block=part.blocks(moments(part, WINDOW)), **mean)
 
 
-def _way(dp: FloatArray, higher: FloatArray, part: Part) -> FloatArray:
+def _way(dp: FloatArray, higher: FloatArray, part: LogPart) -> FloatArray:
     """Per window, 1 where line a is the higher one all the time, -1 where b is, 0 where neither clearly is or a valve
     flows."""
     active = part.params.active

@@ -1,9 +1,9 @@
-"""What the leakage of the active circuit goes with: published forms fitted to the flow balance, and the choice between
-them by evidence.
+"""Form of the leakage of the active circuit: published forms fitted to the flow balance, and the choice between them
+by evidence.
 
 Forms: one conductance ("constant", Moslatt 2020 E eq. 11), with the pumps' setting ("stroke", tables 2.5 and 2.6 times
 a number), with the motors' speed ("speed", eq. 2.18), with both, and the crane file's own law times a number. In heave
-compensation setting and speed go together, so that the data may leave several of them: the interval then holds across
+compensation setting and speed are correlated, so the data may not exclude several of them: the interval then covers
 these.
 """
 
@@ -26,37 +26,36 @@ from stillhook.statistics.jackknife_regression import Estimate, Fit, fit
 from stillhook.units import parse, show
 
 FEWEST_FOR_FORM = 8
-"""Blocks from which forms are compared: their covariance is of as many numbers less one."""
+"""Least number of blocks to compare forms: their covariance is estimated from as many values less one."""
 AGAINST = 0.01
 """Probability below which a form is refuted by the data."""
 NOTABLE = 0.02
-"""Least part of the leakage by which the twin's law must bend another way than the log's before its form is called
-wrong [-]: slip of the electric motors and the lines' resistance bend a right one by a hundredth."""
+"""Least deviation in shape between the twin's law and the log's, as a part of the leakage, from which its form counts
+as wrong [-]: slip of the electric motors and the lines' resistance cause one per cent."""
 ALIVE = 0.05
-"""Weight over that of the best form from which a form counts as not told apart."""
+"""Weight over that of the best form from which a form counts as not distinguished."""
 SLIP, SLIP_SPREAD = 0.01, 0.006
 """Slip of electric motors at full flow and SLIP_PRESSURE before any data, and its deviation [-]: data sheets of 200 to
 500 kW motors have 0.5 to 1.5 %, and the passive circuit's pumps load them too."""
 SLIP_PRESSURE = parse("250 bar", "pressure")
 UNCLOSED = 0.0013
-"""Flow over that of the pumps that the balance leaves open, whatever the samples [-]: leakage that rises with the
-stroke looks like slip, and no pump's law is one of the forms to the letter. On 85 simulated cranes the leakage came out
-low by 0.1 % of the
-pumps' flow."""
+"""Flow over that of the pumps that the balance leaves open regardless of the samples [-]: leakage that rises with
+the stroke resembles slip, and no pump follows one of the forms exactly. On 85 simulated cranes the leakage was low by
+0.1 % of the pumps' flow."""
 SIGNS = {"C_h": -1.0, "slip": -1.0}
 """Sign of those that take flow."""
 PARTS = ("head", "stroke", "speed")
 LINEAR = ("head", "alpha")
 """Parts of a leak that rises in proportion to the pumps' setting: of the form "stroke", but no table of the library."""
 ONE_SLOPE = (LINEAR, ("head", "speed"))
-"""Laws of a leak with one slope, the least that says how sure the data are of its rise."""
+"""Leak laws with one slope, the simplest that show the uncertainty of the slope."""
 EXTRAPOLATED = 0.25
-"""Half width of the interval at the crane file's point beyond which the data do not tell the leakage there [-]: the
-criteria's limit."""
+"""Half width of the interval at the crane file's point beyond which the data do not determine the leakage there [-]:
+the criteria's limit."""
 NUISANCE = ("Q_p", "way", "C_h", "rate", "slip")
-"""Columns beside the leak: ratio of the displacements, zero of the pumps' setting, capacitance of the line, lag of the
-speed, and slip of the electric motors that drive the pumps, which takes flow as a leak that rises with setting and
-pressure would."""
+"""Columns in addition to the leak: ratio of the displacements, zero of the pumps' setting, capacitance of the line, lag
+of the speed, and slip of the electric motors that drive the pumps, which takes flow like a leak that rises with setting
+and pressure."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +63,7 @@ class LeakRows:
     """Windows of the flow balance towards the higher line, each (n,). Q_m, Q_p motor and pump flow, C_h flow of the
     capacitance [m^3/s]; rate flow of the motors' acceleration [m^3/s^2]; way 1 or -1; block of time; head pressure that
     drives the leak per total conductance [Pa]; stroke flow of the pumps' table [m^3/s]; speed head times speed [Pa
-    rad/s]; own flow of the crane file's law [m^3/s]; slip flow of electric motors with a slip of 1 [m^3/s]; alpha head
+    rad/s]; file flow of the crane file's law [m^3/s]; slip flow of electric motors with a slip of 1 [m^3/s]; alpha head
     times setting [Pa]; dp
     pressure
     difference [Pa]."""
@@ -78,7 +77,7 @@ class LeakRows:
     head: FloatArray
     stroke: FloatArray
     speed: FloatArray
-    own: FloatArray
+    file: FloatArray
     slip: FloatArray
     alpha: FloatArray
     dp: FloatArray
@@ -89,13 +88,13 @@ class LeakRows:
 
     @property
     def used(self) -> BoolArray:
-        """Rows that a fit rests on, (n,)."""
+        """Rows used in a fit, (n,)."""
         return np.isfinite(self.Q_m) & np.isfinite(
             self.Q_p + self.C_h + self.rate + self.head + self.stroke + self.speed
         )
 
     def column(self, name: str) -> FloatArray:
-        """Leak flow per coefficient of one part of a law, or of the crane file's own."""
+        """Leak flow per coefficient of one part of a law, or of the crane file's law."""
         out: FloatArray = getattr(self, name)
         return out
 
@@ -105,19 +104,19 @@ class LeakRows:
 
     @property
     def unclosed(self) -> float:
-        """Flow that the balance leaves open, over what the crane file's law would take [-]."""
-        return UNCLOSED * float(np.sum(np.abs(self.Q_p[self.used]))) / self.total("own")
+        """Flow that the balance leaves open over that of the crane file's law [-]."""
+        return UNCLOSED * float(np.sum(np.abs(self.Q_p[self.used]))) / self.total("file")
 
     @property
     def at(self) -> WorkingPoint:
-        """Where the leakage of these rows flows; setting and speed by the pressure that drives it."""
+        """Working point of the leakage of these rows; setting and speed weighted by the driving pressure."""
         head = self.total("head")
         return WorkingPoint(float(np.mean(self.dp[self.used])), self.total("alpha") / head, self.total("speed") / head)
 
 
 class WorkingPoint(NamedTuple):
-    """Where the leakage of the data flows: mean pressure difference [Pa], setting of the pumps [-], speed of the motors
-    [rad/s]."""
+    """Working point of the leakage in the data: mean pressure difference [Pa], setting of the pumps [-], speed of the
+    motors [rad/s]."""
 
     p: float
     alpha_p: float
@@ -126,10 +125,10 @@ class WorkingPoint(NamedTuple):
 
 @dataclass(frozen=True)
 class Candidate:
-    """A form fitted to the balance. parts: its columns, ("own",) for the crane file's law times a number; fit: of
+    """A form fitted to the balance. parts: its columns, ("file",) for the crane file's law times a number; fit: of
     `NUISANCE`, with or without slip, and these; value: leak flow over the crane file's in the data, less 1; reference:
-    conductance at the crane file's point [m^3/s/Pa]; p: probability of data that speak as much against the form, were
-    it true; weight among the forms; one of several that the data leave (alive)."""
+    conductance at the crane file's point [m^3/s/Pa]; p: probability of data that contradict the form as much if it
+    were true; weight among the forms; alive: not excluded by the data."""
 
     form: LeakForm
     parts: tuple[str, ...]
@@ -142,18 +141,18 @@ class Candidate:
 
     @property
     def coefficients(self) -> dict[str, float]:
-        """Coefficient of each part: head and speed are conductances [m^3/s/Pa, m^3/rad/Pa], stroke and own numbers
+        """Coefficient of each part: head and speed are conductances [m^3/s/Pa, m^3/rad/Pa], stroke and file numbers
         [-]."""
         return dict(zip(self.parts, (float(b) for b in self.fit.b[-len(self.parts) :]), strict=True))
 
 
 @dataclass(frozen=True)
 class LeakChoice:
-    """The form that the data speak for: the crane file's own where they leave it, otherwise that of most weight. value:
-    leakage over the crane file's at the working point of the data, less 1, whose interval holds across the forms that
-    the data leave; reference: conductance at the crane file's point; stated: the crane file's there; twin: the crane
+    """The form supported by the data: the crane file's where it is not excluded, otherwise that of most weight. value:
+    leakage over the crane file's at the working point of the data, less 1, whose interval covers the forms not excluded
+    by the data; reference: conductance at the crane file's point; stated: the crane file's there; twin: the crane
     file's law at the working point [m^3/s/Pa]; bend: part of the leakage by which the crane file's law, scaled, differs
-    from the chosen one over the data, as a deviation [-]; refuted: the crane file's form is; in_own_form: value that
+    from the chosen one over the data, as a deviation [-]; refuted: the crane file's form is; in_file_form: value that
     the crane file's law, scaled, would give; sloped: the laws of `ONE_SLOPE` that the data leave by their parts,
     whatever the sign of
     their
@@ -171,14 +170,14 @@ class LeakChoice:
     at: WorkingPoint
     bend: float
     refuted: bool
-    in_own_form: Estimate
+    in_file_form: Estimate
     sloped: tuple[tuple[tuple[str, ...], Fit], ...]
     file_at: LeakPoint
 
     @property
     def judged_at_file_point(self) -> bool:
-        """Whether the leakage is judged at the crane file's point: its form is refuted, and the data tell the leakage
-        there."""
+        """Whether the leakage is judged at the crane file's point: its form is refuted, and the data determine the
+        leakage there."""
         return self.refuted and self.at_file_point.half <= EXTRAPOLATED
 
     @property
@@ -200,11 +199,11 @@ class LeakChoice:
 
     @property
     def offered(self) -> bool:
-        """Whether the chosen law may go into a crane file instead of its own: the data tell its number there, and a
-        file can state it. One that rises in proportion to the pumps' setting is in no table."""
+        """Whether the chosen law may replace that of a crane file: the data determine its value there, and a file can
+        state it. One that rises in proportion to the pumps' setting is in no table."""
         return self.judged_at_file_point and self.chosen.parts != LINEAR
 
-    def beside(self, name: str, add: float = 0.0, factor: float = 1.0) -> Estimate:
+    def nuisance(self, name: str, add: float = 0.0, factor: float = 1.0) -> Estimate:
         """Coefficient of one of `NUISANCE` times a factor, and a number added to it, with an interval across the
         forms."""
         i = NUISANCE.index(name)
@@ -228,11 +227,11 @@ class LeakChoice:
         """Slip of the electric motors at full flow and the pressure for which its column was made [-]; None where it
         was not fitted."""
         c = self.chosen
-        return self.beside("slip") if len(c.fit.b) == len(NUISANCE) + len(c.parts) else None
+        return self.nuisance("slip") if len(c.fit.b) == len(NUISANCE) + len(c.parts) else None
 
     @property
     def left(self) -> tuple[LeakForm, ...]:
-        """Forms that the data leave, the best first."""
+        """Forms not excluded by the data, the best first."""
         return tuple(dict.fromkeys(c.form for c in self.candidates if c.alive))
 
 
@@ -242,32 +241,32 @@ Option = tuple[LeakForm, tuple[str, ...], Fit, tuple[float, int]]
 def choose(crane: Crane, rows: LeakRows) -> LeakChoice | None:
     """Fit the forms and weigh them; None where not even the crane file's own law can be fitted.
 
-    The widest law that the data carry is fitted with a covariance from blocks left out in turn, so that errors may hang
-    together within a block. A form is a plane in its coefficients; how far they lie from it, in that covariance, is
-    Hotelling's T^2. Evidence is m ln(1 + T^2/(m-1)) + k ln m over m blocks and k coefficients (BIC with the blocks as
-    the data). A form with a negative conductance is none.
+    The widest law that the data carry is fitted with a covariance from blocks left out in turn, so that errors may be
+    autocorrelated within a block. A form is a plane in its coefficients; how far they lie from it, in that covariance,
+    is Hotelling's T^2. Evidence is m ln(1 + T^2/(m-1)) + k ln m over m blocks and k coefficients (BIC with the blocks
+    as the data). A form with a negative conductance is none.
     """
-    beside = _beside(rows)
-    own = _fitted(rows, beside, ("own",))
-    if own is None:
+    nuisance = _nuisance_columns(rows)
+    file_fit = _fitted(rows, nuisance, ("file",))
+    if file_fit is None:
         return None
-    widest = _widest(rows, beside) if own.blocks >= FEWEST_FOR_FORM else None
+    widest = _widest(rows, nuisance) if file_fit.blocks >= FEWEST_FOR_FORM else None
     file = form_of(crane.active)
-    options: list[Option] = [(file.form, ("own",), own, _distance(rows, widest, ("own",)))]
+    options: list[Option] = [(file.form, ("file",), file_fit, _distance(rows, widest, ("file",)))]
     if widest is None:
         return _chosen(crane, rows, options, 0, ())
     forms = _forms(widest[0])
-    fitted = {parts: _fitted(rows, beside, parts) for parts in {*(parts for _, parts in forms), *ONE_SLOPE}}
-    laws = {parts: (found, _distance(rows, widest, parts)) for parts, found in fitted.items() if found is not None}
+    fitted = {parts: _fitted(rows, nuisance, parts) for parts in {*(parts for _, parts in forms), *ONE_SLOPE}}
+    laws = {parts: (fitted, _distance(rows, widest, parts)) for parts, fitted in fitted.items() if fitted is not None}
     for form, parts in forms:
         if parts == ("head",) and file.form is LeakForm.CONSTANT:
             continue  # the crane file's own
         if parts == LINEAR and len(widest[0]) < len(LINEAR):
-            continue  # the data tell no slope at all
+            continue  # the data determine no slope
         if parts in laws and (laws[parts][0].b[-len(parts) :] >= 0.0).all():
             options.append((form, parts, *laws[parts]))
     left = {
-        parts: found for parts, (found, distance) in laws.items() if _probability(*distance, found.blocks) >= AGAINST
+        parts: fitted for parts, (fitted, distance) in laws.items() if _probability(*distance, fitted.blocks) >= AGAINST
     }
     sloped = tuple((parts, left[parts]) for parts in ONE_SLOPE if parts in left)
     return _chosen(crane, rows, options, len(widest[0]), sloped)
@@ -284,34 +283,34 @@ def _forms(carried: tuple[str, ...]) -> list[tuple[LeakForm, tuple[str, ...]]]:
     return [(form, parts) for form, parts in every if parts == LINEAR or set(parts) <= set(carried)]
 
 
-def _beside(rows: LeakRows) -> tuple[str, ...]:
-    """Columns beside the leak: slip is among them only where the data carry it and it comes out as slip, that is not
+def _nuisance_columns(rows: LeakRows) -> tuple[str, ...]:
+    """Columns in addition to the leak: slip is included only where the data support it and it is not
     negative."""
-    whole = _widest(rows, NUISANCE)
-    return NUISANCE if whole is not None and whole[1].b[NUISANCE.index("slip")] > 0.0 else NUISANCE[:-1]
+    widest = _widest(rows, NUISANCE)
+    return NUISANCE if widest is not None and widest[1].b[NUISANCE.index("slip")] > 0.0 else NUISANCE[:-1]
 
 
-def _fitted(rows: LeakRows, beside: tuple[str, ...], parts: tuple[str, ...]) -> Fit | None:
-    """Least squares, then what is known of slip beforehand."""
-    columns = [SIGNS.get(n, 1.0) * rows.column(n) for n in beside]
-    found = fit((*columns, *(-rows.column(p) for p in parts)), rows.Q_m, rows.block)
-    return _informed(found, beside.index("slip")) if found is not None and "slip" in beside else found
+def _fitted(rows: LeakRows, nuisance: tuple[str, ...], parts: tuple[str, ...]) -> Fit | None:
+    """Least squares, then the prior knowledge of slip."""
+    columns = [SIGNS.get(n, 1.0) * rows.column(n) for n in nuisance]
+    fitted = fit((*columns, *(-rows.column(p) for p in parts)), rows.Q_m, rows.block)
+    return _informed(fitted, nuisance.index("slip")) if fitted is not None and "slip" in nuisance else fitted
 
 
-def _informed(found: Fit, i: int) -> Fit:
-    """The fit with the slip, coefficient i, drawn to what is known of it, by the covariance of the blocks (Bayes,
+def _informed(fitted: Fit, i: int) -> Fit:
+    """The fit with the slip, coefficient i, combined with its prior, by the covariance of the blocks (Bayes,
     normal)."""
-    gain = found.cov[:, i] / (found.cov[i, i] + SLIP_SPREAD**2)
-    cov = found.cov - np.outer(gain, found.cov[i])
-    return replace(found, b=found.b + gain * (SLIP - found.b[i]), cov=0.5 * (cov + cov.T))
+    gain = fitted.cov[:, i] / (fitted.cov[i, i] + SLIP_SPREAD**2)
+    cov = fitted.cov - np.outer(gain, fitted.cov[i])
+    return replace(fitted, b=fitted.b + gain * (SLIP - fitted.b[i]), cov=0.5 * (cov + cov.T))
 
 
-def _widest(rows: LeakRows, beside: tuple[str, ...]) -> tuple[tuple[str, ...], Fit] | None:
-    """The law with most parts that the data carry, and its fit."""
+def _widest(rows: LeakRows, nuisance: tuple[str, ...]) -> tuple[tuple[str, ...], Fit] | None:
+    """The law with most parts supported by the data, and its fit."""
     for parts in (PARTS, ("head", "speed"), ("head", "stroke"), ("head",)):
-        found = _fitted(rows, beside, parts)
-        if found is not None and found.blocks > len(parts) + 1:
-            return parts, found
+        fitted = _fitted(rows, nuisance, parts)
+        if fitted is not None and fitted.blocks > len(parts) + 1:
+            return parts, fitted
     return None
 
 
@@ -320,9 +319,9 @@ def _distance(rows: LeakRows, widest: tuple[tuple[str, ...], Fit] | None, parts:
     makes."""
     if widest is None:
         return 0.0, 0
-    names, found = widest
+    names, fitted = widest
     k = len(names)
-    theta, V = found.b[-k:], found.cov[-k:, -k:]
+    theta, V = fitted.b[-k:], fitted.cov[-k:, -k:]
     if not set(parts) <= set(names):
         good = rows.used
         X = np.column_stack([rows.column(n)[good] for n in names])
@@ -359,7 +358,7 @@ def _chosen(
     weights = np.exp(-0.5 * (evidence - evidence.min()))
     weights /= weights.sum()
     least = ALIVE * float(weights.max())
-    found = sorted(
+    candidates = sorted(
         (
             Candidate(
                 form,
@@ -375,34 +374,34 @@ def _chosen(
         ),
         key=lambda c: -c.weight,
     )
-    own = next(c for c in found if c.parts == ("own",))
-    best = own if own.alive else found[0]
+    file_candidate = next(c for c in candidates if c.parts == ("file",))
+    best = file_candidate if file_candidate.alive else candidates[0]
     bend = _bend(rows, best)
-    refuted = own is not best and own.p < AGAINST and bend > NOTABLE
+    refuted = file_candidate is not best and file_candidate.p < AGAINST and bend > NOTABLE
     return LeakChoice(
         chosen=best,
-        candidates=tuple(found),
+        candidates=tuple(candidates),
         file_form=file.form,
         value=_across(
             best.value,
-            [(c.weight, c.value) for c in found],
+            [(c.weight, c.value) for c in candidates],
             best.fit.blocks,
             [_value(rows, *x) for x in sloped],
             rows.unclosed,
         ),
         reference=_across(
             best.reference,
-            [(c.weight, c.reference) for c in found],
+            [(c.weight, c.reference) for c in candidates],
             best.fit.blocks,
             [_reference(per, *x) for x in sloped],
-            rows.unclosed * per["own"],
+            rows.unclosed * per["file"],
         ),
-        stated=per["own"],
-        twin=rows.total("own") / rows.total("head"),
+        stated=per["file"],
+        twin=rows.total("file") / rows.total("head"),
         at=rows.at,
         bend=bend,
         refuted=refuted,
-        in_own_form=own.value,
+        in_file_form=file_candidate.value,
         sloped=sloped,
         file_at=file.at,
     )
@@ -415,12 +414,12 @@ def _across(
     free: Sequence[Estimate] = (),
     unclosed: float = 0.0,
 ) -> Estimate:
-    """The best form's estimate with an interval across the forms by their weights (Burnham and Anderson 2002), and what
-    is unclosed.
+    """The best form's estimate with an interval across the forms by their weights (Burnham and Anderson 2002), and the
+    unclosed flow.
 
     It is never narrower than that of a law with one slope (free) and what that differs by: evidence prefers a law
-    without a slope to one with a slope that is small but not nil, and a crane's own law is none of the published ones
-    to the letter.
+    without a slope to one with a slope that is small but not nil, and a crane's law matches none of the published ones
+    exactly.
     """
     apart = math.sqrt(sum(w * (e.value - best.value) ** 2 for w, e in each))
     least = max((math.hypot(e.half, e.value - best.value) for e in free), default=0.0)
@@ -428,18 +427,18 @@ def _across(
     return Estimate(best.value, math.hypot(best.half, structural), best.blocks, structural)
 
 
-def _linear(found: Fit, weights: FloatArray) -> Estimate:
+def _linear(fitted: Fit, weights: FloatArray) -> Estimate:
     """A linear function of a form's coefficients."""
     k = len(weights)
-    variance = float(weights @ found.cov[-k:, -k:] @ weights)
+    variance = float(weights @ fitted.cov[-k:, -k:] @ weights)
     return Estimate(
-        float(weights @ found.b[-k:]), t_factor(found.blocks - 1) * math.sqrt(max(variance, 0.0)), found.blocks
+        float(weights @ fitted.b[-k:]), t_factor(fitted.blocks - 1) * math.sqrt(max(variance, 0.0)), fitted.blocks
     )
 
 
-def _value(rows: LeakRows, parts: tuple[str, ...], found: Fit) -> Estimate:
-    own = rows.total("own")
-    e = _linear(found, np.array([rows.total(p) / own for p in parts]))
+def _value(rows: LeakRows, parts: tuple[str, ...], fitted: Fit) -> Estimate:
+    total = rows.total("file")
+    e = _linear(fitted, np.array([rows.total(p) / total for p in parts]))
     return Estimate(e.value - 1.0, e.half, e.blocks)
 
 
@@ -447,11 +446,11 @@ def _per(crane: Crane) -> Mapping[str, float]:
     """Conductance at the crane file's point per coefficient of each part."""
     at = form_of(crane.active).at
     stroke = float(pump_leakage(at.alpha_p, pump_leak(crane.active.pump)))
-    return {"head": 1.0, "stroke": stroke, "alpha": at.alpha_p, "speed": at.n_m, "own": stated_leak(crane.active)}
+    return {"head": 1.0, "stroke": stroke, "alpha": at.alpha_p, "speed": at.n_m, "file": stated_leak(crane.active)}
 
 
-def _reference(per: Mapping[str, float], parts: tuple[str, ...], found: Fit) -> Estimate:
-    return _linear(found, np.array([per[p] for p in parts]))
+def _reference(per: Mapping[str, float], parts: tuple[str, ...], fitted: Fit) -> Estimate:
+    return _linear(fitted, np.array([per[p] for p in parts]))
 
 
 def _bend(rows: LeakRows, best: Candidate) -> float:
@@ -459,31 +458,32 @@ def _bend(rows: LeakRows, best: Candidate) -> float:
     flow [-]."""
     good = rows.used
     law = np.sum([b * rows.column(p)[good] for p, b in best.coefficients.items()], axis=0)
-    own = rows.own[good] * (np.sum(law) / np.sum(rows.own[good]))
-    return float(np.sqrt(np.mean((law - own) ** 2)) / abs(float(np.mean(law))))
+    file_flow = rows.file[good] * (np.sum(law) / np.sum(rows.file[good]))
+    return float(np.sqrt(np.mean((law - file_flow) ** 2)) / abs(float(np.mean(law))))
 
 
 IN_WORDS = {
     LeakForm.CONSTANT: "is constant",
-    LeakForm.STROKE: "goes with the pumps' stroke",
-    LeakForm.SPEED: "goes with the motors' speed",
-    LeakForm.STROKE_SPEED: "goes with stroke and speed",
+    LeakForm.STROKE: "rises with the pumps' stroke",
+    LeakForm.SPEED: "rises with the motors' speed",
+    LeakForm.STROKE_SPEED: "rises with stroke and speed",
 }
 
 
 def form_says(leak: LeakChoice) -> str:
-    """What refutes the crane file's form, in words."""
-    here, file = IN_WORDS[leak.chosen.form], IN_WORDS[leak.file_form]
+    """Reason why the crane file's form is refuted, in words."""
+    log_form, file_form = IN_WORDS[leak.chosen.form], IN_WORDS[leak.file_form]
     if leak.chosen.form is leak.file_form:
-        here, file = f"{here} in other parts", "and not as they stand"
+        log_form, file_form = f"{log_form} in other parts", "not as stated"
     others = [form for form in leak.left if form is not leak.chosen.form]
-    apart = f" (not told from {' or '.join(others)})" if others else ""
+    apart = f" (not distinguished from {' or '.join(others)})" if others else ""
     reference = f"{show(leak.reference.value, 'leakage', 3)} +- {show(leak.reference.half, 'leakage', 2)}"
     return (
-        f"the form of the leakage does not fit: it {here} in the log{apart}, {file} in the crane file; at the crane"
+        f"the form of the leakage does not fit: it {log_form} in the log{apart}, {file_form} in the crane file; at the"
+        " crane"
         f" file's point {reference} where it has {show(leak.stated, 'leakage', 3)}; structural error of its law, scaled"
-        f" to these data: {100.0 * leak.bend:.1f} %; in its form they would read {100.0 * leak.in_own_form.value:+.1f}"
-        f" %, so no number in it is offered; {_judged_where(leak)}"
+        f" to these data: {100.0 * leak.bend:.1f} %; in its form the data give {100.0 * leak.in_file_form.value:+.1f}"
+        f" %, so no value in that form is offered; {_judged_where(leak)}"
     )
 
 
@@ -491,6 +491,6 @@ def _judged_where(leak: LeakChoice) -> str:
     if leak.judged_at_file_point:
         return "judged at the crane file's point"
     return (
-        "judged at the working point of the data, for at the crane file's they leave it open by +-"
+        "judged at the working point of the data, because at the crane file's point the uncertainty is +-"
         f" {100.0 * leak.at_file_point.half:.0f} %"
     )

@@ -1,4 +1,4 @@
-"""Whether the pressures are those of a closed circuit: boost on the lower line, relief on the higher one."""
+"""Pressures of the closed circuit: boost on the lower line, relief on the higher one."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.statistics.jackknife_regression import Estimate, fit
 from stillhook.units import parse
-from stillhook.validate.parameters.segments import Part, by_test
+from stillhook.validate.parameters.segments import LogPart, by_test
 
 APART = parse("10 bar", "pressure")
-"""Difference of the lines from which the lower one stands on boost and flushing alone [Pa]."""
+"""Difference of the lines from which the lower one is held by boost and flushing alone [Pa]."""
 
 
 @dataclass(frozen=True)
@@ -27,28 +27,28 @@ class Pressures:
     least: float
 
 
-def pressures(parts: Sequence[Part]) -> tuple[Pressures, ...]:
+def pressures(parts: Sequence[LogPart]) -> tuple[Pressures, ...]:
     """The lines' pressures in every test that has both."""
     out = []
-    for test, mine in by_test([p for p in parts if p.has("p_a", "p_b")]).items():
-        a, b = (np.concatenate([p[name][::10] for p in mine]) for name in ("p_a", "p_b"))
-        block = np.concatenate([p.blocks(p.t[::10]) for p in mine])
-        active = mine[0].params.active
+    for test, same in by_test([p for p in parts if p.has("p_a", "p_b")]).items():
+        a, b = (np.concatenate([p[name][::10] for p in same]) for name in ("p_a", "p_b"))
+        block = np.concatenate([p.blocks(p.t[::10]) for p in same])
+        active = same[0].params.active
         apart = np.abs(a - b) > APART
-        found = fit((np.ones_like(a),), np.where(apart, np.minimum(a, b), np.nan), block)
-        low = None if found is None else Estimate(float(found.b[0]) - active.boost.p, found.half(0), found.blocks)
+        fitted = fit((np.ones_like(a),), np.where(apart, np.minimum(a, b), np.nan), block)
+        low = None if fitted is None else Estimate(float(fitted.b[0]) - active.boost.p, fitted.half(0), fitted.blocks)
         high, least = float(np.nanmax(np.maximum(a, b))), float(np.nanmin(np.minimum(a, b)))
         out.append(Pressures(test, low, high / active.relief.p - 1.0, least))
     return tuple(out)
 
 
-def passive_pressure(parts: Sequence[Part]) -> tuple[float, float] | None:
+def passive_pressure(parts: Sequence[LogPart]) -> tuple[float, float] | None:
     """Mean of p_hp in the heave-compensated tests, and the twin's pressure at mid stroke [Pa]; None where it was not
     logged."""
-    mine = [p["p_hp"] for p in parts if p.has("p_hp") and p.crane.passive is not None]
-    if not mine:
+    signals = [p["p_hp"] for p in parts if p.has("p_hp") and p.crane.passive is not None]
+    if not signals:
         return None
     passive = parts[0].crane.passive
     assert passive is not None
-    values: FloatArray = np.concatenate(mine)
+    values: FloatArray = np.concatenate(signals)
     return float(np.nanmean(values)), passive.accumulator.gas.p_0

@@ -1,5 +1,5 @@
-"""What pumps and motors make of their commands: gain, offset and hysteresis of the measured settings against the twin's
-servos."""
+"""Response of pumps and motors to their commands: gain, offset and hysteresis of the measured settings against the
+twin's servos."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ import numpy as np
 from stillhook.base.arrays import FloatArray, IntArray
 from stillhook.physics.hydraulics.swash import Servo
 from stillhook.statistics.jackknife_regression import Estimate, fit
-from stillhook.validate.parameters.segments import Part
+from stillhook.validate.parameters.segments import LogPart
 from stillhook.validate.parameters.slopes import bridged
 
 OFFSETS = np.linspace(-0.3, 0.3, 13)
 """Offsets of the motors' setting that are tried first [-]: three times what the thesis reports (paper E section 5.1.1:
 5 to 10 %)."""
 ASIDE = 0.01
-"""Half of the difference by which the setting's answer to an offset is taken [-]."""
+"""Half of the finite difference for the setting's response to an offset [-]."""
 ROUNDS = 4
 LEAST_SENSE = 2.0
-"""Seconds of a setting that answers an offset of a tenth, from which an offset can be told."""
+"""Duration in which the setting responds to an offset of a tenth, from which an offset can be determined [s]."""
 EVERY = 0.05
-"""Spacing of the samples that are compared [s]: a servo answers in some tenths."""
+"""Spacing of the samples that are compared [s]: a servo responds in some tenths."""
 WIDEST_PLAY = 0.04
-"""Full width of a play beyond which a control is broken [-]: a command that has gone so far has taken the play with
-it."""
+"""Full width of a play beyond which a control is broken [-]: a command that has moved this far has passed the
+play."""
 FIRST_PLAY = 0.005
 """Half width of the play that the search starts from [-]."""
-BESIDE = (0.01, 0.002, 0.02, 0.02)
+STEPS = (0.01, 0.002, 0.02, 0.02)
 """Steps for the answers to offset and half play [-], and to logarithms of the servo's speed and damping."""
 LEAST_THETA, MOST_THETA = (-0.5, 0.0, -1.0, -1.0), (0.5, 0.5 * WIDEST_PLAY, 1.0, 1.0)
 OPEN_PLAY = 0.01
@@ -43,13 +43,13 @@ SENSOR_GAIN = 0.003
 holds no better."""
 
 
-Logged = tuple[Part, FloatArray, FloatArray]
+Logged = tuple[LogPart, FloatArray, FloatArray]
 
 
 @dataclass(frozen=True)
 class Offset:
-    """offset: by which the motors stand above their command [-], None where no command ever left room for one;
-    hysteresis: full width [-], None where the command does not go up and down; seconds of data that can tell."""
+    """offset: of the motors' setting above their command [-], None where no command leaves room for one;
+    hysteresis: full width [-], None where the command does not go up and down; seconds of usable data."""
 
     offset: Estimate | None
     hysteresis: Estimate | None
@@ -58,17 +58,17 @@ class Offset:
 
 @dataclass(frozen=True)
 class PumpSetting:
-    """Measured pump setting over the servo's answer to the command: gain less 1, and zero offset [-]."""
+    """Measured pump setting over the servo's response to the command: gain less 1, and zero offset [-]."""
 
     gain: Estimate
     offset: Estimate
 
 
 def followed(u: FloatArray, servo: Servo, step: float) -> FloatArray:
-    """What a servo of the twin makes of a command that is held from sample to sample, starting at rest on the first
+    """Response of a servo of the twin to a command that is held from sample to sample, starting at rest on the first
     one; (n,) [-].
 
-    The stroke's ends hold the answer, not the servo's state, as in `stillhook.physics.hydraulics.swash`.
+    The stroke's ends limit the response, not the servo's state, as in `stillhook.physics.hydraulics.swash`.
     """
     from scipy.signal import cont2discrete, lfilter, lfiltic  # heavy: only where logs are checked
 
@@ -80,54 +80,54 @@ def followed(u: FloatArray, servo: Servo, step: float) -> FloatArray:
     return np.asarray(np.clip(out, servo.lo, servo.hi))
 
 
-def known_setting(part: Part, which: str) -> FloatArray | None:
-    """The setting of the active pumps ("p") or motors ("m"): measured, else the servo's answer to the command; None
-    without both."""
-    if part.has(f"alpha_{which}"):
-        return bridged(part[f"alpha_{which}"], part.step)
-    if not part.has(f"u_{which}"):
+def known_setting(part: LogPart, machine: str) -> FloatArray | None:
+    """The setting of the active pumps ("p") or motors ("m"): measured, or else the servo's response to the command;
+    None without both."""
+    if part.has(f"alpha_{machine}"):
+        return bridged(part[f"alpha_{machine}"], part.step)
+    if not part.has(f"u_{machine}"):
         return None
-    u = bridged(part[f"u_{which}"], part.step)
+    u = bridged(part[f"u_{machine}"], part.step)
     if not np.isfinite(u).all():
         return None
     active = part.params.active
-    return followed(u, active.pump_servo if which == "p" else active.motor_servo, part.step)
+    return followed(u, active.pump_servo if machine == "p" else active.motor_servo, part.step)
 
 
-def motor_offset(parts: Sequence[Part]) -> Offset | None:
+def motor_offset(parts: Sequence[LogPart]) -> Offset | None:
     """Offset and hysteresis of the motors' setting, from all parts with u_m and alpha_m; None where they were not
     logged.
 
     The offset that explains the settings best is looked for with the stroke's ends in the model: at full displacement
     an offset upwards cannot show, and then only the rest of the data counts. Play and the servo's speed and damping are
     found with it: a command that comes down from full displacement leaves the setting half a play too high, one that
-    goes up half a play too low. Until the command has gone WIDEST_PLAY either way nobody knows where in its play the
-    control stands, and those samples do not count. Where no command goes that far, the play leaves the offset open by
+    goes up half a play too low. Until the command has moved WIDEST_PLAY either way the position within the play is
+    unknown, and those samples do not count. Where no command goes that far, the play leaves the offset open by
     OPEN_PLAY, and that is in the interval as structural.
     """
-    mine = [(p, bridged(p["u_m"], p.step), p["alpha_m"]) for p in parts if p.has("u_m", "alpha_m")]
-    mine = [(p, u, alpha) for p, u, alpha in mine if np.isfinite(u).all()]
-    if not mine:
+    logs = [(p, bridged(p["u_m"], p.step), p["alpha_m"]) for p in parts if p.has("u_m", "alpha_m")]
+    logs = [(p, u, alpha) for p, u, alpha in logs if np.isfinite(u).all()]
+    if not logs:
         return None
-    sense = sum(_room(part, u) for part, u, _ in mine)
+    sense = sum(_room(part, u) for part, u, _ in logs)
     if sense < LEAST_SENSE:
         return Offset(None, None, sense)
     tried = [
-        sum(float(np.nansum((_at(part, alpha) - _meant(part, u, x)) ** 2)) for part, u, alpha in mine) for x in OFFSETS
+        sum(float(np.nansum((_at(part, alpha) - _meant(part, u, x)) ** 2)) for part, u, alpha in logs) for x in OFFSETS
     ]
     first = float(OFFSETS[int(np.argmin(tried))])
-    together = _with_play(mine, first)
+    together = _with_play(logs, first)
     if together is not None:
         return Offset(*together, sense)
     offset = Estimate(first, 0.0)
     for _ in range(ROUNDS):
-        offset = _nearer(mine, offset.value)
+        offset = _nearer(logs, offset.value)
     half = math.hypot(offset.half, OPEN_PLAY)
     return Offset(Estimate(offset.value, half, offset.blocks, OPEN_PLAY), None, sense)
 
 
 def after_play(u: FloatArray, half_width: float) -> FloatArray:
-    """What a play makes of a command, (n,), as `stillhook.physics.hydraulics.swash.play` does; it starts in the middle
+    """Response of a play to a command, (n,), as `stillhook.physics.hydraulics.swash.play` does; it starts in the middle
     on the first one."""
     moves = np.flatnonzero(np.diff(u, prepend=u[0]) != 0.0)
     held, out = float(u[0]), np.empty(len(moves) + 1)
@@ -138,17 +138,17 @@ def after_play(u: FloatArray, half_width: float) -> FloatArray:
     return np.repeat(out, np.diff(np.concatenate(([0], moves, [len(u)]))))
 
 
-def _with_play(mine: Sequence[Logged], first: float) -> tuple[Estimate, Estimate] | None:
-    """Offset and hysteresis with the servo's speed and damping left free beside them, by Gauss and Newton; None where
+def _with_play(logs: Sequence[Logged], first: float) -> tuple[Estimate, Estimate] | None:
+    """Offset and hysteresis with the servo's speed and damping as free parameters, by Gauss-Newton; None where
     the command does not go up and down far enough."""
-    theta, found, step = np.array([first, FIRST_PLAY, 0.0, 0.0]), None, np.array(BESIDE)
-    known = [_at(part, np.maximum.accumulate(u) - np.minimum.accumulate(u)) > WIDEST_PLAY for part, u, _ in mine]
-    told = [(*logged, k) for logged, k in zip(mine, known, strict=True) if k.any()]
-    if not told:
+    theta, fitted, step = np.array([first, FIRST_PLAY, 0.0, 0.0]), None, np.array(STEPS)
+    known = [_at(part, np.maximum.accumulate(u) - np.minimum.accumulate(u)) > WIDEST_PLAY for part, u, _ in logs]
+    usable = [(*logged, k) for logged, k in zip(logs, known, strict=True) if k.any()]
+    if not usable:
         return None
     for _ in range(ROUNDS):
         rows = []
-        for part, u, alpha, k in told:
+        for part, u, alpha, k in usable:
             slopes = []
             for i in range(len(theta)):
                 up, down = theta.copy(), theta.copy()
@@ -159,63 +159,63 @@ def _with_play(mine: Sequence[Logged], first: float) -> tuple[Estimate, Estimate
             rest = _at(part, alpha) - _played(part, u, theta)
             rows.append(tuple(x[use] for x in (*slopes, rest, _blocks(part))))
         *columns, y, block = (np.concatenate(c) for c in zip(*rows, strict=True))
-        found = fit(columns, y, block.astype(np.intp))
-        if found is None:
+        fitted = fit(columns, y, block.astype(np.intp))
+        if fitted is None:
             return None
-        theta = np.clip(theta + found.b, LEAST_THETA, MOST_THETA)
-    assert found is not None
-    offset, width = (math.hypot(half, RESOLUTION) for half in (found.half(0), 2.0 * found.half(1)))
+        theta = np.clip(theta + fitted.b, LEAST_THETA, MOST_THETA)
+    assert fitted is not None
+    offset, width = (math.hypot(half, RESOLUTION) for half in (fitted.half(0), 2.0 * fitted.half(1)))
     return (
-        Estimate(float(theta[0]), offset, found.blocks, RESOLUTION),
-        Estimate(2.0 * float(theta[1]), width, found.blocks, RESOLUTION),
+        Estimate(float(theta[0]), offset, fitted.blocks, RESOLUTION),
+        Estimate(2.0 * float(theta[1]), width, fitted.blocks, RESOLUTION),
     )
 
 
-def _played(part: Part, u: FloatArray, theta: FloatArray) -> FloatArray:
+def _played(part: LogPart, u: FloatArray, theta: FloatArray) -> FloatArray:
     """Setting every EVERY seconds by offset, half play, and logarithms of the servo's speed and damping over the twin's
     (4,)."""
     servo = part.params.active.motor_servo
-    own = servo._replace(omega_n=servo.omega_n * math.exp(theta[2]), zeta=servo.zeta * math.exp(theta[3]))
-    return _at(part, followed(np.clip(after_play(u, float(theta[1])) + theta[0], 0.0, 1.0), own, part.step))
+    scaled = servo._replace(omega_n=servo.omega_n * math.exp(theta[2]), zeta=servo.zeta * math.exp(theta[3]))
+    return _at(part, followed(np.clip(after_play(u, float(theta[1])) + theta[0], 0.0, 1.0), scaled, part.step))
 
 
-def _at(part: Part, x: FloatArray) -> FloatArray:
+def _at(part: LogPart, x: FloatArray) -> FloatArray:
     """A signal every EVERY seconds."""
     return x[:: max(1, round(EVERY / part.step))]
 
 
-def _blocks(part: Part) -> IntArray:
+def _blocks(part: LogPart) -> IntArray:
     return part.blocks(_at(part, part.t))
 
 
-def _meant(part: Part, u: FloatArray, offset: float) -> FloatArray:
+def _meant(part: LogPart, u: FloatArray, offset: float) -> FloatArray:
     """The setting that the command gives with an offset, every EVERY seconds."""
     return _at(part, followed(np.clip(u + offset, 0.0, 1.0), part.params.active.motor_servo, part.step))
 
 
-def _room(part: Part, u: FloatArray) -> float:
-    """Seconds in which an offset of a tenth would show, whichever way."""
+def _room(part: LogPart, u: FloatArray) -> float:
+    """Duration in which an offset of a tenth of either sign would show [s]."""
     up, plain, down = (_meant(part, u, x) for x in (0.1, 0.0, -0.1))
     return float(np.sum(np.minimum(np.abs(up - plain), np.abs(plain - down)) > 0.05)) * EVERY
 
 
-def _nearer(mine: Sequence[Logged], offset: float) -> Estimate:
+def _nearer(logs: Sequence[Logged], offset: float) -> Estimate:
     """One step of Gauss and Newton towards the offset of the least sum of squares, with its interval."""
     columns = []
-    for part, u, alpha in mine:
+    for part, u, alpha in logs:
         up, down = _meant(part, u, offset + ASIDE), _meant(part, u, offset - ASIDE)
         columns.append(((up - down) / (2.0 * ASIDE), _at(part, alpha) - _meant(part, u, offset), _blocks(part)))
     answer, rest, block = (np.concatenate(c) for c in zip(*columns, strict=True))
-    telling = np.abs(answer) > 1e-3  # a block at full stroke all the time says nothing, and is none
-    found = fit((answer[telling],), rest[telling], block[telling])
-    if found is None:
+    telling = np.abs(answer) > 1e-3  # a block at full stroke throughout has no information and is left out
+    fitted = fit((answer[telling],), rest[telling], block[telling])
+    if fitted is None:
         return Estimate(offset, float("inf"))
-    return Estimate(offset + float(found.b[0]), found.half(0), found.blocks)
+    return Estimate(offset + float(fitted.b[0]), fitted.half(0), fitted.blocks)
 
 
-def pump_setting(parts: Sequence[Part]) -> PumpSetting | None:
-    """Gain and zero of the pumps' setting against the servo's answer to the command; None where they were not logged or
-    stand still."""
+def pump_setting(parts: Sequence[LogPart]) -> PumpSetting | None:
+    """Gain and zero of the pumps' setting against the servo's response to the command; None where they were not logged
+    or are constant."""
     rows = []
     for part in parts:
         if not part.has("u_p", "alpha_p"):
@@ -228,8 +228,8 @@ def pump_setting(parts: Sequence[Part]) -> PumpSetting | None:
     if not rows:
         return None
     meant, rate, alpha, block = (np.concatenate(c) for c in zip(*rows, strict=True))
-    found = fit((meant, rate, np.ones_like(meant)), alpha, block)
-    if found is None:
+    fitted = fit((meant, rate, np.ones_like(meant)), alpha, block)
+    if fitted is None:
         return None
-    gain = Estimate(float(found.b[0]) - 1.0, math.hypot(found.half(0), SENSOR_GAIN), found.blocks, SENSOR_GAIN)
-    return PumpSetting(gain, Estimate(float(found.b[2]), found.half(2), found.blocks))
+    gain = Estimate(float(fitted.b[0]) - 1.0, math.hypot(fitted.half(0), SENSOR_GAIN), fitted.blocks, SENSOR_GAIN)
+    return PumpSetting(gain, Estimate(float(fitted.b[2]), fitted.half(2), fitted.blocks))

@@ -1,9 +1,9 @@
-"""Whether both lines show the same pressure while the winch stands on its brake: else a transmitter, or the pumps,
-stand off zero.
+"""Pressure difference of both lines while the winch is on its brake: zero errors of a transmitter or of the
+pumps.
 
-Behind a closed brake nothing holds a difference of the lines: it leaks away, dp(t) = d + A exp(-t / tau), and d is what
-the transmitters, or pumps that do not quite stand at zero, make of none. Without a brake friction holds a difference,
-and a rest shows nothing.
+Behind a closed brake no difference of the lines is maintained: it leaks away, dp(t) = d + A exp(-t / tau), and d is due
+to zero errors of the transmitters or of the pumps. Without a brake, friction maintains a difference, and a rest shows
+nothing.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.parameters.slopes import bridged, smoothed
 
 STANDS = 1.0
-"""Motor speed below which the winch stands [rad/s], some 10 rev/min: what an encoder's noise reaches."""
+"""Motor speed below which the winch is at standstill [rad/s], some 10 rev/min: what an encoder's noise reaches."""
 SPEED = 0.2
 """Width of the means of the speed [s]: single samples are noisy."""
 JOYSTICK = 1e-3
@@ -39,7 +39,7 @@ EVERY = 0.1
 """Width of the means that are fitted [s]."""
 TAUS = np.geomspace(0.2, 10.0, 40)
 """Times in which a difference may leak away [s]: lines of some litres with the leakage of new to worn units."""
-BESIDE = 1.5
+AS_GOOD = 1.5
 """Factor of the least sum of squares, per degree of freedom of one, within which a time of leaking away is as good."""
 
 
@@ -72,14 +72,14 @@ class Rests:
 
 
 def lacking(crane: Crane, records: Sequence[Record]) -> str:
-    """Why no rest can be compared, in words; "" where signals and brake are there."""
+    """Reason why no rest can be compared, in words; "" where signals and brake are available."""
     if crane.brake is None:
-        return "the crane file has no holding brake, and friction may hold a difference of the lines"
+        return "the crane file has no holding brake, and friction may maintain a difference of the lines"
     known = [r for r in records if _logged(r)]
     return (
         ""
         if known
-        else "log p_a, p_b and the motor speed, and let the winch stand on its brake for 5 s or more in manual mode"
+        else "log p_a, p_b and the motor speed, and keep the winch on its brake for 5 s or more in manual mode"
     )
 
 
@@ -87,13 +87,13 @@ def rests(crane: Crane, records: Sequence[Record]) -> Rests | None:
     """All rests on the brake in all records, fitted together; None where there are none."""
     if crane.brake is None:
         return None
-    found = [one for r in records if _logged(r) for one in _of(crane, r)]
-    if not found:
+    raw = [one for r in records if _logged(r) for one in _of(crane, r)]
+    if not raw:
         return None
-    best = _leaking(found)
+    best = _leaking(raw)
     each = tuple(
         Rest(r.test.name, float(r.t[a]), after, _ended(t, dp, best), float(t[-1] - t[0]), _setting(r, a, b))
-        for r, a, b, after, t, dp in found
+        for r, a, b, after, t, dp in raw
     )
     dp = _mean(each)
     leak = float(crane.active.C_leak)
@@ -134,7 +134,7 @@ def _of(crane: Crane, r: Record) -> list[Raw]:
 
 
 def _stands(r: Record, speed: FloatArray) -> BoolArray:
-    """Samples at which nothing is commanded and nothing moves in manual mode, (n,)."""
+    """Samples at standstill without a command in manual mode, (n,)."""
     n = len(r.t)
     mode = (
         r.signals["mode"]
@@ -155,11 +155,11 @@ def _runs(good: BoolArray) -> list[tuple[int, int]]:
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def _leaking(found: Sequence[Raw]) -> tuple[float, float, float]:
+def _leaking(raw: Sequence[Raw]) -> tuple[float, float, float]:
     """The time in which differences leak away that fits all rests best, and the least and the most that do nearly as
     well [s]."""
     sums, rows = np.zeros(len(TAUS)), 0
-    for *_, t, dp in found:
+    for *_, t, dp in raw:
         if len(t) < 4:
             continue
         rows += len(t) - 2
@@ -167,12 +167,12 @@ def _leaking(found: Sequence[Raw]) -> tuple[float, float, float]:
             sums[i] += _fitted(t, dp, float(tau))[2]
     if rows < 1:
         return float(TAUS[len(TAUS) // 2]), float(TAUS[0]), float(TAUS[-1])
-    near = TAUS[sums <= sums.min() * (1.0 + BESIDE * 4.0 / rows) + 1e-12]
+    near = TAUS[sums <= sums.min() * (1.0 + AS_GOOD * 4.0 / rows) + 1e-12]
     return float(TAUS[int(np.argmin(sums))]), float(near[0]), float(near[-1])
 
 
 def _fitted(t: FloatArray, dp: FloatArray, tau: float) -> tuple[float, float, float]:
-    """What a rest ends at, its standard error [Pa] and the sum of squares that is left."""
+    """Final value of a rest, its standard error [Pa] and the sum of squares that is left."""
     X = np.column_stack((np.ones_like(t), np.exp(-(t - t[0]) / tau)))
     A = X.T @ X
     b = np.linalg.lstsq(X, dp, rcond=None)[0]
@@ -182,7 +182,7 @@ def _fitted(t: FloatArray, dp: FloatArray, tau: float) -> tuple[float, float, fl
 
 
 def _ended(t: FloatArray, dp: FloatArray, taus: tuple[float, float, float]) -> Estimate:
-    """What a rest ends at: noise, and the times of leaking away that fit nearly as well."""
+    """Final value of a rest: with noise and the time constants that fit nearly as well."""
     value, u, _ = _fitted(t, dp, taus[0])
     others = [_fitted(t, dp, tau)[0] for tau in taus[1:]]
     return Estimate(value, math.hypot(t_factor(max(len(t) - 2, 1)) * u, max(abs(x - value) for x in others)))
@@ -196,8 +196,8 @@ def _setting(r: Record, a: int, b: int) -> float:
 
 
 def _mean(each: Sequence[Rest]) -> Estimate:
-    """Mean of the rests after hoisting and of those after lowering, half each, so that what the last motion left
-    cancels; its interval from the scatter between the rests and the interval of each."""
+    """Mean of the rests after hoisting and of those after lowering, half each, so that residues of the last motion
+    cancel; its interval from the scatter between the rests and the interval of each."""
     groups = [[x for x in each if x.after == side] for side in (1, -1)]
     if not all(groups):
         groups = [list(each)]
@@ -214,21 +214,21 @@ def _mean(each: Sequence[Rest]) -> Estimate:
     return Estimate(float(np.mean(values)), math.sqrt(sum(variances)) / len(values), len(each))
 
 
-NO_REST = "no rest is in these logs: let the winch stand on its brake for 5 s or more in manual mode, joystick at zero"
+NO_REST = "the logs contain no rest: keep the winch on its brake for 5 s or more in manual mode, joystick at zero"
 WORTH = 1e5
 """Difference from which the pumps' zero is named as the other cause [Pa]."""
 
 
-def rest_measure(crane: Crane, found: Rests | None, records: Sequence[Record]) -> Measure:
+def rest_measure(crane: Crane, estimate: Rests | None, records: Sequence[Record]) -> Measure:
     """The difference at rest as a measure of step 1, with its likely causes."""
     name, quantity = "rest_pressure_difference", "pressure"
-    if found is None:
+    if estimate is None:
         return Measure(name, None, quantity, note=lacking(crane, records) or NO_REST)
-    dp, sides = found.dp, [sum(x.after == side for x in found.rests) for side in (1, -1)]
-    seconds = sum(x.seconds for x in found.rests)
-    data = f"{len(found.rests)} rests ({sides[0]} after hoisting, {sides[1]} after lowering), {number(seconds, 3)} s"
+    dp, sides = estimate.dp, [sum(x.after == side for x in estimate.rests) for side in (1, -1)]
+    seconds = sum(x.seconds for x in estimate.rests)
+    data = f"{len(estimate.rests)} rests ({sides[0]} after hoisting, {sides[1]} after lowering), {number(seconds, 3)} s"
     note = f"PT A reads {show(abs(dp.value), 'pressure', 2)} {'above' if dp.value > 0.0 else 'below'} PT B at rest"
     if abs(dp.value) > WORTH:
-        at = f", they stand at {100.0 * found.measured:.2f} %" if math.isfinite(found.measured) else ""
-        note += f": zero of a transmitter, or pumps {100.0 * abs(found.alpha_p):.2f} % off zero behind the brake{at}"
+        at = f", their setting is {100.0 * estimate.measured:.2f} %" if math.isfinite(estimate.measured) else ""
+        note += f": zero of a transmitter, or pumps {100.0 * abs(estimate.alpha_p):.2f} % off zero behind the brake{at}"
     return Measure(name, dp.value, quantity, dp.low, dp.high, "", data, note)

@@ -1,5 +1,5 @@
-"""What friction the torques at the motor shaft leave: balance of the measured ones, against the twin's friction at the
-same moments."""
+"""Friction from the torque balance at the motor shaft against the twin's friction at the same
+moments."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ from stillhook.physics.friction import system_friction_dry
 from stillhook.physics.hydraulics.motor import motor_torque, torque_loss_dry, torque_loss_moving
 from stillhook.statistics.jackknife_regression import Estimate, Fit, fit, pooled
 from stillhook.validate.parameters.circuit.settings import known_setting
-from stillhook.validate.parameters.segments import Part, by_test
+from stillhook.validate.parameters.segments import LogPart, by_test
 from stillhook.validate.parameters.slopes import bridged, smoothed
 
 EVERY = 0.2
 """Width of the means that are compared [s]: pressures swing faster, the sea moves slower."""
 MOVING = 10.0
-"""Least motor speed [rad/s], about 100 rev/min: below, friction turns round and a bristle, not a law, says what it
-is."""
+"""Least motor speed [rad/s], about 100 rev/min: below, friction reverses and the bristle model, not the sliding law,
+applies."""
 
 CALIBRATION = 0.005
-"""What the classes of the sensors leave open of the friction that the torques make up, whatever the samples [-]:
+"""Uncertainty of the friction from the classes of the sensors, regardless of the samples [-]:
 pressure transmitters 0.3 %, displacement of the active motors 0.4 % (assumed: class of a transmitter, sorted units of
 one type)."""
 
 
 @dataclass(frozen=True)
 class Friction:
-    """One test. scale: measured over the twin's friction, less 1; standing: torque left in the mean [N m], as of an
-    error of load cell, gas pressure or passive setting, and standing_force: the same as a force in the wire [N];
-    inertia: of the twin's that is missing, as part; measured, twin: torques for figures [N m]; mean: the twin's mean
-    friction [N m]."""
+    """One test. scale: measured over the twin's friction, less 1; standing: constant remaining torque [N m], such as
+    from an error of load cell, gas pressure or passive setting, and standing_force: the same as a force in the wire
+    [N]; inertia: of the twin's that is missing, as part; measured, twin: torques for figures [N m]; mean: the twin's
+    mean friction [N m]."""
 
     test: str
     scale: Estimate
@@ -48,8 +48,8 @@ class Friction:
     mean: float
 
 
-def missing(part: Part) -> tuple[str, ...]:
-    """What a torque balance of a part lacks."""
+def missing(part: LogPart) -> tuple[str, ...]:
+    """Signals missing for a torque balance of a part."""
     passive = ("p_hp", "alpha_pm") if part.crane.passive is not None else ()
     lacks = [name for name in ("p_a", "p_b", "F_w", *passive) if not part.has(name)]
     if known_setting(part, "m") is None:
@@ -57,50 +57,52 @@ def missing(part: Part) -> tuple[str, ...]:
     return (*lacks, *(() if part.omega_m is not None else ("omega_m",)))
 
 
-def frictions(parts: Sequence[Part]) -> tuple[Friction, ...]:
+def frictions(parts: Sequence[LogPart]) -> tuple[Friction, ...]:
     """Friction of every test that moves the winch and has the signals, against the twin's.
 
     .. math:: D_m\\alpha_m\\Delta p + D_{pm}\\alpha_{pm}(p_{hp} - p_{lp}) - F_w\\,\\lambda - J\\dot\\omega = T_f
 
-    lambda lever of the wire. The scale is that of the parts in phase with the twin's friction; what stands, what goes
-    with the speed's rate (inertia, lags) and with the wire's position (gas, weight of wire) is taken out beside it.
+    lambda effective drum radius over gear ratio. The scale is that of the parts in phase with the twin's friction;
+    constant terms and terms proportional to the acceleration (inertia, lags) and to the wire's position (gas, weight of
+    wire) are fitted as well.
     Source: Moslatt 2020 eqs 2.3 and 2.15.
     """
     out = []
-    for test, mine in by_test([p for p in parts if not missing(p)]).items():
-        found = _test(test, mine)
-        if found is not None:
-            out.append(found)
+    for test, same in by_test([p for p in parts if not missing(p)]).items():
+        friction = _test(test, same)
+        if friction is not None:
+            out.append(friction)
     return tuple(out)
 
 
-def overall(found: Sequence[Friction]) -> Estimate | None:
-    """Scale over all tests, less 1; CALIBRATION is in its interval as structural, for it is the same in all tests."""
-    if not found:
+def overall(tests: Sequence[Friction]) -> Estimate | None:
+    """Scale over all tests, less 1; CALIBRATION is a structural part of its interval because it is the same in all
+    tests."""
+    if not tests:
         return None
-    e = pooled([f.scale for f in found])
+    e = pooled([f.scale for f in tests])
     structural = math.hypot(e.structural, CALIBRATION)
     return Estimate(e.value, math.hypot(e.half, CALIBRATION), e.blocks, structural)
 
 
-def _test(test: str, parts: Sequence[Part]) -> Friction | None:
+def _test(test: str, parts: Sequence[LogPart]) -> Friction | None:
     rows = [_rows(p) for p in parts]
     T, model, spring, rate, one, block = (np.concatenate(c) for c in zip(*rows, strict=True))
-    found = fit((model, one, spring, rate), T, block)
-    if found is None or not np.isfinite(T).any():
+    fitted = fit((model, one, spring, rate), T, block)
+    if fitted is None or not np.isfinite(T).any():
         return None
-    lever = float(np.nanmean(np.concatenate([p.lever for p in parts])))
-    rest = found.b[1] + found.b[2] * spring + found.b[3] * rate
-    return _friction(test, found, lever, T - rest, model, parts[0].inertia)
+    r_eff = float(np.nanmean(np.concatenate([p.r_eff for p in parts])))
+    rest = fitted.b[1] + fitted.b[2] * spring + fitted.b[3] * rate
+    return _friction(test, fitted, r_eff, T - rest, model, parts[0].inertia)
 
 
-def _friction(test: str, found: Fit, lever: float, measured: FloatArray, model: FloatArray, J: float) -> Friction:
+def _friction(test: str, fitted: Fit, r_eff: float, measured: FloatArray, model: FloatArray, J: float) -> Friction:
     return Friction(
         test=test,
-        scale=Estimate(float(found.b[0]) - 1.0, found.half(0), found.blocks),
-        standing=Estimate(float(found.b[1]), found.half(1), found.blocks),
-        standing_force=float(found.b[1]) / lever,
-        inertia=Estimate(float(found.b[3]) / J, found.half(3) / J, found.blocks),
+        scale=Estimate(float(fitted.b[0]) - 1.0, fitted.half(0), fitted.blocks),
+        standing=Estimate(float(fitted.b[1]), fitted.half(1), fitted.blocks),
+        standing_force=float(fitted.b[1]) / r_eff,
+        inertia=Estimate(float(fitted.b[3]) / J, fitted.half(3) / J, fitted.blocks),
         measured=measured,
         twin=model,
         mean=float(np.nanmean(np.abs(model))),
@@ -108,7 +110,7 @@ def _friction(test: str, found: Fit, lever: float, measured: FloatArray, model: 
 
 
 class States(NamedTuple):
-    """What friction goes with, as means over EVERY seconds, each (n,): omega motor speed [rad/s]; alpha_m setting [-]
+    """Variables of the friction, as means over EVERY seconds, each (n,): omega motor speed [rad/s]; alpha_m setting [-]
     and dp pressure drop [Pa] of the active motors; T_w torque of the wire at the motor shaft [N m]; passive setting [-]
     and pressure drop [Pa] of the passive motors, 0 without any."""
 
@@ -119,7 +121,7 @@ class States(NamedTuple):
     passive: tuple[Any, Any]
 
 
-def states(part: Part) -> States:
+def states(part: LogPart) -> States:
     """The states of a part that lacks nothing (`missing`)."""
     step, every = part.step, max(1, round(EVERY / part.step))
     s = {name: _mean(bridged(part[name], step), part, every) for name in ("p_a", "p_b", "F_w")}
@@ -130,27 +132,27 @@ def states(part: Part) -> States:
         _mean(part.omega_m, part, every),
         _mean(known_setting(part, "m"), part, every),
         s["p_a"] - s["p_b"],
-        s["F_w"] * _mean(part.lever, part, every),
+        s["F_w"] * _mean(part.r_eff, part, every),
         passive,
     )
 
 
-def slope_beside(parts: Sequence[Part], friction: Callable[[Part, States], FloatArray]) -> float | None:
-    """What the measure would be of a winch of this friction law [N m, a magnitude] at the moments of the parts, and
-    nothing else in its torques: law over the twin's, less 1. None where the winch does not move."""
+def scale_of_law(parts: Sequence[LogPart], friction: Callable[[LogPart, States], FloatArray]) -> float | None:
+    """Value of the measure for a winch with this friction law [N m, a magnitude] at the moments of the parts and no
+    other torques: law over the twin's, less 1. None where the winch does not move."""
     columns = []
     for part in parts:
         s, (_, model, spring, rate, one, block) = states(part), _rows(part)
-        own = np.where(np.abs(s.omega) > MOVING, np.sign(s.omega) * friction(part, s), np.nan)
-        columns.append((model, one, spring, rate, own, block))
-    *regressors, own, block = (np.concatenate(c) for c in zip(*columns, strict=True))
-    found = fit(regressors, own, block)
-    return None if found is None else float(found.b[0]) - 1.0
+        law = np.where(np.abs(s.omega) > MOVING, np.sign(s.omega) * friction(part, s), np.nan)
+        columns.append((model, one, spring, rate, law, block))
+    *regressors, law, block = (np.concatenate(c) for c in zip(*columns, strict=True))
+    fitted = fit(regressors, law, block)
+    return None if fitted is None else float(fitted.b[0]) - 1.0
 
 
-def _rows(part: Part) -> tuple[NDArray[Any], ...]:
+def _rows(part: LogPart) -> tuple[NDArray[Any], ...]:
     """Means over EVERY seconds: torque left, the twin's friction with the sign of the motion, wire out about its
-    middle, angular acceleration, one, block; NaN where the motors stand or turn round."""
+    middle, angular acceleration, one, block; NaN where the motors are at standstill or reverse."""
     step, every = part.step, max(1, round(EVERY / part.step))
     s = states(part)
     s_w = _mean(bridged(part.wire_out, step), part, every)
@@ -173,7 +175,7 @@ def _rows(part: Part) -> tuple[NDArray[Any], ...]:
 
 
 def twin_friction(
-    part: Part, omega: FloatArray, alpha_m: FloatArray, dp: FloatArray, T_d: FloatArray, passive: tuple[Any, Any]
+    part: LogPart, omega: FloatArray, alpha_m: FloatArray, dp: FloatArray, T_d: FloatArray, passive: tuple[Any, Any]
 ) -> FloatArray:
     """All friction of the twin at the motor shaft, a magnitude [N m]: of active motors, passive ones and the
     transmission.
@@ -192,11 +194,11 @@ def twin_friction(
     return np.asarray(T)
 
 
-def _mean(x: FloatArray | None, part: Part, every: int) -> FloatArray:
+def _mean(x: FloatArray | None, part: LogPart, every: int) -> FloatArray:
     assert x is not None
     return smoothed(x, part.step, every * part.step)[::every]
 
 
-def _rate(omega: FloatArray | None, part: Part, every: int) -> FloatArray:
+def _rate(omega: FloatArray | None, part: LogPart, every: int) -> FloatArray:
     assert omega is not None
     return np.gradient(smoothed(omega, part.step, every * part.step), part.step)[::every]

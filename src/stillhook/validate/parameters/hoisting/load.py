@@ -1,4 +1,4 @@
-"""What the load cell reads against the load that is stated: gain, and the unit whose factor would explain it."""
+"""Load cell against the stated load: gain, and the unit whose factor would explain it."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ import numpy as np
 from stillhook.physics.scalar import G
 from stillhook.statistics.jackknife_regression import Estimate, fit
 from stillhook.units import KINDS, in_unit, number, show
-from stillhook.validate.parameters.segments import Part, by_test
+from stillhook.validate.parameters.segments import LogPart, by_test
 
 LIGHT = 0.1
-"""Load with hook over the safe working load from which a load cell is judged [-]: below, its zero is all that it
-shows."""
+"""Load with hook over the safe working load from which a load cell is judged [-]: below, its zero error
+dominates."""
 LIKE_A_UNIT = 0.05
-"""By how much a unit's factor may be missed [-]: what loads are known to."""
+"""Tolerance of a unit's factor [-]: the accuracy of stated loads."""
 CLOSE = 0.1
-"""Error of the gain below which no unit is looked for [-]: kgf and daN differ by 2 %, all others by more."""
+"""Error of the gain below which no wrong unit is considered [-]: kgf and daN differ by 2 %, all others by more."""
 UNITS = {
     "N": 1.0,
     "daN": 10.0,
@@ -33,10 +33,10 @@ UNITS = {
 }
 """Units in which load cells are logged [N]."""
 AS_WIRE = (0.7, 1.2)
-"""Too much force over the weight of the wire paid out that is taken for it [-]: less in water, and loads are known to
-some per cent."""
+"""Range of excess force over the weight of the wire paid out that is attributed to it [-]: less in water, and loads are
+known to some per cent."""
 MUCH_WIRE = 0.03
-"""Weight of the wire paid out over that of hook and payload from which it is looked for [-]."""
+"""Least weight of the wire paid out over that of hook and payload from which it is considered [-]."""
 
 
 @dataclass(frozen=True)
@@ -52,32 +52,32 @@ class Cell:
     light: bool
 
 
-def cells(parts: Sequence[Part]) -> tuple[Cell, ...]:
+def cells(parts: Sequence[LogPart]) -> tuple[Cell, ...]:
     """The load cell in every test whose load is stated."""
     out = []
-    for test, mine in by_test([p for p in parts if p.has("F_w") and p.record.test.load is not None]).items():
-        F = np.concatenate([p["F_w"][::10] for p in mine])
-        block = np.concatenate([p.blocks(p.t[::10]) for p in mine])
-        found = fit((np.ones_like(F),), F, block)
-        if found is None:
+    for test, same in by_test([p for p in parts if p.has("F_w") and p.record.test.load is not None]).items():
+        F = np.concatenate([p["F_w"][::10] for p in same])
+        block = np.concatenate([p.blocks(p.t[::10]) for p in same])
+        fitted = fit((np.ones_like(F),), F, block)
+        if fitted is None:
             continue
-        part = mine[0]
-        force = Estimate(float(found.b[0]), found.half(0), found.blocks)
-        error = Estimate(force.value / part.weight - 1.0, force.half / part.weight, found.blocks)
+        part = same[0]
+        force = Estimate(float(fitted.b[0]), fitted.half(0), fitted.blocks)
+        error = Estimate(force.value / part.weight - 1.0, force.half / part.weight, fitted.blocks)
         light = part.weight < LIGHT * part.crane.SWL * G
         out.append(Cell(test, force, part.weight, error, part.segment.load, light))
     return tuple(out)
 
 
-def cell_says(found: Sequence[Cell], parts: Sequence[Part]) -> str:
-    """What the errors of the load cell point at, in one line; empty where neither wire, unit nor hook would explain
+def cell_says(readings: Sequence[Cell], parts: Sequence[LogPart]) -> str:
+    """Likely cause of the errors of the load cell, in one line; empty where neither wire, unit nor hook would explain
     them."""
-    heavy = [c for c in found if not c.light]
+    heavy = [c for c in readings if not c.light]
     if not heavy:
         return ""
     gain = math.exp(float(np.mean([math.log(max(abs(1.0 + c.error.value), 1e-9)) for c in heavy])))
     if all(c.error.value < -1.0 for c in heavy):
-        return "it counts the load negative: set sign = -1 in its row of the mapping"
+        return "it reads the load as negative: set sign = -1 in its row of the mapping"
     wire = _wire(heavy, parts)
     if wire:
         return wire
@@ -86,9 +86,9 @@ def cell_says(found: Sequence[Cell], parts: Sequence[Part]) -> str:
     return _tare(heavy, parts[0])
 
 
-def _wire(heavy: Sequence[Cell], parts: Sequence[Part]) -> str:
-    """Whether the cell feels the wire paid out as well: more force than stated in every test, by about the weight of
-    its wire."""
+def _wire(heavy: Sequence[Cell], parts: Sequence[LogPart]) -> str:
+    """Whether the cell also carries the wire paid out: more force than stated in every test, by about the weight of its
+    wire."""
     out, m_wire = {p.test: p.segment.s_w for p in parts}, parts[0].params.hoist.drum.m_wire
     weight = np.array([m_wire * out[c.test] * G for c in heavy])
     more = np.array([c.force.value - c.weight for c in heavy])
@@ -97,12 +97,13 @@ def _wire(heavy: Sequence[Cell], parts: Sequence[Part]) -> str:
     if ((more < AS_WIRE[0] * weight) | (more > AS_WIRE[1] * weight)).any():
         return ""
     return (
-        f"it feels the wire paid out as well, {show(float(weight.max()) / G, 'mass', 3)} at most: give payload and"
-        " depth, or as load what the winch carries without the hook, the wire's weight with it"
+        f"it also carries the wire paid out, {show(float(weight.max()) / G, 'mass', 3)} at most: state payload and"
+        " depth,"
+        " or a load that includes the weight of the wire"
     )
 
 
-def _unit(gain: float, parts: Sequence[Part]) -> str:
+def _unit(gain: float, parts: Sequence[LogPart]) -> str:
     """The unit that the column is in if its factor explains the gain."""
     mapping = next((p.record.log.mapping for p in parts if p.record.log.mapping), None)
     row = mapping.get("F_w") if mapping else None
@@ -117,7 +118,7 @@ def _unit(gain: float, parts: Sequence[Part]) -> str:
     return f"the column is in {name} and was read as {read}: it shows {number(gain, 3)} times the load"
 
 
-def _tare(heavy: Sequence[Cell], part: Part) -> str:
+def _tare(heavy: Sequence[Cell], part: LogPart) -> str:
     """Whether the hook is tared, or counted twice."""
     hook = part.crane.hook_mass * G
     missing = np.array([c.weight - c.force.value for c in heavy])

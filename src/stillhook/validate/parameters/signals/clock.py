@@ -1,5 +1,5 @@
-"""Time scale and calibration of speeds: lengths against integrals of speeds, for wire and tip; jumps that hide a
-gap."""
+"""Time scale and calibration of speeds: lengths against integrals of speeds, for wire and tip; jumps from hidden
+gaps."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ import numpy as np
 
 from stillhook.statistics.jackknife_regression import Estimate, one_number, pooled
 from stillhook.units import show
-from stillhook.validate.parameters.segments import Part, by_test
+from stillhook.validate.parameters.segments import LogPart, by_test
 from stillhook.validate.parameters.slopes import Slope, integral, later, slope, smoothed
 
 DOUBT = {"v_w": 0.003, "v_tip": 0.0005, "a_tip": 0.003}
-"""What a rate's own calibration may be off by [-]: a motion unit makes position and speed out of the same samples, a
+"""Calibration uncertainty of a rate [-]: a motion unit computes position and speed from the same samples, a
 wire speed comes from a pick-up or a tachometer of its own, an acceleration is filtered."""
 LEAST_MOTION = 0.1
-"""Smallest scatter of the moves in a window from which a calibration can be told [m]: noise of some millimetres then
-biases nothing."""
+"""Smallest scatter of the moves in a window from which a calibration can be determined [m]: noise of some millimetres
+then biases nothing."""
 LEAST_MOTION_V = 0.05
 """The same for a speed against an acceleration [m/s]."""
 ASIDE = 0.3
-"""Time over which a jump is looked for [s]: longer than the stutter of a log, shorter than any wave."""
+"""Time over which a jump is detected [s]: longer than irregular sampling of a log, shorter than any wave."""
 
 
 @dataclass(frozen=True)
@@ -55,51 +55,54 @@ PAIRS: Mapping[str, tuple[str, str, float, float]] = {
 """Rate to what it is the rate of, of whom, its sign, and the least motion."""
 
 
-def ratios(parts: Sequence[Part]) -> dict[str, Ratio]:
+def ratios(parts: Sequence[LogPart]) -> dict[str, Ratio]:
     """Every length against its rate, where both were logged and moved."""
     out = {}
     for rate, (length, _, sign, least) in PAIRS.items():
-        found: dict[str, Slope] = {}
-        for test, mine in by_test([p for p in parts if p.has(rate, length)]).items():
-            s = slope(mine, [(integral(p[rate], p.step), sign * p[length]) for p in mine])
+        slopes: dict[str, Slope] = {}
+        for test, same in by_test([p for p in parts if p.has(rate, length)]).items():
+            s = slope(same, [(integral(p[rate], p.step), sign * p[length]) for p in same])
             if s is not None and np.nanstd(s.x) >= least:
-                found[test] = s
-        if found:
-            tests = {test: Estimate(s.value - 1.0, s.half, s.fit.blocks) for test, s in found.items()}
-            lag = float(np.median([s.lag for s in found.values()]))
+                slopes[test] = s
+        if slopes:
+            tests = {test: Estimate(s.value - 1.0, s.half, s.fit.blocks) for test, s in slopes.items()}
+            lag = float(np.median([s.lag for s in slopes.values()]))
             out[rate] = Ratio(rate, pooled(list(tests.values())), tests, lag)
     return out
 
 
 @dataclass(frozen=True)
 class Clock:
-    """error: by which the time stamps run too fast [-], None where the log cannot tell it from a calibration;
-    calibration: by name of the rate, by which it reads too much once the clock is taken out [-]; note: in words what it
-    is."""
+    """error: rate error of the time stamps, positive if fast [-], None where the log cannot distinguish it from a
+    calibration; calibration: by name of the rate, its gain error once the clock is corrected [-]; note: explanation in
+    words."""
 
     error: Estimate | None
     calibration: Mapping[str, Estimate]
     note: str
 
 
-def clock_of(found: Mapping[str, Ratio]) -> Clock:
-    """Clock or calibration: what all ratios share is the clock, what one alone has is its calibration.
+def clock_of(rate_ratios: Mapping[str, Ratio]) -> Clock:
+    """Clock or calibration: an error common to all ratios is the clock, an error of one alone is its calibration.
 
     Stamps that run too fast by e make every integral too large by it, and every ratio 1 / (1 + e).
     """
     fast = {
-        name: Estimate(1.0 / (1.0 + r.error.value) - 1.0, r.error.half, r.error.blocks) for name, r in found.items()
+        name: Estimate(1.0 / (1.0 + r.error.value) - 1.0, r.error.half, r.error.blocks)
+        for name, r in rate_ratios.items()
     }
     if len(fast) < 2:
         note = (
-            "one speed alone cannot tell a clock that drifts from its own calibration: log v_w and v_tip beside s_w and"
+            "one speed alone cannot distinguish clock drift from its own calibration: log v_w and v_tip together with"
+            " s_w and"
             " s_tip"
         )
         return Clock(None, fast, note)
     group = _alike(fast)
     if len(group) < 2:
         note = (
-            f"{' and '.join(fast)} each differ from what they are the rate of, by different amounts: calibrations, no"
+            f"{' and '.join(fast)} each deviate from the derivative of their length by different amounts:"
+            " calibrations, not the"
             " clock"
         )
         return Clock(None, fast, note)
@@ -122,20 +125,20 @@ def _doubted(name: str, e: Estimate) -> Estimate:
     return Estimate(e.value, float(np.hypot(e.half, DOUBT[name])), e.blocks)
 
 
-def largest_jump(parts: Sequence[Part], found: Mapping[str, Ratio]) -> Jump | None:
+def largest_jump(parts: Sequence[LogPart], rate_ratios: Mapping[str, Ratio]) -> Jump | None:
     """The largest step of wire out or tip position against the integral of its speed; None where there is no such
     pair."""
     jumps = [
-        _jump(part, rate, found[rate])
+        _jump(part, rate, rate_ratios[rate])
         for rate in ("v_w", "v_tip")
-        if rate in found
+        if rate in rate_ratios
         for part in parts
         if part.has(rate, PAIRS[rate][0])
     ]
     return max(jumps, key=lambda j: j.size, default=None)
 
 
-def _jump(part: Part, rate: str, ratio: Ratio) -> Jump:
+def _jump(part: LogPart, rate: str, ratio: Ratio) -> Jump:
     length, _, sign, _ = PAIRS[rate]
     moved = later(integral(part[rate], part.step), part.step, ratio.lag)
     rest = smoothed(sign * part[length] - (1.0 + ratio.error.value) * moved, part.step)

@@ -1,10 +1,10 @@
-"""How late the tip motion really reaches the PLC, from the load cell: the hook moves though the PLC thinks that it does
-not.
+"""Delay of the tip motion at the PLC, from the load cell: residual motion of the hook that the PLC does not
+see.
 
-The logged tip is the one that the PLC saw, and the wire follows that one. What is left of the true motion moves the
-hook, and its acceleration is in the wire's force. So: the wire that was measured, a tip that is some time ahead of the
-logged one, and the twin's wire and load between them; the time that explains the measured force best is the delay.
-Neither winch nor controller of the twin take part.
+The logged tip is the one seen by the PLC, and the wire follows it. The remainder of the true motion moves the hook, and
+its acceleration appears in the wire's force. The model therefore uses the measured wire, a tip ahead of the logged one
+by some time, and the twin's wire and load between them; the time that explains the measured force best is the delay.
+Neither winch nor controller of the twin is used.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from stillhook.physics.load_path.wire import wire_damping, wire_stiffness
 from stillhook.spec.scenario import Mode
 from stillhook.statistics.dot import dot
 from stillhook.statistics.jackknife_regression import Estimate, Fit, fit, pooled
-from stillhook.validate.parameters.segments import Part, by_test
+from stillhook.validate.parameters.segments import LogPart, by_test
 from stillhook.validate.parameters.slopes import bridged, smoothed
 
 EVERY = 0.1
@@ -31,24 +31,25 @@ LOW = (0.04, 0.06)
 HIGH = 0.25
 """Upper end of the band [Hz]: above, there is no sea."""
 BELOW_RESONANCE = 0.6
-"""Upper end of the band over the eigenfrequency of load and wire: nearer to it the damping of the wire, which nobody
-knows, decides."""
+"""Upper end of the band over the eigenfrequency of load and wire: nearer to it the unknown damping of the wire
+dominates."""
 FLANK = 1.3
 EDGE = 15.0
-"""Left out at both ends [s]: a filter knows nothing beyond them."""
+"""Left out at both ends because of the filter [s]."""
 LEAST_PP = 0.3
-"""Tip motion in a window from which the force can tell anything [m]."""
+"""Least tip motion in a window from which the force can be evaluated [m]."""
 TURN = 0.02
-"""Wire speed over which the friction of sheaves turns round [m/s]."""
+"""Wire speed over which the friction of sheaves reverses [m/s]."""
 GAIN = 0.3
-"""What the twin's wire and load may be off by [-]: added mass, mass of the wire, elasticity."""
+"""Uncertainty of the twin's wire and load [-]: added mass, mass of the wire, elasticity."""
 SHAPE = 0.1
-"""Part of a delay that the simple wire and a filter of the load cell may make of it [-]."""
+"""Relative uncertainty of a delay from the simple wire model and a filter of the load cell [-]."""
 ROUNDS = 6
 MOST = 1.0
-"""Largest delay that is looked for [s]."""
-TOLD = 0.06
-"""Half of an interval from which on a delay is not told [s]: 150 ms must be told from none with room on both sides."""
+"""Largest delay considered [s]."""
+WIDEST = 0.06
+"""Half width of an interval from which a delay is not reported [s]: 150 ms must be distinguished from zero with
+margin."""
 CURVE = np.linspace(-0.2, 0.4, 25)
 """Delays for the figure [s]."""
 
@@ -58,7 +59,7 @@ Spectrum = NDArray[np.complex128]
 @dataclass(frozen=True)
 class TipDelay:
     """One test. delay: of the logged tip behind the true one [s]; gain: measured force over the twin's; held: whether
-    the gain was held at 1 because the force says too little of it; misfit: rms of the force that is left [N] at the
+    the gain was held at 1 because the force determines it too poorly; misfit: rms of the remaining force [N] at the
     delays of CURVE; force: rms of the measured force in the band [N]."""
 
     test: str
@@ -83,8 +84,8 @@ class _Sea:
     inside: NDArray[np.bool_]
 
     def columns(self, delay: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """With the tip so much ahead: force of the hook's motion, of the tip's speed (per s), and the first one's rate;
-        (n,)."""
+        """With the tip ahead by a time: force of the hook's motion, of the tip's speed (per s), and the first one's
+        rate; (n,)."""
         ahead = self.tip * np.exp(1j * self.w * delay)
         hook = ahead - self.wire
         return self._curve(hook), self._curve(1j * self.w * ahead), self._curve(1j * self.w * hook)
@@ -93,23 +94,23 @@ class _Sea:
         return np.fft.irfft(spectrum, len(self.way))
 
 
-def tip_delays(parts: Sequence[Part]) -> tuple[TipDelay, ...]:
+def tip_delays(parts: Sequence[LogPart]) -> tuple[TipDelay, ...]:
     """Delay of the logged tip behind the true one, from every test with heave compensation in which the load cell was
     logged."""
     out = []
-    for test, mine in by_test([p for p in parts if _can_tell(p)]).items():
-        found = _test(test, [_sea(p) for p in mine])
-        if found is not None:
-            out.append(found)
+    for test, same in by_test([p for p in parts if _can_tell(p)]).items():
+        delay = _test(test, [_sea(p) for p in same])
+        if delay is not None:
+            out.append(delay)
     return tuple(out)
 
 
-def overall(found: Sequence[TipDelay]) -> Estimate | None:
+def overall(delays: Sequence[TipDelay]) -> Estimate | None:
     """The delay over all tests [s]; None where there are none."""
-    return pooled([f.delay for f in found]) if found else None
+    return pooled([f.delay for f in delays]) if delays else None
 
 
-def _can_tell(part: Part) -> bool:
+def _can_tell(part: LogPart) -> bool:
     s = part.segment
     return (
         s.mode is not Mode.MANUAL
@@ -119,7 +120,7 @@ def _can_tell(part: Part) -> bool:
     )
 
 
-def _sea(part: Part) -> _Sea:
+def _sea(part: LogPart) -> _Sea:
     n = max(1, round(EVERY / part.step))
     F, tip, wire = (smoothed(bridged(part[name], part.step), part.step, EVERY)[::n] for name in ("F_w", "s_tip", "s_w"))
     speed = -np.gradient(smoothed(bridged(part["s_w"], part.step), part.step, 5.0 * EVERY), part.step)[::n]
@@ -141,7 +142,7 @@ def _level(x: FloatArray) -> FloatArray:
     return np.asarray(detrend(np.interp(at, at[known], x[known])))
 
 
-def _response(part: Part, f: FloatArray) -> tuple[Spectrum, float]:
+def _response(part: LogPart, f: FloatArray) -> tuple[Spectrum, float]:
     """Force in the wire over the motion of its upper end [N/m], of the twin's spring, damper and mass, and the band's
     upper end [Hz]."""
     hoist, w = part.params.hoist, 2.0 * math.pi * f
@@ -153,26 +154,27 @@ def _response(part: Part, f: FloatArray) -> tuple[Spectrum, float]:
 
 
 def _test(test: str, seas: Sequence[_Sea]) -> TipDelay | None:
-    """The better told of two fits: with the gain of the force free, and with the twin's, whose doubt then counts."""
+    """The better determined of two fits: with the gain of the force free, and with the twin's, whose uncertainty is
+    then included."""
     free, held = _fitted(seas, held=False), _fitted(seas, held=True)
     if free is None or held is None:
         return None
-    delay, found = free
-    one, gain = Estimate(1.0, GAIN), Estimate(float(found.b[0]), found.half(0), found.blocks)
-    loose = Estimate(delay, found.ratio(1, 0)[1], found.blocks)
+    delay, fitted = free
+    one, gain = Estimate(1.0, GAIN), Estimate(float(fitted.b[0]), fitted.half(0), fitted.blocks)
+    loose = Estimate(delay, fitted.ratio(1, 0)[1], fitted.blocks)
     tight = Estimate(held[0], math.hypot(held[1].half(0), GAIN * abs(_leans(seas))), held[1].blocks)
-    use_held = not (found.b[0] > 0.0 and loose.half <= tight.half)
-    told = tight if use_held else loose
-    told = Estimate(told.value, math.hypot(told.half, SHAPE * told.value), told.blocks)
+    use_held = not (fitted.b[0] > 0.0 and loose.half <= tight.half)
+    result = tight if use_held else loose
+    result = Estimate(result.value, math.hypot(result.half, SHAPE * result.value), result.blocks)
     misfit = np.array([_misfit(seas, x) for x in CURVE])
     force = np.concatenate([s.force[s.inside] for s in seas])
-    return TipDelay(test, told, one if use_held else gain, use_held, misfit, float(np.std(force)))
+    return TipDelay(test, result, one if use_held else gain, use_held, misfit, float(np.std(force)))
 
 
 def _fitted(seas: Sequence[_Sea], *, held: bool) -> tuple[float, Fit] | None:
-    """The delay at which the tip's speed has nothing left to explain, with the fit there: gain (unless held) and gain
+    """The delay at which the tip's speed explains no remaining force, with the fit there: gain (unless held) and gain
     times rest of the delay, beside the friction of sheaves and a lag of the force (load cell, damping of the wire)."""
-    delay, found = 0.0, None
+    delay, fitted = 0.0, None
     for _ in range(ROUNDS):
         columns = [(s.columns(delay), s) for s in seas]
         rows = [np.concatenate([c[i][s.inside] for c, s in columns]) for i in range(3)]
@@ -180,11 +182,11 @@ def _fitted(seas: Sequence[_Sea], *, held: bool) -> tuple[float, Fit] | None:
             np.concatenate([getattr(s, name)[s.inside] for s in seas]) for name in ("force", "way", "block")
         )
         used = (rows[1], way) if held else (rows[0], rows[1], way, rows[2])
-        found = fit(used, force - rows[0] if held else force, block)
-        if found is None or (not held and found.b[0] <= 0.0):
-            return (delay, found) if found is not None else None
-        delay = float(np.clip(delay + (found.b[0] if held else found.b[1] / found.b[0]), -MOST, MOST))
-    return (delay, found) if found is not None else None
+        fitted = fit(used, force - rows[0] if held else force, block)
+        if fitted is None or (not held and fitted.b[0] <= 0.0):
+            return (delay, fitted) if fitted is not None else None
+        delay = float(np.clip(delay + (fitted.b[0] if held else fitted.b[1] / fitted.b[0]), -MOST, MOST))
+    return (delay, fitted) if fitted is not None else None
 
 
 def _leans(seas: Sequence[_Sea]) -> float:
@@ -196,7 +198,7 @@ def _leans(seas: Sequence[_Sea]) -> float:
 
 
 def _misfit(seas: Sequence[_Sea], delay: float) -> float:
-    """Rms of the force that is left with the tip so much ahead [N], the twin's gain held."""
+    """Rms of the remaining force with the tip ahead by a time [N], the twin's gain held."""
     rows = [(s.columns(delay), s) for s in seas]
     rest = np.concatenate([(s.force - c[0])[s.inside] for c, s in rows])
     way = np.concatenate([s.way[s.inside] for s in seas])

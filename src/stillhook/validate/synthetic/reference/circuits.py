@@ -15,7 +15,7 @@ from stillhook.physics.hydraulics.motor import motor_leakage
 from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.physics.hydraulics.valves import external_leakage, internal_leakage
 from stillhook.spec.crane import Crane
-from stillhook.validate.synthetic.reference.crane import GAS_PERIOD, Truth
+from stillhook.validate.synthetic.reference.crane import GAS_PERIOD, ReferenceCrane
 from stillhook.validate.synthetic.reference.friction import surface, usual_speeds
 from stillhook.winches.active_passive import PassiveCircuit
 from stillhook.winches.reference.gas import (
@@ -33,7 +33,7 @@ Q_DRY = 1.5e-3
 """Flow into the accumulator about which the dry friction of its piston turns [m^3/s]: 90 L/min, a few per cent of a
 heave's (assumed)."""
 Q_LOW = 3000.0 / 6e4
-"""Flow into the low side at which `Truth.p_low_rise` holds [m^3/s]."""
+"""Flow into the low side at which `ReferenceCrane.p_low_rise` holds [m^3/s]."""
 OMEGA_LEAK = 1000.0 * math.pi / 30.0
 """Motor speed at which crane files state a leakage [rad/s]."""
 M_N2 = 0.0280134
@@ -83,79 +83,80 @@ def leak_size(crane: Crane) -> LeakSize:
     )
 
 
-def active_leak(crane: Crane, truth: Truth) -> TrueLeak:
+def active_leak(crane: Crane, reference: ReferenceCrane) -> TrueLeak:
     """Leak law of the active circuit. At the working point its pumps and motors leak what the twin's do, times
     `leakage`. Parts `all_constant`, `all_stroke`, `all_speed` replace as much of it by that form, which has the twin's
     total where crane files state it.
     """
     w, size = working(crane), leak_size(crane)
-    own = truth.leakage * (1.0 - truth.all_constant - truth.all_stroke - truth.all_speed)
-    even = truth.leakage * truth.all_constant * size.stated
-    p, m = own * size.pumps, own * size.motors
+    remaining = reference.leakage * (1.0 - reference.all_constant - reference.all_stroke - reference.all_speed)
+    even = reference.leakage * reference.all_constant * size.stated
+    p, m = remaining * size.pumps, remaining * size.motors
     return TrueLeak(
-        c_p=(1.0 - truth.leak_stroke) * p + even * size.of_pumps,
-        c_p_stroke=truth.leak_stroke * p / w.stroke + truth.leakage * truth.all_stroke * size.stated,
-        c_m=(1.0 - truth.leak_speed) * m + even * (1.0 - size.of_pumps),
-        c_m_speed=truth.leak_speed * m / w.speed + truth.leakage * truth.all_speed * size.stated / OMEGA_LEAK,
-        edges=truth.leak_edges,
+        c_p=(1.0 - reference.leak_stroke) * p + even * size.of_pumps,
+        c_p_stroke=reference.leak_stroke * p / w.stroke + reference.leakage * reference.all_stroke * size.stated,
+        c_m=(1.0 - reference.leak_speed) * m + even * (1.0 - size.of_pumps),
+        c_m_speed=reference.leak_speed * m / w.speed
+        + reference.leakage * reference.all_speed * size.stated / OMEGA_LEAK,
+        edges=reference.leak_edges,
         p_ref=w.pressure,
-        across=truth.leak_across,
-        p_case=truth.p_case,
+        across=reference.leak_across,
+        p_case=reference.p_case,
     )
 
 
-def leak_over_twin(crane: Crane, truth: Truth, at: Point) -> float:
+def leak_over_twin(crane: Crane, reference: ReferenceCrane, at: Point) -> float:
     """Flow that the truth leaks over what the twin does, both in their own forms, at a pressure difference at.p [Pa]
     over boost, a setting of the pumps [-] and a speed of the motors [rad/s]; on the mean of a swing of the oil's
     temperature."""
     assert at.p is not None
-    law, low = active_leak(crane, truth), truth.boost * crane.active.boost.p
+    law, low = active_leak(crane, reference), reference.boost * crane.active.boost.p
     C, high = float(gap_pump(at.alpha_p, law) + gap_motor(at.n_m, law)), low + at.p
     thin = math.sqrt(
-        1.0 - (truth.oil_thin * truth.oil_swing) ** 2
+        1.0 - (reference.oil_thin * reference.oil_swing) ** 2
     )  # the mean of 1/viscosity over a swing is 1 over this
     flow = float(leak_across(C, at.p, thin, law) + leak_to_case(C, high, thin, law))
     head = float(internal_leakage(1.0, at.p) + external_leakage(1.0, high))
     return flow / (head * leak_at(crane.active, at.alpha_p, at.n_m))
 
 
-def true_passive(crane: Crane, known: PassiveCircuit, truth: Truth) -> TruePassive:
+def reference_passive(crane: Crane, known: PassiveCircuit, reference: ReferenceCrane) -> TruePassive:
     """The passive circuit; known what its PLC knows of it."""
     m, s, twin, w = known.motors, known.settings, known.accumulator, working(crane)
     acc = TrueAccumulator(
         V_stroke=twin.V_stroke,
         i_C=twin.i_C,
-        p_dry=truth.piston_dry,
+        p_dry=reference.piston_dry,
         i_Q_dry=1.0 / Q_DRY,
-        R=truth.piston_oil * twin.R,
+        R=reference.piston_oil * twin.R,
         C_leak=twin.C_leak,
-        bank=gas_bank(crane, truth),
+        bank=gas_bank(crane, reference),
     )
     p, C_m = sum(known.pumps.leak) / len(known.pumps.leak), m.count * m.C_1
     leak = TrueLeak(
-        c_p=(1.0 - truth.leak_stroke) * p,
-        c_p_stroke=truth.leak_stroke * p / w.stroke,
-        c_m=(1.0 - truth.leak_speed) * C_m,
-        c_m_speed=truth.leak_speed * C_m / w.speed,
-        edges=truth.leak_edges,
+        c_p=(1.0 - reference.leak_stroke) * p,
+        c_p_stroke=reference.leak_stroke * p / w.stroke,
+        c_m=(1.0 - reference.leak_speed) * C_m,
+        c_m_speed=reference.leak_speed * C_m / w.speed,
+        edges=reference.leak_edges,
         p_ref=s.p_set,
-        across=truth.leak_across,
-        p_case=truth.p_case,
+        across=reference.leak_across,
+        p_case=reference.p_case,
     )
-    D_m = truth.passive * (m.count - truth.passive_dead) * m.D_max
-    return TruePassive(acc, leak, D_m, truth.p_low * s.p_lp, truth.p_low_rise / Q_LOW)
+    D_m = reference.passive * (m.count - reference.passive_dead) * m.D_max
+    return TruePassive(acc, leak, D_m, reference.p_low * s.p_lp, reference.p_low_rise / Q_LOW)
 
 
-def gas_bank(crane: Crane, truth: Truth) -> GasBank:
+def gas_bank(crane: Crane, reference: ReferenceCrane) -> GasBank:
     """Nitrogen that has the twin's pressure p_0, times `precharge`, with the piston at mid stroke, in vessels whose
     stiffness there at GAS_PERIOD would be the twin's at p_0, were their volume not `gas_volume` times as large."""
     assert crane.passive is not None
     twin = crane.passive.accumulator
     slope = gas_record(twin).c_1 * 2.0 / twin.V_stroke  # Pa/m^3
-    rho = density(twin.gas.p_0 + ATMOSPHERE, truth.gas_T)
-    V_mid = truth.gas_volume * stiffness(rho, truth.gas_T, truth.gas_tau, GAS_PERIOD) / slope
-    n = density(truth.precharge * twin.gas.p_0 + ATMOSPHERE, truth.gas_T) * V_mid
-    return GasBank(n, V_mid, n * float(molar_heat(n / V_mid, truth.gas_T)) / truth.gas_tau, truth.gas_T)
+    rho = density(twin.gas.p_0 + ATMOSPHERE, reference.gas_T)
+    V_mid = reference.gas_volume * stiffness(rho, reference.gas_T, reference.gas_tau, GAS_PERIOD) / slope
+    n = density(reference.precharge * twin.gas.p_0 + ATMOSPHERE, reference.gas_T) * V_mid
+    return GasBank(n, V_mid, n * float(molar_heat(n / V_mid, reference.gas_T)) / reference.gas_tau, reference.gas_T)
 
 
 def density(p: float, T: float) -> float:

@@ -19,7 +19,7 @@ _DATASHEET = "assumed: tolerance of a data sheet"
 
 
 @dataclass(frozen=True)
-class Truth:
+class ReferenceCrane:
     """A crane as it really is, against the crane file of its twin. Most numbers are factors over those of the twin; the
     defaults are a plausible crane. `numbers` lists them with meaning and source; every source is an assumption, because
     none is published.
@@ -181,13 +181,13 @@ class Number(NamedTuple):
     source: Source
 
 
-def numbers(truth: Truth) -> Iterator[Number]:
+def numbers(reference: ReferenceCrane) -> Iterator[Number]:
     """Every parameter of the truth plant with its source."""
-    for f in fields(truth):
+    for f in fields(reference):
         m = f.metadata
         yield Number(
             f.name,
-            getattr(truth, f.name),
+            getattr(reference, f.name),
             m["meaning"],
             m["quantity"],
             Source(text=m["source"], kind=SourceKind.ASSUMED),

@@ -17,7 +17,7 @@ from stillhook.physics.load_path.drum import layer_diameter, layers_filled
 from stillhook.physics.scalar import G
 from stillhook.spec.circuits import TorqueLoss
 from stillhook.spec.crane import Crane
-from stillhook.validate.synthetic.reference.crane import Truth
+from stillhook.validate.synthetic.reference.crane import ReferenceCrane
 from stillhook.winches.reference.laws import TrueFriction
 
 STATES = ((0.0, 0.005), (0.328, 0.172), (0.376, 0.172), (0.656, 0.818))
@@ -54,7 +54,7 @@ class Law(NamedTuple):
 
     friction: TrueFriction
     mean_twin: float
-    mean_truth: float
+    mean_reference: float
     difference: float
 
 
@@ -88,22 +88,30 @@ def _mj4(omega_m: FloatArray, D_m: FloatArray | float, dp_m: FloatArray | float,
     return np.asarray(torque_loss(omega_m, D_m, dp_m, fit))
 
 
-def true_friction(crane: Crane, truth: Truth) -> Law:
-    """The truth's friction: fitted to the twin's, then bent by `friction_difference`, then brought to the twin's mean,
-    times `friction`.
+def reference_friction(crane: Crane, reference: ReferenceCrane) -> Law:
+    """The reference crane's friction: fitted to the twin's, then bent by `friction_difference`, then brought to the
+    twin's mean, times `friction`.
 
     A bend of size b multiplies the Stribeck part by 1 + 2 b shape_stribeck and the part of the load by 1 + b
     shape_load, adds a viscous part of b shape_viscous times the mean at OMEGA_BEND, and takes from the constant level
     what keeps the mean. What the two laws differ by anyway counts as part of the difference.
     """
     at = surface(crane, usual_speeds())
-    omega_s, mean = truth.stribeck * crane.friction.system.Y_4, float(at.T_f.mean())
-    parts = _parts(at, omega_s, truth.uneven)
-    best = _fitted(crane, omega_s, truth.uneven)
+    omega_s, mean = reference.stribeck * crane.friction.system.Y_4, float(at.T_f.mean())
+    parts = _parts(at, omega_s, reference.uneven)
+    best = _fitted(crane, omega_s, reference.uneven)
     grown = np.array(
-        [0.0, truth.shape_load, truth.shape_load, 2.0 * truth.shape_stribeck, 2.0 * truth.shape_stribeck, 0.0, 0.0]
+        [
+            0.0,
+            reference.shape_load,
+            reference.shape_load,
+            2.0 * reference.shape_stribeck,
+            2.0 * reference.shape_stribeck,
+            0.0,
+            0.0,
+        ]
     )
-    added = np.array([0.0, 0.0, 0.0, 0.0, 0.0, truth.shape_viscous * mean / OMEGA_BEND, 0.0])
+    added = np.array([0.0, 0.0, 0.0, 0.0, 0.0, reference.shape_viscous * mean / OMEGA_BEND, 0.0])
 
     def law(size: float) -> tuple[FloatArray, float]:
         c = np.maximum(best * (1.0 + size * grown) + size * added, LEAST * best)
@@ -113,21 +121,21 @@ def true_friction(crane: Crane, truth: Truth) -> Law:
     lo, hi = 0.0, MOST_BEND
     for _ in range(ROUNDS):
         mid = 0.5 * (lo + hi)
-        lo, hi = (mid, hi) if law(mid)[1] < truth.friction_difference else (lo, mid)
+        lo, hi = (mid, hi) if law(mid)[1] < reference.friction_difference else (lo, mid)
     c, difference = law(lo)
     c = c * mean / (parts @ c).mean()
-    c = truth.friction * c
+    c = reference.friction * c
     friction = TrueFriction(
         level=c[0],
         load=c[1],
         motors=c[2],
-        uneven=truth.uneven,
+        uneven=reference.uneven,
         start=c[3],
         start_load=c[4],
         i_omega_s=1.0 / omega_s,
         viscous=c[5],
         turbulent=c[6],
-        i_tau=1.0 / truth.friction_lag,
+        i_tau=1.0 / reference.friction_lag,
     )
     return Law(TrueFriction(*(float(x) for x in friction)), mean, float((parts @ c).mean()), difference)
 

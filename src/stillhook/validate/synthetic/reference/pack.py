@@ -1,4 +1,4 @@
-"""Crane, scenario and truth as records of the truth plant, and runs with it."""
+"""Crane, scenario and reference crane as records of the reference plant, and runs with it."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from stillhook.physics.load_path.wire import wire_damping
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane, Plant
 from stillhook.spec.scenario import RHO_SEA, Scenario
-from stillhook.validate.synthetic.reference.circuits import active_leak, true_passive
-from stillhook.validate.synthetic.reference.crane import Truth
-from stillhook.validate.synthetic.reference.friction import true_friction
+from stillhook.validate.synthetic.reference.circuits import active_leak, reference_passive
+from stillhook.validate.synthetic.reference.crane import ReferenceCrane
+from stillhook.validate.synthetic.reference.friction import reference_friction
 from stillhook.winches.active_passive import PassiveCircuit
 from stillhook.winches.closed_circuit import ActiveCircuit
 from stillhook.winches.hoist import Hoist
@@ -35,26 +35,26 @@ if TYPE_CHECKING:
     import xarray
 
 SLIP_PRESSURE = 250e5
-"""Pressure at which, with full flow, the electric motors have the slip that `Truth.slip` names [Pa]."""
+"""Pressure at which, with full flow, the electric motors have the slip that `ReferenceCrane.slip` names [Pa]."""
 RHO_STEEL = 7850.0
 """Density of steel [kg/m^3]."""
 STRAIN = 1.3e-3
 """Strain at which the wire has the twin's stiffness [-]: that of half the SWL on the library's cranes."""
 
 
-def pack_truth(crane: Crane, case: Scenario, truth: Truth) -> Packed:
-    """Records of the truth plant for one run. Errors: SpecError where the crane has no passive circuit."""
+def pack_reference(crane: Crane, case: Scenario, reference: ReferenceCrane) -> Packed:
+    """Records of the reference plant for one run. Errors: SpecError where the crane has no passive circuit."""
     if crane.plant is not Plant.ACTIVE_PASSIVE:
         raise SpecError(
-            f'"{crane.name}" is {crane.plant}: the truth plant is an active/passive winch. Choose such a crane.'
+            f'"{crane.name}" is {crane.plant}: the reference plant is an active/passive winch. Choose such a crane.'
         )
     if case.gas_held:
-        raise SpecError('gas = "held": the truth plant has a gas of its own. Leave it out.')
+        raise SpecError('gas = "held": the reference plant has its own gas. Leave it out.')
     twin = pack(crane, case)
     p, t_cycle = twin.params, crane.control.t_cycle
-    active = _active(p.active, truth)
-    hoist = _hoist(p.hoist, truth)
-    passive = _passive(p.passive, truth)
+    active = _active(p.active, reference)
+    hoist = _hoist(p.hoist, reference)
+    passive = _passive(p.passive, reference)
     more = active.motors.count / p.active.motors.count
     gains = p.plc.gains
     params = plant.Params(
@@ -62,51 +62,53 @@ def pack_truth(crane: Crane, case: Scenario, truth: Truth) -> Packed:
         passive=passive,
         hoist=hoist,
         plc=p.plc._replace(
-            gains=gains._replace(K_1=more * truth.K_1 * gains.K_1, K_2=more * gains.K_2)
+            gains=gains._replace(K_1=more * reference.K_1 * gains.K_1, K_2=more * gains.K_2)
         ),  # the PLC knows its own motors
         sensors=p.sensors,
         extra=plant.Extra(
-            lines=_lines(active, truth),
-            oil=_oil(case.duration, truth),
-            friction=true_friction(crane, truth).friction,
-            rope=_rope(hoist, case, truth),
-            drum=_drum(hoist, truth),
-            leak=active_leak(crane, truth),
-            passive=true_passive(crane, passive, truth),
-            slip=truth.slip / (active.pumps.D_max * active.pumps.omega_p * SLIP_PRESSURE),
-            late=min(truth.pump_late / t_cycle, 1.0),
-            u_limit=truth.pump_limit,
-            i_tau_cell=1.0 / truth.tau_cell,
-            cell_gain=truth.cell_gain,
-            cell_zero=truth.cell_zero,
-            dac=2.0 ** (1.0 - truth.dac_bits),
+            lines=_lines(active, reference),
+            oil=_oil(case.duration, reference),
+            friction=reference_friction(crane, reference).friction,
+            rope=_rope(hoist, case, reference),
+            drum=_drum(hoist, reference),
+            leak=active_leak(crane, reference),
+            passive=reference_passive(crane, passive, reference),
+            slip=reference.slip / (active.pumps.D_max * active.pumps.omega_p * SLIP_PRESSURE),
+            late=min(reference.pump_late / t_cycle, 1.0),
+            u_limit=reference.pump_limit,
+            i_tau_cell=1.0 / reference.tau_cell,
+            cell_gain=reference.cell_gain,
+            cell_zero=reference.cell_zero,
+            dac=2.0 ** (1.0 - reference.dac_bits),
         ),
     )
     return Packed(plant, "truth", params, twin.memory._replace(p_mean=passive.settings.p_set), twin.s_w)
 
 
-def _active(a: ActiveCircuit, truth: Truth) -> ActiveCircuit:
-    m, boost = a.motors, truth.boost * a.boost.p
+def _active(a: ActiveCircuit, reference: ReferenceCrane) -> ActiveCircuit:
+    m, boost = a.motors, reference.boost * a.boost.p
     return a._replace(
-        pumps=a.pumps._replace(omega_p=truth.pump_speed * a.pumps.omega_p),
-        pump_servo=_servo(a.pump_servo, truth.pump_omega, truth.pump_zeta),
-        motors=m._replace(count=m.count + truth.active_more, D_max=truth.motor_D * m.D_max),
-        motor_servo=_servo(a.motor_servo, truth.motor_omega, truth.motor_zeta),
-        control=a.control._replace(offset=truth.motor_offset, half_width=0.5 * truth.motor_hysteresis, feedback=1.0),
-        i_C_h=a.i_C_h / truth.capacitance,
+        pumps=a.pumps._replace(omega_p=reference.pump_speed * a.pumps.omega_p),
+        pump_servo=_servo(a.pump_servo, reference.pump_omega, reference.pump_zeta),
+        motors=m._replace(count=m.count + reference.active_more, D_max=reference.motor_D * m.D_max),
+        motor_servo=_servo(a.motor_servo, reference.motor_omega, reference.motor_zeta),
+        control=a.control._replace(
+            offset=reference.motor_offset, half_width=0.5 * reference.motor_hysteresis, feedback=1.0
+        ),
+        i_C_h=a.i_C_h / reference.capacitance,
         boost=a.boost._replace(p=boost),
         flushing=a.flushing._replace(p=a.flushing.p + boost - a.boost.p),
     )
 
 
-def _passive(c: PassiveCircuit, truth: Truth) -> PassiveCircuit:
-    """What the PLC knows of its own passive circuit: its number of motors, its set pressure."""
-    count = c.motors.count + truth.passive_more
+def _passive(c: PassiveCircuit, reference: ReferenceCrane) -> PassiveCircuit:
+    """The PLC's settings of its passive circuit: its number of motors, its set pressure."""
+    count = c.motors.count + reference.passive_more
     known = count / c.motors.count
     s = c.settings
     return c._replace(
         motors=c.motors._replace(count=count),
-        settings=s._replace(D_m_max=known * s.D_m_max, p_set=truth.precharge * s.p_set),
+        settings=s._replace(D_m_max=known * s.D_m_max, p_set=reference.precharge * s.p_set),
     )
 
 
@@ -114,61 +116,63 @@ def _servo(servo: Servo, omega: float, zeta: float) -> Servo:
     return servo._replace(omega_n=omega * servo.omega_n, zeta=zeta * servo.zeta)
 
 
-def _hoist(h: Hoist, truth: Truth) -> Hoist:
+def _hoist(h: Hoist, reference: ReferenceCrane) -> Hoist:
     """Gear, inertia, wire on the drum and bristle; the weight on the wire and the friction of the twin stay in it
     unused."""
-    J, f = h.inertia, truth.inertia
+    J, f = h.inertia, reference.inertia
     return h._replace(
-        i_i=h.i_i / truth.gear,
+        i_i=h.i_i / reference.gear,
         inertia=J._replace(
-            J_motor=f * J.J_motor, J_gear=f * J.J_gear, J_drum=f * J.J_drum, i_i2=J.i_i2 / truth.gear**2
+            J_motor=f * J.J_motor, J_gear=f * J.J_gear, J_drum=f * J.J_drum, i_i2=J.i_i2 / reference.gear**2
         ),
-        drum=h.drum._replace(L_full=h.drum.L_full - truth.wire_short, m_wire=f * h.drum.m_wire),
+        drum=h.drum._replace(L_full=h.drum.L_full - reference.wire_short, m_wire=f * h.drum.m_wire),
         bristle=h.bristle._replace(
-            sigma_0=truth.bristle * h.bristle.sigma_0, sigma_1=math.sqrt(truth.bristle) * h.bristle.sigma_1
+            sigma_0=reference.bristle * h.bristle.sigma_0, sigma_1=math.sqrt(reference.bristle) * h.bristle.sigma_1
         ),
     )
 
 
-def _lines(a: ActiveCircuit, truth: Truth) -> Lines:
+def _lines(a: ActiveCircuit, reference: ReferenceCrane) -> Lines:
     """Both ends make up the line's capacitance; the inertance follows from the frequency at which they swing against
     each other."""
-    i_C_p, i_C_m = a.i_C_h / truth.line_split, a.i_C_h / (1.0 - truth.line_split)
+    i_C_p, i_C_m = a.i_C_h / reference.line_split, a.i_C_h / (1.0 - reference.line_split)
     return Lines(
-        i_C_p, i_C_m, truth.line_omega**2 / (i_C_p + i_C_m), truth.line_drop / (a.pumps.D_max * a.pumps.omega_p)
+        i_C_p, i_C_m, reference.line_omega**2 / (i_C_p + i_C_m), reference.line_drop / (a.pumps.D_max * a.pumps.omega_p)
     )
 
 
-def _oil(duration: float, truth: Truth) -> Oil:
+def _oil(duration: float, reference: ReferenceCrane) -> Oil:
     """One whole swing of the temperature a run, so that its mean is nominal."""
-    omega, phase = 2.0 * math.pi / duration, truth.oil_phase
-    return Oil(omega, truth.oil_swing * math.sin(phase), omega * truth.oil_swing * math.cos(phase), truth.oil_thin)
+    omega, phase = 2.0 * math.pi / duration, reference.oil_phase
+    return Oil(
+        omega, reference.oil_swing * math.sin(phase), omega * reference.oil_swing * math.cos(phase), reference.oil_thin
+    )
 
 
-def _drum(h: Hoist, truth: Truth) -> TrueDrum:
+def _drum(h: Hoist, reference: ReferenceCrane) -> TrueDrum:
     """The drum of the crane file, its layers pressed together."""
     d, J = h.drum, h.inertia
-    pitch = (1.0 - truth.wire_pressed) * d.d_wire
+    pitch = (1.0 - reference.wire_pressed) * d.d_wire
     return TrueDrum(d.d, pitch, d.turns, d.L_full, d.m_wire, J.J_motor + J.J_gear, J.J_drum, h.i_i)
 
 
-def _rope(h: Hoist, case: Scenario, truth: Truth) -> Rope:
+def _rope(h: Hoist, case: Scenario, reference: ReferenceCrane) -> Rope:
     """Half of the wire's mass in its middle, the rest of the moving mass below. Weight and mass add up to the twin's:
     the load that tests name is what the winch carries, wire and all (paper F table 3, "winch load"). Its tangent
     stiffness at STRAIN is the twin's.
     """
-    m_mid = min(0.5 * h.drum.m_wire / truth.inertia * (h.wire.L_0 + case.s_w), truth.wire_mass * h.load.m)
+    m_mid = min(0.5 * h.drum.m_wire / reference.inertia * (h.wire.L_0 + case.s_w), reference.wire_mass * h.load.m)
     W_mid = m_mid * G * (1.0 - (RHO_SEA / RHO_STEEL if case.water is not None else 0.0))
     m_low = h.load.m - m_mid
     c = float(wire_damping(case.s_w, h.load.m, h.wire))
     k = h.wire.EA / (h.wire.L_0 + case.s_w)
-    EA = h.wire.EA / (1.0 + 2.0 * truth.wire_beta * STRAIN)
+    EA = h.wire.EA / (1.0 + 2.0 * reference.wire_beta * STRAIN)
     return Rope(
         EA,
-        truth.wire_beta,
+        reference.wire_beta,
         h.wire.L_0,
-        2.0 * truth.wire_zeta * c,
-        truth.wire_strands,
+        2.0 * reference.wire_zeta * c,
+        reference.wire_strands,
         math.sqrt(k / h.load.m),
         W_mid,
         m_mid,
@@ -181,7 +185,7 @@ def _rope(h: Hoist, case: Scenario, truth: Truth) -> Rope:
 
 
 def fastest_rates(packed: Packed) -> dict[str, float]:
-    """Upper bounds of the fast modes that the twin has not [1/s]; the others are those of
+    """Upper bounds of the fast modes that the twin does not have [1/s]; the others are those of
     `stillhook.engine.step_size`."""
     p = packed.params
     e, h, a, acc = p.extra, p.hoist, p.active, p.extra.passive.acc
@@ -205,18 +209,23 @@ def fastest_rates(packed: Packed) -> dict[str, float]:
     }
 
 
-def simulate_truth(
-    crane: Crane, case: Scenario, truth: Truth, *, step: str | None = None, progress: Progress | None = None
+def simulate_reference(
+    crane: Crane,
+    case: Scenario,
+    reference: ReferenceCrane,
+    *,
+    step: str | None = None,
+    progress: Progress | None = None,
 ) -> xarray.Dataset:
-    """Run the truth plant; the Dataset is that of `stillhook.engine.scenario.simulate.simulate` with a row every PLC
-    cycle.
+    """Run the reference plant; the Dataset is that of `stillhook.engine.scenario.simulate.simulate` with a row every
+    PLC cycle.
 
-    step: by default SERIES_STEP, or shorter where the truth's fastest mode asks for it.
+    step: by default SERIES_STEP, or shorter where the reference plant's fastest mode requires it.
 
     Errors: ScenarioError, SpecError (step too long; no passive circuit), SimulationError.
     """
     check(crane, case)
-    packed, drive = pack_truth(crane, case, truth), CycleInputs(crane, case)
+    packed, drive = pack_reference(crane, case, reference), Drive(crane, case)
     n_sub = steps_per_cycle(crane, step, SERIES_STEP)
     name, rate = max(fastest_rates(packed).items(), key=lambda i: i[1])
     if step is None:
@@ -225,7 +234,7 @@ def simulate_truth(
     check_step(packed, h)
     if rate * h > RK4_LIMIT:
         raise SpecError(
-            f"step {h * 1e3:.3g} ms is too long for this truth: {name} has {rate:.0f} 1/s (allowed"
+            f"step {h * 1e3:.3g} ms is too long for this reference crane: {name} has {rate:.0f} 1/s (allowed"
             f" {RK4_LIMIT / h:.0f})."
         )
     block = Block([(packed, drive)], lanes=1, n_sub=n_sub, every=1)
@@ -233,6 +242,6 @@ def simulate_truth(
         if progress is not None:
             progress(share)
     results = block.results()
-    found = [summarise(crane, case, results[0])]
-    raise_failures(found)
-    return to_dataset(crane, [case], results, found, single=True)
+    summaries = [summarise(crane, case, results[0])]
+    raise_failures(summaries)
+    return to_dataset(crane, [case], results, summaries, single=True)

@@ -1,4 +1,4 @@
-"""Wire and drum of the truth plant: energy of a stiffening wire, wire turn by turn."""
+"""Wire and drum of the reference plant: energy of a stiffening wire, wire turn by turn."""
 
 from types import SimpleNamespace
 
@@ -8,14 +8,14 @@ import pytest
 from stillhook import Scenario, load_crane
 from stillhook.engine.pack.winch import drum_record
 from stillhook.physics.load_path.drum import layer_diameter, layers_filled, wire_to_layer
-from stillhook.validate.synthetic.reference.crane import Truth
-from stillhook.validate.synthetic.reference.pack import STRAIN, pack_truth
+from stillhook.validate.synthetic.reference.crane import ReferenceCrane
+from stillhook.validate.synthetic.reference.pack import STRAIN, pack_reference
 from stillhook.winches.reference.drum import CLIMB, TrueDrum, inertia_true, wire_on_layers, wound
 from stillhook.winches.reference.rope import elastic_tension, rope_energy, rope_loss, rope_state, stretch_under
 
 CRANE = load_crane("nov-250t")
 CASE = Scenario(load="94 t", s_w="487 m", tip="sine 0.75 m 10 s", mode="ssc", duration="60 s", warm_up="0 s")
-ROPE = pack_truth(CRANE, CASE, Truth()).params.extra.rope
+ROPE = pack_reference(CRANE, CASE, ReferenceCrane()).params.extra.rope
 DRUM = TrueDrum(2.8, 0.095, 19.0, 2800.0, 36.0, 3.0, 1.4e5, 1.0 / 501.6)
 I_L = 2.0 / 547.0
 JOULE = 1e-6
@@ -31,7 +31,7 @@ def test_the_wire_is_as_stiff_as_the_twins_under_half_a_load_and_softer_without(
         d = 1e-7
         return (elastic_tension((e + d) / I_L, I_L, ROPE) - elastic_tension((e - d) / I_L, I_L, ROPE)) / (2.0 * d)
 
-    EA = pack_truth(CRANE, CASE, Truth()).params.hoist.wire.EA
+    EA = pack_reference(CRANE, CASE, ReferenceCrane()).params.hoist.wire.EA
     assert tangent(STRAIN) == pytest.approx(EA, rel=1e-6)
     assert tangent(1e-5) < 0.95 * EA
 

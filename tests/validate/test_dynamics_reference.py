@@ -1,4 +1,4 @@
-"""Step 4 on the truth plant: another friction law, lines with two ends, oil that warms, sensors that are late and out of calibration."""
+"""Step 4 on the reference plant: another friction law, lines with two ends, oil that warms, sensors that are late and out of calibration."""
 
 import tomllib
 from dataclasses import replace
@@ -25,7 +25,7 @@ def test_tuned_numbers_are_the_truths_within_five_per_cent_and_their_intervals_h
     plan = sea_trials()
     plan = replace(plan, tests=tuple(t for t in plan.tests if t.kind is Kind.DYNAMICS))
     written = write_campaign(tmp_path / "c", plan=plan, seed=seed, apart=apart)
-    truth = tomllib.loads(written.truth.read_text(encoding="utf-8"))["crane"]
+    truth = tomllib.loads(written.reference.read_text(encoding="utf-8"))["crane"]
     campaign = load_campaign(written.campaign)
     step = check_dynamics(campaign, read_records(campaign, lambda share: None), lambda share: None)
     assert isinstance(step, DynamicsStep)

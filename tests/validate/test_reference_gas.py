@@ -1,4 +1,4 @@
-"""Accumulator of the truth plant: nitrogen that obeys thermodynamics, lies close to the real one and changes heat with its vessels."""
+"""Accumulator of the reference plant: nitrogen that obeys thermodynamics, lies close to the real one and changes heat with its vessels."""
 
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ import pytest
 from stillhook import load_crane
 from stillhook.engine.pack.gas import gas_record
 from stillhook.validate.synthetic.reference.circuits import density, gas_bank, stiffness
-from stillhook.validate.synthetic.reference.crane import Truth
+from stillhook.validate.synthetic.reference.crane import ReferenceCrane
 from stillhook.winches.reference.gas import (
     ATMOSPHERE,
     GasBank,
@@ -24,7 +24,7 @@ from stillhook.winches.reference.gas import (
 )
 
 CRANE = load_crane("nov-250t")
-PLAIN = Truth()
+PLAIN = ReferenceCrane()
 M = 0.0280134
 P_CLOSE, INDEX_CLOSE = 0.016, 0.02
 """How far the equation of Benedict, Webb and Rubin may lie off that of Span et al. (2000): pressure and stiffness, 100 to 350 bar."""

@@ -18,9 +18,9 @@ from stillhook.physics.hydraulics.motor import motor_leakage
 from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.spec.scenario import Operator
 from stillhook.validate.synthetic.reference.circuits import OMEGA_LEAK, active_leak, working
-from stillhook.validate.synthetic.reference.crane import Truth, numbers
-from stillhook.validate.synthetic.reference.friction import surface, true_friction, usual_speeds
-from stillhook.validate.synthetic.reference.pack import fastest_rates, pack_truth, simulate_truth
+from stillhook.validate.synthetic.reference.crane import ReferenceCrane, numbers
+from stillhook.validate.synthetic.reference.friction import reference_friction, surface, usual_speeds
+from stillhook.validate.synthetic.reference.pack import fastest_rates, pack_reference, simulate_reference
 from stillhook.validate.synthetic.scatter import setting
 from stillhook.winches import active_passive
 from stillhook.winches.records import Tip
@@ -29,7 +29,7 @@ from stillhook.winches.reference.laws import dry_level_true, line_energy, moving
 from stillhook.winches.reference.leak import gap_motor, gap_pump, leak_across, leak_to_case
 
 CRANE = load_crane("nov-250t")
-PLAIN = Truth()
+PLAIN = ReferenceCrane()
 BAR = 1e5
 AUDIT = 1e-3
 """Energy not found again, over that through the pumps: what sound runs of the twin stay below (`stillhook.engine.scenario.summary`)."""
@@ -67,7 +67,7 @@ def hoisting() -> Scenario:
 
 @cache
 def run(load: str, s_w: str, step: str = "2 ms"):
-    return simulate_truth(CRANE, case(load, s_w), PLAIN, step=step)
+    return simulate_reference(CRANE, case(load, s_w), PLAIN, step=step)
 
 
 def pressed(**values: float) -> truth.State:
@@ -86,7 +86,7 @@ def test_every_joule_is_found_again(load, s_w):
 
 
 def test_every_joule_is_found_again_where_the_pumps_saturate():
-    found = simulate_truth(CRANE, hoisting(), PLAIN)
+    found = simulate_reference(CRANE, hoisting(), PLAIN)
     assert "saturated" in str(found["status"].item())
     assert abs(float(found["energy_unaccounted"])) < AUDIT
 
@@ -99,7 +99,7 @@ def test_half_the_step_gives_the_same_motion(load, s_w):
 
 
 def test_a_winch_at_rest_stays_at_rest():
-    found = simulate_truth(CRANE, case("164 t", "2314 m", "still"), PLAIN)
+    found = simulate_reference(CRANE, case("164 t", "2314 m", "still"), PLAIN)
     assert float(abs(found["s_w"] - 2314.0).max()) < STILL
     assert str(found["status"].item()) == "ok"
 
@@ -107,14 +107,14 @@ def test_a_winch_at_rest_stays_at_rest():
 def test_at_rest_the_wire_carries_the_weight_that_the_twin_has():
     still = case("164 t", "2314 m", "still", duration="40 s")
     weight = pack(CRANE, still).params.hoist.load.W
-    assert float(simulate_truth(CRANE, still, PLAIN)["F_w"].mean()) == pytest.approx(
+    assert float(simulate_reference(CRANE, still, PLAIN)["F_w"].mean()) == pytest.approx(
         weight, rel=1e-4
     )  # the encoder's last steps move it
 
 
 def test_mass_of_wire_and_load_add_up_to_what_the_twin_moves():
     deep = case("164 t", "2314 m")
-    rope, load = pack_truth(CRANE, deep, PLAIN).params.extra.rope, pack(CRANE, deep).params.hoist.load
+    rope, load = pack_reference(CRANE, deep, PLAIN).params.extra.rope, pack(CRANE, deep).params.hoist.load
     assert rope.m_mid + rope.m_load == pytest.approx(load.m, rel=SAME)
     assert rope.W_mid + rope.W_load == pytest.approx(load.W, rel=SAME)
     assert rope.m_mid > 0.2 * load.m  # half of 2.4 km of wire is no trifle
@@ -124,7 +124,7 @@ def test_without_compiling_the_same_run_gives_the_same_numbers():
     start = case("94 t", "487 m", duration="0.5 s", ramp="0.1 s", warm_up="0 s")
     found = []
     for compiled in (True, False):
-        block = Block([(pack_truth(CRANE, start, PLAIN), CycleInputs(CRANE, start))], lanes=1, n_sub=5, every=10)
+        block = Block([(pack_reference(CRANE, start, PLAIN), Drive(CRANE, start))], lanes=1, n_sub=5, every=10)
         if not compiled:
             block.d = SimpleNamespace(**vars(block.d) | {"run": block.d.run.py_func})
         for _ in block.steps():
@@ -138,7 +138,7 @@ def test_without_compiling_the_same_run_gives_the_same_numbers():
 
 def test_the_oil_stores_the_energy_of_the_capacitance_that_the_truth_names():
     truth_ = replace(PLAIN, capacitance=1.2)
-    lines, p = pack_truth(CRANE, case(), truth_).params.extra.lines, 100.0 * BAR
+    lines, p = pack_reference(CRANE, case(), truth_).params.extra.lines, 100.0 * BAR
     C_h = 2.0 * line_energy(pressed(p_a=p, p_ap=p), lines) / p**2
     a = CRANE.active.line
     assert C_h == pytest.approx(1.2 * capacitance(a.V, a.bulk_modulus), rel=SAME)
@@ -179,7 +179,7 @@ def test_warm_oil_leaks_through_gaps_more_and_past_edges_as_before():
 
 
 def test_oil_is_lost_to_no_one_between_pumps_and_motors():
-    p = pack_truth(CRANE, case(), PLAIN).params
+    p = pack_reference(CRANE, case(), PLAIN).params
     x = pressed(p_a=190.0 * BAR, p_ap=200.0 * BAR, p_b=26.0 * BAR, p_bp=24.0 * BAR, Q_a=0.01, Q_b=0.012, omega_m=50.0)
     f = two_volume_flows(0.02, 0.5, 1e-4, x, 1.0, 1.0, p.extra.leak, p.active)
     into = f.Q_boost_a + f.Q_boost_b - f.Q_relief_a - f.Q_relief_b - f.Q_flush_a - f.Q_flush_b
@@ -192,7 +192,7 @@ def test_the_shaft_accelerates_by_the_inertia_that_the_truth_names():
     out, drum = [], {"wire_pressed": 0.0}
     for module, packed in (
         (active_passive, pack(CRANE, case())),
-        (truth, pack_truth(CRANE, case(), replace(PLAIN, inertia=0.8, motor_D=1.0, **drum))),
+        (truth, pack_reference(CRANE, case(), replace(PLAIN, inertia=0.8, motor_D=1.0, **drum))),
     ):
         p, warm = packed.params, {} if module is active_passive else {"T_gas": 293.0}
         u = module.Command(0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0)
@@ -214,9 +214,9 @@ def test_the_shaft_accelerates_by_the_inertia_that_the_truth_names():
 
 @pytest.mark.parametrize("seed", range(6))
 def test_friction_is_its_scale_times_the_twins_on_the_mean_and_has_another_shape(seed):
-    truth = setting(seed).truth
-    law = true_friction(CRANE, truth)
-    assert law.mean_truth == pytest.approx(truth.friction * law.mean_twin, rel=1e-9)
+    truth = setting(seed).reference
+    law = reference_friction(CRANE, truth)
+    assert law.mean_reference == pytest.approx(truth.friction * law.mean_twin, rel=1e-9)
     assert 0.03 < law.difference < 0.13
     assert all(x >= 0.0 for name, x in law.friction._asdict().items() if name != "uneven")
 
@@ -243,14 +243,14 @@ def test_over_a_run_the_friction_is_that_of_the_twin_on_the_mean_and_not_at_each
 
 
 def test_hoisting_has_more_friction_than_lowering_where_the_truth_is_uneven():
-    f = true_friction(CRANE, PLAIN).friction
+    f = reference_friction(CRANE, PLAIN).friction
     up, down = dry_level_true(100.0, 3000.0, 4000.0, f), dry_level_true(-100.0, 3000.0, 4000.0, f)
     assert up / down == pytest.approx((1.0 + PLAIN.uneven) / (1.0 - PLAIN.uneven), rel=1e-3)
     assert moving_loss_true(100.0, 1.0, f) == -moving_loss_true(-100.0, 1.0, f)
 
 
 def test_friction_scale_scales_all_of_it():
-    one, more = (true_friction(CRANE, replace(PLAIN, friction=s)).friction for s in (1.0, 1.4))
+    one, more = (reference_friction(CRANE, replace(PLAIN, friction=s)).friction for s in (1.0, 1.4))
     terms = ("level", "load", "motors", "start", "start_load", "viscous", "turbulent")
     assert [getattr(more, n) for n in terms] == pytest.approx([1.4 * getattr(one, n) for n in terms])
     assert more.i_omega_s == one.i_omega_s
@@ -261,14 +261,14 @@ def test_friction_scale_scales_all_of_it():
 
 def test_pressure_at_the_motors_falls_behind_that_of_the_pumps_by_the_resistance_of_the_line():
     """Hoisting steadily the motors' side A is lower than what the pumps give: with more resistance the winch takes more from them."""
-    few, many = (simulate_truth(CRANE, hoisting(), replace(PLAIN, line_drop=x * BAR)) for x in (0.1, 10.0))
+    few, many = (simulate_reference(CRANE, hoisting(), replace(PLAIN, line_drop=x * BAR)) for x in (0.1, 10.0))
     plateau = slice(900, 1300)
     assert np.allclose(few["omega_m"].values[plateau], many["omega_m"].values[plateau], rtol=0.02)
     assert float(many["v_w_max"]) < float(few["v_w_max"])
 
 
 def test_pumps_slow_under_load():
-    stiff, soft = (simulate_truth(CRANE, hoisting(), replace(PLAIN, slip=x)) for x in (0.0, 0.05))
+    stiff, soft = (simulate_reference(CRANE, hoisting(), replace(PLAIN, slip=x)) for x in (0.0, 0.05))
     plateau = slice(900, 1300)
     slower = soft["omega_m"].values[plateau].mean() / stiff["omega_m"].values[plateau].mean() - 1.0
     dp = float((stiff["p_a"] - stiff["p_b"]).values[plateau].mean())
@@ -278,7 +278,7 @@ def test_pumps_slow_under_load():
 
 
 def test_oil_swings_about_nominal_once_a_run():
-    oil = pack_truth(CRANE, case(), replace(PLAIN, oil_swing=2.0, oil_phase=1.0)).params.extra.oil
+    oil = pack_reference(CRANE, case(), replace(PLAIN, oil_swing=2.0, oil_phase=1.0)).params.extra.oil
     t = np.linspace(0.0, 60.0, 601)
     T = oil.T_0 * np.cos(oil.omega * t) + oil.T_1 / oil.omega * np.sin(oil.omega * t)
     assert T.max() == pytest.approx(2.0, rel=1e-3)
@@ -318,7 +318,7 @@ def test_a_truth_without_its_own_numbers_moves_the_wire_as_the_twin_does():
         dac_bits=30.0,
         leak_edges=0.0,
     )
-    like, own = (simulate_truth(still_load, case(), t, step="2 ms")["s_w"] for t in (none, PLAIN))
+    like, own = (simulate_reference(still_load, case(), t, step="2 ms")["s_w"] for t in (none, PLAIN))
     twin = simulate(still_load, case(), every="10 ms")["s_w"]
     swings = slice(2000, None)
     assert float(abs(like - twin)[swings].max()) < LIKE
@@ -327,7 +327,7 @@ def test_a_truth_without_its_own_numbers_moves_the_wire_as_the_twin_does():
 
 def test_every_parameter_of_the_truth_has_a_meaning_and_an_assumed_source():
     rows = list(numbers(PLAIN))
-    assert [r.name for r in rows] == [f.name for f in fields(Truth)]
+    assert [r.name for r in rows] == [f.name for f in fields(ReferenceCrane)]
     assert all(r.meaning and r.source.text.startswith("assumed") and r.source.kind == "assumed" for r in rows)
 
 
@@ -335,17 +335,19 @@ def test_every_parameter_of_the_truth_has_a_meaning_and_an_assumed_source():
 
 
 def test_a_scenario_with_a_held_accumulator_is_refused():
-    with pytest.raises(SpecError, match="the truth plant has a gas of its own"):
-        pack_truth(CRANE, case(gas_held=True), PLAIN)
+    with pytest.raises(SpecError, match="the reference plant has its own gas"):
+        pack_reference(CRANE, case(gas_held=True), PLAIN)
 
 
 def test_a_pure_active_winch_has_no_truth():
-    with pytest.raises(SpecError, match="the truth plant is an active/passive winch"):
-        pack_truth(load_crane("nov-100t-pure-active"), case("20 t"), PLAIN)
+    with pytest.raises(SpecError, match="the reference plant is an active/passive winch"):
+        pack_reference(load_crane("nov-100t-pure-active"), case("20 t"), PLAIN)
 
 
 def test_a_step_that_the_truth_cannot_follow_is_refused_by_name():
     stiff = replace(PLAIN, line_omega=5000.0)
-    assert fastest_rates(pack_truth(CRANE, case(), stiff))["oil between both ends of a line"] > 5000.0
-    with pytest.raises(SpecError, match=r"step 2 ms is too long for this truth: oil between both ends of a line"):
-        simulate_truth(CRANE, case(), stiff, step="2 ms")
+    assert fastest_rates(pack_reference(CRANE, case(), stiff))["oil between both ends of a line"] > 5000.0
+    with pytest.raises(
+        SpecError, match=r"step 2 ms is too long for this reference crane: oil between both ends of a line"
+    ):
+        simulate_reference(CRANE, case(), stiff, step="2 ms")

@@ -1,4 +1,4 @@
-"""All that the logs say of the passive circuit, side by side."""
+"""Estimates of the passive circuit from the logs."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from stillhook.engine.scenario.run import Meter
-from stillhook.validate.parameters.segments import Part
+from stillhook.validate.parameters.segments import LogPart
 from stillhook.validate.passive.gas import Curve, Displacement, Level, Stroke, curve, displacement, levels, stroke
 from stillhook.validate.passive.orders import MakeUp, Setting, make_up, setting
 from stillhook.validate.passive.torque import Share, shares
 
 
 @dataclass(frozen=True)
-class PassiveFindings:
-    """What every check of step 6 came to; empty or None where the log has nothing for it."""
+class PassiveEstimates:
+    """Results of every check of step 6; empty or None where the log has no data for it."""
 
-    parts: tuple[Part, ...]
+    parts: tuple[LogPart, ...]
     level: Level | None
     gas: Curve | None
     stroke: Stroke | None
@@ -26,7 +26,7 @@ class PassiveFindings:
     make_up: MakeUp | None
 
 
-def passive_by(parts: Sequence[Part], progress: Callable[[float], None]) -> PassiveFindings:
+def passive_estimates(parts: Sequence[LogPart], progress: Callable[[float], None]) -> PassiveEstimates:
     """Take every check on the parts."""
     meter = Meter(4.0, progress)
     parts = tuple(parts)
@@ -36,4 +36,4 @@ def passive_by(parts: Sequence[Part], progress: Callable[[float], None]) -> Pass
     meter.part(1.0)(1.0)
     motors = shares(parts)
     meter.part(1.0)(1.0)
-    return PassiveFindings(parts, level, gas, piston, moved, motors, setting(parts), make_up(parts))
+    return PassiveEstimates(parts, level, gas, piston, moved, motors, setting(parts), make_up(parts))

@@ -1,4 +1,4 @@
-"""A segment of the crane beside the twin: control errors that mean the same, and their windows."""
+"""Comparison of a segment of the crane with the twin: control errors of equal definition, and their windows."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ SLOW = 0.2
 
 
 @dataclass(frozen=True)
-class Compared:
-    """A segment of the crane beside the twin, over the samples that count: replay; simulated signals by name (n,) [SI];
-    measured and simulated control error (n,) [m]; noise: share of the tip signal's noise that the measured error holds
-    [-]; moving windows.
+class Comparison:
+    """Comparison of a segment of the crane with the twin, over the samples that count: replay; simulated signals by
+    name (n,) [SI]; measured and simulated control error (n,) [m]; noise: share of the tip signal's noise in the
+    measured error [-]; moving windows.
     """
 
     replay: Replay
@@ -41,16 +41,16 @@ class Compared:
 
     @property
     def quiet(self) -> tuple[FloatArray, FloatArray]:
-        """The same without the tip's noise, which both hold alike: noise would make errors of any two shapes
-        similar."""
+        """The same without the tip's noise, which is common to both: noise would make errors of any two
+        shapes similar."""
         good = np.isfinite(self.e_measured) & np.isfinite(self.e_simulated)
         noise = self.noise * self.replay.noise[good]
         return self.e_measured[good] - noise, self.e_simulated[good] - noise
 
 
-def compare(r: Replay, run: dict[str, FloatArray], measured: FloatArray, window: float, *, logged: bool) -> Compared:
+def compare(r: Replay, run: dict[str, FloatArray], measured: FloatArray, window: float, *, logged: bool) -> Comparison:
     """The twin's error as the crane's PLC would show it: with the noise of the tip signal, as far as the crane's error
-    holds it.
+    contains it.
 
     Parameters: replay and its run; measured control error (n,) [m], logged by the PLC or, with logged False, made from
     tip and wire, about its mean; window [s].
@@ -60,11 +60,11 @@ def compare(r: Replay, run: dict[str, FloatArray], measured: FloatArray, window:
     if not logged:
         simulated = about_mean(simulated)
     parts = windows(r.name, r.t, r.record.step, measured, simulated, r.s_tip, window)
-    return Compared(r, run, measured, simulated, share, parts)
+    return Comparison(r, run, measured, simulated, share, parts)
 
 
 def noise_share(r: Replay, measured: FloatArray) -> float:
-    """How much of the noise of the logged tip the PLC's error holds: 1 where the PLC got that signal, 0 where only the
+    """Share of the noise of the logged tip in the PLC's error: 1 where the PLC received that signal, 0 where only the
     log's is noisy."""
     from scipy.ndimage import uniform_filter1d  # heavy: only where data are at hand
 

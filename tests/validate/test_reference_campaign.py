@@ -29,7 +29,7 @@ from stillhook.spec.scenario import Mode
 from stillhook.validate import load_campaign
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.synthetic import Defect, Plan, Written, sea_trials, write_campaign
-from stillhook.validate.synthetic.defects import DEFECTS, told, with_defect
+from stillhook.validate.synthetic.defects import DEFECTS, defect_text, with_defect
 from stillhook.validate.synthetic.scatter import STATED_DELAY, Setting, setting
 from stillhook.validate.synthetic.sea import irregular
 from stillhook.validate.synthetic.tests import PlannedTest, Sea, beyond
@@ -93,7 +93,7 @@ def test_everything_is_marked_and_the_campaign_does_not_tell_the_truth(write):
     campaign = load_campaign(made.campaign)
     assert campaign.synthetic
     assert campaign.title.startswith("SYNTHETIC")
-    assert made.truth.read_text().startswith(f"# {MARK}")
+    assert made.reference.read_text().startswith(f"# {MARK}")
 
 
 def test_the_campaign_file_says_what_a_test_engineer_knows(write):
@@ -110,26 +110,28 @@ def test_the_campaign_file_says_what_a_test_engineer_knows(write):
 
 
 def test_the_truth_lies_beside_it_with_a_source_for_every_number(write):
-    told_, made = tomllib.loads(write(Defect.GEAR).truth.read_text()), with_defect(setting(3), CRANE, Defect.GEAR)
+    told_, made = tomllib.loads(write(Defect.GEAR).reference.read_text()), with_defect(setting(3), CRANE, Defect.GEAR)
     assert told_["defect"] == "gear: gear ratio motor to drum +2.0% against the twin's"
     assert {k: v["value"] for k, v in told_["crane"].items()} == {
-        f.name: getattr(made.truth, f.name) for f in fields(made.truth)
+        f.name: getattr(made.reference, f.name) for f in fields(made.reference)
     }
     assert all(v["kind"] == "assumed" and v["source"] for v in told_["crane"].values())
     line = CRANE.active.line
-    assert told_["follows"]["C_h"] == pytest.approx(made.truth.capacitance * line.V / line.bulk_modulus)
+    assert told_["follows"]["C_h"] == pytest.approx(made.reference.capacitance * line.V / line.bulk_modulus)
     assert told_["log"]["delay"] == made.delay
 
 
 def test_the_same_seed_gives_the_same_bytes_whatever_the_threads(write, tmp_path):
     one, again = write(), write_campaign(tmp_path / "again", plan=SHORT, seed=3, threads=2)
-    for a, b in zip((*one.logs, one.campaign, one.truth), (*again.logs, again.campaign, again.truth), strict=True):
+    for a, b in zip(
+        (*one.logs, one.campaign, one.reference), (*again.logs, again.campaign, again.reference), strict=True
+    ):
         assert a.read_bytes() == b.read_bytes()
 
 
 def test_another_seed_is_another_crane_in_another_sea(write):
     one, other = write(), write(seed=4)
-    assert one.truth.read_bytes() != other.truth.read_bytes()
+    assert one.reference.read_bytes() != other.reference.read_bytes()
     assert np.corrcoef(column(one, "s_tip"), column(other, "s_tip"))[0, 1] < 0.9
 
 
@@ -249,7 +251,7 @@ def test_a_sea_has_the_height_that_was_asked_for_and_never_comes_round():
 
 
 def test_truths_of_many_seeds_scatter_evenly_around_the_twin():
-    truths = [setting(s).truth for s in range(200)]
+    truths = [setting(s).reference for s in range(200)]
     for name, half in (
         ("capacitance", 0.03),
         ("leakage", 0.05),
@@ -266,7 +268,7 @@ def test_truths_of_many_seeds_scatter_evenly_around_the_twin():
 
 
 def test_a_set_of_motors_scatters_less_than_one_of_them():
-    D = np.array([[getattr(setting(s).truth, n) for s in range(200)] for n in ("motor_D", "passive")])
+    D = np.array([[getattr(setting(s).reference, n) for s in range(200)] for n in ("motor_D", "passive")])
     assert D.mean(axis=1) == pytest.approx([1.0, 1.0], abs=5e-4)
     assert D.std(axis=1) == pytest.approx([0.004 / 5**0.5, 0.004 / 4.0], rel=0.2)
 
@@ -287,10 +289,12 @@ def test_clocks_lie_within_a_hundred_parts_in_a_million():
 
 def test_a_truth_apart_lies_ten_to_thirty_per_cent_off_and_else_where_it_was():
     near, far = setting(7), setting(7, apart=True)
-    moved = {f.name for f in fields(near.truth) if getattr(near.truth, f.name) != getattr(far.truth, f.name)}
+    moved = {
+        f.name for f in fields(near.reference) if getattr(near.reference, f.name) != getattr(far.reference, f.name)
+    }
     assert moved == {"capacitance", "leakage", "inertia"}
-    assert all(0.1 <= abs(getattr(far.truth, n) - 1.0) <= 0.3 for n in moved)
-    assert replace(far, truth=near.truth) == near
+    assert all(0.1 <= abs(getattr(far.reference, n) - 1.0) <= 0.3 for n in moved)
+    assert replace(far, reference=near.reference) == near
 
 
 # Defects
@@ -357,7 +361,7 @@ def test_a_wrong_gear_turns_the_motors_faster_for_the_same_wire(write):
 
 
 def test_a_drum_with_a_layer_less_has_the_diameter_of_the_layer_below(write):
-    drum, pressed = drum_record(CRANE), 1.0 - setting(3).truth.wire_pressed
+    drum, pressed = drum_record(CRANE), 1.0 - setting(3).reference.wire_pressed
     layer = np.ceil(layers_filled(drum.L_full - 490.0, drum))
     d = [drum.d + (2.0 * n - 1.0) * pressed * drum.d_wire for n in (layer, layer - 1.0)]
     assert ratio_of_speeds(write()) == pytest.approx(d[0] * LEVER, rel=2e-3)
@@ -483,10 +487,10 @@ def test_a_zero_of_six_bar_is_six_bar_in_every_sample(write):
 
 
 def test_a_defect_says_its_size():
-    assert told(Defect.SENSOR_A) == "the transmitter of line A shows 6 bar too much"
-    assert told(Defect.MRU_DELAY, 0.3) == "the motion unit is 0.3 s later than the campaign states"
+    assert defect_text(Defect.SENSOR_A) == "the transmitter of line A shows 6 bar too much"
+    assert defect_text(Defect.MRU_DELAY, 0.3) == "the motion unit is 0.3 s later than the campaign states"
     bigger = with_defect(setting(0), CRANE, Defect.LEAKAGE, 1.0)
-    assert bigger.truth.leakage == pytest.approx(2.0 * setting(0).truth.leakage)
+    assert bigger.reference.leakage == pytest.approx(2.0 * setting(0).reference.leakage)
 
 
 # Errors
@@ -502,8 +506,8 @@ def refused(tmp_path: Path, match: str, error: type[Exception] = ValidateError, 
 
 def test_wrong_wishes_are_refused_in_one_line_before_anything_is_written(tmp_path):
     refused(tmp_path, r'defect "leak": not one of leakage, friction, layer', defect="leak")
-    refused(tmp_path, r"seed = -1: give a whole number of 0 or more", seed=-1)
-    refused(tmp_path, r"size = 2: the size of no defect", size=2)
+    refused(tmp_path, r"seed = -1: it must be an integer of 0 or more", seed=-1)
+    refused(tmp_path, r"size = 2: a size needs a defect", size=2)
     refused(tmp_path, r"size = nan: the defect gear may have -0.3 to 0.3", defect="gear", size=float("nan"))
     winch = load_crane("nov-100t-pure-active")
     refused(tmp_path, r'"nov-100t-pure-active" is pure-active: example campaigns', plan=replace(SHORT, crane=winch))
