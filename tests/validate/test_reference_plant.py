@@ -124,7 +124,7 @@ def test_without_compiling_the_same_run_gives_the_same_numbers():
     start = case("94 t", "487 m", duration="0.5 s", ramp="0.1 s", warm_up="0 s")
     found = []
     for compiled in (True, False):
-        block = Block([(pack_reference(CRANE, start, PLAIN), Drive(CRANE, start))], lanes=1, n_sub=5, every=10)
+        block = Block([(pack_reference(CRANE, start, PLAIN), CycleInputs(CRANE, start))], lanes=1, n_sub=5, every=10)
         if not compiled:
             block.d = SimpleNamespace(**vars(block.d) | {"run": block.d.run.py_func})
         for _ in block.steps():

@@ -81,7 +81,7 @@ def validate(
     """
     if not isinstance(campaign, str | Path | Campaign):
         raise ValidateError(
-            f"campaign = {came(campaign)}: it must be the path of a campaign file, or a campaign from load_campaign."
+            f"campaign = {quote(campaign)}: it must be the path of a campaign file, or a campaign from load_campaign."
         )
     todo = campaign if isinstance(campaign, Campaign) else load_campaign(campaign)
     numbers = _numbers(steps)
@@ -105,6 +105,6 @@ def _numbers(steps: object) -> tuple[StepNumber, ...]:
     )
     if not requested or any(n not in known for n in requested):
         raise ValidateError(
-            f"steps = {came(steps)}: it must be a list of some of {', '.join(map(str, known))}, such as [0, 2]."
+            f"steps = {quote(steps)}: it must be a list of some of {', '.join(map(str, known))}, such as [0, 2]."
         )
     return tuple(sorted({StepNumber(n) for n in requested}))

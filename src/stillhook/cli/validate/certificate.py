@@ -152,7 +152,7 @@ def example_campaign(
 
     named = defect_of(defect) if defect is not None else None
     if named is None and size is not None:
-        raise ValidateError(f"--size = {came(size)}: a size needs a defect. State the defect.")
+        raise ValidateError(f"--size = {quote(size)}: a size needs a defect. State the defect.")
     large = size_of(named, size, "--size") if named is not None and size is not None else None
     plan = sea_trials(crane if crane in cranes() else load_crane(crane))
     with progress_bar(f"{len(plan.tests)} tests") as bar:

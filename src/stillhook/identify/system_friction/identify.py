@@ -76,7 +76,7 @@ class Check:
     y_grid: Y
     cost_grid: float
     y_complex: Y
-    found: Optimum
+    optimum: Optimum
     on_grid: bool
 
     @property

@@ -104,7 +104,7 @@ def check(
     code = tuple(_code(data["twin"]))
     if not file.is_file():
         hint = "State it with --campaign." if campaign is None else "Check the path."
-        return Check(certificate, code, (f"campaign {came(str(file))}: no such file. {hint}",))
+        return Check(certificate, code, (f"campaign {quote(str(file))}: no such file. {hint}",))
     changed, missing = (*_files(data, file), *code), tuple(_missing(data, file))
     try:
         todo = load_campaign(file)
@@ -154,7 +154,7 @@ def _missing(data: Mapping[str, Any], campaign: Path) -> Iterator[str]:
     for log in data["campaign"]["logs"]:
         if not (campaign.parent / log["file"]).is_file():
             yield (
-                f'log {came(log["file"])} of test "{log["test"]}": no such file in the folder of {campaign.name}.'
+                f'log {quote(log["file"])} of test "{log["test"]}": no such file in the folder of {campaign.name}.'
                 " Restore it."
             )
 

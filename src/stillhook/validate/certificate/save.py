@@ -93,7 +93,7 @@ def save_validation(validation: Validation, folder: str | Path, *, certificate: 
     """
     out = Path(folder)
     check_out(validation.campaign, out)
-    with whole_folder(out) as part:
+    with atomic_folder(out) as part:
         images = pictures(validation)
         content = {f"{stem}.png": data for stem, data in images.items()}
         content[REPORT] = report(validation, images).encode()

@@ -59,7 +59,7 @@ class PlcSegment:
         """A segment's samples, counted from the start of the stretch."""
         return slice(part.first - self.first, part.last - self.first)
 
-    def simulated_commands(self, crane: Crane) -> Told:
+    def simulated_commands(self, crane: Crane) -> Commands:
         """Commands of the simulated PLC for these inputs."""
         p_hp = np.zeros(self.last - self.first)  # affects the passive pumps only
         return plc_alone(self.seen, p_hp, self.memory, self.plc, active_record(crane).control)[0]

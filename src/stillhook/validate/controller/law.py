@@ -54,7 +54,7 @@ class Run:
     """A PLC segment and the commands of the simulated PLC on it."""
 
     segment: PlcSegment
-    simulated: Told
+    simulated: Commands
 
     def rows(self, *, ahc: bool) -> BoolArray:
         """Samples (n,) of the parts in compensation, or in manual mode, in which neither the logged command nor the

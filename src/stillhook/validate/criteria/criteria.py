@@ -147,7 +147,8 @@ def load_criteria(name_or_path: str | Path) -> Criteria:
     if not name.endswith(".toml"):
         have = ", ".join(criteria_sets())
         raise ValidateError(
-            f"Unknown criteria {came(name)}. Choose {have}{nearest(name, criteria_sets())} A file's name ends in .toml."
+            f"Unknown criteria {quote(name)}. Choose {have}{nearest(name, criteria_sets())} The name of a"
+            " file ends in .toml."
         )
     path = Path(name_or_path)
     return _read(toml_text(path), path.name, path.stem)

@@ -127,7 +127,7 @@ def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
     top.need("date", "crane")
     if "test" not in top:
         raise ValidateError("test: missing. Write one [[test]] table for each log.")
-    crane_name = top.beside("crane", file.parent)
+    crane_name = top.path_or_name("crane", file.parent)
     crane = load_crane(crane_name)
     mapping = mapping_from(data["signals"], "signals") if "signals" in data else None
     modes = modes_of(top)
@@ -256,7 +256,7 @@ def _two_columns(mapping: Mapping[str, Signal] | None, place: str) -> None:
     for i, b in enumerate(rows):
         for a in rows[:i]:
             if a.column == b.column:
-                both = f"{place}signals: {a.name} and {b.name} both refer to column {came(a.column)}."
+                both = f"{place}signals: {a.name} and {b.name} both refer to column {quote(a.column)}."
                 raise ValidateError(f"{both} Map each to its own column, or leave one out.")
 
 

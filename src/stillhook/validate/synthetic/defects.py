@@ -265,7 +265,7 @@ def defect_of(text: Defect | str) -> Defect:
     try:
         return Defect(text)
     except ValueError:
-        raise ValidateError(f"Unknown defect {came(text)}. Choose one of {', '.join(Defect)}.") from None
+        raise ValidateError(f"Unknown defect {quote(text)}. Choose one of {', '.join(Defect)}.") from None
 
 
 def size_of(defect: Defect, text: str, where: str = "size") -> float:
@@ -276,7 +276,7 @@ def size_of(defect: Defect, text: str, where: str = "size") -> float:
         return float(text)
     except ValueError:
         raise ValidateError(
-            f"{where} = {came(text)}: the defect {defect} needs a plain number, such as {DEFECTS[defect].size:g}."
+            f"{where} = {quote(text)}: the defect {defect} needs a plain number, such as {DEFECTS[defect].size:g}."
         ) from None
 
 
@@ -286,7 +286,7 @@ def with_defect(setting: Setting, crane: Crane, defect: Defect, size: float | No
     value = change.size if size is None else size
     if not change.lo <= value <= change.hi:
         raise ValidateError(
-            f"size = {came(size)}: the defect {defect} allows {change.lo:g} to {change.hi:g}. Choose a size in this"
+            f"size = {quote(size)}: the defect {defect} allows {change.lo:g} to {change.hi:g}. Choose a size in this"
             " range."
         )
     return change.made(setting, crane, value)

@@ -33,7 +33,7 @@ from stillhook.logs.synthetic.instruments import AHC_COLUMNS, Sensors, ahc_senso
 from stillhook.spec.crane import Crane, Plant
 from stillhook.spec.scenario import Scenario
 from stillhook.spec.scenario import Sensors as CaseSensors
-from stillhook.units import came, show
+from stillhook.units import quote, show
 from stillhook.validate.synthetic.defects import Defect, defect_of, defect_text, with_defect
 from stillhook.validate.synthetic.reference.pack import simulate_reference
 from stillhook.validate.synthetic.reference_file import reference_text
@@ -124,7 +124,7 @@ def write_campaign(
         if not plan.crane_name:
             (part / CRANE_FILE).write_text(crane_toml(plan.crane), encoding="utf-8")
         defect_words = "none" if named is None else f"{named}: {defect_text(named, size)}"
-        (part / TRUTH_FILE).write_text(
+        (part / REFERENCE_FILE).write_text(
             f"# {MARK}. The reference crane of the logs.\n{reference_text(plan, seed, defect_words, made)}",
             encoding="utf-8",
         )
@@ -136,9 +136,9 @@ def write_campaign(
 
 def _check(plan: Plan, seed: int, defect: Defect | None, size: float | None) -> None:
     if type(seed) is not int or seed < 0:
-        raise ValidateError(f"seed = {came(seed)}: it must be an integer of 0 or more.")
+        raise ValidateError(f"seed = {quote(seed)}: it must be an integer of 0 or more.")
     if size is not None and defect is None:
-        raise ValidateError(f"size = {came(size)}: a size needs a defect. State the defect.")
+        raise ValidateError(f"size = {quote(size)}: a size needs a defect. State the defect.")
     if plan.crane.plant is not Plant.ACTIVE_PASSIVE:
         raise ValidateError(
             f'"{plan.crane.name}" is {plan.crane.plant}: example campaigns need an active/passive winch. Choose such a'

@@ -225,7 +225,7 @@ def simulate_reference(
     Errors: ScenarioError, SpecError (step too long; no passive circuit), SimulationError.
     """
     check(crane, case)
-    packed, drive = pack_reference(crane, case, reference), Drive(crane, case)
+    packed, drive = pack_reference(crane, case, reference), CycleInputs(crane, case)
     n_sub = steps_per_cycle(crane, step, SERIES_STEP)
     name, rate = max(fastest_rates(packed).items(), key=lambda i: i[1])
     if step is None:
