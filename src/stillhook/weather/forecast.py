@@ -95,9 +95,9 @@ def check_forecast(
     notes = tuple(f"no alpha on {limit.text}: taken as it is" for i, limit in enumerate(limits) if i not in factors)
     if not one.weather_restricted:
         return Forecast(False, None, looked, tuple(factors.values()), one.T_R, one.reason, notes)
-    found = next((s.time for s in looked if s.go), None)
+    first_go = next((s.time for s in looked if s.go), None)
     reason = "" if looked[0].go else reason_against(looked[0], one.T_R, weather)
-    return Forecast(bool(looked[0].go), found, looked, tuple(factors.values()), one.T_R, reason, notes)
+    return Forecast(bool(looked[0].go), first_go, looked, tuple(factors.values()), one.T_R, reason, notes)
 
 
 def rows_of(weather: Weather, start: np.datetime64 | None, horizon: float) -> NDArray[np.intp]:
@@ -141,19 +141,19 @@ def starts_of(
 
 def bounds(weather: Weather, limits: Sequence[Limit], ship: float | None) -> tuple[Bound, ...]:
     """Those of the limits that have an upper end, record by record."""
-    found = []
+    starts = []
     for limit in limits:
         if KIND[limit.range.name] == "angle" or not math.isfinite(limit.range.high):
             continue
         counts = np.ones(len(weather), dtype=np.bool_)
         for part in limit.when:
             counts &= part.holds(values(weather, part.name, limit, ship))
-        found.append(
+        starts.append(
             Bound(
                 limit.text, values(weather, limit.range.name, limit, ship), np.where(counts, limit.range.high, np.nan)
             )
         )
-    return tuple(found)
+    return tuple(starts)
 
 
 def _governing(upper: Sequence[Bound], rows: slice, heading: np.intp | None) -> tuple[str, float | None, float | None]:
