@@ -141,19 +141,19 @@ def starts_of(
 
 def bounds(weather: Weather, limits: Sequence[Limit], ship: float | None) -> tuple[Bound, ...]:
     """Those of the limits that have an upper end, record by record."""
-    starts = []
+    upper_limits = []
     for limit in limits:
         if KIND[limit.range.name] == "angle" or not math.isfinite(limit.range.high):
             continue
         counts = np.ones(len(weather), dtype=np.bool_)
         for part in limit.when:
             counts &= part.holds(values(weather, part.name, limit, ship))
-        starts.append(
+        upper_limits.append(
             Bound(
                 limit.text, values(weather, limit.range.name, limit, ship), np.where(counts, limit.range.high, np.nan)
             )
         )
-    return tuple(starts)
+    return tuple(upper_limits)
 
 
 def _governing(upper: Sequence[Bound], rows: slice, heading: np.intp | None) -> tuple[str, float | None, float | None]:
