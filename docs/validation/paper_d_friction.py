@@ -17,6 +17,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from stillhook import identify, load_crane
+from stillhook.identify.system_friction.campaign.measure import measure
+from stillhook.identify.system_friction.campaign.pairs import on_grid
 from stillhook.identify.system_friction.compare import drum_torque, speeds, split
 from stillhook.identify.system_friction.fitting.draws import crane_with
 from stillhook.identify.system_friction.fitting.fit import FrictionFit, cost, fit_system, predicted
@@ -30,8 +32,6 @@ from stillhook.identify.system_friction.identify import (
     thesis_check,
 )
 from stillhook.identify.system_friction.motor_refit import SecondLoop, second_loop
-from stillhook.identify.system_friction.tests.measure import measure
-from stillhook.identify.system_friction.tests.pairs import on_grid
 from stillhook.library import load_friction, motor
 from stillhook.library import system_friction as library_friction
 from stillhook.library.parameter_sets.sets import load_losses

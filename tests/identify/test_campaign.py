@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from stillhook.errors import StillhookError
-from stillhook.identify.system_friction.tests.campaign import load_campaign
+from stillhook.identify.system_friction.campaign.file import load_campaign
 from stillhook.units import parse
 
 GOOD = """

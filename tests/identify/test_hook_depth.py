@@ -9,8 +9,8 @@ import pytest
 from stillhook import load_crane
 from stillhook.engine.pack.wire_weight import RHO_STEEL, wire_carried
 from stillhook.errors import StillhookError
-from stillhook.identify.system_friction.tests.campaign import load_campaign
-from stillhook.identify.system_friction.tests.measure import LOAD_CODE, carried, measure
+from stillhook.identify.system_friction.campaign.file import load_campaign
+from stillhook.identify.system_friction.campaign.measure import LOAD_CODE, carried, measure
 from stillhook.physics.scalar import G
 from stillhook.spec.scenario import RHO_SEA
 from stillhook.units import parse

@@ -7,7 +7,7 @@ import pytest
 
 from stillhook.errors import IdentifyError
 from stillhook.identify.steady_state.windows import Window
-from stillhook.identify.system_friction.tests.pairs import on_grid, pair_windows
+from stillhook.identify.system_friction.campaign.pairs import on_grid, pair_windows
 from stillhook.units import parse, show
 
 RPM = parse("1 rev/min", "rotation")

@@ -12,9 +12,9 @@ from stillhook import load_crane
 from stillhook.cli.identify.example import example_campaign
 from stillhook.engine.pack.winch import active_record, friction_record
 from stillhook.errors import StillhookError
-from stillhook.identify.system_friction.tests.published import CAMPAIGNS, PlannedTest, TestPlan
-from stillhook.identify.system_friction.tests.staircase import HOLD, PAUSE, RAMP, outermost_layer, staircase
-from stillhook.identify.system_friction.tests.synthetic import (
+from stillhook.identify.system_friction.campaign.published import CAMPAIGNS, PlannedTest, TestPlan
+from stillhook.identify.system_friction.campaign.staircase import HOLD, PAUSE, RAMP, outermost_layer, staircase
+from stillhook.identify.system_friction.campaign.synthetic import (
     MARK,
     campaign_plan,
     closed_circuit,

@@ -31,8 +31,8 @@ from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.synthetic import Defect, Plan, Written, sea_trials, write_campaign
 from stillhook.validate.synthetic.defects import DEFECTS, defect_text, with_defect
 from stillhook.validate.synthetic.scatter import STATED_DELAY, Setting, setting
+from stillhook.validate.synthetic.schedule import PlannedTest, Sea, beyond
 from stillhook.validate.synthetic.sea import irregular
-from stillhook.validate.synthetic.tests import PlannedTest, Sea, beyond
 
 CRANE = load_crane("nov-250t")
 LEVER = 0.5 / CRANE.i_hD

@@ -13,31 +13,31 @@ if TYPE_CHECKING:
     from stillhook.identify.motor.identify import MotorLoss, identify_motor
     from stillhook.identify.motor.map import LossMap, mapped_loss, read_map
     from stillhook.identify.motor.synthetic_map import synthetic_map
+    from stillhook.identify.system_friction.campaign.file import Campaign, load_campaign
+    from stillhook.identify.system_friction.campaign.synthetic import campaign_plan, write_campaign
     from stillhook.identify.system_friction.fitting.draws import draw_cranes
     from stillhook.identify.system_friction.identify import Friction, friction
     from stillhook.identify.system_friction.motor_refit import second_loop
-    from stillhook.identify.system_friction.tests.campaign import Campaign, load_campaign
-    from stillhook.identify.system_friction.tests.synthetic import campaign_plan, write_campaign
     from stillhook.logs.log import Log, read_log
 
 _HOMES = {
-    "Campaign": "identify.system_friction.tests.campaign",
+    "Campaign": "identify.system_friction.campaign.file",
     "Friction": "identify.system_friction.identify",
     "Log": "logs.log",
     "LossMap": "identify.motor.map",
     "MotorLoss": "identify.motor.identify",
-    "campaign_plan": "identify.system_friction.tests.synthetic",
+    "campaign_plan": "identify.system_friction.campaign.synthetic",
     "draw_cranes": "identify.system_friction.fitting.draws",
     "friction": "identify.system_friction.identify",
     "friction_curve": "identify.curve",
     "identify_motor": "identify.motor.identify",
-    "load_campaign": "identify.system_friction.tests.campaign",
+    "load_campaign": "identify.system_friction.campaign.file",
     "mapped_loss": "identify.motor.map",
     "read_log": "logs.log",
     "read_map": "identify.motor.map",
     "second_loop": "identify.system_friction.motor_refit",
     "synthetic_map": "identify.motor.synthetic_map",
-    "write_campaign": "identify.system_friction.tests.synthetic",
+    "write_campaign": "identify.system_friction.campaign.synthetic",
 }
 __all__ = [
     "Campaign",

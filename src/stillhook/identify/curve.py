@@ -17,7 +17,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.errors import IdentifyError
 from stillhook.identify.steady_state.records import Rejected, Steady, Window, WindowSettings
 from stillhook.identify.steady_state.windows import effort_of, kind_of, signal_of, steady_windows
-from stillhook.identify.system_friction.tests.pairs import Pair, pair_windows
+from stillhook.identify.system_friction.campaign.pairs import Pair, pair_windows
 from stillhook.logs.log import Log
 from stillhook.statistics.correlated_mean import NORMAL_95, mean_and_uncertainty, students_factor
 from stillhook.units import KINDS, show

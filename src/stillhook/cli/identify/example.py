@@ -35,8 +35,8 @@ def example_campaign(
 
     Example: stillhook identify example-campaign L4593 my-tests
     """
+    from stillhook.identify.system_friction.campaign.synthetic import campaign_plan, write_campaign
     from stillhook.identify.system_friction.fitting.draws import crane_with
-    from stillhook.identify.system_friction.tests.synthetic import campaign_plan, write_campaign
     from stillhook.library import load_crane, load_set
     from stillhook.logs.synthetic.instruments import Instruments, noise_of
 

@@ -13,8 +13,8 @@ from stillhook.report.terminal import print_json, print_table, progress_bar, say
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from stillhook.identify.system_friction.campaign.measure import Measured
     from stillhook.identify.system_friction.identify import Friction
-    from stillhook.identify.system_friction.tests.measure import Measured
 
 SET, REPORT, NUMBERS, POINTS, STRETCHES = "friction.toml", "report.html", "summary.json", "points.csv", "stretches.csv"
 GRID_BIAS = 1.5

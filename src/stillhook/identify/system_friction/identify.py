@@ -13,6 +13,8 @@ import numpy as np
 from stillhook.base.choice import choice
 from stillhook.base.progress import Progress
 from stillhook.errors import IdentifyError
+from stillhook.identify.system_friction.campaign.file import Campaign, load_campaign
+from stillhook.identify.system_friction.campaign.measure import Measured, measure
 from stillhook.identify.system_friction.diagnosis import Design, Statement, design, judge
 from stillhook.identify.system_friction.fitting.fit import (
     Y_4_LEAST,
@@ -44,8 +46,6 @@ from stillhook.identify.system_friction.fitting.uncertainty import (
 from stillhook.identify.system_friction.motor_refit import SecondLoop, second_loop
 from stillhook.identify.system_friction.next_tests import Proposal, propose
 from stillhook.identify.system_friction.remarks import log_statements, motor_statement, unlike
-from stillhook.identify.system_friction.tests.campaign import Campaign, load_campaign
-from stillhook.identify.system_friction.tests.measure import Measured, measure
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import SystemFriction
 from stillhook.statistics.complex_method import Optimum, Variant, complex_method

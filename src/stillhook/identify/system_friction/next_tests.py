@@ -15,10 +15,10 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import IdentifyError
+from stillhook.identify.system_friction.campaign.file import Campaign
 from stillhook.identify.system_friction.fitting.fit import FrictionFit, jacobian, sigma_of
 from stillhook.identify.system_friction.fitting.model import Y_NAMES, Loss, Y, system_friction
 from stillhook.identify.system_friction.fitting.points import Points, joined
-from stillhook.identify.system_friction.tests.campaign import Campaign
 from stillhook.physics.load_path.drum import layer_diameter
 from stillhook.physics.scalar import G
 from stillhook.units import parse

@@ -7,13 +7,13 @@ from collections import Counter
 
 import numpy as np
 
+from stillhook.identify.system_friction.campaign.file import Campaign
+from stillhook.identify.system_friction.campaign.measure import Measured
 from stillhook.identify.system_friction.diagnosis import Statement
 from stillhook.identify.system_friction.fitting.fit import FrictionFit
 from stillhook.identify.system_friction.fitting.model import Y, system_friction
 from stillhook.identify.system_friction.fitting.points import Points
 from stillhook.identify.system_friction.fitting.uncertainty import shift_by_motor
-from stillhook.identify.system_friction.tests.campaign import Campaign
-from stillhook.identify.system_friction.tests.measure import Measured
 from stillhook.library import frictions
 from stillhook.library import system_friction as published
 from stillhook.logs.checks.physical_range import SET_VALUES

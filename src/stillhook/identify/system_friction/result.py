@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stillhook.identify.system_friction.campaign.measure import LOAD_CODE, Measured, carried
 from stillhook.identify.system_friction.fitting.fit import FrictionFit, predicted
 from stillhook.identify.system_friction.fitting.model import X_NAMES, Y_NAMES, motor_loss_at
 from stillhook.identify.system_friction.fitting.points import Points
 from stillhook.identify.system_friction.fitting.uncertainty import correlation
 from stillhook.identify.system_friction.identify import Friction, HeldOut, nominal_share
 from stillhook.identify.system_friction.next_tests import ANYTHING
-from stillhook.identify.system_friction.tests.measure import LOAD_CODE, Measured, carried
 from stillhook.library.parameter_sets.evidence import Evidence
 from stillhook.library.parameter_sets.sets import LOSS_RANGE, FrictionSet, LossSet
 from stillhook.spec.circuits import Motor

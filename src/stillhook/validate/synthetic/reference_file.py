@@ -11,7 +11,7 @@ from stillhook.validate.synthetic.reference.circuits import M_N2, active_leak, g
 from stillhook.validate.synthetic.reference.crane import numbers
 from stillhook.validate.synthetic.reference.friction import reference_friction
 from stillhook.validate.synthetic.scatter import Setting
-from stillhook.validate.synthetic.tests import Plan
+from stillhook.validate.synthetic.schedule import Plan
 from stillhook.winches.reference.leak import gap_motor, gap_pump
 
 

@@ -38,7 +38,7 @@ from stillhook.validate.synthetic.defects import Defect, defect_of, defect_text,
 from stillhook.validate.synthetic.reference.pack import simulate_reference
 from stillhook.validate.synthetic.reference_file import reference_text
 from stillhook.validate.synthetic.scatter import Setting, setting
-from stillhook.validate.synthetic.tests import Plan, PlannedTest, sea_trials
+from stillhook.validate.synthetic.schedule import Plan, PlannedTest, sea_trials
 from stillhook.winches.records import Tick
 
 CRANE_FILE = "crane.toml"

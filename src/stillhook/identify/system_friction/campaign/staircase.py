@@ -12,7 +12,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.engine.pack.winch import active_record, drum_record, friction_record
 from stillhook.engine.scenario.checks import speed_limit
 from stillhook.errors import IdentifyError
-from stillhook.identify.system_friction.tests.published import PlannedTest
+from stillhook.identify.system_friction.campaign.published import PlannedTest
 from stillhook.physics.friction import system_friction
 from stillhook.physics.hydraulics.motor import torque_loss
 from stillhook.physics.load_path.drum import LAST_TURNS, layer_diameter, wire_to_layer, wire_usable

@@ -18,8 +18,8 @@ from stillhook.base.progress import Progress
 from stillhook.engine.scenario.run import Meter
 from stillhook.engine.scenario.simulate import simulate
 from stillhook.errors import IdentifyError, SpecError
-from stillhook.identify.system_friction.tests.published import CAMPAIGNS, TestPlan
-from stillhook.identify.system_friction.tests.staircase import Staircase, outermost_layer, staircase
+from stillhook.identify.system_friction.campaign.published import CAMPAIGNS, TestPlan
+from stillhook.identify.system_friction.campaign.staircase import Staircase, outermost_layer, staircase
 from stillhook.library import changed, crane_toml, load_crane
 from stillhook.library.leakage import form_of
 from stillhook.logs.synthetic.campaign import (
