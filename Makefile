@@ -8,11 +8,13 @@ STAMP := $(VENV)/.installed
 PIP   := $(BIN)/python -m pip --quiet --quiet --disable-pip-version-check --no-input
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check bench docs validation lock clean
+.PHONY: help demo test test-fast test-thorough test-all check bench docs validation lock clean
 
 help:
 	@echo "make demo        set up, then run the demonstration (stillhook demo)"
-	@echo "make test        set up, then run the tests"
+	@echo "make test        set up, then run the tests (about five minutes)"
+	@echo "make test-fast   set up, then run the tests that take a minute"
+	@echo "make test-all    set up, then run every test, and compute all pages of the documentation again"
 	@echo "make check       set up, then ruff, import layers and mypy"
 	@echo "make bench       set up, then measure speed against the references"
 	@echo "make docs        set up, then write the generated pages and check the links"
@@ -24,7 +26,17 @@ demo: $(STAMP)
 	@$(BIN)/stillhook demo
 
 test: $(STAMP)
-	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest $(PYTEST_ARGS)
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest $(PYTEST_ARGS) -m "not thorough"
+
+test-fast: $(STAMP)
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest $(PYTEST_ARGS) -m "not slow and not thorough"
+
+# What `make test` leaves out.
+test-thorough: $(STAMP)
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest $(PYTEST_ARGS) -m thorough
+
+test-all: test test-thorough
+	@$(BIN)/python docs/validation/make.py --check
 
 check: $(STAMP)
 	@echo "ruff check" && $(BIN)/ruff check --quiet --output-format concise .

@@ -24,6 +24,7 @@ def _make() -> ModuleType:
 MAKE = _make()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("script", [*MAKE.scripts(), None], ids=lambda s: s or "front page")
 def test_tables_are_what_the_package_computes_now(script: str | None):
     assert MAKE.outdated(script) == ""
