@@ -60,7 +60,7 @@ def in_the_way(step):  # type: ignore[no-untyped-def]
 def test_tuned_numbers_lie_within_five_per_cent_of_the_truth_and_their_intervals_hold_it() -> None:
     for found in off_step().tuned:
         truth = math.exp(OFF[found.name])
-        assert found.known, found.why
+        assert found.known, found.reason
         assert abs(found.factor / truth - 1.0) < CLOSE
         assert found.low < truth < found.high
 
@@ -111,7 +111,7 @@ def test_a_well_matched_crane_passes_with_speed_from_the_wire_alone_and_under_a_
     step = checked(record(near, without=("omega_m", "alpha_m"), load=2e3))
     assert in_the_way(step) == {}
     said = " ".join(step.statements)
-    assert 'Test "turns" has 2 t on the hook; paper F asks for none' in said
+    assert 'Test "turns" has 2 t on the hook; paper F requires none' in said
     assert "up to 25 m of wire out; paper F requires less than 20 m" in said
 
 
@@ -128,7 +128,7 @@ def test_signals_that_do_not_belong_together_tell_nothing() -> None:
     cut = replace(r, segments=(replace(r.segments[0], last=1600),))
     step = checked(changed(cut, p_a=r.signals["p_b"], p_b=r.signals["p_a"]))
     assert not any(f.known for f in step.tuned)
-    assert "inconsistent signals" in step.tuned[0].why
+    assert "inconsistent signals" in step.tuned[0].reason
     assert verdicts(step)["4-C_h"] is Verdict.NOT_SHOWN
     assert tuned_crane(step, campaign(cut)) is None
 

@@ -134,7 +134,7 @@ def test_turns_that_cannot_show_another_form_offer_no_leakage_and_widen_its_inte
     assert leak.low < 0.7
     assert leak.high > 1.4
     assert "may differ by" in leak.form
-    assert "unseen" in leak.form
+    assert "undetected" in leak.form
     assert found[C_H].offered
     assert found[INERTIA].offered
     lines = {x.key: x for x in judge(campaign().criteria, step.measures, (StepNumber.DYNAMICS,))}
@@ -145,7 +145,7 @@ def test_a_form_that_the_turns_cannot_show_counts_where_other_tests_agree() -> N
     blind = GroupDifference(C_LEAK, SLOW_AND_FAST, 0.1, 0.2, 20)
     assert hidden(C_LEAK, [blind], 0.12) == (
         pytest.approx(0.417, abs=1e-3),
-        "fast turns and slow turns may differ by 1.5 undetected",
+        "fast turns and slow turns may differ by a factor of 1.5 undetected",
     )
     assert hidden(C_LEAK, [blind, GroupDifference(C_LEAK, OTHER_TESTS, 0.05, 0.04, 20)], 0.12) == (0.0, "")
     for other in (

@@ -76,7 +76,7 @@ def test_a_constant_leak_is_recognised_where_the_file_has_it_rise(twin):
     assert leak.value.low < truth_of("constant", twin) < leak.value.high
     assert leak.in_file_form.value > leak.chosen.value.high
     (measure,) = step("constant", twin).measures_of("leakage_error")
-    assert "the form of the leakage does not fit: it is constant in the log, goes with" in measure.note
+    assert "the form of the leakage does not fit: it is constant in the log, rises with" in measure.note
     assert any("the form of the leakage does not fit" in x.lower() for x in step("constant", twin).statements)
     assert f"structural error of its law, scaled to these data: {100.0 * leak.bend:.1f} %" in measure.note
 
@@ -152,7 +152,7 @@ def test_step_4_agrees_in_the_right_form_and_offers_no_factor_in_a_wrong_one(twi
         assert found.leak_at == found.leak.file_at
         assert not leak.offered
         assert verdict(found, "4-leakage") is Verdict.SHOWN
-        assert "Not offered as a tuned value: the form of the leakage does not fit" in " ".join(found.statements)
+        assert "Not proposed as a tuned value: the form of the leakage does not fit" in " ".join(found.statements)
         assert tuned_crane(found, c).active.leak.form is LeakForm.CONSTANT
 
 

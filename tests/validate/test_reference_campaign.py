@@ -307,11 +307,12 @@ def changes(defect: Defect) -> set[str]:
     for s in (a, b):
         inside = {
             f"{part}.{f.name}": getattr(getattr(s, part), f.name)
-            for part in ("truth", "clock", "faults")
+            for part in ("reference", "clock", "faults")
             for f in fields(getattr(s, part))
         }
         flat.append(
-            inside | {f.name: getattr(s, f.name) for f in fields(Setting) if f.name not in ("truth", "clock", "faults")}
+            inside
+            | {f.name: getattr(s, f.name) for f in fields(Setting) if f.name not in ("reference", "clock", "faults")}
         )
     return {name for name in flat[0] if flat[0][name] != flat[1][name]}
 
@@ -505,10 +506,10 @@ def refused(tmp_path: Path, match: str, error: type[Exception] = ValidateError, 
 
 
 def test_wrong_wishes_are_refused_in_one_line_before_anything_is_written(tmp_path):
-    refused(tmp_path, r'defect "leak": not one of leakage, friction, layer', defect="leak")
+    refused(tmp_path, r'Unknown defect "leak". Choose one of leakage, friction, layer', defect="leak")
     refused(tmp_path, r"seed = -1: it must be an integer of 0 or more", seed=-1)
     refused(tmp_path, r"size = 2: a size needs a defect", size=2)
-    refused(tmp_path, r"size = nan: the defect gear may have -0.3 to 0.3", defect="gear", size=float("nan"))
+    refused(tmp_path, r"size = nan: the defect gear allows -0.3 to 0.3", defect="gear", size=float("nan"))
     winch = load_crane("nov-100t-pure-active")
     refused(tmp_path, r'"nov-100t-pure-active" is pure-active: example campaigns', plan=replace(SHORT, crane=winch))
 
