@@ -63,7 +63,7 @@ def criteria() -> str:
     sets = [load_criteria(name) for name in criteria_sets()]
     rows = [
         (
-            *(s.label, c.key, int(c.step), c.what, f"`{c.measure}`", c.limit_text),
+            *(s.label, c.key, int(c.step), c.title, f"`{c.measure}`", c.limit_text),
             *(ask_of(c), c.source, c.reason),
         )
         for s in sets
