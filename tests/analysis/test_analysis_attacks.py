@@ -47,6 +47,7 @@ def _on_terminal(columns: int, *arguments: str) -> str:
     return re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", out.decode())
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("columns", [60, 80])
 def test_narrow_terminal_shows_every_number_whole(columns: int) -> None:
     """No number is cut and no column lost on a terminal that is narrower than the table."""
@@ -56,12 +57,14 @@ def test_narrow_terminal_shows_every_number_whole(columns: int) -> None:
     assert max(len(line) for line in shown.splitlines() if line.startswith(("│", "┃"))) <= columns
 
 
+@pytest.mark.thorough
 def test_stability_on_80_columns_has_its_values() -> None:
     """The values stand beside their names where the meanings are long."""
     shown = _on_terminal(80, "stability", "nov-250t")
     assert re.search(r"K_p_ms +│ +2\.026 +│ +[0-9.]+ +│ +1/m", shown), shown
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [
@@ -96,6 +99,7 @@ def test_load_beyond_the_crane_is_no_fault_of_a_factor(capfd: pytest.CaptureFixt
     assert "factor" not in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["best classic", "physical", "$x^{$"])
 def test_controller_file_cannot_take_the_name_of_another_row(
     name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
@@ -108,6 +112,7 @@ def test_controller_file_cannot_take_the_name_of_another_row(
     assert "Rename the file" in capfd.readouterr().err
 
 
+@pytest.mark.thorough
 def test_band_of_one_draw_is_no_band(capfd: pytest.CaptureFixture[str]) -> None:
     """A single draw has no spread, and a heavy lift in HS with an open relief valve is no working controller: both are
     said."""

@@ -121,6 +121,7 @@ def test_alternatives_of_one_group_are_not_combined():
     )  # a factor acts on what the alternative made
 
 
+@pytest.mark.slow
 def test_every_factor_of_the_table_that_changes_something_is_varied_also_those_not_drawn_by_default():
     found = attribute({"run": (CRANE, CASE)}, [Figure("y", lambda r: r["run"]["b"])], pairs=False, evaluate=multiples)
     there = {name for name, f in FACTORS.items() if not f.absent(CRANE, CASE)}
@@ -129,12 +130,14 @@ def test_every_factor_of_the_table_that_changes_something_is_varied_also_those_n
     assert "pump_leakage" in there
 
 
+@pytest.mark.slow
 def test_open_loop_motors_bring_their_offset_into_the_ranking():
     crane = changed(CRANE, {"active": {"motor": {"variant": ServoVariant.OPEN_LOOP_FEEDBACK.value}}})
     found = attribute({"run": (crane, CASE)}, [Figure("y", lambda r: r["run"]["b"])], pairs=False, evaluate=multiples)
     assert "motor_offset" in {row.cause for row in found.ranking()}
 
 
+@pytest.mark.thorough
 def test_the_order_of_effects_is_that_of_the_first_order_indices():
     """Over ranges of one width the factor with the clearly larger share of the variance moves the figure further."""
     case = Scenario(load="0 t", s_w="15 m", tip=Sine.from_si(2.8, 12.0), mode="ssc", duration="72 s", warm_up="40 s")
@@ -170,6 +173,7 @@ def scenario_2(mode, alpha_hs=0.6):
     return crane, Scenario(load="0 t", s_w="15 m", tip=tip, mode=mode, duration="124 s", warm_up="40 s")
 
 
+@pytest.mark.thorough
 def test_larger_motor_losses_with_hs_at_048_bring_all_printed_figures_of_scenario_2_about():
     """What a page that varied factors one by one had excluded: paper E prints 120 bar, 20 cm and 10 cm."""
     runs = {m: scenario_2(m) for m in ("hs", "ssc")}

@@ -96,6 +96,7 @@ class TestSettings:
         layer_6 = setting_curves(load(E250), load="100 t", layer=6, modes=["ns"], v_w="0 m/s to 2 m/s by 0.25 m/s")
         assert bool((layer_6["alpha_p"] > layer_6["alpha_p_ideal"])[:, 1:].all())
 
+    @pytest.mark.slow
     def test_pumps_rise_and_motors_fall_with_speed(self, curves):
         assert bool((curves["alpha_p"].diff("v_w") > 0.0).all())
         assert bool((curves["alpha_m"].diff("v_w") <= 1e-12).all())
@@ -119,6 +120,7 @@ class TestSettings:
 
 
 class TestLimits:
+    @pytest.mark.thorough
     @pytest.mark.parametrize("units", ["library", "small"])
     @pytest.mark.parametrize("name", [C150, E250, PURE])
     @pytest.mark.parametrize("way", list(Direction))
@@ -144,6 +146,7 @@ class TestLimits:
                 assert used[Limit.POWER] <= 1.0 + SAME
                 assert used[top.binds] == pytest.approx(1.0, abs=CORNER)
 
+    @pytest.mark.thorough
     def test_no_mode_goes_faster_than_the_machine(self):
         for name in (C150, E250, PURE):
             few = envelope(small(name), loads=["60 %", "100 %"], modes=["ns", "hs", "ssc"])
@@ -183,6 +186,7 @@ class TestLimits:
         motor = heavy.crane.passive.motor
         assert top.point.omega_m == pytest.approx(motor.n_max_full / heavy.alpha_pm, rel=SAME)
 
+    @pytest.mark.slow
     def test_motor_speed_limit_rises_as_displacement_falls(self):
         """With pumps and power units of any size the shaft stops at n_max_full / alpha_m."""
         crane = changed(
@@ -194,6 +198,7 @@ class TestLimits:
         assert {t.binds for t in tops} == {Limit.MOTOR}
         assert [t.point.omega_m * t.point.alpha_m for t in tops] == pytest.approx([crane.active.motor.n_max_full] * 3)
 
+    @pytest.mark.slow
     def test_best_displacement_of_the_machine_is_where_flow_and_pressure_meet(self):
         s = outer(E250, 1.0, units="endless")
         best = s.top_of_machine()
@@ -202,6 +207,7 @@ class TestLimits:
         for nearby in (best.point.alpha_m - 0.01, best.point.alpha_m + 0.01):
             assert not s.top(lambda v, a=nearby: a).v_w > best.v_w
 
+    @pytest.mark.thorough
     @pytest.mark.parametrize(("name", "share"), [(E250, 1.0), (PURE, 0.6), (PURE, 1.0)])
     @pytest.mark.parametrize("way", list(Direction))
     def test_no_displacement_gives_more_speed_where_power_binds(self, name, share, way):
@@ -216,6 +222,7 @@ class TestLimits:
         assert np.nanmax(others) <= best.v_w * (1.0 + SAME)
         assert np.nanmin(others) < 0.999 * best.v_w  # it matters which
 
+    @pytest.mark.thorough
     def test_power_units_without_a_limit_bind_nothing(self):
         limited, free = outer(E250, 1.0, units="small"), outer(E250, 1.0, units="endless")
         assert free.top_of_machine().limits[Limit.POWER] == math.inf
@@ -261,6 +268,7 @@ class TestLimits:
 class TestAgainstTheEngine:
     """Runs that were not made for the envelope stop where it says."""
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(("part", "full"), [(0.97, False), (1.03, True)])
     @pytest.mark.parametrize("mode", [Mode.NS, Mode.SSC])
     def test_pumps_saturate_above_the_top_of_a_mode_and_not_below(self, mode, part, full):

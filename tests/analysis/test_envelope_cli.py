@@ -29,6 +29,7 @@ def refusal(capsys, *arguments):
     return line
 
 
+@pytest.mark.slow
 def test_json_holds_what_the_dataset_holds_in_si(capsys):
     found = answer(capsys, *FAST, "--load", "40 t")
     data = envelope(load_crane(CRANE), loads=["40 t"], modes=["ns", "ssc"])
@@ -50,6 +51,7 @@ def test_every_key_is_in_the_nomenclature(capsys):
     assert keys <= set(BY_NAME)
 
 
+@pytest.mark.slow
 def test_a_load_that_no_mode_may_carry_ends_with_1_and_null(capsys):
     found = answer(capsys, "envelope", CRANE, "--modes", "hs", "--load", "90 t", code=1)
     (row,) = (r for r in found["rows"] if r["mode"] == "hs")
@@ -57,6 +59,7 @@ def test_a_load_that_no_mode_may_carry_ends_with_1_and_null(capsys):
     assert row["binds"] == "load of the mode"
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("units", "binds"), [('P_max = "10 MW"\nP_back = "10 MW"', "torque reserve"), ("", "hydraulic power")]
 )
@@ -74,11 +77,13 @@ def test_table_tells_speed_and_limit_in_human_units(capsys, tmp_path, units, bin
     assert "nan" not in out
 
 
+@pytest.mark.slow
 def test_layer_is_counted_from_the_bare_drum(capsys):
     inner, outer = (answer(capsys, *FAST, "--load", "40 t", "--layer", n)["rows"][-1] for n in ("1", "10"))
     assert inner["v_w_top"] < outer["v_w_top"]
 
 
+@pytest.mark.thorough
 def test_out_writes_every_file_that_is_promised(capsys, tmp_path, monkeypatch):
     monkeypatch.setattr(
         "stillhook.analysis.operating_envelope.load_speed.LOADS", (0.0, 0.5, 1.0)
@@ -95,6 +100,7 @@ def test_out_writes_every_file_that_is_promised(capsys, tmp_path, monkeypatch):
     assert told == answer(capsys, *FAST, "--load", "40 t")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [

@@ -55,6 +55,7 @@ def assert_alike(a, b):
         assert a == b
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "tables"),
     [

@@ -40,6 +40,7 @@ APART = 0.12
 last."""
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("crane", [CRANE, LIBRARY], ids=["calm wire", "library"])
 @pytest.mark.parametrize("name", ["ns", "hs", "ssc", "ssc-cubic", "level-1"])
 def test_no_slow_place_allows_less_gain_than_the_loop_that_governs(name: str, crane: Crane):
@@ -84,6 +85,7 @@ def test_heavy_loads_on_the_library_wire_swing_whatever_the_gain_and_do_not_chan
         assert governing(CRANE, Mode(name)).swings == ()
 
 
+@pytest.mark.slow
 def test_margins_hold_with_a_shorter_computing_time_too():
     """A delay turns the loop's resonance away from -1 and allows more gain; a gain that counts on it fails where the
     PLC is quicker."""
@@ -100,6 +102,7 @@ def test_both_directions_empty_hook_and_heaviest_load_are_looked_at():
     assert payloads_of_mode(CRANE, Mode.NS, 50e3) == (0.0, 50e3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("v", "load", "s_w"), [(5.0, 100e3, 15.0), (5.0, 150e3, 100.0)])
 def test_a_gain_just_above_the_limit_of_the_plant_swings_and_one_just_below_dies_out(v: float, load: float, s_w: float):
     """HS at 60 % displacement, far below the published limit of 1 1/m: the same kick fades below, and grows to a
@@ -124,6 +127,7 @@ def test_a_gain_just_above_the_limit_of_the_plant_swings_and_one_just_below_dies
     assert swing[1.0][2] > 20.0 * last
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["ns", "hs"])
 def test_a_tuned_controller_keeps_its_margins_where_it_is_slow_and_loaded(name: str):
     """K_p of NS was 0.58 1/m and that of HS 0.40 1/m when B_v alone was looked at; HS then swung at 2 m/min with 150
@@ -148,6 +152,7 @@ def test_the_limit_that_stops_it_names_load_speed_and_displacement():
     assert linear_broken(CRANE, Mode.SSC, Limits(), [1.0]) == []
 
 
+@pytest.mark.slow
 def test_less_load_leaves_more_margin():
     light = parse_limits(["load <= 40 t"])
     assert light.load == 40e3
@@ -155,6 +160,7 @@ def test_less_load_leaves_more_margin():
     assert loop_margins(CRANE, Mode.HS, light).gain_margin > loop_margins(CRANE, Mode.HS).gain_margin
 
 
+@pytest.mark.thorough
 def test_a_short_wire_leaves_less_margin():
     assert gain_allowed(CRANE, Mode.NS, Limits(), [15.0]) < 0.5 * gain_allowed(CRANE, Mode.NS, Limits(), [100.0])
     short = governing(CRANE, Mode.HS, wires=[15.0])
@@ -176,6 +182,7 @@ def test_the_note_of_a_run_gives_the_published_limit_and_the_plant_lies_below_it
     assert slow_limit(hot, controller("hs"), load=150e3, s_w=100.0).K_p_ms < 0.1 * told
 
 
+@pytest.mark.thorough
 def test_more_break_away_friction_never_allows_more_gain():
     s = CRANE.friction.system
     worse = [
@@ -200,6 +207,7 @@ def test_strong_ssc_keeps_the_margins_of_the_plant_too():
     assert strong_ssc(worse).on(worse).control.K_p < 0.9 * strongest_gain(worse)
 
 
+@pytest.mark.thorough
 def test_settings_that_the_loop_does_not_know_of_do_not_change_it():
     other = changed(CRANE, {"control": {"K_1": "0.9 s/m", "K_p": "0.3 1/m", "t_lead": "20 ms"}})
     assert governing(other, Mode.NS)._replace(loop=None) == governing(CRANE, Mode.NS)._replace(loop=None)
@@ -207,6 +215,7 @@ def test_settings_that_the_loop_does_not_know_of_do_not_change_it():
     assert governing(soft, Mode.NS).K_p != governing(CRANE, Mode.NS).K_p
 
 
+@pytest.mark.thorough
 def test_a_controller_by_name_is_tuned_as_the_same_one_made():
     cases = [Scenario(load="40 t", s_w="100 m", tip="sine 1 m 10 s", warm_up="20 s", duration="50 s")]
     by_name, made = (

@@ -50,6 +50,7 @@ def swing(linear: Linear) -> PlantMode:
     return max((m for m in linear.modes() if m.pole.imag > 0.0), key=lambda m: m.share("p_a", "p_b", "omega_m"))
 
 
+@pytest.mark.slow
 @settings(max_examples=8)
 @given(st.sampled_from([0.2, 0.7, -0.7]), st.sampled_from([0.6, 1.0]), st.sampled_from([0.0, 100e3]))
 def test_step_of_the_differences_does_not_matter(v: float, alpha_m: float, load: float):
@@ -66,6 +67,7 @@ def test_step_of_the_differences_does_not_matter(v: float, alpha_m: float, load:
         module.STEP.update(own)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("crane", "v", "alpha_m", "load"), [(CRANE, 1.0, 0.7, 100e3), (CRANE, -0.5, 1.0, 0.0), (PURE, 0.3, 0.8, 30e3)]
 )
@@ -117,6 +119,7 @@ def test_both_lines_afloat_are_a_spring_twice_as_stiff(alpha_m: float):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("v", [0.2, 1.0])
 @pytest.mark.parametrize("alpha_m", [1.0, 0.6])
 def test_reduced_model_with_the_plants_own_numbers_has_the_plants_limit(v: float, alpha_m: float):
@@ -147,6 +150,7 @@ def test_slow_empty_hook_has_less_margin_than_the_published_loop():
     assert limit < 0.7 * gain_limit(CRANE, 0.6).K_p_ms
 
 
+@pytest.mark.slow
 def test_slow_loaded_winch_with_little_displacement_swings_without_feedback():
     """Friction and its fall with speed grow with the load: at 1 m/min nothing of the limit is left, at full
     displacement most of it."""
@@ -157,6 +161,7 @@ def test_slow_loaded_winch_with_little_displacement_swings_without_feedback():
     assert full_stability(CALM, load=100e3, s_w=15.0, v_tip=1.0 / 60.0, alpha_m=1.0)[0].ok
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("load", "ok"), [(0.0, True), (100e3, False)])
 def test_slow_load_on_the_library_wire_swings_at_any_displacement(load: float, ok: bool):
     """A wire of zeta 0.01 leaves the load's swing to the falling friction: full displacement does not help, a light
@@ -166,6 +171,7 @@ def test_slow_load_on_the_library_wire_swings_at_any_displacement(load: float, o
     assert (found.K_p_ms_plc > 0.0) is ok
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("part", "swings"), [(0.6, False), (1.3, True)])
 def test_limit_of_the_slow_loaded_plant_is_where_a_run_begins_to_swing(part: float, swings: bool):
     """HS at 5 m/min with 100 t on 15 m of wire: the wire follows below the limit, and stops and starts above it."""
@@ -205,6 +211,7 @@ def test_limit_of_the_sampled_plant_is_where_its_poles_leave_the_unit_circle():
         assert np.max(np.abs(loop.closed_poles(0.999 * K_ms))) < 1.0 < np.max(np.abs(loop.closed_poles(1.001 * K_ms)))
 
 
+@pytest.mark.slow
 def test_ssc_stands_where_its_law_puts_it():
     found, point = full_stability(CRANE, load=100e3, s_w=100.0, v_tip=-1.5)
     assert 0.6 < found.alpha_m < 1.0
@@ -213,6 +220,7 @@ def test_ssc_stands_where_its_law_puts_it():
     assert full_stability(CRANE, load=100e3, s_w=100.0, v_tip=-0.2)[0].alpha_m == 1.0
 
 
+@pytest.mark.slow
 def test_power_units_that_are_not_at_their_limit_change_no_pole():
     """The PLC is linearised where the point stands: the gas at its own pressure, the passive pumps at rest, power left
     over."""
@@ -223,6 +231,7 @@ def test_power_units_that_are_not_at_their_limit_change_no_pole():
     assert found.poles == pytest.approx(free.poles, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("v", "stable"), [(1.0, True), (1.4, False)])
 def test_ssc_without_displacement_feedback_jumps_from_cycle_to_cycle(v: float, stable: bool):
     """The PLC then calculates with its last command. The linearised PLC, the closed form and a run agree on where that

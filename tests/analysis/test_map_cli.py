@@ -18,6 +18,7 @@ def answer(capsys, *arguments):
 
 
 class TestOutput:
+    @pytest.mark.slow
     def test_table_shows_values_marks_and_their_meaning(self, capsys):
         assert run(SMALL) == 0
         out = capsys.readouterr().out
@@ -27,6 +28,7 @@ class TestOutput:
         assert "sat = pumps saturated" in out
         assert "SSC against best classic (median where both apply): error -" in out
 
+    @pytest.mark.slow
     def test_json_holds_the_numbers_of_the_map_in_si(self, capsys):
         from stillhook import load_crane
         from stillhook.analysis.maps.operability import map_of
@@ -38,6 +40,7 @@ class TestOutput:
         assert data["controllers"]["hs"]["e_c_pp_change"][1][0] is None
         assert data["load"] == [50e3, 175e3]
 
+    @pytest.mark.thorough
     @pytest.mark.parametrize("metric", ["e_c_pp", "settling"])
     def test_every_key_is_in_the_nomenclature(self, capsys, metric):
         data = answer(capsys, "--metric", metric)
@@ -46,11 +49,13 @@ class TestOutput:
             keys |= set(part)
         assert keys <= set(BY_NAME)
 
+    @pytest.mark.thorough
     @pytest.mark.parametrize("metric", ["p_max", "alpha_m", "eta_c", "settling"])
     def test_every_metric_has_its_table(self, capsys, metric):
         assert run([*SMALL, "--metric", metric]) == 0
         assert "load on the hook down" in capsys.readouterr().out
 
+    @pytest.mark.slow
     def test_layers_and_periods_have_tables_of_their_own(self, capsys):
         assert (
             run(
@@ -77,11 +82,13 @@ class TestOutput:
         assert out.count("SSC: ") == 4
         assert "layer 3, sine of 8 s" in out
 
+    @pytest.mark.slow
     def test_a_controller_from_a_file_is_named_after_it(self, capsys, tmp_path):
         (tmp_path / "soft.toml").write_text('mode = "ssc"\n[control]\nK_p = "0.08 1/m"\n', encoding="utf-8")
         data = answer(capsys, "--controllers", f"ns,{tmp_path / 'soft.toml'}")
         assert list(data["controllers"]) == ["ns", "soft", "best classic"]
 
+    @pytest.mark.thorough
     def test_out_writes_series_numbers_and_pictures_together(self, capsys, tmp_path):
         import xarray
 
@@ -93,11 +100,13 @@ class TestOutput:
             assert str(data["cause"].sel(controller="hs")[1, 0].values) == "HS above 60 % of SWL"
         assert "written: " in capsys.readouterr().out
 
+    @pytest.mark.slow
     def test_no_controller_anywhere_is_a_no(self, capsys):
         assert run(["map", "nov-250t", "--controllers", "ns", "--loads", "50 t", "--speeds", "120 m/min"]) == 1
 
 
 class TestRefusals:
+    @pytest.mark.thorough
     @pytest.mark.parametrize(
         ("arguments", "words"),
         [
@@ -134,6 +143,7 @@ class TestRefusals:
         assert 'pip install "stillhook[dask]"' in capsys.readouterr().err
 
 
+@pytest.mark.thorough
 def test_the_table_loads_no_heavy_library():
     code = (
         "import sys; from stillhook.cli import run; run(['map', 'nov-250t', '--loads', '50 t', '--speeds', '40 m/min']); "

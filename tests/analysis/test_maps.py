@@ -40,6 +40,7 @@ def cell(found: Map, name: str, label: str, load: int, speed: int) -> float:
 
 
 class TestCells:
+    @pytest.mark.slow
     def test_every_cell_is_what_a_run_of_its_own_gives_bit_for_bit(self, found):
         cases = [
             alone(f"{m:g} kg", 60.0 * v, mode)
@@ -280,6 +281,7 @@ class TestDataset:
         assert data["applicable"].dtype == bool
         assert float(data["e_c_pp"].sel(controller="ssc")[0, 0]) == cell(found, "e_c_pp", "ssc", 0, 0)
 
+    @pytest.mark.thorough
     def test_pictures_show_every_value_and_name_every_cause(self, found):
         from stillhook.analysis.maps.figures import figures
 

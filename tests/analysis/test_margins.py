@@ -69,6 +69,7 @@ def test_limits_are_where_the_sampled_loop_loses_its_balance(crane, alpha_m: flo
     assert np.max(np.abs(loop.closed_poles(K_ms * (1.0 + 10.0 * AT_LIMIT)))) > 1.0
 
 
+@pytest.mark.slow
 @few
 @given(alphas, delays)
 def test_delay_margin_is_the_delay_that_brings_the_loop_to_its_limit(alpha_m: float, delay: float):
@@ -170,6 +171,7 @@ def test_delay_turns_the_resonance_away_from_the_limit_and_back_again():
 # The strongest gain
 
 
+@pytest.mark.slow
 @few
 @given(cranes, st.floats(0.3, 1.0), delays)
 def test_strongest_gain_keeps_every_margin_and_wastes_none(crane, alpha_m: float, delay: float):

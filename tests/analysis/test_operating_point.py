@@ -51,6 +51,7 @@ def test_the_bristle_slides_and_is_relaxed_at_standstill(name):
     assert operating_point(crane, 0.0, 0.8, load=60e3, s_w=40.0).z == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CRANES)
 @pytest.mark.parametrize("speed", ["-40 m/min", "-10 m/min", "10 m/min", "40 m/min"])
 def test_a_long_run_of_the_engine_ends_there(name, speed):

@@ -20,6 +20,7 @@ ENGINE = 2.5e-4
 TABLE_2 = Sine(amplitude="2.8 m", period="12 s", phase="-90 deg")
 
 
+@pytest.mark.thorough
 def test_linear_part_agrees_with_another_integrator_of_another_right_hand_side():
     """Motors at full displacement, pumps never full: the matrices of the whole model under Radau (implicit, order 5),
     the reduced model under Dormand and Prince (explicit, order 8)."""
@@ -39,6 +40,7 @@ def test_linear_part_agrees_with_another_integrator_of_another_right_hand_side()
     assert np.max(np.abs(run.e_c)) > 1e3 * MICROMETRE
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("tip", [TABLE_2, Sine(amplitude="1.2 m", period="6 s", phase="-90 deg")])
 def test_ssc_agrees_with_the_equations_as_printed(tip: Sine):
     """Paper E eqs 1 to 11 in their own signs (paying out positive) and their own letters, p_B constant, under LSODA."""
@@ -108,6 +110,7 @@ def ideal():
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("mode", "amplitude"), [("ssc", "2.8 m"), ("level-1", "1.5 m")])
 def test_engine_with_the_reduced_models_assumptions_is_the_reduced_model(mode: str, amplitude: str):
     """Compiled Runge-Kutta with all its valves, bristle, passive circuit and PLC, against DOP853 on seven states."""

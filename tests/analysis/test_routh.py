@@ -27,6 +27,7 @@ pair = st.tuples(st.integers(-2, 2), st.integers(1, 3)).map(lambda p: [complex(p
 roots = st.lists(st.one_of(real, pair), min_size=1, max_size=4).map(lambda parts: [r for part in parts for r in part])
 
 
+@pytest.mark.slow
 @given(roots, st.sampled_from([1, -2, Fraction(1, 3)]))
 def test_table_counts_roots_on_the_right_and_on_the_axis(at: list[complex], factor: float):
     """Roots of small whole parts make polynomials of whole coefficients, often with zero rows and zero first
@@ -73,6 +74,7 @@ def test_published_limits_by_routh_and_by_eigenvalues(D: float, K_p_ms: float):
     assert gain_limit_by_poles(position_loop(CRANE, alpha_m).closed_poles) == pytest.approx(K_p_ms, abs=DIGITS_6)
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(st.sampled_from(CRANES), st.floats(0.02, 1.0), st.floats(1.0, 1.9))
 def test_four_ways_lead_to_one_limit(crane, alpha_m: float, K_wire: float):
@@ -89,6 +91,7 @@ def test_four_ways_lead_to_one_limit(crane, alpha_m: float, K_wire: float):
     assert omega_c == pytest.approx(closed.omega_c, rel=WAYS)
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(st.sampled_from(CRANES), st.floats(0.1, 1.0), st.sampled_from([0.0, 0.004, 0.01, 0.037, 0.25]))
 def test_limit_with_plc_is_where_the_poles_leave_the_unit_circle(crane, alpha_m: float, delay: float):

@@ -46,6 +46,7 @@ def test_numbers_that_hang_together_are_one_group():
     assert [i.first for i in found] == pytest.approx([0.8, 0.2], abs=SAMPLING)
 
 
+@pytest.mark.thorough
 def test_mean_pressure_hangs_on_the_one_factor_that_moves_it():
     """A tenth more or less load moves the largest wire tension in proportion; boost pressure does not move it at
     all."""
@@ -60,12 +61,14 @@ def test_mean_pressure_hangs_on_the_one_factor_that_moves_it():
     assert found.words()[1] == "below 5% each: boost"
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_indices():
     known = Uncertainty.of({"friction": "default", "leakage": "default"})
     a, b = (sensitivity(CRANE, CASE, known, outputs=["p_max"], n=16, seed=2)[0] for _ in range(2))
     assert a == b
 
 
+@pytest.mark.thorough
 def test_what_a_difference_of_controllers_hangs_on_is_told_of_pairs():
     known = Uncertainty.of({"friction": "default", "motor_servo": "default"})
     cases = [CASE.with_mode(m) for m in ("hs", "ssc")]

@@ -130,6 +130,7 @@ class TestTime:
         one = settling_of(CRANE, ["ssc"], loads="250 t", speeds="40 m/min", threads=1)
         assert one.values["settling_time"][0, 0, 0, 0, 0] == found.values["settling_time"][2, 2, 1, 0, 0]
 
+    @pytest.mark.slow
     def test_a_cluster_gives_the_same_numbers_and_must_run_the_same_code(self, found, monkeypatch):
         distributed = pytest.importorskip("distributed")
         asked = {"loads": "50 t, 150 t, 250 t", "speeds": "10 m/min, 40 m/min, 110 m/min"}

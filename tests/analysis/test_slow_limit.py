@@ -31,6 +31,7 @@ def test_more_load_leaves_less_gain():
     assert heavy < light
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("mode", "K_p", "swings"), [("hs", "0.35 1/m", True), ("ssc", "0.35 1/m", False)])
 def test_the_engine_swings_where_the_limit_is_passed(mode, K_p, swings):
     crane = changed(CRANE, {"control": {"K_p": K_p}})
@@ -42,6 +43,7 @@ def test_the_engine_swings_where_the_limit_is_passed(mode, K_p, swings):
     assert (rms_above(run, "p_a", frequency=0.5, start=40.0) > SWING) is swings
 
 
+@pytest.mark.slow
 def test_a_heavy_load_on_the_library_wire_swings_whatever_the_gain():
     """What the linear plant says of zeta 0.01 the engine does with hardly any gain; on the calm wire it is still."""
     assert governing(LIBRARY, Mode.SSC).swings

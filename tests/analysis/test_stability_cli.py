@@ -37,6 +37,7 @@ def answer(capsys, *words: str) -> tuple[int, dict]:
     return code, json.loads(capsys.readouterr().out)
 
 
+@pytest.mark.thorough
 def test_command_prints_the_published_numbers(capsys):
     code, found = answer(capsys, "nov-250t")
     assert code == 0
@@ -49,6 +50,7 @@ def test_command_prints_the_published_numbers(capsys):
     assert len(found["poles"]) == 7
 
 
+@pytest.mark.thorough
 def test_several_displacements_give_lists(capsys):
     code, found = answer(capsys, "nov-250t", "--alpha-m", "1", "--alpha-m", "0.6", "--delay", "50 ms", "--load", "0 t")
     assert code == 0
@@ -58,6 +60,7 @@ def test_several_displacements_give_lists(capsys):
     assert [plant["delay"] for plant in found["plant"]] == [0.05, 0.05]
 
 
+@pytest.mark.thorough
 def test_the_command_says_which_loop_holds(capsys, calm):
     """HS stands at 60 % displacement: with 150 t at 2 m/min its K_p is four times the limit that the published loop
     puts at 1 1/m."""
@@ -77,6 +80,7 @@ def test_the_command_says_which_loop_holds(capsys, calm):
     assert "motors 1, the published loop governs (complete plant at least: 100 t at 20 m/min" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_the_command_names_places_that_swing_whatever_the_gain_beside_the_loop_that_governs(capsys):
     """On the library's wire the load's own swing dies out by 1 % per radian, less than falling friction gives it: no
     K_p ends that."""
@@ -94,6 +98,7 @@ def test_the_command_names_places_that_swing_whatever_the_gain_beside_the_loop_t
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["calm", "library"])
 def test_the_plant_is_looked_at_where_it_has_least_to_spare(capsys, calm, name):
     """Of all slow points that --full can be put at, none has a lower limit than the one that the command finds, but
@@ -114,12 +119,14 @@ def test_the_plant_is_looked_at_where_it_has_least_to_spare(capsys, calm, name):
     assert bool(named) is (name == "library")
 
 
+@pytest.mark.thorough
 def test_slow_sweep_falls_with_load_and_rises_with_displacement():
     data = slow_sweep(CRANE, [0.6, 0.8, 1.0], loads=[0.0, 150e3], wires=[100.0])["K_p_ms_plc"].sel(s_w=100.0)
     assert np.all(np.diff(data.values, axis=0) > 0.0)
     assert data.sel(load=150e3, alpha_m=0.6) < 0.1 * data.sel(load=0.0, alpha_m=0.6)
 
 
+@pytest.mark.thorough
 def test_gain_beyond_the_limit_is_a_no(capsys, tmp_path):
     file = tmp_path / "hot.toml"
     file.write_text('base = "nov-250t"\n[control]\nK_p = "1.2 1/m"\n')
@@ -134,6 +141,7 @@ def test_gain_beyond_the_limit_is_a_no(capsys, tmp_path):
     assert found["stable"] is False
 
 
+@pytest.mark.slow
 def test_whole_plant_by_command(capsys, calm):
     at = ("--full", "--load", "100 t", "--s-w", "100 m", "--v-tip", "60 m/min")
     code, found = answer(capsys, calm, *at)
@@ -148,6 +156,7 @@ def test_whole_plant_by_command(capsys, calm):
     )  # a load that rings takes half of the limit, at speed not all of it
 
 
+@pytest.mark.slow
 def test_winch_that_swings_without_feedback_is_told_why(capsys):
     words = ("nov-250t", "--full", "--load", "100 t", "--s-w", "15 m", "--v-tip", "1 m/min", "--alpha-m", "0.6")
     assert run(["stability", *words]) == 1
@@ -157,6 +166,7 @@ def test_winch_that_swings_without_feedback_is_told_why(capsys):
     assert (found["K_p_ms"], found["gain_margin"], found["K_p_strong"]) == (0.0, 0.0, 0.0)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("words", "text"),
     [
@@ -181,6 +191,7 @@ def test_bad_input_is_one_line_and_exit_code_2(capsys, words: tuple[str, ...], t
     assert err.count("\n") == 1
 
 
+@pytest.mark.thorough
 def test_out_writes_pictures_sweeps_and_numbers(capsys, tmp_path):
     import xarray
 
@@ -223,6 +234,7 @@ def test_limit_rises_again_only_far_below_any_mode():
     assert np.all(np.diff(sweep(CRANE, "alpha_m", np.linspace(0.1, 1.0, 10))["K_p_ms"].values) > 0.0)
 
 
+@pytest.mark.slow
 def test_sweeps_move_the_limit_as_physics_says():
     for over in (Over.LEAKAGE, Over.DAMPING, Over.BULK_MODULUS):
         data = sweep(CRANE, over)

@@ -34,6 +34,7 @@ OFF_BEST = 1.5
 belongs to."""
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", cranes())
 def test_it_keeps_the_margins_on_every_crane_at_the_least_displacement(name: str) -> None:
     crane = load_crane(name)

@@ -60,6 +60,7 @@ def tuned() -> Tuned:
     return tune(CRANE, controller("ssc"), objective="error", cases=CASES, budget=BUDGET)
 
 
+@pytest.mark.thorough
 def test_the_best_is_never_worse_than_the_start_on_its_own_objective(tuned: Tuned) -> None:
     assert tuned.met
     assert tuned.before.score == pytest.approx(1.0)
@@ -90,6 +91,7 @@ def test_limits_hold_when_the_best_is_looked_at_independently(tuned: Tuned) -> N
     assert {s["status"] for s in summaries(crane, CASES)} == {"ok"}
 
 
+@pytest.mark.thorough
 def test_the_same_seed_gives_the_same_settings_and_another_seed_tries_others(tuned: Tuned) -> None:
     again = tune(CRANE, controller("ssc"), objective="error", cases=CASES, budget=BUDGET, threads=1)
     other = tune(CRANE, controller("ssc"), objective="error", cases=CASES, budget=BUDGET, seed=1)
@@ -98,6 +100,7 @@ def test_the_same_seed_gives_the_same_settings_and_another_seed_tries_others(tun
     assert [t.values for t in other.trials] != [t.values for t in tuned.trials]
 
 
+@pytest.mark.thorough
 def test_a_pressure_limit_is_kept_and_named_when_it_is_leant_on() -> None:
     free = tune(CRANE, controller("ns"), objective="error", cases=CASES, budget=BUDGET)
     bound = Limits(p_max=0.5 * (free.before.p_max + free.after.p_max))
@@ -109,12 +112,14 @@ def test_a_pressure_limit_is_kept_and_named_when_it_is_leant_on() -> None:
     assert held.after.e_c_pp_mean >= free.after.e_c_pp_mean * (1.0 - SEARCH)
 
 
+@pytest.mark.thorough
 def test_a_limit_that_cannot_be_met_is_told() -> None:
     tight = tune(CRANE, controller("ssc"), cases=CASES, budget=20, limits=Limits(p_max=50e5))
     assert not tight.met
     assert any("p_max" in s and "50 bar" in s for s in tight.stops)
 
 
+@pytest.mark.thorough
 def test_a_start_that_breaks_the_margins_is_led_back_to_them() -> None:
     wild = Controller("wild", Mode.SSC, {"control": {"K_p": "0.9 1/m"}})
     found = tune(CRANE, wild, cases=CASES, budget=20)
@@ -124,6 +129,7 @@ def test_a_start_that_breaks_the_margins_is_led_back_to_them() -> None:
     assert found.controller.on(CRANE).control.K_p <= gain_allowed(CRANE, Mode.SSC, Limits())
 
 
+@pytest.mark.thorough
 def test_speed_capacity_that_was_there_stays_there() -> None:
     slow = tune(CRANE, controller("ns"), cases=CASES, budget=BUDGET, free=["alpha_ns", "K_p"], objective="error")
     assert slow.controller.on(CRANE).control.alpha_ns <= CRANE.control.alpha_ns * (1.0 + 1e-6)
@@ -137,6 +143,7 @@ def test_speed_capacity_that_was_there_stays_there() -> None:
     assert freed.after.v_w_capacity >= parse("75 m/min", "speed") * (1.0 - 1e-6)
 
 
+@pytest.mark.thorough
 def test_an_interrupt_keeps_the_best_found(monkeypatch: pytest.MonkeyPatch) -> None:
     real, calls = tuning.summaries, []
 
@@ -187,6 +194,7 @@ def test_scenarios_have_the_speeds_asked_for_and_hold_out_waves_are_others() -> 
     assert hold_out(CRANE, seed=0) == a
 
 
+@pytest.mark.slow
 def test_the_winch_may_differ_while_the_controller_stays_what_it_is() -> None:
     found = variations(CRANE, [controller("ns"), controller("ssc")], CASES[:1])
     less, more = found["friction 30 % less"], found["friction 30 % more"]
@@ -196,6 +204,7 @@ def test_the_winch_may_differ_while_the_controller_stays_what_it_is() -> None:
     assert found["as it should be"] == outcomes(CRANE, [controller("ns"), controller("ssc")], CASES[:1])
 
 
+@pytest.mark.thorough
 def test_no_point_of_a_front_is_beaten_by_any_trial_that_keeps_the_limits() -> None:
     points, done = pareto(CRANE, controller("ns"), free=["K_1", "K_p"], cases=CASES[1:], budget=20, points=1)
     kept = [t.score for d in done for t in d.trials if not t.score.broken]
@@ -252,6 +261,7 @@ def test_objectives_are_parts_of_the_start(tuned: Tuned) -> None:
     assert tuned.after.score == pytest.approx(tuned.after.e_c_pp_mean / tuned.before.e_c_pp_mean)
 
 
+@pytest.mark.slow
 def test_a_threshold_that_leaves_the_motors_no_time_breaks_the_fast_run() -> None:
     """Slow scenarios alone would let u_thr be 0.97; in a fast sine the pumps then fill before the motors have
     stroked."""

@@ -15,6 +15,7 @@ from stillhook.spec.scenario import Mode
 QUICK = ["--loads", "40 %", "--speeds", "60 m/min", "--periods", "10 s", "--budget", "20"]
 
 
+@pytest.mark.thorough
 def test_it_writes_controllers_that_read_back_and_numbers_in_si(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -42,6 +43,7 @@ def test_it_writes_controllers_that_read_back_and_numbers_in_si(
     assert ssc["mode"] == Mode.SSC.value
 
 
+@pytest.mark.thorough
 def test_its_tables_name_before_and_after_hold_out_and_what_limits(capsys: pytest.CaptureFixture[str]) -> None:
     assert (
         command(["tune", "nov-250t", "--controllers", "strong-ssc", "--free", "K_1", "--delay", "0.05 s", *QUICK]) == 0
@@ -51,6 +53,7 @@ def test_its_tables_name_before_and_after_hold_out_and_what_limits(capsys: pytes
         assert part in text
 
 
+@pytest.mark.thorough
 def test_a_limit_that_no_setting_keeps_gives_exit_1_and_is_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -63,6 +66,7 @@ def test_a_limit_that_no_setting_keeps_gives_exit_1_and_is_named(
     assert not (out / "ssc-tuned.toml").exists()
 
 
+@pytest.mark.thorough
 def test_a_front_is_drawn_and_every_evaluation_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "front"
     assert (
@@ -105,6 +109,7 @@ REFUSED = (
 )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("options", "what"), REFUSED)
 def test_bad_input_is_one_line_and_exit_2(options: list[str], what: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert command(["tune", "nov-250t", *options]) == 2

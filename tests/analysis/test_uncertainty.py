@@ -79,6 +79,7 @@ def test_fixed_factors_give_the_single_run_bit_for_bit():
         assert float(run[name][0, 0]) == float(run[name][0, 1]) == float(single[name][0]), name
 
 
+@pytest.mark.slow
 def test_what_is_told_as_described_is_the_single_run(run):
     single = simulate(CRANE, MODES)
     at_values = json.loads(run.attrs["at_values"])
@@ -103,6 +104,7 @@ def test_controllers_see_the_same_draws_so_their_difference_is_sharper_than_eith
     assert difference.lower.share == 1.0
 
 
+@pytest.mark.thorough
 def test_a_draw_is_rebuilt_from_the_record_alone(run, tmp_path):
     stored = load_run(save_run(run, tmp_path / "run.nc"))
     crane, case = pair_of_draw(stored, "ssc", 5)
@@ -251,6 +253,7 @@ def test_a_file_may_begin_with_the_defaults(tmp_path):
 GRID = {"loads": "50 t, 150 t", "speeds": "40 m/min, 120 m/min"}
 
 
+@pytest.mark.slow
 def test_a_map_with_nothing_drawn_is_the_map():
     plain = operability_map(CRANE, **GRID)
     drawn = monte_carlo_map(CRANE, uncertainty=known(friction=1.0), n=1, **GRID)
@@ -267,6 +270,7 @@ def test_a_map_with_nothing_drawn_is_the_map():
         )
 
 
+@pytest.mark.thorough
 def test_a_map_says_how_sure_each_cell_is():
     drawn = monte_carlo_map(CRANE, n=16, **GRID)
     assert np.all(np.diff(drawn["p_max"].values, axis=-1) > 0.0)

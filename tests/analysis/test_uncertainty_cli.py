@@ -20,6 +20,7 @@ warm_up = "20 s"
 """
 
 
+@pytest.mark.thorough
 def test_bands_of_every_mode_in_one_table(capsys):
     assert command(["uncertainty", *SHORT]) == 0
     out = capsys.readouterr().out
@@ -37,6 +38,7 @@ def test_bands_of_every_mode_in_one_table(capsys):
         assert words in out
 
 
+@pytest.mark.thorough
 def test_json_has_named_keys_and_everything_that_was_asked_for(capsys):
     assert command(["uncertainty", *SHORT, "--modes", "hs,ssc", "--sobol", "--limit", "e_c_pp <= 1 m", "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
@@ -51,6 +53,7 @@ def test_json_has_named_keys_and_everything_that_was_asked_for(capsys):
     assert b["low"] < b["median"] < b["high"]
 
 
+@pytest.mark.thorough
 def test_the_answer_is_no_when_every_mode_goes_beyond_a_limit_too_often(capsys):
     limits = ["--limit", "p_max <= 150 bar"]
     assert command(["uncertainty", *SHORT, *limits]) == 1
@@ -58,6 +61,7 @@ def test_the_answer_is_no_when_every_mode_goes_beyond_a_limit_too_often(capsys):
     assert command(["uncertainty", *SHORT, *limits, "--at-most", "1.0"]) == 0
 
 
+@pytest.mark.thorough
 def test_a_case_file_runs_in_its_own_mode_and_results_are_written_whole(tmp_path, capsys):
     (tmp_path / "case.toml").write_text(CASE.format(mode="hs"))
     (tmp_path / "factors.toml").write_text('[factors]\nfriction = "default"\nleakage = { uniform = [0.5, 2.0] }\n')
@@ -79,6 +83,7 @@ def test_a_case_file_runs_in_its_own_mode_and_results_are_written_whole(tmp_path
     assert "written:" in capsys.readouterr().out
 
 
+@pytest.mark.thorough
 def test_a_stopped_run_goes_on_from_its_store(tmp_path, capsys):
     given = ["uncertainty", *SHORT, "--modes", "ssc", "--store", str(tmp_path / "store"), "--json"]
     assert command(given) == 0
@@ -88,6 +93,7 @@ def test_a_stopped_run_goes_on_from_its_store(tmp_path, capsys):
     assert capsys.readouterr().out == first
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -112,6 +118,7 @@ def test_bad_input_is_refused_in_one_line(arguments, words, capsys):
     assert "\n" not in error
 
 
+@pytest.mark.slow
 def test_a_limit_is_attributed_to_factors_and_pairs_of_them(tmp_path, capsys):
     (tmp_path / "factors.toml").write_text('[factors]\nleakage = { uniform = [1.0, 3.0] }\nboost = "default"\n')
     given = [
@@ -142,6 +149,7 @@ def test_an_attribution_without_a_limit_is_refused(capsys):
     assert "Give it as a --limit" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_help_shows_an_example(capsys):
     assert command(["uncertainty", "--help"]) == 0
     assert "Example: stillhook uncertainty" in " ".join(capsys.readouterr().out.split())

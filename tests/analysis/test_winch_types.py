@@ -82,6 +82,7 @@ ASKED: dict[str, Callable[[Crane], Any]] = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["nov-250t", "nov-100t-pure-active"])
 @pytest.mark.parametrize("what", ASKED)
 def test_an_unknown_winch_type_is_refused_and_never_taken_for_another(what: str, name: str):
@@ -107,6 +108,7 @@ NAMED = ("compare", "uncertainty")
 """Commands that take the crane as an option."""
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
 def test_commands_refuse_an_unknown_winch_type_in_one_line(words: tuple[str, ...], monkeypatch, capsys):
     for home in ("stillhook.library", "stillhook.library.crane_file.load"):
@@ -139,6 +141,7 @@ def found(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[str, dict[st
     return " ".join(text.split()), json.loads(capsys.readouterr().out)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "words",
     [
@@ -217,6 +220,7 @@ time = "10 s"
 """
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("stages", "brake", "sinks"),
     [("", False, False), (LOWERED, False, True), (LOWERED, True, False)],

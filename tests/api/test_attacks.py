@@ -229,12 +229,14 @@ class TestBadWinchesAreNotCalledGood:
         assert text in str(e.value)
         assert "\n" not in str(e.value)
 
+    @pytest.mark.thorough
     @pytest.mark.parametrize("T_0", ["1 K", "-200 degC", "1900 K"])
     def test_nitrogen_at_a_temperature_that_no_accumulator_has_is_refused(self, T_0):
         pytest.importorskip("CoolProp")
         with pytest.raises(SpecError, match=r"T_0 lies between -73\.15 degC and 226\.9 degC"):
             simulate(other(passive={"accumulator": {"gas": {"model": "nitrogen", "T_0": T_0}}}), scenario())
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("t_cycle", ["5 ms", "7 ms", "20 ms", "150 ms"])
     def test_default_steps_fit_every_plc_cycle(self, t_cycle):
         crane = other(control={"t_cycle": t_cycle})
@@ -385,6 +387,7 @@ class TestPython:
 
 
 class TestCaseFiles:
+    @pytest.mark.thorough
     @pytest.mark.parametrize(
         ("content", "text"),
         [
@@ -412,6 +415,7 @@ class TestCaseFiles:
         assert "case.toml" in line
         assert not (tmp_path / "out").exists()
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("name", [".", "/dev/zero", "fifo", "loop", "nowhere", "a" * 300, "a\0b"])
     def test_what_is_no_file_is_refused_at_once(self, capsys, tmp_path, monkeypatch, name):
         monkeypatch.chdir(tmp_path)
@@ -428,6 +432,7 @@ class TestCaseFiles:
         assert command(["run", str(file), "--json"]) == 0
         strict(capsys.readouterr().out)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         "option",
         [["--motion", "x" * 5000], ["--motion", "a\0b"], ["--modes", "ns\nhs"], ["--modes", "ns,ns"], ["--crane", "/"]],
@@ -435,6 +440,7 @@ class TestCaseFiles:
     def test_odd_arguments_are_one_line(self, capsys, option):
         refusal(capsys, "compare", *option)
 
+    @pytest.mark.slow
     def test_two_cases_of_one_name_stay_two(self, capsys, tmp_path):
         file = save_run(
             simulate(CRANE, [scenario(duration="35 s"), scenario(duration="35 s", load="50 t")]), tmp_path / "two.nc"
@@ -442,6 +448,7 @@ class TestCaseFiles:
         assert command(["run", str(file), "--json"]) == 0
         assert list(json.loads(capsys.readouterr().out)) == ["0", "1"]
 
+    @pytest.mark.thorough
     @pytest.mark.parametrize(
         "attribute", [{"scenarios": "x"}, {"scenarios": "[{}]"}, {"scenarios": "[]"}, {"step": "x"}, {"crane": 5}]
     )
@@ -464,12 +471,14 @@ def strict(text: str) -> object:
 class TestOutput:
     FAST = ("compare", "--motion", SWELL, "--duration", "35 s", "--modes", "ssc", "--step", "5 ms")
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("tip", ["still", "sine 20 m 12 s"])
     def test_json_is_strict_and_alone(self, capsys, tip):
         command(["compare", "--motion", tip, "--duration", "35 s", "--modes", "manual,ssc", "--json"])
         out = capsys.readouterr()
         assert set(strict(out.out)) == {"manual", "ssc"}
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("taken", ["out", "out/panels.png/x", "out/runs.nc/x", "out/summary.json/x"])
     def test_a_folder_that_cannot_take_the_files_is_refused_before_the_run(self, capsys, tmp_path, taken):
         path = tmp_path / taken
@@ -491,6 +500,7 @@ class TestOutput:
             (part / "a").write_text("whole")
         assert [p.name for p in (tmp_path / "out").iterdir()] == ["a"]
 
+    @pytest.mark.thorough
     @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
     def test_a_full_disk_under_the_output_is_one_line(self):
         with open("/dev/full", "w") as full:
@@ -499,6 +509,7 @@ class TestOutput:
         assert p.returncode == 2
         assert error == "error: standard output: No space left on device. Choose another place for the output.\n"
 
+    @pytest.mark.thorough
     @pytest.mark.skipif(os.name == "nt", reason="pipes close differently there")
     def test_a_reader_that_leaves_causes_no_traceback(self):
         p = process("crane", "nov-250t", "--json")
@@ -506,6 +517,7 @@ class TestOutput:
         assert (p.wait(), p.stderr.read()) == (141, "")
         p.stderr.close()
 
+    @pytest.mark.thorough
     @pytest.mark.skipif(os.name == "nt", reason="no SIGINT to send there")
     def test_an_interrupt_leaves_nothing_and_says_so(self, tmp_path):
         def listening():
@@ -519,6 +531,7 @@ class TestOutput:
         assert (p.returncode, out, error) == (130, "", "stopped: no file was left half-written\n")
         assert not (tmp_path / "out").exists()
 
+    @pytest.mark.thorough
     def test_bad_input_says_nothing_of_compiling(self, tmp_path):
         p = process("compare", "--load", "320 t", cache=tmp_path / "cache")
         assert p.communicate()[1].splitlines() == [
@@ -529,6 +542,7 @@ class TestOutput:
 class TestCache:
     FAST = ("compare", "--motion", "still", "--duration", "31 s", "--modes", "ssc", "--json")
 
+    @pytest.mark.thorough
     def test_two_that_start_with_a_cold_cache_agree_and_damage_is_mended(self, tmp_path):
         both = [process(*self.FAST, cache=tmp_path / "cache") for _ in range(2)]
         first, second = [p.communicate()[0] for p in both]

@@ -145,6 +145,7 @@ def flipped(data: bytes, rng: random.Random) -> bytes:
     return bytes(out)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", FORMATS)
 def test_damage_of_every_kind_is_read_or_refused_in_one_line(tmp_path, monkeypatch, name):
     good = tmp_path / f"good{FORMATS[name].suffix}"
@@ -159,6 +160,7 @@ def test_damage_of_every_kind_is_read_or_refused_in_one_line(tmp_path, monkeypat
         assert bad.name in said or not said, damage.__name__
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", FORMATS)
 def test_what_is_no_file_of_the_format_is_refused_in_one_line(tmp_path, name):
     odd = tmp_path / f"odd{FORMATS[name].suffix}"
@@ -201,6 +203,7 @@ def spectra(path: Path) -> object:
     return read_wavespectra(path, "era5")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("read", [load_run, read_weather, read_vessel, spectra])
 def test_a_file_that_hdf5_reads_for_ever_is_given_up(tmp_path, monkeypatch, read):
     monkeypatch.setenv("STILLHOOK_READ_TIME", f"{BLOCKED} s")
@@ -215,6 +218,7 @@ def test_a_file_that_hdf5_reads_for_ever_is_given_up(tmp_path, monkeypatch, read
     assert time.monotonic() - start < BLOCKED + BUSY
 
 
+@pytest.mark.thorough
 def test_the_command_line_gives_such_a_file_up_with_exit_code_2(tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("STILLHOOK_READ_TIME", f"{BLOCKED} s")
     endless(tmp_path / "endless.nc")
@@ -225,6 +229,7 @@ def test_the_command_line_gives_such_a_file_up_with_exit_code_2(tmp_path, monkey
     assert error.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_a_reader_that_never_answers_is_stopped_and_the_next_file_is_read(tmp_path, monkeypatch):
     monkeypatch.setenv("STILLHOOK_READ_TIME", "1 s")
     with pytest.raises(UnreadableError, match=r"^not read within 1 s; for a slow drive"):
@@ -233,6 +238,7 @@ def test_a_reader_that_never_answers_is_stopped_and_the_next_file_is_read(tmp_pa
     assert read_binary(odd_readers.prints, tmp_path / "x") == "x"
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(os.name == "nt", reason="the system ends no process there")
 def test_a_blocked_reader_ends_even_where_the_process_that_waits_for_it_was_killed(tmp_path):
     endless(tmp_path / "endless.nc")
@@ -259,6 +265,7 @@ def test_a_library_that_panics_dies_or_eats_memory_takes_nobody_with_it(tmp_path
         read_binary(reader, tmp_path / "x", *arguments)
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits the memory of a process")
 def test_memory_is_limited_as_the_environment_says(tmp_path, monkeypatch):
     binary_reader._close_idle()
@@ -297,6 +304,7 @@ def test_a_large_file_has_more_time(tmp_path, monkeypatch):
     assert binary_reader.time_limit(tmp_path / "x") == 60.0 + 500.0
 
 
+@pytest.mark.thorough
 def test_a_script_without_a_main_guard_can_read_a_run(tmp_path):
     netcdf(tmp_path / "run.nc")
     (tmp_path / "script.py").write_text(
@@ -309,6 +317,7 @@ def test_a_script_without_a_main_guard_can_read_a_run(tmp_path):
 # Files that claim, or unpack to, more than they can hold
 
 
+@pytest.mark.thorough
 def test_a_header_that_claims_a_million_million_rows_is_refused(tmp_path):
     import h5py
 
@@ -321,6 +330,7 @@ def test_a_header_that_claims_a_million_million_rows_is_refused(tmp_path):
     assert "run.nc: not a NetCDF file of a run (claims to hold 8e+03 GB" in refusal(FORMATS["run"], tmp_path / "run.nc")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("name", "old", "new"),
     [
@@ -336,6 +346,7 @@ def test_counts_that_the_file_cannot_hold_are_refused(tmp_path, name, old, new):
     assert "claims to hold" in refusal(FORMATS[name], path)
 
 
+@pytest.mark.thorough
 def test_a_spreadsheet_that_unpacks_to_gigabytes_is_refused_before_it_does(tmp_path):
     xlsx(tmp_path / "map.xlsx")
     data = bytearray((tmp_path / "map.xlsx").read_bytes())
@@ -346,6 +357,7 @@ def test_a_spreadsheet_that_unpacks_to_gigabytes_is_refused_before_it_does(tmp_p
     )
 
 
+@pytest.mark.thorough
 def test_a_table_of_more_cells_than_any_map_has_is_refused(tmp_path):
     import polars
 

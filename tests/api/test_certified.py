@@ -74,6 +74,7 @@ def test_inside_the_envelope_nothing_is_said_and_the_run_is_validated(crane):
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("other", "reason"),
     [
@@ -104,6 +105,7 @@ def test_several_reasons_stand_in_one_line(crane):
     assert note == "outside the validated envelope: load 200 t (validated 82 t to 164 t), mode hs (validated ns, ssc)"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("load", "inside"), [(1.0 + 0.5 * EDGE, True), (1.0 + 1.5 * EDGE, False)])
 def test_a_test_repeated_within_what_sensors_can_tell_is_inside(crane, load, inside):
     assert (doubts(crane, case(load=f"{164.0 * load} t")) == ()) is inside
@@ -131,6 +133,7 @@ def test_a_crane_file_that_was_edited_is_flagged_and_one_that_was_renamed_is_not
     assert note == "certificate does not hold: the crane was changed since in active"
 
 
+@pytest.mark.slow
 def test_what_is_built_on_a_certified_crane_holds_only_while_it_is_the_same(file, tmp_path):
     own = tmp_path / "own.toml"
     own.write_text('base = "crane.toml"\nname = "ours"\n')
@@ -180,6 +183,7 @@ def test_a_crane_without_a_certificate_is_not_validated_and_spoils_no_table():
 # Files
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("line", "text"),
     [
@@ -203,6 +207,7 @@ def test_a_crane_with_its_certificate_reads_back_the_same(crane):
     assert crane_from_toml(crane_toml(crane), "stored crane") == crane
 
 
+@pytest.mark.slow
 def test_the_record_of_a_certificate_cannot_be_edited(crane):
     text = crane_toml(crane)
     assert '"164 t"' in text
@@ -232,6 +237,7 @@ def test_a_crane_with_a_friction_set_from_a_file_needs_no_file_but_its_certifica
 # Results
 
 
+@pytest.mark.thorough
 def test_a_stored_run_says_the_same_when_it_is_run_again(crane, tmp_path):
     run = load_run(save_run(simulate(crane, case(load="200 t", **SHORT)), tmp_path / "run.nc"))
     again = rerun(run)
@@ -253,6 +259,7 @@ def test_results_that_are_kept_know_the_certificate_they_were_made_with(crane, t
 # The command line
 
 
+@pytest.mark.thorough
 def test_commands_say_how_far_the_twin_is_validated(file, capsys):
     assert command(["crane", str(file)]) == 0
     out = capsys.readouterr().out
@@ -282,6 +289,7 @@ def test_commands_say_how_far_the_twin_is_validated(file, capsys):
     assert {s["validated"] for s in json.loads(capsys.readouterr().out).values()} == {0.0}
 
 
+@pytest.mark.slow
 def test_a_map_counts_the_cells_that_are_not_validated(file, capsys):
     command(
         [
@@ -302,6 +310,7 @@ def test_a_map_counts_the_cells_that_are_not_validated(file, capsys):
     assert "cells that are not validated: 1 of 2" in capsys.readouterr().out
 
 
+@pytest.mark.thorough
 def test_draws_and_envelope_and_tuning_say_it(file, capsys):
     command(
         [

@@ -71,6 +71,7 @@ class TestCalc:
         assert len(rows) == 12
         assert sum(r["wire_length"] for r in rows) == pytest.approx(rows[-1]["wire_left"], rel=1e-12)
 
+    @pytest.mark.slow
     def test_speed_of_the_specification(self, capsys):
         full = answer(capsys, "calc", "speed", "nov-250t")
         assert round(full["v_w_max"] * 60.0, 5) == 72.47127
@@ -80,6 +81,7 @@ class TestCalc:
     def test_eigenfrequency_of_the_specification(self, capsys):
         assert round(answer(capsys, "calc", "eigenfrequency", "nov-250t")["omega_0"], 6) == 12.526991
 
+    @pytest.mark.slow
     def test_gain_limit_of_the_specification(self, capsys):
         assert round(answer(capsys, "calc", "gain-limit", "nov-250t")["K_p_ms"], 6) == 2.026039
         assert round(answer(capsys, "calc", "gain-limit", "nov-250t", "--alpha-m", "0.6")["K_p_ms"], 6) == 0.998272
@@ -98,6 +100,7 @@ class TestCompare:
             assert set(summary) >= SUMMARY_KEYS
             assert summary["status"] == "ok"
 
+    @pytest.mark.thorough
     def test_files_are_written_and_repeat_the_run(self, capsys, tmp_path):
         assert run(["compare", "--modes", "ssc", *FAST, "--out", str(tmp_path / "out")]) == 0
         assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["panels.png", "runs.nc", "summary.json"]
@@ -126,6 +129,7 @@ class TestCompare:
 
 
 class TestRefusals:
+    @pytest.mark.thorough
     @pytest.mark.parametrize(
         ("arguments", "text"),
         [
@@ -185,6 +189,7 @@ class TestRefusals:
     def test_bad_input_is_one_line_and_exit_code_2(self, capsys, arguments, text):
         assert text in refusal(capsys, *arguments)
 
+    @pytest.mark.thorough
     @pytest.mark.parametrize(
         ("content", "text"),
         [
@@ -214,11 +219,13 @@ class TestRefusals:
 
 
 class TestShape:
+    @pytest.mark.slow
     def test_help_imports_nothing_heavy(self):
         code = "import sys; from stillhook.cli import run; run(['--help']); print([m for m in ('numba', 'xarray', 'scipy', 'matplotlib', 'polars') if m in sys.modules])"
         out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
         assert out.stdout.strip().splitlines()[-1] == "[]"
 
+    @pytest.mark.thorough
     def test_every_command_has_help_with_an_example(self, capsys):
         for command in (
             ["cranes"],
@@ -231,6 +238,7 @@ class TestShape:
             assert run([*command, "--help"]) == 0
             assert "Example: stillhook" in " ".join(capsys.readouterr().out.split()), command
 
+    @pytest.mark.slow
     def test_cranes_are_listed_and_shown_with_sources(self, capsys):
         assert [c["name"] for c in answer(capsys, "cranes")] == [
             "deep-250t",
@@ -241,6 +249,7 @@ class TestShape:
         fields = answer(capsys, "crane", "nov-250t")["fields"]
         assert all(f["source"] and f["kind"] for f in fields.values())
 
+    @pytest.mark.slow
     def test_a_user_file_on_a_library_crane_works_the_same(self, capsys, tmp_path: Path):
         file = tmp_path / "mine.toml"
         file.write_text('base = "nov-250t"\nname = "mine"\n[control]\nK_p = "0.3 1/m"\n')

@@ -82,6 +82,7 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     return lines[0]
 
 
+@pytest.mark.slow
 def test_a_payload_goes_through_the_surface_and_lands_in_one_run(capsys, lift_toml):
     code = run(["lower", str(lift_toml), "--json"])
     found = json.loads(capsys.readouterr().out)
@@ -111,6 +112,7 @@ def test_tension_at_rest_is_what_the_run_swings_about(landed):
     assert ratio.mean() == pytest.approx(1.0, abs=0.03)  # drag of a plate that sinks at 0.5 m/s takes a part
 
 
+@pytest.mark.thorough
 def test_pictures_series_and_numbers_are_written_together(capsys, lift_toml, tmp_path):
     out = tmp_path / "out"
     assert run(["lower", str(lift_toml), "--out", str(out)]) == 0
@@ -124,6 +126,7 @@ def test_pictures_series_and_numbers_are_written_together(capsys, lift_toml, tmp
         assert series["z_load"].values[-1] == pytest.approx(stored["z_load_end"], abs=0.01)
 
 
+@pytest.mark.thorough
 def test_an_animation_has_as_many_pictures_as_its_time_asks_for(landed, tmp_path):
     from PIL import Image
 
@@ -179,6 +182,7 @@ def test_a_load_above_the_swl_is_refused_before_the_run(capsys, lift_toml):
     assert "SWL 250 t" in refusal(capsys, str(lift_toml), "--duration", "5 s")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [

@@ -45,6 +45,7 @@ class TestRepeatedOptions:
         assert len(EVERY) > 40
         assert all(isinstance(command, Command) for _, command in EVERY)
 
+    @pytest.mark.thorough
     @pytest.mark.parametrize("path", PLACES)
     def test_no_command_lets_the_last_of_repeated_values_win(self, capsys, path):
         command = dict(zip(PLACES, (c for _, c in EVERY), strict=True))[path]
@@ -60,6 +61,7 @@ class TestRepeatedOptions:
     def test_the_same_option_with_an_equals_sign_counts_too(self, capsys):
         assert "--modes appears 3 times" in refusal(capsys, "compare", "--modes=ns", "--modes", "hs", "--modes=ssc")
 
+    @pytest.mark.slow
     def test_values_of_options_that_may_be_repeated_all_count(self, capsys):
         assert run(["envelope", "nov-250t", "--load", "100 t", "--load", "150 t", "--json"]) == 0
         out = capsys.readouterr().out
@@ -92,6 +94,7 @@ class TestRepeatedOptions:
 
 
 class TestHelp:
+    @pytest.mark.thorough
     @pytest.mark.parametrize("path", PLACES)
     def test_help_shows_every_bracket_that_is_written_in_it(self, capsys, monkeypatch, path):
         monkeypatch.setenv("COLUMNS", "100")
@@ -177,6 +180,7 @@ class TestInternalErrors:
         assert err.count("\n") == 1
         assert "\x1b" not in err
 
+    @pytest.mark.slow
     def test_the_process_itself_ends_with_3(self):
         code = "import stillhook.library as l, sys; l.cranes = lambda: 1 / 0; from stillhook.cli import main; sys.argv = ['stillhook', 'cranes']; main()"
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)

@@ -260,6 +260,7 @@ MISTAKES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("text", "says"), MISTAKES, ids=[text.replace("\n", " ")[:50] for text, _ in MISTAKES])
 def test_each_mistake_is_refused_with_what_to_do(text: str, says: str, tmp_path: Path) -> None:
     message = refusal(written(tmp_path, BASE + text + "\n"))
@@ -376,6 +377,7 @@ toml_values = st.recursive(
 )
 
 
+@pytest.mark.thorough
 @given(st.dictionaries(st.sampled_from(list(Crane.model_fields)), toml_values, max_size=3))
 @settings(deadline=None, max_examples=200, suppress_health_check=[HealthCheck.too_slow])
 def test_no_change_gets_past_the_checks_or_crashes(changes: dict[str, Any]) -> None:
@@ -389,6 +391,7 @@ def test_no_change_gets_past_the_checks_or_crashes(changes: dict[str, Any]) -> N
     assert crane is None or math.isfinite(crane.active.motor.D_total * crane.inertia.J_m_eff * crane.SWL)
 
 
+@pytest.mark.thorough
 @given(st.floats(1e-3, 1e3), st.floats(1e-9, 1e-2))
 @settings(deadline=None, max_examples=30)
 def test_every_digit_of_a_changed_value_survives_the_file(V: float, Y_1: float) -> None:

@@ -81,6 +81,7 @@ def test_every_file_of_the_library_is_known_as_what_it_is(folder):
     assert {kind_of_toml(toml_text(path)) for path in (LIBRARY / folder).glob("*.toml")} == {of[folder]}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("wanted", list(READERS), ids=lambda kind: kind.name)
 def test_a_command_names_the_file_that_it_was_handed_and_who_reads_it(wanted, files, capsys):
     for kind, path in files.items():
@@ -90,6 +91,7 @@ def test_a_command_names_the_file_that_it_was_handed_and_who_reads_it(wanted, fi
         assert f"{path.name} is {kind.noun}, not {wanted.noun}: {kind.read_by}." in said
 
 
+@pytest.mark.slow
 def test_plan_and_lower_and_response_read_the_others_file_with_a_line_that_says_which_it_is(files, capsys):
     lift, plan = files[FileKind.LIFT], files[FileKind.PLAN]
     assert (
@@ -102,6 +104,7 @@ def test_plan_and_lower_and_response_read_the_others_file_with_a_line_that_says_
         )
 
 
+@pytest.mark.slow
 def test_names_of_the_library_are_told_apart_too(capsys):
     assert "The library has it as a lift plan: stillhook plan reads it." in refusal(
         capsys, "lower", "template-to-1500m"
@@ -125,6 +128,7 @@ def test_vessel_files_and_toml_files_are_told_apart(files, capsys):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("command", "wanted"),
     [

@@ -36,6 +36,7 @@ def file(path: Path, content: str | bytes) -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("waves", "said"),
     [
@@ -82,6 +83,7 @@ def vessel(path: Path, spike: float = 0.0) -> Path:
     return write_rao_csv(Rao("buoy", omega, beta, H, origin="centre"), path, source="made here")
 
 
+@pytest.mark.slow
 def test_a_motion_that_no_ship_makes_is_refused_with_its_place(tmp_path, capsys):
     assert command(["vessel", "check", str(vessel(tmp_path / "rides.csv"))]) == 0
     assert command(["vessel", "check", str(vessel(tmp_path / "spike.csv", 9e3))]) == 1
@@ -89,6 +91,7 @@ def test_a_motion_that_no_ship_makes_is_refused_with_its_place(tmp_path, capsys)
     assert "is not a ship's motion" in refusal(capsys, "vessel", "show", tmp_path / "spike.csv")
 
 
+@pytest.mark.thorough
 def test_vessel_files_that_are_none_say_what_they_are(tmp_path, capsys):
     assert "is empty" in refusal(capsys, "vessel", "check", file(tmp_path / "a.re1", ""))
     assert "is not a text file" in refusal(
@@ -104,6 +107,7 @@ def test_vessel_files_that_are_none_say_what_they_are(tmp_path, capsys):
     )
 
 
+@pytest.mark.thorough
 def test_a_name_beyond_the_terminals_letters_is_shown_in_others(tmp_path):
     ship = vessel(tmp_path / "schön.csv")
     plain = os.environ | {"PYTHONIOENCODING": "ascii"}
@@ -113,6 +117,7 @@ def test_a_name_beyond_the_terminals_letters_is_shown_in_others(tmp_path):
     assert b"sch\\xf6n.csv" in done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
@@ -163,6 +168,7 @@ TIP = ("tip", "--vessel", "supply-vessel-82m", "--at", "x=-20 m, y=-18 m", "--wa
 JONSWAP = "jonswap Hs=1 m Tp=8 s gamma=3.3"
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("options", "said"),
     [
@@ -185,6 +191,7 @@ def test_a_crane_stands_above_water(capsys):
     assert "its heel is 15 m below still water" in line
 
 
+@pytest.mark.slow
 def test_one_heading_counts_for_waves_that_have_none_and_all_is_all(capsys):
     assert "largest in 3 h" in told(capsys, *TIP, f"{JONSWAP} heading=10 deg + pm Hs=1 m Tp=7 s", "--heading", "90 deg")
     assert "\u2502 345" in told(capsys, *TIP, JONSWAP, "--heading", "ALL")

@@ -40,6 +40,7 @@ def changed(folder: Path, old: str, new: str) -> Path:
     return written(folder, GOOD.replace(old, new))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", lifts())
 def test_every_lift_of_the_library_can_be_packed(name):
     file = load_lift(name)
@@ -99,6 +100,7 @@ def test_a_payload_may_be_described_in_the_file(tmp_path):
     assert load_lift(written(tmp_path, text)).lift.payload.mass == 30e3
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [

@@ -36,6 +36,7 @@ def test_a_list_of_cranes_runs_one_case_each_as_it_does_alone():
     assert np.all(np.diff(together.p_max.values) > 0.0)  # more friction, more pressure
 
 
+@pytest.mark.slow
 def test_many_cranes_run_sixteen_side_by_side_and_not_one_by_one(monkeypatch):
     blocks: list[int] = []
     true = engine_run.Block
@@ -83,6 +84,7 @@ def test_series_of_several_cranes_share_a_table():
     assert np.array_equal(data.p_a.values[1], simulate(CRANES[1], CASE).p_a.values)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("cases", [CASE, [CASE, OTHER, CASE]], ids=["one case", "a case each"])
 def test_a_run_of_several_cranes_repeats_itself_from_disk(cases, tmp_path):
     data = simulate(CRANES[:3], cases)
@@ -98,6 +100,7 @@ def test_a_run_of_several_cranes_repeats_itself_from_disk(cases, tmp_path):
         assert np.array_equal(again[name].values, data[name].values)
 
 
+@pytest.mark.thorough
 def test_the_command_line_runs_a_stored_run_of_several_cranes_again(tmp_path, capsys):
     path = save_run(simulate(CRANES[:2], CASE), tmp_path / "run.nc")
     assert command(["run", str(path), "--json", "--out", str(tmp_path / "again")]) == 0

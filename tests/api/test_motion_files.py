@@ -246,6 +246,7 @@ def test_fast_logs_are_thinned_unless_told_otherwise(tmp_path: Path) -> None:
     assert "beyond gravity" in refused(lambda: read_tip_motion(file, tip=ORIGIN, every=None))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("gap", "error"), [(3.0, 0.06), (4.0, 0.2), (5.0, 0.6)])
 def test_a_bridged_gap_costs_what_read_psxn_states(tmp_path: Path, gap: float, error: float) -> None:
     # A sea of 0.84 m standard deviation, the worst of fifty.
@@ -480,6 +481,7 @@ def test_a_file_without_rights_is_refused(tmp_path: Path) -> None:
     assert "cannot be read (Permission denied)" in refused(lambda: read_ship_motion(file))
 
 
+@pytest.mark.slow
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=150)
 @given(st.data())
 def test_damage_anywhere_gives_motion_or_one_line(tmp_path: Path, data: st.DataObject) -> None:

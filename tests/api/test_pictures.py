@@ -45,6 +45,7 @@ def started(monkeypatch, cores):
     return found
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("n", "processes"), [(FEW, 0), (MANY, 1)])
 def test_pictures_are_those_of_one_process_in_their_order(started, n, processes):
     drawn = pictures.pngs(named(n), 60)
@@ -54,6 +55,7 @@ def test_pictures_are_those_of_one_process_in_their_order(started, n, processes)
     assert all(p.poll() is not None for p in started)
 
 
+@pytest.mark.thorough
 def test_settings_of_this_process_hold_in_the_second(started):
     import matplotlib
 
@@ -62,6 +64,7 @@ def test_settings_of_this_process_hold_in_the_second(started):
     assert len(started) == 1
 
 
+@pytest.mark.thorough
 def test_a_figure_that_cannot_be_sent_is_drawn_here(started):
     odd = named(MANY)
     odd["picture-1"].axes[0].xaxis.set_major_formatter(lambda x, _: f"{x:.0f} s")
@@ -69,6 +72,7 @@ def test_a_figure_that_cannot_be_sent_is_drawn_here(started):
     assert not started
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "boot", ["raise SystemExit(1)", "import sys; sys.stdout.write('no pictures')", "import sys; sys.stdin.read(10)"]
 )
@@ -77,6 +81,7 @@ def test_a_second_process_that_breaks_down_costs_no_picture(started, monkeypatch
     assert pictures.pngs(named(MANY), 60) == {name: png(one, 60) for name, one in named(MANY).items()}
 
 
+@pytest.mark.thorough
 def test_no_process_at_all_costs_no_picture(monkeypatch, cores, tmp_path):
     monkeypatch.setattr(sys, "executable", str(Path(tmp_path) / "none"))
     assert set(pictures.pngs(named(MANY), 60)) == set(named(MANY))

@@ -134,6 +134,7 @@ class TestTyposOfAUnit:
         assert str(error.value).endswith("check its unit.")
         assert "\n" not in str(error.value)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("changes", "note"),
         [
@@ -209,6 +210,7 @@ class TestCommands:
         path.write_text('base = "nov-250t"\nname = "soft"\n[wire]\nE = "90 MPa"\n', encoding="utf-8")
         return str(path)
 
+    @pytest.mark.slow
     def test_the_sheet_of_a_crane_says_what_is_implausible(self, soft, capsys):
         assert run(["crane", soft]) == 0
         assert "wire.E 0.09 GPa is implausible" in capsys.readouterr().out

@@ -110,6 +110,7 @@ def test_citation_gives_this_version():
 # The source
 
 
+@pytest.mark.slow
 def test_no_source_file_outgrows_its_subject():
     lines = {relative(path): len(path.read_text(encoding="utf-8").splitlines()) for path in PYTHON_FILES}
     assert {name: n for name, n in lines.items() if n > LONGEST_FILE and name not in LONGER} == {}
@@ -124,11 +125,21 @@ def test_no_folder_is_a_heap():
     assert crowded == {}
 
 
+def test_rooms_that_hashes_cover_exist():
+    """A hash over a folder that is gone would cover nothing, and say nothing."""
+    from stillhook.kernels import build
+    from stillhook.validate.certificate import content
+
+    folders = (*build.KERNEL_FOLDERS, *build.RESULT_FOLDERS, *content.METHOD_FOLDERS)
+    assert [f for f in folders if not any((SOURCE / f).rglob("*.py"))] == []
+
+
 def test_no_module_is_a_drawer_for_odds_and_ends():
     drawers = {"utils", "util", "helpers", "helper", "misc", "common", "tools"}
     assert [relative(p) for p in PYTHON_FILES if drawers & set(p.relative_to(SOURCE).with_suffix("").parts)] == []
 
 
+@pytest.mark.thorough
 def test_no_file_names_a_folder_of_one_machine():
     """Absolute paths of somebody's machine in a committed file are wrong for everybody else."""
     folders = "|".join(("tmp", "work", "opt", "home", "root", "Users", "mnt"))
@@ -186,6 +197,7 @@ def test_decision_is_short_and_says_what_was_chosen(path: Path):
         assert part in text, f"{relative(path)} lacks {part}"
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("path", PAGES_WITH_CODE, ids=relative)
 def test_python_in_the_documentation_runs(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
@@ -210,6 +222,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> set[str]:
         return set(archive.namelist())
 
 
+@pytest.mark.slow
 def test_wheel_carries_every_file_of_the_package(wheel: set[str]):
     data = {
         p.relative_to(SOURCE.parent).as_posix() for s in (".py", ".toml", ".csv", ".typ") for p in SOURCE.rglob(f"*{s}")

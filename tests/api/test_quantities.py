@@ -128,6 +128,7 @@ CALLS: list[tuple[Callable[..., Any], dict[str, Any], tuple[str, ...]]] = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("call", "texts", "names"), CALLS)
 def test_text_with_a_unit_is_taken(call, texts, names):
     call(**texts)
@@ -209,6 +210,7 @@ def test_a_lift_response_has_its_depth_and_duration_in_units():
 TIP = ("tip", "--vessel", "supply-vessel-82m", "--at", "x=-20 m, y=-12 m", "--wave", WAVES)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("line", "says"),
     [

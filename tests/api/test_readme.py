@@ -85,6 +85,7 @@ def test_no_folder_is_written_by_two_lines():
     assert len(written) == len(set(written))
 
 
+@pytest.mark.thorough
 def test_the_first_lines_run_as_printed(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for start in (

@@ -81,6 +81,7 @@ def test_a_run_carries_what_repeats_it(single):
     assert single.attrs["stillhook_version"]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("which", ["single", "batch"])
 def test_a_run_comes_back_from_disk_as_it_was_and_repeats_itself(which, request, tmp_path):
     run = request.getfixturevalue(which)
@@ -97,6 +98,7 @@ def test_a_run_comes_back_from_disk_as_it_was_and_repeats_itself(which, request,
     assert [p.name for p in path.parent.iterdir()] == ["run.nc"]
 
 
+@pytest.mark.thorough
 def test_a_saved_run_replaces_an_older_one(single, batch, tmp_path):
     path = save_run(single, tmp_path / "run.nc")
     save_run(batch, path)

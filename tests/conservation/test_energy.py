@@ -53,12 +53,14 @@ def wire_length(plant: str, layers: int) -> float:
     return float(wire_to_layer(layers, drum_record(CRANES[plant])))
 
 
+@pytest.mark.slow
 @plants
 @pytest.mark.parametrize("mode", ["level-1", "level-2", "ns", "hs", "ssc", "ssc-cubic"])
 def test_compensation_loses_no_energy_unseen(plant, mode):
     assert abs(energy_unaccounted(run(plant, mode=mode))) < AUDIT
 
 
+@pytest.mark.slow
 @plants
 @pytest.mark.parametrize(
     "case",

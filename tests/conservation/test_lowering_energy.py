@@ -69,6 +69,7 @@ def through_the_wire(r: LiftResult) -> tuple[float, float]:
     return missing, abs(W.top) + abs(W.gravity) + abs(water)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["nov-250t", "nov-100t-pure-active"])
 @pytest.mark.parametrize(
     "case",
@@ -85,6 +86,7 @@ def test_every_joule_of_a_lowering_is_found_again(name: str, case: Lowering) -> 
     assert abs(unaccounted(r)) < AUDIT
 
 
+@pytest.mark.slow
 def test_wire_brings_along_from_the_drum_what_its_strain_holds() -> None:
     """Relaying the elements as wire is paid out adds the kinetic energy of the new wire, and takes the strain it did not have: both small."""
     r = run_lowerings(

@@ -50,6 +50,7 @@ def summed(rate: np.ndarray) -> np.ndarray:
     return cumulative_trapezoid(rate, dx=CYCLE, initial=0.0)
 
 
+@pytest.mark.thorough
 @plants
 @each
 def test_oil_that_flows_into_a_line_raises_its_pressure_and_is_in_no_other_place(plant, what):
@@ -66,6 +67,7 @@ def test_oil_that_flows_into_a_line_raises_its_pressure_and_is_in_no_other_place
         assert np.max(np.abs(summed(into) - held)) < OIL * moved
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("what", ["ssc", "manual"])
 def test_oil_that_the_passive_circuit_takes_is_in_the_accumulator(what):
     y = table("active-passive", what)

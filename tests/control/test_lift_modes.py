@@ -137,6 +137,7 @@ def test_hoisting_ends_where_the_wire_has_come_in():
     assert next(y.s_w for y, _, m in rows if m.done) == pytest.approx(99.0, abs=STOPPED)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("mode", [STAGE_MANUAL, STAGE_AHC, STAGE_SPLASH])
 @pytest.mark.parametrize("way", [20.0, 0.5, -20.0])
 def test_a_stage_before_a_stop_comes_to_rest_on_its_wire_and_not_beyond_it(mode, way):
@@ -172,6 +173,7 @@ def test_a_stage_before_a_slower_one_passes_its_wire_at_that_speed():
     assert o.v_op == pytest.approx(-0.1, abs=2.0 * SET.a_max * CYCLE)
 
 
+@pytest.mark.slow
 def test_wire_that_compensation_adds_for_the_tip_does_not_end_a_stage():
     """The tip heaves by 1.5 m and the wire with it: the stage ends where the joystick has paid out its way, not on the first crest."""
     heave = lambda t: 1.5 * math.sin(2.0 * math.pi * t / 8.0)
@@ -186,6 +188,7 @@ def test_wire_that_compensation_adds_for_the_tip_does_not_end_a_stage():
     assert max(y.s_w for y, _, m in rows if m.stage == 0.0) > 110.2
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("lost", [0.02, 0.1, -0.1])
 @pytest.mark.parametrize("v", [-0.5, -0.1, 0.3])
 def test_manual_mode_pays_out_what_the_joystick_asks_for_though_the_winch_leaks(v, lost):
@@ -255,6 +258,7 @@ def stands(k: float, s_w_0: float) -> Force:
     return lambda t, s_w: max(F_0 - k * (s_w - s_w_0), 0.0)
 
 
+@pytest.mark.slow
 def test_constant_tension_takes_a_standing_load_to_its_set_value_from_either_side():
     k = SET.EA / (SET.L_0 + 1000.0)
     for F_set in (0.3 * F_0, 1.4 * F_0):
@@ -298,6 +302,7 @@ def test_a_load_that_swings_a_little_has_not_landed():
     assert not any(m.landed for _, _, m in rows)
 
 
+@pytest.mark.slow
 def test_a_landing_so_slow_that_the_mean_follows_is_still_noticed():
     rows = run(
         [stage(STAGE_LANDING, v=-0.02, F_set=0.3 * F_0, until=UNTIL_LANDED)], 300.0, force=stands(F_0 / 4.0, 100.0)
@@ -305,6 +310,7 @@ def test_a_landing_so_slow_that_the_mean_follows_is_still_noticed():
     assert any(m.landed for _, _, m in rows)  # 200 s from full tension to none
 
 
+@pytest.mark.slow
 def test_splash_mode_gives_way_to_the_force_of_a_wave_and_keeps_its_slow_position():
     force = lambda t, s_w: F_0 * (1.0 + 0.3 * math.sin(2.0 * math.pi * t / 8.0))
     rows = run([stage(STAGE_SPLASH, v=-0.1)], 240.0, force=force)
@@ -357,6 +363,7 @@ def test_a_landed_load_is_not_given_slack_by_the_ramp_of_the_joystick():
     assert max(y.s_w for y, _, _ in rows) - bottom < 0.5 * 1.3
 
 
+@pytest.mark.slow
 def test_splash_mode_is_no_softer_for_a_light_load_than_the_wire_allows():
     """Half the moving mass, twice the answer; but below what the wire swings at 5 rad/s the answer grows no more."""
     force = lambda t, s_w: F_0 * (1.0 + 0.1 * math.sin(2.0 * math.pi * t / 8.0))

@@ -78,6 +78,7 @@ def blocks(translated: SimpleNamespace, lanes: int) -> tuple[Block, Block]:
     return out[0], out[1]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("lanes", [1, VL])
 def test_c_runs_the_same_physics(translated, lanes):
     ours, theirs = blocks(translated, lanes)
@@ -169,6 +170,7 @@ ACCEPTED = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("text", "arguments"), ACCEPTED)
 def test_c_means_what_python_means(tmp_path, text, arguments):
     assert value(text, tmp_path, *arguments) == pytest.approx(python(text, *arguments), rel=1e-15)

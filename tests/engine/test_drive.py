@@ -61,6 +61,7 @@ speeds = st.floats(-1.0, 1.0)
 gaps = st.sampled_from([0.0, 0.5, 1.3, 7.0])
 
 
+@pytest.mark.thorough
 @given(st.lists(st.tuples(gaps, speeds), min_size=1, max_size=6), st.floats(0.0, 5.0))
 def test_what_the_stick_asks_for_in_all_is_the_integral_of_its_speed(steps, start):
     times = start + np.cumsum([g for g, _ in steps])

@@ -85,6 +85,7 @@ def hoisting(n_sub: int):
     return run_one(smooth, case, n_sub=n_sub, series=False).state
 
 
+@pytest.mark.slow
 def test_halving_the_step_quarters_the_error_where_the_motion_is_smooth():
     """Runge-Kutta with the bristle split off symmetrically: second order, from steps that resolve the wire's hardly damped swing."""
     fine = hoisting(512)
@@ -95,6 +96,7 @@ def test_halving_the_step_quarters_the_error_where_the_motion_is_smooth():
         assert np.all(orders > SECOND_ORDER), (field, orders)
 
 
+@pytest.mark.slow
 @plants
 @pytest.mark.parametrize("mode", ["hs", "ssc"])
 def test_default_steps_are_within_what_they_state_through_stick_and_reversal(plant, mode):
@@ -115,6 +117,7 @@ def test_stored_rows_do_not_change_with_how_often_they_are_stored():
     assert one.stats == ten.stats
 
 
+@pytest.mark.thorough
 @plants
 def test_the_engine_solves_the_same_equations_as_a_stiff_solver_of_a_library(plant):
     """From rest through break-away and reversal: plant, friction and PLC of the run, stepped by scipy with the bristle as a state."""
@@ -167,6 +170,7 @@ def same(a: Result, b: Result) -> bool:
     return flatten(a.stats) == flatten(b.stats) and a.state == b.state and a.memory == b.memory and a.span == b.span
 
 
+@pytest.mark.slow
 @plants
 def test_a_case_in_a_batch_equals_the_same_case_alone_bit_for_bit(plant):
     cases = mixed(plant)
@@ -177,6 +181,7 @@ def test_a_case_in_a_batch_equals_the_same_case_alone_bit_for_bit(plant):
         assert same(alone, together[i]), cases[i]
 
 
+@pytest.mark.slow
 def test_neighbours_and_threads_do_not_change_a_case():
     cases = mixed("active-passive")
     crane = CRANES["active-passive"]

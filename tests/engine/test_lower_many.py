@@ -79,6 +79,7 @@ def counted(monkeypatch):
     return ran
 
 
+@pytest.mark.slow
 def test_many_lowerings_have_the_bits_of_each_alone(truth):
     some = [0, 12, 18]
     assert (
@@ -112,6 +113,7 @@ def test_what_is_in_the_store_is_not_run_again_whatever_it_is_called(tmp_path, t
     assert again.case.values.tolist() == ["again"] * 4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("other", [{"seed": 1}, {"Hs": 2.1}, {"left": 0.5}, {"lift": lift("-1470 m")}, {"water": True}])
 def test_what_changes_a_result_is_run(tmp_path, counted, other):
     lower_many(CRANE, [in_sea()], store=tmp_path)
@@ -132,6 +134,7 @@ def test_an_interrupted_run_goes_on_where_it_stood(tmp_path, truth, counted):
     assert 0 < len(counted) - before < len(CASES)
 
 
+@pytest.mark.slow
 def test_a_cluster_gives_the_same_bits(truth):
     distributed = pytest.importorskip("distributed")
     seen: list[float] = []

@@ -147,6 +147,7 @@ def test_a_file_that_is_not_of_the_store_is_named(tmp_path):
         summaries(CRANE, CASES[:2], store=tmp_path)
 
 
+@pytest.mark.slow
 def test_damage_anywhere_in_a_file_is_named_or_harmless(tmp_path):
     first = summaries(CRANE, CASES[:2], store=tmp_path)
     file = next(tmp_path.iterdir())
@@ -164,6 +165,7 @@ def test_damage_anywhere_in_a_file_is_named_or_harmless(tmp_path):
     assert named > 100
 
 
+@pytest.mark.thorough
 def test_a_store_that_fails_stops_the_work(tmp_path, counted, monkeypatch):
     def full(*_: object) -> None:
         raise SimulationError("no room")
@@ -229,6 +231,7 @@ print(len(summaries(load_crane("nov-250t"), cases, store=sys.argv[1])), flush=Tr
 """
 
 
+@pytest.mark.thorough
 def test_a_killed_run_goes_on_where_it_stood(tmp_path, counted):
     run = subprocess.Popen(
         [sys.executable, "-c", LONG, str(tmp_path)], stdout=subprocess.DEVNULL, env=os.environ | {"PYTHONPATH": "src"}
@@ -248,6 +251,7 @@ def test_a_killed_run_goes_on_where_it_stood(tmp_path, counted):
     assert same(summaries(CRANE, cases[90]), [found[90]])
 
 
+@pytest.mark.thorough
 def test_memory_does_not_grow_with_the_number_of_noisy_cases():
     """Noise of a 60 s run takes 240 kB; held for every case at once 600 of them would take 140 MiB."""
     noise = {
@@ -279,6 +283,7 @@ def cluster():
         yield c, client
 
 
+@pytest.mark.thorough
 def test_a_cluster_gives_the_same_bits(cluster, truth, tmp_path):
     seen: list[float] = []
     assert same(summaries(CRANE, CASES, client=cluster[1], store=tmp_path, progress=seen.append), truth)
@@ -304,6 +309,7 @@ def test_workers_with_other_code_are_refused(cluster, monkeypatch):
         summaries(CRANE, CASES[:2], client=cluster[1])
 
 
+@pytest.mark.thorough
 def test_a_killed_worker_loses_nothing(cluster):
     _, client = cluster
     asked = {"s_w": "100 m", "tip": Sine(amplitude="1 m", period="10 s"), "duration": "4000 s"}

@@ -48,6 +48,7 @@ def listing(request: pytest.FixtureRequest) -> SimpleNamespace:
     return SimpleNamespace(llvm=run.inspect_llvm(run.signatures[0]), asm=run.inspect_asm(run.signatures[0]))
 
 
+@pytest.mark.thorough
 def test_sixteen_lanes_are_vector_code(listing):
     operations = re.findall(r"= f(?:add|sub|mul|div) [^\n]*?(<\d+ x double>|double)", listing.llvm)
     scalars = operations.count("double")
@@ -61,6 +62,7 @@ def test_lanes_call_no_mathematics_of_the_library(listing):
     assert {f for f in called if re.search(r"exp|log|pow|tanh|sin|cos", f)} == set()
 
 
+@pytest.mark.thorough
 def test_lanes_are_read_without_gathers_and_kept_on_whole_cache_lines(listing):
     if "zmm" not in listing.asm and "ymm" not in listing.asm:
         pytest.skip("not an x86 processor with wide vectors")
@@ -93,6 +95,7 @@ def family(plant: str) -> list[tuple[Crane, Scenario]]:
     return out
 
 
+@pytest.mark.thorough
 @plants
 @pytest.mark.parametrize("n_sub", [2, 5])
 def test_unlike_cranes_and_cases_side_by_side_have_the_bits_that_they_have_alone(plant, n_sub):
@@ -142,6 +145,7 @@ for name in ("nov-250t", "nov-100t-pure-active"):
 """
 
 
+@pytest.mark.thorough
 def test_without_compiling_the_same_run_gives_the_same_numbers():
     found = {}
     for jit in ("0", "1"):

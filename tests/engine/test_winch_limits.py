@@ -38,6 +38,7 @@ def ratio_of(t: np.ndarray, y: np.ndarray) -> float:
     return float(decrement / np.hypot(decrement, 2.0 * np.pi))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("s_w", ["60 m", "400 m"])
 def test_a_load_on_a_braked_winch_swings_with_the_damping_ratio_of_the_wire(s_w):
     """The free swing after the tip has moved by 5 cm and stands again: logarithmic decrement."""
@@ -53,6 +54,7 @@ def test_a_load_on_a_braked_winch_swings_with_the_damping_ratio_of_the_wire(s_w)
     assert ratio_of(run.time.values[late], run.s_load.values[late]) == pytest.approx(0.03, rel=DECREMENT)
 
 
+@pytest.mark.thorough
 def test_simulate_and_lower_damp_the_same_load_on_the_same_wire_alike():
     from stillhook.sea.motion.motion import Profile
 
@@ -95,6 +97,7 @@ def test_the_damper_follows_the_length_of_the_wire():
 # Holding brake
 
 
+@pytest.mark.slow
 def test_a_winch_at_rest_on_its_brake_does_not_feed_the_swing_of_a_deep_load():
     """On the circuits alone the passive motors follow the load cell late, and a resonant swing of the load grows."""
     tip = Sine(amplitude="0.2 m", period="2.4 s")  # that of the load on its wire
@@ -105,6 +108,7 @@ def test_a_winch_at_rest_on_its_brake_does_not_feed_the_swing_of_a_deep_load():
     assert np.ptp(free.s_w.values) > 10.0 * STANDS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["nov-250t", "nov-100t-pure-active"])
 def test_the_brake_holds_the_load_for_as_long_as_the_joystick_rests(name):
     run = simulate(

@@ -17,6 +17,7 @@ def test_every_case_has_a_stored_result_and_every_stored_result_a_case():
     assert record.path_of(record.MACHINE).exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_results_are_those_that_were_stored(name):
     assert record.path_of(name).exists(), f"nothing stored for {name}: python tests/frozen/freeze.py {name}"

@@ -138,6 +138,7 @@ BAD = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("text", "line"), BAD, ids=[line[:60] for _, line in BAD])
 def test_what_is_wrong_is_said_in_one_line(tmp_path, text, line):
     with pytest.raises(StillhookError) as problem:

@@ -20,6 +20,7 @@ def friction_cost(points):
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("variant", [Variant.KRUS, Variant.COMPLEX_RF])
 def test_complex_method_and_least_squares_reach_the_same_cost(variant):
     points = stage(truth("crane-1"), rng=np.random.default_rng(1))
@@ -32,6 +33,7 @@ def test_complex_method_and_least_squares_reach_the_same_cost(variant):
     assert found.x[3] == pytest.approx(y.Y_4, rel=1e-3)
 
 
+@pytest.mark.thorough
 def test_the_original_method_either_finds_it_or_says_that_it_did_not():
     """Box's own population can fall flat and stop moving (Krus's additions are there for that); it must not call that an answer."""
     points = stage(truth("crane-1"), rng=np.random.default_rng(1))
@@ -58,6 +60,7 @@ def test_it_stays_inside_the_bounds():
     assert np.max(seen) <= 1.0
 
 
+@pytest.mark.slow
 def test_a_seed_repeats_and_another_differs():
     bowl = lambda x: float(np.sum((x - 0.4) ** 2))
     a, b, c = (complex_method(bowl, np.zeros(3), np.ones(3), seed=s) for s in (1, 1, 2))
@@ -66,6 +69,7 @@ def test_a_seed_repeats_and_another_differs():
     assert not np.array_equal(a.x, c.x)
 
 
+@pytest.mark.thorough
 def test_krus_finds_the_way_out_of_a_valley_with_ripples():
     ripples = lambda x: float(np.sum((x - 0.3) ** 2) + 0.02 * np.sum(1.0 - np.cos(40.0 * (x - 0.3))))
     found = [complex_method(ripples, np.zeros(2), np.ones(2), variant=Variant.KRUS, seed=s).cost for s in range(10)]

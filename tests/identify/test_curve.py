@@ -81,6 +81,7 @@ def test_without_its_position_a_spring_is_refused_and_not_averaged() -> None:
         friction_curve(ram())
 
 
+@pytest.mark.slow
 def test_intervals_of_the_place_by_place_friction_hold_the_truth() -> None:
     """60 rams of 4 speeds: 95 % intervals hold 90 to 100 %."""
     inside = []
@@ -155,6 +156,7 @@ def app() -> typer.Typer:
     return made
 
 
+@pytest.mark.slow
 def test_the_command_prints_a_table_and_writes_figure_csv_and_json(tmp_path: Path, app: typer.Typer) -> None:
     file, mapping = written(tmp_path)
     out = tmp_path / "out"

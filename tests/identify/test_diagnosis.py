@@ -21,6 +21,7 @@ def codes(statements):
     return [s.code for s in statements]
 
 
+@pytest.mark.slow
 def test_a_full_campaign_has_nothing_against_it():
     points = stage(Y, rng=np.random.default_rng(1))
     plan = design(points, SWL)
@@ -60,6 +61,7 @@ def test_a_hook_that_weighs_nothing_has_no_friction_in_proportion_to_it():
     assert np.max(np.abs(fit.residual)) < 0.5
 
 
+@pytest.mark.thorough
 def test_friction_below_the_motors_own_loss_is_no_result():
     points = stage(Y, rng=np.random.default_rng(1))
     less = dataclasses.replace(points, dp_up=0.1 * points.dp_up, dp_down=0.1 * points.dp_down)
@@ -69,6 +71,7 @@ def test_friction_below_the_motors_own_loss_is_no_result():
     assert said[0].severe
 
 
+@pytest.mark.slow
 def test_no_low_speed_forbids_the_set_unless_another_winch_fills_in():
     fast = [n for n in STAIR if n >= 250]
     points = stage(Y, CRANE_2, fast)
@@ -90,6 +93,7 @@ def test_no_high_speed_and_one_displacement_are_said():
     assert codes(design(slow, SWL).statements) == ["no high speed", "one displacement"]
 
 
+@pytest.mark.slow
 def test_outliers_are_named_by_test_and_speed():
     points = stage(Y, rng=np.random.default_rng(3))
     dp_up = points.dp_up.copy()
@@ -102,6 +106,7 @@ def test_outliers_are_named_by_test_and_speed():
     )
 
 
+@pytest.mark.slow
 def test_friction_that_no_model_has_is_said_with_the_test_that_shows_it_most():
     points = disturbed(stage(Y), np.random.default_rng(4), 0.02e5, 0.0)
     known = dataclasses.replace(
@@ -112,6 +117,7 @@ def test_friction_that_no_model_has_is_said_with_the_test_that_shows_it_most():
     assert 'most in test "4"' in said[0]
 
 
+@pytest.mark.thorough
 def test_a_parameter_that_may_be_zero_is_said_to_be_so():
     points = stage(truth("L4593"), rng=np.random.default_rng(4))
     fit = fit_system(points, LOSS)
@@ -119,6 +125,7 @@ def test_a_parameter_that_may_be_zero_is_said_to_be_so():
     assert any("Y_3" in text for text in said)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [150, 160])
 def test_the_threshold_for_low_speeds_is_where_it_is_said_to_be(speed):
     points = stage(Y, CRANE_2, [speed * 2 / 2.04, *[n for n in STAIR if n >= 250]])

@@ -48,6 +48,7 @@ def test_parameters_that_cannot_be_told_apart_are_drawn_along_their_line():
     assert np.std(drawn[:, 0]) == pytest.approx(0.2, rel=0.1)
 
 
+@pytest.mark.slow
 def test_no_draw_is_negative_and_none_is_clipped():
     item = friction_with(("Y_2", "Y_3"), ((1.0, 0.0), (0.0, 1.0)), Y_2=0.0, Y_3=0.5)
     drawn = draw(item, MANY, np.random.default_rng(2))
@@ -118,6 +119,7 @@ def test_a_motor_set_is_drawn_for_every_circuit_that_has_the_motor_with_one_draw
         draw_cranes(CRANE, None, small)
 
 
+@pytest.mark.thorough
 def test_more_uncertain_friction_makes_a_wider_band_of_peak_pressure():
     wide = friction_with(("Y_6",), ((4e-12,),))
     narrow = friction_with(("Y_6",), ((4e-14,),))
@@ -145,6 +147,7 @@ def test_what_cannot_be_drawn_is_one_line(make, text):
     assert str(caught.value) == text
 
 
+@pytest.mark.thorough
 def test_the_command_prints_median_and_band(tmp_path, capsys):
     path = str(save_set(KNOWN, tmp_path / "my.friction.toml"))
     options = ["--crane", "nov-150t", "--load", "60 t", "--motion", "sine 1 m 9 s", "--n", "16"]

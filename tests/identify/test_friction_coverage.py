@@ -21,6 +21,7 @@ def trials():
     del sys.modules["friction_trials"]
 
 
+@pytest.mark.thorough
 def test_intervals_hold_the_truth_with_slow_zero_drift_in_three_forms(trials):
     found = [trials.outcome(trials.Trial(trials.Scenario.ZERO, seed)) for seed in (0, 1, 3, 4, 6, 7)]
     assert np.mean([hit for one in found for hit in one["inside"].values()]) >= FEWEST
@@ -30,12 +31,14 @@ def test_intervals_hold_the_truth_with_slow_zero_drift_in_three_forms(trials):
     )  # N m: the drift is taken off, and does not just widen the band
 
 
+@pytest.mark.thorough
 def test_friction_that_falls_while_the_oil_warms_up_is_in_the_intervals(trials):
     one = trials.outcome(trials.Trial(trials.Scenario.OIL, 1))
     assert all(one["inside"].values())
     assert one["error"] < one["half_width"]
 
 
+@pytest.mark.thorough
 def test_oil_that_warms_too_little_to_be_seen_is_in_the_intervals(trials):
     """It moves the answer by more than scatter does; a variance that is put at none where it is not seen left 81 % of the curve in its band."""
     found = [trials.outcome(trials.Trial(trials.Scenario.FAINT, seed)) for seed in range(8)]

@@ -24,6 +24,7 @@ PUBLISHED = ("crane-1", "crane-2", "L4593")
 CLAIM = 1.0  # % of nominal torque above 250 rev/min, the thesis's own claim
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_noise_free_points_give_the_parameters_back(name):
     y = truth(name)
@@ -33,6 +34,7 @@ def test_noise_free_points_give_the_parameters_back(name):
         assert getattr(fit.y, n) == pytest.approx(getattr(y, n), rel=EXACT, abs=1e-6 * scale), n
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_noise_free_points_predict_held_out_loads_and_displacements(name):
     points = stage(truth(name))
@@ -42,12 +44,14 @@ def test_noise_free_points_predict_held_out_loads_and_displacements(name):
     assert np.max(np.abs(predicted(held, LOSS, fit.y) - held.T_f) / held.T_N) < 1e-7
 
 
+@pytest.mark.slow
 def test_held_out_points_do_not_move_the_fit():
     points = stage(truth("crane-2"), rng=np.random.default_rng(3))
     spoiled = dataclasses.replace(points, dp_up=np.where(points.hold_out, 2.0 * points.dp_up, points.dp_up))
     assert fit_system(points, LOSS).y == fit_system(spoiled, LOSS).y
 
 
+@pytest.mark.thorough
 def test_constant_term_is_kept_where_the_crane_has_one_and_dropped_where_it_has_none():
     rng = np.random.default_rng(5)
     with_it, without = (fit_system(stage(truth(name), rng=rng), LOSS) for name in ("L4593", "crane-2"))
@@ -70,12 +74,14 @@ def test_least_squares_is_the_best_of_all_answers():
         assert cost(points, LOSS, near) >= least * (1.0 - 1e-9)
 
 
+@pytest.mark.thorough
 def test_scatter_that_the_sensors_do_not_show_is_found():
     rng = np.random.default_rng(2)
     fits = [fit_system(stage(truth("crane-2"), rng=rng, sd_dp=0.8e5, sd_omega=0.0), LOSS) for _ in range(8)]
     assert np.mean([f.tau for f in fits]) == pytest.approx(0.8e5 / np.sqrt(2.0), rel=0.05)  # half a difference of two
 
 
+@pytest.mark.slow
 def test_stated_uncertainty_that_explains_the_scatter_is_left_alone():
     points = stage(truth("crane-2"), rng=np.random.default_rng(2), sd_dp=0.5e5, sd_omega=0.0)
     known = dataclasses.replace(points, u_dp=np.full(len(points), 1.0e5))
@@ -92,12 +98,14 @@ def test_too_few_points_are_refused_in_one_line():
         fit_system(points, LOSS)
 
 
+@pytest.mark.thorough
 def test_a_wrong_motor_model_shows_as_scatter_and_not_as_certainty():
     other = mj4(motor("A6VM170").loss)
     points = stage(truth("crane-2"), loss=other)
     assert fit_system(points, LOSS).tau > 100.0 * fit_system(points, other).tau
 
 
+@pytest.mark.thorough
 def test_profile_and_bootstrap_and_posterior_agree():
     points = stage(truth("crane-1"), rng=np.random.default_rng(8))
     fit = fit_system(points, LOSS)
@@ -109,6 +117,7 @@ def test_profile_and_bootstrap_and_posterior_agree():
             assert abs(i.high - profile[i.name].high) < 0.25 * width, i.name
 
 
+@pytest.mark.slow
 def test_intervals_stop_at_the_physical_bound():
     points = stage(truth("L4593"), rng=np.random.default_rng(4))
     fit = fit_system(points, LOSS)
@@ -117,6 +126,7 @@ def test_intervals_stop_at_the_physical_bound():
     assert 0.0 < Y_3.high < 5.0
 
 
+@pytest.mark.slow
 def test_bootstrap_is_repeatable_and_never_negative():
     points = stage(truth("L4593"), rng=np.random.default_rng(4))
     fit = fit_system(points, LOSS)
@@ -125,6 +135,7 @@ def test_bootstrap_is_repeatable_and_never_negative():
     assert np.all(a >= 0.0)
 
 
+@pytest.mark.slow
 def test_one_load_leaves_directions_blind_and_a_full_campaign_none():
     y = truth("crane-1")
     one = stage(y, [t for t in CRANE_2 if t[1] == 77], rng=np.random.default_rng(1))
@@ -133,6 +144,7 @@ def test_one_load_leaves_directions_blind_and_a_full_campaign_none():
     assert blind_directions(full, fit_system(full, LOSS)) == ()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["crane-2", "L4593"])
 def test_stated_intervals_cover_the_truth_in_twenty_campaigns(name):
     """0.5 bar and 0.2 % of speed on every stretch. The 95 % band of the predicted friction at held-out points covers as often as it

@@ -106,6 +106,7 @@ def test_depth_and_height_of_the_tip_together_tell_the_wire_out_where_no_signal_
     assert measure(stated, stated.tests[0]).test.wire == pytest.approx(m.test.wire)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("more", "s_w_0", "line"),
     [

@@ -56,6 +56,7 @@ def written(noisy, tmp_path_factory):
     return out, printed.getvalue()
 
 
+@pytest.mark.thorough
 def test_noise_free_logs_give_parameters_and_friction_back(exact):
     optimum = identify.friction(exact.campaign)
     truth = Y.of(system_friction("L4593"))
@@ -67,6 +68,7 @@ def test_noise_free_logs_give_parameters_and_friction_back(exact):
     assert "Y_2" in optimum.fit.names
 
 
+@pytest.mark.thorough
 def test_noisy_logs_predict_held_out_tests_within_the_thesiss_claim(result):
     assert {h.test for h in result.held_out} == {"8", "9", "10", "11", "12"}
     assert max(h.worst for h in result.held_out) < CLAIM
@@ -93,6 +95,7 @@ def test_a_full_campaign_is_usable_and_says_where_it_holds(result):
     assert all(len(m.points) > 5 for m in result.measured)
 
 
+@pytest.mark.thorough
 def test_the_command_line_writes_everything_and_a_crane_file_takes_the_set(written):
     out, printed = written
     assert "system friction per motor shaft" in printed
@@ -146,6 +149,7 @@ def test_the_report_is_one_page_with_its_pictures_inside(written):
     assert "<script" not in page
 
 
+@pytest.mark.thorough
 def test_json_is_strict_and_in_si(noisy, capsys):
     assert run(["identify", "friction", str(noisy.campaign), "--json"]) == 0
     data = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
@@ -175,6 +179,7 @@ def held_in(text: str) -> str:
     return only(text, lambda t: "true" not in t)
 
 
+@pytest.mark.thorough
 def test_one_load_is_warned_of_and_still_written(noisy, tmp_path, capsys):
     path = edited(noisy, tmp_path, lambda text: only(text, lambda t: '"77 t"' in t))
     assert run(["identify", "friction", str(path), "--out", str(tmp_path / "out")]) == 0
@@ -186,6 +191,7 @@ def test_one_load_is_warned_of_and_still_written(noisy, tmp_path, capsys):
     assert any("same drum torque" in s for s in optimum.evidence.statements)
 
 
+@pytest.mark.thorough
 def test_without_low_speeds_no_set_is_written_and_the_exit_code_says_no(noisy, tmp_path, capsys):
     path = edited(noisy, tmp_path, lambda text: held_in(text).replace("[[test]]", '[[test]]\nstart = "250 s"'))
     assert run(["identify", "friction", str(path), "--out", str(tmp_path / "out")]) == 1
@@ -200,6 +206,7 @@ def test_without_low_speeds_no_set_is_written_and_the_exit_code_says_no(noisy, t
     assert "taken from crane-2" in filled.sources["Y_1"].text
 
 
+@pytest.mark.thorough
 def test_a_wrong_load_in_the_campaign_file_is_called_into_question(noisy, tmp_path):
     path = edited(noisy, tmp_path, lambda text: text.replace('load = "107 t"', 'load = "77 t"'))
     notes = [n for m in identify.friction(path, proposals=0).measured for n in m.notes]
@@ -213,6 +220,7 @@ def test_a_speed_in_another_unit_is_refused_by_the_wire_that_was_paid_out(noisy,
     assert "the motor speed is 0.105 times what the wire paid out indicates" in capsys.readouterr().err
 
 
+@pytest.mark.thorough
 def test_a_grossly_wrong_load_forbids_the_set(noisy, tmp_path, capsys):
     path = edited(noisy, tmp_path, lambda text: held_in(text).replace('load = "107 t"', 'load = "0 t"'))
     assert run(["identify", "friction", str(path), "--out", str(tmp_path / "out")]) == 1
@@ -220,6 +228,7 @@ def test_a_grossly_wrong_load_forbids_the_set(noisy, tmp_path, capsys):
     assert not (tmp_path / "out" / "friction.toml").exists()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("stated", "code"), [("98 t", 1), ("103 t", 0)])
 def test_a_load_contradiction_of_nine_per_cent_forbids_the_set_and_one_of_four_stands_in_it(
     noisy, tmp_path, capsys, stated, code
@@ -236,6 +245,7 @@ def test_a_load_contradiction_of_nine_per_cent_forbids_the_set_and_one_of_four_s
         assert any("the campaign file states 103 t" in s for s in load_friction(file).evidence.statements)
 
 
+@pytest.mark.thorough
 def test_an_uncertain_motor_loss_is_told(noisy, tmp_path):
     optimum = load_losses("A6VM215")
     evidence = Evidence.fitted(["X_4"], np.array([[4.0]]), dof=50.0, data="a map")
@@ -246,6 +256,7 @@ def test_an_uncertain_motor_loss_is_told(noisy, tmp_path):
     assert "that moves Y_" in said[0]
 
 
+@pytest.mark.thorough
 def test_a_set_says_so_when_a_lift_is_beyond_its_loads(noisy, tmp_path, capsys):
     path = edited(noisy, tmp_path, lambda text: only(text, lambda t: '"0 t"' in t))
     run(["identify", "friction", str(path), "--out", str(tmp_path)])
@@ -256,6 +267,7 @@ def test_a_set_says_so_when_a_lift_is_beyond_its_loads(noisy, tmp_path, capsys):
     assert "system friction" not in str(simulate(crane, Scenario(load="0 t", s_w="0 m", duration="31 s")).notes.item())
 
 
+@pytest.mark.thorough
 def test_a_staircase_run_twice_gives_pairs_of_the_same_weight(noisy, tmp_path):
     """Nearly equal speeds must not make a steep slope of friction over speed, by which a speed's uncertainty would swamp the pressure's."""
     shutil.copytree(noisy.folder, tmp_path / "c")
@@ -279,6 +291,7 @@ def edited_in_place(path: Path, change) -> Path:
     return path
 
 
+@pytest.mark.thorough
 def test_holes_in_the_wire_counter_are_filled_and_told(noisy, tmp_path):
     shutil.copytree(noisy.folder, tmp_path / "c")
     log = tmp_path / "c" / "logs" / "2.csv"
@@ -306,6 +319,7 @@ def test_swapped_pressures_are_refused_with_the_line_to_write(noisy, tmp_path, c
     assert "swap the columns of p_a and p_b" in line
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("options", "line"),
     [
@@ -332,6 +346,7 @@ def test_bad_options_are_refused_in_one_line_and_nothing_is_written(
     assert {p.name for p in tmp_path.iterdir()} == before
 
 
+@pytest.mark.slow
 def test_a_log_that_is_no_staircase_is_refused_in_one_line(noisy, tmp_path, capsys):
     shutil.copytree(noisy.folder, tmp_path / "c")
     log = tmp_path / "c" / "logs" / "1.csv"

@@ -36,6 +36,7 @@ def one_line_or_log(path, mapping):
         assert log.doubtful[name][np.isnan(values)].all()
 
 
+@pytest.mark.thorough
 @settings(max_examples=120, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(content=st.binary(max_size=400))
 def test_any_bytes_are_a_log_or_one_line(tmp_path, content):
@@ -44,6 +45,7 @@ def test_any_bytes_are_a_log_or_one_line(tmp_path, content):
     one_line_or_log(tmp_path / "x.csv", None)
 
 
+@pytest.mark.thorough
 @settings(max_examples=120, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     separator=st.sampled_from([",", ";", "\t", " ", "|"]),
@@ -62,6 +64,7 @@ def test_odd_lines_among_good_ones_are_a_log_or_one_line(tmp_path, separator, od
         one_line_or_log(tmp_path / "x.csv", MAPPING)
 
 
+@pytest.mark.thorough
 def test_memory_does_not_grow_with_the_file(tmp_path, make_staircase, monkeypatch):
     """Ten times the samples take hardly more memory than their bins: 100 samples of one bin are one number."""
     monkeypatch.setattr(log_module, "CHUNK", 1 << 17)

@@ -35,6 +35,7 @@ def said(path, rows):
     return str(caught.value)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("offset", "drift"), [(0.0, 0.0), (2.7, 0.0), (-1.3, 4e-4), (6.0, -1e-3), (0.4, 2e-3)])
 def test_offset_and_drift_are_found_and_repaired(tmp_path, make_staircase, offset, drift):
     staircase = make_staircase(400.0)
@@ -67,6 +68,7 @@ def test_signals_of_a_clock_that_share_no_motion_are_refused(tmp_path, staircase
     )
 
 
+@pytest.mark.slow
 def test_a_staircase_that_repeats_itself_tells_no_offset(tmp_path, make_staircase):
     """Half a period apart both directions fit equally well, and neither offset is near the start of the file."""
     text = said(by_two_clocks(make_staircase(400.0, regular=True), 12.0, 0.0).write(tmp_path / "even.csv"), mapping())
@@ -74,6 +76,7 @@ def test_a_staircase_that_repeats_itself_tells_no_offset(tmp_path, make_staircas
     assert text.endswith("fit equally well. Give a log with moves that differ.")
 
 
+@pytest.mark.slow
 def test_of_offsets_that_fit_alike_the_one_at_the_start_is_taken_and_told(tmp_path, make_staircase):
     log = read_log(by_two_clocks(make_staircase(400.0, regular=True), 2.7, 0.0).write(tmp_path / "even.csv"), mapping())
     (finding,) = [f for f in log.findings if f.kind == "clock-drift"]
@@ -82,6 +85,7 @@ def test_of_offsets_that_fit_alike_the_one_at_the_start_is_taken_and_told(tmp_pa
     assert finding.text.endswith("s fits as well: the offset next to the start of the file was taken")
 
 
+@pytest.mark.slow
 def test_a_clock_that_is_set_during_the_log_is_refused(tmp_path, make_staircase):
     staircase = make_staircase(400.0)
     stamps = staircase["time"] + np.where(staircase["time"] > 200.0, 2.0, 0.0)
@@ -95,6 +99,7 @@ def test_a_log_whose_signals_all_have_another_clock_is_refused(tmp_path, stairca
     assert text == "x.csv: every signal has a clock of its own. Leave out `clock` where a signal is stamped by time."
 
 
+@pytest.mark.slow
 def test_dated_stamps_are_believed_where_motion_does_not_tell(tmp_path, staircase):
     rng = np.random.default_rng(4)
     slow = 150.0 + 0.05 * staircase["time"]  # a pressure that knows nothing of the moves

@@ -282,6 +282,7 @@ def test_milliseconds_taken_for_seconds_are_refused(tmp_path, staircase):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("heading", "text"),
     [

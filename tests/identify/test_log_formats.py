@@ -138,6 +138,7 @@ NAMES = [
 ]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", NAMES)
 def test_every_dialect_of_text_reads_the_same(tmp_path, short, plain, name):
     path = tmp_path / "log.csv"
@@ -147,6 +148,7 @@ def test_every_dialect_of_text_reads_the_same(tmp_path, short, plain, name):
     assert log.findings == ()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "name", ["semicolon", "blanks", "comments", "UTF-16", "quotes", "CRLF", "trailing separators below"]
 )
@@ -163,6 +165,7 @@ def test_the_size_of_the_pieces_changes_no_bit(tmp_path, short, monkeypatch, nam
     assert whole.findings == pieces.findings
 
 
+@pytest.mark.slow
 def test_pieces_change_nothing_of_a_log_full_of_defects(tmp_path, make_staircase, monkeypatch):
     bad = make_staircase(60.0)
     p_a = np.minimum(bad["p_a"], 161.5)
@@ -200,11 +203,13 @@ def columns_of(short):
     return dict(zip(names, short.columns.values(), strict=True))
 
 
+@pytest.mark.slow
 def test_parquet_reads_the_same(tmp_path, short, plain):
     pl.DataFrame(columns_of(short)).write_parquet(tmp_path / "log.parquet")
     same(read_log(tmp_path / "log.parquet"), plain)
 
 
+@pytest.mark.slow
 def test_parquet_with_dates_reads_the_same(tmp_path, short, plain):
     table = columns_of(short)
     start = datetime(2020, 5, 1, 23, 59, 50, tzinfo=UTC)
@@ -213,6 +218,7 @@ def test_parquet_with_dates_reads_the_same(tmp_path, short, plain):
     same(read_log(tmp_path / "log.parquet"), plain)
 
 
+@pytest.mark.slow
 def test_parquet_in_small_pieces_with_missing_values(tmp_path, short, monkeypatch):
     table = pl.DataFrame(columns_of(short)).with_columns(
         pl.when(pl.int_range(pl.len()) == 50).then(None).otherwise(pl.col("p_a [bar]")).alias("p_a [bar]")
@@ -242,6 +248,7 @@ MATLAB = {
 }
 
 
+@pytest.mark.slow
 def test_mat_version_5_reads_the_same(tmp_path, short, plain):
     from scipy.io import savemat
 
@@ -263,6 +270,7 @@ def test_mat_version_7_3_reads_the_same(tmp_path, short, plain):
     same(read_log(tmp_path / "log.mat", mapping_from(MATLAB, "m")), plain)
 
 
+@pytest.mark.thorough
 def test_mdf4_reads_the_same(tmp_path, short, plain):
     asammdf = pytest.importorskip("asammdf")
     units = {"p_a": "bar", "p_b": "bar", "omega_m": "rpm", "u_p": "%", "s_w": "m"}
@@ -272,6 +280,7 @@ def test_mdf4_reads_the_same(tmp_path, short, plain):
     same(read_log(tmp_path / "log.mf4"), plain)
 
 
+@pytest.mark.slow
 def test_mdf4_signals_of_a_slower_group_are_brought_onto_the_bins(tmp_path, short):
     asammdf = pytest.importorskip("asammdf")
     slow = short.rows(np.arange(len(short)) % 100 == 0)
@@ -332,6 +341,7 @@ def test_a_reader_that_is_not_installed_is_named(tmp_path, monkeypatch, module, 
     assert str(caught.value) == text
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("magic", [b"PAR1", b"MDF     4.10    ", b"TDSm", b"\x89HDF\r\n\x1a\n", b"MATLAB 5.0 MAT-file"])
 def test_damaged_files_of_every_format_end_in_one_line(tmp_path, magic):
     (tmp_path / "x.bin").write_bytes(magic + bytes(range(256)) * 8)
@@ -344,6 +354,7 @@ def test_damaged_files_of_every_format_end_in_one_line(tmp_path, magic):
     assert str(caught.value).startswith("x.bin: ")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("unit", "write"),
     [

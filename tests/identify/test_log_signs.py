@@ -65,6 +65,7 @@ def test_without_pressures_either_of_command_and_speed_may_be_wrong(tmp_path, st
     )
 
 
+@pytest.mark.slow
 def test_without_a_hanging_load_both_ways_out_are_named(tmp_path, make_staircase):
     light = make_staircase(load=2.0)  # an active circuit next to a passive one that carries the load
     assert read_log(light.write(tmp_path / "light.csv")).findings == ()

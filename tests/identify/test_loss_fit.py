@@ -49,6 +49,7 @@ def test_parameters_come_back_from_a_map_that_the_model_made(model, m):
     assert set(truth.at_bound) <= set(back.at_bound)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("model", TWO_LINES)
 def test_two_lines_with_their_break_inside_the_map_come_back(model, m):
     """The loss comes back; its polynomial coefficients are nearly alike, so they are not compared."""
@@ -97,6 +98,7 @@ def test_stated_errors_cover_the_truth(coarse):
     assert np.sqrt(np.diag(spread)) == pytest.approx(np.mean([f.errors for f in fits], axis=0), rel=0.2)
 
 
+@pytest.mark.slow
 def test_exponent_of_mj5_is_found_with_an_honest_error(coarse):
     truth = np.array([14.0, 0.005, 0.1, 1.0, 1.6, 1e-14])
     card = CARDS[LossModel.MJ5]

@@ -97,6 +97,7 @@ def test_utf16_as_spreadsheets_write_it_is_read(tmp_path, plain):
     assert same(read(tmp_path, text(separator="\t").encode("utf-16")), plain)
 
 
+@pytest.mark.slow
 def test_parquet_and_excel_give_the_same_map(tmp_path, plain):
     import openpyxl
     import polars as pl
@@ -175,6 +176,7 @@ def test_what_cannot_be_read_is_refused_with_row_and_column(tmp_path, content, p
         assert part in line, line
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "part"),
     [("map.xls", ".xls is not read"), ("map.xlsx", "not an Excel file"), ("map.parquet", "not a Parquet file")],
@@ -267,6 +269,7 @@ def test_a_loss_that_is_most_of_the_torque_is_doubted(tmp_path, plain):
     assert any("is it a loss?" in f for f in read(tmp_path, text(rows)).findings)
 
 
+@pytest.mark.slow
 def test_errors_of_a_spreadsheet_are_refused_and_blanks_left_out(tmp_path):
     import openpyxl
 

@@ -41,6 +41,7 @@ def rankings(maps) -> dict[str, Ranking]:
     return {name: rank_losses(m) for name, m in maps.items()}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", [c[0] for c in CASES])
 def test_mj4_to_mj6_are_best_on_a_variable_displacement_map(rankings, name):
     """Paper A figures 4 and 5."""
@@ -87,6 +88,7 @@ def test_many_parameters_do_not_win_by_fitting_alone(rankings):
     assert r[LossModel.HUHTALA_28].cv_by_axis["D_m"] > 1.5 * r[LossModel.HUHTALA_28].fit.rms_share
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("truth", "allowed"),
     [
@@ -109,6 +111,7 @@ def test_recommended_never_has_more_parameters_than_the_best(rankings):
         assert len(CARDS[r.recommended].names) <= len(CARDS[r.best].names)
 
 
+@pytest.mark.thorough
 def test_strong_notches_make_mj6_the_answer():
     """Where the lack of a term costs more than a tenth of a per cent of nominal torque, parsimony gives way."""
     m = synthetic_map("A6VM215", extra=Extra(churning=0.0, small=0.0, notch=0.6, mixed=0.0))
@@ -116,6 +119,7 @@ def test_strong_notches_make_mj6_the_answer():
     assert found.recommended is LossModel.MJ6
 
 
+@pytest.mark.slow
 def test_a_map_of_one_displacement_recommends_only_what_it_can_determine(maps):
     m = maps["A6VM215"].full()
     found = rank_losses(m)

@@ -50,6 +50,7 @@ def file(result: MotorLoss, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.thorough
 def test_the_written_motor_is_a_motor_with_the_fitted_loss(result, file, small):
     back = load_losses(file)
     here = torque_loss(small.omega_m, small.D_m, small.dp_m, back.motor.loss)
@@ -88,6 +89,7 @@ def test_the_motor_file_drops_into_a_crane_file(file):
     assert crane.active.motor.count == base.active.motor.count
 
 
+@pytest.mark.thorough
 def test_a_parameter_at_its_bound_claims_no_error_in_the_file(small):
     rising = replace(small, T_f=small.T_f - 4e-14 * small.dp_m**2 + 8.0)
     found = identify_motor(rising, threshold=0.2)
@@ -99,6 +101,7 @@ def test_a_parameter_at_its_bound_claims_no_error_in_the_file(small):
     assert any("X_5 is at its bound" in s for s in written.evidence.statements)
 
 
+@pytest.mark.thorough
 def test_a_forced_model_is_looked_at_and_mj4_is_still_written(small):
     found = identify_motor(small, model="mj6")
     assert found.model is LossModel.MJ6
@@ -107,6 +110,7 @@ def test_a_forced_model_is_looked_at_and_mj4_is_still_written(small):
     assert "twin runs MJ4" in report(found, {})
 
 
+@pytest.mark.thorough
 def test_a_motor_of_no_library_size_needs_a_lender(small):
     odd = replace(small, D_max=1.15 * small.D_max)
     found = identify_motor(odd)
@@ -119,6 +123,7 @@ def test_a_motor_of_no_library_size_needs_a_lender(small):
     assert "a motor of another size" in lent.sources["J"].text
 
 
+@pytest.mark.thorough
 def test_a_map_in_another_unit_is_doubted(small):
     """Pressures in MPa that are called bar: loss and nominal torque no longer belong together."""
     wrong = replace(small, dp_m=0.1 * small.dp_m)
@@ -135,6 +140,7 @@ def test_wrong_requests_are_refused(small):
         identify_motor(small, threshold=1.5)
 
 
+@pytest.mark.thorough
 def test_a_map_of_noise_has_no_usable_model(small):
     rng = np.random.default_rng(0)
     noise = replace(small, T_f=rng.uniform(0.0, 0.5, len(small)) * small.T_N)
@@ -157,6 +163,7 @@ def test_json_holds_every_model_with_units_errors_and_strict_numbers(result):
     assert all(wilson["parameters"][n]["standard_error"] is None for n in wilson["at_bound"])
 
 
+@pytest.mark.slow
 def test_figures_show_the_map_they_are_made_from_and_say_that_it_is_synthetic(result):
     made = figures(result)
     assert set(made) == set(commands.STEMS)
@@ -168,6 +175,7 @@ def test_figures_show_the_map_they_are_made_from_and_say_that_it_is_synthetic(re
     assert sorted(b.get_height() for b in bars) == sorted(r.fit.normalised for r in result.ranking.ranked)
 
 
+@pytest.mark.slow
 def test_term_shares_are_of_the_whole(result):
     """Paper A figure 6: turbulent and constant losses are the largest of MJ4."""
     ax = figures(result)["terms"].axes[0]
@@ -178,6 +186,7 @@ def test_term_shares_are_of_the_whole(result):
     assert largest == {"turbulent", "constant"}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("part", ["one displacement", "one pressure", "scattered"])
 def test_figures_and_report_come_out_of_odd_maps_too(small, part):
     m = {
@@ -193,6 +202,7 @@ def test_figures_and_report_come_out_of_odd_maps_too(small, part):
         assert "cannot be distinguished" in page
 
 
+@pytest.mark.thorough
 def test_the_page_stands_alone(result):
     page = report(result, {stem: png(f) for stem, f in figures(result).items()})
     assert page.startswith("<!doctype html>")
@@ -209,6 +219,7 @@ def csv(small, tmp_path) -> Path:
     return write_map(small, tmp_path / "map.csv")
 
 
+@pytest.mark.thorough
 def test_cli_from_map_to_files(csv, tmp_path, capsys):
     assert run(["identify", "motor", str(csv), "--out", str(tmp_path / "o")]) == 0
     told = capsys.readouterr()
@@ -220,6 +231,7 @@ def test_cli_from_map_to_files(csv, tmp_path, capsys):
     assert json.loads((tmp_path / "o" / "models.json").read_text())["recommended"] == "mj4"
 
 
+@pytest.mark.thorough
 def test_cli_json_is_json_alone(csv, capsys):
     assert run(["identify", "motor", str(csv), "--json"]) == 0
     told = capsys.readouterr()
@@ -227,6 +239,7 @@ def test_cli_json_is_json_alone(csv, capsys):
     assert told.err == ""
 
 
+@pytest.mark.thorough
 def test_cli_says_no_with_exit_code_1_and_writes_no_motor(small, tmp_path, capsys):
     one = write_map(small.at(small.dp_m == small.dp_m.max()), tmp_path / "one.csv")
     assert run(["identify", "motor", str(one), "--out", str(tmp_path / "o")]) == 1
@@ -238,6 +251,7 @@ def test_cli_says_no_with_exit_code_1_and_writes_no_motor(small, tmp_path, capsy
     assert (tmp_path / "o" / "report.html").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [
@@ -259,6 +273,7 @@ def test_cli_refuses_in_one_line(csv, monkeypatch, capsys, arguments, part):
     assert "Traceback" not in "".join(told)
 
 
+@pytest.mark.slow
 def test_example_map_is_marked_and_repeatable(tmp_path, capsys):
     for name in ("a.csv", "b.csv"):
         assert run(["identify", "example-map", str(tmp_path / name), "--motor", "A6VM170", "--seed", "2"]) == 0

@@ -86,6 +86,7 @@ def test_straight_friction_comes_back_at_every_grid_speed() -> None:
     assert g.up - g.down == pytest.approx(2.0 * g.dp_F)
 
 
+@pytest.mark.thorough
 def test_uncertainties_and_covariances_on_the_grid_agree_with_draws() -> None:
     """Every window's speed and effort is drawn again 4000 times; neighbours share windows, so covariances count."""
     rng = np.random.default_rng(3)

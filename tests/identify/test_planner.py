@@ -30,6 +30,7 @@ def campaign(tmp_path_factory):
     return load_campaign(folder / "campaign.toml")
 
 
+@pytest.mark.slow
 def test_every_proposal_lowers_the_uncertainty_and_no_two_are_alike(campaign):
     points = stage(Y, rng=np.random.default_rng(1))
     found = propose(campaign, points, LOSS, fit_system(points, LOSS), n=4)
@@ -45,6 +46,7 @@ def test_one_load_is_answered_with_another_load(campaign):
     assert first.sd_after < 0.5 * first.sd_before
 
 
+@pytest.mark.thorough
 def test_running_the_proposed_test_does_lower_the_uncertainty_as_promised(campaign):
     """The proposal is run (with the same scatter) and the campaign fitted again: the error band over loads shrinks as foretold, within
     what a handful of draws can show."""
@@ -63,6 +65,7 @@ def test_running_the_proposed_test_does_lower_the_uncertainty_as_promised(campai
     assert np.median(seen) == pytest.approx(np.median(foretold), rel=0.5)
 
 
+@pytest.mark.slow
 def test_what_is_beyond_the_relief_pressure_is_not_proposed(campaign):
     points = stage(Y, rng=np.random.default_rng(1))
     a = campaign.crane.active

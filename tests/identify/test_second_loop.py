@@ -25,6 +25,7 @@ def unmodelled(omega, D, dp):
     )
 
 
+@pytest.mark.thorough
 def test_second_loop_lowers_the_cost_as_paper_d_found():
     """Cost down by tens of per cent where the motors lose what the map does not show (paper D: 1345 to 938, -30 %)."""
     points = stage(truth("crane-2"), rng=np.random.default_rng(1), loss=unmodelled)
@@ -32,6 +33,7 @@ def test_second_loop_lowers_the_cost_as_paper_d_found():
     assert 0.3 < loop.second.fitted / loop.first.fitted < 0.9
 
 
+@pytest.mark.thorough
 def test_the_true_motor_is_found_where_it_is_an_mj4_and_that_generalises():
     points = stage(truth("crane-2"), loss=worn)
     loop = second_loop(points, SUPPLIER, fit_system(points, LOSS), rounds=8)
@@ -39,6 +41,7 @@ def test_the_true_motor_is_found_where_it_is_an_mj4_and_that_generalises():
     assert loop.verdict == "generalised"
 
 
+@pytest.mark.slow
 def test_overfitting_is_made_visible():
     """The supplier's map is right and the tests have one displacement: the refined motor model bends to noise and fails elsewhere."""
     narrow = [(D, load, D != 215) for D, load, _ in CRANE_2]
@@ -51,6 +54,7 @@ def test_overfitting_is_made_visible():
     assert any("extrapolation" in s for s in loop.statements)
 
 
+@pytest.mark.thorough
 def test_without_held_out_tests_the_loop_says_that_it_is_untested():
     points = stage(truth("crane-2"), CRANE_2[:7], rng=np.random.default_rng(1))
     loop = second_loop(points, SUPPLIER, fit_system(points, LOSS))
@@ -58,6 +62,7 @@ def test_without_held_out_tests_the_loop_says_that_it_is_untested():
     assert any("no test was held out" in s for s in loop.statements)
 
 
+@pytest.mark.thorough
 def test_refined_parameters_are_never_negative_and_belong_to_the_cost():
     points = stage(truth("crane-1"), rng=np.random.default_rng(2), loss=unmodelled)
     loop = second_loop(points, SUPPLIER, fit_system(points, LOSS))
@@ -66,6 +71,7 @@ def test_refined_parameters_are_never_negative_and_belong_to_the_cost():
     assert cost(points.fitted(), mj4(loop.loss), loop.system.y) == pytest.approx(loop.second.fitted)
 
 
+@pytest.mark.slow
 def test_the_loop_keeps_what_the_first_fit_was_given_and_left_out():
     like = truth("crane-2")._asdict()
     fast = [n for n in STAIR if n >= 250]
@@ -78,6 +84,7 @@ def test_the_loop_keeps_what_the_first_fit_was_given_and_left_out():
     assert loop.system.y.Y_4 == like["Y_4"]
 
 
+@pytest.mark.thorough
 def test_a_motor_model_that_is_right_stays_what_it_is():
     points = stage(truth("crane-2"))
     loop = second_loop(points, SUPPLIER, fit_system(points, LOSS))
@@ -85,6 +92,7 @@ def test_a_motor_model_that_is_right_stays_what_it_is():
         assert getattr(loop.loss, n) == pytest.approx(getattr(SUPPLIER, n), rel=1e-3), n
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("tests", "stair", "rounds", "line"),
     [

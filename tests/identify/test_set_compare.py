@@ -126,6 +126,7 @@ def test_the_table_has_a_row_a_set_with_half_the_band_where_it_is_known():
 # Commands
 
 
+@pytest.mark.slow
 def test_the_sets_of_the_library_are_listed_with_their_sources(capsys):
     assert command(["friction", "sets"]) == 0
     said = capsys.readouterr().out
@@ -138,6 +139,7 @@ def test_the_sets_of_the_library_are_listed_with_their_sources(capsys):
     assert all(d["sources"] for d in data)
 
 
+@pytest.mark.thorough
 def test_the_comparison_is_printed_and_written_whole(tmp_path, capsys):
     path = str(save_set(with_evidence(), tmp_path / "mine.toml"))
     assert (
@@ -164,6 +166,7 @@ def test_the_comparison_is_printed_and_written_whole(tmp_path, capsys):
     assert data["T_d"] == pytest.approx(drum_torque(CRANE, 100e3, 3))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [

@@ -140,6 +140,7 @@ def test_what_a_crane_file_says_itself_wins_over_the_set(tmp_path):
     assert system.Y_3 == 1.5
 
 
+@pytest.mark.thorough
 def test_a_stored_crane_and_a_stored_run_need_no_file_of_their_sets_any_more(tmp_path):
     path = written(tmp_path, FRICTION)
     crane = load_crane(written(tmp_path, 'base = "nov-150t"\n[friction]\nlibrary = "my.friction.toml"\n', "mine.toml"))

@@ -103,6 +103,7 @@ def nominal(found: Steady, speeds: tuple[float, ...] = SPEEDS, leak: float = 0.0
 NOISE = {"speed_noise": 0.002, "effort_noise": 0.5 * BAR}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("every", [0.01, 0.1, 1.0])
 @pytest.mark.parametrize(
     "case",
@@ -139,6 +140,7 @@ def test_windows_end_before_their_step_ends_and_begin_after_it_has_settled() -> 
         assert w.start > end - 15.0 + 2.0 * 0.5  # two time constants into the step
 
 
+@pytest.mark.slow
 def test_the_tail_of_a_decay_that_hides_in_noise_does_not_push_all_means_one_way() -> None:
     """Friction that comes up over seconds under noise: each mean may be off by its uncertainty, but not all of them to one side."""
 
@@ -206,6 +208,7 @@ def noise_of_kind(kind: str, n: int, rng: np.random.Generator) -> np.ndarray:
     return np.asarray(lfilter([math.sqrt(1.0 - r * r)], [1.0, -r], white)[400:])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "n"),
     [("white", 5), ("white", 20), ("white", 1000), ("correlated", 60), ("correlated", 600), ("slow", 600)],
@@ -217,6 +220,7 @@ def test_95_percent_intervals_of_a_mean_hold_the_truth(kind: str, n: int) -> Non
     assert 0.90 <= np.mean(inside) <= 0.99
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("correlation", [0.0, 0.7])
 def test_95_percent_intervals_of_windows_hold_the_steady_values_that_a_step_settles_to(correlation: float) -> None:
     """The choice of the last part is inside: settling, noise and search together, 30 staircases of 12 windows."""

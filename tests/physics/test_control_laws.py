@@ -195,6 +195,7 @@ def test_semi_secondary_control_has_full_displacement_at_rest_and_less_at_speed(
         assert commanded(m, 12, v_tip=1.1) < commanded(m, 12, v_tip=0.9) < 1.0
 
 
+@pytest.mark.thorough
 @given(mode, mode, st.floats(-1.0, 1.0), st.floats(-0.9, 0.9), st.floats(0.62, 1.0))
 def test_a_mode_change_starts_from_the_commands_that_were_there(old, new, v, u_p, u_m):
     m = remembered(mode=old, u_p=u_p, u_m=u_m)
@@ -231,6 +232,7 @@ def test_manual_mode_keeps_full_displacement_at_low_speed_and_gives_it_up_for_sp
     assert commanded(MANUAL, 12, v_op=-1.15) < 1.0
 
 
+@pytest.mark.slow
 @given(st.floats(-0.5, 0.5), st.floats(-0.2, 0.2), st.floats(0.3, 1.0))
 def test_with_fewer_pumps_the_command_grows_so_that_the_flow_stays(v, e, f):
     all_, _ = cycle(sensed(v_tip=v, s_w=100.0 - e), remembered(), 280e5, PLC)

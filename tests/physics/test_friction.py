@@ -149,6 +149,7 @@ def test_the_regularised_law_creeps_at_a_steady_speed():
     assert np.ptp(speeds) < 1e-6 * speeds[0]
 
 
+@pytest.mark.thorough
 @given(st.floats(0.001, 60.0), st.floats(0.3, 20.0), level)
 @settings(max_examples=40)
 def test_friction_takes_energy_over_every_cycle(amplitude, frequency, g):

@@ -120,6 +120,7 @@ class TestNitrogen:
     def _library(self):
         pytest.importorskip("CoolProp", reason="the property library is optional (stillhook[gas])")
 
+    @pytest.mark.thorough
     def test_the_polynomial_is_the_isentrope_over_the_whole_stroke(self):
         acc = other(model=GasModel.NITROGEN)
         p = np.array([gas_pressure(xi, gas_record(acc)) for xi in STROKE])

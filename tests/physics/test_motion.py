@@ -45,6 +45,7 @@ def worst(found: tuple[np.ndarray, ...], true: tuple[np.ndarray, ...], where: np
     return [float(np.abs(x - y)[keep].max()) for x, y in zip(found, true, strict=True)]
 
 
+@pytest.mark.slow
 @given(smooth)
 def test_velocity_and_acceleration_are_the_derivatives_of_height(motion: Motion) -> None:
     t = np.arange(0.0, 40.0, 0.002)
@@ -53,6 +54,7 @@ def test_velocity_and_acceleration_are_the_derivatives_of_height(motion: Motion)
     assert np.abs(cumulative_simpson(a, x=t, initial=0.0) + v[0] - v).max() < INTEGRATED * (1.0 + np.abs(a).max())
 
 
+@pytest.mark.slow
 @given(profiles, st.lists(st.floats(0.0, 250.0), min_size=1, max_size=20))
 def test_the_height_of_a_profile_is_the_area_under_its_velocity(profile: Profile, times: list[float]) -> None:
     for t in times:
@@ -86,6 +88,7 @@ def test_a_ramp_starts_at_rest_and_ends_as_the_motion(motion: Sine, t_ramp: floa
     assert max(worst(ramped.sample(t), motion.sample(t))) < 1e-9
 
 
+@pytest.mark.slow
 def test_one_hertz_samples_hold_a_sea_of_five_seconds_and_longer() -> None:
     # The bounds that the docstring of Recorded states, in m, m/s, m/s^2, over twenty seas.
     for seed in range(20):

@@ -30,6 +30,7 @@ pressure = st.floats(-4.0e7, 4.0e7)
 fit = st.sampled_from(sorted(FITS)).map(FITS.__getitem__)
 
 
+@pytest.mark.thorough
 @given(speed, displacement, pressure, fit)
 def test_motor_loss_never_drives_the_shaft(omega, D, dp, fit):
     assert torque_loss(omega, D, dp, fit) >= 0.0

@@ -76,6 +76,7 @@ def test_mj6_has_six_parameters_where_table_1_prints_five():
     assert len(CARDS[LossModel.MJ6].names) == 6
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("model", MODELS)
 def test_every_term_of_every_model_is_a_torque(model):
     """The equation worked with units: a sum of terms of different dimension would be refused."""
@@ -93,6 +94,7 @@ def test_every_term_of_every_model_is_a_torque(model):
     assert card.torque(omega, D, dp, values, motor).to("N m").magnitude > 0.0
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("model", MODELS)
 @given(omega=speed, D=displacement, dp=pressure)
 def test_loss_is_the_same_in_both_directions_of_speed_and_pressure(model, omega, D, dp):
@@ -101,12 +103,14 @@ def test_loss_is_the_same_in_both_directions_of_speed_and_pressure(model, omega,
     assert loss(model, omega, D, -dp) == here
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("model", MODELS)
 @given(omega=speed, D=displacement, dp=pressure)
 def test_loss_with_positive_parameters_never_drives_the_shaft(model, omega, D, dp):
     assert loss(model, omega, D, dp) >= 0.0
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("model", [m for m in MODELS if m not in WITH_NOTCHES])
 @given(omega=speed, D=displacement, dp=pressure, factor=st.floats(1.0, 2.0))
 def test_more_speed_never_loses_less_without_notches(model, omega, D, dp, factor):
@@ -131,6 +135,7 @@ def test_displacement_matters_exactly_to_the_models_that_say_so(model):
     assert (small != large) is CARDS[model].sees_displacement
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("model", MODELS)
 @given(share=st.floats(0.1, 3.0))
 def test_loss_is_linear_in_every_parameter_but_the_bent_ones(model, share):

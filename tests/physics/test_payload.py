@@ -101,6 +101,7 @@ def smooth(h, load):
     return float(at.V[0]), float(at.A33[0]), 0.5 * RHO * load.C_D * float(at.A_p[0])
 
 
+@pytest.mark.slow
 def test_a_drop_onto_still_water_follows_the_balance_of_momentum():
     """Another form of the equation, d/dt (m + A33) U = m g - buoyancy - drag, on the smooth curves, by another solver. Drag comes in over
     the first level."""
@@ -124,6 +125,7 @@ def test_a_drop_onto_still_water_follows_the_balance_of_momentum():
     assert z[-1] == pytest.approx(exact.y[0, -1], rel=ODE)
 
 
+@pytest.mark.thorough
 def test_without_weight_and_drag_the_water_takes_its_share_of_the_momentum_and_half_of_the_lost_energy_is_spray():
     """Von Karman: m U_0 = (m + A33) U, so the body and its water keep m / (m + A33) of the energy."""
     load = plate(C_D=0.0)
@@ -152,6 +154,7 @@ def test_the_peak_of_slamming_is_that_of_the_slamming_coefficient():
     assert force(-1e-6, -2.0, record, rows).slam == pytest.approx(0.5 * RHO * 6.0 * 30.0 * 2.0**2, rel=SLOPE)
 
 
+@pytest.mark.slow
 def test_a_payload_floats_where_it_displaces_its_mass_and_heaves_with_the_period_of_its_water_plane():
     A_w, H, m = 30.0, 4.0, 60e3
     record, rows = floating(A_w, H, m)
@@ -174,6 +177,7 @@ def floating(A_w, H, m):
     return record, rows
 
 
+@pytest.mark.slow
 def test_a_sinking_payload_reaches_the_speed_at_which_drag_carries_its_submerged_weight():
     load = plate()
     record, rows = pack_payload(load, RHO, 1e4)
@@ -198,6 +202,7 @@ def test_nothing_acts_in_air():
 # Seabed
 
 
+@pytest.mark.thorough
 def test_the_seabed_carries_the_submerged_weight_at_the_stated_settlement():
     load = plate(seabed={"settlement": "0.2 m"})
     record, rows = pack_payload(load, RHO, 50.0)
@@ -206,6 +211,7 @@ def test_the_seabed_carries_the_submerged_weight_at_the_stated_settlement():
     assert abs(v[-1]) < 1e-4
 
 
+@pytest.mark.slow
 @given(st.floats(-3.0, 3.0), st.floats(-2.0, 0.0))
 @settings(max_examples=200, deadline=None)
 def test_the_seabed_never_pulls(v, p):
@@ -214,6 +220,7 @@ def test_the_seabed_never_pulls(v, p):
     assert phys.soil_force(-50.0 - p + 1e-9, v, record) == 0.0
 
 
+@pytest.mark.slow
 def test_a_payload_nears_the_bottom_and_leaves_it_again_without_loss_where_nothing_drags():
     """Kirchhoff's energy 1/2 (m + m_a) v^2 of a payload that flies through the felt layer is kept, whichever way it moves."""
     load = plate(C_D=0.0, seabed={"gap": "3 m", "added_mass": 1.5})
@@ -284,6 +291,7 @@ def test_a_weightless_payload_without_drag_moves_as_the_water_does():
     assert v == pytest.approx(w_0 * np.cos(omega * t), abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_floating_payload_rides_on_waves_that_are_long_against_it():
     A_w, H, m = 30.0, 4.0, 60e3
     record, rows = floating(A_w, H, m)
@@ -425,6 +433,7 @@ def test_slamming_has_its_peak_at_the_face_that_hits_the_water(name):
 # Energy and machine code
 
 
+@pytest.mark.thorough
 def test_every_joule_of_a_lowering_from_air_to_soil_is_accounted_for():
     """Weight that was lifted, energy of body and water, and the work of each force; the audit's rule for changing added mass."""
     load = plate(mass="90 t", seabed={"settlement": "0.1 m"})
@@ -469,6 +478,7 @@ def test_machine_code_gives_what_python_gives():
         assert (*compiled[0], *compiled[1], compiled[2]) == pytest.approx(python, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_sixteen_payloads_side_by_side_are_vector_code():
     if numba.config.DISABLE_JIT:
         pytest.skip("NUMBA_DISABLE_JIT is set: nothing is compiled")

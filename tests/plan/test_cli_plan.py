@@ -66,6 +66,7 @@ def refused(capsys, *arguments):
     return err
 
 
+@pytest.mark.slow
 def test_a_plan_prints_limits_of_every_heading_and_leaves_report_and_numbers(tmp_path, capsys):
     out = tmp_path / "out"
     assert run(["plan", a_plan(tmp_path), "--tier", "closed-form", "--out", str(out)]) == 0
@@ -75,6 +76,7 @@ def test_a_plan_prints_limits_of_every_heading_and_leaves_report_and_numbers(tmp
     assert sorted(p.name for p in out.iterdir()) == ["plan.json", "plan.nc", "report.html", "report.pdf"]
 
 
+@pytest.mark.slow
 def test_json_tells_facts_by_name_and_limits_cell_by_cell(tmp_path, capsys):
     assert run(["plan", a_plan(tmp_path), "--tier", "closed-form", "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
@@ -87,23 +89,27 @@ def test_json_tells_facts_by_name_and_limits_cell_by_cell(tmp_path, capsys):
         assert (c["Hs_limit"] is None) == (c["verdict"] in ("above", "no result"))
 
 
+@pytest.mark.slow
 def test_a_table_whose_seas_are_all_too_high_is_answered_with_no(tmp_path, capsys):
     assert run(["plan", a_plan(tmp_path, Hs='8 m", "9 m'), "--tier", "closed-form"]) == 1
     capsys.readouterr()
 
 
+@pytest.mark.slow
 def test_check_says_what_a_plan_asks_and_runs_nothing(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("stillhook.plan.planning.plan", None)
     assert run(["plan", a_plan(tmp_path), "--check"]) == 0
     assert "T_R 8 h" in capsys.readouterr().out
 
 
+@pytest.mark.thorough
 def test_the_example_is_copied_to_be_edited_and_planned(tmp_path, capsys):
     assert run(["plan", "example", str(tmp_path / "mine")]) == 0
     assert "template-to-1500m.toml --check" in capsys.readouterr().out
     assert run(["plan", str(tmp_path / "mine" / "template-to-1500m.toml"), "--check"]) == 0
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -142,6 +148,7 @@ def test_nothing_is_left_half_written_where_a_plan_is_stopped(tmp_path, capsys, 
     assert "no file was left half-written" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_demo_plans_the_example_and_knows_what_it_can_show(capsys, monkeypatch):
     asked = {}
 
@@ -174,6 +181,7 @@ class TestWhatAnAnswerTellsApart:
         (folder / "lift.toml").write_text(text, encoding="utf-8")
         return str(folder / "lift.toml")
 
+    @pytest.mark.thorough
     def test_controllers_that_closed_form_cannot_tell_apart_are_not_compared(self, tmp_path, capsys):
         assert run(["plan", self.plan_of(tmp_path), "--tier", "closed-form"]) in (0, 1)
         out = capsys.readouterr().out
@@ -183,6 +191,7 @@ class TestWhatAnAnswerTellsApart:
         rows = [row for row in out.splitlines() if row.startswith("│ twin")]
         assert len(rows) == 1  # the splash zone governs every cell: all four are one
 
+    @pytest.mark.thorough
     def test_a_plan_whose_phases_are_all_manual_is_not_credited_by_a_certificate_that_is_not_there(
         self, tmp_path, capsys
     ):

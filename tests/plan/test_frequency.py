@@ -123,6 +123,7 @@ def test_a_payload_that_sinks_hangs_lighter_by_its_drag_and_one_that_rises_heavi
     assert sling[1] == pytest.approx(2.0 - sling[0], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_on_the_brake_significant_values_agree_with_runs_in_time_in_a_mild_cell(plan):
     phase, length, settled = plan.phase("deep"), 900.0, 200.0
     (s,) = situations(plan, phase)
@@ -152,6 +153,7 @@ def test_on_the_brake_significant_values_agree_with_runs_in_time_in_a_mild_cell(
         assert getattr(computed, name)[0] == pytest.approx(in_time, rel=MILD), name
 
 
+@pytest.mark.slow
 def test_the_profile_tells_longer_periods_deeper_down_and_where_they_meet_the_sea(plan):
     profile = depth_profile(plan, (NONE, CAP), 2.0, 5.0, math.pi)
     assert np.all(np.diff(profile["T_0"].values) < 0.0) == (profile["z"].values[0] < profile["z"].values[-1])
@@ -163,6 +165,7 @@ def test_the_profile_tells_longer_periods_deeper_down_and_where_they_meet_the_se
     assert np.all(told["eta_load"].sel(alternative="none").values < 0.0)  # the wire makes it more, not less
 
 
+@pytest.mark.slow
 def test_more_added_mass_lowers_the_limit_of_a_load_on_the_brake_and_friction_does_not_touch_it(plan):
     high = replace(plan, environment=plan.environment.model_copy(update={"Hs": tuple(np.arange(0.5, 8.1, 0.5))}))
 
@@ -181,6 +184,7 @@ def test_more_added_mass_lowers_the_limit_of_a_load_on_the_brake_and_friction_do
         assert float(row["Hs_low"]) == float(row["Hs_base"]) == float(row["Hs_high"])
 
 
+@pytest.mark.slow
 def test_a_hindcast_is_judged_record_by_record_and_a_missing_one_is_not_workable(plan):
     hours = np.array(["2020-01-01T00", "2020-01-01T01", "2020-01-01T02", "2020-01-01T03"], dtype="datetime64[s]")
     H, unknown = np.array([0.5, 2.0, math.nan, 6.0]), np.full(4, math.nan)

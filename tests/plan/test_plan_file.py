@@ -186,6 +186,7 @@ def test_files_are_seen_from_the_folder_of_the_plan(tmp_path: Path) -> None:
         copy_plan("template-to-1500m", tmp_path / "mine")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new"),
     [
@@ -350,6 +351,7 @@ BAD = [
 ]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("old", "new", "said"), BAD, ids=[f"{i}-{new[-30:]}" for i, (_, new, _) in enumerate(BAD)])
 def test_what_cannot_be_is_refused_in_one_line_that_names_file_and_place(
     tmp_path: Path, old: str, new: str, said: list[str]

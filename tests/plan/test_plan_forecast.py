@@ -118,6 +118,7 @@ class TestCommand:
         (tmp_path / "forecast.csv").write_text("time,Hs [m],Tp [s]\n" + rows)
         return str(tmp_path / "forecast.csv"), str(tmp_path / "plan")
 
+    @pytest.mark.slow
     def test_the_code_is_that_of_the_alternative_that_counts(self, files, capsys):
         file, plan = files
         assert run(["weather", "forecast", file, "--plan", plan, "--json"]) == 0
@@ -125,6 +126,7 @@ class TestCommand:
         assert run(["weather", "forecast", file, "--plan", plan, "--alternative", "none"]) == 1
         assert capsys.readouterr().out.startswith("NO-GO with none")
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("more", "says"),
         [

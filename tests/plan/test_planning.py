@@ -41,6 +41,7 @@ def found(asked):
     return plan(replace(asked, weather=WeatherUse("SYNTHETIC-norwegian-sea")), tier="frequency")
 
 
+@pytest.mark.thorough
 def test_every_cell_has_a_limit_and_names_what_it_is_by(found):
     data = found.data
     assert not np.isnan(data["Hs_limit"]).any()
@@ -89,6 +90,7 @@ def test_the_weather_says_what_compensation_gains(found):
     assert found.workable
 
 
+@pytest.mark.thorough
 def test_a_result_on_disk_is_the_result(found, tmp_path):
     save_plan(found, tmp_path / "plan")
     again = load_plan_result(tmp_path / "plan")
@@ -99,6 +101,7 @@ def test_a_result_on_disk_is_the_result(found, tmp_path):
     assert again.workable == found.workable
 
 
+@pytest.mark.thorough
 def test_numbers_and_facts_of_two_plans_are_not_put_together(found, tmp_path):
     save_plan(found, tmp_path)
     facts = (
@@ -119,6 +122,7 @@ def test_a_tier_that_is_none_is_refused(asked):
         plan(asked, tier="magic")
 
 
+@pytest.mark.thorough
 def test_an_operation_too_long_for_a_forecast_is_not_reckoned_in_weather(asked):
     longer = replace(asked, T_POP=80 * 3600.0, weather=WeatherUse("SYNTHETIC-norwegian-sea"))
     told = plan(longer, tier="closed-form")

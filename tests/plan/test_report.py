@@ -116,6 +116,7 @@ def test_the_limits_of_the_first_page_are_those_of_the_result(result):
         assert float(row[-3]) == pytest.approx(op_wf[Hs[:, k].argmin()], abs=0.005)
 
 
+@pytest.mark.slow
 def test_limits_that_the_twin_was_run_for_come_with_their_interval(result):
     table = next(part for part in sheet_of(result, ())["answer"]["parts"] if part["kind"] == "table")
     assert "95 %" not in table["header"]  # the frequency-domain method has none
@@ -135,6 +136,7 @@ def test_what_no_tier_told_is_marked_on_every_page(result):
     assert remark in sheet_of(odd, ())["marks"]
 
 
+@pytest.mark.slow
 def test_no_number_of_this_machine_stands_in_the_report(result):
     busy = replace(
         result, facts={**result.facts, "runs": {**result.facts["runs"], "wall": 4321.5, "store": "kept-runs"}}
@@ -142,6 +144,7 @@ def test_no_number_of_this_machine_stands_in_the_report(result):
     assert told(busy) == told(result)
 
 
+@pytest.mark.slow
 def test_where_a_certificate_covers_nothing_is_taken_from_the_twin():
     covered = made_up(certificate=True)
     assert not any(differs(covered, name) for name in covered.data["alternative"].values)
@@ -151,6 +154,7 @@ def test_where_a_certificate_covers_nothing_is_taken_from_the_twin():
     assert "not validated" not in told(covered)
 
 
+@pytest.mark.slow
 def test_credit_that_rests_on_a_certificate_says_that_it_is_unsigned(result):
     covered = made_up(certificate=True)
     assert UNSIGNED in headline(covered)["said"]
@@ -159,6 +163,7 @@ def test_credit_that_rests_on_a_certificate_says_that_it_is_unsigned(result):
     assert UNSIGNED not in told(result)  # no certificate, nothing to sign
 
 
+@pytest.mark.slow
 def test_the_command_line_says_below_what_is_credited_that_the_certificate_is_unsigned(capsys):
     def printed(certificate: bool) -> list[str]:
         answer = made_up(certificate=certificate)
@@ -190,6 +195,7 @@ def test_without_a_certificate_the_report_says_so_on_every_page(result):
     assert "The difference is not credited: the crane has no certificate of validation." in headline(result)["said"][1]
 
 
+@pytest.mark.slow
 def test_synthetic_weather_is_marked_wherever_it_is_used(result, stems):
     page = html(result, dots(stems))
     assert page.index("SYNTHETIC WEATHER") < page.index("OP_LIM")
@@ -277,6 +283,7 @@ def test_the_rosette_puts_head_seas_at_the_bow_and_starboard_to_the_right():
     assert np.degrees(from_bow(np.radians([180.0, 90.0, 270.0]))) == pytest.approx([0.0, 90.0, -90.0])
 
 
+@pytest.mark.thorough
 def test_pdf_and_page_of_one_result_are_the_same_bytes_after_a_way_over_the_disk(light, stems, saved):
     again = load_plan_result(saved)
     drawn = dots(stems)
@@ -285,6 +292,7 @@ def test_pdf_and_page_of_one_result_are_the_same_bytes_after_a_way_over_the_disk
     assert str(saved) not in html(again, drawn)
 
 
+@pytest.mark.slow
 def test_figures_do_not_follow_the_settings_of_matplotlib(result, monkeypatch):
     one = {"depth": lambda r: depth(r["depth"])}
     monkeypatch.setattr(drawing, "figures", lambda r: {name: draw(r) for name, draw in one.items()})
@@ -303,12 +311,14 @@ def test_limits_that_do_not_end_below_the_asked_seas_are_drawn_where_these_end(r
     assert np.isnan(drawn["second value"]).all()
 
 
+@pytest.mark.thorough
 def test_every_figure_that_a_report_can_show_is_drawn(result, stems):
     drawn = figures(result)
     assert set(drawn) == set(stems)
     assert len(png(drawn["rosette"], 40)) > 1000
 
 
+@pytest.mark.slow
 def test_many_headings_are_parted_over_several_pictures(result):
     data = result.data.isel(heading=[0] * 12, period=[0, 5]).assign_coords(
         heading=np.radians(np.arange(0.0, 360.0, 30.0))
@@ -325,6 +335,7 @@ def test_many_headings_are_parted_over_several_pictures(result):
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cut", [{"heading": [1], "period": [4]}, {"alternative": [0]}])
 def test_the_smallest_of_plans_has_a_report(result, cut):
     small = made_up(blocks=False)
@@ -335,6 +346,7 @@ def test_the_smallest_of_plans_has_a_report(result, cut):
     assert found.startswith(b"%PDF")
 
 
+@pytest.mark.slow
 def test_of_many_headings_the_first_page_tells_the_best_and_the_worst(result):
     data = result.data.isel(heading=[0, 1, 2, 2, 2]).assign_coords(
         heading=np.radians([150.0, 165.0, 180.0, 195.0, 210.0])
@@ -347,6 +359,7 @@ def test_of_many_headings_the_first_page_tells_the_best_and_the_worst(result):
     assert table["rows"][0][1:3] == [f"{Hs[:, 0].max():.2f} (180°)", f"{Hs[:, 0].min():.2f} (150°)"]
 
 
+@pytest.mark.slow
 def test_the_reader_is_told_in_the_words_of_the_table_how_to_read_it(result):
     told_first = [
         row for part in sheet_of(result, ())["answer"]["parts"] if part["kind"] == "facts" for row in part["rows"]
@@ -356,6 +369,7 @@ def test_the_reader_is_told_in_the_words_of_the_table_how_to_read_it(result):
     assert ["reading", table.described()] in told_first
 
 
+@pytest.mark.slow
 def test_how_to_repeat_it_names_tier_and_forecast_table_as_they_were(result):
     quick = replace(result, facts={**result.facts, "tiers": ["closed-form", "frequency"]})
     assert (
@@ -364,6 +378,7 @@ def test_how_to_repeat_it_names_tier_and_forecast_table_as_they_were(result):
     )
 
 
+@pytest.mark.slow
 def test_sensitivity_says_whether_what_governs_was_varied(result):
     assert (
         "Varied here: deep: wire speed. Credited, lowering: capacity governs this cell at 2.27 m and was not varied"
@@ -390,6 +405,7 @@ def test_the_page_needs_nothing_from_outside(result, stems):
     assert not re.search(r"<link|<script|https?://", page)
 
 
+@pytest.mark.slow
 def test_names_in_any_letters_are_set(result):
     facts = {**result.facts, "name": "模板 <b>to</b> 1500 m & more"}
     odd = replace(result, facts=facts)
@@ -397,6 +413,7 @@ def test_names_in_any_letters_are_set(result):
     assert "&lt;b&gt;to&lt;/b&gt;" in html(odd, {})
 
 
+@pytest.mark.thorough
 def test_report_writes_its_files_beside_the_results_or_where_it_is_told(saved, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(writing, "pictures", lambda r: dots(("rosette", "depth")))
     monkeypatch.setattr(writing, "pdf", lambda r, drawn: b"%PDF")
@@ -432,6 +449,7 @@ def test_facts_of_another_kind_are_refused_in_one_line(result, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_report_that_cannot_be_set_leaves_nothing_behind(result, tmp_path, monkeypatch):
     monkeypatch.setattr(writing, "pictures", lambda r: {"rosette": b"no picture"})
     with pytest.raises(PlanError, match="cannot be set"):
@@ -465,6 +483,7 @@ def turned(raw: bytes, at: int) -> bytes:
     return raw[:at] + bytes([raw[at] ^ 0xFF]) + raw[at + 1 :]
 
 
+@pytest.mark.thorough
 def test_a_turned_byte_anywhere_in_the_numbers_is_refused(saved, tmp_path, capsys):
     size = (saved / "plan.nc").stat().st_size
     for i, at in enumerate(range(0, size, size // 7)):
@@ -475,6 +494,7 @@ def test_a_turned_byte_anywhere_in_the_numbers_is_refused(saved, tmp_path, capsy
         )
 
 
+@pytest.mark.slow
 def test_numbers_that_break_off_are_refused_even_where_no_hash_is_known(saved, tmp_path, capsys):
     for part in (0.0, 0.3, 0.97):
         folder = damaged(
@@ -483,6 +503,7 @@ def test_numbers_that_break_off_are_refused_even_where_no_hash_is_known(saved, t
         assert "plan.nc: not the numbers of a plan" in refused(folder, capsys)
 
 
+@pytest.mark.thorough
 def test_damage_of_any_kind_in_numbers_without_a_hash_never_ends_in_a_traceback(saved, tmp_path):
     for at in range(0, 4000, 500):
         folder = damaged(saved, tmp_path / str(at), known=False, numbers=lambda raw, at=at: turned(raw, at))
@@ -492,6 +513,7 @@ def test_damage_of_any_kind_in_numbers_without_a_hash_never_ends_in_a_traceback(
             assert "\n" not in str(e)  # noqa: PT017 - some bytes mean nothing: then it is read
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("key", "value", "said"),
     [
@@ -509,6 +531,7 @@ def test_facts_of_a_wrong_kind_are_refused_by_their_name(saved, tmp_path, capsys
     assert said in refused(damaged(saved, tmp_path / "odd", facts=lambda told: {**told, key: value}), capsys)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("key", ["summary", "limits", "operation"])
 def test_facts_without_an_essential_part_are_refused(saved, tmp_path, capsys, key):
     folder = damaged(saved, tmp_path / "part", facts=lambda told: {k: v for k, v in told.items() if k != key})
@@ -546,6 +569,7 @@ def test_what_is_not_computed_is_told_with_its_reason(result):
     )
 
 
+@pytest.mark.slow
 def test_a_plan_of_the_library_is_repeated_by_its_name(result):
     assert load_plan("template-to-1500m").source == "template-to-1500m"
     assert "To repeat: stillhook plan template-to-1500m " in told(

@@ -174,6 +174,7 @@ BAD = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("text", "said"), BAD)
 def test_what_cannot_be_is_refused_in_one_line_that_names_the_file(tmp_path, text, said):
     with pytest.raises(StillhookError) as e:

@@ -108,6 +108,7 @@ def test_without_drag_resonance_has_no_end_and_with_drag_it_has_one():
     assert float(sm.swing(0.0, omega, 1e6, 2e5, 1e4).top) == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("omega", [0.6, 1.0, 1.5, 2.5])
 def test_a_load_swings_as_its_motion_in_time_with_quadratic_drag(omega):
     K, M, above, B, eta = 9e5, 3.5e5, 3e4, 1.6e5, 0.8

@@ -27,6 +27,7 @@ def plan() -> LiftPlan:
     return load_plan("template-to-1500m")
 
 
+@pytest.mark.slow
 def test_times_of_all_situations_are_the_time_of_the_phase() -> None:
     for phase in plan().phases:
         if phase.kind is not PhaseKind.SPLASH:
@@ -45,6 +46,7 @@ def test_nothing_is_linear_where_the_surface_cuts_the_payload() -> None:
     assert situations(plan(), plan().phase("splash zone")) == ()
 
 
+@pytest.mark.slow
 def test_a_lowering_is_looked_at_where_the_load_is_in_resonance_with_the_seas() -> None:
     depth = resonance_depth(plan(), 5.0)
     found = situations(plan(), plan().phase("lower water"))
@@ -70,6 +72,7 @@ def test_the_tip_of_a_phase_is_where_its_situations_are() -> None:
     assert (first.x, first.y) == (-30.0, -2.0)
 
 
+@pytest.mark.thorough
 def test_a_check_tells_phases_times_rules_and_weather(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["plan", "template-to-1500m", "--check", "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
@@ -83,6 +86,7 @@ def test_a_check_tells_phases_times_rules_and_weather(capsys: pytest.CaptureFixt
     assert all(word in told for word in (*names, "weather restricted", "SYNTHETIC", "landing-speed", "360 seas"))
 
 
+@pytest.mark.slow
 def test_an_example_is_copied_once_and_never_over_what_is_there(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

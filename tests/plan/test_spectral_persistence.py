@@ -50,6 +50,7 @@ def test_low_seas_are_raised_to_the_lowest_height_that_has_an_alpha():
     np.testing.assert_array_equal(found, [1.0, 1.0, np.nan])
 
 
+@pytest.mark.thorough
 def test_windows_of_the_reference_period_between_high_and_missing_records(plan):
     calm, high = [0.4] * 3, [5.0]
     found = spectral_persistence(
@@ -63,6 +64,7 @@ def test_windows_of_the_reference_period_between_high_and_missing_records(plan):
     assert "splash zone: by the plan's table in closed form" in found["notes"]
 
 
+@pytest.mark.slow
 def test_a_vessel_that_heads_into_the_waves_keeps_one_heading_through_the_operation(plan):
     calm = states([0.4] * 12)
     steady, swinging = np.full(12, math.radians(40.0)), np.radians(np.where(np.arange(12) % 3 == 2, 130.0, 40.0))
@@ -89,6 +91,7 @@ class TestCommand:
         (tmp_path / "buoy.txt").write_text("\n".join(lines) + "\n")
         return str(tmp_path / "buoy.txt")
 
+    @pytest.mark.thorough
     def test_json_of_one_alternative(self, file, capsys):
         assert (
             run(
@@ -110,6 +113,7 @@ class TestCommand:
         assert [one["alternative"] for one in found["alternatives"]] == ["cap-80"]
         assert found["alternatives"][0]["operability"] == pytest.approx(23 / 24)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("more", "says"),
         [

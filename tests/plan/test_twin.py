@@ -278,6 +278,7 @@ def test_a_passage_that_is_planned_to_take_longer_counts_more_often(plan):
 # runs
 
 
+@pytest.mark.thorough
 def test_runs_of_every_phase_tell_what_its_rules_ask(narrow):
     """One sea, few seeds, all phases and winches in one go; tensions rise with the sea, and the calm is what hangs at rest."""
     cells = Cells(narrow, Execution())
@@ -321,6 +322,7 @@ def predicted(plan, heights):
     ]
 
 
+@pytest.mark.thorough
 def test_phases_far_from_governing_are_not_run_and_interrupted_work_goes_on(narrow, tmp_path):
     plan = replace(narrow, alternatives=(Alternative.NONE, Alternative.SSC))
     landing, splash = of_kind(plan, PhaseKind.LANDING).name, of_kind(plan, PhaseKind.SPLASH).name

@@ -76,6 +76,7 @@ def predicted(plan, heights):
     ]
 
 
+@pytest.mark.slow
 def test_limits_of_known_maxima_are_found_for_every_alternative(plan, asked):
     landing = next(p for p in plan.phases if p.kind is PhaseKind.LANDING)
     guesses = {(p.name, a): math.inf for p in plan.phases for a in plan.alternatives}
@@ -103,6 +104,7 @@ def test_what_is_one_run_under_all_alternatives_is_run_once(plan, asked):
     assert len(runs) <= len(heights) * len(PERIODS) * seeds
 
 
+@pytest.mark.slow
 def test_a_phase_that_another_one_hides_is_looked_at_no_higher(plan, asked):
     """The landing limits none at 2 m; the deep phase, which may limit at 1.8 m by its prediction, is inside everywhere."""
     landing, deep = (next(p for p in plan.phases if p.kind is k) for k in (PhaseKind.LANDING, PhaseKind.DEEP))
@@ -116,6 +118,7 @@ def test_a_phase_that_another_one_hides_is_looked_at_no_higher(plan, asked):
     assert not any(np.isfinite(Hs).any() for Hs in limits[deep.name].Hs.values())
 
 
+@pytest.mark.slow
 def test_seeds_are_added_until_the_interval_is_narrow_enough(plan, asked):
     one = replace(plan, alternatives=(Alternative.NONE,))
     landing = next(p for p in plan.phases if p.kind is PhaseKind.LANDING)

@@ -52,6 +52,7 @@ def test_what_cannot_be_meant_is_refused_as_the_plan_is_read(plan, old, new, say
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_every_example_plan_finds_its_weather():
     for name in shelf("plans"):
         use = load_plan(name).weather

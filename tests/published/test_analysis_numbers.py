@@ -108,6 +108,7 @@ def test_more_displacement_and_a_smaller_drum_allow_more_gain(crane: Crane, a: f
     assert gain_limit(crane, less, 1.3).K_p_ms == pytest.approx(1.3 * gain_limit(crane, less).K_p_ms, rel=SAME)
 
 
+@pytest.mark.thorough
 def test_reduced_model_loses_its_balance_at_the_gain_limit():
     """The time-domain model, with the motors at full displacement, dies out just below the limit and grows just above."""
     pulse = Profile([("0 s", "0 m/min"), ("0.5 s", "1 m/min"), ("1 s", "0 m/min")])
@@ -221,6 +222,7 @@ def ssc() -> Reduced:
     return simulate_reduced(CRANE, TABLE_2)
 
 
+@pytest.mark.thorough
 def test_reduced_model_with_ideal_feedforward(ssc: Reduced):
     """p_b 25 bar, B_v 2.1 N m s/rad, linear SSC down to 0.6, K_1 ideal and K_2 = K_1 2 zeta_p / omega_np; after the first period."""
     assert ssc.e_c_pp(12.0) == pytest.approx(0.0292, abs=5e-5)
@@ -228,12 +230,14 @@ def test_reduced_model_with_ideal_feedforward(ssc: Reduced):
     assert np.all(ssc.p_b == parse("25 bar", "pressure"))
 
 
+@pytest.mark.thorough
 def test_reduced_model_without_acceleration_feedforward_lags():
     """Which settings belong to the number above: without K_2 the pump servo's lag shows, six times as much."""
     run = simulate_reduced(changed(CRANE, {"control": {"K_2": "0 s^2/m"}}), TABLE_2, duration=36.0)
     assert run.e_c_pp(12.0) == pytest.approx(0.1715, abs=5e-4)
 
 
+@pytest.mark.thorough
 def test_printed_feedforward_leaves_a_metre_of_error():
     """The erratum of paper E table 2: 18 % of the tip's speed is left to the feedback. 0.7 m belongs to 2 m of amplitude."""
     assert simulate_reduced(ERRATUM, TABLE_2, duration=36.0).e_c_pp(12.0) == pytest.approx(0.956, abs=5e-4)
@@ -241,6 +245,7 @@ def test_printed_feedforward_leaves_a_metre_of_error():
     assert simulate_reduced(ERRATUM, smaller, duration=36.0).e_c_pp(12.0) == pytest.approx(0.7, abs=0.005)
 
 
+@pytest.mark.thorough
 def test_reduced_model_ends_where_steady_operation_says():
     """A long haul at 80 m/min: the time-domain model settles on the closed form, but for the leakage that the latter leaves out."""
     v = "80 m/min"

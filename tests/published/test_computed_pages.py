@@ -77,6 +77,7 @@ def test_a_package_that_is_gone_asks_for_a_new_computation(computed, house):
     assert not stands(computed, house)
 
 
+@pytest.mark.slow
 def test_what_a_computation_loads_is_found(computed):
     import stillhook.physics.load_path.wire  # noqa: F401
 

@@ -22,6 +22,7 @@ FLAT = 0.03
 """What a step aside may still gain on the score [-]: the search is not exact, and the optimum is flat."""
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["ns", "ssc"])
 def test_no_step_aside_in_any_setting_gains_and_limits_are_kept(name: str):
     plain = page.controller(name)

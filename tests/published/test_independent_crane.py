@@ -38,6 +38,7 @@ def test_the_independent_crane_takes_numbers_and_no_law_of_the_package(name):
             assert {alias.name for alias in node.names} <= NUMBERS.get(node.module, set())
 
 
+@pytest.mark.thorough
 def test_a_wrong_precharge_of_the_file_is_refuted_as_it_was_kept(scripts, tmp_path):
     crane, trials = scripts
     case = trials.BY_NAME["precharge"]

@@ -50,6 +50,7 @@ def test_in_one_metre_of_tip_motion_ssc_stands_full_and_pressure_follows_the_dis
                 assert ratio == pytest.approx(ns["alpha_m_min"], rel=RATIO)
 
 
+@pytest.mark.slow
 def test_loss_of_a_power_unit_shows_only_where_the_gains_are_not_reconfigured():
     stop = {"time": "48 s", "unit": 2}  # at the highest speed
     losses = ({}, {"power_loss": stop}, {"power_loss": stop | {"detection": "1000 s"}})

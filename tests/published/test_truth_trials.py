@@ -11,6 +11,7 @@ DIGITS = 2e-3
 PAGES = Path(__file__).resolve().parents[2] / "docs" / "validation"
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("seed", "defect"), [(0, "gear")])
 def test_a_kept_campaign_comes_out_with_the_same_lines(seed, defect, monkeypatch):
     monkeypatch.syspath_prepend(str(PAGES))

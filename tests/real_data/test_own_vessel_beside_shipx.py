@@ -22,6 +22,7 @@ def sigma(vessel, degrees, T_p):
     return tip_response(vessel, sea, *TIP).sigma_z
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degrees", [180.0, 150.0, 90.0])
 @pytest.mark.parametrize("T_p", [8.0, 10.0])
 def test_the_tip_moves_as_that_of_a_real_ship_of_the_same_size(both, degrees, T_p):

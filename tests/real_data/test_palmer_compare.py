@@ -18,6 +18,7 @@ def results(shared_data, tmp_path_factory):
     return code, json.loads((out / "summary.json").read_text()), out
 
 
+@pytest.mark.thorough
 def test_the_log_gives_a_table_and_figures(results):
     _, summary, out = results
     assert list(summary) == ["ns", "hs", "ssc"]

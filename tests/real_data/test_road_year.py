@@ -31,6 +31,7 @@ def run(files):
     return found
 
 
+@pytest.mark.thorough
 def test_every_valid_hour_has_its_numbers_and_every_missing_one_none(run):
     assert run.sizes["case"] == 8712
     for name in ("sigma_v", "sigma_load", "DAF", "slack_chance", "sigma_load_braked"):
@@ -45,6 +46,7 @@ def test_tip_speed_is_that_of_single_records_by_the_tip_statistics(run, files):
         assert run["sigma_v"].values[i] == pytest.approx(alone.sigma_v, rel=WITHIN_BAND)
 
 
+@pytest.mark.slow
 def test_tip_of_all_hours_is_that_of_plain_sums_over_the_bands(run, files):
     series, rao = read_spectra(files[0]), read_vessel(files[1])
     R = rao.vertical(series.omega, HEADING, X, Y)

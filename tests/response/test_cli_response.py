@@ -113,18 +113,21 @@ class TestOneSea:
         assert told["u_mpm"] == pytest.approx(LEFT * told["z_mpm"], rel=1e-9)
         assert told["status"] == "ok"
 
+    @pytest.mark.thorough
     def test_the_load_is_told_apart_from_the_wire(self, capsys, lift, plain):
         told = answer(capsys, lift)
         # the wire lets the load move more than its upper end does, with the winch and without it
         assert told["eta_sigma_load"] < told["eta_sigma_wire"]
         assert told["braked"]["sigma_load"] > told["sigma_z"]
 
+    @pytest.mark.slow
     def test_every_key_is_a_name_of_the_registry(self, capsys, lift, plain, records):
         for more in ((), ("--sea", records, "--heading", "150 deg")):
             told = answer(capsys, lift, *more)
             unknown = {key for key in names_of(told) if key not in BY_NAME}
             assert unknown <= {"time", "valid"}  # of records, as in `stillhook sea`
 
+    @pytest.mark.slow
     def test_the_tip_moves_as_stillhook_tip_says(self, capsys, lift, plain):
         told = answer(capsys, lift)
         place = ["--vessel", "supply-vessel-82m", "--at", "x=-20 m, y=-18 m"]
@@ -133,6 +136,7 @@ class TestOneSea:
         for name in ("sigma_z", "sigma_v", "T_z", "z_mpm", "v_mpm"):
             assert told[name] == pytest.approx(tip[name], rel=2e-3), name  # two grids, and waves beyond 3 rad/s
 
+    @pytest.mark.slow
     def test_other_waves_and_another_heading_go_before_those_of_the_file(self, capsys, lift, plain):
         as_it_is = answer(capsys, lift)
         same = answer(capsys, lift, "--wave", "jonswap Hs=1.5 m Tp=8 s gamma=2", "--heading", "165 deg")
@@ -144,6 +148,7 @@ class TestOneSea:
         assert turned["sigma_z"] > 1.3 * as_it_is["sigma_z"]  # beam sea on the side of the crane
         assert stated["sigma_z"] == pytest.approx(2.0 * as_it_is["sigma_z"], rel=1e-9)
 
+    @pytest.mark.slow
     def test_a_longer_wire_rings_slower(self, capsys, lift, plain):
         shallow, deep = (answer(capsys, lift, "--depth", depth) for depth in ("100 m", "700 m"))
         assert 1.5 * shallow["T_wire"][0] < deep["T_wire"][0]
@@ -163,11 +168,13 @@ class TestOneSea:
         assert "natural periods with the top held" in text
         assert "status: ok" in text
 
+    @pytest.mark.slow
     def test_nothing_moves_in_a_calm(self, capsys, lift, plain):
         told = answer(capsys, lift, "--wave", "jonswap Hs=0 m Tp=8 s", "--heading", "0 deg")
         assert (told["sigma_load"], told["load_mpm"], told["slack_chance"]) == (0.0, 0.0, 0.0)
         assert run(["response", lift, "--wave", "jonswap Hs=0 m Tp=8 s", "--heading", "0 deg"]) == 0
 
+    @pytest.mark.thorough
     def test_the_winch_is_asked_once_and_found_again(self, ship):
         calls = []
         for _ in range(2):
@@ -192,6 +199,7 @@ class TestRecords:
         assert told["sigma_z"]["worst"] == "1996-01-01T03:00:00Z"
         assert told["sigma_z"]["mean"] == pytest.approx((one + four) / 3.0, rel=1e-9)
 
+    @pytest.mark.slow
     def test_one_record_alone_is_the_same(self, capsys, lift, plain, records):
         whole = answer(capsys, lift, "--sea", records, "--heading", "150 deg")["records"]
         alone = answer(capsys, lift, "--sea", records, "--heading", "150 deg", "--record", "3")
@@ -200,6 +208,7 @@ class TestRecords:
                 name
             )  # steps of 0.0075 rad/s cut the bands otherwise
 
+    @pytest.mark.thorough
     def test_the_folder_holds_every_hour_picture_and_summary(self, capsys, lift, plain, records, tmp_path):
         out = tmp_path / "year"
         told = answer(capsys, lift, "--sea", records, "--heading", "150 deg", "--out", str(out))
@@ -214,11 +223,13 @@ class TestRecords:
         assert summary == {key: value for key, value in told.items() if key != "records"}
         assert (out / "response.png").stat().st_size > 20_000
 
+    @pytest.mark.slow
     def test_a_picture_of_one_sea(self, lift, plain, tmp_path, capsys):
         assert run(["response", lift, "--out", str(tmp_path / "one")]) == 0
         assert "response.png" in capsys.readouterr().out
         assert (tmp_path / "one" / "response.png").stat().st_size > 20_000
 
+    @pytest.mark.slow
     def test_a_weather_table_with_directions(self, capsys, lift, plain, tmp_path):
         path = tmp_path / "weather.txt"
         path.write_text(WEATHER)
@@ -231,6 +242,7 @@ class TestRecords:
         )  # from 189 deg on a ship that heads 9 deg: following; gamma in hundredths
         assert off > 1.2 * ahead
 
+    @pytest.mark.thorough
     def test_a_year_in_a_few_seconds_is_that_of_plain_sums(self, capsys, lift, plain, shared_data):
         path = shared_data / "sea_ndbc_46042" / "46042w1996.txt.gz"
         told = answer(capsys, lift, "--sea", str(path), "--heading", "180 deg")
@@ -353,6 +365,7 @@ class TestDepth:
         assert self.at({"mode": "ahc", "lower": "6 m/min", "landed": True}) == 280.0
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("more", "said"),
     [
@@ -379,6 +392,7 @@ def test_bad_input_ends_in_one_line(capsys, lift, plain, more, said):
     assert told.err.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_measured_waves_need_one_direction_and_no_more(capsys, lift, plain, records):
     for more, said in (
         ([], "has no directions. Give --heading"),
@@ -405,6 +419,7 @@ def test_a_lift_without_vessel_is_told_so(capsys, tmp_path, plain):
     assert "simulated in time only" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_lift_without_a_sea_takes_another_one(capsys, tmp_path, plain):
     path = tmp_path / "frame.toml"
     start, rest = LIFT.split("[sea]")

@@ -81,6 +81,7 @@ def residual(crane, duty):
     return identify_residual(crane, duty, "ssc")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("period", "speed"), [(7.0, 0.05), (12.0, 0.3), (9.0, 0.8), (10.0, 1.2)])
 def test_a_sine_leaves_what_a_run_of_its_own_leaves(crane, duty, residual, period, speed):
     """Between the table's sines, and on the crane's own wire in place of the soft one."""
@@ -125,6 +126,7 @@ def test_a_winch_gives_less_than_a_tenth_of_a_millimetre_to_a_kilonewton(residua
     assert np.abs(residual.compliance.at(np.geomspace(0.5, 6.0, 5), 0.3)).max() < 1e-7
 
 
+@pytest.mark.thorough
 def test_the_same_table_is_found_again_and_a_damaged_one_made_anew(crane, duty, residual, tmp_path, monkeypatch):
     monkeypatch.setattr(module, "cache_root", lambda: tmp_path)
     few = {"excitation": replace(QUICK, periods=(8.0, 12.0), speeds=(0.1, 0.3))}
@@ -150,6 +152,7 @@ def test_manual_mode_has_no_residual(crane):
         identify_residual(crane, Duty(F=1e6, s_w=100.0), "manual", cache=False)
 
 
+@pytest.mark.thorough
 def test_a_late_sensor_costs_what_a_pure_delay_costs(crane):
     """0.2 s on a heave of 9.6 s leaves 2 sin(omega tau/2) = 13 %, beside the friction of the winch."""
     late = identify_residual(crane, Duty(F=1e6, s_w=500.0, sensors=Sensors(delay="0.2 s")), "ssc")

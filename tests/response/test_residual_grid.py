@@ -23,11 +23,13 @@ def grid(crane):
     return identify_grid(crane, [8e5, 1.3e6], [200.0, 1000.0])
 
 
+@pytest.mark.thorough
 def test_at_its_own_places_the_grid_is_what_the_twin_said(crane, grid):
     own = identify_residual(crane, Duty(F=1.3e6, s_w=200.0))
     assert np.array_equal(grid.at(1.3e6, 200.0).C, own.C)
 
 
+@pytest.mark.thorough
 def test_between_them_it_is_near_what_the_twin_says_there(crane, grid):
     mixed, own = grid.at(1.05e6, 600.0), identify_residual(crane, Duty(F=1.05e6, s_w=600.0))
     for sigma_v in (0.05, 0.2, 0.5):

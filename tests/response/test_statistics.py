@@ -28,6 +28,7 @@ def tension():
     return 100.0 + scale * x, float(scale * rate.std())
 
 
+@pytest.mark.thorough
 def test_share_and_rate_below_zero_are_those_counted_in_a_long_record(tension):
     F, rate = tension
     T_z = zero_crossing_period(60.0, rate)

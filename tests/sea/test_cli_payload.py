@@ -21,6 +21,7 @@ def test_the_list_names_every_payload(capsys):
     assert all(name in out for name in payloads())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", payloads())
 def test_a_sheet_gives_its_numbers_in_si_under_known_names(capsys, name):
     found = answer(capsys, "show", name)
@@ -32,6 +33,7 @@ def test_a_sheet_gives_its_numbers_in_si_under_known_names(capsys, name):
     assert {s["field"] for s in found["sources"]} >= set(load.sources)
 
 
+@pytest.mark.slow
 def test_a_payload_of_ones_own_is_shown_in_the_water_that_is_asked_for(capsys, tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text('mass = "40 t"\nshape = "disc"\ndiameter = "5 m"\nheight = "0.4 m"\n', encoding="utf-8")
@@ -44,6 +46,7 @@ def test_a_payload_of_ones_own_is_shown_in_the_water_that_is_asked_for(capsys, t
     assert "given in mine.toml" in out
 
 
+@pytest.mark.slow
 def test_a_picture_and_numbers_are_written_on_request_only(capsys, tmp_path):
     out = tmp_path / "sheet"
     assert run(["payload", "show", "spool-20t"]) == 0
@@ -53,6 +56,7 @@ def test_a_picture_and_numbers_are_written_on_request_only(capsys, tmp_path):
     assert json.loads((out / "payload.json").read_text(encoding="utf-8"))["payload"] == "spool-20t"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [

@@ -50,6 +50,7 @@ class TestWavesAsText:
 
 
 class TestFiles:
+    @pytest.mark.slow
     def test_the_measured_year(self, capsys, shared_data):
         found = answer(capsys, str(shared_data / "sea_ndbc_46042" / "46042w1996.txt.gz"))
         assert (found["n_records"], found["n_valid"], found["n_missing"]) == (8712, 8600, 112)
@@ -66,6 +67,7 @@ class TestFiles:
         path.write_text(NDBC)
         assert answer(capsys, str(path), "--record", "0") == answer(capsys, str(path), "--record", "1996-01-01T00:00Z")
 
+    @pytest.mark.slow
     def test_pictures_and_numbers_are_written_together(self, capsys, tmp_path):
         path = tmp_path / "waves.txt"
         path.write_text(NDBC)
@@ -75,6 +77,7 @@ class TestFiles:
             assert sorted(p.name for p in out.iterdir()) == ["sea.json", "sea.png"]
             assert json.loads((out / "sea.json").read_text()) == found
 
+    @pytest.mark.slow
     def test_a_file_of_nothing_but_missing_records_has_no_numbers(self, capsys, tmp_path):
         path = tmp_path / "waves.txt"
         path.write_text("\n".join([NDBC.splitlines()[0], NDBC.splitlines()[2]]) + "\n")
@@ -96,6 +99,7 @@ class TestFiles:
 
 
 class TestRefusals:
+    @pytest.mark.thorough
     @pytest.mark.parametrize(
         ("arguments", "said"),
         [
@@ -121,6 +125,7 @@ class TestRefusals:
     def test_bad_input_is_one_line_and_exit_code_2(self, capsys, arguments, said):
         assert said in refusal(capsys, *arguments)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("record", "said"),
         [

@@ -57,6 +57,7 @@ def test_every_number_has_its_row_among_the_variables(capsys, vessel):
             assert name in BY_NAME, name
 
 
+@pytest.mark.slow
 def test_headings_may_be_written_with_their_unit_and_waves_may_bring_their_own(capsys, vessel):
     plain, unit, own = (
         answer(capsys, "--vessel", vessel, "--at", AT, "--wave", wave, *heading)["sigma_z"]
@@ -77,6 +78,7 @@ def test_short_crested_waves_differ_from_long_crested_ones(capsys, vessel):
     assert 0.8 * long < short < 0.99 * long
 
 
+@pytest.mark.slow
 def test_a_crane_in_place_of_a_tip_is_the_tip_that_it_has(capsys, vessel):
     crane = ("--pedestal", "x=-20 m, y=-6 m, z=15 m", "--slew", "270 deg", "--main", "24 m 60 deg")
     by_crane = answer(capsys, "--vessel", vessel, *crane, "--wave", WAVE, "--heading", "90 deg")
@@ -94,6 +96,7 @@ def test_all_headings_make_a_table_with_starboard_and_port_in_their_places(capsy
     assert "sigma_v" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_out_writes_picture_series_and_summary_that_agree(capsys, vessel, tmp_path):
     out = tmp_path / "tip"
     found = answer(
@@ -121,6 +124,7 @@ def test_out_writes_picture_series_and_summary_that_agree(capsys, vessel, tmp_pa
     assert json.loads((out / "summary.json").read_text())["sigma_z"] == found["sigma_z"]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_picture")
 def test_the_same_seed_writes_the_same_series_and_another_does_not(capsys, vessel, tmp_path):
     given = ("--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90 deg", "--duration", "5 min")
@@ -166,6 +170,7 @@ def test_a_case_file_runs_on_the_series_that_was_written(vessel, tmp_path, capsy
     assert case.tip == motion_from_json((tmp_path / "tip.json").read_text())
 
 
+@pytest.mark.slow
 def test_a_log_of_a_motion_sensor_gives_the_same_numbers(capsys, shared_data):
     log = str(shared_data / "ship_motion_palmer" / "NBP1406_seap-2014-08-01.txt")
     at_sensor, at_tip = (
@@ -178,6 +183,7 @@ def test_a_log_of_a_motion_sensor_gives_the_same_numbers(capsys, shared_data):
     assert 'as --at "x=-20 m' in refusal(capsys, "--log", log)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_picture")
 def test_the_series_that_was_written_has_the_numbers_of_the_spectra(capsys, vessel, tmp_path):
     given = (
@@ -203,6 +209,7 @@ def test_the_series_that_was_written_has_the_numbers_of_the_spectra(capsys, vess
     assert "Leave --at out" in refusal(capsys, "--log", str(tmp_path / "tip.json"), "--at", f"{AT}, z=1 m")
 
 
+@pytest.mark.thorough
 def test_measured_directions_are_turned_by_the_ships_heading(capsys, vessel, tmp_path, monkeypatch):
     """A sea that comes from the east is on the starboard beam of a ship that heads north, and dead ahead of one that heads east."""
     from stillhook.sea.spectra.directional import Directional
@@ -228,6 +235,7 @@ def test_measured_directions_are_turned_by_the_ships_heading(capsys, vessel, tmp
     assert "has directions of its own" in refusal(capsys, *at, "--ship", "0 deg", "--spread", "4")
 
 
+@pytest.mark.thorough
 def test_measured_spectra_are_taken_record_by_record(capsys, vessel, shared_data, tmp_path):
     """The sea of the record, 38 bands; and what the command asks for when it is not determined enough."""
     buoy = str(shared_data / "sea_ndbc_46042" / "46042w1996.txt.gz")
@@ -251,6 +259,7 @@ def test_measured_spectra_are_taken_record_by_record(capsys, vessel, shared_data
     )
 
 
+@pytest.mark.slow
 def test_seeds_give_the_largest_values_that_were_met_with_their_intervals(capsys, vessel):
     given = (
         "--vessel",
@@ -282,6 +291,7 @@ def test_the_table_for_people_has_the_numbers_and_where_the_vessel_ends(capsys, 
         assert part in text
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [

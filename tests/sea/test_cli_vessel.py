@@ -42,6 +42,7 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     return out.err
 
 
+@pytest.mark.slow
 def test_the_library_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["vessel", "list"]) == 0
     text = capsys.readouterr().out
@@ -71,6 +72,7 @@ def test_the_answer_for_machines_has_known_names_and_si_units(capsys: pytest.Cap
     assert checked["motions"][2]["share"] == pytest.approx(1.0, abs=0.01)
 
 
+@pytest.mark.thorough
 def test_a_picture_and_the_numbers_are_written(capsys: pytest.CaptureFixture[str], file: str, tmp_path: Path) -> None:
     assert run(["vessel", "show", file, "--at", "x=-20 m, y=5 m", "--out", str(tmp_path / "out")]) == 0
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["vessel.json", "vessel.png"]
@@ -88,6 +90,7 @@ def test_a_vessel_that_does_not_ride_is_shown_with_its_numbers_by_check_and_refu
     assert "wrong.csv" in refusal(capsys, "vessel", "show", wrong)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [

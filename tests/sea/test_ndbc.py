@@ -42,6 +42,7 @@ def written(folder, text, name="waves.txt"):
 
 
 class TestTheMeasuredYear:
+    @pytest.mark.slow
     def test_counts_and_heights_are_those_of_plain_numpy(self, shared_data):
         path = shared_data / "sea_ndbc_46042" / "46042w1996.txt.gz"
         table = np.genfromtxt(path, skip_header=1)[:, 4:]  # another reader, the rectangle rule over 0.01 Hz

@@ -206,6 +206,7 @@ def test_panels_close_the_hull_and_come_to_its_volume(ship, lines):
     assert abs(volumes[1][2] / V - 1.0) < 0.5 * abs(volumes[0][2] / V - 1.0)
 
 
+@pytest.mark.thorough
 def test_loads_computed_anew_come_out_as_kept(ship, loads, lines, monkeypatch):
     pytest.importorskip("capytaine")
     radiation = importlib.import_module("radiation")

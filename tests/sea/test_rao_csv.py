@@ -234,6 +234,7 @@ def test_a_ship_whose_sides_differ_is_not_written_as_one_side(tmp_path: Path) ->
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "content", "text"),
     [

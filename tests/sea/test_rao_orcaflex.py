@@ -97,6 +97,7 @@ def assert_plank(path: Path) -> None:
     assert np.abs(ship.H - plank_motions(ship.omega, ship.beta)).max() < SAME
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [

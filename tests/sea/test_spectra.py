@@ -66,6 +66,7 @@ class TestPiersonMoskowitz:
 
 
 class TestJonswap:
+    @pytest.mark.slow
     @pytest.mark.parametrize("gamma", [1.0, 2.0, 3.3, 5.0, 7.0, 10.0])
     @pytest.mark.parametrize("n", [-1, 0, 1, 2, 3])
     def test_moments_agree_with_adaptive_integration_to_a_far_tail(self, gamma, n):
@@ -94,6 +95,7 @@ class TestJonswap:
     def test_the_printed_norm_misses_the_height_by_less_than_one_per_cent(self, gamma):
         assert Jonswap(2.0, 10.0, gamma, "printed").H_m0 == pytest.approx(2.0, rel=1e-2)
 
+    @pytest.mark.slow
     @settings(max_examples=30)
     @given(heights, periods, gammas)
     def test_the_grid_gives_every_moment_up_to_its_end(self, H_s, T_p, gamma):
@@ -183,6 +185,7 @@ class TestOchiHubble:
         two = OchiHubble((Hump(2.0, 10.0, 1.0), Hump(0.0, 5.0, 1.0)))
         assert two.density(omega) == pytest.approx(pierson_moskowitz(2.0, 10.0).density(omega), rel=ROUNDING)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("shape", [0.8, 1.0, 3.0, 10.0])
     @pytest.mark.parametrize("n", [-1, 0, 1, 2])
     def test_moments_are_those_of_the_gamma_density_that_omega_to_minus_four_has(self, shape, n):

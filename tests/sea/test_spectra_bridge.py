@@ -33,6 +33,7 @@ def dataset(points: int = 1):
 
 
 class TestReading:
+    @pytest.mark.thorough
     @pytest.mark.parametrize("form", ["octopus", "swan", "ww3", "wavespectra"])
     def test_heights_and_directions_come_back(self, tmp_path, form):
         path = tmp_path / "waves"
@@ -168,6 +169,7 @@ class TestRefusals:
         with pytest.raises(SeaError, match="negative energy in 1 records"):
             from_wavespectra(data)
 
+    @pytest.mark.thorough
     @pytest.mark.parametrize("form", list(FORMATS))
     def test_a_file_of_another_kind_is_one_line(self, tmp_path, form):
         path = tmp_path / "waves.txt"

@@ -148,6 +148,7 @@ class TestSupplyVessel:
 
     AT = (-20.0, -18.0)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("beta", [0, 50, 90, 140, 180, 220, 270, 310])
     @pytest.mark.parametrize(("T", "gamma"), [(8.0, 3.3), (12.0, 1.0)])
     def test_deviations_are_those_reckoned_from_the_file_alone(self, supply, shared_data, beta, T, gamma):
@@ -197,6 +198,7 @@ class TestSupplyVessel:
                 expected, rel=2e-3
             )  # a resonance seen in bands of 0.002 rad/s
 
+    @pytest.mark.slow
     def test_the_largest_of_an_hour_are_those_of_the_formula_on_average(self, supply):
         """60 seeds; maxima of Gaussian motion of some bandwidth stay a little below those of one period."""
         response = tip_response(supply, sea(90.0), *self.AT)
@@ -253,6 +255,7 @@ class TestGumbel:
         assert (other.mu, other.beta) == pytest.approx((1000.0 * fit.mu + 7.0, 1000.0 * fit.beta))
         assert other.interval(0.9)[1] == pytest.approx(1000.0 * fit.interval(0.9)[1] + 7.0)
 
+    @pytest.mark.thorough
     @pytest.mark.parametrize("n", [6, 20])
     @pytest.mark.parametrize("q", [MPM, 0.9])
     def test_intervals_hold_the_truth_as_often_as_they_say(self, n, q):
@@ -265,6 +268,7 @@ class TestGumbel:
             hits += low < truth < high
         assert hits / 2000.0 == pytest.approx(0.95, abs=3.0 * math.sqrt(0.05 * 0.95 / 2000.0))
 
+    @pytest.mark.slow
     def test_more_seeds_close_the_interval(self):
         rng = np.random.default_rng(5)
         widths = [np.ptp(gumbel(rng.gumbel(size=n)).interval(0.9)) for n in (10, 40, 160)]

@@ -52,6 +52,7 @@ def own_step() -> AhcStep:
 # --- the twin as its own crane ---------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_twin_that_is_the_crane_deviates_by_less_than_a_millimetre():
     step = own_step()
     for name in ("e_c_pp_deviation", "e_c_max_difference", "e_c_deviation_max"):
@@ -73,6 +74,7 @@ def test_thirty_seconds_are_enough_for_the_twin_to_forget_that_it_started_at_res
     assert before[: round(5.0 / STEP)].max() > 10.0 * ALIKE
 
 
+@pytest.mark.thorough
 def test_a_delay_that_is_stated_moves_the_true_tip_ahead_and_costs_no_agreement():
     crane = changed(
         TWIN, {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}}
@@ -88,6 +90,7 @@ def test_a_delay_that_is_stated_moves_the_true_tip_ahead_and_costs_no_agreement(
     )  # the load hangs on the true tip
 
 
+@pytest.mark.thorough
 def test_what_the_joystick_asked_for_is_asked_of_the_twin():
     stick = Operator(
         profile=[
@@ -105,6 +108,7 @@ def test_what_the_joystick_asked_for_is_asked_of_the_twin():
     assert found(checked(record(silent)), "e_c_deviation_max").value > 3.0 * ALIKE
 
 
+@pytest.mark.thorough
 def test_noise_of_the_tip_that_the_plc_saw_does_not_count_as_deviation():
     rng = np.random.default_rng(5)
     log, noise = dict(own_log()), 2.0 * MM * rng.standard_normal(len(own_log()["s_tip"]))
@@ -119,6 +123,7 @@ def test_noise_of_the_tip_that_the_plc_saw_does_not_count_as_deviation():
     assert found(in_the_plc, "e_c_pp_bias").note.startswith("simulated less measured; ")
 
 
+@pytest.mark.thorough
 def test_noise_that_both_errors_hold_does_not_make_their_shapes_alike():
     rng = np.random.default_rng(5)
     log = dict(crane_log(bent("K_1", -0.1)))
@@ -128,6 +133,7 @@ def test_noise_that_both_errors_hold_does_not_make_their_shapes_alike():
     assert found(noisy, "e_c_correlation").value == pytest.approx(found(clean, "e_c_correlation").value, abs=0.03)
 
 
+@pytest.mark.thorough
 def test_a_load_case_that_is_off_is_not_hidden_by_longer_ones_that_are_not():
     log = dict(own_log())
     bad = 0.06 * np.sin(2.0 * np.pi * np.arange(len(log["s_tip"])) * STEP / 9.0)
@@ -141,12 +147,14 @@ def test_a_load_case_that_is_off_is_not_hidden_by_longer_ones_that_are_not():
     assert found(step, "e_c_pp_deviation").value == pytest.approx(np.mean(list(cases.values())))
 
 
+@pytest.mark.thorough
 def test_a_standing_offset_of_the_cranes_error_is_said_and_does_not_count_peak_to_peak():
     step = checked(record({**own_log(), "e_c_measured": own_log()["e_c_measured"] + 0.02}))
     assert found(step, "e_c_pp_deviation").value < ALIKE
     assert any("offset of +2 cm" in s for s in step.statements)
 
 
+@pytest.mark.slow
 def test_an_error_that_the_plc_did_not_log_is_made_from_tip_and_wire():
     log = {k: v for k, v in own_log().items() if k != "e_c_measured"}
     step = checked(record(log))
@@ -157,6 +165,7 @@ def test_an_error_that_the_plc_did_not_log_is_made_from_tip_and_wire():
 # --- cranes that differ ----------------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("name", "x"), [("leakage", 0.5), ("friction", 0.4), ("K_1", -0.1)])
 def test_a_crane_that_differs_in_one_thing_is_told_with_about_the_right_amount(name, x):
     step = checked(record(crane_log(bent(name, x))))
@@ -169,6 +178,7 @@ def test_a_crane_that_differs_in_one_thing_is_told_with_about_the_right_amount(n
     assert any(s.startswith(best.cause.words[0].upper() + best.cause.words[1:]) for s in step.statements)
 
 
+@pytest.mark.thorough
 def test_a_wrong_feedforward_fails_what_paper_f_asks():
     step = checked(record(crane_log(bent("K_1", -0.1))))
     lines = {x.key: x for x in judge(campaign().criteria, step.measures, (StepNumber.AHC,))}
@@ -184,6 +194,7 @@ def test_nothing_is_said_of_causes_where_the_twin_agrees():
 # --- data that are not as they should be ------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_windows_do_not_cross_a_gap():
     log = dict(own_log())
     n = len(log["s_tip"])
@@ -194,6 +205,7 @@ def test_windows_do_not_cross_a_gap():
     assert d.windows.ends.min() >= b * STEP + SETTLE + 30.0 - 1e-9
 
 
+@pytest.mark.slow
 def test_samples_that_are_missing_take_their_windows_with_them_and_no_more():
     log = {k: v.copy() for k, v in own_log().items()}
     log["e_c_measured"][9000:9010] = np.nan
@@ -234,6 +246,7 @@ def test_without_the_signals_every_measure_says_what_to_log(change, told):
     assert figures(step, campaign(r), (r,)) == {}
 
 
+@pytest.mark.slow
 def test_an_error_that_was_logged_but_is_nowhere_known_gives_no_number():
     step = checked(record({**own_log(), "e_c_measured": np.full_like(own_log()["s_tip"], np.nan)}))
     assert all(
@@ -271,6 +284,7 @@ def test_every_measure_is_registered_with_its_quantity_and_holds_its_value():
             assert m.low <= m.value <= m.high
 
 
+@pytest.mark.thorough
 def test_the_same_logs_give_the_same_step_to_the_bit():
     again = checked(record(own_log()))
     assert repr(again.to_dict()) == repr(own_step().to_dict())
@@ -283,6 +297,7 @@ def test_figures_carry_the_mark_and_are_no_more_than_four():
     assert all(f.get_suptitle().startswith("SYNTHETIC") for f in drawn.values())
 
 
+@pytest.mark.thorough
 def test_progress_rises_from_run_to_run_and_ends_at_one():
     shares = []
     r = record(own_log())

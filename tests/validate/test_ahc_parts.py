@@ -144,6 +144,7 @@ def test_another_sea_has_no_likeness():
     assert abs(found.correlation) < 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("late", [0.004, 0.037, -0.2])
 def test_a_lag_is_found_between_samples(late):
     t = np.arange(0.0, 300.0, STEP)

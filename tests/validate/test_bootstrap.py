@@ -24,6 +24,7 @@ def windowed(rng: np.random.Generator, n: int) -> np.ndarray:
     return np.convolve(np.abs(rng.standard_normal(n + WINDOW - 1)), np.full(WINDOW, 1.0 / WINDOW), "valid")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("make", "truth"),
     [(autoregressive, 3.0), (windowed, np.sqrt(2.0 / np.pi))],

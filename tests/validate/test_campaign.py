@@ -68,6 +68,7 @@ def test_without_a_table_of_modes_the_numbers_are_those_of_stillhook(tmp_path):
     assert [test.modes[float(i)] for i in range(7)] == list(Mode)
 
 
+@pytest.mark.thorough
 def test_a_test_may_have_a_mapping_of_its_own_and_a_part_of_a_log(tmp_path):
     text = (
         f'{TOP}{SIGNALS}{TEST}end = "10 s"\n'
@@ -85,6 +86,7 @@ def test_a_synthetic_campaign_is_marked_by_a_flag_or_its_title(tmp_path, text):
     assert loaded(tmp_path, f"{text}{TOP.split(chr(10), 1)[1]}{SIGNALS}{TEST}").synthetic
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("was", "instead", "told"),
     [
@@ -201,6 +203,7 @@ def test_a_file_that_is_not_there_or_no_toml_is_told(tmp_path):
         loaded(tmp_path, "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("given", "told"),
     [

@@ -51,6 +51,7 @@ def campaign(tmp_path: Path, monkeypatch) -> Path:
     return write(tmp_path / "trial")
 
 
+@pytest.mark.thorough
 def test_both_files_are_the_same_to_the_byte_in_another_folder_process_locale_and_time_zone(campaign, tmp_path):
     here = certificate_files(staged(campaign))
     other = tmp_path / "elsewhere"
@@ -113,6 +114,7 @@ def test_the_level_is_that_of_table_2_7(campaign, tmp_path):
     assert (failed.level, failed.variant) == (1, 1)
 
 
+@pytest.mark.slow
 def test_a_validation_that_was_not_passed_gets_a_document_that_certifies_nothing(campaign, tmp_path):
     files = certificate_files(staged(campaign, **TOO_MUCH))
     assert sorted(files) == ["not-passed.json", "not-passed.pdf"]
@@ -181,6 +183,7 @@ def _marked(page: bytes) -> bool:
     return bool((np.abs(pixels - WARNING).max(axis=-1) < 8).any())
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("synthetic", [True, False])
 def test_every_page_of_a_synthetic_certificate_says_so_and_no_page_of_another(tmp_path, monkeypatch, synthetic):
     monkeypatch.setattr(pictures_of, "FIGURES", {StepNumber.AHC: drawn})
@@ -191,6 +194,7 @@ def test_every_page_of_a_synthetic_certificate_says_so_and_no_page_of_another(tm
     assert all(marks) if synthetic else not any(marks)
 
 
+@pytest.mark.slow
 def test_names_that_typst_could_take_for_markup_stay_as_they_are(campaign, tmp_path):
     text = campaign.read_text()
     campaign.write_text(text.replace('"Sea trial"', '"#1 *sea* $trial$ @ 30° <50 %> [x] Åsgård \\\\ _e_"'))
@@ -198,6 +202,7 @@ def test_names_that_typst_could_take_for_markup_stay_as_they_are(campaign, tmp_p
     assert pdf(made.data, {}).startswith(b"%PDF")
 
 
+@pytest.mark.slow
 def test_letters_that_the_fonts_lack_do_not_stop_it(campaign, tmp_path):
     campaign.write_text(campaign.read_text().replace('"Sea trial"', '"海上試験"'), encoding="utf-8")
     made = certificate_of(staged(campaign))
@@ -205,6 +210,7 @@ def test_letters_that_the_fonts_lack_do_not_stop_it(campaign, tmp_path):
     assert "海上試験" in made.text()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "text"),
     [
@@ -223,6 +229,7 @@ def test_a_damaged_file_is_refused_in_one_line(campaign, tmp_path, change, text)
     assert "\n" not in str(problem.value)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("place", "value"),
     [

@@ -53,6 +53,7 @@ def edit(path: Path, old: str, new: str) -> None:
     path.write_text(text.replace(old, new), encoding="utf-8")
 
 
+@pytest.mark.thorough
 def test_it_holds_while_nothing_has_changed_and_comes_out_the_same_to_the_byte(file):
     found = checked(file)
     assert found.holds
@@ -61,6 +62,7 @@ def test_it_holds_while_nothing_has_changed_and_comes_out_the_same_to_the_byte(f
     assert checked(file, quick=True).holds
 
 
+@pytest.mark.slow
 def test_it_holds_wherever_the_whole_folder_is_moved(file, tmp_path):
     moved = tmp_path.parent / f"{tmp_path.name}-moved"
     tmp_path.rename(moved)
@@ -69,6 +71,7 @@ def test_it_holds_wherever_the_whole_folder_is_moved(file, tmp_path):
     assert found.same_bytes
 
 
+@pytest.mark.slow
 def test_it_holds_alone_where_the_campaign_is_named(file, tmp_path):
     alone = tmp_path / "far" / "away"
     alone.mkdir(parents=True)
@@ -81,6 +84,7 @@ def test_it_holds_alone_where_the_campaign_is_named(file, tmp_path):
     assert found.same_pdf is None
 
 
+@pytest.mark.slow
 def test_it_finds_its_campaign_by_its_hash_in_a_folder_beside_its_own(file, tmp_path):
     trial, other = tmp_path.parent / f"{tmp_path.name}-trial", tmp_path / "certified"
     other.mkdir()
@@ -96,6 +100,7 @@ def test_it_finds_its_campaign_by_its_hash_in_a_folder_beside_its_own(file, tmp_
     assert found.same_bytes
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("quick", [False, True])
 @pytest.mark.parametrize(
     ("name", "old", "new", "told"),
@@ -133,12 +138,14 @@ def test_an_input_that_has_changed_is_named(file, tmp_path, name, old, new, told
     assert all("\n" not in line for line in found.changed)
 
 
+@pytest.mark.slow
 def test_names_titles_and_sources_of_the_crane_are_no_change_of_it(file, tmp_path):
     edit(tmp_path / "ours.toml", 'title = "250 t', 'title = "Our 250 t')
     edit(tmp_path / "ours.toml", 'source = "paper E abstract"', 'source = "our plate"')
     assert checked(file, quick=True).holds
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("what", "told"), [("results_hash", "code of the twin"), ("method_hash", "code of the method")]
 )
@@ -150,6 +157,7 @@ def test_other_code_is_named(file, monkeypatch, what, told):
     assert "verdict lines are the same" in found.verdict
 
 
+@pytest.mark.thorough
 def test_a_verdict_line_that_comes_out_otherwise_is_named(file, found):
     found["e_c_pp_deviation"] = 0.31
     again = checked(file)
@@ -158,6 +166,7 @@ def test_a_verdict_line_that_comes_out_otherwise_is_named(file, found):
     assert "shown -> refuted" in again.lines[0]
 
 
+@pytest.mark.slow
 def test_an_envelope_that_was_widened_by_hand_is_named_even_where_the_digest_was_made_anew(file):
     data = json.loads(file.read_text(encoding="utf-8"))
     data.pop("digest")
@@ -168,6 +177,7 @@ def test_an_envelope_that_was_widened_by_hand_is_named_even_where_the_digest_was
     assert [line for line in again.lines if line.startswith("envelope, load: ")] == list(again.lines)
 
 
+@pytest.mark.thorough
 def test_numbers_that_differ_below_any_limit_leave_it_standing_and_are_told(file, found):
     found["e_c_pp_deviation"] = 0.021 * (1.0 + 1e-7)
     again = checked(file)
@@ -176,6 +186,7 @@ def test_numbers_that_differ_below_any_limit_leave_it_standing_and_are_told(file
     assert again.largest == pytest.approx(1e-7, rel=0.2)
 
 
+@pytest.mark.slow
 def test_a_mode_that_was_added_to_the_envelope_by_hand_is_named(file):
     data = json.loads(file.read_text(encoding="utf-8"))
     data["envelope"]["modes"] = ["hs", "ns", "ssc"]
@@ -185,6 +196,7 @@ def test_a_mode_that_was_added_to_the_envelope_by_hand_is_named(file):
     assert again.lines == ("envelope, modes: hs, ns, ssc -> ns, ssc",)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["logs/1.csv", "ours.toml", "campaign.toml"])
 def test_what_it_rests_on_and_is_not_there_is_named(file, tmp_path, name):
     (tmp_path / name).unlink()
@@ -193,6 +205,7 @@ def test_what_it_rests_on_and_is_not_there_is_named(file, tmp_path, name):
     assert name.rpartition("/")[2] in found.missing[0]
 
 
+@pytest.mark.slow
 def test_a_validation_that_was_not_passed_holds_nothing(found, tmp_path):
     campaign = write(tmp_path)
     files = certificate_files(staged(campaign, e_c_pp_deviation=0.31))
@@ -204,6 +217,7 @@ def test_a_validation_that_was_not_passed_holds_nothing(found, tmp_path):
 # The command line
 
 
+@pytest.mark.thorough
 def test_check_answers_by_its_exit_code(file, tmp_path, capsys):
     assert command(["certificate", "check", str(file)]) == 0
     out = capsys.readouterr().out
@@ -222,6 +236,7 @@ def test_check_answers_by_its_exit_code(file, tmp_path, capsys):
     assert command(["certificate", "check", str(tmp_path / "logs/1.csv")]) == 2
 
 
+@pytest.mark.slow
 def test_show_says_the_verdict_and_the_envelope(file, tmp_path, capsys):
     assert command(["certificate", "show", str(file)]) == 0
     out = capsys.readouterr().out
@@ -234,6 +249,7 @@ def test_show_says_the_verdict_and_the_envelope(file, tmp_path, capsys):
     assert "no such file" in capsys.readouterr().err
 
 
+@pytest.mark.thorough
 def test_show_check_and_document_say_that_a_checksum_is_no_signature(file, capsys):
     data = json.loads(file.read_text(encoding="utf-8"))
     data.pop("digest")

@@ -211,6 +211,7 @@ def test_an_interval_beyond_the_limit_is_refuted_and_ends_with_exit_code_1(stage
     )
 
 
+@pytest.mark.slow
 def test_what_has_no_figure_is_in_the_way_with_its_reason_and_is_explained(stage, capsys):
     stage(staged(None))
     assert command(["validate", "campaign.toml"]) == 1
@@ -220,6 +221,7 @@ def test_what_has_no_figure_is_in_the_way_with_its_reason_and_is_explained(stage
     assert "1 not shown (2b)" in out
 
 
+@pytest.mark.slow
 def test_the_verdict_and_what_decides_it_come_before_load_cases_steps_and_lines(stage, capsys):
     stage(staged())
     command(["validate", "campaign.toml"])
@@ -240,6 +242,7 @@ def test_the_verdict_and_what_decides_it_come_before_load_cases_steps_and_lines(
     assert out.splitlines()[1].startswith("PASSED: ")
 
 
+@pytest.mark.slow
 def test_what_agrees_is_in_full_only_where_it_is_wanted(stage, capsys):
     full = (
         "shown     2b  Mean deviation in load case 2: 2.1 cm (95 % interval 1.6 to 2.7 cm)",
@@ -287,6 +290,7 @@ def test_json_is_in_si_with_names_of_the_nomenclature(stage, capsys):
     assert (data["passed"], data["outcome"], data["decisive"]) == (True, "passed", ["2b"])
 
 
+@pytest.mark.slow
 def test_everything_is_written_and_the_page_reads_as_text(stage, capsys, tmp_path):
     stage(staged())
     out = tmp_path / "out"
@@ -326,6 +330,7 @@ def test_everything_is_written_and_the_page_reads_as_text(stage, capsys, tmp_pat
     assert (out / "segments.csv").read_text(encoding="utf-8").splitlines()[1].startswith("1,0.0,1500.0,82.0,")
 
 
+@pytest.mark.slow
 def test_a_certificate_of_an_earlier_validation_does_not_stay_beside_a_later_report(stage, tmp_path):
     out = tmp_path / "out"
     stage(staged())
@@ -337,6 +342,7 @@ def test_a_certificate_of_an_earlier_validation_does_not_stay_beside_a_later_rep
     assert (out / "my-notes.txt").read_text() == "kept"
 
 
+@pytest.mark.slow
 def test_criteria_of_the_command_line_give_no_certificate(stage, tmp_path, capsys):
     stage(staged())
     command(["validate", "campaign.toml", "--out", str(tmp_path / "out"), "--criteria", "paper-f"])
@@ -407,6 +413,7 @@ def test_a_verdict_without_any_criterion_that_counts_is_no_pass(stage, capsys):
     assert sentence(told).startswith("NOT JUDGED")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

@@ -315,6 +315,7 @@ def test_the_risks_are_of_one_line_and_grow_with_the_tests_whose_worst_is_judged
     assert (by_value.figures, by_value.consumer_risk, by_value.producer_risk) == (0, None, None)
 
 
+@pytest.mark.thorough
 def test_the_stated_risks_hold_for_true_figures_at_the_limit():
     """Figures drawn about a true value at the limit, with their 95 % intervals: shown and refuted each in 2.5 % of the draws."""
     criteria, half, draws = load_criteria("paper-f"), 1.96 * 0.01, 4000

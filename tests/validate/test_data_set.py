@@ -71,6 +71,7 @@ def test_what_is_not_covered_fails(records, failed):
     assert {line.key for line in lines if line.verdict is Verdict.REFUTED} == failed
 
 
+@pytest.mark.slow
 def test_a_submerged_load_counts_with_what_hangs_on_the_wire(tmp_path):
     path = write(tmp_path, ahc(), test='load = "90 t"\nwater = { volume = "20 m^3" }')
     plan = load_campaign(path)
@@ -104,6 +105,7 @@ def test_without_any_load_case_every_line_says_what_to_log():
     assert "log 60 s or more of heave compensation without interruption" in lines["1a"].message
 
 
+@pytest.mark.slow
 def test_lost_samples_gaps_and_doubtful_samples_are_measured(tmp_path):
     frame = ahc(170.0).filter((pl.col("Time") < 70.0) | (pl.col("Time") >= 90.0))
     frame = frame.filter((pl.col("Time") < 30.0) | (pl.col("Time") >= 30.15))
@@ -118,6 +120,7 @@ def test_lost_samples_gaps_and_doubtful_samples_are_measured(tmp_path):
     assert row[:2] == ("1", "ahc")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("drift", "no"), [(2e-5, False), (5e-3, True)])
 def test_a_clock_that_drifts_is_measured_and_one_that_no_sound_clock_is_fails(tmp_path, drift, no):
     frame = ahc(170.0)
@@ -140,6 +143,7 @@ def test_measures_and_data_are_known_and_go_to_json():
     assert set(step.to_dict()["data"]) == {"s_tip_pp", "lags"}
 
 
+@pytest.mark.thorough
 def test_figures_show_every_test_and_the_motion_of_every_load_case(tmp_path):
     good, rest = (
         read(tmp_path, ahc()),

@@ -57,6 +57,7 @@ def in_the_way(step):  # type: ignore[no-untyped-def]
     }
 
 
+@pytest.mark.thorough
 def test_tuned_numbers_lie_within_five_per_cent_of_the_truth_and_their_intervals_hold_it() -> None:
     for found in off_step().tuned:
         truth = math.exp(OFF[found.name])
@@ -71,6 +72,7 @@ def test_a_crane_file_with_half_of_the_leakage_missing_fails_and_the_line_says_b
     assert measure.value == pytest.approx(0.5, abs=CLOSE * 1.5)
 
 
+@pytest.mark.thorough
 def test_the_tuned_crane_passes_the_same_test_and_its_numbers_name_the_campaign() -> None:
     crane = tuned_crane(off_step(), campaign(off_record()))
     assert crane is not None
@@ -84,6 +86,7 @@ def test_the_tuned_crane_passes_the_same_test_and_its_numbers_name_the_campaign(
     assert set(verdicts(step).values()) == {Verdict.SHOWN}
 
 
+@pytest.mark.thorough
 def test_tuning_brings_gradients_periods_and_signals_nearer() -> None:
     """Turns from a brake that stays open: one that opens into a turn damps its swing, and too few are left that ring three times."""
     step = checked(record(signals(tuple((OFF | BESIDE).items()), brake=False)))
@@ -106,6 +109,7 @@ def test_figures_show_turns_residuals_and_tuned_numbers() -> None:
     assert set(figures(off_step(), campaign(off_record()), (off_record(),))) == {"turns", "residuals", "tuned"}
 
 
+@pytest.mark.thorough
 def test_a_well_matched_crane_passes_with_speed_from_the_wire_alone_and_under_a_load_that_is_told() -> None:
     near = signals((("C_h", 0.04), ("C_leak", -0.05), ("J_m_eff", 0.03)), load=2e3, s_w=25.0)
     step = checked(record(near, without=("omega_m", "alpha_m"), load=2e3))
@@ -115,6 +119,7 @@ def test_a_well_matched_crane_passes_with_speed_from_the_wire_alone_and_under_a_
     assert "up to 25 m of wire out; paper F requires less than 20 m" in said
 
 
+@pytest.mark.thorough
 def test_the_same_log_gives_the_same_numbers_to_the_bit() -> None:
     short = record(signals(), without=("alpha_p",))
     short = replace(short, segments=(replace(short.segments[0], last=1600),))
@@ -123,6 +128,7 @@ def test_the_same_log_gives_the_same_numbers_to_the_bit() -> None:
     assert a.measures == b.measures
 
 
+@pytest.mark.thorough
 def test_signals_that_do_not_belong_together_tell_nothing() -> None:
     r = record(signals())
     cut = replace(r, segments=(replace(r.segments[0], last=1600),))

@@ -58,6 +58,7 @@ def linear(truth, seed: int = 0):
     return fit(model, np.zeros(p)), [turn(i) for i in range(clusters)]
 
 
+@pytest.mark.thorough
 def test_a_number_that_is_the_same_everywhere_has_no_structural_error_in_nearly_all_campaigns():
     false = 0
     for seed in range(60):
@@ -110,6 +111,7 @@ def with_two_leakages() -> DynamicsStep:
     return step
 
 
+@pytest.mark.thorough
 def test_a_leakage_of_another_form_is_named_and_not_offered() -> None:
     step = with_two_leakages()
     leak = next(f for f in step.tuned if f.name == C_LEAK)
@@ -124,6 +126,7 @@ def test_a_leakage_of_another_form_is_named_and_not_offered() -> None:
     assert crane.active.motor.C_1 == campaign().crane.active.motor.C_1
 
 
+@pytest.mark.thorough
 def test_turns_that_cannot_show_another_form_offer_no_leakage_and_widen_its_interval() -> None:
     records = tuple(spliced(f"turns {i}", ramp, i, brake=True) for i, ramp in enumerate((0.25, 0.35, 0.3)))
     step = check_dynamics(campaign(*records), records, lambda share: None)

@@ -110,6 +110,7 @@ def test_the_fit_finds_its_parameters_and_says_that_it_has_converged() -> None:
     assert np.all(np.abs(found.theta - TRUE) < 4.0 * np.sqrt(np.diag(found.covariance)))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("varies", [0.0, 0.5])
 def test_intervals_cover_where_errors_are_alike_within_clusters_and_white_ones_would_not(varies: float) -> None:
     from scipy.stats import t as student

@@ -57,6 +57,7 @@ def verdict(found, key: str) -> Verdict:
     return next(line.verdict for line in lines if line.key == key)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("form", CRANES)
 def test_a_crane_with_the_form_and_number_of_its_file_agrees_within_one_and_a_half_per_cent(form):
     leak = leak_of(form, form)
@@ -66,6 +67,7 @@ def test_a_crane_with_the_form_and_number_of_its_file_agrees_within_one_and_a_ha
     assert verdict(step(form, form), "p-leakage") is Verdict.SHOWN
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("twin", ["stroke", "stroke+speed"])
 def test_a_constant_leak_is_recognised_where_the_file_has_it_rise(twin):
     """The file states 0.4 at full stroke, where pumps leak more than in heave compensation; a law of that form would read +20 to +30 %."""
@@ -81,6 +83,7 @@ def test_a_constant_leak_is_recognised_where_the_file_has_it_rise(twin):
     assert f"structural error of its law, scaled to these data: {100.0 * leak.bend:.1f} %" in measure.note
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("crane", ["stroke", "speed", "stroke+speed"])
 def test_a_leak_that_rises_is_measured_and_its_structural_error_stated_against_a_constant_twin(crane):
     leak = leak_of(crane, "constant")
@@ -111,6 +114,7 @@ def tuned_in(crane: str, twin: str):
     return tuned_crane(staged, campaign(*logs(crane), twin=CRANES[twin]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("crane", "twin"),
     [("constant", "stroke+speed"), ("stroke", "constant"), ("speed", "constant"), ("stroke+speed", "constant")],
@@ -132,6 +136,7 @@ def test_a_form_that_fits_is_tuned_by_its_factor():
     assert in_display(tuned.active.C_leak, "leakage") == pytest.approx(1.3 * 0.4)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("twin", ["constant", "stroke+speed"])
 def test_step_4_agrees_in_the_right_form_and_offers_no_factor_in_a_wrong_one(twin):
     tests = (*logs("constant"), dynamics_logs.record(dynamics_logs.signals(form="constant")))
@@ -180,6 +185,7 @@ def drawn(i: int):
     return balance(parts), truth
 
 
+@pytest.mark.thorough
 def test_intervals_hold_the_leak_in_95_of_100_cranes_under_drift_and_warming_oil(monkeypatch):
     """Cranes whose law is one of the forms: the part of the interval for what no form closes is left out."""
     monkeypatch.setattr(implied_leak, "UNCLOSED", 0.0)
@@ -259,6 +265,7 @@ def between(i: int):
     return b, float(leaks.conductance(b.leak.at.alpha_p, b.leak.at.n_m)), float(leaks.conductance(1.0, N_1000))
 
 
+@pytest.mark.thorough
 def test_a_small_slope_lies_in_the_intervals_at_the_working_point_and_at_the_point_where_the_leak_is_judged():
     """Evidence prefers no slope to a small one. Extrapolated to the crane file's point without it, 0.33 L/min/bar +- 0.01 stood for 0.36."""
     here_held, judged_held, at_file = 0, 0, 0

@@ -28,6 +28,7 @@ def part_of(**signals) -> LogPart:
     return LogPart(TWIN, r, r.segments[0], 0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("blocks", [6, 30])
 def test_intervals_hold_the_slope_in_95_of_100_logs_though_the_errors_hang_together(blocks):
     rng = np.random.default_rng(5)

@@ -34,6 +34,7 @@ def left(record, frame, name):
     return found.at(np.array([0.0, record.t[-1]]))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("offset", "drift"), [(0.0, 0.0), (2.7, 2e-5), (-1.3, 1e-3), (0.4, 5e-3), (2.0, -5e-3)])
 def test_a_tip_of_another_clock_is_brought_to_where_the_plc_saw_it(tmp_path, offset, drift):
     frame = ahc(170.0)
@@ -51,6 +52,7 @@ def test_a_tip_of_another_clock_is_brought_to_where_the_plc_saw_it(tmp_path, off
     assert len(record.segments) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("names", "against"),
     [(("s_w", "v_w"), "tip height and the error of the PLC"), (("e_c_measured",), "tip height and wire out")],

@@ -51,6 +51,7 @@ def test_swapped_pressure_lines_are_named_in_a_test_without_heave_compensation_t
     assert said(tmp_path, manual(), SWAPPED).startswith("swap the columns of p_a and p_b: ")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "against"),
     [
@@ -108,6 +109,7 @@ def test_where_two_signals_are_all_there_is_both_ways_out_are_named(tmp_path):
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("noise", [1.0, 5.0])
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_good_log_is_not_blamed_however_noisy(tmp_path, seed, noise):

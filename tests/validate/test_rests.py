@@ -38,6 +38,7 @@ def test_rests_after_hoisting_and_after_lowering_are_both_there():
     assert all(r.seconds > 2.0 for r in found.rests if r.after)
 
 
+@pytest.mark.slow
 def test_heave_compensation_alone_has_no_rest_and_says_what_to_log():
     step = rested(records())
     assert only(step).value is None

@@ -20,6 +20,7 @@ def drawn(rng, scatter: float):
     return scatter * rng.standard_normal(len(s)) + s * rng.standard_normal(len(s)), s
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("scatter", [0.5, 1.0, 3.0])
 def test_intervals_over_load_cases_hold_the_truth_as_often_as_they_say(scatter):
     rng, held = np.random.default_rng(11), np.zeros(3)
@@ -97,6 +98,7 @@ def test_a_mean_over_windows_of_all_load_cases_knows_how_much_they_differ():
     assert found.extremes(lambda x: f"{x:.1f}") == "1.0 (1) to 3.0 (3) by load case"
 
 
+@pytest.mark.thorough
 def test_over_windows_the_interval_holds_the_mean_of_all_cases_of_the_kind():
     """Cases of equal length whose true levels scatter: the blocks alone hold their common mean less often than they say."""
     rng, held, blocks_alone, campaigns = np.random.default_rng(5), 0, 0, 60
@@ -116,6 +118,7 @@ def test_one_load_case_says_that_it_is_alone():
     assert "one load case" in found.extremes(str)
 
 
+@pytest.mark.slow
 def test_correlations_scatter_on_fishers_scale_and_stay_below_one():
     rng, parts = np.random.default_rng(2), {}
     for name, noise in (("1", 0.02), ("2", 0.1), ("3", 0.4)):

@@ -30,6 +30,7 @@ def test_the_criteria_file_of_the_how_to_reads_and_says_what_it_changes(tmp_path
     assert "at most 4 cm" in changes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", COMMANDS)
 def test_every_command_of_the_how_to_exists(words, capsys):
     first, second = words.split()

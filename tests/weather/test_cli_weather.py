@@ -87,6 +87,7 @@ class TestPersistence:
         assert 1 / 3 < fixed["operability"] < 0.6
         assert fixed["ship"] == pytest.approx(np.pi / 2)
 
+    @pytest.mark.slow
     def test_a_ship_free_to_turn_keeps_one_heading_through_a_window(self, capsys, tmp_path):
         rows = [f"2019-08-{d:02d} {h:02d}:00,2.0,{20 if h % 2 else 140}" for d in range(1, 11) for h in range(24)]
         (tmp_path / "crossing.csv").write_text("time,hs,wave_from_direction\n" + "\n".join(rows) + "\n")
@@ -109,6 +110,7 @@ class TestPersistence:
             run(["weather", "forecast", str(tmp_path / "crossing.csv"), *head, "--t-pop", "1 h", "--t-c", "1 h"]) == 1
         )
 
+    @pytest.mark.slow
     def test_out_keeps_a_picture_and_the_answer(self, file, capsys, tmp_path):
         found = answer(capsys, "persistence", file, *self.ASKED, "--out", str(tmp_path / "out"))
         assert json.loads((tmp_path / "out" / "weather.json").read_text()) == found
@@ -145,6 +147,7 @@ class TestPersistence:
         found = answer(capsys, "persistence", file, "--limit", "Hs <= 1 m", "--window", "9000 h")
         assert (found["n_windows_long_enough"], found["wait_mean"], found["n_censored"]) == (0, None, 1440)
 
+    @pytest.mark.thorough
     @pytest.mark.parametrize(
         ("arguments", "says"),
         [
@@ -204,6 +207,7 @@ class TestShow:
         found = answer(capsys, "show", file, "--direction", "coming-from")["columns"]["come_from"]
         assert (found["min"], found["max"]) == (0.0, pytest.approx(1.5 * np.pi))
 
+    @pytest.mark.slow
     def test_the_table_for_people(self, capsys):
         assert run(["weather", "show", "SYNTHETIC-norwegian-sea"]) == 0
         out = capsys.readouterr().out

@@ -114,6 +114,7 @@ class TestCommand:
         assert out.startswith("GO: forecast.csv")
         assert "not covered" in out
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("more", "says"),
         [

@@ -129,6 +129,7 @@ class TestOneHeading:
         assert (windows.reach / H).tolist() == [3, 2, 4, 3, 2, 1, 0, 0]
         assert windows.heading[:6].tolist() == [0, 0, 1, 1, 1, 1]
 
+    @pytest.mark.slow
     @given(
         st.lists(st.tuples(st.integers(0, 15), st.sampled_from([1, 1, 1, 1, 2])), min_size=2, max_size=40),
         st.integers(1, 5),
@@ -203,6 +204,7 @@ def printed(capsys, *arguments):
 
 
 class TestPublicWeather:
+    @pytest.mark.thorough
     @pytest.mark.parametrize(("Hs", "wind", "window"), [(1.5, 10.0, 24), (2.5, 15.0, 72), (0.59, 40.0, 12)])
     def test_four_years_of_waves_and_wind(self, capsys, shared_data, Hs, wind, window):
         path = shared_data / "weather_orbit" / "example_weather.csv"
@@ -216,6 +218,7 @@ class TestPublicWeather:
         assert found["n_hours"] == 36769
         compare(found, wanted)
 
+    @pytest.mark.thorough
     @pytest.mark.parametrize(("Hs", "window"), [(1.5, 24), (3.0, 100), (40.0, 600)])
     def test_a_year_with_eleven_gaps(self, capsys, shared_data, Hs, window):
         path = shared_data / "sea_ndbc_46042" / "single_year_hindcast_multiparam.csv"

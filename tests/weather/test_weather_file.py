@@ -228,6 +228,7 @@ class TestNetcdf:
         )
         return tmp_path / "w.nc"
 
+    @pytest.mark.thorough
     @pytest.mark.parametrize("engine", ["h5netcdf", "scipy"])
     def test_one_place_is_read_by_standard_names_that_say_what_directions_mean(self, tmp_path, engine):
         found = read_weather(self.stored(tmp_path, engine))
@@ -309,6 +310,7 @@ def test_a_buoys_weather_has_its_wind(read):
     assert found.columns["come_from"][0] == pytest.approx(1.5 * math.pi)
 
 
+@pytest.mark.slow
 def test_the_librarys_weather_is_marked_as_synthetic_and_has_the_seasons():
     found = read_weather("SYNTHETIC-norwegian-sea")
     assert found.source.startswith("SYNTHETIC")

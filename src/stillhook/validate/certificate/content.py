@@ -38,7 +38,7 @@ from stillhook.validate.report.texts import (
 from stillhook.validate.report.unjudged import unjudged
 from stillhook.validate.validation import Validation
 
-METHOD_FOLDERS = ("validate", "io")
+METHOD_FOLDERS = ("validate", "statistics", "logs", "formats", "report", "base")
 METHOD_FILES = ("units.py",)
 LIBRARIES = ("numba", "numpy", "polars", "scipy")
 """Libraries that compute the numbers of a validation in addition to Stillhook."""
