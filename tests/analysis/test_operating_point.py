@@ -130,7 +130,7 @@ def test_drag_pulls_on_the_wire_and_a_sinking_load_lets_it_go_slack():
 @pytest.mark.parametrize(
     ("asked", "told"),
     [
-        ({"alpha_m": 0.0}, "above 0 and up to 1"),
+        ({"alpha_m": 0.0}, "above 0 and at most 1"),
         ({"v_w": math.nan}, "finite"),
         ({"load": math.inf}, "finite"),
         ({"load": 400e3}, "exceeds the SWL"),

@@ -18,7 +18,7 @@ from stillhook.analysis.maps.settling import (
     settling_map,
     settling_of,
 )
-from stillhook.engine.scenario import batch as many
+from stillhook.engine import batch as many
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.library import changed
 from stillhook.metrics import settling_time

@@ -218,8 +218,8 @@ def test_no_point_of_a_front_is_beaten_by_any_trial_that_keeps_the_limits() -> N
 
 
 REFUSED = (
-    ({"free": ["K_q"]}, "no setting of ssc"),
-    ({"free": ["alpha_ns"]}, "no setting of ssc"),
+    ({"free": ["K_q"]}, "is not a setting of ssc"),
+    ({"free": ["alpha_ns"]}, "is not a setting of ssc"),
     ({"free": ["K_p", "K_p"]}, "named twice"),
     ({"objective": "speed"}, "error, worst-error, pressure, balanced"),
     ({"budget": 3}, "from 20 on"),

@@ -146,7 +146,7 @@ def test_a_limit_is_attributed_to_factors_and_pairs_of_them(tmp_path, capsys):
 
 def test_an_attribution_without_a_limit_is_refused(capsys):
     assert command(["uncertainty", "--attribute"]) == 2
-    assert "Give it as a --limit" in capsys.readouterr().err
+    assert "Give it as --limit" in capsys.readouterr().err
 
 
 @pytest.mark.slow

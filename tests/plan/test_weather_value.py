@@ -177,7 +177,7 @@ def turning(plan, heights, from_, limits):
     forecast = forecast_limits(whole, load_alpha_table(), {"twin": table, "credited": table}, HIGHEST)
     value = weather_value(whole, axes, forecast, weather, HIGHEST)
     op_wf = dict(zip(ROUND, forecast.used[0, 0, :, 0], strict=True))
-    return value, value.found["twin", Alternative.NONE], op_wf, weather, whole, axes, forecast
+    return value, value.persistence_of["twin", Alternative.NONE], op_wf, weather, whole, axes, forecast
 
 
 @pytest.mark.slow
@@ -218,7 +218,7 @@ def test_without_directions_waves_stay_on_one_side_and_that_is_told(plan):
     _, _, _, weather, whole, axes, forecast = turning(plan, [1.5] * n, [20] * n, limits)
     blind = replace(weather, columns={k: v for k, v in weather.columns.items() if k != "come_from"})
     value = weather_value(whole, axes, forecast, blind, HIGHEST)
-    assert value.found["twin", Alternative.NONE].start_share == 0.0
+    assert value.persistence_of["twin", Alternative.NONE].start_share == 0.0
     assert any("no direction of waves: they are taken to stay on one side" in note for note in value.notes)
     assert any("one heading through each operation" in note for note in seas_of(whole, weather)[1])
 

@@ -134,7 +134,8 @@ def test_criteria_of_which_none_counts_certify_nothing(campaign, tmp_path):
     data = certificate_of(staged(campaign, **NOT_SHOWN)).data
     assert data["passed"] is False
     assert (
-        data["verdict"] == "NOT JUDGED: no criterion of lax version 1 counts on these data, so that nothing was shown."
+        data["verdict"]
+        == "NOT ASSESSED: no criterion of lax version 1 counts on these data, so that nothing was shown."
     )
     assert certificate_of(staged(campaign)).passed
 

@@ -410,7 +410,7 @@ def test_criteria_of_the_command_line_take_the_place_of_those_of_the_campaign(st
 def test_a_verdict_without_any_criterion_that_counts_is_no_pass(stage, capsys):
     found = staged(complete=False)
     told = replace(found, lines=tuple(replace(line, judged=False) for line in found.lines))
-    assert sentence(told).startswith("NOT JUDGED")
+    assert sentence(told).startswith("NOT ASSESSED")
 
 
 @pytest.mark.slow

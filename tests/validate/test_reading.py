@@ -216,7 +216,7 @@ def test_a_file_that_is_no_log_is_refused_in_one_line(tmp_path, content, told):
 
 def test_time_that_starts_anew_and_columns_that_are_not_there_are_refused(tmp_path):
     frame = ahc()
-    assert 'time in "Time" runs back by 99.99 s. The clock started anew' in refusal(
+    assert 'time in "Time" runs back by 99.99 s. The clock restarted' in refusal(
         tmp_path, pl.concat([frame[:10000], frame[:10000]])
     )
     assert 'x.csv: s_w: no column "Wire out" in the file.' in refusal(tmp_path, frame.drop("Wire out"))

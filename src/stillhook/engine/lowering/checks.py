@@ -86,10 +86,10 @@ def check_course(crane: Crane, case: Lowering, packed: PackedLift) -> None:
             _check_hold(crane, case, stage, where)
         if stage.end in ("depth", "wire"):
             if wire is not None and (target - wire) * stage.lower <= 0.0:
-                target = show(getattr(stage, stage.end), "length")
+                stated = show(getattr(stage, stage.end), "length")
                 raise LiftError(
                     f"{where}: lower = {show(stage.lower, 'speed')}"
-                    f" {'pays wire out' if stage.lower > 0.0 else 'hoists'}, and {stage.end} = {target} is"
+                    f" {'pays wire out' if stage.lower > 0.0 else 'hoists'}, and {stage.end} = {stated} is"
                     f" {show(target, 'length')} of wire out, with {show(wire, 'length')} out at its beginning. Turn the"
                     f" sign of lower, or change {stage.end}."
                 )

@@ -75,7 +75,7 @@ def sentence(validation: Validation) -> str:
     failed = [line for line in judged if line.failed]
     match validation.outcome:
         case Outcome.NOT_JUDGED:
-            return f"NOT JUDGED: {criteria} has no criterion that counts for these steps.{part}"
+            return f"NOT ASSESSED: {criteria} has no criterion that counts for these steps.{part}"
         case Outcome.PASSED:
             this = f"the {MARK} crane of these logs" if campaign.synthetic else "this crane"
             represents = f'"{campaign.crane.name}" as described represents {this}, within the tested ranges'
