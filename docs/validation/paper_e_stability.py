@@ -47,10 +47,9 @@ from stillhook.analysis.loop_stability.stability import (
     full_stability,
     least_limit,
     range_of_modes,
-    slow_sweep,
     stability,
-    sweep,
 )
+from stillhook.analysis.loop_stability.sweeps import slow_sweep, sweep
 from stillhook.analysis.steady.operating_point import operating_point
 from stillhook.library import changed
 from stillhook.spec.scenario import Mode
