@@ -21,8 +21,8 @@ from rich.console import Console
 from rich.table import Table
 
 from stillhook import Crane, Scenario, Sine, load_crane
-from stillhook.engine.scenario import batch as many
-from stillhook.engine.scenario.batch import summaries
+from stillhook.engine import batch as many
+from stillhook.engine.scenario.batch import ScenarioProblem, summaries
 from stillhook.kernels.build import results_hash
 from stillhook.kernels.lanes import VL
 
@@ -97,7 +97,8 @@ def empty_task() -> float:
 def costs(crane: Crane) -> dict[str, float]:
     """Seconds and bytes a case: on the worker, and on the machine that gives the work out."""
     cases = many_cases(52 * VL)
-    task = many._Task(list(range(len(cases))), [crane] * len(cases), cases, 2)
+    problem = ScenarioProblem()
+    task = many.Task(problem, list(range(len(cases))), [crane] * len(cases), cases, 2)
     many.work(task)
     worker = median(timed(lambda: many.work(task)) for _ in range(ROUNDS)) / len(cases)
     sent = pickle.dumps(task.light(), 5)
@@ -105,11 +106,11 @@ def costs(crane: Crane) -> dict[str, float]:
     back = pickle.dumps(answers, 5)
 
     def submitter() -> None:
-        many._check_all(task.cranes, task.cases)
-        many._cut(task.cranes, task.cases, task.indices, 2)
+        problem.check(task.cranes, task.cases)
+        many._cut(problem, task.cranes, task.cases, task.indices, 2)
         pickle.dumps(task.light(), 5)
         read = pickle.loads(back)
-        [read.summary(i) for i in range(len(cases))]
+        [row._asdict() for row in read.rows]
 
     n = len(cases)
     give = median(timed(submitter) for _ in range(ROUNDS)) / n

@@ -16,14 +16,14 @@ from scipy.integrate import solve_ivp
 
 from benchmarks.cases import Sample, crane
 from stillhook import Scenario
-from stillhook.engine.inputs import THIN, CycleInputs
+from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.run import Block
 from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import access, offset, replace
 from stillhook.physics.friction import bristle_rate
 from stillhook.physics.scalar import STRICT
-from stillhook.winches.records import Tip
+from stillhook.winches.records import THIN, Tip
 
 Array = NDArray[np.float64]
 RTOL = 1.0e-4

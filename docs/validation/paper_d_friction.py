@@ -270,9 +270,9 @@ def grid_rows(r: Results) -> Iterator[tuple[str, ...]]:
         ("printed (table 2.4), the truth of the logs", truth, math.nan),
         (f"pairs, {steps} steps", found.fit.y, math.nan),
         (f"grid, {steps} steps, least squares", found.check.y_grid, found.check.cost_grid),
-        (f"grid, {steps} steps, complex method", found.check.y_complex, found.check.found.cost),
+        (f"grid, {steps} steps, complex method", found.check.y_complex, found.check.optimum.cost),
         (f"grid, {(steps + 2) // 2} steps, least squares", half.y_grid, half.cost_grid),
-        (f"grid, {(steps + 2) // 2} steps, complex method", half.y_complex, half.found.cost),
+        (f"grid, {(steps + 2) // 2} steps, complex method", half.y_complex, half.optimum.cost),
     )
     for label, y, E in sets:
         values = [shown(n, getattr(y, n)) for n in Y_NAMES if n != "Y_3"]
