@@ -118,7 +118,7 @@ class TestRefusals:
             (("--layer", "13"), "layers 1 to 12"),
             (("--metric", "x"), "not one of e_c_pp"),
             (("--period", "25 s"), "a complete wave"),
-            (("--motion", "still"), "stands still"),
+            (("--motion", "still"), "is stationary"),
             (("--motion", "sine 1 m 6 s", "--period", "8 s"), "its own periods"),
             (("--metric", "settling", "--period", "8 s"), "--period: a settling test"),
             (("--duration", "5 s"), "warm_up"),

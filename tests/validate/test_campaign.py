@@ -110,7 +110,7 @@ def test_a_synthetic_campaign_is_marked_by_a_flag_or_its_title(tmp_path, text):
         ('title = "Trials"', 'remarks = "x"', "write a list of texts"),
         ('title = "Trials"', 'synthetic = "yes"', 'synthetic = "yes": give true or false.'),
         ('title = "Trials"', 'criteria = "paper-g"', 'Unknown criteria "paper-g". Choose paper-f'),
-        ('title = "Trials"', "modes = [1]", "modes: [1] is no table."),
+        ('title = "Trials"', "modes = [1]", "modes: [1] is not a table."),
         (
             TEST,
             f'[modes]\n5 = "super"\n{TEST}',
