@@ -241,7 +241,7 @@ BAD = [
     ('Hs = ["1 m", "2 m"]', 'Hs = "1 to 2 m"', ["environment.Hs"]),
     ('Hs = ["1 m", "2 m"]', 'Hs = "1 m to 2 m by 0.3 m"', ["environment.Hs", "do not meet"]),
     ('Hs = ["1 m", "2 m"]', 'Hs = "1 m to 2 m by 1 mm"', ["environment.Hs", "larger steps"]),
-    ('Hs = ["1 m", "2 m"]', 'Hs = "2 m to 1 m by 0.5 m"', ["environment.Hs", "rising"]),
+    ('Hs = ["1 m", "2 m"]', 'Hs = "2 m to 1 m by 0.5 m"', ["environment.Hs", "must increase"]),
     ('Hs = ["1 m", "2 m"]', 'Hs = ["1 m", "1 m"]', ["environment.Hs", "twice"]),
     ('Hs = ["1 m", "2 m"]', 'Hs = ["0 m", "1 m"]', ["environment.Hs", "0.05 m"]),
     ('Hs = ["1 m", "2 m"]', "Hs = [1, 2]", ["environment.Hs[0]", "bare number"]),
@@ -344,7 +344,7 @@ BAD = [
     (
         'kind = "deep"',
         'kind = "deep"\nmode = "ssc"',
-        ['"deep"', "deep has one of ahc, manual; controllers are told by alternatives"],
+        ['"deep"', "deep has one of ahc, manual; controllers are set by alternatives"],
     ),
     ("[operation]", "[wire]\nnodes = 0\n[operation]", ["plan.toml: wire.nodes = 0: "]),
     ("[operation]", '[sensors]\nlatency = "50 ms"\n[operation]', ["plan.toml: sensors.latency: unknown field"]),
