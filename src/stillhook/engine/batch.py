@@ -257,7 +257,7 @@ def spread(
     room = IN_FLIGHT * max(sum(client.nthreads().values()), 1)
     submitted: dict[str, tuple[Any, Job]] = {}
 
-    def give(put: Callable[[Any], None]) -> None:
+    def submit_next(put: Callable[[Any], None]) -> None:
         for job in itertools.islice(rest, 1):
             future = client.submit(run, pickle.dumps(light(job), pickle.HIGHEST_PROTOCOL), pure=False)
             submitted[future.key] = future, job
@@ -266,11 +266,11 @@ def spread(
     under_way = as_completed(loop=client.loop)
     try:
         for _ in range(room):
-            give(under_way.add)
+            submit_next(under_way.add)
         for future in under_way:
             answer: Answer = _answer_of(future)
             yield submitted.pop(future.key)[1], answer
-            give(under_way.add)
+            submit_next(under_way.add)
     finally:
         client.cancel([future for future, _ in submitted.values()])
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from stillhook import units
 from stillhook.base.progress import Progress
-from stillhook.engine.arguments import check_threads, steps_per_cycle
+from stillhook.engine.arguments import steps_per_cycle
 from stillhook.engine.batch import Row, run_batch
 from stillhook.engine.lowering.checks import check_lift, check_sea
 from stillhook.engine.lowering.lower import LIFT_STEP, Summarised, summarised
@@ -63,7 +63,6 @@ def lower_many(
     cluster fail.
     """
     cases, cranes = _cases(cases), _cranes(crane, cases)
-    check_threads(threads)
     n_sub = steps_per_cycle(cranes[0], step, LIFT_STEP)
     rows = run_batch(
         LoweringProblem(), cranes, cases, n_sub=n_sub, threads=threads, store=store, client=client, progress=progress
