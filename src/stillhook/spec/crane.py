@@ -254,9 +254,9 @@ def brake_torque(crane: Crane) -> float:
     return BRAKE_RESERVE * holding_torque(crane) if crane.brake.T is None else crane.brake.T
 
 
-def beside_wire(crane: Crane) -> float:
-    """By how much the inertia beside the wire changes for one part of the whole: the wire's own inertia is known, from
-    its mass [-]."""
+def inertia_ratio_without_wire(crane: Crane) -> float:
+    """Total inertia over that without the wire [-]. A factor on the total, less 1, times this is the change of the
+    inertia without the wire, because the wire's inertia is known from its mass."""
     J, J_wire = effective_inertia(crane), wire_inertia(crane.drum, crane.wire) / crane.i_hD**2
     return J / (J - J_wire)
 

@@ -12,7 +12,7 @@ from stillhook.analysis.uncertainty.distribution import Distribution, Law
 from stillhook.engine.pack.winch import load_record
 from stillhook.engine.scenario.checks import case_friction, friction_parts, layer_diameter_at, loss_notes
 from stillhook.spec.circuits import ServoVariant
-from stillhook.spec.crane import Crane, Wire, beside_wire
+from stillhook.spec.crane import Crane, Wire, inertia_ratio_without_wire
 from stillhook.spec.scenario import Scenario
 
 CASE = "case."
@@ -193,7 +193,7 @@ _TABLE = (
         "J_m_eff with a full drum; motors, gears and drum share the difference, the wire keeps its mass",
         (
             *(
-                Target(path, beside_wire)
+                Target(path, inertia_ratio_without_wire)
                 for path in (*(f"{c}.motor.J" for c in BOTH), "inertia.J_gear", "inertia.J_drum")
             ),
             Target("inertia.J_m_eff", _all),

@@ -8,7 +8,7 @@ from stillhook.library.crane_file.load import changed
 from stillhook.library.leakage import form_of, pump_leak
 from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.spec.circuits import LeakForm, MotorSet
-from stillhook.spec.crane import Crane, beside_wire
+from stillhook.spec.crane import Crane, inertia_ratio_without_wire
 from stillhook.units import KINDS, in_display, number, show
 from stillhook.validate.criteria.results import Step
 from stillhook.validate.data_set.campaign import Campaign
@@ -126,7 +126,7 @@ def _leakage_in_form(crane: Crane, leak: LeakChoice, campaign: Campaign) -> dict
 
 
 def _inertia(crane: Crane, value: TunedValue, campaign: Campaign) -> dict[str, Any]:
-    part, ratio = crane.inertia, 1.0 + beside_wire(crane) * (value.factor - 1.0)
+    part, ratio = crane.inertia, 1.0 + inertia_ratio_without_wire(crane) * (value.factor - 1.0)
 
     def motor(m: MotorSet) -> dict[str, Any]:
         return {"motor": {"J": _leaf(m.J, "inertia", value, campaign, ratio)}}

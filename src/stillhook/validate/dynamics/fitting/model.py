@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
-from stillhook.spec.crane import Crane, beside_wire
+from stillhook.spec.crane import Crane, inertia_ratio_without_wire
 from stillhook.validate.dynamics.fitting.output_error import FAR, Model
 from stillhook.validate.dynamics.fitting.unknowns import (
     C_H,
@@ -69,7 +69,7 @@ class Twin:
         self, crane: Crane, time_segments: Sequence[DynamicsSegment], clusters: Sequence[NDArray[np.int64]]
     ) -> None:
         self.crane, self.time_segments = crane, tuple(time_segments)
-        self.least_J = max(-MOST, math.log(1.0 - LEAST_OTHER_INERTIA / beside_wire(crane)))
+        self.least_J = max(-MOST, math.log(1.0 - LEAST_OTHER_INERTIA / inertia_ratio_without_wire(crane)))
         stiffest = {u.name: u.most for u in UNKNOWNS} | {C_H: -MOST, INERTIA: self.least_J}
         self.n_sub = max(steps_per_cycle(bent(crane, stiffest), s) for s in time_segments)
         shape = [

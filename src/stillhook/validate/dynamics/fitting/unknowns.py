@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from stillhook.library.leakage import form_of
 from stillhook.spec.circuits import LeakForm, MotorSet
-from stillhook.spec.crane import Crane, beside_wire
+from stillhook.spec.crane import Crane, inertia_ratio_without_wire
 
 C_H, C_LEAK, INERTIA, VISCOUS, SPEED_LEAKAGE = "C_h", "C_leak", "J_m_eff", "viscous", "speed_leakage"
 TUNED = (C_H, C_LEAK, INERTIA)
@@ -67,7 +67,7 @@ def _speed_leakage(crane: Crane, x: float) -> Crane:
 
 def _inertia(crane: Crane, x: float) -> Crane:
     """All inertia but the wire's takes the difference: the wire's follows from its mass."""
-    s, part = 1.0 + beside_wire(crane) * (x - 1.0), crane.inertia
+    s, part = 1.0 + inertia_ratio_without_wire(crane) * (x - 1.0), crane.inertia
     new = part.model_copy(update={"J_m_eff": part.J_m_eff * x, "J_gear": part.J_gear * s, "J_drum": part.J_drum * s})
     return _motors(crane.model_copy(update={"inertia": new}), lambda m: m.model_copy(update={"J": m.J * s}))
 
