@@ -64,7 +64,7 @@ def kernel_run(cases: list[Scenario], n_sub: int, *, every: int = 0, kernel: Any
         spent[1] += thread_time() - cpu
 
     block.d = types.SimpleNamespace(
-        run=timed, at_rest=ours.at_rest, State=ours.State, Lane=ours.Lane, Command=ours.Command
+        run=timed, at_rest=ours.at_rest, State=ours.State, Lane=ours.Lane, Command=ours.Command, laws=ours.laws
     )  # type: ignore[assignment]
     for _ in block.steps():
         pass

@@ -320,7 +320,6 @@ class TestRefusals:
             ({"modes": ["ns", "ns"]}, "named twice"),
             ({"modes": ["manual"]}, "manual"),
             ({"reserve": 1.5}, "from 0 to 1"),
-            ({"hs_share": math.nan}, "from 0 to 1"),
         ],
     )
     def test_bad_input_is_one_line(self, asked, told):

@@ -24,7 +24,7 @@ class TestOutput:
         out = capsys.readouterr().out
         assert "SSC" in out
         assert "best classic" in out
-        assert "load = HS above 60 % of SWL" in out
+        assert "load = load above limit of mode" in out
         assert "sat = pumps saturated" in out
         assert "SSC against best classic (median where both apply): error -" in out
 
@@ -36,7 +36,7 @@ class TestOutput:
         data = answer(capsys)
         m = map_of(load_crane("nov-250t"), loads="50 t, 175 t", speeds="40 m/min, 100 m/min")
         assert data["controllers"]["ssc"]["e_c_pp"] == m.values["e_c_pp"][2, :, :, 0, 0].tolist()
-        assert data["controllers"]["hs"]["cause"][1][0] == "HS above 60 % of SWL"
+        assert data["controllers"]["hs"]["cause"][1][0] == "load above limit of mode"
         assert data["controllers"]["hs"]["e_c_pp_change"][1][0] is None
         assert data["load"] == [50e3, 175e3]
 
@@ -97,7 +97,7 @@ class TestOutput:
         assert {"map.nc", "map.json", "e_c_pp.png", "p_max.png", "change.png"} <= names
         with xarray.open_dataset(tmp_path / "maps" / "map.nc", engine="h5netcdf") as data:
             assert data["e_c_pp"].dims == ("controller", "load", "speed")
-            assert str(data["cause"].sel(controller="hs")[1, 0].values) == "HS above 60 % of SWL"
+            assert str(data["cause"].sel(controller="hs")[1, 0].values) == "load above limit of mode"
         assert "written: " in capsys.readouterr().out
 
     @pytest.mark.slow

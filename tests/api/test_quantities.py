@@ -26,7 +26,6 @@ PURE = {
         "alpha_m",
         "alpha_pp",
         "reserve",
-        "hs_share",
         "K_wire",
         "gain_margin",
         "sensitivity",

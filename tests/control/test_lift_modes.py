@@ -6,7 +6,8 @@ from collections.abc import Callable
 
 import pytest
 
-from stillhook.control.plc import MANUAL, SSC
+from stillhook.control.plc import MANUAL
+from stillhook.control.registry import code_of
 from stillhook.control.supervisor import (
     STAGE_AHC,
     STAGE_LANDING,
@@ -27,6 +28,7 @@ from stillhook.control.supervisor import (
     supervisor_at_rest,
 )
 
+SSC = code_of("ssc")
 CYCLE = 0.01
 SET = LiftSettings(
     t_cycle=CYCLE,

@@ -71,7 +71,9 @@ def blocks(translated: SimpleNamespace, lanes: int) -> tuple[Block, Block]:
             run = getattr(translated.library, f"run_{lanes}")
             run.argtypes, run.restype = [array, array, n, array, array, array, *[n] * 7, ctypes.c_double], None
             d = driver(translated.plant, lanes)
-            block.d = SimpleNamespace(run=run, at_rest=d.at_rest, State=d.State, Lane=d.Lane, Command=d.Command)
+            block.d = SimpleNamespace(
+                run=run, at_rest=d.at_rest, State=d.State, Lane=d.Lane, Command=d.Command, laws=d.laws
+            )
         for _ in block.steps():
             pass
         out.append(block)
@@ -101,7 +103,7 @@ def test_c_lays_a_load_to_rest_alike(translated):
 @plants
 def test_c_holds_every_function_of_the_circuit_and_no_library_exponential(plant):
     source = c_source(plant)
-    for name in ("circuit", "rates", "control", "signals", "powers", "stored_energy", "limits"):
+    for name in ("circuit", "rates", "sense", "actuate", "signals", "powers", "stored_energy", "limits"):
         assert f"{plant.replace('-', '_')}_{name}(" in source
     assert "scalar_exp(double x)" in source
     assert not re.search(r"(?<![\w])(exp|log|pow|tanh)\(", source)

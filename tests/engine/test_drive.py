@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from stillhook import Recorded, Scenario, load_crane, simulate
+from stillhook.control.registry import CONTROLLERS, code_of
 from stillhook.engine.inputs import (
     THIN,
     TICK,
@@ -20,7 +21,6 @@ from stillhook.engine.inputs import (
     pump_shares,
     scale_weights,
 )
-from stillhook.engine.pack.winch import MODE_CODE
 from stillhook.spec.scenario import Mode, Operator, PowerLoss, Sensors
 from stillhook.winches.records import Tick
 
@@ -101,11 +101,11 @@ def test_set_point_steps_ask_for_length_and_for_no_speed():
 def test_a_mode_is_in_force_from_its_time_on():
     case = Scenario(load="80 t", s_w="1 m", mode="ns", modes=(("10 s", "hs"), ("20 s", "ssc")))
     codes = mode_codes(case, np.array([0.0, 9.99, 10.0, 19.99, 20.0, 99.0]))
-    assert codes.tolist() == [MODE_CODE[m] for m in (Mode.NS, Mode.NS, Mode.HS, Mode.HS, Mode.SSC, Mode.SSC)]
+    assert codes.tolist() == [code_of(m) for m in (Mode.NS, Mode.NS, Mode.HS, Mode.HS, Mode.SSC, Mode.SSC)]
 
 
 def test_every_mode_has_its_own_code():
-    assert len(set(MODE_CODE.values())) == len(Mode)
+    assert len({law.code for law in CONTROLLERS.values()}) == len(Mode)
 
 
 @pytest.mark.parametrize("unit", [1, 2, 3])

@@ -141,12 +141,14 @@ def library_solution(crane: Crane, case: Scenario, cycles: int) -> list:
     plant, p, m = packed.plant, packed.params, packed.memory
     rows = drive.rows(0, cycles + 1)
     ticks = [Tick(*drive.first_row())._replace(s=s, v=v, a=a, s_m=s, v_m=v, a_m=a) for s, v, a in rows]
-    x, m, u = plant.at_rest(packed.s_w, m._replace(datum=packed.s_w - ticks[0].s_m), ticks[0], p)
+    d = driver(packed.name, 1)
+    m = m._replace(datum=packed.s_w - ticks[0].s_m)
+    x, m, laws, u = d.rest(packed.s_w, m, d.laws.blank(packed.settings), ticks[0], p)
     out = [x]
     for k in range(cycles):
         geo = plant.geometry(x, p)
         in_force = u
-        u, m, _ = plant.control(x, m, ticks[k], Tip(ticks[k].s, ticks[k].v), geo, p)
+        u, m, laws, _ = d.control(x, m, laws, ticks[k], Tip(ticks[k].s, ticks[k].v), geo, p)
 
         def slope(t, y, u=in_force, geo=geo):
             here = plant.State(*y)
@@ -218,7 +220,7 @@ def _short(crane: Crane, case: Scenario, *, python: bool) -> np.ndarray:
     if python:
         d = block.d
         block.d = types.SimpleNamespace(
-            run=d.run.py_func, at_rest=d.at_rest.py_func, State=d.State, Lane=d.Lane, Command=d.Command
+            run=d.run.py_func, at_rest=d.at_rest.py_func, State=d.State, Lane=d.Lane, Command=d.Command, laws=d.laws
         )
     for _ in block.steps():
         pass

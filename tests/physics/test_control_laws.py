@@ -6,21 +6,10 @@ from hypothesis import strategies as st
 
 from stillhook import load_crane
 from stillhook.control.ahc import AhcGains, feedback, feedforward
+from stillhook.control.interface import Sensed
 from stillhook.control.passive import displacement_for_weight, make_up
-from stillhook.control.plc import (
-    HS,
-    LEVEL_1,
-    LEVEL_2,
-    MANUAL,
-    NS,
-    SSC,
-    SSC_CUBIC,
-    Memory,
-    Sensed,
-    ahead,
-    cycle,
-    low_pass,
-)
+from stillhook.control.plc import MANUAL, ActuatorCommands, Memory, Plc, ahead, low_pass
+from stillhook.control.registry import code_of
 from stillhook.control.ssc import (
     displacement_by_layer,
     displacement_min,
@@ -29,6 +18,7 @@ from stillhook.control.ssc import (
     reduction_linear,
 )
 from stillhook.engine.pack.winch import pack, plc_record
+from stillhook.kernels.control_laws import control_laws
 from stillhook.physics.hydraulics.motor import motor_torque
 from stillhook.physics.load_path.drum import K_wire, layer_diameter
 from stillhook.physics.scalar import G
@@ -41,7 +31,11 @@ MOTORS = PLC.motors
 DRUM = PACKED.params.hoist.drum
 PASSIVE = PACKED.params.passive.settings
 ROUNDING = 1e-12
+LEVEL_1, LEVEL_2, NS, HS, SSC, SSC_CUBIC = (
+    code_of(name) for name in ("level-1", "level-2", "ns", "hs", "ssc", "ssc-cubic")
+)
 MODES = (LEVEL_1, LEVEL_2, NS, HS, SSC, SSC_CUBIC)
+LAWS = control_laws(())
 FULL_LOAD = (CRANE.SWL + CRANE.hook_mass) * G
 
 u = st.floats(-3.0, 3.0)
@@ -49,6 +43,12 @@ threshold = st.floats(0.0, 0.95)
 force = st.floats(0.0, 3.0e6)
 layer = st.integers(1, 12)
 mode = st.sampled_from(MODES)
+
+
+def cycle(y: Sensed, m: Memory, p_hp: float, plc: Plc) -> tuple[ActuatorCommands, Memory]:
+    """One cycle with the controller of y.mode."""
+    drive, after, _ = LAWS.cycle(y._replace(p_hp=p_hp), m, LAWS.blank({}), plc)
+    return drive, after
 
 
 def ratio(n: int) -> float:

@@ -2,6 +2,7 @@
 
 import functools
 from dataclasses import replace
+from types import FunctionType
 
 import numpy as np
 import pytest
@@ -24,6 +25,8 @@ from tests.validate.controller_logs import (
 from stillhook import Scenario, simulate
 from stillhook.control.plc import MANUAL, Memory
 from stillhook.engine.pack.winch import active_record, gains, plc_record
+from stillhook.kernels import plc_alone as kernel
+from stillhook.kernels.control_laws import control_laws
 from stillhook.kernels.plc_alone import Seen, _cycles, plc_alone
 from stillhook.spec.scenario import Mode, Operator
 from stillhook.validate.controller.check import ControllerStep, check_controller
@@ -87,10 +90,11 @@ def test_the_compiled_plc_is_the_readable_one():
     )
     memory = Memory(MANUAL, 487.0, 1e6, 0.0, 0.1, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0)  # a mode change at the first cycle
     plc = plc_record(TWIN)
-    args = seen, np.zeros(n), memory, plc._replace(brake=plc.brake._replace(fitted=0.0)), active_record(TWIN).control
-    told, last = plc_alone(*args)
-    plain = told._replace(**{k: np.empty(n) for k in told._fields})
-    assert _cycles(args[0], args[1], plain, *args[2:]) == last
+    plc, control = plc._replace(brake=plc.brake._replace(fitted=0.0)), active_record(TWIN).control
+    told, last = plc_alone(seen, np.zeros(n), memory, plc, control, {})
+    plain, laws = told._replace(**{k: np.empty(n) for k in told._fields}), control_laws(())
+    readable = FunctionType(_cycles.__code__, {**vars(kernel), "plc_cycle": laws.cycle})
+    assert readable(seen, np.zeros(n), plain, memory, laws.blank({}), plc, control) == last
     assert all(np.array_equal(getattr(plain, k), getattr(told, k)) for k in told._fields)
 
 

@@ -11,9 +11,6 @@ SATURATION_SHARE = 0.1
 """Part of the counted time for which full pumps are tolerated [-]. A sine that is beyond the pumps for a tenth of the
 time demands 1.2 % more speed than is available (1 / cos theta, theta = pi/20), and 0.13 % of its stroke is missed (sin
 theta - theta cos theta): less than what friction costs."""
-HS_SHARE = 0.6
-"""Load up to which high-speed mode may be used, over the safe working load [-]. Source: Moslatt 2020 paper C: in HS the
-active motors deliver 30 % of 60 % of the SWL, and 90 t is the most that HS may carry on a crane of 150 t."""
 
 
 class Rule(NamedTuple):
@@ -39,8 +36,8 @@ def _saturated(summary: Mapping[str, Any], mode: Mode, share: float) -> bool:
     return bool(summary["saturation_time"] > SATURATION_SHARE * summary["counted_time"])
 
 
-def _hs_too_heavy(summary: Mapping[str, Any], mode: Mode, share: float) -> bool:
-    return mode is Mode.HS and share > HS_SHARE * (1.0 + 1e-9)
+def _too_heavy(summary: Mapping[str, Any], mode: Mode, share: float) -> bool:
+    return share > mode.law.swl_share * (1.0 + 1e-9)
 
 
 RULES = (
@@ -92,7 +89,12 @@ RULES = (
         "full pumps for more than a tenth of the counted time: the speed demanded is not available",
     ),
     Rule("uncompensated", "unc", _status("uncompensated"), "the error is about as large as the tip's motion"),
-    Rule("HS above 60 % of SWL", "load", _hs_too_heavy, "the load that high-speed mode may carry (rule of paper C)"),
+    Rule(
+        "load above limit of mode",
+        "load",
+        _too_heavy,
+        "more than the controller may carry; HS 60 % of the SWL (paper C)",
+    ),
 )
 """Why a controller is not applicable, worst first; the first that holds is the cause. A standing offset is not a cause:
 it shows in e_c_mean, and pure active winches have one by design. Limits without a tolerated time are passed or not:

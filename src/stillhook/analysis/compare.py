@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stillhook.base.progress import Progress
+from stillhook.control.registry import USUAL
 from stillhook.engine.arguments import checked_cases, cycles, paired, steps_per_cycle
 from stillhook.engine.scenario.checks import check
 from stillhook.engine.scenario.run import Result, run_cases
@@ -18,8 +19,6 @@ from stillhook.units import quote
 
 if TYPE_CHECKING:
     import xarray
-
-CLASSIC_AND_NEW = (Mode.NS, Mode.HS, Mode.SSC)
 
 
 class ModeRun(NamedTuple):
@@ -64,7 +63,7 @@ class Comparison(NamedTuple):
 def compare(
     crane: Crane,
     case: Scenario,
-    modes: Sequence[Mode | str] = CLASSIC_AND_NEW,
+    modes: Sequence[Mode | str] = USUAL,
     *,
     step: str | None = None,
     progress: Progress | None = None,

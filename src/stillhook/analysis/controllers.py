@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency
+from stillhook.control.registry import DEFAULT_MODE, MANUAL_MODE
 from stillhook.errors import SpecError, StillhookError
 from stillhook.library import changed
 from stillhook.library.toml.kinds import FileKind
@@ -32,16 +33,8 @@ LONGEST_DELAY = 1.0
 eighth of a short wave."""
 
 STRONG = "strong-ssc"
-PLAIN = {m.value: m for m in Mode if m is not Mode.MANUAL}
-NAMES = (
-    Mode.NS.value,
-    Mode.HS.value,
-    Mode.SSC.value,
-    Mode.SSC_CUBIC.value,
-    Mode.LEVEL_1.value,
-    Mode.LEVEL_2.value,
-    STRONG,
-)
+PLAIN = {mode.value: mode for mode in Mode if mode.compensates}
+NAMES = (*PLAIN, STRONG)
 """Names that `controller` knows without a file."""
 KEPT = ("best classic", "physical")
 """Names of rows of results in addition to the controllers: the better of NS and HS in a map, the machine's own limit in
@@ -111,15 +104,15 @@ def controller(name_or_path: str | Path | Controller) -> Controller:
     if isinstance(name_or_path, str) and name_or_path in PLAIN:
         return Controller(name_or_path, PLAIN[name_or_path])
     if name_or_path == STRONG:
-        return Controller(STRONG, Mode.SSC, strong_changes)
+        return Controller(STRONG, DEFAULT_MODE, strong_changes)
     if not isinstance(name_or_path, (str, Path)):
         raise SpecError(
             f"Unknown controller {quote(name_or_path)}. Give a name ({', '.join(NAMES)}) or the path of a file."
         )
     path = Path(name_or_path)
-    if name_or_path == Mode.MANUAL:
+    if name_or_path == MANUAL_MODE:
         raise SpecError(
-            f'"{Mode.MANUAL}" is not a controller: the operator moves the winch. Choose {", ".join(NAMES)}.'
+            f'"{MANUAL_MODE}" is not a controller: the operator moves the winch. Choose {", ".join(NAMES)}.'
         )
     if path.suffix != ".toml":
         choose = f"Choose {', '.join(NAMES)} or a file that ends in .toml"
@@ -223,14 +216,14 @@ def strong_ssc(crane: Crane, *, delay: float = 0.0) -> Controller:
 
     Errors: StillhookError for a delay outside 0 to 1 s.
     """
-    return Controller(STRONG, Mode.SSC, strong_changes(crane, delay=delay))
+    return Controller(STRONG, DEFAULT_MODE, strong_changes(crane, delay=delay))
 
 
 def strong_changes(crane: Crane, *, delay: float = 0.0) -> Changes:
     """What strong SSC changes on this crane, in the form of a crane file; see `strong_ssc`."""
     from stillhook.analysis.loop_stability.governing import governing  # heavy: the margins linearise the complete plant
 
-    K_p = governing(crane, Mode.SSC).K_p
+    K_p = governing(crane, DEFAULT_MODE).K_p
     rounded = math.floor(K_p * 1e4) / 1e4  # down, so that the margins are kept
     return {"control": {"K_p": f"{rounded:.4f} 1/m", "t_lead": f"{1e3 * lateness(crane, delay=delay):.4g} ms"}}
 

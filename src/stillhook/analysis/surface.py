@@ -16,6 +16,7 @@ from stillhook.analysis.loop_stability.stability import Stability
 from stillhook.analysis.loop_stability.sweeps import Over
 from stillhook.analysis.steady import operating_point as operation
 from stillhook.analysis.steady.operating_point import OperatingPoint
+from stillhook.control.registry import DEFAULT_MODE
 from stillhook.sea.motion.motion import Motion
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import FrictionModel, Mode, Water
@@ -54,7 +55,7 @@ def full_stability(
     s_w: str,
     v_tip: str,
     alpha_m: float | None = None,
-    mode: Mode | str = Mode.SSC,
+    mode: Mode | str = DEFAULT_MODE,
     delay: str = "0 s",
 ) -> tuple[Stability, OperatingPoint]:
     """The same of the complete plant at an operating point; see
@@ -169,7 +170,7 @@ def simulate_reduced(
     crane: Crane,
     tip: Motion,
     *,
-    mode: Mode | str = Mode.SSC,
+    mode: Mode | str = DEFAULT_MODE,
     duration: str = "72 s",
     every: str = "2 ms",
     K_wire: float = 1.0,

@@ -1,28 +1,21 @@
 """One cycle of the crane's PLC: what it reads, what it remembers, what it commands. Outputs are held until the next
-cycle."""
+cycle.
+
+A cycle is `observe`, then the law of the controller in force, then `command`. `stillhook.kernels.control_laws` puts the
+law in between when a kernel is compiled.
+"""
 
 from typing import NamedTuple
 
 from stillhook.control.ahc import AhcGains, feedback, feedforward
 from stillhook.control.brake import SMALL, BrakeSettings, closed_share, fill, idle_time
+from stillhook.control.interface import Reading, Sensed
 from stillhook.control.power import PowerLimit, stroke_left, within_stroke
-from stillhook.control.ssc import (
-    MotorSettings,
-    displacement_by_layer,
-    displacement_min,
-    displacement_ssc,
-    reduction_cubic,
-    reduction_linear,
-)
+from stillhook.control.ssc import MotorSettings
 from stillhook.physics.scalar import clip, scalar
 
 MANUAL = 0.0
-LEVEL_1 = 1.0
-LEVEL_2 = 2.0
-NS = 3.0
-HS = 4.0
-SSC = 5.0
-SSC_CUBIC = 6.0
+"""Code of the mode without heave compensation; those of the controllers are above it."""
 
 
 class Plc(NamedTuple):
@@ -43,27 +36,6 @@ class Plc(NamedTuple):
     brake: BrakeSettings
 
 
-class Sensed(NamedTuple):
-    """What the PLC reads: motion unit s_tip [m], v_tip [m/s], a_tip [m/s^2]; operator's speed v_op [m/s, hoisting
-    positive] and its integral s_op [m]; mode; f_pump share of the pumps known to run; encoder s_w [m]; load cell F [N];
-    alpha_m known displacement; K_wire of the present layer; dp = p_a - p_b measured [Pa]; dp_load that with which the
-    active motors carry what of the load cell's weight the passive ones do not [Pa]."""
-
-    s_tip: float
-    v_tip: float
-    a_tip: float
-    v_op: float
-    s_op: float
-    mode: float
-    f_pump: float
-    s_w: float
-    F: float
-    alpha_m: float
-    K_wire: float
-    dp: float
-    dp_load: float
-
-
 class Memory(NamedTuple):
     """What the PLC remembers: mode; datum of the wire reference [m]; filtered load F [N]; slow mean of the accumulator
     pressure [Pa]; last commands u_p, u_m; fading bumpless biases b_p, b_m; held value of the motor control's play;
@@ -82,6 +54,17 @@ class Memory(NamedTuple):
     brake: float
     idle: float
     stroke: float
+
+
+class Observation(NamedTuple):
+    """What a cycle knows before the controller acts."""
+
+    r: Reading
+    datum: float  # of the wire reference [m]
+    p_mean: float  # slow mean of the accumulator pressure [Pa]
+    brake: float  # how far the holding brake is closed [-]
+    idle: float  # time at zero commanded speed [s], see `stillhook.control.brake.idle_time`
+    missing: float  # pressure by which the motors do not yet carry the load [Pa]
 
 
 class ActuatorCommands(NamedTuple):
@@ -112,7 +95,20 @@ def ahead(y, t_lead):
     s_tip = y.s_tip + t_lead * (y.v_tip + 0.5 * t_lead * y.a_tip)
     v_tip = y.v_tip + t_lead * y.a_tip
     return Sensed(
-        s_tip, v_tip, y.a_tip, y.v_op, y.s_op, y.mode, y.f_pump, y.s_w, y.F, y.alpha_m, y.K_wire, y.dp, y.dp_load
+        s_tip=s_tip,
+        v_tip=v_tip,
+        a_tip=y.a_tip,
+        v_op=y.v_op,
+        s_op=y.s_op,
+        mode=y.mode,
+        f_pump=y.f_pump,
+        s_w=y.s_w,
+        F=y.F,
+        alpha_m=y.alpha_m,
+        K_wire=y.K_wire,
+        dp=y.dp,
+        dp_load=y.dp_load,
+        p_hp=y.p_hp,
     )
 
 
@@ -120,7 +116,20 @@ def ahead(y, t_lead):
 def in_mode(y, mode):
     """What was read, with another mode in force."""
     return Sensed(
-        y.s_tip, y.v_tip, y.a_tip, y.v_op, y.s_op, mode, y.f_pump, y.s_w, y.F, y.alpha_m, y.K_wire, y.dp, y.dp_load
+        s_tip=y.s_tip,
+        v_tip=y.v_tip,
+        a_tip=y.a_tip,
+        v_op=y.v_op,
+        s_op=y.s_op,
+        mode=mode,
+        f_pump=y.f_pump,
+        s_w=y.s_w,
+        F=y.F,
+        alpha_m=y.alpha_m,
+        K_wire=y.K_wire,
+        dp=y.dp,
+        dp_load=y.dp_load,
+        p_hp=y.p_hp,
     )
 
 
@@ -134,47 +143,20 @@ def reference_datum(y, m):
 
 @scalar
 def pump_demand(y, e_c, plc):
-    """Feedforward and whole pump command before limits [-]; in manual mode the tip is not compensated and nothing is
-    fed back.
+    """Feedforward and feedback of the pumps [-]; in manual mode the tip is not compensated and nothing is fed back.
 
     With f_pump of the pumps left the commands grow by 1 / f_pump: feedforward and loop gain stay as they were.
     """
     ahc = 1.0 if y.mode > MANUAL else 0.0
     u_ff = feedforward(ahc * y.v_tip - y.v_op, ahc * y.a_tip, y.K_wire, y.alpha_m, plc.gains) / y.f_pump
-    return u_ff, u_ff + ahc * feedback(e_c, plc.gains) / y.f_pump
+    return u_ff, ahc * feedback(e_c, plc.gains) / y.f_pump
 
 
 @scalar
-def motor_demand(y, u_ff, F, plc):
-    """Displacement that the mode asks for [-]. Manual mode keeps full displacement at low speed by the law of SSC,
-    unless the operator holds a displacement, as in the friction tests of Moslatt 2020 section 2.2."""
-    s = plc.motors
-    alpha_min = displacement_min(F, y.K_wire, s)
-    linear = displacement_ssc(reduction_linear(u_ff, s.u_thr), alpha_min)
-    cubic = displacement_ssc(reduction_cubic(u_ff, s.u_thr), alpha_min)
-    u_m = linear
-    if y.mode == SSC_CUBIC:
-        u_m = cubic
-    if y.mode == LEVEL_1:
-        u_m = 1.0
-    if y.mode == LEVEL_2:
-        u_m = displacement_by_layer(1.0, y.K_wire, s)
-    if y.mode == NS:
-        u_m = displacement_by_layer(s.alpha_ns, y.K_wire, s)
-    if y.mode == HS:
-        u_m = displacement_by_layer(s.alpha_hs, y.K_wire, s)
-    if y.mode == MANUAL and s.alpha_hold > 0.0:
-        u_m = s.alpha_hold
-    return u_m
+def observe(sensed, m, plc):
+    """First part of a cycle: what the controller senses, from what was read and remembered.
 
-
-@scalar
-def cycle(sensed, m, p_hp, plc):
-    """One cycle: what was read and remembered gives the commands and the new memory.
-
-    Bumpless mode change: the commands start where they were and the difference fades with t_bumpless. Until the holding
-    brake is open the winch is in manual mode, whatever was chosen, and its pumps only bring the motors to the load's
-    torque.
+    Until the holding brake is open the winch is in manual mode, whatever was chosen.
     """
     t_cycle = plc.t_cycle
     stands = sensed.mode == MANUAL and sensed.v_op == 0.0 and abs(m.u_p) <= SMALL
@@ -185,23 +167,45 @@ def cycle(sensed, m, p_hp, plc):
     datum = reference_datum(y, m)
     e_c = datum + y.s_tip - y.s_op - y.s_w
     F = low_pass(m.F, y.F, plc.tau_F, t_cycle)
-    p_mean = low_pass(m.p_mean, p_hp, plc.tau_p, t_cycle)
-    u_ff, demand = pump_demand(y, e_c, plc)
-    wish = motor_demand(y, u_ff, F, plc)
+    p_mean = low_pass(m.p_mean, y.p_hp, plc.tau_p, t_cycle)
+    u_ff, u_fb = pump_demand(y, e_c, plc)
+    return Observation(Reading(y, e_c, F, u_ff, u_fb), datum, p_mean, brake, idle, missing)
+
+
+@scalar
+def command(o, demand, m, plc):
+    """Last part of a cycle: what the controller demands, within limits, and the PLC's new memory.
+
+    Bumpless mode change: the commands start where they were and the difference fades with t_bumpless. Behind a closed
+    holding brake the pumps only bring the motors to the load's torque.
+    """
+    y, t_cycle = o.r.y, plc.t_cycle
     fade = 1.0 - t_cycle / (plc.t_bumpless + t_cycle)
-    changed = y.mode != m.mode or (m.brake > 0.0 and brake == 0.0)
-    b_p = m.u_p - demand if changed else m.b_p * fade
-    b_m = m.u_m - wish if changed else m.b_m * fade
-    filling = fill(y.dp_load, missing, plc.brake) if idle < 0.0 else 0.0
-    u_raw = filling if brake > 0.0 else demand + b_p
+    changed = y.mode != m.mode or (m.brake > 0.0 and o.brake == 0.0)
+    b_p = m.u_p - demand.u_p if changed else m.b_p * fade
+    b_m = m.u_m - demand.u_m if changed else m.b_m * fade
+    filling = fill(y.dp_load, o.missing, plc.brake) if o.idle < 0.0 else 0.0
+    u_raw = filling if o.brake > 0.0 else demand.u_p + b_p
     stroke = stroke_left(
         clip(u_raw, -1.0, 1.0), y.dp, y.f_pump * plc.power.Q_p, y.f_pump * plc.power.P_max, m.stroke, t_cycle
     )
     u_p = within_stroke(u_raw, stroke)
-    u_m = clip(wish + b_m, plc.motors.alpha_min, 1.0)
-    return ActuatorCommands(u_p, u_m, u_ff, u_raw, e_c, brake), Memory(
-        y.mode, datum, F, p_mean, u_p, u_m, b_p, b_m, m.held, brake, idle, stroke
+    u_m = clip(demand.u_m + b_m, plc.motors.alpha_min, 1.0)
+    memory = Memory(
+        mode=y.mode,
+        datum=o.datum,
+        F=o.r.F,
+        p_mean=o.p_mean,
+        u_p=u_p,
+        u_m=u_m,
+        b_p=b_p,
+        b_m=b_m,
+        held=m.held,
+        brake=o.brake,
+        idle=o.idle,
+        stroke=stroke,
     )
+    return ActuatorCommands(u_p, u_m, o.r.u_ff, u_raw, o.r.e_c, o.brake), memory
 
 
 @scalar

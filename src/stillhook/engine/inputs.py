@@ -11,7 +11,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.control.plc import MANUAL
-from stillhook.engine.pack.winch import MODE_CODE
+from stillhook.control.registry import code_of
 from stillhook.kernels.lanes import room_for
 from stillhook.kernels.tip_sampling import sampled
 from stillhook.sea.motion.motion import Motion, Ramped
@@ -239,7 +239,7 @@ def operator_motion(operator: Operator, t: FloatArray) -> tuple[FloatArray, Floa
 def mode_codes(case: Scenario, t: FloatArray) -> FloatArray:
     """Code of the mode in force at each time."""
     times = [i for i, _ in case.modes]
-    codes = [MODE_CODE[case.mode], *(MODE_CODE[m] for _, m in case.modes)]
+    codes = [code_of(case.mode), *(code_of(m) for _, m in case.modes)]
     return np.array([codes[bisect.bisect_right(times, i)] for i in t]) if times else np.full_like(t, codes[0])
 
 

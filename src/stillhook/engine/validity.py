@@ -68,7 +68,7 @@ def conditions(case: Scenario, drive: CycleInputs, demand: MotionDemand) -> Cond
     follows it."""
     modes = tuple(dict.fromkeys(m.value for m in (case.mode, *(m for _, m in case.modes))))
     span, period = math.nan, math.nan
-    if modes != (Mode.MANUAL.value,):
+    if any(Mode(m).compensates for m in modes):
         span, period = _span_and_period(drive.motion, drive.n_ticks, drive.first, drive.t_cycle)
     return Conditions(case.load, demand.s_w_min, demand.s_w_max, span, period, modes, _faults(case))
 

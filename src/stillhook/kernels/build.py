@@ -1,4 +1,4 @@
-"""Binds the drivers to one plant, and caches the machine code under a hash of every kernel source.
+"""Binds the drivers to one plant and its controllers, and caches the machine code under a hash of every kernel source.
 
 A cache that is keyed on one file serves stale physics after an edit in another: hence the hash over all of them.
 """
@@ -18,7 +18,8 @@ from typing import Any
 import numba
 from numba.core.caching import FunctionCache
 
-from stillhook.kernels import winch_type
+from stillhook.base.extensions import extension_sources
+from stillhook.kernels import control_laws, winch_type
 from stillhook.kernels.cache import kernel_folder, make_private
 from stillhook.physics.scalar import STRICT
 from stillhook.winches.reference import plant as truth
@@ -50,6 +51,8 @@ def results_hash() -> str:
     inside = [p for folder in RESULT_FOLDERS for p in (PACKAGE / folder).rglob("*") if p.suffix in (".py", ".toml")]
     for path in sorted(inside) + [PACKAGE / name for name in RESULT_FILES]:
         digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes())
+    for path in extension_sources():
+        digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
 
@@ -57,13 +60,13 @@ def cache_folder(plant: str, lanes: int) -> Path:
     return kernel_folder(f"{kernel_hash()}-{plant}-{lanes}")
 
 
-def _folder(plant: str, kind: str) -> str:
-    return plant if kind == "driver" else f"{kind}-{plant}"
+def _folder(plant: str, kind: str, beside: tuple[str, ...]) -> str:
+    return (plant if kind == "driver" else f"{kind}-{plant}") + control_laws.label(beside)
 
 
-def is_compiled(plant: str, lanes: int, kind: str = "driver") -> bool:
+def is_compiled(plant: str, lanes: int, kind: str = "driver", beside: tuple[str, ...] = ()) -> bool:
     """Whether a run of this plant starts from cached machine code."""
-    return numba.config.DISABLE_JIT or any(cache_folder(_folder(plant, kind), lanes).rglob("*.nbc"))
+    return numba.config.DISABLE_JIT or any(cache_folder(_folder(plant, kind, beside), lanes).rglob("*.nbc"))
 
 
 class _Cache(FunctionCache):  # type: ignore[misc]
@@ -95,14 +98,15 @@ def _cached_in(folder: Path) -> Iterator[None]:
         numba.config.CACHE_DIR = before
 
 
-def driver(plant: str, lanes: int, kind: str = "driver") -> ModuleType:
+def driver(plant: str, lanes: int, kind: str = "driver", beside: tuple[str, ...] = ()) -> ModuleType:
     """The driver of one plant for 1 or 16 lanes: `run`, `at_rest`, `Lane`. Compiled on first call, cached on disk.
 
-    kind: file of the driver, "driver" for a load on the wire, "lift_driver" for a lowering. Numba takes the cache
-    folder from a global setting while functions are decorated, so this holds a lock.
+    kind: file of the driver, "driver" for a load on the wire, "lift_driver" for a lowering. beside: controllers that it
+    holds in addition to those of every kernel, see `stillhook.kernels.control_laws`. Numba takes the cache folder from
+    a global setting while functions are decorated, so this holds a lock.
     """
-    name = f"stillhook.kernels.{kind}[{plant},{lanes}]"
-    base = None if kind == "driver" else driver(plant, lanes)
+    name = f"stillhook.kernels.{kind}[{','.join((plant, str(lanes), *beside))}]"
+    base = None if kind == "driver" else driver(plant, lanes, beside=beside)
     with LOCK:
         if name not in sys.modules:
             spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{kind}.py"))
@@ -111,8 +115,9 @@ def driver(plant: str, lanes: int, kind: str = "driver") -> ModuleType:
             module = importlib.util.module_from_spec(spec)
             module.plant = PLANTS[plant]  # type: ignore[attr-defined]
             module.LANES = lanes  # type: ignore[attr-defined]
+            module.laws = control_laws.control_laws(beside)  # type: ignore[attr-defined]
             module.base = base  # type: ignore[attr-defined]
-            with _cached_in(cache_folder(_folder(plant, kind), lanes)):
+            with _cached_in(cache_folder(_folder(plant, kind, beside), lanes)):
                 spec.loader.exec_module(module)
                 for entry in (module.run, *([module.at_rest] if base is None else [])):
                     if hasattr(entry, "_cache"):  # not where NUMBA_DISABLE_JIT is set

@@ -1,8 +1,8 @@
 """The driver of any plant, for one trajectory or sixteen side by side.
 
-`stillhook.kernels.build` executes this file once per plant and lane count with `plant` and `LANES` set; it is never
-imported by name. Whatever the lane count, every trajectory goes through the same scalar functions in the same order:
-the bits are the same.
+`stillhook.kernels.build` executes this file once per plant, set of controllers and lane count with `plant`, `laws` and
+`LANES` set; it is never imported by name. Whatever the lane count, every trajectory goes through the same scalar
+functions in the same order: the bits are the same.
 """
 
 from typing import NamedTuple
@@ -17,10 +17,12 @@ from stillhook.physics.scalar import STRICT, align_stack, clip, scalar
 from stillhook.winches.records import THIN, Geometry, Signals, Tick, Tip
 
 plant = plant  # type: ignore[name-defined]  # noqa: F821
+laws = laws  # type: ignore[name-defined]  # noqa: F821
 LANES = LANES  # type: ignore[name-defined]  # noqa: F821
 State, Command, Params = plant.State, plant.Command, plant.Params
 circuit, rates, bristle_after = plant.circuit, plant.rates, plant.bristle_after
-geometry, control, rest = plant.geometry, plant.control, plant.at_rest
+geometry, sense, actuate, start, settle = plant.geometry, plant.sense, plant.actuate, plant.start, plant.settle
+plc_cycle, LawRecord = laws.cycle, laws.Record
 signals, powers, stored_energy, limits = plant.signals, plant.powers, plant.stored_energy, plant.limits
 
 
@@ -33,6 +35,7 @@ class Lane(NamedTuple):
     u_0: Command
     geo: Geometry
     m: Memory
+    laws: LawRecord
     st: Stats
     y: Signals
     tip_0: Tip
@@ -50,8 +53,9 @@ load = access(Lane, LANES).load
 axpy, with_z = access(State, LANES).axpy, replace(State, "z")
 mix = access(Command, LANES).mix
 put_x, put_u, put_geo, put_m = store(State), store(Command), store(Geometry), store(Memory)
+put_laws = store(LawRecord)
 put_st, put_y, put_tip = store(Stats), store(Signals), store(Tip)
-X, U, U_0, GEO, M, ST, Y, TIP_0, TIP_1, TIP_2, TICK, P = (offset(Lane, f, LANES) for f in Lane._fields)
+X, U, U_0, GEO, M, LAWS, ST, Y, TIP_0, TIP_1, TIP_2, TICK, P = (offset(Lane, f, LANES) for f in Lane._fields)
 Y_E, Y_EM, Y_TIP = (Y + offset(Signals, f, LANES) for f in ("e_c", "e_c_measured", "s_tip"))
 NS = size(Signals)
 NH = 12
@@ -108,13 +112,23 @@ def take_tick(A, row, cols):
 
 
 @scalar
+def control(x, m, laws, tick, tip, geo, p):
+    """One PLC cycle: plant commands, the PLC's memory, what the controllers remember, and the active drive's
+    signals."""
+    y = sense(x, m, tick, tip, geo, p)
+    drive, after, laws = plc_cycle(y, m, laws, p.plc)
+    u, after, drive = actuate(drive, y, x, m, after, tick, geo, p)
+    return u, after, laws, drive
+
+
+@scalar
 def cycle(A, w):
     """PLC cycle, signals and statistics of every lane; w weight of this cycle in integrals."""
     for l in range(LANES):
         b = load(A, l)
         tip = Tip(b.tick.s, b.tick.v)
         geo = geometry(b.x, b.p)
-        u, m, drive = control(b.x, b.m, b.tick, tip, geo, b.p)
+        u, m, law, drive = control(b.x, b.m, b.laws, b.tick, tip, geo, b.p)
         c = circuit(b.x, u, geo, tip, b.p)
         y = signals(c, b.x, u, m, drive, b.tick, geo, b.p)
         st = fold(b.st, y, powers(c, b.x, tip, b.p), stored_energy(c, b.x, geo, b.p), limits(c, b.x, u, b.p), w)
@@ -122,6 +136,7 @@ def cycle(A, w):
         put_u(A, U + l, u)
         put_geo(A, GEO + l, geo)
         put_m(A, M + l, m)
+        put_laws(A, LAWS + l, law)
         put_y(A, Y + l, y)
         put_st(A, ST + l, st)
         put_tip(A, TIP_0 + l, tip)
@@ -173,14 +188,24 @@ def run(A, D, cols, H, W, out, every, k_0, n, first, last, n_win, n_sub, t_cycle
                 A[TIP_0 + l] = A[TIP_2 + l]
 
 
+@scalar
+def rest(s_w, m, laws, tick, p):
+    """State, memory, what the controllers carry, and commands with the load hanging still on s_w of wire [m]."""
+    x = start(s_w, tick, p)
+    geo = geometry(x, p)
+    u, m, laws, _ = control(x, m, laws, tick, Tip(tick.s, 0.0), geo, p)
+    return settle(x, u, tick, geo, p), m, laws, u
+
+
 def at_rest(A):
     """Every lane's state, memory and commands at rest, from its wire paid out, first Tick and parameters."""
     for l in range(LANES):
         b = load(A, l)
-        x, m, u = rest(b.x.s_w, b.m, b.tick, b.p)
+        x, m, law, u = rest(b.x.s_w, b.m, b.laws, b.tick, b.p)
         put_x(A, X + l, x)
         put_u(A, U + l, u)
         put_m(A, M + l, m)
+        put_laws(A, LAWS + l, law)
 
 
 entry = njit(cache=True, nogil=True, **STRICT)

@@ -30,7 +30,6 @@ from stillhook.physics.load_path.payload import (
 from stillhook.physics.load_path.rope import Element, element, element_weight, pull_of_sling, sling_energy, sling_mean
 from stillhook.physics.scalar import STRICT, align_stack, scalar
 from stillhook.winches.records import Geometry, Signals, Tick, Tip
-from stillhook.winches.sensors import sense
 from stillhook.winches.suspended_load import (
     NEVER,
     SNAP,
@@ -58,24 +57,26 @@ from stillhook.winches.suspended_load import (
 base = base  # type: ignore[name-defined]  # noqa: F821
 LANES, Command = base.LANES, base.Command
 plant = base.plant
-circuit, geometry, control = plant.circuit, plant.geometry, plant.control
+circuit, geometry, sense, control = plant.circuit, plant.geometry, plant.sense, base.control
 signals, powers, stored_energy, limits = plant.signals, plant.powers, plant.stored_energy, plant.limits
 step, in_force, tip_between, take_tick = base.step, base.in_force, base.tip_between, base.take_tick
-put_x, put_u, put_geo, put_m, put_st, put_y, put_tip = (
+put_x, put_u, put_geo, put_m, put_laws, put_st, put_y, put_tip = (
     base.put_x,
     base.put_u,
     base.put_geo,
     base.put_m,
+    base.put_laws,
     base.put_st,
     base.put_y,
     base.put_tip,
 )
-X, U, U_0, GEO, M, ST, Y, TIP_0, TIP_1, TIP_2 = (
+X, U, U_0, GEO, M, LAWS, ST, Y, TIP_0, TIP_1, TIP_2 = (
     base.X,
     base.U,
     base.U_0,
     base.GEO,
     base.M,
+    base.LAWS,
     base.ST,
     base.Y,
     base.TIP_0,
@@ -347,7 +348,7 @@ def cycle(A, B, N, S, T, n_stages, t, w):
         geo = with_c(
             geometry(b.x, b.p), e.c / e.k * rope.EA / rope.L_0
         )  # from drum to tip the wire is damped as its elements are
-        raw = sense(b.x, b.m, b.tick, tip, geo, 0.0, b.p)
+        raw = sense(b.x, b.m, b.tick, tip, geo, b.p)
         order, sup = supervise(Watch(t, raw.s_w, raw.F, raw.s_tip, raw.v_tip), b.hang.sup, b.stage, b.lift.settings)
         o = b.tick
         tick = Tick(
@@ -372,7 +373,7 @@ def cycle(A, B, N, S, T, n_stages, t, w):
         held = order.hold > 0.5
         m = with_F(b.m, order.F_hold if held else b.m.F)
         p = with_plc(b.p, with_tau(b.p.plc, 1.0e300 if held else b.p.plc.tau_F))
-        u, m, drive = control(b.x, m, tick, tip, geo, p)
+        u, m, law, drive = control(b.x, m, b.laws, tick, tip, geo, p)
         c = circuit(b.x, u, geo, tip, b.p)
         y = signals(c, b.x, u, m, drive, tick, geo, b.p)
         E = stored_energy(c, b.x, geo, b.p) - b.p.hoist.load.W * b.x.s_load
@@ -384,6 +385,7 @@ def cycle(A, B, N, S, T, n_stages, t, w):
         put_u(A, U + l, u)
         put_geo(A, GEO + l, geo)
         put_m(A, M + l, m)
+        put_laws(A, LAWS + l, law)
         put_y(A, Y + l, y)
         put_tip(A, TIP_0 + l, tip)
     hook = B[N * ROW :]

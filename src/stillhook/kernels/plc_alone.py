@@ -1,13 +1,18 @@
 """The PLC alone, without a winch behind it: cycle after cycle over inputs that are given, such as those of a log."""
 
 import functools
+from collections.abc import Mapping
+from types import FunctionType
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.control.plc import Memory, Plc, Sensed, cycle
+from stillhook.control.interface import Sensed
+from stillhook.control.plc import Memory, Plc
+from stillhook.control.registry import CONTROLLERS, mode_of_code
 from stillhook.kernels.build import kept
+from stillhook.kernels.control_laws import beside, control_laws, label
 from stillhook.physics.hydraulics.swash import MotorControl, known_displacement
 
 
@@ -50,50 +55,59 @@ class Seen(NamedTuple):
     @property
     def sensed(self) -> Any:
         """`Sensed` of columns for the laws of the compensation, which read no pressure."""
-        return Sensed._make([*self[: self._fields.index("braked")], 0.0, 0.0])
+        return Sensed._make([*self[: self._fields.index("braked")], 0.0, 0.0, 0.0])
 
 
-def plc_alone(seen: Seen, p_hp: FloatArray, memory: Memory, plc: Plc, control: MotorControl) -> tuple[Commands, Memory]:
+def plc_alone(
+    seen: Seen, p_hp: FloatArray, memory: Memory, plc: Plc, control: MotorControl, settings: Mapping[str, Any]
+) -> tuple[Commands, Memory]:
     """Commands of the PLC over what it reads, cycle by cycle, and its memory after the last one.
 
-    Parameters: seen, one value a cycle; p_hp (n,) accumulator pressure [Pa]; memory before the first
-    cycle; control: where the motors' displacement is not measured, the PLC reckons with its own last command in place
-    of seen.alpha_m. The holding brake and the pumps' torque limit are left out: both depend on pressures, which the
-    plant makes. Where seen.braked marks a brake, the pump command is taken as it is and the PLC goes on from it without
-    a jump, as it does when a brake opens.
+    Parameters: seen, one value a cycle; p_hp (n,) accumulator pressure [Pa]; memory before the first cycle; control:
+    where the motors' displacement is not measured, the PLC calculates with its own last command in place of
+    seen.alpha_m; settings those of controllers that have some of their own, by name.
+
+    The holding brake and the pumps' torque limit are left out: both depend on pressures, which the plant makes. Where
+    seen.braked marks a brake, the pump command is taken as it is and the PLC goes on from it without a jump, as it does
+    when a brake opens.
     Source: Moslatt 2020 paper F, verification step 2 ("controller inputs from measured data").
     """
     plc = plc._replace(brake=plc.brake._replace(fitted=0.0))
     columns = Seen(*(np.ascontiguousarray(x, dtype=np.float64) for x in seen))
     commands = Commands(*np.empty((len(Commands._fields), len(p_hp))))
-    last = _compiled()(columns, np.ascontiguousarray(p_hp, dtype=np.float64), commands, memory, plc, control)
-    return commands, last
+    used = beside(mode_of_code(code) for code in np.unique(columns.mode))
+    record = control_laws(used).blank({name: settings[name] for name in used if CONTROLLERS[name].settings})
+    p_hp = np.ascontiguousarray(p_hp, dtype=np.float64)
+    return commands, _compiled(used)(columns, p_hp, commands, memory, record, plc, control)
 
 
 @functools.cache
-def _compiled() -> Any:
-    return kept(_cycles, "plc")
+def _compiled(names: tuple[str, ...]) -> Any:
+    """`_cycles` with these controllers beside those of every kernel."""
+    bound = FunctionType(_cycles.__code__, {**globals(), "plc_cycle": control_laws(names).cycle}, _cycles.__name__)
+    return kept(bound, f"plc{label(names)}")
 
 
-def _cycles(seen, p_hp, commands, m, plc, control):
+def _cycles(seen, p_hp, commands, m, laws, plc, control):
     for k in range(len(p_hp)):
         alpha_m = known_displacement(seen.alpha_m[k], m.u_m, control)
         y = Sensed(
-            seen.s_tip[k],
-            seen.v_tip[k],
-            seen.a_tip[k],
-            seen.v_op[k],
-            seen.s_op[k],
-            seen.mode[k],
-            seen.f_pump[k],
-            seen.s_w[k],
-            seen.F[k],
-            alpha_m,
-            seen.K_wire[k],
-            0.0,
-            0.0,
+            s_tip=seen.s_tip[k],
+            v_tip=seen.v_tip[k],
+            a_tip=seen.a_tip[k],
+            v_op=seen.v_op[k],
+            s_op=seen.s_op[k],
+            mode=seen.mode[k],
+            f_pump=seen.f_pump[k],
+            s_w=seen.s_w[k],
+            F=seen.F[k],
+            alpha_m=alpha_m,
+            K_wire=seen.K_wire[k],
+            dp=0.0,
+            dp_load=0.0,
+            p_hp=p_hp[k],
         )
-        drive, m = cycle(y, m, p_hp[k], plc)
+        drive, m, laws = plc_cycle(y, m, laws, plc)  # type: ignore[name-defined]  # noqa: F821
         u_p, u_raw = drive.u_p, drive.u_raw
         if seen.braked[k] > 0.0:
             u_p = u_raw = seen.u_braked[k]

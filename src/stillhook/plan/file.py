@@ -24,9 +24,9 @@ from stillhook.library import load_crane
 from stillhook.library.toml.kinds import FileKind, other_kind
 from stillhook.library.toml.tree import nearest, shelf, toml_text
 from stillhook.library.weather import weather_file
-from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.compensation import ALL, ALTERNATIVES, Alternative
 from stillhook.plan.definition.feasibility import check_sinks, check_tips, check_wire
-from stillhook.plan.definition.lift_plan import ALL, Environment, LiftPlan, WeatherUse
+from stillhook.plan.definition.lift_plan import Environment, LiftPlan, WeatherUse
 from stillhook.plan.definition.phase_profile import Water, joined
 from stillhook.plan.definition.phases import Phase
 from stillhook.plan.definition.rules import RuleSet
@@ -279,7 +279,7 @@ def _environment(top: Fields) -> Environment:
 def _alternatives(top: Fields) -> tuple[Alternative, ...]:
     """In the order of the file, none twice."""
     if "alternatives" not in top:
-        return ALL
+        return ALTERNATIVES
     names = top.table["alternatives"]
     if not isinstance(names, list) or not names or not all(isinstance(x, str) for x in names):
         raise top.wrong("alternatives", f"give a list of some of {', '.join(ALL)}.")

@@ -176,8 +176,8 @@ def response_at(
     """The same at z [m] and over a duration [s]; see `lift_response`."""
     check_place(file)
     mode = file.lift.controller if mode is None else mode_of(mode)
-    if mode is Mode.MANUAL:
-        others = ", ".join(m.value for m in Mode if m is not Mode.MANUAL)
+    if not mode.compensates:
+        others = ", ".join(m.value for m in Mode if m.compensates)
         raise LiftError(
             f"mode manual does not compensate; the brake is reported with every other mode. Choose {others}."
         )

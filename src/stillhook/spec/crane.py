@@ -21,6 +21,7 @@ from stillhook import units as u
 from stillhook.errors import UnitError
 from stillhook.physics.scalar import G
 from stillhook.spec.circuits import ActiveCircuit, PassiveCircuit
+from stillhook.spec.control import Control as Control
 from stillhook.spec.table import Count, Fraction, Number, Text
 from stillhook.spec.table import Source as Source
 from stillhook.spec.table import SourceKind as SourceKind
@@ -133,37 +134,6 @@ class Friction(Spec):
     sigma_1_ratio: Number = Field(ge=0, description="bristle damping over sqrt(sigma_0 J)")
     omega_fade: u.Rotation = Field(gt=0, description="motor speed over which bristle damping fades")
     omega_reg: u.Rotation = Field(gt=0, description="regularised option: motor speed of the tanh")
-
-
-class Control(Spec):
-    """Settings of the heave-compensation controller. K_1 and K_2 are derived from the winch unless given."""
-
-    K_p: u.GainPerLength = Field(ge=0, description="position gain")
-    K_1: u.TimePerLength | None = Field(default=None, gt=0, description="speed feedforward")
-    K_2: u.TimeSquaredPerLength | None = Field(default=None, ge=0, description="acceleration feedforward")
-    u_thr: Number = Field(ge=0, lt=1, description="feedforward at which SSC starts to reduce the motors")
-    alpha_ns: Fraction = Field(description="motor displacement in normal-speed mode")
-    alpha_hs: Fraction = Field(description="motor displacement in high-speed mode")
-    alpha_swl: Fraction | None = Field(
-        default=None, description="displacement that SSC keeps for the SWL (D_calc_min); default alpha_ns"
-    )
-    t_lead: u.Time | None = Field(
-        default=None, ge=0, le=2, description="time by which the PLC extrapolates the tip's motion; default 0"
-    )
-    t_cycle: u.Time = Field(ge=1e-4, le=1, description="cycle of the controller")
-    compute_share: Number | None = Field(
-        default=None, ge=0, le=1, description="time from reading to writing over the cycle; default 0"
-    )
-    tau_F: u.Time = Field(ge=0, description="low-pass of the load cell")
-    t_bumpless: u.Time = Field(ge=0, description="time over which a mode change is blended")
-    tau_acc: u.Time = Field(ge=0, description="slow mean of the accumulator pressure that the passive pumps follow")
-    K_acc: u.GainPerPressure = Field(ge=0, description="passive pump command per gas pressure below p_0")
-    B_v: u.ViscousTorque = Field(ge=0, description="viscous friction of the linear analysis, for all friction models")
-
-    @property
-    def computing(self) -> float:
-        """Time from reading to writing within a cycle [s]."""
-        return (self.compute_share or 0.0) * self.t_cycle
 
 
 class Crane(Spec):

@@ -13,6 +13,8 @@ from typing import Annotated, Any, Self
 from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, ValidationError, field_validator, model_validator
 
 from stillhook import units as u
+from stillhook.control.registry import DEFAULT_MODE
+from stillhook.control.registry import Mode as Mode
 from stillhook.errors import ScenarioError, StillhookError
 from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Motion, Still
@@ -27,18 +29,6 @@ SHORTEST = 0.01
 LONGEST = 86400.0
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-
-
-class Mode(StrEnum):
-    """How the winch is controlled."""
-
-    MANUAL = "manual"
-    LEVEL_1 = "level-1"
-    LEVEL_2 = "level-2"
-    NS = "ns"
-    HS = "hs"
-    SSC = "ssc"
-    SSC_CUBIC = "ssc-cubic"
 
 
 def mode_of(text: Mode | str) -> Mode:
@@ -147,7 +137,7 @@ class Scenario(Record):
     load: u.Mass = Field(ge=0, description="payload on the hook")
     s_w: u.Length = Field(ge=0, description="wire paid out at the start")
     tip: SerializeAsAny[Motion] = Field(default_factory=Still, description="crane tip motion")
-    mode: Mode = Mode.SSC
+    mode: Mode = DEFAULT_MODE
     modes: tuple[tuple[u.Time, Mode], ...] = ()
     duration: u.Time = Field(default=120.0, ge=SHORTEST, le=LONGEST, description="length of the run")
     ramp: u.Time = Field(default=10.0, ge=0, description="time in which the motion grows to full size")

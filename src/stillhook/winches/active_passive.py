@@ -4,7 +4,7 @@ figure 2.1)."""
 from typing import NamedTuple
 
 from stillhook.control.passive import PassiveSettings, displacement_for_weight, make_up
-from stillhook.control.plc import Plc, cycle, hold
+from stillhook.control.plc import Plc, hold
 from stillhook.control.power import within_power
 from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
 from stillhook.physics.hydraulics.accumulator import Accumulator, accumulator_pressure, piston_loss
@@ -24,8 +24,8 @@ from stillhook.winches.closed_circuit import (
     overspeed,
 )
 from stillhook.winches.hoist import Hoist, HoistState, drag_loss, drum_geometry, hoist_energy, hoist_state, wire_loss
-from stillhook.winches.records import Limits, Powers, Sensors, Signals, Tip
-from stillhook.winches.sensors import apply_override, sense
+from stillhook.winches.records import Limits, Powers, Sensors, Signals
+from stillhook.winches.sensors import apply_override, closed_circuit_readings
 
 
 class PassiveCircuit(NamedTuple):
@@ -227,36 +227,40 @@ def geometry(x, p):
 
 
 @scalar
-def at_rest(s_w, m, tick, p):
-    """State, memory and commands with the load hanging still on both circuits, displacements where the PLC wants them;
-    s_w wire out [m]."""
+def start(s_w, tick, p):
+    """State before the PLC's first cycle: the load hangs still on both circuits; s_w wire out [m]."""
     A, P, h = p.active, p.passive, p.hoist
     V_o = 0.5 * P.accumulator.V_stroke
     s_load = tick.s - h.load.W / wire_stiffness(s_w, h.wire)
-    x = State(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, A.boost.p, A.boost.p, V_o, 0.0, s_w, 0.0, s_load, 0.0)
-    u, m, _ = control(x, m, tick, Tip(tick.s, 0.0), geometry(x, p), p)
-    return (
-        State(0.0, 0.0, u.u_m, 0.0, 0.0, 0.0, u.u_pm, 0.0, A.boost.p, A.boost.p, V_o, 0.0, s_w, 0.0, s_load, 0.0),
-        m,
-        u,
-    )
+    return State(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, A.boost.p, A.boost.p, V_o, 0.0, s_w, 0.0, s_load, 0.0)
 
 
 @scalar
-def control(x, m, tick, tip, geo, p):
-    """One PLC cycle: plant commands, the PLC's new memory, and the active drive's signals."""
-    A, P = p.active, p.passive
+def settle(x, u, tick, geo, p):
+    """The state at rest under the PLC's first commands: displacements where it wants them."""
+    return State(0.0, 0.0, u.u_m, 0.0, 0.0, 0.0, u.u_pm, 0.0, x.p_a, x.p_b, x.V_o, 0.0, x.s_w, 0.0, x.s_load, 0.0)
+
+
+@scalar
+def sense(x, m, tick, tip, geo, p):
+    """What the PLC reads."""
+    P = p.passive
     p_hp = accumulator_pressure(x.V_o, P.accumulator)
-    dp_p = p_hp - P.settings.p_lp
-    T_passive = motor_torque(P.settings.D_m_max * displacement(x.alpha_pm, P.motor_servo), dp_p)
-    drive, m = cycle(sense(x, m, tick, tip, geo, T_passive, p), m, p_hp, p.plc)
+    T_passive = motor_torque(P.settings.D_m_max * displacement(x.alpha_pm, P.motor_servo), p_hp - P.settings.p_lp)
+    return closed_circuit_readings(x, m, tick, tip, geo, T_passive, p_hp, p)
+
+
+@scalar
+def actuate(drive, y, x, m_0, m, tick, geo, p):
+    """Plant commands, the PLC's memory and the active drive's signals; y what was read, m_0 memory before the cycle."""
+    A, P = p.active, p.passive
     drive = apply_override(drive, tick)
     u_m, held = pilot(drive.u_m, m.held, A.control)
-    u_pm = displacement_for_weight(m.F, geo.r_eff, p_hp, P.settings)
+    u_pm = displacement_for_weight(m.F, geo.r_eff, y.p_hp, P.settings)
     power, f = p.plc.power, tick.f_known
     P_left = f * power.P_max - fmax(f * power.Q_p * drive.u_p * (x.p_a - x.p_b), 0.0)
     demand = make_up(m.p_mean, u_pm, tick.v_op / geo.r_eff, P.settings)
-    u_pp = within_power(demand, dp_p, f * power.Q_pp, fmax(P_left, 0.0))
+    u_pp = within_power(demand, y.p_hp - P.settings.p_lp, f * power.Q_pp, fmax(P_left, 0.0))
     return Command(drive.u_p, u_m, u_pp, u_pm, tick.f_pump, tick.f_passive, drive.brake), hold(m, held), drive
 
 

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from stillhook.control.plc import Plc, cycle, hold
+from stillhook.control.plc import Plc, hold
 from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
 from stillhook.physics.hydraulics.motor import motor_torque, torque_loss_dry, torque_loss_moving
 from stillhook.physics.hydraulics.swash import displacement, pilot, swash_acceleration, swash_rate
@@ -19,7 +19,7 @@ from stillhook.winches.closed_circuit import (
 )
 from stillhook.winches.hoist import Hoist, HoistState, drag_loss, drum_geometry, hoist_energy, hoist_state, wire_loss
 from stillhook.winches.records import Limits, Powers, Sensors, Signals, Tip
-from stillhook.winches.sensors import apply_override, sense
+from stillhook.winches.sensors import apply_override, closed_circuit_readings
 
 
 class Params(NamedTuple):
@@ -128,24 +128,31 @@ def geometry(x, p):
 
 
 @scalar
-def at_rest(s_w, m, tick, p):
-    """State, memory and commands with the load hanging still on line A, displacement where the PLC wants it; s_w wire
-    out [m]."""
+def start(s_w, tick, p):
+    """State before the PLC's first cycle: the load hangs still; s_w wire out [m]."""
     A, h = p.active, p.hoist
     s_load = tick.s - h.load.W / wire_stiffness(s_w, h.wire)
-    tip = Tip(tick.s, 0.0)
-    x = State(0.0, 0.0, 1.0, 0.0, A.boost.p, A.boost.p, 0.0, s_w, 0.0, s_load, 0.0)
-    geo = geometry(x, p)
-    u, m, _ = control(x, m, tick, tip, geo, p)
-    q = hoist_state(0.0, s_w, s_load, 0.0, geo, tip, h)
-    p_a = A.boost.p + q.F_w * geo.r_eff / (A.motors.count * A.motors.D_max * u.u_m)
-    return State(0.0, 0.0, u.u_m, 0.0, p_a, A.boost.p, 0.0, s_w, 0.0, s_load, 0.0), m, u
+    return State(0.0, 0.0, 1.0, 0.0, A.boost.p, A.boost.p, 0.0, s_w, 0.0, s_load, 0.0)
 
 
 @scalar
-def control(x, m, tick, tip, geo, p):
-    """One PLC cycle: plant commands, the PLC's new memory, and the active drive's signals."""
-    drive, m = cycle(sense(x, m, tick, tip, geo, 0.0, p), m, 0.0, p.plc)
+def settle(x, u, tick, geo, p):
+    """The state at rest under the PLC's first commands: line A holds the load at the displacement that it wants."""
+    A = p.active
+    q = hoist_state(0.0, x.s_w, x.s_load, 0.0, geo, Tip(tick.s, 0.0), p.hoist)
+    p_a = A.boost.p + q.F_w * geo.r_eff / (A.motors.count * A.motors.D_max * u.u_m)
+    return State(0.0, 0.0, u.u_m, 0.0, p_a, x.p_b, 0.0, x.s_w, 0.0, x.s_load, 0.0)
+
+
+@scalar
+def sense(x, m, tick, tip, geo, p):
+    """What the PLC reads."""
+    return closed_circuit_readings(x, m, tick, tip, geo, 0.0, 0.0, p)
+
+
+@scalar
+def actuate(drive, y, x, m_0, m, tick, geo, p):
+    """Plant commands, the PLC's memory and the active drive's signals; y what was read, m_0 memory before the cycle."""
     drive = apply_override(drive, tick)
     u_m, held = pilot(drive.u_m, m.held, p.active.control)
     return Command(drive.u_p, u_m, tick.f_pump, drive.brake), hold(m, held), drive

@@ -1,6 +1,7 @@
 """What the PLC of either winch type reads at the start of a cycle, and commands that stand in for its own."""
 
-from stillhook.control.plc import ActuatorCommands, Sensed
+from stillhook.control.interface import Sensed
+from stillhook.control.plc import ActuatorCommands
 from stillhook.physics.hydraulics.swash import displacement, known_displacement
 from stillhook.physics.load_path.drum import K_wire
 from stillhook.physics.scalar import scalar
@@ -9,11 +10,11 @@ from stillhook.winches.hoist import hoist_state
 
 
 @scalar
-def sense(x, m, tick, tip, geo, T_passive, p):
+def closed_circuit_readings(x, m, tick, tip, geo, T_passive, p_hp, p):
     """Sensed: motion unit, operator and mode of the tick; encoder and load cell with noise and steps; the motors' known
     setting; pressures.
 
-    T_passive torque of the passive motors now, without losses [N m].
+    T_passive torque of the passive motors now, without losses [N m]; p_hp accumulator pressure [Pa].
     """
     A = p.active
     q = hoist_state(x.omega_m, x.s_w, x.s_load, x.v_load, geo, tip, p.hoist)
@@ -23,19 +24,20 @@ def sense(x, m, tick, tip, geo, T_passive, p):
     ratio = K_wire(geo.d, p.hoist.drum)
     dp_load = (F * geo.r_eff - T_passive) / (A.motors.count * A.motors.D_max * alpha_m)
     return Sensed(
-        tick.s_m,
-        tick.v_m,
-        tick.a_m,
-        tick.v_op,
-        tick.s_op,
-        tick.mode,
-        tick.f_known,
-        s_w,
-        F,
-        alpha_m,
-        ratio,
-        x.p_a - x.p_b,
-        dp_load,
+        s_tip=tick.s_m,
+        v_tip=tick.v_m,
+        a_tip=tick.a_m,
+        v_op=tick.v_op,
+        s_op=tick.s_op,
+        mode=tick.mode,
+        f_pump=tick.f_known,
+        s_w=s_w,
+        F=F,
+        alpha_m=alpha_m,
+        K_wire=ratio,
+        dp=x.p_a - x.p_b,
+        dp_load=dp_load,
+        p_hp=p_hp,
     )
 
 

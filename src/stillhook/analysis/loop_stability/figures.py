@@ -11,7 +11,7 @@ import numpy as np
 from stillhook.analysis.loop_stability.models.transfer import about, full_matrices, motor_poles
 from stillhook.analysis.loop_stability.stability import range_of_modes
 from stillhook.analysis.loop_stability.sweeps import bode, root_locus, slow_sweep, sweep
-from stillhook.analysis.steady.steady_state import speed_limit
+from stillhook.analysis.steady.steady_state import moves, speed_limit
 from stillhook.engine.pack.winch import gains
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.spec.crane import Crane
@@ -165,13 +165,14 @@ def root_locus_figure(crane: Crane, alphas: tuple[float, ...] = (1.0, 0.6)) -> F
     return figure
 
 
-def motor_pole_figure(crane: Crane, modes: tuple[Mode, ...] = (Mode.SSC, Mode.SSC_CUBIC)) -> Figure:
+def motor_pole_figure(crane: Crane, modes: tuple[Mode, ...] | None = None) -> Figure:
     """Poles of the motors' own loop and of the circuit in the position loop as the tip's speed rises under SSC, at the
     crane's K_p."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10.0, 4.4), layout="constrained")
     left, right = figure.subplots(1, 2)
+    modes = tuple(mode for mode in Mode if mode.compensates and moves(crane, mode)) if modes is None else modes
     for colour, mode in zip(COLOURS, modes, strict=False):
         speeds = _speeds(crane, mode)
         poles = np.array([motor_poles(crane, v, mode=mode) for v in speeds])

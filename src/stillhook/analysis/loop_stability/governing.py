@@ -18,12 +18,12 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from stillhook.analysis.applicability import HS_SHARE
 from stillhook.analysis.loop_stability.margins import GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK, strongest_up_to
 from stillhook.analysis.loop_stability.models.linearisation import plc_loop
 from stillhook.analysis.loop_stability.models.loops import SampledLoop, position_loop, sampled
 from stillhook.analysis.steady.limits import Direction, Station
 from stillhook.analysis.steady.operating_point import NoSteadyOperation
+from stillhook.analysis.steady.steady_state import motor_law, moves
 from stillhook.engine.pack.winch import drum_record, plc_record
 from stillhook.errors import StillhookError
 from stillhook.physics.load_path.drum import wire_usable
@@ -89,7 +89,7 @@ def with_damped_wire(crane: Crane) -> Crane:
 
 def heaviest_payload(crane: Crane, mode: Mode) -> float:
     """Heaviest payload that a mode carries [kg]: HS 60 % of the SWL (paper C), the others all of it."""
-    return (HS_SHARE if mode is Mode.HS else 1.0) * crane.SWL
+    return mode.law.swl_share * crane.SWL
 
 
 def wire_range(crane: Crane) -> tuple[float, ...]:
@@ -198,7 +198,7 @@ def _plant(crane: Crane, mode: Mode, place: Place, kept: tuple[float, float, flo
     nothing of the settings but the displacement: it is kept between candidates."""
     station = _station(crane, place)
     at, plc = station.displacement(mode)(abs(place.v_tip)), plc_record(crane)
-    stands = mode not in (Mode.SSC, Mode.SSC_CUBIC) or at >= 1.0
+    stands = not moves(crane, mode) or at >= 1.0
     seen: Any = plc._replace(gains=None, motors=None, t_lead=0.0) if stands else plc  # type: ignore[arg-type]
     alpha = _cut(at, STEP_PLANT) if stands else at
     params = station.winch.params._replace(plc=None)
@@ -248,5 +248,4 @@ def _plant_at(
 def least_displacement(crane: Crane, mode: Mode) -> float:
     """Smallest displacement of the motors that this law may use on the outermost layer, where the margins are least
     [-]."""
-    fixed = {Mode.NS: crane.control.alpha_ns, Mode.HS: crane.control.alpha_hs, Mode.LEVEL_1: 1.0, Mode.LEVEL_2: 1.0}
-    return fixed.get(mode, crane.active.motor.alpha_min)
+    return min(motor_law(crane, mode)(u_ff) for u_ff in (0.0, 1.0))

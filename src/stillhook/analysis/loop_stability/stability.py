@@ -37,7 +37,8 @@ from stillhook.analysis.loop_stability.models.transfer import (
     on_layer,
 )
 from stillhook.analysis.steady.operating_point import OperatingPoint, operating_point
-from stillhook.analysis.steady.steady_state import steady
+from stillhook.analysis.steady.steady_state import motor_law, steady
+from stillhook.control.registry import DEFAULT_MODE, USUAL
 from stillhook.engine.pack.winch import drum_record, gains, wire_speed_max
 from stillhook.errors import StillhookError
 from stillhook.physics.load_path.drum import K_wire as ratio_of
@@ -123,7 +124,7 @@ def published_stability(
 ) -> Stability:
     machine, K_wire = (crane, 1.0) if layer is None else on_layer(crane, layer)
     _check(v_tip, delay)
-    alpha = steady(machine, -v_tip, Mode.SSC, K_wire=K_wire).alpha_m if alpha_m is None else alpha_m
+    alpha = steady(machine, -v_tip, DEFAULT_MODE, K_wire=K_wire).alpha_m if alpha_m is None else alpha_m
     e, limit = eigenfrequency(machine, alpha), gain_limit(machine, alpha, K_wire)
     plain = position_loop(machine, alpha, K_wire=K_wire)
     held = sampled(plain, crane.control.t_cycle, delay + crane.control.computing)
@@ -155,7 +156,7 @@ def full_stability(
     s_w: float,
     v_tip: float,
     alpha_m: float | None = None,
-    mode: Mode | str = Mode.SSC,
+    mode: Mode | str = DEFAULT_MODE,
     delay: float = 0.0,
 ) -> tuple[Stability, OperatingPoint]:
     """The same of the complete plant while it compensates a steady tip speed, by numeric linearisation, and the
@@ -259,14 +260,16 @@ def both_loops(
     real one swings is in `swings`. Errors: as `stability` and `full_stability`.
     """
     published = stability(crane, alpha_m, v_tip=v_tip, delay=delay)
-    masses = payloads_of_mode(crane, Mode.SSC) if loads is None else tuple(loads)
+    masses = payloads_of_mode(crane, DEFAULT_MODE) if loads is None else tuple(loads)
     places = (
         slow_places(masses, wires, SLOW) if v_tip == 0.0 else [Place(m, s_w, v_tip) for m in masses for s_w in wires]
     )
     damped_crane, swings = with_damped_wire(crane), []
     limits: dict[Place, float] = {}
     for place in places:
-        damped, real = (plant_loop_at(c, Mode.SSC, place, alpha_m=alpha_m, delay=delay) for c in (damped_crane, crane))
+        damped, real = (
+            plant_loop_at(c, DEFAULT_MODE, place, alpha_m=alpha_m, delay=delay) for c in (damped_crane, crane)
+        )
         if damped is not None:
             limits[place] = gain_limit_of(damped.loop)[0]
         if real is not None and gain_limit_of(real.loop)[0] == 0.0:
@@ -292,7 +295,7 @@ def _about(crane: Crane, v_tip: float, alpha_m: float, K_wire: float) -> About:
     omega_m = -v_tip / effective_radius(crane, K_wire)
     u_ff = -gains(crane).K_1 * v_tip * K_wire * alpha_m
     dp = crane.control.B_v * omega_m / (crane.active.motor.D_total * alpha_m)
-    return About(v_tip, alpha_m, u_ff, omega_m, dp, motor_slope(crane, Mode.SSC, alpha_m, u_ff))
+    return About(v_tip, alpha_m, u_ff, omega_m, dp, motor_slope(crane, DEFAULT_MODE, alpha_m, u_ff))
 
 
 def _stability(
@@ -345,5 +348,6 @@ def least_limit(crane: Crane) -> tuple[float, float]:
 def range_of_modes(crane: Crane) -> dict[str, tuple[float, float]]:
     """Least and largest displacement that each mode takes on the outermost layer [-]; under SSC with a load that asks
     for no more."""
-    c, alpha_min = crane.control, crane.active.motor.alpha_min
-    return {"ssc": (alpha_min, 1.0), "ns": (c.alpha_ns, c.alpha_ns), "hs": (c.alpha_hs, c.alpha_hs)}
+    laws = {mode.value: motor_law(crane, mode) for mode in reversed(USUAL)}
+    ends = {name: (law(0.0), law(1.0)) for name, law in laws.items()}
+    return {name: (min(both), max(both)) for name, both in ends.items()}

@@ -23,10 +23,10 @@ from stillhook.analysis.loop_stability.models.eigenfrequency import gain_limit
 from stillhook.analysis.loop_stability.models.loops import position_loop, sampled
 from stillhook.analysis.loop_stability.stability import Stability, published_stability
 from stillhook.base.arrays import FloatArray
+from stillhook.control.registry import CLASSIC, DEFAULT_MODE
 from stillhook.errors import StillhookError
 from stillhook.library import changed
 from stillhook.spec.crane import Crane
-from stillhook.spec.scenario import Mode
 from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
@@ -89,12 +89,12 @@ def slow_sweep(
         if values is None
         else np.asarray(list(values), dtype=np.float64)
     )
-    masses = (*payloads_of_mode(crane, Mode.HS), crane.SWL) if loads is None else tuple(loads)
+    masses = (*payloads_of_mode(crane, CLASSIC[-1]), crane.SWL) if loads is None else tuple(loads)
     limits, still = np.full((len(alphas), len(masses), len(wires)), math.nan), with_damped_wire(crane)
     for at in np.ndindex(limits.shape):
         i, j, k = at
         slow = [
-            plant_loop_at(still, Mode.SSC, p, alpha_m=float(alphas[i]), delay=delay)
+            plant_loop_at(still, DEFAULT_MODE, p, alpha_m=float(alphas[i]), delay=delay)
             for p in slow_places(masses[j : j + 1], wires[k : k + 1])
         ]
         limits[at] = min((gain_limit_of(s.loop)[0] for s in slow if s is not None), default=math.nan)

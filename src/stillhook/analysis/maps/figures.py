@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.analysis.maps.result import BEST_CLASSIC, CLASSIC, SHOWN, Map
+from stillhook.analysis.maps.result import BEST_CLASSIC, SHOWN, Map
 from stillhook.base.arrays import FloatArray
+from stillhook.control.registry import CLASSIC
 from stillhook.units import in_display, show
 
 if TYPE_CHECKING:

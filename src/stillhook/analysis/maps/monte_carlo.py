@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 from stillhook._version import __version__
 from stillhook.analysis.applicability import cause_of
 from stillhook.analysis.controllers import Controller
-from stillhook.analysis.maps.operability import CLASSIC_AND_NEW, Cells, cells_of
-from stillhook.analysis.maps.result import CLASSIC
+from stillhook.analysis.maps.operability import Cells, cells_of
 from stillhook.analysis.uncertainty.bands import INSIDE, chance
 from stillhook.analysis.uncertainty.factors_file import Draws, Uncertainty, draws
 from stillhook.analysis.uncertainty.monte_carlo import AT_ONCE, SAMPLER, base_drawings, part_of, run_draws
 from stillhook.analysis.uncertainty.samples import Drawing
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
+from stillhook.control.registry import CLASSIC, USUAL
 from stillhook.engine.scenario.batch import NUMBERS
 from stillhook.kernels.build import results_hash
 from stillhook.library import crane_toml
@@ -43,7 +43,7 @@ INTERVAL = ("low", "share", "high")
 
 def monte_carlo_map(
     crane: Crane,
-    controllers: Sequence[str | Path | Controller] = CLASSIC_AND_NEW,
+    controllers: Sequence[str | Path | Controller] = USUAL,
     uncertainty: Uncertainty | None = None,
     *,
     n: int = 64,

@@ -15,6 +15,7 @@ from stillhook.analysis.axes import LOADS, PERIOD, SPEEDS, Axes, Texts, axes_of
 from stillhook.analysis.controllers import Controller, controller
 from stillhook.analysis.maps.result import Map, as_dataset
 from stillhook.base.progress import Progress
+from stillhook.control.registry import USUAL
 from stillhook.engine.scenario.batch import summaries
 from stillhook.engine.scenario.checks import notes_of
 from stillhook.errors import ScenarioError, SpecError
@@ -27,7 +28,6 @@ from stillhook.units import parse, quote, show
 if TYPE_CHECKING:
     pass
 
-CLASSIC_AND_NEW = ("ns", "hs", "ssc")
 DURATION, WARM_UP = "30 s", "10 s"
 """Paper E neglects the first 10 s and counts 20 s (section 4.1, figure 6)."""
 RAMP = 10.0
@@ -49,7 +49,7 @@ NUMBERS = (
 
 def map_of(
     crane: Crane,
-    controllers: Sequence[str | Path | Controller] = CLASSIC_AND_NEW,
+    controllers: Sequence[str | Path | Controller] = USUAL,
     *,
     loads: Texts = LOADS,
     speeds: Texts = SPEEDS,
@@ -143,7 +143,7 @@ class Cells(NamedTuple):
 
 def cells_of(
     crane: Crane,
-    controllers: Sequence[str | Path | Controller] = CLASSIC_AND_NEW,
+    controllers: Sequence[str | Path | Controller] = USUAL,
     *,
     loads: Texts = LOADS,
     speeds: Texts = SPEEDS,

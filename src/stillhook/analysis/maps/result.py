@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from stillhook._version import __version__
 from stillhook.analysis.axes import Axes
 from stillhook.base.arrays import FloatArray
+from stillhook.control.registry import CLASSIC
 from stillhook.engine.validity import twin_line
 from stillhook.kernels.build import kernel_hash
 from stillhook.library import crane_toml
@@ -36,8 +37,6 @@ class Shown(NamedTuple):
 
 
 BEST_CLASSIC = "best classic"
-CLASSIC = (Mode.NS, Mode.HS)
-"""The two settings of the classic controller (level 3) between which an operator chooses."""
 COMPARED = ("e_c_pp", "p_max", "settling_time")
 """Of which the change against the best classic controller is given, where a map has them; suffix `_change`."""
 SHOWN: Mapping[str, Shown] = {

@@ -13,11 +13,12 @@ import numpy as np
 from stillhook.analysis.applicability import cause_of
 from stillhook.analysis.axes import LOADS, SPEEDS, Axes, Texts, axes_of
 from stillhook.analysis.controllers import Controller
-from stillhook.analysis.maps.operability import CLASSIC_AND_NEW, controllers_of
+from stillhook.analysis.maps.operability import controllers_of
 from stillhook.analysis.maps.result import Map, as_dataset
 from stillhook.analysis.steady.layers import layer_row
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
+from stillhook.control.registry import USUAL
 from stillhook.engine.arguments import SERIES_STEP, check_threads, steps_per_cycle
 from stillhook.engine.batch import spread
 from stillhook.engine.scenario.checks import notes_of
@@ -70,7 +71,7 @@ class Response(NamedTuple):
 
 def settling_of(
     crane: Crane,
-    controllers: Sequence[str | Path | Controller] = CLASSIC_AND_NEW,
+    controllers: Sequence[str | Path | Controller] = USUAL,
     *,
     loads: Texts = LOADS,
     speeds: Texts = SPEEDS,

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from stillhook._version import __version__
-from stillhook.analysis.applicability import HS_SHARE
 from stillhook.analysis.axes import Texts, quantities
 from stillhook.analysis.controllers import Controller, controller
 from stillhook.analysis.steady.layers import layer_row
 from stillhook.analysis.steady.limits import RESERVE, Direction, Limit, Station, Top
 from stillhook.analysis.steady.steady_state import steady
 from stillhook.base.progress import Progress
+from stillhook.control.registry import CLASSIC, Mode
 from stillhook.control.ssc import displacement_calc_min
 from stillhook.engine.pack.winch import plc_record, wire_speed_max
 from stillhook.engine.scenario.checks import notes_of
@@ -24,7 +24,7 @@ from stillhook.errors import StillhookError
 from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
 from stillhook.spec.plausible import implausible_values
-from stillhook.spec.scenario import Mode, Scenario
+from stillhook.spec.scenario import Scenario
 from stillhook.units import parse
 from stillhook.variables import BY_NAME
 
@@ -33,7 +33,8 @@ if TYPE_CHECKING:
 
 PHYSICAL = "physical"
 """Label of what the machine can do whatever the controller."""
-STANDARD = ("ns", "hs", "ssc", "ssc-cubic")
+STANDARD = tuple(mode for mode in Mode if mode.law.uses)
+"""Controllers of a range where none are named: those with settings of the motors."""
 LOADS = tuple(n / 20 for n in range(21))
 """Default loads over the SWL."""
 SPEEDS = 121
@@ -57,7 +58,6 @@ def envelope(
     loads: Texts | None = None,
     modes: Controllers = STANDARD,
     reserve: float = RESERVE,
-    hs_share: float = HS_SHARE,
     progress: Progress | None = None,
 ) -> xarray.Dataset:
     r"""The load-speed operating range: highest wire speed of every controller, and of the machine whatever the
@@ -67,7 +67,7 @@ def envelope(
     first of: full pumps; relief valves opening; less torque in reserve than the rule requires; active or passive motors
     turning faster than their displacement allows (the limit rises from n_max_full to n_max as the displacement falls).
     Gears and drum have no limit of their own in a crane file: the makers' limits are part of the motors' smallest
-    displacement (Moslatt 2020 eq. 2.11). NS may carry the SWL, HS hs_share of it. Without a mode ("physical") the
+    displacement (Moslatt 2020 eq. 2.11). NS may carry the SWL, HS 60 % of it. Without a mode ("physical") the
     motors are at the best displacement of all.
 
     Parameters: layers counted from the bare drum, None the outermost alone; loads payloads as for a map, ["90 t", "120
@@ -89,7 +89,7 @@ def envelope(
     load.
     """
     kg = [f * crane.SWL for f in LOADS] if loads is None else quantities(loads, "mass", "loads", percent_of=crane.SWL)
-    return envelope_at(crane, kg, layers=layers, modes=modes, reserve=reserve, hs_share=hs_share, progress=progress)
+    return envelope_at(crane, kg, layers=layers, modes=modes, reserve=reserve, progress=progress)
 
 
 def envelope_at(
@@ -99,27 +99,23 @@ def envelope_at(
     layers: Sequence[int] | None = None,
     modes: Controllers = STANDARD,
     reserve: float = RESERVE,
-    hs_share: float = HS_SHARE,
     progress: Progress | None = None,
 ) -> xarray.Dataset:
     """The same at loads in kg; see `envelope`."""
     _check_share("reserve", reserve)
-    _check_share("hs_share", hs_share)
     chosen, numbers = _controllers(modes), _layers(crane, layers)
     kg = list(loads)
     cranes = [*(c.on(crane) for c in chosen), crane]
     shape = (len(cranes), len(numbers), len(kg), len(Direction))
-    cells = _cells(crane, cranes, [c.mode for c in chosen], numbers, kg, reserve, hs_share)
+    cells = _cells(crane, cranes, [c.mode for c in chosen], numbers, kg, reserve)
     columns = _columns(shape)
-    columns["load_most"] = np.array(
-        [hs_share * crane.SWL if c.mode is Mode.HS else crane.SWL for c in chosen] + [crane.SWL]
-    )
+    columns["load_most"] = np.array([*(c.mode.law.swl_share * crane.SWL for c in chosen), crane.SWL])
     for done, cell in enumerate(cells):
         _store(columns, cell)
         if progress is not None:
             progress((done + 1) / math.prod(shape))
-    attrs = {"crane": crane_toml(crane), "stillhook": __version__, "reserve": reserve, "hs_share": hs_share}
-    attrs["notes"] = "; ".join((*implausible_values(crane), *_notes(crane, cranes[:-1], chosen, numbers, kg, hs_share)))
+    attrs = {"crane": crane_toml(crane), "stillhook": __version__, "reserve": reserve}
+    attrs["notes"] = "; ".join((*implausible_values(crane), *_notes(crane, cranes[:-1], chosen, numbers, kg)))
     return _dataset(columns, [*(c.name for c in chosen), PHYSICAL], numbers, kg, attrs)
 
 
@@ -129,14 +125,13 @@ def _notes(
     chosen: Sequence[Controller],
     layers: Sequence[int],
     loads: Sequence[float],
-    hs_share: float,
 ) -> list[str]:
     """What the winch type means at the heaviest load that each controller may be used with, on the outermost of the
     layers."""
     s_w = wire_out_on(crane, max(layers))
     cases, machines = [], []
     for machine, c in zip(cranes, chosen, strict=True):
-        most = (hs_share if c.mode is Mode.HS else 1.0) * crane.SWL * (1.0 + 1e-9)
+        most = c.mode.law.swl_share * crane.SWL * (1.0 + 1e-9)
         carried = [load for load in loads if load <= most]
         if carried:
             machines.append(machine)
@@ -162,7 +157,7 @@ def setting_curves(
     published outer diameter).
     Returns: Dataset over ("mode", "v_w"): alpha_m_ideal, alpha_p_ideal [-], alpha_m, alpha_p [-] and dp_m [Pa] of the
     plant, all as magnitudes; alpha_p above 1 cannot be reached. v_w_cross, v_w_cross_ideal over ("mode", "classic")
-    [m/s]: the speed at which a mode's motors come down to those of NS or HS, NaN where they never do.
+    [m/s]: the speed at which a mode's motors come down to those of the classic ones, NaN where they never do.
     Errors: as `envelope`. Source: Moslatt 2020 figure 2.17, paper E figure 4 (ideal).
     """
     chosen, way, mass = _controllers(modes), Direction(direction), parse(load, "mass", "load")
@@ -190,7 +185,7 @@ def setting_curves(
         "load": mass,
         "direction": way.value,
     }
-    coords = {"mode": [c.name for c in chosen], "v_w": speeds, "classic": [Mode.NS.value, Mode.HS.value]}
+    coords = {"mode": [c.name for c in chosen], "v_w": speeds, "classic": [mode.value for mode in CLASSIC]}
     return _labelled(fields | crossings, coords, attrs)
 
 
@@ -219,9 +214,8 @@ def _crossings(
     cross, ideal = [], []
     for c, s in zip(chosen, stations, strict=True):
         base = Station(crane, load, s.winch.s_w, Direction.HOISTING)
-        classic = (Mode.NS, Mode.HS)
-        cross.append([_meeting(s.displacement(c.mode), base.displacement(m)(0.0), fastest) for m in classic])
-        still = [steady(crane, 0.0, m, load, K_wire=K_wire).alpha_m for m in classic]
+        cross.append([_meeting(s.displacement(c.mode), base.displacement(m)(0.0), fastest) for m in CLASSIC])
+        still = [steady(crane, 0.0, m, load, K_wire=K_wire).alpha_m for m in CLASSIC]
         ideal.append([_meeting(_ideal_motors(s.crane, c.mode, load, K_wire), a, fastest) for a in still])
     return {"v_w_cross": (("mode", "classic"), cross), "v_w_cross_ideal": (("mode", "classic"), ideal)}
 
@@ -278,7 +272,6 @@ def _cells(
     layers: Sequence[int],
     loads: Sequence[float],
     reserve: float,
-    share: float,
 ) -> Iterator[Cell]:
     """Every place of the envelope; the last crane is the machine without a controller."""
     for j, layer in enumerate(layers):
@@ -287,7 +280,7 @@ def _cells(
             for n, way in enumerate(Direction):
                 for i, each in enumerate(cranes):
                     s = Station(each, load, s_w, way, reserve)
-                    top = s.top_of_mode(modes[i], hs_share=share) if i < len(modes) else s.top_of_machine()
+                    top = s.top_of_mode(modes[i]) if i < len(modes) else s.top_of_machine()
                     yield Cell((i, j, k, n), s, top)
 
 

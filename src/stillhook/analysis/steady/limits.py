@@ -15,12 +15,12 @@ from typing import NamedTuple
 
 from scipy.optimize import brentq, minimize_scalar
 
-from stillhook.analysis.applicability import HS_SHARE
 from stillhook.analysis.steady.operating_point import NoSteadyOperation, OperatingPoint, operate, winch_at
-from stillhook.analysis.steady.steady_state import motor_law, settled
+from stillhook.analysis.steady.steady_state import settled
 from stillhook.control.passive import displacement_for_weight
+from stillhook.control.registry import MANUAL_MODE
 from stillhook.control.ssc import displacement_min
-from stillhook.engine.pack.winch import gains, plc_record, power_most, wire_speed_max
+from stillhook.engine.pack.winch import gains, motor_law, plc_record, power_most, wire_speed_max
 from stillhook.engine.scenario.checks import check, speed_limit
 from stillhook.physics.hydraulics.accumulator import accumulator_pressure
 from stillhook.physics.hydraulics.motor import motor_torque
@@ -93,7 +93,7 @@ class Station:
     """
 
     def __init__(self, crane: Crane, load: float, s_w: float, direction: Direction, reserve: float = RESERVE) -> None:
-        case = Scenario(load=f"{float(load)!r} kg", s_w=f"{float(s_w)!r} m", mode=Mode.MANUAL)
+        case = Scenario(load=f"{float(load)!r} kg", s_w=f"{float(s_w)!r} m", mode=MANUAL_MODE)
         check(crane, case)
         self.crane, self.sign, self.reserve = crane, direction.sign, reserve
         self.winch = winch_at(crane, case)
@@ -103,7 +103,7 @@ class Station:
 
     def displacement(self, mode: Mode) -> Displacement:
         """Displacement of the motors at a steady speed in a mode, by the PLC's law."""
-        law, K_1 = motor_law(self.crane, mode, self.F_w, self.ratio, plc=plc_record(self.crane)), gains(self.crane).K_1
+        law, K_1 = motor_law(self.crane, mode, self.F_w, self.ratio), gains(self.crane).K_1
         return lambda v: settled(law, K_1 * v * self.ratio)
 
     @cached_property
@@ -195,9 +195,9 @@ class Station:
         v = limits[binds]
         return Top(v, binds, limits, self.at(v, alpha_m(v)))
 
-    def top_of_mode(self, mode: Mode, *, hs_share: float = HS_SHARE) -> Top:
-        """Highest speed of a mode; HS may be used up to hs_share of the SWL."""
-        if mode is Mode.HS and self.F_w > self._weight(hs_share * self.crane.SWL) * (1.0 + 1e-9):
+    def top_of_mode(self, mode: Mode) -> Top:
+        """Highest speed of a mode, up to the part of the SWL that it may carry."""
+        if self.F_w > self._weight(mode.law.swl_share * self.crane.SWL) * (1.0 + 1e-9):
             return Top(math.nan, Limit.LOAD, {}, None)
         return self.top(self.displacement(mode))
 

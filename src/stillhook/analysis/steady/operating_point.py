@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 from scipy.optimize import brentq
 
 from stillhook.control.passive import displacement_for_weight, make_up
+from stillhook.control.registry import MANUAL_MODE
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.checks import check
 from stillhook.errors import StillhookError
@@ -22,7 +23,7 @@ from stillhook.physics.hydraulics.accumulator import accumulator_pressure
 from stillhook.physics.load_path.load import drag_force
 from stillhook.physics.load_path.wire import wire_stiffness
 from stillhook.spec.crane import Crane
-from stillhook.spec.scenario import FrictionModel, Mode, Operator, Scenario, Water
+from stillhook.spec.scenario import FrictionModel, Operator, Scenario, Water
 from stillhook.units import show
 from stillhook.winches import active_passive, pure_active
 from stillhook.winches.closed_circuit import ActiveFlows, active_flows
@@ -186,7 +187,7 @@ def _case(load: float, s_w: float, water: Water | None, friction: FrictionModel)
         "water": water,
         "friction": friction,
     }
-    return Scenario(mode=Mode.MANUAL, operator=Operator(), **fields)
+    return Scenario(mode=MANUAL_MODE, operator=Operator(), **fields)
 
 
 def _check_numbers(v_w: float, alpha_m: float, v_tip: float) -> None:

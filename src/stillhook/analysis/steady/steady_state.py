@@ -8,9 +8,8 @@ from typing import NamedTuple
 
 from scipy.optimize import brentq
 
-from stillhook.control.plc import Plc, Sensed, motor_demand
-from stillhook.control.ssc import displacement_min
-from stillhook.engine.pack.winch import MODE_CODE, gains, plc_record, wire_speed_max
+from stillhook.engine.pack.winch import gains, plc_record, wire_speed_max
+from stillhook.engine.pack.winch import motor_law as law_of_plc
 from stillhook.errors import StillhookError
 from stillhook.kernels.winch_type import plant_of
 from stillhook.physics.scalar import G
@@ -33,14 +32,13 @@ def steady(crane: Crane, v_w: float, mode: Mode | str, load: float | None = None
     r"""Displacements at constant wire speed.
 
     The pumps deliver the flow of the motors, u_p = v_w alpha_m K_wire / v_w(1, 1); the motors stand where the mode
-    wants them for the feedforward u_ff = K_1 v_w alpha_m K_wire, which holds alpha_m itself. Linear SSC has a closed
-    form,
+    wants them for the feedforward u_ff = K_1 v_w alpha_m K_wire, which holds alpha_m itself. For linear SSC that is
 
     .. math:: \alpha_m = \frac{(1 - u_{thr}) + (1 - \alpha_{min}) u_{thr}}{(1 - u_{thr}) + (1 - \alpha_{min}) K_1 v_w
     K_{wire}}
               \quad \text{within}\ [\alpha_{min}, 1]
 
-    and the cubic one is solved.
+    and every law is solved for it.
 
     Parameters: v_w wire speed, hoisting positive [m/s]; mode; load payload without hook [kg], None: the load cell asks
     for nothing, as in the published figures; K_wire largest drum diameter over that in use [-].
@@ -59,11 +57,7 @@ def steady(crane: Crane, v_w: float, mode: Mode | str, load: float | None = None
     if not 1.0 <= K_wire < math.inf:
         raise StillhookError(f"K_wire = {K_wire:g}: the largest drum diameter over the present one is at least 1.")
     x = gains(crane).K_1 * abs(v_w) * K_wire
-    alpha_m = (
-        _alpha_linear(crane, x, F, K_wire)
-        if Mode(mode) in (Mode.SSC, Mode.MANUAL)
-        else _alpha(crane, Mode(mode), x, F, K_wire)
-    )
+    alpha_m = settled(motor_law(crane, Mode(mode), F, K_wire), x)
     v_full = wire_speed_max(crane, alpha_m) / K_wire
     u_p = v_w / v_full
     held = max(-1.0, min(u_p, 1.0))
@@ -91,39 +85,21 @@ def reduction_lead(crane: Crane, v_peak: float, period: float, *, K_wire: float 
     return period * math.acos(min(start, 1.0)) / (2.0 * math.pi)
 
 
-def motor_law(
-    crane: Crane, mode: Mode, F: float = 0.0, K_wire: float = 1.0, *, plc: Plc | None = None
-) -> Callable[[float], float]:
-    """The PLC's command to the motors as a function of the feedforward u_ff [-], with F on the load cell [N]: the PLC's
-    own law.
+def motor_law(crane: Crane, mode: Mode, F: float = 0.0, K_wire: float = 1.0) -> Callable[[float], float]:
+    """A controller's command to the motors as a function of the feedforward u_ff [-], with F on the load cell [N].
 
-    In the published numbers the outermost layer has the printed outer diameter: NS and HS settings hold at K_wire = 1.
-    plc: settings of the plant, for which they hold on the centre of its outermost wire.
+    As in the published numbers: the outermost layer has the printed outer diameter, NS and HS settings hold at K_wire =
+    1. That of the plant, for which they hold on the centre of its outermost wire, is
+    `stillhook.engine.pack.winch.motor_law`.
     """
-    plc = _published_plc(crane) if plc is None else plc
-    y = Sensed(0.0, 0.0, 0.0, 0.0, 0.0, MODE_CODE[mode], 1.0, 0.0, F, 1.0, K_wire, 0.0, 0.0)
-
-    def law(u_ff: float) -> float:
-        return float(motor_demand(y, u_ff, F, plc))
-
-    return law
-
-
-def _published_plc(crane: Crane) -> Plc:
     plc = plc_record(crane)
-    return plc._replace(motors=plc.motors._replace(K_outer=1.0))
+    return law_of_plc(crane, mode, F, K_wire, plc=plc._replace(motors=plc.motors._replace(K_outer=1.0)))
 
 
-def _alpha_linear(crane: Crane, x: float, F: float, K_wire: float) -> float:
-    """Closed form of the linear SSC; x = K_1 |v_w| K_wire, the feedforward at full displacement."""
-    u_thr = crane.control.u_thr
-    alpha_min = float(displacement_min(F, K_wire, _published_plc(crane).motors))
-    rest, span = 1.0 - u_thr, 1.0 - alpha_min
-    return min(max((rest + span * u_thr) / (rest + span * x), alpha_min), 1.0)
-
-
-def _alpha(crane: Crane, mode: Mode, x: float, F: float, K_wire: float) -> float:
-    return settled(motor_law(crane, mode, F, K_wire), x)
+def moves(crane: Crane, mode: Mode) -> bool:
+    """Whether a controller moves the motors with the feedforward."""
+    law = motor_law(crane, mode)
+    return law(0.0) != law(1.0)
 
 
 def settled(law: Callable[[float], float], x: float) -> float:

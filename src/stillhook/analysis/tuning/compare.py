@@ -209,19 +209,19 @@ def trials_dataset(tunings: Sequence[Tuned]) -> xarray.Dataset:
     limits broken."""
     import xarray  # heavy: only where results are written
 
-    from stillhook.variables import BY_NAME
+    from stillhook.analysis.tuning.parameters import described
 
     rows = [(t, [c.name for c in t.settings], trial) for t in tunings for trial in t.trials]
     columns: dict[str, Any] = {}
     names = list(dict.fromkeys(n for _, settings, _ in rows for n in settings))
     for n in names:
         values = [dict(zip(settings, trial.values, strict=True)).get(n, np.nan) for _, settings, trial in rows]
-        columns[n] = ("trial", values, {"units": BY_NAME[n].unit, "long_name": BY_NAME[n].meaning})
+        columns[n] = ("trial", values, dict(zip(("units", "long_name"), described(n)[1:], strict=True)))
     for n in ("score", "e_c_pp_mean", "e_c_pp_worst", "p_max", "u_p_max", "v_w_capacity"):
         columns[n] = (
             "trial",
             [getattr(trial.score, n) for *_, trial in rows],
-            {"units": BY_NAME[n].unit, "long_name": BY_NAME[n].meaning},
+            dict(zip(("units", "long_name"), described(n)[1:], strict=True)),
         )
     columns["broken"] = (
         "trial",

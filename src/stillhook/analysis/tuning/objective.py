@@ -13,6 +13,7 @@ import numpy as np
 
 from stillhook.analysis.loop_stability.margins import GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK
 from stillhook.analysis.steady.steady_state import speed_limit
+from stillhook.control.registry import CLASSIC, DEFAULT_MODE
 from stillhook.errors import StillhookError
 from stillhook.sea.motion.motion import Motion, Sine, Sum
 from stillhook.spec.crane import Crane
@@ -121,13 +122,13 @@ def usual_speeds(crane: Crane) -> tuple[str, ...]:
     """Peak speeds for this winch: `SPEEDS`, or less of each on one whose NS cannot follow the highest of them. In whole
     m/min."""
     fastest = max(parse(v, "speed", "speeds") for v in SPEEDS)
-    part = min(1.0, FASTEST * speed_limit(crane, Mode.NS) / fastest)
+    part = min(1.0, FASTEST * speed_limit(crane, CLASSIC[0]) / fastest)
     return tuple(f"{60.0 * part * parse(v, 'speed', 'speeds'):.0f} m/min" for v in SPEEDS)
 
 
 def scenarios(
     crane: Crane,
-    mode: Mode = Mode.SSC,
+    mode: Mode = DEFAULT_MODE,
     *,
     loads: Sequence[str] = LOADS,
     speeds: Sequence[str] | None = None,
@@ -152,7 +153,7 @@ def scenarios(
 
 def hold_out(
     crane: Crane,
-    mode: Mode = Mode.SSC,
+    mode: Mode = DEFAULT_MODE,
     *,
     loads: Sequence[str] = LOADS,
     speeds: Sequence[str] | None = None,

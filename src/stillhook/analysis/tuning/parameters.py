@@ -9,24 +9,19 @@ from typing import Any, NamedTuple
 
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.loop_stability.models.eigenfrequency import gain_limit
+from stillhook.control.interface import Setting as ControllerSetting
+from stillhook.control.registry import CONTROLLERS, ControlLaw
 from stillhook.engine.pack.winch import gains, wire_speed_max
 from stillhook.errors import StillhookError
 from stillhook.library.toml.tree import nearest
+from stillhook.spec.control import own_settings, own_table
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, mode_of
-from stillhook.units import show
+from stillhook.units import KINDS, show
 from stillhook.variables import BY_NAME
 
 FEEDFORWARD = ("K_1", "K_2", "K_p", "t_lead")
-MOTORS: Mapping[Mode, tuple[str, ...]] = {
-    Mode.NS: ("alpha_ns",),
-    Mode.HS: ("alpha_hs",),
-    Mode.SSC: ("u_thr", "alpha_min", "alpha_swl"),
-    Mode.SSC_CUBIC: ("u_thr", "alpha_min", "alpha_swl"),
-    Mode.LEVEL_1: (),
-    Mode.LEVEL_2: (),
-}
-"""Settings of the pumps, which all controllers share, and of each motor law."""
+"""Settings of the pumps, which all controllers share."""
 K_1_RANGE = (0.95, 1.10)
 """Search range of K_1 over the ideal one [-]: leakage takes 1 to 4 % of the speed, print has 0.82."""
 K_2_LEAD = 0.15
@@ -54,10 +49,24 @@ class Setting(NamedTuple):
 def tunable(mode: Mode | str) -> tuple[str, ...]:
     """Names of the settings that a motor law knows. Errors: StillhookError for a mode without a motor law, or an
     unknown one."""
-    law = mode_of(mode)
-    if law not in MOTORS:
-        raise StillhookError(f'"{law}" has no settings to tune. Choose {", ".join(MOTORS)}.')
-    return (*FEEDFORWARD, *MOTORS[law])
+    chosen = mode_of(mode)
+    if not chosen.compensates:
+        others = ", ".join(m.value for m in Mode if m.compensates)
+        raise StillhookError(f'"{chosen}" has no settings to tune. Choose {others}.')
+    return (*FEEDFORWARD, *chosen.law.uses, *searched(chosen.law))
+
+
+def searched(law: ControlLaw) -> dict[str, ControllerSetting]:
+    """A controller's own settings that may be tuned, by table and name: "my_law.T_i"."""
+    return {f"{law.field}.{name}": setting for name, setting in law.settings.items() if setting.search is not None}
+
+
+def described(name: str) -> tuple[str, str, str]:
+    """Kind, SI unit and meaning of a setting."""
+    if name in BY_NAME:
+        return BY_NAME[name].kind, BY_NAME[name].unit, BY_NAME[name].meaning
+    setting = next(own[name] for law in CONTROLLERS.values() if name in (own := searched(law)))
+    return setting.kind, KINDS[setting.kind].si if setting.kind else "1", setting.meaning
 
 
 def space(crane: Crane, mode: Mode, free: Sequence[str] = (), *, delay: float = 0.0) -> tuple[Setting, ...]:
@@ -87,6 +96,7 @@ def space(crane: Crane, mode: Mode, free: Sequence[str] = (), *, delay: float = 
         "alpha_swl": (motor.alpha_min, 1.0),
         "alpha_ns": (c.alpha_hs, 1.0),
         "alpha_hs": (motor.alpha_min, c.alpha_ns),
+        **{name: setting.search for name, setting in searched(mode.law).items() if setting.search is not None},
     }
     start = present(crane)
     wanted = free or known
@@ -109,6 +119,17 @@ def present(crane: Crane) -> dict[str, float]:
         "alpha_swl": alpha_swl,
         "alpha_ns": c.alpha_ns,
         "alpha_hs": c.alpha_hs,
+        **_own(crane),
+    }
+
+
+def _own(crane: Crane) -> dict[str, float]:
+    """Settings of the controllers that have some of their own."""
+    laws = [law for law in CONTROLLERS.values() if law.settings]
+    return {
+        f"{law.field}.{name}": value
+        for law in laws
+        for name, value in own_settings(crane.control, law)._asdict().items()
     }
 
 
@@ -120,9 +141,13 @@ def with_settings(crane: Crane, values: Mapping[str, float]) -> Crane:
     Errors: StillhookError for a number that no crane file could hold.
     """
     for name, value in values.items():
-        if not (math.isfinite(value) and 0.0 <= value and (value <= 1.0 or name in FEEDFORWARD)):
+        if not (math.isfinite(value) and (("." in name) or (0.0 <= value and (value <= 1.0 or name in FEEDFORWARD)))):
             raise StillhookError(f"{name} = {value!r}: outside the range of a crane file.")
-    control = dict(values)
+    control: dict[str, Any] = {name: value for name, value in values.items() if "." not in name}
+    for law in CONTROLLERS.values():
+        own = {n.partition(".")[2]: value for n, value in values.items() if n.startswith(f"{law.field}.")}
+        if own:
+            control[law.field] = own_table(crane.control, law).model_copy(update=own)
     alpha_min = control.pop("alpha_min", None)
     if alpha_min is None:
         return crane.model_copy(update={"control": crane.control.model_copy(update=control)})
@@ -159,7 +184,11 @@ def tuned_controller(crane: Crane, start: Controller, values: Mapping[str, float
     old = start.changes_on(crane)
     control, motor = dict(old.get("control", {})), dict(old.get("active", {}).get("motor", {}))
     for n, v in numbers.items():
-        (motor if n == "alpha_min" else control)[n] = text_of(n, v)
+        table, _, name = n.rpartition(".")
+        if table:
+            control[table] = {**control.get(table, {}), name: text_of(n, v)}
+        else:
+            (motor if n == "alpha_min" else control)[n] = text_of(n, v)
     changes: dict[str, Any] = {"control": control} | ({"active": {"motor": motor}} if motor else {})
     return Controller(name, start.mode, changes)
 
@@ -175,7 +204,7 @@ def rounded(name: str, value: float) -> float:
 
 def text_of(name: str, value: float) -> str | float:
     """A setting as a crane file has it."""
-    kind = BY_NAME[name].kind
+    kind = described(name)[0]
     return show(value, kind, 6) if kind else value
 
 

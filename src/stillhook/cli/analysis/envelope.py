@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.crane.cranes import Json
+from stillhook.control.registry import CLASSIC
 from stillhook.report.terminal import human, print_json, print_table, print_twin, progress_bar, unit_of
 
 if TYPE_CHECKING:
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 OUT_FILES = ("range.png", "settings.png", "layers.png", "envelope.nc", "settings.nc", "envelope.json")
 SHARES = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 """Loads that are reported without --load, over the SWL."""
-CLASSIC = ("ns", "hs")
 LAYERS_SHARES = (0.6, 1.0)
 """Loads of the picture by layer, over the SWL."""
 
@@ -135,7 +135,6 @@ def _answer(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]]) -> 
     return {
         "twin": twin_line(crane),
         "reserve": data.attrs["reserve"],
-        "hs_share": data.attrs["hs_share"],
         "load_most": most,
         "loads": places,
         "notes": _type_notes(data),

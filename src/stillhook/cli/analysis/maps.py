@@ -10,6 +10,7 @@ import typer
 
 from stillhook.cli.cluster import Scheduler, client_of
 from stillhook.cli.crane.cranes import Json
+from stillhook.control.registry import CLASSIC
 from stillhook.report.terminal import print_implausible, print_json, print_table, print_twin, progress_bar, started
 
 if TYPE_CHECKING:
@@ -217,7 +218,7 @@ def controller_name(label: str) -> str:
 
 def one_line(result: Map) -> str:
     """Where each controller can be used, and the new ones against the best classic one."""
-    from stillhook.analysis.maps.result import BEST_CLASSIC, CLASSIC
+    from stillhook.analysis.maps.result import BEST_CLASSIC
 
     summary = result.summary()
     parts = [

@@ -221,16 +221,12 @@ class _Report:
         return out
 
     def _load_remarks(self, load: float) -> list[str]:
-        from stillhook.analysis.applicability import HS_SHARE
-        from stillhook.spec.scenario import Mode
-
-        if load <= HS_SHARE * self.crane.SWL * (1.0 + 1e-9):
-            return []
-        remarks = (
-            f"high-speed mode carries {HS_SHARE:.0%} of the SWL at most (paper C); heavier scenarios were run all the"
-            " same"
-        )
-        return [f"{t.start.name}: {remarks}" for t in self.tuned if t.start.mode is Mode.HS]
+        return [
+            f"{t.start.name} carries {t.start.mode.law.swl_share:.0%} of the SWL at most; heavier scenarios were run"
+            " all the same"
+            for t in self.tuned
+            if load > t.start.mode.law.swl_share * self.crane.SWL * (1.0 + 1e-9)
+        ]
 
     def data(self) -> dict[str, Any]:
         """Everything in SI, for machines."""

@@ -11,6 +11,7 @@ import typer
 from stillhook.cli.cluster import Scheduler, client_of
 from stillhook.cli.crane.cranes import Json
 from stillhook.cli.simulation.runs import MOTION_HELP, cell, motion_of
+from stillhook.control.registry import Mode
 from stillhook.report.terminal import print_implausible, print_json, print_table, print_twin, progress_bar, started
 
 if TYPE_CHECKING:
@@ -34,7 +35,6 @@ CASE = {
 }
 """Default case without a case file or options; 60 s hold one complete window of 30 s after the
 warm-up."""
-CLASSIC = ("level-1", "level-2", "ns", "hs")
 LEAST_ROWS = 16
 LEAST_DRAWS = 20
 """Fewest draws of which one is expected outside either end of a 5 to 95 % band."""
@@ -126,7 +126,7 @@ def uncertainty(
     _check_out(out, sobol)
     fields = {"crane": crane, "load": load, "s_w": s_w, "motion": motion, "duration": duration, "warm_up": warm_up}
     request = _request(case_file, {k: v for k, v in fields.items() if v is not None}, modes, factors)
-    pairs = [(a, b) for a in request.labels for b in request.labels if b in CLASSIC and a not in CLASSIC]
+    pairs = [(a, b) for a in request.labels for b in request.labels if _fixed(b) and not _fixed(a)]
     with client_of(scheduler) as client:
         options = {"seed": seed, "labels": request.labels, "step": step, "store": store, "client": client}
         with progress_bar("drawing") as bar:
@@ -411,3 +411,8 @@ def _write(
             save_figure(index_figure(indices, title), part / INDICES)
     if not quiet:
         print("written: " + ", ".join(str(out / name) for name in names))
+
+
+def _fixed(label: str) -> bool:
+    """Whether this is a controller with motors at a fixed displacement."""
+    return label in list(Mode) and Mode(label).law.family == "classic"

@@ -131,13 +131,15 @@ def run_lowerings(
     ready = prepare(crane, cases, n_sub, places)
     groups: dict[Any, list[int]] = {}
     for i, r in enumerate(ready):
-        groups.setdefault((r.drive.n_ticks, r.drive.cols, r.case.wire.nodes, waves_step(r.case.waves)), []).append(i)
+        alike = r.drive.n_ticks, r.drive.cols, r.case.wire.nodes, waves_step(r.case.waves)
+        groups.setdefault((r.packed.winch.beside, *alike), []).append(i)
     blocks = [g[i : i + lanes] for g in groups.values() for i in range(0, len(g), lanes)]
 
     def make(indices: list[int]) -> "LiftBlock":
         return LiftBlock([ready[i] for i in indices], lanes=lanes, n_sub=n_sub, every=every)
 
-    driver(ready[0].packed.winch.name, lanes, KIND)
+    for winch in {r.packed.winch.beside: r.packed.winch for r in ready}.values():
+        driver(winch.name, lanes, KIND, winch.beside)
     results = shared(blocks, make, threads, progress)
     return [results[i] for i in range(len(cases))]
 
@@ -158,7 +160,8 @@ class LiftBlock:
         self.n = ready[0].case.wire.nodes
         self.dt_waves = waves_step(ready[0].case.waves)
         self.levels = max(0 if r.case.waves is None else r.case.waves.w.shape[1] for r in ready)
-        self.d = driver(ready[0].packed.winch.name, lanes, KIND)
+        winch = ready[0].packed.winch
+        self.d = driver(winch.name, lanes, KIND, winch.beside)
         self.n_x = size(self.d.base.State)
         self.H = scale_weights(hermite_weights(n_sub), self.drive.t_cycle)
         self.n_win = round(WINDOW / self.drive.t_cycle) + 1
@@ -205,6 +208,7 @@ class LiftBlock:
             u=nothing(d.Command),
             geo=nothing(Geometry),
             m=memory,
+            laws=d.base.laws.blank(packed.settings),
             st=blank(),
             ls=blank_lift_stats(),
             tip_0=tip,

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from stillhook.control.registry import MANUAL_MODE
 from stillhook.engine.lowering.checks import tip_capacity
 from stillhook.engine.lowering.run import LiftResult, StageResult
 from stillhook.engine.pack.lift import stand_in
@@ -23,7 +24,6 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.programme import StageMode
 from stillhook.spec.plausible import implausible_values, marked
-from stillhook.spec.scenario import Mode
 from stillhook.units import show
 from stillhook.winches.records import Powers
 from stillhook.winches.suspended_load import NEVER, LiftStats
@@ -339,5 +339,5 @@ def held(crane: Crane, case: Lowering, s_tip_pp: float) -> Held:
     start, modes = hanging(crane, case, case.z_0), {s.mode for s in case.programme}
     plain, d = stand_in(crane, case, start.s_w), layer_diameter_at(crane, start.s_w)
     manual, compensates = StageMode.MANUAL in modes, StageMode.AHC in modes
-    alpha = alpha_wanted(crane, plain, crane.drum.d_max / d, 0.0, None if compensates else Mode.MANUAL)
+    alpha = alpha_wanted(crane, plain, crane.drum.d_max / d, 0.0, None if compensates else MANUAL_MODE)
     return Held(start.F_tip, d, alpha, s_tip_pp if compensates else 0.0, False, manual, compensates)

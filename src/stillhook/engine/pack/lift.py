@@ -8,10 +8,11 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.control.plc import MANUAL
+from stillhook.control.registry import code_of
 from stillhook.control.supervisor import Watch, supervisor_at_rest
 from stillhook.engine.pack.payload import pack_payload, wetted_at
 from stillhook.engine.pack.programme import Programme, hanging, pack_programme, wire_strength
-from stillhook.engine.pack.winch import MODE_CODE, Packed, pack
+from stillhook.engine.pack.winch import Packed, pack
 from stillhook.physics.load_path.load import Load
 from stillhook.physics.load_path.payload import Heights, Water, heights, submergence
 from stillhook.physics.load_path.rope import Element, Rope, Sling, element, element_weight
@@ -160,7 +161,7 @@ def _winch(crane: Crane, case: Lowering, s_w: float, F_top: float) -> Packed:
     wire = Wire(EA=FIXED * EA, L_0=FIXED * crane.wire.L_0, mu=0.0, zeta=0.0)
     hoist = h._replace(wire=wire, load=Load(W=F_top, m=0.0, i_m=0.0, b=0.0))
     first = case.programme[0]
-    mode = MANUAL if first.mode in (StageMode.MANUAL, StageMode.SPLASH) else MODE_CODE[case.controller]
+    mode = MANUAL if first.mode in (StageMode.MANUAL, StageMode.SPLASH) else code_of(case.controller)
     on = 1.0 if crane.brake is not None and first.mode is StageMode.MANUAL and first.lower == 0.0 else 0.0
     memory = packed.memory._replace(F=F_top, mode=mode, brake=on)
     return packed._replace(params=packed.params._replace(hoist=hoist), memory=memory)

@@ -8,15 +8,15 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.control import supervisor as modes
+from stillhook.control.registry import code_of
 from stillhook.control.supervisor import LiftSettings
-from stillhook.engine.pack.winch import MODE_CODE, drum_record
+from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import LiftError
 from stillhook.physics.load_path.drum import LAST_TURNS, wire_usable
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.programme import Stage, StageMode, stage_names
-from stillhook.spec.scenario import Mode
 from stillhook.units import show
 
 STAGE_CODE = {
@@ -108,7 +108,7 @@ def pack_programme(crane: Crane, lift: Lowering) -> Programme:
         raise LiftError(
             'programme: no stages. Give at least one, such as { mode = "ahc", lower = "12 m/min", depth = "50 m" }.'
         )
-    if lift.controller is Mode.MANUAL:
+    if not lift.controller.compensates:
         raise LiftError(
             'controller = "manual": it does not compensate. Give the controller of the compensated stages, such as'
             ' "ssc".'
@@ -148,7 +148,7 @@ def settings(crane: Crane, lift: Lowering) -> LiftSettings:
         q_dry=q,
         q_wet=q - lift.rho * steel * G,
         h_tip=lift.h_tip,
-        code=MODE_CODE[lift.controller],
+        code=code_of(lift.controller),
     )
 
 

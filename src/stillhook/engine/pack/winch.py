@@ -1,17 +1,20 @@
 """The only place where a crane and a scenario become records that the compiled kernels read."""
 
 import math
+from collections.abc import Callable, Iterable
 from types import ModuleType
 from typing import Any, NamedTuple
 
 from stillhook.control.ahc import AhcGains
 from stillhook.control.brake import BrakeSettings
 from stillhook.control.passive import PassiveSettings
-from stillhook.control.plc import HS, LEVEL_1, LEVEL_2, MANUAL, NS, SSC, SSC_CUBIC, Memory, Plc
+from stillhook.control.plc import Memory, Plc
 from stillhook.control.position_loop import Loop
 from stillhook.control.power import PowerLimit
+from stillhook.control.registry import CONTROLLERS, Mode, code_of
 from stillhook.control.ssc import MotorSettings
 from stillhook.engine.pack.gas import gas_record
+from stillhook.kernels.control_laws import beside
 from stillhook.kernels.winch_type import plant_of
 from stillhook.library.leakage import leak_law
 from stillhook.physics.friction import Bristle, SystemFriction
@@ -27,22 +30,14 @@ from stillhook.physics.load_path.wire import Wire
 from stillhook.physics.scalar import G
 from stillhook.spec import circuits
 from stillhook.spec import crane as spec
+from stillhook.spec.control import own_settings
 from stillhook.spec.crane import Crane
-from stillhook.spec.scenario import FrictionModel, Mode, Operator, Scenario
+from stillhook.spec.scenario import FrictionModel, Operator, Scenario
 from stillhook.winches import active_passive, pure_active
 from stillhook.winches.closed_circuit import ActiveCircuit
 from stillhook.winches.hoist import Hoist
 from stillhook.winches.records import Sensors
 
-MODE_CODE = {
-    Mode.MANUAL: MANUAL,
-    Mode.LEVEL_1: LEVEL_1,
-    Mode.LEVEL_2: LEVEL_2,
-    Mode.NS: NS,
-    Mode.HS: HS,
-    Mode.SSC: SSC,
-    Mode.SSC_CUBIC: SSC_CUBIC,
-}
 HELD = 1.0e4
 """Size of the accumulator whose pressure stands, over that of the crane: cubic metres of oil then move it by hundredths
 of a bar."""
@@ -62,14 +57,16 @@ DP_LEAST = 1.0e6
 
 
 class Packed(NamedTuple):
-    """A crane and a scenario as the kernels read them: plant module, its Params, and the PLC's memory before the first
-    cycle."""
+    """A crane and a scenario as the kernels read them: plant module, its Params, the PLC's memory before the first
+    cycle, the controllers beside those of every kernel, and the own settings of those that have some, by name."""
 
     plant: ModuleType
     name: str
     params: Any
     memory: Memory
     s_w: float
+    beside: tuple[str, ...]
+    settings: dict[str, Any]
 
 
 def wire_speed_max(crane: Crane, alpha_m: float = 1.0, d: float | None = None) -> float:
@@ -312,7 +309,7 @@ def braked_at_start(crane: Crane, case: Scenario) -> bool:
     return (
         crane.brake is not None
         and case.commands is None
-        and case.mode is Mode.MANUAL
+        and not case.mode.compensates
         and not (profile and profile[0][1] != 0.0)
     )
 
@@ -323,7 +320,8 @@ def pack(crane: Crane, case: Scenario) -> Packed:
     hoist = _hoist(crane, case)
     sensors = Sensors(q_s=case.sensors.step_s_w, q_F=case.sensors.step_F)
     p_0 = crane.passive.accumulator.gas.p_0 if crane.passive is not None else 0.0
-    mode = MODE_CODE[case.mode]
+    modes = (case.mode, *(mode for _, mode in case.modes))
+    mode = code_of(case.mode)
     plc = plc_record(crane, case.operator)
     if case.commands is not None:
         plc = plc._replace(brake=plc.brake._replace(fitted=0.0))  # the record moves the winch, and nothing of the PLC
@@ -331,6 +329,30 @@ def pack(crane: Crane, case: Scenario) -> Packed:
     memory = Memory(mode, 0.0, hoist.load.W, p_0, 0.0, 1.0, 0.0, 0.0, 1.0, brake=on, idle=0.0, stroke=1.0)
     if crane.plant is spec.Plant.PURE_ACTIVE:
         params: Any = pure_active.Params(active_record(crane), hoist, plc, sensors)
-        return Packed(pure_active, crane.plant.value, params, memory, case.s_w)
+        return Packed(pure_active, crane.plant.value, params, memory, case.s_w, *controllers_of(crane, modes))
     params = active_passive.Params(active_record(crane), _passive(crane, case.gas_held), hoist, plc, sensors)
-    return Packed(active_passive, crane.plant.value, params, memory, case.s_w)
+    return Packed(active_passive, crane.plant.value, params, memory, case.s_w, *controllers_of(crane, modes))
+
+
+def motor_law(
+    crane: Crane, mode: Mode, F: float = 0.0, K_wire: float = 1.0, *, plc: Plc | None = None
+) -> Callable[[float], float]:
+    """A controller's command to the motors as a function of the feedforward u_ff [-], with F on the load cell [N], on
+    the layer of K_wire [-]. A controller with a memory is as at its start.
+
+    plc: default the crane's.
+    """
+    law, own = mode.law, own_settings(crane.control, mode.law)
+    settings = plc_record(crane) if plc is None else plc
+
+    def displacement(u_ff: float) -> float:
+        return law.displacement(u_ff, F, K_wire, settings, own)
+
+    return displacement
+
+
+def controllers_of(crane: Crane, modes: Iterable[str]) -> tuple[tuple[str, ...], dict[str, Any]]:
+    """The controllers of these modes beside those of every kernel, and the own settings of each that has some."""
+    names = beside(modes)
+    own = {name: own_settings(crane.control, CONTROLLERS[name]) for name in names}
+    return names, {name: settings for name, settings in own.items() if settings is not None}

@@ -4,11 +4,9 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple, Self
 
-from stillhook.control.plc import Sensed, motor_demand
 from stillhook.control.position_loop import marginal_gain
 from stillhook.engine.inputs import CycleInputs, MotionDemand
 from stillhook.engine.pack.winch import (
-    MODE_CODE,
     active_record,
     drum_record,
     friction_record,
@@ -16,6 +14,7 @@ from stillhook.engine.pack.winch import (
     load_record,
     loop_record,
     loss_fit,
+    motor_law,
     motor_speed_max,
     plc_record,
     wire_speed_max,
@@ -125,7 +124,7 @@ def _check_held(crane: Crane, case: Scenario) -> None:
             f'operator.alpha_m = {alpha:g}: the motors of "{crane.name}" go from {least:g} to 1 of their displacement. '
             "Give a value in between, or a crane with a smaller active.motor.alpha_min."
         )
-    if Mode.MANUAL not in (case.mode, *(m for _, m in case.modes)):
+    if all(m.compensates for m in (case.mode, *(m for _, m in case.modes))):
         raise ScenarioError(
             f"operator.alpha_m = {alpha:g}: held in manual mode only, and this run is in {case.mode.value}. "
             'Set mode = "manual", or leave it out.'
@@ -302,9 +301,7 @@ def alpha_wanted(crane: Crane, case: Scenario, K_wire: float, u_ff: float, mode:
     """Displacement that the PLC asks for in a mode (default the scenario's first) at this load [-]; u_ff 0 at rest, 1
     at full speed."""
     F = load_record(crane, case).W
-    code = MODE_CODE[mode or case.mode]
-    y = Sensed(0.0, 0.0, 0.0, 0.0, 0.0, code, 1.0, case.s_w, F, 1.0, K_wire, 0.0, 0.0)
-    return float(motor_demand(y, u_ff, F, plc_record(crane, case.operator)))
+    return motor_law(crane, mode or case.mode, F, K_wire, plc=plc_record(crane, case.operator))(u_ff)
 
 
 def _wire_notes(crane: Crane, demand: MotionDemand) -> list[str]:
@@ -340,7 +337,7 @@ def _gain_notes(crane: Crane, case: Scenario, v: float, K_wire: float) -> list[s
     A bound from above: slow and loaded the whole plant swings at less (`stillhook.analysis.loop_stability.governing`),
     and the run shows it.
     """
-    modes = {m for m in (case.mode, *(m for _, m in case.modes)) if m is not Mode.MANUAL}
+    modes = {m for m in (case.mode, *(m for _, m in case.modes)) if m.compensates}
     if not modes:
         return []
     u_ff = min(gains(crane).K_1 * v * K_wire, 1.0)
@@ -384,7 +381,7 @@ class Held(NamedTuple):
     def of(cls, crane: Crane, case: Scenario, s_tip_pp: float) -> Self:
         """A scenario's."""
         d = layer_diameter_at(crane, case.s_w)
-        manual = {case.mode, *(m for _, m in case.modes)} == {Mode.MANUAL}
+        manual = not any(m.compensates for m in (case.mode, *(m for _, m in case.modes)))
         alpha = alpha_wanted(crane, case, crane.drum.d_max / d, 0.0)
         return cls(load_record(crane, case).W, d, alpha, s_tip_pp, case.gas_held, manual, not manual)
 

@@ -92,16 +92,17 @@ def run_cases(
     Errors: ScenarioError of the first case that cannot be run; SpecError where the step is too long.
     """
     packs = _packs([crane] * len(cases) if isinstance(crane, Crane) else crane, cases, n_sub, places)
-    groups: dict[tuple[int, int, int], list[int]] = {}
-    for i, (_, drive) in enumerate(packs):
-        groups.setdefault((drive.n_ticks, drive.first, drive.cols), []).append(i)
+    groups: dict[Any, list[int]] = {}
+    for i, (packed, drive) in enumerate(packs):
+        groups.setdefault((packed.beside, drive.n_ticks, drive.first, drive.cols), []).append(i)
     blocks = [g[i : i + lanes] for g in groups.values() for i in range(0, len(g), lanes)]
 
     def make(indices: list[int]) -> Block:
         return Block([packs[i] for i in indices], lanes=lanes, n_sub=n_sub, every=every)
 
-    if len(blocks) > 1:
-        driver(packs[0][0].name, lanes)
+    if len(blocks) > 1:  # compiled before threads share it
+        for packed in {packed.beside: packed for packed, _ in packs}.values():
+            driver(packed.name, lanes, beside=packed.beside)
     results = shared(blocks, make, threads, progress)
     return [results[i] for i in range(len(cases))]
 
@@ -160,7 +161,7 @@ class Block:
         self.packs = packs
         self.lanes = [packs[i] if i < len(packs) else packs[0] for i in range(lanes)]
         self.drive, self.n_sub, self.every = packs[0][1], n_sub, every
-        self.d = driver(packs[0][0].name, lanes)
+        self.d = driver(packs[0][0].name, lanes, beside=packs[0][0].beside)
         self.n_x = size(self.d.State)
         self.H = scale_weights(hermite_weights(n_sub), self.drive.t_cycle)
         self.n_win = round(WINDOW / self.drive.t_cycle) + 1
@@ -183,6 +184,7 @@ class Block:
             nothing(d.Command),
             nothing(Geometry),
             memory,
+            d.laws.blank(packed.settings),
             blank(),
             nothing(Signals),
             tip,

@@ -7,7 +7,7 @@ from stillhook.engine.scenario.checks import Foreseen, foresee
 from stillhook.engine.scenario.run import Ending, Result
 from stillhook.spec.crane import Crane
 from stillhook.spec.plausible import implausible_values, marked
-from stillhook.spec.scenario import Mode, Scenario
+from stillhook.spec.scenario import Scenario
 from stillhook.variables import WINDOW
 
 LIMITS = (
@@ -54,7 +54,7 @@ def status(case: Scenario, result: Result, foreseen: Foreseen) -> str:
         beyond.append("offset")
     if foreseen.unstable:
         beyond.append("unstable")
-    plain = case.mode is not Mode.MANUAL and not (case.modes or case.operator.profile or case.operator.steps)
+    plain = case.mode.compensates and not (case.modes or case.operator.profile or case.operator.steps)
     e_c_pp, _, s_tip_pp = result.span
     if result.full_window and "slack" not in beyond and _audit_fails(result):
         beyond.append("audit")
@@ -135,7 +135,7 @@ def summarise(crane: Crane, case: Scenario, result: Result) -> dict[str, Any]:
     }
     if result.ending is Ending.DIVERGED:
         numbers = dict.fromkeys(numbers, math.nan)
-    elif {case.mode, *(m for _, m in case.modes)} == {Mode.MANUAL}:
+    elif not any(m.compensates for m in (case.mode, *(m for _, m in case.modes))):
         numbers |= dict.fromkeys(POSITION, math.nan)
     return {
         "status": marked(status(case, result, foreseen), doubts),

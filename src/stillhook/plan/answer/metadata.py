@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from stillhook._version import __version__
+from stillhook.control.registry import Mode
 from stillhook.engine.validity import envelope_line, twin_line
 from stillhook.kernels.build import results_hash
 from stillhook.plan.definition.compensation import Alternative
@@ -28,9 +29,11 @@ from stillhook.weather.series import Weather
 DESCRIPTIONS: Mapping[Alternative, str] = {
     Alternative.NONE: "winch on its brake in every phase: nothing is compensated",
     Alternative.CAP: f"a flat {CAP:.0%} of the tip's vertical motion taken away where the winch compensates",
-    Alternative.NS: "twin of the winch under classic control, normal speed",
-    Alternative.HS: "twin of the winch under classic control, high speed",
-    Alternative.SSC: "twin of the winch under semi-secondary control with the crane's own settings",
+    **{
+        Alternative(mode.value): f"twin of the winch under {mode.law.title}; the crane's own settings"
+        for mode in Mode
+        if mode.compensates
+    },
     Alternative.STRONG_SSC: (
         "twin of the winch under semi-secondary control with the gain that its margins allow and an aligned reference"
     ),

@@ -9,6 +9,7 @@ from weakref import WeakKeyDictionary
 
 from stillhook.analysis.controllers import controller
 from stillhook.analysis.steady.limits import Direction, Station
+from stillhook.control.registry import CLASSIC, MANUAL_MODE
 from stillhook.engine.pack.programme import Hanging, hanging, payload_weight, wire_strength
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.compensation import Alternative
@@ -16,10 +17,8 @@ from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.simplified import taken_up
-from stillhook.spec.scenario import Mode
 from stillhook.units import show
 
-CLASSIC = (Mode.NS, Mode.HS)
 """Modes of a crane without a verified twin: the flat cap takes the faster one that may be used."""
 
 
@@ -196,7 +195,7 @@ def _worked_out(crane: Crane, F: float, s_w: float, name: str) -> tuple[float, s
     if load > crane.SWL:
         return 0.0, f"{where}: more than the SWL"
     mode, crane_of_mode = (
-        (Mode.MANUAL, crane) if name == Mode.MANUAL else (controller(name).mode, controller(name).on(crane))
+        (MANUAL_MODE, crane) if name == MANUAL_MODE else (controller(name).mode, controller(name).on(crane))
     )
     tops = []
     for way in Direction:

@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field
 
 from stillhook import units as u
-from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.compensation import ALTERNATIVES, Alternative
 from stillhook.plan.definition.demand import Seas
 from stillhook.plan.definition.phases import Phase
 from stillhook.plan.definition.rules import RuleSet
@@ -26,8 +26,6 @@ from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.programme import Stage, StageMode, WinchSettings
 from stillhook.spec.scenario import Number, Record, Sensors
-
-ALL = tuple(Alternative)
 
 
 class Environment(Record):
@@ -105,7 +103,7 @@ class LiftPlan:
     wire: DeepWire = field(default_factory=DeepWire)
     winch: WinchSettings = field(default_factory=WinchSettings)
     sensors: Sensors = field(default_factory=Sensors)
-    alternatives: tuple[Alternative, ...] = ALL
+    alternatives: tuple[Alternative, ...] = ALTERNATIVES
     weather: WeatherUse | None = None
     source: str = ""
     digest: str = ""

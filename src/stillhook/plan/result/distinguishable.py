@@ -21,7 +21,7 @@ PRINTED = {"days_gained": 0.05, "hours_gained": 0.5}
 """Differences [days, hours a year] below which tables print 0."""
 CLASSIC = "best-classic"
 """What the gain of a controller over the better classic one is told over."""
-NEW = (Alternative.SSC, Alternative.STRONG_SSC)
+NEW = tuple(alternative for alternative in Alternative if alternative.twin and not alternative.classic)
 """Controllers that are held against the classic ones."""
 MEANS = {Tier.CLOSED_FORM: "The closed form does", Tier.FREQUENCY: "Closed form and frequency-domain method do"}
 

@@ -46,7 +46,6 @@ COUNTS = ("n_hours", "n_windows", "n_windows_long_enough", "n_censored", "n_gaps
 STATISTICS = ("operability", "start_share", "window_mean", "wait_mean", "wait_p50", "wait_p90", *COUNTS)
 OVER = (Alternative.NONE.value, Alternative.CAP.value, "best-classic")
 """What gains are told over: no compensation, the flat cap, the better of the classic controllers."""
-CLASSIC = (Alternative.NS, Alternative.HS)
 SYNTHETIC = "synthetic"
 """Word by which a source or its notes say that weather was made up."""
 PEAKED = 3.3
@@ -122,7 +121,7 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
             )
             can_start = windows_of(good, weather.time, weather.step).starts(forecast.T_R)
             waited[credit, alternative] = waits(can_start, weather.time)
-    best = {credit: _best(persistence_of, credit, [a for a in CLASSIC if a in axes.alternatives]) for credit in CREDITS}
+    best = {credit: _best(persistence_of, credit, [a for a in axes.alternatives if a.classic]) for credit in CREDITS}
     month = np.asarray(weather.time.astype("datetime64[M]").astype(np.int64) % 12 + 1)
     return WeatherValue(persistence_of, waited, month, best, forecast.T_R, notes)
 

@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from stillhook.base.progress import Progress
+from stillhook.control.registry import DEFAULT_MODE
 from stillhook.errors import LiftError
 from stillhook.response.winch.compliance import WinchCompliance
 from stillhook.response.winch.describing_function import Residual
@@ -53,7 +54,7 @@ def identify_grid(
     crane: Crane,
     F: Sequence[float],
     s_w: Sequence[float],
-    mode: Mode | str = Mode.SSC,
+    mode: Mode | str = DEFAULT_MODE,
     *,
     sensors: Sensors | None = None,
     threads: int = 2,

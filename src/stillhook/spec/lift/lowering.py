@@ -7,6 +7,7 @@ from typing import Annotated
 from pydantic import Field, SerializeAsAny
 
 from stillhook import units as u
+from stillhook.control.registry import DEFAULT_MODE
 from stillhook.sea.motion.kinematics import WaveField
 from stillhook.sea.motion.motion import Motion, Still
 from stillhook.spec.lift.payload import Payload
@@ -48,7 +49,7 @@ class Lowering(Record):
     z_0: u.Length = Field(description="height of the payload's underside above still water at the start")
     programme: tuple[Stage, ...]
     winch: WinchSettings = Field(default_factory=WinchSettings)
-    controller: Mode = Mode.SSC
+    controller: Mode = DEFAULT_MODE
     duration: u.Time = Field(gt=0)
     ramp: u.Time = Field(default=10.0, ge=0)
     rho: u.Density = Field(default=RHO_SEA, gt=0)

@@ -182,7 +182,6 @@ def run_twin(
 
 def usable(records: Sequence[Record], window: float) -> tuple[list[tuple[Record, Segment]], list[str]]:
     """Segments of AHC tests that step 5 can use, and a statement for each that it cannot."""
-    from stillhook.spec.scenario import Mode
     from stillhook.validate.data_set.campaign import Kind
 
     good, notes = [], []
@@ -191,7 +190,7 @@ def usable(records: Sequence[Record], window: float) -> tuple[list[tuple[Record,
             continue
         for s in record.segments:
             least = SETTLE + window
-            if s.mode is Mode.MANUAL:
+            if not s.mode.compensates:
                 notes.append(
                     f'Test "{s.test}": {s.duration:.0f} s from {s.start:.0f} s on are in manual mode and not part of'
                     " step 5."

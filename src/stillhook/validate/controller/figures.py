@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stillhook.control.controllers import ssc_cubic
 from stillhook.control.ssc import reduction_cubic, reduction_linear
 from stillhook.engine.pack.winch import gains
 from stillhook.report.plots.run import COLOURS, GREY
@@ -39,7 +40,7 @@ def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict
     """Pictures of step 2 by name; none where no command could be compared."""
     if not isinstance(step, ControllerStep) or step.rows is None:
         return {}
-    runs = [r for r in step.runs if any(p.mode is not Mode.MANUAL for p in r.segment.parts)]
+    runs = [r for r in step.runs if any(p.mode.compensates for p in r.segment.parts)]
     out = {
         "commands": _commands(runs, step.rows.cycles, campaign),
         "deviation": _exceedance(runs, step.rows.cycles, campaign),
@@ -184,7 +185,7 @@ def _motor_law(laws: Sequence[MotorLaw], campaign: Campaign) -> Figure:
 
 
 def _law(u_ff: float, mode: Mode, lowest: float, crane: Crane) -> float:
-    reduction = reduction_cubic if mode is Mode.SSC_CUBIC else reduction_linear
+    reduction = reduction_cubic if mode == ssc_cubic.NAME else reduction_linear
     return 1.0 - float(reduction(u_ff, crane.control.u_thr)) * (1.0 - lowest)
 
 

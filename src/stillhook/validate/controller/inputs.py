@@ -11,12 +11,13 @@ from scipy.signal import savgol_filter
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.control.brake import SMALL, BrakeSettings
 from stillhook.control.plc import MANUAL, Memory, Plc, ahead
-from stillhook.engine.pack.winch import MODE_CODE, active_record, drum_record, plc_record
+from stillhook.control.registry import CONTROLLERS, code_of, mode_of_code
+from stillhook.engine.pack.winch import active_record, controllers_of, drum_record, plc_record
 from stillhook.kernels.plc_alone import Commands, Seen, plc_alone
 from stillhook.physics.load_path.drum import K_wire, layer_diameter, layers_filled
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
-from stillhook.spec.scenario import Mode, Operator
+from stillhook.spec.scenario import Operator
 from stillhook.validate.ahc.replay import LEAST_SPEED
 from stillhook.validate.data_set.records.record import Record, Segment
 from stillhook.validate.data_set.records.transients import filled
@@ -62,11 +63,13 @@ class PlcSegment:
     def simulated_commands(self, crane: Crane) -> Commands:
         """Commands of the simulated PLC for these inputs."""
         p_hp = np.zeros(self.last - self.first)  # affects the passive pumps only
-        return plc_alone(self.seen, p_hp, self.memory, self.plc, active_record(crane).control)[0]
+        modes = {mode_of_code(code) for code in np.unique(self.seen.mode)}
+        own = controllers_of(crane, modes)[1]
+        return plc_alone(self.seen, p_hp, self.memory, self.plc, active_record(crane).control, own)[0]
 
     def foreseen(self) -> Seen:
         """The inputs with the tip's motion as the PLC extrapolates it."""
-        return Seen._make([*ahead(self.seen.sensed, self.plc.t_lead)[:-2], self.seen.braked, self.seen.u_braked])
+        return Seen._make([*ahead(self.seen.sensed, self.plc.t_lead)[:-3], self.seen.braked, self.seen.u_braked])
 
 
 def wire_ratio(crane: Crane, s_w: FloatArray) -> FloatArray:
@@ -124,7 +127,7 @@ def modes_of(record: Record) -> FloatArray:
     logged = record.signals.get("mode")
     mode = np.full(len(record.t), np.nan) if logged is None else np.array(logged, dtype=np.float64)
     for part in record.segments:
-        mode[part.first : part.last] = MODE_CODE[part.mode]
+        mode[part.first : part.last] = code_of(part.mode)
     return mode
 
 
@@ -205,9 +208,8 @@ def _memory(
     at = a - 1 if a > 0 and np.isfinite(mode[a - 1]) and np.isfinite(record.signals["u_p"][a - 1]) else a
     before = mode[at]
     if before == MANUAL and mode[a] > MANUAL and e_c_logged:
-        before = MODE_CODE[
-            Mode.LEVEL_1 if mode[a] != MODE_CODE[Mode.LEVEL_1] else Mode.LEVEL_2
-        ]  # a change that keeps the datum
+        before = next(law.code for law in CONTROLLERS.values() if law.compensates and law.code != mode[a])
+        # any other compensating mode: a change that keeps the datum
     u_m = float(record.signals["u_m"][at]) if u_m_logged else 1.0
     early = F[: max(1, round(1.0 / record.step))]
     u_m = u_m if np.isfinite(u_m) else 1.0

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.control.plc import MANUAL, SSC_CUBIC
-from stillhook.engine.pack.winch import MODE_CODE
+from stillhook.control.controllers import ssc, ssc_cubic
+from stillhook.control.plc import MANUAL
+from stillhook.control.registry import MANUAL_MODE, code_of
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
 from stillhook.statistics.jackknife_regression import Estimate, fit
@@ -22,7 +23,7 @@ FEWEST = 1.0  # s of reduction from which a threshold is reported
 BLOCK = 2.0  # s: a wave's crest
 OFF = 0.01  # rms of u_m from which another mode is considered
 BETTER = 0.5  # of that rms: what another mode must be below to be named
-SEMI = (Mode.SSC, Mode.SSC_CUBIC)
+SEMI = (Mode(ssc.NAME), Mode(ssc_cubic.NAME))
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ def motor_laws(crane: Crane, runs: Sequence[Run], cycles: int) -> list[MotorLaw]
             least(crane, run),
         )
         for part in s.parts:
-            if part.mode is Mode.MANUAL:
+            if not part.mode.compensates:
                 continue
             at = s.within(part)
             fixed = part.mode not in SEMI
@@ -90,9 +91,9 @@ def least(crane: Crane, run: Run) -> FloatArray:
     """Minimum displacement of the twin's SSC at full feedforward (n,) [-]: its PLC's command at a very high tip
     speed."""
     s = run.segment
-    all_ssc = np.full(len(s.seen.mode), MODE_CODE[Mode.SSC])
+    all_ssc = np.full(len(s.seen.mode), code_of(ssc.NAME))
     seen = s.seen._replace(v_tip=np.full(len(all_ssc), 1e3), mode=all_ssc)
-    return replace(s, seen=seen, memory=s.memory._replace(mode=MODE_CODE[Mode.SSC])).simulated_commands(crane).u_m
+    return replace(s, seen=seen, memory=s.memory._replace(mode=code_of(ssc.NAME))).simulated_commands(crane).u_m
 
 
 def _better(crane: Crane, run: Run, stated: Mode, cycles: int) -> Mode | None:
@@ -102,10 +103,10 @@ def _better(crane: Crane, run: Run, stated: Mode, cycles: int) -> Mode | None:
         return None
     scores = {}
     for mode in Mode:
-        if mode in (Mode.MANUAL, stated):
+        if mode in (MANUAL_MODE, stated):
             continue
         s = run.segment
-        code = np.where(s.seen.mode > MANUAL, MODE_CODE[mode], s.seen.mode)
+        code = np.where(s.seen.mode > MANUAL, code_of(mode), s.seen.mode)
         memory = s.memory._replace(mode=code[0])
         commands = replace(s, seen=s.seen._replace(mode=code), memory=memory).simulated_commands(crane)
         scores[mode] = _rms(Run(s, commands), cycles)
@@ -134,8 +135,8 @@ def threshold(crane: Crane, runs: Sequence[Run], cycles: int) -> Estimate | None
         room = 1.0 - least(crane, run)
         with np.errstate(divide="ignore", invalid="ignore"):
             k = np.where(room > 0.02, (1.0 - u_m) / room, np.nan)
-        k = np.where(s.seen.mode == SSC_CUBIC, _line_of(k), k)
-        semi = np.isin(s.seen.mode, [MODE_CODE[m] for m in SEMI])
+        k = np.where(s.seen.mode == code_of(ssc_cubic.NAME), _line_of(k), k)
+        semi = np.isin(s.seen.mode, [code_of(m) for m in SEMI])
         use = semi & np.isfinite(u_ff) & (k > BETWEEN[0]) & (k < BETWEEN[1])
         values.append((u_ff[use] - k[use]) / (1.0 - k[use]))
         blocks.append(at + np.asarray(np.flatnonzero(use) * s.record.step // BLOCK, dtype=np.intp))

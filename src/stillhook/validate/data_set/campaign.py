@@ -10,6 +10,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+from stillhook.control.registry import MANUAL_MODE
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import StillhookError, ValidateError
 from stillhook.formats.toml_fields import Fields, described, no_log_twice, no_name_twice
@@ -266,7 +267,7 @@ def _mode(test: Fields, kind: Kind) -> Mode | None:
     text = test.text("mode")
     if text not in list(Mode):
         raise test.wrong("mode", f"not one of {', '.join(Mode)}.")
-    if kind is Kind.AHC and Mode(text) is Mode.MANUAL:
+    if kind is Kind.AHC and Mode(text) is MANUAL_MODE:
         raise test.wrong("mode", 'a test of kind "ahc" needs a compensating mode. State that mode, or another kind.')
     return Mode(text)
 

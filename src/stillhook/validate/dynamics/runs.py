@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
+from stillhook.control.registry import MANUAL_MODE
 from stillhook.engine.arguments import SERIES_STEP
 from stillhook.engine.pack.winch import drum_record, pack
 from stillhook.engine.scenario.run import run_cases
@@ -19,7 +20,7 @@ from stillhook.physics.load_path.drum import layer_diameter, layers_filled
 from stillhook.sea.motion.motion import Motion, Still
 from stillhook.spec.commands import Commands
 from stillhook.spec.crane import Crane
-from stillhook.spec.scenario import Mode, Scenario
+from stillhook.spec.scenario import Scenario
 from stillhook.validate.data_set.records.record import Record, Segment
 from stillhook.validate.data_set.records.tip import smooth_tip
 from stillhook.validate.data_set.records.transients import JOIN, Transient, filled, smoothed
@@ -82,7 +83,7 @@ def dynamics_segment(crane: Crane, record: Record, segment: Segment, first: int,
         name=record.test.name,
         load=f"{segment.load!r} kg",
         s_w=f"{max(float(s_w), 0.0)!r} m",
-        mode=Mode.MANUAL,
+        mode=MANUAL_MODE,
         ramp="0 s",
         warm_up="0 s",
         tip=_tip(record, part, t),

@@ -10,7 +10,7 @@ import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.spec.commands import Commands
-from stillhook.spec.scenario import Mode, Operator
+from stillhook.spec.scenario import Operator
 from stillhook.validate.ahc.replay import Replay, replay, run_twin
 from stillhook.validate.controller.inputs import PlcSegment, derivative, plc_segments
 from stillhook.validate.data_set.campaign import Campaign, Kind
@@ -85,7 +85,7 @@ def saturated_parts(campaign: Campaign, record: Record) -> list[SaturatedPart]:
         commands = s.simulated_commands(campaign.crane).u_raw
         for part in s.parts:
             at = s.within(part)
-            requested = s.u_p[at] if part.mode is Mode.MANUAL and not record.has("v_op") else commands[at]
+            requested = s.u_p[at] if not part.mode.compensates and not record.has("v_op") else commands[at]
             top = max(float(np.abs(s.u_p[at]).max()), float(np.abs(requested).max()))
             if record.test.kind is Kind.LIMITS or top > NEAR:
                 result.append(_saturated_part(campaign, s, part, requested))
@@ -151,7 +151,7 @@ def _filled(record: Record) -> Record:
     for the speed that the wire has, for the passive pumps make up for it."""
     x = record.signals
     more = {} if record.has("s_tip") else {"s_tip": np.zeros(len(record.t))}
-    if not record.has("v_op") and all(part.mode is Mode.MANUAL for part in record.segments):
+    if not record.has("v_op") and all(not part.mode.compensates for part in record.segments):
         more["v_op"] = -derivative(np.interp(record.t, record.t[k := np.isfinite(x["s_w"])], x["s_w"][k]), record.step)
     return replace(record, signals={**x, **more}) if more else record
 
@@ -159,11 +159,11 @@ def _filled(record: Record) -> Record:
 def _complete(campaign: Campaign, s: PlcSegment, part: Segment) -> tuple[dict[str, FloatArray] | None, tuple[str, ...]]:
     """The complete twin with its PLC on the measured tip motion and joystick, and why it could not be run."""
     record = s.record
-    if not record.has("s_tip") or (part.mode is Mode.MANUAL and not record.has("v_op")):
+    if not record.has("s_tip") or (not part.mode.compensates and not record.has("v_op")):
         lack = "v_op" if record.has("s_tip") else "s_tip"
         return None, (f"test {part.test}: {lack} was not logged, so the complete twin cannot be run on it",)
     run = replay(campaign, record, part)
-    if part.mode is Mode.MANUAL:
+    if not part.mode.compensates:
         run = _by_joystick(run, s)
     [series] = run_twin([campaign.crane], [run], NAMES)
     n, a, b = part.last - part.first, run.first - part.first, run.last - part.first

@@ -9,6 +9,7 @@ from itertools import accumulate
 
 import numpy as np
 
+from stillhook.control.registry import MANUAL_MODE
 from stillhook.engine.pack.winch import drum_record, wire_speed_max
 from stillhook.library import load_crane
 from stillhook.physics.load_path.drum import wire_usable
@@ -124,21 +125,21 @@ def sea_trials(crane: str | Crane = "nov-250t") -> Plan:
         return PlannedTest(number, Kind.AHC, round(load * t, 1) * 1e3, round(wire * s_w), duration, mode, sea)
 
     tests = (
-        ahc("1", 82.0, 487.0, 200.0, Mode.NS, Sea(1.4, 1.8, 9.0)),
-        ahc("2", 94.0, 487.0, 1500.0, Mode.SSC, Sea(2.1, 2.5, 10.0, ramp=300.0)),
-        ahc("3", 164.0, 2314.0, 200.0, Mode.SSC, Sea(2.0, 2.3, 9.0)),
-        ahc("4", 162.0, 2281.0, 300.0, Mode.SSC, Sea(1.5, 2.0, 10.0)),
+        ahc("1", 82.0, 487.0, 200.0, Mode("ns"), Sea(1.4, 1.8, 9.0)),
+        ahc("2", 94.0, 487.0, 1500.0, Mode("ssc"), Sea(2.1, 2.5, 10.0, ramp=300.0)),
+        ahc("3", 164.0, 2314.0, 200.0, Mode("ssc"), Sea(2.0, 2.3, 9.0)),
+        ahc("4", 162.0, 2281.0, 300.0, Mode("ssc"), Sea(1.5, 2.0, 10.0)),
         PlannedTest(
             "limits",
             Kind.LIMITS,
             round(load * 82.0, 1) * 1e3,
             round(wire * 500.0),
             86.0,
-            Mode.MANUAL,
+            MANUAL_MODE,
             None,
             beyond(2.3 * v),
         ),
-        PlannedTest("dynamics", Kind.DYNAMICS, 0.0, 15.0, 88.0, Mode.MANUAL, None, turns(v)),
+        PlannedTest("dynamics", Kind.DYNAMICS, 0.0, 15.0, 88.0, MANUAL_MODE, None, turns(v)),
     )
     return Plan(
         f"Sea trials like paper F table 3 of {twin.name}",

@@ -10,8 +10,9 @@ Nothing outside synthetic logs is computed with it.
 
 from typing import NamedTuple
 
+from stillhook.control.interface import Sensed
 from stillhook.control.passive import displacement_for_weight, make_up
-from stillhook.control.plc import ActuatorCommands, Memory, Plc, Sensed, cycle
+from stillhook.control.plc import ActuatorCommands, Memory, Plc
 from stillhook.physics.friction import bristle_update, dry_torque
 from stillhook.physics.hydraulics.motor import motor_torque
 from stillhook.physics.hydraulics.pump import pump_flow
@@ -315,65 +316,73 @@ def _hanging(s_w, alpha_m, alpha_pm, g, tick, p):
 
 
 @scalar
-def at_rest(s_w, m, tick, p):
-    """State, memory and commands with the load hanging still on both circuits, displacements where the PLC wants them;
-    s_w wire out [m]."""
-    x = _hanging(s_w, 1.0, 0.0, 0.0, tick, p)
-    tip, geo = Tip(tick.s, 0.0), geometry(x, p)
-    u, m, _ = control(x, m, tick, tip, geo, p)
-    x = _hanging(s_w, u.u_m, u.u_pm, 0.0, tick, p)
-    return _hanging(s_w, u.u_m, u.u_pm, circuit(x, u, geo, tip, p).g_to, tick, p), m, u
+def start(s_w, tick, p):
+    """State before the PLC's first cycle: the load hangs still on both circuits; s_w wire out [m]."""
+    return _hanging(s_w, 1.0, 0.0, 0.0, tick, p)
 
 
 @scalar
-def read(x, m, tick, geo, dp_p, p):
-    """What the PLC reads; differs from the twin's in the load cell, which has a filter and a calibration of its own.
-    dp_p pressure over the passive motors [Pa]."""
-    A, e = p.active, p.extra
+def settle(x, u, tick, geo, p):
+    """The state at rest under the PLC's first commands: displacements where it wants them."""
+    x = _hanging(x.s_w, u.u_m, u.u_pm, 0.0, tick, p)
+    return _hanging(x.s_w, u.u_m, u.u_pm, circuit(x, u, geo, Tip(tick.s, 0.0), p).g_to, tick, p)
+
+
+@scalar
+def _passive_now(x, tick, p):
+    """The passive circuit at an instant, from the transmitter's side."""
+    A, P, thin = p.active, p.passive, 1.0 - p.extra.oil.thin * x.T_oil
+    alpha_pp = displacement(x.alpha_pp, P.pump_servo)
+    _, Q_pp = _pump_flows(x, displacement(x.alpha_p, A.pump_servo), alpha_pp, tick.f_pump, tick.f_passive, p)
+    _, o = _passive(x, Q_pp, alpha_pp, displacement(x.alpha_pm, P.motor_servo), tick.f_passive, thin, p)
+    return o
+
+
+@scalar
+def sense(x, m, tick, tip, geo, p):
+    """What the PLC reads; differs from the twin's in the load cell, which has a filter and a calibration of its own."""
+    A, P, e, o = p.active, p.passive, p.extra, _passive_now(x, tick, p)
     alpha_m = known_displacement(displacement(x.alpha_m, A.motor_servo), m.u_m, A.control)
     s_w = quantise(x.s_w + tick.n_s, p.sensors.q_s)
     F = quantise(e.cell_gain * x.F_cell + e.cell_zero + tick.n_F, p.sensors.q_F)
     ratio = K_wire(geo.d, p.hoist.drum)
-    T_passive = motor_torque(p.passive.settings.D_m_max * displacement(x.alpha_pm, p.passive.motor_servo), dp_p)
+    dp_p = o.p_hp - P.settings.p_lp
+    T_passive = motor_torque(P.settings.D_m_max * displacement(x.alpha_pm, P.motor_servo), dp_p)
     dp_load = (F * geo.r_eff - T_passive) / (A.motors.count * A.motors.D_max * alpha_m)
     return Sensed(
-        tick.s_m,
-        tick.v_m,
-        tick.a_m,
-        tick.v_op,
-        tick.s_op,
-        tick.mode,
-        tick.f_known,
-        s_w,
-        F,
-        alpha_m,
-        ratio,
-        x.p_a - x.p_b,
-        dp_load,
+        s_tip=tick.s_m,
+        v_tip=tick.v_m,
+        a_tip=tick.a_m,
+        v_op=tick.v_op,
+        s_op=tick.s_op,
+        mode=tick.mode,
+        f_pump=tick.f_known,
+        s_w=s_w,
+        F=F,
+        alpha_m=alpha_m,
+        K_wire=ratio,
+        dp=x.p_a - x.p_b,
+        dp_load=dp_load,
+        p_hp=o.p_hp,
     )
 
 
 @scalar
-def control(x, m, tick, tip, geo, p):
-    """One PLC cycle: plant commands, the PLC's new memory, and the active drive's signals.
+def actuate(drive, y, x, m_0, m, tick, geo, p):
+    """Plant commands, the PLC's memory and the active drive's signals; y what was read, m_0 memory before the cycle.
 
     The laws of the active drive are the twin's; this PLC holds the pump command within u_limit and puts it out in
     steps, the pumps get it a part of a cycle late, and its passive circuit works by the pressure at the transmitter.
     """
     A, P, e = p.active, p.passive, p.extra
-    thin, before = 1.0 - e.oil.thin * x.T_oil, m.u_p
-    alpha_pp = displacement(x.alpha_pp, P.pump_servo)
-    _, Q_pp = _pump_flows(x, displacement(x.alpha_p, A.pump_servo), alpha_pp, tick.f_pump, tick.f_passive, p)
-    _, o = _passive(x, Q_pp, alpha_pp, displacement(x.alpha_pm, P.motor_servo), tick.f_passive, thin, p)
-    drive, m = cycle(read(x, m, tick, geo, o.p_hp - P.settings.p_lp, p), m, o.p_hp, p.plc)
     drive = ActuatorCommands(
         clip(drive.u_p, -e.u_limit, e.u_limit), drive.u_m, drive.u_ff, drive.u_raw, drive.e_c, drive.brake
     )
     drive = apply_override(drive, tick)
     u_m, held = pilot(drive.u_m, m.held, A.control)
-    u_pm = displacement_for_weight(m.F, geo.r_eff, o.p_hp, P.settings)
+    u_pm = displacement_for_weight(m.F, geo.r_eff, y.p_hp, P.settings)
     u_pp = make_up(m.p_mean, u_pm, tick.v_op / geo.r_eff, P.settings)
-    u_p = quantise(drive.u_p + e.late * (before - drive.u_p), e.dac)
+    u_p = quantise(drive.u_p + e.late * (m_0.u_p - drive.u_p), e.dac)
     m = Memory(m.mode, m.datum, m.F, m.p_mean, drive.u_p, m.u_m, m.b_p, m.b_m, held, m.brake, m.idle, m.stroke)
     return Command(u_p, quantise(u_m, e.dac), u_pp, u_pm, tick.f_pump, tick.f_passive, drive.brake), m, drive
 

@@ -25,8 +25,11 @@ from stillhook.analysis.loop_stability.models.loops import (
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.base.arrays import FloatArray
 from stillhook.control.plc import Memory
-from stillhook.engine.pack.winch import MODE_CODE, NO_LIMIT, plc_record
+from stillhook.control.registry import DEFAULT_MODE, code_of
+from stillhook.engine.pack.winch import NO_LIMIT, controllers_of, plc_record
 from stillhook.errors import StillhookError
+from stillhook.kernels.build import driver
+from stillhook.kernels.lanes import flatten, paths, unflatten
 from stillhook.physics.friction import bristle_rate
 from stillhook.physics.hydraulics.accumulator import accumulator_pressure
 from stillhook.physics.hydraulics.swash import Servo
@@ -247,7 +250,9 @@ def plant_loop(linear: Linear) -> ContinuousLoop:
     return balanced(linear.A, B, linear.C[OUTPUTS.index("s_hoisted")])
 
 
-def plc_loop(crane: Crane, point: OperatingPoint, *, mode: Mode | str = Mode.SSC, delay: float = 0.0) -> SampledLoop:
+def plc_loop(
+    crane: Crane, point: OperatingPoint, *, mode: Mode | str = DEFAULT_MODE, delay: float = 0.0
+) -> SampledLoop:
     """The position loop of the complete plant as the crane's PLC closes it, at K_p = 1: all other loops closed and held
     for a cycle too.
 
@@ -263,39 +268,79 @@ def plc_loop(crane: Crane, point: OperatingPoint, *, mode: Mode | str = Mode.SSC
     Phi, Gamma = hold_matrices(linear.A, linear.B[:, commands], T)
     held = Gamma[:, commands.index(u_p)]
     early = held if rest == 0.0 else hold_matrices(linear.A, linear.B[:, [u_p]], T - rest)[1][:, 0]
-    K, M = _control_slopes(crane, point, Mode(mode))
-    size = len(linear.states)
-    closed = np.zeros((size + len(REMEMBERED), size + len(REMEMBERED)))
-    closed[:size] = np.hstack([Phi, np.zeros((size, len(REMEMBERED)))]) + Gamma @ K
+    K, M = _control_slopes(_Plc(crane, point, Mode(mode)), crane)
+    size, more = len(linear.states), len(M)
+    closed = np.zeros((size + more, size + more))
+    closed[:size] = np.hstack([Phi, np.zeros((size, more))]) + Gamma @ K
     closed[size:] = M
-    pad = np.zeros(len(REMEMBERED))
+    pad = np.zeros(more)
     out = np.concatenate([linear.C[OUTPUTS.index("s_hoisted")], pad])
     return SampledLoop(closed, np.concatenate([early, pad]), np.concatenate([held - early, pad]), out, T, n)
 
 
 REMEMBERED = ("F", "p_mean", "u_m")
-"""What the PLC carries from cycle to cycle: filtered load cell, mean accumulator pressure, the motors' last command."""
+"""What the PLC carries from cycle to cycle: filtered load cell, mean accumulator pressure, the motors' last command;
+and what the controller remembers."""
 
 
-def _control_slopes(crane: Crane, point: OperatingPoint, mode: Mode) -> tuple[FloatArray, FloatArray]:
-    """Commands and memory of a cycle by state and memory before it, K_p = 0: rows as the commands, and as
-    `REMEMBERED`."""
-    plc = plc_record(crane)
-    p = _free_stops(point.params)._replace(plc=plc._replace(gains=plc.gains._replace(K_p=0.0)))
-    tick = _tick(point, mode)
-    memory = Memory(MODE_CODE[mode], 0.0, point.F_w, _p_gas(point), 0.0, point.u_m, 0.0, 0.0, point.u_m, 0.0, 0.0, 1.0)
+class _Plc:
+    """The PLC's cycle about an operating point, with the controller of a mode in force."""
+
+    def __init__(self, crane: Crane, point: OperatingPoint, mode: Mode) -> None:
+        beside, own = controllers_of(crane, (mode,))
+        self.point, self.tick = point, _tick(point, mode)
+        self.driver = driver(crane.plant.value, 1, beside=beside)
+        self.laws = self.driver.laws.blank(own)._replace(code=code_of(mode))
+        self.carried = [i for i, path in enumerate(paths(type(self.laws))) if "_memory." in path]
+
+    def memory(self, alpha_m: float) -> Memory:
+        """Memory at rest with the motors at alpha_m [-]."""
+        return Memory(
+            mode=self.tick.mode,
+            datum=0.0,
+            F=self.point.F_w,
+            p_mean=_p_gas(self.point),
+            u_p=0.0,
+            u_m=alpha_m,
+            b_p=0.0,
+            b_m=0.0,
+            held=alpha_m,
+            brake=0.0,
+            idle=0.0,
+            stroke=1.0,
+        )
+
+    def cycle(self, x: Any, m: Memory, laws: Any, p: Any) -> tuple[Any, Memory, Any]:
+        """Commands, memory, and what the controllers carry, after one cycle."""
+        u, m, laws, _ = self.driver.control(x, m, laws, self.tick, self.point.tip, self.point.geometry, p)
+        return u, m, laws
+
+
+def _control_slopes(plc: _Plc, crane: Crane) -> tuple[FloatArray, FloatArray]:
+    """Commands and memory of a cycle by state and memory before it, K_p = 0: rows as the commands, and as `REMEMBERED`
+    with what the controller carries."""
+    point, settings = plc.point, plc_record(crane)
+    p = _free_stops(point.params)._replace(plc=settings._replace(gains=settings.gains._replace(K_p=0.0)))
+    memory, record = plc.memory(point.u_m), flatten(plc.laws)
     commands = tuple(n for n in point.command._fields if n.startswith("u_"))
     states = point.state._fields
 
     def cycle(xm: FloatArray) -> FloatArray:
-        x = type(point.state)(*(float(v) for v in xm[: len(states)]))
-        m = memory._replace(**dict(zip(REMEMBERED, (float(v) for v in xm[len(states) :]), strict=True)))
-        u, m, _ = point.plant.control(x, m, tick, point.tip, point.geometry, p)
-        return np.array([*(getattr(u, c) for c in commands), *(getattr(m, r) for r in REMEMBERED)])
+        values = [float(v) for v in xm]
+        x = type(point.state)(*values[: len(states)])
+        known, carried = values[len(states) :][: len(REMEMBERED)], values[len(states) + len(REMEMBERED) :]
+        m = memory._replace(**dict(zip(REMEMBERED, known, strict=True)))
+        numbers = list(record)
+        for i, value in zip(plc.carried, carried, strict=True):
+            numbers[i] = value
+        u, m, laws = plc.cycle(x, m, unflatten(type(plc.laws), iter(numbers)), p)
+        after = flatten(laws)
+        remembered = [*(getattr(m, r) for r in REMEMBERED), *(after[i] for i in plc.carried)]
+        return np.array([*(getattr(u, c) for c in commands), *remembered])
 
-    start = np.array([*point.state, *(getattr(memory, r) for r in REMEMBERED)])
-    steps = [*(_step(n) for n in states), STEP["F"], STEP["p"], STEP["u"]]
-    J, _ = jacobian(cycle, start, steps)
+    start = np.array([*point.state, *(getattr(memory, r) for r in REMEMBERED), *(record[i] for i in plc.carried)])
+    own = [STEP["u"] * max(1.0, abs(record[i])) for i in plc.carried]
+    J, _ = jacobian(cycle, start, [*(_step(n) for n in states), STEP["F"], STEP["p"], STEP["u"], *own])
     return J[: len(commands)], J[len(commands) :]
 
 
@@ -312,7 +357,7 @@ def _p_gas(point: OperatingPoint) -> float:
 def _tick(point: OperatingPoint, mode: Mode) -> Tick:
     """What comes from outside while the tip moves at its constant speed."""
     s, v = point.tip.s, point.tip.v
-    return Tick(s, v, 0.0, s, v, 0.0, 0.0, 0.0, MODE_CODE[mode], 1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+    return Tick(s, v, 0.0, s, v, 0.0, 0.0, 0.0, code_of(mode), 1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
 def settled_displacement(crane: Crane, point_at: Callable[[float], OperatingPoint], mode: Mode | str) -> OperatingPoint:
@@ -320,13 +365,11 @@ def settled_displacement(crane: Crane, point_at: Callable[[float], OperatingPoin
 
     point_at gives the point at a displacement [-]. Errors: as point_at.
     """
-    code = Mode(mode)
     lo, hi = crane.active.motor.alpha_min, 1.0
 
     def wish(alpha_m: float) -> float:
-        point = point_at(alpha_m)
-        memory = Memory(MODE_CODE[code], 0.0, point.F_w, _p_gas(point), 0.0, alpha_m, 0.0, 0.0, alpha_m, 0.0, 0.0, 1.0)
-        u, _, _ = point.plant.control(point.state, memory, _tick(point, code), point.tip, point.geometry, point.params)
+        plc = _Plc(crane, point := point_at(alpha_m), Mode(mode))
+        u, _, _ = plc.cycle(point.state, plc.memory(alpha_m), plc.laws, point.params)
         return float(u.u_m)
 
     if wish(hi) >= hi:

@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 from stillhook.analysis.steady.steady_state import motor_law
 from stillhook.base.arrays import FloatArray
 from stillhook.control.ahc import feedback, feedforward
+from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.pack.winch import NO_LIMIT, gains
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.physics.hydraulics.line import capacitance
@@ -56,7 +57,7 @@ def simulate_reduced(
     crane: Crane,
     tip: Motion,
     *,
-    mode: Mode | str = Mode.SSC,
+    mode: Mode | str = DEFAULT_MODE,
     duration: float = 72.0,
     every: float = 0.002,
     K_wire: float = 1.0,

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.analysis.steady.layers import layer_row
-from stillhook.analysis.steady.steady_state import steady
+from stillhook.analysis.steady.steady_state import motor_law, steady
 from stillhook.base.arrays import FloatArray
+from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.pack.winch import gains
 from stillhook.errors import StillhookError
 from stillhook.kernels.winch_type import plant_of
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
     import control
 
 
+SLOPE_STEP = 1.0e-6
+"""Half width of the differences of a controller's law by the feedforward [-]."""
 CIRCUIT = ("dp", "omega_m")
 LOOP = ("alpha_p", "alpha_p_dot", *CIRCUIT, "s_hoisted")
 FULL_LOOP = ("alpha_m", "alpha_m_dot", *LOOP[:4], "e_c")
@@ -146,7 +149,7 @@ def closed_loop_polynomial(crane: Crane, alpha_m: float = 1.0, *, K_wire: float 
     return num / den[0], den / den[0]
 
 
-def about(crane: Crane, v_tip: float, *, mode: Mode | str = Mode.SSC, K_wire: float = 1.0) -> About:
+def about(crane: Crane, v_tip: float, *, mode: Mode | str = DEFAULT_MODE, K_wire: float = 1.0) -> About:
     """Steady operation at a constant tip speed [m/s, up positive], which the winch follows exactly.
 
     Errors: StillhookError where the pumps cannot follow: a linear model about a full pump has no feedback.
@@ -170,18 +173,17 @@ def about(crane: Crane, v_tip: float, *, mode: Mode | str = Mode.SSC, K_wire: fl
 
 
 def motor_slope(crane: Crane, mode: Mode | str, alpha_m: float, u_ff: float) -> float:
-    """Slope of the motors' command by |u_ff| where the load cell demands nothing [-]; 0 outside u_thr < |u_ff| < 1 and
-    in classic modes.
+    """Slope of the motors' command by |u_ff| where the load cell demands nothing [-], by differences of the
+    controller's own law; 0 beside the pumps' full command.
 
-    Source: Moslatt 2020 paper E eq. 12, and the derivative of C eq. 13 for the cubic law.
+    Source: Moslatt 2020 paper E eq. 12 for SSC, for which this is -(1 - alpha_min) / (1 - u_thr) beyond u_thr.
     Differs from print: E eq. 12 takes the magnitude of a Laplace variable; it is sign(u_ff) U_ff about the steady u_ff.
     """
-    u_thr, span = crane.control.u_thr, 1.0 - crane.active.motor.alpha_min
-    if Mode(mode) not in (Mode.SSC, Mode.SSC_CUBIC) or not u_thr < abs(u_ff) < 1.0:
+    if not abs(u_ff) < 1.0:
         return 0.0
-    s = (abs(u_ff) - u_thr) / (1.0 - u_thr)
-    steeper = 6.0 * s * (1.0 - s) if Mode(mode) is Mode.SSC_CUBIC else 1.0
-    return -steeper * span / (1.0 - u_thr)
+    law, u = motor_law(crane, Mode(mode)), abs(u_ff)
+    up, down = law(u + SLOPE_STEP), law(max(u - SLOPE_STEP, 0.0))
+    return (up - down) / (u + SLOPE_STEP - max(u - SLOPE_STEP, 0.0))
 
 
 def full_matrices(
@@ -229,7 +231,7 @@ def full_matrices(
 
 
 def full_loop(
-    crane: Crane, v_tip: float = 0.0, *, mode: Mode | str = Mode.SSC, K_wire: float = 1.0, K_p: float | None = None
+    crane: Crane, v_tip: float = 0.0, *, mode: Mode | str = DEFAULT_MODE, K_wire: float = 1.0, K_p: float | None = None
 ) -> control.StateSpace:
     """The complete closed loop about a steady tip speed as a python-control system: inputs v_tip, a_tip; outputs v_w,
     e_c, u_ff, alpha_m.
@@ -245,7 +247,7 @@ def full_loop(
 
 
 def speed_response(
-    crane: Crane, v_tip: float = 0.0, *, mode: Mode | str = Mode.SSC, K_wire: float = 1.0
+    crane: Crane, v_tip: float = 0.0, *, mode: Mode | str = DEFAULT_MODE, K_wire: float = 1.0
 ) -> control.StateSpace:
     """G_v(s) = V_w / V_tip about a steady tip speed (paper E eq. 21), with a_tip = dv_tip/dt; -1 is perfect
     compensation.
@@ -262,7 +264,7 @@ def speed_response(
 
 
 def motor_poles(
-    crane: Crane, v_tip: float, *, mode: Mode | str = Mode.SSC, K_wire: float = 1.0
+    crane: Crane, v_tip: float, *, mode: Mode | str = DEFAULT_MODE, K_wire: float = 1.0
 ) -> NDArray[np.complex128]:
     """The two poles of the motors' own loop, closed through the measured alpha_m in the feedforward [1/s].
 

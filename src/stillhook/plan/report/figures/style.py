@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
-from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.compensation import ALTERNATIVES, Alternative
 from stillhook.plan.result.result import CREDITS, PlanResult
 from stillhook.report.plots.run import COLOURS
 from stillhook.units import in_display, number, show
@@ -23,31 +23,14 @@ if TYPE_CHECKING:
 
 WIDTH = 7.5
 """Of every figure [inch]: about that of a page, so that its letters are of one size."""
+FIRST = (*ALTERNATIVES, *(alternative for alternative in Alternative if alternative not in ALTERNATIVES))
+"""Alternatives in the order in which colours and markers are taken: those of every plan first."""
+ORDER_OF_COLOURS = (6, 4, 5, 0, 1, 3, 2, 7)
 COLOUR: Mapping[str, str] = {
-    Alternative.NONE: COLOURS[6],
-    Alternative.CAP: COLOURS[4],
-    Alternative.NS: COLOURS[5],
-    Alternative.HS: COLOURS[0],
-    Alternative.SSC: COLOURS[1],
-    Alternative.STRONG_SSC: COLOURS[3],
+    name: COLOURS[ORDER_OF_COLOURS[i % len(ORDER_OF_COLOURS)] % len(COLOURS)] for i, name in enumerate(FIRST)
 }
-MARKER: Mapping[str, str] = {
-    Alternative.NONE: "x",
-    Alternative.CAP: "s",
-    Alternative.NS: "v",
-    Alternative.HS: "^",
-    Alternative.SSC: "o",
-    Alternative.STRONG_SSC: "D",
-}
-SHORT_NAME: Mapping[str, str] = {
-    Alternative.NONE: "none",
-    Alternative.CAP: "80 % cap",
-    Alternative.NS: "NS",
-    Alternative.HS: "HS",
-    Alternative.SSC: "SSC",
-    Alternative.STRONG_SSC: "strong SSC",
-}
-THICK: Mapping[str, float] = {name: 3.2 - 0.45 * i for i, name in enumerate(Alternative)}
+MARKER: Mapping[str, str] = {name: "xsv^oDP*"[i % 8] for i, name in enumerate(FIRST)}
+THICK: Mapping[str, float] = {name: max(3.2 - 0.45 * i, 0.5) for i, name in enumerate(FIRST)}
 """Widths of lines: the later drawn is the thinner, so that lines that are one on the other are all seen."""
 TWIN, CREDITED = CREDITS
 SAME = 5e-3
@@ -56,7 +39,7 @@ SAME = 5e-3
 
 def named(alternative: object) -> str:
     """An alternative as it is called in texts."""
-    return SHORT_NAME.get(str(alternative), str(alternative))
+    return Alternative(str(alternative)).label if str(alternative) in list(Alternative) else str(alternative)
 
 
 def names(data: xarray.Dataset, dim: str = "alternative") -> list[str]:

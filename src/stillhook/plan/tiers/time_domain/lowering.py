@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.pack.programme import payload_weight
 from stillhook.errors import PlanError
 from stillhook.physics.scalar import G
@@ -92,7 +93,7 @@ def winch_of(phase: Phase, alternative: Alternative) -> Winch:
 def machine_of(plan: LiftPlan, winch: Winch) -> tuple[Crane, Mode]:
     """The crane with the settings of the controller, and its mode; the plan's own crane where nothing compensates."""
     if winch.controller is None:
-        return plan.crane, Mode.SSC
+        return plan.crane, DEFAULT_MODE
     crane, setting = controlled(plan.crane, winch.controller, plan.sensors)
     return crane, setting.mode
 

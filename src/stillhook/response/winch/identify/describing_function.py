@@ -18,6 +18,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_file
 from stillhook.base.progress import Progress
+from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.scenario.run import Ending, Meter, Result
 from stillhook.errors import LiftError, ScenarioError, StillhookError
 from stillhook.kernels.build import results_hash
@@ -52,7 +53,7 @@ COMPLIANCE_PERIOD = 1
 def identify_residual(
     crane: Crane,
     duty: Duty,
-    mode: Mode | str = Mode.SSC,
+    mode: Mode | str = DEFAULT_MODE,
     *,
     excitation: ExcitationGrid = FINE,
     threads: int = 2,
@@ -73,7 +74,7 @@ def identify_residual(
     alone exceeds; nothing sound).
     """
     mode = mode_of(mode)
-    if mode is Mode.MANUAL:
+    if not mode.compensates:
         raise LiftError(
             'residual: mode "manual" does not compensate. Use Residual.constant(1.0), or a mode that compensates.'
         )

@@ -10,6 +10,7 @@ import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.base.progress import Progress
+from stillhook.control.registry import MANUAL_MODE
 from stillhook.engine.scenario.run import Meter
 from stillhook.errors import StillhookError, ValidateError
 from stillhook.logs.checks.findings import counted
@@ -105,7 +106,7 @@ def _segments(
     levels = load_segments(signals.get("F_w"), n, grid.step, campaign.crane)
     good = _complete_samples(test, signals, n) & np.isfinite(mode) & standing(levels, n)
     if test.kind is Kind.AHC:
-        good &= mode != float(list(Mode).index(Mode.MANUAL))
+        good &= mode != float(list(Mode).index(MANUAL_MODE))
     edges = [*(i for i, _ in cut), *(np.flatnonzero(np.diff(mode) != 0.0) + 1), *(s.first for s in levels)]
     segments = []
     for a, b in split(unbroken(good), edges):
@@ -133,9 +134,9 @@ def _mode(test: CraneTest, signals: Mapping[str, FloatArray], n: int) -> FloatAr
         raise ValidateError(
             f'test "{test.name}": mode: missing. State the mode of the PLC in the campaign file, or map a signal mode;'
             " one of "
-            f"{', '.join(m for m in Mode if m is not Mode.MANUAL)}."
+            f"{', '.join(m for m in Mode if m.compensates)}."
         )
-    return np.full(n, float(list(Mode).index(test.mode or Mode.MANUAL)))
+    return np.full(n, float(list(Mode).index(test.mode or MANUAL_MODE)))
 
 
 def _as_stated(test: CraneTest, mode: FloatArray) -> None:

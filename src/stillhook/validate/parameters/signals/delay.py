@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray, IntArray
 from stillhook.physics.load_path.wire import wire_damping, wire_stiffness
-from stillhook.spec.scenario import Mode
 from stillhook.statistics.dot import dot
 from stillhook.statistics.jackknife_regression import Estimate, Fit, fit, pooled
 from stillhook.validate.parameters.segments import LogPart, by_test
@@ -113,10 +112,7 @@ def overall(delays: Sequence[TipDelay]) -> Estimate | None:
 def _can_tell(part: LogPart) -> bool:
     s = part.segment
     return (
-        s.mode is not Mode.MANUAL
-        and s.s_tip_pp >= LEAST_PP
-        and part.knows("F_w", "s_tip", "s_w")
-        and s.duration > 4.0 * EDGE
+        s.mode.compensates and s.s_tip_pp >= LEAST_PP and part.knows("F_w", "s_tip", "s_w") and s.duration > 4.0 * EDGE
     )
 
 

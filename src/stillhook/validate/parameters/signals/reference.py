@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.spec.scenario import Mode
 from stillhook.statistics.jackknife_regression import Estimate, fit
 from stillhook.validate.parameters.segments import LogPart, by_test
 from stillhook.validate.parameters.slopes import bridged, integral, smoothed
@@ -50,7 +49,7 @@ def references(parts: Sequence[LogPart]) -> tuple[Reference, ...]:
 
 def _can_tell(part: LogPart) -> bool:
     s = part.segment
-    return s.mode is not Mode.MANUAL and s.s_tip_pp >= LEAST_PP and part.has("e_c_measured", "s_w", "s_tip")
+    return s.mode.compensates and s.s_tip_pp >= LEAST_PP and part.has("e_c_measured", "s_w", "s_tip")
 
 
 def _rows(part: LogPart) -> tuple[NDArray[Any], ...]:

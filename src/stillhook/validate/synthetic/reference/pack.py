@@ -82,7 +82,7 @@ def pack_reference(crane: Crane, case: Scenario, reference: ReferenceCrane) -> P
             dac=2.0 ** (1.0 - reference.dac_bits),
         ),
     )
-    return Packed(plant, "truth", params, twin.memory._replace(p_mean=passive.settings.p_set), twin.s_w)
+    return Packed(plant, "truth", params, twin.memory._replace(p_mean=passive.settings.p_set), *twin[4:])
 
 
 def _active(a: ActiveCircuit, reference: ReferenceCrane) -> ActiveCircuit:

@@ -1,0 +1,20 @@
+"""Semi-secondary control (SSC): the motors' displacement falls with the feedforward beyond a threshold."""
+
+from stillhook.control.interface import Demand
+from stillhook.control.ssc import displacement_min, displacement_ssc, reduction_linear
+from stillhook.physics.scalar import scalar
+
+NAME = "ssc"
+LABEL = "SSC"
+TITLE = "semi-secondary control (SSC): motors reduced in proportion to the feedforward"
+ORDER = 5
+USUAL = True
+USES = ("u_thr", "alpha_min", "alpha_swl")
+
+
+@scalar
+def cycle(r, plc):
+    """Source: Moslatt 2020 eqs 2.9 to 2.11."""
+    s = plc.motors
+    u_m = displacement_ssc(reduction_linear(r.u_ff, s.u_thr), displacement_min(r.F, r.y.K_wire, s))
+    return Demand(r.u_ff + r.u_fb, u_m)

@@ -1,0 +1,18 @@
+"""Semi-secondary control with the cubic reduction: smooth at the threshold and at the end."""
+
+from stillhook.control.interface import Demand
+from stillhook.control.ssc import displacement_min, displacement_ssc, reduction_cubic
+from stillhook.physics.scalar import scalar
+
+NAME = "ssc-cubic"
+TITLE = "semi-secondary control with the cubic reduction of paper C"
+ORDER = 6
+USES = ("u_thr", "alpha_min", "alpha_swl")
+
+
+@scalar
+def cycle(r, plc):
+    """Source: Moslatt 2020 C eq. 13."""
+    s = plc.motors
+    u_m = displacement_ssc(reduction_cubic(r.u_ff, s.u_thr), displacement_min(r.F, r.y.K_wire, s))
+    return Demand(r.u_ff + r.u_fb, u_m)
