@@ -1,6 +1,7 @@
 """One row per variable: name, symbol, SI unit, kind (for display), sign, meaning, source.
 
-Results, JSON output and the nomenclature page use it. The rows are in `variables.csv`.
+Results, JSON output and the nomenclature page use it. The rows are in `variables.csv`; those of winch types are with
+their modules.
 """
 
 from __future__ import annotations
@@ -8,22 +9,12 @@ from __future__ import annotations
 import csv
 from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
+
+from stillhook.base.variable import Variable as Variable
+from stillhook.winches.registry import own_rows
 
 WINDOW = 30.0
 """Moving window of the peak-to-peak error [s]. Source: Moslatt 2020 paper F table 2."""
-
-
-class Variable(NamedTuple):
-    """kind is a key of `stillhook.units.KINDS`, or "" for a pure number or text."""
-
-    name: str
-    symbol: str
-    unit: str
-    kind: str
-    sign: str
-    meaning: str
-    source: str
 
 
 def _groups() -> dict[str, tuple[Variable, ...]]:
@@ -36,8 +27,11 @@ def _groups() -> dict[str, tuple[Variable, ...]]:
 
 
 _GROUPS = _groups()
-SERIES = _GROUPS["series"]
-SUMMARY = _GROUPS["summary"]
+_SIGNALS, _NUMBERS = own_rows()
+SERIES = (*_GROUPS["series"], *_SIGNALS)
+COMMON_SUMMARY = _GROUPS["summary"]
+"""Numbers of a run that every winch type has."""
+SUMMARY = (*COMMON_SUMMARY, *_NUMBERS)
 QUANTITIES = _GROUPS["quantities"]
 LIFT = _GROUPS["lift"]
 ANSWERS = _GROUPS["answers"]

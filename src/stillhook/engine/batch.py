@@ -62,7 +62,7 @@ class Problem(Protocol):
     def sort(self, places: list[int], cases: Sequence[Any]) -> list[int]:
         """Places of a group in the order in which they are best run."""
 
-    def columns(self, case: Any) -> tuple[str, ...]:
+    def columns(self, crane: Crane, case: Any) -> tuple[str, ...]:
         """Names of the numbers of its summary."""
 
     def identity(self) -> Callable[[Any], bytes]:
@@ -130,7 +130,7 @@ def run_batch(
             if kept is not None:
                 kept.put(task.indices, answers.rows)
             for i, row in zip(task.indices, answers.rows, strict=True):
-                results[i] = _summary(row.status, problem.columns(cases[i]), row.numbers, list(row.notes))
+                results[i] = _summary(row.status, problem.columns(cranes[i], cases[i]), row.numbers, list(row.notes))
     return [results[i] for i in range(len(cases))]
 
 
@@ -301,7 +301,7 @@ class _Kept:
     def __init__(
         self, problem: Problem, folder: str | Path, cranes: Sequence[Crane], cases: Sequence[Any], n_sub: int
     ) -> None:
-        self.columns = [problem.columns(case) for case in cases]
+        self.columns = [problem.columns(crane, case) for crane, case in zip(cranes, cases, strict=True)]
         self.groups: dict[tuple[str, ...], list[int]] = {}
         for i, names in enumerate(self.columns):
             self.groups.setdefault(names, []).append(i)

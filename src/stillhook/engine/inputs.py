@@ -104,8 +104,7 @@ class CycleInputs:
         self.motion: Motion = Ramped.from_si(case.tip, case.ramp) if case.ramp > 0.0 else case.tip
         self.n_ticks, self.first, self.cols = shape(crane, case)
         self.s_tip_0 = float(self.motion.sample(np.zeros(1))[0][0])
-        self._pumps = crane.active.pump.D
-        self._passive_pumps = crane.passive.pump.D if crane.passive is not None else ()
+        self._pumps, self._passive_pumps = crane.plant.type.pump_units(crane)
         self._noise = _Noise(case, self.n_ticks + 1)
 
     def pieces(self) -> Iterator[tuple[int, int]]:

@@ -19,12 +19,14 @@ import numba
 from numba.core.caching import FunctionCache
 
 from stillhook.base.extensions import extension_sources
-from stillhook.kernels import control_laws, winch_type
+from stillhook.kernels import control_laws
 from stillhook.kernels.cache import kernel_folder, make_private
 from stillhook.physics.scalar import STRICT
 from stillhook.winches.reference import plant as truth
+from stillhook.winches.registry import WINCH_TYPES
 
-PLANTS: dict[str, ModuleType] = {**{name.value: plant for name, plant in winch_type.PLANTS.items()}, "truth": truth}
+PLANTS: dict[str, ModuleType] = {**{name: each.module for name, each in WINCH_TYPES.items()}, "truth": truth}
+"""Module of every winch type, and of the reference plant for synthetic logs."""
 PACKAGE = Path(__file__).resolve().parents[1]
 KERNEL_FOLDERS = ("physics", "control", "winches", "kernels")
 """Rooms of every source that a kernel can inline, and of what compiles them."""

@@ -10,20 +10,42 @@ from typing import NamedTuple
 from numba import njit
 
 from stillhook.control.plc import Memory
-from stillhook.kernels.lanes import access, offset, replace, size
+from stillhook.kernels.lanes import access, joined, offset, replace, size
 from stillhook.kernels.moving_window import SIGNALS, window_add, window_turn
-from stillhook.kernels.statistics import Stats, fold
+from stillhook.kernels.statistics import CommonStats, fold_common
 from stillhook.physics.scalar import STRICT, align_stack, clip, scalar
-from stillhook.winches.records import THIN, Geometry, Signals, Tick, Tip
+from stillhook.winches.records import THIN, CommonSignals, Geometry, Tick, Tip
 
 plant = plant  # type: ignore[name-defined]  # noqa: F821
 laws = laws  # type: ignore[name-defined]  # noqa: F821
 LANES = LANES  # type: ignore[name-defined]  # noqa: F821
-State, Command, Params = plant.State, plant.Command, plant.Params
-circuit, rates, bristle_after = plant.circuit, plant.rates, plant.bristle_after
-geometry, sense, actuate, start, settle = plant.geometry, plant.sense, plant.actuate, plant.start, plant.settle
+path = plant.PATH
+Command, Params = plant.Command, plant.Params
+circuit, winch_rates, geometry, wire_speed = plant.circuit, plant.rates, plant.geometry, plant.wire_speed
+sense, actuate, start, settle = plant.sense, plant.actuate, plant.start, plant.settle
+own_signals, winch_powers, stored_energy = plant.signals, plant.powers, plant.stored_energy
+limits, through, fold_extremes = plant.limits, plant.through, plant.fold_extremes
+point, path_rates, path_start, path_powers = path.at, path.rates, path.start, path.powers
+path_energy, at_its_end = path.energy, path.at_its_end
 plc_cycle, LawRecord = laws.cycle, laws.Record
-signals, powers, stored_energy, limits = plant.signals, plant.powers, plant.stored_energy, plant.limits
+Signals, join_signals = joined("Signals", CommonSignals, plant.Signals)
+Powers, join_powers = joined("Powers", plant.Powers, path.Powers)
+
+
+class State(NamedTuple):
+    """State of the winch and of its load path."""
+
+    winch: plant.State
+    path: path.State
+
+
+class Stats(NamedTuple):
+    """Statistics of a run: those of every winch, extremes of its own, cycles beyond each limit, powers summed up."""
+
+    common: CommonStats
+    extremes: plant.Extremes
+    limits: plant.Limits
+    power: Powers
 
 
 class Lane(NamedTuple):
@@ -50,7 +72,8 @@ def store(cls: type):  # type: ignore[no-untyped-def]
 
 
 load = access(Lane, LANES).load
-axpy, with_z = access(State, LANES).axpy, replace(State, "z")
+axpy, with_winch = access(State, LANES).axpy, replace(State, "winch")
+add_limits, add_powers = access(plant.Limits, LANES).axpy, access(Powers, LANES).axpy
 mix = access(Command, LANES).mix
 put_x, put_u, put_geo, put_m = store(State), store(Command), store(Geometry), store(Memory)
 put_laws = store(LawRecord)
@@ -61,22 +84,51 @@ NS = size(Signals)
 NH = 12
 
 
+if "z" in plant.State._fields:
+    with_z, bristle_after = replace(plant.State, "z"), plant.bristle_after
+
+    @scalar
+    def with_friction(c, x, p, h):
+        """The winch's state with its bristle h [s] later."""
+        return with_z(x, bristle_after(c, x, p, h))
+
+else:
+
+    @scalar
+    def with_friction(c, x, p, h):
+        """The winch's state: it has no bristle."""
+        return x
+
+
+@scalar
+def path_point(x, geo, tip, p):
+    """The load path at an instant."""
+    return point(wire_speed(x.winch, geo), x.path, geo, tip, p)
+
+
+@scalar
+def rates(x, u, geo, tip, p):
+    """Time derivatives of winch and load path, which meet at wire speed and tension."""
+    q = path_point(x, geo, tip, p)
+    c = circuit(x.winch, q, u, geo, p)
+    return State(winch_rates(c, x.winch, q, u, geo, p), path_rates(q, x.path, p))
+
+
 @scalar
 def step(x, u, geo, tip_0, tip_1, tip_2, p, h):
     """One step: the bristle exactly, everything else by the classic fourth-order Runge-Kutta method with the bristle
     held.
 
-    The bristle lives at the middle of the steps (a Strang splitting, second order): its update over h is centred on x.
+    The bristle is taken at the middle of the steps (a Strang splitting, second order): its update over h is centred on
+    x.
     """
-    c = circuit(x, u, geo, tip_0, p)
-    x = with_z(x, bristle_after(c, x, p, h))
-    k_1 = rates(c, x, u, geo, p)
-    x_2 = axpy(x, 0.5 * h, k_1)
-    k_2 = rates(circuit(x_2, u, geo, tip_1, p), x_2, u, geo, p)
-    x_3 = axpy(x, 0.5 * h, k_2)
-    k_3 = rates(circuit(x_3, u, geo, tip_1, p), x_3, u, geo, p)
-    x_4 = axpy(x, h, k_3)
-    k_4 = rates(circuit(x_4, u, geo, tip_2, p), x_4, u, geo, p)
+    q = path_point(x, geo, tip_0, p)
+    c = circuit(x.winch, q, u, geo, p)
+    x = with_winch(x, with_friction(c, x.winch, p, h))
+    k_1 = State(winch_rates(c, x.winch, q, u, geo, p), path_rates(q, x.path, p))
+    k_2 = rates(axpy(x, 0.5 * h, k_1), u, geo, tip_1, p)
+    k_3 = rates(axpy(x, 0.5 * h, k_2), u, geo, tip_1, p)
+    k_4 = rates(axpy(x, h, k_3), u, geo, tip_2, p)
     return axpy(axpy(axpy(axpy(x, h / 6, k_1), h / 3, k_2), h / 3, k_3), h / 6, k_4)
 
 
@@ -115,10 +167,50 @@ def take_tick(A, row, cols):
 def control(x, m, laws, tick, tip, geo, p):
     """One PLC cycle: plant commands, the PLC's memory, what the controllers remember, and the active drive's
     signals."""
-    y = sense(x, m, tick, tip, geo, p)
-    drive, after, laws = plc_cycle(y, m, laws, p.plc)
-    u, after, drive = actuate(drive, y, x, m, after, tick, geo, p)
+    q = path_point(x, geo, tip, p)
+    read = sense(x.winch, x.path, q, m, tick, geo, p)
+    drive, after, laws = plc_cycle(read, m, laws, p.plc)
+    u, after, drive = actuate(drive, read, x.winch, m, after, tick, geo, p)
     return u, after, laws, drive
+
+
+@scalar
+def signals(c, x, q, u, m, drive, tick, geo, p):
+    """One row of the time series."""
+    y = x.path
+    common = CommonSignals(
+        s_tip=tick.s,
+        v_tip=tick.v,
+        a_tip=tick.a,
+        s_w=y.s_w,
+        v_w=q.v_w,
+        e_c=m.datum + tick.s - tick.s_op - y.s_w,
+        e_c_measured=drive.e_c,
+        u_p=drive.u_p,
+        u_m=drive.u_m,
+        u_ff=drive.u_ff,
+        u_raw=drive.u_raw,
+        F_w=q.F_w,
+        s_load=y.s_load,
+        v_load=y.v_load,
+        layer=geo.layers,
+        mode=tick.mode,
+        v_op=tick.v_op,
+        brake=u.brake,
+    )
+    return join_signals(common, own_signals(c, x.winch, q, u, geo, p))
+
+
+@scalar
+def fold(a, y, c, x, q, u, tip, E, p, w):
+    """Statistics with one more cycle: y signals, E stored energy [J], w weight of the cycle in integrals."""
+    power = join_powers(winch_powers(c, x.winch, q, p), path_powers(q, x.path, tip, p))
+    return Stats(
+        fold_common(a.common, y, through(power), E, at_its_end(x.path, p), w),
+        fold_extremes(a.extremes, y),
+        add_limits(a.limits, 1.0, limits(c, x.winch, q, u, p)),
+        add_powers(a.power, w, power),
+    )
 
 
 @scalar
@@ -127,18 +219,19 @@ def cycle(A, w):
     for l in range(LANES):
         b = load(A, l)
         tip = Tip(b.tick.s, b.tick.v)
-        geo = geometry(b.x, b.p)
+        geo = geometry(b.x.path.s_w, b.p)
         u, m, law, drive = control(b.x, b.m, b.laws, b.tick, tip, geo, b.p)
-        c = circuit(b.x, u, geo, tip, b.p)
-        y = signals(c, b.x, u, m, drive, b.tick, geo, b.p)
-        st = fold(b.st, y, powers(c, b.x, tip, b.p), stored_energy(c, b.x, geo, b.p), limits(c, b.x, u, b.p), w)
+        q = path_point(b.x, geo, tip, b.p)
+        c = circuit(b.x.winch, q, u, geo, b.p)
+        y = signals(c, b.x, q, u, m, drive, b.tick, geo, b.p)
+        E = stored_energy(c, b.x.winch, geo, b.p) + path_energy(q, b.x.path, b.p)
         put_u(A, U_0 + l, b.u)
         put_u(A, U + l, u)
         put_geo(A, GEO + l, geo)
         put_m(A, M + l, m)
         put_laws(A, LAWS + l, law)
         put_y(A, Y + l, y)
-        put_st(A, ST + l, st)
+        put_st(A, ST + l, fold(b.st, y, c, b.x, q, u, tip, E, b.p, w))
         put_tip(A, TIP_0 + l, tip)
 
 
@@ -191,17 +284,18 @@ def run(A, D, cols, H, W, out, every, k_0, n, first, last, n_win, n_sub, t_cycle
 @scalar
 def rest(s_w, m, laws, tick, p):
     """State, memory, what the controllers carry, and commands with the load hanging still on s_w of wire [m]."""
-    x = start(s_w, tick, p)
-    geo = geometry(x, p)
-    u, m, laws, _ = control(x, m, laws, tick, Tip(tick.s, 0.0), geo, p)
-    return settle(x, u, tick, geo, p), m, laws, u
+    tip, geo = Tip(tick.s, 0.0), geometry(s_w, p)
+    x = State(start(s_w, tick, p), path_start(s_w, tick, p))
+    u, m, laws, _ = control(x, m, laws, tick, tip, geo, p)
+    q = path_point(x, geo, tip, p)
+    return State(settle(x.winch, q, u, tick, geo, p), x.path), m, laws, u
 
 
 def at_rest(A):
     """Every lane's state, memory and commands at rest, from its wire paid out, first Tick and parameters."""
     for l in range(LANES):
         b = load(A, l)
-        x, m, law, u = rest(b.x.s_w, b.m, b.laws, b.tick, b.p)
+        x, m, law, u = rest(b.x.path.s_w, b.m, b.laws, b.tick, b.p)
         put_x(A, X + l, x)
         put_u(A, U + l, u)
         put_m(A, M + l, m)

@@ -93,6 +93,23 @@ def replace(cls: type, field: str) -> Callable[..., Any]:
     return typing.cast(Callable[..., Any], scalar(names["replace"]))
 
 
+class Joined(typing.NamedTuple):
+    """A record with the fields of two others, and the compiled function that makes it of them."""
+
+    record: Any
+    join: Callable[..., Any]
+
+
+def joined(name: str, first: type, second: type) -> Joined:
+    """The record of the fields of both, in this order, and join(a, b)."""
+    record: Any = typing.NamedTuple(name, [*fields(first), *fields(second)])  # type: ignore[misc]
+    args = [f"a.{f}" for f, _ in fields(first)] + [f"b.{f}" for f, _ in fields(second)]
+    names: dict[str, Any] = {"record": record}
+    file = f"<{name} of {first.__module__} and {second.__module__}>"
+    define(f"def join(a, b): return record({', '.join(args)})\n", names, file)
+    return Joined(record, scalar(names["join"]))
+
+
 def room_for(shape: tuple[int, ...]) -> NDArray[np.float64]:
     """An array on a 64-byte boundary: no vector load crosses a cache line."""
     size = math.prod(shape)

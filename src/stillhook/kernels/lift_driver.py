@@ -15,7 +15,6 @@ from stillhook.control.plc import Memory, Plc
 from stillhook.control.supervisor import STAGE_LANDING, Stage, Supervisor, Watch, supervise
 from stillhook.kernels.lanes import access, fields, offset, replace, size
 from stillhook.kernels.moving_window import window_add, window_turn
-from stillhook.kernels.statistics import Stats, fold
 from stillhook.physics.load_path.payload import (
     LEVELS,
     Heights,
@@ -29,7 +28,7 @@ from stillhook.physics.load_path.payload import (
 )
 from stillhook.physics.load_path.rope import Element, element, element_weight, pull_of_sling, sling_energy, sling_mean
 from stillhook.physics.scalar import STRICT, align_stack, scalar
-from stillhook.winches.records import Geometry, Signals, Tick, Tip
+from stillhook.winches.records import Geometry, Tick, Tip
 from stillhook.winches.suspended_load import (
     NEVER,
     SNAP,
@@ -58,7 +57,9 @@ base = base  # type: ignore[name-defined]  # noqa: F821
 LANES, Command = base.LANES, base.Command
 plant = base.plant
 circuit, geometry, sense, control = plant.circuit, plant.geometry, plant.sense, base.control
-signals, powers, stored_energy, limits = plant.signals, plant.powers, plant.stored_energy, plant.limits
+signals, stored_energy, fold, path_point = base.signals, plant.stored_energy, base.fold, base.path_point
+path_energy, wire_speed = base.path_energy, plant.wire_speed
+Signals, Stats = base.Signals, base.Stats
 step, in_force, tip_between, take_tick = base.step, base.in_force, base.tip_between, base.take_tick
 put_x, put_u, put_geo, put_m, put_laws, put_st, put_y, put_tip = (
     base.put_x,
@@ -172,7 +173,9 @@ get_element, get_solve, get_lift, get_hang = (access(c, LANES).load for c in (El
 put_sup, put_element, put_seen = store(Supervisor), store(Element), store(Windowed)
 ELEMENT_C = ELEMENT + offset(Element, "c", LANES)
 SUP_STAGE, SUP_DONE = (SUP + offset(Supervisor, f, LANES) for f in ("stage", "done"))
-X_S, X_V, OMEGA = (X + offset(base.State, f, LANES) for f in ("s_load", "v_load", "omega_m"))
+PATH = X + offset(base.State, "path", LANES)
+X_S, X_V = (PATH + offset(base.path.State, f, LANES) for f in ("s_load", "v_load"))
+OMEGA = X + offset(base.State, "winch", LANES) + offset(plant.State, "omega_m", LANES)
 S_LOAD, V_LOAD = (Y + offset(Signals, f, LANES) for f in ("s_load", "v_load"))
 NY, NLY = size(Signals), size(LiftSignals)
 NS = NY + NLY
@@ -312,7 +315,7 @@ def relay(A, B, N):
     hook = B[N * ROW :]
     for l in range(LANES):
         b = load(A, l)
-        old, new = b.hang.element, element(b.x.s_w, b.solve.force.m_a, b.lift.rope)
+        old, new = b.hang.element, element(b.x.path.s_w, b.solve.force.m_a, b.lift.rope)
         moved, strained = 0.5 * b.sums.damping, 0.5 * b.sums.gravity
         brought = (new.m - old.m) * moved + (new.k - old.k) * strained
         v_h, v_p, x = hook[V + l], hook[ROW + V + l], hook[Q + l] - hook[ROW + Q + l]
@@ -345,10 +348,10 @@ def cycle(A, B, N, S, T, n_stages, t, w):
         b = load(A, l)
         tip = Tip(b.tick.s, b.tick.v)
         e, rope = b.hang.element, b.lift.rope
-        geo = with_c(
-            geometry(b.x, b.p), e.c / e.k * rope.EA / rope.L_0
-        )  # from drum to tip the wire is damped as its elements are
-        raw = sense(b.x, b.m, b.tick, tip, geo, b.p)
+        # from drum to tip the wire is damped as its elements are
+        geo = with_c(geometry(b.x.path.s_w, b.p), e.c / e.k * rope.EA / rope.L_0)
+        q = path_point(b.x, geo, tip, b.p)
+        raw = sense(b.x.winch, b.x.path, q, b.m, b.tick, geo, b.p)
         order, sup = supervise(Watch(t, raw.s_w, raw.F, raw.s_tip, raw.v_tip), b.hang.sup, b.stage, b.lift.settings)
         o = b.tick
         tick = Tick(
@@ -374,10 +377,11 @@ def cycle(A, B, N, S, T, n_stages, t, w):
         m = with_F(b.m, order.F_hold if held else b.m.F)
         p = with_plc(b.p, with_tau(b.p.plc, 1.0e300 if held else b.p.plc.tau_F))
         u, m, law, drive = control(b.x, m, b.laws, tick, tip, geo, p)
-        c = circuit(b.x, u, geo, tip, b.p)
-        y = signals(c, b.x, u, m, drive, tick, geo, b.p)
-        E = stored_energy(c, b.x, geo, b.p) - b.p.hoist.load.W * b.x.s_load
-        put_st(A, ST + l, fold(b.st, y, powers(c, b.x, tip, b.p), E, limits(c, b.x, u, b.p), w))
+        c = circuit(b.x.winch, q, u, geo, b.p)
+        y = signals(c, b.x, q, u, m, drive, tick, geo, b.p)
+        E = stored_energy(c, b.x.winch, geo, b.p) + path_energy(q, b.x.path, b.p)
+        E = E - b.p.hoist.load.W * b.x.path.s_load
+        put_st(A, ST + l, fold(b.st, y, c, b.x, q, u, tip, E, b.p, w))
         A[E_HELD + l] = y.e_c if compensating(sup, b.stage, b.lift.settings.code) > 0.5 else b.hang.e_held
         A[S_JOY + l] = b.hang.s_joy + sup.v_joy * b.lift.t_cycle
         put_sup(A, SUP + l, sup)

@@ -1,18 +1,16 @@
 """Running statistics of one trajectory, folded once per PLC cycle; no series is stored."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from stillhook.kernels.lanes import fields
 from stillhook.physics.scalar import fmax, fmin, scalar
-from stillhook.winches.records import Powers
-
-BIG = 1.0e300
+from stillhook.winches.interface import NOT_YET
 
 
-class Stats(NamedTuple):
-    """Extremes, times [cycles] and sums over the part of the run that counts (after the warm-up).
+class CommonStats(NamedTuple):
+    """Extremes, times [cycles] and sums over the part of the run that counts (after the warm-up), of every winch.
 
-    `_cycles` fields count PLC cycles; `e_sum`, `e2_sum`, the tip's sums and the powers are trapezoidal sums over
-    cycles.
+    `_cycles` fields count PLC cycles; `e_sum`, `e2_sum`, the tip's sums and `through` are trapezoidal sums over cycles.
     """
 
     cycles: float
@@ -22,69 +20,40 @@ class Stats(NamedTuple):
     em_max: float
     tip_min: float
     tip_max: float
-    p_a_max: float
-    p_b_max: float
-    p_min: float
-    p_hp_min: float
-    p_hp_max: float
-    alpha_p_max: float
-    alpha_m_min: float
     u_p_max: float
     u_raw_max: float
-    omega_max: float
     v_w_max: float
     v_tip_max: float
     F_min: float
     F_max: float
-    V_min: float
-    V_max: float
     saturation_cycles: float
-    relief_cycles: float
-    overspeed_cycles: float
-    stroke_cycles: float
     slack_cycles: float
-    cavitation_cycles: float
     wire_cycles: float
-    power_cycles: float
-    boost_cycles: float
-    P_min: float
-    P_max: float
     e_sum: float
     e2_sum: float
     tip_sum: float
     tip2_sum: float
-    pump_abs: float
+    through: float
     E_start: float
     E_end: float
-    power: Powers
 
 
-def blank() -> Stats:
+LOWEST = ("e_min", "em_min", "tip_min", "F_min")
+HIGHEST = ("e_max", "em_max", "tip_max", "F_max")
+
+
+def blank_common() -> CommonStats:
     """Statistics of nothing yet."""
-    values = dict.fromkeys(Stats._fields, 0.0)
-    for low in ("e_min", "em_min", "tip_min", "p_min", "p_hp_min", "alpha_m_min", "F_min", "V_min", "P_min"):
-        values[low] = BIG
-    for high in ("e_max", "em_max", "tip_max", "F_max", "V_max", "P_max"):
-        values[high] = -BIG
-    values["power"] = Powers(*[0.0] * len(Powers._fields))  # type: ignore[assignment]
-    return Stats(**values)  # type: ignore[arg-type]
+    values = dict.fromkeys(CommonStats._fields, 0.0)
+    values |= dict.fromkeys(LOWEST, NOT_YET) | dict.fromkeys(HIGHEST, -NOT_YET)
+    return CommonStats(**values)
 
 
-@scalar
-def add_powers(a, b, w):
-    return Powers(
-        a.pump + w * b.pump,
-        a.boost + w * b.boost,
-        a.passive_pump + w * b.passive_pump,
-        a.tip + w * b.tip,
-        a.friction + w * b.friction,
-        a.leakage + w * b.leakage,
-        a.relief + w * b.relief,
-        a.flushing + w * b.flushing,
-        a.wire + w * b.wire,
-        a.drag + w * b.drag,
-        a.passive + w * b.passive,
-    )
+def blank(stats: Any, plant: Any) -> Any:
+    """Statistics of nothing yet of a winch type; stats: its class, as the driver makes it."""
+    kinds = dict(fields(stats))
+    nothing = (kinds[name](*[0.0] * len(kinds[name]._fields)) for name in ("limits", "power"))
+    return stats(blank_common(), plant.BLANK, *nothing)
 
 
 @scalar
@@ -93,14 +62,14 @@ def flag(condition):
 
 
 @scalar
-def fold(a, y, power, E, limits, w):
-    """Statistics with one more cycle: y Signals, power Powers, E stored energy [J], limits Limits, w weight of the
-    cycle in integrals.
+def fold_common(a, y, through, E, wire_end, w):
+    """Statistics with one more cycle: y signals, through power that the audit is taken relative to [W], E stored energy
+    [J], wire_end 1 where the wire is at its end, w weight of the cycle in integrals.
 
     w is 1, and 0.5 at both ends of the part that counts (trapezoidal rule).
     """
     E_start = E if a.cycles == 0.0 else a.E_start
-    return Stats(
+    return CommonStats(
         cycles=a.cycles + 1.0,
         e_min=fmin(a.e_min, y.e_c),
         e_max=fmax(a.e_max, y.e_c),
@@ -108,39 +77,20 @@ def fold(a, y, power, E, limits, w):
         em_max=fmax(a.em_max, y.e_c_measured),
         tip_min=fmin(a.tip_min, y.s_tip),
         tip_max=fmax(a.tip_max, y.s_tip),
-        p_a_max=fmax(a.p_a_max, y.p_a),
-        p_b_max=fmax(a.p_b_max, y.p_b),
-        p_min=fmin(a.p_min, fmin(y.p_a, y.p_b)),
-        p_hp_min=fmin(a.p_hp_min, y.p_hp),
-        p_hp_max=fmax(a.p_hp_max, y.p_hp),
-        alpha_p_max=fmax(a.alpha_p_max, abs(y.alpha_p)),
-        alpha_m_min=fmin(a.alpha_m_min, y.alpha_m),
         u_p_max=fmax(a.u_p_max, abs(y.u_p)),
         u_raw_max=fmax(a.u_raw_max, abs(y.u_raw)),
-        omega_max=fmax(a.omega_max, abs(y.omega_m)),
         v_w_max=fmax(a.v_w_max, abs(y.v_w)),
         v_tip_max=fmax(a.v_tip_max, abs(y.v_tip)),
         F_min=fmin(a.F_min, y.F_w),
         F_max=fmax(a.F_max, y.F_w),
-        V_min=fmin(a.V_min, y.V_acc),
-        V_max=fmax(a.V_max, y.V_acc),
         saturation_cycles=a.saturation_cycles + flag(abs(y.u_raw) > 1.0),
-        relief_cycles=a.relief_cycles + fmax(flag(y.Q_relief > 0.0), limits.relief_p),
-        overspeed_cycles=a.overspeed_cycles + limits.too_fast,
-        stroke_cycles=a.stroke_cycles + limits.at_end,
         slack_cycles=a.slack_cycles + flag(y.F_w <= 0.0),
-        cavitation_cycles=a.cavitation_cycles + flag(fmin(y.p_a, y.p_b) <= 0.0),
-        wire_cycles=a.wire_cycles + limits.wire_end,
-        power_cycles=a.power_cycles + limits.power,
-        boost_cycles=a.boost_cycles + limits.boost,
-        P_min=fmin(a.P_min, y.P_hpu),
-        P_max=fmax(a.P_max, y.P_hpu),
+        wire_cycles=a.wire_cycles + wire_end,
         e_sum=a.e_sum + w * y.e_c,
         e2_sum=a.e2_sum + w * y.e_c * y.e_c,
         tip_sum=a.tip_sum + w * y.s_tip,
         tip2_sum=a.tip2_sum + w * y.s_tip * y.s_tip,
-        pump_abs=a.pump_abs + w * (abs(power.pump) + abs(power.passive_pump)),
+        through=a.through + w * through,
         E_start=E_start,
         E_end=E,
-        power=add_powers(a.power, power, w),
     )

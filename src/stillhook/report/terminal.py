@@ -161,9 +161,7 @@ def say_if_compiling(crane: Crane, *, series: bool = False, kind: str = "driver"
     driver."""
     from stillhook.kernels.build import is_compiled
     from stillhook.kernels.lanes import VL
-    from stillhook.kernels.winch_type import plant_of
 
-    plant_of(crane)
     if not is_compiled(crane.plant.value, 1 if series else VL, kind):
         say("compiling the winch model for this machine (once, about 10 s) ...")
 

@@ -27,18 +27,13 @@ from stillhook.spec.table import Source as Source
 from stillhook.spec.table import SourceKind as SourceKind
 from stillhook.spec.table import Spec as Spec
 from stillhook.spec.validity import Certified
+from stillhook.winches.registry import WINCH_TYPES
+from stillhook.winches.registry import Plant as Plant
 
 INERTIA_TOLERANCE = 0.005  # of J_m_eff: the published value has two digits, the split is ours
 DIAMETER_TOLERANCE = 0.005  # of d_max: printed 5.1 m against 5.104 m from drum, layers and wire
 BRAKE_RESERVE = 1.5  # of the torque of SWL and hook: what a holding brake carries unless the file says so; assumed
 RATIO_TOLERANCE = 0.001  # of i_hD: printed 501.6 against 35.4 * 14.17 = 501.618
-
-
-class Plant(StrEnum):
-    """Winch types: with or without a passive circuit that carries the load."""
-
-    ACTIVE_PASSIVE = "active-passive"
-    PURE_ACTIVE = "pure-active"
 
 
 class Packing(StrEnum):
@@ -162,6 +157,18 @@ class Crane(Spec):
         default=None, repr=False, description="certificate of the twin, in short; none: not validated"
     )
 
+    @property
+    def circuits(self) -> dict[str, ActiveCircuit | PassiveCircuit]:
+        """Its closed circuits by name, the active one first."""
+        tables = {name: getattr(self, name) for name in ("active", "passive")}
+        return {name: table for name, table in tables.items() if table is not None}
+
+    @property
+    def motors(self) -> tuple[Any, ...]:
+        """Its sets of motors on the shaft, each with `count` and inertia `J` of one."""
+        sets: tuple[Any, ...] = self.plant.type.motors(self)
+        return sets
+
     @model_validator(mode="before")
     @classmethod
     def _ratio_from_its_stages(cls, data: Any) -> Any:
@@ -207,9 +214,8 @@ def wire_inertia(drum: Drum, wire: Wire) -> float:
 
 def effective_inertia(crane: Crane) -> float:
     """Inertia at the motor shaft with a full drum, added up from its parts [kg m^2]."""
-    sets = [crane.active.motor] + ([crane.passive.motor] if crane.passive else [])
     drum = crane.inertia.J_drum + wire_inertia(crane.drum, crane.wire)
-    return sum(m.count * m.J for m in sets) + crane.inertia.J_gear + drum / crane.i_hD**2
+    return float(sum(m.count * m.J for m in crane.motors)) + crane.inertia.J_gear + drum / crane.i_hD**2
 
 
 def holding_torque(crane: Crane) -> float:
@@ -233,9 +239,12 @@ def inertia_ratio_without_wire(crane: Crane) -> float:
 
 def _misfits(crane: Crane) -> Iterator[str]:
     """Why the parts of a crane do not fit together, worst first."""
-    if (crane.passive is not None) != (crane.plant is Plant.ACTIVE_PASSIVE):
-        need, do = ("needs a", "add") if crane.passive is None else ("has no", "remove")
-        yield f'plant "{crane.plant}" {need} passive circuit. Change plant, or {do} [passive].'
+    for table in dict.fromkeys(name for each in WINCH_TYPES.values() for name in each.tables):
+        present, needed = getattr(crane, table) is not None, table in crane.plant.type.tables
+        if present != needed:
+            need, do = ("needs", "add") if needed else ("has no", "remove")
+            yield f'plant "{crane.plant}" {need} table [{table}]. Change plant, or {do} [{table}].'
+            return
     drum, wire, control, alpha_min = crane.drum, crane.wire, crane.control, crane.active.motor.alpha_min
     if wire.zeta_low is not None and wire.zeta_high is not None and wire.zeta_low > wire.zeta_high:
         yield (

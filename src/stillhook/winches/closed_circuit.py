@@ -1,10 +1,13 @@
-"""The active closed circuit that both winch types share: pumps, motors, two lines, boost, relief, flushing."""
+"""The active closed circuit that two winch types share: pumps, motors, two lines, boost, relief, flushing; its signals,
+extremes and limits."""
 
-from typing import NamedTuple
+import math
+from typing import Annotated, Any, NamedTuple
 
-from stillhook.physics.hydraulics.motor import Motors, motor_leakage
+from stillhook.base.variable import Row
+from stillhook.physics.hydraulics.motor import Motors, motor_leakage, torque_loss_dry
 from stillhook.physics.hydraulics.pump import Pumps, pump_flow, pump_leakage
-from stillhook.physics.hydraulics.swash import MotorControl, Servo
+from stillhook.physics.hydraulics.swash import STOPPING, MotorControl, Servo
 from stillhook.physics.hydraulics.valves import (
     Boost,
     Flushing,
@@ -15,7 +18,8 @@ from stillhook.physics.hydraulics.valves import (
     internal_leakage,
     relief_flow,
 )
-from stillhook.physics.scalar import scalar
+from stillhook.physics.scalar import fmax, fmin, scalar
+from stillhook.winches.interface import NOT_YET, Cause, Stiffness
 
 
 class ActiveCircuit(NamedTuple):
@@ -110,3 +114,162 @@ def out_of_power(P_hpu, f_pump, plc, A):
 def out_of_boost(f, A):
     """1 where the lines take all that the boost pump gives; f ActiveFlows."""
     return 1.0 if f.Q_boost_a + f.Q_boost_b >= NEAR_LIMIT * A.boost.Q_max else 0.0
+
+
+AlphaP = Annotated[float, Row("1", "", "hoisting positive", "pump displacement over its maximum", "paper E eq. 8")]
+AlphaM = Annotated[float, Row("1", "", "", "motor displacement over its maximum", "paper E eq. 7")]
+PressureA = Annotated[float, Row("Pa", "pressure", "gauge", "pressure of the hoisting side", "eq. 2.1")]
+PressureB = Annotated[float, Row("Pa", "pressure", "gauge", "pressure of the lowering side", "eq. 2.1")]
+OmegaM = Annotated[float, Row("rad/s", "rotation", "hoisting positive", "motor shaft speed", "eq. 2.12")]
+ReliefFlow = Annotated[
+    float,
+    Row("m^3/s", "flow", "out of the circuit", "flow through the relief valves of the active circuit", symbol="Q_r"),
+]
+FrictionTorque = Annotated[
+    float,
+    Row(
+        "N m",
+        "torque",
+        "against hoisting positive",
+        "friction torque of the complete winch at the motor shaft",
+        "eq. 2.5",
+    ),
+]
+PumpShare = Annotated[float, Row("1", "", "", "share of the active pumps that run", symbol="f_p")]
+HydraulicPower = Annotated[
+    float,
+    Row(
+        "W",
+        "power",
+        "to the pumps positive",
+        "hydraulic power of the power units: active and passive pumps; negative: taken back",
+    ),
+]
+
+ReliefLimit = Annotated[
+    float,
+    Cause("relief", "time with a relief valve of the active or passive circuit open", symbol="t_relief"),
+]
+OverspeedLimit = Annotated[
+    float,
+    Cause("overspeed", "time with the active or passive motors above their speed limit", symbol="t_over"),
+]
+CavitationLimit = Annotated[
+    float,
+    Cause("cavitation", "time with a line of the active circuit at or below zero gauge", symbol="t_cav"),
+]
+PowerLimit = Annotated[
+    float,
+    Cause(
+        "power",
+        "time with the hydraulic power units at their limit, or with more power fed back than they take",
+        symbol="t_P",
+    ),
+]
+BoostLimit = Annotated[float, Cause("boost", "time with the boost pump at its limit", symbol="t_boost")]
+
+
+class Extremes(NamedTuple):
+    """Extremes of the active circuit over a run."""
+
+    p_a_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of the hoisting side", symbol="max p_a")]
+    p_b_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of the lowering side", symbol="max p_b")]
+    p_max: Annotated[float, Row("Pa", "pressure", "gauge", "highest pressure of both sides", symbol="max p")]
+    p_min: Annotated[float, Row("Pa", "pressure", "gauge", "lowest pressure of both sides", symbol="min p")]
+    alpha_p_max: Annotated[float, Row("1", "", "", "largest pump displacement used", symbol="max|alpha_p|")]
+    alpha_m_min: Annotated[float, Row("1", "", "", "smallest motor displacement used", symbol="min alpha_m")]
+    omega_m_max: Annotated[float, Row("rad/s", "rotation", "", "highest motor speed", symbol="max|omega_m|")]
+    P_hpu_max: Annotated[
+        float,
+        Row("W", "power", "to the pumps positive", "highest hydraulic power of the power units", symbol="max P_hpu"),
+    ]
+    P_hpu_min: Annotated[
+        float,
+        Row(
+            "W",
+            "power",
+            "to the pumps positive",
+            "lowest hydraulic power of the power units; negative: most that was fed back",
+            symbol="min P_hpu",
+        ),
+    ]
+
+
+BLANK = Extremes(0.0, 0.0, 0.0, NOT_YET, 0.0, NOT_YET, 0.0, -NOT_YET, NOT_YET)
+"""Extremes of nothing yet."""
+
+
+@scalar
+def fold_extremes(a, y):
+    """Extremes with one more cycle; y Signals of a winch with an active circuit."""
+    return Extremes(
+        p_a_max=fmax(a.p_a_max, y.p_a),
+        p_b_max=fmax(a.p_b_max, y.p_b),
+        p_max=fmax(a.p_max, fmax(y.p_a, y.p_b)),
+        p_min=fmin(a.p_min, fmin(y.p_a, y.p_b)),
+        alpha_p_max=fmax(a.alpha_p_max, abs(y.alpha_p)),
+        alpha_m_min=fmin(a.alpha_m_min, y.alpha_m),
+        omega_m_max=fmax(a.omega_m_max, abs(y.omega_m)),
+        P_hpu_max=fmax(a.P_hpu_max, y.P_hpu),
+        P_hpu_min=fmin(a.P_hpu_min, y.P_hpu),
+    )
+
+
+@scalar
+def cavitates(p_a, p_b):
+    """1 where a line is at or below zero gauge [Pa], else 0."""
+    return 1.0 if fmin(p_a, p_b) <= 0.0 else 0.0
+
+
+@scalar
+def relieves(Q):
+    """1 where oil goes through a relief valve [m^3/s], else 0."""
+    return 1.0 if Q > 0.0 else 0.0
+
+
+def full_speed(crane: Any, alpha_m: float) -> float:
+    """Motor speed with the active pumps full and no leakage [rad/s]."""
+    pump = crane.active.pump
+    return float(pump.D_total * pump.omega_p / (crane.active.motor.D_total * alpha_m))
+
+
+def lag(crane: Any) -> float:
+    """Time by which the pumps lag their command [s]: 2 zeta_p / omega_np."""
+    servo = crane.active.pump.servo
+    return float(2.0 * servo.zeta / servo.omega_n)
+
+
+def least_displacement(crane: Any) -> float:
+    """Smallest displacement of the active motors [-]."""
+    return float(crane.active.motor.alpha_min)
+
+
+def servo_rate(servo: Servo) -> float:
+    """Magnitude of the faster eigenvalue of a displacement control, or of its plate at a stop [1/s]."""
+    return servo.omega_n * max(max(servo.zeta, 1.0) + max(servo.zeta**2 - 1.0, 0.0) ** 0.5, STOPPING)
+
+
+def moving_slope(motors: Motors, omega_m: float) -> float:
+    """Slope of the moving loss of all motors of a set at their highest speed [N m s/rad]."""
+    return motors.count * (motors.fit.X_1 + 2.0 * motors.fit.X_2 * omega_m * motors.D_max**3)
+
+
+def dry_bound(motors: Motors, dp: float) -> float:
+    """Upper bound of the dry loss of all motors of a set [N m]: at full displacement; dp highest pressure [Pa]."""
+    return float(motors.count * torque_loss_dry(motors.D_max, dp, motors.fit))
+
+
+def active_stiffness(a: ActiveCircuit, J: float) -> Stiffness:
+    """Fast modes of the active circuit; J inertia at the motor shaft without the wire [kg m^2]."""
+    D_m = a.motors.count * a.motors.D_max
+    leak = max(a.pumps.leak) + float(motor_leakage(a.n_max, a.motors))
+    rates = {
+        "boost valve against the line's oil": a.boost.G * a.i_C_h,
+        "relief valve against the line's oil": a.relief.G * a.i_C_h,
+        "flushing valve against the line's oil": a.flushing.G * a.i_C_h,
+        "leakage against the line's oil": 2.0 * leak * a.i_C_h,
+        "motors against the line's oil": D_m * math.sqrt(2.0 * a.i_C_h / J),
+        "pump displacement control": servo_rate(a.pump_servo),
+        "motor displacement control": servo_rate(a.motor_servo),
+    }
+    return Stiffness(rates, moving_slope(a.motors, a.n_max), dry_bound(a.motors, a.relief.p), a.n_max)

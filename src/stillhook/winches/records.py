@@ -1,4 +1,4 @@
-"""Records that every plant shares: the tip's motion at an instant, what drives one PLC cycle, what is observed."""
+"""Records that every winch type shares: the tip's motion at an instant, what drives one PLC cycle, what is observed."""
 
 from typing import NamedTuple
 
@@ -58,8 +58,8 @@ class Sensors(NamedTuple):
     q_F: float
 
 
-class Signals(NamedTuple):
-    """One row of a time series; names and units as in `stillhook.variables`."""
+class CommonSignals(NamedTuple):
+    """Signals that every winch has, of a row of the time series; names and units as in `stillhook.variables`."""
 
     s_tip: float
     v_tip: float
@@ -72,55 +72,10 @@ class Signals(NamedTuple):
     u_m: float
     u_ff: float
     u_raw: float
-    alpha_p: float
-    alpha_m: float
-    p_a: float
-    p_b: float
-    omega_m: float
     F_w: float
     s_load: float
     v_load: float
-    Q_relief: float
-    T_f: float
     layer: float
-    p_hp: float
-    alpha_pp: float
-    alpha_pm: float
-    V_acc: float
-    f_pump: float
     mode: float
     v_op: float
-    P_hpu: float
     brake: float
-
-
-class Limits(NamedTuple):
-    """1 where a limit is passed at an instant, else 0: too_fast a motor's speed; at_end the accumulator piston's
-    stroke; relief_p the passive circuit's relief valve is open; wire_end the wire: its last turns leave the drum, or
-    the hook is at the tip; power the hydraulic power units give or take back all they can; boost the boost pump gives
-    all it
-    has."""
-
-    too_fast: float
-    at_end: float
-    relief_p: float
-    wire_end: float
-    power: float
-    boost: float
-
-
-class Powers(NamedTuple):
-    """Powers at an instant [W]. In: pumps active and passive, boost, tip (through the wire). Out: the rest, each as a
-    loss or work done. The sum of the inputs less the outputs is the rate of the stored energy."""
-
-    pump: float
-    boost: float
-    passive_pump: float
-    tip: float
-    friction: float
-    leakage: float
-    relief: float
-    flushing: float
-    wire: float
-    drag: float
-    passive: float

@@ -6,20 +6,19 @@ from stillhook.physics.hydraulics.swash import displacement, known_displacement
 from stillhook.physics.load_path.drum import K_wire
 from stillhook.physics.scalar import scalar
 from stillhook.physics.sensor import quantise
-from stillhook.winches.hoist import hoist_state
 
 
 @scalar
-def closed_circuit_readings(x, m, tick, tip, geo, T_passive, p_hp, p):
+def closed_circuit_readings(x, y, q, m, tick, geo, T_passive, p_hp, p):
     """Sensed: motion unit, operator and mode of the tick; encoder and load cell with noise and steps; the motors' known
     setting; pressures.
 
-    T_passive torque of the passive motors now, without losses [N m]; p_hp accumulator pressure [Pa].
+    x state of the winch, y and q state and point of the load path. T_passive torque of the passive motors now, without
+    losses [N m]; p_hp accumulator pressure [Pa].
     """
     A = p.active
-    q = hoist_state(x.omega_m, x.s_w, x.s_load, x.v_load, geo, tip, p.hoist)
     alpha_m = known_displacement(displacement(x.alpha_m, A.motor_servo), m.u_m, A.control)
-    s_w = quantise(x.s_w + tick.n_s, p.sensors.q_s)
+    s_w = quantise(y.s_w + tick.n_s, p.sensors.q_s)
     F = quantise(q.F_w + tick.n_F, p.sensors.q_F)
     ratio = K_wire(geo.d, p.hoist.drum)
     dp_load = (F * geo.r_eff - T_passive) / (A.motors.count * A.motors.D_max * alpha_m)

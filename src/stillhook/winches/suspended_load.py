@@ -269,16 +269,16 @@ def begin(b, q, v, v_mid, f, h):
 
     Drag is straightened about v_mid, so that no payload is too light for the step.
     """
-    e, x = b.hang.element, b.x
+    e, x, y = b.hang.element, b.x.winch, b.x.path
     G = 0.5 * h * (e.c + 0.5 * h * e.k)
-    k_0, c_0 = wire_stiffness(x.s_w, b.p.hoist.wire), b.geo.c
+    k_0, c_0 = wire_stiffness(y.s_w, b.p.hoist.wire), b.geo.c
     half = 0.5 * (x.omega_m - b.hang.omega_0)
-    s_w = x.s_w - 0.5 * h * b.geo.r_eff * (x.omega_m + 0.5 * half)
+    s_w = y.s_w - 0.5 * h * b.geo.r_eff * (x.omega_m + 0.5 * half)
     top = b.tip_1.s - (s_w - b.p.hoist.s_w_0)
     v_top = b.tip_1.v + b.geo.r_eff * (x.omega_m + half)
     G_0 = 0.5 * h * k_0 + c_0
     T_0 = k_0 * (top - q) + c_0 * v_top
-    taut = 1.0 if T_0 - G_0 * x.v_load > 0.0 else 0.0
+    taut = 1.0 if T_0 - G_0 * y.v_load > 0.0 else 0.0
     m = b.lift.load.m + f.m_a
     R_p = m * v + 0.5 * h * (f.buoyancy + f.inertia + f.drag + f.damping * v_mid + f.slam + f.bottom - b.lift.load.W)
     return Solve(

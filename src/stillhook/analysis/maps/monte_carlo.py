@@ -22,7 +22,7 @@ from stillhook.analysis.uncertainty.samples import Drawing
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.control.registry import CLASSIC, USUAL
-from stillhook.engine.scenario.batch import NUMBERS
+from stillhook.engine.scenario.batch import numbers_of
 from stillhook.kernels.build import results_hash
 from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
@@ -98,6 +98,7 @@ class _Statistics:
 
     def __init__(self, cells: Cells, n: int) -> None:
         self.cells, self.n, total = cells, n, len(cells.cases)
+        self.names = numbers_of(cells.cranes[0])
         self.values = {name: np.full((total, len(QUANTILES)), np.nan) for name in SHOWN}
         self.changes = {name: np.full((total, len(QUANTILES)), np.nan) for name in COMPARED}
         self.chances = np.zeros((total, len(INTERVAL)))
@@ -109,30 +110,31 @@ class _Statistics:
         return [[c * per + i for c in range(len(self.cells.controllers))] for i in range(per)]
 
     def take(self, place: list[int], rows: FloatArray, status: list[list[str]], SWL: float) -> None:
-        """The draws of one cell, all controllers: rows shape (controller, draw, NUMBERS)."""
+        """The draws of one cell, all controllers: rows shape (controller, draw, number)."""
         usable = np.array([self._usable(i, rows[c], status[c], SWL) for c, i in enumerate(place)])
         best = self._best_classic(rows, usable)
         for c, i in enumerate(place):
-            for name in SHOWN:
-                self.values[name][i] = _quantiles(rows[c, :, NUMBERS.index(name)])
+            for name in (name for name in SHOWN if name in self.names):
+                self.values[name][i] = _quantiles(rows[c, :, self.names.index(name)])
             probability = chance(usable[c])
             self.chances[i] = probability.low, probability.share, probability.high
             self.failed[i] = sum(s == "diverged" for s in status[c])
-            for name in COMPARED if best is not None else ():
-                k = NUMBERS.index(name)
+            for name in (name for name in COMPARED if name in self.names) if best is not None else ():
+                k = self.names.index(name)
                 both = usable[c] & usable[best]
                 self.changes[name][i] = _quantiles(rows[c, both, k] / rows[best, both, k] - 1.0)
 
     def _usable(self, i: int, rows: FloatArray, status: list[str], SWL: float) -> NDArray[np.bool_]:
         case = self.cells.cases[i]
         summaries = [
-            dict(zip(NUMBERS, row, strict=True)) | {"status": s} for row, s in zip(rows.tolist(), status, strict=True)
+            dict(zip(self.names, row, strict=True)) | {"status": s}
+            for row, s in zip(rows.tolist(), status, strict=True)
         ]
         return np.array([not cause_of(s, case.mode, case.load / SWL) for s in summaries])
 
     def _best_classic(self, rows: FloatArray, usable: NDArray[np.bool_]) -> int | None:
         """The classic controller that an operator would choose in this cell, knowing the chances and not the draw."""
-        error = rows[:, :, NUMBERS.index("e_c_pp")]
+        error = rows[:, :, self.names.index("e_c_pp")]
         candidates = [
             c for c, x in enumerate(self.cells.controllers) if x.mode in CLASSIC and np.isfinite(error[c]).any()
         ]

@@ -30,7 +30,6 @@ from stillhook.kernels.lanes import VL
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Operator, Scenario
 from stillhook.units import parse, show
-from stillhook.winches.records import Signals
 
 if TYPE_CHECKING:
     pass
@@ -53,7 +52,6 @@ full for a moment [s]."""
 BLOCKS_EACH = 2
 """Blocks of sixteen for each thread whose series are in memory at once: some 20 MB each."""
 NUMBERS = ("settling_time", "overshoot", "alpha_m_end", "u_p_end")
-_V_W, _U_P, _ALPHA_M = (Signals._fields.index(n) for n in ("v_w", "u_p", "alpha_m"))
 
 
 class Response(NamedTuple):
@@ -256,7 +254,7 @@ def _speed_rise(case: Scenario, result: Result) -> FloatArray:
     assert result.series is not None
     (_, v), (at, _) = case.operator.profile[-3], case.operator.profile[-2]
     rows = result.series[round(at / result.dt) :]
-    return np.asarray((rows[:, _V_W] - v) * (1.0 if v >= 0.0 else -1.0), dtype=np.float64)
+    return np.asarray((rows[:, result.signals.index("v_w")] - v) * (1.0 if v >= 0.0 else -1.0), dtype=np.float64)
 
 
 def _settling_times(runs: Sequence[tuple[Scenario, Result]], dv: float) -> FloatArray:
@@ -278,10 +276,15 @@ def _response(crane: Crane, case: Scenario, result: Result, t: float, dv: float)
     broken = result.ending is Ending.DIVERGED
     settled = float("nan") if broken or not np.isfinite(v).all() else t
     cause = cause_of(summary, case.mode, case.load / crane.SWL) or (
-        "" if np.isfinite(settled) else _invalid_reason(v, dv, result.dt, end[_U_P])
+        "" if np.isfinite(settled) else _invalid_reason(v, dv, result.dt, end[result.signals.index("u_p")])
     )
     return Response(
-        settled, float(np.max(v)) / dv - 1.0, float(end[_ALPHA_M]), abs(float(end[_U_P])), summary["status"], cause
+        settled,
+        float(np.max(v)) / dv - 1.0,
+        float(end[result.signals.index("alpha_m")]),
+        abs(float(end[result.signals.index("u_p")])),
+        summary["status"],
+        cause,
     )
 
 

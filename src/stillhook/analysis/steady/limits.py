@@ -17,17 +17,14 @@ from scipy.optimize import brentq, minimize_scalar
 
 from stillhook.analysis.steady.operating_point import NoSteadyOperation, OperatingPoint, operate, winch_at
 from stillhook.analysis.steady.steady_state import settled
-from stillhook.control.passive import displacement_for_weight
 from stillhook.control.registry import MANUAL_MODE
 from stillhook.control.ssc import displacement_min
 from stillhook.engine.pack.winch import gains, motor_law, plc_record, power_most, wire_speed_max
 from stillhook.engine.scenario.checks import check, speed_limit
-from stillhook.physics.hydraulics.accumulator import accumulator_pressure
-from stillhook.physics.hydraulics.motor import motor_torque
 from stillhook.physics.load_path.drum import K_wire
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Scenario
-from stillhook.winches import pure_active
+from stillhook.winches.interface import Carried
 
 RESERVE = 0.30
 """Part of the static load for which the active motors must have torque to spare: friction and acceleration. Source:
@@ -107,27 +104,22 @@ class Station:
         return lambda v: settled(law, K_1 * v * self.ratio)
 
     @cached_property
-    def alpha_pm(self) -> float:
-        """Displacement with which the passive motors hold the load at mid stroke [-]; 0 without them."""
-        p = self.winch.params
-        if self.winch.plant is pure_active:
-            return 0.0
-        return float(displacement_for_weight(self.F_w, self.winch.geometry.r_eff, self._p_o, p.passive.settings))
+    def carried(self) -> Carried:
+        """What other motors than the active ones hold."""
+        w = self.winch
+        found: Carried = w.plant.carried(w.params, w.geometry, self.F_w)
+        return found
 
     @property
-    def _p_o(self) -> float:
-        accumulator = self.winch.params.passive.accumulator
-        return float(accumulator_pressure(0.5 * accumulator.V_stroke, accumulator))
+    def alpha_pm(self) -> float:
+        """Displacement with which the passive motors hold the load at mid stroke [-]; 0 without them."""
+        return self.carried.alpha
 
     @cached_property
     def T_hold(self) -> float:
         """Torque at the motor shaft that the active motors hold of the load at rest [N m]: what the passive ones do not
         carry."""
-        p, T = self.winch.params, self.F_w * self.winch.geometry.r_eff
-        if self.winch.plant is pure_active:
-            return float(T)
-        D_pm = self.alpha_pm * p.passive.settings.D_m_max
-        return float(max(T - motor_torque(D_pm, self._p_o - p.passive.settings.p_lp), 0.0))
+        return float(max(self.F_w * self.winch.geometry.r_eff - self.carried.T, 0.0))
 
     @cached_property
     def alpha_reserve(self) -> float:
@@ -173,8 +165,8 @@ class Station:
             Limit.RESERVE: self._first(lambda v: alpha_m(v) - self.alpha_reserve),
             Limit.MOTOR: self._first(lambda v: speed_limit(motor, alpha_m(v)) * r_eff - v),
         }
-        if self.crane.passive is not None:
-            speeds[Limit.PASSIVE] = speed_limit(self.crane.passive.motor, self.alpha_pm) * r_eff
+        if math.isfinite(self.carried.n_max):
+            speeds[Limit.PASSIVE] = self.carried.n_max * r_eff
         return speeds
 
     def _power(self, o: OperatingPoint) -> float:

@@ -7,27 +7,26 @@ wire as they are.
 
 from __future__ import annotations
 
+import inspect
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from types import ModuleType
 from typing import Any, NamedTuple
 
 from scipy.optimize import brentq
 
-from stillhook.control.passive import displacement_for_weight, make_up
 from stillhook.control.registry import MANUAL_MODE
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.checks import check
 from stillhook.errors import StillhookError
-from stillhook.physics.hydraulics.accumulator import accumulator_pressure
+from stillhook.kernels.build import driver
 from stillhook.physics.load_path.load import drag_force
 from stillhook.physics.load_path.wire import wire_stiffness
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import FrictionModel, Operator, Scenario, Water
 from stillhook.units import show
-from stillhook.winches import active_passive, pure_active
 from stillhook.winches.closed_circuit import ActiveFlows, active_flows
-from stillhook.winches.records import Geometry, Tip
+from stillhook.winches.records import Geometry, Tick, Tip
 
 DP_MOST = 1.0e8
 """Pressure difference beyond which no steady operation is looked for [Pa]: 1000 bar, far above every relief valve."""
@@ -39,6 +38,7 @@ STOP_FREE = 100.0
 P_EXACT, ALPHA_EXACT = 1e-6, 1e-13
 """What pressures [Pa] and pump setting [-] are solved to."""
 MOST_TURNS = 100
+_STILL = Tick(*(0.0,) * len(Tick._fields))
 
 
 class NoSteadyOperation(StillhookError):
@@ -47,11 +47,12 @@ class NoSteadyOperation(StillhookError):
 
 
 class Winch(NamedTuple):
-    """A crane with a load and a wire paid out, ready for many operating points: plant module, its Params with the
-    pumps' stops free, the drum there, and the wire paid out [m]."""
+    """A crane with a load and a wire paid out, ready for many operating points: module of its winch type, driver, its
+    Params with the pumps' stops free, the drum there, and the wire paid out [m]."""
 
     name: str
     plant: ModuleType
+    driver: ModuleType
     params: Any
     geometry: Geometry
     s_w: float
@@ -64,9 +65,9 @@ class OperatingPoint(NamedTuple):
     alpha_m, u_m motors [-]; v_w wire [m/s]; v_tip tip [m/s]; omega_m motors [rad/s]; F_w wire tension [N]; p_a, p_b
     lines [Pa]; T_f friction against hoisting [N m]; z bristle [rad]. Passive circuit: alpha_pm motors, alpha_pp pumps
     [-], p_hp high side [Pa] (0 without one). flows of the active circuit [m^3/s]. relief_open: a relief valve of the
-    active circuit lets oil go. plant, state, command, geometry, tip, params: the plant's own records, at which every
-    rate is zero but those of the wire paid out, of the oil in the accumulator and of the load's height. Where the point
-    is not reachable, params has pumps with longer strokes.
+    active circuit lets oil go. plant, driver, state (of winch and load path), command, geometry, tip, params: the
+    plant's own records, at which every rate is zero but those of the wire paid out, of the oil in the accumulator and
+    of the load's height. Where the point is not reachable, params has pumps with longer strokes.
     """
 
     alpha_p: float
@@ -88,6 +89,7 @@ class OperatingPoint(NamedTuple):
     reachable: bool
     relief_open: bool
     plant: ModuleType
+    driver: ModuleType
     state: Any
     command: Any
     geometry: Geometry
@@ -147,8 +149,8 @@ def winch_at(crane: Crane, case: Scenario) -> Winch:
     from_full = free.hoist.drum.L_full - case.s_w
     if from_full <= 0.0:
         raise StillhookError(f"s_w = {show(case.s_w, 'length')}: no wire is left on the drum. Lower s_w.")
-    x = packed.plant.State(*(0.0,) * len(packed.plant.State._fields))._replace(s_w=case.s_w)
-    return Winch(crane.name, packed.plant, free, packed.plant.geometry(x, free), case.s_w)
+    plant = packed.plant
+    return Winch(crane.name, plant, driver(packed.name, 1), free, plant.geometry(case.s_w, free), case.s_w)
 
 
 def operate(
@@ -170,11 +172,15 @@ def operate(
             f"v_w = {show(v_w, 'speed')}: the load sinks slower in water than the wire is paid out; it goes slack. Go"
             " slower."
         )
-    x, u = _passive_side(winch, p, F_w, omega_m, v_w + v_tip, alpha_m, V_o, alpha_pp)
-    x = x._replace(s_load=-F_w / wire_stiffness(winch.s_w, p.hoist.wire), v_load=v_w + v_tip)
+    given = {name: value for name, value in (("V_o", V_o), ("alpha_pp", alpha_pp)) if value is not None}
+    x, u = _at_rest_but_for_the_active_circuit(winch, p, F_w, omega_m, v_w + v_tip, alpha_m, given)
+    path = winch.driver.path.start(winch.s_w, _STILL, p)
+    path = path._replace(s_load=-F_w / wire_stiffness(winch.s_w, p.hoist.wire), v_load=v_w + v_tip)
+    x = winch.driver.State(x, path)
     x = _balanced_torque(winch, x, u, tip, p)
-    x, flows = _balanced_flows(x, p)
-    u = u._replace(u_p=x.alpha_p)
+    wx, flows = _balanced_flows(x.winch, p)
+    x = x._replace(winch=wx)
+    u = u._replace(u_p=wx.alpha_p)
     return _point(winch, x, u, tip, p, flows, v_w, F_w)
 
 
@@ -203,28 +209,25 @@ def _with_motor_stop(p: Any, alpha_m: float) -> Any:
     return p if alpha_m >= servo.lo else p._replace(active=p.active._replace(motor_servo=servo._replace(lo=alpha_m)))
 
 
-def _passive_side(
-    w: Winch, p: Any, F_w: float, omega_m: float, v_op: float, alpha_m: float, V_o: float | None, alpha_pp: float | None
+def _at_rest_but_for_the_active_circuit(
+    w: Winch, p: Any, F_w: float, omega_m: float, v_op: float, alpha_m: float, given: Mapping[str, float]
 ) -> tuple[Any, Any]:
-    """State and command with the passive circuit where the PLC puts it; v_op what the operator hoists with [m/s]."""
-    if w.plant is pure_active:
-        still = pure_active.State(0.0, 0.0, alpha_m, 0.0, 0.0, 0.0, omega_m, w.s_w, 0.0, 0.0, 0.0)
-        return still, pure_active.Command(0.0, alpha_m, 1.0, 0.0)
-    P = p.passive
-    V = 0.5 * P.accumulator.V_stroke if V_o is None else V_o
-    p_o, r_eff = accumulator_pressure(V, P.accumulator), w.geometry.r_eff
-    alpha_pm = displacement_for_weight(F_w, r_eff, p_o, P.settings)
-    pp = make_up(p_o, alpha_pm, v_op / r_eff, P.settings) if alpha_pp is None else alpha_pp
-    settings = (0.0, 0.0, alpha_m, 0.0, pp, 0.0, alpha_pm, 0.0)
-    x = active_passive.State(*settings, 0.0, 0.0, V, omega_m, w.s_w, 0.0, 0.0, 0.0)
-    return x, active_passive.Command(0.0, alpha_m, pp, alpha_pm, 1.0, 1.0, 0.0)
+    """State and command of the winch with the rest where the PLC puts it; v_op what the operator hoists with [m/s]."""
+    known = inspect.signature(w.plant.steady).parameters
+    for name in given:
+        if name not in known:
+            raise StillhookError(f'{name}: "{w.name}" has no such part. Leave it out.')
+    x, u = w.plant.steady(p, w.geometry, F_w, omega_m, v_op, alpha_m, **given)
+    return x, u
 
 
-def _sliding(w: Winch, x: Any, u: Any, tip: Tip, p: Any) -> tuple[Any, Any]:
-    """Circuit and state with the bristle as it is in steady sliding; relaxed at standstill."""
-    c = w.plant.circuit(x, u, w.geometry, tip, p)
-    z = w.plant.bristle_after(c, x._replace(z=0.0), p, math.inf) if x.omega_m != 0.0 else 0.0
-    return c, x._replace(z=z)
+def _sliding(w: Winch, x: Any, u: Any, tip: Tip, p: Any) -> Any:
+    """State with the bristle as it is in steady sliding; relaxed at standstill."""
+    q = w.driver.path_point(x, w.geometry, tip, p)
+    c = w.plant.circuit(x.winch, q, u, w.geometry, p)
+    still = x.winch._replace(z=0.0)
+    z = w.plant.bristle_after(c, still, p, math.inf) if still.omega_m != 0.0 else 0.0
+    return x._replace(winch=still._replace(z=z))
 
 
 def _balanced_torque(w: Winch, x: Any, u: Any, tip: Tip, p: Any) -> Any:
@@ -232,16 +235,16 @@ def _balanced_torque(w: Winch, x: Any, u: Any, tip: Tip, p: Any) -> Any:
     lines."""
 
     def acceleration(dp: float) -> float:
-        c, y = _sliding(w, x._replace(p_a=dp), u, tip, p)
-        return float(w.plant.rates(c, y, u, w.geometry, p).omega_m)
+        y = _sliding(w, x._replace(winch=x.winch._replace(p_a=dp)), u, tip, p)
+        return float(w.driver.rates(y, u, w.geometry, tip, p).winch.omega_m)
 
     dp = _root(acceleration, 0.0, DP_NEAR, DP_MOST)
     if dp is None:
         raise NoSteadyOperation(
             f'"{w.name}": no pressure up to {show(DP_MOST, "pressure")} holds this load at this speed, motors at'
-            f" {x.alpha_m:.3g}. Go slower, lower the load or raise alpha_m."
+            f" {x.winch.alpha_m:.3g}. Go slower, lower the load or raise alpha_m."
         )
-    return _sliding(w, x._replace(p_a=dp), u, tip, p)[1]
+    return _sliding(w, x._replace(winch=x.winch._replace(p_a=dp)), u, tip, p)
 
 
 def _balanced_flows(x: Any, p: Any) -> tuple[Any, ActiveFlows]:
@@ -287,37 +290,39 @@ def _root(f: Callable[[float], float], near: float, width: float, most: float) -
 
 
 def _point(w: Winch, x: Any, u: Any, tip: Tip, p: Any, f: ActiveFlows, v_w: float, F_w: float) -> OperatingPoint:
-    reachable = abs(x.alpha_p) <= 1.0
+    reachable = abs(x.winch.alpha_p) <= 1.0
     if reachable:
         A = p.active
         p = p._replace(active=A._replace(pump_servo=A.pump_servo._replace(lo=-1.0, hi=1.0)))
-    c = w.plant.circuit(x, u, w.geometry, tip, p)
-    alpha_pm, alpha_pp, p_hp = (c.alpha_pm, c.alpha_pp, c.p_hp) if w.plant is active_passive else (0.0, 0.0, 0.0)
-    T_f = w.plant.powers(c, x, tip, p).friction / x.omega_m if x.omega_m else 0.0
+    q = w.driver.path_point(x, w.geometry, tip, p)
+    c, wx = w.plant.circuit(x.winch, q, u, w.geometry, p), x.winch
+    seen = w.plant.signals(c, wx, q, u, w.geometry, p)
+    T_f = w.plant.powers(c, wx, q, p).friction / wx.omega_m if wx.omega_m else 0.0
     relief_open = f.Q_relief_a + f.Q_relief_b > 0.0
     return OperatingPoint(
-        x.alpha_p,
-        u.u_p,
-        x.alpha_m,
-        u.u_m,
-        v_w,
-        tip.v,
-        x.omega_m,
-        F_w,
-        x.p_a,
-        x.p_b,
-        T_f,
-        x.z,
-        alpha_pm,
-        alpha_pp,
-        p_hp,
-        f,
-        reachable,
-        relief_open,
-        w.plant,
-        x,
-        u,
-        w.geometry,
-        tip,
-        p,
+        alpha_p=wx.alpha_p,
+        u_p=u.u_p,
+        alpha_m=wx.alpha_m,
+        u_m=u.u_m,
+        v_w=v_w,
+        v_tip=tip.v,
+        omega_m=wx.omega_m,
+        F_w=F_w,
+        p_a=wx.p_a,
+        p_b=wx.p_b,
+        T_f=T_f,
+        z=wx.z,
+        alpha_pm=getattr(seen, "alpha_pm", 0.0),
+        alpha_pp=getattr(seen, "alpha_pp", 0.0),
+        p_hp=getattr(seen, "p_hp", 0.0),
+        flows=f,
+        reachable=reachable,
+        relief_open=relief_open,
+        plant=w.plant,
+        driver=w.driver,
+        state=x,
+        command=u,
+        geometry=w.geometry,
+        tip=tip,
+        params=p,
     )

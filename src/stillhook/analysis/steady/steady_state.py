@@ -11,7 +11,6 @@ from scipy.optimize import brentq
 from stillhook.engine.pack.winch import gains, plc_record, wire_speed_max
 from stillhook.engine.pack.winch import motor_law as law_of_plc
 from stillhook.errors import StillhookError
-from stillhook.kernels.winch_type import plant_of
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
@@ -48,7 +47,6 @@ def steady(crane: Crane, v_w: float, mode: Mode | str, load: float | None = None
     one unless its file gives another. Then u_p is still what the motors take: the position loop makes up the
     difference.
     """
-    plant_of(crane)
     F = 0.0 if load is None else (load + crane.hook_mass) * G
     if not (math.isfinite(v_w) and math.isfinite(F) and F >= 0.0):
         raise StillhookError(

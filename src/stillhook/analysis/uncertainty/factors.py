@@ -89,7 +89,7 @@ class Factor:
         """Reason why it has no effect here; "" where it has one."""
         if self.name == "motor_offset" and crane.active.motor.variant is ServoVariant.CLOSED_LOOP:
             return f'the motors of "{crane.name}" are closed-loop. Set active.motor.variant, or leave it out.'
-        if crane.passive is None and all(t.path.startswith("passive.") for t in self.targets):
+        if "passive" not in crane.circuits and all(t.path.startswith("passive.") for t in self.targets):
             return f'"{crane.name}" has no passive circuit. Leave it out.'
         if all(missing(crane, t.path) for t in self.targets):
             return f'"{crane.name}" does not give {self.targets[0].path}. State it, or leave it out.'
@@ -107,9 +107,8 @@ OPTIONAL = ("active.boost.Q_max", "control.compute_share", "hpu.P_max", "hpu.P_b
 
 def missing(crane: Crane, path: str) -> bool:
     """Whether a crane leaves out a field, or its circuit."""
-    if path.startswith("passive.") and crane.passive is None:
-        return True
-    if path.startswith("hpu.") and crane.hpu is None:
+    table = path.split(".")[0]
+    if "." in path and getattr(crane, table, None) is None:
         return True
     return path in OPTIONAL and operator.attrgetter(path)(crane) is None
 

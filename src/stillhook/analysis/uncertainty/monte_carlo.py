@@ -16,7 +16,7 @@ from stillhook.analysis.uncertainty.samples import Drawing, Pair
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import STATISTICS_STEP, paired, steps_per_cycle
-from stillhook.engine.scenario.batch import NUMBERS, summaries
+from stillhook.engine.scenario.batch import numbers_of, summaries
 from stillhook.engine.validity import twin_line
 from stillhook.errors import ScenarioError
 from stillhook.kernels.build import results_hash
@@ -76,7 +76,7 @@ def monte_carlo(
     numbers, status, at_values = run_draws(
         drawings, table.values, step=step, threads=threads, store=store, client=client, progress=progress
     )
-    data = _dataset(names, table, numbers, status)
+    data = _dataset(cranes[0], names, table, numbers, status)
     bases = [d.crane for d in drawings]
     one = all(c is bases[0] for c in bases)
     data.attrs = {
@@ -126,24 +126,26 @@ def base_drawings(
 def run_draws(
     drawings: Sequence[Drawing], values: FloatArray, *, progress: Progress | None = None, **options: Any
 ) -> tuple[FloatArray, list[list[str]], list[dict[str, Any]]]:
-    """Numbers of shape (case, draw, NUMBERS), status of every run, and the summary of every case with nothing drawn.
+    """Numbers of shape (case, draw, number), in the order of `numbers_of`, status of every run, and the summary of
+    every case with nothing drawn.
 
     A few thousand runs at a time, so that memory stays bounded; how: keywords of `summaries`.
     """
     n, total = len(values), len(drawings) * (len(values) + 1)
     work: Iterator[Pair] = itertools.chain(((d.crane, d.case) for d in drawings), *(d.pairs(values) for d in drawings))
-    numbers, status = np.empty((total, len(NUMBERS))), list[str]()
+    names = numbers_of(drawings[0].crane)
+    numbers, status = np.empty((total, len(names))), list[str]()
     at_values: list[dict[str, Any]] = []
     while pairs := list(itertools.islice(work, AT_ONCE)):
         done = len(status)
         part_progress = part_of(progress, done / total, len(pairs) / total)
         part = summaries([c for c, _ in pairs], [s for _, s in pairs], progress=part_progress, **options)
-        numbers[done : done + len(part)] = [[s[name] for name in NUMBERS] for s in part]
+        numbers[done : done + len(part)] = [[s[name] for name in names] for s in part]
         status += [s["status"] for s in part]
         at_values += part[: max(len(drawings) - done, 0)]
     k = len(drawings)
     rows = [status[k + i * n : k + (i + 1) * n] for i in range(k)]
-    return numbers[k:].reshape(k, n, len(NUMBERS)), rows, at_values
+    return numbers[k:].reshape(k, n, len(names)), rows, at_values
 
 
 def part_of(progress: Progress | None, begin: float, size: float) -> Progress | None:
@@ -151,12 +153,14 @@ def part_of(progress: Progress | None, begin: float, size: float) -> Progress | 
     return None if progress is None else lambda share: progress(begin + share * size)
 
 
-def _dataset(names: Sequence[str], table: Draws, numbers: FloatArray, status: list[list[str]]) -> xarray.Dataset:
+def _dataset(
+    crane: Crane, names: Sequence[str], table: Draws, numbers: FloatArray, status: list[list[str]]
+) -> xarray.Dataset:
     import xarray  # heavy
 
     dims = ("case", "draw")
     columns: dict[str, Any] = {"status": (dims, np.array(status, dtype=object), attributes("status"))}
-    columns |= {name: (dims, numbers[:, :, j], attributes(name)) for j, name in enumerate(NUMBERS)}
+    columns |= {name: (dims, numbers[:, :, j], attributes(name)) for j, name in enumerate(numbers_of(crane))}
     columns["factor_value"] = (("draw", "factor"), table.values, attributes("factor_value"))
     return xarray.Dataset(
         columns, coords={"case": list(names), "draw": np.arange(len(table.values)), "factor": list(table.columns)}

@@ -67,8 +67,7 @@ class Drawing:
         """A parameter of a set; a motor's loss belongs to every circuit with that motor."""
         name, parameter = column.split(".")
         motor = self.crane.active.motor
-        alike = self.crane.passive is not None and self.crane.passive.motor.D_max == motor.D_max
-        for circuit in ("active", "passive") if alike else ("active",):
+        for circuit in (name for name, c in self.crane.circuits.items() if c.motor.D_max == motor.D_max):
             self._set[f"{SETS[name].format(circuit=circuit)}.{parameter}"] = k
 
     def values(self, draws: FloatArray) -> dict[str, FloatArray]:

@@ -16,7 +16,7 @@ from stillhook.analysis.uncertainty.monte_carlo import base_drawings, case_label
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import paired
-from stillhook.engine.scenario.batch import NUMBERS
+from stillhook.engine.scenario.batch import numbers_of
 from stillhook.errors import SimulationError, SpecError
 from stillhook.library.toml.tree import nearest
 from stillhook.spec.crane import Crane
@@ -193,7 +193,8 @@ def sensitivity(
             f"{failed} of {numbers.shape[0] * numbers.shape[1]} runs diverged, and indices of the rest would"
             " mislead. Take a finer step, or narrower distributions."
         )
-    results = {(c, o): numbers[i, :, NUMBERS.index(o)] for i, c in enumerate(names) for o in outputs}
+    columns = numbers_of(drawings[0].crane)
+    results = {(c, o): numbers[i, :, columns.index(o)] for i, c in enumerate(names) for o in outputs}
     if against is not None:
         results |= {
             (f"{c} / {against}", o): results[c, o] / results[against, o] for c in names if c != against for o in outputs

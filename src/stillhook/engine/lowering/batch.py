@@ -18,13 +18,14 @@ from stillhook.engine.batch import Row, run_batch
 from stillhook.engine.lowering.checks import check_lift, check_sea
 from stillhook.engine.lowering.lower import LIFT_STEP, Summarised, summarised
 from stillhook.engine.lowering.run import KIND, run_lowerings, waves_step
-from stillhook.engine.lowering.summary import RUN_NUMBERS, STAGE_NUMBERS, lift_summary
+from stillhook.engine.lowering.summary import lift_summary, run_numbers_of, stage_numbers_of
 from stillhook.engine.store import bare
 from stillhook.errors import LiftError, SpecError, StillhookError
 from stillhook.kernels.lanes import VL
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.in_sea import InSea
 from stillhook.spec.lift.lowering import Lowering
+from stillhook.winches.registry import WinchType
 
 if TYPE_CHECKING:
     import xarray
@@ -67,7 +68,7 @@ def lower_many(
     rows = run_batch(
         LoweringProblem(), cranes, cases, n_sub=n_sub, threads=threads, store=store, client=client, progress=progress
     )
-    numbers = [_parted(row, _stages(case)) for row, case in zip(rows, cases, strict=True)]
+    numbers = [_parted(cranes[0].plant.type, row, _stages(case)) for row, case in zip(rows, cases, strict=True)]
     h = cranes[0].control.t_cycle / n_sub
     return summarised(
         crane if isinstance(crane, Crane) else cranes, [_lift(c) for c in cases], numbers, step=h, single=False
@@ -138,9 +139,11 @@ class LoweringProblem:
         first = {motion: k for k, motion in reversed(list(enumerate(motions.values())))}
         return sorted(places, key=lambda i: first[motions[i]])
 
-    def columns(self, case: Case) -> tuple[str, ...]:
+    def columns(self, crane: Crane, case: Case) -> tuple[str, ...]:
         """Names of all numbers in one row: of the run, then of each stage."""
-        return RUN_NUMBERS + tuple(f"{i} {name}" for i in range(_stages(case)) for name in STAGE_NUMBERS)
+        winch = crane.plant.type
+        of_stages = (f"{i} {name}" for i in range(_stages(case)) for name in stage_numbers_of(winch))
+        return (*run_numbers_of(winch), *of_stages)
 
     def identity(self) -> Callable[[Case], bytes]:
         return _Texts()
@@ -161,7 +164,9 @@ class LoweringProblem:
         rows = []
         for crane, lift, result in zip(cranes, lifts, results, strict=True):
             run, stages = lift_summary(crane, lift, result)
-            numbers = [run[name] for name in RUN_NUMBERS] + [stage[name] for stage in stages for name in STAGE_NUMBERS]
+            winch = crane.plant.type
+            numbers = [run[name] for name in run_numbers_of(winch)]
+            numbers += [stage[name] for stage in stages for name in stage_numbers_of(winch)]
             rows.append(Row(run["status"], [float(x) for x in numbers], tuple(run["notes"])))
         return rows
 
@@ -175,10 +180,10 @@ def _stages(case: Case) -> int:
     return len(_lift(case).programme) + 1
 
 
-def _parted(row: Mapping[str, Any], stages: int) -> Summarised:
+def _parted(winch: WinchType, row: Mapping[str, Any], stages: int) -> Summarised:
     """A row of the columns with status and notes, as numbers of the run and of each stage."""
-    run = {"status": row["status"], **{name: row[name] for name in RUN_NUMBERS}, "notes": row["notes"]}
-    return run, [{name: row[f"{i} {name}"] for name in STAGE_NUMBERS} for i in range(stages)]
+    run = {"status": row["status"], **{name: row[name] for name in run_numbers_of(winch)}, "notes": row["notes"]}
+    return run, [{name: row[f"{i} {name}"] for name in stage_numbers_of(winch)} for i in range(stages)]
 
 
 def _made(cases: Sequence[Case]) -> list[Lowering]:

@@ -8,7 +8,6 @@ from stillhook.engine.pack.programme import hanging, payload_weight
 from stillhook.engine.pack.winch import drum_record
 from stillhook.engine.step_size import MOST_STEPS, RK4_LIMIT, fastest_rates, substeps
 from stillhook.errors import LiftError, SpecError
-from stillhook.kernels.winch_type import plant_of
 from stillhook.physics.load_path.drum import LAST_TURNS, wire_usable
 from stillhook.physics.load_path.payload import WettedLevel
 from stillhook.physics.scalar import G
@@ -34,7 +33,6 @@ COARSEST = 0.5
 def check_lift(crane: Crane, case: Lowering) -> None:
     """Refuse what no crane of this kind can do, or what is no lowering, its sea aside. Errors: LiftError,
     SpecError of an unknown winch type, one line."""
-    plant_of(crane)
     if not (math.isfinite(case.duration) and 0.0 < case.duration <= LONGEST):
         raise LiftError(f"duration = {case.duration:g} s: a run lasts up to {LONGEST:g} s. Lower in parts.")
     if case.payload.mass > crane.SWL:

@@ -30,8 +30,6 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.programme import stage_names
 from stillhook.variables import attributes
-from stillhook.winches.records import Signals
-from stillhook.winches.suspended_load import LiftSignals
 
 if TYPE_CHECKING:
     import xarray
@@ -41,7 +39,6 @@ LIFT_STEP = 5e-3
 (docs/validation/step-size.md)."""
 Summarised = tuple[Mapping[str, Any], Sequence[Mapping[str, Any]]]
 """Numbers of one lowering: of the whole run, and of each of its stages."""
-COLUMNS = Signals._fields + LiftSignals._fields
 
 
 def lower(
@@ -116,8 +113,8 @@ def labelled(
     """Summaries and series of lowerings as a labelled Dataset; see `lower`."""
     data = summarised(crane, cases, summaries, step=results[0].step, single=single)
     if series := [r.series for r in results if r.series is not None]:
-        data = data.assign(series_columns(COLUMNS, series, single=single)).assign_coords(
-            time=time_axis(Series(series, results[0].dt))
+        data = data.assign(series_columns(results[0].signals, series, single=single)).assign_coords(
+            time=time_axis(Series(series, results[0].dt, results[0].signals))
         )
     data.attrs["every"] = results[0].dt
     return data

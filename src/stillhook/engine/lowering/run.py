@@ -19,13 +19,13 @@ from stillhook.errors import StillhookError
 from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import access, aligned, fields, flatten, offset, room_for, size
 from stillhook.kernels.moving_window import blank_window
-from stillhook.kernels.statistics import Stats, blank
+from stillhook.kernels.statistics import blank
 from stillhook.sea.motion.kinematics import WaveField
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.variables import WINDOW
 from stillhook.winches.records import Geometry, Tick, Tip
-from stillhook.winches.suspended_load import Hanging, LiftStats, Solve, blank_lift_stats
+from stillhook.winches.suspended_load import Hanging, LiftSignals, LiftStats, Solve, blank_lift_stats
 
 KIND = "lift_driver"
 ROWS = 5
@@ -41,7 +41,7 @@ class StageResult(NamedTuple):
     """Statistics of one stage; span largest peak-to-peak over the moving window of control error, tip, payload, hook
     [m], over the whole stage where that is shorter."""
 
-    stats: Stats
+    stats: Any
     lift: LiftStats
     span: tuple[float, float, float, float]
 
@@ -61,6 +61,7 @@ class LiftResult(NamedTuple):
     q: FloatArray
     v: FloatArray
     series: FloatArray | None
+    signals: tuple[str, ...]
     dt: float
     step: float
     t_cycle: float
@@ -170,7 +171,7 @@ class LiftBlock:
         self.S, self.T = self._stages(), aligned(np.stack([r.packed.table for r in self.lanes], axis=-1))
         self.G = np.full((self.n_stages + 1, self.d.NG, lanes), np.nan)
         self.starts = np.full((self.n_stages + 1, lanes), np.nan)
-        self.first = np.array(flatten(blank()) + flatten(blank_lift_stats()))
+        self.first = np.array(flatten(blank(self.d.Stats, winch.plant)) + flatten(blank_lift_stats()))
         rows = self.drive.n_ticks // every + 1 if every else 0
         self.out = np.empty((rows, self.d.NS, lanes))
         self.failed: dict[int, float] = {}
@@ -203,13 +204,14 @@ class LiftBlock:
         tick = Tick(*r.drive.first_row())._replace(mode=packed.memory.mode)
         memory = packed.memory._replace(datum=packed.s_w - tick.s_m)
         tip, still = Tip(tick.s, tick.v), nothing(Solve)
+        x = nothing(d.base.State)
         lane = nothing(d.Lane)._replace(
-            x=nothing(d.base.State)._replace(s_w=packed.s_w),
+            x=x._replace(path=x.path._replace(s_w=packed.s_w)),
             u=nothing(d.Command),
             geo=nothing(Geometry),
             m=memory,
             laws=d.base.laws.blank(packed.settings),
-            st=blank(),
+            st=blank(d.Stats, packed.plant),
             ls=blank_lift_stats(),
             tip_0=tip,
             tip_1=tip,
@@ -334,6 +336,7 @@ class LiftBlock:
             q=self.B[:, 0, l].copy(),
             v=self.B[:, 1, l].copy(),
             series=self.out[:, :, l] if self.every else None,
+            signals=(*self.d.Signals._fields, *LiftSignals._fields),
             dt=self.every * t_cycle,
             step=t_cycle / self.n_sub,
             t_cycle=t_cycle,
@@ -342,7 +345,8 @@ class LiftBlock:
     def _stage(self, s: int, l: int) -> StageResult:
         row = self.G[s, :, l].tolist()
         e_c, tip, load, hook = row[self.d.NT :]
-        return StageResult(record_of(Stats)(row, 0), record_of(LiftStats)(row, size(Stats)), (e_c, tip, load, hook))
+        stats, lift = record_of(self.d.Stats)(row, 0), record_of(LiftStats)(row, size(self.d.Stats))
+        return StageResult(stats, lift, (e_c, tip, load, hook))
 
 
 def ramped_samples(waves: WaveField, lo: int, hi: int, ramp: float, levels: int) -> FloatArray:

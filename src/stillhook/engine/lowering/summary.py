@@ -18,14 +18,13 @@ from stillhook.engine.scenario.checks import (
     type_notes,
 )
 from stillhook.engine.scenario.run import Ending
-from stillhook.engine.scenario.summary import LIMITS, OK
-from stillhook.kernels.statistics import Stats
+from stillhook.engine.scenario.summary import OK, limits_passed
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.programme import StageMode
 from stillhook.spec.plausible import implausible_values, marked
 from stillhook.units import show
-from stillhook.winches.records import Powers
+from stillhook.winches.registry import WinchType
 from stillhook.winches.suspended_load import NEVER, LiftStats
 
 AUDIT = 0.01
@@ -33,22 +32,8 @@ AUDIT = 0.01
 1e-3."""
 AUDIT_FLOOR = 1.0e4
 """Energy below which nothing moves that the audit could be asked of [J]: a tonne by a metre."""
-LOWEST = {
-    "e_min",
-    "em_min",
-    "tip_min",
-    "p_min",
-    "p_hp_min",
-    "alpha_m_min",
-    "F_min",
-    "V_min",
-    "P_min",
-    "F_s_min",
-    "z_min",
-    "v_min",
-    "t_landed",
-}
-SUMMED = {"cycles", "e_sum", "e2_sum", "tip_sum", "tip2_sum", "pump_abs", "slack", "slack_landed"}
+LOWEST = {"e_min", "em_min", "tip_min", "F_min", "F_s_min", "z_min", "v_min", "t_landed"}
+SUMMED = {"cycles", "e_sum", "e2_sum", "tip_sum", "tip2_sum", "through", "slack", "slack_landed"}
 
 
 NUMBERS = (
@@ -78,30 +63,14 @@ NUMBERS = (
     "t_landed",
     "v_landed",
     "v_hit_max",
-    "p_a_max",
-    "p_b_max",
-    "p_min",
-    "alpha_m_min",
-    "alpha_p_max",
     "u_p_max",
-    "omega_m_max",
     "v_w_max",
     "v_tip_max",
     "saturation_time",
-    "relief_time",
-    "overspeed_time",
-    "stroke_time",
-    "cavitation_time",
     "wire_time",
-    "power_time",
-    "boost_time",
-    "P_hpu_max",
-    "P_hpu_min",
 )
-"""Numbers that the whole run and each stage have alike."""
-STAGE_NUMBERS = ("t_begin", *NUMBERS)
-RUN_NUMBERS = (
-    *NUMBERS,
+"""Numbers that the whole run and each stage have alike, beside those of the winch type."""
+OF_RUN = (
     "z_load_end",
     "s_w_end",
     "programme_time",
@@ -115,16 +84,34 @@ RUN_NUMBERS = (
     "work_bottom",
     "energy_unaccounted",
 )
+"""Numbers of the whole run alone."""
+
+
+def numbers_of(winch: WinchType) -> tuple[str, ...]:
+    """Numbers that the whole run and each stage have alike."""
+    return (*NUMBERS, *(row.name for row in winch.numbers))
+
+
+def stage_numbers_of(winch: WinchType) -> tuple[str, ...]:
+    """Numbers of a stage."""
+    return ("t_begin", *numbers_of(winch))
+
+
+def run_numbers_of(winch: WinchType) -> tuple[str, ...]:
+    """Numbers of the whole run."""
+    return (*numbers_of(winch), *OF_RUN)
 
 
 def merged(parts: Sequence[Any]) -> Any:
-    """Statistics of stages one after another as those of all of them; Stats or LiftStats."""
+    """Statistics of stages one after another as those of all of them; of the winch or of the lift."""
     cls = type(parts[0])
     values: dict[str, Any] = {}
     for name in cls._fields:
         column = [getattr(p, name) for p in parts]
-        if name == "power":
-            values[name] = Powers(*(sum(c) for c in zip(*column, strict=True)))
+        if name in ("power", "limits"):
+            values[name] = type(column[0])(*(sum(c) for c in zip(*column, strict=True)))
+        elif isinstance(column[0], tuple):
+            values[name] = merged(column)
         elif name == "E_start":
             values[name] = column[0]
         elif name == "E_end":
@@ -134,7 +121,7 @@ def merged(parts: Sequence[Any]) -> Any:
         elif name in SUMMED or name.endswith("_cycles"):
             values[name] = sum(column)
         else:
-            values[name] = min(column) if name in LOWEST else max(column)
+            values[name] = min(column) if name in LOWEST or name.endswith("_min") else max(column)
     return cls(**values)
 
 
@@ -148,7 +135,7 @@ def total(result: LiftResult) -> StageResult:
     return StageResult(stats, lift, (span[0], span[1], span[2], span[3]))
 
 
-def unaccounted(result: LiftResult, r: StageResult | None = None) -> float:
+def unaccounted(winch: WinchType, result: LiftResult, r: StageResult | None = None) -> float:
     """Energy that the audit does not find again, over the energy through pumps and tip and the works of weight and
     water [-].
 
@@ -156,15 +143,14 @@ def unaccounted(result: LiftResult, r: StageResult | None = None) -> float:
     lifting, passive gas, and the work that goes into the water. Stored: shaft, oil, wire, hook, load, slings. r:
     `total` of it, where it is at hand.
     """
-    st: Stats = (total(result) if r is None else r).stats
-    w, t, W = st.power, result.t_cycle, result.hang.works
-    supplied = w.pump + w.boost + w.passive_pump + w.tip
-    taken = w.friction + w.leakage + w.relief + w.flushing + w.wire + w.drag + w.passive
-    winch = (supplied - taken) * t - (st.E_end - st.E_start) - W.top
+    stats = (total(result) if r is None else r).stats
+    st, t, W = stats.common, result.t_cycle, result.hang.works
+    supplied, taken = winch.energies(stats.power)
+    of_winch = (supplied - taken) * t - (st.E_end - st.E_start) - W.top
     water = W.buoyancy + W.inertia + W.drag + W.slam + W.bottom
     wire = W.top + W.relay + water - W.damping - W.gravity - (result.hang.E - result.hang.E_0)
-    through = st.pump_abs * t + abs(W.gravity)
-    return (winch + wire) / through if through > 0.0 else math.nan
+    through = st.through * t + abs(W.gravity)
+    return (of_winch + wire) / through if through > 0.0 else math.nan
 
 
 def status(case: Lowering, result: LiftResult, r: StageResult, crane: Crane) -> str:
@@ -174,19 +160,22 @@ def status(case: Lowering, result: LiftResult, r: StageResult, crane: Crane) -> 
     out), "unfinished". "audit" is not asked where the wire snaps taut within a cycle of the audit."""
     if result.ending is Ending.DIVERGED:
         return "diverged"
-    beyond = [name for name, field in LIMITS if getattr(r.stats, field) > 0.0]
+    beyond = limits_passed(crane.plant.type, r.stats)
     if r.lift.slack > 0.0:
         beyond.append("sling")
     if unplanned_touches(case, result):
         beyond.append("touchdown")
-    if r.stats.F_max > tip_capacity(crane):
+    if r.stats.common.F_max > tip_capacity(crane):
         beyond.append("overload")
     if result.hang.sup.stuck > 0.0:
         beyond.append("stuck")
     elif result.hang.sup.done == 0.0:
         beyond.append("unfinished")
-    missing = 0.0 if "slack" in beyond else abs(unaccounted(result, r))
-    if missing > AUDIT and missing * (r.stats.pump_abs * result.t_cycle + abs(result.hang.works.gravity)) > AUDIT_FLOOR:
+    missing = 0.0 if "slack" in beyond else abs(unaccounted(crane.plant.type, result, r))
+    if (
+        missing > AUDIT
+        and missing * (r.stats.common.through * result.t_cycle + abs(result.hang.works.gravity)) > AUDIT_FLOOR
+    ):
         beyond.append("audit")
     return ", ".join(beyond) or OK
 
@@ -198,9 +187,9 @@ def unplanned_touches(case: Lowering, result: LiftResult) -> list[tuple[int, Lif
     return [(i, s.lift) for i, s in result.stages if s.lift.t_landed < NEVER and not (i < len(lands) and lands[i])]
 
 
-def stage_numbers(result: LiftResult, r: StageResult) -> dict[str, float]:
+def stage_numbers(winch: WinchType, result: LiftResult, r: StageResult) -> dict[str, float]:
     """Numbers of one stage, or of the whole run; NaN for what did not happen."""
-    st, ls, t = r.stats, r.lift, result.t_cycle
+    st, ls, t = r.stats.common, r.lift, result.t_cycle
     e_c_pp, s_tip_pp, load_pp, hook_pp = r.span
     touched = ls.t_landed < NEVER
     compensated = e_c_pp > 0.0
@@ -231,25 +220,12 @@ def stage_numbers(result: LiftResult, r: StageResult) -> dict[str, float]:
         "t_landed": ls.t_landed if touched else math.nan,
         "v_landed": ls.v_landed if touched else math.nan,
         "v_hit_max": ls.v_hit if touched else math.nan,
-        "p_a_max": st.p_a_max,
-        "p_b_max": st.p_b_max,
-        "p_min": st.p_min,
-        "alpha_m_min": st.alpha_m_min,
-        "alpha_p_max": st.alpha_p_max,
         "u_p_max": st.u_p_max,
-        "omega_m_max": st.omega_max,
         "v_w_max": st.v_w_max,
         "v_tip_max": st.v_tip_max,
         "saturation_time": st.saturation_cycles * t,
-        "relief_time": st.relief_cycles * t,
-        "overspeed_time": st.overspeed_cycles * t,
-        "stroke_time": st.stroke_cycles * t,
-        "cavitation_time": st.cavitation_cycles * t,
         "wire_time": st.wire_cycles * t,
-        "power_time": st.power_cycles * t,
-        "boost_time": st.boost_cycles * t,
-        "P_hpu_max": st.P_max,
-        "P_hpu_min": st.P_min,
+        **winch.own_numbers(r.stats, t),
     }
 
 
@@ -262,20 +238,21 @@ def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict
     after it."""
     names = [*result.packed.programme.names, "after"]
     r = total(result)
-    run = stage_numbers(result, r)
-    blank = dict.fromkeys(STAGE_NUMBERS, math.nan)
+    winch = crane.plant.type
+    run = stage_numbers(winch, result, r)
+    blank = dict.fromkeys(stage_numbers_of(winch), math.nan)
     rows = [dict(blank) for _ in names]
     for (i, part), start in zip(result.stages, result.starts, strict=True):
-        rows[min(i, len(rows) - 1)] = {"t_begin": start, **stage_numbers(result, part)}
+        rows[min(i, len(rows) - 1)] = {"t_begin": start, **stage_numbers(winch, result, part)}
     W, hang = result.hang.works, result.hang
     numbers: dict[str, Any] = {
         **run,
         "z_load_end": result.packed.lift.z_ref + float(result.q[-1]),
-        "s_w_end": result.state.s_w,
+        "s_w_end": result.state.path.s_w,
         "programme_time": (
             result.starts[-1] if hang.sup.done > 0.0 and result.stages[-1][0] >= len(case.programme) else math.nan
         ),
-        "energy_pumps": r.stats.pump_abs * result.t_cycle,
+        "energy_pumps": r.stats.common.through * result.t_cycle,
         "work_gravity": W.gravity,
         "work_damping": W.damping,
         "work_buoyancy": W.buoyancy,
@@ -283,7 +260,7 @@ def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict
         "work_drag": W.drag,
         "work_slam": W.slam,
         "work_bottom": W.bottom,
-        "energy_unaccounted": unaccounted(result, r),
+        "energy_unaccounted": unaccounted(crane.plant.type, result, r),
     }
     if result.ending is Ending.DIVERGED:
         numbers = dict.fromkeys(numbers, math.nan)
@@ -298,7 +275,7 @@ def _loss_notes(crane: Crane, result: LiftResult, r: StageResult) -> list[str]:
         return []
     packed = result.packed.winch
     W, d = packed.params.hoist.load.W, layer_diameter_at(crane, packed.s_w)
-    return loss_notes(friction_parts(crane, W, d, r.stats.v_w_max, r.stats.alpha_m_min))
+    return loss_notes(friction_parts(crane, W, d, r.stats.common.v_w_max, r.stats.extremes.alpha_m_min))
 
 
 def notes(crane: Crane, case: Lowering, result: LiftResult, r: StageResult) -> list[str]:

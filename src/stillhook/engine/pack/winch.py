@@ -15,7 +15,6 @@ from stillhook.control.registry import CONTROLLERS, Mode, code_of
 from stillhook.control.ssc import MotorSettings
 from stillhook.engine.pack.gas import gas_record
 from stillhook.kernels.control_laws import beside
-from stillhook.kernels.winch_type import plant_of
 from stillhook.library.leakage import leak_law
 from stillhook.physics.friction import Bristle, SystemFriction
 from stillhook.physics.hydraulics.accumulator import Accumulator
@@ -33,10 +32,11 @@ from stillhook.spec import crane as spec
 from stillhook.spec.control import own_settings
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import FrictionModel, Operator, Scenario
-from stillhook.winches import active_passive, pure_active
 from stillhook.winches.closed_circuit import ActiveCircuit
 from stillhook.winches.hoist import Hoist
+from stillhook.winches.interface import Parts
 from stillhook.winches.records import Sensors
+from stillhook.winches.types import active_passive
 
 HELD = 1.0e4
 """Size of the accumulator whose pressure stands, over that of the crane: cubic metres of oil then move it by hundredths
@@ -75,9 +75,8 @@ def wire_speed_max(crane: Crane, alpha_m: float = 1.0, d: float | None = None) -
 
 
 def motor_speed_max(crane: Crane, alpha_m: float = 1.0) -> float:
-    """Motor speed with the active pumps full and no leakage [rad/s]."""
-    pump = crane.active.pump
-    return pump.D_total * pump.omega_p / (crane.active.motor.D_total * alpha_m)
+    """Motor speed at full command and without leakage [rad/s]."""
+    return float(crane.plant.type.full_speed(crane, alpha_m))
 
 
 def gains(crane: Crane) -> AhcGains:
@@ -86,9 +85,9 @@ def gains(crane: Crane) -> AhcGains:
 
     Differs from print: paper E's K_1 = 0.68 s/m contradicts the speed of its own table 2 (0.8279 s/m).
     """
-    c, servo = crane.control, crane.active.pump.servo
+    c = crane.control
     K_1 = c.K_1 if c.K_1 is not None else 1.0 / wire_speed_max(crane)
-    K_2 = c.K_2 if c.K_2 is not None else K_1 * 2.0 * servo.zeta / servo.omega_n
+    K_2 = c.K_2 if c.K_2 is not None else K_1 * crane.plant.type.lag(crane)
     return AhcGains(K_1=K_1, K_2=K_2, K_p=c.K_p)
 
 
@@ -98,7 +97,6 @@ def loop_record(crane: Crane, alpha_m: float = 1.0, K_wire: float = 1.0) -> Loop
 
     alpha_m displacement of the active motors [-]; K_wire published outer diameter over the one in use [-].
     """
-    plant_of(crane)
     a, J, B_v, servo = crane.active, crane.inertia.J_m_eff, crane.control.B_v, crane.active.pump.servo
     C_h, D_m = capacitance(a.line.V, a.line.bulk_modulus), a.motor.D_total * alpha_m
     r_eff = wire_speed_max(crane, alpha_m) * D_m / K_wire  # D_p omega_p d / (2 i_hD)
@@ -166,7 +164,8 @@ def active_record(crane: Crane) -> ActiveCircuit:
     )
 
 
-def _passive(crane: Crane, gas_held: bool) -> active_passive.PassiveCircuit:
+def passive_record(crane: Crane, gas_held: bool) -> active_passive.PassiveCircuit:
+    """The passive circuit; gas_held: its accumulator has so large a bank that its pressure stands."""
     p = crane.passive
     assert p is not None
     acc, pump = _held(p.accumulator) if gas_held else p.accumulator, _pumps(p)
@@ -211,9 +210,7 @@ def drum_record(crane: Crane) -> Drum:
 
 
 def inertia_record(crane: Crane) -> Inertia:
-    motors = crane.active.motor.count * crane.active.motor.J
-    if crane.passive is not None:
-        motors += crane.passive.motor.count * crane.passive.motor.J
+    motors = sum(m.count * m.J for m in crane.motors)
     return Inertia(motors, crane.inertia.J_gear, crane.inertia.J_drum, crane.i_hD**-2)
 
 
@@ -235,7 +232,7 @@ def _hoist(crane: Crane, case: Scenario) -> Hoist:
     w, f = crane.wire, crane.friction
     load = load_record(crane, case)
     EA = w.E * w.fill * math.pi / 4.0 * w.d**2
-    n_motors = crane.active.motor.count + (crane.passive.motor.count if crane.passive is not None else 0)
+    n_motors = sum(m.count for m in crane.motors)
     sigma_1 = f.sigma_1_ratio * math.sqrt(f.sigma_0 * crane.inertia.J_m_eff)
     regular = 1.0 if case.friction is FrictionModel.REGULARISED else 0.0
     return Hoist(
@@ -261,7 +258,14 @@ def plc_record(crane: Crane, operator: Operator | None = None) -> Plc:
     alpha_hold = (operator.alpha_m or 0.0) if operator is not None else 0.0
     alpha_swl = c.alpha_ns if c.alpha_swl is None else c.alpha_swl
     settings = MotorSettings(
-        crane.active.motor.alpha_min, c.alpha_ns, c.alpha_hs, alpha_swl, c.u_thr, 1.0 / F_swl, K_outer, alpha_hold
+        crane.plant.type.least_displacement(crane),
+        c.alpha_ns,
+        c.alpha_hs,
+        alpha_swl,
+        c.u_thr,
+        1.0 / F_swl,
+        K_outer,
+        alpha_hold,
     )
     return Plc(
         gains(crane),
@@ -279,9 +283,7 @@ def plc_record(crane: Crane, operator: Operator | None = None) -> Plc:
 
 def _power(crane: Crane) -> PowerLimit:
     """The power units' limit for the pumps' torque control; a torque limit counts at the active pumps' speed."""
-    pump, passive = crane.active.pump, crane.passive
-    Q_pp = 0.0 if passive is None else passive.pump.D_total * passive.pump.omega_p
-    return PowerLimit(power_most(crane), pump.D_total * pump.omega_p, Q_pp)
+    return PowerLimit(power_most(crane), *crane.plant.type.pump_flows(crane))
 
 
 def power_most(crane: Crane) -> float:
@@ -316,10 +318,9 @@ def braked_at_start(crane: Crane, case: Scenario) -> bool:
 
 def pack(crane: Crane, case: Scenario) -> Packed:
     """Records for one run. The scenario must have passed `stillhook.engine.scenario.checks.check`."""
-    plant_of(crane)
     hoist = _hoist(crane, case)
     sensors = Sensors(q_s=case.sensors.step_s_w, q_F=case.sensors.step_F)
-    p_0 = crane.passive.accumulator.gas.p_0 if crane.passive is not None else 0.0
+    p_0 = crane.plant.type.charge(crane)
     modes = (case.mode, *(mode for _, mode in case.modes))
     mode = code_of(case.mode)
     plc = plc_record(crane, case.operator)
@@ -327,11 +328,14 @@ def pack(crane: Crane, case: Scenario) -> Packed:
         plc = plc._replace(brake=plc.brake._replace(fitted=0.0))  # the record moves the winch, and nothing of the PLC
     on = 1.0 if braked_at_start(crane, case) else 0.0
     memory = Memory(mode, 0.0, hoist.load.W, p_0, 0.0, 1.0, 0.0, 0.0, 1.0, brake=on, idle=0.0, stroke=1.0)
-    if crane.plant is spec.Plant.PURE_ACTIVE:
-        params: Any = pure_active.Params(active_record(crane), hoist, plc, sensors)
-        return Packed(pure_active, crane.plant.value, params, memory, case.s_w, *controllers_of(crane, modes))
-    params = active_passive.Params(active_record(crane), _passive(crane, case.gas_held), hoist, plc, sensors)
-    return Packed(active_passive, crane.plant.value, params, memory, case.s_w, *controllers_of(crane, modes))
+    winch = crane.plant.type
+    params = winch.pack(crane, case, parts_of(hoist, plc, sensors))
+    return Packed(winch.module, winch.name, params, memory, case.s_w, *controllers_of(crane, modes))
+
+
+def parts_of(hoist: Hoist | None = None, plc: Plc | None = None, sensors: Sensors | None = None) -> Parts:
+    """What winch types pack their records from."""
+    return Parts(hoist, plc, sensors, active_record, passive_record)
 
 
 def motor_law(

@@ -18,9 +18,15 @@ from stillhook.errors import StillhookError
 from stillhook.kernels.lanes import VL
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
-from stillhook.variables import SUMMARY
+from stillhook.variables import COMMON_SUMMARY
 
-NUMBERS = tuple(v.name for v in SUMMARY if v.name not in ("status", "notes"))
+COMMON = tuple(v.name for v in COMMON_SUMMARY if v.name not in ("status", "notes"))
+"""Numbers of a run that every winch type has."""
+
+
+def numbers_of(crane: Crane) -> tuple[str, ...]:
+    """Numbers in the summary of a run of this crane."""
+    return (*COMMON, *(row.name for row in crane.plant.type.numbers))
 
 
 def summaries(
@@ -71,8 +77,8 @@ class ScenarioProblem:
     def sort(self, places: list[int], cases: Sequence[Scenario]) -> list[int]:
         return places
 
-    def columns(self, case: Scenario) -> tuple[str, ...]:
-        return NUMBERS
+    def columns(self, crane: Crane, case: Scenario) -> tuple[str, ...]:
+        return numbers_of(crane)
 
     def identity(self) -> Callable[[Scenario], bytes]:
         return scenario_as_bytes
@@ -88,4 +94,5 @@ class ScenarioProblem:
     ) -> list[Row]:
         results = run_cases(cranes, cases, n_sub=n_sub, lanes=VL, every=0, threads=1, progress=progress, places=places)
         rows = [summarise(w, c, r) for w, c, r in zip(cranes, cases, results, strict=True)]
-        return [Row(s["status"], [float(s[name]) for name in NUMBERS], tuple(s["notes"])) for s in rows]
+        names = self.columns(cranes[0], cases[0])
+        return [Row(s["status"], [float(s[name]) for name in names], tuple(s["notes"])) for s in rows]

@@ -1,13 +1,12 @@
 """What can be said before a run: refusals (ScenarioError) and limits that the run will meet (notes)."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple, Self
 
 from stillhook.control.position_loop import marginal_gain
 from stillhook.engine.inputs import CycleInputs, MotionDemand
 from stillhook.engine.pack.winch import (
-    active_record,
     drum_record,
     friction_record,
     gains,
@@ -16,21 +15,20 @@ from stillhook.engine.pack.winch import (
     loss_fit,
     motor_law,
     motor_speed_max,
+    parts_of,
     plc_record,
     wire_speed_max,
 )
 from stillhook.engine.validity import standing
 from stillhook.errors import ScenarioError
-from stillhook.kernels.winch_type import plant_of
 from stillhook.physics.friction import system_friction
 from stillhook.physics.hydraulics.motor import torque_loss
 from stillhook.physics.load_path.drum import LAST_TURNS, WIRE_SLACK, layer_diameter, layers_filled, wire_usable
 from stillhook.physics.scalar import G
-from stillhook.spec.circuits import MotorSet, PassiveCircuit
-from stillhook.spec.crane import Crane, Plant
+from stillhook.spec.circuits import MotorSet
+from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import LONGEST, Mode, Scenario
 from stillhook.units import show
-from stillhook.winches.closed_circuit import active_flows
 
 
 class Foreseen(NamedTuple):
@@ -45,26 +43,26 @@ class Foreseen(NamedTuple):
 def check(crane: Crane, case: Scenario) -> None:
     """Refuse what no crane of this kind can do. Errors: ScenarioError, SpecError of an unknown winch type, one
     line."""
-    plant_of(crane)
     _check_numbers(case)
     _check_load(crane, case)
     _check_times(crane, case)
     _check_held(crane, case)
-    if case.gas_held and crane.passive is None:
-        raise ScenarioError(f'gas_held: "{crane.name}" has no accumulator. Leave it out.')
+    if reason := crane.plant.type.refusal(crane, case):
+        raise ScenarioError(reason)
     wire = wire_usable(drum_record(crane))
     if case.s_w > wire:
         raise ScenarioError(
             f's_w {show(case.s_w, "length")} is more than the {show(wire, "length")} of wire that "{crane.name}" can'
             f" pay out (drum full, {LAST_TURNS:.0f} turns kept). Lower s_w or choose another crane."
         )
-    loss = case.power_loss
-    if loss is not None and loss.unit > len(crane.active.pump.D):
+    loss, units = case.power_loss, len(crane.plant.type.pump_units(crane)[0])
+    if loss is not None and units == 0:
+        raise ScenarioError(f'power_loss: "{crane.name}" has no hydraulic power units. Leave it out.')
+    if loss is not None and loss.unit > units:
         raise ScenarioError(
-            f'power_loss.unit {loss.unit}: "{crane.name}" has {len(crane.active.pump.D)} hydraulic power units. '
-            f"Give 1 to {len(crane.active.pump.D)}."
+            f'power_loss.unit {loss.unit}: "{crane.name}" has {units} hydraulic power units. Give 1 to {units}.'
         )
-    if loss is not None and len(crane.active.pump.D) == 1:
+    if loss is not None and units == 1:
         raise ScenarioError(
             f'power_loss: "{crane.name}" has a single hydraulic power unit; nothing would be left to hold the load.'
         )
@@ -116,7 +114,7 @@ def _check_times(crane: Crane, case: Scenario) -> None:
 
 def _check_held(crane: Crane, case: Scenario) -> None:
     """A displacement that the operator holds is one that the motors have, in a run that is manual at some time."""
-    alpha, least = case.operator.alpha_m, crane.active.motor.alpha_min
+    alpha, least = case.operator.alpha_m, crane.plant.type.least_displacement(crane)
     if alpha is None:
         return
     if not least <= alpha <= 1.0:
@@ -203,12 +201,12 @@ def friction_parts(crane: Crane, W: float, d: float, v: float, alpha: float) -> 
     """
     r_eff = 0.5 * d / crane.i_hD
     omega = min(v / r_eff, motor_speed_max(crane, alpha))
-    if crane.passive is None:
-        sets = [("active", crane.active.motor, alpha, W * r_eff / (crane.active.motor.D_total * alpha))]
-    else:
-        passive, dp = crane.passive.motor, crane.passive.accumulator.gas.p_0 - crane.passive.p_lp
-        alpha_pm = min(max(alpha_for_weight(crane, crane.passive, W, d), passive.alpha_min), 1.0)
-        sets = [("active", crane.active.motor, alpha, 0.0), ("passive", passive, alpha_pm, dp)]
+    if crane.circuits == {}:
+        return []
+    active, others = crane.active.motor, crane.plant.type.others(crane, W, d)
+    dp = 0.0 if others else W * r_eff / (active.D_total * alpha)
+    sets = [("active", active, alpha, dp)]
+    sets += [(o.name, o.motor, min(max(o.alpha, o.motor.alpha_min), 1.0), o.dp) for o in others]
     losses = [m.count * torque_loss(omega, a * m.D_max, dp, loss_fit(m)) for _, m, a, dp in sets]
     system = sum(m.count for _, m, _, _ in sets) * system_friction(
         omega, W * 0.5 * d, friction_record(crane.friction.system)
@@ -265,7 +263,7 @@ def _speed_notes(crane: Crane, case: Scenario, v: float, d: float) -> list[str]:
             f"{speed} {show(v, 'speed')} is above the {show(v_max, 'speed')} that {case.mode.value} reaches at this"
             f" load and layer (motors at {alpha:.2f}): the pumps will saturate"
         )
-    limit = min([speed_limit(crane.active.motor, alpha), *_passive_limit(crane, case, d)])
+    limit = min(_speed_limits(crane, case, d, alpha), default=math.inf)
     omega = min(v / (0.5 * d / crane.i_hD), motor_speed_max(crane, alpha))
     if omega > limit:
         out.append(
@@ -279,22 +277,13 @@ def speed_limit(motor: MotorSet, alpha: float) -> float:
     return motor.n_max if motor.n_max_full > motor.n_max * alpha else motor.n_max_full / alpha
 
 
-def _passive_limit(crane: Crane, case: Scenario, d: float) -> tuple[float, ...]:
-    """Speed limit of the passive motors at the displacement that holds the load at mid stroke; nothing without a
-    passive circuit."""
-    if crane.passive is None:
-        return ()
-    return (
-        speed_limit(
-            crane.passive.motor, min(alpha_for_weight(crane, crane.passive, load_record(crane, case).W, d), 1.0)
-        ),
-    )
-
-
-def alpha_for_weight(crane: Crane, passive: PassiveCircuit, W: float, d: float) -> float:
-    """Displacement with which the passive motors hold a weight W [N] at mid stroke [-]; above 1 they cannot."""
-    T = W * 0.5 * d / crane.i_hD
-    return T / (passive.motor.D_total * (passive.accumulator.gas.p_0 - passive.p_lp))
+def _speed_limits(crane: Crane, case: Scenario, d: float, alpha: float) -> list[float]:
+    """Speed limits of the sets of motors of closed circuits [rad/s]: active ones at alpha, others at the displacement
+    that holds the load."""
+    if crane.circuits == {}:
+        return []
+    others = crane.plant.type.others(crane, load_record(crane, case).W, d)
+    return [speed_limit(crane.active.motor, alpha), *(speed_limit(o.motor, min(o.alpha, 1.0)) for o in others)]
 
 
 def alpha_wanted(crane: Crane, case: Scenario, K_wire: float, u_ff: float, mode: Mode | None = None) -> float:
@@ -387,12 +376,9 @@ class Held(NamedTuple):
 
 
 def type_notes(crane: Crane, held: Held) -> list[str]:
-    """What the crane's winch type means for a weight and a motion, in lines; every answer of runs carries them.
-
-    Errors: SpecError of a type that has none.
-    """
-    plant_of(crane)
-    return NOTES[crane.plant](crane, held)
+    """What the crane's winch type means for a weight and a motion, in lines; every answer of runs carries them."""
+    lines: list[str] = crane.plant.type.notes(crane, held, parts_of())
+    return lines
 
 
 def notes_of(cranes: Sequence[Crane], cases: Sequence[Scenario]) -> list[str]:
@@ -408,57 +394,3 @@ def notes_of(cranes: Sequence[Crane], cases: Sequence[Scenario]) -> list[str]:
         for note in type_notes(crane, Held.of(crane, case, s_tip_pp)):
             lines.setdefault(f"with {show(load, 'mass', 4)}: {note}", []).append(mode.value)
     return [f"{', '.join(modes)} {line}" for line, modes in lines.items()]
-
-
-def _stroke_notes(crane: Crane, held: Held) -> list[str]:
-    """Passive motors too small for the load, an accumulator too small for the motion.
-
-    The passive circuit moves W s_tip_pp / dp of oil, whatever its gear and displacement: work is pressure times volume.
-    """
-    passive = crane.passive
-    assert passive is not None
-    acc, out = passive.accumulator, []
-    alpha = alpha_for_weight(crane, passive, held.W, held.d)
-    if alpha > 1.0:
-        p_0 = show(acc.gas.p_0, "pressure")
-        out.append(
-            f"holding the load takes {alpha:.0%} of the passive motors at {p_0}: the rest loads the active circuit"
-        )
-    V = held.W * held.s_tip_pp / (acc.gas.p_0 - passive.p_lp)
-    if V > acc.V_stroke and not held.gas_held:
-        out.append(
-            f"compensating {show(held.s_tip_pp, 'length')} at this load moves about {show(V, 'volume')} of oil, more"
-            f" than the accumulator's stroke of {show(acc.V_stroke, 'volume')}: the piston will run into its ends"
-        )
-    return out
-
-
-def _pure_active_notes(crane: Crane, held: Held) -> list[str]:
-    r_eff, D = 0.5 * held.d / crane.i_hD, crane.active.motor.D_total * held.alpha
-    dp = held.W * r_eff / D
-    A, p_b = active_record(crane), crane.active.boost.p
-    f = active_flows(0.0, D, 0.0, p_b + dp, p_b, 1.0, A)
-    leak = f.Q_int + f.Q_ext_a
-    out = []
-    relief = crane.active.relief.p - crane.active.boost.p
-    if dp > relief:
-        out.append(
-            f"holding the load takes {show(dp, 'pressure')} with the motors at {held.alpha:.2f}, more than the"
-            f" {show(relief, 'pressure')} up to the relief valves: the load will sink"
-        )
-    if held.compensates:
-        e_c = show(leak / (A.pumps.D_max * A.pumps.omega_p) / max(crane.control.K_p, 1e-12), "length")
-        out.append(
-            f"the load is held by the pumps against leakage: under P control expect a standing offset of about {e_c}"
-        )
-    if held.manual and crane.brake is None:  # else the brake holds at rest
-        sinks = show(leak / D * r_eff, "speed", 2)
-        out.append(f"nothing makes up for leakage in manual mode: with the joystick at rest the load sinks by {sinks}")
-    return out
-
-
-NOTES: Mapping[Plant, Callable[[Crane, Held], list[str]]] = {
-    Plant.ACTIVE_PASSIVE: _stroke_notes,
-    Plant.PURE_ACTIVE: _pure_active_notes,
-}
-"""What each winch type has to say before a run."""

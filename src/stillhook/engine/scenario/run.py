@@ -21,11 +21,11 @@ from stillhook.errors import StillhookError
 from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import VL, aligned, fields, flatten, offset, size, unflatten
 from stillhook.kernels.moving_window import SIGNALS, blank_window
-from stillhook.kernels.statistics import Stats, blank
+from stillhook.kernels.statistics import blank
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.variables import WINDOW
-from stillhook.winches.records import Geometry, Signals, Tick, Tip
+from stillhook.winches.records import Geometry, Tick, Tip
 
 Pair = tuple[Packed, CycleInputs]
 
@@ -41,7 +41,7 @@ class Result(NamedTuple):
     """What came out of one run: statistics, the three peak-to-peak values over the moving window [m], end state, series
     (or None) with one row of Signals every `dt` [s], number of samples in the window, step [s], time reached [s]."""
 
-    stats: Stats
+    stats: Any
     span: tuple[float, float, float]
     full_window: bool
     ending: Ending
@@ -49,10 +49,17 @@ class Result(NamedTuple):
     state: Any
     memory: Memory
     series: FloatArray | None
+    signals: tuple[str, ...]
     dt: float
     step: float
     t_cycle: float
     warm_up: float
+
+    def column(self, name: str) -> FloatArray:
+        """The time series of a signal. Errors: KeyError for one that this winch type has not."""
+        if self.series is None or name not in self.signals:
+            raise KeyError(name)
+        return np.asarray(self.series[:, self.signals.index(name)])
 
 
 class Interrupted(Exception):
@@ -167,7 +174,7 @@ class Block:
         self.n_win = round(WINDOW / self.drive.t_cycle) + 1
         self.W = aligned(blank_window(self.n_win, lanes))
         rows = self.drive.n_ticks // every + 1 if every else 0
-        self.out = np.empty((rows, size(Signals), lanes))
+        self.out = np.empty((rows, size(self.d.Signals), lanes))
         self.failed: dict[int, float] = {}
         self.A = aligned(np.array([self._record(*lane) for lane in self.lanes]).T)
         self.d.at_rest(self.A.reshape(-1))
@@ -176,7 +183,8 @@ class Block:
         """One lane before the first cycle: the reference lies where the wire is; state and memory await `at_rest`."""
         tick, d = Tick(*drive.first_row()), self.d
         memory = packed.memory._replace(datum=packed.s_w - tick.s_m, mode=tick.mode)
-        x = nothing(d.State)._replace(s_w=packed.s_w)
+        x = nothing(d.State)
+        x = x._replace(path=x.path._replace(s_w=packed.s_w))
         tip = Tip(tick.s, tick.v)
         lane = d.Lane(
             x,
@@ -185,8 +193,8 @@ class Block:
             nothing(Geometry),
             memory,
             d.laws.blank(packed.settings),
-            blank(),
-            nothing(Signals),
+            blank(d.Stats, packed.plant),
+            nothing(d.Signals),
             tip,
             tip,
             tip,
@@ -230,7 +238,7 @@ class Block:
     def _count_from_now(self) -> None:
         """The warm-up is over: statistics start anew."""
         at = offset(self.d.Lane, "st", 1)
-        fresh = np.array(flatten(blank()))
+        fresh = np.array(flatten(blank(self.d.Stats, self.packs[0][0].plant)))
         self.A[at : at + len(fresh)] = fresh[:, None]
 
     def _mark_failures(self, t: float) -> None:
@@ -251,7 +259,7 @@ class Block:
 
     def _result(self, i: int, best: FloatArray) -> Result:
         x, m, st = (self._part(name, i) for name in ("x", "m", "st"))
-        span, full = _span(best, st, self.n_win)
+        span, full = _span(best, st.common, self.n_win)
         t_cycle, failed = self.drive.t_cycle, self.failed.get(i)
         if failed is not None and self.every:
             self.out[math.ceil(failed / (self.every * t_cycle) - 1e-9) :, :, i] = (
@@ -266,6 +274,7 @@ class Block:
             state=x,
             memory=m,
             series=self.out[:, :, i] if self.every else None,
+            signals=self.d.Signals._fields,
             dt=self.every * t_cycle,
             step=t_cycle / self.n_sub,
             t_cycle=t_cycle,
@@ -278,7 +287,7 @@ def nothing(cls: type) -> Any:
     return unflatten(cls, itertools.repeat(0.0))
 
 
-def _span(best: FloatArray, st: Stats, n_win: int) -> tuple[tuple[float, float, float], bool]:
+def _span(best: FloatArray, st: Any, n_win: int) -> tuple[tuple[float, float, float], bool]:
     """Largest peak-to-peak over the window; over the whole counted run where that is shorter than the window."""
     if st.cycles >= n_win:
         return (float(best[0]), float(best[1]), float(best[2])), True

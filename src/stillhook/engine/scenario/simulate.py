@@ -25,7 +25,6 @@ from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.variables import WINDOW, attributes
-from stillhook.winches.records import Signals
 
 if TYPE_CHECKING:
     import xarray
@@ -120,6 +119,7 @@ class Series(NamedTuple):
 
     rows: Sequence[NDArray[np.float64]]
     dt: float
+    names: Sequence[str]
 
 
 def to_dataset(
@@ -132,7 +132,7 @@ def to_dataset(
 ) -> xarray.Dataset:
     """Results with their series and summaries as a labelled Dataset; see `simulate`. crane: that of all cases, or one
     for each."""
-    series = Series([r.series for r in results if r.series is not None], results[0].dt)
+    series = Series([r.series for r in results if r.series is not None], results[0].dt, results[0].signals)
     return labelled(crane, cases, summaries, step=results[0].step, single=single, series=series)
 
 
@@ -177,7 +177,7 @@ def labelled(
     columns = summary_columns(summaries, single=single)
     coords: dict[str, Any] = {} if single else {"case": _labels(crane, cases)}
     if series is not None:
-        columns |= series_columns(Signals._fields, series.rows, single=single)
+        columns |= series_columns(series.names, series.rows, single=single)
         coords["time"] = time_axis(series)
     data = xarray.Dataset(columns, coords=coords)
     data.attrs = {

@@ -9,18 +9,8 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.plausible import implausible_values, marked
 from stillhook.spec.scenario import Scenario
 from stillhook.variables import WINDOW
+from stillhook.winches.registry import WinchType
 
-LIMITS = (
-    ("saturated", "saturation_cycles"),
-    ("relief", "relief_cycles"),
-    ("overspeed", "overspeed_cycles"),
-    ("accumulator", "stroke_cycles"),
-    ("cavitation", "cavitation_cycles"),
-    ("slack", "slack_cycles"),
-    ("wire", "wire_cycles"),
-    ("power", "power_cycles"),
-    ("boost", "boost_cycles"),
-)
 OK = "ok"
 OFFSET = 0.05
 """Mean error from which a hook that never passes its place counts as standing off [m]; paper F accepts 5 cm of
@@ -37,7 +27,18 @@ POSITION = ("e_c_pp", "e_c_pp_measured", "eta_c", "e_c_max", "e_c_mean", "e_c_st
 """What a run in manual mode has none of: nothing is held in place there."""
 
 
-def status(case: Scenario, result: Result, foreseen: Foreseen) -> str:
+def limits_passed(winch: WinchType, stats: Any) -> list[str]:
+    """Words for the limits that were passed in a run: of the pumps, of the winch type's own, of the wire."""
+    st = stats.common
+    return [
+        *(["saturated"] if st.saturation_cycles > 0.0 else []),
+        *winch.limits_passed(stats),
+        *(["slack"] if st.slack_cycles > 0.0 else []),
+        *(["wire"] if st.wire_cycles > 0.0 else []),
+    ]
+
+
+def status(winch: WinchType, case: Scenario, result: Result, foreseen: Foreseen) -> str:
     """ "ok", or the limits that the counted part of the run went beyond, joined by commas.
 
     "unstable": K_p is above the gain of marginal stability, however the run went. "audit": the energy does not add up,
@@ -47,8 +48,8 @@ def status(case: Scenario, result: Result, foreseen: Foreseen) -> str:
     """
     if result.ending is Ending.DIVERGED:
         return "diverged"
-    st = result.stats
-    beyond = [name for name, field in LIMITS if getattr(st, field) > 0.0]
+    st = result.stats.common
+    beyond = limits_passed(winch, result.stats)
     one_sided = st.e_min > 0.0 or st.e_max < 0.0
     if one_sided and abs(st.e_sum) > OFFSET * max(st.cycles - 1.0, 1.0):
         beyond.append("offset")
@@ -56,28 +57,27 @@ def status(case: Scenario, result: Result, foreseen: Foreseen) -> str:
         beyond.append("unstable")
     plain = case.mode.compensates and not (case.modes or case.operator.profile or case.operator.steps)
     e_c_pp, _, s_tip_pp = result.span
-    if result.full_window and "slack" not in beyond and _audit_fails(result):
+    if result.full_window and "slack" not in beyond and _audit_fails(winch, result):
         beyond.append("audit")
     if plain and s_tip_pp > 0.0 and e_c_pp > max(OFFSET, (1.0 - LEAST_EFFICIENCY) * s_tip_pp):
         beyond.append("uncompensated")
     return ", ".join(beyond) or OK
 
 
-def _audit_fails(result: Result) -> bool:
-    missing = abs(energy_unaccounted(result))
-    return missing > AUDIT and missing * result.stats.pump_abs * result.t_cycle > AUDIT_FLOOR
+def _audit_fails(winch: WinchType, result: Result) -> bool:
+    missing = abs(energy_unaccounted(winch, result))
+    return missing > AUDIT and missing * result.stats.common.through * result.t_cycle > AUDIT_FLOOR
 
 
-def energy_unaccounted(result: Result) -> float:
-    """Energy that the audit does not find again, over the energy through the pumps [-].
+def energy_unaccounted(winch: WinchType, result: Result) -> float:
+    """Energy that the audit does not find again, over the energy through the drive [-].
 
-    In: pumps, boost, tip. Out: friction, leakage, valves, wire, drag, passive circuit's gas. Stored: shaft, load, wire,
+    In: what drives the winch, and the tip. Out: what the winch type and the load path lose. Stored: shaft, load, wire,
     oil.
     """
-    st, w = result.stats, result.stats.power
-    supplied = w.pump + w.boost + w.passive_pump + w.tip
-    taken = w.friction + w.leakage + w.relief + w.flushing + w.wire + w.drag + w.passive
-    through = st.pump_abs * result.t_cycle
+    st = result.stats.common
+    supplied, taken = winch.energies(result.stats.power)
+    through = st.through * result.t_cycle
     if through == 0.0:
         return math.nan
     return ((supplied - taken) * result.t_cycle - (st.E_end - st.E_start)) / through
@@ -93,7 +93,7 @@ def summarise(crane: Crane, case: Scenario, result: Result) -> dict[str, Any]:
     notes = [*doubts, *foreseen.notes, *_window_notes(result)]
     if result.ending is Ending.DIVERGED:
         notes.append(f"lost its numbers by {result.t_end:.2f} s")
-    st, t = result.stats, result.t_cycle
+    winch, st, t = crane.plant.type, result.stats.common, result.t_cycle
     e_c_pp, e_c_pp_measured, s_tip_pp = result.span
     weight = max(st.cycles - 1.0, 1.0)
     mean = st.e_sum / weight
@@ -105,40 +105,26 @@ def summarise(crane: Crane, case: Scenario, result: Result) -> dict[str, Any]:
         "e_c_max": max(abs(st.e_min), abs(st.e_max)),
         "e_c_mean": mean,
         "e_c_std": math.sqrt(max(st.e2_sum / weight - mean * mean, 0.0)),
-        "p_a_max": st.p_a_max,
-        "p_b_max": st.p_b_max,
-        "p_max": max(st.p_a_max, st.p_b_max),
-        "p_min": st.p_min,
-        "alpha_p_max": st.alpha_p_max,
-        "alpha_m_min": st.alpha_m_min,
         "u_p_max": st.u_p_max,
-        "omega_m_max": st.omega_max,
         "v_w_max": st.v_w_max,
         "v_tip_max": st.v_tip_max,
         "F_w_max": st.F_max,
         "F_w_min": st.F_min,
         "saturation_time": st.saturation_cycles * t,
-        "relief_time": st.relief_cycles * t,
-        "overspeed_time": st.overspeed_cycles * t,
-        "stroke_time": st.stroke_cycles * t,
         "slack_time": st.slack_cycles * t,
-        "cavitation_time": st.cavitation_cycles * t,
         "wire_time": st.wire_cycles * t,
-        "power_time": st.power_cycles * t,
-        "boost_time": st.boost_cycles * t,
-        "P_hpu_max": st.P_max,
-        "P_hpu_min": st.P_min,
-        "energy_pumps": st.pump_abs * t,
-        "energy_unaccounted": energy_unaccounted(result),
+        "energy_pumps": st.through * t,
+        "energy_unaccounted": energy_unaccounted(winch, result),
         "counted_time": weight * t,
         "warm_up": result.warm_up,
+        **winch.own_numbers(result.stats, t),
     }
     if result.ending is Ending.DIVERGED:
         numbers = dict.fromkeys(numbers, math.nan)
     elif not any(m.compensates for m in (case.mode, *(m for _, m in case.modes))):
         numbers |= dict.fromkeys(POSITION, math.nan)
     return {
-        "status": marked(status(case, result, foreseen), doubts),
+        "status": marked(status(winch, case, result, foreseen), doubts),
         **numbers,
         "validated": float(foreseen.validated),
         "notes": notes,
@@ -149,7 +135,7 @@ def _window_notes(result: Result) -> list[str]:
     """The peak-to-peak values of a short run cover less than the window that they are defined on."""
     if result.full_window or result.ending is Ending.DIVERGED:
         return []
-    counted = max(result.stats.cycles - 1.0, 0.0) * result.t_cycle
+    counted = max(result.stats.common.cycles - 1.0, 0.0) * result.t_cycle
     return [
         f"the counted part of {counted:.4g} s is shorter than the window of {WINDOW:g} s: peak-to-peak values are of"
         " that part alone"

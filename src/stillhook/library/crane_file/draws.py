@@ -124,8 +124,7 @@ def with_loss(crane: Crane, item: LossSet, draws: Draws, i: int, label: str) -> 
     there is none."""
     sources = {name.removeprefix("loss."): s for name, s in item.sources.items() if name.startswith("loss.")}
     loss = _leaves(item.motor.loss, draws, i, sources, f"{label} from {item.name}")
-    circuits = {"active": crane.active} | ({"passive": crane.passive} if crane.passive is not None else {})
-    fits = [name for name, c in circuits.items() if c.motor.D_max == item.motor.D_max]
+    fits = [name for name, c in crane.circuits.items() if c.motor.D_max == item.motor.D_max]
     if not fits:
         raise IdentifyError(
             f'set "{item.name}" is of a motor of {show(item.motor.D_max, "displacement")}, and those of "{crane.name}"'

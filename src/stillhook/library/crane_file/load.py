@@ -30,8 +30,9 @@ from stillhook.library.toml.tree import (
 )
 from stillhook.library.write import crane_tree
 from stillhook.spec.circuits import Motor
-from stillhook.spec.crane import Crane, Plant, Source, SourceKind, Spec, SystemFriction
+from stillhook.spec.crane import Crane, Source, SourceKind, Spec, SystemFriction
 from stillhook.units import quote
+from stillhook.winches.registry import WINCH_TYPES
 
 _PRODUCT = Source(text="product of gear_ratios", kind=SourceKind.DERIVED)
 
@@ -167,8 +168,10 @@ def _over_base(below: Tree, fields: Tree, label: str) -> Tree:
     base = dict(below)
     if "certified" in fields:
         base.pop("certified", None)
-    if _text_at(fields, "plant") == Plant.PURE_ACTIVE.value:
-        base.pop("passive", None)
+    plant = _text_at(fields, "plant")
+    if plant is not None and plant in WINCH_TYPES:
+        for table in {name for each in WINCH_TYPES.values() for name in each.tables} - set(WINCH_TYPES[plant].tables):
+            base.pop(table, None)
     for circuit in ("active", "passive"):
         part = base.get(circuit)
         motor = part.get("motor") if isinstance(part, dict) else None

@@ -142,18 +142,12 @@ def _speed(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityVa
 
 
 def _stroke(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue | None:
-    r"""Motion of the tip that fills the accumulator's stroke at the phase's tension: :math:`s = V (p_0 - p_{lp})/F`,
-    work is pressure times volume whatever gear and displacement are."""
-    passive = plan.crane.passive
-    if passive is None:
+    """Motion of the tip that takes the stroke of what carries the phase's tension, such as an accumulator."""
+    F = static_tension(plan, phase)
+    found = plan.crane.plant.type.stroke(plan.crane, F)
+    if found is None:
         return None
-    acc, F = passive.accumulator, static_tension(plan, phase)
-    s = acc.V_stroke * (acc.gas.p_0 - passive.p_lp) / F
-    return CapacityValue(
-        s,
-        f"accumulator of {show(acc.V_stroke, 'volume')} at {show(acc.gas.p_0, 'pressure')}, with {show(F, 'force')} at"
-        " the tip",
-    )
+    return CapacityValue(found.length, f"{found.basis}, with {show(F, 'force')} at the tip")
 
 
 def _v_top(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue | None:

@@ -20,7 +20,6 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import RHO_SEA, Mode, Scenario, Sensors, Water
 from stillhook.statistics.products import straightened
 from stillhook.units import show
-from stillhook.winches.records import Signals
 
 
 @dataclass(frozen=True)
@@ -100,7 +99,7 @@ def fitted(result: Result, names: Sequence[str], omega: FloatArray, last: float)
     """Complex amplitudes of some signals at frequencies omega (m,) [rad/s] over the last seconds of a run, in addition
     to a mean and a drift: least squares; shape (m, len(names)), time counted from the start of these seconds."""
     assert result.series is not None
-    rows = result.series[-math.floor(last / result.dt) - 1 :, [Signals._fields.index(name) for name in names]]
+    rows = result.series[-math.floor(last / result.dt) - 1 :, [result.signals.index(name) for name in names]]
     t = result.dt * np.arange(len(rows))
     angles = np.outer(t, omega)
     columns = np.concatenate((np.ones((len(t), 1)), t[:, None] / t[-1] - 0.5, np.cos(angles), -np.sin(angles)), axis=1)
@@ -117,7 +116,7 @@ def spectra(result: Result, names: Sequence[str], settled: float) -> tuple[Float
     scale = math.sqrt(2.0 / (len(rows) * float(np.sum(window**2))))
     transforms = []
     for name in names:
-        y = straightened(rows[:, Signals._fields.index(name)])
+        y = straightened(rows[:, result.signals.index(name)])
         transforms.append(np.asarray(scale * np.fft.rfft(window * y)[1:], dtype=np.complex128))
     omega = 2.0 * math.pi * np.fft.rfftfreq(len(rows), result.dt)[1:]
     return np.asarray(omega, dtype=np.float64), transforms

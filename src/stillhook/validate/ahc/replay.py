@@ -20,7 +20,6 @@ from stillhook.spec.scenario import Operator, Scenario, Sensors
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.records.record import Record, Segment
 from stillhook.validate.data_set.records.tip import Tip, smooth_tip
-from stillhook.winches.records import Signals
 
 SETTLE = 30.0
 """Start of a segment that does not count [s]: the twin begins at rest without error, the crane in motion. The transient
@@ -176,7 +175,7 @@ def run_twin(
                 " log."
             )
         t = np.arange(len(result.series)) * result.dt + r.record.t[r.segment.first]
-        out.append({name: np.interp(r.t, t, result.series[:, Signals._fields.index(name)]) for name in names})
+        out.append({name: np.interp(r.t, t, result.column(name)) for name in names})
     return out
 
 

@@ -24,7 +24,6 @@ from stillhook.spec.scenario import Scenario
 from stillhook.validate.data_set.records.record import Record, Segment
 from stillhook.validate.data_set.records.tip import smooth_tip
 from stillhook.validate.data_set.records.transients import JOIN, Transient, filled, smoothed
-from stillhook.winches.records import Signals
 
 SIGNALS = ("p_a", "p_b", "omega_m", "alpha_p")
 """What is compared: the twin's series of these names."""
@@ -166,7 +165,7 @@ def repeated(
     PLC cycle."""
     pairs = [(c, s.case) for row in time_segments for c, s in zip(cranes, row, strict=True)]
     results = run_cases([c for c, _ in pairs], [s for _, s in pairs], n_sub=n_sub, lanes=VL, every=1, threads=THREADS)
-    columns = [Signals._fields.index(name) for name in SIGNALS]
+    columns = [results[0].signals.index(name) for name in SIGNALS]
     out = []
     for i, row in enumerate(time_segments):
         rows = results[i * len(cranes) : (i + 1) * len(cranes)]

@@ -137,9 +137,8 @@ def _inertia(crane: Crane, value: TunedValue, campaign: Campaign) -> dict[str, A
             "J_gear": _leaf(part.J_gear, "inertia", value, campaign, ratio),
             "J_drum": _leaf(part.J_drum, "inertia", value, campaign, ratio),
         },
-        "active": motor(crane.active.motor),
     }
-    return out | ({"passive": motor(crane.passive.motor)} if crane.passive is not None else {})
+    return out | {name: motor(circuit.motor) for name, circuit in crane.circuits.items()}
 
 
 def _over(under: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:

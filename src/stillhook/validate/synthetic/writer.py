@@ -30,7 +30,7 @@ from stillhook.logs.synthetic.campaign import (
     write_log,
 )
 from stillhook.logs.synthetic.instruments import AHC_COLUMNS, Sensors, ahc_sensors, filtered, logged
-from stillhook.spec.crane import Crane, Plant
+from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.spec.scenario import Sensors as CaseSensors
 from stillhook.units import quote, show
@@ -40,6 +40,7 @@ from stillhook.validate.synthetic.reference_file import reference_text
 from stillhook.validate.synthetic.scatter import Setting, setting
 from stillhook.validate.synthetic.schedule import Plan, PlannedTest, sea_trials
 from stillhook.winches.records import Tick
+from stillhook.winches.reference import plant as reference_plant
 
 CRANE_FILE = "crane.toml"
 READ = {"s_tip": "s_m", "v_tip": "v_m", "a_tip": "a_m"}
@@ -139,7 +140,7 @@ def _check(plan: Plan, seed: int, defect: Defect | None, size: float | None) -> 
         raise ValidateError(f"seed = {quote(seed)}: it must be an integer of 0 or more.")
     if size is not None and defect is None:
         raise ValidateError(f"size = {quote(size)}: a size needs a defect. State the defect.")
-    if plan.crane.plant is not Plant.ACTIVE_PASSIVE:
+    if plan.crane.plant != reference_plant.OF:
         raise ValidateError(
             f'"{plan.crane.name}" is {plan.crane.plant}: example campaigns need an active/passive winch. Choose such a'
             " crane."

@@ -2,9 +2,9 @@
 seen.
 
 No full-scale log of such a crane is public. This plant stands in for the crane when `stillhook.validate` is tried. Its
-circuit is that of `stillhook.winches.active_passive` (Moslatt 2020 figure 2.1), with laws of its own for gas, piston,
-leakage, wire, drum, friction and lines, oil that warms and cools, a load cell with a filter, pumps that slow under load
-and answer late. With the twin it shares the PLC's laws of the active drive, the servos and the valves.
+circuit is that of `stillhook.winches.types.active_passive` (Moslatt 2020 figure 2.1), with laws of its own for gas,
+piston, leakage, wire, drum, friction and lines, oil that warms and cools, a load cell with a filter, pumps that slow
+under load and answer late. With the twin it shares the PLC's laws of the active drive, the servos and the valves.
 Nothing outside synthetic logs is computed with it.
 """
 
@@ -17,13 +17,23 @@ from stillhook.physics.friction import bristle_update, dry_torque
 from stillhook.physics.hydraulics.motor import motor_torque
 from stillhook.physics.hydraulics.pump import pump_flow
 from stillhook.physics.hydraulics.swash import displacement, known_displacement, pilot, swash_acceleration, swash_rate
-from stillhook.physics.load_path.drum import K_wire, wire_at_end
+from stillhook.physics.load_path.drum import K_wire
 from stillhook.physics.scalar import clip, fmax, scalar
 from stillhook.physics.sensor import quantise
-from stillhook.winches.active_passive import PassiveCircuit
-from stillhook.winches.closed_circuit import ActiveCircuit, out_of_boost, out_of_power, overspeed
+from stillhook.winches.closed_circuit import (
+    BLANK,
+    ActiveCircuit,
+    Extremes,
+    cavitates,
+    fold_extremes,
+    out_of_boost,
+    out_of_power,
+    overspeed,
+    relieves,
+)
 from stillhook.winches.hoist import Hoist
-from stillhook.winches.records import Geometry, Limits, Powers, Sensors, Signals, Tip
+from stillhook.winches.records import Geometry, Sensors
+from stillhook.winches.reference import rope
 from stillhook.winches.reference.drum import TrueDrum, inertia_true, wound
 from stillhook.winches.reference.gas import heating
 from stillhook.winches.reference.laws import (
@@ -41,17 +51,17 @@ from stillhook.winches.reference.laws import (
     two_volume_flows,
 )
 from stillhook.winches.reference.leak import TrueLeak
-from stillhook.winches.reference.rope import (
-    Rope,
-    RopeState,
-    half_inverse,
-    rope_energy,
-    rope_loss,
-    rope_state,
-    sliding,
-    stretch_under,
-)
+from stillhook.winches.reference.rope import Rope
 from stillhook.winches.sensors import apply_override
+from stillhook.winches.types import active_passive
+from stillhook.winches.types.active_passive import SUPPLIED, Limits, PassiveCircuit, Powers, Signals
+
+NAME = "truth"
+OF = active_passive.NAME
+"""Winch type that it stands in for."""
+stiffness = active_passive.stiffness
+PATH = rope
+__all__ = ["BLANK", "NAME", "PATH", "SUPPLIED", "Extremes", "Limits", "Powers", "Signals", "fold_extremes"]
 
 
 class Extra(NamedTuple):
@@ -89,8 +99,7 @@ class Params(NamedTuple):
 
 class State(NamedTuple):
     """As that of the twin (`active_passive.State`); p_a, p_b are at the motors, where the transmitters sit. Beside it:
-    p_ap, p_bp at the pumps [Pa]; Q_a pumps to motors, Q_b motors to pumps [m^3/s]; s_mid, v_mid middle of the wire [m,
-    m/s]; y_up, y_low stretch of the strands of both halves that has not slid off [m]; g dry level that lags [N m];
+    p_ap, p_bp at the pumps [Pa]; Q_a pumps to motors, Q_b motors to pumps [m^3/s]; g dry level that lags [N m];
     F_cell tension behind the load cell's filter [N]; T_oil
     oil above nominal [K] with its rate [K/s]; T_gas gas of the accumulator [K]."""
 
@@ -110,14 +119,7 @@ class State(NamedTuple):
     Q_b: float
     V_o: float
     omega_m: float
-    s_w: float
     z: float
-    s_load: float
-    v_load: float
-    s_mid: float
-    v_mid: float
-    y_up: float
-    y_low: float
     g: float
     F_cell: float
     T_oil: float
@@ -141,7 +143,6 @@ class Circuit(NamedTuple):
     """Everything at an instant, as in the twin; g dry level in force, g_to the one that it tends to [N m]; thin
     viscosity over nominal."""
 
-    q: RopeState
     f: Flows
     o: PassiveFlows
     alpha_p: float
@@ -174,8 +175,8 @@ def _passive(x, Q_pp, alpha_pp, alpha_pm, f_passive, thin, p):
 
 
 @scalar
-def circuit(x, u, geo, tip, p):
-    """The whole winch at an instant: wire and load, pumps on their electric motors, active circuit, passive circuit,
+def circuit(x, q, u, geo, p):
+    """The whole winch at an instant: pumps on their electric motors, active circuit, passive circuit,
     friction."""
     A, P, e = p.active, p.passive, p.extra
     alpha_p = displacement(x.alpha_p, A.pump_servo)
@@ -183,8 +184,6 @@ def circuit(x, u, geo, tip, p):
     alpha_pp = displacement(x.alpha_pp, P.pump_servo)
     alpha_pm = displacement(x.alpha_pm, P.motor_servo)
     thin = 1.0 - e.oil.thin * x.T_oil
-
-    q = rope_state(x, geo.r_eff, p.hoist.s_w_0, tip, e.rope)
 
     Q_p, Q_pp = _pump_flows(x, alpha_p, alpha_pp, u.f_pump, u.f_passive, p)
     D_m = A.motors.count * A.motors.D_max * alpha_m
@@ -195,7 +194,6 @@ def circuit(x, u, geo, tip, p):
     g_to = dry_level_true(x.omega_m, q.F_w * geo.r_eff, T_hyd, e.friction)
     T_moving = moving_loss_true(x.omega_m, thin, e.friction)
     return Circuit(
-        q,
         f,
         o,
         alpha_p,
@@ -214,13 +212,13 @@ def circuit(x, u, geo, tip, p):
 
 
 @scalar
-def rates(c, x, u, geo, p):
+def rates(c, x, q, u, geo, p):
     """Time derivatives of the state; the bristle z is advanced by `bristle_after` and stands still here."""
     A, P, e = p.active, p.passive, p.extra
     T = (
         motor_torque(c.D_m, x.p_a - x.p_b)
         + motor_torque(c.D_pm, c.o.p_hp - c.o.p_lp)
-        - c.q.F_w * geo.r_eff
+        - q.F_w * geo.r_eff
         - c.T_moving
         - dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
     )
@@ -241,16 +239,9 @@ def rates(c, x, u, geo, p):
         Q_b=line_acceleration(x.p_b, x.p_bp, x.Q_b, c.thin, e.lines),
         V_o=c.o.Q_o,
         omega_m=T * geo.i_J,
-        s_w=-c.q.v_w,
         z=0.0,
-        s_load=x.v_load,
-        v_load=c.q.a_load,
-        s_mid=x.v_mid,
-        v_mid=c.q.a_mid,
-        y_up=sliding(x.y_up, c.q.x_up_dot, e.rope),
-        y_low=sliding(x.y_low, c.q.x_low_dot, e.rope),
         g=(c.g_to - x.g) * e.friction.i_tau,
-        F_cell=(c.q.F_w - x.F_cell) * e.i_tau_cell,
+        F_cell=(q.F_w - x.F_cell) * e.i_tau_cell,
         T_oil=x.T_oil_dot,
         T_oil_dot=-e.oil.omega * e.oil.omega * x.T_oil,
         T_gas=heating(x.V_o, x.T_gas, c.o.Q_o, e.passive.acc),
@@ -264,10 +255,10 @@ def bristle_after(c, x, p, tau):
 
 
 @scalar
-def geometry(x, p):
-    """The drum during one PLC cycle; its damping of the wire is not used."""
+def geometry(s_w, p):
+    """The drum during one PLC cycle, with s_w of wire out [m]; its damping of the wire is not used."""
     drum = p.extra.drum
-    L_left = drum.L_full - x.s_w
+    L_left = drum.L_full - s_w
     w = wound(L_left, drum)
     return Geometry(
         w.layer - 1.0 + w.turn / drum.turns, w.d, 0.5 * w.d * drum.i_i, 1.0 / inertia_true(L_left, w, drum), 0.0
@@ -275,57 +266,52 @@ def geometry(x, p):
 
 
 @scalar
-def _hanging(s_w, alpha_m, alpha_pm, g, tick, p):
+def wire_speed(x, geo):
+    """Wire speed that the winch gives, hoisting positive [m/s]."""
+    return x.omega_m * geo.r_eff
+
+
+@scalar
+def _still(alpha_m, alpha_pm, g, p):
     """The state with everything still; g dry level [N m]."""
-    A, rope, acc = p.active, p.extra.rope, p.extra.passive.acc
-    i_L, W = half_inverse(s_w, rope), rope.W_mid + rope.W_load
-    s_mid = tick.s - stretch_under(W, i_L, rope)
-    s_load = s_mid - stretch_under(rope.W_load, i_L, rope)
-    b, oil = A.boost.p, p.extra.oil
+    A, acc, oil, wire = p.active, p.extra.passive.acc, p.extra.oil, p.extra.rope
+    b, W = A.boost.p, wire.W_mid + wire.W_load
     return State(
-        0.0,
-        0.0,
-        alpha_m,
-        0.0,
-        0.0,
-        0.0,
-        alpha_pm,
-        0.0,
-        b,
-        b,
-        b,
-        b,
-        0.0,
-        0.0,
-        0.5 * acc.V_stroke,
-        0.0,
-        s_w,
-        0.0,
-        s_load,
-        0.0,
-        s_mid,
-        0.0,
-        0.0,
-        0.0,
-        g,
-        W,
-        oil.T_0,
-        oil.T_1,
-        acc.bank.T_w,
+        alpha_p=0.0,
+        alpha_p_dot=0.0,
+        alpha_m=alpha_m,
+        alpha_m_dot=0.0,
+        alpha_pp=0.0,
+        alpha_pp_dot=0.0,
+        alpha_pm=alpha_pm,
+        alpha_pm_dot=0.0,
+        p_a=b,
+        p_b=b,
+        p_ap=b,
+        p_bp=b,
+        Q_a=0.0,
+        Q_b=0.0,
+        V_o=0.5 * acc.V_stroke,
+        omega_m=0.0,
+        z=0.0,
+        g=g,
+        F_cell=W,
+        T_oil=oil.T_0,
+        T_oil_dot=oil.T_1,
+        T_gas=acc.bank.T_w,
     )
 
 
 @scalar
 def start(s_w, tick, p):
     """State before the PLC's first cycle: the load hangs still on both circuits; s_w wire out [m]."""
-    return _hanging(s_w, 1.0, 0.0, 0.0, tick, p)
+    return _still(1.0, 0.0, 0.0, p)
 
 
 @scalar
-def settle(x, u, tick, geo, p):
+def settle(x, q, u, tick, geo, p):
     """The state at rest under the PLC's first commands: displacements where it wants them."""
-    x = _hanging(x.s_w, u.u_m, u.u_pm, 0.0, tick, p)
-    return _hanging(x.s_w, u.u_m, u.u_pm, circuit(x, u, geo, Tip(tick.s, 0.0), p).g_to, tick, p)
+    return _still(u.u_m, u.u_pm, circuit(_still(u.u_m, u.u_pm, 0.0, p), q, u, geo, p).g_to, p)
 
 
 @scalar
@@ -339,11 +325,11 @@ def _passive_now(x, tick, p):
 
 
 @scalar
-def sense(x, m, tick, tip, geo, p):
+def sense(x, y, q, m, tick, geo, p):
     """What the PLC reads; differs from the twin's in the load cell, which has a filter and a calibration of its own."""
     A, P, e, o = p.active, p.passive, p.extra, _passive_now(x, tick, p)
     alpha_m = known_displacement(displacement(x.alpha_m, A.motor_servo), m.u_m, A.control)
-    s_w = quantise(x.s_w + tick.n_s, p.sensors.q_s)
+    s_w = quantise(y.s_w + tick.n_s, p.sensors.q_s)
     F = quantise(e.cell_gain * x.F_cell + e.cell_zero + tick.n_F, p.sensors.q_F)
     ratio = K_wire(geo.d, p.hoist.drum)
     dp_p = o.p_hp - P.settings.p_lp
@@ -368,8 +354,8 @@ def sense(x, m, tick, tip, geo, p):
 
 
 @scalar
-def actuate(drive, y, x, m_0, m, tick, geo, p):
-    """Plant commands, the PLC's memory and the active drive's signals; y what was read, m_0 memory before the cycle.
+def actuate(drive, r, x, m_0, m, tick, geo, p):
+    """Plant commands, the PLC's memory and the active drive's signals; r what was read, m_0 memory before the cycle.
 
     The laws of the active drive are the twin's; this PLC holds the pump command within u_limit and puts it out in
     steps, the pumps get it a part of a cycle late, and its passive circuit works by the pressure at the transmitter.
@@ -380,7 +366,7 @@ def actuate(drive, y, x, m_0, m, tick, geo, p):
     )
     drive = apply_override(drive, tick)
     u_m, held = pilot(drive.u_m, m.held, A.control)
-    u_pm = displacement_for_weight(m.F, geo.r_eff, y.p_hp, P.settings)
+    u_pm = displacement_for_weight(m.F, geo.r_eff, r.p_hp, P.settings)
     u_pp = make_up(m.p_mean, u_pm, tick.v_op / geo.r_eff, P.settings)
     u_p = quantise(drive.u_p + e.late * (m_0.u_p - drive.u_p), e.dac)
     m = Memory(m.mode, m.datum, m.F, m.p_mean, drive.u_p, m.u_m, m.b_p, m.b_m, held, m.brake, m.idle, m.stroke)
@@ -394,46 +380,27 @@ def power_units(c, x, p):
 
 
 @scalar
-def signals(c, x, u, m, drive, tick, geo, p):
-    """One row of the time series."""
-    T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
+def signals(c, x, q, u, geo, p):
+    """Its own signals at an instant."""
     return Signals(
-        tick.s,
-        tick.v,
-        tick.a,
-        x.s_w,
-        c.q.v_w,
-        m.datum + tick.s - tick.s_op - x.s_w,
-        drive.e_c,
-        drive.u_p,
-        drive.u_m,
-        drive.u_ff,
-        drive.u_raw,
-        c.alpha_p,
-        c.alpha_m,
-        x.p_a,
-        x.p_b,
-        x.omega_m,
-        c.q.F_w,
-        x.s_load,
-        x.v_load,
-        c.f.Q_relief_a + c.f.Q_relief_b,
-        T_f,
-        geo.layers,
-        c.o.p_hp,
-        c.alpha_pp,
-        c.alpha_pm,
-        x.V_o,
-        u.f_pump,
-        tick.mode,
-        tick.v_op,
-        power_units(c, x, p),
-        u.brake,
+        alpha_p=c.alpha_p,
+        alpha_m=c.alpha_m,
+        p_a=x.p_a,
+        p_b=x.p_b,
+        omega_m=x.omega_m,
+        Q_relief=c.f.Q_relief_a + c.f.Q_relief_b,
+        T_f=c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle),
+        f_pump=u.f_pump,
+        P_hpu=power_units(c, x, p),
+        p_hp=c.o.p_hp,
+        alpha_pp=c.alpha_pp,
+        alpha_pm=c.alpha_pm,
+        V_acc=x.V_o,
     )
 
 
 @scalar
-def powers(c, x, tip, p):
+def powers(c, x, q, p):
     """Where the power comes from and where it goes [W]; see `Powers`. The lines' resistance counts as leakage."""
     f, o, dp, dp_pumps = c.f, c.o, x.p_a - x.p_b, x.p_ap - x.p_bp
     T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
@@ -452,28 +419,34 @@ def powers(c, x, tip, p):
         pump=f.Q_p * dp_pumps,
         boost=x.p_ap * f.Q_boost_a + x.p_bp * f.Q_boost_b,
         passive_pump=c.Q_pp * dp_p,
-        tip=c.q.F_w * tip.v,
         friction=T_f * x.omega_m,
         leakage=leaked + throttled + o.Q_lp * dp_p + o.Q_ext * o.p_hp,
         relief=f.Q_relief_a * x.p_ap + f.Q_relief_b * x.p_bp + o.Q_relief * o.p_hp,
         flushing=f.Q_flush_a * x.p_ap + f.Q_flush_b * x.p_bp,
-        wire=rope_loss(c.q, x, p.extra.rope),
-        drag=c.q.P_drag,
         passive=o.Q_o * o.p_hp + o.p_lp * Q_low,
     )
 
 
 @scalar
-def stored_energy(c, x, geo, p):
-    """Energy stored in shaft, load, wire and the two lines [J]; the accumulator's is counted as power."""
-    return 0.5 * x.omega_m * x.omega_m / geo.i_J + rope_energy(x, c.q, p.extra.rope) + line_energy(x, p.extra.lines)
+def through(power):
+    """Power that the energy audit is taken relative to [W]: through all pumps, both directions added up."""
+    return abs(power.pump) + abs(power.passive_pump)
 
 
 @scalar
-def limits(c, x, u, p):
+def stored_energy(c, x, geo, p):
+    """Energy stored in shaft and the two lines [J]; the accumulator's is counted as power."""
+    return 0.5 * x.omega_m * x.omega_m / geo.i_J + line_energy(x, p.extra.lines)
+
+
+@scalar
+def limits(c, x, q, u, p):
     """Which limits are passed now; see `Limits`."""
-    too_fast = fmax(overspeed(c.alpha_m, x.omega_m, p.active), overspeed(c.alpha_pm, x.omega_m, p.passive))
-    at_end = 1.0 if x.V_o <= 0.0 or x.V_o >= p.extra.passive.acc.V_stroke else 0.0
-    relief_p = 1.0 if c.o.Q_relief > 0.0 else 0.0
-    power = out_of_power(power_units(c, x, p), u.f_pump, p.plc, p.active)
-    return Limits(too_fast, at_end, relief_p, wire_at_end(x.s_w, p.hoist.drum), power, out_of_boost(c.f, p.active))
+    return Limits(
+        relief=fmax(relieves(c.f.Q_relief_a + c.f.Q_relief_b), relieves(c.o.Q_relief)),
+        overspeed=fmax(overspeed(c.alpha_m, x.omega_m, p.active), overspeed(c.alpha_pm, x.omega_m, p.passive)),
+        stroke=1.0 if x.V_o <= 0.0 or x.V_o >= p.extra.passive.acc.V_stroke else 0.0,
+        cavitation=cavitates(x.p_a, x.p_b),
+        power=out_of_power(power_units(c, x, p), u.f_pump, p.plc, p.active),
+        boost=out_of_boost(c.f, p.active),
+    )

@@ -1,12 +1,15 @@
-"""Wire of the truth plant: two lengths with a mass between them, stiffer under load, with a damping of its strands
-beside that of its oil.
+"""Wire of the reference plant, a load path (`stillhook.winches.load_path`): two lengths with a mass between them,
+stiffer under load, with a damping of its strands beside that of its oil.
 
-Written for the truth plant alone: nothing here comes from the twin's wire (`stillhook.physics.load_path.wire`).
+Written for the reference plant alone: nothing here comes from the twin's wire (`stillhook.physics.load_path.wire`).
 """
 
 from typing import NamedTuple
 
 from stillhook.physics.scalar import fmax, scalar, sqrt
+from stillhook.winches.load_path import SUPPLIED, Powers, at_its_end
+
+__all__ = ["SUPPLIED", "Point", "Powers", "State", "at_its_end"]
 
 
 class Rope(NamedTuple):
@@ -32,7 +35,20 @@ class Rope(NamedTuple):
     b: float
 
 
-class RopeState(NamedTuple):
+class State(NamedTuple):
+    """s_w wire paid out [m]; s_load, v_load load; s_mid, v_mid middle of the wire [m, m/s]; y_up, y_low stretch of the
+    strands of both halves that has not slid off [m]."""
+
+    s_w: float
+    s_load: float
+    v_load: float
+    s_mid: float
+    v_mid: float
+    y_up: float
+    y_low: float
+
+
+class Point(NamedTuple):
     """v_w [m/s]; i_L inverse length of each half [1/m]; upper and lower half: x stretch [m], x_dot [m/s], F tension [N]
     (F_w upper: what winch and load cell feel); accelerations of middle and load, up positive [m/s^2]; P_drag lost to
     the water [W]."""
@@ -77,19 +93,42 @@ def _tension(x, x_dot, y, i_L, rope):
 
 
 @scalar
-def rope_state(x, r_eff, s_w_0, tip, rope):
-    """Wire and load at an instant; x State, r_eff wire per motor angle [m/rad], s_w_0 wire out at the start [m], tip s,
-    v up positive. The middle lies where half of the wire out is above it, so that the wire paid out goes to the upper
-    half."""
-    v_w = x.omega_m * r_eff
-    i_L = half_inverse(x.s_w, rope)
-    x_up, x_up_dot = tip.s - (x.s_w - s_w_0) - x.s_mid, tip.v + v_w - x.v_mid
-    x_low, x_low_dot = x.s_mid - x.s_load, x.v_mid - x.v_load
-    F_w, F_low = _tension(x_up, x_up_dot, x.y_up, i_L, rope), _tension(x_low, x_low_dot, x.y_low, i_L, rope)
-    drag = -rope.b * abs(x.v_load) * x.v_load
+def start(s_w, tick, p):
+    """The load hanging still with s_w of wire out [m]."""
+    rope = p.extra.rope
+    i_L, W = half_inverse(s_w, rope), rope.W_mid + rope.W_load
+    s_mid = tick.s - stretch_under(W, i_L, rope)
+    return State(s_w, s_mid - stretch_under(rope.W_load, i_L, rope), 0.0, s_mid, 0.0, 0.0, 0.0)
+
+
+@scalar
+def at(v_w, y, geo, tip, p):
+    """Wire and load at an instant; v_w wire speed, y State, tip s, v up positive. The middle is where half of the wire
+    out is above it, so that the wire paid out goes to the upper half."""
+    rope = p.extra.rope
+    i_L = half_inverse(y.s_w, rope)
+    x_up, x_up_dot = tip.s - (y.s_w - p.hoist.s_w_0) - y.s_mid, tip.v + v_w - y.v_mid
+    x_low, x_low_dot = y.s_mid - y.s_load, y.v_mid - y.v_load
+    F_w, F_low = _tension(x_up, x_up_dot, y.y_up, i_L, rope), _tension(x_low, x_low_dot, y.y_low, i_L, rope)
+    drag = -rope.b * abs(y.v_load) * y.v_load
     a_mid = (F_w - F_low - rope.W_mid) * rope.i_m_mid
     a_load = (F_low - rope.W_load + drag) * rope.i_m_load
-    return RopeState(v_w, i_L, x_up, x_up_dot, F_w, x_low, x_low_dot, F_low, a_mid, a_load, -drag * x.v_load)
+    return Point(v_w, i_L, x_up, x_up_dot, F_w, x_low, x_low_dot, F_low, a_mid, a_load, -drag * y.v_load)
+
+
+@scalar
+def rates(q, y, p):
+    """Time derivatives of the state."""
+    rope = p.extra.rope
+    return State(
+        s_w=-q.v_w,
+        s_load=y.v_load,
+        v_load=q.a_load,
+        s_mid=y.v_mid,
+        v_mid=q.a_mid,
+        y_up=sliding(y.y_up, q.x_up_dot, rope),
+        y_low=sliding(y.y_low, q.x_low_dot, rope),
+    )
 
 
 @scalar
@@ -121,15 +160,18 @@ def _half_loss(F, x, x_dot, y, i_L, v_w, rope):
 
 
 @scalar
-def rope_loss(q, x, rope):
-    """Power that stays in the wire [W]."""
-    up = _half_loss(q.F_w, q.x_up, q.x_up_dot, x.y_up, q.i_L, q.v_w, rope)
-    return up + _half_loss(q.F_low, q.x_low, q.x_low_dot, x.y_low, q.i_L, q.v_w, rope)
+def powers(q, y, tip, p):
+    """Powers of tip, wire and water [W]."""
+    rope = p.extra.rope
+    up = _half_loss(q.F_w, q.x_up, q.x_up_dot, y.y_up, q.i_L, q.v_w, rope)
+    wire = up + _half_loss(q.F_low, q.x_low, q.x_low_dot, y.y_low, q.i_L, q.v_w, rope)
+    return Powers(tip=q.F_w * tip.v, wire=wire, drag=q.P_drag)
 
 
 @scalar
-def rope_energy(x, q, rope):
+def energy(q, y, p):
     """Energy in the wire, its mass and the load [J]."""
-    elastic = _half_energy(q.x_up, x.y_up, q.F_w, q.i_L, rope) + _half_energy(q.x_low, x.y_low, q.F_low, q.i_L, rope)
-    moving = 0.5 * (rope.m_mid * x.v_mid * x.v_mid + rope.m_load * x.v_load * x.v_load)
-    return elastic + moving + rope.W_mid * x.s_mid + rope.W_load * x.s_load
+    rope = p.extra.rope
+    elastic = _half_energy(q.x_up, y.y_up, q.F_w, q.i_L, rope) + _half_energy(q.x_low, y.y_low, q.F_low, q.i_L, rope)
+    moving = 0.5 * (rope.m_mid * y.v_mid * y.v_mid + rope.m_load * y.v_load * y.v_load)
+    return elastic + moving + rope.W_mid * y.s_mid + rope.W_load * y.s_load

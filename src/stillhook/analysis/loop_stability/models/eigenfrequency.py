@@ -14,7 +14,6 @@ from typing import NamedTuple
 from stillhook.control.position_loop import marginal_gain
 from stillhook.engine.pack.winch import loop_record
 from stillhook.errors import StillhookError
-from stillhook.kernels.winch_type import plant_of
 from stillhook.physics.hydraulics.line import capacitance
 from stillhook.spec.crane import Crane
 
@@ -57,7 +56,6 @@ def eigenfrequency(crane: Crane, alpha_m: float = 1.0) -> Eigenfrequency:
     Differs from print: C eq. 8 prints C_1 beta / J in the damping; it is C_1 beta / V.
     """
     _check_displacement(alpha_m)
-    plant_of(crane)
     a, J_m, B_v = crane.active, crane.inertia.J_m_eff, crane.control.B_v
     C_h = capacitance(a.line.V, a.line.bulk_modulus)
     D_m = a.motor.D_total * alpha_m

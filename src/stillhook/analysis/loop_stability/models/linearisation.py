@@ -9,7 +9,7 @@ in here; the two are compared in docs/validation/paper-e-stability.md.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -31,11 +31,9 @@ from stillhook.errors import StillhookError
 from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import flatten, paths, unflatten
 from stillhook.physics.friction import bristle_rate
-from stillhook.physics.hydraulics.accumulator import accumulator_pressure
 from stillhook.physics.hydraulics.swash import Servo
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
-from stillhook.winches import active_passive
 from stillhook.winches.records import Tick, Tip
 
 if TYPE_CHECKING:
@@ -134,20 +132,29 @@ def linearise(point: OperatingPoint) -> Linear:
         )
     p, u_0 = _free_stops(point.params), point.command
     commands = tuple(n for n in u_0._fields if n.startswith("u_"))
-    states, inputs = point.state._fields, (*commands, *TIP)
+    states, inputs = state_names(point), (*commands, *TIP)
 
     def values(xu: FloatArray) -> FloatArray:
-        x = type(point.state)(*(float(v) for v in xu[: len(states)]))
+        x = _state(point, xu[: len(states)])
         rest = dict(zip(inputs, (float(v) for v in xu[len(states) :]), strict=True))
         tip = Tip(rest.pop("s_tip"), rest.pop("v_tip"))
-        return np.array(_rates_and_outputs(point.plant, x, u_0._replace(**rest), point.geometry, tip, p))
+        return np.array(_rates_and_outputs(point, x, u_0._replace(**rest), tip, p))
 
-    start = np.array([*point.state, *(getattr(u_0, n) for n in commands), point.tip.s, point.tip.v])
+    start = np.array([*flatten(point.state), *(getattr(u_0, n) for n in commands), point.tip.s, point.tip.v])
     J, rough = jacobian(values, start, [_step(n) for n in (*states, *inputs)])
     n = len(states)
     names = [*(f"d{s}/dt" for s in states), *OUTPUTS]
     kinks = tuple(f"{names[i]} by {(*states, *inputs)[j]}" for i, j in rough)
     return Linear(J[:n, :n], J[:n, n:], J[n:, :n], J[n:, n:], states, inputs, kinks)
+
+
+def state_names(point: OperatingPoint) -> tuple[str, ...]:
+    """Names of the states of winch and load path."""
+    return tuple(path.rpartition(".")[2] for path in paths(type(point.state)))
+
+
+def _state(point: OperatingPoint, values: Iterable[float]) -> Any:
+    return unflatten(type(point.state), (float(v) for v in values))
 
 
 def at_state(point: OperatingPoint, **changes: float) -> OperatingPoint:
@@ -156,18 +163,21 @@ def at_state(point: OperatingPoint, **changes: float) -> OperatingPoint:
 
     Errors: StillhookError for a field that the state does not have.
     """
-    if unknown := set(changes) - set(point.state._fields):
-        raise StillhookError(
-            f"{', '.join(sorted(unknown))}: not a state. The plant has {', '.join(point.state._fields)}."
-        )
-    return point._replace(state=point.state._replace(**changes))
+    names = state_names(point)
+    if unknown := set(changes) - set(names):
+        raise StillhookError(f"{', '.join(sorted(unknown))}: not a state. The plant has {', '.join(names)}.")
+    values = dict(zip(names, flatten(point.state), strict=True)) | changes
+    return point._replace(state=_state(point, values.values()))
 
 
-def _rates_and_outputs(plant: Any, x: Any, u: Any, geo: Any, tip: Tip, p: Any) -> list[float]:
-    c = plant.circuit(x, u, geo, tip, p)
-    rates = plant.rates(c, x, u, geo, p)._replace(z=bristle_rate(x.omega_m, x.z, c.g, c.held, p.hoist.bristle))
-    seen = [-x.s_w, c.q.v_w, x.omega_m, c.alpha_p, c.alpha_m, x.p_a, x.p_b, x.p_a - x.p_b, c.q.F_w, x.v_load]
-    return [*rates, *seen]
+def _rates_and_outputs(point: OperatingPoint, x: Any, u: Any, tip: Tip, p: Any) -> list[float]:
+    geo = point.geometry
+    q = point.driver.path_point(x, geo, tip, p)
+    c = point.plant.circuit(x.winch, q, u, geo, p)
+    rates, w = point.driver.rates(x, u, geo, tip, p), x.winch
+    rates = rates._replace(winch=rates.winch._replace(z=bristle_rate(w.omega_m, w.z, c.g, c.held, p.hoist.bristle)))
+    seen = [-x.path.s_w, q.v_w, w.omega_m, c.alpha_p, c.alpha_m, w.p_a, w.p_b, w.p_a - w.p_b, q.F_w, x.path.v_load]
+    return [*flatten(rates), *seen]
 
 
 def _free_stops(p: Any) -> Any:
@@ -299,7 +309,7 @@ class _Plc:
             mode=self.tick.mode,
             datum=0.0,
             F=self.point.F_w,
-            p_mean=_p_gas(self.point),
+            p_mean=self.point.plant.mean_pressure(self.point.state.winch, self.point.params),
             u_p=0.0,
             u_m=alpha_m,
             b_p=0.0,
@@ -323,11 +333,11 @@ def _control_slopes(plc: _Plc, crane: Crane) -> tuple[FloatArray, FloatArray]:
     p = _free_stops(point.params)._replace(plc=settings._replace(gains=settings.gains._replace(K_p=0.0)))
     memory, record = plc.memory(point.u_m), flatten(plc.laws)
     commands = tuple(n for n in point.command._fields if n.startswith("u_"))
-    states = point.state._fields
+    states = state_names(point)
 
     def cycle(xm: FloatArray) -> FloatArray:
         values = [float(v) for v in xm]
-        x = type(point.state)(*values[: len(states)])
+        x = _state(point, values[: len(states)])
         known, carried = values[len(states) :][: len(REMEMBERED)], values[len(states) + len(REMEMBERED) :]
         m = memory._replace(**dict(zip(REMEMBERED, known, strict=True)))
         numbers = list(record)
@@ -338,20 +348,12 @@ def _control_slopes(plc: _Plc, crane: Crane) -> tuple[FloatArray, FloatArray]:
         remembered = [*(getattr(m, r) for r in REMEMBERED), *(after[i] for i in plc.carried)]
         return np.array([*(getattr(u, c) for c in commands), *remembered])
 
-    start = np.array([*point.state, *(getattr(memory, r) for r in REMEMBERED), *(record[i] for i in plc.carried)])
+    start = np.array(
+        [*flatten(point.state), *(getattr(memory, r) for r in REMEMBERED), *(record[i] for i in plc.carried)]
+    )
     own = [STEP["u"] * max(1.0, abs(record[i])) for i in plc.carried]
     J, _ = jacobian(cycle, start, [*(_step(n) for n in states), STEP["F"], STEP["p"], STEP["u"], *own])
     return J[: len(commands)], J[len(commands) :]
-
-
-def _p_gas(point: OperatingPoint) -> float:
-    """Accumulator pressure that the PLC has seen [Pa], 0 without a passive circuit: that of the gas, which differs from
-    the motors' by the piston's resistance. With any other, the make-up is not in equilibrium."""
-    return (
-        float(accumulator_pressure(point.state.V_o, point.params.passive.accumulator))
-        if point.plant is active_passive
-        else 0.0
-    )
 
 
 def _tick(point: OperatingPoint, mode: Mode) -> Tick:

@@ -20,7 +20,6 @@ from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.pack.winch import gains
 from stillhook.errors import StillhookError
-from stillhook.kernels.winch_type import plant_of
 from stillhook.physics.hydraulics.line import capacitance
 from stillhook.spec.circuits import ServoVariant
 from stillhook.spec.crane import Crane
@@ -79,7 +78,6 @@ def circuit_matrices(crane: Crane, alpha_m: float = 1.0) -> tuple[FloatArray, Fl
     out. Differs from print: C eq. 8 makes the damping B_v/J + C_1 beta/J of these equations; it is B_v/J + C_1
     beta/V_1.
     """
-    plant_of(crane)
     if not 0.0 < alpha_m <= 1.0:
         raise StillhookError(f"alpha_m = {alpha_m:g}: the displacement over its maximum must be above 0 and at most 1.")
     a, J, B_v = crane.active, crane.inertia.J_m_eff, crane.control.B_v

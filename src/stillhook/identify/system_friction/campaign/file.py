@@ -20,7 +20,7 @@ from stillhook.logs.types import Signal
 from stillhook.physics.load_path.drum import layer_diameter, layers_filled
 from stillhook.physics.scalar import G
 from stillhook.spec.circuits import Motor
-from stillhook.spec.crane import Crane, Plant, Source
+from stillhook.spec.crane import Crane, Source
 from stillhook.units import quote, show
 
 TOP = ("title", "crane", "motors", "motor", "signals", "accuracy", "test", "synthetic")
@@ -161,11 +161,11 @@ def _accuracy(top: Fields) -> Fields:
 
 
 def _count(top: Fields, crane: Crane) -> int:
-    every = crane.active.motor.count + (crane.passive.motor.count if crane.passive is not None else 0)
+    every = sum(circuit.motor.count for circuit in crane.circuits.values())
     count = top.table.get("motors", every)
     if type(count) is not int or not 1 <= count <= every:
         raise top.wrong("motors", f'"{crane.name}" has 1 to {every}. Give how many were in the circuit.')
-    if "motors" not in top and crane.plant is Plant.ACTIVE_PASSIVE:
+    if "motors" not in top and len(crane.circuits) > 1:
         raise IdentifyError(
             f'motors: missing. "{crane.name}" has {crane.active.motor.count} active and'
             f" {every - crane.active.motor.count} passive motors: say how many were in the circuit that the pressures"

@@ -33,8 +33,9 @@ from stillhook.logs.synthetic.campaign import (
     write_log,
 )
 from stillhook.logs.synthetic.instruments import COLUMNS, Instruments, Noise, Sensors, logged
-from stillhook.spec.crane import Crane, Plant, SourceKind
+from stillhook.spec.crane import Crane, SourceKind
 from stillhook.units import parse, quote, show
+from stillhook.winches.types import pure_active
 
 LAYER_ROOM = 1e-6
 """Layers by which a wire that stays on its layer may seem to leave it: rounding."""
@@ -65,9 +66,10 @@ def closed_circuit(crane: Crane) -> Crane:
     it is. The line volume grows with the number of motors (assumed), the leak with motors and pumps. Errors: SpecError
     where the motors differ.
     """
-    if crane.passive is None:
+    p = crane.circuits.get("passive")
+    if p is None:
         return crane
-    a, p = crane.active, crane.passive
+    a = crane.active
     if (a.motor.D_max, a.motor.loss, a.motor.C_1, a.motor.C_2) != (
         p.motor.D_max,
         p.motor.loss,
@@ -88,7 +90,7 @@ def closed_circuit(crane: Crane) -> Crane:
         {
             "name": f"{crane.name}-closed-circuit",
             "title": f"{crane.title}, all motors in one closed circuit for friction tests",
-            "plant": _leaf(Plant.PURE_ACTIVE.value, SourceKind.DERIVED, tests),
+            "plant": _leaf(pure_active.NAME, SourceKind.DERIVED, tests),
             "active": {
                 "motor": {"count": _leaf(count, SourceKind.DERIVED, tests)},
                 "pump": {"D": _leaf([f"{D!r} m^3/rad" for D in (*a.pump.D, *p.pump.D)], SourceKind.DERIVED, tests)},

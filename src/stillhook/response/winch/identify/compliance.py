@@ -58,7 +58,7 @@ def identify_compliance(
 
 
 def _sound(result: Result) -> bool:
-    st = result.stats
+    st = result.stats.common
     return result.ending is Ending.DONE and st.slack_cycles == 0.0 and st.saturation_cycles < SATURATED * st.cycles
 
 

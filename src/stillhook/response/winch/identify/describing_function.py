@@ -161,12 +161,12 @@ def _table(results: Sequence[Result], excitation: ExcitationGrid, about: str) ->
         i, j = divmod(n, len(v))
         if result.ending is Ending.DONE and not (j and np.isnan(C[i, j - 1])):
             C[i, j], harmonics[:, i, j] = answer(result, omega[i])
-            st = result.stats
+            st, own = result.stats.common, result.stats
             cycles = max(st.cycles - 1.0, 1.0)
             saturated[i, j], relieved[i, j], p_a[i, j] = (
                 st.saturation_cycles / cycles,
-                st.relief_cycles / cycles,
-                st.p_a_max,
+                own.limits.relief / cycles,
+                own.extremes.p_a_max,
             )
         elif j:
             C[i, j] = np.nan

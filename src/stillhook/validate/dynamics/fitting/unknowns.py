@@ -73,11 +73,8 @@ def _inertia(crane: Crane, x: float) -> Crane:
 
 
 def _motors(crane: Crane, change: Callable[[MotorSet], MotorSet]) -> Crane:
-    a, p = crane.active, crane.passive
-    update: dict[str, object] = {"active": a.model_copy(update={"motor": change(a.motor)})}
-    if p is not None:
-        update["passive"] = p.model_copy(update={"motor": change(p.motor)})
-    return crane.model_copy(update=update)
+    circuits = crane.circuits.items()
+    return crane.model_copy(update={name: c.model_copy(update={"motor": change(c.motor)}) for name, c in circuits})
 
 
 def _friction(crane: Crane, system: Mapping[str, float], loss: Mapping[str, float]) -> Crane:
@@ -107,8 +104,7 @@ def _viscous(crane: Crane, x: float) -> Crane:
 
 def viscous_friction(crane: Crane) -> float:
     """Friction of motors and transmission that goes with the speed, of all motors together [N m s/rad]."""
-    sets = [crane.active.motor] + ([crane.passive.motor] if crane.passive is not None else [])
-    return sum(m.count * (m.loss.X_1 + crane.friction.system.Y_5) for m in sets)
+    return float(sum(m.count * (m.loss.X_1 + crane.friction.system.Y_5) for m in crane.motors))
 
 
 def _pressure_loss(crane: Crane, x: float) -> Crane:

@@ -17,7 +17,6 @@ from stillhook.physics.hydraulics.valves import external_leakage, internal_leaka
 from stillhook.spec.crane import Crane
 from stillhook.validate.synthetic.reference.crane import GAS_PERIOD, ReferenceCrane
 from stillhook.validate.synthetic.reference.friction import surface, usual_speeds
-from stillhook.winches.active_passive import PassiveCircuit
 from stillhook.winches.reference.gas import (
     ATMOSPHERE,
     GasBank,
@@ -28,6 +27,7 @@ from stillhook.winches.reference.gas import (
 )
 from stillhook.winches.reference.laws import TruePassive
 from stillhook.winches.reference.leak import TrueLeak, gap_motor, gap_pump, leak_across, leak_to_case
+from stillhook.winches.types.active_passive import PassiveCircuit
 
 Q_DRY = 1.5e-3
 """Flow into the accumulator about which the dry friction of its piston turns [m^3/s]: 90 L/min, a few per cent of a

@@ -18,18 +18,18 @@ from stillhook.errors import SpecError
 from stillhook.physics.hydraulics.swash import Servo
 from stillhook.physics.load_path.wire import wire_damping
 from stillhook.physics.scalar import G
-from stillhook.spec.crane import Crane, Plant
+from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import RHO_SEA, Scenario
 from stillhook.validate.synthetic.reference.circuits import active_leak, reference_passive
 from stillhook.validate.synthetic.reference.crane import ReferenceCrane
 from stillhook.validate.synthetic.reference.friction import reference_friction
-from stillhook.winches.active_passive import PassiveCircuit
 from stillhook.winches.closed_circuit import ActiveCircuit
 from stillhook.winches.hoist import Hoist
 from stillhook.winches.reference import plant
 from stillhook.winches.reference.drum import TrueDrum
 from stillhook.winches.reference.laws import Lines, Oil
 from stillhook.winches.reference.rope import Rope
+from stillhook.winches.types.active_passive import PassiveCircuit
 
 if TYPE_CHECKING:
     import xarray
@@ -44,7 +44,7 @@ STRAIN = 1.3e-3
 
 def pack_reference(crane: Crane, case: Scenario, reference: ReferenceCrane) -> Packed:
     """Records of the reference plant for one run. Errors: SpecError where the crane has no passive circuit."""
-    if crane.plant is not Plant.ACTIVE_PASSIVE:
+    if crane.plant != plant.OF:
         raise SpecError(
             f'"{crane.name}" is {crane.plant}: the reference plant is an active/passive winch. Choose such a crane.'
         )

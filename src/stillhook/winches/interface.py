@@ -1,0 +1,129 @@
+"""What a winch type is: one module with its tables, records, equations and what it says before a run.
+
+A winch module has
+
+NAME, TITLE
+    Name that crane files write (`plant = "..."`), and one line that says what it is.
+TABLES
+    Tables of the crane file that it needs, by name: `base.table.Spec` models.
+PATH
+    Load path below it, `stillhook.winches.load_path` for wire and load.
+Params, State, Command, Circuit
+    NamedTuples of floats: parameters (with `hoist`, `plc` and `sensors`), state without that of the load path, commands
+    held between PLC cycles, what its diagram shows at an instant.
+Signals, Extremes, Limits, Powers
+    NamedTuples: signals of its own and extremes over a run, annotated with a `base.variable.Row`; limits that are
+    passed, annotated with a `Cause`; powers, those of SUPPLIED going in and the others out.
+geometry(s_w, p), wire_speed(x, geo)
+    The drum during a cycle, and the speed of the wire at the port [m/s].
+circuit(x, q, u, geo, p), rates(c, x, q, u, geo, p)
+    The winch at an instant, with the load path's point q (tension q.F_w), and the time derivatives of its state.
+bristle_after(c, x, p, tau)
+    Where the state has a bristle z: its value tau [s] later, exactly.
+start(s_w, tick, p), settle(x, q, u, tick, geo, p)
+    The state at rest before the PLC's first cycle, and under its first commands.
+sense(x, y, q, m, tick, geo, p), actuate(drive, r, x, m_0, m, tick, geo, p)
+    What the PLC reads; the plant's commands, the PLC's memory and the signals of the drive.
+signals(c, x, q, u, geo, p), limits(c, x, q, u, p), powers(c, x, q, p), stored_energy(c, x, geo, p), through(power)
+    Its signals, limits, powers and stored energy; the power that the energy audit is taken relative to.
+BLANK, fold_extremes(a, y)
+    Extremes of nothing yet, and with one more cycle of signals y.
+
+All of these are `scalar` functions of floats and records. Plain Python functions on a `Crane` are
+
+pack(crane, case, parts)
+    Params of a run, from the `Parts` that every winch has.
+motors(crane)
+    Sets of motors on the shaft: each with `count` and inertia `J` of one [kg m^2].
+full_speed(crane, alpha_m)
+    Motor speed at full command [rad/s] with the motors at displacement alpha_m [-].
+stiffness(p)
+    `Stiffness`, from which the longest step follows.
+
+and, where they mean something for the type,
+
+lag(crane)
+    Time by which the drive lags its command [s] (default 0); K_2 = K_1 lag.
+least_displacement(crane)
+    Smallest displacement of the motors [-] (default 1: fixed).
+pump_units(crane), pump_flows(crane)
+    Size of each pump that a power unit drives, active and passive; their flows at full stroke [m^3/s] (default none).
+charge(crane)
+    Accumulator pressure at rest [Pa] (default 0).
+others(crane, W, d)
+    `OtherMotors` beside the active ones that hold a weight W [N] on diameter d [m] (default none).
+refusal(crane, case), notes(crane, held, parts)
+    Reason why it cannot run a case ("" where it can), and what to say of it before it runs, in lines.
+stroke(crane, F)
+    Tip motion that takes the stroke of what carries the tension F [N], in `Stroke`; None where nothing has one.
+steady(p, geo, F_w, omega_m, v_op, alpha_m), carried(p, geo, F_w), mean_pressure(x, p)
+    State and command of a steady speed; `Carried`; mean accumulator pressure. Without them the type has no envelope,
+    no margins of the complete plant and no operating point, and such a question is answered in one line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+from stillhook.base.variable import Variable
+
+NOT_YET = 1.0e300
+"""Stands for the lowest value of nothing yet."""
+
+
+class Parts(NamedTuple):
+    """What a run gives every winch type to pack: records of drum, wire and load, PLC and sensors, and functions that
+    pack closed circuits."""
+
+    hoist: Any
+    plc: Any
+    sensors: Any
+    active: Callable[[Any], Any]  # crane -> ActiveCircuit
+    passive: Callable[[Any, bool], Any]  # crane, whether the gas is held -> PassiveCircuit
+
+
+class Stiffness(NamedTuple):
+    """What bounds the step of a winch without its load path."""
+
+    rates: Mapping[str, float]  # fast modes by name [1/s]
+    viscous: float  # slope of its moving losses by motor speed [N m s/rad]
+    dry: float  # upper bound of its dry friction without the transmission's [N m]
+    n_max: float  # highest motor speed [rad/s]
+
+
+class OtherMotors(NamedTuple):
+    """A set of motors beside the active ones that holds a weight."""
+
+    name: str
+    motor: Any  # MotorSet
+    alpha: float  # displacement that it takes [-]; above 1 they cannot
+    dp: float  # pressure over them [Pa]
+
+
+class Stroke(NamedTuple):
+    """How much motion what carries a load can take."""
+
+    length: float  # [m]
+    basis: str
+
+
+class Carried(NamedTuple):
+    """What other motors than the active ones hold of a load at rest."""
+
+    T: float  # torque at the motor shaft, without losses [N m]
+    alpha: float  # their displacement [-]
+    n_max: float  # their highest speed at this displacement [rad/s]
+
+
+class Cause(NamedTuple):
+    """What passing a limit is called: the word in a run's status, and the row of the time beyond it."""
+
+    status: str
+    meaning: str
+    symbol: str = ""
+    source: str = ""
+
+    def named(self, limit: str) -> Variable:
+        """The row of the time for which the limit of this name is passed."""
+        return Variable(f"{limit}_time", self.symbol or f"{limit}_time", "s", "time", "", self.meaning, self.source)

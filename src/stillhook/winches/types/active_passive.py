@@ -1,0 +1,531 @@
+"""Active/passive winch: a closed circuit moves the drum, a second one with accumulator carries the weight (thesis
+figure 2.1)."""
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+from stillhook.base.variable import Row
+from stillhook.control.passive import PassiveSettings, displacement_for_weight, make_up
+from stillhook.control.plc import Plc, hold
+from stillhook.control.power import within_power
+from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
+from stillhook.physics.hydraulics.accumulator import Accumulator, accumulator_pressure, piston_loss
+from stillhook.physics.hydraulics.motor import Motors, motor_leakage, motor_torque, torque_loss_dry, torque_loss_moving
+from stillhook.physics.hydraulics.pump import Pumps, pump_flow, pump_leakage
+from stillhook.physics.hydraulics.swash import Servo, displacement, pilot, swash_acceleration, swash_rate
+from stillhook.physics.hydraulics.valves import Relief as ReliefValve
+from stillhook.physics.hydraulics.valves import external_leakage, internal_leakage, relief_flow
+from stillhook.physics.scalar import copysign, fmax, scalar
+from stillhook.units import show
+from stillhook.winches import load_path
+from stillhook.winches.closed_circuit import (
+    BLANK,
+    ActiveCircuit,
+    ActiveFlows,
+    AlphaM,
+    AlphaP,
+    BoostLimit,
+    CavitationLimit,
+    Extremes,
+    FrictionTorque,
+    HydraulicPower,
+    OmegaM,
+    OverspeedLimit,
+    PowerLimit,
+    PressureA,
+    PressureB,
+    PumpShare,
+    ReliefFlow,
+    ReliefLimit,
+    active_flows,
+    active_stiffness,
+    cavitates,
+    dry_bound,
+    fold_extremes,
+    full_speed,
+    lag,
+    least_displacement,
+    moving_slope,
+    out_of_boost,
+    out_of_power,
+    overspeed,
+    relieves,
+    servo_rate,
+)
+from stillhook.winches.hoist import Hoist, drum_geometry, shaft_inertia_without_wire
+from stillhook.winches.interface import Carried, Cause, OtherMotors, Parts, Stiffness, Stroke
+from stillhook.winches.records import Geometry, Sensors
+from stillhook.winches.sensors import apply_override, closed_circuit_readings
+
+NAME = "active-passive"
+TITLE = "active/passive winch: a closed circuit moves the drum, a second one with accumulator carries the weight"
+PATH = load_path
+TABLES = ("active", "passive")
+__all__ = ["BLANK", "NAME", "PATH", "TITLE", "Extremes", "fold_extremes", "full_speed", "lag", "least_displacement"]
+
+
+class PassiveCircuit(NamedTuple):
+    """n_full, n_max shaft speed limits of the motors at full and at reduced displacement [rad/s]."""
+
+    pumps: Pumps
+    pump_servo: Servo
+    motors: Motors
+    motor_servo: Servo
+    accumulator: Accumulator
+    relief: ReliefValve
+    settings: PassiveSettings
+    n_full: float
+    n_max: float
+
+
+class Params(NamedTuple):
+    active: ActiveCircuit
+    passive: PassiveCircuit
+    hoist: Hoist
+    plc: Plc
+    sensors: Sensors
+
+
+class State(NamedTuple):
+    """The winch without its load path."""
+
+    alpha_p: float  # setting of the active pumps [-]
+    alpha_p_dot: float  # its rate [1/s]
+    alpha_m: float  # setting of the active motors [-]
+    alpha_m_dot: float  # its rate [1/s]
+    alpha_pp: float  # setting of the passive pumps [-]
+    alpha_pp_dot: float  # its rate [1/s]
+    alpha_pm: float  # setting of the passive motors [-]
+    alpha_pm_dot: float  # its rate [1/s]
+    p_a: float  # pressure of line A, hoisting [Pa]
+    p_b: float  # pressure of line B, lowering [Pa]
+    V_o: float  # oil in the accumulator [m^3]
+    omega_m: float  # motor speed, hoisting positive [rad/s]
+    z: float  # bristle, half a step ahead [rad]
+
+
+class Command(NamedTuple):
+    """Held between PLC cycles: u_p, u_m active, u_pp, u_pm passive pumps and motors [-]; f_pump, f_passive shares of
+    the active and of the passive pumps that run; brake how far the holding brake is closed [-]."""
+
+    u_p: float
+    u_m: float
+    u_pp: float
+    u_pm: float
+    f_pump: float
+    f_passive: float
+    brake: float
+
+
+class Circuit(NamedTuple):
+    """Everything that the diagram shows at an instant; flows [m^3/s], pressures [Pa], torques at the motor shaft [N m].
+    g level of dry friction, with that of the brake where it is held (above 0.5)."""
+
+    f: ActiveFlows
+    alpha_p: float
+    alpha_m: float
+    alpha_pp: float
+    alpha_pm: float
+    D_m: float
+    D_pm: float
+    Q_pp: float
+    Q_lp: float
+    Q_lp_ext: float
+    Q_relief_p: float
+    Q_o: float
+    p_o: float
+    p_hp: float
+    g: float
+    held: float
+    T_moving: float
+
+
+class Signals(NamedTuple):
+    """Signals of its own."""
+
+    alpha_p: AlphaP
+    alpha_m: AlphaM
+    p_a: PressureA
+    p_b: PressureB
+    omega_m: OmegaM
+    Q_relief: ReliefFlow
+    T_f: FrictionTorque
+    f_pump: PumpShare
+    P_hpu: HydraulicPower
+    p_hp: Annotated[float, Row("Pa", "pressure", "gauge", "pressure of the passive circuit's high side", "paper F")]
+    alpha_pp: Annotated[float, Row("1", "", "into the accumulator", "passive pump displacement over its maximum")]
+    alpha_pm: Annotated[float, Row("1", "", "", "passive motor displacement over its maximum")]
+    V_acc: Annotated[float, Row("m^3", "volume", "from the oil end", "oil in the accumulator", "paper C")]
+
+
+class Limits(NamedTuple):
+    """1 where a limit is passed at an instant, else 0."""
+
+    relief: ReliefLimit
+    overspeed: OverspeedLimit
+    stroke: Annotated[float, Cause("accumulator", "time with the accumulator piston at an end", symbol="t_stroke")]
+    cavitation: CavitationLimit
+    power: PowerLimit
+    boost: BoostLimit
+
+
+class Powers(NamedTuple):
+    """Powers [W]: pumps and boost go in, the rest goes out."""
+
+    pump: float
+    boost: float
+    passive_pump: float
+    friction: float
+    leakage: float
+    relief: float
+    flushing: float
+    passive: float
+
+
+SUPPLIED = ("pump", "boost", "passive_pump")
+
+
+@scalar
+def dry_level(T_d, alpha_m, alpha_pm, dp_m, dp_pm, omega_m, p):
+    """Level of the dry friction of all motors and of the transmission at the motor shaft [N m]."""
+    a, b = p.active.motors, p.passive.motors
+    return (
+        a.count * torque_loss_dry(alpha_m * a.D_max, dp_m, a.fit)
+        + b.count * torque_loss_dry(alpha_pm * b.D_max, dp_pm, b.fit)
+        + p.hoist.n_motors * system_friction_dry(omega_m, T_d, p.hoist.friction)
+    )
+
+
+@scalar
+def moving_loss(omega_m, alpha_m, alpha_pm, p):
+    """Viscous and turbulent losses of all motors and of the transmission, against the motion [N m]."""
+    a, b = p.active.motors, p.passive.motors
+    magnitude = (
+        a.count * torque_loss_moving(omega_m, alpha_m * a.D_max, a.fit)
+        + b.count * torque_loss_moving(omega_m, alpha_pm * b.D_max, b.fit)
+        + p.hoist.n_motors * p.hoist.friction.Y_5 * abs(omega_m)
+    )
+    return copysign(magnitude, omega_m)
+
+
+@scalar
+def circuit(x, q, u, geo, p):
+    """The whole winch at an instant, read along its diagram: active circuit, passive circuit, friction. q point of the
+    load path."""
+    A, P = p.active, p.passive
+    alpha_p = displacement(x.alpha_p, A.pump_servo)
+    alpha_m = displacement(x.alpha_m, A.motor_servo)
+    alpha_pp = displacement(x.alpha_pp, P.pump_servo)
+    alpha_pm = displacement(x.alpha_pm, P.motor_servo)
+
+    D_m = A.motors.count * A.motors.D_max * alpha_m
+    f = active_flows(alpha_p, D_m, x.omega_m, x.p_a, x.p_b, u.f_pump, A)
+
+    D_pm = P.motors.count * P.motors.D_max * alpha_pm
+    p_o = accumulator_pressure(x.V_o, P.accumulator)
+    C_leak = u.f_passive * pump_leakage(alpha_pp, P.pumps.leak) + motor_leakage(x.omega_m, P.motors)
+    Q_pp = u.f_passive * pump_flow(alpha_pp, P.pumps)
+    Q_lp = internal_leakage(C_leak, p_o - P.settings.p_lp) + P.accumulator.C_leak * (p_o - P.settings.p_lp)
+    Q_lp_ext = external_leakage(C_leak, p_o)
+    Q_relief_p = relief_flow(p_o, P.relief)
+    Q_o = Q_pp - D_pm * x.omega_m - Q_lp - Q_lp_ext - Q_relief_p
+    p_hp = p_o + piston_loss(Q_o, P.accumulator)
+
+    g = dry_level(q.F_w * 0.5 * geo.d, alpha_m, alpha_pm, x.p_a - x.p_b, p_hp - P.settings.p_lp, x.omega_m, p)
+    g = g + u.brake * p.hoist.T_brake
+    T_moving = moving_loss(x.omega_m, alpha_m, alpha_pm, p)
+    return Circuit(
+        f,
+        alpha_p,
+        alpha_m,
+        alpha_pp,
+        alpha_pm,
+        D_m,
+        D_pm,
+        Q_pp,
+        Q_lp,
+        Q_lp_ext,
+        Q_relief_p,
+        Q_o,
+        p_o,
+        p_hp,
+        g,
+        u.brake,
+        T_moving,
+    )
+
+
+@scalar
+def rates(c, x, q, u, geo, p):
+    """Time derivatives of the state; the bristle z is advanced by `bristle_after` and stands still here."""
+    A, P = p.active, p.passive
+    T = (
+        motor_torque(c.D_m, x.p_a - x.p_b)
+        + motor_torque(c.D_pm, c.p_hp - P.settings.p_lp)
+        - q.F_w * geo.r_eff
+        - c.T_moving
+        - dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
+    )
+    return State(
+        alpha_p=swash_rate(x.alpha_p, x.alpha_p_dot, A.pump_servo),
+        alpha_p_dot=swash_acceleration(x.alpha_p, x.alpha_p_dot, u.u_p, A.pump_servo),
+        alpha_m=swash_rate(x.alpha_m, x.alpha_m_dot, A.motor_servo),
+        alpha_m_dot=swash_acceleration(x.alpha_m, x.alpha_m_dot, u.u_m, A.motor_servo),
+        alpha_pp=swash_rate(x.alpha_pp, x.alpha_pp_dot, P.pump_servo),
+        alpha_pp_dot=swash_acceleration(x.alpha_pp, x.alpha_pp_dot, u.u_pp, P.pump_servo),
+        alpha_pm=swash_rate(x.alpha_pm, x.alpha_pm_dot, P.motor_servo),
+        alpha_pm_dot=swash_acceleration(x.alpha_pm, x.alpha_pm_dot, u.u_pm, P.motor_servo),
+        p_a=c.f.Q_a * A.i_C_h,
+        p_b=c.f.Q_b * A.i_C_h,
+        V_o=c.Q_o,
+        omega_m=T * geo.i_J,
+        z=0.0,
+    )
+
+
+@scalar
+def bristle_after(c, x, p, tau):
+    """The bristle's deflection tau [s] later, at the present speed and friction level [rad]."""
+    return bristle_update(x.omega_m, x.z, c.g, c.held, tau, p.hoist.bristle)
+
+
+@scalar
+def geometry(s_w, p):
+    """The drum during one PLC cycle, with s_w of wire out [m]."""
+    return drum_geometry(s_w, p.hoist)
+
+
+@scalar
+def wire_speed(x, geo):
+    """Wire speed that the winch gives, hoisting positive [m/s]."""
+    return x.omega_m * geo.r_eff
+
+
+@scalar
+def start(s_w, tick, p):
+    """State before the PLC's first cycle: the load hangs still on both circuits; s_w wire out [m]."""
+    A = p.active
+    V_o = 0.5 * p.passive.accumulator.V_stroke
+    return State(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, A.boost.p, A.boost.p, V_o, 0.0, 0.0)
+
+
+@scalar
+def settle(x, q, u, tick, geo, p):
+    """The state at rest under the PLC's first commands: displacements where it wants them."""
+    return State(0.0, 0.0, u.u_m, 0.0, 0.0, 0.0, u.u_pm, 0.0, x.p_a, x.p_b, x.V_o, 0.0, 0.0)
+
+
+@scalar
+def sense(x, y, q, m, tick, geo, p):
+    """What the PLC reads; y state and q point of the load path."""
+    P = p.passive
+    p_hp = accumulator_pressure(x.V_o, P.accumulator)
+    T_passive = motor_torque(P.settings.D_m_max * displacement(x.alpha_pm, P.motor_servo), p_hp - P.settings.p_lp)
+    return closed_circuit_readings(x, y, q, m, tick, geo, T_passive, p_hp, p)
+
+
+@scalar
+def actuate(drive, r, x, m_0, m, tick, geo, p):
+    """Plant commands, the PLC's memory and the active drive's signals; r what was read, m_0 memory before the cycle."""
+    A, P = p.active, p.passive
+    drive = apply_override(drive, tick)
+    u_m, held = pilot(drive.u_m, m.held, A.control)
+    u_pm = displacement_for_weight(m.F, geo.r_eff, r.p_hp, P.settings)
+    power, f = p.plc.power, tick.f_known
+    P_left = f * power.P_max - fmax(f * power.Q_p * drive.u_p * (x.p_a - x.p_b), 0.0)
+    demand = make_up(m.p_mean, u_pm, tick.v_op / geo.r_eff, P.settings)
+    u_pp = within_power(demand, r.p_hp - P.settings.p_lp, f * power.Q_pp, fmax(P_left, 0.0))
+    return Command(drive.u_p, u_m, u_pp, u_pm, tick.f_pump, tick.f_passive, drive.brake), hold(m, held), drive
+
+
+@scalar
+def power_units(c, x, p):
+    """Hydraulic power that the power units give to active and passive pumps, negative: take back [W]."""
+    return c.f.Q_p * (x.p_a - x.p_b) + c.Q_pp * (c.p_hp - p.passive.settings.p_lp)
+
+
+@scalar
+def signals(c, x, q, u, geo, p):
+    """Its own signals at an instant."""
+    return Signals(
+        alpha_p=c.alpha_p,
+        alpha_m=c.alpha_m,
+        p_a=x.p_a,
+        p_b=x.p_b,
+        omega_m=x.omega_m,
+        Q_relief=c.f.Q_relief_a + c.f.Q_relief_b,
+        T_f=c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle),
+        f_pump=u.f_pump,
+        P_hpu=power_units(c, x, p),
+        p_hp=c.p_hp,
+        alpha_pp=c.alpha_pp,
+        alpha_pm=c.alpha_pm,
+        V_acc=x.V_o,
+    )
+
+
+@scalar
+def powers(c, x, q, p):
+    """Where the power comes from and where it goes [W]; see `Powers`."""
+    P = p.passive
+    f, dp = c.f, x.p_a - x.p_b
+    T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
+    dp_p = c.p_hp - P.settings.p_lp
+    Q_low = c.D_pm * x.omega_m + c.Q_lp - c.Q_pp  # into the low side, whose pressure is held
+    return Powers(
+        pump=f.Q_p * dp,
+        boost=x.p_a * f.Q_boost_a + x.p_b * f.Q_boost_b,
+        passive_pump=c.Q_pp * dp_p,
+        friction=T_f * x.omega_m,
+        leakage=f.Q_int * dp + f.Q_ext_a * x.p_a + f.Q_ext_b * x.p_b + c.Q_lp * dp_p + c.Q_lp_ext * c.p_hp,
+        relief=f.Q_relief_a * x.p_a + f.Q_relief_b * x.p_b + c.Q_relief_p * c.p_hp,
+        flushing=f.Q_flush_a * x.p_a + f.Q_flush_b * x.p_b,
+        passive=c.Q_o * c.p_hp + P.settings.p_lp * Q_low,
+    )
+
+
+@scalar
+def through(power):
+    """Power that the energy audit is taken relative to [W]: through all pumps, both directions added up."""
+    return abs(power.pump) + abs(power.passive_pump)
+
+
+@scalar
+def stored_energy(c, x, geo, p):
+    """Energy stored in shaft and the two lines [J]; the accumulator's is counted as power."""
+    oil = 0.5 * (x.p_a * x.p_a + x.p_b * x.p_b) / p.active.i_C_h
+    return 0.5 * x.omega_m * x.omega_m / geo.i_J + oil
+
+
+@scalar
+def limits(c, x, q, u, p):
+    """Which limits are passed now; see `Limits`. All motors sit on one shaft and each set has its own speed limit."""
+    return Limits(
+        relief=fmax(relieves(c.f.Q_relief_a + c.f.Q_relief_b), relieves(c.Q_relief_p)),
+        overspeed=fmax(overspeed(c.alpha_m, x.omega_m, p.active), overspeed(c.alpha_pm, x.omega_m, p.passive)),
+        stroke=1.0 if x.V_o <= 0.0 or x.V_o >= p.passive.accumulator.V_stroke else 0.0,
+        cavitation=cavitates(x.p_a, x.p_b),
+        power=out_of_power(power_units(c, x, p), u.f_pump, p.plc, p.active),
+        boost=out_of_boost(c.f, p.active),
+    )
+
+
+def steady(
+    p: Params,
+    geo: Geometry,
+    F_w: float,
+    omega_m: float,
+    v_op: float,
+    alpha_m: float,
+    *,
+    V_o: float | None = None,
+    alpha_pp: float | None = None,
+) -> tuple[State, Command]:
+    """State and command of a steady speed with everything but the active circuit's pressures where the PLC puts it.
+
+    F_w tension [N]; omega_m motor speed [rad/s]; v_op wire speed that the operator requests [m/s]; alpha_m displacement
+    of the active motors [-]; V_o oil in the accumulator [m^3], default mid stroke; alpha_pp setting of the passive
+    pumps [-], default the PLC's command.
+    """
+    P = p.passive
+    V = 0.5 * P.accumulator.V_stroke if V_o is None else V_o
+    p_o = accumulator_pressure(V, P.accumulator)
+    alpha_pm = displacement_for_weight(F_w, geo.r_eff, p_o, P.settings)
+    pp = make_up(p_o, alpha_pm, v_op / geo.r_eff, P.settings) if alpha_pp is None else alpha_pp
+    x = State(0.0, 0.0, alpha_m, 0.0, pp, 0.0, alpha_pm, 0.0, 0.0, 0.0, V, omega_m, 0.0)
+    return x, Command(0.0, alpha_m, pp, alpha_pm, 1.0, 1.0, 0.0)
+
+
+def carried(p: Params, geo: Geometry, F_w: float) -> Carried:
+    """What the passive motors hold of a tension F_w [N] at mid stroke."""
+    P = p.passive
+    p_o = accumulator_pressure(0.5 * P.accumulator.V_stroke, P.accumulator)
+    alpha = float(displacement_for_weight(F_w, geo.r_eff, p_o, P.settings))
+    T = float(motor_torque(alpha * P.settings.D_m_max, p_o - P.settings.p_lp))
+    limit = P.n_max if P.n_full > P.n_max * alpha else P.n_full / alpha
+    return Carried(T, alpha, limit)
+
+
+def mean_pressure(x: State, p: Params) -> float:
+    """Mean accumulator pressure that the PLC has seen in this state [Pa]: that of the gas, which differs from the
+    motors' by the piston's resistance."""
+    return float(accumulator_pressure(x.V_o, p.passive.accumulator))
+
+
+def pack(crane: Any, case: Any, parts: Parts) -> Params:
+    """Records of a run."""
+    return Params(parts.active(crane), parts.passive(crane, case.gas_held), parts.hoist, parts.plc, parts.sensors)
+
+
+def motors(crane: Any) -> tuple[Any, ...]:
+    """Sets of motors on the shaft."""
+    return crane.active.motor, crane.passive.motor
+
+
+def pump_units(crane: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Size of the pumps of each power unit, active and passive."""
+    return crane.active.pump.D, crane.passive.pump.D
+
+
+def pump_flows(crane: Any) -> tuple[float, float]:
+    """Full flow of active and passive pumps [m^3/s]."""
+    a, p = crane.active.pump, crane.passive.pump
+    return a.D_total * a.omega_p, p.D_total * p.omega_p
+
+
+def charge(crane: Any) -> float:
+    """Accumulator pressure at rest [Pa]."""
+    return float(crane.passive.accumulator.gas.p_0)
+
+
+def stiffness(p: Params) -> Stiffness:
+    """Fast modes of the winch; with the piston at an end the oil of its line alone is the spring."""
+    J, P, acc = shaft_inertia_without_wire(p.hoist), p.passive, p.passive.accumulator
+    a, D_m = active_stiffness(p.active, J), P.motors.count * P.motors.D_max
+    leak = max(P.pumps.leak) + float(motor_leakage(P.n_max, P.motors)) + acc.C_leak
+    rates = {
+        "passive relief valve against the trapped oil": P.relief.G * acc.i_C,
+        "leakage of the passive circuit against the trapped oil": leak * acc.i_C,
+        "passive motors against the trapped oil": D_m * math.sqrt(acc.i_C / J),
+        "friction of the accumulator piston": D_m * D_m * acc.R / J,
+        "passive pump displacement control": servo_rate(P.pump_servo),
+        "passive motor displacement control": servo_rate(P.motor_servo),
+    }
+    viscous, dry = a.viscous + moving_slope(P.motors, P.n_max), a.dry + dry_bound(P.motors, P.relief.p)
+    return Stiffness({**a.rates, **rates}, viscous, dry, a.n_max)
+
+
+def others(crane: Any, W: float, d: float) -> list[OtherMotors]:
+    """The passive motors, at mid stroke of the accumulator."""
+    passive, T = crane.passive, W * 0.5 * d / crane.i_hD
+    dp = passive.accumulator.gas.p_0 - passive.p_lp
+    return [OtherMotors("passive", passive.motor, T / (passive.motor.D_total * dp), dp)]
+
+
+def stroke(crane: Any, F: float) -> Stroke:
+    r"""Motion of the tip that fills the accumulator's stroke at a tension: :math:`s = V (p_0 - p_{lp})/F`, work is
+    pressure times volume whatever gear and displacement are."""
+    acc = crane.passive.accumulator
+    s = acc.V_stroke * (acc.gas.p_0 - crane.passive.p_lp) / F
+    return Stroke(s, f"accumulator of {show(acc.V_stroke, 'volume')} at {show(acc.gas.p_0, 'pressure')}")
+
+
+def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
+    """Passive motors too small for the load, an accumulator too small for the motion.
+
+    The passive circuit moves W s_tip_pp / dp of oil, whatever its gear and displacement: work is pressure times volume.
+    """
+    passive, out = crane.passive, []
+    acc, alpha = passive.accumulator, others(crane, held.W, held.d)[0].alpha
+    if alpha > 1.0:
+        p_0 = show(acc.gas.p_0, "pressure")
+        out.append(
+            f"holding the load takes {alpha:.0%} of the passive motors at {p_0}: the rest loads the active circuit"
+        )
+    V = held.W * held.s_tip_pp / (acc.gas.p_0 - passive.p_lp)
+    if V > acc.V_stroke and not held.gas_held:
+        out.append(
+            f"compensating {show(held.s_tip_pp, 'length')} at this load moves about {show(V, 'volume')} of oil, more"
+            f" than the accumulator's stroke of {show(acc.V_stroke, 'volume')}: the piston will run into its ends"
+        )
+    return out

@@ -1,0 +1,350 @@
+"""Pure active winch: one closed circuit moves the drum and carries the weight (thesis sections 2.1 and 2.3)."""
+
+import math
+from typing import Any, NamedTuple
+
+from stillhook.control.plc import Plc, hold
+from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
+from stillhook.physics.hydraulics.motor import motor_torque, torque_loss_dry, torque_loss_moving
+from stillhook.physics.hydraulics.swash import displacement, pilot, swash_acceleration, swash_rate
+from stillhook.physics.scalar import copysign, scalar
+from stillhook.units import show
+from stillhook.winches import load_path
+from stillhook.winches.closed_circuit import (
+    BLANK,
+    ActiveCircuit,
+    ActiveFlows,
+    AlphaM,
+    AlphaP,
+    BoostLimit,
+    CavitationLimit,
+    Extremes,
+    FrictionTorque,
+    HydraulicPower,
+    OmegaM,
+    OverspeedLimit,
+    PowerLimit,
+    PressureA,
+    PressureB,
+    PumpShare,
+    ReliefFlow,
+    ReliefLimit,
+    active_flows,
+    active_stiffness,
+    cavitates,
+    fold_extremes,
+    full_speed,
+    lag,
+    least_displacement,
+    out_of_boost,
+    out_of_power,
+    overspeed,
+    relieves,
+)
+from stillhook.winches.hoist import Hoist, drum_geometry, shaft_inertia_without_wire
+from stillhook.winches.interface import Carried, Parts, Stiffness
+from stillhook.winches.records import Geometry, Sensors
+from stillhook.winches.sensors import apply_override, closed_circuit_readings
+
+NAME = "pure-active"
+TITLE = "pure active winch: one closed circuit moves the drum and carries the weight"
+PATH = load_path
+TABLES = ("active",)
+__all__ = ["BLANK", "NAME", "PATH", "TITLE", "Extremes", "fold_extremes", "full_speed", "lag", "least_displacement"]
+
+
+class Params(NamedTuple):
+    active: ActiveCircuit
+    hoist: Hoist
+    plc: Plc
+    sensors: Sensors
+
+
+class State(NamedTuple):
+    """The winch without its load path."""
+
+    alpha_p: float  # setting of the pumps [-]
+    alpha_p_dot: float  # its rate [1/s]
+    alpha_m: float  # setting of the motors [-]
+    alpha_m_dot: float  # its rate [1/s]
+    p_a: float  # pressure of line A, hoisting [Pa]
+    p_b: float  # pressure of line B, lowering [Pa]
+    omega_m: float  # motor speed, hoisting positive [rad/s]
+    z: float  # bristle, half a step ahead [rad]
+
+
+class Command(NamedTuple):
+    """Held between PLC cycles: u_p pumps, u_m motors [-]; f_pump share of the pumps that run; brake how far the holding
+    brake is closed."""
+
+    u_p: float
+    u_m: float
+    f_pump: float
+    brake: float
+
+
+class Circuit(NamedTuple):
+    """Everything that the diagram shows at an instant; flows [m^3/s], torques at the motor shaft [N m]. g level of dry
+    friction, with that of the brake where it is held (above 0.5)."""
+
+    f: ActiveFlows
+    alpha_p: float
+    alpha_m: float
+    D_m: float
+    g: float
+    held: float
+    T_moving: float
+
+
+class Signals(NamedTuple):
+    """Signals of its own."""
+
+    alpha_p: AlphaP
+    alpha_m: AlphaM
+    p_a: PressureA
+    p_b: PressureB
+    omega_m: OmegaM
+    Q_relief: ReliefFlow
+    T_f: FrictionTorque
+    f_pump: PumpShare
+    P_hpu: HydraulicPower
+
+
+class Limits(NamedTuple):
+    """1 where a limit is passed at an instant, else 0."""
+
+    relief: ReliefLimit
+    overspeed: OverspeedLimit
+    cavitation: CavitationLimit
+    power: PowerLimit
+    boost: BoostLimit
+
+
+class Powers(NamedTuple):
+    """Powers [W]: pumps and boost go in, the rest goes out."""
+
+    pump: float
+    boost: float
+    friction: float
+    leakage: float
+    relief: float
+    flushing: float
+
+
+SUPPLIED = ("pump", "boost")
+
+
+@scalar
+def circuit(x, q, u, geo, p):
+    """The whole winch at an instant, read along its diagram: active circuit, friction. q point of the load path."""
+    A, h = p.active, p.hoist
+    alpha_p = displacement(x.alpha_p, A.pump_servo)
+    alpha_m = displacement(x.alpha_m, A.motor_servo)
+    D_m = A.motors.count * A.motors.D_max * alpha_m
+    f = active_flows(alpha_p, D_m, x.omega_m, x.p_a, x.p_b, u.f_pump, A)
+    D = alpha_m * A.motors.D_max
+    g = A.motors.count * torque_loss_dry(D, x.p_a - x.p_b, A.motors.fit) + h.n_motors * system_friction_dry(
+        x.omega_m, q.F_w * 0.5 * geo.d, h.friction
+    )
+    magnitude = A.motors.count * torque_loss_moving(x.omega_m, D, A.motors.fit) + h.n_motors * h.friction.Y_5 * abs(
+        x.omega_m
+    )
+    g = g + u.brake * h.T_brake
+    return Circuit(f, alpha_p, alpha_m, D_m, g, u.brake, copysign(magnitude, x.omega_m))
+
+
+@scalar
+def rates(c, x, q, u, geo, p):
+    """Time derivatives of the state; the bristle z is advanced by `bristle_after` and stands still here."""
+    A = p.active
+    T = (
+        motor_torque(c.D_m, x.p_a - x.p_b)
+        - q.F_w * geo.r_eff
+        - c.T_moving
+        - dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
+    )
+    return State(
+        alpha_p=swash_rate(x.alpha_p, x.alpha_p_dot, A.pump_servo),
+        alpha_p_dot=swash_acceleration(x.alpha_p, x.alpha_p_dot, u.u_p, A.pump_servo),
+        alpha_m=swash_rate(x.alpha_m, x.alpha_m_dot, A.motor_servo),
+        alpha_m_dot=swash_acceleration(x.alpha_m, x.alpha_m_dot, u.u_m, A.motor_servo),
+        p_a=c.f.Q_a * A.i_C_h,
+        p_b=c.f.Q_b * A.i_C_h,
+        omega_m=T * geo.i_J,
+        z=0.0,
+    )
+
+
+@scalar
+def bristle_after(c, x, p, tau):
+    """The bristle's deflection tau [s] later, at the present speed and friction level [rad]."""
+    return bristle_update(x.omega_m, x.z, c.g, c.held, tau, p.hoist.bristle)
+
+
+@scalar
+def geometry(s_w, p):
+    """The drum during one PLC cycle, with s_w of wire out [m]."""
+    return drum_geometry(s_w, p.hoist)
+
+
+@scalar
+def wire_speed(x, geo):
+    """Wire speed that the winch gives, hoisting positive [m/s]."""
+    return x.omega_m * geo.r_eff
+
+
+@scalar
+def start(s_w, tick, p):
+    """State before the PLC's first cycle: the load hangs still; s_w wire out [m]."""
+    A = p.active
+    return State(0.0, 0.0, 1.0, 0.0, A.boost.p, A.boost.p, 0.0, 0.0)
+
+
+@scalar
+def settle(x, q, u, tick, geo, p):
+    """The state at rest under the PLC's first commands: line A holds the load at the displacement that it wants."""
+    A = p.active
+    p_a = A.boost.p + q.F_w * geo.r_eff / (A.motors.count * A.motors.D_max * u.u_m)
+    return State(0.0, 0.0, u.u_m, 0.0, p_a, x.p_b, 0.0, 0.0)
+
+
+@scalar
+def sense(x, y, q, m, tick, geo, p):
+    """What the PLC reads; y state and q point of the load path."""
+    return closed_circuit_readings(x, y, q, m, tick, geo, 0.0, 0.0, p)
+
+
+@scalar
+def actuate(drive, r, x, m_0, m, tick, geo, p):
+    """Plant commands, the PLC's memory and the active drive's signals; r what was read, m_0 memory before the cycle."""
+    drive = apply_override(drive, tick)
+    u_m, held = pilot(drive.u_m, m.held, p.active.control)
+    return Command(drive.u_p, u_m, tick.f_pump, drive.brake), hold(m, held), drive
+
+
+@scalar
+def signals(c, x, q, u, geo, p):
+    """Its own signals at an instant."""
+    return Signals(
+        alpha_p=c.alpha_p,
+        alpha_m=c.alpha_m,
+        p_a=x.p_a,
+        p_b=x.p_b,
+        omega_m=x.omega_m,
+        Q_relief=c.f.Q_relief_a + c.f.Q_relief_b,
+        T_f=c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle),
+        f_pump=u.f_pump,
+        P_hpu=c.f.Q_p * (x.p_a - x.p_b),
+    )
+
+
+@scalar
+def powers(c, x, q, p):
+    """Where the power comes from and where it goes [W]; see `Powers`."""
+    f, dp = c.f, x.p_a - x.p_b
+    T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
+    return Powers(
+        pump=f.Q_p * dp,
+        boost=x.p_a * f.Q_boost_a + x.p_b * f.Q_boost_b,
+        friction=T_f * x.omega_m,
+        leakage=f.Q_int * dp + f.Q_ext_a * x.p_a + f.Q_ext_b * x.p_b,
+        relief=f.Q_relief_a * x.p_a + f.Q_relief_b * x.p_b,
+        flushing=f.Q_flush_a * x.p_a + f.Q_flush_b * x.p_b,
+    )
+
+
+@scalar
+def through(power):
+    """Power that the energy audit is taken relative to [W]: through the pumps, both directions added up."""
+    return abs(power.pump)
+
+
+@scalar
+def stored_energy(c, x, geo, p):
+    """Energy stored in shaft and the two lines [J]."""
+    oil = 0.5 * (x.p_a * x.p_a + x.p_b * x.p_b) / p.active.i_C_h
+    return 0.5 * x.omega_m * x.omega_m / geo.i_J + oil
+
+
+@scalar
+def limits(c, x, q, u, p):
+    """Which limits are passed now; see `Limits`."""
+    return Limits(
+        relief=relieves(c.f.Q_relief_a + c.f.Q_relief_b),
+        overspeed=overspeed(c.alpha_m, x.omega_m, p.active),
+        cavitation=cavitates(x.p_a, x.p_b),
+        power=out_of_power(c.f.Q_p * (x.p_a - x.p_b), u.f_pump, p.plc, p.active),
+        boost=out_of_boost(c.f, p.active),
+    )
+
+
+def steady(p: Params, geo: Geometry, F_w: float, omega_m: float, v_op: float, alpha_m: float) -> tuple[State, Command]:
+    """State and command of a steady speed, without the active circuit's pressures: omega_m motor speed [rad/s]; alpha_m
+    displacement of the motors [-]."""
+    x = State(0.0, 0.0, alpha_m, 0.0, 0.0, 0.0, omega_m, 0.0)
+    return x, Command(0.0, alpha_m, 1.0, 0.0)
+
+
+def carried(p: Params, geo: Geometry, F_w: float) -> Carried:
+    """Nothing but the active motors holds the load."""
+    return Carried(0.0, 0.0, math.inf)
+
+
+def mean_pressure(x: State, p: Params) -> float:
+    """Mean accumulator pressure that the PLC has seen [Pa]: there is none."""
+    return 0.0
+
+
+def pack(crane: Any, case: Any, parts: Parts) -> Params:
+    """Records of a run."""
+    return Params(parts.active(crane), parts.hoist, parts.plc, parts.sensors)
+
+
+def motors(crane: Any) -> tuple[Any, ...]:
+    """Sets of motors on the shaft."""
+    return (crane.active.motor,)
+
+
+def pump_units(crane: Any) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Size of the pumps of each power unit, active and passive."""
+    return crane.active.pump.D, ()
+
+
+def pump_flows(crane: Any) -> tuple[float, float]:
+    """Full flow of active and passive pumps [m^3/s]."""
+    return crane.active.pump.D_total * crane.active.pump.omega_p, 0.0
+
+
+def stiffness(p: Params) -> Stiffness:
+    """Fast modes of the winch."""
+    return active_stiffness(p.active, shaft_inertia_without_wire(p.hoist))
+
+
+def refusal(crane: Any, case: Any) -> str:
+    """Reason why it cannot run a case."""
+    return f'gas_held: "{crane.name}" has no accumulator. Leave it out.' if case.gas_held else ""
+
+
+def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
+    """What the winch type means for a weight and a motion."""
+    r_eff, D = 0.5 * held.d / crane.i_hD, crane.active.motor.D_total * held.alpha
+    dp = held.W * r_eff / D
+    A, p_b = parts.active(crane), crane.active.boost.p
+    f = active_flows(0.0, D, 0.0, p_b + dp, p_b, 1.0, A)
+    leak = f.Q_int + f.Q_ext_a
+    out = []
+    relief = crane.active.relief.p - crane.active.boost.p
+    if dp > relief:
+        out.append(
+            f"holding the load takes {show(dp, 'pressure')} with the motors at {held.alpha:.2f}, more than the"
+            f" {show(relief, 'pressure')} up to the relief valves: the load will sink"
+        )
+    if held.compensates:
+        e_c = show(leak / (A.pumps.D_max * A.pumps.omega_p) / max(crane.control.K_p, 1e-12), "length")
+        out.append(
+            f"the load is held by the pumps against leakage: under P control expect a standing offset of about {e_c}"
+        )
+    if held.manual and crane.brake is None:  # else the brake holds at rest
+        sinks = show(leak / D * r_eff, "speed", 2)
+        out.append(f"nothing makes up for leakage in manual mode: with the joystick at rest the load sinks by {sinks}")
+    return out
