@@ -27,10 +27,11 @@ from stillhook.identify.system_friction.fitting import fit as friction_fit
 from stillhook.identify.system_friction.fitting.fit import fit_system, predicted_sd
 from stillhook.identify.system_friction.fitting.model import Y, mj4, system_friction
 from stillhook.identify.system_friction.fitting.points import Points
-from stillhook.identify.system_friction.fitting.uncertainty import profile_intervals, t_factor
+from stillhook.identify.system_friction.fitting.uncertainty import profile_intervals
 from stillhook.library import motor
 from stillhook.library import system_friction as published
 from stillhook.physics.scalar import G
+from stillhook.statistics.estimate import t_factor
 from stillhook.units import parse
 
 FloatArray = NDArray[np.float64]
@@ -203,8 +204,8 @@ def outcome(trial: Trial) -> dict[str, Any]:
     out["error"] = float(f"{float(np.sqrt(np.mean((found - truth) ** 2))):.4g}")
     if y is not None:
         intervals = profile_intervals(points, LOSS, fit)
-        out["inside"] = {i.name: bool(i.low <= getattr(y, i.name) <= i.high) for i in intervals}
-        out["width"] = {i.name: float(f"{i.high - i.low:.3g}") for i in intervals}
+        out["inside"] = {n: bool(i.contains(getattr(y, n))) for n, i in intervals.items()}
+        out["width"] = {n: float(f"{i.high - i.low:.3g}") for n, i in intervals.items()}
     return out
 
 

@@ -19,7 +19,8 @@ from stillhook.identify.steady_state.records import Rejected, Steady, Window, Wi
 from stillhook.identify.steady_state.windows import effort_of, kind_of, signal_of, steady_windows
 from stillhook.identify.system_friction.campaign.pairs import Pair, pair_windows
 from stillhook.logs.log import Log
-from stillhook.statistics.correlated_mean import NORMAL_95, mean_and_uncertainty, students_factor
+from stillhook.statistics.correlated_mean import mean_and_uncertainty, students_factor
+from stillhook.statistics.estimate import NORMAL_95
 from stillhook.units import KINDS, show
 
 SAME_STROKE = 0.05

@@ -11,7 +11,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.identify.steady_state.records import Rejected, Steady, Window
 from stillhook.identify.steady_state.windows import effort_of, kind_of, signal_of
 from stillhook.report.plots.run import COLOURS, GREY
-from stillhook.statistics.correlated_mean import NORMAL_95
+from stillhook.statistics.estimate import NORMAL_95
 from stillhook.units import KINDS, in_display
 
 if TYPE_CHECKING:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import SeaError
+from stillhook.statistics.estimate import CONFIDENCE
 
 MPM = math.exp(-1.0)
 """Quantile that the most probable maximum is: the peak of the density of the largest of many."""
@@ -60,7 +61,7 @@ class Gumbel:
         """Level that a maximum stays below with probability q; 1/e gives mu."""
         return self.mu - self.beta * math.log(-math.log(q))
 
-    def interval(self, q: float, confidence: float = 0.95) -> tuple[float, float]:
+    def interval(self, q: float, confidence: float = CONFIDENCE) -> tuple[float, float]:
         """Ends of the confidence interval of `quantile(q)`.
 
         Exact but for the draws: (estimate - true)/beta has one distribution whatever mu and beta are; it is drawn with

@@ -116,7 +116,7 @@ class _Statistics:
             for name in SHOWN:
                 self.values[name][i] = _quantiles(rows[c, :, NUMBERS.index(name)])
             probability = chance(usable[c])
-            self.chances[i] = probability.low, probability.share, probability.high
+            self.chances[i] = probability.low, probability.value, probability.high
             self.failed[i] = sum(s == "diverged" for s in status[c])
             for name in COMPARED if best is not None else ():
                 k = NUMBERS.index(name)

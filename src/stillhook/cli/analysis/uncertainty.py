@@ -341,7 +341,7 @@ def _print_indices(indices: list[Sensitivity]) -> None:
     most: dict[str, float] = {}
     for s in indices:
         for name, x in s.indices.items():
-            most[name] = max(most.get(name, 0.0), x.total)
+            most[name] = max(most.get(name, 0.0), x.total.value)
     ranked = sorted((n for n, x in most.items() if x >= MATTERS), key=lambda n: -most[n])
     rows = [[n, *(_index(s, n) for s in indices)] for n in ranked]
     print_table([f"{indices[0].output}: variance from", *(s.case for s in indices)], rows)
@@ -352,12 +352,10 @@ def _print_indices(indices: list[Sensitivity]) -> None:
 
 
 def _index(s: Sensitivity, name: str) -> str:
-    x = s.indices.get(name)
-    return (
-        "-"
-        if x is None
-        else f"{max(x.first, 0.0):.0%} ({max(x.first_low, 0.0):.0%} to {min(x.first_high, 1.0):.0%}), {x.total:.0%}"
-    )
+    if (x := s.indices.get(name)) is None:
+        return "-"
+    ends = f"{max(x.first.low, 0.0):.0%} to {min(x.first.high, 1.0):.0%}"
+    return f"{max(x.first.value, 0.0):.0%} ({ends}), {x.total.value:.0%}"
 
 
 def _rest(most: dict[str, float], ranked: list[str]) -> str:

@@ -118,10 +118,9 @@ def _print(result: Friction) -> None:
         "error\n(RMS)",
     )
     print_table(header, rows, title=f"{mark}{result.campaign.title}: {result.campaign.crane.name}", left=2)
-    intervals = {i.name: i for i in result.intervals}
     rows = []
     for n in Y_NAMES:
-        i, state = intervals.get(n), data["parameters"][n]["state"]
+        i, state = result.intervals.get(n), data["parameters"][n]["state"]
         remark = MEANING[n] + ("" if state == "fitted" else f" ({state})")
         value = float(getattr(result.fit.y, n))
         rows.append(

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.physics.hydraulics.gas import gas_pressure
-from stillhook.statistics.jackknife_regression import Estimate, fit, pooled
+from stillhook.statistics.estimate import Estimate
+from stillhook.statistics.jackknife_regression import fit, pooled
 from stillhook.units import parse
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.parameters.segments import LogPart, by_test
@@ -113,7 +114,7 @@ def levels(parts: Sequence[LogPart]) -> Level | None:
         block = np.concatenate([part.blocks(part.t[:: max(1, round(EVERY / part.step))]) for part in same])
         fitted = fit((np.ones_like(p),), p, block)
         if fitted is not None:
-            tests[test] = Estimate(float(fitted.b[0]), fitted.half(0), fitted.blocks)
+            tests[test] = fitted.estimate(0)
     return Level(pooled(list(tests.values())), tests, placed) if tests else None
 
 
@@ -159,8 +160,8 @@ def curve(parts: Sequence[LogPart]) -> Curve | None:
             continue
         p = float(np.nanmean(np.concatenate([part["p_hp"] for part in these])))
         V = acc.gas.V_0 * stiffness(these[0]) * (p / acc.gas.p_0) / float(fitted.b[0])
-        volumes[test] = Estimate(V, V * fitted.half(0) / float(fitted.b[0]), fitted.blocks)
-        losses.append(Estimate(float(fitted.b[2]), fitted.half(2), fitted.blocks))
+        volumes[test] = Estimate.around(V, V * fitted.half(0) / float(fitted.b[0]), fitted.blocks)
+        losses.append(fitted.estimate(2))
         rows.append((p, dV, dp, dQ, d_dry, float(fitted.b[1]), float(fitted.b[2]) - full * float(fitted.b[1])))
     if not volumes:
         return None
@@ -205,7 +206,7 @@ def displacement(parts: Sequence[LogPart]) -> Displacement | None:
         dV, seen, block = (np.concatenate(c) for c in zip(*rows, strict=True))
         fitted = fit((dV, np.ones_like(dV)), seen, block)
         if fitted is not None and np.nanstd(dV) >= LEAST_OIL * passive_of(same[0]).accumulator.V_stroke:
-            tests[test] = Estimate(float(fitted.b[0]) - 1.0, fitted.half(0), fitted.blocks)
+            tests[test] = fitted.estimate(0, -1.0)
     return Displacement(pooled(list(tests.values())), tests) if tests else None
 
 

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray
 from stillhook.physics.friction import system_friction_dry
 from stillhook.physics.hydraulics.motor import motor_torque, torque_loss_dry, torque_loss_moving
-from stillhook.statistics.jackknife_regression import Estimate, Fit, fit, pooled
+from stillhook.statistics.estimate import Estimate
+from stillhook.statistics.jackknife_regression import Fit, fit, pooled
 from stillhook.validate.parameters.circuit.settings import known_setting
 from stillhook.validate.parameters.segments import LogPart, by_test
 from stillhook.validate.parameters.slopes import bridged, smoothed
@@ -82,7 +83,7 @@ def overall(tests: Sequence[Friction]) -> Estimate | None:
         return None
     e = pooled([f.scale for f in tests])
     structural = math.hypot(e.structural, CALIBRATION)
-    return Estimate(e.value, math.hypot(e.half, CALIBRATION), e.blocks, structural)
+    return Estimate.around(e.value, math.hypot(e.half, CALIBRATION), e.n, structural)
 
 
 def _test(test: str, parts: Sequence[LogPart]) -> Friction | None:
@@ -99,10 +100,10 @@ def _test(test: str, parts: Sequence[LogPart]) -> Friction | None:
 def _friction(test: str, fitted: Fit, r_eff: float, measured: FloatArray, model: FloatArray, J: float) -> Friction:
     return Friction(
         test=test,
-        scale=Estimate(float(fitted.b[0]) - 1.0, fitted.half(0), fitted.blocks),
-        standing=Estimate(float(fitted.b[1]), fitted.half(1), fitted.blocks),
+        scale=fitted.estimate(0, -1.0),
+        standing=fitted.estimate(1),
         standing_force=float(fitted.b[1]) / r_eff,
-        inertia=Estimate(float(fitted.b[3]) / J, fitted.half(3) / J, fitted.blocks),
+        inertia=Estimate.around(float(fitted.b[3]) / J, fitted.half(3) / J, fitted.blocks),
         measured=measured,
         twin=model,
         mean=float(np.nanmean(np.abs(model))),
