@@ -1,6 +1,5 @@
 """The repository keeps its own promises: lock, version, size of files, documentation, what the wheel carries."""
 
-import importlib.util
 import re
 import shutil
 import subprocess
@@ -11,12 +10,12 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from tests.scripts import DOCS, script
 
 import stillhook
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src" / "stillhook"
-DOCS = ROOT / "docs"
 
 LONGEST_FILE = 500  # lines; beyond, a module is doing two things
 LONGER = {"src/stillhook/kernels/lift_driver.py"}  # one template, compiled as a whole for each winch
@@ -60,12 +59,7 @@ def locked() -> dict[str, str]:
 
 def generator() -> ModuleType:
     """docs/generate.py as a module."""
-    spec = importlib.util.spec_from_file_location("docs_generate", DOCS / "generate.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return script(DOCS / "generate.py")
 
 
 # The lock

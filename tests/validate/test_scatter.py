@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from stillhook.statistics.between_cases import between, half_of_mean, random_effects
+from stillhook.statistics.between_cases import between, extremes, half_of_mean, random_effects
 from stillhook.statistics.block_bootstrap import interval
 from stillhook.statistics.estimate import NORMAL_95, Estimate
-from stillhook.statistics.jackknife_regression import by_case, one_number, pooled
+from stillhook.statistics.jackknife_regression import one_number, pooled
 from stillhook.validate.ahc.cases import FISHER, over_cases
 from stillhook.validate.ahc.shape import correlation
 
@@ -80,8 +80,8 @@ def test_readings_of_one_number_keep_their_weights_and_grow_where_they_contradic
 
 
 def test_the_smallest_and_the_largest_case_are_named():
-    assert by_case({"1": 1.08, "2": 1.3, "3": 1.02}, lambda x: f"{x:g}") == "1.02 (3) to 1.3 (2) by test"
-    assert by_case({"1": 1.08}, str) == ""
+    assert extremes({"1": 1.08, "2": 1.3, "3": 1.02}, lambda x: f"{x:g}") == "1.02 (3) to 1.3 (2)"
+    assert extremes({"1": 1.08}, str) == ""
 
 
 def windows(rng, level: float, n: int):

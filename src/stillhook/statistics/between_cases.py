@@ -11,13 +11,14 @@ Student's t).
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from stillhook.base.arrays import FloatArray
-from stillhook.statistics.dot import dot
 from stillhook.statistics.estimate import NORMAL_95, t_factor
+from stillhook.statistics.series import dot
 
 HALVINGS = 60
 """Steps by which the variance between cases is bracketed: to a part in 1e18 of the widest."""
@@ -81,3 +82,11 @@ def half_of_mean(values: ArrayLike, halves: ArrayLike, weights: ArrayLike) -> fl
     w = 1.0 / variance
     apart = dot(w, (y - dot(w, y) / float(w.sum())) ** 2) / (k - 1)
     return max(t_factor(k - 1) * math.sqrt(min(apart, 1.0) * float(np.sum(a**2 * variance))), sampling)
+
+
+def extremes(values: Mapping[str, float], words: Callable[[float], str]) -> str:
+    """The smallest and the largest of several cases with their names, "1.08 (limits) to 1.16 (3)"; "" for one case."""
+    if len(values) < 2:
+        return ""
+    low, high = min(values, key=lambda name: values[name]), max(values, key=lambda name: values[name])
+    return f"{words(values[low])} ({low}) to {words(values[high])} ({high})"

@@ -19,8 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.statistics.dot import dot
 from stillhook.statistics.estimate import NORMAL_95, Estimate, t_factor
+from stillhook.statistics.series import dot
 
 Statistic = Callable[[FloatArray], float]
 

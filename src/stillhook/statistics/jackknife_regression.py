@@ -4,15 +4,15 @@ jackknife)."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray, IntArray
 from stillhook.statistics.between_cases import random_effects
-from stillhook.statistics.dot import dot
 from stillhook.statistics.estimate import NORMAL_95, Estimate, t_factor
+from stillhook.statistics.series import dot
 
 FEWEST_BLOCKS = 4
 """Least number of blocks for an interval: with fewer, the t factor on a variance of two values is
@@ -131,11 +131,3 @@ def one_number(estimates: Sequence[Estimate]) -> Estimate:
     mean = dot(w, value) / float(w.sum())
     spread = math.sqrt(dot(w, (value - mean) ** 2) * NORMAL_95**2 / (len(estimates) - 1))
     return Estimate.around(mean, max(1.0, spread) / math.sqrt(float(w.sum())), sum(e.n for e in estimates))
-
-
-def by_case(values: Mapping[str, float], words: Callable[[float], str]) -> str:
-    """The smallest and the largest of several cases with their names, "1.08 (limits) to 1.16 (3)"; "" for one case."""
-    if len(values) < 2:
-        return ""
-    low, high = min(values, key=lambda name: values[name]), max(values, key=lambda name: values[name])
-    return f"{words(values[low])} ({low}) to {words(values[high])} ({high}) by test"

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.statistics.between_cases import half_of_mean
+from stillhook.statistics.between_cases import extremes, half_of_mean
 from stillhook.statistics.block_bootstrap import Statistic, interval
 from stillhook.statistics.estimate import Estimate
 
@@ -38,13 +38,8 @@ class OverCases:
         values = {name: case.value for name, case in self.cases.items() if math.isfinite(case.value)}
         if len(values) < 2:
             return "one load case: its interval does not include the scatter between load cases"
-        low, high = min(values, key=lambda name: values[name]), max(values, key=lambda name: values[name])
-        few = (
-            ""
-            if len(values) >= ENOUGH
-            else f"; {len(values)} cases determine the scatter between cases poorly, test {ENOUGH} or more"
-        )
-        return f"{words(values[low])} ({low}) to {words(values[high])} ({high}) by load case{few}"
+        few = f"; {len(values)} cases determine the scatter between cases poorly, test {ENOUGH} or more"
+        return f"{extremes(values, words)} by load case{few if len(values) < ENOUGH else ''}"
 
 
 def over_cases(

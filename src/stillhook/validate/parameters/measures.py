@@ -8,8 +8,8 @@ import numpy as np
 
 from stillhook.library.leakage import point_text
 from stillhook.spec.circuits import ServoVariant
+from stillhook.statistics.between_cases import extremes
 from stillhook.statistics.estimate import Estimate
-from stillhook.statistics.jackknife_regression import by_case
 from stillhook.units import number, show
 from stillhook.validate.criteria.names import MEASURES
 from stillhook.validate.criteria.results import Measure
@@ -258,8 +258,8 @@ def _friction(estimates: ParameterEstimates) -> list[Measure]:
 def _friction_says(estimates: ParameterEstimates, judged: list[Friction], scale: Estimate) -> str:
     if 1.0 + scale.value < SWAPPED:
         return "friction drives the winch: p_a and p_b are swapped, or the sign of the speed is wrong"
-    each = by_case({f.test: 1.0 + f.scale.value for f in judged}, lambda x: number(x, 3))
-    text = f"{number(1.0 + scale.value, 3)} times the twin's{f', {each}' if each else ''}"
+    each = extremes({f.test: 1.0 + f.scale.value for f in judged}, lambda x: number(x, 3))
+    text = f"{number(1.0 + scale.value, 3)} times the twin's{f', {each} by test' if each else ''}"
     others = [f"{number(1.0 + f.scale.value, 3)} in {f.test}" for f in estimates.frictions if f not in judged]
     text += f"; not judged because it is not heave compensation: {', '.join(others)}" if others else ""
     part = {p.test: p for p in estimates.parts}
@@ -283,8 +283,8 @@ def _delay(campaign: Campaign, estimates: ParameterEstimates) -> list[Measure]:
         return [measure("tip_delay_error", None, note="the load cell is wrong: correct it first")]
     total = implied_delay.overall(estimates.delays)
     assert total is not None
-    each = by_case({d.test: d.delay.value for d in estimates.delays}, lambda x: f"{in_ms(x)} ms")
-    text = f"{in_ms(total.value)} ms estimated{f', {each}' if each else ''}, {in_ms(campaign.delay)} ms stated"
+    each = extremes({d.test: d.delay.value for d in estimates.delays}, lambda x: f"{in_ms(x)} ms")
+    text = f"{in_ms(total.value)} ms estimated{f', {each} by test' if each else ''}, {in_ms(campaign.delay)} ms stated"
     if total.half > implied_delay.WIDEST and abs(total.value - campaign.delay) < total.half:
         note = (
             f"{text}, +- {in_ms(total.half)} ms: load, motion or load cell are too weak; test a heavy load with little"

@@ -21,9 +21,9 @@ from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.jackknife_regression import fit, pooled
 from stillhook.units import parse
 from stillhook.validate.data_set.campaign import Kind
-from stillhook.validate.parameters.segments import LogPart, by_test
+from stillhook.validate.parameters.segments import OIL, LogPart, by_test
 from stillhook.validate.parameters.slopes import bridged, differences, integral, later, moments
-from stillhook.validate.passive.curves import dry, flow, lacking, mean_every, oil, passive_of
+from stillhook.validate.passive.curves import dry, flow, mean_every, oil, passive_of
 
 EVERY = 0.2
 """Width of the means of which levels and excursions are taken [s]."""
@@ -144,7 +144,7 @@ def curve(parts: Sequence[LogPart]) -> Curve | None:
     """Stiffness of the gas and flow loss, test by test in the wave band; None where the signals or the motion are
     missing."""
     volumes, losses, rows = {}, [], []
-    usable = [p for p in parts if p.kind is Kind.AHC and not lacking(p)]
+    usable = [p for p in parts if p.kind is Kind.AHC and not p.lacking(*OIL, "omega_m")]
     lag = _lag(usable)
     for test, these in by_test(usable).items():
         dV, dQ, d_dry, dp, block = (np.concatenate(c) for c in zip(*(_rows(p, lag) for p in these), strict=True))
@@ -201,7 +201,9 @@ def displacement(parts: Sequence[LogPart]) -> Displacement | None:
     """Oil displaced by the motors, from the logged position of the piston; None where it was not logged or nothing
     moves."""
     tests = {}
-    for test, same in by_test([p for p in parts if p.kind is Kind.AHC and p.has("V_acc") and not lacking(p)]).items():
+    for test, same in by_test(
+        [p for p in parts if p.kind is Kind.AHC and p.has("V_acc") and not p.lacking(*OIL, "omega_m")]
+    ).items():
         rows = [_moved(p) for p in same]
         dV, seen, block = (np.concatenate(c) for c in zip(*rows, strict=True))
         fitted = fit((dV, np.ones_like(dV)), seen, block)
@@ -219,7 +221,7 @@ def _moved(part: LogPart) -> tuple[NDArray[Any], ...]:
 def stroke(parts: Sequence[LogPart], gas: Curve | None) -> Stroke | None:
     """Excursion of the piston, by its logged position or by the pressure along the gas curve that the log itself
     implies; None without."""
-    usable = [p for p in parts if not lacking(p)]
+    usable = [p for p in parts if not p.lacking(*OIL, "omega_m")]
     if not usable:
         return None
     passive = passive_of(usable[0])

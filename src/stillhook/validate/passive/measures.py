@@ -9,15 +9,17 @@ from dataclasses import replace
 from stillhook.physics.scalar import G
 from stillhook.spec.circuits import PassiveCircuit
 from stillhook.spec.crane import Crane
+from stillhook.statistics.between_cases import extremes
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import number, show
 from stillhook.validate.criteria.names import MEASURES
 from stillhook.validate.criteria.results import Measure
 from stillhook.validate.parameters.hoisting.friction import missing
 from stillhook.validate.parameters.measures import measure, rests_on
+from stillhook.validate.parameters.segments import OIL
 from stillhook.validate.passive import gas as gas_law
 from stillhook.validate.passive import torque
-from stillhook.validate.passive.curves import lacking, passive_of
+from stillhook.validate.passive.curves import passive_of
 from stillhook.validate.passive.estimates import PassiveEstimates
 
 TRANSMITTER = 2e5
@@ -61,10 +63,8 @@ def _measure(
 
 def spread(tests: dict[str, Estimate], quantity: str) -> str:
     """Smallest and largest of several tests in words; "" of one."""
-    if len(tests) < 2:
-        return ""
-    low, high = min(tests, key=lambda t: tests[t].value), max(tests, key=lambda t: tests[t].value)
-    return f"; {show(tests[low].value, quantity, 4)} in {low} to {show(tests[high].value, quantity, 4)} in {high}"
+    each = extremes({test: e.value for test, e in tests.items()}, lambda x: show(x, quantity, 4))
+    return f"; {each} by test" if each else ""
 
 
 def _level(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
@@ -89,7 +89,7 @@ def _gas(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
     gas, passive = estimates.gas, _passive(crane)
     names = ("gas_volume_error", "piston_loss_difference")
     if gas is None:
-        lacks = dict.fromkeys(n for p in estimates.parts for n in lacking(p))
+        lacks = dict.fromkeys(n for p in estimates.parts for n in p.lacking(*OIL, "omega_m"))
         note = f"log {', '.join(lacks)}" if lacks else "the winch does not move enough in heave compensation"
         return [measure(name, None, note=note) for name in names]
     acc, data = passive.accumulator, rests_on(estimates.parts, gas.tests, gas.V.n)

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray, IntArray
 from stillhook.physics.load_path.wire import wire_damping, wire_stiffness
 from stillhook.spec.scenario import Mode
-from stillhook.statistics.dot import dot
 from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.jackknife_regression import Fit, fit, pooled
+from stillhook.statistics.series import dot
 from stillhook.validate.parameters.segments import LogPart, by_test
 from stillhook.validate.parameters.slopes import bridged, smoothed
 
