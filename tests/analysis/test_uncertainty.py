@@ -8,7 +8,6 @@ import pytest
 
 from stillhook import Scenario, Sine, load_crane, simulate
 from stillhook.analysis.maps.monte_carlo import monte_carlo_map
-from stillhook.analysis.maps.monte_carlo_figure import map_band_figure
 from stillhook.analysis.maps.operability import operability_map
 from stillhook.analysis.uncertainty.bands import (
     Limit,
@@ -278,4 +277,3 @@ def test_a_map_says_how_sure_each_cell_is():
     assert np.all(np.diff(chance.values, axis=-1) >= 0.0)
     assert float(chance.sel(controller="ssc", interval="share")[0, 0]) == 1.0
     assert int(drawn["failed"].sum()) == 0
-    assert len(map_band_figure(drawn).axes) == 3 * 3 + 2

@@ -32,9 +32,6 @@ DRY_WORTH = 0.3e5
 """Dry friction of the piston that is reported [Pa]."""
 NEAR_INTEGER = 0.25
 """Tolerance of the number of motors to an integer that is named [-]."""
-DRIFTS = 0.03
-"""Standing torque over that of the safe working load from which a test with a light load counts: zeros, not gains
-[-]."""
 
 
 def measures(crane: Crane, estimates: PassiveEstimates) -> tuple[Measure, ...]:
