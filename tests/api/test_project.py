@@ -113,7 +113,7 @@ def test_no_source_file_outgrows_its_subject():
 def test_no_folder_is_a_heap():
     folders = [SOURCE, *(path for path in SOURCE.rglob("*") if path.is_dir() and path.name != "__pycache__")]
     entries = {
-        folder: [p.name for p in folder.iterdir() if p.name not in ("__pycache__", "__init__.py")] for folder in folders
+        folder: [p.name for p in folder.iterdir() if p.stem not in ("__pycache__", "__init__")] for folder in folders
     }
     crowded = {relative(f): len(names) for f, names in entries.items() if len(names) > MOST_ENTRIES and f != SOURCE}
     assert crowded == {}
@@ -219,7 +219,9 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> set[str]:
 @pytest.mark.slow
 def test_wheel_carries_every_file_of_the_package(wheel: set[str]):
     data = {
-        p.relative_to(SOURCE.parent).as_posix() for s in (".py", ".toml", ".csv", ".typ") for p in SOURCE.rglob(f"*{s}")
+        p.relative_to(SOURCE.parent).as_posix()
+        for s in (".py", ".pyi", ".toml", ".csv", ".typ")
+        for p in SOURCE.rglob(f"*{s}")
     }
     assert data - wheel == set()
 
