@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from stillhook.cli.cluster import Scheduler, client_of
-from stillhook.cli.crane.cranes import Json
+from stillhook.cli.options import Json, Out, Step, Store
 from stillhook.cli.simulation.runs import MOTION_HELP, cell, motion_of
 from stillhook.report.terminal import print_implausible, print_json, print_table, print_twin, progress_bar, started
 
@@ -94,15 +94,10 @@ def uncertainty(
     at_most: Annotated[
         float, typer.Option("--at-most", min=0.0, max=1.0, help="Tolerated probability of exceeding a limit.")
     ] = 0.05,
-    step: Annotated[str | None, typer.Option(help="Integration step (default 5 ms).")] = None,
-    store: Annotated[
-        Path | None,
-        typer.Option(help="Folder that keeps results as they finish; an interrupted run continues from it."),
-    ] = None,
+    step: Step = None,
+    store: Store = None,
     scheduler: Scheduler = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Folder for NetCDF, pictures and JSON; nothing is written without it.")
-    ] = None,
+    out: Out = None,
     json: Json = False,
 ) -> None:
     """Uncertainty of a winch (friction, leakage, inertia, oil, servos, delay) propagated into error and pressure,

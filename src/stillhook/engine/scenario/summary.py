@@ -5,6 +5,7 @@ from typing import Any
 
 from stillhook.engine.scenario.checks import Foreseen, foresee
 from stillhook.engine.scenario.run import Ending, Result
+from stillhook.kernels.statistics import Stats
 from stillhook.spec.crane import Crane
 from stillhook.spec.plausible import implausible_values, marked
 from stillhook.spec.scenario import Mode, Scenario
@@ -105,29 +106,8 @@ def summarise(crane: Crane, case: Scenario, result: Result) -> dict[str, Any]:
         "e_c_max": max(abs(st.e_min), abs(st.e_max)),
         "e_c_mean": mean,
         "e_c_std": math.sqrt(max(st.e2_sum / weight - mean * mean, 0.0)),
-        "p_a_max": st.p_a_max,
-        "p_b_max": st.p_b_max,
         "p_max": max(st.p_a_max, st.p_b_max),
-        "p_min": st.p_min,
-        "alpha_p_max": st.alpha_p_max,
-        "alpha_m_min": st.alpha_m_min,
-        "u_p_max": st.u_p_max,
-        "omega_m_max": st.omega_max,
-        "v_w_max": st.v_w_max,
-        "v_tip_max": st.v_tip_max,
-        "F_w_max": st.F_max,
-        "F_w_min": st.F_min,
-        "saturation_time": st.saturation_cycles * t,
-        "relief_time": st.relief_cycles * t,
-        "overspeed_time": st.overspeed_cycles * t,
-        "stroke_time": st.stroke_cycles * t,
-        "slack_time": st.slack_cycles * t,
-        "cavitation_time": st.cavitation_cycles * t,
-        "wire_time": st.wire_cycles * t,
-        "power_time": st.power_cycles * t,
-        "boost_time": st.boost_cycles * t,
-        "P_hpu_max": st.P_max,
-        "P_hpu_min": st.P_min,
+        **winch_numbers(st, t),
         "energy_pumps": st.pump_abs * t,
         "energy_unaccounted": energy_unaccounted(result),
         "counted_time": weight * t,
@@ -142,6 +122,34 @@ def summarise(crane: Crane, case: Scenario, result: Result) -> dict[str, Any]:
         **numbers,
         "validated": float(foreseen.validated),
         "notes": notes,
+    }
+
+
+def winch_numbers(st: Stats, t_cycle: float) -> dict[str, float]:
+    """What the winch did: extremes of its signals, and time at each of its limits [s]."""
+    return {
+        "p_a_max": st.p_a_max,
+        "p_b_max": st.p_b_max,
+        "p_min": st.p_min,
+        "alpha_p_max": st.alpha_p_max,
+        "alpha_m_min": st.alpha_m_min,
+        "u_p_max": st.u_p_max,
+        "omega_m_max": st.omega_max,
+        "v_w_max": st.v_w_max,
+        "v_tip_max": st.v_tip_max,
+        "F_w_max": st.F_max,
+        "F_w_min": st.F_min,
+        "saturation_time": st.saturation_cycles * t_cycle,
+        "relief_time": st.relief_cycles * t_cycle,
+        "overspeed_time": st.overspeed_cycles * t_cycle,
+        "stroke_time": st.stroke_cycles * t_cycle,
+        "slack_time": st.slack_cycles * t_cycle,
+        "cavitation_time": st.cavitation_cycles * t_cycle,
+        "wire_time": st.wire_cycles * t_cycle,
+        "power_time": st.power_cycles * t_cycle,
+        "boost_time": st.boost_cycles * t_cycle,
+        "P_hpu_max": st.P_max,
+        "P_hpu_min": st.P_min,
     }
 
 
