@@ -82,7 +82,11 @@ class Estimate:
         """Whether the interval holds a value."""
         return self.low <= value <= self.high
 
-    def scaled(self, factor: float, offset: float = 0.0) -> Estimate:
+    def scaled(self, factor: float = 1.0, offset: float = 0.0) -> Estimate:
         """factor times it plus an offset; the ends stay in order."""
         low, high = sorted((factor * self.low + offset, factor * self.high + offset))
         return Estimate(factor * self.value + offset, low, high, self.n, abs(factor) * self.structural)
+
+    def to_dict(self, name: str = "value") -> dict[str, float]:
+        """Plain data: the value under a name, and the ends."""
+        return {name: self.value, "low": self.low, "high": self.high}

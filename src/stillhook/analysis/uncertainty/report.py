@@ -80,7 +80,7 @@ def report(
 
 def _chance(share: Estimate) -> dict[str, Any]:
     hits = round(share.value * share.n)
-    return {"share": share.value, "low": share.low, "high": share.high, "hits": hits, "n": share.n}
+    return {**share.to_dict("share"), "hits": hits, "n": share.n}
 
 
 def _index(index: Index) -> dict[str, float]:

@@ -179,7 +179,7 @@ def _share(name: str, e: Estimate | None, ours: float, data: str, note: str) -> 
 
 def _data(estimates: ControllerEstimates) -> dict[str, object]:
     def of(e: Estimate | None) -> dict[str, float] | None:
-        return {"value": e.value, "low": e.low, "high": e.high} if e else None
+        return e.to_dict() if e else None
 
     law, rows = estimates.law, estimates.rows
     return {

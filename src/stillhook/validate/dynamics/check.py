@@ -245,9 +245,7 @@ def _data(
     return {
         "tuned": {
             f.name: {
-                "factor": f.factor.value,
-                "low": f.factor.low,
-                "high": f.factor.high,
+                **f.factor.to_dict("factor"),
                 "structural": f.factor.structural,
                 "known": f.known,
                 "offered": f.offered,
