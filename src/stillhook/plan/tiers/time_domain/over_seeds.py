@@ -39,9 +39,8 @@ def largest(maxima: FloatArray, level: Level, times: float = 1.0) -> Estimate:
         return Estimate(top, n=len(x))
     if np.ptp(x) <= ALIKE * np.abs(x).max():
         return Estimate(top, top, top, len(x))
-    fit = gumbel(x)
     q = QUANTILE[level] ** (1.0 / max(times, 1.0))
-    return Estimate(fit.quantile(q), *fit.interval(q), n=fit.n)
+    return gumbel(x).estimate(q)
 
 
 def passage(maxima: FloatArray, level: Level, times: float = 1.0) -> Estimate:
