@@ -13,9 +13,9 @@ import numpy as np
 from stillhook import identify
 from stillhook.identify.system_friction.fitting.fit import predicted, predicted_sd
 from stillhook.identify.system_friction.fitting.model import Y_NAMES, Y
-from stillhook.identify.system_friction.fitting.uncertainty import t_factor
 from stillhook.library import system_friction
 from stillhook.logs.synthetic.instruments import Instruments, Noise
+from stillhook.statistics.estimate import t_factor
 
 CASES = {"L4593": "L4593", "crane-2": "crane-2"}
 MINUTES = 10.0
@@ -31,7 +31,7 @@ def campaign(name: str, reference: Y, seed: int) -> tuple[dict[str, bool], float
             plan, folder, instruments=instruments, duration=f"{MINUTES:g} min", parquet=True
         )
         r = identify.friction(written.campaign, proposals=0)
-    inside = {i.name: i.low <= getattr(reference, i.name) <= i.high for i in r.intervals}
+    inside = {n: i.contains(getattr(reference, n)) for n, i in r.intervals.items()}
     off = np.abs(predicted(r.points, r.loss, r.fit.y) - predicted(r.points, r.loss, reference))
     return inside, float(np.mean(off <= t_factor(r.fit.dof) * predicted_sd(r.points, r.fit)))
 

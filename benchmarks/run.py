@@ -27,7 +27,7 @@ from benchmarks.c_reference import COMMON, WIDTHS, CKernel, compile_c, compiler,
 from benchmarks.cases import CRANE, Sample, crane, kernel_run, lifts
 from benchmarks.scipy_reference import RTOL, SolverRun
 from stillhook import Scenario
-from stillhook.engine.scenario.run import run_many, run_one
+from stillhook.engine.scenario.run import run_cases
 from stillhook.kernels.lanes import VL, flatten, size
 from stillhook.winches.records import Signals
 
@@ -72,10 +72,12 @@ def product_jobs() -> dict[str, Job]:
     c, one, block, many = crane(), lifts(1, 600.0)[0], lifts(VL, 600.0), lifts(2 * VL, 1200.0)
 
     def single(n_sub: int) -> Job:
-        return complete_run(lambda: run_one(c, one, n_sub=n_sub, every=10), one.duration)
+        return complete_run(lambda: run_cases(c, [one], n_sub=n_sub, lanes=1, every=10)[0], one.duration)
 
     def batch(cases: list[Scenario], n_sub: int, threads: int) -> Job:
-        return complete_run(lambda: run_many(c, cases, n_sub=n_sub, threads=threads), sum(s.duration for s in cases))
+        return complete_run(
+            lambda: run_cases(c, cases, n_sub=n_sub, lanes=VL, every=0, threads=threads), sum(s.duration for s in cases)
+        )
 
     jobs = {
         "one trajectory with series, 1 ms": single(10),

@@ -13,7 +13,7 @@ import numpy as np
 
 from stillhook import Scenario, load_crane
 from stillhook.engine.pack.winch import pack
-from stillhook.engine.scenario.run import Ending, Result, run_one
+from stillhook.engine.scenario.run import Ending, Result, run_cases
 from stillhook.engine.step_size import RK4_LIMIT, fastest_rates
 from stillhook.errors import SpecError
 from stillhook.library import changed
@@ -107,6 +107,10 @@ def scenario(load: str, s_w: str, tip: str, mode: str, **more: str) -> Scenario:
     return Scenario(load=load, s_w=s_w, tip=tip, mode=mode, duration="90 s", **more)
 
 
+def run_one(case: Case, n_sub: int) -> Result:
+    return run_cases(case.crane, [case.scenario], n_sub=n_sub, lanes=1, every=1)[0]
+
+
 def deviation(run: Result, reference: Result) -> Deviation:
     a, b = run.series, reference.series
     assert a is not None
@@ -118,11 +122,11 @@ def deviation(run: Result, reference: Result) -> Deviation:
 
 def measure(case: Case) -> dict[int, Deviation | None]:
     """Deviation for each number of steps per cycle; None where the step is refused or the run diverged."""
-    reference = run_one(case.crane, case.scenario, n_sub=REFERENCE)
+    reference = run_one(case, REFERENCE)
     deviations: dict[int, Deviation | None] = {}
     for n in STEPS:
         try:
-            run = run_one(case.crane, case.scenario, n_sub=n)
+            run = run_one(case, n)
         except SpecError:
             deviations[n] = None
             continue
@@ -194,10 +198,7 @@ def stability_table() -> str:
 
 def reference_error(cases: list[Case]) -> Deviation:
     """Largest deviation of the reference itself from half its step."""
-    pairs = (
-        (run_one(c.crane, c.scenario, n_sub=REFERENCE), run_one(c.crane, c.scenario, n_sub=2 * REFERENCE))
-        for c in cases
-    )
+    pairs = ((run_one(c, REFERENCE), run_one(c, 2 * REFERENCE)) for c in cases)
     return Deviation(*(max(column) for column in zip(*(deviation(a, b) for a, b in pairs), strict=True)))
 
 

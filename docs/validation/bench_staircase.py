@@ -97,7 +97,7 @@ def published(v: float) -> float:
 
 
 def _with(p: CurvePoint) -> str:
-    return f"{p.friction:.0f} ± {p.interval[1] - p.friction:.0f}"
+    return f"{p.friction:.0f} ± {p.estimate.half:.0f}"
 
 
 def _friction(r: Results) -> Iterator[tuple[str, ...]]:
@@ -196,7 +196,7 @@ def draw(r: Results) -> None:
     names = ("force of the machine", "less the oil on the piston", "less the gas springs: friction of the ram")
     for found, name, colour in zip((r.whole, r.oil_off, r.gas_off), names, COLOURS, strict=False):
         v, F = [p.speed for p in found.points], [1e-3 * p.friction for p in found.points]
-        half = [1e-3 * (p.interval[1] - p.friction) for p in found.points]
+        half = [1e-3 * p.estimate.half for p in found.points]
         ax.errorbar(v, F, yerr=half, fmt="o-", color=colour, lw=1.0, ms=4.0, capsize=3.0, label=f"{name}, 95 %")
     speeds = np.linspace(0.02, 0.4, 50)
     ax.plot(

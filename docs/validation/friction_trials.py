@@ -10,16 +10,16 @@ transmitters' zero of that moment: no plant is simulated, so a campaign takes a 
 
 from __future__ import annotations
 
-import json
 import math
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from enum import StrEnum
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import trial_store
 from numpy.typing import NDArray
 
 from stillhook.identify.system_friction.fitting import drift, uncertainty
@@ -27,10 +27,11 @@ from stillhook.identify.system_friction.fitting import fit as friction_fit
 from stillhook.identify.system_friction.fitting.fit import fit_system, predicted_sd
 from stillhook.identify.system_friction.fitting.model import Y, mj4, system_friction
 from stillhook.identify.system_friction.fitting.points import Points
-from stillhook.identify.system_friction.fitting.uncertainty import profile_intervals, t_factor
+from stillhook.identify.system_friction.fitting.uncertainty import profile_intervals
 from stillhook.library import motor
 from stillhook.library import system_friction as published
 from stillhook.physics.scalar import G
+from stillhook.statistics.estimate import t_factor
 from stillhook.units import parse
 
 FloatArray = NDArray[np.float64]
@@ -203,13 +204,13 @@ def outcome(trial: Trial) -> dict[str, Any]:
     out["error"] = float(f"{float(np.sqrt(np.mean((found - truth) ** 2))):.4g}")
     if y is not None:
         intervals = profile_intervals(points, LOSS, fit)
-        out["inside"] = {i.name: bool(i.low <= getattr(y, i.name) <= i.high) for i in intervals}
-        out["width"] = {i.name: float(f"{i.high - i.low:.3g}") for i in intervals}
+        out["inside"] = {n: bool(i.contains(getattr(y, n))) for n, i in intervals.items()}
+        out["width"] = {n: float(f"{i.high - i.low:.3g}") for n, i in intervals.items()}
     return out
 
 
 def kept() -> dict[str, Any]:
-    return json.loads(STORE.read_text(encoding="utf-8")) if STORE.is_file() else {}
+    return trial_store.read(STORE)
 
 
 def code() -> str:
@@ -218,19 +219,13 @@ def code() -> str:
     return sha256(b"".join(f.read_bytes() for f in files)).hexdigest()[:12]
 
 
-def keep(outcomes: Mapping[str, Any]) -> None:
-    """One line an outcome, in the order of the trials."""
-    lines = [f"{json.dumps(t.key)}: {json.dumps(outcomes[t.key])}" for t in trials() if t.key in outcomes]
-    STORE.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8", newline="\n")
-
-
 def main(wanted: list[str]) -> None:
     done, now = kept(), code()
     todo = [t for t in trials() if t.key not in done or ("--new" in wanted and done[t.key]["code"] != now)]
     most = next((int(w) for w in wanted if w.isdigit()), len(todo))
     for trial in todo[:most]:
         done[trial.key] = {**outcome(trial), "code": now}
-        keep(done)
+        trial_store.write(STORE, (t.key for t in trials()), done)
         print(trial.key, flush=True)
 
 

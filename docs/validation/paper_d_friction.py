@@ -196,13 +196,12 @@ def shown(name: str, value: float, digits: int | None = None) -> str:
 
 def parameter_rows(plan: str, truth: Y, r: Results) -> Iterator[tuple[str, ...]]:
     exact, noisy = r.exact[plan], r.noisy[plan]
-    found = {i.name: i for i in noisy.intervals}
     for n in Y_NAMES:
         printed = f"{getattr(truth, n) / THEIRS[n][1]:.6f}".rstrip("0").rstrip(".")
         if n in noisy.fit.dropped:
             yield THEIRS[n][0], printed, "left out" if n in exact.dropped else shown(n, getattr(exact.y, n)), "left out"
             continue
-        i = found[n]
+        i = noisy.intervals[n]
         interval = f"{shown(n, i.value)} ({shown(n, i.low)} to {shown(n, i.high)})"
         yield THEIRS[n][0], printed, shown(n, getattr(exact.y, n)), interval
 
@@ -453,9 +452,7 @@ def claims(r: Results) -> dict[str, tuple[str, str, str]]:
     most = max(off(plan, y, r) for plan, y in truths.items())
     held = {plan: max(h.worst for h in found.held_out) for plan, found in r.noisy.items()}
     kept = "Y_2" in r.noisy["L4593"].fit.names, "Y_2" in r.noisy["crane-2-extended"].fit.names
-    told = [
-        i.low <= getattr(truths[plan], i.name) <= i.high for plan, found in r.noisy.items() for i in found.intervals
-    ]
+    told = [i.contains(getattr(truths[plan], n)) for plan, found in r.noisy.items() for n, i in found.intervals.items()]
     inside, asked = sum(told), len(told)
     c, gap, steps = r.costs, spread(), rounds(r)
     medians = {name: float(np.median([fall(one)[0] for one in found])) for name, found in r.loops.items()}

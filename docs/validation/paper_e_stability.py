@@ -10,6 +10,7 @@ from typing import Any
 import causes
 import numpy as np
 from blocks import claims_table, percent, save, table, verdict
+from routh import gain_limit_by_poles, gain_limit_by_routh
 
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.analysis.loop_stability.figures import (
@@ -42,7 +43,6 @@ from stillhook.analysis.loop_stability.models.transfer import (
     speed_response,
 )
 from stillhook.analysis.loop_stability.ringing import rms_above
-from stillhook.analysis.loop_stability.routh import gain_limit_by_poles, gain_limit_by_routh
 from stillhook.analysis.loop_stability.stability import (
     full_stability,
     least_limit,

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import datetime
 import functools
+import math
 import sys
 import time
 import tomllib
@@ -30,9 +31,11 @@ from stillhook.base.arrays import FloatArray
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import StillhookError
 from stillhook.library import load_crane
-from stillhook.library.leakage import Point
+from stillhook.library.leakage import Point, leak_at
+from stillhook.physics.hydraulics.valves import external_leakage, internal_leakage
 from stillhook.physics.load_path.drum import layer_diameter, layers_filled
 from stillhook.physics.scalar import G
+from stillhook.spec.crane import Crane
 from stillhook.validate import validate
 from stillhook.validate.criteria.results import Measure, StepNumber, Verdict
 from stillhook.validate.data_set.campaign import Kind, load_campaign
@@ -44,12 +47,13 @@ from stillhook.validate.parameters.segments import LogPart, by_test, parts_of
 from stillhook.validate.report.texts import reading_notes
 from stillhook.validate.synthetic import Defect, sea_trials, write_campaign
 from stillhook.validate.synthetic.defects import DEFECTS
-from stillhook.validate.synthetic.reference.circuits import leak_over_twin
+from stillhook.validate.synthetic.reference.circuits import active_leak
 from stillhook.validate.synthetic.reference.crane import ReferenceCrane
 from stillhook.validate.synthetic.reference.friction import reference_friction
 from stillhook.validate.synthetic.scatter import STATED_DELAY
 from stillhook.validate.validation import Validation
 from stillhook.winches.reference.drum import TrueDrum, wound
+from stillhook.winches.reference.leak import gap_motor, gap_pump, leak_across, leak_to_case
 
 STORE = Path(__file__).resolve().parent / "truth-trials.json"
 SEEDS = range(100)
@@ -187,6 +191,21 @@ def _leak(truth: Mapping[str, Any], at: Point | None) -> float | None:
         return None
     own = ReferenceCrane(**{name: float(x["value"]) for name, x in truth["crane"].items()})
     return leak_over_twin(load_crane("nov-250t"), own, at) - 1.0
+
+
+def leak_over_twin(crane: Crane, reference: ReferenceCrane, at: Point) -> float:
+    """Flow that the truth leaks over what the twin does, both in their own forms, at a pressure difference at.p [Pa]
+    over boost, a setting of the pumps [-] and a speed of the motors [rad/s]; on the mean of a swing of the oil's
+    temperature."""
+    assert at.p is not None
+    law, low = active_leak(crane, reference), reference.boost * crane.active.boost.p
+    C, high = float(gap_pump(at.alpha_p, law) + gap_motor(at.n_m, law)), low + at.p
+    thin = math.sqrt(
+        1.0 - (reference.oil_thin * reference.oil_swing) ** 2
+    )  # the mean of 1/viscosity over a swing is 1 over this
+    flow = float(leak_across(C, at.p, thin, law) + leak_to_case(C, high, thin, law))
+    head = float(internal_leakage(1.0, at.p) + external_leakage(1.0, high))
+    return flow / (head * leak_at(crane.active, at.alpha_p, at.n_m))
 
 
 def _lever(truth: Mapping[str, Any], m: Measure) -> float | None:

@@ -7,7 +7,7 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,6 +24,7 @@ from stillhook.analysis.uncertainty.figures import band_figure, index_figure
 from stillhook.analysis.uncertainty.monte_carlo import monte_carlo
 from stillhook.analysis.uncertainty.sobol import MATTERS, Index, Sensitivity, sensitivity
 from stillhook.kernels.build import results_hash
+from stillhook.statistics.estimate import Estimate
 
 PAGE = "uncertainty.md"
 STORE = HERE / "uncertainty-indices.json"
@@ -100,7 +101,7 @@ def differences(looked: Sequence[Looked]) -> list[tuple[object, ...]]:
                 pair = paired_difference(one.run, new, other, name)
                 b = pair.relative
                 low, high = percent(b.low, sign=True), percent(b.high, sign=True)
-                row += [percent(b.median, sign=True), f"{low} to {high}", percent(pair.lower.share)]
+                row += [percent(b.median, sign=True), f"{low} to {high}", percent(pair.lower.value)]
             rows.append(tuple(row))
     return rows
 
@@ -117,15 +118,15 @@ def survives(share: float) -> str:
 
 def claims(two: xarray.Dataset, ninety: xarray.Dataset) -> dict[str, tuple[str, str, str]]:
     """claim -> theirs, ours, verdict."""
-    within = 1.0 - chances(two, Limit.of("e_c_pp <= 10 cm"))["ssc"].share
-    beyond = chances(two, Limit.of("e_c_pp <= 20 cm"))["hs"].share
+    within = 1.0 - chances(two, Limit.of("e_c_pp <= 10 cm"))["ssc"].value
+    beyond = chances(two, Limit.of("e_c_pp <= 20 cm"))["hs"].value
     p = {m: two["p_a_max"].sel(case=m).values for m in ("hs", "ssc")}
-    gap = chance(p["hs"] - p["ssc"] > 120e5).share
+    gap = chance(p["hs"] - p["ssc"] > 120e5).value
     lower = [
-        paired_difference(run, new, "hs", "e_c_pp").lower.share for run, new in ((two, "ssc"), (ninety, "ssc-cubic"))
+        paired_difference(run, new, "hs", "e_c_pp").lower.value for run, new in ((two, "ssc"), (ninety, "ssc-cubic"))
     ]
     pressure = [
-        paired_difference(run, new, "hs", "p_max").lower.share for run, new in ((two, "ssc"), (ninety, "ssc-cubic"))
+        paired_difference(run, new, "hs", "p_max").lower.value for run, new in ((two, "ssc"), (ninety, "ssc-cubic"))
     ]
     against_ns = paired_difference(two, "ssc", "ns", "e_c_pp")
     both = f"in {percent(lower[0])} of the draws of scenario 2, {percent(lower[1])} of the 90 t"
@@ -141,8 +142,8 @@ def claims(two: xarray.Dataset, ninety: xarray.Dataset) -> dict[str, tuple[str, 
         "scenario 2: pressure of SSC below HS": ("more than 120 bar", f"in {percent(gap)} of the draws", gap),
         "scenario 2: SSC has less error than NS": (
             "yes",
-            f"in {percent(against_ns.lower.share)} of the draws",
-            against_ns.lower.share,
+            f"in {percent(against_ns.lower.value)} of the draws",
+            against_ns.lower.value,
         ),
     }
     return {name: (theirs, ours, survives(share)) for name, (theirs, ours, share) in rows.items()}
@@ -153,10 +154,10 @@ def ranking(found: Sequence[Sensitivity]) -> list[tuple[object, ...]]:
     worth: dict[str, float] = {}
     for s in found:
         for name, x in s.indices.items():
-            worth[name] = max(worth.get(name, 0.0), x.total)
+            worth[name] = max(worth.get(name, 0.0), x.total.value)
     names = sorted((n for n in worth if worth[n] >= MATTERS), key=lambda n: -worth[n])
     return [
-        (name, *(f"{max(s.indices[name].first, 0.0):.2f}, {s.indices[name].total:.2f}" for s in found))
+        (name, *(f"{max(s.indices[name].first.value, 0.0):.2f}, {s.indices[name].total.value:.2f}" for s in found))
         for name in names
     ]
 
@@ -168,9 +169,15 @@ def indices_of(cases: Sequence[Any]) -> list[Sensitivity]:
         return list(sensitivity(paper_e_scenario_2.CRANE, cases, n=ROWS, seed=SEED, against="hs"))
     found = []
     for row in kept["indices"]:
-        own = {name: Index(*x) for name, x in row["indices"].items()}
+        own = {name: Index(Estimate(*x[:3], ROWS), Estimate(*x[3:], ROWS)) for name, x in row["indices"].items()}
         found.append(Sensitivity(**{**row, "indices": own}))
     return found
+
+
+def stored(s: Sensitivity) -> dict[str, Any]:
+    """Plain data; of each index value and ends of the first order, then of the total one."""
+    ends = {n: [y for e in (x.first, x.total) for y in (e.value, e.low, e.high)] for n, x in s.indices.items()}
+    return {**{f.name: getattr(s, f.name) for f in fields(s)}, "indices": ends}
 
 
 def follows_from(cases: Sequence[Any]) -> str:
@@ -188,7 +195,7 @@ def follows_from(cases: Sequence[Any]) -> str:
 
 def keep(found: Sequence[Sensitivity], cases: Sequence[Any]) -> None:
     """Write the indices beside the page."""
-    text = json.dumps({"of": follows_from(cases), "indices": [asdict(s) for s in found]}, indent=1)
+    text = json.dumps({"of": follows_from(cases), "indices": [stored(s) for s in found]}, indent=1)
     STORE.write_text(text + "\n", encoding="utf-8", newline="\n")
 
 

@@ -157,7 +157,10 @@ def test_the_order_of_effects_is_that_of_the_first_order_indices():
             for row in found.ranking()
         }
         clear = [
-            (a, b) for a, x in s.indices.items() for b, y in s.indices.items() if x.first > APART * max(y.first, FLOOR)
+            (a, b)
+            for a, x in s.indices.items()
+            for b, y in s.indices.items()
+            if x.first.value > APART * max(y.first.value, FLOOR)
         ]
         assert clear
         assert all(span[a] > span[b] for a, b in clear)

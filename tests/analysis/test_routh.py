@@ -8,15 +8,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.scripts import PAGES, script
 
 from stillhook import load_crane
 from stillhook.analysis.loop_stability.margins import gain_limit_of
 from stillhook.analysis.loop_stability.models.eigenfrequency import gain_limit
 from stillhook.analysis.loop_stability.models.loops import position_loop, sampled
 from stillhook.analysis.loop_stability.models.transfer import closed_loop_polynomial
-from stillhook.analysis.loop_stability.routh import gain_limit_by_poles, gain_limit_by_routh, routh
 from stillhook.errors import StillhookError
 
+PAGE = script(PAGES / "routh.py")
+routh, gain_limit_by_poles, gain_limit_by_routh = PAGE.routh, PAGE.gain_limit_by_poles, PAGE.gain_limit_by_routh
 CRANES = [load_crane(n) for n in ("nov-250t", "nov-150t", "nov-100t-pure-active")]
 CRANE = CRANES[0]
 DIGITS_6 = 5e-7  # numbers given to six decimals

@@ -28,11 +28,11 @@ def test_ishigami_function():
     u = np.pi * (2.0 * even(n, 6, 0) - 1.0)
     plan = design(u[:, :3], u[:, 3:], [[0], [1], [2]])
     found, change = indices(ishigami(plan.rows), 3, n)
-    assert [i.first for i in found] == pytest.approx([0.3139, 0.4424, 0.0], abs=SAMPLING)
-    assert [i.total for i in found] == pytest.approx([0.5576, 0.4424, 0.2437], abs=SAMPLING)
+    assert [i.first.value for i in found] == pytest.approx([0.3139, 0.4424, 0.0], abs=SAMPLING)
+    assert [i.total.value for i in found] == pytest.approx([0.5576, 0.4424, 0.2437], abs=SAMPLING)
     for i, (first, total) in zip(found, [(0.3139, 0.5576), (0.4424, 0.4424), (0.0, 0.2437)], strict=True):
-        assert i.first_low - SAMPLING < first < i.first_high + SAMPLING
-        assert i.total_low - SAMPLING < total < i.total_high + SAMPLING
+        assert i.first.low - SAMPLING < first < i.first.high + SAMPLING
+        assert i.total.low - SAMPLING < total < i.total.high + SAMPLING
     assert change < 2.0 * SAMPLING
 
 
@@ -43,7 +43,7 @@ def test_numbers_that_hang_together_are_one_group():
     A, B = (np.column_stack([c[:, 0], c[:, 0], c[:, 1]]) for c in (u[:, :2], u[:, 2:]))
     plan = design(A, B, [[0, 1], [2]])
     found, _ = indices(plan.rows.sum(axis=1), 2, n)
-    assert [i.first for i in found] == pytest.approx([0.8, 0.2], abs=SAMPLING)
+    assert [i.first.value for i in found] == pytest.approx([0.8, 0.2], abs=SAMPLING)
 
 
 @pytest.mark.thorough
@@ -53,8 +53,8 @@ def test_mean_pressure_hangs_on_the_one_factor_that_moves_it():
     known = Uncertainty.of({"load": {"uniform": [0.9, 1.1]}, "boost": {"uniform": [0.9, 1.1]}, "delay": "0 s"})
     (found,) = sensitivity(CRANE, CASE, known, outputs=["F_w_max"], n=64)
     assert list(found.indices) == ["load", "boost"]  # the fixed delay has no index
-    assert found.indices["load"].first == pytest.approx(1.0, abs=FEW)
-    assert found.indices["boost"].total == pytest.approx(0.0, abs=0.01)
+    assert found.indices["load"].first.value == pytest.approx(1.0, abs=FEW)
+    assert found.indices["boost"].total.value == pytest.approx(0.0, abs=0.01)
     assert found.converged
     assert found.runs == 64 * 4
     assert found.words()[0].startswith("load: 1")
@@ -79,8 +79,8 @@ def test_what_a_difference_of_controllers_hangs_on_is_told_of_pairs():
     assert [s.case for s in found] == ["hs", "ssc", "ssc / hs"]
     one, pair = found[0].indices, found[2].indices
     assert next(iter(one)) == "friction"
-    assert one["motor_servo"].total < 0.01  # fixed motors do not swivel
-    assert pair["motor_servo"].total > one["motor_servo"].total
+    assert one["motor_servo"].total.value < 0.01  # fixed motors do not swivel
+    assert pair["motor_servo"].total.value > one["motor_servo"].total.value
 
 
 def test_a_number_that_does_not_vary_has_no_indices():

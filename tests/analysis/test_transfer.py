@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.scripts import PAGES, script
 
 from stillhook import load_crane
 from stillhook.analysis.loop_stability.margins import gain_limit_of
@@ -24,7 +25,6 @@ from stillhook.analysis.loop_stability.models.transfer import (
     open_loop,
     speed_response,
 )
-from stillhook.analysis.loop_stability.routh import gain_limit_by_poles
 from stillhook.analysis.steady.steady_state import speed_limit, steady
 from stillhook.engine.pack.winch import gains
 from stillhook.errors import StillhookError
@@ -95,7 +95,9 @@ def test_motor_servo_has_no_effect_on_the_limit_but_ssc_moves_its_poles():
     lazy = changed(CRANE, {"active": {"motor": {"servo": {"omega_n": "1 rad/s"}}}})
     at, own = about(lazy, 1.6), motor_poles(lazy, 1.6)
     assert np.abs(own[0]) == pytest.approx(0.2 * abs(fast[0]), rel=1e-6)
-    K_ms = gain_limit_by_poles(lambda K_p: np.linalg.eigvals(full_matrices(lazy, at, K_p=K_p)[0]))
+    K_ms = script(PAGES / "routh.py").gain_limit_by_poles(
+        lambda K_p: np.linalg.eigvals(full_matrices(lazy, at, K_p=K_p)[0])
+    )
     assert K_ms == pytest.approx(gain_limit(CRANE, at.alpha_m).K_p_ms, rel=SAME)
 
 

@@ -8,7 +8,6 @@ import pytest
 
 from stillhook import Scenario, Sine, load_crane, simulate
 from stillhook.analysis.maps.monte_carlo import monte_carlo_map
-from stillhook.analysis.maps.monte_carlo_figure import map_band_figure
 from stillhook.analysis.maps.operability import operability_map
 from stillhook.analysis.uncertainty.bands import (
     Limit,
@@ -101,7 +100,7 @@ def test_controllers_see_the_same_draws_so_their_difference_is_sharper_than_eith
     width = difference.relative.high - difference.relative.low
     apart = math.hypot(*((b.high - b.low) / b.median for b in single))  # of draws that are not the same for both
     assert width < 0.25 * apart
-    assert difference.lower.share == 1.0
+    assert difference.lower.value == 1.0
 
 
 @pytest.mark.thorough
@@ -179,7 +178,7 @@ def test_a_standing_offset_is_no_limit_of_the_winch():
     fast = case.model_copy(update={"tip": Sine(amplitude="4 m", period="8 s")})
     run = monte_carlo(pure, [case, fast], known(leakage="default"), n=4, labels=["slow", "fast"])
     assert set(run["status"].sel(case="slow").values) == {"offset"}
-    assert {name: c.hits for name, c in troubles(run).items()} == {"slow": 0, "fast": 4}
+    assert {name: round(c.value * c.n) for name, c in troubles(run).items()} == {"slow": 0, "fast": 4}
 
 
 def test_the_interval_of_a_chance_covers_it_as_often_as_it_says():
@@ -194,7 +193,7 @@ def test_the_share_above_a_value_falls_to_nothing(run):
     assert share[0] == pytest.approx(1.0 - 1.0 / N)
     assert share[-1] == 0.0
     limit = Limit("p_max", True, float(values[7]))
-    assert chances(run, limit)["hs"].share == share[7]
+    assert chances(run, limit)["hs"].value == share[7]
 
 
 @pytest.mark.parametrize(
@@ -278,4 +277,3 @@ def test_a_map_says_how_sure_each_cell_is():
     assert np.all(np.diff(chance.values, axis=-1) >= 0.0)
     assert float(chance.sel(controller="ssc", interval="share")[0, 0]) == 1.0
     assert int(drawn["failed"].sum()) == 0
-    assert len(map_band_figure(drawn).axes) == 3 * 3 + 2

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
+from tests.frozen.inputs import LID
 
 from stillhook.cli import run
 from stillhook.control.supervisor import wire_weight
@@ -18,56 +19,18 @@ from stillhook.report.plots.lowering import about_mean, save_animation, time_seg
 from stillhook.report.save.lowering import ANIMATION, OUT_FILES, static_tension
 from stillhook.variables import BY_NAME
 
-DOWN = """
-name = "lid to the seabed"
-crane = "nov-250t"
-start = "2 m"
-ramp = "2 s"
-duration = "180 s"
-[payload]
-name = "lid"
-mass = "30 t"
-shape = "plate"
-length = "5 m"
-width = "4 m"
-height = "0.5 m"
-[tip]
-height = "20 m"
-motion = "sine 0.3 m 9 s"
-[water]
-depth = "25 m"
-[wire]
-nodes = 5
-[[stage]]
-name = "through"
-mode = "splash"
-lower = "30 m/min"
-depth = "10 m"
-[[stage]]
-name = "down"
-mode = "ahc"
-lower = "30 m/min"
-depth = "20 m"
-[[stage]]
-name = "land"
-mode = "landing"
-lower = "12 m/min"
-hold = "100 kN"
-time = "20 s"
-"""
-
 
 @pytest.fixture
 def lift_toml(tmp_path: Path) -> Path:
     path = tmp_path / "lid.toml"
-    path.write_text(DOWN)
+    path.write_text(LID)
     return path
 
 
 @pytest.fixture(scope="module")
 def landed(tmp_path_factory: pytest.TempPathFactory) -> tuple[xarray.Dataset, object]:
     path = tmp_path_factory.mktemp("lid") / "lid.toml"
-    path.write_text(DOWN)
+    path.write_text(LID)
     file = load_lift(path)
     return lower(file.crane, file.lift), file
 
@@ -170,7 +133,7 @@ def test_a_load_that_touches_the_seabed_on_its_way_down_answers_with_1_and_names
 
 
 def test_a_stage_that_times_out_leaves_the_programme_stuck(capsys, lift_toml):
-    lift_toml.write_text(DOWN.replace('depth = "10 m"', 'depth = "10 m"\ntimeout = "5 s"'))
+    lift_toml.write_text(LID.replace('depth = "10 m"', 'depth = "10 m"\ntimeout = "5 s"'))
     assert run(["lower", str(lift_toml), "--duration", "20 s"]) == 1
     out = capsys.readouterr().out
     assert "status: stuck" in out
@@ -178,7 +141,7 @@ def test_a_stage_that_times_out_leaves_the_programme_stuck(capsys, lift_toml):
 
 
 def test_a_load_above_the_swl_is_refused_before_the_run(capsys, lift_toml):
-    lift_toml.write_text(DOWN.replace('mass = "30 t"', 'mass = "260 t"\nvolume = "8 m^3"'))
+    lift_toml.write_text(LID.replace('mass = "30 t"', 'mass = "260 t"\nvolume = "8 m^3"'))
     assert "SWL 250 t" in refusal(capsys, str(lift_toml), "--duration", "5 s")
 
 
@@ -199,7 +162,7 @@ def test_what_cannot_be_done_is_said_in_one_line(capsys, lift_toml, arguments, s
 
 
 def test_a_lift_that_this_crane_cannot_be_asked_names_the_file_and_its_fields(capsys, lift_toml):
-    lift_toml.write_text(DOWN.replace('start = "2 m"', 'start = "18 m"'))
+    lift_toml.write_text(LID.replace('start = "2 m"', 'start = "18 m"'))
     assert "lid.toml: start = 18 m: the hook would be above the crane tip" in refusal(capsys, str(lift_toml))
 
 
@@ -208,6 +171,6 @@ def test_a_folder_that_cannot_be_written_to_is_told_before_the_run(capsys, lift_
 
 
 def test_a_lift_file_that_names_itself_no_crane_is_refused(lift_toml):
-    lift_toml.write_text(DOWN.replace('crane = "nov-250t"\n', ""))
+    lift_toml.write_text(LID.replace('crane = "nov-250t"\n', ""))
     with pytest.raises(StillhookError, match="crane: missing"):
         load_lift(lift_toml)

@@ -1,6 +1,5 @@
 """The repository keeps its own promises: lock, version, size of files, documentation, what the wheel carries."""
 
-import importlib.util
 import re
 import shutil
 import subprocess
@@ -11,12 +10,12 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from tests.scripts import DOCS, script
 
 import stillhook
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src" / "stillhook"
-DOCS = ROOT / "docs"
 
 LONGEST_FILE = 500  # lines; beyond, a module is doing two things
 LONGER = {"src/stillhook/kernels/lift_driver.py"}  # one template, compiled as a whole for each winch
@@ -60,12 +59,7 @@ def locked() -> dict[str, str]:
 
 def generator() -> ModuleType:
     """docs/generate.py as a module."""
-    spec = importlib.util.spec_from_file_location("docs_generate", DOCS / "generate.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return script(DOCS / "generate.py")
 
 
 # The lock
@@ -119,7 +113,7 @@ def test_no_source_file_outgrows_its_subject():
 def test_no_folder_is_a_heap():
     folders = [SOURCE, *(path for path in SOURCE.rglob("*") if path.is_dir() and path.name != "__pycache__")]
     entries = {
-        folder: [p.name for p in folder.iterdir() if p.name not in ("__pycache__", "__init__.py")] for folder in folders
+        folder: [p.name for p in folder.iterdir() if p.stem not in ("__pycache__", "__init__")] for folder in folders
     }
     crowded = {relative(f): len(names) for f, names in entries.items() if len(names) > MOST_ENTRIES and f != SOURCE}
     assert crowded == {}
@@ -225,7 +219,9 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> set[str]:
 @pytest.mark.slow
 def test_wheel_carries_every_file_of_the_package(wheel: set[str]):
     data = {
-        p.relative_to(SOURCE.parent).as_posix() for s in (".py", ".toml", ".csv", ".typ") for p in SOURCE.rglob(f"*{s}")
+        p.relative_to(SOURCE.parent).as_posix()
+        for s in (".py", ".pyi", ".toml", ".csv", ".typ")
+        for p in SOURCE.rglob(f"*{s}")
     }
     assert data - wheel == set()
 

@@ -3,9 +3,10 @@
 import math
 
 import pytest
+from tests.engine.runs import run_one
 
 from stillhook import Scenario, load_crane
-from stillhook.engine.scenario.run import Result, run_one
+from stillhook.engine.scenario.run import Result
 from stillhook.engine.scenario.summary import energy_unaccounted
 from stillhook.physics.load_path.drum import wire_to_layer
 from stillhook.spec.scenario import Operator, PowerLoss, Sensors, Water
@@ -32,7 +33,7 @@ def run(plant: str, n_sub: int = FINE, **case) -> Result:
         CRANES[plant],
         Scenario(**({"load": LOADS[plant], "s_w": "200 m", "tip": SEA} | case)),
         n_sub=n_sub,
-        series=False,
+        every=0,
     )
 
 

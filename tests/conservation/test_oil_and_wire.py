@@ -10,10 +10,10 @@ from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import drum_record, pack
 from stillhook.physics.load_path.drum import layer_diameter, wire_to_layer
 from stillhook.spec.scenario import Operator, PowerLoss
-from stillhook.winches.types.active_passive import Command, State, circuit
 from stillhook.winches.closed_circuit import ActiveFlows, active_flows
 from stillhook.winches.hoist import drum_geometry
 from stillhook.winches.records import Tip
+from stillhook.winches.types.active_passive import Command, State, circuit
 
 CYCLE = 0.01
 OIL = 2.0e-4

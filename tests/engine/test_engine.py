@@ -11,13 +11,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
+from tests.engine.runs import run_many, run_one
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.engine import inputs as drive_module
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario import run as run_module
-from stillhook.engine.scenario.run import Block, Ending, Result, run_many, run_one
+from stillhook.engine.scenario.run import Block, Ending, Result
 from stillhook.engine.step_size import check_step, fastest_rates
 from stillhook.errors import ScenarioError, SimulationError, SpecError, StillhookError
 from stillhook.kernels.build import KERNEL_FOLDERS, driver, kernel_hash
@@ -82,7 +83,7 @@ def hoisting(n_sub: int):
         load="80 t", s_w="200 m", tip="still", mode="manual", duration="20 s", warm_up="1 s", operator=stick
     )
     smooth = CRANES["active-passive"].model_copy(update={"brake": None})  # a brake that lets go is none
-    return run_one(smooth, case, n_sub=n_sub, series=False).state
+    return run_one(smooth, case, n_sub=n_sub, every=0).state
 
 
 @pytest.mark.slow
@@ -179,7 +180,7 @@ def test_a_case_in_a_batch_equals_the_same_case_alone_bit_for_bit(plant):
     together = run_many(CRANES[plant], cases, n_sub=2)
     assert len(cases) > 2 * VL
     for i in range(0, len(cases), 3):
-        alone = run_one(CRANES[plant], cases[i], n_sub=2, series=False)
+        alone = run_one(CRANES[plant], cases[i], n_sub=2, every=0)
         assert same(alone, together[i]), cases[i]
 
 

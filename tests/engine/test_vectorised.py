@@ -13,11 +13,12 @@ import numba
 import numpy as np
 import pytest
 from numba import float64, int64, njit
+from tests.engine.runs import run_one
 
 from stillhook import Scenario, load_crane
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
-from stillhook.engine.scenario.run import Block, Result, run_one
+from stillhook.engine.scenario.run import Block, Result
 from stillhook.kernels import build
 from stillhook.kernels.build import KERNEL_FOLDERS, driver, kernel_hash
 from stillhook.kernels.lanes import VL
@@ -104,7 +105,7 @@ def test_unlike_cranes_and_cases_side_by_side_have_the_bits_that_they_have_alone
     for _ in block.steps():
         pass
     together = [bits(r) for r in block.results()]
-    alone = [bits(run_one(c, s, n_sub=n_sub, series=False)) for c, s in cases]
+    alone = [bits(run_one(c, s, n_sub=n_sub, every=0)) for c, s in cases]
     assert together == alone
     assert len(set(together)) == VL
 
@@ -137,10 +138,10 @@ TWO_SECONDS = """
 import json, sys
 from stillhook import Scenario, load_crane
 from stillhook.kernels.lanes import flatten
-from stillhook.engine.scenario.run import run_one
+from stillhook.engine.scenario.run import run_cases
 for name in ("nov-250t", "nov-100t-pure-active"):
     case = Scenario(load="30 t", s_w="100 m", tip="sine 1 m 10 s", duration="2 s", ramp="0.5 s", warm_up="0 s")
-    r = run_one(load_crane(name), case, n_sub=2, every=10)
+    r = run_cases(load_crane(name), [case], n_sub=2, lanes=1, every=10)[0]
     print(json.dumps([*flatten(r.state), *flatten(r.stats), *r.series.ravel().tolist()]))
 """
 

@@ -87,7 +87,7 @@ def test_intervals_of_the_place_by_place_friction_hold_the_truth() -> None:
     inside = []
     for seed in range(60):
         found = friction_curve(ram(seed=seed), position="position")
-        inside += [p.interval[0] < friction(v) < p.interval[1] for p, v in zip(found.points, SPEEDS, strict=True)]
+        inside += [p.estimate.contains(friction(v)) for p, v in zip(found.points, SPEEDS, strict=True)]
     assert len(inside) == 240
     assert np.mean(inside) >= 0.90
 
@@ -100,7 +100,7 @@ def test_a_friction_that_depends_on_the_place_is_less_certain() -> None:
     found = friction_curve(log, position="position", effort=log.signals["effort"] + tight)
     plain = friction_curve(log, position="position")
     assert all(a.u_friction > 3.0 * b.u_friction for a, b in zip(found.points, plain.points, strict=True))
-    assert all(a.interval[0] < friction(v) < a.interval[1] for a, v in zip(found.points, SPEEDS, strict=True))
+    assert all(a.estimate.contains(friction(v)) for a, v in zip(found.points, SPEEDS, strict=True))
 
 
 def test_one_direction_alone_gives_no_friction() -> None:
@@ -203,8 +203,8 @@ def test_visits_that_differ_by_more_than_each_shows_widen_every_interval() -> No
             for x, e in zip(v, rng.standard_normal(9), strict=True)
         ]
         found = with_visits(raw)
-        inside += [p.interval[0] < friction(p.speed) < p.interval[1] for p in found]
-        alone += [p.interval[0] < friction(p.speed) < p.interval[1] for p in raw]
+        inside += [p.estimate.contains(friction(p.speed)) for p in found]
+        alone += [p.estimate.contains(friction(p.speed)) for p in raw]
     assert np.mean(alone) < 0.3
     assert 0.90 <= np.mean(inside) <= 0.98
 
@@ -256,7 +256,7 @@ def test_a_log_of_short_steps_is_read_with_shorter_stretches_and_says_so() -> No
     assert found.least_length == 1.0  # smoothing and guard take 1.2 s of a hold
     assert len(found.points) == 4
     for p in found.points:
-        assert p.interval[0] < friction(p.speed) < p.interval[1]
+        assert p.estimate.contains(friction(p.speed))
     assert found.to_dict()["least_length_adapted"]
     assert not friction_curve(ram(spring=0.0)).adapted
 

@@ -1,24 +1,15 @@
 """Intervals hold the truth where transmitters drift: a small repeat of docs/validation/friction_trials.py."""
 
-import importlib.util
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
+from tests.scripts import PAGES, script
 
-TRIALS = Path(__file__).resolve().parents[2] / "docs" / "validation" / "friction_trials.py"
 FEWEST = 0.85  # of about 30 intervals that hold 95 %: fewer come once in a hundred times; independent errors held 62 %
 
 
 @pytest.fixture(scope="module")
 def trials():
-    spec = importlib.util.spec_from_file_location("friction_trials", TRIALS)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["friction_trials"] = module
-    spec.loader.exec_module(module)
-    yield module
-    del sys.modules["friction_trials"]
+    return script(PAGES / "friction_trials.py")
 
 
 @pytest.mark.thorough

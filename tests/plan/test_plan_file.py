@@ -130,7 +130,13 @@ def test_a_recovery_joins_upwards_to_the_deck(tmp_path: Path) -> None:
     path = tmp_path / "up.toml"
     path.write_text(rows)
     plan = load_plan(path)
-    assert [phase.upwards for phase in plan.phases] == [True, True, True, True, False]
+    assert [phase.start is not None and phase.end is not None and phase.end > phase.start for phase in plan.phases] == [
+        True,
+        True,
+        True,
+        True,
+        False,
+    ]
     assert (plan.phases[0].start, plan.phases[-1].end) == (-300.0, 4.0)
 
 

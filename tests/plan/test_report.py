@@ -33,7 +33,7 @@ from stillhook.plan.report.save import save_report
 from stillhook.plan.result.result import PlanResult
 from stillhook.plan.table.table import LimitTable
 from stillhook.report.html import png
-from stillhook.sea.spectra.directions import geographic
+from stillhook.sea.spectra.directions import relative
 from stillhook.spec.validity import UNSIGNED
 
 
@@ -278,7 +278,7 @@ def test_no_workable_sea_is_said_in_so_many_words(result):
 
 def test_the_rosette_puts_head_seas_at_the_bow_and_starboard_to_the_right():
     beta = np.radians([0.0, 45.0, 90.0, 150.0, 180.0, 270.0])
-    onto_north = geographic(beta, 0.0)  # a ship that heads north: where waves come from is the bearing from the bow
+    onto_north = relative(beta, 0.0)  # a ship that heads north: where waves come from is the bearing from the bow
     assert np.exp(1j * from_bow(beta)) == pytest.approx(np.exp(1j * onto_north))
     assert np.degrees(from_bow(np.radians([180.0, 90.0, 270.0]))) == pytest.approx([0.0, 90.0, -90.0])
 

@@ -31,6 +31,7 @@ from stillhook.plan.tiers.time_domain.quantities import quantities
 from stillhook.plan.tiers.time_domain.tier import expected, refine
 from stillhook.spec.lift.programme import StageMode
 from stillhook.spec.scenario import Mode
+from stillhook.statistics.estimate import Estimate
 
 BETA = math.radians(165.0)
 FEW = Search(seeds=16, more=16, most_seeds=16)
@@ -177,7 +178,7 @@ def test_slack_slings_in_more_than_a_tenth_of_the_passages_are_beyond(plan):
 
 
 def test_maxima_that_a_valve_holds_are_themselves():
-    assert largest(np.full(20, 380e5), Level.P90, 10.0) == (380e5, 380e5, 380e5)
+    assert largest(np.full(20, 380e5), Level.P90, 10.0) == Estimate(380e5, 380e5, 380e5, 20)
 
 
 def test_nothing_in_twenty_runs_is_not_never():

@@ -1,26 +1,16 @@
 """A page is computed again when code, libraries or its tables change, and only then."""
 
-import importlib.util
 import shutil
-import sys
-from pathlib import Path
 
 import pytest
+from tests.scripts import PAGES, script
 
-PAGES = Path(__file__).resolve().parents[2] / "docs" / "validation"
 TEXT = "# Page\n\nProse.\n\n<!-- table -->\n| a |\n| 1 |\n<!-- end -->\n"
 
 
 @pytest.fixture(scope="module")
 def computed():
-    sys.path.insert(0, str(PAGES))
-    try:
-        spec = importlib.util.spec_from_file_location("computed", PAGES / "computed.py")
-        module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
-        yield module
-    finally:
-        sys.path.remove(str(PAGES))
+    return script(PAGES / "computed.py")
 
 
 @pytest.fixture

@@ -1,20 +1,14 @@
 """The stored settings of the page on controllers at their best: still inside the limits, and still the best of their neighbourhood."""
 
-import importlib
-import sys
-from pathlib import Path
-
 import pytest
+from tests.scripts import PAGES, script
 
 from stillhook.analysis.tuning.objective import Limits
 from stillhook.analysis.tuning.parameters import present, space, with_settings
 from stillhook.analysis.tuning.score import capacity_of, gain_allowed, scored
 from stillhook.engine.scenario.batch import summaries
 
-PAGES = Path(__file__).resolve().parents[2] / "docs" / "validation"
-sys.path.insert(0, str(PAGES))
-page = importlib.import_module("controllers_at_their_best")
-sys.path.remove(str(PAGES))
+page = script(PAGES / "controllers_at_their_best.py")
 
 ASIDE = 0.05
 """Part of a setting's range by which it is moved alone [-]."""

@@ -1,16 +1,13 @@
 """The independent crane stays independent, and validation still refutes what its page says that it refutes."""
 
 import ast
-import importlib
-import sys
-from pathlib import Path
 
 import pytest
+from tests.scripts import PAGES, script
 
 from stillhook.validate import validate
 from stillhook.validate.criteria.results import StepNumber
 
-PAGES = Path(__file__).resolve().parents[2] / "docs" / "validation"
 PLANT = ("independent_crane", "independent_plant", "independent_plc", "independent_sea_trial")
 NUMBERS = {
     "stillhook": {"Crane"},
@@ -21,12 +18,9 @@ NUMBERS = {
 
 
 @pytest.fixture
-def scripts(monkeypatch):
+def scripts():
     """The scripts of the cases and of the trials."""
-    monkeypatch.syspath_prepend(str(PAGES))
-    yield importlib.import_module("independent_crane"), importlib.import_module("independent_crane_trials")
-    for name in ("independent_crane_trials", *PLANT):
-        sys.modules.pop(name, None)
+    return script(PAGES / "independent_crane.py"), script(PAGES / "independent_crane_trials.py")
 
 
 @pytest.mark.parametrize("name", PLANT)

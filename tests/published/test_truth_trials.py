@@ -1,21 +1,16 @@
 """What the page on known defects keeps is what validation says today: one of its campaigns, computed again."""
 
-import importlib
-import sys
-from pathlib import Path
-
 import pytest
+from tests.scripts import PAGES, script
 
 DIGITS = 2e-3
 """Outcomes are kept with four digits, and other processors round otherwise."""
-PAGES = Path(__file__).resolve().parents[2] / "docs" / "validation"
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize(("seed", "defect"), [(0, "gear")])
-def test_a_kept_campaign_comes_out_with_the_same_lines(seed, defect, monkeypatch):
-    monkeypatch.syspath_prepend(str(PAGES))
-    trials = importlib.import_module("truth_trials")
+def test_a_kept_campaign_comes_out_with_the_same_lines(seed, defect):
+    trials = script(PAGES / "truth_trials.py")
     trial = trials.Trial(seed, defect)
     then, now = trials.kept()[trial.key], trials.outcome(trial)
     assert list(now["no"]) == list(then["no"])
@@ -23,4 +18,3 @@ def test_a_kept_campaign_comes_out_with_the_same_lines(seed, defect, monkeypatch
         {key: x[0] for key, x in then["figures"].items()}, rel=DIGITS
     )
     assert now["truth"] == then["truth"]
-    sys.modules.pop("truth_trials", None)

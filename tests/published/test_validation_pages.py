@@ -1,27 +1,14 @@
 """The validation pages show what the package computes today, with pictures small enough for a repository."""
 
-import importlib.util
-import sys
 from pathlib import Path
-from types import ModuleType
 
 import pytest
+from tests.scripts import PAGES, script
 
-PAGES = Path(__file__).resolve().parents[2] / "docs" / "validation"
 LARGEST_PICTURE = 150_000  # bytes
 
 
-def _make() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("validation_make", PAGES / "make.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-MAKE = _make()
+MAKE = script(PAGES / "make.py")
 
 
 @pytest.mark.thorough

@@ -112,7 +112,7 @@ def test_friction_is_positive_and_grows_with_speed(whole: FrictionCurve, ram: Fr
     for found in (whole, ram):
         F = np.array([p.friction for p in found.points])
         v = np.array([p.speed for p in found.points])
-        assert all(p.interval[0] > 0.0 for p in found.points)
+        assert all(p.estimate.low > 0.0 for p in found.points)
         steps = np.diff(v) > 0.5 * INCH
         assert np.all(np.diff(F)[steps] > 0.0)
 

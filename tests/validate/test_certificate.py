@@ -17,10 +17,12 @@ from stillhook import load_crane
 from stillhook.errors import ValidateError
 from stillhook.kernels.build import results_hash
 from stillhook.library.certificate import canonical, digest_of
+from stillhook.report.pdf import set_pages
 from stillhook.spec.crane import content
 from stillhook.validate import Certificate, certificate_files, certificate_of, load_certificate
 from stillhook.validate.certificate.content import content_of
-from stillhook.validate.certificate.pdf import pages, pdf
+from stillhook.validate.certificate.document import sheet_of
+from stillhook.validate.certificate.pdf import TEMPLATE, pdf
 from stillhook.validate.criteria.results import StepNumber
 from stillhook.validate.report import figures as pictures_of
 from stillhook.validate.report.figures import pictures
@@ -190,7 +192,9 @@ def test_every_page_of_a_synthetic_certificate_says_so_and_no_page_of_another(tm
     monkeypatch.setattr(pictures_of, "FIGURES", {StepNumber.AHC: drawn})
     found = staged(write(tmp_path, synthetic=synthetic))
     data = certificate_of(found).data
-    marks = [_marked(page) for page in pages(data, pictures(found), 80.0)]
+    stems = pictures(found)
+    pages = set_pages(TEMPLATE, sheet_of(data, tuple(stems)), stems, data["date"], 80.0)
+    marks = [_marked(page) for page in pages]
     assert len(marks) > 5
     assert all(marks) if synthetic else not any(marks)
 

@@ -1,26 +1,18 @@
 """The table of detection limits: it follows from the kept trials, and certificates print it as it is."""
 
-import importlib
-import sys
-from pathlib import Path
-
 import pytest
+from tests.scripts import PAGES, script
 
 from stillhook.validate.certificate.content import method_hash
 from stillhook.validate.criteria.detection import LIMITS_FILE, NONE, DetectionLimit, DetectionLimits, detection_limits
 from stillhook.validate.synthetic import Defect
 from stillhook.validate.synthetic.defects import DEFECTS
 
-PAGES = Path(__file__).resolve().parents[2] / "docs" / "validation"
-
 
 @pytest.fixture
-def scripts(monkeypatch):
+def scripts():
     """The scripts that run the trials and write the table."""
-    monkeypatch.syspath_prepend(str(PAGES))
-    yield importlib.import_module("detection_limits"), importlib.import_module("truth_trials")
-    for name in ("detection_limits", "truth_trials"):
-        sys.modules.pop(name, None)
+    return script(PAGES / "detection_limits.py"), script(PAGES / "truth_trials.py")
 
 
 def outcomes(limits, defect: Defect, caught: dict[float, tuple[bool, bool]]) -> dict[str, dict]:

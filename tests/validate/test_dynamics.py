@@ -62,8 +62,8 @@ def test_tuned_numbers_lie_within_five_per_cent_of_the_truth_and_their_intervals
     for found in off_step().tuned:
         truth = math.exp(OFF[found.name])
         assert found.known, found.reason
-        assert abs(found.factor / truth - 1.0) < CLOSE
-        assert found.low < truth < found.high
+        assert abs(found.factor.value / truth - 1.0) < CLOSE
+        assert found.factor.low < truth < found.factor.high
 
 
 def test_a_crane_file_with_half_of_the_leakage_missing_fails_and_the_line_says_by_how_much() -> None:

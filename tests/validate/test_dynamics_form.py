@@ -117,8 +117,8 @@ def test_a_leakage_of_another_form_is_named_and_not_offered() -> None:
     leak = next(f for f in step.tuned if f.name == C_LEAK)
     assert leak.known
     assert not leak.offered
-    assert leak.low < 0.75
-    assert leak.high > 1.3
+    assert leak.factor.low < 0.75
+    assert leak.factor.high > 1.3
     assert "the twin's law does not fit: in fast turns it is " in leak.form
     assert any("the twin's law does not fit" in text and "none is proposed" in text for text in step.statements)
     crane = tuned_crane(step, campaign(record(signals())))
@@ -134,8 +134,8 @@ def test_turns_that_cannot_show_another_form_offer_no_leakage_and_widen_its_inte
     found = {f.name: f for f in step.tuned}
     leak = found[C_LEAK]
     assert not leak.offered
-    assert leak.low < 0.7
-    assert leak.high > 1.4
+    assert leak.factor.low < 0.7
+    assert leak.factor.high > 1.4
     assert "may differ by" in leak.form
     assert "undetected" in leak.form
     assert found[C_H].offered

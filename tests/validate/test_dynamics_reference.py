@@ -31,5 +31,5 @@ def test_tuned_numbers_are_the_truths_within_five_per_cent_and_their_intervals_h
     assert isinstance(step, DynamicsStep)
     for found in step.tuned:
         true = truth[NAMES[found.name]]["value"]
-        assert abs(found.factor / true - 1.0) < CLOSE[found.name]
-        assert found.low < true < found.high
+        assert abs(found.factor.value / true - 1.0) < CLOSE[found.name]
+        assert found.factor.low < true < found.factor.high

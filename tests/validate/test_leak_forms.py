@@ -14,6 +14,7 @@ from stillhook.library import crane_toml, load_crane
 from stillhook.library.crane_file.load import changed
 from stillhook.library.leakage import leak_at, stated_leak
 from stillhook.spec.circuits import LeakForm
+from stillhook.statistics.estimate import Estimate
 from stillhook.units import in_display
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import StepNumber, Verdict
@@ -109,7 +110,9 @@ def test_the_ratio_of_displacements_is_right_though_the_file_has_another_form():
 def tuned_in(crane: str, twin: str):
     """The tuned crane file of a step 4 that rests on the flow balance of step 1 alone."""
     leak = leak_of(crane, twin)
-    found = TunedValue("C_leak", 1.3, 1.1, 1.5, True, form="" if not leak.refuted else "the form does not fit")
+    found = TunedValue(
+        "C_leak", Estimate(1.3, 1.1, 1.5), True, form="" if not leak.refuted else "the form does not fit"
+    )
     staged = DynamicsStep(StepNumber.DYNAMICS, (), tuned=(found,), leak=leak)
     return tuned_crane(staged, campaign(*logs(crane), twin=CRANES[twin]))
 
@@ -302,7 +305,8 @@ def test_what_the_data_leave_open_at_the_file_s_point_is_judged_where_they_lie()
     leak = balance(parts).leak
     assert leak.refuted
     assert leak.judged == leak.at_file_point
-    open_there = replace(leak, reference=replace(leak.reference, half=1.1 * EXTRAPOLATED * leak.stated))
+    open_end = Estimate.around(leak.reference.value, 1.1 * EXTRAPOLATED * leak.stated)
+    open_there = replace(leak, reference=open_end)
     assert open_there.judged == leak.value
     assert open_there.judged_at == leak.at
     assert not open_there.offered

@@ -6,7 +6,8 @@ from scipy.signal import lfilter
 from tests.validate.ahc_logs import TWIN, record
 
 from stillhook.physics.hydraulics.swash import Servo
-from stillhook.statistics.jackknife_regression import Estimate, fit, pooled
+from stillhook.statistics.estimate import Estimate
+from stillhook.statistics.jackknife_regression import fit, pooled
 from stillhook.validate.parameters.circuit.settings import followed
 from stillhook.validate.parameters.segments import LogPart, diameter_of, layer_at, layer_of, wire_of_layer
 from stillhook.validate.parameters.slopes import differences, integral, slope
@@ -58,13 +59,13 @@ def test_rows_with_holes_are_left_out():
 
 
 def test_estimates_that_differ_by_more_than_they_allow_give_a_wider_mean():
-    alike = pooled([Estimate(1.0, 0.1), Estimate(1.05, 0.1)])
-    apart = pooled([Estimate(1.0, 0.1), Estimate(2.0, 0.1)])
+    alike = pooled([Estimate.around(1.0, 0.1), Estimate.around(1.05, 0.1)])
+    apart = pooled([Estimate.around(1.0, 0.1), Estimate.around(2.0, 0.1)])
     assert (
         0.1 < alike.half < 0.1 * apart.half
     )  # two tests alone tell little of how tests differ (Student's t, 1 degree of freedom)
     assert alike.low < 1.0 < 1.05 < alike.high
-    assert pooled([Estimate(1.0, 0.2)]) == Estimate(1.0, 0.2)
+    assert pooled([Estimate.around(1.0, 0.2)]) == Estimate.around(1.0, 0.2)
 
 
 def waves(n, seed=0):

@@ -22,11 +22,11 @@ from stillhook.validate.synthetic.reference.crane import ReferenceCrane, numbers
 from stillhook.validate.synthetic.reference.friction import reference_friction, surface, usual_speeds
 from stillhook.validate.synthetic.reference.pack import fastest_rates, pack_reference, simulate_reference
 from stillhook.validate.synthetic.scatter import setting
-from stillhook.winches.types import active_passive
 from stillhook.winches.records import Tip
 from stillhook.winches.reference import plant as truth
 from stillhook.winches.reference.laws import dry_level_true, line_energy, moving_loss_true, two_volume_flows
 from stillhook.winches.reference.leak import gap_motor, gap_pump, leak_across, leak_to_case
+from stillhook.winches.types import active_passive
 
 CRANE = load_crane("nov-250t")
 PLAIN = ReferenceCrane()

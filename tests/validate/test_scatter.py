@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from stillhook.statistics.between_cases import NORMAL, between, half_of_mean, random_effects
+from stillhook.statistics.between_cases import between, extremes, half_of_mean, random_effects
 from stillhook.statistics.block_bootstrap import interval
-from stillhook.statistics.jackknife_regression import Estimate, by_case, one_number, pooled
+from stillhook.statistics.estimate import NORMAL_95, Estimate
+from stillhook.statistics.jackknife_regression import one_number, pooled
 from stillhook.validate.ahc.cases import FISHER, over_cases
 from stillhook.validate.ahc.shape import correlation
 
@@ -26,13 +27,13 @@ def test_intervals_over_load_cases_hold_the_truth_as_often_as_they_say(scatter):
     rng, held = np.random.default_rng(11), np.zeros(3)
     for _ in range(DRAWS):
         y, s = drawn(rng, scatter)
-        mean, half = random_effects(y, NORMAL * s)
+        mean, half = random_effects(y, NORMAL_95 * s)
         by_length = float(LENGTHS @ y / LENGTHS.sum())
         fixed = float(s**-2.0 @ y / np.sum(s**-2.0))
         held += [
             abs(mean) <= half,
-            abs(by_length) <= half_of_mean(y, NORMAL * s, LENGTHS),
-            abs(fixed) <= NORMAL / np.sqrt(np.sum(s**-2.0)),
+            abs(by_length) <= half_of_mean(y, NORMAL_95 * s, LENGTHS),
+            abs(fixed) <= NORMAL_95 / np.sqrt(np.sum(s**-2.0)),
         ]
     share = held / DRAWS
     assert HELD[0] <= share[0] <= HELD[1]
@@ -58,7 +59,7 @@ def test_scatter_of_cases_with_negligible_errors_is_their_standard_deviation():
 
 
 def test_one_case_stays_as_it_is():
-    assert pooled([Estimate(0.4, 0.1, 7)]) == Estimate(0.4, 0.1, 7)
+    assert pooled([Estimate.around(0.4, 0.1, 7)]) == Estimate.around(0.4, 0.1, 7)
     assert half_of_mean([0.4], [0.1], [3.0]) == pytest.approx(0.1)
 
 
@@ -68,19 +69,19 @@ def test_a_case_without_an_interval_of_its_own_adds_its_distance_to_the_scatter(
 
 
 def test_the_structural_error_of_an_estimate_stays_in_the_pooled_one():
-    total = pooled([Estimate(0.1, 0.05, 5, 0.04), Estimate(0.1, 0.02, 5)])
+    total = pooled([Estimate.around(0.1, 0.05, 5, 0.04), Estimate.around(0.1, 0.02, 5)])
     assert (total.structural, total.half) == (0.04, pytest.approx(0.04))
 
 
 def test_readings_of_one_number_keep_their_weights_and_grow_where_they_contradict_each_other():
-    agree, apart = (one_number([Estimate(0.0, 0.1), Estimate(x, 0.1)]) for x in (0.02, 1.0))
+    agree, apart = (one_number([Estimate.around(0.0, 0.1), Estimate.around(x, 0.1)]) for x in (0.02, 1.0))
     assert agree.half == pytest.approx(0.1 / np.sqrt(2.0))
     assert apart.half > 5.0 * agree.half
 
 
 def test_the_smallest_and_the_largest_case_are_named():
-    assert by_case({"1": 1.08, "2": 1.3, "3": 1.02}, lambda x: f"{x:g}") == "1.02 (3) to 1.3 (2) by test"
-    assert by_case({"1": 1.08}, str) == ""
+    assert extremes({"1": 1.08, "2": 1.3, "3": 1.02}, lambda x: f"{x:g}") == "1.02 (3) to 1.3 (2)"
+    assert extremes({"1": 1.08}, str) == ""
 
 
 def windows(rng, level: float, n: int):

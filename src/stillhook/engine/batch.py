@@ -87,6 +87,15 @@ class Answers(NamedTuple):
     made_by: str  # code that made them, see `results_hash`
 
 
+def check_each(cranes: Sequence[Crane], cases: Sequence[Any], check: Callable[[Crane, Any], None]) -> None:
+    """Check every case. Errors: that of the first one that cannot be run, with its place among several."""
+    for i, (crane, case) in enumerate(zip(cranes, cases, strict=True)):
+        try:
+            check(crane, case)
+        except StillhookError as e:
+            raise type(e)(f"case {i}: {e}" if len(cases) > 1 else str(e)) from None
+
+
 def run_batch(
     problem: Problem,
     cranes: Sequence[Crane],

@@ -19,7 +19,8 @@ from stillhook.identify.steady_state.records import Rejected, Steady, Window, Wi
 from stillhook.identify.steady_state.windows import effort_of, kind_of, signal_of, steady_windows
 from stillhook.identify.system_friction.campaign.pairs import Pair, pair_windows
 from stillhook.logs.log import Log
-from stillhook.statistics.correlated_mean import NORMAL_95, mean_and_uncertainty, students_factor
+from stillhook.statistics.correlated_mean import mean_and_uncertainty, students_factor
+from stillhook.statistics.estimate import NORMAL_95, Estimate
 from stillhook.units import KINDS, show
 
 SAME_STROKE = 0.05
@@ -60,10 +61,9 @@ class CurvePoint:
     u_visit: float = 0.0
 
     @property
-    def interval(self) -> tuple[float, float]:
-        """95 % interval of the friction."""
-        half = NORMAL_95 * self.u_friction
-        return self.friction - half, self.friction + half
+    def estimate(self) -> Estimate:
+        """The friction with its interval."""
+        return Estimate.around(self.friction, NORMAL_95 * self.u_friction)
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ class FrictionCurve:
 
     def to_dict(self) -> dict[str, Any]:
         """Everything in SI as plain data for JSON."""
-        points = [{**asdict(p), "interval_95": p.interval} for p in self.points]
+        points = [{**asdict(p), "interval_95": (p.estimate.low, p.estimate.high)} for p in self.points]
         rejected = [asdict(r) for r in (*self.steady.rejected, *self.unpaired)]
         return {
             "source": self.source,

@@ -11,7 +11,6 @@ from stillhook.base.arrays import FloatArray
 from stillhook.identify.steady_state.records import Rejected, Steady, Window
 from stillhook.identify.steady_state.windows import effort_of, kind_of, signal_of
 from stillhook.report.plots.run import COLOURS, GREY
-from stillhook.statistics.correlated_mean import NORMAL_95
 from stillhook.units import KINDS, in_display
 
 if TYPE_CHECKING:
@@ -103,7 +102,7 @@ def draw_curve(
     kind_v, kind_e = curve.kinds.get("speed", ""), curve.kinds.get("effort", "")
     v = displayed(np.array([p.speed for p in curve.points]), kind_v)
     F = displayed(np.array([p.friction for p in curve.points]), kind_e)
-    half = displayed(np.array([NORMAL_95 * p.u_friction for p in curve.points]), kind_e)
+    half = displayed(np.array([p.estimate.half for p in curve.points]), kind_e)
     ax.errorbar(v, F, yerr=half, fmt="o-", color=colour, lw=1.0, ms=4.0, capsize=3.0, label=f"{label}, 95 %")
     ax.set_xlim(left=0.0)
     ax.set_ylim(bottom=min(0.0, float(np.min(F - half))))

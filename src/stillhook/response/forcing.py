@@ -17,7 +17,7 @@ from stillhook.sea.spectra.spectrum import Sea, check_spread
 from stillhook.sea.spectra.spreading import cos_power
 from stillhook.sea.vessel.long_wave import wavenumber
 from stillhook.sea.vessel.rao import Rao
-from stillhook.statistics.products import over_frequency
+from stillhook.statistics.series import over_frequency
 
 PARTS = 8
 """Parts of a measured band: a wire that rings with 1 % of damping at 1.3 rad/s is then integrated to 1e-4 over a band

@@ -18,11 +18,6 @@ from stillhook.response.suspended_load import SuspendedLoad
 from stillhook.response.wire_rod import transfers
 
 
-def drag_of_harmonic(B: float, v: ArrayLike) -> FloatArray:
-    """Linear drag [N s/m] of a speed amplitude v [m/s]; B [N s^2/m^2]."""
-    return np.asarray(8.0 / (3.0 * math.pi) * B * np.asarray(v, dtype=np.float64))
-
-
 def drag_of_gaussian(B: float, sigma_v: ArrayLike, V: float = 0.0) -> FloatArray:
     r"""Linear drag [N s/m] of a Gaussian speed of deviation sigma_v [m/s] about a mean speed V [m/s]; B [N s^2/m^2].
 

@@ -13,7 +13,7 @@ from stillhook.response.forcing import Forcing
 from stillhook.response.linear_drag import QUANTITIES, answers, drag_of_gaussian
 from stillhook.response.suspended_load import SuspendedLoad
 from stillhook.response.winch.describing_function import Residual
-from stillhook.statistics.products import over_frequency
+from stillhook.statistics.series import over_frequency
 
 SPEEDS = np.geomspace(1e-4, 10.0, 36)
 """Deviations of the payload's speed through the water [m/s] at which everything is calculated; between them in

@@ -107,13 +107,6 @@ def static_stretch(rod: Rod, W: float) -> float:
     return rod.L * (W + rod.w * rod.L / 2.0) / rod.EA + (W + rod.w * rod.L) / rod.k_top
 
 
-def first_period_by_rule(rod: Rod, end: End) -> float:
-    """First natural period with a third of the wire's mass at its end, 2 pi sqrt((M + A33 + m L/3)/K) [s]; slings in
-    series. Closed form to compare with the exact one: 1 % low or less while the wire weighs less than the load."""
-    K = 1.0 / (1.0 / rod.K + 1.0 / end.k_s + 1.0 / rod.k_top)
-    return 2.0 * math.pi * math.sqrt((end.moving + end.m_h + rod.mass / 3.0) / K)
-
-
 def natural_periods(rod: Rod, end: End, n: int = 1) -> FloatArray:
     """The n longest natural periods of wire, hook and payload without damping, top end held [s], shape (n,), the
     longest first.
@@ -173,12 +166,6 @@ def _periods_without_mass(rod: Rod, end: End, n: int) -> FloatArray:
     both = 2.0 * math.pi / np.sqrt(np.sort(np.roots([a, b, c]).real))
     periods[: min(n, 2)] = both[:n]
     return periods
-
-
-def damping_for_ratio(rod: Rod, end: End, zeta: float) -> float:
-    """beta that gives the first mode the damping ratio zeta, 2 zeta/omega_1 [s]: material damping grows with
-    frequency."""
-    return float(2.0 * zeta * natural_periods(rod, end)[0] / (2.0 * math.pi))
 
 
 class Transfers(NamedTuple):

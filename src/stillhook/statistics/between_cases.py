@@ -11,27 +11,19 @@ Student's t).
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from stillhook.base.arrays import FloatArray
-from stillhook.statistics.dot import dot
+from stillhook.statistics.estimate import NORMAL_95, t_factor
+from stillhook.statistics.series import dot
 
-LEVEL = 0.95
-NORMAL = 1.959963984540054
-"""Two-sided 95 % quantile of the normal distribution."""
 HALVINGS = 60
 """Steps by which the variance between cases is bracketed: to a part in 1e18 of the widest."""
 LEAST = 1e-12
 """Least deviation within a case, so that one without any does not weigh without end."""
-
-
-def t_factor(dof: float) -> float:
-    """Two-sided 95 % quantile of Student's distribution."""
-    from scipy.special import stdtrit  # heavy: only where something is fitted
-
-    return float(stdtrit(max(dof, 1.0), 0.5 + 0.5 * LEVEL))
 
 
 def between(values: ArrayLike, deviations: ArrayLike) -> float:
@@ -66,10 +58,10 @@ def random_effects(values: ArrayLike, halves: ArrayLike) -> tuple[float, float]:
     Parameters: values (k,); halves (k,) of their own 95 % intervals. Cases are weighted by sampling variance and
     scatter together. One case: as it is, for it tells nothing of the scatter.
     """
-    y, half = np.asarray(values, dtype=np.float64), np.maximum(np.asarray(halves, dtype=np.float64), NORMAL * LEAST)
-    s = half / NORMAL
+    y, half = np.asarray(values, dtype=np.float64), np.maximum(np.asarray(halves, dtype=np.float64), NORMAL_95 * LEAST)
+    s = half / NORMAL_95
     w = 1.0 / (s**2 + between(y, s) ** 2)
-    return dot(w, y) / float(w.sum()), max(half_of_mean(y, half, w), NORMAL / math.sqrt(float(np.sum(s**-2.0))))
+    return dot(w, y) / float(w.sum()), max(half_of_mean(y, half, w), NORMAL_95 / math.sqrt(float(np.sum(s**-2.0))))
 
 
 def half_of_mean(values: ArrayLike, halves: ArrayLike, weights: ArrayLike) -> float:
@@ -82,11 +74,19 @@ def half_of_mean(values: ArrayLike, halves: ArrayLike, weights: ArrayLike) -> fl
     own.
     """
     y, a, half = (np.asarray(x, dtype=np.float64) for x in (values, weights, halves))
-    s, a, k = np.maximum(np.where(np.isfinite(half), half, 0.0) / NORMAL, LEAST), a / a.sum(), len(y)
-    sampling = NORMAL * math.sqrt(float(np.sum(a**2 * s**2)))
+    s, a, k = np.maximum(np.where(np.isfinite(half), half, 0.0) / NORMAL_95, LEAST), a / a.sum(), len(y)
+    sampling = NORMAL_95 * math.sqrt(float(np.sum(a**2 * s**2)))
     if k < 2:
         return sampling
     variance = s**2 + between(y, s) ** 2
     w = 1.0 / variance
     apart = dot(w, (y - dot(w, y) / float(w.sum())) ** 2) / (k - 1)
     return max(t_factor(k - 1) * math.sqrt(min(apart, 1.0) * float(np.sum(a**2 * variance))), sampling)
+
+
+def extremes(values: Mapping[str, float], words: Callable[[float], str]) -> str:
+    """The smallest and the largest of several cases with their names, "1.08 (limits) to 1.16 (3)"; "" for one case."""
+    if len(values) < 2:
+        return ""
+    low, high = min(values, key=lambda name: values[name]), max(values, key=lambda name: values[name])
+    return f"{words(values[low])} ({low}) to {words(values[high])} ({high})"

@@ -19,13 +19,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.statistics.dot import dot
+from stillhook.statistics.estimate import NORMAL_95, Estimate, t_factor
+from stillhook.statistics.series import dot
 
 Statistic = Callable[[FloatArray], float]
 
 DRAWS = 1000
 SEED = 20201101
-LEVEL = 0.95
 FEWEST = 3.0
 """Blocks that the data must hold at least: beyond that the block is shortened, since two blocks do not show how
 blocks differ."""
@@ -42,16 +42,6 @@ class Blocks:
     length: int
     samples: int
     effective: float
-
-
-@dataclass(frozen=True)
-class Interval:
-    """A statistic of the data, the ends of its interval, and the blocks that were drawn."""
-
-    value: float
-    low: float
-    high: float
-    blocks: Blocks
 
 
 def blocks(parts: Sequence[FloatArray], *, at_least: int = 1) -> Blocks:
@@ -74,7 +64,7 @@ def interval(
     draws: int = DRAWS,
     seed: int = SEED,
     bounds: tuple[float, float] = (-math.inf, math.inf),
-) -> Interval:
+) -> Estimate:
     """The statistic of all parts together and its 95 % interval.
 
     Percentiles of the draws, stretched about the value for the few blocks that there are: by sqrt(1 / (1 - block/n))
@@ -83,16 +73,16 @@ def interval(
     """
     rows = [np.asarray(p, dtype=np.float64) for p in parts if len(p)]
     if not rows:
-        return Interval(math.nan, math.nan, math.nan, Blocks(1, 0, 0.0))
+        return Estimate(math.nan)
     joined = np.concatenate(rows)
     value = float(statistic(joined))
     b = blocks(rows, at_least=at_least)
     if b.samples < 2 or not math.isfinite(value):
-        return Interval(value, math.nan, math.nan, b)
+        return Estimate(value, n=b.effective)
     sampled = np.array([statistic(x) for x in _draws(rows, b.length, draws, seed)], dtype=np.float64)
-    ends = np.nanquantile(sampled, [(1.0 - LEVEL) / 2.0, (1.0 + LEVEL) / 2.0])
-    low, high = value + _stretch(b) * (np.array([min(ends[0], value), max(ends[1], value)]) - value)
-    return Interval(value, max(float(low), bounds[0]), min(float(high), bounds[1]), b)
+    drawn = Estimate.of_draws(value, sampled)
+    low, high = value + _stretch(b) * (np.array([min(drawn.low, value), max(drawn.high, value)]) - value)
+    return Estimate(value, max(float(low), bounds[0]), min(float(high), bounds[1]), b.effective)
 
 
 def _draws(rows: Sequence[FloatArray], length: int, draws: int, seed: int) -> Iterator[FloatArray]:
@@ -119,15 +109,8 @@ def _draws(rows: Sequence[FloatArray], length: int, draws: int, seed: int) -> It
 
 
 def _stretch(b: Blocks) -> float:
-    from scipy.stats import norm, t  # heavy: only where intervals are wanted
-
     count = b.samples / b.length
-    q = (1.0 + LEVEL) / 2.0
-    return (
-        float(math.sqrt(1.0 / (1.0 - 1.0 / count)) * t.ppf(q, max(count - 1.0, 1.0)) / norm.ppf(q))
-        if count > 1.0
-        else math.inf
-    )
+    return math.sqrt(1.0 / (1.0 - 1.0 / count)) * t_factor(count - 1.0) / NORMAL_95 if count > 1.0 else math.inf
 
 
 def _memory(columns: Sequence[FloatArray], n: int) -> tuple[float, float]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stillhook.base.arrays import FloatArray, IntArray
+from stillhook.statistics.estimate import NORMAL_95, t_factor
 
 OF_SECOND_DIFFERENCES = 1.0 / (0.6745 * np.sqrt(6.0))
 """Differences of white noise weighted 1, -2, 1 have sqrt(6) times its deviation; their median magnitude is 0.6745 of
@@ -14,8 +15,6 @@ theirs."""
 MOST_BLOCKS = 256
 """Samples of a mean are put together into so many blocks at most: enough for every correlation that matters, and
 quick."""
-NORMAL_95 = 1.959963984540054
-"""Half width of 95 % of a normal distribution in standard deviations."""
 FEWEST_FREEDOM = 2.0
 """Degrees of freedom below which Student's factor says nothing any more (4.3 at 2, 12.7 at 1)."""
 LARGEST_CORRELATION = 0.95
@@ -105,9 +104,7 @@ def long_run_variance(gamma: FloatArray) -> float:
 
 def students_factor(freedom: float) -> float:
     """Student's 97.5 % point over the normal one."""
-    from scipy.special import stdtrit
-
-    return float(stdtrit(max(freedom, FEWEST_FREEDOM), 0.975)) / NORMAL_95
+    return t_factor(max(freedom, FEWEST_FREEDOM)) / NORMAL_95
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import SeaError
+from stillhook.statistics.estimate import CONFIDENCE, Estimate
 
 MPM = math.exp(-1.0)
 """Quantile that the most probable maximum is: the peak of the density of the largest of many."""
@@ -60,15 +61,15 @@ class Gumbel:
         """Level that a maximum stays below with probability q; 1/e gives mu."""
         return self.mu - self.beta * math.log(-math.log(q))
 
-    def interval(self, q: float, confidence: float = 0.95) -> tuple[float, float]:
-        """Ends of the confidence interval of `quantile(q)`.
+    def estimate(self, q: float, confidence: float = CONFIDENCE) -> Estimate:
+        """`quantile(q)` with its interval.
 
         Exact but for the draws: (estimate - true)/beta has one distribution whatever mu and beta are; it is drawn with
         as many maxima.
         """
         low, high = _pivots(self.n, q, confidence)
-        estimate = self.quantile(q)
-        return float(estimate - low * self.beta), float(estimate - high * self.beta)
+        value = self.quantile(q)
+        return Estimate(value, float(value - low * self.beta), float(value - high * self.beta), self.n)
 
 
 def gumbel(maxima: ArrayLike) -> Gumbel:

@@ -4,14 +4,15 @@ jackknife)."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray, IntArray
-from stillhook.statistics.between_cases import NORMAL, random_effects, t_factor
-from stillhook.statistics.dot import dot
+from stillhook.statistics.between_cases import random_effects
+from stillhook.statistics.estimate import NORMAL_95, Estimate, t_factor
+from stillhook.statistics.series import dot
 
 FEWEST_BLOCKS = 4
 """Least number of blocks for an interval: with fewer, the t factor on a variance of two values is
@@ -45,29 +46,14 @@ class Fit:
         """Half of the 95 % interval of coefficient i."""
         return t_factor(self.blocks - 1) * float(self.u[i])
 
+    def estimate(self, i: int, offset: float = 0.0) -> Estimate:
+        """Coefficient i plus an offset."""
+        return Estimate.around(float(self.b[i]) + offset, self.half(i), self.blocks)
+
     def ratio(self, i: int, j: int) -> tuple[float, float]:
         """Coefficient i over j, and half of its 95 % interval."""
         value = self.b[i] / self.b[j]
         return float(value), t_factor(self.blocks - 1) * _jackknife(self.leave_out[:, i] / self.leave_out[:, j])
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A number with half of its 95 % interval, sampling and structural together. structural: half width due to the
-    form of a law in addition to the sampling error, same quantity; half is the root of the sum of their squares."""
-
-    value: float
-    half: float
-    blocks: int = 0
-    structural: float = 0.0
-
-    @property
-    def low(self) -> float:
-        return self.value - self.half
-
-    @property
-    def high(self) -> float:
-        return self.value + self.half
 
 
 def fit(columns: Sequence[FloatArray], y: FloatArray, block: IntArray) -> Fit | None:
@@ -129,7 +115,7 @@ def pooled(estimates: Sequence[Estimate]) -> Estimate:
         return estimates[0]
     value, half = random_effects([e.value for e in estimates], [e.half for e in estimates])
     structural = max(e.structural for e in estimates)
-    return Estimate(value, max(half, structural), sum(e.blocks for e in estimates), structural)
+    return Estimate.around(value, max(half, structural), sum(e.n for e in estimates), structural)
 
 
 def one_number(estimates: Sequence[Estimate]) -> Estimate:
@@ -143,13 +129,5 @@ def one_number(estimates: Sequence[Estimate]) -> Estimate:
         return estimates[0]
     w = 1.0 / np.maximum(half, 1e-12) ** 2
     mean = dot(w, value) / float(w.sum())
-    spread = math.sqrt(dot(w, (value - mean) ** 2) * NORMAL**2 / (len(estimates) - 1))
-    return Estimate(mean, max(1.0, spread) / math.sqrt(float(w.sum())), sum(e.blocks for e in estimates))
-
-
-def by_case(values: Mapping[str, float], words: Callable[[float], str]) -> str:
-    """The smallest and the largest of several cases with their names, "1.08 (limits) to 1.16 (3)"; "" for one case."""
-    if len(values) < 2:
-        return ""
-    low, high = min(values, key=lambda name: values[name]), max(values, key=lambda name: values[name])
-    return f"{words(values[low])} ({low}) to {words(values[high])} ({high}) by test"
+    spread = math.sqrt(dot(w, (value - mean) ** 2) * NORMAL_95**2 / (len(estimates) - 1))
+    return Estimate.around(mean, max(1.0, spread) / math.sqrt(float(w.sum())), sum(e.n for e in estimates))

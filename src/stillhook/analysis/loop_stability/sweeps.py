@@ -27,7 +27,7 @@ from stillhook.control.registry import CLASSIC, DEFAULT_MODE
 from stillhook.errors import StillhookError
 from stillhook.library import changed
 from stillhook.spec.crane import Crane
-from stillhook.variables import BY_NAME
+from stillhook.variables import attributes
 
 if TYPE_CHECKING:
     import xarray
@@ -99,9 +99,9 @@ def slow_sweep(
         ]
         limits[at] = min((gain_limit_of(s.loop)[0] for s in slow if s is not None), default=math.nan)
     coords = {"alpha_m": alphas, "load": list(masses), "s_w": list(wires)}
-    data = {"K_p_ms_plc": (tuple(coords), limits, _attrs("K_p_ms_plc"))}
+    data = {"K_p_ms_plc": (tuple(coords), limits, attributes("K_p_ms_plc"))}
     return xarray.Dataset(
-        data, coords={n: (n, v, _attrs(n)) for n, v in coords.items()}, attrs={"crane": crane.name, "delay": delay}
+        data, coords={n: (n, v, attributes(n)) for n, v in coords.items()}, attrs={"crane": crane.name, "delay": delay}
     )
 
 
@@ -128,11 +128,13 @@ def sweep(
     name = VARIED.get(variable, variable.value)
     at = np.asarray(_default(crane, variable) if values is None else list(values), dtype=np.float64)
     rows = [_swept(crane, variable, float(v), alpha_m, delay) for v in at]
-    data = {n: (name, [getattr(r, n) for r in rows], _attrs(n)) for n in SWEPT}
+    data = {n: (name, [getattr(r, n) for r in rows], attributes(n)) for n in SWEPT}
     fixed = {} if variable is Over.ALPHA_M else {"alpha_m": alpha_m}
     fixed |= {} if variable is Over.DELAY else {"delay": delay}
     return xarray.Dataset(
-        data, coords={name: (name, at, _attrs(name))}, attrs={"crane": crane.name, "K_p": crane.control.K_p, **fixed}
+        data,
+        coords={name: (name, at, attributes(name))},
+        attrs={"crane": crane.name, "K_p": crane.control.K_p, **fixed},
     )
 
 
@@ -177,10 +179,10 @@ def bode(
     data = {}
     for end, loop in (("", plain), ("_plc", held)):
         L = crane.control.K_p * loop.response(w)
-        data[f"loop_gain{end}"] = ("omega", np.abs(L), _attrs(f"loop_gain{end}"))
-        data[f"loop_phase{end}"] = ("omega", np.unwrap(np.angle(L)), _attrs(f"loop_phase{end}"))
+        data[f"loop_gain{end}"] = ("omega", np.abs(L), attributes(f"loop_gain{end}"))
+        data[f"loop_phase{end}"] = ("omega", np.unwrap(np.angle(L)), attributes(f"loop_phase{end}"))
     fixed = {"crane": crane.name, "K_p": crane.control.K_p, "alpha_m": alpha_m, "delay": delay}
-    return xarray.Dataset(data, coords={"omega": ("omega", w, _attrs("omega"))}, attrs=fixed)
+    return xarray.Dataset(data, coords={"omega": ("omega", w, attributes("omega"))}, attrs=fixed)
 
 
 def root_locus(
@@ -202,9 +204,9 @@ def root_locus(
         poles.append(_followed(poles[-1], loop.closed_poles(float(K))))
     P = np.array(poles)
     names = {"pole_re": P.real, "pole_im": P.imag}
-    data = {n: (("K_p", "branch"), v, _attrs(n)) for n, v in names.items()}
+    data = {n: (("K_p", "branch"), v, attributes(n)) for n, v in names.items()}
     return xarray.Dataset(
-        data, coords={"K_p": ("K_p", at, _attrs("K_p"))}, attrs={"crane": crane.name, "alpha_m": alpha_m}
+        data, coords={"K_p": ("K_p", at, attributes("K_p"))}, attrs={"crane": crane.name, "alpha_m": alpha_m}
     )
 
 
@@ -214,8 +216,3 @@ def _followed(before: NDArray[np.complex128], now: NDArray[np.complex128]) -> ND
 
     _, order = linear_sum_assignment(np.abs(before[:, None] - now[None, :]))
     return np.asarray(now[order], dtype=np.complex128)
-
-
-def _attrs(name: str) -> dict[str, str]:
-    v = BY_NAME.get(name)
-    return {} if v is None else {"units": v.unit, "long_name": v.meaning}

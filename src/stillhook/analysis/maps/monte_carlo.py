@@ -117,7 +117,7 @@ class _Statistics:
             for name in (name for name in SHOWN if name in self.names):
                 self.values[name][i] = _quantiles(rows[c, :, self.names.index(name)])
             probability = chance(usable[c])
-            self.chances[i] = probability.low, probability.share, probability.high
+            self.chances[i] = probability.low, probability.value, probability.high
             self.failed[i] = sum(s == "diverged" for s in status[c])
             for name in (name for name in COMPARED if name in self.names) if best is not None else ():
                 k = self.names.index(name)

@@ -14,6 +14,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.engine.scenario.summary import OK
 from stillhook.errors import SpecError
 from stillhook.library.toml.tree import nearest
+from stillhook.statistics.estimate import Estimate
 from stillhook.units import parse, quote, show
 from stillhook.variables import BY_NAME, SUMMARY
 
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
 
 INSIDE = 0.9
 """Share of the draws inside a band: 5 to 95 %."""
-CONFIDENCE = 0.95
-"""Confidence of the interval of a chance."""
 LEAST_FOR_ERRORS = 20
 """Draws below which an end of a band has no standard error: hardly one draw is beyond it."""
 FAILED = "diverged"
@@ -44,16 +43,6 @@ class Band(NamedTuple):
     high_error: float
     n: int
     failed: int
-
-
-class Chance(NamedTuple):
-    """Share of all draws for which something holds, with its 95 % interval (Wilson): hits of n draws."""
-
-    share: float
-    low: float
-    high: float
-    hits: int
-    n: int
 
 
 class Limit(NamedTuple):
@@ -121,21 +110,17 @@ def bands(run: xarray.Dataset, names: Sequence[str]) -> dict[str, dict[str, Band
     return {str(c): {name: band(run[name].sel(case=c).values) for name in names} for c in run["case"].values}
 
 
-def chance(holds: NDArray[np.bool_]) -> Chance:
-    """The share of draws for which something holds, with its confidence interval."""
-    from scipy.stats import binomtest  # heavy
-
-    k, n = int(np.count_nonzero(holds)), len(holds)
-    interval = binomtest(k, n).proportion_ci(CONFIDENCE, method="wilson")
-    return Chance(k / n, float(interval.low), float(interval.high), k, n)
+def chance(holds: NDArray[np.bool_]) -> Estimate:
+    """The share of draws for which something holds, with its interval."""
+    return Estimate.of_share(int(np.count_nonzero(holds)), len(holds))
 
 
-def chances(run: xarray.Dataset, limit: Limit) -> dict[str, Chance]:
+def chances(run: xarray.Dataset, limit: Limit) -> dict[str, Estimate]:
     """Case -> share of all draws beyond the limit; a draw that diverged is beyond every limit."""
     return {str(c): chance(limit.beyond(run[limit.name].sel(case=c).values)) for c in run["case"].values}
 
 
-def troubles(run: xarray.Dataset) -> dict[str, Chance]:
+def troubles(run: xarray.Dataset) -> dict[str, Estimate]:
     """Case -> share of all draws that went beyond a limit of the winch: status is neither "ok" nor a standing offset
     alone, which pure active winches have by design and which shows in e_c_mean."""
     return {
@@ -153,7 +138,7 @@ class Paired(NamedTuple):
     lower."""
 
     relative: Band
-    lower: Chance
+    lower: Estimate
 
 
 def paired_difference(run: xarray.Dataset, case: str, other: str, name: str) -> Paired:

@@ -14,6 +14,7 @@ from stillhook.engine.scenario.checks import case_friction, friction_parts, laye
 from stillhook.spec.circuits import ServoVariant
 from stillhook.spec.crane import Crane, Wire, inertia_ratio_without_wire
 from stillhook.spec.scenario import Scenario
+from stillhook.statistics.estimate import NORMAL_95
 
 CASE = "case."
 """Begin of the paths that lie in the scenario; all others lie in the crane."""
@@ -21,7 +22,6 @@ LONGEST_DELAY = 10.0
 """Largest delay of the tip's signals that a scenario takes [s]."""
 LEAST_RATIO = 1e-3
 """Low end of a positive number over its high end, where the file gives 0 [-]."""
-NORMAL_95 = 1.959964
 """Deviations of a normal distribution that hold 95 % on either side of its mean."""
 RESPONSE = (0.7, 1.0, 3.5)
 """Time that a motor takes to swivel [s]: shortest, that of 5 rad/s, longest. Source: Moslatt 2020 paper F section 2.2,

@@ -126,7 +126,7 @@ def _worth(results: Sequence[Sensitivity], least: float) -> list[str]:
     most: dict[str, float] = {}
     for s in results:
         for name, x in s.indices.items():
-            most[name] = max(most.get(name, 0.0), x.total)
+            most[name] = max(most.get(name, 0.0), x.total.value)
     ranked = sorted(most, key=lambda name: -most[name])
     return [name for name in ranked if most[name] >= least] or ranked[:1]
 
@@ -138,17 +138,21 @@ def _bars(ax: Any, s: Sensitivity, names: Sequence[str]) -> None:
         first = y == 0
         ax.barh(
             y,
-            SHARE * x.total,
+            SHARE * x.total.value,
             height=0.7,
             color=COLOURS[5],
             alpha=0.5,
             label="with interactions (total)" if first else None,
         )
         ax.barh(
-            y, SHARE * max(x.first, 0.0), height=0.4, color=COLOURS[0], label="alone (first order)" if first else None
+            y,
+            SHARE * max(x.first.value, 0.0),
+            height=0.4,
+            color=COLOURS[0],
+            label="alone (first order)" if first else None,
         )
         ax.plot(
-            [SHARE * x.first_low, SHARE * x.first_high],
+            [SHARE * x.first.low, SHARE * x.first.high],
             [y, y],
             color="black",
             lw=1,

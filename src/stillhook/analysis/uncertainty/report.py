@@ -6,8 +6,9 @@ import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from stillhook.analysis.uncertainty.bands import Chance, Limit, bands, chances, failures, paired_difference, troubles
-from stillhook.analysis.uncertainty.sobol import Sensitivity
+from stillhook.analysis.uncertainty.bands import Limit, bands, chances, failures, paired_difference, troubles
+from stillhook.analysis.uncertainty.sobol import Index, Sensitivity
+from stillhook.statistics.estimate import Estimate
 
 if TYPE_CHECKING:
     import xarray
@@ -24,7 +25,7 @@ for."""
 class Verdict(NamedTuple):
     """Whether a case keeps a limit: the chance of going beyond it, and whether that is at most the tolerated one."""
 
-    chance: Chance
+    chance: Estimate
     kept: bool
 
 
@@ -33,7 +34,7 @@ def verdicts(run: xarray.Dataset, limits: Sequence[Limit], at_most: float = AT_M
     out: dict[str, dict[str, Verdict]] = {str(c): {} for c in run["case"].values}
     for limit in limits:
         for case, chance in chances(run, limit).items():
-            out[case][str(limit)] = Verdict(chance, chance.share <= at_most)
+            out[case][str(limit)] = Verdict(chance, chance.value <= at_most)
     return out
 
 
@@ -52,9 +53,9 @@ def report(
         c: {
             "at_values": at_values[c],
             "band_90": {name: b._asdict() for name, b in band[c].items()},
-            "beyond_limits": trouble[c]._asdict(),
+            "beyond_limits": _chance(trouble[c]),
             "limits": {
-                text: {**v.chance._asdict(), "at_most": at_most, "kept": v.kept} for text, v in verdict[c].items()
+                text: {**_chance(v.chance), "at_most": at_most, "kept": v.kept} for text, v in verdict[c].items()
             },
             "failed": failed[c],
         }
@@ -64,7 +65,7 @@ def report(
     for case, other in pairs:
         paired = {name: paired_difference(run, case, other, name) for name in COMPARED}
         differences[f"{case} / {other}"] = {
-            name: {"relative": p.relative._asdict(), "lower": p.lower._asdict()} for name, p in paired.items()
+            name: {"relative": p.relative._asdict(), "lower": _chance(p.lower)} for name, p in paired.items()
         }
     return {
         "twin": str(run.attrs["twin"]),
@@ -77,13 +78,26 @@ def report(
     }
 
 
+def _chance(share: Estimate) -> dict[str, Any]:
+    hits = round(share.value * share.n)
+    return {**share.to_dict("share"), "hits": hits, "n": share.n}
+
+
+def _index(index: Index) -> dict[str, float]:
+    return {
+        name + end: value
+        for name, e in (("first", index.first), ("total", index.total))
+        for end, value in (("", e.value), ("_low", e.low), ("_high", e.high))
+    }
+
+
 def _indices(s: Sensitivity) -> dict[str, Any]:
     return {
         "case": s.case,
         "output": s.output,
         "mean": s.mean,
         "deviation": s.deviation,
-        "indices": {name: i._asdict() for name, i in s.indices.items()},
+        "indices": {name: _index(i) for name, i in s.indices.items()},
         "converged": s.converged,
         "change": s.change,
         "runs": s.runs,

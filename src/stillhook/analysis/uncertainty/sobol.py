@@ -21,9 +21,9 @@ from stillhook.errors import SimulationError, SpecError
 from stillhook.library.toml.tree import nearest
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
+from stillhook.statistics.estimate import CONFIDENCE, Estimate
 from stillhook.units import quote
 
-CONFIDENCE = 0.95
 RESAMPLES = 200
 """Bootstrap resamples: the ends of a 95 % interval are then within about a tenth of its width."""
 SETTLED = 0.1
@@ -37,12 +37,8 @@ class Index(NamedTuple):
     """Share of the variance of a result: by this factor alone (first), and with all its interactions (total), with 95 %
     intervals."""
 
-    first: float
-    first_low: float
-    first_high: float
-    total: float
-    total_low: float
-    total_high: float
+    first: Estimate
+    total: Estimate
 
 
 @dataclass(frozen=True)
@@ -74,13 +70,17 @@ class Sensitivity:
             return [f"{self.case}: {self.output} does not vary"]
         out = []
         for name, x in self.indices.items():
-            if x.total < MATTERS:
+            if x.total.value < MATTERS:
                 break
-            more = f", {x.total:.0%} with what it does together with others" if x.total - x.first >= MATTERS else ""
-            out.append(
-                f"{name}: {max(x.first, 0.0):.0%} of the variance ({x.first_low:.0%} to {x.first_high:.0%}){more}"
+            more = (
+                f", {x.total.value:.0%} with what it does together with others"
+                if x.total.value - x.first.value >= MATTERS
+                else ""
             )
-        rest = [name for name, x in self.indices.items() if x.total < MATTERS]
+            out.append(
+                f"{name}: {max(x.first.value, 0.0):.0%} of the variance ({x.first.low:.0%} to {x.first.high:.0%}){more}"
+            )
+        rest = [name for name, x in self.indices.items() if x.total.value < MATTERS]
         if rest:
             out.append(f"below {MATTERS:.0%} each: {', '.join(rest)}")
         return out
@@ -140,8 +140,8 @@ def indices(f: FloatArray, d: int, n: int, seed: int = 0) -> tuple[list[Index], 
         rng=np.random.default_rng(seed),
     ).confidence_interval
     low, high = samples.low.reshape(2, d), samples.high.reshape(2, d)
-    columns = (first, low[0], high[0], total, low[1], high[1])
-    return [Index(*(float(c[i]) for c in columns)) for i in range(d)], change
+    ends = list(zip((first, total), low, high, strict=True))
+    return [Index(*(Estimate(float(x[i]), float(a[i]), float(b[i]), n) for x, a, b in ends)) for i in range(d)], change
 
 
 def _orders(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -229,5 +229,5 @@ def _one(case: str, output: str, f: FloatArray, varied: Sequence[str], n: int, s
     change = 0.0
     if deviation > 0.0:
         values, change = indices(f, len(varied), n, seed)
-        ranked = dict(sorted(zip(varied, values, strict=True), key=lambda pair: -pair[1].total))
+        ranked = dict(sorted(zip(varied, values, strict=True), key=lambda pair: -pair[1].total.value))
     return Sensitivity(case, output, ranked, float(np.mean(f[: 2 * n])), deviation, change, n, len(f))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.crane.cranes import Json
+from stillhook.cli.options import Json
 from stillhook.control.registry import CLASSIC
 from stillhook.report.terminal import human, print_json, print_table, print_twin, progress_bar, unit_of
 

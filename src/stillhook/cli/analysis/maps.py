@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.cluster import Scheduler, client_of
-from stillhook.cli.crane.cranes import Json
+from stillhook.cli.options import Json, Out, Store
 from stillhook.control.registry import CLASSIC
 from stillhook.report.terminal import print_implausible, print_json, print_table, print_twin, progress_bar, started
 
@@ -57,14 +57,9 @@ def show_map(
         str | None, typer.Option("--warm-up", help="Start of each run that does not count (default 10 s).")
     ] = None,
     step: Annotated[str | None, typer.Option(help="Integration step (default 5 ms, for settling tests 2 ms).")] = None,
-    store: Annotated[
-        Path | None,
-        typer.Option(help="Folder that keeps results as they finish; an interrupted map continues from it."),
-    ] = None,
+    store: Store = None,
     scheduler: Scheduler = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Folder for NetCDF, pictures and JSON; nothing is written without it.")
-    ] = None,
+    out: Out = None,
     json: Json = False,
 ) -> None:
     """Map of controllers over load and speed: error, pressure, and where each cannot be used, and why. Exit code 1 if

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.crane.cranes import Json
+from stillhook.cli.options import Json
 from stillhook.report.terminal import (
     print_implausible,
     print_json,

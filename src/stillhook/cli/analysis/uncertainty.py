@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from stillhook.cli.cluster import Scheduler, client_of
-from stillhook.cli.crane.cranes import Json
+from stillhook.cli.options import Json, Out, Step, Store
 from stillhook.cli.simulation.runs import MOTION_HELP, cell, motion_of
 from stillhook.control.registry import Mode
 from stillhook.report.terminal import print_implausible, print_json, print_table, print_twin, progress_bar, started
@@ -94,15 +94,10 @@ def uncertainty(
     at_most: Annotated[
         float, typer.Option("--at-most", min=0.0, max=1.0, help="Tolerated probability of exceeding a limit.")
     ] = 0.05,
-    step: Annotated[str | None, typer.Option(help="Integration step (default 5 ms).")] = None,
-    store: Annotated[
-        Path | None,
-        typer.Option(help="Folder that keeps results as they finish; an interrupted run continues from it."),
-    ] = None,
+    step: Step = None,
+    store: Store = None,
     scheduler: Scheduler = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", help="Folder for NetCDF, pictures and JSON; nothing is written without it.")
-    ] = None,
+    out: Out = None,
     json: Json = False,
 ) -> None:
     """Uncertainty of a winch (friction, leakage, inertia, oil, servos, delay) propagated into error and pressure,
@@ -341,7 +336,7 @@ def _print_indices(indices: list[Sensitivity]) -> None:
     most: dict[str, float] = {}
     for s in indices:
         for name, x in s.indices.items():
-            most[name] = max(most.get(name, 0.0), x.total)
+            most[name] = max(most.get(name, 0.0), x.total.value)
     ranked = sorted((n for n, x in most.items() if x >= MATTERS), key=lambda n: -most[n])
     rows = [[n, *(_index(s, n) for s in indices)] for n in ranked]
     print_table([f"{indices[0].output}: variance from", *(s.case for s in indices)], rows)
@@ -352,12 +347,10 @@ def _print_indices(indices: list[Sensitivity]) -> None:
 
 
 def _index(s: Sensitivity, name: str) -> str:
-    x = s.indices.get(name)
-    return (
-        "-"
-        if x is None
-        else f"{max(x.first, 0.0):.0%} ({max(x.first_low, 0.0):.0%} to {min(x.first_high, 1.0):.0%}), {x.total:.0%}"
-    )
+    if (x := s.indices.get(name)) is None:
+        return "-"
+    ends = f"{max(x.first.low, 0.0):.0%} to {min(x.first.high, 1.0):.0%}"
+    return f"{max(x.first.value, 0.0):.0%} ({ends}), {x.total.value:.0%}"
 
 
 def _rest(most: dict[str, float], ranked: list[str]) -> str:

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from stillhook.cli.crane.cranes import Json
+from stillhook.cli.options import Json
 from stillhook.errors import ScenarioError
 from stillhook.report.terminal import human, print_json, print_table, print_values, unit_of
 from stillhook.units import parse, show

@@ -6,9 +6,8 @@ from typing import Annotated
 
 import typer
 
+from stillhook.cli.options import Json
 from stillhook.report.terminal import print_implausible, print_json, print_table, print_twin
-
-Json = Annotated[bool, typer.Option("--json", help="Print JSON in SI units.")]
 
 
 def register(app: typer.Typer) -> None:

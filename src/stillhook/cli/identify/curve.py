@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.crane.cranes import Json
+from stillhook.cli.options import Json
 from stillhook.report.terminal import print_json, print_table, progress_bar
 
 if TYPE_CHECKING:
@@ -123,10 +123,7 @@ def _print(curve: FrictionCurve) -> None:
     rows = []
     for p in curve.points:
         way = "-" if p.way is None else " to ".join(curve.text("position", x, 3) for x in p.way)
-        friction, half = (
-            curve.text("effort", p.friction),
-            curve.text("effort", 0.5 * (p.interval[1] - p.interval[0]), 2),
-        )
+        friction, half = curve.text("effort", p.friction), curve.text("effort", p.estimate.half, 2)
         rows.append(
             [
                 curve.text("speed", p.speed),

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from stillhook.cli.crane.cranes import Json
+from stillhook.cli.options import Json
 from stillhook.report.terminal import print_json, progress_bar
 
 

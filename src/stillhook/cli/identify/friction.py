@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stillhook.cli.crane.cranes import Json
+from stillhook.cli.options import Json
 from stillhook.report.terminal import print_json, print_table, progress_bar, say
 
 if TYPE_CHECKING:
@@ -118,10 +118,9 @@ def _print(result: Friction) -> None:
         "error\n(RMS)",
     )
     print_table(header, rows, title=f"{mark}{result.campaign.title}: {result.campaign.crane.name}", left=2)
-    intervals = {i.name: i for i in result.intervals}
     rows = []
     for n in Y_NAMES:
-        i, state = intervals.get(n), data["parameters"][n]["state"]
+        i, state = result.intervals.get(n), data["parameters"][n]["state"]
         remark = MEANING[n] + ("" if state == "fitted" else f" ({state})")
         value = float(getattr(result.fit.y, n))
         rows.append(

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.cluster import Scheduler, client_of
-from stillhook.cli.crane.cranes import Json
+from stillhook.cli.options import Json
 from stillhook.report.running_text import wrapped
 from stillhook.report.terminal import print_json, print_table, progress_bar, say, say_if_compiling
 

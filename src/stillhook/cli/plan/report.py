@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from stillhook.cli.crane.cranes import Json
+from stillhook.cli.options import Json
 from stillhook.report.running_text import wrapped
 from stillhook.report.terminal import print_json, say
 

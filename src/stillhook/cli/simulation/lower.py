@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.crane.cranes import Json
+from stillhook.cli.options import Json, Step
 from stillhook.report.running_text import wrapped
 from stillhook.report.terminal import human, print_json, print_table, print_twin, progress_bar, started, unit_of
 
@@ -56,7 +56,7 @@ def lower(
     duration: Annotated[
         str | None, typer.Option(help='Length of the run, in place of the file\'s, such as "20 min".')
     ] = None,
-    step: Annotated[str | None, typer.Option(help="Integration step (default 5 ms).")] = None,
+    step: Step = None,
     animation: Annotated[bool, typer.Option("--animation", help="An animation (GIF) as well; with --out.")] = False,
     json: Json = False,
 ) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.crane.cranes import Json
+from stillhook.cli.options import Json
 from stillhook.report.terminal import human, print_json, print_table, print_twin, progress_bar, started, unit_of
 
 if TYPE_CHECKING:

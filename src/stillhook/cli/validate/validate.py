@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stillhook.cli.crane.cranes import Json
+from stillhook.cli.options import Json
 from stillhook.report.running_text import wrapped
 from stillhook.report.terminal import print_json, print_table, progress_bar
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.crane.cranes import Json
+from stillhook.cli.options import Json
 from stillhook.cli.weather.tables import print_alpha, print_forecast, print_persistence, print_show
 from stillhook.report.terminal import print_json
 

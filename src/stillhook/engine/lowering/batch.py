@@ -14,13 +14,13 @@ import numpy as np
 from stillhook import units
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import steps_per_cycle
-from stillhook.engine.batch import Row, run_batch
+from stillhook.engine.batch import Row, check_each, run_batch
 from stillhook.engine.lowering.checks import check_lift, check_sea
 from stillhook.engine.lowering.lower import LIFT_STEP, Summarised, summarised
 from stillhook.engine.lowering.run import KIND, run_lowerings, waves_step
 from stillhook.engine.lowering.summary import lift_summary, run_numbers_of, stage_numbers_of
 from stillhook.engine.store import bare
-from stillhook.errors import LiftError, SpecError, StillhookError
+from stillhook.errors import LiftError, SpecError
 from stillhook.kernels.lanes import VL
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.in_sea import InSea
@@ -115,15 +115,15 @@ class LoweringProblem:
     def check(self, cranes: Sequence[Crane], cases: Sequence[Case]) -> None:
         """Lifts that many seas share are looked at once."""
         seen: set[tuple[int, int]] = set()
-        for i, (crane, case) in enumerate(zip(cranes, cases, strict=True)):
+
+        def check(crane: Crane, case: Case) -> None:
             lift = _lift(case)
-            try:
-                check_sea(lift)
-                if (id(crane), id(lift)) not in seen:
-                    check_lift(crane, lift)
-                    seen.add((id(crane), id(lift)))
-            except StillhookError as e:
-                raise type(e)(f"case {i}: {e}" if len(cases) > 1 else str(e)) from None
+            check_sea(lift)
+            if (id(crane), id(lift)) not in seen:
+                check_lift(crane, lift)
+                seen.add((id(crane), id(lift)))
+
+        check_each(cranes, cases, check)
 
     def group(self, crane: Crane, case: Case) -> tuple[float, int, float, int]:
         lift = _lift(case)

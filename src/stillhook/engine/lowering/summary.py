@@ -18,7 +18,7 @@ from stillhook.engine.scenario.checks import (
     type_notes,
 )
 from stillhook.engine.scenario.run import Ending
-from stillhook.engine.scenario.summary import OK, limits_passed
+from stillhook.engine.scenario.summary import OK, limits_passed, winch_numbers
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.programme import StageMode
@@ -189,27 +189,24 @@ def unplanned_touches(case: Lowering, result: LiftResult) -> list[tuple[int, Lif
 
 def stage_numbers(winch: WinchType, result: LiftResult, r: StageResult) -> dict[str, float]:
     """Numbers of one stage, or of the whole run; NaN for what did not happen."""
-    st, ls, t = r.stats.common, r.lift, result.t_cycle
+    st, ls = r.stats.common, r.lift
     e_c_pp, s_tip_pp, load_pp, hook_pp = r.span
     touched = ls.t_landed < NEVER
     compensated = e_c_pp > 0.0
     return {
-        "duration": max(st.cycles - 1.0, 0.0) * t,
+        "duration": max(st.cycles - 1.0, 0.0) * result.t_cycle,
         "s_tip_pp": s_tip_pp,
         "e_c_pp": e_c_pp if compensated else math.nan,
         "eta_c": 1.0 - e_c_pp / s_tip_pp if compensated and s_tip_pp > 0.0 else math.nan,
         "load_pp": load_pp,
         "hook_pp": hook_pp,
         "eta_load": 1.0 - load_pp / s_tip_pp if compensated and s_tip_pp > 0.0 else math.nan,
-        "F_w_max": st.F_max,
-        "F_w_min": st.F_min,
         "F_sling_max": _known(ls.F_s_max),
         "F_sling_min": _known(ls.F_s_min),
         "DAF": _known(ls.F_s_max) / result.packed.lift.load.W,
         "snap": ls.snap,
         "sling_slack_time": ls.slack,
         "sling_slack_landed_time": ls.slack_landed,
-        "slack_time": st.slack_cycles * t,
         "z_load_min": _known(ls.z_min),
         "z_load_max": _known(ls.z_max),
         "v_load_min": _known(ls.v_min),
@@ -220,12 +217,7 @@ def stage_numbers(winch: WinchType, result: LiftResult, r: StageResult) -> dict[
         "t_landed": ls.t_landed if touched else math.nan,
         "v_landed": ls.v_landed if touched else math.nan,
         "v_hit_max": ls.v_hit if touched else math.nan,
-        "u_p_max": st.u_p_max,
-        "v_w_max": st.v_w_max,
-        "v_tip_max": st.v_tip_max,
-        "saturation_time": st.saturation_cycles * t,
-        "wire_time": st.wire_cycles * t,
-        **winch.own_numbers(r.stats, t),
+        **winch_numbers(winch, r.stats, result.t_cycle),
     }
 
 

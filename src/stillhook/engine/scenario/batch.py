@@ -8,13 +8,12 @@ from typing import Any
 
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import STATISTICS_STEP, paired, steps_per_cycle
-from stillhook.engine.batch import Row, run_batch
+from stillhook.engine.batch import Row, check_each, run_batch
 from stillhook.engine.inputs import shape
 from stillhook.engine.scenario.checks import check
 from stillhook.engine.scenario.run import run_cases
 from stillhook.engine.scenario.summary import summarise
 from stillhook.engine.store import scenario_as_bytes
-from stillhook.errors import StillhookError
 from stillhook.kernels.lanes import VL
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
@@ -62,11 +61,7 @@ class ScenarioProblem:
     kind = "driver"
 
     def check(self, cranes: Sequence[Crane], cases: Sequence[Scenario]) -> None:
-        for i, (crane, case) in enumerate(zip(cranes, cases, strict=True)):
-            try:
-                check(crane, case)
-            except StillhookError as e:
-                raise type(e)(f"case {i}: {e}" if len(cases) > 1 else str(e)) from None
+        check_each(cranes, cases, check)
 
     def group(self, crane: Crane, case: Scenario) -> tuple[int, int, int]:
         return shape(crane, case)

@@ -19,7 +19,7 @@ from stillhook.engine.scenario.checks import check
 from stillhook.engine.step_size import check_step
 from stillhook.errors import StillhookError
 from stillhook.kernels.build import driver
-from stillhook.kernels.lanes import VL, aligned, fields, flatten, offset, size, unflatten
+from stillhook.kernels.lanes import aligned, fields, flatten, offset, size, unflatten
 from stillhook.kernels.moving_window import SIGNALS, blank_window
 from stillhook.kernels.statistics import blank
 from stillhook.spec.crane import Crane
@@ -64,20 +64,6 @@ class Result(NamedTuple):
 
 class Interrupted(Exception):
     """The caller's stop flag was set; nothing is returned."""
-
-
-def run_one(
-    crane: Crane, case: Scenario, *, n_sub: int, every: int = 1, series: bool = True, progress: Progress | None = None
-) -> Result:
-    """One trajectory, with a time series of a row every `every` cycles unless series is False; see `run_cases`."""
-    return run_cases(crane, [case], n_sub=n_sub, lanes=1, every=every if series else 0, progress=progress)[0]
-
-
-def run_many(
-    crane: Crane, cases: Sequence[Scenario], *, n_sub: int, threads: int = 2, progress: Progress | None = None
-) -> list[Result]:
-    """Statistics of many runs on one crane, sixteen side by side; see `run_cases`."""
-    return run_cases(crane, cases, n_sub=n_sub, lanes=VL, every=0, threads=threads, progress=progress)
 
 
 def run_cases(

@@ -105,19 +105,11 @@ def summarise(crane: Crane, case: Scenario, result: Result) -> dict[str, Any]:
         "e_c_max": max(abs(st.e_min), abs(st.e_max)),
         "e_c_mean": mean,
         "e_c_std": math.sqrt(max(st.e2_sum / weight - mean * mean, 0.0)),
-        "u_p_max": st.u_p_max,
-        "v_w_max": st.v_w_max,
-        "v_tip_max": st.v_tip_max,
-        "F_w_max": st.F_max,
-        "F_w_min": st.F_min,
-        "saturation_time": st.saturation_cycles * t,
-        "slack_time": st.slack_cycles * t,
-        "wire_time": st.wire_cycles * t,
+        **winch_numbers(winch, result.stats, t),
         "energy_pumps": st.through * t,
         "energy_unaccounted": energy_unaccounted(winch, result),
         "counted_time": weight * t,
         "warm_up": result.warm_up,
-        **winch.own_numbers(result.stats, t),
     }
     if result.ending is Ending.DIVERGED:
         numbers = dict.fromkeys(numbers, math.nan)
@@ -128,6 +120,22 @@ def summarise(crane: Crane, case: Scenario, result: Result) -> dict[str, Any]:
         **numbers,
         "validated": float(foreseen.validated),
         "notes": notes,
+    }
+
+
+def winch_numbers(winch: WinchType, stats: Any, t_cycle: float) -> dict[str, float]:
+    """What the winch did: extremes of its signals, and time at each of its limits [s]."""
+    st = stats.common
+    return {
+        "u_p_max": st.u_p_max,
+        "v_w_max": st.v_w_max,
+        "v_tip_max": st.v_tip_max,
+        "F_w_max": st.F_max,
+        "F_w_min": st.F_min,
+        "saturation_time": st.saturation_cycles * t_cycle,
+        "slack_time": st.slack_cycles * t_cycle,
+        "wire_time": st.wire_cycles * t_cycle,
+        **winch.own_numbers(stats, t_cycle),
     }
 
 

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray, IntArray
 from stillhook.identify.steady_state.records import Rejected, Window, WindowSettings
 from stillhook.identify.steady_state.steps import NOISE_LIMIT, sides
-from stillhook.statistics.correlated_mean import NORMAL_95, blocks, mean_and_uncertainty, noise_of, trends
+from stillhook.statistics.correlated_mean import blocks, mean_and_uncertainty, noise_of, trends
+from stillhook.statistics.estimate import NORMAL_95
 
 if TYPE_CHECKING:
     from stillhook.logs.log import Finding, Log

@@ -20,6 +20,7 @@ from stillhook.physics.load_path.drum import layer_diameter
 from stillhook.physics.scalar import G
 from stillhook.report.plots.run import COLOURS
 from stillhook.spec.crane import Crane, SystemFriction
+from stillhook.statistics.estimate import t_factor
 from stillhook.units import in_display, show
 
 if TYPE_CHECKING:
@@ -30,7 +31,6 @@ FASTEST = 2000.0
 """Highest motor speed of the figure [rev/min], as in Moslatt 2020 paper D figure 8."""
 AT = (0.0, 100.0, 250.0, 500.0, 1000.0, 2000.0)
 """Motor speeds of the table [rev/min]."""
-LEVEL = 0.95
 """Confidence of the bands."""
 PARTS = ("total", "Coulomb", "stiction", "viscous")
 SLOPE_STEP = 1e-4
@@ -81,8 +81,6 @@ def _parts(s: SystemFriction, T_d: float, omega: FloatArray) -> tuple[FloatArray
 def band(system: SystemFriction, evidence: Evidence, T_d: float, omega: FloatArray) -> FloatArray:
     """Half the width of the 95 % confidence band of the total friction [N m]: covariance carried through to first
     order, Student's t."""
-    from scipy.stats import t
-
     slopes = []
     for name in evidence.names:
         value = getattr(system, name)
@@ -91,7 +89,7 @@ def band(system: SystemFriction, evidence: Evidence, T_d: float, omega: FloatArr
         slopes.append((up - down) / (2.0 * h))
     S = np.array(slopes)
     variance: FloatArray = np.einsum("in,ij,jn->n", S, evidence.matrix, S)
-    half: FloatArray = float(t.ppf(0.5 + 0.5 * LEVEL, evidence.dof)) * np.sqrt(np.maximum(variance, 0.0))
+    half: FloatArray = t_factor(evidence.dof) * np.sqrt(np.maximum(variance, 0.0))
     return half
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,8 @@ import numpy as np
 from stillhook.identify.system_friction.fitting.fit import Y_4_MOST, FrictionFit
 from stillhook.identify.system_friction.fitting.model import Y_LINEAR
 from stillhook.identify.system_friction.fitting.points import Points
-from stillhook.identify.system_friction.fitting.uncertainty import Interval, blind_directions, correlation
+from stillhook.identify.system_friction.fitting.uncertainty import blind_directions, correlation
+from stillhook.statistics.estimate import Estimate
 from stillhook.units import parse, show
 
 ONE_LOAD = 1.3
@@ -114,7 +115,7 @@ def design(points: Points, SWL_torque: float, like: Mapping[str, float] | None =
     return Design(tuple(used), prescribed, tuple(out), True if constant else None)
 
 
-def judge(points: Points, fit: FrictionFit, intervals: Sequence[Interval]) -> tuple[Statement, ...]:
+def judge(points: Points, fit: FrictionFit, intervals: Mapping[str, Estimate]) -> tuple[Statement, ...]:
     """What the fit itself shows: bounds, open or useless intervals, parameters bound together, outliers, what the model
     leaves over."""
     points = points.fitted()
@@ -178,13 +179,13 @@ def _bounds(fit: FrictionFit) -> list[Statement]:
     return []
 
 
-def _intervals(intervals: Sequence[Interval]) -> list[Statement]:
+def _intervals(intervals: Mapping[str, Estimate]) -> list[Statement]:
     open_ = [
-        i.name
-        for i in intervals
-        if math.isinf(i.high) or (i.name == "Y_4" and i.high >= min(10.0 * i.value, 0.999 * Y_4_MOST))
+        n
+        for n, i in intervals.items()
+        if math.isinf(i.high) or (n == "Y_4" and i.high >= min(10.0 * i.value, 0.999 * Y_4_MOST))
     ]
-    zero = [i.name for i in intervals if i.low <= 0.0 and i.name not in open_]
+    zero = [n for n, i in intervals.items() if i.low <= 0.0 and n not in open_]
     out = []
     if open_:
         text = f"{', '.join(open_)}: no upper end with 95 % confidence. See the proposed tests."

@@ -13,9 +13,9 @@ from stillhook.base.arrays import FloatArray
 from stillhook.identify.system_friction.fitting.fit import predicted_sd
 from stillhook.identify.system_friction.fitting.model import Loss, mj4, motor_loss_at, system_friction
 from stillhook.identify.system_friction.fitting.points import Points
-from stillhook.identify.system_friction.fitting.uncertainty import t_factor
 from stillhook.identify.system_friction.identify import JUDGED_FROM, Friction, nominal_share
 from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.statistics.estimate import NORMAL_95, t_factor
 from stillhook.units import in_display, parse, show
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def friction_pressure(result: Friction) -> Figure:
     figure, ax = _axes("Friction as pressure, dp_F = (dp_up - dp_down) / 2 (as figure 2.6)", "dp_F [bar]")
     for style, k, name in _tests(result.points):
         points = result.points.where(result.points.test == k)
-        bars = 1.96 * np.hypot(points.u_dp, result.fit.tau)
+        bars = NORMAL_95 * np.hypot(points.u_dp, result.fit.tau)
         ax.errorbar(
             _rpm(points.omega),
             _bar(points.dp_F),

@@ -37,7 +37,6 @@ from stillhook.identify.system_friction.fitting.model import (
 )
 from stillhook.identify.system_friction.fitting.points import Points, joined
 from stillhook.identify.system_friction.fitting.uncertainty import (
-    Interval,
     bootstrap,
     posterior,
     profile_intervals,
@@ -49,6 +48,7 @@ from stillhook.identify.system_friction.remarks import log_statements, motor_sta
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import SystemFriction
 from stillhook.statistics.complex_method import Optimum, Variant, complex_method
+from stillhook.statistics.estimate import Estimate
 from stillhook.units import parse
 
 JUDGED_FROM = parse("250 rev/min", "rotation")
@@ -125,7 +125,7 @@ class Friction:
     grid: Points
     design: Design
     fit: FrictionFit
-    intervals: tuple[Interval, ...]
+    intervals: Mapping[str, Estimate]
     method: Intervals
     check: Check
     held_out: tuple[HeldOut, ...]
@@ -328,7 +328,7 @@ def _beyond_claim(held: tuple[HeldOut, ...]) -> tuple[Statement, ...]:
 
 def _sampled_intervals(
     method: Intervals, points: Points, loss: Loss, fit: FrictionFit, seed: int
-) -> tuple[Interval, ...]:
+) -> Mapping[str, Estimate]:
     draw = bootstrap if method is Intervals.BOOTSTRAP else posterior
     return quantile_intervals(draw(points, loss, fit, seed=seed), fit)
 

@@ -118,9 +118,8 @@ def _verdict(result: Friction) -> str:
 
 
 def _parameters(result: Friction) -> Iterable[Sequence[str]]:
-    intervals = {i.name: i for i in result.intervals}
     for n in Y_NAMES:
-        i, value = intervals.get(n), float(getattr(result.fit.y, n))
+        i, value = result.intervals.get(n), float(getattr(result.fit.y, n))
         state = (
             " (taken from another set)"
             if n in result.fit.prescribed

@@ -185,8 +185,7 @@ def _held(h: HeldOut) -> dict[str, Any]:
 
 
 def _parameter(result: Friction, name: str) -> dict[str, Any]:
-    intervals = {i.name: i for i in result.intervals}
-    interval = intervals.get(name)
+    interval = result.intervals.get(name)
     state = "given" if name in result.fit.prescribed else "left out" if name in result.fit.dropped else "fitted"
     return {
         "value": float(getattr(result.fit.y, name)),

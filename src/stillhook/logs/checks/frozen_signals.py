@@ -91,41 +91,27 @@ def _constant(
     spread: Mapping[str, float],
     doubtful: BoolArray,
 ) -> Finding:
-    name, value = w.signal.name, w.signal.say(w.watch.highest)
+    name, message = w.signal.name, f"{w.signal.name} stays at {w.signal.say(w.watch.highest)} throughout"
+
+    def finding(kind: str, text: str) -> Finding:
+        return Finding(name, kind, float(t[0]), float(t[-1]), w.watch.good, "noted", f"{message}{text}")
+
     if name in SET_VALUES:
-        return Finding(
-            name,
-            "constant",
-            float(t[0]),
-            float(t[-1]),
-            w.watch.good,
-            "noted",
-            f"{name} stays at {value} throughout, as a set value may",
-        )
+        return finding("constant", ", as a set value may")
     moving = [other for other, o in others.items() if o.watch.lowest != o.watch.highest]
     if name in TIP and not any(spread[other] > TIP_MOVES * _noise(others[other].values) for other in moving):
-        text = f"{name} stays at {value} throughout: the tip is at rest, or the signal is dead"
-        return Finding(name, "constant", float(t[0]), float(t[-1]), w.watch.good, "noted", text)
+        return finding("constant", ": the tip is at rest, or the signal is dead")
     if name in HELD and moving:
-        message = f"{name} stays at {value} throughout while {moving[0]} changes"
-        text = f"{message}: right for a low side that boost holds, wrong for a dead sensor"
-        return Finding(name, "constant", float(t[0]), float(t[-1]), w.watch.good, "noted", text)
+        text = f" while {moving[0]} changes: right for a low side that boost holds, wrong for a dead sensor"
+        return finding("constant", text)
     if name in REQUIRED and moving:
         raise LogError(
-            f"{file}: {name} stays at {value} throughout while {moving[0]} changes: the sensor was off or stuck, or"
+            f"{file}: {message} while {moving[0]} changes: the sensor was off or stuck, or"
             f" column {quote(w.signal.column)} is another one. Map another column, or leave the signal out."
         )
     doubtful[:] = True
     also = f" while {moving[0]} changes: the sensor was off or stuck" if moving else ", and so does every other signal"
-    return Finding(
-        name,
-        "stuck",
-        float(t[0]),
-        float(t[-1]),
-        w.watch.good,
-        "noted",
-        f"{name} stays at {value} throughout{also}; none of it counts",
-    )
+    return finding("stuck", f"{also}; none of it counts")
 
 
 def _beyond_chance(watch: Watch, run: Run) -> bool:

@@ -15,6 +15,7 @@ from stillhook.base.choice import choice
 from stillhook.errors import IdentifyError
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
+from stillhook.statistics.series import low_pass
 from stillhook.units import KINDS, from_display, parse, quote
 
 BITS = 12
@@ -202,11 +203,8 @@ def logged(reference: FloatArray, sensor: Sensor, t_cycle: float, rng: np.random
 
 
 def filtered(x: FloatArray, ratio: float) -> FloatArray:
-    """First-order lag of a sampled signal; ratio spacing over time constant. It starts settled."""
-    from scipy.signal import lfilter  # heavy: only where a sensor has a filter
-
-    E = math.exp(-ratio)
-    return np.asarray(lfilter([1.0 - E], [1.0, -E], x, zi=[E * x[0]])[0])
+    """First-order lag of an analogue signal; ratio spacing over time constant. It starts settled."""
+    return low_pass(x, 1.0 - math.exp(-ratio))
 
 
 def in_log_unit(values: FloatArray, column: Column, sensor: Sensor) -> FloatArray:

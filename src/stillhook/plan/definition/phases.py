@@ -74,11 +74,6 @@ class Phase(Record):
         """Whether the winch follows the tip."""
         return self.winch in (StageMode.AHC, StageMode.LANDING)
 
-    @property
-    def upwards(self) -> bool:
-        """Whether the payload comes up."""
-        return self.start is not None and self.end is not None and self.end > self.start
-
     @field_validator("mode", mode="before")
     @classmethod
     def _mode_fits(cls, mode: object, info: ValidationInfo) -> object:

@@ -18,7 +18,7 @@ from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Motion
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import RHO_SEA, Mode, Scenario, Sensors, Water
-from stillhook.statistics.products import straightened
+from stillhook.statistics.series import straightened
 from stillhook.units import show
 
 

@@ -58,15 +58,9 @@ def relative(come_from: Angles, heading: Angles | float) -> Angles:
     `heading` [same].
 
     Waves from dead ahead (come_from = heading) are a head sea: pi. Waves from starboard (heading + pi/2) travel to
-    port: pi/2.
+    port: pi/2. Its own inverse: of beta and the heading it is where the waves come from.
     """
     return wrapped(heading + math.pi - come_from)
-
-
-def geographic(beta: Angles, heading: Angles | float) -> Angles:
-    """Where waves of beta come from [rad clockwise from north] on a ship that heads `heading`; the inverse of
-    `relative`."""
-    return wrapped(heading + math.pi - beta)
 
 
 def wrapped(angle: Angles) -> Angles:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from stillhook.errors import SeaError, UnitError
@@ -179,17 +179,3 @@ def _peaks(data: Mapping[str, Any]) -> Peaks:
     if not isinstance(spectrum, Peaks):
         raise SeaError(f"stored waves: a {data['type']} spectrum cannot be a term of a sum.")
     return spectrum
-
-
-def sea_to_dict(sea: Sea) -> dict[str, Any]:
-    """Plain SI numbers and texts; `sea_from_dict` is the way back."""
-    return {"trains": [{"spectrum": t.spectrum.to_dict(), "beta": t.beta, "spread": t.spread} for t in sea.trains]}
-
-
-def sea_from_dict(data: Mapping[str, Any]) -> Sea:
-    """The sea that `sea_to_dict` gave. Errors: SeaError."""
-    try:
-        trains: Sequence[Mapping[str, Any]] = data["trains"]
-        return Sea(tuple(Train(spectrum_from_dict(t["spectrum"]), t["beta"], t["spread"]) for t in trains))
-    except (KeyError, TypeError) as problem:
-        raise SeaError(f"stored sea: {quote(str(problem))} is missing or misstated. Generate it again.") from None

@@ -47,6 +47,5 @@ def seed_extremes(
             continue
         fit = gumbel(maxima[name])
         for level, q in (("mpm", MPM), ("p90", P90)):
-            low, high = fit.interval(q)
-            answer[f"{name}_{level}"] = {"value": fit.quantile(q), "low": low, "high": high}
+            answer[f"{name}_{level}"] = fit.estimate(q).to_dict()
     return answer

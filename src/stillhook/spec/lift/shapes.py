@@ -341,8 +341,3 @@ class SuctionAnchor(Body):
 
     def vent_drag(self, rho: float) -> float:
         return 0.5 * rho * self._inner * (1.0 / (CONTRACTION * self.hatch)) ** 2
-
-    def vent_pressure(self, v: float, rho: float) -> float:
-        """Over-pressure under the roof while the skirt sinks into the seabed at v, all water leaving through the
-        hatches [Pa]."""
-        return 0.5 * rho * (v / (CONTRACTION * self.hatch)) ** 2

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.statistics.between_cases import half_of_mean
-from stillhook.statistics.block_bootstrap import Interval, Statistic, interval
+from stillhook.statistics.between_cases import extremes, half_of_mean
+from stillhook.statistics.block_bootstrap import Statistic, interval
+from stillhook.statistics.estimate import Estimate
 
 Scale = tuple[Callable[[float], float], Callable[[float], float]]
 AS_IT_IS: Scale = (float, float)
@@ -28,8 +29,8 @@ class OverCases:
     """pooled: the number over all samples, with an interval that holds the scatter between the load cases; cases: the
     same of each case alone, from its own samples."""
 
-    pooled: Interval
-    cases: Mapping[str, Interval]
+    pooled: Estimate
+    cases: Mapping[str, Estimate]
 
     def extremes(self, words: Callable[[float], str]) -> str:
         """The smallest and the largest case in words, "0.37 cm (4) to 1.48 cm (3) by load case"; a remark where there
@@ -37,13 +38,8 @@ class OverCases:
         values = {name: case.value for name, case in self.cases.items() if math.isfinite(case.value)}
         if len(values) < 2:
             return "one load case: its interval does not include the scatter between load cases"
-        low, high = min(values, key=lambda name: values[name]), max(values, key=lambda name: values[name])
-        few = (
-            ""
-            if len(values) >= ENOUGH
-            else f"; {len(values)} cases determine the scatter between cases poorly, test {ENOUGH} or more"
-        )
-        return f"{words(values[low])} ({low}) to {words(values[high])} ({high}) by load case{few}"
+        few = f"; {len(values)} cases determine the scatter between cases poorly, test {ENOUGH} or more"
+        return f"{extremes(values, words)} by load case{few if len(values) < ENOUGH else ''}"
 
 
 def over_cases(
@@ -75,10 +71,10 @@ def over_cases(
     )
     low, high = (min(max(back(centre + sign * half), bounds[0]), bounds[1]) for sign in (-1.0, 1.0))
     low, high = np.fmin(low, total.low), np.fmax(high, total.high)
-    return OverCases(Interval(total.value, float(low), float(high), total.blocks), cases)
+    return OverCases(Estimate(total.value, float(low), float(high), total.n), cases)
 
 
-def _half(case: Interval, to: Callable[[float], float]) -> float:
+def _half(case: Estimate, to: Callable[[float], float]) -> float:
     """The longer side of an interval on its scale: the other may end at a bound. NaN where it has no interval."""
     centre = _on(to, case.value)
     return float(np.fmax(_on(to, case.high) - centre, centre - _on(to, case.low)))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.statistics.dot import dot
+from stillhook.statistics.series import dot
 from stillhook.validate.ahc.replay import Replay, about_mean
 from stillhook.validate.ahc.windows import Windows, windows
 

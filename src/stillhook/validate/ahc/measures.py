@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.statistics.block_bootstrap import LEVEL, Blocks, Interval
+from stillhook.statistics.estimate import ENDS, NORMAL_95, Estimate
 from stillhook.validate.ahc.cases import FISHER, OverCases, over_cases
 from stillhook.validate.ahc.comparison import Comparison
 from stillhook.validate.ahc.shape import Shape, correlation
@@ -51,7 +51,7 @@ def by_case(
 
 
 def _measure(
-    name: str, value: float | None, estimate: Interval | None = None, *, data: str = "", note: str = ""
+    name: str, value: float | None, estimate: Estimate | None = None, *, data: str = "", note: str = ""
 ) -> Measure:
     """A measure; without a finite value it is not determined by the data."""
     bounded = estimate is not None and math.isfinite(estimate.low) and math.isfinite(estimate.high)
@@ -76,7 +76,7 @@ def _deviations(
     )
     estimates = [*(_with_share_end(p.pooled) for p in pooled), signed.pooled]
     level = float(np.mean(np.concatenate([c.windows.measured for c in comparisons])))
-    data = f"{_extent(comparisons)}, {estimates[0].blocks.effective:.0f} effective windows of {window:g} s"
+    data = f"{_extent(comparisons)}, {estimates[0].n:.0f} effective windows of {window:g} s"
     gauss = [f"as a Gaussian, as paper F reads it, {_percent(gaussian_share(limit, mean, s))}" for limit in (NEAR, FAR)]
     first = f"measured e_c_pp {_cm(level)} on average; {pooled[0].extremes(_cm)}"
     notes = (first, pooled[1].extremes(_cm), *gauss, f"simulated less measured; {signed.extremes(_cm)}")
@@ -93,16 +93,15 @@ def _percent(x: float) -> str:
     return f"{100.0 * x:.3g} %"
 
 
-def _by_case(comparisons: Sequence[Comparison], cases: Mapping[str, Interval], window: float) -> tuple[Measure, ...]:
+def _by_case(comparisons: Sequence[Comparison], cases: Mapping[str, Estimate], window: float) -> tuple[Measure, ...]:
     """Mean deviation of every load case: the mean over all would hide a short bad case behind a long good one."""
     name, out = "e_c_pp_deviation_case", []
     for case in dict.fromkeys(c.name for c in comparisons):
         if case in cases:
             estimate = cases[case]
             data = (
-                f"{_extent([c for c in comparisons if c.name == case])}, {estimate.blocks.effective:.0f} effective"
-                " windows of"
-                f" {window:g} s"
+                f"{_extent([c for c in comparisons if c.name == case])}, {estimate.n:.0f} effective windows"
+                f" of {window:g} s"
             )
             out.append(replace(_measure(name, estimate.value, estimate, data=data), test=f"load case {case}"))
         else:
@@ -110,12 +109,12 @@ def _by_case(comparisons: Sequence[Comparison], cases: Mapping[str, Interval], w
     return tuple(out)
 
 
-def _with_share_end(estimate: Interval) -> Interval:
+def _with_share_end(estimate: Estimate) -> Estimate:
     """A share of nothing or all, of which every draw has the same: its end is that of so many independent windows that
     all agree."""
     if estimate.high - estimate.low > SAME or estimate.value not in (0.0, 1.0):
         return estimate
-    end = (0.5 * (1.0 - LEVEL)) ** (1.0 / max(estimate.blocks.effective, 1.0))
+    end = ENDS[0] ** (1.0 / max(estimate.n, 1.0))
     return replace(estimate, low=end) if estimate.value == 1.0 else replace(estimate, high=1.0 - end)
 
 
@@ -192,10 +191,6 @@ def _thin(c: Comparison) -> FloatArray:
     return np.column_stack([x - x.mean() for x in c.quiet])[:: max(1, round(THIN / c.replay.record.step))]
 
 
-def _about(like: Shape) -> Interval:
-    return Interval(like.lag, like.lag - 1.96 * like.u_lag, like.lag + 1.96 * like.u_lag, Blocks(1, 0, 0.0))
-
-
 def _shape(comparisons: Sequence[Comparison], like: Shape, window: float) -> tuple[Measure, ...]:
     rows = by_case([c for c in comparisons if len(c.pair[0])], _thin)
     bounds, block = (-1.0, 1.0), round(2.0 * window / THIN)
@@ -210,7 +205,7 @@ def _shape(comparisons: Sequence[Comparison], like: Shape, window: float) -> tup
             data=data,
             note=_correlations(estimate),
         ),
-        _measure("e_c_lag", like.lag, _about(like), data=data),
+        _measure("e_c_lag", like.lag, Estimate.around(like.lag, NORMAL_95 * like.u_lag), data=data),
         _measure("e_c_band_ratio", like.band_ratio, data=data, note=band),
         _measure("e_c_spectral_distance", like.distance, data=data, note=band),
     )

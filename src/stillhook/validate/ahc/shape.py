@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.statistics.dot import dot
+from stillhook.statistics.series import dot
 from stillhook.statistics.time_lag import lag
 
 Pairs = Sequence[tuple[FloatArray, FloatArray, float]]

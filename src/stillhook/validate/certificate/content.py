@@ -46,7 +46,7 @@ ROUNDING = 1e-9
 OF_ORDINARY_SIZE = ("", "time", "length", "speed", "pressure", "force", "mass", "torque", "rotation")
 """Below ROUNDING [SI], a number of these quantities is what rounding leaves of zero, which no two machines do alike."""
 CELLS = ("key", "title", "value", "interval", "limit", "verdict", "data", "source")
-"""What people read of a verdict line; see `stillhook.validate.report.texts.LINE_HEAD`."""
+"""What people read of a verdict line; see `stillhook.validate.report.texts.line_cells`."""
 
 DECIDING = ("verdict", "key", "text")
 """What people read of a line that decides the verdict."""

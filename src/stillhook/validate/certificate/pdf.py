@@ -7,7 +7,7 @@ from importlib.resources import files
 from typing import Any
 
 from stillhook.errors import ValidateError
-from stillhook.report.pdf import Unset, set_pages, set_pdf
+from stillhook.report.pdf import Unset, set_pdf
 from stillhook.validate.certificate.document import sheet_of
 
 TEMPLATE = files("stillhook.validate.certificate") / "certificate.typ"
@@ -22,8 +22,3 @@ def pdf(data: Mapping[str, Any], figures: Mapping[str, bytes]) -> bytes:
         return set_pdf(TEMPLATE, sheet_of(data, tuple(figures)), figures, data["date"])
     except Unset as problem:
         raise ValidateError(f"certificate: {problem}") from None
-
-
-def pages(data: Mapping[str, Any], figures: Mapping[str, bytes], ppi: float = 100.0) -> list[bytes]:
-    """The pages of the document as PNG, to look at."""
-    return set_pages(TEMPLATE, sheet_of(data, tuple(figures)), figures, data["date"], ppi)

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from stillhook.statistics.jackknife_regression import Estimate
+from stillhook.statistics.estimate import Estimate
 from stillhook.validate.controller.deviation import Deviation, deviations
 from stillhook.validate.controller.explain import causes, deviation_table, gain_table, statements
 from stillhook.validate.controller.inputs import lacking, plc_segments
@@ -155,12 +155,15 @@ def _measures(campaign: Campaign, estimates: ControllerEstimates, explanations: 
 def _of_test(d: Deviation, explanations: str) -> list[Measure]:
     data = f"{d.seconds:.0f} s, worst sample {100.0 * d.worst:.2g} %, rms {100.0 * d.rms:.2g} %"
     if not d.ahc:
-        return [Measure(f"{d.signal}_deviation_manual", d.high, "", *d.high_ends, test=f"test {d.test}", data=data)]
-    place = f"test {d.test}"
+        return [_deviation(f"{d.signal}_deviation_manual", d.high, d.test, data)]
     return [
-        Measure(f"{d.signal}_deviation", d.high, "", *d.high_ends, test=place, data=data, note=explanations),
-        Measure(f"{d.signal}_deviation_mean", d.mean, "", *d.mean_ends, test=place, data=data),
+        _deviation(f"{d.signal}_deviation", d.high, d.test, data, explanations),
+        _deviation(f"{d.signal}_deviation_mean", d.mean, d.test, data),
     ]
+
+
+def _deviation(name: str, e: Estimate, test: str, data: str, note: str = "") -> Measure:
+    return Measure(name, e.value, "", e.low, e.high, test=f"test {test}", data=data, note=note)
 
 
 def _share(name: str, e: Estimate | None, ours: float, data: str, note: str) -> Measure:
@@ -171,12 +174,12 @@ def _share(name: str, e: Estimate | None, ours: float, data: str, note: str) -> 
             note=("too little unsaturated compensation in the logs to determine the gain: log AHC tests in waves"),
         )
     low, high = e.low / ours - 1.0, e.high / ours - 1.0
-    return Measure(name, e.value / ours - 1.0, "", low, high, data=f"{data}, {e.blocks} blocks", note=note)
+    return Measure(name, e.value / ours - 1.0, "", low, high, data=f"{data}, {e.n} blocks", note=note)
 
 
 def _data(estimates: ControllerEstimates) -> dict[str, object]:
     def of(e: Estimate | None) -> dict[str, float] | None:
-        return {"value": e.value, "low": e.low, "high": e.high} if e else None
+        return e.to_dict() if e else None
 
     law, rows = estimates.law, estimates.rows
     return {
@@ -188,7 +191,16 @@ def _data(estimates: ControllerEstimates) -> dict[str, object]:
         "K_1_joystick": of(estimates.K_op),
         "u_thr": of(estimates.u_thr),
         "deviations": [
-            {n: getattr(d, n) for n in ("test", "signal", "ahc", "mean", "rms", "high", "worst", "seconds")}
+            {
+                "test": d.test,
+                "signal": d.signal,
+                "ahc": d.ahc,
+                "mean": d.mean.value,
+                "rms": d.rms,
+                "high": d.high.value,
+                "worst": d.worst,
+                "seconds": d.seconds,
+            }
             for d in estimates.deviations
         ],
     }

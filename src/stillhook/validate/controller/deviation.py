@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.control.plc import MANUAL
 from stillhook.statistics.block_bootstrap import interval
+from stillhook.statistics.estimate import Estimate
 from stillhook.validate.controller.law import Run, shifted
 
 ROW = 5.0  # s that a row of the bootstrap sums up
@@ -19,18 +20,16 @@ EDGES = np.concatenate([[0.0], np.geomspace(1e-5, 2.1, 120)])
 
 @dataclass(frozen=True)
 class Deviation:
-    """|measured - simulated| of one command in one test, share of full command: mean with interval, rms, 95 % quantile
-    with interval, worst; seconds of data; ahc: in compensation, else in manual mode."""
+    """|measured - simulated| of one command in one test, share of full command: mean, rms, 95 % quantile,
+    worst; seconds of data; ahc: in compensation, else in manual mode."""
 
     test: str
     signal: str
     ahc: bool
     seconds: float
-    mean: float
-    mean_ends: tuple[float, float]
+    mean: Estimate
     rms: float
-    high: float
-    high_ends: tuple[float, float]
+    high: Estimate
     worst: float
 
 
@@ -83,11 +82,9 @@ def _of(test: str, signal: str, ahc: bool, parts: list[FloatArray], step: float)
         signal,
         ahc,
         len(size) * step,
-        float(size.mean()),
-        (mean_at.low, mean_at.high),
+        replace(mean_at, value=float(size.mean())),
         float(np.sqrt(np.mean(size**2))),
-        high,
-        (scale * high_at.low, scale * high_at.high),
+        Estimate(high, scale * high_at.low, scale * high_at.high, high_at.n),
         float(size.max()),
     )
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from stillhook.engine.pack.winch import gains
 from stillhook.spec.crane import Crane
-from stillhook.statistics.jackknife_regression import Estimate
+from stillhook.statistics.estimate import Estimate
 from stillhook.units import number
 from stillhook.validate.controller.deviation import Deviation
 from stillhook.validate.controller.inputs import lacking
@@ -138,12 +138,12 @@ def statements(
     """Lines for the reader, the most important first."""
     out = []
     for signal, name in (("u_p", "pump"), ("u_m", "motor")):
-        worst = max((d for d in deviations if d.signal == signal and d.ahc), key=lambda d: d.high, default=None)
+        worst = max((d for d in deviations if d.signal == signal and d.ahc), key=lambda d: d.high.value, default=None)
         if worst is not None:
             out.append(
-                f"The simulated controller reproduces the logged {name} command to within {_share(worst.high)} of full"
-                f" command, 95 % of the time (test {worst.test}, the worst; mean {_share(worst.mean)}, worst sample"
-                f" {_share(worst.worst)})."
+                f"The simulated controller reproduces the logged {name} command to within"
+                f" {_share(worst.high.value)} of full command, 95 % of the time (test {worst.test}, the worst; mean"
+                f" {_share(worst.mean.value)}, worst sample {_share(worst.worst)})."
             )
     out += [f"Deviation: {text}." for key, text in explanations.items() if key not in ("u_p", "u_m")]
     out.append(f"{rows.description[0].upper()}{rows.description[1:]}.")
@@ -169,7 +169,7 @@ def deviation_table(deviations: Sequence[Deviation]) -> Table:
     """Deviations of the commands by test."""
     rows = []
     for d in deviations:
-        shares = (number(100.0 * x, 2) for x in (d.mean, d.rms, d.high, d.worst))
+        shares = (number(100.0 * x, 2) for x in (d.mean.value, d.rms, d.high.value, d.worst))
         rows.append((d.test, "AHC" if d.ahc else "manual", d.signal, f"{d.seconds:.0f}", *shares))
     header = ("test", "mode", "command", "length\n[s]", "mean\n[%]", "rms\n[%]", "95 % below\n[%]", "worst\n[%]")
     return Table("Measured less simulated command, share of full command", header, tuple(rows))

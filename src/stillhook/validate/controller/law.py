@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.control.plc import MANUAL
 from stillhook.kernels.plc_alone import Commands
-from stillhook.statistics.dot import dot
-from stillhook.statistics.jackknife_regression import Estimate, Fit, fit
+from stillhook.statistics.estimate import Estimate
+from stillhook.statistics.jackknife_regression import Fit, fit
+from stillhook.statistics.series import dot
 from stillhook.validate.controller.inputs import PlcSegment, derivative
 from stillhook.validate.data_set.records.saturation import ends_of
 
@@ -158,7 +159,7 @@ def law(runs: list[Run], cycles: float = 0.0, *, input_noise: bool = False) -> L
     for i, n in enumerate(names):
         value = float(f.b[i])
         apart = float(wide[0].b[i]) - value if wide is not None and wide[1] == names else 0.0
-        estimates[n] = Estimate(value, math.hypot(f.half(i), apart, float(bias[i])), f.blocks)
+        estimates[n] = Estimate.around(value, math.hypot(f.half(i), apart, float(bias[i])), f.blocks)
     K_1, K_2, K_p, K_op = (estimates.get(n) for n in NAMES)
     return Law(K_1, K_2, K_p, K_op, seconds=f.rows * ROW, spread=f.sd)
 
@@ -216,7 +217,7 @@ def joystick_gain(runs: list[Run], cycles: float = 0.0) -> Estimate | None:
     if good.sum() < 50 or float(np.std(x[good])) < MOVES:
         return None
     f = fit([x], y, _block(len(x), 0, BLOCK_MANUAL))
-    return Estimate(float(f.b[0]), f.half(0), f.blocks) if f is not None else None
+    return f.estimate(0) if f is not None else None
 
 
 def lag(runs: list[Run], *, ahc: bool) -> Estimate | None:
@@ -242,7 +243,7 @@ def lag(runs: list[Run], *, ahc: bool) -> Estimate | None:
         if abs(change) < 1e-5:
             break
     assert fitted is not None
-    return Estimate(by, fitted.half(1) / max(abs(1.0 + float(fitted.b[0])), 0.1), fitted.blocks)
+    return Estimate.around(by, fitted.half(1) / max(abs(1.0 + float(fitted.b[0])), 0.1), fitted.blocks)
 
 
 Pair = tuple[FloatArray, FloatArray, BoolArray, float]

@@ -13,7 +13,8 @@ from stillhook.control.plc import MANUAL
 from stillhook.control.registry import MANUAL_MODE, code_of
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
-from stillhook.statistics.jackknife_regression import Estimate, fit
+from stillhook.statistics.estimate import Estimate
+from stillhook.statistics.jackknife_regression import fit
 from stillhook.validate.controller.deviation import difference, differences
 from stillhook.validate.controller.law import Run, shifted
 from stillhook.validate.data_set.records.saturation import ends_of
@@ -145,7 +146,7 @@ def threshold(crane: Crane, runs: Sequence[Run], cycles: int) -> Estimate | None
     if len(y) < FEWEST / (runs[0].segment.record.step if runs else 1.0):
         return None
     f = fit([np.ones(len(y))], y, np.concatenate(blocks))
-    return Estimate(float(f.b[0]), f.half(0), f.blocks) if f is not None else None
+    return f.estimate(0) if f is not None else None
 
 
 def _line_of(k: FloatArray) -> FloatArray:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stillhook.spec.crane import Crane
-from stillhook.statistics.jackknife_regression import Estimate
+from stillhook.statistics.estimate import Estimate
 from stillhook.validate.controller.law import MOST_CYCLES, Run, fine_shift
 
 APART = 0.3  # of a cycle: tolerance of a joystick's lag to an integer number of cycles to show the order of the rows

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -34,6 +34,12 @@ def legend_below(figure: Figure, axes: Sequence[Any], columns: int) -> None:
     figure.legend(
         list(pairs.values()), list(pairs), loc="outside lower center", ncols=columns, fontsize="small", frameon=False
     )
+
+
+def mark(campaign: Campaign, figures: Iterable[Figure]) -> None:
+    """Say in the title of every figure where the data are synthetic."""
+    for figure in figures if campaign.synthetic else ():
+        figure.suptitle(marked(campaign, figure.get_suptitle()), fontsize="medium")
 
 
 def marked(campaign: Campaign, title: str) -> str:

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 from stillhook.errors import StillhookError
 from stillhook.library.leakage import Point
+from stillhook.statistics.estimate import NORMAL_95
 from stillhook.units import show
 from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign, Kind
@@ -142,7 +143,7 @@ def expected_leakage(
     e = flow.leak.over(rows) if rows is not None and rows.used.any() else flow.leakage
     if e.value <= -0.9:
         return {}
-    return {C_LEAK: (math.log1p(e.value), math.hypot(e.half / 1.96 / (1.0 + e.value), OTHER_OIL))}
+    return {C_LEAK: (math.log1p(e.value), math.hypot(e.half / NORMAL_95 / (1.0 + e.value), OTHER_OIL))}
 
 
 def _leak_at(campaign: Campaign, tests: Sequence[Record], flow: Balance | None) -> Point | None:
@@ -244,10 +245,8 @@ def _data(
     return {
         "tuned": {
             f.name: {
-                "factor": f.factor,
-                "low": f.low,
-                "high": f.high,
-                "structural": f.structural,
+                **f.factor.to_dict("factor"),
+                "structural": f.factor.structural,
                 "known": f.known,
                 "offered": f.offered,
             }

@@ -7,13 +7,14 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from stillhook.statistics.estimate import Estimate, t_factor
 from stillhook.validate.criteria.results import Measure
 from stillhook.validate.data_set.records.transients import Transient
 from stillhook.validate.dynamics.fitting.fit import Tuning
 from stillhook.validate.dynamics.fitting.form import GroupDifference, hidden, structural
 from stillhook.validate.dynamics.fitting.unknowns import C_H, C_LEAK, INERTIA, MOST, PLACE
 from stillhook.validate.dynamics.runs import DynamicsSegment
-from stillhook.validate.dynamics.swings import Errors, SwingComparison
+from stillhook.validate.dynamics.swings import SwingComparison
 from stillhook.validate.parameters.circuit.flow import Balance
 from stillhook.validate.parameters.circuit.leakage import form_says
 
@@ -33,7 +34,6 @@ WIDEST: Mapping[str, float] = {C_H: 0.2, C_LEAK: 0.4, INERTIA: 0.2}
 MOST_FORM: Mapping[str, float] = {C_H: 0.06, C_LEAK: 0.12, INERTIA: 0.05}
 """Half difference of the logarithm between groups of turns beyond which no tuned value is proposed: half of the
 criteria's limit. Nor is one proposed where such a difference could be hidden."""
-LEVEL = 0.975
 MOST_LEFT = 0.25
 """Largest residual of a tuned twin over a signal's own deviation; beyond it the twin does not represent this winch and
 its values are meaningless. Another friction law, lines with two ends and sensors leave 0.02 to 0.07."""
@@ -44,18 +44,14 @@ JUDGED = ("p_a", "p_b", "omega_m")
 
 @dataclass(frozen=True)
 class TunedValue:
-    """One tuned value. factor: tuned over crane file, with its total 95 % interval low..high; known: determined by the
-    data, or else the reason; structural: half width of that interval, in the factor, that the form of the law leaves
-    beside the sampling error; fits: whether the law fits well enough that the number may be adopted, and form: in words
+    """One tuned value. factor: tuned over crane file; known: determined by the data, or else the reason; fits:
+    whether the law fits well enough that the number may be adopted, and form: in words
     where it does not fit; of: the twin's value that the factor refers to, None for that of the crane file."""
 
     name: str
-    factor: float
-    low: float
-    high: float
+    factor: Estimate
     known: bool
     reason: str = ""
-    structural: float = 0.0
     fits: bool = True
     form: str = ""
     of: float | None = None
@@ -74,12 +70,10 @@ def tuned_value(
     misfit: residual of the tuned twin in each signal over the signal's own deviation; differences of the numbers
     between groups of turns.
     """
-    from scipy.stats import t as student
-
     i, fit = PLACE[name], tuning.fit
     x = float(fit.theta[i])
     spread = math.hypot(math.sqrt(float(fit.covariance[i, i])), UNSEEN[name])
-    half = float(student.ppf(LEVEL, fit.clusters - 1)) * spread if fit.clusters > 1 else math.inf
+    half = t_factor(fit.clusters - 1) * spread if fit.clusters > 1 else math.inf
     worst = max((s for s in misfit if s in JUDGED), key=lambda s: misfit[s], default="")
     reason = ""
     if worst and misfit[worst] > MOST_LEFT:
@@ -103,7 +97,8 @@ def tuned_value(
         words = f"whether the twin's law fits is not shown: {unseen}. {OPEN_BRAKE}"
     elif words and not fits:
         words += ", so that no single value is correct and none is proposed"
-    return TunedValue(name, factor, math.exp(x - edge), math.exp(x + edge), not reason, reason, wide, fits, words)
+    estimate = Estimate(factor, math.exp(x - edge), math.exp(x + edge), fit.clusters, wide)
+    return TunedValue(name, estimate, not reason, reason, fits, words)
 
 
 def in_form(f: TunedValue, flow: Balance | None) -> TunedValue:
@@ -114,12 +109,9 @@ def in_form(f: TunedValue, flow: Balance | None) -> TunedValue:
     e = flow.leak.judged
     return replace(
         f,
-        factor=1.0 + e.value,
-        low=max(1.0 + e.low, 0.0),
-        high=1.0 + e.high,
+        factor=Estimate(1.0 + e.value, max(1.0 + e.low, 0.0), 1.0 + e.high, e.n, e.structural),
         known=True,
         reason="",
-        structural=e.structural,
         fits=False,
         form=f"{form_says(flow.leak)} (by the flow balance of the tests with heave compensation)",
         of=None if flow.leak.judged_at_file_point else flow.leak.twin,
@@ -155,12 +147,12 @@ def _change(f: TunedValue, data: str) -> Measure:
     note = "tuned over the crane file's, less 1"
     return Measure(
         ERROR[f.name],
-        f.factor - 1.0,
-        low=f.low - 1.0,
-        high=f.high - 1.0,
+        f.factor.value - 1.0,
+        low=f.factor.low - 1.0,
+        high=f.factor.high - 1.0,
         data=data,
         note=f"{note}; {f.form}" if f.form else note,
-        structural=f.structural,
+        structural=f.factor.structural,
     )
 
 
@@ -168,13 +160,13 @@ FEWEST_PLACES = 3
 """Source: paper F step 4 measures the period in three places."""
 
 
-def _error(name: str, errors: Errors, test: str) -> Measure:
-    low, high = errors.interval
-    data = f"{errors.places} places"
-    if errors.places < FEWEST_PLACES:
+def _error(name: str, error: Estimate, test: str) -> Measure:
+    data = f"{error.n:g} places"
+    if error.n < FEWEST_PLACES:
         note = (
-            f"Crane and twin both show it in {errors.places} places; at least {FEWEST_PLACES} are needed. Make more and"
+            f"Crane and twin both show it in {data}; at least {FEWEST_PLACES} are needed. Make more and"
             " quicker turns both ways."
         )
         return Measure(name, None, test=test, data=data, note=note)
-    return Measure(name, errors.mean, low=low, high=high, test=test, data=data, note="simulated over measured, less 1")
+    note = "simulated over measured, less 1"
+    return Measure(name, error.value, low=error.low, high=error.high, test=test, data=data, note=note)

@@ -9,6 +9,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.statistics.estimate import NORMAL_95
 from stillhook.units import in_display
 from stillhook.validate.criteria.results import Step
 from stillhook.validate.data_set.campaign import MARK, Campaign
@@ -145,11 +146,13 @@ def _tuned(step: DynamicsStep, campaign: Campaign) -> Figure:
     for f in step.tuned:
         y = -len(rows)
         rows.append(LETTERS[f.name])
+        factor = f.factor
         if f.known:
-            ax.errorbar(f.factor, y, xerr=[[f.factor - f.low], [f.high - f.factor]], fmt="o", color=TUNE, capsize=4)
+            ends = [[factor.value - factor.low], [factor.high - factor.value]]
+            ax.errorbar(factor.value, y, xerr=ends, fmt="o", color=TUNE, capsize=4)
             ax.annotate(
-                f"{100.0 * (f.factor - 1.0):+.1f} %",
-                (f.high, y),
+                f"{100.0 * (factor.value - 1.0):+.1f} %",
+                (factor.high, y),
                 (8, 0),
                 textcoords="offset points",
                 va="center",
@@ -167,7 +170,7 @@ def _tuned(step: DynamicsStep, campaign: Campaign) -> Figure:
             )
     for u in (u for u in UNKNOWNS if u.name not in TUNED):
         i = PLACE[u.name]
-        x, s = float(step.tuning.fit.theta[i]), 1.96 * float(step.tuning.fit.covariance[i, i]) ** 0.5
+        x, s = float(step.tuning.fit.theta[i]), NORMAL_95 * float(step.tuning.fit.covariance[i, i]) ** 0.5
         ax.errorbar(
             np.exp(x),
             -len(rows),

@@ -10,39 +10,13 @@ from typing import Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.statistics.estimate import Estimate, t_factor
 from stillhook.validate.data_set.records.transients import Transient
 from stillhook.validate.dynamics.direct import LOOK, Swing, dominant_period, swing_of
 from stillhook.validate.dynamics.fitting.fit import Tuning, normalised_rms
 from stillhook.validate.dynamics.runs import SIGNALS, DynamicsSegment
 
 A, B = SIGNALS.index("p_a"), SIGNALS.index("p_b")
-
-
-@dataclass(frozen=True)
-class Errors:
-    """Twin over crane, less 1, in every place where both show it (n,): of one kind of figure."""
-
-    values: FloatArray
-
-    @property
-    def places(self) -> int:
-        return len(self.values)
-
-    @property
-    def mean(self) -> float | None:
-        return float(self.values.mean()) if len(self.values) else None
-
-    @property
-    def interval(self) -> tuple[float | None, float | None]:
-        """95 % interval of the mean, turns independent; none from a single place."""
-        from scipy.stats import t as student
-
-        n = len(self.values)
-        if n < 2:
-            return None, None
-        half = float(student.ppf(0.975, n - 1)) * float(self.values.std(ddof=1)) / math.sqrt(n)
-        mean = float(self.values.mean())
-        return mean - half, mean + half
 
 
 @dataclass(frozen=True)
@@ -57,16 +31,16 @@ class SwingComparison:
     misfit_before: dict[str, float]
     misfit_after: dict[str, float]
 
-    def gradient(self, line: str, tuned: bool) -> Errors:
+    def gradient(self, line: str, tuned: bool) -> Estimate:
         """Errors of the pressure gradient of line "A" or "B"."""
         pairs = [(c, x) for c, x in zip(self.crane, self._twin(tuned), strict=True) if c.line == line]
         return _errors([(x.gradient, c.gradient) for c, x in pairs])
 
-    def period(self, tuned: bool) -> Errors:
+    def period(self, tuned: bool) -> Estimate:
         """Errors of the period between the first two significant peaks."""
         return _errors([(x.period, c.period) for c, x in zip(self.crane, self._twin(tuned), strict=True)])
 
-    def damping(self, tuned: bool) -> Errors:
+    def damping(self, tuned: bool) -> Estimate:
         """Errors of the damping ratio."""
         return _errors([(x.zeta, c.zeta) for c, x in zip(self.crane, self._twin(tuned), strict=True)])
 
@@ -95,8 +69,9 @@ def _plain(x: float) -> float | None:
     return None if math.isnan(x) else x
 
 
-def _errors(pairs: Sequence[tuple[float, float]]) -> Errors:
-    return Errors(np.array([x / c - 1.0 for x, c in pairs if math.isfinite(x) and math.isfinite(c) and c != 0.0]))
+def _errors(pairs: Sequence[tuple[float, float]]) -> Estimate:
+    errors = np.array([x / c - 1.0 for x, c in pairs if math.isfinite(x) and math.isfinite(c) and c != 0.0])
+    return Estimate.of_mean(errors, t_factor(len(errors) - 1))
 
 
 def compare_swings(

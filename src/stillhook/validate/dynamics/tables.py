@@ -9,12 +9,13 @@ import numpy as np
 
 from stillhook.library.leakage import stated_leak
 from stillhook.spec.crane import Crane
+from stillhook.statistics.estimate import NORMAL_95, Estimate
 from stillhook.units import show
 from stillhook.validate.criteria.results import Table
 from stillhook.validate.dynamics.estimates import TunedValue
 from stillhook.validate.dynamics.fitting.fit import Tuning
 from stillhook.validate.dynamics.fitting.unknowns import C_H, C_LEAK, EXTRAS, INERTIA, PLACE, TUNED, UNKNOWNS
-from stillhook.validate.dynamics.swings import Errors, SwingComparison
+from stillhook.validate.dynamics.swings import SwingComparison
 
 WORDS = {C_H: "capacitance of the lines", C_LEAK: "leakage", INERTIA: "inertia"}
 LETTERS = {C_H: "C_h", C_LEAK: "C_leak", INERTIA: "J_m_eff"}
@@ -42,10 +43,12 @@ def statements_of(
         value, kind = file_values[f.name] if f.of is None else (f.of, file_values[f.name][1])
         if f.known:
             whose = "the file states" if f.of is None else "the twin has, at the working point of heave compensation,"
-            amount = f"{show(f.factor * value, kind, 4)} where {whose} {show(value, kind, 4)}{_oil(crane, f.name)}"
+            x = f.factor
+            amount = f"{show(x.value * value, kind, 4)} where {whose} {show(value, kind, 4)}{_oil(crane, f.name)}"
+            change, low, high = (100.0 * (end - 1.0) for end in (x.value, x.low, x.high))
             out.append(
-                f"{WORDS[f.name].capitalize()} {LETTERS[f.name]} is {100.0 * (f.factor - 1.0):+.1f} % from the crane"
-                f" file (95 %: {100.0 * (f.low - 1.0):+.1f} to {100.0 * (f.high - 1.0):+.1f} %), {amount}.{_form(f)}"
+                f"{WORDS[f.name].capitalize()} {LETTERS[f.name]} is {change:+.1f} % from the crane file (95 %:"
+                f" {low:+.1f} to {high:+.1f} %), {amount}.{_form(f)}"
             )
         else:
             out.append(f"{WORDS[f.name].capitalize()} {LETTERS[f.name]} is not determined by these tests. {f.reason}")
@@ -67,24 +70,22 @@ def _form(f: TunedValue) -> str:
     """Influence of the form of the law on a value, as a sentence."""
     if not f.form:
         return ""
-    part = f" Of the interval +- {100.0 * f.structural:.1f} % are from the form of the law"
+    part = f" Of the interval +- {100.0 * f.factor.structural:.1f} % are from the form of the law"
     return f"{part}, because {f.form}." if f.fits else f"{part}. Not proposed as a tuned value: {f.form}."
 
 
 def _figures(swings: SwingComparison) -> str:
     """Gradients, periods and misfit in one sentence."""
-    parts, cases = (
-        [],
-        {
-            "pressure gradients of line A": lambda tuned: swings.gradient("A", tuned),
-            "of line B": lambda tuned: swings.gradient("B", tuned),
-            "periods between peaks": swings.period,
-        },
-    )
-    for name, of in cases.items():
-        before, after = of(False).mean, of(True).mean
-        if before is not None and after is not None:
-            parts.append(f"{name} {100.0 * before:+.1f} % ({100.0 * after:+.1f} %)")
+    cases: dict[str, Callable[[bool], Estimate]] = {
+        "pressure gradients of line A": lambda tuned: swings.gradient("A", tuned),
+        "of line B": lambda tuned: swings.gradient("B", tuned),
+        "periods between peaks": swings.period,
+    }
+    parts = []
+    for name, error in cases.items():
+        before, after = error(False), error(True)
+        if before.n and after.n:
+            parts.append(f"{name} {100.0 * before.value:+.1f} % ({100.0 * after.value:+.1f} %)")
     if not parts:
         return "No turn shows a pressure gradient or a period in both twin and crane."
     return f"Twin against crane, by its file and (tuned): {', '.join(parts)}."
@@ -105,11 +106,11 @@ def _tuned(crane: Crane, values: Sequence[TunedValue]) -> Table:
         value, kind = amounts(crane)[f.name] if f.of is None else (f.of, amounts(crane)[f.name][1])
         if f.known:
             cells = (
-                show(f.factor * value, kind, 4),
-                f"{show(f.low * value, kind, 4)}",
-                f"{show(f.high * value, kind, 4)}",
+                show(f.factor.value * value, kind, 4),
+                f"{show(f.factor.low * value, kind, 4)}",
+                f"{show(f.factor.high * value, kind, 4)}",
             )
-            rows.append((LETTERS[f.name], show(value, kind, 4), *cells, f"{100.0 * (f.factor - 1.0):+.1f} %"))
+            rows.append((LETTERS[f.name], show(value, kind, 4), *cells, f"{100.0 * (f.factor.value - 1.0):+.1f} %"))
         else:
             rows.append((LETTERS[f.name], show(value, kind, 4), "-", "-", "-", "-"))
     title = "Tuned on the winch's dynamics (C_h as oil in a line; leakage with the pumps full, motors at 1000 rev/min)"
@@ -117,11 +118,11 @@ def _tuned(crane: Crane, values: Sequence[TunedValue]) -> Table:
 
 
 def _before_after(swings: SwingComparison) -> Table:
-    def percent(errors: Errors) -> str:
-        return "-" if errors.mean is None else f"{100.0 * errors.mean:+.1f} %"
+    def percent(error: Estimate) -> str:
+        return f"{100.0 * error.value:+.1f} %" if error.n else "-"
 
-    def row(name: str, of: Callable[[bool], Errors]) -> tuple[str, ...]:
-        return name, percent(of(False)), percent(of(True)), str(of(False).places)
+    def row(name: str, of: Callable[[bool], Estimate]) -> tuple[str, ...]:
+        return name, percent(of(False)), percent(of(True)), f"{of(False).n:g}"
 
     crane, before, after = swings.spectral
     rows = [
@@ -160,8 +161,10 @@ def _nuisance_table(tuning: Tuning) -> Table:
     rows = []
     for u in (u for u in UNKNOWNS if u.name not in TUNED):
         x, s = float(theta[PLACE[u.name]]), float(deviation[PLACE[u.name]])
-        rows.append((u.meaning, f"{100.0 * math.expm1(x):+.1f} %", f"{196.0 * s:.1f} %" if s < 0.5 else "open"))
+        rows.append(
+            (u.meaning, f"{100.0 * math.expm1(x):+.1f} %", f"{100.0 * NORMAL_95 * s:.1f} %" if s < 0.5 else "open")
+        )
     for e in EXTRAS:
         x, s = float(theta[PLACE[e.name]]) / e.scale, float(deviation[PLACE[e.name]]) / e.scale
-        rows.append((e.meaning, f"{x:+.2f} {e.unit}", f"{1.96 * s:.2f} {e.unit}"))
+        rows.append((e.meaning, f"{x:+.2f} {e.unit}", f"{NORMAL_95 * s:.2f} {e.unit}"))
     return Table("Free nuisance parameters, not part of the verdict", ("", "found", "+-"), tuple(rows))

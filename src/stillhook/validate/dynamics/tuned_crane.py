@@ -54,15 +54,15 @@ def tuned_crane(step: Step, campaign: Campaign) -> Crane | None:
 def _source(tuned: TunedValue, campaign: Campaign) -> str:
     name = {C_H: "capacitance of the lines", C_LEAK: "leakage", INERTIA: "inertia"}[tuned.name]
     return (
-        f"{name} fitted to the winch dynamics of {campaign.title}, {campaign.date}: {tuned.factor:.4g} times that of"
-        f" {campaign.crane.name} (95 %: {tuned.low:.4g} to {tuned.high:.4g})"
+        f"{name} fitted to the winch dynamics of {campaign.title}, {campaign.date}: {tuned.factor.value:.4g} times that"
+        f" of {campaign.crane.name} (95 %: {tuned.factor.low:.4g} to {tuned.factor.high:.4g})"
     )
 
 
 def _leaf(
     value: float, kind: str | None, tuned: TunedValue, campaign: Campaign, factor: float | None = None
 ) -> dict[str, Any]:
-    new = value * (tuned.factor if factor is None else factor)
+    new = value * (tuned.factor.value if factor is None else factor)
     text: Any = (
         float(f"{new:.{DIGITS}g}") if kind is None else f"{number(in_display(new, kind), DIGITS)} {KINDS[kind].display}"
     )
@@ -126,7 +126,7 @@ def _leakage_in_form(crane: Crane, leak: LeakChoice, campaign: Campaign) -> dict
 
 
 def _inertia(crane: Crane, value: TunedValue, campaign: Campaign) -> dict[str, Any]:
-    part, ratio = crane.inertia, 1.0 + inertia_ratio_without_wire(crane) * (value.factor - 1.0)
+    part, ratio = crane.inertia, 1.0 + inertia_ratio_without_wire(crane) * (value.factor.value - 1.0)
 
     def motor(m: MotorSet) -> dict[str, Any]:
         return {"motor": {"J": _leaf(m.J, "inertia", value, campaign, ratio)}}

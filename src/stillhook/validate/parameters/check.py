@@ -110,9 +110,7 @@ def _data(estimates: ParameterEstimates) -> dict[str, Any]:
         "r_eff": [
             {
                 "test": x.test,
-                "error": x.error.value,
-                "low": x.error.low,
-                "high": x.error.high,
+                **x.error.to_dict("error"),
                 "layer": x.layer,
                 "layer_implied": x.implied,
                 "layer_diameter": x.d,
@@ -125,23 +123,15 @@ def _data(estimates: ParameterEstimates) -> dict[str, Any]:
         "friction": [
             {
                 "test": f.test,
-                "scale": 1.0 + f.scale.value,
-                "low": 1.0 + f.scale.low,
-                "high": 1.0 + f.scale.high,
+                **f.scale.scaled(offset=1.0).to_dict("scale"),
                 "T_f": f.mean,
                 "T_standing": f.standing.value,
                 "inertia_missing": f.inertia.value,
             }
             for f in estimates.frictions
         ],
-        "delay": [
-            {"test": d.test, "delay": d.delay.value, "low": d.delay.low, "high": d.delay.high, "gain": d.gain.value}
-            for d in estimates.delays
-        ],
-        "load_cell": [
-            {"test": c.test, "F_w": c.force.value, "low": c.force.low, "high": c.force.high, "weight": c.weight}
-            for c in estimates.cells
-        ],
+        "delay": [{"test": d.test, **d.delay.to_dict("delay"), "gain": d.gain.value} for d in estimates.delays],
+        "load_cell": [{"test": c.test, **c.force.to_dict("F_w"), "weight": c.weight} for c in estimates.cells],
         "rests": (
             []
             if estimates.rests is None
@@ -150,9 +140,7 @@ def _data(estimates: ParameterEstimates) -> dict[str, Any]:
                     "test": r.test,
                     "start": r.start,
                     "after": r.after,
-                    "dp": r.dp.value,
-                    "low": r.dp.low,
-                    "high": r.dp.high,
+                    **r.dp.to_dict("dp"),
                 }
                 for r in estimates.rests.rests
             ]

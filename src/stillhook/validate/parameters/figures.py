@@ -10,7 +10,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.units import in_display
 from stillhook.validate.criteria.results import Step
-from stillhook.validate.data_set.axes import axes_of, legend_below, marked
+from stillhook.validate.data_set.axes import axes_of, legend_below, mark
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.parameters.check import ParametersStep
@@ -41,9 +41,7 @@ def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict
         out["torque-balance"] = _friction(estimates)
     if estimates.delays:
         out["tip-delay"] = _delay(campaign, estimates.delays)
-    if campaign.synthetic:
-        for figure in out.values():
-            figure.suptitle(marked(campaign, figure.get_suptitle()), fontsize="medium")
+    mark(campaign, out.values())
     return out
 
 

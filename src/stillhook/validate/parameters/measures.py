@@ -8,7 +8,8 @@ import numpy as np
 
 from stillhook.library.leakage import point_text
 from stillhook.spec.circuits import ServoVariant
-from stillhook.statistics.jackknife_regression import Estimate, by_case
+from stillhook.statistics.between_cases import extremes
+from stillhook.statistics.estimate import Estimate
 from stillhook.units import number, show
 from stillhook.validate.criteria.names import MEASURES
 from stillhook.validate.criteria.results import Measure
@@ -62,12 +63,12 @@ def measure(name: str, e: Estimate | None, *, test: str = "", data: str = "", no
     )
 
 
-def rests_on(parts: Iterable[LogPart], tests: Iterable[str], blocks: int = 0) -> str:
+def rests_on(parts: Iterable[LogPart], tests: Iterable[str], blocks: float = 0) -> str:
     """The data behind a measure in words."""
     names = list(dict.fromkeys(tests))
     seconds = sum(p.segment.duration for p in parts if p.test in names)
     text = f"{len(names)} test{'s' if len(names) != 1 else ''}, {number(seconds, 4)} s"
-    return f"{text} in {blocks} blocks" if blocks else text
+    return f"{text} in {blocks:g} blocks" if blocks else text
 
 
 def _radii(campaign: Campaign, estimates: ParameterEstimates) -> list[Measure]:
@@ -85,7 +86,7 @@ def _radii(campaign: Campaign, estimates: ParameterEstimates) -> list[Measure]:
             "lever_error",
             x.error,
             test=f"test {x.test}",
-            data=rests_on(estimates.parts, [x.test], x.error.blocks),
+            data=rests_on(estimates.parts, [x.test], x.error.n),
             note=note,
         )
         for x in estimates.radii
@@ -117,7 +118,7 @@ def _clock(estimates: ParameterEstimates) -> list[Measure]:
         out.append(
             measure(
                 "length_jump",
-                Estimate(estimates.jump.size, 0.0),
+                Estimate.around(estimates.jump.size, 0.0),
                 data=rests_on(estimates.parts, tests),
                 note=jump_says(estimates.jump),
             )
@@ -149,7 +150,7 @@ def _settings(campaign: Campaign, estimates: ParameterEstimates) -> list[Measure
         out.append(measure("motor_offset_error", None, note=note))
     else:
         expected = _expected_offset(campaign)
-        e = Estimate(motor.offset.value - expected, motor.offset.half, motor.offset.blocks)
+        e = Estimate.around(motor.offset.value - expected, motor.offset.half, motor.offset.n)
         wide = f", hysteresis {100.0 * motor.hysteresis.value:.1f} %" if motor.hysteresis is not None else ""
         note = (
             f"the motors are {100.0 * motor.offset.value:.1f} % above their command, {100.0 * expected:.1f} % in the"
@@ -186,7 +187,7 @@ def _flow(estimates: ParameterEstimates) -> list[Measure]:
             measure(name, None, note=note)
             for name in ("displacement_ratio_error", "leakage_error", "leakage_here_error")
         ]
-    data = rests_on(estimates.parts, b.tests, b.ratio.blocks)
+    data = rests_on(estimates.parts, b.tests, b.ratio.n)
     return [
         measure("displacement_ratio_error", b.ratio, data=data, note=_ratio_says(b)),
         measure("leakage_error", b.leak.judged, data=data, note=_leak_says(b)),
@@ -224,7 +225,7 @@ def _cells(estimates: ParameterEstimates) -> list[Measure]:
     if not heavy:
         return [measure("load_cell_error", None, note="log the load cell F_w in a test whose load is stated")]
     note = cell_says(estimates.cells, estimates.parts)
-    data = {c.test: rests_on(estimates.parts, [c.test], c.error.blocks) for c in heavy}
+    data = {c.test: rests_on(estimates.parts, [c.test], c.error.n) for c in heavy}
     return [measure("load_cell_error", c.error, test=f"test {c.test}", data=data[c.test], note=note) for c in heavy]
 
 
@@ -250,15 +251,15 @@ def _friction(estimates: ParameterEstimates) -> list[Measure]:
             f"log {', '.join(lacks)} for a torque balance at the motors" if lacks else "the winch does not move enough"
         )
         return [measure("friction_error", None, note=note)]
-    data = rests_on(estimates.parts, [f.test for f in judged], scale.blocks)
+    data = rests_on(estimates.parts, [f.test for f in judged], scale.n)
     return [measure("friction_error", scale, data=data, note=_friction_says(estimates, judged, scale))]
 
 
 def _friction_says(estimates: ParameterEstimates, judged: list[Friction], scale: Estimate) -> str:
     if 1.0 + scale.value < SWAPPED:
         return "friction drives the winch: p_a and p_b are swapped, or the sign of the speed is wrong"
-    each = by_case({f.test: 1.0 + f.scale.value for f in judged}, lambda x: number(x, 3))
-    text = f"{number(1.0 + scale.value, 3)} times the twin's{f', {each}' if each else ''}"
+    each = extremes({f.test: 1.0 + f.scale.value for f in judged}, lambda x: number(x, 3))
+    text = f"{number(1.0 + scale.value, 3)} times the twin's{f', {each} by test' if each else ''}"
     others = [f"{number(1.0 + f.scale.value, 3)} in {f.test}" for f in estimates.frictions if f not in judged]
     text += f"; not judged because it is not heave compensation: {', '.join(others)}" if others else ""
     part = {p.test: p for p in estimates.parts}
@@ -282,16 +283,16 @@ def _delay(campaign: Campaign, estimates: ParameterEstimates) -> list[Measure]:
         return [measure("tip_delay_error", None, note="the load cell is wrong: correct it first")]
     total = implied_delay.overall(estimates.delays)
     assert total is not None
-    each = by_case({d.test: d.delay.value for d in estimates.delays}, lambda x: f"{in_ms(x)} ms")
-    text = f"{in_ms(total.value)} ms estimated{f', {each}' if each else ''}, {in_ms(campaign.delay)} ms stated"
+    each = extremes({d.test: d.delay.value for d in estimates.delays}, lambda x: f"{in_ms(x)} ms")
+    text = f"{in_ms(total.value)} ms estimated{f', {each} by test' if each else ''}, {in_ms(campaign.delay)} ms stated"
     if total.half > implied_delay.WIDEST and abs(total.value - campaign.delay) < total.half:
         note = (
             f"{text}, +- {in_ms(total.half)} ms: load, motion or load cell are too weak; test a heavy load with little"
             " wire out"
         )
         return [measure("tip_delay_error", None, note=note)]
-    e = Estimate(total.value - campaign.delay, total.half, total.blocks)
-    data = rests_on(estimates.parts, [d.test for d in estimates.delays], total.blocks)
+    e = Estimate.around(total.value - campaign.delay, total.half, total.n)
+    data = rests_on(estimates.parts, [d.test for d in estimates.delays], total.n)
     return [measure("tip_delay_error", e, data=data, note=f"{text}, from the force of the hook's motion")]
 
 
@@ -301,11 +302,11 @@ def _references(estimates: ParameterEstimates) -> list[Measure]:
         return [measure(name, None, note=note) for name in ("reference_lag", "reference_spread")]
     out = []
     for r in estimates.references:
-        where, data = f"test {r.test}", rests_on(estimates.parts, [r.test], r.lag.blocks)
+        where, data = f"test {r.test}", rests_on(estimates.parts, [r.test], r.lag.n)
         late = "later" if r.lag.value > 0.0 else "earlier"
         note = f"the PLC's tip is {in_ms(abs(r.lag.value))} ms {late} than the logged one"
         out.append(measure("reference_lag", r.lag, test=where, data=data, note=note))
-        out.append(measure("reference_spread", Estimate(r.spread, 0.0), test=where, data=data))
+        out.append(measure("reference_spread", Estimate.around(r.spread, 0.0), test=where, data=data))
     return out
 
 
@@ -322,7 +323,7 @@ def _pressures(estimates: ParameterEstimates) -> list[Measure]:
     high = max(estimates.pressures, key=lambda p: p.high)
     return [
         *out,
-        measure("p_max_over_relief", Estimate(high.high, 0.0), test=f"test {high.test}", data=data[high.test]),
+        measure("p_max_over_relief", Estimate.around(high.high, 0.0), test=f"test {high.test}", data=data[high.test]),
     ]
 
 

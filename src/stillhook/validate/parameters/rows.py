@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from stillhook.statistics.jackknife_regression import Estimate
+from stillhook.statistics.estimate import Estimate
 from stillhook.units import KINDS, in_display, number
 from stillhook.validate.criteria.results import Measure, Table
 from stillhook.validate.data_set.campaign import Campaign, Kind
@@ -35,7 +35,13 @@ def _drum(estimates: ParameterEstimates) -> list[Row]:
         low, high = (x.d * (1.0 + e) for e in (x.error.low, x.error.high))
         rows.append(
             _row(
-                "wire centre", x.d, Estimate(x.d_implied, 0.5 * (high - low)), "length", x.error.value, x.test, digits=5
+                "wire centre",
+                x.d,
+                Estimate.around(x.d_implied, 0.5 * (high - low)),
+                "length",
+                x.error.value,
+                x.test,
+                digits=5,
             )
         )
     return rows
@@ -58,9 +64,9 @@ def _hydraulics(estimates: ParameterEstimates, results: Sequence[Measure]) -> li
     rows, b, motor = [], estimates.balance, estimates.motor
     moved, driven = (_tests([p.test for p in estimates.parts if p.has(name)]) for name in ("u_m", "u_p"))
     if b is not None:
-        one = Estimate(1.0 + b.ratio.value, b.ratio.half)
+        one = Estimate.around(1.0 + b.ratio.value, b.ratio.half)
         rows.append(_row("motor flow over pump flow", 1.0, one, "", b.ratio.value, _tests(b.tests)))
-        leak = Estimate(b.twin_leakage * (1.0 + b.leakage.value), b.twin_leakage * b.leakage.half)
+        leak = Estimate.around(b.twin_leakage * (1.0 + b.leakage.value), b.twin_leakage * b.leakage.half)
         rows.append(_row("leakage", b.twin_leakage, leak, "leakage", b.leakage.value, _tests(b.tests), digits=3))
     error = next((m.value for m in results if m.name == "motor_offset_error"), None)
     if motor is not None and motor.offset is not None and error is not None:
@@ -73,7 +79,7 @@ def _hydraulics(estimates: ParameterEstimates, results: Sequence[Measure]) -> li
             )
         )
     if estimates.pump is not None:
-        gain = Estimate(1.0 + estimates.pump.gain.value, estimates.pump.gain.half)
+        gain = Estimate.around(1.0 + estimates.pump.gain.value, estimates.pump.gain.half)
         rows.append(_row("gain of the pumps' setting", 1.0, gain, "", estimates.pump.gain.value, driven))
     return rows
 
@@ -89,7 +95,7 @@ def _forces(estimates: ParameterEstimates) -> list[Row]:
     judged = any(kinds[f.test] is Kind.AHC for f in estimates.frictions)
     for f in estimates.frictions:
         aside = ", not judged" if judged and kinds[f.test] is not Kind.AHC else ""
-        scaled = Estimate(f.mean * (1.0 + f.scale.value), f.mean * f.scale.half)
+        scaled = Estimate.around(f.mean * (1.0 + f.scale.value), f.mean * f.scale.half)
         rows.append(_row(f"friction at the motors{aside}", f.mean, scaled, "torque", f.scale.value, f.test))
     return rows
 
@@ -107,11 +113,11 @@ def _times(campaign: Campaign, estimates: ParameterEstimates, results: Sequence[
     rows = []
     clock = estimates.clock.error
     if clock is not None:
-        one = Estimate(1.0 + clock.value, clock.half)
+        one = Estimate.around(1.0 + clock.value, clock.half)
         tests = _tests([t for r in estimates.ratios.values() for t in r.tests])
         rows.append(_row("clock of the log", 1.0, one, "", clock.value, tests, digits=5))
     for name, e in estimates.clock.calibration.items():
-        one = Estimate(1.0 + e.value, e.half)
+        one = Estimate.around(1.0 + e.value, e.half)
         rows.append(_row(f"scale of {name}", 1.0, one, "", e.value, _tests(estimates.ratios[name].tests), digits=5))
     for m in by_name(results).get("tip_delay_error", []):
         if m.value is not None and m.low is not None and m.high is not None:

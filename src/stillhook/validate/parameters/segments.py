@@ -25,6 +25,9 @@ SHORTEST = 10.0
 """Shorter parts are left out [s]: one wave."""
 BLOCK = 30.0
 """Length of the blocks within which errors may be autocorrelated [s]: some waves, the window of paper F."""
+OIL = ("p_hp", "alpha_pm")
+"""Signals, in addition to a motor speed, from which the oil that the passive motors move and the pressure that it makes
+are known."""
 FEW = 8
 """Number of blocks of a short test: with fewer the interval of its estimate is unreliable."""
 
@@ -66,6 +69,10 @@ class LogPart:
     def knows(self, *names: str) -> bool:
         """Whether these signals are available, logged or derived from others, and have values in this part."""
         return self.record.has(*names) and all(np.isfinite(self[name]).any() for name in names)
+
+    def lacking(self, *names: str) -> tuple[str, ...]:
+        """Which of these signals were not logged; a motor speed may follow from that of the wire."""
+        return tuple(n for n in names if not (self.has(n) or (n == "omega_m" and self.omega_m is not None)))
 
     def __getitem__(self, name: str) -> FloatArray:
         """A signal, (n,), SI. Errors: KeyError."""

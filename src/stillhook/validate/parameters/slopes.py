@@ -84,6 +84,18 @@ def smoothed(x: FloatArray, step: float, width: float = BRIDGED) -> FloatArray:
     return out
 
 
+def means(x: FloatArray, step: float, width: float) -> FloatArray:
+    """Means over a width [s], one a width."""
+    every = max(1, round(width / step))
+    return smoothed(x, step, every * step)[::every]
+
+
+def rates(x: FloatArray, step: float, width: float) -> FloatArray:
+    """Rates of such means [1/s]."""
+    every = max(1, round(width / step))
+    return np.asarray(np.gradient(smoothed(x, step, every * step), step)[::every])
+
+
 def differences(x: FloatArray, step: float, window: float = WINDOW) -> FloatArray:
     """Change of a curve from one knot to the next, a window apart; NaN where there is a gap between."""
     every = max(1, round(window / step))

@@ -1,5 +1,4 @@
-"""Curves of the passive circuit along a part of a log: oil displaced by the motors, their torque, and the signals
-missing for either."""
+"""Curves of the passive circuit along a part of a log: oil displaced by the motors, and their torque."""
 
 from __future__ import annotations
 
@@ -7,14 +6,12 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.spec.circuits import PassiveCircuit
+from stillhook.statistics.series import low_pass
 from stillhook.validate.parameters.segments import LogPart
-from stillhook.validate.parameters.slopes import bridged, integral, smoothed
+from stillhook.validate.parameters.slopes import bridged, integral, means, rates
 
 DRY = 0.05
 """Flow over which dry friction changes its side, over the flow of all active pumps [-]: the piston then creeps."""
-OIL = ("p_hp", "alpha_pm")
-"""Signals, in addition to a motor speed, from which the oil that the motors move and the pressure that it makes are
-known."""
 
 
 def passive_of(part: LogPart) -> PassiveCircuit:
@@ -22,11 +19,6 @@ def passive_of(part: LogPart) -> PassiveCircuit:
     passive = part.crane.passive
     assert passive is not None
     return passive
-
-
-def lacking(part: LogPart, names: tuple[str, ...] = OIL) -> tuple[str, ...]:
-    """Which of these signals a part lacks, with omega_m where no motor speed is known."""
-    return (*(name for name in names if not part.has(name)), *(() if part.omega_m is not None else ("omega_m",)))
 
 
 def flow(part: LogPart) -> FloatArray:
@@ -64,11 +56,7 @@ def made_up(part: LogPart) -> FloatArray:
 def filtered(x: FloatArray, tau: float, step: float) -> FloatArray:
     """First-order filter of the PLC, cycle by cycle, starting on the first sample. As
     `stillhook.control.plc.low_pass`."""
-    from scipy.signal import lfilter  # heavy: only where logs are checked
-
-    k = step / (tau + step)
-    out, _ = lfilter([k], [1.0, k - 1.0], x, zi=[(1.0 - k) * x[0]])
-    return np.asarray(out)
+    return low_pass(x, step / (tau + step))
 
 
 def filled(x: FloatArray) -> FloatArray:
@@ -89,12 +77,10 @@ def dry(Q: FloatArray, part: LogPart) -> FloatArray:
 
 
 def mean_every(x: FloatArray, part: LogPart, width: float) -> FloatArray:
-    """Means over a width [s], one a width."""
-    every = max(1, round(width / part.step))
-    return smoothed(bridged(x, part.step), part.step, every * part.step)[::every]
+    """Means of a signal over a width [s], one a width, its short holes bridged."""
+    return means(bridged(x, part.step), part.step, width)
 
 
 def rate_every(x: FloatArray, part: LogPart, width: float) -> FloatArray:
     """Rates of such means [1/s]."""
-    every = max(1, round(width / part.step))
-    return np.asarray(np.gradient(smoothed(bridged(x, part.step), part.step, every * part.step), part.step)[::every])
+    return rates(bridged(x, part.step), part.step, width)

@@ -11,7 +11,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.units import in_display
 from stillhook.validate.criteria.results import Step
-from stillhook.validate.data_set.axes import axes_of, legend_below, marked
+from stillhook.validate.data_set.axes import axes_of, legend_below, mark
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.passive.gas import Curve, index
@@ -33,9 +33,7 @@ def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict
         out["gas-curve"] = _gas(campaign, estimates.gas, index(estimates.parts[0]))
     if estimates.shares:
         out["passive-motors"] = _motors(campaign, estimates.shares)
-    if campaign.synthetic:
-        for figure in out.values():
-            figure.suptitle(marked(campaign, figure.get_suptitle()), fontsize="medium")
+    mark(campaign, out.values())
     return out
 
 

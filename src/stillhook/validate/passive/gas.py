@@ -17,12 +17,13 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.physics.hydraulics.gas import gas_pressure
-from stillhook.statistics.jackknife_regression import Estimate, fit, pooled
+from stillhook.statistics.estimate import Estimate
+from stillhook.statistics.jackknife_regression import fit, pooled
 from stillhook.units import parse
 from stillhook.validate.data_set.campaign import Kind
-from stillhook.validate.parameters.segments import LogPart, by_test
+from stillhook.validate.parameters.segments import OIL, LogPart, by_test
 from stillhook.validate.parameters.slopes import bridged, differences, integral, later, moments
-from stillhook.validate.passive.curves import dry, flow, lacking, mean_every, oil, passive_of
+from stillhook.validate.passive.curves import dry, flow, mean_every, oil, passive_of
 
 EVERY = 0.2
 """Width of the means of which levels and excursions are taken [s]."""
@@ -113,7 +114,7 @@ def levels(parts: Sequence[LogPart]) -> Level | None:
         block = np.concatenate([part.blocks(part.t[:: max(1, round(EVERY / part.step))]) for part in same])
         fitted = fit((np.ones_like(p),), p, block)
         if fitted is not None:
-            tests[test] = Estimate(float(fitted.b[0]), fitted.half(0), fitted.blocks)
+            tests[test] = fitted.estimate(0)
     return Level(pooled(list(tests.values())), tests, placed) if tests else None
 
 
@@ -143,7 +144,7 @@ def curve(parts: Sequence[LogPart]) -> Curve | None:
     """Stiffness of the gas and flow loss, test by test in the wave band; None where the signals or the motion are
     missing."""
     volumes, losses, rows = {}, [], []
-    usable = [p for p in parts if p.kind is Kind.AHC and not lacking(p)]
+    usable = [p for p in parts if p.kind is Kind.AHC and not p.lacking(*OIL, "omega_m")]
     lag = _lag(usable)
     for test, these in by_test(usable).items():
         dV, dQ, d_dry, dp, block = (np.concatenate(c) for c in zip(*(_rows(p, lag) for p in these), strict=True))
@@ -159,8 +160,8 @@ def curve(parts: Sequence[LogPart]) -> Curve | None:
             continue
         p = float(np.nanmean(np.concatenate([part["p_hp"] for part in these])))
         V = acc.gas.V_0 * stiffness(these[0]) * (p / acc.gas.p_0) / float(fitted.b[0])
-        volumes[test] = Estimate(V, V * fitted.half(0) / float(fitted.b[0]), fitted.blocks)
-        losses.append(Estimate(float(fitted.b[2]), fitted.half(2), fitted.blocks))
+        volumes[test] = Estimate.around(V, V * fitted.half(0) / float(fitted.b[0]), fitted.blocks)
+        losses.append(fitted.estimate(2))
         rows.append((p, dV, dp, dQ, d_dry, float(fitted.b[1]), float(fitted.b[2]) - full * float(fitted.b[1])))
     if not volumes:
         return None
@@ -200,12 +201,14 @@ def displacement(parts: Sequence[LogPart]) -> Displacement | None:
     """Oil displaced by the motors, from the logged position of the piston; None where it was not logged or nothing
     moves."""
     tests = {}
-    for test, same in by_test([p for p in parts if p.kind is Kind.AHC and p.has("V_acc") and not lacking(p)]).items():
+    for test, same in by_test(
+        [p for p in parts if p.kind is Kind.AHC and p.has("V_acc") and not p.lacking(*OIL, "omega_m")]
+    ).items():
         rows = [_moved(p) for p in same]
         dV, seen, block = (np.concatenate(c) for c in zip(*rows, strict=True))
         fitted = fit((dV, np.ones_like(dV)), seen, block)
         if fitted is not None and np.nanstd(dV) >= LEAST_OIL * passive_of(same[0]).accumulator.V_stroke:
-            tests[test] = Estimate(float(fitted.b[0]) - 1.0, fitted.half(0), fitted.blocks)
+            tests[test] = fitted.estimate(0, -1.0)
     return Displacement(pooled(list(tests.values())), tests) if tests else None
 
 
@@ -218,7 +221,7 @@ def _moved(part: LogPart) -> tuple[NDArray[Any], ...]:
 def stroke(parts: Sequence[LogPart], gas: Curve | None) -> Stroke | None:
     """Excursion of the piston, by its logged position or by the pressure along the gas curve that the log itself
     implies; None without."""
-    usable = [p for p in parts if not lacking(p)]
+    usable = [p for p in parts if not p.lacking(*OIL, "omega_m")]
     if not usable:
         return None
     passive = passive_of(usable[0])

@@ -9,15 +9,17 @@ from dataclasses import replace
 from stillhook.physics.scalar import G
 from stillhook.spec.circuits import PassiveCircuit
 from stillhook.spec.crane import Crane
-from stillhook.statistics.jackknife_regression import Estimate
+from stillhook.statistics.between_cases import extremes
+from stillhook.statistics.estimate import Estimate
 from stillhook.units import number, show
 from stillhook.validate.criteria.names import MEASURES
 from stillhook.validate.criteria.results import Measure
 from stillhook.validate.parameters.hoisting.friction import missing
 from stillhook.validate.parameters.measures import measure, rests_on
+from stillhook.validate.parameters.segments import OIL
 from stillhook.validate.passive import gas as gas_law
 from stillhook.validate.passive import torque
-from stillhook.validate.passive.curves import lacking, passive_of
+from stillhook.validate.passive.curves import passive_of
 from stillhook.validate.passive.estimates import PassiveEstimates
 
 TRANSMITTER = 2e5
@@ -30,9 +32,6 @@ DRY_WORTH = 0.3e5
 """Dry friction of the piston that is reported [Pa]."""
 NEAR_INTEGER = 0.25
 """Tolerance of the number of motors to an integer that is named [-]."""
-DRIFTS = 0.03
-"""Standing torque over that of the safe working load from which a test with a light load counts: zeros, not gains
-[-]."""
 
 
 def measures(crane: Crane, estimates: PassiveEstimates) -> tuple[Measure, ...]:
@@ -56,15 +55,13 @@ def _measure(
     total = math.sqrt(e.half**2 + calibration**2 + law**2)
     if not MEASURES[name].quantity:
         data += f", with {100.0 * calibration:.1f} % for calibrations"
-    return replace(measure(name, Estimate(e.value, total, e.blocks), test=test, data=data, note=note), structural=law)
+    return replace(measure(name, Estimate.around(e.value, total, e.n), test=test, data=data, note=note), structural=law)
 
 
 def spread(tests: dict[str, Estimate], quantity: str) -> str:
     """Smallest and largest of several tests in words; "" of one."""
-    if len(tests) < 2:
-        return ""
-    low, high = min(tests, key=lambda t: tests[t].value), max(tests, key=lambda t: tests[t].value)
-    return f"; {show(tests[low].value, quantity, 4)} in {low} to {show(tests[high].value, quantity, 4)} in {high}"
+    each = extremes({test: e.value for test, e in tests.items()}, lambda x: show(x, quantity, 4))
+    return f"; {each} by test" if each else ""
 
 
 def _level(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
@@ -72,7 +69,7 @@ def _level(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
     if level is None:
         return [measure("precharge_error", None, note="log the pressure of the passive circuit p_hp")]
     p_0 = _passive(crane).accumulator.gas.p_0
-    e = Estimate(level.p.value / p_0 - 1.0, level.p.half / p_0, level.p.blocks)
+    e = Estimate.around(level.p.value / p_0 - 1.0, level.p.half / p_0, level.p.n)
     whence = (
         "carried to mid stroke by V_acc"
         if level.placed
@@ -81,7 +78,7 @@ def _level(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
     note = f"precharge {show(level.p.value, 'pressure', 4)}, {show(p_0, 'pressure', 4)} in the crane file ({whence})"
     if abs(e.value) > 0.02:
         note = f"precharge {show(level.p.value, 'pressure', 4)}, not {show(p_0, 'pressure', 4)} ({whence})"
-    data = rests_on(estimates.parts, level.tests, level.p.blocks)
+    data = rests_on(estimates.parts, level.tests, level.p.n)
     return [_measure("precharge_error", e, TRANSMITTER / p_0, data=data, note=note + spread(level.tests, "pressure"))]
 
 
@@ -89,16 +86,16 @@ def _gas(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
     gas, passive = estimates.gas, _passive(crane)
     names = ("gas_volume_error", "piston_loss_difference")
     if gas is None:
-        lacks = dict.fromkeys(n for p in estimates.parts for n in lacking(p))
+        lacks = dict.fromkeys(n for p in estimates.parts for n in p.lacking(*OIL, "omega_m"))
         note = f"log {', '.join(lacks)}" if lacks else "the winch does not move enough in heave compensation"
         return [measure(name, None, note=note) for name in names]
-    acc, data = passive.accumulator, rests_on(estimates.parts, gas.tests, gas.V.blocks)
+    acc, data = passive.accumulator, rests_on(estimates.parts, gas.tests, gas.V.n)
     V_0 = acc.gas.V_0
     V, calibration = volume(estimates, gas)
-    e = Estimate(V.value / V_0 - 1.0, V.half / V_0, V.blocks)
+    e = Estimate.around(V.value / V_0 - 1.0, V.half / V_0, V.n)
     note = volume_says(V.value, V_0, gas_law.index(estimates.parts[0]))
     Q = crane.active.pump.D_total * crane.active.pump.omega_p
-    loss = Estimate(gas.loss.value - acc.R_piston * Q, gas.loss.half, gas.loss.blocks)
+    loss = Estimate.around(gas.loss.value - acc.R_piston * Q, gas.loss.half, gas.loss.n)
     wide, file = (show(2.0 * p, "pressure", 3) for p in (gas.loss.value, acc.R_piston * Q))
     dry = f", {show(2.0 * gas.dry, 'pressure', 2)} of it dry" if gas.dry > DRY_WORTH else ""
     width = f"{wide} wide at {show(Q, 'flow', 3)}{dry}, {file} in the crane file"
@@ -125,7 +122,7 @@ def volume(estimates: PassiveEstimates, gas: gas_law.Curve) -> tuple[Estimate, f
     share, doubt = torque.overall(estimates.shares)
     works = 1.0 + share.value
     half = math.hypot(works * gas.V.half, share.half * gas.V.value)
-    return Estimate(works * gas.V.value, half, gas.V.blocks), doubt
+    return Estimate.around(works * gas.V.value, half, gas.V.n), doubt
 
 
 def volume_says(V: float, V_0: float, n: float) -> str:
@@ -157,8 +154,8 @@ def _stroke(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
     tests = rests_on(estimates.parts, [p.test for p in estimates.parts])
     end = f"; the pressure changes as with a piston at its end at {stroke.where}" if stroke.where else ""
     return [
-        measure("stroke_used", Estimate(stroke.used, 0.0), data=tests, note=f"{ends}, of a stroke of {V}"),
-        measure("stroke_end_time", Estimate(stroke.at_end, 0.0), data=tests, note=f"{ends}{end}"),
+        measure("stroke_used", Estimate.around(stroke.used, 0.0), data=tests, note=f"{ends}, of a stroke of {V}"),
+        measure("stroke_end_time", Estimate.around(stroke.at_end, 0.0), data=tests, note=f"{ends}{end}"),
     ]
 
 
@@ -173,7 +170,7 @@ def _motors(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
         )
         return [measure(name, None, note=note) for name in names]
     share, structural = torque.overall(estimates.shares)
-    total = Estimate(share.value, math.hypot(share.half, structural), share.blocks)  # words use the total uncertainty
+    total = Estimate.around(share.value, math.hypot(share.half, structural), share.n)  # words use the total uncertainty
     tests = [s.test for s in estimates.shares]
     full = crane.SWL * G * 0.5 * crane.drum.d_max / crane.i_hD
     out = [
@@ -181,18 +178,18 @@ def _motors(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
             names[0],
             share,
             structural,
-            data=rests_on(estimates.parts, tests, share.blocks),
+            data=rests_on(estimates.parts, tests, share.n),
             note=motors_say(crane, estimates, total),
         )
     ]
     for s in estimates.shares:
         over = max(s.T_load, 0.25 * full)
-        e = Estimate(s.standing.value / over, s.standing.half / over, s.standing.blocks)
+        e = Estimate.around(s.standing.value / over, s.standing.half / over, s.standing.n)
         note = (
             f"{show(s.standing.value, 'torque', 3)} of {show(s.T_load, 'torque', 3)} required by the load are not"
             " explained"
         )
-        data = rests_on(estimates.parts, [s.test], s.standing.blocks)
+        data = rests_on(estimates.parts, [s.test], s.standing.n)
         out.append(_measure(names[1], e, s.structural, test=f"test {s.test}", data=data, note=note))
     return out
 
@@ -242,7 +239,7 @@ def _flow(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
         ]
     count = _passive(crane).motor.count
     note = f"oil of {number(count * (1.0 + moved.error.value), 3)} of {count} motors reaches the piston"
-    data = rests_on(estimates.parts, moved.tests, moved.error.blocks)
+    data = rests_on(estimates.parts, moved.tests, moved.error.n)
     return [_measure("passive_flow_error", moved.error, torque.SETTING_DOUBT, data=data, note=note)]
 
 
@@ -263,7 +260,7 @@ def _setting(estimates: PassiveEstimates) -> list[Measure]:
             "passive_setting_error",
             s.gain,
             torque.SETTING_DOUBT,
-            data=rests_on(estimates.parts, s.tests, s.gain.blocks),
+            data=rests_on(estimates.parts, s.tests, s.gain.n),
             note=note,
         )
     ]

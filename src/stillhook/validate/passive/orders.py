@@ -10,7 +10,8 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.physics.scalar import G
-from stillhook.statistics.jackknife_regression import Estimate, fit, pooled
+from stillhook.statistics.estimate import Estimate
+from stillhook.statistics.jackknife_regression import fit, pooled
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.parameters.circuit.settings import EVERY, followed
 from stillhook.validate.parameters.segments import LogPart, by_test
@@ -73,7 +74,7 @@ def setting(parts: Sequence[LogPart]) -> Setting | None:
         fitted = fit((law,), alpha, np.concatenate([p.blocks(_at(p.t, p)) for _, p in rows]))
         if fitted is None:
             continue
-        tests[test] = Estimate(float(fitted.b[0]) - 1.0, fitted.half(0), fitted.blocks)
+        tests[test] = fitted.estimate(0, -1.0)
         laws.append(law)
         alphas.append(alpha)
     if not tests:
@@ -124,7 +125,7 @@ def _made_up(parts: Sequence[LogPart], standing: bool) -> tuple[float, float, Ma
     if fitted is None:
         return None
     K_acc = rows[0][1].params.passive.settings.K_acc
-    gain = Estimate(float(fitted.b[0]) - 1.0, fitted.half(0), fitted.blocks)
+    gain = fitted.estimate(0, -1.0)
     return fitted.sd, float(np.nanstd(law)), MakeUp(gain, float(fitted.b[1]) / K_acc)
 
 

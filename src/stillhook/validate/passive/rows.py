@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stillhook.spec.crane import Crane
-from stillhook.statistics.jackknife_regression import Estimate
+from stillhook.statistics.estimate import Estimate
 from stillhook.units import KINDS, in_display, number
 from stillhook.validate.criteria.results import Table
 from stillhook.validate.passive import torque
@@ -32,17 +32,23 @@ def table(crane: Crane, estimates: PassiveEstimates) -> Table:
     count = passive.motor.count
     for s in estimates.shares:
         rows.append(
-            _row("motors that work", count, Estimate(count * (1.0 + s.share.value), count * s.share.half), "", [s.test])
+            _row(
+                "motors that work",
+                count,
+                Estimate.around(count * (1.0 + s.share.value), count * s.share.half),
+                "",
+                [s.test],
+            )
         )
     if estimates.shares:
         share, structural = torque.overall(estimates.shares)
-        both = Estimate(count * (1.0 + share.value), count * (share.half**2 + structural**2) ** 0.5)
+        both = Estimate.around(count * (1.0 + share.value), count * (share.half**2 + structural**2) ** 0.5)
         rows.append(_row("motors, with load and calibration", count, both, "", [s.test for s in estimates.shares]))
     if estimates.setting is not None:
-        gain = Estimate(1.0 + estimates.setting.gain.value, estimates.setting.gain.half)
+        gain = Estimate.around(1.0 + estimates.setting.gain.value, estimates.setting.gain.half)
         rows.append(_row("setting over its law", 1.0, gain, "", list(estimates.setting.tests)))
     if estimates.make_up is not None:
-        gain = Estimate(1.0 + estimates.make_up.gain.value, estimates.make_up.gain.half)
+        gain = Estimate.around(1.0 + estimates.make_up.gain.value, estimates.make_up.gain.half)
         rows.append(_row("make-up over its law", 1.0, gain, "", []))
     return Table(TITLE, HEADER, tuple(rows))
 

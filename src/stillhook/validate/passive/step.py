@@ -63,9 +63,7 @@ def _data(estimates: PassiveEstimates) -> dict[str, Any]:
             {}
             if level is None
             else {
-                "p": level.p.value,
-                "low": level.p.low,
-                "high": level.p.high,
+                **level.p.to_dict("p"),
                 "from_V_acc": level.placed,
                 "tests": {test: e.value for test, e in level.tests.items()},
             }
@@ -74,9 +72,7 @@ def _data(estimates: PassiveEstimates) -> dict[str, Any]:
             {}
             if gas is None
             else {
-                "V": gas.V.value,
-                "low": gas.V.low,
-                "high": gas.V.high,
+                **gas.V.to_dict("V"),
                 "R": gas.R,
                 "p_dry": gas.dry,
                 "tests": {test: e.value for test, e in gas.tests.items()},
@@ -90,22 +86,12 @@ def _data(estimates: PassiveEstimates) -> dict[str, Any]:
         "motors": [
             {
                 "test": s.test,
-                "share": 1.0 + s.share.value,
-                "low": 1.0 + s.share.low,
-                "high": 1.0 + s.share.high,
+                **s.share.scaled(offset=1.0).to_dict("share"),
                 "share_by_load": None if s.by_weight is None else 1.0 + s.by_weight,
                 "T_standing": s.standing.value,
                 "T_load": s.T_load,
             }
             for s in estimates.shares
         ],
-        "setting": (
-            {}
-            if setting is None
-            else {
-                "gain": 1.0 + setting.gain.value,
-                "low": 1.0 + setting.gain.low,
-                "high": 1.0 + setting.gain.high,
-            }
-        ),
+        "setting": ({} if setting is None else setting.gain.scaled(offset=1.0).to_dict("gain")),
     }

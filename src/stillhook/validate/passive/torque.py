@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray
 from stillhook.physics.hydraulics.motor import motor_torque
 from stillhook.physics.scalar import G
-from stillhook.statistics.jackknife_regression import Estimate, Fit, fit, pooled
+from stillhook.statistics.estimate import Estimate
+from stillhook.statistics.jackknife_regression import Fit, fit, pooled
 from stillhook.units import parse
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.parameters.circuit.settings import known_setting
@@ -72,7 +73,7 @@ def overall(tests: Sequence[Share]) -> tuple[Estimate, float]:
     apart = [0.5 * abs(s.share.value - s.by_weight) for s in tests if s.by_weight is not None]
     for s in tests:
         middle = s.share.value if s.by_weight is None else 0.5 * (s.share.value + s.by_weight)
-        each.append(Estimate(middle, s.share.half, s.share.blocks))
+        each.append(Estimate.around(middle, s.share.half, s.share.n))
     return pooled(each), math.hypot(max(s.structural for s in tests), max(apart, default=0.0))
 
 
@@ -95,10 +96,10 @@ def _share(test: str, parts: Sequence[LogPart]) -> Share | None:
     structural = math.hypot(SETTING_DOUBT, LOW_DOUBT / (passive.accumulator.gas.p_0 - passive.p_lp))
     return Share(
         test,
-        Estimate(float(fitted.b[0]) - 1.0, fitted.half(0), fitted.blocks),
+        fitted.estimate(0, -1.0),
         by_weight,
         structural,
-        Estimate(float(still.b[0]), still.half(0), still.blocks),
+        still.estimate(0),
         T_load,
         T - _other_terms(fitted, model, spring, rate),
         T_p,

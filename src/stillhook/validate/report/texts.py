@@ -38,7 +38,6 @@ SHOWS = {
 SEGMENT_HEAD = ("test", "from\n[s]", "for\n[s]", "load\n[t]", "wire out\n[m]", "tip p-p\n[m]", "period\n[s]", "mode")
 SHORT_HEAD = ("", "criterion", "found", "limit", "verdict")
 FULL_HEAD = ("", "criterion", "found (95 %)", "limit", "verdict", "rests on", "source")
-LINE_HEAD = ("", "criterion", "found", "95 %", "limit", "verdict", "rests on", "source")
 TERSE_HEAD = ("", "found", "95 %", "limit", "verdict")
 DECISIVE_HEAD = ("verdict", "", "governing line")
 STEP_HEAD = ("step", "", "shown", "not\nshown", "refuted", "info", "verdict")
@@ -187,8 +186,8 @@ def criterion(validation: Validation, line: CriterionResult) -> Criterion:
 
 
 def line_cells(validation: Validation, line: CriterionResult) -> tuple[str, ...]:
-    """A verdict line as cells, see LINE_HEAD: the figure and its 95 % interval in the unit of the limit, the data and
-    the reason."""
+    """A verdict line as cells: number, criterion, figure and its 95 % interval in the unit of the limit, limit,
+    verdict, data and reason, source."""
     c, m = criterion(validation, line), line.measure
     behind = (m.test, structural_words(c, m), m.data, m.note) if m is not None else ()
     known = m is not None and m.value is not None

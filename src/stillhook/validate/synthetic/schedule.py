@@ -15,6 +15,7 @@ from stillhook.library import load_crane
 from stillhook.physics.load_path.drum import wire_usable
 from stillhook.sea.motion.motion import Motion, Still
 from stillhook.spec.crane import Crane
+from stillhook.spec.lift.payload import RHO_STEEL
 from stillhook.spec.scenario import Mode, Operator, Scenario, Sensors, Water
 from stillhook.units import show
 from stillhook.validate.data_set.campaign import Kind
@@ -23,7 +24,6 @@ from stillhook.validate.synthetic.sea import irregular
 DATE = datetime.date(2026, 11, 21)
 """Date on the campaign and its certificate: fixed, so that the same seed gives the same bytes."""
 SWL_OF_PAPER = 250e3
-RHO_STEEL = 7850.0
 ADDED_MASS = 0.6
 """Added mass of a test load over the mass of the water that it displaces (assumed: a compact body)."""
 DRAG = 1.2

@@ -73,11 +73,6 @@ class Points:
         return self.dp_F * self.D_m
 
     @property
-    def u_T(self) -> FloatArray:
-        """Standard uncertainty of ``T_f`` [N m]."""
-        return self.u_dp * self.D_m
-
-    @property
     def T_N(self) -> FloatArray:
         """Nominal torque per motor shaft D_m dp_m at the hoisting pressure (paper A eq. 21), by which errors are judged
         [N m]."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -31,29 +30,11 @@ from stillhook.identify.system_friction.fitting.model import (
     system_friction_at,
 )
 from stillhook.identify.system_friction.fitting.points import Points
+from stillhook.statistics.estimate import Estimate, t_factor
 
-LEVEL = 0.95
 FINE, ENDS = 1e-4, 1e-3
 """How well ln Y_4 is found within a profile, and the end of an interval, over the last step towards it."""
 SEARCH = 40  # doublings of an interval's end before it counts as open
-
-
-@dataclass(frozen=True)
-class Interval:
-    """Where a parameter is with 95 % confidence [SI]; an open end is infinite, a lower end at zero is the physical
-    bound."""
-
-    name: str
-    value: float
-    low: float
-    high: float
-
-
-def t_factor(dof: float, level: float = LEVEL) -> float:
-    """Two-sided quantile of Student's distribution."""
-    from scipy.stats import t
-
-    return float(t.ppf(0.5 + 0.5 * level, max(dof, 1)))
 
 
 def fitted_problem(points: Points, loss: Loss, fit: FrictionFit) -> Problem:
@@ -69,23 +50,24 @@ def fitted_problem(points: Points, loss: Loss, fit: FrictionFit) -> Problem:
     )
 
 
-def profile_intervals(points: Points, loss: Loss, fit: FrictionFit) -> tuple[Interval, ...]:
+def profile_intervals(points: Points, loss: Loss, fit: FrictionFit) -> dict[str, Estimate]:
     """Intervals by profile likelihood: how far one parameter can go while the others do their best to make up for it.
 
-    They respect bounds and curvature, which standard errors do not. Parameters as `fit_system`.
+    They respect bounds and curvature, which standard errors do not: an open end is infinite, a lower end at zero is the
+    physical bound. Parameters as `fit_system`; name of each free parameter to its value and interval [SI].
     """
     problem = fitted_problem(points, loss, fit)
     least = problem.best()[1]
     wider = np.diag(fit.covariance) / np.diag(
         fit.nominal_covariance
     )  # what has no weight in the fit moves its answer all the same
-    return tuple(
-        _profile(problem, n, fit, least + float(w) * t_factor(fit.freedom[n]) ** 2)
+    return {
+        n: _profile(problem, n, fit, least + float(w) * t_factor(fit.freedom[n]) ** 2)
         for n, w in zip(fit.names, wider, strict=True)
-    )
+    }
 
 
-def _profile(problem: Problem, name: str, fit: FrictionFit, allowed: float) -> Interval:
+def _profile(problem: Problem, name: str, fit: FrictionFit, allowed: float) -> Estimate:
     value = getattr(fit.y, name)
     step = fit.sd(name)
     step = step if math.isfinite(step) and step > 0.0 else max(abs(value), 1e-12)
@@ -94,7 +76,7 @@ def _profile(problem: Problem, name: str, fit: FrictionFit, allowed: float) -> I
     def excess(at: float) -> float:
         return problem.best({name: at}, fine=FINE)[1] - allowed
 
-    return Interval(name, value, _end(excess, value, -step, least), _end(excess, value, step, most))
+    return Estimate(value, _end(excess, value, -step, least), _end(excess, value, step, most))
 
 
 def _end(excess: Callable[[float], float], value: float, step: float, bound: float) -> float:
@@ -199,12 +181,13 @@ def _without_weight(fit: FrictionFit, n: int, dof: float, rng: np.random.Generat
     return np.asarray(samples * np.sqrt(dof / rng.chisquare(dof, n))[:, None])
 
 
-def quantile_intervals(samples: FloatArray, fit: FrictionFit) -> tuple[Interval, ...]:
+def quantile_intervals(samples: FloatArray, fit: FrictionFit) -> dict[str, Estimate]:
     """Intervals from samples of `bootstrap` or `posterior`."""
-    low, high = np.quantile(samples, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], axis=0)
-    return tuple(
-        Interval(n, getattr(fit.y, n), float(low[i]), float(high[i])) for i, n in enumerate(Y_NAMES) if n in fit.names
-    )
+    return {
+        n: Estimate.of_draws(getattr(fit.y, n), samples[:, i], len(samples))
+        for i, n in enumerate(Y_NAMES)
+        if n in fit.names
+    }
 
 
 def correlation(fit: FrictionFit) -> FloatArray:

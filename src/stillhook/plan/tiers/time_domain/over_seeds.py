@@ -4,36 +4,18 @@ open."""
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.plan.definition.rules import Level
+from stillhook.statistics.estimate import ENDS, Estimate
 from stillhook.statistics.extremes import FEWEST_MAXIMA, MPM, P90, gumbel
 
 QUANTILE = {Level.MPM: MPM, Level.P90: P90}
 """Part of all phases that stay below a level."""
 ALIKE = 1e-6
 """Range of maxima over their size below which they are one value: a relief valve that held all of them."""
-OUTSIDE = 0.025
-"""Chance to either side of an interval of 95 %."""
-NORMAL_95 = 1.959964
-"""Ends of the 95 % interval of a normal distribution, in standard deviations."""
-
-
-class Estimate(NamedTuple):
-    """A number of the phase with the ends of its 95 % interval; both NaN where runs are too few to tell."""
-
-    value: float
-    low: float = math.nan
-    high: float = math.nan
-
-    def of(self, factor: float, more: float = 0.0) -> Estimate:
-        """factor times it, and more; the ends stay in order."""
-        low, high = sorted((factor * self.low + more, factor * self.high + more))
-        return Estimate(factor * self.value + more, low, high)
-
 
 BEYOND = Estimate(math.inf, math.inf, math.inf)
 """What stands for a number of runs that failed."""
@@ -54,12 +36,11 @@ def largest(maxima: FloatArray, level: Level, times: float = 1.0) -> Estimate:
         return BEYOND
     top = float(x.max())
     if len(x) < FEWEST_MAXIMA:
-        return Estimate(top)
+        return Estimate(top, n=len(x))
     if np.ptp(x) <= ALIKE * np.abs(x).max():
-        return Estimate(top, top, top)
-    fit = gumbel(x)
+        return Estimate(top, top, top, len(x))
     q = QUANTILE[level] ** (1.0 / max(times, 1.0))
-    return Estimate(fit.quantile(q), *fit.interval(q))
+    return gumbel(x).estimate(q)
 
 
 def passage(maxima: FloatArray, level: Level, times: float = 1.0) -> Estimate:
@@ -78,28 +59,20 @@ def passage(maxima: FloatArray, level: Level, times: float = 1.0) -> Estimate:
         return largest(x, level, times)
     if q * (n + 1) > n:
         fit = largest(x, level, times)
-        return Estimate(max(fit.value, float(x[-1])), fit.low, max(fit.high, float(x[-1])))
+        return Estimate(max(fit.value, float(x[-1])), fit.low, max(fit.high, float(x[-1])), n)
     below = np.cumsum([math.comb(n, k) * q**k * (1.0 - q) ** (n - k) for k in range(n)])
-    first, last = int(np.searchsorted(below, OUTSIDE, side="right")), int(np.searchsorted(below, 1.0 - OUTSIDE))
+    first, last = int(np.searchsorted(below, ENDS[0], side="right")), int(np.searchsorted(below, ENDS[1]))
     low, high = float(x[max(first - 1, 0)]), float(x[last]) if last < n else math.inf
-    return Estimate(float(np.quantile(x, q, method="weibull")), low, high)
+    return Estimate(float(np.quantile(x, q, method="weibull")), low, high, n)
 
 
 def mean(values: FloatArray) -> Estimate:
     """The mean over runs (n,), with the normal interval of a mean."""
-    x = np.asarray(values, dtype=np.float64)
-    m = float(x.mean())
-    if len(x) < 2 or not math.isfinite(m):
-        return Estimate(m)
-    half = NORMAL_95 * float(x.std(ddof=1)) / math.sqrt(len(x))
-    return Estimate(m, m - half, m + half)
+    return Estimate.of_mean(np.asarray(values, dtype=np.float64))
 
 
 def chance(hits: int, n: int, times: float = 1.0) -> Estimate:
     """Chance that a phase of `times` runs sees what `hits` of n runs saw; Wilson's interval."""
-    p, z2 = hits / n, NORMAL_95**2
-    middle = (p + z2 / (2.0 * n)) / (1.0 + z2 / n)
-    half = NORMAL_95 * math.sqrt(p * (1.0 - p) / n + z2 / (4.0 * n * n)) / (1.0 + z2 / n)
-    return Estimate(
-        *(1.0 - (1.0 - min(max(x, 0.0), 1.0)) ** max(times, 1.0) for x in (p, middle - half, middle + half))
-    )
+    share = Estimate.of_share(hits, n)
+    value, low, high = (1.0 - (1.0 - x) ** max(times, 1.0) for x in (share.value, share.low, share.high))
+    return Estimate(value, low, high, n)

@@ -17,7 +17,8 @@ from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import Level
 from stillhook.plan.tiers.time_domain.lowering import Course, Winch
-from stillhook.plan.tiers.time_domain.over_seeds import BEYOND, Estimate, chance, largest, mean, passage
+from stillhook.plan.tiers.time_domain.over_seeds import BEYOND, chance, largest, mean, passage
+from stillhook.statistics.estimate import Estimate
 
 if TYPE_CHECKING:
     import xarray
@@ -98,7 +99,7 @@ def _estimates(
         return _extreme(phase)(runs[name], level(quantity), course.swings if quantity in OF_LOAD else course.times)
 
     share = {key: mean(runs[f"{key}_time"] / runs["duration"]) for key in ("saturation", "relief", "power", "stroke")}
-    tip, v_tip = top("s_tip_pp", "s_tip_pp").of(1.0 / left), top("v_tip_max", "v_tip_max").of(1.0 / left)
+    tip, v_tip = top("s_tip_pp", "s_tip_pp").scaled(1.0 / left), top("v_tip_max", "v_tip_max").scaled(1.0 / left)
     estimates = {
         "F_top_max": top("F_w_max", "F_top_max"),
         "DAF": top("DAF", "DAF"),
@@ -106,7 +107,7 @@ def _estimates(
         "v_tip_max": v_tip,
         "load_pp": top("load_pp", "load_pp"),
         "p_a_max": top("p_a_max", "p_a_max"),
-        "v_w_demand": v_tip.of(1.0, stick) if compensates else top("v_w_max", "v_w_demand"),
+        "v_w_demand": v_tip.scaled(1.0, stick) if compensates else top("v_w_max", "v_w_demand"),
     }
     estimates |= {f"{key}_share": value for key, value in share.items()}
     if phase.kind is PhaseKind.LANDING:
@@ -118,7 +119,7 @@ def _estimates(
         if not alternative.twin:
             estimates = {name: value for name, value in estimates.items() if name not in WINCH}
         if alternative is Alternative.CAP:
-            estimates["v_w_demand"] = v_tip.of(1.0, stick)
+            estimates["v_w_demand"] = v_tip.scaled(1.0, stick)
     return estimates
 
 
@@ -135,10 +136,11 @@ def _slings(plan: LiftPlan, phase: Phase, course: Course, runs: Runs) -> dict[st
     Slings pull or hang: a least tension below nothing, as the distribution of larger ones may tell, is nothing.
     """
     rest, level = least_at_rest(plan, phase), plan.rules.level
-    fallen = _extreme(phase)(rest - runs["F_sling_min"], level("sling_ratio"), course.swings).of(-1.0 / rest, 1.0)
+    fallen = _extreme(phase)(rest - runs["F_sling_min"], level("sling_ratio"), course.swings).scaled(-1.0 / rest, 1.0)
+    value, low, high = (x if math.isnan(x) else max(x, 0.0) for x in (fallen.value, fallen.low, fallen.high))
     slack = runs["sling_slack_time"] > 0.0
     return {
-        "sling_ratio": Estimate(*(x if math.isnan(x) else max(x, 0.0) for x in fallen)),
+        "sling_ratio": Estimate(value, low, high, fallen.n),
         "slack_chance": chance(int(slack.sum()), len(slack), course.swings),
         "snap_load": (
             _extreme(phase)(runs["snap"], level("snap_load"), course.swings) if slack.any() else Estimate(0.0, 0.0, 0.0)

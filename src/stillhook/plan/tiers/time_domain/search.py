@@ -21,8 +21,8 @@ from stillhook.plan.limits.solve import Limits, utilisation
 from stillhook.plan.tiers.time_domain.bracketing import Search, crossing, nearest, next_height
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells
 from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState, Winch, winch_of
-from stillhook.plan.tiers.time_domain.over_seeds import Estimate
 from stillhook.plan.tiers.time_domain.quantities import quantities
+from stillhook.statistics.estimate import Estimate
 
 Column = tuple[float, float]
 """Tp [s] and direction of travel [rad]."""

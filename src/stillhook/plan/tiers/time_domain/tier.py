@@ -19,8 +19,8 @@ from stillhook.plan.tiers.time_domain.bracketing import Search, nearest
 from stillhook.plan.tiers.time_domain.cells import Cells, Execution
 from stillhook.plan.tiers.time_domain.convergence import blocks
 from stillhook.plan.tiers.time_domain.lowering import KINDS, winch_of
-from stillhook.plan.tiers.time_domain.over_seeds import Estimate
 from stillhook.plan.tiers.time_domain.search import UNDERESTIMATE_FACTOR, Work
+from stillhook.statistics.estimate import Estimate
 from stillhook.units import show
 
 if TYPE_CHECKING:
@@ -138,7 +138,7 @@ def _demand(work: Work, phase: Phase, alternative: Alternative) -> Demand:
     blank = Estimate(math.nan)
     value, low, high = (
         {q: np.array([getattr(numbers.get(q, blank), part) for _, numbers in rows]) for q in names}
-        for part in Estimate._fields
+        for part in ("value", "low", "high")
     )
     winch = lines[0].winch
     seeds = np.array([len(work.cells.runs[phase.name, winch, s]["duration"]) for s in spots], dtype=np.int64)

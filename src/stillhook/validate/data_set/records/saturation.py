@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
-from stillhook.statistics.dot import dot
+from stillhook.statistics.series import dot
 
 FULL = 0.995
 """Share of the full command that counts as full: a log rounds to 0.1 to 0.4 %."""

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.statistics.estimate import NORMAL_95, t_factor
 from stillhook.validate.data_set.records.transients import Transient
 from stillhook.validate.dynamics.fitting.output_error import Fit
 from stillhook.validate.dynamics.fitting.unknowns import C_LEAK, PLACE, TUNED
@@ -52,16 +53,14 @@ class GroupDifference:
     @property
     def unseen(self) -> float:
         """Half of the largest difference of the logarithm that sampling would conceal at 95 %."""
-        from scipy.special import stdtrit  # heavy: only where something is fitted
-
-        return 0.5 * float(stdtrit(max(self.dof, 1), 0.975)) * self.deviation
+        return 0.5 * t_factor(self.dof) * self.deviation
 
     def says(self) -> str:
         """The difference in words."""
         times = math.exp(self.difference)
         return (
             f"in {self.groups[1]} it is {times:.2f} times that in {self.groups[0]} (+-"
-            f" {100.0 * 1.96 * self.deviation:.0f} %, sampling)"
+            f" {100.0 * NORMAL_95 * self.deviation:.0f} %, sampling)"
         )
 
 

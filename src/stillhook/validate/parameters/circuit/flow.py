@@ -13,7 +13,7 @@ from stillhook.library.leakage import pump_leak
 from stillhook.physics.hydraulics.motor import motor_leakage
 from stillhook.physics.hydraulics.pump import LEAK_KNOTS, PumpLeak
 from stillhook.physics.hydraulics.valves import external_leakage, internal_leakage
-from stillhook.statistics.jackknife_regression import Estimate
+from stillhook.statistics.estimate import Estimate
 from stillhook.units import parse
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.parameters.circuit.leakage import SLIP_PRESSURE, LeakChoice, LeakRows, choose

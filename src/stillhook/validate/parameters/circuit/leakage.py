@@ -21,8 +21,8 @@ from stillhook.library.leakage import Point, form_of, pump_leak, stated_leak
 from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.spec.circuits import LeakForm, LeakPoint
 from stillhook.spec.crane import Crane
-from stillhook.statistics.between_cases import t_factor
-from stillhook.statistics.jackknife_regression import Estimate, Fit, fit
+from stillhook.statistics.estimate import Estimate, t_factor
+from stillhook.statistics.jackknife_regression import Fit, fit
 from stillhook.units import parse, show
 
 FEWEST_FOR_FORM = 8
@@ -195,7 +195,7 @@ class LeakChoice:
     def at_file_point(self) -> Estimate:
         """Leakage at the crane file's point over the one that it states there, less 1."""
         r = self.reference
-        return Estimate(r.value / self.stated - 1.0, r.half / self.stated, r.blocks, r.structural / self.stated)
+        return Estimate.around(r.value / self.stated - 1.0, r.half / self.stated, r.n, r.structural / self.stated)
 
     @property
     def offered(self) -> bool:
@@ -209,7 +209,7 @@ class LeakChoice:
         i = NUISANCE.index(name)
 
         def of(c: Candidate) -> Estimate:
-            return Estimate(factor * float(c.fit.b[i]) + add, factor * c.fit.half(i), c.fit.blocks)
+            return Estimate.around(factor * float(c.fit.b[i]) + add, factor * c.fit.half(i), c.fit.blocks)
 
         return _across(of(self.chosen), [(c.weight, of(c)) for c in self.candidates], self.chosen.fit.blocks)
 
@@ -424,14 +424,14 @@ def _across(
     apart = math.sqrt(sum(w * (e.value - best.value) ** 2 for w, e in each))
     least = max((math.hypot(e.half, e.value - best.value) for e in free), default=0.0)
     structural = math.hypot(max(t_factor(blocks - 1) * apart, math.sqrt(max(least**2 - best.half**2, 0.0))), unclosed)
-    return Estimate(best.value, math.hypot(best.half, structural), best.blocks, structural)
+    return Estimate.around(best.value, math.hypot(best.half, structural), best.n, structural)
 
 
 def _linear(fitted: Fit, weights: FloatArray) -> Estimate:
     """A linear function of a form's coefficients."""
     k = len(weights)
     variance = float(weights @ fitted.cov[-k:, -k:] @ weights)
-    return Estimate(
+    return Estimate.around(
         float(weights @ fitted.b[-k:]), t_factor(fitted.blocks - 1) * math.sqrt(max(variance, 0.0)), fitted.blocks
     )
 
@@ -439,7 +439,7 @@ def _linear(fitted: Fit, weights: FloatArray) -> Estimate:
 def _value(rows: LeakRows, parts: tuple[str, ...], fitted: Fit) -> Estimate:
     total = rows.total("file")
     e = _linear(fitted, np.array([rows.total(p) / total for p in parts]))
-    return Estimate(e.value - 1.0, e.half, e.blocks)
+    return Estimate.around(e.value - 1.0, e.half, e.n)
 
 
 def _per(crane: Crane) -> Mapping[str, float]:

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.statistics.jackknife_regression import Estimate, fit
+from stillhook.statistics.estimate import Estimate
+from stillhook.statistics.jackknife_regression import fit
 from stillhook.units import parse
 from stillhook.validate.parameters.segments import LogPart, by_test
 
@@ -36,7 +37,11 @@ def pressures(parts: Sequence[LogPart]) -> tuple[Pressures, ...]:
         active = same[0].params.active
         apart = np.abs(a - b) > APART
         fitted = fit((np.ones_like(a),), np.where(apart, np.minimum(a, b), np.nan), block)
-        low = None if fitted is None else Estimate(float(fitted.b[0]) - active.boost.p, fitted.half(0), fitted.blocks)
+        low = (
+            None
+            if fitted is None
+            else Estimate.around(float(fitted.b[0]) - active.boost.p, fitted.half(0), fitted.blocks)
+        )
         high, least = float(np.nanmax(np.maximum(a, b))), float(np.nanmin(np.minimum(a, b)))
         out.append(Pressures(test, low, high / active.relief.p - 1.0, least))
     return tuple(out)

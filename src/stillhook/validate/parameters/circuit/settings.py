@@ -11,7 +11,8 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray, IntArray
 from stillhook.physics.hydraulics.swash import Servo
-from stillhook.statistics.jackknife_regression import Estimate, fit
+from stillhook.statistics.estimate import Estimate
+from stillhook.statistics.jackknife_regression import fit
 from stillhook.validate.parameters.segments import LogPart
 from stillhook.validate.parameters.slopes import bridged
 
@@ -119,11 +120,11 @@ def motor_offset(parts: Sequence[LogPart]) -> Offset | None:
     together = _with_play(logs, first)
     if together is not None:
         return Offset(*together, sense)
-    offset = Estimate(first, 0.0)
+    offset = Estimate.around(first, 0.0)
     for _ in range(ROUNDS):
         offset = _nearer(logs, offset.value)
     half = math.hypot(offset.half, OPEN_PLAY)
-    return Offset(Estimate(offset.value, half, offset.blocks, OPEN_PLAY), None, sense)
+    return Offset(Estimate.around(offset.value, half, offset.n, OPEN_PLAY), None, sense)
 
 
 def after_play(u: FloatArray, half_width: float) -> FloatArray:
@@ -166,8 +167,8 @@ def _with_play(logs: Sequence[Logged], first: float) -> tuple[Estimate, Estimate
     assert fitted is not None
     offset, width = (math.hypot(half, RESOLUTION) for half in (fitted.half(0), 2.0 * fitted.half(1)))
     return (
-        Estimate(float(theta[0]), offset, fitted.blocks, RESOLUTION),
-        Estimate(2.0 * float(theta[1]), width, fitted.blocks, RESOLUTION),
+        Estimate.around(float(theta[0]), offset, fitted.blocks, RESOLUTION),
+        Estimate.around(2.0 * float(theta[1]), width, fitted.blocks, RESOLUTION),
     )
 
 
@@ -209,8 +210,8 @@ def _nearer(logs: Sequence[Logged], offset: float) -> Estimate:
     telling = np.abs(answer) > 1e-3  # a block at full stroke throughout has no information and is left out
     fitted = fit((answer[telling],), rest[telling], block[telling])
     if fitted is None:
-        return Estimate(offset, float("inf"))
-    return Estimate(offset + float(fitted.b[0]), fitted.half(0), fitted.blocks)
+        return Estimate.around(offset, float("inf"))
+    return Estimate.around(offset + float(fitted.b[0]), fitted.half(0), fitted.blocks)
 
 
 def pump_setting(parts: Sequence[LogPart]) -> PumpSetting | None:
@@ -231,5 +232,7 @@ def pump_setting(parts: Sequence[LogPart]) -> PumpSetting | None:
     fitted = fit((meant, rate, np.ones_like(meant)), alpha, block)
     if fitted is None:
         return None
-    gain = Estimate(float(fitted.b[0]) - 1.0, math.hypot(fitted.half(0), SENSOR_GAIN), fitted.blocks, SENSOR_GAIN)
-    return PumpSetting(gain, Estimate(float(fitted.b[2]), fitted.half(2), fitted.blocks))
+    gain = Estimate.around(
+        float(fitted.b[0]) - 1.0, math.hypot(fitted.half(0), SENSOR_GAIN), fitted.blocks, SENSOR_GAIN
+    )
+    return PumpSetting(gain, fitted.estimate(2))

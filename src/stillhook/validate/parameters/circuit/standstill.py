@@ -18,8 +18,7 @@ from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.control.brake import SMALL
 from stillhook.control.plc import MANUAL
 from stillhook.spec.crane import Crane
-from stillhook.statistics.between_cases import t_factor
-from stillhook.statistics.jackknife_regression import Estimate
+from stillhook.statistics.estimate import Estimate, t_factor
 from stillhook.units import number, show
 from stillhook.validate.criteria.results import Measure
 from stillhook.validate.data_set.records.record import Record
@@ -185,7 +184,7 @@ def _ended(t: FloatArray, dp: FloatArray, taus: tuple[float, float, float]) -> E
     """Final value of a rest: with noise and the time constants that fit nearly as well."""
     value, u, _ = _fitted(t, dp, taus[0])
     others = [_fitted(t, dp, tau)[0] for tau in taus[1:]]
-    return Estimate(value, math.hypot(t_factor(max(len(t) - 2, 1)) * u, max(abs(x - value) for x in others)))
+    return Estimate.around(value, math.hypot(t_factor(max(len(t) - 2, 1)) * u, max(abs(x - value) for x in others)))
 
 
 def _setting(r: Record, a: int, b: int) -> float:
@@ -211,7 +210,7 @@ def _mean(each: Sequence[Rest]) -> Estimate:
         spread = t_factor(n - 1) ** 2 * float(w @ (v - mean) ** 2) / float(w.sum()) / max(n - 1, 1) if n > 1 else 0.0
         values.append(mean)
         variances.append(max(spread, 1.0 / float(w.sum())))
-    return Estimate(float(np.mean(values)), math.sqrt(sum(variances)) / len(values), len(each))
+    return Estimate.around(float(np.mean(values)), math.sqrt(sum(variances)) / len(values), len(each))
 
 
 NO_REST = "the logs contain no rest: keep the winch on its brake for 5 s or more in manual mode, joystick at zero"

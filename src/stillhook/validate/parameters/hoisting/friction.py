@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray
 from stillhook.physics.friction import system_friction_dry
 from stillhook.physics.hydraulics.motor import motor_torque, torque_loss_dry, torque_loss_moving
-from stillhook.statistics.jackknife_regression import Estimate, Fit, fit, pooled
+from stillhook.statistics.estimate import Estimate
+from stillhook.statistics.jackknife_regression import Fit, fit, pooled
 from stillhook.validate.parameters.circuit.settings import known_setting
-from stillhook.validate.parameters.segments import LogPart, by_test
-from stillhook.validate.parameters.slopes import bridged, smoothed
+from stillhook.validate.parameters.segments import OIL, LogPart, by_test
+from stillhook.validate.parameters.slopes import bridged, means, rates
 
 EVERY = 0.2
 """Width of the means that are compared [s]: pressures swing faster, the sea moves slower."""
@@ -50,11 +51,9 @@ class Friction:
 
 def missing(part: LogPart) -> tuple[str, ...]:
     """Signals missing for a torque balance of a part."""
-    passive = ("p_hp", "alpha_pm") if part.crane.passive is not None else ()
-    lacks = [name for name in ("p_a", "p_b", "F_w", *passive) if not part.has(name)]
-    if known_setting(part, "m") is None:
-        lacks.append("alpha_m")
-    return (*lacks, *(() if part.omega_m is not None else ("omega_m",)))
+    setting = ("alpha_m",) if known_setting(part, "m") is None else ()
+    passive = OIL if part.crane.passive is not None else ()
+    return part.lacking("p_a", "p_b", "F_w", *passive) + setting + part.lacking("omega_m")
 
 
 def frictions(parts: Sequence[LogPart]) -> tuple[Friction, ...]:
@@ -82,7 +81,7 @@ def overall(tests: Sequence[Friction]) -> Estimate | None:
         return None
     e = pooled([f.scale for f in tests])
     structural = math.hypot(e.structural, CALIBRATION)
-    return Estimate(e.value, math.hypot(e.half, CALIBRATION), e.blocks, structural)
+    return Estimate.around(e.value, math.hypot(e.half, CALIBRATION), e.n, structural)
 
 
 def _test(test: str, parts: Sequence[LogPart]) -> Friction | None:
@@ -99,10 +98,10 @@ def _test(test: str, parts: Sequence[LogPart]) -> Friction | None:
 def _friction(test: str, fitted: Fit, r_eff: float, measured: FloatArray, model: FloatArray, J: float) -> Friction:
     return Friction(
         test=test,
-        scale=Estimate(float(fitted.b[0]) - 1.0, fitted.half(0), fitted.blocks),
-        standing=Estimate(float(fitted.b[1]), fitted.half(1), fitted.blocks),
+        scale=fitted.estimate(0, -1.0),
+        standing=fitted.estimate(1),
         standing_force=float(fitted.b[1]) / r_eff,
-        inertia=Estimate(float(fitted.b[3]) / J, fitted.half(3) / J, fitted.blocks),
+        inertia=Estimate.around(float(fitted.b[3]) / J, fitted.half(3) / J, fitted.blocks),
         measured=measured,
         twin=model,
         mean=float(np.nanmean(np.abs(model))),
@@ -123,16 +122,18 @@ class States(NamedTuple):
 
 def states(part: LogPart) -> States:
     """The states of a part that lacks nothing (`missing`)."""
-    step, every = part.step, max(1, round(EVERY / part.step))
-    s = {name: _mean(bridged(part[name], step), part, every) for name in ("p_a", "p_b", "F_w")}
+    step, alpha_m = part.step, known_setting(part, "m")
+    assert part.omega_m is not None
+    assert alpha_m is not None
+    s = {name: means(bridged(part[name], step), step, EVERY) for name in ("p_a", "p_b", "F_w")}
     passive: tuple[Any, Any] = 0.0, 0.0
     if part.crane.passive is not None:
-        passive = _mean(part["alpha_pm"], part, every), _mean(part["p_hp"], part, every) - part.crane.passive.p_lp
+        passive = means(part["alpha_pm"], step, EVERY), means(part["p_hp"], step, EVERY) - part.crane.passive.p_lp
     return States(
-        _mean(part.omega_m, part, every),
-        _mean(known_setting(part, "m"), part, every),
+        means(part.omega_m, step, EVERY),
+        means(alpha_m, step, EVERY),
         s["p_a"] - s["p_b"],
-        s["F_w"] * _mean(part.r_eff, part, every),
+        s["F_w"] * means(part.r_eff, step, EVERY),
         passive,
     )
 
@@ -155,11 +156,12 @@ def _rows(part: LogPart) -> tuple[NDArray[Any], ...]:
     middle, angular acceleration, one, block; NaN where the motors are at standstill or reverse."""
     step, every = part.step, max(1, round(EVERY / part.step))
     s = states(part)
-    s_w = _mean(bridged(part.wire_out, step), part, every)
+    assert part.omega_m is not None
+    s_w = means(bridged(part.wire_out, step), step, EVERY)
     T = motor_torque(part.crane.active.motor.D_total * s.alpha_m, s.dp) - s.T_w
     if part.crane.passive is not None:
         T = T + motor_torque(part.crane.passive.motor.D_total * s.passive[0], s.passive[1])
-    rate = _rate(part.omega_m, part, every)
+    rate = rates(part.omega_m, step, EVERY)
     T = T - part.inertia * rate
     model = twin_friction(part, s.omega, s.alpha_m, s.dp, s.T_w * part.crane.i_hD, s.passive)
     moving = np.abs(s.omega) > MOVING
@@ -192,13 +194,3 @@ def twin_friction(
         D = alpha * motors.D_max
         T = T + motors.count * (torque_loss_dry(D, drop, motors.fit) + torque_loss_moving(omega, D, motors.fit))
     return np.asarray(T)
-
-
-def _mean(x: FloatArray | None, part: LogPart, every: int) -> FloatArray:
-    assert x is not None
-    return smoothed(x, part.step, every * part.step)[::every]
-
-
-def _rate(omega: FloatArray | None, part: LogPart, every: int) -> FloatArray:
-    assert omega is not None
-    return np.gradient(smoothed(omega, part.step, every * part.step), part.step)[::every]

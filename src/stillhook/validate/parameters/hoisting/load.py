@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stillhook.physics.scalar import G
-from stillhook.statistics.jackknife_regression import Estimate, fit
+from stillhook.statistics.estimate import Estimate
+from stillhook.statistics.jackknife_regression import fit
 from stillhook.units import KINDS, in_unit, number, show
 from stillhook.validate.parameters.segments import LogPart, by_test
 
@@ -62,8 +63,8 @@ def cells(parts: Sequence[LogPart]) -> tuple[Cell, ...]:
         if fitted is None:
             continue
         part = same[0]
-        force = Estimate(float(fitted.b[0]), fitted.half(0), fitted.blocks)
-        error = Estimate(force.value / part.weight - 1.0, force.half / part.weight, fitted.blocks)
+        force = fitted.estimate(0)
+        error = Estimate.around(force.value / part.weight - 1.0, force.half / part.weight, fitted.blocks)
         light = part.weight < LIGHT * part.crane.SWL * G
         out.append(Cell(test, force, part.weight, error, part.segment.load, light))
     return tuple(out)

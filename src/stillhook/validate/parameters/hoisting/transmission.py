@@ -10,7 +10,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.spec.crane import Crane
-from stillhook.statistics.jackknife_regression import Estimate
+from stillhook.statistics.estimate import Estimate
 from stillhook.units import number, show
 from stillhook.validate.parameters.segments import LogPart, by_test, diameter_of, layer_at, layer_step, wire_of_layer
 from stillhook.validate.parameters.slopes import integral, slope
@@ -60,7 +60,7 @@ def effective_radii(parts: Sequence[LogPart], clock: float = 0.0) -> tuple[Effec
         if fitted is None:
             continue
         error = fitted.value * (1.0 if wire == "v_w" else 1.0 + clock) - 1.0
-        out.append(_radius(same, test, Estimate(error, fitted.half, fitted.fit.blocks), wire))
+        out.append(_radius(same, test, Estimate.around(error, fitted.half, fitted.fit.blocks), wire))
     return tuple(out)
 
 

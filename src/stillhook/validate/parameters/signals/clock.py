@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stillhook.statistics.jackknife_regression import Estimate, one_number, pooled
+from stillhook.statistics.estimate import Estimate
+from stillhook.statistics.jackknife_regression import one_number, pooled
 from stillhook.units import show
 from stillhook.validate.parameters.segments import LogPart, by_test
 from stillhook.validate.parameters.slopes import Slope, integral, later, slope, smoothed
@@ -65,7 +66,7 @@ def ratios(parts: Sequence[LogPart]) -> dict[str, Ratio]:
             if s is not None and np.nanstd(s.x) >= least:
                 slopes[test] = s
         if slopes:
-            tests = {test: Estimate(s.value - 1.0, s.half, s.fit.blocks) for test, s in slopes.items()}
+            tests = {test: Estimate.around(s.value - 1.0, s.half, s.fit.blocks) for test, s in slopes.items()}
             lag = float(np.median([s.lag for s in slopes.values()]))
             out[rate] = Ratio(rate, pooled(list(tests.values())), tests, lag)
     return out
@@ -88,7 +89,7 @@ def clock_of(rate_ratios: Mapping[str, Ratio]) -> Clock:
     Stamps that run too fast by e make every integral too large by it, and every ratio 1 / (1 + e).
     """
     fast = {
-        name: Estimate(1.0 / (1.0 + r.error.value) - 1.0, r.error.half, r.error.blocks)
+        name: Estimate.around(1.0 / (1.0 + r.error.value) - 1.0, r.error.half, r.error.n)
         for name, r in rate_ratios.items()
     }
     if len(fast) < 2:
@@ -107,7 +108,9 @@ def clock_of(rate_ratios: Mapping[str, Ratio]) -> Clock:
         )
         return Clock(None, fast, note)
     error = one_number([_doubted(name, fast[name]) for name in group])
-    rest = {name: Estimate(e.value - error.value, float(np.hypot(e.half, error.half))) for name, e in fast.items()}
+    rest = {
+        name: Estimate.around(e.value - error.value, float(np.hypot(e.half, error.half))) for name, e in fast.items()
+    }
     return Clock(error, rest, f"{' and '.join(group)} agree on it")
 
 
@@ -122,7 +125,7 @@ def _alike(fast: Mapping[str, Estimate]) -> list[str]:
 
 def _doubted(name: str, e: Estimate) -> Estimate:
     """A ratio with the doubt of its calibration in its interval."""
-    return Estimate(e.value, float(np.hypot(e.half, DOUBT[name])), e.blocks)
+    return Estimate.around(e.value, float(np.hypot(e.half, DOUBT[name])), e.n)
 
 
 def largest_jump(parts: Sequence[LogPart], rate_ratios: Mapping[str, Ratio]) -> Jump | None:

@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray, IntArray
 from stillhook.physics.load_path.wire import wire_damping, wire_stiffness
-from stillhook.statistics.dot import dot
-from stillhook.statistics.jackknife_regression import Estimate, Fit, fit, pooled
+from stillhook.statistics.estimate import Estimate
+from stillhook.statistics.jackknife_regression import Fit, fit, pooled
+from stillhook.statistics.series import dot
 from stillhook.validate.parameters.segments import LogPart, by_test
 from stillhook.validate.parameters.slopes import bridged, smoothed
 
@@ -156,12 +157,12 @@ def _test(test: str, seas: Sequence[_Sea]) -> TipDelay | None:
     if free is None or held is None:
         return None
     delay, fitted = free
-    one, gain = Estimate(1.0, GAIN), Estimate(float(fitted.b[0]), fitted.half(0), fitted.blocks)
-    loose = Estimate(delay, fitted.ratio(1, 0)[1], fitted.blocks)
-    tight = Estimate(held[0], math.hypot(held[1].half(0), GAIN * abs(_leans(seas))), held[1].blocks)
+    one, gain = Estimate.around(1.0, GAIN), fitted.estimate(0)
+    loose = Estimate.around(delay, fitted.ratio(1, 0)[1], fitted.blocks)
+    tight = Estimate.around(held[0], math.hypot(held[1].half(0), GAIN * abs(_leans(seas))), held[1].blocks)
     use_held = not (fitted.b[0] > 0.0 and loose.half <= tight.half)
     result = tight if use_held else loose
-    result = Estimate(result.value, math.hypot(result.half, SHAPE * result.value), result.blocks)
+    result = Estimate.around(result.value, math.hypot(result.half, SHAPE * result.value), result.n)
     misfit = np.array([_misfit(seas, x) for x in CURVE])
     force = np.concatenate([s.force[s.inside] for s in seas])
     return TipDelay(test, result, one if use_held else gain, use_held, misfit, float(np.std(force)))

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.statistics.jackknife_regression import Estimate, fit
+from stillhook.statistics.estimate import Estimate
+from stillhook.statistics.jackknife_regression import fit
 from stillhook.validate.parameters.segments import LogPart, by_test
 from stillhook.validate.parameters.slopes import bridged, integral, smoothed
 
@@ -43,7 +44,7 @@ def references(parts: Sequence[LogPart]) -> tuple[Reference, ...]:
         rest, v, block = (np.concatenate(c) for c in zip(*rows, strict=True))
         fitted = fit((v,), rest, block)
         if fitted is not None:
-            out.append(Reference(test, Estimate(-float(fitted.b[0]), fitted.half(0), fitted.blocks), fitted.sd))
+            out.append(Reference(test, Estimate.around(-float(fitted.b[0]), fitted.half(0), fitted.blocks), fitted.sd))
     return tuple(out)
 
 

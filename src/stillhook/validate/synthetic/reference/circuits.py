@@ -10,10 +10,8 @@ import numpy as np
 
 from stillhook.engine.pack.gas import gas_record
 from stillhook.engine.pack.winch import active_record
-from stillhook.library.leakage import Point, leak_at
 from stillhook.physics.hydraulics.motor import motor_leakage
 from stillhook.physics.hydraulics.pump import pump_leakage
-from stillhook.physics.hydraulics.valves import external_leakage, internal_leakage
 from stillhook.spec.crane import Crane
 from stillhook.validate.synthetic.reference.crane import GAS_PERIOD, ReferenceCrane
 from stillhook.validate.synthetic.reference.friction import surface, usual_speeds
@@ -26,7 +24,7 @@ from stillhook.winches.reference.gas import (
     pressure_per_kelvin,
 )
 from stillhook.winches.reference.laws import TruePassive
-from stillhook.winches.reference.leak import TrueLeak, gap_motor, gap_pump, leak_across, leak_to_case
+from stillhook.winches.reference.leak import TrueLeak
 from stillhook.winches.types.active_passive import PassiveCircuit
 
 Q_DRY = 1.5e-3
@@ -103,21 +101,6 @@ def active_leak(crane: Crane, reference: ReferenceCrane) -> TrueLeak:
         across=reference.leak_across,
         p_case=reference.p_case,
     )
-
-
-def leak_over_twin(crane: Crane, reference: ReferenceCrane, at: Point) -> float:
-    """Flow that the truth leaks over what the twin does, both in their own forms, at a pressure difference at.p [Pa]
-    over boost, a setting of the pumps [-] and a speed of the motors [rad/s]; on the mean of a swing of the oil's
-    temperature."""
-    assert at.p is not None
-    law, low = active_leak(crane, reference), reference.boost * crane.active.boost.p
-    C, high = float(gap_pump(at.alpha_p, law) + gap_motor(at.n_m, law)), low + at.p
-    thin = math.sqrt(
-        1.0 - (reference.oil_thin * reference.oil_swing) ** 2
-    )  # the mean of 1/viscosity over a swing is 1 over this
-    flow = float(leak_across(C, at.p, thin, law) + leak_to_case(C, high, thin, law))
-    head = float(internal_leakage(1.0, at.p) + external_leakage(1.0, high))
-    return flow / (head * leak_at(crane.active, at.alpha_p, at.n_m))
 
 
 def reference_passive(crane: Crane, known: PassiveCircuit, reference: ReferenceCrane) -> TruePassive:

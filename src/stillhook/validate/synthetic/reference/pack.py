@@ -19,6 +19,7 @@ from stillhook.physics.hydraulics.swash import Servo
 from stillhook.physics.load_path.wire import wire_damping
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
+from stillhook.spec.lift.payload import RHO_STEEL
 from stillhook.spec.scenario import RHO_SEA, Scenario
 from stillhook.validate.synthetic.reference.circuits import active_leak, reference_passive
 from stillhook.validate.synthetic.reference.crane import ReferenceCrane
@@ -36,8 +37,6 @@ if TYPE_CHECKING:
 
 SLIP_PRESSURE = 250e5
 """Pressure at which, with full flow, the electric motors have the slip that `ReferenceCrane.slip` names [Pa]."""
-RHO_STEEL = 7850.0
-"""Density of steel [kg/m^3]."""
 STRAIN = 1.3e-3
 """Strain at which the wire has the twin's stiffness [-]: that of half the SWL on the library's cranes."""
 

@@ -1,0 +1,13 @@
+from stillhook.response.forcing import Forcing as Forcing
+from stillhook.response.forcing import forcing_of_seas as forcing_of_seas
+from stillhook.response.forcing import forcing_of_series as forcing_of_series
+from stillhook.response.lift import LiftResponse as LiftResponse
+from stillhook.response.lift import Waves as Waves
+from stillhook.response.lift import compensated_depth as compensated_depth
+from stillhook.response.lift import lift_response as lift_response
+from stillhook.response.winch.grid import identify_grid as identify_grid
+from stillhook.response.wire_rod import End as End
+from stillhook.response.wire_rod import Rod as Rod
+from stillhook.response.wire_rod import natural_periods as natural_periods
+from stillhook.response.wire_rod import static_stretch as static_stretch
+from stillhook.response.wire_rod import transfers as transfers

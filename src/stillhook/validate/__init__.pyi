@@ -1,0 +1,11 @@
+from stillhook.validate.certificate.certificate import Certificate as Certificate
+from stillhook.validate.certificate.certificate import certificate_files as certificate_files
+from stillhook.validate.certificate.certificate import certificate_of as certificate_of
+from stillhook.validate.certificate.certificate import load_certificate as load_certificate
+from stillhook.validate.certificate.save import save_validation as save_validation
+from stillhook.validate.criteria.criteria import Criteria as Criteria
+from stillhook.validate.criteria.criteria import load_criteria as load_criteria
+from stillhook.validate.data_set.campaign import Campaign as Campaign
+from stillhook.validate.data_set.campaign import load_campaign as load_campaign
+from stillhook.validate.validation import Validation as Validation
+from stillhook.validate.validation import validate as validate
