@@ -397,7 +397,7 @@ class TestCaseFiles:
             (CASE.encode() + b"self = 1\n", "Scenario.self: unknown field"),
             (CASE.encode() + b'"a\\nb" = 1\n', r"a\nb: unknown field"),
             (CASE.encode() + b"sensors = { seed = 1.5 }\n", "Sensors.seed = 1.5"),
-            (CASE.encode() + b"operator = { profile = [['0 s']] }\n", "Operator.profile.0.1: missing"),
+            (CASE.encode() + b"operator = { profile = [['0 s']] }\n", "Operator.profile[0][1]: missing"),
             (CASE.encode() + b"modes = [['5 s', 'ns'], ['5 s', 'hs']]\n", "times must rise"),
             (CASE.encode() + b"water = []\n", "water: give a table"),
             (CASE.encode() + b"power_loss = { time = '0 s', unit = 4 }\n", "power_loss.unit 4"),

@@ -15,10 +15,11 @@ from pathlib import Path
 from typing import Any
 
 from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency
+from stillhook.base.nearest import nearest
 from stillhook.errors import SpecError, StillhookError
 from stillhook.library import changed
 from stillhook.library.toml.kinds import FileKind
-from stillhook.library.toml.tree import nearest, parsed, toml_text
+from stillhook.library.toml.tree import parsed, toml_text
 from stillhook.library.write import toml_value
 from stillhook.spec.circuits import MotorSet
 from stillhook.spec.crane import Control, Crane

@@ -9,9 +9,10 @@ from os.path import isfile
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
+from stillhook.base.nearest import nearest
 from stillhook.errors import StillhookError
 from stillhook.library.toml.kinds import FileKind
-from stillhook.library.toml.tree import nearest, parsed, toml_text
+from stillhook.library.toml.tree import parsed, toml_text
 from stillhook.units import parse, quote
 
 Described = TypeVar("Described")

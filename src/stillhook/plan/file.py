@@ -14,6 +14,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from stillhook.base.nearest import nearest
 from stillhook.errors import PlanError, ScenarioError, WeatherError
 from stillhook.formats.lift.file import parts_of, payload_of, water_of
 from stillhook.formats.lift.place import boom_of, depth_notes, still_place
@@ -22,7 +23,7 @@ from stillhook.formats.weather.file import SENSES
 from stillhook.formats.weather.times import ORDERS
 from stillhook.library import load_crane
 from stillhook.library.toml.kinds import FileKind, other_kind
-from stillhook.library.toml.tree import nearest, shelf, toml_text
+from stillhook.library.toml.tree import shelf, toml_text
 from stillhook.library.weather import weather_file
 from stillhook.plan.definition.compensation import Alternative
 from stillhook.plan.definition.feasibility import check_sinks, check_tips, check_wire

@@ -17,9 +17,10 @@ from typing import Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.nearest import nearest
 from stillhook.errors import StillhookError, WeatherError
 from stillhook.library.toml.kinds import FileKind
-from stillhook.library.toml.tree import nearest, parsed, toml_text
+from stillhook.library.toml.tree import parsed, toml_text
 from stillhook.units import parse, quote, show
 
 DEFAULT = "dnv-os-h101"

@@ -8,13 +8,14 @@ from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from stillhook.base.nearest import nearest
 from stillhook.errors import LiftError, ScenarioError
 from stillhook.formats.lift.place import place_of, still_place
 from stillhook.formats.toml_fields import Fields, described
 from stillhook.library import load_crane
 from stillhook.library.payloads import read_payload
 from stillhook.library.toml.kinds import FileKind, other_kind
-from stillhook.library.toml.tree import nearest, toml_text
+from stillhook.library.toml.tree import toml_text
 from stillhook.sea.spectra.spectrum import Sea
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.tip import TipPoint

@@ -41,8 +41,8 @@ import numpy as np
 
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.base.atomic import atomic_file
+from stillhook.base.nearest import nearest
 from stillhook.errors import SeaError
-from stillhook.library.toml.tree import nearest
 from stillhook.sea.vessel.rao import DOFS, Rao
 from stillhook.sea.vessel.rao_convention import Convention, one_side, to_rao
 from stillhook.units import quote

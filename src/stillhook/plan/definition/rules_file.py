@@ -12,10 +12,11 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from stillhook.base.nearest import nearest
 from stillhook.errors import PlanError
 from stillhook.formats.toml_fields import Fields, described
 from stillhook.library.toml.kinds import FileKind
-from stillhook.library.toml.tree import nearest, parsed
+from stillhook.library.toml.tree import parsed
 from stillhook.plan.definition.capacities import CAPACITIES
 from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import Level, Rule, RuleSet, Sense

@@ -13,10 +13,11 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from stillhook.base.nearest import nearest
 from stillhook.errors import StillhookError, ValidateError
 from stillhook.formats.toml_fields import Fields
 from stillhook.library.toml.kinds import FileKind
-from stillhook.library.toml.tree import nearest, parsed, toml_text
+from stillhook.library.toml.tree import parsed, toml_text
 from stillhook.units import quote
 from stillhook.validate.criteria.names import MEASURES, SETTINGS
 from stillhook.validate.criteria.results import StepNumber
