@@ -39,6 +39,7 @@ _TYPES = {
     "tuple_type": "a list",
 }
 """Problems with a type -> what is allowed, in words."""
+_LISTS = ("list_type", "tuple_type")
 _TABLES = ("model_type", "model_attributes_type", "dict_type", "mapping_type")
 _CHOICES = ("enum", "literal_error")
 _CHOICE = re.compile(r"'([^']*)'")
@@ -57,11 +58,20 @@ class Problem(NamedTuple):
 
 def first_problem(error: ValidationError, model: type[BaseModel], data: Any, name: str = "") -> Problem:
     """The first problem of a validation of `data` by `model`; name: of the model, where no file names it."""
-    problems = sorted(error.errors(include_url=False), key=lambda p: _ORDER.get(p["type"], _OTHER))
+    problems = sorted(_real(error), key=lambda p: _ORDER.get(p["type"], _OTHER))
     first = problems[0]
     cause = first.get("ctx", {}).get("error")
     cause = cause if isinstance(cause, StillhookError) else None
     return Problem(_line(first, model, data, name, cause), first["type"], len(problems), cause)
+
+
+def _real(error: ValidationError) -> Iterator[Any]:
+    """The problems of a validation, less lists that are short because a row in them has a problem of its own."""
+    problems = error.errors(include_url=False)
+    for p in problems:
+        loc = p["loc"]
+        if p["type"] != "too_short" or not any(loc == q["loc"][: len(loc)] for q in problems if q is not p):
+            yield p
 
 
 def place_of(loc: Sequence[int | str], data: Any, name: str = "") -> str:
@@ -117,6 +127,8 @@ def _line(problem: Any, model: type[BaseModel], data: Any, name: str, cause: Sti
 def _allowed(problem: Any, model: type[BaseModel], written: Any) -> str:
     """What is allowed in a field; empty where the problem's own message says so."""
     kind, ctx = problem["type"], problem.get("ctx", {})
+    if kind in _LISTS and isinstance(written, Mapping):
+        return f"write a list of tables, [[{problem['loc'][-1]}]]."
     if kind in _TYPES:
         return f"it must be {_TYPES[kind]}."
     if kind == "too_short":
