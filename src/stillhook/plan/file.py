@@ -22,6 +22,7 @@ from stillhook.formats.toml_fields import Fields, described
 from stillhook.formats.weather.file import SENSES
 from stillhook.formats.weather.times import ORDERS
 from stillhook.library import load_crane
+from stillhook.library.toml.file import TomlTable
 from stillhook.library.toml.kinds import FileKind, other_kind
 from stillhook.library.toml.tree import shelf, toml_text
 from stillhook.library.weather import weather_file
@@ -31,7 +32,7 @@ from stillhook.plan.definition.lift_plan import ALL, Environment, LiftPlan, Weat
 from stillhook.plan.definition.phase_profile import Water, joined
 from stillhook.plan.definition.phases import Phase
 from stillhook.plan.definition.rules import RuleSet
-from stillhook.plan.definition.rules_file import limit_text, load_rules, rules_of
+from stillhook.plan.definition.rules_file import check_limit_texts, load_rules, rules_of
 from stillhook.plan.definition.sea_table import spelled
 from stillhook.plan.weather.value import check_headings
 from stillhook.sea.spectra.directions import parse_direction
@@ -207,9 +208,8 @@ def _phase(row: Mapping[str, Any], number: int, rules: RuleSet) -> Phase:
         raise fields.wrong(
             "limits", 'give a table of texts, such as { landing-speed = "0.3 m/s", control-error = "off" }.'
         )
-    limits = Fields(row.get("limits", {}), f"phase {number} ({quote(name)}): limits.", PlanError)
-    for key in limits.table:
-        limit_text(limits, key, rules)
+    table = TomlTable(Path(), {"phase": [{"name": name, **row}]}, PlanError, ("phase", 0, "limits"))
+    check_limit_texts(row.get("limits", {}), table, rules)
     try:
         return Phase(**fields.table)
     except ScenarioError as e:

@@ -14,7 +14,8 @@ from stillhook.library.toml.explain import explain
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed, toml_text
 from stillhook.spec.problem import place_of, statement
-from stillhook.units import text_at
+from stillhook.spec.table import pure_number
+from stillhook.units import parse, text_at
 
 Model = TypeVar("Model", bound=BaseModel)
 Result = TypeVar("Result")
@@ -44,6 +45,21 @@ class TomlTable:
         """The error that names a place inside of this table, what is written there, and what is allowed."""
         place = (*self.loc, *loc)
         return self.error(statement(place, self.data, text_at(self.data, place, None), message))
+
+    def missing(self, *loc: int | str) -> StillhookError:
+        """The error for a field that this table needs here."""
+        return self.error(f"{self.place(*loc)}: missing. Add it.")
+
+    def quantity(self, kind: str, *loc: int | str) -> tuple[float, str]:
+        """A value in SI and as it is written; kind of quantity, "": a pure number or a text such as "3 %"."""
+        value = text_at(self.data, (*self.loc, *loc), None)
+        if kind:
+            return parse(value, kind, self.place(*loc)), " ".join(str(value).split())
+        try:
+            number = pure_number(value)
+        except ValueError as problem:
+            raise self.wrong(str(problem), *loc) from None
+        return number, " ".join(value.split()) if isinstance(value, str) else f"{value:g}"
 
     def place(self, *loc: int | str) -> str:
         """A place inside of this table as messages name it."""
