@@ -179,16 +179,22 @@ def test_a_missing_field_is_named():
     ("make", "text"),
     [
         (lambda: Water(volume="0 m^3"), 'Water.volume = "0 m^3": it must be greater than 0.'),
-        (lambda: Water(volume="3 m^3", C_D="1"), 'Water.C_D = "1": it must be a number.'),
+        (lambda: Water(volume="3 m^3", C_D="1"), 'Water.C_D = "1": it must be a number (drag coefficient on `area`).'),
         (lambda: Sensors(delay="-1 s"), 'Sensors.delay = "-1 s": it must be greater than or equal to 0.'),
         (lambda: Sensors(delay="11 s"), 'Sensors.delay = "11 s": it must be less than or equal to 10 s.'),
         (lambda: Sensors(seed=-1), "Sensors.seed = -1: it must be greater than or equal to 0."),
         (lambda: Sensors(noise_F="1 bar"), 'Sensors.noise_F = "1 bar": unit "bar" is not one of N, kN, MN.'),
         (lambda: PowerLoss(time="5 s", unit=0), "PowerLoss.unit = 0: it must be greater than or equal to 1."),
-        (lambda: PowerLoss(time="5 s", unit=1.5), "PowerLoss.unit = 1.5: it must be a whole number."),
+        (
+            lambda: PowerLoss(time="5 s", unit=1.5),
+            "PowerLoss.unit = 1.5: it must be a whole number (which unit, counted from 1).",
+        ),
         (lambda: Operator(alpha_m=0.0), "Operator.alpha_m = 0.0: it must be greater than 0."),
         (lambda: Operator(alpha_m=1.1), "Operator.alpha_m = 1.1: it must be less than or equal to 1."),
-        (lambda: Operator(alpha_m="0.7"), 'Operator.alpha_m = "0.7": it must be a number.'),
+        (
+            lambda: Operator(alpha_m="0.7"),
+            'Operator.alpha_m = "0.7": it must be a number (relative displacement of the motors, held in manual mode).',
+        ),
         (
             lambda: Operator(profile=(("5 s", "3 knots"),)),
             'Operator.profile[0][1] = "3 knots": unit "knots" is not one of m/s, m/min, mm/s.',

@@ -79,7 +79,10 @@ BAD = [
         GOOD.replace("motors = 11", "motors = 12"),
         'campaign.toml: motors = 12: "nov-150t" has 1 to 11. Give how many were in the circuit.',
     ),
-    (GOOD.replace("motors = 11", "motor = 11"), "campaign.toml: motor = 11: it must be a text."),
+    (
+        GOOD.replace("motors = 11", "motor = 11"),
+        "campaign.toml: motor = 11: it must be a text (loss model: library name or motor file).",
+    ),
     (
         GOOD.replace("motors = 11", 'motors = 11\nmotor = "A6VM280"'),
         'campaign.toml: motor = "A6VM280": 280 cm^3/rev, where "nov-150t" has motors of 215 cm^3/rev.',
@@ -119,14 +122,14 @@ BAD = [
         GOOD.replace('"2.csv"', '"1.csv"'),
         'campaign.toml: test "2": log = "1.csv" is that of test "1" as well, and would count twice. Name another log, or',
     ),
-    (GOOD.replace('name = "1"', "name = 1"), "campaign.toml: test 1: name = 1: it must be a text."),
+    (GOOD.replace('name = "1"', "name = 1"), "campaign.toml: test 1: name = 1: it must be a text ("),
     (
         GOOD.replace('name = "1"', 'name = "2"'),
         'campaign.toml: test: the name "2" is given twice. Give every test its own.',
     ),
     (
         GOOD.replace("hold_out = true", 'hold_out = "yes"'),
-        'campaign.toml: test 2: hold_out = "yes": it must be true or false.',
+        'campaign.toml: test 2: hold_out = "yes": it must be true or false (kept from every fit).',
     ),
     (
         GOOD.replace('"0.3 %"', "0.3"),

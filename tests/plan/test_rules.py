@@ -175,7 +175,7 @@ BAD = [
     ),
     (BASE + "[simplified]\nzeta_a = 0\n", "must be more than zero"),
     (OWN.replace("[[rule]]", 'version = "1"\n[[rule]]', 1), "simplified.zeta_a: missing"),
-    (BASE + "rule = 3\n", "rule = 3: it must be a list."),
+    (BASE + "rule = 3\n", "rule = 3: it must be a list (one [[rule]] table for each rule)."),
     (BASE + "base\n", "not valid TOML"),
 ]
 

@@ -140,7 +140,10 @@ ANCHOR = 'mass = "40 t"\nshape = "suction-anchor"\ndiameter = "5 m"\nheight = "9
         (DISC.replace('"5 m"', '"-5 m"'), 'mine.toml: Disc.diameter = "-5 m": it must be greater than 0.'),
         (DISC + "perforation = 0.7", "mine.toml: Disc.perforation = 0.7: it must be less than or equal to 0.5."),
         (DISC + "perforation = nan", "mine.toml: Disc.perforation = nan: it must be a finite number."),
-        (DISC + '[seabed]\nzeta = "big"', 'mine.toml: Seabed.zeta = "big": it must be a number.'),
+        (
+            DISC + '[seabed]\nzeta = "big"',
+            'mine.toml: Seabed.zeta = "big": it must be a number (damping ratio of the payload with',
+        ),
         (DISC + "C_D = -1.0", "mine.toml: Payload.C_D = -1.0: it must be greater than or equal to 0."),
         (
             DISC.replace("40 t", "400 t"),

@@ -90,16 +90,16 @@ def test_a_synthetic_campaign_is_marked_by_a_flag_or_its_title(tmp_path, text):
 @pytest.mark.parametrize(
     ("was", "instead", "told"),
     [
-        ("date = 2026-11-21\n", "", "c.toml: date: missing (of the certificate, such as 2026-11-21). Add it."),
+        ("date = 2026-11-21\n", "", "c.toml: date: missing (date of the certificate). Add it."),
         (
             "2026-11-21",
             '"2026-11-21"',
-            'date = "2026-11-21": it must be a date without quotes, such as 2026-11-21.',
+            'date = "2026-11-21": it must be a date without quotes, such as 2026-11-21 (date of the certificate).',
         ),
         ("2026-11-21", "2026-11-21T10:00:00", "it must be a date without quotes"),
         ('crane = "nov-250t"\n', "", "crane: missing (library name or crane file: the twin under test). Add it."),
         ("nov-250t", "nov-251t", 'did you mean "nov-250t"?'),
-        ('title = "Trials"', "title = 3", "title = 3: it must be a text."),
+        ('title = "Trials"', "title = 3", "title = 3: it must be a text (title of the certificate)."),
         (
             'title = "Trials"',
             'titel = "Trials"',
@@ -108,7 +108,11 @@ def test_a_synthetic_campaign_is_marked_by_a_flag_or_its_title(tmp_path, text):
         ('title = "Trials"', 'delay = "-40 ms"', 'delay = "-40 ms": it must be greater than or equal to 0.'),
         ('title = "Trials"', "delay = 0.04", 'delay = 0.04: a bare number; write it as text with its unit, "0.04 s"'),
         ('title = "Trials"', 'remarks = "x"', "it must be a list"),
-        ('title = "Trials"', 'synthetic = "yes"', 'synthetic = "yes": it must be true or false.'),
+        (
+            'title = "Trials"',
+            'synthetic = "yes"',
+            'synthetic = "yes": it must be true or false (simulated, measured on no crane).',
+        ),
         ('title = "Trials"', 'criteria = "paper-g"', 'Unknown criteria "paper-g". Choose paper-f'),
         ('title = "Trials"', "modes = [1]", "modes = [1]: it must be a table."),
         (
@@ -121,7 +125,7 @@ def test_a_synthetic_campaign_is_marked_by_a_flag_or_its_title(tmp_path, text):
         ('unit = "m"', 'unit = "kg"', 'signals.s_w.unit = "kg" is not one of m, cm, mm, km.'),
         (TEST, "", "test: missing (one [[test]] table for each log). Add it."),
         (TEST, "[test]\nname = '1'\n", "test: write a list of tables, [[test]]."),
-        ('name = "1"', "name = 1", "test 1: name = 1: it must be a text."),
+        ('name = "1"', "name = 1", "test 1: name = 1: it must be a text ("),
         ('kind = "ahc"', 'kind = "heave"', "test \"1\": kind = \"heave\": it must be 'ahc', 'limits' or 'dynamics'."),
         ('kind = "ahc"\n', "", 'test "1": kind: missing (heave compensation, speed limit, or'),
         ("x.csv", "y.csv", 'test "1": log = "y.csv": no such file next to this file. Check the path.'),

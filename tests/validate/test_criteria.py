@@ -183,7 +183,10 @@ def test_a_row_that_cannot_be_meant_is_refused_in_one_line(tmp_path, row, told):
         ('base = "paper-f"\nversion = "1"\n[settings]\nwindow = "0 s"', "more than zero"),
         ('base = "paper-f"\nversion = "1"\n[settings]\nwindow = 30', "window"),
         ('version = "1"', "Write one table [[criterion]] for each."),
-        ('base = "paper-f"\nversion = "1"\ncriterion = 3', "criterion = 3: it must be a list."),
+        (
+            'base = "paper-f"\nversion = "1"\ncriterion = 3',
+            "criterion = 3: it must be a list (one [[criterion]] table for each row).",
+        ),
         ('base = "paper-f"\nversion = "1"\n[[criterion]]\nkey = "2b"\n[[criterion]]\nkey = "2b"', "comes twice"),
         ('base = "paper-f"\nversion = "1"\ndrop = ["2b"]\n[[criterion]]\nkey = "2b"', "dropped as well"),
         ("", "empty"),

@@ -43,6 +43,7 @@ _LISTS = ("list_type", "tuple_type")
 _TABLES = ("model_type", "model_attributes_type", "dict_type", "mapping_type")
 _CHOICES = ("enum", "literal_error")
 _CHOICE = re.compile(r"'([^']*)'")
+_ROW = re.compile(r' (?:".*"|\d+)$')
 _RECORD = re.compile(r"[A-Z]\w+(?=[.:])")
 
 
@@ -109,7 +110,7 @@ def _line(problem: Any, model: type[BaseModel], data: Any, name: str, cause: Sti
     written = text_at(data, loc, problem["input"])
     kind, message = problem["type"], str(problem["msg"]).removeprefix("Value error, ").removesuffix(".") + "."
     if cause is not None:
-        return str(cause) if name else _placed(str(cause), place_of(loc, data))
+        return str(cause) if name else with_place(str(cause), place_of(loc, data))
     if kind == "extra_forbidden":
         fields = _fields(model, loc[:-1])
         near = nearest(str(loc[-1]), fields)
@@ -126,16 +127,17 @@ def _line(problem: Any, model: type[BaseModel], data: Any, name: str, cause: Sti
 
 def _allowed(problem: Any, model: type[BaseModel], written: Any) -> str:
     """What is allowed in a field; empty where the problem's own message says so."""
-    kind, ctx = problem["type"], problem.get("ctx", {})
+    kind, ctx, field = problem["type"], problem.get("ctx", {}), _field(model, problem["loc"])
+    meaning = f" ({field.description})" if field is not None and field.description else ""
     if kind in _LISTS and isinstance(written, Mapping):
         return f"write a list of tables, [[{problem['loc'][-1]}]]."
     if kind in _TYPES:
-        return f"it must be {_TYPES[kind]}."
+        return f"it must be {_TYPES[kind]}{meaning}."
     if kind == "too_short":
-        return f"give at least {ctx['min_length']}."
+        return f"give at least {ctx['min_length']}{meaning}."
     if kind in _BOUNDS:
         end, words = _BOUNDS[kind]
-        kinds = {mark.kind for mark in _marks(_field(model, problem["loc"])) if isinstance(mark, Quantity)}
+        kinds = {mark.kind for mark in _marks(field) if isinstance(mark, Quantity)}
         value = bound(float(ctx[end]), kinds.pop(), written) if len(kinds) == 1 and ctx[end] else f"{ctx[end]:.12g}"
         return f"it must be {words} {value}."
     if kind in _CHOICES:
@@ -146,10 +148,11 @@ def _allowed(problem: Any, model: type[BaseModel], written: Any) -> str:
     return re.sub(r"^[A-Z]\w+ should", "it must", str(problem["msg"])) + "."
 
 
-def _placed(text: str, place: str) -> str:
+def with_place(text: str, place: str) -> str:
     """The text of an error with its place in place of a record's name: `water.volume` for `Water.volume`."""
     if (record := _RECORD.match(text)) is not None:
-        return place + text[record.end() :]
+        rest = text[record.end() :]
+        return f"{place}: {rest[1:]}" if rest.startswith(".") and _ROW.search(place) else place + rest
     return text if text.startswith(place) else f"{place}: {text}"
 
 

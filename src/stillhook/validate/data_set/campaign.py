@@ -85,7 +85,7 @@ class CampaignFile(Spec):
     """A validation campaign."""
 
     title: Text | None = Field(default=None, description="title of the certificate")
-    date: Annotated[datetime.date, Field(strict=True)] = Field(description="of the certificate, such as 2026-11-21")
+    date: Annotated[datetime.date, Field(strict=True)] = Field(description="date of the certificate")
     crane: Text = Field(description="library name or crane file: the twin under test")
     criteria: Text = Field(default="paper-f", description="library name or criteria file")
     delay: u.Time = Field(
