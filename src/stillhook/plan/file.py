@@ -10,7 +10,7 @@ from dataclasses import replace
 from importlib.resources import as_file, files
 from os.path import isfile
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
@@ -51,14 +51,11 @@ ROUNDED = 1e-3
 """Part of a planned time by which it may have been rounded down."""
 
 
-Hours = Annotated[float, u.Quantity("hours")]
-
-
 class OperationTable(Spec):
     """The table [operation]."""
 
-    T_POP: Hours | None = Field(default=None, description="planned operation period; default the sum of the phases")
-    T_C: Hours | None = Field(default=None, ge=0, description="contingency")
+    T_POP: u.Hours | None = Field(default=None, description="planned operation period; default the sum of the phases")
+    T_C: u.Hours | None = Field(default=None, ge=0, description="contingency")
 
 
 class WeatherTable(Spec):

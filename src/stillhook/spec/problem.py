@@ -118,6 +118,8 @@ def _line(problem: Any, model: type[BaseModel], data: Any, name: str, cause: Sti
     if kind == "missing":
         return f"{place_of(loc, data, name)}: missing{_meaning(model, loc)}. Add it."
     if kind in _TABLES:
+        if isinstance(written, list) and written and loc and all(isinstance(row, Mapping) for row in written):
+            return f"{place_of(loc, data, name)}: write one table, [{loc[-1]}]."
         table = f"a table, with {', '.join(_fields(model, loc))}" if _fields(model, loc) else "a table"
         return f"{place_of(loc, data, name) or 'It'} = {quote(written)}: it must be {table}."
     if kind == "value_error" and not loc:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from os.path import isfile
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -68,23 +69,28 @@ class TomlTable:
     def toml_beside(self, name: str) -> str:
         """The path of a TOML file seen from the folder of this one, or a name of the library unchanged."""
         neighbour = self.path.parent / name
-        return str(neighbour) if name.endswith(".toml") and neighbour.is_file() else name
+        return str(neighbour) if name.endswith(".toml") and isfile(neighbour) else name
 
     def file_beside(self, name: str, *loc: int | str) -> Path:
         """A file that exists, seen from the folder of this one; loc: of its name."""
         path = self.path.parent / name
-        if not path.is_file():
+        if not isfile(path):
             raise self.wrong("no such file next to this file. Check the path.", *loc)
         return path
 
 
 def read_toml(
-    path: str | Path, kind: FileKind, error: type[StillhookError], read: Callable[[TomlTable], Result]
+    path: str | Path,
+    kind: FileKind,
+    error: type[StillhookError],
+    read: Callable[[TomlTable], Result],
+    *,
+    start: str = "Write its fields, or copy an example.",
 ) -> Result:
-    """The result of `read` for a TOML file of a kind. Errors: StillhookError of one line that begins with the file's
-    name."""
+    """The result of `read` for a TOML file of a kind; start: what to do with an empty one. Errors: StillhookError of
+    one line that begins with the file's name."""
     file = Path(path)
-    data = parsed(toml_text(file), file.name, kind, start="Write its fields, or copy an example.")
+    data = parsed(toml_text(file), file.name, kind, start=start)
     return named(TomlTable(file, data, error), read)
 
 
