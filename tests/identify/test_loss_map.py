@@ -195,14 +195,17 @@ def test_no_file_and_a_folder_are_refused(tmp_path):
 @pytest.mark.parametrize(
     ("toml", "part"),
     [
-        ("[columns]\n", "one table [columns]"),
-        ("[signals]\na = 1\n", "one table [columns]"),
-        ("[columns]\nspeed = 3\n", "columns.speed: unknown"),
+        ("[columns]\n", "columns: give at least 1 (table [columns] with one row"),
+        ("[signals]\na = 1\n", "is a mapping of log signals, not a mapping of columns"),
+        ("[columns]\nspeed = { column = 'x' }\n", "columns.speed: unknown column. Allowed: "),
         ('[columns]\nD_m = { column = "x", unit = "cm^3" }\n', "not one of m^3/rad"),
         ('[columns]\nD_m = { column = "x", unit = "cm^3/rev", scale = 0 }\n', "scale = 0"),
-        ('[columns]\nD_m = { column = "x", unit = "cm^3/rev", factor = 2 }\n', "write it as"),
+        (
+            '[columns]\nD_m = { column = "x", unit = "cm^3/rev", factor = 2 }\n',
+            "columns.D_m.factor: unknown field. Allowed: column, unit, scale.",
+        ),
         ('[columns]\nD_m = { column = "gone", unit = "cm^3/rev" }\n', 'no column "gone"'),
-        ("not toml", "no mapping can be read"),
+        ("not toml", "not valid TOML"),
     ],
 )
 def test_bad_mappings_are_refused(tmp_path, toml, part):

@@ -18,7 +18,6 @@ import io
 import math
 import os
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -26,11 +25,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field, field_validator
 
 from stillhook.base.arrays import FloatArray
-from stillhook.errors import LogError, UnitError, UnreadableError
+from stillhook.base.nearest import nearest
+from stillhook.errors import LogError, SpecError, UnitError, UnreadableError
 from stillhook.formats.binary.reader import read_binary, refuse_bomb
-from stillhook.library.toml.kinds import stated_kind, toml_instead
+from stillhook.library.toml.file import TomlTable, read_toml
+from stillhook.library.toml.kinds import FileKind, toml_instead
+from stillhook.spec.table import Number, Spec, Text
 from stillhook.units import KINDS, parse, quote
 
 LARGEST_TABLE = 50_000_000
@@ -39,7 +42,6 @@ LARGEST_CELLS = 5_000_000
 """What a header may claim, far above every map."""
 LARGEST_UNPACKED = 500_000_000
 """Bytes of all parts of an Excel file; the sheet of a million cells takes some 50 MB."""
-LARGEST_MAPPING = 1_000_000
 EMPTY = frozenset({"", "-", "--", "nan", "na", "n/a", "null", "none", "#n/a"})
 """What suppliers write where there is no value, in lower case."""
 _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(,[0-9]{3})+")
@@ -62,13 +64,25 @@ class ColumnSpec:
         return KINDS[self.kind].allowed if self.kind else tuple(RATIO)
 
 
-@dataclass(frozen=True)
-class Chosen:
+class ColumnTable(Spec):
     """One row of a mapping file."""
 
-    column: str
-    unit: str | None = None
-    scale: float = 1.0
+    column: Text = Field(description="heading in the table")
+    unit: Text | None = Field(default=None, description="unit of its numbers")
+    scale: Number = Field(default=1.0, description="factor on its numbers")
+
+    @field_validator("scale")
+    @classmethod
+    def _not_zero(cls, scale: float) -> float:
+        if scale == 0.0:
+            raise ValueError("give a number that is not 0.")
+        return scale
+
+
+class ColumnsFile(Spec):
+    """A mapping file."""
+
+    columns: Mapping[str, ColumnTable] = Field(min_length=1, description="table [columns] with one row for each column")
 
 
 @dataclass(frozen=True)
@@ -261,46 +275,30 @@ def _is_text(cell: Any) -> bool:
     return cell is not None and str(cell).strip() != ""
 
 
-def _mapping(path: Path, specs: Sequence[ColumnSpec]) -> dict[str, Chosen]:
+def _mapping(path: Path, specs: Sequence[ColumnSpec]) -> Mapping[str, ColumnTable]:
     """The table [columns] of a mapping file."""
+    rows = f"A mapping has one table [columns] with rows such as {_example(specs[0])}."
     try:
-        if path.stat().st_size > LARGEST_MAPPING:
-            raise LogError(
-                f"{path.name}: larger than {LARGEST_MAPPING} bytes, so it is not a mapping. Give a TOML file with"
-                " [columns]."
-            )
-        tables = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
-    except (OSError, ValueError) as e:
-        problem = getattr(e, "strerror", None) or " ".join(str(e).split())
-        raise LogError(
-            f"{quote(str(path))}: no mapping can be read ({problem}). Give a TOML file with a table [columns]."
-        ) from None
-    columns = tables.get("columns")
-    if not isinstance(columns, dict) or not columns or set(tables) != {"columns"}:
-        other = ", ".join(quote(k) for k in tables if k != "columns") or "nothing"
-        rows = f"a mapping has one table [columns] with rows such as {_example(specs[0])}."
-        raise LogError(f"{path.name}: came {other}; {rows}{stated_kind(tables)}")
-    return {name: _chosen(path.name, name, row, specs) for name, row in columns.items()}
+        return read_toml(path, FileKind.COLUMNS, LogError, lambda table: _columns(table, specs), start=rows)
+    except SpecError as problem:
+        raise LogError(str(problem)) from None
+
+
+def _columns(table: TomlTable, specs: Sequence[ColumnSpec]) -> Mapping[str, ColumnTable]:
+    columns, by_name = table.read(ColumnsFile).columns, {spec.name: spec for spec in specs}
+    for name, row in columns.items():
+        if name not in by_name:
+            near = nearest(name, by_name)
+            raise LogError(f"{table.place('columns', name)}: unknown column{near} Allowed: {', '.join(by_name)}.")
+        units = by_name[name].units
+        if row.unit is not None and row.unit not in units:
+            place = table.place("columns", name, "unit")
+            raise UnitError(f"{place} = {quote(row.unit)}: not one of {', '.join(units)}.")
+    return columns
 
 
 def _example(w: ColumnSpec) -> str:
     return f'{w.name} = {{ column = "my heading", unit = "{w.units[-1]}" }}'
-
-
-def _chosen(where: str, name: str, row: Any, specs: Sequence[ColumnSpec]) -> Chosen:
-    by_name = {w.name: w for w in specs}
-    if name not in by_name:
-        raise LogError(f"{where}: columns.{name}: unknown; choose one of {', '.join(by_name)}.")
-    if not isinstance(row, dict) or not isinstance(row.get("column"), str) or set(row) - {"column", "unit", "scale"}:
-        raise LogError(
-            f"{where}: columns.{name} = {quote(row)}: write it as {_example(by_name[name])}, scale if needed."
-        )
-    scale, unit = row.get("scale", 1.0), row.get("unit")
-    if isinstance(scale, bool) or not isinstance(scale, int | float) or not math.isfinite(scale) or scale == 0.0:
-        raise LogError(f"{where}: columns.{name}.scale = {quote(scale)}: give a number that is not 0.")
-    if unit is not None and unit not in by_name[name].units:
-        raise UnitError(f"{where}: columns.{name}.unit = {quote(unit)}: not one of {', '.join(by_name[name].units)}.")
-    return Chosen(row["column"], unit, float(scale))
 
 
 def split_heading(heading: str) -> tuple[str, str | None]:
@@ -309,7 +307,7 @@ def split_heading(heading: str) -> tuple[str, str | None]:
     return name.strip().lower(), rest.rpartition("]")[0].strip() if bracket else None
 
 
-def _place(raw: Raw, spec: ColumnSpec, chosen: Chosen | None) -> int | None:
+def _place(raw: Raw, spec: ColumnSpec, chosen: ColumnTable | None) -> int | None:
     """Which column of the table is the requested one."""
     if chosen is not None:
         matches = [i for i, h in enumerate(raw.headings) if h == chosen.column] or [
@@ -331,7 +329,7 @@ def _place(raw: Raw, spec: ColumnSpec, chosen: Chosen | None) -> int | None:
     return matches[0] if matches else None
 
 
-def _values(raw: Raw, spec: ColumnSpec, place: int, chosen: Chosen | None) -> FloatArray:
+def _values(raw: Raw, spec: ColumnSpec, place: int, chosen: ColumnTable | None) -> FloatArray:
     heading = raw.headings[place]
     where = f"{raw.name}: column {quote(heading)}"
     unit = chosen.unit if chosen is not None and chosen.unit is not None else split_heading(heading)[1]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple, get_args
+from typing import Any, NamedTuple, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
@@ -166,16 +166,26 @@ def _marks(field: FieldInfo | None) -> Iterator[Any]:
 
 def _field(model: type[BaseModel], loc: Sequence[int | str]) -> FieldInfo | None:
     """The field at a place of a model; None where there is none."""
-    current: type[BaseModel] | None = model
-    field = None
+    return _field_and_table(model, loc)[0]
+
+
+def _field_and_table(
+    model: type[BaseModel], loc: Sequence[int | str]
+) -> tuple[FieldInfo | None, type[BaseModel] | None]:
+    """The field at a place of a model, and the model that its value is, or its rows are."""
+    field: FieldInfo | None = None
+    table: type[BaseModel] | None = model
+    in_mapping = False
     for part in loc:
-        if isinstance(part, int):
+        if isinstance(part, int) or in_mapping or table is None:
+            in_mapping = False  # an index, or the key of a mapping: the field stays
             continue
-        if current is None:
-            return field  # a key of a mapping
-        field = current.model_fields.get(part)
-        current = _model_in(field.annotation) if field else None
-    return field
+        field = table.model_fields.get(part)
+        table = _model_in(field.annotation) if field else None
+        in_mapping = field is not None and any(
+            get_origin(kind) is Mapping for kind in (field.annotation, *get_args(field.annotation))
+        )
+    return field, table
 
 
 def _model_in(annotation: Any) -> type[BaseModel] | None:
@@ -187,8 +197,7 @@ def _model_in(annotation: Any) -> type[BaseModel] | None:
 
 def _fields(model: type[BaseModel], loc: Sequence[int | str]) -> list[str]:
     """Names of the fields of the table at a place."""
-    field = _field(model, loc)
-    table = _model_in(field.annotation) if field else model
+    table = _field_and_table(model, loc)[1]
     return [name for name in table.model_fields if name != "sources"] if table else []
 
 

@@ -14,7 +14,7 @@ from stillhook.spec.plausible import Ranged
 
 LARGEST = 1e12
 """Pure numbers beyond this size are slips of the pen."""
-_PERCENT = re.compile(r"[+-]?[0-9]+(\.[0-9]*)? %")
+_PERCENT = re.compile(r"[+-]?[0-9]+(\.[0-9]*)? ?%")
 
 
 def pure_number(value: object) -> float:
