@@ -13,13 +13,11 @@ comments begin with #; a byte-order mark, CRLF and quotes do no harm.
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +29,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.nearest import nearest
 from stillhook.errors import LogError, SpecError, UnitError, UnreadableError
 from stillhook.formats.binary.reader import read_binary, refuse_bomb
+from stillhook.formats.csv_table import csv_table, csv_text
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind, toml_instead
 from stillhook.spec.table import Number, Spec, Text
@@ -207,43 +206,11 @@ def _excel_cells(path: Path) -> list[tuple[Any, ...]]:
 
 
 def _csv(name: str, data: bytes) -> Raw:
-    text = _text(name, data)
-    plain = text.replace("\r\n", "\n").replace("\r", "\n")
-    lines = [(i, line) for i, line in enumerate(plain.split("\n"), start=1) if line.strip()]
-    head = next((line for _, line in lines if not line.lstrip().startswith("#")), None)
-    if head is None:
-        raise LogError(f"{name}: empty. Give a table with a line of headings and one row a measured point.")
-    separator = _separator(head)
-    return replace(_headed(name, [(i, _cells(name, i, line, separator)) for i, line in lines]), comma=separator != ",")
-
-
-def _cells(name: str, row: int, line: str, separator: str) -> tuple[str, ...]:
-    if line.lstrip().startswith("#"):
-        return (line,)
-    try:
-        return tuple(next(csv.reader(io.StringIO(line), delimiter=separator)))
-    except (csv.Error, StopIteration) as e:
-        raise LogError(f"{name}: row {row}: cannot be read as CSV ({e}). Correct the row.") from None
-
-
-def _text(name: str, data: bytes) -> str:
-    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return data.decode("utf-16", errors="replace")
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as e:
-        line = data.count(b"\n", 0, e.start) + 1
-        raise LogError(f"{name}: row {line}: not UTF-8 text. Save the file as CSV UTF-8.") from None
-
-
-def _separator(head: str) -> str:
-    """The separator of the line of headings; signs inside quotes and brackets do not count."""
-    bare, quoted, depth = "", False, 0
-    for c in head:
-        quoted ^= c == '"'
-        depth += (c == "[") - (c == "]")
-        bare += "" if quoted or depth > 0 else c
-    return next((sign for sign in ("\t", ";", ",") if sign in bare), ",")
+    start = "Give a table with a line of headings and one row a measured point."
+    table = csv_table(name, csv_text(name, data, LogError), LogError, start=start)
+    comments = tuple(line.lstrip().lstrip("# ") for line in table.comments)
+    rows, numbers = tuple(table.cells.rows()), tuple(int(n) for n in table.lines)
+    return Raw(name, table.headings, rows, numbers, comments, comma=table.separator != ",")
 
 
 def _headed(name: str, lines: Sequence[tuple[int, tuple[Any, ...]]]) -> Raw:
