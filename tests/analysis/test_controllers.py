@@ -60,11 +60,11 @@ def test_several_controllers_are_named_in_one_text() -> None:
 REFUSED = (
     ('mode = "ssc"\n[control]\nK_q = "1 1/m"\n', "control.K_q", 'did you mean "K_p"?'),
     ('mode = "manual"\n', "manual", "ns, hs, ssc"),
-    ("K_p = 1\n", "mode missing", "Choose one of"),
-    ('mode = "ssc"\nK_p = "1 1/m"\n', "K_p", "[control]"),
+    ('[control]\nK_p = "1 1/m"\n', "mode: missing", "motor law"),
+    ('mode = "ssc"\nK_p = "1 1/m"\n', "K_p: unknown field", "Allowed: mode, control, active"),
     ('mode = "ssc"\ncontrol = 3\n', "control = 3", "must be a table"),
     ('mode = "ssc"\nactive.motor = 3\n', "active.motor = 3", "must be a table"),
-    ('mode = "ssc"\n[active]\nmotor.count = 7\n', "active.motor.count", "unknown setting of a controller"),
+    ('mode = "ssc"\n[active]\nmotor.count = 7\n', "active.motor.count", "unknown field. Allowed: alpha_min"),
     ('mode = ["ssc"]\n', "mode", "Choose one of"),
     ("", "empty", 'mode = "ssc"'),
 )

@@ -225,7 +225,7 @@ def test_bad_limits_are_refused(text):
     ("text", "words"),
     [
         ("", "empty"),
-        ("[factor]\n", "unknown. Allowed: defaults"),
+        ("[factor]\n", 'unknown field; did you mean "factors"\\? Allowed: defaults'),
         ("defaults = 1\n", "true or false"),
         ("factors = 3\n", "a table"),
         ("[factors]\nboost = 1..2\n", "not valid TOML"),

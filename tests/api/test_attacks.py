@@ -397,14 +397,14 @@ class TestCaseFiles:
             (CASE.encode() + b"self = 1\n", "Scenario.self: unknown field"),
             (CASE.encode() + b'"a\\nb" = 1\n', r"a\nb: unknown field"),
             (CASE.encode() + b"sensors = { seed = 1.5 }\n", "Sensors.seed = 1.5"),
-            (CASE.encode() + b"operator = { profile = [['0 s']] }\n", "Operator.profile.0.1: missing"),
+            (CASE.encode() + b"operator = { profile = [['0 s']] }\n", "Operator.profile[0][1]: missing"),
             (CASE.encode() + b"modes = [['5 s', 'ns'], ['5 s', 'hs']]\n", "times must rise"),
-            (CASE.encode() + b"water = []\n", "water: give a table"),
+            (CASE.encode() + b"water = []\n", "Scenario.water = []: it must be a table"),
             (CASE.encode() + b"power_loss = { time = '0 s', unit = 4 }\n", "power_loss.unit 4"),
             (b'step = "3 ms"\n' + CASE.encode(), "not a whole part of the PLC cycle"),
             (CASE.replace("nov-250t", "a" * 5000 + ".toml").encode(), "cannot be read"),
             (CASE.encode() + b"#" * 2_000_000, "larger than"),
-            (b"crane = 'nov-250t'\n[[scenario]]\nload = '1 t'\n", "give a table [scenario]"),
+            (b"crane = 'nov-250t'\n[[scenario]]\nload = '1 t'\n", "scenario: write one table, [scenario]"),
         ],
     )
     def test_bad_ones_are_one_line_that_names_the_file(self, capsys, tmp_path, content, text):

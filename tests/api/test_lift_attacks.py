@@ -123,7 +123,7 @@ def test_a_name_beyond_the_terminals_letters_is_shown_in_others(tmp_path):
     [
         ('"92 t"', '"92 kg"', "hardly more than air"),
         ('"6.5 m"', '"650 m"', "hardly more than air"),
-        ("hatch = 0.05\n", "hatch = 0.05\nseabed = 3\n", "must be a table of its fields"),
+        ("hatch = 0.05\n", "hatch = 0.05\nseabed = 3\n", "it must be a table, with settlement"),
     ],
 )
 def test_a_payload_in_a_wrong_unit_is_refused(old, new, said, tmp_path, capsys):

@@ -143,8 +143,8 @@ def test_a_scenario_survives_its_own_record(more):
         ({"duration": "25 h"}, 'Scenario.duration = "25 h": it must be less than or equal to 24 h.'),
         ({"ramp": "-1 s"}, 'Scenario.ramp = "-1 s": it must be greater than or equal to 0.'),
         ({"mode": "warp"}, f'Scenario.mode = "warp": it must be {MODES}.'),
-        ({"modes": (("5 s", "fast"),)}, f'Scenario.modes.0.1 = "fast": it must be {MODES}.'),
-        ({"modes": (("5", "ns"),)}, 'Scenario.modes.0.0 = "5": no unit; write "5 s" (allowed: s, ms, min, h, d).'),
+        ({"modes": (("5 s", "fast"),)}, f'Scenario.modes[0][1] = "fast": it must be {MODES}.'),
+        ({"modes": (("5", "ns"),)}, 'Scenario.modes[0][0] = "5": no unit; write "5 s" (allowed: s, ms, min, h, d).'),
         ({"friction": "none"}, "Scenario.friction = \"none\": it must be 'lugre' or 'regularised'."),
         ({"tip": 3}, "Scenario.tip = 3: it must be an instance of Motion."),
         (
@@ -158,7 +158,7 @@ def test_a_scenario_survives_its_own_record(more):
             {"water": {"volume": "3 m^3", "foo": 1}},
             "Water.foo: unknown field. Allowed: volume, added_mass, C_D, area, rho.",
         ),
-        ({"water": "wet"}, 'Scenario.water = "wet": it must be a table of its fields.'),
+        ({"water": "wet"}, 'Scenario.water = "wet": it must be a table, with volume, added_mass, C_D, area, rho.'),
     ],
 )
 def test_a_mistake_in_a_field_says_where_what_came_and_what_is_allowed(fields, text):
@@ -166,31 +166,42 @@ def test_a_mistake_in_a_field_says_where_what_came_and_what_is_allowed(fields, t
 
 
 def test_a_missing_field_is_named():
-    assert refusal(lambda: Scenario(load="80 t")) == "Scenario.s_w: missing. Give it."
-    assert refusal(lambda: Water()) == "Water.volume: missing. Give it."
+    assert (
+        refusal(lambda: Scenario(load="80 t"))
+        == "Scenario.s_w: missing (wire paid out at the start; in m, cm, mm, km). Add it."
+    )
+    assert (
+        refusal(lambda: Water()) == "Water.volume: missing (displaced volume of payload; in m^3, L, cm^3, cc). Add it."
+    )
 
 
 @pytest.mark.parametrize(
     ("make", "text"),
     [
         (lambda: Water(volume="0 m^3"), 'Water.volume = "0 m^3": it must be greater than 0.'),
-        (lambda: Water(volume="3 m^3", C_D="1"), 'Water.C_D = "1": it must be a valid number.'),
+        (lambda: Water(volume="3 m^3", C_D="1"), 'Water.C_D = "1": it must be a number (drag coefficient on `area`).'),
         (lambda: Sensors(delay="-1 s"), 'Sensors.delay = "-1 s": it must be greater than or equal to 0.'),
         (lambda: Sensors(delay="11 s"), 'Sensors.delay = "11 s": it must be less than or equal to 10 s.'),
         (lambda: Sensors(seed=-1), "Sensors.seed = -1: it must be greater than or equal to 0."),
         (lambda: Sensors(noise_F="1 bar"), 'Sensors.noise_F = "1 bar": unit "bar" is not one of N, kN, MN.'),
         (lambda: PowerLoss(time="5 s", unit=0), "PowerLoss.unit = 0: it must be greater than or equal to 1."),
-        (lambda: PowerLoss(time="5 s", unit=1.5), "PowerLoss.unit = 1.5: it must be a valid integer."),
+        (
+            lambda: PowerLoss(time="5 s", unit=1.5),
+            "PowerLoss.unit = 1.5: it must be a whole number (which unit, counted from 1).",
+        ),
         (lambda: Operator(alpha_m=0.0), "Operator.alpha_m = 0.0: it must be greater than 0."),
         (lambda: Operator(alpha_m=1.1), "Operator.alpha_m = 1.1: it must be less than or equal to 1."),
-        (lambda: Operator(alpha_m="0.7"), 'Operator.alpha_m = "0.7": it must be a valid number.'),
+        (
+            lambda: Operator(alpha_m="0.7"),
+            'Operator.alpha_m = "0.7": it must be a number (relative displacement of the motors, held in manual mode).',
+        ),
         (
             lambda: Operator(profile=(("5 s", "3 knots"),)),
-            'Operator.profile.0.1 = "3 knots": unit "knots" is not one of m/s, m/min, mm/s.',
+            'Operator.profile[0][1] = "3 knots": unit "knots" is not one of m/s, m/min, mm/s.',
         ),
         (
             lambda: Operator(steps=((3, "1 m"),)),
-            'Operator.steps.0.0 = 3: a bare number; write it as text with its unit, "3 s" (allowed: s, ms, min, h, d).',
+            'Operator.steps[0][0] = 3: a bare number; write it as text with its unit, "3 s" (allowed: s, ms, min, h, d).',
         ),
     ],
 )

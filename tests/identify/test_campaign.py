@@ -68,7 +68,7 @@ BAD = [
     ("crane = ", "campaign.toml: not valid TOML: "),
     (
         GOOD.replace('crane = "nov-150t"\n', ""),
-        "campaign.toml: crane: missing. A campaign needs crane and at least one [[test]].",
+        "campaign.toml: crane: missing (library name or crane file: drum, wire, gears, hook). Add it.",
     ),
     (GOOD.replace("nov-150t", "nov-15t"), 'campaign.toml: No crane "nov-15t": the library has '),
     (
@@ -79,13 +79,19 @@ BAD = [
         GOOD.replace("motors = 11", "motors = 12"),
         'campaign.toml: motors = 12: "nov-150t" has 1 to 11. Give how many were in the circuit.',
     ),
-    (GOOD.replace("motors = 11", "motor = 11"), "campaign.toml: motor = 11: give a text."),
+    (
+        GOOD.replace("motors = 11", "motor = 11"),
+        "campaign.toml: motor = 11: it must be a text (loss model: library name or motor file).",
+    ),
     (
         GOOD.replace("motors = 11", 'motors = 11\nmotor = "A6VM280"'),
         'campaign.toml: motor = "A6VM280": 280 cm^3/rev, where "nov-150t" has motors of 215 cm^3/rev.',
     ),
     (GOOD.replace("motors = 11", 'motors = 11\nmotor = "A6VM21"'), 'did you mean "A6VM215"?'),
-    (GOOD.replace("layer = 6", "lyer = 6"), 'campaign.toml: test "1": lyer: unknown field. Allowed: name, log, '),
+    (
+        GOOD.replace("layer = 6", "lyer = 6"),
+        'campaign.toml: test "1": lyer: unknown field; did you mean "layer"? Allowed: name, log, ',
+    ),
     (
         GOOD.replace("layer = 6", "layer = 12"),
         'campaign.toml: test "1": layer = 12: "nov-150t" has layers 1 to 11, counted from the bare drum.',
@@ -98,7 +104,7 @@ BAD = [
     (GOOD.replace('"77 t"', '"77 kN"'), 'campaign.toml: test "1": load = "77 kN": unit "kN" is not one of kg, t, te.'),
     (
         GOOD.replace('"77 t"', '"777 t"'),
-        'campaign.toml: test "1": load 777 t: "nov-150t" is made for 0 t to 150 t. Check the load.',
+        'campaign.toml: test "1": load = "777 t": "nov-150t" is made for 0 t to 150 t. Check the load.',
     ),
     (
         GOOD.replace("D_mt", "D_m"),
@@ -110,31 +116,31 @@ BAD = [
     ),
     (
         GOOD.replace('log = "1.csv"\nD_mt', 'log = "9.csv"\nD_mt'),
-        'campaign.toml: test "1": log = "9.csv": no such file next to the campaign file. Check the path.',
+        'campaign.toml: test "1": log = "9.csv": no such file next to this file. Check the path.',
     ),
     (
         GOOD.replace('"2.csv"', '"1.csv"'),
         'campaign.toml: test "2": log = "1.csv" is that of test "1" as well, and would count twice. Name another log, or',
     ),
-    (GOOD.replace('name = "1"', "name = 1"), 'campaign.toml: test 1: name = 1: give a text, such as "3".'),
+    (GOOD.replace('name = "1"', "name = 1"), "campaign.toml: test 1: name = 1: it must be a text ("),
     (
         GOOD.replace('name = "1"', 'name = "2"'),
         'campaign.toml: test: the name "2" is given twice. Give every test its own.',
     ),
     (
         GOOD.replace("hold_out = true", 'hold_out = "yes"'),
-        'campaign.toml: test "2": hold_out = "yes": give true or false.',
+        'campaign.toml: test 2: hold_out = "yes": it must be true or false (kept from every fit).',
     ),
     (
         GOOD.replace('"0.3 %"', "0.3"),
-        'campaign.toml: accuracy.omega_m = 0.3: give a part of the reading, such as "0.2 %".',
+        "campaign.toml: accuracy.omega_m = 0.3: it must be less than 0.2.",
     ),
     (
         GOOD.replace('"0.2 bar"', '"-0.2 bar"'),
-        'campaign.toml: accuracy.p = "-0.2 bar": give a standard uncertainty, 0 or more.',
+        'campaign.toml: accuracy.p = "-0.2 bar": it must be greater than or equal to 0.',
     ),
     (GOOD.replace('unit = "rev/min"', 'unit = "knots"'), "campaign.toml: signals"),
-    (GOOD.split("[[test]]")[0], "campaign.toml: test: missing."),
+    (GOOD.split("[[test]]")[0], "campaign.toml: test: missing (one [[test]] table for each log). Add it."),
 ]
 
 

@@ -51,7 +51,7 @@ def test_a_mapping_file_is_read(tmp_path):
             "[signals]\n",
             'map.toml: signals = {} names no signal. Write rows such as p_a = { column = "PT101", unit = "bar" }.',
         ),
-        ("[signals\n", "is not a readable TOML file"),
+        ("[signals\n", "not valid TOML"),
     ],
 )
 def test_files_that_are_no_mapping(tmp_path, content, text):
@@ -71,22 +71,25 @@ def test_files_that_are_no_mapping(tmp_path, content, text):
         ),
         (
             row(colum="x"),
-            'test.toml: signals.p_a: unknown key "colum" (did you mean column?) (allowed: column, unit, sign, scale, offset, clock, range, quantity, words).',
+            'test.toml: signals.p_a.colum: unknown field; did you mean "column"? Allowed: column, unit, sign, scale, offset, clock, range, quantity, words.',
         ),
         (
             {"p_a": {"unit": "bar"}},
-            "test.toml: signals.p_a.column = nothing: write the heading of the column in the file, or its place counted from 1.",
+            "test.toml: signals.p_a.column: missing (heading of the column in the file, or its place counted from 1). Add it.",
         ),
         (
             row(column=0),
             "test.toml: signals.p_a.column = 0: write the heading of the column in the file, or its place counted from 1.",
         ),
-        (row(sign=2), "test.toml: signals.p_a.sign = 2 is not one of 1, -1."),
-        (row(sign=True), "test.toml: signals.p_a.sign = true is not one of 1, -1."),
-        (row(scale="2"), 'test.toml: signals.p_a.scale = "2": write a plain number.'),
+        (row(sign=2), "test.toml: signals.p_a.sign = 2: it must be 1 or -1."),
+        (row(sign=True), "test.toml: signals.p_a.sign = true: it must be a whole number (1 or -1)."),
+        (
+            row(scale="2"),
+            'test.toml: signals.p_a.scale = "2": it must be a number (factor on the raw number, before the unit).',
+        ),
         (row(scale=-1), "test.toml: signals.p_a.scale = -1: write a number above 0; a flipped signal takes sign = -1."),
         (row(scale=0), "test.toml: signals.p_a.scale = 0: write a number above 0; a flipped signal takes sign = -1."),
-        (row(offset=float("nan")), "test.toml: signals.p_a.offset = nan: write a plain number."),
+        (row(offset=float("nan")), "test.toml: signals.p_a.offset = nan: it must be a finite number."),
         (
             row(range="0 bar"),
             'test.toml: signals.p_a.range = "0 bar": write the two ends of the sensor, such as ["0 bar", "400 bar"].',

@@ -136,8 +136,8 @@ def test_a_mapping_file_names_columns_units_and_scale(tmp_path, plain):
     ("content", "parts"),
     [
         ("", ["empty"]),
-        ("# nothing but words\n", ["empty"]),
-        (text([]), ["no rows"]),
+        ("# nothing but words\n", ["has no header"]),
+        (text([]), ["no data below it"]),
         (text(head=("D_m", *HEAD[1:])), ["D_m", "no unit", "cm^3/rev"]),
         (text(head=("D_m [cm^3]", *HEAD[1:])), ['"cm^3"', "cm^3/rev"]),
         (text(head=(HEAD[0], "n [1/min]", *HEAD[2:])), ['"1/min"', "rev/min"]),
@@ -149,8 +149,8 @@ def test_a_mapping_file_names_columns_units_and_scale(tmp_path, plain):
         (text(head=(HEAD[0], "n [rad/s]", *HEAD[2:])).replace(",1500,", ",15000,"), ["rev/min", "Check"]),
         (text().replace("1500", "15oo", 1), ["row 5", "n [rev/min]", "15oo", "no number"]),
         (text(CELLS[:5]), ["5 cells", "at least 10"]),
-        (text()[:-1].replace("\n200,", "\n200;"), ["cells where row 1 has 4 headings"]),
-        (text().replace(".", ","), ["5 cells where row 1 has 4 headings", "decimal comma"]),
+        (text()[:-1].replace("\n200,", "\n200;"), ["3 fields where the header has 4"]),
+        (text().replace(".", ","), ["5 fields where the header has 4", "decimal comma"]),
         (text([(f'"{D}"', '"1,500"', p, T) for D, n, p, T in CELLS]), ["1,500", "a comma"]),
         (
             text([(D, f"{n / 1000:.3f}", p, T) for D, n, p, T in CELLS], separator=";", comma=True),
@@ -162,11 +162,11 @@ def test_a_mapping_file_names_columns_units_and_scale(tmp_path, plain):
         ),
         (text(head=(*HEAD[:3], "eta_hm [1]")), ["efficiency above 100 %", "Check columns and units"]),
         (text([(*c[:3], 0.9) for c in CELLS], (*HEAD[:3], "eta_hm [%]")), ["at most 0.9 %", 'heading as "eta_hm [1]"']),
-        (text([*CELLS[:3], ("x" * 200_000, 1, 2, 3)]), ["row 5", "cannot be read as CSV"]),
+        (text([*CELLS[:3], ("x" * 200_000, 1, 2, 3)]), ["row 5", "no number"]),
         (text([*CELLS[:3], (True, 1, 2, 3), *CELLS[4:]]), ["row 5", '"True"', "no number"]),
         (text([*CELLS[:3], ("1e999", 1, 2, 3), *CELLS[4:]]), ["row 5", "no number"]),
         (text([*CELLS[:3], ("1_00", 1, 2, 3), *CELLS[4:]]), ["row 5", "no number"]),
-        (b"D_m [cm^3/rev],n [rev/min],dp [bar],T_f [N m]\n100,500,100,\xff\n", ["row 2", "UTF-8"]),
+        (b"D_m [cm^3/rev],n [rev/min],dp [bar],T_f [N m]\n100,500,100,\xff\n", ["line 2", "UTF-8"]),
     ],
 )
 def test_what_cannot_be_read_is_refused_with_row_and_column(tmp_path, content, parts):
@@ -195,14 +195,17 @@ def test_no_file_and_a_folder_are_refused(tmp_path):
 @pytest.mark.parametrize(
     ("toml", "part"),
     [
-        ("[columns]\n", "one table [columns]"),
-        ("[signals]\na = 1\n", "one table [columns]"),
-        ("[columns]\nspeed = 3\n", "columns.speed: unknown"),
+        ("[columns]\n", "columns: give at least 1 (table [columns] with one row"),
+        ("[signals]\na = 1\n", "is a mapping of log signals, not a mapping of columns"),
+        ("[columns]\nspeed = { column = 'x' }\n", "columns.speed: unknown column. Allowed: "),
         ('[columns]\nD_m = { column = "x", unit = "cm^3" }\n', "not one of m^3/rad"),
         ('[columns]\nD_m = { column = "x", unit = "cm^3/rev", scale = 0 }\n', "scale = 0"),
-        ('[columns]\nD_m = { column = "x", unit = "cm^3/rev", factor = 2 }\n', "write it as"),
+        (
+            '[columns]\nD_m = { column = "x", unit = "cm^3/rev", factor = 2 }\n',
+            "columns.D_m.factor: unknown field. Allowed: column, unit, scale.",
+        ),
         ('[columns]\nD_m = { column = "gone", unit = "cm^3/rev" }\n', 'no column "gone"'),
-        ("not toml", "no mapping can be read"),
+        ("not toml", "not valid TOML"),
     ],
 )
 def test_bad_mappings_are_refused(tmp_path, toml, part):

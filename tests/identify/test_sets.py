@@ -198,7 +198,7 @@ def test_a_set_that_is_not_there_is_named_with_the_place_that_names_it(tmp_path)
         (
             '"25 rev/min"',
             '"2500 rev/min"',
-            "evidence: omega_m: its second value is below its first. Write the lower end first.",
+            "evidence: omega_m = ['2500 rev/min', '1200 rev/min']: its second value is below its first. Write the lower end first.",
         ),
         ("dof = 120", "dog = 120", "evidence: dog: unknown field"),
         ("[evidence]", "[[evidence]]", "evidence = [{"),

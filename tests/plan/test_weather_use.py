@@ -38,7 +38,11 @@ def test_headings_times_and_sense_are_those_that_the_plan_names(plan):
     ("old", "new", "says"),
     [
         ("Hs = ", "waves = ", 'weather.columns "waves": is not one of Hs, Tp'),
-        ('columns = { Hs = "height (cm)", come_from = "heading of waves" }', 'columns = "Hs"', "give a table such as"),
+        (
+            'columns = { Hs = "height (cm)", come_from = "heading of waves" }',
+            'columns = "Hs"',
+            'weather.columns = "Hs": it must be a table',
+        ),
         ('"dmy"', '"dym"', "date_order"),
         ('"height (cm)"', "1", "write a heading of the file"),
         ("sense", "sence", 'did you mean "sense"'),

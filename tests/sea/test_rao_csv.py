@@ -197,7 +197,7 @@ def test_a_missing_motion_is_named(tmp_path: Path) -> None:
         (lambda rows: [[*rows[0][:-1], float("nan")], *rows[1:]], '"nan" is not a finite number'),
         (lambda rows: [[-w, *rest] for w, *rest in rows], "must be above 0"),
         (lambda rows: [r for r in rows if r[1] < 200.0], "no heading within"),
-        (lambda rows: rows[:0], "has a header and no rows"),
+        (lambda rows: rows[:0], "has a header (line 7) and no data below it"),
         (lambda rows: [rows[0][:-1], *rows[1:]], "13 fields where the header has 14"),
     ],
 )

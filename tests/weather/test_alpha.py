@@ -119,10 +119,10 @@ class TestOwnTables:
         ("old", "new", "says"),
         [
             ("0.5, 0.6", "0.5", "give 2 numbers, one for each Hs"),
-            ("0.5, 0.6", "0.5, 1.6", "alpha lies above 0 and up to 1"),
+            ("0.5, 0.6", "0.5, 1.6", r"row 1: alpha\[1\] = 1.6: it must be less than or equal to 1"),
             ('"0.5 m", "1 m"', '"1 m", "0.5 m"', "Hs: must rise from above 0"),
             ('"0.5 m", "1 m"', '0.5, "1 m"', "Hs\\[0\\] = 0.5"),
-            ('standard = "agreed with the surveyor"', "", "standard says what the factors are from"),
+            ('standard = "agreed with the surveyor"', "", r"standard: missing \(what the factors are from\)"),
             ("restricted", "restrictd", 'did you mean "restricted"'),
             ('T_POP = "24 h"', 'T_POP = "24"', "no unit"),
             ("row = [{", "rows = [{", 'did you mean "row"'),

@@ -9,21 +9,24 @@ these two handicaps: `strong_ssc` has all the position gain that the margins all
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from pydantic import Field, create_model, field_validator
+
 from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency
+from stillhook.base.nearest import nearest
 from stillhook.control.registry import DEFAULT_MODE, MANUAL_MODE
 from stillhook.errors import SpecError, StillhookError
 from stillhook.library import changed
+from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
-from stillhook.library.toml.tree import nearest, parsed, toml_text
 from stillhook.library.write import toml_value
-from stillhook.spec.circuits import MotorSet
 from stillhook.spec.crane import Control, Crane
 from stillhook.spec.scenario import Mode, mode_of
+from stillhook.spec.table import Spec
 from stillhook.units import quote
 
 Changes = Mapping[str, Any]
@@ -39,13 +42,39 @@ NAMES = (*PLAIN, STRONG)
 KEPT = ("best classic", "physical")
 """Names of rows of results in addition to the controllers: the better of NS and HS in a map, the machine's own limit in
 an envelope."""
-SETTINGS: Mapping[tuple[str, ...], tuple[str, ...]] = {
-    ("control",): tuple(Control.model_fields),
-    ("active", "motor"): tuple(
-        n for n in MotorSet.model_fields if n in ("alpha_min", "servo", "variant", "offset", "hysteresis")
-    ),
-}
-"""What a controller's file may set, by its table: what belongs to the machine itself stays the crane's."""
+_OF_MOTORS = ("alpha_min", "servo", "variant", "offset", "hysteresis")
+"""What a controller's file may set of the motors: the rest belongs to the machine."""
+
+
+def _settings(name: str, fields: Iterable[str]) -> type[Spec]:
+    """A table of settings, whose values the crane checks."""
+    table: dict[str, Any] = dict.fromkeys(fields, (Any, None))
+    return create_model(name, __base__=Spec, **table)
+
+
+ControlSettings = _settings("ControlSettings", Control.model_fields)
+MotorSettings = _settings("MotorSettings", _OF_MOTORS)
+
+
+class ActiveSettings(Spec):
+    """The table [active]."""
+
+    motor: MotorSettings | None = Field(default=None, description="settings of the active motors")  # type: ignore[valid-type]
+
+
+class ControllerFile(Spec):
+    """A controller's file."""
+
+    mode: Mode = Field(description='motor law, such as "ssc"')
+    control: ControlSettings | None = Field(default=None, description="settings of the controller")  # type: ignore[valid-type]
+    active: ActiveSettings | None = Field(default=None, description="table [active.motor] with settings of the motors")
+
+    @field_validator("mode", mode="before")
+    @classmethod
+    def _of_motors(cls, mode: object) -> object:
+        if not isinstance(mode, str) or mode not in PLAIN:
+            raise ValueError(f"not a controller of the motors. Choose one of {', '.join(PLAIN)}.")
+        return mode
 
 
 @dataclass(frozen=True)
@@ -155,53 +184,19 @@ def _values(node: Changes, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[s
 
 
 def _from_file(path: Path) -> Controller:
-    text = toml_text(path)
-    if not text.strip():
-        raise SpecError(f'{path.name}: empty. Start it with mode = "ssc", and settings under [control].')
-    table = parsed(text, path.name, FileKind.CONTROLLER)
     if path.stem in KEPT or "$" in path.stem:
         kept = ", ".join(f'"{name}"' for name in (*KEPT, "$"))
         raise SpecError(
             f"{quote(path.name)}: its name becomes the controller's, and answers keep {kept} for themselves. Rename the"
             " file."
         )
-    mode = table.pop("mode", None)
-    if not isinstance(mode, str) or mode not in PLAIN:
-        problem = "missing" if mode is None else f"{quote(mode)}: not a controller of the motors"
-        raise SpecError(f"{path.name}: mode {problem}. Choose one of {', '.join(PLAIN)}.")
-    _check_keys(table, path.name)
-    return Controller(path.stem, PLAIN[mode], table)
+    start = 'Start it with mode = "ssc", and settings under [control].'
+    return read_toml(path, FileKind.CONTROLLER, SpecError, _controller, start=start)
 
 
-def _check_keys(table: Mapping[str, Any], name: str) -> None:
-    """Refuse what is no setting of a controller, with the nearest one there is."""
-    if not isinstance(table.get("active", {}), Mapping):
-        raise SpecError(
-            f"{name}: active = {quote(table['active'])}: must be a table. Write [active.motor] and its settings"
-            " under it."
-        )
-    for where, fields in SETTINGS.items():
-        part: Any = table
-        for key in where:
-            part = part.get(key, {})
-        place = ".".join(where)
-        if not isinstance(part, Mapping):
-            raise SpecError(
-                f"{name}: {place} = {quote(part)}: must be a table. Write [{place}] and its settings under it."
-            )
-        for key in part:
-            if key not in fields:
-                raise SpecError(
-                    f"{name}: {place}.{key}: unknown setting of a controller. Allowed:"
-                    f" {', '.join(fields)}{nearest(key, fields)}"
-                )
-    tables, active = {where[0] for where in SETTINGS}, table.get("active", {})
-    strange = [k for k in table if k not in tables] + [f"active.{k}" for k in active if k != "motor"]
-    if strange:
-        have = ", ".join(f"[{'.'.join(w)}]" for w in SETTINGS)
-        raise SpecError(
-            f"{name}: {strange[0]}: a controller's file has mode and the tables {have}. Move it to one of them."
-        )
+def _controller(table: TomlTable) -> Controller:
+    mode = table.read(ControllerFile).mode
+    return Controller(table.path.stem, mode, {key: value for key, value in table.data.items() if key != "mode"})
 
 
 def strong_ssc(crane: Crane, *, delay: float = 0.0) -> Controller:

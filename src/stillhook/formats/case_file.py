@@ -2,27 +2,46 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from stillhook.errors import ScenarioError, SpecError, StillhookError
+from pydantic import Field, ValidationError
+
+from stillhook.errors import ScenarioError, SpecError
 from stillhook.formats.motion.open import read_tip_motion, stored_motion
 from stillhook.formats.results import load_run, origin, stored_steps
 from stillhook.library import load_crane
+from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
-from stillhook.library.toml.tree import parsed, toml_text
 from stillhook.sea.motion.motion import Motion, Profile
 from stillhook.sea.motion.text import parse_motion
 from stillhook.spec.crane import Crane
-from stillhook.spec.scenario import Operator, PowerLoss, Scenario, Sensors, Water
-from stillhook.units import quote
+from stillhook.spec.problem import first_problem
+from stillhook.spec.scenario import Scenario
+from stillhook.spec.table import Spec, Text
 
-TOP = ("crane", "scenario", "step", "every")
-TIP_FILE = ("file", "position", "heave", "time", "max_gap", "start", "duration")
-TABLES: Mapping[str, type] = {"water": Water, "sensors": Sensors, "operator": Operator, "power_loss": PowerLoss}
+
+class TipFile(Spec):
+    """A table `tip` that names a log of motion; what is left out is not passed on."""
+
+    file: Text = Field(description="path of the log, seen from this file")
+    position: Any = Field(default=None, description="crane tip from the motion sensor")
+    heave: Any = Field(default=None, description="sign of the heave")
+    time: Any = Field(default=None, description="column of the times")
+    max_gap: Any = Field(default=None, description="longest gap that is bridged")
+    start: Any = Field(default=None, description="begin of the part that is used")
+    duration: Any = Field(default=None, description="length of the part that is used")
+
+
+class CaseTables(Spec):
+    """A case file."""
+
+    crane: Text = Field(description="library name or crane file")
+    scenario: Mapping[str, Any] = Field(description="table [scenario]")
+    step: Text | None = Field(default=None, description='time step with a unit, such as "2 ms"')
+    every: Text | None = Field(default=None, description='time between stored values with a unit, such as "0.1 s"')
 
 
 class CaseFile(NamedTuple):
@@ -46,23 +65,17 @@ def load_case(path: str | Path) -> CaseFile:
 
     Errors: StillhookError, one line that names file, field, what came and what is allowed.
     """
-    file = Path(path)
-    data = _read(file)
     try:
-        _refuse_unknown(data, TOP, "")
-        for name in ("crane", "scenario"):
-            if name not in data:
-                raise ScenarioError(f"{name}: missing. A case file needs crane and [scenario].")
-        crane = load_crane(_crane_name(data["crane"], file.parent))
-        if not isinstance(data["scenario"], dict):
-            raise ScenarioError("scenario: give a table [scenario].")
-        case = build_scenario(data["scenario"], file.parent, file.stem)
-        for name in ("step", "every"):
-            if not isinstance(data.get(name, ""), str):
-                raise ScenarioError(f'{name} = {quote(data[name])}: give a text with a unit, such as "2 ms".')
-        return CaseFile(crane, case, data.get("step"), data.get("every"))
-    except StillhookError as e:
-        raise type(e)(f"{file.name}: {e}") from None
+        return read_toml(path, FileKind.CASE, ScenarioError, _case, start="A case file needs crane and [scenario].")
+    except SpecError as e:
+        raise ScenarioError(str(e)) from None
+
+
+def _case(table: TomlTable) -> CaseFile:
+    file = table.read(CaseTables)
+    crane = load_crane(table.toml_beside(file.crane))
+    case = build_scenario(file.scenario, table.path.parent, table.path.stem)
+    return CaseFile(crane, case, file.step, file.every)
 
 
 def stored_cases(path: str | Path) -> list[CaseFile]:
@@ -85,11 +98,6 @@ def build_scenario(table: Mapping[str, Any], folder: Path, name: str) -> Scenari
     values = {"name": name, **table}
     if "tip" in values:
         values["tip"] = read_tip(values["tip"], folder)
-    for key, cls in TABLES.items():
-        if key in values:
-            if not isinstance(values[key], dict):
-                raise ScenarioError(f"{key}: give a table [scenario.{key}].")
-            values[key] = cls(**values[key])
     return Scenario(**values)
 
 
@@ -97,22 +105,28 @@ def read_tip(tip: Any, folder: Path) -> Motion:
     """Tip motion from a text ("sine 2.8 m 12 s") or a table that names a file."""
     if isinstance(tip, str):
         return parse_motion(tip, "tip")
-    if isinstance(tip, dict) and "profile" in tip:
-        _refuse_unknown(tip, ("profile",), "tip.")
+    if isinstance(tip, dict) and set(tip) == {"profile"}:
         return Profile(_pairs(tip["profile"]))
     if not isinstance(tip, dict) or "file" not in tip:
         raise ScenarioError(
             'tip: give a text such as "sine 2.8 m 12 s", a table { file = ..., position = [...] }, or a velocity'
             ' profile { profile = [["0 s", "0 m/min"], ["10 s", "30 m/min"], ...] }.'
         )
-    _refuse_unknown(tip, TIP_FILE, "tip.")
-    stored = stored_motion(folder / str(tip["file"]))
+    try:
+        source = TipFile.model_validate(tip)
+    except ValidationError as e:
+        raise ScenarioError(first_problem(e, TipFile, tip, "tip").line) from None
+    options = {key: value for key, value in tip.items() if key != "file"}
+    stored = stored_motion(folder / source.file)
     if stored is not None:
-        _refuse_unknown(tip, ("file",), f"tip: {tip['file']} holds a tip's motion and takes no options; ")
+        if options:
+            key = next(iter(options))
+            raise ScenarioError(f"tip.{key}: {source.file} holds a tip's motion and takes no options. Leave it out.")
         return stored
-    options = {k: v for k, v in tip.items() if k not in ("file", "position")}
-    position = tuple(tip["position"]) if isinstance(tip.get("position"), list) else tip.get("position")
-    return read_tip_motion(folder / str(tip["file"]), tip=position, **options)
+    position = options.pop("position", None)
+    return read_tip_motion(
+        folder / source.file, tip=tuple(position) if isinstance(position, list) else position, **options
+    )
 
 
 def _pairs(rows: Any) -> list[tuple[str, str]]:
@@ -121,23 +135,3 @@ def _pairs(rows: Any) -> list[tuple[str, str]]:
             'tip.profile: give pairs of time and speed, such as [["0 s", "0 m/min"], ["10 s", "30 m/min"]].'
         )
     return [(r[0], r[1]) for r in rows]
-
-
-def _read(file: Path) -> dict[str, Any]:
-    try:
-        return parsed(toml_text(file), file.name, FileKind.CASE, start="A case file needs crane and [scenario].")
-    except SpecError as e:
-        raise ScenarioError(str(e)) from None
-
-
-def _refuse_unknown(table: Mapping[str, Any], allowed: tuple[str, ...], place: str) -> None:
-    for key in table:
-        if key not in allowed:
-            raise ScenarioError(f"{place}{quote(key)[1:-1]}: unknown field. Allowed: {', '.join(allowed)}.")
-
-
-def _crane_name(value: Any, folder: Path) -> str:
-    if not isinstance(value, str):
-        raise ScenarioError(f"crane = {quote(value)}: give a library name or the path of a crane file.")
-    neighbour = str(folder / value)
-    return neighbour if value.endswith(".toml") and os.path.isfile(neighbour) else value

@@ -13,24 +13,26 @@ comments begin with #; a byte-order mark, CRLF and quotes do no harm.
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import os
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field, field_validator
 
 from stillhook.base.arrays import FloatArray
-from stillhook.errors import LogError, UnitError, UnreadableError
+from stillhook.base.nearest import nearest
+from stillhook.errors import LogError, SpecError, UnitError, UnreadableError
 from stillhook.formats.binary.reader import read_binary, refuse_bomb
-from stillhook.library.toml.kinds import stated_kind, toml_instead
+from stillhook.formats.csv_table import csv_table, csv_text
+from stillhook.library.toml.file import TomlTable, read_toml
+from stillhook.library.toml.kinds import FileKind, toml_instead
+from stillhook.spec.table import Number, Spec, Text
 from stillhook.units import KINDS, parse, quote
 
 LARGEST_TABLE = 50_000_000
@@ -39,7 +41,6 @@ LARGEST_CELLS = 5_000_000
 """What a header may claim, far above every map."""
 LARGEST_UNPACKED = 500_000_000
 """Bytes of all parts of an Excel file; the sheet of a million cells takes some 50 MB."""
-LARGEST_MAPPING = 1_000_000
 EMPTY = frozenset({"", "-", "--", "nan", "na", "n/a", "null", "none", "#n/a"})
 """What suppliers write where there is no value, in lower case."""
 _THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(,[0-9]{3})+")
@@ -62,13 +63,25 @@ class ColumnSpec:
         return KINDS[self.kind].allowed if self.kind else tuple(RATIO)
 
 
-@dataclass(frozen=True)
-class Chosen:
+class ColumnTable(Spec):
     """One row of a mapping file."""
 
-    column: str
-    unit: str | None = None
-    scale: float = 1.0
+    column: Text = Field(description="heading in the table")
+    unit: Text | None = Field(default=None, description="unit of its numbers")
+    scale: Number = Field(default=1.0, description="factor on its numbers")
+
+    @field_validator("scale")
+    @classmethod
+    def _not_zero(cls, scale: float) -> float:
+        if scale == 0.0:
+            raise ValueError("give a number that is not 0.")
+        return scale
+
+
+class ColumnsFile(Spec):
+    """A mapping file."""
+
+    columns: Mapping[str, ColumnTable] = Field(min_length=1, description="table [columns] with one row for each column")
 
 
 @dataclass(frozen=True)
@@ -193,43 +206,11 @@ def _excel_cells(path: Path) -> list[tuple[Any, ...]]:
 
 
 def _csv(name: str, data: bytes) -> Raw:
-    text = _text(name, data)
-    plain = text.replace("\r\n", "\n").replace("\r", "\n")
-    lines = [(i, line) for i, line in enumerate(plain.split("\n"), start=1) if line.strip()]
-    head = next((line for _, line in lines if not line.lstrip().startswith("#")), None)
-    if head is None:
-        raise LogError(f"{name}: empty. Give a table with a line of headings and one row a measured point.")
-    separator = _separator(head)
-    return replace(_headed(name, [(i, _cells(name, i, line, separator)) for i, line in lines]), comma=separator != ",")
-
-
-def _cells(name: str, row: int, line: str, separator: str) -> tuple[str, ...]:
-    if line.lstrip().startswith("#"):
-        return (line,)
-    try:
-        return tuple(next(csv.reader(io.StringIO(line), delimiter=separator)))
-    except (csv.Error, StopIteration) as e:
-        raise LogError(f"{name}: row {row}: cannot be read as CSV ({e}). Correct the row.") from None
-
-
-def _text(name: str, data: bytes) -> str:
-    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return data.decode("utf-16", errors="replace")
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as e:
-        line = data.count(b"\n", 0, e.start) + 1
-        raise LogError(f"{name}: row {line}: not UTF-8 text. Save the file as CSV UTF-8.") from None
-
-
-def _separator(head: str) -> str:
-    """The separator of the line of headings; signs inside quotes and brackets do not count."""
-    bare, quoted, depth = "", False, 0
-    for c in head:
-        quoted ^= c == '"'
-        depth += (c == "[") - (c == "]")
-        bare += "" if quoted or depth > 0 else c
-    return next((sign for sign in ("\t", ";", ",") if sign in bare), ",")
+    start = "Give a table with a line of headings and one row a measured point."
+    table = csv_table(name, csv_text(name, data, LogError), LogError, start=start)
+    comments = tuple(line.lstrip().lstrip("# ") for line in table.comments)
+    rows, numbers = tuple(table.cells.rows()), tuple(int(n) for n in table.lines)
+    return Raw(name, table.headings, rows, numbers, comments, comma=table.separator != ",")
 
 
 def _headed(name: str, lines: Sequence[tuple[int, tuple[Any, ...]]]) -> Raw:
@@ -261,46 +242,30 @@ def _is_text(cell: Any) -> bool:
     return cell is not None and str(cell).strip() != ""
 
 
-def _mapping(path: Path, specs: Sequence[ColumnSpec]) -> dict[str, Chosen]:
+def _mapping(path: Path, specs: Sequence[ColumnSpec]) -> Mapping[str, ColumnTable]:
     """The table [columns] of a mapping file."""
+    rows = f"A mapping has one table [columns] with rows such as {_example(specs[0])}."
     try:
-        if path.stat().st_size > LARGEST_MAPPING:
-            raise LogError(
-                f"{path.name}: larger than {LARGEST_MAPPING} bytes, so it is not a mapping. Give a TOML file with"
-                " [columns]."
-            )
-        tables = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
-    except (OSError, ValueError) as e:
-        problem = getattr(e, "strerror", None) or " ".join(str(e).split())
-        raise LogError(
-            f"{quote(str(path))}: no mapping can be read ({problem}). Give a TOML file with a table [columns]."
-        ) from None
-    columns = tables.get("columns")
-    if not isinstance(columns, dict) or not columns or set(tables) != {"columns"}:
-        other = ", ".join(quote(k) for k in tables if k != "columns") or "nothing"
-        rows = f"a mapping has one table [columns] with rows such as {_example(specs[0])}."
-        raise LogError(f"{path.name}: came {other}; {rows}{stated_kind(tables)}")
-    return {name: _chosen(path.name, name, row, specs) for name, row in columns.items()}
+        return read_toml(path, FileKind.COLUMNS, LogError, lambda table: _columns(table, specs), start=rows)
+    except SpecError as problem:
+        raise LogError(str(problem)) from None
+
+
+def _columns(table: TomlTable, specs: Sequence[ColumnSpec]) -> Mapping[str, ColumnTable]:
+    columns, by_name = table.read(ColumnsFile).columns, {spec.name: spec for spec in specs}
+    for name, row in columns.items():
+        if name not in by_name:
+            near = nearest(name, by_name)
+            raise LogError(f"{table.place('columns', name)}: unknown column{near} Allowed: {', '.join(by_name)}.")
+        units = by_name[name].units
+        if row.unit is not None and row.unit not in units:
+            place = table.place("columns", name, "unit")
+            raise UnitError(f"{place} = {quote(row.unit)}: not one of {', '.join(units)}.")
+    return columns
 
 
 def _example(w: ColumnSpec) -> str:
     return f'{w.name} = {{ column = "my heading", unit = "{w.units[-1]}" }}'
-
-
-def _chosen(where: str, name: str, row: Any, specs: Sequence[ColumnSpec]) -> Chosen:
-    by_name = {w.name: w for w in specs}
-    if name not in by_name:
-        raise LogError(f"{where}: columns.{name}: unknown; choose one of {', '.join(by_name)}.")
-    if not isinstance(row, dict) or not isinstance(row.get("column"), str) or set(row) - {"column", "unit", "scale"}:
-        raise LogError(
-            f"{where}: columns.{name} = {quote(row)}: write it as {_example(by_name[name])}, scale if needed."
-        )
-    scale, unit = row.get("scale", 1.0), row.get("unit")
-    if isinstance(scale, bool) or not isinstance(scale, int | float) or not math.isfinite(scale) or scale == 0.0:
-        raise LogError(f"{where}: columns.{name}.scale = {quote(scale)}: give a number that is not 0.")
-    if unit is not None and unit not in by_name[name].units:
-        raise UnitError(f"{where}: columns.{name}.unit = {quote(unit)}: not one of {', '.join(by_name[name].units)}.")
-    return Chosen(row["column"], unit, float(scale))
 
 
 def split_heading(heading: str) -> tuple[str, str | None]:
@@ -309,7 +274,7 @@ def split_heading(heading: str) -> tuple[str, str | None]:
     return name.strip().lower(), rest.rpartition("]")[0].strip() if bracket else None
 
 
-def _place(raw: Raw, spec: ColumnSpec, chosen: Chosen | None) -> int | None:
+def _place(raw: Raw, spec: ColumnSpec, chosen: ColumnTable | None) -> int | None:
     """Which column of the table is the requested one."""
     if chosen is not None:
         matches = [i for i, h in enumerate(raw.headings) if h == chosen.column] or [
@@ -331,7 +296,7 @@ def _place(raw: Raw, spec: ColumnSpec, chosen: Chosen | None) -> int | None:
     return matches[0] if matches else None
 
 
-def _values(raw: Raw, spec: ColumnSpec, place: int, chosen: Chosen | None) -> FloatArray:
+def _values(raw: Raw, spec: ColumnSpec, place: int, chosen: ColumnTable | None) -> FloatArray:
     heading = raw.headings[place]
     where = f"{raw.name}: column {quote(heading)}"
     unit = chosen.unit if chosen is not None and chosen.unit is not None else split_heading(heading)[1]

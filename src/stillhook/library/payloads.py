@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from stillhook.base.nearest import nearest
 from stillhook.errors import LiftError, StillhookError
 from stillhook.library.toml.kinds import FileKind, other_kind
-from stillhook.library.toml.tree import LABELS, library_table, nearest, parsed, shelf, sources, toml_text, tree, values
+from stillhook.library.toml.tree import LABELS, library_table, parsed, shelf, sources, toml_text, tree, values
 from stillhook.spec.crane import Source
 from stillhook.spec.lift.payload import Payload
 from stillhook.units import quote

@@ -5,8 +5,8 @@ from __future__ import annotations
 import functools
 from pathlib import Path
 
+from stillhook.base.nearest import nearest
 from stillhook.errors import SeaError
-from stillhook.library.toml.tree import nearest
 from stillhook.units import quote
 
 _SHELF = Path(__file__).resolve().parent / "data" / "vessels"

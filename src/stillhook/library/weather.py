@@ -6,8 +6,8 @@ import functools
 from os.path import isfile
 from pathlib import Path
 
+from stillhook.base.nearest import nearest
 from stillhook.errors import WeatherError
-from stillhook.library.toml.tree import nearest
 from stillhook.units import quote
 
 _SHELF = Path(__file__).resolve().parent / "data" / "weather"

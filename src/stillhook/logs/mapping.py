@@ -15,44 +15,82 @@ a scale to one that it does: psi is unit = "bar", scale = 0.0689476.
 from __future__ import annotations
 
 import difflib
-import math
 import os
 import re
-import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from stillhook.errors import LogError, UnitError
+from pydantic import BeforeValidator, Field, ValidationError, field_validator
+
+from stillhook.errors import LogError, SpecError, UnitError
 from stillhook.formats.unit_spelling import PURE, hint, our_unit
-from stillhook.library.toml.kinds import stated_kind
+from stillhook.library.toml.file import TomlTable, read_toml
+from stillhook.library.toml.kinds import FileKind
 from stillhook.logs.types import Signal
+from stillhook.spec.problem import first_problem
+from stillhook.spec.table import Number, Spec, pure_number
 from stillhook.units import KINDS, parse, quote
 from stillhook.variables import PHYSICAL
 
-KEYS = ("column", "unit", "sign", "scale", "offset", "clock", "range", "quantity", "words")
 STAMPS = "UTC"  # unit of a time column that holds ISO 8601 stamps
-LARGEST_FILE = 1 << 20  # bytes; a mapping is a page of text
 _HEADING = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))?\s*")
+
+
+def _column(column: object) -> str:
+    if isinstance(column, int) and not isinstance(column, bool) and column >= 1:
+        return str(column)
+    if not isinstance(column, str) or not column.strip():
+        raise ValueError("write the heading of the column in the file, or its place counted from 1.")
+    return column.strip()
+
+
+Column = Annotated[str, BeforeValidator(_column)]
+
+
+class SignalTable(Spec):
+    """A row of the table [signals]."""
+
+    column: Column = Field(description="heading of the column in the file, or its place counted from 1")
+    unit: Any = Field(default=None, description="unit of the numbers in the file")
+    sign: Annotated[int, Field(strict=True)] = Field(default=1, description="1 or -1")
+    scale: Number = Field(default=1.0, description="factor on the raw number, before the unit")
+    offset: Number = Field(default=0.0, description="added to the raw number, before the unit")
+    clock: Column | None = Field(default=None, description="column of other time stamps")
+    range: Any = Field(default=None, description="ends of the sensor")
+    quantity: Any = Field(default=None, description="what a name of your own measures")
+    words: Mapping[str, Number] = Field(default_factory=dict, description="numbers for cells that are words")
+
+    @field_validator("sign")
+    @classmethod
+    def _one(cls, sign: int) -> int:
+        if sign not in (1, -1):
+            raise ValueError("it must be 1 or -1.")
+        return sign
+
+    @field_validator("scale")
+    @classmethod
+    def _positive(cls, scale: float) -> float:
+        if scale <= 0.0:
+            raise ValueError("write a number above 0; a flipped signal takes sign = -1.")
+        return scale
 
 
 def read_mapping(path: str | os.PathLike[str]) -> dict[str, Signal]:
     """The mapping in a TOML file with a table `[signals]`. Errors: LogError of one line."""
-    file = Path(path)
     try:
-        if file.stat().st_size > LARGEST_FILE:
-            raise LogError(f"{file.name}: is too large for a mapping. Give a TOML file with a table [signals].")
-        table = tomllib.loads(file.read_text(encoding="utf-8-sig"))
-    except FileNotFoundError:
-        raise LogError(f"{file}: no such file. Check the name and the folder.") from None
-    except (OSError, ValueError, RecursionError) as problem:
-        raise LogError(f"{quote(str(file))}: is not a readable TOML file ({quote(str(problem))}).") from None
-    if not isinstance(table.get("signals"), Mapping):
-        rows = 'Write rows such as p_a = { column = "PT101", unit = "bar" } below it.'
-        raise LogError(f"{file.name}: no table [signals]. {rows}{stated_kind(table)}")
-    return mapping_from(table["signals"], file.name)
+        return read_toml(Path(path), FileKind.MAPPING, LogError, _mapping, start=f"Write [signals]. {ROWS}")
+    except SpecError as problem:
+        raise LogError(str(problem)) from None
 
 
+def _mapping(table: TomlTable) -> dict[str, Signal]:
+    if not isinstance(table.data.get("signals"), Mapping):
+        raise LogError(f"no table [signals]. {ROWS}")
+    return mapping_from(table.data["signals"], table.path.name)
+
+
+ROWS = 'Write rows such as p_a = { column = "PT101", unit = "bar" } below it.'
 APART = ("time", "p_a", "p_b", "omega_m", "u_p", "s_w", "F_w")
 """Signals that cannot be one another: none of them may share a column."""
 
@@ -89,50 +127,27 @@ def _signal(name: str, row: Any, where: str) -> Signal:
             f'{where} = {quote(row)}: write a table such as {{ column = "PT101", unit = "bar" }}, or the heading as'
             " text."
         )
-    for key in row:
-        if key not in KEYS:
-            raise LogError(f"{where}: unknown key {quote(key)}{_near(key, KEYS)} (allowed: {', '.join(KEYS)}).")
-    kind = _kind(name, row.get("quantity"), where)
-    unit = _unit(name, row.get("unit"), kind, where)
-    sign = row.get("sign", 1)
-    if isinstance(sign, bool) or sign not in (1, -1):
-        raise LogError(f"{where}.sign = {quote(sign)} is not one of 1, -1.")
-    lo, hi = _range(row.get("range"), kind, where)
-    clock = row.get("clock")
-    if name == "time" and (clock is not None or lo is not None or sign != 1):
+    try:
+        fields = SignalTable.model_validate(row)
+    except ValidationError as error:
+        raise LogError(first_problem(error, SignalTable, row, where).line) from None
+    kind = _kind(name, fields.quantity, where)
+    lo, hi = _range(fields.range, kind, where)
+    if name == "time" and (fields.clock is not None or lo is not None or fields.sign != 1):
         raise LogError(f"{where}: time takes column, unit, scale and offset only.")
     return Signal(
         name,
-        _column(row.get("column"), f"{where}.column"),
-        unit,
-        int(sign),
-        _plain(row, "scale", 1.0, where),
-        _plain(row, "offset", 0.0, where),
-        None if clock is None else _column(clock, f"{where}.clock"),
+        fields.column,
+        _unit(name, fields.unit, kind, where),
+        fields.sign,
+        fields.scale,
+        fields.offset,
+        fields.clock,
         lo,
         hi,
         kind,
-        _words(row.get("words", {}), f"{where}.words"),
+        tuple((word.strip(), value) for word, value in fields.words.items()),
     )
-
-
-def _words(table: Any, where: str) -> tuple[tuple[str, float], ...]:
-    if not isinstance(table, Mapping):
-        raise LogError(f"{where} = {quote(table)}: write a table of numbers for words, such as {{ on = 1, off = 0 }}.")
-    for word, value in table.items():
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-            raise LogError(f"{where}: {quote(word)} = {quote(value)}: write a plain number.")
-    return tuple((word.strip(), float(value)) for word, value in table.items())
-
-
-def _column(column: Any, where: str) -> str:
-    if isinstance(column, int) and not isinstance(column, bool) and column >= 1:
-        return str(column)
-    if not isinstance(column, str) or not column.strip():
-        raise LogError(
-            f"{where} = {quote(column)}: write the heading of the column in the file, or its place counted from 1."
-        )
-    return column.strip()
 
 
 def _kind(name: str, quantity: Any, where: str) -> str:
@@ -189,15 +204,6 @@ def factors(signal: Signal, unit: str) -> tuple[float, float]:
     return signal.sign * factor * signal.scale, signal.sign * (factor * signal.offset + zero)
 
 
-def _plain(row: Mapping[str, Any], key: str, otherwise: float, where: str) -> float:
-    value = row.get(key, otherwise)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise LogError(f"{where}.{key} = {quote(value)}: write a plain number.")
-    if key == "scale" and value <= 0.0:
-        raise LogError(f"{where}.scale = {quote(value)}: write a number above 0; a flipped signal takes sign = -1.")
-    return float(value)
-
-
 def _range(ends: Any, kind: str, where: str) -> tuple[float | None, float | None]:
     if ends is None:
         return None, None
@@ -213,15 +219,10 @@ def _range(ends: Any, kind: str, where: str) -> tuple[float | None, float | None
 def _end(end: Any, kind: str, where: str) -> float:
     if kind:
         return parse(end, kind, where)
-    value, percent = end, 1.0
-    if isinstance(end, str) and end.endswith("%"):
-        try:
-            value, percent = float(end[:-1]), PURE["%"]
-        except ValueError:
-            value = end
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise LogError(f'{where}: {quote(end)}: write a plain number, or percent such as "100 %".')
-    return percent * float(value)
+    try:
+        return pure_number(end)
+    except ValueError as problem:
+        raise LogError(f"{where}: {quote(end)}: {problem}") from None
 
 
 def _near(name: str, among: Iterable[str]) -> str:

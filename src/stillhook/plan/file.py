@@ -12,62 +12,92 @@ from os.path import isfile
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel
+from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
+from stillhook import units as u
+from stillhook.base.nearest import nearest
 from stillhook.errors import PlanError, ScenarioError, WeatherError
-from stillhook.formats.lift.file import parts_of, payload_of, water_of
-from stillhook.formats.lift.place import boom_of, depth_notes, still_place
-from stillhook.formats.toml_fields import Fields, described
+from stillhook.formats.lift.place import depth_notes, still_place
+from stillhook.formats.lift.tables import PlaceTables, payload_of
 from stillhook.formats.weather.file import SENSES
 from stillhook.formats.weather.times import ORDERS
 from stillhook.library import load_crane
+from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind, other_kind
-from stillhook.library.toml.tree import nearest, shelf, toml_text
+from stillhook.library.toml.tree import shelf, toml_text
 from stillhook.library.weather import weather_file
-from stillhook.plan.definition.compensation import ALL, ALTERNATIVES, Alternative
+from stillhook.plan.definition.compensation import ALTERNATIVES, Alternative
 from stillhook.plan.definition.feasibility import check_sinks, check_tips, check_wire
 from stillhook.plan.definition.lift_plan import Environment, LiftPlan, WeatherUse
 from stillhook.plan.definition.phase_profile import Water, joined
 from stillhook.plan.definition.phases import Phase
 from stillhook.plan.definition.rules import RuleSet
-from stillhook.plan.definition.rules_file import limit_text, load_rules, rules_of
-from stillhook.plan.definition.sea_table import spelled
+from stillhook.plan.definition.rules_file import check_limit_texts, load_rules, rules_of
 from stillhook.plan.weather.value import check_headings
 from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.tip import TipPoint
-from stillhook.spec.crane import Crane, content
-from stillhook.spec.lift.payload import Payload
+from stillhook.spec.crane import content
 from stillhook.spec.plausible import implausible_values
+from stillhook.spec.problem import with_place
+from stillhook.spec.table import Part, Spec, Text
 from stillhook.units import number, quote
 from stillhook.weather.mapped import mapped
 
 SHELF = "plans"
-TOP = (
-    "name",
-    "crane",
-    "vessel",
-    "payload",
-    "rules",
-    "alternatives",
-    "tip",
-    "boom",
-    "water",
-    "rigging",
-    "wire",
-    "winch",
-    "sensors",
-    "environment",
-    "operation",
-    "weather",
-    "phase",
-)
-OPERATION = ("T_POP", "T_C")
-WEATHER = ("file", "ship", "sense", "columns", "time", "date_order")
 RULES = "offshore-lift"
 LONGEST_NAME = 80
 ROUNDED = 1e-3
 """Part of a planned time by which it may have been rounded down."""
+
+
+class OperationTable(Spec):
+    """The table [operation]."""
+
+    T_POP: u.Hours | None = Field(default=None, description="planned operation period; default the sum of the phases")
+    T_C: u.Hours | None = Field(default=None, ge=0, description="contingency")
+
+
+class WeatherTable(Spec):
+    """The table [weather]."""
+
+    file: Text = Field(description="weather of the library, or the path of a file")
+    ship: Any = Field(default=None, description="direction of the bow, clockwise from north")
+    sense: Text | None = Field(default=None, description="meaning of the file's directions")
+    columns: Mapping[str, Any] = Field(default_factory=dict, description="names of the file's columns")
+    time: Text | None = Field(default=None, description="column of the times")
+    date_order: Text | None = Field(default=None, description="order of a date")
+
+    @field_validator("sense", "date_order")
+    @classmethod
+    def _one_of(cls, value: str | None, info: ValidationInfo) -> str | None:
+        allowed = tuple(SENSES) if info.field_name == "sense" else ORDERS
+        if value is not None and value not in allowed:
+            raise ValueError(f"is not one of {', '.join(allowed)}{nearest(value, allowed)}")
+        return value
+
+
+class PlanFile(PlaceTables):
+    """A plan file."""
+
+    rules: Text = Field(default=RULES, description="set of rules: library name or file")
+    alternatives: tuple[Alternative, ...] = Field(
+        default=ALTERNATIVES, min_length=1, description="controllers side by side"
+    )
+    environment: Part[Environment] = Field(description="table [environment] with Hs, Tp and headings")
+    operation: OperationTable = Field(default_factory=OperationTable)
+    weather: WeatherTable | None = None
+    phase: tuple[Mapping[str, Any], ...] = Field(
+        min_length=1, description="at least one [[phase]] table with name, kind, start, end"
+    )
+
+    @field_validator("alternatives")
+    @classmethod
+    def _once(cls, names: tuple[Alternative, ...]) -> tuple[Alternative, ...]:
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise ValueError(f"{u.quote(twice.value)} comes twice. Write it once.")
+        return names
 
 
 def plans() -> tuple[str, ...]:
@@ -106,7 +136,7 @@ def load_plan(name_or_path: str | Path) -> LiftPlan:
     name = str(name_or_path)
     if name in plans():
         with as_file(files("stillhook.library") / "data" / SHELF / f"{name}.toml") as file:
-            return replace(described(file, FileKind.PLAN, _plan), source=name)
+            return replace(read_toml(file, FileKind.PLAN, PlanError, _plan), source=name)
     have = f"{', '.join(plans())}"
     if not name.endswith(".toml") and not Path(name_or_path).exists():
         other = other_kind(name, FileKind.PLAN)
@@ -116,32 +146,27 @@ def load_plan(name_or_path: str | Path) -> LiftPlan:
     if not toml_text(Path(name_or_path)).strip():
         needs = "crane, vessel, payload, [water], [environment] and phases"
         raise PlanError(f"{Path(name_or_path).name}: empty. A plan file names {needs}; copy {have}.")
-    return described(name_or_path, FileKind.PLAN, _plan)
+    return read_toml(name_or_path, FileKind.PLAN, PlanError, _plan)
 
 
-def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
-    top = Fields(table, "", PlanError)
-    top.refuse_unknown(TOP)
-    top.need("crane", "vessel", "payload", "water", "environment")
-    depth, rho = water_of(top)
-    payload = payload_of(top, file.parent)
+def _plan(table: TomlTable) -> LiftPlan:
+    file = table.read(PlanFile)
+    depth, rho = file.water.depth, file.water.rho
+    payload = payload_of(file, table)
     check_sinks(payload, rho)
-    rules = _rules(top, file.parent)
-    phases = joined(_phases(table.get("phase"), rules), Water(depth, payload.reach(rho)))
+    rules = load_rules(table.toml_beside(file.rules))
+    phases = joined(
+        tuple(_phase(row, table.at("phase", i), rules) for i, row in enumerate(file.phase)),
+        Water(depth, payload.reach(rho)),
+    )
     for phase in phases:
         rules_of(rules, phase)  # refuses limits that cannot be
-    T_POP, T_C, notes = _operation(top, phases)
-    environment = _environment(top)
-    parts = {
-        "environment": environment,
-        "alternatives": _alternatives(top),
-        "weather": _weather(top, file.parent),
-        **parts_of(table),
-    }
-    crane = load_crane(top.path_or_name("crane", file.parent))
-    at, vessel = _place(top, file.parent)
+    T_POP, notes = _operation(file.operation, table.at("operation"), phases)
+    weather = None if file.weather is None else _weather(file.weather, table.path.parent)
+    crane = load_crane(table.toml_beside(file.crane))
+    at, vessel = _place(file, table)
     plan = LiftPlan(
-        name=_label(Fields({"name": file.stem, **table}, "", PlanError)),
+        name=_label(file.name or table.path.stem, table),
         crane=crane,
         vessel=vessel,
         at=at,
@@ -150,34 +175,43 @@ def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
         depth=depth,
         rho=rho,
         phases=phases,
+        environment=file.environment,
         rules=rules,
         T_POP=T_POP,
-        T_C=T_C,
+        T_C=file.operation.T_C,
         T_POP_given=not notes,
-        source=file.name,
-        notes=(
-            *notes,
-            *_ideal(table, phases),
-            *depth_notes(vessel, max(environment.Tp), depth),
-            *_doubts(crane, payload, parts),
-        ),
-        **parts,
+        rigging=file.rigging,
+        wire=file.wire,
+        winch=file.winch,
+        sensors=file.sensors,
+        alternatives=file.alternatives,
+        weather=weather,
+        source=table.path.name,
     )
-    check_tips(plan, boom_of(top) if "boom" in top else None)
+    notes = (
+        *notes,
+        *_ideal(file, phases),
+        *depth_notes(vessel, max(file.environment.Tp), depth),
+        *_doubts(plan),
+    )
+    plan = replace(plan, notes=notes)
+    check_tips(plan, None if file.boom is None else file.boom.boom)
     check_wire(plan)
     if plan.weather is not None:
         check_headings(plan, plan.weather.ship, plan.weather.ship is not None)
     return replace(plan, digest=_digest(plan))
 
 
-def _place(top: Fields, folder: Path) -> tuple[TipPoint, Rao]:
+def _place(file: PlanFile, table: TomlTable) -> tuple[TipPoint, Rao]:
     """Crane tip with its height, and vessel."""
-    if "motion" in Fields(top.table.get("tip", {}), "tip.", PlanError):
+    if file.tip.motion is not None:
         raise PlanError(
             "tip.motion: stands in place of vessel and sea, and a plan asks for many seas. Give tip.at, or a table"
             " [boom]."
         )
-    place = still_place(top, folder)
+    if file.vessel is None:
+        raise table.missing("vessel")
+    place = still_place(file, table)
     if place.at is None or place.vessel is None:
         raise PlanError(
             'tip: its place is missing. Write [tip] with at = "x=-20 m, y=-18 m, z=30 m", or a table [boom].'
@@ -190,136 +224,67 @@ def _height(at: TipPoint) -> float:
     return at.z
 
 
-def _phases(rows: Any, rules: RuleSet) -> tuple[Phase, ...]:
-    if not isinstance(rows, list) or not rows or not all(isinstance(row, Mapping) for row in rows):
-        raise PlanError(
-            "phase: none. Write each as a table [[phase]] with name, kind, start, end; a plan has at least one"
-            " [[phase]]."
+def _phase(row: Mapping[str, Any], table: TomlTable, rules: RuleSet) -> Phase:
+    """A table [[phase]]; its kind is its name unless it has one."""
+    limits = row.get("limits", {})
+    if not isinstance(limits, Mapping):
+        raise table.wrong(
+            'give a table of texts, such as { landing-speed = "0.3 m/s", control-error = "off" }.', "limits"
         )
-    return tuple(_phase(row, i, rules) for i, row in enumerate(rows, 1))
-
-
-def _phase(row: Mapping[str, Any], number: int, rules: RuleSet) -> Phase:
-    fields = Fields({"name": row.get("kind", ""), **row}, f"phase {number}: ", PlanError)
-    name = _label(fields)
-    if not isinstance(row.get("limits", {}), Mapping):
-        raise fields.wrong(
-            "limits", 'give a table of texts, such as { landing-speed = "0.3 m/s", control-error = "off" }.'
-        )
-    limits = Fields(row.get("limits", {}), f"phase {number} ({quote(name)}): limits.", PlanError)
-    for key in limits.table:
-        limit_text(limits, key, rules)
+    check_limit_texts(limits, table.at("limits"), rules)
     try:
-        return Phase(**fields.table)
+        phase = Phase(**{"name": row.get("kind", ""), **row})
     except ScenarioError as e:
-        text = str(e).removeprefix("Phase.")
-        raise PlanError(text if text.startswith("phase ") else f"phase {number} ({quote(name)}): {text}") from None
+        raise PlanError(with_place(str(e), table.place())) from None
+    _label(phase.name, table)
+    return phase
 
 
-def _label(fields: Fields) -> str:
+def _label(name: str, table: TomlTable) -> str:
     """A name as it can stand in tables and pictures."""
-    name = fields.text("name")
-    if len(name) > LONGEST_NAME or not name.isprintable():
-        raise fields.wrong("name", f"give a name of one line and at most {LONGEST_NAME} letters.")
+    if not name.strip() or len(name) > LONGEST_NAME or not name.isprintable():
+        raise table.wrong(f"give a name of one line and at most {LONGEST_NAME} letters.", "name")
     return name
 
 
-def _rules(top: Fields, folder: Path) -> RuleSet:
-    return load_rules(top.path_or_name("rules", folder) if "rules" in top else RULES)
-
-
-def _operation(top: Fields, phases: tuple[Phase, ...]) -> tuple[float, float | None, tuple[str, ...]]:
-    """T_POP, T_C [s], and what was assumed."""
-    table = Fields(top.table.get("operation", {}), "operation.", PlanError)
-    table.refuse_unknown(OPERATION)
+def _operation(operation: OperationTable, table: TomlTable, phases: tuple[Phase, ...]) -> tuple[float, tuple[str, ...]]:
+    """T_POP [s], and what was assumed."""
     phases_take = sum(phase.duration or 0.0 for phase in phases)
-    T_POP, T_C = table.quantity("T_POP", "hours"), table.quantity("T_C", "hours")
-    if T_C is not None and T_C < 0.0:
-        raise table.wrong("T_C", "a contingency is no less than 0 h.")
     hours = f"{number(phases_take / 3600.0, 3)} h"
-    if T_POP is None:
-        return phases_take, T_C, (f"operation.T_POP is not given: the sum of the phases stands for it, {hours}",)
-    if phases_take > T_POP * (1.0 + ROUNDED):
-        raise table.wrong("T_POP", f"the phases alone take {hours}. Give more, or leave it out.")
-    return T_POP, T_C, ()
+    if operation.T_POP is None:
+        return phases_take, (f"operation.T_POP is not given: the sum of the phases stands for it, {hours}",)
+    if phases_take > operation.T_POP * (1.0 + ROUNDED):
+        raise table.wrong(f"the phases alone take {hours}. Give more, or leave it out.", "T_POP")
+    return operation.T_POP, ()
 
 
-def _ideal(table: Mapping[str, Any], phases: tuple[Phase, ...]) -> tuple[str, ...]:
+def _ideal(file: PlanFile, phases: tuple[Phase, ...]) -> tuple[str, ...]:
     """That the winch's signals are without delay and noise, where it compensates and nothing else is said."""
-    if "sensors" in table or not any(phase.compensated for phase in phases):
+    if "sensors" in file.model_fields_set or not any(phase.compensated for phase in phases):
         return ()
     return ("sensors are taken as ideal, without delay and noise: give [sensors] with those of your crane",)
 
 
-def _doubts(crane: Crane, payload: Payload, records: Mapping[str, Any]) -> tuple[str, ...]:
+def _doubts(plan: LiftPlan) -> tuple[str, ...]:
     """Notes on numbers outside of what was ever built."""
-    parts = {"payload": payload, **records}
-    notes_of_parts = [implausible_values(part, name) for name, part in parts.items() if isinstance(part, BaseModel)]
-    return tuple(note for notes in (implausible_values(crane, "crane"), *notes_of_parts) for note in notes)
+    parts: dict[str, BaseModel] = {"crane": plan.crane, "payload": plan.payload, "environment": plan.environment}
+    parts |= {"rigging": plan.rigging, "wire": plan.wire, "winch": plan.winch, "sensors": plan.sensors}
+    return tuple(note for name, part in parts.items() for note in implausible_values(part, name))
 
 
-def _environment(top: Fields) -> Environment:
-    table = Fields(top.table["environment"], "environment.", PlanError)
-    table.need("Hs", "Tp", "headings")
-    fields = {
-        key: spelled(table, key) if key in ("Hs", "Tp", "headings") else value for key, value in table.table.items()
-    }
-    if (
-        fields.get("spread") is not None
-        and isinstance(fields["spread"], int)
-        and not isinstance(fields["spread"], bool)
-    ):
-        fields["spread"] = float(fields["spread"])
-    try:
-        return Environment(**fields)
-    except ScenarioError as e:
-        raise PlanError("environment." + str(e).removeprefix("Environment.")) from None
-
-
-def _alternatives(top: Fields) -> tuple[Alternative, ...]:
-    """In the order of the file, none twice."""
-    if "alternatives" not in top:
-        return ALTERNATIVES
-    names = top.table["alternatives"]
-    if not isinstance(names, list) or not names or not all(isinstance(x, str) for x in names):
-        raise top.wrong("alternatives", f"give a list of some of {', '.join(ALL)}.")
-    for name in names:
-        if name not in list(Alternative):
-            raise PlanError(
-                f"alternatives: {quote(name)} is not one of {', '.join(ALL)}{nearest(name, [a.value for a in ALL])}"
-            )
-        if names.count(name) > 1:
-            raise PlanError(f"alternatives: {quote(name)} comes twice. Write it once.")
-    return tuple(Alternative(name) for name in names)
-
-
-def _weather(top: Fields, folder: Path) -> WeatherUse | None:
-    if "weather" not in top:
-        return None
-    table = Fields(top.table["weather"], "weather.", PlanError)
-    table.refuse_unknown(WEATHER)
-    name = table.text("file")
-    file = str(folder / name) if isfile(folder / name) else name
+def _weather(weather: WeatherTable, folder: Path) -> WeatherUse:
+    """Weather that waiting is reckoned on."""
+    file = str(folder / weather.file) if isfile(folder / weather.file) else weather.file
     try:
         weather_file(file)
     except WeatherError as e:
         raise PlanError(f"weather.file: {e}") from None
-    sense = table.text("sense") if "sense" in table else None
-    if sense is not None and sense not in SENSES:
-        raise table.wrong("sense", f"is not one of {', '.join(SENSES)}{nearest(sense, SENSES)}")
-    headings = table.table.get("columns", {})
-    if not isinstance(headings, dict):
-        raise table.wrong("columns", 'give a table such as { Hs = "wave height (cm)" }.')
     try:
-        columns = mapped(headings, "weather.columns")
+        columns = mapped(weather.columns, "weather.columns")
     except WeatherError as e:
         raise PlanError(str(e)) from None
-    order = table.text("date_order") if "date_order" in table else None
-    if order is not None and order not in ORDERS:
-        raise table.wrong("date_order", f"is not one of {', '.join(ORDERS)}.")
-    time = table.text("time") if "time" in table else None
-    ship = parse_direction(table.table["ship"], "weather.ship") if "ship" in table else None
-    return WeatherUse(file, ship, sense, columns, time, order)
+    ship = None if weather.ship is None else parse_direction(weather.ship, "weather.ship")
+    return WeatherUse(file, ship, weather.sense, columns, weather.time, weather.date_order)
 
 
 def _digest(plan: LiftPlan) -> str:

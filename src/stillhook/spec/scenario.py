@@ -3,24 +3,24 @@ inside."""
 
 from __future__ import annotations
 
-import re
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from enum import StrEnum
 from itertools import pairwise
 from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, ValidationError, field_validator, model_validator
+from pydantic import ConfigDict, Field, SerializeAsAny, ValidationError, field_validator, model_validator
 
 from stillhook import units as u
 from stillhook.control.registry import DEFAULT_MODE
 from stillhook.control.registry import Mode as Mode
-from stillhook.errors import ScenarioError, StillhookError
+from stillhook.errors import ScenarioError
 from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Motion, Still
 from stillhook.sea.motion.text import motion_from_dict, parse_motion
 from stillhook.spec.commands import Commands
-from stillhook.spec.plausible import Ranged, marks
+from stillhook.spec.plausible import Ranged
+from stillhook.spec.problem import first_problem
 
 RHO_SEA = 1025.0
 """Default density of sea water [kg/m^3]."""
@@ -56,7 +56,7 @@ class Record(Ranged):
         try:
             super().__init__(**data)
         except ValidationError as e:
-            raise ScenarioError(one_line(type(self), e, data)) from None
+            raise ScenarioError(first_problem(e, type(self), data, type(self).__name__).line) from None
 
 
 class Water(Record):
@@ -225,48 +225,3 @@ def _rebuilt(raw: dict[str, Any]) -> dict[str, Any]:
     raw["commands"] = Commands.from_dict(raw["commands"]) if raw.get("commands") else None
     raw["power_loss"] = PowerLoss.model_construct(**raw["power_loss"]) if raw["power_loss"] else None
     return raw
-
-
-def one_line(model: type[BaseModel], error: ValidationError, data: Mapping[str, Any]) -> str:
-    """The first problem of a pydantic error in one line: where, what came, what is allowed. Misspelt fields come
-    first."""
-    first = min(error.errors(), key=lambda p: (p["type"] != "extra_forbidden", p["type"] == "missing"))
-    cause = first.get("ctx", {}).get("error")
-    if isinstance(cause, StillhookError):
-        return str(cause)
-    loc, message = first["loc"], first["msg"].removeprefix("Value error, ").removesuffix(".")
-    where = ".".join(
-        i if isinstance(i, str) and i.isprintable() else u.quote(i).strip('"') for i in (model.__name__, *loc)
-    )
-    if first["type"] == "extra_forbidden":
-        return f"{where}: unknown field. Allowed: {', '.join(model.model_fields)}."
-    if first["type"] == "missing":
-        return f"{where}: missing. Give it."
-    if not loc:
-        return f"{where}: {message}."
-    written = u.text_at(data, loc, first["input"])
-    message = message.replace("Input should", "it must")
-    if (
-        first["type"] in BOUNDS
-        and (kind := _kind_of(model, loc)) is not None
-        and (end := first["ctx"][BOUNDS[first["type"]]])
-    ):
-        message = message[: message.rindex(" ") + 1] + u.bound(float(end), kind, written)
-    message = re.sub(r"be a valid dictionary or instance of \w+", "be a table of its fields", message)
-    message = re.sub(r"Tuple should have at least (\d+) items? after validation, not \d+", r"give at least \1", message)
-    return f"{where} = {u.quote(written)}: {message}."
-
-
-BOUNDS = {"greater_than": "gt", "greater_than_equal": "ge", "less_than": "lt", "less_than_equal": "le"}
-"""Errors of pydantic about a bound -> its name in their context."""
-
-
-def _kind_of(model: type[BaseModel], loc: Sequence[int | str]) -> str | None:
-    """Kind of the quantity at a place of a model; None where it is none, or may be several."""
-    field = model.model_fields.get(str(loc[0]))
-    if field is None:
-        return None
-    if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel) and len(loc) > 1:
-        return _kind_of(field.annotation, loc[1:])
-    kinds = {mark.kind for mark in (*field.metadata, *marks(field.annotation)) if isinstance(mark, u.Quantity)}
-    return kinds.pop() if len(kinds) == 1 else None

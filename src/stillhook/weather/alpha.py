@@ -11,20 +11,24 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import Field
 
+from stillhook import units as u
 from stillhook.base.arrays import FloatArray
+from stillhook.base.nearest import nearest
 from stillhook.errors import StillhookError, WeatherError
+from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
-from stillhook.library.toml.tree import nearest, parsed, toml_text
-from stillhook.units import parse, quote, show
+from stillhook.spec.table import Fraction, Spec, Text
+from stillhook.units import Hours, quote, show
 
 DEFAULT = "dnv-os-h101"
 _SHELF = Path(__file__).resolve().parent / "alpha_tables"
-_TEXTS = ("title", "version", "standard", "edition", "clause", "note")
 _ROUND = 1e-6
 """Seconds and metres by which a number may miss a step of the table and still be on it."""
 
@@ -56,6 +60,34 @@ class AlphaTable:
             f"table file {self.name} version {t['version']}",
         )
         return ", ".join(p for p in (" ".join(p for p in parts[:3] if p), parts[3], t["note"]) if p)
+
+
+class AlphaRow(Spec):
+    """A table [[row]]: alpha for planned operation periods up to and including T_POP."""
+
+    T_POP: Hours = Field(description="planned operation period")
+    alpha: tuple[Fraction, ...] = Field(description="above 0 and up to 1, for each Hs")
+
+
+class RestrictedTable(Spec):
+    """The table [restricted]: what counts as weather restricted."""
+
+    T_POP_below: Hours = Field(description='end of T_POP, such as "72 h"')
+    T_R_below: Hours = Field(description='end of T_R, such as "96 h"')
+
+
+class AlphaFile(Spec):
+    """A table of forecast factors."""
+
+    title: str = Field(default="", description="title of the table")
+    version: str = Field(default="", description="version of this file")
+    standard: Text = Field(description="what the factors are from")
+    edition: str = Field(default="", description="edition of the standard")
+    clause: str = Field(default="", description="clause of the standard")
+    note: str = Field(default="", description="what to check")
+    Hs: tuple[u.Length, ...] = Field(min_length=1, description='heights of the columns, such as ["1 m", "2 m"]')
+    row: tuple[AlphaRow, ...] = Field(min_length=1, description='one [[row]] or more, with T_POP = "12 h" and alpha')
+    restricted: RestrictedTable = Field(description="table [restricted] with T_POP_below and T_R_below")
 
 
 @dataclass(frozen=True)
@@ -100,52 +132,24 @@ def load_alpha_table(name_or_path: str = DEFAULT, option: str = "--table") -> Al
         )
     file = _SHELF / f"{name_or_path}.toml" if name_or_path in alpha_tables() else path
     try:
-        return _table(
-            parsed(toml_text(file), file.name, FileKind.ALPHA, start=f"Copy {DEFAULT}.toml and change it."),
-            file.stem,
-            file.name,
-        )
+        return read_toml(file, FileKind.ALPHA, WeatherError, _table, start=f"Copy {DEFAULT}.toml and change it.")
     except StillhookError as e:
         raise WeatherError(str(e)) from None
 
 
-def _table(data: dict[str, Any], name: str, where: str) -> AlphaTable:
-    allowed = (*_TEXTS, "Hs", "row", "restricted")
-    for key in data:
-        if key not in allowed:
-            raise WeatherError(f"{where}: {key}: unknown field. Allowed: {', '.join(allowed)}{nearest(key, allowed)}")
-    rows, heights, ends = data.get("row"), data.get("Hs"), data.get("restricted")
-    if (
-        not isinstance(rows, list)
-        or not rows
-        or not all(isinstance(r, dict) and set(r) == {"T_POP", "alpha"} for r in rows)
-    ):
-        raise WeatherError(f'{where}: row: give one [[row]] or more, each with T_POP = "12 h" and alpha = [...].')
-    if not isinstance(heights, list) or not heights:
-        raise WeatherError(f'{where}: Hs = {quote(heights)}: give the heights of the columns, ["1 m", "2 m"].')
-    if not isinstance(ends, dict) or set(ends) != {"T_POP_below", "T_R_below"}:
-        raise WeatherError(f'{where}: restricted: give [restricted] with T_POP_below = "72 h" and T_R_below = "96 h".')
-    Hs = tuple(parse(h, "length", f"{where}: Hs[{i}]") for i, h in enumerate(heights))
-    T_POP = tuple(parse(r["T_POP"], "hours", f"{where}: row[{i}].T_POP") for i, r in enumerate(rows))
-    for field_name, ascending in (("Hs", Hs), ("T_POP", T_POP)):
-        if any(b <= a for a, b in zip((0.0, *ascending), ascending, strict=False)):
-            raise WeatherError(f"{where}: {field_name}: must rise from above 0. Put columns and rows in order.")
-    texts = {key: data.get(key, "") for key in _TEXTS}
-    if any(not isinstance(text, str) for text in texts.values()) or not texts["standard"]:
-        raise WeatherError(f"{where}: {', '.join(_TEXTS)}: give texts; standard says what the factors are from.")
-    alpha = tuple(_row(r["alpha"], len(Hs), f"{where}: row[{i}].alpha") for i, r in enumerate(rows))
-    T_POP_below, T_R_below = (
-        parse(ends[key], "hours", f"{where}: restricted.{key}") for key in ("T_POP_below", "T_R_below")
-    )
-    return AlphaTable(name, Hs, T_POP, alpha, T_POP_below, T_R_below, texts)
-
-
-def _row(numbers: Any, count: int, where: str) -> tuple[float, ...]:
-    if not isinstance(numbers, list) or len(numbers) != count:
-        raise WeatherError(f"{where} = {quote(numbers)}: give {count} numbers, one for each Hs.")
-    if any(isinstance(x, bool) or not isinstance(x, int | float) or not 0.0 < x <= 1.0 for x in numbers):
-        raise WeatherError(f"{where} = {quote(numbers)}: alpha lies above 0 and up to 1.")
-    return tuple(float(x) for x in numbers)
+def _table(table: TomlTable) -> AlphaTable:
+    file = table.read(AlphaFile)
+    for i, row in enumerate(file.row):
+        if len(row.alpha) != len(file.Hs):
+            raise table.wrong(f"give {len(file.Hs)} numbers, one for each Hs.", "row", i, "alpha")
+    T_POP = tuple(row.T_POP for row in file.row)
+    for name, values in (("Hs", file.Hs), ("T_POP", T_POP)):
+        if any(b <= a for a, b in pairwise((0.0, *values))):
+            raise WeatherError(f"{name}: must rise from above 0. Put columns and rows in order.")
+    texts = {key: getattr(file, key) for key in ("title", "version", "standard", "edition", "clause", "note")}
+    ends = file.restricted
+    alpha = tuple(row.alpha for row in file.row)
+    return AlphaTable(table.path.stem, file.Hs, T_POP, alpha, ends.T_POP_below, ends.T_R_below, texts)
 
 
 def alpha_of(table: AlphaTable, hs: float, T_POP: float, T_C: float | None = None, *, option: str = "--table") -> Alpha:

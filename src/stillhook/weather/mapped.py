@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from stillhook.base.nearest import nearest
 from stillhook.errors import WeatherError
-from stillhook.library.toml.tree import nearest
 from stillhook.units import quote
 from stillhook.weather.limit_text import BETA, SPELT
 

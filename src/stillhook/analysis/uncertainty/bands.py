@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.nearest import nearest
 from stillhook.engine.scenario.summary import OK
 from stillhook.errors import SpecError
-from stillhook.library.toml.tree import nearest
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import parse, quote, show
 from stillhook.variables import BY_NAME, SUMMARY

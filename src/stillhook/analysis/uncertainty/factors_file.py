@@ -8,19 +8,22 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from pydantic import Field
 
 from stillhook.analysis.uncertainty.distribution import Distribution, distribution
 from stillhook.analysis.uncertainty.factors import EXCLUSIVE, FACTORS
 from stillhook.analysis.uncertainty.samples import SETS, Pair
 from stillhook.base.arrays import FloatArray
+from stillhook.base.nearest import nearest
 from stillhook.errors import SpecError, StillhookError
 from stillhook.library import load_friction, load_losses, set_toml
 from stillhook.library.crane_file.draws import draw
 from stillhook.library.parameter_sets.sets import FrictionSet, LossSet, is_path
+from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
-from stillhook.library.toml.tree import nearest, parsed, toml_text
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
+from stillhook.spec.table import Flag, Spec
 from stillhook.units import quote
 
 Set = FrictionSet | LossSet
@@ -156,6 +159,13 @@ def _set(name: str, path: Any, where: str, folder: Path) -> Set:
     return parameter_set
 
 
+class FactorsFile(Spec):
+    """A table of uncertain factors."""
+
+    defaults: Flag = Field(default=False, description="begin with the default factors")
+    factors: Mapping[str, Any] = Field(default_factory=dict, description="table [factors]")
+
+
 def load_uncertainty(path: str | Path) -> Uncertainty:
     """Factors from a TOML file::
 
@@ -170,27 +180,20 @@ def load_uncertainty(path: str | Path) -> Uncertainty:
 
     Errors: SpecError, UnitError of one line.
     """
-    file = Path(path)
-    text = toml_text(file)
-    if not text.strip():
-        raise SpecError(f"{file.name}: empty. Give [factors], such as friction = {{ lognormal = [1, 1.3] }}.")
-    table = parsed(text, file.name, FileKind.FACTORS)
-    for key in table:
-        if key not in ("defaults", "factors"):
-            raise SpecError(f"{file.name}: {quote(key)}: unknown. Allowed: defaults, [factors].")
-    fields, defaults = table.get("factors", {}), table.get("defaults", False)
-    if not isinstance(fields, Mapping) or not isinstance(defaults, bool):
-        raise SpecError(f"{file.name}: defaults is true or false, [factors] a table.")
-    uncertainty = Uncertainty.of(fields, file.name, file.parent)
-    if not defaults:
+    start = "Give [factors], such as friction = { lognormal = [1, 1.3] }."
+    return read_toml(path, FileKind.FACTORS, SpecError, _uncertainty, start=start)
+
+
+def _uncertainty(table: TomlTable) -> Uncertainty:
+    file = table.read(FactorsFile)
+    uncertainty = Uncertainty.of(file.factors, table.path.name, table.path.parent)
+    if not file.defaults:
         return uncertainty
     every = Uncertainty.default().factors
-    merged = {
-        name: uncertainty.factors.get(name, every.get(name))
-        for name in FACTORS
-        if name in uncertainty.factors or name in every
-    }
-    return Uncertainty(merged, frozenset(every) - set(uncertainty.factors))  # type: ignore[arg-type]
+    known = {**every, **uncertainty.factors}
+    return Uncertainty(
+        {name: known[name] for name in FACTORS if name in known}, frozenset(every) - set(uncertainty.factors)
+    )
 
 
 class Draws(NamedTuple):

@@ -14,11 +14,11 @@ from stillhook.analysis.uncertainty.factors import FACTORS
 from stillhook.analysis.uncertainty.factors_file import MOST, Draws, Uncertainty, even, shaped
 from stillhook.analysis.uncertainty.monte_carlo import base_drawings, case_labels, run_draws
 from stillhook.base.arrays import FloatArray
+from stillhook.base.nearest import nearest
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import paired
 from stillhook.engine.scenario.batch import numbers_of
 from stillhook.errors import SimulationError, SpecError
-from stillhook.library.toml.tree import nearest
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.statistics.estimate import CONFIDENCE, Estimate

@@ -341,9 +341,9 @@ def _read(
     step: str | None,
 ) -> Weather:
     """The weather that was named, with what was said about it."""
+    from stillhook.base.nearest import nearest
     from stillhook.errors import WeatherError
     from stillhook.formats.weather.file import SENSES, read_weather
-    from stillhook.library.toml.tree import nearest
     from stillhook.units import parse, quote
     from stillhook.weather.mapped import mapped
 

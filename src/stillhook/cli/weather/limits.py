@@ -66,8 +66,8 @@ def by_plan(
     json: bool,
 ) -> int:
     """Tell go or no-go of every alternative of a saved plan; the exit code is that of one of them."""
+    from stillhook.base.nearest import nearest
     from stillhook.errors import WeatherError
-    from stillhook.library.toml.tree import nearest
     from stillhook.plan.answer.files import load_plan_result
     from stillhook.plan.weather.forecast import plan_forecast
     from stillhook.units import quote
@@ -122,8 +122,8 @@ def _print(answer: dict[str, Any]) -> None:
 
 def chosen_alternatives(names: Sequence[str], of: Sequence[Alternative]) -> tuple[Alternative, ...]:
     """Those of a plan's alternatives that were named; all without any. Errors: WeatherError."""
+    from stillhook.base.nearest import nearest
     from stillhook.errors import WeatherError
-    from stillhook.library.toml.tree import nearest
     from stillhook.units import quote
 
     for name in names:

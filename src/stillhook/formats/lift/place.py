@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from os.path import exists
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from stillhook.errors import LiftError, SeaError
 from stillhook.formats.case_file import read_tip
-from stillhook.formats.toml_fields import Fields
+from stillhook.formats.lift.tables import LiftTables, PlaceTables, SeaTable
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.formats.waves.open import read_sea
+from stillhook.library.toml.file import TomlTable
 from stillhook.library.vessels import vessel_file, vessels
 from stillhook.sea.motion.kinematics import WaveField
 from stillhook.sea.motion.motion import Motion, Still
@@ -21,7 +21,6 @@ from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.spectra.measured import SpectrumSeries
 from stillhook.sea.spectra.spectrum import Sea, Train, check_spread
 from stillhook.sea.spectra.text import parse_sea
-from stillhook.sea.vessel.boom import DESCRIPTIONS, Boom
 from stillhook.sea.vessel.long_wave import wavenumber
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.realisation import realise, tip_motion
@@ -29,9 +28,6 @@ from stillhook.sea.vessel.tip import TipPoint, parse_point
 from stillhook.sea.vessel.wave_field import wave_field
 from stillhook.units import quote, show
 
-SEA = ("wave", "record", "heading", "spread", "seed", "amplitudes")
-TIP = ("at", "height", "motion")
-BOOM = ("pedestal", "slew", "main", "knuckle", "offset")
 SHORTEST_SEA = 60.0
 """Time below which a piece of a random sea holds too few waves to be one [s]."""
 DEEP = 3.0
@@ -52,42 +48,48 @@ class Place(NamedTuple):
     notes: tuple[str, ...] = ()
 
 
-def place_of(top: Fields, folder: Path, depth: float, length: float, seed: int | None) -> Place:
-    """Where the load hangs, and what moves there."""
-    where, height = _point(top)
-    tip = Fields(top.table.get("tip", {}), "tip.", LiftError)
-    if seed is not None and "sea" not in top:
+def place_of(file: LiftTables, table: TomlTable, length: float, seed: int | None) -> Place:
+    """Crane tip, vessel and sea of a run of `length` [s]; seed: before that of the file."""
+    where, height = _point(file)
+    if seed is not None and file.sea is None:
         raise LiftError("--seed: belongs to waves, and the file has no [sea]. Leave it out.")
-    if "motion" in tip:
-        for key in ("vessel", "sea"):
-            if key in top:
+    if file.tip.motion is not None:
+        for key, stated in (("vessel", file.vessel), ("sea", file.sea)):
+            if stated is not None:
                 raise LiftError(
                     f"{key}: given together with tip.motion, which replaces vessel and sea. Leave one of them out."
                 )
-        motion = read_tip(tip.table["motion"], folder)
+        motion = read_tip(file.tip.motion, table.path.parent)
         return Place(motion, None, height, f"tip: {motion.describe()}; still water")
-    if "sea" not in top:
-        if "vessel" in top:
+    if file.sea is None:
+        if file.vessel is not None:
             raise LiftError(
                 "sea: missing, and a vessel is given. Write [sea] with wave and heading, or leave vessel out for a"
                 " calm."
             )
         return Place(Still(), None, height, "tip still; still water")
-    top.need("vessel")
+    if file.vessel is None:
+        raise table.missing("vessel")
     if where is None:
         raise LiftError(
             'tip: its place is missing. Write [tip] with at = "x=-20 m, y=-18 m, z=30 m", or a table [boom].'
         )
-    table = _table_of_sea(top)
-    sea, rao = _sea(table, folder), _vessel(top, folder)
+    sea, rao = _sea(file.sea, table.at("sea")), _vessel(file.vessel, table)
     if sea.moment(0) <= 0.0:
-        raise table.wrong("wave", "no waves. Leave [sea] and vessel out for a calm.")
+        raise table.wrong("no waves. Leave [sea] and vessel out for a calm.", "sea", "wave")
     if length < SHORTEST_SEA:
         raise LiftError(f"duration = {show(length, 'time')}: too short for waves at random. Give a minute or more.")
-    waves = realise(sea, length, _seed(table, seed), amplitudes=table.text("amplitudes", "fixed"), depth=depth)
-    words = f"{rao.name}, tip at {where.describe()}, in {sea.describe()}, seed {_seed(table, seed)}"
+    depth, seed = file.water.depth, file.sea.seed if seed is None else _seed(seed)
+    waves = realise(sea, length, seed, amplitudes=file.sea.amplitudes, depth=depth)
+    words = f"{rao.name}, tip at {where.describe()}, in {sea.describe()}, seed {seed}"
     motion, water = tip_motion(waves, rao, where.x, where.y), wave_field(waves, where.x, where.y)
     return Place(motion, water, height, words, rao, where, sea, _notes(rao, sea, depth))
+
+
+def _seed(seed: int) -> int:
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        raise LiftError(f"--seed {quote(seed)}: give a whole number of 0 or more.")
+    return seed
 
 
 def _notes(rao: Rao, sea: Sea, depth: float) -> tuple[str, ...]:
@@ -109,25 +111,19 @@ def depth_notes(rao: Rao, longest: float, depth: float) -> tuple[str, ...]:
     )
 
 
-def still_place(top: Fields, folder: Path) -> Place:
+def still_place(file: PlaceTables, table: TomlTable) -> Place:
     """Vessel, tip and sea without motion."""
-    where, height = _point(top)
-    rao = _vessel(top, folder) if "vessel" in top else None
+    where, height = _point(file)
+    rao = None if file.vessel is None else _vessel(file.vessel, table)
     words = "" if rao is None or where is None else f"{rao.name}, tip at {where.describe()}"
-    return Place(Still(), None, height, words, rao, where, _sea(_table_of_sea(top), folder) if "sea" in top else None)
+    stated = file.sea if isinstance(file, LiftTables) else None
+    sea = None if stated is None else _sea(stated, table.at("sea"))
+    return Place(Still(), None, height, words, rao, where, sea)
 
 
-def _table_of_sea(top: Fields) -> Fields:
-    table = Fields(top.table["sea"], "sea.", LiftError)
-    table.refuse_unknown(SEA)
-    return table
-
-
-def _point(top: Fields) -> tuple[TipPoint | None, float]:
+def _point(file: PlaceTables) -> tuple[TipPoint | None, float]:
     """Place of the crane tip from the vessel's reference point, and its height above still water [m]."""
-    tip = Fields(top.table.get("tip", {}), "tip.", LiftError)
-    tip.refuse_unknown(TIP)
-    point, height = _point_and_height(top, tip)
+    point, height = _point_and_height(file)
     if height <= 0.0:
         raise LiftError(
             f"tip: its height {show(height, 'length')} is not above the water. Count it up from still water."
@@ -135,14 +131,14 @@ def _point(top: Fields) -> tuple[TipPoint | None, float]:
     return point, height
 
 
-def _point_and_height(top: Fields, tip: Fields) -> tuple[TipPoint | None, float]:
-    height = tip.quantity("height", "length")
-    if "boom" in top:
-        if "at" in tip or height is not None:
+def _point_and_height(file: PlaceTables) -> tuple[TipPoint | None, float]:
+    at, height = file.tip.at, file.tip.height
+    if file.boom is not None:
+        if at is not None or height is not None:
             raise LiftError("tip: its place is given together with [boom]. Leave one of them out.")
-        x, y, z = boom_of(top).tip
+        x, y, z = file.boom.boom.tip
         return TipPoint(x, y, z), z
-    point = parse_point(tip.text("at"), "tip.at") if "at" in tip else None
+    point = None if at is None else parse_point(at, "tip.at")
     if height is not None and point is not None and point.z is not None:
         raise LiftError("tip.height: given together with z in tip.at. Leave one of them out.")
     height = height if height is not None else point.z if point is not None else None
@@ -151,68 +147,43 @@ def _point_and_height(top: Fields, tip: Fields) -> tuple[TipPoint | None, float]
     return point, height
 
 
-def boom_of(top: Fields) -> Boom:
-    """The crane of the table [boom]."""
-    boom = Fields(top.table["boom"], "boom.", LiftError)
-    boom.refuse_unknown(BOOM)
-    boom.need("pedestal", "slew", "main")
-    for key in ("pedestal", "main", "knuckle"):
-        if key in boom and not isinstance(boom.table[key], list):
-            raise boom.wrong(key, DESCRIPTIONS[key])
-    texts: dict[str, Any] = {
-        key: tuple(value) if isinstance(value, list) else value for key, value in boom.table.items()
-    }
-    return Boom(**texts)
-
-
-def _sea(table: Fields, folder: Path) -> Sea:
+def _sea(sea: SeaTable, table: TomlTable) -> Sea:
     """Waves of a text, or one record of a file next to the lift file."""
-    heading = table.table.get("heading")
-    beta = None if heading is None else parse_direction(heading, "sea.heading")
-    spread = table.table.get("spread")
-    if spread is not None and (isinstance(spread, bool) or not isinstance(spread, int | float)):
-        raise table.wrong("spread", "give the exponent n of cos^n, such as 4, or leave it out for long-crested waves.")
-    text = table.text("wave")
-    if "=" not in text and "." in text:
-        if not (folder / text).is_file():
-            raise table.wrong("wave", "no such file next to the lift file. Check the path, or write waves as a text.")
-        return _measured_sea(table, folder / text, beta, spread)
-    if "record" in table:
-        raise table.wrong("record", "belongs to a file of measured waves, and sea.wave is a text. Leave it out.")
-    return parse_sea(text, heading=heading, spread=spread, where="sea.wave")
+    beta = None if sea.heading is None else parse_direction(sea.heading, "sea.heading")
+    if "=" not in sea.wave and "." in sea.wave:
+        return _measured_sea(sea, table, beta)
+    if sea.record is not None:
+        raise table.wrong("belongs to a file of measured waves, and sea.wave is a text. Leave it out.", "record")
+    return parse_sea(sea.wave, heading=sea.heading, spread=sea.spread, where="sea.wave")
 
 
-def _measured_sea(table: Fields, path: Path, heading: float | None, spread: float | None) -> Sea:
+def _measured_sea(sea: SeaTable, table: TomlTable, heading: float | None) -> Sea:
+    path = table.path.parent / sea.wave
+    if not path.is_file():
+        raise table.wrong("no such file next to the lift file. Check the path, or write waves as a text.", "wave")
     if heading is None:
         raise LiftError(
             'sea.heading: missing. Give the direction in which the waves travel, from the bow, such as "180 deg".'
         )
     series = read_sea(path)
     if not isinstance(series, SpectrumSeries):
-        raise table.wrong("wave", "holds heights and periods, no spectra. Give a file of spectra, or waves as a text.")
-    if "record" not in table:
+        raise table.wrong("holds heights and periods, no spectra. Give a file of spectra, or waves as a text.", "wave")
+    if sea.record is None:
         raise LiftError(
             f"sea.record: missing, and {path.name} holds {len(series)}. Give its number from 0, or its time,"
             ' "1996-01-05T12:00".'
         )
-    exponent = None if spread is None else check_spread(float(spread), "sea.spread")
-    return Sea((Train(series.spectrum(series.index(str(table.table["record"]))), heading, exponent),))
+    exponent = None if sea.spread is None else check_spread(sea.spread, "sea.spread")
+    return Sea((Train(series.spectrum(series.index(str(sea.record))), heading, exponent),))
 
 
-def _seed(table: Fields, seed: int | None) -> int:
-    value = table.table.get("seed", 1) if seed is None else seed
-    if isinstance(value, bool) or not isinstance(value, int) or value < 0:
-        raise LiftError(f"sea.seed = {quote(value)}: give a whole number of 0 or more.")
-    return value
-
-
-def _vessel(top: Fields, folder: Path) -> Rao:
+def _vessel(name: str, table: TomlTable) -> Rao:
     """A vessel of the library, or the file of this path, seen from the lift file."""
-    name = top.text("vessel")
     if name in vessels():
         return read_vessel(vessel_file(name))
-    if not exists(folder / name):
+    path = table.path.parent / name
+    if not exists(path):
         raise SeaError(
             f"vessel = {quote(name)}: neither a file next to the lift file nor one of {', '.join(vessels())}."
         )
-    return read_vessel(folder / name)
+    return read_vessel(path)

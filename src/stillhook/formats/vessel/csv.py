@@ -41,8 +41,9 @@ import numpy as np
 
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.base.atomic import atomic_file
+from stillhook.base.nearest import nearest
 from stillhook.errors import SeaError
-from stillhook.library.toml.tree import nearest
+from stillhook.formats.csv_table import csv_table
 from stillhook.sea.vessel.rao import DOFS, Rao
 from stillhook.sea.vessel.rao_convention import Convention, one_side, to_rao
 from stillhook.units import quote
@@ -88,7 +89,7 @@ class _Table:
 
 def read_rao_csv(path: Path, text: str) -> Rao:
     """The vessel in a CSV with declared conventions, given its path and text. Errors: SeaError of one line."""
-    table = _split(path.name, text)
+    table = _declared(path.name, text.replace("\r\n", "\n").replace("\r", "\n"))
     rotation = _rotation(table)
     H, sign = _motions(table, rotation)
     convention = _convention(table, sign)
@@ -134,36 +135,28 @@ def write_rao_csv(
     return target
 
 
-def _split(file: str, text: str) -> _Table:
+def _declared(file: str, text: str) -> _Table:
+    """The head of a file and its rows of numbers."""
     declared: dict[str, tuple[int, str]] = {}
     notes: list[str] = []
-    body: list[tuple[int, str]] = []
-    for number, line in enumerate(text.splitlines(), start=1):
-        if line.strip() and not line.startswith("#"):
-            body.append((number, line))
-        elif line.startswith(FIRST) and line[len(FIRST) :].strip() != str(VERSION):
+    for number, line in enumerate(text.split("\n"), start=1):
+        if line.startswith(FIRST) and line[len(FIRST) :].strip() != str(VERSION):
             raise SeaError(
                 f"{file}: line {number}: version {quote(line[len(FIRST) :].strip())}, {VERSION} is read. Get a newer"
                 " Stillhook."
             )
-        elif match := _KEY.fullmatch(line.rstrip().rstrip(",;\t")):
+        if not line.startswith(FIRST) and (match := _KEY.fullmatch(line.rstrip().rstrip(",;\t"))):
             _declare(file, number, match[1].lower(), match[2], declared, notes)
     missing = [k for k in ("name", "axes", "heading", "mirror", "origin") if k not in declared]
     if missing:
-        text = EXAMPLES[missing[0]]
+        example = EXAMPLES[missing[0]]
         raise SeaError(
-            f"{file}: does not state its {', '.join(missing)}. Begin with lines such as {text}; nothing is assumed."
+            f"{file}: does not state its {', '.join(missing)}. Begin with lines such as {example}; nothing is assumed."
         )
-    if len(body) < 2:
-        raise SeaError(
-            f"{file}: has {'a header and no rows' if body else 'no header'}. Give a header of columns and rows"
-            " below it."
-        )
-    header, first = body[0]
-    separator = next((sign for sign in (";", "\t") if sign in first), ",")
-    columns = tuple(" ".join(c.strip().strip('"').split()) for c in first.split(separator))
-    rows = np.array([_numbers(file, number, line, separator, len(columns)) for number, line in body[1:]])
-    return _Table(file, declared, tuple(notes), columns, header, rows, [number for number, _ in body[1:]])
+    table = csv_table(file, text, SeaError, start="Give a header of columns and rows below it.")
+    lines = [int(number) for number in table.lines]
+    rows = np.array([_numbers(file, n, cells) for n, cells in zip(lines, table.cells.iter_rows(), strict=True)])
+    return _Table(file, declared, tuple(notes), table.headings, table.header_line, rows, lines)
 
 
 EXAMPLES = {
@@ -192,20 +185,17 @@ def _declare(
     declared[key] = (number, value)
 
 
-def _numbers(file: str, number: int, line: str, separator: str, count: int) -> list[float]:
-    fields = line.split(separator)
-    if len(fields) != count:
-        raise SeaError(f"{file}: line {number}: {len(fields)} fields where the header has {count}. Correct the line.")
+def _numbers(file: str, number: int, cells: Sequence[str]) -> list[float]:
     values = []
-    for text in fields:
+    for text in cells:
         try:
-            values.append(float(text.strip().strip('"')))
+            values.append(float(text))
         except ValueError:
             raise SeaError(
-                f"{file}: line {number}: {quote(text.strip())} is not a number. Correct it; decimals have a point."
+                f"{file}: line {number}: {quote(text)} is not a number. Correct it; decimals have a point."
             ) from None
         if not np.isfinite(values[-1]):
-            raise SeaError(f"{file}: line {number}: {quote(text.strip())} is not a finite number. Correct it.")
+            raise SeaError(f"{file}: line {number}: {quote(text)} is not a finite number. Correct it.")
     return values
 
 

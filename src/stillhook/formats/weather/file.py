@@ -19,10 +19,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import polars as pl
 from numpy.typing import NDArray
 
 from stillhook.errors import LogError, SeaError, WeatherError
-from stillhook.formats.csv_dialect import COMMENTS, Dialect, dialect_of, split_row
+from stillhook.formats.csv_dialect import COMMENTS, Dialect, dialect_of
+from stillhook.formats.csv_table import csv_cells
 from stillhook.formats.waves.ndbc.text import is_ndbc, read_bytes
 from stillhook.formats.weather.assembled import SENSES, assembled
 from stillhook.formats.weather.columns import bare, columns, numbers
@@ -169,20 +171,14 @@ def _table(data: bytes, name: str) -> _Table:
             f"{name}: has no line of headings. Write one above the first row, such as time,Hs [m],Tp [s],wind [m/s]."
         )
     signs = tuple(c.decode() for c in COMMENTS)
-    rows, lines, comments = [], [], []
-    for number, line in enumerate(text.splitlines(), start=1):
-        if not line.strip():
-            continue
-        if line.lstrip().startswith(signs):
-            comments += [line.lstrip("#/% \t").strip()] if number != dialect.header_line else []
-        elif number >= dialect.first_line:
-            cells = split_row(line, dialect.separator)
-            if len(cells) != dialect.fields:
-                first = f"line {dialect.first_line} has {dialect.fields}"
-                raise WeatherError(f"{name}: line {number}: {len(cells)} cells where {first}. Mend the line.")
-            rows.append(cells)
-            lines.append(number)
-    return _Table(name, dialect, rows, lines, tuple(c for c in comments if c))
+    numbered = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
+    remarks = [(number, line) for number, line in numbered if line.lstrip().startswith(signs)]
+    comments = [line.lstrip("#/% \t").strip() for number, line in remarks if number != dialect.header_line]
+    below = [row for row in numbered if row[0] >= dialect.first_line and not row[1].lstrip().startswith(signs)]
+    lines = pl.DataFrame(below, schema={"number": pl.UInt32, "line": pl.String}, orient="row")
+    cells, numbers_of_lines = csv_cells(name, lines, dialect.separator, dialect.fields, WeatherError)
+    rows = [list(row) for row in cells.iter_rows()]
+    return _Table(name, dialect, rows, numbers_of_lines.tolist(), tuple(c for c in comments if c))
 
 
 def _times(

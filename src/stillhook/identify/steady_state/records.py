@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from stillhook import units as u
 from stillhook.errors import IdentifyError, UnitError
-from stillhook.spec.scenario import one_line
+from stillhook.spec.problem import first_problem
 
 Rest = Annotated[float, Field(strict=True, ge=0, lt=1)]
 Share = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=True)]
@@ -83,7 +83,7 @@ class WindowSettings(BaseModel):
         try:
             super().__init__(**data)
         except ValidationError as e:
-            raise IdentifyError(one_line(type(self), e, data)) from None
+            raise IdentifyError(first_problem(e, type(self), data, type(self).__name__).line) from None
 
     def for_effort_of_place(self) -> Self:
         """The same, but for an effort that changes along the way: it may drift and jump, so speed alone decides."""

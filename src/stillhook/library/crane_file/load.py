@@ -8,6 +8,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from stillhook.base.nearest import nearest
 from stillhook.errors import SpecError, StillhookError
 from stillhook.library.certificate import read_certified
 from stillhook.library.leakage import leak_misfit
@@ -20,7 +21,6 @@ from stillhook.library.toml.tree import (
     Tree,
     file_tree,
     library_tree,
-    nearest,
     overlay,
     parsed,
     shelf,

@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
+from stillhook.base.nearest import nearest
 from stillhook.errors import SpecError
 from stillhook.library.parameter_sets.evidence import RANGES, Evidence, evidence_of
 from stillhook.library.toml.explain import explain
@@ -23,7 +24,6 @@ from stillhook.library.toml.tree import (
     Leaf,
     Tree,
     library_table,
-    nearest,
     parsed,
     shelf,
     sources,

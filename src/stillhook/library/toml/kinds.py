@@ -147,12 +147,6 @@ def toml_instead(path: str | os.PathLike[str], wanted: str) -> str:
     return "" if kind is None else f"{file.name} is {kind.noun}, not {wanted}: {kind.read_by}. Give {wanted} here."
 
 
-def stated_kind(table: Mapping[str, Any]) -> str:
-    """A sentence on what a TOML file is; empty where its tables do not determine it."""
-    kind = kind_of(table)
-    return "" if kind is None else f" It is {kind.noun}: {kind.read_by}."
-
-
 def kind_of_text(text: str) -> str:
     """What a text that is no TOML is, where it is a vessel file: what to say of it; empty otherwise."""
     start = text[:1000]

@@ -6,16 +6,16 @@ plainly ``"96 mm"`` (kind "user"). Trees of one file are laid over those of anot
 
 from __future__ import annotations
 
-import difflib
 import functools
 import stat
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from stillhook.base.nearest import nearest
 from stillhook.errors import SpecError
 from stillhook.library.toml.kinds import FileKind, kind_of_text, refuse_other
 from stillhook.spec.crane import Source, SourceKind
@@ -39,12 +39,6 @@ class Leaf:
 
 
 Tree = dict[str, "Leaf | Tree"]
-
-
-def nearest(name: str, names: Iterable[str]) -> str:
-    """``; did you mean "x"?`` for the nearest of the names, or nothing."""
-    close = difflib.get_close_matches(name, list(names), n=1, cutoff=0.6)
-    return f'; did you mean "{close[0]}"?' if close else "."
 
 
 @functools.cache

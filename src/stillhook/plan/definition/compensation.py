@@ -36,6 +36,5 @@ class Alternative(StrEnum):
         return Mode(self.value).law.label if self.twin else {"none": "none", "cap-80": "80 % cap"}[self.value]
 
 
-ALL = tuple(Alternative)
 ALTERNATIVES = (Alternative.NONE, Alternative.CAP, *(Alternative(mode.value) for mode in USUAL), Alternative.STRONG_SSC)
 """Alternatives of a plan that names none."""

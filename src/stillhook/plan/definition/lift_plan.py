@@ -9,13 +9,14 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, ValidationInfo, field_validator
 
 from stillhook import units as u
 from stillhook.plan.definition.compensation import ALTERNATIVES, Alternative
 from stillhook.plan.definition.demand import Seas
 from stillhook.plan.definition.phases import Phase
 from stillhook.plan.definition.rules import RuleSet
+from stillhook.plan.definition.sea_table import expanded, ordered
 from stillhook.sea.spectra.parametric import Jonswap, pierson_moskowitz
 from stillhook.sea.spectra.spectrum import Sea, Train, WaveSpectrum
 from stillhook.sea.spectra.torsethaugen import Torsethaugen
@@ -43,6 +44,16 @@ class Environment(Record):
     gamma: Number | None = Field(default=None, ge=1.0, le=7.0)
     spread: Number | None = Field(default=None, ge=1.0, le=200.0)
     heading_tolerance: u.Angle = Field(default=math.radians(15.0), ge=0.0, le=math.pi / 2.0)
+
+    @field_validator("Hs", "Tp", "headings", mode="before")
+    @classmethod
+    def _from_range(cls, value: object, info: ValidationInfo) -> object:
+        return expanded(value, str(info.field_name))
+
+    @field_validator("Hs", "Tp", "headings")
+    @classmethod
+    def _in_order(cls, values: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
+        return ordered(values, str(info.field_name))
 
     def spectrum(self, Hs: float, Tp: float) -> WaveSpectrum:
         """Spectrum of a height [m] and a peak period [s]."""

@@ -12,13 +12,18 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from pydantic import Field
+
+from stillhook.base.nearest import nearest
 from stillhook.errors import PlanError
-from stillhook.formats.toml_fields import Fields, described
+from stillhook.library.toml.file import TomlTable, named, read_toml
 from stillhook.library.toml.kinds import FileKind
-from stillhook.library.toml.tree import nearest, parsed
+from stillhook.library.toml.row_set import RowTable, SetFile, base_name, numbers_on_base, rows_on_base
+from stillhook.library.toml.tree import parsed
 from stillhook.plan.definition.capacities import CAPACITIES
 from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import Level, Rule, RuleSet, Sense
+from stillhook.spec.table import Text
 from stillhook.units import KINDS, quote
 from stillhook.variables import BY_NAME
 
@@ -53,13 +58,33 @@ SETTINGS: Mapping[str, tuple[str, str]] = {
 """Numbers of the simplified method (closed form): kind and meaning."""
 MEANS = ("F_top_static", "slack_chance", "saturation_share", "relief_share", "power_share", "stroke_share")
 """Quantities without a largest value: their level is the mean."""
-TOP = ("base", "name", "version", "source", "drop", "simplified", "rule")
 WORDS = ("standard", "edition", "clause", "note")
-ROW = ("key", "title", "quantity", "at_most", "at_least", "level", "phases", *WORDS)
 OFF = "off"
 """What a phase writes in place of a limit that does not hold in it."""
 _SENSES = {"at_most": Sense.AT_MOST, "at_least": Sense.AT_LEAST}
 _FACTOR = re.compile(r"\s*([0-9]+(?:\.[0-9]*)?)\s*[x*]\s*(\w+)\s*")
+
+
+class RuleTable(RowTable):
+    """A table [[rule]]; what it leaves out keeps its value of the base."""
+
+    title: Text | None = Field(default=None, description="what is required, in words")
+    quantity: Text | None = Field(default=None, description="what the rule is about")
+    at_most: Any = Field(default=None, description="limit: a quantity, a share, or a capacity of the crane")
+    at_least: Any = Field(default=None, description="limit, in place of at_most")
+    level: Level | None = Field(default=None, description="which largest value counts")
+    phases: tuple[PhaseKind, ...] | None = Field(default=None, min_length=1, description="phases that it belongs to")
+    standard: str | None = Field(default=None, description="what it is from")
+    edition: str | None = Field(default=None, description="edition of the standard")
+    clause: str | None = Field(default=None, description="clause of the standard")
+    note: str | None = Field(default=None, description="reason of the limit, or what it leaves")
+
+
+class RulesFile(SetFile):
+    """A set of rules."""
+
+    simplified: Mapping[str, Any] = Field(default_factory=dict, description="numbers of the closed form")
+    rule: tuple[RuleTable, ...] = Field(default=(), description="one [[rule]] table for each rule")
 
 
 @functools.cache
@@ -103,13 +128,14 @@ def load_rules(name_or_path: str | Path) -> RuleSet:
     name = str(name_or_path)
     if name in rule_sets():
         text = (files("stillhook.plan.definition") / "rule_sets" / f"{name}.toml").read_text(encoding="utf-8")
-        return _rule_set(parsed(text, f"{name}.toml"), f"{name}.toml", name)
+        path = Path(f"{name}.toml")
+        return named(TomlTable(path, parsed(text, path.name), PlanError), _rule_set)
     if not name.endswith(".toml"):
         have = ", ".join(rule_sets())
         raise PlanError(
             f"rules = {quote(name)}: Stillhook has {have}{nearest(name, rule_sets())} A file's name ends in .toml."
         )
-    return described(Path(name_or_path), FileKind.RULES, lambda table, path: _rule_set(table, path.name, path.stem))
+    return read_toml(name_or_path, FileKind.RULES, PlanError, _rule_set)
 
 
 def rules_of(rules: RuleSet, phase: Phase) -> tuple[Rule, ...]:
@@ -119,8 +145,10 @@ def rules_of(rules: RuleSet, phase: Phase) -> tuple[Rule, ...]:
     be read.
     """
     applicable = dict(rules.of(phase.kind))
+    limits = {key: _bare(text) for key, text in phase.limits.items()}
+    data = {"phase": [{"name": phase.name, "limits": limits}]}
+    table = TomlTable(Path(), data, PlanError, ("phase", 0, "limits"))
     for key, text in phase.limits.items():
-        where = f'phase "{phase.name}": limits: '
         if key not in applicable:
             known = {rule.key for rule in rules.rules}
             reason = (
@@ -128,33 +156,30 @@ def rules_of(rules: RuleSet, phase: Phase) -> tuple[Rule, ...]:
                 if key in known
                 else f"rule set {rules.label} has no such rule"
             )
-            raise PlanError(
-                f"{where}{quote(key)[1:-1]}: {reason}{nearest(key, applicable)} Allowed: {', '.join(applicable)}."
-            )
+            raise PlanError(f"{table.place(key)}: {reason}{nearest(key, applicable)} Allowed: {', '.join(applicable)}.")
         if text.strip().lower() == OFF:
             del applicable[key]
             continue
-        limit, factor, written = _limit(Fields({key: _bare(text)}, where, PlanError), key, applicable[key].quantity)
+        limit, factor, written = _limit(limits[key], table, key, applicable[key].quantity)
         note = f"{applicable[key].note} Limit of phase {phase.name} in place of {applicable[key].requirement}.".strip()
         applicable[key] = replace(applicable[key], limit=limit, factor=factor, written=written, note=note)
     return tuple(applicable.values())
 
 
-def limit_text(limits: Fields, key: str, rules: RuleSet) -> str:
-    """A limit of a phase as it is written, which is a text. Errors: that of the table, for numbers with the unit of the
-    rule."""
-    value = limits.table[key]
-    if isinstance(value, str):
-        return value
-    rule = next((rule for rule in rules.rules if rule.key == key), None)
-    kind = "" if rule is None else BY_NAME[rule.quantity].kind
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise limits.wrong(key, 'give a text, such as "0.3 m/s" or "off".')
-    if rule is None or not kind:
-        raise limits.wrong(key, f"a bare number; write it as text, {quote(f'{value:g}')}.")
-    of_rule = rule.written.partition(" ")[2]
-    unit = of_rule if of_rule in KINDS[kind].allowed else KINDS[kind].display
-    raise limits.wrong(key, f"a bare number; write it as text with its unit, {quote(f'{value:g} {unit}')}.")
+def check_limit_texts(limits: Mapping[str, Any], table: TomlTable, rules: RuleSet) -> None:
+    """Refuse limits of a phase that are no texts; for numbers with the unit of the rule. table: that of the limits."""
+    for key, value in limits.items():
+        if isinstance(value, str):
+            continue
+        rule = next((rule for rule in rules.rules if rule.key == key), None)
+        kind = "" if rule is None else BY_NAME[rule.quantity].kind
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise table.wrong('give a text, such as "0.3 m/s" or "off".', key)
+        if rule is None or not kind:
+            raise table.wrong(f"a bare number; write it as text, {quote(f'{value:g}')}.", key)
+        of_rule = rule.written.partition(" ")[2]
+        unit = of_rule if of_rule in KINDS[kind].allowed else KINDS[kind].display
+        raise table.wrong(f"a bare number; write it as text with its unit, {quote(f'{value:g} {unit}')}.", key)
 
 
 def _bare(text: str) -> str | float:
@@ -165,168 +190,114 @@ def _bare(text: str) -> str | float:
         return text
 
 
-def _rule_set(data: Mapping[str, Any], label: str, stem: str) -> RuleSet:
-    top = Fields(data, "", PlanError)
-    top.refuse_unknown(TOP)
-    top.need("version")
-    base = _base(top)
-    rows = {r.key: r for r in base.rules} if base else {}
-    drop = _drop(top, rows)
-    listed = data.get("rule", [])
-    if not isinstance(listed, list) or not (listed or base):
-        raise PlanError("rule: give one [[rule]] a rule.")
-    seen: set[str] = set()
-    for i, row in enumerate(listed, 1):
-        key = Fields(row, f"rule {i}: ", PlanError).text("key")
-        if key in seen or key in drop:
-            raise PlanError(
-                f"rule {quote(key)}: {'comes twice' if key in seen else 'is dropped as well'}. Write it once."
-            )
-        seen.add(key)
-        rows[key] = _row(Fields(row, f'rule "{key}": ', PlanError), rows.get(key), label)
-    kept = tuple(r for r in rows.values() if r.key not in drop)
+def _rule_set(table: TomlTable) -> RuleSet:
+    file, label = table.read(RulesFile), table.path.name
+    name = base_name(file, table, rule_sets())
+    base = None if name is None else load_rules(name)
+    kept = rows_on_base(
+        file,
+        table,
+        "rule",
+        file.rule,
+        base.rules if base else (),
+        lambda row, old, place: _row(row, old, place, label),
+    )
     if not kept:
         raise PlanError("rule: none is left, so that every sea would pass. Keep one.")
     _one_level(kept)
-    source = top.text("source", f"{label}, on {base.label}" if base else label)
-    settings = _settings(top, base)
+    source = file.source or (f"{label}, on {base.label}" if base else label)
+    settings = numbers_on_base(
+        table, "simplified", file.simplified, SETTINGS, base.settings if base else {}, example="offshore-lift"
+    )
     changes = _changes(base, kept, settings) if base else ()
     return _digested(
-        RuleSet(top.text("name", stem), top.text("version"), kept, changes, source=source, settings=settings)
+        RuleSet(file.name or table.path.stem, file.version, kept, changes, source=source, settings=settings)
     )
 
 
-def _base(top: Fields) -> RuleSet | None:
-    if "base" not in top:
-        return None
-    name = top.text("base")
-    if name not in rule_sets():
-        raise top.wrong("base", f"Stillhook has {', '.join(rule_sets())}{nearest(name, rule_sets())}")
-    return load_rules(name)
-
-
-def _settings(top: Fields, base: RuleSet | None) -> dict[str, float]:
-    table = Fields(top.table.get("simplified", {}), "simplified: ", PlanError)
-    table.refuse_unknown(tuple(SETTINGS))
-    out = dict(base.settings) if base else {}
-    for name in table.table:
-        out[name] = table.figure(name, SETTINGS[name][0])[0]
-        if not out[name] > 0.0:
-            raise table.wrong(name, "must be more than zero.")
-    for name, (_, meaning) in SETTINGS.items():
-        if name not in out:
-            raise PlanError(
-                f'simplified: {name}: missing ({meaning}). Give it, or start the file with base = "offshore-lift".'
-            )
-    return {name: out[name] for name in SETTINGS}
-
-
-def _drop(top: Fields, rows: Mapping[str, Rule]) -> tuple[str, ...]:
-    drop = top.table.get("drop", [])
-    if not isinstance(drop, list) or not all(isinstance(x, str) for x in drop):
-        raise top.wrong("drop", "give a list of keys.")
-    for key in drop:
-        if key not in rows:
-            raise PlanError(f"drop: the base has no rule {quote(key)}{nearest(key, rows)}")
-    return tuple(drop)
-
-
-def _row(row: Fields, old: Rule | None, label: str) -> Rule:
-    """A rule as given, on top of the rule of the base with its key."""
-    row.refuse_unknown(ROW)
-    if old is None:
-        row.need("title", "quantity", "phases", "standard")
-    quantity = row.text("quantity", old.quantity if old else None)
+def _row(row: RuleTable, old: Rule | None, table: TomlTable, label: str) -> Rule:
+    """A rule of the file, on top of the rule of the base with its key."""
+    for key in ("title", "quantity", "phases", "standard") if old is None else ():
+        if getattr(row, key) is None:
+            raise table.missing(key)
+    quantity = row.quantity or (old.quantity if old else "")
     if quantity not in QUANTITIES:
-        raise row.wrong(
-            "quantity", f"no rule can be about it{nearest(quantity, QUANTITIES)} Known: {', '.join(QUANTITIES)}."
-        )
-    senses = [k for k in _SENSES if k in row]
-    if len(senses) > 1 or (not senses and (old is None or quantity != old.quantity)):
-        raise PlanError(f"{row.place}give exactly one of {', '.join(_SENSES)}.")
-    if senses:
-        sense, (limit, factor, written) = _SENSES[senses[0]], _limit(row, senses[0], quantity)
+        near = nearest(quantity, QUANTITIES)
+        raise table.wrong(f"no rule can be about it{near} Known: {', '.join(QUANTITIES)}.", "quantity")
+    senses = [key for key in _SENSES if getattr(row, key) is not None]
+    if len(senses) == 1:
+        sense = _SENSES[senses[0]]
+        limit, factor, written = _limit(getattr(row, senses[0]), table, senses[0], quantity)
+    elif senses or old is None or quantity != old.quantity:
+        raise table.wrong(f"give exactly one of {', '.join(_SENSES)}.")
     else:
-        assert old is not None
         sense, limit, factor, written = old.sense, old.limit, old.factor, old.written
     new = Rule(
-        key=row.text("key"),
-        title=row.text("title", old.title if old else None),
+        key=row.key,
+        title=row.title or (old.title if old else ""),
         quantity=quantity,
         limit=limit,
         sense=sense,
-        level=_level(row, quantity, old),
-        phases=_phases(row, old),
+        level=_level(row, old, table, quantity),
+        phases=tuple(dict.fromkeys(row.phases or (old.phases if old else ()))),
         factor=factor,
         written=written,
-        **{word: _word(row, word, getattr(old, word) if old else "") for word in WORDS},
+        **{word: _word(getattr(row, word), getattr(old, word) if old else "") for word in WORDS},
     )
     return new if old is None else _sourced(row, new, old, label)
 
 
-def _level(row: Fields, quantity: str, old: Rule | None) -> Level:
+def _level(row: RuleTable, old: Rule | None, table: TomlTable, quantity: str) -> Level:
     """Which largest value counts; none where there is none."""
     if quantity in MEANS:
-        if row.table.get("level", Level.MEAN) != Level.MEAN:
-            raise row.wrong("level", f"{quantity} has no largest value. Leave level out.")
+        if row.level not in (None, Level.MEAN):
+            raise table.wrong(f"{quantity} has no largest value. Leave level out.", "level")
         return Level.MEAN
-    if "level" not in row and old is not None and old.quantity == quantity:
+    if row.level is None and old is not None and old.quantity == quantity:
         return old.level
-    level = row.text("level")
-    if level not in (Level.MPM, Level.P90):
-        raise row.wrong(
-            "level", "not one of mpm, p90: the most probable largest value, or what 90 % of such phases stay below."
+    if row.level is None:
+        raise table.missing("level")
+    if row.level is Level.MEAN:
+        raise table.wrong(
+            "not one of mpm, p90: the most probable largest value, or what 90 % of such phases stay below.", "level"
         )
-    return Level(level)
+    return row.level
 
 
-def _word(row: Fields, key: str, otherwise: str) -> str:
-    """A text that may be empty."""
-    value = row.table.get(key, otherwise)
-    if not isinstance(value, str):
-        raise row.wrong(key, "give a text.")
-    return " ".join(value.split())
+def _word(text: str | None, otherwise: str) -> str:
+    """A text that may be empty, on one line."""
+    return " ".join((otherwise if text is None else text).split())
 
 
-def _phases(row: Fields, old: Rule | None) -> tuple[PhaseKind, ...]:
-    if "phases" not in row:
-        assert old is not None
-        return old.phases
-    names = row.table["phases"]
-    if not isinstance(names, list) or not names or any(name not in list(PhaseKind) for name in names):
-        raise row.wrong("phases", f"give a list of {', '.join(PhaseKind)}.")
-    return tuple(PhaseKind(name) for name in dict.fromkeys(names))
-
-
-def _limit(row: Fields, key: str, quantity: str) -> tuple[float | str, float, str]:
+def _limit(value: Any, table: TomlTable, key: str, quantity: str) -> tuple[float | str, float, str]:
     """A limit: a number in SI, or a capacity by name with its factor; and as written."""
-    value, kind = row.table[key], BY_NAME[quantity].kind
+    kind = BY_NAME[quantity].kind
     text = " ".join(value.split()) if isinstance(value, str) else ""
     times = _FACTOR.fullmatch(text)
     name, factor = (times[2], float(times[1])) if times else (text, 1.0)
     if name in CAPACITIES:
         if CAPACITIES[name].kind != kind:
             fits = ", ".join(n for n, c in CAPACITIES.items() if c.kind == kind) or "none"
-            raise row.wrong(
-                key, f"{name} is a {CAPACITIES[name].kind}, and {quantity} is not. Capacities that fit: {fits}."
+            raise table.wrong(
+                f"{name} is a {CAPACITIES[name].kind}, and {quantity} is not. Capacities that fit: {fits}.", key
             )
         if factor <= 0.0:
-            raise row.wrong(key, "the factor must be more than 0.")
+            raise table.wrong("the factor must be more than 0.", key)
         return name, factor, text
     if times or text.isidentifier():
-        raise row.wrong(key, f"no such capacity{nearest(name, CAPACITIES)} Known: {', '.join(CAPACITIES)}.")
-    limit, written = row.figure(key, kind)
+        raise table.wrong(f"no such capacity{nearest(name, CAPACITIES)} Known: {', '.join(CAPACITIES)}.", key)
+    limit, written = table.quantity(kind, key)
     if limit < 0.0:
-        raise row.wrong(key, "nothing that a rule is about can be below 0 in a sound lift. Give 0 or more.")
+        raise table.wrong("nothing that a rule is about can be below 0 in a sound lift. Give 0 or more.", key)
     if quantity == "sling_ratio" and limit >= 1.0:
-        raise row.wrong(key, "slings at rest have 1. Give less, such as 0.1.")
+        raise table.wrong("slings at rest have 1. Give less, such as 0.1.", key)
     return limit, 1.0, written
 
 
-def _sourced(row: Fields, new: Rule, old: Rule, label: str) -> Rule:
+def _sourced(row: RuleTable, new: Rule, old: Rule, label: str) -> Rule:
     """A rule that was changed does not go on bearing the standard of what it was."""
-    if "standard" in row:
-        return replace(new, edition=_word(row, "edition", ""), clause=_word(row, "clause", ""))
+    if row.standard is not None:
+        return replace(new, edition=_word(row.edition, ""), clause=_word(row.clause, ""))
     if _meaning(new) == _meaning(old):
         return new
     was = f"{old.requirement}, {old.level}" + (f", in {old.clause_of}" if old.clause_of else "")

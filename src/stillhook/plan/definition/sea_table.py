@@ -6,10 +6,10 @@ import math
 import re
 from itertools import pairwise
 
-from stillhook.formats.toml_fields import Fields
-from stillhook.units import parse, quote, show
+from stillhook.errors import UnitError
+from stillhook.units import KINDS, parse, show
 
-KINDS = {"Hs": "length", "Tp": "time", "headings": "angle"}
+KIND = {"Hs": "length", "Tp": "time", "headings": "angle"}
 LOWEST = {"Hs": 0.05, "Tp": 2.0, "headings": 0.0}
 HIGHEST = {"Hs": 20.0, "Tp": 30.0, "headings": 2.0 * math.pi}
 """What seas of a table may be: below there is nothing to plan, above no lift."""
@@ -23,44 +23,44 @@ LIKE = {
 _RANGE = re.compile(r"(.+?)\s+to\s+(.+?)\s+by\s+(.+)")
 
 
-def spelled(table: Fields, key: str) -> tuple[str, ...]:
-    """Texts of a range or list, rising (headings in the order of the file), none twice. Errors: the table's own,
-    UnitError."""
-    entry, kind = table.table[key], KINDS[key]
-    where = f"{table.place}{key}"
-    if isinstance(entry, str):
-        values = _range(table, key, entry)
-    elif isinstance(entry, list) and entry:
-        values = [parse(item, kind, f"{where}[{i}]") for i, item in enumerate(entry)]
-    else:
-        raise table.wrong(key, f"give {LIKE[key]}.")
+def expanded(value: object, key: str) -> object:
+    """The texts of a range such as "1 m to 6 m by 0.5 m"; a list as it is. Errors: ValueError."""
+    kind = KIND[key]
+    if isinstance(value, list | tuple) and value:
+        return tuple(value)
+    if not isinstance(value, str):
+        raise ValueError(f"give {LIKE[key]}.")
+    match = _RANGE.fullmatch(value.strip())
+    if match is None:
+        if " to " in value:
+            raise ValueError(f"give {LIKE[key]}.")
+        return (value,)
+    try:
+        first, last, step = (parse(part, kind) for part in match.groups())
+    except UnitError as problem:
+        raise ValueError(str(problem)) from None
+    if step <= 0.0 or last < first:
+        raise ValueError(f"the range must increase, for example {LIKE[key]}.")
+    count = (last - first) / step
+    if count > MOST:
+        raise ValueError(f"{count:.0f} steps, and {MOST} are the most. Take larger steps.")
+    if abs(count - round(count)) > 1e-6:
+        raise ValueError(f"steps of {show(step, kind)} do not meet {show(last, kind)}. Choose a step that does.")
+    steps = round(count)
+    values = [first + i * (last - first) / steps for i in range(steps + 1)] if steps else [first]
+    return tuple(f"{x!r} {KINDS[kind].si}" for x in values)
+
+
+def ordered(values: tuple[float, ...], key: str) -> tuple[float, ...]:
+    """Values of a range or list [SI], rising (headings in the order of the file), none twice. Errors: ValueError."""
+    kind = KIND[key]
     if len(values) > MOST:
-        raise table.wrong(key, f"{len(values)} values, and {MOST} are the most. Take larger steps.")
+        raise ValueError(f"{len(values)} values, and {MOST} are the most. Take larger steps.")
     for value in values:
         if not LOWEST[key] <= value <= HIGHEST[key] + 1e-9:
             low, high = show(LOWEST[key], kind), show(HIGHEST[key], kind)
-            raise table.wrong(key, f"{show(value, kind)} is not between {low} and {high}.")
-    ordered = values if key == "headings" else sorted(values)
-    around = [v % (2.0 * math.pi) for v in ordered] if key == "headings" else ordered
-    if any(math.isclose(a, b, abs_tol=1e-9) for a, b in pairwise(sorted(around))):
-        raise table.wrong(key, "a value comes twice. Write it once.")
-    return tuple(f"{value!r} {'rad' if kind == 'angle' else 's' if kind == 'time' else 'm'}" for value in around)
-
-
-def _range(table: Fields, key: str, text: str) -> list[float]:
-    """Values of a range with both ends, or of one text alone."""
-    kind, where = KINDS[key], f"{table.place}{key}"
-    match = _RANGE.fullmatch(text.strip())
-    if match is None:
-        if " to " in text:
-            raise table.wrong(key, f"give {LIKE[key]}.")
-        return [parse(text, kind, where)]
-    first, last, step = (parse(part, kind, f"{where}: {quote(part)[1:-1]}") for part in match.groups())
-    if step <= 0.0 or last < first:
-        raise table.wrong(key, f"the range must increase, for example {LIKE[key]}.")
-    count = (last - first) / step
-    if count > MOST:
-        raise table.wrong(key, f"{count:.0f} steps, and {MOST} are the most. Take larger steps.")
-    if abs(count - round(count)) > 1e-6:
-        raise table.wrong(key, f"steps of {show(step, kind)} do not meet {show(last, kind)}. Choose a step that does.")
-    return [first + i * (last - first) / round(count) if round(count) else first for i in range(round(count) + 1)]
+            raise ValueError(f"{show(value, kind)} is not between {low} and {high}.")
+    in_order = tuple(v % (2.0 * math.pi) for v in values) if key == "headings" else tuple(sorted(values))
+    if any(math.isclose(a, b, abs_tol=1e-9) for a, b in pairwise(sorted(in_order))):
+        raise ValueError("a value comes twice. Write it once.")
+    return in_order

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from stillhook.base.nearest import nearest
 from stillhook.errors import PlanError, WeatherError
 from stillhook.formats.weather.file import SENSES, read_weather
-from stillhook.library.toml.tree import nearest
 from stillhook.plan.definition.lift_plan import WeatherUse
 from stillhook.units import quote
 from stillhook.weather.series import Weather

@@ -11,17 +11,21 @@ from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from stillhook.errors import StillhookError, ValidateError
-from stillhook.formats.toml_fields import Fields
+from pydantic import Field, model_validator
+
+from stillhook.base.nearest import nearest
+from stillhook.errors import ValidateError
+from stillhook.library.toml.file import TomlTable, named, read_toml
 from stillhook.library.toml.kinds import FileKind
-from stillhook.library.toml.tree import nearest, parsed, toml_text
+from stillhook.library.toml.row_set import RowTable, SetFile, base_name, numbers_on_base, rows_on_base
+from stillhook.library.toml.tree import parsed
+from stillhook.spec.table import Flag, Text
 from stillhook.units import quote
 from stillhook.validate.criteria.names import MEASURES, SETTINGS
 from stillhook.validate.criteria.results import StepNumber
 
-TOP = ("base", "name", "version", "source", "drop", "settings", "criterion")
 OURS = "ours"
 
 
@@ -44,7 +48,6 @@ class Requirement(StrEnum):
 
 
 _LIMITS = {kind.replace(" ", "_"): kind for kind in Limit}
-ROW = ("key", "step", "title", "measure", *_LIMITS, "ask", "judged", "needed", "source", "reason")
 BEFORE = "by"
 """Field of criteria files until criteria set version 1: which part of the interval counted."""
 
@@ -108,6 +111,39 @@ class Criteria:
         }
 
 
+class CriterionTable(RowTable):
+    """A table [[criterion]]; what it leaves out keeps its value of the base."""
+
+    step: Annotated[int, Field(strict=True)] | None = Field(default=None, description="step of the validation")
+    title: Text | None = Field(default=None, description="what is required, in words")
+    measure: Text | None = Field(default=None, description="measure that it judges")
+    at_least: Any = Field(default=None, description="limit, or at_most, or within (of zero)")
+    at_most: Any = None
+    within: Any = None
+    ask: Requirement | None = Field(default=None, description="verdict that the line requires")
+    judged: Flag | None = Field(default=None, description="false: for information")
+    needed: Flag | None = Field(default=None, description="false: does not count where there are no data")
+    source: Text | None = Field(default=None, description="where the limit is from")
+    reason: Text | None = Field(default=None, description="reason of the limit")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_this_version(cls, data: Any) -> Any:
+        if isinstance(data, Mapping) and BEFORE in data:
+            raise ValueError(
+                f"{BEFORE} is no longer a field: the complete 95 % interval decides. Leave it out, or write "
+                'ask = "not refuted" where it was "any".'
+            )
+        return data
+
+
+class CriteriaFile(SetFile):
+    """A set of acceptance criteria."""
+
+    settings: Mapping[str, Any] = Field(default_factory=dict, description="numbers that measures are computed with")
+    criterion: tuple[CriterionTable, ...] = Field(default=(), description="one [[criterion]] table for each row")
+
+
 @functools.cache
 def criteria_sets() -> tuple[str, ...]:
     """Names of the sets included in Stillhook."""
@@ -143,147 +179,94 @@ def load_criteria(name_or_path: str | Path) -> Criteria:
     name = str(name_or_path)
     if name in criteria_sets():
         text = (files("stillhook.validate.criteria") / "criteria_sets" / f"{name}.toml").read_text(encoding="utf-8")
-        return _read(text, f"{name}.toml", name)
+        path = Path(f"{name}.toml")
+        return named(TomlTable(path, parsed(text, path.name, FileKind.CRITERIA), ValidateError), _criteria)
     if not name.endswith(".toml"):
         have = ", ".join(criteria_sets())
         raise ValidateError(
             f"Unknown criteria {quote(name)}. Choose {have}{nearest(name, criteria_sets())} The name of a"
             " file ends in .toml."
         )
-    path = Path(name_or_path)
-    return _read(toml_text(path), path.name, path.stem)
+    return read_toml(name_or_path, FileKind.CRITERIA, ValidateError, _criteria)
 
 
-def _read(text: str, label: str, stem: str) -> Criteria:
-    data = parsed(text, label, FileKind.CRITERIA)
-    try:
-        return _criteria(data, label, stem)
-    except StillhookError as e:
-        message = str(e)
-        raise type(e)(message if message.startswith(label) else f"{label}: {message}") from None
-
-
-def _criteria(data: Mapping[str, Any], label: str, stem: str) -> Criteria:
-    top = Fields(data, "", ValidateError)
-    top.refuse_unknown(TOP)
-    top.need("version")
-    base = _base(top)
-    rows = {c.key: c for c in base.criteria} if base else {}
-    drop = _drop(top, rows)
-    tables = data.get("criterion", [])
-    if not isinstance(tables, list) or not (tables or base):
-        raise ValidateError("criterion: write one [[criterion]] table for each row.")
-    seen: set[str] = set()
-    for i, row in enumerate(tables):
-        key = Fields(row, f"criterion {i + 1}: ", ValidateError).text("key")
-        if key in seen or key in drop:
-            raise ValidateError(
-                f"criterion {quote(key)}: {'comes twice' if key in seen else 'is dropped as well'}. Write it once."
-            )
-        seen.add(key)
-        rows[key] = _row(Fields(row, f'criterion "{key}": ', ValidateError), rows.get(key), label)
-    settings = _settings(top, base)
-    kept = tuple(c for c in rows.values() if c.key not in drop)
+def _criteria(table: TomlTable) -> Criteria:
+    file, label = table.read(CriteriaFile), table.path.name
+    name = base_name(file, table, criteria_sets())
+    base = None if name is None else load_criteria(name)
+    kept = rows_on_base(
+        file,
+        table,
+        "criterion",
+        file.criterion,
+        base.criteria if base else (),
+        lambda row, old, place: _row(row, old, place, label),
+    )
+    known = {n: (setting.quantity, setting.meaning) for n, setting in SETTINGS.items()}
+    settings = numbers_on_base(
+        table, "settings", file.settings, known, base.settings if base else {}, example="paper-f"
+    )
     if not any(c.judged for c in kept):
         raise ValidateError(
             "criterion: no row is judged, so every validation would pass. Keep at least one judged row."
         )
-    name = top.text("name", stem)
-    source = top.text("source", f"{label}, on {base.label}" if base else label)
+    source = file.source or (f"{label}, on {base.label}" if base else label)
     changes = _changes(base, kept, settings) if base else ()
-    return _digested(Criteria(name, top.text("version"), source, kept, settings, changes))
+    return _digested(Criteria(file.name or table.path.stem, file.version, source, kept, settings, changes))
 
 
-def _base(top: Fields) -> Criteria | None:
-    if "base" not in top:
-        return None
-    name = top.text("base")
-    if name not in criteria_sets():
-        raise top.wrong("base", f"Stillhook has {', '.join(criteria_sets())}{nearest(name, criteria_sets())}")
-    return load_criteria(name)
-
-
-def _drop(top: Fields, rows: Mapping[str, Criterion]) -> tuple[str, ...]:
-    drop = top.table.get("drop", [])
-    if not isinstance(drop, list) or not all(isinstance(x, str) for x in drop):
-        raise top.wrong("drop", "give a list of keys.")
-    for key in drop:
-        if key not in rows:
-            raise ValidateError(f"drop: the base has no criterion {quote(key)}{nearest(key, rows)}")
-    return tuple(drop)
-
-
-def _settings(top: Fields, base: Criteria | None) -> dict[str, float]:
-    table = Fields(top.table.get("settings", {}), "settings: ", ValidateError)
-    table.refuse_unknown(tuple(SETTINGS))
-    out = dict(base.settings) if base else {}
-    for name in table.table:
-        out[name] = table.figure(name, SETTINGS[name].quantity)[0]
-        if not out[name] > 0.0:
-            raise table.wrong(name, "must be more than zero.")
-    for name in SETTINGS:
-        if name not in out:
-            raise ValidateError(
-                f"settings: {name}: missing ({SETTINGS[name].meaning}). State it, or start the file with base ="
-                ' "paper-f".'
-            )
-    return {name: out[name] for name in SETTINGS}
-
-
-def _row(row: Fields, old: Criterion | None, label: str) -> Criterion:
+def _row(row: CriterionTable, old: Criterion | None, table: TomlTable, label: str) -> Criterion:
     """A row of the file applied to the base row with the same key."""
-    if BEFORE in row:
-        raise ValidateError(
-            f"{row.place}{BEFORE} is no longer a field: the complete 95 % interval decides. Leave it out, or write "
-            'ask = "not refuted" where it was "any".'
-        )
-    row.refuse_unknown(ROW)
-    if old is None:
-        row.need("step", "title", "measure")
-    measure = row.text("measure", old.measure if old else None)
+    for key in ("step", "title", "measure") if old is None else ():
+        if getattr(row, key) is None:
+            raise table.missing(key)
+    measure = row.measure or (old.measure if old else "")
     if measure not in MEASURES:
-        raise row.wrong("measure", f"no such measure{nearest(measure, MEASURES)} Known: {', '.join(MEASURES)}.")
-    kinds = [k for k in _LIMITS if k in row]
-    if len(kinds) > 1 or (not kinds and (old is None or measure != old.measure)):
-        raise ValidateError(f"{row.place}state exactly one of {', '.join(_LIMITS)}.")
+        raise table.wrong(f"no such measure{nearest(measure, MEASURES)} Known: {', '.join(MEASURES)}.", "measure")
     known = MEASURES[measure]
-    step = row.table.get("step", int(known.step))
-    if isinstance(step, bool) or step != int(known.step):
-        raise row.wrong("step", f"{measure} belongs to step {int(known.step)}.")
-    ask = row.text("ask", old.ask.value if old else Requirement.SHOWN.value)
-    if ask not in list(Requirement):
-        raise row.wrong("ask", f"not one of {', '.join(Requirement)}.")
-    if kinds:
-        kind, (limit, written) = Limit(_LIMITS[kinds[0]]), row.figure(kinds[0], known.quantity)
-        if kind is Limit.WITHIN and limit < 0.0:
-            raise row.wrong(kinds[0], "a tolerance about zero cannot be negative. State a positive value.")
-    else:
-        assert old is not None
-        kind, limit, written = old.kind, old.limit, old.written
+    if row.step is not None and row.step != int(known.step):
+        raise table.wrong(f"{measure} belongs to step {int(known.step)}.", "step")
+    kind, limit, written = _limit(row, old, table, measure)
     new = Criterion(
-        key=row.text("key"),
+        key=row.key,
         step=known.step,
-        title=row.text("title", old.title if old else None),
+        title=row.title or (old.title if old else ""),
         measure=measure,
         kind=kind,
         limit=limit,
         quantity=known.quantity,
         written=written,
-        ask=Requirement(ask),
-        judged=row.flag("judged", old.judged if old else True),
-        needed=row.flag("needed", old.needed if old else True),
-        source=row.text("source", old.source if old else f"given in {label}"),
+        ask=row.ask or (old.ask if old else Requirement.SHOWN),
+        judged=row.judged if row.judged is not None else old is None or old.judged,
+        needed=row.needed if row.needed is not None else old is None or old.needed,
+        source=row.source or (old.source if old else f"given in {label}"),
     )
-    source, reason = _source_and_reason(row, new, old, label)
+    source, reason = _source_and_reason(row, new, old, table, label)
     return replace(new, source=source, reason=reason)
 
 
-def _source_and_reason(row: Fields, new: Criterion, old: Criterion | None, label: str) -> tuple[str, str]:
+def _limit(row: CriterionTable, old: Criterion | None, table: TomlTable, measure: str) -> tuple[Limit, float, str]:
+    """Kind of the limit, the limit in SI, and as it is written."""
+    stated = [key for key in _LIMITS if getattr(row, key) is not None]
+    if len(stated) == 1:
+        kind, (limit, written) = Limit(_LIMITS[stated[0]]), table.quantity(MEASURES[measure].quantity, stated[0])
+        if kind is Limit.WITHIN and limit < 0.0:
+            raise table.wrong("a tolerance about zero cannot be negative. State a positive value.", stated[0])
+        return kind, limit, written
+    if stated or old is None or measure != old.measure:
+        raise table.wrong(f"state exactly one of {', '.join(_LIMITS)}.")
+    return old.kind, old.limit, old.written
+
+
+def _source_and_reason(
+    row: CriterionTable, new: Criterion, old: Criterion | None, table: TomlTable, label: str
+) -> tuple[str, str]:
     """Source and reason: a changed row does not keep the source of its base."""
-    reason = row.text("reason", " ").strip()
+    reason = (row.reason or "").strip()
     if new.source == OURS and not (reason or (old and old.reason)):
-        raise ValidateError(f'{row.place}reason: missing. A criterion with source = "{OURS}" must state its reason.')
-    if old is None or "source" in row:
+        place = table.place("reason")
+        raise ValidateError(f'{place}: missing. A criterion with source = "{OURS}" must state its reason.')
+    if old is None or row.source is not None:
         return new.source, reason
     if _meaning(new) == _meaning(old):
         return old.source, reason or old.reason

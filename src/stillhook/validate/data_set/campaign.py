@@ -3,30 +3,30 @@
 from __future__ import annotations
 
 import datetime
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Self
 
-from stillhook.control.registry import MANUAL_MODE
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
+from stillhook import units as u
 from stillhook.engine.pack.winch import drum_record
-from stillhook.errors import StillhookError, ValidateError
-from stillhook.formats.toml_fields import Fields, described, no_log_twice, no_name_twice
+from stillhook.errors import ValidateError
 from stillhook.library import load_crane
+from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
-from stillhook.logs.hook_depth import HookDepth, hook_depth
+from stillhook.logs.campaign import HookDepth, LoggedTest, check_names, check_parts, hook_depth
 from stillhook.logs.mapping import mapping_from
 from stillhook.logs.types import Signal
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Water
+from stillhook.spec.table import Flag, Part, Spec, Text
 from stillhook.units import quote, show
 from stillhook.validate.criteria.criteria import Criteria, load_criteria
-from stillhook.validate.data_set.modes import STANDARD_MODES, modes_of, with_modes
+from stillhook.validate.data_set.modes import STANDARD_MODES, with_modes
 
-TOP = ("title", "date", "crane", "criteria", "delay", "signals", "modes", "test", "synthetic", "remarks")
-TEST = ("name", "log", "kind", "load", "payload", "depth", "h_tip", "mode", "s_w", "water", "signals", "start", "end")
 MARK = "SYNTHETIC"
 TIP_AND_WIRE = ("s_tip", "s_w", "e_c_measured")
 LONGEST_DELAY = 10.0  # s, as in a scenario's sensors
@@ -39,6 +39,63 @@ class Kind(StrEnum):
     AHC = "ahc"
     LIMITS = "limits"
     DYNAMICS = "dynamics"
+
+
+class TestTable(LoggedTest):
+    """A table [[test]]."""
+
+    kind: Kind = Field(description="heave compensation, speed limit, or hoisting and lowering in quick turns")
+    load: u.Mass | None = Field(default=None, description="winch load without the hook: payload and weight of the wire")
+    payload: u.Mass | None = Field(default=None, description="mass suspended from the hook, with depth or h_tip")
+    mode: Mode | None = Field(default=None, description="of the PLC, where the log has none")
+    water: Part[Water] | None = Field(default=None, description="a submerged payload")
+
+    @field_validator("mode")
+    @classmethod
+    def _compensates(cls, mode: Mode | None, info: ValidationInfo) -> Mode | None:
+        if mode is not None and not mode.compensates and info.data.get("kind") is Kind.AHC:
+            raise ValueError('a test of kind "ahc" needs a compensating mode. State that mode, or another kind.')
+        return mode
+
+    @model_validator(mode="after")
+    def _one_load(self) -> Self:
+        """A payload with the depth of the hook, or a load without it."""
+        hook = next((key for key in ("depth", "h_tip") if getattr(self, key) is not None), None)
+        if self.payload is not None and self.load is not None:
+            raise ValueError(
+                "load and payload: both stated. load includes the weight of the wire out, payload does not. State one"
+                " of them."
+            )
+        if self.payload is not None and hook is None:
+            raise ValueError(
+                "payload: needs depth or h_tip for the weight of the wire out. State one of them, or load including"
+                " the wire."
+            )
+        if self.load is not None and hook is not None:
+            raise ValueError(
+                f"load with {hook}: load already includes the weight of the wire out. State payload (mass suspended"
+                " from the hook), or leave depth and h_tip out."
+            )
+        if hook is not None and self.payload is None:
+            raise ValueError(f"{hook}: stated without payload. State payload (mass suspended from the hook).")
+        return self
+
+
+class CampaignFile(Spec):
+    """A validation campaign."""
+
+    title: Text | None = Field(default=None, description="title of the certificate")
+    date: Annotated[datetime.date, Field(strict=True)] = Field(description="date of the certificate")
+    crane: Text = Field(description="library name or crane file: the twin under test")
+    criteria: Text = Field(default="paper-f", description="library name or criteria file")
+    delay: u.Time = Field(
+        default=0.0, ge=0, le=LONGEST_DELAY, description="by which the tip motion is known to reach the PLC late"
+    )
+    signals: Mapping[str, Any] | None = Field(default=None, description="columns of the logs")
+    modes: Mapping[str, Mode] = Field(default_factory=dict, description="meaning of the PLC's numbers or words")
+    test: tuple[TestTable, ...] = Field(min_length=1, description="one [[test]] table for each log")
+    synthetic: Flag = Field(default=False, description="simulated, measured on no crane")
+    remarks: tuple[Text, ...] = Field(default=(), description="remarks for the certificate")
 
 
 @dataclass(frozen=True)
@@ -119,136 +176,70 @@ def load_campaign(path: str | Path) -> Campaign:
 
     Errors: StillhookError, one line that names file, field, value and what is allowed.
     """
-    return described(path, FileKind.CAMPAIGN, _campaign)
+    return read_toml(path, FileKind.CAMPAIGN, ValidateError, _campaign)
 
 
-def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
-    top = Fields(data, "", ValidateError)
-    top.refuse_unknown(TOP)
-    top.need("date", "crane")
-    if "test" not in top:
-        raise ValidateError("test: missing. Write one [[test]] table for each log.")
-    crane_name = top.path_or_name("crane", file.parent)
-    crane = load_crane(crane_name)
-    mapping = mapping_from(data["signals"], "signals") if "signals" in data else None
-    modes = modes_of(top)
-    rows = data["test"]
-    if not isinstance(rows, list) or not rows:
-        raise ValidateError("test: write one [[test]] table for each log.")
-    tests = tuple(_test(row, i, file.parent, crane, mapping, modes) for i, row in enumerate(rows))
-    no_name_twice([t.name for t in tests], ValidateError)
+def _campaign(table: TomlTable) -> Campaign:
+    file = table.read(CampaignFile)
+    crane = load_crane(table.toml_beside(file.crane))
+    mapping = None if file.signals is None else mapping_from(file.signals, "signals")
+    modes = {key.strip(): mode for key, mode in file.modes.items()}
+    tests = tuple(_test(row, i, table.at("test", i), crane, mapping, modes) for i, row in enumerate(file.test))
+    check_names(tests, ValidateError)
     for kind in Kind:
-        no_log_twice([t for t in tests if t.kind is kind], ValidateError)
-    title = top.text("title", file.stem)
+        check_parts([t for t in tests if t.kind is kind], ValidateError)
+    title = file.title or table.path.stem
     return Campaign(
         title=title,
-        date=_date(top),
-        file=file,
+        date=file.date,
+        file=table.path,
         crane=crane,
-        crane_name=top.text("crane"),
-        criteria=_criteria(top, file.parent),
-        delay=_delay(top),
+        crane_name=file.crane,
+        criteria=load_criteria(table.toml_beside(file.criteria)),
+        delay=file.delay,
         tests=tests,
-        synthetic=top.flag("synthetic") or MARK in title,
-        remarks=_remarks(top),
+        synthetic=file.synthetic or MARK in title,
+        remarks=file.remarks,
     )
-
-
-def _date(top: Fields) -> datetime.date:
-    value = top.table["date"]
-    if isinstance(value, datetime.datetime) or not isinstance(value, datetime.date):
-        raise top.wrong("date", "state the date of the certificate without quotes, such as 2026-11-21.")
-    return value
-
-
-def _criteria(top: Fields, folder: Path) -> Criteria:
-    return load_criteria(top.path_or_name("criteria", folder) if "criteria" in top else "paper-f")
-
-
-def _delay(top: Fields) -> float:
-    delay = top.quantity("delay", "time", 0.0)
-    assert delay is not None
-    if not 0.0 <= delay <= LONGEST_DELAY:
-        raise top.wrong("delay", f"allowed is 0 s to {LONGEST_DELAY:g} s.")
-    return delay
-
-
-def _remarks(top: Fields) -> tuple[str, ...]:
-    value = top.table.get("remarks", [])
-    if not isinstance(value, list) or not all(isinstance(x, str) for x in value):
-        raise top.wrong("remarks", "write a list of texts.")
-    return tuple(value)
 
 
 def _test(
-    row: Any, i: int, folder: Path, crane: Crane, mapping: Mapping[str, Signal] | None, modes: Mapping[str, Mode]
+    row: TestTable,
+    i: int,
+    table: TomlTable,
+    crane: Crane,
+    mapping: Mapping[str, Signal] | None,
+    modes: Mapping[str, Mode],
 ) -> CraneTest:
-    name = Fields(row, f"test {i + 1}: ", ValidateError).text("name", str(i + 1))
-    test = Fields(row, f'test "{name}": ', ValidateError)
-    test.refuse_unknown(TEST)
-    test.need("log", "kind")
-    kind = test.text("kind")
-    if kind not in list(Kind):
-        raise test.wrong("kind", f"not one of {', '.join(Kind)}.")
-    load, payload = (_mass(test, key, crane) for key in ("load", "payload"))
-    hook = _hook(test)
-    L_full, s_w = drum_record(crane).L_full, test.quantity("s_w", "length")
-    if s_w is not None and not 0.0 <= s_w <= L_full:
-        raise test.wrong("s_w", f'"{crane.name}" has 0 m to {show(L_full, "length")} of wire.')
-    start, end = test.quantity("start", "time", -math.inf), test.quantity("end", "time", math.inf)
-    assert start is not None
-    assert end is not None
-    if not start < end:
-        raise test.wrong("end", f"must come after start {start:g} s.")
-    log_mapping = mapping_from(row["signals"], f'test "{name}": signals') if "signals" in row else mapping
-    _two_columns(log_mapping, f'test "{name}": ')
-    log_mapping, meaning = with_modes(log_mapping, modes)
+    for key, mass in (("load", row.load), ("payload", row.payload)):
+        if mass is not None and not 0.0 <= mass <= crane.SWL:
+            swl = show(crane.SWL, "mass")
+            raise table.wrong(f'"{crane.name}" is rated for 0 t to {swl}. Check the {key}.', key)
+    L_full = drum_record(crane).L_full
+    if row.s_w is not None and row.s_w > L_full:
+        raise table.wrong(f'"{crane.name}" has 0 m to {show(L_full, "length")} of wire.', "s_w")
+    mass = row.payload if row.load is None else row.load
+    if row.water is not None and mass is not None and row.water.rho * row.water.volume > mass + crane.hook_mass:
+        raise table.wrong(f"a payload of {show(mass, 'mass')} floats. Check load and volume.", "water", "volume")
+    if row.signals is not None:
+        mapping = mapping_from(row.signals, table.place("signals"))
+    _two_columns(mapping, f"{table.place()}: ")
+    mapping, meaning = with_modes(mapping, modes)
     return CraneTest(
-        name=name,
-        log=test.file("log", folder),
-        kind=Kind(kind),
-        load=load,
-        mode=_mode(test, Kind(kind)),
-        s_w=s_w,
-        water=_water(test, payload if load is None else load, crane),
-        mapping=log_mapping,
-        start=start,
-        end=end,
+        name=row.name or str(i + 1),
+        log=table.file_beside(row.log, "log"),
+        kind=row.kind,
+        load=row.load,
+        mode=row.mode,
+        s_w=row.s_w,
+        water=row.water,
+        mapping=mapping,
+        start=row.start,
+        end=row.end,
         modes=meaning,
-        payload=payload,
-        hook=hook,
+        payload=row.payload,
+        hook=hook_depth(row, table),
     )
-
-
-def _mass(test: Fields, key: str, crane: Crane) -> float | None:
-    mass = test.quantity(key, "mass")
-    if mass is not None and not 0.0 <= mass <= crane.SWL:
-        raise test.wrong(key, f'"{crane.name}" is rated for 0 t to {show(crane.SWL, "mass")}. Check the {key}.')
-    return mass
-
-
-def _hook(test: Fields) -> HookDepth | None:
-    """Depth of the hook, with a payload and never with a load. Errors: ValidateError."""
-    hook, key = hook_depth(test), "depth" if "depth" in test else "h_tip"
-    if "payload" in test and "load" in test:
-        raise ValidateError(
-            f"{test.place}load and payload: both stated. load includes the weight of the wire out, payload does not."
-            " State"
-            " one of them."
-        )
-    if "payload" in test and hook is None:
-        raise ValidateError(
-            f"{test.place}payload: needs depth or h_tip for the weight of the wire out. State one of them, or"
-            " load including the wire."
-        )
-    if hook is not None and "load" in test:
-        raise ValidateError(
-            f"{test.place}load with {key}: load already includes the weight of the wire out. "
-            "State payload (mass suspended from the hook), or leave depth and h_tip out."
-        )
-    if hook is not None and "payload" not in test:
-        raise ValidateError(f"{test.place}{key}: stated without payload. State payload (mass suspended from the hook).")
-    return hook
 
 
 def _two_columns(mapping: Mapping[str, Signal] | None, place: str) -> None:
@@ -259,28 +250,3 @@ def _two_columns(mapping: Mapping[str, Signal] | None, place: str) -> None:
             if a.column == b.column:
                 both = f"{place}signals: {a.name} and {b.name} both refer to column {quote(a.column)}."
                 raise ValidateError(f"{both} Map each to its own column, or leave one out.")
-
-
-def _mode(test: Fields, kind: Kind) -> Mode | None:
-    if "mode" not in test:
-        return None
-    text = test.text("mode")
-    if text not in list(Mode):
-        raise test.wrong("mode", f"not one of {', '.join(Mode)}.")
-    if kind is Kind.AHC and Mode(text) is MANUAL_MODE:
-        raise test.wrong("mode", 'a test of kind "ahc" needs a compensating mode. State that mode, or another kind.')
-    return Mode(text)
-
-
-def _water(test: Fields, load: float | None, crane: Crane) -> Water | None:
-    if "water" not in test:
-        return None
-    inside = Fields(test.table["water"], f"{test.place}water: ", ValidateError)
-    inside.refuse_unknown(tuple(Water.model_fields))
-    try:
-        water = Water(**inside.table)
-    except StillhookError as e:
-        raise ValidateError(f"{test.place}{e}") from None
-    if load is not None and water.rho * water.volume > load + crane.hook_mass:
-        raise inside.wrong("volume", f"a payload of {show(load, 'mass')} floats. Check load and volume.")
-    return water

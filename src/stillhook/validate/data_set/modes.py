@@ -9,7 +9,6 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import ValidateError
-from stillhook.formats.toml_fields import Fields
 from stillhook.logs.types import Signal
 from stillhook.spec.scenario import Mode
 from stillhook.units import number
@@ -21,15 +20,6 @@ WORDS_FROM = 1e6
 LEAST = 0.3
 """A mode of shorter duration is the mean of two codes in one bin, or a logging artefact [s]: the previous mode
 continues."""
-
-
-def modes_of(top: Fields) -> Mapping[str, Mode]:
-    """The table [modes] of a campaign file: modes by number or word as in the logs. Errors: ValidateError."""
-    table = Fields(top.table.get("modes", {}), "modes: ", ValidateError)
-    for key in table.table:
-        if table.text(key) not in list(Mode):
-            raise table.wrong(key, f"not one of {', '.join(Mode)}.")
-    return {key.strip(): Mode(text) for key, text in table.table.items()}
 
 
 def with_modes(

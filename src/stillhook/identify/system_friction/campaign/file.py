@@ -6,29 +6,71 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Self
 
+from pydantic import Field, model_validator
+
+from stillhook import units as u
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import IdentifyError
-from stillhook.formats.toml_fields import Fields, described, no_log_twice, no_name_twice
 from stillhook.library import load_crane
 from stillhook.library.parameter_sets.evidence import Evidence
+from stillhook.library.parameter_sets.sets import load_losses
+from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
-from stillhook.logs.hook_depth import HookDepth, hook_depth
+from stillhook.logs.campaign import HookDepth, LoggedTest, check_names, check_parts, hook_depth
 from stillhook.logs.mapping import mapping_from
 from stillhook.logs.types import Signal
 from stillhook.physics.load_path.drum import layer_diameter, layers_filled
 from stillhook.physics.scalar import G
 from stillhook.spec.circuits import Motor
 from stillhook.spec.crane import Crane, Source
-from stillhook.units import quote, show
+from stillhook.spec.table import Flag, Share, Spec, Text
+from stillhook.units import show
 
-TOP = ("title", "crane", "motors", "motor", "signals", "accuracy", "test", "synthetic")
-TEST = ("name", "log", "D_m", "D_mt", "load", "layer", "s_w", "depth", "h_tip", "hold_out", "signals", "start", "end")
-ACCURACY = ("p", "omega_m")
 MARK = "SYNTHETIC"  # in a title, or synthetic = true: simulated, measured on no crane
 SignalMap = Mapping[str, Signal]
-MOST_ACCURACY = 0.2  # of a speed reading: a sensor worse than that measures nothing
+LARGEST_ACCURACY = 0.2  # of a speed reading: a sensor worse than that measures nothing
+
+
+class Accuracy(Spec):
+    """Standard uncertainties beyond the scatter of a stretch."""
+
+    p: u.Pressure = Field(default=0.0, ge=0, description="of a pressure")
+    omega_m: Share = Field(default=0.0, ge=0, lt=LARGEST_ACCURACY, description="of a speed, as part of the reading")
+
+
+class TestTable(LoggedTest):
+    """A table [[test]]: one staircase."""
+
+    D_m: u.Displacement | None = Field(default=None, description="displacement of one motor")
+    D_mt: u.Displacement | None = Field(default=None, description="displacement of all motors together")
+    load: u.Mass = Field(ge=0, description="on the hook, without the hook")
+    layer: Annotated[int, Field(strict=True)] | None = Field(default=None, description="layer of wire in use")
+    hold_out: Flag = Field(default=False, description="kept from every fit")
+
+    @model_validator(mode="after")
+    def _stated_once(self) -> Self:
+        if self.D_m is not None and self.D_mt is not None:
+            raise ValueError("D_m and D_mt: both given. Give the displacement of one motor, or of all together.")
+        if self.layer is not None and self.s_w is not None:
+            raise ValueError("layer and s_w: both given. Give one.")
+        return self
+
+
+class CampaignFile(Spec):
+    """A campaign of friction tests."""
+
+    title: Text | None = Field(default=None, description="title of the report")
+    crane: Text = Field(description="library name or crane file: drum, wire, gears, hook")
+    motors: Annotated[int, Field(strict=True)] | None = Field(
+        default=None, description="motors in the circuit during the tests; default all of the crane"
+    )
+    motor: Text | None = Field(default=None, description="loss model: library name or motor file")
+    signals: Mapping[str, Any] | None = Field(default=None, description="columns of the logs")
+    accuracy: Accuracy = Field(default_factory=Accuracy)
+    test: tuple[TestTable, ...] = Field(min_length=1, description="one [[test]] table for each log")
+    synthetic: Flag = Field(default=False, description="simulated, measured on no crane")
 
 
 @dataclass(frozen=True)
@@ -113,182 +155,108 @@ def load_campaign(path: str | Path) -> Campaign:
 
     Errors: StillhookError, one line that names file, field, what came and what is allowed.
     """
-    return described(path, FileKind.FRICTION_CAMPAIGN, _campaign)
+    return read_toml(path, FileKind.FRICTION_CAMPAIGN, IdentifyError, _campaign)
 
 
-def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
-    top = Fields(data, "", IdentifyError)
-    top.refuse_unknown(TOP)
-    for name in ("crane", "test"):
-        if name not in top:
-            raise IdentifyError(f"{name}: missing. A campaign needs crane and at least one [[test]].")
-    crane = load_crane(top.path_or_name("crane", file.parent))
-    motor, motor_name, motor_sources, evidence = _motor(top, crane, file.parent)
-    mapping = mapping_from(data["signals"], "signals") if "signals" in data else None
-    title = str(data.get("title", file.stem))
-    synthetic = top.flag("synthetic") or MARK in title
-    accuracy = _accuracy(top)
-    rows = data["test"]
-    if not isinstance(rows, list) or not rows or not all(isinstance(r, dict) for r in rows):
-        raise IdentifyError("test: give one [[test]] a log.")
-    count = _count(top, crane)
-    tests = tuple(_test(row, i, file.parent, crane, motor, count, mapping) for i, row in enumerate(rows))
-    no_log_twice(tests, IdentifyError)
-    no_name_twice([t.name for t in tests], IdentifyError)
+def _campaign(table: TomlTable) -> Campaign:
+    file = table.read(CampaignFile)
+    crane = load_crane(table.toml_beside(file.crane))
+    motor, motor_name, motor_sources, evidence = _motor(file, table, crane)
+    mapping = None if file.signals is None else mapping_from(file.signals, "signals")
+    count = _count(file, table, crane)
+    tests = tuple(_test(row, i, table.at("test", i), crane, motor, count, mapping) for i, row in enumerate(file.test))
+    check_parts(tests, IdentifyError)
+    check_names(tests, IdentifyError)
+    title = file.title or table.path.stem
     return Campaign(
         title=title,
-        source=file.name,
+        source=table.path.name,
         crane=crane,
         count=count,
         motor=motor,
         motor_name=motor_name,
         motor_sources=motor_sources,
         motor_evidence=evidence,
-        u_p=_not_negative(accuracy, "p", "pressure"),
-        r_omega=_share(accuracy),
+        u_p=file.accuracy.p,
+        r_omega=file.accuracy.omega_m,
         tests=tests,
-        synthetic=synthetic,
+        synthetic=file.synthetic or MARK in title,
     )
 
 
-def _accuracy(top: Fields) -> Fields:
-    table = top.table.get("accuracy", {})
-    if not isinstance(table, Mapping):
-        raise IdentifyError("accuracy: give a table [accuracy] with p and omega_m.")
-    accuracy = Fields(table, "accuracy.", IdentifyError)
-    accuracy.refuse_unknown(ACCURACY)
-    return accuracy
-
-
-def _count(top: Fields, crane: Crane) -> int:
-    every = sum(circuit.motor.count for circuit in crane.circuits.values())
-    count = top.table.get("motors", every)
-    if type(count) is not int or not 1 <= count <= every:
-        raise top.wrong("motors", f'"{crane.name}" has 1 to {every}. Give how many were in the circuit.')
-    if "motors" not in top and len(crane.circuits) > 1:
+def _count(file: CampaignFile, table: TomlTable, crane: Crane) -> int:
+    active, passive = crane.active.motor.count, sum(c.motor.count for c in crane.circuits.values())
+    passive -= active
+    count = active + passive if file.motors is None else file.motors
+    if not 1 <= count <= active + passive:
+        raise table.wrong(f'"{crane.name}" has 1 to {active + passive}. Give how many were in the circuit.', "motors")
+    if file.motors is None and passive > 0:
         raise IdentifyError(
-            f'motors: missing. "{crane.name}" has {crane.active.motor.count} active and'
-            f" {every - crane.active.motor.count} passive motors: say how many were in the circuit that the pressures"
-            f" were measured in (in the thesis all {every} were)."
+            f'motors: missing. "{crane.name}" has {active} active and {passive} passive motors: say how many were in'
+            f" the circuit that the pressures were measured in (in the thesis all {active + passive} were)."
         )
     return count
 
 
-def _motor(top: Fields, crane: Crane, folder: Path) -> tuple[Motor, str, Mapping[str, Source], Evidence | None]:
+def _motor(
+    file: CampaignFile, table: TomlTable, crane: Crane
+) -> tuple[Motor, str, Mapping[str, Source], Evidence | None]:
     """The motor named in the file, or the crane's own, with the sources of its numbers and how well its loss is
     known."""
-    from stillhook.library.parameter_sets.sets import load_losses
-
-    if "motor" not in top:
+    if file.motor is None:
         place, motor_fields = "active.motor.", set(Motor.model_fields)
         named = {path.removeprefix(place): source for path, source in crane.sources.items() if path.startswith(place)}
         sources = {path: source for path, source in named.items() if path.split(".")[0] in motor_fields}
         return crane.active.motor, crane.active.motor.type, sources, None
-    name = top.text("motor")
-    losses = load_losses(top.path_or_name("motor", folder))
+    name = file.motor
+    losses = load_losses(table.toml_beside(name))
     motor = losses.motor
     if not math.isclose(motor.D_max, crane.active.motor.D_max, rel_tol=1e-3):
-        raise IdentifyError(
-            f'motor = "{name}": {show(motor.D_max, "displacement")}, where "{crane.name}" has motors of '
-            f"{show(crane.active.motor.D_max, 'displacement')}. Name a motor of that size."
-        )
+        size, needed = (show(D_max, "displacement") for D_max in (motor.D_max, crane.active.motor.D_max))
+        raise table.wrong(f'{size}, where "{crane.name}" has motors of {needed}. Name a motor of that size.', "motor")
     return motor, Path(name).stem if name.endswith(".toml") else name, losses.sources, losses.evidence
 
 
 def _test(
-    row: Mapping[str, Any], i: int, folder: Path, crane: Crane, motor: Motor, count: int, mapping: SignalMap | None
+    row: TestTable, i: int, table: TomlTable, crane: Crane, motor: Motor, count: int, mapping: SignalMap | None
 ) -> CraneTest:
-    name = row.get("name", str(i + 1))
-    if not isinstance(name, str) or not name.strip():
-        raise IdentifyError(f'test {i + 1}: name = {quote(name)}: give a text, such as "3".')
-    test = Fields(row, f'test "{name}": ', IdentifyError)
-    test.refuse_unknown(TEST)
-    test.need("log", "load")
-    log, load = test.file("log", folder), test.quantity("load", "mass", 0.0)
-    assert load is not None
-    if not 0.0 <= load <= 1.5 * crane.SWL:
-        swl = show(crane.SWL, "mass")
-        raise IdentifyError(
-            f'{test.place}load {show(load, "mass")}: "{crane.name}" is made for 0 t to {swl}. Check the load.'
-        )
-    test_mapping = mapping_from(row["signals"], f"{test.place}signals") if "signals" in row else mapping
-    hold_out = test.flag("hold_out")
-    start, end = test.quantity("start", "time", -math.inf), test.quantity("end", "time", math.inf)
-    assert start is not None
-    assert end is not None
+    if row.load > 1.5 * crane.SWL:
+        raise table.wrong(f'"{crane.name}" is made for 0 t to {show(crane.SWL, "mass")}. Check the load.', "load")
+    if row.layer is not None and not 1 <= row.layer <= crane.drum.layers:
+        raise table.wrong(f'"{crane.name}" has layers 1 to {crane.drum.layers}, counted from the bare drum.', "layer")
+    L_full = drum_record(crane).L_full
+    if row.s_w is not None and row.s_w > L_full:
+        raise table.wrong(f'"{crane.name}" has 0 m to {show(L_full, "length")} of wire.', "s_w")
+    if row.signals is not None:
+        mapping = mapping_from(row.signals, table.place("signals"))
     return CraneTest(
-        name=name,
-        log=log,
-        load=load,
-        D_m=_displacement(test, motor, count),
-        layer=_layer(test, crane),
-        s_w=_wire_out(test, crane),
-        hold_out=hold_out,
-        mapping=test_mapping,
-        start=start,
-        end=end,
-        hook=_hook(test, test_mapping),
+        name=row.name or str(i + 1),
+        log=table.file_beside(row.log, "log"),
+        load=row.load,
+        D_m=_displacement(row, table, motor, count),
+        layer=row.layer,
+        s_w=row.s_w,
+        hold_out=row.hold_out,
+        mapping=mapping,
+        start=row.start,
+        end=row.end,
+        hook=_hook(row, table, mapping),
     )
 
 
-def _displacement(test: Fields, motor: Motor, count: int) -> float | None:
-    if "D_m" in test and "D_mt" in test:
-        raise IdentifyError(
-            f"{test.place}D_m and D_mt: both given. Give the displacement of one motor, or of all together."
-        )
-    together = test.quantity("D_mt", "displacement")
-    D_m = test.quantity("D_m", "displacement") if together is None else together / count
+def _displacement(row: TestTable, table: TomlTable, motor: Motor, count: int) -> float | None:
+    D_m = row.D_m if row.D_mt is None else row.D_mt / count
     if D_m is not None and not 0.0 < D_m <= motor.D_max * 1.005:
-        raise IdentifyError(
-            f"{test.place}displacement of one motor {show(D_m, 'displacement')}: allowed is above 0 up to "
+        raise table.wrong(
+            f"displacement of one motor {show(D_m, 'displacement')}: allowed is above 0 up to "
             f"{show(motor.D_max, 'displacement')}. D_m is that of one motor, D_mt that of all together."
         )
     return D_m
 
 
-def _wire_out(test: Fields, crane: Crane) -> float | None:
-    s_w, L_full = test.quantity("s_w", "length"), drum_record(crane).L_full
-    if s_w is not None and not 0.0 <= s_w <= L_full:
-        raise test.wrong("s_w", f'"{crane.name}" has 0 m to {show(L_full, "length")} of wire.')
-    return s_w
-
-
-def _hook(test: Fields, mapping: SignalMap | None) -> HookDepth | None:
+def _hook(row: TestTable, table: TomlTable, mapping: SignalMap | None) -> HookDepth | None:
     """Depth of the hook; where no signal states the wire out, what is stated must. Errors: IdentifyError."""
-    hook = hook_depth(test)
+    hook = hook_depth(row, table)
     if hook is not None and mapping is not None and "s_w" not in mapping:
-        s_w = test.quantity("s_w", "length")
-        hook.wire_out() if s_w is None else hook.tip_height(s_w)
+        hook.wire_out() if row.s_w is None else hook.tip_height(row.s_w)
     return hook
-
-
-def _layer(test: Fields, crane: Crane) -> int | None:
-    layer = test.table.get("layer")
-    if layer is None:
-        return None
-    if "s_w" in test:
-        raise IdentifyError(f"{test.place}layer and s_w: both given. Give one.")
-    if type(layer) is not int or not 1 <= layer <= crane.drum.layers:
-        raise test.wrong("layer", f'"{crane.name}" has layers 1 to {crane.drum.layers}, counted from the bare drum.')
-    return layer
-
-
-def _not_negative(accuracy: Fields, key: str, kind: str) -> float:
-    value = accuracy.quantity(key, kind, 0.0)
-    assert value is not None
-    if value < 0.0:
-        raise accuracy.wrong(key, "give a standard uncertainty, 0 or more.")
-    return value
-
-
-def _share(accuracy: Fields) -> float:
-    """Relative uncertainty of a speed: 0.002, or "0.2 %"."""
-    value = accuracy.table.get("omega_m", 0.0)
-    if isinstance(value, str) and value.rstrip().endswith("%"):
-        try:
-            value = float(value.rstrip()[:-1]) / 100.0
-        except ValueError:
-            value = None
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 <= value < MOST_ACCURACY:
-        raise accuracy.wrong("omega_m", 'give a part of the reading, such as "0.2 %".')
-    return float(value)

@@ -20,7 +20,7 @@ from stillhook.identify.system_friction.campaign.file import Campaign, CraneTest
 from stillhook.identify.system_friction.campaign.pairs import Grid, Pairs, on_grid, pair_windows
 from stillhook.identify.system_friction.diagnosis import Statement
 from stillhook.identify.system_friction.fitting.points import Points
-from stillhook.logs.hook_depth import wire_text
+from stillhook.logs.campaign import wire_text
 from stillhook.logs.log import Log, read_log
 from stillhook.physics.load_path.drum import wire_to_layer
 from stillhook.physics.scalar import G

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray
 from stillhook.engine.pack.wire_weight import wire_carried
 from stillhook.errors import ValidateError
-from stillhook.logs.hook_depth import wire_text
+from stillhook.logs.campaign import wire_text
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.units import show
