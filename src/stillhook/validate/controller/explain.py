@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from stillhook.engine.pack.winch import gains
+from stillhook.report.document import Table
+from stillhook.report.formatting import fmt
 from stillhook.spec.crane import Crane
 from stillhook.statistics.jackknife_regression import Estimate
 from stillhook.units import number
@@ -15,7 +17,6 @@ from stillhook.validate.controller.inputs import lacking
 from stillhook.validate.controller.law import Law, Run, significant
 from stillhook.validate.controller.motor import MotorLaw
 from stillhook.validate.controller.rows import Rows
-from stillhook.validate.criteria.results import Table, say
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.data_set.records.saturation import FLAT, FULL, ends_of
@@ -49,7 +50,7 @@ def causes(
                 continue
             share = e.value / file_value - 1.0
             if abs(share) > least and significant(e, file_value):
-                log, file = say(e.value, QUANTITY[name]), say(file_value, QUANTITY[name])
+                log, file = fmt(e.value, QUANTITY[name], 3), fmt(file_value, QUANTITY[name], 3)
                 out[name] = f"{name} {log} in the log's commands, {file} in the crane file ({_percent(share)})"
         if text := _by_case(laws):
             out["K_wire"] = text
@@ -83,8 +84,8 @@ def causes(
 def _late(value: float, crane: Crane) -> str:
     ms, g = f"{abs(1e3 * value):.0f} ms", gains(crane)
     other = (
-        f"or another clock, or K_2 {say(g.K_2 - value * g.K_1, QUANTITY['K_2'])} in place of"
-        f" {say(g.K_2, QUANTITY['K_2'])}"
+        f"or another clock, or K_2 {fmt(g.K_2 - value * g.K_1, QUANTITY['K_2'], 3)} in place of"
+        f" {fmt(g.K_2, QUANTITY['K_2'], 3)}"
     )
     if value < 0.0:
         return (
@@ -104,7 +105,7 @@ def _by_case(laws: Mapping[str, Law]) -> str:
     apart = known[high].value - known[low].value
     if apart < 0.01 * known[low].value or apart < known[high].half + known[low].half:
         return ""
-    a, b = (say(known[n].value, QUANTITY["K_1"]) for n in (low, high))
+    a, b = (fmt(known[n].value, QUANTITY["K_1"], 3) for n in (low, high))
     return (
         f"K_1 {a} in test {low} and {b} in test {high}: the layer used for K_wire, or the share of the pumps in"
         " operation"
@@ -172,7 +173,7 @@ def deviation_table(deviations: Sequence[Deviation]) -> Table:
         shares = (number(100.0 * x, 2) for x in (d.mean, d.rms, d.high, d.worst))
         rows.append((d.test, "AHC" if d.ahc else "manual", d.signal, f"{d.seconds:.0f}", *shares))
     header = ("test", "mode", "command", "length\n[s]", "mean\n[%]", "rms\n[%]", "95 % below\n[%]", "worst\n[%]")
-    return Table("Measured less simulated command, share of full command", header, tuple(rows))
+    return Table(header, tuple(rows), "Measured less simulated command, share of full command")
 
 
 def gain_table(
@@ -187,7 +188,7 @@ def gain_table(
     if K_op is not None:
         rows.append(("joystick, manual", _e(K_op), "", "", ""))
     header = ("of", "K_1 [s/m]", "K_2 [s^2/m]", "K_p [1/m]", "u_thr [-]")
-    return Table("Control law in the logged commands (95 % interval)", header, tuple(rows))
+    return Table(header, tuple(rows), "Control law in the logged commands (95 % interval)")
 
 
 def _e(e: Estimate | None) -> str:

@@ -8,9 +8,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from stillhook.library.leakage import stated_leak
+from stillhook.report.document import Table
 from stillhook.spec.crane import Crane
 from stillhook.units import show
-from stillhook.validate.criteria.results import Table
 from stillhook.validate.dynamics.estimates import TunedValue
 from stillhook.validate.dynamics.fitting.fit import Tuning
 from stillhook.validate.dynamics.fitting.unknowns import C_H, C_LEAK, EXTRAS, INERTIA, PLACE, TUNED, UNKNOWNS
@@ -113,7 +113,7 @@ def _tuned(crane: Crane, values: Sequence[TunedValue]) -> Table:
         else:
             rows.append((LETTERS[f.name], show(value, kind, 4), "-", "-", "-", "-"))
     title = "Tuned on the winch's dynamics (C_h as oil in a line; leakage with the pumps full, motors at 1000 rev/min)"
-    return Table(title, ("", "crane\nfile", "tuned", "95 %\nfrom", "95 %\nto", "change"), tuple(rows))
+    return Table(("", "crane\nfile", "tuned", "95 %\nfrom", "95 %\nto", "change"), tuple(rows), title)
 
 
 def _before_after(swings: SwingComparison) -> Table:
@@ -147,11 +147,8 @@ def _before_after(swings: SwingComparison) -> Table:
                 "all",
             )
         )
-    return Table(
-        "Twin against crane, driven by the measured commands",
-        ("twin over crane, less 1", "crane\nfile", "tuned, and\nrest free", "places"),
-        tuple(rows),
-    )
+    header = ("twin over crane, less 1", "crane\nfile", "tuned, and\nrest free", "places")
+    return Table(header, tuple(rows), "Twin against crane, driven by the measured commands")
 
 
 def _nuisance_table(tuning: Tuning) -> Table:
@@ -164,4 +161,4 @@ def _nuisance_table(tuning: Tuning) -> Table:
     for e in EXTRAS:
         x, s = float(theta[PLACE[e.name]]) / e.scale, float(deviation[PLACE[e.name]]) / e.scale
         rows.append((e.meaning, f"{x:+.2f} {e.unit}", f"{1.96 * s:.2f} {e.unit}"))
-    return Table("Free nuisance parameters, not part of the verdict", ("", "found", "+-"), tuple(rows))
+    return Table(("", "found", "+-"), tuple(rows), "Free nuisance parameters, not part of the verdict")

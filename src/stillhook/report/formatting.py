@@ -1,0 +1,76 @@
+"""How numbers are written in reports; what has no value is a dash."""
+
+from __future__ import annotations
+
+import math
+
+from stillhook.units import KINDS, in_display, number
+from stillhook.variables import BY_NAME
+
+EMPTY = "-"
+HOUR, DAY = 3600.0, 86400.0
+
+
+def fmt(value: float | None, kind: str = "", digits: int = 4) -> str:
+    """An SI value in the display unit of its kind, one of `stillhook.units.KINDS`; a pure number without a kind."""
+    if value is None or math.isnan(value):
+        return EMPTY
+    return f"{number(in_display(value, kind), digits)} {KINDS[kind].display}" if kind else number(value, digits)
+
+
+def variable(name: str, value: float | None, digits: int = 4) -> str:
+    """A value [SI] of one of `stillhook.variables` in its display unit."""
+    return fmt(value, kind_of(name), digits)
+
+
+def kind_of(name: str) -> str:
+    """Kind of a variable; empty for a pure number and for an unknown name."""
+    return BY_NAME[name].kind if name in BY_NAME else ""
+
+
+def fixed(value: float | None, decimals: int) -> str:
+    """A pure number with so many decimals, never a negative zero."""
+    return EMPTY if value is None or math.isnan(value) else f"{round(value, decimals) + 0.0:.{decimals}f}"
+
+
+def percent(part: float | None, digits: int = 3) -> str:
+    """A part as per cent with so many significant digits."""
+    return EMPTY if part is None or math.isnan(part) else f"{number(100.0 * part, digits)} %"
+
+
+def percent_fixed(part: float | None, decimals: int = 2) -> str:
+    """A part as per cent with so many decimals."""
+    return EMPTY if part is None or math.isnan(part) else f"{fixed(100.0 * part, decimals)} %"
+
+
+def change(part: float | None, decimals: int = 1) -> str:
+    """A relative change as per cent, with its sign."""
+    return EMPTY if part is None or math.isnan(part) else f"{100.0 * part:+.{decimals}f} %"
+
+
+def hours(seconds: float | None) -> str:
+    """A time in hours."""
+    return EMPTY if seconds is None or not math.isfinite(seconds) else f"{number(seconds / HOUR, 3)} h"
+
+
+def days(seconds: float | None) -> str:
+    """A time in days; in hours below one and a half."""
+    if seconds is None or not math.isfinite(seconds):
+        return EMPTY
+    return f"{number(seconds / DAY, 3)} d" if seconds >= 1.5 * DAY else hours(seconds)
+
+
+def direction(beta: float) -> str:
+    """A direction [rad] in whole degrees."""
+    return f"{in_display(float(beta), 'angle'):.0f}°"
+
+
+def typeset(text: str) -> str:
+    """A text with plus or minus in one sign."""
+    return text.replace("+-", "±")
+
+
+def groups(digest: object, length: int | None = None) -> str:
+    """A hash in groups of four; its first characters only where a length is stated."""
+    text = str(digest)[:length]
+    return " ".join(text[i : i + 4] for i in range(0, len(text), 4))
