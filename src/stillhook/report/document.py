@@ -11,6 +11,8 @@ from stillhook._version import __version__
 
 LONGEST_WORD = 20
 """Characters of the longest cell in a column whose lines are not folded."""
+MOST_LETTERS = 4
+"""Of a longer cell that is still a number, such as "56.2 % (39.3 % to 71.8 %)"."""
 NUMBER_TEXT = re.compile(r"[<>±+-]? ?\d|from \d|-?$|open$|unknown$")
 """Start of a cell that stands in a column of numbers."""
 
@@ -147,8 +149,13 @@ def words(cell: Cell) -> str:
 
 def _kind(place: int, cells: Sequence[Cell]) -> Column:
     """Content of the column at a place; the first holds names."""
+    if place > 0 and all(isinstance(cell, str) and _is_number(cell) for cell in cells):
+        return Column.NUMBER
     longest = max((len(line) for cell in cells for line in words(cell).split("\n")), default=0)
-    if longest > LONGEST_WORD:
-        return Column.TEXT
-    numbers = place > 0 and all(isinstance(cell, str) and NUMBER_TEXT.match(cell) for cell in cells)
-    return Column.NUMBER if numbers else Column.WORD
+    return Column.TEXT if longest > LONGEST_WORD else Column.WORD
+
+
+def _is_number(text: str) -> bool:
+    """Whether a cell holds a number with its unit, or an interval, rather than words."""
+    short = len(text) <= LONGEST_WORD or sum(map(str.isalpha, text)) <= MOST_LETTERS
+    return short and NUMBER_TEXT.match(text) is not None

@@ -3,12 +3,28 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from stillhook.units import KINDS, in_display, number
 from stillhook.variables import BY_NAME
 
 EMPTY = "-"
 HOUR, DAY = 3600.0, 86400.0
+SHARES = (
+    *("eta_c", "eta_load", "eta_sigma_wire", "eta_sigma_load"),
+    *("u_p_max", "alpha_m_min", "alpha_m_top", "alpha_p_top"),
+    *("slack_chance", "slack_share", "saturation_share"),
+)
+"""Variables between 0 and 1 that are written as per cent."""
+MOTIONS = (
+    *("e_c_pp", "e_c_max", "e_c_mean", "s_tip_pp", "load_pp"),
+    *("sigma_u", "u_mpm", "sigma_load", "load_mpm", "sigma_z", "z_mpm"),
+)
+"""Lengths that are written in millimetres below a metre."""
+TIMES = ("saturation_time", "relief_time")
+"""Durations that are written with two decimals."""
+SMALLEST_SHARE = 1e-6
+"""Shares below it are written as 0."""
 
 
 def fmt(value: float | None, kind: str = "", digits: int = 4) -> str:
@@ -28,6 +44,19 @@ def kind_of(name: str) -> str:
     return BY_NAME[name].kind if name in BY_NAME else ""
 
 
+def cell(name: str, value: Any) -> str:
+    """A variable in a table of results: shares as per cent, motions below a metre in millimetres; text as it is."""
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return EMPTY if value is None else str(value)
+    if math.isnan(value):
+        return EMPTY
+    if name in SHARES:
+        return percent(value)
+    if name in MOTIONS and abs(value) < 1.0:
+        return f"{value * 1e3:.1f} mm"
+    return f"{value:.2f} s" if name in TIMES else variable(name, value)
+
+
 def fixed(value: float | None, decimals: int) -> str:
     """A pure number with so many decimals, never a negative zero."""
     return EMPTY if value is None or math.isnan(value) else f"{round(value, decimals) + 0.0:.{decimals}f}"
@@ -35,7 +64,9 @@ def fixed(value: float | None, decimals: int) -> str:
 
 def percent(part: float | None, digits: int = 3) -> str:
     """A part as per cent with so many significant digits."""
-    return EMPTY if part is None or math.isnan(part) else f"{number(100.0 * part, digits)} %"
+    if part is None or math.isnan(part):
+        return EMPTY
+    return f"{number(100.0 * part, digits) if abs(part) >= SMALLEST_SHARE else '0'} %"
 
 
 def percent_fixed(part: float | None, decimals: int = 2) -> str:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.crane.cranes import Json
-from stillhook.report.terminal import human, print_json, print_table, print_twin, progress_bar, unit_of
+from stillhook.report.formatting import cell, change
+from stillhook.report.terminal import human, print_json, print_table, print_twin, progress_bar
 
 if TYPE_CHECKING:
     import xarray
@@ -169,8 +170,8 @@ def _print(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]]) -> N
                 first,
                 label,
                 r["binds"],
-                *(_text(n, r[n]) for n in _SHOWN),
-                *(_percent(r.get(g, math.nan)) for g in gains),
+                *(cell(n, r[n]) for n in _SHOWN),
+                *(change(r.get(g, math.nan)) for g in gains),
             ]
         )
     layer = int(data["layer"].values[0])
@@ -192,17 +193,6 @@ def _type_notes(data: xarray.Dataset) -> list[str]:
 
 
 _SHOWN = ("v_w_top", "alpha_m_top", "alpha_p_top", "dp_m_top", "omega_m_top")
-
-
-def _text(name: str, value: float) -> str:
-    if math.isnan(value):
-        return "-"
-    unit = unit_of(name)
-    return f"{human(name, value, 4)} {unit}" if unit else f"{value:.1%}"
-
-
-def _percent(part: float) -> str:
-    return "" if math.isnan(part) else f"{part:+.1%}"
 
 
 def _write(
