@@ -8,7 +8,7 @@ import numpy as np
 
 from stillhook.engine.pack.winch import gains
 from stillhook.report.document import Table
-from stillhook.report.formatting import fmt
+from stillhook.report.formatting import change, fmt, percent
 from stillhook.spec.crane import Crane
 from stillhook.statistics.jackknife_regression import Estimate
 from stillhook.units import number
@@ -51,7 +51,7 @@ def causes(
             share = e.value / file_value - 1.0
             if abs(share) > least and significant(e, file_value):
                 log, file = fmt(e.value, QUANTITY[name], 3), fmt(file_value, QUANTITY[name], 3)
-                out[name] = f"{name} {log} in the log's commands, {file} in the crane file ({_percent(share)})"
+                out[name] = f"{name} {log} in the log's commands, {file} in the crane file ({change(share, 0)})"
         if text := _by_case(laws):
             out["K_wire"] = text
             for name in ("K_2", "K_p"):
@@ -125,10 +125,6 @@ def _clipped(runs: Sequence[Run]) -> str:
     return ""
 
 
-def _percent(share: float) -> str:
-    return f"{100.0 * share:+.0f} %"
-
-
 def statements(
     deviations: Sequence[Deviation],
     rows: Rows,
@@ -141,20 +137,16 @@ def statements(
     for signal, name in (("u_p", "pump"), ("u_m", "motor")):
         worst = max((d for d in deviations if d.signal == signal and d.ahc), key=lambda d: d.high, default=None)
         if worst is not None:
+            high, mean, largest = (percent(x, 2) for x in (worst.high, worst.mean, worst.worst))
             out.append(
-                f"The simulated controller reproduces the logged {name} command to within {_share(worst.high)} of full"
-                f" command, 95 % of the time (test {worst.test}, the worst; mean {_share(worst.mean)}, worst sample"
-                f" {_share(worst.worst)})."
+                f"The simulated controller reproduces the logged {name} command to within {high} of full command, 95 %"
+                f" of the time (test {worst.test}, the worst; mean {mean}, worst sample {largest})."
             )
     out += [f"Deviation: {text}." for key, text in explanations.items() if key not in ("u_p", "u_m")]
     out.append(f"{rows.description[0].upper()}{rows.description[1:]}.")
     out += _made_up(runs)
     out += [f"Test {r.test.name} cannot be used for the controller: {lack}." for r in records if (lack := lacking(r))]
     return tuple(out)
-
-
-def _share(x: float) -> str:
-    return f"{number(100.0 * x, 2)} %"
 
 
 def _made_up(runs: Sequence[Run]) -> list[str]:

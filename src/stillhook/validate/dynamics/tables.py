@@ -9,6 +9,7 @@ import numpy as np
 
 from stillhook.library.leakage import stated_leak
 from stillhook.report.document import Table
+from stillhook.report.formatting import change
 from stillhook.spec.crane import Crane
 from stillhook.units import show
 from stillhook.validate.dynamics.estimates import TunedValue
@@ -117,11 +118,8 @@ def _tuned(crane: Crane, values: Sequence[TunedValue]) -> Table:
 
 
 def _before_after(swings: SwingComparison) -> Table:
-    def percent(errors: Errors) -> str:
-        return "-" if errors.mean is None else f"{100.0 * errors.mean:+.1f} %"
-
     def row(name: str, of: Callable[[bool], Errors]) -> tuple[str, ...]:
-        return name, percent(of(False)), percent(of(True)), str(of(False).places)
+        return name, change(of(False).mean), change(of(True).mean), str(of(False).places)
 
     crane, before, after = swings.spectral
     rows = [
