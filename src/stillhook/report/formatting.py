@@ -39,6 +39,20 @@ def variable(name: str, value: float | None, digits: int = 4) -> str:
     return fmt(value, kind_of(name), digits)
 
 
+def display_number(name: str, value: Any, digits: int = 6) -> str:
+    """A variable [SI] in its display unit, without the unit; text as it is."""
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return str(value)
+    kind = kind_of(name)
+    return number(in_display(float(value), kind) if kind else float(value), digits)
+
+
+def display_unit(name: str) -> str:
+    """Unit of `display_number`; empty for a pure number."""
+    kind = kind_of(name)
+    return KINDS[kind].display if kind else ""
+
+
 def kind_of(name: str) -> str:
     """Kind of a variable; empty for a pure number and for an unknown name."""
     return BY_NAME[name].kind if name in BY_NAME else ""

@@ -7,8 +7,8 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Literal
 
 from stillhook.report.document import Bullets, Column, Document, Figure, Part, Section, Table, Text, Verdict, words
+from stillhook.report.formatting import display_number, display_unit
 from stillhook.report.running_text import wrapped
-from stillhook.units import in_display, number
 from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
@@ -38,21 +38,6 @@ def print_json(data: Any) -> None:
     print(to_json(data))
 
 
-def human(name: str, value: Any, digits: int = 6) -> str:
-    """A value of a variable in display unit, as text without its unit."""
-    if not isinstance(value, int | float) or isinstance(value, bool):
-        return str(value)
-    kind = BY_NAME[name].kind if name in BY_NAME else ""
-    return number(in_display(float(value), kind) if kind else float(value), digits)
-
-
-def unit_of(name: str) -> str:
-    from stillhook.units import KINDS
-
-    v = BY_NAME.get(name)
-    return KINDS[v.kind].display if v is not None and v.kind else ""
-
-
 def print_values(values: dict[str, Any]) -> None:
     """Name, value, unit and meaning, one line each."""
     from rich.console import Console
@@ -61,7 +46,7 @@ def print_values(values: dict[str, Any]) -> None:
     table = Grid(box=None, show_header=False, pad_edge=False)
     for name, value in values.items():
         meaning = BY_NAME[name].meaning if name in BY_NAME else ""
-        table.add_row(*(_escaped(text) for text in (name, human(name, value), unit_of(name), meaning)))
+        table.add_row(*(_escaped(text) for text in (name, display_number(name, value), display_unit(name), meaning)))
     Console().print(table)
 
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.crane.cranes import Json
-from stillhook.report.formatting import cell, change
-from stillhook.report.terminal import human, print_json, print_table, print_twin, progress_bar
+from stillhook.report.formatting import cell, change, display_number
+from stillhook.report.terminal import print_json, print_table, print_twin, progress_bar
 
 if TYPE_CHECKING:
     import xarray
@@ -163,7 +163,7 @@ def _print(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]]) -> N
     body, before = [], None
     for r in table:
         label = "machine, any controller" if r["mode"] == "physical" else r["mode"]
-        first = f"{human('load', r['load'], 4)} t" if r["load"] != before else ""
+        first = f"{display_number('load', r['load'], 4)} t" if r["load"] != before else ""
         before = r["load"]
         body.append(
             [

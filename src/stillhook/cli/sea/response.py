@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.crane.cranes import Json
-from stillhook.report.formatting import cell
+from stillhook.report.formatting import cell, display_number
 from stillhook.report.running_text import wrapped
-from stillhook.report.terminal import human, print_json, print_table, print_twin, progress_bar, started
+from stillhook.report.terminal import print_json, print_table, print_twin, progress_bar, started
 
 if TYPE_CHECKING:
     from stillhook.formats.lift.file import LiftFile
@@ -148,7 +148,7 @@ def _figure(response: LiftResponse, answer: dict[str, Any]) -> Any:
     from stillhook.response.results import spectra
 
     title = (
-        f"{answer['lift']}: {answer['crane']}, {answer['mode']}, payload at {human('depth', -response.z, 5)}"
+        f"{answer['lift']}: {answer['crane']}, {answer['mode']}, payload at {display_number('depth', -response.z, 5)}"
         f" m\n{answer['place']}"
     )
     if "time" in response.data.dims:
