@@ -9,7 +9,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from stillhook.report import pictures
-from stillhook.report.html import png
+from stillhook.report.pictures import png
 
 FEW, MANY = 2, pictures.WORTH
 

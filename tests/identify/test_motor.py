@@ -21,7 +21,9 @@ from stillhook.identify.motor.synthetic_map import synthetic_map, write_map
 from stillhook.library import load_crane, motor
 from stillhook.library.parameter_sets.sets import load_losses, set_toml
 from stillhook.physics.hydraulics.motor import torque_loss
-from stillhook.report.html import png
+from stillhook.report.document import Verdict
+from stillhook.report.html import html
+from stillhook.report.pictures import png
 from stillhook.spec.crane import SourceKind
 
 WRITTEN = 1e-12
@@ -107,7 +109,7 @@ def test_a_forced_model_is_looked_at_and_mj4_is_still_written(small):
     assert found.model is LossModel.MJ6
     assert found.ranking.recommended is LossModel.MJ4
     assert loss_set(found, "x").motor.loss.X_4 == found.mj4["X_4"]
-    assert "twin runs MJ4" in report(found, {})
+    assert "twin runs MJ4" in html(report(found, {}))
 
 
 @pytest.mark.thorough
@@ -146,7 +148,9 @@ def test_a_map_of_noise_has_no_usable_model(small):
     noise = replace(small, T_f=rng.uniform(0.0, 0.5, len(small)) * small.T_N)
     found = identify_motor(noise)
     assert not found.usable
-    assert report(found, {}).count("NO:") == 1
+    (verdict,) = (part for part in report(found, {}).parts if isinstance(part, Verdict))
+    assert verdict.passed is False
+    assert verdict.word.startswith("NO: ")
     with pytest.raises(IdentifyError, match="wrong on most of it"):
         loss_set(found, "x")
 
@@ -195,7 +199,7 @@ def test_figures_and_report_come_out_of_odd_maps_too(small, part):
         "scattered": small.at(np.random.default_rng(0).random(len(small)) < 0.4),
     }[part]
     found = identify_motor(m)
-    page = report(found, {stem: png(f) for stem, f in figures(found).items()})
+    page = html(report(found, {stem: png(f) for stem, f in figures(found).items()}))
     assert page.count("<img") == 6
     if part == "one pressure":
         assert not found.usable
@@ -204,7 +208,7 @@ def test_figures_and_report_come_out_of_odd_maps_too(small, part):
 
 @pytest.mark.thorough
 def test_the_page_stands_alone(result):
-    page = report(result, {stem: png(f) for stem, f in figures(result).items()})
+    page = html(report(result, {stem: png(f) for stem, f in figures(result).items()}))
     assert page.startswith("<!doctype html>")
     assert "SYNTHETIC" in page
     assert set(re.findall(r'src="([^,]*),', page)) == {"data:image/png;base64"}
@@ -223,8 +227,8 @@ def csv(small, tmp_path) -> Path:
 def test_cli_from_map_to_files(csv, tmp_path, capsys):
     assert run(["identify", "motor", str(csv), "--out", str(tmp_path / "o")]) == 0
     told = capsys.readouterr()
-    assert "recommended: MJ4: 5 parameters" in told.out
-    assert "do not use: " in told.out
+    assert "Recommended: MJ4: 5 parameters" in told.out
+    assert "Where it must not be used" in told.out
     assert "SYNTHETIC map" in told.err
     assert sorted(p.name for p in (tmp_path / "o").iterdir()) == sorted(commands.OUT_FILES)
     assert load_losses(tmp_path / "o" / "motor.toml").evidence is not None

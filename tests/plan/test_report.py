@@ -4,7 +4,7 @@ import io
 import json
 import math
 import re
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 
 import matplotlib as mpl
@@ -19,20 +19,22 @@ from stillhook.errors import PlanError
 from stillhook.plan.answer.files import load_plan_result, save_plan
 from stillhook.plan.file import load_plan
 from stillhook.plan.report import save as writing
-from stillhook.plan.report.document import headline, sheet_of
+from stillhook.plan.report.document import document
 from stillhook.plan.report.figures import limits as drawing
 from stillhook.plan.report.figures.detail import depth, sensitivity
 from stillhook.plan.report.figures.limits import closed_form as figures_of_closed
 from stillhook.plan.report.figures.limits import differs, figures, limit_tables, pictures
 from stillhook.plan.report.figures.rosette import from_bow
 from stillhook.plan.report.figures.style import height, named
-from stillhook.plan.report.html import html
-from stillhook.plan.report.parts import between
-from stillhook.plan.report.pdf import pdf
 from stillhook.plan.report.save import save_report
+from stillhook.plan.report.selection import between
+from stillhook.plan.report.summary_page import verdict
 from stillhook.plan.result.result import PlanResult
 from stillhook.plan.table.table import LimitTable
-from stillhook.report.html import png
+from stillhook.report.document import Document, Table
+from stillhook.report.html import html
+from stillhook.report.pdf import pdf
+from stillhook.report.pictures import png
 from stillhook.sea.spectra.directions import relative
 from stillhook.spec.validity import UNSIGNED
 
@@ -81,36 +83,47 @@ def dots(stems: tuple[str, ...]) -> dict[str, bytes]:
 
 
 def texts(part: object) -> list[str]:
-    """Every text of a sheet, in order."""
-    if isinstance(part, dict):
-        return [t for value in part.values() for t in texts(value)]
-    if isinstance(part, list):
+    """Every text of a document, in order."""
+    if is_dataclass(part):
+        return [t for field in fields(part) for t in texts(getattr(part, field.name))]
+    if isinstance(part, list | tuple):
         return [t for value in part for t in texts(value)]
     return [str(part)]
 
 
-def told(result: PlanResult, stems: tuple[str, ...] = ()) -> str:
-    return "\n".join(texts(sheet_of(result, stems)))
+def written(result: PlanResult) -> Document:
+    return document(result, {})
+
+
+def told(result: PlanResult) -> str:
+    return "\n".join(texts(written(result)))
+
+
+def said_on_the_first_page(result: PlanResult) -> str:
+    return " ".join(verdict(result).text)
+
+
+def first_table(parts) -> Table:
+    return next(part for part in parts if isinstance(part, Table) and part.header)
 
 
 def test_the_first_page_tells_limit_credit_reference_period_and_forecast_height(result):
-    first = sheet_of(result, ())["answer"]
-    said = " ".join(first["said"])
+    said = said_on_the_first_page(result)
     assert re.search(
         r"Credited limit with \S.* Hs [0-9.]+ m to [0-9.]+ m for Tp 5 s to 16 s, waves at 150° to 180°", said
     )
     assert "Simulated limit (not creditable)" in said
     assert "T_POP 24 h, T_C not assessed, so T_R is twice T_POP: T_R 48 h, weather restricted." in said
     assert "alpha 0.76: forecast limit OP_WF Hs" in said
-    table = next(part for part in first["parts"] if part["kind"] == "table")
-    assert table["header"][:4] == ["Tp", "150°", "165°", "180°"]
-    assert len(table["rows"]) == result.data.sizes["period"]
+    table = first_table(written(result).front)
+    assert table.header[:4] == ("Tp", "150°", "165°", "180°")
+    assert len(table.rows) == result.data.sizes["period"]
 
 
 def test_the_limits_of_the_first_page_are_those_of_the_result(result):
-    table = next(part for part in sheet_of(result, ())["answer"]["parts"] if part["kind"] == "table")
+    table = first_table(written(result).front)
     Hs = result.data["Hs_limit"].sel(credit="credited", alternative="strong-ssc").values
-    for k, row in enumerate(table["rows"]):
+    for k, row in enumerate(table.rows):
         assert [float(x) for x in row[1:4]] == pytest.approx(Hs[:, k], abs=0.005)  # printed with two decimals
         op_wf = result.data["op_wf"].sel(credit="credited", alternative="strong-ssc").values[:, k]
         assert float(row[-3]) == pytest.approx(op_wf[Hs[:, k].argmin()], abs=0.005)
@@ -118,22 +131,20 @@ def test_the_limits_of_the_first_page_are_those_of_the_result(result):
 
 @pytest.mark.slow
 def test_limits_that_the_twin_was_run_for_come_with_their_interval(result):
-    table = next(part for part in sheet_of(result, ())["answer"]["parts"] if part["kind"] == "table")
-    assert "95 %" not in table["header"]  # the frequency-domain method has none
+    table = first_table(written(result).front)
+    assert "95 %" not in table.header  # the frequency-domain method has none
     data = result.data.copy(deep=True)
     here = {"credit": "credited", "alternative": "strong-ssc", "period": 8.0}
     data["Hs_limit_low"].loc[here], data["Hs_limit_high"].loc[here] = 1.9, 2.2
-    table = next(
-        part for part in sheet_of(replace(result, data=data), ())["answer"]["parts"] if part["kind"] == "table"
-    )
-    told = [row[table["header"].index("95 %")] for row in table["rows"]]
+    table = first_table(written(replace(result, data=data)).front)
+    told = [row[table.header.index("95 %")] for row in table.rows]
     assert told == ["", "", "", "1.90 to 2.20", "", "", "", "", "", ""]
 
 
 def test_what_no_tier_told_is_marked_on_every_page(result):
     remark = "NOT ASSESSED in some cells, because no tier that was run covers it: splash zone (none)"
     odd = replace(result, facts={**result.facts, "remarks": [remark]})
-    assert remark in sheet_of(odd, ())["marks"]
+    assert remark in written(odd).marks
 
 
 @pytest.mark.slow
@@ -149,7 +160,7 @@ def test_where_a_certificate_covers_nothing_is_taken_from_the_twin():
     covered = made_up(certificate=True)
     assert not any(differs(covered, name) for name in covered.data["alternative"].values)
     followed = [{**phase, "compensated": True} for phase in covered.facts["phases"]]
-    said = " ".join(headline(replace(covered, facts={**covered.facts, "phases": followed}))["said"])
+    said = said_on_the_first_page(replace(covered, facts={**covered.facts, "phases": followed}))
     assert "Simulated limits: the same (the crane's certificate covers the governing phases)." in said
     assert "not validated" not in told(covered)
 
@@ -157,9 +168,9 @@ def test_where_a_certificate_covers_nothing_is_taken_from_the_twin():
 @pytest.mark.slow
 def test_credit_that_rests_on_a_certificate_says_that_it_is_unsigned(result):
     covered = made_up(certificate=True)
-    assert UNSIGNED in headline(covered)["said"]
-    section = next(s for s in sheet_of(covered, ())["sections"] if s["title"].endswith("Credit for compensation"))
-    assert UNSIGNED in json.dumps(section, ensure_ascii=False)
+    assert UNSIGNED in verdict(covered).text
+    section = written(covered).section("Credit for compensation")
+    assert UNSIGNED in texts(section)
     assert UNSIGNED not in told(result)  # no certificate, nothing to sign
 
 
@@ -184,36 +195,36 @@ def test_a_certificate_is_not_named_for_phases_that_nothing_compensates():
         (("over-boarding",), "the governing phases are not compensated"),
     ):
         manual = [{**phase, "compensated": phase["name"] in phases} for phase in covered.facts["phases"]]
-        told_of = " ".join(headline(replace(covered, facts={**covered.facts, "phases": manual}))["said"])
+        told_of = said_on_the_first_page(replace(covered, facts={**covered.facts, "phases": manual}))
         assert f"Simulated limits: the same ({said}" in told_of
         assert "certificate covers" not in told_of
 
 
 def test_without_a_certificate_the_report_says_so_on_every_page(result):
-    marks = sheet_of(result, ())["marks"]
+    marks = written(result).marks
     assert any("twin of this crane is not validated" in mark for mark in marks)
-    assert "The difference is not credited: the crane has no certificate of validation." in headline(result)["said"][1]
+    assert "The difference is not credited: the crane has no certificate of validation." in verdict(result).text[1]
 
 
 @pytest.mark.slow
 def test_synthetic_weather_is_marked_wherever_it_is_used(result, stems):
-    page = html(result, dots(stems))
+    page = html(document(result, dots(stems)))
     assert page.index("SYNTHETIC WEATHER") < page.index("OP_LIM")
     assert "made-up-north-sea.csv.gz (SYNTHETIC)" in page
-    assert "SYNTHETIC weather, whole year" in headline(result)["said"][-1]
+    assert "SYNTHETIC weather, whole year" in verdict(result).text[-1]
     assert "SYNTHETIC" not in told(made_up(synthetic=False, certificate=True))
 
 
 def test_every_rule_stands_with_its_source_and_the_advice_to_check_it(result):
-    section = next(s for s in sheet_of(result, ())["sections"] if "Rules" in s["title"])
-    rows = next(part for part in section["parts"] if part["kind"] == "table")
-    assert "check against your edition" in rows["header"][-1]
-    assert [row[0] for row in rows["rows"]] == [f"R{i + 1}" for i in range(len(RULES))]
-    assert all(rule["standard"] in row[-1] for rule, row in zip(RULES, rows["rows"], strict=True))
+    section = written(result).section("Rules")
+    table = first_table(section.parts)
+    assert "check against your edition" in table.header[-1]
+    assert [row[0] for row in table.rows] == [f"R{i + 1}" for i in range(len(RULES))]
+    assert all(rule["standard"] in row[-1] for rule, row in zip(RULES, table.rows, strict=True))
 
 
 def test_the_order_is_answer_basis_detail_inputs_and_what_is_not_covered(result):
-    titles = [re.sub(r"^\d+\. ", "", s["title"]) for s in sheet_of(result, ())["sections"]]
+    titles = [re.sub(r"^\d+\. ", "", s.title) for s in written(result).sections]
     wanted = [
         "Operation and phases",
         "Rules",
@@ -238,17 +249,15 @@ def test_limits_beyond_the_table_none_and_untold_are_told_apart():
 
 
 def test_the_closed_form_stands_beside_what_counts(result):
-    section = next(s for s in sheet_of(result, ())["sections"] if "phase by phase" in s["title"])
-    rows = next(part for part in section["parts"] if part["kind"] == "table")["rows"]
+    section = written(result).section("phase by phase")
+    rows = first_table(section.parts).rows
     lowering = {row[1]: row[3:] for row in rows if row[0] == "P4 lowering"}
     assert set(lowering) == {"closed-form", "frequency", "time", "credited"}
     own = result.data["Hs_rule"].sel(credit="twin", tier="closed-form", alternative="strong-ssc", phase="lowering")
     assert float(lowering["closed-form"][3]) == pytest.approx(
         float(own.min(["rule", "heading"]).sel(period=8.0)), abs=0.005
     )
-    assert any(
-        re.match(r"lowering: closed form [0-9.]+( to [0-9.]+)? of the limit", t) for t in texts(section["parts"])
-    )
+    assert any(re.match(r"lowering: closed form [0-9.]+( to [0-9.]+)? of the limit", t) for t in texts(section))
     drawn = figures_of_closed(result)
     assert np.isfinite(drawn).any()
 
@@ -262,9 +271,7 @@ def test_ranges_of_limits_say_when_they_run_beyond_what_was_asked():
 def test_a_table_that_tells_nothing_somewhere_does_not_claim_the_best_of_the_rest(result):
     data = result.data.copy(deep=True)
     data["Hs_limit"].loc[{"credit": "credited", "heading": data["heading"][0], "period": 5.0}] = np.nan
-    rows = next(
-        part for part in sheet_of(replace(result, data=data), ())["answer"]["parts"] if part["kind"] == "table"
-    )["rows"]
+    rows = first_table(written(replace(result, data=data)).front).rows
     assert rows[0][1] == "-"
     assert rows[0][4] in ("-", "lowering: capacity")
 
@@ -272,8 +279,8 @@ def test_a_table_that_tells_nothing_somewhere_does_not_claim_the_best_of_the_res
 def test_no_workable_sea_is_said_in_so_many_words(result):
     data = result.data.copy(deep=True)
     data["Hs_limit"][:] = 0.0
-    found = headline(replace(result, data=data))
-    assert (found["word"], found["yes"]) == ("NO WORKABLE SEA STATE", False)
+    found = verdict(replace(result, data=data))
+    assert (found.word, found.passed) == ("NO WORKABLE SEA STATE", False)
 
 
 def test_the_rosette_puts_head_seas_at_the_bow_and_starboard_to_the_right():
@@ -287,9 +294,10 @@ def test_the_rosette_puts_head_seas_at_the_bow_and_starboard_to_the_right():
 def test_pdf_and_page_of_one_result_are_the_same_bytes_after_a_way_over_the_disk(light, stems, saved):
     again = load_plan_result(saved)
     drawn = dots(stems)
-    assert pdf(again, drawn) == pdf(light, drawn)
-    assert html(again, drawn) == html(light, drawn)
-    assert str(saved) not in html(again, drawn)
+    first, second = (document(each, drawn) for each in (light, again))
+    assert pdf(second) == pdf(first)
+    assert html(second) == html(first)
+    assert str(saved) not in html(second)
 
 
 @pytest.mark.slow
@@ -342,8 +350,8 @@ def test_the_smallest_of_plans_has_a_report(result, cut):
     small = replace(small, data=small.data.isel(cut))
     names = set(small.data["alternative"].values)
     facts = {**small.facts, "alternatives": [a for a in small.facts["alternatives"] if a["name"] in names]}
-    found = pdf(replace(small, facts=facts), dots(("limits-over-period", "limits-credited", "rosette")))
-    assert found.startswith(b"%PDF")
+    report = document(replace(small, facts=facts), dots(("limits-over-period", "limits-credited", "rosette")))
+    assert pdf(report).startswith(b"%PDF")
 
 
 @pytest.mark.slow
@@ -351,22 +359,18 @@ def test_of_many_headings_the_first_page_tells_the_best_and_the_worst(result):
     data = result.data.isel(heading=[0, 1, 2, 2, 2]).assign_coords(
         heading=np.radians([150.0, 165.0, 180.0, 195.0, 210.0])
     )
-    table = next(
-        part for part in sheet_of(replace(result, data=data), ())["answer"]["parts"] if part["kind"] == "table"
-    )
-    assert table["header"][:3] == ["Tp", "best heading", "worst heading"]
+    table = first_table(written(replace(result, data=data)).front)
+    assert table.header[:3] == ("Tp", "best heading", "worst heading")
     Hs = data["Hs_limit"].sel(credit="credited", alternative="strong-ssc").values
-    assert table["rows"][0][1:3] == [f"{Hs[:, 0].max():.2f} (180°)", f"{Hs[:, 0].min():.2f} (150°)"]
+    assert list(table.rows[0][1:3]) == [f"{Hs[:, 0].max():.2f} (180°)", f"{Hs[:, 0].min():.2f} (150°)"]
 
 
 @pytest.mark.slow
 def test_the_reader_is_told_in_the_words_of_the_table_how_to_read_it(result):
-    told_first = [
-        row for part in sheet_of(result, ())["answer"]["parts"] if part["kind"] == "facts" for row in part["rows"]
-    ]
+    told_first = [row for part in written(result).front if isinstance(part, Table) for row in part.rows]
     cells = result.data["Hs_limit"].sel(credit="credited", alternative="strong-ssc").values
     table = LimitTable(cells, result.data["heading"].values, result.data["period"].values, math.radians(15.0), 4.0)
-    assert ["reading", table.described()] in told_first
+    assert ("reading", table.described()) in told_first
 
 
 @pytest.mark.slow
@@ -390,9 +394,9 @@ def test_sensitivity_says_whether_what_governs_was_varied(result):
 
 def test_limits_without_a_twin_are_not_said_to_be_its_own(result):
     plain = replace(result, data=result.data.sel(alternative=["none"]))
-    assert "No twin is part of this limit." in headline(plain)["said"]
+    assert "No twin is part of this limit." in verdict(plain).text
     closed = replace(result, facts={**result.facts, "tiers": ["closed-form"]})
-    assert headline(closed)["said"][1].startswith("Not simulated")
+    assert verdict(closed).text[1].startswith("Not simulated")
 
 
 def test_a_plan_without_weather_says_that_waiting_is_not_reckoned():
@@ -400,7 +404,7 @@ def test_a_plan_without_weather_says_that_waiting_is_not_reckoned():
 
 
 def test_the_page_needs_nothing_from_outside(result, stems):
-    page = html(result, dots(stems))
+    page = html(document(result, dots(stems)))
     assert all(source.startswith("data:image/png;base64,") for source in re.findall(r'src="([^"]{0,40})', page))
     assert not re.search(r"<link|<script|https?://", page)
 
@@ -409,14 +413,14 @@ def test_the_page_needs_nothing_from_outside(result, stems):
 def test_names_in_any_letters_are_set(result):
     facts = {**result.facts, "name": "模板 <b>to</b> 1500 m & more"}
     odd = replace(result, facts=facts)
-    assert pdf(odd, {}).startswith(b"%PDF")
-    assert "&lt;b&gt;to&lt;/b&gt;" in html(odd, {})
+    assert pdf(written(odd)).startswith(b"%PDF")
+    assert "&lt;b&gt;to&lt;/b&gt;" in html(written(odd))
 
 
 @pytest.mark.thorough
 def test_report_writes_its_files_beside_the_results_or_where_it_is_told(saved, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(writing, "pictures", lambda r: dots(("rosette", "depth")))
-    monkeypatch.setattr(writing, "pdf", lambda r, drawn: b"%PDF")
+    monkeypatch.setattr(writing, "pdf", lambda report: b"%PDF")
     assert command(["report", str(saved), "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert [Path(f).name for f in answer["files"]] == ["report.pdf", "report.html"]
@@ -548,7 +552,7 @@ def test_the_box_tells_the_low_end_of_the_interval_and_what_was_assumed(result):
     odd = replace(
         result, data=data, facts={**result.facts, "operation": operation}, blocks={**result.blocks, "weather": weather}
     )
-    said = " ".join(headline(odd)["said"])
+    said = said_on_the_first_page(odd)
     assert (
         "The estimate counts; the low end of its 95 % interval is Hs 1.90 m, in the 3 of 30 cells that have one."
         in said
@@ -559,7 +563,7 @@ def test_the_box_tells_the_low_end_of_the_interval_and_what_was_assumed(result):
         said,
     )
     assert "34 % of the records are outside the table's periods and headings and count as not workable." in said
-    assert "not given" not in " ".join(headline(result)["said"])
+    assert "not given" not in said_on_the_first_page(result)
 
 
 def test_what_is_not_computed_is_told_with_its_reason(result):

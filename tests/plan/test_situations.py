@@ -11,12 +11,14 @@ from pathlib import Path
 import pytest
 
 from stillhook.cli import run
-from stillhook.cli.plan.check import print_check
 from stillhook.engine.pack.programme import wire_strength
+from stillhook.plan.check import checked
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.file import load_plan
+from stillhook.plan.report.checked_plan import checked_plan
 from stillhook.plan.tiers.depths import EVERY, resonance_depth, situations
+from stillhook.report.terminal import print_document
 
 ROD = 0.02
 """LIFT.md's spring with a third of the wire's mass leaves out slings and hook, and is itself within a per cent of the rod."""
@@ -81,7 +83,7 @@ def test_a_check_tells_phases_times_rules_and_weather(capsys: pytest.CaptureFixt
     assert {row["phase"] for row in answer["limits"]} == set(names)
     assert answer["T_R"] == 2.0 * answer["T_POP"] >= 2.0 * answer["T_phases"]
     assert answer["weather"]["n"] > 8 * 365 * 9
-    print_check(plan(), json=False)
+    print_document(checked_plan(checked(plan())))
     told = capsys.readouterr().out
     assert all(word in told for word in (*names, "weather restricted", "SYNTHETIC", "landing-speed", "360 seas"))
 

@@ -7,10 +7,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stillhook.logs.types import Log
+from stillhook.report.document import Table
 from stillhook.spec.scenario import Mode
 from stillhook.validate.criteria.criteria import Criterion, Limit
 from stillhook.validate.criteria.judge import judge
-from stillhook.validate.criteria.results import Measure, Step, StepNumber, Table
+from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign, CraneTest, load_campaign
 from stillhook.validate.data_set.records.record import Record, Segment
 from stillhook.validate.validation import Validation
@@ -96,7 +97,7 @@ def _measure(name: str, value: float | None, quantity: str) -> Measure:
 
 
 def _table(number: StepNumber) -> Table:
-    return Table(f"Table of step {int(number)}", ("load case", "mean\n[cm]"), (("1", "1.9"), ("2", "2.1")))
+    return Table(("load case", "mean\n[cm]"), (("1", "1.9"), ("2", "2.1")), f"Table of step {int(number)}")
 
 
 def drawn(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict[str, Figure]:

@@ -17,12 +17,11 @@ from stillhook import load_crane
 from stillhook.errors import ValidateError
 from stillhook.kernels.build import results_hash
 from stillhook.library.certificate import canonical, digest_of
-from stillhook.report.pdf import set_pages
+from stillhook.report.pdf import pages
 from stillhook.spec.crane import content
 from stillhook.validate import Certificate, certificate_files, certificate_of, load_certificate
 from stillhook.validate.certificate.content import content_of
-from stillhook.validate.certificate.document import sheet_of
-from stillhook.validate.certificate.pdf import TEMPLATE, pdf
+from stillhook.validate.certificate.document import document
 from stillhook.validate.criteria.results import StepNumber
 from stillhook.validate.report import figures as pictures_of
 from stillhook.validate.report.figures import pictures
@@ -192,9 +191,7 @@ def test_every_page_of_a_synthetic_certificate_says_so_and_no_page_of_another(tm
     monkeypatch.setattr(pictures_of, "FIGURES", {StepNumber.AHC: drawn})
     found = staged(write(tmp_path, synthetic=synthetic))
     data = certificate_of(found).data
-    stems = pictures(found)
-    pages = set_pages(TEMPLATE, sheet_of(data, tuple(stems)), stems, data["date"], 80.0)
-    marks = [_marked(page) for page in pages]
+    marks = [_marked(page) for page in pages(document(data, pictures(found)), 80.0)]
     assert len(marks) > 5
     assert all(marks) if synthetic else not any(marks)
 
@@ -204,14 +201,14 @@ def test_names_that_typst_could_take_for_markup_stay_as_they_are(campaign, tmp_p
     text = campaign.read_text()
     campaign.write_text(text.replace('"Sea trial"', '"#1 *sea* $trial$ @ 30° <50 %> [x] Åsgård \\\\ _e_"'))
     made = certificate_of(staged(campaign))
-    assert pdf(made.data, {}).startswith(b"%PDF")
+    assert made.pdf({}).startswith(b"%PDF")
 
 
 @pytest.mark.slow
 def test_letters_that_the_fonts_lack_do_not_stop_it(campaign, tmp_path):
     campaign.write_text(campaign.read_text().replace('"Sea trial"', '"海上試験"'), encoding="utf-8")
     made = certificate_of(staged(campaign))
-    assert pdf(made.data, {}) == pdf(made.data, {})
+    assert made.pdf({}) == made.pdf({})
     assert "海上試験" in made.text()
 
 

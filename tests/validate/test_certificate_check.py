@@ -10,12 +10,13 @@ from stillhook import load_crane
 from stillhook.cli import run as command
 from stillhook.library import crane_toml
 from stillhook.library.certificate import canonical, digest_of
+from stillhook.report.document import Text
 from stillhook.spec.validity import UNSIGNED
 from stillhook.validate import certificate_files, load_certificate
 from stillhook.validate import synthetic as truth
 from stillhook.validate.certificate import content as certificate_content
 from stillhook.validate.certificate import recheck as certificate_check
-from stillhook.validate.certificate.document import sheet_of
+from stillhook.validate.certificate.document import document
 from stillhook.validate.certificate.recheck import check
 from stillhook.validate.criteria.results import StepNumber
 from stillhook.validate.report import figures as pictures_of
@@ -261,7 +262,9 @@ def test_show_check_and_document_say_that_a_checksum_is_no_signature(file, capsy
     assert UNSIGNED in capsys.readouterr().out
     assert command(["certificate", "check", str(file), "--json"]) == 1  # computed again from the logs it does not hold
     assert json.loads(capsys.readouterr().out)["unsigned"] == UNSIGNED
-    assert UNSIGNED in " ".join(sheet_of(data | {"digest": digest_of(data)}, ())["procedure"])
+    assert (
+        Text(UNSIGNED) in document(data | {"digest": digest_of(data)}, {}).section("how to check this document").parts
+    )
 
 
 def test_an_example_campaign_with_an_unknown_defect_names_those_there_are(tmp_path, capsys):

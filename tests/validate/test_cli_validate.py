@@ -14,12 +14,13 @@ from stillhook import load_crane
 from stillhook.cli import run as command
 from stillhook.errors import ValidateError
 from stillhook.logs.types import Log
+from stillhook.report.document import Table
 from stillhook.spec.scenario import Mode
 from stillhook.validate import validation as frame
 from stillhook.validate.certificate import save as report_files
 from stillhook.validate.criteria.criteria import Criteria, Criterion, Limit
 from stillhook.validate.criteria.judge import judge
-from stillhook.validate.criteria.results import Measure, Step, StepNumber, Table
+from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign, CraneTest, Kind
 from stillhook.validate.data_set.records.record import Record, Segment
 from stillhook.validate.report import figures as pictures
@@ -102,9 +103,9 @@ def staged(
     )
     spread = Measure("e_c_pp_deviation_s", 0.012, "length")
     table = Table(
-        "Deviation by load case",
         ("load case", "mean\n[cm]", "remark"),
         (("1", "1.9", ""), ("2", "2.1", "the <worst> one")),
+        "Deviation by load case",
     )
     steps = tuple(
         Step(

@@ -1,99 +1,103 @@
-"""A page that a colleague can read without the program: one HTML file with its tables and pictures inside."""
+"""A document as one HTML file with its tables and pictures inside, which needs nothing else to be read."""
 
 from __future__ import annotations
 
 import base64
-import io
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterator, Sequence
 from html import escape
-from typing import TYPE_CHECKING
 
-from stillhook._version import __version__
+from stillhook.report.document import Bullets, Cell, Column, Document, Figure, Part, Section, Table, Text, Verdict
+from stillhook.report.formatting import typeset
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-RESOLUTION = 120
-"""Of pictures [dots per inch]."""
-SHORT = 20  # characters: in a table of words a cell of no more is not folded
-STYLE = """body{font:15px/1.5 system-ui,sans-serif;max-width:64em;margin:2em auto;padding:0 1em;color:#222}
-h1{font-size:1.5em}h2{font-size:1.2em;margin-top:2em}table{border-collapse:collapse;font-size:.9em;margin:1em 0}
-td{white-space:nowrap}td:last-child{white-space:normal}
-td,th{padding:.25em .7em;border-bottom:1px solid #ddd;text-align:right;vertical-align:top}
-td:first-child,th:first-child{text-align:left}
-img{max-width:100%}figcaption{font-size:.85em;color:#555}
-figure{margin:1.5em 0}tr.chosen td{font-weight:600}
-table.words td,table.words th{white-space:normal;text-align:left}table.words td.short{white-space:nowrap}
-h3{font-size:1em;margin:1.5em 0 .3em}
-.synthetic{background:#fff3cd;padding:.6em 1em}
-.no,tr.no td{color:#a00;font-weight:600}.yes{color:#060;font-weight:600}"""
+STYLE = """body{font:15px/1.5 system-ui,sans-serif;max-width:64em;margin:2em auto;padding:0 1em;color:#1c2226}
+h1{font-size:1.5em;color:#14324a}h2{font-size:1.2em;margin-top:2em;color:#14324a}h3{font-size:1em;margin:1.5em 0 .3em}
+h4{font-size:.95em;margin:1.2em 0 .3em}
+table{border-collapse:collapse;font-size:.9em;margin:1em 0}h3+table,h4+table{margin-top:.3em}
+td,th{padding:.25em .7em;border-bottom:1px solid #ddd;text-align:left;vertical-align:top}
+th{background:#e9eef2;color:#14324a}
+th.number,td.number{text-align:right}td.number,td.word{white-space:nowrap}
+td.text{min-width:9em}td.code{font-family:monospace;word-break:break-all}td small{display:block;color:#5c6b77}
+table.facts td:first-child{color:#5c6b77;white-space:nowrap}
+img{max-width:100%}figcaption{font-size:.85em;color:#5c6b77}figure{margin:1.5em 0}
+.mark{background:#fff3cd;padding:.6em 1em}.subtitle{color:#5c6b77}
+.verdict{border:2px solid #5c6b77;border-radius:3px;padding:.3em 1em;margin:1em 0}
+.verdict.yes{border-color:#1b5e20}.verdict.no{border-color:#9b1c1c}
+.verdict p:first-child{font-size:1.1em;font-weight:600}
+.yes>p:first-child,td .yes{color:#1b5e20}.no>p:first-child,td .no{color:#9b1c1c}td .yes,td .no{font-weight:600}"""
 
 
-def page(title: str, parts: Iterable[str], *, synthetic: str = "") -> str:
-    """The whole page; parts are HTML, synthetic a remark at the top about data that were not measured."""
-    warning = f'<p class="synthetic">{escape(synthetic)}</p>' if synthetic else ""
-    head = f'<meta charset="utf-8"><title>{escape(title)}</title><style>{STYLE}</style>'
-    foot = f"<p><small>Made by Stillhook {escape(__version__)}.</small></p>"
-    return (
-        "<!doctype html>\n<html"
-        f' lang="en">{head}<body><h1>{escape(title)}</h1>{warning}{"".join(parts)}{foot}</body></html>\n'
-    )
+def html(document: Document) -> str:
+    """The page. Signatures and what belongs to paper only are left out."""
+    return "".join(_page(document))
 
 
-def heading(text: str) -> str:
-    return f"<h2>{escape(text)}</h2>"
+def _page(document: Document) -> Iterator[str]:
+    title = _escaped(document.heading)
+    yield f'<!doctype html>\n<html lang="en"><meta charset="utf-8"><title>{title}</title><style>{STYLE}</style>'
+    yield f"<body><h1>{title}</h1>"
+    if document.subtitle:
+        yield f'<p class="subtitle">{_escaped(document.subtitle)}</p>'
+    if document.marks:
+        yield f'<p class="mark">{_escaped(". ".join(mark.rstrip(".") for mark in document.marks))}.</p>'
+    for part in (*document.front, *document.sections):
+        yield from _part(part, 2)
+    number = f"No. {document.number}, {document.date}. " if document.number else ""
+    yield f"<p><small>{_escaped(number)}Made by {_escaped(document.made_by)}.</small></p></body></html>\n"
 
 
-def subheading(text: str) -> str:
-    return f"<h3>{escape(text)}</h3>"
+def _part(part: Part, level: int) -> Iterator[str]:
+    """level: of the headings of sections."""
+    match part:
+        case Text(text):
+            yield f"<p>{_escaped(text)}</p>"
+        case Bullets(lines):
+            yield f"<ul>{''.join(f'<li>{_escaped(line)}</li>' for line in lines)}</ul>"
+        case Verdict(word, passed, paragraphs):
+            body = "".join(f"<p>{_escaped(text)}</p>" for text in (word, *paragraphs))
+            yield f'<div class="verdict{_colour(passed)}">{body}</div>'
+        case Table():
+            yield from _table(part, level)
+        case Figure(png, caption):
+            image = f"data:image/png;base64,{base64.b64encode(png).decode('ascii')}"
+            caption = _escaped(caption)
+            yield f'<figure><img alt="{caption}" src="{image}"><figcaption>{caption}</figcaption></figure>'
+        case Section(title, parts):
+            yield f"<h{level}>{_escaped(title)}</h{level}>"
+            for inner in parts:
+                yield from _part(inner, level + 1)
 
 
-def paragraph(text: str, *, no: bool = False, yes: bool = False) -> str:
-    """A paragraph; no, yes: the answer is "no", or "yes", and shows."""
-    return f"<p{' class=no' if no else ' class=yes' if yes else ''}>{escape(text)}</p>"
+def _colour(passed: bool | None) -> str:
+    return {None: "", True: " yes", False: " no"}[passed]
 
 
-def bullets(lines: Iterable[str]) -> str:
-    return f"<ul>{''.join(f'<li>{escape(line)}</li>' for line in lines)}</ul>"
+def _table(table: Table, level: int) -> Iterator[str]:
+    if table.title:
+        yield f"<h{level}>{_escaped(table.title)}</h{level}>"
+    kinds = table.kinds
+    yield "<table>" if table.header else '<table class="facts">'
+    if table.header:
+        heads = zip(table.heads(), kinds, strict=True)
+        yield f"<tr>{''.join(f'<th class={kind.value}>{_escaped(head)}</th>' for head, kind in heads)}</tr>"
+    for i, row in enumerate(table.rows):
+        bold = [i in table.bold_rows or k in table.bold_columns for k in range(len(row))]
+        yield f"<tr>{''.join(map(_cell, row, kinds, bold))}</tr>"
+    yield "</table>"
 
 
-def table(
-    header: Sequence[str],
-    rows: Iterable[Sequence[str]],
-    *,
-    chosen: int | None = None,
-    no: Collection[int] = (),
-    words: bool = False,
-) -> str:
-    """A table of texts; the chosen row is set bold, the rows `no` in red; words: columns of words, which fold, in place
-    of numbers."""
-    head = "".join(f"<th>{escape(h)}</th>" for h in header)
-    body = "".join(
-        f"<tr{_row_class(i in no, i == chosen)}>" + "".join(_cell(c, words) for c in row) + "</tr>"
-        for i, row in enumerate(rows)
-    )
-    return f"<table{' class=words' if words else ''}><tr>{head}</tr>{body}</table>"
+def _cell(cell: Cell, kind: Column, bold: bool) -> str:
+    if isinstance(cell, Verdict):
+        content = f'<span class="{_colour(cell.passed).strip()}">{_escaped(cell.word)}</span>'
+    else:
+        first, *notes = cell.split("\n")
+        content = f"<b>{_escaped(first)}</b>" if bold else _escaped(first)
+        content += _notes(notes)
+    return f"<td class={kind.value}>{content}</td>"
 
 
-def _row_class(no: bool, chosen: bool) -> str:
-    return " class=no" if no else " class=chosen" if chosen else ""
+def _notes(lines: Sequence[str]) -> str:
+    return "".join(f"<small>{_escaped(line)}</small>" for line in lines)
 
 
-def _cell(text: str, words: bool) -> str:
-    return f"<td{' class=short' if words and len(text) <= SHORT else ''}>{escape(text)}</td>"
-
-
-def png(figure: Figure, resolution: int = RESOLUTION) -> bytes:
-    """A figure as PNG at this resolution in dots per inch, for a file and for a page."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # heavy
-
-    memory = io.BytesIO()
-    figure.set_dpi(resolution)
-    FigureCanvasAgg(figure).print_png(memory)  # type: ignore[no-untyped-call]  # savefig draws twice, once for the layout
-    return memory.getvalue()
-
-
-def picture(data: bytes, caption: str) -> str:
-    """A PNG, inside the page."""
-    image = f'<img alt="{escape(caption)}" src="data:image/png;base64,{base64.b64encode(data).decode("ascii")}">'
-    return f"<figure>{image}<figcaption>{escape(caption)}</figcaption></figure>"
+def _escaped(text: str) -> str:
+    return escape(typeset(text))

@@ -1,66 +1,121 @@
-"""Documents set by typst: data and pictures in, PDF or pages out, with fonts of its own, a date that is given, nothing
-of this machine."""
+"""A document as PDF, or as pictures of its pages: set by typst with fonts of its own and the document's date, with
+nothing of this machine."""
 
 from __future__ import annotations
 
+import dataclasses
 import datetime
 import json
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Sequence
 from importlib.resources import files
-from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
 from stillhook.errors import StillhookError
+from stillhook.report.document import Bullets, Cell, Document, Figure, Part, Section, Table, Text, Verdict, words
+from stillhook.report.formatting import typeset
 
-DATA, LOOK = "sheet.json", "look.typ"
+DATA, TEMPLATE = "document.json", "document.typ"
 ARCHIVE = "a-2u"
 """PDF/A-2u: everything that is needed to show it is inside, for as long as a crane lives, and its text can be
 searched."""
+
+
+MOST_ROWS, MOST_LETTERS = 14, 1500
+"""Of a table that is not parted by the end of a page."""
 
 
 class Unset(StillhookError):
     """A document that typst cannot set."""
 
 
-def set_pdf(template: Traversable, data: Any, figures: Mapping[str, bytes], date: str) -> bytes:
+def pdf(document: Document) -> bytes:
     """The document as PDF/A where that is possible.
 
-    Parameters: template reads its texts from "sheet.json" and its look from "look.typ" next to it; figures: PNG by
-    stem; date ISO 8601. Texts with letters that typst's own fonts lack (Chinese, say) cannot be archived: they are set
-    all the same, with boxes for those letters. Errors: Unset, a line without the name of the document, where it cannot
-    be set.
+    Texts with letters that typst's own fonts lack (Chinese, say) cannot be archived: they are set all the same, with
+    boxes for those letters. Errors: Unset, a line without the name of the document, where it cannot be set.
     """
     try:
-        return _typeset(template, data, figures, date, format="pdf", pdf_standards=[ARCHIVE])[0]
+        return _typeset(document, format="pdf", pdf_standards=[ARCHIVE])[0]
     except Unset:
-        return _typeset(template, data, figures, date, format="pdf")[0]
+        return _typeset(document, format="pdf")[0]
 
 
-def set_pages(
-    template: Traversable, data: Any, figures: Mapping[str, bytes], date: str, ppi: float = 100.0
-) -> list[bytes]:
+def pages(document: Document, ppi: float = 100.0) -> list[bytes]:
     """The pages of the document as PNG, to look at."""
-    return _typeset(template, data, figures, date, format="png", ppi=ppi)
+    return _typeset(document, format="png", ppi=ppi)
 
 
-def _typeset(template: Traversable, data: Any, figures: Mapping[str, bytes], date: str, **options: Any) -> list[bytes]:
+def _typeset(document: Document, **options: Any) -> list[bytes]:
     import typst  # 80 MB: only where a document is wanted
 
-    day = datetime.datetime.combine(datetime.date.fromisoformat(date), datetime.time(), datetime.UTC)
+    date = datetime.datetime.combine(datetime.date.fromisoformat(document.date), datetime.time(), datetime.UTC)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        (folder / template.name).write_bytes(template.read_bytes())
-        (folder / LOOK).write_bytes((files("stillhook.report") / LOOK).read_bytes())
-        (folder / DATA).write_text(json.dumps(data, ensure_ascii=False), encoding="utf-8")
-        for stem, content in figures.items():
-            (folder / f"{stem}.png").write_bytes(content)
-        compiler = typst.Compiler(folder / template.name, root=folder, ignore_system_fonts=True)
+        (folder / TEMPLATE).write_bytes((files("stillhook.report") / TEMPLATE).read_bytes())
+        data = typeset(json.dumps(_data(document, folder), ensure_ascii=False))
+        (folder / DATA).write_text(data, encoding="utf-8")
+        compiler = typst.Compiler(folder / TEMPLATE, root=folder, ignore_system_fonts=True)
         try:
-            result = compiler.compile(timestamp=day, **options)
+            result = compiler.compile(timestamp=date, **options)
         except typst.TypstError as problem:
             reason = " ".join(str(problem.message).split())[:200]
             raise Unset(f"the document cannot be set ({reason}).") from None
     assert result is not None
     return result if isinstance(result, list) else [result]
+
+
+def _data(document: Document, folder: Path) -> dict[str, Any]:
+    """What the template reads; figures are written into the folder."""
+    date = datetime.date.fromisoformat(document.date)
+    fields = {field.name: getattr(document, field.name) for field in dataclasses.fields(document)}
+    day = {"year": date.year, "month": date.month, "day": date.day}
+    parts = {"front": _parts(document.front, folder), "sections": _parts(document.sections, folder)}
+    return {**fields, **day, **parts, "heading": document.heading}
+
+
+def _parts(parts: Sequence[Part], folder: Path) -> list[dict[str, Any]]:
+    return [_part(part, folder) for part in parts]
+
+
+def _part(part: Part, folder: Path) -> dict[str, Any]:
+    match part:
+        case Text(text):
+            return {"kind": "text", "text": text}
+        case Bullets(lines):
+            return {"kind": "bullets", "lines": list(lines)}
+        case Verdict(word, passed, paragraphs):
+            return {"kind": "verdict", "word": word, "passed": passed, "text": list(paragraphs)}
+        case Table():
+            return _table(part)
+        case Figure(png, caption, height):
+            file = f"figure-{sum(1 for _ in folder.glob('figure-*'))}.png"
+            (folder / file).write_bytes(png)
+            return {"kind": "figure", "file": file, "caption": caption, "height": height}
+        case Section(title, inner):
+            return {"kind": "section", "title": title, "parts": _parts(inner, folder)}
+
+
+def _table(table: Table) -> dict[str, Any]:
+    kinds = [kind.value for kind in table.kinds]
+    lengths = [[len(words(row[i])) for row in table.rows] for i in range(len(kinds))]
+    letters = sum(map(sum, lengths))
+    return {
+        "kind": "table",
+        "title": table.title,
+        "header": table.heads(),
+        "kinds": kinds,
+        "widths": [max(1, *column) ** 0.5 for column in lengths],  # of folded columns, relative to each other
+        "one_page": len(table.rows) <= MOST_ROWS and letters <= MOST_LETTERS,
+        "rows": [[_cell(cell) for cell in row] for row in table.rows],
+        "bold_rows": list(table.bold_rows),
+        "bold_columns": list(table.bold_columns),
+    }
+
+
+def _cell(cell: Cell) -> dict[str, Any]:
+    if isinstance(cell, Verdict):
+        return {"text": cell.word, "notes": [], "verdict": True, "passed": cell.passed}
+    first, *notes = cell.split("\n")
+    return {"text": first, "notes": notes, "verdict": False, "passed": None}

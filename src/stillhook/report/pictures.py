@@ -1,8 +1,9 @@
-"""Many figures as pictures, drawn by two processes: drawing holds Python's lock, so that threads gain nothing."""
+"""Figures as pictures. Many are drawn by two processes: drawing holds Python's lock, so that threads gain nothing."""
 
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import pickle
 import subprocess
@@ -11,17 +12,27 @@ import threading
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from stillhook.report.html import RESOLUTION, png
-
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+RESOLUTION = 120
+"""Of pictures [dots per inch]."""
 WORTH = 12
 """Figures from which on a second process pays for its start."""
 _BOOT = (
     "import sys, pickle; sys.path[:] = pickle.load(sys.stdin.buffer); from stillhook.report.pictures import serve;"
     " serve()"
 )
+
+
+def png(figure: Figure, resolution: int = RESOLUTION) -> bytes:
+    """A figure as PNG at this resolution in dots per inch, for a file and for a page."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # heavy
+
+    memory = io.BytesIO()
+    figure.set_dpi(resolution)
+    FigureCanvasAgg(figure).print_png(memory)  # type: ignore[no-untyped-call]  # savefig draws twice, once for the layout
+    return memory.getvalue()
 
 
 def pngs(figures: Mapping[str, Figure], resolution: int = RESOLUTION) -> dict[str, bytes]:

@@ -1,16 +1,18 @@
-"""How commands print: JSON in SI for machines, tables in human units for people."""
+"""How commands print: JSON in SI for machines, documents and tables in human units for people."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
-from stillhook.units import in_display, number
+from stillhook.report.document import Bullets, Column, Document, Figure, Part, Section, Table, Text, Verdict, words
+from stillhook.report.formatting import display_number, display_unit
+from stillhook.report.running_text import wrapped
 from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
-    from rich.table import Table
+    from rich.table import Table as Grid
 
     from stillhook.base.progress import Progress
     from stillhook.spec.crane import Crane
@@ -26,37 +28,75 @@ FOLDED, BORDER = 10, 3
 space on either side."""
 
 
+OUTCOME = 10
+"""Width of a verdict at the start of a line."""
+
+
 def print_json(data: Any) -> None:
     from stillhook.formats.results import to_json
 
     print(to_json(data))
 
 
-def human(name: str, value: Any, digits: int = 6) -> str:
-    """A value of a variable in display unit, as text without its unit."""
-    if not isinstance(value, int | float) or isinstance(value, bool):
-        return str(value)
-    kind = BY_NAME[name].kind if name in BY_NAME else ""
-    return number(in_display(float(value), kind) if kind else float(value), digits)
-
-
-def unit_of(name: str) -> str:
-    from stillhook.units import KINDS
-
-    v = BY_NAME.get(name)
-    return KINDS[v.kind].display if v is not None and v.kind else ""
-
-
 def print_values(values: dict[str, Any]) -> None:
     """Name, value, unit and meaning, one line each."""
     from rich.console import Console
-    from rich.table import Table
+    from rich.table import Table as Grid
 
-    table = Table(box=None, show_header=False, pad_edge=False)
+    table = Grid(box=None, show_header=False, pad_edge=False)
     for name, value in values.items():
         meaning = BY_NAME[name].meaning if name in BY_NAME else ""
-        table.add_row(*(_escaped(text) for text in (name, human(name, value), unit_of(name), meaning)))
+        table.add_row(*(_escaped(text) for text in (name, display_number(name, value), display_unit(name), meaning)))
     Console().print(table)
+
+
+def print_document(document: Document) -> None:
+    """A document without its pictures."""
+    wrapped(document.heading)
+    for text in (document.subtitle, *document.marks):
+        if text:
+            wrapped(text)
+    for part in (*document.front, *document.sections):
+        print_part(part)
+
+
+def print_part(part: Part) -> None:
+    """One part of a document."""
+    match part:
+        case Text(text):
+            wrapped(text)
+        case Bullets(lines):
+            for line in lines:
+                wrapped(f"- {line}", "  ")
+        case Verdict(word, _, paragraphs):
+            for text in (word, *paragraphs):
+                wrapped(text)
+        case Table():
+            _print_cells(part)
+        case Section(title, parts):
+            print()
+            wrapped(title)
+            for inner in parts:
+                print_part(inner)
+        case Figure():
+            pass  # for pages only
+
+
+def _print_cells(table: Table) -> None:
+    """A table; facts as lines, a name and its values each."""
+    rows = [[words(cell) for cell in row] for row in table.rows]
+    if table.header:
+        kinds = [Column.TEXT if kind is Column.WORD and i else kind for i, kind in enumerate(table.kinds)]
+        _print_columns(table.header, rows, kinds, 1, table.title, table.bold_rows)
+        return
+    if table.title:
+        wrapped(f"{table.title}:")
+    for row, (name, *values) in zip(table.rows, rows, strict=True):
+        text = "  ".join(values)
+        if isinstance(row[0], Verdict):
+            wrapped(f"{name:<{OUTCOME - 1}} {text}", " " * OUTCOME)
+        else:
+            wrapped(f"{name}: {text}" if name else text, "  ")
 
 
 def print_table(
@@ -68,28 +108,36 @@ def print_table(
     Numbers are never cut: on a terminal too narrow for all of them the table goes on below, the texts at its left
     repeated.
     """
+    texts_at = [name in FREE or i in texts or (i < left and left > 1) for i, name in enumerate(header)]
+    kinds = [Column.TEXT if text else Column.WORD if i < left else Column.NUMBER for i, text in enumerate(texts_at)]
+    _print_columns(header, rows, kinds, left, title)
+
+
+def _print_columns(
+    header: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    kinds: Sequence[Column],
+    left: int,
+    title: str,
+    bold_rows: Collection[int] = (),
+) -> None:
+    """A table whose first `left` columns are repeated where it goes on below. Texts fold, numbers do not."""
     from rich.console import Console
 
     console = Console()
-    folds = [
-        name in FREE or i in texts or (i < left and left > 1) for i, name in enumerate(header)
-    ]  # texts fold, numbers do not
-    least = [_least_width([name, *(row[i] for row in rows)], folds[i]) for i, name in enumerate(header)]
+    least = [_least_width([name, *(row[i] for row in rows)], _folds(kinds[i])) for i, name in enumerate(header)]
     if not console.is_terminal:
         console = Console(width=max(console.width, PLAIN_WIDTH, sum(least) + 1))
     for columns in _side_by_side(least, left, console.width):
-        aligned = [i < left or folds[i] for i in columns]
-        table = _table(
-            [header[i] for i in columns],
-            [[row[i] for i in columns] for row in rows],
-            [folds[i] for i in columns],
-            aligned,
-        )
+        cells = [[row[i] for i in columns] for row in rows]
+        table = _grid([header[i] for i in columns], cells, [kinds[i] for i in columns], bold_rows)
         table.title, title = title and _escaped(title), ""
-        width = max(
-            console.width, sum(least[i] for i in columns) + 1
-        )  # what no terminal holds runs over its edge, unfolded
+        width = max(console.width, sum(least[i] for i in columns) + 1)  # what no terminal holds runs over its edge
         console.print(table, width=width, soft_wrap=width > console.width)
+
+
+def _folds(kind: Column) -> bool:
+    return kind in (Column.TEXT, Column.CODE)
 
 
 def _side_by_side(least: Sequence[int], left: int, width: int) -> Iterator[list[int]]:
@@ -112,14 +160,17 @@ def _least_width(cells: Sequence[str], folds: bool) -> int:
     return BORDER + (min(widest, FOLDED) if folds else widest)
 
 
-def _table(header: Sequence[str], rows: Sequence[Sequence[str]], folds: Sequence[bool], left: Sequence[bool]) -> Table:
-    from rich.table import Table
+def _grid(
+    header: Sequence[str], rows: Sequence[Sequence[str]], kinds: Sequence[Column], bold_rows: Collection[int]
+) -> Grid:
+    from rich.table import Table as Grid
 
-    table = Table(title_justify="left", title_style="bold", header_style="bold")
-    for name, text, fold in zip(header, left, folds, strict=True):
-        table.add_column(_escaped(name), justify="left" if text else "right", no_wrap=not fold, overflow="fold")
-    for row in rows:
-        table.add_row(*(_escaped(cell) for cell in row))
+    table = Grid(title_justify="left", title_style="bold", header_style="bold")
+    for name, kind in zip(header, kinds, strict=True):
+        justify: Literal["left", "right"] = "right" if kind is Column.NUMBER else "left"
+        table.add_column(_escaped(name), justify=justify, no_wrap=not _folds(kind), overflow="fold")
+    for i, row in enumerate(rows):
+        table.add_row(*(_escaped(cell) for cell in row), style="bold" if i in bold_rows else "")
     return table
 
 

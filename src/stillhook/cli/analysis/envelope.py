@@ -10,7 +10,8 @@ import typer
 
 from stillhook.cli.options import Json
 from stillhook.control.registry import CLASSIC
-from stillhook.report.terminal import human, print_json, print_table, print_twin, progress_bar, unit_of
+from stillhook.report.formatting import cell, change, display_number
+from stillhook.report.terminal import print_json, print_table, print_twin, progress_bar
 
 if TYPE_CHECKING:
     import xarray
@@ -161,15 +162,15 @@ def _print(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]]) -> N
     body, before = [], None
     for r in table:
         label = "machine, any controller" if r["mode"] == "physical" else r["mode"]
-        first = f"{human('load', r['load'], 4)} t" if r["load"] != before else ""
+        first = f"{display_number('load', r['load'], 4)} t" if r["load"] != before else ""
         before = r["load"]
         body.append(
             [
                 first,
                 label,
                 r["binds"],
-                *(_text(n, r[n]) for n in _SHOWN),
-                *(_percent(r.get(g, math.nan)) for g in gains),
+                *(cell(n, r[n]) for n in _SHOWN),
+                *(change(r.get(g, math.nan)) for g in gains),
             ]
         )
     layer = int(data["layer"].values[0])
@@ -191,17 +192,6 @@ def _type_notes(data: xarray.Dataset) -> list[str]:
 
 
 _SHOWN = ("v_w_top", "alpha_m_top", "alpha_p_top", "dp_m_top", "omega_m_top")
-
-
-def _text(name: str, value: float) -> str:
-    if math.isnan(value):
-        return "-"
-    unit = unit_of(name)
-    return f"{human(name, value, 4)} {unit}" if unit else f"{value:.1%}"
-
-
-def _percent(part: float) -> str:
-    return "" if math.isnan(part) else f"{part:+.1%}"
 
 
 def _write(

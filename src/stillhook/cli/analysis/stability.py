@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from stillhook.cli.options import Json
-from stillhook.report.terminal import human, print_implausible, print_json, print_table, say, unit_of
+from stillhook.report.formatting import display_number, display_unit
+from stillhook.report.terminal import print_implausible, print_json, print_table, say
 
 if TYPE_CHECKING:
     from stillhook.analysis.loop_stability.governing import Place
@@ -221,7 +222,7 @@ def _cell(name: str, value: Any) -> str:
         return "yes" if value else "NO"
     if not math.isfinite(value):
         return "-"
-    return human(name, value, 4)
+    return display_number(name, value, 4)
 
 
 def _report(crane: Crane, answer: _Answer) -> None:
@@ -233,7 +234,7 @@ def _report(crane: Crane, answer: _Answer) -> None:
 
     def row(label: str, name: str, values: Iterable[Any] | None = None) -> list[str]:
         cells = [getattr(c.loop, name) for c in answer.columns] if values is None else values
-        return [label, *(_cell(name, v) for v in cells), unit_of(name), BY_NAME[name].meaning]
+        return [label, *(_cell(name, v) for v in cells), display_unit(name), BY_NAME[name].meaning]
 
     rows = []
     if any(c.place for c in answer.columns):

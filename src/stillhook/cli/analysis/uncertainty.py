@@ -10,9 +10,16 @@ import typer
 
 from stillhook.cli.cluster import Scheduler, client_of
 from stillhook.cli.options import Json, Out, Step, Store
-from stillhook.cli.simulation.runs import MOTION_HELP, cell, motion_of
+from stillhook.cli.simulation.runs import MOTION_HELP, motion_of
 from stillhook.control.registry import Mode
-from stillhook.report.terminal import print_implausible, print_json, print_table, print_twin, progress_bar, started
+from stillhook.report.terminal import (
+    print_document,
+    print_implausible,
+    print_json,
+    print_twin,
+    progress_bar,
+    started,
+)
 
 if TYPE_CHECKING:
     from stillhook.analysis.uncertainty.attribution import Attribution
@@ -36,8 +43,6 @@ CASE = {
 """Default case without a case file or options; 60 s hold one complete window of 30 s after the
 warm-up."""
 LEAST_ROWS = 16
-LEAST_DRAWS = 20
-"""Fewest draws of which one is expected outside either end of a 5 to 95 % band."""
 EXAMPLE = (
     'stillhook uncertainty --crane nov-250t --load "100 t" --draws 256 --limit "e_c_pp <= 25 cm" --sobol --out bands'
 )
@@ -141,9 +146,7 @@ def uncertainty(
     if json:
         print_json(data)
     else:
-        _print(request, data, indices)
-        if causes is not None:
-            _print_causes(causes)
+        _print(request, data, indices, causes)
     if out is not None:
         _write(out, run, data, limits, indices, quiet=json)
     cases = data["cases"].values()
@@ -232,148 +235,15 @@ def _causes(request: _Request, limits: list[Limit], known: Uncertainty | None) -
     return attribute(dict(zip(request.labels, pairs, strict=True)), figures, uncertainty=known)
 
 
-def _print_causes(attribution: Attribution) -> None:
-    head = ["cause", "from, to", *(f.name for f in attribution.figures)]
-    rows = [
-        [
-            "as described",
-            "",
-            *(f"{f.show(x)} {f.unit}" for f, x in zip(attribution.figures, attribution.base, strict=True)),
-        ]
-    ]
-    for row in attribution.ranking():
-        cells = [
-            f"{', '.join(f.show(e.values[k]) for e in row.effects)}: {row.verdicts[k]}"
-            for k, f in enumerate(attribution.figures)
-        ]
-        rows.append([row.cause, ", ".join(e.changes[0].end for e in row.effects), *cells])
-    print_table(head, rows, title="causes, largest effect first: figures at both ends of every factor", left=len(head))
-    print(*attribution.words(), sep="\n")
+def _print(request: _Request, data: dict[str, Any], indices: list[Sensitivity], causes: Attribution | None) -> None:
+    from stillhook.analysis.uncertainty.document import document
 
-
-def _print(request: _Request, data: dict[str, Any], indices: list[Sensitivity]) -> None:
-    from stillhook.units import show
-
-    crane, case = request.cranes[0], request.cases[0]
-    tip = case.tip.describe().split(":")[0]
-    title = f"{crane.name}, {show(case.load, 'mass')}, {show(case.s_w, 'length')} of wire out, tip: {tip}"
-    known = request.known.on(*zip(request.cranes, request.cases, strict=True))
-    print_table(["uncertain", "distribution", "because"], [list(row) for row in known.describe()], title=title, left=3)
-    print("Numbers without a unit are multiples of the crane's own number.\n")
-    head = ["mode", "error\nas described", "error\nmedian", "error\n5 to 95 %"]
-    head += ["pressure\nas described", "pressure\nmedian", "pressure\n5 to 95 %", "limits of the\nwinch exceeded"]
-    sampling = f"{data['draws']} draws (seed {data['seed']}), the same for every mode"
-    print_table(head, [_row(label, c) for label, c in data["cases"].items()], title=sampling)
-    _print_remarks(data)
-    _print_limits(data)
-    if data["differences"]:
-        head = [
-            "draw by draw",
-            "error\nmedian",
-            "error\n5 to 95 %",
-            "lower\nin",
-            "pressure\nmedian",
-            "pressure\n5 to 95 %",
-            "lower\nin",
-        ]
-        print_table(head, _differences(data))
-    for output in dict.fromkeys(s.output for s in indices):
-        _print_indices([s for s in indices if s.output == output])
+    crane, factors = request.cranes[0], request.known.on(*zip(request.cranes, request.cases, strict=True)).describe()
+    print_document(document(crane, request.cases[0], factors, data, indices, causes))
     for note in data["notes"]:
         print(note)
     print_twin(crane, *request.cases)
     print_implausible(crane)
-
-
-def _row(label: str, case: dict[str, Any]) -> list[str]:
-    out = [label]
-    for name in ("e_c_pp", "p_max"):
-        b = case["band_90"][name]
-        low, high = cell(name, b["low"]), cell(name, b["high"])
-        out += [cell(name, float(case["at_values"][name])), cell(name, b["median"]), f"{low.split(' ')[0]} to {high}"]
-    return [*out, _share(case["beyond_limits"])]
-
-
-def _share(chance: dict[str, Any]) -> str:
-    """A chance with its interval."""
-    return f"{chance['share']:.1%} ({chance['low']:.1%} to {chance['high']:.1%})"
-
-
-def _print_remarks(data: dict[str, Any]) -> None:
-    if data["draws"] < LEAST_DRAWS:
-        print(f"too few draws for a 5 to 95 % band: its ends are the draws themselves. Use {LEAST_DRAWS} or more.")
-    for label, case in data["cases"].items():
-        if case["beyond_limits"]["share"] == 1.0:
-            print(
-                f"{label}: every draw goes beyond a limit of the winch; its error and pressure are no working"
-                " controller's"
-            )
-    errors = {label: c["band_90"]["e_c_pp"]["high_error"] for label, c in data["cases"].items()}
-    if all(math.isfinite(x) for x in errors.values()):
-        print(
-            "standard error of the 95 % end of the error: "
-            + ", ".join(f"{label} {cell('e_c_pp', x)}" for label, x in errors.items())
-        )
-    for label, case in data["cases"].items():
-        if case["failed"]:
-            print(f"{label}: {case['failed']} draws diverged; they are in no band, and count as beyond every limit")
-
-
-def _print_limits(data: dict[str, Any]) -> None:
-    rows = [
-        [label, text, _share(v), f"{v['at_most']:.1%}", "kept" if v["kept"] else "exceeded"]
-        for label, case in data["cases"].items()
-        for text, v in case["limits"].items()
-    ]
-    if rows:
-        print_table(["mode", "limit", "draws beyond it", "tolerated", ""], rows, left=2)
-
-
-def _print_indices(indices: list[Sensitivity]) -> None:
-    """One output: a row for each factor that matters somewhere, a column for each case."""
-    from stillhook.analysis.uncertainty.sobol import MATTERS
-
-    most: dict[str, float] = {}
-    for s in indices:
-        for name, x in s.indices.items():
-            most[name] = max(most.get(name, 0.0), x.total.value)
-    ranked = sorted((n for n, x in most.items() if x >= MATTERS), key=lambda n: -most[n])
-    rows = [[n, *(_index(s, n) for s in indices)] for n in ranked]
-    print_table([f"{indices[0].output}: variance from", *(s.case for s in indices)], rows)
-    print("alone (95 % interval), with all that the factor does together with others; " + _rest(most, ranked))
-    for s in indices:
-        if not s.converged:
-            print(f"{s.case}: {s.convergence()}")
-
-
-def _index(s: Sensitivity, name: str) -> str:
-    if (x := s.indices.get(name)) is None:
-        return "-"
-    ends = f"{max(x.first.low, 0.0):.0%} to {min(x.first.high, 1.0):.0%}"
-    return f"{max(x.first.value, 0.0):.0%} ({ends}), {x.total.value:.0%}"
-
-
-def _rest(most: dict[str, float], ranked: list[str]) -> str:
-    """The factors that matter nowhere."""
-    from stillhook.analysis.uncertainty.sobol import MATTERS
-
-    rest = [n for n in most if n not in ranked]
-    return f"below {MATTERS:.0%} everywhere: {', '.join(rest)}" if rest else "no other factor varies"
-
-
-def _differences(data: dict[str, Any]) -> list[list[str]]:
-    rows = []
-    for text, change in data["differences"].items():
-        row = [text]
-        for name in ("e_c_pp", "p_max"):
-            b = change[name]["relative"]
-            row += [
-                f"{b['median']:+.1%}",
-                f"{b['low']:+.1%} to {b['high']:+.1%}",
-                f"{change[name]['lower']['share']:.0%}",
-            ]
-        rows.append(row)
-    return rows
 
 
 def _check_out(out: Path | None, sobol: bool) -> None:

@@ -9,7 +9,8 @@ import typer
 
 from stillhook.cli.options import Json
 from stillhook.errors import ScenarioError
-from stillhook.report.terminal import human, print_json, print_table, print_values, unit_of
+from stillhook.report.formatting import display_number, display_unit
+from stillhook.report.terminal import print_json, print_table, print_values
 from stillhook.units import parse, show
 
 app = typer.Typer(
@@ -135,8 +136,8 @@ def drum(
     if json:
         print_json(rows)
         return
-    header = [f"{k} [{unit_of(k)}]" if unit_of(k) else k for k in rows[0]]
-    print_table(header, [[human(k, v, 5) for k, v in row.items()] for row in rows], left=0)
+    header = [f"{k} [{display_unit(k)}]" if display_unit(k) else k for k in rows[0]]
+    print_table(header, [[display_number(k, v, 5) for k, v in row.items()] for row in rows], left=0)
 
 
 @app.command("inertia")
@@ -164,8 +165,8 @@ def inertia(
     if json:
         print_json(rows)
         return
-    header = [f"{k} [{unit_of(k)}]" for k in rows[0]]
-    print_table(header, [[human(k, v, 4) for k, v in row.items()] for row in rows], left=0)
+    header = [f"{k} [{display_unit(k)}]" for k in rows[0]]
+    print_table(header, [[display_number(k, v, 4) for k, v in row.items()] for row in rows], left=0)
 
 
 @app.command("speed")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stillhook.cli.options import Json
-from stillhook.report.terminal import print_json, print_table, progress_bar, say
+from stillhook.report.terminal import print_document, print_json, progress_bar, say
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from stillhook.identify.system_friction.identify import Friction
 
 SET, REPORT, NUMBERS, POINTS, STRETCHES = "friction.toml", "report.html", "summary.json", "points.csv", "stretches.csv"
-GRID_BIAS = 1.5
-"""Cost of our fit on the thesis's grid over the least one there from which the difference is worth reporting."""
 LOG_DPI = 80  # pictures of complete logs in the report: a dozen of them, each a thousand points wide
 
 
@@ -58,6 +56,7 @@ def friction(
     from stillhook.base.atomic import check_folder
     from stillhook.base.choice import choice
     from stillhook.identify.system_friction.identify import friction as identify
+    from stillhook.identify.system_friction.report import report
     from stillhook.statistics.complex_method import Variant
 
     if out is not None:
@@ -81,7 +80,7 @@ def friction(
 
         print_json(to_dict(result))
     else:
-        _print(result)
+        print_document(report(result, {}))
     if out is not None:
         files = _write(result, out)
         if not json:
@@ -96,70 +95,6 @@ def _keep_constant_term(text: str) -> bool | None:
     if text not in choices:
         raise IdentifyError(f'--keep-Y-2 = "{text}": not one of {", ".join(choices)}.')
     return choices[text]
-
-
-def _print(result: Friction) -> None:
-    from stillhook.identify.system_friction.fitting.model import Y_NAMES
-    from stillhook.identify.system_friction.report import MEANING, formatted, mapped_line, proposal_cells, test_cells
-    from stillhook.identify.system_friction.result import to_dict
-
-    data = to_dict(result)
-    mark = "SYNTHETIC " if result.campaign.synthetic and "SYNTHETIC" not in result.campaign.title else ""
-    rows = [[t["name"], "held" if t["hold_out"] else "fit", *test_cells(t)] for t in data["tests"]]
-    header = (
-        "test",
-        "use",
-        "load",
-        "load by\npressures",
-        "displacement\nof a motor",
-        "motor speeds",
-        "pairs",
-        "not\nused",
-        "error\n(RMS)",
-    )
-    print_table(header, rows, title=f"{mark}{result.campaign.title}: {result.campaign.crane.name}", left=2)
-    rows = []
-    for n in Y_NAMES:
-        i, state = result.intervals.get(n), data["parameters"][n]["state"]
-        remark = MEANING[n] + ("" if state == "fitted" else f" ({state})")
-        value = float(getattr(result.fit.y, n))
-        rows.append(
-            [n, remark, formatted(n, value), formatted(n, i.low if i else None), formatted(n, i.high if i else None)]
-        )
-    print_table(
-        ("", "meaning", "value", "from (95 %)", "to"), rows, title="system friction per motor shaft (eq. 2.7)", left=2
-    )
-    for h in result.held_out:
-        print(
-            f'held-out test "{h.test}": {h.rms:.2f} % of nominal torque RMS, {h.worst:.2f} % at most, from 250'
-            " rev/min on"
-        )
-    print("use: fit, or held out of it; not used: stretches left out, with reasons in stretches.csv (--out)")
-    print("error: model less measured, of the nominal torque D_m dp_m")
-    c = data["thesis"]
-    same = (
-        "the same by the complex method"
-        if c["agree"]
-        else f"{c['E_complex']:.5g} by the complex method, which got stuck"
-    )
-    where = "on its 25 rev/min grid" if c["on_grid"] else "at the pairs (too few for its grid)"
-    print(
-        f"thesis's cost E {where}, per motor: {c['E_ours']:.4g} N^2 m^2 with this set, {c['E_least_squares']:.4g} at"
-        f" best, {same}"
-    )
-    if c["E_ours"] > GRID_BIAS * c["E_least_squares"] and c["on_grid"]:
-        print(
-            "(this set is fitted to the pairs themselves; the straight lines between them on the grid bend what the"
-            " grid's best follows)"
-        )
-    if result.second is not None:
-        print(f"second loop: {result.second.verdict}; " + "; ".join(result.second.statements))
-    if result.mapped is not None:
-        print(mapped_line(result))
-    for s in result.statements:
-        print(f"{'NOT USABLE: ' if s.severe else 'note: '}{s.text}")
-    for load, D_m, change in map(proposal_cells, result.proposals):
-        print(f"test next: {load} at {D_m} a motor; uncertainty of the predicted friction {change} a motor")
 
 
 def _write(result: Friction, out: Path) -> list[str]:
@@ -177,6 +112,7 @@ def _write(result: Friction, out: Path) -> list[str]:
         warnings,
     )
     from stillhook.library.parameter_sets.sets import set_toml
+    from stillhook.report.html import html
     from stillhook.report.pictures import pngs
 
     with atomic_folder(out) as part:
@@ -184,7 +120,7 @@ def _write(result: Friction, out: Path) -> list[str]:
         for stem, data in pictures.items():
             (part / f"{stem}.png").write_bytes(data)
         logs = pngs({m.test.name: _log_figure(m) for m in result.measured}, LOG_DPI)
-        (part / REPORT).write_text(report(result, pictures, logs), encoding="utf-8")
+        (part / REPORT).write_text(html(report(result, pictures, logs)), encoding="utf-8")
         save_json(to_dict(result), part / NUMBERS)
         points_table(result).write_csv(part / POINTS)
         stretches_table(result).write_csv(part / STRETCHES)

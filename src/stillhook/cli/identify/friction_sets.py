@@ -10,7 +10,8 @@ from typing import Annotated, Any
 import typer
 
 from stillhook.cli.options import Json
-from stillhook.cli.simulation.runs import MOTION_HELP, cell, motion_of
+from stillhook.cli.simulation.runs import MOTION_HELP, motion_of
+from stillhook.report.formatting import cell
 from stillhook.report.terminal import print_json, print_table, progress_bar
 from stillhook.variables import BY_NAME
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stillhook.cli.options import Json
-from stillhook.report.terminal import print_json, print_table, say
+from stillhook.report.terminal import print_document, print_json, say
 
 if TYPE_CHECKING:
     from stillhook.identify.motor.identify import MotorLoss
@@ -53,6 +53,7 @@ def motor(
     from stillhook.errors import IdentifyError
     from stillhook.identify.motor.identify import identify_motor, to_dict
     from stillhook.identify.motor.map import read_map
+    from stillhook.identify.motor.report import report
     from stillhook.library.parameter_sets.sets import load_losses
 
     if out is not None:
@@ -69,51 +70,12 @@ def motor(
     if json:
         print_json(to_dict(result))
     else:
-        _print(result)
+        print_document(report(result, {}))
     if out is not None:
         files = _write(result, out)
         if not json:
             print("written: " + ", ".join(str(out / name) for name in files))
     raise typer.Exit(0 if result.usable else 1)
-
-
-def _print(result: MotorLoss) -> None:
-    from stillhook.identify.motor.identify import avoid
-    from stillhook.identify.motor.report import (
-        PARAMETER_HEADER,
-        RANKING_HEADER,
-        map_lines,
-        mapped_line,
-        other_rows,
-        parameter_rows,
-        ranking_rows,
-        twin_line,
-        verdict,
-    )
-
-    origin = "SYNTHETIC " if result.map.synthetic else ""
-    for line in map_lines(result):
-        print(f"map: {line}")
-    print_table(
-        RANKING_HEADER,
-        ranking_rows(result),
-        title=f"{origin}{result.map.source}: torque-loss models, best first",
-        left=2,
-    )
-    print(result.ranking.rule)
-    print(f"recommended: {result.ranking.reason}")
-    title = f"{result.fit.card.title} (paper {result.fit.card.equation}), SI"
-    print_table(PARAMETER_HEADER, parameter_rows(result, result.fit), title=title)
-    print(verdict(result))
-    for s in result.statements:
-        print(f"do not use: {avoid(s, result.threshold)}")
-    for note in result.notes:
-        print(f"note: {note}")
-    print_table(
-        ("MJ4 parameters of", "error on this map\n[% of T_N]", "scaled to\nthis size"), list(other_rows(result))
-    )
-    print(mapped_line(result))
-    print(twin_line(result))
 
 
 def _write(result: MotorLoss, out: Path) -> list[str]:
@@ -124,13 +86,14 @@ def _write(result: MotorLoss, out: Path) -> list[str]:
     from stillhook.identify.motor.identify import loss_set, to_dict
     from stillhook.identify.motor.report import report
     from stillhook.library.parameter_sets.sets import set_toml
-    from stillhook.report.html import png
+    from stillhook.report.html import html
+    from stillhook.report.pictures import png
 
     pictures = {stem: png(figure) for stem, figure in figures(result).items()}
     with atomic_folder(out) as part:
         for stem, picture in pictures.items():
             (part / f"{stem}.png").write_bytes(picture)
-        (part / REPORT).write_text(report(result, pictures), encoding="utf-8")
+        (part / REPORT).write_text(html(report(result, pictures)), encoding="utf-8")
         save_json(to_dict(result), part / NUMBERS)
         if not result.drops_in:
             say(f"{SET} is not written: MJ4 is not determined by this map, or wrong on most of it.")

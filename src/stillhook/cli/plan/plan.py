@@ -3,8 +3,6 @@ controller buys."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,8 +10,7 @@ import typer
 
 from stillhook.cli.cluster import Scheduler, client_of
 from stillhook.cli.options import Json
-from stillhook.report.running_text import wrapped
-from stillhook.report.terminal import print_json, print_table, progress_bar, say, say_if_compiling
+from stillhook.report.terminal import print_document, print_json, progress_bar, say, say_if_compiling
 
 if TYPE_CHECKING:
     from stillhook.plan.definition.demand import Tier
@@ -28,10 +25,6 @@ STORE_HELP = (
     "Folder in which runs of the twin are kept: a stopped plan resumes from there. Default: runs in the --out folder."
 )
 EXAMPLE = "example"
-LEAST = 1e-3
-"""Shares below it are printed as 0."""
-HOURS = 365.25 * 24.0
-"""Of a year."""
 
 
 def register(app: typer.Typer) -> None:
@@ -84,15 +77,25 @@ def plan(
         )
     lift_plan = load_plan(lift)
     if check:
-        from stillhook.cli.plan.check import print_check
-
-        print_check(lift_plan, json)
+        _show_check(lift_plan, json=json)
         return
     if quick and tier not in (None, "frequency"):
         raise PlanError(f"--quick with --tier {tier}: --quick is --tier frequency. Leave one of them out.")
     result = run(lift_plan, "frequency" if quick else tier or "time", alpha, out, store, scheduler, threads)
     show(result, out, json=json)
     raise typer.Exit(0 if result.workable else 1)
+
+
+def _show_check(lift_plan: LiftPlan, *, json: bool) -> None:
+    """What the plan requests; nothing is run."""
+    from stillhook.plan.check import checked
+    from stillhook.plan.report.checked_plan import checked_plan
+
+    answer = checked(lift_plan)
+    if json:
+        print_json(answer)
+    else:
+        print_document(checked_plan(answer))
 
 
 def _copy(folder: Path) -> None:
@@ -153,128 +156,10 @@ def show(result: PlanResult, out: Path | None, *, json: bool) -> None:
     if json:
         print_json(result.facts)
         return
-    facts = result.facts
-    wrapped(f"{facts['name']}: {facts['crane']['name']}, {facts['payload']['name']}, {facts['place']['text']}")
-    for heading in result.data["heading"].values:
-        _print_heading(result, float(heading))
-    for note, names in _by_credit_note(facts["alternatives"]).items():
-        wrapped(f"{', '.join(names)}: {note}")
-    if certificate := facts["crane"]["certificate"]:
-        wrapped(certificate["unsigned"])
-    if "weather" in result:
-        _print_weather(result)
-    op = facts["operation"]
-    hours = ", ".join(f"{key} {op[key] / 3600.0:.3g} h" for key in ("T_POP", "T_R"))
-    wrapped(
-        f"{hours}: {'weather restricted' if op['weather_restricted'] else 'not weather restricted'}; {_forecast(op)}"
-    )
-    wrapped(facts["crane"]["twin"])
-    for line in facts["remarks"]:
-        wrapped(line)
-    wrapped(
-        f"rules: {facts['rules']['name']} {facts['rules']['version']}, recalled from their standards: check against"
-        " your edition"
-    )
+    from stillhook.plan.report.brief import brief
+
+    print_document(brief(result))
     if out is not None:
         from stillhook.plan.answer.files import OUT_FILES
 
         print("written: " + ", ".join(str(out / name) for name in OUT_FILES if (out / name).is_file()))
-
-
-def _by_credit_note(alternatives: list[dict[str, Any]]) -> dict[str, list[str]]:
-    """Credit notes, with the alternatives that each applies to."""
-    out: dict[str, list[str]] = {}
-    for each in alternatives:
-        out.setdefault(each["credit_note"], []).append(each["name"])
-    return out
-
-
-def _forecast(op: dict[str, Any]) -> str:
-    cell = f"{op['alternative']} at Tp {op['Tp']:g} s, {math.degrees(op['beta']):.4g} deg"
-    if math.isnan(op["alpha"]):
-        return f"no forecast factor for {cell}"
-    return f"{cell}: OP_LIM {op['OP_LIM']:.2f} m, alpha {op['alpha']:.3f}, OP_WF {op['op_wf']:.2f} m"
-
-
-def _print_heading(result: PlanResult, beta: float) -> None:
-    """One table for a heading: limits of every alternative over the periods, what is credited, the closed form, and
-    what governs."""
-    from stillhook.plan.result.distinguishable import columns
-
-    data, shown = result.data.sel(heading=beta), str(result.facts["shown"])
-    groups = columns(result)
-    closed = data["Hs_rule"].sel(credit="twin", tier="closed-form", alternative=shown).min(dim=("phase", "rule"))
-    rows = []
-    for period in data["period"].values:
-        at = data.sel(period=period)
-        modelled = [_height(at["Hs_limit"].sel(credit="twin", alternative=group[0]), data.attrs) for group in groups]
-        credited = _height(at["Hs_limit"].sel(credit="credited", alternative=shown), data.attrs)
-        governs = [
-            str(at[f"governing_{quantity}"].sel(credit="twin", alternative=shown).item())
-            for quantity in ("phase", "rule", "tier")
-        ]
-        rows.append(
-            [f"{float(period):g} s", *modelled, credited, _height(closed.sel(period=period), data.attrs), *governs]
-        )
-    names = [",\n".join(group) for group in groups]
-    head = ["Tp", *names, f"credited:\n{shown}", "closed\nform", f"{shown} is\ngoverned in", "by", "tier"]
-    n = len(groups) + 3
-    print_table(
-        head,
-        rows,
-        title=f"limiting Hs [m], waves travelling {math.degrees(beta):.4g} deg from the bow",
-        texts={n, n + 1, n + 2},
-    )
-
-
-def _height(value: Any, attrs: dict[str, Any]) -> str:
-    Hs = float(value)
-    if math.isnan(Hs):
-        return "-"
-    return f"> {attrs['Hs_highest']:g}" if math.isinf(Hs) else "never" if Hs == 0.0 else f"{Hs:.2f}"
-
-
-def _print_weather(result: PlanResult) -> None:
-    """A table: how often each alternative can work, how long it waits, and what it gains an operation, as modelled; as
-    credited where that differs, alike ones in one row."""
-    from stillhook.plan.result.distinguishable import merged, references
-
-    block, over = result["weather"], references(result["weather"], result.facts["tiers"])
-    synthetic = "SYNTHETIC weather, " if block.attrs["synthetic"] else ""
-    years = f"{block.attrs['first'][:10]} to {block.attrs['last'][:10]}"
-    title = f"{synthetic}{block.attrs['source']}, {years}, window {block.attrs['T_R'] / 3600.0:.3g} h"
-    names = [str(name) for name in block["alternative"].values]
-    modelled, credited = (
-        {name: _weather_row(block.sel(credit=c, alternative=name, month=0), over) for name in names}
-        for c in ("twin", "credited")
-    )
-    rows = [
-        ["twin", *row] for row in merged(([name, *cells] for name, cells in modelled.items()), result, between=",\n")
-    ]
-    alike: dict[tuple[str, ...], list[str]] = {}
-    for name, cells in credited.items():
-        if cells != modelled[name]:
-            alike.setdefault(tuple(cells), []).append(name)
-    rows += [["credited", ",\n".join(those), *cells] for cells, those in alike.items()]
-    head = ["limit", "winch", "workable", "hours\na year", "wait\nmean", "wait\nP50", "wait\nP90", "vessel\ndays"]
-    print_table([*head, *(f"days gained\nover {name.replace('-', ' ')}" for name in over)], rows, title=title, left=2)
-
-
-def _weather_row(year: Any, over: Sequence[str]) -> list[str]:
-    """Workable share and hours of a year, waits, vessel days, and days gained over each of these alternatives."""
-    worked = float(year["operability"])
-    waits = [_days(float(year[key])) for key in ("wait_mean", "wait_p50", "wait_p90")]
-    days = [_number(float(year["days_gained"].sel(over=name)), 1) for name in over]
-    return [_share(worked), _number(worked * HOURS, 0), *waits, _number(float(year["vessel_days"]), 1), *days]
-
-
-def _days(seconds: float) -> str:
-    return "never" if math.isnan(seconds) else f"{seconds / 86400.0:.1f} d"
-
-
-def _share(x: float) -> str:
-    return "-" if math.isnan(x) else f"{0.0 if x < LEAST else 100.0 * x:.1f} %"
-
-
-def _number(x: float, digits: int) -> str:
-    return "-" if math.isnan(x) else f"{round(x, digits) + 0.0:.{digits}f}"

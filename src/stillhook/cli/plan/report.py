@@ -29,20 +29,20 @@ def report(results: Results, out: Out = None, figures: Figures = False, json: Js
     Example: stillhook report my-plan
     """
     from stillhook.plan.answer.files import PLAN_FILES, load_plan_result
-    from stillhook.plan.report.document import headline
     from stillhook.plan.report.save import check, save_report
+    from stillhook.plan.report.summary_page import verdict
 
     result = load_plan_result(results)
     folder = out or (results.parent if results.name in PLAN_FILES else results)
     check(result)
     say("drawing and setting the report ...")
     names = save_report(result, folder, figures=figures)
-    answer = headline(result)
+    answer = verdict(result)
     if json:
-        print_json({"name": result.name, "answer": answer["word"], "files": [str(folder / name) for name in names]})
+        print_json({"name": result.name, "answer": answer.word, "files": [str(folder / name) for name in names]})
     else:
-        print(f"{result.name}: {answer['word']}")
-        for line in answer["said"]:
+        print(f"{result.name}: {answer.word}")
+        for line in answer.text:
             wrapped(line, "  ")
         print(f"written: {', '.join(str(folder / name) for name in names)}")
-    raise typer.Exit(0 if answer["yes"] else 1)
+    raise typer.Exit(0 if answer.passed else 1)

@@ -8,7 +8,8 @@ from typing import Annotated, Any
 import typer
 
 from stillhook.cli.options import Json
-from stillhook.report.terminal import human, print_json, print_table, print_values, unit_of
+from stillhook.report.formatting import display_number, display_unit
+from stillhook.report.terminal import print_json, print_table, print_values
 
 app = typer.Typer(
     no_args_is_help=True, help="Payloads: list them, and show their weight, added mass, drag and slamming in water."
@@ -79,11 +80,11 @@ def show(
 def _print(answer: dict[str, Any]) -> None:
     print(f"{answer['payload']}: {answer['title'] or 'payload of your own'} ({answer['shape']})")
     print_values({k: v for k, v in answer.items() if isinstance(v, float)})
-    header = [f"{name} [{unit_of(name) or '-'}]" for name in COLUMNS]
+    header = [f"{name} [{display_unit(name) or '-'}]" for name in COLUMNS]
     levels = answer["levels"]
     dust = {name: 1e-9 * max(abs(level[name]) for level in levels) for name in COLUMNS}
     rows = [
-        [human(name, level[name] if abs(level[name]) > dust[name] else 0.0, 4) for name in COLUMNS]
+        [display_number(name, level[name] if abs(level[name]) > dust[name] else 0.0, 4) for name in COLUMNS]
         for level in levels[::EVERY]
     ]
     print_table(header, rows, left=0, title="Over submergence: every sixteenth level")

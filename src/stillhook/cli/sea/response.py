@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from stillhook.cli.options import Json
+from stillhook.report.formatting import cell, display_number
 from stillhook.report.running_text import wrapped
-from stillhook.report.terminal import human, print_json, print_table, print_twin, progress_bar, started, unit_of
+from stillhook.report.terminal import print_json, print_table, print_twin, progress_bar, started
 
 if TYPE_CHECKING:
     from stillhook.formats.lift.file import LiftFile
@@ -57,10 +57,6 @@ YEAR = (
     ("DAF on the brake", "braked.DAF"),
     ("chance of slack slings", "slack_chance"),
 )
-IN_MM = ("sigma_u", "u_mpm", "sigma_load", "load_mpm", "sigma_z", "z_mpm")
-SHARES = ("eta_sigma_wire", "eta_sigma_load", "slack_chance", "slack_share", "saturation_share")
-SMALL = 1e-6
-"""Shares below it are printed as 0."""
 
 
 def register(app: typer.Typer) -> None:
@@ -152,7 +148,7 @@ def _figure(response: LiftResponse, answer: dict[str, Any]) -> Any:
     from stillhook.response.results import spectra
 
     title = (
-        f"{answer['lift']}: {answer['crane']}, {answer['mode']}, payload at {human('depth', -response.z, 5)}"
+        f"{answer['lift']}: {answer['crane']}, {answer['mode']}, payload at {display_number('depth', -response.z, 5)}"
         f" m\n{answer['place']}"
     )
     if "time" in response.data.dims:
@@ -182,10 +178,10 @@ def _print(file: LiftFile, response: LiftResponse, answer: dict[str, Any]) -> No
 
 def _print_sea(answer: dict[str, Any]) -> None:
     braked, hours = answer["braked"], _hours(answer)
-    rows = [[label, _cell(sigma, answer[sigma]), _cell(most, answer[most])] for label, sigma, most in MOTIONS]
+    rows = [[label, cell(sigma, answer[sigma]), cell(most, answer[most])] for label, sigma, most in MOTIONS]
     rows.insert(
         3,
-        ["load, winch on its brake", _cell("sigma_load", braked["sigma_load"]), _cell("load_mpm", braked["load_mpm"])],
+        ["load, winch on its brake", cell("sigma_load", braked["sigma_load"]), cell("load_mpm", braked["load_mpm"])],
     )
     print_table(["motion", "standard\ndeviation", f"most probable\nlargest in {hours}"], rows)
     names = {
@@ -197,11 +193,11 @@ def _print_sea(answer: dict[str, Any]) -> None:
         "slack_share": "slings slack, share of the time",
         "slack_chance": f"slings slack at all, chance in {hours}",
     }
-    table = [[names[name], _cell(name, answer[name]), _cell(name, braked[name])] for name in TENSIONS]
+    table = [[names[name], cell(name, answer[name]), cell(name, braked[name])] for name in TENSIONS]
     print_table(["tension", "compensated", "on the brake"], table)
-    wire, at_load = (_cell(name, answer[name]) for name in ("eta_sigma_wire", "eta_sigma_load"))
+    wire, at_load = (cell(name, answer[name]) for name in ("eta_sigma_wire", "eta_sigma_load"))
     print(f"compensation: {wire} at the wire, {at_load} at the load")
-    print(f"pumps at their stop: {_cell('saturation_share', answer['saturation_share'])} of the time")
+    print(f"pumps at their stop: {cell('saturation_share', answer['saturation_share'])} of the time")
     print(f"status: {answer['status']}")
 
 
@@ -211,7 +207,7 @@ def _print_year(answer: dict[str, Any]) -> None:
         name = key.removeprefix("braked.")
         numbers = answer["braked"][name] if key != name else answer[name]
         worst = "min" if name.startswith("eta_") else "max"
-        cells = [_cell(name, numbers[k]) for k in ("first", "mean", worst)]
+        cells = [cell(name, numbers[k]) for k in ("first", "mean", worst)]
         rows.append(
             [
                 label.replace("the duration", _hours(answer)),
@@ -233,13 +229,3 @@ def _print_year(answer: dict[str, Any]) -> None:
 
 def _hours(answer: dict[str, Any]) -> str:
     return f"{answer['duration'] / 3600.0:.4g} h"
-
-
-def _cell(name: str, value: float) -> str:
-    if math.isnan(value):
-        return "-"
-    if name in SHARES:
-        return f"{0.0 if abs(value) < SMALL else 100.0 * value:.3g} %"
-    if name in IN_MM:
-        return f"{value * 1e3:.3g} mm" if value < 1.0 else f"{value:.3g} m"
-    return f"{human(name, value, 4)} {unit_of(name)}".rstrip()

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.options import Json
+from stillhook.report.formatting import display_number, display_unit
 from stillhook.report.running_text import wrapped
-from stillhook.report.terminal import human, print_json, print_table, print_values, unit_of
+from stillhook.report.terminal import print_json, print_table, print_values
 
 if TYPE_CHECKING:
     from stillhook.sea.spectra.spectrum import Sea
@@ -207,7 +208,10 @@ def _print(summary: dict[str, Any]) -> None:
     if maxima is not None:
         header += [f"{columns[level]}\nof {maxima['seeds']} seeds (95 %)" for level in ("mpm", "p90")]
     for name, label in LARGEST:
-        cells = [f"{human(key, summary[key], 4)} {unit_of(key)}" for key in (f"{name}_{level}" for level in levels)]
+        cells = [
+            f"{display_number(key, summary[key], 4)} {display_unit(key)}"
+            for key in (f"{name}_{level}" for level in levels)
+        ]
         if maxima is not None:
             cells += [_interval(maxima.get(key), key) for key in (f"{name}_mpm", f"{name}_p90")]
         rows.append([label, *cells])
@@ -219,8 +223,8 @@ def _print(summary: dict[str, Any]) -> None:
 def _interval(limits: dict[str, float] | None, key: str) -> str:
     if limits is None:
         return "-"
-    value, low, high = (human(key, limits[part], 3) for part in ("value", "low", "high"))
-    return f"{value} ({low} to {high}) {unit_of(key)}"
+    value, low, high = (display_number(key, limits[part], 3) for part in ("value", "low", "high"))
+    return f"{value} ({low} to {high}) {display_unit(key)}"
 
 
 def _all_round(
@@ -239,8 +243,8 @@ def _all_round(
         print_json({"vessel": rao.name, "at": {"x": point.x, "y": point.y}, "duration": duration, "headings": rows})
         return
     shown = ("sigma_z", "sigma_v", "sigma_a", "T_z", "z_mpm", "v_mpm", "a_mpm")
-    cells = [[str(d), *(human(name, values[name], 4) for name in shown)] for d, values in numbers.items()]
-    names = [f"{name}\n{unit_of(name)}" for name in shown]
+    cells = [[str(d), *(display_number(name, values[name], 4) for name in shown)] for d, values in numbers.items()]
+    names = [f"{name}\n{display_unit(name)}" for name in shown]
     print_table(
         ["heading\ndeg", *names],
         cells,

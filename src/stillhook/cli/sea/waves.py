@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.options import Json
-from stillhook.report.terminal import human, print_json, print_table, print_values, unit_of
+from stillhook.report.formatting import display_number, display_unit
+from stillhook.report.terminal import print_json, print_table, print_values
 
 if TYPE_CHECKING:
     from stillhook.sea.spectra.measured import SpectrumSeries
@@ -187,8 +188,8 @@ def _print_file(answer: dict[str, Any]) -> None:
     rows = [
         [
             name,
-            *(human(name, _value_or_dash(answer[name][h]), 4) if h in answer[name] else "" for h in heads),
-            unit_of(name),
+            *(display_number(name, _value_or_dash(answer[name][h]), 4) if h in answer[name] else "" for h in heads),
+            display_unit(name),
             _meaning(name),
         ]
         for name in names

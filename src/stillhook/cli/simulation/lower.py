@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.options import Json, Step
+from stillhook.report.formatting import cell
 from stillhook.report.running_text import wrapped
-from stillhook.report.terminal import human, print_json, print_table, print_twin, progress_bar, started, unit_of
+from stillhook.report.terminal import print_json, print_table, print_twin, progress_bar, started
 
 if TYPE_CHECKING:
     from stillhook.formats.lift.file import LiftFile
@@ -38,7 +39,6 @@ HEADERS = (
     "slings\nslack",
     "pumps\nsaturated",
 )
-IN_MM = ("s_tip_pp", "e_c_pp", "load_pp")
 
 
 def register(app: typer.Typer) -> None:
@@ -103,7 +103,7 @@ def _print(file: LiftFile, answer: dict[str, Any]) -> None:
     wrapped(f"{answer['lift']}: {answer['crane']}, {file.place}")
     load = file.lift.payload
     wrapped(f"{load.title or load.name}, {show(load.mass, 'mass')}; water {show(file.lift.depth, 'length')} deep")
-    rows = [[row["name"], row["described"], *(_cell(name, row[name]) for name in COLUMNS)] for row in answer["stages"]]
+    rows = [[row["name"], row["described"], *(cell(name, row[name]) for name in COLUMNS)] for row in answer["stages"]]
     print_table(["stage", "description", *HEADERS], rows, left=2)
     print(f"status: {answer['status']}")
     allowed = (file.crane.SWL + file.crane.hook_mass) * G
@@ -124,11 +124,3 @@ def _print(file: LiftFile, answer: dict[str, Any]) -> None:
     print_twin(file.crane)
     for note in answer["notes"]:
         print(note)
-
-
-def _cell(name: str, value: float) -> str:
-    if math.isnan(value):
-        return "-"
-    if name in IN_MM:
-        return f"{value * 1e3:.0f} mm"
-    return f"{human(name, value, 4)} {unit_of(name)}".rstrip()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.options import Json
-from stillhook.report.terminal import human, print_json, print_table, print_twin, progress_bar, started, unit_of
+from stillhook.report.formatting import cell
+from stillhook.report.terminal import print_json, print_table, print_twin, progress_bar, started
 
 if TYPE_CHECKING:
     from stillhook.analysis.compare import Comparison
@@ -52,27 +52,11 @@ HEADERS = {
     "relief_time": "relief\nopen",
     "status": "status",
 }
-IN_MM = ("e_c_pp", "e_c_max", "e_c_mean")
-IN_PERCENT = ("eta_c", "u_p_max", "alpha_m_min")
 
 
 def register(app: typer.Typer) -> None:
     app.command("run")(run)
     app.command("compare")(compare)
-
-
-def cell(name: str, value: Any) -> str:
-    if isinstance(value, float) and math.isnan(value):
-        return "-"
-    if name in IN_MM:
-        return f"{value * 1e3:.1f} mm"
-    if name in IN_PERCENT:
-        return f"{value:.1%}"
-    if name in ("saturation_time", "relief_time"):
-        return f"{value:.2f} s"
-    if name == "p_max":
-        return f"{human(name, value, 4)} {unit_of(name)}"
-    return human(name, value, 4)
 
 
 def row(summary: dict[str, Any]) -> list[str]:

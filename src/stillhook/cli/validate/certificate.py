@@ -9,10 +9,9 @@ import typer
 
 from stillhook.cli.options import Json
 from stillhook.report.running_text import wrapped
-from stillhook.report.terminal import print_json, progress_bar
+from stillhook.report.terminal import print_document, print_json, progress_bar
 
 if TYPE_CHECKING:
-    from stillhook.validate.certificate.certificate import Certificate
     from stillhook.validate.certificate.recheck import Check
 
 app = typer.Typer(help="Certificates of validated twins: read one, check whether it still holds.", no_args_is_help=True)
@@ -26,44 +25,14 @@ def show(file: File, json: Json = False) -> None:
     Example: stillhook certificate show validation/certificate.json
     """
     from stillhook.validate.certificate.certificate import load_certificate
+    from stillhook.validate.certificate.summary import summary
 
     certificate = load_certificate(file)
     if json:
         print_json(certificate.data)
     else:
-        _show(certificate)
+        print_document(summary(certificate))
     raise typer.Exit(0 if certificate.passed else 1)
-
-
-def _show(certificate: Certificate) -> None:
-    from stillhook.spec.validity import UNSIGNED
-
-    data, short = certificate.data, certificate.short
-    mark = "SYNTHETIC " if data["synthetic"] and "SYNTHETIC" not in data["title"] else ""
-    wrapped(f"{mark}{data['title']}")
-    wrapped(data["verdict"])
-    for line in data["decisive"]:
-        wrapped(f"{line['verdict']:<10}{line['key']}  {line['text']}", " " * 10)
-    wrapped(data["risks"])
-    criteria, twin = data["criteria"], data["twin"]
-    lengths = [d["duration"] for d in data["data"]]
-    rows = [
-        ("certificate", f"{certificate.digest} of {data['date']}"),
-        ("crane", f"{data['crane']['name']}: {data['crane']['title']}"),
-        ("twin", twin["statement"]),
-        ("computed by", f"Stillhook {twin['version']}, code {twin['code']}, method {twin['method']}"),
-        ("judged by", f"{criteria['name']} version {criteria['version']}, digest {criteria['digest'][:12]}"),
-        ("data", f"{len(lengths)} tests, {sum(lengths):.0f} s, of {data['campaign']['file']}"),
-    ]
-    if short.envelope is not None:
-        rows += [(f"validated: {name}", text) for name, text in short.envelope.says().items()]
-    for name, text in rows:
-        wrapped(f"{name}: {text}", "  ")
-    wrapped(UNSIGNED, "  ")
-    print("\nverdict")
-    for line in data["lines"]:
-        c = line["cells"]
-        wrapped(f"{c['verdict']:<10}{c['key']}  {c['title']}: {c['value']}, {c['limit']}", " " * 10)
 
 
 @app.command("check")

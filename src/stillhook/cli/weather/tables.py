@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from stillhook.report.formatting import display_number, display_unit
 from stillhook.report.running_text import wrapped
-from stillhook.report.terminal import human, print_table, print_values, unit_of
+from stillhook.report.terminal import print_table, print_values
 from stillhook.units import number
 
 
@@ -75,7 +76,9 @@ def print_persistence(answer: dict[str, Any]) -> None:
     wrapped(f"Gaps in time: {answer['n_gaps']}; {lost}. Both break windows.")
     if headings := answer.get("by_heading"):
         best, worst = (choose(headings, key=lambda h: h["operability"]) for choose in (max, min))
-        held = [f"{100.0 * h['operability']:.1f} % at {human('ship', h['ship'], 4)} deg" for h in (best, worst)]
+        held = [
+            f"{100.0 * h['operability']:.1f} % at {display_number('ship', h['ship'], 4)} deg" for h in (best, worst)
+        ]
         wrapped(
             f"The ship turns to what suits each record best. Held on one heading: {held[0]} at best, {held[1]} at"
             " worst."
@@ -107,9 +110,9 @@ def print_show(answer: dict[str, Any]) -> None:
     rows = [
         [
             name,
-            unit_of(name),
+            display_unit(name),
             str(c["n_missing"]),
-            *("-" if c[k] is None else human(name, c[k], 4) for k in ("min", "mean", "p90", "max")),
+            *("-" if c[k] is None else display_number(name, c[k], 4) for k in ("min", "mean", "p90", "max")),
         ]
         for name, c in answer["columns"].items()
     ]

@@ -21,7 +21,6 @@ from stillhook.identify.motor.rank import (
     Statement,
     borrowed,
     not_to_be_used,
-    percent,
     rank_losses,
     usable_share,
 )
@@ -29,6 +28,7 @@ from stillhook.library import motor as library_motor
 from stillhook.library import motors as library_motors
 from stillhook.library.parameter_sets.evidence import Evidence
 from stillhook.library.parameter_sets.sets import LOSS_RANGE, LossSet, load_losses
+from stillhook.report.formatting import percent_fixed
 from stillhook.spec.circuits import TorqueLoss
 from stillhook.spec.crane import Source, SourceKind
 from stillhook.units import show
@@ -144,7 +144,7 @@ def _doubts(others: tuple[Borrowed, ...]) -> tuple[str, ...]:
         return ()
     return (
         (
-            f"no motor of the library, carried over to this size, comes nearer than {percent(near, 0)} of nominal"
+            f"no motor of the library, carried over to this size, comes nearer than {percent_fixed(near, 0)} of nominal"
             " torque, where similar motors differ by about 1 %: check the units of pressure, speed, displacement and"
             " torque, and whether they are those of one motor"
         ),
@@ -215,8 +215,8 @@ def _evidence(result: MotorLoss, text: str) -> Evidence:
 def avoid(s: Statement, threshold: float) -> str:
     """A region in one line."""
     return (
-        f"{s.text}: off by up to {percent(s.worst, 1)} of nominal torque ({s.bad} of {s.cells} cells beyond"
-        f" {percent(threshold, 1)})"
+        f"{s.text}: off by up to {percent_fixed(s.worst, 1)} of nominal torque ({s.bad} of {s.cells} cells beyond"
+        f" {percent_fixed(threshold, 1)})"
     )
 
 

@@ -17,6 +17,7 @@ from stillhook.identify.motor.models import CARDS, LossModel
 from stillhook.library import motor as library_motor
 from stillhook.library import motors as library_motors
 from stillhook.physics.hydraulics.motor import TorqueLossFit, torque_loss
+from stillhook.report.formatting import percent_fixed
 from stillhook.units import show
 
 MATERIAL = 0.002
@@ -36,15 +37,10 @@ WORDY = 0.03
 """Part of all bad cells that one more condition in a statement must buy."""
 
 
-def percent(share: float, digits: int = 2) -> str:
-    """A part as text in per cent."""
-    return f"{100.0 * share:.{digits}f} %"
-
-
 RULE = (
     "Recommended: of the models whose cross-validated error is within one standard error of the best one's, or within"
-    f" {percent(MATERIAL, 1)} of the mean nominal torque of it, the one with the fewest parameters (of two alike: the"
-    " smaller error). Cross-validated: whole levels of displacement, pressure and speed are left out in turn, ends"
+    f" {percent_fixed(MATERIAL, 1)} of the mean nominal torque of it, the one with the fewest parameters (of two alike:"
+    " the smaller error). Cross-validated: whole levels of displacement, pressure and speed are left out in turn, ends"
     " included, so that both interpolation and extrapolation count."
 )
 
@@ -174,11 +170,11 @@ def _choose(
 
     good = [r for r in eligible if as_good(r)]
     chosen = min(good, key=lambda r: (len(r.fit.names), r.cv))
-    error = f"cross-validated error {percent(chosen.cv)} of the mean nominal torque"
+    error = f"cross-validated error {percent_fixed(chosen.cv)} of the mean nominal torque"
     text = f"{chosen.fit.card.title}: {len(chosen.fit.names)} parameters, {error}"
     if chosen is best:
         return chosen, f"{text}, the smallest of all"
-    return chosen, f"{text}; the best, {best.fit.card.title} with {len(best.fit.names)}, has {percent(best.cv)}"
+    return chosen, f"{text}; the best, {best.fit.card.title} with {len(best.fit.names)}, has {percent_fixed(best.cv)}"
 
 
 def residual_share(m: LossMap, fit: LossFit) -> FloatArray:

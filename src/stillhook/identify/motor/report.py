@@ -1,16 +1,17 @@
-"""The result of `identify_motor` in words and tables, for a terminal and for a page that a colleague can read."""
+"""The result of `identify_motor` as a document."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 
 from stillhook.identify.motor.fit import LossFit
 from stillhook.identify.motor.identify import USEFUL, MotorLoss, avoid
 from stillhook.identify.motor.map import AXES
 from stillhook.identify.motor.models import LossModel
-from stillhook.identify.motor.rank import levels_of, percent, usable_share
-from stillhook.report.html import bullets, heading, page, paragraph, picture, table
+from stillhook.identify.motor.rank import levels_of, usable_share
+from stillhook.report.document import Bullets, Document, Figure, Section, Table, Text, Verdict
+from stillhook.report.formatting import EMPTY, percent_fixed
 from stillhook.units import number, show
 
 AXIS_NAMES = {"D_m": "displacement", "omega_m": "speed", "dp_m": "pressure drop"}
@@ -24,7 +25,14 @@ RANKING_HEADER = (
     "AICc\nless best",
     "status",
 )
+OTHERS_HEADER = ("MJ4 parameters of", "error as printed\n[% of T_N]", "scaled to\nthis size")
 PARAMETER_HEADER = ("parameter", "value", "standard error", "of levels", "unit", "status")
+ERROR = "Error: sum of squared errors over sum of squared torque losses. T_N: mean nominal torque D dp of the map."
+STANDARD_ERROR = (
+    "Standard error: as if the errors of all cells were independent. Of levels: how far the parameter moves when"
+    " displacements are left out in turn; wider, because a model that is not quite right deviates alike in neighbouring"
+    " cells."
+)
 SYNTHETIC = (
     "SYNTHETIC: this map was made by a formula and measured on no motor. No number on this page may be used for a real"
     " one."
@@ -41,7 +49,7 @@ CAPTIONS = {
 }
 
 
-def ranking_rows(result: MotorLoss) -> list[list[str]]:
+def _ranking(result: MotorLoss) -> list[list[str]]:
     """All models, best first: errors, and remarks."""
     ranked = result.ranking.ranked
     least = min(r.fit.aicc for r in ranked)
@@ -54,8 +62,8 @@ def ranking_rows(result: MotorLoss) -> list[list[str]]:
             *([] if r.fit.card.sees_displacement else ["does not see the displacement"]),
             *([f"{', '.join(r.fit.at_bound)} at bound"] if r.fit.at_bound else []),
         ]
-        fixed = "-" if r.fixed is None else f"{r.fixed.normalised:.2e}"
-        cv = "-" if not math.isfinite(r.cv) else percent(r.cv)
+        fixed = EMPTY if r.fixed is None else f"{r.fixed.normalised:.2e}"
+        cv = percent_fixed(r.cv) if math.isfinite(r.cv) else EMPTY
         card, all_data = r.fit.card, f"{r.fit.normalised:.2e}"
         rows.append(
             [
@@ -72,7 +80,7 @@ def ranking_rows(result: MotorLoss) -> list[list[str]]:
     return rows
 
 
-def parameter_rows(result: MotorLoss, fit: LossFit) -> list[list[str]]:
+def _parameters(result: MotorLoss, fit: LossFit) -> list[list[str]]:
     """Parameters of one fit with their standard errors, SI."""
     wide = result.covariance.diagonal() if fit.model is LossModel.MJ4 and result.by_levels else None
     rows = []
@@ -91,51 +99,50 @@ def parameter_rows(result: MotorLoss, fit: LossFit) -> list[list[str]]:
     return rows
 
 
-def verdict(result: MotorLoss) -> str:
+def _verdict(result: MotorLoss) -> Verdict:
+    """Whether a model of this motor comes from the map."""
     share = usable_share(result.map, result.fit, result.threshold)
-    title = result.fit.card.title
-    text = (
-        f"{title} is within {percent(result.threshold, 1)} of nominal torque on {percent(share, 1)} of the map's cells."
-    )
+    within, cells = percent_fixed(result.threshold, 1), percent_fixed(share, 1)
+    text = f"{result.fit.card.title} is within {within} of nominal torque on {cells} of the map's cells."
     if share < USEFUL:
-        return f"NO: {text} No model of this motor comes from this map."
+        return Verdict(f"NO: {text} No model of this motor comes from this map.", passed=False)
     if not result.drops_in:
-        return f"NO: {text} But MJ4, which the twin runs, is not determined by this map, or wrong on most of it."
-    return text
+        reason = "But MJ4, which the twin runs, is not determined by this map, or wrong on most of it."
+        return Verdict(f"NO: {text} {reason}", passed=False)
+    return Verdict(text, passed=True)
 
 
-def twin_line(result: MotorLoss) -> str:
+def _twin(result: MotorLoss) -> str:
     """What the twin runs, where that is another model than the one that is recommended."""
     if result.model is LossModel.MJ4:
         return "The twin runs MJ4: the motor file holds this fit."
     r = result.ranking
     return (
-        f"The twin runs MJ4, so the motor file holds MJ4 ({percent(r[LossModel.MJ4].cv)} on levels left out), not"
-        f" {result.fit.card.title} ({percent(r[result.model].cv)})."
+        f"The twin runs MJ4, so the motor file holds MJ4 ({percent_fixed(r[LossModel.MJ4].cv)} on levels left out), not"
+        f" {result.fit.card.title} ({percent_fixed(r[result.model].cv)})."
     )
 
 
-def mapped_line(result: MotorLoss) -> str:
+def _mapped(result: MotorLoss) -> str:
     """How the interpolated map compares with the model on levels that were left out."""
     c = result.mapped
     if c is None:
         return "Interpolated map: too few levels to compare it with the model."
-    title = result.fit.card.title
+    between = f"{percent_fixed(c.mapped_between)} against {percent_fixed(c.fitted_between)}"
+    beyond = f"{percent_fixed(c.mapped_beyond)} against {percent_fixed(c.fitted_beyond)}"
     return (
-        f"Interpolated map against {title}, on levels left out, in % of the mean nominal torque: between the other"
-        f" levels {percent(c.mapped_between)} against {percent(c.fitted_between)}; beyond them, where the map holds its"
-        f" edge, {percent(c.mapped_beyond)} against {percent(c.fitted_beyond)}."
+        f"Interpolated map against {result.fit.card.title}, on levels left out, in % of the mean nominal torque:"
+        f" between the other levels {between}; beyond them, where the map holds its edge, {beyond}."
     )
 
 
-def other_rows(result: MotorLoss) -> Iterable[Sequence[str]]:
-    refitted = result.mj4.rms_share
-    yield "fitted to this map", percent(refitted), "-"
-    for o in result.others:
-        yield o.name, percent(o.unscaled), percent(o.scaled)
+def _others(result: MotorLoss) -> list[tuple[str, str, str]]:
+    """What the parameters of other motors would cost on this map."""
+    fitted = ("fitted to this map", percent_fixed(result.mj4.rms_share), EMPTY)
+    return [fitted, *((o.name, percent_fixed(o.unscaled), percent_fixed(o.scaled)) for o in result.others)]
 
 
-def map_lines(result: MotorLoss) -> list[str]:
+def _map(result: MotorLoss) -> list[str]:
     m, count = result.map, levels_of(result.map)
     ends = [
         f"{AXIS_NAMES[n]} {show(lo, AXES[n], 4)} to {show(hi, AXES[n], 4)} ({count[n]} levels)"
@@ -144,50 +151,41 @@ def map_lines(result: MotorLoss) -> list[str]:
     return [f"{len(m)} cells: {', '.join(ends)}", *m.findings]
 
 
-def report(result: MotorLoss, pictures: Mapping[str, bytes]) -> str:
-    """The page as text; pictures (PNG) by the stems of `motor_figures.figures`."""
-    r, m = result.ranking, result.map
-    chosen = next(i for i, x in enumerate(r.ranked) if x.model is result.model)
+def report(result: MotorLoss, pictures: Mapping[str, bytes]) -> Document:
+    """The report; pictures (PNG) by the stems of `motor_figures.figures`."""
+    r, card = result.ranking, result.fit.card
+    best = next(i for i, x in enumerate(r.ranked) if x.model is result.model)
     borders = [avoid(s, result.threshold) for s in result.statements]
-    mj4 = (
-        []
-        if result.model is LossModel.MJ4
-        else [
-            heading("MJ4, which the twin runs"),
-            table(PARAMETER_HEADER, parameter_rows(result, result.mj4)),
-            bullets(avoid(s, result.threshold) for s in result.mj4_statements),
-        ]
-    )
-    parts = [
-        paragraph(verdict(result), no=not result.usable),
-        paragraph(f"Recommended: {r.reason}."),
-        paragraph(twin_line(result)),
-        heading("The map"),
-        bullets(map_lines(result)),
-        heading("Models"),
-        paragraph(r.rule),
-        table(
-            tuple(h.replace("-\n", "").replace("\n", " ") for h in RANKING_HEADER), ranking_rows(result), chosen=chosen
+    nowhere = f"no cell of the map is beyond {percent_fixed(result.threshold, 1)}"
+    sections = [
+        Section("The map", [Bullets(_map(result))]),
+        Section("Models", [Text(r.rule), Table(RANKING_HEADER, _ranking(result), bold_rows=[best]), Text(ERROR)]),
+        Section(
+            f"Parameters of {card.title} (paper {card.equation}), SI",
+            [
+                Table(PARAMETER_HEADER, _parameters(result, result.fit)),
+                Text(f"Holds: {card.validity}."),
+                Text(STANDARD_ERROR),
+            ],
         ),
-        paragraph(
-            "Error: sum of squared errors over sum of squared torque losses. T_N: mean nominal torque D dp of the map."
-        ),
-        heading(f"Parameters of {result.fit.card.title} (paper {result.fit.card.equation}), SI"),
-        table(PARAMETER_HEADER, parameter_rows(result, result.fit)),
-        paragraph(f"Holds: {result.fit.card.validity}."),
-        paragraph(
-            "Standard error: as if the errors of all cells were independent. Of levels: how far the parameter moves"
-            " when displacements are left out in turn; wider, because a model that is not quite right deviates alike in"
-            " neighbouring cells."
-        ),
-        *mj4,
-        heading("Where it must not be used"),
-        bullets([*(borders or [f"no cell of the map is beyond {percent(result.threshold, 1)}"]), *result.notes]),
-        heading("The map itself as a model"),
-        paragraph(mapped_line(result)),
-        heading("What the parameters of other motors would cost here"),
-        table(("MJ4 parameters of", "error as printed [% of T_N]", "scaled to this size"), other_rows(result)),
-        heading("Figures"),
-        *(picture(png, CAPTIONS[stem]) for stem, png in pictures.items()),
+        *_mj4(result),
+        Section("Where it must not be used", [Bullets([*(borders or [nowhere]), *result.notes])]),
+        Section("The map itself as a model", [Text(_mapped(result))]),
+        Section("What the parameters of other motors would cost here", [Table(OTHERS_HEADER, _others(result))]),
+        *([Section("Figures", [Figure(png, CAPTIONS[stem]) for stem, png in pictures.items()])] if pictures else []),
     ]
-    return page(f"Torque loss of a motor: {m.source}", parts, synthetic=SYNTHETIC if m.synthetic else "")
+    return Document(
+        title="Torque loss of a motor",
+        name=result.map.source,
+        marks=[SYNTHETIC] if result.map.synthetic else [],
+        front=[_verdict(result), Text(f"Recommended: {r.reason}."), Text(_twin(result))],
+        sections=sections,
+    )
+
+
+def _mj4(result: MotorLoss) -> list[Section]:
+    """The model that the twin runs, where another one is recommended."""
+    if result.model is LossModel.MJ4:
+        return []
+    borders = Bullets([avoid(s, result.threshold) for s in result.mj4_statements])
+    return [Section("MJ4, which the twin runs", [Table(PARAMETER_HEADER, _parameters(result, result.mj4)), borders])]

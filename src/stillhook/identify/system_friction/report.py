@@ -1,9 +1,9 @@
-"""One page that a colleague can read without the program: HTML with its pictures inside."""
+"""The result of `identify friction` as a document."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from stillhook.identify.system_friction.fitting.model import Y_NAMES, Y
@@ -11,7 +11,8 @@ from stillhook.identify.system_friction.fitting.uncertainty import correlation
 from stillhook.identify.system_friction.identify import JUDGED_FROM, Friction
 from stillhook.identify.system_friction.next_tests import ANYTHING, Proposal
 from stillhook.identify.system_friction.result import test_rows
-from stillhook.report.html import bullets, heading, page, paragraph, picture, table
+from stillhook.report.document import Bullets, Document, Figure, Part, Section, Table, Text, Verdict
+from stillhook.report.formatting import EMPTY, fmt
 from stillhook.units import number, show
 
 KIND = {"Y_1": "", "Y_2": "torque", "Y_3": "torque", "Y_4": "rotation", "Y_5": "viscous_torque", "Y_6": ""}
@@ -41,8 +42,30 @@ CAPTIONS = {
     "model-and-map": "The map knows its own cells exactly, and nothing outside them; the model smooths, and goes on.",
     "second-loop-system": "With a right motor model, tests of one load fall on one curve whatever the displacement.",
 }
+TEST_HEADER = (
+    "test",
+    "use",
+    "load",
+    "load by\npressures",
+    "displacement\nof a motor",
+    "motor speeds",
+    "pairs",
+    "not\nused",
+    "error\n(RMS)",
+)
+MAX_SIMILAR = 2
+"""Findings of one kind in one signal of a log that are reported one by one."""
+GRID_BIAS = 1.5
+"""Cost of our fit on the thesis's grid over the least one there from which the difference is worth reporting."""
+BENT = (
+    "This set is fitted to the pairs themselves; the straight lines between them on the grid bend what the grid's best"
+    " follows."
+)
+NOTHING_HELD_OUT = (
+    "No test was held out. Hold one out to see how well the friction of other loads and displacements is predicted."
+)
 METHOD = (
-    "Method: steady stretches of the logs, hoisting and lowering of about the same speed in pairs; half the difference"
+    "Steady stretches of the logs, hoisting and lowering of about the same speed in pairs; half the difference"
     " of their pressure drops is the mean of both losses, with which the models are compared at both pressures and"
     " speeds (G.-A. Moslåt 2020, section 2.2 and paper D). The intervals hold the scatter that the points show. Not in"
     " them: a gain error of pressure sensors or displacement, which makes the complete friction wrong in the same"
@@ -50,63 +73,46 @@ METHOD = (
 )
 
 
-def formatted(name: str, value: float | None, digits: int = 4) -> str:
+def _parameter(name: str, value: float | None, digits: int = 4) -> str:
     """A parameter in its display unit; a dash for one that there is none of."""
-    if value is None or math.isnan(value):
-        return "-"
-    if math.isinf(value):
+    if value is not None and math.isinf(value):
         return "open"
-    return show(value, KIND[name], digits) if KIND[name] else f"{value:.{digits - 1}e}" if value else "0"
+    if KIND[name] or not value or math.isnan(value):
+        return fmt(value, KIND[name], digits)
+    return f"{value:.{digits - 1}e}"
 
 
-def tonnes(mass: float) -> str:
+def _tonnes(mass: float) -> str:
     """A measured load, to a tenth of a tonne."""
-    return "-" if math.isnan(mass) else f"{mass / 1e3:.1f} t"
+    return EMPTY if math.isnan(mass) else f"{mass / 1e3:.1f} t"
 
 
-def report(result: Friction, figures: Mapping[str, bytes], windows: Mapping[str, bytes] | None = None) -> str:
-    """The page as text. figures PNG by stem (see `friction_figures.figures`); windows PNG of the logs by test name."""
+def report(result: Friction, figures: Mapping[str, bytes], windows: Mapping[str, bytes] | None = None) -> Document:
+    """The report. figures PNG by stem (see `friction_figures.figures`); windows PNG of the logs by test name."""
     campaign = result.campaign
-    parts = [
-        paragraph(_verdict(result), no=not result.usable),
-        heading("System friction per motor shaft (eq. 2.7)"),
-        paragraph(
-            "T_fs = (Y_1 T_d + Y_3) exp(-|n_m| / Y_4) + Y_2 + Y_5 |omega_m| + Y_6 T_d, T_d the drum torque. "
-            f"Intervals: 95 %, {result.method.value}. Motor loss: {campaign.motor_name} (MJ4)."
-        ),
-        table(("", "value", "from", "to", "meaning"), _parameters(result)),
-        paragraph("Correlation of the fitted parameters: near 1 or -1, only their combination is known."),
-        table(("", *result.fit.names), _correlations(result)),
-        heading("What the data cannot determine"),
-        _list(result),
-        heading("Tests"),
-        table(
-            ("test", "use", "load", "carried", "displacement", "speeds", "pairs", "not used", "error RMS"),
-            _tests(result),
-        ),
-        paragraph(
-            "Carried: load by the pressures. Not used: stretches left out, see stretches.csv. Error: of nominal torque"
-            " D_m dp_m."
-        ),
-        bullets(_remarks(result)),
-        *_held_out(result),
-        heading("Our fit next to the thesis's"),
-        table(("", *Y_NAMES, "cost E [N²m²]"), _methods(result)),
-        paragraph(_agreement(result)),
+    pictures = [Figure(png, CAPTIONS.get(stem, stem)) for stem, png in figures.items()]
+    pictures += [Figure(png, f"Test {name}: stretches used, and not used.") for name, png in (windows or {}).items()]
+    sections = [
+        _parameters(result),
+        Section("What the data cannot determine", _weaknesses(result)),
+        _tests(result),
+        _methods(result),
         *_second(result),
         *_mapped(result),
-        heading("What to test next"),
-        table(("load", "displacement of one motor", "uncertainty of predicted friction"), _proposals(result)),
-        heading("Figures"),
-        *(picture(f, CAPTIONS.get(stem, stem)) for stem, f in figures.items()),
-        *(picture(f, f"Test {name}: stretches used, and not used.") for name, f in (windows or {}).items()),
-        paragraph(METHOD),
+        _proposals(result),
+        *([Section("Figures", pictures)] if pictures else []),
+        Section("Method", [Text(METHOD)]),
     ]
-    synthetic = "SYNTHETIC: these logs were simulated, not measured." if campaign.synthetic else ""
-    return page(f"Friction of {campaign.crane.name}: {campaign.title}", parts, synthetic=synthetic)
+    return Document(
+        title=f"Friction of {campaign.crane.name}",
+        name=campaign.title,
+        marks=["SYNTHETIC: these logs were simulated, not measured"] if campaign.synthetic else [],
+        front=[_verdict(result)],
+        sections=sections,
+    )
 
 
-def _verdict(result: Friction) -> str:
+def _verdict(result: Friction) -> Verdict:
     used = sum(not m.test.hold_out for m in result.measured)
     pairs = len(result.points.fitted())
     good = (
@@ -114,50 +120,70 @@ def _verdict(result: Friction) -> str:
         if result.usable
         else "The set must not be used as it is: see below."
     )
-    return f"{used} tests fitted ({pairs} pairs of steady stretches), {len(result.measured) - used} held out. {good}"
+    held_out = len(result.measured) - used
+    text = f"{used} tests fitted ({pairs} pairs of steady stretches), {held_out} held out. {good}"
+    return Verdict(text, result.usable)
 
 
-def _parameters(result: Friction) -> Iterable[Sequence[str]]:
+def _parameters(result: Friction) -> Section:
+    rows = []
     for n in Y_NAMES:
         i, value = result.intervals.get(n), float(getattr(result.fit.y, n))
-        state = (
-            " (taken from another set)"
-            if n in result.fit.prescribed
-            else " (left out)"
-            if n in result.fit.dropped
-            else ""
-        )
-        yield (
-            n,
-            formatted(n, value),
-            formatted(n, i.low if i else None),
-            formatted(n, i.high if i else None),
-            MEANING[n] + state,
-        )
+        ends = (_parameter(n, i.low if i else None), _parameter(n, i.high if i else None))
+        rows.append((n, _parameter(n, value), *ends, MEANING[n] + _state(result, n)))
+    equation = (
+        "T_fs = (Y_1 T_d + Y_3) exp(-|n_m| / Y_4) + Y_2 + Y_5 |omega_m| + Y_6 T_d, T_d the drum torque. "
+        f"Intervals: 95 %, {result.method.value}. Motor loss: {result.campaign.motor_name} (MJ4)."
+    )
+    parts: list[Part] = [
+        Text(equation),
+        Table(("", "value", "from", "to", "meaning"), rows),
+        Text("Correlation of the fitted parameters: near 1 or -1, only their combination is known."),
+        Table(("", *result.fit.names), _correlations(result)),
+    ]
+    return Section("System friction per motor shaft (eq. 2.7)", parts)
 
 
-def _correlations(result: Friction) -> Iterable[Sequence[str]]:
-    r = correlation(result.fit)
-    for i, name in enumerate(result.fit.names):
-        yield name, *(f"{r[i, j]:.2f}" if j <= i else "" for j in range(len(result.fit.names)))
+def _state(result: Friction, name: str) -> str:
+    if name in result.fit.prescribed:
+        return " (taken from another set)"
+    return " (left out)" if name in result.fit.dropped else ""
 
 
-def _list(result: Friction) -> str:
+def _correlations(result: Friction) -> list[list[str]]:
+    matrix, names = correlation(result.fit), result.fit.names
+    return [
+        [name, *(f"{matrix[i, j]:.2f}" if j <= i else "" for j in range(len(names)))] for i, name in enumerate(names)
+    ]
+
+
+def _weaknesses(result: Friction) -> list[Part]:
     if not result.statements:
-        return paragraph(
-            "No weakness found: loads, speeds and displacements of the campaign distinguish all parameters."
-        )
-    severe = [paragraph(s.text, no=True) for s in result.statements if s.severe]
-    return "".join(severe) + bullets(s.text for s in result.statements if not s.severe)
+        return [Text("No weakness found: loads, speeds and displacements of the campaign distinguish all parameters.")]
+    severe = [Verdict(f"NOT USABLE: {s.text}", passed=False) for s in result.statements if s.severe]
+    return [*severe, Bullets([s.text for s in result.statements if not s.severe])]
 
 
-def test_cells(t: Mapping[str, Any]) -> Sequence[str]:
-    """Load, load by the pressures, displacement, speeds, pairs, stretches not used and error of a test, from its row of
-    numbers."""
+def _tests(result: Friction) -> Section:
+    parts: list[Part] = [
+        Table(TEST_HEADER, [_test(t) for t in test_rows(result)]),
+        Text(
+            "Not used: stretches left out, see stretches.csv. Error: model less measured, of nominal torque D_m dp_m."
+        ),
+        Bullets(list(_remarks(result))),
+        *_held_out(result),
+    ]
+    return Section("Tests", parts)
+
+
+def _test(t: Mapping[str, Any]) -> Sequence[str]:
+    """A test, see `TEST_HEADER`, from its row of numbers."""
     speeds = f"{show(t['omega_m_min'], 'rotation', 3).split()[0]} to {show(t['omega_m_max'], 'rotation', 3)}"
     return (
+        t["name"],
+        "held out" if t["hold_out"] else "fitted",
         show(t["load"], "mass", 3),
-        tonnes(t["load_carried"]),
+        _tonnes(t["load_carried"]),
         show(t["D_m"], "displacement", 4),
         speeds,
         str(t["pairs"]),
@@ -166,16 +192,7 @@ def test_cells(t: Mapping[str, Any]) -> Sequence[str]:
     )
 
 
-def _tests(result: Friction) -> Iterable[Sequence[str]]:
-    for t in test_rows(result):
-        yield t["name"], "held out" if t["hold_out"] else "fitted", *test_cells(t)
-
-
-MAX_SIMILAR = 2
-"""Findings of one kind in one signal of a log that are reported one by one."""
-
-
-def _remarks(result: Friction) -> Iterable[str]:
+def _remarks(result: Friction) -> Iterator[str]:
     """What was noted about each test and found in its log; many findings of one kind are counted."""
     for m in result.measured:
         similar: dict[tuple[str, str], list[str]] = {}
@@ -191,32 +208,30 @@ def _remarks(result: Friction) -> Iterable[str]:
         yield from (f"test {m.test.name}: {n.text}" for n in m.notes)
 
 
-def _held_out(result: Friction) -> list[str]:
+def _held_out(result: Friction) -> list[Part]:
     if not result.held_out:
-        return [
-            paragraph(
-                "No test was held out. Hold one out to see how well the friction of other loads and displacements is"
-                " predicted."
-            )
-        ]
-    rows = ((h.test, f"{h.rms:.2f} %", f"{h.worst:.2f} %", str(h.count)) for h in result.held_out)
+        return [Text(NOTHING_HELD_OUT)]
+    rows = [(h.test, f"{h.rms:.2f} %", f"{h.worst:.2f} %", str(h.count)) for h in result.held_out]
     speed = show(JUDGED_FROM, "rotation", 3)
-    return [
-        paragraph(f"Held-out tests, from {speed} on, in % of nominal torque:"),
-        table(("test", "RMS", "largest", "pairs"), rows),
-    ]
+    text = f"Held-out tests, from {speed} on, in % of nominal torque:"
+    return [Text(text), Table(("test", "RMS", "largest", "pairs"), rows)]
 
 
-def _methods(result: Friction) -> Iterable[Sequence[str]]:
+def _methods(result: Friction) -> Section:
     c = result.check
 
     def row(label: str, y: Y, cost: float) -> Sequence[str]:
-        return label, *(formatted(n, float(getattr(y, n))) for n in Y_NAMES), number(cost, 5)
+        return label, *(_parameter(n, float(getattr(y, n))) for n in Y_NAMES), number(cost, 5)
 
-    yield row("pairs, weighted (ours)", result.fit.y, c.cost_ours)
     where = "25 rev/min grid" if c.on_grid else "pairs"
-    yield row(f"{where}, least squares", c.y_grid, c.cost_grid)
-    yield row(f"{where}, complex method", c.y_complex, c.optimum.cost)
+    rows = [
+        row("pairs, weighted (ours)", result.fit.y, c.cost_ours),
+        row(f"{where}, least squares", c.y_grid, c.cost_grid),
+        row(f"{where}, complex method", c.y_complex, c.optimum.cost),
+    ]
+    parts: list[Part] = [Table(("", *Y_NAMES, "cost E\n[N²m²]"), rows), Text(_agreement(result))]
+    parts += [Text(BENT)] if c.on_grid and c.cost_ours > GRID_BIAS * c.cost_grid else []
+    return Section("Our fit next to the thesis's", parts)
 
 
 def _agreement(result: Friction) -> str:
@@ -229,42 +244,34 @@ def _agreement(result: Friction) -> str:
     )
 
 
-def _second(result: Friction) -> list[str]:
+def _second(result: Friction) -> list[Section]:
     s = result.second
-    if s is None:
-        return []
-    return [
-        heading(f"Second loop (paper D section 3): {s.verdict}"),
-        bullets(s.statements),
-    ]
+    return [] if s is None else [Section(f"Second loop (paper D section 3): {s.verdict}", [Bullets(s.statements)])]
 
 
-def _mapped(result: Friction) -> list[str]:
-    title = "The supplier's map instead of the fitted model (paper D figure 13)"
-    return [heading(title), paragraph(mapped_line(result))] if result.mapped else []
-
-
-def mapped_line(result: Friction) -> str:
-    """What the map does better or worse than the model, in a sentence."""
+def _mapped(result: Friction) -> list[Section]:
+    """What the map does better or worse than the model."""
     m = result.mapped
-    assert m is not None
-    return (
+    if m is None:
+        return []
+    text = (
         f"Residual {show(m.rms_model, 'torque', 3)} a motor (RMS) with the fitted model, {show(m.rms_map, 'torque', 3)}"
         f" with the map {m.source} itself; {m.outside:.0%} of the points are outside the map, where its edge is held."
     )
+    return [Section("The supplier's map instead of the fitted model (paper D figure 13)", [Text(text)])]
 
 
-def uncertainty_of(sd: float) -> str:
-    """A standard error of a friction torque in words."""
-    return show(sd, "torque", 2) if sd < ANYTHING else "unknown"
+def _proposals(result: Friction) -> Section:
+    header = ("load", "displacement\nof one motor", "uncertainty of\npredicted friction")
+    return Section("What to test next", [Table(header, [_proposal(p) for p in result.proposals])])
 
 
-def proposal_cells(p: Proposal) -> tuple[str, str, str]:
+def _proposal(p: Proposal) -> tuple[str, str, str]:
     """Load, displacement of one motor, and what the uncertainty of the predicted friction becomes."""
-    change = f"{uncertainty_of(p.sd_before)} to {uncertainty_of(p.sd_after)}"
+    change = f"{_deviation(p.sd_before)} to {_deviation(p.sd_after)} per motor"
     return show(p.load, "mass", 3), show(p.D_m, "displacement", 3), change
 
 
-def _proposals(result: Friction) -> Iterable[Sequence[str]]:
-    for load, D_m, change in map(proposal_cells, result.proposals):
-        yield load, D_m, f"{change} per motor"
+def _deviation(sd: float) -> str:
+    """A standard error of a friction torque in words."""
+    return show(sd, "torque", 2) if sd < ANYTHING else "unknown"

@@ -9,27 +9,13 @@ from typing import Any
 import numpy as np
 
 from stillhook.plan.report import texts as say
-from stillhook.plan.report.figures.style import degrees, named, names, phase_code, rule_code
-from stillhook.plan.report.parts import (
-    Part,
-    bullets,
-    facts,
-    highest,
-    hours,
-    leading,
-    of_rule,
-    over,
-    percent,
-    reading,
-    short,
-    sub,
-    table,
-    text,
-    valued,
-)
+from stillhook.plan.report.figures.style import named, names, phase_code, rule_code
+from stillhook.plan.report.selection import highest, leading, of_rule, over, reading, valued
 from stillhook.plan.result.result import PlanResult
-from stillhook.spec.validity import UNSIGNED
-from stillhook.units import number, show
+from stillhook.report.document import Bullets, Column, Part, Section, Table, Text, facts
+from stillhook.report.formatting import direction, fmt, groups, hours, percent
+from stillhook.spec.validity import SHORT, UNSIGNED
+from stillhook.units import number
 
 
 def operation(result: PlanResult) -> list[Part]:
@@ -38,13 +24,13 @@ def operation(result: PlanResult) -> list[Part]:
     rows = []
     for p in answer["phases"]:
         ends = [f"{x:.4g}" if x is not None else "-" for x in (p.get("start"), p.get("end"))]
-        speed = show(p["speed"], "speed", 3) if p.get("speed") else "-"
+        speed = fmt(p.get("speed") or None, "speed", 3)
         time = number(p["duration"] / 60.0, 3) if p.get("duration") else "-"
         tiers = _tiers(result, p["name"])
         rows.append([phase_code(result, p["name"]), p["name"], p["kind"], *ends, speed, time, p["mode"], tiers])
     head = ("", "phase", "kind", "from [m]", "to [m]", "speed", "time [min]", "winch", "answered by")
-    parts = [text("Heights are those of the payload's underside above still water.")]
-    parts.append(table(head, rows, wide=[1, 8], numbers=[3, 4, 5, 6], small=True))
+    parts: list[Part] = [Text("Heights are those of the payload's underside above still water.")]
+    parts.append(Table(head, rows))
     reasons: dict[str, list[str]] = {}
     for p in answer["phases"]:
         reasons.setdefault(p.get("reason") or "", []).append(p["name"])
@@ -54,15 +40,13 @@ def operation(result: PlanResult) -> list[Part]:
         for reason, phases in reasons.items()
         if reason
     ]:
-        parts += [sub("How each phase was answered"), bullets(lines)]
+        parts.append(Section("How each phase was answered", [Bullets(lines)]))
     op = answer.get("operation")
     if op:
-        parts += [
-            sub("Planned time and forecast"),
-            facts(_operation(op)),
-            *([text(say.ALPHA)] if op.get("weather_restricted") else []),
-        ]
-        parts += [bullets(op["notes"])] if op.get("notes") else []
+        planned: list[Part] = [facts(_operation(op))]
+        planned += [Text(say.ALPHA)] if op.get("weather_restricted") else []
+        planned += [Bullets(op["notes"])] if op.get("notes") else []
+        parts.append(Section("Planned time and forecast", planned))
     return parts
 
 
@@ -110,19 +94,15 @@ def rules(result: PlanResult) -> list[Part]:
             ]
         )
     head = ("", "rule (quantity)", "limit", "largest value", "source; check against your edition")
-    parts = [
-        text(say.CHECK),
-        facts([("rule set", f"{answer['name']} version {answer['version']}, digest {short(answer['digest'])}")]),
-    ]
-    parts += [bullets(f"changed: {line}" for line in answer["changes"])] if answer.get("changes") else []
-    parts.append(table(head, rows, wide=[1, 2], wider=[4], small=True))
+    version = f"{answer['name']} version {answer['version']}, digest {groups(answer['digest'], SHORT)}"
+    parts: list[Part] = [Text(say.CHECK), facts([("rule set", version)])]
+    parts += [Bullets([f"changed: {line}" for line in answer["changes"]])] if answer.get("changes") else []
+    parts.append(Table(head, rows))
     name = leading(result)
     stand = _stand(result, name)
     if stand:
-        parts += [
-            sub(f"Limits as they stand with {named(name)}"),
-            table(("", "rule", "phases", "limit", "of what"), stand, wide=[1], wider=[4], small=True),
-        ]
+        title = f"Limits as they stand with {named(name)}"
+        parts.append(Table(("", "rule", "phases", "limit", "of what"), stand, title))
     return parts
 
 
@@ -153,20 +133,16 @@ def credit(result: PlanResult) -> list[Part]:
         share = percent(float(np.nanmean(inside))) if np.isfinite(inside).any() and _is_twin(result, a["name"]) else "-"
         rows.append([named(a["name"]), a["description"], a.get("credit_note") or "", share])
     certificate = crane.get("certificate")
-    held = "none" if not certificate else f"No. {short(certificate['number'])}: {certificate['statement']}"
+    held = "none" if not certificate else f"No. {groups(certificate['number'], SHORT)}: {certificate['statement']}"
     head = ("alternative", "description", "credited", "covered")
     has = any(row[2] for row in rows)
     body = rows if has else [[r[0], r[1], r[3]] for r in rows]
-    return [
-        text(say.CREDIT),
-        facts([("crane's twin", str(crane.get("twin", "-"))), ("certificate", held)]),
-        *([text(UNSIGNED)] if certificate else []),
-        table(head if has else (head[0], head[1], head[3]), body, wide=[1, 2] if has else [1]),
-        text(
-            "Covered: share of the analysed seas, in phases with compensation, that are inside the certificate's"
-            " envelope."
-        ),
-    ]
+    parts: list[Part] = [Text(say.CREDIT)]
+    parts.append(facts([("crane's twin", str(crane.get("twin", "-"))), ("certificate", held)]))
+    parts += [Text(UNSIGNED)] if certificate else []
+    parts.append(Table(head if has else (head[0], head[1], head[3]), body))
+    parts.append(Text(say.COVERED))
+    return parts
 
 
 def _is_twin(result: PlanResult, name: str) -> bool:
@@ -177,7 +153,7 @@ def seas(result: PlanResult) -> list[Part]:
     """Seas that were asked."""
     s = result.facts.get("settings", {})
     data = result.data
-    tolerance = degrees(data.attrs.get("heading_tolerance", 0.0))
+    tolerance = direction(data.attrs.get("heading_tolerance", 0.0))
     rows = [
         (
             "spectrum",
@@ -197,40 +173,33 @@ def seas(result: PlanResult) -> list[Part]:
             ),
         ),
         ("Tp", ", ".join(f"{T:g}" for T in data["period"].values) + " s"),
-        ("headings", ", ".join(degrees(b) for b in data["heading"].values) + f"; tolerance {tolerance}"),
+        ("headings", ", ".join(direction(b) for b in data["heading"].values) + f"; tolerance {tolerance}"),
     ]
-    return [facts(rows), text(f"Reading the table between its cells: {reading(result)}.")]
+    return [facts(rows), Text(f"Reading the table between its cells: {reading(result)}.")]
 
 
 def models(result: PlanResult) -> list[Part]:
     """How each tier answers, and the vessel and payload that all of them share."""
     answer = result.facts
     used = [t for t in names(result.data, "tier") if t in answer.get("tiers", say.TIERS)]
-    parts = [facts((t, say.TIERS[t]) for t in used if t in say.TIERS), text(say.COUNTS), text(say.EXTREMES)]
+    parts: list[Part] = [facts([(t, say.TIERS[t]) for t in used if t in say.TIERS])]
+    parts += [Text(say.COUNTS), Text(say.EXTREMES)]
     payload, vessel, crane = answer.get("payload", {}), answer.get("vessel", {}), answer.get("crane", {})
-    mass = show(payload["mass"], "mass", 4) if "mass" in payload else "-"
-    parts += [
-        sub("Crane, vessel, payload"),
-        facts(
-            [
-                (
-                    "crane",
-                    (
-                        f"{crane.get('name', '-')}: {crane.get('title', '')}; SWL"
-                        f" {show(crane['SWL'], 'mass', 4) if 'SWL' in crane else '-'}"
-                    ),
-                ),
-                ("vessel", f"{vessel.get('name', '-')}: {vessel.get('title', '')}"),
-                *(("", note) for note in vessel.get("notes", ())),
-                ("place", str(answer.get("place", {}).get("text", "-"))),
-                ("payload", f"{payload.get('name', '-')}: {payload.get('title') or ''} {mass} in air"),
-            ]
+    rows = [
+        ("crane", f"{crane.get('name', '-')}: {crane.get('title', '')}; SWL {fmt(crane.get('SWL'), 'mass')}"),
+        ("vessel", f"{vessel.get('name', '-')}: {vessel.get('title', '')}"),
+        *(("", note) for note in vessel.get("notes", ())),
+        ("place", str(answer.get("place", {}).get("text", "-"))),
+        (
+            "payload",
+            f"{payload.get('name', '-')}: {payload.get('title') or ''} {fmt(payload.get('mass'), 'mass')} in air",
         ),
     ]
+    shared: list[Part] = [facts(rows)]
     if payload.get("rows"):
-        rows = [[str(row[0]), _plain(str(row[1])), *(str(c) for c in row[2:])] for row in payload["rows"]]
-        parts.append(table(("payload", "value", "kind", "source"), rows, wide=[0], wider=[3], small=True))
-    return parts
+        numbers = [[str(row[0]), _plain(str(row[1])), *(str(c) for c in row[2:])] for row in payload["rows"]]
+        shared.append(Table(("payload", "value", "kind", "source"), numbers))
+    return [*parts, Section("Crane, vessel, payload", shared)]
 
 
 def _plain(value: str) -> str:
@@ -247,18 +216,16 @@ def inputs(result: PlanResult) -> list[Part]:
             "computed by",
             f"Stillhook {answer.get('version', '-')}, code {answer.get('code', '-')}, on {answer.get('date', '-')}",
         ),
-        ("plan", f"{answer['name']} ({answer.get('source') or '-'}), digest {short(answer.get('digest', ''))}"),
+        ("plan", f"{answer['name']} ({answer.get('source') or '-'}), digest {groups(answer.get('digest', ''), SHORT)}"),
         *_runs(runs),
     ]
     hashes = [[i["item"], _file(str(i["file"])), i["sha256"]] for i in answer.get("inputs", ())]
-    parts = [facts(rows), sub("Inputs (SHA-256 of what counts in each)"), {"kind": "hashes", "rows": hashes}]
-    remarks = [*answer.get("remarks", ()), *answer.get("notes", ())]
-    parts += [sub("Remarks of this run"), bullets(dict.fromkeys(str(x) for x in remarks))] if remarks else []
-    return [
-        *parts,
-        sub("To check or to repeat it"),
-        bullets(line.format(command=_command(answer)) for line in say.AGAIN),
-    ]
+    title = "Inputs (SHA-256 of what counts in each)"
+    parts: list[Part] = [facts(rows), Table((), hashes, title, [Column.WORD, Column.WORD, Column.CODE])]
+    if remarks := [*answer.get("remarks", ()), *answer.get("notes", ())]:
+        parts.append(Section("Remarks of this run", [Bullets(list(dict.fromkeys(map(str, remarks))))]))
+    again = [line.format(command=_command(answer)) for line in say.AGAIN]
+    return [*parts, Section("To check or to repeat it", [Bullets(again)])]
 
 
 def _command(answer: Mapping[str, Any]) -> str:
@@ -316,4 +283,4 @@ def _value_text(key: str, value: Any) -> str:
 def not_covered(result: PlanResult) -> list[Part]:
     """What no number of this document says anything about."""
     lines = [str(line) for line in result.facts.get("not_covered", ())]
-    return [bullets(f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in dict.fromkeys([*lines, *say.UNSAFE]))]
+    return [Bullets([f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in dict.fromkeys([*lines, *say.UNSAFE])])]

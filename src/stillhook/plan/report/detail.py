@@ -15,7 +15,6 @@ from stillhook.plan.report.figures.limits import CLOSED, differs
 from stillhook.plan.report.figures.style import (
     CREDITED,
     TWIN,
-    degrees,
     few,
     height,
     named,
@@ -24,25 +23,12 @@ from stillhook.plan.report.figures.style import (
     rule_code,
     sea_words,
 )
-from stillhook.plan.report.figures.weather import OVER
-from stillhook.plan.report.parts import (
-    Part,
-    bullets,
-    days,
-    facts,
-    figure,
-    governs,
-    highest,
-    hours,
-    leading,
-    least,
-    percent,
-    sub,
-    table,
-    text,
-)
+from stillhook.plan.report.figures.weather import MONTHS, OVER
+from stillhook.plan.report.selection import governs, highest, leading, least
 from stillhook.plan.result.distinguishable import merged, references
 from stillhook.plan.result.result import Credit, PlanResult
+from stillhook.report.document import Bullets, Figure, Part, Section, Table, Text, facts
+from stillhook.report.formatting import days, direction, fixed, fmt, hours, percent
 from stillhook.units import number
 
 PERIODS = 10
@@ -51,20 +37,25 @@ PAGE = 205.0
 """Height of a picture that takes a page of its own [mm]."""
 
 
-def limit_cells(result: PlanResult, stems: Sequence[str]) -> list[Part]:
+def limit_cells(result: PlanResult, figures: Mapping[str, bytes]) -> list[Part]:
     """Curves, tables of cells, rosette."""
-    parts = [figure("limits-over-period", "Limiting Hs over peak period, all alternatives.")]
-    parts.append(text(say.READING.format(highest=number(highest(result), 3))))
-    parts += [
-        figure(s, _cells_caption(s), PAGE) for s in stems if s.startswith("limits-") and s != "limits-over-period"
-    ]
-    parts.append(
-        figure(
+    cells = [stem for stem in figures if stem.startswith("limits-") and stem != "limits-over-period"]
+    return [
+        *picture(figures, "limits-over-period", "Limiting Hs over peak period, all alternatives."),
+        Text(say.READING.format(highest=number(highest(result), 3))),
+        *(Figure(figures[stem], _cells_caption(stem), PAGE) for stem in cells),
+        *picture(
+            figures,
             "rosette",
             "Heading rosette: limiting Hs by where the waves come from. Directions that were not analysed are blank.",
-        )
-    )
-    return [*parts, sub("What governs, in cells of the table"), _governing(result)]
+        ),
+        _governing(result),
+    ]
+
+
+def picture(figures: Mapping[str, bytes], stem: str, caption: str) -> list[Part]:
+    """A figure where it was drawn."""
+    return [Figure(figures[stem], caption)] if stem in figures else []
 
 
 def _cells_caption(stem: str) -> str:
@@ -85,7 +76,8 @@ def _governing(result: PlanResult) -> Part:
             counts[name] = counts.get(name, 0) + 1
     pairs = sorted(counts_by_pair, key=lambda pair: -sum(counts_by_pair[pair].values()))
     rows = [[_pair(result, *pair), *(str(counts_by_pair[pair].get(name, "")) for name in labels)] for pair in pairs]
-    return table(("governs, credited", *(named(x) for x in labels)), rows, wide=[0], numbers=range(1, 1 + len(labels)))
+    header = ("governs, credited", *(named(x) for x in labels))
+    return Table(header, rows, "What governs, in cells of the table")
 
 
 def _pair(result: PlanResult, phase: str, rule: str) -> str:
@@ -123,8 +115,7 @@ def by_phase(result: PlanResult) -> list[Part]:
         f"Least limit over the rules [m] at the worst heading, with {named(name)}: as each tier finds it, and as"
         " credited (bold)."
     )
-    parts = [text(sentence), table(head, rows, wide=[0], numbers=range(2, len(head)), strong_rows=strong, small=True)]
-    return [*parts, sub("Least limit of every rule over all cells, by each tier and credited"), *_by_rule(result, name)]
+    return [Text(sentence), Table(head, rows, bold_rows=strong), *_by_rule(result, name)]
 
 
 def _of_phase(result: PlanResult, credit: Credit, tiers: Sequence[str], name: str, phase: str) -> FloatArray:
@@ -152,22 +143,16 @@ def _by_rule(result: PlanResult, name: str) -> list[Part]:
             cells = [_lowest(modelled[t], top) for t in range(len(tiers))]
             i, k = np.unravel_index(int(final.argmin()), final.shape)
             at = (
-                f"{data['period'].values[k]:g} s, {degrees(data['heading'].values[i])}"
+                f"{data['period'].values[k]:g} s, {direction(data['heading'].values[i])}"
                 if np.isfinite(final.min())
                 else ""
             )
             rows.append([code, governs(phase, rule), *cells, _lowest(credited, top), at])
     inside = f"Inside up to {number(top, 3)} m wherever they are assessed: {', '.join(rest)}."
-    last = 2 + len(tiers)
-    limits = table(
-        ("", "phase: rule", *tiers, "credited", "least at"),
-        rows,
-        wide=[1],
-        numbers=range(2, last + 1),
-        strong=[last],
-        small=True,
-    )
-    return [limits, *([text(inside)] if rest else [])]
+    header = ("", "phase: rule", *tiers, "credited", "least at")
+    title = "Least limit of every rule over all cells, by each tier and credited"
+    limits = Table(header, rows, title, bold_columns=[header.index("credited")])
+    return [limits, *([Text(inside)] if rest else [])]
 
 
 def _lowest(Hs: FloatArray, top: float) -> str:
@@ -194,13 +179,13 @@ def closed_form_comparison(result: PlanResult) -> list[Part]:
             lines.append(
                 f"{phase}: closed form sees no limit in {above} of {closed.size} cells in which the better tier does"
             )
-    return [sub("Comparison with the closed form"), bullets(lines)] if lines else []
+    return [Section("Comparison with the closed form", [Bullets(lines)])] if lines else []
 
 
-def weather(result: PlanResult) -> list[Part]:
+def weather(result: PlanResult, figures: Mapping[str, bytes]) -> list[Part]:
     """Operability, waiting and what each alternative gains; empty where no weather was given."""
     if "weather" not in result:
-        return [text("The plan has no weather: waiting is not calculated. Add [weather] to the plan file.")]
+        return [Text("The plan has no weather: waiting is not calculated. Add [weather] to the plan file.")]
     block = result["weather"]
     synthetic = bool(int(block.attrs.get("synthetic", 0)))
     year, over = block.sel(month=0), references(block, result.facts.get("tiers", ()))
@@ -211,25 +196,22 @@ def weather(result: PlanResult) -> list[Part]:
             gains = [_gains(cells.sel(over=o)) for o in over]
             waits = [days(float(cells[k])) for k in ("wait_mean", "wait_p50", "wait_p90")]
             label = named(name) if credit == CREDITED else f"{named(name)}, by the twin"
-            vessel = number(float(cells["vessel_days"]), 3) if math.isfinite(float(cells["vessel_days"])) else "-"
+            vessel = fmt(float(cells["vessel_days"]), digits=3)
             rows.append(
                 [label, percent(float(cells["operability"])), *waits, vessel, *gains, _count(cells, "n_censored")]
             )
     heads = {"none": "over none", "cap-80": "over cap", "best-classic": "over classic"}
     head = ("", "operability", "mean wait", "P50", "P90", "vessel days", *(heads.get(o, o) for o in over), "censored")
-    mark = [text(f"{say.SYNTHETIC}.")] if synthetic else []
-    parts = [
-        *mark,
-        text(say.PERSISTENCE),
+    title = f"Whole year; gained over {', '.join(OVER.get(o, o) for o in over)}: vessel days an operation, hours a year"
+    return [
+        *([Text(f"{say.SYNTHETIC}.")] if synthetic else []),
+        Text(say.PERSISTENCE),
         facts(_series(result)),
-        sub(
-            f"Whole year; gained over {', '.join(OVER.get(o, o) for o in over)}: vessel days an operation, hours a year"
-        ),
+        Table(head, merged(rows, result), title),
+        *picture(figures, "waiting-by-month", "Operability and waiting by month of readiness."),
+        *picture(figures, "days-gained", "Vessel days gained each operation over each reference."),
+        _by_month(result),
     ]
-    parts.append(table(head, merged(rows, result), wide=[0], numbers=range(1, len(head)), small=True))
-    parts.append(figure("waiting-by-month", "Operability and waiting by month of readiness."))
-    parts.append(figure("days-gained", "Vessel days gained each operation over each reference."))
-    return [*parts, sub(f"By month with {named(leading(result))}, credited"), _by_month(result)]
 
 
 def _gains(cells: Any) -> str:
@@ -244,9 +226,8 @@ def _more(x: float, digits: int) -> str:
     return f"{rounded:+.{digits}f}" if rounded else "0"
 
 
-def _count(cells: object, key: str) -> str:
-    value = float(cells[key]) if key in cells else math.nan  # type: ignore[index,operator]
-    return "-" if math.isnan(value) else f"{value:.0f}"
+def _count(cells: Any, key: str) -> str:
+    return fixed(float(cells[key]) if key in cells else None, 0)
 
 
 def _series(result: PlanResult) -> list[tuple[str, str]]:
@@ -280,13 +261,11 @@ def _ship(attrs: Mapping[Any, Any]) -> str:
     if isinstance(ship, str):
         return ship
     if math.isfinite(float(ship)):
-        return f"fixed, bow at {degrees(float(ship))} from north"
+        return f"fixed, bow at {direction(float(ship))} from north"
     return "free to turn: one heading through each operation, the best one"
 
 
 def _by_month(result: PlanResult) -> Part:
-    from stillhook.plan.report.figures.weather import MONTHS
-
     block, rows = result["weather"], []
     for month, label in enumerate(MONTHS, start=1):
         cells = block.sel(credit=CREDITED, alternative=leading(result), month=month)
@@ -295,16 +274,11 @@ def _by_month(result: PlanResult) -> Part:
         waits = [days(float(cells[k])) for k in ("wait_mean", "wait_p50", "wait_p90")]
         counts = [_count(cells, k) for k in ("n_windows", "n_windows_long_enough", "n_censored")]
         rows.append([label, percent(float(cells["operability"])), *waits, *counts])
-    return table(
-        ("month", "operability", "mean wait", "P50", "P90", "windows", "long enough", "censored"),
-        rows,
-        wide=[0],
-        numbers=range(1, 8),
-        small=True,
-    )
+    header = ("month", "operability", "mean wait", "P50", "P90", "windows", "long enough", "censored")
+    return Table(header, rows, f"By month with {named(leading(result))}, credited")
 
 
-def behind(result: PlanResult) -> list[Part]:
+def behind(result: PlanResult, figures: Mapping[str, bytes]) -> list[Part]:
     """Depth, efficiency, landing, sensitivity, convergence: those that were computed."""
     captions = {
         "depth": (
@@ -325,13 +299,13 @@ def behind(result: PlanResult) -> list[Part]:
     for name, caption in captions.items():
         if name in result:
             notes = result[name].attrs.get("notes")
-            parts.append(figure(name, f"{caption} {sea_words(result[name].attrs)}".strip()))
-            parts += [text(str(notes))] if isinstance(notes, str) and notes else []
+            parts += picture(figures, name, f"{caption} {sea_words(result[name].attrs)}".strip())
+            parts += [Text(str(notes))] if isinstance(notes, str) and notes else []
             parts += _sensitivity(result) if name == "sensitivity" else []
     missing = [name for name in captions if name not in result]
     reasons = result.facts.get("not_computed") or {}
     phrases = [f"{name} ({reasons[name]})" if reasons.get(name) else name for name in missing]
-    return [*parts, text(f"Not computed in this run: {', '.join(phrases)}.")] if missing else parts
+    return [*parts, Text(f"Not computed in this run: {', '.join(phrases)}.")] if missing else parts
 
 
 def _sensitivity(result: PlanResult) -> list[Part]:
@@ -344,7 +318,7 @@ def _sensitivity(result: PlanResult) -> list[Part]:
         values = [height(float(cells[k].values[i]), top) for k in ("Hs_base", "Hs_low", "Hs_high")]
         rows.append([FACTORS.get(factor, factor), values[0], tried[0], values[1], tried[1], values[2]])
     head = (f"input ({named(leading(result))}, Hs [m])", "as planned", "first value", "limit", "second value", "limit")
-    return [text(_varied(result)), table(head, rows, wide=[0, 2, 4], numbers=[1, 3, 5], small=True)]
+    return [Text(_varied(result)), Table(head, rows)]
 
 
 def _varied(result: PlanResult) -> str:

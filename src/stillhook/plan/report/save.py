@@ -6,11 +6,12 @@ from pathlib import Path
 
 from stillhook.base.atomic import atomic_folder, check_folder
 from stillhook.errors import PlanError
+from stillhook.plan.report.document import document
 from stillhook.plan.report.figures.limits import pictures
-from stillhook.plan.report.html import html
-from stillhook.plan.report.pdf import pdf
 from stillhook.plan.result.result import PlanResult
 from stillhook.plan.result.schema import odd_fact, odd_numbers, of_two
+from stillhook.report.html import html
+from stillhook.report.pdf import Unset, pdf
 from stillhook.units import quote
 
 PDF, PAGE = "report.pdf", "report.html"
@@ -48,7 +49,11 @@ def write_report(result: PlanResult, folder: Path, *, figures: bool = False) -> 
     """
     check(result)
     images = pictures(result)
-    content = {PDF: pdf(result, images), PAGE: html(result, images).encode()}
+    report = document(result, images)
+    try:
+        content = {PDF: pdf(report), PAGE: html(report).encode()}
+    except Unset as problem:
+        raise PlanError(f"report of {result.name}: {problem}") from None
     if figures:
         content |= {f"{FIGURE}{stem}.png": data for stem, data in images.items()}
     for name, data in content.items():

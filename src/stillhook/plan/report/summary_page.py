@@ -4,40 +4,31 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.plan.report.figures.limits import differs
-from stillhook.plan.report.figures.style import CREDITED, TWIN, degrees, few, height, named, names
+from stillhook.plan.report.figures.style import CREDITED, TWIN, few, height, named, names
 from stillhook.plan.report.figures.weather import OVER
-from stillhook.plan.report.parts import (
-    HOUR,
-    NUMBER,
-    WIDE,
-    Part,
+from stillhook.plan.report.selection import (
     between,
-    days,
-    facts,
     governs,
     highest,
-    hours,
     leading,
     least,
     limits,
     over,
-    percent,
     reading,
-    sub,
-    table,
-    text,
     worst_heading,
 )
 from stillhook.plan.result.distinguishable import merged, references
 from stillhook.plan.result.result import Credit, PlanResult
+from stillhook.report.document import Part, Table, Text, Verdict, facts
+from stillhook.report.formatting import EMPTY, HOUR, days, direction, fixed, fmt, hours, percent
 from stillhook.spec.validity import UNSIGNED
-from stillhook.units import number, show
+from stillhook.units import number
 
 if TYPE_CHECKING:
     import xarray
@@ -56,26 +47,25 @@ PERIODS, HEADINGS = 12, 4
 """Rows and columns of the first page's tables at most; the whole is in the section of limits."""
 
 
-def answer(result: PlanResult) -> dict[str, Any]:
-    """word: the limits in a line; yes: whether there is any workable sea; said: sentences; parts: tables and
-    conditions."""
+def verdict(result: PlanResult) -> Verdict:
+    """The limits in a line, whether there is any workable sea, and what follows in sentences."""
     name = leading(result)
     credited = limits(result, CREDITED, name)
-    top = highest(result)
     workable = bool((np.nan_to_num(credited) > 0.0).any())
-    word = f"OP_LIM Hs {between(credited, top)}" if workable else "NO WORKABLE SEA STATE"
-    return {
-        "word": word,
-        "yes": workable,
-        "said": [
-            _credited(result, name),
-            _twin(result, name),
-            *_unsigned(result),
-            _operation(result, name),
-            *_waiting(result, name),
-        ],
-        "parts": [*_limits(result, name), *_side_by_side(result), *_conditions(result)],
-    }
+    word = f"OP_LIM Hs {between(credited, highest(result))}" if workable else "NO WORKABLE SEA STATE"
+    sentences = [
+        _credited(result, name),
+        _twin(result, name),
+        *_unsigned(result),
+        _operation(result, name),
+        *_waiting(result, name),
+    ]
+    return Verdict(word, workable, sentences)
+
+
+def tables(result: PlanResult) -> list[Part]:
+    """Limits of the leading alternative, all alternatives side by side, and the conditions."""
+    return [_limits(result, leading(result)), _side_by_side(result), *_conditions(result)]
 
 
 def _seas(result: PlanResult) -> str:
@@ -240,48 +230,41 @@ def _censored(block: xarray.Dataset, cells: xarray.Dataset) -> str:
     )
 
 
-def _limits(result: PlanResult, name: str) -> list[Part]:
+def _limits(result: PlanResult, name: str) -> Table:
     """The table that the operation is run by: OP_LIM of every heading and period; at the worst heading what governs,
     its 95 % interval where the twin was run, and OP_WF; the twin's own answer where it is another."""
     data, top = result.data, highest(result)
     credited, twin = (limits(result, credit, name) for credit in (CREDITED, TWIN))
     rows = few(data.sizes["period"], PERIODS)
     at, at_twin = worst_heading(credited), worst_heading(twin)
-    columns = [("Tp", NUMBER, [f"{data['period'].values[k]:g} s" for k in rows])]
-    columns += _by_heading(result, credited, rows)
-    strong = range(1, len(columns))
+    columns = {"Tp": [f"{data['period'].values[k]:g} s" for k in rows]}
+    columns |= _by_heading(result, credited, rows)
+    bold = range(1, len(columns))
     intervals = [_interval(result, name, at[k], k) for k in rows]
-    columns += [("95 %", NUMBER, intervals)] if any(intervals) else []
-    columns.append(("governs (worst heading)", WIDE, [_governing_text(result, CREDITED, name, at[k], k) for k in rows]))
+    columns |= {"95 %": intervals} if any(intervals) else {}
+    columns["governs (worst heading)"] = [_governing_text(result, CREDITED, name, at[k], k) for k in rows]
     for title, key in (("alpha", "alpha"), ("OP_WF", "op_wf")):
-        columns.append((title, NUMBER, [_value_text(result, name, key, at[k], k) for k in rows]))
+        columns[title] = [_value_text(result, name, key, at[k], k) for k in rows]
     if differs(result, name):
-        columns.append(("twin", NUMBER, [height(float(twin[at_twin[k], k]), top) for k in rows]))
-        columns.append(
-            ("governs by the twin", WIDE, [_governing_text(result, TWIN, name, at_twin[k], k) for k in rows])
-        )
-    sentence = (
+        columns["twin"] = [height(float(twin[at_twin[k], k]), top) for k in rows]
+        columns["governs by the twin"] = [_governing_text(result, TWIN, name, at_twin[k], k) for k in rows]
+    title = (
         f"OP_LIM with {named(name)}, credited: limiting Hs [m] by peak period and direction of the waves; OP_WF [m] at"
         " the worst heading"
     )
-    kinds = {kind: [i for i, column in enumerate(columns) if column[1] == kind] for kind in (NUMBER, WIDE)}
-    body = zip(*(column[2] for column in columns), strict=True)
-    return [
-        sub(sentence),
-        table([c[0] for c in columns], body, wide=kinds[WIDE], numbers=kinds[NUMBER], strong=strong, small=True),
-    ]
+    return Table(tuple(columns), list(zip(*columns.values(), strict=True)), title, bold_columns=bold)
 
 
-def _by_heading(result: PlanResult, Hs: FloatArray, rows: list[int]) -> list[tuple[str, str, list[str]]]:
+def _by_heading(result: PlanResult, Hs: FloatArray, rows: list[int]) -> dict[str, list[str]]:
     """A column for every heading; of many headings the best and the worst of each period, each with its heading."""
     beta, top = result.data["heading"].values, highest(result)
     if len(beta) <= HEADINGS:
-        return [(degrees(beta[i]), NUMBER, [height(float(Hs[i, k]), top) for k in rows]) for i in range(len(beta))]
+        return {direction(beta[i]): [height(float(Hs[i, k]), top) for k in rows] for i in range(len(beta))}
     best = [int(i) for i in np.where(np.isnan(Hs), -1.0, Hs).argmax(axis=0)]
-    return [
-        (title, NUMBER, [f"{height(float(Hs[at[k], k]), top)} ({degrees(beta[at[k]])})" for k in rows])
+    return {
+        title: [f"{height(float(Hs[at[k], k]), top)} ({direction(beta[at[k]])})" for k in rows]
         for title, at in (("best heading", best), ("worst heading", worst_heading(Hs)))
-    ]
+    }
 
 
 def _interval(result: PlanResult, name: str, i: int, k: int) -> str:
@@ -302,12 +285,11 @@ def _governing_text(result: PlanResult, credit: Credit, name: str, i: int, k: in
 
 def _value_text(result: PlanResult, name: str, key: str, i: int, k: int) -> str:
     if key not in result.data:
-        return "-"
-    x = float(result.data[key].sel(credit=CREDITED, alternative=name).isel(heading=i, period=k))
-    return "-" if math.isnan(x) else f"{x:.2f}"
+        return EMPTY
+    return fixed(float(result.data[key].sel(credit=CREDITED, alternative=name).isel(heading=i, period=k)), 2)
 
 
-def _side_by_side(result: PlanResult) -> list[Part]:
+def _side_by_side(result: PlanResult) -> Table:
     """All alternatives at the worst heading, credited; the twin's own answer where it is another."""
     data, top = result.data, highest(result)
     rows = few(data.sizes["period"], PERIODS)
@@ -325,7 +307,7 @@ def _side_by_side(result: PlanResult) -> list[Part]:
             )
     title = "All alternatives, worst heading: OP_LIM [m], credited; a second line where the twin says otherwise"
     tail = "; operability and mean waiting over the year" if waiting else ""
-    return [sub(title + tail), table(head, merged(body, result), wide=[0], numbers=range(1, len(head)), small=True)]
+    return Table(head, merged(body, result), title + tail)
 
 
 def _wait(result: PlanResult, credit: Credit, name: str) -> tuple[str, str]:
@@ -349,7 +331,7 @@ def _conditions(result: PlanResult) -> list[Part]:
     )
     spread = f"spreading cos^{settings['spread']:g}" if settings.get("spread") else "long-crested"
     crane, payload = known.get("crane", {}), known.get("payload", {})
-    mass = show(payload["mass"], "mass", 4) if "mass" in payload else "-"
+    mass = fmt(payload.get("mass"), "mass")
     rows = [
         ("lift", f"{payload.get('name', '-')}, {mass} in air, to {place.get('depth', math.nan):g} m of water"),
         ("crane, vessel", f"{crane.get('name', '-')}; {place.get('text') or known.get('vessel', {}).get('name', '-')}"),
@@ -359,6 +341,6 @@ def _conditions(result: PlanResult) -> list[Part]:
     ]
     rows += [("note", str(note)) for note in known.get("notes", ())]
     return [
-        text("Conditions. Wind, current and what the last section names are not part of these limits."),
+        Text("Conditions. Wind, current and what the last section names are not part of these limits."),
         facts(rows),
     ]

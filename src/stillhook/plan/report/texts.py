@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 HEADING = "Lift plan"
-SUBTITLE = "limiting sea states, weather window and credit of heave compensation"
+PURPOSE = "limiting sea states, weather window and credit of heave compensation"
 SYNTHETIC = "SYNTHETIC WEATHER: the waiting times below come from a simulated series and say nothing about a real site"
 SYNTHETIC_CERTIFICATE = "SYNTHETIC CERTIFICATE: it was made from simulated logs, of no real crane"
 CHECK = (
@@ -19,6 +19,9 @@ CREDIT = (
     " result and that of a flat 80 % compensation, quantity by quantity; where the certificate covers, with its result."
     " Both limits are reported: credited, and simulated (not creditable). (DNV GL as cited by Moslåt 2020, section 2.6;"
     " check against your edition.)"
+)
+COVERED = (
+    "Covered: share of the analysed seas, in phases with compensation, that are inside the certificate's envelope."
 )
 TIERS: Mapping[str, str] = {
     "closed-form": (

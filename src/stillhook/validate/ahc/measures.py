@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.report.formatting import percent
 from stillhook.statistics.estimate import ENDS, NORMAL_95, Estimate
 from stillhook.validate.ahc.cases import FISHER, OverCases, over_cases
 from stillhook.validate.ahc.comparison import Comparison
@@ -77,7 +78,7 @@ def _deviations(
     estimates = [*(_with_share_end(p.pooled) for p in pooled), signed.pooled]
     level = float(np.mean(np.concatenate([c.windows.measured for c in comparisons])))
     data = f"{_extent(comparisons)}, {estimates[0].n:.0f} effective windows of {window:g} s"
-    gauss = [f"as a Gaussian, as paper F reads it, {_percent(gaussian_share(limit, mean, s))}" for limit in (NEAR, FAR)]
+    gauss = [f"as a Gaussian, as paper F reads it, {percent(gaussian_share(limit, mean, s))}" for limit in (NEAR, FAR)]
     first = f"measured e_c_pp {_cm(level)} on average; {pooled[0].extremes(_cm)}"
     notes = (first, pooled[1].extremes(_cm), *gauss, f"simulated less measured; {signed.extremes(_cm)}")
     return tuple(
@@ -87,10 +88,6 @@ def _deviations(
 
 def _cm(x: float) -> str:
     return f"{100.0 * x:.3g} cm"
-
-
-def _percent(x: float) -> str:
-    return f"{100.0 * x:.3g} %"
 
 
 def _by_case(comparisons: Sequence[Comparison], cases: Mapping[str, Estimate], window: float) -> tuple[Measure, ...]:
@@ -182,7 +179,7 @@ def _efficiency(comparisons: Sequence[Comparison], above: float, block: int) -> 
     share = float(np.mean(np.concatenate(list(high.values()))))
     data = f"windows with {above:g} m or more, {100.0 * share:.0f} % of all"
     return _measure(
-        "eta_c_deviation_high", estimate.pooled.value, estimate.pooled, data=data, note=estimate.extremes(_percent)
+        "eta_c_deviation_high", estimate.pooled.value, estimate.pooled, data=data, note=estimate.extremes(percent)
     )
 
 

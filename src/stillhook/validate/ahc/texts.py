@@ -7,13 +7,13 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from stillhook.report.document import Table
 from stillhook.units import number, show
 from stillhook.validate.ahc.comparison import Comparison
 from stillhook.validate.ahc.diagnosis import CauseEstimate
 from stillhook.validate.ahc.replay import SETTLE
 from stillhook.validate.ahc.shape import Shape, correlation
 from stillhook.validate.ahc.windows import mean_and_s
-from stillhook.validate.criteria.results import Table
 
 COMPARED = (
     ("v_w", "speed"),
@@ -155,7 +155,7 @@ def _load_cases(comparisons: Sequence[Comparison]) -> Table:
         "max e_c\nsim.\n[cm]",
         "corre-\nlation",
     )
-    return Table("Control error by load case", header, tuple(rows))
+    return Table(header, tuple(rows), "Control error by load case")
 
 
 def _mean(x: np.ndarray) -> float:
@@ -179,7 +179,7 @@ def _signals(comparisons: Sequence[Comparison]) -> Iterable[Table]:
             rows.append((name, *(show(x, kind, 3) if kind else number(x, 3) for x in parts)))
     if rows:
         header = ("signal", "deviation\nrms", "deviation\nmean", "measured\nstandard deviation")
-        yield Table("Other signals, simulated less measured (reported, not judged)", header, tuple(rows))
+        yield Table(header, tuple(rows), "Other signals, simulated less measured (reported, not judged)")
 
 
 def _causes(explained: Sequence[CauseEstimate]) -> Iterable[Table]:
@@ -190,8 +190,8 @@ def _causes(explained: Sequence[CauseEstimate]) -> Iterable[Table]:
     )
     if rows:
         yield Table(
-            "Possible causes of the remaining deviation, one at a time (not judged; small causes cannot be"
-            " distinguished)",
             ("cause", "change", "explains", "of e_c\nalone"),
             rows,
+            "Possible causes of the remaining deviation, one at a time (not judged; small causes cannot be"
+            " distinguished)",
         )

@@ -14,10 +14,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from stillhook.errors import ValidateError
 from stillhook.library import certified_crane_toml, crane_from_toml
 from stillhook.library.certificate import canonical, certified_of, digest_of, read_certificate
+from stillhook.report.pdf import Unset, pdf
 from stillhook.spec.validity import Certified
 from stillhook.validate.certificate.content import content_of
+from stillhook.validate.certificate.document import document
 from stillhook.validate.validation import Validation
 
 CERTIFICATE, NOT_PASSED, CRANE = "certificate", "not-passed", "crane.toml"
@@ -56,6 +59,16 @@ class Certificate:
         """Its canonical text."""
         return canonical(self.data)
 
+    def pdf(self, figures: Mapping[str, bytes]) -> bytes:
+        """The document. figures: PNG by stem, of `stillhook.validate.report.figures.pictures`.
+
+        Letters that the fonts lack print as boxes; the JSON has them. Errors: ValidateError where it cannot be set.
+        """
+        try:
+            return pdf(document(self.data, figures))
+        except Unset as problem:
+            raise ValidateError(f"certificate: {problem}") from None
+
     def crane_toml(self) -> str:
         """The crane as a complete file that names this certificate in the same folder."""
         return certified_crane_toml(crane_from_toml(self.data["crane"]["toml"], CRANE), self.name)
@@ -79,9 +92,8 @@ def certificate_files(validation: Validation, images: Mapping[str, bytes] | None
     A validation that was not passed gives a document that says so, and no crane. Errors: ValidateError where not all
     steps were taken.
     """
-    from stillhook.validate.certificate.pdf import pdf
     from stillhook.validate.report.figures import pictures  # heavy
 
     made, figures = certificate_of(validation), pictures(validation) if images is None else images
-    files = {made.name: made.text().encode(), Path(made.name).with_suffix(".pdf").name: pdf(made.data, figures)}
+    files = {made.name: made.text().encode(), Path(made.name).with_suffix(".pdf").name: made.pdf(figures)}
     return files | ({CRANE: made.crane_toml().encode()} if made.passed else {})

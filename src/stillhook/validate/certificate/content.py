@@ -17,11 +17,12 @@ from stillhook.errors import ValidateError
 from stillhook.kernels.build import PACKAGE, results_hash
 from stillhook.library import crane_toml
 from stillhook.library.certificate import FORMAT
+from stillhook.report.formatting import fmt
 from stillhook.spec.crane import Crane, content
 from stillhook.validate.certificate.texts import certified_outcome, level_of, limitations
 from stillhook.validate.criteria.detection import detection_limits
 from stillhook.validate.criteria.names import MEASURES
-from stillhook.validate.criteria.results import CriterionResult, Measure, Outcome, Step, say
+from stillhook.validate.criteria.results import CriterionResult, Measure, Outcome, Step
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.report.envelope import envelope_of
@@ -193,9 +194,9 @@ def _measure(exact: Measure) -> dict[str, Any]:
     numbers = _numbers(exact)
     measure = replace(exact, **{n: numbers[n] for n in ("value", "low", "high")})
     between = measure.low is not None and measure.high is not None
-    interval = f"{say(measure.low, measure.quantity)} to {say(measure.high, measure.quantity)}" if between else ""
+    interval = f"{fmt(measure.low, measure.quantity, 3)} to {fmt(measure.high, measure.quantity, 3)}" if between else ""
     meaning = MEASURES[measure.name].meaning if measure.name in MEASURES else measure.name
-    text = {"meaning": meaning, "value": say(measure.value, measure.quantity), "interval": interval}
+    text = {"meaning": meaning, "value": fmt(measure.value, measure.quantity, 3), "interval": interval}
     return {**numbers, "text": text}
 
 

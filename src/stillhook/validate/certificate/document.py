@@ -1,23 +1,44 @@
-"""The texts of a certificate's pages, from its data: what `template/certificate.typ` sets."""
+"""A certificate as a document, from its data."""
 
 from __future__ import annotations
 
-import datetime
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from stillhook.library import crane_from_toml, sheet
 from stillhook.library.certificate import certified_of
+from stillhook.report.document import (
+    Bullets,
+    Cell,
+    Column,
+    Document,
+    Figure,
+    Part,
+    Section,
+    Table,
+    Text,
+    Verdict,
+    facts,
+)
+from stillhook.report.formatting import fmt, groups
 from stillhook.spec.validity import SHORT, UNSIGNED
 from stillhook.units import KINDS, number, show
+from stillhook.validate.criteria import results
 from stillhook.validate.criteria.names import SETTINGS
 from stillhook.validate.criteria.results import TITLES, Outcome, StepNumber
-from stillhook.validate.report.document import JUDGED, caption
-from stillhook.validate.report.texts import LONGEST_NUMBER, MEANING, SHOWS, deciding_title
+from stillhook.validate.report.document import JUDGED, caption, deciding, step_passed
+from stillhook.validate.report.texts import MEANING, SHOWS, deciding_title
 
 HEADING = {True: "Validation certificate", False: "Validation report"}
 WORD = {o.value: o.value.upper() for o in Outcome}
+SHOWN = results.Verdict.SHOWN.value
 MARK = "SYNTHETIC: simulated logs, not measured on a crane"
+NOT_PASSED = "NOT PASSED: this is no certificate"
+LINE_HEAD = ("", "criterion", "found", "95 % interval", "limit", "verdict")
+LOAD_CASES = (
+    "Unbroken parts of the logs with one load in one mode. Wire out: least to most; tip: largest peak-to-peak over 30"
+    " s, and mean period."
+)
 INSIDE = (
     "A run of the twin is inside when each of these lies in its range; one outside is reported as such and is not"
     " covered. Between"
@@ -45,78 +66,65 @@ PROCEDURE = (
 )
 
 
-def sheet_of(data: Mapping[str, Any], figures: Sequence[str]) -> dict[str, Any]:
-    """Every text of the document by its place in the template. data of a certificate; figures: stems of their files,
-    "step-5-..."."""
-    date, passed = datetime.date.fromisoformat(data["date"]), data["passed"]
-    first = {
-        "heading": HEADING[passed],
-        "word": WORD[data["outcome"]],
-        "passed": passed,
-        "synthetic": data["synthetic"],
-        "mark": MARK,
-        "year": date.year,
-        "month": date.month,
-        "day": date.day,
-        "date": data["date"],
-        "number": in_fours(data["digest"][:SHORT]),
-        "made_by": f"Stillhook {data['twin']['version']}",
-        "crane_name": data["crane"]["name"],
-        "crane_title": data["crane"]["title"],
-        "verdict": _verdict(data),
-        "facts": _facts(data),
-        "envelope": _envelope(data),
-        "envelope_note": INSIDE if passed else NONE,
-        "unmet": [line["message"] for line in data["lines"] if line["failed"]],
-        "decisive": data["decisive"],
-        "risks": data["risks"],
-        "decisive_title": deciding_title(any(line["failed"] for line in data["lines"])),
-        "holds": HOLDS if passed else NO_HOLD,
-    }
-    middle = {
-        "judged": JUDGED,
-        "lines": list(_lines(data)),
-        "meanings": _meanings(data),
-        "limitations": data["limitations"],
-        "campaign": _campaign(data),
-        "logs": _logs(data),
-        "hashes": _hashes(data),
-        "load_cases": _joined_header(data["load_cases"]),
-        "compared": _compared(data),
-        "reading_notes": _reading_notes(data),
-        "steps": [_step(step, data, figures) for step in data["steps"]],
-    }
-    behind = {
-        "checks": _checks(data),
-        "procedure": list(PROCEDURE),
-        "criteria_facts": _criteria_facts(data),
-        "criteria": _criteria(data),
-        "settings": _settings(data),
-        "measures": _measures(data),
-        "crane_note": _crane_note(data),
-        "crane": _crane(data),
-    }
-    return dict(_set({**first, **middle, **behind}))
+def document(data: Mapping[str, Any], figures: Mapping[str, bytes]) -> Document:
+    """The document. data of a certificate; figures: PNG by stem, of `stillhook.validate.report.figures.pictures`."""
+    marks = [] if data["passed"] else [NOT_PASSED]
+    sections = [
+        Section("Verdict, line by line", _lines(data)),
+        Section("What this does not say", [Section(x["heading"], [Bullets(x["lines"])]) for x in data["limitations"]]),
+        Section("Data", _data(data)),
+        *(_step(step, data, figures) for step in data["steps"]),
+        Section("Appendix A: how to check this document", [_checks(data), *map(Text, PROCEDURE)]),
+        Section("Appendix B: the criteria", _criteria(data)),
+        Section("Appendix C: every number that was found", _measures(data)),
+        Section("Appendix D: the crane file", [Text(_crane_note(data)), *_crane(data)]),
+    ]
+    return Document(
+        title=HEADING[data["passed"]],
+        name=data["crane"]["name"],
+        subtitle=data["crane"]["title"],
+        purpose="digital twin of a heave-compensated crane winch",
+        marks=[*marks, MARK] if data["synthetic"] else marks,
+        watermark="SYNTHETIC" if data["synthetic"] else "",
+        front=_front(data),
+        sections=sections,
+        signatures=("Reviewed by", "Place and date", "Signature"),
+        number=groups(data["digest"], SHORT),
+        date=data["date"],
+        made_by=f"Stillhook {data['twin']['version']}",
+    )
 
 
-def _set(x: Any) -> Any:
-    """Texts as they are printed: plus or minus in one sign."""
-    if isinstance(x, dict):
-        return {k: _set(v) for k, v in x.items()}
-    if isinstance(x, list):
-        return [_set(v) for v in x]
-    return x.replace("+-", "±") if isinstance(x, str) else x
+def _front(data: Mapping[str, Any]) -> list[Part]:
+    parts: list[Part] = [Verdict(WORD[data["outcome"]], data["passed"], [_verdict(data)])]
+    parts += [*deciding_lines(data), facts(_facts(data))]
+    if envelope := certified_of(data, "certificate").envelope:
+        rows = list(envelope.says().items())
+        parts.append(Section("Validated envelope", [Table((), rows, bold_columns=[1]), Text(INSIDE)]))
+        parts.append(Section("Load cases compared", [_compared(data)]))
+    else:
+        unmet = [line["message"] for line in data["lines"] if line["failed"]]
+        parts.append(Section("No validated envelope", [Text(NONE)]))
+        parts.append(Section("What was not met", [Bullets(unmet)]))
+    return [*parts, Text(HOLDS if data["passed"] else NO_HOLD)]
+
+
+def deciding_lines(data: Mapping[str, Any]) -> list[Table]:
+    """The lines that decide the verdict; none where no line counts."""
+    failed = any(line["failed"] for line in data["lines"])
+    rows = [(line["verdict"], line["key"], line["text"]) for line in data["decisive"]]
+    return [deciding(deciding_title(failed), rows, failed)] if rows else []
+
+
+def passed(line: Mapping[str, Any]) -> bool | None:
+    """Whether a verdict line is shown, or blocks the certificate; None for any other."""
+    return False if line["failed"] else True if line["verdict"] == SHOWN else None
 
 
 def _verdict(data: Mapping[str, Any]) -> str:
     """The verdict in a sentence, without the word that stands above it."""
     text = str(data["verdict"]).removeprefix(f"{WORD[data['outcome']]}: ")
     return text[:1].upper() + text[1:]
-
-
-def in_fours(text: str) -> str:
-    """A hash as people read it aloud: in groups of four."""
-    return " ".join(text[i : i + 4] for i in range(0, len(text), 4))
 
 
 def _facts(data: Mapping[str, Any]) -> list[list[str]]:
@@ -133,29 +141,47 @@ def _facts(data: Mapping[str, Any]) -> list[list[str]]:
     ]
 
 
-def _envelope(data: Mapping[str, Any]) -> list[list[str]]:
-    envelope = certified_of(data, "certificate").envelope
-    return [[name, text] for name, text in envelope.says().items()] if envelope is not None else []
-
-
-def _lines(data: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+def _lines(data: Mapping[str, Any]) -> list[Part]:
+    parts: list[Part] = [Text(JUDGED), Text(data["risks"])]
     for number_ in StepNumber:
-        lines = [line for line in data["lines"] if line["step"] == number_]
-        if lines:
-            rows = [{**line["cells"], "behind": line["cells"]["data"], "failed": line["failed"]} for line in lines]
-            yield {"title": f"Step {int(number_)}: {TITLES[number_]}", "rows": rows}
+        rows = [_line(line) for line in data["lines"] if line["step"] == number_]
+        if rows:
+            parts.append(Table(LINE_HEAD, rows, f"Step {int(number_)}: {TITLES[number_]}"))
+    verdicts = {line["verdict"] for line in data["lines"]}
+    return [*parts, Bullets([f"{v.value}: {text}." for v, text in MEANING.items() if v.value in verdicts])]
 
 
-def _meanings(data: Mapping[str, Any]) -> list[list[str]]:
-    used = {line["verdict"] for line in data["lines"]}
-    return [[v.value, text] for v, text in MEANING.items() if v.value in used]
+def _line(line: Mapping[str, Any]) -> tuple[Cell, ...]:
+    """A verdict line, see `LINE_HEAD`; below the criterion what it rests on, below the limit its source."""
+    cells = line["cells"]
+    title, limit = (_noted(cells[a], cells[b]) for a, b in (("title", "data"), ("limit", "source")))
+    return cells["key"], title, cells["value"], cells["interval"], limit, Verdict(cells["verdict"], passed(line))
+
+
+def _noted(text: str, note: str) -> str:
+    return f"{text}\n{note}" if note else text
+
+
+def _data(data: Mapping[str, Any]) -> list[Part]:
+    """The campaign, its logs with their hashes, load cases, and notes from reading."""
+    hashes = [(log["test"], log["sha256"]) for log in data["campaign"]["logs"]]
+    load_cases = Table(data["load_cases"]["header"], data["load_cases"]["rows"])
+    parts: list[Part] = [
+        facts(_campaign(data)),
+        Table(("test", "kind", "log", "samples", "rate", "length"), _logs(data)),
+        Table((), hashes, "SHA-256 of the logs", [Column.WORD, Column.CODE]),
+        Section("Load cases", [Text(LOAD_CASES), load_cases]),
+    ]
+    if notes := _reading_notes(data):
+        parts.append(Section("Notes from reading the logs", [Bullets(notes)]))
+    return parts
 
 
 def _campaign(data: Mapping[str, Any]) -> list[list[str]]:
     campaign = data["campaign"]
     rows = [
         ["campaign file", campaign["file"].rpartition("/")[2]],
-        ["SHA-256", in_fours(campaign["sha256"])],
+        ["SHA-256", groups(campaign["sha256"])],
         ["delay of the tip signal, stated", show(campaign["delay"], "time")],
     ]
     return rows + [["remark", text] for text in campaign["remarks"]]
@@ -168,19 +194,10 @@ def _logs(data: Mapping[str, Any]) -> list[list[str]]:
     ]
 
 
-def _hashes(data: Mapping[str, Any]) -> list[list[str]]:
-    return [[log["test"], log["sha256"]] for log in data["campaign"]["logs"]]
-
-
-def _joined_header(table: Mapping[str, Any]) -> dict[str, Any]:
-    return {"header": [h.replace("-\n", "").replace("\n", " ") for h in table["header"]], "rows": table["rows"]}
-
-
-def _compared(data: Mapping[str, Any]) -> dict[str, Any]:
+def _compared(data: Mapping[str, Any]) -> Table:
     """The load cases of the tests with heave compensation."""
-    table = _joined_header(data["load_cases"])
     tests = {d["test"] for d in data["data"] if d["kind"] == "ahc"}
-    return {**table, "rows": [row for row in table["rows"] if row[0] in tests]}
+    return Table(data["load_cases"]["header"], [row for row in data["load_cases"]["rows"] if row[0] in tests])
 
 
 def _reading_notes(data: Mapping[str, Any]) -> list[str]:
@@ -190,29 +207,26 @@ def _reading_notes(data: Mapping[str, Any]) -> list[str]:
     return [text if text.startswith("Test ") else f"Test {test}: {text}" for test, text in notes]
 
 
-def _step(step: Mapping[str, Any], data: Mapping[str, Any], figures: Sequence[str]) -> dict[str, Any]:
-    names = [name for name in figures if name.startswith(f"step-{step['step']}-")]
-    return {
-        "number": step["step"],
-        "title": step["title"],
-        "shows": SHOWS[StepNumber(step["step"])],
-        "verdict": f"This step: {step['verdict']}.",
-        "statements": step["statements"],
-        "failed": any(line["failed"] for line in data["lines"] if line["step"] == step["step"]),
-        "tables": [_joined_header(t) | {"title": t["title"], "columns": _columns(t)} for t in step["tables"]],
-        "figures": [{"file": f"{name}.png", "caption": caption(name)} for name in names],
-    }
+def _step(step: Mapping[str, Any], data: Mapping[str, Any], figures: Mapping[str, bytes]) -> Section:
+    number_ = step["step"]
+    failed = any(line["failed"] for line in data["lines"] if line["step"] == number_)
+    parts: list[Part] = [
+        Text(SHOWS[StepNumber(number_)]),
+        Verdict(f"This step: {step['verdict']}.", step_passed(step["verdict"], failed)),
+        *([Bullets(step["statements"])] if step["statements"] else []),
+        *(Table(t["header"], t["rows"], t["title"]) for t in step["tables"]),
+        *(Figure(png, caption(stem)) for stem, png in figures.items() if stem.startswith(f"step-{number_}-")),
+    ]
+    return Section(f"Step {number_}: {step['title']}", parts)
 
 
-def _columns(table: Mapping[str, Any]) -> list[str]:
-    """Which columns hold words, and take what room there is."""
-    longest = [max([0, *(len(row[i]) for row in table["rows"])]) for i in range(len(table["header"]))]
-    return ["words" if n > LONGEST_NUMBER else "number" for n in longest]
-
-
-def _measures(data: Mapping[str, Any]) -> list[dict[str, Any]]:
-    taken = [step for step in data["steps"] if step["measures"]]
-    return [{"number": s["step"], "title": s["title"], "rows": [_measure(m) for m in s["measures"]]} for s in taken]
+def _measures(data: Mapping[str, Any]) -> list[Table]:
+    header = ("number", "of", "found", "95 % interval", "rests on")
+    return [
+        Table(header, [_measure(m) for m in step["measures"]], f"Step {step['step']}: {step['title']}")
+        for step in data["steps"]
+        if step["measures"]
+    ]
 
 
 def _measure(m: Mapping[str, Any]) -> list[str]:
@@ -225,32 +239,30 @@ def _measure(m: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def _criteria_facts(data: Mapping[str, Any]) -> list[list[str]]:
-    c = data["criteria"]
-    changed = [["changed", text] for text in c["changes"]]
-    return [
-        ["set", f"{c['name']} version {c['version']}"],
-        ["source", c["source"]],
-        ["digest", in_fours(c["digest"])],
-        *changed,
+def _criteria(data: Mapping[str, Any]) -> list[Table]:
+    """The set of criteria, each of them, and their settings."""
+    criteria = data["criteria"]
+    about = [
+        ("set", f"{criteria['name']} version {criteria['version']}"),
+        ("source", criteria["source"]),
+        ("digest", groups(criteria["digest"])),
+        *(("changed", text) for text in criteria["changes"]),
     ]
+    rows = [_criterion(c) for c in criteria["criteria"]]
+    settings = [(SETTINGS[name].meaning, _setting(name, value)) for name, value in criteria["settings"].items()]
+    tables = [facts(about), Table(("", "criterion", "limit", "must be", "source and reason"), rows)]
+    return [*tables, facts(settings, "Settings")] if settings else tables
 
 
-def _criteria(data: Mapping[str, Any]) -> list[list[str]]:
-    rows = []
-    for c in data["criteria"]["criteria"]:
-        limit = f"{c['kind']} {'±' if c['kind'] == 'within' else ''}{c['written']}"
-        counts = (c["ask"] if c["needed"] else f"{c['ask']}, if there are data") if c["judged"] else "for information"
-        rows.append([c["key"], c["title"], limit, counts, "; ".join(t for t in (c["source"], c["reason"]) if t)])
-    return rows
+def _criterion(c: Mapping[str, Any]) -> tuple[str, ...]:
+    limit = f"{c['kind']} {'±' if c['kind'] == 'within' else ''}{c['written']}"
+    counts = (c["ask"] if c["needed"] else f"{c['ask']}, if there are data") if c["judged"] else "for information"
+    return c["key"], c["title"], limit, counts, "; ".join(t for t in (c["source"], c["reason"]) if t)
 
 
-def _settings(data: Mapping[str, Any]) -> list[list[str]]:
-    rows = []
-    for name, value in data["criteria"]["settings"].items():
-        known = SETTINGS[name]
-        rows.append([known.meaning, show(value, known.quantity) if known.quantity in KINDS else number(value)])
-    return rows
+def _setting(name: str, value: float) -> str:
+    quantity = SETTINGS[name].quantity
+    return fmt(value, quantity if quantity in KINDS else "")
 
 
 def _crane_note(data: Mapping[str, Any]) -> str:
@@ -261,21 +273,27 @@ def _crane_note(data: Mapping[str, Any]) -> str:
     )
 
 
-def _crane(data: Mapping[str, Any]) -> list[dict[str, Any]]:
+def _crane(data: Mapping[str, Any]) -> list[Table]:
     crane = crane_from_toml(data["crane"]["toml"], "crane of the certificate")
-    out = []
-    for section in sheet(crane):
-        rows = [[r.field.removeprefix(f"{section.title}."), r.value, r.meaning, r.kind, r.source] for r in section.rows]
-        out.append({"title": section.title, "rows": rows})
-    return out
+    header = ("field", "value", "meaning", "kind", "source")
+    return [
+        Table(
+            header,
+            [(r.field.removeprefix(f"{section.title}."), r.value, r.meaning, r.kind, r.source) for r in section.rows],
+            section.title,
+        )
+        for section in sheet(crane)
+    ]
 
 
-def _checks(data: Mapping[str, Any]) -> list[list[str]]:
+def _checks(data: Mapping[str, Any]) -> Table:
     twin = data["twin"]
     libraries = ", ".join(f"{name} {v}" for name, v in twin["libraries"].items())
-    return [
-        ["number", in_fours(data["digest"])],
-        ["code of the twin", twin["code"]],
-        ["code of the method", twin["method"]],
-        ["Stillhook, libraries", f"{twin['version']}; {libraries}"],
-    ]
+    return facts(
+        [
+            ("number", groups(data["digest"])),
+            ("code of the twin", twin["code"]),
+            ("code of the method", twin["method"]),
+            ("Stillhook, libraries", f"{twin['version']}; {libraries}"),
+        ]
+    )

@@ -19,7 +19,6 @@ from stillhook.spec.validity import UNSIGNED
 from stillhook.units import number, quote, show
 from stillhook.validate.certificate.certificate import Certificate, certificate_of
 from stillhook.validate.certificate.content import crane_part, sha256_of, versions
-from stillhook.validate.certificate.pdf import pdf
 from stillhook.validate.data_set.campaign import Campaign, load_campaign
 from stillhook.validate.report.figures import pictures
 from stillhook.validate.validation import validate
@@ -119,7 +118,7 @@ def check(
         again = _named(again, data["campaign"]["file"])
     largest, where = max(_differences(data, again.data), default=(0.0, ""))
     pdf_file = Path(path).with_suffix(".pdf")
-    same_pdf = pdf_file.read_bytes() == pdf(again.data, pictures(validation)) if pdf_file.is_file() else None
+    same_pdf = pdf_file.read_bytes() == again.pdf(pictures(validation)) if pdf_file.is_file() else None
     return Check(
         certificate,
         changed,

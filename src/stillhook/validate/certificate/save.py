@@ -12,6 +12,7 @@ from stillhook.formats.results import save_json
 from stillhook.library import crane_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed, toml_text
+from stillhook.report.html import html
 from stillhook.units import quote
 from stillhook.validate.certificate.certificate import CERTIFICATE, CRANE, NOT_PASSED, certificate_files
 from stillhook.validate.criteria.results import Step, StepNumber
@@ -96,7 +97,7 @@ def save_validation(validation: Validation, folder: str | Path, *, certificate: 
     with atomic_folder(out) as part:
         images = pictures(validation)
         content = {f"{stem}.png": data for stem, data in images.items()}
-        content[REPORT] = report(validation, images).encode()
+        content[REPORT] = html(report(validation, images)).encode()
         if certificate and validation.complete:
             content |= certificate_files(validation, images)
         tuned = _tuned(validation)

@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from stillhook.engine.pack.winch import gains
+from stillhook.report.document import Table
+from stillhook.report.formatting import change, fmt, percent
 from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import number
@@ -15,7 +17,6 @@ from stillhook.validate.controller.inputs import lacking
 from stillhook.validate.controller.law import Law, Run, significant
 from stillhook.validate.controller.motor import MotorLaw
 from stillhook.validate.controller.rows import Rows
-from stillhook.validate.criteria.results import Table, say
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.data_set.records.saturation import FLAT, FULL, ends_of
@@ -49,8 +50,8 @@ def causes(
                 continue
             share = e.value / file_value - 1.0
             if abs(share) > least and significant(e, file_value):
-                log, file = say(e.value, QUANTITY[name]), say(file_value, QUANTITY[name])
-                out[name] = f"{name} {log} in the log's commands, {file} in the crane file ({_percent(share)})"
+                log, file = fmt(e.value, QUANTITY[name], 3), fmt(file_value, QUANTITY[name], 3)
+                out[name] = f"{name} {log} in the log's commands, {file} in the crane file ({change(share, 0)})"
         if text := _by_case(laws):
             out["K_wire"] = text
             for name in ("K_2", "K_p"):
@@ -83,8 +84,8 @@ def causes(
 def _late(value: float, crane: Crane) -> str:
     ms, g = f"{abs(1e3 * value):.0f} ms", gains(crane)
     other = (
-        f"or another clock, or K_2 {say(g.K_2 - value * g.K_1, QUANTITY['K_2'])} in place of"
-        f" {say(g.K_2, QUANTITY['K_2'])}"
+        f"or another clock, or K_2 {fmt(g.K_2 - value * g.K_1, QUANTITY['K_2'], 3)} in place of"
+        f" {fmt(g.K_2, QUANTITY['K_2'], 3)}"
     )
     if value < 0.0:
         return (
@@ -104,7 +105,7 @@ def _by_case(laws: Mapping[str, Law]) -> str:
     apart = known[high].value - known[low].value
     if apart < 0.01 * known[low].value or apart < known[high].half + known[low].half:
         return ""
-    a, b = (say(known[n].value, QUANTITY["K_1"]) for n in (low, high))
+    a, b = (fmt(known[n].value, QUANTITY["K_1"], 3) for n in (low, high))
     return (
         f"K_1 {a} in test {low} and {b} in test {high}: the layer used for K_wire, or the share of the pumps in"
         " operation"
@@ -124,10 +125,6 @@ def _clipped(runs: Sequence[Run]) -> str:
     return ""
 
 
-def _percent(share: float) -> str:
-    return f"{100.0 * share:+.0f} %"
-
-
 def statements(
     deviations: Sequence[Deviation],
     rows: Rows,
@@ -140,20 +137,16 @@ def statements(
     for signal, name in (("u_p", "pump"), ("u_m", "motor")):
         worst = max((d for d in deviations if d.signal == signal and d.ahc), key=lambda d: d.high.value, default=None)
         if worst is not None:
+            high, mean, largest = (percent(x, 2) for x in (worst.high.value, worst.mean.value, worst.worst))
             out.append(
-                f"The simulated controller reproduces the logged {name} command to within"
-                f" {_share(worst.high.value)} of full command, 95 % of the time (test {worst.test}, the worst; mean"
-                f" {_share(worst.mean.value)}, worst sample {_share(worst.worst)})."
+                f"The simulated controller reproduces the logged {name} command to within {high} of full command, 95 %"
+                f" of the time (test {worst.test}, the worst; mean {mean}, worst sample {largest})."
             )
     out += [f"Deviation: {text}." for key, text in explanations.items() if key not in ("u_p", "u_m")]
     out.append(f"{rows.description[0].upper()}{rows.description[1:]}.")
     out += _made_up(runs)
     out += [f"Test {r.test.name} cannot be used for the controller: {lack}." for r in records if (lack := lacking(r))]
     return tuple(out)
-
-
-def _share(x: float) -> str:
-    return f"{number(100.0 * x, 2)} %"
 
 
 def _made_up(runs: Sequence[Run]) -> list[str]:
@@ -172,7 +165,7 @@ def deviation_table(deviations: Sequence[Deviation]) -> Table:
         shares = (number(100.0 * x, 2) for x in (d.mean.value, d.rms, d.high.value, d.worst))
         rows.append((d.test, "AHC" if d.ahc else "manual", d.signal, f"{d.seconds:.0f}", *shares))
     header = ("test", "mode", "command", "length\n[s]", "mean\n[%]", "rms\n[%]", "95 % below\n[%]", "worst\n[%]")
-    return Table("Measured less simulated command, share of full command", header, tuple(rows))
+    return Table(header, tuple(rows), "Measured less simulated command, share of full command")
 
 
 def gain_table(
@@ -187,7 +180,7 @@ def gain_table(
     if K_op is not None:
         rows.append(("joystick, manual", _e(K_op), "", "", ""))
     header = ("of", "K_1 [s/m]", "K_2 [s^2/m]", "K_p [1/m]", "u_thr [-]")
-    return Table("Control law in the logged commands (95 % interval)", header, tuple(rows))
+    return Table(header, tuple(rows), "Control law in the logged commands (95 % interval)")
 
 
 def _e(e: Estimate | None) -> str:

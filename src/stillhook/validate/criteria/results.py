@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
 from typing import Any
 
-from stillhook.units import KINDS, in_display, number
+from stillhook.report.document import Table
 
 RISK = 0.025
 """Probability that a true value is beyond one end of a 95 % interval."""
@@ -90,15 +90,6 @@ class Measure:
         return {name: getattr(self, name) for name in names}
 
 
-def say(value: float | None, quantity: str, digits: int = 3) -> str:
-    """An SI value as text in its display unit; a pure number as it is; a dash where there is none."""
-    if value is None:
-        return "-"
-    if not quantity:
-        return number(value, digits)
-    return f"{number(in_display(value, quantity), digits)} {KINDS[quantity].display}"
-
-
 @dataclass(frozen=True)
 class CriterionResult:
     """One line of the verdict: a criterion, its value, the limit and the underlying data.
@@ -161,15 +152,6 @@ class CriterionResult:
             "producer_risk": self.producer_risk,
             "measure": self.measure.to_dict() if self.measure is not None else None,
         }
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table of a step for people: header (may hold line breaks), rows of texts, title."""
-
-    title: str
-    header: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
 
 
 @dataclass(frozen=True)

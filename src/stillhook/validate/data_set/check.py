@@ -13,10 +13,11 @@ from scipy.ndimage import uniform_filter1d
 from stillhook.base.arrays import FloatArray
 from stillhook.engine.pack.winch import drum_record
 from stillhook.physics.load_path.drum import layers_filled
+from stillhook.report.document import Table
 from stillhook.sea.spectra.waves import window_spans
 from stillhook.spec.crane import Crane
 from stillhook.units import number, show
-from stillhook.validate.criteria.results import Measure, Step, StepNumber, Table
+from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.records.record import ClockError, Record, Segment, SegmentLag
 from stillhook.validate.data_set.records.segments import SMOOTH
@@ -282,7 +283,7 @@ def _table(records: Sequence[Record]) -> Table:
                 gain,
             )
         )
-    return Table("Logs", head, tuple(rows))
+    return Table(head, tuple(rows), "Logs")
 
 
 def _quantiles(x: FloatArray) -> dict[str, float]:

@@ -8,10 +8,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from stillhook.library.leakage import stated_leak
+from stillhook.report.document import Table
+from stillhook.report.formatting import change
 from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import NORMAL_95, Estimate
 from stillhook.units import show
-from stillhook.validate.criteria.results import Table
 from stillhook.validate.dynamics.estimates import TunedValue
 from stillhook.validate.dynamics.fitting.fit import Tuning
 from stillhook.validate.dynamics.fitting.unknowns import C_H, C_LEAK, EXTRAS, INERTIA, PLACE, TUNED, UNKNOWNS
@@ -114,15 +115,14 @@ def _tuned(crane: Crane, values: Sequence[TunedValue]) -> Table:
         else:
             rows.append((LETTERS[f.name], show(value, kind, 4), "-", "-", "-", "-"))
     title = "Tuned on the winch's dynamics (C_h as oil in a line; leakage with the pumps full, motors at 1000 rev/min)"
-    return Table(title, ("", "crane\nfile", "tuned", "95 %\nfrom", "95 %\nto", "change"), tuple(rows))
+    return Table(("", "crane\nfile", "tuned", "95 %\nfrom", "95 %\nto", "change"), tuple(rows), title)
 
 
 def _before_after(swings: SwingComparison) -> Table:
-    def percent(error: Estimate) -> str:
-        return f"{100.0 * error.value:+.1f} %" if error.n else "-"
-
     def row(name: str, of: Callable[[bool], Estimate]) -> tuple[str, ...]:
-        return name, percent(of(False)), percent(of(True)), f"{of(False).n:g}"
+        before, after = of(False), of(True)
+        shown = (change(e.value) if e.n else "-" for e in (before, after))
+        return name, *shown, f"{before.n:g}"
 
     crane, before, after = swings.spectral
     rows = [
@@ -148,11 +148,8 @@ def _before_after(swings: SwingComparison) -> Table:
                 "all",
             )
         )
-    return Table(
-        "Twin against crane, driven by the measured commands",
-        ("twin over crane, less 1", "crane\nfile", "tuned, and\nrest free", "places"),
-        tuple(rows),
-    )
+    header = ("twin over crane, less 1", "crane\nfile", "tuned, and\nrest free", "places")
+    return Table(header, tuple(rows), "Twin against crane, driven by the measured commands")
 
 
 def _nuisance_table(tuning: Tuning) -> Table:
@@ -166,5 +163,5 @@ def _nuisance_table(tuning: Tuning) -> Table:
         )
     for e in EXTRAS:
         x, s = float(theta[PLACE[e.name]]) / e.scale, float(deviation[PLACE[e.name]]) / e.scale
-        rows.append((e.meaning, f"{x:+.2f} {e.unit}", f"{NORMAL_95 * s:.2f} {e.unit}"))
-    return Table("Free nuisance parameters, not part of the verdict", ("", "found", "+-"), tuple(rows))
+        rows.append((e.meaning, f"{x:+.2f} {e.unit}", f"{1.96 * s:.2f} {e.unit}"))
+    return Table(("", "found", "+-"), tuple(rows), "Free nuisance parameters, not part of the verdict")

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from stillhook.report.document import Table
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import KINDS, in_display, number
-from stillhook.validate.criteria.results import Measure, Table
+from stillhook.validate.criteria.results import Measure
 from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.parameters.estimates import ParameterEstimates
 from stillhook.validate.parameters.measures import by_name, in_ms
@@ -26,7 +27,7 @@ def table(campaign: Campaign, estimates: ParameterEstimates, results: Sequence[M
         *_at_rest(estimates),
         *_times(campaign, estimates, results),
     ]
-    return Table(TITLE, HEADER, tuple(rows))
+    return Table(HEADER, tuple(rows), TITLE)
 
 
 def _drum(estimates: ParameterEstimates) -> list[Row]:

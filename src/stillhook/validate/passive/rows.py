@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from stillhook.report.document import Table
 from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import KINDS, in_display, number
-from stillhook.validate.criteria.results import Table
 from stillhook.validate.passive import torque
 from stillhook.validate.passive.estimates import PassiveEstimates
 
@@ -50,7 +50,7 @@ def table(crane: Crane, estimates: PassiveEstimates) -> Table:
     if estimates.make_up is not None:
         gain = Estimate.around(1.0 + estimates.make_up.gain.value, estimates.make_up.gain.half)
         rows.append(_row("make-up over its law", 1.0, gain, "", []))
-    return Table(TITLE, HEADER, tuple(rows))
+    return Table(HEADER, tuple(rows), TITLE)
 
 
 def _row(name: str, twin: float, e: Estimate, quantity: str, tests: list[str]) -> Row:

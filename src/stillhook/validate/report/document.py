@@ -1,30 +1,26 @@
-"""The report: one page readable without the program, every step with its statements, tables, figures and
-verdict."""
+"""The report of a validation: every step with its statements, tables, figures and verdict."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
-from stillhook.report.html import bullets, heading, page, paragraph, picture, subheading, table
+from stillhook.report.document import Bullets, Document, Figure, Part, Section, Table, Text, Verdict, facts
 from stillhook.spec.validity import Envelope
-from stillhook.validate.criteria.results import CriterionResult, Step, Table
+from stillhook.validate.criteria.results import CriterionResult, Outcome, Step
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.report import unjudged
 from stillhook.validate.report.envelope import envelope_of
 from stillhook.validate.report.texts import (
-    DECISIVE_HEAD,
     FULL_HEAD,
     MEANING,
     SEGMENT_HEAD,
     SHORT_HEAD,
     SHOWS,
     STEP_HEAD,
-    columns_of_words,
     deciding_title,
     decisive,
     decisive_cells,
     full_cells,
-    joined,
     lines_of,
     reading_notes,
     risks,
@@ -42,10 +38,8 @@ SYNTHETIC = "SYNTHETIC: these logs are simulated, not measured on a crane. The r
 JUDGED = (
     "Each line is judged by the 95 % interval of its value alone: shown where the complete interval meets the limit,"
     " refuted where no part of it does, else not shown. A line that must be shown (the default) blocks the certificate"
-    " while it is"
-    " not shown. A line that must not be refuted, because data can refute its limit but hardly prove it, blocks where"
-    " it"
-    " is refuted, or where it is not shown and the estimate itself misses the limit."
+    " while it is not shown. A line that must not be refuted, because data can refute its limit but hardly prove it,"
+    " blocks where it is refuted, or where it is not shown and the estimate itself misses the limit."
 )
 METHOD = (
     "Method: the five verification steps and the acceptance criteria of G.-A. Moslåt 2020 (section 2.6, paper F table"
@@ -53,136 +47,117 @@ METHOD = (
     " line names its source. The twin under test is the crane file as supplied. Values tuned in step 4 are proposals:"
     " they become part of the twin, and of a verdict, only by a crane file that holds them, validated again."
 )
+LOAD_CASES = (
+    "Unbroken parts of the logs with one load in one mode. Wire out: least to most; tip p-p: its largest over 30 s."
+)
+COVERED = (
+    "Ranges covered by the tests with heave compensation. A certificate is valid inside these ranges, each considered"
+    " separately."
+)
 
 
-def report(validation: Validation, figures: Mapping[str, bytes]) -> str:
-    """The page as text. figures: PNG by stem, see `stillhook.validate.report.figures.figures`."""
-    parts = [
-        paragraph(sentence(validation), no=not validation.passed, yes=validation.passed and validation.complete),
-        *_decisive(validation),
-        paragraph(risks(validation.lines)),
-        _about(validation.campaign),
-        heading("Load cases"),
-        paragraph(
-            "Unbroken parts of the logs with one load in one mode. Wire out: least to most; tip p-p: its largest over"
-            " 30 s."
-        ),
-        table([joined(h) for h in SEGMENT_HEAD], map(segment_cells, segments(validation))),
-        *_covered(validation),
-        *_reading_notes(validation),
-        *_unjudged(validation),
-        heading("Steps"),
-        table([joined(h) for h in STEP_HEAD], (step_row(validation, step) for step in validation.steps), words=True),
-        heading("Verdict, line by line"),
-        *_verdict(validation),
-        _legend(validation.lines),
+def report(validation: Validation, figures: Mapping[str, bytes]) -> Document:
+    """The report. figures: PNG by stem, see `stillhook.validate.report.figures.figures`."""
+    sections = [
+        Section("Load cases", _load_cases(validation)),
+        Section("Steps", [Table(STEP_HEAD, [step_row(validation, step) for step in validation.steps])]),
+        Section("Verdict, line by line", _lines(validation)),
+        *(_step(validation, step, figures) for step in validation.steps),
+        Section("How the verdict is reached", [Text(JUDGED), Text(METHOD)]),
     ]
-    for step in validation.steps:
-        parts += _step(validation, step, figures)
-    parts += [heading("How the verdict is reached"), paragraph(JUDGED), paragraph(METHOD)]
-    return page(
-        f"Validation of {title(validation)}", parts, synthetic=SYNTHETIC if validation.campaign.synthetic else ""
+    return Document(
+        title=f"Validation of {title(validation)}",
+        marks=[SYNTHETIC] if validation.campaign.synthetic else [],
+        front=[*verdict(validation), _about(validation.campaign)],
+        sections=sections,
+        date=validation.campaign.date.isoformat(),
     )
 
 
-def _decisive(validation: Validation) -> list[str]:
-    """The lines that decide the verdict."""
-    lines = decisive(validation)
-    if not lines:
-        return []
-    title = deciding_title(any(line.failed for line in lines))
-    rows = (decisive_cells(validation, line) for line in lines)
-    return [paragraph(f"{title}:"), table(DECISIVE_HEAD, rows, no=_failed(lines), words=True)]
+def verdict(validation: Validation) -> list[Part]:
+    """The sentence, the lines that decide it, and the risks."""
+    passed = False if not validation.passed else True if validation.complete else None
+    parts: list[Part] = [Verdict(sentence(validation), passed)]
+    if lines := decisive(validation):
+        failed = any(line.failed for line in lines)
+        parts.append(deciding(deciding_title(failed), [decisive_cells(validation, line) for line in lines], failed))
+    return [*parts, Text(risks(validation.lines))]
 
 
-def _about(campaign: Campaign) -> str:
+def deciding(heading: str, rows: Sequence[Sequence[str]], failed: bool) -> Table:
+    """The lines that decide a verdict: outcome, key, and the value against its limit."""
+    return facts([(Verdict(word, not failed), key, text) for word, key, text in rows], heading)
+
+
+def _about(campaign: Campaign) -> Table:
     criteria = campaign.criteria
-    return table(
-        ("", ""),
-        (
+    return facts(
+        [
             ("twin under test", f"{campaign.crane.title} ({campaign.crane_name})"),
             ("date", campaign.date.isoformat()),
             ("tests", ", ".join(f"{t.name} ({t.kind.value})" for t in campaign.tests)),
             ("criteria", f"{criteria.label}: {criteria.source}"),
             *(("changed", text) for text in criteria.changes),
             *(("remark", text) for text in campaign.remarks),
-        ),
-        words=True,
+        ]
     )
 
 
-def _verdict(validation: Validation) -> list[str]:
+def _load_cases(validation: Validation) -> list[Part]:
+    parts: list[Part] = [Text(LOAD_CASES), Table(SEGMENT_HEAD, [segment_cells(s) for s in segments(validation)])]
+    parts += _covered(validation)
+    if notes := reading_notes(validation):
+        parts.append(Section("Notes from reading the logs", [Bullets(notes)]))
+    if names := unjudged.unjudged_says(validation):
+        parts.append(Section(unjudged.HEADING, [Text(unjudged.MEANING), Bullets(names)]))
+    return parts
+
+
+def _covered(validation: Validation) -> list[Part]:
+    """What the tests cover: the ranges stated in a certificate."""
+    if not validation.complete:
+        return []
+    ranges = envelope_of(validation.records, validation.campaign.criteria.settings["window"])
+    if ranges is None:
+        return []
+    envelope = Envelope.model_construct(None, **{name: tuple(ends) for name, ends in ranges.items()})
+    return [Text(COVERED), facts(list(envelope.says().items()))]
+
+
+def _lines(validation: Validation) -> list[Part]:
     """Every criterion in short; the steps have them in full."""
     lines = [line for step in validation.steps for line in lines_of(validation, step)]
     if not lines:
-        return [paragraph("No criterion judges these steps.")]
-    return [table(SHORT_HEAD, (short_cells(validation, line) for line in lines), no=_failed(lines), words=True)]
+        return [Text("No criterion judges these steps."), *legend(validation.lines)]
+    return [Table(SHORT_HEAD, [short_cells(validation, line) for line in lines]), *legend(validation.lines)]
 
 
-def _lines(validation: Validation, lines: Sequence[CriterionResult]) -> str:
-    """Verdict lines in full."""
-    return table(FULL_HEAD, (full_cells(validation, line) for line in lines), no=_failed(lines), words=True)
+def legend(lines: Sequence[CriterionResult]) -> list[Part]:
+    """Meaning of the verdicts among these lines."""
+    verdicts = {line.verdict for line in lines}
+    return [Bullets([f"{v.value}: {text}." for v, text in MEANING.items() if v in verdicts])]
 
 
-def _failed(lines: Sequence[CriterionResult]) -> list[int]:
-    return [i for i, line in enumerate(lines) if line.failed]
-
-
-def _legend(lines: Sequence[CriterionResult]) -> str:
-    used = {line.verdict for line in lines}
-    return bullets(f"{v.value}: {text}." for v, text in MEANING.items() if v in used)
-
-
-def _covered(validation: Validation) -> list[str]:
-    """What the tests cover: the ranges stated in a certificate."""
-    ranges = (
-        envelope_of(validation.records, validation.campaign.criteria.settings["window"])
-        if validation.complete
-        else None
-    )
-    if ranges is None:
-        return []
-    says = Envelope.model_construct(None, **{name: tuple(ends) for name, ends in ranges.items()}).says()
-    text = (
-        "Ranges covered by the tests with heave compensation. A certificate is valid inside these ranges, each"
-        " considered separately."
-    )
-    return [paragraph(text), table(("", ""), says.items(), words=True)]
-
-
-def _reading_notes(validation: Validation) -> list[str]:
-    """Notes from reading the logs."""
-    notes = reading_notes(validation)
-    return [subheading("Notes from reading the logs"), bullets(notes)] if notes else []
-
-
-def _unjudged(validation: Validation) -> list[str]:
-    """Signals that no line depends on."""
-    names = unjudged.unjudged_says(validation)
-    return [subheading(unjudged.HEADING), paragraph(unjudged.MEANING), bullets(names)] if names else []
-
-
-def _step(validation: Validation, step: Step, figures: Mapping[str, bytes]) -> Iterable[str]:
+def _step(validation: Validation, step: Step, figures: Mapping[str, bytes]) -> Section:
     number = int(step.number)
     lines = lines_of(validation, step)
-    yield heading(f"Step {number}: {step.title}")
-    yield paragraph(SHOWS[step.number])
-    failed = any(line.failed for line in lines)
-    yield paragraph(f"Step {number} alone: {step_verdict(validation, step)}.", no=failed)
-    yield bullets(step.statements) if step.statements else paragraph("No remarks.")
-    for step_table in step.tables:
-        yield from _table(step_table)
-    for stem, data in figures.items():
-        if stem.startswith(f"step-{number}-"):
-            yield picture(data, caption(stem))
+    outcome, failed = step_verdict(validation, step), any(line.failed for line in lines)
+    parts: list[Part] = [
+        Text(SHOWS[step.number]),
+        Verdict(f"Step {number} alone: {outcome}.", step_passed(outcome, failed)),
+        Bullets(step.statements) if step.statements else Text("No remarks."),
+        *step.tables,
+        *(Figure(png, caption(stem)) for stem, png in figures.items() if stem.startswith(f"step-{number}-")),
+    ]
     if lines:
-        yield subheading(f"Criteria of step {number}")
-        yield _lines(validation, lines)
+        rows = [full_cells(validation, line) for line in lines]
+        parts.append(Table(FULL_HEAD, rows, f"Criteria of step {number}"))
+    return Section(f"Step {number}: {step.title}", parts)
 
 
-def _table(step_table: Table) -> Iterable[str]:
-    yield subheading(step_table.title)
-    yield table([joined(h) for h in step_table.header], step_table.rows, words=bool(columns_of_words(step_table) - {0}))
+def step_passed(outcome: str, failed: bool) -> bool | None:
+    """Whether a step passed, by its outcome in words; None where nothing was judged or shown."""
+    return False if failed else True if outcome == Outcome.PASSED else None
 
 
 def caption(stem: str) -> str:

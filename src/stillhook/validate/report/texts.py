@@ -7,10 +7,12 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
+from stillhook.report import document
+from stillhook.report.document import Cell
 from stillhook.units import number
 from stillhook.validate.criteria.criteria import Criterion, Limit, Requirement
 from stillhook.validate.criteria.judge import in_words, interval_words, outcome_of, structural_words
-from stillhook.validate.criteria.results import RISK, CriterionResult, Outcome, Step, StepNumber, Table, Verdict
+from stillhook.validate.criteria.results import RISK, CriterionResult, Outcome, Step, StepNumber, Verdict
 from stillhook.validate.data_set.campaign import MARK
 from stillhook.validate.data_set.records.record import Segment
 from stillhook.validate.validation import Validation
@@ -39,18 +41,9 @@ SEGMENT_HEAD = ("test", "from\n[s]", "for\n[s]", "load\n[t]", "wire out\n[m]", "
 SHORT_HEAD = ("", "criterion", "found", "limit", "verdict")
 FULL_HEAD = ("", "criterion", "found (95 %)", "limit", "verdict", "rests on", "source")
 TERSE_HEAD = ("", "found", "95 %", "limit", "verdict")
-DECISIVE_HEAD = ("verdict", "", "governing line")
 STEP_HEAD = ("step", "", "shown", "not\nshown", "refuted", "info", "verdict")
 DECISIVE = 3
 """Number of lines directly below the verdict."""
-
-
-LONGEST_NUMBER = 20  # characters: a longer cell is text
-
-
-def columns_of_words(table: Table) -> set[int]:
-    """Indices of the columns of a step's table that hold text and may wrap."""
-    return {i for row in table.rows for i, cell in enumerate(row) if len(cell) > LONGEST_NUMBER}
 
 
 def title(validation: Validation) -> str:
@@ -207,34 +200,36 @@ def line_cells(validation: Validation, line: CriterionResult) -> tuple[str, ...]
     )
 
 
-def terse_cells(validation: Validation, line: CriterionResult) -> tuple[str, ...]:
+def terse_cells(validation: Validation, line: CriterionResult) -> tuple[Cell, ...]:
     """A verdict line without the text of the criterion, see TERSE_HEAD."""
-    key, _, figure, between, _, verdict, *_ = line_cells(validation, line)
+    key, _, figure, between, *_ = line_cells(validation, line)
     unit = figure.partition(" ")[2]
     bare = between.removesuffix(f" {unit}") if unit else between
-    return key, figure, bare, line.limit, "info" if line.verdict is Verdict.INFO else verdict
+    info = line.verdict is Verdict.INFO
+    return key, figure, bare, line.limit, document.Verdict("info") if info else line_verdict(line)
 
 
-def short_cells(validation: Validation, line: CriterionResult) -> tuple[str, ...]:
+def short_cells(validation: Validation, line: CriterionResult) -> tuple[Cell, ...]:
     """A verdict line in short, see SHORT_HEAD."""
-    key, title, figure, _, limit, verdict, *_ = line_cells(validation, line)
-    return key, title, figure, limit, verdict
+    key, title, figure, _, limit, *_ = line_cells(validation, line)
+    return key, title, figure, limit, line_verdict(line)
 
 
-def full_cells(validation: Validation, line: CriterionResult) -> tuple[str, ...]:
+def full_cells(validation: Validation, line: CriterionResult) -> tuple[Cell, ...]:
     """A verdict line in full with few columns, see FULL_HEAD."""
-    key, title, figure, between, *rest = line_cells(validation, line)
-    return key, title, f"{figure} ({between})" if between else figure, *rest
-
-
-def joined(header: str) -> str:
-    """The head of a column on one line."""
-    return header.replace("-\n", "").replace("\n", " ")
+    key, title, figure, between, limit, _, data, source = line_cells(validation, line)
+    return key, title, f"{figure} ({between})" if between else figure, limit, line_verdict(line), data, source
 
 
 def verdict_word(line: CriterionResult) -> str:
     """The verdict; in capitals where it blocks the certificate."""
     return line.verdict.value.upper() if line.failed else line.verdict.value
+
+
+def line_verdict(line: CriterionResult) -> document.Verdict:
+    """The verdict as a cell of a table."""
+    passed = False if line.failed else True if line.verdict is Verdict.SHOWN else None
+    return document.Verdict(verdict_word(line), passed)
 
 
 def segment_cells(segment: Segment) -> tuple[str, ...]:

@@ -14,9 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.report.document import Table
 from stillhook.statistics.block_bootstrap import interval
 from stillhook.units import number, show
-from stillhook.validate.criteria.results import Measure, Step, StepNumber, Table
+from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.data_set.records.saturation import FLAT, FULL
@@ -296,7 +297,7 @@ def _table(plateaus: Sequence[Plateau]) -> Table:
         errors = (_tenths(x / p.v_w - 1.0) if np.isfinite(x) else "-" for x in (p.driven, p.complete))
         rows.append((p.part.name, f"{p.start:.1f}", f"{p.duration:.1f}", WAYS[p.way], number(60.0 * p.v_w, 4), *errors))
     header = ("test", "from\n[s]", "for\n[s]", "", "wire speed\n[m/min]", "driven\ntwin [%]", "complete\ntwin [%]")
-    return Table("Wire speed with saturated pumps, and deviation of the twin", header, tuple(rows))
+    return Table(header, tuple(rows), "Wire speed with saturated pumps, and deviation of the twin")
 
 
 def _data(plateaus: Sequence[Plateau], times: Times) -> dict[str, object]:

@@ -20,7 +20,6 @@ from stillhook.plan.report.figures.style import (
     TWIN,
     WIDTH,
     canvas,
-    degrees,
     height,
     highest_shown,
     key_below,
@@ -31,6 +30,7 @@ from stillhook.plan.report.figures.style import (
 )
 from stillhook.plan.report.figures.weather import weather_figures
 from stillhook.plan.result.result import Credit, PlanResult
+from stillhook.report.formatting import direction
 from stillhook.report.pictures import pngs
 
 if TYPE_CHECKING:
@@ -142,7 +142,7 @@ def _strip(ax: Axes, result: PlanResult, credit: Credit, name: str) -> None:
     ax.set_xlim(-0.5, Hs.shape[1] - 0.5)
     ax.set_ylim(Hs.shape[0] - 0.5, -0.5)
     ax.set_xticks(range(Hs.shape[1]), [f"{T:g}" for T in result.data["period"].values], fontsize="small")
-    ax.set_yticks(range(Hs.shape[0]), [degrees(b) for b in result.data["heading"].values], fontsize="small")
+    ax.set_yticks(range(Hs.shape[0]), [direction(b) for b in result.data["heading"].values], fontsize="small")
     ax.tick_params(length=0)
 
 
@@ -198,7 +198,7 @@ def curves(result: PlanResult) -> Figure:
                 ax.plot(T, twin, ls="--", **style)
             if name in ("none", "cap-80"):
                 ax.plot(T, np.minimum(closed[a, i], highest), ls=":", **style)
-        ax.set_title(f"waves at {degrees(data['heading'].values[i])}", fontsize="small")
+        ax.set_title(f"waves at {direction(data['heading'].values[i])}", fontsize="small")
         ax.set_xlabel("peak period Tp [s]", fontsize="small")
         ax.axhline(highest, color="#777777", lw=0.8)
     first = axes[0, 0]

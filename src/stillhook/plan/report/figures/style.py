@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray
 from stillhook.plan.definition.compensation import ALTERNATIVES, Alternative
 from stillhook.plan.result.result import CREDITS, PlanResult
+from stillhook.report.formatting import direction
 from stillhook.report.plots.run import COLOURS
-from stillhook.units import in_display, number, show
+from stillhook.units import number, show
 
 if TYPE_CHECKING:
     import xarray
@@ -66,11 +67,6 @@ def height(Hs: float, highest: float) -> str:
     return f"{Hs:.2f}" if Hs > 0.0 else "0"
 
 
-def degrees(beta: float) -> str:
-    """A direction in whole degrees."""
-    return f"{in_display(float(beta), 'angle'):.0f}°"
-
-
 def sea_words(attrs: Mapping[str, Any]) -> str:
     """The sea of a block: "Hs 2 m, Tp 9 s, waves at 180°", of what it says."""
     words = []
@@ -79,7 +75,7 @@ def sea_words(attrs: Mapping[str, Any]) -> str:
     if "Tp" in attrs:
         words.append(f"Tp {show(float(attrs['Tp']), 'time', 3)}")
     if "beta" in attrs:
-        words.append(f"waves at {degrees(attrs['beta'])}")
+        words.append(f"waves at {direction(attrs['beta'])}")
     return ", ".join(words)
 
 

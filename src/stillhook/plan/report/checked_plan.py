@@ -1,76 +1,52 @@
-"""`stillhook plan --check`: what a plan asks, in tables, before anything is run."""
+"""What a plan requests, before anything is run: phases, times, seas, and rules with their limits."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from stillhook.report.running_text import wrapped
-from stillhook.report.terminal import human, print_json, print_table, unit_of
-
-if TYPE_CHECKING:
-    from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.report.document import Document, Part, Table, Text
+from stillhook.report.formatting import fixed, fmt, hours, variable
 
 PHASES = ("phase", "kind", "winch", "underside\nfrom", "to", "speed", "duration", "tension\nat rest", "natural\nperiod")
 LIMITS = ("rule", "quantity", "phases", "under", "limit", "of what")
 
 
-def print_check(plan: LiftPlan, json: bool) -> None:
-    """Phases, times, seas and rules with their limits; with json the same as plain data in SI."""
-    from stillhook.plan.check import checked
-
-    answer = checked(plan)
-    if json:
-        print_json(answer)
-        return
-    wrapped(
-        f"{answer['name']}: {answer['crane']} on {answer['vessel']}, {answer['payload']},"
-        f" {_text(answer['depth'], 'length')} deep"
-    )
-    print_table(PHASES, [_phase(row) for row in answer["phases"]], left=3)
-    print(_times(answer))
-    print(_seas(answer))
-    if answer["weather"] is not None:
-        wrapped(_weather(answer["weather"]))
-    if answer["resonance"]:
-        where = ", ".join(f"{row['T']:.4g} s at {_text(-row['z'], 'length')}" for row in answer["resonance"])
-        print(f"the load on its wire is in resonance with peak periods of {where} depth")
+def checked_plan(answer: dict[str, Any]) -> Document:
+    """answer: of `stillhook.plan.check.checked`."""
     rules = answer["rules"]
-    print_table(LIMITS, _rules(answer), left=4, texts={5}, title=f"{rules['name']} version {rules['version']}")
-    for line in (*rules["changes"], *answer["notes"]):
-        wrapped(line)
-
-
-def _text(value: float, kind: str) -> str:
-    from stillhook.units import show
-
-    return show(value, kind)
+    parts: list[Part] = [Table(PHASES, [_phase(row) for row in answer["phases"]]), Text(_times(answer))]
+    parts.append(Text(_seas(answer)))
+    if answer["weather"] is not None:
+        parts.append(Text(_weather(answer["weather"])))
+    if answer["resonance"]:
+        where = ", ".join(f"{row['T']:.4g} s at {fmt(-row['z'], 'length')}" for row in answer["resonance"])
+        parts.append(Text(f"the load on its wire is in resonance with peak periods of {where} depth"))
+    parts.append(Table(LIMITS, _rules(answer), f"{rules['name']} version {rules['version']}"))
+    parts += [Text(line) for line in (*rules["changes"], *answer["notes"])]
+    subject = f"{answer['crane']} on {answer['vessel']}, {answer['payload']}, {fmt(answer['depth'], 'length')} deep"
+    return Document(answer["name"], name=subject, front=parts)
 
 
 def _phase(row: dict[str, Any]) -> list[str]:
-    speed = "-" if row["speed"] is None else _text(row["speed"], "speed")
-    period = "-" if math.isnan(row["T_0"]) else f"{row['T_0']:.2f} s"
-    ends = [_text(row[key], "length") for key in ("start", "end")]
     return [
         row["name"],
         row["kind"],
         row["mode"],
-        *ends,
-        speed,
+        *(fmt(row[key], "length") for key in ("start", "end")),
+        fmt(row["speed"], "speed"),
         f"{row['duration'] / 60.0:.1f} min",
-        _text(row["F_top_static"], "force"),
-        period,
+        fmt(row["F_top_static"], "force"),
+        "-" if math.isnan(row["T_0"]) else f"{fixed(row['T_0'], 2)} s",
     ]
 
 
 def _times(answer: dict[str, Any]) -> str:
-    hours = {
-        key: "not assessed" if answer[key] is None else f"{answer[key] / 3600.0:.3g} h"
-        for key in ("T_phases", "T_POP", "T_C", "T_R")
-    }
+    keys = ("T_phases", "T_POP", "T_C", "T_R")
+    times = {key: "not assessed" if answer[key] is None else hours(answer[key]) for key in keys}
     restricted = "weather restricted" if answer["weather_restricted"] else "not weather restricted"
-    return f"phases {hours['T_phases']}, T_POP {hours['T_POP']}, T_C {hours['T_C']}, T_R {hours['T_R']}: {restricted}"
+    return f"phases {times['T_phases']}, T_POP {times['T_POP']}, T_C {times['T_C']}, T_R {times['T_R']}: {restricted}"
 
 
 def _seas(answer: dict[str, Any]) -> str:
@@ -101,7 +77,7 @@ def _rules(answer: dict[str, Any]) -> list[list[str]]:
     rows_by_limit: dict[tuple[str, str, str, str], dict[str, list[str]]] = {}
     for at in answer["limits"]:
         for rule in at["rules"]:
-            limit = f"{human(rule['quantity'], rule['limit'], 4)} {unit_of(rule['quantity'])}".rstrip()
+            limit = _limit(rule["quantity"], rule["limit"])
             row = rows_by_limit.setdefault((rule["rule"], rule["quantity"], limit, rule["basis"]), {})
             row.setdefault(at["phase"], []).append(at["alternative"])
     order = {row["key"]: i for i, row in enumerate(answer["rules"]["rows"])}
@@ -112,6 +88,10 @@ def _rules(answer: dict[str, Any]) -> list[list[str]]:
             of_phases = [phase for phase, names in where.items() if tuple(names) == under]
             rows.append([key, quantity, _some(of_phases, phases), _some(under, alternatives), limit, basis])
     return rows
+
+
+def _limit(quantity: str, limit: Any) -> str:
+    return limit if isinstance(limit, str) else variable(quantity, limit)
 
 
 def _some(names: Sequence[str], everything: Sequence[str]) -> str:

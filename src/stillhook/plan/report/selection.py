@@ -1,80 +1,18 @@
-"""Pieces that a plan's report is made of: plain data that the page and the PDF set alike, and how numbers are
-written."""
+"""What the sections of a plan's report have in common: the alternative that leads, its limits, and ranges in words."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.plan.report.figures.style import CREDITED, TWIN, degrees, height, named, names
+from stillhook.plan.report.figures.style import CREDITED, TWIN, height, named, names
 from stillhook.plan.result.result import Credit, PlanResult
 from stillhook.plan.table.table import LimitTable
-from stillhook.spec.validity import SHORT
-from stillhook.units import number, show
-from stillhook.variables import BY_NAME
-
-Part = dict[str, Any]
-"""One piece: kind is text, sub, facts, bullets, table or figure; the rest is what it says."""
-HOUR, DAY = 3600.0, 86400.0
-WIDE, WIDER, NUMBER = "1fr", "2fr", "number"
-"""Columns of words that fold, and of numbers, which stand at the right."""
-
-
-def text(content: str) -> Part:
-    """A paragraph."""
-    return {"kind": "text", "text": content}
-
-
-def sub(title: str) -> Part:
-    """A heading inside a section."""
-    return {"kind": "sub", "text": title}
-
-
-def facts(rows: Iterable[tuple[str, str]]) -> Part:
-    """Names with what they are."""
-    return {"kind": "facts", "rows": [list(row) for row in rows]}
-
-
-def bullets(lines: Iterable[str]) -> Part:
-    """Sentences, one below the other."""
-    return {"kind": "bullets", "lines": list(lines)}
-
-
-def table(
-    header: Sequence[str],
-    rows: Iterable[Sequence[str]],
-    *,
-    wide: Sequence[int] = (),
-    wider: Sequence[int] = (),
-    numbers: Sequence[int] = (),
-    strong: Sequence[int] = (),
-    strong_rows: Sequence[int] = (),
-    small: bool = False,
-) -> Part:
-    """A table of texts.
-
-    wide, wider: places of columns of words, which fold; numbers: of columns of numbers; strong, strong_rows: columns
-    and rows that count; small letters.
-    """
-    kinds = {**dict.fromkeys(wide, WIDE), **dict.fromkeys(wider, WIDER), **dict.fromkeys(numbers, NUMBER)}
-    return {
-        "kind": "table",
-        "header": list(header),
-        "rows": [list(row) for row in rows],
-        "small": small,
-        "columns": [kinds.get(i, "auto") for i in range(len(header))],
-        "strong": list(strong),
-        "strong_rows": list(strong_rows),
-    }
-
-
-def figure(stem: str, caption: str, tall: float = 118.0) -> Part:
-    """A picture by the stem of its file; tall: no taller than this on paper [mm]."""
-    return {"kind": "figure", "stem": stem, "file": f"{stem}.png", "caption": caption, "tall": tall}
+from stillhook.report.formatting import EMPTY, direction, fmt, kind_of
+from stillhook.units import number
 
 
 def leading(result: PlanResult) -> str:
@@ -136,7 +74,7 @@ def _in_words(Hs: float, top: float) -> str:
 
 def over(values: Sequence[float] | FloatArray, kind: str) -> str:
     """Range of values in words: "5 s to 16 s", "150° to 180°"."""
-    ends = [degrees(x) if kind == "angle" else show(float(x), kind, 4) for x in (min(values), max(values))]
+    ends = [direction(x) if kind == "angle" else fmt(float(x), kind) for x in (min(values), max(values))]
     return ends[0] if ends[0] == ends[1] else f"{ends[0]} to {ends[1]}"
 
 
@@ -145,41 +83,14 @@ def governs(phase: str, rule: str) -> str:
     return f"{phase}: {rule.replace('-', ' ')}" if phase and rule else "-"
 
 
-def hours(seconds: object) -> str:
-    """A time in hours."""
-    return (
-        "-"
-        if seconds is None or not math.isfinite(float(str(seconds)))
-        else f"{number(float(str(seconds)) / HOUR, 3)} h"
-    )
-
-
-def days(seconds: float) -> str:
-    """A time in days; hours below one and a half."""
-    if not math.isfinite(seconds):
-        return "-"
-    return f"{number(seconds / DAY, 3)} d" if seconds >= 1.5 * DAY else f"{number(seconds / HOUR, 3)} h"
-
-
-def percent(part: float) -> str:
-    """A part as per cent."""
-    return "-" if math.isnan(part) else f"{number(100.0 * part, 3)} %"
-
-
 def valued(value: object, quantity: str) -> str:
     """A limit in the display unit of its quantity; a name stays what it is."""
     if not isinstance(value, int | float):
-        return "-" if value is None else str(value)
-    kind = BY_NAME[quantity].kind if quantity in BY_NAME else ""
+        return EMPTY if value is None else str(value)
+    kind = kind_of(quantity)
     if kind == "speed":  # at sea motions are told in m/s, winches in m/min
-        return f"{number(float(value), 3)} m/s ({show(float(value), kind, 3)})"
-    return show(float(value), kind, 4) if kind else number(float(value), 4)
-
-
-def short(digest: object) -> str:
-    """The start of a hash, in groups of four."""
-    content = str(digest)[:SHORT]
-    return " ".join(content[i : i + 4] for i in range(0, len(content), 4))
+        return f"{fmt(value, digits=3)} m/s ({fmt(value, kind, 3)})"
+    return fmt(value, kind)
 
 
 def of_rule(facts_: Mapping[str, Any], key: str) -> Mapping[str, Any]:

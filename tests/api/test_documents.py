@@ -1,0 +1,128 @@
+"""One document gives the same texts on a terminal, as a page and on paper; nothing in it is taken for markup."""
+
+import io
+import math
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.image import imsave
+
+from stillhook.report.document import Bullets, Column, Document, Figure, Section, Table, Text, Verdict, facts
+from stillhook.report.formatting import cell, change, days, direction, fixed, fmt, groups, hours, percent, percent_fixed
+from stillhook.report.html import html
+from stillhook.report.pdf import Unset, pages, pdf
+from stillhook.report.terminal import print_document
+
+
+def dot() -> bytes:
+    image = io.BytesIO()
+    imsave(image, np.full((2, 2, 3), 255, np.uint8), format="png")
+    return image.getvalue()
+
+
+LIMITS = Table(
+    ("criterion", "para-\nmeters", "limit\n[cm]", "verdict"),
+    [("2b", "12", "within +-5", Verdict("REFUTED", passed=False)), ("2c", "3", "1.5", Verdict("shown", passed=True))],
+    "Limits of <step> 5",
+)
+DOCUMENT = Document(
+    title="Report",
+    name="crane & twin",
+    subtitle="250 t",
+    marks=["SYNTHETIC: simulated"],
+    front=[Verdict("NOT SHOWN", passed=False, text=["One line is refuted."])],
+    sections=[
+        Section("1. Limits", [LIMITS, Section("Notes", [Bullets(["first [b]", "second"]), Text("A paragraph.")])]),
+        Section("2. Inputs", [facts([("crane", "nov-250t")], "Files"), Figure(dot(), "A picture.")]),
+    ],
+    signatures=("Prepared by",),
+    number="0123",
+    date="2026-11-21",
+)
+TEXTS = (
+    "250 t",
+    "SYNTHETIC: simulated",
+    "NOT SHOWN",
+    "One line is refuted.",
+    "1. Limits",
+    "Notes",
+    "second",
+    "A paragraph.",
+)
+
+
+def test_every_text_is_on_the_terminal(capsys):
+    print_document(DOCUMENT)
+    out = capsys.readouterr().out
+    assert out.startswith("Report: crane & twin\n")
+    for text in (*TEXTS, "Limits of <step> 5", "- first [b]", "REFUTED", "Files:", "crane: nov-250t"):
+        assert text in out
+
+
+def test_every_text_is_on_the_page_and_none_is_markup():
+    page = html(DOCUMENT)
+    for text in (*TEXTS, "Limits of &lt;step&gt; 5", "parameters", "limit [cm]", "within ±5", "crane &amp; twin"):
+        assert text in page
+    assert '<span class="no">REFUTED</span>' in page
+    assert '<span class="yes">shown</span>' in page
+    assert [int(level) for level in re.findall(r"<h(\d)>", page)] == [1, 2, 3, 3, 2, 3]
+    assert page.count("<img") == 1
+
+
+def test_paper_is_the_same_bytes_every_time():
+    assert pdf(DOCUMENT) == pdf(DOCUMENT)
+    assert len(pages(DOCUMENT, 20.0)) == 2  # the first page ends with its signatures
+
+
+def test_a_picture_that_cannot_be_read_is_refused():
+    with pytest.raises(Unset, match="cannot be set"):
+        pdf(replace(DOCUMENT, sections=[Section("Figures", [Figure(b"none", "")])]))
+
+
+def test_a_section_is_found_by_the_end_of_its_title():
+    assert DOCUMENT.section("Notes").parts[0] == Bullets(["first [b]", "second"])
+
+
+@pytest.mark.parametrize(
+    ("cells", "kind"),
+    [
+        (["1.5", "-", "> 4", "", "-0.208 to 0.3 %"], Column.NUMBER),
+        (["56.2 % (39.3 % to 71.8 %)"], Column.NUMBER),
+        (["manual", "ns"], Column.WORD),
+        (["2 load cases, 740 s, 71 effective windows"], Column.TEXT),
+        (["the load on its wire is in resonance"], Column.TEXT),
+        ([Verdict("shown")], Column.WORD),
+    ],
+)
+def test_columns_are_aligned_by_what_they_hold(cells, kind):
+    assert Table(("", "x"), [("a", x) for x in cells]).kinds == (Column.WORD, kind)
+
+
+def test_numbers_are_written_in_one_way_and_missing_ones_are_dashes():
+    assert [fmt(x, "pressure") for x in (2.5e7, math.nan, None)] == ["250 bar", "-", "-"]
+    assert [fmt(1234.5678), fmt(0.0)] == ["1235", "0"]
+    assert [percent(0.12345), percent(1e-9), percent(math.nan)] == ["12.3 %", "0 %", "-"]
+    assert [percent_fixed(0.5), percent_fixed(0.5, 0), change(-0.05), change(0.1, 0)] == [
+        "50.00 %",
+        "50 %",
+        "-5.0 %",
+        "+10 %",
+    ]
+    assert [fixed(-0.001, 1), fixed(None, 1)] == ["0.0", "-"]
+    assert [hours(5400.0), days(86400.0), days(864000.0), days(math.inf)] == ["1.5 h", "24 h", "10 d", "-"]
+    assert [direction(math.pi), groups("0123456789", 6)] == ["180°", "0123 45"]
+    assert [
+        cell("e_c_pp", 0.1234),
+        cell("e_c_pp", 2.5),
+        cell("eta_c", 0.9876),
+        cell("p_max", 2e7),
+        cell("status", "ok"),
+    ] == [
+        "123.4 mm",
+        "2.5 m",
+        "98.8 %",
+        "200 bar",
+        "ok",
+    ]
