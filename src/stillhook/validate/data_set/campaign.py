@@ -182,7 +182,7 @@ def load_campaign(path: str | Path) -> Campaign:
 def _campaign(table: TomlTable) -> Campaign:
     file = table.read(CampaignFile)
     crane = load_crane(table.toml_beside(file.crane))
-    mapping = None if file.signals is None else mapping_from(file.signals, "signals")
+    mapping = None if file.signals is None else mapping_from(file.signals, table.path.name)
     modes = {key.strip(): mode for key, mode in file.modes.items()}
     tests = tuple(_test(row, i, table.at("test", i), crane, mapping, modes) for i, row in enumerate(file.test))
     check_names(tests, ValidateError)
@@ -222,7 +222,7 @@ def _test(
     if row.water is not None and mass is not None and row.water.rho * row.water.volume > mass + crane.hook_mass:
         raise table.wrong(f"a payload of {show(mass, 'mass')} floats. Check load and volume.", "water", "volume")
     if row.signals is not None:
-        mapping = mapping_from(row.signals, table.place("signals"))
+        mapping = mapping_from(row.signals, f"{table.path.name}: {table.place()}")
     _two_columns(mapping, f"{table.place()}: ")
     mapping, meaning = with_modes(mapping, modes)
     return CraneTest(

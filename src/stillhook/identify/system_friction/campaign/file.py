@@ -162,7 +162,7 @@ def _campaign(table: TomlTable) -> Campaign:
     file = table.read(CampaignFile)
     crane = load_crane(table.toml_beside(file.crane))
     motor, motor_name, motor_sources, evidence = _motor(file, table, crane)
-    mapping = None if file.signals is None else mapping_from(file.signals, "signals")
+    mapping = None if file.signals is None else mapping_from(file.signals, table.path.name)
     count = _count(file, table, crane)
     tests = tuple(_test(row, i, table.at("test", i), crane, motor, count, mapping) for i, row in enumerate(file.test))
     check_parts(tests, IdentifyError)
@@ -228,7 +228,7 @@ def _test(
     if row.s_w is not None and row.s_w > L_full:
         raise table.wrong(f'"{crane.name}" has 0 m to {show(L_full, "length")} of wire.', "s_w")
     if row.signals is not None:
-        mapping = mapping_from(row.signals, table.place("signals"))
+        mapping = mapping_from(row.signals, f"{table.path.name}: {table.place()}")
     return CraneTest(
         name=row.name or str(i + 1),
         log=table.file_beside(row.log, "log"),
