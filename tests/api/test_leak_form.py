@@ -13,10 +13,10 @@ from stillhook.library import changed, crane_toml, cranes, sheet
 from stillhook.library.leakage import leak_at, leak_misfit, stated_leak
 from stillhook.physics.hydraulics.motor import motor_leakage
 from stillhook.physics.hydraulics.pump import pump_leakage
-from stillhook.spec.circuits import LeakForm
 from stillhook.spec.scenario import Scenario
 from stillhook.units import in_display
 from stillhook.validate.dynamics.fitting.unknowns import bent
+from stillhook.winches.circuits import LeakForm
 
 CRANE = load_crane("nov-250t")
 N = 1000.0 * math.pi / 30.0  # rad/s

@@ -22,8 +22,8 @@ from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.shapes import Shape
-from stillhook.spec.plausible import RANGES, implausible_values, marked, ranges_of
 from stillhook.spec.scenario import Scenario
+from stillhook.tables.plausible import RANGES, implausible_values, marked, ranges_of
 from stillhook.units import KINDS, show
 
 COUNTS = {"Sensors.seed", "PowerLoss.unit"}
@@ -65,7 +65,7 @@ def every_number() -> list[tuple[type[BaseModel], str, int]]:
 
 @pytest.mark.parametrize(("model", "name", "count"), every_number(), ids=lambda x: getattr(x, "__name__", str(x)))
 def test_every_number_of_crane_scenario_payload_and_lowering_has_a_range(model, name, count):
-    """A field without one is found here: add its line to `stillhook.spec.plausible.RANGES`."""
+    """A field without one is found here: add its line to `stillhook.tables.plausible.RANGES`."""
     if f"{model.__name__}.{name}" not in COUNTS:
         assert len(ranges_of(model, name)) == count
 

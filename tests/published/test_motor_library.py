@@ -8,9 +8,9 @@ from stillhook.library import frictions, leak_table, load_crane, motor, motors, 
 from stillhook.physics.friction import SystemFriction as FrictionRecord
 from stillhook.physics.friction import system_friction as friction_torque
 from stillhook.physics.hydraulics.motor import torque_loss
-from stillhook.spec.circuits import Motor
 from stillhook.spec.crane import SystemFriction
 from stillhook.units import in_display, parse
+from stillhook.winches.circuits import Motor
 
 ROUNDING = 1e-12  # relative; printed digits through the unit factors
 

@@ -13,7 +13,6 @@ from tests.validate.parameter_logs import checked, records
 from stillhook.library import crane_toml, load_crane
 from stillhook.library.crane_file.load import changed
 from stillhook.library.leakage import leak_at, stated_leak
-from stillhook.spec.circuits import LeakForm
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import in_display
 from stillhook.validate.criteria.judge import judge
@@ -24,6 +23,7 @@ from stillhook.validate.dynamics.tuned_crane import tuned_crane
 from stillhook.validate.parameters.circuit import leakage as implied_leak
 from stillhook.validate.parameters.circuit.flow import balance, leak_rows
 from stillhook.validate.parameters.circuit.leakage import EXTRAPOLATED, FEWEST_FOR_FORM, choose, form_says
+from stillhook.winches.circuits import LeakForm
 
 CONSTANT = changed(TWIN, {"active": {"leak": {"form": "constant"}}})
 STROKE = changed(TWIN, {"active": {"leak": {"form": "stroke"}}})

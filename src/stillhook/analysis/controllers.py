@@ -26,7 +26,7 @@ from stillhook.library.toml.kinds import FileKind
 from stillhook.library.write import toml_value
 from stillhook.spec.crane import Control, Crane
 from stillhook.spec.scenario import Mode, mode_of
-from stillhook.spec.table import Spec
+from stillhook.tables.table import Spec
 from stillhook.units import quote
 
 Changes = Mapping[str, Any]

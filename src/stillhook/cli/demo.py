@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from stillhook.cli.simulation.runs import COLUMNS, HEADERS, check_out, print_notes, row, write_comparison
+from stillhook.cli.simulation.runs import check_out, headers, print_notes, row, write_comparison
 from stillhook.report.terminal import print_table, progress_bar, started
 
 SHOWN = 40.0
@@ -67,12 +67,15 @@ def _motions(out: Path) -> None:
         with progress_bar(file.case.name) as bar:
             result = side_by_side(file.crane, file.case, progress=started(file.crane, bar, series=True))
         results.append((file.case.name, result))
-        rows += [[file.case.name if i == 0 else "", r.mode.value, *row(r.summary)] for i, r in enumerate(result.runs)]
+        rows += [
+            [file.case.name if i == 0 else "", r.mode.value, *row(file.crane, r.summary)]
+            for i, r in enumerate(result.runs)
+        ]
     crane, case = cases[0].crane, cases[0].case
     from stillhook.units import show
 
     title = f"{crane.title}: {show(case.load, 'mass')} on the hook, {show(case.s_w, 'length')} of wire out"
-    print_table(["motion of the crane tip", "mode", *(HEADERS[c] for c in COLUMNS)], rows, title=title, left=2)
+    print_table(["motion of the crane tip", "mode", *headers(crane)], rows, title=title, left=2)
     print(
         "NS and HS: classic control, fixed motors, normal and high speed. SSC: semi-secondary control, motors move with"
         " the pumps."

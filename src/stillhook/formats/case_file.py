@@ -18,9 +18,9 @@ from stillhook.library.toml.kinds import FileKind
 from stillhook.sea.motion.motion import Motion, Profile
 from stillhook.sea.motion.text import parse_motion
 from stillhook.spec.crane import Crane
-from stillhook.spec.problem import first_problem
 from stillhook.spec.scenario import Scenario
-from stillhook.spec.table import Spec, Text
+from stillhook.tables.problem import first_problem
+from stillhook.tables.table import Spec, Text
 
 
 class TipFile(Spec):

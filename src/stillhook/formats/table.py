@@ -32,7 +32,7 @@ from stillhook.formats.binary.reader import read_binary, refuse_bomb
 from stillhook.formats.csv_table import csv_table, csv_text
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind, toml_instead
-from stillhook.spec.table import Number, Spec, Text
+from stillhook.tables.table import Number, Spec, Text
 from stillhook.units import KINDS, parse, quote
 
 LARGEST_TABLE = 50_000_000

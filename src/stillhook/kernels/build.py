@@ -41,7 +41,7 @@ def kernel_hash() -> str:
     return digest.hexdigest()[:16]
 
 
-RESULT_FOLDERS = (*KERNEL_FOLDERS, "engine", "sea", "spec", "library")
+RESULT_FOLDERS = (*KERNEL_FOLDERS, "engine", "sea", "spec", "tables", "library")
 RESULT_FILES = ("metrics.py", "variables.csv", "variables.py")
 
 

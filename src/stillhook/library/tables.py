@@ -10,8 +10,8 @@ from pydantic import Field, ValidationError, model_validator
 from stillhook import units as u
 from stillhook.library.toml.explain import explain
 from stillhook.library.toml.tree import Tree, library_tree, shelf, values
-from stillhook.spec.circuits import Motor
 from stillhook.spec.crane import Spec, SystemFriction
+from stillhook.winches.circuits import Motor
 
 _Table = TypeVar("_Table", bound=Spec)
 

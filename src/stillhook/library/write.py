@@ -43,7 +43,7 @@ def leaves(spec: Spec, sources: Mapping[str, Source]) -> Iterator[Item]:
 
 def _walk(spec: Spec, path: str) -> Iterator[tuple[str, str, FieldInfo, Any]]:
     for name, field in type(spec).model_fields.items():
-        value = getattr(spec, name)
+        value = spec.__dict__.get(name)
         place = f"{path}.{name}" if path else name
         if isinstance(value, Spec):
             yield from _walk(value, place)

@@ -16,7 +16,7 @@ from stillhook.engine.pack.wire_weight import wire_carried
 from stillhook.errors import StillhookError
 from stillhook.library.toml.file import TomlTable
 from stillhook.spec.crane import Crane
-from stillhook.spec.table import Spec, Text
+from stillhook.tables.table import Spec, Text
 from stillhook.units import quote, show
 
 

@@ -38,9 +38,9 @@ from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.tip import TipPoint
 from stillhook.spec.crane import content
-from stillhook.spec.plausible import implausible_values
-from stillhook.spec.problem import with_place
-from stillhook.spec.table import Part, Spec, Text
+from stillhook.tables.plausible import implausible_values
+from stillhook.tables.problem import with_place
+from stillhook.tables.table import Part, Spec, Text
 from stillhook.units import number, quote
 from stillhook.weather.mapped import mapped
 

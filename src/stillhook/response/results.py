@@ -16,7 +16,7 @@ from stillhook.response.lift import FLAGS, LiftResponse, Waves
 from stillhook.response.linear_drag import answers
 from stillhook.response.standard_deviations import sigmas
 from stillhook.response.winch.describing_function import Residual
-from stillhook.spec.plausible import implausible_values, marked
+from stillhook.tables.plausible import implausible_values, marked
 from stillhook.units import show
 
 if TYPE_CHECKING:

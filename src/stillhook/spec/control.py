@@ -9,7 +9,7 @@ from pydantic import Field, create_model
 from stillhook import units as u
 from stillhook.control.interface import Setting
 from stillhook.control.registry import CONTROLLERS, ControlLaw
-from stillhook.spec.table import Fraction, Number, Spec
+from stillhook.tables.table import Fraction, Number, Spec
 
 
 class Control(Spec):

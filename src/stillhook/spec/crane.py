@@ -13,20 +13,20 @@ import json
 import math
 from collections.abc import Iterator, Mapping
 from enum import StrEnum
-from typing import Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, create_model, model_validator
 
 from stillhook import units as u
-from stillhook.errors import UnitError
+from stillhook.errors import SpecError, UnitError
 from stillhook.physics.scalar import G
-from stillhook.spec.circuits import ActiveCircuit, PassiveCircuit
 from stillhook.spec.control import Control as Control
-from stillhook.spec.table import Count, Fraction, Number, Text
-from stillhook.spec.table import Source as Source
-from stillhook.spec.table import SourceKind as SourceKind
-from stillhook.spec.table import Spec as Spec
 from stillhook.spec.validity import Certified
+from stillhook.tables.table import Count, Fraction, Number, Text
+from stillhook.tables.table import Source as Source
+from stillhook.tables.table import SourceKind as SourceKind
+from stillhook.tables.table import Spec as Spec
+from stillhook.winches.circuits import ActiveCircuit, PassiveCircuit
 from stillhook.winches.registry import WINCH_TYPES
 from stillhook.winches.registry import Plant as Plant
 
@@ -139,7 +139,7 @@ class Crane(Spec):
     plant: Plant = Field(description="winch type")
     SWL: u.Mass = Field(gt=0, description="safe working load")
     hook_mass: u.Mass = Field(ge=0, description="hook block")
-    active: ActiveCircuit
+    active: ActiveCircuit = Field(default=None, description="closed circuit that moves the drum")  # type: ignore[assignment]
     passive: PassiveCircuit | None = None
     drum: Drum
     gear_ratios: tuple[Annotated[u.GearRatio, Field(gt=0, le=1e6)], ...] = Field(
@@ -160,8 +160,21 @@ class Crane(Spec):
     @property
     def circuits(self) -> dict[str, ActiveCircuit | PassiveCircuit]:
         """Its closed circuits by name, the active one first."""
-        tables = {name: getattr(self, name) for name in ("active", "passive")}
+        tables = {name: self.table(name) for name in ("active", "passive")}
         return {name: table for name, table in tables.items() if table is not None}
+
+    def table(self, name: str) -> Any:
+        """A table of the file by its name; None where the file has none."""
+        return self.__dict__.get(name)
+
+    def __getattr__(self, name: str) -> Any:
+        """Errors: SpecError for a circuit that this winch type does not have."""
+        if name == "active" and "plant" in self.__dict__:
+            raise SpecError(
+                f'"{self.name}": winch type "{self.plant}" has no closed circuit, on which this question rests. Choose'
+                " another crane, or another question."
+            )
+        raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
     @property
     def motors(self) -> tuple[Any, ...]:
@@ -184,6 +197,8 @@ class Crane(Spec):
 
     @model_validator(mode="after")
     def _parts_fit_together(self) -> Self:
+        if self.table("active") is None:
+            self.__dict__.pop("active")
         for problem in _misfits(self):
             raise ValueError(problem)
         return self
@@ -240,12 +255,13 @@ def inertia_ratio_without_wire(crane: Crane) -> float:
 def _misfits(crane: Crane) -> Iterator[str]:
     """Why the parts of a crane do not fit together, worst first."""
     for table in dict.fromkeys(name for each in WINCH_TYPES.values() for name in each.tables):
-        present, needed = getattr(crane, table) is not None, table in crane.plant.type.tables
+        present, needed = crane.table(table) is not None, table in crane.plant.type.tables
         if present != needed:
             need, do = ("needs", "add") if needed else ("has no", "remove")
             yield f'plant "{crane.plant}" {need} table [{table}]. Change plant, or {do} [{table}].'
             return
-    drum, wire, control, alpha_min = crane.drum, crane.wire, crane.control, crane.active.motor.alpha_min
+    drum, wire, control = crane.drum, crane.wire, crane.control
+    alpha_min = crane.plant.type.least_displacement(crane)
     if wire.zeta_low is not None and wire.zeta_high is not None and wire.zeta_low > wire.zeta_high:
         yield (
             f"wire.zeta_low {wire.zeta_low:g} is above wire.zeta_high {wire.zeta_high:g}. Change the one that is out of"
@@ -257,7 +273,7 @@ def _misfits(crane: Crane) -> Iterator[str]:
             f"brake.T {u.show(crane.brake.T, 'torque')} does not hold SWL and hook on the full drum:"
             f" {u.show(T_hold, 'torque')} at the motor shaft. Raise brake.T."
         )
-    if not alpha_min <= control.alpha_hs <= control.alpha_ns:
+    if crane.circuits and not alpha_min <= control.alpha_hs <= control.alpha_ns:
         yield (
             f"active.motor.alpha_min {alpha_min}, control.alpha_hs {control.alpha_hs} and control.alpha_ns "
             f"{control.alpha_ns} must not fall in this order. Change the one that is out of place."
@@ -282,3 +298,11 @@ def _misfits(crane: Crane) -> Iterator[str]:
             f"inertia.J_m_eff {u.show(J_m_eff, 'inertia')} is not the sum {J:.4g} kg m^2 of motors, J_gear, drum and "
             f'full wire. Set inertia.J_m_eff = "{J:.4g} kg m^2", or change inertia.J_drum or inertia.J_gear.'
         )
+
+
+TABLES = {name: model for each in WINCH_TYPES.values() for name, model in each.tables.items() if model is not None}
+"""Tables of winch types with tables of their own, by name."""
+
+if not TYPE_CHECKING and TABLES:
+    own = {name: (model | None, Field(default=None, description=model.__doc__)) for name, model in TABLES.items()}
+    Crane = create_model("Crane", __base__=Crane, __doc__=Crane.__doc__, **own)

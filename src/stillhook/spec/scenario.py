@@ -19,8 +19,8 @@ from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Motion, Still
 from stillhook.sea.motion.text import motion_from_dict, parse_motion
 from stillhook.spec.commands import Commands
-from stillhook.spec.plausible import Ranged
-from stillhook.spec.problem import first_problem
+from stillhook.tables.plausible import Ranged
+from stillhook.tables.problem import first_problem
 
 RHO_SEA = 1025.0
 """Default density of sea water [kg/m^3]."""

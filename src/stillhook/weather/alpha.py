@@ -24,7 +24,7 @@ from stillhook.base.nearest import nearest
 from stillhook.errors import StillhookError, WeatherError
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
-from stillhook.spec.table import Fraction, Spec, Text
+from stillhook.tables.table import Fraction, Spec, Text
 from stillhook.units import Hours, quote, show
 
 DEFAULT = "dnv-os-h101"

@@ -6,6 +6,8 @@ NAME, TITLE
     Name that crane files write (`plant = "..."`), and one line that says what it is.
 TABLES
     Tables of the crane file that it needs, by name: `base.table.Spec` models.
+SHOWN (optional)
+    Its own numbers in a table of runs, with the head of each column (default all of them).
 PATH
     Load path below it, `stillhook.winches.load_path` for wire and load.
 Params, State, Command, Circuit

@@ -103,6 +103,12 @@ class WinchType:
         """Whether the type declares steady operating points."""
         return all(hasattr(self.module, name) for name in STEADY)
 
+    @property
+    def shown(self) -> Mapping[str, str]:
+        """Its own numbers in a table of runs, with the head of each column."""
+        declared: Mapping[str, str] | None = getattr(self.module, "SHOWN", None)
+        return {row.name: row.name.replace("_", "\n", 1) for row in self.numbers} if declared is None else declared
+
     def own_numbers(self, stats: Any, t_cycle: float) -> dict[str, float]:
         """Its own numbers of a run, from the statistics."""
         limits = {f"{name}_time": cycles * t_cycle for name, cycles in stats.limits._asdict().items()}

@@ -20,8 +20,8 @@ from stillhook.engine.validity import twin_line
 from stillhook.kernels.build import kernel_hash
 from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
-from stillhook.spec.plausible import implausible_values
 from stillhook.spec.scenario import Mode
+from stillhook.tables.plausible import implausible_values
 from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:

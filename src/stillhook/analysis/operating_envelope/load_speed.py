@@ -23,8 +23,8 @@ from stillhook.engine.scenario.checks import notes_of
 from stillhook.errors import StillhookError
 from stillhook.library import crane_toml
 from stillhook.spec.crane import Crane
-from stillhook.spec.plausible import implausible_values
 from stillhook.spec.scenario import Scenario
+from stillhook.tables.plausible import implausible_values
 from stillhook.units import parse
 from stillhook.variables import BY_NAME
 

@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 from stillhook.control.registry import MANUAL_MODE
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.checks import check
-from stillhook.errors import StillhookError
+from stillhook.errors import SpecError, StillhookError
 from stillhook.kernels.build import driver
 from stillhook.physics.load_path.load import drag_force
 from stillhook.physics.load_path.wire import wire_stiffness
@@ -143,6 +143,11 @@ def operating_point(
 def winch_at(crane: Crane, case: Scenario) -> Winch:
     """The winch with a scenario's load and wire. The scenario must have passed
     `stillhook.engine.scenario.checks.check`."""
+    if not crane.plant.type.steady_operation:
+        raise SpecError(
+            f'"{crane.name}": winch type "{crane.plant}" declares no steady operation, on which this question rests. Choose'
+            " another crane, or another question."
+        )
     packed = pack(crane, case)
     A = packed.params.active
     free = packed.params._replace(active=A._replace(pump_servo=A.pump_servo._replace(lo=-STOP_FREE, hi=STOP_FREE)))

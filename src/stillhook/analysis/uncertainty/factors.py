@@ -11,10 +11,10 @@ from typing import NamedTuple
 from stillhook.analysis.uncertainty.distribution import Distribution, Law
 from stillhook.engine.pack.winch import load_record
 from stillhook.engine.scenario.checks import case_friction, friction_parts, layer_diameter_at, loss_notes
-from stillhook.spec.circuits import ServoVariant
 from stillhook.spec.crane import Crane, Wire, inertia_ratio_without_wire
 from stillhook.spec.scenario import Scenario
 from stillhook.statistics.estimate import NORMAL_95
+from stillhook.winches.circuits import ServoVariant
 
 CASE = "case."
 """Begin of the paths that lie in the scenario; all others lie in the crane."""
@@ -107,8 +107,8 @@ OPTIONAL = ("active.boost.Q_max", "control.compute_share", "hpu.P_max", "hpu.P_b
 
 def missing(crane: Crane, path: str) -> bool:
     """Whether a crane leaves out a field, or its circuit."""
-    table = path.split(".")[0]
-    if "." in path and getattr(crane, table, None) is None:
+    table = path.partition(".")[0]
+    if table in Crane.model_fields and crane.table(table) is None:
         return True
     return path in OPTIONAL and operator.attrgetter(path)(crane) is None
 

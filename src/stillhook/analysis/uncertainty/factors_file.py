@@ -23,7 +23,7 @@ from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
-from stillhook.spec.table import Flag, Spec
+from stillhook.tables.table import Flag, Spec
 from stillhook.units import quote
 
 Set = FrictionSet | LossSet

@@ -66,7 +66,7 @@ def stability(
     Example: stillhook stability nov-250t --alpha-m 1 --alpha-m 0.6 --delay "50 ms"
     """
     from stillhook.library import load_crane
-    from stillhook.spec.plausible import implausible_values
+    from stillhook.tables.plausible import implausible_values
     from stillhook.units import parse
 
     _check_out(out)

@@ -231,7 +231,7 @@ class _Report:
     def data(self) -> dict[str, Any]:
         """Everything in SI, for machines."""
         from stillhook.engine.validity import twin_line
-        from stillhook.spec.plausible import implausible_values
+        from stillhook.tables.plausible import implausible_values
 
         first = self.tuned[0]
         return {

@@ -38,7 +38,7 @@ def show_crane(
     """Print a crane's sheet: every number with its kind and source. Example: stillhook crane nov-250t"""
     from stillhook.engine.validity import twin_line
     from stillhook.library import load_crane, sheet, sheet_json
-    from stillhook.spec.plausible import implausible_values, marked
+    from stillhook.tables.plausible import implausible_values, marked
 
     crane = load_crane(name)
     notes = implausible_values(crane)

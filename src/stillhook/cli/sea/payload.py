@@ -55,7 +55,7 @@ def show(
     from stillhook.errors import LiftError
     from stillhook.library.payloads import read_payload
     from stillhook.report.payload_sheet import payload_numbers
-    from stillhook.spec.plausible import implausible_values
+    from stillhook.tables.plausible import implausible_values
     from stillhook.units import parse, quote
 
     density = parse(rho, "density", "--rho")

@@ -33,24 +33,17 @@ COLUMNS = (
     "eta_c",
     "e_c_max",
     "e_c_mean",
-    "p_max",
     "u_p_max",
-    "alpha_m_min",
     "saturation_time",
-    "relief_time",
-    "status",
 )
+"""Numbers of every winch in a table of runs; those of its type follow (`stillhook.winches.interface`, SHOWN)."""
 HEADERS = {
     "e_c_pp": "error\np-p 30 s",
     "eta_c": "effi-\nciency",
     "e_c_max": "largest\nerror",
     "e_c_mean": "offset",
-    "p_max": "peak\npressure",
     "u_p_max": "pump\nuse",
-    "alpha_m_min": "least\nmotor",
     "saturation_time": "pump\nsaturated",
-    "relief_time": "relief\nopen",
-    "status": "status",
 }
 
 
@@ -59,8 +52,14 @@ def register(app: typer.Typer) -> None:
     app.command("compare")(compare)
 
 
-def row(summary: dict[str, Any]) -> list[str]:
-    return [cell(name, summary[name]) for name in COLUMNS]
+def headers(crane: Crane) -> list[str]:
+    """Heads of the columns of a table of runs."""
+    return [*HEADERS.values(), *crane.plant.type.shown.values(), "status"]
+
+
+def row(crane: Crane, summary: dict[str, Any]) -> list[str]:
+    """A run's cells under `headers`."""
+    return [cell(name, summary[name]) for name in (*COLUMNS, *crane.plant.type.shown, "status")]
 
 
 def print_notes(summaries: dict[str, dict[str, Any]]) -> None:
@@ -98,8 +97,8 @@ def run(
     if json:
         print_json(runs[0].summary if len(runs) == 1 else summaries)
     else:
-        rows = [[label, *row(s)] for label, s in summaries.items()]
-        print_table(["case", *(HEADERS[c] for c in COLUMNS)], rows, title=_title(crane, case))
+        rows = [[label, *row(crane, s)] for label, s in summaries.items()]
+        print_table(["case", *headers(crane)], rows, title=_title(crane, case))
         print_twin(crane)
         print_notes(summaries)
     if out is not None:
@@ -217,8 +216,8 @@ def _report(result: Comparison, *, json: bool) -> None:
     if json:
         print_json(result.table())
         return
-    rows = [[r.mode.value, *row(r.summary)] for r in result.runs]
-    print_table(["mode", *(HEADERS[c] for c in COLUMNS)], rows, title=_title(result.crane, result.runs[0].case))
+    rows = [[r.mode.value, *row(result.crane, r.summary)] for r in result.runs]
+    print_table(["mode", *headers(result.crane)], rows, title=_title(result.crane, result.runs[0].case))
     print_twin(result.crane)
     print_notes(result.table())
 

@@ -22,7 +22,7 @@ from stillhook.engine.scenario.summary import OK, limits_passed, winch_numbers
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.programme import StageMode
-from stillhook.spec.plausible import implausible_values, marked
+from stillhook.tables.plausible import implausible_values, marked
 from stillhook.units import show
 from stillhook.winches.registry import WinchType
 from stillhook.winches.suspended_load import NEVER, LiftStats

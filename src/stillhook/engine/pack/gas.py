@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from stillhook.errors import SpecError
 from stillhook.physics.hydraulics.gas import Gas, polytropic_ratio
-from stillhook.spec.circuits import Accumulator, GasModel
 from stillhook.units import show
+from stillhook.winches.circuits import Accumulator, GasModel
 
 POINTS = 24
 DEGREE = 7

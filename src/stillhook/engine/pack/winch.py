@@ -27,11 +27,11 @@ from stillhook.physics.load_path.drum import Drum, Inertia, K_wire, layer_diamet
 from stillhook.physics.load_path.load import Load
 from stillhook.physics.load_path.wire import Wire
 from stillhook.physics.scalar import G
-from stillhook.spec import circuits
 from stillhook.spec import crane as spec
 from stillhook.spec.control import own_settings
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import FrictionModel, Operator, Scenario
+from stillhook.winches import circuits
 from stillhook.winches.closed_circuit import ActiveCircuit
 from stillhook.winches.hoist import Hoist
 from stillhook.winches.interface import Parts
@@ -291,15 +291,18 @@ def power_most(crane: Crane) -> float:
     if crane.hpu is None:
         return NO_LIMIT
     T = crane.hpu.T_max
-    return crane.hpu.P_max if T is None else min(crane.hpu.P_max, T * crane.active.pump.omega_p)
+    return crane.hpu.P_max if T is None or not crane.circuits else min(crane.hpu.P_max, T * crane.active.pump.omega_p)
 
 
 def _brake(crane: Crane) -> BrakeSettings:
     """How the holding brake is worked. Without one the winch is held by its circuits alone."""
-    a, b = crane.active, crane.brake
-    Q = a.pump.D_total * a.pump.omega_p
+    b = crane.brake
     if b is None:
         return BrakeSettings(0.0, 0.0, 0.0, 0.0, 0.0, PROVED, 0.0, 0.0, 0.0)
+    if not crane.circuits:  # nothing to fill before it opens
+        return BrakeSettings(1.0, b.t_wait, b.t_close, b.t_open, b.t_prove, PROVED, 0.0, 0.0, 0.0)
+    a = crane.active
+    Q = a.pump.D_total * a.pump.omega_p
     K_fill = capacitance(a.line.V, a.line.bulk_modulus) * FILL_RATE / Q
     u_most = FILL_MOST if a.boost.Q_max is None else min(FILL_MOST, BOOST_SHARE * a.boost.Q_max / Q)
     return BrakeSettings(1.0, b.t_wait, b.t_close, b.t_open, b.t_prove, PROVED, K_fill, a.C_leak / Q, u_most)

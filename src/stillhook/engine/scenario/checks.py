@@ -25,10 +25,10 @@ from stillhook.physics.friction import system_friction
 from stillhook.physics.hydraulics.motor import torque_loss
 from stillhook.physics.load_path.drum import LAST_TURNS, WIRE_SLACK, layer_diameter, layers_filled, wire_usable
 from stillhook.physics.scalar import G
-from stillhook.spec.circuits import MotorSet
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import LONGEST, Mode, Scenario
 from stillhook.units import show
+from stillhook.winches.circuits import MotorSet
 
 
 class Foreseen(NamedTuple):
@@ -327,7 +327,7 @@ def _gain_notes(crane: Crane, case: Scenario, v: float, K_wire: float) -> list[s
     and the run shows it.
     """
     modes = {m for m in (case.mode, *(m for _, m in case.modes)) if m.compensates}
-    if not modes:
+    if not modes or not crane.circuits:
         return []
     u_ff = min(gains(crane).K_1 * v * K_wire, 1.0)
     alpha = min(alpha_wanted(crane, case, K_wire, u_ff, m) for m in modes)

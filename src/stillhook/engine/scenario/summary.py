@@ -6,8 +6,8 @@ from typing import Any
 from stillhook.engine.scenario.checks import Foreseen, foresee
 from stillhook.engine.scenario.run import Ending, Result
 from stillhook.spec.crane import Crane
-from stillhook.spec.plausible import implausible_values, marked
 from stillhook.spec.scenario import Scenario
+from stillhook.tables.plausible import implausible_values, marked
 from stillhook.variables import WINDOW
 from stillhook.winches.registry import WinchType
 

@@ -16,7 +16,7 @@ from stillhook.spec.lift.lowering import DeepWire, Rigging
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.programme import Stage, WinchSettings
 from stillhook.spec.scenario import RHO_SEA, FrictionModel, Mode, Sensors
-from stillhook.spec.table import Number, Part, Spec, Text
+from stillhook.tables.table import Number, Part, Spec, Text
 
 DEEPEST = 12_000.0  # m
 LIGHTEST, HEAVIEST = 900.0, 1300.0  # kg/m^3: of fresh water that is warm, and of brine

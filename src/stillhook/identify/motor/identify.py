@@ -29,9 +29,9 @@ from stillhook.library import motors as library_motors
 from stillhook.library.parameter_sets.evidence import Evidence
 from stillhook.library.parameter_sets.sets import LOSS_RANGE, LossSet, load_losses
 from stillhook.report.formatting import percent_fixed
-from stillhook.spec.circuits import TorqueLoss
 from stillhook.spec.crane import Source, SourceKind
 from stillhook.units import show
+from stillhook.winches.circuits import TorqueLoss
 
 SAME_SIZE = 0.02
 """A library motor whose full displacement differs by less is taken for the mapped motor's other data (inertia, speed

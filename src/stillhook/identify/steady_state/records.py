@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from stillhook import units as u
 from stillhook.errors import IdentifyError, UnitError
-from stillhook.spec.problem import first_problem
+from stillhook.tables.problem import first_problem
 
 Rest = Annotated[float, Field(strict=True, ge=0, lt=1)]
 Share = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=True)]

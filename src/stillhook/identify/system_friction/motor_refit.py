@@ -26,8 +26,8 @@ from stillhook.identify.system_friction.fitting.model import (
     system_friction_at,
 )
 from stillhook.identify.system_friction.fitting.points import Points
-from stillhook.spec.circuits import TorqueLoss
 from stillhook.units import show
+from stillhook.winches.circuits import TorqueLoss
 
 NARROW = 0.5
 """Smallest displacement in the tests over the largest one above which the refined motor model has seen too few

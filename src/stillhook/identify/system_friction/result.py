@@ -17,9 +17,9 @@ from stillhook.identify.system_friction.identify import Friction, HeldOut, nomin
 from stillhook.identify.system_friction.next_tests import ANYTHING
 from stillhook.library.parameter_sets.evidence import Evidence
 from stillhook.library.parameter_sets.sets import LOSS_RANGE, FrictionSet, LossSet
-from stillhook.spec.circuits import Motor
 from stillhook.spec.crane import Source, SourceKind, SystemFriction
 from stillhook.units import from_display, in_display, number
+from stillhook.winches.circuits import Motor
 
 if TYPE_CHECKING:
     import polars

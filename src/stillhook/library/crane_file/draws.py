@@ -14,9 +14,9 @@ from stillhook.library.crane_file.load import changed
 from stillhook.library.parameter_sets.evidence import Evidence
 from stillhook.library.parameter_sets.sets import FrictionSet, LossSet, loss_range
 from stillhook.library.write import leaf_tree
-from stillhook.spec.circuits import TorqueLoss
 from stillhook.spec.crane import Crane, SourceKind, SystemFriction
 from stillhook.units import show
+from stillhook.winches.circuits import TorqueLoss
 
 LEAST_ALLOWED = 0.02
 """Least share of draws that must be physically allowed [-]: below it the normal distribution of the evidence says

@@ -29,9 +29,9 @@ from stillhook.library.toml.tree import (
     values,
 )
 from stillhook.library.write import crane_tree
-from stillhook.spec.circuits import Motor
 from stillhook.spec.crane import Crane, Source, SourceKind, Spec, SystemFriction
 from stillhook.units import quote
+from stillhook.winches.circuits import Motor
 from stillhook.winches.registry import WINCH_TYPES
 
 _PRODUCT = Source(text="product of gear_ratios", kind=SourceKind.DERIVED)

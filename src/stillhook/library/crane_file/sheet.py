@@ -70,29 +70,27 @@ def _text(value: Any, quantity: str | None) -> str:
 def _derived(crane: Crane) -> Iterator[Row]:
     """Totals that a reader checks first. Speeds are without leakage, at the outer diameter as in published numbers."""
     kind = SourceKind.DERIVED.value
-    for name in ("active", "passive"):
-        circuit = getattr(crane, name)
-        if circuit is not None:
-            D_m, D_p = circuit.motor.D_total, circuit.pump.D_total
-            yield Row(f"{name}.motor.D_total", "all motors", show(D_m, "displacement", DIGITS), kind, "count x D_max")
-            yield Row(f"{name}.pump.D_total", "all pumps", show(D_p, "displacement", DIGITS), kind, "sum of D")
-    for name in ("active", "passive"):
-        circuit = getattr(crane, name)
-        if circuit is not None:
-            leak = form_of(circuit)
-            meaning = f"pumps and motors at {point_text(leak.at)}"
-            yield Row(
-                f"{name}.leak",
-                meaning,
-                show(stated_leak(circuit), "leakage", 4),
-                kind,
-                f'table, C_1 and C_2; form "{leak.form}"',
-            )
-    pump, motor, drum = crane.active.pump, crane.active.motor, crane.drum
-    v_w = pump.D_total * pump.omega_p / motor.D_total / crane.i_hD * drum.d_max / 2
-    yield Row("v_w", "wire speed, full pumps and motors", show(v_w, "speed"), kind, "paper E eq. 9 without leakage")
-    fast = show(v_w / motor.alpha_min, "speed")
-    yield Row("v_w_max", "wire speed, full pumps, motors at alpha_min", fast, kind, "v_w / alpha_min")
+    for name, circuit in crane.circuits.items():
+        D_m, D_p = circuit.motor.D_total, circuit.pump.D_total
+        yield Row(f"{name}.motor.D_total", "all motors", show(D_m, "displacement", DIGITS), kind, "count x D_max")
+        yield Row(f"{name}.pump.D_total", "all pumps", show(D_p, "displacement", DIGITS), kind, "sum of D")
+    for name, circuit in crane.circuits.items():
+        leak = form_of(circuit)
+        meaning = f"pumps and motors at {point_text(leak.at)}"
+        yield Row(
+            f"{name}.leak",
+            meaning,
+            show(stated_leak(circuit), "leakage", 4),
+            kind,
+            f'table, C_1 and C_2; form "{leak.form}"',
+        )
+    winch, drum = crane.plant.type, crane.drum
+    v_w = winch.full_speed(crane, 1.0) / crane.i_hD * drum.d_max / 2
+    yield Row("v_w", "wire speed at full command", show(v_w, "speed"), kind, "paper E eq. 9 without leakage")
+    alpha_min = winch.least_displacement(crane)
+    if alpha_min < 1.0:
+        fast = show(v_w / alpha_min, "speed")
+        yield Row("v_w_max", "wire speed at full command, motors at alpha_min", fast, kind, "v_w / alpha_min")
     length = show(wire_capacity(drum, crane.wire), "length")
     yield Row("drum.capacity", "wire on the full drum", length, kind, "layers x turns at wire centres")
     J = show(effective_inertia(crane), "inertia")

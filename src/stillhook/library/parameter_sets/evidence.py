@@ -15,7 +15,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.errors import SpecError
 from stillhook.library.toml.explain import explain
 from stillhook.library.toml.tree import EVIDENCE
-from stillhook.spec.table import Number, Spec, Text
+from stillhook.tables.table import Number, Spec, Text
 
 SYMMETRY = 1e-6
 """Relative difference across the diagonal that is rounding of a written matrix."""

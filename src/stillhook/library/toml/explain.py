@@ -9,7 +9,7 @@ from pydantic import BaseModel, ValidationError
 
 from stillhook.errors import ScenarioError, SpecError, StillhookError, UnitError
 from stillhook.spec.crane import Crane
-from stillhook.spec.problem import first_problem
+from stillhook.tables.problem import first_problem
 
 _BASE = ", or start the file with base = <crane of the library>."
 

@@ -14,8 +14,8 @@ from stillhook.errors import StillhookError
 from stillhook.library.toml.explain import explain
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.tree import parsed, toml_text
-from stillhook.spec.problem import place_of, statement
-from stillhook.spec.table import pure_number
+from stillhook.tables.problem import place_of, statement
+from stillhook.tables.table import pure_number
 from stillhook.units import parse, text_at
 
 Model = TypeVar("Model", bound=BaseModel)

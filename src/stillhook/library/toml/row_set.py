@@ -9,7 +9,7 @@ from pydantic import Field
 
 from stillhook.base.nearest import nearest
 from stillhook.library.toml.file import TomlTable
-from stillhook.spec.table import Spec, Text
+from stillhook.tables.table import Spec, Text
 from stillhook.units import quote
 
 

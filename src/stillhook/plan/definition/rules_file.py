@@ -23,7 +23,7 @@ from stillhook.library.toml.tree import parsed
 from stillhook.plan.definition.capacities import CAPACITIES
 from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import Level, Rule, RuleSet, Sense
-from stillhook.spec.table import Text
+from stillhook.tables.table import Text
 from stillhook.units import KINDS, quote
 from stillhook.variables import BY_NAME
 

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stillhook.base.atomic import atomic_file
-from stillhook.units import in_display
+from stillhook.units import KINDS, in_display
+from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
     import xarray
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 """Okabe and Ito's palette: distinguishable by colour-blind readers and in print."""
 GREY = "#777777"
+EFFORTS = ("pressure", "torque")
+"""Kinds of a signal that shows how hard a winch works."""
 
 
 def four_panels(
@@ -33,6 +36,8 @@ def four_panels(
     figure = Figure(figsize=(10.0, 11.0), layout="constrained")
     axes = figure.subplots(4, 1, sharex=True)
     first = next(iter(runs.values()))
+    own = (str(n) for n, x in first.data_vars.items() if "time" in x.dims and BY_NAME[str(n)].kind in EFFORTS)
+    effort = "p_a" if "p_a" in first else next(own, "F_w")
     window = {"time": slice(start, end)}
     if "v_tip" in first:
         cut = first.sel(window)
@@ -43,15 +48,19 @@ def four_panels(
     for colour, (label, run) in zip(COLOURS * 2, runs.items(), strict=False):
         cut = run.sel(window)
         _panel(axes[0], cut, "v_w", "speed", colour, label)
-        _panel(axes[1], cut, "p_a", "pressure", colour, label)
+        _panel(axes[1], cut, effort, BY_NAME[effort].kind, colour, label)
         _panel(axes[2], cut, "e_c", "diameter", colour, label)
-        _panel(axes[3], cut, "alpha_p", "", colour, f"{label} pump")
-        _panel(axes[3], cut, "alpha_m", "", colour, f"{label} motor", ls=":")
+        if "alpha_p" in cut:
+            _panel(axes[3], cut, "alpha_p", "", colour, f"{label} pump")
+            _panel(axes[3], cut, "alpha_m", "", colour, f"{label} motor", ls=":")
+        else:
+            _panel(axes[3], cut, "u_p", "", colour, f"{label} command")
+    kind = BY_NAME[effort].kind
     names = (
         "wire speed [m/min]\n(hoisting positive)",
-        "A-side pressure [bar]",
+        "A-side pressure [bar]" if effort == "p_a" else f"{BY_NAME[effort].meaning} [{KINDS[kind].display}]",
         "control error [mm]",
-        "displacement [-]\npump solid, motor dotted",
+        "displacement [-]\npump solid, motor dotted" if "alpha_p" in first else "command [-]",
     )
     for ax, name in zip(axes, names, strict=True):
         ax.set_ylabel(name)

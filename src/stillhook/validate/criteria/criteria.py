@@ -21,7 +21,7 @@ from stillhook.library.toml.file import TomlTable, named, read_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.library.toml.row_set import RowTable, SetFile, base_name, numbers_on_base, rows_on_base
 from stillhook.library.toml.tree import parsed
-from stillhook.spec.table import Flag, Text
+from stillhook.tables.table import Flag, Text
 from stillhook.units import quote
 from stillhook.validate.criteria.names import MEASURES, SETTINGS
 from stillhook.validate.criteria.results import StepNumber

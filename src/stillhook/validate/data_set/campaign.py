@@ -22,7 +22,7 @@ from stillhook.logs.mapping import mapping_from
 from stillhook.logs.types import Signal
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Water
-from stillhook.spec.table import Flag, Part, Spec, Text
+from stillhook.tables.table import Flag, Part, Spec, Text
 from stillhook.units import quote, show
 from stillhook.validate.criteria.criteria import Criteria, load_criteria
 from stillhook.validate.data_set.modes import STANDARD_MODES, with_modes

@@ -7,7 +7,6 @@ from typing import Any
 from stillhook.library.crane_file.load import changed
 from stillhook.library.leakage import form_of, pump_leak
 from stillhook.physics.hydraulics.pump import pump_leakage
-from stillhook.spec.circuits import LeakForm, MotorSet
 from stillhook.spec.crane import Crane, inertia_ratio_without_wire
 from stillhook.units import KINDS, in_display, number, show
 from stillhook.validate.criteria.results import Step
@@ -16,6 +15,7 @@ from stillhook.validate.dynamics.check import DynamicsStep
 from stillhook.validate.dynamics.estimates import TunedValue
 from stillhook.validate.dynamics.fitting.unknowns import C_H, C_LEAK, INERTIA
 from stillhook.validate.parameters.circuit.leakage import LeakChoice
+from stillhook.winches.circuits import LeakForm, MotorSet
 
 DIGITS = 4
 

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from stillhook.library.leakage import point_text
-from stillhook.spec.circuits import ServoVariant
 from stillhook.statistics.between_cases import extremes
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import number, show
@@ -24,6 +23,7 @@ from stillhook.validate.parameters.hoisting.transmission import diagnosis
 from stillhook.validate.parameters.segments import LogPart
 from stillhook.validate.parameters.signals import delay as implied_delay
 from stillhook.validate.parameters.signals.clock import Ratio, jump_says
+from stillhook.winches.circuits import ServoVariant
 
 SWAPPED = -0.3
 """Measured friction over the twin's below which the pressure lines are swapped: friction dissipates."""

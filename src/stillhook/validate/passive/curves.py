@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.spec.circuits import PassiveCircuit
 from stillhook.statistics.series import low_pass
 from stillhook.validate.parameters.segments import LogPart
 from stillhook.validate.parameters.slopes import bridged, integral, means, rates
+from stillhook.winches.circuits import PassiveCircuit
 
 DRY = 0.05
 """Flow over which dry friction changes its side, over the flow of all active pumps [-]: the piston then creeps."""

@@ -7,7 +7,6 @@ import math
 from dataclasses import replace
 
 from stillhook.physics.scalar import G
-from stillhook.spec.circuits import PassiveCircuit
 from stillhook.spec.crane import Crane
 from stillhook.statistics.between_cases import extremes
 from stillhook.statistics.estimate import Estimate
@@ -21,6 +20,7 @@ from stillhook.validate.passive import gas as gas_law
 from stillhook.validate.passive import torque
 from stillhook.validate.passive.curves import passive_of
 from stillhook.validate.passive.estimates import PassiveEstimates
+from stillhook.winches.circuits import PassiveCircuit
 
 TRANSMITTER = 2e5
 """Error of a transmitter of 400 bar and class 0.5 [Pa]."""

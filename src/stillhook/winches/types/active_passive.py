@@ -60,6 +60,7 @@ from stillhook.winches.sensors import apply_override, closed_circuit_readings
 NAME = "active-passive"
 TITLE = "active/passive winch: a closed circuit moves the drum, a second one with accumulator carries the weight"
 PATH = load_path
+SHOWN = {"p_max": "peak\npressure", "alpha_m_min": "least\nmotor", "relief_time": "relief\nopen"}
 TABLES = ("active", "passive")
 __all__ = ["BLANK", "NAME", "PATH", "TITLE", "Extremes", "fold_extremes", "full_speed", "lag", "least_displacement"]
 

@@ -49,6 +49,7 @@ from stillhook.winches.sensors import apply_override, closed_circuit_readings
 NAME = "pure-active"
 TITLE = "pure active winch: one closed circuit moves the drum and carries the weight"
 PATH = load_path
+SHOWN = {"p_max": "peak\npressure", "alpha_m_min": "least\nmotor", "relief_time": "relief\nopen"}
 TABLES = ("active",)
 __all__ = ["BLANK", "NAME", "PATH", "TITLE", "Extremes", "fold_extremes", "full_speed", "lag", "least_displacement"]
 

@@ -21,9 +21,9 @@ from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.pack.winch import gains
 from stillhook.errors import StillhookError
 from stillhook.physics.hydraulics.line import capacitance
-from stillhook.spec.circuits import ServoVariant
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
+from stillhook.winches.circuits import ServoVariant
 
 if TYPE_CHECKING:
     import control

@@ -23,10 +23,10 @@ from stillhook.logs.mapping import mapping_from
 from stillhook.logs.types import Signal
 from stillhook.physics.load_path.drum import layer_diameter, layers_filled
 from stillhook.physics.scalar import G
-from stillhook.spec.circuits import Motor
 from stillhook.spec.crane import Crane, Source
-from stillhook.spec.table import Flag, Share, Spec, Text
+from stillhook.tables.table import Flag, Share, Spec, Text
 from stillhook.units import show
+from stillhook.winches.circuits import Motor
 
 MARK = "SYNTHETIC"  # in a title, or synthetic = true: simulated, measured on no crane
 SignalMap = Mapping[str, Signal]

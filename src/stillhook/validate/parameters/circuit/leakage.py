@@ -19,11 +19,11 @@ import numpy as np
 from stillhook.base.arrays import BoolArray, FloatArray, IntArray
 from stillhook.library.leakage import Point, form_of, pump_leak, stated_leak
 from stillhook.physics.hydraulics.pump import pump_leakage
-from stillhook.spec.circuits import LeakForm, LeakPoint
 from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import Estimate, t_factor
 from stillhook.statistics.jackknife_regression import Fit, fit
 from stillhook.units import parse, show
+from stillhook.winches.circuits import LeakForm, LeakPoint
 
 FEWEST_FOR_FORM = 8
 """Least number of blocks to compare forms: their covariance is estimated from as many values less one."""

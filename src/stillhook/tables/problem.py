@@ -11,7 +11,7 @@ from pydantic.fields import FieldInfo
 
 from stillhook.base.nearest import nearest
 from stillhook.errors import StillhookError
-from stillhook.spec.plausible import marks
+from stillhook.tables.plausible import marks
 from stillhook.units import KINDS, Quantity, bound, quote, text_at
 
 REFUSED = "refused"

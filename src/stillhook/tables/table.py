@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, ConfigDict, Field, ValidatorFunctionWrapHa
 from pydantic_core import PydanticCustomError
 
 from stillhook.errors import StillhookError
-from stillhook.spec.plausible import Ranged
+from stillhook.tables.plausible import Ranged
 
 LARGEST = 1e12
 """Pure numbers beyond this size are slips of the pen."""
@@ -27,7 +27,7 @@ def pure_number(value: object) -> float:
 
 
 def _refused(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
-    """An error of Stillhook as a problem with its place, which `stillhook.spec.problem` puts into one line."""
+    """An error of Stillhook as a problem with its place, which `stillhook.tables.problem` puts into one line."""
     try:
         return handler(value)
     except StillhookError as e:

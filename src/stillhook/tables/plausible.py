@@ -359,7 +359,7 @@ def marked(status: str, notes: Sequence[str]) -> str:
 
 def _implausible(model: BaseModel, path: str) -> Iterator[str]:
     for name in type(model).model_fields:
-        value, place = getattr(model, name), f"{path}.{name}" if path else name
+        value, place = model.__dict__.get(name), f"{path}.{name}" if path else name
         for x, bounds in _numbers(type(model), name, value):
             if _outside(x, bounds.low, bounds.high):
                 built = f"{bounds.text(bounds.low)} to {bounds.text(bounds.high)} ({bounds.built})"

@@ -9,7 +9,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from stillhook import units as u
-from stillhook.spec.table import Count, Number, Spec, Text
+from stillhook.tables.table import Count, Number, Spec, Text
 
 
 class ServoVariant(StrEnum):
