@@ -12,7 +12,7 @@ from stillhook.analysis.uncertainty.factors import FACTORS
 from stillhook.analysis.uncertainty.factors_file import Uncertainty
 from stillhook.errors import SpecError
 from stillhook.library import changed
-from stillhook.winches.circuits import ServoVariant
+from stillhook.winches.circuits.tables import ServoVariant
 
 CRANE = load_crane("nov-250t")
 CASE = Scenario(load="100 t", s_w="100 m", tip="sine 2 m 12 s", duration="60 s", warm_up="30 s")

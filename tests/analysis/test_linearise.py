@@ -26,6 +26,7 @@ from stillhook.analysis.loop_stability.models.transfer import about, command_pol
 from stillhook.analysis.loop_stability.stability import full_stability, stability
 from stillhook.analysis.steady.operating_point import OperatingPoint, operating_point
 from stillhook.errors import StillhookError
+from stillhook.kernels.lanes import flatten, unflatten
 from stillhook.library import changed
 from stillhook.physics.friction import bristle_rate
 from stillhook.spec.scenario import Mode
@@ -77,14 +78,17 @@ def test_small_motions_follow_the_linear_model(crane, v: float, alpha_m: float, 
     linear = linearise(point)
     names = linear.states
     push = np.array([{"p_a": 2e4, "omega_m": 0.02, "alpha_m": -1e-4}.get(n, 0.0) for n in names])
-    x, still, h = np.array(point.state) + push, np.array(point.state), 2e-5
+    rest = np.array(flatten(point.state))
+    x, still, h = rest + push, rest, 2e-5
 
     def rate(x: np.ndarray, t: float) -> np.ndarray:
-        state = type(point.state)(*x)
+        state = unflatten(type(point.state), iter(x.tolist()))
         tip = point.tip._replace(s=point.tip.s + point.tip.v * t)
-        c = point.plant.circuit(state, point.command, point.geometry, tip, point.params)
-        r = point.plant.rates(c, state, point.command, point.geometry, point.params)
-        return np.array(r._replace(z=bristle_rate(state.omega_m, state.z, c.g, c.held, point.params.hoist.bristle)))
+        q = point.driver.path_point(state, point.geometry, tip, point.params)
+        w, c = state.winch, point.plant.circuit(state.winch, q, point.command, point.geometry, point.params)
+        r = point.driver.rates(state, point.command, point.geometry, tip, point.params)
+        z = bristle_rate(w.omega_m, w.z, c.g, c.held, point.params.hoist.bristle)
+        return np.array(flatten(r._replace(winch=r.winch._replace(z=z))))
 
     for k in range(10000):  # Euler-Heun: the bristle's 3000 1/s times the step is 0.06
         for y in (x, still):

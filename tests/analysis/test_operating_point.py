@@ -30,8 +30,13 @@ load = cache(load_crane)
 
 
 def rates(o):
-    c = o.plant.circuit(o.state, o.command, o.geometry, o.tip, o.params)
-    return o.plant.rates(c, o.state, o.command, o.geometry, o.params)._asdict()
+    both = o.driver.rates(o.state, o.command, o.geometry, o.tip, o.params)
+    return both.winch._asdict() | both.path._asdict()
+
+
+def circuit(o):
+    q = o.driver.path_point(o.state, o.geometry, o.tip, o.params)
+    return o.plant.circuit(o.state.winch, q, o.command, o.geometry, o.params)
 
 
 @pytest.mark.parametrize("name", CRANES)
@@ -46,8 +51,7 @@ def test_everything_fast_stands_still(name, v_w):
 def test_the_bristle_slides_and_is_relaxed_at_standstill(name):
     crane = load(name)
     o = operating_point(crane, 0.5, 0.8, load=60e3, s_w=40.0)
-    c = o.plant.circuit(o.state, o.command, o.geometry, o.tip, o.params)
-    assert o.plant.bristle_after(c, o.state, o.params, 1.0) == pytest.approx(o.z, rel=SAME)
+    assert o.plant.bristle_after(circuit(o), o.state.winch, o.params, 1.0) == pytest.approx(o.z, rel=SAME)
     assert operating_point(crane, 0.0, 0.8, load=60e3, s_w=40.0).z == 0.0
 
 

@@ -306,7 +306,7 @@ def test_a_missing_field_says_what_it_is_and_its_units(tmp_path: Path) -> None:
 
 def test_a_pure_active_crane_with_a_passive_circuit_is_refused(tmp_path: Path) -> None:
     text = crane_toml(load_crane("nov-250t")).replace('"active-passive"', '"pure-active"')
-    assert 'plant "pure-active" has no passive circuit. Change plant, or remove' in refusal(written(tmp_path, text))
+    assert 'plant "pure-active" has no table [passive]. Change plant, or remove' in refusal(written(tmp_path, text))
     text = 'base = "nov-100t-pure-active"\nplant = "active-passive"\n'
     assert 'plant "active-passive" needs a passive circuit. Change plant, or add' in refusal(written(tmp_path, text))
 

@@ -16,7 +16,7 @@ from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.spec.scenario import Scenario
 from stillhook.units import in_display
 from stillhook.validate.dynamics.fitting.unknowns import bent
-from stillhook.winches.circuits import LeakForm
+from stillhook.winches.circuits.tables import LeakForm
 
 CRANE = load_crane("nov-250t")
 N = 1000.0 * math.pi / 30.0  # rad/s

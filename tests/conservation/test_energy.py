@@ -99,7 +99,7 @@ def test_no_scenario_loses_energy_unseen(plant, case):
 @plants
 def test_a_change_of_layer_loses_no_energy_unseen(plant):
     result = run(plant, s_w=before_a_layer_ends(plant), operator=LOWERING)
-    assert wire_length(plant, CRANES[plant].drum.layers) - result.state.s_w < wire_length(
+    assert wire_length(plant, CRANES[plant].drum.layers) - result.state.path.s_w < wire_length(
         plant, CRANES[plant].drum.layers - 1
     )
     assert abs(energy_unaccounted(result)) < AUDIT
@@ -120,7 +120,7 @@ def test_hoisting_a_load_costs_more_than_it_stores_and_lowering_gives_back_less(
     case = {"mode": "manual", "tip": "still", "duration": "120 s", "warm_up": "0 s"}
     up, down = run("pure-active", operator=HOISTING, **case), run("pure-active", operator=LOWERING, **case)
     weight = (parse(LOADS["pure-active"], "mass") + CRANES["pure-active"].hook_mass) * 9.80665
-    raised, sunk = (weight * (parse("200 m", "length") - r.state.s_w) for r in (up, down))
+    raised, sunk = (weight * (parse("200 m", "length") - r.state.path.s_w) for r in (up, down))
     assert joules(up, "pump") > raised > 0.0 > sunk
     assert 0.0 < -joules(down, "pump") < -sunk
     assert raised / joules(up, "pump") == pytest.approx(0.87, abs=0.08)  # hydromechanical efficiency of such winches

@@ -10,7 +10,8 @@ from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.pack.winch import drum_record, pack
 from stillhook.physics.load_path.drum import layer_diameter, wire_to_layer
 from stillhook.spec.scenario import Operator, PowerLoss
-from stillhook.winches.closed_circuit import ActiveFlows, active_flows
+from stillhook.winches import load_path
+from stillhook.winches.circuits.active import ActiveFlows, active_flows
 from stillhook.winches.hoist import drum_geometry
 from stillhook.winches.records import Tip
 from stillhook.winches.types.active_passive import Command, State, circuit
@@ -89,13 +90,13 @@ def test_oil_that_the_passive_circuit_takes_is_in_the_accumulator(what):
             at["p_b"],
             at["V_acc"],
             at["omega_m"],
-            at["s_w"],
             0.0,
-            at["s_load"],
-            at["v_load"],
         )
+        path = load_path.State(at["s_w"], at["s_load"], at["v_load"])
         u = Command(at["u_p"], at["u_m"], 0.0, 0.0, at["f_pump"], 1.0, at["brake"])
-        return float(circuit(x, u, drum_geometry(at["s_w"], p.hoist), Tip(at["s_tip"], at["v_tip"]), p).Q_o)
+        geo = drum_geometry(at["s_w"], p.hoist)
+        q = load_path.at(x.omega_m * geo.r_eff, path, geo, Tip(at["s_tip"], at["v_tip"]), p)
+        return float(circuit(x, q, u, geo, p).Q_o)
 
     Q_o = np.array([net_flow(k) for k in range(len(y["V_acc"]))])
     moved = np.sum(np.abs(Q_o)) * CYCLE

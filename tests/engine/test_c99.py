@@ -17,7 +17,7 @@ from numpy.ctypeslib import ndpointer
 from stillhook import Scenario, load_crane
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
-from stillhook.engine.scenario.run import Block
+from stillhook.engine.scenario.run import Ready, ScenarioBlock
 from stillhook.kernels.build import driver
 from stillhook.kernels.c99.source import Array, SubsetError, Translator, c_source
 from stillhook.kernels.lanes import VL, define, flatten
@@ -48,7 +48,7 @@ def translated(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPath
     return SimpleNamespace(plant=request.param, library=library)
 
 
-def blocks(translated: SimpleNamespace, lanes: int) -> tuple[Block, Block]:
+def blocks(translated: SimpleNamespace, lanes: int) -> tuple[ScenarioBlock, ScenarioBlock]:
     """The same cases through our kernel and through C's, a series row every cycle."""
     crane = load_crane(CRANES[translated.plant])
     cases = [
@@ -65,7 +65,9 @@ def blocks(translated: SimpleNamespace, lanes: int) -> tuple[Block, Block]:
     ]
     out = []
     for c in (False, True):
-        block = Block([(pack(crane, s), CycleInputs(crane, s)) for s in cases], lanes=lanes, n_sub=2, every=1)
+        block = ScenarioBlock(
+            [Ready(pack(crane, s), CycleInputs(crane, s)) for s in cases], lanes=lanes, n_sub=2, every=1
+        )
         if c:
             array, n = ndpointer(np.float64, flags="C_CONTIGUOUS"), ctypes.c_int64
             run = getattr(translated.library, f"run_{lanes}")

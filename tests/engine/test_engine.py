@@ -4,6 +4,7 @@ import functools
 import math
 import types
 from itertools import pairwise
+from typing import Any
 
 import numba
 import numpy as np
@@ -17,8 +18,9 @@ from stillhook import Scenario, load_crane, simulate
 from stillhook.engine import inputs as drive_module
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
+from stillhook.engine.runner import Ending
 from stillhook.engine.scenario import run as run_module
-from stillhook.engine.scenario.run import Block, Ending, Result
+from stillhook.engine.scenario.run import Ready, Result, ScenarioBlock
 from stillhook.engine.step_size import check_step, fastest_rates
 from stillhook.errors import ScenarioError, SimulationError, SpecError, StillhookError
 from stillhook.kernels.build import KERNEL_FOLDERS, driver, kernel_hash
@@ -28,7 +30,7 @@ from stillhook.library import changed
 from stillhook.physics.friction import bristle_rate
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Operator, PowerLoss, Sensors, Water
-from stillhook.winches.records import Signals, Tick, Tip
+from stillhook.winches.records import Tick, Tip
 
 CRANES = {"active-passive": load_crane("nov-250t"), "pure-active": load_crane("nov-100t-pure-active")}
 LOADS = {"active-passive": "80 t", "pure-active": "40 t"}
@@ -91,10 +93,10 @@ def test_halving_the_step_quarters_the_error_where_the_motion_is_smooth():
     """Runge-Kutta with the bristle split off symmetrically: second order, from steps that resolve the wire's hardly damped swing."""
     fine = hoisting(512)
     errors = {n: hoisting(n) for n in (8, 16, 32)}
-    for field in ("s_w", "omega_m", "p_a", "v_load"):
-        e = [abs(getattr(errors[n], field) - getattr(fine, field)) for n in (8, 16, 32)]
+    for name in ("s_w", "omega_m", "p_a", "v_load"):
+        e = [abs(field(errors[n], name) - field(fine, name)) for n in (8, 16, 32)]
         orders = np.log2(np.array(e[:-1]) / np.array(e[1:]))
-        assert np.all(orders > SECOND_ORDER), (field, orders)
+        assert np.all(orders > SECOND_ORDER), (name, orders)
 
 
 @pytest.mark.slow
@@ -105,10 +107,7 @@ def test_default_steps_are_within_what_they_state_through_stick_and_reversal(pla
     fine = run_one(CRANES[plant], case, n_sub=50, every=1)
     for n_sub in (2, 5):
         here = run_one(CRANES[plant], case, n_sub=n_sub, every=1)
-        assert here.series is not None
-        assert fine.series is not None
-        error = np.abs(here.series - fine.series)
-        assert error[:, Signals._fields.index("s_w")].max() < WIRE_5_MS
+        assert np.abs(here.column("s_w") - fine.column("s_w")).max() < WIRE_5_MS
         assert abs(here.stats.p_a_max - fine.stats.p_a_max) < PRESSURE_5_MS
 
 
@@ -126,13 +125,12 @@ def test_the_engine_solves_the_same_equations_as_a_stiff_solver_of_a_library(pla
         CRANES[plant],
         scenario(plant, tip="sine 0.4 m 5 s -90 deg", ramp="0 s", duration="4 s", warm_up="1 s", mode="ns"),
     )
-    ours = run_one(crane, case, n_sub=20, every=1).series
+    ours = run_one(crane, case, n_sub=20, every=1)
     theirs = library_solution(crane, case, 400)
-    assert ours is not None
     for name, tolerance in (("s_w", 2e-5), ("omega_m", 2e-3), ("p_a", 0.02e5), ("p_b", 0.02e5), ("s_load", 2e-5)):
-        mine = ours[:, Signals._fields.index(name)]
+        mine = ours.column(name)
         assert np.ptp(mine) > 100.0 * tolerance
-        assert np.max(np.abs(mine - [getattr(x, name) for x in theirs])) < tolerance, name
+        assert np.max(np.abs(mine - [field(x, name) for x in theirs])) < tolerance, name
 
 
 def library_solution(crane: Crane, case: Scenario, cycles: int) -> list:
@@ -147,23 +145,29 @@ def library_solution(crane: Crane, case: Scenario, cycles: int) -> list:
     x, m, laws, u = d.rest(packed.s_w, m, d.laws.blank(packed.settings), ticks[0], p)
     out = [x]
     for k in range(cycles):
-        geo = plant.geometry(x, p)
+        geo = plant.geometry(x.path.s_w, p)
         in_force = u
         u, m, laws, _ = d.control(x, m, laws, ticks[k], Tip(ticks[k].s, ticks[k].v), geo, p)
 
         def slope(t, y, u=in_force, geo=geo):
-            here = plant.State(*y)
+            here = unflatten(d.State, iter(y.tolist()))
             s, v, _ = drive.motion.sample(np.array([t]))
-            c = plant.circuit(here, u, geo, Tip(float(s[0]), float(v[0])), p)
-            return plant.rates(c, here, u, geo, p)._replace(
-                z=bristle_rate(here.omega_m, here.z, c.g, c.held, p.hoist.bristle)
-            )
+            tip, w = Tip(float(s[0]), float(v[0])), here.winch
+            c = plant.circuit(w, d.path_point(here, geo, tip, p), u, geo, p)
+            z = bristle_rate(w.omega_m, w.z, c.g, c.held, p.hoist.bristle)
+            rates = d.rates(here, u, geo, tip, p)
+            return flatten(rates._replace(winch=rates.winch._replace(z=z)))
 
         t = k * drive.t_cycle
-        solved = solve_ivp(slope, (t, t + drive.t_cycle), list(x), method="LSODA", rtol=1e-8, atol=1e-9)
-        x = plant.State(*solved.y[:, -1].tolist())
+        solved = solve_ivp(slope, (t, t + drive.t_cycle), flatten(x), method="LSODA", rtol=1e-8, atol=1e-9)
+        x = unflatten(d.State, iter(solved.y[:, -1].tolist()))
         out.append(x)
     return out
+
+
+def field(x: Any, name: str) -> float:
+    """A state of the winch or of its load path."""
+    return float(getattr(x.path if name in x.path._fields else x.winch, name))
 
 
 # The same bits, however a case is run
@@ -212,12 +216,13 @@ def test_compiled_physics_is_the_physics_that_python_runs(plant, friction):
     compiled, interpreted = (_short(CRANES[plant], case, python=p) for p in (False, True))
     scale = np.max(np.abs(interpreted), axis=0) + 1e-6
     assert np.max(np.abs(compiled - interpreted) / scale) < INTERPRETED
-    assert np.ptp(interpreted[:, Signals._fields.index("p_a")]) > 1e5  # something happened
+    p_a = driver(plant, 1).Signals._fields.index("p_a")
+    assert np.ptp(interpreted[:, p_a]) > 1e5  # something happened
 
 
 def _short(crane: Crane, case: Scenario, *, python: bool) -> np.ndarray:
     """Series of a run through the compiled driver, or through the same source as plain Python."""
-    block = Block([(pack(crane, case), CycleInputs(crane, case))], lanes=1, n_sub=2, every=1)
+    block = ScenarioBlock([Ready(pack(crane, case), CycleInputs(crane, case))], lanes=1, n_sub=2, every=1)
     if python:
         d = block.d
         block.d = types.SimpleNamespace(
@@ -375,33 +380,28 @@ def counted_run(plant: str):
     """A run with every cycle stored, and the part of it that counts."""
     result = run_one(CRANES[plant], scenario(plant, duration="100 s", sensors=Sensors(delay="0.1 s")), n_sub=2, every=1)
     assert result.series is not None
-    part = result.series[2000:]
-    return result, {n: part[:, i] for i, n in enumerate(Signals._fields)}, result.series
+    return result, {n: result.column(n)[2000:] for n in result.signals}, result.series
 
 
 @plants
 def test_statistics_are_those_of_the_stored_series_after_the_warm_up(plant):
     result, y, _ = counted_run(plant)
-    st_ = result.stats
+    st_, own = result.stats.common, result.stats.extremes
     assert st_.cycles == len(y["e_c"]) == 8001
     assert (st_.e_min, st_.e_max) == (y["e_c"].min(), y["e_c"].max())
     assert (st_.em_min, st_.em_max) == (y["e_c_measured"].min(), y["e_c_measured"].max())
     assert (st_.tip_min, st_.tip_max) == (y["s_tip"].min(), y["s_tip"].max())
-    assert (st_.p_a_max, st_.p_b_max, st_.p_min) == (
+    assert (own.p_a_max, own.p_b_max, own.p_min) == (
         y["p_a"].max(),
         y["p_b"].max(),
         min(y["p_a"].min(), y["p_b"].min()),
     )
-    assert (st_.p_hp_min, st_.p_hp_max) == (y["p_hp"].min(), y["p_hp"].max())
-    assert (st_.F_min, st_.F_max, st_.V_min, st_.V_max) == (
-        y["F_w"].min(),
-        y["F_w"].max(),
-        y["V_acc"].min(),
-        y["V_acc"].max(),
-    )
-    assert (st_.alpha_p_max, st_.alpha_m_min) == (np.abs(y["alpha_p"]).max(), y["alpha_m"].min())
+    assert (st_.F_min, st_.F_max) == (y["F_w"].min(), y["F_w"].max())
+    assert (own.alpha_p_max, own.alpha_m_min) == (np.abs(y["alpha_p"]).max(), y["alpha_m"].min())
     assert (st_.u_p_max, st_.u_raw_max) == (np.abs(y["u_p"]).max(), np.abs(y["u_raw"]).max())
-    assert (st_.omega_max, st_.v_w_max, st_.v_tip_max) == tuple(np.abs(y[n]).max() for n in ("omega_m", "v_w", "v_tip"))
+    assert (own.omega_m_max, st_.v_w_max, st_.v_tip_max) == tuple(
+        np.abs(y[n]).max() for n in ("omega_m", "v_w", "v_tip")
+    )
     for name, series in (
         ("e_sum", y["e_c"]),
         ("e2_sum", y["e_c"] ** 2),
@@ -419,10 +419,10 @@ def test_counted_times_are_those_of_the_stored_series(plant):
     crane = CRANES[plant]
     result = run_one(crane, scenario(plant, tip="sine 3.5 m 9 s", mode="ns", load="10 t"), n_sub=5, every=1)
     assert result.series is not None
-    y = {n: result.series[2000:, i] for i, n in enumerate(Signals._fields)}
-    assert result.stats.saturation_cycles == np.count_nonzero(np.abs(y["u_raw"]) > 1.0) > 0
-    assert result.stats.relief_cycles == np.count_nonzero(y["Q_relief"] > 0.0)
-    assert result.stats.slack_cycles == np.count_nonzero(y["F_w"] <= 0.0)
+    y = {n: result.column(n)[2000:] for n in result.signals}
+    assert result.stats.common.saturation_cycles == np.count_nonzero(np.abs(y["u_raw"]) > 1.0) > 0
+    assert result.stats.limits.relief == np.count_nonzero(y["Q_relief"] > 0.0)
+    assert result.stats.common.slack_cycles == np.count_nonzero(y["F_w"] <= 0.0)
 
 
 @plants
@@ -437,7 +437,7 @@ def test_peak_to_peak_over_the_window_is_that_of_every_window(plant):
 
 def test_a_run_shorter_than_the_window_reports_what_it_saw():
     result = run_one(CRANES["active-passive"], scenario("active-passive", duration="30 s"), n_sub=2, every=1)
-    e_c = result.series[2000:, Signals._fields.index("e_c")]
+    e_c = result.column("e_c")[2000:]
     assert not result.full_window
     assert result.span[0] == np.ptp(e_c)
 

@@ -436,13 +436,13 @@ def test_wire_damps_alike_wherever_the_run_began() -> None:
     begun_above = still_winch("-10 m", Sine(amplitude="0 m", period="9 s"), load=box(A33=50.0), duration="520 s")
     r = run_lowerings(deep(0.02), [begun_above.model_copy(update={"programme": down})], n_sub=2, lanes=1, every=0)[0]
     begun_there = prepare(
-        deep(0.02), [still_winch(f"{20.0 - 15.0 - r.state.s_w} m", begun_above.tip, load=box(A33=50.0))], 2
+        deep(0.02), [still_winch(f"{20.0 - 15.0 - r.state.path.s_w} m", begun_above.tip, load=box(A33=50.0))], 2
     )[0]
     here, there = r.hang.element, begun_there.packed.hang.element
     assert here.c / here.k == pytest.approx(there.c / there.k, rel=1e-3)
     omega = (
         2.0
         * math.pi
-        / natural_periods(*exact(deep(0.02), begun_above.model_copy(update={"z_0": 5.0 - r.state.s_w})))[0]
+        / natural_periods(*exact(deep(0.02), begun_above.model_copy(update={"z_0": 5.0 - r.state.path.s_w})))[0]
     )
     assert 0.5 * here.c / here.k * omega == pytest.approx(0.02, rel=0.02)  # by the rule of a third of the wire's mass

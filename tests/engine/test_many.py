@@ -13,7 +13,7 @@ import pytest
 
 from stillhook import Scenario, Sine, load_crane, simulate
 from stillhook.engine import batch as many
-from stillhook.engine.scenario.batch import NUMBERS, summaries
+from stillhook.engine.scenario.batch import numbers_of, summaries
 from stillhook.engine.store import SUFFIX
 from stillhook.errors import ScenarioError, SimulationError, SpecError
 from stillhook.library import changed
@@ -66,7 +66,7 @@ def test_a_case_has_the_same_numbers_alone_and_in_company(truth):
 
 def test_a_list_through_simulate_has_these_numbers(truth):
     run = simulate(CRANE, CASES)
-    for name in NUMBERS:
+    for name in numbers_of(CRANE):
         np.testing.assert_array_equal(run[name].values, [s[name] for s in truth])
 
 

@@ -18,7 +18,7 @@ from tests.engine.runs import run_one
 from stillhook import Scenario, load_crane
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
-from stillhook.engine.scenario.run import Block, Result
+from stillhook.engine.scenario.run import Ready, Result, ScenarioBlock
 from stillhook.kernels import build
 from stillhook.kernels.build import KERNEL_FOLDERS, driver, kernel_hash
 from stillhook.kernels.lanes import VL
@@ -101,7 +101,7 @@ def family(plant: str) -> list[tuple[Crane, Scenario]]:
 @pytest.mark.parametrize("n_sub", [2, 5])
 def test_unlike_cranes_and_cases_side_by_side_have_the_bits_that_they_have_alone(plant, n_sub):
     cases = family(plant)
-    block = Block([(pack(c, s), CycleInputs(c, s)) for c, s in cases], lanes=VL, n_sub=n_sub, every=0)
+    block = ScenarioBlock([Ready(pack(c, s), CycleInputs(c, s)) for c, s in cases], lanes=VL, n_sub=n_sub, every=0)
     for _ in block.steps():
         pass
     together = [bits(r) for r in block.results()]

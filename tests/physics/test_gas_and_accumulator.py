@@ -15,8 +15,8 @@ from stillhook.errors import SpecError
 from stillhook.physics.hydraulics.accumulator import accumulator_pressure, piston_loss
 from stillhook.physics.hydraulics.gas import gas_pressure, polytropic_ratio
 from stillhook.spec.scenario import Scenario
-from stillhook.winches.circuits import Accumulator as AccumulatorSpec
-from stillhook.winches.circuits import GasModel
+from stillhook.winches.circuits.tables import Accumulator as AccumulatorSpec
+from stillhook.winches.circuits.tables import GasModel
 
 BAR = 1.0e5
 ATMOSPHERE = 101325.0

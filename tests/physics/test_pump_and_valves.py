@@ -15,7 +15,7 @@ from stillhook.physics.hydraulics.valves import (
     relief_flow,
 )
 from stillhook.spec.scenario import Scenario
-from stillhook.winches.closed_circuit import active_flows, overspeed
+from stillhook.winches.circuits.active import active_flows, overspeed
 
 CRANES = ("nov-250t", "nov-150t", "nov-100t-pure-active")
 CIRCUITS = {name: pack(load_crane(name), Scenario(load="20 t", s_w="100 m")).params.active for name in CRANES}

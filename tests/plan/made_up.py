@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import xarray
 
-from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.compensation import ALTERNATIVES
 from stillhook.plan.result.result import PlanResult
 from stillhook.spec.validity import UNSIGNED
 
@@ -80,7 +80,7 @@ def made_up(*, certificate: bool = False, synthetic: bool = True, blocks: bool =
 
 
 def _data(certificate: bool) -> xarray.Dataset:
-    names = [a.value for a in Alternative]
+    names = [a.value for a in ALTERNATIVES]
     rules = [r["key"] for r in RULES]
     shape = (2, len(TIERS), len(names), len(PHASES), len(rules), len(HEADINGS), len(PERIODS))
     Hs = np.full(shape, np.nan)
@@ -356,7 +356,7 @@ def _facts(certificate: bool) -> dict[str, Any]:
                 "description": f"what {a.value} is, in words",
                 "credit_note": "computed by the twin; credited with no more than the cap" if a.twin else "as it is",
             }
-            for a in Alternative
+            for a in ALTERNATIVES
         ],
         "operation": {
             "T_POP": 24 * 3600.0,

@@ -10,7 +10,7 @@ from stillhook.analysis.steady.limits import Direction, Station
 from stillhook.engine.lowering.batch import lower_many
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.capacities import CAPACITIES, at_rest, calm, jerk, static_tension
-from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.compensation import ALTERNATIVES, Alternative
 from stillhook.plan.definition.demand import Seas
 from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.file import load_plan
@@ -164,7 +164,7 @@ def test_the_winch_is_as_fast_as_full_pumps_turn_it_at_the_load_and_layer(plan):
         used = [abs(s.at(top.value, s.displacement(mode)(top.value)).alpha_p) for s in stations]
         assert max(used) == pytest.approx(1.0, abs=1e-6)
     assert CAPACITIES["v_top"].find(plan, deep, Alternative.NONE) is None
-    tops = {a: CAPACITIES["v_top"].find(plan, deep, a).value for a in Alternative if a is not Alternative.NONE}
+    tops = {a: CAPACITIES["v_top"].find(plan, deep, a).value for a in ALTERNATIVES if a is not Alternative.NONE}
     assert tops[Alternative.CAP] == max(tops[Alternative.NS], tops[Alternative.HS])
     assert tops[Alternative.NS] < tops[Alternative.SSC]
     assert tops[Alternative.SSC] == pytest.approx(tops[Alternative.STRONG_SSC])
@@ -202,7 +202,7 @@ def test_rules_of_the_winch_are_left_out_where_there_is_no_winch_to_judge(plan):
     assert "winch-speed" not in keys(deep, Alternative.NONE)
     assert keys(deep, Alternative.CAP) - keys(deep, Alternative.NONE) == {"winch-speed"}
     assert {"saturation", "accumulator-stroke", "peak-pressure"} <= keys(deep, Alternative.SSC)
-    assert len({frozenset(keys(splash, a)) for a in Alternative}) == 1
+    assert len({frozenset(keys(splash, a)) for a in ALTERNATIVES}) == 1
 
 
 def test_dynamic_capacity_is_the_swl_times_the_factor_of_the_rule(plan):

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.compensation import ALTERNATIVES, Alternative
 from stillhook.plan.definition.demand import Tier
 from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.definition.rules import Level
@@ -64,15 +64,15 @@ def calm_of(plan, phase, winch):
 
 def test_phases_without_compensation_are_one_run_under_all_alternatives(plan):
     for kind in (PhaseKind.SPLASH, PhaseKind.IN_AIR):
-        assert {winch_of(of_kind(plan, kind), a) for a in Alternative} == {Winch()}
+        assert {winch_of(of_kind(plan, kind), a) for a in ALTERNATIVES} == {Winch()}
 
 
 def test_in_a_compensated_phase_none_stands_and_the_cap_leaves_a_fifth(plan):
     deep = of_kind(plan, PhaseKind.DEEP)
     assert winch_of(deep, Alternative.NONE) == Winch()
     assert winch_of(deep, Alternative.CAP).left == pytest.approx(0.2)
-    assert len({winch_of(deep, a) for a in Alternative}) == len(Alternative)
-    modes = {a: calm_of(plan, deep, winch_of(deep, a))[1].programme[1].mode for a in Alternative}
+    assert len({winch_of(deep, a) for a in ALTERNATIVES}) == len(ALTERNATIVES)
+    modes = {a: calm_of(plan, deep, winch_of(deep, a))[1].programme[1].mode for a in ALTERNATIVES}
     assert modes[Alternative.NONE] is modes[Alternative.CAP] is StageMode.MANUAL
     assert modes[Alternative.SSC] is StageMode.AHC
 
@@ -266,7 +266,7 @@ def test_a_sea_is_condemned_by_failed_runs_that_a_tenth_of_its_phases_would_meet
 def test_a_landing_takes_the_same_time_under_every_winch(plan):
     """A seed is then the same sea to all of them."""
     landing = of_kind(plan, PhaseKind.LANDING)
-    assert len({course_of(plan, landing, winch_of(landing, a)).duration for a in Alternative}) == 1
+    assert len({course_of(plan, landing, winch_of(landing, a)).duration for a in ALTERNATIVES}) == 1
 
 
 def test_a_passage_that_is_planned_to_take_longer_counts_more_often(plan):

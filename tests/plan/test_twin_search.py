@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray
 
-from stillhook.engine.lowering.summary import RUN_NUMBERS, STAGE_NUMBERS
+from stillhook.engine.lowering.summary import run_numbers_of, stage_numbers_of
 from stillhook.plan.definition.compensation import Alternative
 from stillhook.plan.definition.demand import Tier
 from stillhook.plan.definition.phases import PhaseKind
@@ -17,6 +17,7 @@ from stillhook.plan.tiers.time_domain import cells as twin_cells
 from stillhook.plan.tiers.time_domain.bracketing import Search
 from stillhook.plan.tiers.time_domain.lowering import Winch, course_of
 from stillhook.plan.tiers.time_domain.tier import refine
+from stillhook.winches.registry import WINCH_TYPES
 
 BETA = math.radians(165.0)
 PERIODS = (6.0, 9.0, 12.0)
@@ -26,6 +27,7 @@ SHARE = {0.2: 0.4}
 """Part of it under the flat cap; the twin leaves next to nothing."""
 RIGHT = 0.12
 """Share by which a limit of 20 to 60 seeds may be off: `Search.width`, and 6 % between cells."""
+WINCH = WINCH_TYPES["active-passive"]
 
 
 @pytest.fixture(scope="module")
@@ -41,8 +43,8 @@ def asked(monkeypatch):
     log = []
 
     def made_up(cranes, cases, **_):
-        numbers = {name: np.zeros((len(cases), 6)) for name in STAGE_NUMBERS}
-        run = {name: np.zeros(len(cases)) for name in RUN_NUMBERS}
+        numbers = {name: np.zeros((len(cases), 6)) for name in stage_numbers_of(WINCH)}
+        run = {name: np.zeros(len(cases)) for name in run_numbers_of(WINCH)}
         for i, case in enumerate(cases):
             Hs = case.sea.trains[0].spectrum.H_m0 if hasattr(case, "sea") else 0.0
             seed, left = getattr(case, "seed", 0), getattr(case, "left", 1.0)

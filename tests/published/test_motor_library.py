@@ -10,7 +10,7 @@ from stillhook.physics.friction import system_friction as friction_torque
 from stillhook.physics.hydraulics.motor import torque_loss
 from stillhook.spec.crane import SystemFriction
 from stillhook.units import in_display, parse
-from stillhook.winches.circuits import Motor
+from stillhook.winches.circuits.tables import Motor
 
 ROUNDING = 1e-12  # relative; printed digits through the unit factors
 

@@ -23,7 +23,7 @@ from stillhook.validate.dynamics.tuned_crane import tuned_crane
 from stillhook.validate.parameters.circuit import leakage as implied_leak
 from stillhook.validate.parameters.circuit.flow import balance, leak_rows
 from stillhook.validate.parameters.circuit.leakage import EXTRAPOLATED, FEWEST_FOR_FORM, choose, form_says
-from stillhook.winches.circuits import LeakForm
+from stillhook.winches.circuits.tables import LeakForm
 
 CONSTANT = changed(TWIN, {"active": {"leak": {"form": "constant"}}})
 STROKE = changed(TWIN, {"active": {"leak": {"form": "stroke"}}})

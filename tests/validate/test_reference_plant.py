@@ -10,7 +10,7 @@ import pytest
 from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
-from stillhook.engine.scenario.run import Block
+from stillhook.engine.scenario.run import Ready, ScenarioBlock
 from stillhook.errors import SpecError
 from stillhook.library import changed
 from stillhook.physics.hydraulics.line import capacitance
@@ -124,7 +124,9 @@ def test_without_compiling_the_same_run_gives_the_same_numbers():
     start = case("94 t", "487 m", duration="0.5 s", ramp="0.1 s", warm_up="0 s")
     found = []
     for compiled in (True, False):
-        block = Block([(pack_reference(CRANE, start, PLAIN), CycleInputs(CRANE, start))], lanes=1, n_sub=5, every=10)
+        block = ScenarioBlock(
+            [Ready(pack_reference(CRANE, start, PLAIN), CycleInputs(CRANE, start))], lanes=1, n_sub=5, every=10
+        )
         if not compiled:
             block.d = SimpleNamespace(**vars(block.d) | {"run": block.d.run.py_func})
         for _ in block.steps():
@@ -199,12 +201,12 @@ def test_the_shaft_accelerates_by_the_inertia_that_the_truth_names():
         rates = []
         for p_a in (50.0 * BAR, 100.0 * BAR):
             x = module.State(
-                **dict.fromkeys(module.State._fields, 0.0)
-                | {"p_a": p_a, "alpha_m": 1.0, "s_w": 487.0, "V_o": 0.6}
-                | warm
+                **dict.fromkeys(module.State._fields, 0.0) | {"p_a": p_a, "alpha_m": 1.0, "V_o": 0.6} | warm
             )
-            geo = module.geometry(x, p)
-            rates.append(module.rates(module.circuit(x, u, geo, Tip(0.0, 0.0), p), x, u, geo, p).omega_m)
+            path, geo = module.PATH, module.geometry(487.0, p)
+            y = path.State(**dict.fromkeys(path.State._fields, 0.0) | {"s_w": 487.0})
+            q = path.at(0.0, y, geo, Tip(0.0, 0.0), p)
+            rates.append(module.rates(module.circuit(x, q, u, geo, p), x, q, u, geo, p).omega_m)
         out.append(rates[1] - rates[0])
     assert out[0] / out[1] == pytest.approx(0.8, rel=WOUND)
 

@@ -10,8 +10,9 @@ from stillhook.engine.pack.winch import drum_record
 from stillhook.physics.load_path.drum import layer_diameter, layers_filled, wire_to_layer
 from stillhook.validate.synthetic.reference.crane import ReferenceCrane
 from stillhook.validate.synthetic.reference.pack import STRAIN, pack_reference
+from stillhook.winches.records import Tip
 from stillhook.winches.reference.drum import CLIMB, TrueDrum, inertia_true, wire_on_layers, wound
-from stillhook.winches.reference.rope import elastic_tension, rope_energy, rope_loss, rope_state, stretch_under
+from stillhook.winches.reference.rope import State, at, elastic_tension, energy, powers, rates, stretch_under
 
 CRANE = load_crane("nov-250t")
 CASE = Scenario(load="94 t", s_w="487 m", tip="sine 0.75 m 10 s", mode="ssc", duration="60 s", warm_up="0 s")
@@ -19,6 +20,8 @@ ROPE = pack_reference(CRANE, CASE, ReferenceCrane()).params.extra.rope
 DRUM = TrueDrum(2.8, 0.095, 19.0, 2800.0, 36.0, 3.0, 1.4e5, 1.0 / 501.6)
 I_L = 2.0 / 547.0
 JOULE = 1e-6
+P = SimpleNamespace(extra=SimpleNamespace(rope=ROPE), hoist=SimpleNamespace(s_w_0=487.0))
+"""Parameters of which the rope reads its own and the wire out at the start."""
 
 
 def test_a_standing_wire_takes_the_stretch_of_its_tension():
@@ -49,36 +52,31 @@ def test_what_winch_tip_and_load_give_the_wire_it_keeps_or_loses():
             )
         )
         lever, tip_v, s_w = 0.0047, float(rng.uniform(-1.0, 1.0)), 487.0
-        start = SimpleNamespace(s_w=s_w, s_mid=-x_up, s_load=-x_up - x_low, **v)
-        tip = SimpleNamespace(s=0.0, v=tip_v)
-        q = rope_state(start, lever, s_w, tip, ROPE)
+        start = State(s_w, -x_up - x_low, v["v_load"], -x_up, v["v_mid"], v["y_up"], v["y_low"])
+        v_w = v["omega_m"] * lever
+        q = at(v_w, start, None, Tip(0.0, tip_v), P)
+        slope = rates(q, start, P)
 
-        def energy(h: float, start=start, q=q, lever=lever, s_w=s_w, tip_v=tip_v) -> float:
-            x = SimpleNamespace(
-                omega_m=start.omega_m,
-                s_w=s_w - h * q.v_w,
-                s_mid=start.s_mid + h * start.v_mid,
-                s_load=start.s_load + h * start.v_load,
-                v_mid=start.v_mid + h * q.a_mid,
-                v_load=start.v_load + h * q.a_load,
-                y_up=start.y_up + h * (q.x_up_dot - start.y_up * ROPE.i_tau),
-                y_low=start.y_low + h * (q.x_low_dot - start.y_low * ROPE.i_tau),
-            )
-            return float(rope_energy(x, rope_state(x, lever, s_w, SimpleNamespace(s=h * tip_v, v=tip_v), ROPE), ROPE))
+        def stored(h: float, start=start, slope=slope, v_w=v_w, tip_v=tip_v) -> float:
+            x = State(*(y + h * dy for y, dy in zip(start, slope, strict=True)))
+            return float(energy(at(v_w, x, None, Tip(h * tip_v, tip_v), P), x, P))
 
         h = 1e-5
-        rate = (energy(h) - energy(-h)) / (2.0 * h)
-        given = q.F_w * (tip_v + q.v_w)
-        assert rate == pytest.approx(given - rope_loss(q, start, ROPE) - q.P_drag, rel=1e-5, abs=1.0)
+        rate = (stored(h) - stored(-h)) / (2.0 * h)
+        lost = powers(q, start, Tip(0.0, tip_v), P)
+        into = q.F_w * (tip_v + q.v_w)
+        assert rate == pytest.approx(into - lost.wire - lost.drag, rel=1e-5, abs=1.0)
 
 
 def test_strands_lose_energy_in_a_swing_and_none_at_rest():
-    x = SimpleNamespace(omega_m=0.0, s_w=487.0, s_mid=-0.3, s_load=-0.6, v_mid=0.0, v_load=0.0, y_up=0.0, y_low=0.0)
-    q = rope_state(x, 0.0047, 487.0, SimpleNamespace(s=0.0, v=0.0), ROPE)
-    assert rope_loss(q, x, ROPE) == pytest.approx(0.0, abs=JOULE)
-    x.y_up = 0.01
-    q = rope_state(x, 0.0047, 487.0, SimpleNamespace(s=0.0, v=0.0), ROPE)
-    assert rope_loss(q, x, ROPE) > 0.0
+    still = Tip(0.0, 0.0)
+
+    def lost(y_up: float) -> float:
+        x = State(487.0, -0.6, 0.0, -0.3, 0.0, y_up, 0.0)
+        return float(powers(at(0.0, x, None, still, P), x, still, P).wire)
+
+    assert lost(0.0) == pytest.approx(0.0, abs=JOULE)
+    assert lost(0.01) > 0.0
 
 
 def test_layers_hold_the_wire_of_their_turns():

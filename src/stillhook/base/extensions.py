@@ -1,7 +1,7 @@
-"""Modules that extend Stillhook: those of a package's own folder, and files or installed packages of the user.
+"""Modules that extend Stillhook: those of a package's own folder, and modules of the user.
 
-A user names files in the environment variable `STILLHOOK_EXTENSIONS` (separated as in PATH), or installs a package with
-an entry point in the group `stillhook.extensions`. Each is loaded once, before anything is simulated.
+A user names them in the environment variable `STILLHOOK_EXTENSIONS`: paths of Python files, or importable modules,
+separated as in PATH. Each is loaded once, before anything is simulated.
 """
 
 from __future__ import annotations
@@ -12,17 +12,14 @@ import importlib.util
 import os
 import pkgutil
 import sys
-from collections.abc import Iterator
-from importlib.metadata import entry_points
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
 
 from stillhook.errors import SpecError
 
 VARIABLE = "STILLHOOK_EXTENSIONS"
-"""Environment variable with the files of a user's own winch types and controllers."""
-GROUP = "stillhook.extensions"
-"""Group of entry points of installed packages with winch types and controllers."""
+"""Environment variable with a user's own winch types and controllers."""
 
 
 def modules_in(package: ModuleType) -> Iterator[ModuleType]:
@@ -34,9 +31,8 @@ def modules_in(package: ModuleType) -> Iterator[ModuleType]:
 @functools.cache
 def extensions() -> tuple[ModuleType, ...]:
     """The user's own modules. Errors: SpecError of one line where one cannot be loaded."""
-    paths = [Path(text) for text in os.environ.get(VARIABLE, "").split(os.pathsep) if text.strip()]
-    installed = [point.load() for point in sorted(entry_points(group=GROUP), key=lambda p: p.name)]
-    return (*(_from_file(path) for path in paths), *installed)
+    names = [text.strip() for text in os.environ.get(VARIABLE, "").split(os.pathsep) if text.strip()]
+    return tuple(_loaded(name) for name in names)
 
 
 def extension_sources() -> list[Path]:
@@ -44,20 +40,37 @@ def extension_sources() -> list[Path]:
     return [Path(str(module.__file__)) for module in extensions() if module.__file__]
 
 
+def _loaded(name: str) -> ModuleType:
+    path = Path(name)
+    if path.suffix == ".py":
+        if not path.is_file():
+            raise SpecError(f"{VARIABLE}: no file {path}. Give paths of Python files, separated by {os.pathsep!r}.")
+        return _checked(name, lambda: _from_file(path))
+    return _checked(name, lambda: importlib.import_module(name))
+
+
+def _checked(name: str, load: Callable[[], ModuleType]) -> ModuleType:
+    """What load gives. Errors: SpecError of one line for whatever a user's module raises."""
+    try:
+        return load()
+    except SpecError:
+        raise
+    except Exception as problem:
+        raise SpecError(f"{VARIABLE}: {name}: {type(problem).__name__}: {' '.join(str(problem).split())}") from problem
+
+
 def _from_file(path: Path) -> ModuleType:
-    if not path.is_file():
-        raise SpecError(f"{VARIABLE}: no file {path}. Give paths of Python files, separated by {os.pathsep!r}.")
     name = f"stillhook_extension_{path.stem}"
     if name in sys.modules:
         raise SpecError(f"{VARIABLE}: two files are called {path.name}. Rename one of them.")
     spec = importlib.util.spec_from_file_location(name, path.resolve())
-    if spec is None or spec.loader is None:
-        raise SpecError(f"{VARIABLE}: {path} is not a Python file. Its name must end in .py.")
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     try:
         spec.loader.exec_module(module)
-    except Exception as problem:  # whatever a user's module raises
+    except BaseException:
         del sys.modules[name]
-        raise SpecError(f"{VARIABLE}: {path}: {type(problem).__name__}: {problem}") from problem
+        raise
     return module

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 
 Progress = Callable[[float], None]
@@ -25,3 +26,41 @@ class Parts:
             self.share = share
             if self.progress is not None:
                 self.progress(share)
+
+
+class Interrupted(Exception):
+    """The caller's stop flag was set; nothing is returned."""
+
+
+class Meter:
+    """Adds up what all parts of a work have done and tells the caller; also carries the stop flag to the worker
+    threads.
+
+    total and done in any weight, such as cases.
+    """
+
+    def __init__(self, total: float, progress: Progress | None, done: float = 0.0) -> None:
+        self.total, self.progress, self.done, self.stopped = total, progress, done, False
+        self.lock = threading.Lock()
+
+    def tell(self) -> None:
+        if self.progress is not None:
+            self.progress(min(self.done / self.total, 1.0))
+
+    def part(self, weight: float) -> Progress:
+        """Progress of a part of this weight, called with its share done. Raises Interrupted once the meter is
+        stopped."""
+        before = 0.0
+
+        def reached(share: float) -> None:
+            nonlocal before
+            if self.stopped:
+                raise Interrupted
+            if share == before:
+                return
+            with self.lock:
+                self.done += (share - before) * weight
+                before = share
+                self.tell()
+
+        return reached

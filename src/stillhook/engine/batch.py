@@ -16,9 +16,8 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.base.progress import Progress
+from stillhook.base.progress import Meter, Progress
 from stillhook.engine.arguments import check_threads
-from stillhook.engine.scenario.run import Meter
 from stillhook.engine.store import Store
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.kernels.build import driver, results_hash

@@ -21,6 +21,7 @@ from numba.core.caching import FunctionCache
 from stillhook.base.extensions import extension_sources
 from stillhook.kernels import control_laws
 from stillhook.kernels.cache import kernel_folder, make_private
+from stillhook.physics import intrinsics as intrinsics  # scalar functions as Numba sees them
 from stillhook.physics.scalar import STRICT
 from stillhook.winches.reference import plant as truth
 from stillhook.winches.registry import WINCH_TYPES

@@ -136,7 +136,7 @@ LS, LY, HANG, SOLVE, SUMS, F_S, LIFT, STAGE_NOW, LO, HI, H_WET, SEEN = (
     ELEMENT,
     WATER,
     LEVEL,
-    OMEGA_0,
+    V_W_0,
     A_LOAD,
     SINCE,
     S_JOY,
@@ -155,7 +155,7 @@ LS, LY, HANG, SOLVE, SUMS, F_S, LIFT, STAGE_NOW, LO, HI, H_WET, SEEN = (
         "element",
         "water",
         "level",
-        "omega_0",
+        "v_w_0",
         "a_load",
         "since_taut",
         "s_joy",
@@ -170,12 +170,12 @@ LS, LY, HANG, SOLVE, SUMS, F_S, LIFT, STAGE_NOW, LO, HI, H_WET, SEEN = (
     )
 )
 get_element, get_solve, get_lift, get_hang = (access(c, LANES).load for c in (Element, Solve, Lift, Hanging))
+get_x, get_geo = access(base.State, LANES).load, access(Geometry, LANES).load
 put_sup, put_element, put_seen = store(Supervisor), store(Element), store(Windowed)
 ELEMENT_C = ELEMENT + offset(Element, "c", LANES)
 SUP_STAGE, SUP_DONE = (SUP + offset(Supervisor, f, LANES) for f in ("stage", "done"))
 PATH = X + offset(base.State, "path", LANES)
 X_S, X_V = (PATH + offset(base.path.State, f, LANES) for f in ("s_load", "v_load"))
-OMEGA = X + offset(base.State, "winch", LANES) + offset(plant.State, "omega_m", LANES)
 S_LOAD, V_LOAD = (Y + offset(Signals, f, LANES) for f in ("s_load", "v_load"))
 NY, NLY = size(Signals), size(LiftSignals)
 NS = NY + NLY
@@ -471,7 +471,7 @@ def wire_step(A, B, N, T, t, tau, h):
         q, v = hook[ROW + Q + l], hook[ROW + V + l]
         z, v_mid = b.lift.z_ref + ahead(q, v, b.hang.a_load, 0.5 * h), v + 0.5 * h * b.hang.a_load
         force = water_force(z, v_mid, wetted(b.h_wet, b.lo, b.hi), later(b.hang.water, tau + 0.5 * h), b.lift.load)
-        put_solve(A, SOLVE + l, begin(b, B[Q + l], v, v_mid, force, h))
+        put_solve(A, SOLVE + l, begin(b, wire_speed(b.x.winch, b.geo), B[Q + l], v, v_mid, force, h))
         A[SUMS + l] = 0.0
         A[SUMS + LANES + l] = 0.0
     for l in range(LANES):
@@ -575,7 +575,7 @@ def finish(A, B, N, t, h):
                 w.relay,
             ),
         )
-        A[OMEGA_0 + l] = A[OMEGA + l]
+        A[V_W_0 + l] = wire_speed(get_x(A, X + l).winch, get_geo(A, GEO + l))
 
 
 def run(

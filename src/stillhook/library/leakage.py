@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol
 from stillhook.library.tables import leak_table
 from stillhook.physics.hydraulics.pump import LEAK_KNOTS, PumpLeak, pump_leakage
 from stillhook.units import number, show
-from stillhook.winches.circuits import ActiveCircuit, Leak, LeakForm, LeakPoint, PassiveCircuit, PumpSet
+from stillhook.winches.circuits.tables import ActiveCircuit, Leak, LeakForm, LeakPoint, PassiveCircuit, PumpSet
 
 DEFAULT = Leak(form=LeakForm.STROKE_SPEED, at=LeakPoint())
 """Form of a crane file that states none, as section 2.5.2.4 has it."""

@@ -11,7 +11,7 @@ from stillhook import units as u
 from stillhook.library.toml.explain import explain
 from stillhook.library.toml.tree import Tree, library_tree, shelf, values
 from stillhook.spec.crane import Spec, SystemFriction
-from stillhook.winches.circuits import Motor
+from stillhook.winches.circuits.tables import Motor
 
 _Table = TypeVar("_Table", bound=Spec)
 

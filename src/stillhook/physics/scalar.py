@@ -14,9 +14,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from llvmlite import ir
-from numba import njit, types
-from numba.extending import intrinsic, typeof_impl
 
 STRICT = {"error_model": "numpy", "fastmath": {"nsz"}}
 
@@ -24,24 +21,24 @@ STRICT = {"error_model": "numpy", "fastmath": {"nsz"}}
 class Scalar:
     """A function of floats and records: plain Python when called, inlined machine code inside a kernel.
 
-    It has no wrapper for calls of the machine code from Python: building those takes half of the compile time.
+    Numba is loaded when the first kernel is compiled, and not before.
     """
 
     def __init__(self, source: Callable[..., Any], python: Callable[..., Any] | None = None, **options: Any) -> None:
         functools.update_wrapper(self, source)
         self.source = source
         self.python = python or source
-        self.kernel = njit(forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **(options or STRICT))(
-            source
-        )
+        self.options = options or STRICT
 
     def __call__(self, *args: Any) -> Any:
         return self.python(*args)
 
+    @functools.cached_property
+    def kernel(self) -> Any:
+        """The function for Numba."""
+        from stillhook.physics.intrinsics import inlined
 
-@typeof_impl.register(Scalar)
-def _typeof_scalar(value: Scalar, context: Any) -> types.Dispatcher:
-    return types.Dispatcher(value.kernel)
+        return inlined(self.source, self.options)
 
 
 def scalar(source: Callable[..., Any]) -> Scalar:
@@ -87,39 +84,16 @@ def copysign(x, y):
     return math.copysign(x, y)
 
 
-@intrinsic
-def _bits(typingctx, x):
-    """The 64 bits of a double as an integer."""
-    return types.int64(types.float64), lambda c, b, s, a: b.bitcast(a[0], ir.IntType(64))
-
-
-@intrinsic
-def _float(typingctx, x):
-    """The double that has these 64 bits."""
-    return types.float64(types.int64), lambda c, b, s, a: b.bitcast(a[0], ir.DoubleType())
-
-
-@intrinsic
-def _slot(typingctx):
-    """Eight doubles on the stack, on a boundary of their own size; never used."""
-
-    def generate(context, builder, signature, args):
-        with builder.goto_entry_block():
-            slot = builder.alloca(ir.ArrayType(ir.DoubleType(), 8))
-        slot.align = 64
-        builder.asm(ir.FunctionType(ir.VoidType(), [slot.type]), "", "r", [slot], side_effect=True)
-        return context.get_dummy_value()
-
-    return types.void(), generate
-
-
 def _align_stack():
-    _slot()
+    _slot()  # type: ignore[name-defined]  # noqa: F821
 
 
 align_stack = Scalar(_align_stack, python=lambda: None)
 """Puts a kernel's stack on a boundary of 64 bytes. Without it every vector that is kept on the stack may straddle two
 cache lines: the kernel then runs up to a third slower, in some processes and not in others."""
+
+
+# `_slot`, `_bits` and `_float` are operations of machine code: `stillhook.physics.intrinsics` puts them here.
 
 
 def _exp(x):
@@ -134,7 +108,7 @@ def _exp(x):
     b = (1.0 / 24.0 + r * (1.0 / 120.0)) + r_2 * (1.0 / 720.0 + r * (1.0 / 5040.0))
     c = (1.0 / 40320.0 + r * (1.0 / 362880.0)) + r_2 * (1.0 / 3628800.0 + r * (1.0 / 39916800.0))
     p = a + r_4 * (b + r_4 * c)
-    return p * _float((_bits(t) + 1023) << 52)
+    return p * _float((_bits(t) + 1023) << 52)  # type: ignore[name-defined]  # noqa: F821
 
 
 def _exp_python(x):

@@ -26,7 +26,7 @@ from stillhook.tables.table import Count, Fraction, Number, Text
 from stillhook.tables.table import Source as Source
 from stillhook.tables.table import SourceKind as SourceKind
 from stillhook.tables.table import Spec as Spec
-from stillhook.winches.circuits import ActiveCircuit, PassiveCircuit
+from stillhook.winches.circuits.tables import ActiveCircuit, PassiveCircuit
 from stillhook.winches.registry import WINCH_TYPES
 from stillhook.winches.registry import Plant as Plant
 

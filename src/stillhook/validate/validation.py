@@ -6,8 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from stillhook.base.progress import Progress
-from stillhook.engine.scenario.run import Meter
+from stillhook.base.progress import Meter, Progress
 from stillhook.errors import ValidateError
 from stillhook.units import quote
 from stillhook.validate.ahc.check import check_ahc

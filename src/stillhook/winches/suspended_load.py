@@ -60,32 +60,25 @@ class Works(NamedTuple):
 
 
 class Hanging(NamedTuple):
-    """What a lift remembers beside wire rows and winch: supervisor; element of the wire in this cycle; water at the
-    load at the start of the cycle; levels at which it was taken, see `level_of`; omega_0 motor speed one step ago
-    [rad/s]; a_load last acceleration of the load [m/s^2]; since_taut time since the slings came taut [s]; s_joy path
-    that the joystick asked for [m]; e_held control error while compensating, the last one while not [m]; stage and
-    k_stage that statistics are of, and the cycle it began; E energy in wire, hook, load and slings, E_0 that at the
-    start [J]; v_before speed of the first node in the middle of the last step but one [m/s]; datum payload beside the
-    joystick's path when compensation began [m]; grounded 1 once the load touched the seabed, until it is clear of it
-    again."""
+    """What a lift remembers beside wire rows and winch."""
 
     sup: Supervisor
-    element: Element
-    water: Water
-    level: Heights
-    omega_0: float
-    a_load: float
-    since_taut: float
-    s_joy: float
-    e_held: float
-    stage: float
-    k_stage: float
-    E: float
-    E_0: float
+    element: Element  # of the wire in this cycle
+    water: Water  # at the load at the start of the cycle
+    level: Heights  # at which it was taken, see `level_of`
+    v_w_0: float  # wire speed one step ago [m/s]
+    a_load: float  # last acceleration of the load [m/s^2]
+    since_taut: float  # time since the slings came taut [s]
+    s_joy: float  # path that the joystick asked for [m]
+    e_held: float  # control error while compensating, the last one while not [m]
+    stage: float  # of which statistics are
+    k_stage: float  # cycle in which it began
+    E: float  # energy in wire, hook, load and slings [J]
+    E_0: float  # that at the start [J]
     works: Works
-    v_before: float
-    datum: float
-    grounded: float
+    v_before: float  # speed of the first node in the middle of the last step but one [m/s]
+    datum: float  # payload beside the joystick's path when compensation began [m]
+    grounded: float  # 1 once the load touched the seabed, until it is clear of it again
 
 
 class LiftStats(NamedTuple):
@@ -263,19 +256,19 @@ def ahead(q, v, a, tau):
 
 
 @scalar
-def begin(b, q, v, v_mid, f, h):
-    """What the rows of one lane's wire share in this step: q displacement of its first node [m]; v speed of its payload
-    now and v_mid as foreseen for mid-step, when the water acts with f.
+def begin(b, v_w, q, v, v_mid, f, h):
+    """What the rows of one lane's wire share in this step: v_w wire speed that the winch gives [m/s]; q displacement of
+    its first node [m]; v speed of its payload now and v_mid as foreseen for mid-step, when the water acts with f.
 
     Drag is straightened about v_mid, so that no payload is too light for the step.
     """
-    e, x, y = b.hang.element, b.x.winch, b.x.path
+    e, y = b.hang.element, b.x.path
     G = 0.5 * h * (e.c + 0.5 * h * e.k)
     k_0, c_0 = wire_stiffness(y.s_w, b.p.hoist.wire), b.geo.c
-    half = 0.5 * (x.omega_m - b.hang.omega_0)
-    s_w = y.s_w - 0.5 * h * b.geo.r_eff * (x.omega_m + 0.5 * half)
+    half = 0.5 * (v_w - b.hang.v_w_0)
+    s_w = y.s_w - 0.5 * h * (v_w + 0.5 * half)
     top = b.tip_1.s - (s_w - b.p.hoist.s_w_0)
-    v_top = b.tip_1.v + b.geo.r_eff * (x.omega_m + half)
+    v_top = b.tip_1.v + v_w + half
     G_0 = 0.5 * h * k_0 + c_0
     T_0 = k_0 * (top - q) + c_0 * v_top
     taut = 1.0 if T_0 - G_0 * y.v_load > 0.0 else 0.0

@@ -21,8 +21,9 @@ from stillhook.base.progress import Progress
 from stillhook.control.registry import USUAL
 from stillhook.engine.arguments import SERIES_STEP, check_threads, steps_per_cycle
 from stillhook.engine.batch import spread
+from stillhook.engine.runner import Ending
 from stillhook.engine.scenario.checks import notes_of
-from stillhook.engine.scenario.run import Ending, Result, run_cases
+from stillhook.engine.scenario.run import Result, run_cases
 from stillhook.engine.scenario.summary import summarise
 from stillhook.errors import ScenarioError
 from stillhook.kernels.build import results_hash

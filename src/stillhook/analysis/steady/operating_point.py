@@ -25,7 +25,7 @@ from stillhook.physics.load_path.wire import wire_stiffness
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import FrictionModel, Operator, Scenario, Water
 from stillhook.units import show
-from stillhook.winches.closed_circuit import ActiveFlows, active_flows
+from stillhook.winches.circuits.active import ActiveFlows, active_flows
 from stillhook.winches.records import Geometry, Tick, Tip
 
 DP_MOST = 1.0e8
@@ -145,8 +145,8 @@ def winch_at(crane: Crane, case: Scenario) -> Winch:
     `stillhook.engine.scenario.checks.check`."""
     if not crane.plant.type.steady_operation:
         raise SpecError(
-            f'"{crane.name}": winch type "{crane.plant}" declares no steady operation, on which this question rests. Choose'
-            " another crane, or another question."
+            f'"{crane.name}": winch type "{crane.plant}" declares no steady operation, on which this question rests.'
+            " Choose another crane, or another question."
         )
     packed = pack(crane, case)
     A = packed.params.active

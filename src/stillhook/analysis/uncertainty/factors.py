@@ -14,7 +14,7 @@ from stillhook.engine.scenario.checks import case_friction, friction_parts, laye
 from stillhook.spec.crane import Crane, Wire, inertia_ratio_without_wire
 from stillhook.spec.scenario import Scenario
 from stillhook.statistics.estimate import NORMAL_95
-from stillhook.winches.circuits import ServoVariant
+from stillhook.winches.circuits.tables import ServoVariant
 
 CASE = "case."
 """Begin of the paths that lie in the scenario; all others lie in the crane."""

@@ -2,28 +2,26 @@
 
 import functools
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.base.progress import Progress
 from stillhook.control.plc import Memory
 from stillhook.control.supervisor import Stage
-from stillhook.engine.inputs import CycleInputs, filled, hermite_weights, scale_weights
+from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.lowering.checks import check_course, check_lift, check_lift_step, check_sea
 from stillhook.engine.pack.lift import PackedLift, field_record, pack_lift, stand_in
-from stillhook.engine.scenario.run import Ending, nothing, shared
-from stillhook.errors import StillhookError
+from stillhook.engine.pack.winch import Packed
+from stillhook.engine.runner import Block, Ending, Shape, nothing, ready_cases, run_blocks
 from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import access, aligned, fields, flatten, offset, room_for, size
-from stillhook.kernels.moving_window import blank_window
 from stillhook.kernels.statistics import blank
 from stillhook.sea.motion.kinematics import WaveField
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
-from stillhook.variables import WINDOW
 from stillhook.winches.records import Geometry, Tick, Tip
 from stillhook.winches.suspended_load import Hanging, LiftSignals, LiftStats, Solve, blank_lift_stats
 
@@ -79,6 +77,11 @@ class Ready(NamedTuple):
     packed: PackedLift
     drive: CycleInputs
 
+    @property
+    def winch(self) -> Packed:
+        """Records of its winch."""
+        return self.packed.winch
+
 
 def prepare(
     crane: Crane | Sequence[Crane], cases: Sequence[Lowering], n_sub: int, places: Sequence[int] | None = None
@@ -86,21 +89,16 @@ def prepare(
     """Checked and packed lowerings; crane that of all, or one for each; places their numbers in a longer list, for
     messages.
     Errors: LiftError, ScenarioError, SpecError naming the case."""
-    ready = []
     known: dict[tuple[Any, ...], PackedLift] = {}
-    for i, (each, case) in enumerate(
-        zip([crane] * len(cases) if isinstance(crane, Crane) else crane, cases, strict=True)
-    ):
-        try:
-            check_sea(case)
-            drive = CycleInputs(each, stand_in(each, case, 0.0))
-            alike = id(each), field_record(case.waves), drive.s_tip_0, *(id(getattr(case, name)) for name in PACKED)
-            packed = known[alike] = known[alike] if alike in known else _packed(each, case, drive, n_sub)
-        except StillhookError as e:
-            named = places is not None or len(cases) > 1
-            raise type(e)(f"case {i if places is None else places[i]}: {e}" if named else str(e)) from None
-        ready.append(Ready(case, packed, drive))
-    return ready
+
+    def make(each: Crane, case: Lowering) -> Ready:
+        check_sea(case)
+        drive = CycleInputs(each, stand_in(each, case, 0.0))
+        alike = id(each), field_record(case.waves), drive.s_tip_0, *(id(getattr(case, name)) for name in PACKED)
+        packed = known[alike] = known[alike] if alike in known else _packed(each, case, drive, n_sub)
+        return Ready(case, packed, drive)
+
+    return ready_cases([crane] * len(cases) if isinstance(crane, Crane) else crane, cases, make, places)
 
 
 def _packed(crane: Crane, case: Lowering, drive: CycleInputs, n_sub: int) -> PackedLift:
@@ -129,20 +127,16 @@ def run_lowerings(
     cycle; a row of the series every `every` cycles (0: statistics alone). places: numbers of the cases in a longer
     list, for messages.
     """
-    ready = prepare(crane, cases, n_sub, places)
-    groups: dict[Any, list[int]] = {}
-    for i, r in enumerate(ready):
-        alike = r.drive.n_ticks, r.drive.cols, r.case.wire.nodes, waves_step(r.case.waves)
-        groups.setdefault((r.packed.winch.beside, *alike), []).append(i)
-    blocks = [g[i : i + lanes] for g in groups.values() for i in range(0, len(g), lanes)]
-
-    def make(indices: list[int]) -> "LiftBlock":
-        return LiftBlock([ready[i] for i in indices], lanes=lanes, n_sub=n_sub, every=every)
-
-    for winch in {r.packed.winch.beside: r.packed.winch for r in ready}.values():
-        driver(winch.name, lanes, KIND, winch.beside)
-    results = shared(blocks, make, threads, progress)
-    return [results[i] for i in range(len(cases))]
+    results: list[LiftResult] = run_blocks(
+        prepare(crane, cases, n_sub, places),
+        lambda r: (r.drive.n_ticks, r.drive.cols, r.case.wire.nodes, waves_step(r.case.waves)),
+        lambda some: LiftBlock(some, lanes=lanes, n_sub=n_sub, every=every),
+        kind=KIND,
+        lanes=lanes,
+        threads=threads,
+        progress=progress,
+    )
+    return results
 
 
 @functools.cache
@@ -151,33 +145,22 @@ def record_of(cls: type) -> Callable[[Sequence[float], int], Any]:
     return access(cls, 1).load
 
 
-class LiftBlock:
+class LiftBlock(Block[Ready]):
     """Lowerings of equal length side by side; missing lanes repeat the first case."""
 
-    def __init__(self, ready: list[Ready], *, lanes: int, n_sub: int, every: int) -> None:
-        self.ready = ready
-        self.lanes = [ready[i] if i < len(ready) else ready[0] for i in range(lanes)]
-        self.drive, self.n_sub, self.every = ready[0].drive, n_sub, every
+    def __init__(self, ready: Sequence[Ready], *, lanes: int, n_sub: int, every: int) -> None:
+        winch = ready[0].winch
+        d = driver(winch.name, lanes, KIND, winch.beside)
+        super().__init__(ready, Shape(d, d.base, d.SIGNALS, d.NS), lanes=lanes, n_sub=n_sub, every=every)
         self.n = ready[0].case.wire.nodes
         self.dt_waves = waves_step(ready[0].case.waves)
         self.levels = max(0 if r.case.waves is None else r.case.waves.w.shape[1] for r in ready)
-        winch = ready[0].packed.winch
-        self.d = driver(winch.name, lanes, KIND, winch.beside)
-        self.n_x = size(self.d.base.State)
-        self.H = scale_weights(hermite_weights(n_sub), self.drive.t_cycle)
-        self.n_win = round(WINDOW / self.drive.t_cycle) + 1
-        self.W = aligned(blank_window(self.n_win, lanes, self.d.SIGNALS))
         self.n_stages = max(len(r.packed.programme.rows) for r in ready)
         self.S, self.T = self._stages(), aligned(np.stack([r.packed.table for r in self.lanes], axis=-1))
-        self.G = np.full((self.n_stages + 1, self.d.NG, lanes), np.nan)
+        self.G = np.full((self.n_stages + 1, d.NG, lanes), np.nan)
         self.starts = np.full((self.n_stages + 1, lanes), np.nan)
-        self.first = np.array(flatten(blank(self.d.Stats, winch.plant)) + flatten(blank_lift_stats()))
-        rows = self.drive.n_ticks // every + 1 if every else 0
-        self.out = np.empty((rows, self.d.NS, lanes))
-        self.failed: dict[int, float] = {}
-        self.A = aligned(np.array(self._records()).T)
+        self.first = np.array(flatten(blank(d.Stats, winch.plant)) + flatten(blank_lift_stats()))
         self.B = aligned(np.stack([self._rows(r) for r in self.lanes], axis=-1))
-        self.d.base.at_rest(self.A.reshape(-1))
 
     def _stages(self) -> FloatArray:
         """Stages of every lane; a shorter programme goes no further than its last."""
@@ -188,17 +171,17 @@ class LiftBlock:
             S[len(rows) :, :, l] = rows[-1]
         return aligned(S)
 
-    def _records(self) -> list[list[float]]:
+    def records(self) -> list[list[float]]:
         """Every lane; those that begin alike are written once."""
         known: dict[tuple[Any, ...], list[float]] = {}
         out = []
         for r in self.lanes:
             alike = id(r.packed), r.drive.first_row().tobytes()
-            known[alike] = known[alike] if alike in known else self._record(r)
+            known[alike] = known[alike] if alike in known else self.record(r)
             out.append(known[alike])
         return out
 
-    def _record(self, r: Ready) -> list[float]:
+    def record(self, r: Ready) -> list[float]:
         """One lane before the first cycle; state and memory of the winch await `at_rest`."""
         d, packed = self.d, r.packed.winch
         tick = Tick(*r.drive.first_row())._replace(mode=packed.memory.mode)
@@ -232,19 +215,8 @@ class LiftBlock:
         rows[:-1, 2] = r.packed.weights
         return rows
 
-    def steps(self) -> Iterator[float]:
-        """Run to the end in pieces; yields the share done. A case without numbers is marked and its lane set to
-        rest."""
-        n = self.drive.n_ticks
-        for k, count in self.drive.pieces():
-            self._piece(k, count, n)
-            self._mark_failures((k + count) * self.drive.t_cycle)
-            if len(self.failed) == len(self.ready):
-                break
-            yield (k + count) / n
-
-    def _piece(self, k: int, count: int, n: int) -> None:
-        D = filled([r.drive for r in self.lanes], k, count + 1)
+    def piece(self, D: FloatArray, k: int, count: int) -> None:
+        """Run cycles k .. k + count."""
         E, i_0 = self._water(k, count)
         self.d.run(
             self.A.reshape(-1),
@@ -269,7 +241,7 @@ class LiftBlock:
             self.every,
             k,
             count,
-            n,
+            self.drive.n_ticks,
             self.n_win,
             self.n_sub,
             self.drive.t_cycle,
@@ -296,46 +268,42 @@ class LiftBlock:
             E[:, :, l] = ramped_samples(waves, lo, hi, r.case.ramp, levels)
         return E, lo
 
-    def _mark_failures(self, t: float) -> None:
-        sound = np.isfinite(self.A[: self.n_x]).all(axis=0) & np.isfinite(self.B[:, :2]).all(axis=(0, 1))
-        for i in np.flatnonzero(~sound):
-            l = int(i)
-            self.failed.setdefault(l, t)
-            fresh = np.repeat(np.array(self._record(self.lanes[l]))[:, None], len(self.lanes), axis=1)
-            self.d.base.at_rest(fresh.reshape(-1))
-            self.A[:, l] = fresh[:, l]
-            self.B[:, :, l] = self._rows(self.lanes[l])
+    def sound(self) -> BoolArray:
+        """Lanes whose numbers are finite, (lanes,)."""
+        return np.asarray(super().sound() & np.isfinite(self.B[:, :2]).all(axis=(0, 1)))
 
-    def results(self) -> list[LiftResult]:
-        return [self._result(l) for l in range(len(self.ready))]
+    def reset(self, i: int) -> None:
+        """Set a lane to rest again."""
+        super().reset(i)
+        self.B[:, :, i] = self._rows(self.lanes[i])
 
-    def _part(self, name: str, l: int) -> Any:
+    def part(self, name: str, i: int) -> Any:
+        """One record of lane i."""
         at, cls = offset(self.d.Lane, name, 1), dict(fields(self.d.Lane))[name]
-        return record_of(cls)(self.A[at : at + size(cls), l].tolist(), 0)
+        return record_of(cls)(self.A[at : at + size(cls), i].tolist(), 0)
 
-    def _result(self, l: int) -> LiftResult:
-        t_cycle, failed = self.drive.t_cycle, self.failed.get(l)
-        hang: Hanging = self._part("hang", l)
+    def result(self, l: int) -> LiftResult:
+        """What came out of one lane."""
+        t_cycle, (ending, t_end) = self.drive.t_cycle, self.ending(l)
+        hang: Hanging = self.part("hang", l)
         last = int(hang.stage)
-        self.G[last, : self.d.NT, l] = flatten((self._part("st", l), self._part("ls", l)))
+        self.G[last, : self.d.NT, l] = flatten((self.part("st", l), self.part("ls", l)))
         best = self.W.reshape(-1, self.d.SIGNALS, len(self.lanes))[2]
         self.G[last, self.d.NT :, l] = best[:, l]
         self.starts[last, l] = hang.k_stage * t_cycle
-        if failed is not None and self.every:
-            self.out[math.ceil(failed / (self.every * t_cycle) - 1e-9) :, :, l] = np.nan
         ran = [s for s in range(self.n_stages + 1) if math.isfinite(self.G[s, 0, l])]
         return LiftResult(
             packed=self.ready[l].packed,
             stages=tuple((s, self._stage(s, l)) for s in ran),
             starts=tuple(float(self.starts[s, l]) for s in ran),
-            ending=Ending.DONE if failed is None else Ending.DIVERGED,
-            t_end=self.drive.n_ticks * t_cycle if failed is None else failed,
-            state=self._part("x", l),
-            memory=self._part("m", l),
+            ending=ending,
+            t_end=t_end,
+            state=self.part("x", l),
+            memory=self.part("m", l),
             hang=hang,
             q=self.B[:, 0, l].copy(),
             v=self.B[:, 1, l].copy(),
-            series=self.out[:, :, l] if self.every else None,
+            series=self.series(l),
             signals=(*self.d.Signals._fields, *LiftSignals._fields),
             dt=self.every * t_cycle,
             step=t_cycle / self.n_sub,

@@ -9,6 +9,7 @@ from stillhook.engine.lowering.checks import tip_capacity
 from stillhook.engine.lowering.run import LiftResult, StageResult
 from stillhook.engine.pack.lift import stand_in
 from stillhook.engine.pack.programme import hanging
+from stillhook.engine.runner import Ending
 from stillhook.engine.scenario.checks import (
     Held,
     alpha_wanted,
@@ -17,7 +18,6 @@ from stillhook.engine.scenario.checks import (
     loss_notes,
     type_notes,
 )
-from stillhook.engine.scenario.run import Ending
 from stillhook.engine.scenario.summary import OK, limits_passed, winch_numbers
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from stillhook.errors import SpecError
 from stillhook.physics.hydraulics.gas import Gas, polytropic_ratio
 from stillhook.units import show
-from stillhook.winches.circuits import Accumulator, GasModel
+from stillhook.winches.circuits.tables import Accumulator, GasModel
 
 POINTS = 24
 DEGREE = 7

@@ -31,12 +31,12 @@ from stillhook.spec import crane as spec
 from stillhook.spec.control import own_settings
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import FrictionModel, Operator, Scenario
-from stillhook.winches import circuits
-from stillhook.winches.closed_circuit import ActiveCircuit
+from stillhook.winches.circuits import tables as circuits
+from stillhook.winches.circuits.active import ActiveCircuit
+from stillhook.winches.circuits.passive import PassiveCircuit
 from stillhook.winches.hoist import Hoist
 from stillhook.winches.interface import Parts
 from stillhook.winches.records import Sensors
-from stillhook.winches.types import active_passive
 
 HELD = 1.0e4
 """Size of the accumulator whose pressure stands, over that of the crane: cubic metres of oil then move it by hundredths
@@ -164,12 +164,12 @@ def active_record(crane: Crane) -> ActiveCircuit:
     )
 
 
-def passive_record(crane: Crane, gas_held: bool) -> active_passive.PassiveCircuit:
+def passive_record(crane: Crane, gas_held: bool) -> PassiveCircuit:
     """The passive circuit; gas_held: its accumulator has so large a bank that its pressure stands."""
     p = crane.passive
     assert p is not None
     acc, pump = _held(p.accumulator) if gas_held else p.accumulator, _pumps(p)
-    return active_passive.PassiveCircuit(
+    return PassiveCircuit(
         pumps=pump,
         pump_servo=servo_record(p.pump.servo, -1.0),
         motors=_motors(p),

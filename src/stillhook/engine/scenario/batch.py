@@ -87,7 +87,9 @@ class ScenarioProblem:
         places: Sequence[int] | None,
         progress: Progress,
     ) -> list[Row]:
-        results = run_cases(cranes, cases, n_sub=n_sub, lanes=VL, every=0, threads=1, progress=progress, places=places)
+        results = run_cases(
+            cranes, cases, n_sub=n_sub, lanes=VL, every=0, threads=1, progress=progress, places=places, checked=True
+        )
         rows = [summarise(w, c, r) for w, c, r in zip(cranes, cases, results, strict=True)]
         names = self.columns(cranes[0], cases[0])
         return [Row(s["status"], [float(s[name]) for name in names], tuple(s["notes"])) for s in rows]

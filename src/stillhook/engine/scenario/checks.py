@@ -28,7 +28,7 @@ from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import LONGEST, Mode, Scenario
 from stillhook.units import show
-from stillhook.winches.circuits import MotorSet
+from stillhook.winches.circuits.tables import MotorSet
 
 
 class Foreseen(NamedTuple):

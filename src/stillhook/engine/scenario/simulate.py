@@ -15,8 +15,9 @@ from stillhook import units
 from stillhook._version import __version__
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import SERIES_STEP, STATISTICS_STEP, check_threads, cycles, paired, steps_per_cycle
+from stillhook.engine.runner import Ending
 from stillhook.engine.scenario.batch import summaries
-from stillhook.engine.scenario.run import Ending, Result, run_cases
+from stillhook.engine.scenario.run import Result, run_cases
 from stillhook.engine.scenario.summary import summarise
 from stillhook.engine.validity import twin_line
 from stillhook.errors import ScenarioError, SimulationError

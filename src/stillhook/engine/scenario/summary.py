@@ -3,8 +3,9 @@
 import math
 from typing import Any
 
+from stillhook.engine.runner import Ending
 from stillhook.engine.scenario.checks import Foreseen, foresee
-from stillhook.engine.scenario.run import Ending, Result
+from stillhook.engine.scenario.run import Result
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.tables.plausible import implausible_values, marked

@@ -31,7 +31,7 @@ from stillhook.library.parameter_sets.sets import LOSS_RANGE, LossSet, load_loss
 from stillhook.report.formatting import percent_fixed
 from stillhook.spec.crane import Source, SourceKind
 from stillhook.units import show
-from stillhook.winches.circuits import TorqueLoss
+from stillhook.winches.circuits.tables import TorqueLoss
 
 SAME_SIZE = 0.02
 """A library motor whose full displacement differs by less is taken for the mapped motor's other data (inertia, speed

@@ -27,7 +27,7 @@ from stillhook.identify.system_friction.fitting.model import (
 )
 from stillhook.identify.system_friction.fitting.points import Points
 from stillhook.units import show
-from stillhook.winches.circuits import TorqueLoss
+from stillhook.winches.circuits.tables import TorqueLoss
 
 NARROW = 0.5
 """Smallest displacement in the tests over the largest one above which the refined motor model has seen too few

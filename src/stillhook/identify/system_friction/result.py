@@ -19,7 +19,7 @@ from stillhook.library.parameter_sets.evidence import Evidence
 from stillhook.library.parameter_sets.sets import LOSS_RANGE, FrictionSet, LossSet
 from stillhook.spec.crane import Source, SourceKind, SystemFriction
 from stillhook.units import from_display, in_display, number
-from stillhook.winches.circuits import Motor
+from stillhook.winches.circuits.tables import Motor
 
 if TYPE_CHECKING:
     import polars

@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 
 from stillhook.errors import StillhookError
 from stillhook.kernels.lanes import fields
-from stillhook.physics.scalar import Scalar, _bits, _float
+from stillhook.physics.intrinsics import bits, double
+from stillhook.physics.scalar import Scalar
 
 
 class SubsetError(StillhookError):
@@ -21,7 +22,7 @@ class Array:
 
 
 LIBRARY = {abs: "fabs", math.fabs: "fabs", math.sqrt: "sqrt", math.ceil: "ceil", math.copysign: "copysign"}
-BITS = {_bits: ("bits_of", int), _float: ("float_of", float)}
+BITS = {bits: ("bits_of", int), double: ("float_of", float)}
 ARITHMETIC = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*"}
 COMPARISON = {ast.Lt: "<", ast.Gt: ">", ast.LtE: "<=", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
 INTEGER_ONLY = {ast.FloorDiv: "floor_div", ast.Mod: "floor_mod", ast.LShift: "shift_left"}

@@ -16,7 +16,7 @@ from stillhook.library.parameter_sets.sets import FrictionSet, LossSet, loss_ran
 from stillhook.library.write import leaf_tree
 from stillhook.spec.crane import Crane, SourceKind, SystemFriction
 from stillhook.units import show
-from stillhook.winches.circuits import TorqueLoss
+from stillhook.winches.circuits.tables import TorqueLoss
 
 LEAST_ALLOWED = 0.02
 """Least share of draws that must be physically allowed [-]: below it the normal distribution of the evidence says

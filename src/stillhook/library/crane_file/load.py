@@ -31,7 +31,7 @@ from stillhook.library.toml.tree import (
 from stillhook.library.write import crane_tree
 from stillhook.spec.crane import Crane, Source, SourceKind, Spec, SystemFriction
 from stillhook.units import quote
-from stillhook.winches.circuits import Motor
+from stillhook.winches.circuits.tables import Motor
 from stillhook.winches.registry import WINCH_TYPES
 
 _PRODUCT = Source(text="product of gear_ratios", kind=SourceKind.DERIVED)

@@ -34,7 +34,7 @@ from stillhook.library.toml.tree import (
 from stillhook.library.write import joined, leaf_tables, toml_value, written
 from stillhook.spec.crane import Source, SourceKind, Spec, SystemFriction
 from stillhook.units import quote
-from stillhook.winches.circuits import Motor, TorqueLoss
+from stillhook.winches.circuits.tables import Motor, TorqueLoss
 
 SUFFIX = ".toml"
 FRICTION, MOTORS = "friction", "motors"

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from stillhook.base.arrays import FloatArray
-from stillhook.engine.scenario.run import Meter
+from stillhook.base.progress import Meter
 from stillhook.validate.ahc.comparison import Comparison, compare
 from stillhook.validate.ahc.diagnosis import CauseEstimate, Deviation, explain, statements
 from stillhook.validate.ahc.measures import measures

@@ -16,7 +16,7 @@ from stillhook.statistics.series import dot
 from stillhook.units import show
 from stillhook.validate.ahc.replay import SETTLE, Replay, run_twin
 from stillhook.validate.dynamics.fitting.unknowns import C_H, C_LEAK, INERTIA, bent
-from stillhook.winches.circuits import ServoVariant
+from stillhook.winches.circuits.tables import ServoVariant
 
 LONGEST = 270.0
 """Part of a segment that is run again for every cause [s]: some 30 waves."""

@@ -15,7 +15,7 @@ from stillhook.validate.dynamics.check import DynamicsStep
 from stillhook.validate.dynamics.estimates import TunedValue
 from stillhook.validate.dynamics.fitting.unknowns import C_H, C_LEAK, INERTIA
 from stillhook.validate.parameters.circuit.leakage import LeakChoice
-from stillhook.winches.circuits import LeakForm, MotorSet
+from stillhook.winches.circuits.tables import LeakForm, MotorSet
 
 DIGITS = 4
 

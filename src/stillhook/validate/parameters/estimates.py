@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from stillhook.engine.scenario.run import Meter
+from stillhook.base.progress import Meter
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.parameters.circuit.flow import Balance, balance
 from stillhook.validate.parameters.circuit.pressures import Pressures, passive_pressure, pressures

@@ -23,7 +23,7 @@ from stillhook.validate.parameters.hoisting.transmission import diagnosis
 from stillhook.validate.parameters.segments import LogPart
 from stillhook.validate.parameters.signals import delay as implied_delay
 from stillhook.validate.parameters.signals.clock import Ratio, jump_says
-from stillhook.winches.circuits import ServoVariant
+from stillhook.winches.circuits.tables import ServoVariant
 
 SWAPPED = -0.3
 """Measured friction over the twin's below which the pressure lines are swapped: friction dissipates."""

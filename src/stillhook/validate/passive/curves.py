@@ -8,7 +8,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.statistics.series import low_pass
 from stillhook.validate.parameters.segments import LogPart
 from stillhook.validate.parameters.slopes import bridged, integral, means, rates
-from stillhook.winches.circuits import PassiveCircuit
+from stillhook.winches.circuits.tables import PassiveCircuit
 
 DRY = 0.05
 """Flow over which dry friction changes its side, over the flow of all active pumps [-]: the piston then creeps."""

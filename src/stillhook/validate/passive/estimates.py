@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from stillhook.engine.scenario.run import Meter
+from stillhook.base.progress import Meter
 from stillhook.validate.parameters.segments import LogPart
 from stillhook.validate.passive.gas import Curve, Displacement, Level, Stroke, curve, displacement, levels, stroke
 from stillhook.validate.passive.orders import MakeUp, Setting, make_up, setting

@@ -20,7 +20,7 @@ from stillhook.validate.passive import gas as gas_law
 from stillhook.validate.passive import torque
 from stillhook.validate.passive.curves import passive_of
 from stillhook.validate.passive.estimates import PassiveEstimates
-from stillhook.winches.circuits import PassiveCircuit
+from stillhook.winches.circuits.tables import PassiveCircuit
 
 TRANSMITTER = 2e5
 """Error of a transmitter of 400 bar and class 0.5 [Pa]."""

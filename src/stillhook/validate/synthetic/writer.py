@@ -12,10 +12,9 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_folder, check_folder
-from stillhook.base.progress import Progress
+from stillhook.base.progress import Meter, Progress
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import motor_speed_max
-from stillhook.engine.scenario.run import Meter
 from stillhook.errors import ValidateError
 from stillhook.kernels.build import driver
 from stillhook.library import crane_toml

@@ -20,7 +20,7 @@ from stillhook.physics.hydraulics.swash import displacement, known_displacement,
 from stillhook.physics.load_path.drum import K_wire
 from stillhook.physics.scalar import clip, fmax, scalar
 from stillhook.physics.sensor import quantise
-from stillhook.winches.closed_circuit import (
+from stillhook.winches.circuits.active import (
     BLANK,
     ActiveCircuit,
     Extremes,
@@ -31,6 +31,7 @@ from stillhook.winches.closed_circuit import (
     overspeed,
     relieves,
 )
+from stillhook.winches.circuits.passive import PassiveCircuit
 from stillhook.winches.hoist import Hoist
 from stillhook.winches.records import Geometry, Sensors
 from stillhook.winches.reference import rope
@@ -54,7 +55,7 @@ from stillhook.winches.reference.leak import TrueLeak
 from stillhook.winches.reference.rope import Rope
 from stillhook.winches.sensors import apply_override
 from stillhook.winches.types import active_passive
-from stillhook.winches.types.active_passive import SUPPLIED, Limits, PassiveCircuit, Powers, Signals
+from stillhook.winches.types.active_passive import SUPPLIED, Limits, Powers, Signals
 
 NAME = "truth"
 OF = active_passive.NAME

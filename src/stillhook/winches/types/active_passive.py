@@ -1,24 +1,22 @@
 """Active/passive winch: a closed circuit moves the drum, a second one with accumulator carries the weight (thesis
 figure 2.1)."""
 
-import math
 from typing import Annotated, Any, NamedTuple
 
 from stillhook.base.variable import Row
-from stillhook.control.passive import PassiveSettings, displacement_for_weight, make_up
+from stillhook.control.passive import displacement_for_weight, make_up
 from stillhook.control.plc import Plc, hold
 from stillhook.control.power import within_power
 from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
-from stillhook.physics.hydraulics.accumulator import Accumulator, accumulator_pressure, piston_loss
-from stillhook.physics.hydraulics.motor import Motors, motor_leakage, motor_torque, torque_loss_dry, torque_loss_moving
-from stillhook.physics.hydraulics.pump import Pumps, pump_flow, pump_leakage
-from stillhook.physics.hydraulics.swash import Servo, displacement, pilot, swash_acceleration, swash_rate
-from stillhook.physics.hydraulics.valves import Relief as ReliefValve
+from stillhook.physics.hydraulics.accumulator import accumulator_pressure, piston_loss
+from stillhook.physics.hydraulics.motor import motor_leakage, motor_torque, torque_loss_dry, torque_loss_moving
+from stillhook.physics.hydraulics.pump import pump_flow, pump_leakage
+from stillhook.physics.hydraulics.swash import displacement, pilot, swash_acceleration, swash_rate
 from stillhook.physics.hydraulics.valves import external_leakage, internal_leakage, relief_flow
 from stillhook.physics.scalar import copysign, fmax, scalar
 from stillhook.units import show
 from stillhook.winches import load_path
-from stillhook.winches.closed_circuit import (
+from stillhook.winches.circuits.active import (
     BLANK,
     ActiveCircuit,
     ActiveFlows,
@@ -40,18 +38,16 @@ from stillhook.winches.closed_circuit import (
     active_flows,
     active_stiffness,
     cavitates,
-    dry_bound,
     fold_extremes,
     full_speed,
     lag,
     least_displacement,
-    moving_slope,
     out_of_boost,
     out_of_power,
     overspeed,
     relieves,
-    servo_rate,
 )
+from stillhook.winches.circuits.passive import PassiveCircuit, carried_by, passive_stiffness
 from stillhook.winches.hoist import Hoist, drum_geometry, shaft_inertia_without_wire
 from stillhook.winches.interface import Carried, Cause, OtherMotors, Parts, Stiffness, Stroke
 from stillhook.winches.records import Geometry, Sensors
@@ -63,20 +59,6 @@ PATH = load_path
 SHOWN = {"p_max": "peak\npressure", "alpha_m_min": "least\nmotor", "relief_time": "relief\nopen"}
 TABLES = ("active", "passive")
 __all__ = ["BLANK", "NAME", "PATH", "TITLE", "Extremes", "fold_extremes", "full_speed", "lag", "least_displacement"]
-
-
-class PassiveCircuit(NamedTuple):
-    """n_full, n_max shaft speed limits of the motors at full and at reduced displacement [rad/s]."""
-
-    pumps: Pumps
-    pump_servo: Servo
-    motors: Motors
-    motor_servo: Servo
-    accumulator: Accumulator
-    relief: ReliefValve
-    settings: PassiveSettings
-    n_full: float
-    n_max: float
 
 
 class Params(NamedTuple):
@@ -439,12 +421,7 @@ def steady(
 
 def carried(p: Params, geo: Geometry, F_w: float) -> Carried:
     """What the passive motors hold of a tension F_w [N] at mid stroke."""
-    P = p.passive
-    p_o = accumulator_pressure(0.5 * P.accumulator.V_stroke, P.accumulator)
-    alpha = float(displacement_for_weight(F_w, geo.r_eff, p_o, P.settings))
-    T = float(motor_torque(alpha * P.settings.D_m_max, p_o - P.settings.p_lp))
-    limit = P.n_max if P.n_full > P.n_max * alpha else P.n_full / alpha
-    return Carried(T, alpha, limit)
+    return carried_by(p.passive, geo.r_eff, F_w)
 
 
 def mean_pressure(x: State, p: Params) -> float:
@@ -480,20 +457,11 @@ def charge(crane: Any) -> float:
 
 
 def stiffness(p: Params) -> Stiffness:
-    """Fast modes of the winch; with the piston at an end the oil of its line alone is the spring."""
-    J, P, acc = shaft_inertia_without_wire(p.hoist), p.passive, p.passive.accumulator
-    a, D_m = active_stiffness(p.active, J), P.motors.count * P.motors.D_max
-    leak = max(P.pumps.leak) + float(motor_leakage(P.n_max, P.motors)) + acc.C_leak
-    rates = {
-        "passive relief valve against the trapped oil": P.relief.G * acc.i_C,
-        "leakage of the passive circuit against the trapped oil": leak * acc.i_C,
-        "passive motors against the trapped oil": D_m * math.sqrt(acc.i_C / J),
-        "friction of the accumulator piston": D_m * D_m * acc.R / J,
-        "passive pump displacement control": servo_rate(P.pump_servo),
-        "passive motor displacement control": servo_rate(P.motor_servo),
-    }
-    viscous, dry = a.viscous + moving_slope(P.motors, P.n_max), a.dry + dry_bound(P.motors, P.relief.p)
-    return Stiffness({**a.rates, **rates}, viscous, dry, a.n_max)
+    """Fast modes of the winch."""
+    J = shaft_inertia_without_wire(p.hoist)
+    a, passive = active_stiffness(p.active, J), passive_stiffness(p.passive, J)
+    rates = {**a.rates, **passive.rates}
+    return Stiffness(rates, a.viscous + passive.viscous, a.dry + passive.dry, a.n_max)
 
 
 def others(crane: Any, W: float, d: float) -> list[OtherMotors]:

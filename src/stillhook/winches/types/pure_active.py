@@ -10,7 +10,7 @@ from stillhook.physics.hydraulics.swash import displacement, pilot, swash_accele
 from stillhook.physics.scalar import copysign, scalar
 from stillhook.units import show
 from stillhook.winches import load_path
-from stillhook.winches.closed_circuit import (
+from stillhook.winches.circuits.active import (
     BLANK,
     ActiveCircuit,
     ActiveFlows,

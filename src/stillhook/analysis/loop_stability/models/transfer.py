@@ -23,7 +23,7 @@ from stillhook.errors import StillhookError
 from stillhook.physics.hydraulics.line import capacitance
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
-from stillhook.winches.circuits import ServoVariant
+from stillhook.winches.circuits.tables import ServoVariant
 
 if TYPE_CHECKING:
     import control

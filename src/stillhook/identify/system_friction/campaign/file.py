@@ -26,7 +26,7 @@ from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane, Source
 from stillhook.tables.table import Flag, Share, Spec, Text
 from stillhook.units import show
-from stillhook.winches.circuits import Motor
+from stillhook.winches.circuits.tables import Motor
 
 MARK = "SYNTHETIC"  # in a title, or synthetic = true: simulated, measured on no crane
 SignalMap = Mapping[str, Signal]

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 
 from stillhook.base.atomic import atomic_folder
-from stillhook.base.progress import Progress
-from stillhook.engine.scenario.run import Meter
+from stillhook.base.progress import Meter, Progress
 from stillhook.engine.scenario.simulate import simulate
 from stillhook.errors import IdentifyError, SpecError
 from stillhook.identify.system_friction.campaign.published import CAMPAIGNS, TestPlan

@@ -13,7 +13,7 @@ from stillhook.identify.system_friction.fitting.points import Points
 from stillhook.physics import friction
 from stillhook.physics.hydraulics import motor
 from stillhook.spec.crane import SystemFriction
-from stillhook.winches.circuits import TorqueLoss
+from stillhook.winches.circuits.tables import TorqueLoss
 
 Y_NAMES = ("Y_1", "Y_2", "Y_3", "Y_4", "Y_5", "Y_6")
 Y_LINEAR = ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6")

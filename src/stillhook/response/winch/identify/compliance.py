@@ -8,7 +8,8 @@ import numpy as np
 
 from stillhook.base.arrays import ComplexArray
 from stillhook.base.progress import Progress
-from stillhook.engine.scenario.run import Ending, Result
+from stillhook.engine.runner import Ending
+from stillhook.engine.scenario.run import Result
 from stillhook.errors import LiftError
 from stillhook.response.winch.compliance import WinchCompliance
 from stillhook.response.winch.duty import Duty, run_twin, spectra

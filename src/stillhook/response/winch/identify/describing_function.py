@@ -17,9 +17,10 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_file
-from stillhook.base.progress import Progress
+from stillhook.base.progress import Meter, Progress
 from stillhook.control.registry import DEFAULT_MODE
-from stillhook.engine.scenario.run import Ending, Meter, Result
+from stillhook.engine.runner import Ending
+from stillhook.engine.scenario.run import Result
 from stillhook.errors import LiftError, ScenarioError, StillhookError
 from stillhook.kernels.build import results_hash
 from stillhook.kernels.cache import cache_root

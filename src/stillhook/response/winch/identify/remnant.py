@@ -10,7 +10,8 @@ import numpy as np
 
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.base.progress import Progress
-from stillhook.engine.scenario.run import Ending, Result
+from stillhook.engine.runner import Ending
+from stillhook.engine.scenario.run import Result
 from stillhook.errors import LiftError
 from stillhook.response.winch.describing_function import Residual
 from stillhook.response.winch.duty import Duty, run_twin, soft, spectra

@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
-from stillhook.base.progress import Progress
+from stillhook.base.progress import Meter, Progress
 from stillhook.control.registry import MANUAL_MODE
-from stillhook.engine.scenario.run import Meter
 from stillhook.errors import StillhookError, ValidateError
 from stillhook.logs.checks.findings import counted
 from stillhook.logs.log import read_log

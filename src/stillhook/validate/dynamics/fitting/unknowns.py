@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from stillhook.library.leakage import form_of
 from stillhook.spec.crane import Crane, inertia_ratio_without_wire
-from stillhook.winches.circuits import LeakForm, MotorSet
+from stillhook.winches.circuits.tables import LeakForm, MotorSet
 
 C_H, C_LEAK, INERTIA, VISCOUS, SPEED_LEAKAGE = "C_h", "C_leak", "J_m_eff", "viscous", "speed_leakage"
 TUNED = (C_H, C_LEAK, INERTIA)

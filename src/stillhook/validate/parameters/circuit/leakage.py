@@ -23,7 +23,7 @@ from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import Estimate, t_factor
 from stillhook.statistics.jackknife_regression import Fit, fit
 from stillhook.units import parse, show
-from stillhook.winches.circuits import LeakForm, LeakPoint
+from stillhook.winches.circuits.tables import LeakForm, LeakPoint
 
 FEWEST_FOR_FORM = 8
 """Least number of blocks to compare forms: their covariance is estimated from as many values less one."""

@@ -15,6 +15,7 @@ from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.spec.crane import Crane
 from stillhook.validate.synthetic.reference.crane import GAS_PERIOD, ReferenceCrane
 from stillhook.validate.synthetic.reference.friction import surface, usual_speeds
+from stillhook.winches.circuits.passive import PassiveCircuit
 from stillhook.winches.reference.gas import (
     ATMOSPHERE,
     GasBank,
@@ -25,7 +26,6 @@ from stillhook.winches.reference.gas import (
 )
 from stillhook.winches.reference.laws import TruePassive
 from stillhook.winches.reference.leak import TrueLeak
-from stillhook.winches.types.active_passive import PassiveCircuit
 
 Q_DRY = 1.5e-3
 """Flow into the accumulator about which the dry friction of its piston turns [m^3/s]: 90 L/min, a few per cent of a

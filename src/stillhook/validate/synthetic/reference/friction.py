@@ -17,7 +17,7 @@ from stillhook.physics.load_path.drum import layer_diameter, layers_filled
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.validate.synthetic.reference.crane import ReferenceCrane
-from stillhook.winches.circuits import TorqueLoss
+from stillhook.winches.circuits.tables import TorqueLoss
 from stillhook.winches.reference.laws import TrueFriction
 
 STATES = ((0.0, 0.005), (0.328, 0.172), (0.376, 0.172), (0.656, 0.818))

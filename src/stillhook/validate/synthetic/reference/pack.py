@@ -10,7 +10,7 @@ from stillhook.engine.arguments import SERIES_STEP, steps_per_cycle
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import Packed, pack
 from stillhook.engine.scenario.checks import check
-from stillhook.engine.scenario.run import Block
+from stillhook.engine.scenario.run import Ready, ScenarioBlock
 from stillhook.engine.scenario.simulate import raise_failures, to_dataset
 from stillhook.engine.scenario.summary import summarise
 from stillhook.engine.step_size import RK4_LIMIT, check_step
@@ -24,13 +24,13 @@ from stillhook.spec.scenario import RHO_SEA, Scenario
 from stillhook.validate.synthetic.reference.circuits import active_leak, reference_passive
 from stillhook.validate.synthetic.reference.crane import ReferenceCrane
 from stillhook.validate.synthetic.reference.friction import reference_friction
-from stillhook.winches.closed_circuit import ActiveCircuit
+from stillhook.winches.circuits.active import ActiveCircuit
+from stillhook.winches.circuits.passive import PassiveCircuit
 from stillhook.winches.hoist import Hoist
 from stillhook.winches.reference import plant
 from stillhook.winches.reference.drum import TrueDrum
 from stillhook.winches.reference.laws import Lines, Oil
 from stillhook.winches.reference.rope import Rope
-from stillhook.winches.types.active_passive import PassiveCircuit
 
 if TYPE_CHECKING:
     import xarray
@@ -236,7 +236,7 @@ def simulate_reference(
             f"step {h * 1e3:.3g} ms is too long for this reference crane: {name} has {rate:.0f} 1/s (allowed"
             f" {RK4_LIMIT / h:.0f})."
         )
-    block = Block([(packed, drive)], lanes=1, n_sub=n_sub, every=1)
+    block = ScenarioBlock([Ready(packed, drive)], lanes=1, n_sub=n_sub, every=1)
     for share in block.steps():
         if progress is not None:
             progress(share)

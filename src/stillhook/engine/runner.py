@@ -1,0 +1,201 @@
+"""One way through every run: cases checked and packed, those that are alike side by side in blocks of lanes, blocks
+shared by threads, each from the first cycle to the last."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from enum import StrEnum
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar
+
+import numpy as np
+
+from stillhook.base.arrays import BoolArray, FloatArray
+from stillhook.base.progress import Meter, Progress
+from stillhook.engine.inputs import CycleInputs, filled, hermite_weights, scale_weights
+from stillhook.engine.pack.winch import Packed
+from stillhook.errors import StillhookError
+from stillhook.kernels.build import driver
+from stillhook.kernels.lanes import aligned, fields, offset, size, unflatten
+from stillhook.kernels.moving_window import blank_window
+from stillhook.variables import WINDOW
+
+
+class Ending(StrEnum):
+    """How a run ended."""
+
+    DONE = "done"
+    DIVERGED = "diverged"
+
+
+class Ready(Protocol):
+    """A case that was checked and packed: records of the winch, and what drives it from outside."""
+
+    @property
+    def winch(self) -> Packed: ...
+
+    @property
+    def drive(self) -> CycleInputs: ...
+
+
+Case = TypeVar("Case")
+R = TypeVar("R", bound=Ready)
+
+
+def ready_cases(
+    cranes: Sequence[Any], cases: Sequence[Case], make: Callable[[Any, Case], R], places: Sequence[int] | None = None
+) -> list[R]:
+    """Every case checked and packed by `make`; places: their numbers in a longer list, for messages.
+
+    Errors: those of make for the first case that cannot be run, with its place.
+    """
+    ready = []
+    for i, (crane, case) in enumerate(zip(cranes, cases, strict=True)):
+        try:
+            ready.append(make(crane, case))
+        except StillhookError as e:
+            named = places is not None or len(cases) > 1
+            raise type(e)(f"case {i if places is None else places[i]}: {e}" if named else str(e)) from None
+    return ready
+
+
+def run_blocks(
+    ready: Sequence[R],
+    alike: Callable[[R], Hashable],
+    make: Callable[[list[R]], Block[R]],
+    *,
+    kind: str,
+    lanes: int,
+    threads: int,
+    progress: Progress | None,
+) -> list[Any]:
+    """Results of all cases, those with the same `alike` in blocks of `lanes` (1 or 16) that threads share.
+
+    make gives the block of some cases; kind: driver that runs it, see `stillhook.kernels.build.driver`. A failed case
+    is marked and spoils no other.
+    """
+    groups: dict[Hashable, list[int]] = {}
+    for i, r in enumerate(ready):
+        groups.setdefault((r.winch.beside, alike(r)), []).append(i)
+    blocks = [g[i : i + lanes] for g in groups.values() for i in range(0, len(g), lanes)]
+    for winch in {r.winch.beside: r.winch for r in ready}.values():  # compiled before threads share it
+        driver(winch.name, lanes, kind, winch.beside)
+    meter = Meter(len(blocks), progress)
+    meter.tell()
+    results: dict[int, Any] = {}
+
+    def work(indices: list[int]) -> None:
+        block = make([ready[i] for i in indices])
+        reached = meter.part(1.0)
+        for share in block.steps():
+            reached(share)
+        reached(1.0)
+        results.update(zip(indices, block.results(), strict=True))
+
+    if threads == 1 or len(blocks) == 1:
+        for indices in blocks:
+            work(indices)
+    else:
+        with ThreadPoolExecutor(threads) as pool:
+            try:
+                list(pool.map(work, blocks))
+            except BaseException:
+                meter.stopped = True
+                raise
+    return [results[i] for i in range(len(ready))]
+
+
+class Shape(NamedTuple):
+    """What a kind of run adds to a block: driver, driver of its winch alone, windowed signals, columns of a series."""
+
+    driver: Any
+    winch: Any
+    windows: int
+    columns: int
+
+
+class Block(Generic[R]):
+    """Runs of equal length side by side in one flat array; missing lanes repeat the first case."""
+
+    def __init__(self, ready: Sequence[R], shape: Shape, *, lanes: int, n_sub: int, every: int) -> None:
+        self.ready = list(ready)
+        self.lanes = [self.ready[i] if i < len(self.ready) else self.ready[0] for i in range(lanes)]
+        self.drive, self.n_sub, self.every = self.ready[0].drive, n_sub, every
+        self.d, self.shape = shape.driver, shape
+        self.n_x = size(shape.winch.State)
+        self.H = scale_weights(hermite_weights(n_sub), self.drive.t_cycle)
+        self.n_win = round(WINDOW / self.drive.t_cycle) + 1
+        self.W = aligned(blank_window(self.n_win, lanes, shape.windows))
+        rows = self.drive.n_ticks // every + 1 if every else 0
+        self.out = np.empty((rows, shape.columns, lanes))
+        self.failed: dict[int, float] = {}
+        self.A = aligned(np.array(self.records()).T)
+        shape.winch.at_rest(self.A.reshape(-1))
+
+    def record(self, r: R) -> list[float]:
+        """One lane before the first cycle; state and memory of the winch await `at_rest`."""
+        raise NotImplementedError
+
+    def records(self) -> list[list[float]]:
+        """Every lane before the first cycle."""
+        return [self.record(r) for r in self.lanes]
+
+    def piece(self, D: FloatArray, k: int, count: int) -> None:
+        """Run cycles k .. k + count; D rows of the drive."""
+        raise NotImplementedError
+
+    def result(self, i: int) -> Any:
+        """What came out of one lane."""
+        raise NotImplementedError
+
+    def sound(self) -> BoolArray:
+        """Lanes whose numbers are finite, (lanes,)."""
+        return np.asarray(np.isfinite(self.A[: self.n_x]).all(axis=0))
+
+    def reset(self, i: int) -> None:
+        """Set a lane to rest again."""
+        fresh = np.repeat(np.array(self.record(self.lanes[i]))[:, None], len(self.lanes), axis=1)
+        self.shape.winch.at_rest(fresh.reshape(-1))
+        self.A[:, i] = fresh[:, i]
+
+    def steps(self) -> Iterator[float]:
+        """Run to the end in pieces; yields the share done. A case without numbers is marked and its lane set to
+        rest."""
+        for k, count in self.drive.pieces():
+            self.piece(filled([r.drive for r in self.lanes], k, count + 1), k, count)
+            for i in np.flatnonzero(~self.sound()):
+                self.failed.setdefault(int(i), (k + count) * self.drive.t_cycle)
+                self.reset(int(i))
+            if len(self.failed) == len(self.ready):
+                break
+            yield (k + count) / self.drive.n_ticks
+
+    def results(self) -> list[Any]:
+        """What came out of every case."""
+        return [self.result(i) for i in range(len(self.ready))]
+
+    def part(self, name: str, i: int) -> Any:
+        """One record of lane i."""
+        at, cls = offset(self.d.Lane, name, 1), dict(fields(self.d.Lane))[name]
+        return unflatten(cls, iter(self.A[at : at + size(cls), i].tolist()))
+
+    def series(self, i: int) -> FloatArray | None:
+        """Series of lane i; without numbers from where it failed, because there the lane runs on from rest."""
+        if not self.every:
+            return None
+        if i in self.failed:
+            self.out[math.ceil(self.failed[i] / (self.every * self.drive.t_cycle) - 1e-9) :, :, i] = np.nan
+        return np.asarray(self.out[:, :, i])
+
+    def ending(self, i: int) -> tuple[Ending, float]:
+        """How lane i ended, and the time reached [s]."""
+        if i in self.failed:
+            return Ending.DIVERGED, self.failed[i]
+        return Ending.DONE, self.drive.n_ticks * self.drive.t_cycle
+
+
+def nothing(cls: type) -> Any:
+    """A record of zeros."""
+    return unflatten(cls, itertools.repeat(0.0))

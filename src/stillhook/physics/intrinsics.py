@@ -1,0 +1,53 @@
+"""Scalar functions as Numba inlines them, and the operations of machine code that they use; loaded with Numba."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from llvmlite import ir
+from numba import njit, types
+from numba.extending import intrinsic, typeof_impl
+
+from stillhook.physics import scalar
+from stillhook.physics.scalar import Scalar
+
+
+def inlined(source: Callable[..., Any], options: Mapping[str, Any]) -> Any:
+    """A function that is inlined into the kernels that call it.
+
+    It has no wrapper for calls of the machine code from Python: building those takes half of the compile time.
+    """
+    return njit(forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)(source)
+
+
+@typeof_impl.register(Scalar)
+def _typeof_scalar(value: Scalar, context: Any) -> types.Dispatcher:
+    return types.Dispatcher(value.kernel)
+
+
+@intrinsic
+def bits(typingctx, x):
+    """The 64 bits of a double as an integer."""
+    return types.int64(types.float64), lambda c, b, s, a: b.bitcast(a[0], ir.IntType(64))
+
+
+@intrinsic
+def double(typingctx, x):
+    """The double that has these 64 bits."""
+    return types.float64(types.int64), lambda c, b, s, a: b.bitcast(a[0], ir.DoubleType())
+
+
+@intrinsic
+def slot(typingctx):
+    """Eight doubles on the stack, on a boundary of their own size; never used."""
+
+    def generate(context, builder, signature, args):
+        with builder.goto_entry_block():
+            place = builder.alloca(ir.ArrayType(ir.DoubleType(), 8))
+        place.align = 64
+        builder.asm(ir.FunctionType(ir.VoidType(), [place.type]), "", "r", [place], side_effect=True)
+        return context.get_dummy_value()
+
+    return types.void(), generate
+
+
+vars(scalar).update(_bits=bits, _float=double, _slot=slot)

@@ -1,0 +1,52 @@
+"""The passive circuit, whose accumulator carries the weight."""
+
+import math
+from typing import NamedTuple
+
+from stillhook.control.passive import PassiveSettings, displacement_for_weight
+from stillhook.physics.hydraulics.accumulator import Accumulator, accumulator_pressure
+from stillhook.physics.hydraulics.motor import Motors, motor_leakage, motor_torque
+from stillhook.physics.hydraulics.pump import Pumps
+from stillhook.physics.hydraulics.swash import Servo
+from stillhook.physics.hydraulics.valves import Relief
+from stillhook.winches.circuits.active import dry_bound, moving_slope, servo_rate
+from stillhook.winches.interface import Carried, Stiffness
+
+
+class PassiveCircuit(NamedTuple):
+    """n_full, n_max shaft speed limits of the motors at full and at reduced displacement [rad/s]."""
+
+    pumps: Pumps
+    pump_servo: Servo
+    motors: Motors
+    motor_servo: Servo
+    accumulator: Accumulator
+    relief: Relief
+    settings: PassiveSettings
+    n_full: float
+    n_max: float
+
+
+def passive_stiffness(P: PassiveCircuit, J: float) -> Stiffness:
+    """Fast modes of the passive circuit; with the piston at an end the oil of its line alone is the spring. J inertia
+    at the motor shaft without the wire [kg m^2]."""
+    acc, D_m = P.accumulator, P.motors.count * P.motors.D_max
+    leak = max(P.pumps.leak) + float(motor_leakage(P.n_max, P.motors)) + acc.C_leak
+    rates = {
+        "passive relief valve against the trapped oil": P.relief.G * acc.i_C,
+        "leakage of the passive circuit against the trapped oil": leak * acc.i_C,
+        "passive motors against the trapped oil": D_m * math.sqrt(acc.i_C / J),
+        "friction of the accumulator piston": D_m * D_m * acc.R / J,
+        "passive pump displacement control": servo_rate(P.pump_servo),
+        "passive motor displacement control": servo_rate(P.motor_servo),
+    }
+    return Stiffness(rates, moving_slope(P.motors, P.n_max), dry_bound(P.motors, P.relief.p), P.n_max)
+
+
+def carried_by(P: PassiveCircuit, r_eff: float, F_w: float) -> Carried:
+    """What the passive motors hold of a tension F_w [N] at mid stroke; r_eff wire per motor angle [m/rad]."""
+    p_o = accumulator_pressure(0.5 * P.accumulator.V_stroke, P.accumulator)
+    alpha = float(displacement_for_weight(F_w, r_eff, p_o, P.settings))
+    T = float(motor_torque(alpha * P.settings.D_m_max, p_o - P.settings.p_lp))
+    limit = P.n_max if P.n_full > P.n_max * alpha else P.n_full / alpha
+    return Carried(T, alpha, limit)
