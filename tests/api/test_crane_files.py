@@ -308,7 +308,7 @@ def test_a_pure_active_crane_with_a_passive_circuit_is_refused(tmp_path: Path) -
     text = crane_toml(load_crane("nov-250t")).replace('"active-passive"', '"pure-active"')
     assert 'plant "pure-active" has no table [passive]. Change plant, or remove' in refusal(written(tmp_path, text))
     text = 'base = "nov-100t-pure-active"\nplant = "active-passive"\n'
-    assert 'plant "active-passive" needs a passive circuit. Change plant, or add' in refusal(written(tmp_path, text))
+    assert 'plant "active-passive" needs table [passive]. Change plant, or add' in refusal(written(tmp_path, text))
 
 
 def test_files_that_are_no_crane_files_say_why(tmp_path: Path) -> None:

@@ -83,7 +83,7 @@ def test_every_joule_of_a_lowering_is_found_again(name: str, case: Lowering) -> 
     r = run_lowerings(crane, [case], n_sub=2, lanes=1, every=0)[0]
     missing, through = through_the_wire(r)
     assert abs(missing) < ROUNDING * through
-    assert abs(unaccounted(r)) < AUDIT
+    assert abs(unaccounted(crane.plant.type, r)) < AUDIT
 
 
 @pytest.mark.slow

@@ -73,9 +73,7 @@ def blocks(translated: SimpleNamespace, lanes: int) -> tuple[ScenarioBlock, Scen
             run = getattr(translated.library, f"run_{lanes}")
             run.argtypes, run.restype = [array, array, n, array, array, array, *[n] * 7, ctypes.c_double], None
             d = driver(translated.plant, lanes)
-            block.d = SimpleNamespace(
-                run=run, at_rest=d.at_rest, State=d.State, Lane=d.Lane, Command=d.Command, laws=d.laws
-            )
+            block.d = SimpleNamespace(**(vars(d) | {"run": run}))
         for _ in block.steps():
             pass
         out.append(block)

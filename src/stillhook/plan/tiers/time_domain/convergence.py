@@ -132,5 +132,5 @@ def _with(work: Work, line: LimitSearch, Hs: float, key: str, n: int) -> tuple[f
     course = work.cells.course(line.phase, line.winch, spot)
     first = {name: values[:n] for name, values in runs.items()}
     estimate = quantities(work.plan, line.phase, line.alternative, line.winch, course, first)[rule.rule.quantity]
-    value, low, high = (float(x) for x in utilisation(rule, np.array(estimate)))
+    value, low, high = (float(x) for x in utilisation(rule, np.array((estimate.value, estimate.low, estimate.high))))
     return value, min(low, high), max(low, high)
