@@ -145,8 +145,8 @@ def winch_at(crane: Crane, case: Scenario) -> Winch:
     `stillhook.engine.scenario.checks.check`."""
     if not crane.plant.type.steady_operation:
         raise SpecError(
-            f'"{crane.name}": winch type "{crane.plant}" declares no steady operation, on which this question rests. Choose'
-            " another crane, or another question."
+            f'"{crane.name}": winch type "{crane.plant}" declares no steady operation, on which this question rests.'
+            " Choose another crane, or another question."
         )
     packed = pack(crane, case)
     A = packed.params.active
