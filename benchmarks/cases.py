@@ -65,9 +65,7 @@ def kernel_run(cases: list[Scenario], n_sub: int, *, every: int = 0, kernel: Any
         spent[0] += perf_counter() - wall
         spent[1] += thread_time() - cpu
 
-    block.d = types.SimpleNamespace(
-        run=timed, at_rest=ours.at_rest, State=ours.State, Lane=ours.Lane, Command=ours.Command, laws=ours.laws
-    )  # type: ignore[assignment]
+    block.d = types.SimpleNamespace(**(vars(ours) | {"run": timed}))
     for _ in block.steps():
         pass
     return KernelRun(block, Sample(len(cases) * cases[0].duration, spent[0], spent[1]))

@@ -19,14 +19,12 @@ from stillhook.engine.step_size import RK4_LIMIT, fastest_rates
 from stillhook.errors import SpecError
 from stillhook.library import changed
 from stillhook.spec.crane import Crane
-from stillhook.winches.records import Signals
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "validation" / "step-size.md"
 REFERENCE = 100
 STEPS = {1: "10 ms", 2: "5 ms", 3: "3.33 ms", 4: "2.5 ms", 5: "2 ms", 10: "1 ms"}
 """Steps per PLC cycle of 10 ms."""
 
-S_W, P_A, P_B = (Signals._fields.index(f) for f in ("s_w", "p_a", "p_b"))
 WIRE, PRESSURE = 1.0e-4, 0.2e5
 """What the default step for statistics has to keep on the demonstration cases: 0.1 mm and 0.2 bar."""
 
@@ -113,11 +111,8 @@ def run_one(case: Case, n_sub: int) -> Result:
 
 
 def deviation(run: Result, reference: Result) -> Deviation:
-    a, b = run.series, reference.series
-    assert a is not None
-    assert b is not None
-    wire = float(np.max(np.abs(a[:, S_W] - b[:, S_W])))
-    peaks = [abs(float(np.max(a[:, i]) - np.max(b[:, i]))) for i in (P_A, P_B)]
+    wire = float(np.max(np.abs(run.column("s_w") - reference.column("s_w"))))
+    peaks = [abs(float(np.max(run.column(p)) - np.max(reference.column(p)))) for p in ("p_a", "p_b")]
     return Deviation(wire, max(peaks), abs(run.span[0] - reference.span[0]))
 
 

@@ -169,7 +169,7 @@ def indices_of(cases: Sequence[Any]) -> list[Sensitivity]:
         return list(sensitivity(paper_e_scenario_2.CRANE, cases, n=ROWS, seed=SEED, against="hs"))
     found = []
     for row in kept["indices"]:
-        own = {name: Index(Estimate(*x[:3], ROWS), Estimate(*x[3:], ROWS)) for name, x in row["indices"].items()}
+        own = {name: Index(Estimate(*x[:3]), Estimate(*x[3:])) for name, x in row["indices"].items()}
         found.append(Sensitivity(**{**row, "indices": own}))
     return found
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from stillhook.spec.scenario import Mode
+from stillhook.winches.registry import WINCH_TYPES
 
 SATURATION_SHARE = 0.1
 """Part of the counted time for which full pumps are tolerated [-]. A sine that is beyond the pumps for a tenth of the
@@ -40,7 +41,7 @@ def _too_heavy(summary: Mapping[str, Any], mode: Mode, share: float) -> bool:
     return share > mode.law.swl_share * (1.0 + 1e-9)
 
 
-RULES = (
+_LIMITS = (
     Rule("diverged", "div", _status("diverged"), "the run diverged: a state is no longer finite"),
     Rule(
         "energy does not add up",
@@ -82,6 +83,25 @@ RULES = (
         _status("boost"),
         "the boost pump is at its limit, cavitation follows; none is tolerated",
     ),
+)
+_COMMON_STATUS = (
+    *("diverged", "audit", "unstable", "slack", "wire"),
+    *("accumulator", "overspeed", "cavitation", "relief", "power", "boost"),
+)
+"""Words of a status that these rules name."""
+
+
+def _own_limits() -> Iterator[Rule]:
+    """A rule for each limit that a winch type alone has; its word in the status is its mark."""
+    words = dict.fromkeys(word for winch in WINCH_TYPES.values() for word in winch.causes.values())
+    for word in words:
+        if word not in _COMMON_STATUS:
+            yield Rule(f"{word} limit", word, _status(word), "a limit of this winch type is passed; none is tolerated")
+
+
+RULES = (
+    *_LIMITS,
+    *_own_limits(),
     Rule(
         "pumps saturated",
         "sat",

@@ -11,7 +11,9 @@ import importlib
 import importlib.util
 import os
 import pkgutil
+import re
 import sys
+import traceback
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
@@ -20,6 +22,8 @@ from stillhook.errors import SpecError
 
 VARIABLE = "STILLHOOK_EXTENSIONS"
 """Environment variable with a user's own winch types and controllers."""
+FUNCTIONS = ("cycle", "rates")
+"""Functions by which a module is known for a controller or a winch type."""
 
 
 def modules_in(package: ModuleType) -> Iterator[ModuleType]:
@@ -50,13 +54,30 @@ def _loaded(name: str) -> ModuleType:
 
 
 def _checked(name: str, load: Callable[[], ModuleType]) -> ModuleType:
-    """What load gives. Errors: SpecError of one line for whatever a user's module raises."""
+    """What load gives. Errors: SpecError of one line for whatever it raises, and where it is of neither kind."""
     try:
-        return load()
+        module = load()
     except SpecError:
         raise
     except Exception as problem:
         raise SpecError(f"{VARIABLE}: {name}: {type(problem).__name__}: {' '.join(str(problem).split())}") from problem
+    if not any(hasattr(module, function) for function in FUNCTIONS):
+        raise SpecError(
+            f"{VARIABLE}: {name}: neither cycle nor rates. A controller has a cycle, a winch type has rates."
+        )
+    return module
+
+
+def place_in_extension(problem: BaseException) -> str:
+    """File and line of a user's own module at which an exception was raised, or which a compiler could not compile; ""
+    where none is involved."""
+    files = {str(path.resolve()): path.name for path in extension_sources()}
+    frames = [(frame.filename, str(frame.lineno)) for frame in traceback.extract_tb(problem.__traceback__)]
+    compiled = re.findall(r'File "([^"]+)", line (\d+)', str(problem))  # innermost first
+    for file, line in (*reversed(frames), *compiled):
+        if (name := files.get(str(Path(file).resolve()))) is not None:
+            return f"{name}, line {line}"
+    return ""
 
 
 def _from_file(path: Path) -> ModuleType:

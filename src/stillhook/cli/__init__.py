@@ -17,6 +17,7 @@ from typing import Annotated
 import typer
 
 from stillhook._version import __version__
+from stillhook.base.extensions import place_in_extension
 from stillhook.cli import demo
 from stillhook.cli.analysis import envelope, maps, stability, tune, uncertainty
 from stillhook.cli.crane import calc, cranes
@@ -136,14 +137,17 @@ def _refuse(line: str, code: int = REFUSED) -> int:
 
 
 def _failed(problem: Exception) -> int:
-    """An unexpected exception: type, place and where to report it; with `DEBUG` its traceback before
-    that."""
+    """An unexpected exception: type, place and where to report it, or the line of a module of the user; with `DEBUG`
+    its traceback before that."""
     import traceback
 
     from stillhook.units import quote
 
     if os.environ.get(DEBUG):
         traceback.print_exception(problem)
+    if blamed := place_in_extension(problem):
+        reason = next((line for line in str(problem).splitlines() if line and not line.startswith("Failed in ")), "")
+        return _refuse(f"{blamed}: {type(problem).__name__}: {reason.rstrip('.')}. {DEBUG}=1 shows the traceback.")
     last = traceback.extract_tb(problem.__traceback__)[-1]
     place = f"{os.path.basename(last.filename)}, line {last.lineno}"
     message = f" {quote(str(problem))}" if str(problem) else ""

@@ -106,7 +106,7 @@ def _table(table: Table) -> dict[str, Any]:
         "title": table.title,
         "header": table.heads(),
         "kinds": kinds,
-        "widths": [max(1, *column) ** 0.5 for column in lengths],  # of folded columns, relative to each other
+        "widths": [max([1, *column]) ** 0.5 for column in lengths],  # of folded columns, relative to each other
         "one_page": len(table.rows) <= MOST_ROWS and letters <= MOST_LETTERS,
         "rows": [[_cell(cell) for cell in row] for row in table.rows],
         "bold_rows": list(table.bold_rows),

@@ -45,15 +45,17 @@ class Control(Spec):
 
 def _table(law: ControlLaw) -> type[Spec]:
     """The table `[control.NAME]` of a controller."""
-    fields: dict[str, Any] = {name: _field(setting) for name, setting in law.settings.items()}
+    fields: dict[str, Any] = {
+        name: _field(setting, f"{law.file.name}: Settings.{name}: default") for name, setting in law.settings.items()
+    }
     return create_model(f"Control_{law.field}", __base__=Spec, __doc__=f"Settings of {law.title}.", **fields)
 
 
-def _field(setting: Setting) -> tuple[Any, Any]:
+def _field(setting: Setting, where: str) -> tuple[Any, Any]:
     """Annotation and field of one setting; its default is read as a crane file's text is."""
     marked: Any = Annotated[float, u.Quantity(setting.kind)] if setting.kind else Number
     default = setting.default
-    value = u.parse(default, setting.kind, "default") if isinstance(default, str) else float(default)
+    value = u.parse(default, setting.kind, where) if isinstance(default, str) else float(default)
     return marked, Field(default=value, ge=setting.least, le=setting.most, description=setting.meaning)
 
 

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 SHOWN = ("e_c_pp", "eta_c", "p_max", "alpha_m_min")
-"""Numbers whose bands the map holds."""
+"""Numbers whose bands the map holds, where the winch type has them."""
 COMPARED = ("e_c_pp", "p_max")
 """Numbers whose change against the best classic controller it holds; suffix `_change`."""
 QUANTILES = (0.5 * (1.0 - INSIDE), 0.5, 0.5 * (1.0 + INSIDE))
@@ -99,8 +99,8 @@ class _Statistics:
     def __init__(self, cells: Cells, n: int) -> None:
         self.cells, self.n, total = cells, n, len(cells.cases)
         self.names = numbers_of(cells.cranes[0])
-        self.values = {name: np.full((total, len(QUANTILES)), np.nan) for name in SHOWN}
-        self.changes = {name: np.full((total, len(QUANTILES)), np.nan) for name in COMPARED}
+        self.values = {name: np.full((total, len(QUANTILES)), np.nan) for name in SHOWN if name in self.names}
+        self.changes = {name: np.full((total, len(QUANTILES)), np.nan) for name in COMPARED if name in self.names}
         self.chances = np.zeros((total, len(INTERVAL)))
         self.failed = np.zeros(total, dtype=np.int64)
 
@@ -114,12 +114,12 @@ class _Statistics:
         usable = np.array([self._usable(i, rows[c], status[c], SWL) for c, i in enumerate(place)])
         best = self._best_classic(rows, usable)
         for c, i in enumerate(place):
-            for name in (name for name in SHOWN if name in self.names):
+            for name in self.values:
                 self.values[name][i] = _quantiles(rows[c, :, self.names.index(name)])
             probability = chance(usable[c])
             self.chances[i] = probability.low, probability.value, probability.high
             self.failed[i] = sum(s == "diverged" for s in status[c])
-            for name in (name for name in COMPARED if name in self.names) if best is not None else ():
+            for name in self.changes if best is not None else ():
                 k = self.names.index(name)
                 both = usable[c] & usable[best]
                 self.changes[name][i] = _quantiles(rows[c, both, k] / rows[best, both, k] - 1.0)

@@ -16,7 +16,7 @@ from stillhook.analysis.controllers import Controller, controller
 from stillhook.analysis.maps.result import Map, as_dataset
 from stillhook.base.progress import Progress
 from stillhook.control.registry import USUAL
-from stillhook.engine.scenario.batch import summaries
+from stillhook.engine.scenario.batch import numbers_of, summaries
 from stillhook.engine.scenario.checks import notes_of
 from stillhook.errors import ScenarioError, SpecError
 from stillhook.sea.motion.motion import Motion, Sine
@@ -44,7 +44,7 @@ NUMBERS = (
     "relief_time",
     "validated",
 )
-"""What a map holds of every cell's run, in the names of `stillhook.variables.SUMMARY`."""
+"""What a map holds of every cell's run, in the names of `stillhook.variables.SUMMARY`, where the winch type has it."""
 
 
 def map_of(
@@ -97,7 +97,7 @@ def map_of(
         warm_up=warm_up,
     )
     answers = summaries(cranes, cases, step=step, threads=threads, store=store, client=client, progress=progress)
-    shape = (len(chosen), *axes.shape)
+    shape, known = (len(chosen), *axes.shape), numbers_of(crane)
     modes = [c.mode for c in chosen for _ in range(math.prod(axes.shape))]
     causes = [cause_of(s, m, k.load / crane.SWL) for s, m, k in zip(answers, modes, cases, strict=True)]
     return Map(
@@ -105,7 +105,11 @@ def map_of(
         labels=tuple(c.name for c in chosen),
         modes=tuple(c.mode for c in chosen),
         axes=axes,
-        values={name: np.array([s[name] for s in answers], dtype=np.float64).reshape(shape) for name in NUMBERS},
+        values={
+            name: np.array([s[name] for s in answers], dtype=np.float64).reshape(shape)
+            for name in NUMBERS
+            if name in known
+        },
         status=np.array([s["status"] for s in answers], dtype=object).reshape(shape),
         cause=np.array(causes, dtype=object).reshape(shape),
         better="e_c_pp",

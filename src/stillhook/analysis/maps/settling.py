@@ -57,8 +57,8 @@ NUMBERS = ("settling_time", "overshoot", "alpha_m_end", "u_p_end")
 
 class Response(NamedTuple):
     """Response to a step: settling_time [s], NaN where it never settles; overshoot over the step [-]; alpha_m_end
-    motors and u_p_end pump command at the end [-]; status as in a summary; cause why the controller is not applicable,
-    "" where it is."""
+    motors (NaN where the winch has no such signal) and u_p_end pump command at the end [-]; status as in a summary;
+    cause why the controller is not applicable, "" where it is."""
 
     settling_time: float
     overshoot: float
@@ -120,7 +120,9 @@ def settling_of(
         modes=tuple(c.mode for c in chosen),
         axes=axes,
         values={
-            name: np.array([getattr(a, name) for a in answers], dtype=np.float64).reshape(shape) for name in NUMBERS
+            name: np.array([getattr(a, name) for a in answers], dtype=np.float64).reshape(shape)
+            for name in NUMBERS
+            if name != "alpha_m_end" or any(row.name == "alpha_m" for row in crane.plant.type.rows)
         },
         status=np.array([a.status for a in answers], dtype=object).reshape(shape),
         cause=np.array([a.cause for a in answers], dtype=object).reshape(shape),
@@ -140,7 +142,8 @@ settling_map = as_dataset(
     "settling_map",
     """Settling time and displacement after a step of wire speed; see `settling_of`, whose result this is as a Dataset.
 
-    Returns a Dataset with dimensions ("controller", "load", "speed"[, "layer"]): the numbers of `NUMBERS`, `status`,
+    Returns a Dataset with dimensions ("controller", "load", "speed"[, "layer"]): the numbers of `NUMBERS` (without
+    `alpha_m_end` where the winch has no motors of variable displacement), `status`,
     `applicable`, `cause`, and `settling_time_change` against the best classic controller (the applicable one of NS and
     HS that settles first).
     """,
@@ -188,7 +191,7 @@ def _runs(
         s_w="0 m",
         duration=f"{length!r} s",
         warm_up=f"{RAMP + HOLD!r} s",
-        gas_held=crane.passive is not None,
+        gas_held="passive" in crane.circuits,
     )
     cranes, cases = [], []
     for c in chosen:
@@ -282,7 +285,7 @@ def _response(crane: Crane, case: Scenario, result: Result, t: float, dv: float)
     return Response(
         settled,
         float(np.max(v)) / dv - 1.0,
-        float(end[result.signals.index("alpha_m")]),
+        float(end[result.signals.index("alpha_m")]) if "alpha_m" in result.signals else float("nan"),
         abs(float(end[result.signals.index("u_p")])),
         summary["status"],
         cause,

@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.nearest import nearest
+from stillhook.engine.scenario.batch import numbers_of
 from stillhook.engine.scenario.summary import OK
 from stillhook.errors import SpecError
+from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import parse, quote, show
 from stillhook.variables import BY_NAME, SUMMARY
@@ -69,6 +71,15 @@ class Limit(NamedTuple):
             return cls(name, sign == "<=", float(value))
         except ValueError:
             raise SpecError(f"limit {quote(text)}: {quote(value)}: must be a plain number.") from None
+
+    def check(self, crane: Crane) -> None:
+        """Errors: SpecError where runs of this crane's winch type have no such number."""
+        known = numbers_of(crane)
+        if self.name not in known:
+            raise SpecError(
+                f'limit {self}: winch type "{crane.plant}" of "{crane.name}" has no {self.name}. Choose one of'
+                f" {', '.join(known)}."
+            )
 
     def beyond(self, values: FloatArray) -> NDArray[np.bool_]:
         """Which values go beyond it; one that is not there does."""

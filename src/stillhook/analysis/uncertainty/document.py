@@ -18,25 +18,8 @@ from stillhook.units import show
 FEWEST_DRAWS = 20
 """Fewest draws of which one is expected outside either end of a 5 to 95 % band."""
 FACTORS = ("uncertain", "distribution", "because")
-BANDS = (
-    "mode",
-    "error\nas described",
-    "error\nmedian",
-    "error\n5 to 95 %",
-    "pressure\nas described",
-    "pressure\nmedian",
-    "pressure\n5 to 95 %",
-    "limits of the\nwinch exceeded",
-)
-DIFFERENCES = (
-    "draw by draw",
-    "error\nmedian",
-    "error\n5 to 95 %",
-    "lower\nin",
-    "pressure\nmedian",
-    "pressure\n5 to 95 %",
-    "lower\nin",
-)
+WORDS = {"e_c_pp": "error", "p_max": "pressure"}
+"""What the columns call the numbers of `COMPARED`."""
 MULTIPLES = "Numbers without a unit are multiples of the crane's own number."
 LIMITS = ("mode", "limit", "draws beyond it", "tolerated", "")
 
@@ -54,12 +37,17 @@ def document(
     subject = f"{crane.name}, {show(case.load, 'mass')}, {show(case.s_w, 'length')} of wire out, tip: {tip}"
     sampling = f"{data['draws']} draws (seed {data['seed']}), the same for every mode"
     bands = [_bands(label, case_) for label, case_ in data["cases"].items()]
-    parts: list[Part] = [Table(BANDS, bands, sampling), *map(Text, _remarks(data)), *_limits(data)]
+    known = [name for name in COMPARED if all(name in case_["band_90"] for case_ in data["cases"].values())]
+    ends = [f"{WORDS[name]}\n{column}" for name in known for column in ("as described", "median", "5 to 95 %")]
+    head = ("mode", *ends, "limits of the\nwinch exceeded")
+    parts: list[Part] = [Table(head, bands, sampling), *map(Text, _remarks(data, known)), *_limits(data)]
     if data["differences"]:
-        parts.append(Table(DIFFERENCES, [_difference(text, x) for text, x in data["differences"].items()]))
+        columns = [text for name in known for text in _difference_head(WORDS[name])]
+        rows = [_difference(text, x) for text, x in data["differences"].items()]
+        parts.append(Table(("draw by draw", *columns), rows))
     sections = [
         Section("Factors", [Table(FACTORS, factors), Text(MULTIPLES)]),
-        Section("Error and pressure", parts),
+        Section(" and ".join(WORDS[name] for name in known).capitalize(), parts),
         *(_indices([s for s in indices if s.output == output]) for output in dict.fromkeys(s.output for s in indices)),
         *([_causes(causes)] if causes is not None else []),
     ]
@@ -67,9 +55,9 @@ def document(
 
 
 def _bands(label: str, case: dict[str, Any]) -> list[str]:
-    """A mode, see `BANDS`."""
+    """A mode: as described, median and band of each number that is compared, and the chance of trouble."""
     row = [label]
-    for name in COMPARED:
+    for name in (name for name in COMPARED if name in case["band_90"]):
         band = case["band_90"][name]
         low, high = cell(name, band["low"]), cell(name, band["high"])
         described, median = cell(name, float(case["at_values"][name])), cell(name, band["median"])
@@ -83,15 +71,13 @@ def _chance(chance: dict[str, Any]) -> str:
     return f"{share} ({low} to {high})"
 
 
-def _remarks(data: dict[str, Any]) -> Iterator[str]:
+def _remarks(data: dict[str, Any], known: Sequence[str]) -> Iterator[str]:
     if data["draws"] < FEWEST_DRAWS:
         yield f"too few draws for a 5 to 95 % band: its ends are the draws themselves. Use {FEWEST_DRAWS} or more."
     for label, case in data["cases"].items():
         if case["beyond_limits"]["share"] == 1.0:
-            yield (
-                f"{label}: every draw goes beyond a limit of the winch; its error and pressure are no working"
-                " controller's"
-            )
+            numbers = f"{' and '.join(WORDS[name] for name in known)} {'are' if len(known) > 1 else 'is'}"
+            yield f"{label}: every draw goes beyond a limit of the winch; its {numbers} no working controller's"
     errors = {label: c["band_90"]["e_c_pp"]["high_error"] for label, c in data["cases"].items()}
     if all(math.isfinite(x) for x in errors.values()):
         values = ", ".join(f"{label} {cell('e_c_pp', x)}" for label, x in errors.items())
@@ -110,11 +96,15 @@ def _limits(data: dict[str, Any]) -> list[Table]:
     return [Table(LIMITS, rows)] if rows else []
 
 
+def _difference_head(word: str) -> tuple[str, str, str]:
+    return f"{word}\nmedian", f"{word}\n5 to 95 %", "lower\nin"
+
+
 def _difference(text: str, difference: dict[str, Any]) -> list[str]:
-    """A pair of modes, see `DIFFERENCES`."""
+    """A pair of modes, see `_difference_head`."""
     row = [text]
-    for name in COMPARED:
-        relative, lower = difference[name]["relative"], difference[name]["lower"]["share"]
+    for numbers in difference.values():
+        relative, lower = numbers["relative"], numbers["lower"]["share"]
         ends = f"{change(relative['low'])} to {change(relative['high'])}"
         row += [change(relative["median"]), ends, percent_fixed(lower, 0)]
     return row

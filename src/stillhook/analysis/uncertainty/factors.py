@@ -11,13 +11,14 @@ from typing import NamedTuple
 from stillhook.analysis.uncertainty.distribution import Distribution, Law
 from stillhook.engine.pack.winch import load_record
 from stillhook.engine.scenario.checks import case_friction, friction_parts, layer_diameter_at, loss_notes
-from stillhook.spec.crane import Crane, Wire, inertia_ratio_without_wire
+from stillhook.spec.crane import Crane, Wire, effective_inertia, inertia_ratio_without_wire
 from stillhook.spec.scenario import Scenario
 from stillhook.statistics.estimate import NORMAL_95
 from stillhook.winches.circuits.tables import ServoVariant
 
 CASE = "case."
 """Begin of the paths that lie in the scenario; all others lie in the crane."""
+CIRCUITS = ("active", "passive")
 LONGEST_DELAY = 10.0
 """Largest delay of the tip's signals that a scenario takes [s]."""
 LEAST_RATIO = 1e-3
@@ -55,6 +56,14 @@ def _all(crane: Crane) -> float:
     return 1.0
 
 
+def _of_scaled_inertia(crane: Crane) -> float:
+    """Total inertia over the part that the factor scales [-]: gears, drum and motors of closed circuits. The wire keeps
+    its mass, and motors of another kind keep their inertia."""
+    ratio, circuits = inertia_ratio_without_wire(crane), [circuit.motor for circuit in crane.circuits.values()]
+    others = sum(m.count * m.J for m in crane.motors if not any(m is motor for motor in circuits))
+    return ratio if others == 0.0 else 1.0 / (1.0 / ratio - others / effective_inertia(crane))
+
+
 def _scaled(*paths: str) -> tuple[Target, ...]:
     return tuple(Target(path, _all) for path in paths)
 
@@ -87,12 +96,15 @@ class Factor:
 
     def absent(self, crane: Crane, case: Scenario) -> str:
         """Reason why it has no effect here; "" where it has one."""
-        if self.name == "motor_offset" and crane.active.motor.variant is ServoVariant.CLOSED_LOOP:
-            return f'the motors of "{crane.name}" are closed-loop. Set active.motor.variant, or leave it out.'
-        if "passive" not in crane.circuits and all(t.path.startswith("passive.") for t in self.targets):
+        tables = {t.path.partition(".")[0] for t in self.targets}
+        if not crane.circuits and tables <= {*CIRCUITS, "hpu"}:
+            return f'"{crane.name}" has no closed circuit. Leave it out.'
+        if "passive" not in crane.circuits and tables == {"passive"}:
             return f'"{crane.name}" has no passive circuit. Leave it out.'
         if all(missing(crane, t.path) for t in self.targets):
             return f'"{crane.name}" does not give {self.targets[0].path}. State it, or leave it out.'
+        if self.name == "motor_offset" and crane.active.motor.variant is ServoVariant.CLOSED_LOOP:
+            return f'the motors of "{crane.name}" are closed-loop. Set active.motor.variant, or leave it out.'
         if self.name == PASSIVE_LOSS and not passive_outside_fit(crane, case):
             return f'the passive motors of "{crane.name}" work where their loss was fitted. Leave it out.'
         if self.name == "load" and case.load == 0.0:
@@ -130,9 +142,8 @@ def between(low: float, high: float) -> Distribution:
 PASSIVE_LOSS = "passive_motor_loss"
 LOSSES = ("X_1", "X_2", "X_3", "X_4", "X_5")
 DRY_AND_VISCOUS = ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6")
-BOTH = ("active", "passive")
-MOTOR_LEAKS = tuple(f"{c}.motor.{C}" for c in BOTH for C in ("C_1", "C_2"))
-PUMP_LEAKS = tuple(f"{c}.pump.leak_scale" for c in BOTH)
+MOTOR_LEAKS = tuple(f"{c}.motor.{C}" for c in CIRCUITS for C in ("C_1", "C_2"))
+PUMP_LEAKS = tuple(f"{c}.pump.leak_scale" for c in CIRCUITS)
 
 
 def _normal(deviation: float) -> Distribution:
@@ -158,7 +169,7 @@ _TABLE = (
     Factor(
         "motor_loss",
         "torque loss of all motors: X_1 to X_5 together",
-        _scaled(*(f"{c}.motor.loss.{X}" for c in BOTH for X in LOSSES)),
+        _scaled(*(f"{c}.motor.loss.{X}" for c in CIRCUITS for X in LOSSES)),
         _normal(0.1),
         "paper D: friction of motors in place lies within 10 % of its average over displacements; 0.5 to 1.5 outside"
         " the fit is assumed",
@@ -192,8 +203,8 @@ _TABLE = (
         "J_m_eff with a full drum; motors, gears and drum share the difference, the wire keeps its mass",
         (
             *(
-                Target(path, inertia_ratio_without_wire)
-                for path in (*(f"{c}.motor.J" for c in BOTH), "inertia.J_gear", "inertia.J_drum")
+                Target(path, _of_scaled_inertia)
+                for path in (*(f"{c}.motor.J" for c in CIRCUITS), "inertia.J_gear", "inertia.J_drum")
             ),
             Target("inertia.J_m_eff", _all),
         ),
@@ -203,7 +214,7 @@ _TABLE = (
     Factor(
         "bulk_modulus",
         "effective bulk modulus of the oil in all lines",
-        _scaled(*(f"{c}.line.bulk_modulus" for c in BOTH)),
+        _scaled(*(f"{c}.line.bulk_modulus" for c in CIRCUITS)),
         _triangular(0.6, 1.1),
         "assumed: 17 500 bar is near the top for oil in pipes; air and hoses lower it",
     ),
@@ -217,21 +228,21 @@ _TABLE = (
     Factor(
         "pump_servo",
         "natural frequency of the pumps' displacement control; the PLC's K_2 is not changed",
-        _scaled(*(f"{c}.pump.servo.omega_n" for c in BOTH)),
+        _scaled(*(f"{c}.pump.servo.omega_n" for c in CIRCUITS)),
         _triangular(0.85, 1.15),
         "assumed; fitted to measurements with a good fit (paper F figure 6)",
     ),
     Factor(
         "pump_zeta",
         "damping ratio of the pumps' displacement control; the PLC's K_2 is not changed",
-        _scaled(*(f"{c}.pump.servo.zeta" for c in BOTH)),
+        _scaled(*(f"{c}.pump.servo.zeta" for c in CIRCUITS)),
         _triangular(0.8, 1.2),
         "assumed, as pump_servo",
     ),
     Factor(
         "motor_servo",
         "natural frequency of the motors' displacement control",
-        _scaled(*(f"{c}.motor.servo.omega_n" for c in BOTH)),
+        _scaled(*(f"{c}.motor.servo.omega_n" for c in CIRCUITS)),
         _triangular(RESPONSE[1] / RESPONSE[2], RESPONSE[1] / RESPONSE[0]),
         "published: responses of 0.7 to 3.5 s (papers C and F), 1 s at the 5 rad/s of the library",
     ),

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SHOWN = {"e_c_pp": ("control error peak-to-peak [mm]", "diameter"), "p_max": ("peak pressure [bar]", "pressure")}
-"""Numbers of the figures, their labels and the kind that gives their display unit."""
+"""Numbers of the figures, their labels and the kind that gives their display unit; those that a winch type does not
+have are left out."""
 SHARE = 100.0
 
 
@@ -27,9 +28,11 @@ def band_figure(run: xarray.Dataset, title: str = "") -> Figure:
     from matplotlib.figure import Figure  # heavy: only where pictures are wanted
 
     cases = [str(c) for c in run["case"].values]
-    at_values, results = json.loads(run.attrs["at_values"]), bands(run, list(SHOWN))
-    figure = Figure(figsize=(5.0 * len(SHOWN), 1.6 + 0.75 * len(cases)), layout="constrained")
-    for ax, (name, (words, kind)) in zip(figure.subplots(1, len(SHOWN), sharey=True), SHOWN.items(), strict=True):
+    shown = [name for name in SHOWN if name in run]
+    at_values, results = json.loads(run.attrs["at_values"]), bands(run, shown)
+    figure = Figure(figsize=(5.0 * len(shown), 1.6 + 0.75 * len(cases)), layout="constrained")
+    for ax, name in zip(figure.subplots(1, len(shown), sharey=True, squeeze=False)[0], shown, strict=True):
+        words, kind = SHOWN[name]
         for y, (case, colour) in enumerate(zip(cases, COLOURS * len(cases), strict=False)):
             values = _shown(run[name].sel(case=case).values, kind)
             spread = 0.16 * (np.argsort(np.argsort(run["factor_value"].values[:, 0])) / max(len(values) - 1, 1) - 0.5)
@@ -66,8 +69,10 @@ def exceedance_figure(run: xarray.Dataset, limits: Sequence[Limit] = (), title: 
     """Share of the draws above each value, one curve a case; limits as lines."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(5.0 * len(SHOWN), 3.8), layout="constrained")
-    for ax, (name, (words, kind)) in zip(figure.subplots(1, len(SHOWN), sharey=True), SHOWN.items(), strict=True):
+    shown = [name for name in SHOWN if name in run]
+    figure = Figure(figsize=(5.0 * len(shown), 3.8), layout="constrained")
+    for ax, name in zip(figure.subplots(1, len(shown), sharey=True, squeeze=False)[0], shown, strict=True):
+        words, kind = SHOWN[name]
         for case, colour in zip((str(c) for c in run["case"].values), COLOURS * run.sizes["case"], strict=False):
             values, share = exceedance(run[name].sel(case=case).values)
             ax.step(
@@ -116,7 +121,9 @@ def index_figure(results: Sequence[Sensitivity], title: str = "", least: float =
         )
     for ax in panels[-1]:
         ax.set_xlabel("share of the variance [%]")
-    panels[0, -1].legend(fontsize="small", frameon=False, loc="lower right")
+    with_bars = [ax for ax in panels[0] if ax.get_legend_handles_labels()[0]]
+    if with_bars:
+        with_bars[-1].legend(fontsize="small", frameon=False, loc="lower right")
     figure.suptitle(title, fontsize="medium")
     return figure
 

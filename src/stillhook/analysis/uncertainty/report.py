@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import xarray
 
 NAMES = ("e_c_pp", "eta_c", "p_max", "u_p_max", "alpha_m_min")
-"""Numbers of the summary with reported bands."""
+"""Numbers of the summary with reported bands, where the winch type has them."""
 COMPARED = ("e_c_pp", "p_max")
 """Numbers whose paired differences are reported."""
 AT_MOST = 0.05
@@ -47,7 +47,12 @@ def report(
 ) -> dict[str, Any]:
     """Everything as plain data; pairs: cases to compare draw by draw; indices: of
     `stillhook.analysis.uncertainty.sobol`."""
-    band, trouble, failed, verdict = bands(run, NAMES), troubles(run), failures(run), verdicts(run, limits, at_most)
+    band, trouble, failed, verdict = (
+        bands(run, [name for name in NAMES if name in run]),
+        troubles(run),
+        failures(run),
+        verdicts(run, limits, at_most),
+    )
     at_values = json.loads(run.attrs["at_values"])
     cases = {
         c: {
@@ -63,7 +68,7 @@ def report(
     }
     differences: dict[str, Any] = {}
     for case, other in pairs:
-        paired = {name: paired_difference(run, case, other, name) for name in COMPARED}
+        paired = {name: paired_difference(run, case, other, name) for name in COMPARED if name in run}
         differences[f"{case} / {other}"] = {
             name: {"relative": p.relative._asdict(), "lower": _chance(p.lower)} for name, p in paired.items()
         }

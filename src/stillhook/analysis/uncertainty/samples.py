@@ -66,6 +66,9 @@ class Drawing:
     def _take_parameter(self, column: str, k: int) -> None:
         """A parameter of a set; a motor's loss belongs to every circuit with that motor."""
         name, parameter = column.split(".")
+        if "{circuit}" not in SETS[name]:
+            self._set[f"{SETS[name]}.{parameter}"] = k
+            return
         motor = self.crane.active.motor
         for circuit in (name for name, c in self.crane.circuits.items() if c.motor.D_max == motor.D_max):
             self._set[f"{SETS[name].format(circuit=circuit)}.{parameter}"] = k

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.uncertainty.bands import NUMERIC
 from stillhook.analysis.uncertainty.distribution import Distribution, Law
 from stillhook.analysis.uncertainty.factors import FACTORS
 from stillhook.analysis.uncertainty.factors_file import MOST, Draws, Uncertainty, even, shaped
@@ -31,6 +30,7 @@ SETTLED = 0.1
 MATTERS = 0.05
 """Total index from which a factor is named [-]: a twentieth of the variance."""
 LEAST = 16
+OUTPUTS = ("e_c_pp", "p_max")
 
 
 class Index(NamedTuple):
@@ -157,7 +157,7 @@ def sensitivity(
     case: Scenario | Sequence[Scenario],
     uncertainty: Uncertainty | None = None,
     *,
-    outputs: Sequence[str] = ("e_c_pp", "p_max"),
+    outputs: Sequence[str] = (),
     against: str | None = None,
     n: int = 128,
     seed: int = 0,
@@ -170,7 +170,8 @@ def sensitivity(
     Parameters
     ----------
     crane, case, uncertainty, labels: as in `stillhook.analysis.uncertainty.monte_carlo`. Factors with a fixed value
-    have no index; the parameters of a set count together. outputs: numbers of the summary. against: label of a case;
+    have no index; the parameters of a set count together. outputs: numbers of the summary (default those of `OUTPUTS`
+    that the winch type has). against: label of a case;
     the others' numbers over those of that case are then analysed too ("ssc / hs"): what a difference depends on. n:
     rows of the tables, a power of two; there are n (factors + 2) runs a case. how: step, threads, store, client of
     `stillhook.engine.scenario.batch.summaries`.
@@ -178,8 +179,10 @@ def sensitivity(
     Errors: SpecError, ScenarioError of one line; SimulationError where a run diverged: indices of the rest
     would mislead.
     """
-    _check(outputs, n)
     cranes, cases = paired(crane, case)
+    columns = numbers_of(cranes[0])
+    outputs = outputs or [name for name in OUTPUTS if name in columns]
+    _check(outputs, columns, n)
     names = case_labels(cases, labels)
     if against is not None and against not in names:
         raise SpecError(f"against = {quote(against)}: unknown case. Allowed: {', '.join(names)}.")
@@ -193,7 +196,6 @@ def sensitivity(
             f"{failed} of {numbers.shape[0] * numbers.shape[1]} runs diverged, and indices of the rest would"
             " mislead. Take a finer step, or narrower distributions."
         )
-    columns = numbers_of(drawings[0].crane)
     results = {(c, o): numbers[i, :, columns.index(o)] for i, c in enumerate(names) for o in outputs}
     if against is not None:
         results |= {
@@ -202,10 +204,10 @@ def sensitivity(
     return [_one(c, o, f, varied, n, seed) for (c, o), f in results.items()]
 
 
-def _check(outputs: Sequence[str], n: int) -> None:
+def _check(outputs: Sequence[str], known: Sequence[str], n: int) -> None:
     for name in outputs:
-        if name not in NUMERIC:
-            raise SpecError(f"output {quote(name)}: not a result of the summary{nearest(str(name), NUMERIC)}")
+        if name not in known:
+            raise SpecError(f"output {quote(name)}: not a result of the summary{nearest(str(name), known)}")
     if type(n) is not int or not LEAST <= n <= MOST or n & (n - 1):
         raise SpecError(f"n = {quote(n)}: give a power of two from {LEAST}, such as 128.")
 

@@ -85,6 +85,7 @@ def show_map(
     arguments = {name: value for name, value in options.items() if value is not None}
     _check_out(out)
     machine = load_crane(crane)
+    _check_metric(machine, metric)
     if metric == SETTLING:
         others = {"period": period, "motion": motion, "duration": duration, "warm_up": warm_up, "store": store}
         if unused := [f"--{n.replace('_', '-')}" for n, value in others.items() if value is not None]:
@@ -102,6 +103,19 @@ def show_map(
     if out is not None:
         _write(result, out, quiet=json)
     raise typer.Exit(0 if bool(result.applicable.any()) else 1)
+
+
+def _check_metric(crane: Crane, metric: str) -> None:
+    """Refuse a value that this winch type does not have before anything runs."""
+    from stillhook.engine.scenario.batch import numbers_of
+    from stillhook.errors import SpecError
+
+    known = [m for m, name in METRICS.items() if m == SETTLING or name in numbers_of(crane)]
+    if metric not in known:
+        raise SpecError(
+            f'--metric {metric}: winch type "{crane.plant}" of "{crane.name}" has no {METRICS[metric]}. Choose'
+            f" {', '.join(known)}."
+        )
 
 
 def _layers(arguments: list[int] | None) -> int | list[int] | None:

@@ -126,6 +126,8 @@ def uncertainty(
     _check_out(out, sobol)
     fields = {"crane": crane, "load": load, "s_w": s_w, "motion": motion, "duration": duration, "warm_up": warm_up}
     request = _request(case_file, {k: v for k, v in fields.items() if v is not None}, modes, factors)
+    for bound in limits:
+        bound.check(request.cranes[0])
     pairs = [(a, b) for a in request.labels for b in request.labels if _fixed(b) and not _fixed(a)]
     with client_of(scheduler) as client:
         options = {"seed": seed, "labels": request.labels, "step": step, "store": store, "client": client}

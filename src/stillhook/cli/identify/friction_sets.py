@@ -187,7 +187,8 @@ def draws(
     middle = crane_with(machine, *(item for item in (friction, loss) if item is not None))
     with progress_bar(f"{n} draws") as bar:
         run = simulate([middle, *samples], case, on_failure="mark", progress=bar)
-    spread, at_values = quantiles(run.isel(case=slice(1, None)), NAMES), {name: float(run[name][0]) for name in NAMES}
+    spread = quantiles(run.isel(case=slice(1, None)), NAMES)
+    at_values = {name: float(run[name][0]) for name in spread}
     notes = [note for note in str(run.notes.values[0]).split("; ") if note]
     beyond = [str(s) for s in run.status.values[1:] if s != "ok"]
     if json:

@@ -263,7 +263,7 @@ def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict
 
 def _loss_notes(crane: Crane, result: LiftResult, r: StageResult) -> list[str]:
     """Motors that work outside the fit of their loss, with the weight that hangs on the winch at the start."""
-    if result.ending is Ending.DIVERGED:
+    if result.ending is Ending.DIVERGED or not hasattr(r.stats.extremes, "alpha_m_min"):
         return []
     packed = result.packed.winch
     W, d = packed.params.hoist.load.W, layer_diameter_at(crane, packed.s_w)

@@ -152,7 +152,7 @@ def _by_rule(result: PlanResult, name: str) -> list[Part]:
     header = ("", "phase: rule", *tiers, "credited", "least at")
     title = "Least limit of every rule over all cells, by each tier and credited"
     limits = Table(header, rows, title, bold_columns=[header.index("credited")])
-    return [limits, *([Text(inside)] if rest else [])]
+    return [*([limits] if rows else []), *([Text(inside)] if rest else [])]
 
 
 def _lowest(Hs: FloatArray, top: float) -> str:

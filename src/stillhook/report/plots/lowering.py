@@ -12,10 +12,11 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_file
-from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.report.plots.run import COLOURS, GREY, effort_of
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.programme import StageMode
-from stillhook.units import in_display
+from stillhook.units import KINDS, in_display
+from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
     import xarray
@@ -35,17 +36,17 @@ error."""
 
 class Limits(NamedTuple):
     """Lines that a picture shows: F_max highest tension at the crane tip [N]; p_relief relief of the active circuit
-    [Pa]."""
+    [Pa], None without one."""
 
     F_max: float
-    p_relief: float
+    p_relief: float | None
 
 
 def lowering_panels(
     run: xarray.Dataset, lift: Lowering, static: FloatArray, limits: Limits, *, title: str = ""
 ) -> Figure:
-    """Depth, tension, dynamic factor, motion, control error and pressures over time; stages are distinguished by their
-    shade.
+    """Depth, tension, dynamic factor, motion, control error and effort of the winch over time; stages are distinguished
+    by their shade.
 
     run: series of one lowering, names of `stillhook.variables`; static: tension at the crane tip with everything at
     rest at the depth and wetness of the moment [N], one for each time.
@@ -63,7 +64,7 @@ def lowering_panels(
     _motion(axes[3], run, lift, t)
     axes[4].plot(t, _shown(run, "e_c", "diameter"), color=COLOURS[0], lw=0.8)
     axes[4].set_ylabel("control error [mm]\n(while compensating)")
-    _pressures(axes[5], run, t, limits)
+    _effort(axes[5], run, t, limits)
     axes[5].set_xlabel("time [s]")
     axes[0].set_xlim(float(t[0]), float(t[-1]))
     for ax in axes:
@@ -132,7 +133,13 @@ def about_mean(t: FloatArray, s: FloatArray) -> FloatArray:
     return np.asarray(s - (total[i + reach + 1] - total[i - reach]) / (2 * reach + 1))
 
 
-def _pressures(ax: Axes, run: xarray.Dataset, t: FloatArray, limits: Limits) -> None:
+def _effort(ax: Axes, run: xarray.Dataset, t: FloatArray, limits: Limits) -> None:
+    """Pressures of the circuits; of a winch without circuits the signal that shows how hard it works."""
+    if limits.p_relief is None:
+        row = BY_NAME[effort_of(run)]
+        ax.plot(t, _shown(run, row.name, row.kind), color=COLOURS[0], lw=0.8)
+        ax.set_ylabel(f"{row.meaning}\n[{KINDS[row.kind].display}]")
+        return
     lines = (("p_a", "hoisting side"), ("p_b", "lowering side"), ("p_hp", "passive"))
     for (name, label), colour in zip(lines, COLOURS, strict=False):
         if name in run:

@@ -36,8 +36,7 @@ def four_panels(
     figure = Figure(figsize=(10.0, 11.0), layout="constrained")
     axes = figure.subplots(4, 1, sharex=True)
     first = next(iter(runs.values()))
-    own = (str(n) for n, x in first.data_vars.items() if "time" in x.dims and BY_NAME[str(n)].kind in EFFORTS)
-    effort = "p_a" if "p_a" in first else next(own, "F_w")
+    effort = effort_of(first)
     window = {"time": slice(start, end)}
     if "v_tip" in first:
         cut = first.sel(window)
@@ -81,6 +80,13 @@ def four_panels(
     )
     figure.align_ylabels(axes)
     return figure
+
+
+def effort_of(run: xarray.Dataset) -> str:
+    """The signal that shows how hard a winch works: A-side pressure, else a pressure or torque of its own, else the
+    tension of the wire."""
+    own = (str(n) for n, x in run.data_vars.items() if "time" in x.dims and BY_NAME[str(n)].kind in EFFORTS)
+    return "p_a" if "p_a" in run else next(own, "F_w")
 
 
 def _panel(ax: Any, run: xarray.Dataset, name: str, kind: str, colour: str, label: str, **style: Any) -> None:

@@ -63,7 +63,8 @@ def write_lowering(
     """Write the files of a lowering; all of them or none. Gives their names."""
     crane, lift = file.crane, file.lift
     title = f"{lift.name}: {crane.name}, {file.place}"
-    limits = Limits(crane.SWL * G + crane.hook_mass * G, crane.active.relief.p)
+    p_relief = crane.active.relief.p if "active" in crane.circuits else None
+    limits = Limits(crane.SWL * G + crane.hook_mass * G, p_relief)
     with atomic_folder(out) as part:
         save_figure(
             lowering_panels(run, lift, static_tension(run, crane, lift), limits, title=title), part / OUT_FILES[0]

@@ -56,10 +56,11 @@ def draw_cranes(
 
 
 def quantiles(run: xarray.Dataset, names: Sequence[str] = ("e_c_pp", "p_max")) -> dict[str, dict[str, float]]:
-    """Median and 90 % band of summary numbers over the draws [SI]: name -> low, median, high."""
+    """Median and 90 % band of the summary numbers that the winch type has, over the draws [SI]: name -> low, median,
+    high."""
     edge = 0.5 * (1.0 - BAND)
     out = {}
-    for name in names:
+    for name in (name for name in names if name in run):
         values = run[name].values[
             np.isfinite(run[name].values)
         ]  # a diverged draw has no numbers, and manual mode no error

@@ -66,7 +66,7 @@ class Execution:
 @dataclass(eq=False)
 class Cells:
     """All runs of a plan so far. runs: (phase, winch, sea) -> numbers of
-    `stillhook.plan.tiers.time_domain.quantities.KEPT` of every seed (n,); n_runs, and seconds of them, that were asked
+    `stillhook.plan.tiers.time_domain.quantities.Runs` of every seed (n,); n_runs, and seconds of them, that were asked
     for (from the store or not)."""
 
     plan: LiftPlan

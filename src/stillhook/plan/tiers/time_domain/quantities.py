@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import xarray
 
 Runs = Mapping[str, FloatArray]
-"""Name of `KEPT` -> that number of every run (n,)."""
+"""Name of `OF_STAGE`, or v_landed -> that number of every run (n,)."""
 
 OF_STAGE = (
     "duration",
@@ -44,9 +44,8 @@ OF_STAGE = (
     "power_time",
     "stroke_time",
 )
-"""Numbers that are kept of the stage that counts."""
-KEPT = (*OF_STAGE, "v_landed")
-"""Those, and of the whole run the speed of the first touch: it may come before its stage is over."""
+"""Numbers that are kept of the stage that counts, where the winch type has them; in addition `v_landed` of the whole
+run, the speed of the first touch: it may come before its stage is over."""
 FAILED_MOST = 0.1
 """Chance of a failed run in a phase from which a cell is beyond every limit: as many phases as the level of 90 %
 leaves. One of 20 runs may fail in a phase that holds one run, none in a phase that holds two or more."""
@@ -60,7 +59,7 @@ WINCH = ("p_a_max", "saturation_share", "relief_share", "power_share", "stroke_s
 def kept(data: xarray.Dataset, counts: Sequence[int]) -> dict[str, FloatArray]:
     """Numbers of every run of a Dataset of lowerings over "case"; counts: number of the stage that counts in each."""
     each = np.arange(len(counts)), np.array(counts)
-    numbers = {name: data[f"stage_{name}"].values[each] for name in OF_STAGE}
+    numbers = {name: data[f"stage_{name}"].values[each] for name in OF_STAGE if f"stage_{name}" in data}
     return numbers | {"v_landed": data["v_landed"].values}
 
 
@@ -98,7 +97,7 @@ def _estimates(
     def top(name: str, quantity: str) -> Estimate:
         return _extreme(phase)(runs[name], level(quantity), course.swings if quantity in OF_LOAD else course.times)
 
-    share = {key: mean(runs[f"{key}_time"] / runs["duration"]) for key in ("saturation", "relief", "power", "stroke")}
+    times = {f"{key}_share": f"{key}_time" for key in ("saturation", "relief", "power", "stroke")}
     tip, v_tip = top("s_tip_pp", "s_tip_pp").scaled(1.0 / left), top("v_tip_max", "v_tip_max").scaled(1.0 / left)
     estimates = {
         "F_top_max": top("F_w_max", "F_top_max"),
@@ -106,10 +105,10 @@ def _estimates(
         "s_tip_pp": tip,
         "v_tip_max": v_tip,
         "load_pp": top("load_pp", "load_pp"),
-        "p_a_max": top("p_a_max", "p_a_max"),
+        **({"p_a_max": top("p_a_max", "p_a_max")} if "p_a_max" in runs else {}),
         "v_w_demand": v_tip.scaled(1.0, stick) if compensates else top("v_w_max", "v_w_demand"),
     }
-    estimates |= {f"{key}_share": value for key, value in share.items()}
+    estimates |= {share: mean(runs[time] / runs["duration"]) for share, time in times.items() if time in runs}
     if phase.kind is PhaseKind.LANDING:
         estimates["v_landed"] = passage(runs["v_landed"], level("v_landed"))
     else:

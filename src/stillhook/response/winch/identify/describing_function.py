@@ -42,7 +42,10 @@ SPACING = 0.05
 FOLDER = Path(__file__).resolve().parents[1]
 """Folder of the files that a table depends on, in addition to crane, duty and `results_hash`."""
 
-TABLES = ("omega", "v", "C", "harmonics", "saturated", "relieved", "p_a")
+TABLES = ("omega", "v", "C", "harmonics", "saturated")
+OF_CIRCUIT = ("relieved", "p_a")
+"""Tables of a winch with an active circuit alone, whose runs have the numbers `OF_RUNS`."""
+OF_RUNS = {"relief_time", "p_a_max"}
 REMNANT = ("T_z", "sigma_v", "omega", "S", "gain", "peak")
 COMPLIANCE = ("omega", "sigma_v", "Y")
 BATCHES = 3
@@ -89,7 +92,8 @@ def identify_residual(
         for T, v in pairs
     ]
     results = run_twin(soft(crane, duty), cases, SPACING, threads=threads, progress=progress)
-    sines = _table(results, excitation, duty.about(crane, mode))
+    own = {row.name for row in crane.plant.type.numbers}
+    sines = _table(results, excitation, duty.about(crane, mode), hydraulic=own >= OF_RUNS)
     runs = irregular_runs(crane, duty, mode, motions or excitation.motions(), threads=threads, progress=progress)
     some = [run for run in runs if run.motion.T_z == excitation.mean_periods[COMPLIANCE_PERIOD]]
     compliance = identify_compliance(crane, duty, mode, some, threads=threads, progress=progress)
@@ -153,7 +157,8 @@ class Steps:
             self.progress((self.batch + share) / BATCHES)
 
 
-def _table(results: Sequence[Result], excitation: ExcitationGrid, about: str) -> Residual:
+def _table(results: Sequence[Result], excitation: ExcitationGrid, about: str, *, hydraulic: bool) -> Residual:
+    """Tables of settled runs under sines; hydraulic: with those of `OF_CIRCUIT`."""
     shape = (len(excitation.periods), len(excitation.speeds))
     omega, v = 2.0 * math.pi / np.array(excitation.periods), np.array(excitation.speeds)
     C, harmonics = np.full(shape, np.nan, dtype=complex), np.zeros((len(HARMONICS), *shape))
@@ -164,11 +169,9 @@ def _table(results: Sequence[Result], excitation: ExcitationGrid, about: str) ->
             C[i, j], harmonics[:, i, j] = answer(result, omega[i])
             st, own = result.stats.common, result.stats
             cycles = max(st.cycles - 1.0, 1.0)
-            saturated[i, j], relieved[i, j], p_a[i, j] = (
-                st.saturation_cycles / cycles,
-                own.limits.relief / cycles,
-                own.extremes.p_a_max,
-            )
+            saturated[i, j] = st.saturation_cycles / cycles
+            if hydraulic:
+                relieved[i, j], p_a[i, j] = own.limits.relief / cycles, own.extremes.p_a_max
         elif j:
             C[i, j] = np.nan
     if np.isnan(C[:, 0]).any():
@@ -181,7 +184,8 @@ def _table(results: Sequence[Result], excitation: ExcitationGrid, about: str) ->
         harmonics[:, i, j], saturated[i, j] = harmonics[:, i, j - 1] * v[j - 1] / v[j], 1.0
         relieved[i, j], p_a[i, j] = relieved[i, j - 1], p_a[i, j - 1]
     up = slice(None, None, -1)  # periods ascend, frequencies ascend the other way
-    return Residual(omega[up], v, C[up], harmonics[:, up], saturated[up], about, relieved=relieved[up], p_a=p_a[up])
+    made = Residual(omega[up], v, C[up], harmonics[:, up], saturated[up], about)
+    return replace(made, relieved=relieved[up], p_a=p_a[up]) if hydraulic else made
 
 
 def answer(result: Result, omega: float) -> tuple[complex, FloatArray]:
@@ -213,7 +217,7 @@ def _key(crane: Crane, duty: Duty, mode: Mode, excitation: ExcitationGrid) -> st
 def _read(file: Path) -> Residual | None:
     """A table identified before; None where there is none, or the file is damaged."""
     with contextlib.suppress(Exception), np.load(file, allow_pickle=False) as data:  # damaged files raise many kinds
-        fields = {name: data[name] for name in TABLES}
+        fields = {name: data[name] for name in (*TABLES, *OF_CIRCUIT) if name in data}
         remnant = Remnant(**{name: data[f"remnant_{name}"] for name in REMNANT}, lasts=float(data["lasts"]))
         compliance = WinchCompliance(**{name: data[f"compliance_{name}"] for name in COMPLIANCE})
         return Residual(**fields, about=str(data["about"]), remnant=remnant, compliance=compliance)
@@ -222,9 +226,9 @@ def _read(file: Path) -> Residual | None:
 
 def _write(file: Path, made: Residual) -> None:
     """Keep a table; a folder that cannot be written to is no reason to fail."""
-    arrays = {name: getattr(made, name) for name in TABLES} | {
-        f"remnant_{name}": getattr(made.remnant, name) for name in REMNANT
-    }
+    arrays = {name: getattr(made, name) for name in TABLES}
+    arrays |= {name: table for name in OF_CIRCUIT if (table := getattr(made, name)) is not None}
+    arrays |= {f"remnant_{name}": getattr(made.remnant, name) for name in REMNANT}
     arrays |= {f"compliance_{name}": getattr(made.compliance, name) for name in COMPLIANCE}
     arrays |= {
         "about": np.array(made.about),
