@@ -16,8 +16,8 @@ from contextlib import contextmanager
 from time import perf_counter, process_time, thread_time
 from typing import Any
 
-from stillhook.engine.lowering.batch import lower_many
 from stillhook.engine.lowering.run import KIND
+from stillhook.engine.simulate import simulate
 from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import VL
 from stillhook.plan.definition.lift_plan import LiftPlan
@@ -68,10 +68,10 @@ def measured(plan: LiftPlan, *, share: float, threads: int) -> dict[str, float]:
     cases = table(plan)
     every, column = max(1, round(1.0 / share)), SEEDS * len(plan.environment.Hs)
     some = [case for i, case in enumerate(cases) if i // column % every == every // 2]
-    lower_many(plan.crane, some[:1])  # compiles
+    simulate(plan.crane, some[:1])  # compiles
     with timed(plan.crane.plant.value) as kernel:
         wall, cpu = perf_counter(), process_time()
-        run = lower_many(plan.crane, some, threads=threads)
+        run = simulate(plan.crane, some, threads=threads)
         wall, cpu = perf_counter() - wall, process_time() - cpu
         alone = kernel()
     simulated = len(some) * HALF_AN_HOUR

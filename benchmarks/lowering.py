@@ -11,7 +11,8 @@ from rich.console import Console
 from rich.table import Table
 
 from stillhook import load_crane
-from stillhook.engine.lowering.lower import lower
+from stillhook.engine.lowering.run import run_lowerings
+from stillhook.engine.simulate import simulate
 from stillhook.kernels.lanes import VL
 from stillhook.sea.motion.kinematics import WaveField
 from stillhook.sea.motion.motion import Sine
@@ -93,8 +94,8 @@ def main() -> None:
         ("splash zone in waves, 10 min", through_the_splash_zone, 600.0, ("1,000", "")),
     ):
         one, many = make(0), [make(i) for i in range(VL)]
-        alone = rate(lambda: lower(crane, one, series=False, on_failure="mark"), duration)  # noqa: B023
-        batch = rate(lambda: lower(crane, many, threads=1, on_failure="mark"), VL * duration)  # noqa: B023
+        alone = rate(lambda: run_lowerings(crane, [one], n_sub=2, lanes=1, every=0), duration)  # noqa: B023
+        batch = rate(lambda: simulate(crane, many, threads=1, on_failure="mark"), VL * duration)  # noqa: B023
         table.add_row(f"{name}, alone", f"{alone:,.0f}", goals[0])
         table.add_row(f"{name}, {VL} side by side", f"{batch:,.0f}", goals[1])
     Console().print(table)

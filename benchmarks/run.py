@@ -28,7 +28,7 @@ from benchmarks.cases import CRANE, Sample, crane, kernel_run, lifts
 from benchmarks.scipy_reference import RTOL, SolverRun
 from stillhook import Scenario
 from stillhook.engine.scenario.run import run_cases
-from stillhook.kernels.lanes import VL, flatten, size
+from stillhook.kernels.lanes import VL, flatten
 
 ROUNDS = 7
 GOAL = 0.7

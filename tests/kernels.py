@@ -10,7 +10,6 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from stillhook import Scenario, load_crane, simulate
-from stillhook.engine.lowering.lower import lower
 from stillhook.kernels.build import is_compiled
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -43,7 +42,7 @@ def compile_one(kind: str, plant: str, lanes: int) -> None:
         simulate(crane, [run, run] if several else run)
     else:
         lift = whole_lift(duration="1 s")
-        lower(crane, [lift, lift] if several else lift, on_failure="mark")
+        simulate(crane, [lift, lift] if several else lift, on_failure="mark")
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ python docs/images/make.py
 from pathlib import Path
 
 from stillhook.analysis.compare import compare
-from stillhook.engine.lowering.lower import lower
+from stillhook.engine.simulate import simulate
 from stillhook.formats.case_file import demo_cases
 from stillhook.formats.lift.file import load_lift
 from stillhook.report.plots.lowering import strip
@@ -23,7 +23,7 @@ def main() -> None:
 
 def anchor() -> None:
     file = load_lift("anchor-to-3000m")
-    picture = strip(lower(file.crane, file.lift), file.lift, title=file.lift.name)
+    picture = strip(simulate(file.crane, file.lift), file.lift, title=file.lift.name)
     save_figure(picture, Path(__file__).with_name("anchor.png"))
 
 

@@ -12,7 +12,7 @@ from blocks import claims_table, save, table, verdict
 from matplotlib.figure import Figure
 
 from stillhook import load_crane
-from stillhook.engine.lowering.lower import lower
+from stillhook.engine.simulate import simulate
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.library.payloads import read_payload
 from stillhook.library.vessels import vessel_file
@@ -98,7 +98,7 @@ def compared(case: Case) -> Pair:
                 duration=f"{LENGTH} s",
             )
         )
-    run = lower(CRANE, lifts, series=True)
+    run = simulate(CRANE, lifts, series=True)
     h = suspended_load(CRANE, lifts[0], case.z)
     residual = identify_residual(CRANE, h.duty) if case.mode == "ahc" else Residual.constant(1.0)
     tip_, wave, cross = (np.mean([p[i] for p in parts], axis=0)[None, :] for i in range(3))

@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 
 from stillhook import load_crane
-from stillhook.engine.lowering.lower import lower
 from stillhook.engine.pack.payload import COLUMNS, pack_payload, wetted_at
+from stillhook.engine.simulate import simulate
 from stillhook.library.payloads import read_payload
 from stillhook.physics.load_path import payload as phys
 from stillhook.physics.load_path.payload import Water
@@ -134,7 +134,7 @@ def lowered(name: str) -> Statics:
     load = read_payload(name)
     stage = Stage(name="down", mode="manual", lower=f"{SPEED} m/s", depth="24 m")
     case = Lowering(payload=load, h_tip="40 m", depth="500 m", z_0="3 m", duration="60 s", programme=(stage,))
-    run = lower(load_crane("nov-250t"), case, every="10 ms")
+    run = simulate(load_crane("nov-250t"), case, every="10 ms")
     z, v, F = (run[k].values for k in ("z_load", "v_load", "F_sling"))
     record, rows = pack_payload(load, RHO, 500.0)
     h = -z

@@ -11,7 +11,7 @@ from blocks import claims_table, percent, save, table
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from stillhook.engine.lowering.lower import lower
+from stillhook.engine.simulate import simulate
 from stillhook.formats.lift.file import LiftFile, load_lift
 from stillhook.library import load_crane
 from stillhook.library.payloads import payloads, read_payload
@@ -84,7 +84,7 @@ def case(file: LiftFile, payload: str, mode: StageMode, v_soft: str) -> Lowering
 def passing(crane: str, files: list[LiftFile], ways: Iterable[Way]) -> dict[Way, Passage]:
     """Passages of payloads in modes at gains, (payload, mode, v_soft) each, all side by side."""
     ways = list(ways)
-    run = lower(load_crane(crane), [case(f, *way) for way in ways for f in files], on_failure="mark")
+    run = simulate(load_crane(crane), [case(f, *way) for way in ways for f in files], on_failure="mark")
     most, least = (run[f"stage_F_sling_{end}"].values[:, THROUGH].reshape(len(ways), -1) for end in ("max", "min"))
     return {way: Passage(most[i], least[i], read_payload(way[0]).mass * G) for i, way in enumerate(ways)}
 

@@ -6,8 +6,7 @@ from stillhook import response as response
 from stillhook import validate as validate
 from stillhook._version import __version__ as __version__
 from stillhook.analysis.compare import compare as compare
-from stillhook.engine.lowering.lower import lower as lower
-from stillhook.engine.scenario.simulate import simulate as simulate
+from stillhook.engine.simulate import simulate as simulate
 from stillhook.errors import StillhookError as StillhookError
 from stillhook.formats.lift.file import load_lift as load_lift
 from stillhook.formats.motion.open import read_tip_motion as read_tip_motion

@@ -11,8 +11,8 @@ from tests.frozen.inputs import LID
 
 from stillhook.cli import run
 from stillhook.control.supervisor import wire_weight
-from stillhook.engine.lowering.lower import lower
 from stillhook.engine.pack.programme import settings
+from stillhook.engine.simulate import simulate
 from stillhook.errors import StillhookError
 from stillhook.formats.lift.file import load_lift
 from stillhook.report.plots.lowering import about_mean, save_animation, time_segments
@@ -32,7 +32,7 @@ def landed(tmp_path_factory: pytest.TempPathFactory) -> tuple[xarray.Dataset, ob
     path = tmp_path_factory.mktemp("lid") / "lid.toml"
     path.write_text(LID)
     file = load_lift(path)
-    return lower(file.crane, file.lift), file
+    return simulate(file.crane, file.lift), file
 
 
 def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:

@@ -12,7 +12,7 @@ from pydantic import BaseModel
 import stillhook
 import stillhook.library.vessels
 from stillhook.cli import run
-from stillhook.engine.scenario.simulate import simulate
+from stillhook.engine.simulate import simulate
 from stillhook.errors import LiftError, ScenarioError, SpecError, StillhookError
 from stillhook.formats.lift.file import load_lift
 from stillhook.library import changed, cranes, load_crane, motor, motors

@@ -5,9 +5,9 @@ import math
 import pytest
 
 from stillhook import load_crane
-from stillhook.engine.lowering.lower import lower
 from stillhook.engine.lowering.run import LiftResult, run_lowerings
 from stillhook.engine.lowering.summary import unaccounted
+from stillhook.engine.simulate import simulate
 from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Motion, Profile, Sine, Still
 from stillhook.spec.lift.lowering import Lowering, Rigging
@@ -104,7 +104,7 @@ def test_wire_brings_along_from_the_drum_what_its_strain_holds() -> None:
 
 def test_buoyancy_carries_what_the_displaced_water_weighs() -> None:
     """rho g V times the way of the covered box, half of that over its height."""
-    run = lower(
+    run = simulate(
         load_crane("nov-250t"), lift(Still(), (Stage(mode="manual", lower="15 m/min", depth="30 m"),), duration="200 s")
     )
     way = -float(run.z_load_end) - 5.0 + 2.5
@@ -112,7 +112,7 @@ def test_buoyancy_carries_what_the_displaced_water_weighs() -> None:
 
 
 def test_still_water_takes_energy_and_gives_none() -> None:
-    run = lower(
+    run = simulate(
         load_crane("nov-250t"), lift(Sine(amplitude="1.5 m", period="7 s"), HOLDING, z_0="0 m", duration="120 s")
     )
     assert float(run.work_drag) < 0.0
@@ -136,7 +136,7 @@ def test_snap_is_that_of_a_fall_at_terminal_speed() -> None:
         update={"inertia": crane.inertia.model_copy(update={"J_gear": 1.0e6})}
     )  # a winch that does not move
     case = lift(tip, HOLDING, z_0="-20 m", duration="30 s", load=load).model_copy(update={"ramp": 0.0})
-    run = lower(crane, case, every="10 ms", step="1 ms")
+    run = simulate(crane, case, every="10 ms", step="1 ms")
     W = (mass - 1025.0 * V) * G
     assert float(run.sling_slack_time) > 1.0
     v = math.sqrt(2.0 * W / (1025.0 * 2.0 * A_p))

@@ -9,9 +9,8 @@ import pytest
 from stillhook import load_crane, read_payload
 from stillhook.engine import batch as module
 from stillhook.engine.inputs import CycleInputs, filled
-from stillhook.engine.lowering.batch import lower_many
-from stillhook.engine.lowering.lower import lower
 from stillhook.engine.pack.lift import stand_in
+from stillhook.engine.simulate import simulate
 from stillhook.errors import LiftError, SimulationError
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.library import changed
@@ -67,7 +66,7 @@ CASES = [in_sea(seed=seed, Hs=Hs) for Hs in (1.0, 2.5) for seed in range(9)] + [
 
 @pytest.fixture(scope="module")
 def truth():
-    return lower_many(CRANE, CASES)
+    return simulate(CRANE, CASES)
 
 
 @pytest.fixture
@@ -85,7 +84,7 @@ def test_many_lowerings_have_the_bits_of_each_alone(truth):
     assert (
         truth.isel(case=some)
         .drop_attrs()
-        .equals(lower(CRANE, [CASES[i].made() for i in some]).drop_attrs().assign_coords(case=truth.case[some]))
+        .equals(simulate(CRANE, [CASES[i].made() for i in some]).drop_attrs().assign_coords(case=truth.case[some]))
     )
 
 
@@ -98,16 +97,16 @@ def test_water_comes_where_it_is_asked_for_and_a_flat_cap_leaves_its_part_of_the
 
 
 def test_every_case_may_have_its_crane(truth):
-    run = lower_many([CRANE, STRONG], [CASES[0], CASES[0]])
+    run = simulate([CRANE, STRONG], [CASES[0], CASES[0]])
     assert float(run.e_c_pp[0]) == float(truth.e_c_pp[0])
     assert float(run.e_c_pp[1]) < float(run.e_c_pp[0])
 
 
 def test_what_is_in_the_store_is_not_run_again_whatever_it_is_called(tmp_path, truth, counted):
-    first = lower_many(CRANE, CASES[:4], store=tmp_path)
+    first = simulate(CRANE, CASES[:4], store=tmp_path)
     assert first.identical(truth.isel(case=slice(4), stage=slice(2)).assign_coords(stage=first.stage, case=first.case))
     assert sorted(counted) == [0, 1, 2, 3]
-    again = lower_many(CRANE, [in_sea(lift(name="again"), seed=c.seed, Hs=1.0) for c in CASES[3::-1]], store=tmp_path)
+    again = simulate(CRANE, [in_sea(lift(name="again"), seed=c.seed, Hs=1.0) for c in CASES[3::-1]], store=tmp_path)
     assert len(counted) == 4
     assert np.array_equal(again.e_c_pp.values, first.e_c_pp.values[::-1])
     assert again.case.values.tolist() == ["again"] * 4
@@ -116,9 +115,9 @@ def test_what_is_in_the_store_is_not_run_again_whatever_it_is_called(tmp_path, t
 @pytest.mark.slow
 @pytest.mark.parametrize("other", [{"seed": 1}, {"Hs": 2.1}, {"left": 0.5}, {"lift": lift("-1470 m")}, {"water": True}])
 def test_what_changes_a_result_is_run(tmp_path, counted, other):
-    lower_many(CRANE, [in_sea()], store=tmp_path)
-    lower_many(CRANE, [in_sea(**other)], store=tmp_path)
-    lower_many(STRONG, [in_sea()], store=tmp_path)
+    simulate(CRANE, [in_sea()], store=tmp_path)
+    simulate(CRANE, [in_sea(**other)], store=tmp_path)
+    simulate(STRONG, [in_sea()], store=tmp_path)
     assert len(counted) == 3
 
 
@@ -128,9 +127,9 @@ def test_an_interrupted_run_goes_on_where_it_stood(tmp_path, truth, counted):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        lower_many(CRANE, CASES, store=tmp_path, threads=1, progress=stop)
+        simulate(CRANE, CASES, store=tmp_path, threads=1, progress=stop)
     before = len(counted)
-    assert lower_many(CRANE, CASES, store=tmp_path).identical(truth)
+    assert simulate(CRANE, CASES, store=tmp_path).identical(truth)
     assert 0 < len(counted) - before < len(CASES)
 
 
@@ -140,7 +139,7 @@ def test_a_cluster_gives_the_same_bits(truth):
     seen: list[float] = []
     local = distributed.LocalCluster(n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None)
     with local as cluster, distributed.Client(cluster) as client:
-        assert lower_many(CRANE, CASES, client=client, progress=seen.append).identical(truth)
+        assert simulate(CRANE, CASES, client=client, progress=seen.append).identical(truth)
     assert seen == sorted(seen)
     assert seen[-1] == pytest.approx(1.0)
 
@@ -174,20 +173,20 @@ def test_the_coarser_curve_of_runs_in_great_numbers_leaves_the_tip_where_it_was(
 @pytest.mark.parametrize(
     ("crane", "cases", "says"),
     [
-        (CRANE, [], "the list of lowerings is empty"),
-        (CRANE, [7], "lowering 0 = 7: not a Lowering"),
-        ([CRANE], CASES[:2], "1 cranes and 2 lowerings"),
+        (CRANE, [], "the list of cases is empty"),
+        (CRANE, [7], "case 0 = 7: not a Scenario or Lowering"),
+        ([CRANE], CASES[:2], "1 cranes and 2 cases"),
         (
             [CRANE, load_crane("nov-100t-pure-active")],
             CASES[:2],
-            'crane 1 "nov-100t-pure-active" has another winch type',
+            'crane 1 "nov-100t-pure-active" pure-active with a PLC cycle of 0.01 s. Run winches of one kind together',
         ),
         (CRANE, [CASES[0], in_sea(lift("-1600 m"))], "case 1: z_0 = -1600 m: the payload would lie on the seabed"),
     ],
 )
 def test_what_cannot_be_run_is_told_before_anything_runs(crane, cases, says, counted):
     with pytest.raises(Exception, match=says):
-        lower_many(crane, cases)
+        simulate(crane, cases)
     assert counted == []
 
 
@@ -206,7 +205,7 @@ def test_lifts_of_unlike_durations_meet_the_same_waves_where_these_repeat_alike(
 def test_a_store_that_cannot_be_made_is_named(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(SimulationError, match="cannot be written"):
-        lower_many(CRANE, CASES[:1], store=tmp_path / "file" / "store")
+        simulate(CRANE, CASES[:1], store=tmp_path / "file" / "store")
 
 
 HOW_TO = Path(__file__).resolve().parents[2] / "docs" / "how-to" / "run-many-lifts.md"

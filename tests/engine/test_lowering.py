@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from stillhook import load_crane
-from stillhook.engine.lowering.lower import lower
 from stillhook.engine.lowering.run import prepare, run_lowerings
+from stillhook.engine.simulate import simulate
 from stillhook.library.payloads import read_payload
 from stillhook.physics.load_path.payload import WettedLevel
 from stillhook.physics.scalar import G
@@ -101,7 +101,7 @@ def harmonic(t: np.ndarray, y: np.ndarray, omega: float) -> complex:
 @pytest.mark.parametrize("z_0", ["-100 m", "-1500 m", "-3000 m"])
 def test_load_rings_at_the_first_period_of_the_exact_rod(z_0: str) -> None:
     case = still_winch(z_0, Profile.from_si([0.0, 0.5, 1.0], [0.0, 0.05, 0.0]), duration="200 s")
-    run = lower(stiff(), case, every="10 ms", step="2 ms")
+    run = simulate(stiff(), case, every="10 ms", step="2 ms")
     t = run.time.values > 5.0
     q = run.s_load.values[t] - run.s_load.values[t].mean()
     spectrum = np.abs(np.fft.rfft(q * np.hanning(len(q)), n=2**22))
@@ -116,7 +116,7 @@ def test_load_rings_at_the_first_period_of_the_exact_rod(z_0: str) -> None:
 )
 def test_load_and_tension_follow_the_wires_top_as_the_exact_rod_says(z_0: str, T: float) -> None:
     case = still_winch(z_0, Sine(amplitude="2 cm", period=f"{T} s"), load=box(A33=50.0), duration="300 s")
-    run = lower(deep(0.05), case, every="50 ms")
+    run = simulate(deep(0.05), case, every="50 ms")
     late = run.time.values > 220.0
     t, omega = run.time.values[late], 2.0 * math.pi / T
     u, q, F = (harmonic(t, y.values[late], omega) for y in (run.s_tip - (run.s_w - run.s_w[0]), run.s_load, run.F_w))
@@ -141,7 +141,9 @@ def test_wire_hangs_stretched_by_load_and_own_weight(nodes: int) -> None:
 
 
 def test_lift_at_rest_stays_at_rest() -> None:
-    run = lower(deep(), still_winch("-3000 m", Sine(amplitude="0 m", period="9 s"), load=box(V=10.0), duration="60 s"))
+    run = simulate(
+        deep(), still_winch("-3000 m", Sine(amplitude="0 m", period="9 s"), load=box(V=10.0), duration="60 s")
+    )
     assert float(np.ptp(run.z_load.values)) < 1e-4
     assert float(run.z_load[0]) == -3000.0
 
@@ -177,7 +179,7 @@ def test_water_at_the_load_is_that_of_the_wave_at_its_depth() -> None:
         duration="60 s",
         ramp="0 s",
     )
-    run = lower(deep(), case, every="10 ms")
+    run = simulate(deep(), case, every="10 ms")
     omega, t, z = 2.0 * math.pi / 8.0, run.time.values, run.z_load.values
     assert np.abs(run.eta.values - np.cos(omega * t)).max() < 1e-5  # cubic in time over 0.1 s: (omega dt)^4 / 384
     covered = z < -6.0 - 0.01  # in the trough as well
@@ -195,7 +197,7 @@ def test_waves_pull_at_a_deep_load_with_the_force_of_froude_krylov_and_added_mas
     omega = 2.0 * math.pi / T
     case = still_winch("-30 m", Sine(amplitude="0 m", period="9 s"), load=box(V=V, A33=A33), duration="120 s")
     case = case.model_copy(update={"waves": regular_wave(0.5, T, 120.0)})
-    run = lower(stiff(0.02), case, every="50 ms", step="2 ms")
+    run = simulate(stiff(0.02), case, every="50 ms", step="2 ms")
     late = run.time.values > 60.0
     F = harmonic(run.time.values[late], run.F_sling.values[late], omega)
     k = omega**2 / G
@@ -231,9 +233,9 @@ def whole_lift(i: int = 0, duration: str = "330 s") -> Lowering:
 def test_sixteen_lowerings_side_by_side_have_the_bits_of_each_alone(name: str) -> None:
     crane = load_crane(name)
     cases = [whole_lift(i, "150 s") for i in range(3)]
-    batch = lower(crane, cases, on_failure="mark")
+    batch = simulate(crane, cases, on_failure="mark")
     for i in (0, 2):
-        alone = lower(crane, cases[i], series=False, on_failure="mark")
+        alone = simulate(crane, cases[i], series=False, on_failure="mark")
         for key in alone.data_vars:
             if alone[key].dtype.kind == "f":
                 np.testing.assert_array_equal(batch[key].values[i], alone[key].values, err_msg=str(key))
@@ -242,14 +244,14 @@ def test_sixteen_lowerings_side_by_side_have_the_bits_of_each_alone(name: str) -
 @pytest.mark.slow
 def test_five_milliseconds_are_as_good_as_one() -> None:
     crane = load_crane("nov-250t")
-    coarse, fine = (lower(crane, whole_lift(), step=h) for h in ("5 ms", "1 ms"))
+    coarse, fine = (simulate(crane, whole_lift(), step=h) for h in ("5 ms", "1 ms"))
     for key, most in FINER.items():
         assert float(np.abs(coarse[key] - fine[key]).max()) < most
     assert abs(float(coarse.energy_unaccounted)) < AUDIT
 
 
 def test_a_lift_goes_through_its_stages_and_lands_at_the_lowering_speed() -> None:
-    run = lower(load_crane("nov-250t"), whole_lift())
+    run = simulate(load_crane("nov-250t"), whole_lift())
     assert str(run.status.values) == "ok"
     begun = run.stage_t_begin.values
     assert np.all(np.diff(begun) > 0.0)
@@ -286,7 +288,7 @@ def test_slings_that_fell_slack_on_the_way_are_reported_though_the_load_lands() 
     """Slack in the water is the danger, slack on the seabed is the aim: each has its own time, in the stage where it was."""
     hang = Stage(name="hang", mode="manual", time="20 s")
     down = Stage(name="down", mode="ahc", lower="20 m/min", depth="45 m")
-    run = lower(load_crane("nov-250t"), light((hang, down, LAND)))
+    run = simulate(load_crane("nov-250t"), light((hang, down, LAND)))
     assert "sling" in str(run.status.values)
     assert float(run.t_landed) > 20.0
     slack = dict(zip(run.stage.values, run.stage_sling_slack_time.values, strict=True))
@@ -298,7 +300,7 @@ def test_slings_that_fell_slack_on_the_way_are_reported_though_the_load_lands() 
 
 def test_slings_that_fall_slack_on_the_seabed_are_no_fault() -> None:
     pays_on = Stage(name="down", mode="ahc", lower="20 m/min", landed=True)
-    run = lower(
+    run = simulate(
         load_crane("nov-250t"),
         light((pays_on, Stage(mode="manual", lower="6 m/min", time="30 s")), tip=Sine(amplitude="0 m", period="9 s")),
     )
@@ -313,7 +315,7 @@ def test_a_touch_in_a_stage_that_does_not_land_is_a_status_with_stage_time_and_s
         Stage(name="down", mode="ahc", lower="20 m/min", time="180 s"),
         Stage(name="stand", mode="ahc", time="20 s"),
     )
-    run = lower(load_crane("nov-250t"), light(too_far, tip=Sine(amplitude="0 m", period="9 s")))
+    run = simulate(load_crane("nov-250t"), light(too_far, tip=Sine(amplitude="0 m", period="9 s")))
     assert "touchdown" in str(run.status.values).split(", ")
     note = str(run.notes.values)
     assert 'stage "down" does not land, and the load touches the seabed in it after 12' in note
@@ -328,7 +330,7 @@ def test_a_load_that_was_lifted_clear_and_touches_again_is_reported_again() -> N
         Stage(name="lift", mode="ahc", lower="-12 m/min", time="60 s"),
         Stage(name="slip", mode="ahc", lower="20 m/min", time="40 s"),
     )
-    run = lower(
+    run = simulate(
         load_crane("nov-250t"), light(up_and_down, tip=Sine(amplitude="0 m", period="9 s"), winch={"ramp": "0.1 m/s^2"})
     )
     assert 'stage "slip" does not land' in str(run.notes.values)
@@ -342,7 +344,7 @@ def test_the_speed_of_a_touch_is_that_at_the_seabed_whatever_the_step() -> None:
         "-190 m", Sine(amplitude="0 m", period="9 s"), load=box(V=10.0, A33=40.0, A_p=20.0), duration="30 s"
     )
     case = case.model_copy(update={"programme": programme, "depth": 200.0})
-    runs = [lower(load_crane("nov-250t"), case, step=step, every="10 ms") for step in ("5 ms", "1 ms")]
+    runs = [simulate(load_crane("nov-250t"), case, step=step, every="10 ms") for step in ("5 ms", "1 ms")]
     t, v = ([float(run[name]) for run in runs] for name in ("t_landed", "v_landed"))
     assert t[0] == pytest.approx(t[1], abs=2e-4)
     assert v[0] == pytest.approx(v[1], abs=1e-4)
@@ -364,7 +366,7 @@ def test_a_depth_is_reached_and_not_passed(mode: str) -> None:
         "-100 m", Sine(amplitude="0 m", period="9 s"), load=box(V=10.0, A33=20.0, A_p=20.0), duration="240 s"
     )
     case = case.model_copy(update={"programme": down, "winch": WinchSettings(ramp="0.07 m/s^2")})
-    run = lower(deep(0.02), case)
+    run = simulate(deep(0.02), case)
     assert str(run.status.values) == "ok"
     z = run.z_load.values
     assert z[-1] == pytest.approx(-200.0, abs=STANDS)
@@ -380,7 +382,7 @@ def test_manual_mode_pays_out_at_the_speed_of_the_joystick(name: str, speed: str
         "-100 m", Sine(amplitude="0 m", period="9 s"), load=box("60 t", V=10.0, A33=20.0, A_p=20.0), duration="150 s"
     )
     case = case.model_copy(update={"programme": (Stage(mode="manual", lower=speed, time="150 s"),)})
-    run = lower(load_crane(name), case)
+    run = simulate(load_crane(name), case)
     s_w, t = run.s_w.values, run.time.values
     late = t > 60.0
     assert 60.0 * np.polyfit(t[late], s_w[late], 1)[0] == pytest.approx(float(speed.split()[0]), rel=2e-3)
@@ -391,7 +393,7 @@ def test_a_template_in_waves_carries_what_its_parts_do_in_their_own_water() -> N
     load, T, a = read_payload("template-230t"), 7.0, 1.25
     case = still_winch("-12.5 m", Sine(amplitude="0 m", period="9 s"), load=load, duration="60 s")
     case = case.model_copy(update={"waves": regular_wave(a, T, 60.0), "h_tip": 60.0})
-    run = lower(deep(0.02), case, every="100 ms")
+    run = simulate(deep(0.02), case, every="100 ms")
     omega = 2.0 * math.pi / T
     k, z, t = omega**2 / G, run.z_load.values, run.time.values
     y, dy = (np.arange(1000) + 0.5) * 0.01, 0.01
@@ -414,14 +416,14 @@ def test_a_template_in_waves_carries_what_its_parts_do_in_their_own_water() -> N
 def test_time_that_is_cut_elsewhere_changes_no_bit() -> None:
     """Pieces in which a run is made end on other samples of the water where the run is longer."""
     crane, short, long = load_crane("nov-250t"), whole_lift(0, "100 s"), whole_lift(0, "150 s")
-    a, b = lower(crane, short), lower(crane, long)
+    a, b = simulate(crane, short), simulate(crane, long)
     n = a.sizes["time"] - 1
     np.testing.assert_array_equal(a.z_load.values[:n], b.z_load.values[:n])
 
 
 def test_motion_of_the_load_in_a_stage_is_what_its_series_shows() -> None:
     """Beside the path that the joystick asked for, from the start of compensation on, over 30 s."""
-    run = lower(load_crane("nov-250t"), whole_lift(), every="10 ms")
+    run = simulate(load_crane("nov-250t"), whole_lift(), every="10 ms")
     for stage in (1, 2):
         now = (run.stage_number.values == stage) & (run["mode"].values > 0.0) & (run.z_load.values > -60.0)
         beside = run.z_load.values[now] - np.cumsum(run.v_op.values[now]) * 0.01

@@ -5,9 +5,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from stillhook import load_crane
-from stillhook.engine.lowering.lower import lower
+from stillhook import Scenario, load_crane
 from stillhook.engine.lowering.run import prepare
+from stillhook.engine.simulate import simulate
 from stillhook.errors import LiftError, ScenarioError, SimulationError, SpecError
 from stillhook.sea.motion.kinematics import WaveField
 from stillhook.sea.motion.motion import Profile, Sine
@@ -58,36 +58,41 @@ def water(n: int = 402, dt: float = 0.1, levels: int = 4) -> WaveField:
 )
 def test_a_lift_that_cannot_be_is_refused_in_one_line(case: Lowering, said: str) -> None:
     with pytest.raises(LiftError) as e:
-        lower(crane(), case)
+        simulate(crane(), case)
     assert said in str(e.value)
     assert "\n" not in str(e.value)
 
 
 def test_the_case_of_a_list_is_named() -> None:
     with pytest.raises(LiftError, match="case 1: Payload 400 t"):
-        lower(crane(), [lift(), lift("400 t")])
+        simulate(crane(), [lift(), lift("400 t")])
 
 
 @pytest.mark.parametrize(
     ("what", "options", "said"),
     [
-        ([], {}, "the list of lowerings is empty"),
-        (3, {}, "not a Lowering"),
-        ([lift(), "lift"], {}, "lowering 1"),
+        ([], {}, "the list of cases is empty. Give at least one Scenario or Lowering"),
+        (3, {}, "case 0 = 3: not a Scenario or Lowering"),
+        ([lift(), "lift"], {}, "case 1 = "),
+        (
+            [lift(), Scenario(load="10 t", s_w="50 m")],
+            {},
+            "case 0 is a Lowering, case 1 a Scenario. Run scenarios and lowerings apart",
+        ),
         (lift(), {"on_failure": "skip"}, "give one of raise, mark"),
     ],
 )
 def test_what_is_no_lowering_is_refused(what: object, options: dict[str, str], said: str) -> None:
-    with pytest.raises(LiftError, match=said):
-        lower(crane(), what, **options)  # type: ignore[arg-type]
+    with pytest.raises(ScenarioError, match=said):
+        simulate(crane(), what, **options)  # type: ignore[arg-type]
 
 
 def test_steps_that_do_not_fit_are_refused() -> None:
     with pytest.raises(ScenarioError, match="whole part of the PLC cycle"):
-        lower(crane(), lift(), step="3 ms")
+        simulate(crane(), lift(), step="3 ms")
     hard = crane().model_copy(update={"friction": crane().friction.model_copy(update={"sigma_0": 1e7})})
     with pytest.raises(SpecError, match=r"too long for this lift: .* Use a step of "):
-        lower(hard, lift())
+        simulate(hard, lift())
     case = lift()
     rock = case.payload.seabed.model_copy(update={"settlement": 1e-5})
     on_rock = case.model_copy(update={"payload": case.payload.model_copy(update={"seabed": rock})})
@@ -100,8 +105,8 @@ def test_a_lift_without_numbers_spoils_no_other() -> None:
     bad.w[200:] = np.nan
     cases = [lift(), lift(waves=water()), lift(waves=bad)]
     with pytest.raises(SimulationError, match="1 of 3"):
-        lower(crane(), cases)
-    run = lower(crane(), cases, on_failure="mark")
+        simulate(crane(), cases)
+    run = simulate(crane(), cases, on_failure="mark")
     assert list(run.status.values) == ["ok", "ok", "diverged"]
     assert np.isnan(run.F_w_max.values[2])
     assert run.F_w_max.values[0] == run.F_w_max.values[1]  # water that stands is still water
@@ -110,7 +115,7 @@ def test_a_lift_without_numbers_spoils_no_other() -> None:
 @pytest.mark.parametrize("mass", ["100 kg", "1 t", "250 t"])
 @pytest.mark.parametrize("z_0", ["0 m", "-1900 m"])
 def test_light_and_heavy_loads_on_short_and_long_wire_keep_their_energy(mass: str, z_0: str) -> None:
-    run = lower(crane(), lift(mass, V=0.0001, z_0=z_0, tip=Sine(amplitude="1 m", period="8 s")), on_failure="mark")
+    run = simulate(crane(), lift(mass, V=0.0001, z_0=z_0, tip=Sine(amplitude="1 m", period="8 s")), on_failure="mark")
     assert str(run.status.values).replace("overload", "ok") == "ok"
     assert abs(float(run.energy_unaccounted)) < 1e-3
     assert float(run.eta_c) > 0.9
@@ -118,13 +123,13 @@ def test_light_and_heavy_loads_on_short_and_long_wire_keep_their_energy(mass: st
 
 @pytest.mark.parametrize("nodes", [1, 100])
 def test_any_number_of_nodes_runs(nodes: int) -> None:
-    run = lower(crane(), lift(wire=DeepWire(nodes=nodes), z_0="-1900 m"))
+    run = simulate(crane(), lift(wire=DeepWire(nodes=nodes), z_0="-1900 m"))
     assert str(run.status.values) == "ok"
 
 
 def test_noise_reaches_the_plc_and_not_the_load() -> None:
     quiet, noisy = (
-        lower(crane(), lift(sensors=s))
+        simulate(crane(), lift(sensors=s))
         for s in (Sensors(), Sensors(noise_v_tip="20 mm/s", noise_F="5 kN", delay="0.1 s"))
     )
     assert float(noisy.u_p.std()) > 10.0 * float(quiet.u_p.std())
@@ -133,7 +138,7 @@ def test_noise_reaches_the_plc_and_not_the_load() -> None:
 
 def test_slings_never_push_and_a_slack_lift_is_told() -> None:
     tip = Profile.from_si([0.0, 2.0, 6.0, 8.0], [0.0, -4.0, -4.0, 0.0])
-    run = lower(
+    run = simulate(
         crane(),
         lift("15 t", z_0="-20 m", tip=tip, ramp="0 s", programme=(Stage(mode="manual", time="20 s"),)),
         every="10 ms",
@@ -145,14 +150,14 @@ def test_slings_never_push_and_a_slack_lift_is_told() -> None:
 
 
 def test_a_stage_that_never_ends_is_told() -> None:
-    run = lower(crane(), lift(programme=(Stage(mode="manual", lower="6 m/min", depth="1900 m", timeout="10 s"),)))
+    run = simulate(crane(), lift(programme=(Stage(mode="manual", lower="6 m/min", depth="1900 m", timeout="10 s"),)))
     assert "stuck" in str(run.status.values)
     assert "did not end within its timeout of 10 s" in str(run.notes.values)
 
 
 def test_progress_begins_at_nothing_and_ends_at_all() -> None:
     shares: list[float] = []
-    lower(crane(), lift(), progress=shares.append)
+    simulate(crane(), lift(), progress=shares.append)
     assert shares[0] == 0.0
     assert shares[-1] == 1.0
     assert shares == sorted(shares)
@@ -186,11 +191,11 @@ def test_stages_that_end_before_they_begin_or_lift_what_they_landed_are_refused(
     stages: list[dict[str, str]], said: str
 ) -> None:
     with pytest.raises(LiftError, match=said):
-        lower(crane(), lift(programme=tuple(Stage(**s) for s in stages)))
+        simulate(crane(), lift(programme=tuple(Stage(**s) for s in stages)))
 
 
 def test_wire_counts_as_load_at_the_crane_tip() -> None:
     deep = (Stage(mode="ahc", lower="60 m/min", depth="1900 m"),)
     with pytest.raises(LiftError, match=r"payload, hook and wire pull 2\d+ kN at the crane tip"):
-        lower(crane(), lift("230 t", programme=deep))
+        simulate(crane(), lift("230 t", programme=deep))
     prepare(crane(), [lift("180 t", programme=deep)], 2)

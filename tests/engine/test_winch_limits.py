@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, Sine, load_crane, simulate
-from stillhook.engine.lowering.lower import lower
 from stillhook.library import changed
 from stillhook.spec.lift.lowering import Lowering, Rigging
 from stillhook.spec.lift.payload import Payload
@@ -73,7 +72,7 @@ def test_simulate_and_lower_damp_the_same_load_on_the_same_wire_alike():
         duration="60 s",
         ramp="0 s",
     )
-    low = lower(own, lift, every="10 ms")
+    low = simulate(own, lift, every="10 ms")
     run = simulate(
         own,
         Scenario(load="150 t", s_w="200 m", tip=tip, mode="manual", duration="60 s", warm_up="1 s", ramp="0 s"),

@@ -333,7 +333,7 @@ def lower_to_the_seabed() -> Any:
     """Splash zone, lowering in heave compensation, landing."""
     write(lid=LID)
     file = stillhook.load_lift("lid.toml")
-    return [cli("lower", "lid.toml"), dataset(stillhook.lower(file.crane, file.lift, threads=1))]
+    return [cli("lower", "lid.toml"), dataset(stillhook.simulate(file.crane, file.lift, threads=1))]
 
 
 @case
@@ -351,7 +351,7 @@ def lower_many_lanes() -> Any:
             )
             lifts.append(stillhook.load_lift(f"lid{i}.toml"))
         out[crane] = dataset(
-            stillhook.lower(lifts[0].crane, [file.lift for file in lifts], on_failure="mark", threads=1)
+            stillhook.simulate(lifts[0].crane, [file.lift for file in lifts], on_failure="mark", threads=1)
         )
     return out
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stillhook.analysis.steady.limits import Direction, Station
-from stillhook.engine.lowering.batch import lower_many
+from stillhook.engine.simulate import simulate
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.capacities import CAPACITIES, at_rest, calm, jerk, static_tension
 from stillhook.plan.definition.compensation import ALTERNATIVES, Alternative
@@ -132,7 +132,7 @@ def test_through_the_surface_the_method_lies_on_the_safe_side_of_every_seed_of_t
     course, (crane, mode) = course_of(plan, splash, winch), machine_of(plan, winch)
     calm_run = lowering_of(plan, splash, course, mode)
     cases = [in_sea(plan, splash, winch, course, calm_run, SeaState(1.5, 9.0, HEAD), seed) for seed in range(1, 4)]
-    runs = lower_many(crane, cases, threads=2)
+    runs = simulate(crane, cases, threads=2)
     found = closed_form(plan, splash, Seas(np.array([1.5]), np.array([9.0]), np.array([HEAD]))).values
     assert runs.F_w_max.values.max() < float(found["F_top_max"][0])
     assert runs.DAF.values.max() < float(found["DAF"][0])

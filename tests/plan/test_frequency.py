@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stillhook.engine.lowering.lower import lower
+from stillhook.engine.simulate import simulate
 from stillhook.errors import PlanError
 from stillhook.plan.answer.depth_profile import depth_profile, efficiency
 from stillhook.plan.answer.sensitivity import sensitivity
@@ -143,7 +143,7 @@ def test_on_the_brake_significant_values_agree_with_runs_in_time_in_a_mild_cell(
     )
     hangs = plan.hanging(s.z, plan.tip_of(phase).z)
     stand = {"programme": (Stage(mode="manual", time=f"{length} s"),), "duration": length}
-    run = lower(plan.crane, [hangs.model_copy(update={"tip": tip, **stand}) for tip in tips], series=True).sel(
+    run = simulate(plan.crane, [hangs.model_copy(update={"tip": tip, **stand}) for tip in tips], series=True).sel(
         time=slice(settled, None)
     )
     t = np.linspace(-1.0, 1.0, run.sizes["time"])

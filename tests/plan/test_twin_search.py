@@ -66,7 +66,7 @@ def asked(monkeypatch):
         columns = {f"stage_{name}": (("case", "stage"), values) for name, values in numbers.items()}
         return xarray.Dataset(columns | {name: (("case",), values) for name, values in run.items()})
 
-    monkeypatch.setattr(twin_cells, "lower_many", made_up)
+    monkeypatch.setattr(twin_cells, "simulate", made_up)
     return log
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stillhook import load_crane
-from stillhook.engine.lowering.lower import lower
+from stillhook.engine.simulate import simulate
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.library.payloads import read_payload
 from stillhook.library.vessels import vessel_file
@@ -66,7 +66,7 @@ def both(crane, vessel, payload, z, H_s, T_p, mode, beta=150.0):
                 duration=f"{LENGTH} s",
             )
         )
-    run = lower(crane, cases, series=True).sel(time=slice(SETTLED, None))
+    run = simulate(crane, cases, series=True).sel(time=slice(SETTLED, None))
     t = np.linspace(-1.0, 1.0, run.sizes["time"])
     in_time = {}
     for name, column in (("u", "e_c"), ("load", "s_load"), ("top", "F_w"), ("sling", "F_sling")):

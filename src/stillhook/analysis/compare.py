@@ -9,8 +9,8 @@ from stillhook.base.progress import Progress
 from stillhook.control.registry import USUAL
 from stillhook.engine.arguments import checked_cases, cycles, paired, steps_per_cycle
 from stillhook.engine.scenario.checks import check
+from stillhook.engine.scenario.dataset import to_dataset
 from stillhook.engine.scenario.run import Result, run_cases
-from stillhook.engine.scenario.simulate import to_dataset
 from stillhook.engine.scenario.summary import OK, summarise
 from stillhook.errors import ScenarioError
 from stillhook.spec.crane import Crane
@@ -113,7 +113,7 @@ def run_labelled(
 ) -> tuple[ModeRun, ...]:
     """Runs with time series (default every 0.1 s), each with its summary and the notes made before it; see
     `simulate`."""
-    cranes, _ = paired(crane, cases)
+    cranes: list[Crane] = paired(crane, cases)[0]
     n_sub, rows = steps_per_cycle(cranes[0], step), cycles(cranes[0], every)
     results = run_cases(cranes, cases, n_sub=n_sub, lanes=1, every=rows, progress=progress)
     return tuple(ModeRun(c.mode, c, r, summarise(w, c, r)) for w, c, r in zip(cranes, cases, results, strict=True))

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from typing import Any, TypeVar
 
 from stillhook import units
 from stillhook.engine.step_size import MOST_STEPS, substeps
 from stillhook.errors import ScenarioError, SpecError
 from stillhook.spec.crane import Crane
+from stillhook.spec.lift.in_sea import InSea
+from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.scenario import Scenario
+
+Case = Scenario | Lowering | InSea
+T = TypeVar("T", bound=Case)
+SCENARIO = (Scenario,)
 
 SERIES_STEP = 2e-3
 STATISTICS_STEP = 5e-3
@@ -24,16 +31,19 @@ MOST_THREADS = 1024
 _NO_CRANE = "crane = {}: not a Crane. Read one with load_crane, by name or path."
 
 
-def paired(crane: Crane | Sequence[Crane], case: Scenario | Sequence[Scenario]) -> tuple[list[Crane], list[Scenario]]:
-    """Cranes and scenarios in pairs; one of either goes with all of the other. Errors: ScenarioError, SpecError."""
+def paired(crane: Crane | Sequence[Crane], case: T | Sequence[T], kinds: Any = SCENARIO) -> tuple[list[Crane], list[T]]:
+    """Cranes and cases in pairs; one of either goes with all of the other. kinds: classes that a case may have.
+
+    Errors: ScenarioError, SpecError.
+    """
     if isinstance(crane, Crane) or not isinstance(crane, Iterable) or isinstance(crane, str):
-        cases = checked_cases(crane, case)  # type: ignore[arg-type]
+        cases = checked_cases(crane, case, kinds)  # type: ignore[arg-type]
         return [crane] * len(cases), cases  # type: ignore[list-item]
     cranes = list(crane)
     if not cranes:
         raise SpecError("simulate: the list of cranes is empty. Give at least one Crane.")
     first = cranes[0]
-    cases = checked_cases(first, case)
+    cases = checked_cases(first, case, kinds)
     for i, each in enumerate(cranes):
         if not isinstance(each, Crane):
             raise SpecError(_NO_CRANE.format(units.quote(each)))
@@ -43,7 +53,7 @@ def paired(crane: Crane | Sequence[Crane], case: Scenario | Sequence[Scenario]) 
                 f'simulate: crane 0 "{first.name}" is {a}, crane {i} "{each.name}" {b}. Run winches of one kind'
                 " together."
             )
-    if isinstance(case, Scenario):
+    if isinstance(case, kinds):
         return cranes, cases * len(cranes)
     if len(cases) != len(cranes):
         raise ScenarioError(
@@ -52,20 +62,19 @@ def paired(crane: Crane | Sequence[Crane], case: Scenario | Sequence[Scenario]) 
     return cranes, cases
 
 
-def checked_cases(crane: Crane, case: Scenario | Sequence[Scenario]) -> list[Scenario]:
-    """The scenarios as a list. Errors: ScenarioError, SpecError where something else was given."""
+def checked_cases(crane: Crane, case: T | Sequence[T], kinds: Any = SCENARIO) -> list[T]:
+    """The cases as a list. Errors: ScenarioError, SpecError where something else was given."""
     if not isinstance(crane, Crane):
         raise SpecError(_NO_CRANE.format(units.quote(crane)))
-    if isinstance(case, Scenario):
+    if isinstance(case, kinds):
         return [case]
-    cases = list(case) if isinstance(case, Iterable) else [case]
+    cases: list[Any] = list(case) if isinstance(case, Iterable) else [case]
+    names = " or ".join(kind.__name__ for kind in kinds)
     if not cases:
-        raise ScenarioError("simulate: the list of cases is empty. Give at least one Scenario.")
+        raise ScenarioError(f"simulate: the list of cases is empty. Give at least one {names}.")
     for i, each in enumerate(cases):
-        if not isinstance(each, Scenario):
-            raise ScenarioError(
-                f"case {i} = {units.quote(each)}: not a Scenario. Give one Scenario, or a list of them."
-            )
+        if not isinstance(each, kinds):
+            raise ScenarioError(f"case {i} = {units.quote(each)}: not a {names}. Give one {names}, or a list of them.")
     return cases
 
 

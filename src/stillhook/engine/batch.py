@@ -11,18 +11,22 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from concurrent.futures import as_completed as as_done
 from contextlib import closing
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Meter, Progress
 from stillhook.engine.arguments import check_threads
+from stillhook.engine.columns import Series
 from stillhook.engine.store import Store
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.kernels.build import driver, results_hash
 from stillhook.kernels.lanes import VL
 from stillhook.spec.crane import Crane
+
+if TYPE_CHECKING:
+    import xarray
 
 TASK_SECONDS = 5.0e4
 """Simulated seconds in a task: about a second of one core, so that a cluster's overhead of some milliseconds a task
@@ -48,6 +52,8 @@ class Problem(Protocol):
     """A kind of case: how it is checked, grouped, run and summarised. Stateless; a worker imports it by its name."""
 
     kind: str  # driver that runs it, see `stillhook.kernels.build.driver`
+    series_step: float  # default step with series [s]
+    statistics_step: float  # default step for statistics alone [s]
 
     def check(self, cranes: Sequence[Crane], cases: Sequence[Any]) -> None:
         """Refuse what cannot be run, before anything runs. Errors: those of the first such case, with its place."""
@@ -67,16 +73,38 @@ class Problem(Protocol):
     def identity(self) -> Callable[[Any], bytes]:
         """A function that gives what a result follows from: the case as bytes, without names and sources."""
 
-    def run(
+    def results(
         self,
         cranes: Sequence[Crane],
         cases: Sequence[Any],
         *,
         n_sub: int,
-        places: Sequence[int] | None,
-        progress: Progress,
-    ) -> list[Row]:
-        """Summaries of one block of lanes; places: numbers of the cases in a longer list, for messages."""
+        lanes: int,
+        every: int,
+        threads: int,
+        progress: Progress | None,
+        places: Sequence[int] | None = None,
+        checked: bool = False,
+    ) -> list[Any]:
+        """What came out of every case, with its series where every > 0; see `stillhook.engine.runner.run_blocks`.
+
+        places: numbers of the cases in a longer list, for messages; checked: whether `check` has passed them.
+        """
+
+    def row(self, crane: Crane, case: Any, result: Any) -> Row:
+        """The summary of one case."""
+
+    def labelled(
+        self,
+        crane: Crane | Sequence[Crane],
+        cases: Sequence[Any],
+        rows: Sequence[Mapping[str, Any]],
+        *,
+        step: float,
+        single: bool,
+        series: Series | None,
+    ) -> xarray.Dataset:
+        """Summaries of cases (by their columns, with status and notes) and series as a labelled Dataset; step [s]."""
 
 
 class Answers(NamedTuple):
@@ -138,12 +166,13 @@ def run_batch(
             if kept is not None:
                 kept.put(task.indices, answers.rows)
             for i, row in zip(task.indices, answers.rows, strict=True):
-                results[i] = _summary(row.status, problem.columns(cranes[i], cases[i]), row.numbers, list(row.notes))
+                results[i] = summary_of(row, problem.columns(cranes[i], cases[i]))
     return [results[i] for i in range(len(cases))]
 
 
-def _summary(status: str, names: Sequence[str], numbers: Sequence[float], notes: list[str]) -> dict[str, Any]:
-    return {"status": status, **dict(zip(names, numbers, strict=True)), "notes": notes}
+def summary_of(row: Row, names: Sequence[str]) -> dict[str, Any]:
+    """A row under the names of its columns, with status and notes."""
+    return {"status": row.status, **dict(zip(names, row.numbers, strict=True)), "notes": list(row.notes)}
 
 
 class Task(NamedTuple):
@@ -202,8 +231,24 @@ def work(task: Task, progress: Progress | None = None) -> Answers:
             if progress is not None:
                 progress((before + share * size) / total)
 
-        rows += task.problem.run(block.cranes, block.cases, n_sub=task.n_sub, places=places, progress=report)
+        rows += _rows(block, places, report)
     return Answers(rows, results_hash())
+
+
+def _rows(block: Task, places: Sequence[int] | None, progress: Progress) -> list[Row]:
+    """Summaries of one block of lanes."""
+    results = block.problem.results(
+        block.cranes,
+        block.cases,
+        n_sub=block.n_sub,
+        lanes=VL,
+        every=0,
+        threads=1,
+        progress=progress,
+        places=places,
+        checked=True,
+    )
+    return [block.problem.row(w, c, r) for w, c, r in zip(block.cranes, block.cases, results, strict=True)]
 
 
 def work_packed(task: bytes) -> Answers:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stillhook.base.atomic import atomic_file
-from stillhook.engine.scenario.simulate import simulate
+from stillhook.engine.simulate import simulate
 from stillhook.errors import StillhookError, UnreadableError
 from stillhook.formats.binary.netcdf import read_dataset
 from stillhook.library import crane_from_toml

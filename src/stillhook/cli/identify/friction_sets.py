@@ -176,7 +176,7 @@ def draws(
     Example: stillhook friction draws our-crane.friction.toml --crane our-crane.toml --load "100 t" --motion "sine 2 m
     12 s"
     """
-    from stillhook.engine.scenario.simulate import simulate
+    from stillhook.engine.simulate import simulate
     from stillhook.identify.system_friction.fitting.draws import crane_with, draw_cranes, quantiles
     from stillhook.library import load_crane, load_set
     from stillhook.spec.scenario import Scenario

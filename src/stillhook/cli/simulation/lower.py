@@ -68,8 +68,8 @@ def lower(
     Example: stillhook lower anchor-to-3000m --out anchor
     """
     from stillhook.base.atomic import check_folder
-    from stillhook.engine.lowering.lower import lower as run_lowering
     from stillhook.engine.lowering.run import KIND
+    from stillhook.engine.simulate import simulate
     from stillhook.errors import LiftError, StillhookError
     from stillhook.formats.lift.file import load_lift
     from stillhook.report.save.lowering import ANIMATION, OUT_FILES, lowering_answer, write_lowering
@@ -82,7 +82,7 @@ def lower(
     try:
         with progress_bar(file.lift.name) as bar:
             progress = started(file.crane, bar, series=True, kind=KIND)
-            run = run_lowering(file.crane, file.lift, step=step or file.step, every=file.every, progress=progress)
+            run = simulate(file.crane, file.lift, step=step or file.step, every=file.every, progress=progress)
     except StillhookError as e:
         raise type(e)(f"{Path(lift).name}: {str(e).replace('z_0 ', 'start ')}") from None
     answer = lowering_answer(run, file)

@@ -1,27 +1,22 @@
-"""Thousands of lowerings, numbers alone, in bounded memory: shared by threads or a cluster, kept in a store as they
-finish."""
+"""Lowerings as a problem of the engine; see `stillhook.engine.batch`."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook import units
 from stillhook.base.progress import Progress
-from stillhook.engine.arguments import steps_per_cycle
-from stillhook.engine.batch import Row, check_each, run_batch
+from stillhook.engine.batch import Row, check_each
+from stillhook.engine.columns import Series
 from stillhook.engine.lowering.checks import check_lift, check_sea
-from stillhook.engine.lowering.lower import LIFT_STEP, Summarised, summarised
-from stillhook.engine.lowering.run import KIND, run_lowerings, waves_step
+from stillhook.engine.lowering.dataset import Summarised, labelled
+from stillhook.engine.lowering.run import KIND, LiftResult, run_lowerings, waves_step
 from stillhook.engine.lowering.summary import lift_summary, run_numbers_of, stage_numbers_of
 from stillhook.engine.store import bare
-from stillhook.errors import LiftError, SpecError
-from stillhook.kernels.lanes import VL
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.in_sea import InSea
 from stillhook.spec.lift.lowering import Lowering
@@ -32,85 +27,16 @@ if TYPE_CHECKING:
 
 Case = Lowering | InSea
 
-
-def lower_many(
-    crane: Crane | Sequence[Crane],
-    cases: Sequence[Case],
-    *,
-    store: str | Path | None = None,
-    client: Any = None,
-    threads: int = 2,
-    step: str | None = None,
-    progress: Progress | None = None,
-) -> xarray.Dataset:
-    """The numbers of many lowerings, the same to the last bit as those of `lower`; a case that loses its numbers is
-    marked.
-
-    Parameters
-    ----------
-    crane: that of all cases, or one for each; several are of one winch type and have one PLC cycle.
-    cases: lowerings, or `InSea`, whose tip and water are made as they are run; cases that are moved alike are best run
-    together, whatever their order here.
-    store: folder in which results are kept as they finish, under what they follow from, so that a run that was killed
-    goes on where it stood. client: a dask.distributed Client; its workers then share the work, and threads is not used.
-    threads, step: as in `lower`. progress: called with the share done, 0..1.
-
-    Returns
-    -------
-    Dataset over "case" with status, notes and numbers of each run, and those of its stages in "stage_..." over the
-    dimension "stage".
-
-    Errors: LiftError, ScenarioError, SpecError of the first case that cannot be run; SimulationError where store or
-    cluster fail.
-    """
-    cases, cranes = _cases(cases), _cranes(crane, cases)
-    n_sub = steps_per_cycle(cranes[0], step, LIFT_STEP)
-    rows = run_batch(
-        LoweringProblem(), cranes, cases, n_sub=n_sub, threads=threads, store=store, client=client, progress=progress
-    )
-    numbers = [_parted(cranes[0].plant.type, row, _stages(case)) for row, case in zip(rows, cases, strict=True)]
-    h = cranes[0].control.t_cycle / n_sub
-    return summarised(
-        crane if isinstance(crane, Crane) else cranes, [_lift(c) for c in cases], numbers, step=h, single=False
-    )
-
-
-def _cases(cases: Sequence[Case]) -> list[Case]:
-    lifts = list(cases) if isinstance(cases, Iterable) else [cases]
-    if not lifts:
-        raise LiftError("lower_many: the list of lowerings is empty. Give at least one.")
-    for i, each in enumerate(lifts):
-        if not isinstance(each, Lowering | InSea):
-            raise LiftError(
-                f"lowering {i} = {units.quote(each)}: not a Lowering. Give lowerings, or lowerings in a sea (InSea)."
-            )
-    return lifts
-
-
-def _cranes(crane: Crane | Sequence[Crane], cases: Sequence[Case]) -> list[Crane]:
-    cranes = (
-        [crane] * len(cases) if isinstance(crane, Crane) else list(crane) if isinstance(crane, Iterable) else [crane]
-    )
-    if len(cranes) != len(cases):
-        raise LiftError(
-            f"lower_many: {len(cranes)} cranes and {len(cases)} lowerings. Give one crane, or one for each lowering."
-        )
-    first = cranes[0]
-    for i, each in enumerate(cranes):
-        if not isinstance(each, Crane):
-            raise SpecError(f"crane = {units.quote(each)}: not a Crane. Read one with load_crane, by name or path.")
-        if each.plant is not first.plant or each.control.t_cycle != first.control.t_cycle:
-            raise SpecError(
-                f'lower_many: crane {i} "{each.name}" has another winch type or PLC cycle than "{first.name}". Run them'
-                " apart."
-            )
-    return cranes
+LIFT_STEP = 5e-3
+"""Default step [s]: the wire is stepped implicitly, and the winch at 5 ms is right to 0.1 mm of wire
+(docs/validation/step-size.md)."""
 
 
 class LoweringProblem:
     """Lowerings as a batch runs them: alone, or in a sea that is made when it is run."""
 
     kind = KIND
+    series_step = statistics_step = LIFT_STEP
 
     def check(self, cranes: Sequence[Crane], cases: Sequence[Case]) -> None:
         """Lifts that many seas share are looked at once."""
@@ -148,27 +74,51 @@ class LoweringProblem:
     def identity(self) -> Callable[[Case], bytes]:
         return _Texts()
 
-    def run(
+    def results(
         self,
         cranes: Sequence[Crane],
         cases: Sequence[Case],
         *,
         n_sub: int,
-        places: Sequence[int] | None,
-        progress: Progress,
-    ) -> list[Row]:
-        lifts = _made(cases)
-        results = run_lowerings(
-            cranes, lifts, n_sub=n_sub, lanes=VL, every=0, threads=1, progress=progress, places=places
+        lanes: int,
+        every: int,
+        threads: int,
+        progress: Progress | None,
+        places: Sequence[int] | None = None,
+        checked: bool = False,
+    ) -> list[LiftResult]:
+        """Lifts are packed once for all that share them, and checked then."""
+        return run_lowerings(
+            cranes,
+            _made(cases),
+            n_sub=n_sub,
+            lanes=lanes,
+            every=every,
+            threads=threads,
+            progress=progress,
+            places=places,
         )
-        rows = []
-        for crane, lift, result in zip(cranes, lifts, results, strict=True):
-            run, stages = lift_summary(crane, lift, result)
-            winch = crane.plant.type
-            numbers = [run[name] for name in run_numbers_of(winch)]
-            numbers += [stage[name] for stage in stages for name in stage_numbers_of(winch)]
-            rows.append(Row(run["status"], [float(x) for x in numbers], tuple(run["notes"])))
-        return rows
+
+    def row(self, crane: Crane, case: Case, result: LiftResult) -> Row:
+        run, stages = lift_summary(crane, result.case, result)
+        winch = crane.plant.type
+        numbers = [run[name] for name in run_numbers_of(winch)]
+        numbers += [stage[name] for stage in stages for name in stage_numbers_of(winch)]
+        return Row(run["status"], [float(x) for x in numbers], tuple(run["notes"]))
+
+    def labelled(
+        self,
+        crane: Crane | Sequence[Crane],
+        cases: Sequence[Case],
+        rows: Sequence[Mapping[str, Any]],
+        *,
+        step: float,
+        single: bool,
+        series: Series | None,
+    ) -> xarray.Dataset:
+        winch = (crane if isinstance(crane, Crane) else crane[0]).plant.type
+        numbers = [_parted(winch, row, _stages(case)) for row, case in zip(rows, cases, strict=True)]
+        return labelled(crane, [_lift(c) for c in cases], numbers, step=step, single=single, series=series)
 
 
 def _lift(case: Case) -> Lowering:

@@ -48,6 +48,7 @@ class LiftResult(NamedTuple):
     """What came out of one lowering. stages: number of the stage and its statistics, in the order of time, the last
     that after the programme where it ended; series rows of Signals and LiftSignals every dt [s], or None."""
 
+    case: Lowering
     packed: PackedLift
     stages: tuple[tuple[int, StageResult], ...]
     starts: tuple[float, ...]
@@ -293,6 +294,7 @@ class LiftBlock(Block[Ready]):
         self.starts[last, l] = hang.k_stage * t_cycle
         ran = [s for s in range(self.n_stages + 1) if math.isfinite(self.G[s, 0, l])]
         return LiftResult(
+            case=self.ready[l].case,
             packed=self.ready[l].packed,
             stages=tuple((s, self._stage(s, l)) for s in ran),
             starts=tuple(float(self.starts[s, l]) for s in ran),

@@ -1,23 +1,27 @@
-"""Summaries of tens of thousands of scenarios; see `stillhook.engine.batch`."""
+"""Scenarios as a problem of the engine; see `stillhook.engine.batch`."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from stillhook.base.progress import Progress
-from stillhook.engine.arguments import STATISTICS_STEP, paired, steps_per_cycle
+from stillhook.engine.arguments import SERIES_STEP, STATISTICS_STEP, paired, steps_per_cycle
 from stillhook.engine.batch import Row, check_each, run_batch
+from stillhook.engine.columns import Series
 from stillhook.engine.inputs import shape
 from stillhook.engine.scenario.checks import check
-from stillhook.engine.scenario.run import run_cases
+from stillhook.engine.scenario.dataset import labelled
+from stillhook.engine.scenario.run import Result, run_cases
 from stillhook.engine.scenario.summary import summarise
 from stillhook.engine.store import scenario_as_bytes
-from stillhook.kernels.lanes import VL
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.variables import COMMON_SUMMARY
+
+if TYPE_CHECKING:
+    import xarray
 
 COMMON = tuple(v.name for v in COMMON_SUMMARY if v.name not in ("status", "notes"))
 """Numbers of a run that every winch type has."""
@@ -59,6 +63,7 @@ class ScenarioProblem:
     """Scenarios as a batch runs them."""
 
     kind = "driver"
+    series_step, statistics_step = SERIES_STEP, STATISTICS_STEP
 
     def check(self, cranes: Sequence[Crane], cases: Sequence[Scenario]) -> None:
         check_each(cranes, cases, check)
@@ -78,18 +83,43 @@ class ScenarioProblem:
     def identity(self) -> Callable[[Scenario], bytes]:
         return scenario_as_bytes
 
-    def run(
+    def results(
         self,
         cranes: Sequence[Crane],
         cases: Sequence[Scenario],
         *,
         n_sub: int,
-        places: Sequence[int] | None,
-        progress: Progress,
-    ) -> list[Row]:
-        results = run_cases(
-            cranes, cases, n_sub=n_sub, lanes=VL, every=0, threads=1, progress=progress, places=places, checked=True
+        lanes: int,
+        every: int,
+        threads: int,
+        progress: Progress | None,
+        places: Sequence[int] | None = None,
+        checked: bool = False,
+    ) -> list[Result]:
+        return run_cases(
+            cranes,
+            cases,
+            n_sub=n_sub,
+            lanes=lanes,
+            every=every,
+            threads=threads,
+            progress=progress,
+            places=places,
+            checked=checked,
         )
-        rows = [summarise(w, c, r) for w, c, r in zip(cranes, cases, results, strict=True)]
-        names = self.columns(cranes[0], cases[0])
-        return [Row(s["status"], [float(s[name]) for name in names], tuple(s["notes"])) for s in rows]
+
+    def row(self, crane: Crane, case: Scenario, result: Result) -> Row:
+        s = summarise(crane, case, result)
+        return Row(s["status"], [float(s[name]) for name in self.columns(crane, case)], tuple(s["notes"]))
+
+    def labelled(
+        self,
+        crane: Crane | Sequence[Crane],
+        cases: Sequence[Scenario],
+        rows: Sequence[Mapping[str, Any]],
+        *,
+        step: float,
+        single: bool,
+        series: Series | None,
+    ) -> xarray.Dataset:
+        return labelled(crane, cases, rows, step=step, single=single, series=series)

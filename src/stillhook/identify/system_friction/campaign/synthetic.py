@@ -15,7 +15,7 @@ import numpy as np
 
 from stillhook.base.atomic import atomic_folder
 from stillhook.base.progress import Meter, Progress
-from stillhook.engine.scenario.simulate import simulate
+from stillhook.engine.simulate import simulate
 from stillhook.errors import IdentifyError, SpecError
 from stillhook.identify.system_friction.campaign.published import CAMPAIGNS, TestPlan
 from stillhook.identify.system_friction.campaign.staircase import Staircase, outermost_layer, staircase

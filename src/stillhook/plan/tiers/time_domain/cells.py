@@ -11,7 +11,8 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
-from stillhook.engine.lowering.batch import Case, lower_many
+from stillhook.engine.lowering.batch import Case
+from stillhook.engine.simulate import simulate
 from stillhook.kernels.lanes import VL
 from stillhook.plan.definition.demand import Seas
 from stillhook.plan.definition.lift_plan import LiftPlan
@@ -142,9 +143,10 @@ class Cells:
             cases += made
             cranes += [crane] * len(made)
             sizes.append(len(made))
-        data = lower_many(
+        data = simulate(
             cranes,
             cases,
+            on_failure="mark",
             store=self.execution.store,
             client=self.execution.client,
             threads=self.execution.threads,

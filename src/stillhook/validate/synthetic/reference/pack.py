@@ -10,9 +10,10 @@ from stillhook.engine.arguments import SERIES_STEP, steps_per_cycle
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import Packed, pack
 from stillhook.engine.scenario.checks import check
+from stillhook.engine.scenario.dataset import to_dataset
 from stillhook.engine.scenario.run import Ready, ScenarioBlock
-from stillhook.engine.scenario.simulate import raise_failures, to_dataset
 from stillhook.engine.scenario.summary import summarise
+from stillhook.engine.simulate import raise_failures
 from stillhook.engine.step_size import RK4_LIMIT, check_step
 from stillhook.errors import SpecError
 from stillhook.physics.hydraulics.swash import Servo
@@ -216,7 +217,7 @@ def simulate_reference(
     step: str | None = None,
     progress: Progress | None = None,
 ) -> xarray.Dataset:
-    """Run the reference plant; the Dataset is that of `stillhook.engine.scenario.simulate.simulate` with a row every
+    """Run the reference plant; the Dataset is that of `stillhook.engine.simulate.simulate` with a row every
     PLC cycle.
 
     step: by default SERIES_STEP, or shorter where the reference plant's fastest mode requires it.

@@ -1,0 +1,133 @@
+"""`simulate`: crane and scenario or lowering in, labelled Dataset out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stillhook import units
+from stillhook.base.progress import Progress
+from stillhook.engine.arguments import Case, check_threads, cycles, paired, steps_per_cycle
+from stillhook.engine.batch import Problem, run_batch, summary_of
+from stillhook.engine.columns import Series
+from stillhook.engine.lowering.batch import LoweringProblem
+from stillhook.engine.runner import Ending
+from stillhook.engine.scenario.batch import ScenarioProblem
+from stillhook.errors import ScenarioError, SimulationError
+from stillhook.spec.crane import Crane
+from stillhook.spec.lift.in_sea import InSea
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.scenario import Scenario
+
+if TYPE_CHECKING:
+    import xarray
+
+PROBLEMS: tuple[tuple[tuple[type, ...], Problem], ...] = (
+    ((Scenario,), ScenarioProblem()),
+    ((Lowering, InSea), LoweringProblem()),
+)
+"""What there is to simulate: classes of cases, and how they are run."""
+
+
+class OnFailure(StrEnum):
+    """What a batch does with a case that fails."""
+
+    RAISE = "raise"
+    MARK = "mark"
+
+
+def simulate(
+    crane: Crane | Sequence[Crane],
+    case: Case | Sequence[Case],
+    *,
+    step: str | None = None,
+    every: str | None = None,
+    series: bool | None = None,
+    on_failure: OnFailure | str = OnFailure.RAISE,
+    threads: int = 2,
+    store: str | Path | None = None,
+    client: Any = None,
+    progress: Progress | None = None,
+) -> xarray.Dataset:
+    """Run a scenario (a load on the wire in compensation) or a lowering (a payload from above the surface down, by a
+    programme), one or many, on one crane or on as many.
+
+    Parameters
+    ----------
+    crane, case: what the machine is, and what is done to it. A list of cases adds the dimension "case"; so does a list
+    of cranes of one winch type, which all run the one case, or each its own of equally many (draws of uncertain
+    parameters: `stillhook.identify.system_friction.fitting.draws`). step: integration step, at most the PLC cycle and a
+    whole part of it; default 2 ms with series, 5 ms for statistics alone, or the next shorter step that the PLC cycle
+    allows. every: spacing of the stored series, a whole number of PLC cycles; default 0.1 s, or the next longer spacing
+    that there is. series: store time series; default True for one case, False for a list (statistics alone, sixteen
+    cases side by side). on_failure: "raise" stops with SimulationError if a case fails, "mark" keeps the rest (`status`
+    says which failed). threads: threads that share a batch. store, client: statistics alone may be kept in a folder as
+    they finish, so that a run that was killed goes on, and made on a cluster (a dask.distributed Client), with the same
+    numbers; see `stillhook.engine.scenario.batch.summaries`. progress: called with the share done, 0..1; first with 0,
+    when everything that was given has been found good.
+
+    Returns
+    -------
+    Dataset with the summary of every case, and the series over "time" [s]; names, units and meaning from
+    `stillhook.variables`. Its attributes hold crane, scenarios, version, kernel and step:
+    `stillhook.formats.results.rerun` repeats the run from them.
+
+    Errors: ScenarioError (bad scenario), SpecError (step too long), SimulationError (failed case). Nothing is returned
+    half-done.
+    """
+    kinds: Any = tuple(kind for some, _ in PROBLEMS for kind in some)
+    single = isinstance(crane, Crane) and isinstance(case, kinds)
+    cranes, cases = paired(crane, case, kinds)
+    if on_failure not in tuple(OnFailure):
+        raise ScenarioError(f"on_failure = {units.quote(on_failure)}: give one of {', '.join(OnFailure)}.")
+    check_threads(threads)
+    stored = single if series is None else series
+    if stored and (store is not None or client is not None):
+        raise ScenarioError(
+            "simulate: a run with series is made here and held in memory. Leave store and client out, or set"
+            " series=False."
+        )
+    problem, every_rows = _problem(cases), cycles(cranes[0], every)
+    n_sub = steps_per_cycle(cranes[0], step, problem.series_step if stored else problem.statistics_step)
+    traces = None
+    if stored:
+        results = problem.results(
+            cranes, cases, n_sub=n_sub, lanes=1, every=every_rows, threads=threads, progress=progress
+        )
+        rows = [
+            summary_of(problem.row(w, c, r), problem.columns(w, c))
+            for w, c, r in zip(cranes, cases, results, strict=True)
+        ]
+        traces = Series([r.series for r in results], results[0].dt, results[0].signals)
+    else:
+        rows = run_batch(
+            problem, cranes, cases, n_sub=n_sub, threads=threads, store=store, client=client, progress=progress
+        )
+    if OnFailure(on_failure) is OnFailure.RAISE:
+        raise_failures(rows)
+    h = cranes[0].control.t_cycle / n_sub
+    return problem.labelled(
+        crane if isinstance(crane, Crane) else cranes, cases, rows, step=h, single=single, series=traces
+    )
+
+
+def _problem(cases: Sequence[Case]) -> Problem:
+    """How these cases are run. Errors: ScenarioError where they are of several kinds."""
+    of = [next(i for i, (kinds, _) in enumerate(PROBLEMS) if isinstance(c, kinds)) for c in cases]
+    if other := [i for i, kind in enumerate(of) if kind != of[0]]:
+        a, b = (type(cases[i]).__name__ for i in (0, other[0]))
+        raise ScenarioError(f"simulate: case 0 is a {a}, case {other[0]} a {b}. Run scenarios and lowerings apart.")
+    return PROBLEMS[of[0]][1]
+
+
+def raise_failures(summaries: Sequence[Mapping[str, Any]]) -> None:
+    """Errors: SimulationError naming the first failed case."""
+    failed = [i for i, s in enumerate(summaries) if s["status"] == Ending.DIVERGED]
+    if failed:
+        i = failed[0]
+        raise SimulationError(
+            f"{len(failed)} of {len(summaries)} cases failed. First: case {i} {summaries[i]['notes'][-1]}. "
+            'Ramp the motion in, use a finer step, or keep the rest with on_failure="mark".'
+        )
