@@ -126,7 +126,7 @@ OF_WINCH = {
     "map strong-ssc": f"map CRANE --controllers strong-ssc {CELLS}",
     "envelope layer": 'envelope CRANE --modes PAIR --load "30 t" --layer 5',
     "stability": "stability CRANE",
-    "stability files": 'stability CRANE --alpha-m 1 --delay "50 ms" --out OUT',
+    "stability delay": 'stability CRANE --alpha-m 1 --delay "50 ms"',
     "stability full": 'stability CRANE --full --load "30 t" --v-tip "10 m/min"',
     "stability layer": "stability CRANE --layer 3",
     "tune files": f"tune CRANE --controllers MODE {TUNED} --objective error --out OUT",

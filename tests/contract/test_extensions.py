@@ -21,7 +21,6 @@ FILE = re.compile(r"^`([\w-]+\.(?:py|toml))`:\n\n```(?:python|toml)\n(.*?)^```",
 MEANINGLESS = {
     "tune": "closed circuit",
     "envelope": "steady operation",
-    "plan": "steady operation",
     "stability": "closed circuit",
     "calc eigenfrequency": "closed circuit",
     "calc gain-limit": "closed circuit",
