@@ -143,7 +143,7 @@ OF_WINCH = {
     "calc speed": "calc speed CRANE",
     "calc eigenfrequency": "calc eigenfrequency CRANE --alpha-m 0.8",
     "calc gain-limit": "calc gain-limit CRANE --alpha-m 0.8",
-    "calc friction": 'calc friction CRANE --drum-torque "1 MN m" --speed "100 rev/min"',
+    "calc friction": 'calc friction L4593 --drum-torque "1 MN m" --speed "100 rev/min"',
     "friction compare": 'friction compare crane-1 crane-2 --crane CRANE --load "30 t"',
 }
 """Commands that take no controller, and other forms of those that do."""
