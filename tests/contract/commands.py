@@ -1,8 +1,17 @@
-"""Command lines of the contract between winch types, controllers and commands, and the files that they read."""
+"""Command lines of the contract between winch types, controllers and commands, the files that they read, and a loop
+over them for a process of its own: `python -m tests.contract.commands CRANE MODE FOLDER COMMAND...`."""
 
 from __future__ import annotations
 
+import contextlib
+import io
+import json
+import shlex
+import sys
 from pathlib import Path
+from typing import NamedTuple
+
+from stillhook.cli import run
 
 CASE = """
 crane = "CRANE"
@@ -17,6 +26,7 @@ mode = "MODE"
 LIFT = """
 crane = "CRANE"
 controller = "MODE"
+vessel = "construction-vessel-130m"
 start = "2 m"
 duration = "60 s"
 [payload]
@@ -29,7 +39,6 @@ height = "0.5 m"
 [sea]
 wave = "jonswap Hs=1 m Tp=8 s gamma=2"
 heading = "180 deg"
-VESSEL
 [tip]
 at = "x=-15 m, y=-24 m, z=36 m"
 [water]
@@ -79,127 +88,106 @@ covariance = [[4e-14, -1e-14], [-1e-14, 9e-15]]
 dof = 312
 data = "seven staircases"
 """
+FILES = {"CASE": CASE, "LIFT": LIFT, "PLAN": PLAN, "FRICTION": FRICTION}
+"""Word of a command line -> text of the file that it stands for."""
+
+SHORT = '--load "30 t" --motion "sine 1 m 10 s" --duration "20 s" --warm-up "10 s"'
+CELLS = '--loads "20 t, 30 t" --speeds "20 m/min, 30 m/min"'
+TUNED = '--loads "30 t" --speeds "20 m/min" --periods "10 s" --budget 20 --free K_p'
+
+OF_CONTROLLER = {
+    "compare": f"compare --crane CRANE --modes MODE {SHORT}",
+    "run": "run CASE",
+    "map": f"map CRANE --controllers MODE {CELLS}",
+    "map settling": f"map CRANE --controllers MODE --metric settling {CELLS}",
+    "envelope": 'envelope CRANE --modes MODE --load "30 t"',
+    "tune": f"tune CRANE --controllers MODE {TUNED}",
+    "uncertainty": f"uncertainty --crane CRANE --modes MODE --draws 4 {SHORT}",
+    "calc steady": 'calc steady CRANE --mode MODE --v-w "20 m/min"',
+    "lower": "lower LIFT",
+    "response": "response LIFT",
+    "plan check": "plan PLAN --check",
+    "plan quick": "plan PLAN --quick --threads 1",
+    "plan": "plan PLAN --threads 1 --store OUT",
+    "friction draws": 'friction draws FRICTION --crane CRANE --mode MODE --load "30 t" --n 4',
+}
+"""Commands that take a controller."""
+OF_OPERATOR = ("compare", "run", "calc steady", "friction draws")
+"""Those that also take manual mode."""
+OF_WINCH = {
+    "crane": "crane CRANE",
+    "compare files": f"compare --crane CRANE --modes PAIR {SHORT} --out OUT",
+    "run files": "run CASE --out OUT",
+    "map files": f"map CRANE --controllers PAIR {CELLS} --out OUT",
+    "map eta_c": f"map CRANE --controllers PAIR {CELLS} --metric eta_c",
+    "map p_max": f"map CRANE --controllers PAIR {CELLS} --metric p_max",
+    "map alpha_m": f"map CRANE --controllers PAIR {CELLS} --metric alpha_m",
+    "map settling files": f"map CRANE --controllers PAIR --metric settling {CELLS} --out OUT",
+    "map strong-ssc": f"map CRANE --controllers strong-ssc {CELLS}",
+    "envelope layer": 'envelope CRANE --modes PAIR --load "30 t" --layer 5',
+    "stability": "stability CRANE",
+    "stability delay": 'stability CRANE --alpha-m 1 --delay "50 ms"',
+    "stability full": 'stability CRANE --full --load "30 t" --v-tip "10 m/min"',
+    "stability layer": "stability CRANE --layer 3",
+    "tune files": f"tune CRANE --controllers MODE {TUNED} --objective error --out OUT",
+    "uncertainty files": f"uncertainty --crane CRANE --modes PAIR --draws 8 {SHORT} --sobol --out OUT",
+    "uncertainty causes": f'uncertainty --crane CRANE --modes PAIR --draws 4 {SHORT} --limit "e_c_pp <= 1 cm" --attribute',
+    "uncertainty pressure": f'uncertainty --crane CRANE --modes PAIR --draws 4 {SHORT} --limit "p_max <= 300 bar"',
+    "uncertainty case": "uncertainty CASE --draws 4",
+    "lower files": "lower LIFT --out OUT",
+    "response files": "response LIFT --out OUT",
+    "plan closed-form": "plan PLAN --tier closed-form",
+    "plan files": "plan PLAN --quick --threads 1 --out OUT",
+    "calc drum": "calc drum CRANE",
+    "calc inertia": "calc inertia CRANE",
+    "calc speed": "calc speed CRANE",
+    "calc eigenfrequency": "calc eigenfrequency CRANE --alpha-m 0.8",
+    "calc gain-limit": "calc gain-limit CRANE --alpha-m 0.8",
+    "calc friction": 'calc friction L4593 --drum-torque "1 MN m" --speed "100 rev/min"',
+    "friction compare": 'friction compare crane-1 crane-2 --crane CRANE --load "30 t"',
+}
+"""Commands that take no controller, and other forms of those that do."""
+BOTH = OF_CONTROLLER | OF_WINCH
 
 
-def write_files(folder: Path, crane: str, mode: str) -> dict[str, str]:
-    """Files that the commands read, by the word that stands for each."""
-    texts = {"case": CASE, "lift": LIFT.replace("VESSEL", ""), "plan": PLAN, "friction": FRICTION}
-    texts["lift"] = 'vessel = "construction-vessel-130m"\n' + texts["lift"]
-    files = {}
-    for name, text in texts.items():
-        path = folder / f"{name}-{mode}{'.friction' if name == 'friction' else ''}.toml"
-        path.write_text(text.replace("CRANE", crane).replace("MODE", mode), encoding="utf-8")
-        files[name] = str(path)
-    return files
+class Answer(NamedTuple):
+    """What a command line gave: exit code, and what it printed as error."""
+
+    code: int
+    error: str
+
+    @property
+    def given(self) -> bool:
+        """Whether the question was answered: done, or done and the answer is no."""
+        return self.code in (0, 1)
+
+    @property
+    def refused(self) -> bool:
+        """Whether it was refused in one line."""
+        lines = self.error.strip().splitlines()
+        return self.code == 2 and len(lines) == 1 and lines[0].startswith("error: ")
 
 
-def of_controller(crane: str, mode: str, folder: Path) -> dict[str, list[str]]:
-    """Commands that take a controller, on a crane."""
-    f, run = write_files(folder, crane, mode), ["--load", "30 t", "--duration", "20 s", "--warm-up", "10 s"]
-    cells = ["--loads", "30 t", "--speeds", "20 m/min"]
-    tuned = [*cells, "--periods", "10 s", "--budget", "20", "--free", "K_p"]
-    unsure = ["uncertainty", "--crane", crane, *run, "--modes", mode, "--draws", "4"]
-    return {
-        "compare": ["compare", "--crane", crane, *run, "--modes", mode],
-        "run": ["run", f["case"]],
-        "map": ["map", crane, "--controllers", mode, *cells],
-        "map settling": ["map", crane, "--controllers", mode, "--metric", "settling", *cells],
-        "envelope": ["envelope", crane, "--load", "30 t", "--modes", mode],
-        "tune": ["tune", crane, "--controllers", mode, *tuned],
-        "uncertainty": unsure,
-        "calc steady": ["calc", "steady", crane, "--v-w", "20 m/min", "--mode", mode],
-        "lower": ["lower", f["lift"]],
-        "response": ["response", f["lift"]],
-        "plan check": ["plan", f["plan"], "--check"],
-        "plan quick": ["plan", f["plan"], "--quick", "--threads", "1"],
-        "plan": ["plan", f["plan"], "--threads", "1", "--store", str(folder / f"store-{mode}")],
-        "friction draws": [
-            "friction",
-            "draws",
-            f["friction"],
-            "--crane",
-            crane,
-            "--load",
-            "30 t",
-            "--mode",
-            mode,
-            "--n",
-            "4",
-        ],
-    }
+def answer(command: str, crane: str, mode: str, folder: Path) -> Answer:
+    """Run a command of `BOTH`; its files are written to the folder."""
+    words = {"CRANE": crane, "MODE": mode, "PAIR": mode if mode == "ns" else f"ns,{mode}", "OUT": str(folder / "out")}
+    for word, text in FILES.items():
+        file = folder / f"{word.lower()}.toml"
+        file.write_text(text.replace("CRANE", crane).replace("MODE", mode), encoding="utf-8")
+        words[word] = str(file)
+    error = io.StringIO()
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(error):
+        code = run([words.get(word, word) for word in shlex.split(BOTH[command])])
+    return Answer(code, error.getvalue())
 
 
-def of_winch(crane: str, mode: str, folder: Path) -> dict[str, list[str]]:
-    """Commands that take no controller, and other forms of those that do."""
-    f, out = write_files(folder, crane, mode), folder / f"out-{mode}"
-    run = ["--load", "30 t", "--duration", "20 s", "--warm-up", "10 s"]
-    cells = ["--loads", "20 t, 30 t", "--speeds", "20 m/min, 30 m/min"]
-    unsure = ["uncertainty", "--crane", crane, *run, "--modes", f"ns,{mode}" if mode != "ns" else mode, "--draws", "8"]
-    pair = f"ns,{mode}" if mode != "ns" else "ns"
+def answers(crane: str, mode: str, folder: Path, commands: list[str]) -> dict[str, Answer]:
+    """Some commands of `BOTH` on a crane under one controller, each in a folder of its own."""
+    places = {command: folder / command.replace(" ", "-") for command in commands}
+    for place in places.values():
+        place.mkdir()
+    return {command: answer(command, crane, mode, place) for command, place in places.items()}
 
-    def written(name: str) -> list[str]:
-        return ["--out", str(out / name)]
 
-    return {
-        "crane": ["crane", crane],
-        "compare files": ["compare", "--crane", crane, *run, "--modes", pair, *written("compare")],
-        "run files": ["run", f["case"], *written("run")],
-        "map files": ["map", crane, "--controllers", pair, *cells, *written("map")],
-        **{
-            f"map {m}": ["map", crane, "--controllers", pair, *cells, "--metric", m]
-            for m in ("eta_c", "p_max", "alpha_m")
-        },
-        "map settling files": [
-            "map",
-            crane,
-            "--controllers",
-            pair,
-            "--metric",
-            "settling",
-            *cells,
-            *written("settling"),
-        ],
-        "envelope files": ["envelope", crane, "--load", "30 t", "--modes", pair, *written("envelope")],
-        "stability": ["stability", crane, *written("stability")],
-        "stability alpha": ["stability", crane, "--alpha-m", "1", "--delay", "50 ms"],
-        "stability full": ["stability", crane, "--full", "--load", "30 t", "--v-tip", "10 m/min"],
-        "stability layer": ["stability", crane, "--layer", "3"],
-        "strong-ssc": ["compare", "--crane", crane, *run, "--modes", "ssc"],
-        "map strong": ["map", crane, "--controllers", "strong-ssc", "--loads", "30 t", "--speeds", "20 m/min"],
-        "tune files": [
-            "tune",
-            crane,
-            "--controllers",
-            mode,
-            "--budget",
-            "20",
-            "--loads",
-            "30 t",
-            "--speeds",
-            "20 m/min",
-            "--periods",
-            "10 s",
-            "--objective",
-            "error",
-            *written("tune"),
-        ],
-        "uncertainty sobol": [*unsure, "--sobol", *written("uncertainty")],
-        "uncertainty attribute": [*unsure, "--limit", "e_c_pp <= 10 cm", "--attribute"],
-        "uncertainty pressure": [*unsure, "--limit", "p_max <= 300 bar"],
-        "uncertainty case": ["uncertainty", f["case"], "--draws", "4"],
-        "lower files": ["lower", f["lift"], *written("lower")],
-        "response files": ["response", f["lift"], *written("response")],
-        "plan closed-form": ["plan", f["plan"], "--tier", "closed-form", *written("closed")],
-        "plan files": ["plan", f["plan"], "--quick", "--threads", "1", *written("plan")],
-        "plan twin files": ["plan", f["plan"], "--threads", "1", *written("twin")],
-        "report": ["report", str(out / "plan")],
-        **{f"calc {name}": ["calc", name, crane] for name in ("drum", "inertia", "speed")},
-        **{f"calc {name}": ["calc", name, crane, "--alpha-m", "0.8"] for name in ("eigenfrequency", "gain-limit")},
-        "calc friction": ["calc", "friction", "L4593", "--speed", "1000 rev/min", "--drum-torque", "1 MN m"],
-        "friction compare": ["friction", "compare", "crane-1", "crane-2", "--crane", crane, "--load", "30 t"],
-        "identify example": ["identify", "example-campaign", "crane-2", str(out / "identify"), "--duration", "3 min"],
-        "certificate example": ["certificate", "example-campaign", str(out / "trials"), "--crane", crane],
-        "validate": ["validate", str(out / "trials" / "campaign.toml"), "--out", str(out / "validated")],
-        "certificate show": ["certificate", "show", str(out / "validated" / "certificate.json")],
-        "certificate check": ["certificate", "check", str(out / "validated" / "certificate.json"), "--quick"],
-    }
+if __name__ == "__main__":
+    print(json.dumps(answers(sys.argv[1], sys.argv[2], Path(sys.argv[3]), sys.argv[4:])))

@@ -7,6 +7,13 @@ from typing import Annotated
 
 import typer
 
+from stillhook.control.registry import Mode
+
+CONTROLLERS = ", ".join(mode.value for mode in Mode if mode.compensates)
+"""Controllers as help lists them."""
+MODES = ", ".join(Mode)
+"""Controllers and manual mode as help lists them."""
+
 Json = Annotated[bool, typer.Option("--json", help="Print JSON in SI units.")]
 Step = Annotated[str | None, typer.Option(help="Integration step (default 5 ms).")]
 Store = Annotated[

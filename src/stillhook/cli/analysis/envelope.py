@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.options import Json
+from stillhook.cli.options import CONTROLLERS, Json
 from stillhook.control.registry import CLASSIC
 from stillhook.report.formatting import cell, change, display_number
 from stillhook.report.terminal import print_json, print_table, print_twin, progress_bar
@@ -39,9 +39,7 @@ def envelope(
         list[str] | None,
         typer.Option(help='Payload, such as "100 t"; may be repeated. Without it 0 to the SWL in steps of 20 %.'),
     ] = None,
-    modes: Annotated[
-        str, typer.Option(help="ns, hs, ssc, ssc-cubic, level-1, level-2, or controller files, with commas.")
-    ] = "ns,hs,ssc",
+    modes: Annotated[str, typer.Option(help=f"{CONTROLLERS}, or controller files, with commas.")] = "ns,hs,ssc",
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder for pictures, NetCDF and JSON; nothing is written without it.")
     ] = None,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.cluster import Scheduler, client_of
-from stillhook.cli.options import Json, Out, Store
+from stillhook.cli.options import CONTROLLERS, Json, Out, Store
 from stillhook.control.registry import CLASSIC
 from stillhook.report.terminal import print_implausible, print_json, print_table, print_twin, progress_bar, started
 
@@ -32,9 +32,7 @@ def register(app: typer.Typer) -> None:
 
 def show_map(
     crane: Annotated[str, typer.Argument(help="Library crane, or path of a crane file.", metavar="CRANE")] = "nov-250t",
-    controllers: Annotated[
-        str, typer.Option(help="Names (ns, hs, ssc, ssc-cubic, strong-ssc, ...) or TOML files.")
-    ] = "ns,hs,ssc",
+    controllers: Annotated[str, typer.Option(help=f"Names ({CONTROLLERS}, strong-ssc) or TOML files.")] = "ns,hs,ssc",
     metric: Annotated[str, typer.Option(help=f"What the table shows: {', '.join(METRICS)}.")] = "e_c_pp",
     loads: Annotated[
         str | None, typer.Option(help=f'Loads: {RANGE}. Default: "20 % to 100 % by 10 %" of the SWL.')

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.options import Json
+from stillhook.cli.options import CONTROLLERS, Json
 from stillhook.report.terminal import (
     print_implausible,
     print_json,
@@ -35,9 +35,7 @@ def register(app: typer.Typer) -> None:
 
 def tune(
     crane: Annotated[str, typer.Argument(metavar="CRANE", help="Library crane, or path of a crane file.")],
-    controllers: Annotated[
-        str, typer.Option(help="Start: ns, hs, ssc, ssc-cubic, level-1, level-2, strong-ssc, files.")
-    ] = "ns,hs,ssc",
+    controllers: Annotated[str, typer.Option(help=f"Start: {CONTROLLERS}, strong-ssc, files.")] = "ns,hs,ssc",
     free: Annotated[
         str | None, typer.Option(help="Settings to tune, such as K_p,u_thr (default: all of the motor law).")
     ] = None,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from stillhook.cli.cluster import Scheduler, client_of
-from stillhook.cli.options import Json, Out, Step, Store
+from stillhook.cli.options import CONTROLLERS, Json, Out, Step, Store
 from stillhook.cli.simulation.runs import MOTION_HELP, motion_of
 from stillhook.control.registry import Mode
 from stillhook.report.terminal import (
@@ -75,9 +75,7 @@ def uncertainty(
     warm_up: Annotated[
         str | None, typer.Option("--warm-up", help='Start of each run that does not count (default "30 s").')
     ] = None,
-    modes: Annotated[
-        str | None, typer.Option(help="Controllers: ns, hs, ssc, ssc-cubic, strong-ssc, ... or TOML files.")
-    ] = None,
+    modes: Annotated[str | None, typer.Option(help=f"Controllers: {CONTROLLERS}, strong-ssc or TOML files.")] = None,
     factors: Annotated[
         Path | None, typer.Option(help="TOML file of the uncertain factors; default: the built-in table.")
     ] = None,

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from stillhook.cli.options import Json
+from stillhook.cli.options import MODES, Json
 from stillhook.errors import ScenarioError
 from stillhook.report.formatting import display_number, display_unit
 from stillhook.report.terminal import print_json, print_table, print_values
@@ -216,7 +216,7 @@ def gain_limit(name: CraneName, alpha_m: AlphaM = 1.0, json: Json = False) -> No
 def steady(
     name: CraneName,
     v_w: Annotated[str, typer.Option("--v-w", help='Wire speed, such as "80 m/min".')],
-    mode: Annotated[str, typer.Option(help="ns, hs, ssc, ssc-cubic, level-1, level-2.")] = "ssc",
+    mode: Annotated[str, typer.Option(help=f"Controller: {MODES}.")] = "ssc",
     json: Json = False,
 ) -> None:
     """Pump and motor setting at a steady wire speed, outer diameter, no leakage (figure 2.17).

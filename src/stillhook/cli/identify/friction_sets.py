@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from stillhook.cli.options import Json
+from stillhook.cli.options import MODES, Json
 from stillhook.cli.simulation.runs import MOTION_HELP, motion_of
 from stillhook.report.formatting import cell
 from stillhook.report.terminal import print_json, print_table, progress_bar
@@ -164,7 +164,7 @@ def draws(
     load: Annotated[str, typer.Option(help='Payload on the hook, such as "100 t".')] = "100 t",
     s_w: Annotated[str, typer.Option("--s-w", help='Wire paid out, such as "100 m".')] = "100 m",
     motion: Annotated[str, typer.Option(help=MOTION_HELP)] = "sine 2 m 12 s",
-    mode: Annotated[str, typer.Option(help="Controller: ns, hs, ssc, ssc-cubic, level-1, level-2.")] = "ssc",
+    mode: Annotated[str, typer.Option(help=f"Controller: {MODES}.")] = "ssc",
     n: Annotated[int, typer.Option("--n", help="Number of draws.")] = 64,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the draws.")] = 0,
     json: Json = False,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.options import Json
+from stillhook.cli.options import CONTROLLERS, Json
 from stillhook.report.formatting import cell, display_number
 from stillhook.report.running_text import wrapped
 from stillhook.report.terminal import print_json, print_table, print_twin, progress_bar, started
@@ -33,7 +33,7 @@ HEADING_HELP = (
     " head sea."
 )
 RECORD_HELP = "One record of --sea in place of all: its number from 0, or its time such as 1996-01-05T12:00 (UTC)."
-MODE_HELP = "How the winch compensates: ssc, ssc-cubic, ns, hs, level-1, level-2; the lift's controller without it."
+MODE_HELP = f"How the winch compensates: {CONTROLLERS}; the lift's controller without it."
 MOTIONS = (
     ("tip, height", "sigma_z", "z_mpm"),
     ("tip, speed", "sigma_v", "v_mpm"),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.options import Json
+from stillhook.cli.options import MODES, Json
 from stillhook.report.formatting import cell
 from stillhook.report.terminal import print_json, print_table, print_twin, progress_bar, started
 
@@ -114,9 +114,7 @@ def compare(
     load: Annotated[str, typer.Option(help='Payload on the hook, such as "100 t".')] = "100 t",
     s_w: Annotated[str, typer.Option("--s-w", help='Wire paid out, such as "100 m".')] = "100 m",
     motion: Annotated[str, typer.Option(help=MOTION_HELP)] = "sine 2.8 m 12 s",
-    modes: Annotated[
-        str, typer.Option(help="Controllers: ns, hs, ssc, ssc-cubic, level-1, level-2, manual.")
-    ] = "ns,hs,ssc",
+    modes: Annotated[str, typer.Option(help=f"Controllers: {MODES}.")] = "ns,hs,ssc",
     position: Annotated[str | None, typer.Option(help=POSITION_HELP)] = None,
     heave: Annotated[
         str | None, typer.Option(help='How a ship log counts heave: "up" or "down" (default: the rule of its kind).')

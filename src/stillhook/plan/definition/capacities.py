@@ -11,6 +11,8 @@ from stillhook.analysis.controllers import controller
 from stillhook.analysis.steady.limits import Direction, Station
 from stillhook.control.registry import CLASSIC, MANUAL_MODE
 from stillhook.engine.pack.programme import Hanging, hanging, payload_weight, wire_strength
+from stillhook.engine.pack.winch import wire_speed_max
+from stillhook.engine.scenario.checks import layer_diameter_at
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.compensation import Alternative
 from stillhook.plan.definition.lift_plan import LiftPlan
@@ -130,7 +132,9 @@ def _weight(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityV
     return CapacityValue(m * G, f"weight of {plan.payload.name} in air, {show(m, 'mass')}")
 
 
-def _p_relief(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue:
+def _p_relief(plan: LiftPlan, phase: Phase, alternative: Alternative) -> CapacityValue | None:
+    if "active" not in plan.crane.circuits:
+        return None
     p = plan.crane.active.relief.p
     return CapacityValue(p, f"relief valves of the active circuit, {show(p, 'pressure')}")
 
@@ -174,7 +178,7 @@ def _slowest(plan: LiftPlan, phase: Phase, name: str) -> CapacityValue:
 
 def _top(plan: LiftPlan, phase: Phase, z: float, name: str) -> tuple[float, str]:
     """Highest steady wire speed with the underside at z [m], hoisting or lowering, and what stops it; 0 where the mode
-    may not be used."""
+    may not be used. Of a winch type without steady operating points: that at full command."""
     still = at_rest(plan, phase, z)
     known = _TOPS.setdefault(plan, {})
     key = (name, still.F_tip, still.s_w)
@@ -191,6 +195,9 @@ def _worked_out(crane: Crane, F: float, s_w: float, name: str) -> tuple[float, s
     mode, crane_of_mode = (
         (MANUAL_MODE, crane) if name == MANUAL_MODE else (controller(name).mode, controller(name).on(crane))
     )
+    if not crane.plant.type.steady_operation:
+        v = wire_speed_max(crane_of_mode, 1.0, layer_diameter_at(crane, s_w))
+        return v, f"{where}: {show(v, 'speed')}, the speed at full command"
     tops = []
     for way in Direction:
         station = Station(crane_of_mode, load, s_w, way)

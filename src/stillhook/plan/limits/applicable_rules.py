@@ -13,6 +13,13 @@ FOLLOWS = ("s_tip_pp", "e_c_pp", "stroke_share")
 """Quantities that are judged only while the winch follows the tip."""
 OF_TWIN = ("saturation_share", "relief_share", "power_share", "p_a_max", "stroke_share", "s_tip_pp")
 """Quantities of the hydraulics, which a flat cap does not have."""
+NUMBERS = {
+    "relief_share": "relief_time",
+    "power_share": "power_time",
+    "stroke_share": "stroke_time",
+    "p_a_max": "p_a_max",
+}
+"""Quantities that only some winch types have, and the number of their runs."""
 OF_WINCH = (*OF_TWIN, "v_w_demand", "e_c_pp")
 """Quantities of a winch that turns: one on its brake has none."""
 
@@ -22,13 +29,14 @@ def limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Lim
 
     Left out are: rules that the phase turns off; in compensated phases those of the winch for none (it stands on its
     brake), and those of the hydraulics for the flat cap (it has none); outside of compensation those of compensation;
-    capacities that there are not, such as an accumulator's on a pure active winch. Errors: PlanError, UnitError as
-    `stillhook.plan.definition.rules_file.rules_of`.
+    quantities and capacities that the winch type does not have, such as an accumulator's on a pure active winch.
+    Errors: PlanError, UnitError as `stillhook.plan.definition.rules_file.rules_of`.
     """
+    own = {row.name for row in plan.crane.plant.type.numbers}
     held = [
         (rule, _limit(plan, phase, alternative, rule))
         for rule in rules_of(plan.rules, phase)
-        if _holds(rule, phase, alternative)
+        if (rule.quantity not in NUMBERS or NUMBERS[rule.quantity] in own) and _holds(rule, phase, alternative)
     ]
     return tuple(Limited(rule, capacity.value, capacity.basis) for rule, capacity in held if capacity is not None)
 

@@ -317,7 +317,9 @@ def _of_winch(
         way.pressure(p.load.s_w, v, zero_crossing_period(*(p.forcing.deviation(order) for order in (1, 2))))
         for p in responses
     ]
-    result["p_a_max"] = np.asarray(np.max(tops, axis=0))
+    known = [top for top in tops if top is not None]
+    if known:
+        result["p_a_max"] = np.asarray(np.max(known, axis=0))
     stroke = CAPACITIES["s_stroke"].find(plan, phase, alternative)
     if stroke is not None:
         result["stroke_share"] = _mean(

@@ -59,25 +59,26 @@ class Way:
         return self.tables[i] if share == 0.0 else mixed(self.tables[i], self.tables[i + 1], share)
 
     def shares(self, s_w: float, sigma_v: FloatArray, T: FloatArray) -> Mapping[str, FloatArray]:
-        """Shares of the time with pumps at their stop and relief valves open, under irregular motions of deviation
-        sigma_v [m/s] and period T [s] (n,) with s_w of wire out [m], as `stillhook.response.lift.saturation_share`."""
+        """Shares of the time with pumps at their stop and, where there are some, relief valves open, under irregular
+        motions of deviation sigma_v [m/s] and period T [s] (n,) with s_w of wire out [m], as
+        `stillhook.response.lift.saturation_share`."""
 
         def of(table: Residual) -> dict[str, FloatArray]:
-            relieved = np.full_like(table.saturated, np.nan) if table.relieved is None else table.relieved
-            each = {"saturation_share": table.saturated, "relief_share": relieved}
-            return {name: share_of_time(table, values, sigma_v, T) for name, values in each.items()}
+            each = {"saturation_share": table.saturated, "relief_share": table.relieved}
+            return {
+                name: share_of_time(table, values, sigma_v, T) for name, values in each.items() if values is not None
+            }
 
         return self._mixed(s_w, of)
 
-    def pressure(self, s_w: float, v: FloatArray, T: FloatArray) -> FloatArray:
-        """Highest pressure of the hoisting side [Pa] under sines of speed amplitude v [m/s] and period T [s], (n,)."""
+    def pressure(self, s_w: float, v: FloatArray, T: FloatArray) -> FloatArray | None:
+        """Highest pressure of the hoisting side [Pa] under sines of speed amplitude v [m/s] and period T [s], (n,);
+        None where the winch has none."""
 
         def of(table: Residual) -> dict[str, FloatArray]:
-            return {
-                "p_a": np.full(len(v), np.nan) if table.p_a is None else table_at(table.omega, table.v, table.p_a, v, T)
-            }
+            return {} if table.p_a is None else {"p_a": table_at(table.omega, table.v, table.p_a, v, T)}
 
-        return self._mixed(s_w, of)["p_a"]
+        return self._mixed(s_w, of).get("p_a")
 
     def _mixed(self, s_w: float, of: Callable[[Residual], dict[str, FloatArray]]) -> dict[str, FloatArray]:
         """Numbers of the tables about a length of wire, mixed as the tables are."""
@@ -86,7 +87,7 @@ class Way:
         if share == 0.0:
             return low
         high = of(self.tables[i + 1])
-        return {name: (1.0 - share) * low[name] + share * high[name] for name in low}
+        return {name: (1.0 - share) * low[name] + share * high[name] for name in low if name in high}
 
     def _place(self, s_w: float) -> tuple[int, float]:
         """Lower neighbour and share of the upper one."""

@@ -1,0 +1,167 @@
+"""A controller and a winch type of a user: the examples of the how-to pages run as they are printed, and a module that
+cannot be one is refused in one line."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from tests.contract.commands import BOTH, OF_CONTROLLER, Answer
+from tests.scripts import DOCS
+
+ROOT = DOCS.parent
+PAGES = ("add-a-controller", "add-a-winch")
+FILE = re.compile(r"^`([\w-]+\.(?:py|toml))`:\n\n```(?:python|toml)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+"""A file that a page prints: its name, and its text."""
+MEANINGLESS = {
+    "tune": "closed circuit",
+    "envelope": "steady operation",
+    "stability": "closed circuit",
+    "calc eigenfrequency": "closed circuit",
+    "calc gain-limit": "closed circuit",
+    "map strong-ssc": "closed circuit",
+    "map p_max": "has no p_max",
+    "map alpha_m": "has no alpha_m_min",
+    "uncertainty pressure": "has no p_max",
+}
+"""Commands that have no meaning for a winch without a closed circuit -> what their one line says."""
+
+
+@pytest.fixture
+def example(tmp_path: Path) -> Path:
+    """Folder with the files of both pages."""
+    for page in PAGES:
+        for name, text in FILE.findall((DOCS / "how-to" / f"{page}.md").read_text(encoding="utf-8")):
+            (tmp_path / name).write_text(text, encoding="utf-8")
+    return tmp_path
+
+
+def python(*arguments: str, extensions: list[Path], folder: Path) -> subprocess.CompletedProcess[str]:
+    """A process that knows the user's modules."""
+    paths = os.pathsep.join([str(ROOT / "src"), str(ROOT)])
+    environment = os.environ | {"STILLHOOK_EXTENSIONS": os.pathsep.join(map(str, extensions)), "PYTHONPATH": paths}
+    command = [sys.executable, *arguments]
+    return subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True)
+
+
+def found(crane: str, *commands: str, folder: Path) -> dict[str, Answer]:
+    """Answers of some commands on a crane under the example controller."""
+    place = folder / "answers"
+    place.mkdir()
+    modules = [folder / "electric.py", folder / "ssc_pi.py"]
+    words = ("-m", "tests.contract.commands", crane, "ssc-pi", str(place), *commands)
+    run = python(*words, extensions=modules, folder=folder)
+    assert run.returncode == 0, run.stderr
+    return {command: Answer(*answer) for command, answer in json.loads(run.stdout).items()}
+
+
+def test_the_pages_print_modules_a_crane_and_their_tests(example: Path) -> None:
+    names = {path.name for path in example.iterdir()}
+    assert names == {"ssc_pi.py", "test_ssc_pi.py", "electric.py", "my-winch.toml", "test_electric.py"}
+
+
+@pytest.mark.slow
+def test_both_modules_are_known_by_their_names(example: Path) -> None:
+    modules = [example / "electric.py", example / "ssc_pi.py"]
+    shown = python("-m", "stillhook", "crane", "my-winch.toml", "--json", extensions=modules, folder=example)
+    assert shown.returncode == 0, shown.stderr
+    assert '"electric"' in shown.stdout
+    helped = python("-m", "stillhook", "compare", "--help", extensions=modules, folder=example)
+    assert "ssc-pi" in helped.stdout
+
+
+@pytest.mark.thorough
+def test_every_command_runs_with_the_example_controller(example: Path) -> None:
+    for command, answer in found("nov-100t-pure-active", *OF_CONTROLLER, folder=example).items():
+        assert answer.given, f"{command}: {answer.error}"
+
+
+@pytest.mark.thorough
+def test_every_command_runs_on_the_example_winch_or_says_why_not(example: Path) -> None:
+    crane = str(example / "my-winch.toml")
+    for command, answer in found(crane, *BOTH, folder=example).items():
+        reason = MEANINGLESS.get(command) or MEANINGLESS.get(command.partition(" ")[0])
+        if reason is None:
+            assert answer.given, f"{command}: {answer.error}"
+        else:
+            assert answer.refused, f"{command}: {answer.error}"
+            assert reason in answer.error
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", ["ssc_pi", "electric"])
+def test_the_tests_of_the_examples_pass(name: str, example: Path) -> None:
+    run = python("-m", "pytest", "-q", f"test_{name}.py", extensions=[example / f"{name}.py"], folder=example)
+    assert run.returncode == 0, run.stdout
+
+
+# Modules that cannot be one
+
+
+def refusal(text: str, folder: Path, name: str = "mine.py") -> str:
+    """The one line in which a module is refused."""
+    (folder / name).write_text(text, encoding="utf-8")
+    run = python("-m", "stillhook", "cranes", extensions=[folder / name], folder=folder)
+    assert Answer(run.returncode, run.stderr).refused, run.stderr
+    return run.stderr.removeprefix("error: ").strip()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("before", "after", "line"),
+    [
+        ("TITLE =", "HEAD =", "mine.py: TITLE is missing. A controller module needs NAME, TITLE and cycle."),
+        ('"ssc-pi"', '"SSC PI"', "mine.py: NAME = 'SSC PI'. Use lower-case letters, digits and hyphens"),
+        ('"ssc-pi"', '"ssc"', 'mine.py: the controller "ssc" is that of ssc.py. Change NAME.'),
+        ("(r, plc, s, m)", "(r, plc, m, s)", "mine.py: cycle(r, plc, m, s) must be cycle(r, plc, s, m)."),
+        ("@scalar\n", "", "mine.py: cycle is not decorated with @scalar."),
+        ("def cycle(", "def law(", "mine.py: neither cycle nor rates."),
+        ("u_i_max: Annotated", "T_j: float\n    u_i_max: Annotated", "mine.py: Settings.T_j: annotate it as"),
+        ('"time", "8 s"', '"era", "8 s"', "mine.py: Settings.T_i: unknown kind 'era'."),
+        ('"8 s"', '"8 kg"', 'mine.py: Settings.T_i: default = "8 kg": unit "kg" is not one of'),
+        ("NAME =", "NAME ==", "NameError: name 'NAME' is not defined"),
+    ],
+)
+def test_a_controller_that_cannot_be_one_is_refused(before: str, after: str, line: str, example: Path) -> None:
+    text = (example / "ssc_pi.py").read_text(encoding="utf-8")
+    assert before in text
+    assert line in refusal(text.replace(before, after, 1), example)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("before", "after", "line"),
+    [
+        ("def settle(", "def settled(", "mine.py: settle is missing. A winch module needs NAME, TITLE, TABLES"),
+        ('"electric"', '"pure-active"', 'mine.py: the winch type "pure-active" is that of pure_active.py.'),
+        ('Cause("torque", "time with the motors at their largest torque")', '"torque"', "mine.py: Limits.torque:"),
+    ],
+)
+def test_a_winch_type_that_cannot_be_one_is_refused(before: str, after: str, line: str, example: Path) -> None:
+    text = (example / "electric.py").read_text(encoding="utf-8")
+    assert before in text
+    assert line in refusal(text.replace(before, after, 1), example)
+
+
+@pytest.mark.slow
+def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    run = python("-m", "stillhook", "cranes", extensions=[tmp_path / "gone.py"], folder=tmp_path)
+    assert Answer(run.returncode, run.stderr).refused
+    assert "no file" in run.stderr
+
+
+@pytest.mark.slow
+def test_an_exception_in_a_module_names_its_file_and_line(example: Path) -> None:
+    module = example / "electric.py"
+    text = module.read_text(encoding="utf-8")
+    module.write_text(text.replace("e = crane.electric\n", "e = crane.elektric\n"), encoding="utf-8")
+    line = text.splitlines().index("    e = crane.electric") + 1
+    command = ("-m", "stillhook", "compare", "--crane", "my-winch.toml", "--load", "30 t", "--modes", "ns")
+    run = python(*command, extensions=[module], folder=example)
+    assert Answer(run.returncode, run.stderr).refused, run.stderr
+    assert f"error: electric.py, line {line}: AttributeError:" in run.stderr

@@ -1,0 +1,67 @@
+"""Every command runs on every registered winch type with every registered controller."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+from tests.contract.commands import OF_CONTROLLER, OF_OPERATOR, OF_WINCH, answer
+
+from stillhook import Scenario, load_crane
+from stillhook.control.registry import DEFAULT_MODE, MANUAL_MODE, Mode
+from stillhook.engine.scenario.batch import numbers_of, summaries
+from stillhook.engine.scenario.summary import POSITION
+from stillhook.library import cranes
+from stillhook.winches import types
+from stillhook.winches.registry import WINCH_TYPES
+
+CRANES = {str(load_crane(name).plant): name for name in cranes()}
+"""Winch type -> a crane of the library."""
+NOT_AT_REST = (*POSITION, "energy_unaccounted")
+"""Numbers that a winch in manual mode does not have while it stands still."""
+
+every_winch = pytest.mark.parametrize("winch", CRANES)
+every_mode = pytest.mark.parametrize("mode", Mode)
+
+
+def test_the_library_has_a_crane_of_every_winch_type() -> None:
+    shipped = Path(types.__file__).parent
+    assert set(CRANES) == {name for name, each in WINCH_TYPES.items() if each.file.parent == shipped}
+
+
+def test_every_winch_runs_under_every_controller_with_the_numbers_of_its_type() -> None:
+    case = Scenario(load="30 t", s_w="100 m", tip="sine 1 m 10 s", duration="20 s", warm_up="10 s")
+    for name in CRANES.values():
+        crane = load_crane(name)
+        for mode, run in zip(Mode, summaries(crane, [case.with_mode(mode) for mode in Mode]), strict=True):
+            known = [n for n in numbers_of(crane) if mode.compensates or n not in NOT_AT_REST]
+            assert set(run) == {*numbers_of(crane), "status", "notes"}
+            assert all(math.isfinite(run[n]) for n in known), (name, mode)
+
+
+@pytest.mark.thorough
+@every_winch
+@every_mode
+@pytest.mark.parametrize("command", OF_CONTROLLER)
+def test_every_command_runs_on_every_winch_with_every_controller(
+    command: str, mode: Mode, winch: str, tmp_path: Path
+) -> None:
+    found = answer(command, CRANES[winch], mode.value, tmp_path)
+    assert found.given or (found.refused and mode is MANUAL_MODE and command not in OF_OPERATOR), found.error
+
+
+@pytest.mark.thorough
+@every_winch
+@pytest.mark.parametrize("command", OF_WINCH)
+def test_every_other_form_of_a_command_runs_on_every_winch(command: str, winch: str, tmp_path: Path) -> None:
+    found = answer(command, CRANES[winch], DEFAULT_MODE.value, tmp_path)
+    assert found.given, found.error
+
+
+@pytest.mark.slow
+@every_winch
+@pytest.mark.parametrize("command", ["map", "calc steady", "uncertainty"])
+def test_quick_commands_run_on_every_winch(command: str, winch: str, tmp_path: Path) -> None:
+    found = answer(command, CRANES[winch], DEFAULT_MODE.value, tmp_path)
+    assert found.given, found.error
