@@ -26,7 +26,7 @@ def test_a_full_campaign_has_nothing_against_it():
     points = stage(Y, rng=np.random.default_rng(1))
     plan = design(points, SWL)
     assert plan.statements == ()
-    assert not any(s.severe for s in judge(points, fit_system(points, LOSS), ()))
+    assert not any(s.severe for s in judge(points, fit_system(points, LOSS), {}))
 
 
 def test_one_load_is_named_with_the_test_that_resolves_it():
@@ -99,7 +99,7 @@ def test_outliers_are_named_by_test_and_speed():
     dp_up = points.dp_up.copy()
     dp_up[30] += 40e5
     points = dataclasses.replace(points, dp_up=dp_up)
-    said = [s.text for s in judge(points, fit_system(points, LOSS), ()) if s.code == "outliers"]
+    said = [s.text for s in judge(points, fit_system(points, LOSS), {}) if s.code == "outliers"]
     assert len(said) == 1
     assert said[0].startswith(
         f'1 pairs are more than 4 standard uncertainties off: test "{points.names[points.test[30]]}" at'
@@ -112,7 +112,7 @@ def test_friction_that_no_model_has_is_said_with_the_test_that_shows_it_most():
     known = dataclasses.replace(
         points, u_dp=np.full(len(points), 0.02e5), dp_up=points.dp_up + np.where(points.test == 3, 6e5, 0.0)
     )
-    said = [s.text for s in judge(known, fit_system(known, LOSS), ()) if s.code == "left over"]
+    said = [s.text for s in judge(known, fit_system(known, LOSS), {}) if s.code == "left over"]
     assert len(said) == 1
     assert 'most in test "4"' in said[0]
 

@@ -264,7 +264,7 @@ def test_cli_says_no_with_exit_code_1_and_writes_no_motor(small, tmp_path, capsy
         (["map.csv", "--like", "A6VM99"], "A6VM99"),
         (["map.csv", "--like", "A6VM170"], "beyond the motor's full 170 cm^3/rev"),
         (["map.csv", "--threshold", "0"], "--threshold"),
-        (["map.csv", "--mapping", "gone.toml"], "no mapping can be read"),
+        (["map.csv", "--mapping", "gone.toml"], '"gone.toml": no such file'),
         (["map.csv", "--out", "map.csv"], "is not a folder"),
     ],
 )
