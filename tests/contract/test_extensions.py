@@ -165,3 +165,15 @@ def test_an_exception_in_a_module_names_its_file_and_line(example: Path) -> None
     run = python(*command, extensions=[module], folder=example)
     assert Answer(run.returncode, run.stderr).refused, run.stderr
     assert f"error: electric.py, line {line}: AttributeError:" in run.stderr
+
+
+@pytest.mark.slow
+def test_machine_code_of_a_winch_of_the_user_is_not_used_after_an_edit(example: Path) -> None:
+    module = example / "electric.py"
+    say = "from stillhook.kernels.build import _folder; print(_folder('electric', 'driver', ()))"
+    before = python("-c", say, extensions=[module], folder=example).stdout
+    module.write_text(module.read_text(encoding="utf-8") + "# edited\n", encoding="utf-8")
+    after = python("-c", say, extensions=[module], folder=example).stdout
+    assert before.startswith("electric-")
+    assert after.startswith("electric-")
+    assert before != after

@@ -64,7 +64,11 @@ def cache_folder(plant: str, lanes: int) -> Path:
 
 
 def _folder(plant: str, kind: str, beside: tuple[str, ...]) -> str:
-    return (plant if kind == "driver" else f"{kind}-{plant}") + control_laws.label(beside)
+    """What the folder of a kernel is called; it holds the sources of the user's modules where the winch is theirs."""
+    own = extension_sources()
+    sources = b"\0".join(path.read_bytes() for path in own) if Path(str(PLANTS[plant].__file__)) in own else b""
+    of_user = f"-{hashlib.sha256(sources).hexdigest()[:12]}" if sources else ""
+    return (plant if kind == "driver" else f"{kind}-{plant}") + of_user + control_laws.label(beside)
 
 
 def is_compiled(plant: str, lanes: int, kind: str = "driver", beside: tuple[str, ...] = ()) -> bool:
