@@ -122,7 +122,7 @@ def test_a_run_of_one_crane_is_stored_as_it_always_was():
     ("cranes", "case", "text"),
     [
         ([], CASE, "simulate: the list of cranes is empty. Give at least one Crane."),
-        (CRANES[:2], [], "simulate: the list of cases is empty. Give at least one Scenario."),
+        (CRANES[:2], [], "simulate: the list of cases is empty. Give at least one Scenario or Lowering or InSea."),
         (CRANES[:3], [CASE, OTHER], "simulate: 3 cranes and 2 cases. Give one case, or one for each crane."),
         (CRANES[:1], [CASE, OTHER], "simulate: 1 cranes and 2 cases. Give one case, or one for each crane."),
         (
