@@ -5,7 +5,15 @@ A message is one line: where, what came, what is allowed, what to do. The comman
 
 
 class StillhookError(Exception):
-    """Root of all errors that a user can mend."""
+    """Root of all errors that a user can mend: one line that says where, what came, what is allowed and what to do.
+
+    >>> import stillhook
+    >>> try:
+    ...     stillhook.Scenario(load="100 kN", s_w="100 m")
+    ... except stillhook.StillhookError as problem:
+    ...     print(problem)
+    Scenario.load = "100 kN": unit "kN" is not one of kg, t, te.
+    """
 
 
 class CommandError(StillhookError):

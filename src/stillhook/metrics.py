@@ -3,6 +3,12 @@
 Series must be sampled evenly over "time" [s]. Where the Dataset has `warm_up` [s], windows start only after it. A run's
 own summary is taken at every PLC cycle and so sees a little more than these functions do on a series stored at a
 coarser step.
+
+>>> import numpy as np, stillhook, xarray
+>>> t = np.arange(0.0, 120.0, 0.1)
+>>> run = xarray.Dataset({"e_c": ("time", 0.05 * np.sin(2.0 * np.pi * t / 10.0))}, coords={"time": t})
+>>> round(float(stillhook.metrics.e_c_pp(run).max()), 3)
+0.1
 """
 
 from __future__ import annotations

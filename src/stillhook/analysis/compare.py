@@ -74,6 +74,12 @@ def compare(
 
     Errors: ScenarioError, one line, for an unknown mode, an empty list, or a scenario that is not possible with this
     crane.
+
+    >>> import stillhook
+    >>> crane = stillhook.load_crane("nov-250t")
+    >>> case = stillhook.Scenario(load="100 t", s_w="100 m", tip="sine 1 m 12 s", duration="40 s", warm_up="20 s")
+    >>> list(stillhook.compare(crane, case, ["ns", "ssc"]).table())
+    ['ns', 'ssc']
     """
     chosen = _chosen(modes)
     checked_cases(crane, case)

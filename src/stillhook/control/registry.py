@@ -138,7 +138,12 @@ CONTROLLERS: Mapping[str, ControlLaw] = _all()
 
 
 class Mode(StrEnum):
-    """Name of a controller; there is one for each module."""
+    """Name of a controller; there is one for each module.
+
+    >>> import stillhook
+    >>> stillhook.Mode("ssc").compensates, stillhook.Mode.MANUAL.compensates
+    (True, False)
+    """
 
     vars().update({name.upper().replace("-", "_"): name for name in CONTROLLERS})
 

@@ -76,6 +76,13 @@ def simulate(
 
     Errors: ScenarioError (bad scenario), SpecError (step too long), SimulationError (failed case). Nothing is returned
     half-done.
+
+    >>> import stillhook
+    >>> crane = stillhook.load_crane("nov-250t")
+    >>> case = stillhook.Scenario(load="100 t", s_w="100 m", tip="sine 1 m 12 s", duration="40 s", warm_up="20 s")
+    >>> run = stillhook.simulate(crane, [case.with_mode("ns"), case.with_mode("ssc")])
+    >>> run.sizes["case"], bool(run.e_c_pp.max() < 0.1), run.e_c_pp.units
+    (2, True, 'm')
     """
     kinds: Any = tuple(kind for some, _ in PROBLEMS for kind in some)
     single = isinstance(crane, Crane) and isinstance(case, kinds)

@@ -29,7 +29,19 @@ HEADER = 500_000
 
 
 def save_run(run: xarray.Dataset, path: str | Path) -> Path:
-    """Write a run to NetCDF (h5netcdf). The file appears under its name only when it is complete."""
+    """Write a run to NetCDF (h5netcdf). The file appears under its name only when it is complete.
+
+    Errors: OSError where the disk is full or the folder cannot be written.
+
+    >>> import stillhook, tempfile
+    >>> crane = stillhook.load_crane("nov-250t")
+    >>> case = stillhook.Scenario(load="100 t", s_w="100 m", tip="sine 1 m 12 s", duration="40 s", warm_up="20 s")
+    >>> run = stillhook.simulate(crane, case)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = stillhook.save_run(run, f"{folder}/run.nc")
+    ...     bool(stillhook.load_run(file).e_c_pp == run.e_c_pp)
+    True
+    """
     target = Path(path)
     with atomic_file(target) as part:
         if shutil.disk_usage(part.parent).free < run.nbytes + HEADER:  # HDF5 does not survive a full disk
@@ -40,7 +52,13 @@ def save_run(run: xarray.Dataset, path: str | Path) -> Path:
 
 
 def load_run(path: str | Path) -> xarray.Dataset:
-    """The run that `save_run` wrote. Errors: StillhookError where the file is not one."""
+    """The run that `save_run` wrote. Errors: StillhookError where the file is not one.
+
+    >>> import stillhook
+    >>> stillhook.load_run("gone.nc")
+    Traceback (most recent call last):
+    stillhook.errors.StillhookError: gone.nc: no such file. Give a file that save_run or --out wrote.
+    """
     if not os.path.isfile(path):
         reason = "is a folder" if os.path.isdir(path) else "no such file"
         raise StillhookError(f"{path}: {reason}. Give a file that save_run or --out wrote.")

@@ -29,6 +29,10 @@ def read_payload(name_or_path: str | Path) -> Payload:
 
     Parts of an assembly are tables [parts.NAME], levels a list of tables. Errors: LiftError of one line that names the
     file.
+
+    >>> import stillhook
+    >>> stillhook.read_payload("template-120t").mass
+    120000.0
     """
     name = str(name_or_path)
     if name in payloads():

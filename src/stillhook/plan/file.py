@@ -132,6 +132,11 @@ def load_plan(name_or_path: str | Path) -> LiftPlan:
     A library name ("template-to-1500m") may stand in place of a path. Every other table has defaults, told in
     docs/how-to/describe-a-lift-plan.md. Errors: StillhookError, one line that names file, field, what came and what is
     allowed.
+
+    >>> import stillhook
+    >>> plan = stillhook.load_plan("template-to-1500m")
+    >>> plan.name, [phase.name for phase in plan.phases][:3]
+    ('Template of 120 t to 1,500 m', ['lift-off', 'over the side', 'splash zone'])
     """
     name = str(name_or_path)
     if name in plans():

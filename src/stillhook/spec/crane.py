@@ -132,7 +132,13 @@ class Friction(Spec):
 
 
 class Crane(Spec):
-    """One crane winch."""
+    """One crane winch: what a crane file says, checked, in SI. Frozen.
+
+    >>> import stillhook
+    >>> crane = stillhook.load_crane("nov-250t")
+    >>> crane.name, str(crane.plant), crane.drum.layers
+    ('nov-250t', 'active-passive', 12)
+    """
 
     name: Text = Field(description="name")
     title: Text = Field(description="what it is")

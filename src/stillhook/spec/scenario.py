@@ -131,6 +131,11 @@ class Scenario(Record):
     without end, so that a long steady run does not empty it.
     Texts carry units: `Scenario(load="100 t", s_w="100 m", tip="sine 2.8 m 12 s", mode="ssc")`.
     Raises ScenarioError, one line, for anything else.
+
+    >>> import stillhook
+    >>> case = stillhook.Scenario(load="100 t", s_w="100 m", tip="sine 2.8 m 12 s", mode="ssc")
+    >>> case.load, case.with_mode("ns").mode.value
+    (100000.0, 'ns')
     """
 
     name: str = ""

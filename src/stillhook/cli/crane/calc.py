@@ -87,7 +87,10 @@ def _within(value: float, bounds: tuple[float, float]) -> bool:
 def friction(
     name: Annotated[
         str,
-        typer.Argument(help="System friction of the library (crane-1, ...), path of a set, or a crane.", metavar="SET"),
+        typer.Argument(
+            help="System friction of the library (crane-1, ...), path of a set, or a crane of the library.",
+            metavar="SET",
+        ),
     ],
     drum_torque: Annotated[str, typer.Option("--drum-torque", help='Drum torque, such as "1.5 MN m".')],
     speed: Annotated[str, typer.Option(help='Motor shaft speed, such as "100 rev/min".')],

@@ -52,8 +52,8 @@ def load_lift(
 
         crane = "deep-250t"                  # or the path of a crane file, seen from this file
         vessel = "construction-vessel-130m"  # or the path of a vessel file
-        payload = "suction-anchor-85t"       # or the path of a payload file, or a table [payload] with name, mass,
-        shape start = "5 m"                        # underside of the payload above still water; negative below
+        payload = "suction-anchor-85t"       # or the path of a payload file, or a table [payload]
+        start = "5 m"                        # underside of the payload above still water; negative below
 
         [sea]
         wave = "jonswap Hs=2 m Tp=9 s"
@@ -75,6 +75,11 @@ def load_lift(
     Unless `moving` vessel and sea are read and nothing is made to move: for what looks at spectra; the sea may then be
     missing.
     Errors: StillhookError, one line that names file, field, what came and what is allowed.
+
+    >>> import stillhook
+    >>> file = stillhook.load_lift("anchor-to-3000m")
+    >>> file.crane.name, file.lift.depth
+    ('deep-250t', 3000.0)
     """
     if str(path) in lifts():
         with as_file(files("stillhook.library") / "data" / "lifts" / f"{path}.toml") as file:

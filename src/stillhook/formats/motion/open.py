@@ -95,6 +95,15 @@ def read_tip_motion(
 
     Parameters: tip, from the motion sensor's point to the crane tip, forward, to port and up, as texts; every, as in
     `tip_motion`; the others as in `read_ship_motion`. Errors: MotionError or UnitError, one line.
+
+    >>> import math, pathlib, stillhook, tempfile
+    >>> rows = [f"{t},{math.sin(t):.4f}" for t in range(40)]
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = pathlib.Path(folder) / "tip.csv"
+    ...     with file.open("w") as text:
+    ...         print("time [s],tip [m]", *rows, sep=chr(10), file=text)
+    ...     stillhook.read_tip_motion(file).duration
+    39.0
     """
     if tip is not None:
         ship = read_ship_motion(path, heave=heave, time=time, max_gap=max_gap, start=start, duration=duration)

@@ -28,6 +28,10 @@ def read_vessel(path: str | os.PathLike[str]) -> Rao:
 
     Errors: SeaError of one line for a file that cannot be read, or whose motions are no floating body's in the
     convention it declares.
+
+    >>> import stillhook
+    >>> stillhook.read_vessel("supply-vessel-82m").name
+    'Supply vessel 82 m'
     """
     rao = read_untested(path)
     tests = long_wave_test(rao)

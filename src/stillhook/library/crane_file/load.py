@@ -38,7 +38,12 @@ _PRODUCT = Source(text="product of gear_ratios", kind=SourceKind.DERIVED)
 
 
 def cranes() -> tuple[str, ...]:
-    """Names of the library's cranes."""
+    """Names of the library's cranes.
+
+    >>> import stillhook
+    >>> stillhook.cranes()
+    ('deep-250t', 'nov-100t-pure-active', 'nov-150t', 'nov-250t')
+    """
     return shelf("cranes")
 
 
@@ -54,6 +59,10 @@ def load_crane(name_or_path: str | Path) -> Crane:
     validated, or that it no longer holds for this crane.
 
     Errors: SpecError, UnitError of one line that names file, field, what came and what is allowed.
+
+    >>> import stillhook
+    >>> stillhook.load_crane("nov-250t").title
+    '250 t active/passive AHC winch of paper E'
     """
     label, fields = _fields(name_or_path, ())
     crane = _crane(fields, label)

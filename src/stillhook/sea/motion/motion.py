@@ -70,7 +70,12 @@ def _write(target: Motion, /, **fields: Any) -> None:
 
 @dataclass(frozen=True)
 class Still(Motion):
-    """A crane tip that does not move: s = v = a = 0."""
+    """A crane tip that does not move: s = v = a = 0.
+
+    >>> import numpy as np, stillhook
+    >>> stillhook.Still().sample(np.array([0.0, 9.0]))[0].tolist()
+    [0.0, 0.0]
+    """
 
     kind: ClassVar[str] = "still"
 
@@ -96,6 +101,11 @@ class Sine(Motion):
     -90 deg starts at rest in the trough).
     Raises UnitError for a text without a length, time or angle, MotionError for an amplitude outside 0 to 50 m or a
     period outside 0.1 s to 1 h.
+
+    >>> import numpy as np, stillhook
+    >>> s, v, a = stillhook.Sine(amplitude="1 m", period="8 s").sample(np.array([0.0, 2.0]))
+    >>> s.round(6).tolist(), v.round(6).tolist(), a.round(6).tolist()
+    ([0.0, 1.0], [0.785398, 0.0], [-0.0, -0.61685])
     """
 
     amplitude: float
@@ -196,6 +206,11 @@ class Profile(Motion):
     Height is the exact integral from s = 0 at t = 0; acceleration is constant between points, and at a point it is
     that of the piece that begins there. The first point is at 0 s with velocity 0, times increase strictly (a jump
     in velocity would be an endless acceleration), the last velocity is 0 and the tip stays where it then is.
+
+    >>> import numpy as np, stillhook
+    >>> lift = stillhook.Profile(points=[("0 s", "0 m/s"), ("5 s", "1 m/s"), ("10 s", "0 m/s")])
+    >>> lift.sample(np.array([10.0]))[0].round(9).tolist()
+    [5.0]
     """
 
     t: tuple[float, ...]

@@ -37,6 +37,12 @@ class Recorded(Motion):
     to three times worse): a ramped start covers the first. Heights rounded to 1 cm add 7 mm, 14 mm/s and 0.04 m/s^2.
 
     Errors: MotionError for a bad record, and for `sample` outside 0 .. duration.
+
+    >>> import numpy as np, stillhook
+    >>> t = np.arange(0.0, 60.0, 0.5)
+    >>> record = stillhook.Recorded(t, np.sin(2.0 * np.pi * t / 10.0), source="a sine", report=())
+    >>> record.sample(np.array([22.5, 27.5]))[0].round(4).tolist()
+    [1.0, -1.0]
     """
 
     times: FloatArray = field(repr=False)

@@ -66,6 +66,11 @@ def parse_sea(text: str, *, heading: str | None = None, spread: float | None = N
     following, "90 deg" coming from starboard, "180 deg" head sea); spread: exponent of cos^n, None for long-crested
     waves. Errors: as `parse_wave`; UnitError for a heading without its unit, SeaError for one outside 0 to 360 deg or a
     train that has none.
+
+    >>> import stillhook
+    >>> sea = stillhook.parse_sea("jonswap Hs=2 m Tp=9 s gamma=3.3", heading="180 deg", spread=4)
+    >>> sea.trains[0].spectrum.H_s, sea.trains[0].spread
+    (2.0, 4)
     """
     heading_angle = None if heading is None else parse_direction(heading, f"{where}: heading" if where else "heading")
     trains = []

@@ -36,6 +36,15 @@ class Lowering(Record):
     At the start everything hangs at rest with the payload's underside at z_0 above still water (negative: below),
     static stretch included. `waves` is the water at the payload, coherent with `tip`; both grow from nothing over
     `ramp`.
+    Raises LiftError, one line, for anything else.
+
+    >>> import stillhook
+    >>> lift = stillhook.Lowering(
+    ...     payload=stillhook.read_payload("template-120t"), h_tip="36 m", depth="1500 m", z_0="-20 m",
+    ...     programme=[{"mode": "ahc", "time": "2 min"}], duration="130 s",
+    ... )
+    >>> lift.depth, lift.programme[0].time
+    (1500.0, 120.0)
     """
 
     name: str = ""
