@@ -132,6 +132,7 @@ def _tuned(
     from stillhook.analysis.tuning.tune import tune as tune_one
 
     tuned, fronts, everything = [], {}, []
+    _ = crane.active  # refused before anything is compiled where the winch has no closed circuit
     say_if_compiling(crane)
     for selected in chosen:
         with progress_bar(f"tuning {selected.name}") as bar:
