@@ -11,7 +11,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from concurrent.futures import as_completed as as_done
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar, Unpack
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Meter, Progress
 from stillhook.engine.arguments import check_threads
 from stillhook.engine.columns import Series
+from stillhook.engine.runner import RunOptions
 from stillhook.engine.store import Store
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.kernels.build import driver, results_hash
@@ -77,19 +78,9 @@ class Problem(Protocol):
         self,
         cranes: Sequence[Crane],
         cases: Sequence[Any],
-        *,
-        n_sub: int,
-        lanes: int,
-        every: int,
-        threads: int,
-        progress: Progress | None,
-        places: Sequence[int] | None = None,
-        checked: bool = False,
+        **options: Unpack[RunOptions],
     ) -> list[Any]:
-        """What came out of every case, with its series where every > 0; see `stillhook.engine.runner.run_blocks`.
-
-        places: numbers of the cases in a longer list, for messages; checked: whether `check` has passed them.
-        """
+        """What came out of every case, with its series where every > 0. `check` has passed the cases before."""
 
     def row(self, crane: Crane, case: Any, result: Any) -> Row:
         """The summary of one case."""
@@ -246,7 +237,6 @@ def _rows(block: Task, places: Sequence[int] | None, progress: Progress) -> list
         threads=1,
         progress=progress,
         places=places,
-        checked=True,
     )
     return [block.problem.row(w, c, r) for w, c, r in zip(block.cranes, block.cases, results, strict=True)]
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 
 import itertools
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from enum import StrEnum
-from typing import Any, Generic, NamedTuple, Protocol, TypeVar
+from typing import Any, Generic, NamedTuple, NotRequired, Protocol, TypedDict, TypeVar
 
 import numpy as np
 
@@ -28,6 +29,19 @@ class Ending(StrEnum):
 
     DONE = "done"
     DIVERGED = "diverged"
+
+
+class RunOptions(TypedDict):
+    """How cases are run: n_sub steps per PLC cycle; blocks of lanes (1 or 16); a row of the series every so many
+    cycles (0: statistics alone); threads that share the blocks; places: numbers of the cases in a longer list, for
+    messages."""
+
+    n_sub: int
+    lanes: int
+    every: int
+    threads: int
+    progress: Progress | None
+    places: NotRequired[Sequence[int] | None]
 
 
 class Ready(Protocol):
@@ -116,7 +130,7 @@ class Shape(NamedTuple):
     columns: int
 
 
-class Block(Generic[R]):
+class Block(ABC, Generic[R]):
     """Runs of equal length side by side in one flat array; missing lanes repeat the first case."""
 
     def __init__(self, ready: Sequence[R], shape: Shape, *, lanes: int, n_sub: int, every: int) -> None:
@@ -134,21 +148,21 @@ class Block(Generic[R]):
         self.A = aligned(np.array(self.records()).T)
         shape.winch.at_rest(self.A.reshape(-1))
 
+    @abstractmethod
     def record(self, r: R) -> list[float]:
         """One lane before the first cycle; state and memory of the winch await `at_rest`."""
-        raise NotImplementedError
 
     def records(self) -> list[list[float]]:
         """Every lane before the first cycle."""
         return [self.record(r) for r in self.lanes]
 
+    @abstractmethod
     def piece(self, D: FloatArray, k: int, count: int) -> None:
         """Run cycles k .. k + count; D rows of the drive."""
-        raise NotImplementedError
 
+    @abstractmethod
     def result(self, i: int) -> Any:
         """What came out of one lane."""
-        raise NotImplementedError
 
     def sound(self) -> BoolArray:
         """Lanes whose numbers are finite, (lanes,)."""

@@ -100,6 +100,7 @@ def simulate(
     n_sub = steps_per_cycle(cranes[0], step, problem.series_step if stored else problem.statistics_step)
     traces = None
     if stored:
+        problem.check(cranes, cases)
         results = problem.results(
             cranes, cases, n_sub=n_sub, lanes=1, every=every_rows, threads=threads, progress=progress
         )

@@ -5,17 +5,17 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
-from stillhook.base.progress import Progress
 from stillhook.engine.batch import Row, check_each
 from stillhook.engine.columns import Series
 from stillhook.engine.lowering.checks import check_lift, check_sea
 from stillhook.engine.lowering.dataset import Summarised, labelled
 from stillhook.engine.lowering.run import KIND, LiftResult, run_lowerings, waves_step
 from stillhook.engine.lowering.summary import lift_summary, run_numbers_of, stage_numbers_of
+from stillhook.engine.runner import RunOptions
 from stillhook.engine.store import bare
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.in_sea import InSea
@@ -78,26 +78,10 @@ class LoweringProblem:
         self,
         cranes: Sequence[Crane],
         cases: Sequence[Case],
-        *,
-        n_sub: int,
-        lanes: int,
-        every: int,
-        threads: int,
-        progress: Progress | None,
-        places: Sequence[int] | None = None,
-        checked: bool = False,
+        **options: Unpack[RunOptions],
     ) -> list[LiftResult]:
-        """Lifts are packed once for all that share them, and checked then."""
-        return run_lowerings(
-            cranes,
-            _made(cases),
-            n_sub=n_sub,
-            lanes=lanes,
-            every=every,
-            threads=threads,
-            progress=progress,
-            places=places,
-        )
+        """Lifts are packed once for all that share them; waves are checked here, where they are made."""
+        return run_lowerings(cranes, _made(cases), **options)
 
     def row(self, crane: Crane, case: Case, result: LiftResult) -> Row:
         run, stages = lift_summary(crane, result.case, result)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import SERIES_STEP, STATISTICS_STEP, paired, steps_per_cycle
 from stillhook.engine.batch import Row, check_each, run_batch
 from stillhook.engine.columns import Series
 from stillhook.engine.inputs import shape
+from stillhook.engine.runner import RunOptions
 from stillhook.engine.scenario.checks import check
 from stillhook.engine.scenario.dataset import labelled
 from stillhook.engine.scenario.run import Result, run_cases
@@ -87,26 +88,9 @@ class ScenarioProblem:
         self,
         cranes: Sequence[Crane],
         cases: Sequence[Scenario],
-        *,
-        n_sub: int,
-        lanes: int,
-        every: int,
-        threads: int,
-        progress: Progress | None,
-        places: Sequence[int] | None = None,
-        checked: bool = False,
+        **options: Unpack[RunOptions],
     ) -> list[Result]:
-        return run_cases(
-            cranes,
-            cases,
-            n_sub=n_sub,
-            lanes=lanes,
-            every=every,
-            threads=threads,
-            progress=progress,
-            places=places,
-            checked=checked,
-        )
+        return run_cases(cranes, cases, checked=True, **options)
 
     def row(self, crane: Crane, case: Scenario, result: Result) -> Row:
         s = summarise(crane, case, result)
