@@ -100,7 +100,7 @@ def test_set_point_steps_ask_for_length_and_for_no_speed():
 
 def test_a_mode_is_in_force_from_its_time_on():
     case = Scenario(load="80 t", s_w="1 m", mode="ns", modes=(("10 s", "hs"), ("20 s", "ssc")))
-    codes = mode_codes(case, np.array([0.0, 9.99, 10.0, 19.99, 20.0, 99.0]))
+    codes = mode_codes(case.mode, case.modes, np.array([0.0, 9.99, 10.0, 19.99, 20.0, 99.0]))
     assert codes.tolist() == [code_of(m) for m in (Mode.NS, Mode.NS, Mode.HS, Mode.HS, Mode.SSC, Mode.SSC)]
 
 

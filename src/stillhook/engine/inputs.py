@@ -95,6 +95,14 @@ def filled(drives: Sequence["CycleInputs"], k: int, n: int) -> FloatArray:
     return out
 
 
+def _pieces(n_ticks: int, first: int) -> Iterator[tuple[int, int]]:
+    k = 0
+    while k < n_ticks:
+        count = min(CHUNK, (n_ticks if k >= first else first) - k)
+        yield k, count
+        k += count
+
+
 class CycleInputs:
     """Rows of Tick for one scenario on one crane, made piece by piece."""
 
@@ -110,11 +118,7 @@ class CycleInputs:
     def pieces(self) -> Iterator[tuple[int, int]]:
         """First cycle and number of cycles of every piece in which the run is made; one begins where the warm-up
         ends."""
-        k = 0
-        while k < self.n_ticks:
-            count = min(CHUNK, (self.n_ticks if k >= self.first else self.first) - k)
-            yield k, count
-            k += count
+        return _pieces(self.n_ticks, self.first)
 
     def rows(self, k: int, n: int) -> FloatArray:
         """Cycles k .. k + n - 1, shape (n, cols)."""
@@ -151,19 +155,12 @@ class CycleInputs:
         return self.first_row()[2 * THIN :]
 
     def demand(self) -> MotionDemand:
-        """Extremes over the whole run, taken in pieces; in manual mode the tip asks for nothing."""
-        v_max, tip, wire = 0.0, [], []
-        for k, count in self.pieces():
-            t = np.arange(k, k + count + 1, dtype=np.float64) * self.t_cycle
-            thin = _tip(self.motion, k, count + 1, self.t_cycle)
-            s, v = thin[:, 0], thin[:, 1]
-            v_op, s_op, mode = *operator_motion(self.case.operator, t), mode_codes(self.case, t)
-            follows = np.where(np.asarray(mode) > MANUAL, 1.0, 0.0)
-            v_max = max(v_max, float(np.max(np.abs(v_op - follows * v))))
-            tip += [float(s.min()), float(s.max())]
-            out = self.case.s_w + follows * (s - self.s_tip_0) - s_op
-            wire += [float(out.min()), float(out.max())]
-        return MotionDemand(v_max, max(tip) - min(tip), min(wire), max(wire))
+        """Extremes over the whole run; in manual mode the tip asks for nothing."""
+        case = self.case
+        v_max, s_tip_pp, least, most = _extremes(
+            self.motion, case.operator, case.mode, case.modes, self.n_ticks, self.first, self.t_cycle
+        )
+        return MotionDemand(v_max, s_tip_pp, case.s_w + least, case.s_w + most)
 
     def first_row(self) -> FloatArray:
         """The full first row."""
@@ -174,7 +171,7 @@ class CycleInputs:
         out[:, :3] = thin
         out[:, 3:6] = self._measured(t, k, n, thin)
         out[:, 6], out[:, 7] = operator_motion(case.operator, t)
-        out[:, 8] = mode_codes(case, t)
+        out[:, 8] = mode_codes(case.mode, case.modes, t)
         out[:, 9], out[:, 10] = pump_shares(case.power_loss, self._pumps, t)
         out[:, 11] = self._noise.wire[k : k + n]
         out[:, 12] = self._noise.load[k : k + n]
@@ -199,6 +196,35 @@ def _tip(motion: Motion, k: int, n: int, t_cycle: float) -> FloatArray:
     rows = np.column_stack(motion.sample(np.arange(k, k + n) * t_cycle))
     rows.flags.writeable = False
     return rows
+
+
+@lru_cache(maxsize=64)
+def _extremes(
+    motion: Motion,
+    operator: Operator,
+    mode: str,
+    modes: tuple[tuple[float, str], ...],
+    n_ticks: int,
+    first: int,
+    t_cycle: float,
+) -> tuple[float, float, float, float]:
+    """Highest wire speed asked for [m/s], peak-to-peak of the tip, least and most wire out above that at the start [m].
+
+    Taken in pieces; remembered, because cranes and loads are compared on the same motion.
+    """
+    v_max, tip, wire = 0.0, [], []
+    s_tip_0 = float(motion.sample(np.zeros(1))[0][0])
+    for k, count in _pieces(n_ticks, first):
+        t = np.arange(k, k + count + 1, dtype=np.float64) * t_cycle
+        thin = _tip(motion, k, count + 1, t_cycle)
+        s, v = thin[:, 0], thin[:, 1]
+        v_op, s_op = operator_motion(operator, t)
+        follows = np.where(np.asarray(mode_codes(mode, modes, t)) > MANUAL, 1.0, 0.0)
+        v_max = max(v_max, float(np.max(np.abs(v_op - follows * v))))
+        tip += [float(s.min()), float(s.max())]
+        out = follows * (s - s_tip_0) - s_op
+        wire += [float(out.min()), float(out.max())]
+    return v_max, max(tip) - min(tip), min(wire), max(wire)
 
 
 class _Noise:
@@ -235,10 +261,10 @@ def operator_motion(operator: Operator, t: FloatArray) -> tuple[FloatArray, Floa
     return v, s
 
 
-def mode_codes(case: Scenario, t: FloatArray) -> FloatArray:
-    """Code of the mode in force at each time."""
-    times = [i for i, _ in case.modes]
-    codes = [code_of(case.mode), *(code_of(m) for _, m in case.modes)]
+def mode_codes(mode: str, modes: Sequence[tuple[float, str]], t: FloatArray) -> FloatArray:
+    """Code of the mode in force at each time: mode, then those chosen later."""
+    times = [i for i, _ in modes]
+    codes = [code_of(mode), *(code_of(m) for _, m in modes)]
     return np.array([codes[bisect.bisect_right(times, i)] for i in t]) if times else np.full_like(t, codes[0])
 
 
