@@ -16,7 +16,7 @@ help:
 	@echo "make test-fast   set up, then run the tests that take a minute"
 	@echo "make test-all    set up, then run every test, and compute all pages of the documentation again"
 	@echo "make check       set up, then ruff, import layers and mypy"
-	@echo "make bench       set up, then measure speed against the references"
+	@echo "make bench       set up, then measure speed against the references; with AGAINST=commit also against that version"
 	@echo "make docs        set up, then write the generated pages and check the links"
 	@echo "make validation  set up, then compute the validation pages anew"
 	@echo "make lock        write requirements.lock anew from pyproject.toml"
@@ -47,6 +47,7 @@ check: $(STAMP)
 
 bench: $(STAMP)
 	@$(BIN)/python -m benchmarks.run
+	@test -z "$(AGAINST)" || $(BIN)/python -m benchmarks.against $(AGAINST)
 
 docs: $(STAMP)
 	@$(BIN)/python docs/images/make.py && $(BIN)/python docs/generate.py
