@@ -1,6 +1,7 @@
-"""Compiles the kernels that many tests run, one to a process, side by side: left to themselves the workers would each compile them all.
+"""Compiles the kernels that many tests run, one process to a winch type, side by side: left to themselves the workers
+would each compile them all. A process compiles the equations that its kernels share once.
 
-python -m tests.kernels lift_driver pure-active 16
+python -m tests.kernels pure-active
 """
 
 import os
@@ -11,25 +12,22 @@ from pathlib import Path
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.kernels.build import is_compiled
+from stillhook.kernels.lanes import VL
 
 ROOT = Path(__file__).resolve().parents[1]
 CRANES = {"active-passive": "nov-250t", "pure-active": "nov-100t-pure-active"}
-KERNELS = [(kind, plant, lanes) for kind in ("lift_driver", "driver") for lanes in (16, 1) for plant in CRANES]
-"""Those that take longest first."""
+KERNELS = [(kind, lanes) for lanes in (VL, 1) for kind in ("driver", "lift_driver")]
 
 
 def compile_all() -> None:
     """Compile what is not in the cache. A kernel that does not compile says so in the tests that need it."""
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        list(pool.map(_in_a_process, KERNELS))
+        list(pool.map(_in_a_process, CRANES))
 
 
-def _in_a_process(kernel: tuple[str, str, int]) -> None:
-    kind, plant, lanes = kernel
-    if not is_compiled(plant, lanes, kind):  # a lowering compiles the driver that it stands on as well
-        subprocess.run(
-            [sys.executable, "-m", "tests.kernels", kind, plant, str(lanes)], cwd=ROOT, capture_output=True, check=False
-        )
+def _in_a_process(plant: str) -> None:
+    if not all(is_compiled(plant, lanes, kind) for kind, lanes in KERNELS):
+        subprocess.run([sys.executable, "-m", "tests.kernels", plant], cwd=ROOT, capture_output=True, check=False)
 
 
 def compile_one(kind: str, plant: str, lanes: int) -> None:
@@ -46,4 +44,5 @@ def compile_one(kind: str, plant: str, lanes: int) -> None:
 
 
 if __name__ == "__main__":
-    compile_one(sys.argv[1], sys.argv[2], int(sys.argv[3]))
+    for kind, lanes in KERNELS:
+        compile_one(kind, sys.argv[1], lanes)

@@ -63,24 +63,33 @@ class Access(typing.NamedTuple):
     mix: Callable[..., Any]
 
 
+@functools.cache
 def access(cls: type, lanes: int) -> Access:
-    """Loads and stores of one record, written out field by field so that they inline to plain moves.
+    """Loads and stores of one record; those of the records in it are functions of their own, so that each is short and
+    compiled once. All of them inline to plain moves.
 
     i = offset + lane; a record's floats lie `lanes` places apart. `axpy` gives x + h k, `mix` x + w (y - x).
     """
-    names: dict[str, Any] = {}
-
-    def expr(c: type, leaf: Iterator[str]) -> str:
-        if c is float:
-            return next(leaf)
-        name = f"{c.__name__}_{id(c)}"
-        names[name] = c  # two modules may both have a State
-        return f"{name}({', '.join(expr(t, leaf) for _, t in fields(c))})"
-
-    src = f"def load(A, i): return {expr(cls, (f'A[i + {n * lanes}]' for n in itertools.count()))}\n"
-    src += "def store(A, i, v):\n" + "".join(f"    A[i + {n * lanes}] = v{q}\n" for n, q in enumerate(paths(cls)))
-    src += f"def axpy(x, h, k): return {expr(cls, (f'x{q} + h * k{q}' for q in paths(cls)))}\n"
-    src += f"def mix(x, y, w): return {expr(cls, (f'x{q} + w * (y{q} - x{q})' for q in paths(cls)))}\n"
+    names: dict[str, Any] = {"cls": cls}
+    load, store, axpy, mix, n = [], [], [], [], 0
+    for f, t in fields(cls):
+        at = f"i + {n * lanes}"
+        if t is float:
+            load.append(f"A[{at}]")
+            store.append(f"A[{at}] = v.{f}")
+            axpy.append(f"x.{f} + h * k.{f}")
+            mix.append(f"x.{f} + w * (y.{f} - x.{f})")
+        else:
+            names |= {f"{kind}_{f}": function for kind, function in access(t, lanes)._asdict().items()}
+            load.append(f"load_{f}(A, {at})")
+            store.append(f"store_{f}(A, {at}, v.{f})")
+            axpy.append(f"axpy_{f}(x.{f}, h, k.{f})")
+            mix.append(f"mix_{f}(x.{f}, y.{f}, w)")
+        n += size(t)
+    src = f"def load(A, i): return cls({', '.join(load)})\n"
+    src += f"def store(A, i, v):\n    {'; '.join(store) or 'pass'}\n"
+    src += f"def axpy(x, h, k): return cls({', '.join(axpy)})\n"
+    src += f"def mix(x, y, w): return cls({', '.join(mix)})\n"
     define(src, names, f"<{cls.__name__} on {lanes} lanes of {cls.__module__}>")
     return Access(*(scalar(names[f]) for f in ("load", "store", "axpy", "mix")))
 
