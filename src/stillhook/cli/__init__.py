@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import functools
 import io
 import os
 import sys
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+import typer.main
 
 from stillhook._version import __version__
 from stillhook.base.extensions import place_in_extension
@@ -85,6 +87,12 @@ app.add_typer(weather.app, name="weather")
 adopt(app)
 
 
+@functools.cache
+def _command() -> Any:
+    """All commands, built once in a process."""
+    return typer.main.get_command(app)
+
+
 def main() -> None:
     """Entry point of the `stillhook` command."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: more threads only compete with ours
@@ -97,7 +105,7 @@ def main() -> None:
 def run(arguments: list[str]) -> int:
     """Run one command line; returns the exit code."""
     try:
-        code = app(arguments, standalone_mode=False)
+        code = _command()(arguments, standalone_mode=False)
         if sys.stdout is not None:  # closed by the caller
             sys.stdout.flush()
     except StillhookError as e:

@@ -48,25 +48,45 @@ def shelf(name: str) -> tuple[str, ...]:
     return tuple(sorted(e.name.removesuffix(".toml") for e in entries if e.name.endswith(".toml")))
 
 
-@functools.cache
-def _library_text(shelf_name: str, name: str) -> str:
-    return (files("stillhook.library") / "data" / shelf_name / f"{name}.toml").read_text(encoding="utf-8")
-
-
 def library_tree(shelf_name: str, name: str, where: str) -> Tree:
     """One file of the library less its evidence; SpecError that names ``where`` if there is none of this name."""
-    table = {key: value for key, value in library_table(shelf_name, name, where).items() if key != EVIDENCE}
-    return tree(table, f"{name}.toml", user=False)
+    _refuse_unknown(shelf_name, name, where)
+    own: Tree = _fresh(_tree(shelf_name, name))
+    return own
 
 
 def library_table(shelf_name: str, name: str, where: str) -> dict[str, Any]:
     """One file of the library as it is parsed; SpecError that names ``where`` if there is none of this name."""
+    _refuse_unknown(shelf_name, name, where)
+    own: dict[str, Any] = _fresh(_table(shelf_name, name))
+    return own
+
+
+def _refuse_unknown(shelf_name: str, name: str, where: str) -> None:
     if name not in shelf(shelf_name):
         have = ", ".join(shelf(shelf_name))
         raise SpecError(
             f"{where} = {quote(name)}: not in the library, which has {have}{nearest(name, shelf(shelf_name))}"
         )
-    return parsed(_library_text(shelf_name, name), f"{name}.toml")
+
+
+@functools.cache
+def _tree(shelf_name: str, name: str) -> Tree:
+    table = {key: value for key, value in _table(shelf_name, name).items() if key != EVIDENCE}
+    return tree(table, f"{name}.toml", user=False)
+
+
+@functools.cache
+def _table(shelf_name: str, name: str) -> dict[str, Any]:
+    text = (files("stillhook.library") / "data" / shelf_name / f"{name}.toml").read_text(encoding="utf-8")
+    return parsed(text, f"{name}.toml")
+
+
+def _fresh(node: Any) -> Any:
+    """Tables and lists that a caller may change."""
+    if isinstance(node, dict):
+        return {key: _fresh(item) for key, item in node.items()}
+    return [_fresh(item) for item in node] if isinstance(node, list) else node
 
 
 def file_tree(path: Path) -> Tree:
