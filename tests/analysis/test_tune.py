@@ -69,6 +69,7 @@ def test_the_best_is_never_worse_than_the_start_on_its_own_objective(tuned: Tune
     assert tuned.evaluations == BUDGET
 
 
+@pytest.mark.thorough
 def test_the_numbers_of_the_best_come_out_again_from_its_file(tuned: Tuned, tmp_path: object) -> None:
     path = f"{tmp_path}/best.toml"
     with open(path, "w", encoding="utf-8") as file:
@@ -78,6 +79,7 @@ def test_the_numbers_of_the_best_come_out_again_from_its_file(tuned: Tuned, tmp_
     assert max(s["p_max"] for s in found) == pytest.approx(tuned.after.p_max, rel=AGAIN)
 
 
+@pytest.mark.thorough
 def test_limits_hold_when_the_best_is_looked_at_independently(tuned: Tuned) -> None:
     crane = tuned.controller.on(CRANE)
     loop = position_loop(crane, crane.active.motor.alpha_min)
@@ -256,6 +258,7 @@ def test_scenarios_that_are_none_are_refused(wrong: dict[str, list[str]]) -> Non
         scenarios(CRANE, **wrong)
 
 
+@pytest.mark.thorough
 def test_objectives_are_parts_of_the_start(tuned: Tuned) -> None:
     assert tuned.objective is Objective.ERROR
     assert tuned.after.score == pytest.approx(tuned.after.e_c_pp_mean / tuned.before.e_c_pp_mean)

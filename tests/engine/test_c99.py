@@ -42,7 +42,7 @@ def compile_c(source: str, folder: Path) -> ctypes.CDLL:
     return ctypes.CDLL(str(library))
 
 
-@pytest.fixture(scope="module", params=sorted(CRANES))
+@pytest.fixture(scope="module", params=[pytest.param("active-passive", marks=pytest.mark.thorough), "pure-active"])
 def translated(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
     library = compile_c(c_source(request.param), tmp_path_factory.mktemp(request.param))
     return SimpleNamespace(plant=request.param, library=library)

@@ -58,6 +58,7 @@ def test_sixteen_lanes_are_vector_code(listing):
     assert vectors >= VECTOR_SHARE * scalars
 
 
+@pytest.mark.thorough
 def test_lanes_call_no_mathematics_of_the_library(listing):
     called = set(re.findall(r"call [^\n]*?@([\w.]+)\(", listing.llvm))
     assert {f for f in called if re.search(r"exp|log|pow|tanh|sin|cos", f)} == set()

@@ -10,6 +10,8 @@ from tests.frozen import record
 from tests.frozen.cases import CASES, result
 
 MOST_PRINTED = 10
+LONG = ("plan_with_the_twin", "response", "validate_dynamics", "certificate")
+"""Cases of many seconds; `freeze.py --check` compares them all."""
 
 
 def test_every_case_has_a_stored_result_and_every_stored_result_a_case():
@@ -18,7 +20,9 @@ def test_every_case_has_a_stored_result_and_every_stored_result_a_case():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.thorough if name in LONG else ()) for name in CASES]
+)
 def test_results_are_those_that_were_stored(name):
     assert record.path_of(name).exists(), f"nothing stored for {name}: python tests/frozen/freeze.py {name}"
     exact = record.same_machine()

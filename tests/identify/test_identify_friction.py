@@ -123,6 +123,7 @@ def test_the_command_line_writes_everything_and_a_crane_file_takes_the_set(writt
     assert float(np.ptp(spread.p_max.values)) > 0.0
 
 
+@pytest.mark.thorough
 def test_the_second_loop_writes_two_sets_that_belong_together(written):
     out, _ = written
     (out / "both.toml").write_text(
@@ -140,6 +141,7 @@ def test_the_second_loop_writes_two_sets_that_belong_together(written):
     assert np.max(np.abs(data["correlation"])) <= 1.0 + 1e-9
 
 
+@pytest.mark.thorough
 def test_the_report_is_one_page_with_its_pictures_inside(written):
     page = (written[0] / "report.html").read_text(encoding="utf-8")
     assert page.startswith("<!doctype html>")

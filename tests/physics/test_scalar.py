@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stillhook.physics.scalar import clip, copysign, exp, tanh
+from stillhook.physics.scalar import clip, copysign, exp, scalar_of, tanh
 from stillhook.physics.sensor import quantise
 
 EXP = 1.0e-14
@@ -17,7 +17,7 @@ EXP = 1.0e-14
 
 @pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="NUMBA_DISABLE_JIT: there is no compiled exponential")
 def test_the_compiled_exponential_is_the_exponential():
-    kernel = exp.kernel
+    kernel = scalar_of(exp).kernel
 
     @numba.njit
     def over(x, out):

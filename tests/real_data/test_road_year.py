@@ -38,6 +38,7 @@ def test_every_valid_hour_has_its_numbers_and_every_missing_one_none(run):
         assert np.count_nonzero(np.isfinite(run[name])) == 8600, name
 
 
+@pytest.mark.thorough
 def test_tip_speed_is_that_of_single_records_by_the_tip_statistics(run, files):
     series, rao = read_spectra(files[0]), read_vessel(files[1])
     for i in np.flatnonzero(series.valid)[:: 8600 // 12]:
@@ -46,7 +47,7 @@ def test_tip_speed_is_that_of_single_records_by_the_tip_statistics(run, files):
         assert run["sigma_v"].values[i] == pytest.approx(alone.sigma_v, rel=WITHIN_BAND)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_tip_of_all_hours_is_that_of_plain_sums_over_the_bands(run, files):
     series, rao = read_spectra(files[0]), read_vessel(files[1])
     R = rao.vertical(series.omega, HEADING, X, Y)
@@ -56,6 +57,7 @@ def test_tip_of_all_hours_is_that_of_plain_sums_over_the_bands(run, files):
     assert np.mean(run["sigma_v"].values[ok] / plain[ok]) == pytest.approx(1.0, abs=WITHIN_BAND)
 
 
+@pytest.mark.thorough
 def test_compensation_helps_in_every_hour_and_less_at_the_load_than_at_the_wire(run):
     ok = np.isfinite(run["sigma_v"].values)
     assert (run["sigma_load"].values[ok] < run["sigma_load_braked"].values[ok]).all()

@@ -95,13 +95,17 @@ def test_on_the_brake_at_resonance_drag_limits_both_alike(crane, vessel):
         assert computed[name] == pytest.approx(in_time[name], rel=DRAG), name
 
 
-@pytest.mark.parametrize(("payload", "z"), [("suction-anchor-85t", -2900.0), ("manifold-60t", -1500.0)])
+@pytest.mark.parametrize(
+    ("payload", "z"),
+    [pytest.param("suction-anchor-85t", -2900.0, marks=pytest.mark.thorough), ("manifold-60t", -1500.0)],
+)
 def test_compensated_in_deep_water_what_friction_leaves_and_the_wire_makes_of_it_agree(crane, vessel, payload, z):
     computed, in_time = both(crane, vessel, payload, z, 1.5, 9.0, "ahc")
     for name in ("u", "load", "top", "sling"):
         assert computed[name] == pytest.approx(in_time[name], rel=STICTION), name
 
 
+@pytest.mark.thorough
 def test_compensated_on_a_short_wire_the_winch_gives_and_takes_most_of_the_ringing(crane, vessel):
     """Without the compliance of the winch the method would give twice the tension or more."""
     computed, in_time = both(crane, vessel, "manifold-60t", -25.0, 2.5, 10.0, "ahc")

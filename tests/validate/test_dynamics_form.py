@@ -160,6 +160,7 @@ def test_a_form_that_the_turns_cannot_show_counts_where_other_tests_agree() -> N
     assert hidden(C_H, [blind], 0.06)[0] == np.inf
 
 
+@pytest.mark.thorough
 def test_the_line_of_a_leakage_of_another_form_is_not_shown_and_says_what_the_form_leaves() -> None:
     step = with_two_leakages()
     lines = {x.key: x for x in judge(campaign().criteria, step.measures, (StepNumber.DYNAMICS,))}

@@ -16,7 +16,7 @@ from stillhook.base.extensions import extensions, modules_in
 from stillhook.control import controllers
 from stillhook.control.interface import Reading, Sensed, Setting
 from stillhook.errors import SpecError
-from stillhook.physics.scalar import Scalar
+from stillhook.physics.scalar import scalar_of
 from stillhook.units import KINDS
 
 ARGUMENTS = ("r", "plc", "s", "m")
@@ -84,9 +84,10 @@ def _law(module: ModuleType, shipped: bool) -> ControlLaw:
         raise SpecError(f"{file.name}: NAME = {name!r}. Use lower-case letters, digits and hyphens, such as ssc-cubic.")
     record, memory = getattr(module, "Settings", None), getattr(module, "Memory", None)
     wanted = [a for a in ARGUMENTS if (a != "s" or record) and (a != "m" or memory)]
-    if not isinstance(module.cycle, Scalar):
+    law = scalar_of(module.cycle)
+    if law is None:
         raise SpecError(f"{file.name}: cycle is not decorated with @scalar.")
-    have = list(inspect.signature(module.cycle.source).parameters)
+    have = list(inspect.signature(law.source).parameters)
     if have != wanted:
         raise SpecError(f"{file.name}: cycle({', '.join(have)}) must be cycle({', '.join(wanted)}).")
     return ControlLaw(

@@ -1,6 +1,7 @@
 """Scalar functions as Numba inlines them, and the operations of machine code that they use; loaded with Numba."""
 
 from collections.abc import Callable, Mapping
+from types import FunctionType
 from typing import Any
 
 from llvmlite import ir
@@ -8,7 +9,7 @@ from numba import njit, types
 from numba.extending import intrinsic, typeof_impl
 
 from stillhook.physics import scalar
-from stillhook.physics.scalar import Scalar
+from stillhook.physics.scalar import scalar_of
 
 
 def inlined(source: Callable[..., Any], options: Mapping[str, Any]) -> Any:
@@ -19,9 +20,13 @@ def inlined(source: Callable[..., Any], options: Mapping[str, Any]) -> Any:
     return njit(forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)(source)
 
 
-@typeof_impl.register(Scalar)
-def _typeof_scalar(value: Scalar, context: Any) -> types.Dispatcher:
-    return types.Dispatcher(value.kernel)
+_typeof_any = typeof_impl.dispatch(object)
+
+
+@typeof_impl.register(FunctionType)
+def _typeof_function(value: FunctionType, context: Any) -> Any:
+    found = scalar_of(value)
+    return types.Dispatcher(found.kernel) if found else _typeof_any(value, context)
 
 
 @intrinsic

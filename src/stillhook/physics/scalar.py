@@ -11,27 +11,24 @@ the same bits as one. Never put full fastmath on these functions: it deletes the
 import functools
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 STRICT = {"error_model": "numpy", "fastmath": {"nsz"}}
 
+Function = TypeVar("Function", bound=Callable[..., Any])
+
 
 class Scalar:
-    """A function of floats and records: plain Python when called, inlined machine code inside a kernel.
+    """What a kernel inlines where it calls a scalar function: source and options of Numba.
 
     Numba is loaded when the first kernel is compiled, and not before.
     """
 
-    def __init__(self, source: Callable[..., Any], python: Callable[..., Any] | None = None, **options: Any) -> None:
-        functools.update_wrapper(self, source)
+    def __init__(self, source: Callable[..., Any], **options: Any) -> None:
         self.source = source
-        self.python = python or source
         self.options = options or STRICT
-
-    def __call__(self, *args: Any) -> Any:
-        return self.python(*args)
 
     @functools.cached_property
     def kernel(self) -> Any:
@@ -41,9 +38,21 @@ class Scalar:
         return inlined(self.source, self.options)
 
 
-def scalar(source: Callable[..., Any]) -> Scalar:
-    """Decorator of every equation in physics/, control/ and plants/."""
-    return Scalar(source)
+def scalar(source: Function) -> Function:
+    """Decorator of every equation in physics/, control/ and winches/. The function stays what it is."""
+    return in_kernels(source, Scalar(source))
+
+
+def in_kernels(python: Function, kernel: Scalar) -> Function:
+    """A plain function that kernels replace by machine code of their own."""
+    vars(python)["scalar"] = kernel
+    return python
+
+
+def scalar_of(function: Any) -> Scalar | None:
+    """What a kernel inlines for this function; None where it is no scalar function."""
+    found = getattr(function, "scalar", None)
+    return found if isinstance(found, Scalar) else None
 
 
 G = 9.80665
@@ -88,7 +97,7 @@ def _align_stack():
     _slot()  # type: ignore[name-defined]  # noqa: F821
 
 
-align_stack = Scalar(_align_stack, python=lambda: None)
+align_stack = in_kernels(lambda: None, Scalar(_align_stack))
 """Puts a kernel's stack on a boundary of 64 bytes. Without it every vector that is kept on the stack may straddle two
 cache lines: the kernel then runs up to a third slower, in some processes and not in others."""
 
@@ -115,7 +124,7 @@ def _exp_python(x):
     return math.exp(x) if isinstance(x, float) else np.exp(x)
 
 
-exp = Scalar(_exp, python=_exp_python, error_model="numpy", fastmath={"contract"})
+exp = in_kernels(_exp_python, Scalar(_exp, error_model="numpy", fastmath={"contract"}))
 """Exponential as a polynomial that LLVM vectorises (libm's is not); relative error below 1e-14 for |x| <= 700.
 
 Called from Python it takes arrays as well, so that measured data can be put into the same equations."""

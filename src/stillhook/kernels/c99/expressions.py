@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from stillhook.errors import StillhookError
 from stillhook.kernels.lanes import fields
 from stillhook.physics.intrinsics import bits, double
-from stillhook.physics.scalar import Scalar
+from stillhook.physics.scalar import scalar_of
 
 
 class SubsetError(StillhookError):
@@ -70,8 +70,9 @@ def bare(text: str) -> str:
 
 
 def plain(fn: Any) -> Callable[..., Any]:
-    """The Python function behind a `Scalar` or a compiled one."""
-    source: Callable[..., Any] = fn.source if isinstance(fn, Scalar) else getattr(fn, "py_func", fn)
+    """The Python function that a kernel inlines for a scalar function, or that was compiled."""
+    found = scalar_of(fn)
+    source: Callable[..., Any] = found.source if found else getattr(fn, "py_func", fn)
     return source
 
 
@@ -213,7 +214,7 @@ class Expressions:
             return Value(f"{LIBRARY[fn]}({text})", float)
         if fn in BITS:
             return Value(f"{BITS[fn][0]}({text})", BITS[fn][1])
-        if not (isinstance(fn, Scalar) or inspect.isfunction(plain(fn))):
+        if not inspect.isfunction(plain(fn)):
             self.refuse(e, f"the call of {ast.unparse(e.func)}")
         made = self.t.function(fn, tuple(v.type for v in values))
         return Value(f"{made.name}({text})", made.result)

@@ -185,8 +185,9 @@ def _motor_law(laws: Sequence[MotorLaw], campaign: Campaign) -> Figure:
 
 
 def _law(u_ff: float, mode: Mode, lowest: float, crane: Crane) -> float:
-    reduction = reduction_cubic if mode == ssc_cubic.NAME else reduction_linear
-    return 1.0 - float(reduction(u_ff, crane.control.u_thr)) * (1.0 - lowest)
+    u_thr = crane.control.u_thr
+    reduction = reduction_cubic(u_ff, u_thr) if mode == ssc_cubic.NAME else reduction_linear(u_ff, u_thr)
+    return 1.0 - float(reduction) * (1.0 - lowest)
 
 
 def _gains(law: Law, laws: Mapping[str, Law], campaign: Campaign) -> Figure:
