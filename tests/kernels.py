@@ -1,42 +1,68 @@
-"""Compiles the kernels that many tests run, one process to a winch type, side by side: left to themselves the workers
+"""Compiles the kernels that many tests run, in two processes that take about as long: left to themselves the workers
 would each compile them all. A process compiles the equations that its kernels share once.
 
-python -m tests.kernels pure-active
+python -m tests.kernels 0
 """
 
+import gc
 import os
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import NamedTuple
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.kernels.build import is_compiled
 from stillhook.kernels.lanes import VL
+from stillhook.validate.synthetic.reference.crane import ReferenceCrane
+from stillhook.validate.synthetic.reference.pack import simulate_reference
 
 ROOT = Path(__file__).resolve().parents[1]
-CRANES = {"active-passive": "nov-250t", "pure-active": "nov-100t-pure-active"}
-KERNELS = [(kind, lanes) for lanes in (VL, 1) for kind in ("driver", "lift_driver")]
+CRANES = {"active-passive": "nov-250t", "pure-active": "nov-100t-pure-active", "truth": "nov-250t"}
+
+
+class Kernel(NamedTuple):
+    plant: str
+    lanes: int
+    kind: str = "driver"
+
+
+PROCESSES = (
+    (
+        Kernel("active-passive", VL),
+        Kernel("active-passive", VL, "lift_driver"),
+        Kernel("truth", 1),
+    ),
+    (
+        Kernel("pure-active", VL),
+        Kernel("pure-active", 1),
+        Kernel("active-passive", 1),
+        Kernel("active-passive", 1, "lift_driver"),
+    ),
+)
 
 
 def compile_all() -> None:
     """Compile what is not in the cache. A kernel that does not compile says so in the tests that need it."""
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        list(pool.map(_in_a_process, CRANES))
+        list(pool.map(_in_a_process, range(len(PROCESSES))))
 
 
-def _in_a_process(plant: str) -> None:
-    if not all(is_compiled(plant, lanes, kind) for kind, lanes in KERNELS):
-        subprocess.run([sys.executable, "-m", "tests.kernels", plant], cwd=ROOT, capture_output=True, check=False)
+def _in_a_process(number: int) -> None:
+    if not all(is_compiled(*kernel) for kernel in PROCESSES[number]):
+        subprocess.run([sys.executable, "-m", "tests.kernels", str(number)], cwd=ROOT, capture_output=True, check=False)
 
 
-def compile_one(kind: str, plant: str, lanes: int) -> None:
+def compile_one(kernel: Kernel) -> None:
     """By the shortest of runs, a batch for kernels of several lanes."""
     from tests.engine.test_lowering import whole_lift
 
-    crane, several = load_crane(CRANES[plant]), lanes > 1
-    if kind == "driver":
-        run = Scenario(load="10 t", s_w="50 m", duration="1 s", warm_up="0 s")
+    crane, several = load_crane(CRANES[kernel.plant]), kernel.lanes > 1
+    run = Scenario(load="10 t", s_w="50 m", duration="1 s", warm_up="0 s")
+    if kernel.plant == "truth":
+        simulate_reference(crane, run, ReferenceCrane())
+    elif kernel.kind == "driver":
         simulate(crane, [run, run] if several else run)
     else:
         lift = whole_lift(duration="1 s")
@@ -44,5 +70,6 @@ def compile_one(kind: str, plant: str, lanes: int) -> None:
 
 
 if __name__ == "__main__":
-    for kind, lanes in KERNELS:
-        compile_one(kind, sys.argv[1], lanes)
+    gc.set_threshold(100_000, 20, 50)  # a compiler makes millions of small objects
+    for each in PROCESSES[int(sys.argv[1])]:
+        compile_one(each)

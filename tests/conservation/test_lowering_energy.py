@@ -70,7 +70,7 @@ def through_the_wire(r: LiftResult) -> tuple[float, float]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["nov-250t", "nov-100t-pure-active"])
+@pytest.mark.parametrize("name", ["nov-250t", pytest.param("nov-100t-pure-active", marks=pytest.mark.thorough)])
 @pytest.mark.parametrize(
     "case",
     [

@@ -374,7 +374,7 @@ def test_a_depth_is_reached_and_not_passed(mode: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["nov-250t", "nov-100t-pure-active"])
+@pytest.mark.parametrize("name", ["nov-250t", pytest.param("nov-100t-pure-active", marks=pytest.mark.thorough)])
 @pytest.mark.parametrize("speed", ["6 m/min", "30 m/min"])
 def test_manual_mode_pays_out_at_the_speed_of_the_joystick(name: str, speed: str) -> None:
     """Pumps and motors leak 2 to 19 % of these speeds; the encoder makes up for it."""

@@ -10,7 +10,7 @@ from tests.frozen import record
 from tests.frozen.cases import CASES, result
 
 MOST_PRINTED = 10
-LONG = ("plan_with_the_twin", "response", "validate_dynamics", "certificate")
+LONG = ("plan_with_the_twin", "response", "validate_dynamics", "certificate", "lower_many_lanes")
 """Cases of many seconds; `freeze.py --check` compares them all."""
 
 

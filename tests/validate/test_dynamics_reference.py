@@ -17,7 +17,8 @@ CLOSE = {"C_h": 0.05, "C_leak": 0.05, "J_m_eff": 0.05}
 NAMES = {"C_h": "capacitance", "C_leak": "leakage", "J_m_eff": "inertia"}
 
 
-@pytest.mark.parametrize(("seed", "apart"), [(2, False), pytest.param(24, True, marks=pytest.mark.thorough)])
+@pytest.mark.thorough
+@pytest.mark.parametrize(("seed", "apart"), [(2, False), (24, True)])
 def test_tuned_numbers_are_the_truths_within_five_per_cent_and_their_intervals_hold_them(
     seed: int, apart: bool, tmp_path: Path
 ) -> None:
