@@ -20,8 +20,9 @@ from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.run import Ready, ScenarioBlock
 from stillhook.kernels.build import driver
-from stillhook.kernels.lanes import access, offset, replace
+from stillhook.kernels.lanes import access, offset
 from stillhook.physics.friction import bristle_rate
+from stillhook.physics.records import replace
 from stillhook.physics.scalar import STRICT
 from stillhook.winches.records import THIN, Tip
 

@@ -55,7 +55,7 @@ def test_a_user_may_state_kind_and_source(tmp_path: Path) -> None:
     assert (mine.sources["active.line.V"].kind, mine.sources["active.line.V"].text) == ("datasheet", "drawing 17")
 
 
-def test_a_base_may_be_another_file_beside_this_one(tmp_path: Path) -> None:
+def test_a_base_may_be_another_relative_file_this_one(tmp_path: Path) -> None:
     written(tmp_path, BASE + 'SWL = "200 t"\n', "below.toml")
     mine = load_crane(str(written(tmp_path, 'base = "below.toml"\nhook_mass = "4 t"\n')))
     assert (mine.SWL, mine.hook_mass, mine.name) == (200e3, 4e3, "mine")

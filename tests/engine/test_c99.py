@@ -20,7 +20,8 @@ from stillhook.engine.pack.winch import pack
 from stillhook.engine.scenario.run import Ready, ScenarioBlock
 from stillhook.kernels.build import driver
 from stillhook.kernels.c99.source import Array, SubsetError, Translator, c_source
-from stillhook.kernels.lanes import VL, define, flatten
+from stillhook.kernels.lanes import VL, flatten
+from stillhook.physics.records import define
 from stillhook.physics.scalar import scalar, sqrt
 
 SAME = 1.0e-9

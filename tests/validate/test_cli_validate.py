@@ -362,7 +362,7 @@ def test_a_crane_file_in_the_folder_of_the_results_is_not_written_over(stage, tm
     assert (tmp_path / "crane.toml").read_text() == "mine"
 
 
-def test_a_crane_file_beside_the_numbers_of_another_command_is_not_taken_away(stage, tmp_path, capsys):
+def test_a_crane_relative_file_the_numbers_of_another_command_is_not_taken_away(stage, tmp_path, capsys):
     stage(staged())
     (tmp_path / "crane.toml").write_text("mine")
     (tmp_path / "summary.json").write_text('{"runs": []}')

@@ -57,5 +57,13 @@ def slow_limit(
     for place in slow_places(payloads_of_mode(machine, selected.mode) if load is None else (load,), wires):
         loop = plant_loop_at(machine, selected.mode, place, delay=delay)
         if loop is not None:
-            limits.append(SlowLimit(gain_limit_of(loop.loop)[0], place.v_tip, loop.alpha_m, place.load, place.s_w))
+            limits.append(
+                SlowLimit(
+                    K_p_ms=gain_limit_of(loop.loop)[0],
+                    v_tip=place.v_tip,
+                    alpha_m=loop.alpha_m,
+                    load=place.load,
+                    s_w=place.s_w,
+                )
+            )
     return min(limits, default=None)

@@ -12,6 +12,7 @@ from stillhook.control.brake import SMALL, BrakeSettings, closed_share, fill, id
 from stillhook.control.interface import Reading, Sensed
 from stillhook.control.power import PowerLimit, stroke_left, within_stroke
 from stillhook.control.ssc import MotorSettings
+from stillhook.physics.records import replace
 from stillhook.physics.scalar import clip, scalar
 
 MANUAL = 0.0
@@ -85,6 +86,9 @@ def low_pass(held, x, tau, t_cycle):
     return held + (x - held) * t_cycle / (tau + t_cycle)
 
 
+with_tip, in_mode, hold = replace(Sensed, "s_tip", "v_tip"), replace(Sensed, "mode"), replace(Memory, "held")
+
+
 @scalar
 def ahead(y, t_lead):
     """The tip's motion as it will be t_lead [s] later, its acceleration held: s + v t + a t^2 / 2, v + a t.
@@ -92,45 +96,7 @@ def ahead(y, t_lead):
     It makes up for what the motion signal is late by (sensor, half a cycle), so that reference and wire are compared at
     one time.
     """
-    s_tip = y.s_tip + t_lead * (y.v_tip + 0.5 * t_lead * y.a_tip)
-    v_tip = y.v_tip + t_lead * y.a_tip
-    return Sensed(
-        s_tip=s_tip,
-        v_tip=v_tip,
-        a_tip=y.a_tip,
-        v_op=y.v_op,
-        s_op=y.s_op,
-        mode=y.mode,
-        f_pump=y.f_pump,
-        s_w=y.s_w,
-        F=y.F,
-        alpha_m=y.alpha_m,
-        K_wire=y.K_wire,
-        dp=y.dp,
-        dp_load=y.dp_load,
-        p_hp=y.p_hp,
-    )
-
-
-@scalar
-def in_mode(y, mode):
-    """What was read, with another mode in force."""
-    return Sensed(
-        s_tip=y.s_tip,
-        v_tip=y.v_tip,
-        a_tip=y.a_tip,
-        v_op=y.v_op,
-        s_op=y.s_op,
-        mode=mode,
-        f_pump=y.f_pump,
-        s_w=y.s_w,
-        F=y.F,
-        alpha_m=y.alpha_m,
-        K_wire=y.K_wire,
-        dp=y.dp,
-        dp_load=y.dp_load,
-        p_hp=y.p_hp,
-    )
+    return with_tip(y, y.s_tip + t_lead * (y.v_tip + 0.5 * t_lead * y.a_tip), y.v_tip + t_lead * y.a_tip)
 
 
 @scalar
@@ -169,7 +135,14 @@ def observe(sensed, m, plc):
     F = low_pass(m.F, y.F, plc.tau_F, t_cycle)
     p_mean = low_pass(m.p_mean, y.p_hp, plc.tau_p, t_cycle)
     u_ff, u_fb = pump_demand(y, e_c, plc)
-    return Observation(Reading(y, e_c, F, u_ff, u_fb), datum, p_mean, brake, idle, missing)
+    return Observation(
+        r=Reading(y=y, e_c=e_c, F=F, u_ff=u_ff, u_fb=u_fb),
+        datum=datum,
+        p_mean=p_mean,
+        brake=brake,
+        idle=idle,
+        missing=missing,
+    )
 
 
 @scalar
@@ -205,10 +178,4 @@ def command(o, demand, m, plc):
         idle=o.idle,
         stroke=stroke,
     )
-    return ActuatorCommands(u_p, u_m, o.r.u_ff, u_raw, o.r.e_c, o.brake), memory
-
-
-@scalar
-def hold(m, held):
-    """The memory with the held value of the motor control's play."""
-    return Memory(m.mode, m.datum, m.F, m.p_mean, m.u_p, m.u_m, m.b_p, m.b_m, held, m.brake, m.idle, m.stroke)
+    return ActuatorCommands(u_p=u_p, u_m=u_m, u_ff=o.r.u_ff, u_raw=u_raw, e_c=o.r.e_c, brake=o.brake), memory

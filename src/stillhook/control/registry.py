@@ -69,8 +69,23 @@ class ControlLaw:
     def displacement(self, u_ff: float, F: float, K_wire: float, plc: Any, settings: Any = None) -> float:
         """Displacement of the motors that the law demands at a feedforward u_ff [-] with F on the load cell [N], on the
         layer of K_wire [-]."""
-        y = Sensed(0.0, 0.0, 0.0, 0.0, 0.0, self.code, 1.0, 0.0, F, 1.0, K_wire, 0.0, 0.0, 0.0)
-        return float(self.demand(Reading(y, 0.0, F, u_ff, 0.0), plc, settings).u_m)
+        y = Sensed(
+            s_tip=0.0,
+            v_tip=0.0,
+            a_tip=0.0,
+            v_op=0.0,
+            s_op=0.0,
+            mode=self.code,
+            f_pump=1.0,
+            s_w=0.0,
+            F=F,
+            alpha_m=1.0,
+            K_wire=K_wire,
+            dp=0.0,
+            dp_load=0.0,
+            p_hp=0.0,
+        )
+        return float(self.demand(Reading(y=y, e_c=0.0, F=F, u_ff=u_ff, u_fb=0.0), plc, settings).u_m)
 
 
 def _law(module: ModuleType, shipped: bool) -> ControlLaw:

@@ -135,7 +135,24 @@ def wire_weight(s_w, s):
 def supervisor_at_rest(y, s):
     """Memory before the first cycle, everything hanging still as it is read."""
     F = y.F - wire_weight(y.s_w, s)
-    return Supervisor(0.0, y.t, 0.0, MANUAL, 0.0, 0.0, 0.0, F, F, F, F, y.s_w, y.s_w, 0.0, 0.0, 0.0)
+    return Supervisor(
+        stage=0.0,
+        t_0=y.t,
+        entered=0.0,
+        mode=MANUAL,
+        v_joy=0.0,
+        v_op=0.0,
+        s_op=0.0,
+        F_1=F,
+        F_slow=F,
+        F_ref=F,
+        F_suspended=F,
+        s_ref=y.s_w,
+        s_out=y.s_w,
+        landed=0.0,
+        done=0.0,
+        stuck=0.0,
+    )
 
 
 @scalar
@@ -288,7 +305,7 @@ def supervise(y, m, stage, s):
 
     hold = 1.0 if tension or splash else 0.0
     F_hold = F_wire + (F_ref if tension else F_slow)
-    orders = Orders(mode, v_op, s_op, hold, F_hold)
+    orders = Orders(mode=mode, v_op=v_op, s_op=s_op, hold=hold, F_hold=F_hold)
 
     running = m.done == 0.0 and m.stuck == 0.0
     ends = running and now_in and reached(wire_left(s_out, stage), F_1, since, landed, stage)
@@ -300,38 +317,38 @@ def supervise(y, m, stage, s):
     if ends and not over:
         v_next = v_joy if manual else v_op
         return orders, Supervisor(
-            m.stage + 1.0,
-            y.t,
-            0.0,
-            mode,
-            v_next,
-            v_op,
-            s_op,
-            F_1,
-            F_slow,
-            F_1,
-            F_suspended,
-            s_ref,
-            s_out,
-            0.0,
-            done,
-            stuck,
+            stage=m.stage + 1.0,
+            t_0=y.t,
+            entered=0.0,
+            mode=mode,
+            v_joy=v_next,
+            v_op=v_op,
+            s_op=s_op,
+            F_1=F_1,
+            F_slow=F_slow,
+            F_ref=F_1,
+            F_suspended=F_suspended,
+            s_ref=s_ref,
+            s_out=s_out,
+            landed=0.0,
+            done=done,
+            stuck=stuck,
         )
     return orders, Supervisor(
-        m.stage,
-        t_0,
-        entered,
-        mode,
-        v_joy,
-        v_op,
-        s_op,
-        F_1,
-        F_slow,
-        F_ref,
-        F_suspended,
-        s_ref,
-        s_out,
-        landed,
-        done,
-        stuck,
+        stage=m.stage,
+        t_0=t_0,
+        entered=entered,
+        mode=mode,
+        v_joy=v_joy,
+        v_op=v_op,
+        s_op=s_op,
+        F_1=F_1,
+        F_slow=F_slow,
+        F_ref=F_ref,
+        F_suspended=F_suspended,
+        s_ref=s_ref,
+        s_out=s_out,
+        landed=landed,
+        done=done,
+        stuck=stuck,
     )

@@ -150,7 +150,10 @@ def run_batch(
     meter.tell()
     workers = threads if client is None else max(sum(client.nthreads().values()), 1)
     places = _cut(problem, cranes, cases, missing, workers)
-    tasks = [Task(problem, i, [cranes[k] for k in i], [cases[k] for k in i], n_sub) for i in places]
+    tasks = [
+        Task(problem=problem, indices=i, cranes=[cranes[k] for k in i], cases=[cases[k] for k in i], n_sub=n_sub)
+        for i in places
+    ]
     landed = on_threads(tasks, threads, meter) if client is None else on_cluster(tasks, client, meter)
     with closing(landed):  # a store that fails stops the threads, or the cluster, at once
         for task, answers in landed:
@@ -177,7 +180,13 @@ class Task(NamedTuple):
 
     def part(self, start: int, end: int) -> Task:
         """Some of its cases."""
-        return Task(self.problem, self.indices[start:end], self.cranes[start:end], self.cases[start:end], self.n_sub)
+        return Task(
+            problem=self.problem,
+            indices=self.indices[start:end],
+            cranes=self.cranes[start:end],
+            cases=self.cases[start:end],
+            n_sub=self.n_sub,
+        )
 
     def light(self) -> Task:
         """The same without the sources of the cranes' numbers, which no run reads; cranes that are one stay one."""

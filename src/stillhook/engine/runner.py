@@ -19,8 +19,9 @@ from stillhook.engine.inputs import CycleInputs, filled, hermite_weights, scale_
 from stillhook.engine.pack.winch import Packed
 from stillhook.errors import StillhookError
 from stillhook.kernels.build import driver
-from stillhook.kernels.lanes import aligned, fields, offset, size, unflatten
+from stillhook.kernels.lanes import aligned, offset, size, unflatten
 from stillhook.kernels.moving_window import blank_window
+from stillhook.physics.records import fields
 from stillhook.variables import WINDOW
 
 
@@ -92,10 +93,10 @@ def run_blocks(
     """
     groups: dict[Hashable, list[int]] = {}
     for i, r in enumerate(ready):
-        groups.setdefault((r.winch.beside, alike(r)), []).append(i)
+        groups.setdefault((r.winch.extra_controllers, alike(r)), []).append(i)
     blocks = [g[i : i + lanes] for g in groups.values() for i in range(0, len(g), lanes)]
-    for winch in {r.winch.beside: r.winch for r in ready}.values():  # compiled before threads share it
-        driver(winch.name, lanes, kind, winch.beside)
+    for winch in {r.winch.extra_controllers: r.winch for r in ready}.values():  # compiled before threads share it
+        driver(winch.name, lanes, kind, winch.extra_controllers)
     meter = Meter(len(blocks), progress)
     meter.tell()
     results: dict[int, Any] = {}

@@ -70,7 +70,15 @@ def conditions(case: Scenario, drive: CycleInputs, demand: MotionDemand) -> Cond
     span, period = math.nan, math.nan
     if any(Mode(m).compensates for m in modes):
         span, period = _span_and_period(drive.motion, drive.n_ticks, drive.first, drive.t_cycle)
-    return Conditions(case.load, demand.s_w_min, demand.s_w_max, span, period, modes, _faults(case))
+    return Conditions(
+        load=case.load,
+        s_w_min=demand.s_w_min,
+        s_w_max=demand.s_w_max,
+        s_tip_pp=span,
+        period=period,
+        modes=modes,
+        faults=_faults(case),
+    )
 
 
 @lru_cache(maxsize=64)

@@ -73,7 +73,7 @@ def load_case(path: str | Path) -> CaseFile:
 
 def _case(table: TomlTable) -> CaseFile:
     file = table.read(CaseTables)
-    crane = load_crane(table.toml_beside(file.crane))
+    crane = load_crane(table.relative_toml(file.crane))
     case = build_scenario(file.scenario, table.path.parent, table.path.stem)
     return CaseFile(crane, case, file.step, file.every)
 

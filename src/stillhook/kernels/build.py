@@ -48,7 +48,7 @@ RESULT_FILES = ("metrics.py", "variables.csv", "variables.py")
 
 @functools.cache
 def results_hash() -> str:
-    """Hash of everything that a result follows from beside crane and scenario: kernels, motions, tables of the library,
+    """Hash of everything but crane and scenario that a result follows from: kernels, motions, tables of the library,
     and the libraries that make sines and splines."""
     digest = hashlib.sha256(f"{kernel_hash()} numpy {version('numpy')} scipy {version('scipy')}".encode())
     inside = [p for folder in RESULT_FOLDERS for p in (PACKAGE / folder).rglob("*") if p.suffix in (".py", ".toml")]
@@ -63,17 +63,17 @@ def cache_folder(plant: str, lanes: int) -> Path:
     return kernel_folder(f"{kernel_hash()}-{plant}-{lanes}")
 
 
-def _folder(plant: str, kind: str, beside: tuple[str, ...]) -> str:
+def _folder(plant: str, kind: str, extra_controllers: tuple[str, ...]) -> str:
     """What the folder of a kernel is called; it holds the sources of the user's modules where the winch is theirs."""
     own = extension_sources()
     sources = b"\0".join(path.read_bytes() for path in own) if Path(str(PLANTS[plant].__file__)) in own else b""
     of_user = f"-{hashlib.sha256(sources).hexdigest()[:12]}" if sources else ""
-    return (plant if kind == "driver" else f"{kind}-{plant}") + of_user + control_laws.label(beside)
+    return (plant if kind == "driver" else f"{kind}-{plant}") + of_user + control_laws.label(extra_controllers)
 
 
-def is_compiled(plant: str, lanes: int, kind: str = "driver", beside: tuple[str, ...] = ()) -> bool:
+def is_compiled(plant: str, lanes: int, kind: str = "driver", extra_controllers: tuple[str, ...] = ()) -> bool:
     """Whether a run of this plant starts from cached machine code."""
-    return numba.config.DISABLE_JIT or any(cache_folder(_folder(plant, kind, beside), lanes).rglob("*.nbc"))
+    return numba.config.DISABLE_JIT or any(cache_folder(_folder(plant, kind, extra_controllers), lanes).rglob("*.nbc"))
 
 
 class _Cache(FunctionCache):  # type: ignore[misc]
@@ -105,15 +105,15 @@ def _cached_in(folder: Path) -> Iterator[None]:
         numba.config.CACHE_DIR = before
 
 
-def driver(plant: str, lanes: int, kind: str = "driver", beside: tuple[str, ...] = ()) -> ModuleType:
+def driver(plant: str, lanes: int, kind: str = "driver", extra_controllers: tuple[str, ...] = ()) -> ModuleType:
     """The driver of one plant for 1 or 16 lanes: `run`, `at_rest`, `Lane`. Compiled on first call, cached on disk.
 
-    kind: file of the driver, "driver" for a load on the wire, "lift_driver" for a lowering. beside: controllers that it
-    holds in addition to those of every kernel, see `stillhook.kernels.control_laws`. Numba takes the cache folder from
-    a global setting while functions are decorated, so this holds a lock.
+    kind: file of the driver, "driver" for a load on the wire, "lift_driver" for a lowering. extra_controllers: those
+    that it holds in addition to those of every kernel, see `stillhook.kernels.control_laws`. Numba takes the cache
+    folder from a global setting while functions are decorated, so this holds a lock.
     """
-    name = f"stillhook.kernels.{kind}[{','.join((plant, str(lanes), *beside))}]"
-    base = None if kind == "driver" else driver(plant, lanes, beside=beside)
+    name = f"stillhook.kernels.{kind}[{','.join((plant, str(lanes), *extra_controllers))}]"
+    base = None if kind == "driver" else driver(plant, lanes, extra_controllers=extra_controllers)
     with LOCK:
         if name not in sys.modules:
             spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{kind}.py"))
@@ -122,9 +122,9 @@ def driver(plant: str, lanes: int, kind: str = "driver", beside: tuple[str, ...]
             module = importlib.util.module_from_spec(spec)
             module.plant = PLANTS[plant]  # type: ignore[attr-defined]
             module.LANES = lanes  # type: ignore[attr-defined]
-            module.laws = control_laws.control_laws(beside)  # type: ignore[attr-defined]
+            module.laws = control_laws.control_laws(extra_controllers)  # type: ignore[attr-defined]
             module.base = base  # type: ignore[attr-defined]
-            with _cached_in(cache_folder(_folder(plant, kind, beside), lanes)):
+            with _cached_in(cache_folder(_folder(plant, kind, extra_controllers), lanes)):
                 spec.loader.exec_module(module)
                 for entry in (module.run, *([module.at_rest] if base is None else [])):
                     if hasattr(entry, "_cache"):  # not where NUMBA_DISABLE_JIT is set
@@ -134,7 +134,7 @@ def driver(plant: str, lanes: int, kind: str = "driver", beside: tuple[str, ...]
 
 
 def kept(function: Any, name: str) -> Any:
-    """A kernel of its own beside the drivers, compiled on first call and cached on disk under this name; see
+    """A kernel of its own besides the drivers, compiled on first call and cached on disk under this name; see
     `driver`."""
     with LOCK, _cached_in(cache_folder(name, 1)):
         entry = numba.njit(cache=True, nogil=True, **STRICT)(function)

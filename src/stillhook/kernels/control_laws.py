@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from stillhook.control.interface import Demand
 from stillhook.control.plc import command, observe
 from stillhook.control.registry import CONTROLLERS, ControlLaw
-from stillhook.kernels.lanes import define
+from stillhook.physics.records import define
 from stillhook.physics.scalar import scalar
 
 
@@ -26,7 +26,7 @@ class ControlLaws(NamedTuple):
     blank: Callable[..., Any]
 
 
-def beside(modes: Iterable[str]) -> tuple[str, ...]:
+def extra_controllers(modes: Iterable[str]) -> tuple[str, ...]:
     """The controllers of these modes that not every kernel holds, by name."""
     return tuple(sorted({mode for mode in modes if not CONTROLLERS[mode].in_every_kernel}))
 

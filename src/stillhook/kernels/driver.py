@@ -10,9 +10,10 @@ from typing import NamedTuple
 from numba import njit
 
 from stillhook.control.plc import Memory
-from stillhook.kernels.lanes import access, joined, offset, replace, size
+from stillhook.kernels.lanes import access, joined, offset, size
 from stillhook.kernels.moving_window import SIGNALS, window_add, window_turn
 from stillhook.kernels.statistics import CommonStats, fold_common
+from stillhook.physics.records import replace
 from stillhook.physics.scalar import STRICT, align_stack, clip, scalar
 from stillhook.winches.records import THIN, CommonSignals, Geometry, Tick, Tip
 

@@ -3,7 +3,6 @@ Python."""
 
 import functools
 import itertools
-import linecache
 import math
 import typing
 from collections.abc import Callable, Iterator
@@ -12,15 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.physics.records import define, fields
 from stillhook.physics.scalar import scalar
 
 VL = 16
 """Trajectories side by side: one loop over 16 lanes vectorises fully (8 and 32 are slower)."""
-
-
-@functools.cache
-def fields(cls: type) -> list[tuple[str, Any]]:
-    return list(typing.get_type_hints(cls).items())
 
 
 @functools.cache
@@ -45,13 +40,6 @@ def unflatten(cls: type, it: Iterator[float]) -> Any:
 def paths(cls: type, prefix: str = "") -> list[str]:
     """Dotted access of every float: ".active.motors.count"."""
     return [prefix] if cls is float else [q for f, t in fields(cls) for q in paths(t, f"{prefix}.{f}")]
-
-
-def define(src: str, names: dict[str, Any], file: str) -> None:
-    """Run generated source under a file name of its own, so that tracebacks and `stillhook.kernels.c99.source` can read
-    it."""
-    linecache.cache[file] = (len(src), None, src.splitlines(keepends=True), file)
-    exec(compile(src, file, "exec"), names)
 
 
 class Access(typing.NamedTuple):
@@ -92,14 +80,6 @@ def access(cls: type, lanes: int) -> Access:
     src += f"def mix(x, y, w): return cls({', '.join(mix)})\n"
     define(src, names, f"<{cls.__name__} on {lanes} lanes of {cls.__module__}>")
     return Access(*(scalar(names[f]) for f in ("load", "store", "axpy", "mix")))
-
-
-def replace(cls: type, field: str) -> Callable[..., Any]:
-    """A compiled function (record, value) -> record with one top-level field replaced."""
-    names: dict[str, Any] = {"cls": cls}
-    args = ", ".join("value" if f == field else f"x.{f}" for f, _ in fields(cls))
-    define(f"def replace(x, value): return cls({args})\n", names, f"<{cls.__name__} with {field} of {cls.__module__}>")
-    return typing.cast(Callable[..., Any], scalar(names["replace"]))
 
 
 class Joined(typing.NamedTuple):

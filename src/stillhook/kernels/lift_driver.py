@@ -13,7 +13,7 @@ from numba import njit
 
 from stillhook.control.plc import Memory, Plc
 from stillhook.control.supervisor import STAGE_LANDING, Stage, Supervisor, Watch, supervise
-from stillhook.kernels.lanes import access, fields, offset, replace, size
+from stillhook.kernels.lanes import access, offset, size
 from stillhook.kernels.moving_window import window_add, window_turn
 from stillhook.physics.load_path.payload import (
     LEVELS,
@@ -27,6 +27,7 @@ from stillhook.physics.load_path.payload import (
     wetted,
 )
 from stillhook.physics.load_path.rope import Element, element, element_weight, pull_of_sling, sling_energy, sling_mean
+from stillhook.physics.records import fields, replace
 from stillhook.physics.scalar import STRICT, align_stack, scalar
 from stillhook.winches.records import Geometry, Tick, Tip
 from stillhook.winches.suspended_load import (
@@ -118,7 +119,8 @@ def store(cls: type):  # type: ignore[no-untyped-def]
 
 load = access(Lane, LANES).load
 with_plc, with_tau, with_F = replace(base.Params, "plc"), replace(Plc, "tau_F"), replace(Memory, "F")
-with_c = replace(Geometry, "c")
+with_c, with_orders = replace(Geometry, "c"), replace(Tick, "v_op", "s_op", "mode")
+with_relay, with_wire = replace(Works, "relay"), replace(Works, "top", "damping", "gravity")
 put_ls, put_ly, put_solve, put_water, put_levels, put_works = (
     store(LiftStats),
     store(LiftSignals),
@@ -274,7 +276,13 @@ def take_water(A, B, N, T, lo, hi, H_w, levels):
         _, a_2 = water_at(y.m_2, field.last, lo, hi, l, H_w, last)
         w_1, b_1 = water_at(y.d_1, field.last, lo, hi, l, H_w, last)
         w_2, b_2 = water_at(y.d_2, field.last, lo, hi, l, H_w, last)
-        put_water(A, WATER + l, Water(b.hang.water.eta, b.hang.water.eta_dot, a_1, a_2, w_1, w_2, b_1, b_2))
+        put_water(
+            A,
+            WATER + l,
+            Water(
+                eta=b.hang.water.eta, eta_dot=b.hang.water.eta_dot, a_1=a_1, a_2=a_2, w_1=w_1, w_2=w_2, b_1=b_1, b_2=b_2
+            ),
+        )
         put_levels(A, LEVEL + l, y)
 
 
@@ -320,12 +328,7 @@ def relay(A, B, N):
         brought = (new.m - old.m) * moved + (new.k - old.k) * strained
         v_h, v_p, x = hook[V + l], hook[ROW + V + l], hook[Q + l] - hook[ROW + Q + l]
         ends = 0.5 * b.lift.hook.m * v_h * v_h + 0.5 * b.lift.load.m * v_p * v_p + sling_energy(x, b.lift.sling)
-        w = b.hang.works
-        put_works(
-            A,
-            WORKS + l,
-            Works(w.top, w.damping, w.gravity, w.buoyancy, w.inertia, w.drag, w.slam, w.bottom, w.relay + brought),
-        )
+        put_works(A, WORKS + l, with_relay(b.hang.works, b.hang.works.relay + brought))
         put_element(A, ELEMENT + l, new)
         A[E_NOW + l] = new.m * moved + new.k * strained + ends
     for i in range(N + 1):
@@ -352,27 +355,10 @@ def cycle(A, B, N, S, T, n_stages, t, w):
         geo = with_c(geometry(b.x.path.s_w, b.p), e.c / e.k * rope.EA / rope.L_0)
         q = path_point(b.x, geo, tip, b.p)
         raw = sense(b.x.winch, b.x.path, q, b.m, b.tick, geo, b.p)
-        order, sup = supervise(Watch(t, raw.s_w, raw.F, raw.s_tip, raw.v_tip), b.hang.sup, b.stage, b.lift.settings)
-        o = b.tick
-        tick = Tick(
-            o.s,
-            o.v,
-            o.a,
-            o.s_m,
-            o.v_m,
-            o.a_m,
-            order.v_op,
-            order.s_op,
-            order.mode,
-            o.f_pump,
-            o.f_known,
-            o.n_s,
-            o.n_F,
-            o.f_passive,
-            o.override,
-            o.u_p,
-            o.u_m,
+        order, sup = supervise(
+            Watch(t=t, s_w=raw.s_w, F=raw.F, s_tip=raw.s_tip, v_tip=raw.v_tip), b.hang.sup, b.stage, b.lift.settings
         )
+        tick = with_orders(b.tick, order.v_op, order.s_op, order.mode)
         held = order.hold > 0.5
         m = with_F(b.m, order.F_hold if held else b.m.F)
         p = with_plc(b.p, with_tau(b.p.plc, 1.0e300 if held else b.p.plc.tau_F))
@@ -426,19 +412,19 @@ def cycle(A, B, N, S, T, n_stages, t, w):
             A,
             LY + l,
             LiftSignals(
-                z,
-                hook[Q + l],
-                hook[V + l],
-                b.F_s,
-                force.buoyancy,
-                force.inertia,
-                force.drag,
-                force.slam,
-                force.bottom,
-                water.eta,
-                0.5 * (water.w_1 + water.w_2),
-                h,
-                b.hang.stage,
+                z_load=z,
+                s_hook=hook[Q + l],
+                v_hook=hook[V + l],
+                F_sling=b.F_s,
+                F_buoyancy=force.buoyancy,
+                F_inertia=force.inertia,
+                F_drag=force.drag,
+                F_slam=force.slam,
+                F_bottom=force.bottom,
+                eta=water.eta,
+                w_water=0.5 * (water.w_1 + water.w_2),
+                h_load=h,
+                stage_number=b.hang.stage,
             ),
         )
         A[S_LOAD + l] = q
@@ -521,15 +507,15 @@ def finish(A, B, N, t, h):
             A,
             WORKS + l,
             Works(
-                w.top,
-                w.damping + lost,
-                w.gravity + h * lift.load.W * v_p,
-                w.buoyancy + h * f.buoyancy * v_p,
-                w.inertia + (h * f.inertia - f.m_a * dv) * v_p,
-                w.drag + h * (f.drag - f.damping * (v_p - s.v_mid)) * v_p,
-                w.slam + h * f.slam * v_p,
-                w.bottom + h * f.bottom * v_p,
-                w.relay,
+                top=w.top,
+                damping=w.damping + lost,
+                gravity=w.gravity + h * lift.load.W * v_p,
+                buoyancy=w.buoyancy + h * f.buoyancy * v_p,
+                inertia=w.inertia + (h * f.inertia - f.m_a * dv) * v_p,
+                drag=w.drag + h * (f.drag - f.damping * (v_p - s.v_mid)) * v_p,
+                slam=w.slam + h * f.slam * v_p,
+                bottom=w.bottom + h * f.bottom * v_p,
+                relay=w.relay,
             ),
         )
         z_0, v_0 = lift.z_ref + hook[ROW + Q + l], hook[ROW + V + l]
@@ -560,21 +546,8 @@ def finish(A, B, N, t, h):
         s, g, v = get_solve(A, SOLVE + l), get_hang(A, HANG + l), B[D + l]
         w = g.works
         top = s.taut * (s.T_0 - s.G_0 * v)
-        put_works(
-            A,
-            WORKS + l,
-            Works(
-                w.top + h * top * v,
-                w.damping + h * A[SUMS + l],
-                w.gravity + h * A[SUMS + LANES + l],
-                w.buoyancy,
-                w.inertia,
-                w.drag,
-                w.slam,
-                w.bottom,
-                w.relay,
-            ),
-        )
+        damping, gravity = w.damping + h * A[SUMS + l], w.gravity + h * A[SUMS + LANES + l]
+        put_works(A, WORKS + l, with_wire(w, w.top + h * top * v, damping, gravity))
         A[V_W_0 + l] = wire_speed(get_x(A, X + l).winch, get_geo(A, GEO + l))
 
 

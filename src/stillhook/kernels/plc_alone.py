@@ -12,8 +12,9 @@ from stillhook.control.interface import Sensed
 from stillhook.control.plc import Memory, Plc
 from stillhook.control.registry import CONTROLLERS, mode_of_code
 from stillhook.kernels.build import kept
-from stillhook.kernels.control_laws import beside, control_laws, label
+from stillhook.kernels.control_laws import control_laws, extra_controllers, label
 from stillhook.physics.hydraulics.swash import MotorControl, known_displacement
+from stillhook.physics.records import replace
 
 
 class Commands(NamedTuple):
@@ -29,6 +30,8 @@ class Commands(NamedTuple):
 
 AJAR = 1e-9
 """Share by which a brake is closed that may be so by the log: the next cycle without that mark finds it open [-]."""
+
+going_on = replace(Memory, "u_p", "b_p", "brake")
 
 
 class Seen(NamedTuple):
@@ -75,7 +78,7 @@ def plc_alone(
     plc = plc._replace(brake=plc.brake._replace(fitted=0.0))
     columns = Seen(*(np.ascontiguousarray(x, dtype=np.float64) for x in seen))
     commands = Commands(*np.empty((len(Commands._fields), len(p_hp))))
-    used = beside(mode_of_code(code) for code in np.unique(columns.mode))
+    used = extra_controllers(mode_of_code(code) for code in np.unique(columns.mode))
     record = control_laws(used).blank({name: settings[name] for name in used if CONTROLLERS[name].settings})
     p_hp = np.ascontiguousarray(p_hp, dtype=np.float64)
     return commands, _compiled(used)(columns, p_hp, commands, memory, record, plc, control)
@@ -83,7 +86,7 @@ def plc_alone(
 
 @functools.cache
 def _compiled(names: tuple[str, ...]) -> Any:
-    """`_cycles` with these controllers beside those of every kernel."""
+    """`_cycles` with these controllers in addition to those of every kernel."""
     bound = FunctionType(_cycles.__code__, {**globals(), "plc_cycle": control_laws(names).cycle}, _cycles.__name__)
     return kept(bound, f"plc{label(names)}")
 
@@ -112,7 +115,7 @@ def _cycles(seen, p_hp, commands, m, laws, plc, control):
         if seen.braked[k] > 0.0:
             u_p = u_raw = seen.u_braked[k]
             u_next = seen.u_braked[min(k + 1, len(p_hp) - 1)]  # where the open brake's first command starts
-            m = Memory(m.mode, m.datum, m.F, m.p_mean, u_next, m.u_m, 0.0, m.b_m, m.held, AJAR, m.idle, m.stroke)
+            m = going_on(m, u_next, 0.0, AJAR)
         commands.u_p[k], commands.u_m[k], commands.u_ff[k] = u_p, drive.u_m, drive.u_ff
         commands.u_raw[k], commands.e_c[k] = u_raw, drive.e_c
     return m

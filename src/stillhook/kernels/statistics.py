@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from stillhook.kernels.lanes import fields
+from stillhook.physics.records import fields
 from stillhook.physics.scalar import fmax, fmin, scalar
 from stillhook.winches.interface import NOT_YET
 

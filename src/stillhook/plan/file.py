@@ -159,7 +159,7 @@ def _plan(table: TomlTable) -> LiftPlan:
     depth, rho = file.water.depth, file.water.rho
     payload = payload_of(file, table)
     check_sinks(payload, rho)
-    rules = load_rules(table.toml_beside(file.rules))
+    rules = load_rules(table.relative_toml(file.rules))
     phases = joined(
         tuple(_phase(row, table.at("phase", i), rules) for i, row in enumerate(file.phase)),
         Water(depth, payload.reach(rho)),
@@ -168,7 +168,7 @@ def _plan(table: TomlTable) -> LiftPlan:
         rules_of(rules, phase)  # refuses limits that cannot be
     T_POP, notes = _operation(file.operation, table.at("operation"), phases)
     weather = None if file.weather is None else _weather(file.weather, table.path.parent)
-    crane = load_crane(table.toml_beside(file.crane))
+    crane = load_crane(table.relative_toml(file.crane))
     at, vessel = _place(file, table)
     plan = LiftPlan(
         name=_label(file.name or table.path.stem, table),

@@ -33,7 +33,7 @@ def drum_geometry(s_w, h):
     layers = layers_filled(L_left, h.drum)
     d = layer_diameter(layers, h.drum)
     i_J = 1.0 / shaft_inertia(L_left, layers, h.drum, h.inertia)
-    return Geometry(layers, d, 0.5 * d * h.i_i, i_J, wire_damping(s_w, h.load.m, h.wire))
+    return Geometry(layers=layers, d=d, r_eff=0.5 * d * h.i_i, i_J=i_J, c=wire_damping(s_w, h.load.m, h.wire))
 
 
 def shaft_inertia_without_wire(h: Hoist) -> float:

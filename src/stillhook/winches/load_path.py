@@ -62,7 +62,14 @@ def at(v_w, y, geo, tip, p):
     stretch = tip.s - (y.s_w - h.s_w_0) - y.s_load
     stretch_rate = tip.v + v_w - y.v_load
     F_w = wire_tension(stretch, stretch_rate, k, geo.c)
-    return Point(v_w, F_w, load_acceleration(F_w, y.v_load, h.load), k, stretch, stretch_rate)
+    return Point(
+        v_w=v_w,
+        F_w=F_w,
+        a_load=load_acceleration(F_w, y.v_load, h.load),
+        k=k,
+        stretch=stretch,
+        stretch_rate=stretch_rate,
+    )
 
 
 @scalar

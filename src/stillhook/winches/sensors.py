@@ -49,4 +49,4 @@ def apply_override(drive, tick):
     u_m = tick.u_m if override else drive.u_m
     u_raw = tick.u_p if override else drive.u_raw
     brake = 0.0 if override else drive.brake
-    return ActuatorCommands(u_p, u_m, drive.u_ff, u_raw, drive.e_c, brake)
+    return ActuatorCommands(u_p=u_p, u_m=u_m, u_ff=drive.u_ff, u_raw=u_raw, e_c=drive.e_c, brake=brake)

@@ -7,6 +7,7 @@ from stillhook.control.supervisor import STAGE_AHC, STAGE_LANDING, LiftSettings,
 from stillhook.physics.load_path.payload import Heights, Payload, Water, WaterForce
 from stillhook.physics.load_path.rope import Element, Rope, Sling
 from stillhook.physics.load_path.wire import wire_stiffness
+from stillhook.physics.records import replace
 from stillhook.physics.scalar import clip, exp, fmax, fmin, scalar
 
 SNAP = 1.0
@@ -159,7 +160,23 @@ class Sums(NamedTuple):
 
 def blank_lift_stats() -> LiftStats:
     """Statistics of nothing yet."""
-    return LiftStats(NEVER, -NEVER, 0.0, 0.0, 0.0, NEVER, -NEVER, NEVER, -NEVER, 0.0, 0.0, 0.0, NEVER, 0.0, 0.0)
+    return LiftStats(
+        F_s_min=NEVER,
+        F_s_max=-NEVER,
+        snap=0.0,
+        slack=0.0,
+        slack_landed=0.0,
+        z_min=NEVER,
+        z_max=-NEVER,
+        v_min=NEVER,
+        v_max=-NEVER,
+        slam=0.0,
+        drag=0.0,
+        bottom=0.0,
+        t_landed=NEVER,
+        v_landed=0.0,
+        v_hit=0.0,
+    )
 
 
 @scalar
@@ -182,13 +199,14 @@ def cubic(a, b, c, d, f):
     return b + 0.5 * f * (c - a + f * (2.0 * a - 5.0 * b + 4.0 * c - d + f * (3.0 * (b - c) + d - a)))
 
 
+with_surface = replace(Water, "eta", "w_1", "w_2")
+
+
 @scalar
 def later(water, tau):
     """The water tau [s] into the cycle."""
     w = water
-    return Water(
-        w.eta + tau * w.eta_dot, w.eta_dot, w.a_1, w.a_2, w.w_1 + tau * w.b_1, w.w_2 + tau * w.b_2, w.b_1, w.b_2
-    )
+    return with_surface(w, w.eta + tau * w.eta_dot, w.w_1 + tau * w.b_1, w.w_2 + tau * w.b_2)
 
 
 @scalar
@@ -275,16 +293,16 @@ def begin(b, v_w, q, v, v_mid, f, h):
     m = b.lift.load.m + f.m_a
     R_p = m * v + 0.5 * h * (f.buoyancy + f.inertia + f.drag + f.damping * v_mid + f.slam + f.bottom - b.lift.load.W)
     return Solve(
-        10.0 * e.m + 2.0 * G,
-        e.m - G,
-        5.0 * e.m + G + taut * 0.5 * h * G_0,
-        T_0,
-        G_0,
-        taut,
-        m + 0.5 * h * f.damping,
-        R_p,
-        f,
-        v_mid,
+        d=10.0 * e.m + 2.0 * G,
+        off=e.m - G,
+        d_0=5.0 * e.m + G + taut * 0.5 * h * G_0,
+        T_0=T_0,
+        G_0=G_0,
+        taut=taut,
+        A_p=m + 0.5 * h * f.damping,
+        R_p=R_p,
+        force=f,
+        v_mid=v_mid,
     )
 
 

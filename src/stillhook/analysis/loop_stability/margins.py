@@ -80,7 +80,16 @@ def margins(loop: Loop, K_p: float) -> Margins:
     gain_crossovers = _roots(loop, omega, np.abs(L) - 1.0, lambda l: K_p * abs(l) - 1.0)
     phase_margin, omega_gc, delay_margin = _phase(loop, gain_crossovers, stable)
     M_s, omega_s = _peak(loop, K_p, omega, L)
-    return Margins(K_ms / K_p, omega_c, phase_margin, omega_gc, delay_margin, M_s, omega_s, stable)
+    return Margins(
+        gain_margin=K_ms / K_p,
+        omega_c=omega_c,
+        phase_margin=phase_margin,
+        omega_gc=omega_gc,
+        delay_margin=delay_margin,
+        sensitivity_peak=M_s,
+        omega_s=omega_s,
+        stable=stable,
+    )
 
 
 def gain_limit_of(loop: Loop) -> tuple[float, float]:

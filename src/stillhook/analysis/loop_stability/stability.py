@@ -295,7 +295,14 @@ def _about(crane: Crane, v_tip: float, alpha_m: float, K_wire: float) -> About:
     omega_m = -v_tip / effective_radius(crane, K_wire)
     u_ff = -gains(crane).K_1 * v_tip * K_wire * alpha_m
     dp = crane.control.B_v * omega_m / (crane.active.motor.D_total * alpha_m)
-    return About(v_tip, alpha_m, u_ff, omega_m, dp, motor_slope(crane, DEFAULT_MODE, alpha_m, u_ff))
+    return About(
+        v_tip=v_tip,
+        alpha_m=alpha_m,
+        u_ff=u_ff,
+        omega_m=omega_m,
+        dp=dp,
+        slope=motor_slope(crane, DEFAULT_MODE, alpha_m, u_ff),
+    )
 
 
 def _stability(

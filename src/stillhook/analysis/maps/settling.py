@@ -283,12 +283,12 @@ def _response(crane: Crane, case: Scenario, result: Result, t: float, dv: float)
         "" if np.isfinite(settled) else _invalid_reason(v, dv, result.dt, end[result.signals.index("u_p")])
     )
     return Response(
-        settled,
-        float(np.max(v)) / dv - 1.0,
-        float(end[result.signals.index("alpha_m")]) if "alpha_m" in result.signals else float("nan"),
-        abs(float(end[result.signals.index("u_p")])),
-        summary["status"],
-        cause,
+        settling_time=settled,
+        overshoot=float(np.max(v)) / dv - 1.0,
+        alpha_m_end=float(end[result.signals.index("alpha_m")]) if "alpha_m" in result.signals else float("nan"),
+        u_p_end=abs(float(end[result.signals.index("u_p")])),
+        status=summary["status"],
+        cause=cause,
     )
 
 

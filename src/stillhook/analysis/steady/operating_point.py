@@ -155,7 +155,14 @@ def winch_at(crane: Crane, case: Scenario) -> Winch:
     if from_full <= 0.0:
         raise StillhookError(f"s_w = {show(case.s_w, 'length')}: no wire is left on the drum. Lower s_w.")
     plant = packed.plant
-    return Winch(crane.name, plant, driver(packed.name, 1), free, plant.geometry(case.s_w, free), case.s_w)
+    return Winch(
+        name=crane.name,
+        plant=plant,
+        driver=driver(packed.name, 1),
+        params=free,
+        geometry=plant.geometry(case.s_w, free),
+        s_w=case.s_w,
+    )
 
 
 def operate(

@@ -60,7 +60,13 @@ def steady(crane: Crane, v_w: float, mode: Mode | str, load: float | None = None
     u_p = v_w / v_full
     held = max(-1.0, min(u_p, 1.0))
     reached = held * v_full
-    return Steady(alpha_m, held, reached * 2.0 * crane.i_hD * K_wire / crane.drum.d_max, reached, abs(u_p) > 1.0)
+    return Steady(
+        alpha_m=alpha_m,
+        u_p=held,
+        omega_m=reached * 2.0 * crane.i_hD * K_wire / crane.drum.d_max,
+        v_w=reached,
+        saturated=abs(u_p) > 1.0,
+    )
 
 
 def speed_limit(crane: Crane, mode: Mode | str, load: float | None = None, *, K_wire: float = 1.0) -> float:

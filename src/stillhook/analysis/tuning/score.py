@@ -97,7 +97,17 @@ def scored(
     if not max(p) <= limits.p_max:
         broken.append(f"p_max {show(max(p), 'pressure', 4)} above {show(limits.p_max, 'pressure', 4)}")
     u_p = max(float(s["u_p_max"]) for s in results)
-    return Score(math.nan, float(np.mean(e)), max(e), max(p), e, p, u_p, min(capacity), tuple(broken))
+    return Score(
+        score=math.nan,
+        e_c_pp_mean=float(np.mean(e)),
+        e_c_pp_worst=max(e),
+        p_max=max(p),
+        e_c_pp=e,
+        pressures=p,
+        u_p_max=u_p,
+        v_w_capacity=min(capacity),
+        broken=tuple(broken),
+    )
 
 
 def relative(score: Score, start: Score, objective: Objective) -> Score:

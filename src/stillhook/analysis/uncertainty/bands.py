@@ -102,7 +102,16 @@ def band(values: FloatArray) -> Band:
     at = (edge, 0.5, 1.0 - edge)
     low, median, high = np.quantile(finite, at).tolist() if len(finite) else [math.nan] * 3
     errors = _errors(finite, at)
-    return Band(low, median, high, errors[0], errors[1], errors[2], len(finite), failed)
+    return Band(
+        low=low,
+        median=median,
+        high=high,
+        low_error=errors[0],
+        median_error=errors[1],
+        high_error=errors[2],
+        n=len(finite),
+        failed=failed,
+    )
 
 
 def _errors(values: FloatArray, at: tuple[float, ...]) -> list[float]:

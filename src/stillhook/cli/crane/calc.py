@@ -59,7 +59,7 @@ def motor_loss(
     if not 0.0 < D_m <= m.D_max * (1.0 + 1e-9):
         full = show(m.D_max, "displacement")
         raise ScenarioError(f"--displacement {displacement}: {name} has above 0 up to {full}. Give a value in between.")
-    fit = TorqueLossFit(m.loss.X_1, m.loss.X_2, m.loss.X_3, m.loss.X_4, m.loss.X_5)
+    fit = TorqueLossFit(X_1=m.loss.X_1, X_2=m.loss.X_2, X_3=m.loss.X_3, X_4=m.loss.X_4, X_5=m.loss.X_5)
     speeds = known.omega_m if known is not None and known.omega_m else _ends(VALID_SPEED, "rotation")
     drops = known.dp_m if known is not None and known.dp_m else _ends(VALID_DP, "pressure")
     inside = _within(abs(omega_m), speeds) and _within(abs(dp_m), drops)
@@ -111,7 +111,9 @@ def friction(
         raise ScenarioError(
             f"--drum-torque {drum_torque}: a suspended load gives no negative drum torque. Give 0 or more."
         )
-    T_fs = torque(omega_m, T_d, SystemFriction(s.Y_1, s.Y_2, s.Y_3, 1.0 / s.Y_4, s.Y_5, s.Y_6))
+    T_fs = torque(
+        omega_m, T_d, SystemFriction(Y_1=s.Y_1, Y_2=s.Y_2, Y_3=s.Y_3, i_Y_4=1.0 / s.Y_4, Y_5=s.Y_5, Y_6=s.Y_6)
+    )
     _answer({"T_fs": T_fs, "T_d": T_d, "omega_m": omega_m}, json)
 
 

@@ -17,8 +17,9 @@ from stillhook.engine.pack.lift import PackedLift, field_record, pack_lift, stan
 from stillhook.engine.pack.winch import Packed
 from stillhook.engine.runner import Block, Ending, Shape, nothing, ready_cases, run_blocks
 from stillhook.kernels.build import driver
-from stillhook.kernels.lanes import access, aligned, fields, flatten, offset, room_for, size
+from stillhook.kernels.lanes import access, aligned, flatten, offset, room_for, size
 from stillhook.kernels.statistics import blank
+from stillhook.physics.records import fields
 from stillhook.sea.motion.kinematics import WaveField
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
@@ -31,7 +32,7 @@ ROWS = 5
 
 
 PACKED = tuple(name for name in Lowering.model_fields if name not in ("name", "tip", "waves"))
-"""Parts of a lowering that its records follow from, beside the levels of its water and the height of the tip at the
+"""Parts of a lowering that its records follow from, apart from the levels of its water and the height of the tip at the
 start."""
 
 
@@ -151,7 +152,7 @@ class LiftBlock(Block[Ready]):
 
     def __init__(self, ready: Sequence[Ready], *, lanes: int, n_sub: int, every: int) -> None:
         winch = ready[0].winch
-        d = driver(winch.name, lanes, KIND, winch.beside)
+        d = driver(winch.name, lanes, KIND, winch.extra_controllers)
         super().__init__(ready, Shape(d, d.base, d.SIGNALS, d.NS), lanes=lanes, n_sub=n_sub, every=every)
         self.n = ready[0].case.wire.nodes
         self.dt_waves = waves_step(ready[0].case.waves)

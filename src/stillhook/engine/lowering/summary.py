@@ -309,4 +309,12 @@ def held(crane: Crane, case: Lowering, s_tip_pp: float) -> Held:
     plain, d = stand_in(crane, case, start.s_w), layer_diameter_at(crane, start.s_w)
     manual, compensates = StageMode.MANUAL in modes, StageMode.AHC in modes
     alpha = alpha_wanted(crane, plain, crane.drum.d_max / d, 0.0, None if compensates else MANUAL_MODE)
-    return Held(start.F_tip, d, alpha, s_tip_pp if compensates else 0.0, False, manual, compensates)
+    return Held(
+        W=start.F_tip,
+        d=d,
+        alpha=alpha,
+        s_tip_pp=s_tip_pp if compensates else 0.0,
+        gas_held=False,
+        manual=manual,
+        compensates=compensates,
+    )

@@ -120,10 +120,19 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float = 0.0) -> PackedLift:
     k_0 = rope.EA / crane.wire.L_0
     field = field_record(case.waves)
     settings = programme.settings
-    lift = Lift(rope, sling, hook, load, settings, field, 0.0, settings.t_cycle)
+    lift = Lift(
+        rope=rope,
+        sling=sling,
+        hook=hook,
+        load=load,
+        settings=settings,
+        field=field,
+        z_ref=0.0,
+        t_cycle=settings.t_cycle,
+    )
     q = at_rest(lift, s_tip, k_0, weights, F_sling, e)
     lift = lift._replace(z_ref=case.z_0 + s_tip - float(q[-1]))
-    sup = supervisor_at_rest(Watch(0.0, s_w, F_top, 0.0, 0.0), settings)
+    sup = supervisor_at_rest(Watch(t=0.0, s_w=s_w, F=F_top, s_tip=0.0, v_tip=0.0), settings)
     z = case.z_0 + s_tip
     at = heights(z, wetted_at(submergence(z, 0.0, load.reach), table))
     levels = Heights(*(level_of(z, math.log(1.0 + max(-z, 0.0) / field.z_w) * field.i_ds, field) for z in at))
@@ -149,7 +158,16 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float = 0.0) -> PackedLift:
         datum=float(q[-1]),
         grounded=0.0,
     )
-    return PackedLift(_winch(crane, case, s_w, F_top), lift, hang, q, weights, table, wet.A33, programme)
+    return PackedLift(
+        winch=_winch(crane, case, s_w, F_top),
+        lift=lift,
+        hang=hang,
+        q=q,
+        weights=weights,
+        table=table,
+        m_a=wet.A33,
+        programme=programme,
+    )
 
 
 def _winch(crane: Crane, case: Lowering, s_w: float, F_top: float) -> Packed:

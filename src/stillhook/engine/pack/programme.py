@@ -87,7 +87,7 @@ def hanging(crane: Crane, lift: Lowering, z: float) -> Hanging:
     F_surface = F_hook + q_wet * wet
     F_tip = F_surface + q * dry
     stretch = (F_tip * crane.wire.L_0 + 0.5 * (F_hook + F_surface) * wet + 0.5 * (F_surface + F_tip) * dry) / EA
-    return Hanging(length - stretch, F_hook, F_tip, stretch, wet)
+    return Hanging(s_w=length - stretch, F_hook=F_hook, F_tip=F_tip, stretch=stretch, wet=wet)
 
 
 def payload_weight(lift: Lowering, z: float) -> float:

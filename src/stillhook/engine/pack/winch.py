@@ -14,7 +14,7 @@ from stillhook.control.power import PowerLimit
 from stillhook.control.registry import CONTROLLERS, Mode, code_of
 from stillhook.control.ssc import MotorSettings
 from stillhook.engine.pack.gas import gas_record
-from stillhook.kernels.control_laws import beside
+from stillhook.kernels.control_laws import extra_controllers
 from stillhook.library.leakage import leak_law
 from stillhook.physics.friction import Bristle, SystemFriction
 from stillhook.physics.hydraulics.accumulator import Accumulator
@@ -58,14 +58,14 @@ DP_LEAST = 1.0e6
 
 class Packed(NamedTuple):
     """A crane and a scenario as the kernels read them: plant module, its Params, the PLC's memory before the first
-    cycle, the controllers beside those of every kernel, and the own settings of those that have some, by name."""
+    cycle, the controllers that not every kernel holds, and the own settings of those that have some, by name."""
 
     plant: ModuleType
     name: str
     params: Any
     memory: Memory
     s_w: float
-    beside: tuple[str, ...]
+    extra_controllers: tuple[str, ...]
     settings: dict[str, Any]
 
 
@@ -117,7 +117,7 @@ def _pumps(circuit: circuits.ActiveCircuit | circuits.PassiveCircuit) -> Pumps:
 def loss_fit(motor: circuits.Motor) -> TorqueLossFit:
     """The torque loss of a motor as the physics reads it."""
     loss = motor.loss
-    return TorqueLossFit(loss.X_1, loss.X_2, loss.X_3, loss.X_4, loss.X_5)
+    return TorqueLossFit(X_1=loss.X_1, X_2=loss.X_2, X_3=loss.X_3, X_4=loss.X_4, X_5=loss.X_5)
 
 
 def _motors(circuit: circuits.ActiveCircuit | circuits.PassiveCircuit) -> Motors:
@@ -206,7 +206,15 @@ def drum_record(crane: Crane) -> Drum:
     """The drum as the kernels read it; L_full is the wire on the full drum (square stacked)."""
     d, n, d_w = crane.drum.d, crane.drum.layers, crane.wire.d
     L_full = math.pi * crane.drum.turns * (n * d + n * n * d_w)
-    return Drum(d, d_w, float(crane.drum.turns), float(n), crane.drum.d_max, L_full, crane.wire.mass_per_length)
+    return Drum(
+        d=d,
+        d_wire=d_w,
+        turns=float(crane.drum.turns),
+        layers=float(n),
+        d_max=crane.drum.d_max,
+        L_full=L_full,
+        m_wire=crane.wire.mass_per_length,
+    )
 
 
 def inertia_record(crane: Crane) -> Inertia:
@@ -225,7 +233,7 @@ def load_record(crane: Crane, case: Scenario) -> Load:
 
 
 def friction_record(s: spec.SystemFriction) -> SystemFriction:
-    return SystemFriction(s.Y_1, s.Y_2, s.Y_3, 1.0 / s.Y_4, s.Y_5, s.Y_6)
+    return SystemFriction(Y_1=s.Y_1, Y_2=s.Y_2, Y_3=s.Y_3, i_Y_4=1.0 / s.Y_4, Y_5=s.Y_5, Y_6=s.Y_6)
 
 
 def _hoist(crane: Crane, case: Scenario) -> Hoist:
@@ -241,7 +249,13 @@ def _hoist(crane: Crane, case: Scenario) -> Hoist:
         wire=Wire(EA=EA, L_0=w.L_0, mu=w.mass_per_length, zeta=w.zeta),
         load=load,
         friction=friction_record(f.system),
-        bristle=Bristle(f.sigma_0, sigma_1, 1.0 / f.omega_fade, regular, 1.0 / f.omega_reg),
+        bristle=Bristle(
+            sigma_0=f.sigma_0,
+            sigma_1=sigma_1,
+            i_omega_f=1.0 / f.omega_fade,
+            regular=regular,
+            i_omega_r=1.0 / f.omega_reg,
+        ),
         i_i=1.0 / crane.i_hD,
         s_w_0=case.s_w,
         n_motors=float(n_motors),
@@ -258,26 +272,26 @@ def plc_record(crane: Crane, operator: Operator | None = None) -> Plc:
     alpha_hold = (operator.alpha_m or 0.0) if operator is not None else 0.0
     alpha_swl = c.alpha_ns if c.alpha_swl is None else c.alpha_swl
     settings = MotorSettings(
-        crane.plant.type.least_displacement(crane),
-        c.alpha_ns,
-        c.alpha_hs,
-        alpha_swl,
-        c.u_thr,
-        1.0 / F_swl,
-        K_outer,
-        alpha_hold,
+        alpha_min=crane.plant.type.least_displacement(crane),
+        alpha_ns=c.alpha_ns,
+        alpha_hs=c.alpha_hs,
+        alpha_swl=alpha_swl,
+        u_thr=c.u_thr,
+        i_F_swl=1.0 / F_swl,
+        K_outer=K_outer,
+        alpha_hold=alpha_hold,
     )
     return Plc(
-        gains(crane),
-        settings,
-        c.t_cycle,
-        c.tau_F,
-        c.tau_acc,
-        c.t_bumpless,
-        c.t_lead or 0.0,
-        c.computing,
-        _power(crane),
-        _brake(crane),
+        gains=gains(crane),
+        motors=settings,
+        t_cycle=c.t_cycle,
+        tau_F=c.tau_F,
+        tau_p=c.tau_acc,
+        t_bumpless=c.t_bumpless,
+        t_lead=c.t_lead or 0.0,
+        t_compute=c.computing,
+        power=_power(crane),
+        brake=_brake(crane),
     )
 
 
@@ -298,14 +312,44 @@ def _brake(crane: Crane) -> BrakeSettings:
     """How the holding brake is worked. Without one the winch is held by its circuits alone."""
     b = crane.brake
     if b is None:
-        return BrakeSettings(0.0, 0.0, 0.0, 0.0, 0.0, PROVED, 0.0, 0.0, 0.0)
+        return BrakeSettings(
+            fitted=0.0,
+            t_wait=0.0,
+            t_close=0.0,
+            t_open=0.0,
+            t_most=0.0,
+            dp_near=PROVED,
+            K_fill=0.0,
+            K_leak=0.0,
+            u_most=0.0,
+        )
     if not crane.circuits:  # nothing to fill before it opens
-        return BrakeSettings(1.0, b.t_wait, b.t_close, b.t_open, b.t_prove, PROVED, 0.0, 0.0, 0.0)
+        return BrakeSettings(
+            fitted=1.0,
+            t_wait=b.t_wait,
+            t_close=b.t_close,
+            t_open=b.t_open,
+            t_most=b.t_prove,
+            dp_near=PROVED,
+            K_fill=0.0,
+            K_leak=0.0,
+            u_most=0.0,
+        )
     a = crane.active
     Q = a.pump.D_total * a.pump.omega_p
     K_fill = capacitance(a.line.V, a.line.bulk_modulus) * FILL_RATE / Q
     u_most = FILL_MOST if a.boost.Q_max is None else min(FILL_MOST, BOOST_SHARE * a.boost.Q_max / Q)
-    return BrakeSettings(1.0, b.t_wait, b.t_close, b.t_open, b.t_prove, PROVED, K_fill, a.C_leak / Q, u_most)
+    return BrakeSettings(
+        fitted=1.0,
+        t_wait=b.t_wait,
+        t_close=b.t_close,
+        t_open=b.t_open,
+        t_most=b.t_prove,
+        dp_near=PROVED,
+        K_fill=K_fill,
+        K_leak=a.C_leak / Q,
+        u_most=u_most,
+    )
 
 
 def braked_at_start(crane: Crane, case: Scenario) -> bool:
@@ -330,7 +374,20 @@ def pack(crane: Crane, case: Scenario) -> Packed:
     if case.commands is not None:
         plc = plc._replace(brake=plc.brake._replace(fitted=0.0))  # the record moves the winch, and nothing of the PLC
     on = 1.0 if braked_at_start(crane, case) else 0.0
-    memory = Memory(mode, 0.0, hoist.load.W, p_0, 0.0, 1.0, 0.0, 0.0, 1.0, brake=on, idle=0.0, stroke=1.0)
+    memory = Memory(
+        mode=mode,
+        datum=0.0,
+        F=hoist.load.W,
+        p_mean=p_0,
+        u_p=0.0,
+        u_m=1.0,
+        b_p=0.0,
+        b_m=0.0,
+        held=1.0,
+        brake=on,
+        idle=0.0,
+        stroke=1.0,
+    )
     winch = crane.plant.type
     params = winch.pack(crane, case, parts_of(hoist, plc, sensors))
     return Packed(winch.module, winch.name, params, memory, case.s_w, *controllers_of(crane, modes))
@@ -338,7 +395,7 @@ def pack(crane: Crane, case: Scenario) -> Packed:
 
 def parts_of(hoist: Hoist | None = None, plc: Plc | None = None, sensors: Sensors | None = None) -> Parts:
     """What winch types pack their records from."""
-    return Parts(hoist, plc, sensors, active_record, passive_record)
+    return Parts(hoist=hoist, plc=plc, sensors=sensors, active=active_record, passive=passive_record)
 
 
 def motor_law(
@@ -359,7 +416,7 @@ def motor_law(
 
 
 def controllers_of(crane: Crane, modes: Iterable[str]) -> tuple[tuple[str, ...], dict[str, Any]]:
-    """The controllers of these modes beside those of every kernel, and the own settings of each that has some."""
-    names = beside(modes)
+    """The controllers of these modes that not every kernel holds, and the own settings of each that has some."""
+    names = extra_controllers(modes)
     own = {name: own_settings(crane.control, CONTROLLERS[name]) for name in names}
     return names, {name: settings for name, settings in own.items() if settings is not None}

@@ -213,7 +213,10 @@ def friction_parts(crane: Crane, W: float, d: float, v: float, alpha: float) -> 
     )
     total = sum(losses) + system
     parts = zip(sets, losses, strict=True)
-    return [FrictionPart(name, T_f, total, a, _beyond_fit(m, omega, a, dp)) for (name, m, a, dp), T_f in parts]
+    return [
+        FrictionPart(circuit=name, T_f=T_f, total=total, alpha=a, beyond=_beyond_fit(m, omega, a, dp))
+        for (name, m, a, dp), T_f in parts
+    ]
 
 
 def case_friction(crane: Crane, case: Scenario, demand: MotionDemand | None = None) -> list[FrictionPart]:

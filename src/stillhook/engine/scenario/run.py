@@ -102,7 +102,7 @@ class ScenarioBlock(Block[Ready]):
 
     def __init__(self, ready: Sequence[Ready], *, lanes: int, n_sub: int, every: int) -> None:
         winch = ready[0].winch
-        d = driver(winch.name, lanes, KIND, winch.beside)
+        d = driver(winch.name, lanes, KIND, winch.extra_controllers)
         super().__init__(ready, Shape(d, d, SIGNALS, size(d.Signals)), lanes=lanes, n_sub=n_sub, every=every)
 
     def record(self, r: Ready) -> list[float]:

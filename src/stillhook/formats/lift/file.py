@@ -105,7 +105,7 @@ def lifts() -> tuple[str, ...]:
 
 def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool) -> LiftFile:
     file = table.read(LiftTables)
-    crane = load_crane(table.toml_beside(file.crane))
+    crane = load_crane(table.relative_toml(file.crane))
     length = file.duration if duration is None else parse(duration, "time", "--duration")
     length = planned(file.stage, file.start, file.water.depth) if length is None else length
     place = place_of(file, table, length, seed) if moving else still_place(file, table)
@@ -128,7 +128,17 @@ def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool
         sensors=file.sensors,
         friction=file.friction,
     )
-    return LiftFile(crane, lift, file.step, file.every, place.words, place.vessel, place.at, place.sea, place.notes)
+    return LiftFile(
+        crane=crane,
+        lift=lift,
+        step=file.step,
+        every=file.every,
+        place=place.words,
+        vessel=place.vessel,
+        at=place.at,
+        sea=place.sea,
+        notes=place.notes,
+    )
 
 
 def planned(programme: Sequence[Stage], z_0: float, depth: float) -> float:

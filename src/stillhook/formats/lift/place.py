@@ -83,7 +83,9 @@ def place_of(file: LiftTables, table: TomlTable, length: float, seed: int | None
     waves = realise(sea, length, seed, amplitudes=file.sea.amplitudes, depth=depth)
     words = f"{rao.name}, tip at {where.describe()}, in {sea.describe()}, seed {seed}"
     motion, water = tip_motion(waves, rao, where.x, where.y), wave_field(waves, where.x, where.y)
-    return Place(motion, water, height, words, rao, where, sea, _notes(rao, sea, depth))
+    return Place(
+        tip=motion, waves=water, h_tip=height, words=words, vessel=rao, at=where, sea=sea, notes=_notes(rao, sea, depth)
+    )
 
 
 def _seed(seed: int) -> int:
@@ -118,7 +120,7 @@ def still_place(file: PlaceTables, table: TomlTable) -> Place:
     words = "" if rao is None or where is None else f"{rao.name}, tip at {where.describe()}"
     stated = file.sea if isinstance(file, LiftTables) else None
     sea = None if stated is None else _sea(stated, table.at("sea"))
-    return Place(Still(), None, height, words, rao, where, sea)
+    return Place(tip=Still(), waves=None, h_tip=height, words=words, vessel=rao, at=where, sea=sea)
 
 
 def _point(file: PlaceTables) -> tuple[TipPoint | None, float]:

@@ -110,4 +110,4 @@ def payload_of(file: PlaceTables, table: TomlTable) -> Payload:
         return Payload(**file.payload)
     if not isinstance(file.payload, str) or not file.payload.strip():
         raise table.wrong("give a name of the library, the path of a file, or a table [payload].", "payload")
-    return read_payload(table.toml_beside(file.payload))
+    return read_payload(table.relative_toml(file.payload))

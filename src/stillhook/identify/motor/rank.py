@@ -286,7 +286,9 @@ def scaled_mj4(fit: TorqueLossFit, ratio: float) -> TorqueLossFit:
     Torque grows with D: X_1, X_4, X_5 as D, X_3 not at all; the turbulent torque rho w^2 D^(5/3) leaves X_2 as
     D^(-4/3). Not in the thesis: dimensional analysis. X_1 of paper D table 1 grows faster (as D^2.4).
     """
-    return TorqueLossFit(fit.X_1 * ratio, fit.X_2 * ratio ** (-4.0 / 3.0), fit.X_3, fit.X_4 * ratio, fit.X_5 * ratio)
+    return TorqueLossFit(
+        X_1=fit.X_1 * ratio, X_2=fit.X_2 * ratio ** (-4.0 / 3.0), X_3=fit.X_3, X_4=fit.X_4 * ratio, X_5=fit.X_5 * ratio
+    )
 
 
 def borrowed(m: LossMap) -> tuple[Borrowed, ...]:

@@ -8,8 +8,8 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from stillhook.errors import StillhookError
-from stillhook.kernels.lanes import fields
 from stillhook.physics.intrinsics import bits, double
+from stillhook.physics.records import fields
 from stillhook.physics.scalar import scalar_of
 
 

@@ -27,7 +27,7 @@ from typing import Any, NamedTuple
 
 from stillhook.kernels.build import driver
 from stillhook.kernels.c99.expressions import Array, Expressions, SubsetError, Value, bare, constant, plain, safe
-from stillhook.kernels.lanes import fields
+from stillhook.physics.records import fields
 from stillhook.physics.scalar import align_stack
 
 LANE_LOOP = "LANES"
@@ -163,7 +163,7 @@ class Body(Expressions):
 
     def statement(self, s: ast.stmt, pad: str, depth: int) -> str:
         if isinstance(s, ast.Return):
-            return self.give(s, pad)
+            return self.returned(s, pad)
         if isinstance(s, ast.If):
             return self.branch(s, pad, depth)
         if isinstance(s, ast.For):
@@ -180,7 +180,7 @@ class Body(Expressions):
             return f"{pad}{self.expr(s.value).text};\n"
         return str(self.refuse(s, f"the statement {type(s).__name__}"))
 
-    def give(self, s: ast.Return, pad: str) -> str:
+    def returned(self, s: ast.Return, pad: str) -> str:
         if s.value is None:
             return f"{pad}return;\n"
         v = self.expr(s.value)

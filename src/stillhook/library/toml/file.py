@@ -66,12 +66,12 @@ class TomlTable:
         """A place inside of this table as messages name it."""
         return place_of((*self.loc, *loc), self.data)
 
-    def toml_beside(self, name: str) -> str:
+    def relative_toml(self, name: str) -> str:
         """The path of a TOML file seen from the folder of this one, or a name of the library unchanged."""
         neighbour = self.path.parent / name
         return str(neighbour) if name.endswith(".toml") and isfile(neighbour) else name
 
-    def file_beside(self, name: str, *loc: int | str) -> Path:
+    def relative_file(self, name: str, *loc: int | str) -> Path:
         """A file that exists, seen from the folder of this one; loc: of its name."""
         path = self.path.parent / name
         if not isfile(path):

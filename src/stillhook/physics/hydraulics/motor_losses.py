@@ -344,7 +344,7 @@ def mj5(omega_m, D_m, dp_m, fit, motor):
     14 prints C_n + 2): a pressure lost as the power C_n of the flow omega D costs D times as much torque, and C_n = 2
     is then MJ4. The text calls MJ3 its base, yet eq. 11 carries the terms of MJ4; its "C_o" is C_n.
     """
-    dry = torque_loss_dry(D_m, dp_m, TorqueLossFit(0.0, 0.0, fit.C_f, fit.C_e, fit.C_m))
+    dry = torque_loss_dry(D_m, dp_m, TorqueLossFit(X_1=0.0, X_2=0.0, X_3=fit.C_f, X_4=fit.C_e, X_5=fit.C_m))
     flow = fit.C_i * motor.rho * abs(omega_m) ** fit.C_n * D_m ** (fit.C_n + 1.0)
     return dry + fit.C_g * motor.mu * abs(omega_m) + flow
 
@@ -360,7 +360,10 @@ def mj6(omega_m, D_m, dp_m, fit, motor):
     six parameters, where table 1 prints five.
     """
     smooth = torque_loss(
-        omega_m, D_m, dp_m, TorqueLossFit(fit.C_g * motor.mu, fit.C_i * motor.rho, fit.C_f, fit.C_e, fit.C_m)
+        omega_m,
+        D_m,
+        dp_m,
+        TorqueLossFit(X_1=fit.C_g * motor.mu, X_2=fit.C_i * motor.rho, X_3=fit.C_f, X_4=fit.C_e, X_5=fit.C_m),
     )
     return smooth + D_m / motor.D_max * notch_loss(omega_m, dp_m, fit.C_k, motor)
 

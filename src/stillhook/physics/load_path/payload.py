@@ -128,14 +128,14 @@ def wetted(h, lo, hi):
     f = clip((h - lo.h) / (hi.h - lo.h), 0.0, 1.0)
     more = f * (lo.dA33_next - lo.dA33)
     return Wetted(
-        lo.V + f * (hi.V - lo.V),
-        lo.A33 + f * (hi.h - lo.h) * (lo.dA33 + 0.5 * more),
-        lo.dA33 + more,
-        lo.B + f * (hi.B - lo.B),
-        lo.y_m + f * (hi.y_m - lo.y_m),
-        lo.r_m + f * (hi.r_m - lo.r_m),
-        lo.y_d + f * (hi.y_d - lo.y_d),
-        lo.r_d + f * (hi.r_d - lo.r_d),
+        V=lo.V + f * (hi.V - lo.V),
+        A33=lo.A33 + f * (hi.h - lo.h) * (lo.dA33 + 0.5 * more),
+        dA33=lo.dA33 + more,
+        B=lo.B + f * (hi.B - lo.B),
+        y_m=lo.y_m + f * (hi.y_m - lo.y_m),
+        r_m=lo.r_m + f * (hi.r_m - lo.r_m),
+        y_d=lo.y_d + f * (hi.y_d - lo.y_d),
+        r_d=lo.r_d + f * (hi.r_d - lo.r_d),
     )
 
 
@@ -226,13 +226,13 @@ def water_force(z, v, wet, water, load):
     slope = surface_slope(h, wet.dA33, load) * (1.0 + load.bottom_A * f)
     cushion = -0.5 * wet.A33 * load.bottom_A * felt_slope(z, load) * u * u
     return WaterForce(
-        load.rho * load.g * wet.V,
-        (load.rho * wet.V + m_a) * a_w,
-        0.5 * B * (abs(u_1) * u_1 + abs(u_2) * u_2) + C * u,
-        surface_momentum(h_dot, slope),
-        cushion + soil_force(z, v, load),
-        m_a,
-        B * (abs(u_1) + abs(u_2)) + C,
+        buoyancy=load.rho * load.g * wet.V,
+        inertia=(load.rho * wet.V + m_a) * a_w,
+        drag=0.5 * B * (abs(u_1) * u_1 + abs(u_2) * u_2) + C * u,
+        slam=surface_momentum(h_dot, slope),
+        bottom=cushion + soil_force(z, v, load),
+        m_a=m_a,
+        damping=B * (abs(u_1) + abs(u_2)) + C,
     )
 
 

@@ -52,7 +52,13 @@ def reference_of(plan: LiftPlan, of: Answered) -> Reference:
     deepest = min(deep, key=lambda p: _lowest(p.start, p.end), default=None)
     z = math.nan if deepest is None else _lowest(deepest.start, deepest.end)
     return Reference(
-        heading, period, axes.headings[heading], axes.periods[period], height, deepest.name if deepest else None, z
+        heading=heading,
+        period=period,
+        beta=axes.headings[heading],
+        Tp=axes.periods[period],
+        Hs=height,
+        phase=deepest.name if deepest else None,
+        z=z,
     )
 
 

@@ -89,6 +89,13 @@ def _conditions(plan: LiftPlan, phase: Phase, alternative: Alternative, seas: Se
     tip = tip_motion(plan, phase, seas)
     pp, T = 2.0 * tip.largest(max(phase.duration or 0.0, plan.rules.settings["duration_least"]))[0], tip.T_z
     return [
-        Conditions(load, min(wire) - 0.5 * float(s), max(wire) + 0.5 * float(s), float(s), float(t), (mode,))
+        Conditions(
+            load=load,
+            s_w_min=min(wire) - 0.5 * float(s),
+            s_w_max=max(wire) + 0.5 * float(s),
+            s_tip_pp=float(s),
+            period=float(t),
+            modes=(mode,),
+        )
         for s, t in zip(pp, T, strict=True)
     ]

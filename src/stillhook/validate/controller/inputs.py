@@ -150,19 +150,19 @@ def _plc_segment(crane: Crane, record: Record, mode: FloatArray, a: int, b: int)
     plc = plc_record(crane)._replace(t_cycle=record.step)
     braked = on_brake(mode[a:b], v_op, x["u_p"], plc.brake, record.step) if "v_op" in x else zero > 0.0
     seen = Seen(
-        s_tip,
-        v_tip,
-        a_tip,
-        v_op,
-        s_op,
-        mode[a:b],
-        x.get("f_pump", one),
-        x["s_w"],
-        F,
-        one,
-        wire_ratio(crane, x["s_w"]),
-        braked.astype(np.float64),
-        x["u_p"],
+        s_tip=s_tip,
+        v_tip=v_tip,
+        a_tip=a_tip,
+        v_op=v_op,
+        s_op=s_op,
+        mode=mode[a:b],
+        f_pump=x.get("f_pump", one),
+        s_w=x["s_w"],
+        F=F,
+        alpha_m=one,
+        K_wire=wire_ratio(crane, x["s_w"]),
+        braked=braked.astype(np.float64),
+        u_braked=x["u_p"],
     )
     memory = _memory(record, mode, a, datum, F, e_c is not None, u_m is not None)
     bare = PlcSegment(record, a, b, parts, seen, memory, plc, x["u_p"], u_m, e_c, None, ())
@@ -214,15 +214,15 @@ def _memory(
     early = F[: max(1, round(1.0 / record.step))]
     u_m = u_m if np.isfinite(u_m) else 1.0
     return Memory(
-        before,
-        datum,
-        float(early.mean()),
-        0.0,
-        float(record.signals["u_p"][at]),
-        u_m,
-        0.0,
-        0.0,
-        1.0,
+        mode=before,
+        datum=datum,
+        F=float(early.mean()),
+        p_mean=0.0,
+        u_p=float(record.signals["u_p"][at]),
+        u_m=u_m,
+        b_p=0.0,
+        b_m=0.0,
+        held=1.0,
         brake=0.0,
         idle=0.0,
         stroke=1.0,

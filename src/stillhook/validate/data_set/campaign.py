@@ -181,7 +181,7 @@ def load_campaign(path: str | Path) -> Campaign:
 
 def _campaign(table: TomlTable) -> Campaign:
     file = table.read(CampaignFile)
-    crane = load_crane(table.toml_beside(file.crane))
+    crane = load_crane(table.relative_toml(file.crane))
     mapping = None if file.signals is None else mapping_from(file.signals, table.path.name)
     modes = {key.strip(): mode for key, mode in file.modes.items()}
     tests = tuple(_test(row, i, table.at("test", i), crane, mapping, modes) for i, row in enumerate(file.test))
@@ -195,7 +195,7 @@ def _campaign(table: TomlTable) -> Campaign:
         file=table.path,
         crane=crane,
         crane_name=file.crane,
-        criteria=load_criteria(table.toml_beside(file.criteria)),
+        criteria=load_criteria(table.relative_toml(file.criteria)),
         delay=file.delay,
         tests=tests,
         synthetic=file.synthetic or MARK in title,
@@ -227,7 +227,7 @@ def _test(
     mapping, meaning = with_modes(mapping, modes)
     return CraneTest(
         name=row.name or str(i + 1),
-        log=table.file_beside(row.log, "log"),
+        log=table.relative_file(row.log, "log"),
         kind=row.kind,
         load=row.load,
         mode=row.mode,

@@ -82,7 +82,19 @@ def active_flows(alpha_p, D_m, omega_m, p_a, p_b, f_pump, A):
     Q_a = Q_ab - Q_ext_a + Q_boost_a - Q_relief_a - Q_flush_a
     Q_b = -Q_ab - Q_ext_b + Q_boost_b - Q_relief_b - Q_flush_b
     return ActiveFlows(
-        Q_p, Q_m, Q_int, Q_ext_a, Q_ext_b, Q_boost_a, Q_boost_b, Q_relief_a, Q_relief_b, Q_flush_a, Q_flush_b, Q_a, Q_b
+        Q_p=Q_p,
+        Q_m=Q_m,
+        Q_int=Q_int,
+        Q_ext_a=Q_ext_a,
+        Q_ext_b=Q_ext_b,
+        Q_boost_a=Q_boost_a,
+        Q_boost_b=Q_boost_b,
+        Q_relief_a=Q_relief_a,
+        Q_relief_b=Q_relief_b,
+        Q_flush_a=Q_flush_a,
+        Q_flush_b=Q_flush_b,
+        Q_a=Q_a,
+        Q_b=Q_b,
     )
 
 
@@ -195,7 +207,17 @@ class Extremes(NamedTuple):
     ]
 
 
-BLANK = Extremes(0.0, 0.0, 0.0, NOT_YET, 0.0, NOT_YET, 0.0, -NOT_YET, NOT_YET)
+BLANK = Extremes(
+    p_a_max=0.0,
+    p_b_max=0.0,
+    p_max=0.0,
+    p_min=NOT_YET,
+    alpha_p_max=0.0,
+    alpha_m_min=NOT_YET,
+    omega_m_max=0.0,
+    P_hpu_max=-NOT_YET,
+    P_hpu_min=NOT_YET,
+)
 """Extremes of nothing yet."""
 
 

@@ -124,24 +124,24 @@ def two_volume_flows(Q_p, alpha_p, D_m, x, f_pump, thin, leak, A):
     Q_ma = x.Q_a - Q_m - Q_int_m - Q_ext_ma
     Q_mb = Q_m + Q_int_m - Q_ext_mb - x.Q_b
     return Flows(
-        Q_p,
-        Q_m,
-        Q_int_p,
-        Q_int_m,
-        Q_ext_pa,
-        Q_ext_pb,
-        Q_ext_ma,
-        Q_ext_mb,
-        Q_boost_a,
-        Q_boost_b,
-        Q_relief_a,
-        Q_relief_b,
-        Q_flush_a,
-        Q_flush_b,
-        Q_pa,
-        Q_pb,
-        Q_ma,
-        Q_mb,
+        Q_p=Q_p,
+        Q_m=Q_m,
+        Q_int_p=Q_int_p,
+        Q_int_m=Q_int_m,
+        Q_ext_pa=Q_ext_pa,
+        Q_ext_pb=Q_ext_pb,
+        Q_ext_ma=Q_ext_ma,
+        Q_ext_mb=Q_ext_mb,
+        Q_boost_a=Q_boost_a,
+        Q_boost_b=Q_boost_b,
+        Q_relief_a=Q_relief_a,
+        Q_relief_b=Q_relief_b,
+        Q_flush_a=Q_flush_a,
+        Q_flush_b=Q_flush_b,
+        Q_pa=Q_pa,
+        Q_pb=Q_pb,
+        Q_ma=Q_ma,
+        Q_mb=Q_mb,
     )
 
 
@@ -199,4 +199,13 @@ def passive_flows(Q_pp, alpha_pp, D_pm, x, f_passive, thin, relief, P):
     Q_ext = leak_to_case(C, p_o, thin, P.leak)
     Q_relief = relief_flow(p_o, relief)
     Q_o = Q_pp - Q_m - Q_lp - Q_ext - Q_relief
-    return PassiveFlows(Q_m, Q_lp, Q_ext, Q_relief, Q_o, p_o, p_o + piston_friction(Q_o, P.acc), p_lp)
+    return PassiveFlows(
+        Q_m=Q_m,
+        Q_lp=Q_lp,
+        Q_ext=Q_ext,
+        Q_relief=Q_relief,
+        Q_o=Q_o,
+        p_o=p_o,
+        p_hp=p_o + piston_friction(Q_o, P.acc),
+        p_lp=p_lp,
+    )

@@ -18,6 +18,7 @@ from stillhook.physics.hydraulics.motor import motor_torque
 from stillhook.physics.hydraulics.pump import pump_flow
 from stillhook.physics.hydraulics.swash import displacement, known_displacement, pilot, swash_acceleration, swash_rate
 from stillhook.physics.load_path.drum import K_wire
+from stillhook.physics.records import replace
 from stillhook.physics.scalar import clip, fmax, scalar
 from stillhook.physics.sensor import quantise
 from stillhook.winches.circuits.active import (
@@ -195,20 +196,20 @@ def circuit(x, q, u, geo, p):
     g_to = dry_level_true(x.omega_m, q.F_w * geo.r_eff, T_hyd, e.friction)
     T_moving = moving_loss_true(x.omega_m, thin, e.friction)
     return Circuit(
-        f,
-        o,
-        alpha_p,
-        alpha_m,
-        alpha_pp,
-        alpha_pm,
-        D_m,
-        D_pm,
-        Q_pp,
-        x.g + u.brake * p.hoist.T_brake,
-        u.brake,
-        g_to,
-        T_moving,
-        thin,
+        f=f,
+        o=o,
+        alpha_p=alpha_p,
+        alpha_m=alpha_m,
+        alpha_pp=alpha_pp,
+        alpha_pm=alpha_pm,
+        D_m=D_m,
+        D_pm=D_pm,
+        Q_pp=Q_pp,
+        g=x.g + u.brake * p.hoist.T_brake,
+        held=u.brake,
+        g_to=g_to,
+        T_moving=T_moving,
+        thin=thin,
     )
 
 
@@ -262,7 +263,11 @@ def geometry(s_w, p):
     L_left = drum.L_full - s_w
     w = wound(L_left, drum)
     return Geometry(
-        w.layer - 1.0 + w.turn / drum.turns, w.d, 0.5 * w.d * drum.i_i, 1.0 / inertia_true(L_left, w, drum), 0.0
+        layers=w.layer - 1.0 + w.turn / drum.turns,
+        d=w.d,
+        r_eff=0.5 * w.d * drum.i_i,
+        i_J=1.0 / inertia_true(L_left, w, drum),
+        c=0.0,
     )
 
 
@@ -354,6 +359,9 @@ def sense(x, y, q, m, tick, geo, p):
     )
 
 
+with_u_p, commanded = replace(ActuatorCommands, "u_p"), replace(Memory, "u_p", "held")
+
+
 @scalar
 def actuate(drive, r, x, m_0, m, tick, geo, p):
     """Plant commands, the PLC's memory and the active drive's signals; r what was read, m_0 memory before the cycle.
@@ -362,16 +370,26 @@ def actuate(drive, r, x, m_0, m, tick, geo, p):
     steps, the pumps get it a part of a cycle late, and its passive circuit works by the pressure at the transmitter.
     """
     A, P, e = p.active, p.passive, p.extra
-    drive = ActuatorCommands(
-        clip(drive.u_p, -e.u_limit, e.u_limit), drive.u_m, drive.u_ff, drive.u_raw, drive.e_c, drive.brake
-    )
+    drive = with_u_p(drive, clip(drive.u_p, -e.u_limit, e.u_limit))
     drive = apply_override(drive, tick)
     u_m, held = pilot(drive.u_m, m.held, A.control)
     u_pm = displacement_for_weight(m.F, geo.r_eff, r.p_hp, P.settings)
     u_pp = make_up(m.p_mean, u_pm, tick.v_op / geo.r_eff, P.settings)
     u_p = quantise(drive.u_p + e.late * (m_0.u_p - drive.u_p), e.dac)
-    m = Memory(m.mode, m.datum, m.F, m.p_mean, drive.u_p, m.u_m, m.b_p, m.b_m, held, m.brake, m.idle, m.stroke)
-    return Command(u_p, quantise(u_m, e.dac), u_pp, u_pm, tick.f_pump, tick.f_passive, drive.brake), m, drive
+    m = commanded(m, drive.u_p, held)
+    return (
+        Command(
+            u_p=u_p,
+            u_m=quantise(u_m, e.dac),
+            u_pp=u_pp,
+            u_pm=u_pm,
+            f_pump=tick.f_pump,
+            f_passive=tick.f_passive,
+            brake=drive.brake,
+        ),
+        m,
+        drive,
+    )
 
 
 @scalar

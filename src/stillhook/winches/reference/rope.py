@@ -98,7 +98,15 @@ def start(s_w, tick, p):
     rope = p.extra.rope
     i_L, W = half_inverse(s_w, rope), rope.W_mid + rope.W_load
     s_mid = tick.s - stretch_under(W, i_L, rope)
-    return State(s_w, s_mid - stretch_under(rope.W_load, i_L, rope), 0.0, s_mid, 0.0, 0.0, 0.0)
+    return State(
+        s_w=s_w,
+        s_load=s_mid - stretch_under(rope.W_load, i_L, rope),
+        v_load=0.0,
+        s_mid=s_mid,
+        v_mid=0.0,
+        y_up=0.0,
+        y_low=0.0,
+    )
 
 
 @scalar
@@ -113,7 +121,19 @@ def at(v_w, y, geo, tip, p):
     drag = -rope.b * abs(y.v_load) * y.v_load
     a_mid = (F_w - F_low - rope.W_mid) * rope.i_m_mid
     a_load = (F_low - rope.W_load + drag) * rope.i_m_load
-    return Point(v_w, i_L, x_up, x_up_dot, F_w, x_low, x_low_dot, F_low, a_mid, a_load, -drag * y.v_load)
+    return Point(
+        v_w=v_w,
+        i_L=i_L,
+        x_up=x_up,
+        x_up_dot=x_up_dot,
+        F_w=F_w,
+        x_low=x_low,
+        x_low_dot=x_low_dot,
+        F_low=F_low,
+        a_mid=a_mid,
+        a_load=a_load,
+        P_drag=-drag * y.v_load,
+    )
 
 
 @scalar

@@ -218,23 +218,23 @@ def circuit(x, q, u, geo, p):
     g = g + u.brake * p.hoist.T_brake
     T_moving = moving_loss(x.omega_m, alpha_m, alpha_pm, p)
     return Circuit(
-        f,
-        alpha_p,
-        alpha_m,
-        alpha_pp,
-        alpha_pm,
-        D_m,
-        D_pm,
-        Q_pp,
-        Q_lp,
-        Q_lp_ext,
-        Q_relief_p,
-        Q_o,
-        p_o,
-        p_hp,
-        g,
-        u.brake,
-        T_moving,
+        f=f,
+        alpha_p=alpha_p,
+        alpha_m=alpha_m,
+        alpha_pp=alpha_pp,
+        alpha_pm=alpha_pm,
+        D_m=D_m,
+        D_pm=D_pm,
+        Q_pp=Q_pp,
+        Q_lp=Q_lp,
+        Q_lp_ext=Q_lp_ext,
+        Q_relief_p=Q_relief_p,
+        Q_o=Q_o,
+        p_o=p_o,
+        p_hp=p_hp,
+        g=g,
+        held=u.brake,
+        T_moving=T_moving,
     )
 
 
@@ -289,13 +289,41 @@ def start(s_w, tick, p):
     """State before the PLC's first cycle: the load hangs still on both circuits; s_w wire out [m]."""
     A = p.active
     V_o = 0.5 * p.passive.accumulator.V_stroke
-    return State(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, A.boost.p, A.boost.p, V_o, 0.0, 0.0)
+    return State(
+        alpha_p=0.0,
+        alpha_p_dot=0.0,
+        alpha_m=1.0,
+        alpha_m_dot=0.0,
+        alpha_pp=0.0,
+        alpha_pp_dot=0.0,
+        alpha_pm=0.0,
+        alpha_pm_dot=0.0,
+        p_a=A.boost.p,
+        p_b=A.boost.p,
+        V_o=V_o,
+        omega_m=0.0,
+        z=0.0,
+    )
 
 
 @scalar
 def settle(x, q, u, tick, geo, p):
     """The state at rest under the PLC's first commands: displacements where it wants them."""
-    return State(0.0, 0.0, u.u_m, 0.0, 0.0, 0.0, u.u_pm, 0.0, x.p_a, x.p_b, x.V_o, 0.0, 0.0)
+    return State(
+        alpha_p=0.0,
+        alpha_p_dot=0.0,
+        alpha_m=u.u_m,
+        alpha_m_dot=0.0,
+        alpha_pp=0.0,
+        alpha_pp_dot=0.0,
+        alpha_pm=u.u_pm,
+        alpha_pm_dot=0.0,
+        p_a=x.p_a,
+        p_b=x.p_b,
+        V_o=x.V_o,
+        omega_m=0.0,
+        z=0.0,
+    )
 
 
 @scalar
@@ -318,7 +346,19 @@ def actuate(drive, r, x, m_0, m, tick, geo, p):
     P_left = f * power.P_max - fmax(f * power.Q_p * drive.u_p * (x.p_a - x.p_b), 0.0)
     demand = make_up(m.p_mean, u_pm, tick.v_op / geo.r_eff, P.settings)
     u_pp = within_power(demand, r.p_hp - P.settings.p_lp, f * power.Q_pp, fmax(P_left, 0.0))
-    return Command(drive.u_p, u_m, u_pp, u_pm, tick.f_pump, tick.f_passive, drive.brake), hold(m, held), drive
+    return (
+        Command(
+            u_p=drive.u_p,
+            u_m=u_m,
+            u_pp=u_pp,
+            u_pm=u_pm,
+            f_pump=tick.f_pump,
+            f_passive=tick.f_passive,
+            brake=drive.brake,
+        ),
+        hold(m, held),
+        drive,
+    )
 
 
 @scalar
@@ -415,8 +455,22 @@ def steady(
     p_o = accumulator_pressure(V, P.accumulator)
     alpha_pm = displacement_for_weight(F_w, geo.r_eff, p_o, P.settings)
     pp = make_up(p_o, alpha_pm, v_op / geo.r_eff, P.settings) if alpha_pp is None else alpha_pp
-    x = State(0.0, 0.0, alpha_m, 0.0, pp, 0.0, alpha_pm, 0.0, 0.0, 0.0, V, omega_m, 0.0)
-    return x, Command(0.0, alpha_m, pp, alpha_pm, 1.0, 1.0, 0.0)
+    x = State(
+        alpha_p=0.0,
+        alpha_p_dot=0.0,
+        alpha_m=alpha_m,
+        alpha_m_dot=0.0,
+        alpha_pp=pp,
+        alpha_pp_dot=0.0,
+        alpha_pm=alpha_pm,
+        alpha_pm_dot=0.0,
+        p_a=0.0,
+        p_b=0.0,
+        V_o=V,
+        omega_m=omega_m,
+        z=0.0,
+    )
+    return x, Command(u_p=0.0, u_m=alpha_m, u_pp=pp, u_pm=alpha_pm, f_pump=1.0, f_passive=1.0, brake=0.0)
 
 
 def carried(p: Params, geo: Geometry, F_w: float) -> Carried:
@@ -432,7 +486,13 @@ def mean_pressure(x: State, p: Params) -> float:
 
 def pack(crane: Any, case: Any, parts: Parts) -> Params:
     """Records of a run."""
-    return Params(parts.active(crane), parts.passive(crane, case.gas_held), parts.hoist, parts.plc, parts.sensors)
+    return Params(
+        active=parts.active(crane),
+        passive=parts.passive(crane, case.gas_held),
+        hoist=parts.hoist,
+        plc=parts.plc,
+        sensors=parts.sensors,
+    )
 
 
 def motors(crane: Any) -> tuple[Any, ...]:

@@ -151,7 +151,9 @@ def circuit(x, q, u, geo, p):
         x.omega_m
     )
     g = g + u.brake * h.T_brake
-    return Circuit(f, alpha_p, alpha_m, D_m, g, u.brake, copysign(magnitude, x.omega_m))
+    return Circuit(
+        f=f, alpha_p=alpha_p, alpha_m=alpha_m, D_m=D_m, g=g, held=u.brake, T_moving=copysign(magnitude, x.omega_m)
+    )
 
 
 @scalar
@@ -198,7 +200,9 @@ def wire_speed(x, geo):
 def start(s_w, tick, p):
     """State before the PLC's first cycle: the load hangs still; s_w wire out [m]."""
     A = p.active
-    return State(0.0, 0.0, 1.0, 0.0, A.boost.p, A.boost.p, 0.0, 0.0)
+    return State(
+        alpha_p=0.0, alpha_p_dot=0.0, alpha_m=1.0, alpha_m_dot=0.0, p_a=A.boost.p, p_b=A.boost.p, omega_m=0.0, z=0.0
+    )
 
 
 @scalar
@@ -206,7 +210,7 @@ def settle(x, q, u, tick, geo, p):
     """The state at rest under the PLC's first commands: line A holds the load at the displacement that it wants."""
     A = p.active
     p_a = A.boost.p + q.F_w * geo.r_eff / (A.motors.count * A.motors.D_max * u.u_m)
-    return State(0.0, 0.0, u.u_m, 0.0, p_a, x.p_b, 0.0, 0.0)
+    return State(alpha_p=0.0, alpha_p_dot=0.0, alpha_m=u.u_m, alpha_m_dot=0.0, p_a=p_a, p_b=x.p_b, omega_m=0.0, z=0.0)
 
 
 @scalar
@@ -282,7 +286,7 @@ def limits(c, x, q, u, p):
 def steady(p: Params, geo: Geometry, F_w: float, omega_m: float, v_op: float, alpha_m: float) -> tuple[State, Command]:
     """State and command of a steady speed, without the active circuit's pressures: omega_m motor speed [rad/s]; alpha_m
     displacement of the motors [-]."""
-    x = State(0.0, 0.0, alpha_m, 0.0, 0.0, 0.0, omega_m, 0.0)
+    x = State(alpha_p=0.0, alpha_p_dot=0.0, alpha_m=alpha_m, alpha_m_dot=0.0, p_a=0.0, p_b=0.0, omega_m=omega_m, z=0.0)
     return x, Command(0.0, alpha_m, 1.0, 0.0)
 
 

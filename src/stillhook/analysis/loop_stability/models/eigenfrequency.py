@@ -61,7 +61,9 @@ def eigenfrequency(crane: Crane, alpha_m: float = 1.0) -> Eigenfrequency:
     D_m = a.motor.D_total * alpha_m
     omega_0 = math.sqrt((D_m * D_m + B_v * a.C_leak) / (J_m * C_h))
     zeta = (B_v / J_m + a.C_leak / C_h) / (2.0 * omega_0)
-    return Eigenfrequency(alpha_m, omega_0, zeta, 2.0 * math.pi / omega_0, C_h, a.C_leak, J_m)
+    return Eigenfrequency(
+        alpha_m=alpha_m, omega_0=omega_0, zeta=zeta, period=2.0 * math.pi / omega_0, C_h=C_h, C_leak=a.C_leak, J_m=J_m
+    )
 
 
 def gain_limit(crane: Crane, alpha_m: float = 1.0, K_wire: float = 1.0) -> GainLimit:

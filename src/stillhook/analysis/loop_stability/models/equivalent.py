@@ -63,7 +63,14 @@ def equivalent(crane: Crane, point: OperatingPoint, linear: Linear | None = None
     )
     e = eigenfrequency(hydraulic, point.alpha_m)
     return Equivalent(
-        B_v, B_low, C_leak, J_m, K_wire, e.omega_0, e.zeta, gain_limit(hydraulic, point.alpha_m, K_wire).K_p_ms
+        B_v=B_v,
+        B_low=B_low,
+        C_leak=C_leak,
+        J_m=J_m,
+        K_wire=K_wire,
+        omega_0=e.omega_0,
+        zeta=e.zeta,
+        K_p_ms=gain_limit(hydraulic, point.alpha_m, K_wire).K_p_ms,
     )
 
 

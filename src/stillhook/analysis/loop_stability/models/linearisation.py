@@ -297,9 +297,9 @@ class _Plc:
     """The PLC's cycle about an operating point, with the controller of a mode in force."""
 
     def __init__(self, crane: Crane, point: OperatingPoint, mode: Mode) -> None:
-        beside, own = controllers_of(crane, (mode,))
+        extra_controllers, own = controllers_of(crane, (mode,))
         self.point, self.tick = point, _tick(point, mode)
-        self.driver = driver(crane.plant.value, 1, beside=beside)
+        self.driver = driver(crane.plant.value, 1, extra_controllers=extra_controllers)
         self.laws = self.driver.laws.blank(own)._replace(code=code_of(mode))
         self.carried = [i for i, path in enumerate(paths(type(self.laws))) if "_memory." in path]
 
@@ -359,7 +359,25 @@ def _control_slopes(plc: _Plc, crane: Crane) -> tuple[FloatArray, FloatArray]:
 def _tick(point: OperatingPoint, mode: Mode) -> Tick:
     """What comes from outside while the tip moves at its constant speed."""
     s, v = point.tip.s, point.tip.v
-    return Tick(s, v, 0.0, s, v, 0.0, 0.0, 0.0, code_of(mode), 1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+    return Tick(
+        s=s,
+        v=v,
+        a=0.0,
+        s_m=s,
+        v_m=v,
+        a_m=0.0,
+        v_op=0.0,
+        s_op=0.0,
+        mode=code_of(mode),
+        f_pump=1.0,
+        f_known=1.0,
+        n_s=0.0,
+        n_F=0.0,
+        f_passive=1.0,
+        override=0.0,
+        u_p=0.0,
+        u_m=0.0,
+    )
 
 
 def settled_displacement(crane: Crane, point_at: Callable[[float], OperatingPoint], mode: Mode | str) -> OperatingPoint:

@@ -95,7 +95,16 @@ def simulate_reduced(
         raise SimulationError(f"reduced model: {run.message}")
     alpha_m, _, alpha_p, _, omega_m, dp, e_c = run.y
     p_b = np.full_like(times, crane.active.boost.p)
-    return Reduced(times, e_c, dp + p_b, p_b, omega_m, omega_m * _effective_radius(crane, K_wire), alpha_p, alpha_m)
+    return Reduced(
+        t=times,
+        e_c=e_c,
+        p_a=dp + p_b,
+        p_b=p_b,
+        omega_m=omega_m,
+        v_w=omega_m * _effective_radius(crane, K_wire),
+        alpha_p=alpha_p,
+        alpha_m=alpha_m,
+    )
 
 
 def _effective_radius(crane: Crane, K_wire: float) -> float:
@@ -108,8 +117,8 @@ def _rates(crane: Crane, tip: Motion, mode: Mode, K_wire: float) -> Callable[[fl
     a, J_m, B_v, lever = crane.active, crane.inertia.J_m_eff, crane.control.B_v, _effective_radius(crane, K_wire)
     C_h = capacitance(a.line.V, a.line.bulk_modulus)
     Q_p_max = a.pump.D_total * a.pump.omega_p
-    pump = Servo(a.pump.servo.omega_n, a.pump.servo.zeta, -1.0, 1.0, NO_LIMIT)
-    motor = Servo(a.motor.servo.omega_n, a.motor.servo.zeta, a.motor.alpha_min, 1.0, NO_LIMIT)
+    pump = Servo(omega_n=a.pump.servo.omega_n, zeta=a.pump.servo.zeta, lo=-1.0, hi=1.0, rate=NO_LIMIT)
+    motor = Servo(omega_n=a.motor.servo.omega_n, zeta=a.motor.servo.zeta, lo=a.motor.alpha_min, hi=1.0, rate=NO_LIMIT)
     ahc, law = gains(crane), motor_law(crane, mode, K_wire=K_wire)
 
     def rates(t: float, x: Any) -> list[float]:

@@ -161,12 +161,12 @@ def about(crane: Crane, v_tip: float, *, mode: Mode | str = DEFAULT_MODE, K_wire
     u_ff = -gains(crane).K_1 * v_tip * K_wire * s.alpha_m
     D_m = crane.active.motor.D_total * s.alpha_m
     return About(
-        v_tip,
-        s.alpha_m,
-        u_ff,
-        s.omega_m,
-        crane.control.B_v * s.omega_m / D_m,
-        motor_slope(crane, mode, s.alpha_m, u_ff),
+        v_tip=v_tip,
+        alpha_m=s.alpha_m,
+        u_ff=u_ff,
+        omega_m=s.omega_m,
+        dp=crane.control.B_v * s.omega_m / D_m,
+        slope=motor_slope(crane, mode, s.alpha_m, u_ff),
     )
 
 

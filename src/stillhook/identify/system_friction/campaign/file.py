@@ -160,7 +160,7 @@ def load_campaign(path: str | Path) -> Campaign:
 
 def _campaign(table: TomlTable) -> Campaign:
     file = table.read(CampaignFile)
-    crane = load_crane(table.toml_beside(file.crane))
+    crane = load_crane(table.relative_toml(file.crane))
     motor, motor_name, motor_sources, evidence = _motor(file, table, crane)
     mapping = None if file.signals is None else mapping_from(file.signals, table.path.name)
     count = _count(file, table, crane)
@@ -209,7 +209,7 @@ def _motor(
         sources = {path: source for path, source in named.items() if path.split(".")[0] in motor_fields}
         return crane.active.motor, crane.active.motor.type, sources, None
     name = file.motor
-    losses = load_losses(table.toml_beside(name))
+    losses = load_losses(table.relative_toml(name))
     motor = losses.motor
     if not math.isclose(motor.D_max, crane.active.motor.D_max, rel_tol=1e-3):
         size, needed = (show(D_max, "displacement") for D_max in (motor.D_max, crane.active.motor.D_max))
@@ -231,7 +231,7 @@ def _test(
         mapping = mapping_from(row.signals, f"{table.path.name}: {table.place()}")
     return CraneTest(
         name=row.name or str(i + 1),
-        log=table.file_beside(row.log, "log"),
+        log=table.relative_file(row.log, "log"),
         load=row.load,
         D_m=_displacement(row, table, motor, count),
         layer=row.layer,

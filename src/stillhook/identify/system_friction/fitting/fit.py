@@ -156,7 +156,7 @@ class Problem:
         size = np.linalg.norm(R, axis=0)
         size[size == 0.0] = 1.0
         q = Q.T @ self._b
-        out = _Reduced(Q, R, size, q, float(np.sum((self._b - Q @ q) ** 2)))
+        out = _Reduced(Q=Q, R=R, size=size, q=q, unexplained=float(np.sum((self._b - Q @ q) ** 2)))
         if len(self._reduced) < len(Y_4_GRID):
             self._reduced[Y_4] = out
         return out

@@ -98,7 +98,17 @@ class Twin:
         centres = np.array([centre(self.crane, name) for name in NAMES])
         for name, (x, deviation) in known.items():
             centres[PLACE[name]], spread[PLACE[name]] = x, deviation
-        return Model(self.evaluate, self.signal, self.cluster, noise, centres, spread, varies, low, high)
+        return Model(
+            evaluate=self.evaluate,
+            signal=self.signal,
+            cluster=self.cluster,
+            noise=noise,
+            centre=centres,
+            spread=spread,
+            varies=varies,
+            low=low,
+            high=high,
+        )
 
     def bent(self, theta: FloatArray) -> Crane:
         """The crane at some parameters: the oil in the lines swings with the shaft, and is slowed as viscous friction

@@ -236,7 +236,7 @@ class _Samples:
         H, g, c, n, windows, P, q, B = (
             np.array(x, dtype=np.float64).reshape(*shape, *np.shape(x[0])) for x in zip(*rows, strict=True)
         )
-        return _Sums(H, g, c, n, windows, P, q, B, names)
+        return _Sums(H=H, g=g, c=c, n=n, windows=windows, P=P, q=q, B=B, names=names)
 
     def deviations(self, theta: FloatArray) -> FloatArray:
         """Deviation of each signal's residuals as if they were independent: root mean square, at least the noise, times

@@ -130,11 +130,11 @@ def states(part: LogPart) -> States:
     if part.crane.passive is not None:
         passive = means(part["alpha_pm"], step, EVERY), means(part["p_hp"], step, EVERY) - part.crane.passive.p_lp
     return States(
-        means(part.omega_m, step, EVERY),
-        means(alpha_m, step, EVERY),
-        s["p_a"] - s["p_b"],
-        s["F_w"] * means(part.r_eff, step, EVERY),
-        passive,
+        omega=means(part.omega_m, step, EVERY),
+        alpha_m=means(alpha_m, step, EVERY),
+        dp=s["p_a"] - s["p_b"],
+        T_w=s["F_w"] * means(part.r_eff, step, EVERY),
+        passive=passive,
     )
 
 

@@ -127,7 +127,7 @@ def reference_passive(crane: Crane, known: PassiveCircuit, reference: ReferenceC
         p_case=reference.p_case,
     )
     D_m = reference.passive * (m.count - reference.passive_dead) * m.D_max
-    return TruePassive(acc, leak, D_m, reference.p_low * s.p_lp, reference.p_low_rise / Q_LOW)
+    return TruePassive(acc=acc, leak=leak, D_m=D_m, p_lp=reference.p_low * s.p_lp, R_lp=reference.p_low_rise / Q_LOW)
 
 
 def gas_bank(crane: Crane, reference: ReferenceCrane) -> GasBank:

@@ -84,7 +84,7 @@ def surface(crane: Crane, speeds: FloatArray) -> Surface:
 
 def _mj4(omega_m: FloatArray, D_m: FloatArray | float, dp_m: FloatArray | float, loss: TorqueLoss) -> FloatArray:
     """MJ4 (eq. 2.12) over arrays."""
-    fit = TorqueLossFit(loss.X_1, loss.X_2, loss.X_3, loss.X_4, loss.X_5)
+    fit = TorqueLossFit(X_1=loss.X_1, X_2=loss.X_2, X_3=loss.X_3, X_4=loss.X_4, X_5=loss.X_5)
     return np.asarray(torque_loss(omega_m, D_m, dp_m, fit))
 
 

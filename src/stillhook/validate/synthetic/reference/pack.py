@@ -153,7 +153,16 @@ def _drum(h: Hoist, reference: ReferenceCrane) -> TrueDrum:
     """The drum of the crane file, its layers pressed together."""
     d, J = h.drum, h.inertia
     pitch = (1.0 - reference.wire_pressed) * d.d_wire
-    return TrueDrum(d.d, pitch, d.turns, d.L_full, d.m_wire, J.J_motor + J.J_gear, J.J_drum, h.i_i)
+    return TrueDrum(
+        d=d.d,
+        pitch=pitch,
+        turns=d.turns,
+        L_full=d.L_full,
+        m_wire=d.m_wire,
+        J_shaft=J.J_motor + J.J_gear,
+        J_drum=J.J_drum,
+        i_i=h.i_i,
+    )
 
 
 def _rope(h: Hoist, case: Scenario, reference: ReferenceCrane) -> Rope:
@@ -168,19 +177,19 @@ def _rope(h: Hoist, case: Scenario, reference: ReferenceCrane) -> Rope:
     k = h.wire.EA / (h.wire.L_0 + case.s_w)
     EA = h.wire.EA / (1.0 + 2.0 * reference.wire_beta * STRAIN)
     return Rope(
-        EA,
-        reference.wire_beta,
-        h.wire.L_0,
-        2.0 * reference.wire_zeta * c,
-        reference.wire_strands,
-        math.sqrt(k / h.load.m),
-        W_mid,
-        m_mid,
-        1.0 / m_mid,
-        h.load.W - W_mid,
-        m_low,
-        1.0 / m_low,
-        h.load.b,
+        EA=EA,
+        beta=reference.wire_beta,
+        L_0=h.wire.L_0,
+        c=2.0 * reference.wire_zeta * c,
+        strands=reference.wire_strands,
+        i_tau=math.sqrt(k / h.load.m),
+        W_mid=W_mid,
+        m_mid=m_mid,
+        i_m_mid=1.0 / m_mid,
+        W_load=h.load.W - W_mid,
+        m_load=m_low,
+        i_m_load=1.0 / m_low,
+        b=h.load.b,
     )
 
 
