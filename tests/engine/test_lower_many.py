@@ -84,15 +84,15 @@ def test_many_lowerings_have_the_bits_of_each_alone(truth):
     assert (
         truth.isel(case=some)
         .drop_attrs()
-        .equals(simulate(CRANE, [CASES[i].made() for i in some]).drop_attrs().assign_coords(case=truth.case[some]))
+        .equals(simulate(CRANE, [CASES[i].lowering() for i in some]).drop_attrs().assign_coords(case=truth.case[some]))
     )
 
 
 def test_water_comes_where_it_is_asked_for_and_a_flat_cap_leaves_its_part_of_the_tips_motion():
-    still, moved = (in_sea(SPLASH, water=water).made().waves for water in (False, True))
+    still, moved = (in_sea(SPLASH, water=water).lowering().waves for water in (False, True))
     assert still is None
     assert moved is not None
-    whole, left = in_sea().made().tip, in_sea(left=0.2).made().tip
+    whole, left = in_sea().lowering().tip, in_sea(left=0.2).lowering().tip
     assert left.deviation() == pytest.approx(0.2 * whole.deviation(), rel=1e-12)
 
 
@@ -154,7 +154,7 @@ SENSED = (
 
 @pytest.mark.parametrize("sensors", SENSED, ids=("ideal", "late", "late and rough", "with a rough load cell"))
 def test_motions_go_into_the_lanes_with_the_bits_that_they_have_alone(sensors):
-    cases = [c.made().model_copy(update={"sensors": Sensors(**sensors)}) for c in CASES[:3]]
+    cases = [c.lowering().model_copy(update={"sensors": Sensors(**sensors)}) for c in CASES[:3]]
     cases.append(cases[0].model_copy(update={"tip": Sine(amplitude="1 m", period="9 s")}))
     drives = [CycleInputs(CRANE, stand_in(CRANE, c, 0.0)) for c in cases]
     for k, n in ((0, 1500), (700, 2300)):
@@ -196,8 +196,8 @@ def test_a_lift_in_a_sea_has_no_motion_of_its_own():
 
 
 def test_lifts_of_unlike_durations_meet_the_same_waves_where_these_repeat_alike():
-    short, long = (in_sea(lift(duration=f"{T} s"), repeat=60.0).made().tip for T in (30, 45))
-    assert short == long != in_sea().made().tip
+    short, long = (in_sea(lift(duration=f"{T} s"), repeat=60.0).lowering().tip for T in (30, 45))
+    assert short == long != in_sea().lowering().tip
     with pytest.raises(LiftError, match="repeat 20 s is shorter than the lift, 30 s"):
         in_sea(repeat=20.0)
 

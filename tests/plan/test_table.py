@@ -11,7 +11,17 @@ from stillhook.errors import PlanError
 from stillhook.plan.definition.compensation import Alternative
 from stillhook.plan.definition.demand import Tier
 from stillhook.plan.limits.solve import Limits
-from stillhook.plan.table.table import TIERS, Axes, LimitTable, chosen, counting, gathered, governed, kept, untold
+from stillhook.plan.table.table import (
+    TIERS,
+    Axes,
+    LimitTable,
+    chosen,
+    counting,
+    gathered,
+    governed,
+    holdable_headings,
+    untold,
+)
 from stillhook.plan.weather.headings import KeptHeadings
 
 NONE, SSC = Alternative.NONE, Alternative.SSC
@@ -134,7 +144,7 @@ def test_a_vessel_free_to_turn_keeps_only_headings_with_the_tolerance_told_on_bo
     Hs, periods = np.array([[3.0], [2.5], [2.0], [1.0]]), np.array([8.0])
     bow = LimitTable(Hs, np.radians([150.0, 165.0, 180.0, 195.0]), periods, math.radians(15.0), 4.0)
     assert best_kept(bow) == 2.0  # 165 with 150 and 180; 150 and 195 have one side only
-    assert kept(bow.headings, math.radians(15.0)).tolist() == [False, True, True, False]
+    assert holdable_headings(bow.headings, math.radians(15.0)).tolist() == [False, True, True, False]
     assert best_kept(LimitTable(Hs[:2], bow.headings[:2], periods, math.radians(15.0), 4.0)) == 0.0
     assert best_kept(LimitTable(Hs[:1], bow.headings[:1], periods, 0.0, 4.0)) == 3.0
 

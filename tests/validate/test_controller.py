@@ -27,7 +27,7 @@ from stillhook.control.plc import MANUAL, Memory
 from stillhook.engine.pack.winch import active_record, gains, plc_record
 from stillhook.kernels import plc_alone as kernel
 from stillhook.kernels.control_laws import control_laws
-from stillhook.kernels.plc_alone import Seen, _cycles, plc_alone
+from stillhook.kernels.plc_alone import PlcInputs, _cycles, plc_alone
 from stillhook.spec.scenario import Mode, Operator
 from stillhook.validate.controller.check import ControllerStep, check_controller
 from stillhook.validate.controller.figures import figures
@@ -76,7 +76,7 @@ def test_the_plc_over_its_own_inputs_gives_its_own_commands():
 def test_the_compiled_plc_is_the_readable_one():
     x = own_ahc_log()
     n = 300
-    seen = Seen(
+    seen = PlcInputs(
         *(x[k][:n] for k in ("s_tip", "v_tip", "a_tip", "v_op")),
         np.zeros(n),
         x["mode"][:n],

@@ -218,7 +218,7 @@ def test_forms_that_weak_data_leave_are_all_named_and_widen_the_interval():
     )
     b = balance(parts)
     assert not b.leak.refuted
-    assert len(b.leak.left) > 1
+    assert len(b.leak.remaining_forms) > 1
     assert b.leakage.structural > 0.0
     assert b.leakage.low <= truth / in_display(b.twin_leakage, "leakage") - 1.0 <= b.leakage.high
 

@@ -141,7 +141,7 @@ def run_batch(
     """
     check_threads(threads)
     problem.check(cranes, cases)
-    kept = _Kept(problem, store, cranes, cases, n_sub) if store is not None else None
+    kept = _StoredRuns(problem, store, cranes, cases, n_sub) if store is not None else None
     results = kept.stored() if kept is not None else {}
     missing = [i for i in range(len(cases)) if i not in results]
     if kept is not None and missing:
@@ -347,7 +347,7 @@ def _answer_of(future: Any) -> Any:
     return answer
 
 
-class _Kept:
+class _StoredRuns:
     """The store of a batch. Cases with other columns have files of their own."""
 
     def __init__(

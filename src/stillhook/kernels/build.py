@@ -133,7 +133,7 @@ def driver(plant: str, lanes: int, kind: str = "driver", extra_controllers: tupl
     return sys.modules[name]
 
 
-def kept(function: Any, name: str) -> Any:
+def compiled(function: Any, name: str) -> Any:
     """A kernel of its own besides the drivers, compiled on first call and cached on disk under this name; see
     `driver`."""
     with LOCK, _cached_in(cache_folder(name, 1)):

@@ -11,7 +11,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import Memory, Plc
 from stillhook.control.registry import CONTROLLERS, mode_of_code
-from stillhook.kernels.build import kept
+from stillhook.kernels.build import compiled
 from stillhook.kernels.control_laws import control_laws, extra_controllers, label
 from stillhook.physics.hydraulics.swash import MotorControl, known_displacement
 from stillhook.physics.records import replace
@@ -34,7 +34,7 @@ AJAR = 1e-9
 going_on = replace(Memory, "u_p", "b_p", "brake")
 
 
-class Seen(NamedTuple):
+class PlcInputs(NamedTuple):
     """What the PLC reads in every cycle, each (n,): the fields of `Sensed` but its pressures, in its order.
 
     braked: 1 where the holding brake may not be open; u_braked: the pump command of those cycles, which follows from
@@ -62,7 +62,7 @@ class Seen(NamedTuple):
 
 
 def plc_alone(
-    seen: Seen, p_hp: FloatArray, memory: Memory, plc: Plc, control: MotorControl, settings: Mapping[str, Any]
+    seen: PlcInputs, p_hp: FloatArray, memory: Memory, plc: Plc, control: MotorControl, settings: Mapping[str, Any]
 ) -> tuple[Commands, Memory]:
     """Commands of the PLC over what it reads, cycle by cycle, and its memory after the last one.
 
@@ -76,7 +76,7 @@ def plc_alone(
     Source: Moslatt 2020 paper F, verification step 2 ("controller inputs from measured data").
     """
     plc = plc._replace(brake=plc.brake._replace(fitted=0.0))
-    columns = Seen(*(np.ascontiguousarray(x, dtype=np.float64) for x in seen))
+    columns = PlcInputs(*(np.ascontiguousarray(x, dtype=np.float64) for x in seen))
     commands = Commands(*np.empty((len(Commands._fields), len(p_hp))))
     used = extra_controllers(mode_of_code(code) for code in np.unique(columns.mode))
     record = control_laws(used).blank({name: settings[name] for name in used if CONTROLLERS[name].settings})
@@ -88,7 +88,7 @@ def plc_alone(
 def _compiled(names: tuple[str, ...]) -> Any:
     """`_cycles` with these controllers in addition to those of every kernel."""
     bound = FunctionType(_cycles.__code__, {**globals(), "plc_cycle": control_laws(names).cycle}, _cycles.__name__)
-    return kept(bound, f"plc{label(names)}")
+    return compiled(bound, f"plc{label(names)}")
 
 
 def _cycles(seen, p_hp, commands, m, laws, plc, control):

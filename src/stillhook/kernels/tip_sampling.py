@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.kernels.build import kept
+from stillhook.kernels.build import compiled
 from stillhook.sea.motion.irregular import IrregularTip
 from stillhook.sea.motion.motion import Motion, Ramped
 
@@ -34,7 +34,7 @@ def _rows(s, v, a, h, h_2, k, n, t_cycle, out, place, across):  # type: ignore[n
 
 @functools.cache
 def _compiled() -> Any:
-    return kept(_rows, "tip")
+    return compiled(_rows, "tip")
 
 
 def sampled(motion: Motion, k: int, n: int, t_cycle: float, out: FloatArray, lane: int) -> bool:

@@ -59,10 +59,10 @@ def _quantity(field: FieldInfo) -> str | None:
     return next((mark.kind for mark in marks if isinstance(mark, Quantity)), None)
 
 
-def written(value: Any, quantity: str | None) -> Any:
+def file_value(value: Any, quantity: str | None) -> Any:
     """A value as a file has it: in display units where that loses nothing, else in SI with all digits."""
     if isinstance(value, tuple):
-        return [written(v, quantity) for v in value]
+        return [file_value(v, quantity) for v in value]
     if quantity is None:
         return value
     text = show(value, quantity, _DIGITS)
@@ -85,7 +85,7 @@ def leaf_tree(spec: Spec, sources: Mapping[str, Source]) -> Tree:
             below = branch.setdefault(table, {})
             assert isinstance(below, dict)
             branch = below
-        branch[name] = Leaf(written(item.value, item.quantity), item.source)
+        branch[name] = Leaf(file_value(item.value, item.quantity), item.source)
     return out
 
 
@@ -115,7 +115,7 @@ def record_tables(record: BaseModel, name: str) -> dict[str, list[str]]:
         elif isinstance(value, Mapping):
             tables[f"{name}.{key}"] = [f"{toml_value(k)} = {toml_value(v)}" for k, v in value.items()]
         elif value is not None:
-            tables[name].append(f"{key} = {toml_value(written(value, _quantity(field)))}")
+            tables[name].append(f"{key} = {toml_value(file_value(value, _quantity(field)))}")
     return tables
 
 
@@ -124,7 +124,7 @@ def leaf_tables(spec: Spec, sources: Mapping[str, Source]) -> dict[str, list[str
     tables: dict[str, list[str]] = {"": []}
     for item in leaves(spec, sources):
         table, _, name = item.path.rpartition(".")
-        value = toml_value(written(item.value, item.quantity))
+        value = toml_value(file_value(item.value, item.quantity))
         if item.path not in LABELS:
             kind, source = toml_value(item.source.kind.value), toml_value(item.source.text)
             value = f"{{ value = {value}, kind = {kind}, source = {source} }}"

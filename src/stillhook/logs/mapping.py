@@ -63,7 +63,7 @@ class SignalTable(Spec):
 
     @field_validator("sign")
     @classmethod
-    def _one(cls, sign: int) -> int:
+    def _plus_or_minus_one(cls, sign: int) -> int:
         if sign not in (1, -1):
             raise ValueError("it must be 1 or -1.")
         return sign

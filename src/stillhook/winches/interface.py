@@ -52,7 +52,7 @@ pump_units(crane), pump_flows(crane)
     Size of each pump that a power unit drives, active and passive; their flows at full stroke [m^3/s] (default none).
 charge(crane)
     Accumulator pressure at rest [Pa] (default 0).
-others(crane, W, d)
+other_motors(crane, W, d)
     `OtherMotors` beside the active ones that hold a weight W [N] on diameter d [m] (default none).
 refusal(crane, case), notes(crane, held, parts)
     Reason why it cannot run a case ("" where it can), and what to say of it before it runs, in lines.

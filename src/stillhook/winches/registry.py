@@ -64,7 +64,7 @@ class Unspecific:
         return 0.0
 
     @staticmethod
-    def others(crane: Any, W: float, d: float) -> list[OtherMotors]:
+    def other_motors(crane: Any, W: float, d: float) -> list[OtherMotors]:
         return []
 
     @staticmethod

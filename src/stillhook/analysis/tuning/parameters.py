@@ -119,11 +119,11 @@ def present(crane: Crane) -> dict[str, float]:
         "alpha_swl": alpha_swl,
         "alpha_ns": c.alpha_ns,
         "alpha_hs": c.alpha_hs,
-        **_own(crane),
+        **_controller_settings(crane),
     }
 
 
-def _own(crane: Crane) -> dict[str, float]:
+def _controller_settings(crane: Crane) -> dict[str, float]:
     """Settings of the controllers that have some of their own."""
     laws = [law for law in CONTROLLERS.values() if law.settings]
     return {

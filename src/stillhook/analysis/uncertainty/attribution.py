@@ -237,7 +237,7 @@ class Attribution:
                 broken, pairs = doing[Verdict.BREAKS], self.breaking(f.name)
                 text = f"Broken by {listed(broken)}." if broken else "Nothing breaks it alone."
                 if self.pairs:
-                    text += f" Only together: {_some(pairs)}." if pairs else " No other pair does."
+                    text += f" Only together: {_pairs(pairs)}." if pairs else " No other pair does."
                 out.append(f"{now}, as printed. {text}")
                 continue
             parts = [
@@ -248,7 +248,7 @@ class Attribution:
                 closing = [e for e in self.closing(f.name) if len(e.changes) == 2]
                 if self.pairs:
                     parts.append(
-                        f"pairs that close it: {_some(sorted(closing, key=self.missed))}"
+                        f"pairs that close it: {_pairs(sorted(closing, key=self.missed))}"
                         if closing
                         else "no pair closes it"
                     )
@@ -261,7 +261,7 @@ class Attribution:
         return out
 
 
-def _some(effects: Sequence[Effect]) -> str:
+def _pairs(effects: Sequence[Effect]) -> str:
     """How many pairs, and the first of them."""
     return listed([str(e) for e in effects], NAMED)
 

@@ -58,7 +58,11 @@ class Uncertainty:
                     f"{nearest(str(name), FACTORS)}"
                 )
         return cls(
-            {name: _known(name, table[name], f"{label}: {name}", folder or Path()) for name in FACTORS if name in table}
+            {
+                name: _library_factor(name, table[name], f"{label}: {name}", folder or Path())
+                for name in FACTORS
+                if name in table
+            }
         )
 
     @classmethod
@@ -131,7 +135,7 @@ def _too_heavy(crane: Crane, case: Scenario) -> bool:
     return case.load * FACTORS[LOAD].default.values[-1] > crane.SWL
 
 
-def _known(name: str, value: Any, where: str, folder: Path) -> Distribution | Set:
+def _library_factor(name: str, value: Any, where: str, folder: Path) -> Distribution | Set:
     f = FACTORS[name]
     if value == DEFAULT:
         return f.default

@@ -16,7 +16,7 @@ from stillhook.engine.pack.winch import gains
 from stillhook.engine.scenario.checks import check
 from stillhook.errors import StillhookError
 from stillhook.library import changed
-from stillhook.library.write import items, written
+from stillhook.library.write import file_value, items
 from stillhook.spec.crane import Crane, SourceKind
 from stillhook.spec.scenario import Scenario
 
@@ -109,7 +109,11 @@ class Drawing:
         tables: dict[str, Any] = {}
         for item in items(crane):
             if item.path in values:
-                leaf = {"value": written(item.value, item.quantity), "kind": SourceKind.DERIVED.value, "source": label}
+                leaf = {
+                    "value": file_value(item.value, item.quantity),
+                    "kind": SourceKind.DERIVED.value,
+                    "source": label,
+                }
                 *path, name = item.path.split(".")
                 functools.reduce(lambda at, key: at.setdefault(key, {}), path, tables)[name] = leaf
         sound = changed(self.crane, tables) if tables else self.crane

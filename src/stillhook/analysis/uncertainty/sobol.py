@@ -201,7 +201,7 @@ def sensitivity(
         results |= {
             (f"{c} / {against}", o): results[c, o] / results[against, o] for c in names if c != against for o in outputs
         }
-    return [_one(c, o, f, varied, n, seed) for (c, o), f in results.items()]
+    return [_indices(c, o, f, varied, n, seed) for (c, o), f in results.items()]
 
 
 def _check(outputs: Sequence[str], known: Sequence[str], n: int) -> None:
@@ -224,7 +224,7 @@ def _tables(known: Uncertainty, n: int, seed: int) -> tuple[Draws, Design, list[
     return A, design(A.values, B.values, [A.groups[name] for name in varied]), varied
 
 
-def _one(case: str, output: str, f: FloatArray, varied: Sequence[str], n: int, seed: int) -> Sensitivity:
+def _indices(case: str, output: str, f: FloatArray, varied: Sequence[str], n: int, seed: int) -> Sensitivity:
     """Indices of one number; none where it does not vary or is not there."""
     deviation = float(np.std(f[: 2 * n]))
     ranked: dict[str, Index] = {}

@@ -240,12 +240,12 @@ class _Report:
             "seed": first.seed,
             "scenarios": [_scenario(c) for c in self.cases],
             "hold_out": [_scenario(c) for c in self.unseen],
-            "controllers": {t.start.name: self._one(i, t) for i, t in enumerate(self.tuned)},
+            "controllers": {t.start.name: self._entry(i, t) for i, t in enumerate(self.tuned)},
             "notes": [*implausible_values(self.crane), *self.notes],
             "pareto": {name: [p._asdict() for p in points] for name, points in self.fronts.items()},
         }
 
-    def _one(self, i: int, t: Tuned) -> dict[str, Any]:
+    def _entry(self, i: int, t: Tuned) -> dict[str, Any]:
         from stillhook.analysis.tuning.compare import numbers
 
         before, after = self.held_out[i]

@@ -118,7 +118,7 @@ def persistence(
         print_json(answer)
         return
     print_persistence(answer)
-    _written(out)
+    _print_files(out)
 
 
 @app.command("alpha")
@@ -220,7 +220,7 @@ def forecast(
         print_json(answer)
     else:
         print_forecast(answer)
-        _written(out)
+        _print_files(out)
     raise typer.Exit(0 if answer["go"] else 1)
 
 
@@ -312,7 +312,7 @@ def _write(out: Path, figure: Figure, answer: dict[str, Any]) -> None:
         save_json(answer, part / OUT_FILES[1])
 
 
-def _written(out: Path | None) -> None:
+def _print_files(out: Path | None) -> None:
     if out is not None:
         print("written: " + ", ".join(str(out / name) for name in OUT_FILES))
 

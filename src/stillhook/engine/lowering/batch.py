@@ -81,7 +81,7 @@ class LoweringProblem:
         **options: Unpack[RunOptions],
     ) -> list[LiftResult]:
         """Lifts are packed once for all that share them; waves are checked here, where they are made."""
-        return run_lowerings(cranes, _made(cases), **options)
+        return run_lowerings(cranes, _lowerings(cases), **options)
 
     def row(self, crane: Crane, case: Case, result: LiftResult) -> Row:
         run, stages = lift_summary(crane, result.case, result)
@@ -120,7 +120,7 @@ def _parted(winch: WinchType, row: Mapping[str, Any], stages: int) -> Summarised
     return run, [{name: row[f"{i} {name}"] for name in stage_numbers_of(winch)} for i in range(stages)]
 
 
-def _made(cases: Sequence[Case]) -> list[Lowering]:
+def _lowerings(cases: Sequence[Case]) -> list[Lowering]:
     """Lowerings of a block; tip and water of those that are moved alike are made once."""
     made: dict[bytes, Lowering] = {}
     out: list[Lowering] = []
@@ -129,7 +129,7 @@ def _made(cases: Sequence[Case]) -> list[Lowering]:
             out.append(case)
             continue
         motion = case.motion
-        first = made.setdefault(motion, case.made()) if motion not in made else made[motion]
+        first = made.setdefault(motion, case.lowering()) if motion not in made else made[motion]
         out.append(case.lift.model_copy(update={"tip": first.tip, "waves": first.waves}))
     return out
 

@@ -11,7 +11,7 @@ from stillhook.engine.pack.lift import stand_in
 from stillhook.engine.pack.programme import hanging
 from stillhook.engine.runner import Ending
 from stillhook.engine.scenario.checks import (
-    Held,
+    HeldLoad,
     alpha_wanted,
     friction_parts,
     layer_diameter_at,
@@ -129,8 +129,8 @@ def total(result: LiftResult) -> StageResult:
     """Statistics of the whole run; its spans are the largest of its compensated stages, or of all where there are
     none."""
     parts = [s for _, s in result.stages]
-    held = [p for p in parts if p.span[0] > 0.0] or parts
-    span = tuple(max(p.span[i] for p in held) for i in range(4))
+    compensated = [p for p in parts if p.span[0] > 0.0] or parts
+    span = tuple(max(p.span[i] for p in compensated) for i in range(4))
     stats, lift = merged([p.stats for p in parts]), merged([p.lift for p in parts])
     return StageResult(stats, lift, (span[0], span[1], span[2], span[3]))
 
@@ -201,16 +201,16 @@ def stage_numbers(winch: WinchType, result: LiftResult, r: StageResult) -> dict[
         "load_pp": load_pp,
         "hook_pp": hook_pp,
         "eta_load": 1.0 - load_pp / s_tip_pp if compensated and s_tip_pp > 0.0 else math.nan,
-        "F_sling_max": _known(ls.F_s_max),
-        "F_sling_min": _known(ls.F_s_min),
-        "DAF": _known(ls.F_s_max) / result.packed.lift.load.W,
+        "F_sling_max": _finite(ls.F_s_max),
+        "F_sling_min": _finite(ls.F_s_min),
+        "DAF": _finite(ls.F_s_max) / result.packed.lift.load.W,
         "snap": ls.snap,
         "sling_slack_time": ls.slack,
         "sling_slack_landed_time": ls.slack_landed,
-        "z_load_min": _known(ls.z_min),
-        "z_load_max": _known(ls.z_max),
-        "v_load_min": _known(ls.v_min),
-        "v_load_max": _known(ls.v_max),
+        "z_load_min": _finite(ls.z_min),
+        "z_load_max": _finite(ls.z_max),
+        "v_load_min": _finite(ls.v_min),
+        "v_load_max": _finite(ls.v_max),
         "F_slam_max": ls.slam,
         "F_drag_max": ls.drag,
         "F_bottom_max": ls.bottom,
@@ -221,7 +221,7 @@ def stage_numbers(winch: WinchType, result: LiftResult, r: StageResult) -> dict[
     }
 
 
-def _known(value: float) -> float:
+def _finite(value: float) -> float:
     return value if abs(value) < NEVER else math.nan
 
 
@@ -274,7 +274,7 @@ def notes(crane: Crane, case: Lowering, result: LiftResult, r: StageResult) -> l
     """What a reader should know beside the numbers; r: `total` of the result."""
     if result.ending is Ending.DIVERGED:
         return [f"lost its numbers by {result.t_end:.2f} s"]
-    notes_of_run = type_notes(crane, held(crane, case, r.span[1]))
+    notes_of_run = type_notes(crane, held_load(crane, case, r.span[1]))
     names = [*result.packed.programme.names, "after"]
     for i, s in result.stages:
         if s.lift.slack > 0.0:
@@ -302,14 +302,14 @@ def notes(crane: Crane, case: Lowering, result: LiftResult, r: StageResult) -> l
     return notes_of_run
 
 
-def held(crane: Crane, case: Lowering, s_tip_pp: float) -> Held:
+def held_load(crane: Crane, case: Lowering, s_tip_pp: float) -> HeldLoad:
     """What the winch holds at the start of a lowering, payload, hook and wire; s_tip_pp motion that it compensates
     [m]."""
     start, modes = hanging(crane, case, case.z_0), {s.mode for s in case.programme}
     plain, d = stand_in(crane, case, start.s_w), layer_diameter_at(crane, start.s_w)
     manual, compensates = StageMode.MANUAL in modes, StageMode.AHC in modes
     alpha = alpha_wanted(crane, plain, crane.drum.d_max / d, 0.0, None if compensates else MANUAL_MODE)
-    return Held(
+    return HeldLoad(
         W=start.F_tip,
         d=d,
         alpha=alpha,

@@ -168,7 +168,7 @@ def passive_record(crane: Crane, gas_held: bool) -> PassiveCircuit:
     """The passive circuit; gas_held: its accumulator has so large a bank that its pressure stands."""
     p = crane.passive
     assert p is not None
-    acc, pump = _held(p.accumulator) if gas_held else p.accumulator, _pumps(p)
+    acc, pump = _with_constant_pressure(p.accumulator) if gas_held else p.accumulator, _pumps(p)
     return PassiveCircuit(
         pumps=pump,
         pump_servo=servo_record(p.pump.servo, -1.0),
@@ -196,7 +196,7 @@ def passive_record(crane: Crane, gas_held: bool) -> PassiveCircuit:
     )
 
 
-def _held(acc: circuits.Accumulator) -> circuits.Accumulator:
+def _with_constant_pressure(acc: circuits.Accumulator) -> circuits.Accumulator:
     """The accumulator with a bank so large that its pressure stands."""
     gas = acc.gas.model_copy(update={"V_0": HELD * acc.gas.V_0})
     return acc.model_copy(update={"V_stroke": HELD * acc.V_stroke, "gas": gas})

@@ -148,7 +148,7 @@ def foresee(crane: Crane, case: Scenario) -> Foreseen:
         *_wire_notes(crane, demand),
         *_weight_notes(crane, case),
         *gain,
-        *type_notes(crane, Held.of(crane, case, demand.s_tip_pp)),
+        *type_notes(crane, HeldLoad.of(crane, case, demand.s_tip_pp)),
         *_friction_notes(crane, case, d),
         *loss_notes(case_friction(crane, case, demand)),
         *_event_notes(case),
@@ -203,7 +203,7 @@ def friction_parts(crane: Crane, W: float, d: float, v: float, alpha: float) -> 
     omega = min(v / r_eff, motor_speed_max(crane, alpha))
     if crane.circuits == {}:
         return []
-    active, others = crane.active.motor, crane.plant.type.others(crane, W, d)
+    active, others = crane.active.motor, crane.plant.type.other_motors(crane, W, d)
     dp = 0.0 if others else W * r_eff / (active.D_total * alpha)
     sets = [("active", active, alpha, dp)]
     sets += [(o.name, o.motor, min(max(o.alpha, o.motor.alpha_min), 1.0), o.dp) for o in others]
@@ -285,7 +285,7 @@ def _speed_limits(crane: Crane, case: Scenario, d: float, alpha: float) -> list[
     that holds the load."""
     if crane.circuits == {}:
         return []
-    others = crane.plant.type.others(crane, load_record(crane, case).W, d)
+    others = crane.plant.type.other_motors(crane, load_record(crane, case).W, d)
     return [speed_limit(crane.active.motor, alpha), *(speed_limit(o.motor, min(o.alpha, 1.0)) for o in others)]
 
 
@@ -355,7 +355,7 @@ def _event_notes(case: Scenario) -> list[str]:
     ]
 
 
-class Held(NamedTuple):
+class HeldLoad(NamedTuple):
     """What a winch holds and how: weight W [N], diameter of the layer in use d [m], displacement of the active motors
     alpha [-], peak-to-peak motion of the tip to compensate s_tip_pp [m], gas pressure held; manual at some time,
     compensating at some time.
@@ -378,7 +378,7 @@ class Held(NamedTuple):
         return cls(load_record(crane, case).W, d, alpha, s_tip_pp, case.gas_held, manual, not manual)
 
 
-def type_notes(crane: Crane, held: Held) -> list[str]:
+def type_notes(crane: Crane, held: HeldLoad) -> list[str]:
     """What the crane's winch type means for a weight and a motion, in lines; every answer of runs carries them."""
     lines: list[str] = crane.plant.type.notes(crane, held, parts_of())
     return lines
@@ -394,6 +394,6 @@ def notes_of(cranes: Sequence[Crane], cases: Sequence[Scenario]) -> list[str]:
                 worst[case.mode] = (rank, crane, case)
     lines: dict[str, list[str]] = {}
     for mode, ((load, s_tip_pp), crane, case) in worst.items():
-        for note in type_notes(crane, Held.of(crane, case, s_tip_pp)):
+        for note in type_notes(crane, HeldLoad.of(crane, case, s_tip_pp)):
             lines.setdefault(f"with {show(load, 'mass', 4)}: {note}", []).append(mode.value)
     return [f"{', '.join(modes)} {line}" for line, modes in lines.items()]

@@ -136,7 +136,7 @@ def _mapped(result: MotorLoss) -> str:
     )
 
 
-def _others(result: MotorLoss) -> list[tuple[str, str, str]]:
+def _other_motors(result: MotorLoss) -> list[tuple[str, str, str]]:
     """What the parameters of other motors would cost on this map."""
     fitted = ("fitted to this map", percent_fixed(result.mj4.rms_share), EMPTY)
     return [fitted, *((o.name, percent_fixed(o.unscaled), percent_fixed(o.scaled)) for o in result.others)]
@@ -171,7 +171,7 @@ def report(result: MotorLoss, pictures: Mapping[str, bytes]) -> Document:
         *_mj4(result),
         Section("Where it must not be used", [Bullets([*(borders or [nowhere]), *result.notes])]),
         Section("The map itself as a model", [Text(_mapped(result))]),
-        Section("What the parameters of other motors would cost here", [Table(OTHERS_HEADER, _others(result))]),
+        Section("What the parameters of other motors would cost here", [Table(OTHERS_HEADER, _other_motors(result))]),
         *([Section("Figures", [Figure(png, CAPTIONS[stem]) for stem, png in pictures.items()])] if pictures else []),
     ]
     return Document(

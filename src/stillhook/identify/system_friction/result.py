@@ -159,7 +159,7 @@ def to_dict(result: Friction) -> dict[str, Any]:
             "on_grid": check.on_grid,
         },
         "tests": test_rows(result),
-        "held_out": [_held(held) for held in result.held_out],
+        "held_out": [_held_out_record(held) for held in result.held_out],
         "second_loop": _second(result),
         "map": _mapped(result),
         "proposals": [
@@ -180,7 +180,7 @@ def _finite_or_none(sd: float) -> float | None:
     return sd if sd < ANYTHING else None
 
 
-def _held(h: HeldOut) -> dict[str, Any]:
+def _held_out_record(h: HeldOut) -> dict[str, Any]:
     return {"test": h.test, "rms_percent": h.rms, "worst_percent": h.worst, "pairs": h.count}
 
 

@@ -53,7 +53,7 @@ INLINED int64_t floor_div(int64_t a, int64_t b) { return (a - floor_mod(a, b)) /
 """
 
 
-class Made(NamedTuple):
+class CFunction(NamedTuple):
     """A translated function."""
 
     name: str
@@ -80,7 +80,7 @@ class Translator:
 
     def __init__(self) -> None:
         self.records: dict[Any, tuple[str, str]] = {}
-        self.functions: dict[tuple[Any, ...], Made] = {}
+        self.functions: dict[tuple[Any, ...], CFunction] = {}
         self.taken: set[str] = set()
 
     def ctype(self, t: Any) -> str:
@@ -102,7 +102,7 @@ class Translator:
         self.taken.add(unique)
         return unique
 
-    def function(self, fn: Any, types: tuple[Any, ...], export: str = "") -> Made:
+    def function(self, fn: Any, types: tuple[Any, ...], export: str = "") -> CFunction:
         """The C function for these argument types; translated when first asked for. `export` names an entry of the
         library."""
         fn = plain(fn)
@@ -122,7 +122,7 @@ class Translator:
             args = ", ".join(f"{self.ctype(t)} {safe(a.arg)}" for a, t in zip(d.args.args, types, strict=True))
             kept = "".join(f"    {self.ctype(t)} {safe(v)};\n" for v, t in body.local.items())
             head = f"{'' if export else 'INLINED '}{self.ctype(body.result)} {name}({args})"
-            self.functions[key] = Made(name, body.result, f"{head}\n{{\n{kept}{lines}}}\n")
+            self.functions[key] = CFunction(name, body.result, f"{head}\n{{\n{kept}{lines}}}\n")
         return self.functions[key]
 
     @staticmethod

@@ -31,7 +31,7 @@ from stillhook.library.toml.tree import (
     tree,
     values,
 )
-from stillhook.library.write import joined, leaf_tables, toml_value, written
+from stillhook.library.write import file_value, joined, leaf_tables, toml_value
 from stillhook.spec.crane import Source, SourceKind, Spec, SystemFriction
 from stillhook.units import quote
 from stillhook.winches.circuits.tables import Motor, TorqueLoss
@@ -178,7 +178,7 @@ def _evidence_lines(e: Evidence) -> Iterator[str]:
     yield f"data = {toml_value(e.data)}"
     for name, kind in RANGES.items():
         if (ends := getattr(e, name)) is not None:
-            yield f"{name} = {toml_value(written(ends, kind))}"
+            yield f"{name} = {toml_value(file_value(ends, kind))}"
     yield "statements = ["
     yield from (f"  {toml_value(s)}," for s in e.statements)
     yield "]"

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from stillhook.engine.lowering.summary import held
+from stillhook.engine.lowering.summary import held_load
 from stillhook.engine.scenario.checks import type_notes
 from stillhook.plan.answer.dataset import Answered
 from stillhook.plan.answer.metadata import DESCRIPTIONS, described
@@ -176,7 +176,7 @@ def winch_remarks(plan: LiftPlan) -> list[str]:
         phases = [phase for phase in plan.phases if phase.compensated is compensated]
         if phases:
             phase = max(phases, key=lambda p: static_tension(plan, p))
-            at = held(plan.crane, plan.hanging(places(phase)[0], plan.tip_of(phase).z), 0.0)
+            at = held_load(plan.crane, plan.hanging(places(phase)[0], plan.tip_of(phase).z), 0.0)
             at = at._replace(W=static_tension(plan, phase), manual=not compensated, compensates=compensated)
             notes += [f"winch, {phase.name}: {note}" for note in type_notes(plan.crane, at)]
     return notes

@@ -86,7 +86,9 @@ def _rules(answer: dict[str, Any]) -> list[list[str]]:
     for (key, quantity, limit, basis), where in sorted(rows_by_limit.items(), key=lambda item: order[item[0][0]]):
         for under in dict.fromkeys(tuple(names) for names in where.values()):
             of_phases = [phase for phase, names in where.items() if tuple(names) == under]
-            rows.append([key, quantity, _some(of_phases, phases), _some(under, alternatives), limit, basis])
+            rows.append(
+                [key, quantity, _names_or_all(of_phases, phases), _names_or_all(under, alternatives), limit, basis]
+            )
     return rows
 
 
@@ -94,5 +96,5 @@ def _limit(quantity: str, limit: Any) -> str:
     return limit if isinstance(limit, str) else variable(quantity, limit)
 
 
-def _some(names: Sequence[str], everything: Sequence[str]) -> str:
+def _names_or_all(names: Sequence[str], everything: Sequence[str]) -> str:
     return "all" if len(names) == len(everything) > 1 else ", ".join(names)

@@ -31,7 +31,7 @@ def ran(tiers: Collection[str]) -> bool:
     return Tier.TIME.value in tiers
 
 
-def alike(data: xarray.Dataset) -> list[list[str]]:
+def equal_in_print(data: xarray.Dataset) -> list[list[str]]:
     """Alternatives whose own limits are printed alike in every cell, side by side."""
     groups: dict[bytes, list[str]] = {}
     for name in data["alternative"].values:
@@ -44,7 +44,7 @@ def columns(result: PlanResult) -> list[list[str]]:
     """Alternatives that share a column of limits: with runs of the twin each has its own."""
     if ran(result.facts.get("tiers", ())):
         return [[str(name)] for name in result.data["alternative"].values]
-    return alike(result.data)
+    return equal_in_print(result.data)
 
 
 def merged(rows: Iterable[Sequence[str]], result: PlanResult, *, between: str = ", ") -> list[list[str]]:
@@ -83,7 +83,7 @@ def not_compared(
     if ran(tiers):
         return ""
     twins = {a.value for a in Alternative if a.twin}
-    groups = [group for group in alike(data) if len(group) > 1 and twins & set(group)]
+    groups = [group for group in equal_in_print(data) if len(group) > 1 and twins & set(group)]
     left = weather is not None and "over" in weather.dims and not _gains(weather)
     if not groups and not left:
         return ""

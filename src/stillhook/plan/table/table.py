@@ -220,7 +220,7 @@ def _near(headings: FloatArray, tolerance: float, beta: FloatArray) -> BoolArray
     return np.asarray(_off(headings, beta) <= tolerance * (1.0 + SAME) + SAME)
 
 
-def kept(headings: FloatArray, tolerance: float) -> BoolArray:
+def holdable_headings(headings: FloatArray, tolerance: float) -> BoolArray:
     """Which headings (heading,) a vessel can keep: waves from `tolerance` [rad] on either side of them are told by the
     table."""
     return np.asarray(

@@ -115,7 +115,7 @@ def closed_form(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternati
     """
     left = 1.0 if alternative is Alternative.NONE or not phase.compensated else 1.0 - CAP
     kept, key = (
-        _kept(plan, seas),
+        _memo(plan, seas),
         ("values", phase.kind, phase.start, phase.end, phase.speed, phase.tip, phase.duration, phase.winch, left),
     )
     if key not in kept:
@@ -186,14 +186,14 @@ _PERIODS: WeakKeyDictionary[LiftPlan, dict[tuple[float, float], float]] = WeakKe
 _WAYS: WeakKeyDictionary[LiftPlan, dict[object, Way]] = WeakKeyDictionary()
 
 
-def _kept(plan: LiftPlan, seas: Seas) -> dict[object, Any]:
+def _memo(plan: LiftPlan, seas: Seas) -> dict[object, Any]:
     """What was worked out for a plan in these seas, as long as both live."""
     return _KEPT.setdefault(plan, WeakKeyDictionary()).setdefault(seas, {})
 
 
 def tip_motion(plan: LiftPlan, phase: Phase, seas: Seas) -> Tip:
     """What the seas do at the crane tip of a phase; remembered as long as plan and seas live."""
-    at, kept = plan.tip_of(phase), _kept(plan, seas)
+    at, kept = plan.tip_of(phase), _memo(plan, seas)
     key = ("tip", at.x, at.y)
     if key not in kept:
         kept[key] = _tip(plan, seas, at.x, at.y)

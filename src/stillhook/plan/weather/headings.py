@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray, IntArray
-from stillhook.plan.table.table import LimitTable, cones, counted, kept, worst
+from stillhook.plan.table.table import LimitTable, cones, counted, holdable_headings, worst
 from stillhook.sea.spectra.directions import relative
 from stillhook.weather.limit_text import free_headings
 
@@ -39,7 +39,9 @@ class KeptHeadings:
         """Headings for n records: come_from (n,) [rad from north] or None; ship [rad from north] or None where it is
         free to turn."""
         around = cones(table.headings, table.heading_tolerance).T[:, :, None]
-        of_table = cls(around, kept(table.headings, table.heading_tolerance)[:, None], np.zeros(n, dtype=np.int64))
+        of_table = cls(
+            around, holdable_headings(table.headings, table.heading_tolerance)[:, None], np.zeros(n, dtype=np.int64)
+        )
         if come_from is None:
             return of_table
         directions, place = np.unique(come_from, return_inverse=True)

@@ -23,7 +23,7 @@ from stillhook.errors import PlanError, WeatherError
 from stillhook.plan.definition.compensation import Alternative
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.result.result import CREDITS, Credit
-from stillhook.plan.table.table import SAME, Axes, Governed, LimitTable, bracketed, kept
+from stillhook.plan.table.table import SAME, Axes, Governed, LimitTable, bracketed, holdable_headings
 from stillhook.plan.weather.headings import KeptHeadings
 from stillhook.sea.spectra.directions import FULL, relative
 from stillhook.sea.spectra.parametric import Jonswap, pierson_moskowitz
@@ -213,7 +213,7 @@ def check_headings(plan: LiftPlan, ship: float | None, directions: bool) -> None
     env = plan.environment
     headings, tolerance = np.array(env.headings), env.heading_tolerance
     listed = ", ".join(show(beta, "angle", 4) for beta in env.headings)
-    if ship is None and not kept(headings, tolerance).any():
+    if ship is None and not holdable_headings(headings, tolerance).any():
         raise PlanError(
             f"environment.headings {listed}: none can be kept within {show(tolerance, 'angle', 4)} (heading_tolerance),"
             " for no neighbours span that on both sides of it. For weather, give headings on both sides such as 165,"

@@ -68,12 +68,12 @@ def identify_grid(
             raise LiftError(f"residual grid: {name} must hold one value or more, ascending. Sort them.")
     sensed = sensors or Sensors()
 
-    def one(force: float, length: float) -> Residual:
+    def identify(force: float, length: float) -> Residual:
         return identify_residual(
             crane, Duty(force, length, sensed), mode, threads=threads, cache=cache, progress=progress
         )
 
-    return ResidualGrid(tuple(F), tuple(s_w), tuple(tuple(one(force, length) for length in s_w) for force in F))
+    return ResidualGrid(tuple(F), tuple(s_w), tuple(tuple(identify(force, length) for length in s_w) for force in F))
 
 
 def _between(knots: Sequence[float], x: float) -> tuple[int, float]:

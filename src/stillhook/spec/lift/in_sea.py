@@ -69,7 +69,7 @@ class InSea:
         """Spacing of the water's samples [s], 0 without water: equal in runs that can go side by side."""
         return self.period / samples(self.period, band(self.sea, self.period)[1]) if self.water else 0.0
 
-    def made(self) -> Lowering:
+    def lowering(self) -> Lowering:
         """The lowering, with `realise`, `tip_motion` and `wave_field` of the seed. Errors: SeaError for a sea without
         waves."""
         waves = realise(self.sea, self.period, self.seed, amplitudes=self.amplitudes, depth=self.lift.depth)

@@ -116,12 +116,12 @@ def save_validation(validation: Validation, folder: str | Path, *, certificate: 
 
 
 def _tuned(validation: Validation) -> str | None:
-    step = _taken(validation, StepNumber.DYNAMICS)
+    step = _step(validation, StepNumber.DYNAMICS)
     crane = tuned_crane(step, validation.campaign) if step is not None else None
     return crane_toml(crane) if crane is not None else None
 
 
-def _taken(validation: Validation, number: StepNumber) -> Step | None:
+def _step(validation: Validation, number: StepNumber) -> Step | None:
     return next((s for s in validation.steps if s.number == number), None)
 
 

@@ -13,7 +13,7 @@ from stillhook.control.brake import SMALL, BrakeSettings
 from stillhook.control.plc import MANUAL, Memory, Plc, ahead
 from stillhook.control.registry import CONTROLLERS, code_of, mode_of_code
 from stillhook.engine.pack.winch import active_record, controllers_of, drum_record, plc_record
-from stillhook.kernels.plc_alone import Commands, Seen, plc_alone
+from stillhook.kernels.plc_alone import Commands, PlcInputs, plc_alone
 from stillhook.physics.load_path.drum import K_wire, layer_diameter, layers_filled
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
@@ -47,7 +47,7 @@ class PlcSegment:
     first: int
     last: int
     parts: tuple[Segment, ...]
-    seen: Seen
+    seen: PlcInputs
     memory: Memory
     plc: Plc
     u_p: FloatArray
@@ -67,9 +67,9 @@ class PlcSegment:
         own = controllers_of(crane, modes)[1]
         return plc_alone(self.seen, p_hp, self.memory, self.plc, active_record(crane).control, own)[0]
 
-    def foreseen(self) -> Seen:
+    def foreseen(self) -> PlcInputs:
         """The inputs with the tip's motion as the PLC extrapolates it."""
-        return Seen._make([*ahead(self.seen.sensed, self.plc.t_lead)[:-3], self.seen.braked, self.seen.u_braked])
+        return PlcInputs._make([*ahead(self.seen.sensed, self.plc.t_lead)[:-3], self.seen.braked, self.seen.u_braked])
 
 
 def wire_ratio(crane: Crane, s_w: FloatArray) -> FloatArray:
@@ -149,7 +149,7 @@ def _plc_segment(crane: Crane, record: Record, mode: FloatArray, a: int, b: int)
         F = one * ((parts[0].load if parts else 0.0) + crane.hook_mass) * G
     plc = plc_record(crane)._replace(t_cycle=record.step)
     braked = on_brake(mode[a:b], v_op, x["u_p"], plc.brake, record.step) if "v_op" in x else zero > 0.0
-    seen = Seen(
+    seen = PlcInputs(
         s_tip=s_tip,
         v_tip=v_tip,
         a_tip=a_tip,

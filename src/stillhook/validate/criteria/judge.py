@@ -67,7 +67,7 @@ def _within(c: Criterion, x: float) -> bool:
     return (abs(x) if c.kind is Limit.WITHIN else x) <= c.limit
 
 
-def _known(m: Measure) -> bool:
+def _has_value(m: Measure) -> bool:
     return m.value is not None and not math.isnan(m.value)
 
 
@@ -107,11 +107,11 @@ def _badness(c: Criterion, m: Measure) -> tuple[int, float, float]:
 
 
 def _result(c: Criterion, same: list[Measure]) -> CriterionResult:
-    known = [m for m in same if _known(m)]
+    known = [m for m in same if _has_value(m)]
     pool = same if c.needed or not known else known
     worst = max(pool, key=lambda m: _badness(c, m)) if pool else None
     met = verdict_of(c, worst) if worst is not None else Verdict.NOT_SHOWN
-    has_figure = worst is not None and _known(worst)
+    has_figure = worst is not None and _has_value(worst)
     return CriterionResult(
         key=c.key,
         step=c.step,

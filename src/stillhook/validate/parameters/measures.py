@@ -215,8 +215,9 @@ def _leak_says(b: Balance) -> str:
     text = f"{implied} implied, {ours} in the twin at the working point of these data ({point_text(leak.at)})"
     if leak.refuted:
         text += f"; {form_says(leak)}"
-    elif len(leak.left) > 1:
-        text += f", form as in the crane file; the data do not distinguish these forms: {', '.join(leak.left)}"
+    elif len(leak.remaining_forms) > 1:
+        forms = ", ".join(leak.remaining_forms)
+        text += f", form as in the crane file; the data do not distinguish these forms: {forms}"
     return text
 
 

@@ -148,11 +148,13 @@ def _measures(plateaus: Sequence[Plateau], times: Times, causes: Mapping[str, st
         result = [m for way in WAYS if (m := _speed(name, run, way, plateaus, causes))]
         out += result or [Measure(name, None, note=LACKS[run] if times.log_all > 0.0 else nowhere)]
     overlap, each = times.overlap, f"log {times.log:.1f} s, twin {times.twin:.1f} s"
-    out.append(Measure("saturation_overlap", overlap, data=each, note=causes.get("overlap", "") or _none(overlap)))
+    out.append(
+        Measure("saturation_overlap", overlap, data=each, note=causes.get("overlap", "") or _no_overlap(overlap))
+    )
     return tuple(out)
 
 
-def _none(overlap: float | None) -> str:
+def _no_overlap(overlap: float | None) -> str:
     return (
         f"neither the log's nor the twin's pumps are saturated where both are known: {TO_LOG}"
         if overlap is None

@@ -8,6 +8,6 @@ Everything that it writes is marked SYNTHETIC.
 
 from stillhook.validate.synthetic.defects import Defect, defect_of
 from stillhook.validate.synthetic.schedule import Plan, sea_trials
-from stillhook.validate.synthetic.writer import Written, write_campaign
+from stillhook.validate.synthetic.writer import WrittenCampaign, write_campaign
 
-__all__ = ["Defect", "Plan", "Written", "defect_of", "sea_trials", "write_campaign"]
+__all__ = ["Defect", "Plan", "WrittenCampaign", "defect_of", "sea_trials", "write_campaign"]

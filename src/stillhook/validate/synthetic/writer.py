@@ -59,7 +59,7 @@ NOISE: Mapping[str, str] = {
 
 
 @dataclass(frozen=True)
-class Written:
+class WrittenCampaign:
     """What was written: the folder, its campaign file, the logs, the file that tells the truth, and what limits the
     tests went beyond."""
 
@@ -81,7 +81,7 @@ def write_campaign(
     parquet: bool = False,
     threads: int = 2,
     progress: Progress | None = None,
-) -> Written:
+) -> WrittenCampaign:
     """Write a synthetic validation campaign: `campaign.toml`, `logs/*.csv` and `truth.toml`, which the campaign does
     not name.
 
@@ -129,7 +129,7 @@ def write_campaign(
             encoding="utf-8",
         )
         (part / CAMPAIGN_FILE).write_text(campaign_text(plan, seed, made, files, sensors), encoding="utf-8")
-    return Written(
+    return WrittenCampaign(
         folder, folder / CAMPAIGN_FILE, tuple(folder / f for f in files), folder / REFERENCE_FILE, tuple(notes)
     )
 

@@ -524,7 +524,7 @@ def stiffness(p: Params) -> Stiffness:
     return Stiffness(rates, a.viscous + passive.viscous, a.dry + passive.dry, a.n_max)
 
 
-def others(crane: Any, W: float, d: float) -> list[OtherMotors]:
+def other_motors(crane: Any, W: float, d: float) -> list[OtherMotors]:
     """The passive motors, at mid stroke of the accumulator."""
     passive, T = crane.passive, W * 0.5 * d / crane.i_hD
     dp = passive.accumulator.gas.p_0 - passive.p_lp
@@ -545,7 +545,7 @@ def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
     The passive circuit moves W s_tip_pp / dp of oil, whatever its gear and displacement: work is pressure times volume.
     """
     passive, out = crane.passive, []
-    acc, alpha = passive.accumulator, others(crane, held.W, held.d)[0].alpha
+    acc, alpha = passive.accumulator, other_motors(crane, held.W, held.d)[0].alpha
     if alpha > 1.0:
         p_0 = show(acc.gas.p_0, "pressure")
         out.append(

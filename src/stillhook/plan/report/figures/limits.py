@@ -75,7 +75,7 @@ def limit_tables(result: PlanResult, credit: Credit) -> dict[str, Figure]:
     wanted = names(result.data)
     if credit == TWIN:
         wanted = [name for name in wanted if differs(result, name)]
-    strips, each = alike(result, credit, wanted), max(1, ROWS // result.data.sizes["heading"])
+    strips, each = equal_tables(result, credit, wanted), max(1, ROWS // result.data.sizes["heading"])
     parts = [strips[i : i + each] for i in range(0, len(strips), each)]
     return {
         f"limits-{credit}{f'-{i + 1}' if len(parts) > 1 else ''}": limit_table(result, credit, part)
@@ -83,7 +83,7 @@ def limit_tables(result: PlanResult, credit: Credit) -> dict[str, Figure]:
     }
 
 
-def alike(result: PlanResult, credit: Credit, alternatives: Sequence[str]) -> list[list[str]]:
+def equal_tables(result: PlanResult, credit: Credit, alternatives: Sequence[str]) -> list[list[str]]:
     """Alternatives whose tables are the same, limit by limit and by what governs, side by side."""
     groups: dict[bytes, list[str]] = {}
     for name in alternatives:

@@ -28,7 +28,7 @@ from stillhook.plan.tiers.time_domain.lowering import (
     lowering_of,
     machine_of,
 )
-from stillhook.plan.tiers.time_domain.quantities import kept
+from stillhook.plan.tiers.time_domain.quantities import run_numbers
 from stillhook.plan.tiers.winch_residual import BRAKE
 from stillhook.response.standard_deviations import sigmas
 from stillhook.spec.crane import Crane
@@ -157,7 +157,7 @@ class Cells:
             for request, size in zip(missing.values(), sizes, strict=True)
             for _ in range(size)
         ]
-        numbers = kept(data, counts)
+        numbers = run_numbers(data, counts)
         self.n_failed += int(np.sum(~np.isfinite(numbers["duration"])))
         start = 0
         for request, size in zip(missing.values(), sizes, strict=True):

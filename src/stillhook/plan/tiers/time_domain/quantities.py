@@ -56,7 +56,7 @@ WINCH = ("p_a_max", "saturation_share", "relief_share", "power_share", "stroke_s
 """Quantities of the winch while it compensates: none and the flat cap have none of the twin's."""
 
 
-def kept(data: xarray.Dataset, counts: Sequence[int]) -> dict[str, FloatArray]:
+def run_numbers(data: xarray.Dataset, counts: Sequence[int]) -> dict[str, FloatArray]:
     """Numbers of every run of a Dataset of lowerings over "case"; counts: number of the stage that counts in each."""
     each = np.arange(len(counts)), np.array(counts)
     numbers = {name: data[f"stage_{name}"].values[each] for name in OF_STAGE if f"stage_{name}" in data}

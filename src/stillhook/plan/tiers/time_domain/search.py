@@ -107,9 +107,9 @@ class Work:
             self._start(key, group)
         looking = [line for line in self.lines if line.started and not line.resolved]
         known = sum(line.resolved for line in self.lines)
-        wanted = [ask for line in looking for ask in self._wanted(line, self._provisional(line))]
+        wanted = [ask for line in looking for ask in self._next_cells(line, self._provisional(line))]
         if not wanted and known == sum(line.resolved for line in self.lines):
-            wanted = [ask for line in looking for ask in self._wanted(line)]
+            wanted = [ask for line in looking for ask in self._next_cells(line)]
         if not wanted:
             return bool(looking)
         self.cells.request(_merged(wanted), self._progress(len(wanted)))
@@ -131,7 +131,7 @@ class Work:
         others = [o for o in self.groups[line.alternative, line.column] if o is not line and not o.resolved]
         return min((o.provisional for o in others), default=math.inf)
 
-    def _wanted(self, line: LimitSearch, provisional: float = math.inf) -> list[CellRequest]:
+    def _next_cells(self, line: LimitSearch, provisional: float = math.inf) -> list[CellRequest]:
         """The next cell of a line, or more seeds for the one next to its limit; none where the limit is found, or where
         the line waits for other phases: it is inside up to what their limits seem to be, `hoped` [m], and may not
         matter."""

@@ -230,7 +230,7 @@ class LeakChoice:
         return self.nuisance("slip") if len(c.fit.b) == len(NUISANCE) + len(c.parts) else None
 
     @property
-    def left(self) -> tuple[LeakForm, ...]:
+    def remaining_forms(self) -> tuple[LeakForm, ...]:
         """Forms not excluded by the data, the best first."""
         return tuple(dict.fromkeys(c.form for c in self.candidates if c.alive))
 
@@ -475,7 +475,7 @@ def form_says(leak: LeakChoice) -> str:
     log_form, file_form = IN_WORDS[leak.chosen.form], IN_WORDS[leak.file_form]
     if leak.chosen.form is leak.file_form:
         log_form, file_form = f"{log_form} in other parts", "not as stated"
-    others = [form for form in leak.left if form is not leak.chosen.form]
+    others = [form for form in leak.remaining_forms if form is not leak.chosen.form]
     apart = f" (not distinguished from {' or '.join(others)})" if others else ""
     reference = f"{show(leak.reference.value, 'leakage', 3)} +- {show(leak.reference.half, 'leakage', 2)}"
     return (

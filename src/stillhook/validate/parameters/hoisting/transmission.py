@@ -95,7 +95,7 @@ def _ideas(crane: Crane, radii: Sequence[EffectiveRadius]) -> list[tuple[float, 
     w = 1.0 / np.hypot([x.error.half for x in radii], FLOOR) ** 2
     gear = float(w @ e / w.sum())
     geared = (
-        _left(e - gear, w),
+        _rms(e - gear, w),
         f"the gear ratio is {number(crane.i_hD / (1.0 + gear), 4)}, not {number(crane.i_hD, 4)}",
     )
     if _near_full_layers(radii):
@@ -103,17 +103,17 @@ def _ideas(crane: Crane, radii: Sequence[EffectiveRadius]) -> list[tuple[float, 
     ideas = [geared]
     drum, old = float((w / d**2) @ (e * d) / np.sum(w / d**2)), crane.drum.d
     ideas.append(
-        (_left(e - drum / d, w), f"the drum's diameter is {show(old + drum, 'length')}, not {show(old, 'length')}")
+        (_rms(e - drum / d, w), f"the drum's diameter is {show(old + drum, 'length')}, not {show(old, 'length')}")
     )
     share = 2.0 * np.array([x.layer for x in radii]) - 1.0
     wire = float((w * share / d**2) @ (e * d) / np.sum(w * share**2 / d**2))
     old = crane.wire.d
     text = f"the wire's diameter on the drum is {show(old + wire, 'diameter')}, not {show(old, 'diameter')}"
-    ideas.append((_left(e - wire * share / d, w), text))
+    ideas.append((_rms(e - wire * share / d, w), text))
     return ideas
 
 
-def _left(rest: FloatArray, w: FloatArray) -> float:
+def _rms(rest: FloatArray, w: FloatArray) -> float:
     return float(np.sqrt(w @ rest**2 / w.sum()))
 
 
@@ -127,7 +127,7 @@ def _full_layers(crane: Crane, radii: Sequence[EffectiveRadius]) -> tuple[float,
     rest = (off - np.round(off)) * layer_step(crane) / np.array([x.d for x in radii])
     w = 1.0 / np.hypot([x.error.half for x in radii], FLOOR) ** 2
     return (
-        _left(rest, w),
+        _rms(rest, w),
         f"the wire runs on another layer than the twin's: {_named(radii)}, {wire_counted_wrong(crane, radii)}",
     )
 

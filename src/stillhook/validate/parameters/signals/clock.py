@@ -99,7 +99,7 @@ def clock_of(rate_ratios: Mapping[str, Ratio]) -> Clock:
             " s_tip"
         )
         return Clock(None, fast, note)
-    group = _alike(fast)
+    group = _largest_group(fast)
     if len(group) < 2:
         note = (
             f"{' and '.join(fast)} each deviate from the derivative of their length by different amounts:"
@@ -114,7 +114,7 @@ def clock_of(rate_ratios: Mapping[str, Ratio]) -> Clock:
     return Clock(error, rest, f"{' and '.join(group)} agree on it")
 
 
-def _alike(fast: Mapping[str, Estimate]) -> list[str]:
+def _largest_group(fast: Mapping[str, Estimate]) -> list[str]:
     """The largest group of ratios that may be one number; of equal ones, the one nearer to zero."""
     groups, doubted = [], {name: _doubted(name, e) for name, e in fast.items()}
     for centre in doubted.values():
