@@ -116,7 +116,7 @@ class Reader:
 
     def _wait(self, answers: list[tuple[str, Any]]) -> None:
         assert self._process.stdout is not None
-        with contextlib.suppress(EOFError, OSError, pickle.UnpicklingError):
+        with contextlib.suppress(EOFError, OSError, ValueError, pickle.UnpicklingError):  # ValueError: closed meanwhile
             answers.append(receive(self._process.stdout))
 
     def close(self) -> None:

@@ -1,7 +1,7 @@
 """The passive circuit, whose accumulator carries the weight."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from stillhook.control.passive import PassiveSettings, displacement_for_weight
 from stillhook.physics.hydraulics.accumulator import Accumulator, accumulator_pressure
@@ -9,8 +9,9 @@ from stillhook.physics.hydraulics.motor import Motors, motor_leakage, motor_torq
 from stillhook.physics.hydraulics.pump import Pumps
 from stillhook.physics.hydraulics.swash import Servo
 from stillhook.physics.hydraulics.valves import Relief
+from stillhook.units import show
 from stillhook.winches.circuits.active import dry_bound, moving_slope, servo_rate
-from stillhook.winches.interface import Carried, Stiffness
+from stillhook.winches.interface import Carried, OtherMotors, Parts, Stiffness, Stroke
 
 
 class PassiveCircuit(NamedTuple):
@@ -50,3 +51,44 @@ def carried_by(P: PassiveCircuit, r_eff: float, F_w: float) -> Carried:
     T = float(motor_torque(alpha * P.settings.D_m_max, p_o - P.settings.p_lp))
     limit = P.n_max if P.n_full > P.n_max * alpha else P.n_full / alpha
     return Carried(T, alpha, limit)
+
+
+def charge(crane: Any) -> float:
+    """Accumulator pressure at rest [Pa]."""
+    return float(crane.passive.accumulator.gas.p_0)
+
+
+def other_motors(crane: Any, W: float, d: float) -> list[OtherMotors]:
+    """The passive motors, at mid stroke of the accumulator."""
+    passive, T = crane.passive, W * 0.5 * d / crane.i_hD
+    dp = passive.accumulator.gas.p_0 - passive.p_lp
+    return [OtherMotors("passive", passive.motor, T / (passive.motor.D_total * dp), dp)]
+
+
+def stroke(crane: Any, F: float) -> Stroke:
+    r"""Motion of the tip that fills the accumulator's stroke at a tension: :math:`s = V (p_0 - p_{lp})/F`, work is
+    pressure times volume whatever gear and displacement are."""
+    acc = crane.passive.accumulator
+    s = acc.V_stroke * (acc.gas.p_0 - crane.passive.p_lp) / F
+    return Stroke(s, f"accumulator of {show(acc.V_stroke, 'volume')} at {show(acc.gas.p_0, 'pressure')}")
+
+
+def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
+    """Passive motors too small for the load, an accumulator too small for the motion.
+
+    The passive circuit moves W s_tip_pp / dp of oil, whatever its gear and displacement: work is pressure times volume.
+    """
+    passive, out = crane.passive, []
+    acc, alpha = passive.accumulator, other_motors(crane, held.W, held.d)[0].alpha
+    if alpha > 1.0:
+        p_0 = show(acc.gas.p_0, "pressure")
+        out.append(
+            f"holding the load takes {alpha:.0%} of the passive motors at {p_0}: the rest loads the active circuit"
+        )
+    V = held.W * held.s_tip_pp / (acc.gas.p_0 - passive.p_lp)
+    if V > acc.V_stroke and not held.gas_held:
+        out.append(
+            f"compensating {show(held.s_tip_pp, 'length')} at this load moves about {show(V, 'volume')} of oil, more"
+            f" than the accumulator's stroke of {show(acc.V_stroke, 'volume')}: the piston will run into its ends"
+        )
+    return out

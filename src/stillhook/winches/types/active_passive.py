@@ -13,9 +13,10 @@ from stillhook.physics.hydraulics.motor import motor_leakage, motor_torque, torq
 from stillhook.physics.hydraulics.pump import pump_flow, pump_leakage
 from stillhook.physics.hydraulics.swash import displacement, pilot, swash_acceleration, swash_rate
 from stillhook.physics.hydraulics.valves import external_leakage, internal_leakage, relief_flow
+from stillhook.physics.records import replace
 from stillhook.physics.scalar import copysign, fmax, scalar
-from stillhook.units import show
 from stillhook.winches import load_path
+from stillhook.winches.circuits import passive as passive_circuit
 from stillhook.winches.circuits.active import (
     BLANK,
     ActiveCircuit,
@@ -49,7 +50,7 @@ from stillhook.winches.circuits.active import (
 )
 from stillhook.winches.circuits.passive import PassiveCircuit, carried_by, passive_stiffness
 from stillhook.winches.hoist import Hoist, drum_geometry, shaft_inertia_without_wire
-from stillhook.winches.interface import Carried, Cause, OtherMotors, Parts, Stiffness, Stroke
+from stillhook.winches.interface import Carried, Cause, Parts, Stiffness
 from stillhook.winches.records import Geometry, Sensors
 from stillhook.winches.sensors import apply_override, closed_circuit_readings
 
@@ -58,6 +59,8 @@ TITLE = "active/passive winch: a closed circuit moves the drum, a second one wit
 PATH = load_path
 SHOWN = {"p_max": "peak\npressure", "alpha_m_min": "least\nmotor", "relief_time": "relief\nopen"}
 TABLES = ("active", "passive")
+charge, other_motors = passive_circuit.charge, passive_circuit.other_motors
+stroke, notes = passive_circuit.stroke, passive_circuit.notes
 __all__ = ["BLANK", "NAME", "PATH", "TITLE", "Extremes", "fold_extremes", "full_speed", "lag", "least_displacement"]
 
 
@@ -306,24 +309,13 @@ def start(s_w, tick, p):
     )
 
 
+with_displacements = replace(State, "alpha_m", "alpha_pm")
+
+
 @scalar
 def settle(x, q, u, tick, geo, p):
-    """The state at rest under the PLC's first commands: displacements where it wants them."""
-    return State(
-        alpha_p=0.0,
-        alpha_p_dot=0.0,
-        alpha_m=u.u_m,
-        alpha_m_dot=0.0,
-        alpha_pp=0.0,
-        alpha_pp_dot=0.0,
-        alpha_pm=u.u_pm,
-        alpha_pm_dot=0.0,
-        p_a=x.p_a,
-        p_b=x.p_b,
-        V_o=x.V_o,
-        omega_m=0.0,
-        z=0.0,
-    )
+    """The state at rest under the PLC's first commands: displacements where it wants them; x that of `start`."""
+    return with_displacements(x, u.u_m, u.u_pm)
 
 
 @scalar
@@ -455,21 +447,8 @@ def steady(
     p_o = accumulator_pressure(V, P.accumulator)
     alpha_pm = displacement_for_weight(F_w, geo.r_eff, p_o, P.settings)
     pp = make_up(p_o, alpha_pm, v_op / geo.r_eff, P.settings) if alpha_pp is None else alpha_pp
-    x = State(
-        alpha_p=0.0,
-        alpha_p_dot=0.0,
-        alpha_m=alpha_m,
-        alpha_m_dot=0.0,
-        alpha_pp=pp,
-        alpha_pp_dot=0.0,
-        alpha_pm=alpha_pm,
-        alpha_pm_dot=0.0,
-        p_a=0.0,
-        p_b=0.0,
-        V_o=V,
-        omega_m=omega_m,
-        z=0.0,
-    )
+    rest = State(*[0.0] * len(State._fields))
+    x = rest._replace(alpha_m=alpha_m, alpha_pp=pp, alpha_pm=alpha_pm, V_o=V, omega_m=omega_m)
     return x, Command(u_p=0.0, u_m=alpha_m, u_pp=pp, u_pm=alpha_pm, f_pump=1.0, f_passive=1.0, brake=0.0)
 
 
@@ -511,50 +490,9 @@ def pump_flows(crane: Any) -> tuple[float, float]:
     return a.D_total * a.omega_p, p.D_total * p.omega_p
 
 
-def charge(crane: Any) -> float:
-    """Accumulator pressure at rest [Pa]."""
-    return float(crane.passive.accumulator.gas.p_0)
-
-
 def stiffness(p: Params) -> Stiffness:
     """Fast modes of the winch."""
     J = shaft_inertia_without_wire(p.hoist)
     a, passive = active_stiffness(p.active, J), passive_stiffness(p.passive, J)
     rates = {**a.rates, **passive.rates}
     return Stiffness(rates, a.viscous + passive.viscous, a.dry + passive.dry, a.n_max)
-
-
-def other_motors(crane: Any, W: float, d: float) -> list[OtherMotors]:
-    """The passive motors, at mid stroke of the accumulator."""
-    passive, T = crane.passive, W * 0.5 * d / crane.i_hD
-    dp = passive.accumulator.gas.p_0 - passive.p_lp
-    return [OtherMotors("passive", passive.motor, T / (passive.motor.D_total * dp), dp)]
-
-
-def stroke(crane: Any, F: float) -> Stroke:
-    r"""Motion of the tip that fills the accumulator's stroke at a tension: :math:`s = V (p_0 - p_{lp})/F`, work is
-    pressure times volume whatever gear and displacement are."""
-    acc = crane.passive.accumulator
-    s = acc.V_stroke * (acc.gas.p_0 - crane.passive.p_lp) / F
-    return Stroke(s, f"accumulator of {show(acc.V_stroke, 'volume')} at {show(acc.gas.p_0, 'pressure')}")
-
-
-def notes(crane: Any, held: Any, parts: Parts) -> list[str]:
-    """Passive motors too small for the load, an accumulator too small for the motion.
-
-    The passive circuit moves W s_tip_pp / dp of oil, whatever its gear and displacement: work is pressure times volume.
-    """
-    passive, out = crane.passive, []
-    acc, alpha = passive.accumulator, other_motors(crane, held.W, held.d)[0].alpha
-    if alpha > 1.0:
-        p_0 = show(acc.gas.p_0, "pressure")
-        out.append(
-            f"holding the load takes {alpha:.0%} of the passive motors at {p_0}: the rest loads the active circuit"
-        )
-    V = held.W * held.s_tip_pp / (acc.gas.p_0 - passive.p_lp)
-    if V > acc.V_stroke and not held.gas_held:
-        out.append(
-            f"compensating {show(held.s_tip_pp, 'length')} at this load moves about {show(V, 'volume')} of oil, more"
-            f" than the accumulator's stroke of {show(acc.V_stroke, 'volume')}: the piston will run into its ends"
-        )
-    return out
