@@ -20,7 +20,7 @@ from stillhook.kernels import build
 from stillhook.physics.scalar import scalar
 def triple(x):
     return 3.0 * x
-print(build.kept(triple, "triple")(2.0))
+print(build.compiled(triple, "triple")(2.0))
 """
 
 

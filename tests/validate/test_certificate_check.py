@@ -20,7 +20,7 @@ from stillhook.validate.certificate.document import document
 from stillhook.validate.certificate.recheck import check
 from stillhook.validate.criteria.results import StepNumber
 from stillhook.validate.report import figures as pictures_of
-from stillhook.validate.synthetic import Written
+from stillhook.validate.synthetic import WrittenCampaign
 
 
 @pytest.fixture
@@ -278,7 +278,7 @@ def test_an_example_campaign_is_of_the_crane_seed_and_defect_that_were_asked_for
 
     def written(out, **how):
         asked.update(how)
-        return Written(
+        return WrittenCampaign(
             out, out / "campaign.toml", (out / "logs" / "1.csv",), out / "reference.toml", ('test "limits": saturated',)
         )
 

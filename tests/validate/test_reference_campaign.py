@@ -28,7 +28,7 @@ from stillhook.physics.scalar import G
 from stillhook.spec.scenario import Mode
 from stillhook.validate import load_campaign
 from stillhook.validate.data_set.campaign import Kind
-from stillhook.validate.synthetic import Defect, Plan, Written, sea_trials, write_campaign
+from stillhook.validate.synthetic import Defect, Plan, WrittenCampaign, sea_trials, write_campaign
 from stillhook.validate.synthetic.defects import DEFECTS, defect_text, with_defect
 from stillhook.validate.synthetic.scatter import STATED_DELAY, Setting, setting
 from stillhook.validate.synthetic.schedule import PlannedTest, Sea, beyond
@@ -61,7 +61,7 @@ def write(tmp_path_factory: pytest.TempPathFactory):
     """Campaigns of the short plan, each written once."""
 
     @cache
-    def written(defect: Defect | None = None, seed: int = 3, apart: bool = False) -> Written:
+    def written(defect: Defect | None = None, seed: int = 3, apart: bool = False) -> WrittenCampaign:
         return write_campaign(
             tmp_path_factory.mktemp("truth") / "campaign", plan=SHORT, seed=seed, defect=defect, apart=apart, threads=1
         )
@@ -69,11 +69,11 @@ def write(tmp_path_factory: pytest.TempPathFactory):
     return written
 
 
-def table(written: Written, test: int = 0) -> polars.DataFrame:
+def table(written: WrittenCampaign, test: int = 0) -> polars.DataFrame:
     return polars.read_csv(written.logs[test], comment_prefix="#")
 
 
-def column(written: Written, name: str, test: int = 0) -> np.ndarray:
+def column(written: WrittenCampaign, name: str, test: int = 0) -> np.ndarray:
     """A column of a log in SI, by our name."""
     c = next(c for c in AHC_COLUMNS if c.name == name)
     return table(written, test)[c.heading].to_numpy() * unit_factor(c)
@@ -165,7 +165,7 @@ def test_stamps_jitter_and_drift_as_the_truth_says(write):
     assert (np.diff(t) > 0.0).all()
 
 
-def column_time(written: Written, test: int = 0) -> np.ndarray:
+def column_time(written: WrittenCampaign, test: int = 0) -> np.ndarray:
     return table(written, test)["Time"].to_numpy()
 
 
@@ -350,7 +350,7 @@ def test_a_fast_clock_is_half_a_per_cent_fast(write):
     assert ratio == pytest.approx(1.005, abs=2e-5)
 
 
-def ratio_of_speeds(written: Written) -> float:
+def ratio_of_speeds(written: WrittenCampaign) -> float:
     """Wire speed over motor speed while the winch runs fast [m/rad]."""
     v, w = column(written, "v_w", 1), column(written, "omega_m", 1)
     fast = abs(w) > 200.0
@@ -369,7 +369,7 @@ def test_a_drum_with_a_layer_less_has_the_diameter_of_the_layer_below(write):
     assert ratio_of_speeds(write(Defect.LAYER)) == pytest.approx(d[1] * LEVER, rel=2e-3)
 
 
-def plateau(written: Written, name: str) -> float:
+def plateau(written: WrittenCampaign, name: str) -> float:
     """Mean of a signal while the winch hoists at its limit."""
     return float(column(written, name, 1)[900:1600].mean())
 
@@ -390,7 +390,7 @@ def test_more_leakage_takes_speed(write):
 
 
 def test_an_offset_is_seen_where_the_motors_are_at_less_than_full_displacement(write):
-    def offset(written: Written) -> float:
+    def offset(written: WrittenCampaign) -> float:
         return float((column(written, "alpha_m") - column(written, "u_m"))[1000:].mean())
 
     assert abs(offset(write())) < 0.01
@@ -424,7 +424,7 @@ def test_every_size_of_a_ladder_can_be_made_and_the_usual_one_is_on_it_or_beyond
     assert change.size in change.ladder
 
 
-def mean_of(written: Written, name: str) -> float:
+def mean_of(written: WrittenCampaign, name: str) -> float:
     return float(column(written, name).mean())
 
 
@@ -436,7 +436,7 @@ def test_a_crane_of_another_precharge_holds_its_own_pressure(write):
 def test_less_gas_swings_more_for_the_same_oil(write):
     """Swing of the pressure over that of the oil that the motors took."""
 
-    def stiffness(written: Written) -> float:
+    def stiffness(written: WrittenCampaign) -> float:
         Q = column(written, "omega_m") * column(written, "alpha_pm") * CRANE.passive.motor.D_total
         V = np.cumsum(Q)[1000:] * 0.01
         return -float(np.polyfit(V, column(written, "p_hp")[1000:], 1)[0])
@@ -448,7 +448,7 @@ def test_less_gas_swings_more_for_the_same_oil(write):
 
 
 def test_dead_motors_leave_their_torque_to_the_active_circuit_and_known_ones_do_not(write):
-    def carried(written: Written) -> float:
+    def carried(written: WrittenCampaign) -> float:
         """Part of the weight that the pressure of the active circuit carries, hoisting and lowering evened out."""
         T = CRANE.active.motor.D_total * column(written, "alpha_m") * (column(written, "p_a") - column(written, "p_b"))
         w = column(written, "omega_m")
@@ -467,7 +467,7 @@ def test_fewer_known_motors_stand_at_more_displacement(write):
 
 @pytest.mark.parametrize(("defect", "ratio"), [(Defect.ACTIVE_COUNT, 0.8), (Defect.DISPLACEMENT, 1.05)])
 def test_motors_of_another_displacement_take_as_much_more_oil_a_turn(write, defect, ratio):
-    def taken(written: Written) -> float:
+    def taken(written: WrittenCampaign) -> float:
         """Stroke of the pumps over speed and displacement of the motors."""
         x = column(written, "omega_m") * column(written, "alpha_m")
         return float(np.sum(column(written, "alpha_p") * x) / np.sum(x * x))
