@@ -43,7 +43,7 @@ def compile_c(source: str, folder: Path) -> ctypes.CDLL:
     return ctypes.CDLL(str(library))
 
 
-@pytest.fixture(scope="module", params=[pytest.param("active-passive", marks=pytest.mark.thorough), "pure-active"])
+@pytest.fixture(scope="module", params=sorted(CRANES))
 def translated(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
     library = compile_c(c_source(request.param), tmp_path_factory.mktemp(request.param))
     return SimpleNamespace(plant=request.param, library=library)
@@ -92,6 +92,7 @@ def test_c_runs_the_same_physics(translated, lanes):
         np.testing.assert_allclose(b.span, a.span, rtol=SAME)
 
 
+@pytest.mark.thorough
 def test_c_lays_a_load_to_rest_alike(translated):
     block, _ = blocks(translated, 1)
     d = driver(translated.plant, 1)
