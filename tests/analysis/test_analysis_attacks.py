@@ -91,6 +91,7 @@ def test_one_line_says_what_is_wrong(arguments: list[str], line: str, capfd: pyt
     assert not printed.out
 
 
+@pytest.mark.slow
 def test_load_beyond_the_crane_is_no_fault_of_a_factor(capfd: pytest.CaptureFixture[str]) -> None:
     """What is wrong with nothing drawn is said without a factor."""
     assert run([*DRAW, "--load", "300 t", "--draws", "4"]) == 2

@@ -15,6 +15,8 @@ from stillhook.errors import StillhookError
 from stillhook.library import changed
 from stillhook.spec.scenario import Mode
 
+pytestmark = pytest.mark.slow
+
 C150, E250, PURE = "nov-150t", "nov-250t", "nov-100t-pure-active"
 SIX = 5e-7
 """Half of the sixth printed digit."""

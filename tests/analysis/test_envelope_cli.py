@@ -45,6 +45,7 @@ def test_json_holds_what_the_dataset_holds_in_si(capsys):
     assert "gain_over_hs" not in by_mode["ssc"]  # HS was not asked for
 
 
+@pytest.mark.slow
 def test_every_key_is_in_the_nomenclature(capsys):
     found = answer(capsys, *FAST, "--load", "40 t")
     keys = {*found, *found["rows"][-1], *found["loads"][0]} - {"rows", "loads"}

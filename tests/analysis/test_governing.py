@@ -29,6 +29,8 @@ from stillhook.errors import StillhookError
 from stillhook.library import changed
 from stillhook.spec.scenario import Mode
 
+pytestmark = pytest.mark.slow
+
 LIBRARY = load_crane("nov-250t")
 CRANE = changed(LIBRARY, {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}})
 """The same with a wire on which loads do not ring (that of paper C): slow and loaded, the gain then decides whether the

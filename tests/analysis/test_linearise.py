@@ -199,6 +199,7 @@ def test_stuck_winch_is_a_spring_on_its_bristle():
     assert stuck.omega_0 == pytest.approx(math.sqrt(CRANE.friction.sigma_0 * point.geometry.i_J), rel=0.05)
 
 
+@pytest.mark.slow
 def test_plc_closes_the_same_loop():
     """A PLC of 0.2 ms on a crane whose other loops stand still (classic mode) has the limit of the continuous plant."""
     quick = changed(CRANE, {"control": {"t_cycle": "0.2 ms", "tau_F": "1000 s"}})

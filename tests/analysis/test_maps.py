@@ -53,6 +53,7 @@ class TestCells:
             np.testing.assert_array_equal(found.values[name][:3].ravel(), runs[name].values)
         assert list(found.status[:3].ravel()) == list(runs["status"].values)
 
+    @pytest.mark.slow
     def test_a_user_s_controller_runs_with_its_own_settings(self):
         soft = Controller("soft", Mode.SSC, {"control": {"K_p": "0.08 1/m"}})
         m = map_of(CRANE, ["ssc", soft], loads="100 t", speeds="60 m/min")
@@ -61,6 +62,7 @@ class TestCells:
         assert cell(m, "e_c_pp", "soft", 0, 0) == float(single["e_c_pp"][0])
         assert cell(m, "e_c_pp", "soft", 0, 0) != cell(m, "e_c_pp", "ssc", 0, 0)
 
+    @pytest.mark.slow
     def test_layers_and_periods_are_dimensions_of_their_own(self):
         data = operability_map(
             CRANE, ["ssc"], loads="100 t", speeds="20 m/min, 60 m/min", layers=[12, 3], periods="8 s, 12 s"
@@ -90,12 +92,14 @@ class TestCells:
 
 
 class TestCauses:
+    @pytest.mark.slow
     def test_normal_speed_ends_where_its_pumps_are_full(self, found):
         assert found.cause[0, 0, 1, 0, 0] == ""
         assert found.cause[0, 0, 2, 0, 0] == "pumps saturated"
         run = simulate(CRANE, alone("50 t", 100.0, "ns"))
         assert float((np.abs(run["u_raw"]) > 1.0).mean()) > SATURATION_SHARE
 
+    @pytest.mark.slow
     def test_high_speed_mode_stops_at_its_share_of_the_safe_working_load(self, found):
         assert found.axes.loads[1] == Mode("hs").law.swl_share * CRANE.SWL
         assert found.cause[1, 1, 0, 0, 0] == ""

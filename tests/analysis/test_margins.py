@@ -37,6 +37,7 @@ cranes = st.sampled_from(CRANES)
 delays = st.sampled_from([0.0, 0.003, 0.01, 0.05, 0.0537, 0.2])
 
 
+@pytest.mark.slow
 @few
 @given(cranes, alphas)
 def test_continuous_margins_agree_with_python_control(crane, alpha_m: float):
@@ -82,6 +83,7 @@ def test_delay_margin_is_the_delay_that_brings_the_loop_to_its_limit(alpha_m: fl
     assert margins(sampled(loop, T, delay + 1.02 * more), K_p).gain_margin < 1.0
 
 
+@pytest.mark.slow
 @few
 @given(alphas, st.floats(0.0, 0.3))
 def test_short_cycle_is_the_continuous_loop_with_delay(alpha_m: float, delay: float):
@@ -186,6 +188,7 @@ def test_strongest_gain_keeps_every_margin_and_wastes_none(crane, alpha_m: float
         assert more.gain_margin < wanted[0] or more.phase_margin < wanted[1] or more.sensitivity_peak > wanted[2]
 
 
+@pytest.mark.slow
 def test_strongest_gain_counts_on_no_delay():
     """More delay raises the limit, so a gain from the delayed loop alone would be unsafe where the delay is less."""
     at_delay = strongest(sampled(position_loop(CRANE, 0.6), CRANE.control.t_cycle, 0.1))

@@ -83,6 +83,7 @@ def test_what_a_difference_of_controllers_hangs_on_is_told_of_pairs():
     assert pair["motor_servo"].total.value > one["motor_servo"].total.value
 
 
+@pytest.mark.slow
 def test_a_number_that_does_not_vary_has_no_indices():
     (found,) = sensitivity(CRANE, CASE, Uncertainty.of({"boost": "default"}), outputs=["s_tip_pp"], n=16)
     assert found.indices == {}

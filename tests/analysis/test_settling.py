@@ -79,6 +79,7 @@ class TestTest:
 
 
 class TestTime:
+    @pytest.mark.slow
     def test_a_cell_is_what_the_metric_reads_from_a_run_of_its_own(self, found):
         for i, mode in enumerate(("ns", "hs", "ssc")):
             run = single("150 t", 40.0 / 60.0, mode)
@@ -95,6 +96,7 @@ class TestTime:
             0.5 * np.log(1.0 / BAND), abs=0.002
         )
 
+    @pytest.mark.slow
     def test_more_oil_in_the_lines_settles_later(self):
         soft = changed(CRANE, {"active": {"line": {"V": "160 L"}}})
         a, b = (
@@ -103,6 +105,7 @@ class TestTime:
         )
         assert b > 1.5 * a
 
+    @pytest.mark.slow
     def test_semi_secondary_control_settles_first_at_low_speed(self, found):
         t = found.values["settling_time"]
         assert (t[2, :, :2] < t[0, :, :2]).all()
@@ -115,6 +118,7 @@ class TestTime:
         assert ringing.cause[0, :, 0, 0, 0].tolist() == ["keeps swinging"] * 2
         assert ringing.values["settling_time"][0, 0, 1, 0, 0] > 5.0 * found.values["settling_time"][2, 1, 1, 0, 0]
 
+    @pytest.mark.slow
     def test_step_halving_does_not_move_the_time(self, found):
         fine = settling_of(CRANE, ["ssc"], loads="150 t", speeds="40 m/min", step="1 ms")
         assert fine.values["settling_time"][0, 0, 0, 0, 0] == pytest.approx(

@@ -18,6 +18,7 @@ LOAD, S_W = 150e3, 100.0
 SWING = 0.5e5
 
 
+@pytest.mark.slow
 def test_ssc_stands_at_full_displacement_when_slow_and_hs_does_not():
     ssc, hs = (slow_limit(CRANE, controller(name), load=LOAD, s_w=S_W) for name in ("ssc", "hs"))
     assert ssc.alpha_m == 1.0
@@ -26,6 +27,7 @@ def test_ssc_stands_at_full_displacement_when_slow_and_hs_does_not():
     assert abs(hs.v_tip) in SLOW
 
 
+@pytest.mark.slow
 def test_more_load_leaves_less_gain():
     light, heavy = (slow_limit(CRANE, controller("ns"), load=load, s_w=S_W).K_p_ms for load in (0.0, LOAD))
     assert heavy < light

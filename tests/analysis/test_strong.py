@@ -15,6 +15,8 @@ from stillhook.engine.scenario.batch import summaries
 from stillhook.errors import StillhookError
 from stillhook.library import changed, cranes
 
+pytestmark = pytest.mark.slow
+
 CRANE = load_crane("nov-250t")
 CALM = changed(CRANE, {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}})
 """A wire on which the load does not ring (that of paper C)."""

@@ -230,6 +230,7 @@ REFUSED = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("wrong", "what"), REFUSED)
 def test_what_cannot_be_asked_is_refused_in_one_line(wrong: dict[str, object], what: str) -> None:
     with pytest.raises(StillhookError) as refused:

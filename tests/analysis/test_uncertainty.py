@@ -28,6 +28,8 @@ from stillhook.library.parameter_sets.evidence import Evidence
 from stillhook.library.parameter_sets.file import save_set
 from stillhook.variables import SUMMARY
 
+pytestmark = pytest.mark.slow
+
 CRANE = load_crane("nov-250t")
 CASE = Scenario(load="100 t", s_w="100 m", tip="sine 2 m 12 s", duration="32 s", warm_up="20 s")
 N = 32
@@ -94,6 +96,7 @@ def test_more_friction_never_lowers_the_peak_pressure():
         assert np.all(np.diff(run["p_max"].sel(case=label).values[order]) > 0.0)
 
 
+@pytest.mark.slow
 def test_controllers_see_the_same_draws_so_their_difference_is_sharper_than_either(run):
     difference = paired_difference(run, "ssc", "hs", "p_max")
     single = [b["p_max"] for b in bands(run, ["p_max"]).values()]

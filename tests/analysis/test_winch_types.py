@@ -84,6 +84,7 @@ def test_a_pure_active_winch_tells_of_its_offset_in_every_answer(words: tuple[st
     assert any(OFFSET in note and "with 60 t" in note for note in data["notes"])
 
 
+@pytest.mark.slow
 def test_more_oil_than_the_accumulator_takes_is_said_of_a_map(capsys):
     words = (
         "map",

@@ -75,6 +75,7 @@ class TestLimitsAreNamed:
         assert status(s_w="0.5 m") == {"wire"}
         assert status(s_w="2 m") == {"ok"}
 
+    @pytest.mark.slow
     def test_a_hook_that_is_hauled_through_the_crane_tip_keeps_its_numbers(self):
         for crane in (CRANE, PURE):
             run = answer(crane, load="20 t", s_w="0 m", duration="100 s", operator=lowering("100 m/min", "1 s"))
@@ -184,6 +185,7 @@ class TestBadWinchesAreNotCalledGood:
         assert run.counted_time.item() == pytest.approx(0.01)
         assert "shorter than the window of 30 s" in run.notes.item()
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         "tables",
         [
@@ -337,6 +339,7 @@ class TestPython:
         with pytest.raises(ScenarioError, match="a list of cases"):
             compare(CRANE, [scenario()])
 
+    @pytest.mark.slow
     def test_cases_of_different_length_come_back_in_the_order_given(self):
         cases = [scenario(duration=f"{40 + i} s", name=f"c{i}", load=f"{10 * i + 10} t") for i in (5, 0, 3, 1)]
         both = simulate(CRANE, cases)
@@ -346,6 +349,7 @@ class TestPython:
         series = simulate(CRANE, cases, series=True)
         assert np.isnan(series.e_c.values).sum(axis=1).tolist() == [0, 50, 20, 40]
 
+    @pytest.mark.slow
     def test_one_case_in_twenty_that_loses_its_numbers_is_marked_and_the_rest_is_as_alone(self):
         jump = stillhook.Recorded(np.arange(200) * 0.5, 1e200 * np.sin(np.arange(200.0)))
         cases = [scenario(load=f"{i + 1} t") for i in range(20)]
@@ -364,6 +368,7 @@ class TestPython:
         assert lost.any()
         assert lost[int(np.argmax(lost)) :].all()
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("window", [0, 30.0, float("nan"), "30", "0 s", "-1 s", "30 m", None])
     def test_metrics_refuse_a_window_that_is_none(self, window):
         run = answer(tip="still")

@@ -173,6 +173,7 @@ def test_what_is_no_file_of_the_format_is_refused_in_one_line(tmp_path, name):
     assert odd.name in refusal(FORMATS[name], odd)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FORMATS)
 def test_a_file_without_the_right_to_read_it_is_refused_in_one_line(tmp_path, name):
     path = tmp_path / f"mine{FORMATS[name].suffix}"
@@ -277,6 +278,7 @@ def test_memory_is_limited_as_the_environment_says(tmp_path, monkeypatch):
     assert read_binary(odd_readers.takes, tmp_path / "x", 10**9) == 10**9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "text", "said"),
     [

@@ -63,6 +63,7 @@ def edit(path: Path, old: str, new: str) -> None:
     path.write_text(text.replace(old, new), encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_inside_the_envelope_nothing_is_said_and_the_run_is_validated(crane):
     run = simulate(crane, case())
     assert float(run.validated) == 1.0
@@ -100,6 +101,7 @@ def test_outside_the_envelope_the_run_says_what_was_validated(crane, other, reas
     assert doubts(crane, asked) == (f"outside the validated envelope: {reason}",)
 
 
+@pytest.mark.slow
 def test_several_reasons_stand_in_one_line(crane):
     (note,) = doubts(crane, case(load="200 t", mode="hs"))
     assert note == "outside the validated envelope: load 200 t (validated 82 t to 164 t), mode hs (validated ns, ssc)"
@@ -111,12 +113,14 @@ def test_a_test_repeated_within_what_sensors_can_tell_is_inside(crane, load, ins
     assert (doubts(crane, case(load=f"{164.0 * load} t")) == ()) is inside
 
 
+@pytest.mark.slow
 def test_an_irregular_motion_is_judged_by_its_window_and_its_mean_period(crane):
     assert doubts(crane, case(tip="sine 0.4 m 8.5 s + sine 0.3 m 10.5 s", duration="300 s")) == ()
     (note,) = doubts(crane, case(tip="sine 0.4 m 8.5 s + sine 0.9 m 10.5 s", duration="300 s"))
     assert "tip motion over 30 s" in note
 
 
+@pytest.mark.slow
 def test_a_crane_that_was_changed_is_run_and_flagged(crane):
     other = changed(crane, {"control": {"K_p": "0.2 1/m"}})
     run = simulate(other, case(**SHORT))
@@ -125,6 +129,7 @@ def test_a_crane_that_was_changed_is_run_and_flagged(crane):
     assert "does not hold" in run.attrs["twin"]
 
 
+@pytest.mark.slow
 def test_a_crane_file_that_was_edited_is_flagged_and_one_that_was_renamed_is_not(file):
     edit(file, 'name = "nov-250t"', 'name = "crane 7"')
     assert doubts(load_crane(file), case()) == ()
@@ -142,6 +147,7 @@ def test_what_is_built_on_a_certified_crane_holds_only_while_it_is_the_same(file
     assert doubts(load_crane(own), case()) == ("certificate does not hold: the crane was changed since in SWL",)
 
 
+@pytest.mark.slow
 def test_other_code_does_not_hold(crane, monkeypatch):
     monkeypatch.setattr(standing_of, "results_hash", lambda: "0123456789abcdef")
     (note,) = doubts(crane, case())
@@ -150,6 +156,7 @@ def test_other_code_does_not_hold(crane, monkeypatch):
     )
 
 
+@pytest.mark.slow
 def test_a_validation_that_was_not_passed_certifies_nothing(tmp_path):
     made = certificate_of(staged(write(tmp_path), e_c_pp_deviation=0.3))
     (tmp_path / "not-passed.json").write_text(made.text(), encoding="utf-8")
@@ -159,6 +166,7 @@ def test_a_validation_that_was_not_passed_certifies_nothing(tmp_path):
     assert "does not hold" in twin_line(found)
 
 
+@pytest.mark.slow
 def test_a_synthetic_certificate_says_so_in_every_run(tmp_path):
     made = certificate_of(staged(write(tmp_path)))
     (tmp_path / "certificate.json").write_text(made.text(), encoding="utf-8")
@@ -202,6 +210,7 @@ def test_a_certificate_that_cannot_be_read_is_refused_in_one_line(file, tmp_path
     assert "\n" not in str(problem.value)
 
 
+@pytest.mark.slow
 def test_a_crane_with_its_certificate_reads_back_the_same(crane):
     assert crane.certified is not None
     assert crane_from_toml(crane_toml(crane), "stored crane") == crane
@@ -215,10 +224,12 @@ def test_the_record_of_a_certificate_cannot_be_edited(crane):
         crane_from_toml(text.replace('"164 t"', '"250 t"'), "own.toml")
 
 
+@pytest.mark.slow
 def test_content_is_the_same_with_and_without_a_certificate(crane):
     assert content(crane) == content(load_crane("nov-250t"))
 
 
+@pytest.mark.slow
 def test_a_crane_with_a_friction_set_from_a_file_needs_no_file_but_its_certificate(tmp_path):
     trial = tmp_path / "trial"
     trial.mkdir()
@@ -245,6 +256,7 @@ def test_a_stored_run_says_the_same_when_it_is_run_again(crane, tmp_path):
     assert again.attrs["twin"] == run.attrs["twin"]
 
 
+@pytest.mark.slow
 def test_results_that_are_kept_know_the_certificate_they_were_made_with(crane, tmp_path):
     bare = crane.model_copy(update={"certified": None})
     cases = [case(load="200 t", **SHORT), case(**SHORT)]

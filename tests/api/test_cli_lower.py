@@ -59,6 +59,7 @@ def test_a_payload_goes_through_the_surface_and_lands_in_one_run(capsys, lift_to
     assert not named
 
 
+@pytest.mark.slow
 def test_the_tension_that_is_held_after_landing_is_the_one_that_was_set(landed):
     run_, file = landed
     last = run_.sel(time=slice(130.0, None))
@@ -113,6 +114,7 @@ def test_a_straight_path_has_no_motion_about_its_mean():
     assert np.abs(about_mean(t, 3.0 - 0.2 * t)).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_a_run_that_ends_before_its_programme_answers_with_1(capsys, lift_toml):
     assert run(["lower", str(lift_toml), "--duration", "20 s"]) == 1
     out = capsys.readouterr().out
@@ -120,6 +122,7 @@ def test_a_run_that_ends_before_its_programme_answers_with_1(capsys, lift_toml):
     assert 'the run of 20 s ends in stage "through"' in out
 
 
+@pytest.mark.slow
 def test_a_load_that_touches_the_seabed_on_its_way_down_answers_with_1_and_names_the_stage(capsys, lift_toml):
     text = lift_toml.read_text().replace('depth = "20 m"', 'time = "40 s"').replace('time = "20 s"', 'time = "10 s"')
     lift_toml.write_text(text)

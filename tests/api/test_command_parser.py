@@ -106,6 +106,7 @@ class TestHelp:
             for bracket in re.findall(r"\[[^\]]*\]", text or ""):
                 assert squeezed(bracket) in shown, (path, bracket)
 
+    @pytest.mark.slow
     def test_the_case_file_of_run_has_a_scenario(self, capsys):
         assert run(["run", "--help"]) == 0
         assert "Casefile:craneand[scenario];" in squeezed(capsys.readouterr().out)

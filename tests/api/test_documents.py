@@ -71,6 +71,7 @@ def test_every_text_is_on_the_page_and_none_is_markup():
     assert page.count("<img") == 1
 
 
+@pytest.mark.slow
 def test_paper_is_the_same_bytes_every_time():
     assert pdf(DOCUMENT) == pdf(DOCUMENT)
     assert len(pages(DOCUMENT, 20.0)) == 2  # the first page ends with its signatures

@@ -50,12 +50,14 @@ def test_every_lift_of_the_library_can_be_packed(name):
     assert file.lift.waves.duration >= file.lift.duration
 
 
+@pytest.mark.slow
 def test_a_lift_goes_to_3000_m_and_lands():
     lift = load_lift("anchor-to-3000m").lift
     assert lift.depth == 3000.0
     assert [s.mode.value for s in lift.programme] == ["splash", "ahc", "ahc", "landing"]
 
 
+@pytest.mark.slow
 def test_the_water_at_the_load_and_the_tip_above_it_come_from_one_sea(tmp_path):
     """In waves far longer than the ship the tip rides on the water."""
     text = GOOD.replace("jonswap Hs=1 m Tp=7 s", "jonswap Hs=1 m Tp=22 s gamma=7").replace("200 m", "3000 m")
@@ -66,6 +68,7 @@ def test_the_water_at_the_load_and_the_tip_above_it_come_from_one_sea(tmp_path):
     assert np.std(s) == pytest.approx(0.25, rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_seed_makes_another_sea_and_the_same_seed_the_same(tmp_path):
     path = written(tmp_path, GOOD)
     first, again, other = (load_lift(path, seed=s).lift.waves.eta for s in (1, 1, 2))
@@ -73,6 +76,7 @@ def test_a_seed_makes_another_sea_and_the_same_seed_the_same(tmp_path):
     assert np.abs(np.corrcoef(first, other)[0, 1]) < 0.5
 
 
+@pytest.mark.slow
 def test_a_run_is_as_long_as_the_programme_takes_and_some_more(tmp_path):
     assert load_lift(written(tmp_path, GOOD)).lift.duration > 23.0 / 0.2 + 30.0
     assert load_lift(written(tmp_path, GOOD), duration="5 min").lift.duration == 300.0

@@ -26,6 +26,7 @@ CASE = Scenario(
 OTHER = CASE.model_copy(update={"load": 30e3, "name": "light"})
 
 
+@pytest.mark.slow
 def test_a_list_of_cranes_runs_one_case_each_as_it_does_alone():
     together = simulate(CRANES, CASE)
     assert together.sizes == {"case": 20}
@@ -51,6 +52,7 @@ def test_many_cranes_run_sixteen_side_by_side_and_not_one_by_one(monkeypatch):
     assert sorted(blocks) == [8, 16, 16]
 
 
+@pytest.mark.slow
 def test_more_cranes_than_fit_side_by_side_give_the_bits_of_single_trajectories():
     together = simulate(CRANES, CASE, step="5 ms")
     alone = simulate(CRANES[17], CASE, step="5 ms")
@@ -72,6 +74,7 @@ def test_notes_are_those_of_each_crane():
     assert "marginally stable" in data.notes.values[1]
 
 
+@pytest.mark.slow
 def test_cranes_of_different_names_name_their_cases():
     pair = [changed(BASE, {"name": name}) for name in ("stiff", "soft")]
     assert simulate(pair, CASE)["case"].values.tolist() == ["stiff", "soft"]

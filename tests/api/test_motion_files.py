@@ -235,6 +235,7 @@ def test_start_and_duration_choose_a_piece(tmp_path: Path) -> None:
     assert np.allclose(ship.heave, HEAVE.sample(T[10:41])[0], atol=0.006)
 
 
+@pytest.mark.slow
 def test_fast_logs_are_thinned_unless_told_otherwise(tmp_path: Path) -> None:
     t = np.arange(0.0, 60.0, 0.1)
     file = written(tmp_path, psxn_lines(t))

@@ -74,6 +74,7 @@ def test_bad_texts_are_refused_in_one_line(text: object, error: type[StillhookEr
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 @given(st.text(max_size=200))
 def test_any_text_is_a_motion_or_a_one_line_error(text: str) -> None:
     try:
@@ -158,6 +159,7 @@ def test_constructors_refuse_in_one_line(make: object, says: str) -> None:
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_motions_start_without_the_heavy_libraries() -> None:
     code = (
         "import sys, stillhook.sea.motion.text, stillhook.sea.vessel.ship_motion, stillhook.formats.motion.psxn, stillhook.formats.motion.open;"

@@ -87,6 +87,7 @@ def test_no_process_at_all_costs_no_picture(monkeypatch, cores, tmp_path):
     assert set(pictures.pngs(named(MANY), 60)) == set(named(MANY))
 
 
+@pytest.mark.slow
 def test_an_error_here_ends_the_second_process(started, monkeypatch):
     def broken(*_):
         raise ValueError("no ink")

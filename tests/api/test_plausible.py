@@ -63,6 +63,7 @@ def every_number() -> list[tuple[type[BaseModel], str, int]]:
     return [row for model in (Crane, Scenario, Payload, Lowering) for row in numbers_of(model, seen)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("model", "name", "count"), every_number(), ids=lambda x: getattr(x, "__name__", str(x)))
 def test_every_number_of_crane_scenario_payload_and_lowering_has_a_range(model, name, count):
     """A field without one is found here: add its line to `stillhook.tables.plausible.RANGES`."""
@@ -77,6 +78,7 @@ def test_no_range_is_of_a_field_that_is_gone():
         assert any(name in m.model_fields and owner in (c.__name__ for c in m.__mro__) for m in models), key
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("model", "name", "count"), every_number(), ids=lambda x: getattr(x, "__name__", str(x)))
 def test_what_was_built_lies_within_what_is_possible(model, name, count):
     for bounds in ranges_of(model, name):
@@ -192,6 +194,7 @@ class TestTyposOfAUnit:
         assert [marked(s, ()) for s in ("ok", "relief")] == ["ok", "relief"]
 
 
+@pytest.mark.slow
 @given(st.sampled_from([(m, n) for m, n, _ in every_number() if not issubclass(m, Shape)]), st.data())
 @settings(deadline=None, max_examples=200)
 def test_marks_themselves_are_inside(field, data):

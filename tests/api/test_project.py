@@ -226,6 +226,7 @@ def test_wheel_carries_every_file_of_the_package(wheel: set[str]):
     assert data - wheel == set()
 
 
+@pytest.mark.slow
 def test_wheel_carries_the_licence_and_nothing_but_the_package(wheel: set[str]):
     tops = {name.split("/")[0] for name in wheel}
     assert tops == {"stillhook", f"stillhook-{stillhook.__version__}.dist-info"}

@@ -181,6 +181,7 @@ def test_one_whole_turn_is_a_direction(heading):
 
 
 class TestEnvelope:
+    @pytest.mark.slow
     def test_loads_are_texts_or_parts_of_the_swl(self):
         data = analysis.envelope(CRANE, loads=["100 t", "60 %"], modes=["ns"])
         assert data["load"].values.tolist() == [100e3, 150e3]

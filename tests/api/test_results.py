@@ -49,6 +49,7 @@ def test_every_column_is_a_variable_with_its_unit_and_meaning(single):
         assert column.dims == (("time",) if v in SERIES else ())
 
 
+@pytest.mark.slow
 def test_a_list_of_cases_adds_the_dimension_case_and_stores_no_series(single, batch):
     assert batch.sizes == {"case": 2}
     assert batch["case"].values.tolist() == ["one", "two"]
@@ -131,6 +132,7 @@ def test_a_folder_that_cannot_be_made_is_refused(single, tmp_path):
     assert "cannot be written" in text
 
 
+@pytest.mark.slow
 def test_a_file_that_is_missing_or_no_run_is_refused(tmp_path):
     with pytest.raises(StillhookError, match=r"no such file\. Give a file that save_run or --out wrote\.$"):
         load_run(tmp_path / "none.nc")

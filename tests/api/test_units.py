@@ -180,6 +180,7 @@ def test_shown_values_read_back_the_same_within_their_digits(kind: str, value: f
     assert again == pytest.approx(value, rel=1e-5, abs=1e-9)
 
 
+@pytest.mark.slow
 @given(st.text(max_size=120), st.sampled_from(sorted(KINDS)))
 @settings(deadline=None, max_examples=300)
 @example("1 m/s/", "speed")
@@ -196,6 +197,7 @@ def test_no_text_crashes_the_reader_or_breaks_the_line(text: str, kind: str) -> 
     assert message.isprintable()
 
 
+@pytest.mark.slow
 @given(st.from_regex(r"[+-]?[0-9]{1,6}(\.[0-9]{0,6})?(e[+-]?[0-9])?", fullmatch=True))
 @settings(deadline=None)
 def test_the_number_means_what_python_means(digits: str) -> None:

@@ -106,6 +106,7 @@ def test_a_change_of_layer_loses_no_energy_unseen(plant):
     assert abs(energy_unaccounted(WINCH[plant], result)) < AUDIT
 
 
+@pytest.mark.slow
 @plants
 @pytest.mark.parametrize("mode", ["ns", "ssc", "manual"])
 def test_no_loss_ever_gives_energy(plant, mode):
@@ -137,6 +138,7 @@ def test_the_passive_circuit_carries_the_weight_so_the_active_pumps_pay_for_the_
     assert lost > 0.0
 
 
+@pytest.mark.slow
 @plants
 def test_finer_steps_leave_the_audit_closed(plant):
     for n_sub in (2, 10):

@@ -102,6 +102,7 @@ def test_wire_brings_along_from_the_drum_what_its_strain_holds() -> None:
     assert abs(r.hang.works.relay) < 1e-3 * abs(r.hang.works.gravity)
 
 
+@pytest.mark.slow
 def test_buoyancy_carries_what_the_displaced_water_weighs() -> None:
     """rho g V times the way of the covered box, half of that over its height."""
     run = simulate(

@@ -104,6 +104,7 @@ def test_oil_that_the_passive_circuit_takes_is_in_the_accumulator(what):
     assert np.max(np.abs(summed(Q_o) - (y["V_acc"] - y["V_acc"][0]))) < OIL * moved
 
 
+@pytest.mark.slow
 @plants
 @each
 def test_wire_that_leaves_the_drum_is_out(plant, what):

@@ -28,6 +28,8 @@ from stillhook.control.supervisor import (
     supervisor_at_rest,
 )
 
+pytestmark = pytest.mark.slow
+
 SSC = code_of("ssc")
 CYCLE = 0.01
 SET = LiftSettings(
@@ -134,6 +136,7 @@ def test_a_stage_ends_where_its_wire_is_out_and_the_next_begins():
     assert rows[-1][1].mode == SSC
 
 
+@pytest.mark.slow
 def test_hoisting_ends_where_the_wire_has_come_in():
     rows = run([stage(STAGE_MANUAL, v=0.2, until=UNTIL_WIRE, value=99.0)], 30.0)
     assert next(y.s_w for y, _, m in rows if m.done) == pytest.approx(99.0, abs=STOPPED)
@@ -331,6 +334,7 @@ def test_splash_mode_gives_way_to_the_force_of_a_wave_and_keeps_its_slow_positio
     assert all(abs(o.F_hold - F_0) < 0.06 * F_0 for _, o, _ in rows)  # the passive circuit carries the mean
 
 
+@pytest.mark.slow
 def test_speeds_go_on_without_a_step_from_law_to_law():
     force = lambda t, s_w: F_0 * (1.0 + 0.3 * math.sin(2.0 * math.pi * t / 8.0))
     modes = (STAGE_SPLASH, STAGE_AHC, STAGE_TENSION, STAGE_MANUAL, STAGE_SPLASH)

@@ -102,6 +102,7 @@ def test_c_lays_a_load_to_rest_alike(translated):
     np.testing.assert_allclose(theirs, ours, rtol=SAME, atol=SAME)
 
 
+@pytest.mark.slow
 @plants
 def test_c_holds_every_function_of_the_circuit_and_no_library_exponential(plant):
     source = c_source(plant)
@@ -111,6 +112,7 @@ def test_c_holds_every_function_of_the_circuit_and_no_library_exponential(plant)
     assert not re.search(r"(?<![\w])(exp|log|pow|tanh)\(", source)
 
 
+@pytest.mark.slow
 @plants
 def test_the_same_source_gives_the_same_c(plant):
     assert c_source(plant) == c_source(plant)

@@ -11,6 +11,8 @@ import pytest
 from stillhook.errors import SimulationError
 from stillhook.kernels import build, cache
 
+pytestmark = pytest.mark.slow
+
 posix = pytest.mark.skipif(os.name == "nt", reason="rights are kept otherwise there")
 root = pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root can give a folder away")
 SOMEBODY = 65533

@@ -43,6 +43,7 @@ def column(rows: np.ndarray, name: str) -> np.ndarray:
 # Between two cycles
 
 
+@pytest.mark.slow
 @given(st.lists(st.floats(-5.0, 5.0), min_size=6, max_size=6), st.integers(1, 10))
 def test_between_two_cycles_the_tip_is_the_quintic_that_fits_both_ends(c, n_sub):
     p = np.polynomial.Polynomial(c)

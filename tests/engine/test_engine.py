@@ -251,6 +251,7 @@ def unchecked(monkeypatch):
     monkeypatch.setattr(run_module, "check_step", lambda packed, step: None)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("unchecked")
 def test_a_case_that_loses_its_numbers_is_marked_and_spoils_no_other():
     crane = CRANES["active-passive"]
@@ -345,6 +346,7 @@ def test_an_empty_batch_is_refused():
 # Progress
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("single", [True, False])
 def test_progress_rises_to_one(single):
     seen: list[float] = []
@@ -380,6 +382,7 @@ def counted_run(plant: str):
     return result, {n: result.column(n)[2000:] for n in result.signals}, result.series
 
 
+@pytest.mark.slow
 @plants
 def test_statistics_are_those_of_the_stored_series_after_the_warm_up(plant):
     result, y, _ = counted_run(plant)
@@ -451,6 +454,7 @@ def test_the_warm_up_does_not_count():
     assert short.span[0] > 10.0 * long.span[0]
 
 
+@pytest.mark.slow
 @given(st.lists(st.floats(-10.0, 10.0), min_size=1, max_size=60), st.integers(1, 12))
 @settings(max_examples=60)
 def test_the_moving_window_is_exact_for_any_series_and_length(series, n):

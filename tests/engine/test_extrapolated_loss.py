@@ -56,6 +56,7 @@ def test_losses_that_are_a_small_part_of_the_friction_are_not_worth_a_note():
     assert not said(sticky, "0 t", SLOW)
 
 
+@pytest.mark.slow
 def test_the_parts_are_the_friction_that_a_run_has():
     """At the highest speed of a slow swing, where nothing accelerates, the run's friction torque is that of the note."""
     case = Scenario(load="0 t", s_w="15 m", tip=SLOW, mode="ssc", duration="72 s", warm_up="36 s")

@@ -96,12 +96,14 @@ def test_water_comes_where_it_is_asked_for_and_a_flat_cap_leaves_its_part_of_the
     assert left.deviation() == pytest.approx(0.2 * whole.deviation(), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_every_case_may_have_its_crane(truth):
     run = simulate([CRANE, STRONG], [CASES[0], CASES[0]])
     assert float(run.e_c_pp[0]) == float(truth.e_c_pp[0])
     assert float(run.e_c_pp[1]) < float(run.e_c_pp[0])
 
 
+@pytest.mark.slow
 def test_what_is_in_the_store_is_not_run_again_whatever_it_is_called(tmp_path, truth, counted):
     first = simulate(CRANE, CASES[:4], store=tmp_path)
     assert first.identical(truth.isel(case=slice(4), stage=slice(2)).assign_coords(stage=first.stage, case=first.case))
@@ -121,6 +123,7 @@ def test_what_changes_a_result_is_run(tmp_path, counted, other):
     assert len(counted) == 3
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_goes_on_where_it_stood(tmp_path, truth, counted):
     def stop(share: float) -> None:
         if share > 0.9:
@@ -211,6 +214,7 @@ def test_a_store_that_cannot_be_made_is_named(tmp_path):
 HOW_TO = Path(__file__).resolve().parents[2] / "docs" / "how-to" / "run-many-lifts.md"
 
 
+@pytest.mark.slow
 def test_the_page_on_many_lifts_runs(tmp_path, monkeypatch, capsys):
     code = HOW_TO.read_text().split("```python\n")[1].split("```")[0]
     for long, short in (('"10 min"', '"20 s"'), ('"620 s"', '"30 s"'), ("range(20)", "range(2)"), ("3, 20)", "3, 2)")):

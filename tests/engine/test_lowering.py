@@ -21,6 +21,8 @@ from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.lift.programme import Stage, WinchSettings
 
+pytestmark = pytest.mark.slow
+
 PERIOD = 1e-3
 """Asked of the issue: natural periods of the exact rod within 0.1 %."""
 TRANSFER = 2e-3

@@ -100,6 +100,7 @@ def test_steps_that_do_not_fit_are_refused() -> None:
         prepare(crane(), [on_rock], 2)
 
 
+@pytest.mark.slow
 def test_a_lift_without_numbers_spoils_no_other() -> None:
     bad = water()
     bad.w[200:] = np.nan
@@ -112,6 +113,7 @@ def test_a_lift_without_numbers_spoils_no_other() -> None:
     assert run.F_w_max.values[0] == run.F_w_max.values[1]  # water that stands is still water
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mass", ["100 kg", "1 t", "250 t"])
 @pytest.mark.parametrize("z_0", ["0 m", "-1900 m"])
 def test_light_and_heavy_loads_on_short_and_long_wire_keep_their_energy(mass: str, z_0: str) -> None:
@@ -121,6 +123,7 @@ def test_light_and_heavy_loads_on_short_and_long_wire_keep_their_energy(mass: st
     assert float(run.eta_c) > 0.9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("nodes", [1, 100])
 def test_any_number_of_nodes_runs(nodes: int) -> None:
     run = simulate(crane(), lift(wire=DeepWire(nodes=nodes), z_0="-1900 m"))

@@ -19,6 +19,8 @@ from stillhook.errors import ScenarioError, SimulationError, SpecError
 from stillhook.library import changed
 from stillhook.sea.motion.recorded import Recorded
 
+pytestmark = pytest.mark.slow
+
 CRANE = load_crane("nov-250t")
 MIB = 2**20
 

@@ -114,6 +114,7 @@ def test_unlike_cranes_and_cases_side_by_side_have_the_bits_that_they_have_alone
 # Machine code and source
 
 
+@pytest.mark.slow
 def test_no_edit_of_a_kernel_is_overlooked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     for folder in KERNEL_FOLDERS:
         shutil.copytree(build.PACKAGE / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))

@@ -159,6 +159,7 @@ def test_compensation_begins_from_the_brake_without_an_error():
 # Hydraulic power units, boost
 
 
+@pytest.mark.slow
 def test_the_pumps_take_no_more_power_than_the_units_have_and_the_run_says_so():
     small = changed(crane(), {"hpu": {"P_max": "300 kW"}})
     case = Scenario(load="100 t", s_w="100 m", tip=Sine(amplitude="2.8 m", period="12 s"), mode="ns", duration="100 s")
@@ -190,6 +191,7 @@ def test_a_boost_pump_that_is_too_small_runs_out_and_the_low_side_falls():
     assert "boost" not in usual.status.item()
 
 
+@pytest.mark.slow
 def test_commands_take_effect_as_late_as_the_plc_calculates():
     """Without feedback the wire does the same one cycle later."""
     tip = Sine(amplitude="1 m", period="10 s")

@@ -53,6 +53,7 @@ def test_the_minimum_may_lie_on_a_bound():
     assert found.x[1] == pytest.approx(0.3, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_it_stays_inside_the_bounds():
     seen = []
     complex_method(lambda x: seen.append(x.copy()) or float(np.sum((x - 2.0) ** 2)), np.zeros(3), np.ones(3), most=2000)

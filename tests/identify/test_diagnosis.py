@@ -29,6 +29,7 @@ def test_a_full_campaign_has_nothing_against_it():
     assert not any(s.severe for s in judge(points, fit_system(points, LOSS), {}))
 
 
+@pytest.mark.slow
 def test_one_load_is_named_with_the_test_that_resolves_it():
     plan = design(stage(Y, HEAVY), SWL)
     assert codes(plan.statements) == ["one load"]
@@ -37,12 +38,14 @@ def test_one_load_is_named_with_the_test_that_resolves_it():
     assert not plan.statements[0].severe
 
 
+@pytest.mark.slow
 def test_the_empty_hook_alone_keeps_the_constant_terms_and_asks_for_a_load():
     plan = design(stage(Y, EMPTY), SWL)
     assert plan.used == ("Y_2", "Y_3", "Y_5")
     assert "Add a staircase with a load near SWL." in plan.statements[0].text
 
 
+@pytest.mark.slow
 def test_one_load_still_predicts_that_load():
     points = stage(Y, HEAVY)
     plan = design(points, SWL)
@@ -51,6 +54,7 @@ def test_one_load_still_predicts_that_load():
     assert np.max(error) < 0.002
 
 
+@pytest.mark.slow
 def test_a_hook_that_weighs_nothing_has_no_friction_in_proportion_to_it():
     points = dataclasses.replace(stage(Y, EMPTY), T_d=np.zeros(len(stage(Y, EMPTY))))
     plan = design(points, SWL)

@@ -70,6 +70,7 @@ def test_a_set_whose_draws_are_hardly_allowed_is_refused():
     assert "\n" not in line
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_cranes_and_all_else_stays():
     one, two, other = (draw_cranes(CRANE, KNOWN, n=5, seed=s) for s in (3, 3, 4))
     assert one == two

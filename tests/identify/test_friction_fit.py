@@ -62,6 +62,7 @@ def test_constant_term_is_kept_where_the_crane_has_one_and_dropped_where_it_has_
     assert fit_system(stage(truth("crane-2"), rng=rng), LOSS, keep_Y_2=True).names == Y_NAMES
 
 
+@pytest.mark.slow
 def test_least_squares_is_the_best_of_all_answers():
     """No random parameters inside the bounds do better, and no small step from the answer does."""
     rng = np.random.default_rng(11)

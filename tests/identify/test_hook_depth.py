@@ -73,6 +73,7 @@ def loads_in_doubt(m):
     return [n for n in m.notes if n.code == LOAD_CODE]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("more", ['layer = 6\ndepth = "1000 m"', 'layer = 6\nh_tip = "30 m"'])
 def test_at_1000_m_the_wire_is_part_of_the_load_where_the_file_says_how_deep_the_hook_is(deep, make_staircase, more):
     load, folder = deep
@@ -87,6 +88,7 @@ def test_at_1000_m_the_wire_is_part_of_the_load_where_the_file_says_how_deep_the
     assert f"and {m.test.wire / 1e3:.3g} t of wire (30 m in air, " in text
 
 
+@pytest.mark.slow
 def test_at_1000_m_a_load_without_its_wire_contradicts_the_pressures(deep, make_staircase):
     load, folder = deep
     c = campaign(folder, make_staircase, "layer = 6", load=load)
@@ -95,6 +97,7 @@ def test_at_1000_m_a_load_without_its_wire_contradicts_the_pressures(deep, make_
     assert "check load, hook, depth, layer" in note.text
 
 
+@pytest.mark.slow
 def test_depth_and_height_of_the_tip_together_tell_the_wire_out_where_no_signal_does(deep, make_staircase, tmp_path):
     load, _ = deep
     c = campaign(tmp_path, make_staircase, 'layer = 6\ndepth = "1000 m"\nh_tip = "30 m"', s_w_0=None, load=load)

@@ -19,6 +19,8 @@ from stillhook.library.parameter_sets.evidence import Evidence
 from stillhook.library.parameter_sets.sets import load_friction, load_losses, set_toml
 from stillhook.logs.synthetic.instruments import Instruments, noise_of
 
+pytestmark = pytest.mark.slow
+
 PARAMETERS = 0.02  # of each parameter from noise-free logs, as requested
 PREDICTED = 0.2  # % of nominal torque from noise-free logs
 CLAIM = 1.0  # % of nominal torque from 250 rev/min on, with 0.5 bar and 0.2 % of noise

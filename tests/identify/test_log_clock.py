@@ -58,6 +58,7 @@ def test_offset_and_drift_are_found_and_repaired(tmp_path, make_staircase, offse
         assert abs(0.05 * shifts[int(np.argmin(error))]) <= TIMELY
 
 
+@pytest.mark.slow
 def test_signals_of_a_clock_that_share_no_motion_are_refused(tmp_path, staircase):
     rng = np.random.default_rng(2)
     noise = staircase.with_columns(p_a=150 + rng.standard_normal(len(staircase)), T2=staircase["time"])
@@ -93,6 +94,7 @@ def test_a_clock_that_is_set_during_the_log_is_refused(tmp_path, make_staircase)
     assert "its drift is not steady" in text or "cannot be found" in text
 
 
+@pytest.mark.slow
 def test_a_log_whose_signals_all_have_another_clock_is_refused(tmp_path, staircase):
     rows = {name: row for name, row in mapping().items() if name in ("time", "p_a", "p_b")}
     text = said(staircase.with_columns(T2=staircase["time"]).write(tmp_path / "x.csv"), rows)

@@ -6,6 +6,8 @@ import pytest
 from stillhook.errors import LogError
 from stillhook.logs.log import describe, mapping_from, read_log, to_dict
 
+pytestmark = pytest.mark.slow
+
 BAR, REV = 1e5, 2.0 * np.pi / 60.0
 CLOSE = 1e-6  # of a value: the digits that a CSV of four decimals keeps
 

@@ -12,6 +12,8 @@ from stillhook.errors import LogError, UnitError
 from stillhook.logs import log as log_module
 from stillhook.logs.log import describe, mapping_from, read_log
 
+pytestmark = pytest.mark.slow
+
 SAME = 1e-9  # relative: rounding of means only
 BETWEEN = 0.15  # m: straight lines between samples of 1 s, where the speed changes by 0.3 m/s in 1.5 s
 

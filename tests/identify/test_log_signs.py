@@ -24,6 +24,7 @@ def only(staircase, *names):
 END = "Hoisting is positive, p_a is the hoisting side."
 
 
+@pytest.mark.slow
 def test_a_flipped_motor_speed_is_refused(tmp_path, staircase):
     assert refusal(flipped(staircase, "omega_m").write(tmp_path / "f.csv")) == (
         "f.csv: signs contradict each other. In the mapping set sign = -1 for omega_m: the pressure drop is higher when it is negative, and "
@@ -31,12 +32,14 @@ def test_a_flipped_motor_speed_is_refused(tmp_path, staircase):
     )
 
 
+@pytest.mark.slow
 def test_a_flipped_command_is_refused(tmp_path, staircase):
     assert refusal(flipped(staircase, "u_p").write(tmp_path / "f.csv")) == (
         f"f.csv: signs contradict each other. In the mapping set sign = -1 for u_p: it runs against omega_m (the pressures agree with the speed). {END}"
     )
 
 
+@pytest.mark.slow
 def test_swapped_pressures_are_refused(tmp_path, staircase):
     swapped = staircase.with_columns(p_a=staircase["p_b"], p_b=staircase["p_a"])
     assert refusal(swapped.write(tmp_path / "f.csv")) == (
@@ -45,12 +48,14 @@ def test_swapped_pressures_are_refused(tmp_path, staircase):
     )
 
 
+@pytest.mark.slow
 def test_everything_that_counts_lowering_positive_is_refused(tmp_path, staircase):
     said = refusal(flipped(staircase, "omega_m", "u_p").write(tmp_path / "f.csv"))
     assert "set sign = -1 for omega_m" in said
     assert "u_p" in said
 
 
+@pytest.mark.slow
 def test_a_flipped_wire_is_refused(tmp_path, staircase):
     assert refusal(flipped(staircase, "s_w").write(tmp_path / "f.csv")) == (
         "f.csv: signs contradict each other. In the mapping set sign = -1 for s_w: it grows while omega_m is positive, and wire paid out must "
@@ -77,6 +82,7 @@ def test_without_a_hanging_load_both_ways_out_are_named(tmp_path, make_staircase
     )
 
 
+@pytest.mark.slow
 def test_a_passive_system_that_carries_more_than_the_load_is_no_swap(tmp_path, make_staircase):
     over = make_staircase(load=-40.0)
     over = over.with_columns(p_hp=300.0 + over["p_b"], p_b=over["p_b"] + 60.0, p_a=over["p_a"] + 60.0)
@@ -84,6 +90,7 @@ def test_a_passive_system_that_carries_more_than_the_load_is_no_swap(tmp_path, m
     assert not any(f.kind == "flipped" for f in read_log(over.write(tmp_path / "over.csv", header=header)).findings)
 
 
+@pytest.mark.slow
 def test_a_sign_that_the_mapping_holds_is_turned_round_again(tmp_path, staircase):
     from stillhook.logs.log import mapping_from
 

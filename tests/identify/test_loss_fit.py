@@ -87,6 +87,7 @@ def test_rounding_to_a_tenth_of_a_per_cent_costs_little():
     assert 0.0 < fit_loss(printed, LossModel.MJ4).rms_share < 0.0005
 
 
+@pytest.mark.slow
 def test_stated_errors_cover_the_truth(coarse):
     """95 % intervals over 200 maps with independent noise; 5 parameters, each within what chance allows (4 standard deviations)."""
     truth = fit_loss(coarse, LossModel.MJ4)
@@ -165,6 +166,7 @@ def test_leaving_out_displacements_spreads_more_than_independent_cells_claim(m):
     assert np.linalg.eigvalsh(spread / np.outer(*[np.sqrt(np.diag(spread))] * 2)).min() > -1e-9
 
 
+@pytest.mark.slow
 def test_the_two_spreads_agree_where_the_model_is_right(m):
     truth = fit_loss(m, LossModel.MJ4)
     T_f = truth.torque(m.omega_m, m.D_m, m.dp_m)

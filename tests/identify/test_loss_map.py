@@ -132,6 +132,7 @@ def test_a_mapping_file_names_columns_units_and_scale(tmp_path, plain):
     assert same(read(tmp_path, text(rows, ("Size", "rpm", "Druck", "Verlust")), mapping=tmp_path / "m.toml"), plain)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("content", "parts"),
     [

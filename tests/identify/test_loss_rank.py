@@ -21,6 +21,8 @@ from stillhook.identify.motor.rank import (
 from stillhook.identify.motor.synthetic_map import Extra, synthetic_map
 from stillhook.units import from_display
 
+pytestmark = pytest.mark.slow
+
 CC, RPM, BAR = (from_display(1.0, k) for k in ("displacement", "rotation", "pressure"))
 NEW = {LossModel.MJ4, LossModel.MJ5, LossModel.MJ6}
 CASES = [("A6VM280", 0), ("A6VM215", 4), ("A6VM170", 5)]
@@ -50,6 +52,7 @@ def test_mj4_to_mj6_are_best_on_a_variable_displacement_map(rankings, name):
     assert {r.model for r in by_error[:4]} - {LossModel.HUHTALA_28} >= NEW
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", [c[0] for c in CASES])
 def test_mj4_is_recommended_for_its_few_parameters(rankings, name):
     """Paper A: "MJ5 has slightly better accuracy but does also have the most parameters"."""
@@ -59,6 +62,7 @@ def test_mj4_is_recommended_for_its_few_parameters(rankings, name):
     assert found[LossModel.MJ4].cv - found[found.best].cv <= MATERIAL
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", [c[0] for c in CASES])
 def test_old_variable_models_are_worse_by_far_and_fixed_ones_worst(rankings, name):
     """Paper A figure 4: models that do not see the displacement cannot follow it."""
@@ -68,6 +72,7 @@ def test_old_variable_models_are_worse_by_far_and_fixed_ones_worst(rankings, nam
     assert {x.model for x in r.ranked[-len(blind) :]} == set(blind)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", [c[0] for c in CASES])
 def test_at_full_displacement_ortwig_and_jeong_improve_on_the_older_ones(rankings, name):
     """Paper A figure 3."""
@@ -77,11 +82,13 @@ def test_at_full_displacement_ortwig_and_jeong_improve_on_the_older_ones(ranking
     assert LossModel.HUHTALA_28 not in fixed
 
 
+@pytest.mark.thorough
 def test_cells_left_out_are_predicted_worse_than_cells_fitted(rankings):
     for r in rankings["A6VM215"].ranked:
         assert r.cv > r.fit.rms_share
 
 
+@pytest.mark.thorough
 def test_many_parameters_do_not_win_by_fitting_alone(rankings):
     """The 28 parameters of the two-line model fit the map, and miss levels that they have not seen."""
     r = rankings["A6VM280"]
@@ -106,6 +113,7 @@ def test_the_model_that_made_a_map_is_found_or_a_simpler_one_as_good(maps, truth
     assert found[found.recommended].cv - found[found.best].cv <= MATERIAL
 
 
+@pytest.mark.thorough
 def test_recommended_never_has_more_parameters_than_the_best(rankings):
     for r in rankings.values():
         assert len(CARDS[r.recommended].names) <= len(CARDS[r.best].names)

@@ -26,6 +26,8 @@ from stillhook.report.html import html
 from stillhook.report.pictures import png
 from stillhook.spec.crane import SourceKind
 
+pytestmark = pytest.mark.slow
+
 WRITTEN = 1e-12
 """Relative: through text and back."""
 
@@ -59,6 +61,7 @@ def test_the_written_motor_is_a_motor_with_the_fitted_loss(result, file, small):
     assert here == pytest.approx(result.mj4.torque(small.omega_m, small.D_m, small.dp_m), rel=WRITTEN)
 
 
+@pytest.mark.slow
 def test_everything_but_the_loss_is_the_lenders_with_its_kind(file):
     back, lender = load_losses(file), load_losses("A6VM215")
     for field in ("D_max", "n_max_full", "n_max", "J", "C_1", "C_2"):

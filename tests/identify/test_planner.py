@@ -39,6 +39,7 @@ def test_every_proposal_lowers_the_uncertainty_and_no_two_are_alike(campaign):
     assert all(a.sd_after == pytest.approx(b.sd_before) for a, b in pairwise(found))
 
 
+@pytest.mark.slow
 def test_one_load_is_answered_with_another_load(campaign):
     points = stage(Y, [t for t in CRANE_2 if t[1] == 77 and not t[2]], rng=np.random.default_rng(1))
     first = propose(campaign, points, LOSS, fit_system(points, LOSS, keep_Y_2=True), n=1)[0]

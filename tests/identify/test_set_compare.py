@@ -60,6 +60,7 @@ def test_crane_1_sticks_more_and_slides_easier_than_crane_2():
     assert one.total[-1] < two.total[-1]
 
 
+@pytest.mark.slow
 def test_the_band_holds_95_of_100_draws():
     item, T_d = with_evidence(), 1.5e6
     omega = np.array([0.0, 100.0, 500.0, 1500.0]) * RPM

@@ -28,6 +28,8 @@ from stillhook.physics.hydraulics.motor import torque_loss
 from stillhook.physics.scalar import G
 from stillhook.units import parse
 
+pytestmark = pytest.mark.slow
+
 BAR, RPM = 1e5, np.pi / 30.0
 BALANCE = 1e-3
 """Relative to the friction: the steady balance of torques. The wire's stretch and the drum's inertia still change a little."""

@@ -24,6 +24,8 @@ from stillhook.physics.load_path.drum import K_wire, layer_diameter
 from stillhook.physics.scalar import G
 from stillhook.spec.scenario import Scenario
 
+pytestmark = pytest.mark.slow
+
 CRANE = load_crane("nov-250t")
 PACKED = pack(CRANE, Scenario(load="100 t", s_w="100 m"))
 PLC = plc_record(CRANE)

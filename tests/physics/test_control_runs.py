@@ -19,6 +19,8 @@ from stillhook.spec.scenario import Operator, PowerLoss, Sensors, Water
 from stillhook.winches.hoist import drum_geometry
 from stillhook.winches.records import Tick
 
+pytestmark = pytest.mark.slow
+
 BOTH = load_crane("nov-250t")
 PURE = load_crane("nov-100t-pure-active")
 BAR = 1.0e5

@@ -132,6 +132,7 @@ def test_more_wire_is_softer_wire(s_w, more):
     assert wire_stiffness(s_w + more, wire) < wire_stiffness(s_w, wire)
 
 
+@pytest.mark.slow
 @given(st.floats(0.0, 250.0), st.floats(0.0, 2500.0))
 def test_a_hanging_load_stays_where_it_hangs(tonnes, s_w):
     h = pack(CRANES["nov-250t"], Scenario(load=f"{tonnes!r} t", s_w=f"{s_w!r} m")).params.hoist

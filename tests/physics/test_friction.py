@@ -48,6 +48,7 @@ level = st.floats(10.0, 3000.0)
 torque_d = st.floats(0.0, 8.0e6)
 
 
+@pytest.mark.slow
 @given(speed, torque_d, fit)
 def test_system_friction_is_never_negative_and_even_in_speed(omega, T_d, fit):
     here = system_friction(omega, T_d, fit)
@@ -55,6 +56,7 @@ def test_system_friction_is_never_negative_and_even_in_speed(omega, T_d, fit):
     assert system_friction(-omega, T_d, fit) == here
 
 
+@pytest.mark.slow
 @given(speed, torque_d, fit)
 def test_a_heavier_load_never_rubs_less(omega, T_d, fit):
     assert system_friction(omega, 1.1 * T_d + 1.0, fit) > system_friction(omega, T_d, fit) * (1.0 - 1e-12)
@@ -88,12 +90,14 @@ def test_the_exact_update_is_the_solution_of_the_bristles_equation(omega, g, par
     assert exact == pytest.approx(fine.y[0, -1], abs=INTEGRATION * g / LUGRE.sigma_0 + 1e-14)
 
 
+@pytest.mark.slow
 @given(st.floats(-300.0, 300.0), level, st.floats(-1.0, 1.0), st.floats(1e-5, 1.0))
 def test_the_bristle_never_bends_further_than_the_friction_level_allows(omega, g, part, tau):
     limit = g / LUGRE.sigma_0
     assert abs(bristle_update(omega, part * limit, g, 0.0, tau, LUGRE)) <= limit * (1.0 + 1e-12)
 
 
+@pytest.mark.slow
 @given(st.floats(0.1, 300.0), level)
 def test_a_sliding_winch_feels_exactly_the_friction_level(omega, g):
     for w in (omega, -omega):

@@ -18,6 +18,8 @@ from stillhook.spec.scenario import Scenario
 from stillhook.winches.circuits.tables import Accumulator as AccumulatorSpec
 from stillhook.winches.circuits.tables import GasModel
 
+pytestmark = pytest.mark.slow
+
 BAR = 1.0e5
 ATMOSPHERE = 101325.0
 POLYNOMIAL = 1.0e-8

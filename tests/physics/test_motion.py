@@ -80,6 +80,7 @@ def test_a_sine_has_its_amplitude_speed_and_phase() -> None:
     assert np.allclose(a, [2.8 * (2 * np.pi / 12) ** 2, 0.0, -2.8 * (2 * np.pi / 12) ** 2])
 
 
+@pytest.mark.slow
 @given(sines, st.floats(1.0, 30.0))
 def test_a_ramp_starts_at_rest_and_ends_as_the_motion(motion: Sine, t_ramp: float) -> None:
     ramped = Ramped.from_si(motion, t_ramp)
@@ -222,6 +223,7 @@ angles = st.floats(-0.7, 0.7)
 lengths = st.floats(-100.0, 100.0)
 
 
+@pytest.mark.slow
 @given(angles, angles, st.floats(-np.pi, np.pi), lengths, lengths, lengths, st.floats(-10.0, 10.0))
 def test_the_tip_moves_as_the_rotation_matrix_says(
     roll: float, pitch: float, heading: float, x: float, y: float, z: float, heave: float
@@ -232,6 +234,7 @@ def test_the_tip_moves_as_the_rotation_matrix_says(
     assert float(tip_height(heave, roll, pitch, x, y, z)) == pytest.approx(heave + turned[2] - z, abs=1e-9)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 @given(st.floats(-1e-3, 1e-3), st.floats(-1e-3, 1e-3), lengths, lengths, lengths)
 def test_small_angles_give_the_formula_of_wave_loads(roll: float, pitch: float, x: float, y: float, z: float) -> None:
     eta_4, eta_5 = roll, -pitch

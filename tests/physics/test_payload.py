@@ -21,6 +21,8 @@ from stillhook.physics.load_path.payload import LEVELS, Water, WettedLevel
 from stillhook.physics.scalar import STRICT, G
 from stillhook.spec.lift.payload import Payload
 
+pytestmark = pytest.mark.slow
+
 RHO = 1025.0
 STILL = Water(*[0.0] * len(Water._fields))
 STEP = 1.0e-3

@@ -31,6 +31,7 @@ pressure = st.floats(0.0, 450.0 * BAR)
 speed = st.floats(-400.0, 400.0)
 
 
+@pytest.mark.slow
 @given(pressure)
 def test_boost_only_feeds_and_relief_only_drains(p):
     (fed, other), drained = boost_flows(p, A.boost.p, A.boost), relief_flow(p, A.relief)
@@ -123,6 +124,7 @@ def test_a_pump_over_centre_turns_its_flow_round(alpha):
     assert pump_flow(alpha, A.pumps) * alpha >= 0.0
 
 
+@pytest.mark.slow
 @given(circuit, setting, st.floats(0.3, 1.0), speed, pressure, pressure, share)
 def test_what_pump_motor_and_inner_leak_take_from_one_line_they_give_to_the_other(
     circuit, alpha_p, alpha_m, omega, p_a, p_b, f
@@ -135,6 +137,7 @@ def test_what_pump_motor_and_inner_leak_take_from_one_line_they_give_to_the_othe
     assert abs(q.Q_a + q.Q_b - (from_outside - to_outside)) <= ROUNDING * largest
 
 
+@pytest.mark.slow
 @given(circuit, setting, st.floats(0.3, 1.0), speed, pressure, pressure, share)
 def test_the_circuit_looks_the_same_from_both_lines(circuit, alpha_p, alpha_m, omega, p_a, p_b, f):
     """Pump and motor turned round, and the pressures exchanged: every flow is that of the other line."""

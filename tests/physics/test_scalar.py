@@ -15,6 +15,7 @@ EXP = 1.0e-14
 """Relative error that the vectorising exponential promises."""
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="NUMBA_DISABLE_JIT: there is no compiled exponential")
 def test_the_compiled_exponential_is_the_exponential():
     kernel = scalar_of(exp).kernel

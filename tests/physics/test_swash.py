@@ -21,6 +21,8 @@ from stillhook.physics.hydraulics.swash import (
 )
 from stillhook.spec.scenario import Scenario
 
+pytestmark = pytest.mark.slow
+
 INTEGRATION = 1.0e-6
 """Difference between two integrators of the same response, relative tolerance 1e-9."""
 CRANE = load_crane("nov-250t")

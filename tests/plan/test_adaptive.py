@@ -25,6 +25,7 @@ def searched(curve, guess, search=SEARCH, highest=HIGHEST):
     return x, crossing(x, np.array([curve(h) for h in Hs]), search)
 
 
+@pytest.mark.slow
 @given(calm=st.floats(0.0, 0.8), exponent=st.floats(1.0, 2.0), limit=st.floats(0.4, 5.5), off=st.floats(0.6, 1.6))
 @settings(deadline=None, max_examples=200)
 def test_a_limit_is_found_in_few_cells_whatever_the_guess_within_half_of_it(calm, exponent, limit, off):

@@ -131,12 +131,14 @@ def test_mistakes_are_refused_in_one_line(arguments, said, capsys):
     assert said in refused(capsys, *arguments)
 
 
+@pytest.mark.slow
 def test_a_folder_that_cannot_be_written_to_is_refused_before_anything_runs(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("stillhook.plan.planning.plan", None)
     (tmp_path / "out").write_text("a file")
     assert "out" in refused(capsys, a_plan(tmp_path), "--out", str(tmp_path / "out"))
 
 
+@pytest.mark.slow
 def test_nothing_is_left_half_written_where_a_plan_is_stopped(tmp_path, capsys, monkeypatch):
     def stopped(*arguments, **options):
         raise KeyboardInterrupt

@@ -23,6 +23,8 @@ from stillhook.plan.tiers.time_domain.lowering import SeaState, course_of, in_se
 from stillhook.spec.scenario import Mode
 from stillhook.spec.validity import CAP
 
+pytestmark = pytest.mark.slow
+
 HEAD = math.pi
 SPECTRA = 0.005  # deviations from spectra sampled alike; largest values from the same periods
 ONE_PERIOD = 0.12  # a harmonic at the mean period in place of a spectrum, far above the load's natural period

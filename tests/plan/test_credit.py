@@ -80,6 +80,7 @@ def test_the_load_of_a_certificate_is_what_the_winch_feels_wire_included(plan):
     assert "and the like" not in less.reasons[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("alternative", "said"),
     [(Alternative.NS, "mode ns (validated ssc)"), (Alternative.STRONG_SSC, "other settings of the controller")],

@@ -79,12 +79,14 @@ def test_a_load_lands_at_its_drift_in_a_calm_and_faster_the_more_it_swings():
     assert speeds[1] == pytest.approx(w[np.searchsorted(passed, 0.9)], rel=DRAWN)
 
 
+@pytest.mark.slow
 def test_every_phase_but_the_splash_zone_is_told_for_every_alternative(plan, found):
     names = [p.name for p in plan.phases if p.name != "splash zone"]
     assert list(found) == [(name, a) for name in names for a in (NONE, CAP)]
     assert all(d.tier is Tier.FREQUENCY and len(v) == 6 for d in found.values() for v in d.values.values())
 
 
+@pytest.mark.slow
 def test_phases_without_compensation_are_the_same_for_all_and_the_cap_leaves_a_fifth_in_the_others(found):
     for name in ("lift-off", "over the side", "upper water"):
         assert found[name, NONE].values is found[name, CAP].values
@@ -103,6 +105,7 @@ def test_a_higher_sea_asks_more_of_everything(plan, found):
                 assert np.all(np.diff(rising[rows]) >= -1e-9 * np.abs(values[rows[0]])), (demand.phase, name)
 
 
+@pytest.mark.slow
 def test_in_a_calm_a_phase_asks_what_hangs_at_rest(plan):
     still = Seas(np.zeros(1), np.full(1, 8.0), np.full(1, math.pi))
     for demand in frequency(plan, (CAP,), still):
@@ -114,6 +117,7 @@ def test_in_a_calm_a_phase_asks_what_hangs_at_rest(plan):
         assert F < rest["F_top_max"] if sinks else F == pytest.approx(rest["F_top_max"], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_payload_that_sinks_hangs_lighter_by_its_drag_and_one_that_rises_heavier(plan):
     still = Seas(np.zeros(1), np.full(1, 8.0), np.full(1, math.pi))
     down = plan.phase("upper water")
@@ -204,12 +208,14 @@ def test_a_hindcast_is_judged_record_by_record_and_a_missing_one_is_not_workable
         spectral_weather(plan, (NONE,), Waves(plan.environment.sea(2.0, 8.0, math.pi)))
 
 
+@pytest.mark.slow
 def test_fewer_places_stand_for_the_same_time(plan):
     for _, parts in looked_at(plan):
         assert sum(p.time for p in thinned(parts)) == pytest.approx(sum(p.time for p in parts))
         assert {thinned(parts)[0].z, thinned(parts)[-1].z} == {parts[0].z, parts[-1].z}
 
 
+@pytest.mark.slow
 def test_the_twin_is_not_asked_of_a_controller_that_the_load_is_too_heavy_for(plan):
     heavy = replace(plan, payload=plan.payload.model_copy(update={"mass": 235e3}), phases=(plan.phase("deep"),))
     one = Seas(np.ones(1), np.full(1, 8.0), np.full(1, math.pi))
@@ -219,6 +225,7 @@ def test_the_twin_is_not_asked_of_a_controller_that_the_load_is_too_heavy_for(pl
     assert ssc.values["v_tip_max"] == pytest.approx(none.values["v_tip_max"])
 
 
+@pytest.mark.slow
 def test_in_the_splash_zone_more_added_mass_and_drag_lower_the_limit_and_the_winch_does_not_matter(plan):
     def limits(demands):
         return [limits_of(d, limited(plan, plan.phase(d.phase), d.alternative)) for d in demands]

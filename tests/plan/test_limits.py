@@ -33,6 +33,7 @@ def limit(values, heights=H, calm=None, **rule):
     return float(found.Hs["rule"][0])
 
 
+@pytest.mark.slow
 @given(st.floats(0.0, 1.0), st.floats(0.0, 2.0), st.floats(0.0, 1.0), st.booleans())
 def test_a_limit_is_exact_where_the_demand_grows_with_the_height_and_its_square(calm, slope, bend, still):
     values = calm + slope * H + bend * H**2
@@ -150,6 +151,7 @@ def test_where_nothing_is_tolerated_any_is_beyond():
     assert limit([0.0, 0.0, 0.0, 0.1, 0.2], quantity="stroke_share", limit=0.0) == 1.5
 
 
+@pytest.mark.slow
 @given(st.lists(st.floats(-2.0, 2.0), min_size=2, max_size=6))
 def test_a_crossing_lies_between_the_last_sea_inside_and_the_first_beyond(y):
     y = np.array(y)

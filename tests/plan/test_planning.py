@@ -23,6 +23,8 @@ from stillhook.plan.table.credited import credited_of
 from stillhook.plan.table.table import Axes, chosen, gathered, governed
 from stillhook.weather.alpha import load_alpha_table
 
+pytestmark = pytest.mark.slow
+
 ENVIRONMENT = Environment(
     Hs=("1 m", "2 m", "4 m"), Tp=("7 s", "12 s"), headings=("165 deg", "180 deg", "195 deg"), spread=4
 )

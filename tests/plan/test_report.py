@@ -38,6 +38,8 @@ from stillhook.report.pictures import png
 from stillhook.sea.spectra.directions import relative
 from stillhook.spec.validity import UNSIGNED
 
+pytestmark = pytest.mark.slow
+
 
 def dot() -> bytes:
     image = io.BytesIO()

@@ -36,6 +36,7 @@ def test_times_of_all_situations_are_the_time_of_the_phase() -> None:
             assert sum(s.time for s in situations(plan(), phase)) == pytest.approx(phase.duration)
 
 
+@pytest.mark.slow
 def test_a_phase_is_looked_at_from_end_to_end_without_long_gaps() -> None:
     for phase in plan().phases:
         heights = [s.z for s in situations(plan(), phase)]

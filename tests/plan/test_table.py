@@ -156,6 +156,7 @@ def test_a_cone_that_ends_between_two_headings_counts_both():
     assert best_kept(coarse) == 1.0
 
 
+@pytest.mark.slow
 @given(st.lists(st.integers(0, 71), min_size=1, max_size=8, unique=True), st.floats(0.0, 6.28), st.integers(1, 9))
 def test_no_answer_is_above_the_best_of_the_headings_within_reach(fives, beta, tolerance):
     headings, tol = np.radians(5.0 * np.sort(fives)), math.radians(5.0 * tolerance)

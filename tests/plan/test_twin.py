@@ -138,6 +138,7 @@ def test_every_alternative_sees_the_same_waves(plan):
 # from seeds to numbers
 
 
+@pytest.mark.slow
 def test_the_largest_of_a_phase_of_many_runs_is_that_of_the_largest_of_each():
     """The largest values of 80 blocks of six runs tell the same as one run of each, extrapolated to six."""
     x = np.random.default_rng(7).gumbel(5.0, 0.4, size=(80, 6))
@@ -147,12 +148,14 @@ def test_the_largest_of_a_phase_of_many_runs_is_that_of_the_largest_of_each():
         assert by_runs.low < by_blocks.value < by_runs.high
 
 
+@pytest.mark.slow
 def test_an_interval_closes_with_seeds():
     x = np.random.default_rng(3).gumbel(5.0, 0.4, size=80)
     widths = [largest(x[:n], Level.P90).high - largest(x[:n], Level.P90).low for n in (10, 20, 40, 80)]
     assert widths == sorted(widths, reverse=True)
 
 
+@pytest.mark.slow
 def test_passages_with_a_heavy_tail_are_told_by_their_own_quantile():
     """Squares of what a Gumbel distribution has: the bulk says less than one in ten exceeds. 200 groups of 64 passages each."""
     x = np.random.default_rng(11).gumbel(1.0, 0.3, size=(200, 64)) ** 4
@@ -356,6 +359,7 @@ def test_what_may_be_run_is_told_before(plan):
     assert "runs of the twin" in expected(plan)
 
 
+@pytest.mark.slow
 def test_the_worst_height_of_a_long_way_is_where_its_load_resonates(plan):
     """Short waves meet the load where its natural period on the wire is theirs, which the deepest place passes already."""
     phase = plan.phases[0].model_copy(

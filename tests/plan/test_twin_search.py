@@ -95,6 +95,7 @@ def test_limits_of_known_maxima_are_found_for_every_alternative(plan, asked):
     assert Alternative.SSC not in by  # nothing was predicted that would limit it
 
 
+@pytest.mark.slow
 def test_what_is_one_run_under_all_alternatives_is_run_once(plan, asked):
     splash = next(p for p in plan.phases if p.kind is PhaseKind.SPLASH)
     guesses = {(p.name, a): math.inf for p in plan.phases for a in plan.alternatives}

@@ -15,6 +15,8 @@ from stillhook.plan.weather.value import forecast_limits, seas_of, weather_block
 from stillhook.weather.alpha import load_alpha_table
 from stillhook.weather.series import Weather
 
+pytestmark = pytest.mark.slow
+
 HIGHEST = 6.0
 HOURS = 24 * 90
 

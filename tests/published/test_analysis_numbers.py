@@ -43,6 +43,7 @@ def test_eigenfrequency_of_the_250_t_crane_at_full_displacement():
     assert eigenfrequency(CRANE).omega_0 == pytest.approx(12.526991, abs=DIGITS_6)
 
 
+@pytest.mark.slow
 @given(cranes, displacements)
 def test_eigenfrequency_is_that_of_the_printed_matrix(crane: Crane, alpha_m: float):
     """Paper C eq. 4: the eigenvalues of the state matrix, taken from it instead of from eqs 8 and 9."""
@@ -54,6 +55,7 @@ def test_eigenfrequency_is_that_of_the_printed_matrix(crane: Crane, alpha_m: flo
     assert -np.sum(roots).real == pytest.approx(2.0 * f.zeta * f.omega_0, rel=1e-9)
 
 
+@pytest.mark.slow
 @given(cranes, displacements, displacements)
 def test_less_displacement_swings_slower_and_no_faster_to_rest(crane: Crane, a: float, b: float):
     """Relative damping rises as the displacement falls, because the decay per second stays and the swing slows down."""
@@ -81,6 +83,7 @@ def test_gain_limit_of_figure_5(D: float, K_p_ms: float):
     assert gain_limit(CRANE, D / 1075).K_p_ms == pytest.approx(K_p_ms, abs=DIGITS_6)
 
 
+@pytest.mark.slow
 @given(cranes, displacements, st.floats(1.0, 2.0), st.floats(0.9, 1.1))
 def test_loop_is_stable_below_the_gain_limit_and_only_there(crane: Crane, alpha_m: float, K_wire: float, part: float):
     """The roots of the loop, multiplied out from its transfer functions, cross the imaginary axis at the limit."""
@@ -100,6 +103,7 @@ def test_loop_is_stable_below_the_gain_limit_and_only_there(crane: Crane, alpha_
         assert (growth(part * limit.K_p_ms) > 0.0) == (part > 1.0)
 
 
+@pytest.mark.slow
 @given(cranes, st.floats(0.2, 1.0), st.floats(0.2, 1.0))
 def test_more_displacement_and_a_smaller_drum_allow_more_gain(crane: Crane, a: float, b: float):
     """From a fifth of full displacement on; far below that, where no mode goes, the limit rises again."""
@@ -160,6 +164,7 @@ def test_linear_ssc_at_80_m_per_min():
     assert not s.saturated
 
 
+@pytest.mark.slow
 @given(cranes, ssc_modes, speeds, st.one_of(st.none(), st.floats(0.0, 1.5e5)), st.floats(1.0, 1.8))
 def test_steady_ssc_is_where_law_and_feedforward_agree(
     crane: Crane, mode: Mode, v_w: float, load: float | None, K_wire: float
@@ -171,6 +176,7 @@ def test_steady_ssc_is_where_law_and_feedforward_agree(
     assert motor_law(crane, mode, F, K_wire)(u_ff) == pytest.approx(s.alpha_m, abs=1e-9)
 
 
+@pytest.mark.slow
 @given(cranes, st.sampled_from(list(Mode)), st.floats(-3.0, 3.0, allow_subnormal=False))
 def test_steady_pumps_give_what_the_motors_take(crane: Crane, mode: Mode, v_w: float):
     s = steady(crane, v_w, mode)
@@ -179,6 +185,7 @@ def test_steady_pumps_give_what_the_motors_take(crane: Crane, mode: Mode, v_w: f
     assert steady(crane, -v_w, mode) == s._replace(u_p=-s.u_p, omega_m=-s.omega_m, v_w=-s.v_w)
 
 
+@pytest.mark.slow
 @given(cranes, ssc_modes, speeds, speeds)
 def test_faster_takes_more_pump_and_no_more_motor(crane: Crane, mode: Mode, a: float, b: float):
     slow, fast = (steady(crane, v, mode) for v in sorted((a, b)))

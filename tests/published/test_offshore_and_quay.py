@@ -32,12 +32,14 @@ def at(u_thr: float) -> Crane:
     return changed(CRANE, {"control": {"u_thr": u_thr}})
 
 
+@pytest.mark.slow
 def test_37_metres_a_minute_take_100_cm3_off_the_motors_at_a_threshold_of_0_3_and_nothing_at_0_6():
     low, usual = summaries([at(0.3), at(0.6)], case(37.0, 10.0, "ssc", "100 t"))
     assert D_M * (1.0 - low["alpha_m_min"]) == pytest.approx(100.0, abs=ABOUT)
     assert usual["alpha_m_min"] > FULL
 
 
+@pytest.mark.slow
 def test_in_one_metre_of_tip_motion_ssc_stands_full_and_pressure_follows_the_displacements():
     periods = (6.0, 10.0, 14.0)
     for crane in (CRANE, PAPERS):
@@ -62,6 +64,7 @@ def test_loss_of_a_power_unit_shows_only_where_the_gains_are_not_reconfigured():
         assert unknown > 5.0 * known
 
 
+@pytest.mark.slow
 def test_the_printed_K_1_misses_the_speed_that_its_own_table_gives():
     printed = changed(PAPERS, {"control": {"K_1": "0.68 s/m"}})
     for mode in ("ns", "hs", "ssc"):

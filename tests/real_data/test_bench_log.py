@@ -21,6 +21,7 @@ def path(shared_data):
     return shared_data / "bench_mbari" / "FrictionIDMovesWithBiasCurr.exp"
 
 
+@pytest.mark.slow
 def test_the_bench_log_reads_as_its_numbers_say(path):
     log = read_log(path, mapping_from(MAPPING, "bench"))
     raw = np.loadtxt(path)  # the header begins with #

@@ -30,6 +30,7 @@ def test_the_tip_moves_as_that_of_a_real_ship_of_the_same_size(both, degrees, T_
     assert ours == pytest.approx(theirs, rel=SIMILAR)
 
 
+@pytest.mark.slow
 def test_the_weather_side_moves_more_than_the_lee_side_on_both(both):
     for vessel in both:
         assert sigma(vessel, 90.0, 8.0) > 1.15 * sigma(vessel, 270.0, 8.0)  # the tip is on the starboard side

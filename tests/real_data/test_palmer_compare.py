@@ -6,6 +6,8 @@ import pytest
 
 from stillhook.cli import run
 
+pytestmark = pytest.mark.slow
+
 POSITION = "-10 m, 8 m, 25 m"
 """Crane tip of a mid-ship crane from the motion sensor: a little aft, to port, up."""
 

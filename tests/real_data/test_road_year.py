@@ -64,6 +64,7 @@ def test_compensation_helps_in_every_hour_and_less_at_the_load_than_at_the_wire(
     assert np.mean(run["eta_sigma_wire"].values[ok] > run["eta_sigma_load"].values[ok]) > 0.9
 
 
+@pytest.mark.slow
 def test_the_lee_side_moves_less_than_the_weather_side_in_beam_seas(files):
     series, rao = read_spectra(files[0]), read_vessel(files[1])
     weather, lee = (np.nanmean(forcing_of_series(series, rao, X, y, np.pi / 2.0).deviation(1)) for y in (-18.0, 18.0))

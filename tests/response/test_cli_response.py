@@ -106,6 +106,7 @@ def names_of(told):
 
 
 class TestOneSea:
+    @pytest.mark.slow
     def test_a_winch_that_leaves_a_fifth_leaves_a_fifth(self, capsys, lift, plain):
         told = answer(capsys, lift)
         assert told["eta_sigma_wire"] == pytest.approx(1.0 - LEFT, rel=1e-9)
@@ -161,6 +162,7 @@ class TestOneSea:
         assert told["slack_chance"] > 0.1
         assert told["sigma_load"] == told["braked"]["sigma_load"]
 
+    @pytest.mark.slow
     def test_the_table_names_both_compensations_and_the_periods(self, capsys, lift, plain):
         assert run(["response", lift]) == 0
         text = capsys.readouterr().out
@@ -186,6 +188,7 @@ class TestOneSea:
 
 
 class TestRecords:
+    @pytest.mark.slow
     def test_missing_records_are_counted_and_calm_ones_are_calm(self, capsys, lift, plain, records):
         told = answer(capsys, lift, "--sea", records, "--heading", "150 deg")
         assert (told["n_records"], told["n_valid"], told["n_missing"]) == (4, 3, 1)
@@ -305,6 +308,7 @@ class TestDirections:
         assert sigma[1] == 0.0
         assert np.isnan(sigma[2:]).all()  # no height; a period that no sea has
 
+    @pytest.mark.slow
     def test_short_crested_states_from_all_round_are_those_seas_about_the_ship(self, ship):
         come_from = np.radians([0.0, 77.0, 200.0, 359.0])
         time = np.datetime64("2020-01-01T00", "s") + np.arange(4) * np.timedelta64(3600, "s")

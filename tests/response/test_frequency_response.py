@@ -47,6 +47,7 @@ def lift(payload="manifold-60t", depth="3000 m"):
     )
 
 
+@pytest.mark.slow
 def test_linear_drag_takes_the_power_of_the_square_law_out_of_a_sine_and_of_noise():
     B, v = 3e4, 0.7
     wave = v * np.cos(2.0 * np.pi * (np.arange(100_000) + 0.5) / 100_000)

@@ -22,6 +22,8 @@ from stillhook.sea.vessel.wave_field import wave_field
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.programme import Stage
 
+pytestmark = pytest.mark.slow
+
 LENGTH, SETTLED, SEEDS = 900.0, 150.0, 4
 X, Y = -20.0, 18.0
 LINEAR = 0.02  # the agreement that is asked for where nothing but drag is not linear
@@ -95,10 +97,8 @@ def test_on_the_brake_at_resonance_drag_limits_both_alike(crane, vessel):
         assert computed[name] == pytest.approx(in_time[name], rel=DRAG), name
 
 
-@pytest.mark.parametrize(
-    ("payload", "z"),
-    [pytest.param("suction-anchor-85t", -2900.0, marks=pytest.mark.thorough), ("manifold-60t", -1500.0)],
-)
+@pytest.mark.thorough
+@pytest.mark.parametrize(("payload", "z"), [("suction-anchor-85t", -2900.0), ("manifold-60t", -1500.0)])
 def test_compensated_in_deep_water_what_friction_leaves_and_the_wire_makes_of_it_agree(crane, vessel, payload, z):
     computed, in_time = both(crane, vessel, payload, z, 1.5, 9.0, "ahc")
     for name in ("u", "load", "top", "sling"):

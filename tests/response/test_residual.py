@@ -16,6 +16,8 @@ from stillhook.response.winch.identify import describing_function as module
 from stillhook.response.winch.identify.describing_function import identify_residual
 from stillhook.spec.scenario import Sensors
 
+pytestmark = pytest.mark.slow
+
 OMEGA = np.array([0.4, 0.8, 1.6])
 V = np.geomspace(0.005, 5.0, 80)
 

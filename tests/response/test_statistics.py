@@ -11,6 +11,8 @@ from stillhook.statistics.gaussian import (
     zero_crossing_period,
 )
 
+pytestmark = pytest.mark.slow
+
 DT = 0.1  # s
 SCATTER = 0.03  # of counts in one million seconds of waves of some 8 s
 

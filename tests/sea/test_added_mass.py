@@ -82,6 +82,7 @@ def test_a_flat_body_has_no_height_to_grow_by_and_an_endless_one_grows_by_the_ro
     assert formula.height_factor(4.0, 1e9) == pytest.approx(1.0 + math.sqrt(0.5), rel=1e-6)
 
 
+@pytest.mark.slow
 @given(st.floats(0.0, 0.5), st.floats(0.0, 0.1))
 @settings(deadline=None)
 def test_more_holes_never_leave_more_added_mass(p, more):

@@ -50,6 +50,7 @@ def test_the_offset_moves_the_tip_out():
     assert knuckle_boom(offset="2 m").radius == pytest.approx(knuckle_boom().radius + 2.0)
 
 
+@pytest.mark.slow
 @given(
     slew=st.floats(0.0, 359.0),
     main=st.floats(5.0, 85.0),

@@ -70,6 +70,7 @@ def test_headings_may_be_written_with_their_unit_and_waves_may_bring_their_own(c
     assert plain == unit == own
 
 
+@pytest.mark.slow
 def test_short_crested_waves_differ_from_long_crested_ones(capsys, vessel):
     long, short = (
         answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "75 deg", *more)["sigma_z"]
@@ -87,6 +88,7 @@ def test_a_crane_in_place_of_a_tip_is_the_tip_that_it_has(capsys, vessel):
     assert by_crane["at"]["z"] == pytest.approx(15.0 + 24.0 * math.sqrt(3.0) / 2.0)
 
 
+@pytest.mark.slow
 def test_all_headings_make_a_table_with_starboard_and_port_in_their_places(capsys, vessel):
     found = answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "all")
     by_heading = {round(math.degrees(row["beta"])): row["sigma_v"] for row in found["headings"]}
@@ -143,6 +145,7 @@ def test_exact_rotations_are_told_beside_the_linear_motion(capsys, vessel, tmp_p
     assert "off the linear motion" in found["series"]["report"]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_picture")
 def test_a_case_file_runs_on_the_series_that_was_written(vessel, tmp_path, capsys):
     from stillhook.formats.case_file import load_case

@@ -58,6 +58,7 @@ class TestTheMeasuredYear:
         assert np.nanmax(found) == pytest.approx(6.4683847, abs=5e-8)
         assert "112 of 8712 records are missing" in series.notes
 
+    @pytest.mark.slow
     def test_periods_are_those_of_sums_over_frequency_in_hertz(self, shared_data):
         path = shared_data / "sea_ndbc_46042" / "46042w1996.txt.gz"
         f = np.arange(3, 41) / 100.0
@@ -68,18 +69,21 @@ class TestTheMeasuredYear:
         assert series.T_e[0] == pytest.approx((S / f).sum() / S.sum(), rel=ROUNDING)
         assert series.T_p[0] == pytest.approx(1.0 / 0.06, rel=ROUNDING)
 
+    @pytest.mark.slow
     def test_hours_that_the_file_lacks_are_told(self, shared_data):
         notes = read_spectra(shared_data / "sea_ndbc_46042" / "46042w1996.txt.gz").notes
         assert (
             "72 more are absent from the file, in 2 gaps: its records are 60 min apart" in notes
         )  # 1996 has 8784 hours
 
+    @pytest.mark.slow
     def test_a_year_is_read_in_no_time(self, shared_data):
         path = shared_data / "sea_ndbc_46042" / "46042w1996.txt.gz"
         start = time.process_time()
         read_spectra(path)
         assert time.process_time() - start < 3.0  # 0.2 s; a planner waits for it
 
+    @pytest.mark.slow
     def test_one_record_is_a_spectrum_with_the_same_height(self, shared_data):
         series = read_spectra(shared_data / "sea_ndbc_46042" / "46042w1996.txt.gz")
         one = series.spectrum(series.index("1996-01-01T00:00"))

@@ -76,6 +76,7 @@ def test_long_waves_carry_the_ship_as_they_carry_water(vessel):
     assert off[ROLL] < 0.03 + 1.0 / (1.0 - (T_n / 60.0) ** 2) - 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("x", "y"), [(40.0, 0.0), (-30.0, -20.0), (10.0, 20.0)])
 def test_in_long_waves_every_point_rides_on_the_wave_beneath_it(vessel, x, y):
     k = wavenumber(vessel.omega[0])
@@ -150,6 +151,7 @@ def test_damping_takes_energy_out_of_every_motion(loads):
     assert (eigenvalues > -0.002 * eigenvalues.max()).all()
 
 
+@pytest.mark.slow
 def test_the_motions_of_the_file_balance_the_loads(ship, vessel, loads):
     M, C, B_44 = (np.array(ship["floating"][key]) for key in ("M", "C", "B_44"))
     found = 0

@@ -12,6 +12,8 @@ from stillhook.formats.vessel.open import read_vessel
 from stillhook.sea.vessel.long_wave import wavenumber
 from stillhook.sea.vessel.rao import DOFS, Rao
 
+pytestmark = pytest.mark.slow
+
 OMEGA, SIDE = np.linspace(0.1, 1.5, 8), np.radians(np.arange(0.0, 181.0, 30.0))
 SOLVED = 1e-9  # rounding of a 6 by 6 system with entries from 1e5 to 1e10
 RNG = np.random.default_rng(4)

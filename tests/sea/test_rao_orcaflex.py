@@ -174,6 +174,7 @@ def test_several_vessel_types_are_refused_by_name(tmp_path: Path) -> None:
     assert "holds 2 VesselTypes (Plank, Barge). Keep one" in refused(written(tmp_path, data))
 
 
+@pytest.mark.slow
 def test_other_units_short_rows_and_lost_tables_are_refused(tmp_path: Path) -> None:
     assert 'UnitsSystem "US", SI is read' in refused(written(tmp_path, model() | {"General": {"UnitsSystem": "US"}}))
     raos = (data := model())["VesselTypes"][0]["Draughts"][0]["DisplacementRAOs"]

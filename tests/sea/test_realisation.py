@@ -112,6 +112,7 @@ class TestRealisation:
         eta = realise(SEA, 100.0, 1).elevation(0.0, 0.0)
         assert np.sum(np.abs(eta) ** 2) / 2.0 == pytest.approx(0.25 * (1.0 - 0.00316), rel=3e-3)
 
+    @pytest.mark.slow
     def test_rayleigh_amplitudes_scatter_as_records_of_that_length_do(self):
         """Mean variance that of the sea; its scatter 2 pi/T int S^2 over the square of int S, both within three standard errors."""
         omega = np.linspace(0.2, 9.0, 20000)
@@ -159,6 +160,7 @@ class TestRealisation:
         assert motion.deviation(1) == pytest.approx(response.sigma_v, rel=1e-3)
         assert motion.deviation(2) == pytest.approx(response.sigma_a, rel=1e-3)
 
+    @pytest.mark.slow
     def test_short_crested_waves_move_the_tip_as_their_spectrum_says(self):
         """Mean variance over seeds within three standard errors."""
         sea = Sea((Train(Jonswap(2.0, 8.0, 3.3), HEAD, 4.0),))
@@ -239,6 +241,7 @@ class TestWaveField:
     def waves(self) -> Realisation:
         return realise(SEA, 600.0, 7)
 
+    @pytest.mark.slow
     def test_the_surface_is_that_of_the_waves_and_its_rate_is_the_speed_of_the_water(self):
         waves = self.waves()
         field = wave_field(waves, -20.0, -18.0)

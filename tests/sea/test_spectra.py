@@ -45,6 +45,7 @@ class TestPiersonMoskowitz:
         assert wave.T_m01 / wave.T_p == pytest.approx(0.77177, abs=PRINTED)
         assert wave.T_e / wave.T_p == pytest.approx(0.85722, abs=PRINTED)  # Gamma(5/4) (4/5)^(1/4)
 
+    @pytest.mark.slow
     @given(heights, periods)
     def test_the_height_is_the_one_asked_for(self, H_s, T_p):
         assert pierson_moskowitz(H_s, T_p).H_m0 == pytest.approx(H_s, rel=ROUNDING)
@@ -228,6 +229,7 @@ class TestSums:
 
 
 class TestSpreading:
+    @pytest.mark.slow
     @given(st.floats(1.0, 200.0), st.integers(4, 90))
     def test_shares_add_up_to_one_to_the_last_digit(self, n, count):
         weight = cos_power(n, count)[1]
@@ -259,6 +261,7 @@ class TestSpreading:
 
 
 class TestMaximumEntropy:
+    @pytest.mark.slow
     @given(st.lists(st.tuples(st.floats(0.0, 1.0), angles, st.floats(0.0, 1.0), angles), min_size=1, max_size=5))
     def test_any_four_numbers_give_shares_that_are_shares(self, four):
         r_1, a_1, r_2, a_2 = np.array(four).T

@@ -8,6 +8,8 @@ import pytest
 from stillhook.errors import SeaError
 from stillhook.formats.waves.wavespectra import FORMATS, from_wavespectra, read_wavespectra
 
+pytestmark = pytest.mark.slow
+
 wavespectra = pytest.importorskip("wavespectra")
 
 PRINTED = 2e-3  # the text formats keep four to five digits, of energies that fall off over decades

@@ -18,6 +18,8 @@ from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.names import MEASURES
 from stillhook.validate.criteria.results import Measure, StepNumber
 
+pytestmark = pytest.mark.slow
+
 ALIKE = 1e-3  # m: the twin against itself; numbers of both runs differ by the smooth tip and the start from rest alone
 MM = 1e-3
 
@@ -62,6 +64,7 @@ def test_a_twin_that_is_the_crane_deviates_by_less_than_a_millimetre():
     assert not any(line.failed for line in judge(campaign().criteria, step.measures, (StepNumber.AHC,)))
 
 
+@pytest.mark.slow
 def test_thirty_seconds_are_enough_for_the_twin_to_forget_that_it_started_at_rest():
     """The log begins in full swing; what is left of the start after SETTLE is within a millimetre, and was a centimetre and more before."""
     (c,) = own_step().comparisons

@@ -130,6 +130,7 @@ def irregular(seed: int) -> np.ndarray:
     return np.asarray(sea(seed).sample(np.arange(0.0, 300.0, STEP))[0]) * 0.03
 
 
+@pytest.mark.slow
 def test_an_error_compared_with_itself_is_of_the_same_shape():
     e = irregular(1)
     found, spectra = shape([(e, e, STEP)])
@@ -139,6 +140,7 @@ def test_an_error_compared_with_itself_is_of_the_same_shape():
     assert spectra is not None
 
 
+@pytest.mark.slow
 def test_another_sea_has_no_likeness():
     found, _ = shape([(irregular(1), irregular(2), STEP)])
     assert abs(found.correlation) < 0.5
@@ -153,6 +155,7 @@ def test_a_lag_is_found_between_samples(late):
     assert found.lag == pytest.approx(late, abs=5e-4)  # a twentieth of a sample
 
 
+@pytest.mark.slow
 def test_errors_half_as_large_are_six_decibel_off():
     e = irregular(5)
     found, _ = shape([(e, 0.5 * e, STEP)])
@@ -160,6 +163,7 @@ def test_errors_half_as_large_are_six_decibel_off():
     assert found.distance == pytest.approx(20.0 * np.log10(2.0))
 
 
+@pytest.mark.slow
 def test_a_part_that_was_logged_more_slowly_counts_by_its_seconds():
     e = irregular(7)
     mixed, spectra = shape([(e, 0.9 * e, STEP), (e[::10], 0.9 * e[::10], 10.0 * STEP)])

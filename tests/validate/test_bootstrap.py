@@ -81,6 +81,7 @@ def test_no_block_crosses_from_one_part_into_another():
     assert max(seen[1:]) <= 500 / min(length, 200) + 1  # one jump a block
 
 
+@pytest.mark.slow
 def test_the_same_data_give_the_same_interval_to_the_bit():
     x = autoregressive(np.random.default_rng(6), 900)
     assert interval(np.mean, [x[:400], x[400:]]) == interval(np.mean, [x[:400], x[400:]])

@@ -75,6 +75,7 @@ def test_both_files_are_the_same_to_the_byte_in_another_folder_process_locale_an
         assert str(tmp_path).encode() not in data, f"{name} names a folder of this machine"
 
 
+@pytest.mark.slow
 def test_a_certificate_reads_back_as_it_was_written(campaign, tmp_path):
     made = certificate_of(staged(campaign))
     path = tmp_path / "certificate.json"
@@ -83,6 +84,7 @@ def test_a_certificate_reads_back_as_it_was_written(campaign, tmp_path):
     assert made.digest == digest_of(made.data)
 
 
+@pytest.mark.slow
 def test_it_says_what_it_rests_on(campaign, tmp_path):
     data = certificate_of(staged(campaign)).data
     assert data["date"] == "2026-11-21"
@@ -97,6 +99,7 @@ def test_it_says_what_it_rests_on(campaign, tmp_path):
     assert [s["step"] for s in data["steps"]] == [0, 1, 2, 3, 4, 5, 6]
 
 
+@pytest.mark.slow
 def test_it_covers_what_the_stretches_of_step_5_covered_and_no_more(campaign, tmp_path):
     envelope = certificate_of(staged(campaign)).short.envelope
     assert envelope is not None
@@ -109,6 +112,7 @@ def test_it_covers_what_the_stretches_of_step_5_covered_and_no_more(campaign, tm
     assert envelope.modes == ("ns", "ssc")
 
 
+@pytest.mark.slow
 def test_the_level_is_that_of_table_2_7(campaign, tmp_path):
     passed, failed = (certificate_of(staged(campaign, **found)).short for found in ({}, TOO_MUCH))
     assert (passed.level, passed.variant) == (2, 3)

@@ -37,6 +37,8 @@ from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.names import MEASURES
 from stillhook.validate.criteria.results import Measure, StepNumber, Verdict
 
+pytestmark = pytest.mark.slow
+
 EXACT = 1e-9  # of full command: the PLC's own inputs give its own commands; the first second of a log has an unknown load filter
 GAIN = 2e-3  # share by which a gain told from a log without noise may be off: smoothing and the load filter's start
 OWN = gains(TWIN)

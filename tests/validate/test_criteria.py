@@ -131,6 +131,7 @@ def test_a_set_without_a_base_gives_everything_itself(tmp_path):
         loaded(tmp_path, f'version = "1"\n{row}')
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("row", "told"),
     [
@@ -249,6 +250,7 @@ def test_for_at_least_the_smallest_is_the_worst():
     assert found.measure.test == "b"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("value", "ends", "verdict"),
     [

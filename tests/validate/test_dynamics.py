@@ -19,6 +19,8 @@ from stillhook.validate.dynamics.tuned_crane import tuned_crane
 
 from .dynamics_logs import campaign, changed, record, signals
 
+pytestmark = pytest.mark.slow
+
 OFF = {"C_h": 0.18, "C_leak": math.log(1.5), "J_m_eff": -0.12}
 """Logarithms by which the crane lies off its file: further than a well-matched one, within what tuning is for."""
 BESIDE = {"dry": 0.2, "pump_omega_n": 0.05, "boost": -0.3, "viscous": 0.3}

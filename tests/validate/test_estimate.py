@@ -40,6 +40,7 @@ def test_ends_stay_in_order_and_about_the_value_when_scaled(value, half, factor,
     assert scaled.low <= scaled.value <= scaled.high
 
 
+@pytest.mark.slow
 @given(st.integers(1, 500), st.data())
 def test_a_share_has_the_interval_of_wilson(n, data):
     hits = data.draw(st.integers(0, n))

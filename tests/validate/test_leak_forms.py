@@ -25,6 +25,8 @@ from stillhook.validate.parameters.circuit.flow import balance, leak_rows
 from stillhook.validate.parameters.circuit.leakage import EXTRAPOLATED, FEWEST_FOR_FORM, choose, form_says
 from stillhook.winches.circuits.tables import LeakForm
 
+pytestmark = pytest.mark.slow
+
 CONSTANT = changed(TWIN, {"active": {"leak": {"form": "constant"}}})
 STROKE = changed(TWIN, {"active": {"leak": {"form": "stroke"}}})
 SPEED = changed(TWIN, {"active": {"leak": {"form": "speed"}, "motor": {"C_2": "3e-5 L/min/bar/(rev/min)"}}})

@@ -27,6 +27,8 @@ from stillhook.validate.speed_limits.check import LimitsStep, check_limits
 from stillhook.validate.speed_limits.figures import figures
 from stillhook.validate.speed_limits.runs import NEAR
 
+pytestmark = pytest.mark.slow
+
 ALIKE = 1e-3  # share: the twin against itself; the log's wire is differentiated
 ROUNDED = 0.01  # share: a plateau of a bent crane against what its flow alone would give; leakage goes with pressure
 

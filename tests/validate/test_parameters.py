@@ -26,6 +26,8 @@ from stillhook.validate.parameters.circuit.settings import SENSOR_GAIN, after_pl
 from stillhook.validate.parameters.figures import figures
 from stillhook.validate.parameters.hoisting.friction import CALIBRATION, missing, scale_of_law, twin_friction
 
+pytestmark = pytest.mark.slow
+
 SHARP = 0.002
 """What a ratio of speeds or flows may be off by on 300 s of noisy logs [-]: a tenth of the errors that must be named."""
 FAIR = 0.02

@@ -16,6 +16,8 @@ from stillhook.validate.criteria.results import Verdict
 from stillhook.validate.passive import PassiveStep, check_passive
 from stillhook.validate.passive.figures import figures
 
+pytestmark = pytest.mark.slow
+
 GOOD, BAD = Verdict.SHOWN, Verdict.REFUTED
 ALL = tuple(SENSORS)
 JUDGED = ("6-precharge", "6-gas", "6-piston", "6-stroke", "6-stroke-end", "6-motors", "6-torque", "6-setting")

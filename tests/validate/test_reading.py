@@ -9,6 +9,8 @@ from stillhook.errors import LogError, ValidateError
 from stillhook.validate.data_set.campaign import load_campaign
 from stillhook.validate.data_set.records.read import read_records
 
+pytestmark = pytest.mark.slow
+
 DIGITS = 2e-3  # m: noise and last digit of a tip sample, so that a value between two samples is known to no better
 PROMPT = 1e-3  # s: what a value is late by, found from how tip and tip speed fit
 

@@ -7,6 +7,8 @@ from tests.validate.crane_logs import COLUMNS, ahc, changed, manual, read, signa
 from stillhook.errors import ValidateError
 from stillhook.statistics.time_lag import lag
 
+pytestmark = pytest.mark.slow
+
 PROMPT = 1e-3  # s: what AHC asks of a clock: 1 mm at 1 m/s
 ROUGH = 20e-3  # s: what the feedforward tells without knowing filters
 TIP = ("s_tip", "v_tip", "a_tip")

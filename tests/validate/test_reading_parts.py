@@ -9,6 +9,8 @@ from stillhook.errors import LogError, ValidateError
 from stillhook.spec.scenario import Mode
 from stillhook.units import show
 
+pytestmark = pytest.mark.slow
+
 HOOK, G = 3.0, 9.80665
 
 

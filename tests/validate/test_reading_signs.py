@@ -38,6 +38,7 @@ def said(folder, frame, rows, **more):
     return text.removeprefix("x.csv: signs contradict each other. In the mapping ").removesuffix(f". {END}")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("every", ["10 ms", "0.1 s"])
 def test_swapped_pressure_lines_are_named_although_a_passive_system_carries_the_load(tmp_path, every):
     told = said(tmp_path, ahc(), SWAPPED, every=every)
@@ -47,6 +48,7 @@ def test_swapped_pressure_lines_are_named_although_a_passive_system_carries_the_
     )
 
 
+@pytest.mark.slow
 def test_swapped_pressure_lines_are_named_in_a_test_without_heave_compensation_too(tmp_path):
     assert said(tmp_path, manual(), SWAPPED).startswith("swap the columns of p_a and p_b: ")
 
@@ -67,6 +69,7 @@ def test_one_flipped_signal_is_told_from_all_the_others(tmp_path, name, against)
     assert said(tmp_path, ahc(), flipped(name)) == f"set sign = 1 for {name}: it contradicts {against}"
 
 
+@pytest.mark.slow
 def test_a_wire_that_is_counted_the_other_way_takes_an_offset_as_well(tmp_path):
     frame = ahc()
     counted = changed(frame, "Wire out", 2831.0 - frame["Wire out"].to_numpy())  # wire on the drum
@@ -75,6 +78,7 @@ def test_a_wire_that_is_counted_the_other_way_takes_an_offset_as_well(tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_all_signals_of_the_tip_flipped_are_named_together(tmp_path):
     told = said(tmp_path, ahc(), flipped("s_tip", "v_tip", "a_tip"))
     assert (
@@ -89,11 +93,13 @@ def test_a_flipped_speed_and_swapped_lines_are_both_named(tmp_path):
     assert "; swap the columns of p_a and p_b: friction" in told
 
 
+@pytest.mark.slow
 def test_a_flipped_error_of_the_plc_is_named(tmp_path):
     told = said(tmp_path, ahc(), flipped("e_c_measured"))
     assert told == "set sign = 1 for e_c_measured: it runs against s_tip - s_w, and too little wire out is positive"
 
 
+@pytest.mark.slow
 def test_a_wire_that_pushes_is_named(tmp_path):
     assert (
         said(tmp_path, ahc(), flipped("F_w"))
@@ -130,6 +136,7 @@ def test_a_good_log_is_not_blamed_however_noisy(tmp_path, seed, noise):
     read(tmp_path, frame, {})
 
 
+@pytest.mark.slow
 def test_a_tip_that_moves_above_a_winch_in_manual_mode_says_nothing_of_signs(tmp_path):
     frame = manual()
     t = frame["Time"].to_numpy()
@@ -138,6 +145,7 @@ def test_a_tip_that_moves_above_a_winch_in_manual_mode_says_nothing_of_signs(tmp
         read(tmp_path, changed(moving, "Tip acc", -sign * 0.49 * np.sin(0.7 * t)), {})
 
 
+@pytest.mark.slow
 def test_stuck_and_cut_off_sensors_are_found_in_narrow_bins_as_in_wide_ones(tmp_path):
     """Checks look at a tenth of a second, however narrow the bins are."""
     frame = ahc()

@@ -34,6 +34,8 @@ from stillhook.validate.synthetic.scatter import STATED_DELAY, Setting, setting
 from stillhook.validate.synthetic.schedule import PlannedTest, Sea, beyond
 from stillhook.validate.synthetic.sea import irregular
 
+pytestmark = pytest.mark.slow
+
 CRANE = load_crane("nov-250t")
 LEVER = 0.5 / CRANE.i_hD
 SHORT = Plan(

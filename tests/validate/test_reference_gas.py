@@ -23,6 +23,8 @@ from stillhook.winches.reference.gas import (
     standing_pressure,
 )
 
+pytestmark = pytest.mark.slow
+
 CRANE = load_crane("nov-250t")
 PLAIN = ReferenceCrane()
 M = 0.0280134

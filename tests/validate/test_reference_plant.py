@@ -78,6 +78,7 @@ def pressed(**values: float) -> truth.State:
 # The laws of physics
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("load", "s_w"), [("94 t", "487 m"), ("164 t", "2314 m"), ("0 t", "15 m")])
 def test_every_joule_is_found_again(load, s_w):
     found = run(load, s_w)
@@ -91,6 +92,7 @@ def test_every_joule_is_found_again_where_the_pumps_saturate():
     assert abs(float(found["energy_unaccounted"])) < AUDIT
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("load", "s_w"), [("94 t", "487 m"), ("0 t", "15 m")])
 def test_half_the_step_gives_the_same_motion(load, s_w):
     one, half = run(load, s_w), run(load, s_w, "1 ms")
@@ -120,6 +122,7 @@ def test_mass_of_wire_and_load_add_up_to_what_the_twin_moves():
     assert rope.m_mid > 0.2 * load.m  # half of 2.4 km of wire is no trifle
 
 
+@pytest.mark.slow
 def test_without_compiling_the_same_run_gives_the_same_numbers():
     start = case("94 t", "487 m", duration="0.5 s", ramp="0.1 s", warm_up="0 s")
     found = []
@@ -261,6 +264,7 @@ def test_friction_scale_scales_all_of_it():
 # What else the twin has not
 
 
+@pytest.mark.slow
 def test_pressure_at_the_motors_falls_behind_that_of_the_pumps_by_the_resistance_of_the_line():
     """Hoisting steadily the motors' side A is lower than what the pumps give: with more resistance the winch takes more from them."""
     few, many = (simulate_reference(CRANE, hoisting(), replace(PLAIN, line_drop=x * BAR)) for x in (0.1, 10.0))
@@ -287,6 +291,7 @@ def test_oil_swings_about_nominal_once_a_run():
     assert np.trapezoid(T, t) == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_truth_without_its_own_numbers_moves_the_wire_as_the_twin_does():
     """All that can be taken away is taken away: what stays is the laws of friction, leakage and gas, and a wire with mass, which a ringing
     load would show."""

@@ -14,6 +14,8 @@ from stillhook.winches.records import Tip
 from stillhook.winches.reference.drum import CLIMB, TrueDrum, inertia_true, wire_on_layers, wound
 from stillhook.winches.reference.rope import State, at, elastic_tension, energy, powers, rates, stretch_under
 
+pytestmark = pytest.mark.slow
+
 CRANE = load_crane("nov-250t")
 CASE = Scenario(load="94 t", s_w="487 m", tip="sine 0.75 m 10 s", mode="ssc", duration="60 s", warm_up="0 s")
 ROPE = pack_reference(CRANE, CASE, ReferenceCrane()).params.extra.rope

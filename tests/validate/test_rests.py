@@ -16,6 +16,7 @@ def only(step):
     return m
 
 
+@pytest.mark.slow
 def test_lines_of_a_crane_that_is_its_twin_agree_at_rest():
     step = rested(rest_records())
     assert abs(only(step).value) < 0.5e5
@@ -23,6 +24,7 @@ def test_lines_of_a_crane_that_is_its_twin_agree_at_rest():
     assert lines(step)[KEY].verdict is Verdict.SHOWN
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("off", [6e5, -6e5])
 def test_a_transmitter_6_bar_off_is_refuted_and_named(off):
     step = rested(rest_records(spoil=lambda log: log | {"p_a": log["p_a"] + off}))

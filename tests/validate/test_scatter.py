@@ -88,6 +88,7 @@ def windows(rng, level: float, n: int):
     return level + 0.1 * rng.standard_normal(n)
 
 
+@pytest.mark.slow
 def test_a_mean_over_windows_of_all_load_cases_knows_how_much_they_differ():
     rng = np.random.default_rng(3)
     levels = {"1": 1.0, "2": 2.0, "3": 3.0, "4": 2.5}
@@ -113,6 +114,7 @@ def test_over_windows_the_interval_holds_the_mean_of_all_cases_of_the_kind():
     assert blocks_alone < 0.8 * campaigns
 
 
+@pytest.mark.slow
 def test_one_load_case_says_that_it_is_alone():
     found = over_cases(np.mean, {"1": [windows(np.random.default_rng(0), 1.0, 100)], "2": []}, at_least=5)
     assert list(found.cases) == ["1"]

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from tests.validate.ahc_logs import campaign, record
 from tests.validate.passive_logs import SENSORS, checked, records
 
@@ -30,6 +31,7 @@ def test_every_measure_names_the_signals_that_it_rests_on():
     assert {s for m in MEASURES.values() for s in m.signals} <= known
 
 
+@pytest.mark.slow
 def test_a_signal_that_no_line_rests_on_is_listed_with_its_tests():
     found = unjudged(of(*records(), names=("f_pump",)))
     assert found["f_pump"] == ("1", "2")
@@ -37,6 +39,7 @@ def test_a_signal_that_no_line_rests_on_is_listed_with_its_tests():
     assert "F_w" not in found
 
 
+@pytest.mark.slow
 def test_a_signal_that_only_a_line_without_value_would_judge_is_listed():
     left = tuple(n for n in SENSORS if n not in ("alpha_pm", "V_acc"))
     found = unjudged(of(*records(names=left)))
@@ -44,6 +47,7 @@ def test_a_signal_that_only_a_line_without_value_would_judge_is_listed():
     assert "p_hp" not in found  # its level is judged
 
 
+@pytest.mark.slow
 def test_a_signal_that_only_a_line_for_information_rests_on_is_listed():
     mine = of(*records())
     without = replace(mine, lines=tuple(replace(line, judged=False) for line in mine.lines))

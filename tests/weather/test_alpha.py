@@ -45,6 +45,7 @@ class TestTable:
         assert alpha_of(TABLE, 5.0, 48 * H).alpha == pytest.approx(0.725, rel=1e-12)
         assert alpha_of(TABLE, 11.0, 72 * H).alpha == 0.72
 
+    @pytest.mark.slow
     @given(st.floats(1.0, 12.0), st.floats(0.5, 71.9))
     def test_a_higher_limit_and_a_shorter_operation_never_lower_alpha(self, Hs, T_POP):
         here = alpha_of(TABLE, Hs, T_POP * H).alpha

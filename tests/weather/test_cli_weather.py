@@ -187,6 +187,7 @@ class TestPersistence:
         assert run(["weather", "persistence", file, "--limit", "Hs <= 1 m", "--window", "9000 h"]) == 0
         assert "1440 (100 %) of all records have no later window" in capsys.readouterr().out
 
+    @pytest.mark.slow
     def test_a_direction_or_a_horizon_that_cannot_be_is_refused_in_the_other_commands_too(self, file, capsys):
         assert '--heading = "400 deg": not between 0 deg and 360 deg' in refusal(
             capsys, "lift", "template-to-1500m", file, "--heading", "400 deg"

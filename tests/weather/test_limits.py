@@ -119,12 +119,14 @@ class TestDirectionGuard:
         good, valid = inside([parse_limit(t) for t in self.LIMITS], read_weather(path, sense=SENSES[sense]), self.SHIP)
         return good.sum() / valid.sum()
 
+    @pytest.mark.slow
     def test_a_year_read_in_the_wrong_sense_turns_72_percent_into_28(self, shared_data):
         """A ship heading into the swell off Oregon, with a limit of 3.75 m for waves within 30 degrees of the bow and 1.5 m elsewhere."""
         path = shared_data / "sea_ndbc_46042" / "single_year_hindcast_multiparam.csv"
         assert self.share(path, "cartesian") == pytest.approx(0.725, abs=0.0005)
         assert self.share(path, "coming-from") == pytest.approx(0.285, abs=0.0005)
 
+    @pytest.mark.slow
     def test_without_a_sense_no_limit_on_directions_is_answered(self, shared_data):
         path = shared_data / "sea_ndbc_46042" / "single_year_hindcast_multiparam.csv"
         found = read_weather(path)

@@ -14,6 +14,8 @@ from stillhook.errors import WeatherError
 from stillhook.weather.persistence import persistence, waits, windows_of
 from stillhook.weather.series import usual_step
 
+pytestmark = pytest.mark.slow
+
 SAME = 1e-9
 """Means of some 10 000 numbers that both sides sum in other orders."""
 H = 3600.0

@@ -179,6 +179,7 @@ class TestColumns:
     def test_gz_is_read_as_it_is(self, read):
         assert len(read(gzip.compress(b"time,hs\n2013-12-31 22:00,1\n2013-12-31 23:00,1\n"), "w.csv.gz")) == 2
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("table", "says"),
         [
@@ -237,6 +238,7 @@ class TestNetcdf:
         np.testing.assert_allclose(np.degrees(found.columns["come_from"]), [10.0, 350.0, 20.0])
         assert found.columns["wind"].tolist() == [5.0, 6.0, 7.0]
 
+    @pytest.mark.slow
     def test_several_places_are_refused(self, tmp_path):
         with pytest.raises(StillhookError, match=r"ws is over x \(2\) as well. Cut out one place"):
             read_weather(
@@ -289,6 +291,7 @@ class TestDirections:
         )
 
 
+@pytest.mark.slow
 def test_the_public_year_comes_from_the_north_west(shared_data):
     """Oregon: the mean of all directions lies between west and north-west only if they are read as its SOURCE.txt says."""
     found = read_weather(
