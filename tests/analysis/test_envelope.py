@@ -161,7 +161,7 @@ class TestLimits:
         v = envelope_of(name)["v_w_top"].sel(direction="hoisting", mode=["ns", "ssc", PHYSICAL])
         assert bool((v.diff("load") < 0.0).all())
 
-    @pytest.mark.parametrize("name", [C150, E250, PURE])
+    @pytest.mark.parametrize("name", [C150, pytest.param(E250, marks=pytest.mark.thorough), PURE])
     def test_the_machine_is_slower_on_inner_layers(self, name):
         v = envelope_of(name)["v_w_top"].sel(mode=PHYSICAL, load=0.0)
         assert bool((v.diff("layer") > 0.0).all())
