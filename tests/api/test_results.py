@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 import xarray
+from tests.engine.test_lowering import whole_lift
 
 from stillhook import Scenario, load_crane, load_run, save_run, simulate
 from stillhook.errors import SimulationError, StillhookError
@@ -99,6 +100,17 @@ def test_a_run_comes_back_from_disk_as_it_was_and_repeats_itself(which, request,
     assert [p.name for p in path.parent.iterdir()] == ["run.nc"]
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("several", [False, True])
+def test_lowerings_come_back_from_disk_and_say_that_they_cannot_be_run_again(several, tmp_path):
+    lift = whole_lift(duration="20 s")
+    run = simulate(CRANE, [lift, lift] if several else lift, on_failure="mark")
+    back = load_run(save_run(run, tmp_path / "lift.nc"))
+    assert back.identical(run)
+    with pytest.raises(StillhookError, match="holds lowerings"):
+        rerun(back)
+
+
 @pytest.mark.thorough
 def test_a_saved_run_replaces_an_older_one(single, batch, tmp_path):
     path = save_run(single, tmp_path / "run.nc")
@@ -144,7 +156,7 @@ def test_a_file_that_is_missing_or_no_run_is_refused(tmp_path):
     other = tmp_path / "other.nc"
     xarray.Dataset({"x": ("time", [1.0, 2.0])}).to_netcdf(other, engine="h5netcdf")
     with pytest.raises(
-        StillhookError, match=r"not a run of Stillhook, crane, scenarios, step missing\. Write runs with save_run\.$"
+        StillhookError, match=r"not a run of Stillhook, crane, step, stillhook_kernel missing\. Write runs with save_run\.$"
     ):
         load_run(other)
 

@@ -29,7 +29,8 @@ HEADER = 500_000
 
 
 def save_run(run: xarray.Dataset, path: str | Path) -> Path:
-    """Write a run to NetCDF (h5netcdf). The file appears under its name only when it is complete.
+    """Write runs, of scenarios or lowerings, to NetCDF (h5netcdf). The file appears under its name only when it is
+    complete.
 
     Errors: OSError where the disk is full or the folder cannot be written.
 
@@ -66,7 +67,7 @@ def load_run(path: str | Path) -> xarray.Dataset:
         run = read_dataset(Path(path))
     except UnreadableError as problem:
         raise StillhookError(f"{path}: not a NetCDF file of a run ({problem}). Simulate again.") from None
-    missing = {"crane", "scenarios", "step"} - set(run.attrs)
+    missing = {"crane", "step", "stillhook_kernel"} - set(run.attrs)
     if missing:
         raise StillhookError(
             f"{path}: not a run of Stillhook, {', '.join(sorted(missing))} missing. Write runs with save_run."
@@ -75,7 +76,13 @@ def load_run(path: str | Path) -> xarray.Dataset:
 
 
 def origin(run: xarray.Dataset) -> tuple[list[Crane], list[Scenario]]:
-    """Crane and scenario of every case of a run, in pairs. Errors: StillhookError where they cannot be read."""
+    """Crane and scenario of every case of a run, in pairs. Errors: StillhookError where they cannot be read, or for
+    lowerings, whose motion and water no file keeps."""
+    if "scenarios" not in run.attrs:
+        raise StillhookError(
+            "the file holds lowerings: their motion and water are not stored, so they cannot be run again from it. Run"
+            " the lift file again: stillhook lower."
+        )
     try:
         stored = json.loads(str(run.attrs["scenarios"]))
     except ValueError:
