@@ -157,7 +157,7 @@ def test_a_file_that_is_missing_or_no_run_is_refused(tmp_path):
     xarray.Dataset({"x": ("time", [1.0, 2.0])}).to_netcdf(other, engine="h5netcdf")
     with pytest.raises(
         StillhookError,
-        match=r"not a run of Stillhook, crane, step, stillhook_kernel missing\. Write runs with save_run\.$",
+        match=r"not a run of Stillhook, crane, step missing\. Write runs with save_run\.$",
     ):
         load_run(other)
 

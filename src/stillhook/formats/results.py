@@ -67,7 +67,7 @@ def load_run(path: str | Path) -> xarray.Dataset:
         run = read_dataset(Path(path))
     except UnreadableError as problem:
         raise StillhookError(f"{path}: not a NetCDF file of a run ({problem}). Simulate again.") from None
-    missing = {"crane", "step", "stillhook_kernel"} - set(run.attrs)
+    missing = {"crane", "step"} - set(run.attrs)
     if missing:
         raise StillhookError(
             f"{path}: not a run of Stillhook, {', '.join(sorted(missing))} missing. Write runs with save_run."
