@@ -103,20 +103,20 @@ def main() -> None:
     parser.add_argument("commit", nargs="?", help="earlier version, as git names it")
     parser.add_argument("--rounds", type=int, default=ROUNDS, help=f"rounds of interleaved measurements ({ROUNDS})")
     parser.add_argument("--child", action="store_true", help=argparse.SUPPRESS)
-    given = parser.parse_args()
-    if given.child:
+    options = parser.parse_args()
+    if options.child:
         child()
         return
-    if given.commit is None:
+    if options.commit is None:
         parser.error("name the earlier version, such as v0.8.0")
     with ExitStack() as stack:
         folder = stack.enter_context(tempfile.TemporaryDirectory())
-        then, now = Version(unpacked(given.commit, folder)), Version(ROOT / "src")
+        then, now = Version(unpacked(options.commit, folder)), Version(ROOT / "src")
         for version in (then, now):
             stack.callback(version.process.kill)
-        table = Table("job", "earlier [s]", "present [s]", "earlier / present", title=f"Against {given.commit}")
+        table = Table("job", "earlier [s]", "present [s]", "earlier / present", title=f"Against {options.commit}")
         for name in now.names:
-            pairs = [(then.time(name), now.time(name)) for _ in range(given.rounds)]
+            pairs = [(then.time(name), now.time(name)) for _ in range(options.rounds)]
             ratio = statistics.median(a / b for a, b in pairs)
             before, after = (statistics.median(column) for column in zip(*pairs, strict=True))
             table.add_row(name, f"{before:.3f}", f"{after:.3f}", f"{ratio:.2f}")

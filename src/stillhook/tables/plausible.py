@@ -347,24 +347,24 @@ class Ranged(BaseModel):
 
 def implausible_values(model: BaseModel, path: str = "") -> tuple[str, ...]:
     """A note for every number outside of what was ever built, with its place under `path`."""
-    return _notes(_TheVery(model), path)
+    return _notes(_Identity(model), path)
 
 
-class _TheVery:
+class _Identity:
     """A frozen model, equal to nothing but itself: what is remembered of it is found without comparing its fields."""
 
     def __init__(self, model: BaseModel) -> None:
         self.model = model
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _TheVery) and self.model is other.model
+        return isinstance(other, _Identity) and self.model is other.model
 
     def __hash__(self) -> int:
         return id(self.model)
 
 
 @functools.lru_cache(maxsize=256)
-def _notes(one: _TheVery, path: str) -> tuple[str, ...]:
+def _notes(one: _Identity, path: str) -> tuple[str, ...]:
     return tuple(_implausible(one.model, path))
 
 

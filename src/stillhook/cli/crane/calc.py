@@ -49,8 +49,9 @@ def motor_loss(
 
     Example: stillhook calc motor-loss A6VM215 --displacement "215 cm^3/rev" --speed "1000 rev/min" --dp "200 bar"
     """
+    from stillhook.engine.pack.winch import loss_fit
     from stillhook.library.parameter_sets.sets import load_losses
-    from stillhook.physics.hydraulics.motor import TorqueLossFit, torque_loss
+    from stillhook.physics.hydraulics.motor import torque_loss
 
     losses = load_losses(name)
     m, known = losses.motor, losses.evidence
@@ -59,7 +60,7 @@ def motor_loss(
     if not 0.0 < D_m <= m.D_max * (1.0 + 1e-9):
         full = show(m.D_max, "displacement")
         raise ScenarioError(f"--displacement {displacement}: {name} has above 0 up to {full}. Give a value in between.")
-    fit = TorqueLossFit(X_1=m.loss.X_1, X_2=m.loss.X_2, X_3=m.loss.X_3, X_4=m.loss.X_4, X_5=m.loss.X_5)
+    fit = loss_fit(m)
     speeds = known.omega_m if known is not None and known.omega_m else _ends(VALID_SPEED, "rotation")
     drops = known.dp_m if known is not None and known.dp_m else _ends(VALID_DP, "pressure")
     inside = _within(abs(omega_m), speeds) and _within(abs(dp_m), drops)
@@ -100,9 +101,9 @@ def friction(
 
     Example: stillhook calc friction crane-1 --drum-torque "1.5 MN m" --speed "100 rev/min"
     """
+    from stillhook.engine.pack.winch import friction_record
     from stillhook.library import cranes, load_crane
     from stillhook.library.parameter_sets.sets import load_friction
-    from stillhook.physics.friction import SystemFriction
     from stillhook.physics.friction import system_friction as torque
 
     s = load_crane(name).friction.system if name in cranes() and name != "nov-250t" else load_friction(name).system
@@ -111,9 +112,7 @@ def friction(
         raise ScenarioError(
             f"--drum-torque {drum_torque}: a suspended load gives no negative drum torque. Give 0 or more."
         )
-    T_fs = torque(
-        omega_m, T_d, SystemFriction(Y_1=s.Y_1, Y_2=s.Y_2, Y_3=s.Y_3, i_Y_4=1.0 / s.Y_4, Y_5=s.Y_5, Y_6=s.Y_6)
-    )
+    T_fs = torque(omega_m, T_d, friction_record(s))
     _answer({"T_fs": T_fs, "T_d": T_d, "omega_m": omega_m}, json)
 
 

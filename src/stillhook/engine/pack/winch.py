@@ -308,48 +308,26 @@ def power_most(crane: Crane) -> float:
     return crane.hpu.P_max if T is None or not crane.circuits else min(crane.hpu.P_max, T * crane.active.pump.omega_p)
 
 
+NO_BRAKE = BrakeSettings(
+    fitted=0.0, t_wait=0.0, t_close=0.0, t_open=0.0, t_most=0.0, dp_near=PROVED, K_fill=0.0, K_leak=0.0, u_most=0.0
+)
+"""Of a winch that is held by its circuits alone."""
+
+
 def _brake(crane: Crane) -> BrakeSettings:
-    """How the holding brake is worked. Without one the winch is held by its circuits alone."""
+    """How the holding brake is worked."""
     b = crane.brake
     if b is None:
-        return BrakeSettings(
-            fitted=0.0,
-            t_wait=0.0,
-            t_close=0.0,
-            t_open=0.0,
-            t_most=0.0,
-            dp_near=PROVED,
-            K_fill=0.0,
-            K_leak=0.0,
-            u_most=0.0,
-        )
+        return NO_BRAKE
+    times = {"t_wait": b.t_wait, "t_close": b.t_close, "t_open": b.t_open, "t_most": b.t_prove}
+    brake = NO_BRAKE._replace(fitted=1.0, **times)
     if not crane.circuits:  # nothing to fill before it opens
-        return BrakeSettings(
-            fitted=1.0,
-            t_wait=b.t_wait,
-            t_close=b.t_close,
-            t_open=b.t_open,
-            t_most=b.t_prove,
-            dp_near=PROVED,
-            K_fill=0.0,
-            K_leak=0.0,
-            u_most=0.0,
-        )
+        return brake
     a = crane.active
     Q = a.pump.D_total * a.pump.omega_p
     K_fill = capacitance(a.line.V, a.line.bulk_modulus) * FILL_RATE / Q
     u_most = FILL_MOST if a.boost.Q_max is None else min(FILL_MOST, BOOST_SHARE * a.boost.Q_max / Q)
-    return BrakeSettings(
-        fitted=1.0,
-        t_wait=b.t_wait,
-        t_close=b.t_close,
-        t_open=b.t_open,
-        t_most=b.t_prove,
-        dp_near=PROVED,
-        K_fill=K_fill,
-        K_leak=a.C_leak / Q,
-        u_most=u_most,
-    )
+    return brake._replace(K_fill=K_fill, K_leak=a.C_leak / Q, u_most=u_most)
 
 
 def braked_at_start(crane: Crane, case: Scenario) -> bool:
