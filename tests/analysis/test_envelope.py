@@ -98,7 +98,6 @@ class TestSettings:
         layer_6 = setting_curves(load(E250), load="100 t", layer=6, modes=["ns"], v_w="0 m/s to 2 m/s by 0.25 m/s")
         assert bool((layer_6["alpha_p"] > layer_6["alpha_p_ideal"])[:, 1:].all())
 
-    @pytest.mark.slow
     def test_pumps_rise_and_motors_fall_with_speed(self, curves):
         assert bool((curves["alpha_p"].diff("v_w") > 0.0).all())
         assert bool((curves["alpha_m"].diff("v_w") <= 1e-12).all())
@@ -188,7 +187,6 @@ class TestLimits:
         motor = heavy.crane.passive.motor
         assert top.point.omega_m == pytest.approx(motor.n_max_full / heavy.alpha_pm, rel=SAME)
 
-    @pytest.mark.slow
     def test_motor_speed_limit_rises_as_displacement_falls(self):
         """With pumps and power units of any size the shaft stops at n_max_full / alpha_m."""
         crane = changed(
@@ -200,7 +198,6 @@ class TestLimits:
         assert {t.binds for t in tops} == {Limit.MOTOR}
         assert [t.point.omega_m * t.point.alpha_m for t in tops] == pytest.approx([crane.active.motor.n_max_full] * 3)
 
-    @pytest.mark.slow
     def test_best_displacement_of_the_machine_is_where_flow_and_pressure_meet(self):
         s = outer(E250, 1.0, units="endless")
         best = s.top_of_machine()
@@ -270,7 +267,6 @@ class TestLimits:
 class TestAgainstTheEngine:
     """Runs that were not made for the envelope stop where it says."""
 
-    @pytest.mark.slow
     @pytest.mark.parametrize(("part", "full"), [(0.97, False), (1.03, True)])
     @pytest.mark.parametrize("mode", [Mode.NS, Mode.SSC])
     def test_pumps_saturate_above_the_top_of_a_mode_and_not_below(self, mode, part, full):

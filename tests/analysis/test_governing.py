@@ -87,7 +87,6 @@ def test_heavy_loads_on_the_library_wire_swing_whatever_the_gain_and_do_not_chan
         assert governing(CRANE, Mode(name)).swings == ()
 
 
-@pytest.mark.slow
 def test_margins_hold_with_a_shorter_computing_time_too():
     """A delay turns the loop's resonance away from -1 and allows more gain; a gain that counts on it fails where the
     PLC is quicker."""
@@ -104,7 +103,6 @@ def test_both_directions_empty_hook_and_heaviest_load_are_looked_at():
     assert payloads_of_mode(CRANE, Mode.NS, 50e3) == (0.0, 50e3)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("v", "load", "s_w"), [(5.0, 100e3, 15.0), (5.0, 150e3, 100.0)])
 def test_a_gain_just_above_the_limit_of_the_plant_swings_and_one_just_below_dies_out(v: float, load: float, s_w: float):
     """HS at 60 % displacement, far below the published limit of 1 1/m: the same kick fades below, and grows to a
@@ -154,7 +152,6 @@ def test_the_limit_that_stops_it_names_load_speed_and_displacement():
     assert linear_broken(CRANE, Mode.SSC, Limits(), [1.0]) == []
 
 
-@pytest.mark.slow
 def test_less_load_leaves_more_margin():
     light = parse_limits(["load <= 40 t"])
     assert light.load == 40e3

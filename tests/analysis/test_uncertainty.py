@@ -80,7 +80,6 @@ def test_fixed_factors_give_the_single_run_bit_for_bit():
         assert float(run[name][0, 0]) == float(run[name][0, 1]) == float(single[name][0]), name
 
 
-@pytest.mark.slow
 def test_what_is_told_as_described_is_the_single_run(run):
     single = simulate(CRANE, MODES)
     at_values = json.loads(run.attrs["at_values"])
@@ -96,7 +95,6 @@ def test_more_friction_never_lowers_the_peak_pressure():
         assert np.all(np.diff(run["p_max"].sel(case=label).values[order]) > 0.0)
 
 
-@pytest.mark.slow
 def test_controllers_see_the_same_draws_so_their_difference_is_sharper_than_either(run):
     difference = paired_difference(run, "ssc", "hs", "p_max")
     single = [b["p_max"] for b in bands(run, ["p_max"]).values()]
@@ -255,7 +253,6 @@ def test_a_file_may_begin_with_the_defaults(tmp_path):
 GRID = {"loads": "50 t, 150 t", "speeds": "40 m/min, 120 m/min"}
 
 
-@pytest.mark.slow
 def test_a_map_with_nothing_drawn_is_the_map():
     plain = operability_map(CRANE, **GRID)
     drawn = monte_carlo_map(CRANE, uncertainty=known(friction=1.0), n=1, **GRID)

@@ -136,7 +136,6 @@ def test_a_stage_ends_where_its_wire_is_out_and_the_next_begins():
     assert rows[-1][1].mode == SSC
 
 
-@pytest.mark.slow
 def test_hoisting_ends_where_the_wire_has_come_in():
     rows = run([stage(STAGE_MANUAL, v=0.2, until=UNTIL_WIRE, value=99.0)], 30.0)
     assert next(y.s_w for y, _, m in rows if m.done) == pytest.approx(99.0, abs=STOPPED)
@@ -178,7 +177,6 @@ def test_a_stage_before_a_slower_one_passes_its_wire_at_that_speed():
     assert o.v_op == pytest.approx(-0.1, abs=2.0 * SET.a_max * CYCLE)
 
 
-@pytest.mark.slow
 def test_wire_that_compensation_adds_for_the_tip_does_not_end_a_stage():
     """The tip heaves by 1.5 m and the wire with it: the stage ends where the joystick has paid out its way, not on the first crest."""
     heave = lambda t: 1.5 * math.sin(2.0 * math.pi * t / 8.0)
@@ -263,7 +261,6 @@ def stands(k: float, s_w_0: float) -> Force:
     return lambda t, s_w: max(F_0 - k * (s_w - s_w_0), 0.0)
 
 
-@pytest.mark.slow
 def test_constant_tension_takes_a_standing_load_to_its_set_value_from_either_side():
     k = SET.EA / (SET.L_0 + 1000.0)
     for F_set in (0.3 * F_0, 1.4 * F_0):
@@ -307,7 +304,6 @@ def test_a_load_that_swings_a_little_has_not_landed():
     assert not any(m.landed for _, _, m in rows)
 
 
-@pytest.mark.slow
 def test_a_landing_so_slow_that_the_mean_follows_is_still_noticed():
     rows = run(
         [stage(STAGE_LANDING, v=-0.02, F_set=0.3 * F_0, until=UNTIL_LANDED)], 300.0, force=stands(F_0 / 4.0, 100.0)
@@ -315,7 +311,6 @@ def test_a_landing_so_slow_that_the_mean_follows_is_still_noticed():
     assert any(m.landed for _, _, m in rows)  # 200 s from full tension to none
 
 
-@pytest.mark.slow
 def test_splash_mode_gives_way_to_the_force_of_a_wave_and_keeps_its_slow_position():
     force = lambda t, s_w: F_0 * (1.0 + 0.3 * math.sin(2.0 * math.pi * t / 8.0))
     rows = run([stage(STAGE_SPLASH, v=-0.1)], 240.0, force=force)
@@ -334,7 +329,6 @@ def test_splash_mode_gives_way_to_the_force_of_a_wave_and_keeps_its_slow_positio
     assert all(abs(o.F_hold - F_0) < 0.06 * F_0 for _, o, _ in rows)  # the passive circuit carries the mean
 
 
-@pytest.mark.slow
 def test_speeds_go_on_without_a_step_from_law_to_law():
     force = lambda t, s_w: F_0 * (1.0 + 0.3 * math.sin(2.0 * math.pi * t / 8.0))
     modes = (STAGE_SPLASH, STAGE_AHC, STAGE_TENSION, STAGE_MANUAL, STAGE_SPLASH)
@@ -369,7 +363,6 @@ def test_a_landed_load_is_not_given_slack_by_the_ramp_of_the_joystick():
     assert max(y.s_w for y, _, _ in rows) - bottom < 0.5 * 1.3
 
 
-@pytest.mark.slow
 def test_splash_mode_is_no_softer_for_a_light_load_than_the_wire_allows():
     """Half the moving mass, twice the answer; but below what the wire swings at 5 rad/s the answer grows no more."""
     force = lambda t, s_w: F_0 * (1.0 + 0.1 * math.sin(2.0 * math.pi * t / 8.0))

@@ -99,7 +99,6 @@ def harmonic(t: np.ndarray, y: np.ndarray, omega: float) -> complex:
     return complex(a, -b)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("z_0", ["-100 m", "-1500 m", "-3000 m"])
 def test_load_rings_at_the_first_period_of_the_exact_rod(z_0: str) -> None:
     case = still_winch(z_0, Profile.from_si([0.0, 0.5, 1.0], [0.0, 0.05, 0.0]), duration="200 s")
@@ -112,7 +111,6 @@ def test_load_rings_at_the_first_period_of_the_exact_rod(z_0: str) -> None:
     assert pytest.approx(natural_periods(rod, end)[0], rel=PERIOD) == T
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("z_0", "T"), [("-5 m", 6.0), ("-1500 m", 3.0), ("-1500 m", 8.0), ("-3000 m", 3.0), ("-3000 m", 8.0)]
 )
@@ -243,7 +241,6 @@ def test_sixteen_lowerings_side_by_side_have_the_bits_of_each_alone(name: str) -
                 np.testing.assert_array_equal(batch[key].values[i], alone[key].values, err_msg=str(key))
 
 
-@pytest.mark.slow
 def test_five_milliseconds_are_as_good_as_one() -> None:
     crane = load_crane("nov-250t")
     coarse, fine = (simulate(crane, whole_lift(), step=h) for h in ("5 ms", "1 ms"))
@@ -375,7 +372,6 @@ def test_a_depth_is_reached_and_not_passed(mode: str) -> None:
     assert z.min() > -200.0 - STANDS
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["nov-250t", pytest.param("nov-100t-pure-active", marks=pytest.mark.thorough)])
 @pytest.mark.parametrize("speed", ["6 m/min", "30 m/min"])
 def test_manual_mode_pays_out_at_the_speed_of_the_joystick(name: str, speed: str) -> None:
@@ -414,7 +410,6 @@ def test_a_template_in_waves_carries_what_its_parts_do_in_their_own_water() -> N
     assert np.abs(at_middle - inertia).max() > 0.01 * scale  # the quadrature tells one water point from many
 
 
-@pytest.mark.slow
 def test_time_that_is_cut_elsewhere_changes_no_bit() -> None:
     """Pieces in which a run is made end on other samples of the water where the run is longer."""
     crane, short, long = load_crane("nov-250t"), whole_lift(0, "100 s"), whole_lift(0, "150 s")

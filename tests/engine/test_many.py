@@ -149,7 +149,6 @@ def test_a_file_that_is_not_of_the_store_is_named(tmp_path):
         summaries(CRANE, CASES[:2], store=tmp_path)
 
 
-@pytest.mark.slow
 def test_damage_anywhere_in_a_file_is_named_or_harmless(tmp_path):
     first = summaries(CRANE, CASES[:2], store=tmp_path)
     file = next(tmp_path.iterdir())

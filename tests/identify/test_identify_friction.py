@@ -350,7 +350,6 @@ def test_bad_options_are_refused_in_one_line_and_nothing_is_written(
     assert {p.name for p in tmp_path.iterdir()} == before
 
 
-@pytest.mark.slow
 def test_a_log_that_is_no_staircase_is_refused_in_one_line(noisy, tmp_path, capsys):
     shutil.copytree(noisy.folder, tmp_path / "c")
     log = tmp_path / "c" / "logs" / "1.csv"

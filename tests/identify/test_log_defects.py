@@ -284,7 +284,6 @@ def test_milliseconds_taken_for_seconds_are_refused(tmp_path, staircase):
     )
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("heading", "text"),
     [

@@ -167,7 +167,6 @@ def test_the_size_of_the_pieces_changes_no_bit(tmp_path, short, monkeypatch, nam
     assert whole.findings == pieces.findings
 
 
-@pytest.mark.slow
 def test_pieces_change_nothing_of_a_log_full_of_defects(tmp_path, make_staircase, monkeypatch):
     bad = make_staircase(60.0)
     p_a = np.minimum(bad["p_a"], 161.5)
@@ -205,13 +204,11 @@ def columns_of(short):
     return dict(zip(names, short.columns.values(), strict=True))
 
 
-@pytest.mark.slow
 def test_parquet_reads_the_same(tmp_path, short, plain):
     pl.DataFrame(columns_of(short)).write_parquet(tmp_path / "log.parquet")
     same(read_log(tmp_path / "log.parquet"), plain)
 
 
-@pytest.mark.slow
 def test_parquet_with_dates_reads_the_same(tmp_path, short, plain):
     table = columns_of(short)
     start = datetime(2020, 5, 1, 23, 59, 50, tzinfo=UTC)
@@ -220,7 +217,6 @@ def test_parquet_with_dates_reads_the_same(tmp_path, short, plain):
     same(read_log(tmp_path / "log.parquet"), plain)
 
 
-@pytest.mark.slow
 def test_parquet_in_small_pieces_with_missing_values(tmp_path, short, monkeypatch):
     table = pl.DataFrame(columns_of(short)).with_columns(
         pl.when(pl.int_range(pl.len()) == 50).then(None).otherwise(pl.col("p_a [bar]")).alias("p_a [bar]")
@@ -250,7 +246,6 @@ MATLAB = {
 }
 
 
-@pytest.mark.slow
 def test_mat_version_5_reads_the_same(tmp_path, short, plain):
     from scipy.io import savemat
 
@@ -282,7 +277,6 @@ def test_mdf4_reads_the_same(tmp_path, short, plain):
     same(read_log(tmp_path / "log.mf4"), plain)
 
 
-@pytest.mark.slow
 def test_mdf4_signals_of_a_slower_group_are_brought_onto_the_bins(tmp_path, short):
     asammdf = pytest.importorskip("asammdf")
     slow = short.rows(np.arange(len(short)) % 100 == 0)
@@ -356,7 +350,6 @@ def test_damaged_files_of_every_format_end_in_one_line(tmp_path, magic):
     assert str(caught.value).startswith("x.bin: ")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("unit", "write"),
     [

@@ -127,7 +127,6 @@ def test_strong_notches_make_mj6_the_answer():
     assert found.recommended is LossModel.MJ6
 
 
-@pytest.mark.slow
 def test_a_map_of_one_displacement_recommends_only_what_it_can_determine(maps):
     m = maps["A6VM215"].full()
     found = rank_losses(m)

@@ -61,7 +61,6 @@ def test_the_written_motor_is_a_motor_with_the_fitted_loss(result, file, small):
     assert here == pytest.approx(result.mj4.torque(small.omega_m, small.D_m, small.dp_m), rel=WRITTEN)
 
 
-@pytest.mark.slow
 def test_everything_but_the_loss_is_the_lenders_with_its_kind(file):
     back, lender = load_losses(file), load_losses("A6VM215")
     for field in ("D_max", "n_max_full", "n_max", "J", "C_1", "C_2"):
@@ -170,7 +169,6 @@ def test_json_holds_every_model_with_units_errors_and_strict_numbers(result):
     assert all(wilson["parameters"][n]["standard_error"] is None for n in wilson["at_bound"])
 
 
-@pytest.mark.slow
 def test_figures_show_the_map_they_are_made_from_and_say_that_it_is_synthetic(result):
     made = figures(result)
     assert set(made) == set(commands.STEMS)
@@ -182,7 +180,6 @@ def test_figures_show_the_map_they_are_made_from_and_say_that_it_is_synthetic(re
     assert sorted(b.get_height() for b in bars) == sorted(r.fit.normalised for r in result.ranking.ranked)
 
 
-@pytest.mark.slow
 def test_term_shares_are_of_the_whole(result):
     """Paper A figure 6: turbulent and constant losses are the largest of MJ4."""
     ax = figures(result)["terms"].axes[0]
@@ -258,7 +255,6 @@ def test_cli_says_no_with_exit_code_1_and_writes_no_motor(small, tmp_path, capsy
     assert (tmp_path / "o" / "report.html").exists()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [
@@ -280,7 +276,6 @@ def test_cli_refuses_in_one_line(csv, monkeypatch, capsys, arguments, part):
     assert "Traceback" not in "".join(told)
 
 
-@pytest.mark.slow
 def test_example_map_is_marked_and_repeatable(tmp_path, capsys):
     for name in ("a.csv", "b.csv"):
         assert run(["identify", "example-map", str(tmp_path / name), "--motor", "A6VM170", "--seed", "2"]) == 0

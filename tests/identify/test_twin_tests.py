@@ -129,7 +129,6 @@ def test_published_tables_are_as_printed():
 # The logs are right
 
 
-@pytest.mark.slow
 def test_steady_pressures_show_the_load_and_the_friction_that_the_crane_has(clean):
     """Torque balance of every steady step: displacement times pressure is load torque plus (hoisting) or less (lowering) all friction."""
     small, written = clean
@@ -173,7 +172,6 @@ def test_displacement_and_command_are_held_within_a_step_and_the_wire_stays_on_i
     assert written.notes == ()
 
 
-@pytest.mark.slow
 def test_the_librarys_load_rings_about_the_same_pressures_and_its_start_from_the_brake_fades(clean, tmp_path):
     """What rings averages out over three seconds: the balance of the clean tests holds to a per cent of the friction and of the weight."""
     one = plan(rows=((2365.0, 107.0),))
@@ -216,7 +214,6 @@ def test_the_campaign_file_has_crane_signals_and_tests_and_says_that_it_is_synth
         assert (written.folder / row["log"]).is_file()
 
 
-@pytest.mark.slow
 def test_the_truth_may_differ_from_what_the_campaign_says(tmp_path):
     loss = {"motor": {"loss": {"X_4": "20 N m"}}}
     truth = changed(load_crane("nov-150t"), {"friction": {"library": "crane-1"}, "active": loss, "passive": loss})
@@ -236,7 +233,6 @@ def test_the_truth_may_differ_from_what_the_campaign_says(tmp_path):
 # Sensors
 
 
-@pytest.mark.slow
 def test_the_same_seed_gives_the_same_logs_and_another_seed_other_noise(tmp_path):
     one = plan(rows=((2365.0, 77.0),))
     logs = [
@@ -248,7 +244,6 @@ def test_the_same_seed_gives_the_same_logs_and_another_seed_other_noise(tmp_path
     assert texts[0] != texts[2]
 
 
-@pytest.mark.slow
 def test_typical_sensors_add_the_noise_and_the_steps_that_they_state(tmp_path):
     one = plan(rows=((2365.0, 77.0),))
     clean, noisy = (

@@ -234,7 +234,6 @@ def test_manual_mode_keeps_full_displacement_at_low_speed_and_gives_it_up_for_sp
     assert commanded(MANUAL, 12, v_op=-1.15) < 1.0
 
 
-@pytest.mark.slow
 @given(st.floats(-0.5, 0.5), st.floats(-0.2, 0.2), st.floats(0.3, 1.0))
 def test_with_fewer_pumps_the_command_grows_so_that_the_flow_stays(v, e, f):
     all_, _ = cycle(sensed(v_tip=v, s_w=100.0 - e), remembered(), 280e5, PLC)

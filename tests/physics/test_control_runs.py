@@ -56,7 +56,6 @@ def counted(data, name: str) -> np.ndarray:
 # Heave compensation
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("mode", ["level-1", "level-2", "ns", "hs", "ssc", "ssc-cubic"])
 def test_every_mode_of_compensation_keeps_the_hook_still(mode):
     data = usual(mode)
@@ -197,7 +196,6 @@ def test_manual_mode_has_full_displacement_at_low_speed_and_reduces_it_for_high_
     assert float(fast.alpha_m_min) < 0.9
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("crane", [BOTH, PURE], ids=["active-passive", "pure-active"])
 @pytest.mark.parametrize("metres_a_minute", [-40.0, 8.0, 40.0])
 def test_a_displacement_that_the_operator_holds_is_held_at_any_speed_and_the_winch_runs_steadily(
@@ -302,7 +300,6 @@ def test_a_run_that_starts_with_the_tip_off_its_middle_starts_without_an_error()
 # Faults
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("unit", [1, 2, 3])
 def test_compensation_goes_on_with_one_power_unit_less(unit):
     before = run(BOTH, tip="sine 1.5 m 12 s")
@@ -333,7 +330,6 @@ def test_an_unnoticed_loss_costs_more_than_a_noticed_one():
 # Sensors
 
 
-@pytest.mark.slow
 def test_the_same_seed_gives_the_same_noise_and_another_seed_another():
     def e(seed):
         return run(BOTH, sensors=Sensors(noise_v_tip="0.05 m/s", noise_s_w="2 mm", seed=seed)).e_c.values

@@ -103,7 +103,6 @@ def smooth(h, load):
     return float(at.V[0]), float(at.A33[0]), 0.5 * RHO * load.C_D * float(at.A_p[0])
 
 
-@pytest.mark.slow
 def test_a_drop_onto_still_water_follows_the_balance_of_momentum():
     """Another form of the equation, d/dt (m + A33) U = m g - buoyancy - drag, on the smooth curves, by another solver. Drag comes in over
     the first level."""
@@ -156,7 +155,6 @@ def test_the_peak_of_slamming_is_that_of_the_slamming_coefficient():
     assert force(-1e-6, -2.0, record, rows).slam == pytest.approx(0.5 * RHO * 6.0 * 30.0 * 2.0**2, rel=SLOPE)
 
 
-@pytest.mark.slow
 def test_a_payload_floats_where_it_displaces_its_mass_and_heaves_with_the_period_of_its_water_plane():
     A_w, H, m = 30.0, 4.0, 60e3
     record, rows = floating(A_w, H, m)
@@ -179,7 +177,6 @@ def floating(A_w, H, m):
     return record, rows
 
 
-@pytest.mark.slow
 def test_a_sinking_payload_reaches_the_speed_at_which_drag_carries_its_submerged_weight():
     load = plate()
     record, rows = pack_payload(load, RHO, 1e4)
@@ -213,7 +210,6 @@ def test_the_seabed_carries_the_submerged_weight_at_the_stated_settlement():
     assert abs(v[-1]) < 1e-4
 
 
-@pytest.mark.slow
 @given(st.floats(-3.0, 3.0), st.floats(-2.0, 0.0))
 @settings(max_examples=200, deadline=None)
 def test_the_seabed_never_pulls(v, p):
@@ -222,7 +218,6 @@ def test_the_seabed_never_pulls(v, p):
     assert phys.soil_force(-50.0 - p + 1e-9, v, record) == 0.0
 
 
-@pytest.mark.slow
 def test_a_payload_nears_the_bottom_and_leaves_it_again_without_loss_where_nothing_drags():
     """Kirchhoff's energy 1/2 (m + m_a) v^2 of a payload that flies through the felt layer is kept, whichever way it moves."""
     load = plate(C_D=0.0, seabed={"gap": "3 m", "added_mass": 1.5})
@@ -292,7 +287,6 @@ def test_a_weightless_payload_without_drag_moves_as_the_water_does():
     assert v == pytest.approx(w_0 * np.cos(omega * t), abs=1e-6)
 
 
-@pytest.mark.slow
 def test_a_floating_payload_rides_on_waves_that_are_long_against_it():
     A_w, H, m = 30.0, 4.0, 60e3
     record, rows = floating(A_w, H, m)
@@ -479,7 +473,6 @@ def test_machine_code_gives_what_python_gives():
         assert (*compiled[0], *compiled[1], compiled[2]) == pytest.approx(python, rel=1e-12)
 
 
-@pytest.mark.slow
 def test_sixteen_payloads_side_by_side_are_vector_code():
     if numba.config.DISABLE_JIT:
         pytest.skip("NUMBA_DISABLE_JIT is set: nothing is compiled")

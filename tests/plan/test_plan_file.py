@@ -183,7 +183,6 @@ def test_a_phase_may_have_a_tip_of_its_own_at_the_height_of_the_plan(tmp_path: P
     assert plan.tip_of(plan.phase("deep")) == plan.at
 
 
-@pytest.mark.slow
 def test_files_are_seen_from_the_folder_of_the_plan(tmp_path: Path) -> None:
     copied = copy_plan("template-to-1500m", tmp_path / "mine")
     plan, original = load_plan(copied[0]), load_plan("template-to-1500m")
@@ -195,7 +194,6 @@ def test_files_are_seen_from_the_folder_of_the_plan(tmp_path: Path) -> None:
         copy_plan("template-to-1500m", tmp_path / "mine")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new"),
     [

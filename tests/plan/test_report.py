@@ -131,7 +131,6 @@ def test_the_limits_of_the_first_page_are_those_of_the_result(result):
         assert float(row[-3]) == pytest.approx(op_wf[Hs[:, k].argmin()], abs=0.005)
 
 
-@pytest.mark.slow
 def test_limits_that_the_twin_was_run_for_come_with_their_interval(result):
     table = first_table(written(result).front)
     assert "95 %" not in table.header  # the frequency-domain method has none
@@ -149,7 +148,6 @@ def test_what_no_tier_told_is_marked_on_every_page(result):
     assert remark in written(odd).marks
 
 
-@pytest.mark.slow
 def test_no_number_of_this_machine_stands_in_the_report(result):
     busy = replace(
         result, facts={**result.facts, "runs": {**result.facts["runs"], "wall": 4321.5, "store": "kept-runs"}}
@@ -157,7 +155,6 @@ def test_no_number_of_this_machine_stands_in_the_report(result):
     assert told(busy) == told(result)
 
 
-@pytest.mark.slow
 def test_where_a_certificate_covers_nothing_is_taken_from_the_twin():
     covered = made_up(certificate=True)
     assert not any(differs(covered, name) for name in covered.data["alternative"].values)
@@ -167,7 +164,6 @@ def test_where_a_certificate_covers_nothing_is_taken_from_the_twin():
     assert "not validated" not in told(covered)
 
 
-@pytest.mark.slow
 def test_credit_that_rests_on_a_certificate_says_that_it_is_unsigned(result):
     covered = made_up(certificate=True)
     assert UNSIGNED in verdict(covered).text
@@ -176,7 +172,6 @@ def test_credit_that_rests_on_a_certificate_says_that_it_is_unsigned(result):
     assert UNSIGNED not in told(result)  # no certificate, nothing to sign
 
 
-@pytest.mark.slow
 def test_the_command_line_says_below_what_is_credited_that_the_certificate_is_unsigned(capsys):
     def printed(certificate: bool) -> list[str]:
         answer = made_up(certificate=certificate)
@@ -208,7 +203,6 @@ def test_without_a_certificate_the_report_says_so_on_every_page(result):
     assert "The difference is not credited: the crane has no certificate of validation." in verdict(result).text[1]
 
 
-@pytest.mark.slow
 def test_synthetic_weather_is_marked_wherever_it_is_used(result, stems):
     page = html(document(result, dots(stems)))
     assert page.index("SYNTHETIC WEATHER") < page.index("OP_LIM")
@@ -302,7 +296,6 @@ def test_pdf_and_page_of_one_result_are_the_same_bytes_after_a_way_over_the_disk
     assert str(saved) not in html(second)
 
 
-@pytest.mark.slow
 def test_figures_do_not_follow_the_settings_of_matplotlib(result, monkeypatch):
     one = {"depth": lambda r: depth(r["depth"])}
     monkeypatch.setattr(drawing, "figures", lambda r: {name: draw(r) for name, draw in one.items()})
@@ -328,7 +321,6 @@ def test_every_figure_that_a_report_can_show_is_drawn(result, stems):
     assert len(png(drawn["rosette"], 40)) > 1000
 
 
-@pytest.mark.slow
 def test_many_headings_are_parted_over_several_pictures(result):
     data = result.data.isel(heading=[0] * 12, period=[0, 5]).assign_coords(
         heading=np.radians(np.arange(0.0, 360.0, 30.0))
@@ -345,7 +337,6 @@ def test_many_headings_are_parted_over_several_pictures(result):
     ]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("cut", [{"heading": [1], "period": [4]}, {"alternative": [0]}])
 def test_the_smallest_of_plans_has_a_report(result, cut):
     small = made_up(blocks=False)
@@ -356,7 +347,6 @@ def test_the_smallest_of_plans_has_a_report(result, cut):
     assert pdf(report).startswith(b"%PDF")
 
 
-@pytest.mark.slow
 def test_of_many_headings_the_first_page_tells_the_best_and_the_worst(result):
     data = result.data.isel(heading=[0, 1, 2, 2, 2]).assign_coords(
         heading=np.radians([150.0, 165.0, 180.0, 195.0, 210.0])
@@ -367,7 +357,6 @@ def test_of_many_headings_the_first_page_tells_the_best_and_the_worst(result):
     assert list(table.rows[0][1:3]) == [f"{Hs[:, 0].max():.2f} (180°)", f"{Hs[:, 0].min():.2f} (150°)"]
 
 
-@pytest.mark.slow
 def test_the_reader_is_told_in_the_words_of_the_table_how_to_read_it(result):
     told_first = [row for part in written(result).front if isinstance(part, Table) for row in part.rows]
     cells = result.data["Hs_limit"].sel(credit="credited", alternative="strong-ssc").values
@@ -375,7 +364,6 @@ def test_the_reader_is_told_in_the_words_of_the_table_how_to_read_it(result):
     assert ("reading", table.described()) in told_first
 
 
-@pytest.mark.slow
 def test_how_to_repeat_it_names_tier_and_forecast_table_as_they_were(result):
     quick = replace(result, facts={**result.facts, "tiers": ["closed-form", "frequency"]})
     assert (
@@ -384,7 +372,6 @@ def test_how_to_repeat_it_names_tier_and_forecast_table_as_they_were(result):
     )
 
 
-@pytest.mark.slow
 def test_sensitivity_says_whether_what_governs_was_varied(result):
     assert (
         "Varied here: deep: wire speed. Credited, lowering: capacity governs this cell at 2.27 m and was not varied"
@@ -411,7 +398,6 @@ def test_the_page_needs_nothing_from_outside(result, stems):
     assert not re.search(r"<link|<script|https?://", page)
 
 
-@pytest.mark.slow
 def test_names_in_any_letters_are_set(result):
     facts = {**result.facts, "name": "模板 <b>to</b> 1500 m & more"}
     odd = replace(result, facts=facts)
@@ -455,7 +441,6 @@ def test_facts_of_another_kind_are_refused_in_one_line(result, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.slow
 def test_a_report_that_cannot_be_set_leaves_nothing_behind(result, tmp_path, monkeypatch):
     monkeypatch.setattr(writing, "pictures", lambda r: {"rosette": b"no picture"})
     with pytest.raises(PlanError, match="cannot be set"):
@@ -500,7 +485,6 @@ def test_a_turned_byte_anywhere_in_the_numbers_is_refused(saved, tmp_path, capsy
         )
 
 
-@pytest.mark.slow
 def test_numbers_that_break_off_are_refused_even_where_no_hash_is_known(saved, tmp_path, capsys):
     for part in (0.0, 0.3, 0.97):
         folder = damaged(
@@ -575,7 +559,6 @@ def test_what_is_not_computed_is_told_with_its_reason(result):
     )
 
 
-@pytest.mark.slow
 def test_a_plan_of_the_library_is_repeated_by_its_name(result):
     assert load_plan("template-to-1500m").source == "template-to-1500m"
     assert "To repeat: stillhook plan template-to-1500m " in told(

@@ -182,7 +182,6 @@ def turning(plan, heights, from_, limits):
     return value, value.persistence_of["twin", Alternative.NONE], op_wf, weather, whole, axes, forecast
 
 
-@pytest.mark.slow
 def test_a_vessel_free_to_turn_keeps_one_heading_through_the_operation(plan):
     # head seas only up to 3 m, and waves that come from two sides in turn: each record has a heading, no operation of 12 h has
     limits = {h: 3.0 if 150 <= h <= 210 else 1.0 for h in ROUND}
@@ -262,7 +261,6 @@ def test_unknown_heights_are_not_counted_as_calm(plan, season):
     assert float(year["n_windows_long_enough"]) == 0.0
 
 
-@pytest.mark.slow
 def test_made_up_weather_says_so(plan, season):
     _, block, _ = valued(plan, replace(season, source="SYNTHETIC-sea"), LIMITS)
     assert block.attrs["synthetic"] == 1

@@ -85,7 +85,6 @@ def test_damping_that_the_file_adds_counts(tmp_path: Path) -> None:
     assert_plank(read_vessel(written(tmp_path, data_set(dissipation=np.diag([0.0, 0.0, 0.0, 1e8, 0.0, 0.0])))))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("centre", [(0.0, 0.0, 3.0), (-5.0, 0.0, 0.0), (7.0, 2.0, -1.0)])
 def test_a_point_of_the_ship_moves_alike_whatever_the_rotation_centre(
     tmp_path: Path, centre: tuple[float, float, float]
@@ -113,7 +112,6 @@ def all_round(centre: tuple[float, float, float]) -> xarray.Dataset:
     return half.drop_vars(["Froude_Krylov_force", "diffraction_force", "wave_direction"]).merge(forces)
 
 
-@pytest.mark.slow
 def test_ready_motions_are_taken_as_they_are(tmp_path: Path) -> None:
     X = np.conj(plank_motions(OMEGA, SIDE)).transpose(2, 1, 0)
     ready = (
@@ -124,13 +122,11 @@ def test_ready_motions_are_taken_as_they_are(tmp_path: Path) -> None:
     assert_plank(read_vessel(written(tmp_path, ready)))
 
 
-@pytest.mark.slow
 def test_degrees_of_freedom_may_come_in_any_order(tmp_path: Path) -> None:
     order = [4, 0, 2, 5, 1, 3]
     assert_plank(read_vessel(written(tmp_path, data_set().isel(influenced_dof=order, radiating_dof=order[::-1]))))
 
 
-@pytest.mark.slow
 def test_frequencies_at_the_ends_of_the_scale_are_left_out(tmp_path: Path) -> None:
     data = data_set()
     far = data.isel(omega=[0, 0]).assign_coords(omega=[0.0, np.inf])
@@ -150,7 +146,6 @@ def test_a_missing_part_is_named(tmp_path: Path, name: str) -> None:
     assert f"plank.nc: has no {name}" in refused(written(tmp_path, data_set().drop_vars(name)))
 
 
-@pytest.mark.slow
 def test_missing_degrees_of_freedom_failed_solutions_and_speed_are_refused(tmp_path: Path) -> None:
     five = data_set().isel(influenced_dof=slice(5), radiating_dof=slice(5))
     assert "degrees of freedom Surge, Sway, Heave, Roll, Pitch. One rigid body is read" in refused(

@@ -54,7 +54,6 @@ def own_step() -> AhcStep:
 # --- the twin as its own crane ---------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 def test_a_twin_that_is_the_crane_deviates_by_less_than_a_millimetre():
     step = own_step()
     for name in ("e_c_pp_deviation", "e_c_max_difference", "e_c_deviation_max"):
@@ -64,7 +63,6 @@ def test_a_twin_that_is_the_crane_deviates_by_less_than_a_millimetre():
     assert not any(line.failed for line in judge(campaign().criteria, step.measures, (StepNumber.AHC,)))
 
 
-@pytest.mark.slow
 def test_thirty_seconds_are_enough_for_the_twin_to_forget_that_it_started_at_rest():
     """The log begins in full swing; what is left of the start after SETTLE is within a millimetre, and was a centimetre and more before."""
     (c,) = own_step().comparisons
@@ -157,7 +155,6 @@ def test_a_standing_offset_of_the_cranes_error_is_said_and_does_not_count_peak_t
     assert any("offset of +2 cm" in s for s in step.statements)
 
 
-@pytest.mark.slow
 def test_an_error_that_the_plc_did_not_log_is_made_from_tip_and_wire():
     log = {k: v for k, v in own_log().items() if k != "e_c_measured"}
     step = checked(record(log))
@@ -208,7 +205,6 @@ def test_windows_do_not_cross_a_gap():
     assert d.windows.ends.min() >= b * STEP + SETTLE + 30.0 - 1e-9
 
 
-@pytest.mark.slow
 def test_samples_that_are_missing_take_their_windows_with_them_and_no_more():
     log = {k: v.copy() for k, v in own_log().items()}
     log["e_c_measured"][9000:9010] = np.nan
@@ -249,7 +245,6 @@ def test_without_the_signals_every_measure_says_what_to_log(change, told):
     assert figures(step, campaign(r), (r,)) == {}
 
 
-@pytest.mark.slow
 def test_an_error_that_was_logged_but_is_nowhere_known_gives_no_number():
     step = checked(record({**own_log(), "e_c_measured": np.full_like(own_log()["s_tip"], np.nan)}))
     assert all(

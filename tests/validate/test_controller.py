@@ -100,7 +100,6 @@ def test_the_compiled_plc_is_the_readable_one():
     assert all(np.array_equal(getattr(plain, k), getattr(told, k)) for k in told._fields)
 
 
-@pytest.mark.slow
 def test_a_plc_without_feedback_of_the_motors_reckons_with_its_command():
     motor = TWIN.active.motor.model_copy(update={"variant": "open-loop", "offset": 0.08})
     crane = TWIN.model_copy(update={"active": TWIN.active.model_copy(update={"motor": motor})})
@@ -114,7 +113,6 @@ def test_a_plc_without_feedback_of_the_motors_reckons_with_its_command():
 # --- a twin that is right -----------------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 def test_a_right_twin_meets_every_criterion_of_the_controller():
     assert not any(line.failed for line in lines(own_step()).values())
     for name in ("K_1_deviation", "K_2_deviation", "K_p_deviation"):
@@ -205,7 +203,6 @@ def test_a_gain_that_is_off_is_found_to_its_interval(name, factor):
     assert lines(step)[f"3-{name}"].verdict is Verdict.REFUTED
 
 
-@pytest.mark.slow
 def test_another_threshold_of_ssc_is_found_and_named():
     step = checked(record(ahc_log(with_control(TWIN, u_thr=0.5))))
     m = found(step, "u_thr_difference")
@@ -214,14 +211,12 @@ def test_another_threshold_of_ssc_is_found_and_named():
     assert lines(step)["3-u_thr"].verdict is Verdict.REFUTED
 
 
-@pytest.mark.slow
 def test_the_cubic_law_gives_its_threshold_too():
     log = ahc_log(TWIN, mode="ssc-cubic")
     step = checked(record(log, mode=Mode.SSC_CUBIC))
     assert found(step, "u_thr_difference").value == pytest.approx(0.0, abs=2e-3)
 
 
-@pytest.mark.slow
 def test_calm_seas_say_nothing_of_the_threshold():
     step = checked(record(ahc_log(TWIN, height=0.6)))
     assert found(step, "u_thr_difference").value is None
@@ -229,14 +224,12 @@ def test_calm_seas_say_nothing_of_the_threshold():
     assert not lines(step)["3-u_thr"].failed
 
 
-@pytest.mark.slow
 def test_a_log_in_another_mode_than_it_says_is_named():
     step = checked(record(ahc_log(TWIN, mode="ns")))
     assert 'Deviation: test 1: the motor command follows mode "ns", the log says "ssc".' in step.statements
     assert lines(step)["3-motor"].verdict is Verdict.REFUTED
 
 
-@pytest.mark.slow
 def test_another_setting_of_normal_speed_is_named():
     log = ahc_log(with_control(TWIN, alpha_ns=0.7), mode="ns", height=1.0)
     step = checked(record(log, mode=Mode.NS))
@@ -245,7 +238,6 @@ def test_another_setting_of_normal_speed_is_named():
     )  # as 0.7 to 0.8
 
 
-@pytest.mark.slow
 def test_a_wrong_layer_shows_as_a_k_1_that_differs_between_wire_lengths():
     drum = TWIN.drum.model_copy(
         update={"d": 1.08 * TWIN.drum.d}
@@ -289,7 +281,6 @@ def test_noise_that_both_sides_carry_shows_the_order_of_the_rows():
     assert (step.rows.cycles, step.rows.evidence) == (1, "fine")
 
 
-@pytest.mark.slow
 def test_a_tip_that_is_not_the_plcs_own_fails_by_its_lag():
     x = own_ahc_log()
     log = bent(x, **{k: later(x[k], 15) for k in ("s_tip", "v_tip", "a_tip")})
@@ -380,7 +371,6 @@ def test_motors_that_were_not_logged_are_made_up_and_only_their_rest_tells_gains
     assert abs(found(step, "K_1_deviation").value) < 0.005
 
 
-@pytest.mark.slow
 def test_a_motor_that_the_operator_holds_is_seen():
     step = checked(record(own_ahc_log()), limits_record(limits_log(TWIN, alpha_m=0.9)))
     assert "Test limits: the operator holds the motors at 0.900." in step.statements

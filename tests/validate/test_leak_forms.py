@@ -119,7 +119,6 @@ def tuned_in(crane: str, twin: str):
     return tuned_crane(staged, campaign(*logs(crane), twin=CRANES[twin]))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("crane", "twin"),
     [("constant", "stroke+speed"), ("stroke", "constant"), ("speed", "constant"), ("stroke+speed", "constant")],

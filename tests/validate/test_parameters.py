@@ -118,7 +118,6 @@ def with_friction(factor: float):
     return TWIN.model_copy(update={**circuits, "friction": TWIN.friction.model_copy(update={"system": system})})
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("factor", [1.4, 1.0 / 1.4])
 def test_friction_that_is_another_by_two_fifths_is_named_and_measured(factor):
     step = checked(records(with_friction(factor)))
@@ -142,7 +141,6 @@ def test_leakage_that_is_another_by_half_is_measured_within_some_per_cent(scale)
     assert failed(step) == {"p-leakage"}
 
 
-@pytest.mark.slow
 def test_a_gear_ratio_that_is_another_by_two_per_cent_is_told_from_a_layer():
     geared = TWIN.model_copy(update={"i_hD": 501.6 * 1.02})
     step = checked(records(geared))
@@ -151,7 +149,6 @@ def test_a_gear_ratio_that_is_another_by_two_per_cent_is_told_from_a_layer():
     assert "layer" not in first(step)
 
 
-@pytest.mark.slow
 def test_wire_that_runs_a_layer_lower_than_in_the_twin_is_named_with_the_metres():
     """The counter shows 120 m too little; by that the deeper of the two tests changes its layer."""
     step = checked(tuple(_at_other_wire(r, lambda log: {**log, "s_w": log["s_w"] - 120.0}) for r in records()))
@@ -167,7 +164,6 @@ def _at_other_wire(record, counted):
     return replace(record, signals=log, segments=(part,))
 
 
-@pytest.mark.slow
 def test_an_offset_of_the_motors_is_found_where_the_command_leaves_room_for_it():
     open_loop = changed(
         TWIN, {"active": {"motor": {"variant": "open-loop-feedback", "offset": 0.1, "hysteresis": 0.02}}}
@@ -212,7 +208,6 @@ def test_a_play_of_a_whole_log_is_that_of_the_plant_sample_by_sample():
     assert np.array_equal(after_play(np.full(50, 0.7), 0.01), np.full(50, 0.7))
 
 
-@pytest.mark.slow
 def test_a_tip_that_comes_150_ms_later_than_stated_shows_in_the_force():
     step = checked(records(delay=0.19))
     assert found(step, "tip_delay_error") == pytest.approx(0.15, abs=MS)
@@ -223,7 +218,6 @@ def test_a_tip_that_comes_150_ms_later_than_stated_shows_in_the_force():
 # --- logs that are wrong ------------------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 def test_a_clock_that_drifts_is_told_from_a_speed_out_of_calibration():
     def drifted(log):
         return {**log, **{n: log[n] / 1.005 for n in ("v_w", "v_tip")}, "a_tip": log["a_tip"] / 1.005}
@@ -236,7 +230,6 @@ def test_a_clock_that_drifts_is_told_from_a_speed_out_of_calibration():
     assert abs(found(step, "v_tip_error")) < SHARP
 
 
-@pytest.mark.slow
 def test_a_tip_speed_out_of_calibration_is_no_clock():
     step = checked(records(spoil=lambda log: {**log, "v_tip": 1.03 * log["v_tip"]}))
     assert found(step, "v_tip_error") == pytest.approx(0.03, abs=SHARP)
@@ -265,27 +258,23 @@ def test_a_wrong_unit_of_the_load_cell_is_named_by_its_factor(factor, words):
     assert "correct it first" in step.measures_of("friction_error")[0].note
 
 
-@pytest.mark.slow
 def test_a_load_cell_that_is_tared_of_its_hook_is_said():
     step = checked(records(spoil=lambda log: {**log, "F_w": log["F_w"] - 3e3 * 9.80665}))
     assert all("it is tared: the hook's 3 t are missing" in m.note for m in step.measures_of("load_cell_error"))
 
 
-@pytest.mark.slow
 def test_a_load_cell_that_feels_the_wire_is_said_and_what_load_to_state():
     per_metre = drum_record(TWIN).m_wire * 9.80665 * (1.0 - 1025.0 / 7850.0)  # in water
     step = checked(records(spoil=lambda log: {**log, "F_w": log["F_w"] + per_metre * log["s_w"]}))
     assert all("it also carries the wire paid out" in m.note for m in step.measures_of("load_cell_error"))
 
 
-@pytest.mark.slow
 def test_swapped_pressure_lines_are_named_by_friction_that_drives():
     step = checked(records(spoil=lambda log: {**log, "p_a": log["p_b"], "p_b": log["p_a"]}))
     assert found(step, "friction_error") < -1.0
     assert any("p_a and p_b are swapped" in line for line in step.statements)
 
 
-@pytest.mark.slow
 def test_a_hidden_gap_shows_as_a_jump_of_the_wire():
     def cut(log):
         return {n: np.concatenate((x[:7000], x[7300:])) for n, x in log.items()}
@@ -334,7 +323,6 @@ def test_settings_that_were_not_logged_are_made_from_the_commands_and_it_is_said
     assert abs(found(step, "friction_error")) < FAIR
 
 
-@pytest.mark.slow
 def test_the_wire_speed_stands_in_for_the_motor_speed():
     step = without("omega_m")
     assert step.measures_of("lever_error")[0].value is None
@@ -346,7 +334,6 @@ def test_wire_made_from_a_speed_is_compared_with_no_speed():
     assert checked(made).measures_of("v_w_error")[0].value is None
 
 
-@pytest.mark.slow
 def test_manual_tests_alone_tell_no_delay():
     manual = tuple(
         replace(r, test=replace(r.test, kind=Kind.LIMITS), segments=(replace(r.segments[0], mode=Mode.MANUAL),))
@@ -355,7 +342,6 @@ def test_manual_tests_alone_tell_no_delay():
     assert checked(manual).measures_of("tip_delay_error")[0].value is None
 
 
-@pytest.mark.slow
 def test_a_load_cell_too_weak_for_the_motion_tells_no_delay():
     rng = np.random.default_rng(3)
     step = checked(records(spoil=lambda log: {**log, "F_w": log["F_w"] + 2e5 * rng.standard_normal(len(log["F_w"]))}))

@@ -30,7 +30,6 @@ def lateness(record, frame):
     return float(-np.sum((record.signals["s_tip"][known] - true) * speed) / np.sum(speed**2))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("hertz", [10.0, 40.0, 50.0, 100.0, 500.0])
 def test_a_log_of_any_rate_lies_on_whole_plc_cycles_and_not_later(tmp_path, hertz):
     frame = ahc()
@@ -134,7 +133,6 @@ def test_a_spike_is_left_out_and_told(tmp_path):
     assert 'Test "1": 1 sample of s_w left out as spikes far from their neighbours.' in record.statements
 
 
-@pytest.mark.slow
 def test_a_block_of_empty_cells_in_the_tip_parts_the_record_and_one_in_the_error_does_not(tmp_path):
     frame = ahc(170.0)
     for heading, parts in (("Tip pos", 2), ("AHC error", 1)):

@@ -54,7 +54,6 @@ def test_a_tip_of_another_clock_is_brought_to_where_the_plc_saw_it(tmp_path, off
     assert len(record.segments) == 1
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("names", "against"),
     [(("s_w", "v_w"), "tip height and the error of the PLC"), (("e_c_measured",), "tip height and wire out")],

@@ -29,7 +29,6 @@ def half_on(frame: pl.DataFrame, on, off, start: float = 40.0) -> pl.DataFrame:
 # --- modes -----------------------------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("on", "off", "modes"),
     [
@@ -66,7 +65,6 @@ def test_a_number_without_a_meaning_is_refused_with_what_to_write(tmp_path):
     assert text.endswith('[modes], such as "5" = "ssc".')
 
 
-@pytest.mark.slow
 def test_a_mean_of_two_modes_in_one_bin_is_no_mode(tmp_path):
     """At 1 kHz the bin in which the mode changes holds both."""
     frame = half_on(ahc(), 5, 0, 70.004)
@@ -144,7 +142,6 @@ def test_the_load_comes_from_the_cell_where_it_is_not_stated(tmp_path):
     )
 
 
-@pytest.mark.slow
 def test_a_payload_in_water_weighs_less_and_its_load_is_found_again(tmp_path):
     volume, rho = 10.0, 1025.0
     lighter = heavier(ahc(), -volume * rho / 1e3, -1.0)
@@ -156,7 +153,6 @@ def test_a_payload_in_water_weighs_less_and_its_load_is_found_again(tmp_path):
     )
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("ramp", [0.0, 20.0])
 def test_a_change_of_load_parts_the_record_and_the_stated_load_stays_where_the_cell_agrees(tmp_path, ramp):
     record = read(tmp_path, heavier(ahc(170.0), 40.0, 75.0, ramp))
@@ -199,7 +195,6 @@ def test_no_load_at_all_is_refused(tmp_path):
 # --- wire and tip ----------------------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("left_out", "how"),
     [({"s_w": None}, "the wire's speed"), ({"s_w": None, "v_w": None}, "the motors' speed on the layer in use")],
@@ -225,7 +220,6 @@ def test_a_tip_that_is_not_logged_is_made_from_the_error_of_the_plc(tmp_path):
     assert record.derived == {"s_tip"}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rows", "told"),
     [
@@ -291,7 +285,6 @@ def test_period_and_range_of_the_tip_are_those_of_its_waves(tmp_path):
 # --- weight of the wire out ------------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("where", ['depth = "457 m"', 'h_tip = "30 m"'])
 def test_payload_and_depth_give_the_load_with_the_weight_of_the_wire_out(tmp_path, where):
     """The log is that of 90 t on the winch with 487 m of wire out; 36 kg/m weigh 31.3 kg/m in water."""
@@ -310,7 +303,6 @@ def test_a_payload_whose_wire_is_left_out_contradicts_the_load_cell(tmp_path):
     assert any("the load cell shows" in s for s in record.statements)
 
 
-@pytest.mark.slow
 def test_depth_and_wire_out_that_cannot_be_are_one_line(tmp_path):
     line = refusal(tmp_path, ahc(), test='payload = "60 t"\ndepth = "800 m"')
     assert "depth 800 m: more than the wire out, 487" in line

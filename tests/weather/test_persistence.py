@@ -131,7 +131,6 @@ class TestOneHeading:
         assert (windows.reach / H).tolist() == [3, 2, 4, 3, 2, 1, 0, 0]
         assert windows.heading[:6].tolist() == [0, 0, 1, 1, 1, 1]
 
-    @pytest.mark.slow
     @given(
         st.lists(st.tuples(st.integers(0, 15), st.sampled_from([1, 1, 1, 1, 2])), min_size=2, max_size=40),
         st.integers(1, 5),
