@@ -16,7 +16,7 @@ from stillhook.engine.simulate import simulate
 from stillhook.errors import StillhookError
 from stillhook.formats.lift.file import load_lift
 from stillhook.report.plots.lowering import about_mean, save_animation, time_segments
-from stillhook.report.save.lowering import ANIMATION, OUT_FILES, static_tension
+from stillhook.report.save.lowering import ANIMATION, LOWERING_FILES, static_tension
 from stillhook.variables import BY_NAME
 
 
@@ -80,7 +80,7 @@ def test_tension_at_rest_is_what_the_run_swings_about(landed):
 def test_pictures_series_and_numbers_are_written_together(capsys, lift_toml, tmp_path):
     out = tmp_path / "out"
     assert run(["lower", str(lift_toml), "--out", str(out)]) == 0
-    assert {p.name for p in out.iterdir()} == set(OUT_FILES)
+    assert {p.name for p in out.iterdir()} == set(LOWERING_FILES)
     text = capsys.readouterr().out
     assert "status: ok" in text
     assert "not validated" in text

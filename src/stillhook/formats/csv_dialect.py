@@ -11,7 +11,7 @@ from stillhook.formats.unit_spelling import our_unit
 from stillhook.units import KINDS, quote
 
 COMMENTS = (b"#", b"//", b"%")
-SEPARATORS = (";", "\t", "|", ",", " ")  # " ": runs of blanks
+COLUMN_SEPARATORS = (";", "\t", "|", ",", " ")  # " ": runs of blanks
 FEW_LINES = 200  # lines of the head that are looked at for the rows of data
 MAJORITY = 0.5  # of the cells of a row of data that must be numbers, stamps or marks of missing values
 MISSING = {"", "-", "--", "---", "nan", "n/a", "na", "#n/a", "null", "bad", "none", "inf", "-inf"}
@@ -55,7 +55,7 @@ def dialect_of(head: bytes, name: str, complete: bool) -> Dialect:
     if not any(line.strip() for line in lines):
         raise LogError(f"{name}: is empty. Give a log with a header and rows of numbers.")
     best: tuple[int, list[int], str] | None = None
-    for separator in SEPARATORS:
+    for separator in COLUMN_SEPARATORS:
         rows = _data_rows(lines, separator)
         if rows and (
             best is None
@@ -169,7 +169,7 @@ def _data_rows(lines: list[str], separator: str) -> tuple[int, list[int]] | None
 def _heading_cells(line: str, fields: int, separator: str) -> list[str]:
     """The headings of a line: split as the data are, or, above data in blanks, by any sign that gives as many."""
     bare = _MARK.sub("", line)
-    for sign in dict.fromkeys((separator, *SEPARATORS)):
+    for sign in dict.fromkeys((separator, *COLUMN_SEPARATORS)):
         cells = split_row(bare, sign)
         while len(cells) > 1 and not cells[-1]:
             cells.pop()

@@ -9,13 +9,13 @@ from stillhook.base.nearest import nearest
 from stillhook.errors import SeaError
 from stillhook.units import quote
 
-_SHELF = Path(__file__).resolve().parent / "data" / "vessels"
+_VESSEL_FOLDER = Path(__file__).resolve().parent / "data" / "vessels"
 
 
 @functools.cache
 def vessels() -> tuple[str, ...]:
     """Names of the library's vessels."""
-    return tuple(sorted(file.stem for file in _SHELF.glob("*.csv")))
+    return tuple(sorted(file.stem for file in _VESSEL_FOLDER.glob("*.csv")))
 
 
 def vessel_file(name: str) -> Path:
@@ -25,4 +25,4 @@ def vessel_file(name: str) -> Path:
     """
     if name not in vessels():
         raise SeaError(f"No vessel {quote(name)}: the library has {', '.join(vessels())}{nearest(name, vessels())}")
-    return _SHELF / f"{name}.csv"
+    return _VESSEL_FOLDER / f"{name}.csv"

@@ -10,14 +10,14 @@ from stillhook.base.nearest import nearest
 from stillhook.errors import WeatherError
 from stillhook.units import quote
 
-_SHELF = Path(__file__).resolve().parent / "data" / "weather"
+_WEATHER_FOLDER = Path(__file__).resolve().parent / "data" / "weather"
 _END = ".csv.gz"
 
 
 @functools.cache
 def weathers() -> tuple[str, ...]:
     """Names of the library's weather."""
-    return tuple(sorted(file.name.removesuffix(_END) for file in _SHELF.glob(f"*{_END}")))
+    return tuple(sorted(file.name.removesuffix(_END) for file in _WEATHER_FOLDER.glob(f"*{_END}")))
 
 
 def weather_file(name_or_path: str) -> Path:
@@ -26,7 +26,7 @@ def weather_file(name_or_path: str) -> Path:
     Errors: WeatherError of one line that names what there is, for what is neither a name nor a file.
     """
     if name_or_path in weathers():
-        return _SHELF / f"{name_or_path}{_END}"
+        return _WEATHER_FOLDER / f"{name_or_path}{_END}"
     path = Path(name_or_path)
     if not isfile(path):
         raise WeatherError(

@@ -62,7 +62,7 @@ def _field(setting: Setting, where: str) -> tuple[Any, Any]:
 def own_table(control: Control, law: ControlLaw) -> Spec:
     """The table of a controller's own settings, the default one where the crane file gives none."""
     table: Spec | None = getattr(control, law.field, None)
-    return TABLES[law.field]() if table is None else table
+    return CONTROLLER_TABLES[law.field]() if table is None else table
 
 
 def own_settings(control: Control, law: ControlLaw) -> Any:
@@ -74,9 +74,12 @@ def own_settings(control: Control, law: ControlLaw) -> Any:
     return law.record(**{name: float(getattr(table, name)) for name in law.settings})
 
 
-TABLES: dict[str, type[Spec]] = {law.field: _table(law) for law in CONTROLLERS.values() if law.settings}
+CONTROLLER_TABLES: dict[str, type[Spec]] = {law.field: _table(law) for law in CONTROLLERS.values() if law.settings}
 """Tables of controllers with settings of their own, by their name in a file: hyphens become underscores."""
 
-if not TYPE_CHECKING and TABLES:
-    optional = {name: (table | None, Field(default=None, description=table.__doc__)) for name, table in TABLES.items()}
+if not TYPE_CHECKING and CONTROLLER_TABLES:
+    optional = {
+        name: (table | None, Field(default=None, description=table.__doc__))
+        for name, table in CONTROLLER_TABLES.items()
+    }
     Control = create_model("Control", __base__=Control, __doc__=Control.__doc__, **optional)

@@ -20,7 +20,7 @@ from stillhook.units import parse, show
 OURS = ("saturated", "relief", "overspeed", "cavitation", "slack", "unstable", "uncompensated", "audit", "diverged")
 """Parts of a status that a controller is to blame for: what load and motion do to wire and accumulator is none of its
 business."""
-FASTEST = (0.95, 0.9, 0.85, 0.8, 0.7, 0.6)
+SHARES_OF_FASTEST = (0.95, 0.9, 0.85, 0.8, 0.7, 0.6)
 """Peak speeds of the fast runs, as parts of the speed with the pumps full: the first that the start manages is asked of
 all settings."""
 NEAR = 0.01
@@ -62,7 +62,8 @@ def fast_candidates(crane: Crane, mode: Mode, like: Scenario) -> list[list[Scena
     v = speed_limit(crane, mode, load) * layer_diameter_at(crane, like.s_w) / crane.drum.d_max
     plain = like.model_copy(update={"load": load, "mode": mode})
     return [
-        [plain.model_copy(update={"tip": peak_sine(part * v, parse(T, "time"))}) for part in FASTEST] for T in PERIODS
+        [plain.model_copy(update={"tip": peak_sine(part * v, parse(T, "time"))}) for part in SHARES_OF_FASTEST]
+        for T in PERIODS
     ]
 
 

@@ -48,7 +48,10 @@ def document(
     sections = [
         Section("Factors", [Table(FACTORS, factors), Text(MULTIPLES)]),
         Section(" and ".join(WORDS[name] for name in known).capitalize(), parts),
-        *(_indices([s for s in indices if s.output == output]) for output in dict.fromkeys(s.output for s in indices)),
+        *(
+            _index_table([s for s in indices if s.output == output])
+            for output in dict.fromkeys(s.output for s in indices)
+        ),
         *([_causes(causes)] if causes is not None else []),
     ]
     return Document("Uncertainty", sections, name=subject)
@@ -62,10 +65,10 @@ def _bands(label: str, case: dict[str, Any]) -> list[str]:
         low, high = cell(name, band["low"]), cell(name, band["high"])
         described, median = cell(name, float(case["at_values"][name])), cell(name, band["median"])
         row += [described, median, f"{low.split(' ')[0]} to {high}"]
-    return [*row, _chance(case["beyond_limits"])]
+    return [*row, _chance_text(case["beyond_limits"])]
 
 
-def _chance(chance: dict[str, Any]) -> str:
+def _chance_text(chance: dict[str, Any]) -> str:
     """A chance with its interval."""
     share, low, high = (percent_fixed(chance[key], 1) for key in ("share", "low", "high"))
     return f"{share} ({low} to {high})"
@@ -89,7 +92,7 @@ def _remarks(data: dict[str, Any], known: Sequence[str]) -> Iterator[str]:
 
 def _limits(data: dict[str, Any]) -> list[Table]:
     rows = [
-        [label, text, _chance(v), percent_fixed(v["at_most"], 1), "kept" if v["kept"] else "exceeded"]
+        [label, text, _chance_text(v), percent_fixed(v["at_most"], 1), "kept" if v["kept"] else "exceeded"]
         for label, case in data["cases"].items()
         for text, v in case["limits"].items()
     ]
@@ -110,7 +113,7 @@ def _difference(text: str, difference: dict[str, Any]) -> list[str]:
     return row
 
 
-def _indices(indices: Sequence[Sensitivity]) -> Section:
+def _index_table(indices: Sequence[Sensitivity]) -> Section:
     """One output: a row for each factor that matters somewhere, a column for each case."""
     largest: dict[str, float] = {}
     for s in indices:
@@ -119,7 +122,7 @@ def _indices(indices: Sequence[Sensitivity]) -> Section:
     ranked = sorted((n for n, x in largest.items() if x >= MATTERS), key=lambda n: -largest[n])
     rest = [n for n in largest if n not in ranked]
     others = f"below {percent_fixed(MATTERS, 0)} everywhere: {', '.join(rest)}" if rest else "no other factor varies"
-    rows = [[n, *(_index(s, n) for s in indices)] for n in ranked]
+    rows = [[n, *(_index_text(s, n) for s in indices)] for n in ranked]
     parts: list[Part] = [
         Table(("variance from", *(s.case for s in indices)), rows),
         Text(f"alone (95 % interval), with all that the factor does together with others; {others}"),
@@ -128,7 +131,7 @@ def _indices(indices: Sequence[Sensitivity]) -> Section:
     return Section(f"Causes of the variance of {indices[0].output}", parts)
 
 
-def _index(s: Sensitivity, name: str) -> str:
+def _index_text(s: Sensitivity, name: str) -> str:
     """The index of a factor alone with its interval, and with others."""
     x = s.indices.get(name)
     if x is None:

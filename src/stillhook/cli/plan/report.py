@@ -16,7 +16,7 @@ Out = Annotated[Path | None, typer.Option(help="Folder for the report, in place 
 Figures = Annotated[bool, typer.Option("--figures", help="Every figure as a PNG of its own, too.")]
 
 
-def register(app: typer.Typer) -> None:
+def register_report(app: typer.Typer) -> None:
     """Add the command to the program."""
     app.command("report")(report)
 

@@ -103,7 +103,7 @@ def response(
     from stillhook.cli.sea.response_inputs import waves_of
     from stillhook.errors import LiftError, StillhookError
     from stillhook.formats.lift.file import load_lift
-    from stillhook.report.save.response import OUT_FILES, write_response
+    from stillhook.report.save.response import RESPONSE_FILES, write_response
     from stillhook.response.lift import check_place, compensated_depth, response_at
     from stillhook.response.results import answer_of, stamped
     from stillhook.units import parse
@@ -113,7 +113,7 @@ def response(
         raise LiftError(f"--duration {duration}: must be longer than 0 s. Enter the duration for the largest values.")
     z = None if depth is None else -parse(depth, "length", "--depth")
     if out is not None:
-        check_folder(out, OUT_FILES)
+        check_folder(out, RESPONSE_FILES)
     file = load_lift(lift, duration="60 s", moving=False)
     check_place(file)
     waves = waves_of(file, sea, wave, heading, spread, ship, record)
@@ -139,7 +139,7 @@ def response(
     else:
         _print(file, response, answer)
         if out is not None:
-            print("written: " + ", ".join(str(out / name) for name in OUT_FILES))
+            print("written: " + ", ".join(str(out / name) for name in RESPONSE_FILES))
     raise typer.Exit(0 if answer.get("status", "ok") == "ok" else 1)
 
 

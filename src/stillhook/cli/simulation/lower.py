@@ -17,7 +17,7 @@ from stillhook.report.terminal import print_json, print_table, print_twin, progr
 if TYPE_CHECKING:
     from stillhook.formats.lift.file import LiftFile
 
-COLUMNS = (
+LOWERING_COLUMNS = (
     "t_begin",
     "s_tip_pp",
     "e_c_pp",
@@ -28,7 +28,7 @@ COLUMNS = (
     "sling_slack_time",
     "saturation_time",
 )
-HEADERS = (
+LOWERING_HEADERS = (
     "from",
     "tip\np-p 30 s",
     "error\np-p 30 s",
@@ -41,7 +41,7 @@ HEADERS = (
 )
 
 
-def register(app: typer.Typer) -> None:
+def register_lower(app: typer.Typer) -> None:
     app.command("lower")(lower)
 
 
@@ -72,12 +72,12 @@ def lower(
     from stillhook.engine.simulate import simulate
     from stillhook.errors import LiftError, StillhookError
     from stillhook.formats.lift.file import load_lift
-    from stillhook.report.save.lowering import ANIMATION, OUT_FILES, lowering_answer, write_lowering
+    from stillhook.report.save.lowering import ANIMATION, LOWERING_FILES, lowering_answer, write_lowering
 
     if animation and out is None:
         raise LiftError("--animation: is written to a folder. Give --out as well.")
     if out is not None:
-        check_folder(out, (*OUT_FILES, ANIMATION) if animation else OUT_FILES)
+        check_folder(out, (*LOWERING_FILES, ANIMATION) if animation else LOWERING_FILES)
     file = load_lift(lift, seed=seed, duration=duration)
     try:
         with progress_bar(file.lift.name) as bar:
@@ -103,8 +103,11 @@ def _print(file: LiftFile, answer: dict[str, Any]) -> None:
     wrapped(f"{answer['lift']}: {answer['crane']}, {file.place}")
     load = file.lift.payload
     wrapped(f"{load.title or load.name}, {show(load.mass, 'mass')}; water {show(file.lift.depth, 'length')} deep")
-    rows = [[row["name"], row["described"], *(cell(name, row[name]) for name in COLUMNS)] for row in answer["stages"]]
-    print_table(["stage", "description", *HEADERS], rows, left=2)
+    rows = [
+        [row["name"], row["described"], *(cell(name, row[name]) for name in LOWERING_COLUMNS)]
+        for row in answer["stages"]
+    ]
+    print_table(["stage", "description", *LOWERING_HEADERS], rows, left=2)
     print(f"status: {answer['status']}")
     allowed = (file.crane.SWL + file.crane.hook_mass) * G
     print(

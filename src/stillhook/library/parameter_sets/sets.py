@@ -32,7 +32,8 @@ from stillhook.library.toml.tree import (
     values,
 )
 from stillhook.library.write import file_value, joined, leaf_tables, toml_value
-from stillhook.spec.crane import Source, SourceKind, Spec, SystemFriction
+from stillhook.spec.crane import Source, SourceKind, SystemFriction
+from stillhook.tables.table import Spec
 from stillhook.units import quote
 from stillhook.winches.circuits.tables import Motor, TorqueLoss
 

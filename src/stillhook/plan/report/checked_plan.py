@@ -19,7 +19,7 @@ def checked_plan(answer: dict[str, Any]) -> Document:
     parts: list[Part] = [Table(PHASES, [_phase(row) for row in answer["phases"]]), Text(_times(answer))]
     parts.append(Text(_seas(answer)))
     if answer["weather"] is not None:
-        parts.append(Text(_weather(answer["weather"])))
+        parts.append(Text(_weather_of(answer["weather"])))
     if answer["resonance"]:
         where = ", ".join(f"{row['T']:.4g} s at {fmt(-row['z'], 'length')}" for row in answer["resonance"])
         parts.append(Text(f"the load on its wire is in resonance with peak periods of {where} depth"))
@@ -61,7 +61,7 @@ def _seas(answer: dict[str, Any]) -> str:
     )
 
 
-def _weather(weather: dict[str, Any]) -> str:
+def _weather_of(weather: dict[str, Any]) -> str:
     ship = (
         "the ship is free to turn and keeps one heading through the operation"
         if weather["ship"] is None

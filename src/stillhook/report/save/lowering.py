@@ -24,7 +24,7 @@ from stillhook.spec.lift.lowering import Lowering
 if TYPE_CHECKING:
     import xarray
 
-OUT_FILES = ("lowering.png", "strip.png", "lowering.nc", "summary.json")
+LOWERING_FILES = ("lowering.png", "strip.png", "lowering.nc", "summary.json")
 ANIMATION = "lowering.gif"
 
 
@@ -67,11 +67,11 @@ def write_lowering(
     limits = Limits(crane.SWL * G + crane.hook_mass * G, p_relief)
     with atomic_folder(out) as part:
         save_figure(
-            lowering_panels(run, lift, static_tension(run, crane, lift), limits, title=title), part / OUT_FILES[0]
+            lowering_panels(run, lift, static_tension(run, crane, lift), limits, title=title), part / LOWERING_FILES[0]
         )
-        save_figure(strip(run, lift, title=lift.name), part / OUT_FILES[1])
-        save_run(run, part / OUT_FILES[2])
-        save_json(answer, part / OUT_FILES[3])
+        save_figure(strip(run, lift, title=lift.name), part / LOWERING_FILES[1])
+        save_run(run, part / LOWERING_FILES[2])
+        save_json(answer, part / LOWERING_FILES[3])
         if animation:
             save_animation(run, lift, part / ANIMATION, title=lift.name)
-    return (*OUT_FILES, ANIMATION) if animation else OUT_FILES
+    return (*LOWERING_FILES, ANIMATION) if animation else LOWERING_FILES

@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 
     FloatArray = NDArray[np.float64]
 
-OUT_FILES = ("response.png", "response.nc", "summary.json")
+RESPONSE_FILES = ("response.png", "response.nc", "summary.json")
 GAP = 3.0
 """Spacings of records from which a line is broken: months without measurements are not drawn over."""
 
 
 def write_response(out: Path, data: xarray.Dataset, answer: dict[str, Any], figure: Figure) -> None:
     """Write the files of a response, all of them or none."""
-    picture, numbers, summary = OUT_FILES
+    picture, numbers, summary = RESPONSE_FILES
     with atomic_folder(out) as part:
         save_figure(figure, part / picture)
         save_run(data, part / numbers)

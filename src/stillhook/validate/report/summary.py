@@ -32,7 +32,7 @@ def summary(validation: Validation, *, tables: bool = False, everything: bool = 
     sections = [
         Section("load cases", load_cases),
         Section("steps", _steps(validation, tables=tables, everything=everything)),
-        Section("lines", _lines(validation, everything=everything)),
+        Section("lines", _summary_lines(validation, everything=everything)),
     ]
     if names := unjudged_says(validation):
         sections.append(Section(HEADING, [Text(f"{'; '.join(names)}. {MEANING}")]))
@@ -49,7 +49,7 @@ def _steps(validation: Validation, *, tables: bool, everything: bool) -> list[Pa
     return parts
 
 
-def _lines(validation: Validation, *, everything: bool) -> list[Part]:
+def _summary_lines(validation: Validation, *, everything: bool) -> list[Part]:
     """Every line in a table; in full only those that are not shown, or all of them."""
     terse = [terse_cells(validation, line) for line in validation.lines]
     parts: list[Part] = [Table(TERSE_HEAD, terse, columns=TERSE_COLUMNS)]

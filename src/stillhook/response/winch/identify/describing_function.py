@@ -37,7 +37,7 @@ from stillhook.spec.scenario import Mode, mode_of
 
 SETTLE, WAVES = 30.0, 4
 """Time after which a sine is taken as settled [s], ramp included; complete waves over which the answer is taken."""
-SPACING = 0.05
+SINE_SPACING = 0.05
 """Spacing of the series that the answer is taken from [s], or the next shorter one that the PLC cycle allows."""
 FOLDER = Path(__file__).resolve().parents[1]
 """Folder of the files that a table depends on, in addition to crane, duty and `results_hash`."""
@@ -91,7 +91,7 @@ def identify_residual(
         duty.scenario(crane, mode, Sine.from_si(v * T / (2.0 * math.pi), T), SETTLE, SETTLE + WAVES * T)
         for T, v in pairs
     ]
-    results = run_twin(soft(crane, duty), cases, SPACING, threads=threads, progress=progress)
+    results = run_twin(soft(crane, duty), cases, SINE_SPACING, threads=threads, progress=progress)
     own = {row.name for row in crane.plant.type.numbers}
     sines = _table(results, excitation, duty.about(crane, mode), hydraulic=own >= OF_RUNS)
     runs = irregular_runs(crane, duty, mode, motions or excitation.motions(), threads=threads, progress=progress)

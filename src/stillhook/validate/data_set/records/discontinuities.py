@@ -19,7 +19,7 @@ NEIGHBOURS = 5
 """Samples on either side used to detect a jump, so that one bad sample does not count."""
 BEYOND = 12.0
 """Times the median of such steps: noise reaches 6."""
-LEAST = {"s_tip": 0.03, "s_w": 0.03, "v_tip": 0.15, "v_w": 0.15, "omega_m": 0.0}
+LEAST_JUMP = {"s_tip": 0.03, "s_w": 0.03, "v_tip": 0.15, "v_w": 0.15, "omega_m": 0.0}
 """Smallest jump that counts [SI]: time-stamp errors of some milliseconds cause some millimetres."""
 FASTEST = 3.0
 """Acceleration that neither tip nor wire exceeds [m/s^2]: curvature below it is no jump."""
@@ -32,7 +32,7 @@ def seams(t: FloatArray, signals: Mapping[str, FloatArray]) -> list[tuple[int, s
     reach = NEIGHBOURS * step
     bent = {"length": 0.5 * FASTEST * reach**2, "speed": FASTEST * reach}
     names = [name for name in (*TIP, *WINCH) if name in signals]
-    jumps = {name: _jumps(signals[name], max(LEAST[name], bent.get(PHYSICAL[name].kind, 0.0))) for name in names}
+    jumps = {name: _jumps(signals[name], max(LEAST_JUMP[name], bent.get(PHYSICAL[name].kind, 0.0))) for name in names}
     result: list[tuple[int, str]] = []
     for i in sorted({int(k) for at in jumps.values() for k in at}):
         if result and i - result[-1][0] <= 2 * NEIGHBOURS:

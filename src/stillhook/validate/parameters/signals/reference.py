@@ -17,7 +17,7 @@ from stillhook.validate.parameters.slopes import bridged, integral, smoothed
 
 EVERY = 0.1
 """Spacing of the samples [s]."""
-LEAST_PP = 0.2
+LEAST_TIP_PP = 0.2
 """Least tip motion in a window from which a lag can be determined [m]."""
 
 
@@ -39,7 +39,7 @@ def references(parts: Sequence[LogPart]) -> tuple[Reference, ...]:
     reference moves by that time against the tip's speed.
     """
     out = []
-    for test, same in by_test([p for p in parts if _can_tell(p)]).items():
+    for test, same in by_test([p for p in parts if _shows_reference(p)]).items():
         rows = [_rows(p) for p in same]
         rest, v, block = (np.concatenate(c) for c in zip(*rows, strict=True))
         fitted = fit((v,), rest, block)
@@ -48,9 +48,9 @@ def references(parts: Sequence[LogPart]) -> tuple[Reference, ...]:
     return tuple(out)
 
 
-def _can_tell(part: LogPart) -> bool:
+def _shows_reference(part: LogPart) -> bool:
     s = part.segment
-    return s.mode.compensates and s.s_tip_pp >= LEAST_PP and part.has("e_c_measured", "s_w", "s_tip")
+    return s.mode.compensates and s.s_tip_pp >= LEAST_TIP_PP and part.has("e_c_measured", "s_w", "s_tip")
 
 
 def _rows(part: LogPart) -> tuple[NDArray[Any], ...]:

@@ -36,7 +36,7 @@ OMEGA_LEAK = 1000.0 * math.pi / 30.0
 """Motor speed at which crane files state a leakage [rad/s]."""
 M_N2 = 0.0280134
 """Molar mass of nitrogen [kg/mol]."""
-ROUNDS = 60
+CIRCUIT_ROUNDS = 60
 STEP = 1e-4
 """Relative step of derivatives by differences."""
 
@@ -146,7 +146,7 @@ def density(p: float, T: float) -> float:
     """Density of nitrogen [mol/m^3] at p [Pa, absolute] and T [K], by halving between nothing and three times the thin
     gas's."""
     lo, hi = 0.0, 3.0 * p / (8.314 * T)
-    for _ in range(ROUNDS):
+    for _ in range(CIRCUIT_ROUNDS):
         mid = 0.5 * (lo + hi)
         lo, hi = (mid, hi) if gas_pressure_true(mid, T) < p else (lo, mid)
     return lo
