@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from stillhook import Scenario, load_crane
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
-from stillhook.engine.scenario.run import Ready, ScenarioBlock
+from stillhook.engine.scenario.problem import Ready, ScenarioBlock
 from stillhook.kernels.build import driver
 from stillhook.spec.crane import Crane
 

@@ -14,7 +14,7 @@ from stillhook import identify
 from stillhook.identify.system_friction.fitting.fit import predicted, predicted_sd
 from stillhook.identify.system_friction.fitting.model import Y_NAMES, Y
 from stillhook.library import system_friction
-from stillhook.logs.synthetic.instruments import Instruments, Noise
+from stillhook.logs.synthetic import Instruments, Noise
 from stillhook.statistics.estimate import t_factor
 
 CASES = {"L4593": "L4593", "crane-2": "crane-2"}

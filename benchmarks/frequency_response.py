@@ -25,13 +25,12 @@ def year(
     from stillhook import load_crane
     from stillhook.formats.vessel.open import read_vessel
     from stillhook.formats.waves.ndbc.spectra import read_spectra
-    from stillhook.library.payloads import read_payload
+    from stillhook.library.catalogue import read_payload
     from stillhook.response.forcing import forcing_of_series
     from stillhook.response.frequency_domain import frequency_response
     from stillhook.response.suspended_load import suspended_load
-    from stillhook.response.winch.identify.describing_function import identify_residual
-    from stillhook.spec.lift.lowering import Lowering
-    from stillhook.spec.lift.programme import Stage
+    from stillhook.response.winch.identify import identify_residual
+    from stillhook.spec.lift.lowering import Lowering, Stage
 
     marks = {"imports": perf_counter() - START}
     last = perf_counter()

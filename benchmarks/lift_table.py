@@ -22,8 +22,7 @@ from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import VL
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.file import load_plan
-from stillhook.spec.lift.in_sea import InSea
-from stillhook.spec.lift.programme import Stage
+from stillhook.spec.lift.lowering import InSea, Stage
 
 PLAN, PHASE = "template-to-1500m", "deep"
 SEEDS = 10

@@ -14,11 +14,10 @@ from stillhook import load_crane
 from stillhook.engine.lowering.run import run_lowerings
 from stillhook.engine.simulate import simulate
 from stillhook.kernels.lanes import VL
-from stillhook.sea.motion.kinematics import WaveField
 from stillhook.sea.motion.motion import Sine
-from stillhook.spec.lift.lowering import DeepWire, Lowering
+from stillhook.sea.vessel.wave_field import WaveField
+from stillhook.spec.lift.lowering import DeepWire, Lowering, Stage
 from stillhook.spec.lift.payload import Payload
-from stillhook.spec.lift.programme import Stage
 
 ROUNDS = 3
 HOUR = 3600.0

@@ -26,7 +26,7 @@ def main() -> None:
     args = parser.parse_args()
     from stillhook.plan.file import load_plan
     from stillhook.plan.tiers.frequency import demands, forcings, looked_at, winches_of
-    from stillhook.response.winch.identify import describing_function as identify_residual
+    from stillhook.response.winch import identify as identify_residual
 
     parts = {"imports": (perf_counter() - START, process_time() - CPU)}
 

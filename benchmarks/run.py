@@ -27,7 +27,7 @@ from benchmarks.c_reference import COMMON, WIDTHS, CKernel, compile_c, compiler,
 from benchmarks.cases import CRANE, Sample, crane, kernel_run, lifts
 from benchmarks.scipy_reference import RTOL, SolverRun
 from stillhook import Scenario
-from stillhook.engine.scenario.run import run_cases
+from stillhook.engine.scenario.problem import run_cases
 from stillhook.kernels.lanes import VL, flatten
 
 ROUNDS = 7

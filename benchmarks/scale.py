@@ -22,7 +22,7 @@ from rich.table import Table
 
 from stillhook import Crane, Scenario, Sine, load_crane
 from stillhook.engine import batch as many
-from stillhook.engine.scenario.batch import ScenarioProblem, summaries
+from stillhook.engine.scenario.problem import ScenarioProblem, summaries
 from stillhook.kernels.build import results_hash
 from stillhook.kernels.lanes import VL
 

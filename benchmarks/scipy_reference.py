@@ -18,7 +18,7 @@ from benchmarks.cases import Sample, crane
 from stillhook import Scenario
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
-from stillhook.engine.scenario.run import Ready, ScenarioBlock
+from stillhook.engine.scenario.problem import Ready, ScenarioBlock
 from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import access, offset
 from stillhook.physics.friction import bristle_rate

@@ -14,7 +14,7 @@ import numpy as np
 from stillhook import Scenario, load_crane
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.runner import Ending
-from stillhook.engine.scenario.run import Result, run_cases
+from stillhook.engine.scenario.problem import Result, run_cases
 from stillhook.engine.step_size import RK4_LIMIT, fastest_rates
 from stillhook.errors import SpecError
 from stillhook.library import changed

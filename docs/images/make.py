@@ -9,9 +9,8 @@ from pathlib import Path
 from stillhook.analysis.compare import compare
 from stillhook.engine.simulate import simulate
 from stillhook.formats.case_file import demo_cases
-from stillhook.formats.lift.file import load_lift
-from stillhook.report.plots.lowering import strip
-from stillhook.report.plots.run import four_panels, save_figure
+from stillhook.formats.lift_file import load_lift
+from stillhook.report.plots.run import four_panels, save_figure, strip
 
 SHOWN_FROM = 80.0  # s
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from stillhook import Crane, Scenario, Sine
-from stillhook.engine.scenario.batch import summaries
+from stillhook.engine.scenario.problem import summaries
 from stillhook.sea.motion.motion import Motion, Sum
 
 Numbers = Mapping[str, Any]

@@ -13,10 +13,9 @@ from stillhook.analysis.controllers import Controller, controller, strong_ssc
 from stillhook.analysis.loop_stability.ringing import rms_above
 from stillhook.analysis.tuning.compare import VARIATIONS, Outcome, Point, outcomes, variations
 from stillhook.analysis.tuning.figures import bars_figure, pareto_figure
-from stillhook.analysis.tuning.objective import Limits, hold_out, scenarios
+from stillhook.analysis.tuning.objective import Limits, Score, hold_out, loop_margins, scenarios, scored
 from stillhook.analysis.tuning.parameters import present, with_settings
-from stillhook.analysis.tuning.score import Score, loop_margins, scored
-from stillhook.engine.scenario.batch import summaries
+from stillhook.engine.scenario.problem import summaries
 from stillhook.units import show
 
 PAGE = "controllers-at-their-best.md"

@@ -9,7 +9,7 @@ from typing import Any
 
 from truth_trials import DEFECT_SEEDS, SEEDS, Trial, kept
 
-from stillhook.validate.criteria.detection import LIMITS_FILE, DetectionLimit, DetectionLimits
+from stillhook.validate.criteria.criteria import LIMITS_FILE, DetectionLimit, DetectionLimits
 from stillhook.validate.synthetic import Defect
 from stillhook.validate.synthetic.defects import DEFECTS, defect_text
 

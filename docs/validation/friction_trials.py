@@ -25,8 +25,7 @@ from numpy.typing import NDArray
 from stillhook.identify.system_friction.fitting import drift, uncertainty
 from stillhook.identify.system_friction.fitting import fit as friction_fit
 from stillhook.identify.system_friction.fitting.fit import fit_system, predicted_sd
-from stillhook.identify.system_friction.fitting.model import Y, mj4, system_friction
-from stillhook.identify.system_friction.fitting.points import Points
+from stillhook.identify.system_friction.fitting.model import Points, Y, mj4, system_friction
 from stillhook.identify.system_friction.fitting.uncertainty import profile_intervals
 from stillhook.library import motor
 from stillhook.library import system_friction as published

@@ -12,7 +12,7 @@ from blocks import HERE, claims_table, percent, save, table
 from matplotlib.figure import Figure
 
 from stillhook.formats.vessel.open import read_vessel
-from stillhook.library.vessels import vessel_file
+from stillhook.library.catalogue import vessel_file
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.sea.vessel.long_wave import long_wave_limits, wavenumber
 from stillhook.sea.vessel.rao import Rao

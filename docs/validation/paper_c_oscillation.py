@@ -15,7 +15,7 @@ from blocks import claims_table, percent, save, table, verdict
 from matplotlib.figure import Figure
 
 from stillhook import Crane, Scenario, load_crane, simulate
-from stillhook.analysis.loop_stability.models.eigenfrequency import Eigenfrequency, eigenfrequency
+from stillhook.analysis.loop_stability.models.reduced import Eigenfrequency, eigenfrequency
 from stillhook.analysis.loop_stability.ringing import Ringing, ringing
 from stillhook.library import changed
 from stillhook.report.plots.run import COLOURS, GREY

@@ -20,10 +20,18 @@ from stillhook import identify, load_crane
 from stillhook.identify.system_friction.campaign.measure import measure
 from stillhook.identify.system_friction.campaign.pairs import on_grid
 from stillhook.identify.system_friction.compare import drum_torque, speeds, split
-from stillhook.identify.system_friction.fitting.draws import crane_with
 from stillhook.identify.system_friction.fitting.fit import FrictionFit, cost, fit_system, predicted
-from stillhook.identify.system_friction.fitting.model import Y_NAMES, Loss, Y, mj4, motor_loss_at, system_friction
-from stillhook.identify.system_friction.fitting.points import Points, joined
+from stillhook.identify.system_friction.fitting.model import (
+    Y_NAMES,
+    Loss,
+    Points,
+    Y,
+    joined,
+    mj4,
+    motor_loss_at,
+    system_friction,
+)
+from stillhook.identify.system_friction.fitting.uncertainty import crane_with
 from stillhook.identify.system_friction.identify import (
     JUDGED_FROM,
     Friction,
@@ -34,8 +42,8 @@ from stillhook.identify.system_friction.identify import (
 from stillhook.identify.system_friction.motor_refit import SecondLoop, second_loop
 from stillhook.library import load_friction, motor
 from stillhook.library import system_friction as library_friction
-from stillhook.library.parameter_sets.sets import load_losses
-from stillhook.logs.synthetic.instruments import Instruments, noise_of
+from stillhook.library.parameter_sets import load_losses
+from stillhook.logs.synthetic import Instruments, noise_of
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.spec.crane import Crane
 from stillhook.units import from_display

@@ -31,15 +31,15 @@ from stillhook.analysis.loop_stability.governing import (
     with_damped_wire,
 )
 from stillhook.analysis.loop_stability.margins import gain_limit_of, strongest_gain
-from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency, gain_limit
-from stillhook.analysis.loop_stability.models.equivalent import equivalent
 from stillhook.analysis.loop_stability.models.linearisation import at_state, linearise
-from stillhook.analysis.loop_stability.models.loops import position_loop, sampled
+from stillhook.analysis.loop_stability.models.reduced import eigenfrequency, equivalent, gain_limit
 from stillhook.analysis.loop_stability.models.transfer import (
     about,
     closed_loop_polynomial,
     full_matrices,
     motor_poles,
+    position_loop,
+    sampled,
     speed_response,
 )
 from stillhook.analysis.loop_stability.ringing import rms_above

@@ -15,15 +15,14 @@ from scipy.integrate import solve_ivp
 from stillhook import load_crane
 from stillhook.engine.pack.payload import COLUMNS, pack_payload, wetted_at
 from stillhook.engine.simulate import simulate
-from stillhook.library.payloads import read_payload
+from stillhook.library.catalogue import read_payload
 from stillhook.physics.load_path import payload as phys
 from stillhook.physics.load_path.payload import Water
 from stillhook.physics.scalar import G
 from stillhook.report.plots.run import COLOURS, GREY
-from stillhook.spec.lift import added_mass as formula
-from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift import shapes as formula
+from stillhook.spec.lift.lowering import Lowering, Stage
 from stillhook.spec.lift.payload import Payload
-from stillhook.spec.lift.programme import Stage
 
 PAGE = "payload-in-water.md"
 RHO = 1025.0

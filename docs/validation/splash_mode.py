@@ -12,16 +12,15 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from stillhook.engine.simulate import simulate
-from stillhook.formats.lift.file import LiftFile, load_lift
+from stillhook.formats.lift_file import LiftFile, load_lift
 from stillhook.library import load_crane
-from stillhook.library.payloads import payloads, read_payload
+from stillhook.library.catalogue import payloads, read_payload
 from stillhook.physics.scalar import G
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.sea.spectra.text import parse_sea
 from stillhook.sea.vessel.realisation import realise, tip_motion
 from stillhook.sea.vessel.wave_field import wave_field
-from stillhook.spec.lift.lowering import Lowering
-from stillhook.spec.lift.programme import StageMode, WinchSettings
+from stillhook.spec.lift.lowering import Lowering, StageMode, WinchSettings
 
 PAGE = "splash-mode.md"
 LIFT, THROUGH = "template-through-the-surface", 1

@@ -23,7 +23,7 @@ def write(store: Path, keys: Iterable[str], outcomes: Mapping[str, Any]) -> None
 
 def judging_code() -> str:
     """The code that computes and judges. The table of detection limits follows from the trials and is no part of it."""
-    from stillhook.validate.certificate.content import method_hash, versions  # not for those who only keep a store
-    from stillhook.validate.criteria.detection import LIMITS_FILE
+    from stillhook.validate.certificate.certificate import method_hash, versions  # not for those who only keep a store
+    from stillhook.validate.criteria.criteria import LIMITS_FILE
 
     return f"{versions()['code']}-{method_hash(LIMITS_FILE.name)}"

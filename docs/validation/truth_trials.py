@@ -32,7 +32,7 @@ from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import StillhookError
 from stillhook.library import load_crane
 from stillhook.library.leakage import Point, leak_at
-from stillhook.physics.hydraulics.valves import external_leakage, internal_leakage
+from stillhook.physics.hydraulics.lines import external_leakage, internal_leakage
 from stillhook.physics.load_path.drum import layer_diameter, layers_filled
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
@@ -42,18 +42,17 @@ from stillhook.validate.data_set.campaign import Kind, load_campaign
 from stillhook.validate.data_set.records.read import read_records
 from stillhook.validate.dynamics.check import DynamicsStep
 from stillhook.validate.parameters.check import ParametersStep
-from stillhook.validate.parameters.hoisting.friction import States, scale_of_law
+from stillhook.validate.parameters.hoisting import States, scale_of_law
 from stillhook.validate.parameters.segments import LogPart, by_test, parts_of
 from stillhook.validate.report.texts import reading_notes
 from stillhook.validate.synthetic import Defect, sea_trials, write_campaign
 from stillhook.validate.synthetic.defects import DEFECTS
-from stillhook.validate.synthetic.reference.circuits import active_leak
 from stillhook.validate.synthetic.reference.crane import ReferenceCrane
-from stillhook.validate.synthetic.reference.friction import reference_friction
+from stillhook.validate.synthetic.reference.laws import active_leak, reference_friction
 from stillhook.validate.synthetic.scatter import STATED_DELAY
 from stillhook.validate.validation import Validation
 from stillhook.winches.reference.drum import TrueDrum, wound
-from stillhook.winches.reference.leak import gap_motor, gap_pump, leak_across, leak_to_case
+from stillhook.winches.reference.laws import gap_motor, gap_pump, leak_across, leak_to_case
 
 STORE = Path(__file__).resolve().parent / "truth-trials.json"
 SEEDS = range(100)

@@ -8,14 +8,14 @@ from stillhook._version import __version__ as __version__
 from stillhook.analysis.compare import compare as compare
 from stillhook.engine.simulate import simulate as simulate
 from stillhook.errors import StillhookError as StillhookError
-from stillhook.formats.lift.file import load_lift as load_lift
+from stillhook.formats.lift_file import load_lift as load_lift
 from stillhook.formats.motion.open import read_tip_motion as read_tip_motion
 from stillhook.formats.results import load_run as load_run
 from stillhook.formats.results import save_run as save_run
 from stillhook.formats.vessel.open import read_vessel as read_vessel
+from stillhook.library.catalogue import read_payload as read_payload
 from stillhook.library.crane_file.load import cranes as cranes
 from stillhook.library.crane_file.load import load_crane as load_crane
-from stillhook.library.payloads import read_payload as read_payload
 from stillhook.plan.file import load_plan as load_plan
 from stillhook.sea.motion.motion import Profile as Profile
 from stillhook.sea.motion.motion import Sine as Sine

@@ -344,7 +344,7 @@ def _reader(kind: str) -> Callable[[object], float]:
 
 
 def _refusing(read: Callable[[object], float]) -> Callable[[object], float]:
-    """A reader whose ValueError becomes the error of type "unit" that `stillhook.library.toml.explain` puts into one
+    """A reader whose ValueError becomes the error of type "unit" that `stillhook.library.toml.file` puts into one
     line."""
 
     def refusing(value: object) -> float:

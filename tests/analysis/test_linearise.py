@@ -12,8 +12,6 @@ from scipy.linalg import expm
 from stillhook import Scenario, Sine, load_crane, simulate
 from stillhook.analysis.loop_stability.margins import gain_limit_of
 from stillhook.analysis.loop_stability.models import linearisation as module
-from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency, gain_limit
-from stillhook.analysis.loop_stability.models.equivalent import equivalent
 from stillhook.analysis.loop_stability.models.linearisation import (
     Linear,
     PlantMode,
@@ -22,6 +20,7 @@ from stillhook.analysis.loop_stability.models.linearisation import (
     plant_loop,
     plc_loop,
 )
+from stillhook.analysis.loop_stability.models.reduced import eigenfrequency, equivalent, gain_limit
 from stillhook.analysis.loop_stability.models.transfer import about, command_pole
 from stillhook.analysis.loop_stability.stability import full_stability, stability
 from stillhook.analysis.steady.operating_point import OperatingPoint, operating_point

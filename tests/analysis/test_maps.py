@@ -84,7 +84,7 @@ class TestCells:
     def test_finished_cells_are_kept_and_found_again(self, tmp_path, monkeypatch):
         first = map_of(CRANE, ["ssc"], loads="50 t", speeds=SPEEDS, store=tmp_path)
         assert list(tmp_path.iterdir())
-        import stillhook.engine.scenario.batch as many
+        import stillhook.engine.scenario.problem as many
 
         monkeypatch.setattr(many, "run_cases", lambda *a, **k: pytest.fail("ran again"))
         again = map_of(CRANE, ["ssc"], loads="50 t", speeds=SPEEDS, store=tmp_path)

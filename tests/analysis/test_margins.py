@@ -19,9 +19,14 @@ from stillhook.analysis.loop_stability.margins import (
     strongest_gain,
     strongest_up_to,
 )
-from stillhook.analysis.loop_stability.models.eigenfrequency import gain_limit
-from stillhook.analysis.loop_stability.models.loops import ContinuousLoop, position_loop, sampled
-from stillhook.analysis.loop_stability.models.transfer import loop_matrices, open_loop
+from stillhook.analysis.loop_stability.models.reduced import gain_limit
+from stillhook.analysis.loop_stability.models.transfer import (
+    ContinuousLoop,
+    loop_matrices,
+    open_loop,
+    position_loop,
+    sampled,
+)
 from stillhook.errors import StillhookError
 
 CRANES = [load_crane(n) for n in ("nov-250t", "nov-150t", "nov-100t-pure-active")]

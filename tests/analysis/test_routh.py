@@ -12,9 +12,8 @@ from tests.scripts import PAGES, script
 
 from stillhook import load_crane
 from stillhook.analysis.loop_stability.margins import gain_limit_of
-from stillhook.analysis.loop_stability.models.eigenfrequency import gain_limit
-from stillhook.analysis.loop_stability.models.loops import position_loop, sampled
-from stillhook.analysis.loop_stability.models.transfer import closed_loop_polynomial
+from stillhook.analysis.loop_stability.models.reduced import gain_limit
+from stillhook.analysis.loop_stability.models.transfer import closed_loop_polynomial, position_loop, sampled
 from stillhook.errors import StillhookError
 
 PAGE = script(PAGES / "routh.py")

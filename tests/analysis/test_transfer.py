@@ -11,8 +11,7 @@ from tests.scripts import PAGES, script
 
 from stillhook import load_crane
 from stillhook.analysis.loop_stability.margins import gain_limit_of
-from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency, gain_limit
-from stillhook.analysis.loop_stability.models.loops import position_loop
+from stillhook.analysis.loop_stability.models.reduced import eigenfrequency, gain_limit
 from stillhook.analysis.loop_stability.models.transfer import (
     FULL_LOOP,
     about,
@@ -23,6 +22,7 @@ from stillhook.analysis.loop_stability.models.transfer import (
     motor_poles,
     on_layer,
     open_loop,
+    position_loop,
     speed_response,
 )
 from stillhook.analysis.steady.steady_state import speed_limit, steady

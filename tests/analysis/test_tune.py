@@ -13,13 +13,14 @@ import stillhook.analysis.tuning.search as tuning
 from stillhook import Scenario, load_crane
 from stillhook.analysis.controllers import Controller, controller, controller_toml
 from stillhook.analysis.loop_stability.margins import margins
-from stillhook.analysis.loop_stability.models.loops import position_loop, sampled
+from stillhook.analysis.loop_stability.models.transfer import position_loop, sampled
 from stillhook.analysis.steady.steady_state import speed_limit
 from stillhook.analysis.tuning.compare import front, outcomes, pareto, trials_dataset, variations
 from stillhook.analysis.tuning.objective import (
     SPEEDS,
     Limits,
     Objective,
+    gain_allowed,
     hold_out,
     parse_limits,
     scenarios,
@@ -34,9 +35,8 @@ from stillhook.analysis.tuning.parameters import (
     tuned_controller,
     with_settings,
 )
-from stillhook.analysis.tuning.score import gain_allowed
 from stillhook.analysis.tuning.tune import Tuned, tune
-from stillhook.engine.scenario.batch import summaries
+from stillhook.engine.scenario.problem import summaries
 from stillhook.errors import StillhookError, UnitError
 from stillhook.library import changed
 from stillhook.spec.scenario import Mode

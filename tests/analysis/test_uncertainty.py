@@ -24,8 +24,7 @@ from stillhook.analysis.uncertainty.monte_carlo import monte_carlo, pair_of_draw
 from stillhook.errors import SpecError, StillhookError
 from stillhook.formats.results import load_run, origin, save_run
 from stillhook.library import FrictionSet, load_friction
-from stillhook.library.parameter_sets.evidence import Evidence
-from stillhook.library.parameter_sets.file import save_set
+from stillhook.library.parameter_sets import Evidence, save_set
 from stillhook.variables import SUMMARY
 
 pytestmark = pytest.mark.slow

@@ -14,9 +14,9 @@ from stillhook.control.supervisor import wire_weight
 from stillhook.engine.pack.programme import settings
 from stillhook.engine.simulate import simulate
 from stillhook.errors import StillhookError
-from stillhook.formats.lift.file import load_lift
-from stillhook.report.plots.lowering import about_mean, save_animation, time_segments
-from stillhook.report.save.lowering import ANIMATION, LOWERING_FILES, static_tension
+from stillhook.formats.lift_file import load_lift
+from stillhook.report.plots.run import about_mean, save_animation, time_segments
+from stillhook.report.save import ANIMATION, LOWERING_FILES, static_tension
 from stillhook.variables import BY_NAME
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from stillhook.engine.pack.programme import pack_programme
 from stillhook.errors import StillhookError
-from stillhook.formats.lift.file import lifts, load_lift
+from stillhook.formats.lift_file import lifts, load_lift
 
 GOOD = """
 crane = "nov-250t"

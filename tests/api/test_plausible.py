@@ -10,14 +10,14 @@ from hypothesis import strategies as st
 from pydantic import BaseModel
 
 import stillhook
-import stillhook.library.vessels
+import stillhook.library.catalogue
 from stillhook.cli import run
 from stillhook.engine.simulate import simulate
 from stillhook.errors import LiftError, ScenarioError, SpecError, StillhookError
-from stillhook.formats.lift.file import load_lift
+from stillhook.formats.lift_file import load_lift
 from stillhook.library import changed, cranes, load_crane, motor, motors
-from stillhook.library.payloads import payloads, read_payload
-from stillhook.library.write import COMPANIONS
+from stillhook.library.catalogue import payloads, read_payload
+from stillhook.library.crane_file.write import COMPANIONS
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.lift.payload import Payload
@@ -292,6 +292,6 @@ class TestVessel:
             "rad/s are implausible, outside 0.02 to 10 rad/s" in line for line in remarks(fast, long_wave_test(fast))
         )
 
-    @pytest.mark.parametrize("name", stillhook.library.vessels.vessels())
+    @pytest.mark.parametrize("name", stillhook.library.catalogue.vessels())
     def test_the_library_has_plausible_ones(self, name):
         assert not any("implausible" in note for note in stillhook.read_vessel(name).notes)

@@ -13,7 +13,7 @@ import stillhook
 from stillhook import analysis, metrics, response
 from stillhook.cli import run
 from stillhook.errors import SeaError, StillhookError, UnitError
-from stillhook.formats.lift.file import load_lift
+from stillhook.formats.lift_file import load_lift
 from stillhook.library import load_crane
 from stillhook.sea.motion.motion import Profile, Sine
 from stillhook.sea.vessel.boom import Boom

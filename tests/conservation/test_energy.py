@@ -6,8 +6,7 @@ import pytest
 from tests.engine.runs import run_one
 
 from stillhook import Scenario, load_crane
-from stillhook.engine.scenario.run import Result
-from stillhook.engine.scenario.summary import energy_unaccounted
+from stillhook.engine.scenario.problem import Result, energy_unaccounted
 from stillhook.physics.load_path.drum import wire_to_layer
 from stillhook.spec.scenario import Operator, PowerLoss, Sensors, Water
 from stillhook.units import parse

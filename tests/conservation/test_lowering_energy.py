@@ -10,9 +10,8 @@ from stillhook.engine.lowering.summary import unaccounted
 from stillhook.engine.simulate import simulate
 from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Motion, Profile, Sine, Still
-from stillhook.spec.lift.lowering import Lowering, Rigging
+from stillhook.spec.lift.lowering import Lowering, Rigging, Stage
 from stillhook.spec.lift.payload import Payload
-from stillhook.spec.lift.programme import Stage
 
 AUDIT = 1e-3
 """Asked of the issue: energy found again within 0.1 %; measured 2e-5."""

@@ -10,8 +10,7 @@ from tests.contract.commands import OF_CONTROLLER, OF_OPERATOR, OF_WINCH, answer
 
 from stillhook import Scenario, load_crane
 from stillhook.control.registry import DEFAULT_MODE, MANUAL_MODE, Mode
-from stillhook.engine.scenario.batch import numbers_of, summaries
-from stillhook.engine.scenario.summary import POSITION
+from stillhook.engine.scenario.problem import POSITION, numbers_of, summaries
 from stillhook.library import cranes
 from stillhook.winches import types
 from stillhook.winches.registry import WINCH_TYPES

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from stillhook.engine.scenario.run import Result, run_cases
+from stillhook.engine.scenario.problem import Result, run_cases
 from stillhook.kernels.lanes import VL
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario

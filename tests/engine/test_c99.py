@@ -17,7 +17,7 @@ from numpy.ctypeslib import ndpointer
 from stillhook import Scenario, load_crane
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
-from stillhook.engine.scenario.run import Ready, ScenarioBlock
+from stillhook.engine.scenario.problem import Ready, ScenarioBlock
 from stillhook.kernels.build import driver
 from stillhook.kernels.c99.source import Array, SubsetError, Translator, c_source
 from stillhook.kernels.lanes import VL, flatten

@@ -5,7 +5,7 @@ import pytest
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.errors import ScenarioError
-from stillhook.spec.commands import Commands
+from stillhook.spec.scenario import Commands
 
 
 def run(crane: str, **more: object):

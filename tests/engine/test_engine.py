@@ -19,13 +19,13 @@ from stillhook.engine import inputs as drive_module
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.runner import Ending
-from stillhook.engine.scenario import run as run_module
-from stillhook.engine.scenario.run import Ready, Result, ScenarioBlock
+from stillhook.engine.scenario import problem as run_module
+from stillhook.engine.scenario.problem import Ready, Result, ScenarioBlock
 from stillhook.engine.step_size import check_step, fastest_rates
 from stillhook.errors import ScenarioError, SimulationError, SpecError, StillhookError
 from stillhook.kernels.build import KERNEL_FOLDERS, driver, kernel_hash
 from stillhook.kernels.lanes import VL, flatten, size, unflatten
-from stillhook.kernels.moving_window import SIGNALS, blank_window, window_add, window_turn
+from stillhook.kernels.statistics import SIGNALS, blank_window, window_add, window_turn
 from stillhook.library import changed
 from stillhook.physics.friction import bristle_rate
 from stillhook.spec.crane import Crane

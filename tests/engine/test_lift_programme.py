@@ -11,9 +11,8 @@ from stillhook.control import supervisor as modes
 from stillhook.engine.pack.programme import hanging, pack_programme, settings, timeout
 from stillhook.errors import LiftError, ScenarioError
 from stillhook.physics.scalar import G
-from stillhook.spec.lift.lowering import Lowering, Rigging
+from stillhook.spec.lift.lowering import Lowering, Rigging, Stage, WinchSettings
 from stillhook.spec.lift.payload import Level, Payload
-from stillhook.spec.lift.programme import Stage, WinchSettings
 
 CRANE = load_crane("deep-250t")
 RHO = 1025.0

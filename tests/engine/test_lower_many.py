@@ -14,16 +14,14 @@ from stillhook.engine.simulate import simulate
 from stillhook.errors import LiftError, SimulationError
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.library import changed
-from stillhook.library.vessels import vessel_file
+from stillhook.library.catalogue import vessel_file
 from stillhook.sea.motion.irregular import COARSE
 from stillhook.sea.motion.motion import Sine
 from stillhook.sea.motion.text import motion_from_dict
 from stillhook.sea.spectra.parametric import Jonswap
 from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.sea.vessel.realisation import realise, tip_motion
-from stillhook.spec.lift.in_sea import InSea
-from stillhook.spec.lift.lowering import Lowering
-from stillhook.spec.lift.programme import Stage
+from stillhook.spec.lift.lowering import InSea, Lowering, Stage
 from stillhook.spec.scenario import Sensors
 
 CRANE = load_crane("nov-250t")

@@ -9,17 +9,16 @@ import pytest
 from stillhook import load_crane
 from stillhook.engine.lowering.run import prepare, run_lowerings
 from stillhook.engine.simulate import simulate
-from stillhook.library.payloads import read_payload
+from stillhook.library.catalogue import read_payload
 from stillhook.physics.load_path.payload import WettedLevel
 from stillhook.physics.scalar import G
 from stillhook.response.wire_rod import End, Rod, natural_periods, transfers
-from stillhook.sea.motion.kinematics import WaveField
 from stillhook.sea.motion.motion import Motion, Profile, Sine
 from stillhook.sea.spectra.waves import trailing_spans
+from stillhook.sea.vessel.wave_field import WaveField
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging
+from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging, Stage, WinchSettings
 from stillhook.spec.lift.payload import Payload
-from stillhook.spec.lift.programme import Stage, WinchSettings
 
 pytestmark = pytest.mark.slow
 

@@ -9,12 +9,11 @@ from stillhook import Scenario, load_crane
 from stillhook.engine.lowering.run import prepare
 from stillhook.engine.simulate import simulate
 from stillhook.errors import LiftError, ScenarioError, SimulationError, SpecError
-from stillhook.sea.motion.kinematics import WaveField
 from stillhook.sea.motion.motion import Profile, Sine
+from stillhook.sea.vessel.wave_field import WaveField
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.lowering import DeepWire, Lowering
+from stillhook.spec.lift.lowering import DeepWire, Lowering, Stage
 from stillhook.spec.lift.payload import Payload
-from stillhook.spec.lift.programme import Stage
 from stillhook.spec.scenario import Sensors
 
 

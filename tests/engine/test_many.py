@@ -13,7 +13,7 @@ import pytest
 
 from stillhook import Scenario, Sine, load_crane, simulate
 from stillhook.engine import batch as many
-from stillhook.engine.scenario.batch import numbers_of, summaries
+from stillhook.engine.scenario.problem import numbers_of, summaries
 from stillhook.engine.store import SUFFIX
 from stillhook.errors import ScenarioError, SimulationError, SpecError
 from stillhook.library import changed
@@ -226,7 +226,7 @@ def test_an_interrupted_run_keeps_what_had_finished(tmp_path, truth, counted):
 LONG = """
 import sys
 from stillhook import Scenario, Sine, load_crane
-from stillhook.engine.scenario.batch import summaries
+from stillhook.engine.scenario.problem import summaries
 cases = [Scenario(load=f"{10 + i} t", s_w="100 m", tip=Sine(amplitude="1 m", period="10 s"), duration="2000 s") for i in range(96)]
 print(len(summaries(load_crane("nov-250t"), cases, store=sys.argv[1])), flush=True)
 """

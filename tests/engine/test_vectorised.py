@@ -18,7 +18,7 @@ from tests.engine.runs import run_one
 from stillhook import Scenario, load_crane
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
-from stillhook.engine.scenario.run import Ready, Result, ScenarioBlock
+from stillhook.engine.scenario.problem import Ready, Result, ScenarioBlock
 from stillhook.kernels import build
 from stillhook.kernels.build import KERNEL_FOLDERS, driver, kernel_hash
 from stillhook.kernels.lanes import VL
@@ -140,7 +140,7 @@ TWO_SECONDS = """
 import json, sys
 from stillhook import Scenario, load_crane
 from stillhook.kernels.lanes import flatten
-from stillhook.engine.scenario.run import run_cases
+from stillhook.engine.scenario.problem import run_cases
 for name in ("nov-250t", "nov-100t-pure-active"):
     case = Scenario(load="30 t", s_w="100 m", tip="sine 1 m 10 s", duration="2 s", ramp="0.5 s", warm_up="0 s")
     r = run_cases(load_crane(name), [case], n_sub=2, lanes=1, every=10)[0]

@@ -5,8 +5,7 @@ import functools
 
 import numpy as np
 
-from stillhook.identify.system_friction.fitting.model import Y, mj4, system_friction
-from stillhook.identify.system_friction.fitting.points import Points
+from stillhook.identify.system_friction.fitting.model import Points, Y, mj4, system_friction
 from stillhook.library import motor
 from stillhook.library import system_friction as library_friction
 from stillhook.physics.scalar import G

@@ -8,11 +8,10 @@ import pytest
 from stillhook import Scenario, load_crane, simulate
 from stillhook.cli import run as command
 from stillhook.errors import StillhookError
-from stillhook.identify.system_friction.fitting.draws import crane_with, draw_cranes, quantiles
+from stillhook.identify.system_friction.fitting.uncertainty import crane_with, draw_cranes, quantiles
 from stillhook.library import FrictionSet, LossSet, changed, load_friction, load_losses
 from stillhook.library.crane_file.draws import draw
-from stillhook.library.parameter_sets.evidence import Evidence
-from stillhook.library.parameter_sets.file import save_set
+from stillhook.library.parameter_sets import Evidence, save_set
 
 CRANE = load_crane("nov-150t")
 CASE = Scenario(load="60 t", s_w="100 m", tip="sine 1 m 9 s", duration="30 s", warm_up="10 s")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stillhook import load_crane
-from stillhook.engine.pack.wire_weight import RHO_STEEL, wire_carried
+from stillhook.engine.pack.lift import RHO_STEEL, wire_carried
 from stillhook.errors import StillhookError
 from stillhook.identify.system_friction.campaign.file import load_campaign
 from stillhook.identify.system_friction.campaign.measure import LOAD_CODE, carried, measure

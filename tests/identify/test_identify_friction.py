@@ -15,9 +15,8 @@ from stillhook import Scenario, identify, load_crane, simulate
 from stillhook.cli import run
 from stillhook.identify.system_friction.fitting.model import Y_NAMES, Y
 from stillhook.library import system_friction
-from stillhook.library.parameter_sets.evidence import Evidence
-from stillhook.library.parameter_sets.sets import load_friction, load_losses, set_toml
-from stillhook.logs.synthetic.instruments import Instruments, noise_of
+from stillhook.library.parameter_sets import Evidence, load_friction, load_losses, set_toml
+from stillhook.logs.synthetic import Instruments, noise_of
 
 pytestmark = pytest.mark.slow
 

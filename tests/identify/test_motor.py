@@ -19,7 +19,7 @@ from stillhook.identify.motor.models import LossModel
 from stillhook.identify.motor.report import report
 from stillhook.identify.motor.synthetic_map import synthetic_map, write_map
 from stillhook.library import load_crane, motor
-from stillhook.library.parameter_sets.sets import load_losses, set_toml
+from stillhook.library.parameter_sets import load_losses, set_toml
 from stillhook.physics.hydraulics.motor import torque_loss
 from stillhook.report.document import Verdict
 from stillhook.report.html import html

@@ -21,8 +21,7 @@ from stillhook.identify.system_friction.compare import (
 )
 from stillhook.library import FrictionSet, load_friction
 from stillhook.library.crane_file.draws import draw
-from stillhook.library.parameter_sets.evidence import Evidence
-from stillhook.library.parameter_sets.file import save_set
+from stillhook.library.parameter_sets import Evidence, save_set
 from stillhook.physics.scalar import G
 
 RPM = np.pi / 30.0

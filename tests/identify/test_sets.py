@@ -21,8 +21,7 @@ from stillhook.library import (
     motors,
     set_toml,
 )
-from stillhook.library.parameter_sets.evidence import Evidence
-from stillhook.library.parameter_sets.file import save_set
+from stillhook.library.parameter_sets import Evidence, save_set
 from stillhook.spec.crane import Source, SourceKind
 from stillhook.spec.scenario import Scenario
 

@@ -9,11 +9,19 @@ import polars
 import pytest
 
 from stillhook import load_crane
-from stillhook.cli.identify.example import example_campaign
+from stillhook.cli.identify.friction import example_campaign
 from stillhook.engine.pack.winch import active_record, friction_record
 from stillhook.errors import StillhookError
-from stillhook.identify.system_friction.campaign.published import CAMPAIGNS, PlannedTest, TestPlan
-from stillhook.identify.system_friction.campaign.staircase import HOLD, PAUSE, RAMP, outermost_layer, staircase
+from stillhook.identify.system_friction.campaign.staircase import (
+    CAMPAIGNS,
+    HOLD,
+    PAUSE,
+    RAMP,
+    PlannedTest,
+    TestPlan,
+    outermost_layer,
+    staircase,
+)
 from stillhook.identify.system_friction.campaign.synthetic import (
     MARK,
     campaign_plan,
@@ -22,7 +30,7 @@ from stillhook.identify.system_friction.campaign.synthetic import (
     write_campaign,
 )
 from stillhook.library import changed, crane_from_toml, load_friction
-from stillhook.logs.synthetic.instruments import COLUMNS, Calibration, Instruments, Noise, Sensor, logged, noise_of
+from stillhook.logs.synthetic import COLUMNS, Calibration, Instruments, Noise, Sensor, logged, noise_of
 from stillhook.physics.friction import system_friction
 from stillhook.physics.hydraulics.motor import torque_loss
 from stillhook.physics.scalar import G

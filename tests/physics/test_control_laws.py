@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from stillhook import load_crane
 from stillhook.control.ahc import AhcGains, feedback, feedforward
 from stillhook.control.interface import Sensed
-from stillhook.control.passive import displacement_for_weight, make_up
 from stillhook.control.plc import MANUAL, ActuatorCommands, Memory, Plc, ahead, low_pass
+from stillhook.control.pumps import displacement_for_weight, make_up
 from stillhook.control.registry import code_of
 from stillhook.control.ssc import (
     displacement_by_layer,

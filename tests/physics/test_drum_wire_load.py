@@ -18,14 +18,19 @@ from stillhook.physics.load_path.drum import (
     wire_inertia,
     wire_to_layer,
 )
-from stillhook.physics.load_path.load import Load, drag_force, load_acceleration
-from stillhook.physics.load_path.wire import wire_damping, wire_stiffness, wire_tension
+from stillhook.physics.load_path.wire import (
+    Load,
+    drag_force,
+    load_acceleration,
+    wire_damping,
+    wire_stiffness,
+    wire_tension,
+)
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import wire_inertia as full_wire_inertia
 from stillhook.spec.scenario import Scenario, Water
 from stillhook.winches import load_path
-from stillhook.winches.hoist import Hoist, drum_geometry
-from stillhook.winches.load_path import drag_loss, wire_loss
+from stillhook.winches.load_path import Hoist, drag_loss, drum_geometry, wire_loss
 from stillhook.winches.records import Geometry, Tip
 
 NAMES = ("nov-250t", "nov-150t", "nov-100t-pure-active")

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from stillhook import load_crane
 from stillhook.engine.pack.winch import pack
 from stillhook.library import system_friction as library_friction
-from stillhook.library.tables import frictions
+from stillhook.library.catalogue import frictions
 from stillhook.physics.friction import (
     SystemFriction,
     bristle_energy,

@@ -12,8 +12,7 @@ from stillhook import load_crane
 from stillhook.engine.pack.gas import gas_record, nitrogen_isentrope, pressure_ratio
 from stillhook.engine.pack.winch import pack
 from stillhook.errors import SpecError
-from stillhook.physics.hydraulics.accumulator import accumulator_pressure, piston_loss
-from stillhook.physics.hydraulics.gas import gas_pressure, polytropic_ratio
+from stillhook.physics.hydraulics.accumulator import accumulator_pressure, gas_pressure, piston_loss, polytropic_ratio
 from stillhook.spec.scenario import Scenario
 from stillhook.winches.circuits.tables import Accumulator as AccumulatorSpec
 from stillhook.winches.circuits.tables import GasModel

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stillhook.library import load_crane, motor
-from stillhook.library.tables import motors
+from stillhook.library.catalogue import motors
 from stillhook.physics.hydraulics.motor import (
     Motors,
     TorqueLossFit,

@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 
 from stillhook.engine.pack.payload import pack_payload, wetted_at
 from stillhook.kernels.lanes import VL, access
-from stillhook.library.payloads import read_payload
+from stillhook.library.catalogue import read_payload
 from stillhook.physics.load_path import payload as phys
 from stillhook.physics.load_path.payload import LEVELS, Water, WettedLevel
 from stillhook.physics.scalar import STRICT, G

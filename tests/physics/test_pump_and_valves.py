@@ -6,14 +6,14 @@ from hypothesis import strategies as st
 
 from stillhook import load_crane
 from stillhook.engine.pack.winch import pack
-from stillhook.physics.hydraulics.pump import LEAK_KNOTS, pump_flow, pump_leakage
-from stillhook.physics.hydraulics.valves import (
+from stillhook.physics.hydraulics.lines import (
     boost_flows,
     external_leakage,
     flushing_flow,
     internal_leakage,
     relief_flow,
 )
+from stillhook.physics.hydraulics.pump import LEAK_KNOTS, pump_flow, pump_leakage
 from stillhook.spec.scenario import Scenario
 from stillhook.winches.circuits.active import active_flows, overspeed
 

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import xarray
 
-from stillhook.plan.definition.compensation import ALTERNATIVES
-from stillhook.plan.result.result import PlanResult
+from stillhook.plan.definition.rules import ALTERNATIVES
+from stillhook.plan.result import PlanResult
 from stillhook.spec.validity import UNSIGNED
 
 HEADINGS = np.radians([150.0, 165.0, 180.0])

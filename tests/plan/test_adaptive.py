@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stillhook.plan.tiers.time_domain.bracketing import Search, crossing, nearest, next_height, snapped
+from stillhook.plan.tiers.time_domain.search import Search, crossing, nearest, next_height, snapped
 
 SEARCH = Search()
 HIGHEST = 6.0

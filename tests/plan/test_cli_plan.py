@@ -5,7 +5,7 @@ import json
 import pytest
 
 from stillhook.cli import run
-from stillhook.plan.answer import files as plan_files
+from stillhook.plan.answer import dataset as plan_files
 
 PLAN = """\
 name = "Manifold to 300 m"

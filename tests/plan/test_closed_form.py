@@ -10,12 +10,10 @@ from stillhook.analysis.steady.limits import Direction, Station
 from stillhook.engine.simulate import simulate
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.capacities import CAPACITIES, at_rest, calm, jerk, static_tension
-from stillhook.plan.definition.compensation import ALTERNATIVES, Alternative
-from stillhook.plan.definition.demand import Seas
 from stillhook.plan.definition.phases import Phase, PhaseKind
+from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, Seas
 from stillhook.plan.file import load_plan
-from stillhook.plan.limits.applicable_rules import limited
-from stillhook.plan.limits.solve import limits_of
+from stillhook.plan.limits import limited, limits_of
 from stillhook.plan.table.credit import inside
 from stillhook.plan.tiers.closed_form import closed_form, remarks, valid, way
 from stillhook.plan.tiers.frequency import frequency

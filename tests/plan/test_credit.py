@@ -9,9 +9,8 @@ import pytest
 from stillhook.kernels.build import results_hash
 from stillhook.plan.answer.metadata import _crane as facts_of_crane
 from stillhook.plan.definition.capacities import at_rest
-from stillhook.plan.definition.compensation import Alternative
-from stillhook.plan.definition.demand import Seas
 from stillhook.plan.definition.phases import PhaseKind
+from stillhook.plan.definition.rules import Alternative, Seas
 from stillhook.plan.file import load_plan
 from stillhook.plan.table.credit import inside
 from stillhook.spec.crane import content

@@ -8,25 +8,21 @@ import pytest
 
 from stillhook.engine.simulate import simulate
 from stillhook.errors import PlanError
-from stillhook.plan.answer.depth_profile import depth_profile, efficiency
+from stillhook.plan.answer.reference_cell import depth_profile, efficiency
 from stillhook.plan.answer.sensitivity import sensitivity
 from stillhook.plan.definition.capacities import calm
-from stillhook.plan.definition.compensation import Alternative
-from stillhook.plan.definition.demand import Seas, Tier
+from stillhook.plan.definition.rules import Alternative, Seas, Tier
 from stillhook.plan.file import load_plan
-from stillhook.plan.limits.applicable_rules import limited
-from stillhook.plan.limits.solve import limits_of
-from stillhook.plan.tiers.depths import situations
-from stillhook.plan.tiers.frequency import frequency, looked_at, thinned, winches_of
+from stillhook.plan.limits import limited, limits_of
+from stillhook.plan.tiers.frequency import frequency, looked_at, situations, thinned, winches_of
 from stillhook.plan.weather.spectral import spectral_weather
 from stillhook.response import Forcing, Waves
-from stillhook.response.standard_deviations import sigmas
+from stillhook.response.frequency_domain import sigmas
+from stillhook.sea.spectra.measured import SeaStates
 from stillhook.sea.spectra.spectrum import Sea, Train
-from stillhook.sea.spectra.states import SeaStates
 from stillhook.sea.vessel.realisation import realise, tip_motion
-from stillhook.spec.lift.programme import Stage
-from stillhook.statistics.extremes import MPM, P90, largest
-from stillhook.statistics.gaussian_extremes import largest_of_parts, share_beyond, speed_at_crossing
+from stillhook.spec.lift.lowering import Stage
+from stillhook.statistics.extremes import MPM, P90, largest, largest_of_parts, share_beyond, speed_at_crossing
 
 NONE, CAP, SSC = Alternative.NONE, Alternative.CAP, Alternative.SSC
 EXACT = 1e-6  # a level found by halving

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from stillhook.errors import StillhookError
-from stillhook.plan.definition.compensation import ALTERNATIVES
+from stillhook.plan.definition.rules import ALTERNATIVES
 from stillhook.plan.example import copy_plan
 from stillhook.plan.file import load_plan, plans
 
@@ -402,7 +402,7 @@ def test_a_tip_out_of_the_boom_s_reach_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_folder_s_vessel_goes_by_its_path(tmp_path: Path) -> None:
-    from stillhook.library.vessels import vessel_file
+    from stillhook.library.catalogue import vessel_file
 
     shutil.copy(vessel_file("supply-vessel-82m"), tmp_path / "ours.csv")
     path = written(tmp_path, ('"construction-vessel-130m"', '"ours.csv"'))

@@ -14,22 +14,20 @@ from matplotlib.image import imsave
 from tests.plan.made_up import RULES, made_up
 
 from stillhook.cli import run as command
-from stillhook.cli.plan.plan import show
+from stillhook.cli.plan import show
 from stillhook.errors import PlanError
-from stillhook.plan.answer.files import load_plan_result, save_plan
+from stillhook.plan.answer.dataset import load_plan_result, save_plan
 from stillhook.plan.file import load_plan
-from stillhook.plan.report import save as writing
-from stillhook.plan.report.document import document
+from stillhook.plan.report import document as writing
+from stillhook.plan.report.document import document, save_report
 from stillhook.plan.report.figures import limits as drawing
 from stillhook.plan.report.figures.detail import depth, sensitivity
 from stillhook.plan.report.figures.limits import closed_form as figures_of_closed
-from stillhook.plan.report.figures.limits import differs, figures, limit_tables, pictures
-from stillhook.plan.report.figures.rosette import from_bow
+from stillhook.plan.report.figures.limits import differs, figures, from_bow, limit_tables, pictures
 from stillhook.plan.report.figures.style import height, named
-from stillhook.plan.report.save import save_report
 from stillhook.plan.report.selection import between
 from stillhook.plan.report.summary_page import verdict
-from stillhook.plan.result.result import PlanResult
+from stillhook.plan.result import PlanResult
 from stillhook.plan.table.table import LimitTable
 from stillhook.report.document import Document, Table
 from stillhook.report.html import html

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from stillhook.physics.scalar import G
-from stillhook.response.linear_drag import answers
-from stillhook.response.suspended_load import SuspendedLoad
+from stillhook.response.suspended_load import SuspendedLoad, answers
 from stillhook.response.wire_rod import End, Rod
 from stillhook.spec.lift import simplified as sm
 

@@ -16,8 +16,8 @@ from stillhook.plan.check import checked
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.file import load_plan
-from stillhook.plan.report.checked_plan import checked_plan
-from stillhook.plan.tiers.depths import EVERY, resonance_depth, situations
+from stillhook.plan.report.brief import checked_plan
+from stillhook.plan.tiers.frequency import EVERY, resonance_depth, situations
 from stillhook.report.terminal import print_document
 
 ROD = 0.02

@@ -9,11 +9,11 @@ import pytest
 
 from stillhook.cli import run
 from stillhook.errors import PlanError
-from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.file import load_plan
-from stillhook.plan.weather.spectral_persistence import raised_heights, spectral_persistence
+from stillhook.plan.weather.spectral import raised_heights, spectral_persistence
 from stillhook.response import Waves
-from stillhook.sea.spectra.states import SeaStates
+from stillhook.sea.spectra.measured import SeaStates
 from stillhook.weather.alpha import alpha_of, load_alpha_table
 
 H = 3600.0

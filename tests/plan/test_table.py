@@ -8,9 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stillhook.errors import PlanError
-from stillhook.plan.definition.compensation import Alternative
-from stillhook.plan.definition.demand import Tier
-from stillhook.plan.limits.solve import Limits
+from stillhook.plan.definition.rules import Alternative, Tier
+from stillhook.plan.limits import Limits
 from stillhook.plan.table.table import (
     TIERS,
     Axes,
@@ -22,7 +21,7 @@ from stillhook.plan.table.table import (
     holdable_headings,
     untold,
 )
-from stillhook.plan.weather.headings import KeptHeadings
+from stillhook.plan.weather.value import KeptHeadings
 
 NONE, SSC = Alternative.NONE, Alternative.SSC
 AXES = Axes((2.6, math.pi), (6.0, 8.0, 10.0), (NONE, SSC), ("splash", "deep"), ("DAF", "slack"))

@@ -6,14 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stillhook.plan.definition.compensation import ALTERNATIVES, Alternative
-from stillhook.plan.definition.demand import Tier
 from stillhook.plan.definition.phases import PhaseKind
-from stillhook.plan.definition.rules import Level
+from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, Level, Tier
 from stillhook.plan.file import load_plan
-from stillhook.plan.limits.applicable_rules import limited
-from stillhook.plan.limits.solve import Limits
-from stillhook.plan.tiers.time_domain.bracketing import Search
+from stillhook.plan.limits import Limits, limited
 from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, worst_heights
 from stillhook.plan.tiers.time_domain.lowering import (
     BLOCK,
@@ -26,10 +22,10 @@ from stillhook.plan.tiers.time_domain.lowering import (
     machine_of,
     winch_of,
 )
-from stillhook.plan.tiers.time_domain.over_seeds import chance, largest, mean, passage
-from stillhook.plan.tiers.time_domain.quantities import quantities
+from stillhook.plan.tiers.time_domain.quantities import chance, largest, mean, passage, quantities
+from stillhook.plan.tiers.time_domain.search import Search
 from stillhook.plan.tiers.time_domain.tier import expected, refine
-from stillhook.spec.lift.programme import StageMode
+from stillhook.spec.lift.lowering import StageMode
 from stillhook.spec.scenario import Mode
 from stillhook.statistics.estimate import Estimate
 

@@ -8,14 +8,13 @@ import pytest
 import xarray
 
 from stillhook.engine.lowering.summary import run_numbers_of, stage_numbers_of
-from stillhook.plan.definition.compensation import Alternative
-from stillhook.plan.definition.demand import Tier
 from stillhook.plan.definition.phases import PhaseKind
+from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.file import load_plan
-from stillhook.plan.limits.solve import Limits
+from stillhook.plan.limits import Limits
 from stillhook.plan.tiers.time_domain import cells as twin_cells
-from stillhook.plan.tiers.time_domain.bracketing import Search
 from stillhook.plan.tiers.time_domain.lowering import Winch, course_of
+from stillhook.plan.tiers.time_domain.search import Search
 from stillhook.plan.tiers.time_domain.tier import refine
 from stillhook.winches.registry import WINCH_TYPES
 

@@ -3,10 +3,9 @@
 import pytest
 from tests.scripts import PAGES, script
 
-from stillhook.analysis.tuning.objective import Limits
+from stillhook.analysis.tuning.objective import Limits, capacity_of, gain_allowed, scored
 from stillhook.analysis.tuning.parameters import present, space, with_settings
-from stillhook.analysis.tuning.score import capacity_of, gain_allowed, scored
-from stillhook.engine.scenario.batch import summaries
+from stillhook.engine.scenario.problem import summaries
 
 page = script(PAGES / "controllers_at_their_best.py")
 

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from stillhook import Crane, Scenario, Sine, load_crane
-from stillhook.engine.scenario.batch import summaries
+from stillhook.engine.scenario.problem import summaries
 from stillhook.library import changed
 
 CRANE = load_crane("nov-250t")

@@ -3,7 +3,7 @@
 import pytest
 
 from stillhook.formats.vessel.open import read_vessel
-from stillhook.library.vessels import vessel_file
+from stillhook.library.catalogue import vessel_file
 from stillhook.sea.spectra.text import parse_sea
 from stillhook.sea.vessel.tip import tip_response
 

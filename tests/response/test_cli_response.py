@@ -10,20 +10,17 @@ import xarray
 
 from stillhook.cli import run
 from stillhook.errors import LiftError
-from stillhook.formats.lift.file import load_lift
+from stillhook.formats.lift_file import load_lift
 from stillhook.formats.waves.open import read_sea
 from stillhook.response import lift as of_lift
-from stillhook.response.forcing import forcing_of_seas, forcing_of_series
-from stillhook.response.forcing_measured import forcing_of_directional, forcing_of_states
+from stillhook.response.forcing import forcing_of_directional, forcing_of_seas, forcing_of_series, forcing_of_states
 from stillhook.response.lift import Waves, compensated_depth, lift_response, saturation, saturation_share
-from stillhook.response.winch.describing_function import Residual
-from stillhook.sea.spectra.directional import Directional
-from stillhook.sea.spectra.directions import relative
-from stillhook.sea.spectra.measured import SpectrumSeries
+from stillhook.response.winch.linear_form import Residual
+from stillhook.sea.spectra.directions import Directional, relative
+from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
 from stillhook.sea.spectra.parametric import Jonswap
 from stillhook.sea.spectra.spectrum import Sea, Train
-from stillhook.sea.spectra.states import SeaStates
-from stillhook.spec.lift.programme import Stage
+from stillhook.spec.lift.lowering import Stage
 from stillhook.variables import BY_NAME
 
 LIFT = """

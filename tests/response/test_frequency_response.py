@@ -8,21 +8,17 @@ import pytest
 from stillhook import load_crane
 from stillhook.errors import LiftError, SeaError
 from stillhook.formats.vessel.open import read_vessel
-from stillhook.library.payloads import read_payload
-from stillhook.library.vessels import vessel_file
+from stillhook.library.catalogue import read_payload, vessel_file
 from stillhook.response.forcing import Forcing, forcing_of_seas, forcing_of_series
-from stillhook.response.frequency_domain import frequency_response
-from stillhook.response.linear_drag import drag_of_gaussian
-from stillhook.response.standard_deviations import sigmas
-from stillhook.response.suspended_load import SuspendedLoad, suspended_load
-from stillhook.response.winch.describing_function import Residual
+from stillhook.response.frequency_domain import frequency_response, sigmas
+from stillhook.response.suspended_load import SuspendedLoad, drag_of_gaussian, suspended_load
+from stillhook.response.winch.linear_form import Residual
 from stillhook.response.wire_rod import End, Rod, transfers
 from stillhook.sea.spectra.measured import SpectrumSeries
 from stillhook.sea.spectra.parametric import Jonswap
 from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.sea.vessel.tip import tip_response
-from stillhook.spec.lift.lowering import Lowering
-from stillhook.spec.lift.programme import Stage
+from stillhook.spec.lift.lowering import Lowering, Stage
 
 X, Y = -20.0, 18.0  # m
 BRAKED = Residual.constant(1.0)

@@ -8,19 +8,17 @@ import pytest
 from stillhook import load_crane
 from stillhook.engine.simulate import simulate
 from stillhook.formats.vessel.open import read_vessel
-from stillhook.library.payloads import read_payload
-from stillhook.library.vessels import vessel_file
+from stillhook.library.catalogue import read_payload, vessel_file
 from stillhook.response.forcing import Forcing
-from stillhook.response.standard_deviations import Sigmas, sigmas
+from stillhook.response.frequency_domain import Sigmas, sigmas
 from stillhook.response.suspended_load import suspended_load
-from stillhook.response.winch.describing_function import Residual
-from stillhook.response.winch.identify.describing_function import identify_residual
+from stillhook.response.winch.identify import identify_residual
+from stillhook.response.winch.linear_form import Residual
 from stillhook.sea.spectra.parametric import Jonswap
 from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.sea.vessel.realisation import realise, tip_motion
 from stillhook.sea.vessel.wave_field import wave_field
-from stillhook.spec.lift.lowering import Lowering
-from stillhook.spec.lift.programme import Stage
+from stillhook.spec.lift.lowering import Lowering, Stage
 
 pytestmark = pytest.mark.slow
 

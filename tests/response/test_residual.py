@@ -9,11 +9,10 @@ from scipy.special import erf
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.errors import LiftError
-from stillhook.response.winch.describing_function import HARMONICS, Residual
-from stillhook.response.winch.duty import Duty
-from stillhook.response.winch.excitation import QUICK
-from stillhook.response.winch.identify import describing_function as module
-from stillhook.response.winch.identify.describing_function import identify_residual
+from stillhook.response.winch import identify as module
+from stillhook.response.winch.duty import QUICK, Duty
+from stillhook.response.winch.identify import identify_residual
+from stillhook.response.winch.linear_form import HARMONICS, Residual
 from stillhook.spec.scenario import Sensors
 
 pytestmark = pytest.mark.slow

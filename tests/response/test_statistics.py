@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stillhook.statistics.gaussian import (
+from stillhook.statistics.extremes import (
     chance_below_zero,
     most_probable_maximum,
     rate_below_zero,

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from stillhook.engine.pack.payload import COLUMNS, pack_payload
 from stillhook.errors import LiftError
 from stillhook.physics.load_path.payload import LEVELS
-from stillhook.spec.lift import added_mass as formula
+from stillhook.spec.lift import shapes as formula
 from stillhook.spec.lift.payload import Payload
 
 RHO = 1025.0

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from stillhook.cli import run
-from stillhook.library.payloads import payloads, read_payload
+from stillhook.library.catalogue import payloads, read_payload
 from stillhook.variables import BY_NAME
 
 

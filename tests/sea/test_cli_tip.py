@@ -23,8 +23,8 @@ def vessel(shared_data: Path) -> str:
 @pytest.fixture
 def no_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     """For tests of the other files that are written: the picture takes longest and is looked at elsewhere."""
-    monkeypatch.setattr("stillhook.report.save.tip.tip_figure", lambda *given: None)
-    monkeypatch.setattr("stillhook.report.save.tip.save_figure", lambda figure, path: path.touch())
+    monkeypatch.setattr("stillhook.report.save.tip_figure", lambda *given: None)
+    monkeypatch.setattr("stillhook.report.save.save_figure", lambda figure, path: path.touch())
 
 
 def answer(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict:
@@ -215,7 +215,7 @@ def test_the_series_that_was_written_has_the_numbers_of_the_spectra(capsys, vess
 @pytest.mark.thorough
 def test_measured_directions_are_turned_by_the_ships_heading(capsys, vessel, tmp_path, monkeypatch):
     """A sea that comes from the east is on the starboard beam of a ship that heads north, and dead ahead of one that heads east."""
-    from stillhook.sea.spectra.directional import Directional
+    from stillhook.sea.spectra.directions import Directional
     from stillhook.sea.spectra.measured import SpectrumSeries
 
     omega, width = np.linspace(0.5, 1.2, 8), np.full(8, 0.1)

@@ -10,7 +10,7 @@ from tests.sea.plank import plank
 
 from stillhook.cli import run
 from stillhook.formats.vessel.csv import write_rao_csv
-from stillhook.library.vessels import vessels
+from stillhook.library.catalogue import vessels
 from stillhook.variables import BY_NAME
 
 SHIP = plank(np.linspace(0.1, 1.5, 8), np.radians(np.arange(0.0, 360.0, 30.0)))

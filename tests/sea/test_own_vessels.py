@@ -11,7 +11,7 @@ import pytest
 
 from stillhook.errors import SeaError
 from stillhook.formats.vessel.open import read_vessel
-from stillhook.library.vessels import vessel_file, vessels
+from stillhook.library.catalogue import vessel_file, vessels
 from stillhook.sea.vessel.long_wave import long_wave_limits, wavenumber
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -10,7 +10,7 @@ import pytest
 
 from stillhook.engine.pack.payload import pack_payload
 from stillhook.errors import LiftError, StillhookError
-from stillhook.library.payloads import payloads, read_payload
+from stillhook.library.catalogue import payloads, read_payload
 from stillhook.library.toml.tree import LABELS
 from stillhook.physics.load_path.payload import WettedLevel
 from stillhook.spec.crane import SourceKind

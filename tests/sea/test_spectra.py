@@ -9,13 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stillhook.errors import SeaError
-from stillhook.sea.spectra.ochi_hubble import Hump, OchiHubble
+from stillhook.sea.spectra.directions import cos_power, maximum_entropy, sectors
 from stillhook.sea.spectra.parametric import CUT, Jonswap, Mixed, gamma_of, pierson_moskowitz
-from stillhook.sea.spectra.spectrum import Sea, Train
-from stillhook.sea.spectra.spreading import cos_power, maximum_entropy, sectors
-from stillhook.sea.spectra.steepness import doubts, steepest
+from stillhook.sea.spectra.spectrum import Sea, Train, doubts, steepest
 from stillhook.sea.spectra.text import parse_wave, spectrum_from_dict
-from stillhook.sea.spectra.torsethaugen import Torsethaugen
+from stillhook.sea.spectra.two_peaked import Hump, OchiHubble, Torsethaugen
 
 MOMENT = 1e-4  # what spectral moments must be right to
 PRINTED = 5e-6  # five printed digits

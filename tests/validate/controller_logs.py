@@ -7,9 +7,8 @@ import numpy as np
 from tests.validate.ahc_logs import STEP, TWIN, record, sea
 
 from stillhook import Scenario, simulate
-from stillhook.spec.commands import Commands
 from stillhook.spec.crane import Crane
-from stillhook.spec.scenario import Mode, Operator
+from stillhook.spec.scenario import Commands, Mode, Operator
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.data_set.records.record import Record
 

@@ -7,7 +7,7 @@ from scipy.signal import lfilter
 from tests.validate.ahc_logs import TWIN, record
 
 from stillhook.engine.pack.winch import active_record
-from stillhook.physics.hydraulics.line import capacitance
+from stillhook.physics.hydraulics.lines import capacitance
 from stillhook.units import parse
 from stillhook.validate.parameters.segments import LogPart
 

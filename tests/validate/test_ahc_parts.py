@@ -6,8 +6,7 @@ from scipy.special import ndtr
 from tests.validate.ahc_logs import STEP, sea
 
 from stillhook.errors import ValidateError
-from stillhook.validate.ahc.shape import shape
-from stillhook.validate.ahc.windows import by_motion, counted_share, gaussian_share, mean_and_s, windows
+from stillhook.validate.ahc.comparison import by_motion, counted_share, gaussian_share, mean_and_s, shape, windows
 from stillhook.validate.data_set.records.tip import smooth_tip
 
 T = np.arange(0.0, 120.0, STEP)

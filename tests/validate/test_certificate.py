@@ -20,7 +20,7 @@ from stillhook.library.certificate import canonical, digest_of
 from stillhook.report.pdf import pages
 from stillhook.spec.crane import content
 from stillhook.validate import Certificate, certificate_files, certificate_of, load_certificate
-from stillhook.validate.certificate.content import content_of
+from stillhook.validate.certificate.certificate import content_of
 from stillhook.validate.certificate.document import document
 from stillhook.validate.criteria.results import StepNumber
 from stillhook.validate.report import figures as pictures_of

@@ -3,8 +3,8 @@
 import pytest
 from tests.scripts import PAGES, script
 
-from stillhook.validate.certificate.content import method_hash
-from stillhook.validate.criteria.detection import LIMITS_FILE, NONE, DetectionLimit, DetectionLimits, detection_limits
+from stillhook.validate.certificate.certificate import method_hash
+from stillhook.validate.criteria.criteria import LIMITS_FILE, NONE, DetectionLimit, DetectionLimits, detection_limits
 from stillhook.validate.synthetic import Defect
 from stillhook.validate.synthetic.defects import DEFECTS
 
@@ -84,7 +84,7 @@ def test_what_is_written_is_read_again(scripts, tmp_path, monkeypatch):
     table = DetectionLimits("x-y", "2026-01-02", 100, 3, rows)
     file = tmp_path / "limits.toml"
     file.write_text(limits.text_of(table))
-    monkeypatch.setattr("stillhook.validate.criteria.detection.LIMITS_FILE", file)
+    monkeypatch.setattr("stillhook.validate.criteria.criteria.LIMITS_FILE", file)
     assert detection_limits.__wrapped__() == table
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from stillhook.validate.data_set.records.transients import Transient, quick_changes
-from stillhook.validate.dynamics.direct import dominant_period, swing_of
 from stillhook.validate.dynamics.fitting.output_error import Model, fit
+from stillhook.validate.dynamics.swings import dominant_period, swing_of
 
 STEP = 0.01
 T, ZETA, HIGH = 0.48, 0.08, 60e5  # s, -, Pa

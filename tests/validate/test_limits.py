@@ -18,8 +18,7 @@ from tests.validate.controller_logs import (
 )
 
 from stillhook.engine.pack.winch import gains
-from stillhook.spec.commands import Commands
-from stillhook.spec.scenario import Mode
+from stillhook.spec.scenario import Commands, Mode
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.names import MEASURES
 from stillhook.validate.criteria.results import Measure, StepNumber, Verdict

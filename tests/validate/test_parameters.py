@@ -24,7 +24,7 @@ from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.parameters.check import ParametersStep
 from stillhook.validate.parameters.circuit.settings import SENSOR_GAIN, after_play
 from stillhook.validate.parameters.figures import figures
-from stillhook.validate.parameters.hoisting.friction import CALIBRATION, missing, scale_of_law, twin_friction
+from stillhook.validate.parameters.hoisting import CALIBRATION, missing, scale_of_law, twin_friction
 
 pytestmark = pytest.mark.slow
 

@@ -9,8 +9,16 @@ from stillhook.physics.hydraulics.swash import Servo
 from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.jackknife_regression import fit, pooled
 from stillhook.validate.parameters.circuit.settings import followed
-from stillhook.validate.parameters.segments import LogPart, diameter_of, layer_at, layer_of, wire_of_layer
-from stillhook.validate.parameters.slopes import differences, integral, slope
+from stillhook.validate.parameters.segments import (
+    LogPart,
+    diameter_of,
+    differences,
+    integral,
+    layer_at,
+    layer_of,
+    slope,
+    wire_of_layer,
+)
 
 STEP = 0.01
 NOMINAL, SLACK = 0.95, 0.04  # of 95 % intervals; three standard deviations of 300 draws

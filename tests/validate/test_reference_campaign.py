@@ -12,9 +12,9 @@ import pytest
 from stillhook import load_crane
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import SimulationError, ValidateError
-from stillhook.logs.synthetic.campaign import MARK
-from stillhook.logs.synthetic.instruments import (
+from stillhook.logs.synthetic import (
     AHC_COLUMNS,
+    MARK,
     Calibration,
     Clock,
     Sensor,
@@ -31,8 +31,7 @@ from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.synthetic import Defect, Plan, WrittenCampaign, sea_trials, write_campaign
 from stillhook.validate.synthetic.defects import DEFECTS, defect_text, with_defect
 from stillhook.validate.synthetic.scatter import STATED_DELAY, Setting, setting
-from stillhook.validate.synthetic.schedule import PlannedTest, Sea, beyond
-from stillhook.validate.synthetic.sea import irregular
+from stillhook.validate.synthetic.schedule import PlannedTest, Sea, beyond, irregular
 
 pytestmark = pytest.mark.slow
 

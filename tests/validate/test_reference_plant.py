@@ -10,29 +10,43 @@ import pytest
 from stillhook import Scenario, load_crane, simulate
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
-from stillhook.engine.scenario.run import Ready, ScenarioBlock
+from stillhook.engine.scenario.problem import Ready, ScenarioBlock
 from stillhook.errors import SpecError
 from stillhook.library import changed
-from stillhook.physics.hydraulics.line import capacitance
+from stillhook.physics.hydraulics.lines import capacitance
 from stillhook.physics.hydraulics.motor import motor_leakage
 from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.spec.scenario import Operator
-from stillhook.validate.synthetic.reference.circuits import OMEGA_LEAK, active_leak, working
 from stillhook.validate.synthetic.reference.crane import ReferenceCrane, numbers
-from stillhook.validate.synthetic.reference.friction import reference_friction, surface, usual_speeds
+from stillhook.validate.synthetic.reference.laws import (
+    OMEGA_LEAK,
+    active_leak,
+    reference_friction,
+    surface,
+    usual_speeds,
+    working,
+)
 from stillhook.validate.synthetic.reference.pack import fastest_rates, pack_reference, simulate_reference
 from stillhook.validate.synthetic.scatter import setting
 from stillhook.winches.records import Tip
 from stillhook.winches.reference import plant as truth
-from stillhook.winches.reference.laws import dry_level_true, line_energy, moving_loss_true, two_volume_flows
-from stillhook.winches.reference.leak import gap_motor, gap_pump, leak_across, leak_to_case
+from stillhook.winches.reference.laws import (
+    dry_level_true,
+    gap_motor,
+    gap_pump,
+    leak_across,
+    leak_to_case,
+    line_energy,
+    moving_loss_true,
+    two_volume_flows,
+)
 from stillhook.winches.types import active_passive
 
 CRANE = load_crane("nov-250t")
 PLAIN = ReferenceCrane()
 BAR = 1e5
 AUDIT = 1e-3
-"""Energy not found again, over that through the pumps: what sound runs of the twin stay below (`stillhook.engine.scenario.summary`)."""
+"""Energy not found again, over that through the pumps: what sound runs of the twin stay below (`stillhook.engine.scenario.problem`)."""
 WIRE, PRESSURE = 1e-4, 0.2 * BAR
 """What half the step may change: docs/validation/step-size.md for the twin."""
 STILL = 2e-3

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from stillhook.statistics.between_cases import between, extremes, half_of_mean, random_effects
 from stillhook.statistics.block_bootstrap import interval
-from stillhook.statistics.estimate import NORMAL_95, Estimate
+from stillhook.statistics.estimate import NORMAL_95, Estimate, between, extremes, half_of_mean, random_effects
 from stillhook.statistics.jackknife_regression import one_number, pooled
-from stillhook.validate.ahc.cases import FISHER, over_cases
-from stillhook.validate.ahc.shape import correlation
+from stillhook.validate.ahc.comparison import correlation
+from stillhook.validate.ahc.measures import FISHER, over_cases
 
 LENGTHS = np.array([200.0, 1500.0, 200.0, 300.0])  # s: load cases of paper F table 3
 DRAWS = 400

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from stillhook.analysis.steady.layers import layer_row
+from stillhook.analysis.steady.steady_state import layer_row
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import ScenarioError, UnitError
 from stillhook.physics.load_path.drum import wire_usable

@@ -9,9 +9,7 @@ from stillhook.base.progress import Progress
 from stillhook.control.registry import USUAL
 from stillhook.engine.arguments import checked_cases, cycles, paired, steps_per_cycle
 from stillhook.engine.scenario.checks import check
-from stillhook.engine.scenario.dataset import to_dataset
-from stillhook.engine.scenario.run import Result, run_cases
-from stillhook.engine.scenario.summary import OK, summarise
+from stillhook.engine.scenario.problem import OK, Result, run_cases, summarise, to_dataset
 from stillhook.errors import ScenarioError
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Scenario, mode_of

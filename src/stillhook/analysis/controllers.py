@@ -16,14 +16,14 @@ from typing import Any
 
 from pydantic import Field, create_model, field_validator
 
-from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency
-from stillhook.base.nearest import nearest
+from stillhook.analysis.loop_stability.models.reduced import eigenfrequency
+from stillhook.base.choice import nearest
 from stillhook.control.registry import DEFAULT_MODE, MANUAL_MODE
 from stillhook.errors import SpecError, StillhookError
 from stillhook.library import changed
+from stillhook.library.crane_file.write import toml_value
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
-from stillhook.library.write import toml_value
 from stillhook.spec.crane import Control, Crane
 from stillhook.spec.scenario import Mode, mode_of
 from stillhook.tables.table import Spec

@@ -1,7 +1,9 @@
-"""One of a few named choices, from a text."""
+"""One of a few named choices from a text, and the name that a misspelt one was meant to be."""
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Iterable
 from enum import StrEnum
 from typing import TypeVar
 
@@ -17,3 +19,9 @@ def choice(kind: type[Choice], text: Choice | str, name: str) -> Choice:
         return kind(text)
     except ValueError:
         raise IdentifyError(f"{name} = {quote(text)}: not one of {', '.join(kind)}.") from None
+
+
+def nearest(name: str, names: Iterable[str]) -> str:
+    """``; did you mean "x"?`` for the nearest of the names, else a full stop."""
+    close = difflib.get_close_matches(name, list(names), n=1, cutoff=0.6)
+    return f'; did you mean "{close[0]}"?' if close else "."

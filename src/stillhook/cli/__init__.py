@@ -20,17 +20,13 @@ import typer.main
 
 from stillhook._version import __version__
 from stillhook.base.extensions import place_in_extension
-from stillhook.cli import demo
+from stillhook.cli import crane, demo, plan, simulation, validate
 from stillhook.cli.analysis import envelope, maps, stability, tune, uncertainty
-from stillhook.cli.crane import calc, cranes
 from stillhook.cli.identify import commands as identify
 from stillhook.cli.identify import friction_sets as friction
 from stillhook.cli.parser import adopt
-from stillhook.cli.plan import plan, report
 from stillhook.cli.sea import payload, response, tip, vessel
 from stillhook.cli.sea import waves as sea
-from stillhook.cli.simulation import lower, runs
-from stillhook.cli.validate import certificate, validate
 from stillhook.cli.weather import commands as weather
 from stillhook.errors import StillhookError
 
@@ -62,8 +58,8 @@ def _root(
     """Options that belong to no command."""
 
 
-cranes.register(app)
-runs.register(app)
+crane.register(app)
+simulation.register(app)
 envelope.register(app)
 sea.register(app)
 stability.register(app)
@@ -72,13 +68,13 @@ tune.register(app)
 uncertainty.register(app)
 validate.register(app)
 tip.register(app)
-lower.register_lower(app)
+simulation.register_lower(app)
 response.register(app)
 plan.register(app)
 demo.register(app)
-report.register_report(app)
-app.add_typer(calc.app, name="calc")
-app.add_typer(certificate.app, name="certificate")
+plan.register_report(app)
+app.add_typer(crane.app, name="calc")
+app.add_typer(validate.app, name="certificate")
 app.add_typer(identify.app, name="identify")
 app.add_typer(friction.app, name="friction")
 app.add_typer(vessel.app, name="vessel")

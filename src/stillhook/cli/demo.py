@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from stillhook.cli.simulation.runs import check_out, headers, print_notes, row, write_comparison
+from stillhook.cli.simulation import check_out, headers, print_notes, row, write_comparison
 from stillhook.report.terminal import print_table, progress_bar, started
 
 SHOWN = 40.0
@@ -47,7 +47,7 @@ def demo(
         return
     if example != PLAN:
         raise PlanError(f"Unknown example {quote(example)}. Choose {PLAN} or {MOTIONS}.")
-    from stillhook.cli.plan.plan import run, show
+    from stillhook.cli.plan import run, show
     from stillhook.plan.file import load_plan
 
     result = run(load_plan(EXAMPLE), "frequency" if quick else "time", None, out, None, None, THREADS)

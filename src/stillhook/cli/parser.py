@@ -1,19 +1,16 @@
-"""Arguments and help of every command: an option of one value appears once, and help shows what is
-written in it.
-
-`typer` renders help with rich's markup, which takes "[scenario]" for a style and drops it, and lets the last of
-repeated options win. `adopt` puts the classes of this module in place of typer's, for an entire program at once.
-"""
+"""Arguments and help of every command, and options that several commands share."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any
 
 import typer
 from rich.markup import escape
 from typer.core import TyperCommand, TyperGroup
 
+from stillhook.control.registry import Mode
 from stillhook.errors import CommandError
 
 
@@ -71,3 +68,18 @@ def _literal(command: Any) -> None:
         for name in ("help", "short_help", "epilog"):
             if text := getattr(part, name, None):
                 setattr(part, name, escape(text))
+
+
+CONTROLLERS = ", ".join(mode.value for mode in Mode if mode.compensates)
+"""Controllers as help lists them."""
+MODES = ", ".join(Mode)
+"""Controllers and manual mode as help lists them."""
+
+Json = Annotated[bool, typer.Option("--json", help="Print JSON in SI units.")]
+Step = Annotated[str | None, typer.Option(help="Integration step (default 5 ms).")]
+Store = Annotated[
+    Path | None, typer.Option(help="Folder that keeps results as they finish; an interrupted run continues from it.")
+]
+Out = Annotated[
+    Path | None, typer.Option("--out", help="Folder for NetCDF, pictures and JSON; nothing is written without it.")
+]

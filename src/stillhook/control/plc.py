@@ -10,7 +10,7 @@ from typing import NamedTuple
 from stillhook.control.ahc import AhcGains, feedback, feedforward
 from stillhook.control.brake import SMALL, BrakeSettings, closed_share, fill, idle_time
 from stillhook.control.interface import Reading, Sensed
-from stillhook.control.power import PowerLimit, stroke_left, within_stroke
+from stillhook.control.pumps import PowerLimit, stroke_left, within_stroke
 from stillhook.control.ssc import MotorSettings
 from stillhook.physics.records import replace
 from stillhook.physics.scalar import clip, scalar

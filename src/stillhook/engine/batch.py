@@ -17,8 +17,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Meter, Progress
-from stillhook.engine.arguments import check_threads
-from stillhook.engine.columns import Series
+from stillhook.engine.arguments import Series, check_threads
 from stillhook.engine.runner import RunOptions
 from stillhook.engine.store import Store
 from stillhook.errors import SimulationError, StillhookError

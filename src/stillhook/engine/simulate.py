@@ -9,16 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from stillhook import units
 from stillhook.base.progress import Progress
-from stillhook.engine.arguments import Case, check_threads, cycles, paired, steps_per_cycle
+from stillhook.engine.arguments import Case, Series, check_threads, cycles, paired, steps_per_cycle
 from stillhook.engine.batch import Problem, run_batch, summary_of
-from stillhook.engine.columns import Series
-from stillhook.engine.lowering.batch import LoweringProblem
+from stillhook.engine.lowering.problem import LoweringProblem
 from stillhook.engine.runner import Ending
-from stillhook.engine.scenario.batch import ScenarioProblem
+from stillhook.engine.scenario.problem import ScenarioProblem
 from stillhook.errors import ScenarioError, SimulationError
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.in_sea import InSea
-from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.lowering import InSea, Lowering
 from stillhook.spec.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -58,15 +56,15 @@ def simulate(
     ----------
     crane, case: what the machine is, and what is done to it. A list of cases adds the dimension "case"; so does a list
     of cranes of one winch type, which all run the one case, or each its own of equally many (draws of uncertain
-    parameters: `stillhook.identify.system_friction.fitting.draws`). step: integration step, at most the PLC cycle and a
-    whole part of it; default 2 ms with series, 5 ms for statistics alone, or the next shorter step that the PLC cycle
-    allows. every: spacing of the stored series, a whole number of PLC cycles; default 0.1 s, or the next longer spacing
-    that there is. series: store time series; default True for one case, False for a list (statistics alone, sixteen
-    cases side by side). on_failure: "raise" stops with SimulationError if a case fails, "mark" keeps the rest (`status`
-    says which failed). threads: threads that share a batch. store, client: statistics alone may be kept in a folder as
-    they finish, so that a run that was killed goes on, and made on a cluster (a dask.distributed Client), with the same
-    numbers; see `stillhook.engine.scenario.batch.summaries`. progress: called with the share done, 0..1; first with 0,
-    when everything that was given has been found good.
+    parameters: `stillhook.identify.system_friction.fitting.uncertainty`). step: integration step, at most the PLC cycle
+    and a whole part of it; default 2 ms with series, 5 ms for statistics alone, or the next shorter step that the PLC
+    cycle allows. every: spacing of the stored series, a whole number of PLC cycles; default 0.1 s, or the next longer
+    spacing that there is. series: store time series; default True for one case, False for a list (statistics alone,
+    sixteen cases side by side). on_failure: "raise" stops with SimulationError if a case fails, "mark" keeps the rest
+    (`status` says which failed). threads: threads that share a batch. store, client: statistics alone may be kept in a
+    folder as they finish, so that a run that was killed goes on, and made on a cluster (a dask.distributed Client),
+    with the same numbers; see `stillhook.engine.scenario.problem.summaries`. progress: called with the share done,
+    0..1; first with 0, when everything that was given has been found good.
 
     Returns
     -------

@@ -6,8 +6,8 @@ from stillhook.engine.pack.winch import Packed
 from stillhook.errors import SpecError
 from stillhook.physics.friction import system_friction_dry
 from stillhook.physics.load_path.wire import wire_damping
-from stillhook.winches.hoist import Hoist, drum_geometry, shaft_inertia_without_wire
 from stillhook.winches.interface import Stiffness
+from stillhook.winches.load_path import Hoist, drum_geometry, shaft_inertia_without_wire
 
 RK4_LIMIT = 2.6
 """Largest |h lambda| that is accepted; the method itself is stable up to 2.785 (negative real axis) and 2.83 (imaginary

@@ -19,8 +19,7 @@ from stillhook.sea.motion.motion import Motion, Profile
 from stillhook.sea.motion.text import parse_motion
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
-from stillhook.tables.problem import first_problem
-from stillhook.tables.table import Spec, Text
+from stillhook.tables.table import Spec, Text, first_problem
 
 
 class TipFile(Spec):

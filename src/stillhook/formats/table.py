@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
 from stillhook.base.arrays import FloatArray
-from stillhook.base.nearest import nearest
+from stillhook.base.choice import nearest
 from stillhook.errors import LogError, SpecError, UnitError, UnreadableError
 from stillhook.formats.binary.reader import read_binary, refuse_bomb
 from stillhook.formats.csv_table import csv_table, csv_text

@@ -9,7 +9,7 @@ from stillhook.identify.system_friction.campaign.file import Campaign as Campaig
 from stillhook.identify.system_friction.campaign.file import load_campaign as load_campaign
 from stillhook.identify.system_friction.campaign.synthetic import campaign_plan as campaign_plan
 from stillhook.identify.system_friction.campaign.synthetic import write_campaign as write_campaign
-from stillhook.identify.system_friction.fitting.draws import draw_cranes as draw_cranes
+from stillhook.identify.system_friction.fitting.uncertainty import draw_cranes as draw_cranes
 from stillhook.identify.system_friction.identify import Friction as Friction
 from stillhook.identify.system_friction.identify import friction as friction
 from stillhook.identify.system_friction.motor_refit import second_loop as second_loop

@@ -15,7 +15,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import IdentifyError
-from stillhook.identify.steady_state.records import Rejected, Steady, Window, WindowSettings
+from stillhook.identify.steady_state.steps import Rejected, Steady, Window, WindowSettings
 from stillhook.identify.steady_state.windows import effort_of, kind_of, signal_of, steady_windows
 from stillhook.identify.system_friction.campaign.pairs import Pair, pair_windows
 from stillhook.logs.log import Log

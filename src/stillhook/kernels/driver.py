@@ -11,8 +11,7 @@ from numba import njit
 
 from stillhook.control.plc import Memory
 from stillhook.kernels.lanes import access, joined, offset, size
-from stillhook.kernels.moving_window import SIGNALS, window_add, window_turn
-from stillhook.kernels.statistics import CommonStats, fold_common
+from stillhook.kernels.statistics import SIGNALS, CommonStats, fold_common, window_add, window_turn
 from stillhook.physics.records import replace
 from stillhook.physics.scalar import STRICT, align_stack, clip, scalar
 from stillhook.winches.records import THIN, CommonSignals, Geometry, Tick, Tip

@@ -14,7 +14,7 @@ from numba import njit
 from stillhook.control.plc import Memory, Plc
 from stillhook.control.supervisor import STAGE_LANDING, Stage, Supervisor, Watch, supervise
 from stillhook.kernels.lanes import access, offset, size
-from stillhook.kernels.moving_window import window_add, window_turn
+from stillhook.kernels.statistics import window_add, window_turn
 from stillhook.physics.load_path.payload import (
     LEVELS,
     Heights,

@@ -5,12 +5,18 @@
 ``changed`` gives a crane with other values, ``crane_toml`` writes one as a file.
 """
 
+from stillhook.library.catalogue import LeakTable, frictions, leak_table, leak_tables, motor, motors, system_friction
 from stillhook.library.crane_file.load import changed, crane_from_toml, cranes, load_crane
-from stillhook.library.crane_file.sheet import sheet, sheet_json
-from stillhook.library.parameter_sets.evidence import Evidence
-from stillhook.library.parameter_sets.sets import FrictionSet, LossSet, load_friction, load_losses, load_set, set_toml
-from stillhook.library.tables import LeakTable, frictions, leak_table, leak_tables, motor, motors, system_friction
-from stillhook.library.write import certified_crane_toml, crane_toml
+from stillhook.library.crane_file.write import certified_crane_toml, crane_toml, sheet, sheet_json
+from stillhook.library.parameter_sets import (
+    Evidence,
+    FrictionSet,
+    LossSet,
+    load_friction,
+    load_losses,
+    load_set,
+    set_toml,
+)
 
 __all__ = [
     "Evidence",

@@ -6,7 +6,7 @@ import functools
 import math
 from typing import NamedTuple, Protocol
 
-from stillhook.library.tables import leak_table
+from stillhook.library.catalogue import leak_table
 from stillhook.physics.hydraulics.pump import LEAK_KNOTS, PumpLeak, pump_leakage
 from stillhook.units import number, show
 from stillhook.winches.circuits.tables import ActiveCircuit, Leak, LeakForm, LeakPoint, PassiveCircuit, PumpSet

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 from pydantic import Field, ValidationInfo, field_validator
 
 from stillhook import units as u
-from stillhook.engine.pack.wire_weight import wire_carried
+from stillhook.engine.pack.lift import wire_carried
 from stillhook.errors import StillhookError
 from stillhook.library.toml.file import TomlTable
 from stillhook.spec.crane import Crane

@@ -28,8 +28,7 @@ from stillhook.formats.unit_spelling import PURE, hint, our_unit
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.logs.types import Signal
-from stillhook.tables.problem import first_problem
-from stillhook.tables.table import Number, Spec, pure_number
+from stillhook.tables.table import Number, Spec, first_problem, pure_number
 from stillhook.units import KINDS, parse, quote
 from stillhook.variables import PHYSICAL
 

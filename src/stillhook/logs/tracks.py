@@ -11,7 +11,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import LogError, UnitError
 from stillhook.formats.unit_spelling import SCALES, hint, our_unit
-from stillhook.logs.checks.physical_range import limit_of
+from stillhook.logs.checks.findings import limit_of
 from stillhook.logs.formats.source import Chunk, Source, Want, is_stamp, master
 from stillhook.logs.mapping import STAMPS, allowed, factors, place_of, split_heading
 from stillhook.logs.resample import Column, Track

@@ -1,11 +1,11 @@
-from stillhook.plan.answer.files import load_plan_result as load_plan_result
-from stillhook.plan.answer.files import save_plan as save_plan
-from stillhook.plan.definition.compensation import Alternative as Alternative
-from stillhook.plan.definition.demand import Tier as Tier
+from stillhook.plan.answer.dataset import load_plan_result as load_plan_result
+from stillhook.plan.answer.dataset import save_plan as save_plan
 from stillhook.plan.definition.lift_plan import LiftPlan as LiftPlan
+from stillhook.plan.definition.rules import Alternative as Alternative
+from stillhook.plan.definition.rules import Tier as Tier
 from stillhook.plan.definition.rules_file import load_rules as load_rules
 from stillhook.plan.file import load_plan as load_plan
 from stillhook.plan.planning import plan as plan
-from stillhook.plan.report.save import save_report as save_report
-from stillhook.plan.result.result import PlanResult as PlanResult
+from stillhook.plan.report.document import save_report as save_report
+from stillhook.plan.result import PlanResult as PlanResult
 from stillhook.plan.table.table import LimitTable as LimitTable

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from stillhook.plan.definition.capacities import static_tension
-from stillhook.plan.definition.compensation import Alternative
 from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse
 from stillhook.plan.definition.phases import Phase
-from stillhook.plan.limits.applicable_rules import limited
-from stillhook.plan.tiers.depths import resonance_depth, situations
-from stillhook.plan.weather.operation import weather_used
-from stillhook.sea.spectra.steepness import steepest, steepness
+from stillhook.plan.definition.rules import Alternative
+from stillhook.plan.limits import limited
+from stillhook.plan.tiers.frequency import resonance_depth, situations
+from stillhook.plan.weather.value import weather_used
+from stillhook.sea.spectra.spectrum import steepest, steepness
 from stillhook.weather.alpha import load_alpha_table, reference_period
 
 

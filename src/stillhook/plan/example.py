@@ -6,7 +6,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from stillhook.base.atomic import atomic_folder, check_folder
-from stillhook.base.nearest import nearest
+from stillhook.base.choice import nearest
 from stillhook.errors import PlanError
 from stillhook.plan.file import SHELF, plans
 from stillhook.units import quote

@@ -15,23 +15,19 @@ from typing import Any
 from pydantic import BaseModel, Field, ValidationInfo, field_validator
 
 from stillhook import units as u
-from stillhook.base.nearest import nearest
+from stillhook.base.choice import nearest
 from stillhook.errors import PlanError, ScenarioError, WeatherError
-from stillhook.formats.lift.place import depth_notes, still_place
-from stillhook.formats.lift.tables import PlaceTables, payload_of
+from stillhook.formats.lift_file import PlaceTables, depth_notes, payload_of, still_place
 from stillhook.formats.weather.file import SENSES
 from stillhook.formats.weather.times import ORDERS
 from stillhook.library import load_crane
+from stillhook.library.catalogue import weather_file
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind, other_kind
 from stillhook.library.toml.tree import shelf, toml_text
-from stillhook.library.weather import weather_file
-from stillhook.plan.definition.compensation import ALTERNATIVES, Alternative
-from stillhook.plan.definition.feasibility import check_sinks, check_tips, check_wire
-from stillhook.plan.definition.lift_plan import Environment, LiftPlan, WeatherUse
-from stillhook.plan.definition.phase_profile import Water, joined
-from stillhook.plan.definition.phases import Phase
-from stillhook.plan.definition.rules import RuleSet
+from stillhook.plan.definition.lift_plan import Environment, LiftPlan, WeatherUse, check_sinks, check_tips, check_wire
+from stillhook.plan.definition.phases import Phase, Water, joined
+from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, RuleSet
 from stillhook.plan.definition.rules_file import check_limit_texts, load_rules, rules_of
 from stillhook.plan.weather.value import check_headings
 from stillhook.sea.spectra.directions import parse_direction
@@ -39,10 +35,9 @@ from stillhook.sea.vessel.rao import Rao
 from stillhook.sea.vessel.tip import TipPoint
 from stillhook.spec.crane import content
 from stillhook.tables.plausible import implausible_values
-from stillhook.tables.problem import with_place
-from stillhook.tables.table import Part, Spec, Text
+from stillhook.tables.table import Part, Spec, Text, with_place
 from stillhook.units import number, quote
-from stillhook.weather.mapped import mapped
+from stillhook.weather.limit_text import mapped
 
 SHELF = "plans"
 RULES = "offshore-lift"

@@ -16,22 +16,17 @@ from stillhook.plan.answer.metadata import RunInputs, facts_of
 from stillhook.plan.answer.reference_cell import reference_blocks
 from stillhook.plan.answer.remarks import not_computed, result_facts
 from stillhook.plan.definition.capacities import calm
-from stillhook.plan.definition.compensation import Alternative
-from stillhook.plan.definition.demand import Demand, Seas, Tier
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.rules import Limited
+from stillhook.plan.definition.rules import Alternative, Demand, Limited, Seas, Tier
 from stillhook.plan.file import load_plan
-from stillhook.plan.limits.applicable_rules import limited
-from stillhook.plan.limits.solve import Limits, limits_of
-from stillhook.plan.result.distinguishable import not_compared
-from stillhook.plan.result.result import CREDITS, PlanResult
-from stillhook.plan.table.credited import certified_in, credited_of
+from stillhook.plan.limits import Limits, limited, limits_of
+from stillhook.plan.result import CREDITS, PlanResult, not_compared
+from stillhook.plan.table.credit import certified_in, credited_of
 from stillhook.plan.table.table import Axes, chosen, gathered, governed
 from stillhook.plan.tiers.closed_form import closed_form
 from stillhook.plan.tiers.frequency import frequency
 from stillhook.plan.tiers.time_domain.tier import refine
-from stillhook.plan.weather.operation import weather_used
-from stillhook.plan.weather.value import forecast_limits, seas_of, weather_block, weather_value
+from stillhook.plan.weather.value import forecast_limits, seas_of, weather_block, weather_used, weather_value
 from stillhook.units import quote
 from stillhook.weather.alpha import DEFAULT, load_alpha_table
 from stillhook.weather.series import Weather

@@ -1,8 +1,12 @@
-"""How numbers are written in reports; what has no value is a dash."""
+"""How numbers and running text are written in reports; what has no value is a dash."""
 
 from __future__ import annotations
 
 import math
+import re
+import shutil
+import sys
+import textwrap
 from typing import Any
 
 from stillhook.units import KINDS, in_display, number
@@ -119,3 +123,20 @@ def groups(digest: object, length: int | None = None) -> str:
     """A hash in groups of four; its first characters only where a length is stated."""
     text = str(digest)[:length]
     return " ".join(text[i : i + 4] for i in range(0, len(text), 4))
+
+
+NARROW, WIDE = 60, 120
+"""Columns of running text: not fewer, not more."""
+GLUE = "\u00a0"
+"""Represents a space at which no line is folded."""
+
+
+def wrapped(text: str, indent: str = "") -> None:
+    """Running text, folded to the terminal, no unit parted from its number; in a file or a pipe every line stays
+    one."""
+    if sys.stdout.isatty():
+        width = min(max(shutil.get_terminal_size().columns - 1, NARROW), WIDE)
+        result = re.sub(r"(?<=[0-9]) (?=[^0-9\s]{1,3}(?:[^\w]|$)|[LNkm][ /a-z])", GLUE, text)
+        result = textwrap.fill(result, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+        text = result.replace(GLUE, " ")
+    print(text)

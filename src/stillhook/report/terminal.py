@@ -7,8 +7,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Literal
 
 from stillhook.report.document import Bullets, Column, Document, Figure, Part, Section, Table, Text, Verdict, words
-from stillhook.report.formatting import display_number, display_unit
-from stillhook.report.running_text import wrapped
+from stillhook.report.formatting import display_number, display_unit, wrapped
 from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:

@@ -1,5 +1,4 @@
-"""Forcing by a sea at the crane tip and at the load, as spectra: of the tip's height, of the wave at the load, and the
-cross spectrum of both."""
+"""Forcing by a sea at the crane tip and at the load, as spectra, in words or measured with direction from north."""
 
 from __future__ import annotations
 
@@ -8,16 +7,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError
-from stillhook.sea.spectra.measured import SpectrumSeries
+from stillhook.sea.spectra.directions import cos_power, relative
+from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
+from stillhook.sea.spectra.parametric import HIGHEST as HIGHEST_SEA
+from stillhook.sea.spectra.parametric import LONGEST, SHORTEST, Jonswap, gamma_of
 from stillhook.sea.spectra.spectrum import Sea, check_spread
-from stillhook.sea.spectra.spreading import cos_power
 from stillhook.sea.vessel.long_wave import wavenumber
 from stillhook.sea.vessel.rao import Rao
-from stillhook.statistics.series import over_frequency
+from stillhook.statistics.time_lag import over_frequency
 
 PARTS = 8
 """Parts of a measured band: a wire that rings with 1 % of damping at 1.3 rad/s is then integrated to 1e-4 over a band
@@ -117,3 +118,130 @@ def tip_by_wave(
     along = x * np.cos(directions) + y * np.sin(directions)
     wave = np.exp(-1j * np.outer(along, wavenumber(omega, depth)))
     return share @ np.abs(R) ** 2, share @ (R * np.conj(wave))
+
+
+BLOCK = 256
+"""Records whose shares of directions are held at a time."""
+DIGITS = 2
+"""Digits after the point of gamma where it follows from height and period: the rule itself is no better."""
+
+GRID = 720
+"""Directions round the circle, half a degree apart: whole degrees, and the directions within a short-crested sea about
+them."""
+GAMMA_CHANGES = (3.6, 5.0)
+"""T_p/sqrt(H_s) between which gamma changes, 5 before and 1 beyond. Source: DNV-RP-C205; check against your edition."""
+
+
+def forcing_of_directional(
+    series: SpectrumSeries, vessel: Rao, x: float, y: float, ship: float, *, parts: int = PARTS
+) -> Forcing:
+    """Forcing of every record of spectra that hold their directions, about a ship that heads `ship` [rad clockwise from
+    north].
+
+    As `stillhook.response.forcing.forcing_of_series`, with every band shared out over directions as it was measured. A
+    record with waves of unknown direction counts as missing. Errors: SeaError where no directions were measured.
+    """
+    directions = series.directional
+    if directions is None:
+        raise SeaError(f"{series.source}: contains no directions. Enter the direction of the waves from the bow.")
+    offsets = (np.arange(parts) + 0.5) / parts - 0.5
+    omega = (series.omega[:, None] + offsets * series.width[:, None]).ravel()
+    width = np.repeat(series.width / parts, parts)
+    each = [tip_by_wave(omega, vessel, x, y, relative(float(theta), ship), None) for theta in directions.theta]
+    power = np.array([p for p, _ in each]).reshape(len(each), -1, parts).transpose(1, 0, 2)  # band, direction, part
+    cross = np.array([c for _, c in each]).reshape(len(each), -1, parts).transpose(1, 0, 2)
+    wave = np.repeat(series.S, parts, axis=1) * width
+    tip, mixed = np.empty_like(wave), np.empty(wave.shape, dtype=complex)
+    for i in range(0, len(series), BLOCK):
+        rows = slice(i, min(i + BLOCK, len(series)))
+        share = np.array([directions.shares(n) for n in range(rows.start, rows.stop)])
+        share = np.where(series.S[rows, :, None] == 0.0, 0.0, share).transpose(1, 0, 2)  # band, record, direction
+        for out, by in ((tip, power), (mixed, cross)):
+            out[rows] = (share @ by).transpose(1, 0, 2).reshape(rows.stop - rows.start, -1)
+    unknown = np.isnan(tip).any(axis=1)
+    tip, mixed, wave = tip * wave, mixed * wave, wave.copy()
+    for array in (tip, mixed, wave):
+        array[unknown] = np.nan
+    return Forcing(omega, width, tip, wave, mixed)
+
+
+def forcing_of_states(
+    states: SeaStates,
+    vessel: Rao,
+    x: float,
+    y: float,
+    *,
+    beta: float | None = None,
+    ship: float | None = None,
+    spread: float | None = None,
+) -> Forcing:
+    """Forcing of sea states of which height, period and perhaps direction are known, as JONSWAP spectra with gamma by
+    their steepness.
+
+    beta: direction of travel from the bow for all [rad]; or ship: where the bow points, clockwise from north [rad], for
+    the direction that each record's waves come from, taken to whole degrees. spread: exponent of cos^n. The peak period
+    is used where there is one, else the zero-crossing period.
+    Records without height, period (of waves that have a height) or required direction are missing; so are those that
+    are physically impossible.
+    Errors: SeaError where neither or both of beta and ship are given, or nothing is left.
+    """
+    if (beta is None) == (ship is None):
+        raise SeaError(
+            f"{states.source}: enter either the direction of the waves from the bow, or the heading of the bow."
+        )
+    omega = np.arange(LOWEST + STEP / 2.0, HIGHEST, STEP)
+    if ship is None:
+        beta = 0.0 if beta is None else beta
+        place, known = np.zeros(len(states), dtype=int), np.ones(len(states), dtype=bool)
+    else:
+        beta, known = relative(0.0, ship), np.isfinite(states.come_from)
+        place = -GRID * np.round(np.degrees(np.where(known, states.come_from, 0.0))).astype(int) // 360
+    wave = _waves(states, omega)
+    wave[~known & (np.nan_to_num(states.H_m0) > 0.0)] = np.nan
+    distinct, row = np.unique(place, return_inverse=True)
+    power, cross = _about(omega, vessel, x, y, float(beta), distinct, spread)
+    if not np.isfinite(wave).any():
+        raise SeaError(f"{states.source}: no record has height, period and, where --ship is given, a direction.")
+    return Forcing(omega, np.full(len(omega), STEP), wave * power[row.ravel()], wave, wave * cross[row.ravel()])
+
+
+def _about(
+    omega: FloatArray, vessel: Rao, x: float, y: float, beta: float, place: NDArray[np.intp], spread: float | None
+) -> tuple[FloatArray, NDArray[np.complex128]]:
+    """Result of `tip_by_wave` for headings beta + place steps of the grid, (k, m) each: long-crested waves of each
+    direction are calculated once and shared by all headings whose waves reach it."""
+    theta, share = (np.zeros(1), np.ones(1)) if spread is None else cos_power(check_spread(spread))
+    met = place[:, None] + np.rint(theta * GRID / (2.0 * np.pi)).astype(int)
+    used, at = np.unique(met % GRID, return_inverse=True)
+    each = [tip_by_wave(omega, vessel, x, y, beta + 2.0 * np.pi * float(k) / GRID, None) for k in used]
+    power, cross = np.array([p for p, _ in each]), np.array([c for _, c in each])
+    at = at.reshape(met.shape)
+    return np.array([share @ power[rows] for rows in at]), np.array([share @ cross[rows] for rows in at])
+
+
+def _waves(states: SeaStates, omega: FloatArray) -> FloatArray:
+    """Variance of the surface in each frequency (n, m) [m^2]; NaN rows where the state is not known."""
+    wave = np.full((len(states), len(omega)), np.nan)
+    peak = np.where(np.isfinite(states.T_p), states.T_p, _peak_periods(states.T_m02, states.H_m0))
+    for i in np.flatnonzero(states.valid):
+        H_s, T_p = float(states.H_m0[i]), float(peak[i])
+        if H_s == 0.0:
+            wave[i] = 0.0
+        elif 0.0 < H_s <= HIGHEST_SEA and SHORTEST <= T_p <= LONGEST:
+            wave[i] = Jonswap(H_s, T_p, round(gamma_of(H_s, T_p), DIGITS)).density(omega) * STEP
+    return wave
+
+
+def _peak_periods(T_z: FloatArray, H_s: FloatArray) -> FloatArray:
+    """Peak periods of JONSWAP spectra of zero-crossing periods T_z and heights H_s (n,), gamma by steepness [s]; NaN
+    where one is unknown.
+
+    T_z/sqrt(H_s) follows from T_p/sqrt(H_s) alone: straight where gamma is constant, by a table between.
+    """
+    place = np.linspace(*GAMMA_CHANGES, 29)
+    crossing = np.array([Jonswap(1.0, float(r)).T_m02 for r in place])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x = T_z / np.sqrt(H_s)
+    straight = np.where(x < crossing[0], x * place[0] / crossing[0], x * place[-1] / crossing[-1])
+    inside = (x >= crossing[0]) & (x <= crossing[-1])
+    return np.asarray(np.sqrt(H_s) * np.where(inside, np.interp(x, crossing, place), straight))

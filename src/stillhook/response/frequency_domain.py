@@ -1,32 +1,245 @@
 """The frequency-domain method: from seas, through tip, winch and wire, to the motion and tension of the load; thousands
-of sea states at once."""
+of sea states at once.
+
+Standard deviations of wire, load and tensions in many sea states: drag linearised in each, winch and waves
+included.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import LiftError
 from stillhook.response.forcing import Forcing
-from stillhook.response.standard_deviations import Sigmas, sigmas
-from stillhook.response.suspended_load import SuspendedLoad
-from stillhook.response.winch.describing_function import Residual
+from stillhook.response.suspended_load import QUANTITIES, SuspendedLoad, answers, drag_of_gaussian
+from stillhook.response.winch.linear_form import Residual
 from stillhook.sea.vessel.ship_motion import STANDARD_GRAVITY
-from stillhook.statistics.gaussian import (
+from stillhook.statistics.extremes import (
     chance_below_zero,
     most_probable_maximum,
     rate_below_zero,
     share_below_zero,
     zero_crossing_period,
 )
+from stillhook.statistics.time_lag import over_frequency
 from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
     import xarray
+
+
+SPEEDS = np.geomspace(1e-4, 10.0, 36)
+"""Deviations of the payload's speed through the water [m/s] at which everything is calculated; between them in
+logarithms, to 0.2 %."""
+SLOW = np.geomspace(0.01, 8.0, 400)
+"""Frequencies on which the remnant of the winch is taken to the load [rad/s]."""
+BLOCK = 1024
+"""Largest number of sea states that are calculated together."""
+COARSE = 5
+"""Step through `SPEEDS` of the first, coarse search."""
+STILL_WATER = 1e-7
+"""Variance of the speed of water at the load, over that of the tip, below which waves do not reach it."""
+LEAST = 1e-300
+
+
+class Sigmas(NamedTuple):
+    """Standard deviations for n sea states: u wire's top end [m], u_rate its speed [m/s]; of `linearise.QUANTITIES` [m,
+    m/s, N, N/s]; drag the linear drag of the payload [N s/m]."""
+
+    u: FloatArray
+    u_rate: FloatArray
+    load: FloatArray
+    load_rate: FloatArray
+    relative: FloatArray
+    top: FloatArray
+    top_rate: FloatArray
+    sling: FloatArray
+    sling_rate: FloatArray
+    drag: FloatArray
+
+
+def sigmas(forcing: Forcing, load: SuspendedLoad, residual: Residual) -> Sigmas:
+    """Standard deviations in every sea state; 0 in a calm one, NaN in a missing one.
+
+    Drag and motion agree where the speed through the water with the drag of some speed has the deviation of that speed.
+    That is searched among `SPEEDS`, from above: with more drag there is less motion, so there is one such place.
+    Where the compliance of the winch depends on the tip's speed, a sea state is calculated with that of a lower and of
+    a higher speed, and interpolated.
+    """
+    out = np.full((len(Sigmas._fields), len(forcing)), np.nan)
+    v = forcing.deviation(1)
+    moving = np.flatnonzero(v > 0.0)
+    out[:, np.isfinite(v)] = 0.0
+    if not len(moving):
+        return Sigmas(*out)
+    seas, levels = _Seas(forcing, load, residual), _levels(v[moving], residual)
+    trial = seas.trials(moving, float(levels[len(levels) // 2]))
+    place = np.interp(np.log(v[moving]), np.log(levels), np.arange(len(levels)))
+    for k, level in enumerate(levels):
+        part = np.maximum(1.0 - np.abs(place - k), 0.0)
+        near = part > 0.0
+        if near.any():
+            out[:, moving[near]] += part[near] * seas.at(moving[near], float(level), trial)
+    return Sigmas(*out)
+
+
+def _levels(v: FloatArray, residual: Residual) -> FloatArray:
+    """Deviations of the tip's speed at which the compliance of the winch is taken, for seas of deviations v: those of
+    its table about them."""
+    if residual.compliance is None:
+        return np.ones(1)
+    knots = residual.compliance.sigma_v
+    first = max(int(np.searchsorted(knots, v.min(), side="right")) - 1, 0)
+    return np.asarray(knots[first : max(int(np.searchsorted(knots, v.max())), first) + 1])
+
+
+class _Seas:
+    """Sea states on one load and winch, and the numbers shared by all of them."""
+
+    def __init__(self, forcing: Forcing, load: SuspendedLoad, residual: Residual) -> None:
+        self.forcing, self.load, self.residual = forcing, load, residual
+        tip, wave = (np.nansum(each, axis=0) * forcing.omega**2 for each in (forcing.tip, forcing.wave))
+        self.waves = float(np.sum(wave * load.decay(forcing.omega) ** 2)) > STILL_WATER * float(np.sum(tip))
+        self.v = forcing.deviation(1)
+        C = np.zeros(forcing.tip.shape, dtype=complex)
+        moving = self.v > 0.0
+        for some in _blocks(np.flatnonzero(moving)):
+            C[some] = residual.gaussian(forcing.omega, self.v[some])
+        self.wire = np.abs(C) ** 2 * forcing.tip
+        self.cross = C * forcing.cross if self.waves else None
+        self.slow = self.places = None
+        if residual.remnant is not None:
+            still = np.where(moving, self.v, 1.0)
+            self.slow = residual.remnant.on(SLOW)
+            self.places = residual.remnant.places(still, 2.0 * np.pi * forcing.deviation() / still)
+
+    def trials(self, rows: NDArray[np.intp], level: float) -> FloatArray:
+        """Those of `SPEEDS` among which drag and motion agree in these seas, with one to spare at both ends."""
+        if self.load.B <= 0.0:
+            return SPEEDS[:1]
+        coarse = SPEEDS[::COARSE]
+        tables = _Tables(self, level, coarse)
+        places = [_agreement(_Block(tables, some).relative(), coarse)[0] for some in _blocks(rows)]
+        low, high = (COARSE * int(f([f(p) for p in places])) for f in (np.min, np.max))
+        return SPEEDS[max(low - 1, 0) : high + COARSE + 2]
+
+    def at(self, rows: NDArray[np.intp], level: float, trial: FloatArray) -> FloatArray:
+        """Rows of `Sigmas` for some sea states with the compliance at one speed of the tip, (10, len(rows))."""
+        tables = _Tables(self, level, trial)
+        parts = [_Block(tables, some).sigmas() for some in _blocks(rows)]
+        if any(each is None for each in parts):
+            return self.at(rows, level, SPEEDS)
+        return np.concatenate([each for each in parts if each is not None], axis=1)
+
+
+def _blocks(rows: NDArray[np.intp]) -> list[NDArray[np.intp]]:
+    return [rows[i : i + BLOCK] for i in range(0, len(rows), BLOCK)]
+
+
+class _Tables:
+    """Shared by all sea states: squared answers (s, m) by quantity for s trial speeds, and answers to the remnant."""
+
+    def __init__(self, seas: _Seas, level: float, trial: FloatArray) -> None:
+        forcing, load, residual = seas.forcing, seas.load, seas.residual
+        self.seas, self.trial = seas, trial
+        self.drag = load.C_lin + drag_of_gaussian(load.B, trial, load.V)
+
+        def compliance(omega: FloatArray) -> ComplexArray:
+            return (
+                np.zeros(len(omega), complex) if residual.compliance is None else residual.compliance.at(omega, level)
+            )
+
+        at_drags = answers(forcing.omega, load, self.drag[:, None], compliance(forcing.omega))
+        self.by_u = {q: np.abs(a.u) ** 2 for q, a in at_drags.items()}
+        self.both = {q: 2.0 * a.u * np.conj(a.wave) for q, a in at_drags.items()} if seas.waves else {}
+        self.by_wave = {q: np.abs(a.wave) ** 2 for q, a in at_drags.items()} if seas.waves else {}
+        self.remnant: dict[str, FloatArray] = {}
+        if seas.slow is not None:
+            slow = answers(SLOW, load, self.drag[:, None], compliance(SLOW))
+            powers = {q: np.abs(a.u) ** 2 for q, a in slow.items()} | {
+                "u": np.ones((1, len(SLOW))),
+                "u_rate": SLOW[None, :] ** 2,
+            }
+            self.remnant = {q: _integrated(seas.slow, power) for q, power in powers.items()}
+
+
+def _integrated(density: FloatArray, power: FloatArray) -> FloatArray:
+    """Variances (j, k, s) of densities (j, k, m) with powers (s, m)."""
+    return over_frequency(density.reshape(-1, density.shape[-1]), power).reshape(*density.shape[:2], len(power))
+
+
+class _Block:
+    """Some sea states, calculated together."""
+
+    def __init__(self, tables: _Tables, rows: NDArray[np.intp]) -> None:
+        self.t, self.rows = tables, rows
+        seas = tables.seas
+        self.wire = seas.wire[rows]
+        self.cross = None if seas.cross is None else seas.cross[rows]
+        self.places = None if seas.places is None else seas.places.rows(rows)
+
+    def rest(self, q: str) -> FloatArray:
+        """Variance of an answer to the remnant."""
+        return np.zeros((len(self.rows), 1)) if self.places is None else self.places.at(self.t.remnant[q])
+
+    def variance(self, q: str, s: slice) -> FloatArray:
+        """Of one of `QUANTITIES` at some of the trial speeds, in logarithms, (len(rows), s)."""
+        t, rest = self.t, self.rest(q)
+        total = over_frequency(self.wire, t.by_u[q][s]) + (rest[:, s] if rest.shape[1] > 1 else rest)
+        if self.cross is not None:
+            both = t.both[q][s]
+            total += over_frequency(self.cross.real, both.real) - over_frequency(self.cross.imag, both.imag)
+            total += over_frequency(t.seas.forcing.wave[self.rows], t.by_wave[q][s])
+        return np.asarray(np.log(np.maximum(total, LEAST)))
+
+    def relative(self) -> FloatArray:
+        """Of the speed through the water, at all trial speeds."""
+        return self.variance("relative", slice(None))
+
+    def sigmas(self) -> FloatArray | None:
+        """Rows of `Sigmas`, (10, len(rows)); None where drag and motion agree outside of the trial speeds."""
+        trial, drag = self.t.trial, self.t.drag
+        y = self.relative()
+        if len(trial) not in (1, len(SPEEDS)) and not _within(y, trial):
+            return None
+        place, share = _agreement(y, trial)
+        each, used = np.arange(len(self.rows)), slice(int(place.min()), int(place.max()) + 2)
+        low, high = place - used.start, np.minimum(place + 1, len(trial) - 1) - used.start
+        fast = over_frequency(self.wire, self.t.seas.forcing.omega[None, :] ** 2)[:, 0]
+        out = [np.sqrt(self.wire.sum(axis=1) + self.rest("u")[:, 0]), np.sqrt(fast + self.rest("u_rate")[:, 0])]
+        for q in QUANTITIES:
+            y = self.variance(q, used)
+            out.append(np.exp(0.5 * (y[each, low] + share * (y[each, high] - y[each, low]))))
+        x = np.log(np.maximum(drag[used], LEAST))
+        return np.array([*out, np.where(drag[place] > 0.0, np.exp(x[low] + share * (x[high] - x[low])), 0.0)])
+
+
+def _within(y: FloatArray, trial: FloatArray) -> bool:
+    """Whether every answer is faster than the first trial speed, unless that is the first of all, and slower than the
+    last."""
+    slow, fast = 0.5 * y[:, 0] > np.log(trial[0]), 0.5 * y[:, -1] <= np.log(trial[-1])
+    return bool((slow.all() or trial[0] == SPEEDS[0]) and (fast.all() or trial[-1] == SPEEDS[-1]))
+
+
+def _agreement(y: FloatArray, trial: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
+    """Place among the trial speeds, and share of the next one, at which a speed and its answer agree; y (n, s)
+    logarithms of variances."""
+    if len(trial) == 1:
+        return np.zeros(len(y), dtype=np.intp), np.zeros(len(y))
+    gap = 0.5 * y - np.log(trial)
+    faster = gap > 0.0  # the answer is faster than the trial speed
+    last = len(trial) - 2
+    place = np.where(faster.any(axis=1), len(trial) - 1 - np.argmax(faster[:, ::-1], axis=1), 0)
+    place = np.minimum(place, last)
+    each = np.arange(len(y))
+    fall = gap[each, place] - gap[each, place + 1]
+    return place, np.clip(gap[each, place] / np.where(fall > 0.0, fall, 1.0), 0.0, 1.0)
 
 
 def frequency_response(

@@ -12,21 +12,24 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.errors import LiftError
-from stillhook.formats.lift.file import LiftFile
-from stillhook.response.forcing import Forcing, forcing_of_seas, forcing_of_series
-from stillhook.response.forcing_measured import forcing_of_directional, forcing_of_states
+from stillhook.formats.lift_file import LiftFile
+from stillhook.response.forcing import (
+    Forcing,
+    forcing_of_directional,
+    forcing_of_seas,
+    forcing_of_series,
+    forcing_of_states,
+)
 from stillhook.response.frequency_domain import frequency_response
 from stillhook.response.suspended_load import SuspendedLoad, suspended_load
-from stillhook.response.winch.describing_function import Residual
-from stillhook.response.winch.identify.describing_function import Steps, identify_residual
+from stillhook.response.winch.identify import Steps, identify_residual
+from stillhook.response.winch.linear_form import Residual
 from stillhook.response.wire_rod import natural_periods
 from stillhook.sea.spectra.directions import parse_direction
-from stillhook.sea.spectra.measured import SpectrumSeries
+from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
 from stillhook.sea.spectra.spectrum import Sea
-from stillhook.sea.spectra.states import SeaStates
 from stillhook.sea.vessel.rao import Rao
-from stillhook.spec.lift.lowering import Lowering
-from stillhook.spec.lift.programme import StageMode
+from stillhook.spec.lift.lowering import Lowering, StageMode
 from stillhook.spec.scenario import Mode, mode_of
 from stillhook.units import parse, show
 from stillhook.variables import BY_NAME

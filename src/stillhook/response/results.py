@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
-from stillhook.formats.lift.file import LiftFile
+from stillhook.formats.lift_file import LiftFile
 from stillhook.kernels.cache import cache_root
+from stillhook.response.frequency_domain import sigmas
 from stillhook.response.lift import FLAGS, LiftResponse, Waves
-from stillhook.response.linear_drag import answers
-from stillhook.response.standard_deviations import sigmas
-from stillhook.response.winch.describing_function import Residual
+from stillhook.response.suspended_load import answers
+from stillhook.response.winch.linear_form import Residual
 from stillhook.tables.plausible import implausible_values, marked
 from stillhook.units import show
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.statistics.estimate import NORMAL_95, Estimate, t_factor
-from stillhook.statistics.series import dot
+from stillhook.statistics.time_lag import dot
 
 Statistic = Callable[[FloatArray], float]
 

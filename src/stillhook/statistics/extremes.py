@@ -1,4 +1,4 @@
-"""Largest values to be expected: of a Gaussian motion over a time, and of maxima that were simulated seed by seed."""
+"""Largest values: of Gaussian motions and tensions over a time, and of maxima that were simulated."""
 
 from __future__ import annotations
 
@@ -122,3 +122,120 @@ def _fits_of_draws(n: int) -> tuple[FloatArray, FloatArray]:
     """Fits of many samples of n from the distribution with mu 0 and beta 1."""
     draws = np.random.default_rng(DRAW_SEED).gumbel(size=(DRAWS, n))
     return _fit(draws)
+
+
+def zero_crossing_period(sigma: ArrayLike, sigma_rate: ArrayLike) -> FloatArray:
+    """Mean time from one upward crossing of the mean to the next, 2 pi sigma/sigma_rate [s]; NaN for what stands
+    still."""
+    s, r = np.broadcast_arrays(np.asarray(sigma, dtype=np.float64), np.asarray(sigma_rate, dtype=np.float64))
+    return np.asarray(2.0 * np.pi * np.divide(s, r, out=np.full(s.shape, np.nan), where=r > 0.0), dtype=np.float64)
+
+
+def most_probable_maximum(sigma: ArrayLike, T_z: ArrayLike, duration: float) -> FloatArray:
+    """Most probable largest value over a time, above the mean, sigma sqrt(2 ln(duration/T_z)), unit of sigma; 0 where
+    nothing moves.
+
+    duration [s], at least T_z. See `stillhook.statistics.extremes.largest`.
+    """
+    s, T = np.broadcast_arrays(np.asarray(sigma, dtype=np.float64), np.asarray(T_z, dtype=np.float64))
+    out = np.where(np.isnan(s), np.nan, 0.0)
+    moving = (s > 0.0) & np.isfinite(T)
+    out[moving] = [a * largest(1.0, duration / b) for a, b in zip(s[moving], T[moving], strict=True)]
+    return out
+
+
+def share_below_zero(mean: ArrayLike, sigma: ArrayLike) -> FloatArray:
+    """Share of the time in which a Gaussian tension of this mean and deviation is below 0 [-]: a linear wire would
+    push, a real one is slack."""
+    from scipy.special import ndtr  # heavy: only where tensions are judged
+
+    m, s = np.broadcast_arrays(np.asarray(mean, dtype=np.float64), np.asarray(sigma, dtype=np.float64))
+    ratio = np.divide(m, s, out=np.where(m > 0.0, np.inf, -np.inf), where=s > 0.0)
+    return np.where(np.isnan(s), np.nan, ndtr(-ratio))
+
+
+def rate_below_zero(mean: ArrayLike, sigma: ArrayLike, T_z: ArrayLike) -> FloatArray:
+    r"""How often such a tension falls through 0 [1/s]: Rice's :math:`\exp(-m^2/2\sigma^2)/T_z`; 0 where nothing
+    moves."""
+    m, s, T = np.broadcast_arrays(*(np.asarray(v, dtype=np.float64) for v in (mean, sigma, T_z)))
+    ratio = np.divide(m, s, out=np.full(m.shape, np.inf), where=s > 0.0)
+    rate = np.exp(-0.5 * ratio**2) / np.where(np.isfinite(T), T, np.inf)
+    return np.where(np.isnan(s), np.nan, rate)
+
+
+def chance_below_zero(rate: ArrayLike, duration: float) -> FloatArray:
+    """Chance that a tension falls through 0 at least once in a time, 1 - exp(-rate duration) [-]: crossings taken as
+    independent."""
+    return np.asarray(-np.expm1(-np.asarray(rate, dtype=np.float64) * duration))
+
+
+HALVINGS = 26
+"""Halvings of the bracket that a level is looked for in: right to 1e-8 of it."""
+
+
+def largest_of_parts(mean: ArrayLike, sigma: ArrayLike, cycles: ArrayLike, quantile: float) -> FloatArray:
+    r"""Level that the largest of all parts of a phase stays below with the probability `quantile`, (n,).
+
+    .. math:: \sum_i N_i \exp\frac{-(x - m_i)^2}{2\sigma_i^2} = \ln\frac{1}{q}
+
+    Parameters: mean m_i, standard deviation sigma_i, number of cycles N_i = time/T_z, each (k, n) for k parts and n
+    seas, or what broadcasts to it. Maxima are taken as Rayleigh distributed and independent, as in
+    `stillhook.statistics.extremes.largest`, which this is for one part. Where nothing moves, or the parts hold too few
+    cycles for such a level, the largest mean. NaN where a part is unknown.
+    """
+    m, s, N = np.broadcast_arrays(*(np.asarray(v, dtype=np.float64) for v in (mean, sigma, cycles)))
+    target = math.log(1.0 / quantile)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        alone = np.where((target < N) & (s > 0.0), m + s * np.sqrt(2.0 * np.log(np.maximum(N, target) / target)), m)
+        if len(m) == 1:
+            return np.where(np.isnan(s[0]), np.nan, alone[0])
+        total = np.maximum(N.sum(axis=0), target)
+        low, high = alone.max(axis=0), (m + s * np.sqrt(2.0 * np.log(total / target))).max(axis=0)
+    scale = np.where(s > 0.0, s, 1.0)
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        over = np.maximum(middle - m, 0.0) / scale
+        beyond = (np.where(s > 0.0, N, 0.0) * np.exp(-0.5 * over**2)).sum(axis=0) > target
+        low, high = np.where(beyond, middle, low), np.where(beyond, high, middle)
+    unknown = np.isnan(m + s).any(axis=0)
+    return np.where(unknown, np.nan, 0.5 * (low + high))
+
+
+def share_beyond(level: float, sigma: ArrayLike) -> FloatArray:
+    """Share of the time in which a Gaussian motion of deviation sigma is further from its mean than a level, to either
+    side [-]."""
+    from scipy.special import ndtr  # heavy: only where a stroke is judged
+
+    s = np.asarray(sigma, dtype=np.float64)
+    return np.asarray(2.0 * ndtr(-np.divide(level, s, out=np.full_like(s, np.inf), where=s > 0.0)) + 0.0 * s)
+
+
+def speed_at_crossing(drift: float, sigma: ArrayLike, quantile: float) -> FloatArray:
+    r"""Speed with which a load that sinks at `drift` and swings with a Gaussian speed passes a level, at a quantile,
+    shape of sigma [m/s].
+
+    Speeds at downward crossings have the density :math:`p(w) \sim w\,\exp(-(w - V)^2/2\sigma^2)`, w > 0 (Rice): fast
+    ones pass more often. All passages of a level count alike; the first one, at which a load lands, is slower where the
+    swing is much faster than the drift, so that this is on the safe side. Parameters: drift V, 0 or more; sigma of the
+    speed [m/s]; NaN stays NaN.
+    """
+    from scipy.special import ndtr  # heavy: only where a landing is judged
+
+    s = np.asarray(sigma, dtype=np.float64)
+    moving = np.where(s > 0.0, s, 1.0)
+    V = drift / moving
+
+    def passed(w: FloatArray) -> FloatArray:
+        """Integral of the density up to w, in units of sigma, but for its scale."""
+        y = w - V
+        return np.asarray(
+            (np.exp(-0.5 * V**2) - np.exp(-0.5 * y**2)) / math.sqrt(2.0 * math.pi) + V * (ndtr(y) - ndtr(-V))
+        )
+
+    low, high = np.zeros_like(moving), V + 10.0
+    total = passed(high)
+    for _ in range(2 * HALVINGS):
+        middle = 0.5 * (low + high)
+        more = passed(middle) < quantile * total
+        low, high = np.where(more, middle, low), np.where(more, high, middle)
+    return np.where(np.isnan(s), np.nan, np.where(s > 0.0, 0.5 * (low + high) * moving, drift))

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stillhook.base.arrays import FloatArray, IntArray
-from stillhook.statistics.between_cases import random_effects
-from stillhook.statistics.estimate import NORMAL_95, Estimate, t_factor
-from stillhook.statistics.series import dot
+from stillhook.statistics.estimate import NORMAL_95, Estimate, random_effects, t_factor
+from stillhook.statistics.time_lag import dot
 
 FEWEST_BLOCKS = 4
 """Least number of blocks for an interval: with fewer, the t factor on a variance of two values is
@@ -110,7 +109,7 @@ def _jackknife(values: FloatArray) -> float:
 
 def pooled(estimates: Sequence[Estimate]) -> Estimate:
     """The mean of one quantity over tests, each with its own true value about it: the scatter between the tests is in
-    its interval (`stillhook.statistics.between_cases`), and the largest structural error of them stays."""
+    its interval (`stillhook.statistics.estimate`), and the largest structural error of them stays."""
     if len(estimates) == 1:
         return estimates[0]
     value, half = random_effects([e.value for e in estimates], [e.half for e in estimates])

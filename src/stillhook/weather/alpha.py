@@ -20,7 +20,7 @@ from pydantic import Field
 
 from stillhook import units as u
 from stillhook.base.arrays import FloatArray
-from stillhook.base.nearest import nearest
+from stillhook.base.choice import nearest
 from stillhook.errors import StillhookError, WeatherError
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind

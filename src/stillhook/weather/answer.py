@@ -13,8 +13,7 @@ from stillhook.sea.spectra.directions import FULL
 from stillhook.units import number
 from stillhook.weather.limit_text import BETA, KIND, Limit, by_heading, inside_by_heading
 from stillhook.weather.persistence import IN_TIME, gaps, persistence, seconds
-from stillhook.weather.series import HOUR, Weather
-from stillhook.weather.thinned import every
+from stillhook.weather.series import HOUR, Weather, every
 
 MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 

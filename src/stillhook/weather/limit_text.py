@@ -5,19 +5,22 @@ A limit is a range of one column of the weather, and may hold for a part of the 
 must hold. beta is the direction in which the waves travel, counter-clockwise from the bow, and needs to know where the
 ship heads; a ship that is free keeps one heading through an operation (every `FREE_STEP` is tried). Ranges of angles
 run in rising sense, through 360 deg.
+
+Headings of a weather file that a user names: "Hs" = "my height (cm)".
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
+from stillhook.base.choice import nearest
 from stillhook.errors import UnitError, WeatherError
 from stillhook.sea.spectra.directions import FULL, relative
 from stillhook.units import parse, quote
@@ -235,3 +238,23 @@ def values(weather: Weather, name: str, limit: Limit, ship: float | None) -> Flo
             " another column with --column, or drop the limit."
         )
     return relative(x, ship) if name == BETA and ship is not None else x
+
+
+NAMED = ("Hs", "Tp", "Tz", "wind", "come_from", "wind_from", "current")
+
+
+def mapped(headings: Mapping[str, str], where: str) -> dict[str, str]:
+    """Names as users write them -> headings, as `stillhook.formats.weather.file.read_weather` wants them. Errors:
+    WeatherError."""
+    columns = {}
+    for name, heading in headings.items():
+        key = SPELT.get(name.strip().lower())
+        if key is None or key == BETA:
+            raise WeatherError(f"{where} {quote(name)}: is not one of {', '.join(NAMED)}{nearest(name, NAMED)}")
+        if not isinstance(heading, str) or not heading.strip():
+            raise WeatherError(
+                f"{where} {name} = {quote(heading)}: write a heading of the file, with its unit in brackets if it has"
+                " none."
+            )
+        columns[key] = heading.strip()
+    return columns

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 from stillhook.analysis.loop_stability.margins import GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK, strongest_up_to
 from stillhook.analysis.loop_stability.models.linearisation import plc_loop
-from stillhook.analysis.loop_stability.models.loops import SampledLoop, position_loop, sampled
+from stillhook.analysis.loop_stability.models.transfer import SampledLoop, position_loop, sampled
 from stillhook.analysis.steady.limits import Direction, Station
 from stillhook.analysis.steady.operating_point import NoSteadyOperation
 from stillhook.analysis.steady.steady_state import motor_law, moves

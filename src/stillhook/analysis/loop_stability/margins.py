@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from stillhook.analysis.loop_stability.models.loops import ContinuousLoop, Loop, SampledLoop, position_loop, sampled
+from stillhook.analysis.loop_stability.models.transfer import ContinuousLoop, Loop, SampledLoop, position_loop, sampled
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import StillhookError
 from stillhook.spec.crane import Crane

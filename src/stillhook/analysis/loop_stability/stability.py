@@ -25,16 +25,19 @@ from stillhook.analysis.loop_stability.governing import (
     with_damped_wire,
 )
 from stillhook.analysis.loop_stability.margins import Margins, gain_limit_of, margins, strongest_up_to
-from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency, gain_limit
 from stillhook.analysis.loop_stability.models.linearisation import linearise, plant_loop, plc_loop, settled_displacement
-from stillhook.analysis.loop_stability.models.loops import Loop, SampledLoop, position_loop, sampled
+from stillhook.analysis.loop_stability.models.reduced import eigenfrequency, gain_limit
 from stillhook.analysis.loop_stability.models.transfer import (
     About,
+    Loop,
+    SampledLoop,
     command_pole,
     effective_radius,
     full_matrices,
     motor_slope,
     on_layer,
+    position_loop,
+    sampled,
 )
 from stillhook.analysis.steady.operating_point import OperatingPoint, operating_point
 from stillhook.analysis.steady.steady_state import motor_law, steady

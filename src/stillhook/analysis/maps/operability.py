@@ -16,8 +16,8 @@ from stillhook.analysis.controllers import Controller, controller
 from stillhook.analysis.maps.result import Map, as_dataset
 from stillhook.base.progress import Progress
 from stillhook.control.registry import USUAL
-from stillhook.engine.scenario.batch import numbers_of, summaries
 from stillhook.engine.scenario.checks import notes_of
+from stillhook.engine.scenario.problem import numbers_of, summaries
 from stillhook.errors import ScenarioError, SpecError
 from stillhook.sea.motion.motion import Motion, Sine
 from stillhook.sea.motion.scale import scaled_to, speed_peak
@@ -78,7 +78,7 @@ def map_of(
     profile (figure 6) is not printed as numbers. duration, warm_up: length of each run, and its start that does not
     count; the peak-to-peak error is that of the part that counts, at most of 30 s. The tip's motion grows over the
     first 10 s, or over the warm-up where that is shorter. step, threads, store, client, progress: as in
-    `stillhook.engine.scenario.batch.summaries`.
+    `stillhook.engine.scenario.problem.summaries`.
 
     Errors: ScenarioError, UnitError, SpecError, MotionError, one line each, before anything runs.
     Source: Moslatt 2020 paper E section 4.

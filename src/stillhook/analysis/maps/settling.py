@@ -15,7 +15,7 @@ from stillhook.analysis.axes import LOADS, SPEEDS, Axes, Texts, axes_of
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.maps.operability import controllers_of
 from stillhook.analysis.maps.result import Map, as_dataset
-from stillhook.analysis.steady.layers import layer_row
+from stillhook.analysis.steady.steady_state import layer_row
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.control.registry import USUAL
@@ -23,8 +23,7 @@ from stillhook.engine.arguments import SERIES_STEP, check_threads, steps_per_cyc
 from stillhook.engine.batch import spread
 from stillhook.engine.runner import Ending
 from stillhook.engine.scenario.checks import notes_of
-from stillhook.engine.scenario.run import Result, run_cases
-from stillhook.engine.scenario.summary import summarise
+from stillhook.engine.scenario.problem import Result, run_cases, summarise
 from stillhook.errors import ScenarioError
 from stillhook.kernels.build import results_hash
 from stillhook.kernels.lanes import VL

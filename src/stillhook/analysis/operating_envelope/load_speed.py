@@ -12,9 +12,8 @@ import numpy as np
 from stillhook._version import __version__
 from stillhook.analysis.axes import Texts, quantities
 from stillhook.analysis.controllers import Controller, controller
-from stillhook.analysis.steady.layers import layer_row
 from stillhook.analysis.steady.limits import RESERVE, Direction, Limit, Station, Top
-from stillhook.analysis.steady.steady_state import steady
+from stillhook.analysis.steady.steady_state import layer_row, steady
 from stillhook.base.progress import Progress
 from stillhook.control.registry import CLASSIC, Mode
 from stillhook.control.ssc import displacement_calc_min

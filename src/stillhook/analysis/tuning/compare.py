@@ -12,12 +12,11 @@ import numpy as np
 
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.controllers import controller as controller_of
-from stillhook.analysis.tuning.objective import Limits, Objective
-from stillhook.analysis.tuning.score import OURS, Score
+from stillhook.analysis.tuning.objective import OURS, Limits, Objective, Score
 from stillhook.analysis.tuning.search import Trial
 from stillhook.analysis.tuning.tune import BUDGET, Tuned, tune
 from stillhook.base.progress import Progress
-from stillhook.engine.scenario.batch import summaries
+from stillhook.engine.scenario.problem import summaries
 from stillhook.errors import StillhookError
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario

@@ -8,14 +8,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from stillhook.analysis.controllers import Controller
-from stillhook.analysis.loop_stability.models.eigenfrequency import gain_limit
-from stillhook.base.nearest import nearest
+from stillhook.analysis.loop_stability.models.reduced import gain_limit
+from stillhook.base.choice import nearest
 from stillhook.control.interface import Setting as ControllerSetting
 from stillhook.control.registry import CONTROLLERS, ControlLaw
 from stillhook.engine.pack.winch import gains, wire_speed_max
 from stillhook.errors import StillhookError
-from stillhook.spec.control import own_settings, own_table
-from stillhook.spec.crane import Crane
+from stillhook.spec.crane import Crane, own_settings, own_table
 from stillhook.spec.scenario import Mode, mode_of
 from stillhook.units import KINDS, show
 from stillhook.variables import BY_NAME

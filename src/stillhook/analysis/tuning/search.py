@@ -13,10 +13,10 @@ from scipy.optimize import differential_evolution, minimize
 from scipy.stats import qmc
 
 from stillhook.analysis.controllers import lateness
-from stillhook.analysis.tuning.objective import Limits, Objective
-from stillhook.analysis.tuning.parameters import Setting, of_vector, present, to_vector, with_settings
-from stillhook.analysis.tuning.score import (
+from stillhook.analysis.tuning.objective import (
     Fast,
+    Limits,
+    Objective,
     Score,
     attributed_limits,
     capacity_of,
@@ -27,9 +27,10 @@ from stillhook.analysis.tuning.score import (
     scored,
     wires_of,
 )
+from stillhook.analysis.tuning.parameters import Setting, of_vector, present, to_vector, with_settings
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
-from stillhook.engine.scenario.batch import summaries
+from stillhook.engine.scenario.problem import summaries
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Scenario
 

@@ -1,7 +1,7 @@
 """Each controller at its best: settings found by differential evolution on the full twin, under limits, from a seed
 that repeats them.
 
-A population's runs go sixteen lanes side by side (`stillhook.engine.scenario.batch`). No candidate has more position
+A population's runs go sixteen lanes side by side (`stillhook.engine.scenario.problem`). No candidate has more position
 gain than the margins allow; one whose margins or speed are not enough all the same is not run at all. What breaks a
 limit ranks behind all that breaks none, by how much it breaks (Deb 2000).
 """
@@ -17,12 +17,20 @@ from typing import NamedTuple
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.controllers import controller as controller_of
 from stillhook.analysis.loop_stability.margins import margins
-from stillhook.analysis.tuning.objective import Limits, Objective, parse_limits, scenarios
+from stillhook.analysis.tuning.objective import (
+    NEAR,
+    Limits,
+    Objective,
+    Score,
+    governing_loop,
+    parse_limits,
+    scenarios,
+    scored,
+)
 from stillhook.analysis.tuning.parameters import present, space, tunable, tuned_controller, with_settings
-from stillhook.analysis.tuning.score import NEAR, Score, governing_loop, scored
 from stillhook.analysis.tuning.search import BudgetUsed, Search, Trial
 from stillhook.base.progress import Progress
-from stillhook.engine.scenario.batch import summaries
+from stillhook.engine.scenario.problem import summaries
 from stillhook.errors import StillhookError
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario

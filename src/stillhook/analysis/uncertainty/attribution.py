@@ -16,7 +16,7 @@ from stillhook.analysis.uncertainty.distribution import Distribution, Law
 from stillhook.analysis.uncertainty.factors import EXCLUSIVE, FACTORS
 from stillhook.analysis.uncertainty.factors_file import Uncertainty
 from stillhook.analysis.uncertainty.samples import Drawing
-from stillhook.engine.scenario.batch import summaries
+from stillhook.engine.scenario.problem import summaries
 from stillhook.errors import SpecError
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
-from stillhook.base.nearest import nearest
-from stillhook.engine.scenario.batch import numbers_of
-from stillhook.engine.scenario.summary import OK
+from stillhook.base.choice import nearest
+from stillhook.engine.scenario.problem import OK, numbers_of
 from stillhook.errors import SpecError
 from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import Estimate

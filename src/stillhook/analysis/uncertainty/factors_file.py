@@ -14,11 +14,11 @@ from stillhook.analysis.uncertainty.distribution import Distribution, distributi
 from stillhook.analysis.uncertainty.factors import EXCLUSIVE, FACTORS
 from stillhook.analysis.uncertainty.samples import SETS, Pair
 from stillhook.base.arrays import FloatArray
-from stillhook.base.nearest import nearest
+from stillhook.base.choice import nearest
 from stillhook.errors import SpecError, StillhookError
 from stillhook.library import load_friction, load_losses, set_toml
 from stillhook.library.crane_file.draws import draw
-from stillhook.library.parameter_sets.sets import FrictionSet, LossSet, is_path
+from stillhook.library.parameter_sets import FrictionSet, LossSet, is_path
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.spec.crane import Crane

@@ -16,7 +16,7 @@ from stillhook.analysis.uncertainty.samples import Drawing, Pair
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import STATISTICS_STEP, paired, steps_per_cycle
-from stillhook.engine.scenario.batch import numbers_of, summaries
+from stillhook.engine.scenario.problem import numbers_of, summaries
 from stillhook.engine.validity import twin_line
 from stillhook.errors import ScenarioError
 from stillhook.kernels.build import results_hash
@@ -56,7 +56,7 @@ def monte_carlo(
     ----------
     crane, case: one or several of either, in pairs, as in `stillhook.simulate`; two controllers are two cases (on two
     cranes where their settings differ). uncertainty: default `Uncertainty.default`. n, seed: see `draws`. labels: names
-    along "case". step, threads, store, client, progress: as in `stillhook.engine.scenario.batch.summaries`.
+    along "case". step, threads, store, client, progress: as in `stillhook.engine.scenario.problem.summaries`.
 
     Returns
     -------

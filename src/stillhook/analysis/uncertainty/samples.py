@@ -16,7 +16,7 @@ from stillhook.engine.pack.winch import gains
 from stillhook.engine.scenario.checks import check
 from stillhook.errors import StillhookError
 from stillhook.library import changed
-from stillhook.library.write import file_value, items
+from stillhook.library.crane_file.write import file_value, items
 from stillhook.spec.crane import Crane, SourceKind
 from stillhook.spec.scenario import Scenario
 

@@ -13,10 +13,10 @@ from stillhook.analysis.uncertainty.factors import FACTORS
 from stillhook.analysis.uncertainty.factors_file import MOST, Draws, Uncertainty, even, shaped
 from stillhook.analysis.uncertainty.monte_carlo import base_drawings, case_labels, run_draws
 from stillhook.base.arrays import FloatArray
-from stillhook.base.nearest import nearest
+from stillhook.base.choice import nearest
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import paired
-from stillhook.engine.scenario.batch import numbers_of
+from stillhook.engine.scenario.problem import numbers_of
 from stillhook.errors import SimulationError, SpecError
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
@@ -174,7 +174,7 @@ def sensitivity(
     that the winch type has). against: label of a case;
     the others' numbers over those of that case are then analysed too ("ssc / hs"): what a difference depends on. n:
     rows of the tables, a power of two; there are n (factors + 2) runs a case. how: step, threads, store, client of
-    `stillhook.engine.scenario.batch.summaries`.
+    `stillhook.engine.scenario.problem.summaries`.
 
     Errors: SpecError, ScenarioError of one line; SimulationError where a run diverged: indices of the rest
     would mislead.

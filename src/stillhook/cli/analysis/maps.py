@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.cluster import Scheduler, client_of
-from stillhook.cli.options import CONTROLLERS, Json, Out, Store
+from stillhook.cli.parser import CONTROLLERS, Json, Out, Store
 from stillhook.control.registry import CLASSIC
 from stillhook.report.terminal import print_implausible, print_json, print_table, print_twin, progress_bar, started
 
@@ -105,7 +105,7 @@ def show_map(
 
 def _check_metric(crane: Crane, metric: str) -> None:
     """Refuse a value that this winch type does not have before anything runs."""
-    from stillhook.engine.scenario.batch import numbers_of
+    from stillhook.engine.scenario.problem import numbers_of
     from stillhook.errors import SpecError
 
     known = [m for m, name in METRICS.items() if m == SETTLING or name in numbers_of(crane)]
@@ -129,7 +129,7 @@ def _waves(motion: str | None, period: str | None) -> dict[str, Any]:
         return {} if period is None else {"periods" if "," in period or " to " in period else "period": period}
     if period is not None:
         raise MotionError("--motion and --period: a motion has its own periods. Choose one of them.")
-    from stillhook.cli.simulation.runs import motion_of
+    from stillhook.cli.simulation import motion_of
 
     return {"motion": motion_of(motion)}
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from stillhook.cli.options import Json
+from stillhook.cli.parser import Json
 from stillhook.report.formatting import display_number, display_unit
 from stillhook.report.terminal import print_implausible, print_json, print_table, say
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.options import CONTROLLERS, Json
+from stillhook.cli.parser import CONTROLLERS, Json
 from stillhook.report.terminal import (
     print_implausible,
     print_json,
@@ -197,7 +197,7 @@ class _Report:
         """Controllers whose gain makes the slow winch oscillate at a payload or length of wire for which no margins
         were kept."""
         from stillhook.analysis.loop_stability.governing import governing
-        from stillhook.analysis.tuning.score import wires_of
+        from stillhook.analysis.tuning.objective import wires_of
         from stillhook.units import show
 
         out = []

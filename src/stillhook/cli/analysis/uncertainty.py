@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from stillhook.cli.cluster import Scheduler, client_of
-from stillhook.cli.options import CONTROLLERS, Json, Out, Step, Store
-from stillhook.cli.simulation.runs import MOTION_HELP, motion_of
+from stillhook.cli.parser import CONTROLLERS, Json, Out, Step, Store
+from stillhook.cli.simulation import MOTION_HELP, motion_of
 from stillhook.control.registry import Mode
 from stillhook.report.terminal import (
     print_document,
@@ -236,7 +236,7 @@ def _causes(request: _Request, limits: list[Limit], known: Uncertainty | None) -
 
 
 def _print(request: _Request, data: dict[str, Any], indices: list[Sensitivity], causes: Attribution | None) -> None:
-    from stillhook.analysis.uncertainty.document import document
+    from stillhook.analysis.uncertainty.report import document
 
     crane, factors = request.cranes[0], request.known.on(*zip(request.cranes, request.cases, strict=True)).describe()
     print_document(document(crane, request.cases[0], factors, data, indices, causes))

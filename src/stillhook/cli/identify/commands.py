@@ -5,8 +5,7 @@ from __future__ import annotations
 import typer
 
 from stillhook.cli.identify.curve import curve
-from stillhook.cli.identify.example import example_campaign
-from stillhook.cli.identify.friction import friction
+from stillhook.cli.identify.friction import example_campaign, friction
 from stillhook.cli.identify.motor import example_map, motor
 
 app = typer.Typer(

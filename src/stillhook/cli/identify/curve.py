@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.options import Json
+from stillhook.cli.parser import Json
 from stillhook.report.terminal import print_json, print_table, progress_bar
 
 if TYPE_CHECKING:

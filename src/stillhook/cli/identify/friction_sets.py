@@ -9,8 +9,8 @@ from typing import Annotated, Any
 
 import typer
 
-from stillhook.cli.options import MODES, Json
-from stillhook.cli.simulation.runs import MOTION_HELP, motion_of
+from stillhook.cli.parser import MODES, Json
+from stillhook.cli.simulation import MOTION_HELP, motion_of
 from stillhook.report.formatting import cell
 from stillhook.report.terminal import print_json, print_table, progress_bar
 from stillhook.variables import BY_NAME
@@ -177,7 +177,7 @@ def draws(
     12 s"
     """
     from stillhook.engine.simulate import simulate
-    from stillhook.identify.system_friction.fitting.draws import crane_with, draw_cranes, quantiles
+    from stillhook.identify.system_friction.fitting.uncertainty import crane_with, draw_cranes, quantiles
     from stillhook.library import load_crane, load_set
     from stillhook.spec.scenario import Scenario
 

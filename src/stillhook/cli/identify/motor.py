@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from stillhook.cli.options import Json
+from stillhook.cli.parser import Json
 from stillhook.report.terminal import print_document, print_json, say
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def motor(
     from stillhook.identify.motor.identify import identify_motor, to_dict
     from stillhook.identify.motor.map import read_map
     from stillhook.identify.motor.report import report
-    from stillhook.library.parameter_sets.sets import load_losses
+    from stillhook.library.parameter_sets import load_losses
 
     if out is not None:
         check_folder(out, OUT_FILES)
@@ -85,7 +85,7 @@ def _write(result: MotorLoss, out: Path) -> list[str]:
     from stillhook.identify.motor.figures import figures
     from stillhook.identify.motor.identify import loss_set, to_dict
     from stillhook.identify.motor.report import report
-    from stillhook.library.parameter_sets.sets import set_toml
+    from stillhook.library.parameter_sets import set_toml
     from stillhook.report.html import html
     from stillhook.report.pictures import png
 

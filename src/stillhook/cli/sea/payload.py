@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from stillhook.cli.options import Json
+from stillhook.cli.parser import Json
 from stillhook.report.formatting import display_number, display_unit
 from stillhook.report.terminal import print_json, print_table, print_values
 
@@ -26,7 +26,7 @@ EVERY = 16  # of the levels, on the printed table
 @app.command("list")
 def list_payloads(json: Json = False) -> None:
     """List the payloads of the library. Example: stillhook payload list"""
-    from stillhook.library.payloads import payloads, read_payload
+    from stillhook.library.catalogue import payloads, read_payload
     from stillhook.units import show as text
 
     entries = [read_payload(name) for name in payloads()]
@@ -53,7 +53,7 @@ def show(
     """
     from stillhook.base.atomic import check_folder
     from stillhook.errors import LiftError
-    from stillhook.library.payloads import read_payload
+    from stillhook.library.catalogue import read_payload
     from stillhook.report.payload_sheet import payload_numbers
     from stillhook.tables.plausible import implausible_values
     from stillhook.units import parse, quote

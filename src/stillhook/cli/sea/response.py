@@ -1,4 +1,7 @@
-"""`stillhook response`: response of a lift to waves by the frequency-domain method, one sea or every hour of a year."""
+"""`stillhook response`: response of a lift to waves by the frequency-domain method, one sea or every hour of a year.
+
+What `stillhook response` is given in place of the lift file's own: other waves, another direction, another depth.
+"""
 
 from __future__ import annotations
 
@@ -7,14 +10,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.options import CONTROLLERS, Json
-from stillhook.report.formatting import cell, display_number
-from stillhook.report.running_text import wrapped
+from stillhook.cli.parser import CONTROLLERS, Json
+from stillhook.cli.sea.tip import refuse, sea_of
+from stillhook.errors import SeaError
+from stillhook.report.formatting import cell, display_number, wrapped
 from stillhook.report.terminal import print_json, print_table, print_twin, progress_bar, started
+from stillhook.sea.spectra.directions import parse_direction
+from stillhook.units import quote
 
 if TYPE_CHECKING:
-    from stillhook.formats.lift.file import LiftFile
-    from stillhook.response.lift import LiftResponse
+    from stillhook.formats.lift_file import LiftFile
+    from stillhook.response.lift import LiftResponse, Waves
+    from stillhook.sea.spectra.spectrum import Sea
+
 
 DEPTH_HELP = (
     'Depth of the payload\'s underside below still water, "1500 m" (negative: in the air). Default: the deepest'
@@ -100,10 +108,10 @@ def response(
     Example: stillhook response anchor-to-3000m --sea 46042w1996.txt.gz --heading "180 deg" --out year
     """
     from stillhook.base.atomic import check_folder
-    from stillhook.cli.sea.response_inputs import waves_of
+    from stillhook.cli.sea.response import waves_of
     from stillhook.errors import LiftError, StillhookError
-    from stillhook.formats.lift.file import load_lift
-    from stillhook.report.save.response import RESPONSE_FILES, write_response
+    from stillhook.formats.lift_file import load_lift
+    from stillhook.report.save import RESPONSE_FILES, write_response
     from stillhook.response.lift import check_place, compensated_depth, response_at
     from stillhook.response.results import answer_of, stamped
     from stillhook.units import parse
@@ -144,7 +152,7 @@ def response(
 
 
 def _figure(response: LiftResponse, answer: dict[str, Any]) -> Any:
-    from stillhook.report.save.response import sea_figure, year_figure
+    from stillhook.report.save import sea_figure, year_figure
     from stillhook.response.results import spectra
 
     title = (
@@ -229,3 +237,89 @@ def _print_year(answer: dict[str, Any]) -> None:
 
 def _hours(answer: dict[str, Any]) -> str:
     return f"{answer['duration'] / 3600.0:.4g} h"
+
+
+def waves_of(
+    file: LiftFile,
+    sea: Path | None,
+    wave: str | None,
+    heading: str | None,
+    spread: float | None,
+    ship: str | None,
+    record: str | None,
+) -> Waves:
+    """The waves that were asked for: those of the lift file, in words, or of a file. Errors: SeaError."""
+    from stillhook.response.lift import Waves
+
+    if sea is not None:
+        refuse({"--wave": wave}, "conflicts with --sea. Leave one of them out.")
+        if not sea.is_file():
+            raise SeaError(
+                f"--sea {quote(str(sea))}: no such file. Give a file of measured waves (NDBC), or waves in words with"
+                " --wave."
+            )
+        if record is not None:
+            return Waves(sea_of(str(sea), heading, spread, record, ship))
+        return waves_of_file(sea, heading, spread, ship)
+    refuse(
+        {"--ship": ship, "--record": record},
+        "belongs to a file of measured waves. Give --sea as well, or leave it out.",
+    )
+    if wave is not None:
+        if Path(wave).is_file():
+            raise SeaError(f"--wave {quote(wave)}: is a file. Give it as --sea.")
+        return Waves(sea_of(wave, heading, spread, None, None))
+    if file.sea is None:
+        raise SeaError("sea: the lift file has none. Write [sea] there, or give --wave or --sea.")
+    return Waves(_turned(file, heading, spread))
+
+
+def waves_of_file(sea: Path, heading: str | None, spread: float | None, ship: str | None) -> Waves:
+    """All records of a file, with one direction from the bow or their own from north. Errors: SeaError."""
+    from stillhook.formats.waves.open import read_sea
+    from stillhook.response.lift import Waves
+    from stillhook.sea.spectra.measured import SpectrumSeries
+    from stillhook.sea.spectra.spectrum import check_spread
+
+    beta, bow = (
+        None if text is None else parse_direction(text, name)
+        for text, name in ((heading, "--heading"), (ship, "--ship"))
+    )
+    waves = read_sea(sea)
+    if spread is not None:
+        check_spread(spread, "--spread")
+    if waves.n_valid == 0:
+        raise SeaError(f"{waves.source}: none of its {len(waves)} records is valid. Give another file.")
+    if beta is not None:
+        refuse({"--ship": ship}, "conflicts with --heading, which is from the bow. Leave one of them out.")
+        return Waves.from_si(waves, beta=beta, spread=spread)
+    spectral = isinstance(waves, SpectrumSeries)
+    if isinstance(waves, SpectrumSeries) and waves.directional is None:
+        raise SeaError(f'{waves.source}: has no directions. Give --heading, such as "180 deg" for a head sea.')
+    if bow is None:
+        raise SeaError(
+            f"{waves.source}: has directions. Give --ship, where the bow points from north, or --heading in place of"
+            " them."
+        )
+    if spectral:
+        refuse({"--spread": spread}, f"{waves.source} has directions of its own. Leave it out, or give --heading.")
+    return Waves.from_si(waves, ship=bow, spread=spread)
+
+
+def _turned(file: LiftFile, heading: str | None, spread: float | None) -> Sea:
+    """The lift file's sea, with another direction or spread where they are given."""
+    from stillhook.sea.spectra.spectrum import Sea, Train, check_spread
+
+    assert file.sea is not None
+    if heading is None and spread is None:
+        return file.sea
+    if heading is not None and len({train.beta for train in file.sea.trains}) > 1:
+        raise SeaError("--heading: the lift file's waves come from several directions. Give all of them with --wave.")
+    if spread is not None:
+        check_spread(spread, "--spread")
+    beta = None if heading is None else parse_direction(heading, "--heading")
+    trains = (
+        Train(t.spectrum, t.beta if beta is None else beta, t.spread if spread is None else spread)
+        for t in file.sea.trains
+    )
+    return Sea(tuple(trains))

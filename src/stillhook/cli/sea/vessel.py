@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.options import Json
-from stillhook.report.running_text import wrapped
+from stillhook.cli.parser import Json
+from stillhook.report.formatting import wrapped
 from stillhook.report.terminal import print_json, print_table
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ Vessel = Annotated[str, typer.Argument(help=VESSEL_HELP, metavar="VESSEL|FILE")]
 def list_vessels(json: Json = False) -> None:
     """List the vessels of the library. Example: stillhook vessel list"""
     from stillhook.formats.vessel.open import read_vessel
-    from stillhook.library.vessels import vessels
+    from stillhook.library.catalogue import vessels
 
     entries = [(name, read_vessel(name)) for name in vessels()]
     if json:
@@ -229,7 +229,7 @@ def _write(out: Path, rao: Rao, point: tuple[float, float] | None, answer: dict[
     from stillhook.base.atomic import atomic_folder
     from stillhook.formats.results import save_json
     from stillhook.report.plots.run import save_figure
-    from stillhook.report.plots.vessel import vessel_figure
+    from stillhook.report.plots.sea import vessel_figure
 
     picture, numbers = OUT_FILES
     with atomic_folder(out) as part:

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.options import Json
+from stillhook.cli.parser import Json
 from stillhook.report.formatting import display_number, display_unit
 from stillhook.report.terminal import print_json, print_table, print_values
 
 if TYPE_CHECKING:
-    from stillhook.sea.spectra.measured import SpectrumSeries
+    from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
     from stillhook.sea.spectra.spectrum import WaveSpectrum
-    from stillhook.sea.spectra.states import SeaStates
 
 OUT_FILES = ("sea.png", "sea.json")
 OF_SPECTRUM = ("H_m0", "T_p", "T_m01", "T_m02", "T_e")
@@ -112,7 +111,7 @@ def _is_spectrum(value: Any) -> bool:
 
 
 def _of_spectrum(wave: Any) -> dict[str, Any]:
-    from stillhook.sea.spectra.steepness import doubts, steepness
+    from stillhook.sea.spectra.spectrum import doubts, steepness
 
     numbers = {"H_m0": wave.H_m0, "T_p": wave.peak_period, "T_m01": wave.T_m01, "T_m02": wave.T_m02, "T_e": wave.T_e}
     moments = {f"m_{n}": wave.moment(n) for n in range(5)}
@@ -168,7 +167,7 @@ def _statistics(x: Any, valid: Any, name: str) -> dict[str, float]:
 
 def _steep(series: Any) -> list[str]:
     """A line on records that are steeper than wind raises waves."""
-    from stillhook.sea.spectra.steepness import doubts
+    from stillhook.sea.spectra.spectrum import doubts
 
     both = zip(series.H_m0, series.T_p, series.T_m02, strict=True)
     many = sum(bool(doubts(float(H), float(T_p), float(T_z))) for H, T_p, T_z in both if H > 0.0)

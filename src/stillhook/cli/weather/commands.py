@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.options import Json
+from stillhook.cli.parser import Json
 from stillhook.cli.weather.tables import print_alpha, print_forecast, print_persistence, print_show
 from stillhook.report.terminal import print_json
 
@@ -111,7 +111,7 @@ def persistence(
     result = _read(file, direction, column, time, date_order, step)
     answer = persistence_answer(result, limits, length, ship=heading, free=free)
     if out is not None:
-        from stillhook.report.plots.weather import persistence_figure
+        from stillhook.report.plots.sea import persistence_figure
 
         _write(out, persistence_figure(answer), answer)
     if json:
@@ -189,7 +189,7 @@ def forecast(
     Example: stillhook weather forecast forecast.csv --plan plan --limit "wind <= 12 m/s"
     """
     from stillhook.base.atomic import check_folder
-    from stillhook.cli.sea.tip_inputs import refuse
+    from stillhook.cli.sea.tip import refuse
     from stillhook.cli.weather.limits import by_limits, by_plan
     from stillhook.errors import WeatherError
     from stillhook.units import parse, quote
@@ -261,10 +261,10 @@ def lift(
 
     Example: stillhook weather lift template-to-1500m 46042w1996.txt.gz --heading "180 deg"
     """
-    from stillhook.cli.sea.response_inputs import waves_of_file
+    from stillhook.cli.sea.response import waves_of_file
     from stillhook.cli.weather.limits import chosen_alternatives, print_lift
     from stillhook.plan.file import load_plan
-    from stillhook.plan.weather.spectral_persistence import spectral_persistence
+    from stillhook.plan.weather.spectral import spectral_persistence
     from stillhook.report.terminal import progress_bar
     from stillhook.weather.alpha import load_alpha_table
 
@@ -341,11 +341,11 @@ def _read(
     step: str | None,
 ) -> Weather:
     """The weather that was named, with what was said about it."""
-    from stillhook.base.nearest import nearest
+    from stillhook.base.choice import nearest
     from stillhook.errors import WeatherError
     from stillhook.formats.weather.file import SENSES, read_weather
     from stillhook.units import parse, quote
-    from stillhook.weather.mapped import mapped
+    from stillhook.weather.limit_text import mapped
 
     if direction is not None and direction not in SENSES:
         raise WeatherError(

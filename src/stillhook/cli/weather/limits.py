@@ -6,14 +6,14 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stillhook.report.running_text import wrapped
+from stillhook.report.formatting import wrapped
 from stillhook.report.terminal import print_json, print_table
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from stillhook.plan.definition.compensation import Alternative
-    from stillhook.plan.result.result import Credit
+    from stillhook.plan.definition.rules import Alternative
+    from stillhook.plan.result import Credit
     from stillhook.weather.limit_text import Limit
     from stillhook.weather.series import Weather
 
@@ -35,7 +35,7 @@ def by_limits(
 ) -> tuple[dict[str, Any], Any]:
     """The answer for limits in words, and its picture where one is wanted."""
     from stillhook.errors import WeatherError
-    from stillhook.report.plots.weather import forecast_figure
+    from stillhook.report.plots.sea import forecast_figure
     from stillhook.units import parse
     from stillhook.weather.alpha import load_alpha_table
     from stillhook.weather.forecast import check_forecast, numbers
@@ -66,9 +66,9 @@ def by_plan(
     json: bool,
 ) -> int:
     """Tell go or no-go of every alternative of a saved plan; the exit code is that of one of them."""
-    from stillhook.base.nearest import nearest
+    from stillhook.base.choice import nearest
     from stillhook.errors import WeatherError
-    from stillhook.plan.answer.files import load_plan_result
+    from stillhook.plan.answer.dataset import load_plan_result
     from stillhook.plan.weather.forecast import plan_forecast
     from stillhook.units import quote
 
@@ -122,7 +122,7 @@ def _print(answer: dict[str, Any]) -> None:
 
 def chosen_alternatives(names: Sequence[str], of: Sequence[Alternative]) -> tuple[Alternative, ...]:
     """Those of a plan's alternatives that were named; all without any. Errors: WeatherError."""
-    from stillhook.base.nearest import nearest
+    from stillhook.base.choice import nearest
     from stillhook.errors import WeatherError
     from stillhook.units import quote
 

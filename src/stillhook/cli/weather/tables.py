@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from stillhook.report.formatting import display_number, display_unit
-from stillhook.report.running_text import wrapped
+from stillhook.report.formatting import display_number, display_unit, wrapped
 from stillhook.report.terminal import print_table, print_values
 from stillhook.units import number
 

@@ -11,13 +11,12 @@ from stillhook.errors import LiftError, SpecError
 from stillhook.physics.load_path.drum import LAST_TURNS, wire_usable
 from stillhook.physics.load_path.payload import WettedLevel
 from stillhook.physics.scalar import G
-from stillhook.sea.motion.kinematics import WaveField
+from stillhook.sea.vessel.wave_field import WaveField
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.lowering import Lowering
-from stillhook.spec.lift.programme import Stage, StageMode
+from stillhook.spec.lift.lowering import Lowering, Stage, StageMode
 from stillhook.spec.scenario import LONGEST
 from stillhook.units import show
-from stillhook.winches.hoist import drum_geometry
+from stillhook.winches.load_path import drum_geometry
 
 COUPLING = 0.1
 """Largest mass that the stiff wire feigns in one step, h^2 k / 4, over the winch's at the wire, J / r_eff^2; at 1 they

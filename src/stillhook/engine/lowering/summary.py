@@ -18,10 +18,9 @@ from stillhook.engine.scenario.checks import (
     loss_notes,
     type_notes,
 )
-from stillhook.engine.scenario.summary import OK, limits_passed, winch_numbers
+from stillhook.engine.scenario.problem import OK, limits_passed, winch_numbers
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.lowering import Lowering
-from stillhook.spec.lift.programme import StageMode
+from stillhook.spec.lift.lowering import Lowering, StageMode
 from stillhook.tables.plausible import implausible_values, marked
 from stillhook.units import show
 from stillhook.winches.registry import WinchType
@@ -154,7 +153,7 @@ def unaccounted(winch: WinchType, result: LiftResult, r: StageResult | None = No
 
 
 def status(case: Lowering, result: LiftResult, r: StageResult, crane: Crane) -> str:
-    """ "ok", or what went beyond its limit, joined by commas: those of `stillhook.engine.scenario.summary`, and "sling"
+    """ "ok", or what went beyond its limit, joined by commas: those of `stillhook.engine.scenario.problem`, and "sling"
     (slings went slack while the load hung free), "touchdown" (the load touched the seabed in a stage that does not
     land), "overload" (more tension at the crane tip than SWL and hook weigh, peaks included), "stuck" (a stage timed
     out), "unfinished". "audit" is not asked where the wire snaps taut within a cycle of the audit."""

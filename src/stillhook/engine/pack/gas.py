@@ -7,7 +7,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from stillhook.errors import SpecError
-from stillhook.physics.hydraulics.gas import Gas, polytropic_ratio
+from stillhook.physics.hydraulics.accumulator import Gas, polytropic_ratio
 from stillhook.units import show
 from stillhook.winches.circuits.tables import Accumulator, GasModel
 

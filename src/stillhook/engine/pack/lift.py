@@ -1,4 +1,9 @@
-"""A crane and a lowering as records and rows that the compiled kernels read, everything hanging at rest."""
+"""A crane and a lowering as records and rows that the compiled kernels read, everything hanging at rest.
+
+What a winch carries besides hook and payload: the wire between crane tip and hook.
+"""
+
+from __future__ import annotations
 
 import math
 from collections.abc import Mapping
@@ -13,16 +18,14 @@ from stillhook.control.supervisor import Watch, supervisor_at_rest
 from stillhook.engine.pack.payload import pack_payload, wetted_at
 from stillhook.engine.pack.programme import Programme, hanging, pack_programme, wire_strength
 from stillhook.engine.pack.winch import Packed, pack
-from stillhook.physics.load_path.load import Load
 from stillhook.physics.load_path.payload import Heights, Water, heights, submergence
 from stillhook.physics.load_path.rope import Element, Rope, Sling, element, element_weight
-from stillhook.physics.load_path.wire import Wire
+from stillhook.physics.load_path.wire import Load, Wire
 from stillhook.physics.scalar import G
-from stillhook.sea.motion.kinematics import WaveField
+from stillhook.sea.vessel.wave_field import WaveField
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.lowering import Lowering
-from stillhook.spec.lift.programme import StageMode
-from stillhook.spec.scenario import Operator, Scenario
+from stillhook.spec.lift.lowering import Lowering, StageMode
+from stillhook.spec.scenario import RHO_SEA, Operator, Scenario
 from stillhook.winches.suspended_load import Field, Hanging, Hook, Lift, Works, level_of
 
 FIXED = 1.0e12
@@ -183,3 +186,25 @@ def _winch(crane: Crane, case: Lowering, s_w: float, F_top: float) -> Packed:
     on = 1.0 if crane.brake is not None and first.mode is StageMode.MANUAL and first.lower == 0.0 else 0.0
     memory = packed.memory._replace(F=F_top, mode=mode, brake=on)
     return packed._replace(params=packed.params._replace(hoist=hoist), memory=memory)
+
+
+RHO_STEEL = 7850.0
+"""Density of a wire's steel [kg/m^3] (EN 10025 and the rope makers' tables). A rope's grease and core are lighter, so
+that it displaces somewhat more water than its mass in steel: for a rope of 14 % grease the weight in water is 2 % less
+than here."""
+
+
+def wire_carried(crane: Crane, s_w: float, h_tip: float) -> float:
+    """Mass whose weight is that of the wire out in still water: all of it in air, less the water that its steel
+    displaces below [kg].
+
+    .. math:: \\mu \\left( \\min(s_w, h_{tip}) + \\left(1 - \\frac{\\rho}{\\rho_{steel}}\\right) \\max(s_w - h_{tip}, 0)
+    \\right)
+
+    Parameters: s_w wire from crane tip to hook [m], h_tip height of the tip above the water line [m]. The wire between
+    drum and tip lies on the boom and weighs nothing on the winch, as in `stillhook.engine.pack.programme.hanging`. Sea
+    water of 1,025 kg/m^3.
+    """
+    out = max(s_w, 0.0)
+    air = min(out, max(h_tip, 0.0))
+    return crane.wire.mass_per_length * (air + (out - air) * (1.0 - RHO_SEA / RHO_STEEL))

@@ -15,8 +15,7 @@ from stillhook.errors import LiftError
 from stillhook.physics.load_path.drum import LAST_TURNS, wire_usable
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.lowering import Lowering
-from stillhook.spec.lift.programme import Stage, StageMode, stage_names
+from stillhook.spec.lift.lowering import Lowering, Stage, StageMode, stage_names
 from stillhook.units import show
 
 STAGE_CODE = {

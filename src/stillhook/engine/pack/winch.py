@@ -5,12 +5,10 @@ from collections.abc import Callable, Iterable
 from types import ModuleType
 from typing import Any, NamedTuple
 
-from stillhook.control.ahc import AhcGains
+from stillhook.control.ahc import AhcGains, Loop
 from stillhook.control.brake import BrakeSettings
-from stillhook.control.passive import PassiveSettings
 from stillhook.control.plc import Memory, Plc
-from stillhook.control.position_loop import Loop
-from stillhook.control.power import PowerLimit
+from stillhook.control.pumps import PassiveSettings, PowerLimit
 from stillhook.control.registry import CONTROLLERS, Mode, code_of
 from stillhook.control.ssc import MotorSettings
 from stillhook.engine.pack.gas import gas_record
@@ -18,24 +16,21 @@ from stillhook.kernels.control_laws import extra_controllers
 from stillhook.library.leakage import leak_law
 from stillhook.physics.friction import Bristle, SystemFriction
 from stillhook.physics.hydraulics.accumulator import Accumulator
-from stillhook.physics.hydraulics.line import capacitance
+from stillhook.physics.hydraulics.lines import Boost, Flushing, Relief, capacitance
 from stillhook.physics.hydraulics.motor import Motors, TorqueLossFit
 from stillhook.physics.hydraulics.pump import Pumps
 from stillhook.physics.hydraulics.swash import MotorControl, Servo
-from stillhook.physics.hydraulics.valves import Boost, Flushing, Relief
 from stillhook.physics.load_path.drum import Drum, Inertia, K_wire, layer_diameter
-from stillhook.physics.load_path.load import Load
-from stillhook.physics.load_path.wire import Wire
+from stillhook.physics.load_path.wire import Load, Wire
 from stillhook.physics.scalar import G
 from stillhook.spec import crane as spec
-from stillhook.spec.control import own_settings
-from stillhook.spec.crane import Crane
+from stillhook.spec.crane import Crane, own_settings
 from stillhook.spec.scenario import FrictionModel, Operator, Scenario
 from stillhook.winches.circuits import tables as circuits
 from stillhook.winches.circuits.active import ActiveCircuit
 from stillhook.winches.circuits.passive import PassiveCircuit
-from stillhook.winches.hoist import Hoist
 from stillhook.winches.interface import Parts
+from stillhook.winches.load_path import Hoist
 from stillhook.winches.records import Sensors
 
 HELD = 1.0e4

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple, Self
 
-from stillhook.control.position_loop import marginal_gain
+from stillhook.control.ahc import marginal_gain
 from stillhook.engine.inputs import CycleInputs, MotionDemand
 from stillhook.engine.pack.winch import (
     drum_record,

@@ -41,7 +41,7 @@ import numpy as np
 
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.base.atomic import atomic_file
-from stillhook.base.nearest import nearest
+from stillhook.base.choice import nearest
 from stillhook.errors import SeaError
 from stillhook.formats.csv_table import csv_table
 from stillhook.sea.vessel.rao import DOFS, Rao

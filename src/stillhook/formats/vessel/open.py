@@ -6,14 +6,14 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
-from stillhook.base.nearest import nearest
+from stillhook.base.choice import nearest
 from stillhook.errors import SeaError
 from stillhook.formats.vessel.capytaine import read_capytaine
 from stillhook.formats.vessel.csv import read_rao_csv
 from stillhook.formats.vessel.orcaflex import read_orcaflex
 from stillhook.formats.vessel.re1 import read_re1
+from stillhook.library.catalogue import vessel_file, vessels
 from stillhook.library.toml.kinds import kind_of_toml
-from stillhook.library.vessels import vessel_file, vessels
 from stillhook.sea.vessel.floating_body import long_wave_test, remarks, wrong_line
 from stillhook.sea.vessel.rao import Rao
 from stillhook.units import quote

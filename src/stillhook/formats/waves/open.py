@@ -11,8 +11,7 @@ from stillhook.formats.waves.ndbc.spectra import is_spectra, read_spectra, read_
 from stillhook.formats.waves.ndbc.text import read_records
 from stillhook.formats.waves.wavespectra import read_wavespectra
 from stillhook.library.toml.kinds import toml_instead
-from stillhook.sea.spectra.measured import SpectrumSeries
-from stillhook.sea.spectra.states import SeaStates
+from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
 
 
 def read_sea(

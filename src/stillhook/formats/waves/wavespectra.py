@@ -19,8 +19,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.errors import SeaError, UnreadableError
 from stillhook.formats.binary.reader import read_binary, refuse_bomb
 from stillhook.formats.waves.ndbc.text import bands
-from stillhook.sea.spectra.directional import Directional
-from stillhook.sea.spectra.directions import FULL, DirectionSense, coming_from
+from stillhook.sea.spectra.directions import FULL, Directional, DirectionSense, coming_from
 from stillhook.sea.spectra.measured import SpectrumSeries
 from stillhook.sea.spectra.parametric import HIGHEST
 from stillhook.units import quote

@@ -23,15 +23,13 @@ import polars as pl
 from numpy.typing import NDArray
 
 from stillhook.errors import LogError, SeaError, WeatherError
-from stillhook.formats.csv_dialect import COMMENTS, Dialect, dialect_of
-from stillhook.formats.csv_table import csv_cells
+from stillhook.formats.csv_table import COMMENTS, Dialect, csv_cells, dialect_of
 from stillhook.formats.waves.ndbc.text import is_ndbc, read_bytes
-from stillhook.formats.weather.assembled import SENSES, assembled
-from stillhook.formats.weather.columns import bare, columns, numbers
+from stillhook.formats.weather.columns import SENSES, assembled, bare, columns, numbers
 from stillhook.formats.weather.netcdf import is_netcdf, read_netcdf
 from stillhook.formats.weather.times import ORDERS, read_times, stamped, step_of
+from stillhook.library.catalogue import weather_file
 from stillhook.library.toml.kinds import toml_instead
-from stillhook.library.weather import weather_file
 from stillhook.sea.spectra.directions import DirectionSense
 from stillhook.units import quote
 from stillhook.weather.series import Weather

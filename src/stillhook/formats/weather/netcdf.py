@@ -12,8 +12,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import UnreadableError, WeatherError
 from stillhook.formats.binary.netcdf import MAGIC, magic, read_dataset
-from stillhook.formats.weather.assembled import assembled
-from stillhook.formats.weather.columns import Column, columns, in_si
+from stillhook.formats.weather.columns import Column, assembled, columns, in_si
 from stillhook.formats.weather.times import step_of
 from stillhook.sea.spectra.directions import DirectionSense
 from stillhook.weather.series import Weather

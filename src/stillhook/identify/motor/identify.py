@@ -12,22 +12,22 @@ from stillhook.base.choice import choice
 from stillhook.errors import IdentifyError
 from stillhook.identify.motor.fit import LossFit, indeterminate, spread_of_levels
 from stillhook.identify.motor.map import AXES, LossMap
-from stillhook.identify.motor.map_comparison import Compared, compare_mapped
 from stillhook.identify.motor.models import LossModel
 from stillhook.identify.motor.rank import (
     THRESHOLD,
     Borrowed,
+    Compared,
     Ranking,
     Statement,
     borrowed,
+    compare_mapped,
     not_to_be_used,
     rank_losses,
     usable_share,
 )
 from stillhook.library import motor as library_motor
 from stillhook.library import motors as library_motors
-from stillhook.library.parameter_sets.evidence import Evidence
-from stillhook.library.parameter_sets.sets import LOSS_RANGE, LossSet, load_losses
+from stillhook.library.parameter_sets import LOSS_RANGE, Evidence, LossSet, load_losses
 from stillhook.report.formatting import percent_fixed
 from stillhook.spec.crane import Source, SourceKind
 from stillhook.units import show
@@ -162,7 +162,7 @@ def _notes(m: LossMap, fit: LossFit, mj4: LossFit) -> tuple[str, ...]:
 
 def loss_set(result: MotorLoss, name: str) -> LossSet:
     """The MJ4 loss with everything else that a motor file has, ready for
-    `stillhook.library.parameter_sets.sets.set_toml`.
+    `stillhook.library.parameter_sets.set_toml`.
 
     Errors: IdentifyError where MJ4 is not determined, or no motor lends the rest.
     """

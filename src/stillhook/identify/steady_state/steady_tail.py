@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray, IntArray
-from stillhook.identify.steady_state.records import Rejected, Window, WindowSettings
-from stillhook.identify.steady_state.steps import NOISE_LIMIT, sides
+from stillhook.identify.steady_state.steps import NOISE_LIMIT, Rejected, Window, WindowSettings, sides
 from stillhook.statistics.correlated_mean import blocks, mean_and_uncertainty, noise_of, trends
 from stillhook.statistics.estimate import NORMAL_95
 

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.errors import IdentifyError
-from stillhook.identify.steady_state.records import Rejected, Steady, Window, WindowSettings
 from stillhook.identify.steady_state.steady_tail import (
     LEVEL_CHANGE,
     Cut,
@@ -25,7 +24,7 @@ from stillhook.identify.steady_state.steady_tail import (
     pieces_of,
     window_of,
 )
-from stillhook.identify.steady_state.steps import Step, find_steps
+from stillhook.identify.steady_state.steps import Rejected, Steady, Step, Window, WindowSettings, find_steps
 from stillhook.statistics.correlated_mean import SHARE_OF_RANGE, converter_step, noise_of
 from stillhook.units import KINDS, show
 from stillhook.variables import PHYSICAL

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import FloatArray
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import IdentifyError
-from stillhook.library.parameter_sets.evidence import Evidence
-from stillhook.library.parameter_sets.sets import FrictionSet
+from stillhook.library.parameter_sets import Evidence, FrictionSet
 from stillhook.physics.load_path.drum import layer_diameter
 from stillhook.physics.scalar import G
 from stillhook.report.plots.run import COLOURS

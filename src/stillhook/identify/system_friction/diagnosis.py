@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stillhook.identify.system_friction.fitting.fit import Y_4_MOST, FrictionFit
-from stillhook.identify.system_friction.fitting.model import Y_LINEAR
-from stillhook.identify.system_friction.fitting.points import Points
+from stillhook.identify.system_friction.fitting.model import Y_LINEAR, Points
 from stillhook.identify.system_friction.fitting.uncertainty import blind_directions, correlation
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import parse, show

@@ -30,12 +30,13 @@ from stillhook.identify.system_friction.fitting.model import (
     Y_LINEAR,
     Y_NAMES,
     Loss,
+    Points,
     Y,
+    joined,
     mj4,
     motor_loss_at,
     system_friction_at,
 )
-from stillhook.identify.system_friction.fitting.points import Points, joined
 from stillhook.identify.system_friction.fitting.uncertainty import (
     bootstrap,
     posterior,
@@ -43,8 +44,7 @@ from stillhook.identify.system_friction.fitting.uncertainty import (
     quantile_intervals,
 )
 from stillhook.identify.system_friction.motor_refit import SecondLoop, second_loop
-from stillhook.identify.system_friction.next_tests import Proposal, propose
-from stillhook.identify.system_friction.remarks import log_statements, motor_statement, unlike
+from stillhook.identify.system_friction.next_tests import Proposal, log_statements, motor_statement, propose, unlike
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import SystemFriction
 from stillhook.statistics.complex_method import Optimum, Variant, complex_method
@@ -306,7 +306,7 @@ def _effective_radius(campaign: Campaign, points: Points) -> float:
 def _like(name: str | None) -> Mapping[str, float] | None:
     if name is None:
         return None
-    from stillhook.library.parameter_sets.sets import load_friction
+    from stillhook.library.parameter_sets import load_friction
 
     return Y.of(load_friction(name).system)._asdict()
 

@@ -20,12 +20,12 @@ from stillhook.identify.system_friction.fitting.model import (
     X_NAMES,
     Y_LINEAR,
     Loss,
+    Points,
     Y,
     mj4,
     motor_columns,
     system_friction_at,
 )
-from stillhook.identify.system_friction.fitting.points import Points
 from stillhook.units import show
 from stillhook.winches.circuits.tables import TorqueLoss
 

@@ -10,13 +10,11 @@ import numpy as np
 
 from stillhook.identify.system_friction.campaign.measure import LOAD_CODE, Measured, carried
 from stillhook.identify.system_friction.fitting.fit import FrictionFit, predicted
-from stillhook.identify.system_friction.fitting.model import X_NAMES, Y_NAMES, motor_loss_at
-from stillhook.identify.system_friction.fitting.points import Points
+from stillhook.identify.system_friction.fitting.model import X_NAMES, Y_NAMES, Points, motor_loss_at
 from stillhook.identify.system_friction.fitting.uncertainty import correlation
 from stillhook.identify.system_friction.identify import Friction, HeldOut, nominal_share
 from stillhook.identify.system_friction.next_tests import ANYTHING
-from stillhook.library.parameter_sets.evidence import Evidence
-from stillhook.library.parameter_sets.sets import LOSS_RANGE, FrictionSet, LossSet
+from stillhook.library.parameter_sets import LOSS_RANGE, Evidence, FrictionSet, LossSet
 from stillhook.spec.crane import Source, SourceKind, SystemFriction
 from stillhook.units import from_display, in_display, number
 from stillhook.winches.circuits.tables import Motor

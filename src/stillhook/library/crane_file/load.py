@@ -8,12 +8,13 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from stillhook.base.nearest import nearest
+from stillhook.base.choice import nearest
 from stillhook.errors import SpecError, StillhookError
 from stillhook.library.certificate import read_certified
+from stillhook.library.crane_file.write import crane_tree
 from stillhook.library.leakage import leak_misfit
-from stillhook.library.parameter_sets.sets import is_path, known_losses, known_torques, set_values
-from stillhook.library.toml.explain import explain
+from stillhook.library.parameter_sets import is_path, known_losses, known_torques, set_values
+from stillhook.library.toml.file import explain
 from stillhook.library.toml.kinds import FileKind, other_kind
 from stillhook.library.toml.tree import (
     LABELS,
@@ -28,8 +29,8 @@ from stillhook.library.toml.tree import (
     tree,
     values,
 )
-from stillhook.library.write import crane_tree
-from stillhook.spec.crane import Crane, Source, SourceKind, Spec, SystemFriction
+from stillhook.spec.crane import Crane, Source, SourceKind, SystemFriction
+from stillhook.tables.table import Spec
 from stillhook.units import quote
 from stillhook.winches.circuits.tables import Motor
 from stillhook.winches.registry import WINCH_TYPES

@@ -15,7 +15,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from stillhook.base.nearest import nearest
+from stillhook.base.choice import nearest
 from stillhook.errors import SpecError
 from stillhook.library.toml.kinds import FileKind, kind_of_text, refuse_other
 from stillhook.spec.crane import Source, SourceKind

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import LogError
-from stillhook.formats.csv_dialect import COMMENTS, Dialect, dialect_of
+from stillhook.formats.csv_table import COMMENTS, Dialect, dialect_of
 from stillhook.logs.formats.source import EXAMPLES, Chunk, Want, stamps_to_seconds, with_words
 from stillhook.units import quote
 

@@ -1,4 +1,4 @@
-"""Wire between drum and load: a spring and a damper that cannot push, at its present length."""
+"""Wire between drum and load, a spring and a damper that cannot push, and hook and payload on it."""
 
 from typing import NamedTuple
 
@@ -51,3 +51,25 @@ def wire_tension(stretch, stretch_rate, k, c):
     """Tension [N], never negative: a slack wire carries nothing. stretch [m], stretch_rate [m/s], k [N/m], c [N
     s/m]."""
     return fmax(k * stretch + c * stretch_rate, 0.0)
+
+
+class Load(NamedTuple):
+    """W weight, in water less buoyancy [N]; m moving mass, in water with added mass [kg], i_m = 1 / m; b quadratic drag
+    [N s^2/m^2]."""
+
+    W: float
+    m: float
+    i_m: float
+    b: float
+
+
+@scalar
+def drag_force(v, load):
+    """Drag that opposes the motion [N], positive upwards for a sinking load; v upward speed [m/s]."""
+    return -load.b * v * abs(v)
+
+
+@scalar
+def load_acceleration(F, v, load):
+    """Upward acceleration [m/s^2]; F wire tension [N], v upward speed [m/s]."""
+    return (F - load.W + drag_force(v, load)) * load.i_m

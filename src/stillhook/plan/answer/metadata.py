@@ -15,11 +15,10 @@ from stillhook._version import __version__
 from stillhook.control.registry import Mode
 from stillhook.engine.validity import envelope_line, twin_line
 from stillhook.kernels.build import results_hash
-from stillhook.plan.definition.compensation import Alternative
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase
-from stillhook.plan.definition.rules import Limited, Rule
-from stillhook.plan.report.payload_rows import payload_rows
+from stillhook.plan.definition.rules import Alternative, Limited, Rule
+from stillhook.plan.report.basis import payload_rows
 from stillhook.spec.crane import Crane, content
 from stillhook.spec.validity import CAP, UNSIGNED
 from stillhook.units import show

@@ -14,10 +14,9 @@ from stillhook.plan.answer.dataset import Answered
 from stillhook.plan.answer.metadata import DESCRIPTIONS, described
 from stillhook.plan.answer.reference_cell import reference_of
 from stillhook.plan.definition.capacities import places, static_tension
-from stillhook.plan.definition.compensation import Alternative
-from stillhook.plan.definition.demand import Tier
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import PhaseKind
+from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.table.table import TIERS, LimitTable, untold
 from stillhook.plan.tiers import closed_form
 from stillhook.plan.tiers.time_domain.tier import TwinTier

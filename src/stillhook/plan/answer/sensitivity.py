@@ -11,14 +11,12 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
-from stillhook.plan.definition.compensation import Alternative
-from stillhook.plan.definition.demand import Demand, Seas, Tier
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.limits.solve import Limits
+from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
+from stillhook.plan.limits import Limits
 from stillhook.plan.tiers.closed_form import Way as WaterWay
 from stillhook.plan.tiers.closed_form import closed_form, on_way, way
-from stillhook.plan.tiers.depths import Situation
-from stillhook.plan.tiers.frequency import Looks, demands, forcings, looked_at, thinned, winches_of
+from stillhook.plan.tiers.frequency import Looks, Situation, demands, forcings, looked_at, thinned, winches_of
 from stillhook.plan.tiers.winch_residual import Way
 from stillhook.response.wire_rod import natural_periods
 from stillhook.spec.crane import Crane

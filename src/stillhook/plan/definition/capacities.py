@@ -14,9 +14,9 @@ from stillhook.engine.pack.programme import Hanging, hanging, payload_weight, wi
 from stillhook.engine.pack.winch import wire_speed_max
 from stillhook.engine.scenario.checks import layer_diameter_at
 from stillhook.physics.scalar import G
-from stillhook.plan.definition.compensation import Alternative
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
+from stillhook.plan.definition.rules import Alternative
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.simplified import taken_up
 from stillhook.units import show

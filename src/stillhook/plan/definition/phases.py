@@ -1,16 +1,23 @@
-"""Phases of a lift as a planner names them: what hangs where, how the winch is driven meanwhile, and for how long."""
+"""Phases of a lift as a planner names them: what hangs where, how the winch is driven meanwhile, and for how long.
+
+From phases as a file has them to phases that join: heights, speeds and durations of what was left out, and what
+cannot be.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from types import MappingProxyType
+from typing import Any, NamedTuple
 
 from pydantic import Field, ValidationInfo, field_validator
 
 from stillhook import units as u
-from stillhook.spec.lift.programme import StageMode
+from stillhook.errors import PlanError
+from stillhook.spec.lift.lowering import StageMode
 from stillhook.spec.scenario import Record
+from stillhook.units import quote, show
 
 
 class PhaseKind(StrEnum):
@@ -83,3 +90,196 @@ class Phase(Record):
                 f"{kind} has one of {', '.join(MODES[kind])}; controllers are set by alternatives, not by mode"
             )
         return mode
+
+
+K = PhaseKind
+SPEED = {
+    K.LIFT_OFF: 0.1,
+    K.IN_AIR: 0.1,
+    K.SPLASH: 0.25,
+    K.LOWERING: 0.5,
+    K.LANDING: 0.1,
+    K.SEABED_LIFT_OFF: 0.1,
+    K.SET_DOWN: 0.05,
+}
+"""Speed of a phase that moves, where its file has none [m/s]: usual of each kind (assumed)."""
+TIME = {K.IN_AIR: 600.0, K.DEEP: 1800.0}
+"""How long a phase stands, where its file has nothing [s]: slewing over the side, and half an hour above the place of
+landing (assumed)."""
+CLEAR_OF_DECK = 3.0
+"""How far a payload is lifted off the deck before it goes over the side [m]."""
+ABOVE_WATER = 5.0
+"""Height to which a payload is brought up out of the water [m]."""
+BELOW_WAVES = 10.0
+"""Depth below full cover to which the splash zone is taken [m]."""
+ABOVE_SEABED = 20.0
+"""Height above the seabed at which a landing begins, or to which a payload is lifted off it [m]."""
+CLOSE = 0.01
+"""Gap between two phases that is no gap [m]."""
+
+
+class Water(NamedTuple):
+    """depth of the water, and submergence from which the payload is covered [m]."""
+
+    depth: float
+    reach: float
+
+
+def joined(phases: Sequence[Phase], water: Water) -> tuple[Phase, ...]:
+    """The phases with start, end, duration and, where they move, speed: each starts where the one before it ends.
+
+    Errors: PlanError, one line, that names the phase: heights that do not join or that its kind cannot have, durations
+    too short for the way, two phases of one name.
+    """
+    if not phases:
+        raise PlanError(
+            'phase: none. Write each as a table [[phase]] with name, kind and where it ends, such as end = "-25 m".'
+        )
+    names = [phase.name for phase in phases]
+    for phase in phases:
+        if names.count(phase.name) > 1:
+            raise PlanError(f"phase {quote(phase.name)}: comes twice. Give every phase a name of its own.")
+    done: list[Phase] = []
+    for i, phase in enumerate(phases):
+        after = phases[i + 1] if i + 1 < len(phases) else None
+        start = _start(phase, done, water)
+        end = _end(phase, start, after, done, water)
+        _check_heights(phase, start, end, water)
+        done.append(_timed(phase, start, end))
+    return tuple(done)
+
+
+def called(phase: Phase) -> str:
+    """The phase in an error."""
+    return f"phase {quote(phase.name)} ({phase.kind})"
+
+
+def _start(phase: Phase, done: Sequence[Phase], water: Water) -> float:
+    if done:
+        before = done[-1]
+        assert before.end is not None
+        if phase.start is not None and abs(phase.start - before.end) > CLOSE:
+            raise PlanError(
+                f"{called(phase)}: starts at {_at(phase.start)}, and {quote(before.name)} ends at {_at(before.end)}. "
+                "Let each phase start where the one before it ends, or leave start out."
+            )
+        return before.end
+    if phase.start is not None:
+        return phase.start
+    usual = {K.SEABED_LIFT_OFF: -water.depth, K.LANDING: ABOVE_SEABED - water.depth}
+    if phase.kind in usual:
+        return usual[phase.kind]
+    example = (
+        '"4 m", the deck above still water' if phase.kind in IN_AIR else '"5 m" above still water, or "-25 m" under it'
+    )
+    raise PlanError(
+        f"{called(phase)}: start: missing, the height of the payload's underside as the lift begins. Give it:"
+        f" {example}."
+    )
+
+
+def _end(phase: Phase, start: float, after: Phase | None, done: Sequence[Phase], water: Water) -> float:
+    if phase.end is not None:
+        return phase.end
+    if after is not None and after.start is not None and phase.kind is not K.DEEP:
+        return after.start
+    usual = {
+        K.LIFT_OFF: start + CLEAR_OF_DECK,
+        K.IN_AIR: start,
+        K.SPLASH: ABOVE_WATER if start < 0.0 else -(water.reach + BELOW_WAVES),
+        K.DEEP: start,
+        K.LANDING: -water.depth,
+        K.SEABED_LIFT_OFF: ABOVE_SEABED - water.depth,
+    }
+    if phase.kind in usual:
+        return usual[phase.kind]
+    if phase.kind is K.LOWERING and after is not None:
+        if after.kind in (K.DEEP, K.LANDING):
+            return ABOVE_SEABED - water.depth
+        if after.kind is K.SPLASH:
+            return -(water.reach + BELOW_WAVES)
+    deck = next((p.start for p in done if p.kind is K.LIFT_OFF), None)
+    if phase.kind is K.SET_DOWN and deck is not None:
+        return deck
+    example = '"4 m", the deck above still water' if phase.kind is K.SET_DOWN else '"-1475 m"'
+    raise PlanError(
+        f"{called(phase)}: end: missing, the height of the payload's underside as the phase ends. Give it, such as"
+        f" {example}."
+    )
+
+
+def _check_heights(phase: Phase, start: float, end: float, water: Water) -> None:
+    for name, z in (("start", start), ("end", end)):
+        if z < -water.depth - CLOSE:
+            raise PlanError(
+                f"{called(phase)}: {name} {_at(z)} is below the seabed at {_at(-water.depth)}. Heights count up from"
+                " still water."
+            )
+    covered = -water.reach
+    if phase.kind in IN_AIR and min(start, end) < 0.0:
+        raise PlanError(
+            f"{called(phase)}: from {_at(start)} to {_at(end)}, and its kind is above the water. Use splash-zone"
+            " through it."
+        )
+    if phase.kind is K.SPLASH and not (max(start, end) >= 0.0 and min(start, end) <= covered + CLOSE):
+        raise PlanError(
+            f"{called(phase)}: from {_at(start)} to {_at(end)}. Let it go between 0 m or more and {_at(covered)} or"
+            " deeper, where the payload is covered."
+        )
+    if phase.kind not in (*IN_AIR, K.SPLASH) and max(start, end) > covered + CLOSE:
+        raise PlanError(
+            f"{called(phase)}: from {_at(start)} to {_at(end)}, and the payload is not covered above {_at(covered)}. "
+            "Let splash-zone end deeper."
+        )
+    _check_way(phase, start, end, water)
+
+
+def _check_way(phase: Phase, start: float, end: float, water: Water) -> None:
+    up = {K.LIFT_OFF: True, K.SEABED_LIFT_OFF: True, K.LANDING: False, K.SET_DOWN: False}.get(phase.kind)
+    if up is not None and (end - start) * (1.0 if up else -1.0) < CLOSE:
+        raise PlanError(
+            f"{called(phase)}: from {_at(start)} to {_at(end)}, and it goes {'up' if up else 'down'}. Exchange or"
+            " correct them."
+        )
+    if phase.kind is K.DEEP and abs(end - start) > CLOSE:
+        raise PlanError(
+            f"{called(phase)}: from {_at(start)} to {_at(end)}, and it stands. Use lowering to move, or leave end out."
+        )
+    if phase.kind is K.LOWERING and abs(end - start) < CLOSE:
+        raise PlanError(f"{called(phase)}: starts and ends at {_at(start)}. Use deep to stand, or give where it goes.")
+    bottom = {K.LANDING: end, K.SEABED_LIFT_OFF: start}.get(phase.kind)
+    if bottom is not None and abs(bottom + water.depth) > CLOSE:
+        verb = "ends" if phase.kind is K.LANDING else "starts"
+        raise PlanError(
+            f"{called(phase)}: {verb} at {_at(bottom)}, and the seabed is at {_at(-water.depth)}. Leave it out, or"
+            " correct one."
+        )
+
+
+def _timed(phase: Phase, start: float, end: float) -> Phase:
+    """The phase with its heights, speed and duration."""
+    way = abs(end - start)
+    if way <= CLOSE:
+        if phase.speed is not None:
+            raise PlanError(
+                f"{called(phase)}: speed is given, and it stands at {_at(start)}. Leave speed out, or give where it"
+                " goes."
+            )
+        return _with(phase, start, start, None, TIME[phase.kind] if phase.duration is None else phase.duration)
+    speed = SPEED[phase.kind] if phase.speed is None else phase.speed
+    least = way / speed
+    if phase.duration is not None and phase.duration < least * (1.0 - 1e-3):
+        raise PlanError(
+            f"{called(phase)}: duration {show(phase.duration, 'time')}, and {show(way, 'length')} at"
+            f" {show(speed, 'speed')} take {show(least, 'time')}. Give more time or more speed."
+        )
+    return _with(phase, start, end, speed, least if phase.duration is None else phase.duration)
+
+
+def _with(phase: Phase, start: float, end: float, speed: float | None, duration: float) -> Phase:
+    new: dict[str, Any] = {"mode": phase.winch, "start": start, "end": end, "speed": speed, "duration": duration}
+    return phase.model_copy(update=new)
+
+
+def _at(z: float) -> str:
+    return show(z, "length")

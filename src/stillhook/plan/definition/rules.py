@@ -1,13 +1,25 @@
 """Rules that a phase must meet: named, sourced, editable. A rule says which quantity, which limit, in which phases, by
-which clause."""
+which clause.
+
+What a phase of a lift asks in sea states: quantities that rules are held against, from one tier of the model.
+
+What the winch may be taken for: no compensation, the flat cap, and the twin under each controller.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
+from functools import cached_property
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.analysis.controllers import STRONG
+from stillhook.base.arrays import FloatArray
+from stillhook.control.registry import USUAL, Mode
 from stillhook.plan.definition.phases import PhaseKind
 from stillhook.units import show
 from stillhook.variables import BY_NAME
@@ -114,3 +126,90 @@ class Limited:
     rule: Rule
     limit: float
     basis: str = field(default="")
+
+
+class Alternative(StrEnum):
+    """One way to account for the winch; the limits of all of them are listed side by side. Beside no compensation and
+    the flat cap there is one for each controller."""
+
+    NONE = "none"
+    CAP = "cap-80"
+    vars().update({mode.name: mode.value for mode in Mode if mode.compensates})
+    STRONG_SSC = STRONG
+
+    @property
+    def twin(self) -> bool:
+        """Whether the twin computes the compensation (else it is 0, or the flat cap of
+        `stillhook.spec.validity.CAP`)."""
+        return self not in (Alternative.NONE, Alternative.CAP)
+
+    @property
+    def classic(self) -> bool:
+        """Whether it is a classic controller, whose motors have a fixed displacement."""
+        return self.value in list(Mode) and Mode(self.value).law.family == "classic"
+
+    @property
+    def label(self) -> str:
+        """What tables and pictures call it."""
+        if self is Alternative.STRONG_SSC:
+            return "strong SSC"
+        return Mode(self.value).law.label if self.twin else {"none": "none", "cap-80": "80 % cap"}[self.value]
+
+
+ALTERNATIVES = (Alternative.NONE, Alternative.CAP, *(Alternative(mode.value) for mode in USUAL), Alternative.STRONG_SSC)
+"""Alternatives of a plan that names none."""
+
+
+class Tier(StrEnum):
+    """Method of a number: closed form of a standard, frequency-domain method, twin in the time domain."""
+
+    CLOSED_FORM = "closed-form"
+    FREQUENCY = "frequency"
+    TIME = "time"
+
+
+@dataclass(frozen=True, eq=False)
+class Seas:
+    """Sea states of a table, in any order; every array (n,). Hs [m], 0 for a calm; Tp [s]; beta direction of travel
+    from the bow [rad]."""
+
+    Hs: FloatArray = field(repr=False)
+    Tp: FloatArray = field(repr=False)
+    beta: FloatArray = field(repr=False)
+
+    def __len__(self) -> int:
+        return len(self.Hs)
+
+    def columns(self) -> list[tuple[float, float, NDArray[np.intp]]]:
+        """Every (Tp, beta) that there is, with the rows of its seas by rising Hs."""
+        return self._columns
+
+    @cached_property
+    def _columns(self) -> list[tuple[float, float, NDArray[np.intp]]]:
+        pairs = sorted({(float(T), float(b)) for T, b in zip(self.Tp, self.beta, strict=True)})
+        result = []
+        for T, b in pairs:
+            rows = np.flatnonzero((self.Tp == T) & (self.beta == b))
+            result.append((T, b, rows[np.argsort(self.Hs[rows], kind="stable")]))
+        return result
+
+
+@dataclass(frozen=True, eq=False)
+class Demand:
+    """Quantities of one phase under one alternative in every sea state, from one tier.
+
+    values: quantity (a name of `stillhook.variables`) -> (n,) in SI; NaN where the tier does not tell it. Largest
+    values are those of the phase's duration at the quantile of the rule that asks for them. low, high: ends of the 95 %
+    interval where there is one, same keys as values or fewer; seeds (n,) runs behind each row (0: none). notes: what a
+    reader should know.
+    """
+
+    phase: str
+    alternative: Alternative
+    tier: Tier
+    seas: Seas
+    values: Mapping[str, FloatArray]
+    low: Mapping[str, FloatArray] = field(default_factory=dict)
+    high: Mapping[str, FloatArray] = field(default_factory=dict)
+    seeds: NDArray[np.int64] | None = None
+    notes: tuple[str, ...] = ()

@@ -14,11 +14,19 @@ from typing import Any
 
 from pydantic import Field
 
-from stillhook.base.nearest import nearest
+from stillhook.base.choice import nearest
 from stillhook.errors import PlanError
-from stillhook.library.toml.file import TomlTable, named, read_toml
+from stillhook.library.toml.file import (
+    RowTable,
+    SetFile,
+    TomlTable,
+    base_name,
+    named,
+    numbers_on_base,
+    read_toml,
+    rows_on_base,
+)
 from stillhook.library.toml.kinds import FileKind
-from stillhook.library.toml.row_set import RowTable, SetFile, base_name, numbers_on_base, rows_on_base
 from stillhook.library.toml.tree import parsed
 from stillhook.plan.definition.capacities import CAPACITIES
 from stillhook.plan.definition.phases import Phase, PhaseKind

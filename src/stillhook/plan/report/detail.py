@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.plan.report import texts as say
-from stillhook.plan.report.figures.detail import FACTORS
+from stillhook.plan.report import selection as say
+from stillhook.plan.report.figures.detail import FACTORS, MONTHS, OVER
 from stillhook.plan.report.figures.limits import CLOSED, differs
 from stillhook.plan.report.figures.style import (
     CREDITED,
@@ -23,10 +23,8 @@ from stillhook.plan.report.figures.style import (
     rule_code,
     sea_words,
 )
-from stillhook.plan.report.figures.weather import MONTHS, OVER
 from stillhook.plan.report.selection import governs, highest, leading, least
-from stillhook.plan.result.distinguishable import merged, references
-from stillhook.plan.result.result import Credit, PlanResult
+from stillhook.plan.result import Credit, PlanResult, merged, references
 from stillhook.report.document import Bullets, Figure, Part, Section, Table, Text, facts
 from stillhook.report.formatting import days, direction, fixed, fmt, hours, percent
 from stillhook.units import number

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
+from stillhook.plan.report.figures.detail import OVER
 from stillhook.plan.report.figures.limits import differs
 from stillhook.plan.report.figures.style import CREDITED, TWIN, few, height, named, names
-from stillhook.plan.report.figures.weather import OVER
 from stillhook.plan.report.selection import (
     between,
     governs,
@@ -23,8 +23,7 @@ from stillhook.plan.report.selection import (
     reading,
     worst_heading,
 )
-from stillhook.plan.result.distinguishable import merged, references
-from stillhook.plan.result.result import Credit, PlanResult
+from stillhook.plan.result import Credit, PlanResult, merged, references
 from stillhook.report.document import Part, Table, Text, Verdict, facts
 from stillhook.report.formatting import EMPTY, HOUR, days, direction, fixed, fmt, hours, percent
 from stillhook.spec.validity import UNSIGNED

@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import BoolArray, FloatArray, IntArray
 from stillhook.errors import PlanError
-from stillhook.plan.definition.compensation import Alternative
-from stillhook.plan.definition.demand import Tier
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.limits.solve import Limits
+from stillhook.plan.definition.rules import Alternative, Tier
+from stillhook.plan.limits import Limits
 from stillhook.units import show
 
 TIERS = (Tier.CLOSED_FORM, Tier.FREQUENCY, Tier.TIME)
@@ -109,7 +108,7 @@ class Chosen:
 
 def chosen(limits: Gathered) -> Chosen:
     """Of every rule the limit by the highest tier: the twin where it was run, else the frequency-domain method, else
-    the closed form. Where a tier shows seas inside, and no limit (`stillhook.plan.limits.solve.Limits.low`), one below
+    the closed form. Where a tier shows seas inside, and no limit (`stillhook.plan.limits.Limits.low`), one below
     from a lesser tier is lifted to there."""
     known = np.isfinite(limits.Hs) | np.isposinf(limits.Hs)
     rank = np.arange(len(TIERS)).reshape(-1, *([1] * (limits.Hs.ndim - 1)))
@@ -253,7 +252,7 @@ class LimitTable:
         Between two headings that are no more than twice the tolerance apart the worst of these and of all within the
         tolerance; at a heading itself the worst of those within the tolerance; elsewhere 0, for no such sea was looked
         at, and 0 where beta is NaN. Of the periods see `by_heading`. What is not told in the table is 0. Vessels free
-        to turn: `stillhook.plan.weather.headings`.
+        to turn: `stillhook.plan.weather.value`.
         """
         directions = np.asarray(beta, dtype=float)
         return worst(

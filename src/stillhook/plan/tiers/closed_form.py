@@ -19,15 +19,14 @@ from stillhook.base.arrays import FloatArray
 from stillhook.engine.pack.programme import hanging, payload_weight, wire_strength
 from stillhook.physics.scalar import G
 from stillhook.plan.definition.capacities import jerk, static_tension
-from stillhook.plan.definition.compensation import Alternative
-from stillhook.plan.definition.demand import Demand, Seas, Tier
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import IN_AIR, Phase, PhaseKind
+from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
 from stillhook.plan.tiers.frequency import forcing_at
 from stillhook.spec.lift import simplified as sm
-from stillhook.spec.lift.programme import StageMode
+from stillhook.spec.lift.lowering import StageMode
 from stillhook.spec.validity import CAP
-from stillhook.statistics.gaussian import most_probable_maximum, zero_crossing_period
+from stillhook.statistics.extremes import most_probable_maximum, zero_crossing_period
 
 Values = dict[str, FloatArray]
 

@@ -12,12 +12,12 @@ from stillhook.analysis.controllers import Controller, controller
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.errors import StillhookError
-from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.rules import Alternative
 from stillhook.response.lift import share_of_time, table_at
-from stillhook.response.winch.describing_function import Residual
 from stillhook.response.winch.duty import Duty
 from stillhook.response.winch.grid import mixed
-from stillhook.response.winch.identify.describing_function import Winch, identify_many
+from stillhook.response.winch.identify import Winch, identify_many
+from stillhook.response.winch.linear_form import Residual
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Sensors
 from stillhook.spec.validity import CAP

@@ -2,7 +2,7 @@
 
 A start is a go if for T_R from it on the forecast height stays within OP_WF of its period and direction
 (`LimitTable.at`), and every limit given beside it (wind, say) holds. Cells of the plan for which no OP_WF is told are
-never a go. A vessel free to turn keeps one heading for T_R, the best one (`stillhook.plan.weather.headings`); limits
+never a go. A vessel free to turn keeps one heading for T_R, the best one (`stillhook.plan.weather.value`); limits
 beside it that ask for beta need a heading that is held.
 """
 
@@ -15,10 +15,9 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import WeatherError
-from stillhook.plan.result.result import Credit, PlanResult
+from stillhook.plan.result import Credit, PlanResult
 from stillhook.plan.table.table import LimitTable
-from stillhook.plan.weather.headings import KeptHeadings
-from stillhook.plan.weather.value import free_to_turn
+from stillhook.plan.weather.value import KeptHeadings, free_to_turn
 from stillhook.units import show
 from stillhook.weather.forecast import Bound, bounds, reason_against, rows_of, started, starts_of
 from stillhook.weather.limit_text import Limit, inside

@@ -1,26 +1,35 @@
-"""A hindcast with the spectra of its records: which of them a lift can be done in, record by record, by the
-frequency-domain method."""
+"""A hindcast with the spectra of its records: in which of them a lift can be done, and how long it waits."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.base.progress import Progress
 from stillhook.errors import PlanError
-from stillhook.plan.definition.compensation import Alternative
-from stillhook.plan.definition.demand import Seas
+from stillhook.plan.definition.capacities import calm
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.limits.applicable_rules import limited
-from stillhook.plan.limits.solve import utilisation
+from stillhook.plan.definition.rules import Alternative, Seas
+from stillhook.plan.limits import limited, limits_of, utilisation
+from stillhook.plan.table.table import SAME, Axes, LimitTable, chosen, gathered, governed
+from stillhook.plan.tiers.closed_form import closed_form
 from stillhook.plan.tiers.frequency import Looks, demands, looked_at, thinned, winches_of
 from stillhook.response.lift import Waves, forcing_of_waves
+from stillhook.sea.spectra.directions import FULL, relative
+from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
 from stillhook.sea.spectra.spectrum import Sea
+from stillhook.units import show
 from stillhook.variables import attributes
+from stillhook.weather.alpha import AlphaTable, alphas, reference_period
+from stillhook.weather.answer import stamp
+from stillhook.weather.limit_text import free_headings
+from stillhook.weather.persistence import persistence
+from stillhook.weather.series import usual_step
 
 if TYPE_CHECKING:
     import xarray
@@ -118,3 +127,129 @@ def _labelled(
     }
     left = ", ".join(phase.name for phase in plan.phases if phase.name not in phase_names)
     return xarray.Dataset(columns, coords, {"waves": waves.describe(), "left_out": left})
+
+
+FINE = 0.001
+"""Step of heights at which alpha(H) H is tabled [m]: far below what a hindcast tells."""
+HIGHEST = 40.0
+"""Above every sea [m]."""
+
+
+def spectral_persistence(
+    plan: LiftPlan,
+    waves: Waves,
+    table: AlphaTable,
+    alternatives: Sequence[Alternative] = (),
+    progress: Progress | None = None,
+) -> dict[str, Any]:
+    """Windows of T_R and waits of every alternative (of the plan, without any given), by name [SI].
+
+    Errors: PlanError for one sea alone, and for an operation that is not weather restricted.
+    """
+    if isinstance(waves.of, Sea):
+        raise PlanError("hindcast: one sea is no hindcast. Give a file of spectra or sea states over time.")
+    T_R, restricted = reference_period(table, plan.T_POP, plan.T_C)
+    if not restricted:
+        times = f"T_POP {plan.T_POP / 3600.0:g} h, T_R {T_R / 3600.0:g} h"
+        raise PlanError(f"operation: {times}: not weather restricted. Divide the operation.")
+    chosen_ones = tuple(alternatives) or plan.alternatives
+    raised = waves.with_waves(_raised(waves.of, raised_heights(table, np.asarray(waves.of.H_m0), plan.T_POP)))
+    elsewhere, left = _in_the_surface(plan, raised, chosen_ones)
+    data = spectral_weather(plan, chosen_ones, raised, progress, elsewhere=elsewhere)
+    time, step = waves.of.time, usual_step(waves.of.time)
+    valid = np.asarray(waves.of.valid) & ~np.isnan(data["utilisation"].values).all(axis=0)
+    rows, (reached, headed) = [], _reached(plan, waves)
+    for alternative in chosen_ones:
+        good = data["workable_record"].sel(alternative=str(alternative)).values.astype(np.bool_)
+        one = persistence(good & reached, time, step, T_R, valid=valid)
+        rows.append({"alternative": str(alternative)} | one.numbers() | {"months": [m.numbers() for m in one.months]})
+    surface = [f"{left}: by the plan's table in closed form"] if left else []
+    notes = [
+        *surface,
+        *headed,
+        "limits as each alternative tells them, not as credited; alpha is in them",
+        *waves.of.notes,
+    ]
+    return {
+        "plan": plan.name,
+        "file": waves.of.source,
+        "waves": waves.describe(),
+        "start": stamp(time[0]),
+        "end": stamp(time[-1]),
+        "step": step,
+        "n_records": len(time),
+        "n_valid": int(np.count_nonzero(valid)),
+        "T_POP": plan.T_POP,
+        "T_R": T_R,
+        "table": table.source,
+        "alternatives": rows,
+        "notes": notes,
+    }
+
+
+def _reached(plan: LiftPlan, waves: Waves) -> tuple[BoolArray, list[str]]:
+    """Whether waves of each record are those that it was judged for, at each heading that a vessel may keep (heading,
+    n), and a note."""
+    assert not isinstance(waves.of, Sea)
+    come_from = (
+        np.full(len(waves.of.time), np.nan) if waves.beta is None else np.asarray(waves.of.come_from, dtype=np.float64)
+    )
+    if waves.beta is None or not np.isfinite(come_from).any():
+        return np.ones((1, len(come_from)), dtype=np.bool_), []
+    tolerance, side = plan.environment.heading_tolerance, waves.beta
+    off = [np.abs((relative(come_from, float(ship)) - side + math.pi) % FULL - math.pi) for ship in free_headings()]
+    within = f"within {show(tolerance, 'angle', 4)} of {show(side, 'angle', 4)} from the bow"
+    return np.stack(off) <= tolerance + SAME, [
+        f"vessel free to turn: one heading through each operation, waves {within}"
+    ]
+
+
+def raised_heights(table: AlphaTable, H: FloatArray, T_POP: float) -> FloatArray:
+    """Heights (n,) [m] whose OP_WF forecasts of H (n,) are, at least the lowest of the table; NaN stays."""
+    grid = np.arange(table.Hs[0], HIGHEST, FINE)
+    op_wf = alphas(table, grid, T_POP) * grid
+    return np.where(np.isfinite(H), np.interp(H, op_wf, grid), np.nan)
+
+
+def _raised(of: SpectrumSeries | SeaStates, H: FloatArray) -> SpectrumSeries | SeaStates:
+    """The same waves, shapes and periods, of other heights. A record without waves stays so."""
+    if isinstance(of, SeaStates):
+        return replace(of, H_m0=np.where(of.H_m0 > 0.0, H, of.H_m0))
+    factor = np.divide(H, of.H_m0, out=np.ones(len(H)), where=of.H_m0 > 0.0)
+    return replace(of, S=of.S * factor[:, None] ** 2)
+
+
+def _in_the_surface(
+    plan: LiftPlan, waves: Waves, alternatives: Sequence[Alternative]
+) -> tuple[dict[Alternative, FloatArray], str]:
+    """Limiting heights (n,) of the phases that the method does not cover, record by record, and which phases these
+    are."""
+    assert not isinstance(waves.of, Sea)
+    names = {phase.name for phase, _ in looked_at(plan)}
+    phases = [phase for phase in plan.phases if phase.name not in names]
+    if not phases:
+        return {}, ""
+    axes, seas = Axes.of(plan), plan.environment.table()
+    pairs = [(phase, a) for phase in phases for a in alternatives]
+    limits = [
+        limits_of(closed_form(plan, phase, seas, a), limited(plan, phase, a), calm(plan, phase, a))
+        for phase, a in pairs
+    ]
+    table = governed(chosen(gathered(axes, limits)))
+    beta = _beta(waves)
+    highest, tolerance = max(plan.environment.Hs), plan.environment.heading_tolerance
+    of = {a: table.Hs[axes.alternatives.index(a)] for a in alternatives}
+    read = {
+        a: LimitTable(Hs, np.array(axes.headings), np.array(axes.periods), tolerance, highest) for a, Hs in of.items()
+    }
+    return {a: each.at(np.asarray(waves.of.T_p), beta) for a, each in read.items()}, ", ".join(
+        phase.name for phase in phases
+    )
+
+
+def _beta(waves: Waves) -> FloatArray:
+    """Direction of travel from the bow, record by record (n,) [rad]."""
+    assert not isinstance(waves.of, Sea)
+    if waves.beta is not None:
+        return np.full(len(waves.of.time), waves.beta)
+    return np.asarray(relative(np.asarray(waves.of.come_from), waves.ship or 0.0))

@@ -6,36 +6,100 @@ err. A record is workable where its height is at most OP_WF of its period and di
 to turn keeps one heading through the window (`stillhook.plan.weather.headings`). Below the lowest height of the table
 of alpha no factor is told (case by case); so that such limits can be compared at all, the lowest one is taken here,
 which flatters them.
+
+Limits of a plan's table at each heading that a vessel may keep through an operation.
+
+A vessel whose heading is held has one. One that is free to turn keeps one heading from start to end, the best for that
+window: where the weather tells the direction of waves, every `stillhook.weather.limit_text.FREE_STEP` of the compass is
+tried; where it does not, waves are taken to come from one direction throughout, off by the heading tolerance at most,
+and every heading of the table is tried. In neither case is a limit above that of the best heading of the table that can
+be kept within the tolerance.
+
+Reads the weather that a plan names.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import BoolArray, FloatArray, IntArray
+from stillhook.base.choice import nearest
 from stillhook.errors import PlanError, WeatherError
-from stillhook.plan.definition.compensation import Alternative
-from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.result.result import CREDITS, Credit
-from stillhook.plan.table.table import SAME, Axes, Governed, LimitTable, bracketed, holdable_headings
-from stillhook.plan.weather.headings import KeptHeadings
+from stillhook.formats.weather.file import SENSES, read_weather
+from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse
+from stillhook.plan.definition.rules import Alternative
+from stillhook.plan.result import CREDITS, Credit
+from stillhook.plan.table.table import (
+    SAME,
+    Axes,
+    Governed,
+    LimitTable,
+    bracketed,
+    cones,
+    counted,
+    holdable_headings,
+    worst,
+)
 from stillhook.sea.spectra.directions import FULL, relative
 from stillhook.sea.spectra.parametric import Jonswap, pierson_moskowitz
-from stillhook.units import show
+from stillhook.units import quote, show
 from stillhook.variables import attributes
 from stillhook.weather.alpha import AlphaTable, alpha_of, alphas, reference_period
-from stillhook.weather.limit_text import FREE_STEP
+from stillhook.weather.limit_text import FREE_STEP, free_headings
 from stillhook.weather.persistence import Persistence, persistence, waits, windows_of
 from stillhook.weather.series import Weather
 
 if TYPE_CHECKING:
     import xarray
+
+
+@dataclass(frozen=True, eq=False)
+class KeptHeadings:
+    """Which headings of a table count for the waves of a record, at each heading that a vessel may keep.
+
+    counts (kept, heading, direction) and told (kept, direction), as `stillhook.plan.table.table.counted`; direction
+    (n,): that of each record; best: the same for headings of the table, of which the best is the most that counts, None
+    where nothing else does.
+    """
+
+    counts: BoolArray = field(repr=False)
+    known: BoolArray = field(repr=False)
+    direction: IntArray = field(repr=False)
+    best: KeptHeadings | None = field(default=None, repr=False)
+
+    @classmethod
+    def of(cls, table: LimitTable, n: int, come_from: FloatArray | None, ship: float | None) -> KeptHeadings:
+        """Headings for n records: come_from (n,) [rad from north] or None; ship [rad from north] or None where it is
+        free to turn."""
+        around = cones(table.headings, table.heading_tolerance).T[:, :, None]
+        of_table = cls(
+            around, holdable_headings(table.headings, table.heading_tolerance)[:, None], np.zeros(n, dtype=np.int64)
+        )
+        if come_from is None:
+            return of_table
+        directions, place = np.unique(come_from, return_inverse=True)
+        ships = free_headings() if ship is None else np.array([ship])
+        each = [
+            counted(table.headings, table.heading_tolerance, np.asarray(relative(directions, float(s)))) for s in ships
+        ]
+        counts, known = np.stack([counts for counts, _ in each]), np.stack([known for _, known in each])
+        return cls(counts, known, place.reshape(n).astype(np.int64), of_table if ship is None else None)
+
+    def limits(self, table: LimitTable, periods: Sequence[FloatArray]) -> FloatArray:
+        """Limiting significant wave height [m] of each record at each heading (kept, n), the worst over readings of its
+        period (n,) [s]."""
+        by_heading = np.min([table.by_heading(T_p) for T_p in periods], axis=0)
+        pairs = zip(self.counts, self.known, strict=True)
+        limits = np.stack(
+            [worst(by_heading, counts[:, self.direction], known[self.direction]) for counts, known in pairs]
+        )
+        return limits if self.best is None else np.minimum(limits, self.best.limits(table, periods).max(axis=0))
 
 
 YEAR = 365.25 * 24.0
@@ -330,3 +394,24 @@ def _mean_by_month(x: FloatArray, month: NDArray[np.int64]) -> FloatArray:
     """Means of what is known of x (n,), of all and of each month (13,)."""
     rows = [x[np.isfinite(x)], *(x[(month == m) & np.isfinite(x)] for m in range(1, 13))]
     return np.array([row.mean() if len(row) else np.nan for row in rows])
+
+
+def weather_used(use: WeatherUse) -> Weather:
+    """The weather, read as the plan says; columns without any number are left out.
+
+    Errors: WeatherError of one line for the file and where no height is known, PlanError for a sense that is none.
+    """
+    if use.sense is not None and use.sense not in SENSES:
+        raise PlanError(
+            f"weather.sense = {quote(use.sense)}: is not one of {', '.join(SENSES)}{nearest(use.sense, tuple(SENSES))}"
+        )
+    sense = None if use.sense is None else SENSES[use.sense]
+    weather = read_weather(
+        use.file, sense=sense, columns_as=use.columns, time_column=use.time, date_order=use.date_order
+    )
+    known = {name: x for name, x in weather.columns.items() if np.isfinite(x).any()}
+    if "H_m0" in weather.columns and "H_m0" not in known:
+        raise WeatherError(
+            f"{weather.source}: no record of wave height: all {len(weather)} are missing. Give weather that has them."
+        )
+    return replace(weather, columns=known)

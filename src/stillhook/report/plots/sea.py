@@ -1,19 +1,27 @@
-"""Pictures of waves: one spectrum, and a series of records over time."""
+"""Pictures of waves, of vessels' motions and of weather."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+import textwrap
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stillhook.base.arrays import FloatArray
 from stillhook.report.plots.run import COLOURS, GREY
-from stillhook.sea.spectra.measured import Measured, SpectrumSeries
+from stillhook.sea.spectra.measured import Measured, SeaStates, SpectrumSeries
 from stillhook.sea.spectra.spectrum import WaveSpectrum
-from stillhook.sea.spectra.states import SeaStates
+from stillhook.sea.vessel.long_wave import long_wave_limits, long_wave_scales
+from stillhook.sea.vessel.rao import DOFS, Rao
+from stillhook.weather.answer import MONTHS
+from stillhook.weather.limit_text import KIND, Limit
+from stillhook.weather.series import HOUR, Weather
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
 
 UPPER = 4.0
 """Where the picture of a spectrum in closed form ends, over its peak frequency."""
@@ -79,3 +87,173 @@ def _axes(ax: Axes, x: str, y: str) -> None:
     ax.set_xlabel(x)
     ax.set_ylabel(y)
     ax.grid(alpha=0.3)
+
+
+HEADINGS = ((0, "following"), (45, ""), (90, "from starboard"), (135, ""), (180, "head"))
+LONGEST = 30.0  # s: shown of longer tables
+
+
+def vessel_figure(rao: Rao, point: tuple[float, float] | None = None) -> Figure:
+    """Amplitudes over period of six motions, and with a point (x, y) [m] of its vertical motion; dots: the table,
+    curves: what is used."""
+    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
+
+    figure = Figure(figsize=(11.0, 8.0 if point is None else 10.5), layout="constrained")
+    axes = figure.subplots(2 if point is None else 3, 3)
+    period = np.linspace(2.0 * math.pi / rao.omega[-1], min(LONGEST, 2.0 * math.pi / rao.omega[0]), 800)
+    omega = 2.0 * math.pi / period
+    for d, (dof, ax) in enumerate(zip(DOFS, axes.flat, strict=False)):
+        scale, unit = (1.0, "m/m") if d < 3 else (180.0 / math.pi, "deg/m")
+        _curves(ax, rao, period, scale * np.abs(rao.at(omega, _beta())[d]))
+        _dots(ax, rao, scale, d)
+        limit = scale * float(np.abs(long_wave_limits(np.array([_STEEPEST[dof]]))[d, 0]))
+        top = ax.get_ylim()[1]
+        ax.plot(
+            period,
+            limit * long_wave_scales(omega, rao.depth)[d],
+            color=GREY,
+            lw=0.8,
+            ls=":",
+            label="body that rides on the water",
+        )
+        ax.set_ylim(top=top)
+        ax.set_title(f"{dof} [{unit}]", fontsize="medium")
+    if point is not None:
+        _points(figure, axes[2], rao, period, point)
+    for ax in axes.flat:
+        ax.grid(alpha=0.3)
+        ax.set_ylim(bottom=0.0)
+    for ax in [*axes[:2].flat, *axes[2:, :2].flat]:
+        ax.set_xlim(period[0], period[-1])
+    for ax in axes[-1, : 3 if point is None else 2]:
+        ax.set_xlabel("wave period [s]")
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize="small", frameon=False)
+    figure.suptitle(
+        "\n".join(textwrap.wrap(f"{rao.name}, reference point: {rao.origin or 'not stated'}", 110)), fontsize="medium"
+    )
+    return figure
+
+
+_STEEPEST = {
+    "surge": 0.0,
+    "sway": math.pi / 2.0,
+    "heave": 0.0,
+    "roll": math.pi / 2.0,
+    "pitch": 0.0,
+    "yaw": math.pi / 4.0,
+}
+"""Heading of the largest limit [rad]."""
+
+
+def _beta() -> FloatArray:
+    return np.radians([float(h) for h, _ in HEADINGS])
+
+
+def _curves(ax: Any, rao: Rao, period: FloatArray, sizes: FloatArray) -> None:
+    for (heading, word), size, colour in zip(HEADINGS, sizes, COLOURS, strict=False):
+        ax.plot(period, size, color=colour, lw=1.3, label=f"{heading} deg{' ' + word if word else ''}")
+
+
+def _dots(ax: Any, rao: Rao, scale: float, d: int) -> None:
+    for (heading, _), colour in zip(HEADINGS, COLOURS, strict=False):
+        near = np.flatnonzero(np.abs(rao.beta - math.radians(heading)) < 1e-3)
+        if len(near):
+            ax.plot(2.0 * math.pi / rao.omega, scale * np.abs(rao.H[d, near[0]]), ".", color=colour, ms=3.5)
+
+
+def _points(figure: Any, axes: Any, rao: Rao, period: FloatArray, point: tuple[float, float]) -> None:
+    """Vertical motion of the point with waves from starboard, along, and from port."""
+    x, y = point
+    omega = 2.0 * math.pi / period
+    for ax, side, title in (
+        (axes[0], 1.0, "from starboard (0 to 180 deg)"),
+        (axes[1], -1.0, "from port (360 to 180 deg)"),
+    ):
+        _curves(ax, rao, period, np.abs(rao.vertical(omega, side * _beta(), x, y)))
+        ax.set_title(f"point x {x:g} m, y {y:g} m, waves\n{title} [m/m]", fontsize="medium")
+    angles = np.radians(np.arange(0.0, 361.0, 5.0))
+    for T, colour in ((6.0, COLOURS[0]), (8.0, COLOURS[1]), (10.0, COLOURS[2]), (14.0, COLOURS[3])):
+        sizes = np.abs(rao.vertical([2.0 * math.pi / T], angles, x, y)[:, 0])
+        axes[2].plot(np.degrees(angles), sizes, color=colour, lw=1.3, label=f"{T:g} s")
+    axes[2].set_title("the same over the heading [m/m]", fontsize="medium")
+    axes[2].set_xlabel("waves travel, ccw from the bow [deg]")
+    axes[2].set_xticks(range(0, 361, 90))
+    axes[2].legend(fontsize="small")
+
+
+DAY = 24.0 * HOUR
+NAMES = {"H_m0": "Hs [m]", "wind": "wind [m/s]", "T_p": "Tp [s]", "T_m02": "Tz [s]", "current": "current [m/s]"}
+
+
+def persistence_figure(answer: dict[str, Any]) -> Figure:
+    """Shares of the time and waits, month by month, of what `answer.persistence_answer` gives."""
+    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
+
+    figure = Figure(figsize=(8.0, 6.5), layout="constrained")
+    top, low = figure.subplots(2, 1, sharex=True)
+    months = answer["months"]
+    place = np.array([m["month"] for m in months])
+    window = f"{answer['window'] / HOUR:g} h"
+    top.bar(place, [100.0 * m["operability"] for m in months], 0.7, color=COLOURS[5], label="inside all limits")
+    top.bar(place, [100.0 * m["start_share"] for m in months], 0.4, color=COLOURS[0], label=f"{window} can start")
+    waits = (
+        ("wait_p50", -0.27, COLOURS[2], "P50"),
+        ("wait_mean", 0.0, COLOURS[0], "mean"),
+        ("wait_p90", 0.27, COLOURS[1], "P90"),
+    )
+    for name, shift, colour, label in waits:
+        low.bar(place + shift, [m[name] / DAY for m in months], 0.25, color=colour, label=label)
+    top.set_ylabel("share of the time [%]")
+    low.set_ylabel(f"wait for {window} [days]")
+    low.set_xticks(range(1, 13), MONTHS)
+    for ax in (top, low):
+        ax.grid(alpha=0.3, axis="y")
+        ax.set_axisbelow(True)
+        ax.legend(frameon=False, ncols=3, fontsize="small")
+        ax.set_ylim(0.0, ax.get_ylim()[1] * 1.12)
+    span = f"{answer['start'][:10]} to {answer['end'][:10]}"
+    figure.suptitle(f"{answer['file']}, {span}: {', '.join(answer['limits'])}", fontsize="medium", wrap=True)
+    return figure
+
+
+def forecast_figure(weather: Weather, limits: list[Limit], answer: dict[str, Any]) -> Figure:
+    """What is forecast, the limits as written and times alpha, and when the operation may start, of what
+    `forecast.numbers` gives."""
+    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
+
+    bounded = [limit for limit in limits if KIND[limit.range.name] != "angle" and np.isfinite(limit.range.high)]
+    columns = list(dict.fromkeys(limit.range.name for limit in bounded))
+    figure = Figure(figsize=(9.0, 1.5 + 2.4 * len(columns)), layout="constrained")
+    first = np.datetime64(answer["starts"][0]["time"].rstrip("Z"))
+    last = np.datetime64(answer["starts"][-1]["time"].rstrip("Z")) + np.timedelta64(round(answer["T_R"]), "s")
+    rows = (weather.time >= first) & (weather.time <= last)
+    factor = {f["hs"]: f["alpha"] for f in answer["factors"]}
+    for ax, name in zip(figure.subplots(len(columns), 1, sharex=True, squeeze=False)[:, 0], columns, strict=True):
+        ax.plot(
+            weather.time[rows],
+            weather.columns[name][rows],
+            color=COLOURS[0],
+            marker=".",
+            ms=3,
+            lw=1.2,
+            label="forecast",
+        )
+        for limit in (b for b in bounded if b.range.name == name):
+            alpha = factor.get(limit.range.high) if name == "H_m0" else None
+            ax.axhline(limit.range.high, color=GREY, ls="--", lw=1, label=limit.text)
+            if alpha is not None:
+                ax.axhline(alpha * limit.range.high, color=COLOURS[1], lw=1.2, label=f"times alpha {alpha:.3g}")
+        for start in answer["starts"]:
+            if start["go"]:
+                begin = np.datetime64(start["time"].rstrip("Z"))
+                ax.axvspan(begin, begin + np.timedelta64(round(weather.step), "s"), color=COLOURS[2], alpha=0.25, lw=0)
+        ax.set_ylabel(NAMES[name])
+        ax.set_ylim(bottom=0.0)
+        ax.grid(alpha=0.3)
+        ax.legend(frameon=False, fontsize="small", ncols=4, loc="lower right")
+    figure.autofmt_xdate(rotation=25)
+    head = "GO" if answer["go"] else "NO-GO"
+    green = f"green: the operation may start (T_R {answer['T_R'] / HOUR:g} h)"
+    figure.suptitle(f"{head} at {answer['starts'][0]['time']}; {green}", fontsize="medium")
+    return figure

@@ -12,11 +12,9 @@ import numpy as np
 from stillhook.base.progress import Progress
 from stillhook.control.registry import DEFAULT_MODE
 from stillhook.errors import LiftError
-from stillhook.response.winch.compliance import WinchCompliance
-from stillhook.response.winch.describing_function import Residual
 from stillhook.response.winch.duty import Duty
-from stillhook.response.winch.identify.describing_function import identify_residual
-from stillhook.response.winch.remnant import Remnant
+from stillhook.response.winch.identify import identify_residual
+from stillhook.response.winch.linear_form import Remnant, Residual, WinchCompliance
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Sensors
 from stillhook.units import show

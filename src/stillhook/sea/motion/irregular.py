@@ -12,8 +12,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stillhook.base.arrays import ComplexArray, FloatArray
-from stillhook.base.encode import decode_array, encode_array
+from stillhook.base.arrays import ComplexArray, FloatArray, decode_array, encode_array
 from stillhook.errors import MotionError
 from stillhook.sea.motion.motion import Motion, Sample
 

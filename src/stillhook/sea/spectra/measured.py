@@ -2,6 +2,9 @@
 
 What a band holds is spread evenly over it. Moments are the rectangle rule of the buoys: centre frequency to the power
 n, times density, times band width; nothing is added for waves shorter than the last band.
+
+Sea states over time as a height, periods and a direction each, where no spectra were kept: weather tables and
+hindcasts.
 """
 
 from __future__ import annotations
@@ -16,8 +19,7 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import SeaError
-from stillhook.sea.spectra.directional import Directions
-from stillhook.sea.spectra.directions import relative
+from stillhook.sea.spectra.directions import Directions, relative
 from stillhook.sea.spectra.spectrum import Sea, Train, WaveSpectrum
 from stillhook.units import quote
 
@@ -235,3 +237,29 @@ def check_bands(omega: FloatArray, width: FloatArray, source: str) -> None:
         raise SeaError(f"{source}: frequencies are not positive and ascending. Sort the bands.")
     if not np.all(np.isfinite(width)) or np.any(width <= 0.0):
         raise SeaError(f"{source}: a band width is not positive. Give the width of each band.")
+
+
+@dataclass(frozen=True, eq=False)
+class SeaStates:
+    """n sea states, one after the other; every array (n,), NaN where unknown.
+
+    time UTC, ascending; valid, where the height is known; H_m0 [m]; T_p, T_m02 [s]; come_from, where waves come from,
+    clockwise from north [rad]; source, the file; notes, what the reader had to say.
+    """
+
+    time: NDArray[np.datetime64] = field(repr=False)
+    valid: NDArray[np.bool_] = field(repr=False)
+    H_m0: FloatArray = field(repr=False)
+    T_p: FloatArray = field(repr=False)
+    T_m02: FloatArray = field(repr=False)
+    come_from: FloatArray = field(repr=False)
+    source: str = "sea states"
+    notes: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @property
+    def n_valid(self) -> int:
+        """Records that can be used."""
+        return int(np.count_nonzero(self.valid))

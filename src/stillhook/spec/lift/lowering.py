@@ -1,18 +1,185 @@
-"""One lowering: what hangs, from where, into which water, and what the winch is told to do."""
+"""One lowering: what hangs, from where, into which water, and the winch programme, stage by stage."""
 
 from __future__ import annotations
 
-from typing import Annotated
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from functools import cached_property
+from typing import Annotated, Self
 
-from pydantic import Field, SerializeAsAny
+from pydantic import Field, SerializeAsAny, model_validator
 
 from stillhook import units as u
 from stillhook.control.registry import DEFAULT_MODE
-from stillhook.sea.motion.kinematics import WaveField
+from stillhook.errors import LiftError
+from stillhook.sea.motion.irregular import COARSE
 from stillhook.sea.motion.motion import Motion, Still
+from stillhook.sea.spectra.spectrum import Sea
+from stillhook.sea.vessel.rao import Rao
+from stillhook.sea.vessel.realisation import Amplitudes, band, realise, tip_motion
+from stillhook.sea.vessel.wave_field import WaveField, samples, wave_field
 from stillhook.spec.lift.payload import Payload
-from stillhook.spec.lift.programme import Stage, WinchSettings
 from stillhook.spec.scenario import RHO_SEA, FrictionModel, Mode, Number, Record, Sensors
+
+
+class StageMode(StrEnum):
+    """Winch modes of a lift; docs/explanation/winch-modes.md tells what each does, waits for and ends with."""
+
+    MANUAL = "manual"
+    AHC = "ahc"
+    TENSION = "constant-tension"
+    SPLASH = "splash"
+    LANDING = "landing"
+
+
+ENDS = ("time", "depth", "wire", "landed", "tension")
+"""What may end a stage: exactly one of these fields."""
+
+
+class Stage(Record):
+    """One stage. Exactly one of `time`, `depth` (underside below still water, negative above), `wire`, `landed`,
+    `tension` ends it.
+
+    `time` counts from the stage's entry, in landing mode from touch-down. `depth` becomes wire out by the static
+    stretch of the wire, as a planner would reckon it. `wire` and `tension` count in the direction in which the stage
+    moves them. `hold` and `tension` are those at the hook, as the load indicator gives them: without the weight of the
+    wire that hangs. Raises ScenarioError, one line, for a stage that could not do what it says.
+    """
+
+    name: str = ""
+    mode: StageMode
+    lower: u.Speed = Field(default=0.0, ge=-10.0, le=10.0, description="wire speed, lowering positive; negative hoists")
+    hold: u.Force | None = Field(
+        default=None, gt=0, description="tension that constant-tension, or landing after touch-down, holds"
+    )
+    time: u.Time | None = Field(default=None, gt=0)
+    depth: u.Length | None = None
+    wire: u.Length | None = Field(default=None, ge=0)
+    landed: bool = False
+    tension: u.Force | None = Field(default=None, gt=0)
+    timeout: u.Time | None = Field(
+        default=None, gt=0, description="after which the programme is stuck; an hour longer than it should take"
+    )
+
+    @property
+    def end(self) -> str:
+        """Which field ends the stage."""
+        return next(name for name in ENDS if getattr(self, name) not in (None, False))
+
+    @property
+    def holds(self) -> bool:
+        """Whether the mode holds a tension."""
+        return self.mode in (StageMode.TENSION, StageMode.LANDING)
+
+    @model_validator(mode="after")
+    def _one_end(self) -> Self:
+        ends = [name for name in ENDS if getattr(self, name) not in (None, False)]
+        if len(ends) != 1:
+            raise ValueError(
+                f"{self._called()}: {' and '.join(ends) or 'nothing'} ends it. Give one of {', '.join(ENDS)}, "
+                'such as depth = "20 m" or landed = true.'
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _tension_fits(self) -> Self:
+        if self.holds and self.hold is None:
+            raise ValueError(
+                f'{self._called()}: hold is missing, the tension that {self.mode} keeps. Give it, such as "300 kN".'
+            )
+        if not self.holds and self.hold is not None:
+            raise ValueError(
+                f"{self._called()}: hold belongs to constant-tension and landing, and this is {self.mode}. Leave it"
+                " out."
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _moves(self) -> Self:
+        """The stage's speed can bring about what ends it."""
+        if self.mode is StageMode.TENSION and self.lower != 0.0:
+            raise ValueError(
+                f"{self._called()}: lower is given, and constant-tension moves the wire by itself. Leave lower out."
+            )
+        if self.mode is StageMode.LANDING and self.lower <= 0.0:
+            raise ValueError(
+                f'{self._called()}: a load is landed by lowering it. Give lower above 0, such as "6 m/min".'
+            )
+        if self.landed and (self.lower <= 0.0 or self.mode is StageMode.TENSION):
+            raise ValueError(
+                f"{self._called()}: landed = true needs a stage that lowers. Give lower above 0, in another mode."
+            )
+        stands = self.lower == 0.0 and not self.holds
+        if stands and self.end != "time":
+            raise ValueError(f"{self._called()}: lower is 0, so {self.end} never comes. Give lower, or end it by time.")
+        if self.time is not None and self.timeout is not None and self.timeout < self.time:
+            raise ValueError(
+                f"{self._called()}: timeout {self.timeout:g} s comes before its time {self.time:g} s. Give a longer"
+                " one, or none."
+            )
+        return self
+
+    def _called(self) -> str:
+        return f"stage {u.quote(self.name)} ({self.mode})" if self.name else f"a stage in mode {self.mode}"
+
+
+class WinchSettings(Record):
+    """How the winch modes are set. None of it is published; every default is assumed, for the reason beside it."""
+
+    ramp: u.Acceleration = Field(default=0.1, gt=0, description="ramp of the joystick: half a metre per second in 5 s")
+    v_max: u.Speed = Field(
+        default=0.5, gt=0, description="highest speed that tension control adds; under half of what a 250 t winch does"
+    )
+    v_enter: u.Speed = Field(
+        default=0.1, gt=0, description="tip speed below which compensation starts: near crest or trough, without a bump"
+    )
+    omega_T: u.Frequency = Field(
+        default=0.5,
+        gt=0,
+        le=2.0,
+        description="bandwidth of tension control on a load that stands; a quarter of K_p v_max at marginal stability",
+    )
+    v_soft: u.Speed = Field(
+        default=2.0,
+        ge=0,
+        le=5.0,
+        description="speed of splash mode per deviation of the tension by (m + A33) g; calm up to 3 m/s",
+    )
+    omega_soft: u.Frequency = Field(
+        default=5.0,
+        gt=0,
+        description="splash mode takes no load for lighter than what the wire swings at this: the winch lags beyond",
+    )
+    omega_s: u.Frequency = Field(
+        default=0.1,
+        ge=0,
+        le=1.0,
+        description="return of splash and manual mode to the joystick's path, in a minute: below all waves",
+    )
+    tau_slow: u.Time = Field(
+        default=20.0, gt=0, description="time constant of the mean tension: longer than any wave period"
+    )
+    tau_suspended: u.Time = Field(
+        default=200.0, gt=0, description="mean tension that a landing is seen against: a slow one takes minutes"
+    )
+    landed: Number = Field(
+        default=0.5,
+        gt=0,
+        lt=1,
+        description="touch-down is a fall of the tension by this part of the payload's weight in water",
+    )
+    F_least: u.Force | None = Field(
+        default=None, ge=0, description="tension that compensation needs; default half of the empty hook's weight"
+    )
+
+
+def stage_names(programme: Sequence[Stage]) -> tuple[str, ...]:
+    """A name for each stage, no two alike: its own, or its number and mode."""
+    names = [s.name or f"{i} {s.mode}" for i, s in enumerate(programme, 1)]
+    return tuple(f"{n} ({i})" if names.count(n) > 1 else n for i, n in enumerate(names, 1))
 
 
 class Rigging(Record):
@@ -64,3 +231,65 @@ class Lowering(Record):
     rho: u.Density = Field(default=RHO_SEA, gt=0)
     sensors: Sensors = Field(default_factory=Sensors)
     friction: FrictionModel = FrictionModel.LUGRE
+
+
+@dataclass(frozen=True, eq=False)
+class InSea:
+    """What thousands of runs of a table are given as: small, and quick to send to a cluster.
+
+    lift: everything but tip and waves, which it must not have. sea, seed: which waves; rao: what moves in them; x, y:
+    crane tip and payload from the vessel's reference point, forward and to port [m]. water: whether the payload feels
+    the waves. left: part of the tip's motion that reaches the wire, 1 all of it (a flat cap on compensation of 80 %
+    leaves 0.2); the water keeps its waves. amplitudes: random ones (Rayleigh) where largest values are gathered over
+    seeds. repeat: period of the waves [s], None for the lift's duration, and not shorter: lifts of unlike durations
+    meet the same waves where it is equal.
+    """
+
+    lift: Lowering
+    sea: Sea = field(repr=False)
+    seed: int
+    rao: Rao = field(repr=False)
+    x: float
+    y: float
+    water: bool = False
+    left: float = 1.0
+    amplitudes: Amplitudes = Amplitudes.FIXED
+    repeat: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.lift.waves is not None or not isinstance(self.lift.tip, Still):
+            raise LiftError(
+                f'lift "{self.lift.name}": it has a tip motion or waves already. Leave them to the sea, or run it as'
+                " it is."
+            )
+        if self.repeat is not None and self.repeat < self.lift.duration:
+            raise LiftError(
+                f"repeat {self.repeat:g} s is shorter than the lift, {self.lift.duration:g} s. Give its duration or"
+                " more."
+            )
+
+    @property
+    def period(self) -> float:
+        """Period after which the waves repeat [s]."""
+        return self.lift.duration if self.repeat is None else self.repeat
+
+    @cached_property
+    def motion(self) -> bytes:
+        """Hash of what tip and water follow from: runs in which it is equal are moved alike."""
+        trains = [{"spectrum": t.spectrum.to_dict(), "beta": t.beta, "spread": t.spread} for t in self.sea.trains]
+        place = [self.period, self.lift.depth, self.seed, self.x, self.y, self.water, self.left, self.amplitudes]
+        return hashlib.sha256(json.dumps([trains, place], sort_keys=True).encode() + self.rao.digest).digest()
+
+    @cached_property
+    def spacing(self) -> float:
+        """Spacing of the water's samples [s], 0 without water: equal in runs that can go side by side."""
+        return self.period / samples(self.period, band(self.sea, self.period)[1]) if self.water else 0.0
+
+    def lowering(self) -> Lowering:
+        """The lowering, with `realise`, `tip_motion` and `wave_field` of the seed. Errors: SeaError for a sea without
+        waves."""
+        waves = realise(self.sea, self.period, self.seed, amplitudes=self.amplitudes, depth=self.lift.depth)
+        tip = tip_motion(waves, self.rao, self.x, self.y, fine=COARSE)
+        tip = tip if self.left == 1.0 else tip.times(self.left)
+        water = wave_field(waves, self.x, self.y) if self.water else None
+        return self.lift.model_copy(update={"tip": tip, "waves": water})

@@ -11,11 +11,10 @@ from dataclasses import dataclass
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Meter
-from stillhook.validate.ahc.comparison import Comparison, compare
+from stillhook.validate.ahc.comparison import Comparison, Shape, Spectra, compare, shape
 from stillhook.validate.ahc.diagnosis import CauseEstimate, Deviation, explain, statements
 from stillhook.validate.ahc.measures import measures
 from stillhook.validate.ahc.replay import Replay, measured_error, replay, run_twin, usable
-from stillhook.validate.ahc.shape import Shape, Spectra, shape
 from stillhook.validate.ahc.texts import comparison_statements, tables
 from stillhook.validate.criteria.names import MEASURES
 from stillhook.validate.criteria.results import Measure, Step, StepNumber

@@ -12,7 +12,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.engine.pack.winch import gains
 from stillhook.spec.crane import Crane
-from stillhook.statistics.series import dot
+from stillhook.statistics.time_lag import dot
 from stillhook.units import show
 from stillhook.validate.ahc.replay import SETTLE, Replay, run_twin
 from stillhook.validate.dynamics.fitting.unknowns import C_H, C_LEAK, INERTIA, bent

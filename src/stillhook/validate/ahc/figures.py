@@ -10,12 +10,10 @@ import numpy as np
 
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.validate.ahc.check import AhcStep
-from stillhook.validate.ahc.comparison import Comparison
-from stillhook.validate.ahc.shape import BAND, Spectra
-from stillhook.validate.ahc.windows import Windows, by_motion
+from stillhook.validate.ahc.comparison import BAND, Comparison, Spectra, Windows, by_motion
 from stillhook.validate.criteria.results import Step
-from stillhook.validate.data_set.axes import MEASURED, SIMULATED, axes_of, legend_below, marked
 from stillhook.validate.data_set.campaign import Campaign
+from stillhook.validate.data_set.figures import MEASURED, SIMULATED, axes_of, legend_below, marked
 from stillhook.validate.data_set.records.record import Record
 
 if TYPE_CHECKING:

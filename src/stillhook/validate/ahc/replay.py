@@ -12,7 +12,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.engine.arguments import SERIES_STEP, STATISTICS_STEP, steps_per_cycle
 from stillhook.engine.runner import Ending
-from stillhook.engine.scenario.run import run_cases
+from stillhook.engine.scenario.problem import run_cases
 from stillhook.errors import SimulationError, ValidateError
 from stillhook.kernels.lanes import VL
 from stillhook.sea.motion.recorded import Recorded

@@ -9,11 +9,9 @@ import numpy as np
 
 from stillhook.report.document import Table
 from stillhook.units import number, show
-from stillhook.validate.ahc.comparison import Comparison
+from stillhook.validate.ahc.comparison import Comparison, Shape, correlation, mean_and_s
 from stillhook.validate.ahc.diagnosis import CauseEstimate
 from stillhook.validate.ahc.replay import SETTLE
-from stillhook.validate.ahc.shape import Shape, correlation
-from stillhook.validate.ahc.windows import mean_and_s
 
 COMPARED = (
     ("v_w", "speed"),

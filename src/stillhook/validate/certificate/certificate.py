@@ -4,24 +4,228 @@ crane.
 A certificate is plain data in one canonical JSON text; the PDF is set from that text and the figures. The same logs,
 campaign, criteria, crane and code give the same bytes of both, in any folder, time zone or locale.
 Source: Moslatt 2020 section 2.6 and paper F.
+
+Content of a certificate as plain data: independent of clock, random numbers and folders of the machine.
 """
 
 from __future__ import annotations
 
+import functools
+import hashlib
 import json
+import os
+import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from stillhook._version import __version__
 from stillhook.errors import ValidateError
-from stillhook.library import certified_crane_toml, crane_from_toml
-from stillhook.library.certificate import canonical, certified_of, digest_of, read_certificate
+from stillhook.kernels.build import PACKAGE, results_hash
+from stillhook.library import certified_crane_toml, crane_from_toml, crane_toml
+from stillhook.library.certificate import FORMAT, canonical, certified_of, digest_of, read_certificate
+from stillhook.report.formatting import fmt
 from stillhook.report.pdf import Unset, pdf
+from stillhook.spec.crane import Crane, content
 from stillhook.spec.validity import Certified
-from stillhook.validate.certificate.content import content_of
 from stillhook.validate.certificate.document import document
+from stillhook.validate.certificate.texts import certified_outcome, level_of, limitations
+from stillhook.validate.criteria.criteria import detection_limits
+from stillhook.validate.criteria.names import MEASURES
+from stillhook.validate.criteria.results import CriterionResult, Measure, Outcome, Step
+from stillhook.validate.data_set.campaign import Campaign
+from stillhook.validate.data_set.records.record import Record
+from stillhook.validate.report.envelope import envelope_of, unjudged
+from stillhook.validate.report.texts import (
+    SEGMENT_HEAD,
+    decisive,
+    decisive_cells,
+    line_cells,
+    risks,
+    segment_cells,
+    segments,
+    step_verdict,
+)
 from stillhook.validate.validation import Validation
+
+METHOD_FOLDERS = ("validate", "statistics", "logs", "formats", "report", "base")
+METHOD_FILES = ("units.py",)
+LIBRARIES = ("numba", "numpy", "polars", "scipy")
+"""Libraries that compute the numbers of a validation in addition to Stillhook."""
+ROUNDING = 1e-9
+OF_ORDINARY_SIZE = ("", "time", "length", "speed", "pressure", "force", "mass", "torque", "rotation")
+"""Below ROUNDING [SI], a number of these quantities is what rounding leaves of zero, which no two machines do alike."""
+CELLS = ("key", "title", "value", "interval", "limit", "verdict", "data", "source")
+"""What people read of a verdict line; see `stillhook.validate.report.texts.line_cells`."""
+
+DECIDING = ("verdict", "key", "text")
+"""What people read of a line that decides the verdict."""
+
+
+def content_of(validation: Validation) -> dict[str, Any]:
+    """What a validation certifies, or fails to: independent of the folder of campaign or certificate.
+
+    Errors: ValidateError where not all steps were taken.
+    """
+    if not validation.complete:
+        raise ValidateError("certificate: only some of the steps 0 to 6 were taken. A certificate needs all of them.")
+    campaign = validation.campaign
+    envelope = envelope_of(validation.records, campaign.criteria.settings["window"])
+    outcome, verdict = certified_outcome(validation, envelope)
+    passed = outcome is Outcome.PASSED
+    level = level_of(passed, campaign.synthetic)
+    return {
+        "format": FORMAT,
+        "title": campaign.title,
+        "date": campaign.date.isoformat(),
+        "synthetic": campaign.synthetic,
+        "passed": passed,
+        "outcome": outcome.value,
+        "verdict": verdict,
+        "decisive": [
+            dict(zip(DECIDING, decisive_cells(validation, line), strict=True)) for line in decisive(validation)
+        ],
+        "risks": risks(validation.lines),
+        "crane": crane_part(campaign.crane),
+        "twin": {"level": level.level, "variant": level.variant, "statement": level.statement, **versions()},
+        "campaign": campaign_part(campaign),
+        "criteria": plain(campaign.criteria.to_dict()),
+        "lines": [_line(validation, line) for line in validation.lines],
+        "steps": [_step(validation, step) for step in validation.steps],
+        "data": [_data(campaign, record) for record in validation.records],
+        "load_cases": {"header": list(SEGMENT_HEAD), "rows": [list(segment_cells(s)) for s in segments(validation)]},
+        "unjudged": plain(unjudged(validation)),
+        "envelope": plain(envelope) if passed else None,
+        "limitations": limitations(validation, passed),
+        "detection_limits": detection_limits().to_dict(),
+    }
+
+
+def crane_part(crane: Crane) -> dict[str, Any]:
+    """The crane under test: hash of every part of its content, and all of its numbers with their sources as a crane
+    file."""
+    bare = crane.model_copy(update={"certified": None})
+    return {"name": crane.name, "title": crane.title, "content": content(bare), "toml": crane_toml(bare)}
+
+
+def campaign_part(campaign: Campaign) -> dict[str, Any]:
+    """The campaign file by its name, and the logs that it names, each with its hash."""
+    tests = [
+        {
+            "test": t.name,
+            "kind": t.kind.value,
+            "file": seen_from(t.log, campaign.file.parent),
+            "sha256": sha256_of(t.log),
+        }
+        for t in campaign.tests
+    ]
+    name, digest = campaign.file.name, sha256_of(campaign.file)
+    return {"file": name, "sha256": digest, "delay": campaign.delay, "remarks": list(campaign.remarks), "logs": tests}
+
+
+def versions() -> dict[str, Any]:
+    """The code that computed: of the twin (`results_hash`), of the method, and the libraries under them."""
+    libraries = {"python": f"{sys.version_info[0]}.{sys.version_info[1]}"} | {name: version(name) for name in LIBRARIES}
+    return {"version": __version__, "code": results_hash(), "method": method_hash(), "libraries": libraries}
+
+
+@functools.cache
+def method_hash(without: str = "") -> str:
+    """Hash of the code by which logs are read, compared and judged; without the files of that name."""
+    digest = hashlib.sha256()
+    files = [
+        p for folder in METHOD_FOLDERS for p in (PACKAGE / folder).rglob("*") if p.suffix in (".py", ".toml", ".typ")
+    ]
+    inside = [p for p in files if p.name != without]
+    for path in sorted(inside) + [PACKAGE / name for name in METHOD_FILES]:
+        digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def sha256_of(path: Path) -> str:
+    """Hash of a file. Errors: ValidateError where it cannot be read."""
+    digest = hashlib.sha256()
+    try:
+        with open(path, "rb") as file:
+            while block := file.read(1 << 20):
+                digest.update(block)
+    except OSError as problem:
+        raise ValidateError(f"{path}: cannot be read ({problem.strerror or problem}). Restore the file.") from None
+    return digest.hexdigest()
+
+
+def seen_from(path: Path, folder: Path) -> str:
+    """A path as seen from a folder, with forward slashes; the name alone where no way leads there (another drive)."""
+    try:
+        return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
+    except ValueError:
+        return path.name
+
+
+def plain(x: Any) -> Any:
+    """Data as JSON has them: numbers out of NumPy, lists, tables with keys of text."""
+    if isinstance(x, Mapping):
+        return {str(k): plain(v) for k, v in x.items()}
+    if isinstance(x, list | tuple):
+        return [plain(v) for v in x]
+    return plain(x.tolist()) if hasattr(x, "tolist") else x
+
+
+def _line(validation: Validation, line: CriterionResult) -> dict[str, Any]:
+    measure = {"measure": _numbers(line.measure) if line.measure is not None else None}
+    return {**plain(line.to_dict()), **measure, "cells": dict(zip(CELLS, line_cells(validation, line), strict=True))}
+
+
+def _step(validation: Validation, step: Step) -> dict[str, Any]:
+    return {
+        "step": int(step.number),
+        "title": step.title,
+        "verdict": step_verdict(validation, step),
+        "measures": [_measure(m) for m in step.measures],
+        "statements": list(step.statements),
+        "tables": [
+            {"title": t.title, "header": list(t.header), "rows": [list(r) for r in t.rows]} for t in step.tables
+        ],
+    }
+
+
+def _numbers(measure: Measure) -> dict[str, Any]:
+    """A measure without what is rounding in it."""
+    data: dict[str, Any] = plain(measure.to_dict())
+    if measure.quantity in OF_ORDINARY_SIZE:
+        data |= {
+            n: 0.0 for n in ("value", "low", "high", "structural") if data[n] is not None and abs(data[n]) < ROUNDING
+        }
+    return data
+
+
+def _measure(exact: Measure) -> dict[str, Any]:
+    numbers = _numbers(exact)
+    measure = replace(exact, **{n: numbers[n] for n in ("value", "low", "high")})
+    between = measure.low is not None and measure.high is not None
+    interval = f"{fmt(measure.low, measure.quantity, 3)} to {fmt(measure.high, measure.quantity, 3)}" if between else ""
+    meaning = MEASURES[measure.name].meaning if measure.name in MEASURES else measure.name
+    text = {"meaning": meaning, "value": fmt(measure.value, measure.quantity, 3), "interval": interval}
+    return {**numbers, "text": text}
+
+
+def _data(campaign: Campaign, record: Record) -> dict[str, Any]:
+    test = record.test
+    return {
+        "test": test.name,
+        "kind": test.kind.value,
+        "file": seen_from(test.log, campaign.file.parent),
+        "samples": int(record.log.samples),
+        "rate": float(record.log.rate),
+        "duration": float(record.t[-1] - record.t[0]),
+        "load": test.load,
+        "water": test.water is not None,
+        "signals": sorted(record.signals),
+        "statements": list(record.statements),
+    }
+
 
 CERTIFICATE, NOT_PASSED, CRANE = "certificate", "not-passed", "crane.toml"
 """Names of the files: certificate.json and .pdf where it passed, not-passed.json and .pdf where not, crane.toml with
@@ -31,7 +235,7 @@ the certificate."""
 @dataclass(frozen=True)
 class Certificate:
     """What was certified, or the results of a validation that was not passed; data as
-    `stillhook.validate.certificate.content` has it."""
+    `stillhook.validate.certificate.certificate` has it."""
 
     data: Mapping[str, Any]
 

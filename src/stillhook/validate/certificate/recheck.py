@@ -13,12 +13,11 @@ from typing import Any
 from stillhook.errors import StillhookError
 from stillhook.library import crane_from_toml
 from stillhook.library.certificate import digest_of
-from stillhook.library.write import items
+from stillhook.library.crane_file.write import items
 from stillhook.spec.crane import Crane
 from stillhook.spec.validity import UNSIGNED
 from stillhook.units import number, quote, show
-from stillhook.validate.certificate.certificate import Certificate, certificate_of
-from stillhook.validate.certificate.content import crane_part, sha256_of, versions
+from stillhook.validate.certificate.certificate import Certificate, certificate_of, crane_part, sha256_of, versions
 from stillhook.validate.data_set.campaign import Campaign, load_campaign
 from stillhook.validate.report.figures import pictures
 from stillhook.validate.validation import validate

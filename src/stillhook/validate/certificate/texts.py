@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from stillhook.validate.criteria.detection import detection_limits
+from stillhook.validate.criteria.criteria import detection_limits
 from stillhook.validate.criteria.results import Outcome, Verdict
-from stillhook.validate.report import unjudged
+from stillhook.validate.report import envelope
 from stillhook.validate.report.texts import sentence
 from stillhook.validate.validation import Validation
 
@@ -95,7 +95,7 @@ def limitations(validation: Validation, passed: bool) -> list[dict[str, Any]]:
     sections = {
         "Synthetic data": [SYNTHETIC] if validation.campaign.synthetic else [],
         "Not shown by these data": list(_not_shown(validation)),
-        unjudged.HEADING: unjudged.unjudged_says(validation),
+        envelope.HEADING: envelope.unjudged_says(validation),
         "Of this certificate" if passed else "Of this validation": list(ALWAYS),
         "Left out of the model": list(LEFT_OUT),
         "What this method detects (simulated cranes with known defects)": list(detection_limits().sentences()),

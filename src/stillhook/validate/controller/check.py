@@ -12,12 +12,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from stillhook.statistics.estimate import Estimate
-from stillhook.validate.controller.deviation import Deviation, deviations
 from stillhook.validate.controller.explain import causes, deviation_table, gain_table, statements
 from stillhook.validate.controller.inputs import lacking, plc_segments
-from stillhook.validate.controller.law import Law, Run, joystick_gain, lag, law
-from stillhook.validate.controller.motor import MotorLaw, motor_laws, threshold
-from stillhook.validate.controller.rows import Rows, rows_of
+from stillhook.validate.controller.law import Law, Rows, Run, joystick_gain, lag, law, rows_of
+from stillhook.validate.controller.motor import Deviation, MotorLaw, deviations, motor_laws, threshold
 from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.records.record import Record

@@ -12,14 +12,12 @@ from stillhook.report.formatting import change, fmt, percent
 from stillhook.spec.crane import Crane
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import number
-from stillhook.validate.controller.deviation import Deviation
 from stillhook.validate.controller.inputs import lacking
-from stillhook.validate.controller.law import Law, Run, significant
-from stillhook.validate.controller.motor import MotorLaw
-from stillhook.validate.controller.rows import Rows
+from stillhook.validate.controller.law import Law, Rows, Run, significant
+from stillhook.validate.controller.motor import Deviation, MotorLaw
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.records.record import Record
-from stillhook.validate.data_set.records.saturation import FLAT, FULL, ends_of
+from stillhook.validate.data_set.records.segments import FLAT, FULL, ends_of
 
 LEAST_SHARE = {"K_1": 0.01, "K_2": 0.1, "K_p": 0.1}
 """Relative deviations from which a gain is reported."""

@@ -15,12 +15,11 @@ from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
 from stillhook.validate.controller.check import ControllerStep
-from stillhook.validate.controller.deviation import difference, differences
 from stillhook.validate.controller.law import Law, Run
-from stillhook.validate.controller.motor import SEMI, MotorLaw
+from stillhook.validate.controller.motor import SEMI, MotorLaw, difference, differences
 from stillhook.validate.criteria.results import Step
-from stillhook.validate.data_set.axes import MEASURED, SIMULATED, axes_of, legend_below, marked
 from stillhook.validate.data_set.campaign import Campaign
+from stillhook.validate.data_set.figures import MEASURED, SIMULATED, axes_of, legend_below, marked
 from stillhook.validate.data_set.records.record import Record
 
 if TYPE_CHECKING:

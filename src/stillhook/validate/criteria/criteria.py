@@ -1,12 +1,17 @@
 """Acceptance criteria as data: what must be shown, the limit and its source. `stillhook.validate.criteria.judge`
-applies them to the measures."""
+applies them to the measures.
+
+Detection limits: the smallest size of each defect that the method detects, from trials with simulated cranes.
+Certificates print them.
+"""
 
 from __future__ import annotations
 
 import functools
 import hashlib
 import json
-from collections.abc import Mapping
+import tomllib
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
 from importlib.resources import files
@@ -15,11 +20,19 @@ from typing import Annotated, Any
 
 from pydantic import Field, model_validator
 
-from stillhook.base.nearest import nearest
+from stillhook.base.choice import nearest
 from stillhook.errors import ValidateError
-from stillhook.library.toml.file import TomlTable, named, read_toml
+from stillhook.library.toml.file import (
+    RowTable,
+    SetFile,
+    TomlTable,
+    base_name,
+    named,
+    numbers_on_base,
+    read_toml,
+    rows_on_base,
+)
 from stillhook.library.toml.kinds import FileKind
-from stillhook.library.toml.row_set import RowTable, SetFile, base_name, numbers_on_base, rows_on_base
 from stillhook.library.toml.tree import parsed
 from stillhook.tables.table import Flag, Text
 from stillhook.units import quote
@@ -304,3 +317,66 @@ def _digested(criteria: Criteria) -> Criteria:
     content = {k: v for k, v in criteria.to_dict().items() if k != "digest"}
     text = json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
     return replace(criteria, digest=hashlib.sha256(text.encode()).hexdigest())
+
+
+LIMITS_FILE = Path(str(files("stillhook.validate.criteria") / "detection_limits.toml"))
+"""Written by docs/validation/detection_limits.py from docs/validation/truth-trials.json."""
+NONE = "This version contains no trials with known defects: the detection limits are not known."
+
+
+@dataclass(frozen=True)
+class DetectionLimit:
+    """A defect of one sign. smallest: smallest size at which every campaign with it was refused or named [SI], None
+    where not even the largest one was; largest that was tried; smallest_text, largest_text the defect in words at these
+    sizes; campaigns that were tried.
+    """
+
+    defect: str
+    smallest: float | None
+    largest: float
+    smallest_text: str
+    largest_text: str
+    campaigns: int
+
+
+@dataclass(frozen=True)
+class DetectionLimits:
+    """All defects tested; code that computed, date of the newest campaign; number of campaigns of healthy cranes and
+    how many were refused."""
+
+    code: str
+    date: str
+    healthy: int
+    refused: int
+    limits: tuple[DetectionLimit, ...]
+
+    def sentences(self) -> Iterator[str]:
+        """Text of the certificate."""
+        if not self.limits:
+            yield NONE
+            return
+        when = ", ".join(filter(None, (self.date, f"code {self.code}")))
+        yield (
+            f"Tried on simulated cranes with one defect each ({when}). Of {self.healthy} such cranes without a defect"
+            f" {self.refused} were refused. A real crane differs in more than these cranes do: its limits may be"
+            " larger."
+        )
+        detected = [limit for limit in self.limits if limit.smallest is not None]
+        yield from (
+            f"Detected at this size and above, in all {i.campaigns} campaigns: {i.smallest_text}." for i in detected
+        )
+        yield from (
+            f"Not detected: {i.largest_text} (the largest size tried)." for i in self.limits if i.smallest is None
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON, sizes in SI."""
+        return {**asdict(self), "limits": [asdict(limit) for limit in self.limits]}
+
+
+@functools.cache
+def detection_limits() -> DetectionLimits:
+    """The table of this version."""
+    data = tomllib.loads(LIMITS_FILE.read_text(encoding="utf-8"))
+    rows = (DetectionLimit(**{"smallest": None} | row) for row in data.get("limit", []))
+    return DetectionLimits(data["code"], data["date"], data["healthy"], data["refused"], tuple(rows))

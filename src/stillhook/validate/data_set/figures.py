@@ -1,9 +1,12 @@
 """Figures of step 0: tip motion by load case, after Moslatt 2020 paper F figure 13; and an overview of
-every test."""
+every test.
+
+Common parts of the validation figures: axes, legend outside the data, colours of measured and simulated.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +22,7 @@ from stillhook.validate.data_set.records.segments import unbroken
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
 
 BIN = 0.25
 """Width of the bins of tip motion [m]."""
@@ -134,3 +138,37 @@ def _unused(record: Record) -> list[tuple[int, int]]:
     for s in record.segments:
         used[s.first : s.last] = True
     return unbroken(~used)
+
+
+MEASURED, SIMULATED = COLOURS[0], COLOURS[1]
+
+
+def axes_of(rows: int, columns: int, size: tuple[float, float], title: str, **more: Any) -> tuple[Figure, Any]:
+    """A figure with its axes (rows, columns), always two-dimensional; size [inch]."""
+    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
+
+    figure = Figure(figsize=size, layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False, **more)
+    for ax in np.ravel(axes):
+        ax.grid(alpha=0.3)
+    figure.suptitle(title, fontsize="medium")
+    return figure, axes
+
+
+def legend_below(figure: Figure, axes: Sequence[Any], columns: int) -> None:
+    """One legend of several axes below the figure."""
+    pairs = {label: handle for ax in axes for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
+    figure.legend(
+        list(pairs.values()), list(pairs), loc="outside lower center", ncols=columns, fontsize="small", frameon=False
+    )
+
+
+def mark(campaign: Campaign, figures: Iterable[Figure]) -> None:
+    """Say in the title of every figure where the data are synthetic."""
+    for figure in figures if campaign.synthetic else ():
+        figure.suptitle(marked(campaign, figure.get_suptitle()), fontsize="medium")
+
+
+def marked(campaign: Campaign, title: str) -> str:
+    """A title that says where the data are synthetic."""
+    return f"SYNTHETIC. {title}" if campaign.synthetic else title

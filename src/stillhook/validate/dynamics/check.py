@@ -21,13 +21,18 @@ from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.records.record import Record, Segment
 from stillhook.validate.data_set.records.transients import Transient, find_transients, quick_enough
-from stillhook.validate.dynamics.estimates import TunedValue, in_form, measures_of, tuned_value
-from stillhook.validate.dynamics.fitting.fit import Tuning, clusters_of, tune
-from stillhook.validate.dynamics.fitting.form import GroupDifference, group_differences
+from stillhook.validate.dynamics.estimates import (
+    TunedValue,
+    in_form,
+    measures_of,
+    statements_of,
+    tables_of,
+    tuned_value,
+)
+from stillhook.validate.dynamics.fitting.form import GroupDifference, Tuning, clusters_of, group_differences, tune
 from stillhook.validate.dynamics.fitting.unknowns import C_LEAK, NAMES, TUNED
 from stillhook.validate.dynamics.runs import DynamicsSegment, dynamics_segment, motor_command
 from stillhook.validate.dynamics.swings import SwingComparison, compare_swings
-from stillhook.validate.dynamics.tables import statements_of, tables_of
 from stillhook.validate.parameters.circuit.flow import Balance, balance, leak_rows
 from stillhook.validate.parameters.circuit.leakage import LeakChoice
 from stillhook.validate.parameters.segments import parts_of

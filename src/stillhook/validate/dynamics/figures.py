@@ -16,9 +16,9 @@ from stillhook.validate.data_set.campaign import MARK, Campaign
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.data_set.records.transients import Transient
 from stillhook.validate.dynamics.check import DynamicsStep
+from stillhook.validate.dynamics.estimates import LETTERS
 from stillhook.validate.dynamics.fitting.unknowns import PLACE, TUNED, UNKNOWNS
 from stillhook.validate.dynamics.runs import SIGNALS, DynamicsSegment
-from stillhook.validate.dynamics.tables import LETTERS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

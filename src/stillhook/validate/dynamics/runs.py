@@ -12,15 +12,14 @@ from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import MANUAL_MODE
 from stillhook.engine.arguments import SERIES_STEP
 from stillhook.engine.pack.winch import drum_record, pack
-from stillhook.engine.scenario.run import run_cases
+from stillhook.engine.scenario.problem import run_cases
 from stillhook.engine.step_size import check_step, substeps
 from stillhook.errors import SpecError
 from stillhook.kernels.lanes import VL
 from stillhook.physics.load_path.drum import layer_diameter, layers_filled
 from stillhook.sea.motion.motion import Motion, Still
-from stillhook.spec.commands import Commands
 from stillhook.spec.crane import Crane
-from stillhook.spec.scenario import Scenario
+from stillhook.spec.scenario import Commands, Scenario
 from stillhook.validate.data_set.records.record import Record, Segment
 from stillhook.validate.data_set.records.tip import smooth_tip
 from stillhook.validate.data_set.records.transients import JOIN, Transient, filled, smoothed

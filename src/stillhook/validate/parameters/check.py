@@ -20,8 +20,7 @@ from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.parameters.circuit.leakage import form_says
 from stillhook.validate.parameters.circuit.standstill import rest_measure
 from stillhook.validate.parameters.estimates import ParameterEstimates, parameter_estimates
-from stillhook.validate.parameters.measures import by_name, measures
-from stillhook.validate.parameters.rows import table
+from stillhook.validate.parameters.measures import by_name, measures, table
 from stillhook.validate.parameters.segments import parts_of
 
 

@@ -8,16 +8,22 @@ from dataclasses import dataclass
 from stillhook.base.progress import Meter
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.parameters.circuit.flow import Balance, balance
-from stillhook.validate.parameters.circuit.pressures import Pressures, passive_pressure, pressures
 from stillhook.validate.parameters.circuit.settings import Offset, PumpSetting, motor_offset, pump_setting
-from stillhook.validate.parameters.circuit.standstill import Rests, rests
-from stillhook.validate.parameters.hoisting.friction import Friction, frictions
-from stillhook.validate.parameters.hoisting.load import Cell, cells
-from stillhook.validate.parameters.hoisting.transmission import EffectiveRadius, effective_radii
+from stillhook.validate.parameters.circuit.standstill import Pressures, Rests, passive_pressure, pressures, rests
+from stillhook.validate.parameters.hoisting import Cell, EffectiveRadius, Friction, cells, effective_radii, frictions
 from stillhook.validate.parameters.segments import LogPart
-from stillhook.validate.parameters.signals.clock import Clock, Jump, Ratio, clock_of, largest_jump, ratios
-from stillhook.validate.parameters.signals.delay import TipDelay, tip_delays
-from stillhook.validate.parameters.signals.reference import Reference, references
+from stillhook.validate.parameters.signals import (
+    Clock,
+    Jump,
+    Ratio,
+    Reference,
+    TipDelay,
+    clock_of,
+    largest_jump,
+    ratios,
+    references,
+    tip_delays,
+)
 
 
 @dataclass(frozen=True)

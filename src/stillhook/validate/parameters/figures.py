@@ -10,13 +10,13 @@ from stillhook.base.arrays import FloatArray
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.units import in_display
 from stillhook.validate.criteria.results import Step
-from stillhook.validate.data_set.axes import axes_of, legend_below, mark
 from stillhook.validate.data_set.campaign import Campaign
+from stillhook.validate.data_set.figures import axes_of, legend_below, mark
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.parameters.check import ParametersStep
 from stillhook.validate.parameters.estimates import ParameterEstimates
 from stillhook.validate.parameters.segments import diameter_of, wire_of_layer
-from stillhook.validate.parameters.signals.delay import CURVE, TipDelay
+from stillhook.validate.parameters.signals import CURVE, TipDelay
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,8 +11,8 @@ from stillhook.base.arrays import FloatArray
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.units import in_display
 from stillhook.validate.criteria.results import Step
-from stillhook.validate.data_set.axes import axes_of, legend_below, mark
 from stillhook.validate.data_set.campaign import Campaign
+from stillhook.validate.data_set.figures import axes_of, legend_below, mark
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.passive.gas import Curve, index
 from stillhook.validate.passive.step import PassiveStep

@@ -16,14 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
-from stillhook.physics.hydraulics.gas import gas_pressure
+from stillhook.physics.hydraulics.accumulator import gas_pressure
 from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.jackknife_regression import fit, pooled
 from stillhook.units import parse
 from stillhook.validate.data_set.campaign import Kind
-from stillhook.validate.parameters.segments import OIL, LogPart, by_test
-from stillhook.validate.parameters.slopes import bridged, differences, integral, later, moments
-from stillhook.validate.passive.curves import dry, flow, mean_every, oil, passive_of
+from stillhook.validate.parameters.segments import OIL, LogPart, bridged, by_test, differences, integral, later, moments
+from stillhook.validate.passive.torque import dry, flow, mean_every, oil, passive_of
 
 EVERY = 0.2
 """Width of the means of which levels and excursions are taken [s]."""

@@ -1,26 +1,62 @@
 """Measures of step 6: passive circuit implied by a log less that of the crane file, with the likely cause in
-words."""
+words.
+
+The table of step 6: parameter, crane file, value from the log, difference, tests.
+
+Estimates of the passive circuit from the logs.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
+from stillhook.base.progress import Meter
 from stillhook.physics.scalar import G
+from stillhook.report.document import Table
 from stillhook.spec.crane import Crane
-from stillhook.statistics.between_cases import extremes
-from stillhook.statistics.estimate import Estimate
-from stillhook.units import number, show
+from stillhook.statistics.estimate import Estimate, extremes
+from stillhook.units import KINDS, in_display, number, show
 from stillhook.validate.criteria.names import MEASURES
 from stillhook.validate.criteria.results import Measure
-from stillhook.validate.parameters.hoisting.friction import missing
+from stillhook.validate.parameters.hoisting import missing
 from stillhook.validate.parameters.measures import measure, rests_on
-from stillhook.validate.parameters.segments import OIL
+from stillhook.validate.parameters.segments import OIL, LogPart
 from stillhook.validate.passive import gas as gas_law
 from stillhook.validate.passive import torque
-from stillhook.validate.passive.curves import passive_of
-from stillhook.validate.passive.estimates import PassiveEstimates
+from stillhook.validate.passive.gas import Curve, Displacement, Level, Stroke, curve, displacement, levels, stroke
+from stillhook.validate.passive.orders import MakeUp, Setting, make_up, setting
+from stillhook.validate.passive.torque import Share, passive_of, shares
 from stillhook.winches.circuits.tables import PassiveCircuit
+
+
+@dataclass(frozen=True)
+class PassiveEstimates:
+    """Results of every check of step 6; empty or None where the log has no data for it."""
+
+    parts: tuple[LogPart, ...]
+    level: Level | None
+    gas: Curve | None
+    stroke: Stroke | None
+    displacement: Displacement | None
+    shares: tuple[Share, ...]
+    setting: Setting | None
+    make_up: MakeUp | None
+
+
+def passive_estimates(parts: Sequence[LogPart], progress: Callable[[float], None]) -> PassiveEstimates:
+    """Take every check on the parts."""
+    meter = Meter(4.0, progress)
+    parts = tuple(parts)
+    level, gas = levels(parts), curve(parts)
+    meter.part(1.0)(1.0)
+    piston, moved = stroke(parts, gas), displacement(parts)
+    meter.part(1.0)(1.0)
+    motors = shares(parts)
+    meter.part(1.0)(1.0)
+    return PassiveEstimates(parts, level, gas, piston, moved, motors, setting(parts), make_up(parts))
+
 
 TRANSMITTER = 2e5
 """Error of a transmitter of 400 bar and class 0.5 [Pa]."""
@@ -285,3 +321,61 @@ def _make_up(estimates: PassiveEstimates) -> list[Measure]:
 def _passive(crane: Crane) -> PassiveCircuit:
     assert crane.passive is not None
     return crane.passive
+
+
+HEADER = ("parameter", "crane\nfile", "log\nsays", "95 %", "differ-\nence", "tests")
+TITLE = "The passive circuit by the logs, against the crane file"
+
+Row = tuple[str, str, str, str, str, str]
+
+
+def table(crane: Crane, estimates: PassiveEstimates) -> Table:
+    """One row a parameter, the motors' share one a test as well."""
+    passive = crane.passive
+    assert passive is not None
+    rows: list[Row] = []
+    if estimates.level is not None:
+        rows.append(
+            _row("precharge", passive.accumulator.gas.p_0, estimates.level.p, "pressure", list(estimates.level.tests))
+        )
+    if estimates.gas is not None:
+        file = passive.accumulator.gas
+        rows.append(
+            _row(f"gas volume at n {number(file.n, 3)}", file.V_0, estimates.gas.V, "volume", list(estimates.gas.tests))
+        )
+    count = passive.motor.count
+    for s in estimates.shares:
+        rows.append(
+            _row(
+                "motors that work",
+                count,
+                Estimate.around(count * (1.0 + s.share.value), count * s.share.half),
+                "",
+                [s.test],
+            )
+        )
+    if estimates.shares:
+        share, structural = torque.overall(estimates.shares)
+        both = Estimate.around(count * (1.0 + share.value), count * (share.half**2 + structural**2) ** 0.5)
+        rows.append(_row("motors, with load and calibration", count, both, "", [s.test for s in estimates.shares]))
+    if estimates.setting is not None:
+        gain = Estimate.around(1.0 + estimates.setting.gain.value, estimates.setting.gain.half)
+        rows.append(_row("setting over its law", 1.0, gain, "", list(estimates.setting.tests)))
+    if estimates.make_up is not None:
+        gain = Estimate.around(1.0 + estimates.make_up.gain.value, estimates.make_up.gain.half)
+        rows.append(_row("make-up over its law", 1.0, gain, "", []))
+    return Table(HEADER, tuple(rows), TITLE)
+
+
+def _row(name: str, twin: float, e: Estimate, quantity: str, tests: list[str]) -> Row:
+    unit = KINDS[quantity].display if quantity else ""
+    cells = [number(in_display(v, quantity) if quantity else v, 4) for v in (twin, e.value, e.low, e.high)]
+    difference = f"{100.0 * (e.value / twin - 1.0):+.2f} %"
+    return (
+        f"{name} [{unit}]" if unit else name,
+        cells[0],
+        cells[1],
+        f"{cells[2]} to {cells[3]}",
+        difference,
+        ", ".join(tests),
+    )

@@ -14,9 +14,8 @@ from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.jackknife_regression import fit, pooled
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.parameters.circuit.settings import EVERY, followed
-from stillhook.validate.parameters.segments import LogPart, by_test
-from stillhook.validate.parameters.slopes import bridged
-from stillhook.validate.passive.curves import filtered, flow, passive_of
+from stillhook.validate.parameters.segments import LogPart, bridged, by_test
+from stillhook.validate.passive.torque import filtered, flow, passive_of
 
 SETTLING = 3.0
 """Time constants of a filter of the PLC after which its unknown start has faded."""

@@ -17,9 +17,7 @@ from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.parameters.check import statements
 from stillhook.validate.parameters.segments import parts_of
-from stillhook.validate.passive.estimates import PassiveEstimates, passive_estimates
-from stillhook.validate.passive.measures import measures
-from stillhook.validate.passive.rows import table
+from stillhook.validate.passive.measures import PassiveEstimates, measures, passive_estimates, table
 
 NONE = "This crane has no passive circuit: nothing is judged."
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook.validate.ahc.check import AhcStep
+from stillhook.validate.report.envelope import unjudged
 from stillhook.validate.report.texts import decisive, risks, segments, sentence
-from stillhook.validate.report.unjudged import unjudged
 from stillhook.validate.validation import Validation
 
 if TYPE_CHECKING:

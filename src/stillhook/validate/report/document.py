@@ -8,7 +8,7 @@ from stillhook.report.document import Bullets, Document, Figure, Part, Section, 
 from stillhook.spec.validity import Envelope
 from stillhook.validate.criteria.results import CriterionResult, Outcome, Step
 from stillhook.validate.data_set.campaign import Campaign
-from stillhook.validate.report import unjudged
+from stillhook.validate.report import envelope
 from stillhook.validate.report.envelope import envelope_of
 from stillhook.validate.report.texts import (
     FULL_HEAD,
@@ -108,8 +108,8 @@ def _load_cases(validation: Validation) -> list[Part]:
     parts += _covered(validation)
     if notes := reading_notes(validation):
         parts.append(Section("Notes from reading the logs", [Bullets(notes)]))
-    if names := unjudged.unjudged_says(validation):
-        parts.append(Section(unjudged.HEADING, [Text(unjudged.MEANING), Bullets(names)]))
+    if names := envelope.unjudged_says(validation):
+        parts.append(Section(envelope.HEADING, [Text(envelope.MEANING), Bullets(names)]))
     return parts
 
 

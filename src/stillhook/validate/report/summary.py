@@ -5,6 +5,7 @@ from __future__ import annotations
 from stillhook.report.document import Bullets, Column, Document, Part, Section, Table, Text, Verdict, facts
 from stillhook.validate.criteria import results
 from stillhook.validate.report.document import legend, verdict
+from stillhook.validate.report.envelope import HEADING, MEANING, unjudged_says
 from stillhook.validate.report.texts import (
     SEGMENT_HEAD,
     STEP_HEAD,
@@ -19,7 +20,6 @@ from stillhook.validate.report.texts import (
     terse_cells,
     title,
 )
-from stillhook.validate.report.unjudged import HEADING, MEANING, unjudged_says
 from stillhook.validate.validation import Validation
 
 TERSE_COLUMNS = (Column.TEXT, Column.NUMBER, Column.NUMBER, Column.NUMBER, Column.TEXT)

@@ -10,8 +10,8 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.validate.criteria.results import Step
-from stillhook.validate.data_set.axes import MEASURED, SIMULATED, axes_of, legend_below, marked
 from stillhook.validate.data_set.campaign import Campaign
+from stillhook.validate.data_set.figures import MEASURED, SIMULATED, axes_of, legend_below, marked
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.speed_limits.check import LimitsStep, Plateau
 from stillhook.validate.speed_limits.runs import SaturatedPart

@@ -9,13 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stillhook.base.arrays import BoolArray, FloatArray
-from stillhook.spec.commands import Commands
-from stillhook.spec.scenario import Operator
+from stillhook.spec.scenario import Commands, Operator
 from stillhook.validate.ahc.replay import Replay, replay, run_twin
 from stillhook.validate.controller.inputs import PlcSegment, derivative, plc_segments
 from stillhook.validate.data_set.campaign import Campaign, Kind
 from stillhook.validate.data_set.records.record import Record, Segment
-from stillhook.validate.data_set.records.saturation import FULL, ends_of, stretches_of
+from stillhook.validate.data_set.records.segments import FULL, ends_of, stretches_of
 from stillhook.validate.dynamics.runs import motor_command
 
 NEAR = 0.85

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.logs.synthetic.instruments import Calibration, Clock
+from stillhook.logs.synthetic import Calibration, Clock
 from stillhook.validate.synthetic.reference.crane import ReferenceCrane
 
 STATED_DELAY = 0.04

@@ -1,8 +1,13 @@
-"""A whole synthetic campaign as files: the truth plant goes through the tests, and its PLC logs them."""
+"""A whole synthetic campaign as files: the truth plant goes through the tests, and its PLC logs them.
+
+The reference crane of a synthetic campaign as a file: every parameter of the reference plant with its source, and
+derived values.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,28 +23,94 @@ from stillhook.engine.pack.winch import motor_speed_max
 from stillhook.errors import ValidateError
 from stillhook.kernels.build import driver
 from stillhook.library import crane_toml
-from stillhook.logs.synthetic.campaign import (
+from stillhook.logs.synthetic import (
+    AHC_COLUMNS,
     CAMPAIGN_FILE,
     LOG_FOLDER,
     MARK,
     REFERENCE_FILE,
+    Sensors,
+    ahc_sensors,
     check_campaign_folder,
+    filtered,
     log_file,
+    logged,
     mapping_lines,
     write_log,
 )
-from stillhook.logs.synthetic.instruments import AHC_COLUMNS, Sensors, ahc_sensors, filtered, logged
+from stillhook.physics.hydraulics.lines import capacitance
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Scenario
 from stillhook.spec.scenario import Sensors as CaseSensors
 from stillhook.units import quote, show
 from stillhook.validate.synthetic.defects import Defect, defect_of, defect_text, with_defect
+from stillhook.validate.synthetic.reference.crane import numbers
+from stillhook.validate.synthetic.reference.laws import M_N2, active_leak, gas_bank, reference_friction, working
 from stillhook.validate.synthetic.reference.pack import simulate_reference
-from stillhook.validate.synthetic.reference_file import reference_text
 from stillhook.validate.synthetic.scatter import Setting, setting
 from stillhook.validate.synthetic.schedule import Plan, PlannedTest, sea_trials
 from stillhook.winches.records import Tick
 from stillhook.winches.reference import plant as reference_plant
+from stillhook.winches.reference.laws import gap_motor, gap_pump
+
+
+def reference_text(plan: Plan, seed: int, defect: str, made: Setting) -> str:
+    """TOML: seed, defect in words, [crane] the parameters of the reference crane, [follows] numbers that tuning must
+    find, [log] delays and clock; SI."""
+    return "\n".join([*_head(plan, seed, defect), *_crane(made), *_follows(plan, made), *_log(made)]) + "\n"
+
+
+def _head(plan: Plan, seed: int, defect: str) -> Iterator[str]:
+    yield f"seed = {seed}"
+    yield f"defect = {json.dumps(defect)}"
+    yield f"twin = {json.dumps(plan.crane.name)}"
+
+
+def _crane(made: Setting) -> Iterator[str]:
+    yield "\n[crane]"
+    for n in numbers(made.reference):
+        source = f"kind = {json.dumps(n.source.kind.value)}, source = {json.dumps(n.source.text)}"
+        yield f"{n.name} = {{ value = {n.value!r}, {source} }}  # {n.meaning}"
+
+
+def _follows(plan: Plan, made: Setting) -> Iterator[str]:
+    """The reference crane in the twin's parameters."""
+    a, reference, law = plan.crane.active, made.reference, reference_friction(plan.crane, made.reference)
+    yield "\n[follows]"
+    yield f"C_h = {reference.capacitance * capacitance(a.line.V, a.line.bulk_modulus)!r}  # m^3/Pa, each line"
+    leak, at = active_leak(plan.crane, reference), working(plan.crane)
+    C = float(gap_pump(at.stroke, leak) + gap_motor(at.speed, leak))
+    yield (
+        f"leakage = {C!r}  # m^3/s/Pa, at {at.stroke!r} of the pumps' stroke, motors at {at.speed!r} rad/s,"
+        f" {at.pressure!r} Pa"
+    )
+    yield f"J_m_eff = {reference.inertia * plan.crane.inertia.J_m_eff!r}  # kg m^2, full drum"
+    bank = gas_bank(plan.crane, reference)
+    yield f"gas_volume = {bank.V_mid!r}  # m^3, with the piston at mid stroke"
+    yield f"gas_mass = {bank.n * M_N2!r}  # kg"
+    yield f"friction_mean = {law.mean_reference!r}  # N m, over the loads and speeds of the tests"
+    yield f"friction_mean_of_twin = {law.mean_twin!r}  # N m"
+    yield f"friction_difference = {law.difference!r}  # rms of the relative difference in shape"
+
+
+def _log(made: Setting) -> Iterator[str]:
+    f = made.faults
+    yield "\n[log]"
+    yield f"delay = {made.delay!r}  # s, of the motion unit; the campaign states {made.stated_delay!r}"
+    yield f"clock_drift = {made.clock.drift!r}  # part by which stamps run fast"
+    yield f"clock_jitter = {made.clock.jitter!r}  # s, latest stamp"
+    yield f"swapped = {str(f.swapped > 0.0).lower()}"
+    yield f"gap = {f.gap!r}  # s, in the middle of the longest log"
+    yield f"cell_unit = {f.cell_unit!r}"
+    yield f"zero_a = {f.zero_a!r}  # Pa"
+    yield "\n[log.gain]"
+    yield from (f"{name} = {c.gain!r}" for name, c in made.calibration.items())
+    yield "\n[log.drift]"
+    yield from (
+        f"{name} = {{ size = {d.size!r}, period = {d.period!r}, phase = {d.phase!r} }}"
+        for name, d in made.drift.items()
+    )
+
 
 CRANE_FILE = "crane.toml"
 READ = {"s_tip": "s_m", "v_tip": "v_m", "a_tip": "a_m"}

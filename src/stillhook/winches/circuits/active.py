@@ -5,10 +5,7 @@ import math
 from typing import Annotated, Any, NamedTuple
 
 from stillhook.base.variable import Row
-from stillhook.physics.hydraulics.motor import Motors, motor_leakage, torque_loss_dry
-from stillhook.physics.hydraulics.pump import Pumps, pump_flow, pump_leakage
-from stillhook.physics.hydraulics.swash import STOPPING, MotorControl, Servo
-from stillhook.physics.hydraulics.valves import (
+from stillhook.physics.hydraulics.lines import (
     Boost,
     Flushing,
     Relief,
@@ -18,6 +15,9 @@ from stillhook.physics.hydraulics.valves import (
     internal_leakage,
     relief_flow,
 )
+from stillhook.physics.hydraulics.motor import Motors, motor_leakage, torque_loss_dry
+from stillhook.physics.hydraulics.pump import Pumps, pump_flow, pump_leakage
+from stillhook.physics.hydraulics.swash import STOPPING, MotorControl, Servo
 from stillhook.physics.scalar import fmax, fmin, scalar
 from stillhook.winches.interface import NOT_YET, Cause, Stiffness
 

@@ -1,8 +1,8 @@
 """Gas and accumulator of the truth plant: nitrogen by the equation of Benedict, Webb and Rubin, with the heat of its
 vessels.
 
-Written for the truth plant alone: nothing here comes from the twin's gas (`stillhook.physics.hydraulics.gas`) or
-accumulator. Pressures of the gas are absolute [Pa], amounts in mol, temperatures in K.
+Written for the truth plant alone: nothing here comes from the twin's gas or accumulator
+(`stillhook.physics.hydraulics.accumulator`). Pressures of the gas are absolute [Pa], amounts in mol, temperatures in K.
 """
 
 from typing import NamedTuple

@@ -11,8 +11,8 @@ Nothing outside synthetic logs is computed with it.
 from typing import NamedTuple
 
 from stillhook.control.interface import Sensed
-from stillhook.control.passive import displacement_for_weight, make_up
 from stillhook.control.plc import ActuatorCommands, Memory, Plc
+from stillhook.control.pumps import displacement_for_weight, make_up
 from stillhook.physics.friction import bristle_update, dry_torque
 from stillhook.physics.hydraulics.motor import motor_torque
 from stillhook.physics.hydraulics.pump import pump_flow
@@ -33,8 +33,8 @@ from stillhook.winches.circuits.active import (
     relieves,
 )
 from stillhook.winches.circuits.passive import PassiveCircuit
-from stillhook.winches.hoist import Hoist
-from stillhook.winches.records import Geometry, Sensors
+from stillhook.winches.load_path import Hoist
+from stillhook.winches.records import Geometry, Sensors, apply_override
 from stillhook.winches.reference import rope
 from stillhook.winches.reference.drum import TrueDrum, inertia_true, wound
 from stillhook.winches.reference.gas import heating
@@ -44,6 +44,7 @@ from stillhook.winches.reference.laws import (
     Oil,
     PassiveFlows,
     TrueFriction,
+    TrueLeak,
     TruePassive,
     dry_level_true,
     line_acceleration,
@@ -52,9 +53,7 @@ from stillhook.winches.reference.laws import (
     passive_flows,
     two_volume_flows,
 )
-from stillhook.winches.reference.leak import TrueLeak
 from stillhook.winches.reference.rope import Rope
-from stillhook.winches.sensors import apply_override
 from stillhook.winches.types import active_passive
 from stillhook.winches.types.active_passive import SUPPLIED, Limits, Powers, Signals
 

@@ -4,15 +4,14 @@ figure 2.1)."""
 from typing import Annotated, Any, NamedTuple
 
 from stillhook.base.variable import Row
-from stillhook.control.passive import displacement_for_weight, make_up
 from stillhook.control.plc import Plc, hold
-from stillhook.control.power import within_power
+from stillhook.control.pumps import displacement_for_weight, make_up, within_power
 from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
 from stillhook.physics.hydraulics.accumulator import accumulator_pressure, piston_loss
+from stillhook.physics.hydraulics.lines import external_leakage, internal_leakage, relief_flow
 from stillhook.physics.hydraulics.motor import motor_leakage, motor_torque, torque_loss_dry, torque_loss_moving
 from stillhook.physics.hydraulics.pump import pump_flow, pump_leakage
 from stillhook.physics.hydraulics.swash import displacement, pilot, swash_acceleration, swash_rate
-from stillhook.physics.hydraulics.valves import external_leakage, internal_leakage, relief_flow
 from stillhook.physics.records import replace
 from stillhook.physics.scalar import copysign, fmax, scalar
 from stillhook.winches import load_path
@@ -49,10 +48,9 @@ from stillhook.winches.circuits.active import (
     relieves,
 )
 from stillhook.winches.circuits.passive import PassiveCircuit, carried_by, passive_stiffness
-from stillhook.winches.hoist import Hoist, drum_geometry, shaft_inertia_without_wire
 from stillhook.winches.interface import Carried, Cause, Parts, Stiffness
-from stillhook.winches.records import Geometry, Sensors
-from stillhook.winches.sensors import apply_override, closed_circuit_readings
+from stillhook.winches.load_path import Hoist, drum_geometry, shaft_inertia_without_wire
+from stillhook.winches.records import Geometry, Sensors, apply_override, closed_circuit_readings
 
 NAME = "active-passive"
 TITLE = "active/passive winch: a closed circuit moves the drum, a second one with accumulator carries the weight"

@@ -41,10 +41,9 @@ from stillhook.winches.circuits.active import (
     overspeed,
     relieves,
 )
-from stillhook.winches.hoist import Hoist, drum_geometry, shaft_inertia_without_wire
 from stillhook.winches.interface import Carried, Parts, Stiffness
-from stillhook.winches.records import Geometry, Sensors
-from stillhook.winches.sensors import apply_override, closed_circuit_readings
+from stillhook.winches.load_path import Hoist, drum_geometry, shaft_inertia_without_wire
+from stillhook.winches.records import Geometry, Sensors, apply_override, closed_circuit_readings
 
 NAME = "pure-active"
 TITLE = "pure active winch: one closed circuit moves the drum and carries the weight"

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.loop_stability.models.loops import (
+from stillhook.analysis.loop_stability.models.transfer import (
     ContinuousLoop,
     SampledLoop,
     balanced,

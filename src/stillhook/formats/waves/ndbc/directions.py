@@ -19,8 +19,7 @@ from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError
 from stillhook.formats.waves.ndbc.spectra import read_spectra, spread_out
 from stillhook.formats.waves.ndbc.text import bands, read_records
-from stillhook.sea.spectra.directional import Coefficients
-from stillhook.sea.spectra.directions import DirectionSense, coming_from
+from stillhook.sea.spectra.directions import Coefficients, DirectionSense, coming_from
 from stillhook.sea.spectra.measured import SpectrumSeries
 
 _PARTS = ("alpha1", "alpha2", "r1", "r2")

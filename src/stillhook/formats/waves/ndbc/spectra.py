@@ -17,9 +17,8 @@ from stillhook.base.arrays import FloatArray
 from stillhook.errors import SeaError
 from stillhook.formats.waves.ndbc.text import FILLS, SHORT_FILL, Records, bands, numbers, read_records
 from stillhook.sea.spectra.directions import DirectionSense, coming_from
-from stillhook.sea.spectra.measured import SpectrumSeries
+from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
 from stillhook.sea.spectra.parametric import HIGHEST
-from stillhook.sea.spectra.states import SeaStates
 
 _FREQUENCY = re.compile(r"[0-9]*\.[0-9]+")
 _COMPANION = {"d": "alpha1", "i": "alpha2", "j": "r1", "k": "r2"}

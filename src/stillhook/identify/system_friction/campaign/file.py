@@ -14,8 +14,7 @@ from stillhook import units as u
 from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import IdentifyError
 from stillhook.library import load_crane
-from stillhook.library.parameter_sets.evidence import Evidence
-from stillhook.library.parameter_sets.sets import load_losses
+from stillhook.library.parameter_sets import Evidence, load_losses
 from stillhook.library.toml.file import TomlTable, read_toml
 from stillhook.library.toml.kinds import FileKind
 from stillhook.logs.campaign import HookDepth, LoggedTest, check_names, check_parts, hook_depth

@@ -12,14 +12,14 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
+from stillhook.engine.pack.lift import wire_carried
 from stillhook.engine.pack.winch import drum_record
-from stillhook.engine.pack.wire_weight import wire_carried
 from stillhook.errors import IdentifyError, LogError, StillhookError
 from stillhook.identify.steady_state.windows import Steady, Window, steady_windows
 from stillhook.identify.system_friction.campaign.file import Campaign, CraneTest
 from stillhook.identify.system_friction.campaign.pairs import Grid, Pairs, on_grid, pair_windows
 from stillhook.identify.system_friction.diagnosis import Statement
-from stillhook.identify.system_friction.fitting.points import Points
+from stillhook.identify.system_friction.fitting.model import Points
 from stillhook.logs.campaign import wire_text
 from stillhook.logs.log import Log, read_log
 from stillhook.physics.load_path.drum import wire_to_layer

@@ -10,7 +10,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import IdentifyError
-from stillhook.identify.steady_state.records import Rejected, Window
+from stillhook.identify.steady_state.steps import Rejected, Window
 
 LARGEST_DIFFERENCE = 0.35
 """Largest difference of speed within a pair, over its mean: leakage makes lowering up to 30 % faster than hoisting at

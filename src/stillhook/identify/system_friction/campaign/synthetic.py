@@ -17,21 +17,30 @@ from stillhook.base.atomic import atomic_folder
 from stillhook.base.progress import Meter, Progress
 from stillhook.engine.simulate import simulate
 from stillhook.errors import IdentifyError, SpecError
-from stillhook.identify.system_friction.campaign.published import CAMPAIGNS, TestPlan
-from stillhook.identify.system_friction.campaign.staircase import Staircase, outermost_layer, staircase
+from stillhook.identify.system_friction.campaign.staircase import (
+    CAMPAIGNS,
+    Staircase,
+    TestPlan,
+    outermost_layer,
+    staircase,
+)
 from stillhook.library import changed, crane_toml, load_crane
 from stillhook.library.leakage import form_of
-from stillhook.logs.synthetic.campaign import (
+from stillhook.logs.synthetic import (
     CAMPAIGN_FILE,
+    COLUMNS,
     LOG_FOLDER,
     MARK,
     REFERENCE_FILE,
+    Instruments,
+    Noise,
+    Sensors,
     check_campaign_folder,
     log_file,
+    logged,
     mapping_lines,
     write_log,
 )
-from stillhook.logs.synthetic.instruments import COLUMNS, Instruments, Noise, Sensors, logged
 from stillhook.spec.crane import Crane, SourceKind
 from stillhook.units import parse, quote, show
 from stillhook.winches.types import pure_active
@@ -145,7 +154,7 @@ def write_campaign(
     plan: which tests on which crane, see `CAMPAIGNS`. out: folder, without a campaign in it yet.
     instruments: sensors (default: typical noise, seed 0). duration: of each test.
     reference: the crane that is really tested, for a blind test: the campaign file names the plan's crane all the same.
-    Make it with `stillhook.library.changed` or `stillhook.identify.system_friction.fitting.draws.crane_with`.
+    Make it with `stillhook.library.changed` or `stillhook.identify.system_friction.fitting.uncertainty.crane_with`.
     layer: layer of wire to work on (default: the outermost that the pressures allow). parquet: logs as Parquet instead
     of CSV.
 

@@ -20,8 +20,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from stillhook.base.arrays import FloatArray
-from stillhook.identify.system_friction.fitting.model import Loss, Y, motor_loss_at, system_friction, system_friction_at
-from stillhook.identify.system_friction.fitting.points import Points
+from stillhook.identify.system_friction.fitting.model import (
+    Loss,
+    Points,
+    Y,
+    motor_loss_at,
+    system_friction,
+    system_friction_at,
+)
 
 DP_FLOOR = 1.0
 """Least standard uncertainty of a friction pressure [Pa]: a hundred-thousandth of a bar, so that noise-free data keep

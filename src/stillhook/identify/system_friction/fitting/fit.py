@@ -23,13 +23,13 @@ from stillhook.identify.system_friction.fitting.model import (
     Y_LINEAR,
     Y_NAMES,
     Loss,
+    Points,
     Y,
     motor_loss_at,
     system_columns,
     system_friction_at,
     system_slope,
 )
-from stillhook.identify.system_friction.fitting.points import Points
 from stillhook.units import parse
 
 Y_4_LEAST, Y_4_MOST = parse("5 rev/min", "rotation"), parse("1500 rev/min", "rotation")

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
-from stillhook.plan.definition.compensation import ALTERNATIVES, Alternative
-from stillhook.plan.result.result import CREDITS, PlanResult
+from stillhook.plan.definition.rules import ALTERNATIVES, Alternative
+from stillhook.plan.result import CREDITS, PlanResult
 from stillhook.report.formatting import direction
 from stillhook.report.plots.run import COLOURS
 from stillhook.units import number, show

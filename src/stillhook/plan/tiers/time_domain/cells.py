@@ -11,14 +11,13 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
-from stillhook.engine.lowering.batch import Case
+from stillhook.engine.lowering.problem import Case
 from stillhook.engine.simulate import simulate
 from stillhook.kernels.lanes import VL
-from stillhook.plan.definition.demand import Seas
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
-from stillhook.plan.tiers.depths import situations
-from stillhook.plan.tiers.frequency import forcing_at
+from stillhook.plan.definition.rules import Seas
+from stillhook.plan.tiers.frequency import forcing_at, situations
 from stillhook.plan.tiers.time_domain.lowering import (
     Course,
     SeaState,
@@ -30,7 +29,7 @@ from stillhook.plan.tiers.time_domain.lowering import (
 )
 from stillhook.plan.tiers.time_domain.quantities import run_numbers
 from stillhook.plan.tiers.winch_residual import BRAKE
-from stillhook.response.standard_deviations import sigmas
+from stillhook.response.frequency_domain import sigmas
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.spec.scenario import Mode

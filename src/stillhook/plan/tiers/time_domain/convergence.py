@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stillhook.plan.definition.phases import PhaseKind
-from stillhook.plan.limits.solve import utilisation
-from stillhook.plan.tiers.time_domain.bracketing import nearest, snapped
+from stillhook.plan.limits import utilisation
 from stillhook.plan.tiers.time_domain.cells import CellRequest
 from stillhook.plan.tiers.time_domain.lowering import SeaState, winch_of
 from stillhook.plan.tiers.time_domain.quantities import quantities
-from stillhook.plan.tiers.time_domain.search import Column, LimitSearch, Work
+from stillhook.plan.tiers.time_domain.search import Column, LimitSearch, Work, nearest, snapped
 from stillhook.statistics.extremes import FEWEST_MAXIMA
 from stillhook.units import show
 from stillhook.variables import attributes
@@ -28,7 +27,7 @@ SHOWN = 6
 
 
 def blocks(work: Work) -> dict[str, xarray.Dataset]:
-    """The blocks "landing" and "convergence" of `stillhook.plan.result.result`, where there is something to tell."""
+    """The blocks "landing" and "convergence" of `stillhook.plan.result`, where there is something to tell."""
     datasets = {"landing": landing(work), "convergence": convergence(work)}
     return {name: data for name, data in datasets.items() if data is not None}
 

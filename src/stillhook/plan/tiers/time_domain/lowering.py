@@ -13,10 +13,10 @@ from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.pack.programme import payload_weight
 from stillhook.errors import PlanError
 from stillhook.physics.scalar import G
-from stillhook.plan.definition.compensation import Alternative
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
-from stillhook.plan.tiers.depths import natural_period
+from stillhook.plan.definition.rules import Alternative
+from stillhook.plan.tiers.frequency import natural_period
 from stillhook.plan.tiers.winch_residual import controlled
 from stillhook.response.suspended_load import suspended_load
 from stillhook.sea.spectra.spectrum import Sea
@@ -24,9 +24,7 @@ from stillhook.sea.vessel.long_wave import wavenumber
 from stillhook.sea.vessel.realisation import Amplitudes
 from stillhook.sea.vessel.wave_field import decay
 from stillhook.spec.crane import Crane
-from stillhook.spec.lift.in_sea import InSea
-from stillhook.spec.lift.lowering import Lowering
-from stillhook.spec.lift.programme import Stage, StageMode
+from stillhook.spec.lift.lowering import InSea, Lowering, Stage, StageMode
 from stillhook.spec.scenario import Mode
 from stillhook.spec.validity import CAP
 

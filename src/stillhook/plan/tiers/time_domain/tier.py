@@ -10,16 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook.base.progress import Progress
-from stillhook.plan.definition.compensation import Alternative
-from stillhook.plan.definition.demand import Demand, Seas, Tier
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
-from stillhook.plan.limits.solve import Limits, limits_of, utilisation
-from stillhook.plan.tiers.time_domain.bracketing import Search, nearest
+from stillhook.plan.definition.rules import Alternative, Demand, Seas, Tier
+from stillhook.plan.limits import Limits, limits_of, utilisation
 from stillhook.plan.tiers.time_domain.cells import Cells, Execution
 from stillhook.plan.tiers.time_domain.convergence import blocks
 from stillhook.plan.tiers.time_domain.lowering import KINDS, winch_of
-from stillhook.plan.tiers.time_domain.search import UNDERESTIMATE_FACTOR, Work
+from stillhook.plan.tiers.time_domain.search import UNDERESTIMATE_FACTOR, Search, Work, nearest
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import show
 
@@ -63,7 +61,7 @@ def refine(
     limit the lowest height is run first; a phase is not run where another limit that is known lies below the least that
     it may limit (its predicted height over `UNDERESTIMATE_FACTOR`). Alternatives see the same waves (common random
     numbers), and what is one run under several of them is run once. Heights are placed by
-    `stillhook.plan.tiers.time_domain.bracketing`; the cell next to a limit gets more seeds until its interval closes.
+    `stillhook.plan.tiers.time_domain.search`; the cell next to a limit gets more seeds until its interval closes.
 
     store: folder in which runs are kept, so that an interrupted plan goes on; client of a Dask cluster; progress: share
     done, 0..1.

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
-from stillhook.engine.pack.wire_weight import wire_carried
+from stillhook.engine.pack.lift import wire_carried
 from stillhook.errors import ValidateError
 from stillhook.logs.campaign import wire_text
 from stillhook.physics.scalar import G

@@ -10,16 +10,15 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.library.leakage import pump_leak
+from stillhook.physics.hydraulics.lines import external_leakage, internal_leakage
 from stillhook.physics.hydraulics.motor import motor_leakage
 from stillhook.physics.hydraulics.pump import LEAK_KNOTS, PumpLeak
-from stillhook.physics.hydraulics.valves import external_leakage, internal_leakage
 from stillhook.statistics.estimate import Estimate
 from stillhook.units import parse
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.parameters.circuit.leakage import SLIP_PRESSURE, LeakChoice, LeakRows, choose
 from stillhook.validate.parameters.circuit.settings import known_setting
-from stillhook.validate.parameters.segments import LogPart
-from stillhook.validate.parameters.slopes import bridged, differences, integral, moments
+from stillhook.validate.parameters.segments import LogPart, bridged, differences, integral, moments
 
 WINDOW = 0.5
 """Time over which the balance is drawn [s]: shorter than the time for which one line stays the higher one."""

@@ -13,8 +13,7 @@ from stillhook.base.arrays import FloatArray, IntArray
 from stillhook.physics.hydraulics.swash import Servo
 from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.jackknife_regression import fit
-from stillhook.validate.parameters.segments import LogPart
-from stillhook.validate.parameters.slopes import bridged
+from stillhook.validate.parameters.segments import LogPart, bridged
 
 OFFSETS = np.linspace(-0.3, 0.3, 13)
 """Offsets of the motors' setting that are tried first [-]: three times what the thesis reports (paper E section 5.1.1:

@@ -10,9 +10,7 @@ from stillhook.engine.arguments import SERIES_STEP, steps_per_cycle
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import Packed, pack
 from stillhook.engine.scenario.checks import check
-from stillhook.engine.scenario.dataset import to_dataset
-from stillhook.engine.scenario.run import Ready, ScenarioBlock
-from stillhook.engine.scenario.summary import summarise
+from stillhook.engine.scenario.problem import Ready, ScenarioBlock, summarise, to_dataset
 from stillhook.engine.simulate import raise_failures
 from stillhook.engine.step_size import RK4_LIMIT, check_step
 from stillhook.errors import SpecError
@@ -22,12 +20,11 @@ from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.payload import RHO_STEEL
 from stillhook.spec.scenario import RHO_SEA, Scenario
-from stillhook.validate.synthetic.reference.circuits import active_leak, reference_passive
 from stillhook.validate.synthetic.reference.crane import ReferenceCrane
-from stillhook.validate.synthetic.reference.friction import reference_friction
+from stillhook.validate.synthetic.reference.laws import active_leak, reference_friction, reference_passive
 from stillhook.winches.circuits.active import ActiveCircuit
 from stillhook.winches.circuits.passive import PassiveCircuit
-from stillhook.winches.hoist import Hoist
+from stillhook.winches.load_path import Hoist
 from stillhook.winches.reference import plant
 from stillhook.winches.reference.drum import TrueDrum
 from stillhook.winches.reference.laws import Lines, Oil

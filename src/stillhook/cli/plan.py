@@ -1,0 +1,203 @@
+"""`stillhook plan` and `stillhook report`: limits of a lift, and the report of a saved plan."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stillhook.cli.cluster import Scheduler, client_of
+from stillhook.cli.parser import Json
+from stillhook.report.formatting import wrapped
+from stillhook.report.terminal import print_document, print_json, progress_bar, say, say_if_compiling
+
+if TYPE_CHECKING:
+    from stillhook.plan.definition.lift_plan import LiftPlan
+    from stillhook.plan.definition.rules import Tier
+    from stillhook.plan.result import PlanResult
+
+
+TIER_HELP = (
+    "How far to go: closed-form (a standard's formulas), frequency (seconds), time (default: the twin in the loop near"
+    " the limits)."
+)
+STORE_HELP = (
+    "Folder in which runs of the twin are kept: a stopped plan resumes from there. Default: runs in the --out folder."
+)
+EXAMPLE = "example"
+
+
+def register(app: typer.Typer) -> None:
+    app.command("plan")(plan)
+
+
+def plan(
+    lift: Annotated[
+        str,
+        typer.Argument(metavar="LIFT.toml", help='Plan file, or one of the library\'s; "example" copies the example.'),
+    ],
+    folder: Annotated[Path | None, typer.Argument(metavar="DIR", help='After "example": folder for the copy.')] = None,
+    check: Annotated[bool, typer.Option("--check", help="Check the plan and print its content; run nothing.")] = False,
+    tier: Annotated[str | None, typer.Option(help=TIER_HELP)] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="The same as --tier frequency.")] = False,
+    alpha: Annotated[str | None, typer.Option(help="Table of forecast factors: a name, or a TOML file.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder for report (PDF, HTML), plan.nc and plan.json.")
+    ] = None,
+    store: Annotated[Path | None, typer.Option("--store", help=STORE_HELP)] = None,
+    scheduler: Scheduler = None,
+    threads: Annotated[int, typer.Option(min=1, max=256, help="Cores of this machine to use.")] = 2,
+    json: Json = False,
+) -> None:
+    """Limiting sea states of a lift for every alternative of the winch, the governing criteria, waiting on weather, and
+    the gain of each alternative.
+
+    Limits are reported twice: as calculated by the model of each alternative, and as credited, which is no more
+    than with a flat 80 % of compensation where no certificate covers the twin. A stopped plan resumes with the same
+    --store or --out.
+
+    Exit code 1 where no sea of the table is workable under any alternative, or the weather never gives a window.
+
+    Example: stillhook plan template-to-1500m --out plan
+
+    Example: stillhook plan example my-lift
+    """
+    from stillhook.errors import PlanError
+    from stillhook.plan.file import load_plan
+
+    if lift == EXAMPLE:
+        if folder is None:
+            raise PlanError('plan example: no folder for the copy. Enter one, such as "my-lift".')
+        _copy(folder)
+        return
+    if folder is not None:
+        raise PlanError(
+            f'{folder}: unexpected argument. One plan is run at a time; a folder follows "example" only. Use --out for'
+            " results."
+        )
+    lift_plan = load_plan(lift)
+    if check:
+        _show_check(lift_plan, json=json)
+        return
+    if quick and tier not in (None, "frequency"):
+        raise PlanError(f"--quick with --tier {tier}: --quick is --tier frequency. Leave one of them out.")
+    result = run(lift_plan, "frequency" if quick else tier or "time", alpha, out, store, scheduler, threads)
+    show(result, out, json=json)
+    raise typer.Exit(0 if result.workable else 1)
+
+
+def _show_check(lift_plan: LiftPlan, *, json: bool) -> None:
+    """What the plan requests; nothing is run."""
+    from stillhook.plan.check import checked
+    from stillhook.plan.report.brief import checked_plan
+
+    answer = checked(lift_plan)
+    if json:
+        print_json(answer)
+    else:
+        print_document(checked_plan(answer))
+
+
+def _copy(folder: Path) -> None:
+    from stillhook.plan.example import copy_plan
+
+    first, *rest = copy_plan("template-to-1500m", folder)
+    print(f"written: {first}" + "".join(f", {path}" for path in rest))
+    print(f"edit it, then: stillhook plan {first} --check")
+
+
+def run(
+    lift_plan: LiftPlan,
+    tier: str,
+    alpha: str | None,
+    out: Path | None,
+    store: Path | None,
+    scheduler: str | None,
+    threads: int,
+) -> PlanResult:
+    """The plan's result, with its files written where requested."""
+    from stillhook.base.atomic import check_folder
+    from stillhook.plan.answer.dataset import OUT_FILES, write_answer
+    from stillhook.plan.planning import plan as planned
+    from stillhook.plan.planning import tier_of
+
+    options: dict[str, Any] = {} if alpha is None else {"alpha": alpha}
+    last = tier_of(tier)
+    if out is not None:
+        check_folder(out, OUT_FILES)
+        store = out / "runs" if store is None else store
+    _say_before(lift_plan, last, store)
+    with client_of(scheduler) as client, progress_bar(f"{lift_plan.name}: planning") as bar:
+        result = planned(lift_plan, tier=last, store=store, client=client, threads=threads, progress=bar, **options)
+    if out is not None:
+        write_answer(result, out)
+    return result
+
+
+def _say_before(lift_plan: LiftPlan, last: Tier, store: Path | None) -> None:
+    """Announce steps that take time before they start."""
+    from stillhook.plan.definition.rules import Tier
+
+    if last is not Tier.CLOSED_FORM:
+        say_if_compiling(lift_plan.crane)
+    if last is Tier.TIME:
+        from stillhook.engine.lowering.run import KIND
+        from stillhook.plan.tiers.time_domain.tier import expected
+
+        say_if_compiling(lift_plan.crane, kind=KIND)
+        kept = (
+            f"; completed runs are kept in {store}, and a stopped plan resumes from there" if store is not None else ""
+        )
+        say(f"{expected(lift_plan)}{kept}")
+
+
+def show(result: PlanResult, out: Path | None, *, json: bool) -> None:
+    """The answer on the terminal."""
+    if json:
+        print_json(result.facts)
+        return
+    from stillhook.plan.report.brief import brief
+
+    print_document(brief(result))
+    if out is not None:
+        from stillhook.plan.answer.dataset import OUT_FILES
+
+        print("written: " + ", ".join(str(out / name) for name in OUT_FILES if (out / name).is_file()))
+
+
+Results = Annotated[Path, typer.Argument(metavar="RESULTS", help="Folder that stillhook plan --out wrote.")]
+Out = Annotated[Path | None, typer.Option(help="Folder for the report, in place of that of the results.")]
+Figures = Annotated[bool, typer.Option("--figures", help="Every figure as a PNG of its own, too.")]
+
+
+def register_report(app: typer.Typer) -> None:
+    """Add the command to the program."""
+    app.command("report")(report)
+
+
+def report(results: Results, out: Out = None, figures: Figures = False, json: Json = False) -> None:
+    """Write report.pdf and report.html of a lift plan from its saved results; nothing is computed again.
+
+    The same results give the same bytes. Exit code 1 where the plan found no workable sea.
+
+    Example: stillhook report my-plan
+    """
+    from stillhook.plan.answer.dataset import PLAN_FILES, load_plan_result
+    from stillhook.plan.report.document import check, save_report
+    from stillhook.plan.report.summary_page import verdict
+
+    result = load_plan_result(results)
+    folder = out or (results.parent if results.name in PLAN_FILES else results)
+    check(result)
+    say("drawing and setting the report ...")
+    names = save_report(result, folder, figures=figures)
+    answer = verdict(result)
+    if json:
+        print_json({"name": result.name, "answer": answer.word, "files": [str(folder / name) for name in names]})
+    else:
+        print(f"{result.name}: {answer.word}")
+        for line in answer.text:
+            wrapped(line, "  ")
+        print(f"written: {', '.join(str(folder / name) for name in names)}")
+    raise typer.Exit(0 if answer.passed else 1)

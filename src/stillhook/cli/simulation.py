@@ -1,0 +1,387 @@
+"""`stillhook run`, `stillhook compare` and `stillhook lower`."""
+
+from __future__ import annotations
+
+import math
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stillhook.cli.parser import MODES, Json, Step
+from stillhook.report.formatting import cell, wrapped
+from stillhook.report.terminal import print_json, print_table, print_twin, progress_bar, started
+
+if TYPE_CHECKING:
+    from stillhook.analysis.compare import Comparison
+    from stillhook.formats.lift_file import LiftFile
+    from stillhook.sea.motion.motion import Motion
+    from stillhook.spec.crane import Crane
+
+
+Out = Annotated[
+    Path | None,
+    typer.Option("--out", help="Folder for figure, NetCDF and summary.json; nothing is written without it."),
+]
+MOTION_HELP = (
+    'Tip motion: "sine 2.8 m 12 s" (amplitude, period; sums with +), a log (CSV or $PSXN,23), or the tip.json of'
+    " stillhook tip."
+)
+POSITION_HELP = 'Ship logs: crane tip from the motion sensor, forward, port, up, such as "20 m, -12 m, 30 m".'
+PYTHON_POSITION, COMMAND_POSITION = 'tip=("-20 m", "12 m", "35 m")', '--position "-20 m, 12 m, 35 m"'
+OUT_FILES = ("panels.png", "runs.nc", "summary.json")
+COLUMNS = (
+    "e_c_pp",
+    "eta_c",
+    "e_c_max",
+    "e_c_mean",
+    "u_p_max",
+    "saturation_time",
+)
+"""Numbers of every winch in a table of runs; those of its type follow (`stillhook.winches.interface`, SHOWN)."""
+HEADERS = {
+    "e_c_pp": "error\np-p 30 s",
+    "eta_c": "effi-\nciency",
+    "e_c_max": "largest\nerror",
+    "e_c_mean": "offset",
+    "u_p_max": "pump\nuse",
+    "saturation_time": "pump\nsaturated",
+}
+
+
+def register(app: typer.Typer) -> None:
+    app.command("run")(run)
+    app.command("compare")(compare)
+
+
+def headers(crane: Crane) -> list[str]:
+    """Heads of the columns of a table of runs."""
+    return [*HEADERS.values(), *crane.plant.type.shown.values(), "status"]
+
+
+def row(crane: Crane, summary: dict[str, Any]) -> list[str]:
+    """A run's cells under `headers`."""
+    return [cell(name, summary[name]) for name in (*COLUMNS, *crane.plant.type.shown, "status")]
+
+
+def print_notes(summaries: dict[str, dict[str, Any]]) -> None:
+    for label, summary in summaries.items():
+        for note in summary["notes"]:
+            print(f"{label}: {note}")
+
+
+def run(
+    case_file: Annotated[
+        Path, typer.Argument(metavar="CASE.toml", help="Case file: crane and [scenario]; or runs.nc, to run it again.")
+    ],
+    out: Out = None,
+    json: Json = False,
+) -> None:
+    """Run one case file, or what a stored run holds. Exit code 1 if a limit was exceeded.
+
+    Example: stillhook run case.toml --out results
+    """
+    from stillhook.analysis.compare import dataset_of, run_labelled
+    from stillhook.errors import StillhookError
+    from stillhook.formats.case_file import load_case, stored_cases
+
+    check_out(out)
+    files = stored_cases(case_file) if case_file.suffix == ".nc" else [load_case(case_file)]
+    crane, case, cranes = files[0].crane, files[0].case, [f.crane for f in files]
+    labels = _labels([f.case.name for f in files], case_file.stem)
+    try:
+        with progress_bar(case_file.stem) as bar:
+            steps = {"step": files[0].step, "every": files[0].every}
+            runs = run_labelled(cranes, [f.case for f in files], **steps, progress=started(crane, bar, series=True))
+    except StillhookError as e:
+        raise type(e)(f"{case_file.name}: {e}") from None
+    summaries = {label: r.summary for label, r in zip(labels, runs, strict=True)}
+    if json:
+        print_json(runs[0].summary if len(runs) == 1 else summaries)
+    else:
+        rows = [[label, *row(crane, s)] for label, s in summaries.items()]
+        print_table(["case", *headers(crane)], rows, title=_title(crane, case))
+        print_twin(crane)
+        print_notes(summaries)
+    if out is not None:
+        data = {label: r.dataset(c) for label, r, c in zip(labels, runs, cranes, strict=True)}
+        one = all(c is crane for c in cranes)
+        all_cases = dataset_of(crane if one else cranes, runs, labels) if len(runs) > 1 else None
+        _write(out, data, summaries, quiet=json, title=_title(crane, case), all_cases=all_cases)
+    raise typer.Exit(0 if all(r.ok for r in runs) else 1)
+
+
+def compare(
+    crane: Annotated[str, typer.Option(help="Library crane, or path of a crane file.")] = "nov-250t",
+    load: Annotated[str, typer.Option(help='Payload on the hook, such as "100 t".')] = "100 t",
+    s_w: Annotated[str, typer.Option("--s-w", help='Wire paid out, such as "100 m".')] = "100 m",
+    motion: Annotated[str, typer.Option(help=MOTION_HELP)] = "sine 2.8 m 12 s",
+    modes: Annotated[str, typer.Option(help=f"Controllers: {MODES}.")] = "ns,hs,ssc",
+    position: Annotated[str | None, typer.Option(help=POSITION_HELP)] = None,
+    heave: Annotated[
+        str | None, typer.Option(help='How a ship log counts heave: "up" or "down" (default: the rule of its kind).')
+    ] = None,
+    start: Annotated[str | None, typer.Option(help="Where in a log to start.")] = None,
+    duration: Annotated[
+        str | None, typer.Option(help='Length of the run (default 120 s, or the entire log), such as "300 s".')
+    ] = None,
+    warm_up: Annotated[
+        str, typer.Option("--warm-up", help="Start of the run that is left out of the figures.")
+    ] = "30 s",
+    delay: Annotated[str, typer.Option(help="Delay of the measured tip motion.")] = "0 s",
+    step: Annotated[
+        str | None, typer.Option(help="Integration step (default 2 ms, or the next shorter part of the PLC cycle).")
+    ] = None,
+    out: Out = None,
+    json: Json = False,
+) -> None:
+    """Run one motion under several controllers and put them side by side.
+
+    Exit code 1 if none of them stays inside its limits.
+
+    Example: stillhook compare --crane nov-250t --load "100 t" --s-w "100 m" --motion "sine 2.8 m 12 s" --modes
+    ns,hs,ssc
+    """
+    from stillhook.analysis.compare import compare as side_by_side
+    from stillhook.library import load_crane
+    from stillhook.sea.motion.recorded import Recorded
+    from stillhook.spec.scenario import Scenario, Sensors
+
+    check_out(out)
+    machine = load_crane(crane)
+    tip = motion_of(motion, position, heave, start, duration)
+    times = (
+        {} if duration is None or isinstance(tip, Recorded) else {"duration": duration}
+    )  # a log is cut as it is read
+    case = Scenario(load=load, s_w=s_w, tip=tip, warm_up=warm_up, sensors=Sensors(delay=delay), **times)
+    chosen = [m.strip().lower() for m in modes.split(",") if m.strip()]
+    with progress_bar("comparing") as bar:
+        progress = started(machine, bar, series=True, report=getattr(tip, "report", ""))
+        result = side_by_side(machine, case, chosen, step=step, progress=progress)
+    _report(result, json=json)
+    if out is not None:
+        write_comparison(result, out, quiet=json)
+    raise typer.Exit(0 if result.ok else 1)
+
+
+def motion_of(
+    text: str,
+    position: str | None = None,
+    heave: str | None = None,
+    start: str | None = None,
+    duration: str | None = None,
+) -> Motion:
+    """A motion text, or the log that it names."""
+    from stillhook.errors import MotionError
+    from stillhook.sea.motion.text import parse_motion
+    from stillhook.units import quote
+
+    if text.strip().split(" ")[0].lower() in ("sine", "still"):
+        for option, value in (("--position", position), ("--heave", heave), ("--start", start)):
+            if value is not None:
+                raise MotionError(
+                    f'{option} {value}: belongs to a log, and --motion "{text}" is not one. Leave {option} out.'
+                )
+        return parse_motion(text, "--motion")
+    if not os.path.exists(text):
+        raise MotionError(
+            f'--motion {quote(text)}: no such file, and not a motion such as "sine 2.8 m 12 s". Check the path.'
+        )
+    from stillhook.formats.motion.open import read_tip_motion, stored_motion
+
+    stored = stored_motion(text)
+    if stored is not None:
+        for option, value in (("--position", position), ("--heave", heave), ("--start", start)):
+            if value is not None:
+                raise MotionError(
+                    f"{option} {value}: belongs to a log, and {quote(text)} holds a tip's motion. Leave {option} out."
+                )
+        return stored
+    arm = tuple(p.strip() for p in position.split(",")) if position is not None else None
+    try:
+        return read_tip_motion(text, tip=arm, heave=heave, start=start, duration=duration)  # type: ignore[arg-type]
+    except MotionError as e:
+        raise MotionError(str(e).replace(PYTHON_POSITION, COMMAND_POSITION)) from None
+
+
+def _title(crane: Crane, case: Any) -> str:
+    from stillhook.units import show
+
+    medium = "in water" if case.water else "in air"
+    tip = case.tip.describe().split(":")[0]
+    return f"{crane.name}, {show(case.load, 'mass')} {medium}, {show(case.s_w, 'length')} of wire out, tip: {tip}"
+
+
+def _report(result: Comparison, *, json: bool) -> None:
+    if json:
+        print_json(result.table())
+        return
+    rows = [[r.mode.value, *row(result.crane, r.summary)] for r in result.runs]
+    print_table(["mode", *headers(result.crane)], rows, title=_title(result.crane, result.runs[0].case))
+    print_twin(result.crane)
+    print_notes(result.table())
+
+
+def write_comparison(result: Comparison, out: Path, *, quiet: bool, start: float = 0.0) -> None:
+    data = result.dataset()
+    runs = {r.mode.value.upper(): data.sel(case=r.mode.value) for r in result.runs}
+    _write(
+        out,
+        runs,
+        result.table(),
+        quiet=quiet,
+        title=_title(result.crane, result.runs[0].case),
+        start=start,
+        all_cases=data,
+    )
+
+
+def _write(
+    out: Path,
+    runs: dict[str, Any],
+    summary: dict[str, Any],
+    *,
+    quiet: bool,
+    title: str,
+    start: float = 0.0,
+    all_cases: Any = None,
+) -> None:
+    """Picture, NetCDF and summary of a set of runs."""
+    from stillhook.base.atomic import atomic_folder
+    from stillhook.formats.results import save_json, save_run
+    from stillhook.report.plots.run import four_panels, save_figure
+
+    first, (picture, series, numbers) = next(iter(runs.values())), OUT_FILES
+    with atomic_folder(out) as part:
+        save_figure(four_panels(runs, title=title, start=start), part / picture)
+        save_run(first if all_cases is None else all_cases, part / series)
+        save_json(summary, part / numbers)
+    if not quiet:
+        print("written: " + ", ".join(str(out / name) for name in OUT_FILES))
+
+
+def check_out(out: Path | None) -> None:
+    """Refuse a folder that cannot be written to before anything runs."""
+    from stillhook.base.atomic import check_folder
+
+    if out is not None:
+        check_folder(out, OUT_FILES)
+
+
+def _labels(names: list[str], stem: str) -> list[str]:
+    """A label for each case of a file, no two alike."""
+    labels = [name or (stem if len(names) == 1 else str(i)) for i, name in enumerate(names)]
+    return [f"{label} ({i})" if labels.count(label) > 1 else label for i, label in enumerate(labels)]
+
+
+LOWERING_COLUMNS = (
+    "t_begin",
+    "s_tip_pp",
+    "e_c_pp",
+    "load_pp",
+    "F_sling_min",
+    "F_sling_max",
+    "DAF",
+    "sling_slack_time",
+    "saturation_time",
+)
+LOWERING_HEADERS = (
+    "from",
+    "tip\np-p 30 s",
+    "error\np-p 30 s",
+    "load\np-p 30 s",
+    "slings\nleast",
+    "slings\nmost",
+    "DAF",
+    "slings\nslack",
+    "pumps\nsaturated",
+)
+
+
+def register_lower(app: typer.Typer) -> None:
+    app.command("lower")(lower)
+
+
+def lower(
+    lift: Annotated[
+        str, typer.Argument(metavar="LIFT.toml", help="Lift file, or one of the library's; a wrong name lists them.")
+    ],
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder for pictures, NetCDF and summary.json; nothing without it.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of the waves, in place of the file's.")] = None,
+    duration: Annotated[
+        str | None, typer.Option(help='Length of the run, in place of the file\'s, such as "20 min".')
+    ] = None,
+    step: Step = None,
+    animation: Annotated[bool, typer.Option("--animation", help="An animation (GIF) as well; with --out.")] = False,
+    json: Json = False,
+) -> None:
+    """Lower a payload by a winch programme: splash zone, lowering in heave compensation, landing, all in one run.
+
+    Exit code 1 where a limit was passed, the load was too heavy, slings went slack before touch-down, the load touched
+    the seabed in a stage that does not land, or the programme got stuck or was not finished.
+
+    Example: stillhook lower anchor-to-3000m --out anchor
+    """
+    from stillhook.base.atomic import check_folder
+    from stillhook.engine.lowering.run import KIND
+    from stillhook.engine.simulate import simulate
+    from stillhook.errors import LiftError, StillhookError
+    from stillhook.formats.lift_file import load_lift
+    from stillhook.report.save import ANIMATION, LOWERING_FILES, lowering_answer, write_lowering
+
+    if animation and out is None:
+        raise LiftError("--animation: is written to a folder. Give --out as well.")
+    if out is not None:
+        check_folder(out, (*LOWERING_FILES, ANIMATION) if animation else LOWERING_FILES)
+    file = load_lift(lift, seed=seed, duration=duration)
+    try:
+        with progress_bar(file.lift.name) as bar:
+            progress = started(file.crane, bar, series=True, kind=KIND)
+            run = simulate(file.crane, file.lift, step=step or file.step, every=file.every, progress=progress)
+    except StillhookError as e:
+        raise type(e)(f"{Path(lift).name}: {str(e).replace('z_0 ', 'start ')}") from None
+    answer = lowering_answer(run, file)
+    written = write_lowering(out, run, file, answer, animation=animation) if out is not None else ()
+    if json:
+        print_json(answer)
+    else:
+        _print(file, answer)
+        if written:
+            print("written: " + ", ".join(str(out / name) for name in written))  # type: ignore[operator]
+    raise typer.Exit(0 if answer["status"] == "ok" else 1)
+
+
+def _print(file: LiftFile, answer: dict[str, Any]) -> None:
+    from stillhook.physics.scalar import G
+    from stillhook.units import show
+
+    wrapped(f"{answer['lift']}: {answer['crane']}, {file.place}")
+    load = file.lift.payload
+    wrapped(f"{load.title or load.name}, {show(load.mass, 'mass')}; water {show(file.lift.depth, 'length')} deep")
+    rows = [
+        [row["name"], row["described"], *(cell(name, row[name]) for name in LOWERING_COLUMNS)]
+        for row in answer["stages"]
+    ]
+    print_table(["stage", "description", *LOWERING_HEADERS], rows, left=2)
+    print(f"status: {answer['status']}")
+    allowed = (file.crane.SWL + file.crane.hook_mass) * G
+    print(
+        f"largest tension at the crane tip: {show(answer['F_w_max'], 'force')}, SWL and hook: {show(allowed, 'force')}"
+    )
+    if not math.isnan(answer["t_landed"]):
+        slack = answer["sling_slack_landed_time"]
+        after = f", slings slack for {show(slack, 'time')} from then on" if slack > 0.0 else ""
+        print(f"touched down after {show(answer['t_landed'], 'time')} at {show(answer['v_landed'], 'speed')}{after}")
+    held = [row for row in answer["stages"] if row["mode"] == "ahc" and not math.isnan(row["eta_load"])]
+    if held:
+        least = min(held, key=lambda row: row["eta_load"])
+        print(
+            f"least compensation, stage {least['name']}: {least['eta_c']:.0%} at the winch, {least['eta_load']:.0%} at"
+            " the load"
+        )
+    print_twin(file.crane)
+    for note in answer["notes"]:
+        print(note)

@@ -1,0 +1,223 @@
+"""Lowerings as a problem of the engine (`stillhook.engine.batch`), and their labelled Dataset."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Unpack
+
+import numpy as np
+
+from stillhook._version import __version__
+from stillhook.engine.arguments import Series, series_columns, summary_columns, time_axis
+from stillhook.engine.batch import Row, check_each
+from stillhook.engine.lowering.checks import check_lift, check_sea
+from stillhook.engine.lowering.run import KIND, LiftResult, run_lowerings, waves_step
+from stillhook.engine.lowering.summary import lift_summary, run_numbers_of, stage_numbers_of
+from stillhook.engine.runner import RunOptions
+from stillhook.engine.store import bare
+from stillhook.kernels.build import kernel_hash
+from stillhook.library import crane_toml
+from stillhook.spec.crane import Crane
+from stillhook.spec.lift.lowering import InSea, Lowering, stage_names
+from stillhook.variables import attributes
+from stillhook.winches.registry import WinchType
+
+if TYPE_CHECKING:
+    import xarray
+
+
+Summarised = tuple[Mapping[str, Any], Sequence[Mapping[str, Any]]]
+"""Numbers of one lowering: of the whole run, and of each of its stages."""
+
+
+def labelled(
+    crane: Crane | Sequence[Crane],
+    cases: Sequence[Lowering],
+    summaries: Sequence[Summarised],
+    *,
+    step: float,
+    single: bool,
+    series: Series | None = None,
+) -> xarray.Dataset:
+    """Numbers of lowerings, of the whole runs and of each stage, and series where there are, as a labelled Dataset with
+    the cranes; step [s]."""
+    import xarray
+
+    columns = summary_columns([run for run, _ in summaries], single=single)
+    n_stages = max(len(stages) for _, stages in summaries)
+    for name in summaries[0][1][0]:
+        table = np.full((len(summaries), n_stages), np.nan)
+        for i, (_, stages) in enumerate(summaries):
+            table[i, : len(stages)] = [s[name] for s in stages]
+        columns[f"stage_{name}"] = (
+            (("stage",), table[0], attributes(name)) if single else (("case", "stage"), table, attributes(name))
+        )
+    coords: dict[str, Any] = {} if single else {"case": [c.name or str(i) for i, c in enumerate(cases)]}
+    names = {stage_names(c.programme) for c in cases}
+    coords["stage"] = [*names.pop(), "after"] if len(names) == 1 else [str(i) for i in range(n_stages)]
+    if series is not None:
+        columns |= series_columns(series.names, series.rows, single=single)
+        coords["time"] = time_axis(series)
+    data = xarray.Dataset(columns, coords=coords)
+    data.attrs = {
+        "title": f"Stillhook lowering from {crane.name if isinstance(crane, Crane) else f'{len(crane)} cranes'}",
+        **_cranes(crane),
+        "single": int(single),
+        "stillhook_version": __version__,
+        "stillhook_kernel": kernel_hash(),
+        "step": step,
+        "every": series.dt if series is not None else 0.0,
+    }
+    return data
+
+
+def _cranes(crane: Crane | Sequence[Crane]) -> dict[str, Any]:
+    """What a Dataset says of its cranes: the one, or each once and the number of that of every case."""
+    if isinstance(crane, Crane):
+        return {"crane": crane_toml(crane)}
+    each = {id(c): c for c in crane}
+    number = {key: i for i, key in enumerate(each)}
+    return {
+        "crane": json.dumps([crane_toml(c) for c in each.values()]),
+        "crane_of_case": [number[id(c)] for c in crane],
+    }
+
+
+Case = Lowering | InSea
+
+LIFT_STEP = 5e-3
+"""Default step [s]: the wire is stepped implicitly, and the winch at 5 ms is right to 0.1 mm of wire
+(docs/validation/step-size.md)."""
+
+
+class LoweringProblem:
+    """Lowerings as a batch runs them: alone, or in a sea that is made when it is run."""
+
+    kind = KIND
+    series_step = statistics_step = LIFT_STEP
+
+    def check(self, cranes: Sequence[Crane], cases: Sequence[Case]) -> None:
+        """Lifts that many seas share are looked at once."""
+        seen: set[tuple[int, int]] = set()
+
+        def check(crane: Crane, case: Case) -> None:
+            lift = _lift(case)
+            check_sea(lift)
+            if (id(crane), id(lift)) not in seen:
+                check_lift(crane, lift)
+                seen.add((id(crane), id(lift)))
+
+        check_each(cranes, cases, check)
+
+    def group(self, crane: Crane, case: Case) -> tuple[float, int, float, int]:
+        lift = _lift(case)
+        water = case.spacing if isinstance(case, InSea) else waves_step(lift.waves)
+        return lift.duration, lift.wire.nodes, water, _stages(case)
+
+    def seconds(self, crane: Crane, case: Case) -> float:
+        return _lift(case).duration
+
+    def sort(self, places: list[int], cases: Sequence[Case]) -> list[int]:
+        """What is moved alike lies together, in the order of first use."""
+        motions = {i: c.motion if isinstance(c := cases[i], InSea) else b"" for i in places}
+        first = {motion: k for k, motion in reversed(list(enumerate(motions.values())))}
+        return sorted(places, key=lambda i: first[motions[i]])
+
+    def columns(self, crane: Crane, case: Case) -> tuple[str, ...]:
+        """Names of all numbers in one row: of the run, then of each stage."""
+        winch = crane.plant.type
+        of_stages = (f"{i} {name}" for i in range(_stages(case)) for name in stage_numbers_of(winch))
+        return (*run_numbers_of(winch), *of_stages)
+
+    def identity(self) -> Callable[[Case], bytes]:
+        return _Texts()
+
+    def results(
+        self,
+        cranes: Sequence[Crane],
+        cases: Sequence[Case],
+        **options: Unpack[RunOptions],
+    ) -> list[LiftResult]:
+        """Lifts are packed once for all that share them; waves are checked here, where they are made."""
+        return run_lowerings(cranes, _lowerings(cases), **options)
+
+    def row(self, crane: Crane, case: Case, result: LiftResult) -> Row:
+        run, stages = lift_summary(crane, result.case, result)
+        winch = crane.plant.type
+        numbers = [run[name] for name in run_numbers_of(winch)]
+        numbers += [stage[name] for stage in stages for name in stage_numbers_of(winch)]
+        return Row(run["status"], [float(x) for x in numbers], tuple(run["notes"]))
+
+    def labelled(
+        self,
+        crane: Crane | Sequence[Crane],
+        cases: Sequence[Case],
+        rows: Sequence[Mapping[str, Any]],
+        *,
+        step: float,
+        single: bool,
+        series: Series | None,
+    ) -> xarray.Dataset:
+        winch = (crane if isinstance(crane, Crane) else crane[0]).plant.type
+        numbers = [_parted(winch, row, _stages(case)) for row, case in zip(rows, cases, strict=True)]
+        return labelled(crane, [_lift(c) for c in cases], numbers, step=step, single=single, series=series)
+
+
+def _lift(case: Case) -> Lowering:
+    return case.lift if isinstance(case, InSea) else case
+
+
+def _stages(case: Case) -> int:
+    """Rows of stages in the answer: those of the programme, and the time after it."""
+    return len(_lift(case).programme) + 1
+
+
+def _parted(winch: WinchType, row: Mapping[str, Any], stages: int) -> Summarised:
+    """A row of the columns with status and notes, as numbers of the run and of each stage."""
+    run = {"status": row["status"], **{name: row[name] for name in run_numbers_of(winch)}, "notes": row["notes"]}
+    return run, [{name: row[f"{i} {name}"] for name in stage_numbers_of(winch)} for i in range(stages)]
+
+
+def _lowerings(cases: Sequence[Case]) -> list[Lowering]:
+    """Lowerings of a block; tip and water of those that are moved alike are made once."""
+    made: dict[bytes, Lowering] = {}
+    out: list[Lowering] = []
+    for case in cases:
+        if isinstance(case, Lowering):
+            out.append(case)
+            continue
+        motion = case.motion
+        first = made.setdefault(motion, case.lowering()) if motion not in made else made[motion]
+        out.append(case.lift.model_copy(update={"tip": first.tip, "waves": first.waves}))
+    return out
+
+
+class _Texts:
+    """A case as bytes: everything but names and sources, which change no number; lifts that cases share are written
+    once.
+
+    Names of stages stay in, because notes tell them.
+    """
+
+    def __init__(self) -> None:
+        self.lifts: dict[int, bytes] = {}
+
+    def __call__(self, case: Case) -> bytes:
+        lift = _lift(case)
+        if id(lift) not in self.lifts:
+            self.lifts[id(lift)] = _print(lift)
+        return self.lifts[id(lift)] + (case.motion if isinstance(case, InSea) else b"")
+
+
+def _print(lift: Lowering) -> bytes:
+    plain = lift.model_dump(
+        mode="json",
+        exclude={"name": True, "tip": True, "waves": True, "payload": {"name", "title", "source", "sources"}},
+    )
+    content = json.dumps({**plain, "tip": bare(lift.tip.to_dict())}, sort_keys=True).encode()
+    if (w := lift.waves) is not None:
+        water = (np.array([w.dt, w.z_0, w.ds]), w.eta, w.eta_dot, w.w, w.a)
+        content += hashlib.sha256(b"".join(a.tobytes() for a in water)).digest()
+    return content

@@ -1,0 +1,452 @@
+"""Lift files: one TOML that names crane, vessel, sea, crane tip, payload, rigging, wire and winch programme."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from importlib.resources import as_file, files
+from os.path import exists
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from pydantic import Field, ValidationInfo, field_validator
+
+from stillhook import units as u
+from stillhook.base.choice import nearest
+from stillhook.control.registry import DEFAULT_MODE
+from stillhook.errors import LiftError, SeaError
+from stillhook.formats.case_file import read_tip
+from stillhook.formats.vessel.open import read_vessel
+from stillhook.formats.waves.open import read_sea
+from stillhook.library import load_crane
+from stillhook.library.catalogue import read_payload, vessel_file, vessels
+from stillhook.library.toml.file import TomlTable, read_toml
+from stillhook.library.toml.kinds import FileKind, other_kind
+from stillhook.library.toml.tree import toml_text
+from stillhook.sea.motion.motion import Motion, Still
+from stillhook.sea.spectra.directions import parse_direction
+from stillhook.sea.spectra.measured import SpectrumSeries
+from stillhook.sea.spectra.spectrum import Sea, Train, check_spread
+from stillhook.sea.spectra.text import parse_sea
+from stillhook.sea.vessel.boom import DESCRIPTIONS, Boom
+from stillhook.sea.vessel.long_wave import wavenumber
+from stillhook.sea.vessel.rao import Rao
+from stillhook.sea.vessel.realisation import realise, tip_motion
+from stillhook.sea.vessel.tip import TipPoint, parse_point
+from stillhook.sea.vessel.wave_field import WaveField, wave_field
+from stillhook.spec.crane import Crane
+from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging, Stage, WinchSettings
+from stillhook.spec.lift.payload import Payload
+from stillhook.spec.scenario import RHO_SEA, FrictionModel, Mode, Sensors
+from stillhook.tables.table import Number, Part, Spec, Text
+from stillhook.units import parse, quote, show
+
+DEEPEST = 12_000.0  # m
+LIGHTEST, HEAVIEST = 900.0, 1300.0  # kg/m^3: of fresh water that is warm, and of brine
+
+
+class WaterTable(Spec):
+    """The table [water]."""
+
+    depth: u.Length = Field(gt=0, le=DEEPEST, description="depth of the water")
+    rho: u.Density = Field(default=RHO_SEA, ge=LIGHTEST, le=HEAVIEST, description="density of the water")
+
+
+class TipTable(Spec):
+    """The table [tip]."""
+
+    at: Text | None = Field(default=None, description="place from the vessel's reference point, as text")
+    height: u.Length | None = Field(default=None, description="height of the crane tip above still water")
+    motion: Any = Field(default=None, description="motion in place of vessel and sea")
+
+
+class BoomTable(Spec):
+    """The table [boom]."""
+
+    pedestal: tuple[Any, ...] = Field(description="heel pin forward, to port, and above still water")
+    slew: Any = Field(description="direction of the boom, counter-clockwise from the bow")
+    main: tuple[Any, ...] = Field(description="length and angle of the main boom")
+    knuckle: tuple[Any, ...] | None = Field(default=None, description="length and angle of the knuckle boom")
+    offset: Any = Field(default="0 m", description="heel pin ahead of the axis of slewing")
+
+    @field_validator("pedestal", "main", "knuckle", mode="before")
+    @classmethod
+    def _list(cls, value: Any, info: ValidationInfo) -> Any:
+        if not isinstance(value, list):
+            raise ValueError(DESCRIPTIONS[str(info.field_name)])
+        return value
+
+    @property
+    def boom(self) -> Boom:
+        """The crane of this table. Errors: SeaError, UnitError."""
+        return Boom(pedestal=self.pedestal, slew=self.slew, main=self.main, knuckle=self.knuckle, offset=self.offset)
+
+
+class SeaTable(Spec):
+    """The table [sea]."""
+
+    wave: Text = Field(description="waves as text, or a file of spectra next to this file")
+    record: Any = Field(default=None, description="number from 0, or time, of a record of that file")
+    heading: Any = Field(default=None, description="direction in which the waves travel, from the bow")
+    spread: Number | None = Field(
+        default=None, description="exponent n of cos^n, such as 4; left out for long-crested waves"
+    )
+    seed: Annotated[int, Field(strict=True)] = Field(default=1, ge=0, description="seed of the waves")
+    amplitudes: Text = Field(default="fixed", description="how amplitudes are drawn")
+
+
+class PlaceTables(Spec):
+    """Where a lift happens, and what lifts: tables of lift files and plan files."""
+
+    name: Text | None = Field(default=None, description="name; default that of the file")
+    crane: Text = Field(description="library name or crane file")
+    vessel: Text | None = Field(default=None, description="library name or vessel file")
+    payload: Any = Field(description="library name, payload file or a table [payload]")
+    tip: TipTable = Field(default_factory=TipTable)
+    boom: BoomTable | None = None
+    water: WaterTable = Field(description="table [water] with depth")
+    rigging: Part[Rigging] = Field(default_factory=Rigging)
+    wire: Part[DeepWire] = Field(default_factory=DeepWire)
+    winch: Part[WinchSettings] = Field(default_factory=WinchSettings)
+    sensors: Part[Sensors] = Field(default_factory=Sensors)
+
+
+class LiftTables(PlaceTables):
+    """A lift file."""
+
+    controller: Mode = DEFAULT_MODE
+    start: u.Length = Field(description="height of the payload's underside above still water at the start")
+    duration: u.Time | None = Field(default=None, gt=0, description="length of the run")
+    ramp: u.Time = Field(default=10.0, ge=0, description="time in which the motion grows to full size")
+    friction: FrictionModel = FrictionModel.LUGRE
+    step: Text | None = Field(default=None, description="time step of the run, as text")
+    every: Text | None = Field(default=None, description="time between stored values, as text")
+    sea: SeaTable | None = None
+    stage: tuple[Part[Stage], ...] = Field(
+        min_length=1, description="one [[stage]] table for each, with mode, lower and what ends it"
+    )
+
+
+def payload_of(file: PlaceTables, table: TomlTable) -> Payload:
+    """A payload of the library, a file seen from this one, or a table with name, mass and shape."""
+    if isinstance(file.payload, Mapping):
+        return Payload(**file.payload)
+    if not isinstance(file.payload, str) or not file.payload.strip():
+        raise table.wrong("give a name of the library, the path of a file, or a table [payload].", "payload")
+    return read_payload(table.relative_toml(file.payload))
+
+
+SHORTEST_SEA = 60.0
+"""Time below which a piece of a random sea holds too few waves to be one [s]."""
+DEEP = 3.0
+"""Wave number times depth from which water is deep to a wave: tanh is then within half a per cent of 1."""
+
+
+class Place(NamedTuple):
+    """Motion of the crane tip, the water below it, height of the tip above still water [m]; in words; what they follow
+    from; notes: what a reader should know."""
+
+    tip: Motion
+    waves: WaveField | None
+    h_tip: float
+    words: str
+    vessel: Rao | None = None
+    at: TipPoint | None = None
+    sea: Sea | None = None
+    notes: tuple[str, ...] = ()
+
+
+def place_of(file: LiftTables, table: TomlTable, length: float, seed: int | None) -> Place:
+    """Crane tip, vessel and sea of a run of `length` [s]; seed: before that of the file."""
+    where, height = _point(file)
+    if seed is not None and file.sea is None:
+        raise LiftError("--seed: belongs to waves, and the file has no [sea]. Leave it out.")
+    if file.tip.motion is not None:
+        for key, stated in (("vessel", file.vessel), ("sea", file.sea)):
+            if stated is not None:
+                raise LiftError(
+                    f"{key}: given together with tip.motion, which replaces vessel and sea. Leave one of them out."
+                )
+        motion = read_tip(file.tip.motion, table.path.parent)
+        return Place(motion, None, height, f"tip: {motion.describe()}; still water")
+    if file.sea is None:
+        if file.vessel is not None:
+            raise LiftError(
+                "sea: missing, and a vessel is given. Write [sea] with wave and heading, or leave vessel out for a"
+                " calm."
+            )
+        return Place(Still(), None, height, "tip still; still water")
+    if file.vessel is None:
+        raise table.missing("vessel")
+    if where is None:
+        raise LiftError(
+            'tip: its place is missing. Write [tip] with at = "x=-20 m, y=-18 m, z=30 m", or a table [boom].'
+        )
+    sea, rao = _sea(file.sea, table.at("sea")), _vessel(file.vessel, table)
+    if sea.moment(0) <= 0.0:
+        raise table.wrong("no waves. Leave [sea] and vessel out for a calm.", "sea", "wave")
+    if length < SHORTEST_SEA:
+        raise LiftError(f"duration = {show(length, 'time')}: too short for waves at random. Give a minute or more.")
+    depth, seed = file.water.depth, file.sea.seed if seed is None else _seed(seed)
+    waves = realise(sea, length, seed, amplitudes=file.sea.amplitudes, depth=depth)
+    words = f"{rao.name}, tip at {where.describe()}, in {sea.describe()}, seed {seed}"
+    motion, water = tip_motion(waves, rao, where.x, where.y), wave_field(waves, where.x, where.y)
+    return Place(
+        tip=motion, waves=water, h_tip=height, words=words, vessel=rao, at=where, sea=sea, notes=_notes(rao, sea, depth)
+    )
+
+
+def _seed(seed: int) -> int:
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        raise LiftError(f"--seed {quote(seed)}: give a whole number of 0 or more.")
+    return seed
+
+
+def _notes(rao: Rao, sea: Sea, depth: float) -> tuple[str, ...]:
+    return depth_notes(rao, max(train.spectrum.peak_period for train in sea.trains), depth)
+
+
+def depth_notes(rao: Rao, longest: float, depth: float) -> tuple[str, ...]:
+    """What to know of motions of a vessel that hold in deep water, over water [m] that is not deep to the longest waves
+    [s]."""
+    kd = float(wavenumber(np.array([2.0 * math.pi / longest]), depth)[0]) * depth
+    if kd >= DEEP or math.isclose(rao.depth, depth, rel_tol=0.2):
+        return ()
+    of = "deep water" if math.isinf(rao.depth) else f"water of {show(rao.depth, 'length')}"
+    return (
+        (
+            f"the motions of {rao.name} are for {of}; {show(depth, 'length')} are shallow to waves of {longest:.3g} s "
+            f"(wave number times depth {kd:.2g}), and the tip moves otherwise"
+        ),
+    )
+
+
+def still_place(file: PlaceTables, table: TomlTable) -> Place:
+    """Vessel, tip and sea without motion."""
+    where, height = _point(file)
+    rao = None if file.vessel is None else _vessel(file.vessel, table)
+    words = "" if rao is None or where is None else f"{rao.name}, tip at {where.describe()}"
+    stated = file.sea if isinstance(file, LiftTables) else None
+    sea = None if stated is None else _sea(stated, table.at("sea"))
+    return Place(tip=Still(), waves=None, h_tip=height, words=words, vessel=rao, at=where, sea=sea)
+
+
+def _point(file: PlaceTables) -> tuple[TipPoint | None, float]:
+    """Place of the crane tip from the vessel's reference point, and its height above still water [m]."""
+    point, height = _point_and_height(file)
+    if height <= 0.0:
+        raise LiftError(
+            f"tip: its height {show(height, 'length')} is not above the water. Count it up from still water."
+        )
+    return point, height
+
+
+def _point_and_height(file: PlaceTables) -> tuple[TipPoint | None, float]:
+    at, height = file.tip.at, file.tip.height
+    if file.boom is not None:
+        if at is not None or height is not None:
+            raise LiftError("tip: its place is given together with [boom]. Leave one of them out.")
+        x, y, z = file.boom.boom.tip
+        return TipPoint(x, y, z), z
+    point = None if at is None else parse_point(at, "tip.at")
+    if height is not None and point is not None and point.z is not None:
+        raise LiftError("tip.height: given together with z in tip.at. Leave one of them out.")
+    height = height if height is not None else point.z if point is not None else None
+    if height is None:
+        raise LiftError('tip: its height above the water is missing. Give z in tip.at, or height = "30 m".')
+    return point, height
+
+
+def _sea(sea: SeaTable, table: TomlTable) -> Sea:
+    """Waves of a text, or one record of a file next to the lift file."""
+    beta = None if sea.heading is None else parse_direction(sea.heading, "sea.heading")
+    if "=" not in sea.wave and "." in sea.wave:
+        return _measured_sea(sea, table, beta)
+    if sea.record is not None:
+        raise table.wrong("belongs to a file of measured waves, and sea.wave is a text. Leave it out.", "record")
+    return parse_sea(sea.wave, heading=sea.heading, spread=sea.spread, where="sea.wave")
+
+
+def _measured_sea(sea: SeaTable, table: TomlTable, heading: float | None) -> Sea:
+    path = table.path.parent / sea.wave
+    if not path.is_file():
+        raise table.wrong("no such file next to the lift file. Check the path, or write waves as a text.", "wave")
+    if heading is None:
+        raise LiftError(
+            'sea.heading: missing. Give the direction in which the waves travel, from the bow, such as "180 deg".'
+        )
+    series = read_sea(path)
+    if not isinstance(series, SpectrumSeries):
+        raise table.wrong("holds heights and periods, no spectra. Give a file of spectra, or waves as a text.", "wave")
+    if sea.record is None:
+        raise LiftError(
+            f"sea.record: missing, and {path.name} holds {len(series)}. Give its number from 0, or its time,"
+            ' "1996-01-05T12:00".'
+        )
+    exponent = None if sea.spread is None else check_spread(sea.spread, "sea.spread")
+    return Sea((Train(series.spectrum(series.index(str(sea.record))), heading, exponent),))
+
+
+def _vessel(name: str, table: TomlTable) -> Rao:
+    """A vessel of the library, or the file of this path, seen from the lift file."""
+    if name in vessels():
+        return read_vessel(vessel_file(name))
+    path = table.path.parent / name
+    if not exists(path):
+        raise SeaError(
+            f"vessel = {quote(name)}: neither a file next to the lift file nor one of {', '.join(vessels())}."
+        )
+    return read_vessel(path)
+
+
+ROOM = 60.0
+"""Time that a run is given beyond its programme as planned [s]: entry conditions, ramps, and a while to see the end."""
+LATE = 1.1
+"""Factor on the planned time for the same reason."""
+
+
+class LiftFile(NamedTuple):
+    """A crane and a lowering, how finely it is run and stored (None: default), and where it happens, in words; vessel,
+    place of the crane tip and sea as the file gives them (None: not there); notes on what it asks for."""
+
+    crane: Crane
+    lift: Lowering
+    step: str | None
+    every: str | None
+    place: str
+    vessel: Rao | None = None
+    at: TipPoint | None = None
+    sea: Sea | None = None
+    notes: tuple[str, ...] = ()
+
+
+def load_lift(
+    path: str | Path, *, seed: int | None = None, duration: str | None = None, moving: bool = True
+) -> LiftFile:
+    """Read a lift file::
+
+        crane = "deep-250t"                  # or the path of a crane file, seen from this file
+        vessel = "construction-vessel-130m"  # or the path of a vessel file
+        payload = "suction-anchor-85t"       # or the path of a payload file, or a table [payload]
+        start = "5 m"                        # underside of the payload above still water; negative below
+
+        [sea]
+        wave = "jonswap Hs=2 m Tp=9 s"
+        heading = "150 deg"
+        seed = 1
+
+        [tip]
+        at = "x=-25 m, y=-22 m, z=30 m"      # or a table [boom]; or motion = "sine 1 m 9 s" in place of vessel and sea
+
+        [water]
+        depth = "3000 m"
+
+        [[stage]]
+        mode = "splash"
+        lower = "12 m/min"
+        depth = "25 m"
+
+    A library name ("anchor-to-3000m") may stand in place of a path. seed and duration go before those of the file.
+    Unless `moving` vessel and sea are read and nothing is made to move: for what looks at spectra; the sea may then be
+    missing.
+    Errors: StillhookError, one line that names file, field, what came and what is allowed.
+
+    >>> import stillhook
+    >>> file = stillhook.load_lift("anchor-to-3000m")
+    >>> file.crane.name, file.lift.depth
+    ('deep-250t', 3000.0)
+    """
+    if str(path) in lifts():
+        with as_file(files("stillhook.library") / "data" / "lifts" / f"{path}.toml") as file:
+            return read_toml(file, FileKind.LIFT, LiftError, lambda table: _lift(table, seed, duration, moving))
+    if "." not in str(path) and not Path(path).exists():
+        have = f"{', '.join(lifts())}{nearest(str(path), lifts())}"
+        other = other_kind(str(path), FileKind.LIFT)
+        raise LiftError(f"No lift {quote(str(path))}: the library has {have} A file's name ends in .toml.{other}")
+    if not toml_text(Path(path)).strip():
+        have = ", ".join(lifts())
+        raise LiftError(
+            f"{Path(path).name}: empty. A lift file names crane, payload, start, [water] and stages; copy one of"
+            f" {have}."
+        )
+    return read_toml(path, FileKind.LIFT, LiftError, lambda table: _lift(table, seed, duration, moving))
+
+
+def lifts() -> tuple[str, ...]:
+    """Names of the library's example lifts."""
+    shelf = files("stillhook.library") / "data" / "lifts"
+    return tuple(sorted(entry.name.removesuffix(".toml") for entry in shelf.iterdir() if entry.name.endswith(".toml")))
+
+
+def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool) -> LiftFile:
+    file = table.read(LiftTables)
+    crane = load_crane(table.relative_toml(file.crane))
+    length = file.duration if duration is None else parse(duration, "time", "--duration")
+    length = planned(file.stage, file.start, file.water.depth) if length is None else length
+    place = place_of(file, table, length, seed) if moving else still_place(file, table)
+    lift = Lowering(
+        name=file.name or table.path.stem,
+        payload=payload_of(file, table),
+        rigging=file.rigging,
+        wire=file.wire,
+        tip=place.tip,
+        waves=place.waves,
+        h_tip=f"{place.h_tip!r} m",
+        depth=f"{file.water.depth!r} m",
+        z_0=f"{file.start!r} m",
+        programme=file.stage,
+        winch=file.winch,
+        controller=file.controller,
+        duration=f"{length!r} s",
+        ramp=f"{file.ramp!r} s",
+        rho=f"{file.water.rho!r} kg/m^3",
+        sensors=file.sensors,
+        friction=file.friction,
+    )
+    return LiftFile(
+        crane=crane,
+        lift=lift,
+        step=file.step,
+        every=file.every,
+        place=place.words,
+        vessel=place.vessel,
+        at=place.at,
+        sea=place.sea,
+        notes=place.notes,
+    )
+
+
+def planned(programme: Sequence[Stage], z_0: float, depth: float) -> float:
+    """Length of a run that leaves room for a programme that goes as planned [s]: each stage's way over its speed, or
+    its time.
+
+    Errors: LiftError where a stage ends by wire or tension, whose time only the run can determine: the file then gives
+    duration.
+    """
+    total, z = 0.0, z_0
+    for i, stage in enumerate(programme, 1):
+        if stage.time is not None:
+            total, z = total + stage.time, z - stage.lower * stage.time
+            continue
+        goal = -depth if stage.landed else -stage.depth if stage.depth is not None else None
+        if goal is None:
+            raise LiftError(
+                f"duration: missing, and only the run can determine when stage {i} ends by {stage.end}. Give duration ="
+                ' "600 s".'
+            )
+        total, z = total + abs(z - goal) / max(abs(stage.lower), 1e-9), goal
+    return round(LATE * total + ROOM, 1)
+
+
+def describe_stage(stage: Stage) -> str:
+    """A stage in words and units."""
+    speed = (
+        ""
+        if stage.lower == 0.0
+        else f" {'lowering' if stage.lower > 0 else 'hoisting'} {show(abs(stage.lower), 'speed')}"
+    )
+    hold = "" if stage.hold is None else f" holding {show(stage.hold, 'force')}"
+    kinds = {"time": "time", "depth": "length", "wire": "length", "tension": "force"}
+    value = "" if stage.landed else f" {show(getattr(stage, stage.end), kinds[stage.end])}"
+    return f"{stage.mode}{speed}{hold}, until {stage.end}{value}"

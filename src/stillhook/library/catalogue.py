@@ -1,0 +1,216 @@
+"""What the library holds by name: motors, leak tables of pumps, system frictions, payloads, vessels, weather."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from os.path import isfile
+from pathlib import Path
+from typing import Annotated, Any, Self, TypeVar
+
+from pydantic import Field, ValidationError, model_validator
+
+from stillhook import units as u
+from stillhook.base.choice import nearest
+from stillhook.errors import LiftError, SeaError, StillhookError, WeatherError
+from stillhook.library.toml.file import explain
+from stillhook.library.toml.kinds import FileKind, other_kind
+from stillhook.library.toml.tree import (
+    LABELS,
+    Tree,
+    library_table,
+    library_tree,
+    parsed,
+    shelf,
+    sources,
+    toml_text,
+    tree,
+    values,
+)
+from stillhook.spec.crane import Source, SystemFriction
+from stillhook.spec.lift.payload import Payload
+from stillhook.tables.table import Spec
+from stillhook.units import quote
+from stillhook.winches.circuits.tables import Motor
+
+_Table = TypeVar("_Table", bound=Spec)
+
+
+class LeakTable(Spec):
+    """Total leak conductance of one pump against displacement and shaft speed (Moslatt 2020 tables 2.5 and 2.6).
+
+    ``C[i][j]`` belongs to shaft speed ``omega[i]`` and displacement ``D[j]``, both rising. For another pump size scale
+    with its full displacement over ``D_ref``; the table's displacements scale along.
+    """
+
+    D_ref: u.Displacement = Field(gt=0, description="full displacement of the measured pump")
+    D: tuple[Annotated[u.Displacement, Field(gt=0)], ...] = Field(min_length=2, description="displacements")
+    omega: tuple[Annotated[u.Rotation, Field(gt=0)], ...] = Field(min_length=2, description="shaft speeds")
+    C: tuple[tuple[Annotated[u.Leakage, Field(ge=0)], ...], ...] = Field(description="total leak conductances")
+
+    @model_validator(mode="after")
+    def _is_a_table(self) -> Self:
+        for name, axis in (("D", self.D), ("omega", self.omega)):
+            if list(axis) != sorted(set(axis)):
+                raise ValueError(f"{name} must rise from entry to entry.")
+        if [len(row) for row in self.C] != [len(self.D)] * len(self.omega):
+            raise ValueError(f"C needs {len(self.omega)} rows of {len(self.D)} values.")
+        return self
+
+
+def motors() -> tuple[str, ...]:
+    """Names of the library's motors."""
+    return shelf("motors")
+
+
+def leak_tables() -> tuple[str, ...]:
+    """Names of the library's pump leak tables."""
+    return shelf("pumps")
+
+
+def frictions() -> tuple[str, ...]:
+    """Names of the library's system frictions."""
+    return shelf("friction")
+
+
+def without_title(tree: Tree) -> Tree:
+    """The numbers of a library file: all but its title."""
+    return {key: item for key, item in tree.items() if key != "title"}
+
+
+def motor(name: str) -> Motor:
+    """One motor of the library; SpecError for an unknown name."""
+    return _read(Motor, name, values(without_title(library_tree("motors", name, "motor"))))
+
+
+def system_friction(name: str) -> SystemFriction:
+    """One system friction of the library; SpecError for an unknown name."""
+    return _read(SystemFriction, name, values(without_title(library_tree("friction", name, "system friction"))))
+
+
+@functools.cache
+def leak_table(name: str) -> LeakTable:
+    """One pump leak table of the library; SpecError for an unknown name."""
+    data = values(without_title(library_tree("pumps", name, "leak table")))
+    return _read(LeakTable, name, data | {"C": list(data["C"].values())})
+
+
+def _read(model: type[_Table], name: str, data: dict[str, Any]) -> _Table:
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        raise explain(error, model, f"{name}.toml", data) from None
+
+
+SHELF = "payloads"
+
+
+def payloads() -> tuple[str, ...]:
+    """Names of the library's payloads."""
+    return shelf(SHELF)
+
+
+def read_payload(name_or_path: str | Path) -> Payload:
+    """A payload of the library by name, or one described in a TOML file: name, mass, and levels or a shape with its
+    dimensions.
+
+    Parts of an assembly are tables [parts.NAME], levels a list of tables. Errors: LiftError of one line that names the
+    file.
+
+    >>> import stillhook
+    >>> stillhook.read_payload("template-120t").mass
+    120000.0
+    """
+    name = str(name_or_path)
+    if name in payloads():
+        return _payload(library_table(SHELF, name, "payload"), f"{name}.toml", user=False)
+    path = Path(name)
+    if path.suffix != ".toml":
+        have = ", ".join(payloads())
+        other = other_kind(name, FileKind.PAYLOAD)
+        raise LiftError(
+            f"No payload {quote(name)}: the library has {have}{nearest(name, payloads())} A file's name ends in"
+            f" .toml.{other}"
+        )
+    try:
+        text = toml_text(path)
+        if not text.strip():
+            raise LiftError(f"{path.name}: empty. Give name, mass and a shape with its dimensions.")
+        return _payload(parsed(text, path.name, FileKind.PAYLOAD), path.name, user=True)
+    except StillhookError as problem:
+        raise LiftError(str(problem)) from None
+
+
+def _payload(table: Mapping[str, Any], label: str, *, user: bool) -> Payload:
+    fields = tree(_without_lists(table), label, user=user)
+    plain_values = values(fields)
+    stated_source = plain_values.get("source")
+    plain, text = (
+        (f"given in {label}", stated_source)
+        if user and isinstance(stated_source, str) and stated_source.strip()
+        else ("", "")
+    )
+    stated = {
+        path: Source(text=text, kind=source.kind) if plain and source.text == plain else source
+        for path, source in sources(fields)
+        if path not in LABELS and path != "source"
+    }
+    try:
+        return Payload(**{"name": Path(label).stem, **plain_values, "sources": stated})
+    except StillhookError as problem:
+        raise LiftError(f"{label}: {problem}") from None
+
+
+def _without_lists(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Lists of tables as tables of tables, numbered from 1, so that each of their values can have a source."""
+    out: dict[str, Any] = {}
+    for key, item in table.items():
+        if isinstance(item, list) and item and all(isinstance(row, Mapping) for row in item):
+            item = {str(i): row for i, row in enumerate(item, 1)}
+        out[key] = _without_lists(item) if isinstance(item, Mapping) else item
+    return out
+
+
+_VESSEL_FOLDER = Path(__file__).resolve().parent / "data" / "vessels"
+
+
+@functools.cache
+def vessels() -> tuple[str, ...]:
+    """Names of the library's vessels."""
+    return tuple(sorted(file.stem for file in _VESSEL_FOLDER.glob("*.csv")))
+
+
+def vessel_file(name: str) -> Path:
+    """The file of a library vessel, for `stillhook.formats.vessel.open.read_vessel`.
+
+    Errors: SeaError of one line that names the vessels there are.
+    """
+    if name not in vessels():
+        raise SeaError(f"No vessel {quote(name)}: the library has {', '.join(vessels())}{nearest(name, vessels())}")
+    return _VESSEL_FOLDER / f"{name}.csv"
+
+
+_WEATHER_FOLDER = Path(__file__).resolve().parent / "data" / "weather"
+_END = ".csv.gz"
+
+
+@functools.cache
+def weathers() -> tuple[str, ...]:
+    """Names of the library's weather."""
+    return tuple(sorted(file.name.removesuffix(_END) for file in _WEATHER_FOLDER.glob(f"*{_END}")))
+
+
+def weather_file(name_or_path: str) -> Path:
+    """The file of library weather, or a path of one's own as it is.
+
+    Errors: WeatherError of one line that names what there is, for what is neither a name nor a file.
+    """
+    if name_or_path in weathers():
+        return _WEATHER_FOLDER / f"{name_or_path}{_END}"
+    path = Path(name_or_path)
+    if not isfile(path):
+        raise WeatherError(
+            f"{quote(name_or_path)}: no such file, and no weather of the library, which has"
+            f" {', '.join(weathers()) or 'none'}{nearest(name_or_path, weathers())}"
+        )
+    return path

@@ -1,0 +1,237 @@
+"""A crane as a complete crane file, sources included, and as a readable sheet."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple, get_args
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from stillhook.library.leakage import form_of, point_text, stated_leak
+from stillhook.library.toml.tree import LABELS, Leaf, Tree
+from stillhook.spec.crane import Crane, Source, SourceKind, effective_inertia, wire_capacity
+from stillhook.tables.table import Spec
+from stillhook.units import KINDS, Quantity, number, parse, show
+
+_UNSTATED = Source(text="not stated", kind=SourceKind.USER)
+COMPANIONS = ("sources", "certified")
+"""Fields of a crane that are no values of it."""
+_DIGITS = 12  # significant digits tried in display units before SI with all digits
+
+
+class Item(NamedTuple):
+    """One value of a crane: dotted path, meaning, SI value, kind of quantity (None for ratios and texts), source."""
+
+    path: str
+    meaning: str
+    value: Any
+    quantity: str | None
+    source: Source
+
+
+def items(crane: Crane) -> Iterator[Item]:
+    """Every value of a crane, depth first; absent options are left out."""
+    return leaves(crane, crane.sources)
+
+
+def leaves(spec: Spec, sources: Mapping[str, Source]) -> Iterator[Item]:
+    """Every value of a table of a crane file, depth first, with its source out of those of the table; absent options
+    are left out."""
+    for path, name, field, value in _walk(spec, ""):
+        yield Item(path, field.description or name, value, _quantity(field), sources.get(path, _UNSTATED))
+
+
+def _walk(spec: Spec, path: str) -> Iterator[tuple[str, str, FieldInfo, Any]]:
+    for name, field in type(spec).model_fields.items():
+        value = spec.__dict__.get(name)
+        place = f"{path}.{name}" if path else name
+        if isinstance(value, Spec):
+            yield from _walk(value, place)
+        elif value is not None and name not in COMPANIONS:
+            yield place, name, field, str(value) if isinstance(value, str) else value
+
+
+def _quantity(field: FieldInfo) -> str | None:
+    """Kind of quantity of a field, also of an optional one or of a list."""
+    marks = list(field.metadata)
+    for inner in get_args(field.annotation):
+        marks += getattr(inner, "__metadata__", ())
+    return next((mark.kind for mark in marks if isinstance(mark, Quantity)), None)
+
+
+def file_value(value: Any, quantity: str | None) -> Any:
+    """A value as a file has it: in display units where that loses nothing, else in SI with all digits."""
+    if isinstance(value, tuple):
+        return [file_value(v, quantity) for v in value]
+    if quantity is None:
+        return value
+    text = show(value, quantity, _DIGITS)
+    return text if parse(text, quantity) == value else f"{value!r} {KINDS[quantity].si}"
+
+
+def crane_tree(crane: Crane) -> Tree:
+    """A crane as a tree of leaves, as read from a file."""
+    out = leaf_tree(crane, crane.sources)
+    return out if crane.certified is None else {**out, "certified": Leaf(crane.certified, _UNSTATED)}
+
+
+def leaf_tree(spec: Spec, sources: Mapping[str, Source]) -> Tree:
+    """A table of a crane file as a tree of leaves."""
+    out: Tree = {}
+    for item in leaves(spec, sources):
+        *tables, name = item.path.split(".")
+        branch = out
+        for table in tables:
+            below = branch.setdefault(table, {})
+            assert isinstance(below, dict)
+            branch = below
+        branch[name] = Leaf(file_value(item.value, item.quantity), item.source)
+    return out
+
+
+def crane_toml(crane: Crane) -> str:
+    """A crane as a complete crane file: ``load_crane`` reads the same crane from it, sources and the record of its
+    certificate included."""
+    tables = leaf_tables(crane, crane.sources)
+    return joined(tables if crane.certified is None else tables | record_tables(crane.certified, "certified"))
+
+
+def certified_crane_toml(crane: Crane, certificate: str = "certificate.json") -> str:
+    """A crane as a complete crane file that names its certificate, a path seen from that file; it is self-contained
+    next to it."""
+    tables = leaf_tables(crane, crane.sources)
+    tables[""].insert(0, f"certificate = {toml_value(certificate)}")
+    return joined(tables)
+
+
+def record_tables(record: BaseModel, name: str) -> dict[str, list[str]]:
+    """The lines of a record without sources, by their table: quantities as texts, records and mappings within as tables
+    of their own."""
+    tables: dict[str, list[str]] = {name: []}
+    for key, field in type(record).model_fields.items():
+        value = getattr(record, key)
+        if isinstance(value, BaseModel):
+            tables |= record_tables(value, f"{name}.{key}")
+        elif isinstance(value, Mapping):
+            tables[f"{name}.{key}"] = [f"{toml_value(k)} = {toml_value(v)}" for k, v in value.items()]
+        elif value is not None:
+            tables[name].append(f"{key} = {toml_value(file_value(value, _quantity(field)))}")
+    return tables
+
+
+def leaf_tables(spec: Spec, sources: Mapping[str, Source]) -> dict[str, list[str]]:
+    """The lines of a file by their table ("": top), every value with kind and source."""
+    tables: dict[str, list[str]] = {"": []}
+    for item in leaves(spec, sources):
+        table, _, name = item.path.rpartition(".")
+        value = toml_value(file_value(item.value, item.quantity))
+        if item.path not in LABELS:
+            kind, source = toml_value(item.source.kind.value), toml_value(item.source.text)
+            value = f"{{ value = {value}, kind = {kind}, source = {source} }}"
+        tables.setdefault(table, []).append(f"{name} = {value}")
+    return tables
+
+
+def joined(tables: Mapping[str, list[str]]) -> str:
+    """The text of a file from the lines of its tables."""
+    return "\n\n".join("\n".join([f"[{t}]", *lines] if t else lines) for t, lines in tables.items()) + "\n"
+
+
+def toml_value(value: Any) -> str:
+    """A text, a number or a list of them as TOML writes it."""
+    if isinstance(value, list):
+        return f"[{', '.join(toml_value(v) for v in value)}]"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
+    return repr(value)
+
+
+DIGITS = 6  # significant digits on the sheet; published numbers have up to 5
+
+
+class Row(NamedTuple):
+    """One number: dotted field, what it means, its value in display units, its reliability, its source."""
+
+    field: str
+    meaning: str
+    value: str
+    kind: str
+    source: str
+
+
+class Section(NamedTuple):
+    """Rows of one table of the crane file."""
+
+    title: str
+    rows: tuple[Row, ...]
+
+
+def sheet(crane: Crane) -> tuple[Section, ...]:
+    """Sections of rows, in the order of the crane file; the last one follows from the others.
+
+    Values are in display units (bar, L/min, rev/min, cm^3/rev, mm, t). ``sheet_json`` has the same in SI.
+    """
+    sections: dict[str, list[Row]] = {}
+    for item in _numbers(crane):
+        table = item.path.rpartition(".")[0] or "crane"
+        value = _text(item.value, item.quantity)
+        row = Row(item.path, item.meaning, value, item.source.kind.value, item.source.text)
+        sections.setdefault(table, []).append(row)
+    sections["derived"] = list(_derived(crane))
+    return tuple(Section(title, tuple(rows)) for title, rows in sections.items())
+
+
+def sheet_json(crane: Crane) -> dict[str, Any]:
+    """The sheet in SI, ready for JSON: dotted field to value, unit (none for ratios and texts), kind and source."""
+    fields = {}
+    for item in _numbers(crane):
+        value = list(item.value) if isinstance(item.value, tuple) else item.value
+        unit = KINDS[item.quantity].si if item.quantity else None
+        fields[item.path] = {"value": value, "unit": unit, "kind": item.source.kind.value, "source": item.source.text}
+    return {"name": crane.name, "title": crane.title, "fields": fields}
+
+
+def _numbers(crane: Crane) -> Iterator[Item]:
+    return (item for item in items(crane) if item.path not in {"name", "title"})
+
+
+def _text(value: Any, quantity: str | None) -> str:
+    if isinstance(value, tuple):
+        return " + ".join(_text(v, quantity) for v in value) if quantity else " x ".join(_text(v, None) for v in value)
+    if isinstance(value, str):
+        return value
+    return show(value, quantity, DIGITS) if quantity else number(float(value), DIGITS)
+
+
+def _derived(crane: Crane) -> Iterator[Row]:
+    """Totals that a reader checks first. Speeds are without leakage, at the outer diameter as in published numbers."""
+    kind = SourceKind.DERIVED.value
+    for name, circuit in crane.circuits.items():
+        D_m, D_p = circuit.motor.D_total, circuit.pump.D_total
+        yield Row(f"{name}.motor.D_total", "all motors", show(D_m, "displacement", DIGITS), kind, "count x D_max")
+        yield Row(f"{name}.pump.D_total", "all pumps", show(D_p, "displacement", DIGITS), kind, "sum of D")
+    for name, circuit in crane.circuits.items():
+        leak = form_of(circuit)
+        meaning = f"pumps and motors at {point_text(leak.at)}"
+        yield Row(
+            f"{name}.leak",
+            meaning,
+            show(stated_leak(circuit), "leakage", 4),
+            kind,
+            f'table, C_1 and C_2; form "{leak.form}"',
+        )
+    winch, drum = crane.plant.type, crane.drum
+    v_w = winch.full_speed(crane, 1.0) / crane.i_hD * drum.d_max / 2
+    yield Row("v_w", "wire speed at full command", show(v_w, "speed"), kind, "paper E eq. 9 without leakage")
+    alpha_min = winch.least_displacement(crane)
+    if alpha_min < 1.0:
+        fast = show(v_w / alpha_min, "speed")
+        yield Row("v_w_max", "wire speed at full command, motors at alpha_min", fast, kind, "v_w / alpha_min")
+    length = show(wire_capacity(drum, crane.wire), "length")
+    yield Row("drum.capacity", "wire on the full drum", length, kind, "layers x turns at wire centres")
+    J = show(effective_inertia(crane), "inertia")
+    yield Row("inertia.sum", "effective inertia from its parts", J, kind, "motors + J_gear + (J_drum + wire) / i_hD^2")

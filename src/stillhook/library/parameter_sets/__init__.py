@@ -1,1 +1,0 @@
-"""Parameter sets of friction and motor losses with their uncertainty."""

@@ -1,0 +1,314 @@
+"""Campaigns of simulated tests as files, and what a crane's PLC logs of a run: ranges and steps of the sensors,
+noise, delays, calibration."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.base.atomic import check_folder
+from stillhook.base.choice import choice
+from stillhook.errors import IdentifyError, SimulationError
+from stillhook.physics.scalar import G
+from stillhook.spec.crane import Crane
+from stillhook.statistics.time_lag import low_pass
+from stillhook.units import KINDS, from_display, parse, quote
+
+BITS = 12
+"""Resolution of the analogue inputs of a PLC over a sensor's range (typical of input cards)."""
+NOISE_P = 0.5e5
+"""Standard deviation of a pressure sample [Pa]."""
+NOISE_SPEED = 0.002
+"""Standard deviation of a speed sample, part of the reading [-]."""
+SETTING_RANGE = 1.05
+"""Range of that sensor: with its end at 1 the noise of a motor at full displacement would be cut on one side
+(assumed)."""
+NOISE_SETTING = 5e-4
+"""Standard deviation of a sample of the motors' measured setting [-] (assumed)."""
+NOISE_CELL = 0.002
+"""Standard deviation of a load cell sample, part of its range [-] (assumed)."""
+DELAY_SPEED = 0.02
+DELAY_CELL = 0.1
+"""Delays of the speed and the load cell signals behind the pressures [s] (assumed: counting window, filter of the
+cell)."""
+WIRE_STEP = 1e-3
+"""Wire paid out per count of the encoder [m] (assumed)."""
+CELL_RANGE = 1.5
+"""Range of the load cell over the weight of SWL and hook [-] (assumed)."""
+P_RANGE = 400e5
+"""Range of the pressure transmitters [Pa]."""
+SPEED_STEP = 500.0 * math.pi / 30.0
+"""The range of the speed pick-up is a whole number of these [rad/s]."""
+STALE = 0.003
+"""Chance that a sample is that of the cycle before, because it came too late for its own (assumed)."""
+PURE = {"1": 1.0, "%": 0.01}
+"""Units of pure numbers."""
+DECIMALS = 2
+"""Decimals of a logged value beyond its sensor's smallest step: the log then holds that step unharmed."""
+
+
+class Noise(StrEnum):
+    """How true a synthetic log is: as simulated with all digits, or as a PLC sees it."""
+
+    NONE = "none"
+    TYPICAL = "typical"
+
+
+class Column(NamedTuple):
+    """A column of the log: our name, the heading in the log, the unit that it is logged in and the kind of quantity."""
+
+    name: str
+    heading: str
+    unit: str
+    kind: str
+
+
+COLUMNS = (
+    Column("p_a", "PT A", "bar", "pressure"),
+    Column("p_b", "PT B", "bar", "pressure"),
+    Column("omega_m", "Motor speed", "rev/min", "rotation"),
+    Column("u_p", "Pump command", "1", ""),
+    Column("alpha_m", "Motor displacement", "1", ""),
+    Column("F_w", "Load cell", "kN", "force"),
+    Column("s_w", "Wire paid out", "m", "length"),
+)
+"""What the PLC logs in friction tests next to the time (Moslatt 2020 section 2.2 and paper D section 2.2)."""
+
+AHC_COLUMNS = (
+    Column("s_tip", "Tip pos", "m", "length"),
+    Column("v_tip", "Tip speed", "m/s", "speed"),
+    Column("a_tip", "Tip acc", "m/s^2", "acceleration"),
+    Column("s_w", "Wire out", "m", "length"),
+    Column("v_w", "Wire speed", "m/min", "speed"),
+    Column("omega_m", "Motor speed", "rev/min", "rotation"),
+    Column("p_a", "PT A", "bar", "pressure"),
+    Column("p_b", "PT B", "bar", "pressure"),
+    Column("p_hp", "PT HP", "bar", "pressure"),
+    Column("u_p", "Pump command", "%", ""),
+    Column("u_m", "Motor command", "%", ""),
+    Column("alpha_p", "Pump setting", "%", ""),
+    Column("alpha_m", "Motor setting", "%", ""),
+    Column("alpha_pm", "Passive setting", "%", ""),
+    Column("F_w", "Load cell", "kN", "force"),
+    Column("e_c_measured", "AHC error", "mm", "length"),
+    Column("v_op", "Joystick", "m/min", "speed"),
+    Column("mode", "Mode", "1", ""),
+)
+"""What the PLC logs in heave compensation next to the time: all that the five steps of Moslatt 2020 paper F can use."""
+AHC_STEPS = {
+    "s_tip": 1e-3,
+    "v_tip": 1e-3,
+    "a_tip": 1e-3,
+    "u_p": 1e-4,
+    "u_m": 1e-4,
+    "e_c_measured": 1e-4,
+    "v_op": 1e-4,
+    "mode": 1.0,
+}
+"""Smallest steps of what the PLC has as a number already, in SI (assumed)."""
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """lo, hi ends of the range; step smallest step (0: none); noise standard deviation of a sample, in SI; noise_part
+    the same as part of the reading; delay [s]; the sensor shows gain * value + offset; tau time constant of its filter
+    [s]; stale chance that a sample is that of the cycle before [-]."""
+
+    lo: float = -math.inf
+    hi: float = math.inf
+    step: float = 0.0
+    noise: float = 0.0
+    noise_part: float = 0.0
+    delay: float = 0.0
+    gain: float = 1.0
+    offset: float = 0.0
+    tau: float = 0.0
+    stale: float = 0.0
+
+
+Sensors = Mapping[str, Sensor]
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Systematic errors of one sensor: it shows gain * value + offset [SI]."""
+
+    gain: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Instruments:
+    """The sensors of a campaign by the name of their signal, and their seed."""
+
+    noise: Noise = Noise.TYPICAL
+    seed: int = 0
+    calibration: Mapping[str, Calibration] = field(default_factory=dict)
+
+    def sensors(self, crane: Crane, fastest: float) -> Sensors:
+        """The sensors for a crane and the highest motor speed of the tests [rad/s]. Errors: IdentifyError."""
+        sensors = _typical(crane, fastest) if self.noise is Noise.TYPICAL else {c.name: Sensor() for c in COLUMNS}
+        for name, error in self.calibration.items():
+            if name not in sensors:
+                raise IdentifyError(f"calibration: {quote(name)} is not logged. Logged are {', '.join(sensors)}.")
+            sensors[name] = replace(sensors[name], gain=error.gain, offset=error.offset)
+        return sensors
+
+
+def noise_of(text: Noise | str) -> Noise:
+    """The noise of this name. Errors: IdentifyError naming those there are."""
+    return choice(Noise, text, "noise")
+
+
+def _typical(crane: Crane, fastest: float) -> dict[str, Sensor]:
+    speed = SPEED_STEP * math.ceil(1.05 * fastest / SPEED_STEP)
+    cell = CELL_RANGE * (crane.SWL + crane.hook_mass) * G
+    return {
+        "p_a": _analogue(0.0, P_RANGE, noise=NOISE_P),
+        "p_b": _analogue(0.0, P_RANGE, noise=NOISE_P),
+        "omega_m": _analogue(-speed, speed, noise_part=NOISE_SPEED, delay=DELAY_SPEED),
+        "u_p": _analogue(-1.0, 1.0),
+        "alpha_m": _analogue(0.0, SETTING_RANGE, noise=NOISE_SETTING),
+        "F_w": _analogue(0.0, cell, noise=NOISE_CELL * cell, delay=DELAY_CELL),
+        "s_w": Sensor(step=WIRE_STEP),
+    }
+
+
+def _analogue(lo: float, hi: float, *, noise: float = 0.0, noise_part: float = 0.0, delay: float = 0.0) -> Sensor:
+    return Sensor(lo, hi, (hi - lo) / 2**BITS, noise, noise_part, delay)
+
+
+def logged(reference: FloatArray, sensor: Sensor, t_cycle: float, rng: np.random.Generator) -> FloatArray:
+    """What the PLC logs of a signal that it reads every t_cycle [s]: late, out of calibration, noisy, held in its
+    range, in steps.
+
+    Before the first sample the signal had its first value. Shapes (n,) in and out, SI.
+    """
+    if sensor.tau > 0.0:
+        reference = filtered(reference, t_cycle / sensor.tau)
+    late = min(round(sensor.delay / t_cycle), len(reference))
+    y: FloatArray = np.concatenate([np.full(late, reference[0]), reference[: len(reference) - late]])
+    y = sensor.gain * y + sensor.offset
+    if sensor.noise > 0.0 or sensor.noise_part > 0.0:
+        y = y + rng.standard_normal(len(y)) * np.hypot(sensor.noise, sensor.noise_part * y)
+    if sensor.stale > 0.0:
+        stale = np.concatenate([[False], rng.random(len(y) - 1) < sensor.stale])
+        y = np.where(stale, np.concatenate([y[:1], y[:-1]]), y)
+    y = np.clip(y, sensor.lo, sensor.hi)
+    return np.round(y / sensor.step) * sensor.step if sensor.step > 0.0 else y
+
+
+def filtered(x: FloatArray, ratio: float) -> FloatArray:
+    """First-order lag of an analogue signal; ratio spacing over time constant. It starts settled."""
+    return low_pass(x, 1.0 - math.exp(-ratio))
+
+
+def in_log_unit(values: FloatArray, column: Column, sensor: Sensor) -> FloatArray:
+    """SI values in the unit of their column, rounded far below the sensor's step where it has one."""
+    factor = unit_factor(column)
+    out = values / factor
+    if sensor.step == 0.0:
+        return out
+    return np.round(out, DECIMALS - math.floor(math.log10(sensor.step / factor)))
+
+
+def unit_factor(column: Column) -> float:
+    """SI value of one unit of a column."""
+    if column.kind:
+        return (
+            from_display(1.0, column.kind)
+            if column.unit == KINDS[column.kind].display
+            else parse(f"1 {column.unit}", column.kind)
+        )
+    return PURE[column.unit]
+
+
+@dataclass(frozen=True)
+class Clock:
+    """The clock of a log: drift part by which it runs fast [-]; jitter by which a stamp comes late at most [s]."""
+
+    drift: float = 0.0
+    jitter: float = 0.0
+
+    def stamps(self, t: FloatArray, rng: np.random.Generator) -> FloatArray:
+        """Stamps of samples taken at the times t (n,) [s]; the first one is exact."""
+        late = self.jitter * rng.random(len(t))
+        return np.asarray((1.0 + self.drift) * (t + late - late[0]))
+
+
+def ahc_sensors(crane: Crane, fastest: float, calibration: Mapping[str, Calibration]) -> Sensors:
+    """The sensors of a heave-compensated crane's log; fastest motor speed [rad/s]. What the PLC has as a number already
+    (its commands, tip, error, and the wire encoder and load cell after `stillhook.engine.inputs`) is logged as it
+    is."""
+    typical, r_eff = _typical(crane, fastest), 0.5 * crane.drum.d_max / crane.i_hD
+    speed = typical["omega_m"]
+    sensors = {
+        **{name: Sensor(step=step) for name, step in AHC_STEPS.items()},
+        **{name: replace(typical[name], stale=STALE) for name in ("p_a", "p_b", "omega_m")},
+        "p_hp": replace(typical["p_a"], stale=STALE),
+        "v_w": _analogue(-speed.hi * r_eff, speed.hi * r_eff, noise_part=NOISE_SPEED, delay=DELAY_SPEED),
+        "alpha_p": _analogue(-SETTING_RANGE, SETTING_RANGE, noise=NOISE_SETTING),
+        "alpha_m": typical["alpha_m"],
+        "alpha_pm": typical["alpha_m"],
+        "s_w": typical["s_w"],
+        "F_w": replace(typical["F_w"], noise=0.0, delay=0.0),
+    }
+    for name, error in calibration.items():
+        sensors[name] = replace(sensors[name], gain=error.gain, offset=error.offset)
+    return {c.name: sensors[c.name] for c in AHC_COLUMNS}
+
+
+MARK = "SYNTHETIC: simulated by Stillhook, measured on no crane"
+CAMPAIGN_FILE, REFERENCE_FILE, LOG_FOLDER = "campaign.toml", "reference.toml", "logs"
+TIME = 'time = { column = "Time", unit = "s" }'
+"""Line of a campaign file for the time of these logs."""
+
+
+def check_campaign_folder(folder: Path) -> None:
+    """Refuse a folder that a campaign cannot be written to, or that has logs already. Errors: SimulationError."""
+    check_folder(folder, (CAMPAIGN_FILE, REFERENCE_FILE))
+    if (folder / LOG_FOLDER).exists():
+        raise SimulationError(f"{folder / LOG_FOLDER}: there are logs already. Choose another folder.")
+
+
+def log_file(name: str, parquet: bool) -> str:
+    """Path of a test's log, seen from the campaign file."""
+    return f"{LOG_FOLDER}/{name}{'.parquet' if parquet else '.csv'}"
+
+
+def write_log(
+    path: Path, time: FloatArray, signals: Mapping[str, FloatArray], columns: Sequence[Column], sensors: Sensors
+) -> None:
+    """A marked log, CSV or Parquet by the path's ending; time (n,) [s], signals as logged (n,) [SI]."""
+    import polars  # heavy: only where logs are written
+
+    table = polars.DataFrame(
+        {"Time": time} | {c.heading: in_log_unit(signals[c.name], c, sensors[c.name]) for c in columns}
+    )
+    if path.suffix == ".parquet":
+        table.write_parquet(path, metadata={"comment": MARK})
+        return
+    with path.open("wb") as file:
+        file.write(f"# {MARK}\n".encode())
+        table.write_csv(file)
+
+
+def mapping_lines(columns: Sequence[Column], sensors: Sensors) -> list[str]:
+    """The lines below [signals] in a campaign file."""
+    return [TIME, *(f"{c.name} = {{ {', '.join(_signal(c, sensors[c.name]))} }}" for c in columns)]
+
+
+def _signal(column: Column, sensor: Sensor) -> list[str]:
+    """Heading, unit and range of a column, as a mapping writes them."""
+    out = [f'column = "{column.heading}"', f'unit = "{column.unit}"']
+    if abs(sensor.lo) < float("inf") and column.kind:
+        lo, hi = (f'"{x / unit_factor(column):.12g} {column.unit}"' for x in (sensor.lo, sensor.hi))
+        out.append(f"range = [{lo}, {hi}]")
+    return out

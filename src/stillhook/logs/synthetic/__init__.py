@@ -1,1 +1,0 @@
-"""Synthetic logs: what sensors and a PLC make of a simulated run."""

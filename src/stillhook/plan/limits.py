@@ -1,0 +1,209 @@
+"""From what a phase asks and what its rules allow to limiting wave heights."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.plan.definition.capacities import CAPACITIES, CapacityValue
+from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.phases import Phase
+from stillhook.plan.definition.rules import Alternative, Demand, Limited, Rule, Sense, Tier
+from stillhook.plan.definition.rules_file import rules_of
+
+AT_REST: Mapping[str, float] = {"sling_ratio": 1.0}
+"""Quantities that fall with the sea, with their value in still water: they are used up from there down to the limit."""
+
+
+@dataclass(frozen=True, eq=False)
+class Limits:
+    """Limiting significant wave heights of one phase under one alternative, from one tier, in c columns of (Tp, beta).
+
+    Hs: rule -> (c,) [m]: inf where the highest sea state analysed stays inside, 0 where a calm is beyond, NaN where the
+    tier does not tell; low, high: ends of the 95 % interval where there is one; low where Hs is NaN: up to there the
+    tier shows seas inside, and no further. Tp [s] and beta [rad] (c,).
+    """
+
+    phase: str
+    alternative: Alternative
+    tier: Tier
+    Tp: FloatArray = field(repr=False)
+    beta: FloatArray = field(repr=False)
+    Hs: Mapping[str, FloatArray]
+    low: Mapping[str, FloatArray] = field(default_factory=dict)
+    high: Mapping[str, FloatArray] = field(default_factory=dict)
+
+
+def utilisation(limited: Limited, values: FloatArray) -> FloatArray:
+    r"""How much of a limit values use [-]: 1 at the limit, more beyond; NaN for NaN.
+
+    At most: value over limit. At least: limit over value; for a ratio to rest (`AT_REST`) what is lost of it over what
+    may be lost,
+
+    .. math:: \frac{1 - r}{1 - r_{limit}} = \frac{F_{hyd}}{0.9 F_{static,min}} \text{ for a limit of 0.1.}
+
+    Where the limit is 0, values of 0 use nothing and all others are beyond by inf.
+    """
+    x, limit = np.asarray(values, dtype=np.float64), limited.limit
+    if limited.rule.sense is Sense.AT_LEAST:
+        rest = AT_REST.get(limited.rule.quantity)
+        if rest is not None and limit < rest:
+            return (rest - x) / (rest - limit)
+        top, bottom = np.full_like(x, limit), np.maximum(x, 0.0)
+        top[np.isnan(x)] = np.nan
+    else:
+        top, bottom = x, np.full_like(x, limit)
+    out = np.where(np.isnan(top), np.nan, np.where(top > 0.0, np.inf, 0.0))
+    return np.divide(top, bottom, out=out, where=bottom > 0.0)
+
+
+def limits_of(
+    demand: Demand, limited: Sequence[Limited], calm: Mapping[str, float] | None = None, *, most: float | None = None
+) -> Limits:
+    """Limiting heights of every rule in every (Tp, beta) of a demand.
+
+    calm: what the phase asks in still water (`stillhook.plan.definition.capacities.calm`), used below the lowest sea
+    unless the demand has a calm of its own (Hs 0). The limit is the first crossing from below: a demand that falls
+    again in higher seas does not open them. Between two heights it is read from the parabola through them and a third,
+    which is exact for what grows with the height, its square, or both. A sea that the tier does not tell, above one
+    that it tells, counts as beyond; so does a column whose lowest sea is beyond and whose calm is not known: its limit
+    is 0. Ends of the interval are the limits of the demand's own interval.
+
+    most: highest sea state analysed [m], where a column may end below it: a rule that no sea of the column breaks is
+    then not told (NaN), with the last sea as low.
+    """
+    columns = demand.seas.columns()
+    Tp, beta = (np.array([column[i] for column in columns], dtype=np.float64) for i in (0, 1))
+    Hs: dict[str, FloatArray] = {}
+    low: dict[str, FloatArray] = {}
+    high: dict[str, FloatArray] = {}
+    for each in limited:
+        key, q = each.rule.key, each.rule.quantity
+        still = None if calm is None else calm.get(q)
+        missing = np.full(len(demand.seas), np.nan)
+        Hs[key] = _of_rule(demand, each, demand.values.get(q, missing), still)
+        if q in demand.low and q in demand.high:
+            ends = [_of_rule(demand, each, side[q], still) for side in (demand.low, demand.high)]
+            low[key], high[key] = np.fmin(*ends), np.fmax(*ends)
+        if most is not None:
+            _open_above(demand, most, key, (Hs, low, high))
+    return Limits(demand.phase, demand.alternative, demand.tier, Tp, beta, Hs, low, high)
+
+
+def _open_above(demand: Demand, most: float, key: str, ends_of: Sequence[dict[str, FloatArray]]) -> None:
+    """A rule that is kept in all seas of a column that ends below the highest that is asked: not told, but for the last
+    sea."""
+    Hs, low, high = ends_of
+    last = np.array([demand.seas.Hs[rows[-1]] for _, _, rows in demand.seas.columns()], dtype=np.float64)
+    open_ = np.isposinf(Hs[key]) & (last < most * (1.0 - ROUNDING))
+    for ends, end in ((low, last), (high, np.full_like(last, np.nan))):
+        if key in ends or open_.any():
+            ends[key] = np.where(open_, end, ends.get(key, np.full_like(last, np.nan)))
+    Hs[key] = np.where(open_, np.nan, Hs[key])
+
+
+def _of_rule(demand: Demand, limited: Limited, values: FloatArray, still: float | None) -> FloatArray:
+    used = utilisation(limited, values) - 1.0
+    zero = None if still is None or math.isnan(still) else float(utilisation(limited, np.array([still]))[0]) - 1.0
+    return np.array(
+        [first_crossing(demand.seas.Hs[rows], used[rows], zero) for _, _, rows in demand.seas.columns()],
+        dtype=np.float64,
+    )
+
+
+def first_crossing(H: FloatArray, y: FloatArray, zero: float | None = None) -> float:
+    """Height at which y first rises above 0 [m], of heights H (n,) that ascend; zero: y at a height of 0, where it is
+    known and H has none.
+
+    A height whose y is NaN, above one that is known, ends what is told: where y is not above 0 by then, the last height
+    told is the answer.
+    Errors: none; NaN where no y is known, inf where none is above 0.
+    """
+    known = ~np.isnan(y)
+    if not known.any():
+        return math.nan
+    H, y = H[int(np.argmax(known)) :], y[int(np.argmax(known)) :]
+    n_known = int(np.argmax(np.isnan(y))) if np.isnan(y).any() else len(y)
+    unknown_above = n_known < len(y)
+    H, y = H[:n_known], y[:n_known]
+    if H[0] > 0.0 and zero is not None:
+        H, y = np.concatenate(([0.0], H)), np.concatenate(([zero], y))
+    above = y > ROUNDING
+    if not above.any():
+        return float(H[-1]) if unknown_above else math.inf
+    i = int(np.argmax(above))
+    if i == 0:
+        return 0.0
+    return _between(H, y, i)
+
+
+ROUNDING = 1e-9
+"""Utilisation beyond 1 that counts as none: a demand that is its limit to the last digits is inside."""
+
+
+def _between(H: FloatArray, y: FloatArray, i: int) -> float:
+    """Where the parabola through H[i-1], H[i] and a neighbour crosses 0, between the two; y[i-1] <= 0 < y[i]."""
+    a, b = float(H[i - 1]), float(H[i])
+    if not math.isfinite(y[i]) or not math.isfinite(y[i - 1]):
+        return a
+    third = next((k for k in (i - 2, i + 1) if 0 <= k < len(H) and math.isfinite(y[k])), None)
+    slope = float(y[i] - y[i - 1]) / (b - a)
+    bend = 0.0 if third is None else (float(y[third] - y[i - 1]) / float(H[third] - a) - slope) / float(H[third] - b)
+    # y = y[i-1] + slope (x - a) + bend (x - a)(x - b), with one root in (a, b] as it changes sign there
+    p, c = slope - bend * (b - a), float(y[i - 1])
+    root = math.sqrt(max(p * p - 4.0 * bend * c, 0.0))
+    step = -2.0 * c / (p + root) if p + root > 0.0 else (-p + root) / (2.0 * bend)
+    return min(max(a + step, a), b)
+
+
+FOLLOWS = ("s_tip_pp", "e_c_pp", "stroke_share")
+"""Quantities that are judged only while the winch follows the tip."""
+OF_TWIN = ("saturation_share", "relief_share", "power_share", "p_a_max", "stroke_share", "s_tip_pp")
+"""Quantities of the hydraulics, which a flat cap does not have."""
+NUMBERS = {
+    "relief_share": "relief_time",
+    "power_share": "power_time",
+    "stroke_share": "stroke_time",
+    "p_a_max": "p_a_max",
+}
+"""Quantities that only some winch types have, and the number of their runs."""
+OF_WINCH = (*OF_TWIN, "v_w_demand", "e_c_pp")
+"""Quantities of a winch that turns: one on its brake has none."""
+
+
+def limited(plan: LiftPlan, phase: Phase, alternative: Alternative) -> tuple[Limited, ...]:
+    """The rules of a phase with their limits in SI, in the order of the rule set.
+
+    Left out are: rules that the phase turns off; in compensated phases those of the winch for none (it stands on its
+    brake), and those of the hydraulics for the flat cap (it has none); outside of compensation those of compensation;
+    quantities and capacities that the winch type does not have, such as an accumulator's on a pure active winch.
+    Errors: PlanError, UnitError as `stillhook.plan.definition.rules_file.rules_of`.
+    """
+    own = {row.name for row in plan.crane.plant.type.numbers}
+    held = [
+        (rule, _limit(plan, phase, alternative, rule))
+        for rule in rules_of(plan.rules, phase)
+        if (rule.quantity not in NUMBERS or NUMBERS[rule.quantity] in own) and _holds(rule, phase, alternative)
+    ]
+    return tuple(Limited(rule, capacity.value, capacity.basis) for rule, capacity in held if capacity is not None)
+
+
+def _holds(rule: Rule, phase: Phase, alternative: Alternative) -> bool:
+    if not phase.compensated:
+        return rule.quantity not in FOLLOWS
+    if alternative is Alternative.NONE:
+        return rule.quantity not in OF_WINCH
+    return alternative.twin or rule.quantity not in OF_TWIN
+
+
+def _limit(plan: LiftPlan, phase: Phase, alternative: Alternative, rule: Rule) -> CapacityValue | None:
+    if not isinstance(rule.limit, str):
+        return CapacityValue(rule.limit, rule.requirement)
+    capacity = CAPACITIES[rule.limit].find(plan, phase, alternative)
+    if capacity is None or rule.factor == 1.0:
+        return capacity
+    return CapacityValue(rule.factor * capacity.value, f"{rule.factor:g} x {capacity.basis}")

@@ -1,1 +1,0 @@
-"""From demands of a phase and rules to limiting sea states."""

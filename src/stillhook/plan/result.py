@@ -1,0 +1,353 @@
+"""What a plan found: limiting sea states of every alternative and what governs them, which alternatives it
+distinguishes, and whether numbers read from disk have the shape of a plan's."""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import NoneType
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from stillhook.plan.definition.rules import Alternative, Tier
+from stillhook.units import quote
+
+if TYPE_CHECKING:
+    import xarray
+
+
+Credit = Literal["twin", "credited"]
+CREDITS: tuple[Credit, ...] = ("twin", "credited")
+"""The limit as the model of each alternative says it, and what is credited: no more than the cap where no certificate
+covers the cell."""
+BLOCKS = ("depth", "efficiency", "landing", "sensitivity", "convergence", "weather", "demand")
+"""Datasets that a result may have beside its limits, in the order of the file."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlanResult:
+    """Limits, facts and blocks of one plan; saved and loaded by `stillhook.plan.answer.dataset`, told by
+    `stillhook.plan.report.document`.
+
+    data: coordinates credit ("twin", "credited"), alternative, heading [rad], period [s], phase, rule, tier; attrs
+    name, Hs_lowest, Hs_highest [m] (least and most of the seas analysed), heading_tolerance [rad].
+        Hs_limit, Hs_limit_low, Hs_limit_high (credit, alternative, heading, period) [m]: limiting significant wave
+        height with its 95 % interval (NaN where there is none): inf above the highest sea state analysed, 0 where a
+        calm is beyond, NaN where there is no result; alpha, op_wf (same dims) [1], [m]: forecast factor of that limit
+        and the height that a forecast may show, NaN where there is no result; governing_phase, governing_rule,
+        governing_tier (same dims): texts, "" where nothing governs; Hs_rule (credit, tier, alternative, phase, rule,
+        heading, period) [m]: everything that was found, NaN where not; counts (alternative, phase, heading, period):
+        tier whose limits count, "" where none tells; n_seeds (alternative, phase, heading, period): runs behind it;
+        inside (alternative, phase, heading, period): share of the analysed seas that the crane's certificate covers,
+        NaN where nothing takes one: phases without compensation, and alternatives that are no twin.
+    facts: plain data for JSON: what was asked (name, crane, vessel, payload, place, phases, rules, limited,
+    alternatives, operation, inputs, settings) and how it was answered (version, code, date, shown, runs, notes,
+    not_covered, remarks). blocks: name of `BLOCKS` -> Dataset, each only where it was made:
+        depth (alternative, z): F_top_max, F_top_static, DAF, sling_ratio, slack_chance, T_0; attrs Hs, Tp, beta,
+        z_resonance; efficiency (alternative, period): eta_wire, eta_load; landing (alternative, run): v_landed;
+        sensitivity (factor, alternative); convergence (cell, n): utilisation, low, high; weather (credit, alternative,
+        month; 0 the whole year); demand (tier, alternative, phase, heading, period, height): quantities of the rules.
+    """
+
+    data: xarray.Dataset = field(repr=False)
+    facts: Mapping[str, Any] = field(repr=False)
+    blocks: Mapping[str, xarray.Dataset] = field(default_factory=dict, repr=False)
+
+    @property
+    def name(self) -> str:
+        """Name of the plan."""
+        return str(self.facts["name"])
+
+    @property
+    def alternatives(self) -> tuple[Alternative, ...]:
+        """Alternatives that stand side by side."""
+        return tuple(Alternative(str(name)) for name in self.data["alternative"].values)
+
+    @property
+    def workable(self) -> bool:
+        """Whether any sea of the table is within the credited limit of any alternative, and the weather, where it was
+        asked, ever gives a window that is long enough."""
+        limits = self.data["Hs_limit"].sel(credit="credited").values
+        windows = (
+            self.blocks["weather"]["n_windows_long_enough"].sel(credit="credited", month=0)
+            if "weather" in self
+            else None
+        )
+        return bool((limits >= float(self.data.attrs["Hs_lowest"])).any() and (windows is None or (windows > 0).any()))
+
+    def __getitem__(self, block: str) -> xarray.Dataset:
+        """A block by its name. Errors: KeyError where it was not made."""
+        return self.blocks[block]
+
+    def __contains__(self, block: str) -> bool:
+        return block in self.blocks
+
+
+CENTIMETRES = 2
+"""Digits after the point of a limit [m], as tables print it."""
+PRINTED = {"days_gained": 0.05, "hours_gained": 0.5}
+"""Differences [days, hours a year] below which tables print 0."""
+CLASSIC = "best-classic"
+"""What the gain of a controller over the better classic one is told over."""
+NEW = tuple(alternative for alternative in Alternative if alternative.twin and not alternative.classic)
+"""Controllers that are held against the classic ones."""
+MEANS = {Tier.CLOSED_FORM: "The closed form does", Tier.FREQUENCY: "Closed form and frequency-domain method do"}
+
+
+def ran(tiers: Collection[str]) -> bool:
+    """Whether runs of the twin are among the tiers of an answer."""
+    return Tier.TIME.value in tiers
+
+
+def equal_in_print(data: xarray.Dataset) -> list[list[str]]:
+    """Alternatives whose own limits are printed alike in every cell, side by side."""
+    groups: dict[bytes, list[str]] = {}
+    for name in data["alternative"].values:
+        limits = data["Hs_limit"].sel(credit=CREDITS[0], alternative=name).values
+        groups.setdefault((np.round(limits, CENTIMETRES) + 0.0).tobytes(), []).append(str(name))
+    return list(groups.values())
+
+
+def columns(result: PlanResult) -> list[list[str]]:
+    """Alternatives that share a column of limits: with runs of the twin each has its own."""
+    if ran(result.facts.get("tiers", ())):
+        return [[str(name)] for name in result.data["alternative"].values]
+    return equal_in_print(result.data)
+
+
+def merged(rows: Iterable[Sequence[str]], result: PlanResult, *, between: str = ", ") -> list[list[str]]:
+    """Rows of a table by alternative, its label first; without runs of the twin those that are printed alike are
+    one."""
+    if ran(result.facts.get("tiers", ())):
+        return [list(row) for row in rows]
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for label, *cells in rows:
+        groups.setdefault(tuple(cells), []).append(label)
+    return [[between.join(labels), *cells] for cells, labels in groups.items()]
+
+
+def references(block: xarray.Dataset, tiers: Collection[str]) -> list[str]:
+    """What gains are told over: the better classic controller only where the answer tells a new one from it."""
+    over = [str(name) for name in block["over"].values] if "over" in block.dims else []
+    return over if ran(tiers) or _gains(block) else [name for name in over if name != CLASSIC]
+
+
+def _gains(block: xarray.Dataset) -> bool:
+    """Whether a new controller is told from the better classic one."""
+    new = [a.value for a in NEW if a.value in block["alternative"].values]
+    if CLASSIC not in block["over"].values or not new:
+        return True
+    year = block.sel(alternative=new, over=CLASSIC, month=0)
+    return any(bool((np.abs(np.nan_to_num(year[name].values)) >= least).any()) for name, least in PRINTED.items())
+
+
+def not_compared(
+    data: xarray.Dataset, weather: xarray.Dataset | None, tiers: Collection[str], *, compensated: bool
+) -> str:
+    """A line on the controllers that the answer does not tell apart, empty where there are none; compensated: whether
+    any phase is."""
+    if not compensated:
+        return "No phase is compensated: all alternatives are one winch, and no comparison of them is made."
+    if ran(tiers):
+        return ""
+    twins = {a.value for a in Alternative if a.twin}
+    groups = [group for group in equal_in_print(data) if len(group) > 1 and twins & set(group)]
+    left = weather is not None and "over" in weather.dims and not _gains(weather)
+    if not groups and not left:
+        return ""
+    means = MEANS[Tier.FREQUENCY if Tier.FREQUENCY.value in tiers else Tier.CLOSED_FORM]
+    apart = [f"distinguish {' and '.join(filter(None, [', '.join(group[:-1]), group[-1]]))}" for group in groups]
+    apart += ["distinguish a new controller's waiting from that of the best classic one"] if left else []
+    return (
+        f"{means} not {', nor '.join(apart)}: no comparison of them is made. Runs of the twin (--tier time) compare"
+        " them."
+    )
+
+
+Shape = Any
+"""A tuple of types; [shape] for a list of such; a mapping of names to shapes, where a name that ends in ? may be
+missing."""
+TEXT, YES, NUMBER, MAYBE = (str,), (bool,), (int, float), (int, float, NoneType)
+WORDS: Mapping[type, str] = {str: "text", bool: "true or false", int: "number", float: "number", NoneType: "null"}
+TEXTS = [TEXT]
+ROW = 2
+"""Texts in a payload's row at least: what it is, and its value."""
+PHASE = {
+    "name": TEXT,
+    "kind": TEXT,
+    "mode": TEXT,
+    "start": MAYBE,
+    "end": MAYBE,
+    "speed": MAYBE,
+    "duration": MAYBE,
+    "compensated": YES,
+    "tiers?": TEXTS,
+    "reason?": TEXT,
+}
+RULE = {
+    "key": TEXT,
+    "title": TEXT,
+    "quantity": TEXT,
+    "limit": (str, int, float, NoneType),
+    "standard": TEXT,
+    "edition": TEXT,
+    "clause": TEXT,
+    "note": TEXT,
+    "sense": TEXT,
+    "level": TEXT,
+    "requirement?": TEXT,
+}
+OPERATION = {
+    "T_POP": NUMBER,
+    "T_C": MAYBE,
+    "T_R": NUMBER,
+    "weather_restricted": YES,
+    "T_POP_given?": YES,
+    "alternative?": TEXT,
+    "Tp?": MAYBE,
+    "beta?": MAYBE,
+    "OP_LIM?": MAYBE,
+    "alpha?": MAYBE,
+    "op_wf?": MAYBE,
+    "notes?": TEXTS,
+    "alpha_table?": (
+        {f"{key}?": TEXT for key in ("name", "version", "standard", "edition", "clause", "note")}
+        | {"Hs_lowest?": NUMBER}
+    ),
+}
+FACTS: Mapping[str, Shape] = {
+    "name": TEXT,
+    "source": TEXT,
+    "digest": TEXT,
+    "notes": TEXTS,
+    "version": TEXT,
+    "code": TEXT,
+    "date": TEXT,
+    "tiers": TEXTS,
+    "shown": TEXT,
+    "settings": {
+        "wave": TEXT,
+        "gamma": MAYBE,
+        "spread": MAYBE,
+        "heading_tolerance": NUMBER,
+        "Hs": [NUMBER],
+        "Tp": [NUMBER],
+        "headings": [NUMBER],
+    },
+    "crane": {
+        "name": TEXT,
+        "title": TEXT,
+        "SWL": NUMBER,
+        "digest": TEXT,
+        "twin": TEXT,
+        "certificate": (None, {"number": TEXT, "statement": TEXT, "synthetic?": YES, "unsigned?": TEXT}),
+    },
+    "vessel": {"name": TEXT, "title": TEXT, "notes": TEXTS},
+    "payload": {"name": TEXT, "title?": TEXT, "mass": NUMBER, "height": NUMBER, "digest": TEXT, "rows": [TEXTS]},
+    "place": {"h_tip": NUMBER, "depth": NUMBER, "rho": NUMBER, "text": TEXT},
+    "phases": [PHASE],
+    "rules": {"name": TEXT, "version": TEXT, "digest": TEXT, "changes": TEXTS, "rows": [RULE]},
+    "limited": [
+        {
+            "phase": TEXT,
+            "alternative": TEXT,
+            "rule": TEXT,
+            "limit": (str, int, float, NoneType),
+            "basis": (str, NoneType),
+        }
+    ],
+    "alternatives": [{"name": TEXT, "description": TEXT, "credit_note?": TEXT}],
+    "inputs": [{"item": TEXT, "file": TEXT, "sha256": TEXT}],
+    "not_covered": TEXTS,
+    "remarks": TEXTS,
+    "operation": OPERATION,
+    "runs": {},
+    "not_computed": {},
+    "weather": {},
+    "summary": {"shown": TEXT, "alternatives": {}},
+    "limits": [{"credit": TEXT, "alternative": TEXT, "Hs_limit": MAYBE}],
+}
+"""What facts are where they are told (`stillhook.plan.answer.metadata`, `stillhook.plan.answer.remarks`)."""
+CELL = {"credit", "alternative", "heading", "period"}
+COLUMN = {"alternative", "phase", "heading", "period"}
+DATA: Mapping[str, set[str]] = {
+    **dict.fromkeys(
+        ("Hs_limit", "Hs_limit_low", "Hs_limit_high", "governing_phase", "governing_rule", "governing_tier"), CELL
+    ),
+    **dict.fromkeys(("alpha", "op_wf"), CELL),
+    **dict.fromkeys(("counts", "n_seeds", "inside"), COLUMN),
+    "Hs_rule": {"credit", "tier", "rule", *CELL, *COLUMN},
+}
+"""Dimensions of a result's numbers."""
+
+
+def odd_fact(facts: Mapping[str, Any]) -> str:
+    """The first fact that is told and is not what it should be, in words; empty where all are."""
+    for key, shape in FACTS.items():
+        if key in facts and (error := _odd(facts[key], shape, key)):
+            return error
+    if any(len(row) < ROW for row in facts.get("payload", {}).get("rows", ())):
+        return "payload.rows: a row without a value"
+    if "date" in facts:
+        try:
+            datetime.date.fromisoformat(facts["date"])
+        except ValueError:
+            return f"date = {quote(facts['date'])}: it must be a date"
+    return ""
+
+
+def _odd(value: Any, shape: Shape, where: str) -> str:
+    if isinstance(shape, tuple) and shape[0] is None:
+        return "" if value is None else _odd(value, shape[1], where)
+    if isinstance(shape, tuple):
+        right = isinstance(value, shape) and (not isinstance(value, bool) or bool in shape)
+        return (
+            ""
+            if right
+            else f"{where} = {quote(value)}: it must be a {' or '.join(dict.fromkeys(WORDS[each] for each in shape))}"
+        )
+    if isinstance(shape, list):
+        if not isinstance(value, list | tuple):
+            return f"{where} = {quote(value)}: it must be a list"
+        return next((error for i, each in enumerate(value) if (error := _odd(each, shape[0], f"{where}[{i}]"))), "")
+    if not isinstance(value, Mapping):
+        return f"{where} = {quote(value)}: it must be a table"
+    for key, inner in shape.items():
+        name = key.removesuffix("?")
+        if name not in value and name == key:
+            return f"{where}.{name}: missing"
+        if name in value and (error := _odd(value[name], inner, f"{where}.{name}")):
+            return error
+    return ""
+
+
+def odd_numbers(data: xarray.Dataset) -> str:
+    """The first of a result's numbers that is not what it should be, in words; empty where all are."""
+    for name, dims in DATA.items():
+        if name not in data:
+            return f"{name}: missing"
+        if set(data[name].dims) != dims:
+            return f"{name}: over {', '.join(map(str, data[name].dims))} in place of {', '.join(sorted(dims))}"
+    names = [*dict.fromkeys(("credit", *sorted(DATA["Hs_rule"])))]
+    if missing := [name for name in names if name not in data.coords]:
+        return f"{', '.join(missing)}: missing"
+    return next(
+        (
+            f"alternative {quote(str(a))}: unknown"
+            for a in data["alternative"].values
+            if str(a) not in list(Alternative)
+        ),
+        "",
+    )
+
+
+def of_two(data: xarray.Dataset, facts: Mapping[str, Any]) -> str:
+    """Where facts name other phases, rules or alternatives than the numbers, in words; empty where they do not."""
+    named = {"phase": facts["phases"], "alternative": facts["alternatives"], "rule": facts["rules"]["rows"]}
+    for name, rows in named.items():
+        keys = [row["key" if name == "rule" else "name"] for row in rows]
+        if sorted(keys) != sorted(map(str, data[name].values)):
+            return f"its facts name other {name}s than its numbers"
+    return ""

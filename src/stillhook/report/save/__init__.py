@@ -1,1 +1,0 @@
-"""Folders of results with figures, series and summary."""

@@ -1,0 +1,464 @@
+"""Load cell, transmission (effective radius) and friction implied by a log."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.base.arrays import FloatArray
+from stillhook.physics.friction import system_friction_dry
+from stillhook.physics.hydraulics.motor import motor_torque, torque_loss_dry, torque_loss_moving
+from stillhook.physics.scalar import G
+from stillhook.spec.crane import Crane
+from stillhook.statistics.estimate import Estimate
+from stillhook.statistics.jackknife_regression import Fit, fit, pooled
+from stillhook.units import KINDS, in_unit, number, show
+from stillhook.validate.parameters.circuit.settings import known_setting
+from stillhook.validate.parameters.segments import (
+    OIL,
+    LogPart,
+    bridged,
+    by_test,
+    diameter_of,
+    integral,
+    layer_at,
+    layer_step,
+    means,
+    rates,
+    slope,
+    wire_of_layer,
+)
+
+EVERY = 0.2
+"""Width of the means that are compared [s]: pressures swing faster, the sea moves slower."""
+MOVING = 10.0
+"""Least motor speed [rad/s], about 100 rev/min: below, friction reverses and the bristle model, not the sliding law,
+applies."""
+
+CALIBRATION = 0.005
+"""Uncertainty of the friction from the classes of the sensors, regardless of the samples [-]:
+pressure transmitters 0.3 %, displacement of the active motors 0.4 % (assumed: class of a transmitter, sorted units of
+one type)."""
+
+
+@dataclass(frozen=True)
+class Friction:
+    """One test. scale: measured over the twin's friction, less 1; standing: constant remaining torque [N m], such as
+    from an error of load cell, gas pressure or passive setting, and standing_force: the same as a force in the wire
+    [N]; inertia: of the twin's that is missing, as part; measured, twin: torques for figures [N m]; mean: the twin's
+    mean friction [N m]."""
+
+    test: str
+    scale: Estimate
+    standing: Estimate
+    standing_force: float
+    inertia: Estimate
+    measured: FloatArray
+    twin: FloatArray
+    mean: float
+
+
+def missing(part: LogPart) -> tuple[str, ...]:
+    """Signals missing for a torque balance of a part."""
+    setting = ("alpha_m",) if known_setting(part, "m") is None else ()
+    passive = OIL if part.crane.passive is not None else ()
+    return part.lacking("p_a", "p_b", "F_w", *passive) + setting + part.lacking("omega_m")
+
+
+def frictions(parts: Sequence[LogPart]) -> tuple[Friction, ...]:
+    """Friction of every test that moves the winch and has the signals, against the twin's.
+
+    .. math:: D_m\\alpha_m\\Delta p + D_{pm}\\alpha_{pm}(p_{hp} - p_{lp}) - F_w\\,\\lambda - J\\dot\\omega = T_f
+
+    lambda effective drum radius over gear ratio. The scale is that of the parts in phase with the twin's friction;
+    constant terms and terms proportional to the acceleration (inertia, lags) and to the wire's position (gas, weight of
+    wire) are fitted as well.
+    Source: Moslatt 2020 eqs 2.3 and 2.15.
+    """
+    out = []
+    for test, same in by_test([p for p in parts if not missing(p)]).items():
+        friction = _test(test, same)
+        if friction is not None:
+            out.append(friction)
+    return tuple(out)
+
+
+def overall(tests: Sequence[Friction]) -> Estimate | None:
+    """Scale over all tests, less 1; CALIBRATION is a structural part of its interval because it is the same in all
+    tests."""
+    if not tests:
+        return None
+    e = pooled([f.scale for f in tests])
+    structural = math.hypot(e.structural, CALIBRATION)
+    return Estimate.around(e.value, math.hypot(e.half, CALIBRATION), e.n, structural)
+
+
+def _test(test: str, parts: Sequence[LogPart]) -> Friction | None:
+    rows = [_rows(p) for p in parts]
+    T, model, spring, rate, one, block = (np.concatenate(c) for c in zip(*rows, strict=True))
+    fitted = fit((model, one, spring, rate), T, block)
+    if fitted is None or not np.isfinite(T).any():
+        return None
+    r_eff = float(np.nanmean(np.concatenate([p.r_eff for p in parts])))
+    rest = fitted.b[1] + fitted.b[2] * spring + fitted.b[3] * rate
+    return _friction(test, fitted, r_eff, T - rest, model, parts[0].inertia)
+
+
+def _friction(test: str, fitted: Fit, r_eff: float, measured: FloatArray, model: FloatArray, J: float) -> Friction:
+    return Friction(
+        test=test,
+        scale=fitted.estimate(0, -1.0),
+        standing=fitted.estimate(1),
+        standing_force=float(fitted.b[1]) / r_eff,
+        inertia=Estimate.around(float(fitted.b[3]) / J, fitted.half(3) / J, fitted.blocks),
+        measured=measured,
+        twin=model,
+        mean=float(np.nanmean(np.abs(model))),
+    )
+
+
+class States(NamedTuple):
+    """Variables of the friction, as means over EVERY seconds, each (n,): omega motor speed [rad/s]; alpha_m setting [-]
+    and dp pressure drop [Pa] of the active motors; T_w torque of the wire at the motor shaft [N m]; passive setting [-]
+    and pressure drop [Pa] of the passive motors, 0 without any."""
+
+    omega: FloatArray
+    alpha_m: FloatArray
+    dp: FloatArray
+    T_w: FloatArray
+    passive: tuple[Any, Any]
+
+
+def states(part: LogPart) -> States:
+    """The states of a part that lacks nothing (`missing`)."""
+    step, alpha_m = part.step, known_setting(part, "m")
+    assert part.omega_m is not None
+    assert alpha_m is not None
+    s = {name: means(bridged(part[name], step), step, EVERY) for name in ("p_a", "p_b", "F_w")}
+    passive: tuple[Any, Any] = 0.0, 0.0
+    if part.crane.passive is not None:
+        passive = means(part["alpha_pm"], step, EVERY), means(part["p_hp"], step, EVERY) - part.crane.passive.p_lp
+    return States(
+        omega=means(part.omega_m, step, EVERY),
+        alpha_m=means(alpha_m, step, EVERY),
+        dp=s["p_a"] - s["p_b"],
+        T_w=s["F_w"] * means(part.r_eff, step, EVERY),
+        passive=passive,
+    )
+
+
+def scale_of_law(parts: Sequence[LogPart], friction: Callable[[LogPart, States], FloatArray]) -> float | None:
+    """Value of the measure for a winch with this friction law [N m, a magnitude] at the moments of the parts and no
+    other torques: law over the twin's, less 1. None where the winch does not move."""
+    columns = []
+    for part in parts:
+        s, (_, model, spring, rate, one, block) = states(part), _rows(part)
+        law = np.where(np.abs(s.omega) > MOVING, np.sign(s.omega) * friction(part, s), np.nan)
+        columns.append((model, one, spring, rate, law, block))
+    *regressors, law, block = (np.concatenate(c) for c in zip(*columns, strict=True))
+    fitted = fit(regressors, law, block)
+    return None if fitted is None else float(fitted.b[0]) - 1.0
+
+
+def _rows(part: LogPart) -> tuple[NDArray[Any], ...]:
+    """Means over EVERY seconds: torque left, the twin's friction with the sign of the motion, wire out about its
+    middle, angular acceleration, one, block; NaN where the motors are at standstill or reverse."""
+    step, every = part.step, max(1, round(EVERY / part.step))
+    s = states(part)
+    assert part.omega_m is not None
+    s_w = means(bridged(part.wire_out, step), step, EVERY)
+    T = motor_torque(part.crane.active.motor.D_total * s.alpha_m, s.dp) - s.T_w
+    if part.crane.passive is not None:
+        T = T + motor_torque(part.crane.passive.motor.D_total * s.passive[0], s.passive[1])
+    rate = rates(part.omega_m, step, EVERY)
+    T = T - part.inertia * rate
+    model = twin_friction(part, s.omega, s.alpha_m, s.dp, s.T_w * part.crane.i_hD, s.passive)
+    moving = np.abs(s.omega) > MOVING
+    spring = s_w - np.nanmean(s_w)
+    return (
+        np.where(moving, T, np.nan),
+        np.sign(s.omega) * model,
+        spring,
+        rate,
+        np.ones_like(T),
+        part.blocks(part.t[::every]),
+    )
+
+
+def twin_friction(
+    part: LogPart, omega: FloatArray, alpha_m: FloatArray, dp: FloatArray, T_d: FloatArray, passive: tuple[Any, Any]
+) -> FloatArray:
+    """All friction of the twin at the motor shaft, a magnitude [N m]: of active motors, passive ones and the
+    transmission.
+
+    omega [rad/s]; alpha_m [-]; dp over the active motors [Pa]; T_d drum torque [N m]; passive setting [-] and pressure
+    drop [Pa]; (n,). As `stillhook.winches.types.active_passive.dry_level` and `moving_loss` for the sliding winch, with
+    arrays.
+    """
+    hoist, sets = part.params.hoist, [(part.params.active.motors, alpha_m, dp)]
+    if part.crane.passive is not None:
+        sets.append((part.params.passive.motors, *passive))
+    T = hoist.n_motors * (system_friction_dry(omega, T_d, hoist.friction) + hoist.friction.Y_5 * np.abs(omega))
+    for motors, alpha, drop in sets:
+        D = alpha * motors.D_max
+        T = T + motors.count * (torque_loss_dry(D, drop, motors.fit) + torque_loss_moving(omega, D, motors.fit))
+    return np.asarray(T)
+
+
+LIGHT = 0.1
+"""Load with hook over the safe working load from which a load cell is judged [-]: below, its zero error
+dominates."""
+LIKE_A_UNIT = 0.05
+"""Tolerance of a unit's factor [-]: the accuracy of stated loads."""
+CLOSE = 0.1
+"""Error of the gain below which no wrong unit is considered [-]: kgf and daN differ by 2 %, all others by more."""
+UNITS = {
+    "N": 1.0,
+    "daN": 10.0,
+    "kgf": G,
+    "lbf": 4.4482216,
+    "kN": 1e3,
+    "kip": 4448.2216,
+    "short tons": 8896.443,
+    "t": 1e3 * G,
+    "MN": 1e6,
+}
+"""Units in which load cells are logged [N]."""
+AS_WIRE = (0.7, 1.2)
+"""Range of excess force over the weight of the wire paid out that is attributed to it [-]: less in water, and loads are
+known to some per cent."""
+MUCH_WIRE = 0.03
+"""Least weight of the wire paid out over that of hook and payload from which it is considered [-]."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One test. force: mean of the cell [N]; weight: of hook and payload, in water less buoyancy [N]; error: force over
+    weight, less 1."""
+
+    test: str
+    force: Estimate
+    weight: float
+    error: Estimate
+    load: float
+    light: bool
+
+
+def cells(parts: Sequence[LogPart]) -> tuple[Cell, ...]:
+    """The load cell in every test whose load is stated."""
+    out = []
+    for test, same in by_test([p for p in parts if p.has("F_w") and p.record.test.load is not None]).items():
+        F = np.concatenate([p["F_w"][::10] for p in same])
+        block = np.concatenate([p.blocks(p.t[::10]) for p in same])
+        fitted = fit((np.ones_like(F),), F, block)
+        if fitted is None:
+            continue
+        part = same[0]
+        force = fitted.estimate(0)
+        error = Estimate.around(force.value / part.weight - 1.0, force.half / part.weight, fitted.blocks)
+        light = part.weight < LIGHT * part.crane.SWL * G
+        out.append(Cell(test, force, part.weight, error, part.segment.load, light))
+    return tuple(out)
+
+
+def cell_says(readings: Sequence[Cell], parts: Sequence[LogPart]) -> str:
+    """Likely cause of the errors of the load cell, in one line; empty where neither wire, unit nor hook would explain
+    them."""
+    heavy = [c for c in readings if not c.light]
+    if not heavy:
+        return ""
+    gain = math.exp(float(np.mean([math.log(max(abs(1.0 + c.error.value), 1e-9)) for c in heavy])))
+    if all(c.error.value < -1.0 for c in heavy):
+        return "it reads the load as negative: set sign = -1 in its row of the mapping"
+    wire = _wire(heavy, parts)
+    if wire:
+        return wire
+    if abs(gain - 1.0) > CLOSE:
+        return _unit(gain, parts) or f"its gain is {number(gain, 3)}: check scale, unit and parts of line"
+    return _tare(heavy, parts[0])
+
+
+def _wire(heavy: Sequence[Cell], parts: Sequence[LogPart]) -> str:
+    """Whether the cell also carries the wire paid out: more force than stated in every test, by about the weight of its
+    wire."""
+    out, m_wire = {p.test: p.segment.s_w for p in parts}, parts[0].params.hoist.drum.m_wire
+    weight = np.array([m_wire * out[c.test] * G for c in heavy])
+    more = np.array([c.force.value - c.weight for c in heavy])
+    if not (weight > MUCH_WIRE * np.array([c.weight for c in heavy])).any():
+        return ""
+    if ((more < AS_WIRE[0] * weight) | (more > AS_WIRE[1] * weight)).any():
+        return ""
+    return (
+        f"it also carries the wire paid out, {show(float(weight.max()) / G, 'mass', 3)} at most: state payload and"
+        " depth,"
+        " or a load that includes the weight of the wire"
+    )
+
+
+def _unit(gain: float, parts: Sequence[LogPart]) -> str:
+    """The unit that the column is in if its factor explains the gain."""
+    mapping = next((p.record.log.mapping for p in parts if p.record.log.mapping), None)
+    row = mapping.get("F_w") if mapping else None
+    read = row.unit if row is not None and row.unit in KINDS["force"].allowed else "kN"
+    factor = (row.scale if row is not None else 1.0) / in_unit(
+        1.0, read, "force"
+    )  # N of one number in the column, as it was read
+    known = {**UNITS, "% of the SWL": parts[0].crane.SWL * G / 100.0}
+    name, newton = min(known.items(), key=lambda u: abs(math.log(factor / gain / u[1])))
+    if abs(math.log(factor / gain / newton)) > LIKE_A_UNIT:
+        return ""
+    return f"the column is in {name} and was read as {read}: it shows {number(gain, 3)} times the load"
+
+
+def _tare(heavy: Sequence[Cell], part: LogPart) -> str:
+    """Whether the hook is tared, or counted twice."""
+    hook = part.crane.hook_mass * G
+    missing = np.array([c.weight - c.force.value for c in heavy])
+    if (np.abs(missing - hook) < 0.3 * hook).all():
+        return f"it is tared: the hook's {show(part.crane.hook_mass, 'mass')} are missing in every test"
+    return ""
+
+
+FLOOR = 0.001
+"""Calibration difference of pick-up and wire counter between load cases in addition to the scatter [-]: a tenth of a
+per cent."""
+AGREES = 0.005
+"""Error of the effective radius that is acceptable [-]: a tenth of a layer's step, and beyond what sensors are
+calibrated to."""
+NEAR_A_LAYER = 0.15
+"""Tolerance of an error of full layers, in layers: half a per cent of the effective radius."""
+AS_GOOD = 1.5
+"""An explanation whose residual is within this factor of the best one's (or of FLOOR) is as good."""
+
+
+@dataclass(frozen=True)
+class EffectiveRadius:
+    """One test. error: implied effective radius over the twin's, less 1; layer: the twin's at the wire that is out;
+    implied: the one that the log implies, as a real number; d, d_implied diameters of the wire's centre [m]; wire:
+    signal of the wire's motion; s_w wire out [m].
+    """
+
+    test: str
+    error: Estimate
+    layer: float
+    implied: float
+    d: float
+    d_implied: float
+    wire: str
+    s_w: float
+
+
+def effective_radii(parts: Sequence[LogPart], clock: float = 0.0) -> tuple[EffectiveRadius, ...]:
+    """The effective radius of every test with a motor speed and a wire speed or wire out; clock: rate error of the time
+    stamps, positive if fast [-].
+
+    The ratio of two speeds does not depend on the clock; where the wire's speed is missing its length is used,
+    corrected for the clock.
+    """
+    out = []
+    for test, same in by_test(parts).items():
+        wire = "v_w" if all(p.has("v_w") for p in same) else "s_w"
+        if not all(p.has("omega_m", wire) and np.isfinite(p.layer).any() for p in same):
+            continue
+        fitted = slope(same, [(integral(p["omega_m"] * p.r_eff, p.step), _paid_in(p, wire)) for p in same])
+        if fitted is None:
+            continue
+        error = fitted.value * (1.0 if wire == "v_w" else 1.0 + clock) - 1.0
+        out.append(_radius(same, test, Estimate.around(error, fitted.half, fitted.fit.blocks), wire))
+    return tuple(out)
+
+
+def _paid_in(part: LogPart, wire: str) -> FloatArray:
+    return integral(part["v_w"], part.step) if wire == "v_w" else -part["s_w"]
+
+
+def _radius(parts: Sequence[LogPart], test: str, error: Estimate, wire: str) -> EffectiveRadius:
+    crane = parts[0].crane
+    layer = float(np.nanmedian(np.concatenate([p.layer for p in parts])))
+    s_w = float(np.nanmean(np.concatenate([p.wire_out for p in parts])))
+    d = float(diameter_of(crane, np.array([round(layer)]))[0])
+    d_implied = d * (1.0 + error.value)
+    return EffectiveRadius(test, error, layer, layer_at(crane, d_implied), d, d_implied, wire, s_w)
+
+
+def diagnosis(crane: Crane, radii: Sequence[EffectiveRadius]) -> str:
+    """Likely cause of the errors of the effective radius in all tests, in one line; empty where they are small."""
+    if not radii or max(abs(x.error.value) for x in radii) <= AGREES:
+        return ""
+    ideas = _ideas(crane, radii)
+    least = max(min(residual for residual, _ in ideas), FLOOR)
+    good = [text for residual, text in ideas if residual <= AS_GOOD * least]
+    layers = len({x.layer for x in radii})
+    alone = "" if layers > 1 else " (tests on another layer would distinguish them)"
+    return f"{' or '.join(good)}{alone if len(good) > 1 else ''}"
+
+
+def _ideas(crane: Crane, radii: Sequence[EffectiveRadius]) -> list[tuple[float, str]]:
+    """Explanations, each with the root mean square of the remaining error of the effective radius."""
+    e, d = np.array([x.error.value for x in radii]), np.array([x.d for x in radii])
+    w = 1.0 / np.hypot([x.error.half for x in radii], FLOOR) ** 2
+    gear = float(w @ e / w.sum())
+    geared = (
+        _rms(e - gear, w),
+        f"the gear ratio is {number(crane.i_hD / (1.0 + gear), 4)}, not {number(crane.i_hD, 4)}",
+    )
+    if _near_full_layers(radii):
+        return [_full_layers(crane, radii), geared]  # a drum larger by whole layers is named with them
+    ideas = [geared]
+    drum, old = float((w / d**2) @ (e * d) / np.sum(w / d**2)), crane.drum.d
+    ideas.append(
+        (_rms(e - drum / d, w), f"the drum's diameter is {show(old + drum, 'length')}, not {show(old, 'length')}")
+    )
+    share = 2.0 * np.array([x.layer for x in radii]) - 1.0
+    wire = float((w * share / d**2) @ (e * d) / np.sum(w * share**2 / d**2))
+    old = crane.wire.d
+    text = f"the wire's diameter on the drum is {show(old + wire, 'diameter')}, not {show(old, 'diameter')}"
+    ideas.append((_rms(e - wire * share / d, w), text))
+    return ideas
+
+
+def _rms(rest: FloatArray, w: FloatArray) -> float:
+    return float(np.sqrt(w @ rest**2 / w.sum()))
+
+
+def _near_full_layers(radii: Sequence[EffectiveRadius]) -> bool:
+    off = np.array([x.implied - x.layer for x in radii])
+    return bool((np.abs(off - np.round(off)) <= NEAR_A_LAYER).all() and np.round(off).any())
+
+
+def _full_layers(crane: Crane, radii: Sequence[EffectiveRadius]) -> tuple[float, str]:
+    off = np.array([x.implied - x.layer for x in radii])
+    rest = (off - np.round(off)) * layer_step(crane) / np.array([x.d for x in radii])
+    w = 1.0 / np.hypot([x.error.half for x in radii], FLOOR) ** 2
+    return (
+        _rms(rest, w),
+        f"the wire runs on another layer than the twin's: {_named(radii)}, {wire_counted_wrong(crane, radii)}",
+    )
+
+
+def _named(radii: Sequence[EffectiveRadius]) -> str:
+    """Which layers, and in which tests."""
+    groups: dict[tuple[int, int], list[str]] = {}
+    for x in radii:
+        if round(x.implied) != round(x.layer):
+            groups.setdefault((round(x.implied), round(x.layer)), []).append(x.test)
+    return ", ".join(f"{is_} not {twin} ({', '.join(tests)})" for (is_, twin), tests in groups.items())
+
+
+def wire_counted_wrong(crane: Crane, radii: Sequence[EffectiveRadius]) -> str:
+    """Error of the wire counter that would put all tests on the layers that they imply, in
+    words."""
+    wrong = "layers, turns or drum of the crane file are wrong"
+    if any(not 1 <= round(x.implied) <= crane.drum.layers for x in radii):
+        return f"one that the drum does not have: {wrong}"
+    ranges = [np.array(wire_of_layer(crane, round(x.implied))) - x.s_w for x in radii]
+    least, most = max(r[0] for r in ranges), min(r[1] for r in ranges)
+    if not least < most or least < 0.0 < most:
+        return f"not by a constant error of the wire out: {wrong}"
+    more, near, far = ("more", least, most) if least > 0.0 else ("less", -most, -least)
+    return f"as if {near:.0f} to {far:.0f} m {more} wire were out than counted; or {wrong}"

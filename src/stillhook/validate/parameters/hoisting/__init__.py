@@ -1,1 +1,0 @@
-"""Drum, load and friction."""

@@ -1,0 +1,393 @@
+"""Clock, calibration and delay of the logged signals, and which tip motion the PLC uses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.base.arrays import FloatArray, IntArray
+from stillhook.physics.load_path.wire import wire_damping, wire_stiffness
+from stillhook.statistics.estimate import Estimate
+from stillhook.statistics.jackknife_regression import Fit, fit, one_number, pooled
+from stillhook.statistics.time_lag import dot
+from stillhook.units import show
+from stillhook.validate.parameters.segments import LogPart, Slope, bridged, by_test, integral, later, slope, smoothed
+
+DOUBT = {"v_w": 0.003, "v_tip": 0.0005, "a_tip": 0.003}
+"""Calibration uncertainty of a rate [-]: a motion unit computes position and speed from the same samples, a
+wire speed comes from a pick-up or a tachometer of its own, an acceleration is filtered."""
+LEAST_MOTION = 0.1
+"""Smallest scatter of the moves in a window from which a calibration can be determined [m]: noise of some millimetres
+then biases nothing."""
+LEAST_MOTION_V = 0.05
+"""The same for a speed against an acceleration [m/s]."""
+ASIDE = 0.3
+"""Time over which a jump is detected [s]: longer than irregular sampling of a log, shorter than any wave."""
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """A length (or speed) against the integral of its rate. name: that of the rate; error: the change of the length
+    over that integral, less 1, over all tests; tests: the same by test; lag: of the length behind the integral [s]."""
+
+    name: str
+    error: Estimate
+    tests: Mapping[str, Estimate]
+    lag: float
+
+
+@dataclass(frozen=True)
+class Jump:
+    """The largest step of a length that its speed does not explain: size [m], test, moment [s from the start of the
+    record]."""
+
+    size: float
+    test: str
+    at: float
+    name: str
+
+
+PAIRS: Mapping[str, tuple[str, str, float, float]] = {
+    "v_w": ("s_w", "wire", -1.0, LEAST_MOTION),
+    "v_tip": ("s_tip", "tip", 1.0, LEAST_MOTION),
+    "a_tip": ("v_tip", "tip", 1.0, LEAST_MOTION_V),
+}
+"""Rate to what it is the rate of, of whom, its sign, and the least motion."""
+
+
+def ratios(parts: Sequence[LogPart]) -> dict[str, Ratio]:
+    """Every length against its rate, where both were logged and moved."""
+    out = {}
+    for rate, (length, _, sign, least) in PAIRS.items():
+        slopes: dict[str, Slope] = {}
+        for test, same in by_test([p for p in parts if p.has(rate, length)]).items():
+            s = slope(same, [(integral(p[rate], p.step), sign * p[length]) for p in same])
+            if s is not None and np.nanstd(s.x) >= least:
+                slopes[test] = s
+        if slopes:
+            tests = {test: Estimate.around(s.value - 1.0, s.half, s.fit.blocks) for test, s in slopes.items()}
+            lag = float(np.median([s.lag for s in slopes.values()]))
+            out[rate] = Ratio(rate, pooled(list(tests.values())), tests, lag)
+    return out
+
+
+@dataclass(frozen=True)
+class Clock:
+    """error: rate error of the time stamps, positive if fast [-], None where the log cannot distinguish it from a
+    calibration; calibration: by name of the rate, its gain error once the clock is corrected [-]; note: explanation in
+    words."""
+
+    error: Estimate | None
+    calibration: Mapping[str, Estimate]
+    note: str
+
+
+def clock_of(rate_ratios: Mapping[str, Ratio]) -> Clock:
+    """Clock or calibration: an error common to all ratios is the clock, an error of one alone is its calibration.
+
+    Stamps that run too fast by e make every integral too large by it, and every ratio 1 / (1 + e).
+    """
+    fast = {
+        name: Estimate.around(1.0 / (1.0 + r.error.value) - 1.0, r.error.half, r.error.n)
+        for name, r in rate_ratios.items()
+    }
+    if len(fast) < 2:
+        note = (
+            "one speed alone cannot distinguish clock drift from its own calibration: log v_w and v_tip together with"
+            " s_w and"
+            " s_tip"
+        )
+        return Clock(None, fast, note)
+    group = _largest_group(fast)
+    if len(group) < 2:
+        note = (
+            f"{' and '.join(fast)} each deviate from the derivative of their length by different amounts:"
+            " calibrations, not the"
+            " clock"
+        )
+        return Clock(None, fast, note)
+    error = one_number([_doubted(name, fast[name]) for name in group])
+    rest = {
+        name: Estimate.around(e.value - error.value, float(np.hypot(e.half, error.half))) for name, e in fast.items()
+    }
+    return Clock(error, rest, f"{' and '.join(group)} agree on it")
+
+
+def _largest_group(fast: Mapping[str, Estimate]) -> list[str]:
+    """The largest group of ratios that may be one number; of equal ones, the one nearer to zero."""
+    groups, doubted = [], {name: _doubted(name, e) for name, e in fast.items()}
+    for centre in doubted.values():
+        near = [name for name, e in doubted.items() if abs(e.value - centre.value) <= np.hypot(e.half, centre.half)]
+        groups.append((len(near), -abs(centre.value), near))
+    return max(groups)[2]
+
+
+def _doubted(name: str, e: Estimate) -> Estimate:
+    """A ratio with the doubt of its calibration in its interval."""
+    return Estimate.around(e.value, float(np.hypot(e.half, DOUBT[name])), e.n)
+
+
+def largest_jump(parts: Sequence[LogPart], rate_ratios: Mapping[str, Ratio]) -> Jump | None:
+    """The largest step of wire out or tip position against the integral of its speed; None where there is no such
+    pair."""
+    jumps = [
+        _jump(part, rate, rate_ratios[rate])
+        for rate in ("v_w", "v_tip")
+        if rate in rate_ratios
+        for part in parts
+        if part.has(rate, PAIRS[rate][0])
+    ]
+    return max(jumps, key=lambda j: j.size, default=None)
+
+
+def _jump(part: LogPart, rate: str, ratio: Ratio) -> Jump:
+    length, _, sign, _ = PAIRS[rate]
+    moved = later(integral(part[rate], part.step), part.step, ratio.lag)
+    rest = smoothed(sign * part[length] - (1.0 + ratio.error.value) * moved, part.step)
+    n = max(1, round(ASIDE / part.step))
+    steps = np.abs(rest[n:] - rest[:-n])
+    if not np.isfinite(steps).any():
+        return Jump(0.0, part.test, part.segment.start, length)
+    i = int(np.nanargmax(steps))
+    return Jump(float(steps[i]), part.test, part.segment.start + (i + 0.5 * n) * part.step, length)
+
+
+def jump_says(jump: Jump) -> str:
+    """A jump in words."""
+    return (
+        f"{jump.name} jumps by {show(jump.size, 'length', 2)} at {jump.at:.1f} s of {jump.test}, which its speed does"
+        " not explain"
+    )
+
+
+EVERY = 0.1
+"""Spacing of the samples [s]."""
+LOW = (0.04, 0.06)
+"""Lower flank of the band [Hz]: below, load cells drift."""
+HIGH = 0.25
+"""Upper end of the band [Hz]: above, there is no sea."""
+BELOW_RESONANCE = 0.6
+"""Upper end of the band over the eigenfrequency of load and wire: nearer to it the unknown damping of the wire
+dominates."""
+FLANK = 1.3
+EDGE = 15.0
+"""Left out at both ends because of the filter [s]."""
+LEAST_PP = 0.3
+"""Least tip motion in a window from which the force can be evaluated [m]."""
+TURN = 0.02
+"""Wire speed over which the friction of sheaves reverses [m/s]."""
+GAIN = 0.3
+"""Uncertainty of the twin's wire and load [-]: added mass, mass of the wire, elasticity."""
+SHAPE = 0.1
+"""Relative uncertainty of a delay from the simple wire model and a filter of the load cell [-]."""
+ROUNDS = 6
+MOST = 1.0
+"""Largest delay considered [s]."""
+WIDEST = 0.06
+"""Half width of an interval from which a delay is not reported [s]: 150 ms must be distinguished from zero with
+margin."""
+CURVE = np.linspace(-0.2, 0.4, 25)
+"""Delays for the figure [s]."""
+
+Spectrum = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class TipDelay:
+    """One test. delay: of the logged tip behind the true one [s]; gain: measured force over the twin's; held: whether
+    the gain was held at 1 because the force determines it too poorly; misfit: rms of the remaining force [N] at the
+    delays of CURVE; force: rms of the measured force in the band [N]."""
+
+    test: str
+    delay: Estimate
+    gain: Estimate
+    held: bool
+    misfit: FloatArray
+    force: float
+
+
+@dataclass(frozen=True)
+class _Sea:
+    """A part in the band of the sea: measured force (n,) [N], spectra of the forces that tip and wire make, direction
+    of the wire (n,), angular frequencies [rad/s], blocks, and the samples that count."""
+
+    force: FloatArray
+    tip: Spectrum
+    wire: Spectrum
+    way: FloatArray
+    w: FloatArray
+    block: IntArray
+    inside: NDArray[np.bool_]
+
+    def columns(self, delay: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """With the tip ahead by a time: force of the hook's motion, of the tip's speed (per s), and the first one's
+        rate; (n,)."""
+        ahead = self.tip * np.exp(1j * self.w * delay)
+        hook = ahead - self.wire
+        return self._curve(hook), self._curve(1j * self.w * ahead), self._curve(1j * self.w * hook)
+
+    def _curve(self, spectrum: Spectrum) -> FloatArray:
+        return np.fft.irfft(spectrum, len(self.way))
+
+
+def tip_delays(parts: Sequence[LogPart]) -> tuple[TipDelay, ...]:
+    """Delay of the logged tip behind the true one, from every test with heave compensation in which the load cell was
+    logged."""
+    out = []
+    for test, same in by_test([p for p in parts if _can_tell(p)]).items():
+        delay = _test(test, [_sea(p) for p in same])
+        if delay is not None:
+            out.append(delay)
+    return tuple(out)
+
+
+def overall(delays: Sequence[TipDelay]) -> Estimate | None:
+    """The delay over all tests [s]; None where there are none."""
+    return pooled([f.delay for f in delays]) if delays else None
+
+
+def _can_tell(part: LogPart) -> bool:
+    s = part.segment
+    return (
+        s.mode.compensates and s.s_tip_pp >= LEAST_PP and part.knows("F_w", "s_tip", "s_w") and s.duration > 4.0 * EDGE
+    )
+
+
+def _sea(part: LogPart) -> _Sea:
+    n = max(1, round(EVERY / part.step))
+    F, tip, wire = (smoothed(bridged(part[name], part.step), part.step, EVERY)[::n] for name in ("F_w", "s_tip", "s_w"))
+    speed = -np.gradient(smoothed(bridged(part["s_w"], part.step), part.step, 5.0 * EVERY), part.step)[::n]
+    t = part.t[::n]
+    inside = (t > EDGE) & (t < t[-1] - EDGE) & np.isfinite(F) & np.isfinite(tip) & np.isfinite(wire)
+    f = np.asarray(np.fft.rfftfreq(len(t), n * part.step), dtype=np.float64)
+    response, top = _response(part, f)
+    band = np.interp(f, (*LOW, top, FLANK * top), (0.0, 1.0, 1.0, 0.0), left=0.0, right=0.0)
+    force, s_tip, s_w, way = (np.fft.rfft(_level(x)) * band for x in (F, tip, wire, np.tanh(speed / TURN)))
+    curve = (np.fft.irfft(x, len(t)) for x in (force, way))
+    return _Sea(next(curve), s_tip * response, s_w * response, next(curve), 2.0 * math.pi * f, part.blocks(t), inside)
+
+
+def _level(x: FloatArray) -> FloatArray:
+    """Without holes, mean and trend."""
+    from scipy.signal import detrend  # heavy: only where logs are checked
+
+    at, known = np.arange(len(x)), np.isfinite(x)
+    return np.asarray(detrend(np.interp(at, at[known], x[known])))
+
+
+def _response(part: LogPart, f: FloatArray) -> tuple[Spectrum, float]:
+    """Force in the wire over the motion of its upper end [N/m], of the twin's spring, damper and mass, and the band's
+    upper end [Hz]."""
+    hoist, w = part.params.hoist, 2.0 * math.pi * f
+    s_w = float(np.nanmean(part["s_w"]))
+    k, m = float(wire_stiffness(s_w, hoist.wire)), float(hoist.load.m)
+    pull = k + 1j * w * float(wire_damping(s_w, m, hoist.wire))
+    top = min(HIGH, BELOW_RESONANCE * math.sqrt(k / m) / (2.0 * math.pi))
+    return -m * w**2 * pull / (pull - m * w**2), max(top, 1.1 * LOW[1])
+
+
+def _test(test: str, seas: Sequence[_Sea]) -> TipDelay | None:
+    """The better determined of two fits: with the gain of the force free, and with the twin's, whose uncertainty is
+    then included."""
+    free, held = _fitted(seas, held=False), _fitted(seas, held=True)
+    if free is None or held is None:
+        return None
+    delay, fitted = free
+    one, gain = Estimate.around(1.0, GAIN), fitted.estimate(0)
+    loose = Estimate.around(delay, fitted.ratio(1, 0)[1], fitted.blocks)
+    tight = Estimate.around(held[0], math.hypot(held[1].half(0), GAIN * abs(_leans(seas))), held[1].blocks)
+    use_held = not (fitted.b[0] > 0.0 and loose.half <= tight.half)
+    result = tight if use_held else loose
+    result = Estimate.around(result.value, math.hypot(result.half, SHAPE * result.value), result.n)
+    misfit = np.array([_misfit(seas, x) for x in CURVE])
+    force = np.concatenate([s.force[s.inside] for s in seas])
+    return TipDelay(test, result, one if use_held else gain, use_held, misfit, float(np.std(force)))
+
+
+def _fitted(seas: Sequence[_Sea], *, held: bool) -> tuple[float, Fit] | None:
+    """The delay at which the tip's speed explains no remaining force, with the fit there: gain (unless held) and gain
+    times rest of the delay, beside the friction of sheaves and a lag of the force (load cell, damping of the wire)."""
+    delay, fitted = 0.0, None
+    for _ in range(ROUNDS):
+        columns = [(s.columns(delay), s) for s in seas]
+        rows = [np.concatenate([c[i][s.inside] for c, s in columns]) for i in range(3)]
+        force, way, block = (
+            np.concatenate([getattr(s, name)[s.inside] for s in seas]) for name in ("force", "way", "block")
+        )
+        used = (rows[1], way) if held else (rows[0], rows[1], way, rows[2])
+        fitted = fit(used, force - rows[0] if held else force, block)
+        if fitted is None or (not held and fitted.b[0] <= 0.0):
+            return (delay, fitted) if fitted is not None else None
+        delay = float(np.clip(delay + (fitted.b[0] if held else fitted.b[1] / fitted.b[0]), -MOST, MOST))
+    return (delay, fitted) if fitted is not None else None
+
+
+def _leans(seas: Sequence[_Sea]) -> float:
+    """How much of a delay [s] the twin's force of the hook's motion looks like: what its gain is off by comes in by
+    that."""
+    rows = [(s.columns(0.0), s.inside) for s in seas]
+    hook, speed = (np.concatenate([c[i][inside] for c, inside in rows]) for i in range(2))
+    return dot(hook, speed) / dot(speed, speed)
+
+
+def _misfit(seas: Sequence[_Sea], delay: float) -> float:
+    """Rms of the remaining force with the tip ahead by a time [N], the twin's gain held."""
+    rows = [(s.columns(delay), s) for s in seas]
+    rest = np.concatenate([(s.force - c[0])[s.inside] for c, s in rows])
+    way = np.concatenate([s.way[s.inside] for s in seas])
+    return float(np.std(rest - way * dot(way, rest) / max(dot(way, way), 1e-12)))
+
+
+"""Spacing of the samples [s]."""
+LEAST_TIP_PP = 0.2
+"""Least tip motion in a window from which a lag can be determined [m]."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """One test. lag: of the PLC's tip behind the logged one [s]; spread: standard deviation of the
+    reference once the lag is taken out [m]."""
+
+    test: str
+    lag: Estimate
+    spread: float
+
+
+def references(parts: Sequence[LogPart]) -> tuple[Reference, ...]:
+    """The PLC's reference e_c + s_w - s_tip (+ the wire requested by the operator) in every compensating test with its
+    error.
+
+    A crane that extrapolates its tip by t_lead has that taken out. Where the PLC works with the tip of a time ago, the
+    reference moves by that time against the tip's speed.
+    """
+    out = []
+    for test, same in by_test([p for p in parts if _shows_reference(p)]).items():
+        rows = [_rows(p) for p in same]
+        rest, v, block = (np.concatenate(c) for c in zip(*rows, strict=True))
+        fitted = fit((v,), rest, block)
+        if fitted is not None:
+            out.append(Reference(test, Estimate.around(-float(fitted.b[0]), fitted.half(0), fitted.blocks), fitted.sd))
+    return tuple(out)
+
+
+def _shows_reference(part: LogPart) -> bool:
+    s = part.segment
+    return s.mode.compensates and s.s_tip_pp >= LEAST_TIP_PP and part.has("e_c_measured", "s_w", "s_tip")
+
+
+def _rows(part: LogPart) -> tuple[NDArray[Any], ...]:
+    step, n = part.step, max(1, round(EVERY / part.step))
+    requested = integral(part["v_op"], step) if part.has("v_op") else 0.0
+    s_tip = bridged(part["s_tip"], step)
+    v = smoothed(part["v_tip"] if part.has("v_tip") else np.gradient(smoothed(s_tip, step), step), step)
+    lead = part.crane.control.t_lead or 0.0
+    ahead = lead * (v + 0.5 * lead * np.gradient(v, step)) if lead else 0.0
+    rest = smoothed(part["e_c_measured"] + part["s_w"] - s_tip + requested, step) - ahead
+    use = np.isfinite(rest) & np.isfinite(v)
+    centred = [np.where(use, x, np.nan) for x in (rest, v)]
+    return (*((x - np.nanmean(x) if use.any() else x)[::n] for x in centred), part.blocks(part.t)[::n])

@@ -1,1 +1,0 @@
-"""Clock, delay and reference of the logged signals."""

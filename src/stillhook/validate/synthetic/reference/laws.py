@@ -1,0 +1,311 @@
+"""Leakage and passive circuit of the truth plant: laws of their own, brought to the twin's size where a crane's tests
+work.
+
+Friction of the truth plant: another law than the twin's, of the same mean over the loads and speeds of a crane's
+tests.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import nnls
+from scipy.special import erfinv
+
+from stillhook.base.arrays import FloatArray
+from stillhook.engine.pack.gas import gas_record
+from stillhook.engine.pack.winch import active_record, drum_record, friction_record
+from stillhook.physics.friction import system_friction
+from stillhook.physics.hydraulics.motor import TorqueLossFit, motor_leakage, torque_loss
+from stillhook.physics.hydraulics.pump import pump_leakage
+from stillhook.physics.load_path.drum import layer_diameter, layers_filled
+from stillhook.physics.scalar import G
+from stillhook.spec.crane import Crane
+from stillhook.validate.synthetic.reference.crane import GAS_PERIOD, ReferenceCrane
+from stillhook.winches.circuits.passive import PassiveCircuit
+from stillhook.winches.circuits.tables import TorqueLoss
+from stillhook.winches.reference.gas import (
+    ATMOSPHERE,
+    GasBank,
+    TrueAccumulator,
+    gas_pressure_true,
+    molar_heat,
+    pressure_per_kelvin,
+)
+from stillhook.winches.reference.laws import TrueFriction, TrueLeak, TruePassive
+
+STATES = ((0.0, 0.005), (0.328, 0.172), (0.376, 0.172), (0.656, 0.818))
+"""Payload over the SWL and wire out over all wire at which both frictions have one mean: an empty hook, and paper F
+table 3."""
+SPEED = 0.25
+"""Root mean square of the wire speed [m/s]: the tip of paper F table 3, some 1.4 m in 10 s."""
+SPEEDS = 40
+FAST = 1.1
+"""Wire speed up to which the law is fitted to the twin's, beyond those of the mean [m/s]: so that it stays of its size
+there."""
+ROUNDS = 40
+MOST_BEND = 1.0
+"""Largest bend."""
+OMEGA_BEND = 300.0
+"""Motor speed at which a viscous part of the bend is of the bend's size [rad/s]: about the fastest of the tests."""
+LEAST = 1e-3
+"""Least part of a term that a bend leaves of it: none becomes negative."""
+
+
+class Surface(NamedTuple):
+    """Sliding states of a winch: omega_m [rad/s], T_w torque of the wire [N m] and T_hyd of the motors' oil [N m] at
+    the shaft, and the twin's friction there [N m]. Each state weighs the same."""
+
+    omega_m: FloatArray
+    T_w: FloatArray
+    T_hyd: FloatArray
+    T_f: FloatArray
+
+
+class Law(NamedTuple):
+    """Friction law and how it lies to the twin's over the surface: both means [N m], rms of the relative difference
+    [-]."""
+
+    friction: TrueFriction
+    mean_twin: float
+    mean_reference: float
+    difference: float
+
+
+def usual_speeds() -> FloatArray:
+    """Wire speeds as they come up in heave compensation, each as often as the others, both ways [m/s]."""
+    half = SPEED * np.sqrt(2.0) * erfinv((np.arange(SPEEDS) + 0.5) / SPEEDS)
+    return np.concatenate([-half, half])
+
+
+def surface(crane: Crane, speeds: FloatArray) -> Surface:
+    """The twin's friction (MJ4 and eq. 2.7) at STATES and wire speeds [m/s]."""
+    assert crane.passive is not None
+    a, b, f = crane.active.motor, crane.passive.motor, friction_record(crane.friction.system)
+    drum = drum_record(crane)
+    diameters = [layer_diameter(layers_filled((1.0 - out) * drum.L_full, drum), drum) for _, out in STATES]
+    lever = 0.5 * np.repeat(diameters, len(speeds)) / crane.i_hD
+    F = np.repeat([(load * crane.SWL + crane.hook_mass) * G for load, _ in STATES], len(speeds))
+    w, T_w = np.tile(speeds, len(STATES)) / lever, F * lever
+    dp_pm = crane.passive.accumulator.gas.p_0 - crane.passive.p_lp
+    system = (a.count + b.count) * np.asarray(system_friction(w, T_w * crane.i_hD, f))
+    passive = b.count * _mj4(w, T_w / dp_pm / b.count, dp_pm, b.loss)
+    T_f = system + passive
+    for _ in range(ROUNDS):  # the active motors' pressure is what overcomes the friction, and makes more of it
+        T_f = system + passive + a.count * _mj4(w, a.D_max, T_f / a.D_total, a.loss)
+    return Surface(w, T_w, T_w + T_f, T_f)
+
+
+def _mj4(omega_m: FloatArray, D_m: FloatArray | float, dp_m: FloatArray | float, loss: TorqueLoss) -> FloatArray:
+    """MJ4 (eq. 2.12) over arrays."""
+    fit = TorqueLossFit(X_1=loss.X_1, X_2=loss.X_2, X_3=loss.X_3, X_4=loss.X_4, X_5=loss.X_5)
+    return np.asarray(torque_loss(omega_m, D_m, dp_m, fit))
+
+
+def reference_friction(crane: Crane, reference: ReferenceCrane) -> Law:
+    """The reference crane's friction: fitted to the twin's, then bent by `friction_difference`, then brought to the
+    twin's mean, times `friction`.
+
+    A bend of size b multiplies the Stribeck part by 1 + 2 b shape_stribeck and the part of the load by 1 + b
+    shape_load, adds a viscous part of b shape_viscous times the mean at OMEGA_BEND, and takes from the constant level
+    what keeps the mean. What the two laws differ by anyway counts as part of the difference.
+    """
+    at = surface(crane, usual_speeds())
+    omega_s, mean = reference.stribeck * crane.friction.system.Y_4, float(at.T_f.mean())
+    parts = _parts(at, omega_s, reference.uneven)
+    best = _fitted(crane, omega_s, reference.uneven)
+    grown = np.array(
+        [
+            0.0,
+            reference.shape_load,
+            reference.shape_load,
+            2.0 * reference.shape_stribeck,
+            2.0 * reference.shape_stribeck,
+            0.0,
+            0.0,
+        ]
+    )
+    added = np.array([0.0, 0.0, 0.0, 0.0, 0.0, reference.shape_viscous * mean / OMEGA_BEND, 0.0])
+
+    def law(size: float) -> tuple[FloatArray, float]:
+        c = np.maximum(best * (1.0 + size * grown) + size * added, LEAST * best)
+        c[0] = max(c[0] + (mean - (parts @ c).mean()) / parts[:, 0].mean(), 0.0)
+        return c, float(np.sqrt(np.mean((parts @ c / at.T_f - 1.0) ** 2)))
+
+    lo, hi = 0.0, MOST_BEND
+    for _ in range(ROUNDS):
+        mid = 0.5 * (lo + hi)
+        lo, hi = (mid, hi) if law(mid)[1] < reference.friction_difference else (lo, mid)
+    c, difference = law(lo)
+    c = c * mean / (parts @ c).mean()
+    c = reference.friction * c
+    friction = TrueFriction(
+        level=c[0],
+        load=c[1],
+        motors=c[2],
+        uneven=reference.uneven,
+        start=c[3],
+        start_load=c[4],
+        i_omega_s=1.0 / omega_s,
+        viscous=c[5],
+        turbulent=c[6],
+        i_tau=1.0 / reference.friction_lag,
+    )
+    return Law(TrueFriction(*(float(x) for x in friction)), mean, float((parts @ c).mean()), difference)
+
+
+def _fitted(crane: Crane, omega_s: float, uneven: float) -> FloatArray:
+    """Coefficients of the law's terms, none negative, with which it lies closest to the twin's friction up to FAST."""
+    fast = np.linspace(0.0, FAST, SPEEDS + 1)[1:]
+    wide = surface(crane, np.concatenate([usual_speeds(), -fast, fast]))
+    parts = _parts(wide, omega_s, uneven)
+    share = (
+        crane.active.motor.loss.X_3
+    )  # the motors' own load-dependent friction cannot be told from the wire's by a fit at steady speed
+    rest, _ = nnls(np.delete(parts, 2, 1) / wide.T_f[:, None], 1.0 - share * parts[:, 2] / wide.T_f)
+    return np.insert(rest, 2, share)
+
+
+def _parts(at: Surface, omega_s: float, uneven: float) -> FloatArray:
+    """The law's terms over the surface, shape (states, 7), in the order of `TrueFriction` without its shape numbers."""
+    side = 1.0 + uneven * np.sign(at.omega_m)
+    start, w = np.exp(-((at.omega_m / omega_s) ** 2)), abs(at.omega_m)
+    return np.column_stack([side, side * at.T_w, side * at.T_hyd, start, start * at.T_w, w, w * w])
+
+
+Q_DRY = 1.5e-3
+"""Flow into the accumulator about which the dry friction of its piston turns [m^3/s]: 90 L/min, a few per cent of a
+heave's (assumed)."""
+Q_LOW = 3000.0 / 6e4
+"""Flow into the low side at which `ReferenceCrane.p_low_rise` holds [m^3/s]."""
+OMEGA_LEAK = 1000.0 * math.pi / 30.0
+"""Motor speed at which crane files state a leakage [rad/s]."""
+M_N2 = 0.0280134
+"""Molar mass of nitrogen [kg/mol]."""
+CIRCUIT_ROUNDS = 60
+STEP = 1e-4
+"""Relative step of derivatives by differences."""
+
+
+class Working(NamedTuple):
+    """Where the active circuit works in a crane's tests, on the mean: stroke of the pumps [-], motor speed [rad/s],
+    pressure [Pa]."""
+
+    stroke: float
+    speed: float
+    pressure: float
+
+
+def working(crane: Crane) -> Working:
+    """The tests' mean working point: the loads and speeds of
+    `stillhook.validate.synthetic.reference.laws.surface`."""
+    at, a = surface(crane, usual_speeds()), crane.active
+    speed = float(np.abs(at.omega_m).mean())
+    stroke = speed * a.motor.D_total / (a.pump.D_total * a.pump.omega_p)
+    return Working(stroke, speed, float(np.sqrt(np.mean(at.T_f**2))) / a.motor.D_total)
+
+
+class LeakSize(NamedTuple):
+    """Conductances of the twin [m^3/s/Pa]: pumps and motors at the working point, both together at full stroke and
+    OMEGA_LEAK, and of that the pumps' part [-]."""
+
+    pumps: float
+    motors: float
+    stated: float
+    of_pumps: float
+
+
+def leak_size(crane: Crane) -> LeakSize:
+    """What the twin leaks."""
+    A, w = active_record(crane), working(crane)
+    full, fast = float(pump_leakage(1.0, A.pumps.leak)), float(motor_leakage(OMEGA_LEAK, A.motors))
+    return LeakSize(
+        float(pump_leakage(w.stroke, A.pumps.leak)),
+        float(motor_leakage(w.speed, A.motors)),
+        full + fast,
+        full / (full + fast),
+    )
+
+
+def active_leak(crane: Crane, reference: ReferenceCrane) -> TrueLeak:
+    """Leak law of the active circuit. At the working point its pumps and motors leak what the twin's do, times
+    `leakage`. Parts `all_constant`, `all_stroke`, `all_speed` replace as much of it by that form, which has the twin's
+    total where crane files state it.
+    """
+    w, size = working(crane), leak_size(crane)
+    remaining = reference.leakage * (1.0 - reference.all_constant - reference.all_stroke - reference.all_speed)
+    even = reference.leakage * reference.all_constant * size.stated
+    p, m = remaining * size.pumps, remaining * size.motors
+    return TrueLeak(
+        c_p=(1.0 - reference.leak_stroke) * p + even * size.of_pumps,
+        c_p_stroke=reference.leak_stroke * p / w.stroke + reference.leakage * reference.all_stroke * size.stated,
+        c_m=(1.0 - reference.leak_speed) * m + even * (1.0 - size.of_pumps),
+        c_m_speed=reference.leak_speed * m / w.speed
+        + reference.leakage * reference.all_speed * size.stated / OMEGA_LEAK,
+        edges=reference.leak_edges,
+        p_ref=w.pressure,
+        across=reference.leak_across,
+        p_case=reference.p_case,
+    )
+
+
+def reference_passive(crane: Crane, known: PassiveCircuit, reference: ReferenceCrane) -> TruePassive:
+    """The passive circuit; known what its PLC knows of it."""
+    m, s, twin, w = known.motors, known.settings, known.accumulator, working(crane)
+    acc = TrueAccumulator(
+        V_stroke=twin.V_stroke,
+        i_C=twin.i_C,
+        p_dry=reference.piston_dry,
+        i_Q_dry=1.0 / Q_DRY,
+        R=reference.piston_oil * twin.R,
+        C_leak=twin.C_leak,
+        bank=gas_bank(crane, reference),
+    )
+    p, C_m = sum(known.pumps.leak) / len(known.pumps.leak), m.count * m.C_1
+    leak = TrueLeak(
+        c_p=(1.0 - reference.leak_stroke) * p,
+        c_p_stroke=reference.leak_stroke * p / w.stroke,
+        c_m=(1.0 - reference.leak_speed) * C_m,
+        c_m_speed=reference.leak_speed * C_m / w.speed,
+        edges=reference.leak_edges,
+        p_ref=s.p_set,
+        across=reference.leak_across,
+        p_case=reference.p_case,
+    )
+    D_m = reference.passive * (m.count - reference.passive_dead) * m.D_max
+    return TruePassive(acc=acc, leak=leak, D_m=D_m, p_lp=reference.p_low * s.p_lp, R_lp=reference.p_low_rise / Q_LOW)
+
+
+def gas_bank(crane: Crane, reference: ReferenceCrane) -> GasBank:
+    """Nitrogen that has the twin's pressure p_0, times `precharge`, with the piston at mid stroke, in vessels whose
+    stiffness there at GAS_PERIOD would be the twin's at p_0, were their volume not `gas_volume` times as large."""
+    assert crane.passive is not None
+    twin = crane.passive.accumulator
+    slope = gas_record(twin).c_1 * 2.0 / twin.V_stroke  # Pa/m^3
+    rho = density(twin.gas.p_0 + ATMOSPHERE, reference.gas_T)
+    V_mid = reference.gas_volume * stiffness(rho, reference.gas_T, reference.gas_tau, GAS_PERIOD) / slope
+    n = density(reference.precharge * twin.gas.p_0 + ATMOSPHERE, reference.gas_T) * V_mid
+    return GasBank(n, V_mid, n * float(molar_heat(n / V_mid, reference.gas_T)) / reference.gas_tau, reference.gas_T)
+
+
+def density(p: float, T: float) -> float:
+    """Density of nitrogen [mol/m^3] at p [Pa, absolute] and T [K], by halving between nothing and three times the thin
+    gas's."""
+    lo, hi = 0.0, 3.0 * p / (8.314 * T)
+    for _ in range(CIRCUIT_ROUNDS):
+        mid = 0.5 * (lo + hi)
+        lo, hi = (mid, hi) if gas_pressure_true(mid, T) < p else (lo, mid)
+    return lo
+
+
+def stiffness(rho: float, T: float, tau: float, period: float) -> float:
+    """Volume times the rise of pressure per volume taken away [Pa]: between isothermal and adiabatic, by the period [s]
+    over the time constant tau of the vessels' heat [s]. Small changes about rho [mol/m^3], T [K]."""
+    d = STEP * rho
+    iso = rho * float(gas_pressure_true(rho + d, T) - gas_pressure_true(rho - d, T)) / (2.0 * d)
+    p_T = float(pressure_per_kelvin(rho, T))
+    extra = T * p_T * p_T / (rho * float(molar_heat(rho, T)))
+    x = (2.0 * math.pi * tau / period) ** 2
+    return iso + extra * x / (1.0 + x)
