@@ -109,7 +109,7 @@ def _load_cases(validation: Validation) -> list[Part]:
     if notes := reading_notes(validation):
         parts.append(Section("Notes from reading the logs", [Bullets(notes)]))
     if names := envelope.unjudged_says(validation):
-        parts.append(Section(envelope.HEADING, [Text(envelope.MEANING), Bullets(names)]))
+        parts.append(Section(envelope.HEADING, [Text(envelope.UNJUDGED), Bullets(names)]))
     return parts
 
 

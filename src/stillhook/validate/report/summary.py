@@ -5,7 +5,7 @@ from __future__ import annotations
 from stillhook.report.document import Bullets, Column, Document, Part, Section, Table, Text, Verdict, facts
 from stillhook.validate.criteria import results
 from stillhook.validate.report.document import legend, verdict
-from stillhook.validate.report.envelope import HEADING, MEANING, unjudged_says
+from stillhook.validate.report.envelope import HEADING, UNJUDGED, unjudged_says
 from stillhook.validate.report.texts import (
     SEGMENT_HEAD,
     STEP_HEAD,
@@ -35,7 +35,7 @@ def summary(validation: Validation, *, tables: bool = False, everything: bool = 
         Section("lines", _summary_lines(validation, everything=everything)),
     ]
     if names := unjudged_says(validation):
-        sections.append(Section(HEADING, [Text(f"{'; '.join(names)}. {MEANING}")]))
+        sections.append(Section(HEADING, [Text(f"{'; '.join(names)}. {UNJUDGED}")]))
     return Document(title(validation), sections, verdict(validation))
 
 

@@ -77,7 +77,7 @@ def lacking(crane: Crane, records: Sequence[Record]) -> str:
     """Reason why no rest can be compared, in words; "" where signals and brake are available."""
     if crane.brake is None:
         return "the crane file has no holding brake, and friction may maintain a difference of the lines"
-    known = [r for r in records if _logged(r)]
+    known = [r for r in records if _standing(r)]
     return (
         ""
         if known
@@ -89,7 +89,7 @@ def rests(crane: Crane, records: Sequence[Record]) -> Rests | None:
     """All rests on the brake in all records, fitted together; None where there are none."""
     if crane.brake is None:
         return None
-    raw = [one for r in records if _logged(r) for one in _of(crane, r)]
+    raw = [one for r in records if _standing(r) for one in _of(crane, r)]
     if not raw:
         return None
     best = _leaking(raw)
@@ -107,7 +107,7 @@ def rests(crane: Crane, records: Sequence[Record]) -> Rests | None:
 Raw = tuple[Record, int, int, int, FloatArray, FloatArray]
 
 
-def _logged(r: Record) -> bool:
+def _standing(r: Record) -> bool:
     return r.has("p_a", "p_b") and (r.has("omega_m") or r.has("v_w"))
 
 
