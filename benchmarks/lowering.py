@@ -15,7 +15,7 @@ from stillhook.engine.lowering.run import run_lowerings
 from stillhook.engine.simulate import simulate
 from stillhook.kernels.lanes import VL
 from stillhook.sea.motion.motion import Sine
-from stillhook.sea.vessel.wave_field import WaveField
+from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.lift.lowering import DeepWire, Lowering, Stage
 from stillhook.spec.lift.payload import Payload
 

@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook import Scenario, load_crane
+from stillhook.engine.arguments import RK4_LIMIT, fastest_rates
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.runner import Ending
 from stillhook.engine.scenario.problem import Result, run_cases
-from stillhook.engine.step_size import RK4_LIMIT, fastest_rates
 from stillhook.errors import SpecError
 from stillhook.library import changed
 from stillhook.spec.crane import Crane

@@ -6,7 +6,7 @@ python docs/images/make.py
 
 from pathlib import Path
 
-from stillhook.analysis.compare import compare
+from stillhook.analysis.controllers import compare
 from stillhook.engine.simulate import simulate
 from stillhook.formats.case_file import demo_cases
 from stillhook.formats.lift_file import load_lift

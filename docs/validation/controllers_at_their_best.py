@@ -10,11 +10,11 @@ from blocks import claims_table, percent, save, table, verdict
 
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.analysis.controllers import Controller, controller, strong_ssc
-from stillhook.analysis.loop_stability.ringing import rms_above
-from stillhook.analysis.tuning.compare import VARIATIONS, Outcome, Point, outcomes, variations
+from stillhook.analysis.loop_stability.margins import rms_above
 from stillhook.analysis.tuning.figures import bars_figure, pareto_figure
 from stillhook.analysis.tuning.objective import Limits, Score, hold_out, loop_margins, scenarios, scored
 from stillhook.analysis.tuning.parameters import present, with_settings
+from stillhook.analysis.tuning.tune import VARIATIONS, Outcome, Point, outcomes, variations
 from stillhook.engine.scenario.problem import summaries
 from stillhook.units import show
 

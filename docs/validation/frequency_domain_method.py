@@ -18,14 +18,20 @@ from stillhook.library.catalogue import read_payload, vessel_file
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.response.forcing import Forcing
 from stillhook.response.frequency_domain import sigmas
-from stillhook.response.suspended_load import SuspendedLoad, suspended_load
+from stillhook.response.suspended_load import (
+    End,
+    Rod,
+    SuspendedLoad,
+    natural_periods,
+    static_stretch,
+    suspended_load,
+    transfers,
+)
 from stillhook.response.winch.identify import identify_residual
 from stillhook.response.winch.linear_form import Residual
-from stillhook.response.wire_rod import End, Rod, natural_periods, static_stretch, transfers
 from stillhook.sea.spectra.parametric import Jonswap
 from stillhook.sea.spectra.spectrum import Sea, Train
-from stillhook.sea.vessel.realisation import realise, tip_motion
-from stillhook.sea.vessel.wave_field import wave_field
+from stillhook.sea.vessel.realisation import realise, tip_motion, wave_field
 from stillhook.spec.lift.lowering import Lowering, Stage
 
 PAGE = "frequency-domain-method.md"

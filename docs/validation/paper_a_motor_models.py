@@ -13,10 +13,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from stillhook.identify.motor.fit import LossFit, fit_loss
-from stillhook.identify.motor.map import LossMap
+from stillhook.identify.motor.map import Extra, LossMap, synthetic_map
 from stillhook.identify.motor.models import CARDS, LossModel
 from stillhook.identify.motor.rank import borrowed, rank_losses, residual_share
-from stillhook.identify.motor.synthetic_map import Extra, synthetic_map
 from stillhook.library import motor
 from stillhook.physics.hydraulics.motor import TorqueLossFit, torque_loss
 from stillhook.report.plots.run import COLOURS

@@ -15,8 +15,8 @@ from blocks import claims_table, percent, save, table, verdict
 from matplotlib.figure import Figure
 
 from stillhook import Crane, Scenario, load_crane, simulate
+from stillhook.analysis.loop_stability.margins import Ringing, ringing
 from stillhook.analysis.loop_stability.models.reduced import Eigenfrequency, eigenfrequency
-from stillhook.analysis.loop_stability.ringing import Ringing, ringing
 from stillhook.library import changed
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.spec.crane import wire_inertia

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from stillhook import identify, load_crane
 from stillhook.identify.system_friction.campaign.measure import measure
 from stillhook.identify.system_friction.campaign.pairs import on_grid
-from stillhook.identify.system_friction.compare import drum_torque, speeds, split
 from stillhook.identify.system_friction.fitting.fit import FrictionFit, cost, fit_system, predicted
 from stillhook.identify.system_friction.fitting.model import (
     Y_NAMES,
@@ -40,6 +39,7 @@ from stillhook.identify.system_friction.identify import (
     thesis_check,
 )
 from stillhook.identify.system_friction.motor_refit import SecondLoop, second_loop
+from stillhook.identify.system_friction.result import drum_torque, speeds, split
 from stillhook.library import load_friction, motor
 from stillhook.library import system_friction as library_friction
 from stillhook.library.parameter_sets import load_losses

@@ -13,10 +13,9 @@ from blocks import claims_table, percent, save, table, verdict
 from numpy.typing import NDArray
 
 from stillhook import Crane, Scenario, load_crane
-from stillhook.analysis.applicability import cause_of
 from stillhook.analysis.maps.figures import change_figure, value_figure
 from stillhook.analysis.maps.operability import cells_of, map_of
-from stillhook.analysis.maps.result import BEST_CLASSIC, Map
+from stillhook.analysis.maps.result import BEST_CLASSIC, Map, cause_of
 from stillhook.analysis.maps.settling import settling_of
 from stillhook.library import changed
 from stillhook.sea.motion.text import parse_motion

@@ -30,7 +30,7 @@ from stillhook.analysis.loop_stability.governing import (
     wire_range,
     with_damped_wire,
 )
-from stillhook.analysis.loop_stability.margins import gain_limit_of, strongest_gain
+from stillhook.analysis.loop_stability.margins import gain_limit_of, rms_above, strongest_gain
 from stillhook.analysis.loop_stability.models.linearisation import at_state, linearise
 from stillhook.analysis.loop_stability.models.reduced import eigenfrequency, equivalent, gain_limit
 from stillhook.analysis.loop_stability.models.transfer import (
@@ -42,7 +42,6 @@ from stillhook.analysis.loop_stability.models.transfer import (
     sampled,
     speed_response,
 )
-from stillhook.analysis.loop_stability.ringing import rms_above
 from stillhook.analysis.loop_stability.stability import (
     full_stability,
     least_limit,

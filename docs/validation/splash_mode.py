@@ -18,8 +18,7 @@ from stillhook.library.catalogue import payloads, read_payload
 from stillhook.physics.scalar import G
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.sea.spectra.text import parse_sea
-from stillhook.sea.vessel.realisation import realise, tip_motion
-from stillhook.sea.vessel.wave_field import wave_field
+from stillhook.sea.vessel.realisation import realise, tip_motion, wave_field
 from stillhook.spec.lift.lowering import Lowering, StageMode, WinchSettings
 
 PAGE = "splash-mode.md"

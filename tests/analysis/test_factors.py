@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, load_crane
-from stillhook.analysis.uncertainty.distribution import Distribution, Law, distribution
-from stillhook.analysis.uncertainty.factors import FACTORS
+from stillhook.analysis.uncertainty.factors import FACTORS, Distribution, Law, distribution
 from stillhook.analysis.uncertainty.factors_file import Uncertainty
 from stillhook.analysis.uncertainty.samples import HELD, Drawing
 from stillhook.engine.pack.winch import gains

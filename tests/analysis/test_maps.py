@@ -5,17 +5,16 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, Sine, load_crane, simulate
-from stillhook.analysis.applicability import MARKS, RULES, SATURATION_SHARE, cause_of
 from stillhook.analysis.axes import axes_of, middle_of, quantities
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.maps.operability import NUMBERS, map_of, operability_map
-from stillhook.analysis.maps.result import BEST_CLASSIC, Map
+from stillhook.analysis.maps.result import BEST_CLASSIC, MARKS, RULES, SATURATION_SHARE, Map, cause_of
 from stillhook.errors import ScenarioError, SpecError, StillhookError
 from stillhook.library import changed
 from stillhook.physics.load_path.drum import layers_filled
 from stillhook.sea.motion.motion import Profile, Still, Sum
 from stillhook.sea.motion.recorded import Recorded
-from stillhook.sea.motion.scale import scaled, scaled_to, speed_peak
+from stillhook.sea.motion.text import scaled, scaled_to, speed_peak
 from stillhook.spec.scenario import Mode
 
 PEAK_TOLERANCE = 1e-4  # of the speed: peaks are looked for among samples every 10 ms

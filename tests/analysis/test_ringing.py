@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray
 
-from stillhook.analysis.loop_stability.ringing import ringing, rms_above
+from stillhook.analysis.loop_stability.margins import ringing, rms_above
 from stillhook.errors import StillhookError
 
 PERIOD, ZETA, REST = 0.7, 0.1, 40e5

@@ -4,9 +4,8 @@ import pytest
 
 from stillhook import Profile, Scenario, load_crane, simulate
 from stillhook.analysis.controllers import controller
-from stillhook.analysis.loop_stability.governing import governing
-from stillhook.analysis.loop_stability.ringing import rms_above
-from stillhook.analysis.slow_limit import SLOW, slow_limit
+from stillhook.analysis.loop_stability.governing import SLOW, governing, slow_limit
+from stillhook.analysis.loop_stability.margins import rms_above
 from stillhook.library import changed
 from stillhook.spec.scenario import Mode
 

@@ -15,7 +15,6 @@ from stillhook.analysis.controllers import Controller, controller, controller_to
 from stillhook.analysis.loop_stability.margins import margins
 from stillhook.analysis.loop_stability.models.transfer import position_loop, sampled
 from stillhook.analysis.steady.steady_state import speed_limit
-from stillhook.analysis.tuning.compare import front, outcomes, pareto, trials_dataset, variations
 from stillhook.analysis.tuning.objective import (
     SPEEDS,
     Limits,
@@ -35,7 +34,7 @@ from stillhook.analysis.tuning.parameters import (
     tuned_controller,
     with_settings,
 )
-from stillhook.analysis.tuning.tune import Tuned, tune
+from stillhook.analysis.tuning.tune import Tuned, front, outcomes, pareto, trials_dataset, tune, variations
 from stillhook.engine.scenario.problem import summaries
 from stillhook.errors import StillhookError, UnitError
 from stillhook.library import changed

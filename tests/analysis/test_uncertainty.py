@@ -9,7 +9,9 @@ import pytest
 from stillhook import Scenario, Sine, load_crane, simulate
 from stillhook.analysis.maps.monte_carlo import monte_carlo_map
 from stillhook.analysis.maps.operability import operability_map
-from stillhook.analysis.uncertainty.bands import (
+from stillhook.analysis.uncertainty.factors_file import Uncertainty, draws, load_uncertainty
+from stillhook.analysis.uncertainty.monte_carlo import monte_carlo, pair_of_draw
+from stillhook.analysis.uncertainty.report import (
     Limit,
     band,
     bands,
@@ -19,8 +21,6 @@ from stillhook.analysis.uncertainty.bands import (
     paired_difference,
     troubles,
 )
-from stillhook.analysis.uncertainty.factors_file import Uncertainty, draws, load_uncertainty
-from stillhook.analysis.uncertainty.monte_carlo import monte_carlo, pair_of_draw
 from stillhook.errors import SpecError, StillhookError
 from stillhook.formats.results import load_run, origin, save_run
 from stillhook.library import FrictionSet, load_friction

@@ -10,9 +10,9 @@ from tests.validate.staged_certificate import staged, write
 
 from stillhook import Scenario, load_crane, load_run, save_run, simulate
 from stillhook.cli import run as command
-from stillhook.engine import validity as standing_of
+from stillhook.engine import inputs as standing_of
+from stillhook.engine.inputs import NO_CERTIFICATE, doubts, twin_line
 from stillhook.engine.scenario.problem import summaries
-from stillhook.engine.validity import NO_CERTIFICATE, doubts, twin_line
 from stillhook.errors import SpecError
 from stillhook.formats.results import rerun
 from stillhook.identify.system_friction.fitting.uncertainty import crane_with

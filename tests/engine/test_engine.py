@@ -16,12 +16,12 @@ from tests.engine.runs import run_many, run_one
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.engine import inputs as drive_module
+from stillhook.engine.arguments import check_step, fastest_rates
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import pack
 from stillhook.engine.runner import Ending
 from stillhook.engine.scenario import problem as run_module
 from stillhook.engine.scenario.problem import Ready, Result, ScenarioBlock
-from stillhook.engine.step_size import check_step, fastest_rates
 from stillhook.errors import ScenarioError, SimulationError, SpecError, StillhookError
 from stillhook.kernels.build import KERNEL_FOLDERS, driver, kernel_hash
 from stillhook.kernels.lanes import VL, flatten, size, unflatten

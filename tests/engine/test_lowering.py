@@ -12,10 +12,10 @@ from stillhook.engine.simulate import simulate
 from stillhook.library.catalogue import read_payload
 from stillhook.physics.load_path.payload import WettedLevel
 from stillhook.physics.scalar import G
-from stillhook.response.wire_rod import End, Rod, natural_periods, transfers
+from stillhook.response.suspended_load import End, Rod, natural_periods, transfers
 from stillhook.sea.motion.motion import Motion, Profile, Sine
 from stillhook.sea.spectra.waves import trailing_spans
-from stillhook.sea.vessel.wave_field import WaveField
+from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging, Stage, WinchSettings
 from stillhook.spec.lift.payload import Payload

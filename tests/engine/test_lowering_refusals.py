@@ -10,7 +10,7 @@ from stillhook.engine.lowering.run import prepare
 from stillhook.engine.simulate import simulate
 from stillhook.errors import LiftError, ScenarioError, SimulationError, SpecError
 from stillhook.sea.motion.motion import Profile, Sine
-from stillhook.sea.vessel.wave_field import WaveField
+from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import DeepWire, Lowering, Stage
 from stillhook.spec.lift.payload import Payload

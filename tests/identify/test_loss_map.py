@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from stillhook.errors import LogError, StillhookError, UnitError
-from stillhook.identify.motor.map import LossMap, levels, mapped_loss, read_map
+from stillhook.identify.motor.map import LossMap, levels, mapped_loss, read_map, synthetic_map, write_map
 from stillhook.identify.motor.models import LossModel
 from stillhook.identify.motor.rank import compare_mapped
-from stillhook.identify.motor.synthetic_map import synthetic_map, write_map
 from stillhook.units import from_display
 
 CC, RPM, BAR = (from_display(1.0, k) for k in ("displacement", "rotation", "pressure"))

@@ -7,7 +7,7 @@ import pytest
 
 from stillhook.errors import IdentifyError
 from stillhook.identify.motor.fit import fit_loss
-from stillhook.identify.motor.map import LossMap
+from stillhook.identify.motor.map import Extra, LossMap, synthetic_map
 from stillhook.identify.motor.models import CARDS, LossModel
 from stillhook.identify.motor.rank import (
     MATERIAL,
@@ -18,7 +18,6 @@ from stillhook.identify.motor.rank import (
     residual_share,
     usable_share,
 )
-from stillhook.identify.motor.synthetic_map import Extra, synthetic_map
 from stillhook.units import from_display
 
 pytestmark = pytest.mark.slow

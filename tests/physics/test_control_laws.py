@@ -5,18 +5,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stillhook import load_crane
-from stillhook.control.ahc import AhcGains, feedback, feedforward
-from stillhook.control.interface import Sensed
-from stillhook.control.plc import MANUAL, ActuatorCommands, Memory, Plc, ahead, low_pass
-from stillhook.control.pumps import displacement_for_weight, make_up
-from stillhook.control.registry import code_of
-from stillhook.control.ssc import (
+from stillhook.control.commands import (
+    AhcGains,
     displacement_by_layer,
+    displacement_for_weight,
     displacement_min,
     displacement_ssc,
+    feedback,
+    feedforward,
+    make_up,
     reduction_cubic,
     reduction_linear,
 )
+from stillhook.control.interface import Sensed
+from stillhook.control.plc import MANUAL, ActuatorCommands, Memory, Plc, ahead, low_pass
+from stillhook.control.registry import code_of
 from stillhook.engine.pack.winch import pack, plc_record
 from stillhook.kernels.control_laws import control_laws
 from stillhook.physics.hydraulics.motor import motor_torque

@@ -14,7 +14,7 @@ from stillhook.plan.definition.phases import Phase, PhaseKind
 from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, Seas
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import limited, limits_of
-from stillhook.plan.table.credit import inside
+from stillhook.plan.table import inside
 from stillhook.plan.tiers.closed_form import closed_form, remarks, valid, way
 from stillhook.plan.tiers.frequency import frequency
 from stillhook.plan.tiers.time_domain.lowering import SeaState, course_of, in_sea, lowering_of, machine_of, winch_of

@@ -12,7 +12,7 @@ from stillhook.plan.definition.capacities import at_rest
 from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.definition.rules import Alternative, Seas
 from stillhook.plan.file import load_plan
-from stillhook.plan.table.credit import inside
+from stillhook.plan.table import inside
 from stillhook.spec.crane import content
 from stillhook.spec.validity import UNSIGNED, Certified
 

@@ -11,8 +11,7 @@ import pytest
 
 from stillhook.errors import StillhookError
 from stillhook.plan.definition.rules import ALTERNATIVES
-from stillhook.plan.example import copy_plan
-from stillhook.plan.file import load_plan, plans
+from stillhook.plan.file import copy_plan, load_plan, plans
 
 pytestmark = pytest.mark.slow
 

@@ -28,7 +28,7 @@ from stillhook.plan.report.figures.style import height, named
 from stillhook.plan.report.selection import between
 from stillhook.plan.report.summary_page import verdict
 from stillhook.plan.result import PlanResult
-from stillhook.plan.table.table import LimitTable
+from stillhook.plan.table import LimitTable
 from stillhook.report.document import Document, Table
 from stillhook.report.html import html
 from stillhook.report.pdf import pdf

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from stillhook.physics.scalar import G
-from stillhook.response.suspended_load import SuspendedLoad, answers
-from stillhook.response.wire_rod import End, Rod
+from stillhook.response.suspended_load import End, Rod, SuspendedLoad, answers
 from stillhook.spec.lift import simplified as sm
 
 STEPPED = 1e-5  # a peak lies between two steps of 2 ms

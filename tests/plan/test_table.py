@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from stillhook.errors import PlanError
 from stillhook.plan.definition.rules import Alternative, Tier
 from stillhook.plan.limits import Limits
-from stillhook.plan.table.table import (
+from stillhook.plan.table import (
     TIERS,
     Axes,
     LimitTable,

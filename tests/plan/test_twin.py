@@ -10,7 +10,17 @@ from stillhook.plan.definition.phases import PhaseKind
 from stillhook.plan.definition.rules import ALTERNATIVES, Alternative, Level, Tier
 from stillhook.plan.file import load_plan
 from stillhook.plan.limits import Limits, limited
-from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, Execution, worst_heights
+from stillhook.plan.tiers.time_domain.cells import (
+    CellRequest,
+    Cells,
+    Execution,
+    chance,
+    largest,
+    mean,
+    passage,
+    quantities,
+    worst_heights,
+)
 from stillhook.plan.tiers.time_domain.lowering import (
     BLOCK,
     KINDS,
@@ -22,7 +32,6 @@ from stillhook.plan.tiers.time_domain.lowering import (
     machine_of,
     winch_of,
 )
-from stillhook.plan.tiers.time_domain.quantities import chance, largest, mean, passage, quantities
 from stillhook.plan.tiers.time_domain.search import Search
 from stillhook.plan.tiers.time_domain.tier import expected, refine
 from stillhook.spec.lift.lowering import StageMode

@@ -5,8 +5,7 @@ import pytest
 
 from stillhook.errors import StillhookError
 from stillhook.library.toml.tree import shelf
-from stillhook.plan.example import copy_plan
-from stillhook.plan.file import load_plan
+from stillhook.plan.file import copy_plan, load_plan
 from stillhook.plan.weather.value import weather_used
 
 OWN = 'file = "site.csv"\nsense = "going-to"\ntime = "when"\ndate_order = "dmy"\ncolumns = { Hs = "height (cm)", come_from = "heading of waves" }\n'

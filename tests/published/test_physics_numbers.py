@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from stillhook import load_crane
-from stillhook.control.ahc import feedforward
-from stillhook.control.ssc import displacement_ssc, reduction_cubic, reduction_linear
+from stillhook.control.commands import displacement_ssc, feedforward, reduction_cubic, reduction_linear
 from stillhook.engine.pack.winch import drum_record, gains, pack, wire_speed_max
 from stillhook.library import motor, system_friction
 from stillhook.library.leakage import pump_leak

@@ -11,7 +11,7 @@ import xarray
 from stillhook.cli import run
 from stillhook.errors import LiftError
 from stillhook.formats.lift_file import load_lift
-from stillhook.formats.waves.open import read_sea
+from stillhook.formats.waves.wavespectra import read_sea
 from stillhook.response import lift as of_lift
 from stillhook.response.forcing import forcing_of_directional, forcing_of_seas, forcing_of_series, forcing_of_states
 from stillhook.response.lift import Waves, compensated_depth, lift_response, saturation, saturation_share

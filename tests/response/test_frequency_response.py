@@ -11,9 +11,8 @@ from stillhook.formats.vessel.open import read_vessel
 from stillhook.library.catalogue import read_payload, vessel_file
 from stillhook.response.forcing import Forcing, forcing_of_seas, forcing_of_series
 from stillhook.response.frequency_domain import frequency_response, sigmas
-from stillhook.response.suspended_load import SuspendedLoad, drag_of_gaussian, suspended_load
+from stillhook.response.suspended_load import End, Rod, SuspendedLoad, drag_of_gaussian, suspended_load, transfers
 from stillhook.response.winch.linear_form import Residual
-from stillhook.response.wire_rod import End, Rod, transfers
 from stillhook.sea.spectra.measured import SpectrumSeries
 from stillhook.sea.spectra.parametric import Jonswap
 from stillhook.sea.spectra.spectrum import Sea, Train

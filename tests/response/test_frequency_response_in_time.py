@@ -16,8 +16,7 @@ from stillhook.response.winch.identify import identify_residual
 from stillhook.response.winch.linear_form import Residual
 from stillhook.sea.spectra.parametric import Jonswap
 from stillhook.sea.spectra.spectrum import Sea, Train
-from stillhook.sea.vessel.realisation import realise, tip_motion
-from stillhook.sea.vessel.wave_field import wave_field
+from stillhook.sea.vessel.realisation import realise, tip_motion, wave_field
 from stillhook.spec.lift.lowering import Lowering, Stage
 
 pytestmark = pytest.mark.slow

@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import eigh_tridiagonal, solve_banded
 
 from stillhook.errors import LiftError
-from stillhook.response.wire_rod import (
+from stillhook.response.suspended_load import (
     End,
     Rod,
     natural_periods,

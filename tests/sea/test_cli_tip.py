@@ -224,7 +224,7 @@ def test_measured_directions_are_turned_by_the_ships_heading(capsys, vessel, tmp
     share[:, :, 3] = 1.0
     time, S = np.array(["2020-01-01T00:00:00"], dtype="datetime64[s]"), np.full((1, 8), 0.3)
     series = SpectrumSeries(omega, width, S, time, np.array([True]), "buoy", directional=Directional(theta, share))
-    monkeypatch.setattr("stillhook.formats.waves.open.read_sea", lambda path: series)
+    monkeypatch.setattr("stillhook.formats.waves.wavespectra.read_sea", lambda path: series)
     file = tmp_path / "buoy.txt"
     file.write_text("")
     at = ("--vessel", vessel, "--at", AT, "--wave", str(file), "--record", "0")

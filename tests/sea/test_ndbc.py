@@ -11,7 +11,7 @@ from stillhook.errors import SeaError
 from stillhook.formats.waves.ndbc.directions import read_directional
 from stillhook.formats.waves.ndbc.spectra import read_spectra, read_states
 from stillhook.formats.waves.ndbc.text import bands
-from stillhook.formats.waves.open import read_sea
+from stillhook.formats.waves.wavespectra import read_sea
 from stillhook.sea.spectra.measured import Measured
 from stillhook.sea.spectra.text import spectrum_from_dict
 

@@ -10,15 +10,13 @@ from scipy.optimize import brentq
 
 from stillhook.errors import MotionError, SeaError
 from stillhook.sea.motion.irregular import IrregularTip
-from stillhook.sea.motion.scale import scaled
-from stillhook.sea.motion.text import motion_from_json, motion_to_json
+from stillhook.sea.motion.text import motion_from_json, motion_to_json, scaled
 from stillhook.sea.spectra.parametric import Jonswap
 from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.sea.vessel.long_wave import wavenumber
 from stillhook.sea.vessel.rao import Rao
-from stillhook.sea.vessel.realisation import Realisation, realise, regular, tip_motion, tip_motion_exact
+from stillhook.sea.vessel.realisation import Realisation, realise, regular, tip_motion, tip_motion_exact, wave_field
 from stillhook.sea.vessel.tip import tip_response
-from stillhook.sea.vessel.wave_field import wave_field
 
 G = 9.80665
 HEAD, PORTWARD = math.pi, math.pi / 2.0

@@ -13,9 +13,8 @@ from stillhook.library.crane_file.load import crane_from_toml
 from stillhook.spec.crane import effective_inertia
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import StepNumber, Verdict
-from stillhook.validate.dynamics.check import ALL, DynamicsStep, check_dynamics
+from stillhook.validate.dynamics.check import ALL, DynamicsStep, check_dynamics, tuned_crane
 from stillhook.validate.dynamics.figures import figures
-from stillhook.validate.dynamics.tuned_crane import tuned_crane
 
 from .dynamics_logs import campaign, changed, record, signals
 

@@ -10,7 +10,7 @@ from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import StepNumber, Verdict
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.data_set.records.transients import Transient
-from stillhook.validate.dynamics.check import DynamicsStep, check_dynamics
+from stillhook.validate.dynamics.check import DynamicsStep, check_dynamics, tuned_crane
 from stillhook.validate.dynamics.estimates import MOST_FORM
 from stillhook.validate.dynamics.fitting.form import (
     BOTH_WAYS,
@@ -21,9 +21,8 @@ from stillhook.validate.dynamics.fitting.form import (
     hidden,
     structural,
 )
+from stillhook.validate.dynamics.fitting.model import C_H, C_LEAK, INERTIA, NAMES, PLACE, TUNED
 from stillhook.validate.dynamics.fitting.output_error import Model, fit
-from stillhook.validate.dynamics.fitting.unknowns import C_H, C_LEAK, INERTIA, NAMES, PLACE, TUNED
-from stillhook.validate.dynamics.tuned_crane import tuned_crane
 
 from .dynamics_logs import STEP, campaign, record, signals
 

@@ -17,9 +17,8 @@ from stillhook.statistics.estimate import Estimate
 from stillhook.units import in_display
 from stillhook.validate.criteria.judge import judge
 from stillhook.validate.criteria.results import StepNumber, Verdict
-from stillhook.validate.dynamics.check import DynamicsStep, check_dynamics
+from stillhook.validate.dynamics.check import DynamicsStep, check_dynamics, tuned_crane
 from stillhook.validate.dynamics.estimates import TunedValue
-from stillhook.validate.dynamics.tuned_crane import tuned_crane
 from stillhook.validate.parameters.circuit import leakage as implied_leak
 from stillhook.validate.parameters.circuit.flow import balance, leak_rows
 from stillhook.validate.parameters.circuit.leakage import EXTRAPOLATED, FEWEST_FOR_FORM, choose, form_says

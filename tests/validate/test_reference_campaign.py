@@ -29,8 +29,7 @@ from stillhook.spec.scenario import Mode
 from stillhook.validate import load_campaign
 from stillhook.validate.data_set.campaign import Kind
 from stillhook.validate.synthetic import Defect, Plan, WrittenCampaign, sea_trials, write_campaign
-from stillhook.validate.synthetic.defects import DEFECTS, defect_text, with_defect
-from stillhook.validate.synthetic.scatter import STATED_DELAY, Setting, setting
+from stillhook.validate.synthetic.defects import DEFECTS, STATED_DELAY, Setting, defect_text, setting, with_defect
 from stillhook.validate.synthetic.schedule import PlannedTest, Sea, beyond, irregular
 
 pytestmark = pytest.mark.slow

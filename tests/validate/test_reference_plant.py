@@ -17,6 +17,7 @@ from stillhook.physics.hydraulics.lines import capacitance
 from stillhook.physics.hydraulics.motor import motor_leakage
 from stillhook.physics.hydraulics.pump import pump_leakage
 from stillhook.spec.scenario import Operator
+from stillhook.validate.synthetic.defects import setting
 from stillhook.validate.synthetic.reference.crane import ReferenceCrane, numbers
 from stillhook.validate.synthetic.reference.laws import (
     OMEGA_LEAK,
@@ -27,7 +28,6 @@ from stillhook.validate.synthetic.reference.laws import (
     working,
 )
 from stillhook.validate.synthetic.reference.pack import fastest_rates, pack_reference, simulate_reference
-from stillhook.validate.synthetic.scatter import setting
 from stillhook.winches.records import Tip
 from stillhook.winches.reference import plant as truth
 from stillhook.winches.reference.laws import (

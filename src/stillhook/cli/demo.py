@@ -57,7 +57,7 @@ def demo(
 
 def _motions(out: Path) -> None:
     """Control error of the 250 t crane under NS, HS and SSC: Four motions, table and pictures."""
-    from stillhook.analysis.compare import compare as side_by_side
+    from stillhook.analysis.controllers import compare as side_by_side
     from stillhook.formats.case_file import demo_cases
 
     check_out(out)

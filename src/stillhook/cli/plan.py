@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.cluster import Scheduler, client_of
-from stillhook.cli.parser import Json
+from stillhook.cli.parser import Json, Scheduler, client_of
 from stillhook.report.formatting import wrapped
 from stillhook.report.terminal import print_document, print_json, progress_bar, say, say_if_compiling
 
@@ -89,7 +88,7 @@ def plan(
 
 def _show_check(lift_plan: LiftPlan, *, json: bool) -> None:
     """What the plan requests; nothing is run."""
-    from stillhook.plan.check import checked
+    from stillhook.plan.planning import checked
     from stillhook.plan.report.brief import checked_plan
 
     answer = checked(lift_plan)
@@ -100,7 +99,7 @@ def _show_check(lift_plan: LiftPlan, *, json: bool) -> None:
 
 
 def _copy(folder: Path) -> None:
-    from stillhook.plan.example import copy_plan
+    from stillhook.plan.file import copy_plan
 
     first, *rest = copy_plan("template-to-1500m", folder)
     print(f"written: {first}" + "".join(f", {path}" for path in rest))

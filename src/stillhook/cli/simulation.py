@@ -14,7 +14,7 @@ from stillhook.report.formatting import cell, wrapped
 from stillhook.report.terminal import print_json, print_table, print_twin, progress_bar, started
 
 if TYPE_CHECKING:
-    from stillhook.analysis.compare import Comparison
+    from stillhook.analysis.controllers import Comparison
     from stillhook.formats.lift_file import LiftFile
     from stillhook.sea.motion.motion import Motion
     from stillhook.spec.crane import Crane
@@ -82,7 +82,7 @@ def run(
 
     Example: stillhook run case.toml --out results
     """
-    from stillhook.analysis.compare import dataset_of, run_labelled
+    from stillhook.analysis.controllers import dataset_of, run_labelled
     from stillhook.errors import StillhookError
     from stillhook.formats.case_file import load_case, stored_cases
 
@@ -143,7 +143,7 @@ def compare(
     Example: stillhook compare --crane nov-250t --load "100 t" --s-w "100 m" --motion "sine 2.8 m 12 s" --modes
     ns,hs,ssc
     """
-    from stillhook.analysis.compare import compare as side_by_side
+    from stillhook.analysis.controllers import compare as side_by_side
     from stillhook.library import load_crane
     from stillhook.sea.motion.recorded import Recorded
     from stillhook.spec.scenario import Scenario, Sensors

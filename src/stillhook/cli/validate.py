@@ -62,11 +62,11 @@ def validate(
     with progress_bar("validating") as bar:
         result = check(todo, steps=numbers, progress=bar)
     if json:
-        from stillhook.validate.report.data import to_dict
+        from stillhook.validate.report.document import to_dict
 
         print_json(to_dict(result))
     else:
-        from stillhook.validate.report.summary import summary
+        from stillhook.validate.report.document import summary
 
         parts = numbers is not None
         print_document(summary(result, tables=parts, everything=all_ or parts))

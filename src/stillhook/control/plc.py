@@ -7,11 +7,21 @@ law in between when a kernel is compiled.
 
 from typing import NamedTuple
 
-from stillhook.control.ahc import AhcGains, feedback, feedforward
-from stillhook.control.brake import SMALL, BrakeSettings, closed_share, fill, idle_time
+from stillhook.control.commands import (
+    SMALL,
+    AhcGains,
+    BrakeSettings,
+    MotorSettings,
+    PowerLimit,
+    closed_share,
+    feedback,
+    feedforward,
+    fill,
+    idle_time,
+    stroke_left,
+    within_stroke,
+)
 from stillhook.control.interface import Reading, Sensed
-from stillhook.control.pumps import PowerLimit, stroke_left, within_stroke
-from stillhook.control.ssc import MotorSettings
 from stillhook.physics.records import replace
 from stillhook.physics.scalar import clip, scalar
 
@@ -41,7 +51,7 @@ class Memory(NamedTuple):
     """What the PLC remembers: mode; datum of the wire reference [m]; filtered load F [N]; slow mean of the accumulator
     pressure [Pa]; last commands u_p, u_m; fading bumpless biases b_p, b_m; held value of the motor control's play;
     brake how far the holding brake is closed [-]; idle time at zero commanded speed, see
-    `stillhook.control.brake.idle_time` [s]; stroke of the pumps that the torque limit leaves [-]."""
+    `stillhook.control.commands.idle_time` [s]; stroke of the pumps that the torque limit leaves [-]."""
 
     mode: float
     datum: float
@@ -64,7 +74,7 @@ class Observation(NamedTuple):
     datum: float  # of the wire reference [m]
     p_mean: float  # slow mean of the accumulator pressure [Pa]
     brake: float  # how far the holding brake is closed [-]
-    idle: float  # time at zero commanded speed [s], see `stillhook.control.brake.idle_time`
+    idle: float  # time at zero commanded speed [s], see `stillhook.control.commands.idle_time`
     missing: float  # pressure by which the motors do not yet carry the load [Pa]
 
 

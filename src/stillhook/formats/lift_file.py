@@ -18,7 +18,7 @@ from stillhook.control.registry import DEFAULT_MODE
 from stillhook.errors import LiftError, SeaError
 from stillhook.formats.case_file import read_tip
 from stillhook.formats.vessel.open import read_vessel
-from stillhook.formats.waves.open import read_sea
+from stillhook.formats.waves.wavespectra import read_sea
 from stillhook.library import load_crane
 from stillhook.library.catalogue import read_payload, vessel_file, vessels
 from stillhook.library.toml.file import TomlTable, read_toml
@@ -32,9 +32,8 @@ from stillhook.sea.spectra.text import parse_sea
 from stillhook.sea.vessel.boom import DESCRIPTIONS, Boom
 from stillhook.sea.vessel.long_wave import wavenumber
 from stillhook.sea.vessel.rao import Rao
-from stillhook.sea.vessel.realisation import realise, tip_motion
+from stillhook.sea.vessel.realisation import WaveField, realise, tip_motion, wave_field
 from stillhook.sea.vessel.tip import TipPoint, parse_point
-from stillhook.sea.vessel.wave_field import WaveField, wave_field
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging, Stage, WinchSettings
 from stillhook.spec.lift.payload import Payload

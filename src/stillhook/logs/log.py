@@ -5,31 +5,282 @@
 
 Memory stays bounded for files of any size: a piece of about 32 MB at a time, of which only the mapped columns are
 parsed.
+
+From a mapping and an open log to tracks: one for each clock, with the columns that it stamped; and the samples
+through them.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
+from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
-from stillhook.errors import LogError
-from stillhook.logs.checks.findings import Checked, checked, counted
+from stillhook.errors import LogError, UnitError
+from stillhook.formats.unit_spelling import SCALES, hint, our_unit
+from stillhook.logs.checks.findings import Checked, checked, counted, limit_of
 from stillhook.logs.checks.frozen_signals import standstill
 from stillhook.logs.checks.signs import check_signs
+from stillhook.logs.clock import Merged, Other, merged
 from stillhook.logs.formats.open import open_log
-from stillhook.logs.formats.source import Source
-from stillhook.logs.mapping import mapping_from, mapping_from_headings, read_mapping
-from stillhook.logs.merge import Merged, Other, merged
-from stillhook.logs.tracks import Tracks, build, refuse_broken, stream
+from stillhook.logs.formats.source import Chunk, Source, Want, is_stamp, master
+from stillhook.logs.mapping import (
+    STAMPS,
+    allowed,
+    factors,
+    mapping_from,
+    mapping_from_headings,
+    place_of,
+    read_mapping,
+    split_heading,
+)
+from stillhook.logs.resample import Column, Track
+from stillhook.logs.streaming import Watch
 from stillhook.logs.types import Finding, Log, Signal
 from stillhook.units import parse, quote
 
-__all__ = ["Finding", "Log", "Signal", "check_signs", "describe", "mapping_from", "read_log", "read_mapping", "to_dict"]
+HEAD = 1 << 18  # bytes from which the spacing of the samples is found
+FASTEST = 20_000.0  # Hz: ten times any PLC; such a rate is time in another unit
+SLOWEST = 0.2  # Hz: a plateau of a staircase lasts some ten seconds
+FEWEST = 10  # samples: fewer are not a log
+COARSE = 0.5  # of the first stamps that repeat: they are too coarse for the samples
+MOST_BROKEN = 0.01  # of the lines: with more that do not fit the header, the file is not what it seems ...
+FEW_BROKEN = 10  # ... but so many are borne in short logs
+BOTH = " + "  # joins the headings of two columns of stamps
+TIME = Signal("time", "", quantity="time")
+
+
+@dataclass(frozen=True)
+class Clock:
+    """A clock in a log: where its stamps are and how they read."""
+
+    base: int
+    want: Want
+    factor: float
+    offset: float
+    column: str
+    """What to call it in messages."""
+
+    @property
+    def dated(self) -> bool:
+        """Whether its stamps state the date."""
+        return self.want.stamps is not None and (self.want.stamps == STAMPS or "%d" in self.want.stamps)
+
+    def seconds(self, chunk: Chunk) -> FloatArray:
+        """Its stamps in a piece [s]."""
+        raw = chunk.values[self.want]
+        return raw if self.factor == 1.0 and not self.offset else raw * self.factor + self.offset
+
+
+@dataclass
+class Tracks:
+    """All that is read from a log: the main clock first."""
+
+    clocks: list[Clock]
+    tracks: list[Track]
+    broken: list[tuple[int, str]]
+    broken_count: int = 0
+    units: list[tuple[str, str, str]] = field(default_factory=list)
+    """Signals whose unit in the mapping is not the one in the file: name, unit of the mapping, unit of the file."""
+
+
+def build(source: Source, rows: Mapping[str, Signal], width: float) -> Tracks:
+    """Tracks for a mapping: columns found, units known, spacing of the samples measured.
+
+    Errors: LogError or UnitError of one line for columns and units that are not there, and for rates that no log has.
+    """
+    columns: dict[Clock, list[Column]] = {}
+    main = clock_of(source, rows["time"], rows["time"].column) if "time" in rows else None
+    for name, signal in rows.items():
+        if name == "time":
+            continue
+        place = place_of(signal.column, source.headings, f"{source.name}: {name}")
+        unit = unit_of(source, signal, place)
+        factor, offset = factors(signal, unit)
+        if signal.clock is not None:
+            clock = clock_of(source, rows.get("time", TIME), signal.clock)
+        elif main is not None and source.base(place) == main.base:
+            clock = main
+        elif source.time_base:
+            base = source.base(place)
+            clock = Clock(base, Want((master(base),)), 1.0, 0.0, "the file's time base")
+            main = main or clock
+        elif main is not None:
+            raise LogError(
+                f"{source.name}: {name}: column {quote(signal.column)} has another length than the time. Map columns of"
+                " one length."
+            )
+        else:
+            raise LogError(f'{source.name}: no time. Add a row time = {{ column = "...", unit = "s" }} to the mapping.')
+        columns.setdefault(clock, []).append(_column(signal, place, factor, offset, unit))
+    if main is None or main not in columns:
+        raise LogError(
+            f"{source.name}: every signal has a clock of its own. Leave out `clock` where a signal is stamped by time."
+        )
+    clocks = [main, *(clock for clock in columns if clock != main)]
+    result = Tracks(clocks, [], [], units=_other_units(source, rows))
+    for clock in clocks:
+        spacing = _spacing(source, clock)
+        track = Track(source.name, source.row, columns[clock], spacing, max(width, spacing), None, quote(clock.column))
+        result.tracks.append(track)
+    for track in result.tracks[1:]:
+        track.every = result.tracks[0].every if track.spacing <= result.tracks[0].every else track.spacing
+    return result
+
+
+def _column(signal: Signal, place: int, factor: float, offset: float, unit: str) -> Column:
+    return Column(signal, Want((place,), words=signal.words), factor, offset, unit, Watch(signal, limit_of(signal)))
+
+
+def _other_units(source: Source, rows: Mapping[str, Signal]) -> list[tuple[str, str, str]]:
+    """Signals whose mapping gives another unit than the file, with no scale that would explain it."""
+    deviating = []
+    for name, signal in rows.items():
+        if signal.unit is None or signal.scale != 1.0 or (name == "time" and BOTH in signal.column):
+            continue
+        file_unit = _file_unit(source, place_of(signal.column, source.headings, f"{source.name}: {name}"))
+        unit_name = our_unit(file_unit, signal.quantity) if file_unit else None
+        if file_unit and (file_unit in SCALES if unit_name is None else unit_name != signal.unit):
+            deviating.append((name, signal.unit, file_unit))
+    return deviating
+
+
+def clock_of(source: Source, time: Signal, column: str) -> Clock:
+    """The clock in a column, read as `time` is."""
+    where = f"{source.name}: time" if column == time.column else f"{source.name}: clock"
+    parts = column.split(BOTH)
+    headings = [h.strip() for h in source.headings]
+    if len(parts) == 2 and column not in headings:
+        places = tuple(place_of(part.strip(), source.headings, where) for part in parts)
+        pattern = time.unit if time.unit is not None and "%" in time.unit else STAMPS
+        return Clock(source.base(places[0]), Want(places, pattern), 1.0, 0.0, column)
+    place = place_of(column, source.headings, where)
+    if time.unit is None and not _file_unit(source, place) and is_stamp(source.sample(place)):
+        unit = STAMPS
+    elif time.unit is not None and (time.unit == STAMPS or "%" in time.unit):
+        unit = time.unit
+    else:
+        unit = unit_of(source, time, place)
+    if unit == STAMPS or "%" in unit:
+        return Clock(source.base(place), Want((place,), unit), 1.0, 0.0, column)
+    factor, offset = factors(time, unit)
+    return Clock(source.base(place), Want((place,)), factor, offset, column)
+
+
+def _file_unit(source: Source, place: int) -> str:
+    """The unit that the file gives for a column, in its heading or next to it."""
+    return split_heading(source.headings[place])[1] or source.units[place]
+
+
+def unit_of(source: Source, signal: Signal, place: int) -> str:
+    """The unit of a column: that of the mapping, or the one that the file gives. Errors: UnitError with what is
+    allowed."""
+    if signal.unit is not None:
+        return signal.unit
+    file_unit = _file_unit(source, place)
+    if signal.name == "time" and file_unit in (STAMPS, "ISO"):
+        return STAMPS
+    unit_name = our_unit(file_unit, signal.quantity)
+    if unit_name is not None and (file_unit or not signal.quantity):
+        return unit_name
+    where = f"{source.name}: {signal.name}: column {quote(source.headings[place])}"
+    problem = f"has the unit {quote(file_unit)}, which is not one of" if file_unit else "has no unit; choose one of"
+    raise UnitError(
+        f"{where} {problem}"
+        f" {allowed(signal.name, signal.quantity)}.{hint(file_unit, signal.quantity) if file_unit else ''}"
+    )
+
+
+def _spacing(source: Source, clock: Clock) -> float:
+    """Median spacing of the first stamps of a clock [s]. Errors: LogError for stamps that are none, repeat, or come at
+    no log's rate."""
+    first = next(source.chunks([clock.want], HEAD), None)
+    stamps = np.empty(0) if first is None else clock.seconds(first)
+    place = f"{source.name}: time in {quote(clock.column)}"
+    if first is None or not len(stamps):
+        raise LogError(f"{source.name}: holds no rows of data. Give a log with a header and rows of numbers.")
+    finite = stamps[np.isfinite(stamps)]
+    if not len(finite):
+        cell = quote(next(iter(first.texts.get(clock.want, ("",)))))
+        raise LogError(
+            f"{place}: {cell} is not a {'stamp' if clock.want.stamps else 'number'}. Give its unit:"
+            f" {allowed('time', 'time')}."
+        )
+    with np.errstate(over="ignore"):
+        step = np.diff(finite)
+    ahead = step[step > 0.0]
+    if len(finite) < FEWEST or not len(ahead):
+        raise LogError(
+            f"{place}: {len(finite)} samples{' at one moment' if len(finite) >= FEWEST else ''} are not a log. Give"
+            " another column or file."
+        )
+    if np.count_nonzero(step == 0.0) > COARSE * len(step):
+        raise LogError(
+            f"{place}: most stamps repeat ({len(ahead)} of {len(step)} go on). Export them with fractions of a second."
+        )
+    spacing = float(np.median(ahead))
+    if 1.0 / spacing > FASTEST:
+        raise LogError(
+            f"{place}: {1.0 / spacing:.4g} samples per second are more than any log has ({FASTEST:g}). Check its unit:"
+            ' is it "s" rather than "ms"?'
+        )
+    if 1.0 / spacing < SLOWEST:
+        raise LogError(
+            f"{place}: one sample in {spacing:.4g} s is too slow for steady windows (at most {1.0 / SLOWEST:g} s)."
+            ' Check its unit: is it "ms" rather than "s"?'
+        )
+    return spacing
+
+
+def stream(source: Source, tracks: Tracks, size: int, progress: Callable[[float], None]) -> None:
+    """All samples of a log through its tracks, in pieces of about `size` bytes."""
+    bases = list(dict.fromkeys(clock.base for clock in tracks.clocks))
+    for turn, base in enumerate(bases):
+        on_base = [
+            (clock, track) for clock, track in zip(tracks.clocks, tracks.tracks, strict=True) if clock.base == base
+        ]
+        wants = list(
+            dict.fromkeys(want for clock, track in on_base for want in (clock.want, *(c.want for c in track.columns)))
+        )
+        for chunk in source.chunks(wants, size):
+            for clock, track in on_base:
+                _feed(clock, track, chunk)
+            _count_broken(source, tracks, chunk)
+            progress((turn + chunk.done) / len(bases))
+
+
+def _feed(clock: Clock, track: Track, chunk: Chunk) -> None:
+    for column in track.columns:
+        texts = chunk.texts.get(column.want, ())
+        if texts:
+            column.texts = tuple(dict.fromkeys((*column.texts, *texts)))[: len(texts) + len(column.texts)][:3]
+    track.feed(clock.seconds(chunk), [chunk.values[column.want] for column in track.columns], chunk.line_of)
+
+
+def _count_broken(source: Source, tracks: Tracks, chunk: Chunk) -> None:
+    if not chunk.broken:
+        return
+    tracks.broken_count += len(chunk.broken)
+    tracks.broken.extend(chunk.broken[: max(0, FEW_BROKEN - len(tracks.broken))])
+
+
+def refuse_broken(source: Source, tracks: Tracks) -> None:
+    """LogError where more lines do not fit the header than a fault of the logger explains."""
+    rows = tracks.tracks[0].samples
+    if tracks.broken_count > max(FEW_BROKEN, MOST_BROKEN * (rows + tracks.broken_count)):
+        line, problem = tracks.broken[0]
+        raise LogError(
+            f"{source.name}: line {line}: {problem} ({tracks.broken_count} such lines among"
+            f" {rows + tracks.broken_count})."
+            ' Correct the export; a decimal comma needs ";" between columns.'
+        )
+
 
 CHUNK = 1 << 25  # bytes of a piece
 
@@ -145,3 +396,6 @@ def to_dict(log: Log) -> dict[str, Any]:
         "gaps": [list(gap) for gap in log.gaps],
         "findings": [finding.to_dict() for finding in log.findings],
     }
+
+
+__all__ = ["Finding", "Log", "Signal", "check_signs", "describe", "mapping_from", "read_log", "read_mapping", "to_dict"]

@@ -269,7 +269,7 @@ FACTS: Mapping[str, Shape] = {
     "summary": {"shown": TEXT, "alternatives": {}},
     "limits": [{"credit": TEXT, "alternative": TEXT, "Hs_limit": MAYBE}],
 }
-"""What facts are where they are told (`stillhook.plan.answer.metadata`, `stillhook.plan.answer.remarks`)."""
+"""What facts are where they are told (`stillhook.plan.answer.metadata`, `stillhook.plan.answer.metadata`)."""
 CELL = {"credit", "alternative", "heading", "period"}
 COLUMN = {"alternative", "phase", "heading", "period"}
 DATA: Mapping[str, set[str]] = {

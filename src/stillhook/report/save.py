@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from stillhook.base.atomic import atomic_folder
 from stillhook.control.supervisor import wire_weight
+from stillhook.engine.inputs import twin_line
 from stillhook.engine.pack.programme import settings
-from stillhook.engine.validity import twin_line
 from stillhook.formats.lift_file import LiftFile, describe_stage
 from stillhook.formats.results import save_json, save_run
 from stillhook.physics.scalar import G

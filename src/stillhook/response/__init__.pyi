@@ -5,9 +5,9 @@ from stillhook.response.lift import LiftResponse as LiftResponse
 from stillhook.response.lift import Waves as Waves
 from stillhook.response.lift import compensated_depth as compensated_depth
 from stillhook.response.lift import lift_response as lift_response
+from stillhook.response.suspended_load import End as End
+from stillhook.response.suspended_load import Rod as Rod
+from stillhook.response.suspended_load import natural_periods as natural_periods
+from stillhook.response.suspended_load import static_stretch as static_stretch
+from stillhook.response.suspended_load import transfers as transfers
 from stillhook.response.winch.grid import identify_grid as identify_grid
-from stillhook.response.wire_rod import End as End
-from stillhook.response.wire_rod import Rod as Rod
-from stillhook.response.wire_rod import natural_periods as natural_periods
-from stillhook.response.wire_rod import static_stretch as static_stretch
-from stillhook.response.wire_rod import transfers as transfers

@@ -23,7 +23,7 @@ class Hook(NamedTuple):
 
 
 class Field(NamedTuple):
-    """Levels of the water below the surface: z_w [m] and i_ds of `stillhook.sea.vessel.wave_field.WaveField`; last
+    """Levels of the water below the surface: z_w [m] and i_ds of `stillhook.sea.vessel.realisation.WaveField`; last
     number of the last level."""
 
     z_w: float

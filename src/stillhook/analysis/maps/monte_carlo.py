@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook._version import __version__
-from stillhook.analysis.applicability import cause_of
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.maps.operability import Cells, cells_of
-from stillhook.analysis.uncertainty.bands import INSIDE, chance
+from stillhook.analysis.maps.result import cause_of
 from stillhook.analysis.uncertainty.factors_file import Draws, Uncertainty, draws
 from stillhook.analysis.uncertainty.monte_carlo import AT_ONCE, SAMPLER, base_drawings, part_of, run_draws
+from stillhook.analysis.uncertainty.report import INSIDE, chance
 from stillhook.analysis.uncertainty.samples import Drawing
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress

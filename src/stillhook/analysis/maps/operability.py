@@ -10,17 +10,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.applicability import cause_of
 from stillhook.analysis.axes import LOADS, PERIOD, SPEEDS, Axes, Texts, axes_of
 from stillhook.analysis.controllers import Controller, controller
-from stillhook.analysis.maps.result import Map, as_dataset
+from stillhook.analysis.maps.result import Map, as_dataset, cause_of
 from stillhook.base.progress import Progress
 from stillhook.control.registry import USUAL
 from stillhook.engine.scenario.checks import notes_of
 from stillhook.engine.scenario.problem import numbers_of, summaries
 from stillhook.errors import ScenarioError, SpecError
 from stillhook.sea.motion.motion import Motion, Sine
-from stillhook.sea.motion.scale import scaled_to, speed_peak
+from stillhook.sea.motion.text import scaled_to, speed_peak
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Scenario
 from stillhook.units import parse, quote, show

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.applicability import cause_of
 from stillhook.analysis.axes import LOADS, SPEEDS, Axes, Texts, axes_of
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.maps.operability import controllers_of
-from stillhook.analysis.maps.result import Map, as_dataset
+from stillhook.analysis.maps.result import Map, as_dataset, cause_of
 from stillhook.analysis.steady.steady_state import layer_row
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress

@@ -15,8 +15,8 @@ from stillhook.analysis.controllers import Controller, controller
 from stillhook.analysis.steady.limits import RESERVE, Direction, Limit, Station, Top
 from stillhook.analysis.steady.steady_state import layer_row, steady
 from stillhook.base.progress import Progress
+from stillhook.control.commands import displacement_calc_min
 from stillhook.control.registry import CLASSIC, Mode
-from stillhook.control.ssc import displacement_calc_min
 from stillhook.engine.pack.winch import plc_record, wire_speed_max
 from stillhook.engine.scenario.checks import notes_of
 from stillhook.errors import StillhookError

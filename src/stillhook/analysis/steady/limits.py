@@ -17,8 +17,8 @@ from scipy.optimize import brentq, minimize_scalar
 
 from stillhook.analysis.steady.operating_point import NoSteadyOperation, OperatingPoint, operate, winch_at
 from stillhook.analysis.steady.steady_state import settled
+from stillhook.control.commands import displacement_min
 from stillhook.control.registry import MANUAL_MODE
-from stillhook.control.ssc import displacement_min
 from stillhook.engine.pack.winch import gains, motor_law, plc_record, power_most, wire_speed_max
 from stillhook.engine.scenario.checks import check, speed_limit
 from stillhook.physics.load_path.drum import K_wire

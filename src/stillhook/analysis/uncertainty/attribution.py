@@ -12,8 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.uncertainty.distribution import Distribution, Law
-from stillhook.analysis.uncertainty.factors import EXCLUSIVE, FACTORS
+from stillhook.analysis.uncertainty.factors import EXCLUSIVE, FACTORS, Distribution, Law
 from stillhook.analysis.uncertainty.factors_file import Uncertainty
 from stillhook.analysis.uncertainty.samples import Drawing
 from stillhook.engine.scenario.problem import summaries

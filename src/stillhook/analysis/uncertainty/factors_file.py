@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from stillhook.analysis.uncertainty.distribution import Distribution, distribution
-from stillhook.analysis.uncertainty.factors import EXCLUSIVE, FACTORS
+from stillhook.analysis.uncertainty.factors import EXCLUSIVE, FACTORS, Distribution, distribution
 from stillhook.analysis.uncertainty.samples import SETS, Pair
 from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import nearest

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.analysis.uncertainty.bands import Limit, bands, exceedance
+from stillhook.analysis.uncertainty.report import Limit, bands, exceedance
 from stillhook.analysis.uncertainty.sobol import MATTERS, Sensitivity
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.units import in_display

@@ -16,8 +16,8 @@ from stillhook.analysis.uncertainty.samples import Drawing, Pair
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import STATISTICS_STEP, paired, steps_per_cycle
+from stillhook.engine.inputs import twin_line
 from stillhook.engine.scenario.problem import numbers_of, summaries
-from stillhook.engine.validity import twin_line
 from stillhook.errors import ScenarioError
 from stillhook.kernels.build import results_hash
 from stillhook.library import crane_toml

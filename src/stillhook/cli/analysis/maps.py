@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.cluster import Scheduler, client_of
-from stillhook.cli.parser import CONTROLLERS, Json, Out, Store
+from stillhook.cli.parser import CONTROLLERS, Json, Out, Scheduler, Store, client_of
 from stillhook.control.registry import CLASSIC
 from stillhook.report.terminal import print_implausible, print_json, print_table, print_twin, progress_bar, started
 
@@ -156,8 +155,7 @@ def _run(
 
 def _print(result: Map, metric: str) -> None:
     """A table for every controller, layer and period; then the meaning of the marks, and one line of summary."""
-    from stillhook.analysis.applicability import MARKS
-    from stillhook.analysis.maps.result import SHOWN
+    from stillhook.analysis.maps.result import MARKS, SHOWN
     from stillhook.units import in_display, number, show
 
     name = METRICS[metric]

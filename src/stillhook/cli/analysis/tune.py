@@ -20,8 +20,7 @@ from stillhook.report.terminal import (
 
 if TYPE_CHECKING:
     from stillhook.analysis.controllers import Controller
-    from stillhook.analysis.tuning.compare import Outcome, Point
-    from stillhook.analysis.tuning.tune import Tuned
+    from stillhook.analysis.tuning.tune import Outcome, Point, Tuned
     from stillhook.spec.crane import Crane
     from stillhook.spec.scenario import Scenario
 
@@ -127,8 +126,8 @@ def _tuned(
 ) -> tuple[list[Tuned], dict[str, list[Point]], list[Tuned]]:
     """The tunings, their fronts, and all tunings that were run for either. An interrupt leaves out what has not
     begun."""
-    from stillhook.analysis.tuning.compare import front
-    from stillhook.analysis.tuning.compare import pareto as front_of
+    from stillhook.analysis.tuning.tune import front
+    from stillhook.analysis.tuning.tune import pareto as front_of
     from stillhook.analysis.tuning.tune import tune as tune_one
 
     tuned, fronts, everything = [], {}, []
@@ -178,8 +177,8 @@ class _Report:
         fronts: dict[str, list[Point]],
         cases: list[Scenario],
     ) -> None:
-        from stillhook.analysis.slow_limit import slow_limit
-        from stillhook.analysis.tuning.compare import outcomes, variations
+        from stillhook.analysis.loop_stability.governing import slow_limit
+        from stillhook.analysis.tuning.tune import outcomes, variations
         from stillhook.engine.scenario.checks import notes_of
 
         self.crane, self.tuned, self.fronts, self.cases, self.unseen = crane, tuned, fronts, cases, unseen
@@ -229,7 +228,7 @@ class _Report:
 
     def data(self) -> dict[str, Any]:
         """Everything in SI, for machines."""
-        from stillhook.engine.validity import twin_line
+        from stillhook.engine.inputs import twin_line
         from stillhook.tables.plausible import implausible_values
 
         first = self.tuned[0]
@@ -246,7 +245,7 @@ class _Report:
         }
 
     def _entry(self, i: int, t: Tuned) -> dict[str, Any]:
-        from stillhook.analysis.tuning.compare import numbers
+        from stillhook.analysis.tuning.tune import numbers
 
         before, after = self.held_out[i]
         return {
@@ -381,8 +380,8 @@ def _brief(o: Outcome) -> str:
 def _write(report: _Report, trials: list[Tuned], out: Path, *, pareto: bool, quiet: bool) -> None:
     """Controller files, pictures, every evaluation, and the numbers."""
     from stillhook.analysis.controllers import controller_toml
-    from stillhook.analysis.tuning.compare import trials_dataset
     from stillhook.analysis.tuning.figures import bars_figure, pareto_figure
+    from stillhook.analysis.tuning.tune import trials_dataset
     from stillhook.base.atomic import atomic_folder
     from stillhook.formats.results import save_json, save_run
     from stillhook.report.plots.run import save_figure

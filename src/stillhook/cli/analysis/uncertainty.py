@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from stillhook.cli.cluster import Scheduler, client_of
-from stillhook.cli.parser import CONTROLLERS, Json, Out, Step, Store
+from stillhook.cli.parser import CONTROLLERS, Json, Out, Scheduler, Step, Store, client_of
 from stillhook.cli.simulation import MOTION_HELP, motion_of
 from stillhook.control.registry import Mode
 from stillhook.report.terminal import (
@@ -23,8 +22,8 @@ from stillhook.report.terminal import (
 
 if TYPE_CHECKING:
     from stillhook.analysis.uncertainty.attribution import Attribution
-    from stillhook.analysis.uncertainty.bands import Limit
     from stillhook.analysis.uncertainty.factors_file import Uncertainty
+    from stillhook.analysis.uncertainty.report import Limit
     from stillhook.analysis.uncertainty.sobol import Sensitivity
     from stillhook.spec.crane import Crane
     from stillhook.spec.scenario import Scenario
@@ -112,9 +111,8 @@ def uncertainty(
     Example: stillhook uncertainty --crane nov-250t --load "100 t" --draws 256 --limit "e_c_pp <= 25 cm" --sobol --out
     bands
     """
-    from stillhook.analysis.uncertainty.bands import Limit
     from stillhook.analysis.uncertainty.monte_carlo import monte_carlo
-    from stillhook.analysis.uncertainty.report import report
+    from stillhook.analysis.uncertainty.report import Limit, report
     from stillhook.engine.scenario.checks import notes_of
     from stillhook.errors import SpecError
 

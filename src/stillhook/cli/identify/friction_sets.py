@@ -28,7 +28,7 @@ app = typer.Typer(
 @app.command("sets")
 def list_sets(json: Json = False) -> None:
     """List the parameter sets of the library with their sources. Example: stillhook friction sets"""
-    from stillhook.identify.system_friction.compare import provenance
+    from stillhook.identify.system_friction.result import provenance
     from stillhook.library import frictions, load_friction, load_losses, motors
 
     entries = [("system friction", load_friction(n)) for n in frictions()] + [
@@ -46,7 +46,7 @@ def list_sets(json: Json = False) -> None:
 
 
 def _record(kind: str, item: Any) -> dict[str, Any]:
-    from stillhook.identify.system_friction.compare import provenance
+    from stillhook.identify.system_friction.result import provenance
 
     spec = item.system if kind == "system friction" else item.motor
     evidence = item.evidence.model_dump() if item.evidence is not None else None
@@ -82,7 +82,7 @@ def compare(
     """
     from stillhook.base.atomic import atomic_folder, check_folder
     from stillhook.formats.results import save_json
-    from stillhook.identify.system_friction.compare import Split, figure, notes, speeds, split, table
+    from stillhook.identify.system_friction.result import Split, figure, notes, speeds, split, table
     from stillhook.library import load_friction
     from stillhook.report.plots.run import save_figure
 
@@ -118,7 +118,7 @@ def compare(
 def _drum_torque(load: str, crane: str, layer: int | None, torque: str | None) -> tuple[float, str]:
     """Drum torque [N m], and what gives it in words."""
     from stillhook.errors import IdentifyError
-    from stillhook.identify.system_friction.compare import drum_torque
+    from stillhook.identify.system_friction.result import drum_torque
     from stillhook.library import load_crane
     from stillhook.units import parse, show
 

@@ -51,9 +51,8 @@ def motor(
     """
     from stillhook.base.atomic import check_folder
     from stillhook.errors import IdentifyError
-    from stillhook.identify.motor.identify import identify_motor, to_dict
+    from stillhook.identify.motor.identify import identify_motor, report, to_dict
     from stillhook.identify.motor.map import read_map
-    from stillhook.identify.motor.report import report
     from stillhook.library.parameter_sets import load_losses
 
     if out is not None:
@@ -83,8 +82,7 @@ def _write(result: MotorLoss, out: Path) -> list[str]:
     from stillhook.base.atomic import atomic_folder
     from stillhook.formats.results import save_json
     from stillhook.identify.motor.figures import figures
-    from stillhook.identify.motor.identify import loss_set, to_dict
-    from stillhook.identify.motor.report import report
+    from stillhook.identify.motor.identify import loss_set, report, to_dict
     from stillhook.library.parameter_sets import set_toml
     from stillhook.report.html import html
     from stillhook.report.pictures import png
@@ -120,7 +118,7 @@ def example_map(
     Example: stillhook identify example-map example.csv --motor A6VM280
     """
     from stillhook.errors import SimulationError
-    from stillhook.identify.motor.synthetic_map import synthetic_map, write_map
+    from stillhook.identify.motor.map import synthetic_map, write_map
 
     if out.exists():
         raise SimulationError(f"{out}: is there already, and may be a real map. Choose another name.")

@@ -112,8 +112,7 @@ def response(
     from stillhook.errors import LiftError, StillhookError
     from stillhook.formats.lift_file import load_lift
     from stillhook.report.save import RESPONSE_FILES, write_response
-    from stillhook.response.lift import check_place, compensated_depth, response_at
-    from stillhook.response.results import answer_of, stamped
+    from stillhook.response.lift import answer_of, check_place, compensated_depth, response_at, stamped
     from stillhook.units import parse
 
     time = parse(duration, "time", "--duration")
@@ -153,7 +152,7 @@ def response(
 
 def _figure(response: LiftResponse, answer: dict[str, Any]) -> Any:
     from stillhook.report.save import sea_figure, year_figure
-    from stillhook.response.results import spectra
+    from stillhook.response.lift import spectra
 
     title = (
         f"{answer['lift']}: {answer['crane']}, {answer['mode']}, payload at {display_number('depth', -response.z, 5)}"
@@ -276,7 +275,7 @@ def waves_of(
 
 def waves_of_file(sea: Path, heading: str | None, spread: float | None, ship: str | None) -> Waves:
     """All records of a file, with one direction from the bow or their own from north. Errors: SeaError."""
-    from stillhook.formats.waves.open import read_sea
+    from stillhook.formats.waves.wavespectra import read_sea
     from stillhook.response.lift import Waves
     from stillhook.sea.spectra.measured import SpectrumSeries
     from stillhook.sea.spectra.spectrum import check_spread

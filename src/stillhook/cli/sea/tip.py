@@ -291,7 +291,7 @@ def sea_of(wave: str, heading: str | None, spread: float | None, record: str | N
 
 
 def _measured(wave: str, beta: float | None, spread: float | None, record: str | None, ship: str | None) -> Sea:
-    from stillhook.formats.waves.open import read_sea
+    from stillhook.formats.waves.wavespectra import read_sea
     from stillhook.sea.spectra.measured import SpectrumSeries
     from stillhook.sea.spectra.spectrum import Sea, Train
 

@@ -93,7 +93,7 @@ def _read_waves(
             if value is not None:
                 raise SeaError(f"{option}: belongs to a file of measured waves. Leave it out.")
         return parse_wave(waves)
-    from stillhook.formats.waves.open import read_sea
+    from stillhook.formats.waves.wavespectra import read_sea
     from stillhook.sea.spectra.measured import SpectrumSeries
 
     series = read_sea(waves, form, point)

@@ -98,8 +98,8 @@ def persistence(
     from stillhook.base.atomic import check_folder
     from stillhook.errors import WeatherError
     from stillhook.units import parse, quote
-    from stillhook.weather.answer import persistence_answer
     from stillhook.weather.limit_text import parse_limit
+    from stillhook.weather.persistence import persistence_answer
 
     limits = [parse_limit(text) for text in limit]
     length = parse(window, "hours", "--window")
@@ -293,7 +293,7 @@ def show(
 
     Example: stillhook weather show SYNTHETIC-norwegian-sea
     """
-    from stillhook.weather.answer import show_answer
+    from stillhook.weather.persistence import show_answer
 
     answer = show_answer(_read(file, direction, column, time, date_order, step))
     if json:

@@ -62,7 +62,7 @@ def _used(start: dict[str, Any]) -> list[str]:
 
 def print_persistence(answer: dict[str, Any]) -> None:
     """Windows and waits, month by month."""
-    from stillhook.weather.answer import MONTHS
+    from stillhook.weather.persistence import MONTHS
 
     every = f"a record every {answer['step'] / 3600.0:g} h"
     wrapped(f"{answer['file']}: {answer['start']} to {answer['end']}, {every}; {', '.join(answer['limits'])}")

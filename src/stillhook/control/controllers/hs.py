@@ -1,7 +1,7 @@
 """High speed (HS), classic level 3: motors at a small fixed displacement, for light loads."""
 
+from stillhook.control.commands import displacement_by_layer
 from stillhook.control.interface import Demand
-from stillhook.control.ssc import displacement_by_layer
 from stillhook.physics.scalar import scalar
 
 NAME = "hs"

@@ -1,7 +1,7 @@
 """Classic level 2: full displacement on the outermost layer, less further in, so that the wire force is constant."""
 
+from stillhook.control.commands import displacement_by_layer
 from stillhook.control.interface import Demand
-from stillhook.control.ssc import displacement_by_layer
 from stillhook.physics.scalar import scalar
 
 NAME = "level-2"

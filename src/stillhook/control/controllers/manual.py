@@ -1,7 +1,7 @@
 """Manual: the operator moves the winch; the tip is not compensated and nothing is fed back."""
 
+from stillhook.control.commands import displacement_min, displacement_ssc, reduction_linear
 from stillhook.control.interface import Demand
-from stillhook.control.ssc import displacement_min, displacement_ssc, reduction_linear
 from stillhook.physics.scalar import scalar
 
 NAME = "manual"

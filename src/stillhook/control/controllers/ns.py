@@ -1,7 +1,7 @@
 """Normal speed (NS), classic level 3: motors at a fixed displacement for the SWL."""
 
+from stillhook.control.commands import displacement_by_layer
 from stillhook.control.interface import Demand
-from stillhook.control.ssc import displacement_by_layer
 from stillhook.physics.scalar import scalar
 
 NAME = "ns"

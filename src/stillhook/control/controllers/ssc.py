@@ -1,7 +1,7 @@
 """Semi-secondary control (SSC): the motors' displacement falls with the feedforward beyond a threshold."""
 
+from stillhook.control.commands import displacement_min, displacement_ssc, reduction_linear
 from stillhook.control.interface import Demand
-from stillhook.control.ssc import displacement_min, displacement_ssc, reduction_linear
 from stillhook.physics.scalar import scalar
 
 NAME = "ssc"

@@ -1,7 +1,7 @@
 """Semi-secondary control with the cubic reduction: smooth at the threshold and at the end."""
 
+from stillhook.control.commands import displacement_min, displacement_ssc, reduction_cubic
 from stillhook.control.interface import Demand
-from stillhook.control.ssc import displacement_min, displacement_ssc, reduction_cubic
 from stillhook.physics.scalar import scalar
 
 NAME = "ssc-cubic"

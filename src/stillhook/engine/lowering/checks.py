@@ -3,15 +3,15 @@
 import math
 
 from stillhook.control.supervisor import Stage as Row
+from stillhook.engine.arguments import MOST_STEPS, RK4_LIMIT, fastest_rates, substeps
 from stillhook.engine.pack.lift import PackedLift
 from stillhook.engine.pack.programme import hanging, payload_weight
 from stillhook.engine.pack.winch import drum_record
-from stillhook.engine.step_size import MOST_STEPS, RK4_LIMIT, fastest_rates, substeps
 from stillhook.errors import LiftError, SpecError
 from stillhook.physics.load_path.drum import LAST_TURNS, wire_usable
 from stillhook.physics.load_path.payload import WettedLevel
 from stillhook.physics.scalar import G
-from stillhook.sea.vessel.wave_field import WaveField
+from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering, Stage, StageMode
 from stillhook.spec.scenario import LONGEST

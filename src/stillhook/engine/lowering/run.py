@@ -20,7 +20,7 @@ from stillhook.kernels.build import driver
 from stillhook.kernels.lanes import access, aligned, flatten, offset, room_for, size
 from stillhook.kernels.statistics import blank
 from stillhook.physics.records import fields
-from stillhook.sea.vessel.wave_field import WaveField
+from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering
 from stillhook.winches.records import Geometry, Tick, Tip

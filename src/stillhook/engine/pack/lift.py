@@ -22,7 +22,7 @@ from stillhook.physics.load_path.payload import Heights, Water, heights, submerg
 from stillhook.physics.load_path.rope import Element, Rope, Sling, element, element_weight
 from stillhook.physics.load_path.wire import Load, Wire
 from stillhook.physics.scalar import G
-from stillhook.sea.vessel.wave_field import WaveField
+from stillhook.sea.vessel.realisation import WaveField
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering, StageMode
 from stillhook.spec.scenario import RHO_SEA, Operator, Scenario

@@ -5,12 +5,9 @@ from collections.abc import Callable, Iterable
 from types import ModuleType
 from typing import Any, NamedTuple
 
-from stillhook.control.ahc import AhcGains, Loop
-from stillhook.control.brake import BrakeSettings
+from stillhook.control.commands import AhcGains, BrakeSettings, Loop, MotorSettings, PassiveSettings, PowerLimit
 from stillhook.control.plc import Memory, Plc
-from stillhook.control.pumps import PassiveSettings, PowerLimit
 from stillhook.control.registry import CONTROLLERS, Mode, code_of
-from stillhook.control.ssc import MotorSettings
 from stillhook.engine.pack.gas import gas_record
 from stillhook.kernels.control_laws import extra_controllers
 from stillhook.library.leakage import leak_law

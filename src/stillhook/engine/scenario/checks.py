@@ -4,8 +4,8 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple, Self
 
-from stillhook.control.ahc import marginal_gain
-from stillhook.engine.inputs import CycleInputs, MotionDemand
+from stillhook.control.commands import marginal_gain
+from stillhook.engine.inputs import CycleInputs, MotionDemand, standing
 from stillhook.engine.pack.winch import (
     drum_record,
     friction_record,
@@ -19,7 +19,6 @@ from stillhook.engine.pack.winch import (
     plc_record,
     wire_speed_max,
 )
-from stillhook.engine.validity import standing
 from stillhook.errors import ScenarioError
 from stillhook.physics.friction import system_friction
 from stillhook.physics.hydraulics.motor import torque_loss

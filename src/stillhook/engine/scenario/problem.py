@@ -18,6 +18,7 @@ from stillhook.engine.arguments import (
     SERIES_STEP,
     STATISTICS_STEP,
     Series,
+    check_step,
     paired,
     series_columns,
     steps_per_cycle,
@@ -25,13 +26,11 @@ from stillhook.engine.arguments import (
     time_axis,
 )
 from stillhook.engine.batch import Row, check_each, run_batch
-from stillhook.engine.inputs import CycleInputs, shape
+from stillhook.engine.inputs import CycleInputs, shape, twin_line
 from stillhook.engine.pack.winch import Packed, pack
 from stillhook.engine.runner import Block, Ending, RunOptions, Shape, nothing, ready_cases, run_blocks
 from stillhook.engine.scenario.checks import Foreseen, check, foresee
-from stillhook.engine.step_size import check_step
 from stillhook.engine.store import scenario_as_bytes
-from stillhook.engine.validity import twin_line
 from stillhook.kernels.build import driver, kernel_hash
 from stillhook.kernels.lanes import flatten, offset, size
 from stillhook.kernels.statistics import SIGNALS, blank

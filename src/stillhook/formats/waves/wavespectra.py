@@ -2,12 +2,15 @@
 
 wavespectra gives densities in m^2/Hz/deg over directions that waves come from, clockwise from north, whatever the file
 meant; here they become a `SpectrumSeries` with its shares of direction.
+
+Opens a file of measured waves by its content.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
@@ -18,9 +21,12 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import SeaError, UnreadableError
 from stillhook.formats.binary.reader import read_binary, refuse_bomb
-from stillhook.formats.waves.ndbc.text import bands
+from stillhook.formats.waves.ndbc.directions import companions, has_companions, missing_companions, read_directional
+from stillhook.formats.waves.ndbc.spectra import is_spectra, read_spectra, read_states
+from stillhook.formats.waves.ndbc.text import bands, read_records
+from stillhook.library.toml.kinds import toml_instead
 from stillhook.sea.spectra.directions import FULL, Directional, DirectionSense, coming_from
-from stillhook.sea.spectra.measured import SpectrumSeries
+from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
 from stillhook.sea.spectra.parametric import HIGHEST
 from stillhook.units import quote
 
@@ -163,3 +169,32 @@ def _series(source: str, f: Any, theta: Any, E: Any, time: Any, notes: list[str]
     S = np.where(valid[:, None], S, np.nan) / (2.0 * np.pi)
     directional = Directional(theta, share)
     return SpectrumSeries(2.0 * np.pi * centre, 2.0 * np.pi * width, S, time, valid, source, tuple(notes), directional)
+
+
+def read_sea(
+    path: str | os.PathLike[str], form: str | None = None, point: int | None = None
+) -> SpectrumSeries | SeaStates:
+    """Spectra where the file holds them, with directions if its four companions are next to it; else heights, periods
+    and directions.
+
+    Reads what `stillhook.formats.waves.ndbc.spectra` and `stillhook.formats.waves.ndbc.directions` read; with form, one
+    of `wave_bridge.FORMATS`, what `stillhook.formats.waves.wavespectra` reads, at one point of it. Errors: SeaError of
+    one line.
+    """
+    if line := toml_instead(path, "a file of measured waves"):
+        raise SeaError(line)
+    if form is not None:
+        return read_wavespectra(path, form, point)
+    if point is not None:
+        raise SeaError("--point: belongs to --format. Leave it out for files of NDBC, which hold one place.")
+    if has_companions(path):
+        return read_directional(path)
+    records = read_records(path)
+    if not is_spectra(records.header):
+        return read_states(records)
+    series, missing = read_spectra(records), missing_companions(path) or ()
+    if 0 < len(missing) < len(companions(path)):
+        series = replace(
+            series, notes=(*series.notes, f"no directions: {' and '.join(missing)} are missing next to the others")
+        )
+    return series

@@ -8,7 +8,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.formats.waves.ndbc.text import SHORT_FILL, numbers, read_records
-from stillhook.formats.waves.open import read_sea
+from stillhook.formats.waves.wavespectra import read_sea
 from stillhook.formats.weather.times import step_of
 from stillhook.sea.spectra.measured import SpectrumSeries
 from stillhook.weather.series import Weather

@@ -27,8 +27,7 @@ from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Demand
 from stillhook.plan.report.document import REPORT_FILES, write_report
 from stillhook.plan.result import BLOCKS, CREDITS, Credit, PlanResult, odd_fact
-from stillhook.plan.table.credit import Certified
-from stillhook.plan.table.table import TIERS, Axes, Chosen, Gathered, Governed, counting
+from stillhook.plan.table import TIERS, Axes, Certified, Chosen, Gathered, Governed, counting
 from stillhook.plan.weather.value import Forecast
 from stillhook.units import quote
 from stillhook.variables import attributes

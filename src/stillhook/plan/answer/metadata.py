@@ -1,10 +1,14 @@
 """What a plan was asked and how it was answered, as plain data: for JSON, for the report, and for whoever repeats
-it."""
+it.
+
+What only the answer tells: what is credited and why, the forecast limit of the leading cell, how weather was read,
+what stays open.
+"""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any
@@ -13,12 +17,21 @@ import numpy as np
 
 from stillhook._version import __version__
 from stillhook.control.registry import Mode
-from stillhook.engine.validity import envelope_line, twin_line
+from stillhook.engine.inputs import envelope_line, twin_line
+from stillhook.engine.lowering.summary import held_load
+from stillhook.engine.scenario.checks import type_notes
 from stillhook.kernels.build import results_hash
+from stillhook.plan.answer.dataset import Answered
+from stillhook.plan.answer.reference_cell import reference_of
+from stillhook.plan.definition.capacities import places, static_tension
 from stillhook.plan.definition.lift_plan import LiftPlan
-from stillhook.plan.definition.phases import Phase
-from stillhook.plan.definition.rules import Alternative, Limited, Rule
+from stillhook.plan.definition.phases import Phase, PhaseKind
+from stillhook.plan.definition.rules import Alternative, Limited, Rule, Tier
 from stillhook.plan.report.basis import payload_rows
+from stillhook.plan.table import TIERS, LimitTable, untold
+from stillhook.plan.tiers import closed_form
+from stillhook.plan.tiers.time_domain.tier import TwinTier
+from stillhook.plan.weather.value import Forecast, WeatherValue
 from stillhook.spec.crane import Crane, content
 from stillhook.spec.validity import CAP, UNSIGNED
 from stillhook.units import show
@@ -223,3 +236,185 @@ def _weather_digest(weather: Weather) -> str:
     for name in sorted(weather.columns):
         parts += [name.encode(), np.ascontiguousarray(weather.columns[name]).tobytes()]
     return _digest(b"\0".join(parts))
+
+
+CENSORED = 0.05
+"""Share of starts without a window above which waits are reported as too short."""
+
+
+def result_facts(
+    plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None, twin: TwinTier | None
+) -> dict[str, Any]:
+    """Facts that the result adds to the input: shown, alternatives with credit notes, operation, phases with their
+    tiers, runs, remarks."""
+    return {
+        "shown": of.shown().value,
+        "alternatives": [
+            {"name": a.value, "description": DESCRIPTIONS[a], "credit_note": credit_note(plan, of, a)}
+            for a in of.axes.alternatives
+        ],
+        "operation": operation(plan, of, forecast),
+        "phases": phases(plan, of, twin),
+        "runs": {} if twin is None else dict(twin.runs),
+        "remarks": [*remarks(plan, of, forecast, value), *(without_runs(plan) if twin is None else twin.notes)],
+    }
+
+
+def without_runs(plan: LiftPlan) -> list[str]:
+    """Remark on limits without runs of the twin."""
+    manual = [p.name for p in plan.phases if p.kind is PhaseKind.LOWERING and not p.compensated]
+    if not manual:
+        return []
+    return [
+        f"frequency-domain method, {', '.join(manual)}: drag on a sinking load is larger when it moves down than up;"
+        f" the"
+        " method averages the two: slings lose up to a third more of their tension than calculated"
+        " (docs/explanation/lift-plan-frequency.md)"
+    ]
+
+
+def phases(plan: LiftPlan, of: Answered, twin: TwinTier | None) -> list[dict[str, Any]]:
+    """Phases as analysed, with the tiers that give results for each, and the reason why the twin was run or not."""
+    known = ~np.asarray(np.isnan(of.limits.Hs).all(axis=(1, 3, 4, 5)))
+    out = []
+    for k, phase in enumerate(plan.phases):
+        tiers = [tier.value for i, tier in enumerate(TIERS) if known[i, k]]
+        reason = "not simulated" if twin is None else twin.reasons.get(phase.name, "")
+        out.append({**described(phase), "tiers": tiers, "reason": reason})
+    return out
+
+
+def credit_note(plan: LiftPlan, of: Answered, alternative: Alternative) -> str:
+    """Note on the credit of an alternative."""
+    if not alternative.twin:
+        return "no twin: credited as calculated"
+    i = of.axes.alternatives.index(alternative)
+    if not of.certified.needs[i].any():
+        return "no phase is compensated: there is no compensation to credit"
+    share = float(np.nanmean(of.certified.share[i]))
+    if share == 1.0:
+        return "the certificate covers every sea of the compensated phases: credited as simulated"
+    where = "" if share == 0.0 else f" in {1.0 - share:.0%} of the analysed seas and phases"
+    reason = "; ".join(of.certified.reasons[alternative])
+    return (
+        reason
+        if not where and f"{CAP:.0%}" in reason
+        else f"credited with no more than {CAP:.0%} of compensation{where}: {reason}"
+    )
+
+
+def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any]:
+    """Times of the operation, the table of forecast factors, and the credited limit with its factor in the reference
+    cell."""
+    at, i, table = reference_of(plan, of), of.axes.alternatives.index(of.shown()), forecast.table
+    cell = (1, i, at.heading, at.period)
+    named = {
+        "name": table.name,
+        **{key: table.texts.get(key, "") for key in ("version", "standard", "edition", "clause", "note")},
+    }
+    return {
+        "T_POP": plan.T_POP,
+        "T_POP_given": plan.T_POP_given,
+        "T_C": plan.T_C,
+        "T_R": forecast.T_R,
+        "weather_restricted": forecast.restricted,
+        "alternative": of.shown().value,
+        "Tp": at.Tp,
+        "beta": at.beta,
+        "OP_LIM": float(min(of.Hs[cell], max(plan.environment.Hs))),
+        "alpha": float(forecast.alpha[cell]),
+        "op_wf": float(forecast.op_wf[cell]),
+        "alpha_table": {**named, "Hs_lowest": float(table.Hs[0])},
+    }
+
+
+def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[str, str]:
+    """Reasons for missing blocks of a report, by their name."""
+    still = not any(phase.compensated for phase in plan.phases)
+    reason = (
+        "only the closed form was requested" if tier is Tier.CLOSED_FORM else "no phase is compensated" if still else ""
+    )
+    ran = "" if tier is Tier.TIME else "no runs in the time domain were requested: --tier time"
+    lands = any(phase.kind is PhaseKind.LANDING for phase in plan.phases)
+    reasons = {
+        "depth": reason,
+        "efficiency": reason,
+        "sensitivity": reason or "no rule governs any cell",
+        "landing": ran or ("no limit was found at the middle period" if lands else "the plan has no landing"),
+        "convergence": ran or "no limit was found by runs at the middle period",
+    }
+    return {name: text for name, text in reasons.items() if name not in blocks}
+
+
+def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None) -> list[str]:
+    """Remarks on the result."""
+    lines = []
+    lines += [*plan.notes, *winch_remarks(plan)]
+    for phases, alternatives in _grouped(untold(of.modelled)).items():
+        lines.append(
+            f"NOT ASSESSED in some cells, because no tier that was run covers it: {', '.join(phases)}"
+            f" ({', '.join(alternatives)})"
+        )
+    if np.isposinf(of.Hs).any():
+        highest = max(plan.environment.Hs)
+        lines.append(
+            f"Limits are capped at Hs {highest:g} m, the highest sea state analysed; higher ones are marked as such"
+        )
+    if forecast.reason:
+        lowest = f"{forecast.table.Hs[0]:g} m"
+        meanwhile = (
+            f"to compare such limits in the weather, the factor of {lowest} is used, which is optimistic for them"
+        )
+        lines.append(
+            f"forecast factor: {forecast.reason} Here, {meanwhile}: gains over them are at least those reported"
+        )
+    if not forecast.restricted:
+        lines.append(
+            "not weather restricted: waiting is not calculated; plan for extremes of the season, or divide the"
+            " operation"
+        )
+    if plan.weather is None:
+        lines.append("no weather specified: waiting is not calculated ([weather] in the plan file)")
+    env, axes = plan.environment, of.axes
+    table = LimitTable(of.Hs[0, 0], np.array(axes.headings), np.array(axes.periods), env.heading_tolerance, max(env.Hs))
+    lines.append(f"Lookup: {table.described()}")
+    if value is not None:
+        lines += [*value.notes, *_short(value)]
+    return [*lines, *closed_form.remarks(plan, env.table())]
+
+
+def winch_remarks(plan: LiftPlan) -> list[str]:
+    """Remarks on the winch type in the heaviest phase with compensation, and the heaviest without."""
+    notes = []
+    for compensated in (False, True):
+        phases = [phase for phase in plan.phases if phase.compensated is compensated]
+        if phases:
+            phase = max(phases, key=lambda p: static_tension(plan, p))
+            at = held_load(plan.crane, plan.hanging(places(phase)[0], plan.tip_of(phase).z), 0.0)
+            at = at._replace(W=static_tension(plan, phase), manual=not compensated, compensates=compensated)
+            notes += [f"winch, {phase.name}: {note}" for note in type_notes(plan.crane, at)]
+    return notes
+
+
+def _short(value: WeatherValue) -> list[str]:
+    """Alternatives whose reported waits are too short: many starts had no window before the series ended."""
+    censored = {key: float(np.isnan(w).mean()) for key, w in value.waits.items()}
+    lines: dict[str, list[str]] = {}
+    for (credit, alternative), share in censored.items():
+        if share > CENSORED:
+            never = share == 1.0
+            text = (
+                "never has a window in these years"
+                if never
+                else f"reported waits are too short: {share:.0%} of the starts had no window"
+            )
+            lines.setdefault(text, []).append(f"{alternative.value} ({credit})")
+    return [f"{', '.join(names)}: {text}" for text, names in lines.items()]
+
+
+def _grouped(silent: Mapping[Alternative, tuple[str, ...]]) -> dict[tuple[str, ...], list[str]]:
+    """Alternatives by the phases without results."""
+    out: dict[tuple[str, ...], list[str]] = {}
+    for alternative, phases in silent.items():
+        out.setdefault(phases, []).append(alternative.value)
+    return out

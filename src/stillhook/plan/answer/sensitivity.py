@@ -18,7 +18,7 @@ from stillhook.plan.tiers.closed_form import Way as WaterWay
 from stillhook.plan.tiers.closed_form import closed_form, on_way, way
 from stillhook.plan.tiers.frequency import Looks, Situation, demands, forcings, looked_at, thinned, winches_of
 from stillhook.plan.tiers.winch_residual import Way
-from stillhook.response.wire_rod import natural_periods
+from stillhook.response.suspended_load import natural_periods
 from stillhook.spec.crane import Crane
 from stillhook.units import show
 from stillhook.variables import attributes

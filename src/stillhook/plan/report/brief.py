@@ -110,7 +110,7 @@ LIMITS = ("rule", "quantity", "phases", "under", "limit", "of what")
 
 
 def checked_plan(answer: dict[str, Any]) -> Document:
-    """answer: of `stillhook.plan.check.checked`."""
+    """answer: of `stillhook.plan.planning.checked`."""
     rules = answer["rules"]
     parts: list[Part] = [Table(PHASES, [_phase(row) for row in answer["phases"]]), Text(_times(answer))]
     parts.append(Text(_seas(answer)))

@@ -13,7 +13,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.plan.report.figures.style import CREDITED, TWIN, height, named, names
 from stillhook.plan.result import Credit, PlanResult
-from stillhook.plan.table.table import LimitTable
+from stillhook.plan.table import LimitTable
 from stillhook.report.formatting import EMPTY, direction, fmt, kind_of
 from stillhook.units import number
 

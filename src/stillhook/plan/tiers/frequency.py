@@ -22,9 +22,8 @@ from stillhook.plan.definition.rules import Alternative, Demand, Level, Seas, Ti
 from stillhook.plan.tiers.winch_residual import BRAKE, Way, ways
 from stillhook.response.forcing import Forcing, forcing_of_seas
 from stillhook.response.frequency_domain import Sigmas, sigmas
-from stillhook.response.suspended_load import SuspendedLoad, mean_drag, suspended_load
+from stillhook.response.suspended_load import SuspendedLoad, mean_drag, natural_periods, suspended_load
 from stillhook.response.winch.linear_form import Residual
-from stillhook.response.wire_rod import natural_periods
 from stillhook.sea.vessel.ship_motion import STANDARD_GRAVITY
 from stillhook.statistics.extremes import (
     MPM,

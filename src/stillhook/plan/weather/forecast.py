@@ -16,7 +16,7 @@ import numpy as np
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import WeatherError
 from stillhook.plan.result import Credit, PlanResult
-from stillhook.plan.table.table import LimitTable
+from stillhook.plan.table import LimitTable
 from stillhook.plan.weather.value import KeptHeadings, free_to_turn
 from stillhook.units import show
 from stillhook.weather.forecast import Bound, bounds, reason_against, rows_of, started, starts_of

@@ -16,7 +16,7 @@ from stillhook.plan.definition.capacities import calm
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Seas
 from stillhook.plan.limits import limited, limits_of, utilisation
-from stillhook.plan.table.table import SAME, Axes, LimitTable, chosen, gathered, governed
+from stillhook.plan.table import SAME, Axes, LimitTable, chosen, gathered, governed
 from stillhook.plan.tiers.closed_form import closed_form
 from stillhook.plan.tiers.frequency import Looks, demands, looked_at, thinned, winches_of
 from stillhook.response.lift import Waves, forcing_of_waves
@@ -26,9 +26,8 @@ from stillhook.sea.spectra.spectrum import Sea
 from stillhook.units import show
 from stillhook.variables import attributes
 from stillhook.weather.alpha import AlphaTable, alphas, reference_period
-from stillhook.weather.answer import stamp
 from stillhook.weather.limit_text import free_headings
-from stillhook.weather.persistence import persistence
+from stillhook.weather.persistence import persistence, stamp
 from stillhook.weather.series import usual_step
 
 if TYPE_CHECKING:
@@ -48,7 +47,7 @@ def spectral_weather(
     Parameters: waves, measured or hindcast spectra or states with a direction, where the bow points for all of them
     (`Waves.ship`), or one direction of travel from the bow (`Waves.beta`). elsewhere: limiting heights (n,) [m] of the
     phases that the method does not cover, record by record, as a limit table reads them
-    (`stillhook.plan.table.table.LimitTable.at`); without them the splash zone is left out. Returns over alternative and
+    (`stillhook.plan.table.LimitTable.at`); without them the splash zone is left out. Returns over alternative and
     time: utilisation [-], the largest over phases and rules, NaN where the record is missing; workable_record, 1 where
     it is 1 at most, else 0 (missing ones: 0); over alternative, phase and time: utilisation_phase. Every phase is
     looked at at its ends and its middle. attrs: left_out, phases not told.

@@ -35,7 +35,7 @@ from stillhook.formats.weather.file import SENSES, read_weather
 from stillhook.plan.definition.lift_plan import LiftPlan, WeatherUse
 from stillhook.plan.definition.rules import Alternative
 from stillhook.plan.result import CREDITS, Credit
-from stillhook.plan.table.table import (
+from stillhook.plan.table import (
     SAME,
     Axes,
     Governed,
@@ -63,7 +63,7 @@ if TYPE_CHECKING:
 class KeptHeadings:
     """Which headings of a table count for the waves of a record, at each heading that a vessel may keep.
 
-    counts (kept, heading, direction) and told (kept, direction), as `stillhook.plan.table.table.counted`; direction
+    counts (kept, heading, direction) and told (kept, direction), as `stillhook.plan.table.counted`; direction
     (n,): that of each record; best: the same for headings of the table, of which the best is the most that counts, None
     where nothing else does.
     """

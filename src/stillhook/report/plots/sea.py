@@ -14,8 +14,8 @@ from stillhook.sea.spectra.measured import Measured, SeaStates, SpectrumSeries
 from stillhook.sea.spectra.spectrum import WaveSpectrum
 from stillhook.sea.vessel.long_wave import long_wave_limits, long_wave_scales
 from stillhook.sea.vessel.rao import DOFS, Rao
-from stillhook.weather.answer import MONTHS
 from stillhook.weather.limit_text import KIND, Limit
+from stillhook.weather.persistence import MONTHS
 from stillhook.weather.series import HOUR, Weather
 
 if TYPE_CHECKING:

@@ -19,8 +19,7 @@ from stillhook.sea.motion.irregular import COARSE
 from stillhook.sea.motion.motion import Motion, Still
 from stillhook.sea.spectra.spectrum import Sea
 from stillhook.sea.vessel.rao import Rao
-from stillhook.sea.vessel.realisation import Amplitudes, band, realise, tip_motion
-from stillhook.sea.vessel.wave_field import WaveField, samples, wave_field
+from stillhook.sea.vessel.realisation import Amplitudes, WaveField, band, realise, samples, tip_motion, wave_field
 from stillhook.spec.lift.payload import Payload
 from stillhook.spec.scenario import RHO_SEA, FrictionModel, Mode, Number, Record, Sensors
 

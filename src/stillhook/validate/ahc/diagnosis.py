@@ -15,7 +15,7 @@ from stillhook.spec.crane import Crane
 from stillhook.statistics.time_lag import dot
 from stillhook.units import show
 from stillhook.validate.ahc.replay import SETTLE, Replay, run_twin
-from stillhook.validate.dynamics.fitting.unknowns import C_H, C_LEAK, INERTIA, bent
+from stillhook.validate.dynamics.fitting.model import C_H, C_LEAK, INERTIA, bent
 from stillhook.winches.circuits.tables import ServoVariant
 
 LONGEST = 270.0

@@ -17,9 +17,8 @@ from stillhook.units import quote
 from stillhook.validate.certificate.certificate import CERTIFICATE, CRANE, NOT_PASSED, certificate_files
 from stillhook.validate.criteria.results import Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign
-from stillhook.validate.dynamics.tuned_crane import tuned_crane
-from stillhook.validate.report.data import deviations_table, segments_table, to_dict
-from stillhook.validate.report.document import report
+from stillhook.validate.dynamics.check import tuned_crane
+from stillhook.validate.report.document import deviations_table, report, segments_table, to_dict
 from stillhook.validate.report.figures import pictures
 from stillhook.validate.validation import Validation
 

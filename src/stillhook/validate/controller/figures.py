@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stillhook.control.commands import reduction_cubic, reduction_linear
 from stillhook.control.controllers import ssc_cubic
-from stillhook.control.ssc import reduction_cubic, reduction_linear
 from stillhook.engine.pack.winch import gains
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.spec.crane import Crane

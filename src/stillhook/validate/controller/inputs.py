@@ -9,7 +9,7 @@ from scipy.ndimage import median_filter
 from scipy.signal import savgol_filter
 
 from stillhook.base.arrays import BoolArray, FloatArray
-from stillhook.control.brake import SMALL, BrakeSettings
+from stillhook.control.commands import SMALL, BrakeSettings
 from stillhook.control.plc import MANUAL, Memory, Plc, ahead
 from stillhook.control.registry import CONTROLLERS, code_of, mode_of_code
 from stillhook.engine.pack.winch import active_record, controllers_of, drum_record, plc_record

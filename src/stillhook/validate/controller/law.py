@@ -21,7 +21,7 @@ from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.jackknife_regression import Fit, fit
 from stillhook.statistics.time_lag import dot
 from stillhook.validate.controller.inputs import PlcSegment, derivative
-from stillhook.validate.data_set.records.segments import ends_of
+from stillhook.validate.data_set.records.record import ends_of
 
 SMOOTH = (1.0, 2.0)
 """Widths of the raised cosine that both sides of a regression pass through [s]: the law is linear, so it holds for

@@ -20,7 +20,7 @@ from stillhook.statistics.block_bootstrap import interval
 from stillhook.statistics.estimate import Estimate
 from stillhook.statistics.jackknife_regression import fit
 from stillhook.validate.controller.law import Run, shifted
-from stillhook.validate.data_set.records.segments import ends_of
+from stillhook.validate.data_set.records.record import ends_of
 
 ROW = 5.0  # s that a row of the bootstrap sums up
 HIGH = 0.95  # judged quantile

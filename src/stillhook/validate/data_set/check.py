@@ -19,8 +19,7 @@ from stillhook.spec.crane import Crane
 from stillhook.units import number, show
 from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign, Kind
-from stillhook.validate.data_set.records.record import ClockError, Record, Segment, SegmentLag
-from stillhook.validate.data_set.records.segments import SMOOTH
+from stillhook.validate.data_set.records.record import SMOOTH, ClockError, Record, Segment, SegmentLag
 
 EVERY = 0.2
 """Spacing of the tip samples for ranges [s]: a wave of 4 s is captured within 1 % of its height."""

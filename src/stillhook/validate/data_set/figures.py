@@ -17,8 +17,7 @@ from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.validate.criteria.results import Step
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.check import DataStep, Motion
-from stillhook.validate.data_set.records.record import Record
-from stillhook.validate.data_set.records.segments import unbroken
+from stillhook.validate.data_set.records.record import Record, unbroken
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -21,7 +21,7 @@ from stillhook.units import show
 from stillhook.validate.criteria.results import Measure
 from stillhook.validate.data_set.records.transients import Transient
 from stillhook.validate.dynamics.fitting.form import GroupDifference, Tuning, hidden, structural
-from stillhook.validate.dynamics.fitting.unknowns import C_H, C_LEAK, EXTRAS, INERTIA, MOST, PLACE, TUNED, UNKNOWNS
+from stillhook.validate.dynamics.fitting.model import C_H, C_LEAK, EXTRAS, INERTIA, MOST, PLACE, TUNED, UNKNOWNS
 from stillhook.validate.dynamics.runs import DynamicsSegment
 from stillhook.validate.dynamics.swings import SwingComparison
 from stillhook.validate.parameters.circuit.flow import Balance

@@ -17,7 +17,7 @@ from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.data_set.records.transients import Transient
 from stillhook.validate.dynamics.check import DynamicsStep
 from stillhook.validate.dynamics.estimates import LETTERS
-from stillhook.validate.dynamics.fitting.unknowns import PLACE, TUNED, UNKNOWNS
+from stillhook.validate.dynamics.fitting.model import PLACE, TUNED, UNKNOWNS
 from stillhook.validate.dynamics.runs import SIGNALS, DynamicsSegment
 
 if TYPE_CHECKING:

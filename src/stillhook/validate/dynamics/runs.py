@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import FloatArray
 from stillhook.control.registry import MANUAL_MODE
-from stillhook.engine.arguments import SERIES_STEP
+from stillhook.engine.arguments import SERIES_STEP, check_step, substeps
 from stillhook.engine.pack.winch import drum_record, pack
 from stillhook.engine.scenario.problem import run_cases
-from stillhook.engine.step_size import check_step, substeps
 from stillhook.errors import SpecError
 from stillhook.kernels.lanes import VL
 from stillhook.physics.load_path.drum import layer_diameter, layers_filled

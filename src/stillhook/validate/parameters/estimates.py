@@ -7,9 +7,16 @@ from dataclasses import dataclass
 
 from stillhook.base.progress import Meter
 from stillhook.validate.data_set.records.record import Record
-from stillhook.validate.parameters.circuit.flow import Balance, balance
+from stillhook.validate.parameters.circuit.flow import (
+    Balance,
+    Pressures,
+    Rests,
+    balance,
+    passive_pressure,
+    pressures,
+    rests,
+)
 from stillhook.validate.parameters.circuit.settings import Offset, PumpSetting, motor_offset, pump_setting
-from stillhook.validate.parameters.circuit.standstill import Pressures, Rests, passive_pressure, pressures, rests
 from stillhook.validate.parameters.hoisting import Cell, EffectiveRadius, Friction, cells, effective_radii, frictions
 from stillhook.validate.parameters.segments import LogPart
 from stillhook.validate.parameters.signals import (

@@ -1,23 +1,383 @@
-"""Step 6: does the passive circuit of the crane file carry the load as the logs show? Gas, stroke, motors, their
-setting, make-up.
-
-Source of the laws: Moslatt 2020 papers C and F. The papers have no such step; every limit is Stillhook's own and is
-given in the criteria file with its reason.
-"""
+"""Step 6: does the passive circuit of the crane file carry the load as the logs show? Measures, table and verdict."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
+from stillhook.base.progress import Meter
+from stillhook.physics.scalar import G
+from stillhook.report.document import Table
+from stillhook.spec.crane import Crane
+from stillhook.statistics.estimate import Estimate, extremes
+from stillhook.units import KINDS, in_display, number, show
 from stillhook.validate.criteria.names import MEASURES
 from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.parameters.check import statements
-from stillhook.validate.parameters.segments import parts_of
-from stillhook.validate.passive.measures import PassiveEstimates, measures, passive_estimates, table
+from stillhook.validate.parameters.hoisting import missing
+from stillhook.validate.parameters.measures import measure, rests_on
+from stillhook.validate.parameters.segments import OIL, LogPart, parts_of
+from stillhook.validate.passive import gas as gas_law
+from stillhook.validate.passive import torque
+from stillhook.validate.passive.gas import Curve, Displacement, Level, Stroke, curve, displacement, levels, stroke
+from stillhook.validate.passive.orders import MakeUp, Setting, make_up, setting
+from stillhook.validate.passive.torque import Share, passive_of, shares
+from stillhook.winches.circuits.tables import PassiveCircuit
+
+
+@dataclass(frozen=True)
+class PassiveEstimates:
+    """Results of every check of step 6; empty or None where the log has no data for it."""
+
+    parts: tuple[LogPart, ...]
+    level: Level | None
+    gas: Curve | None
+    stroke: Stroke | None
+    displacement: Displacement | None
+    shares: tuple[Share, ...]
+    setting: Setting | None
+    make_up: MakeUp | None
+
+
+def passive_estimates(parts: Sequence[LogPart], progress: Callable[[float], None]) -> PassiveEstimates:
+    """Take every check on the parts."""
+    meter = Meter(4.0, progress)
+    parts = tuple(parts)
+    level, gas = levels(parts), curve(parts)
+    meter.part(1.0)(1.0)
+    piston, moved = stroke(parts, gas), displacement(parts)
+    meter.part(1.0)(1.0)
+    motors = shares(parts)
+    meter.part(1.0)(1.0)
+    return PassiveEstimates(parts, level, gas, piston, moved, motors, setting(parts), make_up(parts))
+
+
+TRANSMITTER = 2e5
+"""Error of a transmitter of 400 bar and class 0.5 [Pa]."""
+TRANSMITTER_SWING = 0.01
+"""Relative error of the amplitude of a transmitter and of a flow [-]."""
+APART = 0.02
+"""Difference of the shares by load cell and by stated load from which it is reported [-]."""
+DRY_WORTH = 0.3e5
+"""Dry friction of the piston that is reported [Pa]."""
+NEAR_INTEGER = 0.25
+"""Tolerance of the number of motors to an integer that is named [-]."""
+
+
+def measures(crane: Crane, estimates: PassiveEstimates) -> tuple[Measure, ...]:
+    """Every measure of step 6; one without a value says what to log."""
+    return (
+        *_level(crane, estimates),
+        *_gas(crane, estimates),
+        *_stroke(crane, estimates),
+        *_motors(crane, estimates),
+        *_flow(crane, estimates),
+        *_setting(estimates),
+        *_make_up(estimates),
+    )
+
+
+def _measure(
+    name: str, e: Estimate, calibration: float, *, law: float = 0.0, test: str = "", data: str = "", note: str = ""
+) -> Measure:
+    """A measure whose interval includes, in addition to its scatter, uncertainties of calibrations and the form of the
+    law: relative half widths."""
+    total = math.sqrt(e.half**2 + calibration**2 + law**2)
+    if not MEASURES[name].quantity:
+        data += f", with {100.0 * calibration:.1f} % for calibrations"
+    return replace(measure(name, Estimate.around(e.value, total, e.n), test=test, data=data, note=note), structural=law)
+
+
+def spread(tests: dict[str, Estimate], quantity: str) -> str:
+    """Smallest and largest of several tests in words; "" of one."""
+    each = extremes({test: e.value for test, e in tests.items()}, lambda x: show(x, quantity, 4))
+    return f"; {each} by test" if each else ""
+
+
+def _level(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
+    level = estimates.level
+    if level is None:
+        return [measure("precharge_error", None, note="log the pressure of the passive circuit p_hp")]
+    p_0 = _passive(crane).accumulator.gas.p_0
+    e = Estimate.around(level.p.value / p_0 - 1.0, level.p.half / p_0, level.p.n)
+    whence = (
+        "carried to mid stroke by V_acc"
+        if level.placed
+        else "the mean, which is held by make-up; log V_acc for the pressure of the gas itself"
+    )
+    note = f"precharge {show(level.p.value, 'pressure', 4)}, {show(p_0, 'pressure', 4)} in the crane file ({whence})"
+    if abs(e.value) > 0.02:
+        note = f"precharge {show(level.p.value, 'pressure', 4)}, not {show(p_0, 'pressure', 4)} ({whence})"
+    data = rests_on(estimates.parts, level.tests, level.p.n)
+    return [_measure("precharge_error", e, TRANSMITTER / p_0, data=data, note=note + spread(level.tests, "pressure"))]
+
+
+def _gas(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
+    gas, passive = estimates.gas, _passive(crane)
+    names = ("gas_volume_error", "piston_loss_difference")
+    if gas is None:
+        lacks = dict.fromkeys(n for p in estimates.parts for n in p.lacking(*OIL, "omega_m"))
+        note = f"log {', '.join(lacks)}" if lacks else "the winch does not move enough in heave compensation"
+        return [measure(name, None, note=note) for name in names]
+    acc, data = passive.accumulator, rests_on(estimates.parts, gas.tests, gas.V.n)
+    V_0 = acc.gas.V_0
+    V, calibration = volume(estimates, gas)
+    e = Estimate.around(V.value / V_0 - 1.0, V.half / V_0, V.n)
+    note = volume_says(V.value, V_0, gas_law.index(estimates.parts[0]))
+    Q = crane.active.pump.D_total * crane.active.pump.omega_p
+    loss = Estimate.around(gas.loss.value - acc.R_piston * Q, gas.loss.half, gas.loss.n)
+    wide, file = (show(2.0 * p, "pressure", 3) for p in (gas.loss.value, acc.R_piston * Q))
+    dry = f", {show(2.0 * gas.dry, 'pressure', 2)} of it dry" if gas.dry > DRY_WORTH else ""
+    width = f"{wide} wide at {show(Q, 'flow', 3)}{dry}, {file} in the crane file"
+    return [
+        _measure(
+            "gas_volume_error", e, calibration, law=gas_law.FORM, data=data, note=note + spread(gas.tests, "volume")
+        ),
+        _measure(
+            "piston_loss_difference",
+            loss,
+            TRANSMITTER_SWING * gas.loss.value,
+            law=gas_law.LOSS_DOUBT,
+            data=data,
+            note=f"the loop of pressure over oil is {width}",
+        ),
+    ]
+
+
+def volume(estimates: PassiveEstimates, gas: gas_law.Curve) -> tuple[Estimate, float]:
+    """Gas volume with the displacement that the torque shows to work (dead motors move no oil), and the part of it that
+    calibrations leave open [-]: settings where there is no torque balance, else the share of the motors."""
+    if not estimates.shares:
+        return gas.V, torque.SETTING_DOUBT
+    share, doubt = torque.overall(estimates.shares)
+    works = 1.0 + share.value
+    half = math.hypot(works * gas.V.half, share.half * gas.V.value)
+    return Estimate.around(works * gas.V.value, half, gas.V.n), doubt
+
+
+def volume_says(V: float, V_0: float, n: float) -> str:
+    """Volume implied by the stiffness at the file's index n, and index at the file's volume: the stiffness gives only
+    their ratio."""
+    at_file = n * V_0 / V
+    not_this = "not " if abs(V / V_0 - 1.0) > 0.2 else ""
+    text = (
+        f"gas volume {show(V, 'volume', 3)} at n {number(n, 3)}, {not_this or 'and '}{show(V_0, 'volume', 3)} in the"
+        " crane file"
+    )
+    soft, stiff = (show(V * x / n, "volume", 3) for x in (gas_law.SOFT, gas_law.STIFF))
+    text += f"; the stiffness determines only n / V: {soft} to {stiff} for n of {gas_law.SOFT} to {gas_law.STIFF}"
+    if not_this and not gas_law.SOFT <= at_file <= gas_law.STIFF:
+        text += f", and no n of nitrogen (here {at_file:.2f}) makes it the file's volume"
+    elif not_this:
+        text += f', or n {at_file:.2f} at the file\'s volume (real nitrogen is stiffer than n 1.4: model = "nitrogen")'
+    return text
+
+
+def _stroke(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
+    stroke = estimates.stroke
+    if stroke is None:
+        note = "log p_hp, alpha_pm and the motor speed, moving"
+        return [measure(name, None, note=note) for name in ("stroke_used", "stroke_end_time")]
+    whence = "V_acc" if stroke.placed else "the pressure along the implied gas curve"
+    ends = f"{show(stroke.low, 'volume', 2)} to {show(stroke.high, 'volume', 2)} about mid stroke by {whence}"
+    V = show(_passive(crane).accumulator.V_stroke, "volume", 3)
+    tests = rests_on(estimates.parts, [p.test for p in estimates.parts])
+    end = f"; the pressure changes as with a piston at its end at {stroke.where}" if stroke.where else ""
+    return [
+        measure("stroke_used", Estimate.around(stroke.used, 0.0), data=tests, note=f"{ends}, of a stroke of {V}"),
+        measure("stroke_end_time", Estimate.around(stroke.at_end, 0.0), data=tests, note=f"{ends}{end}"),
+    ]
+
+
+def _motors(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
+    names = ("passive_motors_error", "passive_torque_error")
+    if not estimates.shares:
+        lacks = dict.fromkeys(n for p in estimates.parts for n in missing(p))
+        note = (
+            f"log {', '.join(lacks)} for a torque balance at the motors"
+            if lacks
+            else "the winch does not move a load enough"
+        )
+        return [measure(name, None, note=note) for name in names]
+    share, structural = torque.overall(estimates.shares)
+    total = Estimate.around(share.value, math.hypot(share.half, structural), share.n)  # words use the total uncertainty
+    tests = [s.test for s in estimates.shares]
+    full = crane.SWL * G * 0.5 * crane.drum.d_max / crane.i_hD
+    out = [
+        _measure(
+            names[0],
+            share,
+            structural,
+            data=rests_on(estimates.parts, tests, share.n),
+            note=motors_say(crane, estimates, total),
+        )
+    ]
+    for s in estimates.shares:
+        over = max(s.T_load, 0.25 * full)
+        e = Estimate.around(s.standing.value / over, s.standing.half / over, s.standing.n)
+        note = (
+            f"{show(s.standing.value, 'torque', 3)} of {show(s.T_load, 'torque', 3)} required by the load are not"
+            " explained"
+        )
+        data = rests_on(estimates.parts, [s.test], s.standing.n)
+        out.append(_measure(names[1], e, s.structural, test=f"test {s.test}", data=data, note=note))
+    return out
+
+
+def motors_say(crane: Crane, estimates: PassiveEstimates, share: Estimate) -> str:
+    """Number of motors by their torque, compared with the load cell, and remaining explanations."""
+    count = _passive(crane).motor.count
+    working = count * (1.0 + share.value)
+    text = f"torque of {number(working, 3)} of {count} motors"
+    counted = count / (1.0 + estimates.setting.gain.value) if estimates.setting is not None else math.nan
+    nearest = round(working)
+    near = abs(working - nearest) < NEAR_INTEGER and nearest != count
+    if near and not share.low <= 0.0 <= share.high:
+        if abs(counted - nearest) < NEAR_INTEGER:
+            text = (
+                f"{working:.1f} motors, not {count}: the PLC also uses {nearest}, so the number in the crane file is"
+                " wrong"
+            )
+        elif nearest < count:
+            text = f"{working:.1f} of {count} motors work: {count - nearest} dead" + (
+                ", and the PLC assumes all" if counted > working else ""
+            )
+        else:
+            text = f"torque of {working:.1f} motors, {count} in the crane file"
+    by_weight = [s for s in estimates.shares if s.by_weight is not None]
+    if by_weight:
+        apart = max(by_weight, key=lambda s: abs(s.share.value - (s.by_weight or 0.0)))
+        error = apart.share.value - (apart.by_weight or 0.0)
+        cell = f"; load cell {100.0 * error:+.1f} % from the stated load in {apart.test}"
+        if abs(error) > APART:
+            by_cell, stated = count * (1.0 + apart.share.value), count * (1.0 + (apart.by_weight or 0.0))
+            each = f"{number(by_cell, 3)} motors by the cell, {number(stated, 3)} by the stated load"
+            return f"{text}{cell}: {each}; correct load cell or load first"
+        text += cell
+    return text
+
+
+def _flow(crane: Crane, estimates: PassiveEstimates) -> list[Measure]:
+    moved = estimates.displacement
+    if moved is None:
+        return [
+            measure(
+                "passive_flow_error",
+                None,
+                note="log the oil in the accumulator V_acc, with alpha_pm and the motor speed, moving",
+            )
+        ]
+    count = _passive(crane).motor.count
+    note = f"oil of {number(count * (1.0 + moved.error.value), 3)} of {count} motors reaches the piston"
+    data = rests_on(estimates.parts, moved.tests, moved.error.n)
+    return [_measure("passive_flow_error", moved.error, torque.SETTING_DOUBT, data=data, note=note)]
+
+
+def _setting(estimates: PassiveEstimates) -> list[Measure]:
+    s = estimates.setting
+    if s is None:
+        return [measure("passive_setting_error", None, note="log alpha_pm, F_w and p_hp with a load on the hook")]
+    count = passive_of(estimates.parts[0]).motor.count
+    motors = count / (1.0 + s.gain.value)
+    note = (
+        f"the motors' setting is {1.0 + s.gain.value:.3f} times that required by load cell and pressure: the PLC"
+        " assumes"
+        f" {motors:.1f} motors"
+    )
+    note += ", or reads another load than the log" if abs(s.gain.value) > APART else ""
+    return [
+        _measure(
+            "passive_setting_error",
+            s.gain,
+            torque.SETTING_DOUBT,
+            data=rests_on(estimates.parts, s.tests, s.gain.n),
+            note=note,
+        )
+    ]
+
+
+def _make_up(estimates: PassiveEstimates) -> list[Measure]:
+    m = estimates.make_up
+    if m is None:
+        note = "log the passive pumps' setting alpha_pp, with p_hp, alpha_pm and the joystick"
+        return [measure("make_up_error", None, note=note)]
+    note = f"set pressure and transmitter {show(m.offset, 'pressure', 2)} apart"
+    return [
+        measure(
+            "make_up_error",
+            m.gain,
+            data=rests_on(estimates.parts, [p.test for p in estimates.parts if p.has("alpha_pp")]),
+            note=note,
+        )
+    ]
+
+
+def _passive(crane: Crane) -> PassiveCircuit:
+    assert crane.passive is not None
+    return crane.passive
+
+
+HEADER = ("parameter", "crane\nfile", "log\nsays", "95 %", "differ-\nence", "tests")
+TITLE = "The passive circuit by the logs, against the crane file"
+
+Row = tuple[str, str, str, str, str, str]
+
+
+def table(crane: Crane, estimates: PassiveEstimates) -> Table:
+    """One row a parameter, the motors' share one a test as well."""
+    passive = crane.passive
+    assert passive is not None
+    rows: list[Row] = []
+    if estimates.level is not None:
+        rows.append(
+            _row("precharge", passive.accumulator.gas.p_0, estimates.level.p, "pressure", list(estimates.level.tests))
+        )
+    if estimates.gas is not None:
+        file = passive.accumulator.gas
+        rows.append(
+            _row(f"gas volume at n {number(file.n, 3)}", file.V_0, estimates.gas.V, "volume", list(estimates.gas.tests))
+        )
+    count = passive.motor.count
+    for s in estimates.shares:
+        rows.append(
+            _row(
+                "motors that work",
+                count,
+                Estimate.around(count * (1.0 + s.share.value), count * s.share.half),
+                "",
+                [s.test],
+            )
+        )
+    if estimates.shares:
+        share, structural = torque.overall(estimates.shares)
+        both = Estimate.around(count * (1.0 + share.value), count * (share.half**2 + structural**2) ** 0.5)
+        rows.append(_row("motors, with load and calibration", count, both, "", [s.test for s in estimates.shares]))
+    if estimates.setting is not None:
+        gain = Estimate.around(1.0 + estimates.setting.gain.value, estimates.setting.gain.half)
+        rows.append(_row("setting over its law", 1.0, gain, "", list(estimates.setting.tests)))
+    if estimates.make_up is not None:
+        gain = Estimate.around(1.0 + estimates.make_up.gain.value, estimates.make_up.gain.half)
+        rows.append(_row("make-up over its law", 1.0, gain, "", []))
+    return Table(HEADER, tuple(rows), TITLE)
+
+
+def _row(name: str, twin: float, e: Estimate, quantity: str, tests: list[str]) -> Row:
+    unit = KINDS[quantity].display if quantity else ""
+    cells = [number(in_display(v, quantity) if quantity else v, 4) for v in (twin, e.value, e.low, e.high)]
+    difference = f"{100.0 * (e.value / twin - 1.0):+.2f} %"
+    return (
+        f"{name} [{unit}]" if unit else name,
+        cells[0],
+        cells[1],
+        f"{cells[2]} to {cells[3]}",
+        difference,
+        ", ".join(tests),
+    )
+
 
 NONE = "This crane has no passive circuit: nothing is judged."
 

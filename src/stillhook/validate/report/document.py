@@ -1,15 +1,21 @@
-"""The report of a validation: every step with its statements, tables, figures and verdict."""
+"""The report of a validation: as a document, in short for a terminal, and as data in SI."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
-from stillhook.report.document import Bullets, Document, Figure, Part, Section, Table, Text, Verdict, facts
+import numpy as np
+
+from stillhook.report.document import Bullets, Column, Document, Figure, Part, Section, Table, Text, Verdict, facts
 from stillhook.spec.validity import Envelope
+from stillhook.validate.ahc.check import AhcStep
+from stillhook.validate.criteria import results
 from stillhook.validate.criteria.results import CriterionResult, Outcome, Step
 from stillhook.validate.data_set.campaign import Campaign
 from stillhook.validate.report import envelope
-from stillhook.validate.report.envelope import envelope_of
+from stillhook.validate.report.envelope import HEADING, UNJUDGED, envelope_of, unjudged, unjudged_says
 from stillhook.validate.report.texts import (
     FULL_HEAD,
     MEANING,
@@ -17,10 +23,12 @@ from stillhook.validate.report.texts import (
     SHORT_HEAD,
     SHOWS,
     STEP_HEAD,
+    TERSE_HEAD,
     deciding_title,
     decisive,
     decisive_cells,
     full_cells,
+    line_verdict,
     lines_of,
     reading_notes,
     risks,
@@ -30,9 +38,14 @@ from stillhook.validate.report.texts import (
     short_cells,
     step_row,
     step_verdict,
+    terse_cells,
     title,
 )
 from stillhook.validate.validation import Validation
+
+if TYPE_CHECKING:
+    import polars
+
 
 SYNTHETIC = "SYNTHETIC: these logs are simulated, not measured on a crane. The results say nothing about a real crane."
 JUDGED = (
@@ -164,3 +177,110 @@ def caption(stem: str) -> str:
     """Caption of a figure, from its file name: "step-5-error-deviation" is "Step 5: error deviation"."""
     _, number, name = stem.split("-", 2)
     return f"Step {number}: {name.replace('-', ' ')}"
+
+
+def to_dict(validation: Validation) -> dict[str, Any]:
+    """All results in SI as plain data for JSON; names as in the nomenclature."""
+    campaign = validation.campaign
+    return {
+        "title": campaign.title,
+        "date": campaign.date.isoformat(),
+        "synthetic": campaign.synthetic,
+        "crane": campaign.crane.name,
+        "criteria": campaign.criteria.to_dict(),
+        "passed": validation.passed,
+        "outcome": validation.outcome.value,
+        "complete": validation.complete,
+        "verdict": sentence(validation),
+        "decisive": [line.key for line in decisive(validation)],
+        "risks": risks(validation.lines),
+        "lines": [line.to_dict() for line in validation.lines],
+        "segments": [dataclasses.asdict(s) | {"mode": s.mode.value} for s in segments(validation)],
+        "unjudged": {name: list(tests) for name, tests in unjudged(validation).items()} if validation.complete else {},
+        "steps": [step.to_dict() for step in validation.steps],
+        "tests": [
+            {"name": r.test.name, "log": r.test.log.name, "statements": list(r.statements)} for r in validation.records
+        ],
+    }
+
+
+def segments_table(validation: Validation) -> polars.DataFrame:
+    """Every load case in display units, units in the headings."""
+    import polars as pl
+
+    load_cases = segments(validation)
+    columns = {
+        "test": [s.test for s in load_cases],
+        "start [s]": [s.start for s in load_cases],
+        "duration [s]": [s.duration for s in load_cases],
+        "load [t]": [s.load / 1e3 for s in load_cases],
+        "s_w_min [m]": [s.s_w_min for s in load_cases],
+        "s_w_max [m]": [s.s_w_max for s in load_cases],
+        "s_tip_pp [m]": [s.s_tip_pp for s in load_cases],
+        "period [s]": [s.period for s in load_cases],
+        "mode": [s.mode.value for s in load_cases],
+    }
+    return pl.DataFrame(columns)
+
+
+def deviations_table(validation: Validation) -> polars.DataFrame | None:
+    """Every window of step 5, units in the headings; None where there is none. Source: Moslatt 2020 paper F,
+    figures 11 to 13."""
+    import polars as pl
+
+    parts = [c.windows for step in validation.steps if isinstance(step, AhcStep) for c in step.comparisons]
+    if not parts:
+        return None
+    joined = {
+        "test": [w.test for w in parts for _ in w.ends],
+        "end of window [s]": np.concatenate([w.ends for w in parts]),
+        "s_tip_pp [m]": np.concatenate([w.s_tip_pp for w in parts]),
+        "e_c_pp_measured [m]": np.concatenate([w.measured for w in parts]),
+        "e_c_pp_simulated [m]": np.concatenate([w.simulated for w in parts]),
+        "deviation [m]": np.concatenate([w.x for w in parts]),
+        "eta_c_measured": np.concatenate([w.eta_measured for w in parts]),
+        "eta_c_simulated": np.concatenate([w.eta_simulated for w in parts]),
+    }
+    return pl.DataFrame(joined).with_columns(pl.col(pl.Float64).round(6))
+
+
+TERSE_COLUMNS = (Column.TEXT, Column.NUMBER, Column.NUMBER, Column.NUMBER, Column.TEXT)
+
+
+def summary(validation: Validation, *, tables: bool = False, everything: bool = False) -> Document:
+    """everything: also what agrees, in full; tables: those of the steps."""
+    load_cases: list[Part] = [Table(SEGMENT_HEAD, [segment_cells(s) for s in segments(validation)])]
+    load_cases += [Bullets(notes)] if (notes := reading_notes(validation)) else []
+    sections = [
+        Section("load cases", load_cases),
+        Section("steps", _steps(validation, tables=tables, everything=everything)),
+        Section("lines", _summary_lines(validation, everything=everything)),
+    ]
+    if names := unjudged_says(validation):
+        sections.append(Section(HEADING, [Text(f"{'; '.join(names)}. {UNJUDGED}")]))
+    return Document(title(validation), sections, verdict(validation))
+
+
+def _steps(validation: Validation, *, tables: bool, everything: bool) -> list[Part]:
+    """Result of each step; its statements where lines of it block, or everything is requested."""
+    parts: list[Part] = [Table(STEP_HEAD, [step_row(validation, step) for step in validation.steps])]
+    for step in validation.steps:
+        if everything or any(line.failed for line in lines_of(validation, step)):
+            heading = f"step {int(step.number)}, {step.title}: {step_verdict(validation, step)}"
+            parts.append(Section(heading, [Bullets(step.statements), *(step.tables if tables else ())]))
+    return parts
+
+
+def _summary_lines(validation: Validation, *, everything: bool) -> list[Part]:
+    """Every line in a table; in full only those that are not shown, or all of them."""
+    terse = [terse_cells(validation, line) for line in validation.lines]
+    parts: list[Part] = [Table(TERSE_HEAD, terse, columns=TERSE_COLUMNS)]
+    full = [
+        line for line in validation.lines if everything or (line.judged and line.verdict is not results.Verdict.SHOWN)
+    ]
+    rows: list[tuple[Verdict, str, str]] = [
+        (line_verdict(line), line.key, f"{line.message} [{line.source}]") for line in full
+    ]
+    if rows:
+        parts.append(facts(rows, "in full"))
+    return [*parts, *legend(validation.lines)]

@@ -72,7 +72,9 @@ def _ends(values: Any) -> list[float]:
 
 
 HEADING = "Logged, not judged"
-UNJUDGED = "No judged line of the verdict depends on these signals in these tests. Errors in them would not be detected."
+UNJUDGED = (
+    "No judged line of the verdict depends on these signals in these tests. Errors in them would not be detected."
+)
 BY_TEST = ("test ", "load case ")
 """Prefixes of a test's name where a measure applies to that test alone."""
 

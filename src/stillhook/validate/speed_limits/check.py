@@ -19,8 +19,7 @@ from stillhook.statistics.block_bootstrap import interval
 from stillhook.units import number, show
 from stillhook.validate.criteria.results import Measure, Step, StepNumber
 from stillhook.validate.data_set.campaign import Campaign
-from stillhook.validate.data_set.records.record import Record
-from stillhook.validate.data_set.records.segments import FLAT, FULL
+from stillhook.validate.data_set.records.record import FLAT, FULL, Record
 from stillhook.validate.speed_limits.runs import SaturatedPart, saturated_parts
 
 SETTLED = 0.3

@@ -13,8 +13,7 @@ from stillhook.spec.scenario import Commands, Operator
 from stillhook.validate.ahc.replay import Replay, replay, run_twin
 from stillhook.validate.controller.inputs import PlcSegment, derivative, plc_segments
 from stillhook.validate.data_set.campaign import Campaign, Kind
-from stillhook.validate.data_set.records.record import Record, Segment
-from stillhook.validate.data_set.records.segments import FULL, ends_of, stretches_of
+from stillhook.validate.data_set.records.record import FULL, Record, Segment, ends_of, stretches_of
 from stillhook.validate.dynamics.runs import motor_command
 
 NEAR = 0.85

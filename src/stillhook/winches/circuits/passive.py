@@ -3,7 +3,7 @@
 import math
 from typing import Any, NamedTuple
 
-from stillhook.control.pumps import PassiveSettings, displacement_for_weight
+from stillhook.control.commands import PassiveSettings, displacement_for_weight
 from stillhook.physics.hydraulics.accumulator import Accumulator, accumulator_pressure
 from stillhook.physics.hydraulics.lines import Relief
 from stillhook.physics.hydraulics.motor import Motors, motor_leakage, motor_torque

@@ -10,9 +10,9 @@ Nothing outside synthetic logs is computed with it.
 
 from typing import NamedTuple
 
+from stillhook.control.commands import displacement_for_weight, make_up
 from stillhook.control.interface import Sensed
 from stillhook.control.plc import ActuatorCommands, Memory, Plc
-from stillhook.control.pumps import displacement_for_weight, make_up
 from stillhook.physics.friction import bristle_update, dry_torque
 from stillhook.physics.hydraulics.motor import motor_torque
 from stillhook.physics.hydraulics.pump import pump_flow

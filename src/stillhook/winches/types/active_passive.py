@@ -4,8 +4,8 @@ figure 2.1)."""
 from typing import Annotated, Any, NamedTuple
 
 from stillhook.base.variable import Row
+from stillhook.control.commands import displacement_for_weight, make_up, within_power
 from stillhook.control.plc import Plc, hold
-from stillhook.control.pumps import displacement_for_weight, make_up, within_power
 from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
 from stillhook.physics.hydraulics.accumulator import accumulator_pressure, piston_loss
 from stillhook.physics.hydraulics.lines import external_leakage, internal_leakage, relief_flow

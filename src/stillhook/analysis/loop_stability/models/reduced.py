@@ -14,7 +14,7 @@ from stillhook.analysis.loop_stability.models.linearisation import Linear, linea
 from stillhook.analysis.steady.operating_point import OperatingPoint
 from stillhook.analysis.steady.steady_state import motor_law
 from stillhook.base.arrays import FloatArray
-from stillhook.control.ahc import feedback, feedforward, marginal_gain
+from stillhook.control.commands import feedback, feedforward, marginal_gain
 from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.pack.winch import NO_LIMIT, drum_record, gains, loop_record
 from stillhook.errors import SimulationError, StillhookError
@@ -197,7 +197,7 @@ def gain_limit(crane: Crane, alpha_m: float = 1.0, K_wire: float = 1.0) -> GainL
               g = \frac{\beta D_m}{J V} D_p \omega_p \frac{d_{max}}{2 i_{hD} K_{wire}}
 
     with a_0 = omega_0^2, a_1 = 2 zeta omega_0 of the hydraulics and b_0, b_1 of the pump servo
-    (`stillhook.control.ahc`).
+    (`stillhook.control.commands`).
 
     Parameters: crane; alpha_m displacement of the active motors [-]; K_wire largest drum diameter over that in use, at
     least 1 [-].

@@ -21,8 +21,7 @@ from stillhook.plan.tiers.winch_residual import controlled
 from stillhook.response.suspended_load import suspended_load
 from stillhook.sea.spectra.spectrum import Sea
 from stillhook.sea.vessel.long_wave import wavenumber
-from stillhook.sea.vessel.realisation import Amplitudes
-from stillhook.sea.vessel.wave_field import decay
+from stillhook.sea.vessel.realisation import Amplitudes, decay
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import InSea, Lowering, Stage, StageMode
 from stillhook.spec.scenario import Mode

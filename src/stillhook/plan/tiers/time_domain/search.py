@@ -18,9 +18,8 @@ from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase
 from stillhook.plan.definition.rules import Alternative, Limited, Tier
 from stillhook.plan.limits import Limits, limited, utilisation
-from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells
+from stillhook.plan.tiers.time_domain.cells import CellRequest, Cells, quantities
 from stillhook.plan.tiers.time_domain.lowering import KINDS, SeaState, Winch, winch_of
-from stillhook.plan.tiers.time_domain.quantities import quantities
 from stillhook.statistics.estimate import Estimate
 
 

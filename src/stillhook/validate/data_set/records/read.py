@@ -31,8 +31,16 @@ from stillhook.units import number
 from stillhook.validate.data_set.campaign import Campaign, CraneTest, Kind, standard_modes
 from stillhook.validate.data_set.records.clocks import following, refined, wire_lags
 from stillhook.validate.data_set.records.loads import load_of, load_segments, standing, with_wire
-from stillhook.validate.data_set.records.record import Record, Segment
-from stillhook.validate.data_set.records.segments import LEAST, SegmentBounds, seams, segment, split, unbroken
+from stillhook.validate.data_set.records.record import (
+    LEAST,
+    Record,
+    Segment,
+    SegmentBounds,
+    seams,
+    segment,
+    split,
+    unbroken,
+)
 from stillhook.validate.data_set.records.tip import completed
 from stillhook.variables import PHYSICAL
 

@@ -1,14 +1,22 @@
-"""A test of a campaign as the steps use it: signals on one even grid, its uninterrupted parts, and its load
-cases."""
+"""A test of a campaign as the steps use it: signals on one even grid, its uninterrupted parts, and its load cases."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
+
 from stillhook.base.arrays import BoolArray, FloatArray
+from stillhook.sea.spectra.waves import wave_periods, window_spans
 from stillhook.spec.scenario import Mode
+from stillhook.statistics.time_lag import dot
+from stillhook.validate.data_set.campaign import CraneTest, Kind
+from stillhook.variables import PHYSICAL
 
 if TYPE_CHECKING:
     from stillhook.logs.types import Log
@@ -111,3 +119,189 @@ class Record:
     def part(self, segment: Segment, name: str) -> FloatArray:
         """A signal during a segment."""
         return self.signals[name][segment.first : segment.last]
+
+
+LEAST: Mapping[Kind, float] = {Kind.AHC: 60.0, Kind.LIMITS: 5.0, Kind.DYNAMICS: 5.0}
+"""Shortest usable part [s]: two windows of paper F; some moves of the joystick."""
+SMOOTH = 0.5
+"""Span of the mean that removes noise from the tip before its waves are counted [s]."""
+MOVES = 0.02
+"""Peak-to-peak tip motion from which the tip moves [m]: several times the noise of a motion reference unit."""
+
+
+@dataclass(frozen=True)
+class SegmentBounds:
+    """Samples [first, last) of a record with one mode and one payload [kg]."""
+
+    first: int
+    last: int
+    mode: Mode
+    load: float
+
+
+def unbroken(good: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Runs of True as [first, last)."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], good, [False])).astype(np.int8)))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def split(parts: Sequence[tuple[int, int]], at: Sequence[int]) -> list[tuple[int, int]]:
+    """Runs cut at samples."""
+    out = []
+    for a, b in parts:
+        cuts = [a, *sorted(c for c in set(at) if a < c < b), b]
+        out += list(pairwise(cuts))
+    return out
+
+
+def segment(
+    test: CraneTest, part: SegmentBounds, t: FloatArray, step: float, signals: Mapping[str, FloatArray], window: float
+) -> Segment:
+    """A segment with its ranges. Parameters: t (n,) [s] even by step; signals with s_w or without; window of the tip's
+    range [s]."""
+    cut = slice(part.first, part.last)
+    s_w = signals["s_w"][cut] if "s_w" in signals else np.full(part.last - part.first, np.nan)
+    known = s_w[np.isfinite(s_w)]
+    tip = signals["s_tip"][cut] if "s_tip" in signals else np.zeros(part.last - part.first)
+    pp, period = _tip(tip, step, window)
+    low, high, first = (
+        (float(known.min()), float(known.max()), float(known[0])) if len(known) else (np.nan, np.nan, np.nan)
+    )
+    return Segment(
+        test=test.name,
+        first=part.first,
+        last=part.last,
+        start=float(t[part.first]),
+        duration=float(t[part.last - 1] - t[part.first]),
+        load=part.load,
+        s_w=first,
+        s_w_min=low,
+        s_w_max=high,
+        s_tip_pp=pp,
+        period=period,
+        mode=part.mode,
+    )
+
+
+def _tip(tip: FloatArray, step: float, window: float) -> tuple[float, float]:
+    """Largest peak-to-peak over a window [m] and mean period of its waves [s]; 0 and NaN where it does not move."""
+    tip = tip[np.isfinite(tip)]
+    if len(tip) < 3:
+        return 0.0, np.nan
+    smooth = uniform_filter1d(tip, max(1, round(SMOOTH / step)))
+    pp = float(np.max(window_spans(smooth, round(window / step) + 1)))
+    if pp < MOVES:
+        return 0.0, np.nan
+    periods = wave_periods(smooth, step)
+    return pp, float(np.mean(periods)) if len(periods) else np.nan
+
+
+TIP, WINCH = ("s_tip", "v_tip"), ("s_w", "v_w", "omega_m")
+LENGTHS = ("s_tip", "s_w")
+"""One of these alone shows a discontinuity. A speed of the winch jumps as friction breaks away; together with the tip
+it is a discontinuity."""
+NEIGHBOURS = 5
+"""Samples on either side used to detect a jump, so that one bad sample does not count."""
+BEYOND = 12.0
+"""Times the median of such steps: noise reaches 6."""
+LEAST_JUMP = {"s_tip": 0.03, "s_w": 0.03, "v_tip": 0.15, "v_w": 0.15, "omega_m": 0.0}
+"""Smallest jump that counts [SI]: time-stamp errors of some milliseconds cause some millimetres."""
+FASTEST = 3.0
+"""Acceleration that neither tip nor wire exceeds [m/s^2]: curvature below it is no jump."""
+
+
+def seams(t: FloatArray, signals: Mapping[str, FloatArray]) -> list[tuple[int, str]]:
+    """First sample after each discontinuity and the signals that jump, in words. Parameters: t (n,) even [s]; signals
+    (n,), NaN where not known."""
+    step = float(t[1] - t[0]) if len(t) > 1 else 1.0
+    reach = NEIGHBOURS * step
+    bent = {"length": 0.5 * FASTEST * reach**2, "speed": FASTEST * reach}
+    names = [name for name in (*TIP, *WINCH) if name in signals]
+    jumps = {name: _jumps(signals[name], max(LEAST_JUMP[name], bent.get(PHYSICAL[name].kind, 0.0))) for name in names}
+    result: list[tuple[int, str]] = []
+    for i in sorted({int(k) for at in jumps.values() for k in at}):
+        if result and i - result[-1][0] <= 2 * NEIGHBOURS:
+            continue
+        at = [name for name in names if np.any(np.abs(jumps[name] - i) <= NEIGHBOURS)]
+        if set(at) & set(LENGTHS) or (set(at) & set(TIP) and set(at) & set(WINCH)):
+            result.append((i, _seam_text(at)))
+    return result
+
+
+def _seam_text(names: list[str]) -> str:
+    if len(names) == 1:
+        return (
+            f"{PHYSICAL[names[0]].meaning} jumps, and no other signal does: its sensor was reset, or it has its own"
+            " clock"
+        )
+    return (
+        f"{' and '.join(PHYSICAL[n].meaning.split(';')[0] for n in names[:2])} jump: samples are missing without a"
+        " gap in the time stamps"
+    )
+
+
+def _jumps(x: FloatArray, floor: float) -> NDArray[np.intp]:
+    """Samples at which a straight line through the BESIDE samples before misses the one through those after."""
+    n = NEIGHBOURS
+    if len(x) < 4 * n:
+        return np.empty(0, np.intp)
+    at = np.arange(n) - 0.5 * (n - 1)
+    centre = np.convolve(x, np.full(n, 1.0 / n), mode="valid")
+    slope = np.convolve(x, (at / np.sum(at * at))[::-1], mode="valid")
+    before, after = slice(0, len(centre) - n), slice(n, len(centre))
+    miss = np.abs((centre[after] - 0.5 * n * slope[after]) - (centre[before] + 0.5 * n * slope[before]))
+    if not np.isfinite(miss).any():
+        return np.empty(0, np.intp)
+    peaks = np.flatnonzero(np.nan_to_num(miss) > max(BEYOND * float(np.nanmedian(miss)), floor))
+    if not len(peaks):
+        return np.empty(0, np.intp)
+    groups = np.split(peaks, np.flatnonzero(np.diff(peaks) > n) + 1)
+    return np.array([int(g[np.argmax(miss[g])]) + n for g in groups], dtype=np.intp)
+
+
+FULL = 0.995
+"""Share of the full command that counts as full: a log rounds to 0.1 to 0.4 %."""
+FLAT = 2e-3  # of full command: samples this close to an extreme are on one level
+DWELL = 0.3  # s at an extreme that no wave or ramp dwells at within FLAT
+BELOW = 0.8  # of the highest command: there the law is not limited
+MORE = 0.02  # of full command that must be requested beyond a level that is a limit
+LOWEST = 0.3  # of full command: a plateau below is no limit of a pump
+
+
+def ends_of(u: FloatArray, requested: FloatArray, step: float) -> tuple[float, float]:
+    """Limits of a pump command [-], lower and upper: full command, or a lower level at which it visibly
+    saturates.
+
+    Parameters: u logged command (n,), requested: output of the control law without a limit (n,), as far as it is known.
+    A constant command while no more is requested, as with a joystick at rest, is not saturated.
+    """
+    return -_end(-u, -requested, step), _end(u, requested, step)
+
+
+def _end(u: FloatArray, requested: FloatArray, step: float) -> float:
+    good = np.isfinite(u) & np.isfinite(requested)
+    top = float(u[good].max()) if good.any() else 0.0
+    if top >= FULL or top < LOWEST:
+        return FULL
+    a, b = max(stretches_of(good & (u > top - FLAT)), key=lambda ab: ab[1] - ab[0])
+    if (b - a) * step < DWELL:
+        return FULL
+    below = good & (np.abs(u) < BELOW * top)
+    power = dot(requested[below], requested[below])
+    gain = (
+        dot(u[below], requested[below]) / power if power > 0.0 else 1.0
+    )  # the log's own law may request more or less than the twin's
+    return top - FLAT if gain * float(requested[a:b].max()) > top + MORE else FULL
+
+
+def stretches_of(mask: NDArray[np.bool_], *, bridge: int = 0, shortest: int = 1) -> list[tuple[int, int]]:
+    """Samples [a, b) of every uninterrupted span of a mask; gaps of up to `bridge` samples are bridged, shorter spans
+    left out."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    spans: list[tuple[int, int]] = []
+    for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        if spans and a - spans[-1][1] <= bridge:
+            spans[-1] = (spans[-1][0], b)
+        else:
+            spans.append((a, b))
+    return [(a, b) for a, b in spans if b - a >= shortest]

@@ -6,13 +6,12 @@ import math
 from typing import TYPE_CHECKING
 
 from stillhook.base.progress import Progress
-from stillhook.engine.arguments import SERIES_STEP, steps_per_cycle
+from stillhook.engine.arguments import RK4_LIMIT, SERIES_STEP, check_step, steps_per_cycle
 from stillhook.engine.inputs import CycleInputs
 from stillhook.engine.pack.winch import Packed, pack
 from stillhook.engine.scenario.checks import check
 from stillhook.engine.scenario.problem import Ready, ScenarioBlock, summarise, to_dataset
 from stillhook.engine.simulate import raise_failures
-from stillhook.engine.step_size import RK4_LIMIT, check_step
 from stillhook.errors import SpecError
 from stillhook.physics.hydraulics.swash import Servo
 from stillhook.physics.load_path.wire import wire_damping
@@ -192,7 +191,7 @@ def _rope(h: Hoist, case: Scenario, reference: ReferenceCrane) -> Rope:
 
 def fastest_rates(packed: Packed) -> dict[str, float]:
     """Upper bounds of the fast modes that the twin does not have [1/s]; the others are those of
-    `stillhook.engine.step_size`."""
+    `stillhook.engine.arguments`."""
     p = packed.params
     e, h, a, acc = p.extra, p.hoist, p.active, p.extra.passive.acc
     strain = 2.0 * (e.rope.W_mid + e.rope.W_load) / e.rope.EA
