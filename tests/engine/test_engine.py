@@ -474,7 +474,7 @@ def test_the_moving_window_is_exact_for_any_series_and_length(series, n):
 
 
 def test_kernels_are_kept_under_a_hash_of_every_source(tmp_path, monkeypatch):
-    assert kernel_hash() == kernel_hash()
+    assert kernel_hash.__wrapped__() == kernel_hash()
     sources = tmp_path / "stillhook"
     for folder in KERNEL_FOLDERS:
         (sources / folder).mkdir(parents=True)
@@ -483,10 +483,8 @@ def test_kernels_are_kept_under_a_hash_of_every_source(tmp_path, monkeypatch):
     hashes = set()
     for text in ("a = 1\n", "a = 2\n"):
         file.write_text(text)
-        getattr(kernel_hash, "cache_clear", lambda: None)()
-        hashes.add(kernel_hash())
+        hashes.add(kernel_hash.__wrapped__())
     monkeypatch.undo()
-    getattr(kernel_hash, "cache_clear", lambda: None)()
     assert len(hashes) == 2
 
 

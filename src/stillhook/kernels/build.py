@@ -166,6 +166,7 @@ KERNEL_FOLDERS = ("physics", "control", "winches", "kernels")
 LOCK = threading.Lock()
 
 
+@functools.cache
 def kernel_hash() -> str:
     """Hash of every source that a kernel can inline, of Numba and of Python."""
     digest = hashlib.sha256(f"numba {numba.__version__} python {sys.version_info[:2]}".encode())
@@ -237,15 +238,19 @@ def _cached_in(folder: Path) -> Iterator[None]:
         numba.config.CACHE_DIR = before
 
 
+BASE = {"lift_driver": "lift_wire", "lift_wire": "driver"}
+"""What a file of a driver builds on."""
+
+
 def driver(plant: str, lanes: int, kind: str = "driver", extra_controllers: tuple[str, ...] = ()) -> ModuleType:
     """The driver of one plant for 1 or 16 lanes: `run`, `at_rest`, `Lane`. Compiled on first call, cached on disk.
 
-    kind: file of the driver, "driver" for a load on the wire, "lift_driver" for a lowering. extra_controllers: those
-    that it holds in addition to those of every kernel, see `stillhook.kernels.control_laws`. Numba takes the cache
-    folder from a global setting while functions are decorated, so this holds a lock.
+    kind: file of the driver, "driver" for a load on the wire, "lift_driver" for a lowering (see `BASE`).
+    extra_controllers: those that it holds in addition to those of every kernel, see `stillhook.kernels.control_laws`.
+    Numba takes the cache folder from a global setting while functions are decorated, so this holds a lock.
     """
     name = f"stillhook.kernels.{kind}[{','.join((plant, str(lanes), *extra_controllers))}]"
-    base = None if kind == "driver" else driver(plant, lanes, extra_controllers=extra_controllers)
+    base = driver(plant, lanes, BASE[kind], extra_controllers) if kind in BASE else None
     with LOCK:
         if name not in sys.modules:
             spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{kind}.py"))
@@ -258,7 +263,7 @@ def driver(plant: str, lanes: int, kind: str = "driver", extra_controllers: tupl
             module.base = base  # type: ignore[attr-defined]
             with _cached_in(cache_folder(_folder(plant, kind, extra_controllers), lanes)):
                 spec.loader.exec_module(module)
-                for entry in (module.run, *([module.at_rest] if base is None else [])):
+                for entry in [getattr(module, e) for e in ("run", "at_rest") if hasattr(module, e)]:
                     if hasattr(entry, "_cache"):  # not where NUMBA_DISABLE_JIT is set
                         entry._cache = _Cache(entry.py_func)
             sys.modules[name] = module

@@ -153,7 +153,7 @@ class LiftBlock(Block[Ready]):
     def __init__(self, ready: Sequence[Ready], *, lanes: int, n_sub: int, every: int) -> None:
         winch = ready[0].winch
         d = driver(winch.name, lanes, KIND, winch.extra_controllers)
-        super().__init__(ready, Shape(d, d.base, d.SIGNALS, d.NS), lanes=lanes, n_sub=n_sub, every=every)
+        super().__init__(ready, Shape(d, d.winch, d.SIGNALS, d.NS), lanes=lanes, n_sub=n_sub, every=every)
         self.n = ready[0].case.wire.nodes
         self.dt_waves = waves_step(ready[0].case.waves)
         self.levels = max(0 if r.case.waves is None else r.case.waves.w.shape[1] for r in ready)
@@ -189,13 +189,13 @@ class LiftBlock(Block[Ready]):
         tick = Tick(*r.drive.first_row())._replace(mode=packed.memory.mode)
         memory = packed.memory._replace(datum=packed.s_w - tick.s_m)
         tip, still = Tip(tick.s, tick.v), nothing(Solve)
-        x = nothing(d.base.State)
+        x = nothing(d.winch.State)
         lane = nothing(d.Lane)._replace(
             x=x._replace(path=x.path._replace(s_w=packed.s_w)),
             u=nothing(d.Command),
             geo=nothing(Geometry),
             m=memory,
-            laws=d.base.laws.blank(packed.settings),
+            laws=d.winch.laws.blank(packed.settings),
             st=blank(d.Stats, packed.plant),
             ls=blank_lift_stats(),
             tip_0=tip,
