@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.ctypeslib import ndpointer
 
-from stillhook.kernels.c99.source import c_source
+from stillhook.kernels.build import c_source
 
 COMMON = (
     "-std=c99 -O3 -march=native -ffp-contract=fast -fno-math-errno -fno-trapping-math -fno-signed-zeros -fopenmp-simd"

@@ -24,7 +24,7 @@ import stat
 import sys
 import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
@@ -37,7 +37,10 @@ from numba.core.caching import FunctionCache
 from stillhook.base.extensions import extension_sources
 from stillhook.errors import SimulationError
 from stillhook.kernels import control_laws
+from stillhook.kernels.c99.source import Translator, entry_types
+from stillhook.kernels.native import Entry, Library, compiler
 from stillhook.physics import intrinsics as intrinsics
+from stillhook.physics.records import fields
 from stillhook.physics.scalar import STRICT
 from stillhook.winches.reference import plant as truth
 from stillhook.winches.registry import WINCH_TYPES
@@ -163,7 +166,7 @@ PLANTS: dict[str, ModuleType] = {**{name: each.module for name, each in WINCH_TY
 PACKAGE = Path(__file__).resolve().parents[1]
 KERNEL_FOLDERS = ("physics", "control", "winches", "kernels")
 """Rooms of every source that a kernel can inline, and of what compiles them."""
-LOCK = threading.Lock()
+LOCK = threading.RLock()
 
 
 @functools.cache
@@ -206,7 +209,12 @@ def _folder(plant: str, kind: str, extra_controllers: tuple[str, ...]) -> str:
 
 def is_compiled(plant: str, lanes: int, kind: str = "driver", extra_controllers: tuple[str, ...] = ()) -> bool:
     """Whether a run of this plant starts from cached machine code."""
-    return numba.config.DISABLE_JIT or any(cache_folder(_folder(plant, kind, extra_controllers), lanes).rglob("*.nbc"))
+    if numba.config.DISABLE_JIT:
+        return True
+    entry = driver(plant, lanes, kind, extra_controllers).run
+    if isinstance(entry, Entry) and not entry.library.failed:
+        return entry.library.is_compiled()
+    return any(cache_folder(_folder(plant, kind, extra_controllers), lanes).rglob("*.nbc"))
 
 
 class _Cache(FunctionCache):  # type: ignore[misc]
@@ -247,7 +255,6 @@ def driver(plant: str, lanes: int, kind: str = "driver", extra_controllers: tupl
 
     kind: file of the driver, "driver" for a load on the wire, "lift_driver" for a lowering (see `BASE`).
     extra_controllers: those that it holds in addition to those of every kernel, see `stillhook.kernels.control_laws`.
-    Numba takes the cache folder from a global setting while functions are decorated, so this holds a lock.
     """
     name = f"stillhook.kernels.{kind}[{','.join((plant, str(lanes), *extra_controllers))}]"
     base = driver(plant, lanes, BASE[kind], extra_controllers) if kind in BASE else None
@@ -261,11 +268,10 @@ def driver(plant: str, lanes: int, kind: str = "driver", extra_controllers: tupl
             module.LANES = lanes  # type: ignore[attr-defined]
             module.laws = control_laws.control_laws(extra_controllers)  # type: ignore[attr-defined]
             module.base = base  # type: ignore[attr-defined]
-            with _cached_in(cache_folder(_folder(plant, kind, extra_controllers), lanes)):
-                spec.loader.exec_module(module)
-                for entry in [getattr(module, e) for e in ("run", "at_rest") if hasattr(module, e)]:
-                    if hasattr(entry, "_cache"):  # not where NUMBA_DISABLE_JIT is set
-                        entry._cache = _Cache(entry.py_func)
+            spec.loader.exec_module(module)
+            folder = cache_folder(_folder(plant, kind, extra_controllers), lanes)
+            kernels = {each: f for each, f in vars(module).items() if each in ("run", "at_rest")}
+            vars(module).update(_machine_code(kernels, folder))
             sys.modules[name] = module
     return sys.modules[name]
 
@@ -273,8 +279,40 @@ def driver(plant: str, lanes: int, kind: str = "driver", extra_controllers: tupl
 def compiled(function: Any, name: str) -> Any:
     """A kernel of its own besides the drivers, compiled on first call and cached on disk under this name; see
     `driver`."""
-    with LOCK, _cached_in(cache_folder(name, 1)):
+    return _machine_code({function.__name__: function}, cache_folder(name, 1))[function.__name__]
+
+
+def _machine_code(kernels: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """Kernels as Zig compiles them, else Numba; compiled on first call, cached in this folder."""
+    if numba.config.DISABLE_JIT or not kernels:
+        return dict(kernels)
+    by_numba = {name: functools.partial(_by_numba, function, folder) for name, function in kernels.items()}
+    if compiler() is None:
+        return {name: make() for name, make in by_numba.items()}
+    library = Library(kernels, folder, kernel_folder("native"))
+    return {name: Entry(library, name, make) for name, make in by_numba.items()}
+
+
+def _by_numba(function: Any, folder: Path) -> Any:
+    """Numba takes the cache folder from a global setting while functions are decorated, so this holds a lock."""
+    with LOCK, _cached_in(folder):
         entry = numba.njit(cache=True, nogil=True, **STRICT)(function)
-        if hasattr(entry, "_cache"):
-            entry._cache = _Cache(entry.py_func)
+        entry._cache = _Cache(entry.py_func)
     return entry
+
+
+def c_source(plant: str, lanes: tuple[int, ...] = (1, 16)) -> str:
+    """One C99 file with everything that a plant's kernels do.
+
+    For each lane count it exports `run_<lanes>` and `at_rest_<lanes>` (arguments as in `stillhook.kernels.driver`) and
+    `step_<lanes>`, one step of one trajectory on structs.
+    """
+    t = Translator()
+    for n in lanes:
+        d = driver(plant, n)
+        lane = dict(fields(d.Lane))
+        step = tuple(lane[f] for f in ("x", "u", "geo", "tip_0", "tip_1", "tip_2", "p"))
+        for name in ("run", "at_rest"):
+            t.function(getattr(d, name), entry_types(getattr(d, name)), export=f"{name}_{n}")
+        t.function(d.step, (*step, float), export=f"step_{n}")
+    return t.source()

@@ -7,13 +7,11 @@ functions in the same order: the bits are the same.
 
 from typing import NamedTuple
 
-from numba import njit
-
 from stillhook.control.plc import Memory
-from stillhook.kernels.lanes import access, joined, offset, size
+from stillhook.kernels.lanes import Array, access, joined, offset, size
 from stillhook.kernels.statistics import SIGNALS, CommonStats, fold_common, window_add, window_turn
 from stillhook.physics.records import replace
-from stillhook.physics.scalar import STRICT, align_stack, clip, scalar
+from stillhook.physics.scalar import align_stack, clip, scalar
 from stillhook.winches.records import THIN, CommonSignals, Geometry, Tick, Tip
 
 plant = plant  # type: ignore[name-defined]  # noqa: F821
@@ -247,7 +245,22 @@ def windows(A, W, i, n_win, full):
         window_turn(W, w, n_win)
 
 
-def run(A, D, cols, H, W, out, every, k_0, n, first, last, n_win, n_sub, t_cycle):
+def run(
+    A: Array,
+    D: Array,
+    cols: int,
+    H: Array,
+    W: Array,
+    out: Array,
+    every: int,
+    k_0: int,
+    n: int,
+    first: int,
+    last: int,
+    n_win: int,
+    n_sub: int,
+    t_cycle: float,
+):
     """Cycles k_0 .. k_0 + n of all lanes in A; cycle `last` is only observed.
 
     D holds n + 1 rows of cols numbers, each LANES wide (a whole Tick, or s, v, a alone). Windows count from cycle
@@ -291,7 +304,7 @@ def rest(s_w, m, laws, tick, p):
     return State(settle(x.winch, q, u, tick, geo, p), x.path), m, laws, u
 
 
-def at_rest(A):
+def at_rest(A: Array):
     """Every lane's state, memory and commands at rest, from its wire paid out, first Tick and parameters."""
     for l in range(LANES):
         b = load(A, l)
@@ -300,8 +313,3 @@ def at_rest(A):
         put_u(A, U + l, u)
         put_m(A, M + l, m)
         put_laws(A, LAWS + l, law)
-
-
-entry = njit(cache=True, nogil=True, **STRICT)
-run = entry(run)
-at_rest = entry(at_rest)

@@ -14,6 +14,14 @@ from numpy.typing import NDArray
 from stillhook.physics.records import define, fields
 from stillhook.physics.scalar import scalar
 
+if typing.TYPE_CHECKING:
+    Array = NDArray[np.float64]
+else:
+
+    class Array:
+        """Type of an array of floats, as a kernel declares it."""
+
+
 VL = 16
 """Trajectories side by side: one loop over 16 lanes vectorises fully (8 and 32 are slower)."""
 

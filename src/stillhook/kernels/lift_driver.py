@@ -4,15 +4,13 @@
 plant (`stillhook.kernels.lift_wire`), set; it is never imported by name.
 """
 
-from numba import njit
-
 from stillhook.control.plc import Memory, Plc
 from stillhook.control.supervisor import STAGE_LANDING, Stage, Supervisor, Watch, supervise
-from stillhook.kernels.lanes import access, offset, size
+from stillhook.kernels.lanes import Array, access, offset, size
 from stillhook.kernels.statistics import window_add, window_turn
 from stillhook.physics.load_path.payload import submergence, water_force, wetted
 from stillhook.physics.records import replace
-from stillhook.physics.scalar import STRICT, align_stack, scalar
+from stillhook.physics.scalar import align_stack, scalar
 from stillhook.winches.records import Geometry, Tick, Tip
 from stillhook.winches.suspended_load import (
     NEVER,
@@ -139,15 +137,15 @@ def cycle(A, B, N, S, T, n_stages, t, w):
     hook = B[N * ROW :]
     for l in range(LANES):
         b = load(A, l)
-        q = hook[ROW + Q + l]
-        A[H_WET + l] = submergence(b.lift.z_ref + q, b.hang.water.eta, b.lift.load.reach)
-        sup, relative = b.hang.sup, q - b.hang.s_joy
+        s_load = hook[ROW + Q + l]
+        A[H_WET + l] = submergence(b.lift.z_ref + s_load, b.hang.water.eta, b.lift.load.reach)
+        sup, relative = b.hang.sup, s_load - b.hang.s_joy
         over = sup.stage + sup.done != b.hang.stage or (
             b.stage.mode == STAGE_LANDING and (sup.landed > 0.0 or b.hang.grounded > 0.0)
         )
         anew = b.hang.datum >= NEVER or waiting(sup, b.stage, b.lift.settings.code) > 0.5
         datum = relative if anew and not over else b.hang.datum
-        stretch = hook[Q + l] - q
+        stretch = hook[Q + l] - s_load
         put_seen(
             A,
             SEEN + l,
@@ -162,9 +160,9 @@ def cycle(A, B, N, S, T, n_stages, t, w):
     look_up(A, T)
     for l in range(LANES):
         b = load(A, l)
-        q, v = hook[ROW + Q + l], hook[ROW + V + l]
-        z, water = b.lift.z_ref + q, b.hang.water
-        force = water_force(z, v, wetted(b.h_wet, b.lo, b.hi), water, b.lift.load)
+        s_load, v_load = hook[ROW + Q + l], hook[ROW + V + l]
+        z, water = b.lift.z_ref + s_load, b.hang.water
+        force = water_force(z, v_load, wetted(b.h_wet, b.lo, b.hi), water, b.lift.load)
         h = submergence(z, water.eta, b.lift.load.H)
         put_ly(
             A,
@@ -185,8 +183,8 @@ def cycle(A, B, N, S, T, n_stages, t, w):
                 stage_number=b.hang.stage,
             ),
         )
-        A[S_LOAD + l] = q
-        A[V_LOAD + l] = v
+        A[S_LOAD + l] = s_load
+        A[V_LOAD + l] = v_load
 
 
 @scalar
@@ -201,32 +199,32 @@ def windows(A, W_, i, n_win):
 
 
 def run(
-    A,
-    B,
-    N,
-    D_,
-    cols,
-    H,
-    S,
-    n_stages,
-    T,
-    E,
-    H_w,
-    levels,
-    dt_w,
-    i_0,
-    W_,
-    G,
-    starts,
-    first,
-    out,
-    every,
-    k_0,
-    n,
-    final,
-    n_win,
-    n_sub,
-    t_cycle,
+    A: Array,
+    B: Array,
+    N: int,
+    D_: Array,
+    cols: int,
+    H: Array,
+    S: Array,
+    n_stages: int,
+    T: Array,
+    E: Array,
+    H_w: Array,
+    levels: int,
+    dt_w: float,
+    i_0: int,
+    W_: Array,
+    G: Array,
+    starts: Array,
+    first: Array,
+    out: Array,
+    every: int,
+    k_0: int,
+    n: int,
+    final: int,
+    n_win: int,
+    n_sub: int,
+    t_cycle: float,
 ):
     """Cycles k_0 .. k_0 + n of all lanes; cycle `final` is only observed.
 
@@ -243,9 +241,9 @@ def run(
         take_tick(A, row, cols)
         if levels > 0:
             place_w = k * t_cycle / dt_w
-            i = int(place_w + 1.0e-9)
-            take_weights(H_w, place_w - i, dt_w)
-            sample = E[(i - i_0) * (2 + 2 * levels) * LANES :]
+            i_w = int(place_w + 1.0e-9)
+            take_weights(H_w, place_w - i_w, dt_w)
+            sample = E[(i_w - i_0) * (2 + 2 * levels) * LANES :]
             take_water(A, B, N, T, sample, sample[(2 + 2 * levels) * LANES :], H_w, levels)
         relay(A, B, N)
         new_stages(A, W_, G, starts, first, n_stages, k, n_win, t_cycle)
@@ -278,6 +276,3 @@ def run(
                 A[V_BEFORE + l] = B[D + l]
             for l in range(2 * LANES):
                 A[TIP_0 + l] = A[TIP_2 + l]
-
-
-run = njit(cache=True, nogil=True, **STRICT)(run)

@@ -191,9 +191,9 @@ def relay(A, B, N):
         row = B[i * ROW :]
         for l in range(LANES):
             v_0, v_1 = row[V + l], row[ROW + V + l]
-            e = row[Q + l] - row[ROW + Q + l]
+            stretch = row[Q + l] - row[ROW + Q + l]
             A[SUMS + l] += 5.0 * (v_0 * v_0 + v_1 * v_1) + 2.0 * v_0 * v_1
-            A[SUMS + LANES + l] += e * e
+            A[SUMS + LANES + l] += stretch * stretch
     hook = B[N * ROW :]
     for l in range(LANES):
         b = load(A, l)
@@ -255,9 +255,9 @@ def wire_step(A, B, N, T, t, tau, h):
         q_p = row[2 * ROW + Q + l]
         R = e.m * (5.0 * v_h + row[V + l]) + lift.hook.m * v_h - 0.5 * h * (row[ROW + W + l] + e.k * (q_h - row[Q + l]))
         A_h = 0.5 * s.d + lift.hook.m - s.off * row[C + l]
-        pull = pull_of_sling(q_h - q_p, A_h, R - s.off * row[D + l], s.A_p, s.R_p, h, lift.sling)
-        row[ROW + D + l] = pull.v_up
-        row[2 * ROW + D + l] = pull.v_down
+        sling = pull_of_sling(q_h - q_p, A_h, R - s.off * row[D + l], s.A_p, s.R_p, h, lift.sling)
+        row[ROW + D + l] = sling.v_up
+        row[2 * ROW + D + l] = sling.v_down
     finish(A, B, N, t + h, h)
 
 

@@ -12,7 +12,8 @@ from stillhook.control.interface import Sensed
 from stillhook.control.plc import Memory, Plc
 from stillhook.control.registry import CONTROLLERS, mode_of_code
 from stillhook.kernels.build import compiled
-from stillhook.kernels.control_laws import control_laws, extra_controllers, label
+from stillhook.kernels.control_laws import ControlLaws, control_laws, extra_controllers, label
+from stillhook.kernels.lanes import Array, access, flatten, size, unflatten
 from stillhook.physics.hydraulics.swash import MotorControl, known_displacement
 from stillhook.physics.records import replace
 
@@ -76,46 +77,74 @@ def plc_alone(
     Source: Moslatt 2020 paper F, verification step 2 ("controller inputs from measured data").
     """
     plc = plc._replace(brake=plc.brake._replace(fitted=0.0))
-    columns = PlcInputs(*(np.ascontiguousarray(x, dtype=np.float64) for x in seen))
-    commands = Commands(*np.empty((len(Commands._fields), len(p_hp))))
+    columns = PlcInputs(*(np.asarray(x, dtype=np.float64) for x in seen))
+    commands = np.empty((len(p_hp), len(Commands._fields)))
     used = extra_controllers(mode_of_code(code) for code in np.unique(columns.mode))
-    record = control_laws(used).blank({name: settings[name] for name in used if CONTROLLERS[name].settings})
-    p_hp = np.ascontiguousarray(p_hp, dtype=np.float64)
-    return commands, _compiled(used)(columns, p_hp, commands, memory, record, plc, control)
+    kernel = _kernel(used)
+    laws = kernel.laws.blank({name: settings[name] for name in used if CONTROLLERS[name].settings})
+    lane = np.array(flatten(kernel.Lane(memory, laws, plc, control)))
+    rows = np.column_stack([*columns, p_hp])
+    kernel.run(lane, rows.reshape(-1), commands.reshape(-1), len(rows))
+    return Commands(*commands.T), unflatten(kernel.Lane, iter(lane.tolist())).m
+
+
+Row: Any = NamedTuple("Row", [(f, float) for f in (*PlcInputs._fields, "p_hp")])  # type: ignore[misc]
+"""One cycle of what the PLC reads."""
+ROW, COMMANDS = size(Row), len(Commands._fields)
+row_at = access(Row, 1).load
+
+
+class Kernel(NamedTuple):
+    """The PLC with some controllers: Lane, the record of what it carries; run, compiled."""
+
+    laws: ControlLaws
+    Lane: Any
+    run: Any
 
 
 @functools.cache
-def _compiled(names: tuple[str, ...]) -> Any:
+def _kernel(names: tuple[str, ...]) -> Kernel:
     """`_cycles` with these controllers in addition to those of every kernel."""
-    bound = FunctionType(_cycles.__code__, {**globals(), "plc_cycle": control_laws(names).cycle}, _cycles.__name__)
-    return compiled(bound, f"plc{label(names)}")
+    laws = control_laws(names)
+    parts = [("m", Memory), ("laws", laws.Record), ("plc", Plc), ("control", MotorControl)]
+    lane: Any = NamedTuple("Lane", parts)  # type: ignore[misc]
+    lane.__module__ = f"{__name__} {' '.join(names)}"  # its generated functions are told apart by it
+    own = {"plc_cycle": laws.cycle, "load": access(lane, 1).load, "put_m": access(Memory, 1).store}
+    bound = FunctionType(_cycles.__code__, {**globals(), **own}, _cycles.__name__)
+    bound.__annotations__ = _cycles.__annotations__
+    return Kernel(laws, lane, compiled(bound, f"plc{label(names)}"))
 
 
-def _cycles(seen, p_hp, commands, m, laws, plc, control):
-    for k in range(len(p_hp)):
-        alpha_m = known_displacement(seen.alpha_m[k], m.u_m, control)
+def _cycles(A: Array, S: Array, out: Array, n: int):  # type: ignore[no-untyped-def]
+    """A lane, whose memory goes on; S rows of what the PLC reads; out rows of commands, n each."""
+    a = load(A, 0)  # type: ignore[name-defined]  # noqa: F821
+    m, laws, plc, control = a.m, a.laws, a.plc, a.control
+    for k in range(n):
+        seen, ahead = row_at(S, k * ROW), row_at(S, min(k + 1, n - 1) * ROW)
         y = Sensed(
-            s_tip=seen.s_tip[k],
-            v_tip=seen.v_tip[k],
-            a_tip=seen.a_tip[k],
-            v_op=seen.v_op[k],
-            s_op=seen.s_op[k],
-            mode=seen.mode[k],
-            f_pump=seen.f_pump[k],
-            s_w=seen.s_w[k],
-            F=seen.F[k],
-            alpha_m=alpha_m,
-            K_wire=seen.K_wire[k],
+            s_tip=seen.s_tip,
+            v_tip=seen.v_tip,
+            a_tip=seen.a_tip,
+            v_op=seen.v_op,
+            s_op=seen.s_op,
+            mode=seen.mode,
+            f_pump=seen.f_pump,
+            s_w=seen.s_w,
+            F=seen.F,
+            alpha_m=known_displacement(seen.alpha_m, m.u_m, control),
+            K_wire=seen.K_wire,
             dp=0.0,
             dp_load=0.0,
-            p_hp=p_hp[k],
+            p_hp=seen.p_hp,
         )
         drive, m, laws = plc_cycle(y, m, laws, plc)  # type: ignore[name-defined]  # noqa: F821
-        u_p, u_raw = drive.u_p, drive.u_raw
-        if seen.braked[k] > 0.0:
-            u_p = u_raw = seen.u_braked[k]
-            u_next = seen.u_braked[min(k + 1, len(p_hp) - 1)]  # where the open brake's first command starts
-            m = going_on(m, u_next, 0.0, AJAR)
-        commands.u_p[k], commands.u_m[k], commands.u_ff[k] = u_p, drive.u_m, drive.u_ff
-        commands.u_raw[k], commands.e_c[k] = u_raw, drive.e_c
-    return m
+        braked = seen.braked > 0.0
+        if braked:
+            m = going_on(m, ahead.u_braked, 0.0, AJAR)  # the command that the brake opens with
+        i = k * COMMANDS
+        out[i] = seen.u_braked if braked else drive.u_p
+        out[i + 1] = drive.u_m
+        out[i + 2] = drive.u_ff
+        out[i + 3] = seen.u_braked if braked else drive.u_raw
+        out[i + 4] = drive.e_c
+    put_m(A, 0, m)  # type: ignore[name-defined]  # noqa: F821

@@ -9,17 +9,30 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.kernels.build import compiled
+from stillhook.kernels.lanes import Array
 from stillhook.sea.motion.irregular import IrregularTip
 from stillhook.sea.motion.motion import Motion, Ramped
 
 
-def _rows(s, v, a, h, h_2, k, n, t_cycle, out, place, across):  # type: ignore[no-untyped-def]
+def _rows(
+    s: Array,
+    v: Array,
+    a: Array,
+    count: int,
+    h: float,
+    h_2: float,
+    k: int,
+    n: int,
+    t_cycle: float,
+    out: Array,
+    place: int,
+    across: int,
+):  # type: ignore[no-untyped-def]
     """Height, speed, acceleration of cycles k .. k + n - 1 to out, `across` apart, from out[place] on."""
-    count = len(s)
     for i in range(n):
-        x = (k + i) * t_cycle / h
-        node = math.floor(x)
-        x = x - node
+        since = (k + i) * t_cycle / h
+        node = math.floor(since)
+        x = since - node
         j = int(node) % count
         j_1 = j + 1 if j + 1 < count else 0
         s_0, v_0, a_0 = s[j], v[j], a[j]
@@ -45,7 +58,7 @@ def sampled(motion: Motion, k: int, n: int, t_cycle: float, out: FloatArray, lan
         return False
     h, s, v, a = tip.nodes
     lanes = out.shape[2]
-    _compiled()(s, v, a, h, h**2, k, n, t_cycle, out.reshape(-1), lane, lanes)
+    _compiled()(s, v, a, len(s), h, h**2, k, n, t_cycle, out.reshape(-1), lane, lanes)
     growing = min(n, math.ceil(ramp / t_cycle) + 1 - k)
     if growing > 0:
         out[:growing, :, lane] = np.column_stack(motion.sample(np.arange(k, k + growing) * t_cycle))

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from stillhook.errors import StillhookError
+from stillhook.kernels.lanes import Array
 from stillhook.physics.intrinsics import bits, double
 from stillhook.physics.records import fields
 from stillhook.physics.scalar import scalar_of
@@ -17,11 +18,14 @@ class SubsetError(StillhookError):
     """Source that lies outside the translated subset of Python."""
 
 
-class Array:
-    """Type of an array of floats."""
-
-
-LIBRARY = {abs: "fabs", math.fabs: "fabs", math.sqrt: "sqrt", math.ceil: "ceil", math.copysign: "copysign"}
+LIBRARY = {
+    abs: "fabs",
+    math.fabs: "fabs",
+    math.sqrt: "sqrt",
+    math.ceil: "ceil",
+    math.floor: "floor",
+    math.copysign: "copysign",
+}
 BITS = {bits: ("bits_of", int), double: ("float_of", float)}
 ARITHMETIC = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*"}
 COMPARISON = {ast.Lt: "<", ast.Gt: ">", ast.LtE: "<=", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
@@ -111,13 +115,15 @@ class Expressions:
     def static(self, e: ast.expr) -> Any:
         """The Python object that a global name or an attribute of a module stands for; None where there is none."""
         if isinstance(e, ast.Name) and not (e.id in self.args or e.id in self.local or e.id in self.loops):
-            builtins = {"abs": abs, "range": range}
+            builtins = {"abs": abs, "range": range, "int": int, "min": min, "max": max}
             return self.fn.__globals__.get(e.id, builtins.get(e.id))
         if isinstance(e, ast.Attribute) and inspect.ismodule(owner := self.static(e.value)):
             return getattr(owner, e.attr, None)
         return None
 
     def expr_Constant(self, e: ast.Constant) -> Value:
+        if isinstance(e.value, bool):
+            return Value(str(int(e.value)), bool)
         if type(e.value) not in (int, float):
             self.refuse(e, f"the constant {e.value!r}")
         return constant(e.value)  # type: ignore[arg-type]
@@ -212,6 +218,11 @@ class Expressions:
         text = ", ".join(bare(v.text) for v in values)
         if fn in LIBRARY:
             return Value(f"{LIBRARY[fn]}({text})", float)
+        if fn is int and len(values) == 1 and values[0].type in (float, int):
+            return Value(f"((int64_t){values[0].text})", int)
+        if fn in (min, max) and len(values) == 2 and values[0].type == values[1].type and not e.keywords:
+            kind = "int" if values[0].type is int else "float"
+            return Value(f"{fn.__name__}_{kind}({text})", values[0].type)
         if fn in BITS:
             return Value(f"{BITS[fn][0]}({text})", BITS[fn][1])
         if not inspect.isfunction(plain(fn)):

@@ -18,6 +18,7 @@ comparisons,
 """
 
 import ast
+import copy
 import functools
 import linecache
 import re
@@ -25,10 +26,10 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from stillhook.kernels.build import driver
-from stillhook.kernels.c99.expressions import Array, Expressions, SubsetError, Value, bare, constant, plain, safe
+from stillhook.kernels.c99.expressions import Expressions, SubsetError, Value, bare, constant, plain, safe
+from stillhook.kernels.lanes import Array
 from stillhook.physics.records import fields
-from stillhook.physics.scalar import align_stack
+from stillhook.physics.scalar import Scalar, align_stack, scalar_of
 
 LANE_LOOP = "LANES"
 """The driver's name for the number of lanes."""
@@ -47,10 +48,27 @@ HEADER = """\
 
 INLINED int64_t bits_of(double x) { int64_t n; memcpy(&n, &x, 8); return n; }
 INLINED double float_of(int64_t n) { double x; memcpy(&x, &n, 8); return x; }
+INLINED int64_t min_int(int64_t a, int64_t b) { return b < a ? b : a; }
+INLINED int64_t max_int(int64_t a, int64_t b) { return b > a ? b : a; }
+INLINED double min_float(double a, double b) { return b < a ? b : a; }
+INLINED double max_float(double a, double b) { return b > a ? b : a; }
 INLINED int64_t shift_left(int64_t n, int64_t by) { return (int64_t)((uint64_t)n << by); }
 INLINED int64_t floor_mod(int64_t a, int64_t b) { int64_t r = a % b; return r != 0 && (r < 0) != (b < 0) ? r + b : r; }
 INLINED int64_t floor_div(int64_t a, int64_t b) { return (a - floor_mod(a, b)) / b; }
 """
+
+
+FUSED = """\
+#ifdef __clang__
+#pragma clang fp contract(fast)
+#endif
+"""
+"""Multiplications and additions of a function may be fused."""
+
+
+def fuses(scalar: Scalar | None) -> bool:
+    """Whether a scalar function may fuse them in Numba's kernels."""
+    return scalar is not None and "contract" in scalar.options.get("fastmath", ())
 
 
 class CFunction(NamedTuple):
@@ -67,6 +85,13 @@ def definitions(file: str) -> dict[int, ast.FunctionDef]:
     tree = ast.parse("".join(linecache.getlines(file)))
     functions = (d for d in ast.walk(tree) if isinstance(d, ast.FunctionDef))
     return {d.decorator_list[0].lineno if d.decorator_list else d.lineno: d for d in functions}
+
+
+def _read(target: ast.Name | ast.Attribute | ast.Subscript) -> ast.expr:
+    """What is assigned to, as an expression that is read."""
+    expression = copy.copy(target)
+    expression.ctx = ast.Load()
+    return expression
 
 
 def returns(statements: list[ast.stmt]) -> bool:
@@ -95,6 +120,10 @@ class Translator:
             self.records[t] = name, f"struct {name} {{ {body} }};"
         return f"struct {self.records[t][0]}"
 
+    def parameter(self, t: Any) -> str:
+        """C's name of a parameter's type; arrays never overlap where one of them is written to."""
+        return "double *restrict" if t is Array else self.ctype(t)
+
     def unused(self, name: str) -> str:
         n = 1
         while (unique := name if n == 1 else f"{name}_{n}") in self.taken:
@@ -105,7 +134,7 @@ class Translator:
     def function(self, fn: Any, types: tuple[Any, ...], export: str = "") -> CFunction:
         """The C function for these argument types; translated when first asked for. `export` names an entry of the
         library."""
-        fn = plain(fn)
+        scalar, fn = scalar_of(fn), plain(fn)
         key = (fn, types, export)
         if key not in self.functions:
             code = fn.__code__
@@ -119,8 +148,9 @@ class Translator:
             if body.result is not None and not returns(d.body):
                 body.refuse(d, "an end without a result")
             name = export or self.unused(self.c_name(fn))
-            args = ", ".join(f"{self.ctype(t)} {safe(a.arg)}" for a, t in zip(d.args.args, types, strict=True))
-            kept = "".join(f"    {self.ctype(t)} {safe(v)};\n" for v, t in body.local.items())
+            args = ", ".join(f"{self.parameter(t)} {safe(a.arg)}" for a, t in zip(d.args.args, types, strict=True))
+            kept = FUSED if fuses(scalar) else ""
+            kept += "".join(f"    {self.ctype(t)} {safe(v)};\n" for v, t in body.local.items())
             head = f"{'' if export else 'INLINED '}{self.ctype(body.result)} {name}({args})"
             self.functions[key] = CFunction(name, body.result, f"{head}\n{{\n{kept}{lines}}}\n")
         return self.functions[key]
@@ -170,8 +200,13 @@ class Body(Expressions):
             return self.loop(s, pad, depth)
         if isinstance(s, ast.Assign) and len(s.targets) == 1:
             return self.assign(s, s.targets[0], s.value, pad)
-        if isinstance(s, ast.Break):
-            return f"{pad}break;\n"
+        if isinstance(s, ast.AugAssign):
+            value = ast.copy_location(ast.BinOp(_read(s.target), s.op, s.value), s)
+            return self.assign(s, s.target, value, pad)
+        if isinstance(s, ast.While) and not s.orelse:
+            return f"{pad}while ({bare(self.truth(s.test))}) {{\n{self.block(s.body, depth + 1)}{pad}}}\n"
+        if isinstance(s, ast.Break | ast.Continue):
+            return f"{pad}{'break' if isinstance(s, ast.Break) else 'continue'};\n"
         if isinstance(s, ast.Expr) and isinstance(s.value, ast.Constant):
             return ""  # docstring
         if isinstance(s, ast.Expr) and isinstance(s.value, ast.Call):
@@ -267,19 +302,6 @@ class Body(Expressions):
         return safe(target.id)
 
 
-def c_source(plant: str, lanes: tuple[int, ...] = (1, 16)) -> str:
-    """One C99 file with everything that a plant's kernels do.
-
-    For each lane count it exports `run_<lanes>` and `at_rest_<lanes>` (arguments as in `stillhook.kernels.driver`) and
-    `step_<lanes>`, one step of one trajectory on structs.
-    """
-    t = Translator()
-    for n in lanes:
-        d = driver(plant, n)
-        lane = dict(fields(d.Lane))
-        step = tuple(lane[f] for f in ("x", "u", "geo", "tip_0", "tip_1", "tip_2", "p"))
-        arrays = (Array, Array, int, Array, Array, Array)
-        t.function(d.run, (*arrays, *(int,) * 7, float), export=f"run_{n}")
-        t.function(d.at_rest, (Array,), export=f"at_rest_{n}")
-        t.function(d.step, (*step, float), export=f"step_{n}")
-    return t.source()
+def entry_types(function: Callable[..., Any]) -> tuple[Any, ...]:
+    """Types of a kernel's parameters: Array, int or float, as it declares them."""
+    return tuple(t for name, t in plain(function).__annotations__.items() if name != "return")
