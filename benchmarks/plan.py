@@ -20,7 +20,8 @@ from typing import NamedTuple
 from rich.console import Console
 from rich.table import Table
 
-from stillhook.kernels.build import cache_root, kernel_hash
+from stillhook.kernels.build import kernel_hash
+from stillhook.kernels.cache import cache_root
 
 PLAN = "template-to-1500m"
 QUICK_GOAL, GOAL = 10.0, 120.0

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from stillhook.errors import SimulationError
-from stillhook.kernels import build
+from stillhook.kernels import build, cache
 
 pytestmark = pytest.mark.slow
 
@@ -31,11 +31,11 @@ def temporary(tmp_path, monkeypatch):
     """A temporary folder of the system for each test, and notes that were not given yet."""
     folder = tmp_path / "system"
     folder.mkdir(mode=0o700)
-    monkeypatch.setattr(build.tempfile, "gettempdir", lambda: str(folder))
-    for kept in (build.private_folder, build._note):
+    monkeypatch.setattr(cache.tempfile, "gettempdir", lambda: str(folder))
+    for kept in (cache.private_folder, cache._note):
         kept.cache_clear()
     yield folder
-    for kept in (build.private_folder, build._note):
+    for kept in (cache.private_folder, cache._note):
         kept.cache_clear()
 
 
@@ -47,7 +47,7 @@ def made(folder: Path, mode: int) -> Path:
 
 def chosen(monkeypatch, folder: Path) -> Path:
     monkeypatch.setenv("STILLHOOK_CACHE", str(folder))
-    return build.cache_root()
+    return cache.cache_root()
 
 
 def test_a_folder_that_only_the_user_can_write_to_is_taken_without_a_word(tmp_path, monkeypatch, caplog):
@@ -117,17 +117,17 @@ def test_a_folder_of_somebody_else_is_replaced(tmp_path, monkeypatch, temporary,
 
 @posix
 def test_the_temporary_folder_is_held_to_the_same_rule(tmp_path, temporary, monkeypatch):
-    for name in ("stillhook-cache", f"stillhook-cache-{build.getpass.getuser()}"):
+    for name in ("stillhook-cache", f"stillhook-cache-{cache.getpass.getuser()}"):
         made(temporary / name, 0o777)
     fresh = made(temporary / "fresh", 0o700)
-    monkeypatch.setattr(build.tempfile, "mkdtemp", lambda prefix: str(fresh))
-    assert build.private_folder() == fresh
-    build.private_folder.cache_clear()
+    monkeypatch.setattr(cache.tempfile, "mkdtemp", lambda prefix: str(fresh))
+    assert cache.private_folder() == fresh
+    cache.private_folder.cache_clear()
     temporary.chmod(0o777)
     with pytest.raises(
         SimulationError, match=r"others may write to .*\. Set STILLHOOK_CACHE to a folder that only you can write to\.$"
     ):
-        build.private_folder()
+        cache.private_folder()
 
 
 @posix
@@ -136,12 +136,12 @@ def test_kernels_that_others_may_have_put_there_are_not_loaded(tmp_path, monkeyp
     folder = chosen(monkeypatch, made(tmp_path / "mine", 0o755)) / "kernels"
     inner = made(folder / "sub", 0o755)
     (inner / "f.nbc").write_bytes(b"code")
-    assert build.kernel_folder("kernels") == folder
+    assert cache.kernel_folder("kernels") == folder
     if spoiled == "link":
         (inner / "g.nbc").symlink_to(inner / "f.nbc")
     else:
         (inner / "f.nbc" if spoiled == "file" else inner).chmod(0o777)
-    assert build.kernel_folder("kernels") == temporary / "stillhook-cache" / "kernels"
+    assert cache.kernel_folder("kernels") == temporary / "stillhook-cache" / "kernels"
     assert f"Cache folder {folder}: " in caplog.text
 
 
@@ -150,7 +150,7 @@ def test_files_that_a_group_may_write_do_no_harm_where_the_group_cannot_reach_th
     folder = made(chosen(monkeypatch, tmp_path / "mine") / "kernels", 0o775)
     (folder / "f.nbc").write_bytes(b"code")
     (folder / "f.nbc").chmod(0o664)
-    assert build.kernel_folder("kernels") == folder
+    assert cache.kernel_folder("kernels") == folder
 
 
 @posix
@@ -159,7 +159,7 @@ def test_kernels_of_somebody_else_are_not_loaded(tmp_path, monkeypatch, temporar
     folder = made(chosen(monkeypatch, tmp_path / "mine") / "kernels", 0o700)
     (folder / "f.nbc").write_bytes(b"code")
     os.chown(folder / "f.nbc", SOMEBODY, -1)
-    assert build.kernel_folder("kernels") == temporary / "stillhook-cache" / "kernels"
+    assert cache.kernel_folder("kernels") == temporary / "stillhook-cache" / "kernels"
 
 
 @posix

@@ -11,10 +11,10 @@ import pytest
 from stillhook import Scenario, load_crane
 from stillhook.engine.scenario.problem import run_cases
 from stillhook.errors import SimulationError
-from stillhook.kernels import native
 from stillhook.kernels.build import driver
+from stillhook.kernels.c99 import library as native
+from stillhook.kernels.c99.library import Entry, Library
 from stillhook.kernels.lanes import VL, Array
-from stillhook.kernels.native import Entry, Library
 
 needs_zig = pytest.mark.skipif(native.compiler() is None, reason="Zig is not installed (extra native), or left out")
 

@@ -2,164 +2,31 @@
 
 A cache that is keyed on one file serves stale physics after an edit in another: hence the hash over all of them.
 
-The folder that compiled kernels are kept in. What is in it runs as machine code, so only a folder that nobody else
-may write to is used.
-
-On POSIX systems the folder belongs to the user, and neither group nor others may write to it; every folder above it
-belongs to the user or to root, and is closed in the same way or has the sticky bit, as /tmp has. Links are resolved
-first. Access lists of network drives are not read. On Windows rights are not read either: a folder inside the user's
-profile is taken, which Windows closes to other users, and no other.
+Zig compiles them where it is installed, else Numba, which is loaded for that alone.
 """
 
 from __future__ import annotations
 
-import contextlib
 import functools
-import getpass
 import hashlib
 import importlib.util
-import logging
 import os
-import stat
 import sys
-import tempfile
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-import numba
-import platformdirs
-from numba.core.caching import FunctionCache
-
 from stillhook.base.extensions import extension_sources
-from stillhook.errors import SimulationError
 from stillhook.kernels import control_laws
+from stillhook.kernels.c99.library import Entry, Library, compiler
 from stillhook.kernels.c99.source import Translator, entry_types
-from stillhook.kernels.native import Entry, Library, compiler
-from stillhook.physics import intrinsics as intrinsics
+from stillhook.kernels.cache import kernel_folder
 from stillhook.physics.records import fields
-from stillhook.physics.scalar import STRICT
 from stillhook.winches.reference import plant as truth
 from stillhook.winches.registry import WINCH_TYPES
-
-VARIABLE = "STILLHOOK_CACHE"
-PRIVATE = 0o700
-LOG = logging.getLogger("stillhook")
-
-
-def cache_root() -> Path:
-    """Folder for compiled kernels and residuals: STILLHOOK_CACHE, else the user's cache folder; a private temporary one
-    where that cannot be written to, or where somebody else may write to it, which is noted once."""
-    wanted = Path(os.environ.get(VARIABLE) or platformdirs.user_cache_dir("stillhook", appauthor=False))
-    try:
-        wanted = wanted.resolve()
-        reason = weakness(wanted)
-        if not reason:
-            make_private(wanted)
-            reason = weakness(wanted)
-        if not reason:
-            return wanted if os.access(wanted, os.W_OK) else private_folder()
-    except (
-        OSError,
-        RuntimeError,
-        ValueError,
-    ):  # a loop of links is a RuntimeError, a zero byte in the name a ValueError
-        return private_folder()
-    _note(wanted, reason)
-    return private_folder()
-
-
-@functools.cache
-def _note(folder: Path, reason: str) -> None:
-    LOG.warning(
-        f"Cache folder {folder}: {reason}, so compiled code is kept in {private_folder()} instead. "
-        f"Remove the folder, or set {VARIABLE} to one that only you can write to."
-    )
-
-
-def weakness(folder: Path) -> str:
-    """Why somebody else could replace what is in a resolved folder, "" where nobody can. What does not exist yet is
-    left out."""
-    if os.name == "nt":
-        return "" if folder.is_relative_to(Path.home().resolve()) else "is outside your profile"
-    for path in (folder, *folder.parents):
-        try:
-            status = path.lstat()
-        except FileNotFoundError:
-            continue
-        prefix = "" if path == folder else f"{path} "
-        if not stat.S_ISDIR(status.st_mode):
-            return f"{prefix}is not a folder"
-        if status.st_uid != os.geteuid() and (path == folder or status.st_uid != 0):
-            return f"{prefix}belongs to another user"
-        if status.st_mode & 0o022 and (path == folder or not status.st_mode & stat.S_ISVTX):
-            return f"others may write to {path if prefix else 'it'}"
-    return ""
-
-
-def weak_content(folder: Path) -> str:
-    """Why what is in a folder of the cache is not to be trusted: a link, another owner, or files that others may write
-    to; "" where all is well or nothing is there."""
-    if os.name == "nt" or not os.path.lexists(folder):
-        return ""
-    closed = not (folder.lstat().st_mode & folder.parent.lstat().st_mode) & 0o011
-    for path in (folder, *_below(folder)):
-        status = path.lstat()
-        if stat.S_ISLNK(status.st_mode):
-            return f"{path.name} in it is a link"
-        if status.st_uid != os.geteuid():
-            return f"{path.name} in it belongs to another user"
-        if status.st_mode & 0o022 and not closed:
-            return f"others may write to {path.name} in it"
-    return ""
-
-
-def _below(folder: Path) -> Iterator[Path]:
-    for top, folders, files in os.walk(folder):
-        yield from (Path(top) / name for name in (*folders, *files))
-
-
-def make_private(folder: Path) -> None:
-    """Make a folder, and what is missing above it, that only the user can enter."""
-    for path in (*reversed(folder.parents), folder):
-        path.mkdir(mode=PRIVATE, exist_ok=True)
-
-
-def kernel_folder(name: str) -> Path:
-    """The cache's folder of this name, not made yet; one in the private folder where its content is not to be trusted,
-    which is noted once."""
-    folder = cache_root() / name
-    try:
-        reason = weak_content(folder)
-    except OSError as problem:  # removed by another process meanwhile
-        reason = str(problem.strerror)
-    if reason:
-        _note(folder, reason)
-        return private_folder() / name
-    return folder
-
-
-@functools.cache
-def private_folder() -> Path:
-    """A temporary folder that nobody else can write to. Errors: SimulationError where there is none."""
-    above = Path(tempfile.gettempdir()).resolve()
-    for name in ("stillhook-cache", f"stillhook-cache-{getpass.getuser()}"):
-        with contextlib.suppress(OSError):
-            (above / name).mkdir(mode=PRIVATE, exist_ok=True)
-            if not weakness(above / name):
-                return above / name
-    made = Path(tempfile.mkdtemp(prefix="stillhook-cache-"))
-    if reason := weakness(made):
-        made.rmdir()
-        raise SimulationError(
-            f"{above}: {reason}, so that no compiled code can be kept there. Set {VARIABLE} to a folder that only you"
-            " can write to."
-        )
-    return made
-
 
 PLANTS: dict[str, ModuleType] = {**{name: each.module for name, each in WINCH_TYPES.items()}, "truth": truth}
 """Module of every winch type, and of the reference plant for synthetic logs."""
@@ -172,7 +39,7 @@ LOCK = threading.RLock()
 @functools.cache
 def kernel_hash() -> str:
     """Hash of every source that a kernel can inline, of Numba and of Python."""
-    digest = hashlib.sha256(f"numba {numba.__version__} python {sys.version_info[:2]}".encode())
+    digest = hashlib.sha256(f"numba {version('numba')} python {sys.version_info[:2]}".encode())
     for path in (p for folder in KERNEL_FOLDERS for p in sorted((PACKAGE / folder).rglob("*.py"))):
         digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:16]
@@ -207,43 +74,19 @@ def _folder(plant: str, kind: str, extra_controllers: tuple[str, ...]) -> str:
     return (plant if kind == "driver" else f"{kind}-{plant}") + of_user + control_laws.label(extra_controllers)
 
 
+def interpreted() -> bool:
+    """Whether kernels stay plain Python."""
+    return os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
+
+
 def is_compiled(plant: str, lanes: int, kind: str = "driver", extra_controllers: tuple[str, ...] = ()) -> bool:
     """Whether a run of this plant starts from cached machine code."""
-    if numba.config.DISABLE_JIT:
+    if interpreted():
         return True
     entry = driver(plant, lanes, kind, extra_controllers).run
     if isinstance(entry, Entry) and not entry.library.failed:
         return entry.library.is_compiled()
     return any(cache_folder(_folder(plant, kind, extra_controllers), lanes).rglob("*.nbc"))
-
-
-class _Cache(FunctionCache):  # type: ignore[misc]
-    """Numba's cache, but never in the way: what cannot be read is compiled again, what cannot be written is not
-    kept."""
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        try:
-            return super().load_overload(sig, target_context)
-        except Exception:  # whatever a damaged file makes of unpickling
-            with contextlib.suppress(OSError):
-                self.flush()
-            return None
-
-    def save_overload(self, sig: Any, data: Any) -> None:
-        with contextlib.suppress(OSError):
-            super().save_overload(sig, data)
-
-
-@contextlib.contextmanager
-def _cached_in(folder: Path) -> Iterator[None]:
-    """Functions that are decorated within keep their machine code in this folder, which only the user can enter."""
-    with contextlib.suppress(OSError):  # what cannot be written is not kept
-        make_private(folder)
-    before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
-    try:
-        yield
-    finally:
-        numba.config.CACHE_DIR = before
 
 
 BASE = {"lift_driver": "lift_wire", "lift_wire": "driver"}
@@ -284,7 +127,7 @@ def compiled(function: Any, name: str) -> Any:
 
 def _machine_code(kernels: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     """Kernels as Zig compiles them, else Numba; compiled on first call, cached in this folder."""
-    if numba.config.DISABLE_JIT or not kernels:
+    if interpreted() or not kernels:
         return dict(kernels)
     by_numba = {name: functools.partial(_by_numba, function, folder) for name, function in kernels.items()}
     if compiler() is None:
@@ -294,11 +137,10 @@ def _machine_code(kernels: Mapping[str, Any], folder: Path) -> dict[str, Any]:
 
 
 def _by_numba(function: Any, folder: Path) -> Any:
-    """Numba takes the cache folder from a global setting while functions are decorated, so this holds a lock."""
-    with LOCK, _cached_in(folder):
-        entry = numba.njit(cache=True, nogil=True, **STRICT)(function)
-        entry._cache = _Cache(entry.py_func)
-    return entry
+    from stillhook.kernels.by_numba import machine_code  # heavy
+
+    with LOCK:
+        return machine_code(function, folder)
 
 
 def c_source(plant: str, lanes: tuple[int, ...] = (1, 16)) -> str:

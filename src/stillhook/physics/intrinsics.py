@@ -8,7 +8,6 @@ from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic, typeof_impl
 
-from stillhook.physics import scalar
 from stillhook.physics.scalar import scalar_of
 
 
@@ -55,4 +54,6 @@ def slot(typingctx):
     return types.void(), generate
 
 
-vars(scalar).update(_bits=bits, _float=double, _slot=slot)
+def operation(name: str) -> Any:
+    """The function of `stillhook.physics.scalar` with this name as machine code."""
+    return {"bits": lambda x: bits(x), "double": lambda n: double(n), "slot": lambda: slot()}[name]

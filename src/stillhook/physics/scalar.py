@@ -10,6 +10,7 @@ the same bits as one. Never put full fastmath on these functions: it deletes the
 
 import functools
 import math
+import struct
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -36,6 +37,17 @@ class Scalar:
         from stillhook.physics.intrinsics import inlined
 
         return inlined(self.source, self.options)
+
+
+class Operation(Scalar):
+    """An operation of machine code; the intrinsic of Numba has the same name."""
+
+    @functools.cached_property
+    def kernel(self) -> Any:
+        """The function for Numba, which calls its intrinsic."""
+        from stillhook.physics.intrinsics import inlined, operation
+
+        return inlined(operation(self.source.__name__), self.options)
 
 
 def scalar(source: Function) -> Function:
@@ -93,16 +105,30 @@ def copysign(x, y):
     return math.copysign(x, y)
 
 
+def slot():
+    """Nothing."""
+
+
+def bits(x):
+    """The 64 bits of a double as an integer."""
+    return struct.unpack("<q", struct.pack("<d", x))[0]
+
+
+def double(n):
+    """The double that has these 64 bits."""
+    return struct.unpack("<d", struct.pack("<q", n))[0]
+
+
+slot, bits, double = (in_kernels(each, Operation(each)) for each in (slot, bits, double))
+
+
 def _align_stack():
-    _slot()  # type: ignore[name-defined]  # noqa: F821
+    slot()
 
 
 align_stack = in_kernels(lambda: None, Scalar(_align_stack))
 """Puts a kernel's stack on a boundary of 64 bytes. Without it every vector that is kept on the stack may straddle two
 cache lines: the kernel then runs up to a third slower, in some processes and not in others."""
-
-
-# `_slot`, `_bits` and `_float` are operations of machine code: `stillhook.physics.intrinsics` puts them here.
 
 
 def _exp(x):
@@ -117,7 +143,7 @@ def _exp(x):
     b = (1.0 / 24.0 + r * (1.0 / 120.0)) + r_2 * (1.0 / 720.0 + r * (1.0 / 5040.0))
     c = (1.0 / 40320.0 + r * (1.0 / 362880.0)) + r_2 * (1.0 / 3628800.0 + r * (1.0 / 39916800.0))
     p = a + r_4 * (b + r_4 * c)
-    return p * _float((_bits(t) + 1023) << 52)  # type: ignore[name-defined]  # noqa: F821
+    return p * double((bits(t) + 1023) << 52)
 
 
 def _exp_python(x):

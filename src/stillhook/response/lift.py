@@ -18,7 +18,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.errors import LiftError
 from stillhook.formats.lift_file import LiftFile
-from stillhook.kernels.build import cache_root
+from stillhook.kernels.cache import cache_root
 from stillhook.response.forcing import (
     Forcing,
     forcing_of_directional,

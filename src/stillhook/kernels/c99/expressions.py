@@ -9,9 +9,8 @@ from typing import Any, NamedTuple
 
 from stillhook.errors import StillhookError
 from stillhook.kernels.lanes import Array
-from stillhook.physics.intrinsics import bits, double
 from stillhook.physics.records import fields
-from stillhook.physics.scalar import scalar_of
+from stillhook.physics.scalar import bits, double, scalar_of
 
 
 class SubsetError(StillhookError):

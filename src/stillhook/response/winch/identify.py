@@ -22,7 +22,8 @@ from stillhook.control.registry import DEFAULT_MODE
 from stillhook.engine.runner import Ending
 from stillhook.engine.scenario.problem import Result
 from stillhook.errors import LiftError, ScenarioError, StillhookError
-from stillhook.kernels.build import cache_root, results_hash
+from stillhook.kernels.build import results_hash
+from stillhook.kernels.cache import cache_root
 from stillhook.response.winch.duty import (
     FINE,
     QUICK,
