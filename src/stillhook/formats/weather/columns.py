@@ -9,8 +9,12 @@ from __future__ import annotations
 
 import math
 import re
+import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -19,116 +23,11 @@ from stillhook.errors import WeatherError
 from stillhook.sea.spectra.directions import FULL, DirectionSense, coming_from
 from stillhook.units import quote
 
-KINDS = {
-    "H_m0": "height",
-    "T_p": "period",
-    "T_m02": "period",
-    "come_from": "direction",
-    "wind": "speed",
-    "wind_from": "direction",
-    "current": "speed",
-}
-ALIASES: Mapping[str, tuple[str, ...]] = {
-    "H_m0": (
-        "hs",
-        "h_s",
-        "hm0",
-        "h_m0",
-        "hsig",
-        "hsign",
-        "swh",
-        "wvht",
-        "vhm0",
-        "waveheight",
-        "wave_height",
-        "sig_wave_height",
-        "hs_tot",
-        "hs_total",
-        "significant_wave_height",
-        "significant_height",
-        "sea_surface_wave_significant_height",
-        "hm0_sea",
-    ),
-    "T_p": (
-        "tp",
-        "t_p",
-        "tpeak",
-        "peak_period",
-        "peak_wave_period",
-        "wave_peak_period",
-        "pp1d",
-        "dpd",
-        "vtpk",
-        "tp_total",
-        "waveperiod",
-        "dominant_wave_period",
-        "sea_surface_wave_period_at_variance_spectral_density_maximum",
-    ),
-    "T_m02": (
-        "tz",
-        "t_z",
-        "tm02",
-        "t_m02",
-        "mp2",
-        "vtm02",
-        "zero_crossing_period",
-        "mean_zero_crossing_period",
-        "apd",
-        "sea_surface_wave_zero_upcrossing_period",
-    ),
-    "come_from": (
-        "come_from",
-        "mwd",
-        "dir",
-        "wave_dir",
-        "wave_direction",
-        "mean_wave_direction",
-        "mean_direction",
-        "mdir",
-        "vmdr",
-        "dirm",
-        "thetam",
-        "waves_from",
-        "wave_from",
-        "wave_from_direction",
-        "wave_direction_from",
-        "sea_surface_wave_from_direction",
-        "wave_to",
-        "waves_to",
-        "wave_to_direction",
-        "wave_direction_to",
-        "sea_surface_wave_to_direction",
-        "wavedir",
-        "wavedirection",
-        "direction",
-    ),
-    "wind": (
-        "wind",
-        "windspeed",
-        "wind_speed",
-        "wspd",
-        "wind_speed_10m",
-        "windspeed_10m",
-        "ws",
-        "ws10",
-        "w10",
-        "u10",
-        "ff",
-    ),
-    "wind_from": (
-        "wind_from",
-        "wind_dir",
-        "winddir",
-        "wind_direction",
-        "wdir",
-        "wind_from_direction",
-        "wind_direction_10m",
-        "dd",
-        "wind_to_direction",
-        "wind_to",
-    ),
-    "current": ("current", "current_speed", "currentspeed", "surface_current", "cur_spd"),
-}
+HEADINGS: Mapping[str, Any] = MappingProxyType(
+    tomllib.loads(Path(__file__).with_name("headings.toml").read_text(encoding="utf-8"))
+)
+"""What headings of weather tables are, by tables: columns, times."""
+KINDS: Mapping[str, str] = MappingProxyType({name: row["kind"] for name, row in HEADINGS["columns"].items()})
 UNITS: Mapping[str, Mapping[str, float]] = {
     "height": {"m": 1.0, "cm": 0.01, "ft": 0.3048, "metre": 1.0, "meter": 1.0, "metres": 1.0, "meters": 1.0},
     "period": {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0},
@@ -236,7 +135,7 @@ def _recognised(headings: Sequence[str], key: str, name: str) -> int | None:
             for h in headings
         ]
         parts = ("u10",) if "v10" in names else ()  # beside v10 it is no speed but its part towards the east
-        places = [i for i, n in enumerate(names) if n in ALIASES[key] and n not in parts]
+        places = [i for i, n in enumerate(names) if n in HEADINGS["columns"][key]["headings"] and n not in parts]
         if len(places) > 1:
             both = " and ".join(quote(headings[i]) for i in places)
             raise WeatherError(
