@@ -6,8 +6,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stillhook.base.choice import nearest
+from stillhook.errors import WeatherError
 from stillhook.report.formatting import wrapped
 from stillhook.report.terminal import print_json, print_table
+from stillhook.units import parse, quote
 
 if TYPE_CHECKING:
     import numpy as np
@@ -34,9 +37,7 @@ def by_limits(
     picture: bool,
 ) -> tuple[dict[str, Any], Any]:
     """The answer for limits in words, and its picture where one is wanted."""
-    from stillhook.errors import WeatherError
     from stillhook.report.plots.sea import forecast_figure
-    from stillhook.units import parse
     from stillhook.weather.alpha import load_alpha_table
     from stillhook.weather.forecast import check_forecast, numbers
 
@@ -66,19 +67,12 @@ def by_plan(
     json: bool,
 ) -> int:
     """Tell go or no-go of every alternative of a saved plan; the exit code is that of one of them."""
-    from stillhook.base.choice import nearest
-    from stillhook.errors import WeatherError
     from stillhook.plan.answer.dataset import load_plan_result
     from stillhook.plan.weather.forecast import plan_forecast
-    from stillhook.units import quote
 
     result = load_plan_result(folder)
-    names = [a.value for a in result.alternatives]
     chosen = str(result.facts["shown"]) if alternative is None else alternative
-    if chosen not in names:
-        raise WeatherError(
-            f"--alternative {quote(chosen)}: is not one of the plan's {', '.join(names)}{nearest(chosen, names)}"
-        )
+    chosen_alternatives([chosen], result.alternatives)
     credit: Credit = "twin" if twin else "credited"
     answer = plan_forecast(
         result, read(), limits=limits, credit=credit, start=when[0], horizon=when[1], ship=heading[0]
@@ -122,10 +116,6 @@ def _print(answer: dict[str, Any]) -> None:
 
 def chosen_alternatives(names: Sequence[str], of: Sequence[Alternative]) -> tuple[Alternative, ...]:
     """Those of a plan's alternatives that were named; all without any. Errors: WeatherError."""
-    from stillhook.base.choice import nearest
-    from stillhook.errors import WeatherError
-    from stillhook.units import quote
-
     for name in names:
         if name not in of:
             raise WeatherError(
