@@ -144,7 +144,7 @@ DEEP = 3.0
 
 class Place(NamedTuple):
     """Motion of the crane tip, the water below it, height of the tip above still water [m]; in words; what they follow
-    from; notes: what a reader should know."""
+    from (None: not there); notes: what a reader should know."""
 
     tip: Motion
     waves: WaveField | None
@@ -187,23 +187,14 @@ def place_of(file: LiftTables, table: TomlTable, length: float, seed: int | None
         raise table.wrong("no waves. Leave [sea] and vessel out for a calm.", "sea", "wave")
     if length < SHORTEST_SEA:
         raise LiftError(f"duration = {show(length, 'time')}: too short for waves at random. Give a minute or more.")
-    depth, seed = file.water.depth, file.sea.seed if seed is None else _seed(seed)
+    if seed is not None and (isinstance(seed, bool) or not isinstance(seed, int) or seed < 0):
+        raise LiftError(f"--seed {quote(seed)}: give a whole number of 0 or more.")
+    depth, seed = file.water.depth, file.sea.seed if seed is None else seed
     waves = realise(sea, length, seed, amplitudes=file.sea.amplitudes, depth=depth)
     words = f"{rao.name}, tip at {where.describe()}, in {sea.describe()}, seed {seed}"
     motion, water = tip_motion(waves, rao, where.x, where.y), wave_field(waves, where.x, where.y)
-    return Place(
-        tip=motion, waves=water, h_tip=height, words=words, vessel=rao, at=where, sea=sea, notes=_notes(rao, sea, depth)
-    )
-
-
-def _seed(seed: int) -> int:
-    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        raise LiftError(f"--seed {quote(seed)}: give a whole number of 0 or more.")
-    return seed
-
-
-def _notes(rao: Rao, sea: Sea, depth: float) -> tuple[str, ...]:
-    return depth_notes(rao, max(train.spectrum.peak_period for train in sea.trains), depth)
+    notes = depth_notes(rao, max(train.spectrum.peak_period for train in sea.trains), depth)
+    return Place(tip=motion, waves=water, h_tip=height, words=words, vessel=rao, at=where, sea=sea, notes=notes)
 
 
 def depth_notes(rao: Rao, longest: float, depth: float) -> tuple[str, ...]:
@@ -233,27 +224,22 @@ def still_place(file: PlaceTables, table: TomlTable) -> Place:
 
 def _point(file: PlaceTables) -> tuple[TipPoint | None, float]:
     """Place of the crane tip from the vessel's reference point, and its height above still water [m]."""
-    point, height = _point_and_height(file)
-    if height <= 0.0:
-        raise LiftError(
-            f"tip: its height {show(height, 'length')} is not above the water. Count it up from still water."
-        )
-    return point, height
-
-
-def _point_and_height(file: PlaceTables) -> tuple[TipPoint | None, float]:
     at, height = file.tip.at, file.tip.height
+    if file.boom is not None and (at is not None or height is not None):
+        raise LiftError("tip: its place is given together with [boom]. Leave one of them out.")
     if file.boom is not None:
-        if at is not None or height is not None:
-            raise LiftError("tip: its place is given together with [boom]. Leave one of them out.")
-        x, y, z = file.boom.boom.tip
-        return TipPoint(x, y, z), z
-    point = None if at is None else parse_point(at, "tip.at")
+        point: TipPoint | None = TipPoint(*file.boom.boom.tip)
+    else:
+        point = None if at is None else parse_point(at, "tip.at")
     if height is not None and point is not None and point.z is not None:
         raise LiftError("tip.height: given together with z in tip.at. Leave one of them out.")
     height = height if height is not None else point.z if point is not None else None
     if height is None:
         raise LiftError('tip: its height above the water is missing. Give z in tip.at, or height = "30 m".')
+    if height <= 0.0:
+        raise LiftError(
+            f"tip: its height {show(height, 'length')} is not above the water. Count it up from still water."
+        )
     return point, height
 
 

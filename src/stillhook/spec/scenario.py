@@ -11,7 +11,6 @@ import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from functools import cached_property
 from itertools import pairwise
 from typing import Annotated, Any, Self
 
@@ -20,7 +19,7 @@ from numpy.typing import ArrayLike
 from pydantic import ConfigDict, Field, SerializeAsAny, ValidationError, field_validator, model_validator
 
 from stillhook import units as u
-from stillhook.base.arrays import FloatArray, decode_array, encode_array
+from stillhook.base.arrays import ArrayRecord, FloatArray, decode_array, encode_array, fill
 from stillhook.control.registry import DEFAULT_MODE
 from stillhook.control.registry import Mode as Mode
 from stillhook.errors import ScenarioError
@@ -34,7 +33,7 @@ EDGE = 1e-9  # s: how far a time may lie outside the record by rounding alone
 
 
 @dataclass(frozen=True, init=False, eq=False)
-class Commands:
+class Commands(ArrayRecord):
     """Pump and motor commands at given times, each held until the next one, as a PLC's outputs are.
 
     Parameters: times [s], strictly increasing (the first one becomes t = 0); u_p pump commands in [-1, 1], hoisting
@@ -65,11 +64,7 @@ class Commands:
                     f"{place}: {name} = {x[i]:g} at {t[i]:g} s: allowed is {lo:g} to 1. Scale it, or hold it in its"
                     " range."
                 )
-        t -= t[0]
-        for name, x in (("times", t), ("u_p", p), ("u_m", m)):
-            x.flags.writeable = False
-            object.__setattr__(self, name, x)
-        object.__setattr__(self, "source", source)
+        fill(self, times=t - t[0], u_p=p, u_m=m, source=source)
 
     def at(self, t: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """u_p and u_m in force at the times t [s]; after the last time the last ones hold."""
@@ -80,16 +75,6 @@ class Commands:
     def duration(self) -> float:
         """Last time of the record [s]."""
         return float(self.times[-1])
-
-    def __eq__(self, other: object) -> bool:
-        return self._content == other._content if isinstance(other, Commands) else NotImplemented
-
-    def __hash__(self) -> int:
-        return hash(self._content)
-
-    @cached_property
-    def _content(self) -> tuple[bytes, bytes, bytes, str]:
-        return self.times.tobytes(), self.u_p.tobytes(), self.u_m.tobytes(), self.source
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data that `from_dict` turns into the same record, exact to the bit."""

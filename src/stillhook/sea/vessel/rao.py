@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stillhook.base.arrays import ComplexArray, FloatArray
+from stillhook.base.arrays import ComplexArray, FloatArray, fill
 from stillhook.errors import SeaError
 from stillhook.sea.vessel.long_wave import long_wave_limits, long_wave_scales, wavenumber
 from stillhook.units import quote
@@ -72,9 +72,7 @@ class Rao:
             )
         if beta[0] < 0.0 or beta[-1] >= TURN or (np.diff(beta) <= 0.0).any():
             raise SeaError(f"{where}: headings must ascend from 0 up to below 360 deg, each once. Sort the table.")
-        for name, array in (("omega", omega), ("beta", beta), ("H", H)):
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        fill(self, omega=omega, beta=beta, H=H)
 
     def at(self, omega: ArrayLike, beta: ArrayLike) -> ComplexArray:
         """H at frequencies (k,) [rad/s] and a heading [rad]: shape (6, k); at headings (j,): shape (6, j, k).
