@@ -30,8 +30,7 @@ from stillhook.sea.spectra.measured import SpectrumSeries
 from stillhook.sea.spectra.spectrum import Sea, Train, check_spread
 from stillhook.sea.spectra.text import parse_sea
 from stillhook.sea.vessel.boom import DESCRIPTIONS, Boom
-from stillhook.sea.vessel.long_wave import wavenumber
-from stillhook.sea.vessel.rao import Rao
+from stillhook.sea.vessel.rao import Rao, wavenumber
 from stillhook.sea.vessel.realisation import WaveField, realise, tip_motion, wave_field
 from stillhook.sea.vessel.tip import TipPoint, parse_point
 from stillhook.spec.crane import Crane
@@ -293,7 +292,7 @@ LATE = 1.1
 
 class LiftFile(NamedTuple):
     """A crane and a lowering, how finely it is run and stored (None: default), and where it happens, in words; vessel,
-    place of the crane tip and sea as the file gives them (None: not there); notes on what it asks for."""
+    place of the crane tip and sea as the file gives them (None: not there); notes on what a reader should know."""
 
     crane: Crane
     lift: Lowering

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from stillhook.base.atomic import atomic_file, atomic_folder
 from stillhook.engine.simulate import simulate
 from stillhook.errors import StillhookError, UnreadableError
-from stillhook.formats.binary.netcdf import read_dataset
+from stillhook.formats.binary.reader import read_dataset
 from stillhook.library import crane_from_toml
 from stillhook.spec.scenario import Scenario
 

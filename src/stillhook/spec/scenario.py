@@ -1,7 +1,7 @@
 """What is done to a crane: load, wire out, tip motion, operator, mode, sensors, faults. Frozen; text with units in, SI
 inside.
 
-Commands to the active circuit as a record, such as a log has them: what the pumps and motors were told, cycle by
+Commands to the active circuit as a record, such as a log has them: commands of the pumps and motors, cycle by
 cycle.
 """
 
@@ -152,7 +152,7 @@ class Water(Record):
 
 
 class Sensors(Record):
-    """What stands between the winch and the PLC. Default: ideal. Noise is white per PLC cycle, from `seed`."""
+    """What is between the winch and the PLC. Default: ideal. Noise is white per PLC cycle, from `seed`."""
 
     delay: u.Time = Field(default=0.0, ge=0, le=10, description="delay of the tip motion signals")
     noise_s_tip: u.Length = Field(default=0.0, ge=0, description="standard deviation of the tip position signal")
@@ -209,10 +209,9 @@ class Scenario(Record):
 
     The motion is ramped in over `ramp`; metrics count from `warm_up` on. `modes` changes the mode at given times,
     bumpless. `commands`: a record of pump and motor commands that the active circuit takes in place of the PLC's, as
-    measured ones to see how the winch itself answers. `gas_held`: the accumulator's pressure stands, as with a gas bank
-    without end, so that a long steady run does not empty it.
-    Texts carry units: `Scenario(load="100 t", s_w="100 m", tip="sine 2.8 m 12 s", mode="ssc")`.
-    Raises ScenarioError, one line, for anything else.
+    measured ones to see how the winch itself answers. `gas_held`: the accumulator's pressure is held, as with a gas
+    bank without end, so that a long steady run does not empty it. Texts carry units: `Scenario(load="100 t", s_w="100
+    m", tip="sine 2.8 m 12 s", mode="ssc")`. Raises ScenarioError, one line, for anything else.
 
     >>> import stillhook
     >>> case = stillhook.Scenario(load="100 t", s_w="100 m", tip="sine 2.8 m 12 s", mode="ssc")

@@ -29,7 +29,7 @@ UNSIGNED = (
     "A certificate carries a checksum, not a signature: an edited certificate with a new checksum reads as genuine."
     " Verify it by computing it again from the logs: stillhook certificate check certificate.json."
 )
-"""Stands wherever credit rests on a certificate."""
+"""Printed wherever credit rests on a certificate."""
 SHORT = 12
 """Digits of a digest that people are shown."""
 
@@ -43,8 +43,8 @@ class _Closed(BaseModel):
 
 
 class Conditions(NamedTuple):
-    """What a run asks: payload [kg]; least and most wire out with the motion [m]; largest 30 s peak-to-peak of the tip
-    [m]; mean period of its motion [s] (both NaN where nothing follows the tip, as in manual mode); modes by name;
+    """Conditions of a run: payload [kg]; least and most wire out with the motion [m]; largest 30 s peak-to-peak of the
+    tip [m]; mean period of its motion [s] (both NaN where nothing follows the tip, as in manual mode); modes by name;
     faults that it has, in words.
     """
 
@@ -108,7 +108,7 @@ def _range(ends: tuple[float, float], kind: str, digits: int = 3) -> str:
 
 
 def _beyond(quantity: str, ends: tuple[float, float], known: tuple[float, float], kind: str, digits: int = 3) -> str:
-    """What is asked and what is known, where the first is not within the second."""
+    """What a run has and what was validated, where the first is not within the second."""
     (least, most), (lo, hi) = ends, known
     if math.isnan(least) or (least >= lo - EDGE * abs(lo) and most <= hi + EDGE * abs(hi)):
         return ""
@@ -139,7 +139,7 @@ class Certified(_Closed):
     def _sealed(self) -> Self:
         if self.seal != _seal(self):
             raise ValueError(
-                "a record changed by hand. Name the certificate itself in the crane file: certificate ="
+                "a record that was changed manually. Name the certificate itself in the crane file: certificate ="
                 ' "certificate.json".'
             )
         return self

@@ -239,7 +239,7 @@ def waves_of(
     ship: str | None,
     record: str | None,
 ) -> Waves:
-    """The waves that were asked for: those of the lift file, in words, or of a file. Errors: SeaError."""
+    """The requested waves: those of the lift file, in words, or of a file. Errors: SeaError."""
     from stillhook.response.lift import Waves
 
     if sea is not None:

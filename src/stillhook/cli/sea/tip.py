@@ -47,10 +47,7 @@ KNUCKLE_HELP = 'Knuckle boom: length and angle below the main boom\'s line, "15 
 LOG_HELP = (
     "Log of a motion sensor (CSV or $PSXN,23) in place of vessel and waves; --at is then from the sensor, with z."
 )
-SEEDS_HELP = (
-    "Realisations of the sea whose largest values are met and fitted (Gumbel, 95 % intervals); 20 or more tell"
-    " something."
-)
+SEEDS_HELP = "Realisations of the sea whose largest values are met and fitted (Gumbel, 95 % intervals); use 20 or more."
 
 
 def tip(

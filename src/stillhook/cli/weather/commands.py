@@ -13,8 +13,16 @@ from stillhook.base.choice import nearest
 from stillhook.cli.output import check_out, write_out
 from stillhook.cli.parser import Json, refuse
 from stillhook.cli.sea.response import waves_of_file
-from stillhook.cli.weather.limits import by_limits, by_plan, chosen_alternatives, print_lift
-from stillhook.cli.weather.tables import print_alpha, print_forecast, print_persistence, print_show
+from stillhook.cli.weather.answers import (
+    by_limits,
+    by_plan,
+    chosen_alternatives,
+    print_alpha,
+    print_forecast,
+    print_lift,
+    print_persistence,
+    print_show,
+)
 from stillhook.errors import WeatherError
 from stillhook.report.terminal import print_json, progress_bar
 from stillhook.sea.spectra.directions import parse_direction
@@ -69,7 +77,7 @@ Columns = Annotated[list[str] | None, typer.Option("--column", help=COLUMN_HELP)
 TimeColumn = Annotated[str | None, typer.Option("--time", help="Heading of the times, where it is not recognised.")]
 Order = Annotated[str | None, typer.Option("--date-order", help=ORDER_HELP)]
 Step = Annotated[
-    str | None, typer.Option("--step", help="What a record stands for, where that is not the usual spacing.")
+    str | None, typer.Option("--step", help="What a record represents, where that is not the usual spacing.")
 ]
 Limits = Annotated[list[str], typer.Option("--limit", help=LIMIT_HELP)]
 Ship = Annotated[str | None, typer.Option("--ship", help=SHIP_HELP)]
@@ -167,7 +175,7 @@ def forecast(
         str | None, typer.Option(help="With --plan: the one whose go counts; default: the plan's own.")
     ] = None,
     uncredited: Annotated[
-        bool, typer.Option("--twin", help="With --plan: limits as the twin tells them, not as credited.")
+        bool, typer.Option("--twin", help="With --plan: limits as simulated by the twin, not as credited.")
     ] = False,
     ship: Ship = None,
     direction: Direction = None,
@@ -297,12 +305,13 @@ def _write(out: Path, figure: Figure, answer: dict[str, Any], *, quiet: bool) ->
 
 
 def _heading(ship: str | None, limits: Sequence[Limit], planned: bool = False) -> tuple[float | None, bool]:
-    """Heading of the ship [rad], and whether it is free; planned: a plan asks for it as well as limits on beta."""
+    """Heading of the ship [rad], and whether it is free; planned: a plan needs it as well as limits on beta."""
     from stillhook.weather.limit_text import BETA
 
     if ship is not None and not planned and not any(BETA in limit.columns for limit in limits):
         raise WeatherError(
-            '--ship: no limit asks for beta. Leave it out, or write a limit such as "Hs <= 3 m for beta 150..210 deg".'
+            '--ship: no limit depends on beta. Leave it out, or write a limit such as "Hs <= 3 m for beta 150..210'
+            ' deg".'
         )
     if ship is None or ship.strip().lower() == "free":
         return None, ship is not None

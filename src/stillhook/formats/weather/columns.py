@@ -1,4 +1,4 @@
-"""Columns of weather tables: which of them is what, in which unit, in which sense, and what stands for a missing
+"""Columns of weather tables: which of them is what, in which unit, in which sense, and what represents a missing
 number.
 
 From columns that were read to weather: directions in the sense that the file or the user declares, and notes on what
@@ -51,7 +51,7 @@ OTHERS = {"height": ("cm", "m"), "period": (), "speed": ("kn", "km/h", "cm/s"), 
 FREQUENCIES = ("hz", "1/s", "s-1", "s^-1", "rad/s")
 FILLS = (999.0, 9999.0, 99999.0, -99.0, -999.0, -9999.0, -32768.0, 999.9, -999.9, 9.96920996838687e36, 1e20)
 SHORT_FILLS = (99.0, 99.9, 99.99)
-"""Stand for a missing number too, but in directions, of which 99 deg is one."""
+"""Represent a missing number too, but in directions, of which 99 deg is one."""
 MISSING = {"", "-", "--", "---", "nan", "n/a", "na", "#n/a", "null", "none", "mm", "missing", "*"}
 _BRACKET = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 
@@ -88,8 +88,8 @@ def sense_in(heading: str) -> DirectionSense | None:
 
 
 def columns(headings: Sequence[str], units: Sequence[str], columns_as: Mapping[str, str], name: str) -> list[Column]:
-    """Columns that are weather. asked: name -> heading of the file, or heading with a unit in brackets, before what is
-    recognised."""
+    """Columns that are weather. columns_as: name -> heading of the file, or heading with a unit in brackets, before
+    what is recognised."""
     recognised = []
     for key, kind in KINDS.items():
         place = (
@@ -134,7 +134,7 @@ def _recognised(headings: Sequence[str], key: str, name: str) -> int | None:
             re.sub(r"[^a-z0-9]+", "_", _BRACKET.sub("", h).strip().lower()).strip("_") if exact else bare(h)[0]
             for h in headings
         ]
-        parts = ("u10",) if "v10" in names else ()  # beside v10 it is no speed but its part towards the east
+        parts = ("u10",) if "v10" in names else ()  # next to v10 it is no speed but its part towards the east
         places = [i for i, n in enumerate(names) if n in HEADINGS["columns"][key]["headings"] and n not in parts]
         if len(places) > 1:
             both = " and ".join(quote(headings[i]) for i in places)
@@ -176,7 +176,7 @@ def in_si(x: FloatArray, column: Column, place: Callable[[int], str]) -> tuple[F
     if np.any(wrong):
         i = int(np.flatnonzero(wrong)[0])
         raise WeatherError(
-            f"{place(i)} is no {kind} of weather. Mend the line or empty the"
+            f"{place(i)} is no {kind} of weather. Correct the line or empty the"
             f" cell{_in_another_unit(float(x[i]), column)}."
         )
     marks = f", {np.count_nonzero(fills)} of them marked by 99, inf or the like" if fills.any() else ""
@@ -205,7 +205,7 @@ def _number(text: str, column: Column, line: int, name: str) -> float:
         return float(text)
     except ValueError:
         raise WeatherError(
-            f"{name}: line {line}: {column.heading} = {quote(text)} is no number. Mend the line, or empty the"
+            f"{name}: line {line}: {column.heading} = {quote(text)} is no number. Correct the line, or empty the"
             " cell if it"
             " is missing."
         ) from None
@@ -240,7 +240,7 @@ def assembled(
         if KINDS[column.name] == "direction" and _like_radians(x, column):
             say = f'--column "{column.name}={without_unit(column.heading)} [rad]"'
             notes.append(
-                f"{column.heading}: all directions lie within 6.3 deg of north: are they in radians? Then say {say}"
+                f"{column.heading}: all directions are within 6.3 deg of north: are they in radians? Then say {say}"
             )
         if KINDS[column.name] != "direction":
             values[column.name] = x

@@ -73,7 +73,7 @@ def read_weather(
 
     sense: what wave directions mean, needed where the file does not say; columns_as: name of `sea.weather.COLUMNS` ->
     heading of the file, with a unit in brackets if it has none; time_column: heading of the times; date_order: "mdy" or
-    "dmy" where the file leaves it open; step [s]: what a record stands for, where it is not the usual spacing. Errors:
+    "dmy" where the file leaves it open; step [s]: what a record represents, where it is not the usual spacing. Errors:
     WeatherError of one line that names file and line.
     """
     path = weather_file(os.fspath(source))

@@ -11,7 +11,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import UnreadableError, WeatherError
-from stillhook.formats.binary.netcdf import MAGIC, magic, read_dataset
+from stillhook.formats.binary.reader import MAGIC, magic, read_dataset
 from stillhook.formats.weather.columns import Column, assembled, columns, in_si
 from stillhook.formats.weather.times import step_of
 from stillhook.sea.spectra.directions import DirectionSense
@@ -81,7 +81,7 @@ def read_netcdf(
 
 
 def _heading(data: xarray.Dataset, name: str, columns_as: Mapping[str, str]) -> str:
-    """The name of a variable as it is asked for, else its standard name where that is a wave's or the wind's and no
+    """The name of a variable as it is requested, else its standard name where that is a wave's or the wind's and no
     other's."""
     standard = str(data[name].attrs.get("standard_name", ""))
     alone = sum(str(v.attrs.get("standard_name", "")) == standard for v in data.data_vars.values()) == 1

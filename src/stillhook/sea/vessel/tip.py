@@ -374,7 +374,7 @@ def seed_maxima(
     """Largest height above the mean [m], speed [m/s] and acceleration [m/s^2] (upwards) of realisations of `duration`
     [s], one each for the seeds first, first + 1, ...: keys z, v, a. Amplitudes are random (Rayleigh), as in nature."""
     if not FEWEST_MAXIMA <= seeds <= MOST_SEEDS:
-        raise SeaError(f"seeds = {seeds}: give {FEWEST_MAXIMA} to {MOST_SEEDS}; 20 or more tell something.")
+        raise SeaError(f"seeds = {seeds}: give {FEWEST_MAXIMA} to {MOST_SEEDS}; use 20 or more.")
     maxima: dict[str, list[float]] = {name: [] for name in NAMES}
     for seed in range(first, first + seeds):
         motion = tip_motion(realise(sea, duration, seed, amplitudes="rayleigh"), rao, x, y)

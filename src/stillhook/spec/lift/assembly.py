@@ -109,7 +109,7 @@ BODIES: dict[str, type[Body]] = {
 class Part(Record):
     """A part of an assembly: `count` bodies with their undersides `at` above that of the whole, `mass` of each [kg].
 
-    Its body's fields may stand beside its own: Part(shape="plate", at="1 m", length="3 m", ...).
+    Its body's fields may be given next to its own: Part(shape="plate", at="1 m", length="3 m", ...).
     """
 
     at: u.Length = Field(default=0.0, ge=0)
@@ -126,7 +126,7 @@ class Part(Record):
 class Assembly(Shape):
     """Bodies side by side or above each other; what one does to the water around another is left out.
 
-    The displaced volume follows the parts' masses where all are given, else it lies evenly over the height.
+    The displaced volume follows the parts' masses where all are given, else it is spread evenly over the height.
     """
 
     kind: Literal["assembly"] = "assembly"

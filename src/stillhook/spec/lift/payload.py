@@ -77,7 +77,7 @@ class Payload(Record):
     """A payload in air, water and on the seabed.
 
     Its numbers over submergence are given as `levels`, which rise from h = 0 to h = height or deeper, or follow from a
-    `shape` and its dimensions, which may stand beside the payload's own fields:
+    `shape` and its dimensions, which may be given next to the payload's own fields:
 
         Payload(name="anchor", mass="80 t", shape="suction-anchor", diameter="5 m", height="12 m", wall="30 mm",
         roof="0.3 m", hatch=0.03)
@@ -102,7 +102,7 @@ class Payload(Record):
     @model_validator(mode="before")
     @classmethod
     def _flat(cls, data: Any) -> Any:
-        """Dimensions beside the payload's own fields become its shape, which gives its height and drag coefficient.
+        """Dimensions next to the payload's own fields become its shape, which gives its height and drag coefficient.
         Levels may be a table of tables."""
         if not isinstance(data, Mapping):
             return data
