@@ -97,6 +97,10 @@ Out = Annotated[
 ]
 
 
+Spread = Annotated[float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")]
+LiftArgument = Annotated[
+    str, typer.Argument(metavar="LIFT.toml", help="Lift file, or one of the library's; a wrong name lists them.")
+]
 Scheduler = Annotated[
     str | None, typer.Option("--scheduler", help='Address of a Dask scheduler, such as "tcp://10.0.0.1:8786".')
 ]

@@ -60,12 +60,14 @@ def plan(
 
     Example: stillhook plan example my-lift
     """
-    from stillhook.plan.file import load_plan
+    from stillhook.plan.file import copy_plan, load_plan
 
     if lift == EXAMPLE:
         if folder is None:
             raise PlanError('plan example: no folder for the copy. Enter one, such as "my-lift".')
-        _copy(folder)
+        first, *rest = copy_plan("template-to-1500m", folder)
+        print(f"written: {first}" + "".join(f", {path}" for path in rest))
+        print(f"edit it, then: stillhook plan {first} --check")
         return
     if folder is not None:
         raise PlanError(
@@ -93,14 +95,6 @@ def _show_check(lift_plan: LiftPlan, *, json: bool) -> None:
         print_json(answer)
     else:
         print_document(checked_plan(answer))
-
-
-def _copy(folder: Path) -> None:
-    from stillhook.plan.file import copy_plan
-
-    first, *rest = copy_plan("template-to-1500m", folder)
-    print(f"written: {first}" + "".join(f", {path}" for path in rest))
-    print(f"edit it, then: stillhook plan {first} --check")
 
 
 def run(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.output import announce, check_out, write_out
-from stillhook.cli.parser import MODES, Json, Step, refuse
+from stillhook.cli.parser import MODES, Json, LiftArgument, Step, refuse
 from stillhook.errors import LiftError, MotionError, StillhookError
 from stillhook.physics.scalar import G
 from stillhook.report.formatting import cell, wrapped
@@ -275,9 +275,7 @@ LOWERING_HEADERS = (
 
 
 def lower(
-    lift: Annotated[
-        str, typer.Argument(metavar="LIFT.toml", help="Lift file, or one of the library's; a wrong name lists them.")
-    ],
+    lift: LiftArgument,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder for pictures, NetCDF and summary.json; nothing without it.")
     ] = None,

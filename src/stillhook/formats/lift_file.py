@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from importlib.resources import as_file, files
 from os.path import exists
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
@@ -13,7 +12,6 @@ import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
 
 from stillhook import units as u
-from stillhook.base.choice import nearest
 from stillhook.control.registry import DEFAULT_MODE
 from stillhook.errors import LiftError, SeaError
 from stillhook.formats.case_file import read_tip
@@ -22,8 +20,8 @@ from stillhook.formats.waves.wavespectra import read_sea
 from stillhook.library import load_crane
 from stillhook.library.catalogue import read_payload, vessel_file, vessels
 from stillhook.library.toml.file import TomlTable, read_toml
-from stillhook.library.toml.kinds import FileKind, other_kind
-from stillhook.library.toml.tree import toml_text
+from stillhook.library.toml.kinds import LIBRARY, FileKind, unknown_name
+from stillhook.library.toml.tree import shelf, toml_text
 from stillhook.sea.motion.motion import Motion, Still
 from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.spectra.measured import SpectrumSeries
@@ -342,12 +340,9 @@ def load_lift(
     ('deep-250t', 3000.0)
     """
     if str(path) in lifts():
-        with as_file(files("stillhook.library") / "data" / "lifts" / f"{path}.toml") as file:
-            return read_toml(file, FileKind.LIFT, LiftError, lambda table: _lift(table, seed, duration, moving))
+        path = LIBRARY / "lifts" / f"{path}.toml"
     if "." not in str(path) and not Path(path).exists():
-        have = f"{', '.join(lifts())}{nearest(str(path), lifts())}"
-        other = other_kind(str(path), FileKind.LIFT)
-        raise LiftError(f"No lift {quote(str(path))}: the library has {have} A file's name ends in .toml.{other}")
+        raise LiftError(unknown_name("lift", str(path), lifts(), FileKind.LIFT))
     if not toml_text(Path(path)).strip():
         have = ", ".join(lifts())
         raise LiftError(
@@ -359,8 +354,7 @@ def load_lift(
 
 def lifts() -> tuple[str, ...]:
     """Names of the library's example lifts."""
-    shelf = files("stillhook.library") / "data" / "lifts"
-    return tuple(sorted(entry.name.removesuffix(".toml") for entry in shelf.iterdir() if entry.name.endswith(".toml")))
+    return shelf("lifts")
 
 
 def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool) -> LiftFile:

@@ -27,6 +27,7 @@ from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Motion, Still
 from stillhook.sea.motion.text import motion_from_dict, parse_motion
 from stillhook.tables.plausible import Ranged
+from stillhook.tables.table import Number as Number
 from stillhook.tables.table import first_problem
 
 EDGE = 1e-9  # s: how far a time may lie outside the record by rounding alone
@@ -109,8 +110,6 @@ RHO_SEA = 1025.0
 
 SHORTEST = 0.01
 LONGEST = 86400.0
-
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 
 
 def mode_of(text: Mode | str) -> Mode:

@@ -12,11 +12,12 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from stillhook import units as u
+from stillhook.tables.table import Spec, Text
 
 CAP = 0.80
 """Largest compensation efficiency that may be credited where the twin is not validated [-]: without a verified model of
@@ -32,14 +33,6 @@ UNSIGNED = (
 """Printed wherever credit rests on a certificate."""
 SHORT = 12
 """Digits of a digest that people are shown."""
-
-Text = Annotated[str, Field(min_length=1)]
-
-
-class _Closed(BaseModel):
-    """A record that is frozen, and closed to unknown fields."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class Conditions(NamedTuple):
@@ -57,7 +50,7 @@ class Conditions(NamedTuple):
     faults: tuple[str, ...] = ()
 
 
-class Envelope(_Closed):
+class Envelope(Spec):
     """What the tests of a validation covered, each as least and most value."""
 
     load: tuple[u.Mass, u.Mass] = Field(description="payload on the hook")
@@ -116,7 +109,7 @@ def _beyond(quantity: str, ends: tuple[float, float], known: tuple[float, float]
     return f"{quantity} {value} (validated {_range(known, kind, digits)})"
 
 
-class Certified(_Closed):
+class Certified(Spec):
     """A certificate in short. digest: of the certificate; date: that it bears; criteria: name and version; synthetic:
     the logs were simulated, so that no crane was validated; level, variant: of the twin by Moslatt 2020 table 2.7;
     content: part of the crane -> hash of what was validated (`stillhook.spec.crane.content`); code: `results_hash` of

@@ -52,6 +52,7 @@ def envelope(
     Example: stillhook envelope nov-150t --load "90 t" --load "120 t" --modes ns,hs,ssc,ssc-cubic --out envelope
     """
     from stillhook.analysis.controllers import controllers
+    from stillhook.analysis.operating_envelope.load_speed import envelope_at
     from stillhook.library import load_crane
 
     chosen, crane = controllers(modes), load_crane(name)
@@ -59,7 +60,9 @@ def envelope(
         list(dict.fromkeys(parse(text, "mass", "--load") for text in load)) if load else [f * crane.SWL for f in SHARES]
     )
     check_out(out, OUT_FILES)
-    data = _computed(crane, chosen, loads, layer)
+    layers = None if layer is None else [layer]
+    with progress_bar(crane.name) as bar:
+        data = envelope_at(crane, loads, modes=chosen, layers=layers, progress=bar)
     table = rows(data)
     if json:
         print_json(_answer(crane, data, table))
@@ -105,13 +108,6 @@ def _gains(data: xarray.Dataset, load: float, layer: int, mode: str) -> dict[str
         return {}
     v = data["v_w_top"].sel(load=load, layer=layer).min("direction", skipna=False)
     return {f"gain_over_{c}": float(v.sel(mode=mode) / v.sel(mode=c) - 1.0) for c in CLASSIC if c in known}
-
-
-def _computed(crane: Crane, chosen: list[Controller], loads: list[float], layer: int | None) -> xarray.Dataset:
-    from stillhook.analysis.operating_envelope.load_speed import envelope_at
-
-    with progress_bar(crane.name) as bar:
-        return envelope_at(crane, loads, modes=chosen, layers=None if layer is None else [layer], progress=bar)
 
 
 def _answer(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]]) -> dict[str, Any]:

@@ -72,7 +72,7 @@ def show_map(
         "loads": loads,
         "speeds": speeds,
         "s_w": s_w,
-        "layers": _layers(layer),
+        "layers": layer[0] if layer is not None and len(layer) == 1 else layer or None,
         "duration": duration,
         "warm_up": warm_up,
         "step": step,
@@ -113,11 +113,6 @@ def _check_metric(crane: Crane, metric: str) -> None:
             f'--metric {metric}: winch type "{crane.plant}" of "{crane.name}" has no {METRICS[metric]}. Choose'
             f" {', '.join(known)}."
         )
-
-
-def _layers(arguments: list[int] | None) -> int | list[int] | None:
-    """One layer sets the wire; several add a dimension."""
-    return arguments[0] if arguments is not None and len(arguments) == 1 else arguments or None
 
 
 def _waves(motion: str | None, period: str | None) -> dict[str, Any]:

@@ -45,7 +45,8 @@ def list_sets(json: Json = False) -> None:
         for kind, item in entries:
             if kind == title:
                 print(f"  {item.name:<28} {item.title}{'' if item.evidence is None else ', with uncertainty'}")
-                print(f"  {'':<28} {_first(provenance(item))}")
+                first, *others = provenance(item)
+                print(f"  {'':<28} {first}{f' (and {len(others)} more)' if others else ''}")
 
 
 def _record(kind: str, item: Any) -> dict[str, Any]:
@@ -55,11 +56,6 @@ def _record(kind: str, item: Any) -> dict[str, Any]:
     evidence = item.evidence.model_dump() if item.evidence is not None else None
     values = {"values": spec.model_dump(), "evidence": evidence, "sources": provenance(item)}
     return {"set": item.name, "kind": kind, "title": item.title, **values}
-
-
-def _first(sources: list[str]) -> str:
-    """The first source, and how many more there are."""
-    return sources[0] + (f" (and {len(sources) - 1} more)" if len(sources) > 1 else "")
 
 
 @app.command("compare")

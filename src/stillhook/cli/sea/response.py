@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.output import announce, check_out
-from stillhook.cli.parser import CONTROLLERS, Json, refuse
+from stillhook.cli.parser import CONTROLLERS, Json, LiftArgument, Spread, refuse
 from stillhook.cli.sea.tip import sea_of
 from stillhook.errors import LiftError, SeaError, StillhookError
 from stillhook.report.formatting import cell, display_number, wrapped
@@ -70,17 +70,13 @@ YEAR = (
 
 
 def response(
-    lift: Annotated[
-        str, typer.Argument(metavar="LIFT.toml", help="Lift file, or one of the library's; a wrong name lists them.")
-    ],
+    lift: LiftArgument,
     depth: Annotated[str | None, typer.Option(help=DEPTH_HELP)] = None,
     mode: Annotated[str | None, typer.Option(help=MODE_HELP)] = None,
     sea: Annotated[Path | None, typer.Option(help=SEA_HELP)] = None,
     wave: Annotated[str | None, typer.Option(help=WAVE_HELP)] = None,
     heading: Annotated[str | None, typer.Option(help=HEADING_HELP)] = None,
-    spread: Annotated[
-        float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")
-    ] = None,
+    spread: Spread = None,
     ship: Annotated[
         str | None, typer.Option(help="Where the bow points, clockwise from north, for measured directions.")
     ] = None,

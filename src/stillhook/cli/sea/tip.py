@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.output import announce, check_out
-from stillhook.cli.parser import Json, refuse
+from stillhook.cli.parser import Json, Spread, refuse
 from stillhook.cli.simulation import PYTHON_POSITION
 from stillhook.errors import MotionError, SeaError
 from stillhook.report.formatting import display_number, display_unit, wrapped
@@ -57,9 +57,7 @@ def tip(
     at: Annotated[str | None, typer.Option(help=AT_HELP)] = None,
     wave: Annotated[str | None, typer.Option(help=WAVE_HELP)] = None,
     heading: Annotated[str | None, typer.Option(help=HEADING_HELP)] = None,
-    spread: Annotated[
-        float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")
-    ] = None,
+    spread: Spread = None,
     record: Annotated[
         str | None, typer.Option(help="Of a file of measured waves: its record, by number from 0 or by time (UTC).")
     ] = None,

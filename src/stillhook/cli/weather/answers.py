@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     Heading = tuple[float | None, bool]
 
 
+VERDICTS = {True: "go", False: "no-go", None: "not covered"}
+
+
 def by_limits(
     read: Callable[[], Weather],
     limits: Sequence[Limit],
@@ -102,10 +105,9 @@ def _print(answer: dict[str, Any]) -> None:
     rows = []
     for one in answer["alternatives"]:
         start = one["starts"][0]
-        worst = ["-" if start[key] is None else f"{start[key]:.3g}" for key in ("most", "allowed")]
-        verdict = {True: "go", False: "no-go", None: "not covered"}[start["go"]]
         many = f"{one['n_go']} of {one['n_starts']}"
-        rows.append([one["alternative"], verdict, one["first_start"] or "-", many, start["governs"], *worst])
+        verdict, first_start = VERDICTS[start["go"]], one["first_start"] or "-"
+        rows.append([one["alternative"], verdict, first_start, many, start["governs"], *_used(start)])
     heads = ("winch", f"start {first}", "first start", "starts that go", "governed by", "most", "allowed")
     credit = "as simulated by the twin" if answer["credit"] == "twin" else "as credited"
     title = f"Starts within {answer['horizon'] / 3600.0:g} h, T_R {answer['T_R'] / 3600.0:g} h, OP_WF {credit}"
@@ -174,10 +176,7 @@ def print_forecast(answer: dict[str, Any]) -> None:
             f"Hs: OP_LIM {one['hs']:.4g} m x alpha {one['alpha']:.3g} = OP_WF {one['op_wf']:.3g} m; T_R"
             f" {one['T_R'] / 3600.0:g} h"
         )
-    rows = [
-        [a["time"], b["time"], {True: "go", False: "no-go", None: "not covered"}[a["go"]], a["governs"], *_used(a)]
-        for a, b in _stretches(answer["starts"])
-    ]
+    rows = [[a["time"], b["time"], VERDICTS[a["go"]], a["governs"], *_used(a)] for a, b in _stretches(answer["starts"])]
     heads = ("from", "to", "start", "governed by", "most", "allowed")
     print_table(heads, rows, left=4, title="Starts, one a record; governing limit of the first of each")
     wrapped(answer["factors"][0]["table"])

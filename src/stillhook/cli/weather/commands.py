@@ -11,7 +11,7 @@ import typer
 
 from stillhook.base.choice import nearest
 from stillhook.cli.output import check_out, write_out
-from stillhook.cli.parser import Json, refuse
+from stillhook.cli.parser import Json, Spread, refuse
 from stillhook.cli.sea.response import waves_of_file
 from stillhook.cli.weather.answers import (
     by_limits,
@@ -243,9 +243,7 @@ def lift(
     ship: Annotated[
         str | None, typer.Option("--ship", help='Where the bow points from north, by measured directions: "250 deg".')
     ] = None,
-    spread: Annotated[
-        float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")
-    ] = None,
+    spread: Spread = None,
     alternative: Annotated[
         list[str] | None, typer.Option(help="Alternative of the winch, such as ssc; default: all of the plan.")
     ] = None,
