@@ -223,9 +223,7 @@ def _read_ratio(value: object) -> float:
 
 def in_display(value: float, kind: str) -> float:
     """An SI value in the unit that its kind prints in (m^3/rad to cm^3/rev)."""
-    entry = _kind_entry(kind)
-    factor, offset = _scale(entry.display, entry.si)
-    return (value - offset) / factor
+    return in_unit(value, _kind_entry(kind).display, kind)
 
 
 def in_unit(value: float, unit: str, kind: str) -> float:

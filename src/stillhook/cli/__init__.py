@@ -21,9 +21,8 @@ import typer.main
 
 from stillhook._version import __version__
 from stillhook.base.extensions import place_in_extension
-from stillhook.cli import crane, demo, plan, simulation, validate
+from stillhook.cli import crane, demo, identify, plan, simulation, validate
 from stillhook.cli.analysis import envelope, maps, stability, tune, uncertainty
-from stillhook.cli.identify import commands as identify
 from stillhook.cli.identify import friction_sets as friction
 from stillhook.cli.parser import adopt
 from stillhook.cli.sea import payload, response, tip, vessel

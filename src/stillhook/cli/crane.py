@@ -22,13 +22,13 @@ def list_cranes(json: Json = False) -> None:
     """List the cranes of the library. Example: stillhook cranes"""
     from stillhook.library import cranes, load_crane
 
-    known = [load_crane(name) for name in cranes()]
+    entries = [load_crane(name) for name in cranes()]
     if json:
-        print_json([{"name": c.name, "title": c.title, "plant": c.plant.value, "SWL": c.SWL} for c in known])
+        print_json([{"name": c.name, "title": c.title, "plant": c.plant.value, "SWL": c.SWL} for c in entries])
         return
     print_table(
         ("crane", "description", "winch", "SWL"),
-        [(c.name, c.title, c.plant.value, show(c.SWL, "mass")) for c in known],
+        [(c.name, c.title, c.plant.value, show(c.SWL, "mass")) for c in entries],
         left=3,
     )
 
@@ -125,15 +125,15 @@ def motor_loss(
     from stillhook.physics.hydraulics.motor import torque_loss
 
     losses = load_losses(name)
-    m, known = losses.motor, losses.evidence
+    m, evidence = losses.motor, losses.evidence
     D_m, omega_m = parse(displacement, "displacement", "--displacement"), parse(speed, "rotation", "--speed")
     dp_m = parse(dp, "pressure", "--dp")
     if not 0.0 < D_m <= m.D_max * (1.0 + 1e-9):
         full = show(m.D_max, "displacement")
         raise ScenarioError(f"--displacement {displacement}: {name} has above 0 up to {full}. Give a value in between.")
     fit = loss_fit(m)
-    speeds = known.omega_m if known is not None and known.omega_m else VALID_SPEED
-    drops = known.dp_m if known is not None and known.dp_m else VALID_DP
+    speeds = evidence.omega_m if evidence is not None and evidence.omega_m else VALID_SPEED
+    drops = evidence.dp_m if evidence is not None and evidence.dp_m else VALID_DP
     inside = _within(abs(omega_m), speeds) and _within(abs(dp_m), drops)
     _answer(
         {"T_fm": torque_loss(omega_m, D_m, dp_m, fit), "D_m": D_m, "omega_m": omega_m, "dp_m": dp_m, "valid": inside},

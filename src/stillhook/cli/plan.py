@@ -135,10 +135,10 @@ def _say_before(lift_plan: LiftPlan, last: Tier, store: Path | None) -> None:
         from stillhook.plan.tiers.time_domain.tier import expected
 
         say_if_compiling(lift_plan.crane, kind=KIND)
-        kept = (
+        resume_note = (
             f"; completed runs are kept in {store}, and a stopped plan resumes from there" if store is not None else ""
         )
-        say(f"{expected(lift_plan)}{kept}")
+        say(f"{expected(lift_plan)}{resume_note}")
 
 
 def show(result: PlanResult, out: Path | None, *, json: bool) -> None:

@@ -339,9 +339,9 @@ def _print(file: LiftFile, answer: dict[str, Any]) -> None:
         slack = answer["sling_slack_landed_time"]
         after = f", slings slack for {show(slack, 'time')} from then on" if slack > 0.0 else ""
         print(f"touched down after {show(answer['t_landed'], 'time')} at {show(answer['v_landed'], 'speed')}{after}")
-    held = [row for row in answer["stages"] if row["mode"] == "ahc" and not math.isnan(row["eta_load"])]
-    if held:
-        least = min(held, key=lambda row: row["eta_load"])
+    compensated = [row for row in answer["stages"] if row["mode"] == "ahc" and not math.isnan(row["eta_load"])]
+    if compensated:
+        least = min(compensated, key=lambda row: row["eta_load"])
         print(
             f"least compensation, stage {least['name']}: {least['eta_c']:.0%} at the winch, {least['eta_load']:.0%} at"
             " the load"

@@ -83,13 +83,14 @@ def _numbers(text: str | None) -> list[StepNumber] | None:
 
     if text is None:
         return None
-    known = {str(int(n)): n for n in StepNumber}
+    available = {str(int(n)): n for n in StepNumber}
     wanted = [part.strip() for part in text.split(",")]
-    if unknown := [part for part in wanted if part not in known]:
+    if unknown := [part for part in wanted if part not in available]:
         raise ValidateError(
-            f"--steps = {quote(text)}: {quote(unknown[0])} is not one of {', '.join(known)}. Write numbers such as 1,2."
+            f"--steps = {quote(text)}: {quote(unknown[0])} is not one of {', '.join(available)}. Write numbers such as"
+            " 1,2."
         )
-    return [known[part] for part in wanted]
+    return [available[part] for part in wanted]
 
 
 def _print_written(out: Path, written: tuple[str, ...]) -> None:

@@ -386,5 +386,7 @@ TABLES = {name: model for each in WINCH_TYPES.values() for name, model in each.t
 """Tables of winch types with tables of their own, by name."""
 
 if not TYPE_CHECKING and TABLES:
-    own = {name: (model | None, Field(default=None, description=model.__doc__)) for name, model in TABLES.items()}
-    Crane = create_model("Crane", __base__=Crane, __doc__=Crane.__doc__, **own)
+    optional_tables = {
+        name: (model | None, Field(default=None, description=model.__doc__)) for name, model in TABLES.items()
+    }
+    Crane = create_model("Crane", __base__=Crane, __doc__=Crane.__doc__, **optional_tables)

@@ -100,13 +100,15 @@ def _range(ends: tuple[float, float], kind: str, digits: int = 3) -> str:
     return f"{u.show(ends[0], kind, digits)} to {u.show(ends[1], kind, digits)}"
 
 
-def _beyond(quantity: str, ends: tuple[float, float], known: tuple[float, float], kind: str, digits: int = 3) -> str:
+def _beyond(
+    quantity: str, ends: tuple[float, float], validated: tuple[float, float], kind: str, digits: int = 3
+) -> str:
     """What a run has and what was validated, where the first is not within the second."""
-    (least, most), (lo, hi) = ends, known
+    (least, most), (lo, hi) = ends, validated
     if math.isnan(least) or (least >= lo - EDGE * abs(lo) and most <= hi + EDGE * abs(hi)):
         return ""
     value = u.show(least, kind, digits) if least == most else _range(ends, kind, digits)
-    return f"{quantity} {value} (validated {_range(known, kind, digits)})"
+    return f"{quantity} {value} (validated {_range(validated, kind, digits)})"
 
 
 class Certified(Spec):

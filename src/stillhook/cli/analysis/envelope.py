@@ -103,11 +103,11 @@ def _slower(both: Any) -> int:
 
 def _gains(data: xarray.Dataset, load: float, layer: int, mode: str) -> dict[str, float]:
     """By how much a mode is faster than the requested classic ones, in the slower direction each."""
-    known = [str(m) for m in data["mode"].values]
+    available = [str(m) for m in data["mode"].values]
     if mode in CLASSIC:
         return {}
     v = data["v_w_top"].sel(load=load, layer=layer).min("direction", skipna=False)
-    return {f"gain_over_{c}": float(v.sel(mode=mode) / v.sel(mode=c) - 1.0) for c in CLASSIC if c in known}
+    return {f"gain_over_{c}": float(v.sel(mode=mode) / v.sel(mode=c) - 1.0) for c in CLASSIC if c in available}
 
 
 def _answer(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]]) -> dict[str, Any]:

@@ -107,11 +107,11 @@ def _check_metric(crane: Crane, metric: str) -> None:
     """Refuse a value that this winch type does not have before anything runs."""
     from stillhook.engine.scenario.problem import numbers_of
 
-    known = [m for m, name in METRICS.items() if m == SETTLING or name in numbers_of(crane)]
-    if metric not in known:
+    available = [m for m, name in METRICS.items() if m == SETTLING or name in numbers_of(crane)]
+    if metric not in available:
         raise SpecError(
             f'--metric {metric}: winch type "{crane.plant}" of "{crane.name}" has no {METRICS[metric]}. Choose'
-            f" {', '.join(known)}."
+            f" {', '.join(available)}."
         )
 
 
@@ -173,10 +173,10 @@ def _print(result: Map, metric: str) -> None:
                 print(f"\n{controller_name(label)}: {', '.join(where)}")
                 print_table(head, rows)
     if used:
-        known = [c for c in MARKS if c in used]
+        available = [c for c in MARKS if c in used]
         print(
             "not applicable: "
-            + "; ".join(f"{MARKS.get(c, 'never')} = {c}" for c in [*known, *sorted(used - set(known))])
+            + "; ".join(f"{MARKS.get(c, 'never')} = {c}" for c in [*available, *sorted(used - set(available))])
         )
     print(one_line(result))
     for note in result.about["notes"]:

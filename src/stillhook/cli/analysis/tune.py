@@ -147,8 +147,8 @@ def _free_of(selected: Controller, free: list[str], chosen: list[Controller]) ->
     refused."""
     from stillhook.analysis.tuning.parameters import tunable
 
-    known = {n for c in chosen for n in tunable(c.mode)}
-    known_to_mode = [n for n in free if n in tunable(selected.mode) or n not in known]
+    tunable_names = {n for c in chosen for n in tunable(c.mode)}
+    known_to_mode = [n for n in free if n in tunable(selected.mode) or n not in tunable_names]
     if free and not known_to_mode:
         raise CommandError(
             f"--free {','.join(free)}: {selected.name} has none of these settings; it has"
@@ -323,10 +323,13 @@ OUTCOME_HEADER = (
 def _outcome_rows(t: Tuned, held_out: tuple[Outcome, Outcome]) -> list[list[str]]:
 
     rows = []
-    for label, score, held in (("before", t.before, held_out[0]), ("at its best", t.after, held_out[1])):
-        e = [f"{x * 1e3:.1f} mm" for x in (score.e_c_pp_mean, score.e_c_pp_worst, held.e_c_pp_mean, held.e_c_pp_worst)]
-        p = [show(x, "pressure", 4) for x in (score.p_max, held.p_max)]
-        beyond = "; ".join([*score.broken, *(f"hold-out: {b}" for b in held.beyond)]) or "ok"
+    for label, score, outcome in (("before", t.before, held_out[0]), ("at its best", t.after, held_out[1])):
+        e = [
+            f"{x * 1e3:.1f} mm"
+            for x in (score.e_c_pp_mean, score.e_c_pp_worst, outcome.e_c_pp_mean, outcome.e_c_pp_worst)
+        ]
+        p = [show(x, "pressure", 4) for x in (score.p_max, outcome.p_max)]
+        beyond = "; ".join([*score.broken, *(f"hold-out: {b}" for b in outcome.beyond)]) or "ok"
         name = t.start.name if label == "before" else ""
         rows.append(
             [name, label, f"{score.score:.3f}", e[0], e[1], p[0], f"{score.u_p_max:.0%}", e[2], e[3], p[1], beyond]
@@ -379,7 +382,9 @@ def _write(report: _Report, trials: list[Tuned], out: Path, *, pareto: bool, qui
             f" {', '.join(t.active) or 'no limit'}"
         )
         files[f"{t.start.name}-tuned.toml"] = controller_toml(t.controller, crane, comment)
-    rows = {t.start.name: (t.before, t.after, *held) for t, held in zip(report.tuned, report.held_out, strict=True)}
+    rows = {
+        t.start.name: (t.before, t.after, *outcome) for t, outcome in zip(report.tuned, report.held_out, strict=True)
+    }
     files[BARS] = bars_figure(rows, title=f"{crane.name}: as they start and at their best")
     if pareto:
         marks = {t.start.name: (t.before, t.after) for t in report.tuned}

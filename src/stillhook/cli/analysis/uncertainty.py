@@ -57,7 +57,7 @@ class _Request(NamedTuple):
     cranes: list[Crane]
     cases: list[Scenario]
     labels: list[str]
-    known: Uncertainty
+    factors_table: Uncertainty
 
 
 def uncertainty(
@@ -130,14 +130,14 @@ def uncertainty(
             run = monte_carlo(
                 request.cranes,
                 request.cases,
-                request.known,
+                request.factors_table,
                 n=draws,
                 progress=started(request.cranes[0], bar),
                 **options,
             )
         indices = _indices(request, run, pairs, options) if sobol else []
     data = report(run, limits, at_most, pairs, indices) | {"notes": notes_of(request.cranes, request.cases)}
-    causes = _causes(request, limits, None if factors is None else request.known) if attribute else None
+    causes = _causes(request, limits, None if factors is None else request.factors_table) if attribute else None
     if causes is not None:
         data["causes"] = causes.to_dict()
     if json:
@@ -147,8 +147,8 @@ def uncertainty(
     if out is not None:
         _write(out, run, data, limits, indices, quiet=json)
     cases = data["cases"].values()
-    kept = [c["beyond_limits"]["share"] < 1.0 and all(v["kept"] for v in c["limits"].values()) for c in cases]
-    raise typer.Exit(0 if any(kept) else 1)
+    within = [c["beyond_limits"]["share"] < 1.0 and all(v["kept"] for v in c["limits"].values()) for c in cases]
+    raise typer.Exit(0 if any(within) else 1)
 
 
 def _request(case_file: Path | None, fields: dict[str, str], modes: str | None, factors: Path | None) -> _Request:
@@ -177,7 +177,7 @@ def _request(case_file: Path | None, fields: dict[str, str], modes: str | None, 
         cranes=[c.on(machine) for c in chosen],
         cases=[case.model_copy(update={"mode": c.mode, "name": c.name}) for c in chosen],
         labels=[c.name for c in chosen],
-        known=Uncertainty.default() if factors is None else load_uncertainty(factors),
+        factors_table=Uncertainty.default() if factors is None else load_uncertainty(factors),
     )
 
 
@@ -204,12 +204,12 @@ def _indices(request: _Request, run: Any, pairs: list[tuple[str, str]], options:
     against = classic[0] if classic else None
     with progress_bar("sensitivity") as bar:
         indices = sensitivity(
-            request.cranes, request.cases, request.known, n=rows, against=against, progress=bar, **options
+            request.cranes, request.cases, request.factors_table, n=rows, against=against, progress=bar, **options
         )
     return [s for s in indices if s.case in request.labels or s.case.removesuffix(f" / {against}") in new]
 
 
-def _causes(request: _Request, limits: list[Limit], known: Uncertainty | None) -> Attribution:
+def _causes(request: _Request, limits: list[Limit], factors_table: Uncertainty | None) -> Attribution:
     """What brings each limit about in each mode, or breaks it."""
     from stillhook.analysis.uncertainty.attribution import Figure, attribute
 
@@ -226,13 +226,16 @@ def _causes(request: _Request, limits: list[Limit], known: Uncertainty | None) -
             unit = KINDS[kind].display if kind else ""
             figures.append(Figure(f"{label}: {limit}", value, least, most, unit, 3))
     pairs = zip(request.cranes, request.cases, strict=True)
-    return attribute(dict(zip(request.labels, pairs, strict=True)), figures, uncertainty=known)
+    return attribute(dict(zip(request.labels, pairs, strict=True)), figures, uncertainty=factors_table)
 
 
 def _print(request: _Request, data: dict[str, Any], indices: list[Sensitivity], causes: Attribution | None) -> None:
     from stillhook.analysis.uncertainty.report import document
 
-    crane, factors = request.cranes[0], request.known.on(*zip(request.cranes, request.cases, strict=True)).describe()
+    crane, factors = (
+        request.cranes[0],
+        request.factors_table.on(*zip(request.cranes, request.cases, strict=True)).describe(),
+    )
     print_document(document(crane, request.cases[0], factors, data, indices, causes))
     for note in data["notes"]:
         print(note)

@@ -214,11 +214,11 @@ def print_persistence(answer: dict[str, Any]) -> None:
     wrapped(f"Gaps in time: {answer['n_gaps']}; {lost}. Both break windows.")
     if headings := answer.get("by_heading"):
         best, worst = (choose(headings, key=lambda h: h["operability"]) for choose in (max, min))
-        held = [
+        fixed = [
             f"{100.0 * h['operability']:.1f} % at {display_number('ship', h['ship'], 4)} deg" for h in (best, worst)
         ]
         wrapped(
-            f"The ship turns to what suits each record best. Held on one heading: {held[0]} at best, {held[1]} at"
+            f"The ship turns to what suits each record best. Held on one heading: {fixed[0]} at best, {fixed[1]} at"
             " worst."
         )
     if answer["n_censored"]:

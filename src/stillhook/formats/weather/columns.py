@@ -258,11 +258,11 @@ def assembled(
 
 def _like_radians(x: FloatArray, column: Column) -> bool:
     """Whether directions that are taken for degrees all lie within 2 pi of 0, three or more of them."""
-    known = x[np.isfinite(x)] / UNITS["direction"][column.unit]
+    degrees = x[np.isfinite(x)] / UNITS["direction"][column.unit]
     return (
         UNITS["direction"][column.unit] != 1.0
-        and len(np.unique(known)) >= FEWEST
-        and bool(np.all(np.abs(known) <= FULL))
+        and len(np.unique(degrees)) >= FEWEST
+        and bool(np.all(np.abs(degrees) <= FULL))
     )
 
 

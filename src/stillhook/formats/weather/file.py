@@ -101,8 +101,8 @@ def read_weather(
         )
     read = [(c, *numbers(table.column(c.place), c, table.lines, table.dialect.decimal, path.name)) for c in recognised]
     values, more = assembled(read, table.comments, path.name, sense)
-    left = [h for i, h in enumerate(headings) if h and i not in {c.place for c in recognised}]
-    notes = [*table.comments, *notes, *more, *([f"not read: {', '.join(left)}"] if left else [])]
+    unread = [h for i, h in enumerate(headings) if h and i not in {c.place for c in recognised}]
+    notes = [*table.comments, *notes, *more, *([f"not read: {', '.join(unread)}"] if unread else [])]
     return Weather(time, values, step_of(time, step, path.name), path.name, tuple(notes))
 
 

@@ -75,8 +75,8 @@ def read_netcdf(
         )
     read = [_read(data, names[c.place], c, when, path.name) for c in recognised]
     values, notes = assembled(read, [], path.name, sense)
-    left = [name for i, name in enumerate(names) if i not in {c.place for c in recognised}]
-    notes = ["times taken as UTC", *notes, *([f"not read: {', '.join(left)}"] if left else [])]
+    unread = [name for i, name in enumerate(names) if i not in {c.place for c in recognised}]
+    notes = ["times taken as UTC", *notes, *([f"not read: {', '.join(unread)}"] if unread else [])]
     return Weather(time, values, step_of(time, step, path.name), path.name, tuple(notes))
 
 

@@ -49,15 +49,15 @@ def shelf(name: str, ending: str = ".toml") -> tuple[str, ...]:
 def library_tree(shelf_name: str, name: str, where: str) -> Tree:
     """One file of the library less its evidence; SpecError that names ``where`` if there is none of this name."""
     _refuse_unknown(shelf_name, name, where)
-    own: Tree = _fresh(_tree(shelf_name, name))
-    return own
+    copy: Tree = _fresh(_tree(shelf_name, name))
+    return copy
 
 
 def library_table(shelf_name: str, name: str, where: str) -> dict[str, Any]:
     """One file of the library as it is parsed; SpecError that names ``where`` if there is none of this name."""
     _refuse_unknown(shelf_name, name, where)
-    own: dict[str, Any] = _fresh(_table(shelf_name, name))
-    return own
+    copy: dict[str, Any] = _fresh(_table(shelf_name, name))
+    return copy
 
 
 def _refuse_unknown(shelf_name: str, name: str, where: str) -> None:

@@ -10,8 +10,8 @@ from typing import Any, ClassVar
 
 from stillhook.base.arrays import fill
 from stillhook.errors import SeaError
+from stillhook.physics.scalar import G
 from stillhook.sea.spectra.parametric import Peak, Peaks, check_height_and_period, check_norm, printed_scale
-from stillhook.sea.spectra.spectrum import G
 
 COEFFICIENTS: Mapping[str, float] = MappingProxyType(
     {

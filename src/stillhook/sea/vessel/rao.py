@@ -26,13 +26,13 @@ from numpy.typing import ArrayLike
 
 from stillhook.base.arrays import ComplexArray, FloatArray, fill
 from stillhook.errors import SeaError
-from stillhook.sea.vessel.ship_motion import STANDARD_GRAVITY
+from stillhook.physics.scalar import G
 from stillhook.units import quote
 
 
 def wavenumber(omega: FloatArray, depth: float = math.inf) -> FloatArray:
     r"""k [rad/m] of waves of omega [rad/s], any shape, on water of some depth [m]: :math:`\omega^2 = g k \tanh kh`."""
-    deep = np.asarray(omega, dtype=np.float64) ** 2 / STANDARD_GRAVITY
+    deep = np.asarray(omega, dtype=np.float64) ** 2 / G
     if not math.isfinite(depth):
         return deep
     kh = (

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import ComplexArray, FloatArray
+from stillhook.base.choice import choice
 from stillhook.errors import SeaError
 from stillhook.sea.motion.irregular import FINE, SHORTEST_REPEAT, IrregularTip, synthesis
 from stillhook.sea.spectra.spectrum import Sea, WaveSpectrum
@@ -104,7 +105,7 @@ def realise(
     the sea at one place scatters with any amplitudes.
     Errors: SeaError for a repeat too short for the sea, a seed or depth that is none.
     """
-    law = _amplitudes(amplitudes)
+    law = choice(Amplitudes, amplitudes, "amplitudes", SeaError)
     if not (isinstance(seed, int) and not isinstance(seed, bool) and seed >= 0):
         raise SeaError(f"seed {seed!r}: give a whole number of 0 or more.")
     if not (math.isfinite(repeat) and repeat >= SHORTEST_REPEAT):
@@ -201,13 +202,6 @@ def tip_motion_exact(waves: Realisation, rao: Rao, x: float, y: float, z: float)
 def _cached(function: Any, n: int) -> Any:
     """The function that remembers what it gave, or, where its arrays of n harmonics are large, as it is."""
     return function if n <= REMEMBERED else function.__wrapped__
-
-
-def _amplitudes(value: Amplitudes | str) -> Amplitudes:
-    try:
-        return Amplitudes(value)
-    except ValueError:
-        raise SeaError(f'amplitudes = "{value}": it is not one of {", ".join(Amplitudes)}.') from None
 
 
 def band(sea: Sea, repeat: float) -> tuple[int, int]:

@@ -211,8 +211,8 @@ def _joined(h: FloatArray, levels: tuple[Level, ...], field: str) -> FloatArray:
     last."""
     from scipy.interpolate import PchipInterpolator
 
-    known = np.array([level.h for level in levels])
+    depths = np.array([level.h for level in levels])
     rows = np.array([getattr(level, field) for level in levels])
-    if len(known) == 1:
+    if len(depths) == 1:
         return np.full_like(h, rows[0])
-    return np.asarray(PchipInterpolator(known, rows)(np.clip(h, 0.0, known[-1])))
+    return np.asarray(PchipInterpolator(depths, rows)(np.clip(h, 0.0, depths[-1])))
