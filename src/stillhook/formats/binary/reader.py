@@ -62,7 +62,7 @@ def read_binary(function: Callable[..., T], path: Path, *arguments: Any) -> T:
         reader = _idle() or Reader()
         _IDLE.clear()
         try:
-            value = reader.call(limit, function, _absolute(path), *arguments)
+            value = reader.call(limit, function, Path(os.path.abspath(path)), *arguments)
         except BaseException:  # a library may hold on to what it could not read
             reader.close()
             raise
@@ -148,10 +148,6 @@ def _idle() -> Reader | None:
 def _close_idle() -> None:
     if (reader := _idle()) is not None:
         reader.close()
-
-
-def _absolute(path: Path) -> Path:
-    return Path(os.path.abspath(path))
 
 
 def time_limit(path: Path) -> float:

@@ -44,7 +44,9 @@ def read_untested(path: str | os.PathLike[str]) -> Rao:
     """The same without the test: ShipX/VERES `.re1`, CSV with declared conventions, Capytaine NetCDF, OrcaFlex text
     file."""
     file = _existing_file(path)
-    if _begins(file, b"\x89HDF", b"CDF"):
+    with file.open("rb") as stream:
+        binary = stream.read(8).startswith((b"\x89HDF", b"CDF"))
+    if binary:
         return read_capytaine(file)
     text = _text(file)
     if file.suffix.lower() == ".re1" or "TRANSFER FUNCTION" in text[:1000].upper():
@@ -56,11 +58,6 @@ def read_untested(path: str | os.PathLike[str]) -> Rao:
     if text.startswith("#") or "omega [rad/s]" in text[:1000]:
         return read_rao_csv(file, text)
     raise SeaError(f"{file.name}: is not a known vessel file. Supported: {FORMS}.")
-
-
-def _begins(file: Path, *marks: bytes) -> bool:
-    with file.open("rb") as stream:
-        return stream.read(8).startswith(marks)
 
 
 def _existing_file(path: str | os.PathLike[str]) -> Path:
