@@ -15,12 +15,12 @@ import numpy as np
 from lines import Lines, hull_panels, lid_panels
 from numpy.typing import NDArray
 
-from stillhook.sea.vessel.ship_motion import STANDARD_GRAVITY
+from stillhook.physics.scalar import G
 from stillhook.spec.scenario import RHO_SEA
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-RHO, G = RHO_SEA, STANDARD_GRAVITY
+RHO = RHO_SEA
 METHOD = "direct"
 """Unknown potentials. With unknown sources Haskind's relation misses by 4 to 6 % where this misses by 1 %, and one mesh
 came out wrong."""

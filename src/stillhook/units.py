@@ -16,8 +16,10 @@ from __future__ import annotations
 import functools
 import math
 import re
+import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -53,55 +55,13 @@ class Kind:
     allowed: tuple[str, ...]
 
 
-def _kind(si: str, display: str, *more: str) -> Kind:
-    return Kind(si, display, tuple(dict.fromkeys((si, display, *more))))
+def _kinds() -> dict[str, Kind]:
+    """The rows of `units.toml`: SI unit, display unit, others."""
+    rows = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+    return {name: Kind(row[0], row[1], tuple(dict.fromkeys(row))) for name, row in rows.items()}
 
 
-KINDS: Mapping[str, Kind] = MappingProxyType(
-    {
-        "length": _kind("m", "m", "cm", "mm", "km"),
-        "diameter": _kind("m", "mm", "cm"),
-        "area": _kind("m^2", "m^2", "cm^2", "mm^2"),
-        "volume": _kind("m^3", "L", "cm^3", "cc"),
-        "mass": _kind("kg", "t", "te"),
-        "mass_per_length": _kind("kg/m", "kg/m"),
-        "density": _kind("kg/m^3", "kg/m^3"),
-        "time": _kind("s", "s", "ms", "min", "h", "d"),
-        "hours": _kind("s", "h", "min", "d"),
-        "speed": _kind("m/s", "m/min", "mm/s"),
-        "wind_speed": _kind("m/s", "m/s", "km/h", "kn"),
-        "acceleration": _kind("m/s^2", "m/s^2"),
-        "angle": _kind("rad", "deg", "rev"),
-        "rotation": _kind("rad/s", "rev/min", "rpm"),
-        "frequency": _kind("rad/s", "rad/s", "Hz"),
-        "displacement": _kind("m^3/rad", "cm^3/rev", "cc/rev"),
-        "pressure": _kind("Pa", "bar", "kPa", "MPa"),
-        "modulus": _kind("Pa", "GPa", "MPa", "bar"),
-        "flow": _kind("m^3/s", "L/min"),
-        "leakage": _kind("m^3/s/Pa", "L/min/bar"),
-        "leakage_per_speed": _kind("m^3/s/Pa/(rad/s)", "L/min/bar/(rev/min)", "L/min/bar/rpm"),
-        "flow_resistance": _kind("Pa s/m^3", "bar/(L/min)"),
-        "force": _kind("N", "kN", "MN"),
-        "force_per_speed": _kind("N s/m", "kN s/m"),
-        "force_per_speed_squared": _kind("N s^2/m^2", "kN s^2/m^2"),
-        "stiffness": _kind("N/m", "kN/m", "MN/m", "kN/mm"),
-        "torque": _kind("N m", "N m", "kN m", "MN m"),
-        "drum_torque": _kind("N m", "kN m", "MN m"),
-        "torque_loss_turbulent": _kind("N m s^2/rad^2/(m^3/rad)^3", "N m s^2/rad^2/(m^3/rad)^3"),
-        "torque_loss_pressure": _kind("m^5/N", "m^5/N"),
-        "viscous_torque": _kind("N m s/rad", "N m s/rad"),
-        "stiffness_torsion": _kind("N m/rad", "N m/rad", "kN m/rad"),
-        "inertia": _kind("kg m^2", "kg m^2", "t m^2"),
-        "energy": _kind("J", "kJ", "MJ", "kWh"),
-        "power": _kind("W", "kW", "MW"),
-        "temperature": _kind("K", "degC"),
-        "gain_per_length": _kind("1/m", "1/m"),
-        "gain_per_pressure": _kind("1/Pa", "1/bar"),
-        "gain_per_time": _kind("1/s", "1/s"),
-        "time_per_length": _kind("s/m", "s/m"),
-        "time_squared_per_length": _kind("s^2/m", "s^2/m"),
-    }
-)
+KINDS: Mapping[str, Kind] = MappingProxyType(_kinds())
 
 _DEFINITIONS = (
     *("m = [length]", "kg = [mass]", "s = [time]", "K = [temperature]; offset: 0", "rad = [angle]"),
@@ -263,9 +223,7 @@ def _read_ratio(value: object) -> float:
 
 def in_display(value: float, kind: str) -> float:
     """An SI value in the unit that its kind prints in (m^3/rad to cm^3/rev)."""
-    entry = _kind_entry(kind)
-    factor, offset = _scale(entry.display, entry.si)
-    return (value - offset) / factor
+    return in_unit(value, _kind_entry(kind).display, kind)
 
 
 def in_unit(value: float, unit: str, kind: str) -> float:

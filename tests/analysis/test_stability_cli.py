@@ -174,10 +174,10 @@ def test_winch_that_swings_without_feedback_is_told_why(capsys):
         (("--layer", "13"), 'layer = 13: "nov-250t" has layers 1 to 12'),
         (("--delay", "-1 s"), "delay = -1 s: allowed is 0 up to 10 s"),
         (("--full",), "--full needs --v-tip"),
-        (("--full", "--v-tip", "10 m/min", "--layer", "3"), "--layer belongs to the published model"),
+        (("--full", "--v-tip", "10 m/min", "--layer", "3"), "--layer: belongs to the published model"),
         (
             ("--layer", "3", "--load", "100 t"),
-            "--layer: it applies to the published loop only. Leave out --load and --s-w.",
+            "--layer applies to the published loop only. Leave one of them out.",
         ),
         (("--v-tip", "200 m/min", "--full"), "beyond the stop"),
         (("--v-tip", "200 m/min"), "the pumps are full at 2.01 m/s with the motors at 0.6. Give a slower tip."),

@@ -243,7 +243,7 @@ def test_a_reader_that_never_answers_is_stopped_and_the_next_file_is_read(tmp_pa
 @pytest.mark.skipif(os.name == "nt", reason="the system ends no process there")
 def test_a_blocked_reader_ends_even_where_the_process_that_waits_for_it_was_killed(tmp_path):
     endless(tmp_path / "endless.nc")
-    script = "import sys, pathlib, stillhook.formats.binary.process as r, stillhook.formats.binary.netcdf as n\n"
+    script = "import sys, pathlib, stillhook.formats.binary.process as r, stillhook.formats.binary.reader as n\n"
     script += "r._answer((2.0, n._datasets, (pathlib.Path(sys.argv[1]), 'h5netcdf', ())))"
     done = subprocess.run(
         [sys.executable, "-c", script, tmp_path / "endless.nc"],

@@ -220,7 +220,7 @@ def test_a_crane_with_its_certificate_reads_back_the_same(crane):
 def test_the_record_of_a_certificate_cannot_be_edited(crane):
     text = crane_toml(crane)
     assert '"164 t"' in text
-    with pytest.raises(SpecError, match="certified: a record changed by hand"):
+    with pytest.raises(SpecError, match="certified: a record that was changed manually"):
         crane_from_toml(text.replace('"164 t"', '"250 t"'), "own.toml")
 
 

@@ -66,7 +66,7 @@ def every_number() -> list[tuple[type[BaseModel], str, int]]:
 @pytest.mark.slow
 @pytest.mark.parametrize(("model", "name", "count"), every_number(), ids=lambda x: getattr(x, "__name__", str(x)))
 def test_every_number_of_crane_scenario_payload_and_lowering_has_a_range(model, name, count):
-    """A field without one is found here: add its line to `stillhook.tables.plausible.RANGES`."""
+    """A field without one is found here: add its line to `stillhook/tables/plausible.toml`."""
     if f"{model.__name__}.{name}" not in COUNTS:
         assert len(ranges_of(model, name)) == count
 

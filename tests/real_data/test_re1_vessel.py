@@ -7,8 +7,7 @@ import pytest
 
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.sea.vessel.floating_body import long_wave_test
-from stillhook.sea.vessel.long_wave import wavenumber
-from stillhook.sea.vessel.rao import Rao
+from stillhook.sea.vessel.rao import Rao, wavenumber
 
 HEAD, FOLLOWING, FROM_STARBOARD, FROM_PORT = np.pi, 0.0, np.pi / 2.0, 3.0 * np.pi / 2.0
 LONG = 0.02  # what a wave of 60 s leaves of its limit on a hull of 83 m

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stillhook.sea.vessel.long_wave import wavenumber
-from stillhook.sea.vessel.rao import Rao
+from stillhook.sea.vessel.rao import Rao, wavenumber
 
 LENGTH, BREADTH = 60.0, 16.0  # m
 OMEGA = np.linspace(0.1, 2.2, 43)

@@ -12,7 +12,7 @@ import pytest
 from stillhook.errors import SeaError
 from stillhook.formats.vessel.open import read_vessel
 from stillhook.library.catalogue import vessel_file, vessels
-from stillhook.sea.vessel.long_wave import long_wave_limits, wavenumber
+from stillhook.sea.vessel.rao import long_wave_limits, wavenumber
 
 ROOT = Path(__file__).resolve().parents[2]
 KEPT = json.loads((ROOT / "docs" / "validation" / "hull-convergence.json").read_text(encoding="utf-8"))

@@ -133,7 +133,7 @@ ANCHOR = 'mass = "40 t"\nshape = "suction-anchor"\ndiameter = "5 m"\nheight = "9
         ),
         (
             DISC.replace("disc", "dics"),
-            'mine.toml: Payload.shape = "dics": not one of plate, box, disc, suction-anchor, spool, frame, assembly. Did you mean "disc"?',
+            'mine.toml: Payload.shape = "dics": not one of plate, box, disc, suction-anchor, spool, frame, assembly; did you mean "disc"?',
         ),
         (DISC.replace("diameter", "radius"), 'mine.toml: Payload.radius: unknown field for shape "disc".'),
         (DISC.replace('diameter = "5 m"\n', ""), "mine.toml: Disc.diameter: missing (in m, cm, mm, km). Add it."),

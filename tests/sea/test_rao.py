@@ -5,8 +5,7 @@ import pytest
 from tests.sea.plank import BETA, BREADTH, LENGTH, OMEGA, plank, plank_motions
 
 from stillhook.errors import SeaError
-from stillhook.sea.vessel.long_wave import wavenumber
-from stillhook.sea.vessel.rao import Rao
+from stillhook.sea.vessel.rao import Rao, wavenumber
 
 TABLE = 1e-12  # what the table holds comes back but for rounding
 CURVE = 0.01  # m/m: cubics between values 0.05 rad/s apart, motions of order 1

@@ -9,8 +9,7 @@ from tests.sea.plank import plank_motions
 
 from stillhook.errors import SeaError
 from stillhook.formats.vessel.open import read_vessel
-from stillhook.sea.vessel.long_wave import wavenumber
-from stillhook.sea.vessel.rao import DOFS, Rao
+from stillhook.sea.vessel.rao import DOFS, Rao, wavenumber
 
 pytestmark = pytest.mark.slow
 

@@ -8,8 +8,7 @@ import pytest
 from tests.sea.plank import BETA, plank
 
 from stillhook.sea.vessel.floating_body import long_wave_test, remarks, wrong_line
-from stillhook.sea.vessel.long_wave import long_wave_limits, long_wave_scales, wavenumber
-from stillhook.sea.vessel.rao import Rao
+from stillhook.sea.vessel.rao import Rao, long_wave_limits, long_wave_scales, wavenumber
 
 OTHER_SIDE = np.array([1, -1, 1, -1, 1, -1])[:, None, None]
 DEGREES = np.array([1, 1, 1, 180 / np.pi, 180 / np.pi, 180 / np.pi])[:, None, None]

@@ -9,7 +9,7 @@ from tests.sea.plank import plank_motions
 
 from stillhook.errors import SeaError
 from stillhook.formats.vessel.open import read_vessel
-from stillhook.sea.vessel.long_wave import wavenumber
+from stillhook.sea.vessel.rao import wavenumber
 
 yaml = pytest.importorskip("yaml")
 

@@ -13,8 +13,7 @@ from stillhook.sea.motion.irregular import IrregularTip
 from stillhook.sea.motion.text import motion_from_json, motion_to_json, scaled
 from stillhook.sea.spectra.parametric import Jonswap
 from stillhook.sea.spectra.spectrum import Sea, Train
-from stillhook.sea.vessel.long_wave import wavenumber
-from stillhook.sea.vessel.rao import Rao
+from stillhook.sea.vessel.rao import Rao, wavenumber
 from stillhook.sea.vessel.realisation import Realisation, realise, regular, tip_motion, tip_motion_exact, wave_field
 from stillhook.sea.vessel.tip import tip_response
 

@@ -122,22 +122,22 @@ class TestColumns:
             (
                 "hs",
                 "150",
-                'is no height of weather. Mend the line or empty the cell; if the numbers are in cm, say --column "H_m0=hs [cm]".',
+                'is no height of weather. Correct the line or empty the cell; if the numbers are in cm, say --column "H_m0=hs [cm]".',
             ),
             ("hs (m)", "150", '--column "H_m0=hs [cm]".'),
-            ("hs", "-2", "is no height of weather. Mend the line or empty the cell."),
+            ("hs", "-2", "is no height of weather. Correct the line or empty the cell."),
             (
                 "tp [Hz]",
                 "0.1",
                 'unit "Hz" is not one of s, sec, second, seconds. It is a frequency: export the period.',
             ),
             ("tp [ms]", "8000", 'Convert its numbers, or say --column "T_p=tp [s]" where'),
-            ("tp", "80", "is no period of weather. Mend the line or empty the cell."),
+            ("tp", "80", "is no period of weather. Correct the line or empty the cell."),
             ("wind", "120", 'if the numbers are in kn, say --column "wind=wind [kn]".'),
             (
                 "wave_from_direction",
                 "400",
-                "line 3: wave_from_direction = 400 deg is no direction of weather. Mend the line or empty the cell.",
+                "line 3: wave_from_direction = 400 deg is no direction of weather. Correct the line or empty the cell.",
             ),
             (
                 "wave_from_direction [rad]",
@@ -269,7 +269,7 @@ class TestDirections:
 
     def test_directions_that_look_like_radians_are_noted_and_read_so_on_demand(self, read):
         table = "time,MWD [deg]\n" + "".join(f"2013-12-31 0{i}:00,{i}.2\n" for i in range(6))
-        note = 'MWD [deg]: all directions lie within 6.3 deg of north: are they in radians? Then say --column "come_from=MWD [rad]"'
+        note = 'MWD [deg]: all directions are within 6.3 deg of north: are they in radians? Then say --column "come_from=MWD [rad]"'
         assert note in read(table, sense=DirectionSense.FROM_NORTH).notes
         told = read(table, sense=DirectionSense.FROM_NORTH, columns_as={"come_from": "MWD [rad]"})
         assert told.columns["come_from"][3] == pytest.approx(3.2)

@@ -7,18 +7,18 @@ from collections.abc import Iterable
 from enum import StrEnum
 from typing import TypeVar
 
-from stillhook.errors import IdentifyError
+from stillhook.errors import IdentifyError, StillhookError
 from stillhook.units import quote
 
 Choice = TypeVar("Choice", bound=StrEnum)
 
 
-def choice(kind: type[Choice], text: Choice | str, name: str) -> Choice:
-    """The choice of this name. Errors: IdentifyError of one line that names the option and what there is."""
+def choice(kind: type[Choice], text: Choice | str, name: str, error: type[StillhookError] = IdentifyError) -> Choice:
+    """The choice of this name. Errors: `error` of one line that names the option and what there is."""
     try:
         return kind(text)
     except ValueError:
-        raise IdentifyError(f"{name} = {quote(text)}: not one of {', '.join(kind)}.") from None
+        raise error(f"{name} = {quote(text)}: not one of {', '.join(kind)}.") from None
 
 
 def nearest(name: str, names: Iterable[str]) -> str:

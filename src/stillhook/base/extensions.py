@@ -28,8 +28,8 @@ FUNCTIONS = ("cycle", "rates")
 
 def modules_in(package: ModuleType) -> Iterator[ModuleType]:
     """The modules of a package's folder, by name."""
-    for found in sorted(pkgutil.iter_modules(package.__path__), key=lambda info: info.name):
-        yield importlib.import_module(f"{package.__name__}.{found.name}")
+    for entry in sorted(pkgutil.iter_modules(package.__path__), key=lambda info: info.name):
+        yield importlib.import_module(f"{package.__name__}.{entry.name}")
 
 
 @functools.cache

@@ -13,6 +13,7 @@ import functools
 import io
 import os
 import sys
+from collections.abc import Callable
 from typing import Annotated, Any
 
 import typer
@@ -20,15 +21,15 @@ import typer.main
 
 from stillhook._version import __version__
 from stillhook.base.extensions import place_in_extension
-from stillhook.cli import crane, demo, plan, simulation, validate
+from stillhook.cli import crane, demo, identify, plan, simulation, validate
 from stillhook.cli.analysis import envelope, maps, stability, tune, uncertainty
-from stillhook.cli.identify import commands as identify
 from stillhook.cli.identify import friction_sets as friction
 from stillhook.cli.parser import adopt
 from stillhook.cli.sea import payload, response, tip, vessel
 from stillhook.cli.sea import waves as sea
 from stillhook.cli.weather import commands as weather
 from stillhook.errors import StillhookError
+from stillhook.units import quote
 
 REFUSED, INTERNAL, INTERRUPTED, UNREAD = 2, 3, 130, 141
 DEBUG = "STILLHOOK_DEBUG"
@@ -58,21 +59,28 @@ def _root(
     """Options that belong to no command."""
 
 
-crane.register(app)
-simulation.register(app)
-envelope.register(app)
-sea.register(app)
-stability.register(app)
-maps.register(app)
-tune.register(app)
-uncertainty.register(app)
-validate.register(app)
-tip.register(app)
-simulation.register_lower(app)
-response.register(app)
-plan.register(app)
-demo.register(app)
-plan.register_report(app)
+COMMANDS: dict[str, Callable[..., None]] = {
+    "cranes": crane.list_cranes,
+    "crane": crane.show_crane,
+    "run": simulation.run,
+    "compare": simulation.compare,
+    "envelope": envelope.envelope,
+    "sea": sea.sea,
+    "stability": stability.stability,
+    "map": maps.show_map,
+    "tune": tune.tune,
+    "uncertainty": uncertainty.uncertainty,
+    "validate": validate.validate,
+    "tip": tip.tip,
+    "lower": simulation.lower,
+    "response": response.response,
+    "plan": plan.plan,
+    "demo": demo.demo,
+    "report": plan.report,
+}
+"""Commands in the order of the help."""
+for _name, _function in COMMANDS.items():
+    app.command(_name)(_function)
 app.add_typer(crane.app, name="calc")
 app.add_typer(validate.app, name="certificate")
 app.add_typer(identify.app, name="identify")
@@ -144,8 +152,6 @@ def _failed(problem: Exception) -> int:
     """An unexpected exception: type, place and where to report it, or the line of a module of the user; with `DEBUG`
     its traceback before that."""
     import traceback
-
-    from stillhook.units import quote
 
     if os.environ.get(DEBUG):
         traceback.print_exception(problem)

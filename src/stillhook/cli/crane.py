@@ -4,7 +4,7 @@ equations."""
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -14,24 +14,21 @@ from stillhook.report.formatting import display_number, display_unit
 from stillhook.report.terminal import print_implausible, print_json, print_table, print_twin, print_values
 from stillhook.units import parse, show
 
-
-def register(app: typer.Typer) -> None:
-    app.command("cranes")(list_cranes)
-    app.command("crane")(show_crane)
+if TYPE_CHECKING:
+    from stillhook.spec.crane import Crane
 
 
 def list_cranes(json: Json = False) -> None:
     """List the cranes of the library. Example: stillhook cranes"""
     from stillhook.library import cranes, load_crane
-    from stillhook.units import show
 
-    known = [load_crane(name) for name in cranes()]
+    entries = [load_crane(name) for name in cranes()]
     if json:
-        print_json([{"name": c.name, "title": c.title, "plant": c.plant.value, "SWL": c.SWL} for c in known])
+        print_json([{"name": c.name, "title": c.title, "plant": c.plant.value, "SWL": c.SWL} for c in entries])
         return
     print_table(
         ("crane", "description", "winch", "SWL"),
-        [(c.name, c.title, c.plant.value, show(c.SWL, "mass")) for c in known],
+        [(c.name, c.title, c.plant.value, show(c.SWL, "mass")) for c in entries],
         left=3,
     )
 
@@ -77,12 +74,28 @@ app = typer.Typer(
 )
 CraneName = Annotated[str, typer.Argument(help="Library crane, or path of a crane file.", metavar="CRANE")]
 AlphaM = Annotated[float, typer.Option("--alpha-m", help="Motor displacement over its maximum, above 0 up to 1.")]
-VALID_SPEED = ("400 rev/min", "2500 rev/min")
-VALID_DP = ("50 bar", "350 bar")
+VALID_SPEED = (400.0 * math.tau / 60.0, 2500.0 * math.tau / 60.0)
+"""Motor speeds for which the published losses hold [rad/s]."""
+VALID_DP = (50e5, 350e5)
+"""Pressure drops for which they hold [Pa]."""
 
 
 def _answer(values: dict[str, Any], json: bool) -> None:
     print_json(values) if json else print_values(values)
+
+
+def _print_rows(rows: list[dict[str, Any]], digits: int, json: bool) -> None:
+    """The same numbers of several layers or lengths of wire."""
+    if json:
+        print_json(rows)
+        return
+    header = [f"{k} [{display_unit(k)}]" if display_unit(k) else k for k in rows[0]]
+    print_table(header, [[display_number(k, v, digits) for k, v in row.items()] for row in rows], left=0)
+
+
+def _check_layer(crane: Crane, layer: int) -> None:
+    if not 1 <= layer <= crane.drum.layers:
+        raise ScenarioError(f'--layer {layer}: "{crane.name}" has layers 1 to {crane.drum.layers}. Choose one of them.')
 
 
 def _alpha(value: float) -> float:
@@ -112,15 +125,15 @@ def motor_loss(
     from stillhook.physics.hydraulics.motor import torque_loss
 
     losses = load_losses(name)
-    m, known = losses.motor, losses.evidence
+    m, evidence = losses.motor, losses.evidence
     D_m, omega_m = parse(displacement, "displacement", "--displacement"), parse(speed, "rotation", "--speed")
     dp_m = parse(dp, "pressure", "--dp")
     if not 0.0 < D_m <= m.D_max * (1.0 + 1e-9):
         full = show(m.D_max, "displacement")
         raise ScenarioError(f"--displacement {displacement}: {name} has above 0 up to {full}. Give a value in between.")
     fit = loss_fit(m)
-    speeds = known.omega_m if known is not None and known.omega_m else _ends(VALID_SPEED, "rotation")
-    drops = known.dp_m if known is not None and known.dp_m else _ends(VALID_DP, "pressure")
+    speeds = evidence.omega_m if evidence is not None and evidence.omega_m else VALID_SPEED
+    drops = evidence.dp_m if evidence is not None and evidence.dp_m else VALID_DP
     inside = _within(abs(omega_m), speeds) and _within(abs(dp_m), drops)
     _answer(
         {"T_fm": torque_loss(omega_m, D_m, dp_m, fit), "D_m": D_m, "omega_m": omega_m, "dp_m": dp_m, "valid": inside},
@@ -131,10 +144,6 @@ def motor_loss(
             f"{show(lo, kind)} to {show(hi, kind)}" for (lo, hi), kind in ((speeds, "rotation"), (drops, "pressure"))
         ]
         print(f"outside the fitted range {', '.join(texts)}: an extrapolation")
-
-
-def _ends(texts: tuple[str, str], kind: str) -> tuple[float, float]:
-    return parse(texts[0], kind), parse(texts[1], kind)
 
 
 def _within(value: float, bounds: tuple[float, float]) -> bool:
@@ -188,18 +197,10 @@ def drum(
 
     crane = load_crane(name)
     if layer is not None:
-        if not 1 <= layer <= crane.drum.layers:
-            raise ScenarioError(
-                f'--layer {layer}: "{crane.name}" has layers 1 to {crane.drum.layers}. Choose one of them.'
-            )
+        _check_layer(crane, layer)
         _answer(layer_row(crane, layer), json)
         return
-    rows = [layer_row(crane, n) for n in range(1, crane.drum.layers + 1)]
-    if json:
-        print_json(rows)
-        return
-    header = [f"{k} [{display_unit(k)}]" if display_unit(k) else k for k in rows[0]]
-    print_table(header, [[display_number(k, v, 5) for k, v in row.items()] for row in rows], left=0)
+    _print_rows([layer_row(crane, n) for n in range(1, crane.drum.layers + 1)], 5, json)
 
 
 @app.command("inertia")
@@ -223,12 +224,7 @@ def inertia(
             )
         _answer(inertia_parts(crane, out), json)
         return
-    rows = [inertia_parts(crane, 0.0), inertia_parts(crane, L_full)]
-    if json:
-        print_json(rows)
-        return
-    header = [f"{k} [{display_unit(k)}]" for k in rows[0]]
-    print_table(header, [[display_number(k, v, 4) for k, v in row.items()] for row in rows], left=0)
+    _print_rows([inertia_parts(crane, 0.0), inertia_parts(crane, L_full)], 4, json)
 
 
 @app.command("speed")
@@ -245,8 +241,8 @@ def speed(
     from stillhook.library import load_crane
 
     crane, alpha = load_crane(name), _alpha(alpha_m)
-    if layer is not None and not 1 <= layer <= crane.drum.layers:
-        raise ScenarioError(f'--layer {layer}: "{crane.name}" has layers 1 to {crane.drum.layers}. Choose one of them.')
+    if layer is not None:
+        _check_layer(crane, layer)
     d = crane.drum.d_max if layer is None else float(layer_row(crane, layer)["d_wire_centre"])
     v, omega = wire_speed_max(crane, alpha, d), motor_speed_max(crane, alpha)
     _answer({"v_w_max": v, "omega_m": omega, "alpha_m": alpha, "layer_diameter": d}, json)

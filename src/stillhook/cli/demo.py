@@ -7,8 +7,11 @@ from typing import Annotated
 
 import typer
 
-from stillhook.cli.simulation import check_out, headers, print_notes, row, write_comparison
+from stillhook.cli.output import check_out
+from stillhook.cli.simulation import OUT_FILES, headers, print_notes, row, write_comparison
+from stillhook.errors import PlanError
 from stillhook.report.terminal import print_table, progress_bar, started
+from stillhook.units import quote, show
 
 SHOWN = 40.0
 """Last part of each run that its picture shows [s]."""
@@ -19,10 +22,6 @@ EXAMPLE_HELP = (
     '"plan": a template of 120 t from deck to seabed at 1,500 m, to the report; "motions": NS, HS and SSC on four'
     " motions."
 )
-
-
-def register(app: typer.Typer) -> None:
-    app.command("demo")(demo)
 
 
 def demo(
@@ -39,9 +38,6 @@ def demo(
 
     Example: stillhook demo motions
     """
-    from stillhook.errors import PlanError
-    from stillhook.units import quote
-
     if example == MOTIONS:
         _motions(out)
         return
@@ -60,7 +56,7 @@ def _motions(out: Path) -> None:
     from stillhook.analysis.controllers import compare as side_by_side
     from stillhook.formats.case_file import demo_cases
 
-    check_out(out)
+    check_out(out, OUT_FILES)
     cases = demo_cases()
     rows, results = [], []
     for file in cases:
@@ -72,7 +68,6 @@ def _motions(out: Path) -> None:
             for i, r in enumerate(result.runs)
         ]
     crane, case = cases[0].crane, cases[0].case
-    from stillhook.units import show
 
     title = f"{crane.title}: {show(case.load, 'mass')} on the hook, {show(case.s_w, 'length')} of wire out"
     print_table(["motion of the crane tip", "mode", *headers(crane)], rows, title=title, left=2)

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
@@ -15,7 +15,8 @@ from rich.markup import escape
 from typer.core import TyperCommand, TyperGroup
 
 from stillhook.control.registry import Mode
-from stillhook.errors import CommandError
+from stillhook.errors import CommandError, SimulationError
+from stillhook.units import quote
 
 
 def adopt(app: typer.Typer) -> None:
@@ -74,6 +75,13 @@ def _literal(command: Any) -> None:
                 setattr(part, name, escape(text))
 
 
+def refuse(options: Mapping[str, Any], reason: str) -> None:
+    """Refuse options that are given and have no meaning here. Errors: CommandError."""
+    for name, value in options.items():
+        if value is not None and value is not False:
+            raise CommandError(f"{name}: {reason}")
+
+
 CONTROLLERS = ", ".join(mode.value for mode in Mode if mode.compensates)
 """Controllers as help lists them."""
 MODES = ", ".join(Mode)
@@ -89,6 +97,10 @@ Out = Annotated[
 ]
 
 
+Spread = Annotated[float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")]
+LiftArgument = Annotated[
+    str, typer.Argument(metavar="LIFT.toml", help="Lift file, or one of the library's; a wrong name lists them.")
+]
 Scheduler = Annotated[
     str | None, typer.Option("--scheduler", help='Address of a Dask scheduler, such as "tcp://10.0.0.1:8786".')
 ]
@@ -106,8 +118,6 @@ def client_of(address: str | None) -> Iterator[Any]:
     if address is None:
         yield None
         return
-    from stillhook.errors import SimulationError
-    from stillhook.units import quote
 
     try:
         from distributed import Client

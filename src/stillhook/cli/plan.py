@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from stillhook.cli.output import announce, check_out
 from stillhook.cli.parser import Json, Scheduler, client_of
+from stillhook.errors import PlanError
 from stillhook.report.formatting import wrapped
 from stillhook.report.terminal import print_document, print_json, progress_bar, say, say_if_compiling
 
@@ -25,10 +27,6 @@ STORE_HELP = (
     "Folder in which runs of the twin are kept: a stopped plan resumes from there. Default: runs in the --out folder."
 )
 EXAMPLE = "example"
-
-
-def register(app: typer.Typer) -> None:
-    app.command("plan")(plan)
 
 
 def plan(
@@ -62,13 +60,14 @@ def plan(
 
     Example: stillhook plan example my-lift
     """
-    from stillhook.errors import PlanError
-    from stillhook.plan.file import load_plan
+    from stillhook.plan.file import copy_plan, load_plan
 
     if lift == EXAMPLE:
         if folder is None:
             raise PlanError('plan example: no folder for the copy. Enter one, such as "my-lift".')
-        _copy(folder)
+        first, *rest = copy_plan("template-to-1500m", folder)
+        print(f"written: {first}" + "".join(f", {path}" for path in rest))
+        print(f"edit it, then: stillhook plan {first} --check")
         return
     if folder is not None:
         raise PlanError(
@@ -98,14 +97,6 @@ def _show_check(lift_plan: LiftPlan, *, json: bool) -> None:
         print_document(checked_plan(answer))
 
 
-def _copy(folder: Path) -> None:
-    from stillhook.plan.file import copy_plan
-
-    first, *rest = copy_plan("template-to-1500m", folder)
-    print(f"written: {first}" + "".join(f", {path}" for path in rest))
-    print(f"edit it, then: stillhook plan {first} --check")
-
-
 def run(
     lift_plan: LiftPlan,
     tier: str,
@@ -116,15 +107,14 @@ def run(
     threads: int,
 ) -> PlanResult:
     """The plan's result, with its files written where requested."""
-    from stillhook.base.atomic import check_folder
     from stillhook.plan.answer.dataset import OUT_FILES, write_answer
     from stillhook.plan.planning import plan as planned
     from stillhook.plan.planning import tier_of
 
     options: dict[str, Any] = {} if alpha is None else {"alpha": alpha}
     last = tier_of(tier)
+    check_out(out, OUT_FILES)
     if out is not None:
-        check_folder(out, OUT_FILES)
         store = out / "runs" if store is None else store
     _say_before(lift_plan, last, store)
     with client_of(scheduler) as client, progress_bar(f"{lift_plan.name}: planning") as bar:
@@ -145,10 +135,10 @@ def _say_before(lift_plan: LiftPlan, last: Tier, store: Path | None) -> None:
         from stillhook.plan.tiers.time_domain.tier import expected
 
         say_if_compiling(lift_plan.crane, kind=KIND)
-        kept = (
+        resume_note = (
             f"; completed runs are kept in {store}, and a stopped plan resumes from there" if store is not None else ""
         )
-        say(f"{expected(lift_plan)}{kept}")
+        say(f"{expected(lift_plan)}{resume_note}")
 
 
 def show(result: PlanResult, out: Path | None, *, json: bool) -> None:
@@ -162,17 +152,12 @@ def show(result: PlanResult, out: Path | None, *, json: bool) -> None:
     if out is not None:
         from stillhook.plan.answer.dataset import OUT_FILES
 
-        print("written: " + ", ".join(str(out / name) for name in OUT_FILES if (out / name).is_file()))
+        announce(out, [name for name in OUT_FILES if (out / name).is_file()])
 
 
 Results = Annotated[Path, typer.Argument(metavar="RESULTS", help="Folder that stillhook plan --out wrote.")]
 Out = Annotated[Path | None, typer.Option(help="Folder for the report, in place of that of the results.")]
 Figures = Annotated[bool, typer.Option("--figures", help="Every figure as a PNG of its own, too.")]
-
-
-def register_report(app: typer.Typer) -> None:
-    """Add the command to the program."""
-    app.command("report")(report)
 
 
 def report(results: Results, out: Out = None, figures: Figures = False, json: Json = False) -> None:
@@ -198,5 +183,5 @@ def report(results: Results, out: Out = None, figures: Figures = False, json: Js
         print(f"{result.name}: {answer.word}")
         for line in answer.text:
             wrapped(line, "  ")
-        print(f"written: {', '.join(str(folder / name) for name in names)}")
+        announce(folder, names)
     raise typer.Exit(0 if answer.passed else 1)

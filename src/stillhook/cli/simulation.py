@@ -9,9 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import MODES, Json, Step
+from stillhook.cli.output import announce, check_out, write_out
+from stillhook.cli.parser import MODES, Json, LiftArgument, Step, refuse
+from stillhook.errors import LiftError, MotionError, StillhookError
+from stillhook.physics.scalar import G
 from stillhook.report.formatting import cell, wrapped
 from stillhook.report.terminal import print_json, print_table, print_twin, progress_bar, started
+from stillhook.units import quote, show
 
 if TYPE_CHECKING:
     from stillhook.analysis.controllers import Comparison
@@ -50,11 +54,6 @@ HEADERS = {
 }
 
 
-def register(app: typer.Typer) -> None:
-    app.command("run")(run)
-    app.command("compare")(compare)
-
-
 def headers(crane: Crane) -> list[str]:
     """Heads of the columns of a table of runs."""
     return [*HEADERS.values(), *crane.plant.type.shown.values(), "status"]
@@ -83,10 +82,9 @@ def run(
     Example: stillhook run case.toml --out results
     """
     from stillhook.analysis.controllers import dataset_of, run_labelled
-    from stillhook.errors import StillhookError
     from stillhook.formats.case_file import load_case, stored_cases
 
-    check_out(out)
+    check_out(out, OUT_FILES)
     files = stored_cases(case_file) if case_file.suffix == ".nc" else [load_case(case_file)]
     crane, case, cranes = files[0].crane, files[0].case, [f.crane for f in files]
     labels = _labels([f.case.name for f in files], case_file.stem)
@@ -148,7 +146,7 @@ def compare(
     from stillhook.sea.motion.recorded import Recorded
     from stillhook.spec.scenario import Scenario, Sensors
 
-    check_out(out)
+    check_out(out, OUT_FILES)
     machine = load_crane(crane)
     tip = motion_of(motion, position, heave, start, duration)
     times = (
@@ -173,16 +171,11 @@ def motion_of(
     duration: str | None = None,
 ) -> Motion:
     """A motion text, or the log that it names."""
-    from stillhook.errors import MotionError
     from stillhook.sea.motion.text import parse_motion
-    from stillhook.units import quote
 
+    of_log = {"--position": position, "--heave": heave, "--start": start}
     if text.strip().split(" ")[0].lower() in ("sine", "still"):
-        for option, value in (("--position", position), ("--heave", heave), ("--start", start)):
-            if value is not None:
-                raise MotionError(
-                    f'{option} {value}: belongs to a log, and --motion "{text}" is not one. Leave {option} out.'
-                )
+        refuse(of_log, f"belongs to a log, and --motion {quote(text)} is not one. Leave it out.")
         return parse_motion(text, "--motion")
     if not os.path.exists(text):
         raise MotionError(
@@ -192,11 +185,7 @@ def motion_of(
 
     stored = stored_motion(text)
     if stored is not None:
-        for option, value in (("--position", position), ("--heave", heave), ("--start", start)):
-            if value is not None:
-                raise MotionError(
-                    f"{option} {value}: belongs to a log, and {quote(text)} holds a tip's motion. Leave {option} out."
-                )
+        refuse(of_log, f"belongs to a log, and {quote(text)} holds a tip's motion. Leave it out.")
         return stored
     arm = tuple(p.strip() for p in position.split(",")) if position is not None else None
     try:
@@ -206,7 +195,6 @@ def motion_of(
 
 
 def _title(crane: Crane, case: Any) -> str:
-    from stillhook.units import show
 
     medium = "in water" if case.water else "in air"
     tip = case.tip.describe().split(":")[0]
@@ -248,25 +236,12 @@ def _write(
     all_cases: Any = None,
 ) -> None:
     """Picture, NetCDF and summary of a set of runs."""
-    from stillhook.base.atomic import atomic_folder
-    from stillhook.formats.results import save_json, save_run
-    from stillhook.report.plots.run import four_panels, save_figure
+    from stillhook.report.plots.run import four_panels
 
-    first, (picture, series, numbers) = next(iter(runs.values())), OUT_FILES
-    with atomic_folder(out) as part:
-        save_figure(four_panels(runs, title=title, start=start), part / picture)
-        save_run(first if all_cases is None else all_cases, part / series)
-        save_json(summary, part / numbers)
-    if not quiet:
-        print("written: " + ", ".join(str(out / name) for name in OUT_FILES))
-
-
-def check_out(out: Path | None) -> None:
-    """Refuse a folder that cannot be written to before anything runs."""
-    from stillhook.base.atomic import check_folder
-
-    if out is not None:
-        check_folder(out, OUT_FILES)
+    picture, series, numbers = OUT_FILES
+    data = next(iter(runs.values())) if all_cases is None else all_cases
+    files = {picture: four_panels(runs, title=title, start=start), series: data, numbers: summary}
+    write_out(out, files, quiet=quiet)
 
 
 def _labels(names: list[str], stem: str) -> list[str]:
@@ -299,14 +274,8 @@ LOWERING_HEADERS = (
 )
 
 
-def register_lower(app: typer.Typer) -> None:
-    app.command("lower")(lower)
-
-
 def lower(
-    lift: Annotated[
-        str, typer.Argument(metavar="LIFT.toml", help="Lift file, or one of the library's; a wrong name lists them.")
-    ],
+    lift: LiftArgument,
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder for pictures, NetCDF and summary.json; nothing without it.")
     ] = None,
@@ -325,17 +294,14 @@ def lower(
 
     Example: stillhook lower anchor-to-3000m --out anchor
     """
-    from stillhook.base.atomic import check_folder
     from stillhook.engine.lowering.run import KIND
     from stillhook.engine.simulate import simulate
-    from stillhook.errors import LiftError, StillhookError
     from stillhook.formats.lift_file import load_lift
     from stillhook.report.save import ANIMATION, LOWERING_FILES, lowering_answer, write_lowering
 
     if animation and out is None:
         raise LiftError("--animation: is written to a folder. Give --out as well.")
-    if out is not None:
-        check_folder(out, (*LOWERING_FILES, ANIMATION) if animation else LOWERING_FILES)
+    check_out(out, (*LOWERING_FILES, ANIMATION) if animation else LOWERING_FILES)
     file = load_lift(lift, seed=seed, duration=duration)
     try:
         with progress_bar(file.lift.name) as bar:
@@ -349,14 +315,12 @@ def lower(
         print_json(answer)
     else:
         _print(file, answer)
-        if written:
-            print("written: " + ", ".join(str(out / name) for name in written))  # type: ignore[operator]
+    if out is not None:
+        announce(out, written, quiet=json)
     raise typer.Exit(0 if answer["status"] == "ok" else 1)
 
 
 def _print(file: LiftFile, answer: dict[str, Any]) -> None:
-    from stillhook.physics.scalar import G
-    from stillhook.units import show
 
     wrapped(f"{answer['lift']}: {answer['crane']}, {file.place}")
     load = file.lift.payload
@@ -375,9 +339,9 @@ def _print(file: LiftFile, answer: dict[str, Any]) -> None:
         slack = answer["sling_slack_landed_time"]
         after = f", slings slack for {show(slack, 'time')} from then on" if slack > 0.0 else ""
         print(f"touched down after {show(answer['t_landed'], 'time')} at {show(answer['v_landed'], 'speed')}{after}")
-    held = [row for row in answer["stages"] if row["mode"] == "ahc" and not math.isnan(row["eta_load"])]
-    if held:
-        least = min(held, key=lambda row: row["eta_load"])
+    compensated = [row for row in answer["stages"] if row["mode"] == "ahc" and not math.isnan(row["eta_load"])]
+    if compensated:
+        least = min(compensated, key=lambda row: row["eta_load"])
         print(
             f"least compensation, stage {least['name']}: {least['eta_c']:.0%} at the winch, {least['eta_load']:.0%} at"
             " the load"

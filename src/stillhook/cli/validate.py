@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from stillhook.cli.parser import Json
+from stillhook.errors import ValidateError
 from stillhook.report.formatting import wrapped
 from stillhook.report.terminal import print_document, print_json, progress_bar
+from stillhook.units import number, quote
 
 if TYPE_CHECKING:
     from stillhook.validate.certificate.recheck import Check
     from stillhook.validate.criteria.results import StepNumber
     from stillhook.validate.validation import Validation
-
-
-def register(app: typer.Typer) -> None:
-    app.command("validate")(validate)
 
 
 def validate(
@@ -45,8 +44,6 @@ def validate(
 
     Example: stillhook validate sea-trial/campaign.toml --out validation
     """
-    from dataclasses import replace
-
     from stillhook.validate.criteria.criteria import load_criteria
     from stillhook.validate.data_set.campaign import load_campaign
     from stillhook.validate.validation import validate as check
@@ -82,19 +79,18 @@ def validate(
 
 
 def _numbers(text: str | None) -> list[StepNumber] | None:
-    from stillhook.errors import ValidateError
-    from stillhook.units import quote
     from stillhook.validate.criteria.results import StepNumber
 
     if text is None:
         return None
-    known = {str(int(n)): n for n in StepNumber}
+    available = {str(int(n)): n for n in StepNumber}
     wanted = [part.strip() for part in text.split(",")]
-    if unknown := [part for part in wanted if part not in known]:
+    if unknown := [part for part in wanted if part not in available]:
         raise ValidateError(
-            f"--steps = {quote(text)}: {quote(unknown[0])} is not one of {', '.join(known)}. Write numbers such as 1,2."
+            f"--steps = {quote(text)}: {quote(unknown[0])} is not one of {', '.join(available)}. Write numbers such as"
+            " 1,2."
         )
-    return [known[part] for part in wanted]
+    return [available[part] for part in wanted]
 
 
 def _print_written(out: Path, written: tuple[str, ...]) -> None:
@@ -167,7 +163,6 @@ def check(
 
 def _say(result: Check) -> None:
     from stillhook.spec.validity import UNSIGNED
-    from stillhook.units import number
 
     wrapped(result.verdict)
     if result.certificate.data["synthetic"]:
@@ -214,9 +209,7 @@ def example_campaign(
 
     Example: stillhook certificate example-campaign my-tests --defect leakage
     """
-    from stillhook.errors import ValidateError
     from stillhook.library import cranes, load_crane
-    from stillhook.units import quote
     from stillhook.validate.synthetic import defect_of, sea_trials, write_campaign
     from stillhook.validate.synthetic.defects import defect_text, size_of
 

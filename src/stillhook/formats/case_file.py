@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,7 +13,7 @@ from stillhook.formats.motion.open import read_tip_motion, stored_motion
 from stillhook.formats.results import load_run, origin, stored_steps
 from stillhook.library import load_crane
 from stillhook.library.toml.file import TomlTable, read_toml
-from stillhook.library.toml.kinds import FileKind
+from stillhook.library.toml.kinds import LIBRARY, FileKind
 from stillhook.sea.motion.motion import Motion, Profile
 from stillhook.sea.motion.text import parse_motion
 from stillhook.spec.crane import Crane
@@ -87,9 +86,7 @@ def stored_cases(path: str | Path) -> list[CaseFile]:
 
 def demo_cases() -> list[CaseFile]:
     """The package's own cases, in the order of their files."""
-    shelf = files("stillhook.library") / "data" / "demo"
-    with as_file(shelf) as folder:
-        return [load_case(path) for path in sorted(folder.glob("*.toml"))]
+    return [load_case(path) for path in sorted((LIBRARY / "demo").glob("*.toml"))]
 
 
 def build_scenario(table: Mapping[str, Any], folder: Path, name: str) -> Scenario:

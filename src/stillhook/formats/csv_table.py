@@ -212,12 +212,8 @@ def _are_units(cells: list[str]) -> bool:
 
 def _decimal(rows: list[list[str]], separator: str, name: str, numbers: list[int]) -> str:
     """The decimal sign: a comma where cells such as 12,5 say so, a point otherwise; both together are refused."""
-    comma = next(
-        ((n, cell) for n, row in zip(numbers, rows, strict=True) for cell in row if _COMMA.fullmatch(cell)), None
-    )
-    point = next(
-        ((n, cell) for n, row in zip(numbers, rows, strict=True) for cell in row if _POINT.fullmatch(cell)), None
-    )
+    cells = [(n, cell) for n, row in zip(numbers, rows, strict=True) for cell in row]
+    comma, point = (next((place for place in cells if sign.fullmatch(place[1])), None) for sign in (_COMMA, _POINT))
     if comma is None:
         return "."
     if point is not None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from importlib.resources import as_file, files
 from os.path import exists
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
@@ -13,7 +12,6 @@ import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
 
 from stillhook import units as u
-from stillhook.base.choice import nearest
 from stillhook.control.registry import DEFAULT_MODE
 from stillhook.errors import LiftError, SeaError
 from stillhook.formats.case_file import read_tip
@@ -22,16 +20,15 @@ from stillhook.formats.waves.wavespectra import read_sea
 from stillhook.library import load_crane
 from stillhook.library.catalogue import read_payload, vessel_file, vessels
 from stillhook.library.toml.file import TomlTable, read_toml
-from stillhook.library.toml.kinds import FileKind, other_kind
-from stillhook.library.toml.tree import toml_text
+from stillhook.library.toml.kinds import LIBRARY, FileKind, unknown_name
+from stillhook.library.toml.tree import shelf, toml_text
 from stillhook.sea.motion.motion import Motion, Still
 from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.spectra.measured import SpectrumSeries
 from stillhook.sea.spectra.spectrum import Sea, Train, check_spread
 from stillhook.sea.spectra.text import parse_sea
 from stillhook.sea.vessel.boom import DESCRIPTIONS, Boom
-from stillhook.sea.vessel.long_wave import wavenumber
-from stillhook.sea.vessel.rao import Rao
+from stillhook.sea.vessel.rao import Rao, wavenumber
 from stillhook.sea.vessel.realisation import WaveField, realise, tip_motion, wave_field
 from stillhook.sea.vessel.tip import TipPoint, parse_point
 from stillhook.spec.crane import Crane
@@ -144,7 +141,7 @@ DEEP = 3.0
 
 class Place(NamedTuple):
     """Motion of the crane tip, the water below it, height of the tip above still water [m]; in words; what they follow
-    from; notes: what a reader should know."""
+    from (None: not there); notes: what a reader should know."""
 
     tip: Motion
     waves: WaveField | None
@@ -187,23 +184,14 @@ def place_of(file: LiftTables, table: TomlTable, length: float, seed: int | None
         raise table.wrong("no waves. Leave [sea] and vessel out for a calm.", "sea", "wave")
     if length < SHORTEST_SEA:
         raise LiftError(f"duration = {show(length, 'time')}: too short for waves at random. Give a minute or more.")
-    depth, seed = file.water.depth, file.sea.seed if seed is None else _seed(seed)
+    if seed is not None and (isinstance(seed, bool) or not isinstance(seed, int) or seed < 0):
+        raise LiftError(f"--seed {quote(seed)}: give a whole number of 0 or more.")
+    depth, seed = file.water.depth, file.sea.seed if seed is None else seed
     waves = realise(sea, length, seed, amplitudes=file.sea.amplitudes, depth=depth)
     words = f"{rao.name}, tip at {where.describe()}, in {sea.describe()}, seed {seed}"
     motion, water = tip_motion(waves, rao, where.x, where.y), wave_field(waves, where.x, where.y)
-    return Place(
-        tip=motion, waves=water, h_tip=height, words=words, vessel=rao, at=where, sea=sea, notes=_notes(rao, sea, depth)
-    )
-
-
-def _seed(seed: int) -> int:
-    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        raise LiftError(f"--seed {quote(seed)}: give a whole number of 0 or more.")
-    return seed
-
-
-def _notes(rao: Rao, sea: Sea, depth: float) -> tuple[str, ...]:
-    return depth_notes(rao, max(train.spectrum.peak_period for train in sea.trains), depth)
+    notes = depth_notes(rao, max(train.spectrum.peak_period for train in sea.trains), depth)
+    return Place(tip=motion, waves=water, h_tip=height, words=words, vessel=rao, at=where, sea=sea, notes=notes)
 
 
 def depth_notes(rao: Rao, longest: float, depth: float) -> tuple[str, ...]:
@@ -233,27 +221,22 @@ def still_place(file: PlaceTables, table: TomlTable) -> Place:
 
 def _point(file: PlaceTables) -> tuple[TipPoint | None, float]:
     """Place of the crane tip from the vessel's reference point, and its height above still water [m]."""
-    point, height = _point_and_height(file)
-    if height <= 0.0:
-        raise LiftError(
-            f"tip: its height {show(height, 'length')} is not above the water. Count it up from still water."
-        )
-    return point, height
-
-
-def _point_and_height(file: PlaceTables) -> tuple[TipPoint | None, float]:
     at, height = file.tip.at, file.tip.height
+    if file.boom is not None and (at is not None or height is not None):
+        raise LiftError("tip: its place is given together with [boom]. Leave one of them out.")
     if file.boom is not None:
-        if at is not None or height is not None:
-            raise LiftError("tip: its place is given together with [boom]. Leave one of them out.")
-        x, y, z = file.boom.boom.tip
-        return TipPoint(x, y, z), z
-    point = None if at is None else parse_point(at, "tip.at")
+        point: TipPoint | None = TipPoint(*file.boom.boom.tip)
+    else:
+        point = None if at is None else parse_point(at, "tip.at")
     if height is not None and point is not None and point.z is not None:
         raise LiftError("tip.height: given together with z in tip.at. Leave one of them out.")
     height = height if height is not None else point.z if point is not None else None
     if height is None:
         raise LiftError('tip: its height above the water is missing. Give z in tip.at, or height = "30 m".')
+    if height <= 0.0:
+        raise LiftError(
+            f"tip: its height {show(height, 'length')} is not above the water. Count it up from still water."
+        )
     return point, height
 
 
@@ -307,7 +290,7 @@ LATE = 1.1
 
 class LiftFile(NamedTuple):
     """A crane and a lowering, how finely it is run and stored (None: default), and where it happens, in words; vessel,
-    place of the crane tip and sea as the file gives them (None: not there); notes on what it asks for."""
+    place of the crane tip and sea as the file gives them (None: not there); notes on what a reader should know."""
 
     crane: Crane
     lift: Lowering
@@ -357,12 +340,9 @@ def load_lift(
     ('deep-250t', 3000.0)
     """
     if str(path) in lifts():
-        with as_file(files("stillhook.library") / "data" / "lifts" / f"{path}.toml") as file:
-            return read_toml(file, FileKind.LIFT, LiftError, lambda table: _lift(table, seed, duration, moving))
+        path = LIBRARY / "lifts" / f"{path}.toml"
     if "." not in str(path) and not Path(path).exists():
-        have = f"{', '.join(lifts())}{nearest(str(path), lifts())}"
-        other = other_kind(str(path), FileKind.LIFT)
-        raise LiftError(f"No lift {quote(str(path))}: the library has {have} A file's name ends in .toml.{other}")
+        raise LiftError(unknown_name("lift", str(path), lifts(), FileKind.LIFT))
     if not toml_text(Path(path)).strip():
         have = ", ".join(lifts())
         raise LiftError(
@@ -374,8 +354,7 @@ def load_lift(
 
 def lifts() -> tuple[str, ...]:
     """Names of the library's example lifts."""
-    shelf = files("stillhook.library") / "data" / "lifts"
-    return tuple(sorted(entry.name.removesuffix(".toml") for entry in shelf.iterdir() if entry.name.endswith(".toml")))
+    return shelf("lifts")
 
 
 def _lift(table: TomlTable, seed: int | None, duration: str | None, moving: bool) -> LiftFile:

@@ -8,13 +8,14 @@ import json
 import math
 import os
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stillhook.base.atomic import atomic_file
+from stillhook.base.atomic import atomic_file, atomic_folder
 from stillhook.engine.simulate import simulate
 from stillhook.errors import StillhookError, UnreadableError
-from stillhook.formats.binary.netcdf import read_dataset
+from stillhook.formats.binary.reader import read_dataset
 from stillhook.library import crane_from_toml
 from stillhook.spec.scenario import Scenario
 
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 
 HEADER = 500_000
 """What a file holds next to its numbers, generously [bytes]."""
+RESOLUTION = 120
+"""Of pictures [dots per inch]."""
 
 
 def save_run(run: xarray.Dataset, path: str | Path) -> Path:
@@ -146,6 +149,24 @@ def save_json(data: Any, path: str | Path) -> Path:
     with atomic_file(target) as part:
         part.write_text(to_json(data) + "\n", encoding="utf-8")
     return target
+
+
+def save_files(folder: Path, files: Mapping[str, Any]) -> None:
+    """Write files by name, all of them or none: figures as PNG, Datasets as NetCDF, texts and bytes as they are,
+    anything else as JSON. Errors: SimulationError where the folder cannot be written."""
+    with atomic_folder(folder) as part:
+        for name, content in files.items():
+            path = part / name
+            if isinstance(content, str):
+                path.write_text(content, encoding="utf-8")
+            elif isinstance(content, bytes):
+                path.write_bytes(content)
+            elif path.suffix == ".png":
+                content.savefig(path, dpi=RESOLUTION)
+            elif path.suffix == ".nc":
+                save_run(content, path)
+            else:
+                save_json(content, path)
 
 
 def to_json(data: Any) -> str:

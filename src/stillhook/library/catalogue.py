@@ -14,7 +14,7 @@ from stillhook import units as u
 from stillhook.base.choice import nearest
 from stillhook.errors import LiftError, SeaError, StillhookError, WeatherError
 from stillhook.library.toml.file import explain
-from stillhook.library.toml.kinds import FileKind, other_kind
+from stillhook.library.toml.kinds import LIBRARY, FileKind, unknown_name
 from stillhook.library.toml.tree import (
     LABELS,
     Tree,
@@ -126,12 +126,7 @@ def read_payload(name_or_path: str | Path) -> Payload:
         return _payload(library_table(SHELF, name, "payload"), f"{name}.toml", user=False)
     path = Path(name)
     if path.suffix != ".toml":
-        have = ", ".join(payloads())
-        other = other_kind(name, FileKind.PAYLOAD)
-        raise LiftError(
-            f"No payload {quote(name)}: the library has {have}{nearest(name, payloads())} A file's name ends in"
-            f" .toml.{other}"
-        )
+        raise LiftError(unknown_name("payload", name, payloads(), FileKind.PAYLOAD))
     try:
         text = toml_text(path)
         if not text.strip():
@@ -171,13 +166,9 @@ def _without_lists(table: Mapping[str, Any]) -> dict[str, Any]:
     return out
 
 
-_VESSEL_FOLDER = Path(__file__).resolve().parent / "data" / "vessels"
-
-
-@functools.cache
 def vessels() -> tuple[str, ...]:
     """Names of the library's vessels."""
-    return tuple(sorted(file.stem for file in _VESSEL_FOLDER.glob("*.csv")))
+    return shelf("vessels", ".csv")
 
 
 def vessel_file(name: str) -> Path:
@@ -187,17 +178,12 @@ def vessel_file(name: str) -> Path:
     """
     if name not in vessels():
         raise SeaError(f"No vessel {quote(name)}: the library has {', '.join(vessels())}{nearest(name, vessels())}")
-    return _VESSEL_FOLDER / f"{name}.csv"
+    return LIBRARY / "vessels" / f"{name}.csv"
 
 
-_WEATHER_FOLDER = Path(__file__).resolve().parent / "data" / "weather"
-_END = ".csv.gz"
-
-
-@functools.cache
 def weathers() -> tuple[str, ...]:
     """Names of the library's weather."""
-    return tuple(sorted(file.name.removesuffix(_END) for file in _WEATHER_FOLDER.glob(f"*{_END}")))
+    return shelf("weather", ".csv.gz")
 
 
 def weather_file(name_or_path: str) -> Path:
@@ -206,7 +192,7 @@ def weather_file(name_or_path: str) -> Path:
     Errors: WeatherError of one line that names what there is, for what is neither a name nor a file.
     """
     if name_or_path in weathers():
-        return _WEATHER_FOLDER / f"{name_or_path}{_END}"
+        return LIBRARY / "weather" / f"{name_or_path}.csv.gz"
     path = Path(name_or_path)
     if not isfile(path):
         raise WeatherError(

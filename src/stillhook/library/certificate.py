@@ -137,9 +137,9 @@ def certified_of(data: Mapping[str, Any], label: str) -> Certified:
     """Record of a certificate in a crane; label names it in errors (ValidateError of one line)."""
     try:
         ranges = data["envelope"]
-        envelope = ranges and {name: _texts(ranges[name], kind) for name, kind in _KINDS.items()} | {
-            "modes": tuple(ranges["modes"])
-        }
+        envelope = ranges and {
+            name: tuple(f"{end!r} {KINDS[kind].si}" for end in ranges[name]) for name, kind in _KINDS.items()
+        } | {"modes": tuple(ranges["modes"])}
         return Certified.of(
             digest=data["digest"],
             date=data["date"],
@@ -156,7 +156,3 @@ def certified_of(data: Mapping[str, Any], label: str) -> Certified:
     except (KeyError, TypeError, ValueError, AttributeError, ValidationError) as problem:
         reason = " ".join(str(problem).split())[:120]
         raise ValidateError(f"{label}: not a complete certificate ({reason}). Validate again.") from None
-
-
-def _texts(ends: Any, kind: str) -> tuple[str, ...]:
-    return tuple(f"{end!r} {KINDS[kind].si}" for end in ends)

@@ -167,8 +167,6 @@ LOSS_RANGE = ("D_loss_min", "n_loss_max", "dp_loss_max")
 Y_NAMES = tuple(SystemFriction.model_fields)
 X_NAMES = tuple(TorqueLoss.model_fields)
 
-_Model = TypeVar("_Model", bound=Spec)
-
 
 @dataclass(frozen=True)
 class FrictionSet:
@@ -194,6 +192,9 @@ class LossSet:
     evidence: Evidence | None = None
 
 
+_Set = TypeVar("_Set", bound=FrictionSet | LossSet)
+
+
 def is_path(name: str) -> bool:
     """Whether the name of a set is the path of a file."""
     return name.endswith(SUFFIX)
@@ -202,13 +203,13 @@ def is_path(name: str) -> bool:
 def load_friction(name_or_path: str | Path) -> FrictionSet:
     """A system friction by its name in the library, or from a file. Errors: SpecError, UnitError, one line."""
     label, table = _table(FRICTION, name_or_path, "friction set", Path())
-    return _friction_set(label, table, user=_is_file(FRICTION, name_or_path))
+    return _set(FrictionSet, label, table, user=_is_file(FRICTION, name_or_path))
 
 
 def load_losses(name_or_path: str | Path) -> LossSet:
     """A motor by its name in the library, or from a file. Errors: SpecError, UnitError, one line."""
     label, table = _table(MOTORS, name_or_path, "motor", Path())
-    return _loss_set(label, table, user=_is_file(MOTORS, name_or_path))
+    return _set(LossSet, label, table, user=_is_file(MOTORS, name_or_path))
 
 
 def load_set(name_or_path: str | Path) -> FrictionSet | LossSet:
@@ -225,11 +226,8 @@ def load_set(name_or_path: str | Path) -> FrictionSet | LossSet:
             f"set {quote(str(name_or_path))}: the library has {', '.join(have)}{hint} A file's name ends in .toml."
         )
     label, table = _table(FRICTION, name_or_path, ANY, Path())
-    return (
-        _loss_set(label, table, user=True)
-        if "D_max" in table or "loss" in table
-        else _friction_set(label, table, user=True)
-    )
+    kind: type[FrictionSet | LossSet] = LossSet if "D_max" in table or "loss" in table else FrictionSet
+    return _set(kind, label, table, user=True)
 
 
 def set_values(shelf_name: str, name: str, where: str, folder: Path) -> Tree:
@@ -241,8 +239,8 @@ def set_values(shelf_name: str, name: str, where: str, folder: Path) -> Tree:
     """
     label, table = _table(shelf_name, name, where, folder)
     if is_path(name):
-        check = _friction_set if shelf_name == FRICTION else _loss_set
-        check(label, table, user=True)
+        kind: type[FrictionSet | LossSet] = FrictionSet if shelf_name == FRICTION else LossSet
+        _set(kind, label, table, user=True)
     return _tree(label, table, user=is_path(name))
 
 
@@ -338,35 +336,21 @@ def _tree(label: str, table: Mapping[str, Any], *, user: bool) -> Tree:
     return tree(numbers, label, user=user)
 
 
-def _friction_set(label: str, table: dict[str, Any], *, user: bool) -> FrictionSet:
-    system, origin = _validated(SystemFriction, label, table, user=user)
-    return FrictionSet(
-        _name(label), _title(label, table), system, origin, evidence_of(table.get(EVIDENCE), Y_NAMES, label)
-    )
-
-
-def _loss_set(label: str, table: dict[str, Any], *, user: bool) -> LossSet:
-    motor, origin = _validated(Motor, label, table, user=user)
-    return LossSet(_name(label), _title(label, table), motor, origin, evidence_of(table.get(EVIDENCE), X_NAMES, label))
-
-
-def _validated(
-    model: type[_Model], label: str, table: dict[str, Any], *, user: bool
-) -> tuple[_Model, dict[str, Source]]:
+def _set(kind: type[_Set], label: str, table: dict[str, Any], *, user: bool) -> _Set:
+    """The set in the tables of a file. Errors: SpecError, UnitError, one line."""
+    model, allowed = (SystemFriction, Y_NAMES) if kind is FrictionSet else (Motor, X_NAMES)
     node = _tree(label, table, user=user)
     data = values(node)
     try:
-        return model.model_validate(data), dict(sources(node))
+        spec = model.model_validate(data)
     except ValidationError as error:
         raise explain(error, model, label, data) from None
-
-
-def _name(label: str) -> str:
-    return label.removesuffix(SUFFIX)
+    evidence = evidence_of(table.get(EVIDENCE), allowed, label)
+    return kind(label.removesuffix(SUFFIX), _title(label, table), spec, dict(sources(node)), evidence)  # type: ignore[arg-type]
 
 
 def _title(label: str, table: Mapping[str, Any]) -> str:
-    title = table.get("title", _name(label))
+    title = table.get("title", label.removesuffix(SUFFIX))
     if not isinstance(title, str) or not title.strip():
         raise SpecError(f"{label}: title = {quote(title)}: give a text.")
     return title

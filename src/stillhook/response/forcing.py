@@ -16,8 +16,7 @@ from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
 from stillhook.sea.spectra.parametric import HIGHEST as HIGHEST_SEA
 from stillhook.sea.spectra.parametric import LONGEST, SHORTEST, Jonswap, gamma_of
 from stillhook.sea.spectra.spectrum import Sea, check_spread
-from stillhook.sea.vessel.long_wave import wavenumber
-from stillhook.sea.vessel.rao import Rao
+from stillhook.sea.vessel.rao import Rao, wavenumber
 from stillhook.statistics.time_lag import over_frequency
 
 PARTS = 8

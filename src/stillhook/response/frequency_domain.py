@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import LiftError
+from stillhook.physics.scalar import G
 from stillhook.response.forcing import Forcing
 from stillhook.response.suspended_load import QUANTITIES, SuspendedLoad, answers, drag_of_gaussian
 from stillhook.response.winch.linear_form import Residual
-from stillhook.sea.vessel.ship_motion import STANDARD_GRAVITY
 from stillhook.statistics.extremes import (
     chance_below_zero,
     most_probable_maximum,
@@ -315,7 +315,7 @@ def _of_load(s: Sigmas, load: SuspendedLoad, duration: float) -> dict[str, Float
         "sigma_F_top": s.top,
         "sigma_F_sling": s.sling,
         "F_top_mpm": load.F_top + most_probable_maximum(s.top, T_top, duration),
-        "DAF": (load.F_sling + most_probable_maximum(s.sling, T_sling, duration)) / (load.end.m * STANDARD_GRAVITY),
+        "DAF": (load.F_sling + most_probable_maximum(s.sling, T_sling, duration)) / (load.end.m * G),
         "slack_share": share_below_zero(load.F_sling, s.sling),
         "slack_rate": rate,
         "slack_chance": chance_below_zero(rate, duration),

@@ -15,7 +15,7 @@ from stillhook.engine.pack.programme import hanging, wire_strength
 from stillhook.errors import LiftError
 from stillhook.physics.scalar import G
 from stillhook.response.winch.duty import Duty
-from stillhook.sea.vessel.long_wave import wavenumber
+from stillhook.sea.vessel.rao import wavenumber
 from stillhook.sea.vessel.realisation import decay
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import Lowering

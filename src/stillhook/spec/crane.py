@@ -2,7 +2,7 @@
 
 A ``Crane`` is read from a file by ``stillhook.library.load_crane``. Its fields take text with a unit and hold SI
 floats. Signs: hoisting is positive; A is the hoisting side of the active circuit. Displacement is m^3/rad everywhere.
-Letters follow the thesis (Moslatt 2020); what a number means stands in its field's description, which the readable
+Letters follow the thesis (Moslatt 2020); what a number means is in its field's description, which the readable
 crane sheet prints.
 
 Settings of a crane's controllers: those that all share, and a table for each controller that has some of its own.
@@ -386,5 +386,7 @@ TABLES = {name: model for each in WINCH_TYPES.values() for name, model in each.t
 """Tables of winch types with tables of their own, by name."""
 
 if not TYPE_CHECKING and TABLES:
-    own = {name: (model | None, Field(default=None, description=model.__doc__)) for name, model in TABLES.items()}
-    Crane = create_model("Crane", __base__=Crane, __doc__=Crane.__doc__, **own)
+    optional_tables = {
+        name: (model | None, Field(default=None, description=model.__doc__)) for name, model in TABLES.items()
+    }
+    Crane = create_model("Crane", __base__=Crane, __doc__=Crane.__doc__, **optional_tables)

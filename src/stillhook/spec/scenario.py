@@ -1,7 +1,7 @@
 """What is done to a crane: load, wire out, tip motion, operator, mode, sensors, faults. Frozen; text with units in, SI
 inside.
 
-Commands to the active circuit as a record, such as a log has them: what the pumps and motors were told, cycle by
+Commands to the active circuit as a record, such as a log has them: commands of the pumps and motors, cycle by
 cycle.
 """
 
@@ -11,7 +11,6 @@ import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from functools import cached_property
 from itertools import pairwise
 from typing import Annotated, Any, Self
 
@@ -20,7 +19,7 @@ from numpy.typing import ArrayLike
 from pydantic import ConfigDict, Field, SerializeAsAny, ValidationError, field_validator, model_validator
 
 from stillhook import units as u
-from stillhook.base.arrays import FloatArray, decode_array, encode_array
+from stillhook.base.arrays import ArrayRecord, FloatArray, decode_array, encode_array, fill
 from stillhook.control.registry import DEFAULT_MODE
 from stillhook.control.registry import Mode as Mode
 from stillhook.errors import ScenarioError
@@ -28,13 +27,14 @@ from stillhook.physics.scalar import G
 from stillhook.sea.motion.motion import Motion, Still
 from stillhook.sea.motion.text import motion_from_dict, parse_motion
 from stillhook.tables.plausible import Ranged
+from stillhook.tables.table import Number as Number
 from stillhook.tables.table import first_problem
 
 EDGE = 1e-9  # s: how far a time may lie outside the record by rounding alone
 
 
 @dataclass(frozen=True, init=False, eq=False)
-class Commands:
+class Commands(ArrayRecord):
     """Pump and motor commands at given times, each held until the next one, as a PLC's outputs are.
 
     Parameters: times [s], strictly increasing (the first one becomes t = 0); u_p pump commands in [-1, 1], hoisting
@@ -65,11 +65,7 @@ class Commands:
                     f"{place}: {name} = {x[i]:g} at {t[i]:g} s: allowed is {lo:g} to 1. Scale it, or hold it in its"
                     " range."
                 )
-        t -= t[0]
-        for name, x in (("times", t), ("u_p", p), ("u_m", m)):
-            x.flags.writeable = False
-            object.__setattr__(self, name, x)
-        object.__setattr__(self, "source", source)
+        fill(self, times=t - t[0], u_p=p, u_m=m, source=source)
 
     def at(self, t: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """u_p and u_m in force at the times t [s]; after the last time the last ones hold."""
@@ -80,16 +76,6 @@ class Commands:
     def duration(self) -> float:
         """Last time of the record [s]."""
         return float(self.times[-1])
-
-    def __eq__(self, other: object) -> bool:
-        return self._content == other._content if isinstance(other, Commands) else NotImplemented
-
-    def __hash__(self) -> int:
-        return hash(self._content)
-
-    @cached_property
-    def _content(self) -> tuple[bytes, bytes, bytes, str]:
-        return self.times.tobytes(), self.u_p.tobytes(), self.u_m.tobytes(), self.source
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data that `from_dict` turns into the same record, exact to the bit."""
@@ -124,8 +110,6 @@ RHO_SEA = 1025.0
 
 SHORTEST = 0.01
 LONGEST = 86400.0
-
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 
 
 def mode_of(text: Mode | str) -> Mode:
@@ -167,7 +151,7 @@ class Water(Record):
 
 
 class Sensors(Record):
-    """What stands between the winch and the PLC. Default: ideal. Noise is white per PLC cycle, from `seed`."""
+    """What is between the winch and the PLC. Default: ideal. Noise is white per PLC cycle, from `seed`."""
 
     delay: u.Time = Field(default=0.0, ge=0, le=10, description="delay of the tip motion signals")
     noise_s_tip: u.Length = Field(default=0.0, ge=0, description="standard deviation of the tip position signal")
@@ -224,10 +208,9 @@ class Scenario(Record):
 
     The motion is ramped in over `ramp`; metrics count from `warm_up` on. `modes` changes the mode at given times,
     bumpless. `commands`: a record of pump and motor commands that the active circuit takes in place of the PLC's, as
-    measured ones to see how the winch itself answers. `gas_held`: the accumulator's pressure stands, as with a gas bank
-    without end, so that a long steady run does not empty it.
-    Texts carry units: `Scenario(load="100 t", s_w="100 m", tip="sine 2.8 m 12 s", mode="ssc")`.
-    Raises ScenarioError, one line, for anything else.
+    measured ones to see how the winch itself answers. `gas_held`: the accumulator's pressure is held, as with a gas
+    bank without end, so that a long steady run does not empty it. Texts carry units: `Scenario(load="100 t", s_w="100
+    m", tip="sine 2.8 m 12 s", mode="ssc")`. Raises ScenarioError, one line, for anything else.
 
     >>> import stillhook
     >>> case = stillhook.Scenario(load="100 t", s_w="100 m", tip="sine 2.8 m 12 s", mode="ssc")

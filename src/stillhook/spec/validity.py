@@ -12,11 +12,12 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from stillhook import units as u
+from stillhook.tables.table import Spec, Text
 
 CAP = 0.80
 """Largest compensation efficiency that may be credited where the twin is not validated [-]: without a verified model of
@@ -29,22 +30,14 @@ UNSIGNED = (
     "A certificate carries a checksum, not a signature: an edited certificate with a new checksum reads as genuine."
     " Verify it by computing it again from the logs: stillhook certificate check certificate.json."
 )
-"""Stands wherever credit rests on a certificate."""
+"""Printed wherever credit rests on a certificate."""
 SHORT = 12
 """Digits of a digest that people are shown."""
 
-Text = Annotated[str, Field(min_length=1)]
-
-
-class _Closed(BaseModel):
-    """A record that is frozen, and closed to unknown fields."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
 
 class Conditions(NamedTuple):
-    """What a run asks: payload [kg]; least and most wire out with the motion [m]; largest 30 s peak-to-peak of the tip
-    [m]; mean period of its motion [s] (both NaN where nothing follows the tip, as in manual mode); modes by name;
+    """Conditions of a run: payload [kg]; least and most wire out with the motion [m]; largest 30 s peak-to-peak of the
+    tip [m]; mean period of its motion [s] (both NaN where nothing follows the tip, as in manual mode); modes by name;
     faults that it has, in words.
     """
 
@@ -57,7 +50,7 @@ class Conditions(NamedTuple):
     faults: tuple[str, ...] = ()
 
 
-class Envelope(_Closed):
+class Envelope(Spec):
     """What the tests of a validation covered, each as least and most value."""
 
     load: tuple[u.Mass, u.Mass] = Field(description="payload on the hook")
@@ -107,16 +100,18 @@ def _range(ends: tuple[float, float], kind: str, digits: int = 3) -> str:
     return f"{u.show(ends[0], kind, digits)} to {u.show(ends[1], kind, digits)}"
 
 
-def _beyond(quantity: str, ends: tuple[float, float], known: tuple[float, float], kind: str, digits: int = 3) -> str:
-    """What is asked and what is known, where the first is not within the second."""
-    (least, most), (lo, hi) = ends, known
+def _beyond(
+    quantity: str, ends: tuple[float, float], validated: tuple[float, float], kind: str, digits: int = 3
+) -> str:
+    """What a run has and what was validated, where the first is not within the second."""
+    (least, most), (lo, hi) = ends, validated
     if math.isnan(least) or (least >= lo - EDGE * abs(lo) and most <= hi + EDGE * abs(hi)):
         return ""
     value = u.show(least, kind, digits) if least == most else _range(ends, kind, digits)
-    return f"{quantity} {value} (validated {_range(known, kind, digits)})"
+    return f"{quantity} {value} (validated {_range(validated, kind, digits)})"
 
 
-class Certified(_Closed):
+class Certified(Spec):
     """A certificate in short. digest: of the certificate; date: that it bears; criteria: name and version; synthetic:
     the logs were simulated, so that no crane was validated; level, variant: of the twin by Moslatt 2020 table 2.7;
     content: part of the crane -> hash of what was validated (`stillhook.spec.crane.content`); code: `results_hash` of
@@ -139,7 +134,7 @@ class Certified(_Closed):
     def _sealed(self) -> Self:
         if self.seal != _seal(self):
             raise ValueError(
-                "a record changed by hand. Name the certificate itself in the crane file: certificate ="
+                "a record that was changed manually. Name the certificate itself in the crane file: certificate ="
                 ' "certificate.json".'
             )
         return self

@@ -256,7 +256,7 @@ def _field_and_table(
 
 
 def _model_in(annotation: Any) -> type[BaseModel] | None:
-    """The model in a type, in a list or beside None too."""
+    """The model in a type, in a list or next to None too."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
     return next((inner for part in get_args(annotation) if (inner := _model_in(part)) is not None), None)

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from stillhook.cli.output import check_out, write_out
 from stillhook.cli.parser import CONTROLLERS, Json
 from stillhook.control.registry import CLASSIC
 from stillhook.report.formatting import cell, change, display_number
 from stillhook.report.terminal import print_json, print_table, print_twin, progress_bar
+from stillhook.units import parse
 
 if TYPE_CHECKING:
     import xarray
@@ -24,10 +26,6 @@ SHARES = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 """Loads that are reported without --load, over the SWL."""
 LAYERS_SHARES = (0.6, 1.0)
 """Loads of the picture by layer, over the SWL."""
-
-
-def register(app: typer.Typer) -> None:
-    app.command("envelope")(envelope)
 
 
 def envelope(
@@ -54,26 +52,24 @@ def envelope(
     Example: stillhook envelope nov-150t --load "90 t" --load "120 t" --modes ns,hs,ssc,ssc-cubic --out envelope
     """
     from stillhook.analysis.controllers import controllers
-    from stillhook.base.atomic import check_folder
+    from stillhook.analysis.operating_envelope.load_speed import envelope_at
     from stillhook.library import load_crane
-    from stillhook.units import parse
 
     chosen, crane = controllers(modes), load_crane(name)
     loads = (
         list(dict.fromkeys(parse(text, "mass", "--load") for text in load)) if load else [f * crane.SWL for f in SHARES]
     )
-    if out is not None:
-        check_folder(out, OUT_FILES)
-    data = _computed(crane, chosen, loads, layer)
+    check_out(out, OUT_FILES)
+    layers = None if layer is None else [layer]
+    with progress_bar(crane.name) as bar:
+        data = envelope_at(crane, loads, modes=chosen, layers=layers, progress=bar)
     table = rows(data)
     if json:
         print_json(_answer(crane, data, table))
     else:
         _print(crane, data, table)
     if out is not None:
-        _write(out, crane, chosen, layer, data, table)
-        if not json:
-            print(f"written to {out}: {', '.join(OUT_FILES)}")
+        _write(out, crane, chosen, layer, _answer(crane, data, table), quiet=json)
     if any(all(math.isnan(r["v_w_top"]) for r in table if r["load"] == x and r["mode"] != "physical") for x in loads):
         raise typer.Exit(1)
 
@@ -107,18 +103,11 @@ def _slower(both: Any) -> int:
 
 def _gains(data: xarray.Dataset, load: float, layer: int, mode: str) -> dict[str, float]:
     """By how much a mode is faster than the requested classic ones, in the slower direction each."""
-    known = [str(m) for m in data["mode"].values]
+    available = [str(m) for m in data["mode"].values]
     if mode in CLASSIC:
         return {}
     v = data["v_w_top"].sel(load=load, layer=layer).min("direction", skipna=False)
-    return {f"gain_over_{c}": float(v.sel(mode=mode) / v.sel(mode=c) - 1.0) for c in CLASSIC if c in known}
-
-
-def _computed(crane: Crane, chosen: list[Controller], loads: list[float], layer: int | None) -> xarray.Dataset:
-    from stillhook.analysis.operating_envelope.load_speed import envelope_at
-
-    with progress_bar(crane.name) as bar:
-        return envelope_at(crane, loads, modes=chosen, layers=None if layer is None else [layer], progress=bar)
+    return {f"gain_over_{c}": float(v.sel(mode=mode) / v.sel(mode=c) - 1.0) for c in CLASSIC if c in available}
 
 
 def _answer(crane: Crane, data: xarray.Dataset, table: list[dict[str, Any]]) -> dict[str, Any]:
@@ -197,14 +186,12 @@ def _write(
     crane: Crane,
     chosen: list[Controller],
     layer: int | None,
-    data: xarray.Dataset,
-    table: list[dict[str, Any]],
+    answer: dict[str, Any],
+    *,
+    quiet: bool,
 ) -> None:
     from stillhook.analysis.operating_envelope import figures
     from stillhook.analysis.operating_envelope.load_speed import LOADS, envelope_at, setting_curves
-    from stillhook.base.atomic import atomic_folder
-    from stillhook.formats.results import save_json, save_run
-    from stillhook.report.plots.run import save_figure
 
     with progress_bar("pictures") as bar:
         fine = envelope_at(
@@ -213,10 +200,5 @@ def _write(
         loads, every = [f * crane.SWL for f in LAYERS_SHARES], range(1, crane.drum.layers + 1)
         by_layer = envelope_at(crane, loads, modes=chosen, layers=every, progress=bar)
     curves = setting_curves(crane, modes=chosen, layer=layer)
-    with atomic_folder(out) as part:
-        save_figure(figures.load_speed_figure(fine), part / "range.png")
-        save_figure(figures.setting_figure(curves), part / "settings.png")
-        save_figure(figures.layer_figure(by_layer), part / "layers.png")
-        save_run(fine, part / "envelope.nc")
-        save_run(curves, part / "settings.nc")
-        save_json(_answer(crane, data, table), part / "envelope.json")
+    pictures = (figures.load_speed_figure(fine), figures.setting_figure(curves), figures.layer_figure(by_layer))
+    write_out(out, dict(zip(OUT_FILES, (*pictures, fine, curves, answer), strict=True)), quiet=quiet)

@@ -8,9 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import CONTROLLERS, Json, Out, Scheduler, Store, client_of
+from stillhook.cli.output import check_out, write_out
+from stillhook.cli.parser import CONTROLLERS, Json, Out, Scheduler, Store, client_of, refuse
+from stillhook.cli.simulation import motion_of
 from stillhook.control.registry import CLASSIC
+from stillhook.errors import MotionError, SpecError
 from stillhook.report.terminal import print_implausible, print_json, print_table, print_twin, progress_bar, started
+from stillhook.units import in_display, number, quote, show
 
 if TYPE_CHECKING:
     from stillhook.analysis.maps.result import Map
@@ -23,10 +27,6 @@ METRICS = {"e_c_pp": "e_c_pp", "eta_c": "eta_c", "p_max": "p_max", "alpha_m": "a
 LABELS = {"e_c_pp": "error", "p_max": "peak pressure", "settling_time": "settling time"}
 FILES = ("map.nc", "map.json")
 RANGE = 'list, or "A to B by STEP"'
-
-
-def register(app: typer.Typer) -> None:
-    app.command("map")(show_map)
 
 
 def show_map(
@@ -64,9 +64,7 @@ def show_map(
 
     Example: stillhook map nov-250t --controllers ns,hs,ssc --metric p_max --out maps
     """
-    from stillhook.errors import SpecError
     from stillhook.library import load_crane
-    from stillhook.units import quote
 
     if metric not in METRICS:
         raise SpecError(f"--metric {quote(metric)}: not one of {', '.join(METRICS)}.")
@@ -74,21 +72,21 @@ def show_map(
         "loads": loads,
         "speeds": speeds,
         "s_w": s_w,
-        "layers": _layers(layer),
+        "layers": layer[0] if layer is not None and len(layer) == 1 else layer or None,
         "duration": duration,
         "warm_up": warm_up,
         "step": step,
     }
     arguments = {name: value for name, value in options.items() if value is not None}
-    _check_out(out)
+    check_out(out, FILES)
     machine = load_crane(crane)
     _check_metric(machine, metric)
     if metric == SETTLING:
-        others = {"period": period, "motion": motion, "duration": duration, "warm_up": warm_up, "store": store}
-        if unused := [f"--{n.replace('_', '-')}" for n, value in others.items() if value is not None]:
-            raise SpecError(
-                f"{unused[0]}: a settling test has the tip at rest and its own times, and is not kept. Leave it out."
-            )
+        others = {"--period": period, "--motion": motion, "--duration": duration, "--warm-up": warm_up}
+        refuse(
+            others | {"--store": store},
+            "a settling test has the tip at rest and its own times, and is not kept. Leave it out.",
+        )
     else:
         arguments |= _waves(motion, period)
     with client_of(scheduler) as client, progress_bar(f"map of {machine.name}") as bar:
@@ -98,38 +96,31 @@ def show_map(
     else:
         _print(result, metric)
     if out is not None:
-        _write(result, out, quiet=json)
+        from stillhook.analysis.maps.figures import figures
+
+        pictures = {f"{name}.png": figure for name, figure in figures(result).items()}
+        write_out(out, dict(zip(FILES, (result.dataset(), result.record()), strict=True)) | pictures, quiet=json)
     raise typer.Exit(0 if bool(result.applicable.any()) else 1)
 
 
 def _check_metric(crane: Crane, metric: str) -> None:
     """Refuse a value that this winch type does not have before anything runs."""
     from stillhook.engine.scenario.problem import numbers_of
-    from stillhook.errors import SpecError
 
-    known = [m for m, name in METRICS.items() if m == SETTLING or name in numbers_of(crane)]
-    if metric not in known:
+    available = [m for m, name in METRICS.items() if m == SETTLING or name in numbers_of(crane)]
+    if metric not in available:
         raise SpecError(
             f'--metric {metric}: winch type "{crane.plant}" of "{crane.name}" has no {METRICS[metric]}. Choose'
-            f" {', '.join(known)}."
+            f" {', '.join(available)}."
         )
-
-
-def _layers(arguments: list[int] | None) -> int | list[int] | None:
-    """One layer sets the wire; several add a dimension."""
-    return arguments[0] if arguments is not None and len(arguments) == 1 else arguments or None
 
 
 def _waves(motion: str | None, period: str | None) -> dict[str, Any]:
     """Arguments of the map for the motion of the tip."""
-    from stillhook.errors import MotionError
-
     if motion is None:
         return {} if period is None else {"periods" if "," in period or " to " in period else "period": period}
     if period is not None:
         raise MotionError("--motion and --period: a motion has its own periods. Choose one of them.")
-    from stillhook.cli.simulation import motion_of
-
     return {"motion": motion_of(motion)}
 
 
@@ -156,7 +147,6 @@ def _run(
 def _print(result: Map, metric: str) -> None:
     """A table for every controller, layer and period; then the meaning of the marks, and one line of summary."""
     from stillhook.analysis.maps.result import MARKS, SHOWN
-    from stillhook.units import in_display, number, show
 
     name = METRICS[metric]
     words, factor, digits = SHOWN[name]
@@ -183,10 +173,10 @@ def _print(result: Map, metric: str) -> None:
                 print(f"\n{controller_name(label)}: {', '.join(where)}")
                 print_table(head, rows)
     if used:
-        known = [c for c in MARKS if c in used]
+        available = [c for c in MARKS if c in used]
         print(
             "not applicable: "
-            + "; ".join(f"{MARKS.get(c, 'never')} = {c}" for c in [*known, *sorted(used - set(known))])
+            + "; ".join(f"{MARKS.get(c, 'never')} = {c}" for c in [*available, *sorted(used - set(available))])
         )
     print(one_line(result))
     for note in result.about["notes"]:
@@ -208,7 +198,6 @@ def _print_validated(result: Map) -> None:
 
 
 def _wave(result: Map, period: float | None) -> list[str]:
-    from stillhook.units import show
 
     motion = result.about.get("motion")
     return [] if motion is None else [f"{motion} of {show(period, 'time')}" if period is not None else str(motion)]
@@ -236,28 +225,3 @@ def one_line(result: Map) -> str:
         if texts and label != BEST_CLASSIC and mode not in CLASSIC:
             parts.append(f"{controller_name(label)} against best classic (median where both apply): {', '.join(texts)}")
     return "; ".join(parts)
-
-
-def _check_out(out: Path | None) -> None:
-    """Refuse a folder that cannot be written to before anything runs."""
-    if out is not None:
-        from stillhook.base.atomic import check_folder
-
-        check_folder(out, FILES)
-
-
-def _write(result: Map, out: Path, *, quiet: bool) -> None:
-    """NetCDF, numbers and pictures."""
-    from stillhook.analysis.maps.figures import figures
-    from stillhook.base.atomic import atomic_folder
-    from stillhook.formats.results import save_json, save_run
-    from stillhook.report.plots.run import save_figure
-
-    pictures = figures(result)
-    with atomic_folder(out) as part:
-        save_run(result.dataset(), part / FILES[0])
-        save_json(result.record(), part / FILES[1])
-        for name, figure in pictures.items():
-            save_figure(figure, part / f"{name}.png")
-    if not quiet:
-        print("written: " + ", ".join(str(out / name) for name in (*FILES, *(f"{name}.png" for name in pictures))))

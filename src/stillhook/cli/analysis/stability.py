@@ -9,9 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from stillhook.cli.parser import Json
+from stillhook.cli.output import check_out, write_out
+from stillhook.cli.parser import Json, refuse
+from stillhook.errors import CommandError
 from stillhook.report.formatting import display_number, display_unit
 from stillhook.report.terminal import print_implausible, print_json, print_table, say
+from stillhook.units import parse, show
+from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
     from stillhook.analysis.loop_stability.governing import Place
@@ -36,10 +40,6 @@ SPEED_HELP = (
 PLAIN = ("K_p_ms", "omega_c", "gain_margin", "phase_margin", "omega_gc", "delay_margin", "sensitivity_peak", "stable")
 """Rows that have a second value with PLC and delay."""
 WHERE = ("alpha_m", "K_wire", "J_m", "omega_0", "zeta", "period", "K_p")
-
-
-def register(app: typer.Typer) -> None:
-    app.command("stability")(stability)
 
 
 def stability(
@@ -67,26 +67,22 @@ def stability(
     """
     from stillhook.library import load_crane
     from stillhook.tables.plausible import implausible_values
-    from stillhook.units import parse
 
-    _check_out(out)
+    check_out(out, NAMES)
     crane = load_crane(name)
     speed, late = parse(v_tip, "speed", "--v-tip"), parse(delay, "time", "--delay")
     alphas: list[float | None] = [*alpha_m] if alpha_m else [None]
     mass = None if load is None else parse(load, "mass", "--load")
     wire = None if s_w is None else parse(s_w, "length", "--s-w")
     if full:
-        _refuse(
-            layer is not None,
-            "--layer belongs to the published model; with --full the wire paid out determines the layer. Leave it out.",
+        refuse(
+            {"--layer": layer},
+            "belongs to the published model; with --full the wire paid out determines the layer. Leave it out.",
         )
         mass = parse(LOAD, "mass") if mass is None else mass
         answer = _full(crane, alphas, mass, parse(WIRE, "length") if wire is None else wire, speed, late)
     elif layer is not None:
-        _refuse(
-            load is not None or s_w is not None,
-            "--layer: it applies to the published loop only. Leave out --load and --s-w.",
-        )
+        refuse({"--load": load, "--s-w": s_w}, "--layer applies to the published loop only. Leave one of them out.")
         answer = _on_layer(crane, alphas, layer, speed, late)
     else:
         answer = _both(crane, alphas, mass, wire, speed, late)
@@ -96,16 +92,9 @@ def stability(
     else:
         _report(crane, answer)
     if out is not None:
-        published = not full and layer is None
-        _write(
-            out,
-            crane,
-            [c.loop for c in answer.columns if c.place is None],
-            answer.table,
-            late,
-            quiet=json,
-            other=not published,
-        )
+        _write(out, crane, answer, late, quiet=json)
+        if not json and (full or layer is not None):
+            say("pictures and sweeps show the published loop on the full drum; the table is in stability.json")
     raise typer.Exit(0 if all(c.loop.ok for c in answer.columns) else 1)
 
 
@@ -126,22 +115,15 @@ class _Answer(NamedTuple):
     verdict: list[str]
 
 
-def _refuse(wrong: bool, line: str) -> None:
-    from stillhook.errors import ScenarioError
-
-    if wrong:
-        raise ScenarioError(line)
-
-
 def _full(crane: Crane, alphas: list[float | None], load: float, s_w: float, v_tip: float, delay: float) -> _Answer:
     """The complete plant at one operating point."""
     from stillhook.analysis.loop_stability.stability import full_stability
-    from stillhook.units import show
 
-    _refuse(
-        v_tip == 0.0,
-        '--full needs --v-tip, such as "10 m/min": a winch at rest sticks, and its loop has no limit until it slides.',
-    )
+    if v_tip == 0.0:
+        raise CommandError(
+            '--full needs --v-tip, such as "10 m/min": a winch at rest sticks, and its loop has no limit until it'
+            " slides."
+        )
     results = [full_stability(crane, load=load, s_w=s_w, v_tip=v_tip, alpha_m=a, delay=delay) for a in alphas]
     loops, point = [s for s, _ in results], results[0][1]
     where = (
@@ -226,8 +208,6 @@ def _cell(name: str, value: Any) -> str:
 
 
 def _report(crane: Crane, answer: _Answer) -> None:
-    from stillhook.units import show
-    from stillhook.variables import BY_NAME
 
     first = answer.columns[0].loop
     header = ["", *(c.name for c in answer.columns), "unit", "meaning"]
@@ -294,32 +274,12 @@ NAMES = (
 """Files that --out writes."""
 
 
-def _check_out(out: Path | None) -> None:
-    """Refuse a folder that cannot be written to before anything is worked out."""
-    from stillhook.base.atomic import check_folder
-
-    if out is not None:
-        check_folder(out, NAMES)
-
-
-def _write(
-    out: Path, crane: Crane, results: list[Stability], table: dict[str, Any], delay: float, *, quiet: bool, other: bool
-) -> None:
-    """other: the table is of another model or layer than the pictures."""
+def _write(out: Path, crane: Crane, answer: _Answer, delay: float, *, quiet: bool) -> None:
+    """Pictures and sweeps of the published loop at the displacements of the table, and the table."""
     from stillhook.analysis.loop_stability.figures import all_figures
-    from stillhook.base.atomic import atomic_folder
-    from stillhook.formats.results import save_json, save_run
-    from stillhook.report.plots.run import save_figure
 
-    alphas = tuple(dict.fromkeys(s.alpha_m for s in results))
+    alphas = tuple(dict.fromkeys(c.loop.alpha_m for c in answer.columns if c.place is None))
     figures, data = all_figures(crane, alphas, delay=delay)
-    with atomic_folder(out) as part:
-        for stem, figure in figures.items():
-            save_figure(figure, part / f"{stem}.png")
-        for over, dataset in data.items():
-            save_run(dataset, part / f"{over}.nc")
-        save_json(table, part / "stability.json")
-    if not quiet:
-        say("written: " + ", ".join(str(out / n) for n in NAMES))
-        if other:
-            say("pictures and sweeps show the published loop on the full drum; the table is in stability.json")
+    files: dict[str, Any] = {f"{stem}.png": figure for stem, figure in figures.items()}
+    files |= {f"{over}.nc": dataset for over, dataset in data.items()}
+    write_out(out, files | {"stability.json": answer.table}, quiet=quiet)

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from stillhook.cli.output import check_out, write_out
 from stillhook.cli.parser import CONTROLLERS, Json
+from stillhook.errors import CommandError
 from stillhook.report.terminal import (
     print_implausible,
     print_json,
@@ -17,6 +19,7 @@ from stillhook.report.terminal import (
     say,
     say_if_compiling,
 )
+from stillhook.units import parse, show
 
 if TYPE_CHECKING:
     from stillhook.analysis.controllers import Controller
@@ -26,10 +29,6 @@ if TYPE_CHECKING:
 
 INTERRUPTED = 130
 BARS, PARETO, NUMBERS, TRIALS = "before-after.png", "pareto.png", "tune.json", "trials.nc"
-
-
-def register(app: typer.Typer) -> None:
-    app.command("tune")(tune)
 
 
 def tune(
@@ -71,19 +70,17 @@ def tune(
     """
     from stillhook.analysis.tuning.objective import Objective, hold_out, parse_limits, scenarios
     from stillhook.library import load_crane
-    from stillhook.units import parse
 
     machine, limits, late = load_crane(crane), parse_limits(limit or ()), parse(delay, "time", "--delay")
     chosen = _chosen(controllers, machine, late)
     if objective not in tuple(Objective):
-        _refuse(f'--objective "{objective}": choose one of {", ".join(Objective)}.')
+        raise CommandError(f'--objective "{objective}": choose one of {", ".join(Objective)}.')
     files = (BARS, NUMBERS, TRIALS, *((PARETO,) if pareto else ()), *(f"{c.name}-tuned.toml" for c in chosen))
-    if out is not None:
-        from stillhook.base.atomic import check_folder
-
-        check_folder(out, files)
+    check_out(out, files)
     if free is not None and not _split(free):
-        _refuse(f'--free "{free}": name at least one setting, such as K_p,u_thr, or leave it out to tune all.')
+        raise CommandError(
+            f'--free "{free}": name at least one setting, such as K_p,u_thr, or leave it out to tune all.'
+        )
     where: dict[str, Any] = {
         "loads": _split(loads),
         "speeds": None if speeds is None else _split(speeds),
@@ -102,12 +99,6 @@ def tune(
     if out is not None:
         _write(report, trials, out, pareto=pareto, quiet=json)
     raise typer.Exit(INTERRUPTED if any(t.interrupted for t in tuned) else 0 if all(t.met for t in tuned) else 1)
-
-
-def _refuse(line: str) -> None:
-    from stillhook.errors import StillhookError
-
-    raise StillhookError(line)
 
 
 def _split(text: str) -> list[str]:
@@ -156,10 +147,10 @@ def _free_of(selected: Controller, free: list[str], chosen: list[Controller]) ->
     refused."""
     from stillhook.analysis.tuning.parameters import tunable
 
-    known = {n for c in chosen for n in tunable(c.mode)}
-    known_to_mode = [n for n in free if n in tunable(selected.mode) or n not in known]
+    tunable_names = {n for c in chosen for n in tunable(c.mode)}
+    known_to_mode = [n for n in free if n in tunable(selected.mode) or n not in tunable_names]
     if free and not known_to_mode:
-        _refuse(
+        raise CommandError(
             f"--free {','.join(free)}: {selected.name} has none of these settings; it has"
             f" {', '.join(tunable(selected.mode))}."
         )
@@ -197,7 +188,6 @@ class _Report:
         were kept."""
         from stillhook.analysis.loop_stability.governing import governing
         from stillhook.analysis.tuning.objective import wires_of
-        from stillhook.units import show
 
         out = []
         for t, slow in zip(self.tuned, self.slow, strict=True):
@@ -266,8 +256,6 @@ class _Report:
 
     def print(self) -> None:
         """The tables for people."""
-        from stillhook.units import show
-
         loads = ", ".join(dict.fromkeys(show(c.load, "mass", 4) for c in self.cases))
         print_table(*_settings_table(self.tuned), title=f"{self.crane.name}: settings, before → after")
         rows = [row for i, t in enumerate(self.tuned) for row in _outcome_rows(t, self.held_out[i])]
@@ -333,13 +321,15 @@ OUTCOME_HEADER = (
 
 
 def _outcome_rows(t: Tuned, held_out: tuple[Outcome, Outcome]) -> list[list[str]]:
-    from stillhook.units import show
 
     rows = []
-    for label, score, held in (("before", t.before, held_out[0]), ("at its best", t.after, held_out[1])):
-        e = [f"{x * 1e3:.1f} mm" for x in (score.e_c_pp_mean, score.e_c_pp_worst, held.e_c_pp_mean, held.e_c_pp_worst)]
-        p = [show(x, "pressure", 4) for x in (score.p_max, held.p_max)]
-        beyond = "; ".join([*score.broken, *(f"hold-out: {b}" for b in held.beyond)]) or "ok"
+    for label, score, outcome in (("before", t.before, held_out[0]), ("at its best", t.after, held_out[1])):
+        e = [
+            f"{x * 1e3:.1f} mm"
+            for x in (score.e_c_pp_mean, score.e_c_pp_worst, outcome.e_c_pp_mean, outcome.e_c_pp_worst)
+        ]
+        p = [show(x, "pressure", 4) for x in (score.p_max, outcome.p_max)]
+        beyond = "; ".join([*score.broken, *(f"hold-out: {b}" for b in outcome.beyond)]) or "ok"
         name = t.start.name if label == "before" else ""
         rows.append(
             [name, label, f"{score.score:.3f}", e[0], e[1], p[0], f"{score.u_p_max:.0%}", e[2], e[3], p[1], beyond]
@@ -369,7 +359,6 @@ def _short(text: str) -> str:
 
 
 def _brief(o: Outcome) -> str:
-    from stillhook.units import show
 
     return (
         f"{o.e_c_pp_mean * 1e3:.1f} mm,"
@@ -382,34 +371,22 @@ def _write(report: _Report, trials: list[Tuned], out: Path, *, pareto: bool, qui
     from stillhook.analysis.controllers import controller_toml
     from stillhook.analysis.tuning.figures import bars_figure, pareto_figure
     from stillhook.analysis.tuning.tune import trials_dataset
-    from stillhook.base.atomic import atomic_folder
-    from stillhook.formats.results import save_json, save_run
-    from stillhook.report.plots.run import save_figure
 
-    crane, written = report.crane, []
-    with atomic_folder(out) as part:
-        for t in report.tuned:
-            if not t.met:
-                continue
-            comment = (
-                f"{t.start.name} tuned for {crane.name}: objective {t.objective}, seed {t.seed}, {t.evaluations}"
-                f" evaluations\nscore {t.after.score:.4f} of the start; active limits:"
-                f" {', '.join(t.active) or 'no limit'}"
-            )
-            path = part / f"{t.start.name}-tuned.toml"
-            path.write_text(controller_toml(t.controller, crane, comment), encoding="utf-8")
-            written.append(path.name)
-        rows = {t.start.name: (t.before, t.after, *held) for t, held in zip(report.tuned, report.held_out, strict=True)}
-        save_figure(bars_figure(rows, title=f"{crane.name}: as they start and at their best"), part / BARS)
-        if pareto:
-            marks = {t.start.name: (t.before, t.after) for t in report.tuned}
-            save_figure(
-                pareto_figure(report.fronts, marks, title=f"{crane.name}: error against pressure"), part / PARETO
-            )
-        save_run(trials_dataset(trials), part / TRIALS)
-        save_json(report.data(), part / NUMBERS)
-    if not quiet:
-        print(
-            "written: "
-            + ", ".join(str(out / name) for name in (*written, BARS, *((PARETO,) if pareto else ()), TRIALS, NUMBERS))
+    crane, files = report.crane, dict[str, Any]()
+    for t in report.tuned:
+        if not t.met:
+            continue
+        comment = (
+            f"{t.start.name} tuned for {crane.name}: objective {t.objective}, seed {t.seed}, {t.evaluations}"
+            f" evaluations\nscore {t.after.score:.4f} of the start; active limits:"
+            f" {', '.join(t.active) or 'no limit'}"
         )
+        files[f"{t.start.name}-tuned.toml"] = controller_toml(t.controller, crane, comment)
+    rows = {
+        t.start.name: (t.before, t.after, *outcome) for t, outcome in zip(report.tuned, report.held_out, strict=True)
+    }
+    files[BARS] = bars_figure(rows, title=f"{crane.name}: as they start and at their best")
+    if pareto:
+        marks = {t.start.name: (t.before, t.after) for t in report.tuned}
+        files[PARETO] = pareto_figure(report.fronts, marks, title=f"{crane.name}: error against pressure")
+    write_out(out, files | {TRIALS: trials_dataset(trials), NUMBERS: report.data()}, quiet=quiet)

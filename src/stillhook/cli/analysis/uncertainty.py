@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
+from stillhook.cli.output import check_out, write_out
 from stillhook.cli.parser import CONTROLLERS, Json, Out, Scheduler, Step, Store, client_of
 from stillhook.cli.simulation import MOTION_HELP, motion_of
 from stillhook.control.registry import Mode
+from stillhook.errors import ScenarioError, SpecError
 from stillhook.report.terminal import (
     print_document,
     print_implausible,
@@ -19,6 +21,8 @@ from stillhook.report.terminal import (
     progress_bar,
     started,
 )
+from stillhook.units import KINDS, in_display
+from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
     from stillhook.analysis.uncertainty.attribution import Attribution
@@ -53,11 +57,7 @@ class _Request(NamedTuple):
     cranes: list[Crane]
     cases: list[Scenario]
     labels: list[str]
-    known: Uncertainty
-
-
-def register(app: typer.Typer) -> None:
-    app.command("uncertainty")(uncertainty)
+    factors_table: Uncertainty
 
 
 def uncertainty(
@@ -114,12 +114,11 @@ def uncertainty(
     from stillhook.analysis.uncertainty.monte_carlo import monte_carlo
     from stillhook.analysis.uncertainty.report import Limit, report
     from stillhook.engine.scenario.checks import notes_of
-    from stillhook.errors import SpecError
 
     limits = [Limit.of(text) for text in limit or ()]
     if attribute and not limits:
         raise SpecError('--attribute: a limit is missing. Give it as --limit, such as "e_c_pp <= 10 cm".')
-    _check_out(out, sobol)
+    check_out(out, (*FILES, *((INDICES,) if sobol else ())))
     fields = {"crane": crane, "load": load, "s_w": s_w, "motion": motion, "duration": duration, "warm_up": warm_up}
     request = _request(case_file, {k: v for k, v in fields.items() if v is not None}, modes, factors)
     for bound in limits:
@@ -131,14 +130,14 @@ def uncertainty(
             run = monte_carlo(
                 request.cranes,
                 request.cases,
-                request.known,
+                request.factors_table,
                 n=draws,
                 progress=started(request.cranes[0], bar),
                 **options,
             )
         indices = _indices(request, run, pairs, options) if sobol else []
     data = report(run, limits, at_most, pairs, indices) | {"notes": notes_of(request.cranes, request.cases)}
-    causes = _causes(request, limits, None if factors is None else request.known) if attribute else None
+    causes = _causes(request, limits, None if factors is None else request.factors_table) if attribute else None
     if causes is not None:
         data["causes"] = causes.to_dict()
     if json:
@@ -148,15 +147,14 @@ def uncertainty(
     if out is not None:
         _write(out, run, data, limits, indices, quiet=json)
     cases = data["cases"].values()
-    kept = [c["beyond_limits"]["share"] < 1.0 and all(v["kept"] for v in c["limits"].values()) for c in cases]
-    raise typer.Exit(0 if any(kept) else 1)
+    within = [c["beyond_limits"]["share"] < 1.0 and all(v["kept"] for v in c["limits"].values()) for c in cases]
+    raise typer.Exit(0 if any(within) else 1)
 
 
 def _request(case_file: Path | None, fields: dict[str, str], modes: str | None, factors: Path | None) -> _Request:
     """Crane and scenario of every controller, and the uncertain factors."""
     from stillhook.analysis.controllers import controllers
     from stillhook.analysis.uncertainty.factors_file import Uncertainty, load_uncertainty
-    from stillhook.errors import ScenarioError
 
     if case_file is not None:
         from stillhook.formats.case_file import load_case
@@ -179,7 +177,7 @@ def _request(case_file: Path | None, fields: dict[str, str], modes: str | None, 
         cranes=[c.on(machine) for c in chosen],
         cases=[case.model_copy(update={"mode": c.mode, "name": c.name}) for c in chosen],
         labels=[c.name for c in chosen],
-        known=Uncertainty.default() if factors is None else load_uncertainty(factors),
+        factors_table=Uncertainty.default() if factors is None else load_uncertainty(factors),
     )
 
 
@@ -206,16 +204,14 @@ def _indices(request: _Request, run: Any, pairs: list[tuple[str, str]], options:
     against = classic[0] if classic else None
     with progress_bar("sensitivity") as bar:
         indices = sensitivity(
-            request.cranes, request.cases, request.known, n=rows, against=against, progress=bar, **options
+            request.cranes, request.cases, request.factors_table, n=rows, against=against, progress=bar, **options
         )
     return [s for s in indices if s.case in request.labels or s.case.removesuffix(f" / {against}") in new]
 
 
-def _causes(request: _Request, limits: list[Limit], known: Uncertainty | None) -> Attribution:
+def _causes(request: _Request, limits: list[Limit], factors_table: Uncertainty | None) -> Attribution:
     """What brings each limit about in each mode, or breaks it."""
     from stillhook.analysis.uncertainty.attribution import Figure, attribute
-    from stillhook.units import KINDS, in_display
-    from stillhook.variables import BY_NAME
 
     figures = []
     for label in request.labels:
@@ -230,13 +226,16 @@ def _causes(request: _Request, limits: list[Limit], known: Uncertainty | None) -
             unit = KINDS[kind].display if kind else ""
             figures.append(Figure(f"{label}: {limit}", value, least, most, unit, 3))
     pairs = zip(request.cranes, request.cases, strict=True)
-    return attribute(dict(zip(request.labels, pairs, strict=True)), figures, uncertainty=known)
+    return attribute(dict(zip(request.labels, pairs, strict=True)), figures, uncertainty=factors_table)
 
 
 def _print(request: _Request, data: dict[str, Any], indices: list[Sensitivity], causes: Attribution | None) -> None:
     from stillhook.analysis.uncertainty.report import document
 
-    crane, factors = request.cranes[0], request.known.on(*zip(request.cranes, request.cases, strict=True)).describe()
+    crane, factors = (
+        request.cranes[0],
+        request.factors_table.on(*zip(request.cranes, request.cases, strict=True)).describe(),
+    )
     print_document(document(crane, request.cases[0], factors, data, indices, causes))
     for note in data["notes"]:
         print(note)
@@ -244,34 +243,16 @@ def _print(request: _Request, data: dict[str, Any], indices: list[Sensitivity], 
     print_implausible(crane)
 
 
-def _check_out(out: Path | None, sobol: bool) -> None:
-    """Refuse a folder that cannot be written to before anything runs."""
-    if out is not None:
-        from stillhook.base.atomic import check_folder
-
-        check_folder(out, (*FILES, *((INDICES,) if sobol else ())))
-
-
 def _write(
     out: Path, run: Any, data: dict[str, Any], limits: list[Limit], indices: list[Sensitivity], *, quiet: bool
 ) -> None:
     """NetCDF, numbers and pictures."""
     from stillhook.analysis.uncertainty.figures import band_figure, exceedance_figure, index_figure
-    from stillhook.base.atomic import atomic_folder
-    from stillhook.formats.results import save_json, save_run
-    from stillhook.report.plots.run import save_figure
 
-    names = [*FILES, *([INDICES] if indices else [])]
     title = str(run.attrs["title"]).removeprefix("Stillhook: ")
-    with atomic_folder(out) as part:
-        save_run(run, part / names[0])
-        save_json(data, part / names[1])
-        save_figure(band_figure(run, title), part / names[2])
-        save_figure(exceedance_figure(run, limits, title), part / names[3])
-        if indices:
-            save_figure(index_figure(indices, title), part / INDICES)
-    if not quiet:
-        print("written: " + ", ".join(str(out / name) for name in names))
+    contents = (run, data, band_figure(run, title), exceedance_figure(run, limits, title))
+    files = dict(zip(FILES, contents, strict=True))
+    write_out(out, files | ({INDICES: index_figure(indices, title)} if indices else {}), quiet=quiet)
 
 
 def _fixed(label: str) -> bool:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from stillhook.cli.output import check_out, write_out
 from stillhook.cli.parser import Json
+from stillhook.errors import LogError
 from stillhook.report.terminal import print_json, print_table, progress_bar
+from stillhook.units import parse
 
 if TYPE_CHECKING:
     from stillhook.identify.curve import FrictionCurve
@@ -49,14 +51,11 @@ def curve(
 
     Example: stillhook identify curve bench.csv --mapping bench.toml --out results
     """
-    from stillhook.base.atomic import check_folder
-    from stillhook.errors import LogError
     from stillhook.identify.curve import friction_curve
     from stillhook.logs.log import describe, read_log, read_mapping
 
     settings = _settings(least_length, least_speed)
-    if out is not None:
-        check_folder(out, OUT_FILES)
+    check_out(out, OUT_FILES)
     with progress_bar(log.name) as bar:
         try:
             read = read_log(log, None if mapping is None else read_mapping(mapping), progress=bar)
@@ -68,16 +67,18 @@ def curve(
             raise
     _signals(read, speed, effort, position, command)
     result = friction_curve(read, speed=speed, effort=effort, position=position, command=command, settings=settings)
-    if out is not None:
-        _write(out, result, read, effort)
     if json:
         print_json({**result.to_dict(), "findings": [f.to_dict() for f in read.findings]})
     else:
         for line in describe(read):
             print(line)
         _print(result)
-        if out is not None:
-            print(f"written to {out}: {', '.join(OUT_FILES)}")
+    if out is not None:
+        from stillhook.identify.windows_figure import curve_figure
+
+        picture, table, numbers = OUT_FILES
+        files = {picture: curve_figure(result, read, effort), table: _csv(result), numbers: result.to_dict()}
+        write_out(out, files, quiet=json)
 
 
 def _needed(speed: str, effort: str, position: str | None, command: str | None) -> str:
@@ -91,8 +92,6 @@ def _needed(speed: str, effort: str, position: str | None, command: str | None) 
 
 def _signals(log: Log, speed: str, effort: str, position: str | None, command: str | None) -> None:
     """Refuse a log without the signals that the options name. Errors: LogError that names all of them."""
-    from stillhook.errors import LogError
-
     requested = {"--speed": speed, "--effort": effort, "--position": position, "--command": command}
     available = {*log.signals, *(("dp_m",) if {"p_a", "p_b"} <= set(log.signals) else ())}
     missing = [f"{name} ({option})" for option, name in requested.items() if name is not None and name not in available]
@@ -106,7 +105,6 @@ def _signals(log: Log, speed: str, effort: str, position: str | None, command: s
 
 def _settings(least_length: str | None, least_speed: str | None) -> WindowSettings:
     from stillhook.identify.steady_state.windows import WindowSettings
-    from stillhook.units import parse
 
     options: dict[str, Any] = {}
     if least_length is not None:
@@ -148,27 +146,10 @@ def _print(curve: FrictionCurve) -> None:
         print(f"not used: {len(rejected) - MOST_REASONS} more stretches (see --json or --out)")
 
 
-def _write(out: Path, curve: FrictionCurve, log: Log, effort: str) -> None:
-    from stillhook.base.atomic import atomic_folder
-    from stillhook.formats.results import save_json
-    from stillhook.identify.windows_figure import curve_figure
-    from stillhook.report.plots.run import save_figure
-
-    with atomic_folder(out) as part:
-        save_figure(curve_figure(curve, log, effort), part / "curve.png")
-        save_json(curve.to_dict(), part / "curve.json")
-        with (part / "curve.csv").open("w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file)
-            writer.writerow(
-                [
-                    f"{name} [SI]"
-                    for name in ("speed", "friction", "u_friction", "load", "u_load", "speed up", "speed down")
-                ]
-            )
-            for p in curve.points:
-                writer.writerow(
-                    [
-                        repr(float(x))
-                        for x in (p.speed, p.friction, p.u_friction, p.load, p.u_load, p.up.speed, p.down.speed)
-                    ]
-                )
+def _csv(curve: FrictionCurve) -> str:
+    names = ("speed", "friction", "u_friction", "load", "u_load", "speed up", "speed down")
+    lines = [",".join(f"{name} [SI]" for name in names)]
+    for p in curve.points:
+        row = (p.speed, p.friction, p.u_friction, p.load, p.u_load, p.up.speed, p.down.speed)
+        lines.append(",".join(repr(float(x)) for x in row))
+    return "".join(f"{line}\r\n" for line in lines)

@@ -7,11 +7,14 @@ model.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from stillhook.base.choice import choice
+from stillhook.cli.output import check_out, write_out
 from stillhook.cli.parser import Json
+from stillhook.errors import IdentifyError
 from stillhook.report.terminal import print_document, print_json, progress_bar, say
 
 if TYPE_CHECKING:
@@ -58,14 +61,11 @@ def friction(
 
     Example: stillhook identify friction my-tests/campaign.toml --out results
     """
-    from stillhook.base.atomic import check_folder
-    from stillhook.base.choice import choice
     from stillhook.identify.system_friction.identify import friction as identify
     from stillhook.identify.system_friction.report import report
     from stillhook.statistics.complex_method import Variant
 
-    if out is not None:
-        check_folder(out, (SET, REPORT, NUMBERS, POINTS, STRETCHES))
+    check_out(out, (SET, REPORT, NUMBERS, POINTS, STRETCHES))
     method = choice(Variant, variant, "--variant")
     with progress_bar("reading the logs") as bar:
         result = identify(
@@ -87,14 +87,11 @@ def friction(
     else:
         print_document(report(result, {}))
     if out is not None:
-        files = _write(result, out)
-        if not json:
-            print(f"written to {out}: {', '.join(files)}")
+        write_out(out, dict(sorted(_files(result).items())), quiet=json)
     raise typer.Exit(0 if result.usable else 1)
 
 
 def _keep_constant_term(text: str) -> bool | None:
-    from stillhook.errors import IdentifyError
 
     choices = {"auto": None, "yes": True, "no": False}
     if text not in choices:
@@ -102,10 +99,8 @@ def _keep_constant_term(text: str) -> bool | None:
     return choices[text]
 
 
-def _write(result: Friction, out: Path) -> list[str]:
-    """Set, report, numbers, tables and figures, all or nothing. A set that must not be used is not written."""
-    from stillhook.base.atomic import atomic_folder
-    from stillhook.formats.results import save_json
+def _files(result: Friction) -> dict[str, Any]:
+    """Set, report, numbers, tables and figures by file. A set that must not be used is left out."""
     from stillhook.identify.system_friction.figures import figures
     from stillhook.identify.system_friction.report import report
     from stillhook.identify.system_friction.result import (
@@ -120,22 +115,18 @@ def _write(result: Friction, out: Path) -> list[str]:
     from stillhook.report.html import html
     from stillhook.report.pictures import pngs
 
-    with atomic_folder(out) as part:
-        pictures = pngs(figures(result))
-        for stem, data in pictures.items():
-            (part / f"{stem}.png").write_bytes(data)
-        logs = pngs({m.test.name: _log_figure(m) for m in result.measured}, LOG_DPI)
-        (part / REPORT).write_text(html(report(result, pictures, logs)), encoding="utf-8")
-        save_json(to_dict(result), part / NUMBERS)
-        points_table(result).write_csv(part / POINTS)
-        stretches_table(result).write_csv(part / STRETCHES)
-        if result.usable:
-            (part / SET).write_text(warnings(result) + set_toml(friction_set(result, "friction")), encoding="utf-8")
-            for item in second_loop_sets(result) if result.second is not None else ():
-                (part / f"{item.name}.toml").write_text(set_toml(item), encoding="utf-8")
-        else:
-            say(f"{SET} is not written: the data cannot determine what a winch model needs.")
-        return sorted(p.name for p in part.iterdir())
+    pictures = pngs(figures(result))
+    logs = pngs({m.test.name: _log_figure(m) for m in result.measured}, LOG_DPI)
+    files: dict[str, Any] = {f"{stem}.png": data for stem, data in pictures.items()}
+    files |= {REPORT: html(report(result, pictures, logs)), NUMBERS: to_dict(result)}
+    files |= {POINTS: points_table(result).write_csv(), STRETCHES: stretches_table(result).write_csv()}
+    if not result.usable:
+        say(f"{SET} is not written: the data cannot determine what a winch model needs.")
+        return files
+    files[SET] = warnings(result) + set_toml(friction_set(result, "friction"))
+    for item in second_loop_sets(result) if result.second is not None else ():
+        files[f"{item.name}.toml"] = set_toml(item)
+    return files
 
 
 def _log_figure(m: Measured) -> Figure:

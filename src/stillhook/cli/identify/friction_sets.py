@@ -9,10 +9,13 @@ from typing import Annotated, Any
 
 import typer
 
+from stillhook.cli.output import check_out, write_out
 from stillhook.cli.parser import MODES, Json
 from stillhook.cli.simulation import MOTION_HELP, motion_of
+from stillhook.errors import IdentifyError
 from stillhook.report.formatting import cell
 from stillhook.report.terminal import print_json, print_table, progress_bar
+from stillhook.units import number, parse, show
 from stillhook.variables import BY_NAME
 
 NAMES = ("e_c_pp", "eta_c", "p_max", "u_p_max")
@@ -42,7 +45,8 @@ def list_sets(json: Json = False) -> None:
         for kind, item in entries:
             if kind == title:
                 print(f"  {item.name:<28} {item.title}{'' if item.evidence is None else ', with uncertainty'}")
-                print(f"  {'':<28} {_first(provenance(item))}")
+                first, *others = provenance(item)
+                print(f"  {'':<28} {first}{f' (and {len(others)} more)' if others else ''}")
 
 
 def _record(kind: str, item: Any) -> dict[str, Any]:
@@ -52,11 +56,6 @@ def _record(kind: str, item: Any) -> dict[str, Any]:
     evidence = item.evidence.model_dump() if item.evidence is not None else None
     values = {"values": spec.model_dump(), "evidence": evidence, "sources": provenance(item)}
     return {"set": item.name, "kind": kind, "title": item.title, **values}
-
-
-def _first(sources: list[str]) -> str:
-    """The first source, and how many more there are."""
-    return sources[0] + (f" (and {len(sources) - 1} more)" if len(sources) > 1 else "")
 
 
 @app.command("compare")
@@ -80,14 +79,10 @@ def compare(
 
     Example: stillhook friction compare crane-1 crane-2 --load "100 t" --crane nov-150t --out figures
     """
-    from stillhook.base.atomic import atomic_folder, check_folder
-    from stillhook.formats.results import save_json
     from stillhook.identify.system_friction.result import Split, figure, notes, speeds, split, table
     from stillhook.library import load_friction
-    from stillhook.report.plots.run import save_figure
 
-    if out is not None:
-        check_folder(out, FILES)
+    check_out(out, FILES)
     T_d, description = _drum_torque(load, crane, layer, torque)
     items = {name: load_friction(name) for name in sets}
     names = [item.name for item in items.values()]
@@ -108,19 +103,14 @@ def compare(
         if all(s.half is None for s in splits):
             print("No set here has a stated uncertainty.")
     if out is not None:
-        with atomic_folder(out) as part:
-            save_figure(figure(splits, T_d, description), part / FILES[0])
-            save_json(data, part / FILES[1])
-        if not json:
-            print("written: " + ", ".join(str(out / name) for name in FILES))
+        picture, numbers = FILES
+        write_out(out, {picture: figure(splits, T_d, description), numbers: data}, quiet=json)
 
 
 def _drum_torque(load: str, crane: str, layer: int | None, torque: str | None) -> tuple[float, str]:
     """Drum torque [N m], and what gives it in words."""
-    from stillhook.errors import IdentifyError
     from stillhook.identify.system_friction.result import drum_torque
     from stillhook.library import load_crane
-    from stillhook.units import parse, show
 
     if torque is not None:
         T_d = parse(torque, "drum_torque", "--drum-torque")
@@ -134,7 +124,6 @@ def _drum_torque(load: str, crane: str, layer: int | None, torque: str | None) -
 
 
 def _print(rows: list[dict[str, Any]], T_d: float, description: str) -> None:
-    from stillhook.units import number, show
 
     speeds = list(rows[0]["total"])
     header = ("set", "Coulomb", "stiction\nat rest", "viscous at\n1000 rev/min", *(f"total at\n{s}" for s in speeds))
@@ -213,7 +202,6 @@ def draws(
 
 def _one_of_each(items: list[Any]) -> tuple[Any, Any]:
     """The friction set and the motor set among those given, None where there is none."""
-    from stillhook.errors import IdentifyError
     from stillhook.library import FrictionSet
 
     friction = [i for i in items if isinstance(i, FrictionSet)]

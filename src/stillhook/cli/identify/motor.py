@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from stillhook.cli.output import check_out, write_out
 from stillhook.cli.parser import Json
+from stillhook.errors import IdentifyError, SimulationError
 from stillhook.report.terminal import print_document, print_json, say
 
 if TYPE_CHECKING:
@@ -49,14 +51,11 @@ def motor(
 
     Example: stillhook identify motor A6VM215.csv --out A6VM215
     """
-    from stillhook.base.atomic import check_folder
-    from stillhook.errors import IdentifyError
     from stillhook.identify.motor.identify import identify_motor, report, to_dict
     from stillhook.identify.motor.map import read_map
     from stillhook.library.parameter_sets import load_losses
 
-    if out is not None:
-        check_folder(out, OUT_FILES)
+    check_out(out, OUT_FILES)
     if not 0.0 < threshold < 100.0:
         raise IdentifyError(
             f"--threshold = {threshold:g}: give per cent of nominal torque between 0 and 100, such as 1."
@@ -71,16 +70,12 @@ def motor(
     else:
         print_document(report(result, {}))
     if out is not None:
-        files = _write(result, out)
-        if not json:
-            print("written: " + ", ".join(str(out / name) for name in files))
+        write_out(out, dict(sorted(_files(result).items())), quiet=json)
     raise typer.Exit(0 if result.usable else 1)
 
 
-def _write(result: MotorLoss, out: Path) -> list[str]:
-    """Motor file, report, all models and figures, all or nothing. A motor file that must not be used is not written."""
-    from stillhook.base.atomic import atomic_folder
-    from stillhook.formats.results import save_json
+def _files(result: MotorLoss) -> dict[str, Any]:
+    """Motor file, report, all models and figures by file. A motor file that must not be used is left out."""
     from stillhook.identify.motor.figures import figures
     from stillhook.identify.motor.identify import loss_set, report, to_dict
     from stillhook.library.parameter_sets import set_toml
@@ -88,21 +83,18 @@ def _write(result: MotorLoss, out: Path) -> list[str]:
     from stillhook.report.pictures import png
 
     pictures = {stem: png(figure) for stem, figure in figures(result).items()}
-    with atomic_folder(out) as part:
-        for stem, picture in pictures.items():
-            (part / f"{stem}.png").write_bytes(picture)
-        (part / REPORT).write_text(html(report(result, pictures)), encoding="utf-8")
-        save_json(to_dict(result), part / NUMBERS)
-        if not result.drops_in:
-            say(f"{SET} is not written: MJ4 is not determined by this map, or wrong on most of it.")
-        elif result.like is None:
-            say(
-                f"{SET} is not written: no motor of the library has this size. Give --like MOTOR, which lends inertia"
-                " and speed limits."
-            )
-        else:
-            (part / SET).write_text(set_toml(loss_set(result, SET.removesuffix(".toml"))), encoding="utf-8")
-        return sorted(p.name for p in part.iterdir())
+    files: dict[str, Any] = {f"{stem}.png": picture for stem, picture in pictures.items()}
+    files |= {REPORT: html(report(result, pictures)), NUMBERS: to_dict(result)}
+    if not result.drops_in:
+        say(f"{SET} is not written: MJ4 is not determined by this map, or wrong on most of it.")
+    elif result.like is None:
+        say(
+            f"{SET} is not written: no motor of the library has this size. Give --like MOTOR, which lends inertia"
+            " and speed limits."
+        )
+    else:
+        files[SET] = set_toml(loss_set(result, SET.removesuffix(".toml")))
+    return files
 
 
 def example_map(
@@ -117,7 +109,6 @@ def example_map(
 
     Example: stillhook identify example-map example.csv --motor A6VM280
     """
-    from stillhook.errors import SimulationError
     from stillhook.identify.motor.map import synthetic_map, write_map
 
     if out.exists():

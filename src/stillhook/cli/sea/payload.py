@@ -7,9 +7,13 @@ from typing import Annotated, Any
 
 import typer
 
+from stillhook.cli.output import check_out, write_out
 from stillhook.cli.parser import Json
+from stillhook.errors import LiftError
 from stillhook.report.formatting import display_number, display_unit
 from stillhook.report.terminal import print_json, print_table, print_values
+from stillhook.units import parse, quote
+from stillhook.units import show as text
 
 app = typer.Typer(
     no_args_is_help=True, help="Payloads: list them, and show their weight, added mass, drag and slamming in water."
@@ -27,7 +31,6 @@ EVERY = 16  # of the levels, on the printed table
 def list_payloads(json: Json = False) -> None:
     """List the payloads of the library. Example: stillhook payload list"""
     from stillhook.library.catalogue import payloads, read_payload
-    from stillhook.units import show as text
 
     entries = [read_payload(name) for name in payloads()]
     if json:
@@ -51,30 +54,25 @@ def show(
 
     Example: stillhook payload show suction-anchor-85t
     """
-    from stillhook.base.atomic import check_folder
-    from stillhook.errors import LiftError
     from stillhook.library.catalogue import read_payload
-    from stillhook.report.payload_sheet import payload_numbers
+    from stillhook.report.payload_sheet import payload_figure, payload_numbers
     from stillhook.tables.plausible import implausible_values
-    from stillhook.units import parse, quote
 
     density = parse(rho, "density", "--rho")
     if not LIGHT <= density <= DENSE:
         raise LiftError(
             f"--rho = {quote(rho)}: is not the density of sea water, {LIGHT:g} to {DENSE:g} kg/m^3. Check the unit."
         )
-    if out is not None:
-        check_folder(out, OUT_FILES)
+    check_out(out, OUT_FILES)
     load = read_payload(payload)
     answer = payload_numbers(load, density) | {"notes": list(implausible_values(load))}
-    if out is not None:
-        _write(out, load, density, answer)
     if json:
         print_json(answer)
-        return
-    _print(answer)
+    else:
+        _print(answer)
     if out is not None:
-        print("written: " + ", ".join(str(out / name) for name in OUT_FILES))
+        picture, numbers = OUT_FILES
+        write_out(out, {picture: payload_figure(load, density), numbers: answer}, quiet=json)
 
 
 def _print(answer: dict[str, Any]) -> None:
@@ -97,13 +95,3 @@ def _print(answer: dict[str, Any]) -> None:
             "Coefficients are recalled from DNV-RP-N103: check against your edition. A model test or CFD beats all of"
             " them."
         )
-
-
-def _write(out: Path, load: Any, rho: float, answer: dict[str, Any]) -> None:
-    from stillhook.base.atomic import atomic_folder
-    from stillhook.formats.results import to_json
-    from stillhook.report.payload_sheet import payload_figure
-
-    with atomic_folder(out) as part:
-        payload_figure(load, rho).savefig(part / OUT_FILES[0], dpi=120)
-        (part / OUT_FILES[1]).write_text(to_json(answer) + "\n", encoding="utf-8")

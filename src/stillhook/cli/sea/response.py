@@ -10,18 +10,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import CONTROLLERS, Json
-from stillhook.cli.sea.tip import refuse, sea_of
-from stillhook.errors import SeaError
+from stillhook.cli.output import announce, check_out
+from stillhook.cli.parser import CONTROLLERS, Json, LiftArgument, Spread, refuse
+from stillhook.cli.sea.tip import sea_of
+from stillhook.errors import LiftError, SeaError, StillhookError
 from stillhook.report.formatting import cell, display_number, wrapped
 from stillhook.report.terminal import print_json, print_table, print_twin, progress_bar, started
 from stillhook.sea.spectra.directions import parse_direction
-from stillhook.units import quote
+from stillhook.sea.spectra.measured import SpectrumSeries
+from stillhook.sea.spectra.spectrum import Sea, Train, check_spread
+from stillhook.units import parse, quote, show
 
 if TYPE_CHECKING:
     from stillhook.formats.lift_file import LiftFile
     from stillhook.response.lift import LiftResponse, Waves
-    from stillhook.sea.spectra.spectrum import Sea
 
 
 DEPTH_HELP = (
@@ -67,22 +69,14 @@ YEAR = (
 )
 
 
-def register(app: typer.Typer) -> None:
-    app.command("response")(response)
-
-
 def response(
-    lift: Annotated[
-        str, typer.Argument(metavar="LIFT.toml", help="Lift file, or one of the library's; a wrong name lists them.")
-    ],
+    lift: LiftArgument,
     depth: Annotated[str | None, typer.Option(help=DEPTH_HELP)] = None,
     mode: Annotated[str | None, typer.Option(help=MODE_HELP)] = None,
     sea: Annotated[Path | None, typer.Option(help=SEA_HELP)] = None,
     wave: Annotated[str | None, typer.Option(help=WAVE_HELP)] = None,
     heading: Annotated[str | None, typer.Option(help=HEADING_HELP)] = None,
-    spread: Annotated[
-        float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")
-    ] = None,
+    spread: Spread = None,
     ship: Annotated[
         str | None, typer.Option(help="Where the bow points, clockwise from north, for measured directions.")
     ] = None,
@@ -107,20 +101,15 @@ def response(
 
     Example: stillhook response anchor-to-3000m --sea 46042w1996.txt.gz --heading "180 deg" --out year
     """
-    from stillhook.base.atomic import check_folder
-    from stillhook.cli.sea.response import waves_of
-    from stillhook.errors import LiftError, StillhookError
     from stillhook.formats.lift_file import load_lift
     from stillhook.report.save import RESPONSE_FILES, write_response
     from stillhook.response.lift import answer_of, check_place, compensated_depth, response_at, stamped
-    from stillhook.units import parse
 
     time = parse(duration, "time", "--duration")
     if time <= 0.0:
         raise LiftError(f"--duration {duration}: must be longer than 0 s. Enter the duration for the largest values.")
     z = None if depth is None else -parse(depth, "length", "--depth")
-    if out is not None:
-        check_folder(out, RESPONSE_FILES)
+    check_out(out, RESPONSE_FILES)
     file = load_lift(lift, duration="60 s", moving=False)
     check_place(file)
     waves = waves_of(file, sea, wave, heading, spread, ship, record)
@@ -145,8 +134,8 @@ def response(
         print_json(answer)
     else:
         _print(file, response, answer)
-        if out is not None:
-            print("written: " + ", ".join(str(out / name) for name in RESPONSE_FILES))
+    if out is not None:
+        announce(out, RESPONSE_FILES, quiet=json)
     raise typer.Exit(0 if answer.get("status", "ok") == "ok" else 1)
 
 
@@ -164,7 +153,6 @@ def _figure(response: LiftResponse, answer: dict[str, Any]) -> Any:
 
 
 def _print(file: LiftFile, response: LiftResponse, answer: dict[str, Any]) -> None:
-    from stillhook.units import show
 
     wrapped(f"{answer['lift']}: {answer['crane']}, {answer['mode']}, {answer['place']}")
     load = file.lift.payload
@@ -247,7 +235,7 @@ def waves_of(
     ship: str | None,
     record: str | None,
 ) -> Waves:
-    """The waves that were asked for: those of the lift file, in words, or of a file. Errors: SeaError."""
+    """The requested waves: those of the lift file, in words, or of a file. Errors: SeaError."""
     from stillhook.response.lift import Waves
 
     if sea is not None:
@@ -277,8 +265,6 @@ def waves_of_file(sea: Path, heading: str | None, spread: float | None, ship: st
     """All records of a file, with one direction from the bow or their own from north. Errors: SeaError."""
     from stillhook.formats.waves.wavespectra import read_sea
     from stillhook.response.lift import Waves
-    from stillhook.sea.spectra.measured import SpectrumSeries
-    from stillhook.sea.spectra.spectrum import check_spread
 
     beta, bow = (
         None if text is None else parse_direction(text, name)
@@ -307,8 +293,6 @@ def waves_of_file(sea: Path, heading: str | None, spread: float | None, ship: st
 
 def _turned(file: LiftFile, heading: str | None, spread: float | None) -> Sea:
     """The lift file's sea, with another direction or spread where they are given."""
-    from stillhook.sea.spectra.spectrum import Sea, Train, check_spread
-
     assert file.sea is not None
     if heading is None and spread is None:
         return file.sea

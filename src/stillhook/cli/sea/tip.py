@@ -7,21 +7,23 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Json
-from stillhook.errors import SeaError
+from stillhook.cli.output import announce, check_out
+from stillhook.cli.parser import Json, Spread, refuse
+from stillhook.cli.simulation import PYTHON_POSITION
+from stillhook.errors import MotionError, SeaError
 from stillhook.report.formatting import display_number, display_unit, wrapped
 from stillhook.report.terminal import print_json, print_table, print_values
 from stillhook.sea.spectra.directions import parse_direction
+from stillhook.sea.spectra.measured import SpectrumSeries
+from stillhook.sea.spectra.spectrum import Sea, Train
 from stillhook.units import parse, quote
 
 if TYPE_CHECKING:
-    from stillhook.sea.spectra.spectrum import Sea
     from stillhook.sea.vessel.rao import Rao
     from stillhook.sea.vessel.tip import TipPoint
 
@@ -45,14 +47,7 @@ KNUCKLE_HELP = 'Knuckle boom: length and angle below the main boom\'s line, "15 
 LOG_HELP = (
     "Log of a motion sensor (CSV or $PSXN,23) in place of vessel and waves; --at is then from the sensor, with z."
 )
-SEEDS_HELP = (
-    "Realisations of the sea whose largest values are met and fitted (Gumbel, 95 % intervals); 20 or more tell"
-    " something."
-)
-
-
-def register(app: typer.Typer) -> None:
-    app.command("tip")(tip)
+SEEDS_HELP = "Realisations of the sea whose largest values are met and fitted (Gumbel, 95 % intervals); use 20 or more."
 
 
 def tip(
@@ -62,9 +57,7 @@ def tip(
     at: Annotated[str | None, typer.Option(help=AT_HELP)] = None,
     wave: Annotated[str | None, typer.Option(help=WAVE_HELP)] = None,
     heading: Annotated[str | None, typer.Option(help=HEADING_HELP)] = None,
-    spread: Annotated[
-        float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")
-    ] = None,
+    spread: Spread = None,
     record: Annotated[
         str | None, typer.Option(help="Of a file of measured waves: its record, by number from 0 or by time (UTC).")
     ] = None,
@@ -99,11 +92,6 @@ def tip(
     Example: stillhook tip --vessel FILE.re1 --at "x=-20 m, y=-18 m" --wave "jonswap Hs=1 m Tp=8 s gamma=3.3" --heading
     "180 deg"
     """
-    from stillhook.base.atomic import check_folder
-    from stillhook.cli.sea.tip import place, refuse, sea_of
-    from stillhook.errors import SeaError
-    from stillhook.units import parse
-
     time = parse(duration, "time", "--duration")
     if time <= 0.0:
         raise SeaError(
@@ -130,8 +118,7 @@ def tip(
         missing = "--vessel" if vessel is None else "--wave"
         raise SeaError(f"{missing}: missing. Give --vessel, --at and --wave, or a log with --log. See --help.")
     point = place(at, pedestal, slew, main, knuckle)
-    if out is not None:
-        check_folder(out, OUT_FILES)
+    check_out(out, OUT_FILES)
     if exact and (point.z is None or out is None):
         raise SeaError("--exact: is for the series, and needs --out and the tip's height z in --at.")
     from stillhook.formats.vessel.open import read_vessel
@@ -178,12 +165,10 @@ def _in_sea(
     _print(summary)
     if out is not None:
         wrapped(f"series: {summary['series']['report']}")
-        print("written: " + ", ".join(str(out / name) for name in OUT_FILES))
+        announce(out, OUT_FILES)
 
 
 def _of_log(log: Path, at: str | None, duration: float, *, json: bool) -> None:
-    from stillhook.cli.simulation import PYTHON_POSITION
-    from stillhook.errors import MotionError, SeaError
     from stillhook.formats.motion.open import read_tip_motion, stored_motion
     from stillhook.sea.vessel.tip import motion_statistics, parse_point
 
@@ -240,7 +225,6 @@ def _all_round(
 ) -> None:
     import numpy as np
 
-    from stillhook.cli.sea.tip import sea_of
     from stillhook.sea.vessel.tip import tip_numbers, tip_responses
 
     turns = range(0, 360, EVERY)
@@ -258,13 +242,6 @@ def _all_round(
         cells,
         title=f"{rao.name}, crane tip at {point.describe()}, {wave}; largest in {duration / 3600.0:.4g} h",
     )
-
-
-def refuse(options: Mapping[str, Any], reason: str) -> None:
-    """Refuse options that were given and have no meaning here. Errors: SeaError."""
-    for name, value in options.items():
-        if value is not None and value is not False:
-            raise SeaError(f"{name}: {reason}")
 
 
 def sea_of(wave: str, heading: str | None, spread: float | None, record: str | None, ship: str | None) -> Sea:
@@ -292,8 +269,6 @@ def sea_of(wave: str, heading: str | None, spread: float | None, record: str | N
 
 def _measured(wave: str, beta: float | None, spread: float | None, record: str | None, ship: str | None) -> Sea:
     from stillhook.formats.waves.wavespectra import read_sea
-    from stillhook.sea.spectra.measured import SpectrumSeries
-    from stillhook.sea.spectra.spectrum import Sea, Train
 
     series = read_sea(wave)
     if not isinstance(series, SpectrumSeries):

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from stillhook.cli.output import check_out, write_out
 from stillhook.cli.parser import Json
 from stillhook.report.formatting import wrapped
 from stillhook.report.terminal import print_json, print_table
+from stillhook.units import number
 
 if TYPE_CHECKING:
     from stillhook.sea.vessel.floating_body import LongWave
@@ -65,24 +67,23 @@ def show(
 
     Example: stillhook vessel show FILE.re1 --at "x=-20 m, y=-18 m"
     """
-    from stillhook.base.atomic import check_folder
     from stillhook.formats.vessel.open import read_vessel
     from stillhook.sea.vessel.tip import parse_point
 
     point = None if at is None else parse_point(at, "--at")
     place = None if point is None else (point.x, point.y)
-    if out is not None:
-        check_folder(out, OUT_FILES)
+    check_out(out, OUT_FILES)
     rao = read_vessel(vessel)
     answer = _sheet(rao, place)
-    if out is not None:
-        _write(out, rao, place, answer)
     if json:
         print_json(answer)
-        return
-    _print_sheet(rao, answer, place)
+    else:
+        _print_sheet(rao, answer, place)
     if out is not None:
-        print("written: " + ", ".join(str(out / name) for name in OUT_FILES))
+        from stillhook.report.plots.sea import vessel_figure
+
+        picture, numbers = OUT_FILES
+        write_out(out, {picture: vessel_figure(rao, place), numbers: answer}, quiet=json)
 
 
 @app.command("check")
@@ -157,8 +158,6 @@ def _sheet(rao: Rao, point: tuple[float, float] | None) -> dict[str, Any]:
 def _print_sheet(rao: Rao, answer: dict[str, Any], point: tuple[float, float] | None) -> None:
     import numpy as np
 
-    from stillhook.units import number
-
     wrapped(f"{rao.name}, from {rao.source}")
     wrapped(f"reference point: {rao.origin or 'not said'}", "  ")
     depth = "deep water" if math.isinf(rao.depth) else f"water of {rao.depth:g} m"
@@ -223,15 +222,3 @@ def _print_check(rao: Rao, tests: tuple[LongWave, ...], line: str | None, notes:
     for note in notes:
         wrapped(f"note: {note}", "  ")
     wrapped(line or RIDES)
-
-
-def _write(out: Path, rao: Rao, point: tuple[float, float] | None, answer: dict[str, Any]) -> None:
-    from stillhook.base.atomic import atomic_folder
-    from stillhook.formats.results import save_json
-    from stillhook.report.plots.run import save_figure
-    from stillhook.report.plots.sea import vessel_figure
-
-    picture, numbers = OUT_FILES
-    with atomic_folder(out) as part:
-        save_figure(vessel_figure(rao, point), part / picture)
-        save_json(answer, part / numbers)

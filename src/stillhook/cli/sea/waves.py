@@ -8,13 +8,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Json
+from stillhook.cli.output import check_out, write_out
+from stillhook.cli.parser import Json, refuse
+from stillhook.errors import SeaError
 from stillhook.report.formatting import display_number, display_unit
 from stillhook.report.terminal import print_json, print_table, print_values
+from stillhook.sea.spectra.measured import SpectrumSeries
+from stillhook.sea.spectra.spectrum import WaveSpectrum, doubts, steepness
+from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
     from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
-    from stillhook.sea.spectra.spectrum import WaveSpectrum
 
 OUT_FILES = ("sea.png", "sea.json")
 OF_SPECTRUM = ("H_m0", "T_p", "T_m01", "T_m02", "T_e")
@@ -30,10 +34,6 @@ FORMAT_HELP = (
     'era5, ww3, swan, octopus, triaxys or wavespectra, read by the library wavespectra (extra "sea"); files of NDBC'
     " need none."
 )
-
-
-def register(app: typer.Typer) -> None:
-    app.command("sea")(sea)
 
 
 def sea(
@@ -58,29 +58,26 @@ def sea(
 
     Example: stillhook sea 46042w1996.txt.gz --json
     """
-    from stillhook.base.atomic import check_folder
-
-    if out is not None:
-        check_folder(out, OUT_FILES)
+    check_out(out, OUT_FILES)
     waves_read = _read_waves(waves, record, form, point)
-    answer = _of_spectrum(waves_read) if _is_spectrum(waves_read) else _of_file(waves_read)
-    if out is not None:
-        _write(out, waves_read, answer)
+    answer = _of_spectrum(waves_read) if isinstance(waves_read, WaveSpectrum) else _of_file(waves_read)
     if json:
         print_json(answer)
-        return
-    if _is_spectrum(waves_read):
+    elif isinstance(waves_read, WaveSpectrum):
         _print_spectrum(answer)
     else:
         _print_file(answer)
     if out is not None:
-        print(f"written to {out}: {', '.join(OUT_FILES)}")
+        from stillhook.report.plots.sea import series_figure, spectrum_figure
+
+        figure = spectrum_figure(waves_read) if isinstance(waves_read, WaveSpectrum) else series_figure(waves_read)
+        picture, numbers = OUT_FILES
+        write_out(out, {picture: figure, numbers: answer}, quiet=json)
 
 
 def _read_waves(
     waves: str, record: str | None, form: str | None, point: int | None
 ) -> WaveSpectrum | SpectrumSeries | SeaStates:
-    from stillhook.errors import SeaError
     from stillhook.sea.spectra.text import FIELDS, parse_wave
 
     first = (waves.split() or [""])[0].lower()
@@ -89,12 +86,12 @@ def _read_waves(
         or not waves.strip()
         or not (Path(waves).exists() or ({".", "/", "\\"} & set(waves) and "=" not in waves))
     ):
-        for option, value in (("--record", record), ("--format", form), ("--point", point)):
-            if value is not None:
-                raise SeaError(f"{option}: belongs to a file of measured waves. Leave it out.")
+        refuse(
+            {"--record": record, "--format": form, "--point": point},
+            "belongs to a file of measured waves. Leave it out.",
+        )
         return parse_wave(waves)
     from stillhook.formats.waves.wavespectra import read_sea
-    from stillhook.sea.spectra.measured import SpectrumSeries
 
     series = read_sea(waves, form, point)
     if record is None:
@@ -104,14 +101,7 @@ def _read_waves(
     return series.spectrum(series.index(record))
 
 
-def _is_spectrum(value: Any) -> bool:
-    from stillhook.sea.spectra.spectrum import WaveSpectrum
-
-    return isinstance(value, WaveSpectrum)
-
-
 def _of_spectrum(wave: Any) -> dict[str, Any]:
-    from stillhook.sea.spectra.spectrum import doubts, steepness
 
     numbers = {"H_m0": wave.H_m0, "T_p": wave.peak_period, "T_m01": wave.T_m01, "T_m02": wave.T_m02, "T_e": wave.T_e}
     moments = {f"m_{n}": wave.moment(n) for n in range(5)}
@@ -152,23 +142,14 @@ def _statistics(x: Any, valid: Any, name: str) -> dict[str, float]:
     valid_values = x[valid & np.isfinite(x)]
     if len(valid_values) == 0:
         return {"first": math.nan, "mean": math.nan}
+    first = {"first": float(valid_values[0])}
     if name == "come_from":
-        return {
-            "first": float(valid_values[0]),
-            "mean": float(np.angle(np.mean(np.exp(1j * valid_values)))) % (2.0 * math.pi),
-        }
-    return {
-        "first": float(valid_values[0]),
-        "mean": float(valid_values.mean()),
-        "min": float(valid_values.min()),
-        "max": float(valid_values.max()),
-    }
+        return first | {"mean": float(np.angle(np.mean(np.exp(1j * valid_values)))) % (2.0 * math.pi)}
+    return first | {number: float(getattr(valid_values, number)()) for number in ("mean", "min", "max")}
 
 
 def _steep(series: Any) -> list[str]:
     """A line on records that are steeper than wind raises waves."""
-    from stillhook.sea.spectra.spectrum import doubts
-
     both = zip(series.H_m0, series.T_p, series.T_m02, strict=True)
     many = sum(bool(doubts(float(H), float(T_p), float(T_z))) for H, T_p, T_z in both if H > 0.0)
     return [f"{many} records are steeper than wind raises waves (DNV-RP-C205)"] if many else []
@@ -189,7 +170,7 @@ def _print_file(answer: dict[str, Any]) -> None:
             name,
             *(display_number(name, _value_or_dash(answer[name][h]), 4) if h in answer[name] else "" for h in heads),
             display_unit(name),
-            _meaning(name),
+            BY_NAME[name].meaning,
         ]
         for name in names
     ]
@@ -204,20 +185,3 @@ def _print_file(answer: dict[str, Any]) -> None:
 
 def _value_or_dash(value: float) -> float | str:
     return "-" if math.isnan(value) else value
-
-
-def _meaning(name: str) -> str:
-    from stillhook.variables import BY_NAME
-
-    return BY_NAME[name].meaning
-
-
-def _write(out: Path, waves: Any, answer: dict[str, Any]) -> None:
-    from stillhook.base.atomic import atomic_folder
-    from stillhook.formats.results import save_json
-    from stillhook.report.plots.run import save_figure
-    from stillhook.report.plots.sea import series_figure, spectrum_figure
-
-    with atomic_folder(out) as part:
-        save_figure(spectrum_figure(waves) if _is_spectrum(waves) else series_figure(waves), part / "sea.png")
-        save_json(answer, part / "sea.json")

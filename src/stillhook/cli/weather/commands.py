@@ -9,9 +9,24 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stillhook.cli.parser import Json
-from stillhook.cli.weather.tables import print_alpha, print_forecast, print_persistence, print_show
-from stillhook.report.terminal import print_json
+from stillhook.base.choice import nearest
+from stillhook.cli.output import check_out, write_out
+from stillhook.cli.parser import Json, Spread, refuse
+from stillhook.cli.sea.response import waves_of_file
+from stillhook.cli.weather.answers import (
+    by_limits,
+    by_plan,
+    chosen_alternatives,
+    print_alpha,
+    print_forecast,
+    print_lift,
+    print_persistence,
+    print_show,
+)
+from stillhook.errors import WeatherError
+from stillhook.report.terminal import print_json, progress_bar
+from stillhook.sea.spectra.directions import parse_direction
+from stillhook.units import parse, quote
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -62,7 +77,7 @@ Columns = Annotated[list[str] | None, typer.Option("--column", help=COLUMN_HELP)
 TimeColumn = Annotated[str | None, typer.Option("--time", help="Heading of the times, where it is not recognised.")]
 Order = Annotated[str | None, typer.Option("--date-order", help=ORDER_HELP)]
 Step = Annotated[
-    str | None, typer.Option("--step", help="What a record stands for, where that is not the usual spacing.")
+    str | None, typer.Option("--step", help="What a record represents, where that is not the usual spacing.")
 ]
 Limits = Annotated[list[str], typer.Option("--limit", help=LIMIT_HELP)]
 Ship = Annotated[str | None, typer.Option("--ship", help=SHIP_HELP)]
@@ -95,9 +110,6 @@ def persistence(
     Example: stillhook weather persistence SYNTHETIC-norwegian-sea --limit "Hs <= 1.5 m" --limit "wind <= 10 m/s"
     --window "24 h"
     """
-    from stillhook.base.atomic import check_folder
-    from stillhook.errors import WeatherError
-    from stillhook.units import parse, quote
     from stillhook.weather.limit_text import parse_limit
     from stillhook.weather.persistence import persistence_answer
 
@@ -106,19 +118,17 @@ def persistence(
     if length <= 0.0:
         raise WeatherError(f"--window {quote(window)}: is not above 0 h. Say how long the operation takes.")
     heading, free = _heading(ship, limits)
-    if out is not None:
-        check_folder(out, OUT_FILES)
+    check_out(out, OUT_FILES)
     result = _read(file, direction, column, time, date_order, step)
     answer = persistence_answer(result, limits, length, ship=heading, free=free)
+    if json:
+        print_json(answer)
+    else:
+        print_persistence(answer)
     if out is not None:
         from stillhook.report.plots.sea import persistence_figure
 
-        _write(out, persistence_figure(answer), answer)
-    if json:
-        print_json(answer)
-        return
-    print_persistence(answer)
-    _print_files(out)
+        _write(out, persistence_figure(answer), answer, quiet=json)
 
 
 @app.command("alpha")
@@ -136,7 +146,6 @@ def alpha(
 
     Example: stillhook weather alpha --hs "2 m" --t-pop "24 h"
     """
-    from stillhook.units import parse
     from stillhook.weather.alpha import alpha_of, load_alpha_table
 
     contingency = None if t_c is None else parse(t_c, "hours", "--t-c")
@@ -166,7 +175,7 @@ def forecast(
         str | None, typer.Option(help="With --plan: the one whose go counts; default: the plan's own.")
     ] = None,
     uncredited: Annotated[
-        bool, typer.Option("--twin", help="With --plan: limits as the twin tells them, not as credited.")
+        bool, typer.Option("--twin", help="With --plan: limits as simulated by the twin, not as credited.")
     ] = False,
     ship: Ship = None,
     direction: Direction = None,
@@ -188,20 +197,18 @@ def forecast(
 
     Example: stillhook weather forecast forecast.csv --plan plan --limit "wind <= 12 m/s"
     """
-    from stillhook.base.atomic import check_folder
-    from stillhook.cli.sea.tip import refuse
-    from stillhook.cli.weather.limits import by_limits, by_plan
-    from stillhook.errors import WeatherError
-    from stillhook.units import parse, quote
+    from stillhook.formats.weather.times import read_times
     from stillhook.weather.limit_text import parse_limit
 
     limits = [parse_limit(text) for text in limit or ()]
-    when = (None if start is None else _begin(start), parse(horizon, "hours", "--horizon"))
+    when = (
+        None if start is None else read_times([start], [1], "--start", "dmy")[0],
+        parse(horizon, "hours", "--horizon"),
+    )
     if when[1] <= 0.0:
         raise WeatherError(f"--horizon {quote(horizon)}: is not above 0 h. Say over which time starts are looked for.")
     heading = _heading(ship, limits, plan is not None)
-    if out is not None:
-        check_folder(out, OUT_FILES)
+    check_out(out, OUT_FILES)
 
     def read() -> Weather:
         return _read(file, direction, column, time, date_order, step)
@@ -214,20 +221,13 @@ def forecast(
         raise typer.Exit(by_plan(plan, read, limits, when, heading, alternative, twin=uncredited, json=json))
     refuse({"--alternative": alternative, "--twin": uncredited or None}, "belongs to --plan. Give it as well.")
     answer, figure = by_limits(read, limits, t_pop, t_c, table or "dnv-os-h101", when, heading, picture=out is not None)
-    if out is not None:
-        _write(out, figure, answer)
     if json:
         print_json(answer)
     else:
         print_forecast(answer)
-        _print_files(out)
+    if out is not None:
+        _write(out, figure, answer, quiet=json)
     raise typer.Exit(0 if answer["go"] else 1)
-
-
-def _begin(start: str) -> Any:
-    from stillhook.formats.weather.times import read_times
-
-    return read_times([start], [1], "--start", "dmy")[0]
 
 
 @app.command("lift")
@@ -243,9 +243,7 @@ def lift(
     ship: Annotated[
         str | None, typer.Option("--ship", help='Where the bow points from north, by measured directions: "250 deg".')
     ] = None,
-    spread: Annotated[
-        float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")
-    ] = None,
+    spread: Spread = None,
     alternative: Annotated[
         list[str] | None, typer.Option(help="Alternative of the winch, such as ssc; default: all of the plan.")
     ] = None,
@@ -261,11 +259,8 @@ def lift(
 
     Example: stillhook weather lift template-to-1500m 46042w1996.txt.gz --heading "180 deg"
     """
-    from stillhook.cli.sea.response import waves_of_file
-    from stillhook.cli.weather.limits import chosen_alternatives, print_lift
     from stillhook.plan.file import load_plan
     from stillhook.plan.weather.spectral import spectral_persistence
-    from stillhook.report.terminal import progress_bar
     from stillhook.weather.alpha import load_alpha_table
 
     lift_plan, factors = load_plan(plan), load_alpha_table(table)
@@ -302,30 +297,19 @@ def show(
     print_show(answer)
 
 
-def _write(out: Path, figure: Figure, answer: dict[str, Any]) -> None:
-    from stillhook.base.atomic import atomic_folder
-    from stillhook.formats.results import save_json
-    from stillhook.report.plots.run import save_figure
-
-    with atomic_folder(out) as part:
-        save_figure(figure, part / OUT_FILES[0])
-        save_json(answer, part / OUT_FILES[1])
-
-
-def _print_files(out: Path | None) -> None:
-    if out is not None:
-        print("written: " + ", ".join(str(out / name) for name in OUT_FILES))
+def _write(out: Path, figure: Figure, answer: dict[str, Any], *, quiet: bool) -> None:
+    picture, numbers = OUT_FILES
+    write_out(out, {picture: figure, numbers: answer}, quiet=quiet)
 
 
 def _heading(ship: str | None, limits: Sequence[Limit], planned: bool = False) -> tuple[float | None, bool]:
-    """Heading of the ship [rad], and whether it is free; planned: a plan asks for it as well as limits on beta."""
-    from stillhook.errors import WeatherError
-    from stillhook.sea.spectra.directions import parse_direction
+    """Heading of the ship [rad], and whether it is free; planned: a plan needs it as well as limits on beta."""
     from stillhook.weather.limit_text import BETA
 
     if ship is not None and not planned and not any(BETA in limit.columns for limit in limits):
         raise WeatherError(
-            '--ship: no limit asks for beta. Leave it out, or write a limit such as "Hs <= 3 m for beta 150..210 deg".'
+            '--ship: no limit depends on beta. Leave it out, or write a limit such as "Hs <= 3 m for beta 150..210'
+            ' deg".'
         )
     if ship is None or ship.strip().lower() == "free":
         return None, ship is not None
@@ -341,10 +325,7 @@ def _read(
     step: str | None,
 ) -> Weather:
     """The weather that was named, with what was said about it."""
-    from stillhook.base.choice import nearest
-    from stillhook.errors import WeatherError
     from stillhook.formats.weather.file import SENSES, read_weather
-    from stillhook.units import parse, quote
     from stillhook.weather.limit_text import mapped
 
     if direction is not None and direction not in SENSES:

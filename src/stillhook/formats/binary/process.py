@@ -63,8 +63,8 @@ def _answer(request: tuple[float, Callable[..., Any], tuple[Any, ...]]) -> tuple
 
 
 def _end_after(seconds: float) -> None:
-    """Have the system end this process where nobody is left to do it: whoever asked may have been killed. 0: no more.
-    Not on Windows."""
+    """Have the system end this process where nobody is left to do it: the process that requested it may have been
+    killed. 0: no more. Not on Windows."""
     if hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_REAL, seconds)  # no handler of Python's, which a loop inside C would never reach
 

@@ -5,6 +5,8 @@ The libraries that read these formats may wait for ever inside C on a damaged fi
 and no thread or signal of Python can stop them. A process can be stopped: every step has a time limit, on Linux the
 process has a memory limit, and whatever goes wrong comes back as an `UnreadableError` with a reason in a few words. It
 guards against damage; it is no sandbox: the process runs with the rights of the user.
+
+NetCDF files come back as labelled arrays (`read_dataset`).
 """
 
 from __future__ import annotations
@@ -17,13 +19,17 @@ import re
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from stillhook.errors import StillhookError, UnreadableError
 from stillhook.formats.binary.process import FAILED, REFUSED, receive
 from stillhook.units import parse, quote
+
+if TYPE_CHECKING:
+    import xarray
+
 
 T = TypeVar("T")
 
@@ -56,7 +62,7 @@ def read_binary(function: Callable[..., T], path: Path, *arguments: Any) -> T:
         reader = _idle() or Reader()
         _IDLE.clear()
         try:
-            value = reader.call(limit, function, _absolute(path), *arguments)
+            value = reader.call(limit, function, Path(os.path.abspath(path)), *arguments)
         except BaseException:  # a library may hold on to what it could not read
             reader.close()
             raise
@@ -144,10 +150,6 @@ def _close_idle() -> None:
         reader.close()
 
 
-def _absolute(path: Path) -> Path:
-    return Path(os.path.abspath(path))
-
-
 def time_limit(path: Path) -> float:
     """How long a step of reading a file may take [s]: `LONGEST` and a second for each megabyte; where the environment
     variable `TIME` is set, that alone. Errors: StillhookError for a variable that is not a time above 0."""
@@ -198,3 +200,49 @@ def refuse_bomb(path: Path, unpacked: float, *, allowed: float | None = None, at
 
 def _shown(size: float) -> str:
     return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{size / 1e6:.3g} MB" if size >= 1e6 else f"{size:.0f} bytes"
+
+
+MAGIC = {b"\x89HDF": "h5netcdf", b"CDF\x01": "scipy", b"CDF\x02": "scipy"}
+"""First bytes of a file, and what reads it."""
+
+
+def magic(path: Path) -> bytes:
+    """The first bytes of a file. Errors: UnreadableError."""
+    try:
+        with path.open("rb") as file:
+            return file.read(4)
+    except (OSError, ValueError) as problem:
+        raise UnreadableError(str(getattr(problem, "strerror", None) or problem)) from None
+
+
+def read_dataset(path: Path) -> xarray.Dataset:
+    """A complete NetCDF file in memory. Errors: UnreadableError with a reason in a few words."""
+    return read_datasets(path, ())[0]
+
+
+def read_datasets(path: Path, groups: Sequence[str]) -> tuple[xarray.Dataset, dict[str, xarray.Dataset]]:
+    """A NetCDF file without its groups, and by name those of the groups that it has. Errors: UnreadableError with a
+    reason in a few words."""
+    first = magic(path)
+    if first not in MAGIC:
+        raise UnreadableError("is empty" if not first else "does not begin as NetCDF does")
+    return read_binary(_datasets, path, MAGIC[first], tuple(groups))
+
+
+def _datasets(path: Path, engine: str, groups: Sequence[str]) -> tuple[xarray.Dataset, dict[str, xarray.Dataset]]:
+    """In the process that reads."""
+    required: Sequence[str] = ()
+    if groups:
+        import h5py  # type: ignore[import-untyped]
+
+        with h5py.File(path) as file:
+            required = [name for name in groups if name in file]
+    return _loaded(path, engine, None), {name: _loaded(path, engine, name) for name in required}
+
+
+def _loaded(path: Path, engine: str, group: str | None) -> xarray.Dataset:
+    import xarray
+
+    with xarray.open_dataset(path, engine=engine, group=group) as data:
+        refuse_bomb(path, data.nbytes)
+        return data.load()

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
 from datetime import UTC, datetime
 
 import numpy as np
@@ -112,44 +111,32 @@ def _increasing(table: CsvTable, t: FloatArray) -> None:
         )
 
 
-def _columns(table: CsvTable, names: tuple[str, ...]) -> tuple[dict[str, FloatArray | None], Callable[[int], int]]:
-    """The named columns in SI (None where the file has none), and the line number of each sample."""
-    columns: dict[str, FloatArray | None] = {}
-    for name in names:
+def _raw(table: CsvTable, height: str) -> RawLog:
+    """Time and the column `height` (heave or tip) in SI, with roll and pitch next to heave where the file has them."""
+    columns: dict[str, FloatArray] = {}
+    for name in ("time", height, *(("roll", "pitch") if height == "heave" else ())):
         index = _column(table, name)
-        columns[name] = None if index is None else _numbers(table, index, COLUMNS[name])
-        if columns[name] is None and name == "heave" and _column(table, "tip") is not None:
+        if index is not None:
+            columns[name] = _numbers(table, index, COLUMNS[name])
+        elif name == "heave" and _column(table, "tip") is not None:
             raise MotionError(f"{table.name}: holds a column tip, so the motion of a crane tip. Read it without tip=.")
-        if columns[name] is None and name in ("time", "heave", "tip"):
+        elif name in ("time", "heave", "tip"):
             present = ", ".join(quote(heading) for heading in table.headings)
             raise MotionError(
                 f'{table.name}: line {table.header_line}: no column "{EXAMPLES[name]}" among {present}. Begin the '
                 f"file with a header such as {EXAMPLE}."
             )
-    time = columns["time"]
-    assert time is not None  # refused above
-    _increasing(table, time)
-    return columns, lambda i: int(table.lines[i])
-
-
-def _raw(table: CsvTable, height: str) -> RawLog:
-    """Time and the column `height` (heave or tip), with roll and pitch next to heave."""
-    columns, line_of = _columns(table, ("time", height, *(("roll", "pitch") if height == "heave" else ())))
-    t, s = columns["time"], columns[height]
-    assert t is not None  # refused in _columns
-    assert s is not None
-    unused = len(table.headings) - sum(c is not None for c in columns.values())
-    counts = {"lines": len(t), "other columns": unused}
+    _increasing(table, columns["time"])
     return RawLog(
         source=table.name,
         form="CSV",
         time="file",
-        t=t,
-        heave=s,
+        t=columns["time"],
+        heave=columns[height],
         roll=columns.get("roll"),
         pitch=columns.get("pitch"),
-        line_of=line_of,
-        counts=counts,
+        line_of=lambda i: int(table.lines[i]),
+        counts={"lines": len(columns["time"]), "other columns": len(table.headings) - len(columns)},
         column=height,
     )
 

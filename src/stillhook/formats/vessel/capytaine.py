@@ -23,7 +23,7 @@ import numpy as np
 
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError, UnreadableError
-from stillhook.formats.binary.netcdf import read_dataset
+from stillhook.formats.binary.reader import read_dataset
 from stillhook.sea.vessel.rao import DOFS, Rao
 from stillhook.sea.vessel.rao_convention import CAPYTAINE, SAME_HEADING, to_rao
 

@@ -24,7 +24,7 @@ LARGEST_FILE = 200_000_000  # bytes
 
 def read_vessel(path: str | os.PathLike[str]) -> Rao:
     """The vessel in a file, or one of the library by its name, tested against what every floating body does in long
-    waves (`sea.long_wave`); what deserves a look is in its notes.
+    waves (`stillhook.sea.vessel.rao`); what deserves a look is in its notes.
 
     Errors: SeaError of one line for a file that cannot be read, or whose motions are no floating body's in the
     convention it declares.
@@ -44,7 +44,9 @@ def read_untested(path: str | os.PathLike[str]) -> Rao:
     """The same without the test: ShipX/VERES `.re1`, CSV with declared conventions, Capytaine NetCDF, OrcaFlex text
     file."""
     file = _existing_file(path)
-    if _begins(file, b"\x89HDF", b"CDF"):
+    with file.open("rb") as stream:
+        binary = stream.read(8).startswith((b"\x89HDF", b"CDF"))
+    if binary:
         return read_capytaine(file)
     text = _text(file)
     if file.suffix.lower() == ".re1" or "TRANSFER FUNCTION" in text[:1000].upper():
@@ -56,11 +58,6 @@ def read_untested(path: str | os.PathLike[str]) -> Rao:
     if text.startswith("#") or "omega [rad/s]" in text[:1000]:
         return read_rao_csv(file, text)
     raise SeaError(f"{file.name}: is not a known vessel file. Supported: {FORMS}.")
-
-
-def _begins(file: Path, *marks: bytes) -> bool:
-    with file.open("rb") as stream:
-        return stream.read(8).startswith(marks)
 
 
 def _existing_file(path: str | os.PathLike[str]) -> Path:

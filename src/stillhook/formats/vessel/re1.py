@@ -5,10 +5,9 @@ headings, frequencies and degrees of freedom; per speed: speed, sinkage, trim, a
 Lpp/2, z above the keel); per heading [deg]: per frequency [rad/s]: number of the degree of freedom, real and imaginary
 part, six times. Translations [m/m], rotations [rad/m], exp(+i omega t), x aft, y to starboard, z up; heading 0 head
 sea, 90 waves from port, 180 following sea; a wave crest at the reference point at phase 0. The file contains nothing
-about this: the long-wave limits confirm signs, phases and units (`sea.long_wave`), the order of bow and stern is
-VERES's own. Headings up to 180 deg are one side of a ship that is the same on the other. Only the zero-speed part is
-read: a crane vessel at work is stationary.
-"""
+about this: the long-wave limits confirm signs, phases and units (`stillhook.sea.vessel.rao`), the order of bow and
+stern is VERES's own. Headings up to 180 deg are one side of a ship that is the same on the other. Only the zero-speed
+part is read: a crane vessel at work is stationary."""
 
 from __future__ import annotations
 

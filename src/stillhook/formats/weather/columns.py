@@ -1,4 +1,4 @@
-"""Columns of weather tables: which of them is what, in which unit, in which sense, and what stands for a missing
+"""Columns of weather tables: which of them is what, in which unit, in which sense, and what represents a missing
 number.
 
 From columns that were read to weather: directions in the sense that the file or the user declares, and notes on what
@@ -9,8 +9,12 @@ from __future__ import annotations
 
 import math
 import re
+import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -19,116 +23,11 @@ from stillhook.errors import WeatherError
 from stillhook.sea.spectra.directions import FULL, DirectionSense, coming_from
 from stillhook.units import quote
 
-KINDS = {
-    "H_m0": "height",
-    "T_p": "period",
-    "T_m02": "period",
-    "come_from": "direction",
-    "wind": "speed",
-    "wind_from": "direction",
-    "current": "speed",
-}
-ALIASES: Mapping[str, tuple[str, ...]] = {
-    "H_m0": (
-        "hs",
-        "h_s",
-        "hm0",
-        "h_m0",
-        "hsig",
-        "hsign",
-        "swh",
-        "wvht",
-        "vhm0",
-        "waveheight",
-        "wave_height",
-        "sig_wave_height",
-        "hs_tot",
-        "hs_total",
-        "significant_wave_height",
-        "significant_height",
-        "sea_surface_wave_significant_height",
-        "hm0_sea",
-    ),
-    "T_p": (
-        "tp",
-        "t_p",
-        "tpeak",
-        "peak_period",
-        "peak_wave_period",
-        "wave_peak_period",
-        "pp1d",
-        "dpd",
-        "vtpk",
-        "tp_total",
-        "waveperiod",
-        "dominant_wave_period",
-        "sea_surface_wave_period_at_variance_spectral_density_maximum",
-    ),
-    "T_m02": (
-        "tz",
-        "t_z",
-        "tm02",
-        "t_m02",
-        "mp2",
-        "vtm02",
-        "zero_crossing_period",
-        "mean_zero_crossing_period",
-        "apd",
-        "sea_surface_wave_zero_upcrossing_period",
-    ),
-    "come_from": (
-        "come_from",
-        "mwd",
-        "dir",
-        "wave_dir",
-        "wave_direction",
-        "mean_wave_direction",
-        "mean_direction",
-        "mdir",
-        "vmdr",
-        "dirm",
-        "thetam",
-        "waves_from",
-        "wave_from",
-        "wave_from_direction",
-        "wave_direction_from",
-        "sea_surface_wave_from_direction",
-        "wave_to",
-        "waves_to",
-        "wave_to_direction",
-        "wave_direction_to",
-        "sea_surface_wave_to_direction",
-        "wavedir",
-        "wavedirection",
-        "direction",
-    ),
-    "wind": (
-        "wind",
-        "windspeed",
-        "wind_speed",
-        "wspd",
-        "wind_speed_10m",
-        "windspeed_10m",
-        "ws",
-        "ws10",
-        "w10",
-        "u10",
-        "ff",
-    ),
-    "wind_from": (
-        "wind_from",
-        "wind_dir",
-        "winddir",
-        "wind_direction",
-        "wdir",
-        "wind_from_direction",
-        "wind_direction_10m",
-        "dd",
-        "wind_to_direction",
-        "wind_to",
-    ),
-    "current": ("current", "current_speed", "currentspeed", "surface_current", "cur_spd"),
-}
+HEADINGS: Mapping[str, Any] = MappingProxyType(
+    tomllib.loads(Path(__file__).with_name("headings.toml").read_text(encoding="utf-8"))
+)
+"""What headings of weather tables are, by tables: columns, times."""
+KINDS: Mapping[str, str] = MappingProxyType({name: row["kind"] for name, row in HEADINGS["columns"].items()})
 UNITS: Mapping[str, Mapping[str, float]] = {
     "height": {"m": 1.0, "cm": 0.01, "ft": 0.3048, "metre": 1.0, "meter": 1.0, "metres": 1.0, "meters": 1.0},
     "period": {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0},
@@ -152,7 +51,7 @@ OTHERS = {"height": ("cm", "m"), "period": (), "speed": ("kn", "km/h", "cm/s"), 
 FREQUENCIES = ("hz", "1/s", "s-1", "s^-1", "rad/s")
 FILLS = (999.0, 9999.0, 99999.0, -99.0, -999.0, -9999.0, -32768.0, 999.9, -999.9, 9.96920996838687e36, 1e20)
 SHORT_FILLS = (99.0, 99.9, 99.99)
-"""Stand for a missing number too, but in directions, of which 99 deg is one."""
+"""Represent a missing number too, but in directions, of which 99 deg is one."""
 MISSING = {"", "-", "--", "---", "nan", "n/a", "na", "#n/a", "null", "none", "mm", "missing", "*"}
 _BRACKET = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 
@@ -189,8 +88,8 @@ def sense_in(heading: str) -> DirectionSense | None:
 
 
 def columns(headings: Sequence[str], units: Sequence[str], columns_as: Mapping[str, str], name: str) -> list[Column]:
-    """Columns that are weather. asked: name -> heading of the file, or heading with a unit in brackets, before what is
-    recognised."""
+    """Columns that are weather. columns_as: name -> heading of the file, or heading with a unit in brackets, before
+    what is recognised."""
     recognised = []
     for key, kind in KINDS.items():
         place = (
@@ -235,8 +134,8 @@ def _recognised(headings: Sequence[str], key: str, name: str) -> int | None:
             re.sub(r"[^a-z0-9]+", "_", _BRACKET.sub("", h).strip().lower()).strip("_") if exact else bare(h)[0]
             for h in headings
         ]
-        parts = ("u10",) if "v10" in names else ()  # beside v10 it is no speed but its part towards the east
-        places = [i for i, n in enumerate(names) if n in ALIASES[key] and n not in parts]
+        parts = ("u10",) if "v10" in names else ()  # next to v10 it is no speed but its part towards the east
+        places = [i for i, n in enumerate(names) if n in HEADINGS["columns"][key]["headings"] and n not in parts]
         if len(places) > 1:
             both = " and ".join(quote(headings[i]) for i in places)
             raise WeatherError(
@@ -277,7 +176,7 @@ def in_si(x: FloatArray, column: Column, place: Callable[[int], str]) -> tuple[F
     if np.any(wrong):
         i = int(np.flatnonzero(wrong)[0])
         raise WeatherError(
-            f"{place(i)} is no {kind} of weather. Mend the line or empty the"
+            f"{place(i)} is no {kind} of weather. Correct the line or empty the"
             f" cell{_in_another_unit(float(x[i]), column)}."
         )
     marks = f", {np.count_nonzero(fills)} of them marked by 99, inf or the like" if fills.any() else ""
@@ -306,7 +205,7 @@ def _number(text: str, column: Column, line: int, name: str) -> float:
         return float(text)
     except ValueError:
         raise WeatherError(
-            f"{name}: line {line}: {column.heading} = {quote(text)} is no number. Mend the line, or empty the"
+            f"{name}: line {line}: {column.heading} = {quote(text)} is no number. Correct the line, or empty the"
             " cell if it"
             " is missing."
         ) from None
@@ -341,7 +240,7 @@ def assembled(
         if KINDS[column.name] == "direction" and _like_radians(x, column):
             say = f'--column "{column.name}={without_unit(column.heading)} [rad]"'
             notes.append(
-                f"{column.heading}: all directions lie within 6.3 deg of north: are they in radians? Then say {say}"
+                f"{column.heading}: all directions are within 6.3 deg of north: are they in radians? Then say {say}"
             )
         if KINDS[column.name] != "direction":
             values[column.name] = x
@@ -359,11 +258,11 @@ def assembled(
 
 def _like_radians(x: FloatArray, column: Column) -> bool:
     """Whether directions that are taken for degrees all lie within 2 pi of 0, three or more of them."""
-    known = x[np.isfinite(x)] / UNITS["direction"][column.unit]
+    degrees = x[np.isfinite(x)] / UNITS["direction"][column.unit]
     return (
         UNITS["direction"][column.unit] != 1.0
-        and len(np.unique(known)) >= FEWEST
-        and bool(np.all(np.abs(known) <= FULL))
+        and len(np.unique(degrees)) >= FEWEST
+        and bool(np.all(np.abs(degrees) <= FULL))
     )
 
 

@@ -2,8 +2,8 @@
 place, files of NDBC.
 
 Separators ; tab | , and blanks, decimal comma, comments (#), lines before the header, a row of units: see
-`log_csv_dialect`; times: see `weather_times`; columns and units: see `weather_columns`. Records must ascend in time,
-each time once; gaps are kept as gaps.
+`stillhook.formats.csv_table`; times: see `stillhook.formats.weather.times`; columns and units: see
+`stillhook.formats.weather.columns`. Records must ascend in time, each time once; gaps are kept as gaps.
 
 **Directions.** A file that does not say what its directions mean is read without them, and a note says so: `sense` must
 be given. A heading such as wave_from_direction says it, a line "# wave direction: coming from, clockwise from north"
@@ -17,52 +17,32 @@ import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
+from stillhook.base.arrays import FloatArray
 from stillhook.errors import LogError, SeaError, WeatherError
 from stillhook.formats.csv_table import COMMENTS, Dialect, csv_cells, dialect_of
-from stillhook.formats.waves.ndbc.text import is_ndbc, read_bytes
-from stillhook.formats.weather.columns import SENSES, assembled, bare, columns, numbers
+from stillhook.formats.waves.ndbc.text import SHORT_FILL, is_ndbc, read_bytes, read_records
+from stillhook.formats.waves.ndbc.text import numbers as ndbc_numbers
+from stillhook.formats.waves.wavespectra import read_sea
+from stillhook.formats.weather.columns import HEADINGS, SENSES, assembled, bare, columns, numbers
 from stillhook.formats.weather.netcdf import is_netcdf, read_netcdf
 from stillhook.formats.weather.times import ORDERS, read_times, stamped, step_of
 from stillhook.library.catalogue import weather_file
 from stillhook.library.toml.kinds import toml_instead
 from stillhook.sea.spectra.directions import DirectionSense
+from stillhook.sea.spectra.measured import SpectrumSeries
 from stillhook.units import quote
 from stillhook.weather.series import Weather
 
 __all__ = ["SENSES", "read_weather"]
 
 HEAD = 1 << 16
-_TIMES = (
-    "time",
-    "datetime",
-    "date_time",
-    "date",
-    "timestamp",
-    "time_index",
-    "valid_time",
-    "utc",
-    "time_utc",
-    "datetime_utc",
-    "date_utc",
-    "time_stamp",
-    "iso_time",
-    "dato",
-    "datetime_iso",
-    "validtime",
-)
-_CLOCKS = ("time", "hour", "clock", "time_utc", "hh_mm", "hhmm")
-_PARTS = (
-    ("year", "yyyy", "yy", "yr"),
-    ("month", "mm", "mo", "mon"),
-    ("day", "dd"),
-    ("hour", "hh", "hr"),
-    ("minute", "min", "mn"),
-)
+_TIMES = HEADINGS["times"]
 _BLANK_IN_TIME = re.compile(rb"(\d) (\d{1,2}:\d\d)")
 
 
@@ -93,7 +73,7 @@ def read_weather(
 
     sense: what wave directions mean, needed where the file does not say; columns_as: name of `sea.weather.COLUMNS` ->
     heading of the file, with a unit in brackets if it has none; time_column: heading of the times; date_order: "mdy" or
-    "dmy" where the file leaves it open; step [s]: what a record stands for, where it is not the usual spacing. Errors:
+    "dmy" where the file leaves it open; step [s]: what a record represents, where it is not the usual spacing. Errors:
     WeatherError of one line that names file and line.
     """
     path = weather_file(os.fspath(source))
@@ -104,9 +84,7 @@ def read_weather(
     try:
         data = read_bytes(path)
         if is_ndbc(data[:HEAD].decode("latin-1")) and not _has_separators(data):
-            from stillhook.formats.weather.ndbc import read_ndbc_weather
-
-            return read_ndbc_weather(path, step)
+            return _read_ndbc(path, step)
     except SeaError as problem:
         raise WeatherError(_ours(str(problem))) from None
     if date_order is not None and date_order not in ORDERS:
@@ -123,13 +101,13 @@ def read_weather(
         )
     read = [(c, *numbers(table.column(c.place), c, table.lines, table.dialect.decimal, path.name)) for c in recognised]
     values, more = assembled(read, table.comments, path.name, sense)
-    left = [h for i, h in enumerate(headings) if h and i not in {c.place for c in recognised}]
-    notes = [*table.comments, *notes, *more, *([f"not read: {', '.join(left)}"] if left else [])]
+    unread = [h for i, h in enumerate(headings) if h and i not in {c.place for c in recognised}]
+    notes = [*table.comments, *notes, *more, *([f"not read: {', '.join(unread)}"] if unread else [])]
     return Weather(time, values, step_of(time, step, path.name), path.name, tuple(notes))
 
 
 def _ours(text: str) -> str:
-    """A message of a reader of logs or spectra, told of weather."""
+    """A message of a reader of logs or spectra in the words of weather."""
     theirs_ours = (
         ("Give a log with", "Give a table with"),
         ("Export the log", "Export the table"),
@@ -192,14 +170,14 @@ def _times(
                 f" has {', '.join(table.dialect.headings)}."
             )
     else:
-        places = [i for i, n in enumerate(names) if n in _TIMES][:1]
+        places = [i for i, n in enumerate(names) if n in _TIMES["stamp"]][:1]
     if not places and (parts := _parts(names)):
         return _from_parts(table, parts), set(parts), ["times taken as UTC"]
     if not places:
         have = ", ".join(map(quote, table.dialect.headings))
         raise WeatherError(f"{table.name}: no column of times among {have}. Name it: --time HEADING.")
     texts = table.column(places[0])
-    clock = next((i for i, n in enumerate(names) if n in _CLOCKS and i not in places), None)
+    clock = next((i for i, n in enumerate(names) if n in _TIMES["clock"] and i not in places), None)
     if clock is not None and ":" not in texts[0] and ":" in table.rows[0][clock]:
         texts = [f"{day} {hour}" for day, hour in zip(texts, table.column(clock), strict=True)]
         places = [places[0], clock]
@@ -214,7 +192,7 @@ def _times(
 def _parts(names: Sequence[str]) -> list[int]:
     """Places of the columns year, month, day, hour and, if there is one, minute; nothing where one of the first four is
     not there."""
-    places = [next((i for i, n in enumerate(names) if n in part), -1) for part in _PARTS]
+    places = [next((i for i, n in enumerate(names) if n in part), -1) for part in _TIMES["parts"].values()]
     return [] if -1 in places[:4] else [p for p in places if p >= 0]
 
 
@@ -255,3 +233,33 @@ def _ascending(time: NDArray[np.datetime64], table: _Table) -> None:
         f"{table.name}: line {table.lines[i + 1]}: the time {stamp} is before that of line {table.lines[i]}. Sort the"
         " rows by time, oldest first; if day and month were taken for each other, say --date-order."
     )
+
+
+_WIND = (("wind", ("WSPD",)), ("wind_from", ("WDIR", "WD")))
+
+
+def _read_ndbc(path: Path, step: float | None = None) -> Weather:
+    """Heights, periods, wave and wind directions (both coming from, by NDBC's manual) and wind speed. Errors: SeaError
+    of one line."""
+    sea = read_sea(path)
+    periods = {name: np.where(T > 0.0, T, np.nan) for name, T in (("T_p", sea.T_p), ("T_m02", sea.T_m02))}  # 0: a calm
+    values: dict[str, FloatArray] = {"H_m0": sea.H_m0, **periods}
+    if isinstance(sea, SpectrumSeries):
+        if sea.directional is not None:
+            values["come_from"] = np.asarray(sea.come_from)
+    else:
+        values["come_from"] = sea.come_from
+        values |= _wind(path)
+    return Weather(sea.time, values, step_of(sea.time, step, sea.source), sea.source, sea.notes)
+
+
+def _wind(path: Path) -> dict[str, FloatArray]:
+    records = read_records(path)
+    table = ndbc_numbers(records, slice(None), len(records.header))
+    wind: dict[str, FloatArray] = {}
+    for name, words in _WIND:
+        for word in words:
+            if word in records.header:
+                x = table[:, records.header.index(word)]
+                wind[name] = np.radians(x) if name == "wind_from" else np.where(x == SHORT_FILL, np.nan, x)
+    return wind

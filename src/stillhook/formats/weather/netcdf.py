@@ -11,7 +11,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import UnreadableError, WeatherError
-from stillhook.formats.binary.netcdf import MAGIC, magic, read_dataset
+from stillhook.formats.binary.reader import MAGIC, magic, read_dataset
 from stillhook.formats.weather.columns import Column, assembled, columns, in_si
 from stillhook.formats.weather.times import step_of
 from stillhook.sea.spectra.directions import DirectionSense
@@ -75,13 +75,13 @@ def read_netcdf(
         )
     read = [_read(data, names[c.place], c, when, path.name) for c in recognised]
     values, notes = assembled(read, [], path.name, sense)
-    left = [name for i, name in enumerate(names) if i not in {c.place for c in recognised}]
-    notes = ["times taken as UTC", *notes, *([f"not read: {', '.join(left)}"] if left else [])]
+    unread = [name for i, name in enumerate(names) if i not in {c.place for c in recognised}]
+    notes = ["times taken as UTC", *notes, *([f"not read: {', '.join(unread)}"] if unread else [])]
     return Weather(time, values, step_of(time, step, path.name), path.name, tuple(notes))
 
 
 def _heading(data: xarray.Dataset, name: str, columns_as: Mapping[str, str]) -> str:
-    """The name of a variable as it is asked for, else its standard name where that is a wave's or the wind's and no
+    """The name of a variable as it is requested, else its standard name where that is a wave's or the wind's and no
     other's."""
     standard = str(data[name].attrs.get("standard_name", ""))
     alone = sum(str(v.attrs.get("standard_name", "")) == standard for v in data.data_vars.values()) == 1

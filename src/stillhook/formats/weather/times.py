@@ -44,8 +44,8 @@ def read_times(texts: Sequence[str], lines: Sequence[int], name: str, order: str
 
 
 def step_of(time: Times, requested: float | None, name: str) -> float:
-    """What a record stands for [s]: as asked, else the usual spacing of times (n,). Errors: WeatherError where it is
-    longer than that."""
+    """What a record stands for [s]: as requested, else the usual spacing of times (n,). Errors: WeatherError where it
+    is longer than that."""
     usual = usual_step(time)
     if requested is not None and requested > ROUNDED * usual:
         raise WeatherError(
@@ -73,7 +73,7 @@ def stamped(
     if np.any(wrong):
         i = int(np.flatnonzero(wrong)[0])
         raise WeatherError(
-            f"{name}: line {lines[i]}: {quote(texts[i])} is no date. Mend the line, or say --date-order ymd, mdy"
+            f"{name}: line {lines[i]}: {quote(texts[i])} is no date. Correct the line, or say --date-order ymd, mdy"
             " or dmy."
         )
     return np.asarray((begin + (day - 1)).astype("datetime64[s]") + second.astype("timedelta64[s]"))
@@ -98,7 +98,7 @@ def _fields(text: str, where: str) -> tuple[int, int, int, int, str]:
         y, m, d, hour, minute, second, zone = match.groups()
         return int(y), int(m), int(d), _second(hour, minute, second, None, zone, where, text), "iso"
     raise WeatherError(
-        f"{where}: {quote(text)} is no time such as 2013-12-31 23:00, 31.12.2013 23:00 or 12/31/13 23:00. Mend"
+        f"{where}: {quote(text)} is no time such as 2013-12-31 23:00, 31.12.2013 23:00 or 12/31/13 23:00. Correct"
         " the line,"
         " or name the column of times with --time."
     )
@@ -111,11 +111,11 @@ def _second(
     if half is not None:
         if not 1 <= h <= 12:
             raise WeatherError(
-                f"{where}: {quote(text)} is no time: hours before AM and PM run from 1 to 12. Mend the line."
+                f"{where}: {quote(text)} is no time: hours before AM and PM run from 1 to 12. Correct the line."
             )
         h = h % 12 + (12 if half.lower() == "pm" else 0)
     if h > 24 or m > 59 or s > 60 or (h == 24 and (m or s)):
-        raise WeatherError(f"{where}: {quote(text)} is no time of the day. Mend the line.")
+        raise WeatherError(f"{where}: {quote(text)} is no time of the day. Correct the line.")
     ahead = 0
     if zone is not None and zone[0] in "+-":
         bare = zone[1:].replace(":", "")

@@ -46,19 +46,19 @@ def draw(item: FrictionSet | LossSet, n: int, rng: np.random.Generator) -> Draws
     spec = item.system if isinstance(item, FrictionSet) else item.motor.loss
     mean = np.array([getattr(spec, name) for name in evidence.names])
     least = np.array([np.nextafter(0.0, 1.0) if name == "Y_4" else 0.0 for name in evidence.names])
-    kept: list[FloatArray] = []
+    accepted: list[FloatArray] = []
     have, tried = 0, 0
     while have < n:
         values = mean + _normal(evidence, max(TRIAL, n), rng)
         good = values[np.all(values >= least, axis=1)]
         tried, have = tried + len(values), have + len(good)
-        kept.append(good)
+        accepted.append(good)
         if have < LEAST_ALLOWED * tried:
             raise IdentifyError(
                 f'set "{item.name}": only {have / tried:.2%} of the draws have no negative parameter'
                 f" ({_worst(evidence, mean)}). Its data leave these open: hold one of them, or test more."
             )
-    return Draws(evidence.names, np.concatenate(kept)[:n], have / tried)
+    return Draws(evidence.names, np.concatenate(accepted)[:n], have / tried)
 
 
 def _normal(evidence: Evidence, n: int, rng: np.random.Generator) -> FloatArray:
@@ -113,8 +113,8 @@ def _leaves(
 def with_friction(crane: Crane, item: FrictionSet, draws: Draws, i: int, label: str) -> Crane:
     """The crane with draw i of a system friction; label describes the values in its sources."""
     system = _leaves(item.system, draws, i, dict(item.sources), f"{label} from {item.name}")
-    known = item.evidence.T_d if item.evidence is not None else None
-    ends = {} if known is None else {"T_d_min": f"{known[0]!r} N m", "T_d_max": f"{known[1]!r} N m"}
+    torques = item.evidence.T_d if item.evidence is not None else None
+    ends = {} if torques is None else {"T_d_min": f"{torques[0]!r} N m", "T_d_max": f"{torques[1]!r} N m"}
     return changed(crane, {"friction": {"system": system, **ends}})
 
 

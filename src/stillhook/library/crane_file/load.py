@@ -15,7 +15,7 @@ from stillhook.library.crane_file.write import crane_tree
 from stillhook.library.leakage import leak_misfit
 from stillhook.library.parameter_sets import is_path, known_losses, known_torques, set_values
 from stillhook.library.toml.file import explain
-from stillhook.library.toml.kinds import FileKind, other_kind
+from stillhook.library.toml.kinds import FileKind, unknown_name
 from stillhook.library.toml.tree import (
     LABELS,
     Leaf,
@@ -129,11 +129,7 @@ def _fields(name_or_path: str | Path, above: tuple[Path, ...]) -> tuple[str, Tre
         raise SpecError(f"Crane = {quote(name_or_path)}: give a name ({', '.join(cranes())}) or the path of a file.")
     path = Path(name_or_path)
     if isinstance(name_or_path, str) and path.name == name_or_path and path.suffix != ".toml":
-        have, hint = ", ".join(cranes()), nearest(name_or_path, cranes())
-        other = other_kind(name_or_path, FileKind.CRANE)
-        raise SpecError(
-            f"No crane {quote(name_or_path)}: the library has {have}{hint} A file's name ends in .toml.{other}"
-        )
+        raise SpecError(unknown_name("crane", name_or_path, cranes(), FileKind.CRANE))
     fields = _with_library(file_tree(path), path.name, path.parent)
     base, certificate = fields.pop("base", None), fields.pop("certificate", None)
     if certificate is not None:

@@ -201,7 +201,7 @@ def numbers_on_base(
     table: TomlTable,
     name: str,
     stated: Mapping[str, Any],
-    known: Mapping[str, tuple[str, str]],
+    allowed: Mapping[str, tuple[str, str]],
     base: Mapping[str, float],
     example: str,
 ) -> dict[str, float]:
@@ -212,16 +212,16 @@ def numbers_on_base(
     """
     out = dict(base)
     for key in stated:
-        if key not in known:
+        if key not in allowed:
             raise table.error(
-                f"{table.place(name, key)}: unknown field{nearest(key, known)} Allowed: {', '.join(known)}."
+                f"{table.place(name, key)}: unknown field{nearest(key, allowed)} Allowed: {', '.join(allowed)}."
             )
-        out[key], _ = table.quantity(known[key][0], name, key)
+        out[key], _ = table.quantity(allowed[key][0], name, key)
         if not out[key] > 0.0:
             raise table.wrong("must be more than zero.", name, key)
-    for key, (_, meaning) in known.items():
+    for key, (_, meaning) in allowed.items():
         if key not in out:
             raise table.error(
                 f'{table.place(name, key)}: missing ({meaning}). Add it, or start the file with base = "{example}".'
             )
-    return {key: out[key] for key in known}
+    return {key: out[key] for key in allowed}

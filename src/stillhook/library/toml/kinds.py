@@ -5,72 +5,51 @@ from __future__ import annotations
 
 import os
 import tomllib
-from collections.abc import Mapping
-from enum import Enum
-from importlib.resources import files
+from collections.abc import Mapping, Sequence
+from enum import Enum, auto
 from pathlib import Path
 from typing import Any
 
+from stillhook.base.choice import nearest
 from stillhook.errors import SpecError
+from stillhook.units import quote
+
+_TABLE = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+LIBRARY = Path(__file__).resolve().parents[1] / "data"
+"""Folder of the library's files."""
 
 
 class FileKind(Enum):
-    """Kinds of TOML files: what it is called, and what reads it."""
+    """Kinds of TOML files; what they are called, and what reads them, is in `kinds.toml`."""
 
-    PLAN = ("a lift plan", "stillhook plan reads it")
-    LIFT = ("a lift file", "stillhook lower and stillhook response read it")
-    CASE = ("a case file", "stillhook run and stillhook uncertainty read it")
-    CRANE = ("a crane file", "stillhook crane and every option --crane read it, and the files that name it as crane")
-    PAYLOAD = (
-        "a payload file",
-        "stillhook payload show reads it, and the lift files and plans that name it as payload",
-    )
-    CONTROLLER = (
-        "a controller file",
-        "stillhook map, stillhook envelope and stillhook uncertainty read it, among the controllers",
-    )
-    FRICTION = ("a friction set", "stillhook friction compare reads it, and the crane files that name it")
-    MOTOR = ("a motor set", "stillhook friction draws reads it, and the crane files that name it")
-    FRICTION_CAMPAIGN = ("a campaign of friction tests", "stillhook identify friction reads it")
-    CAMPAIGN = ("a validation campaign", "stillhook validate reads it")
-    CRITERIA = ("a set of acceptance criteria", "stillhook validate reads it, by criteria in the campaign")
-    RULES = ("a set of rules", "stillhook plan reads it, by rules in the plan")
-    ALPHA = ("a table of forecast factors", "stillhook weather and stillhook plan read it, by --table and --alpha")
-    FACTORS = ("a table of uncertain factors", "stillhook uncertainty reads it, by --factors")
-    MAPPING = ("a mapping of log signals", "stillhook identify curve reads it, by --mapping")
-    COLUMNS = ("a mapping of columns", "stillhook identify motor reads it, by --mapping")
+    PLAN = auto()
+    LIFT = auto()
+    CASE = auto()
+    CRANE = auto()
+    PAYLOAD = auto()
+    CONTROLLER = auto()
+    FRICTION = auto()
+    MOTOR = auto()
+    FRICTION_CAMPAIGN = auto()
+    CAMPAIGN = auto()
+    CRITERIA = auto()
+    RULES = auto()
+    ALPHA = auto()
+    FACTORS = auto()
+    MAPPING = auto()
+    COLUMNS = auto()
 
     @property
     def noun(self) -> str:
         """What it is, with its article."""
-        return self.value[0]
+        return str(_TABLE["kinds"][self.name]["noun"])
 
     @property
     def read_by(self) -> str:
         """Which command reads it."""
-        return self.value[1]
+        return str(_TABLE["kinds"][self.name]["read_by"])
 
 
-_MARKS: tuple[tuple[FileKind, frozenset[str]], ...] = (
-    (FileKind.PLAN, frozenset({"phase"})),
-    (FileKind.LIFT, frozenset({"stage"})),
-    (FileKind.CASE, frozenset({"scenario"})),
-    (FileKind.CRITERIA, frozenset({"criterion"})),
-    (FileKind.RULES, frozenset({"rule"})),
-    (FileKind.FACTORS, frozenset({"factors"})),
-    (FileKind.COLUMNS, frozenset({"columns"})),
-    (FileKind.ALPHA, frozenset({"row", "restricted"})),
-    (FileKind.PLAN, frozenset({"environment", "payload"})),
-    (FileKind.LIFT, frozenset({"payload", "start"})),
-    (FileKind.PAYLOAD, frozenset({"mass", "shape"})),
-    (FileKind.PAYLOAD, frozenset({"mass", "levels"})),
-    (FileKind.FRICTION, frozenset({"Y_1", "Y_6"})),
-    (FileKind.MOTOR, frozenset({"loss", "D_max"})),
-    (FileKind.CRANE, frozenset({"drum"})),
-    (FileKind.CRANE, frozenset({"SWL"})),
-    (FileKind.CRANE, frozenset({"plant"})),
-)
-"""Fields that only one kind of file has all of, the surest first."""
 _OF_CONTROLLER = frozenset({"mode", "control", "active"})
 _OF_CRANE = frozenset({"control", "active", "passive", "friction", "certificate", "hook_mass", "inertia"})
 _OF_VALIDATION = frozenset({"criteria", "date", "delay", "modes", "remarks"})
@@ -84,9 +63,9 @@ def kind_of(table: Mapping[str, Any]) -> FileKind | None:
             isinstance(t, Mapping) and {"kind", "mode"} & t.keys() for t in tests
         )
         return FileKind.CAMPAIGN if validation else FileKind.FRICTION_CAMPAIGN
-    kind = next((kind for kind, marks in _MARKS if marks <= table.keys()), None)
-    if kind is not None:
-        return kind
+    name = next((name for name, *marks in _TABLE["marks"] if table.keys() >= set(marks)), None)
+    if name is not None:
+        return FileKind[name]
     if set(table) == {"signals"}:
         return FileKind.MAPPING
     if "mode" in table and table.keys() <= _OF_CONTROLLER:
@@ -110,6 +89,12 @@ def other_kind(name: str, wanted: FileKind) -> str:
     return "" if actual in (None, wanted) else f" The library has it as {actual.noun}: {actual.read_by}."
 
 
+def unknown_name(noun: str, name: str, names: Sequence[str], wanted: FileKind) -> str:
+    """A line for a name that is neither one of the library's names nor the path of a TOML file."""
+    have = f"{', '.join(names)}{nearest(name, names)}"
+    return f"No {noun} {quote(name)}: the library has {have} A file's name ends in .toml.{other_kind(name, wanted)}"
+
+
 def kind_of_toml(text: str) -> FileKind | None:
     """The kind of a TOML text; None where it is not TOML, or of no known kind."""
     try:
@@ -118,22 +103,11 @@ def kind_of_toml(text: str) -> FileKind | None:
         return None
 
 
-_SHELVES = {
-    "cranes": FileKind.CRANE,
-    "payloads": FileKind.PAYLOAD,
-    "lifts": FileKind.LIFT,
-    "plans": FileKind.PLAN,
-    "friction": FileKind.FRICTION,
-    "motors": FileKind.MOTOR,
-}
-"""Shelves of the library."""
-
-
 def kind_on_shelf(name: str) -> FileKind | None:
     """The kind of what the library has under this name."""
-    for shelf, kind in _SHELVES.items():
-        if (files("stillhook.library") / "data" / shelf / f"{name}.toml").is_file():
-            return kind
+    for shelf, kind in _TABLE["shelves"].items():
+        if (LIBRARY / shelf / f"{name}.toml").is_file():
+            return FileKind[kind]
     return None
 
 

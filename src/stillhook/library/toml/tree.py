@@ -11,13 +11,12 @@ import stat
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from stillhook.base.choice import nearest
 from stillhook.errors import SpecError
-from stillhook.library.toml.kinds import FileKind, kind_of_text, refuse_other
+from stillhook.library.toml.kinds import LIBRARY, FileKind, kind_of_text, refuse_other
 from stillhook.spec.crane import Source, SourceKind
 from stillhook.units import quote
 
@@ -42,24 +41,23 @@ Tree = dict[str, "Leaf | Tree"]
 
 
 @functools.cache
-def shelf(name: str) -> tuple[str, ...]:
+def shelf(name: str, ending: str = ".toml") -> tuple[str, ...]:
     """Names of the files on one shelf of the library, in order."""
-    entries = (files("stillhook.library") / "data" / name).iterdir()
-    return tuple(sorted(e.name.removesuffix(".toml") for e in entries if e.name.endswith(".toml")))
+    return tuple(sorted(file.name.removesuffix(ending) for file in (LIBRARY / name).glob(f"*{ending}")))
 
 
 def library_tree(shelf_name: str, name: str, where: str) -> Tree:
     """One file of the library less its evidence; SpecError that names ``where`` if there is none of this name."""
     _refuse_unknown(shelf_name, name, where)
-    own: Tree = _fresh(_tree(shelf_name, name))
-    return own
+    copy: Tree = _fresh(_tree(shelf_name, name))
+    return copy
 
 
 def library_table(shelf_name: str, name: str, where: str) -> dict[str, Any]:
     """One file of the library as it is parsed; SpecError that names ``where`` if there is none of this name."""
     _refuse_unknown(shelf_name, name, where)
-    own: dict[str, Any] = _fresh(_table(shelf_name, name))
-    return own
+    copy: dict[str, Any] = _fresh(_table(shelf_name, name))
+    return copy
 
 
 def _refuse_unknown(shelf_name: str, name: str, where: str) -> None:
@@ -78,7 +76,7 @@ def _tree(shelf_name: str, name: str) -> Tree:
 
 @functools.cache
 def _table(shelf_name: str, name: str) -> dict[str, Any]:
-    text = (files("stillhook.library") / "data" / shelf_name / f"{name}.toml").read_text(encoding="utf-8")
+    text = (LIBRARY / shelf_name / f"{name}.toml").read_text(encoding="utf-8")
     return parsed(text, f"{name}.toml")
 
 

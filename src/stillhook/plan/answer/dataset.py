@@ -21,7 +21,7 @@ from stillhook._version import __version__
 from stillhook.base.arrays import FloatArray
 from stillhook.base.atomic import atomic_folder
 from stillhook.errors import PlanError, UnreadableError
-from stillhook.formats.binary.netcdf import read_datasets
+from stillhook.formats.binary.reader import read_datasets
 from stillhook.formats.results import save_json
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.rules import Alternative, Demand

@@ -15,6 +15,7 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
+from stillhook.physics.scalar import G
 from stillhook.plan.definition.capacities import CAPACITIES, jerk
 from stillhook.plan.definition.lift_plan import LiftPlan
 from stillhook.plan.definition.phases import Phase, PhaseKind
@@ -24,7 +25,6 @@ from stillhook.response.forcing import Forcing, forcing_of_seas
 from stillhook.response.frequency_domain import Sigmas, sigmas
 from stillhook.response.suspended_load import SuspendedLoad, mean_drag, natural_periods, suspended_load
 from stillhook.response.winch.linear_form import Residual
-from stillhook.sea.vessel.ship_motion import STANDARD_GRAVITY
 from stillhook.statistics.extremes import (
     MPM,
     P90,
@@ -416,7 +416,7 @@ def _taken_up(plan: LiftPlan, phase: Phase, values: Mapping[str, FloatArray]) ->
     result = {
         **values,
         "F_top_max": values["F_top_max"] + F,
-        "DAF": values["DAF"] + F / (plan.payload.mass * STANDARD_GRAVITY),
+        "DAF": values["DAF"] + F / (plan.payload.mass * G),
     }
     return {name: numbers for name, numbers in result.items() if name not in ("sling_ratio", "slack_chance")}
 
@@ -456,7 +456,7 @@ def of_load(responses: Sequence[Part], level: Levels) -> dict[str, FloatArray]:
     often = sum(p.time * rate_below_zero(F, p.s.sling, T) for p, F, T in zip(responses, F_sling, T_sling, strict=True))
     return {
         "F_top_max": largest_of_parts(F_top, top, N_top, level("F_top_max")),
-        "DAF": largest_of_parts(F_sling, sling, N_sling, level("DAF")) / (responses[0].load.end.m * STANDARD_GRAVITY),
+        "DAF": largest_of_parts(F_sling, sling, N_sling, level("DAF")) / (responses[0].load.end.m * G),
         "sling_ratio": -largest_of_parts(-F_sling, sling, N_sling, level("sling_ratio")) / at_rest,
         "slack_chance": -np.expm1(-np.asarray(often)),
         "load_pp": 2.0 * _largest(responses, "load", "load_rate", level("load_pp")),

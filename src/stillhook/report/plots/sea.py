@@ -12,8 +12,7 @@ from stillhook.base.arrays import FloatArray
 from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.sea.spectra.measured import Measured, SeaStates, SpectrumSeries
 from stillhook.sea.spectra.spectrum import WaveSpectrum
-from stillhook.sea.vessel.long_wave import long_wave_limits, long_wave_scales
-from stillhook.sea.vessel.rao import DOFS, Rao
+from stillhook.sea.vessel.rao import DOFS, Rao, long_wave_limits, long_wave_scales
 from stillhook.weather.limit_text import KIND, Limit
 from stillhook.weather.persistence import MONTHS
 from stillhook.weather.series import HOUR, Weather

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stillhook.base.arrays import ComplexArray, FloatArray, decode_array, encode_array
+from stillhook.base.arrays import ArrayRecord, ComplexArray, FloatArray, decode_array, encode_array, fill
 from stillhook.errors import MotionError
 from stillhook.sea.motion.motion import Motion, Sample
 
@@ -27,7 +27,7 @@ SHORTEST_REPEAT, LONGEST_REPEAT = 1.0, 86400.0  # s: below is no sea, above is n
 
 
 @dataclass(frozen=True, init=False, eq=False)
-class IrregularTip(Motion):
+class IrregularTip(ArrayRecord, Motion):
     r"""A motion made of harmonics of one period T, after which it repeats exactly.
 
     .. math:: s(t) = \mathrm{Re} \sum_{k=0}^{n} c_k e^{i \omega_k t}, \qquad \omega_k = 2\pi k/T
@@ -65,28 +65,7 @@ class IrregularTip(Motion):
                 f"{place}: repeat {repeat:g} s is not between {SHORTEST_REPEAT:g} s and {LONGEST_REPEAT:g} s. Check its"
                 " unit."
             )
-        c.flags.writeable = False
-        for name, value in (
-            ("amplitudes", c),
-            ("repeat", float(repeat)),
-            ("source", source),
-            ("report", report),
-            ("fine", fine),
-        ):
-            object.__setattr__(self, name, value)
-
-    def __eq__(self, other: object) -> bool:
-        return self._content == other._content if isinstance(other, IrregularTip) else NotImplemented
-
-    def __hash__(self) -> int:
-        return hash(self._content)
-
-    @property
-    def _content(self) -> tuple[bytes, float, str, str, float]:
-        return self.amplitudes.tobytes(), self.repeat, self.source, self.report, self.fine
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return _revive, (self.amplitudes, self.repeat, self.source, self.report, self.fine)
+        fill(self, amplitudes=c, repeat=float(repeat), source=source, report=report, fine=fine)
 
     @property
     def duration(self) -> float:
@@ -172,7 +151,3 @@ def _fast_length(least: float) -> int:
     """A number of samples not below this whose FFT is fast: 4, 5, 6, 7 or 8 times a power of two."""
     power = 1 << max(0, math.floor(math.log2(least)) - 2)
     return power * math.ceil(least / power)
-
-
-def _revive(amplitudes: ComplexArray, repeat: float, source: str, report: str, fine: float = FINE) -> IrregularTip:
-    return IrregularTip(amplitudes, repeat, source=source, report=report, fine=fine)

@@ -18,7 +18,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import FloatArray, fill
 from stillhook.errors import MotionError
 from stillhook.units import parse
 
@@ -60,12 +60,6 @@ class Motion(ABC):
 
         as_dict = core_schema.plain_serializer_function_ser_schema(lambda motion: motion.to_dict())
         return core_schema.is_instance_schema(cls, serialization=as_dict)
-
-
-def _write(target: Motion, /, **fields: Any) -> None:
-    """Fill the fields of a frozen motion while it is being made."""
-    for name, value in fields.items():
-        object.__setattr__(target, name, value)
 
 
 @dataclass(frozen=True)
@@ -147,7 +141,7 @@ class Sine(Motion):
             )
         if not math.isfinite(phase):
             raise MotionError(f"{where}: phase {phase:g} rad is not a number. Give a phase in deg or rad.")
-        _write(self, amplitude=A, period=T, phase=phase)
+        fill(self, amplitude=A, period=T, phase=phase)
 
     def sample(self, t: ArrayLike) -> Sample:
         omega = 2.0 * math.pi / self.period
@@ -178,7 +172,7 @@ class Sum(Motion):
             flat.extend(term.terms if isinstance(term, Sum) else (term,))
         if not flat:
             raise MotionError("Sum: no motions given. Give at least one; a tip at rest is Still().")
-        _write(self, terms=tuple(flat))
+        fill(self, terms=tuple(flat))
 
     @property
     def duration(self) -> float | None:
@@ -247,7 +241,7 @@ class Profile(Motion):
                 )
         if v[-1] != 0.0:
             raise MotionError(f"Profile: ends with {v[-1]:g} m/s. End at rest: add a last point with 0 m/s.")
-        _write(self, t=tuple(t), v=tuple(v))
+        fill(self, t=tuple(t), v=tuple(v))
 
     def sample(self, t: ArrayLike) -> Sample:
         time = np.asarray(t, dtype=np.float64)
@@ -299,7 +293,7 @@ class Ramped(Motion):
             raise MotionError(f"Ramped: {motion!r} is not a motion. Give Sine, Profile, Recorded or another motion.")
         if not (math.isfinite(t_ramp) and t_ramp > 0.0):
             raise MotionError(f"Ramped: t_ramp {t_ramp:g} s is not longer than 0 s. Leave the ramp out for no ramp.")
-        _write(self, motion=motion, t_ramp=t_ramp)
+        fill(self, motion=motion, t_ramp=t_ramp)
 
     @property
     def duration(self) -> float | None:

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stillhook.base.arrays import FloatArray, decode_array, encode_array
+from stillhook.base.arrays import ArrayRecord, FloatArray, decode_array, encode_array, fill
 from stillhook.errors import MotionError
 from stillhook.sea.motion.motion import Motion, Sample
 from stillhook.units import parse
@@ -22,7 +22,7 @@ EDGE = 1e-9  # s: how far a time may be outside the record by rounding alone
 
 
 @dataclass(frozen=True, init=False, eq=False)
-class Recorded(Motion):
+class Recorded(ArrayRecord, Motion):
     """Heights at given times, joined by a quintic spline that passes through every one and has four smooth derivatives.
 
     Parameters: times [s], strictly increasing, at least 6 (the first one becomes t = 0); heights [m], positive up, as
@@ -53,23 +53,7 @@ class Recorded(Motion):
     def __init__(self, times: ArrayLike, heights: ArrayLike, *, source: str = "", report: str = "") -> None:
         t, s = _column(times, "times", source), _column(heights, "heights", source)
         _check(t, s, source)
-        t -= t[0]
-        for column in (t, s):
-            column.flags.writeable = False
-        for name, value in (("times", t), ("heights", s), ("source", source), ("report", report)):
-            object.__setattr__(self, name, value)
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Recorded):
-            return NotImplemented
-        return self._content == other._content
-
-    def __hash__(self) -> int:
-        return hash(self._content)
-
-    @cached_property
-    def _content(self) -> tuple[bytes, bytes, str, str]:
-        return self.times.tobytes(), self.heights.tobytes(), self.source, self.report
+        fill(self, times=t - t[0], heights=s, source=source, report=report)
 
     @cached_property
     def _spline(self) -> tuple[Any, Any, Any]:
@@ -77,9 +61,6 @@ class Recorded(Motion):
 
         s = make_interp_spline(self.times, self.heights, k=5)
         return s, s.derivative(1), s.derivative(2)
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return _revive, (self.times, self.heights, self.source, self.report)
 
     @property
     def duration(self) -> float:
@@ -170,11 +151,6 @@ class Recorded(Motion):
                 f"stored record: {type(problem).__name__}: times and heights are not what a run stores. Simulate again."
             ) from problem
         return cls(**columns, source=str(data.get("source", "")), report=str(data.get("report", "")))
-
-
-def _revive(times: FloatArray, heights: FloatArray, source: str, report: str) -> Recorded:
-    """A record out of a pickle, checked and read-only again, its spline to be rebuilt."""
-    return Recorded(times, heights, source=source, report=report)
 
 
 def _column(values: ArrayLike, name: str, source: str) -> FloatArray:

@@ -17,7 +17,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import FloatArray, fill
 from stillhook.errors import SeaError
 from stillhook.sea.spectra.directions import Directions, relative
 from stillhook.sea.spectra.spectrum import Sea, Train, WaveSpectrum
@@ -40,8 +40,8 @@ class Measured(WaveSpectrum):
     kind: ClassVar[str] = "measured"
 
     def __post_init__(self) -> None:
-        for name in ("omega", "width", "S"):
-            object.__setattr__(self, name, _read_only(getattr(self, name)))
+        names = ("omega", "width", "S")
+        fill(self, **{name: np.array(getattr(self, name), dtype=np.float64) for name in names})
         check_bands(self.omega, self.width, self.source)
         if self.S.shape != self.omega.shape:
             raise SeaError(
@@ -109,10 +109,8 @@ class SpectrumSeries:
     directional: Directions | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        for name in ("omega", "width", "S", "time", "valid"):
-            copy = np.array(getattr(self, name))
-            copy.flags.writeable = False
-            object.__setattr__(self, name, copy)
+        names = ("omega", "width", "S", "time", "valid")
+        fill(self, **{name: np.array(getattr(self, name)) for name in names})
         check_bands(self.omega, self.width, self.source)
         if self.S.shape != (len(self.time), len(self.omega)) or self.valid.shape != self.time.shape:
             raise SeaError(
@@ -217,13 +215,6 @@ class SpectrumSeries:
 def _ratio(upper: FloatArray, lower: FloatArray) -> FloatArray:
     """2 pi upper/lower, NaN where lower is not positive."""
     return 2.0 * np.pi * np.divide(upper, lower, out=np.full_like(upper, np.nan), where=lower > 0.0)
-
-
-def _read_only(values: Any) -> FloatArray:
-    """A copy that nobody changes."""
-    copy = np.array(values, dtype=np.float64)
-    copy.flags.writeable = False
-    return copy
 
 
 def check_bands(omega: FloatArray, width: FloatArray, source: str) -> None:

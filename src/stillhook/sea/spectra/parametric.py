@@ -26,7 +26,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from stillhook.base.arrays import FloatArray
+from stillhook.base.arrays import FloatArray, fill
 from stillhook.errors import SeaError
 from stillhook.sea.spectra.spectrum import WaveSpectrum
 from stillhook.units import quote
@@ -174,8 +174,7 @@ class Jonswap(Peaks):
                 f"{where}: gamma = {gamma:g} is not between 1 and 10. Leave it out for the rule of T_p/sqrt(H_s)."
             )
         check_norm(norm, where)
-        for name, value in (("H_s", H_s), ("T_p", T_p), ("gamma", float(gamma)), ("norm", norm)):
-            object.__setattr__(self, name, value)
+        fill(self, H_s=H_s, T_p=T_p, gamma=float(gamma), norm=norm)
 
     @property
     def peaks(self) -> tuple[Peak, ...]:

@@ -20,10 +20,8 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import SeaError
+from stillhook.physics.scalar import G as G
 from stillhook.sea.spectra.directions import cos_power
-
-G = 9.80665
-"""Standard gravity [m/s^2]."""
 
 
 class WaveSpectrum(ABC):

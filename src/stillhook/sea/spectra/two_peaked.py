@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, ClassVar
 
+from stillhook.base.arrays import fill
 from stillhook.errors import SeaError
+from stillhook.physics.scalar import G
 from stillhook.sea.spectra.parametric import Peak, Peaks, check_height_and_period, check_norm, printed_scale
-from stillhook.sea.spectra.spectrum import G
 
 COEFFICIENTS: Mapping[str, float] = MappingProxyType(
     {
@@ -54,8 +55,7 @@ class Torsethaugen(Peaks):
                 f"{where}: Tp = {T_p:g} s with Hs = {H_s:g} m is outside the fit, {steepest:.4g} s (2 sqrt(Hs)) to"
                 f" {c['a_u']:g} s. Use jonswap or ochi-hubble."
             )
-        for name, value in (("H_s", H_s), ("T_p", T_p), ("norm", norm)):
-            object.__setattr__(self, name, value)
+        fill(self, H_s=H_s, T_p=T_p, norm=norm)
 
     @property
     def peaks(self) -> tuple[Peak, ...]:

@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass
 from typing import Self
 
+from stillhook.base.arrays import fill
 from stillhook.errors import SeaError
 from stillhook.sea.vessel.ship_motion import MAX_OFFSET
 from stillhook.units import parse
@@ -58,18 +59,11 @@ class Boom:
             if isinstance(value, str) or len(value) != count:
                 raise SeaError(f"boom: {name} = {value!r} is not {count} texts. {DESCRIPTIONS[name]}")
         length, angle = knuckle or ("0 m", "0 deg")
-        texts = (
-            *(
-                ("x", pedestal[0], "length"),
-                ("y", pedestal[1], "length"),
-                ("z", pedestal[2], "length"),
-                ("slew", slew, "angle"),
-            ),
-            *(("main_length", main[0], "length"), ("main_angle", main[1], "angle")),
-            *(("knuckle_length", length, "length"), ("knuckle_angle", angle, "angle"), ("offset", offset, "length")),
-        )
-        for name, text, kind in texts:
-            object.__setattr__(self, name, parse(text, kind, f"boom: {name.replace('_', ' ')}"))
+        lengths = dict(zip("xyz", pedestal, strict=True))
+        lengths |= {"main_length": main[0], "knuckle_length": length, "offset": offset}
+        angles = {"slew": slew, "main_angle": main[1], "knuckle_angle": angle}
+        for kind, texts in (("length", lengths), ("angle", angles)):
+            fill(self, **{name: parse(x, kind, f"boom: {name.replace('_', ' ')}") for name, x in texts.items()})
         self._check()
 
     def _check(self) -> None:
@@ -155,12 +149,8 @@ class Boom:
             )
             fold = math.pi - math.acos(_limited((L_1**2 + L_2**2 - away**2) / (2.0 * L_1 * L_2))) if L_2 else 0.0
         boom = copy.copy(self)
-        for name, value in (
-            ("slew", math.atan2(y - self.y, x - self.x) % (2.0 * math.pi)),
-            ("main_angle", up),
-            ("knuckle_angle", fold),
-        ):
-            object.__setattr__(boom, name, value)
+        slew = math.atan2(y - self.y, x - self.x) % (2.0 * math.pi)
+        fill(boom, slew=slew, main_angle=up, knuckle_angle=fold)
         try:
             boom._check()
         except SeaError as problem:

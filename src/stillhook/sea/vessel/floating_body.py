@@ -1,5 +1,5 @@
 """The test of any table of vessel motions: in long waves every floating body rides on the water
-(`stillhook.sea.vessel.long_wave`).
+(`stillhook.sea.vessel.rao`).
 
 What the test cannot show: bow and stern changed together with port and starboard are one with time running backwards,
 and roll has the wrong sign beyond its natural period.
@@ -15,8 +15,7 @@ from typing import Literal
 import numpy as np
 
 from stillhook.base.arrays import ComplexArray
-from stillhook.sea.vessel.long_wave import long_wave_limits, long_wave_scales
-from stillhook.sea.vessel.rao import DOFS, Rao
+from stillhook.sea.vessel.rao import DOFS, Rao, long_wave_limits, long_wave_scales
 
 Verdict = Literal["rides", "doubtful", "wrong", "not shown"]
 

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError
 from stillhook.sea.vessel.floating_body import ARM
-from stillhook.sea.vessel.long_wave import wavenumber
-from stillhook.sea.vessel.rao import DOFS, TURN, Rao
+from stillhook.sea.vessel.rao import DOFS, TURN, Rao, wavenumber
 
 PORT_STARBOARD = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 """Signs of the motions seen in a mirror along the centreline: sway, roll and yaw turn over."""

@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.base.arrays import ComplexArray, FloatArray
+from stillhook.base.choice import choice
 from stillhook.errors import SeaError
 from stillhook.sea.motion.irregular import FINE, SHORTEST_REPEAT, IrregularTip, synthesis
 from stillhook.sea.spectra.spectrum import Sea, WaveSpectrum
-from stillhook.sea.vessel.long_wave import wavenumber
-from stillhook.sea.vessel.rao import Rao
+from stillhook.sea.vessel.rao import Rao, wavenumber
 from stillhook.sea.vessel.ship_motion import tip_height
 
 SHORTEST_WAVE = 2.0
@@ -105,7 +105,7 @@ def realise(
     the sea at one place scatters with any amplitudes.
     Errors: SeaError for a repeat too short for the sea, a seed or depth that is none.
     """
-    law = _amplitudes(amplitudes)
+    law = choice(Amplitudes, amplitudes, "amplitudes", SeaError)
     if not (isinstance(seed, int) and not isinstance(seed, bool) and seed >= 0):
         raise SeaError(f"seed {seed!r}: give a whole number of 0 or more.")
     if not (math.isfinite(repeat) and repeat >= SHORTEST_REPEAT):
@@ -204,13 +204,6 @@ def _cached(function: Any, n: int) -> Any:
     return function if n <= REMEMBERED else function.__wrapped__
 
 
-def _amplitudes(value: Amplitudes | str) -> Amplitudes:
-    try:
-        return Amplitudes(value)
-    except ValueError:
-        raise SeaError(f'amplitudes = "{value}": it is not one of {", ".join(Amplitudes)}.') from None
-
-
 def band(sea: Sea, repeat: float) -> tuple[int, int]:
     """First and last harmonic of `repeat` [s] that the sea is realised on. Errors: SeaError for a repeat too short or
     too long."""
@@ -270,7 +263,7 @@ class WaveField:
     dt spacing [s] (0.1 s or less); n samples. eta (n,) surface elevation [m, up positive] and eta_dot (n,) its rate
     [m/s]; w, a (n, L) vertical water speed [m/s] and acceleration [m/s^2], up positive, on L levels below still water:
     z_j = -z_0 (exp(j ds) - 1) [m], j = 0 .. L - 1, so that level 0 is the still surface. Above it kinematics stay those
-    of the surface (linear theory, no stretching); below the last level the water stands.
+    of the surface (linear theory, no stretching); below the last level the water is at rest.
     """
 
     dt: float
@@ -339,8 +332,8 @@ def decay(k: FloatArray, z: FloatArray, depth: float) -> FloatArray:
 
 
 def _levels(waves: Realisation) -> int:
-    """Number of levels down to where the water stands; the same for every seed of a sea, so that runs on several fit
-    side by side."""
+    """Number of levels down to where the water is at rest; the same for every seed of a sea, so that runs on several
+    fit side by side."""
     speed = np.sqrt(waves.variance) * waves.omega
     z = -Z_0 * np.expm1(D_S * np.arange(DEEPEST))
     rms = np.sqrt(np.sum((speed * decay(waves.wave_number, z, waves.depth)) ** 2, axis=1))

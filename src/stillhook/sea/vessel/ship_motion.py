@@ -17,12 +17,12 @@ import numpy as np
 
 from stillhook.base.arrays import FloatArray
 from stillhook.errors import MotionError
+from stillhook.physics.scalar import G
 from stillhook.sea.motion.recorded import Recorded
 from stillhook.units import parse, quote
 
 Offset = tuple[str, str, str]
 
-STANDARD_GRAVITY = 9.80665  # m/s^2, CGPM 1901
 MAX_OFFSET = 300.0  # m: longer than any crane vessel from its motion sensor to its crane tip
 
 
@@ -174,7 +174,7 @@ def sea_worthy(motion: Recorded, every: str | None) -> Recorded:
         motion = motion.thinned(every)
     _, _, a = motion.sample(motion.times)
     worst = int(np.argmax(np.abs(a)))
-    if abs(a[worst]) > STANDARD_GRAVITY:
+    if abs(a[worst]) > G:
         raise MotionError(
             f"{motion.source}: acceleration {a[worst]:.3g} m/s^2 at {motion.times[worst]:.6g} s is beyond gravity: a "
             'spike or jumping times in the log. Choose another piece with start and duration, try time="instrument", '

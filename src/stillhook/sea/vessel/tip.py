@@ -150,18 +150,8 @@ class TipResponse:
         SeaError for a duration shorter than a few waves.
         """
         m_6 = float(np.sum(self.weight * self.omega**6 * self.S))
-        numbers = {
-            "sigma_z": self.sigma_z,
-            "sigma_v": self.sigma_v,
-            "sigma_a": self.sigma_a,
-            "T_z": self.T_z,
-            "T_p": self.T_p,
-        }
-        return {
-            **numbers,
-            "bandwidth": self.bandwidth,
-            **_largest((self.sigma_z, self.sigma_v, self.sigma_a, math.sqrt(m_6)), duration),
-        }
+        numbers = {n: getattr(self, n) for n in ("sigma_z", "sigma_v", "sigma_a", "T_z", "T_p", "bandwidth")}
+        return numbers | _largest((self.sigma_z, self.sigma_v, self.sigma_a, math.sqrt(m_6)), duration)
 
 
 def tip_response(rao: Rao, sea: Sea, x: float, y: float) -> TipResponse:
@@ -267,13 +257,8 @@ def _curve_notes(curves: dict[str, dict[str, float]]) -> list[str]:
 
 def tip_numbers(response: TipResponse, duration: float) -> dict[str, float]:
     """The numbers among them."""
-    limits = {
-        "omega_first": response.omega_table[0],
-        "omega_last": response.omega_table[1],
-        "share_below": response.share_below,
-        "share_beyond": response.share_beyond,
-        "sigma_a_beyond": response.sigma_a_beyond,
-    }
+    limits = dict(zip(("omega_first", "omega_last"), response.omega_table, strict=True))
+    limits |= {name: getattr(response, name) for name in ("share_below", "share_beyond", "sigma_a_beyond")}
     return {**response.statistics(duration), **limits}
 
 
@@ -374,7 +359,7 @@ def seed_maxima(
     """Largest height above the mean [m], speed [m/s] and acceleration [m/s^2] (upwards) of realisations of `duration`
     [s], one each for the seeds first, first + 1, ...: keys z, v, a. Amplitudes are random (Rayleigh), as in nature."""
     if not FEWEST_MAXIMA <= seeds <= MOST_SEEDS:
-        raise SeaError(f"seeds = {seeds}: give {FEWEST_MAXIMA} to {MOST_SEEDS}; 20 or more tell something.")
+        raise SeaError(f"seeds = {seeds}: give {FEWEST_MAXIMA} to {MOST_SEEDS}; use 20 or more.")
     maxima: dict[str, list[float]] = {name: [] for name in NAMES}
     for seed in range(first, first + seeds):
         motion = tip_motion(realise(sea, duration, seed, amplitudes="rayleigh"), rao, x, y)

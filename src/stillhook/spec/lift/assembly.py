@@ -5,7 +5,6 @@ Pipes and frames of round members by their dimensions.
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
@@ -15,6 +14,7 @@ from pydantic import Field, field_validator, model_validator
 
 from stillhook import units as u
 from stillhook.base.arrays import FloatArray
+from stillhook.base.choice import nearest
 from stillhook.errors import LiftError
 from stillhook.spec.lift.shapes import Body, Box, Disc, Plate, Shape, Share, SuctionAnchor
 from stillhook.spec.scenario import Number, Record
@@ -109,7 +109,7 @@ BODIES: dict[str, type[Body]] = {
 class Part(Record):
     """A part of an assembly: `count` bodies with their undersides `at` above that of the whole, `mass` of each [kg].
 
-    Its body's fields may stand beside its own: Part(shape="plate", at="1 m", length="3 m", ...).
+    Its body's fields may be given next to its own: Part(shape="plate", at="1 m", length="3 m", ...).
     """
 
     at: u.Length = Field(default=0.0, ge=0)
@@ -126,7 +126,7 @@ class Part(Record):
 class Assembly(Shape):
     """Bodies side by side or above each other; what one does to the water around another is left out.
 
-    The displaced volume follows the parts' masses where all are given, else it lies evenly over the height.
+    The displaced volume follows the parts' masses where all are given, else it is spread evenly over the height.
     """
 
     kind: Literal["assembly"] = "assembly"
@@ -203,9 +203,9 @@ def with_shape(data: Mapping[str, Any], shapes: Mapping[str, type[Shape]], owner
     if not isinstance(name, str):
         return dict(data)
     if name not in shapes:
-        close = difflib.get_close_matches(name, shapes, n=1)
-        hint = f' Did you mean "{close[0]}"?' if close else ""
-        raise LiftError(f"{owner.__name__}.shape = {u.quote(name)}: not one of {', '.join(shapes)}.{hint}")
+        raise LiftError(
+            f"{owner.__name__}.shape = {u.quote(name)}: not one of {', '.join(shapes)}{nearest(name, shapes)}"
+        )
     cls = shapes[name]
     fields = {key for key in cls.model_fields if key != "kind"}
     stranger = next((key for key in data if key not in fields and key not in owner.model_fields), None)

@@ -25,7 +25,7 @@ from stillhook.spec.scenario import RHO_SEA, FrictionModel, Mode, Number, Record
 
 
 class StageMode(StrEnum):
-    """Winch modes of a lift; docs/explanation/winch-modes.md tells what each does, waits for and ends with."""
+    """Winch modes of a lift; docs/explanation/winch-modes.md states what each does, waits for and ends with."""
 
     MANUAL = "manual"
     AHC = "ahc"
@@ -43,7 +43,7 @@ class Stage(Record):
     `tension` ends it.
 
     `time` counts from the stage's entry, in landing mode from touch-down. `depth` becomes wire out by the static
-    stretch of the wire, as a planner would reckon it. `wire` and `tension` count in the direction in which the stage
+    stretch of the wire, as a planner would calculate it. `wire` and `tension` count in the direction in which the stage
     moves them. `hold` and `tension` are those at the hook, as the load indicator gives them: without the weight of the
     wire that hangs. Raises ScenarioError, one line, for a stage that could not do what it says.
     """
@@ -111,8 +111,8 @@ class Stage(Record):
             raise ValueError(
                 f"{self._called()}: landed = true needs a stage that lowers. Give lower above 0, in another mode."
             )
-        stands = self.lower == 0.0 and not self.holds
-        if stands and self.end != "time":
+        at_rest = self.lower == 0.0 and not self.holds
+        if at_rest and self.end != "time":
             raise ValueError(f"{self._called()}: lower is 0, so {self.end} never comes. Give lower, or end it by time.")
         if self.time is not None and self.timeout is not None and self.timeout < self.time:
             raise ValueError(
@@ -126,7 +126,7 @@ class Stage(Record):
 
 
 class WinchSettings(Record):
-    """How the winch modes are set. None of it is published; every default is assumed, for the reason beside it."""
+    """How the winch modes are set. None of it is published; every default is assumed, for the reason next to it."""
 
     ramp: u.Acceleration = Field(default=0.1, gt=0, description="ramp of the joystick: half a metre per second in 5 s")
     v_max: u.Speed = Field(
@@ -139,7 +139,7 @@ class WinchSettings(Record):
         default=0.5,
         gt=0,
         le=2.0,
-        description="bandwidth of tension control on a load that stands; a quarter of K_p v_max at marginal stability",
+        description="bandwidth of tension control on a load at rest; a quarter of K_p v_max at marginal stability",
     )
     v_soft: u.Speed = Field(
         default=2.0,

@@ -77,7 +77,7 @@ class Payload(Record):
     """A payload in air, water and on the seabed.
 
     Its numbers over submergence are given as `levels`, which rise from h = 0 to h = height or deeper, or follow from a
-    `shape` and its dimensions, which may stand beside the payload's own fields:
+    `shape` and its dimensions, which may be given next to the payload's own fields:
 
         Payload(name="anchor", mass="80 t", shape="suction-anchor", diameter="5 m", height="12 m", wall="30 mm",
         roof="0.3 m", hatch=0.03)
@@ -102,7 +102,7 @@ class Payload(Record):
     @model_validator(mode="before")
     @classmethod
     def _flat(cls, data: Any) -> Any:
-        """Dimensions beside the payload's own fields become its shape, which gives its height and drag coefficient.
+        """Dimensions next to the payload's own fields become its shape, which gives its height and drag coefficient.
         Levels may be a table of tables."""
         if not isinstance(data, Mapping):
             return data
@@ -211,8 +211,8 @@ def _joined(h: FloatArray, levels: tuple[Level, ...], field: str) -> FloatArray:
     last."""
     from scipy.interpolate import PchipInterpolator
 
-    known = np.array([level.h for level in levels])
+    depths = np.array([level.h for level in levels])
     rows = np.array([getattr(level, field) for level in levels])
-    if len(known) == 1:
+    if len(depths) == 1:
         return np.full_like(h, rows[0])
-    return np.asarray(PchipInterpolator(known, rows)(np.clip(h, 0.0, known[-1])))
+    return np.asarray(PchipInterpolator(depths, rows)(np.clip(h, 0.0, depths[-1])))

@@ -144,7 +144,7 @@ class Shape(Record):
         return 0.5 * math.sqrt(self.solid_area / math.pi)
 
     def share(self, h: FloatArray) -> FloatArray:
-        """Part of the displaced volume that lies under the surface [-]; h depth of the underside [m]."""
+        """Part of the displaced volume that is under the surface [-]; h depth of the underside [m]."""
         return np.clip(h / self.tall, 0.0, 1.0)
 
     @abstractmethod

@@ -1,4 +1,4 @@
-r"""The simplified method for lifts through the wave zone and deeper, in closed form: what is printed beside every
+r"""The simplified method for lifts through the wave zone and deeper, in closed form: what is printed next to every
 simulation.
 
 Characteristic forces on a payload whose extent is small against the waves, at a stated submergence, with the crane

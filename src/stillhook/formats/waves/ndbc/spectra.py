@@ -78,8 +78,8 @@ def densities(records: Records) -> tuple[FloatArray, FloatArray]:
 
 
 def _companion(records: Records) -> tuple[str, str] | None:
-    """What a file of directions holds and which file has its density; None for any other file. Told by name, or by a
-    real-time header."""
+    """What a file of directions holds and which file has its density; None for any other file. Recognised by name, or
+    by a real-time header."""
     if (named := _NAME.match(records.name)) and named[1] in _COMPANION:
         at = named.start(1)
         return _COMPANION[named[1]], f"{records.name[:at]}w{records.name[at + 1 :]}"

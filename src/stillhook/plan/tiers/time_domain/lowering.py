@@ -20,7 +20,7 @@ from stillhook.plan.tiers.frequency import natural_period
 from stillhook.plan.tiers.winch_residual import controlled
 from stillhook.response.suspended_load import suspended_load
 from stillhook.sea.spectra.spectrum import Sea
-from stillhook.sea.vessel.long_wave import wavenumber
+from stillhook.sea.vessel.rao import wavenumber
 from stillhook.sea.vessel.realisation import Amplitudes, decay
 from stillhook.spec.crane import Crane
 from stillhook.spec.lift.lowering import InSea, Lowering, Stage, StageMode
