@@ -140,9 +140,9 @@ class TestTime:
         asked = {"loads": "50 t, 150 t, 250 t", "speeds": "10 m/min, 40 m/min, 110 m/min"}
         with distributed.Client(n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None) as client:
             away = settling_of(CRANE, **asked, client=client)
-            monkeypatch.setattr(many, "results_hash", lambda: "other code")
+            monkeypatch.setattr(many, "run_packed", lambda packed: (None, "other code"))
             with pytest.raises(
-                SimulationError, match=r"^cluster: a worker runs Stillhook .*, this machine other code\."
+                SimulationError, match=r"^cluster: a worker runs Stillhook other code, this machine .*\."
             ):
                 settling_of(CRANE, **asked, client=client)
         for name, a in found.values.items():

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -28,13 +28,12 @@ from stillhook.analysis.loop_stability.margins import Margins, gain_limit_of, ma
 from stillhook.analysis.loop_stability.models.linearisation import linearise, plant_loop, plc_loop, settled_displacement
 from stillhook.analysis.loop_stability.models.reduced import eigenfrequency, gain_limit
 from stillhook.analysis.loop_stability.models.transfer import (
-    About,
     Loop,
     SampledLoop,
+    about_at,
     command_pole,
     effective_radius,
     full_matrices,
-    motor_slope,
     on_layer,
     position_loop,
     sampled,
@@ -42,14 +41,11 @@ from stillhook.analysis.loop_stability.models.transfer import (
 from stillhook.analysis.steady.operating_point import OperatingPoint, operating_point
 from stillhook.analysis.steady.steady_state import motor_law, steady
 from stillhook.control.registry import DEFAULT_MODE, USUAL
-from stillhook.engine.pack.winch import drum_record, gains, wire_speed_max
+from stillhook.engine.pack.winch import drum_record, wire_speed_max
 from stillhook.errors import StillhookError
 from stillhook.physics.load_path.drum import K_wire as ratio_of
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
-
-if TYPE_CHECKING:
-    pass
 
 
 class Stability(NamedTuple):
@@ -131,7 +127,7 @@ def published_stability(
     e, limit = eigenfrequency(machine, alpha), gain_limit(machine, alpha, K_wire)
     plain = position_loop(machine, alpha, K_wire=K_wire)
     held = sampled(plain, crane.control.t_cycle, delay + crane.control.computing)
-    at = _about(machine, v_tip, alpha, K_wire)
+    at = about_at(machine, v_tip, alpha, -v_tip / effective_radius(machine, K_wire), K_wire=K_wire)
     v_full = wire_speed_max(crane, alpha) / K_wire
     if abs(v_tip) > v_full:
         raise StillhookError(
@@ -291,21 +287,6 @@ def _check(v_tip: float, delay: float) -> None:
         raise StillhookError(f"v_tip = {v_tip:g} m/s: give a finite speed.")
     if not 0.0 <= delay < 10.0:
         raise StillhookError(f"delay = {delay:g} s: allowed is 0 up to 10 s.")
-
-
-def _about(crane: Crane, v_tip: float, alpha_m: float, K_wire: float) -> About:
-    """Steady operation at a displacement that need not be that of SSC."""
-    omega_m = -v_tip / effective_radius(crane, K_wire)
-    u_ff = -gains(crane).K_1 * v_tip * K_wire * alpha_m
-    dp = crane.control.B_v * omega_m / (crane.active.motor.D_total * alpha_m)
-    return About(
-        v_tip=v_tip,
-        alpha_m=alpha_m,
-        u_ff=u_ff,
-        omega_m=omega_m,
-        dp=dp,
-        slope=motor_slope(crane, DEFAULT_MODE, alpha_m, u_ff),
-    )
 
 
 def _stability(

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,9 +23,6 @@ from stillhook.sea.motion.text import scaled_to, speed_peak
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode, Scenario
 from stillhook.units import parse, quote, show
-
-if TYPE_CHECKING:
-    pass
 
 DURATION, WARM_UP = "30 s", "10 s"
 """Paper E neglects the first 10 s and counts 20 s (section 4.1, figure 6)."""

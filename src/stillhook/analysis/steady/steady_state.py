@@ -63,8 +63,7 @@ def steady(crane: Crane, v_w: float, mode: Mode | str, load: float | None = None
         raise StillhookError(
             f"v_w = {v_w:g} m/s, load = {load} kg: give a finite speed, and a load that is not negative."
         )
-    if not 1.0 <= K_wire < math.inf:
-        raise StillhookError(f"K_wire = {K_wire:g}: the largest drum diameter over the present one is at least 1.")
+    check_K_wire(K_wire)
     x = gains(crane).K_1 * abs(v_w) * K_wire
     alpha_m = settled(motor_law(crane, Mode(mode), F, K_wire), x)
     v_full = wire_speed_max(crane, alpha_m) / K_wire
@@ -109,6 +108,18 @@ def motor_law(crane: Crane, mode: Mode, F: float = 0.0, K_wire: float = 1.0) -> 
     """
     plc = plc_record(crane)
     return law_of_plc(crane, mode, F, K_wire, plc=plc._replace(motors=plc.motors._replace(K_outer=1.0)))
+
+
+def check_displacement(alpha_m: float) -> None:
+    """Errors: StillhookError for a displacement that motors do not have."""
+    if not 0.0 < alpha_m <= 1.0:
+        raise StillhookError(f"alpha_m = {alpha_m:g}: the displacement over its maximum must be above 0 and at most 1.")
+
+
+def check_K_wire(K_wire: float) -> None:
+    """Errors: StillhookError for a diameter in use that is larger than the largest."""
+    if not 1.0 <= K_wire < math.inf:
+        raise StillhookError(f"K_wire = {K_wire:g}: the largest drum diameter over the present one is at least 1.")
 
 
 def moves(crane: Crane, mode: Mode) -> bool:
