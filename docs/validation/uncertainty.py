@@ -188,8 +188,8 @@ def follows_from(cases: Sequence[Any]) -> str:
     for case in cases:
         digest.update(json.dumps(case.to_dict(), sort_keys=True).encode())
     folder = Path(str(stillhook.analysis.__file__)).parent / "uncertainty"
-    for name in ("bands", "distribution", "factors", "factors_file", "monte_carlo", "samples", "sobol"):
-        digest.update((folder / f"{name}.py").read_bytes())
+    for path in sorted(p for p in folder.iterdir() if p.suffix in (".py", ".toml")):
+        digest.update(path.read_bytes())
     return digest.hexdigest()
 
 

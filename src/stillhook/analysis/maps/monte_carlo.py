@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from stillhook._version import __version__
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.maps.operability import Cells, cells_of
-from stillhook.analysis.maps.result import cause_of
+from stillhook.analysis.maps.result import DIMS, cause_of, over_axes
 from stillhook.analysis.uncertainty.factors_file import Draws, Uncertainty, draws
 from stillhook.analysis.uncertainty.monte_carlo import AT_ONCE, SAMPLER, base_drawings, part_of, run_draws
 from stillhook.analysis.uncertainty.report import INSIDE, chance
@@ -155,10 +155,8 @@ def _dataset(
     seed: int,
     drawings: Sequence[Drawing],
 ) -> xarray.Dataset:
-    import xarray  # heavy
-
     axes, labels = cells.axes, [c.name for c in cells.controllers]
-    shape, dims = (len(labels), *axes.shape), ("controller", "load", "speed", "layer", "period")
+    shape, dims = (len(labels), *axes.shape), DIMS
     columns: dict[str, Any] = {}
     for name, flat in (*statistics.values.items(), *((f"{n}_change", x) for n, x in statistics.changes.items())):
         columns[name] = ((*dims, "quantile"), flat.reshape(*shape, -1), attributes(name))
@@ -175,19 +173,7 @@ def _dataset(
         "interval": list(INTERVAL),
         "factor": list(table.columns),
     }
-    coords["load"] = ("load", list(axes.loads), {"units": "kg", "long_name": "payload on the hook"})
-    coords["speed"] = ("speed", list(axes.speeds), {"units": "m/s", "long_name": "peak speed of the tip"})
-    coords["s_w"] = ("layer", list(axes.s_w), {"units": "m", "long_name": "wire paid out at the start"})
-    if axes.layers != (None,):
-        coords["layer"] = (
-            "layer",
-            list(axes.layers),
-            {"long_name": "layer of wire in use, counted from the bare drum"},
-        )
-    if axes.periods != (None,):
-        coords["period"] = ("period", list(axes.periods), {"units": "s", "long_name": "period of the wave"})
-    data = xarray.Dataset(columns, coords=coords)
-    data = data.squeeze([d for d, axis in (("layer", axes.layers), ("period", axes.periods)) if axis == (None,)])
+    data = over_axes(columns, coords, axes, "peak speed of the tip")
     bases = [drawings[i].crane for i in statistics.places()[0]]
     data.attrs = {
         "title": f"Stillhook map of {crane.name} under {len(table.values)} draws of {len(known.factors)} factors",

@@ -140,57 +140,33 @@ class Map:
         """Everything as plain data in SI, for JSON: nested lists over load, speed, and layer and period where the map
         has them."""
         cells: dict[str, Any] = {}
+        unused = tuple(DIMS.index(name) - 1 for name in self.axes.unused)
         changes = self.changes()
         for i, label in enumerate(self.labels):
             columns = {**{n: a[i] for n, a in self.values.items()}, **{f"{n}_change": a[i] for n, a in changes.items()}}
             columns |= {"applicable": self.applicable[i], "cause": self.cause[i], "status": self.status[i]}
-            cells[label] = {name: self._without_empty(a).tolist() for name, a in columns.items()}
+            cells[label] = {name: a.squeeze(axis=unused).tolist() for name, a in columns.items()}
         axes: dict[str, Any] = {
             "load": list(self.axes.loads),
             "speed": list(self.axes.speeds),
             "s_w": list(self.axes.s_w),
         }
-        if self.axes.layers != (None,):
-            axes["layer"] = list(self.axes.layers)
-        if self.axes.periods != (None,):
-            axes["period"] = list(self.axes.periods)
+        axes |= {"layer": list(self.axes.layers), "period": list(self.axes.periods)}
+        axes = {name: values for name, values in axes.items() if name not in self.axes.unused}
         who = {"crane": self.crane.name, "twin": twin_line(self.crane), "notes": list(implausible_values(self.crane))}
         return {**who, **self.about, **axes, "controllers": cells, "summary": self.summary()}
 
-    def _without_empty(self, a: NDArray[Any], before: int = 0) -> NDArray[Any]:
-        """The array without the dimensions that the map does not go over; `before` dimensions precede load and
-        speed."""
-        gone = [k for k, axis in ((2, self.axes.layers), (3, self.axes.periods)) if axis == (None,)]
-        return a.squeeze(axis=tuple(before + k for k in gone))
-
     def dataset(self) -> xarray.Dataset:
         """The map as a labelled Dataset; names, units and meaning from `stillhook.variables`."""
-        import xarray  # heavy: not wanted for a table
-
-        layered, waved = self.axes.layers != (None,), self.axes.periods != (None,)
-        dims = ("controller", "load", "speed", *(("layer",) if layered else ()), *(("period",) if waved else ()))
         columns = {
             **self.values,
             **{f"{n}_change": a for n, a in self.changes().items()},
             "applicable": self.applicable,
         }
         columns |= {"cause": self.cause.astype(str), "status": self.status.astype(str)}
-        coords: dict[str, Any] = {"controller": list(self.labels)}
-        coords["load"] = ("load", list(self.axes.loads), {"units": "kg", "long_name": "payload on the hook"})
-        coords["speed"] = ("speed", list(self.axes.speeds), {"units": "m/s", "long_name": str(self.about["speed_is"])})
-        wire = {"units": "m", "long_name": "wire paid out at the start"}
-        coords["s_w"] = ("layer", list(self.axes.s_w), wire) if layered else ((), self.axes.s_w[0], wire)
-        if layered:
-            coords["layer"] = (
-                "layer",
-                list(self.axes.layers),
-                {"long_name": "layer of wire in use, counted from the bare drum"},
-            )
-        if waved:
-            coords["period"] = ("period", list(self.axes.periods), {"units": "s", "long_name": "period of the wave"})
-        data = xarray.Dataset(
-            {n: (dims, self._without_empty(a, 1), _attrs(n)) for n, a in columns.items()}, coords=coords
-        )
+        labels = {"controller": list(self.labels)}
+        fields = {n: (DIMS, a, _attrs(n)) for n, a in columns.items()}
+        data = over_axes(fields, labels, self.axes, str(self.about["speed_is"]))
         data.attrs = {
             "title": f"Stillhook map of {self.crane.name}",
             "crane": crane_toml(self.crane),
@@ -201,6 +177,24 @@ class Map:
             "stillhook_kernel": kernel_hash(),
         }
         return data
+
+
+DIMS = ("controller", "load", "speed", "layer", "period")
+
+
+def over_axes(fields: dict[str, Any], coords: dict[str, Any], axes: Axes, speed_is: str) -> xarray.Dataset:
+    """Fields over `DIMS` as a Dataset with the axes of a map, without the dimensions that it does not go over."""
+    import xarray  # heavy: not wanted for a table
+
+    along = {
+        "load": ("load", axes.loads, {"units": "kg", "long_name": "payload on the hook"}),
+        "speed": ("speed", axes.speeds, {"units": "m/s", "long_name": speed_is}),
+        "s_w": ("layer", axes.s_w, {"units": "m", "long_name": "wire paid out at the start"}),
+        "layer": ("layer", axes.layers, {"long_name": "layer of wire in use, counted from the bare drum"}),
+        "period": ("period", axes.periods, {"units": "s", "long_name": "period of the wave"}),
+    }
+    coords |= {name: (dim, list(x), attrs) for name, (dim, x, attrs) in along.items() if name not in axes.unused}
+    return xarray.Dataset(fields, coords=coords).squeeze(axes.unused)
 
 
 def _attrs(name: str) -> dict[str, str]:

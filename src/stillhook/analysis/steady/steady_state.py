@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 from stillhook.engine.pack.winch import drum_record, gains, inertia_record, plc_record, wire_speed_max
 from stillhook.engine.pack.winch import motor_law as law_of_plc
-from stillhook.errors import StillhookError
+from stillhook.errors import ScenarioError, StillhookError
 from stillhook.physics.load_path.drum import (
     K_wire,
     layer_diameter,
@@ -25,6 +25,7 @@ from stillhook.physics.load_path.drum import (
 from stillhook.physics.scalar import G
 from stillhook.spec.crane import Crane
 from stillhook.spec.scenario import Mode
+from stillhook.units import quote
 
 
 class Steady(NamedTuple):
@@ -140,7 +141,12 @@ def settled(law: Callable[[float], float], x: float) -> float:
 
 def layer_row(crane: Crane, layer: int) -> dict[str, Any]:
     """Layer number, diameter of its wire's centre [m], K_wire, wire on it [m], wire on the drum with it full [m], wire
-    paid out then [m], inertia at the motor shaft then [kg m^2]."""
+    paid out then [m], inertia at the motor shaft then [kg m^2]. Errors: ScenarioError for a layer that the drum does
+    not have."""
+    if isinstance(layer, bool) or not isinstance(layer, int) or not 1 <= layer <= crane.drum.layers:
+        raise ScenarioError(
+            f'layer = {quote(layer)}: "{crane.name}" has layers 1 to {crane.drum.layers}. Choose one of them.'
+        )
     drum, n = drum_record(crane), float(layer)
     d, left = layer_diameter(n, drum), wire_to_layer(n, drum)
     return {
@@ -152,6 +158,12 @@ def layer_row(crane: Crane, layer: int) -> dict[str, Any]:
         "wire_out": drum.L_full - left,
         "J_m": shaft_inertia(left, n, drum, inertia_record(crane)),
     }
+
+
+def wire_out_on(crane: Crane, layer: int) -> float:
+    """Wire paid out that leaves half of a layer on the drum [m]: room for the waves on both sides."""
+    row = layer_row(crane, layer)
+    return float(row["wire_out"] + 0.5 * row["wire_length"])
 
 
 def inertia_parts(crane: Crane, s_w: float) -> dict[str, float]:

@@ -93,6 +93,15 @@ class Sensitivity:
         return f"not converged: indices are settled within {self.change:.2f} only; take more draws"
 
 
+def largest_totals(results: Sequence[Sensitivity]) -> dict[str, float]:
+    """Factor -> its largest total index among some results, the largest first."""
+    largest: dict[str, float] = {}
+    for result in results:
+        for name, x in result.indices.items():
+            largest[name] = max(largest.get(name, 0.0), x.total.value)
+    return dict(sorted(largest.items(), key=lambda item: -item[1]))
+
+
 class Design(NamedTuple):
     """Saltelli's tables: A, B shape (n, columns), and A with one group of columns taken from B, shape (groups, n,
     columns)."""

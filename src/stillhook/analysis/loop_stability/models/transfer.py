@@ -64,12 +64,8 @@ def effective_radius(crane: Crane, K_wire: float = 1.0) -> float:
 def on_layer(crane: Crane, layer: int) -> tuple[Crane, float]:
     """The crane with the inertia of a drum whose outermost full layer is `layer`, and K_wire there.
 
-    Errors: StillhookError for a layer that the drum does not have.
+    Errors: ScenarioError for a layer that the drum does not have.
     """
-    if not (isinstance(layer, int) and 1 <= layer <= crane.drum.layers):
-        raise StillhookError(
-            f'layer = {layer}: "{crane.name}" has layers 1 to {crane.drum.layers}. Choose one of them.'
-        )
     row = layer_row(crane, layer)
     inertia = crane.inertia.model_copy(update={"J_m_eff": float(row["J_m"])})
     return crane.model_copy(update={"inertia": inertia}), float(row["K_wire"])
