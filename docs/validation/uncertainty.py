@@ -17,8 +17,8 @@ import xarray
 from blocks import HERE, claims_table, percent, save, table
 
 from stillhook import Sine
+from stillhook.analysis.uncertainty.draws import Uncertainty
 from stillhook.analysis.uncertainty.factors import FACTORS
-from stillhook.analysis.uncertainty.factors_file import Uncertainty
 from stillhook.analysis.uncertainty.figures import band_figure, index_figure
 from stillhook.analysis.uncertainty.monte_carlo import monte_carlo
 from stillhook.analysis.uncertainty.report import Limit, band, chance, chances, failures, paired_difference

@@ -15,10 +15,9 @@ from stillhook._version import __version__
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.maps.operability import Cells, cells_of
 from stillhook.analysis.maps.result import DIMS, cause_of, over_axes
-from stillhook.analysis.uncertainty.factors_file import Draws, Uncertainty, draws
+from stillhook.analysis.uncertainty.draws import Drawing, Draws, Uncertainty, draws
 from stillhook.analysis.uncertainty.monte_carlo import AT_ONCE, SAMPLER, base_drawings, part_of, run_draws
 from stillhook.analysis.uncertainty.report import INSIDE, chance
-from stillhook.analysis.uncertainty.samples import Drawing
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.control.registry import CLASSIC, USUAL

@@ -12,9 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from stillhook.analysis.uncertainty.draws import Drawing, Uncertainty
 from stillhook.analysis.uncertainty.factors import EXCLUSIVE, FACTORS, Distribution, Law
-from stillhook.analysis.uncertainty.factors_file import Uncertainty
-from stillhook.analysis.uncertainty.samples import Drawing
 from stillhook.engine.scenario.problem import summaries
 from stillhook.errors import SpecError
 from stillhook.spec.crane import Crane

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook._version import __version__
-from stillhook.analysis.uncertainty.factors_file import Draws, Uncertainty, draws
-from stillhook.analysis.uncertainty.samples import Drawing, Pair
+from stillhook.analysis.uncertainty.draws import Drawing, Draws, Pair, Uncertainty, draws
 from stillhook.base.arrays import FloatArray
 from stillhook.base.progress import Progress
 from stillhook.engine.arguments import STATISTICS_STEP, paired, steps_per_cycle

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from stillhook.analysis.uncertainty.draws import MOST, Draws, Uncertainty, even, shaped
 from stillhook.analysis.uncertainty.factors import FACTORS, Distribution, Law
-from stillhook.analysis.uncertainty.factors_file import MOST, Draws, Uncertainty, even, shaped
 from stillhook.analysis.uncertainty.monte_carlo import base_drawings, case_labels, run_draws
 from stillhook.base.arrays import FloatArray
 from stillhook.base.choice import nearest
