@@ -72,17 +72,22 @@ def forcing_of_series(
         raise SeaError(
             f"{series.source}: {headings.size} headings for {len(series)} records. Enter one for all, or one for each."
         )
-    offsets = (np.arange(parts) + 0.5) / parts - 0.5
-    omega = (series.omega[:, None] + offsets * series.width[:, None]).ravel()
-    width = np.repeat(series.width / parts, parts)
+    omega, width, wave = _parted(series, parts)
     distinct, row = np.unique(np.mod(headings.ravel(), 2.0 * math.pi), return_inverse=True)
     power, cross = (
         np.array(each)
         for each in zip(*(tip_by_wave(omega, vessel, x, y, b, spread, depth) for b in distinct), strict=True)
     )
-    wave = np.repeat(series.S, parts, axis=1) * width
     rows = row.ravel() if headings.ndim else np.zeros(1, dtype=int)
     return Forcing(omega, width, wave * power[rows], wave, wave * cross[rows])
+
+
+def _parted(series: SpectrumSeries, parts: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Frequencies (m,), widths (m,) [rad/s] and variances of the surface (n, m) [m^2] of the bands, each in `parts`."""
+    offsets = (np.arange(parts) + 0.5) / parts - 0.5
+    omega = (series.omega[:, None] + offsets * series.width[:, None]).ravel()
+    width = np.repeat(series.width / parts, parts)
+    return omega, width, np.repeat(series.S, parts, axis=1) * width
 
 
 def forcing_of_seas(seas: Sea | Sequence[Sea], vessel: Rao, x: float, y: float, *, depth: float = math.inf) -> Forcing:
@@ -144,13 +149,10 @@ def forcing_of_directional(
     directions = series.directional
     if directions is None:
         raise SeaError(f"{series.source}: contains no directions. Enter the direction of the waves from the bow.")
-    offsets = (np.arange(parts) + 0.5) / parts - 0.5
-    omega = (series.omega[:, None] + offsets * series.width[:, None]).ravel()
-    width = np.repeat(series.width / parts, parts)
+    omega, width, wave = _parted(series, parts)
     each = [tip_by_wave(omega, vessel, x, y, relative(float(theta), ship), None) for theta in directions.theta]
     power = np.array([p for p, _ in each]).reshape(len(each), -1, parts).transpose(1, 0, 2)  # band, direction, part
     cross = np.array([c for _, c in each]).reshape(len(each), -1, parts).transpose(1, 0, 2)
-    wave = np.repeat(series.S, parts, axis=1) * width
     tip, mixed = np.empty_like(wave), np.empty(wave.shape, dtype=complex)
     for i in range(0, len(series), BLOCK):
         rows = slice(i, min(i + BLOCK, len(series)))

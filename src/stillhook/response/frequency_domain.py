@@ -290,7 +290,7 @@ def frequency_response(
         columns |= {f"{name}{suffix}": values for name, values in _of_load(s, load, duration).items()}
     labels = list(names) if names is not None else [str(i) for i in range(len(forcing))]
     data = xarray.Dataset(
-        {name: ("case", np.where(known, values, np.nan), _attrs(name)) for name, values in columns.items()},
+        {name: ("case", np.where(known, values, np.nan), attributes_of(name)) for name, values in columns.items()},
         coords={"case": labels},
     )
     data.attrs = {
@@ -327,7 +327,8 @@ def _less(sigma: FloatArray, z: FloatArray) -> FloatArray:
     return 1.0 - np.divide(sigma, z, out=np.full_like(z, np.nan), where=z > 0.0)
 
 
-def _attrs(name: str) -> dict[str, str]:
+def attributes_of(name: str) -> dict[str, str]:
+    """Unit and meaning of a number, also of one with the winch on its brake, for a Dataset."""
     row = BY_NAME[name.removesuffix("_braked")]
     braked = ", with the winch on its brake" if name.endswith("_braked") else ""
     return {"units": row.unit, "long_name": f"{row.meaning}{braked}"}

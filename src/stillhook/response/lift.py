@@ -26,10 +26,10 @@ from stillhook.response.forcing import (
     forcing_of_series,
     forcing_of_states,
 )
-from stillhook.response.frequency_domain import frequency_response, sigmas
+from stillhook.response.frequency_domain import attributes_of, frequency_response, sigmas
 from stillhook.response.suspended_load import SuspendedLoad, answers, natural_periods, suspended_load
 from stillhook.response.winch.identify import Steps, identify_residual
-from stillhook.response.winch.linear_form import Residual
+from stillhook.response.winch.linear_form import Residual, neighbours
 from stillhook.sea.spectra.directions import parse_direction
 from stillhook.sea.spectra.measured import SeaStates, SpectrumSeries
 from stillhook.sea.spectra.spectrum import Sea
@@ -38,7 +38,6 @@ from stillhook.spec.lift.lowering import Lowering, StageMode
 from stillhook.spec.scenario import Mode, mode_of
 from stillhook.tables.plausible import implausible_values, marked
 from stillhook.units import parse, show
-from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
     import xarray
@@ -184,6 +183,8 @@ def response_at(
 ) -> LiftResponse:
     """The same at z [m] and over a duration [s]; see `lift_response`."""
     check_place(file)
+    assert file.vessel is not None
+    assert file.at is not None
     mode = file.lift.controller if mode is None else mode_of(mode)
     if not mode.compensates:
         others = ", ".join(m.value for m in Mode if m.compensates)
@@ -195,7 +196,7 @@ def response_at(
             f"depth {show(-z, 'length')}: the water is {show(file.lift.depth, 'length')} deep. Choose a smaller depth."
         )
     load = suspended_load(file.crane, file.lift, z)
-    forcing = forcing_of(waves, file)
+    forcing = forcing_of_waves(waves, file.vessel, file.at.x, file.at.y)
     steps = Steps(progress)
     duty = replace(load.duty, sensors=file.lift.sensors)
     residual = identify_residual(file.crane, duty, mode, progress=steps)
@@ -213,13 +214,6 @@ def check_place(file: LiftFile) -> None:
             f"{missing}: missing. The frequency-domain method requires vessel and tip; a prescribed motion of the tip"
             " is simulated in time only."
         )
-
-
-def forcing_of(waves: Waves, file: LiftFile) -> Forcing:
-    """Forcing by the waves at the lift's crane tip and load."""
-    assert file.vessel is not None
-    assert file.at is not None
-    return forcing_of_waves(waves, file.vessel, file.at.x, file.at.y)
 
 
 def forcing_of_waves(waves: Waves, vessel: Rao, x: float, y: float) -> Forcing:
@@ -243,11 +237,7 @@ def _labelled(data: xarray.Dataset, waves: Waves) -> xarray.Dataset:
         dim = "time"
         data = data.drop_vars("case").rename(case=dim).assign_coords(time=waves.of.time.astype("datetime64[ns]"))
         columns |= {name: np.asarray(getattr(waves.of, name)) for name in ("H_m0", "T_p", "T_m02")}
-    return data.assign({name: (dim, values, _attrs(name)) for name, values in columns.items()})
-
-
-def _attrs(name: str) -> dict[str, str]:
-    return {"units": BY_NAME[name].unit, "long_name": BY_NAME[name].meaning}
+    return data.assign({name: (dim, values, attributes_of(name)) for name, values in columns.items()})
 
 
 def _with_flags(data: xarray.Dataset, load: SuspendedLoad, residual: Residual, SWL: float) -> xarray.Dataset:
@@ -259,7 +249,7 @@ def _with_flags(data: xarray.Dataset, load: SuspendedLoad, residual: Residual, S
         "slack": data["slack_chance"].values > LIKELY,
         "overload": data["DAF"].values * load.end.m > SWL,
     }
-    share = (dim, saturation_share(residual, v, T_z), _attrs("saturation_share"))
+    share = (dim, saturation_share(residual, v, T_z), attributes_of("saturation_share"))
     return data.assign({"saturation_share": share} | {name: (dim, flag) for name, flag in flags.items()})
 
 
@@ -291,11 +281,8 @@ def table_at(omega: FloatArray, speeds: FloatArray, table: FloatArray, v: FloatA
     ends hold."""
     knots = np.concatenate(([0.0], speeds))
     rows = np.array([np.interp(v, knots, [0.0, *row]) for row in table])
-    at = np.log(2.0 * math.pi / np.where(T > 0.0, T, np.nan))
-    places, each = np.log(omega), np.arange(len(v))
-    low = np.clip(np.searchsorted(places, np.nan_to_num(at), side="right") - 1, 0, max(len(places) - 2, 0))
-    high = np.minimum(low + 1, len(places) - 1)
-    part = np.clip((at - places[low]) / np.where(high > low, places[high] - places[low], 1.0), 0.0, 1.0)
+    low, high, part = neighbours(np.log(omega), np.log(2.0 * math.pi / np.where(T > 0.0, T, np.nan)))
+    each = np.arange(len(v))
     return np.asarray(rows[low, each] + part * (rows[high, each] - rows[low, each]))
 
 

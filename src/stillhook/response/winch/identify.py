@@ -36,7 +36,7 @@ from stillhook.response.winch.duty import (
     soft,
     spectra,
 )
-from stillhook.response.winch.linear_form import HARMONICS, Remnant, Residual, WinchCompliance
+from stillhook.response.winch.linear_form import HARMONICS, Remnant, Residual, WinchCompliance, neighbours
 from stillhook.sea.motion.motion import Sine
 from stillhook.spec.crane import Crane, content
 from stillhook.spec.scenario import Mode, Sensors, mode_of
@@ -403,11 +403,10 @@ class ResidualGrid:
                     f"residual grid: {name} {show(value, kind)} is outside {show(knots[0], kind)} to"
                     f" {show(knots[-1], kind)}. Identify a wider grid."
                 )
-        i, f = _between(self.F, F)
-        j, g = _between(self.s_w, s_w)
-        j_1 = min(j + 1, len(self.s_w) - 1)
-        low, high = (mixed(row[j], row[j_1], g) for row in (self.tables[i], self.tables[min(i + 1, len(self.F) - 1)]))
-        return mixed(low, high, f)
+        (i,), (i_1,), (f,) = neighbours(np.array(self.F), np.array([F]))
+        (j,), (j_1,), (g,) = neighbours(np.array(self.s_w), np.array([s_w]))
+        low, high = (mixed(row[j], row[j_1], float(g)) for row in (self.tables[i], self.tables[i_1]))
+        return mixed(low, high, float(f))
 
 
 def identify_grid(
@@ -434,12 +433,6 @@ def identify_grid(
         )
 
     return ResidualGrid(tuple(F), tuple(s_w), tuple(tuple(identify(force, length) for length in s_w) for force in F))
-
-
-def _between(knots: Sequence[float], x: float) -> tuple[int, float]:
-    """Lower neighbour and share of the upper one."""
-    i = int(np.clip(np.searchsorted(knots, x, side="right") - 1, 0, max(len(knots) - 2, 0)))
-    return i, 0.0 if len(knots) == 1 else (x - knots[i]) / (knots[i + 1] - knots[i])
 
 
 def mixed(a: Residual, b: Residual, share: float) -> Residual:
