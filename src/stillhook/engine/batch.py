@@ -176,24 +176,17 @@ class Task(NamedTuple):
 def _cut(
     problem: Problem, cranes: Sequence[Crane], cases: Sequence[Any], missing: Sequence[int], workers: int
 ) -> list[list[int]]:
-    """Places of the missing cases in tasks: cases that can share a block of lanes lie together."""
+    """Places of the missing cases in tasks of full blocks of lanes: cases that can share a block are together."""
     groups: dict[Hashable, list[int]] = {}
     for i in missing:
         groups.setdefault(problem.group(cranes[i], cases[i]), []).append(i)
-    sized = [
-        (problem.seconds(cranes[group[0]], cases[group[0]]), problem.sort(group, cases)) for group in groups.values()
-    ]
-    return in_tasks(sized, workers)
-
-
-def in_tasks(groups: Sequence[tuple[float, Sequence[int]]], workers: int) -> list[list[int]]:
-    """Groups of cases, each with the simulated time of one case [s], in tasks of whole blocks of lanes."""
-    fair = math.ceil(sum(len(group) for _, group in groups) / (TASKS_EACH * workers) / VL) * VL
+    fair = math.ceil(len(missing) / (TASKS_EACH * workers) / VL) * VL
     out: list[list[int]] = []
-    for seconds, group in groups:
+    for group in groups.values():
+        seconds, places = problem.seconds(cranes[group[0]], cases[group[0]]), problem.sort(group, cases)
         worth = math.ceil(max(TASK_SECONDS, TASK_SECONDS_EACH * workers) / seconds / VL) * VL
         size = max(VL, min(fair, worth))
-        out += [list(group[k : k + size]) for k in range(0, len(group), size)]
+        out += [places[k : k + size] for k in range(0, len(places), size)]
     return out
 
 
@@ -210,23 +203,18 @@ def work(task: Task, progress: Progress | None = None) -> list[Row]:
             if progress is not None:
                 progress((before + share * size) / total)
 
-        rows += _rows(block, places, report)
+        results = block.problem.results(
+            block.cranes,
+            block.cases,
+            n_sub=block.n_sub,
+            lanes=VL,
+            every=0,
+            threads=1,
+            progress=report,
+            places=places,
+        )
+        rows += map(block.problem.row, block.cranes, block.cases, results)
     return rows
-
-
-def _rows(block: Task, places: Sequence[int] | None, progress: Progress) -> list[Row]:
-    """Summaries of one block of lanes."""
-    results = block.problem.results(
-        block.cranes,
-        block.cases,
-        n_sub=block.n_sub,
-        lanes=VL,
-        every=0,
-        threads=1,
-        progress=progress,
-        places=places,
-    )
-    return [block.problem.row(w, c, r) for w, c, r in zip(block.cranes, block.cases, results, strict=True)]
 
 
 def on_threads(tasks: Sequence[Task], threads: int, meter: Meter) -> Generator[tuple[Task, list[Row]], None, None]:

@@ -80,13 +80,8 @@ class Search:
         progress: Progress | None,
     ) -> None:
         self.crane, self.mode, self.cases, self.settings = crane, mode, list(cases), settings
-        self.objective, self.limits, self.budget, self.threads, self.progress = (
-            objective,
-            limits,
-            budget,
-            threads,
-            progress,
-        )
+        self.objective, self.limits, self.budget = objective, limits, budget
+        self.threads, self.progress = threads, progress
         self.trials: list[Trial] = []
         self.asked, self.interrupted = 0, False
         self.fast: list[Fast] = []
@@ -215,18 +210,9 @@ class Search:
 
     def polish(self) -> None:
         """The rest of the budget from the best point on: Nelder and Mead's simplex, held in the unit cube."""
-        x = np.array(
-            to_vector(self.settings, dict(zip((s.name for s in self.settings), self.best().values, strict=True)))
-        )
-        corners = np.vstack(
-            [
-                x,
-                *[
-                    np.where(np.arange(len(x)) == i, x + (SIMPLEX if x[i] < 0.5 else -SIMPLEX), x)
-                    for i in range(len(x))
-                ],
-            ]
-        )
+        best = dict(zip((s.name for s in self.settings), self.best().values, strict=True))
+        x = np.array(to_vector(self.settings, best))
+        corners = np.vstack([x, x + np.diag(np.where(x < 0.5, SIMPLEX, -SIMPLEX))])
         options = {"initial_simplex": corners, "maxfev": self.budget, "xatol": 1e-4, "fatol": 1e-5}
         minimize(
             lambda y: float(self.ranks(y)[0]), x, method="Nelder-Mead", bounds=[(0.0, 1.0)] * len(x), options=options
