@@ -46,13 +46,13 @@ def fastest_rates(packed: Packed, c: float | None = None) -> dict[str, float]:
     c damping of the wire [N s/m], default that of the load on it.
     """
     p = packed.params
-    h, own = p.hoist, packed.plant.stiffness(p)
+    h, stiffness = p.hoist, packed.plant.stiffness(p)
     J = shaft_inertia_without_wire(h)
     rates = {
-        **own.rates,
+        **stiffness.rates,
         "bristle with its damping": (h.bristle.sigma_1 + (h.bristle.sigma_0 * J) ** 0.5) / J,
-        **_hoist_rates(h, J, own.n_max, float(wire_damping(h.s_w_0, h.load.m, h.wire)) if c is None else c),
-        "viscous friction against the winch's inertia": (h.n_motors * h.friction.Y_5 + own.viscous) / J,
+        **_hoist_rates(h, J, stiffness.n_max, float(wire_damping(h.s_w_0, h.load.m, h.wire)) if c is None else c),
+        "viscous friction against the winch's inertia": (h.n_motors * h.friction.Y_5 + stiffness.viscous) / J,
     }
     if h.bristle.regular > 0.5:
         rates["regularised friction"] = dry_level_bound(packed) * h.bristle.i_omega_r * drum_geometry(packed.s_w, h).i_J
@@ -75,8 +75,8 @@ def dry_level_bound(packed: Packed) -> float:
     at relief."""
     h = packed.params.hoist
     T_d = h.load.W * 0.5 * h.drum.d_max
-    own: Stiffness = packed.plant.stiffness(packed.params)
-    return float(h.n_motors * system_friction_dry(0.0, T_d, h.friction) + own.dry)
+    stiffness: Stiffness = packed.plant.stiffness(packed.params)
+    return float(h.n_motors * system_friction_dry(0.0, T_d, h.friction) + stiffness.dry)
 
 
 def substeps(t_cycle: float, longest: float) -> int:

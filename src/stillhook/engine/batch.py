@@ -124,11 +124,11 @@ def run_batch(
     """
     check_threads(threads)
     problem.check(cranes, cases)
-    kept = _StoredRuns(problem, store, cranes, cases, n_sub) if store is not None else None
-    results = kept.stored() if kept is not None else {}
+    stored_runs = _StoredRuns(problem, store, cranes, cases, n_sub) if store is not None else None
+    results = stored_runs.stored() if stored_runs is not None else {}
     missing = [i for i in range(len(cases)) if i not in results]
-    if kept is not None and missing:
-        kept.check_room()
+    if stored_runs is not None and missing:
+        stored_runs.check_room()
     meter = Meter(len(cases), progress, done=len(results))
     meter.tell()
     workers = threads if client is None else max(sum(client.nthreads().values()), 1)
@@ -140,8 +140,8 @@ def run_batch(
     landed = on_threads(tasks, threads, meter) if client is None else on_cluster(tasks, client, meter)
     with closing(landed):  # a store that fails stops the threads, or the cluster, at once
         for task, rows in landed:
-            if kept is not None:
-                kept.put(task.indices, rows)
+            if stored_runs is not None:
+                stored_runs.put(task.indices, rows)
             for i, row in zip(task.indices, rows, strict=True):
                 results[i] = summary_of(row, problem.columns(cranes[i], cases[i]))
     return [results[i] for i in range(len(cases))]
@@ -163,8 +163,8 @@ class Task(NamedTuple):
 
     def part(self, start: int, end: int) -> Task:
         """Some of its cases."""
-        some = slice(start, end)
-        return self._replace(indices=self.indices[some], cranes=self.cranes[some], cases=self.cases[some])
+        places = slice(start, end)
+        return self._replace(indices=self.indices[places], cranes=self.cranes[places], cases=self.cases[places])
 
     def light(self) -> Task:
         """The same without the sources of the cranes' numbers, which no run reads; cranes that are one stay one."""

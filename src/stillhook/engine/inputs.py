@@ -217,7 +217,7 @@ def _extremes(
     first: int,
     t_cycle: float,
 ) -> tuple[float, float, float, float]:
-    """Highest wire speed asked for [m/s], peak-to-peak of the tip, least and most wire out above that at the start [m].
+    """Highest wire speed requested [m/s], peak-to-peak of the tip, least and most wire out above that at the start [m].
 
     Taken in pieces; remembered, because cranes and loads are compared on the same motion.
     """
@@ -283,10 +283,10 @@ def pump_shares(loss: PowerLoss | None, pumps: tuple[float, ...], t: FloatArray)
     share = np.ones_like(t)
     if loss is None or loss.unit > len(pumps):
         return share, share
-    left = 1.0 - pumps[loss.unit - 1] / sum(pumps)
+    remaining = 1.0 - pumps[loss.unit - 1] / sum(pumps)
     gone = np.clip((t - loss.time) / loss.run_down, 0.0, 1.0) if loss.run_down > 0.0 else (t >= loss.time).astype(float)
-    known = np.where(t >= loss.time + loss.detection, left, 1.0)
-    return 1.0 - (1.0 - left) * gone, known
+    assumed = np.where(t >= loss.time + loss.detection, remaining, 1.0)
+    return 1.0 - (1.0 - remaining) * gone, assumed
 
 
 NO_CERTIFICATE = "no certificate: the twin is not validated (level 1)"

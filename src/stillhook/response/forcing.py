@@ -99,15 +99,15 @@ def forcing_of_seas(seas: Sea | Sequence[Sea], vessel: Rao, x: float, y: float, 
     omega = np.arange(LOWEST + STEP / 2.0, HIGHEST, STEP)
     shape = (len(listed), len(omega))
     tip, wave, mixed = np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=complex)
-    known: dict[tuple[float, float | None], tuple[FloatArray, ComplexArray]] = {}
+    transfers: dict[tuple[float, float | None], tuple[FloatArray, ComplexArray]] = {}
     for n, sea in enumerate(listed):
         for train in sea.trains:
             key = (train.beta, train.spread)
-            if key not in known:
-                known[key] = tip_by_wave(omega, vessel, x, y, *key, depth)
+            if key not in transfers:
+                transfers[key] = tip_by_wave(omega, vessel, x, y, *key, depth)
             S = train.spectrum.density(omega) * STEP
-            tip[n] += known[key][0] * S
-            mixed[n] += known[key][1] * S
+            tip[n] += transfers[key][0] * S
+            mixed[n] += transfers[key][1] * S
             wave[n] += S
     return Forcing(omega, np.full(len(omega), STEP), tip, wave, mixed)
 
@@ -194,12 +194,12 @@ def forcing_of_states(
     omega = np.arange(LOWEST + STEP / 2.0, HIGHEST, STEP)
     if ship is None:
         beta = 0.0 if beta is None else beta
-        place, known = np.zeros(len(states), dtype=int), np.ones(len(states), dtype=bool)
+        place, valid = np.zeros(len(states), dtype=int), np.ones(len(states), dtype=bool)
     else:
-        beta, known = relative(0.0, ship), np.isfinite(states.come_from)
-        place = -GRID * np.round(np.degrees(np.where(known, states.come_from, 0.0))).astype(int) // 360
+        beta, valid = relative(0.0, ship), np.isfinite(states.come_from)
+        place = -GRID * np.round(np.degrees(np.where(valid, states.come_from, 0.0))).astype(int) // 360
     wave = _waves(states, omega)
-    wave[~known & (np.nan_to_num(states.H_m0) > 0.0)] = np.nan
+    wave[~valid & (np.nan_to_num(states.H_m0) > 0.0)] = np.nan
     distinct, row = np.unique(place, return_inverse=True)
     power, cross = _about(omega, vessel, x, y, float(beta), distinct, spread)
     if not np.isfinite(wave).any():

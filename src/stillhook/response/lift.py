@@ -318,21 +318,21 @@ def answer_of(response: LiftResponse, file: LiftFile, waves: Waves, *, records: 
             | {"notes": notes_of(response, file)}
         )
     times = np.datetime_as_string(data["time"].values, unit="s")
-    known = np.isfinite(data["sigma_z"].values)
+    valid = np.isfinite(data["sigma_z"].values)
     head |= {
         "file": waves.of.source,  # type: ignore[union-attr]
         "n_records": len(times),
-        "n_valid": int(known.sum()),
-        "n_missing": int((~known).sum()),
+        "n_valid": int(valid.sum()),
+        "n_missing": int((~valid).sum()),
     }
     head |= {"start": f"{times[0]}Z", "end": f"{times[-1]}Z"}
-    head |= {f"n_{name}": int(np.count_nonzero(data[name].values & known)) for name in FLAGS}
-    in_sum = {name: _in_sum(name, data[name].values, times, known) for name in numbers}
+    head |= {f"n_{name}": int(np.count_nonzero(data[name].values & valid)) for name in FLAGS}
+    in_sum = {name: _in_sum(name, data[name].values, times, valid) for name in numbers}
     report = head | _nested(in_sum) | {"notes": [*waves.of.notes, *notes_of(response, file)]}  # type: ignore[union-attr]
     if records:
         columns = _nested({name: data[name].values.tolist() for name in numbers})
         flags = {name: [bool(x) for x in data[name].values] for name in FLAGS}
-        report["records"] = {"time": [f"{t}Z" for t in times], "valid": known.tolist()} | columns | flags
+        report["records"] = {"time": [f"{t}Z" for t in times], "valid": valid.tolist()} | columns | flags
     return report
 
 
@@ -342,9 +342,9 @@ def _nested(values: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in values.items() if not name.endswith("_braked")} | {"braked": braked}
 
 
-def _in_sum(name: str, x: FloatArray, times: NDArray[np.str_], known: NDArray[np.bool_]) -> dict[str, Any]:
+def _in_sum(name: str, x: FloatArray, times: NDArray[np.str_], valid: NDArray[np.bool_]) -> dict[str, Any]:
     """First, mean, least and largest, and when the worst was."""
-    rows = np.flatnonzero(known & np.isfinite(x))
+    rows = np.flatnonzero(valid & np.isfinite(x))
     if not len(rows):
         return {"first": math.nan, "mean": math.nan, "min": math.nan, "max": math.nan, "worst": ""}
     values = x[rows]
@@ -387,7 +387,8 @@ def stamped(data: xarray.Dataset, answer: dict[str, Any]) -> xarray.Dataset:
 
 def spectra(response: LiftResponse) -> dict[str, FloatArray]:
     """Densities of height of the first sea over the forcing's frequencies [m^2 s/rad]: tip, wire's upper end, load on
-    the brake, load compensated. The remnant of the winch (its error beside C) is in the deviations and not in these."""
+    the brake, load compensated. The remnant of the winch (its error in addition to C) is in the deviations and not
+    in these."""
     f, load = response.forcing, response.load
     sigma_v = float(f.deviation(1)[0])
     densities = {"crane tip": f.tip[0] / f.width}

@@ -126,7 +126,7 @@ def published_stability(
     alpha = steady(machine, -v_tip, DEFAULT_MODE, K_wire=K_wire).alpha_m if alpha_m is None else alpha_m
     e, limit = eigenfrequency(machine, alpha), gain_limit(machine, alpha, K_wire)
     plain = position_loop(machine, alpha, K_wire=K_wire)
-    held = sampled(plain, crane.control.t_cycle, delay + crane.control.computing)
+    with_plc = sampled(plain, crane.control.t_cycle, delay + crane.control.computing)
     at = about_at(machine, v_tip, alpha, -v_tip / effective_radius(machine, K_wire), K_wire=K_wire)
     v_full = wire_speed_max(crane, alpha) / K_wire
     if abs(v_tip) > v_full:
@@ -143,7 +143,7 @@ def published_stability(
         "zeta": e.zeta,
         "period": e.period,
     }
-    result = _stability(crane, where, values, (plain, held), delay, np.linalg.eigvals(A), strong=strong)
+    result = _stability(crane, where, values, (plain, with_plc), delay, np.linalg.eigvals(A), strong=strong)
     settles = abs(command_pole(machine, at, K_wire=K_wire)) < 1.0
     return result._replace(stable_plc=result.stable_plc and settles)
 
@@ -179,7 +179,7 @@ def full_stability(
 
     point = settled_displacement(crane, at, mode) if alpha_m is None else at(alpha_m)
     linear = linearise(point)
-    plain, held = plant_loop(linear), plc_loop(crane, point, mode=mode, delay=delay)
+    plain, with_plc = plant_loop(linear), plc_loop(crane, point, mode=mode, delay=delay)
     swing = max((m for m in linear.modes() if m.pole.imag > 0.0), key=lambda m: m.share("p_a", "p_b", "omega_m"))
     limit = margins(plain, crane.control.K_p)
     where = {
@@ -195,9 +195,9 @@ def full_stability(
         "zeta": swing.zeta,
         "period": 2.0 * math.pi / swing.omega_0,
     }
-    z = held.closed_poles(crane.control.K_p)
-    poles = np.log(z[np.abs(z) > 1e-6]) / held.t_cycle
-    return _stability(crane, where, values, (plain, held), delay, poles), point
+    z = with_plc.closed_poles(crane.control.K_p)
+    poles = np.log(z[np.abs(z) > 1e-6]) / with_plc.t_cycle
+    return _stability(crane, where, values, (plain, with_plc), delay, poles), point
 
 
 class BothLoops(NamedTuple):
@@ -300,21 +300,21 @@ def _stability(
     strong: bool = True,
 ) -> Stability:
     K_p = crane.control.K_p
-    plain, held = (margins(loop, K_p) for loop in loops)
+    plain, with_plc = (margins(loop, K_p) for loop in loops)
     return Stability(
         **where,
         **values,
         **_named(plain, ""),
-        **_named(held, "_plc"),
+        **_named(with_plc, "_plc"),
         K_p=K_p,
         t_cycle=crane.control.t_cycle,
         delay=delay,
-        K_p_ms_plc=held.gain_margin * K_p,
-        omega_c_plc=held.omega_c,
+        K_p_ms_plc=with_plc.gain_margin * K_p,
+        omega_c_plc=with_plc.omega_c,
         K_p_strong=strongest_up_to(loops[1]) if strong else math.nan,
         poles=tuple(complex(p) for p in sorted(poles, key=lambda p: (abs(p), p.imag))),
         stable=plain.stable,
-        stable_plc=held.stable,
+        stable_plc=with_plc.stable,
     )
 
 

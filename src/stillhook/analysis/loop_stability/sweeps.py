@@ -174,10 +174,10 @@ def bode(
     import xarray
 
     plain = position_loop(crane, alpha_m, K_wire=K_wire)
-    held = sampled(plain, crane.control.t_cycle, delay + crane.control.computing)
-    w = np.geomspace(0.01, held.nyquist * 0.999, 1200) if omega is None else np.asarray(omega, dtype=np.float64)
+    with_plc = sampled(plain, crane.control.t_cycle, delay + crane.control.computing)
+    w = np.geomspace(0.01, with_plc.nyquist * 0.999, 1200) if omega is None else np.asarray(omega, dtype=np.float64)
     data = {}
-    for end, loop in (("", plain), ("_plc", held)):
+    for end, loop in (("", plain), ("_plc", with_plc)):
         L = crane.control.K_p * loop.response(w)
         data[f"loop_gain{end}"] = ("omega", np.abs(L), attributes(f"loop_gain{end}"))
         data[f"loop_phase{end}"] = ("omega", np.unwrap(np.angle(L)), attributes(f"loop_phase{end}"))

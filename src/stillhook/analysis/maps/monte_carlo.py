@@ -74,9 +74,9 @@ def monte_carlo_map(
     Errors: as of `operability_map` and `monte_carlo`, before anything runs.
     """
     cells = cells_of(crane, controllers, **grid)
-    known = (uncertainty or Uncertainty.default()).on(*zip(cells.cranes, cells.cases, strict=True))
-    table = draws(known, n, seed)
-    drawings = base_drawings(cells.cranes, cells.cases, known, table)
+    uncertain = (uncertainty or Uncertainty.default()).on(*zip(cells.cranes, cells.cases, strict=True))
+    table = draws(uncertain, n, seed)
+    drawings = base_drawings(cells.cranes, cells.cases, uncertain, table)
     statistics = _Statistics(cells, n)
     places, at_once = statistics.places(), max(AT_ONCE // (n * len(cells.controllers)), 1)
     options = {"step": step, "threads": threads, "store": store, "client": client}
@@ -89,7 +89,7 @@ def monte_carlo_map(
         for j, place in enumerate(some):
             part = slice(j * len(place), (j + 1) * len(place))
             statistics.take(place, rows[part], status[part], crane.SWL)
-    return _dataset(crane, cells, statistics, table, known, seed, drawings)
+    return _dataset(crane, cells, statistics, table, uncertain, seed, drawings)
 
 
 class _Statistics:
@@ -150,7 +150,7 @@ def _dataset(
     cells: Cells,
     statistics: _Statistics,
     table: Draws,
-    known: Uncertainty,
+    uncertain: Uncertainty,
     seed: int,
     drawings: Sequence[Drawing],
 ) -> xarray.Dataset:
@@ -175,10 +175,10 @@ def _dataset(
     data = over_axes(columns, coords, axes, "peak speed of the tip")
     bases = [drawings[i].crane for i in statistics.places()[0]]
     data.attrs = {
-        "title": f"Stillhook map of {crane.name} under {len(table.values)} draws of {len(known.factors)} factors",
+        "title": f"Stillhook map of {crane.name} under {len(table.values)} draws of {len(uncertain.factors)} factors",
         "crane": crane_toml(crane),
         "controllers": json.dumps({label: crane_toml(base) for label, base in zip(labels, bases, strict=True)}),
-        "factors": json.dumps(known.to_dict()),
+        "factors": json.dumps(uncertain.to_dict()),
         "seed": seed,
         "sampler": SAMPLER,
         "stillhook_version": __version__,

@@ -93,7 +93,7 @@ def map_of(
         warm_up=warm_up,
     )
     answers = summaries(cranes, cases, step=step, threads=threads, store=store, client=client, progress=progress)
-    shape, known = (len(chosen), *axes.shape), numbers_of(crane)
+    shape, available = (len(chosen), *axes.shape), numbers_of(crane)
     modes = [c.mode for c in chosen for _ in range(math.prod(axes.shape))]
     causes = [cause_of(s, m, k.load / crane.SWL) for s, m, k in zip(answers, modes, cases, strict=True)]
     return Map(
@@ -104,7 +104,7 @@ def map_of(
         values={
             name: np.array([s[name] for s in answers], dtype=np.float64).reshape(shape)
             for name in NUMBERS
-            if name in known
+            if name in available
         },
         status=np.array([s["status"] for s in answers], dtype=object).reshape(shape),
         cause=np.array(causes, dtype=object).reshape(shape),

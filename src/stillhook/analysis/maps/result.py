@@ -84,7 +84,7 @@ class Map:
     def with_best_classic(self) -> Map:
         """The map with one more controller, "best classic": cell by cell the applicable one of NS and HS with the lower
         value of `better`, and where neither is applicable the lower of both, with its cause. The same map where neither
-        was asked for."""
+        was requested."""
         rows = [i for i, mode in enumerate(self.modes) if mode in CLASSIC]
         if not rows:
             return self
@@ -250,8 +250,7 @@ def _rules() -> Iterator[Rule]:
 RULES = tuple(_rules())
 """Why a controller is not applicable, worst first; the first that holds is the cause. A standing offset is not a cause:
 it shows in e_c_mean, and pure active winches have one by design. Limits without a tolerated time are passed or not:
-what they guard does not
-wait."""
+what they guard does not wait."""
 MARKS: Mapping[str, str] = {r.cause: r.mark for r in RULES}
 
 

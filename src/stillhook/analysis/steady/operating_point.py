@@ -286,7 +286,7 @@ def _point(w: Winch, x: Any, u: Any, tip: Tip, p: Any, f: ActiveFlows, v_w: floa
         p = p._replace(active=A._replace(pump_servo=A.pump_servo._replace(lo=-1.0, hi=1.0)))
     q = w.driver.path_point(x, w.geometry, tip, p)
     c, wx = w.plant.circuit(x.winch, q, u, w.geometry, p), x.winch
-    seen = w.plant.signals(c, wx, q, u, w.geometry, p)
+    signals = w.plant.signals(c, wx, q, u, w.geometry, p)
     T_f = w.plant.powers(c, wx, q, p).friction / wx.omega_m if wx.omega_m else 0.0
     relief_open = f.Q_relief_a + f.Q_relief_b > 0.0
     return OperatingPoint(
@@ -302,9 +302,9 @@ def _point(w: Winch, x: Any, u: Any, tip: Tip, p: Any, f: ActiveFlows, v_w: floa
         p_b=wx.p_b,
         T_f=T_f,
         z=wx.z,
-        alpha_pm=getattr(seen, "alpha_pm", 0.0),
-        alpha_pp=getattr(seen, "alpha_pp", 0.0),
-        p_hp=getattr(seen, "p_hp", 0.0),
+        alpha_pm=getattr(signals, "alpha_pm", 0.0),
+        alpha_pp=getattr(signals, "alpha_pp", 0.0),
+        p_hp=getattr(signals, "p_hp", 0.0),
         flows=f,
         reachable=reachable,
         relief_open=relief_open,

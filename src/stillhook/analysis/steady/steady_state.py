@@ -69,11 +69,11 @@ def steady(crane: Crane, v_w: float, mode: Mode | str, load: float | None = None
     alpha_m = settled(motor_law(crane, Mode(mode), F, K_wire), x)
     v_full = wire_speed_max(crane, alpha_m) / K_wire
     u_p = v_w / v_full
-    held = max(-1.0, min(u_p, 1.0))
-    reached = held * v_full
+    clipped = max(-1.0, min(u_p, 1.0))
+    reached = clipped * v_full
     return Steady(
         alpha_m=alpha_m,
-        u_p=held,
+        u_p=clipped,
         omega_m=reached * 2.0 * crane.i_hD * K_wire / crane.drum.d_max,
         v_w=reached,
         saturated=abs(u_p) > 1.0,
@@ -148,15 +148,15 @@ def layer_row(crane: Crane, layer: int) -> dict[str, Any]:
             f'layer = {quote(layer)}: "{crane.name}" has layers 1 to {crane.drum.layers}. Choose one of them.'
         )
     drum, n = drum_record(crane), float(layer)
-    d, left = layer_diameter(n, drum), wire_to_layer(n, drum)
+    d, remaining = layer_diameter(n, drum), wire_to_layer(n, drum)
     return {
         "layer": layer,
         "d_wire_centre": d,
         "K_wire": K_wire(d, drum),
-        "wire_length": left - wire_to_layer(n - 1.0, drum),
-        "wire_left": left,
-        "wire_out": drum.L_full - left,
-        "J_m": shaft_inertia(left, n, drum, inertia_record(crane)),
+        "wire_length": remaining - wire_to_layer(n - 1.0, drum),
+        "wire_left": remaining,
+        "wire_out": drum.L_full - remaining,
+        "J_m": shaft_inertia(remaining, n, drum, inertia_record(crane)),
     }
 
 
@@ -171,7 +171,7 @@ def inertia_parts(crane: Crane, s_w: float) -> dict[str, float]:
 
     Source: the split of Moslatt 2020 figure 2.19, whose bars are not printed as numbers.
     """
-    drum, part, left = drum_record(crane), inertia_record(crane), drum_record(crane).L_full - s_w
-    wire = wire_inertia(left, layers_filled(left, drum), drum) * part.i_i2
+    drum, part, remaining = drum_record(crane), inertia_record(crane), drum_record(crane).L_full - s_w
+    wire = wire_inertia(remaining, layers_filled(remaining, drum), drum) * part.i_i2
     shares = {"J_motor": part.J_motor, "J_gear": part.J_gear, "J_drum": part.J_drum * part.i_i2, "J_wire": wire}
     return {"s_w": s_w, **shares, "J_m": sum(shares.values())}

@@ -126,8 +126,7 @@ def tune(
     The start is among what is tried, so where it keeps the limits the result is never worse. An interrupt (Ctrl-C)
     keeps the best found.
 
-    Errors: StillhookError for a setting that there is not, a budget too small, scenarios that this crane cannot be
-    asked.
+    Errors: StillhookError for a setting that there is not, a budget too small, scenarios that this crane cannot do.
     Source: Storn and Price 1997 (differential evolution, scipy), Nelder and Mead 1965; ranking of what breaks limits by
     Deb 2000.
     """
@@ -142,8 +141,8 @@ def tune(
     settings = space(plain, start.mode, free, delay=max(c.sensors.delay for c in mode_cases))
     if not settings:
         raise StillhookError(f'"{start.name}": no setting is free. Name other settings.')
-    kept = limits if isinstance(limits, Limits) else parse_limits(limits or ())
-    search = Search(plain, start.mode, mode_cases, settings, Objective(objective), kept, budget, threads, progress)
+    required = limits if isinstance(limits, Limits) else parse_limits(limits or ())
+    search = Search(plain, start.mode, mode_cases, settings, Objective(objective), required, budget, threads, progress)
     search.begin((start if reference is None else controller_of(reference)).on(crane))
     try:
         search.evolve(seed)
@@ -179,7 +178,7 @@ def _result(search: Search, crane: Crane, start: Controller, seed: int) -> Tuned
         search.before,
         after,
         active,
-        search.asked,
+        search.evaluations,
         seed,
         search.interrupted,
         tuple(search.trials),
@@ -343,17 +342,17 @@ def _fixed(controller: Controller, crane: Crane, machine: Crane) -> Crane:
     """The changed machine under the settings that the controller has on the crane of the file."""
     tuned = controller.on(crane)
     motor = tuned.active.motor
-    kept = {n: getattr(motor, n) for n in ("alpha_min", "servo", "variant", "offset", "hysteresis")}
-    active = machine.active.model_copy(update={"motor": machine.active.motor.model_copy(update=kept)})
+    settings = {n: getattr(motor, n) for n in ("alpha_min", "servo", "variant", "offset", "hysteresis")}
+    active = machine.active.model_copy(update={"motor": machine.active.motor.model_copy(update=settings)})
     return machine.model_copy(update={"control": tuned.control, "active": active})
 
 
 def front(trials: Iterable[Trial], names: Sequence[str]) -> list[Point]:
     """The trials that keep all limits and that no other such trial beats in both mean error and highest pressure, by
     pressure."""
-    kept = sorted((t.score.p_max, t.score.e_c_pp_mean, t.values) for t in trials if not t.score.broken)
+    sound = sorted((t.score.p_max, t.score.e_c_pp_mean, t.values) for t in trials if not t.score.broken)
     out: list[Point] = []
-    for p, e, values in kept:
+    for p, e, values in sound:
         if not out or e < out[-1].e_c_pp_mean:
             out.append(Point(e, p, dict(zip(names, values, strict=True))))
     return out
@@ -393,13 +392,13 @@ def pareto(
         return done[-1]
 
     low = add(Objective.PRESSURE, first, limits)
-    kept = low.limits  # "speed capacity kept" is that of the start, whatever later searches start from
+    required = low.limits  # "speed capacity kept" is that of the start, whatever later searches start from
     if not low.met:
         raise StillhookError(f"{first.name}: no setting keeps the limits ({'; '.join(low.stops)}). Relax one of them.")
-    high = add(Objective.ERROR, first, kept)
+    high = add(Objective.ERROR, first, required)
     if high.met and not (low.interrupted or high.interrupted):
         for p in np.linspace(low.after.p_max, high.after.p_max, points + 2)[1:-1]:
-            bound = replace(kept, p_max=min(float(p), kept.p_max))
+            bound = replace(required, p_max=min(float(p), required.p_max))
             add(Objective.ERROR, low.controller, bound)
             if done[-1].interrupted:
                 break

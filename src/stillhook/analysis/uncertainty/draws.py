@@ -142,13 +142,13 @@ class Drawing:
         wanted = [(k, name) for k, name in enumerate(self.columns) if crane or self._in_case(name)]
         for k, name in wanted:
             for x in sorted({float(draws[:, k].min()), float(draws[:, k].max())}):
-                one = middle.copy()
-                one[k] = x
+                point = middle.copy()
+                point[k] = x
                 try:
                     if crane:
-                        self.checked(one, "end of a distribution")
+                        self.checked(point, "end of a distribution")
                     else:
-                        check(*next(self.pairs(one[None, :])))
+                        check(*next(self.pairs(point[None, :])))
                 except StillhookError as problem:
                     raise type(problem)(f"factor {name} = {x:.4g}: {problem}") from None
 
@@ -229,16 +229,18 @@ class Uncertainty:
         for a, b in EXCLUSIVE:
             if a in self.factors and b in self.factors:
                 raise SpecError(f"factors: {a} and {b} count the same leaks twice. Leave one of them out.")
-        kept = {}
-        for name, known in self.factors.items():
-            whys = [FACTORS[name].absent(crane, case) for crane, case in pairs]
-            if all(whys) and name not in self.optional:
-                raise SpecError(f"factor {name}: it has no effect here: {whys[0]}")
-            if not (all(whys) or (name == LOAD and name in self.optional and any(_too_heavy(*pair) for pair in pairs))):
-                kept[name] = _resolved(name, known, pairs)
-        if not kept:
+        relevant = {}
+        for name, law in self.factors.items():
+            reasons = [FACTORS[name].absent(crane, case) for crane, case in pairs]
+            if all(reasons) and name not in self.optional:
+                raise SpecError(f"factor {name}: it has no effect here: {reasons[0]}")
+            if not (
+                all(reasons) or (name == LOAD and name in self.optional and any(_too_heavy(*pair) for pair in pairs))
+            ):
+                relevant[name] = _resolved(name, law, pairs)
+        if not relevant:
             raise SpecError("factors: none. Name at least one, such as friction = { lognormal = [1, 1.3] }.")
-        return Uncertainty(kept)
+        return Uncertainty(relevant)
 
     @property
     def sets(self) -> list[Set]:
@@ -248,17 +250,17 @@ class Uncertainty:
     def to_dict(self) -> dict[str, Any]:
         """Every factor with its distribution, units and reason; sets with their full text."""
         out: dict[str, Any] = {}
-        for name, known in self.factors.items():
+        for name, law in self.factors.items():
             f = FACTORS[name]
-            if isinstance(known, Distribution):
-                reason = f.reason if known == f.default or f.of is not None else "given"
-                out[name] = known.to_dict(f.kind) | {"meaning": f.meaning, "reason": reason}
+            if isinstance(law, Distribution):
+                reason = f.reason if law == f.default or f.of is not None else "given"
+                out[name] = law.to_dict(f.kind) | {"meaning": f.meaning, "reason": reason}
             else:
                 out[name] = {
-                    "set": known.name,
+                    "set": law.name,
                     "meaning": f.meaning,
                     "reason": "evidence of the set",
-                    "toml": set_toml(known),
+                    "toml": set_toml(law),
                 }
         return out
 
@@ -266,16 +268,16 @@ class Uncertainty:
         """Name, distribution and reason of every factor, in words."""
         texts = self.to_dict()
         rows = []
-        for name, known in self.factors.items():
-            words = known.describe(FACTORS[name].kind) if isinstance(known, Distribution) else f'set "{known.name}"'
+        for name, law in self.factors.items():
+            words = law.describe(FACTORS[name].kind) if isinstance(law, Distribution) else f'set "{law.name}"'
             rows.append((name, words, texts[name]["reason"]))
         return rows
 
 
-def _resolved(name: str, known: Distribution | Set, pairs: tuple[Pair, ...]) -> Distribution | Set:
+def _resolved(name: str, law: Distribution | Set, pairs: tuple[Pair, ...]) -> Distribution | Set:
     """The default distribution with the width that the first crane's file gives; anything else unchanged."""
     of = FACTORS[name].of
-    return of(pairs[0][0]) if of is not None and known == FACTORS[name].default else known
+    return of(pairs[0][0]) if of is not None and law == FACTORS[name].default else law
 
 
 def _too_heavy(crane: Crane, case: Scenario) -> bool:
@@ -342,9 +344,9 @@ def _uncertainty(table: TomlTable) -> Uncertainty:
     if not file.defaults:
         return uncertainty
     every = Uncertainty.default().factors
-    known = {**every, **uncertainty.factors}
+    factors = {**every, **uncertainty.factors}
     return Uncertainty(
-        {name: known[name] for name in FACTORS if name in known}, frozenset(every) - set(uncertainty.factors)
+        {name: factors[name] for name in FACTORS if name in factors}, frozenset(every) - set(uncertainty.factors)
     )
 
 
@@ -387,13 +389,13 @@ def shaped(uncertainty: Uncertainty, u: FloatArray, stream: tuple[int, ...]) -> 
     values: list[FloatArray] = []
     groups: dict[str, tuple[int, ...]] = {}
     for k, (name, f) in enumerate(FACTORS.items()):
-        known = uncertainty.factors.get(name)
-        if known is None:
+        law = uncertainty.factors.get(name)
+        if law is None:
             continue
-        if isinstance(known, Distribution):
-            numbers, names = known.at(u[:, k], f.least, f.most)[:, None], [name]
+        if isinstance(law, Distribution):
+            numbers, names = law.at(u[:, k], f.least, f.most)[:, None], [name]
         else:
-            sample = draw(known, len(u), np.random.default_rng([*stream, k]))
+            sample = draw(law, len(u), np.random.default_rng([*stream, k]))
             numbers, names = sample.values, [f"{name}.{x}" for x in sample.names]
         groups[name] = tuple(range(len(columns), len(columns) + len(names)))
         columns += names

@@ -83,11 +83,11 @@ class Limit(NamedTuple):
 
     def check(self, crane: Crane) -> None:
         """Errors: SpecError where runs of this crane's winch type have no such number."""
-        known = numbers_of(crane)
-        if self.name not in known:
+        available = numbers_of(crane)
+        if self.name not in available:
             raise SpecError(
                 f'limit {self}: winch type "{crane.plant}" of "{crane.name}" has no {self.name}. Choose one of'
-                f" {', '.join(known)}."
+                f" {', '.join(available)}."
             )
 
     def beyond(self, values: FloatArray) -> NDArray[np.bool_]:
@@ -281,19 +281,19 @@ def document(
     subject = f"{crane.name}, {show(case.load, 'mass')}, {show(case.s_w, 'length')} of wire out, tip: {tip}"
     sampling = f"{data['draws']} draws (seed {data['seed']}), the same for every mode"
     bands = [_bands(label, case_) for label, case_ in data["cases"].items()]
-    known = [name for name in COMPARED if all(name in case_["band_90"] for case_ in data["cases"].values())]
-    ends = [f"{WORDS[name]}\n{column}" for name in known for column in ("as described", "median", "5 to 95 %")]
+    compared = [name for name in COMPARED if all(name in case_["band_90"] for case_ in data["cases"].values())]
+    ends = [f"{WORDS[name]}\n{column}" for name in compared for column in ("as described", "median", "5 to 95 %")]
     head = ("mode", *ends, "limits of the\nwinch exceeded")
-    parts: list[Part] = [Table(head, bands, sampling), *map(Text, _remarks(data, known)), *_limits(data)]
+    parts: list[Part] = [Table(head, bands, sampling), *map(Text, _remarks(data, compared)), *_limits(data)]
     if data["differences"]:
         columns = [
-            text for name in known for text in (f"{WORDS[name]}\nmedian", f"{WORDS[name]}\n5 to 95 %", "lower\nin")
+            text for name in compared for text in (f"{WORDS[name]}\nmedian", f"{WORDS[name]}\n5 to 95 %", "lower\nin")
         ]
         rows = [_difference(text, x) for text, x in data["differences"].items()]
         parts.append(Table(("draw by draw", *columns), rows))
     sections = [
         Section("Factors", [Table(FACTORS, factors), Text(MULTIPLES)]),
-        Section(" and ".join(WORDS[name] for name in known).capitalize(), parts),
+        Section(" and ".join(WORDS[name] for name in compared).capitalize(), parts),
         *(
             _index_table([s for s in indices if s.output == output])
             for output in dict.fromkeys(s.output for s in indices)
@@ -320,12 +320,12 @@ def _chance_text(chance: dict[str, Any]) -> str:
     return f"{share} ({low} to {high})"
 
 
-def _remarks(data: dict[str, Any], known: Sequence[str]) -> Iterator[str]:
+def _remarks(data: dict[str, Any], compared: Sequence[str]) -> Iterator[str]:
     if data["draws"] < FEWEST_DRAWS:
         yield f"too few draws for a 5 to 95 % band: its ends are the draws themselves. Use {FEWEST_DRAWS} or more."
     for label, case in data["cases"].items():
         if case["beyond_limits"]["share"] == 1.0:
-            numbers = f"{' and '.join(WORDS[name] for name in known)} {'are' if len(known) > 1 else 'is'}"
+            numbers = f"{' and '.join(WORDS[name] for name in compared)} {'are' if len(compared) > 1 else 'is'}"
             yield f"{label}: every draw goes beyond a limit of the winch; its {numbers} no working controller's"
     errors = {label: c["band_90"]["e_c_pp"]["high_error"] for label, c in data["cases"].items()}
     if all(math.isfinite(x) for x in errors.values()):

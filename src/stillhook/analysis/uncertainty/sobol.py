@@ -194,9 +194,9 @@ def sensitivity(
     names = case_labels(cases, labels)
     if against is not None and against not in names:
         raise SpecError(f"against = {quote(against)}: unknown case. Allowed: {', '.join(names)}.")
-    known = (uncertainty or Uncertainty.default()).on(*zip(cranes, cases, strict=True))
-    table, plan, varied = _tables(known, n, seed)
-    drawings = base_drawings(cranes, cases, known, table._replace(values=plan.rows))
+    uncertain = (uncertainty or Uncertainty.default()).on(*zip(cranes, cases, strict=True))
+    table, plan, varied = _tables(uncertain, n, seed)
+    drawings = base_drawings(cranes, cases, uncertain, table._replace(values=plan.rows))
     numbers, status, _ = run_draws(drawings, plan.rows, progress=progress, **options)
     failed = sum(s == "diverged" for row in status for s in row)
     if failed:
@@ -212,21 +212,21 @@ def sensitivity(
     return [_indices(c, o, f, varied, n, seed) for (c, o), f in results.items()]
 
 
-def _check(outputs: Sequence[str], known: Sequence[str], n: int) -> None:
+def _check(outputs: Sequence[str], available: Sequence[str], n: int) -> None:
     for name in outputs:
-        if name not in known:
-            raise SpecError(f"output {quote(name)}: not a result of the summary{nearest(str(name), known)}")
+        if name not in available:
+            raise SpecError(f"output {quote(name)}: not a result of the summary{nearest(str(name), available)}")
     if type(n) is not int or not LEAST <= n <= MOST or n & (n - 1):
         raise SpecError(f"n = {quote(n)}: give a power of two from {LEAST}, such as 128.")
 
 
-def _tables(known: Uncertainty, n: int, seed: int) -> tuple[Draws, Design, list[str]]:
+def _tables(uncertain: Uncertainty, n: int, seed: int) -> tuple[Draws, Design, list[str]]:
     """Draws of the first table, the plan of all runs, and the factors that vary."""
     d = len(FACTORS)
     u = even(n, 2 * d, seed)
-    A, B = shaped(known, u[:, :d], (seed, 1)), shaped(known, u[:, d:], (seed, 2))
-    fixed = [name for name, x in known.factors.items() if isinstance(x, Distribution) and x.law is Law.FIXED]
-    varied = [name for name in known.factors if name not in fixed]
+    A, B = shaped(uncertain, u[:, :d], (seed, 1)), shaped(uncertain, u[:, d:], (seed, 2))
+    fixed = [name for name, x in uncertain.factors.items() if isinstance(x, Distribution) and x.law is Law.FIXED]
+    varied = [name for name in uncertain.factors if name not in fixed]
     if not varied:
         raise SpecError("factors: all are fixed, so nothing has an index. Give one a distribution.")
     return A, design(A.values, B.values, [A.groups[name] for name in varied]), varied

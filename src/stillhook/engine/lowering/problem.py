@@ -141,14 +141,14 @@ def _stages(case: Case) -> int:
 
 def _lowerings(cases: Sequence[Case]) -> list[Lowering]:
     """Lowerings of a block; tip and water of those that are moved alike are made once."""
-    made: dict[bytes, Lowering] = {}
+    moved: dict[bytes, Lowering] = {}
     out: list[Lowering] = []
     for case in cases:
         if isinstance(case, Lowering):
             out.append(case)
             continue
         motion = case.motion
-        first = made.setdefault(motion, case.lowering()) if motion not in made else made[motion]
+        first = moved.setdefault(motion, case.lowering()) if motion not in moved else moved[motion]
         out.append(case.lift.model_copy(update={"tip": first.tip, "waves": first.waves}))
     return out
 

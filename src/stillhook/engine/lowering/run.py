@@ -89,13 +89,15 @@ def prepare(
     """Checked and packed lowerings; crane that of all, or one for each; places their numbers in a longer list, for
     messages.
     Errors: LiftError, ScenarioError, SpecError naming the case."""
-    known: dict[tuple[Any, ...], PackedLift] = {}
+    packed_lifts: dict[tuple[Any, ...], PackedLift] = {}
 
     def make(each: Crane, case: Lowering) -> Ready:
         check_sea(case)
         drive = CycleInputs(each, stand_in(each, case, 0.0))
         alike = id(each), field_record(case.waves), drive.s_tip_0, *(id(getattr(case, name)) for name in PACKED)
-        packed = known[alike] = known[alike] if alike in known else _packed(each, case, drive, n_sub)
+        packed = packed_lifts[alike] = (
+            packed_lifts[alike] if alike in packed_lifts else _packed(each, case, drive, n_sub)
+        )
         return Ready(case, packed, drive)
 
     return each_case([crane] * len(cases) if isinstance(crane, Crane) else crane, cases, make, places)
@@ -174,12 +176,12 @@ class LiftBlock(Block[Ready]):
 
     def records(self) -> list[list[float]]:
         """Every lane; those that begin alike are written once."""
-        known: dict[tuple[Any, ...], list[float]] = {}
+        written: dict[tuple[Any, ...], list[float]] = {}
         out = []
         for r in self.lanes:
             alike = id(r.packed), r.drive.first_row().tobytes()
-            known[alike] = known[alike] if alike in known else self.record(r)
-            out.append(known[alike])
+            written[alike] = written[alike] if alike in written else self.record(r)
+            out.append(written[alike])
         return out
 
     def record(self, r: Ready) -> list[float]:

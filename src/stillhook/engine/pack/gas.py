@@ -24,7 +24,7 @@ state."""
 def gas_record(acc: Accumulator) -> Gas:
     """The engine's gas: a polynomial through the gas law over the piston's stroke, checked against the law itself.
 
-    Errors: SpecError where real gas is asked for and its library is missing, or the stroke is too large for the fit.
+    Errors: SpecError where real gas is requested and its library is missing, or the stroke is too large for the fit.
     """
     gas, law = acc.gas, acc
     if gas.model is GasModel.POLYTROPIC:  # its ratio depends on no pressure: one fit for every charge
@@ -63,7 +63,7 @@ def nitrogen_isentrope(p_0: float, T_0: float, volume_ratio: NDArray[np.float64]
     Source: Helmholtz equation of Span et al. (2000) through CoolProp. The ratio is of gauge pressures.
     """
     try:
-        from CoolProp.CoolProp import PropsSI  # heavy and optional: only where real gas is asked for
+        from CoolProp.CoolProp import PropsSI  # heavy and optional: only where real gas is requested
     except ImportError:
         raise SpecError(
             'passive.accumulator.gas.model = "nitrogen": the property library is not installed. '

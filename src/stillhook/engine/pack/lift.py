@@ -1,6 +1,6 @@
 """A crane and a lowering as records and rows that the compiled kernels read, everything hanging at rest.
 
-What a winch carries besides hook and payload: the wire between crane tip and hook.
+What a winch carries in addition to hook and payload: the wire between crane tip and hook.
 """
 
 from __future__ import annotations

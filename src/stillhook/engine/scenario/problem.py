@@ -145,7 +145,7 @@ class ScenarioBlock(Block[Ready]):
         return flatten(lane)
 
     def piece(self, D: FloatArray, k: int, count: int) -> None:
-        """Run cycles k .. k + count; statistics start anew where the warm-up is over."""
+        """Run cycles k .. k + count; statistics start again where the warm-up is over."""
         drive = self.drive
         if k == drive.first:
             at = offset(self.d.Lane, "st", 1)
@@ -217,8 +217,8 @@ def _one_for_all(crane: Crane | Sequence[Crane], cases: Sequence[Scenario]) -> b
 
 
 def _labels(crane: Crane | Sequence[Crane], cases: Sequence[Scenario]) -> list[str]:
-    """Names along "case": those of the cases, or of the cranes where several ran one case; numbers where they are not
-    told apart."""
+    """Names along "case": those of the cases, or of the cranes where several ran one case; numbers where they do not
+    differ."""
     if isinstance(crane, Crane) or not _one_for_all(crane, cases):
         return [c.name or str(i) for i, c in enumerate(cases)]
     names = [c.name for c in crane]
@@ -236,7 +236,7 @@ AUDIT = 0.05
 """Energy not found again, over that through the pumps, from which a run is numerically wrong [-]; sound runs stay below
 1e-3."""
 AUDIT_FLOOR = 1.0e3
-"""Energy below which nothing moves that the audit could be asked of [J]: a tonne by a tenth of a metre."""
+"""Energy below which nothing moves that an audit could judge [J]: a tonne by a tenth of a metre."""
 POSITION = ("e_c_pp", "e_c_pp_measured", "eta_c", "e_c_max", "e_c_mean", "e_c_std")
 """What a run in manual mode has none of: nothing is held in place there."""
 
@@ -256,9 +256,9 @@ def status(winch: WinchType, case: Scenario, result: Result, foreseen: Foreseen)
     """ "ok", or the limits that the counted part of the run went beyond, joined by commas.
 
     "unstable": K_p is above the gain of marginal stability, however the run went. "audit": the energy does not add up,
-    so the numbers are wrong; asked only of runs as long as the window, and not where a wire snaps taut within a cycle
-    of the audit. "uncompensated": the error is about as large as the motion of the tip, or larger; asked only of plain
-    compensation, where nothing else moves the hook.
+    so the numbers are wrong; judged only for runs as long as the window, and not where a wire snaps taut within a cycle
+    of the audit. "uncompensated": the error is about as large as the motion of the tip, or larger; judged only for
+    plain compensation, where nothing else moves the hook.
     """
     if result.ending is Ending.DIVERGED:
         return "diverged"

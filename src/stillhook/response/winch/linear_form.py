@@ -170,14 +170,14 @@ class Residual:
     def constant(cls, C: complex, about: str = "") -> Residual:
         """The same residual at every frequency and amplitude: 1 for a winch on its brake, 0.2 for a compensation of 80
         % in phase."""
-        one = np.ones((1, 1))
+        unit = np.ones((1, 1))
         fast = np.array([1e9])  # faster than any tip: below it a table is proportional to the amplitude
         return cls(
             np.ones(1),
             fast,
-            np.asarray(one * C, dtype=np.complex128),
+            np.asarray(unit * C, dtype=np.complex128),
             np.zeros((len(HARMONICS), 1, 1)),
-            0.0 * one,
+            0.0 * unit,
             about or f"constant {C:g}",
         )
 

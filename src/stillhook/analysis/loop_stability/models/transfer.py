@@ -145,7 +145,7 @@ def about_at(
 
 def motor_slope(crane: Crane, mode: Mode | str, alpha_m: float, u_ff: float) -> float:
     """Slope of the motors' command by |u_ff| where the load cell demands nothing [-], by differences of the
-    controller's own law; 0 beside the pumps' full command.
+    controller's own law; 0 beyond the pumps' full command.
 
     Source: Moslatt 2020 paper E eq. 12 for SSC, for which this is -(1 - alpha_min) / (1 - u_thr) beyond u_thr.
     Differs from print: E eq. 12 takes the magnitude of a Laplace variable; it is sign(u_ff) U_ff about the steady u_ff.
