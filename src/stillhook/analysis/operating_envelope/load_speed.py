@@ -97,7 +97,7 @@ def envelope_at(
         raise StillhookError(f"reserve = {reserve:g}: a part of the load, from 0 to 1. Give a value in between.")
     chosen, kg = _controllers(modes), list(loads)
     numbers = [crane.drum.layers] if layers is None else list(layers)
-    wire = [wire_out_on(crane, n) for n in numbers]
+    wire = [wire_out_on(crane, n) for n in numbers or [0]]
     cranes = [*(c.on(crane) for c in chosen), crane]
     shape = (len(cranes), len(numbers), len(kg), len(Direction))
     columns = _columns(shape)
